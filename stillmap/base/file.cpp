@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/file.hpp"
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+#include <system_error>
+
+#include "stillmap/base/error.hpp"
+
+namespace stillmap {
+namespace fs = std::filesystem;
+
+std::string read_file(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in || fs::is_directory(file)) {
+    throw Error("cannot be read", file.string(), "check that the file exists and may be read");
+  }
+  std::ostringstream bytes;
+  bytes << in.rdbuf();
+  return bytes.str();
+}
+
+void write_file(const fs::path& file, std::string_view content) {
+  const fs::path temporary = file.string() + ".part";
+  std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
+  if (out) out.write(content.data(), static_cast<std::streamsize>(content.size()));
+  if (out) out.close();
+  if (!out) {
+    const std::string reason = std::strerror(errno);
+    std::error_code ignored;
+    fs::remove(temporary, ignored);
+    throw Error("cannot be written (" + reason + ")", file.string(),
+                "check that the folder exists, may be written to, and that the disk is not full");
+  }
+  std::error_code failed;
+  fs::rename(temporary, file, failed);
+  if (failed) {
+    std::error_code ignored;
+    fs::remove(temporary, ignored);
+    throw Error("cannot be written (" + failed.message() + ")", file.string(),
+                "check that nothing else of that name is in the way");
+  }
+}
+
+void make_output_folder(const fs::path& folder) {
+  std::error_code failed;
+  fs::create_directories(folder, failed);
+  if (failed || !fs::is_directory(folder)) {
+    throw Error("the output folder cannot be made" + (failed ? " (" + failed.message() + ")" : ""),
+                folder.string(), "name a folder that may be written to with --out DIR");
+  }
+  const fs::path probe = folder / ".stillmap_probe";
+  write_file(probe, "");
+  fs::remove(probe, failed);
+}
+
+}  // namespace stillmap

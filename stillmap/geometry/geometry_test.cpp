@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <filesystem>
+#include <fstream>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/geometry/camera.hpp"
+#include "stillmap/geometry/pose.hpp"
+#include "stillmap/geometry/trajectory.hpp"
+
+namespace stillmap {
+namespace {
+
+using Twist = Eigen::Matrix<double, 6, 1>;
+
+double distance(const Pose& a, const Pose& b) { return (a.inverse() * b).log().norm(); }
+
+TEST(Pose, LogInvertsExp) {
+  std::mt19937 rng(1);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (const double scale : {1e-12, 1e-6, 1e-3, 0.5, 1.7}) {
+    for (int i = 0; i < 50; ++i) {
+      const Twist twist = scale * Twist::NullaryExpr([&](Eigen::Index) { return uniform(rng); });
+      EXPECT_LT((Pose::exp(twist).log() - twist).norm(), 1e-9 * (1 + scale));
+    }
+  }
+}
+
+TEST(Pose, ExpOfAQuarterTurnAboutZMovesAlongTheArc) {
+  Twist twist;
+  twist << 1, 0, 0, 0, 0, M_PI / 2;  // unit speed forward for the time of a quarter turn
+  const Pose T = Pose::exp(twist);
+  EXPECT_LT((T.translation() - Eigen::Vector3d(2 / M_PI, 2 / M_PI, 0)).norm(), 1e-12);
+  EXPECT_LT((T * Eigen::Vector3d(1, 0, 0) - T.translation() - Eigen::Vector3d(0, 1, 0)).norm(), 1e-12);
+}
+
+TEST(Pose, InverseUndoesAndAngleIsThatOfTheRotation) {
+  Twist twist;
+  twist << 0.3, -2, 1, 0.2, 0.1, -0.7;
+  const Pose T = Pose::exp(twist);
+  EXPECT_LT(distance(T * T.inverse(), Pose()), 1e-12);
+  EXPECT_NEAR(T.angle(), twist.tail<3>().norm(), 1e-12);
+}
+
+TEST(Pose, InterpolationMeetsBothEndsAndTheMiddle) {
+  const Pose a(so3_exp({0, 0, 0.2}), {0, 0, 0}), b(so3_exp({0, 0, 0.6}), {1, 0, 0});
+  EXPECT_LT(distance(interpolate(a, b, 0), a), 1e-12);
+  EXPECT_LT(distance(interpolate(a, b, 1), b), 1e-12);
+  EXPECT_LT(distance(interpolate(a, b, 0.5), Pose(so3_exp({0, 0, 0.4}), {0.5, 0, 0})), 1e-12);
+}
+
+TEST(Camera, UnprojectInvertsProject) {
+  const Camera camera;
+  const Eigen::Vector3d p(0.3, -0.4, 2.5);
+  const Eigen::Vector2d uv = camera.project(p);
+  EXPECT_LT((camera.unproject(uv.x(), uv.y(), p.z()) - p).norm(), 1e-12);
+}
+
+TEST(AlignPoints, RecoversAKnownMotionExactlyAndRefusesReflections) {
+  std::mt19937 rng(2);
+  std::normal_distribution<double> normal;
+  Eigen::Matrix3Xd b = Eigen::Matrix3Xd::NullaryExpr(3, 20, [&](auto, auto) { return normal(rng); });
+  const Pose truth(so3_exp({0.4, -1.0, 2.0}), {1, 2, 3});
+  Eigen::Matrix3Xd a(3, 20);
+  for (int i = 0; i < 20; ++i) a.col(i) = truth * Eigen::Vector3d(b.col(i));
+  EXPECT_LT(distance(align_points(a, b), truth), 1e-9);
+
+  b.row(2).setZero();  // a plane, seen mirrored: the best fit is still a rotation
+  a = b;
+  a.row(0) *= -1;
+  EXPECT_NEAR(align_points(a, b).rotation().determinant(), 1, 1e-9);
+}
+
+class TrajectoryFile : public ::testing::Test {
+ protected:
+  std::filesystem::path file_ =
+      std::filesystem::path(::testing::TempDir()) / "stillmap_trajectory_test.txt";
+  void write(const std::string& text) { std::ofstream(file_) << text; }
+  std::string error() {
+    try {
+      read_trajectory(file_);
+    } catch (const Error& e) {
+      return e.what();
+    }
+    return "";
+  }
+  void TearDown() override { std::filesystem::remove(file_); }
+};
+
+TEST_F(TrajectoryFile, ReadsBackWhatWasWritten) {
+  const Trajectory written{{1.5, Pose(so3_exp({0.1, 0.2, 0.3}), {1, 2, 3})},
+                           {2.5, Pose(so3_exp({3.1, 0, 0}), {-4, 5, 6e-7})}};
+  write_trajectory(file_, written);
+  const Trajectory read = read_trajectory(file_);
+  ASSERT_EQ(read.size(), 2u);
+  for (int i : {0, 1}) {
+    EXPECT_NEAR(read[i].timestamp, written[i].timestamp, 1e-6);
+    EXPECT_LT(distance(read[i].T_world_camera, written[i].T_world_camera), 1e-8);
+  }
+}
+
+TEST_F(TrajectoryFile, SortsByStampAndSkipsComments) {
+  write("# a comment\n2 1 0 0 0 0 0 1\n\n1,0,0,0,0,0,0,1\r\n");
+  const Trajectory read = read_trajectory(file_);
+  ASSERT_EQ(read.size(), 2u);
+  EXPECT_EQ(read[0].timestamp, 1);
+  EXPECT_EQ(read[1].T_world_camera.translation().x(), 1);
+}
+
+TEST_F(TrajectoryFile, NamesTheLineThatIsWrong) {
+  write("1 0 0 0 0 0 0 1\n2 0 0 0 0 0 1\n");
+  EXPECT_NE(error().find(":2: expected 8 numbers"), std::string::npos) << error();
+  write("1 0 0 zero 0 0 0 1\n");
+  EXPECT_NE(error().find("'zero' is not a number"), std::string::npos) << error();
+  write("1 0 0 nan 0 0 0 1\n");
+  EXPECT_NE(error().find("not finite"), std::string::npos) << error();
+  write("1 0 0 0 0 0 0 0\n");
+  EXPECT_NE(error().find("quaternion is zero"), std::string::npos) << error();
+  write("# nothing\n");
+  EXPECT_NE(error().find("holds no pose"), std::string::npos) << error();
+}
+
+TEST_F(TrajectoryFile, SaysWhenItCannotBeWritten) {
+  EXPECT_THROW(write_trajectory("/nonexistent/folder/t.txt", {}), Error);
+}
+
+}  // namespace
+}  // namespace stillmap

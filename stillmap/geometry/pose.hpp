@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+namespace stillmap {
+
+/// Skew-symmetric matrix [w]x with [w]x v = w x v.
+Eigen::Matrix3d skew(const Eigen::Vector3d& w);
+
+/// A rigid motion in SE(3). `T_a_b` maps coordinates in frame b to frame a: p_a = T_a_b * p_b, and frames
+/// chain by their names: T_a_c = T_a_b * T_b_c. Metres.
+class Pose {
+ public:
+  Pose() = default;
+  Pose(const Eigen::Quaterniond& q, const Eigen::Vector3d& t) : q_(q.normalized()), t_(t) {}
+  Pose(const Eigen::Matrix3d& R, const Eigen::Vector3d& t) : Pose(Eigen::Quaterniond(R), t) {}
+
+  /// Exponential of a twist (v, w): translation part first, both in the left (target) frame; radians.
+  /// Barfoot, State Estimation for Robotics (2017), eq. 7.83-7.86.
+  static Pose exp(const Eigen::Matrix<double, 6, 1>& twist);
+  /// Inverse of exp; the rotation part has norm <= pi.
+  Eigen::Matrix<double, 6, 1> log() const;
+
+  const Eigen::Quaterniond& quaternion() const { return q_; }
+  const Eigen::Vector3d& translation() const { return t_; }
+  Eigen::Matrix3d rotation() const { return q_.toRotationMatrix(); }
+
+  Pose inverse() const {
+    const Eigen::Quaterniond qi = q_.conjugate();
+    return Pose(qi, qi * -t_);
+  }
+  Pose operator*(const Pose& other) const { return Pose(q_ * other.q_, q_ * other.t_ + t_); }
+  Eigen::Vector3d operator*(const Eigen::Vector3d& p) const { return q_ * p + t_; }
+
+  /// Angle of the rotation, in [0, pi] radians.
+  double angle() const;
+
+ private:
+  Eigen::Quaterniond q_ = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d t_ = Eigen::Vector3d::Zero();
+};
+
+/// exp and log of SO(3): rotation vector (axis times angle, radians) to and from a unit quaternion.
+Eigen::Quaterniond so3_exp(const Eigen::Vector3d& w);
+Eigen::Vector3d so3_log(const Eigen::Quaterniond& q);
+
+/// The pose a fraction s of the way from a to b: translation linear, rotation along the great arc.
+Pose interpolate(const Pose& a, const Pose& b, double s);
+
+}  // namespace stillmap

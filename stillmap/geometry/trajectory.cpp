@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/geometry/trajectory.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include <Eigen/SVD>
+#include <fmt/format.h>
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/file.hpp"
+
+namespace stillmap {
+namespace {
+
+StampedPose parse_pose(std::string line, const std::string& where) {
+  std::replace(line.begin(), line.end(), ',', ' ');
+  std::istringstream fields(line);
+  double v[8];
+  for (double& x : v) {
+    std::string token;  // through strtod, which also knows "nan": a stream would call it a syntax error
+    if (!(fields >> token)) {
+      throw Error("expected 8 numbers (timestamp tx ty tz qx qy qz qw)", where,
+                  "write the trajectory in TUM format, one pose per line");
+    }
+    char* end = nullptr;
+    x = std::strtod(token.c_str(), &end);
+    if (*end != '\0') throw Error("'" + token + "' is not a number", where, "");
+    if (!std::isfinite(x)) {
+      throw Error("'" + token + "' is not finite", where, "remove the lines without a valid pose");
+    }
+  }
+  const Eigen::Quaterniond q(v[7], v[4], v[5], v[6]);
+  if (q.norm() < 1e-6) {
+    throw Error("the quaternion is zero", where, "write poses as tx ty tz qx qy qz qw");
+  }
+  return {v[0], Pose(q, Eigen::Vector3d(v[1], v[2], v[3]))};
+}
+
+}  // namespace
+
+Trajectory read_trajectory(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  if (!in || std::filesystem::is_directory(file)) {
+    throw Error("cannot be read", file.string(), "check that the file exists and may be read");
+  }
+  Trajectory trajectory;
+  std::string line;
+  for (int number = 1; std::getline(in, line); ++number) {
+    const auto first = line.find_first_not_of(" \t\r");
+    if (first == std::string::npos || line[first] == '#') continue;
+    trajectory.push_back(parse_pose(line, fmt::format("{}:{}", file.string(), number)));
+  }
+  if (trajectory.empty()) {
+    throw Error("holds no pose", file.string(),
+                "expected lines of 8 numbers: timestamp tx ty tz qx qy qz qw");
+  }
+  std::stable_sort(trajectory.begin(), trajectory.end(),
+                   [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
+  return trajectory;
+}
+
+void write_trajectory(const std::filesystem::path& file, const Trajectory& trajectory) {
+  std::string text = "# timestamp tx ty tz qx qy qz qw\n";
+  for (const auto& [timestamp, T] : trajectory) {
+    const auto& t = T.translation();
+    const auto& q = T.quaternion();
+    text += fmt::format("{:.6f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n", timestamp, t.x(),
+                        t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+  }
+  write_file(file, text);
+}
+
+Pose align_points(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) {
+  const Eigen::Vector3d mean_a = a.rowwise().mean();
+  const Eigen::Vector3d mean_b = b.rowwise().mean();
+  const Eigen::Matrix3d W = (a.colwise() - mean_a) * (b.colwise() - mean_b).transpose();
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(W, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Vector3d signs(1, 1, 1);  // guards against a reflection
+  if ((svd.matrixU() * svd.matrixV().transpose()).determinant() < 0) signs.z() = -1;
+  const Eigen::Matrix3d R = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+  return Pose(R, mean_a - R * mean_b);
+}
+
+}  // namespace stillmap
