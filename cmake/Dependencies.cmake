@@ -8,9 +8,34 @@ find_package(spdlog REQUIRED)
 find_package(fmt REQUIRED)
 find_package(yaml-cpp REQUIRED)
 find_package(nlohmann_json REQUIRED)
+find_package(Ceres 2.1 QUIET REQUIRED)
+find_package(Open3D REQUIRED)
+find_package(CLI11 REQUIRED)
 if(STILLMAP_BUILD_TESTS)
   find_package(GTest REQUIRED)
 endif()
 if(STILLMAP_BUILD_BENCHMARKS)
   find_package(benchmark REQUIRED)
+endif()
+
+# OpenVINO, the fast back end for segmentation, is optional. Debian has no package; the wheel that
+# scripts/install_dependencies.sh puts into build/venv carries headers, libraries and a CMake package, and
+# its Python tells where. An OpenVINO_DIR given by hand, or one found before, goes first.
+if(STILLMAP_WITH_OPENVINO)
+  # The system's TBB first: OpenVINO brings one of its own, and a program can have only one.
+  find_package(TBB QUIET)
+  set(STILLMAP_VENV "${PROJECT_SOURCE_DIR}/build/venv" CACHE PATH
+      "Virtual environment in which the OpenVINO wheel is looked for")
+  if(NOT OpenVINO_DIR AND EXISTS "${STILLMAP_VENV}/bin/python")
+    execute_process(
+      COMMAND "${STILLMAP_VENV}/bin/python" -c
+              "from openvino.utils import get_cmake_path; print(get_cmake_path())"
+      OUTPUT_VARIABLE openvino_cmake_path OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+  endif()
+  find_package(OpenVINO QUIET COMPONENTS Runtime HINTS "${openvino_cmake_path}")
+  if(OpenVINO_FOUND)
+    message(STATUS "OpenVINO ${OpenVINO_VERSION}: ${OpenVINO_DIR}")
+  else()
+    message(STATUS "OpenVINO: not found, segmentation uses OpenCV's networks")
+  endif()
 endif()
