@@ -1,0 +1,9 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Formats all C++ files of the repository; with --check changes nothing and fails on a file that would change.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+mode=(-i)
+[ "${1:-}" != --check ] || mode=(--dry-run -Werror)
+find stillmap apps -name '*.[ch]pp' -print0 | xargs -0 -n 16 -P "$(nproc)" clang-format-14 "${mode[@]}"
