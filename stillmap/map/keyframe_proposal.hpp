@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <vector>
+
+#include "stillmap/map/map.hpp"
+#include "stillmap/motion/frame.hpp"
+
+namespace stillmap {
+
+/// How often the tracker expected to see a landmark, and did.
+struct Sighting {
+  LandmarkId landmark;
+  std::uint32_t predicted = 0, found = 0;
+};
+
+/// What the tracker hands to the mapper: "keep this frame".
+struct KeyframeProposal {
+  FramePtr frame;
+  /// The keyframe the pose is relative to; invalid for the first one of a new map, whose pose is then given in
+  /// the world.
+  KeyframeId reference;
+  Pose T_reference_camera;
+  std::vector<LandmarkId> landmarks;  ///< per keypoint: what it shows; invalid where nothing is known
+  std::vector<Sighting> sightings;    ///< since the proposal before; a landmark may come several times
+};
+
+}  // namespace stillmap

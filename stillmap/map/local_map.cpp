@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/map/local_map.hpp"
+
+#include <algorithm>
+
+namespace stillmap {
+namespace {
+
+/// The reference, its neighbours, and the neighbours of the best of those; each once.
+std::vector<KeyframeId> neighbourhood(const Map& map, KeyframeId reference,
+                                      const LocalMapOptions& options) {
+  const auto full = [&](const auto& chosen) {
+    return chosen.size() >= static_cast<std::size_t>(options.max_keyframes);
+  };
+  std::vector<KeyframeId> chosen = {reference};
+  std::vector<char> taken(1, 0);
+  const auto take = [&](KeyframeId id) {
+    if (id.slot >= taken.size()) taken.resize(id.slot + 1, 0);
+    if (!full(chosen) && !taken[id.slot]) {
+      taken[id.slot] = 1;
+      chosen.push_back(id);
+    }
+  };
+  if (reference.slot >= taken.size()) taken.resize(reference.slot + 1, 0);
+  taken[reference.slot] = 1;
+
+  const auto first = map.covisible(reference, options.min_shared);
+  for (const Covisible& neighbour : first) take(neighbour.keyframe);
+  for (std::size_t i = 0; i < first.size() && !full(chosen); ++i) {
+    if (i >= static_cast<std::size_t>(options.second_neighbours)) break;
+    for (const Covisible& second : map.covisible(first[i].keyframe, options.min_shared)) {
+      take(second.keyframe);
+    }
+  }
+  return chosen;
+}
+
+LocalLandmark copy(const Landmark& landmark) {
+  return {landmark.id,
+          landmark.p_world,
+          landmark.normal,
+          landmark.min_distance,
+          landmark.max_distance,
+          landmark.descriptor,
+          static_cast<int>(landmark.observations.size())};
+}
+
+}  // namespace
+
+LocalMapPtr make_local_map(const Map& map, KeyframeId reference, const LocalMapOptions& options) {
+  auto local = std::make_shared<LocalMap>();
+  local->reference = reference;
+  local->component = map.at(reference).component;
+  local->made_for_frame = map.at(reference).frame_index;
+  const auto keyframes = neighbourhood(map, reference, options);
+  for (const KeyframeId id : keyframes) {
+    const Keyframe& keyframe = map.at(id);
+    local->keyframes.push_back({id, keyframe.T_world_camera, keyframe.features, keyframe.landmarks});
+  }
+  const auto seen = landmarks_seen_by(map, keyframes);
+  local->landmarks.reserve(seen.size());
+  for (const LandmarkId id : seen) local->landmarks.push_back(copy(map.at(id)));
+  return local;
+}
+
+const LocalLandmark* LocalMap::find(LandmarkId id) const {
+  const auto found = std::lower_bound(landmarks.begin(), landmarks.end(), id,
+                                      [](const LocalLandmark& l, LandmarkId key) { return l.id < key; });
+  return found != landmarks.end() && found->id == id ? &*found : nullptr;
+}
+
+const LocalKeyframe* LocalMap::find(KeyframeId id) const {
+  const auto found = std::find_if(keyframes.begin(), keyframes.end(),
+                                  [&](const LocalKeyframe& k) { return k.id == id; });
+  return found != keyframes.end() ? &*found : nullptr;
+}
+
+}  // namespace stillmap

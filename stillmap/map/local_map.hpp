@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "stillmap/base/fields.hpp"
+#include "stillmap/map/map.hpp"
+
+namespace stillmap {
+
+/// A landmark as the tracker needs it.
+struct LocalLandmark {
+  LandmarkId id;
+  Eigen::Vector3d p_world;
+  Eigen::Vector3d normal;
+  float min_distance, max_distance;
+  Descriptor descriptor;
+  int observations;
+};
+
+/// A keyframe as the tracker needs it.
+struct LocalKeyframe {
+  KeyframeId id;
+  Pose T_world_camera;
+  FeaturesPtr features;
+  std::vector<LandmarkId> landmarks;  ///< per keypoint
+};
+
+/// A published copy of the map around one keyframe: all that the tracker sees of the map. Never changed once
+/// made, so it needs no lock.
+struct LocalMap {
+  std::size_t made_for_frame = 0;        ///< frame index of the keyframe it was made for
+  std::uint32_t component = 0;           ///< which of the unconnected maps
+  KeyframeId reference;                  ///< the newest keyframe
+  std::vector<LocalKeyframe> keyframes;  ///< the reference first, then by shared landmarks
+  std::vector<LocalLandmark> landmarks;  ///< sorted by id
+  const LocalLandmark* find(LandmarkId id) const;
+  const LocalKeyframe* find(KeyframeId id) const;
+};
+
+using LocalMapPtr = std::shared_ptr<const LocalMap>;
+
+struct LocalMapOptions {
+  int max_keyframes = 60;       ///< covisible with the reference, and then those covisible with the best
+  int second_neighbours = 10;   ///< of how many of the best the neighbours are taken too
+  int min_shared = 10;          ///< landmarks that make two keyframes neighbours
+  STILLMAP_FIELDS(max_keyframes, second_neighbours, min_shared)
+};
+
+/// Copies the part of the map that a camera near keyframe `reference` can see.
+LocalMapPtr make_local_map(const Map& map, KeyframeId reference, const LocalMapOptions& options);
+
+}  // namespace stillmap

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/map/map.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <stdexcept>
+
+namespace stillmap {
+namespace {
+
+/// Of many descriptors the one whose median distance to the others is least. Beyond this many the newest are
+/// taken: what is seen now matters, and the cost is quadratic.
+constexpr std::size_t kMedoidSample = 16;
+
+std::size_t medoid(const std::vector<const Descriptor*>& descriptors) {
+  std::size_t best = 0;
+  int best_median = 257;
+  std::vector<int> distances(descriptors.size());
+  for (std::size_t i = 0; i < descriptors.size(); ++i) {
+    for (std::size_t j = 0; j < descriptors.size(); ++j) {
+      distances[j] = distance(*descriptors[i], *descriptors[j]);
+    }
+    const auto middle = distances.begin() + static_cast<std::ptrdiff_t>((distances.size() - 1) / 2);
+    std::nth_element(distances.begin(), middle, distances.end());
+    if (*middle < best_median) {
+      best_median = *middle;
+      best = i;
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+Keyframe& Map::add_keyframe(Keyframe keyframe) {
+  keyframe.sequence = next_sequence_++;
+  keyframe.landmarks.assign(keyframe.features->size(), LandmarkId{});
+  const std::uint32_t component = keyframe.component;
+  Keyframe& added = keyframes_.emplace([&](KeyframeId id) {
+    keyframe.id = id;
+    return std::move(keyframe);
+  });
+  first_.emplace(component, added.id);
+  return added;
+}
+
+Landmark& Map::add_landmark(const Eigen::Vector3d& p_world, const Observation& observation) {
+  Keyframe& keyframe = *keyframes_.find(observation.keyframe);
+  Landmark& landmark = landmarks_.emplace([&](LandmarkId id) {
+    Landmark made;
+    made.id = id;
+    made.p_world = p_world;
+    made.observations = {observation};
+    made.first_sequence = keyframe.sequence;
+    return made;
+  });
+  keyframe.landmarks[observation.keypoint] = landmark.id;
+  refresh(landmark.id);
+  return landmark;
+}
+
+const Keyframe& Map::at(KeyframeId id) const {
+  const Keyframe* keyframe = find(id);
+  if (keyframe == nullptr) throw std::out_of_range("no such keyframe");
+  return *keyframe;
+}
+
+const Landmark& Map::at(LandmarkId id) const {
+  const Landmark* landmark = find(id);
+  if (landmark == nullptr) throw std::out_of_range("no such landmark");
+  return *landmark;
+}
+
+void Map::set_pose(KeyframeId id, const Pose& T_world_camera) {
+  keyframes_.find(id)->T_world_camera = T_world_camera;
+}
+
+void Map::set_position(LandmarkId id, const Eigen::Vector3d& p_world) {
+  landmarks_.find(id)->p_world = p_world;
+}
+
+void Map::count_sighting(LandmarkId id, std::uint32_t predicted, std::uint32_t found) {
+  if (Landmark* landmark = landmarks_.find(id)) {
+    landmark->predicted += predicted;
+    landmark->found += found;
+  }
+}
+
+bool Map::observe(LandmarkId id, const Observation& observation) {
+  Landmark* landmark = landmarks_.find(id);
+  Keyframe* keyframe = keyframes_.find(observation.keyframe);
+  if (landmark == nullptr || keyframe == nullptr) return false;
+  if (landmarks_.contains(keyframe->landmarks[observation.keypoint])) return false;
+  for (const Observation& o : landmark->observations) {
+    if (o.keyframe == observation.keyframe) return false;
+  }
+  landmark->observations.push_back(observation);
+  keyframe->landmarks[observation.keypoint] = id;
+  return true;
+}
+
+void Map::forget(LandmarkId id, KeyframeId keyframe_id) {
+  Landmark* landmark = landmarks_.find(id);
+  if (landmark == nullptr) return;
+  auto& observations = landmark->observations;
+  const auto found = std::find_if(observations.begin(), observations.end(),
+                                  [&](const Observation& o) { return o.keyframe == keyframe_id; });
+  if (found == observations.end()) return;
+  keyframes_.find(keyframe_id)->landmarks[found->keypoint] = LandmarkId{};
+  observations.erase(found);
+  if (observations.empty()) landmarks_.erase(id);
+}
+
+void Map::merge(LandmarkId keep, LandmarkId drop) {
+  if (keep == drop || !landmarks_.contains(keep) || !landmarks_.contains(drop)) return;
+  const Landmark dropped = at(drop);
+  erase(drop);
+  for (const Observation& o : dropped.observations) observe(keep, o);
+  Landmark& kept = *landmarks_.find(keep);
+  kept.predicted += dropped.predicted;
+  kept.found += dropped.found;
+  kept.first_sequence = std::min(kept.first_sequence, dropped.first_sequence);
+  refresh(keep);
+}
+
+void Map::erase(LandmarkId id) {
+  const Landmark* landmark = landmarks_.find(id);
+  if (landmark == nullptr) return;
+  for (const Observation& o : landmark->observations) {
+    keyframes_.find(o.keyframe)->landmarks[o.keypoint] = LandmarkId{};
+  }
+  landmarks_.erase(id);
+}
+
+void Map::erase(KeyframeId id, KeyframeId heir) {
+  const Keyframe& keyframe = at(id);
+  heirs_[id] = {heir, at(heir).T_world_camera.inverse() * keyframe.T_world_camera};
+  const std::vector<LandmarkId> seen = keyframe.landmarks;
+  for (const LandmarkId landmark : seen) forget(landmark, id);
+  keyframes_.erase(id);
+}
+
+void Map::refresh(LandmarkId id) {
+  Landmark& landmark = *landmarks_.find(id);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  std::vector<const Descriptor*> descriptors;
+  const std::size_t count = landmark.observations.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const Observation& o = landmark.observations[i];
+    const Keyframe& keyframe = at(o.keyframe);
+    sum += (landmark.p_world - keyframe.T_world_camera.translation()).normalized();
+    if (i + kMedoidSample >= count) descriptors.push_back(&keyframe.features->descriptors[o.keypoint]);
+  }
+  landmark.descriptor = *descriptors[medoid(descriptors)];
+  if (sum.norm() > 1e-6) landmark.normal = sum.normalized();
+
+  const Observation& first = landmark.observations.front();
+  const Keyframe& reference = at(first.keyframe);
+  const double range = (landmark.p_world - reference.T_world_camera.translation()).norm();
+  const int level = reference.features->keypoints[first.keypoint].level;
+  landmark.max_distance = static_cast<float>(range * pyramid_.scale(level));
+  landmark.min_distance = static_cast<float>(landmark.max_distance / pyramid_.scale(pyramid_.levels - 1));
+}
+
+std::vector<Covisible> Map::covisible(KeyframeId id, int min_shared) const {
+  std::vector<int> shared(keyframes_.capacity(), 0);
+  std::vector<KeyframeId> seen;
+  for (const LandmarkId landmark_id : at(id).landmarks) {
+    const Landmark* landmark = find(landmark_id);
+    if (landmark == nullptr) continue;
+    for (const Observation& o : landmark->observations) {
+      if (o.keyframe != id && shared[o.keyframe.slot]++ == 0) seen.push_back(o.keyframe);
+    }
+  }
+  std::vector<Covisible> result;
+  for (const KeyframeId other : seen) {
+    if (shared[other.slot] >= min_shared) result.push_back({other, shared[other.slot]});
+  }
+  std::sort(result.begin(), result.end(), [this](const Covisible& a, const Covisible& b) {
+    if (a.shared != b.shared) return a.shared > b.shared;
+    return at(a.keyframe).sequence < at(b.keyframe).sequence;
+  });
+  return result;
+}
+
+Pose Map::resolve(KeyframeId reference, const Pose& T_reference_camera) const {
+  Pose T = T_reference_camera;
+  while (!keyframes_.contains(reference)) {
+    const Heir& heir = heirs_.at(reference);
+    T = heir.T_heir_erased * T;
+    reference = heir.keyframe;
+  }
+  return at(reference).T_world_camera * T;
+}
+
+bool Map::is_first(KeyframeId id) const { return first_.at(at(id).component) == id; }
+
+KeyframeId Map::living(KeyframeId id) const {
+  while (!keyframes_.contains(id)) id = heirs_.at(id).keyframe;
+  return id;
+}
+
+std::vector<LandmarkId> landmarks_seen_by(const Map& map, std::span<const KeyframeId> keyframes) {
+  std::vector<LandmarkId> result;
+  for (const KeyframeId id : keyframes) {
+    for (const LandmarkId landmark : map.at(id).landmarks) {
+      if (landmark.valid()) result.push_back(landmark);
+    }
+  }
+  std::sort(result.begin(), result.end());
+  result.erase(std::unique(result.begin(), result.end()), result.end());
+  return result;
+}
+
+int expected_level(const PyramidShape& pyramid, double max_distance, double range) {
+  const double level = std::log(max_distance / range) / std::log(pyramid.scale_factor);
+  return std::clamp(static_cast<int>(std::lround(level)), 0, pyramid.levels - 1);
+}
+
+}  // namespace stillmap

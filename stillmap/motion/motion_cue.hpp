@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <string_view>
+
+#include "stillmap/motion/frame.hpp"
+
+namespace stillmap {
+
+/// What a cue may look at. Pointers that may be null say so.
+struct MotionInput {
+  RgbdFramePtr image;
+  FeaturesPtr features;
+  SegmentedFramePtr instances;  ///< may be null: no network, no masks, or none has come yet
+  FramePtr previous;            ///< the frame before, with its evidence; null for the first
+};
+
+/// One reason to believe that something moves. A preset is a list of cues, and nothing else.
+class MotionCue {
+ public:
+  virtual ~MotionCue() = default;
+  virtual std::string_view name() const = 0;
+  /// Adds this cue's log-likelihood ratios to `evidence.static_log_odds` (already sized, one per keypoint)
+  /// and marks the pixels it takes for moving in `evidence.moving_pixels` (empty or image-sized).
+  virtual void add_to(MotionEvidence& evidence, const MotionInput& input) = 0;
+};
+
+}  // namespace stillmap
