@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <cstddef>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace stillmap {
+
+/// Where the time of one stage went; milliseconds. Quantiles are interpolated linearly between the
+/// samples.
+struct StageTiming {
+  std::string name;
+  std::size_t count = 0;
+  double median = 0, mean = 0, p95 = 0, p99 = 0, max = 0, total = 0;
+};
+
+/// Collects milliseconds by stage. Each thread keeps a recorder of its own; they are merged at the
+/// end.
+class TimingRecorder {
+ public:
+  void add(std::string_view stage, double milliseconds);
+  /// Appends the other's samples; stages unknown here come after those known, in the other's order.
+  void merge(const TimingRecorder& other);
+  /// The samples of one stage in the order they were added; empty for an unknown stage.
+  std::span<const double> samples(std::string_view stage) const;
+  /// One summary per stage, in the order in which the stages were first seen.
+  std::vector<StageTiming> stages() const;
+
+ private:
+  std::vector<double>& samples_of(std::string_view stage);
+
+  std::map<std::string, std::size_t, std::less<>> index_;  // stage name to position below
+  std::vector<std::string> names_;
+  std::vector<std::vector<double>> samples_;
+};
+
+/// The q-quantile (0 to 1) of values that need not be sorted; 0 for none.
+double quantile(std::span<const double> values, double q);
+
+/// A text table: one line per stage, columns count, median, p95, p99, max [ms] and total [s].
+std::string timing_text(std::span<const StageTiming> stages);
+
+void to_json(nlohmann::json& json, const StageTiming& timing);
+
+}  // namespace stillmap

@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/evaluate/trajectory_error.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/geometry/association.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace stillmap {
+namespace {
+
+double median_of_sorted(std::span<const double> sorted) {
+  const std::size_t middle = sorted.size() / 2;
+  return sorted.size() % 2 == 1 ? sorted[middle] : (sorted[middle - 1] + sorted[middle]) / 2;
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return median_of_sorted(values);
+}
+
+/// In order of the stamps; of several poses with one stamp the last.
+Trajectory one_pose_per_stamp(Trajectory trajectory) {
+  std::stable_sort(trajectory.begin(), trajectory.end(),
+                   [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
+  Trajectory unique;
+  for (const StampedPose& pose : trajectory) {
+    if (!unique.empty() && unique.back().timestamp == pose.timestamp) unique.pop_back();
+    unique.push_back(pose);
+  }
+  return unique;
+}
+
+std::vector<double> stamps_of(const Trajectory& trajectory) {
+  std::vector<double> stamps(trajectory.size());
+  std::transform(trajectory.begin(), trajectory.end(), stamps.begin(),
+                 [](const StampedPose& pose) { return pose.timestamp; });
+  return stamps;
+}
+
+std::vector<double> intervals(std::span<const double> stamps) {
+  std::vector<double> result;
+  for (std::size_t i = 1; i < stamps.size(); ++i) result.push_back(stamps[i] - stamps[i - 1]);
+  return result;
+}
+
+/// Index of the stamp nearest to t (sorted, not empty), by halving: what is met first wins a tie.
+std::size_t nearest(std::span<const double> stamps, double t) {
+  std::size_t best = 0, first = 0, last = stamps.size();
+  while (first < last) {
+    const std::size_t middle = (first + last) / 2;
+    if (std::abs(stamps[middle] - t) < std::abs(stamps[best] - t)) best = middle;
+    if (stamps[middle] == t) break;
+    if (stamps[middle] > t) {
+      last = middle;
+    } else {
+      first = middle + 1;
+    }
+  }
+  return best;
+}
+
+std::string time_span(const Trajectory& trajectory) {
+  return fmt::format("{:.6f} to {:.6f} s ({} poses)", trajectory.front().timestamp,
+                     trajectory.back().timestamp, trajectory.size());
+}
+
+void require_poses(const Trajectory& truth, const Trajectory& estimate, std::size_t least) {
+  const auto require = [least](const Trajectory& trajectory, const std::string& name) {
+    if (trajectory.size() >= least) return;
+    throw Error(fmt::format("has {} poses, at least {} are needed", trajectory.size(), least), name,
+                "check that tracking gave poses and that the right file was named");
+  };
+  require(truth, "true trajectory");
+  require(estimate, "estimated trajectory");
+}
+
+[[noreturn]] void throw_too_few_pairs(const Trajectory& truth, const Trajectory& estimate,
+                                      std::size_t pairs, double max_difference) {
+  const bool overlap = estimate.front().timestamp < truth.back().timestamp + max_difference &&
+                       truth.front().timestamp < estimate.back().timestamp + max_difference;
+  throw Error(
+      overlap ? fmt::format("only {} pairs of stamps lie within {} s of each other; 3 are needed",
+                            pairs, max_difference)
+              : std::string("the two trajectories do not overlap in time"),
+      fmt::format("truth {}, estimate {}", time_span(truth), time_span(estimate)),
+      "check that both files belong to the same recording and count seconds on the same clock");
+}
+
+Eigen::Matrix3Xd positions_of(const std::vector<AtePair>& pairs, Eigen::Vector3d AtePair::*member) {
+  Eigen::Matrix3Xd positions(3, static_cast<Eigen::Index>(pairs.size()));
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    positions.col(static_cast<Eigen::Index>(i)) = pairs[i].*member;
+  }
+  return positions;
+}
+
+/// Pairs by stamp, not aligned yet.
+std::vector<AtePair> associate_poses(const Trajectory& truth, const Trajectory& estimate,
+                                     double max_difference) {
+  std::vector<AtePair> pairs;
+  for (const auto& [i, j] : associate(stamps_of(truth), stamps_of(estimate), max_difference)) {
+    pairs.push_back({estimate[j].timestamp, truth[i].timestamp,
+                     truth[i].T_world_camera.translation(),
+                     estimate[j].T_world_camera.translation(), 0});
+  }
+  std::sort(pairs.begin(), pairs.end(),
+            [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
+  return pairs;
+}
+
+/// Motion from pose j to pose i seen from j: T_j^-1 T_i.
+Pose motion(const Trajectory& trajectory, std::size_t i, std::size_t j) {
+  return trajectory[j].T_world_camera.inverse() * trajectory[i].T_world_camera;
+}
+
+double rotation_degrees(const Pose& T) {
+  const double cosine = std::clamp((T.rotation().trace() - 1) / 2, -1.0, 1.0);
+  return std::acos(cosine) * 180 / std::numbers::pi;
+}
+
+/// Indices (i, j) of the estimate's poses that are delta apart.
+std::vector<std::pair<std::size_t, std::size_t>> fixed_delta_pairs(std::span<const double> stamps,
+                                                                   const RpeOptions& options) {
+  std::vector<double> clock(stamps.begin(), stamps.end());
+  if (options.unit == DeltaUnit::kFrames) std::iota(clock.begin(), clock.end(), 0.0);
+  std::vector<std::pair<std::size_t, std::size_t>> pairs;
+  for (std::size_t i = 0; i < clock.size(); ++i) {
+    const std::size_t j = nearest(clock, clock[i] + options.delta);
+    if (j + 1 != clock.size()) pairs.emplace_back(i, j);
+  }
+  return pairs;
+}
+
+template <typename Pair>
+Statistics statistics_of(const std::vector<Pair>& pairs, double Pair::*member) {
+  std::vector<double> errors(pairs.size());
+  std::transform(pairs.begin(), pairs.end(), errors.begin(),
+                 [member](const Pair& pair) { return pair.*member; });
+  return compute_statistics(errors);
+}
+
+}  // namespace
+
+Statistics compute_statistics(std::span<const double> errors) {
+  if (errors.empty()) return {};
+  std::vector<double> sorted(errors.begin(), errors.end());
+  std::sort(sorted.begin(), sorted.end());
+  const auto n = static_cast<double>(sorted.size());
+  double sum = 0, sum_of_squares = 0, sum_of_deviations = 0;
+  for (const double e : sorted) {
+    sum += e;
+    sum_of_squares += e * e;
+  }
+  for (const double e : sorted) sum_of_deviations += (e - sum / n) * (e - sum / n);
+  return {.rmse = std::sqrt(sum_of_squares / n),
+          .mean = sum / n,
+          .median = median_of_sorted(sorted),
+          .sd = std::sqrt(sum_of_deviations / n),
+          .min = sorted.front(),
+          .max = sorted.back(),
+          .count = sorted.size()};
+}
+
+double Coverage::share() const {
+  if (total == 0) return 0;
+  return std::min(1.0, static_cast<double>(tracked) / static_cast<double>(total));
+}
+
+Coverage compute_coverage(const Trajectory& estimate, std::size_t total_frames) {
+  return {one_pose_per_stamp(estimate).size(), total_frames, false};
+}
+
+Coverage estimate_coverage(const Trajectory& estimate, const Trajectory& truth) {
+  const std::vector<double> stamps = stamps_of(one_pose_per_stamp(estimate));
+  const std::vector<double> true_stamps = stamps_of(one_pose_per_stamp(truth));
+  std::size_t total = stamps.size();
+  if (stamps.size() >= 2 && true_stamps.size() >= 2) {
+    const double frames = (true_stamps.back() - true_stamps.front()) / median(intervals(stamps));
+    total = std::max(total, static_cast<std::size_t>(std::llround(frames)) + 1);
+  }
+  return {stamps.size(), total, true};
+}
+
+AteResult absolute_trajectory_error(const Trajectory& truth, const Trajectory& estimate,
+                                    const AteOptions& options) {
+  require_poses(truth, estimate, 1);
+  const Trajectory gt = one_pose_per_stamp(truth), est = one_pose_per_stamp(estimate);
+  AteResult result;
+  result.pairs = associate_poses(gt, est, options.max_difference);
+  if (result.pairs.size() < 3) {
+    throw_too_few_pairs(gt, est, result.pairs.size(), options.max_difference);
+  }
+  result.T_truth_estimate = align_points(positions_of(result.pairs, &AtePair::p_truth),
+                                         positions_of(result.pairs, &AtePair::p_estimate));
+  for (AtePair& pair : result.pairs) {
+    pair.p_estimate = result.T_truth_estimate * pair.p_estimate;
+    pair.error = (pair.p_estimate - pair.p_truth).norm();
+  }
+  result.translation = statistics_of(result.pairs, &AtePair::error);
+  return result;
+}
+
+RpeResult relative_pose_error(const Trajectory& truth, const Trajectory& estimate,
+                              const RpeOptions& options) {
+  require_poses(truth, estimate, 2);
+  const Trajectory gt = one_pose_per_stamp(truth), est = one_pose_per_stamp(estimate);
+  require_poses(gt, est, 2);
+  const std::vector<double> gt_stamps = stamps_of(gt), est_stamps = stamps_of(est);
+  const double max_gap = 2 * median(intervals(gt_stamps));
+
+  RpeResult result;
+  for (const auto& [i, j] : fixed_delta_pairs(est_stamps, options)) {
+    const std::size_t gt_i = nearest(gt_stamps, est_stamps[i]);
+    const std::size_t gt_j = nearest(gt_stamps, est_stamps[j]);
+    if (std::abs(gt_stamps[gt_i] - est_stamps[i]) > max_gap) continue;
+    if (std::abs(gt_stamps[gt_j] - est_stamps[j]) > max_gap) continue;
+    const Pose A = motion(gt, gt_i, gt_j), B = motion(est, i, j);
+    const Pose E = B.inverse() * A;
+    result.pairs.push_back(
+        {est_stamps[i], est_stamps[j], E.translation().norm(), rotation_degrees(E)});
+  }
+  if (result.pairs.empty()) {
+    throw Error(fmt::format("no two poses {} {} apart have a true pose near enough", options.delta,
+                            options.unit == DeltaUnit::kSeconds ? "s" : "frames"),
+                fmt::format("truth {}, estimate {}", time_span(gt), time_span(est)),
+                "check that both belong to the same recording, or choose a smaller delta");
+  }
+  result.translation = statistics_of(result.pairs, &RpePair::translation);
+  result.rotation = statistics_of(result.pairs, &RpePair::rotation);
+  return result;
+}
+
+Evaluation evaluate_trajectory(const Trajectory& truth, const Trajectory& estimate,
+                               std::optional<std::size_t> total_frames, bool per_frame) {
+  Evaluation result;
+  result.ate = absolute_trajectory_error(truth, estimate);
+  result.rpe = relative_pose_error(truth, estimate);
+  if (per_frame) result.rpe_frame = relative_pose_error(truth, estimate, {1, DeltaUnit::kFrames});
+  result.coverage =
+      total_frames ? compute_coverage(estimate, *total_frames) : estimate_coverage(estimate, truth);
+  return result;
+}
+
+std::string evaluation_text(const Evaluation& evaluation) {
+  std::string text = fmt::format("{:<26}{:>11}{:>11}{:>11}{:>11}{:>11}{:>11}{:>8}\n", "", "rmse",
+                                 "mean", "median", "sd", "min", "max", "pairs");
+  const auto line = [&text](const char* name, const Statistics& s) {
+    text += fmt::format("{:<26}{:>11.6f}{:>11.6f}{:>11.6f}{:>11.6f}{:>11.6f}{:>11.6f}{:>8}\n", name,
+                        s.rmse, s.mean, s.median, s.sd, s.min, s.max, s.count);
+  };
+  line("ATE translation [m]", evaluation.ate.translation);
+  line("RPE 1 s translation [m]", evaluation.rpe.translation);
+  line("RPE 1 s rotation [deg]", evaluation.rpe.rotation);
+  if (evaluation.rpe_frame) {
+    line("RPE frame translation [m]", evaluation.rpe_frame->translation);
+    line("RPE frame rotation [deg]", evaluation.rpe_frame->rotation);
+  }
+  const Coverage& coverage = evaluation.coverage;
+  text += fmt::format("coverage {}/{} frames = {:.1f} %{}\n", coverage.tracked, coverage.total,
+                      100 * coverage.share(),
+                      coverage.estimated ? " (total estimated from the truth's time span)" : "");
+  return text;
+}
+
+void to_json(nlohmann::json& json, const Statistics& statistics) {
+  json = {{"rmse", statistics.rmse},  {"mean", statistics.mean}, {"median", statistics.median},
+          {"sd", statistics.sd},      {"min", statistics.min},   {"max", statistics.max},
+          {"count", statistics.count}};
+}
+
+void to_json(nlohmann::json& json, const Coverage& coverage) {
+  json = {{"tracked", coverage.tracked},
+          {"total", coverage.total},
+          {"share", coverage.share()},
+          {"total_is_estimated", coverage.estimated}};
+}
+
+void to_json(nlohmann::json& json, const AteResult& ate) {
+  const Eigen::Quaterniond& q = ate.T_truth_estimate.quaternion();
+  const Eigen::Vector3d& t = ate.T_truth_estimate.translation();
+  json = {{"translation_m", ate.translation},
+          {"pairs", ate.pairs.size()},
+          {"T_truth_estimate",
+           {{"translation_m", {t.x(), t.y(), t.z()}},
+            {"quaternion_xyzw", {q.x(), q.y(), q.z(), q.w()}}}}};
+}
+
+void to_json(nlohmann::json& json, const RpeResult& rpe) {
+  json = {{"translation_m", rpe.translation},
+          {"rotation_deg", rpe.rotation},
+          {"pairs", rpe.pairs.size()}};
+}
+
+void to_json(nlohmann::json& json, const Evaluation& evaluation) {
+  json = {{"ate", evaluation.ate}, {"rpe_1s", evaluation.rpe}, {"coverage", evaluation.coverage}};
+  if (evaluation.rpe_frame) json["rpe_frame"] = *evaluation.rpe_frame;
+}
+
+}  // namespace stillmap
