@@ -1,0 +1,319 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/sensor/camera_file.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/file.hpp"
+#include "stillmap/base/nearest_name.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <optional>
+#include <set>
+#include <sstream>
+#include <tuple>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <yaml-cpp/yaml.h>
+
+namespace stillmap {
+namespace {
+
+namespace fs = std::filesystem;
+using Keys =
+    std::vector<std::string>;  // the names one value may go by, ours or the usual one first
+
+Camera make_preset(const std::string& name, std::array<double, 4> intrinsics,
+                   std::array<double, 5> distortion) {
+  Camera camera;
+  camera.name = name;
+  std::tie(camera.fx, camera.fy, camera.cx, camera.cy) = std::tuple_cat(intrinsics);
+  camera.distortion = Eigen::Map<const Eigen::Matrix<double, 5, 1>>(distortion.data());
+  return camera;
+}
+
+const std::vector<Camera>& presets() {
+  static const std::vector<Camera> cameras{make_preset("tum_fr1", {517.3, 516.5, 318.6, 255.3},
+                                                       {0.2624, -0.9531, -0.0054, 0.0026, 1.1633}),
+                                           make_preset("tum_fr2", {520.9, 521.0, 325.1, 249.7},
+                                                       {0.2312, -0.7849, -0.0033, -0.0001, 0.9172}),
+                                           make_preset("tum_fr3", {535.4, 539.2, 320.1, 247.6}, {}),
+                                           make_preset("kitchen", {528, 528, 321, 239.5}, {})};
+  return cameras;
+}
+
+// A flat view of a YAML file's top level that knows how to complain.
+class CameraYaml {
+ public:
+  explicit CameraYaml(const fs::path& file) : file_(file), root_(parse(file)) {
+    if (!root_.IsMap()) {
+      throw Error("is no camera: expected lines like 'fx: 535.4'", file_.string(), kFix);
+    }
+    std::set<std::string> seen;
+    for (const auto& entry : root_) {
+      keys_.push_back(entry.first.as<std::string>(""));
+      if (!seen.insert(keys_.back()).second) {
+        throw Error("is given twice", where(keys_.back()), "leave only the one that holds");
+      }
+    }
+  }
+
+  const Keys& keys() const { return keys_; }
+  std::string where(const std::string& key) const {
+    return fmt::format("{}, key '{}'", file_.string(), key);
+  }
+  std::optional<std::string> find(const Keys& names) const {
+    for (const auto& name : names) {
+      if (std::find(keys_.begin(), keys_.end(), name) != keys_.end()) return name;
+    }
+    return std::nullopt;
+  }
+  std::string text(const std::string& key) const {
+    const YAML::Node node = root_[key];
+    if (!node.IsScalar()) throw Error("expected a name", where(key), "write it as one word");
+    return node.Scalar();
+  }
+  double number(const Keys& names) const {
+    const auto key = find(names);
+    if (!key) throw missing(names);
+    return to_number(root_[*key], *key);
+  }
+  double number_or(const Keys& names, double otherwise) const {
+    const auto key = find(names);
+    return key ? to_number(root_[*key], *key) : otherwise;
+  }
+  int whole(const Keys& names) const {
+    const double value = number(names);
+    if (value != std::round(value) || std::abs(value) > 1e6) {
+      throw Error(fmt::format("expected a whole number, found {}", value), where(*find(names)),
+                  "give the image size in pixels");
+    }
+    return static_cast<int>(value);
+  }
+  std::vector<double> numbers(const std::string& key) const {
+    const YAML::Node node = root_[key];
+    if (!node.IsSequence()) {
+      throw Error("expected a list of numbers", where(key), "write it as [k1, k2, p1, p2, k3]");
+    }
+    std::vector<double> values;
+    for (const auto& item : node) values.push_back(to_number(item, key));
+    return values;
+  }
+  Error missing(const Keys& names) const {
+    return Error(fmt::format("the key '{}' is missing", names.front()), file_.string(),
+                 fmt::format("add a line '{}: VALUE'", fmt::join(names, ": VALUE' or '")));
+  }
+
+  static constexpr std::size_t kLargestFile = 1 << 20;  // bytes; settings files have a few thousand
+  static constexpr const char* kFix =
+      "give a camera file with width, height, fx, fy, cx, cy, depth_factor, or a preset's name";
+
+ private:
+  static YAML::Node parse(const fs::path& file) {
+    const std::string text = read_file(file);
+    if (text.size() > kLargestFile) throw Error("is too large for a camera", file.string(), kFix);
+    try {
+      return YAML::Load(as_standard_yaml(text));
+    } catch (const YAML::Exception& e) {
+      const std::string line = e.mark.is_null() ? "" : fmt::format(":{}", e.mark.line + 1);
+      throw Error(fmt::format("is not YAML: {}", e.msg), file.string() + line,
+                  "write one 'key: value' a line");
+    }
+  }
+
+  // OpenCV reads what the YAML standard does not allow, and settings files make use of it: the
+  // header
+  // '%YAML:1.0' (kept as a comment, so that line numbers stay), tabs, and no blank behind a colon.
+  static std::string as_standard_yaml(std::string text) {
+    if (const auto at = text.find("%YAML"); at != std::string::npos && at < 4) text[at] = '#';
+    std::replace(text.begin(), text.end(), '\t', ' ');
+    std::istringstream lines(text);
+    std::string standard;
+    for (std::string line; std::getline(lines, line); standard += line + '\n') {
+      const auto key_ends = std::find_if_not(line.begin(), line.end(), is_key_letter);
+      if (key_ends != line.end() && *key_ends == ':') line.insert(key_ends + 1, ' ');
+    }
+    return standard;
+  }
+  static bool is_key_letter(char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '.' || c == ' ';
+  }
+
+  double to_number(const YAML::Node& node, const std::string& key) const {
+    double value = 0;
+    if (!node.IsScalar() || !YAML::convert<double>::decode(node, value)) {
+      throw Error(fmt::format("expected a number, found {}",
+                              node.IsScalar() ? "'" + node.Scalar() + "'" : "something else"),
+                  where(key), "write a decimal number");
+    }
+    if (!std::isfinite(value)) {
+      throw Error(fmt::format("'{}' is not finite", node.Scalar()), where(key), "write a number");
+    }
+    return value;
+  }
+
+  fs::path file_;
+  YAML::Node root_;
+  Keys keys_;
+};
+
+bool is_settings_file(const CameraYaml& yaml) {
+  return std::any_of(yaml.keys().begin(), yaml.keys().end(), [](const std::string& key) {
+    return key.starts_with("Camera.") || key.starts_with("Camera1.");
+  });
+}
+
+void refuse_other_models(const CameraYaml& yaml) {
+  if (!yaml.find({"Camera.type"})) return;
+  const std::string type = yaml.text("Camera.type");
+  if (type == "PinHole" || type == "Rectified") return;
+  throw Error(fmt::format("the camera model '{}' is not supported", type),
+              yaml.where("Camera.type"),
+              "rectify the images to a pinhole camera first and give its parameters");
+}
+
+Camera from_settings(const CameraYaml& yaml) {
+  refuse_other_models(yaml);
+  const auto names = [](const std::string& key) -> Keys {
+    return {"Camera." + key, "Camera1." + key};
+  };
+  Camera camera;
+  camera.width = yaml.whole(names("width"));
+  camera.height = yaml.whole(names("height"));
+  camera.fx = yaml.number(names("fx"));
+  camera.fy = yaml.number(names("fy"));
+  camera.cx = yaml.number(names("cx"));
+  camera.cy = yaml.number(names("cy"));
+  int i = 0;
+  for (const char* key : {"k1", "k2", "p1", "p2", "k3"}) {
+    camera.distortion(i++) = yaml.number_or(names(key), 0);
+  }
+  camera.fps = yaml.number_or(names("fps"), camera.fps);
+  camera.depth_factor = yaml.number({"DepthMapFactor", "RGBD.DepthMapFactor"});
+  // Camera.bf is focal length times baseline (pixel metres), Stereo.b the baseline itself (metres).
+  camera.baseline = yaml.number_or(names("bf"), camera.baseline * camera.fx) / camera.fx;
+  camera.baseline = yaml.number_or({"Stereo.b"}, camera.baseline);
+  return camera;
+}
+
+void refuse_unknown_keys(const CameraYaml& yaml) {
+  const Keys known{"name", "width",      "height",       "fx",  "fy",      "cx",
+                   "cy",   "distortion", "depth_factor", "fps", "baseline"};
+  for (const auto& key : yaml.keys()) {
+    if (std::find(known.begin(), known.end(), key) != known.end()) continue;
+    throw Error("is no key of a camera file", yaml.where(key), suggestion(key, known));
+  }
+}
+
+Camera from_our_own(const CameraYaml& yaml, const fs::path& file) {
+  refuse_unknown_keys(yaml);
+  Camera camera;
+  camera.width = yaml.whole({"width"});
+  camera.height = yaml.whole({"height"});
+  camera.fx = yaml.number({"fx"});
+  camera.fy = yaml.number({"fy"});
+  camera.cx = yaml.number({"cx"});
+  camera.cy = yaml.number({"cy"});
+  camera.depth_factor = yaml.number({"depth_factor"});
+  camera.fps = yaml.number_or({"fps"}, camera.fps);
+  camera.baseline = yaml.number_or({"baseline"}, camera.baseline);
+  camera.name = yaml.find({"name"}) ? yaml.text("name") : file.stem().string();
+  if (yaml.find({"distortion"})) {
+    const auto values = yaml.numbers("distortion");
+    if (values.size() > 5) {
+      throw Error(fmt::format("expected at most 5 numbers, found {}", values.size()),
+                  yaml.where("distortion"), "write it as [k1, k2, p1, p2, k3]");
+    }
+    std::copy(values.begin(), values.end(), camera.distortion.begin());
+  }
+  return camera;
+}
+
+Camera read_camera(const fs::path& file) {
+  const CameraYaml yaml(file);
+  Camera camera = is_settings_file(yaml) ? from_settings(yaml) : from_our_own(yaml, file);
+  if (camera.name == Camera().name) camera.name = file.stem().string();
+  check_camera(camera, file.string());
+  return camera;
+}
+
+}  // namespace
+
+const std::vector<std::string>& camera_presets() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all;
+    for (const auto& camera : presets()) all.push_back(camera.name);
+    return all;
+  }();
+  return names;
+}
+
+Camera load_camera(const std::string& name_or_path) {
+  for (const auto& camera : presets()) {
+    if (camera.name == name_or_path) return camera;
+  }
+  std::error_code ignored;
+  if (fs::is_directory(name_or_path, ignored)) {
+    throw Error("is a folder, not a camera", name_or_path,
+                "name the camera file itself, such as " +
+                    (fs::path(name_or_path) / "camera.yaml").string());
+  }
+  if (!fs::exists(name_or_path, ignored)) {
+    throw Error(
+        "is neither a known camera nor a file", "camera '" + name_or_path + "'",
+        "give the path of a camera file or a name: " + suggestion(name_or_path, camera_presets()));
+  }
+  return read_camera(name_or_path);
+}
+
+void write_camera(const fs::path& file, const Camera& camera) {
+  YAML::Emitter name;
+  name << YAML::DoubleQuoted << camera.name;
+  std::string text = fmt::format("name: {}\n", name.c_str());
+  text += fmt::format("width: {}  # pixels\nheight: {}\n", camera.width, camera.height);
+  text += fmt::format("fx: {}  # pixels\nfy: {}\ncx: {}\ncy: {}\n", camera.fx, camera.fy, camera.cx,
+                      camera.cy);
+  const auto& d = camera.distortion;
+  text += fmt::format("distortion: [{}, {}, {}, {}, {}]  # k1 k2 p1 p2 k3\n", d(0), d(1), d(2),
+                      d(3), d(4));
+  text += fmt::format("depth_factor: {}  # raw depth units per metre\n", camera.depth_factor);
+  text += fmt::format("fps: {}  # Hz\n", camera.fps);
+  text += fmt::format("baseline: {}  # metres, of the virtual second camera\n", camera.baseline);
+  write_file(file, text);
+}
+
+void check_camera(const Camera& camera, const std::string& where) {
+  const auto expect = [&](bool holds, const std::string& key, double found,
+                          const std::string& wanted) {
+    if (!holds) {
+      throw Error(fmt::format("{} is {}", key, found), where, fmt::format("expected {}", wanted));
+    }
+  };
+  for (const int size : {camera.width, camera.height}) {
+    expect(size >= 32 && size <= 16384, "the image's width or height", size, "32 to 16384 pixels");
+  }
+  const double largest = 20.0 * camera.width;
+  for (const double f : {camera.fx, camera.fy}) {
+    expect(f > 0.05 * camera.width && f < largest, "the focal length fx or fy", f,
+           fmt::format("pixels, not millimetres: {:g} to {:g} for this width", 0.05 * camera.width,
+                       largest));
+  }
+  expect(camera.cx >= 0 && camera.cx < camera.width, "cx", camera.cx,
+         fmt::format("a pixel of the image, about {:g}", (camera.width - 1) / 2.0));
+  expect(camera.cy >= 0 && camera.cy < camera.height, "cy", camera.cy,
+         fmt::format("a pixel of the image, about {:g}", (camera.height - 1) / 2.0));
+  for (const double k : camera.distortion) {
+    expect(std::abs(k) < 100, "a distortion coefficient", k,
+           "k1 k2 p1 p2 k3 of normalised coordinates");
+  }
+  expect(camera.depth_factor >= 1 && camera.depth_factor < 1e6, "the depth factor",
+         camera.depth_factor,
+         "raw units per metre (5000 for TUM, 1000 for millimetres), not metres per unit");
+  expect(camera.fps > 0 && camera.fps <= 1000, "fps", camera.fps, "frames per second, such as 30");
+  expect(camera.baseline > 0 && camera.baseline < 10, "the baseline", camera.baseline,
+         "metres, such as 0.075 (Camera.bf is fx times that)");
+}
+
+}  // namespace stillmap
