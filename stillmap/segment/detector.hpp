@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include <string>
-#include <vector>
-
 #include "stillmap/segment/instance.hpp"
 #include "stillmap/sensor/rgbd_frame.hpp"
 
+#include <string>
+#include <vector>
+
 namespace stillmap {
 
-/// Finds instances in single frames: a network, or a folder of masks made offline. Synchronous; one thread at
-/// a time per object.
+/// Finds instances in single frames: a network, or a folder of masks made offline. Synchronous; one
+/// thread at a time per object.
 class Detector {
  public:
   virtual ~Detector() = default;

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/segment/mask_folder.hpp"
+
+#include "stillmap/base/error.hpp"
+
+#include <charconv>
+#include <set>
+
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <spdlog/spdlog.h>
+
+namespace stillmap {
+namespace {
+
+constexpr double kLoneTolerance = 0.02;  // seconds; TUM's association limit
+constexpr int kPersonValue = 255;
+constexpr int kPersonClass = 0, kUnknownClass = 1;
+
+std::optional<double> number_of(const std::string& text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool whole = error == std::errc{} && end == text.data() + text.size();
+  return whole && std::isfinite(value) ? std::optional(value) : std::nullopt;
+}
+
+bool is_png(const std::filesystem::path& file) {
+  return file.extension() == ".png" || file.extension() == ".PNG";
+}
+
+std::vector<std::filesystem::path> pngs_in(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    if (is_png(entry.path())) files.push_back(entry.path());
+  }
+  if (error) {
+    throw Error("cannot read the folder of masks: " + error.message(), folder.string(),
+                "name a folder with one 8-bit PNG per frame");
+  }
+  if (files.empty()) {
+    throw Error("there is no PNG in the folder of masks", folder.string(),
+                "name a folder with one 8-bit PNG per frame");
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+double median_interval(const std::vector<double>& stamps) {
+  std::vector<double> gaps;
+  for (std::size_t i = 1; i < stamps.size(); ++i) gaps.push_back(stamps[i] - stamps[i - 1]);
+  const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
+  std::nth_element(gaps.begin(), middle, gaps.end());
+  return *middle;
+}
+
+std::set<int> values_in(const cv::Mat1b& mask) {
+  std::array<bool, 256> seen{};
+  for (const std::uint8_t value : mask) seen[value] = true;
+  std::set<int> values;
+  for (int v = 1; v < 256; ++v) {
+    if (seen[static_cast<std::size_t>(v)]) values.insert(v);
+  }
+  return values;
+}
+
+Instance make_instance(int value, const cv::Rect& box, const cv::Mat1i& labels, int label) {
+  const bool person = value == kPersonValue;
+  return {.class_id = person ? kPersonClass : kUnknownClass,
+          .class_name = person ? "person" : "unknown",
+          .confidence = 1,
+          .box = box,
+          .mask = labels(box) == label};
+}
+
+void append_pieces(const cv::Mat1b& mask, int value, int smallest,
+                   std::vector<std::pair<int, Instance>>& sized) {
+  cv::Mat1i labels, stats;
+  cv::Mat1d centres;
+  const int count = cv::connectedComponentsWithStats(mask == value, labels, stats, centres, 8);
+  for (int label = 1; label < count; ++label) {
+    const int area = stats(label, cv::CC_STAT_AREA);
+    if (area < smallest) continue;
+    const cv::Rect box(stats(label, cv::CC_STAT_LEFT), stats(label, cv::CC_STAT_TOP),
+                       stats(label, cv::CC_STAT_WIDTH), stats(label, cv::CC_STAT_HEIGHT));
+    sized.emplace_back(area, make_instance(value, box, labels, label));
+  }
+}
+
+}  // namespace
+
+std::vector<Instance> instances_of_mask(const cv::Mat1b& mask, int smallest) {
+  std::vector<std::pair<int, Instance>> sized;
+  for (const int value : values_in(mask)) append_pieces(mask, value, smallest, sized);
+  std::stable_sort(sized.begin(), sized.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::vector<Instance> instances;
+  for (auto& [area, instance] : sized) instances.push_back(std::move(instance));
+  return instances;
+}
+
+MaskFolder::MaskFolder(const std::filesystem::path& folder) : folder_(folder) {
+  std::vector<double> stamps;
+  for (const auto& file : pngs_in(folder)) {
+    const auto stamp = number_of(file.stem().string());
+    if (stamp) stamps.push_back(*stamp);
+    entries_.push_back({stamp.value_or(0), file});
+  }
+  stamped_ = stamps.size() == entries_.size();
+  if (!stamped_) return;
+  std::stable_sort(entries_.begin(), entries_.end(),
+                   [](const Entry& a, const Entry& b) { return a.stamp < b.stamp; });
+  std::sort(stamps.begin(), stamps.end());
+  tolerance_ = stamps.size() > 1 ? median_interval(stamps) / 2 : kLoneTolerance;
+}
+
+const MaskFolder::Entry* MaskFolder::find(const RgbdFrame& frame) const {
+  if (!stamped_) return frame.index < entries_.size() ? &entries_[frame.index] : nullptr;
+  const auto after = std::lower_bound(entries_.begin(), entries_.end(), frame.timestamp,
+                                      [](const Entry& e, double stamp) { return e.stamp < stamp; });
+  const Entry* best = nullptr;
+  const auto distance = [&](const Entry& e) { return std::abs(e.stamp - frame.timestamp); };
+  if (after != entries_.end()) best = &*after;
+  if (after != entries_.begin() && (!best || distance(*(after - 1)) <= distance(*best))) {
+    best = &*(after - 1);
+  }
+  return best && distance(*best) <= tolerance_ ? best : nullptr;
+}
+
+std::vector<Instance> MaskFolder::detect(const RgbdFrame& frame) {
+  const Entry* entry = find(frame);
+  if (!entry) {
+    ++missing_;
+    return {};
+  }
+  const cv::Mat mask = cv::imread(entry->file.string(), cv::IMREAD_UNCHANGED);
+  if (mask.type() != CV_8UC1 || mask.size() != frame.grey.size()) {
+    ++unusable_;
+    spdlog::warn("{}: no 8-bit grey mask of {} x {} pixels, left out", entry->file.string(),
+                 frame.grey.cols, frame.grey.rows);
+    return {};
+  }
+  return instances_of_mask(mask);
+}
+
+std::string MaskFolder::description() const {
+  return fmt::format("masks from {} ({} files, by {})", folder_.string(), entries_.size(),
+                     stamped_ ? "time stamp" : "order");
+}
+
+const std::vector<std::string>& MaskFolder::class_names() const {
+  static const std::vector<std::string> kNames = {"person", "unknown"};
+  return kNames;
+}
+
+}  // namespace stillmap

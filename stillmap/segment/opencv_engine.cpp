@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/error.hpp"
+#include "stillmap/segment/inference_engine.hpp"
+
+#include <opencv2/core/utils/logger.hpp>
+#include <opencv2/dnn.hpp>
+
+namespace stillmap::engines {
+namespace {
+
+/// OpenCV's own network runner: slower than the others, but always there.
+class OpenCvEngine final : public InferenceEngine {
+ public:
+  explicit OpenCvEngine(const EngineOptions& options)
+      : shape_(options.input_shape),
+        outputs_(options.outputs),
+        net_(cv::dnn::readNetFromONNX(options.model)) {
+    if (net_.empty())
+      throw Error("OpenCV found no network in this file", options.model, export_advice());
+    net_.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
+    net_.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
+    // OpenCV 4.6 drops a scalar factor behind a matrix product when it fuses YOLO11's attention:
+    // the result would be wrong without a word.
+    net_.enableFusion(false);
+  }
+
+  std::array<int, 4> input_shape() const override { return shape_; }
+
+  std::vector<TensorView> run(std::span<const float> input) override {
+    // blob reads only; OpenCV has no const view.
+    const cv::Mat blob(4, shape_.data(), CV_32F, const_cast<float*>(input.data()));
+    net_.setInput(blob);
+    net_.forward(results_, outputs_);
+    std::vector<TensorView> views;
+    for (const auto& result : results_) views.push_back(view(result));
+    return views;
+  }
+
+  std::string name() const override { return "OpenCV " CV_VERSION; }
+
+ private:
+  static TensorView view(const cv::Mat& tensor) {
+    CV_Assert(tensor.isContinuous() && tensor.type() == CV_32F);
+    return {{tensor.size.p, tensor.size.p + tensor.dims}, {tensor.ptr<float>(), tensor.total()}};
+  }
+
+  std::array<int, 4> shape_;
+  std::vector<std::string> outputs_;
+  cv::dnn::Net net_;
+  std::vector<cv::Mat> results_;
+};
+
+}  // namespace
+
+std::unique_ptr<InferenceEngine> make_opencv(const EngineOptions& options) {
+  return std::make_unique<OpenCvEngine>(options);
+}
+
+}  // namespace stillmap::engines

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/segment/yolo_detector.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/segment/coco.hpp"
+
+namespace stillmap {
+namespace {
+
+constexpr int kDynamicHeight = 480, kDynamicWidth = 640;  // where the file leaves the size open
+
+void check_options(const SegmentOptions& options) {
+  const auto within = [](float x, float low, float high) { return x >= low && x <= high; };
+  if (!within(options.confidence, 0.001F, 1)) {
+    throw Error("must lie in 0.001 to 1", "segment.confidence", "0.25 is usual");
+  }
+  if (!within(options.iou, 0, 1)) throw Error("must lie in 0 to 1", "segment.iou", "0.7 is usual");
+  if (options.threads < 1 || options.threads > 256) {
+    throw Error("must lie in 1 to 256", "segment.threads", "take the number of free cores");
+  }
+  if (options.max_instances < 1) {
+    throw Error("must be at least 1", "segment.max_instances", "100 is usual");
+  }
+}
+
+/// 1 x 3 x height x width, with open sizes filled in; throws where the input is not an image.
+std::array<int, 4> input_shape_of(const OnnxInfo& info, const std::string& file) {
+  const auto& shape = info.inputs.front().shape;
+  const auto fits = [](std::int64_t n, std::int64_t wanted) { return n == wanted || n == -1; };
+  if (info.inputs.size() != 1 || shape.size() != 4 || !fits(shape[0], 1) || !fits(shape[1], 3)) {
+    throw Error(fmt::format("the network's input is [{}], not one image [1, 3, height, width]",
+                            fmt::join(shape, ", ")),
+                file, export_advice());
+  }
+  constexpr std::int64_t kLargest = 8192;
+  const auto height = shape[2] > 0 ? shape[2] : kDynamicHeight;
+  const auto width = shape[3] > 0 ? shape[3] : kDynamicWidth;
+  if (height > kLargest || width > kLargest) {
+    throw Error(fmt::format("an input of {} x {} pixels is too large", width, height), file,
+                export_advice());
+  }
+  return {1, 3, static_cast<int>(height), static_cast<int>(width)};
+}
+
+std::vector<std::string> output_names(const OnnxInfo& info) {
+  std::vector<std::string> names;
+  for (const auto& output : info.outputs) names.push_back(output.name);
+  return names;
+}
+
+std::vector<std::string> names_from(const OnnxInfo& info) {
+  const auto found = info.metadata.find("names");
+  return found == info.metadata.end() ? std::vector<std::string>{}
+                                      : parse_class_names(found->second);
+}
+
+std::vector<std::string> numbered_names(int classes) {
+  std::vector<std::string> names;
+  for (int c = 0; c < classes; ++c) names.push_back("class " + std::to_string(c));
+  return names;
+}
+
+/// Which class ids to report; empty for all. Throws where a name is not among the network's.
+std::vector<bool> wanted_classes(const std::vector<std::string>& wanted,
+                                 const std::vector<std::string>& names) {
+  if (wanted.empty()) return {};
+  std::vector<bool> flags(names.size(), false);
+  for (const auto& name : wanted) {
+    const auto found = std::find(names.begin(), names.end(), name);
+    if (found == names.end()) {
+      throw Error(fmt::format("the network knows no class \"{}\"", name), "segment.classes",
+                  fmt::format("it knows: {}", fmt::join(names, ", ")));
+    }
+    flags[static_cast<std::size_t>(found - names.begin())] = true;
+  }
+  return flags;
+}
+
+std::vector<std::vector<std::int64_t>> shapes_of(const std::vector<TensorView>& outputs) {
+  std::vector<std::vector<std::int64_t>> shapes;
+  for (const auto& output : outputs) shapes.push_back(output.shape);
+  return shapes;
+}
+
+/// Networks of Ultralytics say what they were made for; only two of the tasks fit.
+void check_task(const OnnxInfo& info, const std::string& file) {
+  const auto task = info.metadata.find("task");
+  if (task == info.metadata.end() || task->second == "detect" || task->second == "segment") return;
+  throw Error(fmt::format("this network was made to {}, not to detect or segment", task->second),
+              file, export_advice());
+}
+
+}  // namespace
+
+YoloDetector::YoloDetector(const SegmentOptions& options) : options_(options) {
+  check_options(options);
+  const OnnxInfo info = read_onnx(options.model);
+  check_task(info, options.model);
+  engine_ = make_engine(options.backend, {.model = options.model,
+                                          .input_shape = input_shape_of(info, options.model),
+                                          .outputs = output_names(info),
+                                          .threads = options.threads});
+  check_outputs(info);
+  decode_ = {.confidence = options.confidence,
+             .iou = options.iou,
+             .max_instances = static_cast<std::size_t>(options.max_instances),
+             .wanted = wanted_classes(options.classes, class_names_)};
+}
+
+/// The shapes that count are those of a real run: back ends and dynamic files differ from what is
+/// declared.
+void YoloDetector::check_outputs(const OnnxInfo& info) {
+  class_names_ = names_from(info);
+  input_.assign(3 * static_cast<std::size_t>(input_size().area()), 0.0F);
+  std::vector<std::vector<std::int64_t>> shapes;
+  try {
+    shapes = shapes_of(engine_->run(input_));
+  } catch (const std::exception& e) {
+    throw Error(std::string("the network loads but does not run: ") + e.what(), options_.model,
+                export_advice());
+  }
+  shape_ = recognise_yolo(shapes, static_cast<int>(class_names_.size()), options_.model);
+  if (class_names_.empty()) {
+    class_names_ = shape_.classes == 80 ? coco_class_names() : numbered_names(shape_.classes);
+  }
+}
+
+cv::Size YoloDetector::input_size() const {
+  const auto shape = engine_->input_shape();
+  return {shape[3], shape[2]};
+}
+
+std::vector<Instance> YoloDetector::detect(const RgbdFrame& frame) {
+  if (frame.color.empty() || frame.color.type() != CV_8UC3) {
+    throw Error("a detector needs a colour image of three bytes per pixel", "frame", "");
+  }
+  const Letterbox letterbox(frame.color.size(), input_size());
+  letterbox.fill(frame.color, input_);
+  const auto outputs = engine_->run(input_);
+  return decode_yolo(outputs, shape_, letterbox, decode_, class_names_);
+}
+
+std::string YoloDetector::description() const {
+  const cv::Size size = input_size();
+  return fmt::format("{} ({}, {} classes), {} x {}, {}, {} thread{}",
+                     std::filesystem::path(options_.model).filename().string(),
+                     segments() ? "masks" : "boxes", class_names_.size(), size.width, size.height,
+                     engine_->name(), options_.threads, options_.threads == 1 ? "" : "s");
+}
+
+}  // namespace stillmap
