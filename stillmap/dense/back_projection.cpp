@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/dense/back_projection.hpp"
+
+#include "stillmap/base/error.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include <fmt/format.h>
+#include <opencv2/imgproc.hpp>
+
+namespace stillmap {
+namespace {
+
+void require_size(const cv::Mat& image, int type, const Camera& camera, const char* name) {
+  if (image.rows == camera.height && image.cols == camera.width && image.type() == type) return;
+  throw Error(
+      fmt::format("the {} image is {} x {} of OpenCV type {}, expected {} x {} of type {}", name,
+                  image.cols, image.rows, image.type(), camera.width, camera.height, type),
+      "dense back-projection", "give images of the size and kind the camera describes");
+}
+
+void require_valid(const BackProjectionOptions& options) {
+  const bool valid = options.stride >= 1 && options.min_depth > 0 &&
+                     options.max_depth >= options.min_depth && options.max_jump > 0 &&
+                     options.mask_dilation >= 0;
+  if (valid) return;
+  throw Error("an option is out of range", "dense back-projection",
+              "stride >= 1, 0 < min_depth <= max_depth, max_jump > 0, mask_dilation >= 0");
+}
+
+cv::Mat1b dilated(const cv::Mat1b& mask, int radius) {
+  if (mask.empty() || radius == 0) return mask;
+  cv::Mat1b grown;
+  const cv::Size window(2 * radius + 1, 2 * radius + 1);
+  cv::dilate(mask, grown, cv::getStructuringElement(cv::MORPH_RECT, window));
+  return grown;
+}
+
+// Whether a valid neighbour in the 3 x 3 window is more than max_jump * z nearer or farther.
+// Unknown depth (zero, negative, not finite) is no neighbour.
+bool at_jump(const cv::Mat1f& depth, int u, int v, float max_jump) {
+  const float z = depth(v, u);
+  const float limit = max_jump * z;
+  const int u_end = std::min(u + 1, depth.cols - 1), v_end = std::min(v + 1, depth.rows - 1);
+  for (int row = std::max(v - 1, 0); row <= v_end; ++row) {
+    const float* line = depth[row];
+    for (int col = std::max(u - 1, 0); col <= u_end; ++col) {
+      if (line[col] > 0 && std::abs(line[col] - z) > limit) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+PointGrid back_project(const Camera& camera, const RgbdFrame& frame, const cv::Mat1b& excluded,
+                       const BackProjectionOptions& options) {
+  require_valid(options);
+  require_size(frame.depth, CV_32FC1, camera, "depth");
+  if (!excluded.empty()) require_size(excluded, CV_8UC1, camera, "mask");
+
+  const cv::Mat1f depth = frame.depth;
+  const cv::Mat1b moving = dilated(excluded, options.mask_dilation);
+  const auto min_depth = static_cast<float>(options.min_depth);
+  const auto max_depth = static_cast<float>(options.max_depth);
+  const auto max_jump = static_cast<float>(options.max_jump);
+  const int stride = options.stride;
+
+  PointGrid grid{.points = cv::Mat3f((depth.rows + stride - 1) / stride,
+                                     (depth.cols + stride - 1) / stride, cv::Vec3f(0, 0, 0)),
+                 .stride = stride};
+  for (int v = 0; v < depth.rows; v += stride) {
+    for (int u = 0; u < depth.cols; u += stride) {
+      const float z = depth(v, u);
+      const bool in_range = z >= min_depth && z <= max_depth;  // false for NaN
+      if (!in_range || (!moving.empty() && moving(v, u) != 0)) continue;
+      if (at_jump(depth, u, v, max_jump)) continue;
+      const Eigen::Vector3f p = camera.unproject(u, v, z).cast<float>();
+      grid.points(v / stride, u / stride) = {p.x(), p.y(), p.z()};
+    }
+  }
+  return grid;
+}
+
+}  // namespace stillmap

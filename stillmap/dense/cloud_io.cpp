@@ -1,0 +1,359 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/dense/cloud_io.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/file.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <fmt/format.h>
+
+// Written here rather than through Open3D: its writer stores doubles (twice the size), its readers
+// report trouble by a warning on the console and a bool, and linking it has a price (see
+// outlier_removal.hpp).
+
+namespace stillmap {
+namespace fs = std::filesystem;
+namespace {
+
+static_assert(std::endian::native == std::endian::little,
+              "cloud files are written as they lie in memory");
+
+constexpr Rgb kWhite = {255, 255, 255};
+
+// ---- Bytes ------------------------------------------------------------------------------------
+
+template <typename T>
+void append(std::string& bytes, const T& value) {
+  char raw[sizeof(T)];
+  std::memcpy(raw, &value, sizeof(T));
+  bytes.append(raw, sizeof(T));
+}
+
+template <typename T>
+T load(const char* bytes) {
+  T value;
+  std::memcpy(&value, bytes, sizeof(T));
+  return value;
+}
+
+// ---- Header text ------------------------------------------------------------------------------
+
+// The words of a line, parted by blanks.
+std::vector<std::string_view> words_of(std::string_view line) {
+  constexpr std::string_view kBlanks = " \t\r";
+  std::vector<std::string_view> words;
+  while (true) {
+    const std::size_t begin = line.find_first_not_of(kBlanks);
+    if (begin == std::string_view::npos) return words;
+    const std::size_t end = std::min(line.find_first_of(kBlanks, begin), line.size());
+    words.push_back(line.substr(begin, end - begin));
+    line.remove_prefix(end);
+  }
+}
+
+std::optional<std::size_t> parse_count(std::string_view word) {
+  std::size_t value = 0;
+  const auto [end, failed] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (failed != std::errc() || end != word.data() + word.size()) return std::nullopt;
+  return value;
+}
+
+// Takes the text of a header line by line off the front of a file.
+class HeaderLines {
+ public:
+  HeaderLines(std::string_view bytes, std::string file, std::string format)
+      : bytes_(bytes), file_(std::move(file)), format_(std::move(format)) {}
+
+  // The words of the next line that is not empty. Throws Error at the end of the file.
+  std::vector<std::string_view> next() {
+    while (true) {
+      const std::size_t end = bytes_.find('\n', position_);
+      if (end == std::string_view::npos) fail("its header has no end");
+      const std::string_view line = bytes_.substr(position_, end - position_);
+      position_ = end + 1;
+      if (auto words = words_of(line); !words.empty()) return words;
+    }
+  }
+  // What follows the lines taken so far.
+  std::string_view rest() const { return bytes_.substr(position_); }
+
+  std::size_t count(std::string_view word) const {
+    const auto value = parse_count(word);
+    if (!value) fail(fmt::format("its header has '{}' where a number belongs", word));
+    return *value;
+  }
+
+  [[noreturn]] void fail(const std::string& problem) const {
+    throw Error(problem, file_, fmt::format("give a complete, binary {} file", format_));
+  }
+
+ private:
+  std::string_view bytes_;
+  std::size_t position_ = 0;
+  std::string file_, format_;
+};
+
+// ---- Records: what PLY and PCD have in common ---------------------------------------------------
+
+// Where a field lies inside a record.
+struct Field {
+  std::size_t offset = 0, size = 0;
+};
+
+// How the points of a file are laid out: fixed-size records, one a point.
+struct RecordLayout {
+  std::size_t records = 0, record_size = 0;
+  std::array<std::optional<Field>, 3> position = {};  // x, y, z: float (4 bytes) or double (8)
+  std::array<std::optional<Field>, 3> color = {};     // red, green, blue: one byte each
+};
+
+float coordinate(const char* record, const Field& field) {
+  const char* bytes = record + field.offset;
+  return field.size == sizeof(float) ? load<float>(bytes) : static_cast<float>(load<double>(bytes));
+}
+
+// Whether all three are there.
+bool complete(const std::array<std::optional<Field>, 3>& fields) {
+  return fields[0] && fields[1] && fields[2];
+}
+
+Cloud read_records(const HeaderLines& header, const RecordLayout& layout) {
+  if (!complete(layout.position)) header.fail("its points lack x, y or z as float or double");
+  const std::string_view data = header.rest();
+  if (layout.records > data.size() / layout.record_size) {
+    header.fail(fmt::format("it is cut short: {} points of {} bytes announced, {} bytes there",
+                            layout.records, layout.record_size, data.size()));
+  }
+  const bool coloured = complete(layout.color);
+  Cloud cloud;
+  cloud.reserve(layout.records);
+  for (std::size_t i = 0; i < layout.records; ++i) {
+    const char* record = data.data() + i * layout.record_size;
+    const auto axis = [&](std::size_t j) { return coordinate(record, *layout.position[j]); };
+    const auto channel = [&](std::size_t j) {
+      return load<std::uint8_t>(record + layout.color[j]->offset);
+    };
+    const Eigen::Vector3f point(axis(0), axis(1), axis(2));
+    if (!point.allFinite()) continue;
+    cloud.add(point, coloured ? Rgb{channel(0), channel(1), channel(2)} : kWhite);
+  }
+  return cloud;
+}
+
+void require_colours(const Cloud& cloud, const fs::path& file) {
+  if (cloud.points.size() == cloud.colors.size()) return;
+  throw Error(fmt::format("the cloud has {} points and {} colours", cloud.points.size(),
+                          cloud.colors.size()),
+              file.string(), "give every point one colour");
+}
+
+// ---- PLY ----------------------------------------------------------------------------------------
+
+// Bytes of a PLY scalar type under its old or its sized name; 0 for an unknown one.
+std::size_t ply_size(std::string_view type) {
+  struct Named {
+    std::string_view name, sized_name;
+    std::size_t size;
+  };
+  constexpr std::array<Named, 8> kTypes = {{{"char", "int8", 1},
+                                            {"uchar", "uint8", 1},
+                                            {"short", "int16", 2},
+                                            {"ushort", "uint16", 2},
+                                            {"int", "int32", 4},
+                                            {"uint", "uint32", 4},
+                                            {"float", "float32", 4},
+                                            {"double", "float64", 8}}};
+  for (const Named& type_of : kTypes) {
+    if (type == type_of.name || type == type_of.sized_name) return type_of.size;
+  }
+  return 0;
+}
+
+// Puts a field at `index` of `fields` where the name is one of three.
+void assign_named(std::string_view name, const std::array<std::string_view, 3>& names,
+                  const Field& field, std::array<std::optional<Field>, 3>& fields) {
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (name == names[i]) fields[i] = field;
+  }
+}
+
+// One `property TYPE NAME` line of the element vertex.
+void add_ply_property(const HeaderLines& header, const std::vector<std::string_view>& words,
+                      RecordLayout& layout) {
+  if (words.size() != 3) header.fail("its vertices have a property that is no plain number");
+  const std::string_view type = words[1], name = words[2];
+  const Field field{.offset = layout.record_size, .size = ply_size(type)};
+  if (field.size == 0)
+    header.fail(fmt::format("its vertices have a property of unknown type '{}'", type));
+  layout.record_size += field.size;
+
+  if (type.starts_with("float") || type == "double") {
+    assign_named(name, {"x", "y", "z"}, field, layout.position);
+  }
+  if (type == "uchar" || type == "uint8") {
+    assign_named(name, {"red", "green", "blue"}, field, layout.color);
+    assign_named(name, {"diffuse_red", "diffuse_green", "diffuse_blue"}, field, layout.color);
+  }
+}
+
+RecordLayout read_ply_header(HeaderLines& header) {
+  if (header.next() != std::vector<std::string_view>{"ply"})
+    header.fail("it does not begin with 'ply'");
+  RecordLayout layout;
+  bool in_vertices = false, seen_vertices = false, little_endian = false;
+  for (auto words = header.next(); words[0] != "end_header"; words = header.next()) {
+    if (words[0] == "format" && words.size() >= 2) {
+      little_endian = words[1] == "binary_little_endian";
+    } else if (words[0] == "element" && words.size() == 3) {
+      in_vertices = words[1] == "vertex" && !seen_vertices;
+      if (!in_vertices && !seen_vertices) header.fail("its first element is not 'vertex'");
+      if (in_vertices) layout.records = header.count(words[2]);
+      seen_vertices = true;
+    } else if (words[0] == "property" && in_vertices) {
+      add_ply_property(header, words, layout);
+    }
+  }
+  if (!little_endian) header.fail("its format is not binary_little_endian");
+  return layout;
+}
+
+// ---- PCD ----------------------------------------------------------------------------------------
+
+// The FIELDS, SIZE, TYPE and COUNT lines of a PCD header, and its number of points.
+struct PcdHeader {
+  std::vector<std::string_view> names, types;
+  std::vector<std::size_t> sizes, counts;
+  std::optional<std::size_t> points;
+};
+
+std::vector<std::size_t> counts_of(const HeaderLines& header,
+                                   const std::vector<std::string_view>& words) {
+  std::vector<std::size_t> counts;
+  for (std::size_t i = 1; i < words.size(); ++i) {
+    counts.push_back(header.count(words[i]));
+    if (counts.back() == 0 || counts.back() > 4096)
+      header.fail("a field of its points has an absurd size");
+  }
+  return counts;
+}
+
+PcdHeader read_pcd_lines(HeaderLines& header) {
+  PcdHeader pcd;
+  for (auto words = header.next();; words = header.next()) {
+    const std::string_view key = words[0];
+    if (key == "FIELDS") pcd.names.assign(words.begin() + 1, words.end());
+    if (key == "TYPE") pcd.types.assign(words.begin() + 1, words.end());
+    if (key == "SIZE") pcd.sizes = counts_of(header, words);
+    if (key == "COUNT") pcd.counts = counts_of(header, words);
+    if (key == "POINTS" && words.size() == 2) pcd.points = header.count(words[1]);
+    if (key != "DATA") continue;
+    if (words.size() != 2 || words[1] != "binary") header.fail("its DATA is not 'binary'");
+    return pcd;
+  }
+}
+
+RecordLayout read_pcd_header(HeaderLines& header) {
+  PcdHeader pcd = read_pcd_lines(header);
+  const std::size_t fields = pcd.names.size();
+  if (pcd.counts.empty()) pcd.counts.assign(fields, 1);  // COUNT may be left out
+  if (!pcd.points || fields == 0 || pcd.sizes.size() != fields || pcd.types.size() != fields ||
+      pcd.counts.size() != fields) {
+    header.fail("its header lacks POINTS, or FIELDS, SIZE, TYPE and COUNT differ in length");
+  }
+  RecordLayout layout{.records = *pcd.points};
+  for (std::size_t i = 0; i < fields; ++i) {
+    const Field field{.offset = layout.record_size, .size = pcd.sizes[i]};
+    layout.record_size += pcd.sizes[i] * pcd.counts[i];
+    if (pcd.types[i] == "F" && (field.size == 4 || field.size == 8)) {
+      assign_named(pcd.names[i], {"x", "y", "z"}, field, layout.position);
+    }
+    if ((pcd.names[i] == "rgb" || pcd.names[i] == "rgba") && field.size == 4) {
+      for (std::size_t j = 0; j < 3; ++j)
+        layout.color[j] = Field{.offset = field.offset + 2 - j, .size = 1};
+    }
+  }
+  return layout;
+}
+
+bool has_extension(const fs::path& file, std::string_view wanted) {
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension == wanted;
+}
+
+[[noreturn]] void unknown_extension(const fs::path& file) {
+  throw Error(fmt::format("'{}' is no known kind of cloud file", file.extension().string()),
+              file.string(), "name it .ply or .pcd");
+}
+
+}  // namespace
+
+void write_ply(const fs::path& file, const Cloud& cloud) {
+  require_colours(cloud, file);
+  std::string bytes = fmt::format(
+      "ply\nformat binary_little_endian 1.0\ncomment Stillmap, metres\nelement vertex {}\n"
+      "property float x\nproperty float y\nproperty float z\n"
+      "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n",
+      cloud.size());
+  bytes.reserve(bytes.size() + cloud.size() * (3 * sizeof(float) + sizeof(Rgb)));
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    append(bytes, cloud.points[i]);
+    append(bytes, cloud.colors[i]);
+  }
+  write_file(file, bytes);
+}
+
+void write_pcd(const fs::path& file, const Cloud& cloud) {
+  require_colours(cloud, file);
+  std::string bytes = fmt::format(
+      "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z rgb\nSIZE 4 4 4 4\n"
+      "TYPE F F F F\nCOUNT 1 1 1 1\nWIDTH {0}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {0}\n"
+      "DATA binary\n",
+      cloud.size());
+  bytes.reserve(bytes.size() + cloud.size() * (3 * sizeof(float) + sizeof(std::uint32_t)));
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const auto& [red, green, blue] = cloud.colors[i];
+    append(bytes, cloud.points[i]);
+    append(bytes, std::uint32_t{red} << 16 | std::uint32_t{green} << 8 | std::uint32_t{blue});
+  }
+  write_file(file, bytes);
+}
+
+Cloud read_ply(const fs::path& file) {
+  const std::string bytes = read_file(file);
+  HeaderLines header(bytes, file.string(), "little-endian PLY");
+  const RecordLayout layout = read_ply_header(header);
+  return read_records(header, layout);
+}
+
+Cloud read_pcd(const fs::path& file) {
+  const std::string bytes = read_file(file);
+  HeaderLines header(bytes, file.string(), "PCD");
+  const RecordLayout layout = read_pcd_header(header);
+  return read_records(header, layout);
+}
+
+void write_cloud(const fs::path& file, const Cloud& cloud) {
+  if (has_extension(file, ".ply")) return write_ply(file, cloud);
+  if (has_extension(file, ".pcd")) return write_pcd(file, cloud);
+  unknown_extension(file);
+}
+
+Cloud read_cloud(const fs::path& file) {
+  if (has_extension(file, ".ply")) return read_ply(file);
+  if (has_extension(file, ".pcd")) return read_pcd(file);
+  unknown_extension(file);
+}
+
+}  // namespace stillmap
