@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/sensor/image_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <optional>
+#include <vector>
+
+#include <fmt/format.h>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace stillmap {
+namespace {
+
+namespace fs = std::filesystem;
+using Bytes = std::vector<unsigned char>;
+using View = std::span<const unsigned char>;
+
+constexpr std::array<unsigned char, 8> kPngSignature{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+constexpr std::array<unsigned char, 3> kJpegSignature{0xff, 0xd8, 0xff};
+constexpr std::size_t kPngEnd = 12;      // bytes: the empty chunk IEND
+constexpr std::size_t kHeadBytes = 256;  // hold a PNG's header, and usually the start of a JPEG's
+
+std::uint32_t big_endian(View bytes) {
+  std::uint32_t value = 0;
+  for (const unsigned char byte : bytes) value = value << 8 | byte;
+  return value;
+}
+
+template <std::size_t N>
+bool starts_with(View bytes, const std::array<unsigned char, N>& signature) {
+  return bytes.size() >= N && std::equal(signature.begin(), signature.end(), bytes.begin());
+}
+
+bool is_named(View chunk_name, const char* name) {
+  return std::equal(chunk_name.begin(), chunk_name.end(), name);
+}
+
+// The header chunk comes first and has 13 bytes: width, height, bits, colour type, three methods.
+// PNG specification (W3C, 2nd edition, 2003), 11.2.2.
+std::optional<ImageHeader> png_header(View bytes) {
+  if (bytes.size() < 33 || !is_named(bytes.subspan(12, 4), "IHDR")) return std::nullopt;
+  ImageHeader header;
+  header.size.width = static_cast<int>(big_endian(bytes.subspan(16, 4)));
+  header.size.height = static_cast<int>(big_endian(bytes.subspan(20, 4)));
+  header.bits = bytes[24];
+  switch (bytes[25]) {
+    case 0:
+      header.channels = 1;
+      break;  // grey
+    case 2:
+      header.channels = 3;
+      break;  // colour
+    case 3:   // an index into a palette of 8-bit colours
+      header.channels = 3;
+      header.bits = 8;
+      break;
+    case 4:
+      header.channels = 2;
+      break;  // grey with alpha
+    case 6:
+      header.channels = 4;
+      break;  // colour with alpha
+    default:
+      return std::nullopt;
+  }
+  return header;
+}
+
+// Walks the marker segments to the frame header (SOF). ITU T.81, annex B.
+std::optional<ImageHeader> jpeg_header(View bytes) {
+  for (std::size_t at = 2; at + 10 <= bytes.size();) {
+    if (bytes[at] != 0xff) return std::nullopt;
+    const unsigned char marker = bytes[at + 1];
+    if (marker == 0xff) {  // fill byte
+      ++at;
+      continue;
+    }
+    const bool frame_header =
+        marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
+    if (frame_header) {
+      ImageHeader header;
+      header.bits = bytes[at + 4];
+      header.size.height = static_cast<int>(big_endian(bytes.subspan(at + 5, 2)));
+      header.size.width = static_cast<int>(big_endian(bytes.subspan(at + 7, 2)));
+      header.channels = bytes[at + 9];
+      return header;
+    }
+    at += 2 + big_endian(bytes.subspan(at + 2, 2));
+  }
+  return std::nullopt;
+}
+
+HeaderRead parse_header(View bytes) {
+  if (bytes.empty()) return {{}, "is empty"};
+  const bool png = starts_with(bytes, kPngSignature);
+  if (!png && !starts_with(bytes, kJpegSignature)) return {{}, "is no PNG or JPEG image"};
+  const auto header = png ? png_header(bytes) : jpeg_header(bytes);
+  if (!header) return {{}, "is cut short or damaged: it has no image header"};
+  if (header->size.empty()) return {{}, "is damaged: its header says 0 pixels"};
+  return {*header, ""};
+}
+
+// Whether the end mark is there. Some cameras pad a JPEG behind it, so the mark is sought in the
+// last bytes.
+bool is_complete(View head, View tail) {
+  if (starts_with(head, kPngSignature)) {
+    return tail.size() >= kPngEnd && is_named(tail.last(8).first(4), "IEND");
+  }
+  constexpr std::array<unsigned char, 2> end{0xff, 0xd9};
+  return std::search(tail.begin(), tail.end(), end.begin(), end.end()) != tail.end();
+}
+
+constexpr const char* kCutShort = "is cut short: its end is missing";
+
+struct OpenFile {
+  std::ifstream stream;
+  std::size_t bytes = 0;
+  std::string problem;
+};
+
+OpenFile open(const fs::path& file) {
+  std::error_code ignored;
+  if (!fs::exists(file, ignored)) return {{}, 0, "is missing"};
+  if (!fs::is_regular_file(file, ignored)) return {{}, 0, "is not a file"};
+  OpenFile opened{std::ifstream(file, std::ios::binary), fs::file_size(file, ignored), ""};
+  if (!opened.stream) opened.problem = "cannot be read: check its permissions";
+  return opened;
+}
+
+Bytes read_at(std::ifstream& stream, std::size_t at, std::size_t count) {
+  Bytes bytes(count);
+  stream.clear();
+  stream.seekg(static_cast<std::streamoff>(at));
+  stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(count));
+  bytes.resize(static_cast<std::size_t>(std::max<std::streamsize>(0, stream.gcount())));
+  return bytes;
+}
+
+struct Loaded {
+  Bytes bytes;
+  ImageHeader header;
+  std::string problem;
+};
+
+// The whole file, and its header if it looks like a complete image.
+Loaded load(const fs::path& file) {
+  Loaded loaded;
+  OpenFile opened = open(file);
+  loaded.problem = opened.problem;
+  if (!loaded.problem.empty()) return loaded;
+  loaded.bytes = read_at(opened.stream, 0, opened.bytes);
+  const HeaderRead header = parse_header(loaded.bytes);
+  loaded.header = header.header;
+  loaded.problem = header.problem;
+  if (loaded.problem.empty()) {
+    const View bytes(loaded.bytes);
+    if (!is_complete(bytes, bytes.last(std::min(kHeadBytes, bytes.size()))))
+      loaded.problem = kCutShort;
+  }
+  return loaded;
+}
+
+ImageRead decode(const Bytes& bytes, int flags, int wanted_type) {
+  cv::Mat image;
+  try {
+    image = cv::imdecode(bytes, flags | cv::IMREAD_IGNORE_ORIENTATION);
+  } catch (const cv::Exception&) {  // reported below like any other failure
+    image.release();
+  }
+  if (image.empty()) return {{}, "cannot be decoded: it is damaged"};
+  if (image.type() != wanted_type) return {{}, "is of another type than its header says"};
+  return {image, ""};
+}
+
+}  // namespace
+
+HeaderRead read_image_header(const fs::path& file) {
+  OpenFile opened = open(file);
+  if (!opened.problem.empty()) return {{}, opened.problem};
+  const Bytes head = read_at(opened.stream, 0, std::min(kHeadBytes, opened.bytes));
+  HeaderRead read = parse_header(head);
+  if (!read.problem.empty() &&
+      starts_with(View(head), kJpegSignature)) {  // a long comment or thumbnail
+    read = parse_header(read_at(opened.stream, 0, opened.bytes));
+  }
+  if (!read.problem.empty()) return read;
+  const std::size_t tail = std::min(kHeadBytes, opened.bytes);
+  if (!is_complete(head, read_at(opened.stream, opened.bytes - tail, tail)))
+    read.problem = kCutShort;
+  return read;
+}
+
+std::string color_problem(const ImageHeader& header) {
+  if (header.bits <= 8) return "";
+  return fmt::format("has {} bits per channel where a colour image has 8", header.bits);
+}
+
+std::string depth_problem(const ImageHeader& header) {
+  if (header.bits == 16 && header.channels == 1) return "";
+  return fmt::format("has {} channel{} of {} bits where a depth image has one of 16",
+                     header.channels, header.channels == 1 ? "" : "s", header.bits);
+}
+
+std::string size_problem(const ImageHeader& header, cv::Size wanted) {
+  if (header.size == wanted) return "";
+  return fmt::format("is {} x {} pixels where the camera has {} x {}", header.size.width,
+                     header.size.height, wanted.width, wanted.height);
+}
+
+ImageRead read_color_image(const fs::path& file, cv::Size wanted) {
+  Loaded loaded = load(file);
+  if (loaded.problem.empty()) loaded.problem = color_problem(loaded.header);
+  if (loaded.problem.empty()) loaded.problem = size_problem(loaded.header, wanted);
+  if (!loaded.problem.empty()) return {{}, loaded.problem};
+  return decode(loaded.bytes, cv::IMREAD_COLOR, CV_8UC3);
+}
+
+ImageRead read_depth_image(const fs::path& file, cv::Size wanted) {
+  Loaded loaded = load(file);
+  if (loaded.problem.empty()) loaded.problem = depth_problem(loaded.header);
+  if (loaded.problem.empty()) loaded.problem = size_problem(loaded.header, wanted);
+  if (!loaded.problem.empty()) return {{}, loaded.problem};
+  return decode(loaded.bytes, cv::IMREAD_ANYDEPTH, CV_16UC1);
+}
+
+}  // namespace stillmap

@@ -1,0 +1,318 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/sensor/sequence.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/geometry/association.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <functional>
+#include <set>
+#include <sstream>
+
+#include <fmt/format.h>
+
+namespace stillmap {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kMaxDifference = 0.02;  // seconds, strictly less: the TUM benchmark's rule
+constexpr const char* kLayout =
+    "a sequence holds rgb.txt and depth.txt (lines 'timestamp file'), or associations.txt (lines "
+    "'timestamp rgb_file timestamp depth_file')";
+
+bool is_file(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_regular_file(path, ignored);
+}
+
+bool is_folder(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_directory(path, ignored);
+}
+
+fs::path first_file(const fs::path& folder, std::initializer_list<const char*> names) {
+  for (const char* name : names) {
+    if (is_file(folder / name)) return folder / name;
+  }
+  return {};
+}
+
+SequencePaths look(const fs::path& folder) {
+  SequencePaths paths;
+  paths.folder = folder;
+  paths.color_list = first_file(folder, {"rgb.txt"});
+  paths.depth_list = first_file(folder, {"depth.txt"});
+  paths.associations = first_file(folder, {"associations.txt", "associate.txt", "association.txt"});
+  paths.camera = first_file(folder, {"camera.yaml", "camera.yml"});
+  paths.ground_truth = first_file(folder, {"groundtruth.txt"});
+  if (is_folder(folder / "mask")) paths.masks = folder / "mask";
+  return paths;
+}
+
+bool has_frames(const SequencePaths& paths) {
+  return !paths.associations.empty() || (!paths.color_list.empty() && !paths.depth_list.empty());
+}
+
+void require_folder(const fs::path& folder) {
+  if (is_folder(folder)) return;
+  std::error_code ignored;
+  if (!fs::exists(folder, ignored)) {
+    throw Error("there is no such folder", folder.string(), "give the folder of a sequence");
+  }
+  throw Error("is a file, not a folder", folder.string(),
+              "unpack or convert it first and give the folder with rgb.txt and depth.txt");
+}
+
+// A sequence one level below or above: the usual slip after unpacking an archive.
+fs::path sequence_nearby(const fs::path& folder) {
+  std::error_code ignored;
+  std::set<fs::path> below;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    if (is_folder(entry.path())) below.insert(entry.path());
+  }
+  for (const auto& candidate : below) {
+    if (has_frames(look(candidate))) return candidate;
+  }
+  const fs::path above = fs::absolute(folder / "..", ignored).lexically_normal();
+  return has_frames(look(above)) ? above : fs::path();
+}
+
+Error no_sequence(const SequencePaths& paths) {
+  const std::string where = paths.folder.string();
+  if (const fs::path nearby = sequence_nearby(paths.folder); !nearby.empty()) {
+    return Error("is not a sequence itself", where, "did you mean " + nearby.string() + "?");
+  }
+  if (paths.color_list.empty() != paths.depth_list.empty()) {
+    const auto [there, missing] = paths.depth_list.empty() ? std::pair("rgb.txt", "depth.txt")
+                                                           : std::pair("depth.txt", "rgb.txt");
+    return Error(fmt::format("holds {} but no {}", there, missing), where,
+                 fmt::format("add {}, one line 'timestamp file' for each image", missing));
+  }
+  return Error("is not a sequence: neither rgb.txt and depth.txt nor associations.txt is there",
+               where, kLayout);
+}
+
+// ---- lists
+// ---------------------------------------------------------------------------------------------
+
+struct Stamp {
+  double value = 0;     // seconds
+  std::string problem;  // empty if it is one
+};
+
+// Through strtod, not a stream, which would call "nan" a syntax error.
+Stamp parse_stamp(const std::string& token) {
+  char* end = nullptr;
+  const double value = std::strtod(token.c_str(), &end);
+  if (end == token.c_str() || *end != '\0') return {0, fmt::format("'{}' is no time stamp", token)};
+  if (!std::isfinite(value)) return {0, fmt::format("the time stamp '{}' is not finite", token)};
+  return {value, ""};
+}
+
+std::vector<std::string> fields_of(std::string line) {
+  std::replace(line.begin(), line.end(), ',', ' ');
+  std::istringstream stream(line);
+  std::vector<std::string> fields;
+  for (std::string field; stream >> field;) fields.push_back(field);
+  return fields;
+}
+
+struct ImageLine {
+  double timestamp = 0;  // seconds
+  fs::path file;
+};
+
+struct ImageList {
+  std::vector<ImageLine> images;
+  std::vector<SkippedFrame> skipped;
+};
+
+// Calls use(fields) for each line that is neither blank nor a comment; what use returns is why the
+// line was of no use, empty if it was.
+std::vector<SkippedFrame> for_each_line(
+    const fs::path& list, const std::function<std::string(const std::vector<std::string>&)>& use) {
+  std::ifstream in(list);
+  if (!in || is_folder(list)) {
+    throw Error("cannot be read", list.string(), "check that the file exists and may be read");
+  }
+  std::vector<SkippedFrame> skipped;
+  std::string line;
+  for (int number = 1; std::getline(in, line); ++number) {
+    const auto fields = fields_of(line);
+    if (fields.empty() || fields.front().front() == '#') continue;
+    const std::string problem = use(fields);
+    if (problem.empty()) continue;
+    skipped.push_back({0, fmt::format("{}:{}: {}", list.filename().string(), number, problem)});
+  }
+  return skipped;
+}
+
+ImageList read_image_list(const fs::path& list) {
+  ImageList read;
+  read.skipped = for_each_line(list, [&](const std::vector<std::string>& fields) -> std::string {
+    const Stamp stamp = parse_stamp(fields[0]);
+    if (!stamp.problem.empty()) return stamp.problem;
+    if (fields.size() < 2) return "expected 'timestamp file'";
+    read.images.push_back({stamp.value, list.parent_path() / fields[1]});
+    return "";
+  });
+  if (read.images.empty()) {
+    throw Error(read.skipped.empty() ? "holds no image" : "holds no line 'timestamp file'",
+                list.string(), kLayout);
+  }
+  return read;
+}
+
+FrameList read_associations(const fs::path& list, const fs::path& folder) {
+  FrameList read;
+  read.skipped = for_each_line(list, [&](const std::vector<std::string>& fields) -> std::string {
+    if (fields.size() < 4) return "expected 'timestamp rgb_file timestamp depth_file'";
+    const Stamp color = parse_stamp(fields[0]), depth = parse_stamp(fields[2]);
+    if (!color.problem.empty()) return color.problem;
+    if (!depth.problem.empty()) return depth.problem;
+    read.frames.push_back({color.value, depth.value, folder / fields[1], folder / fields[3]});
+    return "";
+  });
+  if (read.frames.empty()) {
+    throw Error("holds no pair of images", list.string(),
+                "write lines 'timestamp rgb_file timestamp depth_file'");
+  }
+  return read;
+}
+
+// ---- stamps
+// --------------------------------------------------------------------------------------------
+
+// The longest strictly increasing subsequence (Fredman 1975, by patience sorting), as one flag per
+// stamp.
+std::vector<bool> longest_increasing(const std::vector<double>& stamps) {
+  constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+  std::vector<std::size_t>
+      tails;  // tails[k]: the smallest stamp that ends an increasing run of k + 1
+  std::vector<std::size_t> before(stamps.size(), kNone);
+  for (std::size_t i = 0; i < stamps.size(); ++i) {
+    const auto at =
+        std::lower_bound(tails.begin(), tails.end(), stamps[i],
+                         [&](std::size_t tail, double stamp) { return stamps[tail] < stamp; });
+    if (at != tails.begin()) before[i] = *(at - 1);
+    if (at == tails.end()) {
+      tails.push_back(i);
+    } else if (stamps[i] < stamps[*at]) {
+      *at = i;
+    }
+  }
+  std::vector<bool> kept(stamps.size());
+  for (std::size_t i = tails.empty() ? kNone : tails.back(); i != kNone; i = before[i])
+    kept[i] = true;
+  return kept;
+}
+
+// Leaves strictly increasing stamps; each that had to go is told.
+template <typename Item>
+void keep_increasing(std::vector<Item>& items, std::vector<SkippedFrame>& skipped,
+                     const std::string& what) {
+  std::vector<double> stamps;
+  for (const Item& item : items) stamps.push_back(item.timestamp);
+  const std::vector<bool> kept = longest_increasing(stamps);
+  const std::set<double> kept_stamps = [&] {
+    std::set<double> set;
+    for (std::size_t i = 0; i < stamps.size(); ++i) {
+      if (kept[i]) set.insert(stamps[i]);
+    }
+    return set;
+  }();
+  std::vector<Item> increasing;
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    if (kept[i]) {
+      increasing.push_back(items[i]);
+      continue;
+    }
+    const char* problem = kept_stamps.count(stamps[i]) ? "repeats" : "is out of order";
+    skipped.push_back(
+        {stamps[i], fmt::format("{}: the time stamp {:.6f} {}", what, stamps[i], problem)});
+  }
+  items = std::move(increasing);
+}
+
+std::vector<double> stamps_of(const std::vector<ImageLine>& images) {
+  std::vector<double> stamps;
+  stamps.reserve(images.size());
+  for (const auto& image : images) stamps.push_back(image.timestamp);
+  return stamps;
+}
+
+Error no_pair(const ImageList& color, const ImageList& depth, const fs::path& folder) {
+  const auto span = [](const ImageList& list) {
+    return fmt::format("{:.3f} to {:.3f} s", list.images.front().timestamp,
+                       list.images.back().timestamp);
+  };
+  return Error(
+      fmt::format("no colour image has a depth image within {} s: rgb.txt runs from {}, "
+                  "depth.txt from {}",
+                  kMaxDifference, span(color), span(depth)),
+      folder.string(),
+      "check that both lists are of one recording and in seconds, or give an associations file");
+}
+
+FrameList pair_lists(const SequencePaths& paths) {
+  ImageList color = read_image_list(paths.color_list), depth = read_image_list(paths.depth_list);
+  keep_increasing(color.images, color.skipped, paths.color_list.filename().string());
+  keep_increasing(depth.images, depth.skipped, paths.depth_list.filename().string());
+  const auto pairs = associate(stamps_of(color.images), stamps_of(depth.images), kMaxDifference);
+  if (pairs.empty()) throw no_pair(color, depth, paths.folder);
+
+  FrameList list;
+  list.skipped = std::move(color.skipped);
+  list.skipped.insert(list.skipped.end(), depth.skipped.begin(), depth.skipped.end());
+  std::vector<bool> paired(color.images.size());
+  for (const auto& [i, j] : pairs) {
+    const ImageLine &c = color.images[i], &d = depth.images[j];
+    list.frames.push_back({c.timestamp, d.timestamp, c.file, d.file});
+    paired[i] = true;
+  }
+  for (std::size_t i = 0; i < paired.size(); ++i) {
+    if (paired[i]) continue;
+    list.skipped.push_back({color.images[i].timestamp,
+                            fmt::format("{}: no depth image within {} s",
+                                        color.images[i].file.filename().string(), kMaxDifference)});
+  }
+  return list;
+}
+
+}  // namespace
+
+SequencePaths find_sequence(const fs::path& folder, const fs::path& associations) {
+  require_folder(folder);
+  SequencePaths paths = look(folder);
+  if (!associations.empty()) {
+    if (!is_file(associations)) {
+      throw Error("is not a file", associations.string(),
+                  "give a file with lines 'timestamp rgb_file timestamp depth_file'");
+    }
+    paths.associations = associations;
+    return paths;
+  }
+  if (!has_frames(paths)) throw no_sequence(paths);
+  if (!paths.color_list.empty() && !paths.depth_list.empty()) paths.associations.clear();
+  return paths;
+}
+
+FrameList list_frames(const SequencePaths& paths) {
+  FrameList list;
+  if (paths.associations.empty()) {
+    list = pair_lists(paths);
+  } else {
+    list = read_associations(paths.associations, paths.folder);
+    keep_increasing(list.frames, list.skipped, paths.associations.filename().string());
+  }
+  std::stable_sort(list.skipped.begin(), list.skipped.end(),
+                   [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
+  return list;
+}
+
+}  // namespace stillmap

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/sensor/tum_folder.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/sensor/camera_file.hpp"
+#include "stillmap/sensor/image_file.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+#include <opencv2/imgproc.hpp>
+
+namespace stillmap {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr float kSaturated = 65535;  // raw depth that means "too far", not a distance
+
+void check_options(const TumFolderOptions& options) {
+  const auto expect = [](bool holds, const char* key, const char* fix) {
+    if (!holds) throw Error("is out of range", key, fix);
+  };
+  expect(options.first >= 0, "first", "give the number of frames to leave out: 0 or more");
+  expect(options.count >= 0, "count", "give the number of frames to use, 0 for all");
+  expect(options.stride >= 1, "stride", "give 1 for every frame, 2 for every second ...");
+  expect(options.min_depth >= 0 && options.min_depth < options.max_depth, "min_depth, max_depth",
+         "give metres, the smaller one first");
+}
+
+std::string describe(const fs::path& file, const std::string& problem) {
+  return fmt::format("{}/{} {}", file.parent_path().filename().string(), file.filename().string(),
+                     problem);
+}
+
+// Why this pair cannot be used, as far as headers tell; empty if they tell nothing.
+std::string header_problem(const FrameFiles& files, cv::Size size) {
+  for (const bool is_depth : {false, true}) {
+    const fs::path& file = is_depth ? files.depth : files.color;
+    auto [header, problem] = read_image_header(file);
+    if (problem.empty()) problem = is_depth ? depth_problem(header) : color_problem(header);
+    if (problem.empty()) problem = size_problem(header, size);
+    if (!problem.empty()) return describe(file, problem);
+  }
+  return "";
+}
+
+}  // namespace
+
+TumFolder::TumFolder(const SequencePaths& paths, const Camera& camera,
+                     const TumFolderOptions& options)
+    : options_(options), rectifier_(camera), list_(list_frames(paths)) {
+  check_options(options);
+  check_camera(camera, "camera '" + camera.name + "'");
+  choose_range();
+  require_one_usable_frame();
+}
+
+void TumFolder::choose_range() {
+  auto& frames = list_.frames;
+  const auto total = frames.size();
+  const auto first = static_cast<std::size_t>(options_.first);
+  if (first >= total) {
+    throw Error(
+        fmt::format("the sequence has {} frames, and the first one wanted is {}", total, first),
+        frames.front().color.parent_path().string(), "start earlier");
+  }
+  const auto wanted = options_.count > 0 ? static_cast<std::size_t>(options_.count) : total;
+  const auto end = first + std::min(wanted, total - first);
+  std::vector<FrameFiles> chosen;
+  for (auto i = first; i < end; i += static_cast<std::size_t>(options_.stride)) {
+    chosen.push_back(std::move(frames[i]));
+  }
+  frames = std::move(chosen);
+  if (end - first == total) return;
+  std::erase_if(list_.skipped, [&](const SkippedFrame& skipped) {  // what lies outside the range
+    return skipped.timestamp < frames.front().timestamp ||
+           skipped.timestamp > frames.back().timestamp;
+  });
+}
+
+void TumFolder::require_one_usable_frame() const {
+  const cv::Size size(camera().width, camera().height);
+  std::string first_problem;
+  for (const FrameFiles& files : list_.frames) {
+    const std::string problem = header_problem(files, size);
+    if (problem.empty()) return;
+    if (first_problem.empty()) first_problem = problem;
+  }
+  throw Error(
+      fmt::format("not one of the {} frames can be used; the first: {}", list_.frames.size(),
+                  first_problem),
+      list_.frames.front().color.parent_path().parent_path().string(),
+      "give the camera that recorded the sequence (--camera), with its image size; colour must be "
+      "8-bit PNG or JPEG, depth 16-bit PNG of the same size");
+}
+
+RgbdFramePtr TumFolder::next() {
+  while (position_ < list_.frames.size()) {
+    if (RgbdFramePtr frame = load(list_.frames[position_++])) return frame;
+  }
+  return nullptr;
+}
+
+RgbdFramePtr TumFolder::load(const FrameFiles& files) {
+  const cv::Size size(camera().width, camera().height);
+  const ImageRead color = read_color_image(files.color, size);
+  if (!color.problem.empty()) return skip(files, files.color, color.problem);
+  const ImageRead depth = read_depth_image(files.depth, size);
+  if (!depth.problem.empty()) return skip(files, files.depth, depth.problem);
+
+  auto frame = std::make_shared<RgbdFrame>();
+  frame->index = next_index_++;
+  frame->timestamp = files.timestamp;
+  frame->color = rectifier_.image(color.image);
+  cv::cvtColor(frame->color, frame->grey, cv::COLOR_BGR2GRAY);
+  frame->depth = depth_in_metres(rectifier_.nearest(depth.image), camera().depth_factor,
+                                 options_.min_depth, options_.max_depth);
+  return frame;
+}
+
+RgbdFramePtr TumFolder::skip(const FrameFiles& files, const fs::path& culprit,
+                             const std::string& problem) {
+  list_.skipped.push_back({files.timestamp, describe(culprit, problem)});
+  return nullptr;
+}
+
+cv::Mat depth_in_metres(const cv::Mat& raw, double depth_factor, double min_depth,
+                        double max_depth) {
+  cv::Mat metres(raw.size(), CV_32FC1);
+  const auto factor = static_cast<float>(depth_factor);
+  const float nearest = static_cast<float>(min_depth), farthest = static_cast<float>(max_depth);
+  for (int y = 0; y < raw.rows; ++y) {
+    const auto* from = raw.ptr<std::uint16_t>(y);
+    auto* to = metres.ptr<float>(y);
+    for (int x = 0; x < raw.cols; ++x) {
+      const auto value = static_cast<float>(from[x]);
+      const float z = value / factor;
+      to[x] = (value != kSaturated) & (z >= nearest) & (z <= farthest) ? z : 0.0F;
+    }
+  }
+  return metres;
+}
+
+}  // namespace stillmap

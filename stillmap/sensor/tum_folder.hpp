@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/base/fields.hpp"
+#include "stillmap/sensor/frame_source.hpp"
+#include "stillmap/sensor/rectifier.hpp"
+#include "stillmap/sensor/sequence.hpp"
+
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <vector>
+
+namespace stillmap {
+
+struct TumFolderOptions {
+  int first = 0;           ///< pairs left out at the start
+  int count = 0;           ///< pairs used at most, counted before the stride; 0: all
+  int stride = 1;          ///< every so-manieth pair
+  double min_depth = 0.1;  ///< nearer readings count as unknown [m]
+  double max_depth = 20;   ///< farther readings count as unknown [m]
+  STILLMAP_FIELDS(first, count, stride, min_depth, max_depth)
+};
+
+/// A recorded sequence in the layout of the TUM RGB-D benchmark (Sturm et al., IROS 2012).
+class TumFolder : public FrameSource {
+ public:
+  /// @param camera the recording camera; frames are rectified where it is distorted
+  /// Throws Error: lists as in list_frames; options out of range; not one frame can be used (all
+  /// images missing, of the wrong type, or not of the camera's size).
+  TumFolder(const SequencePaths& paths, const Camera& camera, const TumFolderOptions& options = {});
+
+  const Camera& camera() const override { return rectifier_.camera(); }
+  RgbdFramePtr next() override;
+  std::optional<std::size_t> size() const override { return list_.frames.size() - position_; }
+  const std::vector<SkippedFrame>& skipped() const override { return list_.skipped; }
+  const Rectifier& rectifier() const { return rectifier_; }
+  /// The frames chosen, usable or not, in order.
+  const std::vector<FrameFiles>& frames() const { return list_.frames; }
+
+ private:
+  void choose_range();
+  void require_one_usable_frame() const;
+  RgbdFramePtr load(const FrameFiles& files);
+  RgbdFramePtr skip(const FrameFiles& files, const std::filesystem::path& culprit,
+                    const std::string& problem);
+
+  TumFolderOptions options_;
+  Rectifier rectifier_;
+  FrameList list_;
+  std::size_t position_ = 0;    // of the next pair in list_.frames
+  std::size_t next_index_ = 0;  // of the next frame handed out
+};
+
+/// Raw 16-bit depth to 32FC1 metres; 0 where unknown: raw 0, saturated (65535), or not within
+/// [min_depth, max_depth] metres.
+cv::Mat depth_in_metres(const cv::Mat& raw, double depth_factor, double min_depth,
+                        double max_depth);
+
+}  // namespace stillmap
