@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/evaluate/compare.hpp"
+
+#include "stillmap/base/error.hpp"
+
+#include <cmath>
+#include <filesystem>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+namespace stillmap {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// A loop in the x-z plane of a world with y down.
+Trajectory loop() {
+  Trajectory trajectory;
+  for (int i = 0; i < 200; ++i) {
+    const double t = i / 30.0;
+    trajectory.push_back({t, Pose(so3_exp({0, 0.2 * std::sin(t), 0}),
+                                  {std::sin(t), 0.2 * std::sin(3 * t), 0.7 * std::cos(t)})});
+  }
+  return trajectory;
+}
+
+/// The loop with a wobble of the given size: errors grow in proportion.
+Trajectory wobbling(double size) {
+  Trajectory trajectory = loop();
+  for (auto& [t, T] : trajectory) {
+    T = Pose(T.quaternion(),
+             T.translation() + size * Eigen::Vector3d(std::sin(9 * t), 0, std::cos(7 * t)));
+  }
+  return trajectory;
+}
+
+std::vector<RecordedRun> two_systems() {
+  return {{"static", "walk", wobbling(0.08), loop(), 200},
+          {"seg-mask", "walk", wobbling(0.02), loop(), 200}};
+}
+
+int pixels_of_color(const cv::Mat& image, const cv::Vec3b& color) {
+  cv::Mat mask;
+  cv::inRange(image, cv::Scalar(color) - cv::Scalar::all(40),
+              cv::Scalar(color) + cv::Scalar::all(40), mask);
+  return cv::countNonZero(mask);
+}
+
+TEST(ImprovementRate, IsEquation4) {
+  EXPECT_DOUBLE_EQ(improvement_rate(0.2837, 0.0130), (0.2837 - 0.0130) / 0.2837 * 100);
+  EXPECT_DOUBLE_EQ(improvement_rate(1, 2), -100);
+  EXPECT_TRUE(std::isnan(improvement_rate(0, 1)));
+}
+
+TEST(Compare, MeasuresImprovementAgainstTheFirstRunOfTheSequence) {
+  std::vector<RecordedRun> runs = two_systems();
+  runs.push_back({"static", "sit", wobbling(0.01), loop(), 250});
+  runs.push_back({"seg-mask", "sit", wobbling(0.02), loop(), 200});
+  const Comparison comparison = compare_runs(runs);
+  const nlohmann::json json = comparison;
+  const auto improvement = [&json](int i) {
+    return json.at("runs").at(i).at("improvement_percent").at("ate_translation").at("rmse");
+  };
+  EXPECT_FALSE(json.at("runs").at(0).contains("improvement_percent"));
+  EXPECT_NEAR(improvement(1).get<double>(), 75, 1);  // a quarter of the error
+  EXPECT_FALSE(json.at("runs").at(2).contains("improvement_percent"));
+  EXPECT_NEAR(improvement(3).get<double>(), -100, 5);
+  const std::string text = comparison_text(comparison);
+  EXPECT_THAT(text, HasSubstr("seg-mask  walk"));
+  EXPECT_THAT(text, HasSubstr("200/250"));
+}
+
+TEST(Compare, ARunThatCannotBeEvaluatedKeepsItsPlaceWithTheReason) {
+  std::vector<RecordedRun> runs = two_systems();
+  for (auto& pose : runs[1].estimate) pose.timestamp += 1000;
+  runs.push_back({"third", "walk", wobbling(0.01), loop(), 200});
+  const Comparison comparison = compare_runs(runs);
+  EXPECT_FALSE(comparison.runs[1].evaluation.has_value());
+  EXPECT_THAT(comparison_text(comparison), HasSubstr("do not overlap in time"));
+  EXPECT_TRUE(nlohmann::json(comparison).at("runs").at(1).contains("problem"));
+  EXPECT_NO_THROW(draw_comparison(comparison, 200));
+}
+
+TEST(ComparisonPicture, ShowsTruthEstimateAndErrorInTheirColours) {
+  const cv::Mat picture = draw_comparison(compare_runs(two_systems()), 500);
+  EXPECT_EQ(picture.cols, 1000);
+  const cv::Mat left = picture.colRange(0, 500), right = picture.colRange(500, 1000);
+  const cv::Vec3b blue(200, 90, 20), red(60, 55, 225);
+  EXPECT_GT(pixels_of_color(left, blue), 300);
+  EXPECT_GT(pixels_of_color(right, blue), 300);
+  // The left run errs four times as much, so its red lines are longer.
+  EXPECT_GT(pixels_of_color(left, red), 2 * pixels_of_color(right, red));
+}
+
+TEST(ComparisonPicture, PutsSequencesInRowsAndSystemsInColumns) {
+  std::vector<RecordedRun> runs = two_systems();
+  runs.push_back({"seg-mask", "sit", wobbling(0.02), loop(), 200});
+  const cv::Mat picture = draw_comparison(compare_runs(runs), 300);
+  EXPECT_EQ(picture.cols, 600);
+  EXPECT_GT(picture.rows, 560);
+  // Nothing was run for "static" on "sit": that cell stays paper.
+  const cv::Mat empty = picture(cv::Rect(0, 290, 300, 270));
+  EXPECT_EQ(pixels_of_color(empty, {255, 255, 255}), empty.rows * empty.cols);
+}
+
+TEST(ComparisonPicture, IsWrittenOrSaysWhyNot) {
+  const auto file = std::filesystem::path(::testing::TempDir()) / "stillmap_comparison.png";
+  write_comparison_picture(file, compare_runs(two_systems()));
+  EXPECT_EQ(cv::imread(file.string()).cols, 1280);
+  std::filesystem::remove(file);
+  EXPECT_THROW(write_comparison_picture("/nonexistent/a.png", compare_runs(two_systems())), Error);
+  EXPECT_THROW(draw_comparison({}), Error);
+}
+
+}  // namespace
+}  // namespace stillmap
