@@ -26,15 +26,22 @@ void adjust_bundle_benchmark(benchmark::State& state) {
   shape.free_poses = static_cast<int>(state.range(0));
   shape.points = static_cast<int>(state.range(1));
   const auto scene = synthetic::bundle_scene(1, shape, {1.0, 0.3, 0.05, 0.05, 0.2});
+  BundleOptions options;
+  options.ceres = state.range(2) != 0;
   BundleResult result;
-  for (auto _ : state) result = adjust_bundle(scene.problem);
+  for (auto _ : state) result = adjust_bundle(scene.problem, options);
   state.counters["iterations"] = result.iterations;
+  state.counters["cost"] = result.cost_after;
   state.counters["observations"] = static_cast<double>(scene.problem.observations.size());
   state.counters["setup_ms"] = result.setup_ms;
   state.counters["robust_ms"] = result.robust_ms;
   state.counters["plain_ms"] = result.plain_ms;
 }
-BENCHMARK(adjust_bundle_benchmark)->Args({15, 2500})->Unit(benchmark::kMillisecond);
+BENCHMARK(adjust_bundle_benchmark)
+    ->ArgNames({"poses", "points", "ceres"})
+    ->Args({15, 2500, 0})
+    ->Args({15, 2500, 1})
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace stillmap

@@ -64,6 +64,11 @@ struct Measurement {
 Measurement make_measurement(const Camera& camera, const ObservationNoise& noise, double u,
                              double v, double depth, double scale);
 
+/// Whether a landmark can be used: finite, and nearer to the origin than 1000 km.
+inline bool is_plausible_point(const Eigen::Vector3d& p_world) {
+  return p_world.squaredNorm() < 1e12;  // false for NaN too
+}
+
 /// (u, v, d) of a point with p_camera.z > 0.
 inline Eigen::Vector3d predict(const Camera& camera, const Eigen::Vector3d& p_camera) {
   const double iz = 1.0 / p_camera.z();

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/optimize/bundle_adjustment.hpp"
+#include "stillmap/optimize/normal_equations.hpp"
+
+#include <cstdint>
+#include <vector>
+
+/// The two minimisers behind adjust_bundle(): internal to the room.
+namespace stillmap {
+
+/// One usable observation, by T_camera_world.
+struct BundleTerm {
+  std::uint32_t pose = 0, point = 0;
+  std::uint32_t observation = 0;  ///< index into the problem's list
+  Measurement measurement;
+  double weight = 1;
+  Parts parts;  ///< what counts in the next pass
+};
+
+/// What stays as it is while poses and points move.
+struct BundleModel {
+  Camera camera;
+  std::vector<BundleTerm> terms;         ///< sorted by point, then pose, then observation
+  std::vector<std::uint8_t> pose_free;   ///< may move, and some term holds it
+  std::vector<std::uint8_t> point_free;  ///< may move, and some term holds it
+};
+
+/// What moves.
+struct BundleState {
+  std::vector<Pose> T_camera_world;
+  std::vector<Eigen::Vector3d> points;
+};
+
+struct PassLimits {
+  Kernels kernels;
+  int iterations = 10;
+  double cost_tolerance = 1e-6;
+};
+
+struct PassSummary {
+  int iterations = 0;
+  bool interrupted = false;
+};
+
+/// Half the sum of (robust) squared residuals [sigma^2].
+double bundle_cost(const BundleModel& model, const BundleState& state, const Kernels& kernels);
+
+/// Our own Levenberg-Marquardt on the Schur complement (schur_solver.cpp).
+PassSummary minimise_with_schur(const BundleModel& model, const PassLimits& limits,
+                                const StopRequest& stop, BundleState& state);
+
+/// The same by Ceres: the yardstick (ceres_solver.cpp).
+PassSummary minimise_with_ceres(const BundleModel& model, const PassLimits& limits,
+                                const StopRequest& stop, BundleState& state);
+
+}  // namespace stillmap

@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/optimize/bundle_solver.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <deque>
+#include <memory>
+
+#include <ceres/ceres.h>
+
+namespace stillmap {
+namespace {
+
+/// Free poses up to which the reduced camera system is solved dense.
+constexpr std::size_t kDensePoses = 60;
+
+/// A pose as Ceres holds it: T_camera_world as quaternion x y z w and translation.
+using PoseBlock = std::array<double, 7>;
+
+PoseBlock to_block(const Pose& T_camera_world) {
+  PoseBlock block;
+  Eigen::Map<Eigen::Vector4d>{block.data()} = T_camera_world.quaternion().coeffs();
+  Eigen::Map<Eigen::Vector3d>{block.data() + 4} = T_camera_world.translation();
+  return block;
+}
+
+Pose to_pose(const double* block) {
+  return {Eigen::Quaterniond(Eigen::Map<const Eigen::Vector4d>(block)),
+          Eigen::Map<const Eigen::Vector3d>(block + 4)};
+}
+
+/// SE(3) with left perturbations, x + delta = exp(delta) x. Residuals give their derivatives with
+/// respect to delta at once, in the first six of the seven columns that Ceres asks for, and so
+/// PlusJacobian is [I; 0]: the detour over quaternion derivatives would cost more than the residual
+/// itself.
+class PoseManifold final : public ceres::Manifold {
+ public:
+  int AmbientSize() const override { return 7; }
+  int TangentSize() const override { return 6; }
+  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override {
+    const PoseBlock sum = to_block(Pose::exp(Eigen::Map<const Vector6d>(delta)) * to_pose(x));
+    std::copy(sum.begin(), sum.end(), x_plus_delta);
+    return true;
+  }
+  bool PlusJacobian(const double*, double* jacobian) const override {
+    Eigen::Map<Eigen::Matrix<double, 7, 6, Eigen::RowMajor>>(jacobian).setIdentity();
+    return true;
+  }
+  bool Minus(const double* y, const double* x, double* y_minus_x) const override {
+    Eigen::Map<Vector6d>{y_minus_x} = (to_pose(y) * to_pose(x).inverse()).log();
+    return true;
+  }
+  bool MinusJacobian(const double*, double* jacobian) const override {
+    Eigen::Map<Eigen::Matrix<double, 6, 7, Eigen::RowMajor>>(jacobian).setIdentity();
+    return true;
+  }
+};
+
+/// Factors for a residual r and its Jacobian J that turn |r|^2 into rho(|r|^2) and keep the
+/// gradient, J'^T r' = rho' J^T r. Ceres' own loss functions would take pixel and disparity as one.
+struct RobustScale {
+  double residual = 1, jacobian = 1;
+};
+
+RobustScale robust_scale(const HuberKernel& kernel, double s) {
+  if (s <= kernel.bound) return {};
+  const double scale = std::sqrt(kernel.rho(s) / s);
+  return {scale, kernel.weight(s) / scale};
+}
+
+/// One observation as a Ceres cost: pose (7), point (3) to (u, v, d) in sigmas.
+class ObservationCost final : public ceres::SizedCostFunction<3, 7, 3> {
+ public:
+  ObservationCost(const Camera& camera, const Kernels& kernels, const BundleTerm& term)
+      : camera_(camera), kernels_(kernels), term_(term) {}
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    const Eigen::Map<const Eigen::Quaterniond> q(parameters[0]);
+    const Eigen::Matrix3d R = q.toRotationMatrix();
+    const Eigen::Vector3d p = R * Eigen::Map<const Eigen::Vector3d>(parameters[1]) +
+                              Eigen::Map<const Eigen::Vector3d>(parameters[0] + 4);
+    Eigen::Map<Eigen::Vector3d> r(residuals);
+    if (p.z() < kNearPlane) {
+      r << kBehindCameraSigmas * std::sqrt(term_.weight), 0, 0;
+      clear(jacobians);
+      return true;
+    }
+    const Eigen::Vector3d e = predict(camera_, p) - term_.measurement.uvd;
+    const Eigen::Vector3d scale = scales(e, r);
+    if (!jacobians) return true;
+    const Eigen::Matrix3d A = scale.asDiagonal() * projection_jacobian(camera_, p);
+    if (jacobians[0]) {
+      Eigen::Map<Eigen::Matrix<double, 3, 7, Eigen::RowMajor>> J(jacobians[0]);
+      J.leftCols<6>() = pose_jacobian(A, p);
+      J.col(6).setZero();
+    }
+    if (jacobians[1]) {
+      Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>{jacobians[1]} = point_jacobian(A, R);
+    }
+    return true;
+  }
+
+ private:
+  /// Writes the robust residuals in sigmas; returns the factors of the Jacobian's rows.
+  Eigen::Vector3d scales(const Eigen::Vector3d& e, Eigen::Map<Eigen::Vector3d>& r) const {
+    const Measurement& m = term_.measurement;
+    const double pixel = std::sqrt(m.pixel_information * term_.weight);
+    const double disparity =
+        term_.parts.disparity ? std::sqrt(m.disparity_information * term_.weight) : 0;
+    RobustScale for_pixel, for_disparity;
+    if (kernels_.robust) {
+      const Chi2 s = chi2(m, e + m.uvd);
+      for_pixel = robust_scale(kernels_.pixel, s.pixel);
+      for_disparity = robust_scale(kernels_.disparity, s.disparity);
+    }
+    const double ru = for_pixel.residual * pixel, ju = for_pixel.jacobian * pixel;
+    r << ru * e.x(), ru * e.y(), for_disparity.residual * disparity * e.z();
+    return {ju, ju, for_disparity.jacobian * disparity};
+  }
+
+  static void clear(double** jacobians) {
+    if (!jacobians) return;
+    if (jacobians[0]) std::fill_n(jacobians[0], 21, 0.0);
+    if (jacobians[1]) std::fill_n(jacobians[1], 9, 0.0);
+  }
+
+  const Camera& camera_;
+  const Kernels& kernels_;
+  const BundleTerm& term_;
+};
+
+/// Asks the caller whether to stop, between iterations.
+class StopCallback final : public ceres::IterationCallback {
+ public:
+  explicit StopCallback(const StopRequest& stop) : stop_(stop) {}
+  bool stopped = false;
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
+    stopped = stop_ && stop_();
+    return stopped ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  const StopRequest& stop_;
+};
+
+ceres::Problem::Options borrowing_options() {
+  ceres::Problem::Options options;
+  options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  options.disable_all_safety_checks = true;
+  return options;
+}
+
+/// A pass laid out for Ceres; owns all blocks and costs.
+class CeresBundle {
+ public:
+  CeresBundle(const BundleModel& model, const Kernels& kernels, BundleState& state)
+      : model_(model), state_(state), ceres_(borrowing_options()) {
+    for (const Pose& pose : state.T_camera_world) poses_.push_back(to_block(pose));
+    for (const BundleTerm& term : model.terms) {
+      if (!term.parts.pixel) continue;
+      ceres_.AddResidualBlock(&costs_.emplace_back(model.camera, kernels, term), nullptr,
+                              poses_[term.pose].data(), state.points[term.point].data());
+    }
+    hold_and_order();
+  }
+
+  void solve(ceres::Solver::Options options, ceres::Solver::Summary& summary) {
+    options.linear_solver_ordering = ordering_;
+    options.linear_solver_type =
+        free_poses_ <= kDensePoses ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
+    ceres::Solve(options, &ceres_, &summary);
+    for (std::size_t i = 0; i < poses_.size(); ++i) {
+      if (model_.pose_free[i]) state_.T_camera_world[i] = to_pose(poses_[i].data());
+    }
+  }
+
+ private:
+  void hold_and_order() {
+    for (std::size_t i = 0; i < state_.points.size(); ++i) {
+      double* block = state_.points[i].data();
+      if (!ceres_.HasParameterBlock(block)) continue;
+      ordering_->AddElementToGroup(block, 0);
+      if (!model_.point_free[i]) ceres_.SetParameterBlockConstant(block);
+    }
+    for (std::size_t i = 0; i < poses_.size(); ++i) {
+      double* block = poses_[i].data();
+      if (!ceres_.HasParameterBlock(block)) continue;
+      ordering_->AddElementToGroup(block, 1);
+      free_poses_ += model_.pose_free[i];
+      ceres_.SetManifold(block, &manifold_);
+      if (!model_.pose_free[i]) ceres_.SetParameterBlockConstant(block);
+    }
+  }
+
+  const BundleModel& model_;
+  BundleState& state_;
+  PoseManifold manifold_;
+  std::vector<PoseBlock> poses_;
+  std::deque<ObservationCost> costs_;  // Ceres keeps pointers: nothing may move
+  std::shared_ptr<ceres::ParameterBlockOrdering> ordering_ =
+      std::make_shared<ceres::ParameterBlockOrdering>();
+  std::size_t free_poses_ = 0;
+  ceres::Problem ceres_;  // last: it points into the others
+};
+
+}  // namespace
+
+PassSummary minimise_with_ceres(const BundleModel& model, const PassLimits& limits,
+                                const StopRequest& stop, BundleState& state) {
+  StopCallback callback(stop);
+  ceres::Solver::Options options;
+  // Eigen's own algebra: the system's BLAS may be threaded, and then sums depend on the machine.
+  options.dense_linear_algebra_library_type = ceres::EIGEN;
+  options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
+  options.num_threads = 1;
+  options.max_num_iterations = limits.iterations;
+  options.function_tolerance = limits.cost_tolerance;
+  options.initial_trust_region_radius = 1e6;
+  options.jacobi_scaling = false;
+  options.logging_type = ceres::SILENT;
+  options.callbacks.push_back(&callback);
+  ceres::Solver::Summary summary;
+  CeresBundle(model, limits.kernels, state).solve(options, summary);
+  return {std::max(0, static_cast<int>(summary.iterations.size()) - 1), callback.stopped};
+}
+
+}  // namespace stillmap
