@@ -15,10 +15,10 @@ namespace stillmap {
 
 /// A corner found on one level of the scale pyramid. Pixels of the full-size image.
 struct Keypoint {
-  float u = 0, v = 0;      ///< sub-pixel position [pixels]
-  float angle = 0;         ///< orientation of the patch by its intensity centroid [radians, (-pi, pi]]
-  float response = 0;      ///< corner score, comparable within one image
-  float depth = 0;         ///< metres along the optical axis; 0 where the depth image has none
+  float u = 0, v = 0;  ///< sub-pixel position [pixels]
+  float angle = 0;     ///< orientation of the patch by its intensity centroid [radians, (-pi, pi]]
+  float response = 0;  ///< corner score, comparable within one image
+  float depth = 0;     ///< metres along the optical axis; 0 where the depth image has none
   std::uint8_t level = 0;  ///< pyramid level, 0 = full size
 };
 
@@ -37,8 +37,8 @@ class KeypointGrid {
   KeypointGrid() = default;
   KeypointGrid(std::span<const Keypoint> keypoints, int width, int height);
 
-  /// Calls f(index) for every keypoint within the square |du| <= radius, |dv| <= radius whose level lies in
-  /// [min_level, max_level]; in a fixed order that depends on the keypoints alone.
+  /// Calls f(index) for every keypoint within the square |du| <= radius, |dv| <= radius whose level
+  /// lies in [min_level, max_level]; in a fixed order that depends on the keypoints alone.
   template <typename F>
   void for_each_near(float u, float v, float radius, int min_level, int max_level, F&& f) const;
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include <vector>
-
 #include "stillmap/map/map.hpp"
 #include "stillmap/motion/frame.hpp"
+
+#include <vector>
 
 namespace stillmap {
 
@@ -16,12 +16,14 @@ struct Sighting {
 /// What the tracker hands to the mapper: "keep this frame".
 struct KeyframeProposal {
   FramePtr frame;
-  /// The keyframe the pose is relative to; invalid for the first one of a new map, whose pose is then given in
-  /// the world.
+  /// The keyframe the pose is relative to; invalid for the first one of a new map, whose pose is
+  /// then given in the world.
   KeyframeId reference;
   Pose T_reference_camera;
-  std::vector<LandmarkId> landmarks;  ///< per keypoint: what it shows; invalid where nothing is known
-  std::vector<Sighting> sightings;    ///< since the proposal before; a landmark may come several times
+  std::vector<LandmarkId>
+      landmarks;  ///< per keypoint: what it shows; invalid where nothing is known
+  std::vector<Sighting>
+      sightings;  ///< since the proposal before; a landmark may come several times
 };
 
 }  // namespace stillmap

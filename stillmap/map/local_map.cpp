@@ -55,7 +55,8 @@ LocalMapPtr make_local_map(const Map& map, KeyframeId reference, const LocalMapO
   const auto keyframes = neighbourhood(map, reference, options);
   for (const KeyframeId id : keyframes) {
     const Keyframe& keyframe = map.at(id);
-    local->keyframes.push_back({id, keyframe.T_world_camera, keyframe.features, keyframe.landmarks});
+    local->keyframes.push_back(
+        {id, keyframe.T_world_camera, keyframe.features, keyframe.landmarks});
   }
   const auto seen = landmarks_seen_by(map, keyframes);
   local->landmarks.reserve(seen.size());
@@ -64,8 +65,9 @@ LocalMapPtr make_local_map(const Map& map, KeyframeId reference, const LocalMapO
 }
 
 const LocalLandmark* LocalMap::find(LandmarkId id) const {
-  const auto found = std::lower_bound(landmarks.begin(), landmarks.end(), id,
-                                      [](const LocalLandmark& l, LandmarkId key) { return l.id < key; });
+  const auto found =
+      std::lower_bound(landmarks.begin(), landmarks.end(), id,
+                       [](const LocalLandmark& l, LandmarkId key) { return l.id < key; });
   return found != landmarks.end() && found->id == id ? &*found : nullptr;
 }
 

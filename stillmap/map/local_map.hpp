@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include <memory>
-#include <vector>
-
 #include "stillmap/base/fields.hpp"
 #include "stillmap/map/map.hpp"
+
+#include <memory>
+#include <vector>
 
 namespace stillmap {
 
@@ -26,8 +26,8 @@ struct LocalKeyframe {
   std::vector<LandmarkId> landmarks;  ///< per keypoint
 };
 
-/// A published copy of the map around one keyframe: all that the tracker sees of the map. Never changed once
-/// made, so it needs no lock.
+/// A published copy of the map around one keyframe: all that the tracker sees of the map. Never
+/// changed once made, so it needs no lock.
 struct LocalMap {
   std::size_t made_for_frame = 0;        ///< frame index of the keyframe it was made for
   std::uint32_t component = 0;           ///< which of the unconnected maps
@@ -41,9 +41,9 @@ struct LocalMap {
 using LocalMapPtr = std::shared_ptr<const LocalMap>;
 
 struct LocalMapOptions {
-  int max_keyframes = 60;       ///< covisible with the reference, and then those covisible with the best
-  int second_neighbours = 10;   ///< of how many of the best the neighbours are taken too
-  int min_shared = 10;          ///< landmarks that make two keyframes neighbours
+  int max_keyframes = 60;  ///< covisible with the reference, and then those covisible with the best
+  int second_neighbours = 10;  ///< of how many of the best the neighbours are taken too
+  int min_shared = 10;         ///< landmarks that make two keyframes neighbours
   STILLMAP_FIELDS(max_keyframes, second_neighbours, min_shared)
 };
 

@@ -9,8 +9,8 @@
 namespace stillmap {
 namespace {
 
-/// Of many descriptors the one whose median distance to the others is least. Beyond this many the newest are
-/// taken: what is seen now matters, and the cost is quadratic.
+/// Of many descriptors the one whose median distance to the others is least. Beyond this many the
+/// newest are taken: what is seen now matters, and the cost is quadratic.
 constexpr std::size_t kMedoidSample = 16;
 
 std::size_t medoid(const std::vector<const Descriptor*>& descriptors) {
@@ -150,7 +150,8 @@ void Map::refresh(LandmarkId id) {
     const Observation& o = landmark.observations[i];
     const Keyframe& keyframe = at(o.keyframe);
     sum += (landmark.p_world - keyframe.T_world_camera.translation()).normalized();
-    if (i + kMedoidSample >= count) descriptors.push_back(&keyframe.features->descriptors[o.keypoint]);
+    if (i + kMedoidSample >= count)
+      descriptors.push_back(&keyframe.features->descriptors[o.keypoint]);
   }
   landmark.descriptor = *descriptors[medoid(descriptors)];
   if (sum.norm() > 1e-6) landmark.normal = sum.normalized();
@@ -160,7 +161,8 @@ void Map::refresh(LandmarkId id) {
   const double range = (landmark.p_world - reference.T_world_camera.translation()).norm();
   const int level = reference.features->keypoints[first.keypoint].level;
   landmark.max_distance = static_cast<float>(range * pyramid_.scale(level));
-  landmark.min_distance = static_cast<float>(landmark.max_distance / pyramid_.scale(pyramid_.levels - 1));
+  landmark.min_distance =
+      static_cast<float>(landmark.max_distance / pyramid_.scale(pyramid_.levels - 1));
 }
 
 std::vector<Covisible> Map::covisible(KeyframeId id, int min_shared) const {

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/feature/features.hpp"
+#include "stillmap/geometry/camera.hpp"
+#include "stillmap/geometry/pose.hpp"
+#include "stillmap/map/slot_map.hpp"
+
 #include <cstddef>
 #include <cstdint>
 #include <map>
 #include <span>
 #include <utility>
 #include <vector>
-
-#include "stillmap/feature/features.hpp"
-#include "stillmap/geometry/camera.hpp"
-#include "stillmap/geometry/pose.hpp"
-#include "stillmap/map/slot_map.hpp"
 
 namespace stillmap {
 
@@ -26,14 +26,15 @@ struct Observation {
 /// A frame kept for good: what it saw, and from where.
 struct Keyframe {
   KeyframeId id;
-  std::uint32_t sequence = 0;  ///< 0, 1, 2 ... in the order of their making
-  std::uint32_t component = 0; ///< which of the unconnected maps it belongs to
+  std::uint32_t sequence = 0;   ///< 0, 1, 2 ... in the order of their making
+  std::uint32_t component = 0;  ///< which of the unconnected maps it belongs to
   std::size_t frame_index = 0;
   double timestamp = 0;  ///< seconds
   Pose T_world_camera;
   FeaturesPtr features;
-  std::vector<float> static_weight;   ///< per keypoint: probability of being static, 0 = left out
-  std::vector<LandmarkId> landmarks;  ///< per keypoint: what it shows; invalid where nothing is known
+  std::vector<float> static_weight;  ///< per keypoint: probability of being static, 0 = left out
+  std::vector<LandmarkId>
+      landmarks;  ///< per keypoint: what it shows; invalid where nothing is known
 };
 
 /// A point of the static world (map point).
@@ -41,13 +42,15 @@ struct Landmark {
   LandmarkId id;
   Eigen::Vector3d p_world = Eigen::Vector3d::Zero();  ///< metres
   std::vector<Observation> observations;              ///< in the order they were made; never empty
-  Descriptor descriptor{};  ///< of the observations' descriptors the one nearest to all others (medoid)
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< mean direction from cameras to point, unit length
+  Descriptor
+      descriptor{};  ///< of the observations' descriptors the one nearest to all others (medoid)
+  Eigen::Vector3d normal =
+      Eigen::Vector3d::UnitZ();  ///< mean direction from cameras to point, unit length
   float min_distance = 0;  ///< metres: closer, its patch is larger than the finest level shows
   float max_distance = 0;  ///< metres: farther, it is smaller than the coarsest level shows
   std::uint32_t first_sequence = 0;  ///< Keyframe::sequence of its maker
-  std::uint32_t predicted = 1;  ///< frames in which the tracker expected to see it
-  std::uint32_t found = 1;      ///< frames in which the tracker did see it
+  std::uint32_t predicted = 1;       ///< frames in which the tracker expected to see it
+  std::uint32_t found = 1;           ///< frames in which the tracker did see it
 };
 
 /// A keyframe that shares landmarks with another one, and how many.
@@ -56,8 +59,9 @@ struct Covisible {
   int shared = 0;
 };
 
-/// The one owner of keyframes and landmarks. Synchronous, one thread at a time; other threads get snapshots
-/// (LocalMap). Invariant: landmark L lists observation (K, i) exactly if keyframe K lists L at keypoint i.
+/// The one owner of keyframes and landmarks. Synchronous, one thread at a time; other threads get
+/// snapshots (LocalMap). Invariant: landmark L lists observation (K, i) exactly if keyframe K lists
+/// L at keypoint i.
 class Map {
  public:
   Map(const Camera& camera, const PyramidShape& pyramid) : camera_(camera), pyramid_(pyramid) {}
@@ -65,7 +69,8 @@ class Map {
   const Camera& camera() const { return camera_; }
   const PyramidShape& pyramid() const { return pyramid_; }
 
-  /// Adds a keyframe without landmarks; id and sequence are given to it. Addresses stay valid until erased.
+  /// Adds a keyframe without landmarks; id and sequence are given to it. Addresses stay valid until
+  /// erased.
   Keyframe& add_keyframe(Keyframe keyframe);
   /// Adds a landmark seen at one keypoint (that shows nothing yet).
   Landmark& add_landmark(const Eigen::Vector3d& p_world, const Observation& observation);
@@ -90,28 +95,31 @@ class Map {
   /// Adds to the tracker's statistics of a landmark; unknown ids are passed over.
   void count_sighting(LandmarkId id, std::uint32_t predicted, std::uint32_t found);
 
-  /// Notes that a keypoint shows a landmark. False, and nothing done, if the keypoint shows something already
-  /// or the keyframe sees the landmark elsewhere.
+  /// Notes that a keypoint shows a landmark. False, and nothing done, if the keypoint shows
+  /// something already or the keyframe sees the landmark elsewhere.
   bool observe(LandmarkId landmark, const Observation& observation);
   /// Takes an observation back; a landmark without any is erased.
   void forget(LandmarkId landmark, KeyframeId keyframe);
-  /// Makes two landmarks one: `keep` takes over the observations of `drop` (where a keyframe has both, its own
-  /// stays), which is erased.
+  /// Makes two landmarks one: `keep` takes over the observations of `drop` (where a keyframe has
+  /// both, its own stays), which is erased.
   void merge(LandmarkId keep, LandmarkId drop);
   void erase(LandmarkId id);
-  /// Erases a keyframe and its observations. Frames that refer to it are henceforth placed relative to
-  /// `heir`: see resolve().
+  /// Erases a keyframe and its observations. Frames that refer to it are henceforth placed relative
+  /// to `heir`: see resolve().
   void erase(KeyframeId id, KeyframeId heir);
 
   /// Recomputes a landmark's descriptor, normal and distance range from its observations.
   void refresh(LandmarkId id);
 
-  /// The keyframes that share at least `min_shared` landmarks with `id`, most first, ties by sequence.
+  /// The keyframes that share at least `min_shared` landmarks with `id`, most first, ties by
+  /// sequence.
   std::vector<Covisible> covisible(KeyframeId id, int min_shared = 1) const;
 
-  /// A pose given relative to a keyframe, in the world as it is now; works for erased keyframes too.
+  /// A pose given relative to a keyframe, in the world as it is now; works for erased keyframes
+  /// too.
   Pose resolve(KeyframeId reference, const Pose& T_reference_camera) const;
-  /// Whether it is the first keyframe of its component, which holds the component's place in the world.
+  /// Whether it is the first keyframe of its component, which holds the component's place in the
+  /// world.
   bool is_first(KeyframeId id) const;
   /// The living keyframe that stands in for `id` (itself while it lives).
   KeyframeId living(KeyframeId id) const;
@@ -127,15 +135,15 @@ class Map {
   SlotMap<KeyframeTag, Keyframe> keyframes_;
   SlotMap<LandmarkTag, Landmark> landmarks_;
   std::uint32_t next_sequence_ = 0;
-  std::map<KeyframeId, Heir> heirs_;          // of erased keyframes
+  std::map<KeyframeId, Heir> heirs_;           // of erased keyframes
   std::map<std::uint32_t, KeyframeId> first_;  // by component
 };
 
 /// The landmarks that any of the keyframes sees, each once, sorted by id.
 std::vector<LandmarkId> landmarks_seen_by(const Map& map, std::span<const KeyframeId> keyframes);
 
-/// The pyramid level on which a landmark's patch appears at distance `range` (metres) if it fits level 0 at
-/// `max_distance`.
+/// The pyramid level on which a landmark's patch appears at distance `range` (metres) if it fits
+/// level 0 at `max_distance`.
 int expected_level(const PyramidShape& pyramid, double max_distance, double range);
 
 }  // namespace stillmap

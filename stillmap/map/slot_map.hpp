@@ -10,8 +10,8 @@
 
 namespace stillmap {
 
-/// Names one element of a SlotMap for good: a slot is reused, its generation is not, so the id of something
-/// erased never comes to mean something else. Ordered by slot.
+/// Names one element of a SlotMap for good: a slot is reused, its generation is not, so the id of
+/// something erased never comes to mean something else. Ordered by slot.
 template <typename Tag>
 struct Id {
   static constexpr std::uint32_t kNone = 0xffffffffu;
@@ -22,8 +22,8 @@ struct Id {
   auto operator<=>(const Id&) const = default;
 };
 
-/// Owns elements by id: constant-time access, addresses that stay, memory bounded by the largest number alive at
-/// one time, iteration in the order of slots (hence the same in every run).
+/// Owns elements by id: constant-time access, addresses that stay, memory bounded by the largest
+/// number alive at one time, iteration in the order of slots (hence the same in every run).
 template <typename Tag, typename T>
 class SlotMap {
  public:

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include <cmath>
-#include <memory>
-#include <vector>
-
 #include "stillmap/feature/features.hpp"
 #include "stillmap/segment/instance.hpp"
 #include "stillmap/sensor/rgbd_frame.hpp"
+
+#include <cmath>
+#include <memory>
+#include <vector>
 
 namespace stillmap {
 
@@ -15,8 +15,9 @@ struct MotionEvidence {
   /// Per keypoint, the log-odds that it lies on something static: the sum of what each cue says,
   /// log P(observation | static) - log P(observation | moving). 0 = nothing is known.
   std::vector<float> static_log_odds;
-  /// Per keypoint, what its residuals count for in every optimisation, 0 to 1: 1 where nothing speaks against
-  /// it, falling with the probability of being static, and 0, left out, below MotionOptions::exclude_below.
+  /// Per keypoint, what its residuals count for in every optimisation, 0 to 1: 1 where nothing
+  /// speaks against it, falling with the probability of being static, and 0, left out, below
+  /// MotionOptions::exclude_below.
   std::vector<float> weight;
   /// Height x width, 8UC1: 255 where a pixel is taken for moving. Empty: no pixel is.
   cv::Mat moving_pixels;
@@ -29,7 +30,8 @@ inline float static_probability(float log_odds) { return 1.0f / (1.0f + std::exp
 struct Frame {
   RgbdFramePtr image;
   FeaturesPtr features;
-  SegmentedFramePtr instances;  ///< null where there is neither a network nor masks, or none has come yet
+  SegmentedFramePtr
+      instances;  ///< null where there is neither a network nor masks, or none has come yet
   MotionEvidence evidence;
 
   std::size_t index() const { return image->index; }

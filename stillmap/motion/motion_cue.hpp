@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include <string_view>
-
 #include "stillmap/motion/frame.hpp"
+
+#include <string_view>
 
 namespace stillmap {
 
@@ -19,8 +19,9 @@ class MotionCue {
  public:
   virtual ~MotionCue() = default;
   virtual std::string_view name() const = 0;
-  /// Adds this cue's log-likelihood ratios to `evidence.static_log_odds` (already sized, one per keypoint)
-  /// and marks the pixels it takes for moving in `evidence.moving_pixels` (empty or image-sized).
+  /// Adds this cue's log-likelihood ratios to `evidence.static_log_odds` (already sized, one per
+  /// keypoint) and marks the pixels it takes for moving in `evidence.moving_pixels` (empty or
+  /// image-sized).
   virtual void add_to(MotionEvidence& evidence, const MotionInput& input) = 0;
 };
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/motion/motion_estimator.hpp"
 
-#include <algorithm>
-
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/nearest_name.hpp"
+
+#include <algorithm>
 
 namespace stillmap {
 namespace {
@@ -27,7 +27,8 @@ const std::vector<Preset>& presets() {
 
 const Preset& find_preset(const std::string& name) {
   const auto& all = presets();
-  const auto found = std::find_if(all.begin(), all.end(), [&](const auto& p) { return p.name == name; });
+  const auto found =
+      std::find_if(all.begin(), all.end(), [&](const auto& p) { return p.name == name; });
   if (found != all.end()) return *found;
   std::vector<std::string> names;
   for (const Preset& preset : all) names.push_back(preset.name);

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include <memory>
-#include <string>
-#include <vector>
-
 #include "stillmap/base/fields.hpp"
 #include "stillmap/motion/motion_cue.hpp"
 #include "stillmap/motion/semantic_cue.hpp"
+
+#include <memory>
+#include <string>
+#include <vector>
 
 namespace stillmap {
 
 struct MotionOptions {
   std::string preset = "seg-mask";  ///< which list of cues: see presets()
-  double exclude_below = 0.25;      ///< probability of being static under which a keypoint is left out
+  double exclude_below = 0.25;  ///< probability of being static under which a keypoint is left out
   SemanticCueOptions semantic;
   STILLMAP_FIELDS(preset, exclude_below, semantic)
 };

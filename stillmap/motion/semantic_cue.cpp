@@ -8,13 +8,14 @@
 namespace stillmap {
 namespace {
 
-/// Draws the instance (its mask, else its whole box) into a full-size mask, grown by `dilation` pixels.
+/// Draws the instance (its mask, else its whole box) into a full-size mask, grown by `dilation`
+/// pixels.
 void draw_grown(const Instance& instance, int dilation, cv::Mat& pixels) {
   const cv::Rect image(0, 0, pixels.cols, pixels.rows);
-  const cv::Rect grown = cv::Rect(instance.box.x - dilation, instance.box.y - dilation,
-                                  instance.box.width + 2 * dilation,
-                                  instance.box.height + 2 * dilation) &
-                         image;
+  const cv::Rect grown =
+      cv::Rect(instance.box.x - dilation, instance.box.y - dilation,
+               instance.box.width + 2 * dilation, instance.box.height + 2 * dilation) &
+      image;
   if (grown.empty()) return;
   if (instance.mask.empty()) {
     pixels(grown).setTo(255);
@@ -41,7 +42,8 @@ bool SemanticCue::is_dynamic(const Instance& instance) const {
 void SemanticCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
   if (!input.instances) return;
   const auto& instances = input.instances->instances;
-  if (std::none_of(instances.begin(), instances.end(), [&](const auto& i) { return is_dynamic(i); })) {
+  if (std::none_of(instances.begin(), instances.end(),
+                   [&](const auto& i) { return is_dynamic(i); })) {
     return;
   }
   if (evidence.moving_pixels.empty()) {

@@ -1,26 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/base/fields.hpp"
+#include "stillmap/motion/motion_cue.hpp"
+
 #include <set>
 #include <string>
 #include <vector>
 
-#include "stillmap/base/fields.hpp"
-#include "stillmap/motion/motion_cue.hpp"
-
 namespace stillmap {
 
 struct SemanticCueOptions {
-  /// Names of the classes that move by themselves; "unknown" is what a folder of masks calls objects.
+  /// Names of the classes that move by themselves; "unknown" is what a folder of masks calls
+  /// objects.
   std::vector<std::string> dynamic_classes = {"person", "unknown"};
-  /// A keypoint's descriptor covers a disc around it; one this close to a mask is partly on the mover.
+  /// A keypoint's descriptor covers a disc around it; one this close to a mask is partly on the
+  /// mover.
   int dilation = 5;  ///< pixels
-  /// Log-odds against "static" that a detection of confidence 1 counts for: 1 in e^6 = 400 is wrong.
+  /// Log-odds against "static" that a detection of confidence 1 counts for: 1 in e^6 = 400 is
+  /// wrong.
   double certainty = 6;
   STILLMAP_FIELDS(dynamic_classes, dilation, certainty)
 };
 
-/// Keypoints inside the mask (or box, where there is no mask) of a thing whose class moves by itself. The
-/// whole of SLAM3-YOLOv8's motion test.
+/// Keypoints inside the mask (or box, where there is no mask) of a thing whose class moves by
+/// itself. The whole of SLAM3-YOLOv8's motion test.
 class SemanticCue : public MotionCue {
  public:
   explicit SemanticCue(const SemanticCueOptions& options);

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/pipeline/instance_stream.hpp"
+
+#include "stillmap/base/stopwatch.hpp"
+
+namespace stillmap {
+
+InstanceStream::InstanceStream(std::unique_ptr<Detector> detector, const SlamOptions& options)
+    : schedule_(options.schedule), detector_(std::move(detector)), carrier_(options.carry) {
+  if (!detector_) return;
+  // In realtime the detector gets the newest frame whenever it is free, so one frame may wait.
+  const bool realtime = schedule_.realtime();
+  stage_ = std::make_unique<Stage<RgbdFramePtr, SegmentedFramePtr>>(
+      realtime ? 1 : 8, realtime ? WhenFull::kDrop : WhenFull::kBlock,
+      [this](const RgbdFramePtr& frame, const auto& publish) { publish(detect(frame)); });
+}
+
+SegmentedFramePtr InstanceStream::detect(const RgbdFramePtr& frame) {
+  const Stopwatch watch;
+  auto found = std::make_shared<SegmentedFrame>();
+  found->frame_index = found->source_index = frame->index;
+  found->instances = detector_->detect(*frame);
+  timing_.add("segmentation", watch.milliseconds());
+  ++segmented_;
+  return found;
+}
+
+void InstanceStream::push(const RgbdFramePtr& frame) {
+  if (!detector_) return;
+  newest_ = frame;
+  carrier_.push(frame);
+  if (frame->index % static_cast<std::size_t>(schedule_.segment_every) != 0 && any_) return;
+  if (stage_->push(frame))
+    due_.push_back(frame->index + static_cast<std::size_t>(schedule_.mask_delay));
+}
+
+SegmentedFramePtr InstanceStream::instances() {
+  if (!detector_) return nullptr;
+  const auto take = [this](std::optional<SegmentedFramePtr> found) {
+    if (!found) return false;
+    carrier_.set(*found);
+    due_.pop_front();
+    any_ = true;
+    return true;
+  };
+  if (!any_ && !due_.empty()) take(stage_->take());
+  if (schedule_.realtime()) {
+    while (take(stage_->try_take())) {
+    }
+  } else {
+    while (!due_.empty() && due_.front() <= newest_->index) take(stage_->take());
+  }
+  return carrier_.current();
+}
+
+void InstanceStream::finish() {
+  if (stage_) stage_->drain();
+}
+
+}  // namespace stillmap

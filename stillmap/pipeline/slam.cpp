@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/pipeline/slam.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/stopwatch.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace stillmap {
+namespace {
+
+const SlamOptions& checked(const SlamOptions& options) {
+  check_options(options);
+  return options;
+}
+
+PyramidShape pyramid_of(const OrbOptions& options) {
+  return {options.levels, options.scale_factor};
+}
+
+}  // namespace
+
+Slam::Slam(const Camera& camera, const SlamOptions& options, std::unique_ptr<Detector> detector)
+    : options_(checked(options)),
+      camera_(camera),
+      extractor_(options.orb),
+      motion_(options.motion),
+      tracker_(camera, pyramid_of(options.orb), options.tracker),
+      instances_(std::move(detector), options),
+      mapping_(camera, pyramid_of(options.orb), options),
+      dense_(camera, options.dense) {
+  dense_stage_ = std::make_unique<Stage<DenseTask, Nothing>>(
+      8, WhenFull::kBlock, [this](DenseTask task, const auto&) {
+        const Stopwatch watch;
+        dense_.add(task.image->index, *task.image, task.moving);
+        dense_timing_.add("dense map", watch.milliseconds());
+      });
+}
+
+Slam::~Slam() = default;
+
+std::optional<Pose> Slam::push(const RgbdFramePtr& image) {
+  check(*image);
+  instances_.push(image);
+  Stopwatch watch;
+  const FramePtr frame = perceive(image);
+  const double perceiving = watch.lap();
+  const LocalMapPtr local_map = mapping_.local_map_for(image->index);
+  timing_.add("wait for map", watch.lap());
+  newest_ = tracker_.track(frame, local_map);
+  const double tracking = watch.lap();
+  timing_.add("pose", tracking);
+  timing_.add("tracking", perceiving + tracking);
+  if (newest_->proposal) keep(*newest_->proposal);
+  record(*newest_, perceiving + tracking);
+  return newest_->T_world_camera;
+}
+
+void Slam::check(const RgbdFrame& frame) const {
+  const auto fits = [&](const cv::Mat& image, int type) {
+    return image.cols == camera_.width && image.rows == camera_.height && image.type() == type;
+  };
+  if (!fits(frame.grey, CV_8UC1) || !fits(frame.depth, CV_32FC1) || !fits(frame.color, CV_8UC3)) {
+    throw Error(
+        fmt::format("frame {} is no {}x{} set of 8-bit colour, 8-bit grey and float depth images",
+                    frame.index, camera_.width, camera_.height),
+        "Slam::push", "make the camera's width and height those of the images");
+  }
+  if (!records_.empty() &&
+      (frame.index <= records_.back().index || frame.timestamp <= records_.back().timestamp)) {
+    throw Error(
+        fmt::format("frame {} at {:.6f} s does not come after frame {} at {:.6f} s", frame.index,
+                    frame.timestamp, records_.back().index, records_.back().timestamp),
+        "Slam::push", "push frames in the order of their stamps, each once");
+  }
+}
+
+FramePtr Slam::perceive(const RgbdFramePtr& image) {
+  Stopwatch watch;
+  auto frame = std::make_shared<Frame>();
+  frame->image = image;
+  frame->features = std::make_shared<Features>(extractor_.extract(image->grey, image->depth));
+  timing_.add("features", watch.lap());
+  frame->instances = instances_.instances();
+  timing_.add("masks", watch.lap());
+  frame->evidence = motion_.estimate(
+      {image, frame->features, frame->instances, newest_ ? newest_->frame : nullptr});
+  timing_.add("motion", watch.lap());
+  return frame;
+}
+
+void Slam::keep(const KeyframeProposal& proposal) {
+  mapping_.push(proposal);
+  if (options_.dense_cloud)
+    dense_stage_->push({proposal.frame->image, proposal.frame->evidence.moving_pixels});
+}
+
+void Slam::record(const TrackedFrame& tracked, double milliseconds) {
+  const Frame& frame = *tracked.frame;
+  FrameRecord record;
+  record.index = frame.index();
+  record.timestamp = frame.timestamp();
+  record.state = tracked.state;
+  record.reason = tracked.reason;
+  record.reference = tracked.reference;
+  record.T_reference_camera = tracked.T_reference_camera;
+  record.keypoints = static_cast<int>(frame.features->size());
+  record.moving_keypoints = static_cast<int>(
+      std::count(frame.evidence.weight.begin(), frame.evidence.weight.end(), 0.0F));
+  record.inliers = tracked.inliers;
+  if (frame.instances) record.mask_age = static_cast<int>(frame.instances->age());
+  record.keyframe = tracked.proposal.has_value();
+  record.milliseconds = milliseconds;
+  records_.push_back(record);
+}
+
+/// A frame that was kept stands where its keyframe stands now; any other one where it stood beside
+/// its reference.
+std::optional<Pose> Slam::final_pose(const FrameRecord& record) const {
+  if (record.state != TrackState::kStarted && record.state != TrackState::kTracking)
+    return std::nullopt;
+  const KeyframeId own = mapping_.keyframe_of(record.index);
+  if (own.valid()) return mapping_.map().resolve(own, Pose());
+  return mapping_.map().resolve(record.reference, record.T_reference_camera);
+}
+
+SlamResult Slam::finish() {
+  instances_.finish();
+  mapping_.finish();
+  dense_stage_->drain();
+
+  SlamResult result;
+  std::map<std::size_t, Pose> pose_of;
+  for (const FrameRecord& record : records_) {
+    if (const auto T_world_camera = final_pose(record)) {
+      result.trajectory.push_back({record.timestamp, *T_world_camera});
+      pose_of[record.index] = *T_world_camera;
+    }
+  }
+  mapping_.map().for_each_keyframe([&](const Keyframe& k) {
+    result.keyframes.push_back({k.timestamp, k.T_world_camera});
+  });
+  std::sort(result.keyframes.begin(), result.keyframes.end(),
+            [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
+
+  const Stopwatch watch;
+  result.dense = dense_.compose([&](std::uint64_t frame) -> std::optional<Pose> {
+    const auto found = pose_of.find(frame);
+    return found == pose_of.end() ? std::nullopt : std::optional(found->second);
+  });
+  dense_timing_.add("dense composition", watch.milliseconds());
+  result.dense_statistics = dense_.statistics();
+  result.frames = records_;
+  result.landmarks = mapping_.map().landmark_count();
+  result.maps = mapping_.components();
+  result.segmented = instances_.segmented();
+  result.timing = timing_;
+  result.timing.merge(instances_.timing());
+  result.timing.merge(mapping_.timing());
+  result.timing.merge(dense_timing_);
+  return result;
+}
+
+}  // namespace stillmap

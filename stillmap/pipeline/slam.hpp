@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/dense/dense_map.hpp"
+#include "stillmap/evaluate/timing.hpp"
+#include "stillmap/geometry/trajectory.hpp"
+#include "stillmap/pipeline/instance_stream.hpp"
+#include "stillmap/pipeline/mapping.hpp"
+#include "stillmap/pipeline/options.hpp"
+#include "stillmap/track/tracker.hpp"
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace stillmap {
+
+/// What became of one frame, kept for the whole run: small.
+struct FrameRecord {
+  std::size_t index = 0;
+  double timestamp = 0;  ///< seconds
+  TrackState state = TrackState::kWaiting;
+  std::string reason;  ///< where there is no pose
+  KeyframeId reference;
+  Pose T_reference_camera;
+  int keypoints = 0;
+  int moving_keypoints = 0;  ///< left out because they move
+  int inliers = 0;           ///< landmarks that agree with the pose
+  int mask_age = -1;  ///< frames since the network saw what the masks show; -1: there were none
+  bool keyframe = false;
+  double milliseconds = 0;  ///< on the camera's critical path: features, motion, pose, local map
+};
+
+/// All that a run yields.
+struct SlamResult {
+  Trajectory
+      trajectory;  ///< every frame with a pose, T_world_camera, in the map as it is at the end
+  Trajectory keyframes;  ///< those still in the map
+  ComposedCloud dense;   ///< static coloured cloud, world frame
+  DenseStatistics dense_statistics;
+  std::vector<FrameRecord> frames;  ///< every frame pushed
+  TimingRecorder timing;            ///< milliseconds per stage
+  std::size_t landmarks = 0;
+  std::size_t maps =
+      0;  ///< unconnected maps; more than one means that tracking was lost in between
+  std::size_t segmented = 0;  ///< frames the network saw
+  std::size_t tracked() const { return trajectory.size(); }
+};
+
+/// The façade: frames in, poses out, and at the end everything else.
+///
+///     Slam slam(source.camera(), options, make_detector(options.segment));
+///     while (auto frame = source.next()) slam.push(frame);
+///     SlamResult result = slam.finish();
+///
+/// Threads work behind it (network, mapper, dense map); the object itself is for one thread.
+class Slam {
+ public:
+  /// @param detector what finds instances; null for none. Throws Error for options that make no
+  /// sense.
+  Slam(const Camera& camera, const SlamOptions& options,
+       std::unique_ptr<Detector> detector = nullptr);
+  ~Slam();
+
+  /// The next frame, indices and stamps rising. T_world_camera as known now; none while there is no
+  /// map or the camera is lost. Throws Error if the frame's size is not the camera's.
+  std::optional<Pose> push(const RgbdFramePtr& frame);
+
+  /// The frame pushed last, as the tracker saw it; null before the first.
+  const TrackedFramePtr& newest() const { return newest_; }
+
+  /// Waits for all threads, adjusts the map once more, and collects the results. Call once; no push
+  /// after it.
+  SlamResult finish();
+
+ private:
+  struct DenseTask {
+    RgbdFramePtr image;
+    cv::Mat moving;
+  };
+  struct Nothing {};
+
+  void check(const RgbdFrame& frame) const;
+  FramePtr perceive(const RgbdFramePtr& image);
+  void keep(const KeyframeProposal& proposal);
+  void record(const TrackedFrame& tracked, double milliseconds);
+  std::optional<Pose> final_pose(const FrameRecord& record) const;
+
+  const SlamOptions options_;
+  const Camera camera_;
+  OrbExtractor extractor_;
+  MotionEstimator motion_;
+  Tracker tracker_;
+  InstanceStream instances_;
+  Mapping mapping_;
+  DenseMap dense_;
+  TrackedFramePtr newest_;
+  std::vector<FrameRecord> records_;
+  TimingRecorder timing_;
+  TimingRecorder dense_timing_;  // of the dense stage's thread until finish()
+  std::unique_ptr<Stage<DenseTask, Nothing>> dense_stage_;  // last: its thread uses the above
+};
+
+}  // namespace stillmap

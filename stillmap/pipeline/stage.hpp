@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <condition_variable>
+#include <cstddef>
+#include <deque>
+#include <exception>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <thread>
+#include <utility>
+
+namespace stillmap {
+
+/// What push() does when the queue is full.
+enum class WhenFull {
+  kBlock,  ///< waits for room: nothing is lost
+  kDrop,   ///< refuses, and counts it: the caller never waits
+};
+
+/// A thread around a synchronous algorithm: a bounded queue in, an unbounded one out, and the only
+/// mutex of the house. Inputs are worked on in the order they were pushed, one at a time; each may
+/// publish any number of outputs. What the work throws is thrown again by the caller's next push,
+/// take or drain.
+template <typename In, typename Out>
+class Stage {
+ public:
+  /// Hands on one output; for the work to call.
+  using Publish = std::function<void(Out)>;
+  using Work = std::function<void(In, const Publish&)>;
+
+  Stage(std::size_t capacity, WhenFull when_full, Work work)
+      : capacity_(capacity), when_full_(when_full), work_(std::move(work)) {
+    thread_ = std::jthread([this](std::stop_token stop) { run(stop); });
+  }
+  /// Ends after the input being worked on; queued ones are dropped. drain() first to keep them.
+  ~Stage() = default;
+  Stage(const Stage&) = delete;
+  Stage& operator=(const Stage&) = delete;
+
+  /// False if the input was dropped.
+  bool push(In input) {
+    std::unique_lock lock(mutex_);
+    if (when_full_ == WhenFull::kBlock) {
+      changed_.wait(lock, [&] { return inputs_.size() < capacity_ || failure_; });
+    }
+    rethrow_failure();
+    if (inputs_.size() >= capacity_) {
+      ++dropped_;
+      return false;
+    }
+    inputs_.push_back(std::move(input));
+    changed_.notify_all();
+    return true;
+  }
+
+  /// The next output, waiting for it; none once everything pushed has been worked on and taken.
+  std::optional<Out> take() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return !outputs_.empty() || idle() || failure_; });
+    rethrow_failure();
+    return pop();
+  }
+
+  /// The next output if there is one already.
+  std::optional<Out> try_take() {
+    std::unique_lock lock(mutex_);
+    rethrow_failure();
+    return pop();
+  }
+
+  /// Waits until everything pushed has been worked on.
+  void drain() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return idle() || failure_; });
+    rethrow_failure();
+  }
+
+  /// Inputs waiting, the one being worked on not counted.
+  std::size_t waiting() const {
+    std::unique_lock lock(mutex_);
+    return inputs_.size();
+  }
+  std::size_t dropped() const {
+    std::unique_lock lock(mutex_);
+    return dropped_;
+  }
+
+ private:
+  bool idle() const { return inputs_.empty() && !working_; }
+
+  std::optional<Out> pop() {
+    if (outputs_.empty()) return std::nullopt;
+    std::optional<Out> output = std::move(outputs_.front());
+    outputs_.pop_front();
+    return output;
+  }
+
+  void rethrow_failure() {
+    if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
+  }
+
+  std::optional<In> next_input(std::stop_token stop) {
+    std::unique_lock lock(mutex_);
+    working_ = false;
+    changed_.notify_all();
+    if (!changed_.wait(lock, stop, [&] { return !inputs_.empty(); }) || stop.stop_requested())
+      return std::nullopt;
+    std::optional<In> input = std::move(inputs_.front());
+    inputs_.pop_front();
+    working_ = true;
+    changed_.notify_all();
+    return input;
+  }
+
+  void run(std::stop_token stop) {
+    const Publish publish = [this](Out output) {
+      std::unique_lock lock(mutex_);
+      outputs_.push_back(std::move(output));
+      changed_.notify_all();
+    };
+    while (auto input = next_input(stop)) {
+      try {
+        work_(std::move(*input), publish);
+      } catch (...) {
+        std::unique_lock lock(mutex_);
+        failure_ = std::current_exception();
+        inputs_.clear();
+      }
+    }
+  }
+
+  const std::size_t capacity_;
+  const WhenFull when_full_;
+  const Work work_;
+
+  mutable std::mutex mutex_;
+  std::condition_variable_any changed_;
+  std::deque<In> inputs_;
+  std::deque<Out> outputs_;
+  bool working_ = false;
+  std::size_t dropped_ = 0;
+  std::exception_ptr failure_;
+  std::jthread thread_;  // last: it ends before the rest goes
+};
+
+}  // namespace stillmap

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/refine/landmark_creation.hpp"
+
+#include "stillmap/feature/matching.hpp"
+
+#include <cmath>
+#include <optional>
+
+namespace stillmap {
+namespace {
+
+constexpr double kDegree = 3.14159265358979323846 / 180;
+
+struct Ray {
+  Eigen::Vector3d origin, direction;  // world; unit direction
+};
+
+Ray ray_of(const Map& map, const Keyframe& keyframe, std::uint32_t keypoint) {
+  const Keypoint& k = keyframe.features->keypoints[keypoint];
+  const Eigen::Vector3d d = map.camera().unproject(k.u, k.v, 1);
+  return {keyframe.T_world_camera.translation(),
+          (keyframe.T_world_camera.quaternion() * d).normalized()};
+}
+
+/// The point halfway between two rays where they come closest; none if they are nearly parallel.
+std::optional<Eigen::Vector3d> midpoint(const Ray& a, const Ray& b, double min_parallax) {
+  const double c = a.direction.dot(b.direction);
+  if (c > std::cos(min_parallax * kDegree)) return std::nullopt;
+  const Eigen::Vector3d w = b.origin - a.origin;
+  const double s = 1 - c * c;
+  const double along_a = (w.dot(a.direction) - c * w.dot(b.direction)) / s;
+  const double along_b = (c * w.dot(a.direction) - w.dot(b.direction)) / s;
+  if (along_a <= 0 || along_b <= 0) return std::nullopt;
+  return 0.5 * (a.origin + along_a * a.direction + b.origin + along_b * b.direction);
+}
+
+/// Whether the point appears in front of the camera where the keypoint is.
+bool reprojects(const Map& map, const Keyframe& keyframe, std::uint32_t keypoint,
+                const Eigen::Vector3d& p_world, double max_error) {
+  const Eigen::Vector3d p = keyframe.T_world_camera.inverse() * p_world;
+  if (p.z() < 0.05) return false;
+  const Keypoint& k = keyframe.features->keypoints[keypoint];
+  const double error = (map.camera().project(p) - Eigen::Vector2d(k.u, k.v)).norm();
+  return error < max_error * map.pyramid().scale(k.level);
+}
+
+/// Keypoints that show nothing yet and have no depth of their own to be placed by.
+std::vector<std::uint32_t> unplaced(const Keyframe& keyframe, double max_depth) {
+  std::vector<std::uint32_t> result;
+  for (std::uint32_t i = 0; i < keyframe.features->size(); ++i) {
+    const float depth = keyframe.features->keypoints[i].depth;
+    const bool has_depth = depth > 0 && depth <= max_depth;
+    if (!keyframe.landmarks[i].valid() && keyframe.static_weight[i] > 0 && !has_depth)
+      result.push_back(i);
+  }
+  return result;
+}
+
+std::vector<Descriptor> pick(const Features& features, const std::vector<std::uint32_t>& indices) {
+  std::vector<Descriptor> picked;
+  picked.reserve(indices.size());
+  for (const auto i : indices) picked.push_back(features.descriptors[i]);
+  return picked;
+}
+
+int triangulate_with(Map& map, const Keyframe& a, const Keyframe& b,
+                     const LandmarkCreationOptions& options) {
+  const auto from_a = unplaced(a, options.max_depth), from_b = unplaced(b, options.max_depth);
+  BruteForceMatchOptions matching;
+  matching.max_distance = options.max_distance;
+  matching.ratio = 0.8;
+  int created = 0;
+  for (const auto& pair :
+       match_brute_force(pick(*a.features, from_a), pick(*b.features, from_b), matching)) {
+    const std::uint32_t ia = from_a[pair.a], ib = from_b[pair.b];
+    const auto p_world = midpoint(ray_of(map, a, ia), ray_of(map, b, ib), options.min_parallax);
+    if (!p_world || !reprojects(map, a, ia, *p_world, options.max_error) ||
+        !reprojects(map, b, ib, *p_world, options.max_error)) {
+      continue;
+    }
+    const LandmarkId id = map.add_landmark(*p_world, {a.id, ia}).id;
+    if (map.observe(id, {b.id, ib})) map.refresh(id);
+    ++created;
+  }
+  return created;
+}
+
+}  // namespace
+
+int create_from_depth(Map& map, KeyframeId id, const LandmarkCreationOptions& options) {
+  const Keyframe& keyframe = map.at(id);
+  int created = 0;
+  for (std::uint32_t i = 0; i < keyframe.features->size(); ++i) {
+    const Keypoint& k = keyframe.features->keypoints[i];
+    if (keyframe.landmarks[i].valid() || keyframe.static_weight[i] <= 0) continue;
+    if (k.depth <= 0 || k.depth > options.max_depth) continue;
+    map.add_landmark(keyframe.T_world_camera * map.camera().unproject(k.u, k.v, k.depth), {id, i});
+    ++created;
+  }
+  return created;
+}
+
+int create_by_triangulation(Map& map, KeyframeId id, const LandmarkCreationOptions& options) {
+  int created = 0, tried = 0;
+  for (const Covisible& neighbour : map.covisible(id, 15)) {
+    if (tried++ >= options.triangulation_neighbours) break;
+    created += triangulate_with(map, map.at(id), map.at(neighbour.keyframe), options);
+  }
+  return created;
+}
+
+}  // namespace stillmap

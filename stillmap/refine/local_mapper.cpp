@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/refine/local_mapper.hpp"
+
+namespace stillmap {
+namespace {
+
+void note_matches(Map& map, const Keyframe& keyframe, const std::vector<LandmarkId>& landmarks) {
+  for (std::uint32_t i = 0; i < landmarks.size(); ++i) {
+    if (landmarks[i].valid() && map.observe(landmarks[i], {keyframe.id, i}))
+      map.refresh(landmarks[i]);
+  }
+}
+
+}  // namespace
+
+KeyframeId LocalMapper::insert(const KeyframeProposal& proposal) {
+  const bool begins_component = !proposal.reference.valid();
+  Keyframe made;
+  made.component =
+      begins_component ? next_component_++ : map_.at(map_.living(proposal.reference)).component;
+  made.frame_index = proposal.frame->index();
+  made.timestamp = proposal.frame->timestamp();
+  made.T_world_camera = begins_component
+                            ? proposal.T_reference_camera
+                            : map_.resolve(proposal.reference, proposal.T_reference_camera);
+  made.features = proposal.frame->features;
+  made.static_weight = proposal.frame->evidence.weight;
+  const Keyframe& keyframe = map_.add_keyframe(std::move(made));
+  for (const Sighting& s : proposal.sightings)
+    map_.count_sighting(s.landmark, s.predicted, s.found);
+  note_matches(map_, keyframe, proposal.landmarks);
+  create_from_depth(map_, keyframe.id, options_.creation);
+  return keyframe.id;
+}
+
+RefineReport LocalMapper::refine(KeyframeId newest, const StopRequest& stop) {
+  RefineReport report;
+  report.landmarks_culled = cull_landmarks(map_, newest, options_.culling);
+  report.triangulated = create_by_triangulation(map_, newest, options_.creation);
+  report.joined = fuse_duplicates(map_, newest, options_.fusion);
+  report.adjustment = adjust_locally(map_, newest, options_.adjustment, stop);
+  report.keyframes_culled = cull_keyframes(map_, newest, options_.culling);
+  return report;
+}
+
+}  // namespace stillmap

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/base/fields.hpp"
+#include "stillmap/map/keyframe_proposal.hpp"
+#include "stillmap/map/local_map.hpp"
+#include "stillmap/refine/culling.hpp"
+#include "stillmap/refine/landmark_creation.hpp"
+#include "stillmap/refine/landmark_fusion.hpp"
+#include "stillmap/refine/local_adjustment.hpp"
+
+namespace stillmap {
+
+struct MapperOptions {
+  LandmarkCreationOptions creation;
+  FusionOptions fusion;
+  LocalAdjustmentOptions adjustment;
+  CullingOptions culling;
+  LocalMapOptions local_map;
+  STILLMAP_FIELDS(creation, fusion, adjustment, culling, local_map)
+};
+
+/// What keeping one keyframe did, for the log and the summary.
+struct RefineReport {
+  int triangulated = 0, joined = 0, landmarks_culled = 0, keyframes_culled = 0;
+  BundleResult adjustment;
+};
+
+/// Keeps the map good around the newest keyframe. Synchronous: the pipeline gives it a thread.
+class LocalMapper {
+ public:
+  LocalMapper(Map& map, const MapperOptions& options) : map_(map), options_(options) {}
+
+  /// Adds the keyframe, what the tracker found in it, and landmarks for what it sees besides. A
+  /// proposal without reference begins a new component. Yields the new keyframe.
+  KeyframeId insert(const KeyframeProposal& proposal);
+
+  /// Around the keyframe: more landmarks by triangulation, duplicates joined, local bundle
+  /// adjustment, culling. `stop` ends the adjustment early.
+  RefineReport refine(KeyframeId newest, const StopRequest& stop = {});
+
+  /// What the tracker may see of the map around a keyframe.
+  LocalMapPtr local_map(KeyframeId reference) const {
+    return make_local_map(map_, reference, options_.local_map);
+  }
+
+ private:
+  Map& map_;
+  MapperOptions options_;
+  std::uint32_t next_component_ = 0;
+};
+
+}  // namespace stillmap

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/base/fields.hpp"
+#include "stillmap/map/keyframe_proposal.hpp"
+#include "stillmap/map/local_map.hpp"
+#include "stillmap/optimize/pose_solver.hpp"
+#include "stillmap/track/keyframe_policy.hpp"
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace stillmap {
+
+struct TrackerOptions {
+  int min_start_points = 100;  ///< static keypoints with depth that a new map starts from
+  double motion_radius =
+      15;  ///< search radius around keypoints predicted by constant velocity [pixels]
+  double local_radius =
+      4;                  ///< search radius around landmarks once the pose is nearly known [pixels]
+  int max_distance = 90;  ///< Hamming distance of a match, of 256
+  double ratio = 0.8;     ///< best to second-best distance on one level (Lowe 2004)
+  double min_view_cosine =
+      0.5;  ///< between a landmark's mean viewing direction and the present one: 60 degrees
+  int min_motion_inliers = 15;  ///< for the pose from the previous frame to be believed
+  int min_inliers = 25;         ///< landmarks for the frame to count as tracked
+  int patience = 10;            ///< frames without a pose before a new map is begun
+  PoseSolverOptions solver;
+  KeyframePolicyOptions keyframes;
+  STILLMAP_FIELDS(min_start_points, motion_radius, local_radius, max_distance, ratio,
+                  min_view_cosine, min_motion_inliers, min_inliers, patience, solver, keyframes)
+};
+
+enum class TrackState {
+  kWaiting,   ///< no map yet, and not enough in view to begin one
+  kStarted,   ///< this frame begins a map
+  kTracking,  ///< pose found in the map
+  kLost,      ///< no pose
+};
+
+/// What became of one frame. Never changed once made.
+struct TrackedFrame {
+  FramePtr frame;
+  TrackState state = TrackState::kWaiting;
+  std::string reason;                  ///< in plain words, where there is no pose
+  std::optional<Pose> T_world_camera;  ///< in the world as the tracker saw it then
+  KeyframeId reference;     ///< the pose's keyframe; invalid where this frame begins a map
+  Pose T_reference_camera;  ///< holds while the map moves
+  std::vector<LandmarkId>
+      landmarks;    ///< per keypoint: what it shows; invalid where nothing is known
+  int inliers = 0;  ///< landmarks that agree with the pose
+  std::optional<KeyframeProposal> proposal;
+
+  bool has_pose() const { return T_world_camera.has_value(); }
+};
+
+using TrackedFramePtr = std::shared_ptr<const TrackedFrame>;
+
+/// Finds the camera's pose in each frame of a sequence: constant-velocity guess, matches with the
+/// previous frame, then with the local map (Mur-Artal and Tardos, ORB-SLAM2, TRO 2017, section
+/// III). Synchronous; it remembers the previous frame, and sees of the map only the snapshot it is
+/// given.
+class Tracker {
+ public:
+  Tracker(const Camera& camera, const PyramidShape& pyramid, const TrackerOptions& options);
+
+  /// @param local_map the newest snapshot; null while there is no map. After a frame that begins a
+  /// map
+  ///        (TrackState::kStarted) the next call must bring the snapshot made for it.
+  TrackedFramePtr track(const FramePtr& frame, const LocalMapPtr& local_map);
+
+ private:
+  /// "This keypoint shows that point": a landmark, or (id invalid) a point of the previous frame.
+  struct Match {
+    std::uint32_t keypoint;
+    LandmarkId landmark;
+    Eigen::Vector3d p_world;
+  };
+  struct Estimate {
+    Pose T_world_camera;
+    std::vector<Match> matches;  ///< inliers only
+  };
+
+  TrackedFramePtr start(const FramePtr& frame);
+  TrackedFramePtr lost(const FramePtr& frame, const std::string& reason);
+  TrackedFramePtr tracked(const FramePtr& frame, const Estimate& estimate);
+  void adopt(const LocalMapPtr& local_map);
+
+  std::optional<Estimate> estimate_from_previous(const Frame& frame) const;
+  std::optional<Estimate> estimate_from_reference(const Frame& frame) const;
+  std::optional<Estimate> estimate_in_local_map(const Frame& frame, const Estimate& first);
+  std::vector<Match> match_previous(const Frame& frame, const Pose& T_world_camera,
+                                    double radius) const;
+  std::vector<Match> match_reference(const Frame& frame) const;
+  std::vector<Match> match_local(const Frame& frame, const Pose& T_world_camera,
+                                 const std::vector<Match>& known, std::vector<char>& in_view) const;
+  std::optional<Estimate> solve(const Frame& frame, const Pose& guess,
+                                const std::vector<Match>& matches, int min_inliers) const;
+  void count_sightings(const std::vector<char>& in_view, const std::vector<Match>& inliers);
+  std::vector<Sighting> take_sightings();
+
+  Camera camera_;
+  PyramidShape pyramid_;
+  TrackerOptions options_;
+  KeyframePolicy policy_;
+
+  LocalMapPtr local_map_;
+  TrackedFramePtr previous_;  // the newest frame with a pose
+  Pose T_world_previous_;     // its pose in the newest local map
+  Pose T_previous_next_;      // constant-velocity model
+  int frames_lost_ = 0;
+  std::size_t last_proposed_ = 0;                 // frame index
+  std::vector<Sighting> sightings_;               // of local maps before this one
+  std::vector<std::uint32_t> predicted_, found_;  // per landmark of local_map_
+};
+
+}  // namespace stillmap
