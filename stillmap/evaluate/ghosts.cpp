@@ -1,0 +1,310 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/evaluate/ghosts.hpp"
+
+#include "stillmap/base/error.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <memory>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace stillmap {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr double kMaxPoseGap = 0.1;           // between true stamps that are interpolated [s]
+constexpr double kMaskTolerance = 0.01;       // between a frame's stamp and its mask's name [s]
+constexpr std::int64_t kKeyOffset = 1 << 20;  // makes voxel coordinates positive
+
+VoxelKey key_of(std::int64_t x, std::int64_t y, std::int64_t z) {
+  const auto part = [](std::int64_t i) { return static_cast<VoxelKey>(i + kKeyOffset) & 0x1fffff; };
+  return part(x) << 42 | part(y) << 21 | part(z);
+}
+
+VoxelKey key_of(const Eigen::Vector3d& p, double voxel) {
+  constexpr double kFarthest = 1e6;  // cells; beyond, all share the outermost
+  const Eigen::Vector3d cell = (p / voxel).array().floor().cwiseMax(-kFarthest).cwiseMin(kFarthest);
+  return key_of(static_cast<std::int64_t>(cell.x()), static_cast<std::int64_t>(cell.y()),
+                static_cast<std::int64_t>(cell.z()));
+}
+
+/// What is known of a voxel after all frames.
+struct Evidence {
+  Eigen::Vector3d static_sum = Eigen::Vector3d::Zero();  // of static pixels' positions
+  std::uint32_t static_pixels = 0;
+  std::uint32_t static_frames = 0;
+  std::uint32_t last_static_frame = 0;  // 1-based, to count each frame once
+  bool moving = false;
+};
+
+using EvidenceGrid = std::unordered_map<VoxelKey, Evidence>;
+
+void check_frame(const MaskedFrame& frame, const Camera& camera) {
+  const cv::Size size(camera.width, camera.height);
+  if (frame.depth.size() == size && frame.depth.type() == CV_32FC1 && frame.mask.size() == size &&
+      frame.mask.type() == CV_8UC1) {
+    return;
+  }
+  throw Error(fmt::format("depth is {} x {} and mask {} x {}, the camera has {} x {} pixels",
+                          frame.depth.cols, frame.depth.rows, frame.mask.cols, frame.mask.rows,
+                          camera.width, camera.height),
+              fmt::format("frame {:.6f}", frame.timestamp),
+              "give depth as 32-bit float metres and masks as 8-bit images of the camera's size");
+}
+
+std::optional<Pose> pose_at(const Trajectory& trajectory, double t) {
+  const auto after = std::lower_bound(
+      trajectory.begin(), trajectory.end(), t,
+      [](const StampedPose& pose, double stamp) { return pose.timestamp < stamp; });
+  if (after != trajectory.end() && after->timestamp == t) return after->T_world_camera;
+  if (after == trajectory.begin() || after == trajectory.end()) return std::nullopt;
+  const auto before = std::prev(after);
+  const double gap = after->timestamp - before->timestamp;
+  if (gap > kMaxPoseGap) return std::nullopt;
+  return interpolate(before->T_world_camera, after->T_world_camera, (t - before->timestamp) / gap);
+}
+
+cv::Mat square(int radius) {
+  return cv::getStructuringElement(cv::MORPH_RECT, cv::Size(2 * radius + 1, 2 * radius + 1));
+}
+
+/// Pixels whose depth can be trusted: known, near enough, and no jump to any of the eight
+/// neighbours.
+cv::Mat1b sound_depth(const cv::Mat& depth, const GhostOptions& options) {
+  cv::Mat highest, lowest, far_where_unknown = depth.clone();
+  far_where_unknown.setTo(1e6, depth <= 0);
+  cv::dilate(depth, highest, square(1));
+  cv::erode(far_where_unknown, lowest, square(1));
+  const cv::Mat rise = highest - depth, fall = depth - lowest;
+  const cv::Mat step = cv::max(rise, fall);
+  return (depth > 0) & (depth <= options.max_depth) & (step <= options.max_jump * depth);
+}
+
+/// Sorts the pixels of one frame into voxels.
+class FrameSorter {
+ public:
+  FrameSorter(EvidenceGrid& grid, const Camera& camera, const GhostOptions& options)
+      : grid_(grid), camera_(camera), options_(options) {}
+
+  void add(const MaskedFrame& frame, const Pose& T_world_camera) {
+    ++frame_;
+    const cv::Mat1b sound = sound_depth(frame.depth, options_);
+    cv::Mat near_mask, inside_mask;
+    cv::dilate(frame.mask, near_mask, square(options_.mask_margin));
+    cv::erode(frame.mask, inside_mask, square(options_.mask_margin));
+    const Eigen::Matrix3d R = T_world_camera.rotation();
+    for (int v = 0; v < camera_.height; v += options_.stride) {
+      for (int u = 0; u < camera_.width; u += options_.stride) {
+        const bool moving = inside_mask.at<std::uint8_t>(v, u) != 0;
+        const bool still = near_mask.at<std::uint8_t>(v, u) == 0;
+        if (!sound(v, u) || (!moving && !still)) continue;
+        const double z = frame.depth.at<float>(v, u);
+        add_pixel(R * camera_.unproject(u, v, z) + T_world_camera.translation(), moving);
+      }
+    }
+  }
+
+ private:
+  void add_pixel(const Eigen::Vector3d& p_world, bool moving) {
+    const VoxelKey key = key_of(p_world, options_.voxel);
+    if (last_ == nullptr || key != last_key_) {  // neighbours mostly share a voxel
+      last_ = &grid_[key];
+      last_key_ = key;
+    }
+    if (moving) {
+      last_->moving = true;
+      return;
+    }
+    last_->static_sum += p_world;
+    ++last_->static_pixels;
+    if (last_->last_static_frame != frame_) ++last_->static_frames;
+    last_->last_static_frame = frame_;
+  }
+
+  EvidenceGrid& grid_;  // its elements stay where they are when it grows
+  const Camera& camera_;
+  const GhostOptions& options_;
+  std::uint32_t frame_ = 0;
+  VoxelKey last_key_ = 0;
+  Evidence* last_ = nullptr;
+};
+
+/// Draws the conclusion from the evidence; ordered by voxel, so that nothing depends on hashing.
+void conclude(const EvidenceGrid& grid, GhostReference& reference) {
+  std::vector<std::pair<VoxelKey, Eigen::Vector3f>> surface;
+  const auto enough = static_cast<std::uint32_t>(reference.options.min_surface_frames);
+  for (const auto& [key, evidence] : grid) {
+    if (evidence.moving && evidence.static_pixels == 0) reference.swept.insert(key);
+    if (evidence.static_pixels > 0 && evidence.static_frames >= enough) {
+      surface.emplace_back(key, (evidence.static_sum / evidence.static_pixels).cast<float>());
+    }
+  }
+  std::sort(surface.begin(), surface.end(),
+            [](const auto& a, const auto& b) { return a.first < b.first; });
+  for (const auto& [key, center] : surface) reference.surface.push_back(center);
+}
+
+/// Points by voxel, for "is there one within reach?".
+class PointIndex {
+ public:
+  PointIndex(std::vector<Eigen::Vector3d> points, double reach)
+      : points_(std::move(points)), reach_(reach) {
+    for (std::uint32_t i = 0; i < points_.size(); ++i) {
+      if (points_[i].allFinite()) cells_[key_of(points_[i], reach_)].push_back(i);
+    }
+  }
+  bool any_near(const Eigen::Vector3d& p) const {
+    for (int dx = -1; dx <= 1; ++dx) {
+      for (int dy = -1; dy <= 1; ++dy) {
+        for (int dz = -1; dz <= 1; ++dz) {
+          if (any_near(p, key_of(p + reach_ * Eigen::Vector3d(dx, dy, dz), reach_))) return true;
+        }
+      }
+    }
+    return false;
+  }
+
+ private:
+  bool any_near(const Eigen::Vector3d& p, VoxelKey cell) const {
+    const auto found = cells_.find(cell);
+    return found != cells_.end() &&
+           std::any_of(found->second.begin(), found->second.end(), [&](std::uint32_t i) {
+             return (points_[i] - p).squaredNorm() <= reach_ * reach_;
+           });
+  }
+
+  std::vector<Eigen::Vector3d> points_;
+  double reach_;
+  std::unordered_map<VoxelKey, std::vector<std::uint32_t>> cells_;
+};
+
+std::vector<Eigen::Vector3d> transformed(std::span<const Eigen::Vector3f> points, const Pose& T) {
+  std::vector<Eigen::Vector3d> result(points.size());
+  std::transform(points.begin(), points.end(), result.begin(),
+                 [&](const Eigen::Vector3f& p) { return T * Eigen::Vector3d(p.cast<double>()); });
+  return result;
+}
+
+/// Masks by the stamps that name them.
+std::vector<std::pair<double, fs::path>> stamped_masks(const fs::path& folder) {
+  std::vector<std::pair<double, fs::path>> masks;
+  std::error_code failed;
+  for (const auto& entry : fs::directory_iterator(folder, failed)) {
+    if (entry.path().extension() != ".png") continue;
+    const std::string name = entry.path().stem().string();
+    double stamp = 0;
+    const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), stamp);
+    if (error == std::errc() && end == name.data() + name.size()) masks.emplace_back(stamp, entry);
+  }
+  std::sort(masks.begin(), masks.end());
+  if (masks.empty()) {
+    throw Error("holds no mask (a PNG named by its frame's stamp in seconds)", folder.string(),
+                "name the folder with the true masks of the sequence");
+  }
+  return masks;
+}
+
+const fs::path* nearest_mask(const std::vector<std::pair<double, fs::path>>& masks, double stamp) {
+  const auto nearest =
+      std::min_element(masks.begin(), masks.end(), [&](const auto& a, const auto& b) {
+        return std::abs(a.first - stamp) < std::abs(b.first - stamp);
+      });
+  return std::abs(nearest->first - stamp) <= kMaskTolerance ? &nearest->second : nullptr;
+}
+
+cv::Mat read_mask(const fs::path& file) {
+  cv::Mat mask = cv::imread(file.string(), cv::IMREAD_GRAYSCALE);
+  if (mask.empty()) {
+    throw Error("is no readable image", file.string(), "write the mask again, as an 8-bit PNG");
+  }
+  return mask;
+}
+
+}  // namespace
+
+MaskedFrames frames_with_masks(FrameSource& source, const fs::path& mask_folder) {
+  return [&source, masks = stamped_masks(mask_folder)]() -> std::optional<MaskedFrame> {
+    while (const RgbdFramePtr frame = source.next()) {
+      if (const fs::path* file = nearest_mask(masks, frame->timestamp)) {
+        return MaskedFrame{frame->timestamp, frame->depth, read_mask(*file)};
+      }
+    }
+    return std::nullopt;
+  };
+}
+
+bool GhostReference::is_swept(const Eigen::Vector3d& p_truth) const {
+  return p_truth.allFinite() && swept.contains(key_of(p_truth, options.voxel));
+}
+
+GhostReference make_ghost_reference(const MaskedFrames& frames, const Trajectory& truth,
+                                    const Camera& camera, const GhostOptions& options) {
+  GhostReference reference;
+  reference.options = options;
+  EvidenceGrid grid;
+  FrameSorter sorter(grid, camera, options);
+  while (const std::optional<MaskedFrame> frame = frames()) {
+    check_frame(*frame, camera);
+    if (const std::optional<Pose> pose = pose_at(truth, frame->timestamp)) {
+      sorter.add(*frame, *pose);
+      ++reference.frames;
+    } else {
+      ++reference.frames_without_pose;
+    }
+  }
+  if (reference.frames == 0) {
+    throw Error(
+        fmt::format("none of {} frames with a mask has a true pose", reference.frames_without_pose),
+        "ghost figure", "check that masks, frames and true trajectory belong together");
+  }
+  conclude(grid, reference);
+  return reference;
+}
+
+std::vector<std::uint8_t> mark_ghosts(const GhostReference& reference,
+                                      std::span<const Eigen::Vector3f> points,
+                                      const Pose& T_truth_estimate) {
+  std::vector<std::uint8_t> marks(points.size());
+  std::transform(points.begin(), points.end(), marks.begin(), [&](const Eigen::Vector3f& p) {
+    return reference.is_swept(T_truth_estimate * Eigen::Vector3d(p.cast<double>())) ? 1 : 0;
+  });
+  return marks;
+}
+
+GhostFigures count_ghosts(const GhostReference& reference, std::span<const Eigen::Vector3f> points,
+                          const Pose& T_truth_estimate) {
+  const PointIndex index(transformed(points, T_truth_estimate), reference.options.surface_reach);
+  const auto marks = mark_ghosts(reference, points, T_truth_estimate);
+  GhostFigures figures;
+  figures.points = points.size();
+  figures.ghosts = static_cast<std::size_t>(std::count(marks.begin(), marks.end(), 1));
+  figures.surface = reference.surface.size();
+  figures.kept = static_cast<std::size_t>(
+      std::count_if(reference.surface.begin(), reference.surface.end(),
+                    [&](const Eigen::Vector3f& p) { return index.any_near(p.cast<double>()); }));
+  return figures;
+}
+
+std::string ghost_text(const GhostFigures& figures) {
+  return fmt::format(
+      "ghosts: {} of {} points in the volume swept by what moved = {:.4f} %\n"
+      "static surface: {} of {} voxels kept = {:.2f} %\n",
+      figures.ghosts, figures.points, 100 * figures.ghost_share(), figures.kept, figures.surface,
+      100 * figures.surface_share());
+}
+
+void to_json(nlohmann::json& json, const GhostFigures& figures) {
+  json = {{"points", figures.points},
+          {"ghosts", figures.ghosts},
+          {"ghost_share", figures.ghost_share()},
+          {"surface_voxels", figures.surface},
+          {"surface_voxels_kept", figures.kept},
+          {"surface_share", figures.surface_share()}};
+}
+
+}  // namespace stillmap
