@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 #
-# Installs what Stillmap is built from, on Debian 12 or Ubuntu 24.04: system packages with apt, and OpenVINO
-# (optional) from its wheel into a virtual environment in the build folder. What is there already is left
-# alone, so a second call takes no time and needs no network.
+# Installs what Stillmap is built from, on Debian 12 or Ubuntu 24.04: system packages with apt, and wheels into
+# a virtual environment in the build folder. What is there already is left alone, so a second call takes no
+# time and needs no network.
 #
 #   scripts/install_dependencies.sh            to build, run and test
 #   scripts/install_dependencies.sh --tools    also what `make format` and `make lint` use
@@ -19,17 +19,18 @@ packages=(
   # tests and benchmarks
   libgtest-dev libgmock-dev libbenchmark-dev
 )
-# One version everywhere: another one formats otherwise and finds other things.
-tools=(clang-format-14 clang-tidy-14)
+# OpenVINO runs the networks fast; its C++ package is part of the wheel. Optional: without it OpenCV runs them.
+openvino=(openvino==2026.4.1 numpy)
+# Wheels, not packages, so that every distribution formats alike and finds the same faults.
+tools=(clang-format==14.0.6 clang-tidy==22.1.8)
 
-# The version in use when the build was last tried; its C++ package is part of the wheel.
-wheels=(openvino==2026.4.1 numpy)
 venv=build/venv
+stamp=$venv/installed  # what pip installed, a line each
 
 missing_packages() {
   local package
-  for package in "$@"; do
-    # grep, not an exit code: a removed package with its settings left behind is still known to dpkg.
+  for package in "${packages[@]}"; do
+    # The status, not the exit code: a removed package whose settings are left is still known to dpkg.
     dpkg-query --show --showformat='${Status}' "$package" 2>/dev/null | grep -q 'ok installed$' ||
       echo "$package"
   done
@@ -41,7 +42,7 @@ as_root() {
   elif command -v sudo >/dev/null; then
     sudo "$@"
   else
-    echo "error: these packages are missing, and only root can install them: ${missing[*]}" >&2
+    echo "error: only root can install the missing packages: ${missing[*]}" >&2
     echo "  fix: run this script as root, or install sudo, or ask the administrator for" >&2
     echo "       apt-get install --no-install-recommends ${missing[*]}" >&2
     exit 1
@@ -61,22 +62,27 @@ install_packages() {
 }
 
 install_wheels() {
-  [ -x "$venv/bin/pip" ] || python3 -m venv "$venv"
-  "$venv/bin/pip" install --quiet --disable-pip-version-check "${wheels[@]}"
+  local wheel wanted=()
+  for wheel in "$@"; do
+    grep -qxF "$wheel" "$stamp" 2>/dev/null || wanted+=("$wheel")
+  done
+  [ ${#wanted[@]} -gt 0 ] || return 0
+  echo "Installing ${wanted[*]} into $venv"
+  [ -x "$venv/bin/pip" ] || python3 -m venv "$venv" || return 1
+  "$venv/bin/pip" install --quiet --disable-pip-version-check "${wanted[@]}" || return 1
+  printf '%s\n' "${wanted[@]}" >>"$stamp"
 }
 
-[ "${1:-}" != --tools ] || packages+=("${tools[@]}")
-mapfile -t missing < <(missing_packages "${packages[@]}")
+mapfile -t missing < <(missing_packages)
 [ ${#missing[@]} -eq 0 ] || install_packages
-
-# The stamp holds the versions asked for, so that a new pin is installed and an old one is not looked at again.
-stamp=$venv/installed-wheels
-if [ "$(cat "$stamp" 2>/dev/null)" != "${wheels[*]}" ]; then
-  echo "Installing ${wheels[*]} into $venv"
-  if install_wheels; then
-    echo "${wheels[*]}" >"$stamp"
-  else
-    echo "warning: OpenVINO could not be installed; segmentation will use OpenCV's slower networks." >&2
-    echo "  fix: run scripts/install_dependencies.sh again when there is a network" >&2
-  fi
+install_wheels "${openvino[@]}" || {
+  echo "warning: OpenVINO could not be installed; segmentation will use OpenCV's slower networks" >&2
+  echo "  fix: run scripts/install_dependencies.sh again when there is a network" >&2
+}
+if [ "${1:-}" = --tools ]; then
+  install_wheels "${tools[@]}" || {
+    echo "error: ${tools[*]} could not be installed" >&2
+    echo "  fix: run this again when there is a network" >&2
+    exit 1
+  }
 fi

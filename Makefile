@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: Apache-2.0
+# The front door. `make` lists what there is; CMake does the work (see CMakePresets.json).
+#
+#   JOBS=N      how many compilers and tests at a time (all cores)
+#   ARGS="..."  handed to `make demo`, `make test` (ctest) and `make bench`
+
+JOBS ?= $(shell nproc)
+ARGS ?=
+
+configure = cmake --preset $(1) >build/configure_$(1).log || { cat build/configure_$(1).log; exit 1; }
+compile = cmake --build --preset $(1) --parallel $(JOBS)
+run_tests = ctest --preset $(1) --parallel $(JOBS) $(ARGS)
+
+.DEFAULT_GOAL := help
+.PHONY: help deps tools build demo test bench format check-format lint debug asan tsan install clean
+
+help:  ## this list
+	@sed -nE 's/^([a-z -]+):.*## (.*)/  make \1\t\2/p' Makefile | expand -t 22
+
+deps:
+	@mkdir -p build
+	@scripts/install_dependencies.sh
+
+tools:
+	@mkdir -p build
+	@scripts/install_dependencies.sh --tools
+
+build: deps  ## the command, build/release/stillmap (installs what is missing)
+	@$(call configure,release)
+	$(call compile,release) --target stillmap
+
+demo: build  ## map a rendered scene with people walking about; ends with where the results are
+	build/release/stillmap demo $(ARGS)
+
+test: deps  ## build everything and run all tests
+	@$(call configure,release)
+	$(call compile,release)
+	$(call run_tests,release)
+
+debug asan tsan: deps  ## all tests with assertions (debug) or under a sanitizer (asan, tsan)
+	@$(call configure,$@)
+	$(call compile,$@)
+	$(call run_tests,$@)
+
+bench: deps  ## run every micro benchmark
+	@$(call configure,release)
+	$(call compile,release)
+	@set -e; for benchmark in build/release/stillmap/*/*_benchmark; do echo "== $$benchmark"; $$benchmark $(ARGS); done
+
+format: tools  ## format all C++ files
+	@scripts/format.sh
+
+check-format: tools
+	@scripts/format.sh --check
+
+lint: check-format  ## check format, names and clang-tidy's findings; unchanged files cost nothing
+	@cmake --preset lint >build/configure_lint.log || { cat build/configure_lint.log; exit 1; }
+	@scripts/lint.py --jobs $(JOBS)
+
+install: build  ## install the command, library and headers to PREFIX (/usr/local)
+	cmake --install build/release --prefix $(or $(PREFIX),/usr/local)
+
+clean:  ## remove what was built; the downloaded wheels stay
+	rm -rf build/release build/debug build/asan build/tsan build/lint build/configure_*.log
