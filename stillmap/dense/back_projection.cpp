@@ -21,15 +21,6 @@ void require_size(const cv::Mat& image, int type, const Camera& camera, const ch
       "dense back-projection", "give images of the size and kind the camera describes");
 }
 
-void require_valid(const BackProjectionOptions& options) {
-  const bool valid = options.stride >= 1 && options.min_depth > 0 &&
-                     options.max_depth >= options.min_depth && options.max_jump > 0 &&
-                     options.mask_dilation >= 0;
-  if (valid) return;
-  throw Error("an option is out of range", "dense back-projection",
-              "stride >= 1, 0 < min_depth <= max_depth, max_jump > 0, mask_dilation >= 0");
-}
-
 cv::Mat1b dilated(const cv::Mat1b& mask, int radius) {
   if (mask.empty() || radius == 0) return mask;
   cv::Mat1b grown;
@@ -54,6 +45,15 @@ bool at_jump(const cv::Mat1f& depth, int u, int v, float max_jump) {
 }
 
 }  // namespace
+
+void require_valid(const BackProjectionOptions& options) {
+  const bool valid = options.stride >= 1 && options.min_depth > 0 &&
+                     options.max_depth >= options.min_depth && options.max_jump > 0 &&
+                     options.mask_dilation >= 0;
+  if (valid) return;
+  throw Error("an option is out of range", "dense back-projection",
+              "stride >= 1, 0 < min_depth <= max_depth, max_jump > 0, mask_dilation >= 0");
+}
 
 PointGrid back_project(const Camera& camera, const RgbdFrame& frame, const cv::Mat1b& excluded,
                        const BackProjectionOptions& options) {

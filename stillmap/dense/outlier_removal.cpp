@@ -16,15 +16,6 @@ namespace {
 constexpr float kNoPoint = -1;
 constexpr float kAlone = std::numeric_limits<float>::infinity();
 
-void require_valid(const OutlierOptions& options) {
-  const int cells = (2 * options.window + 1) * (2 * options.window + 1) - 1;
-  const bool valid = options.neighbours >= 0 && options.window >= 1 && options.window <= 8 &&
-                     options.neighbours <= cells && options.deviations >= 0;
-  if (valid) return;
-  throw Error("an option is out of range", "dense outlier removal",
-              "1 <= window <= 8, 0 <= neighbours < (2 window + 1)^2, deviations >= 0");
-}
-
 // The points as one plane a coordinate, with a border of absent points (z = 0) as wide as the
 // window.
 struct Planes {
@@ -130,6 +121,15 @@ float outlier_threshold(const cv::Mat1f& distances, double deviations) {
 }
 
 }  // namespace
+
+void require_valid(const OutlierOptions& options) {
+  const int cells = (2 * options.window + 1) * (2 * options.window + 1) - 1;
+  const bool valid = options.neighbours >= 0 && options.window >= 1 && options.window <= 8 &&
+                     options.neighbours <= cells && options.deviations >= 0;
+  if (valid) return;
+  throw Error("an option is out of range", "dense outlier removal",
+              "1 <= window <= 8, 0 <= neighbours < (2 window + 1)^2, deviations >= 0");
+}
 
 std::size_t remove_outliers(PointGrid& grid, const OutlierOptions& options) {
   require_valid(options);

@@ -17,6 +17,9 @@ struct OutlierOptions {
   STILLMAP_FIELDS(neighbours, window, deviations)
 };
 
+/// Throws Error if an option is out of range.
+void require_valid(const OutlierOptions& options);
+
 /// Clears (z = 0) the points that stand apart from their neighbours: those whose mean distance to
 /// their k nearest neighbours exceeds mean + deviations * standard deviation of that figure over
 /// the whole grid (Rusu, Marton, Blodow, Dolha, Beetz, "Towards 3D point cloud based object maps
@@ -34,7 +37,7 @@ struct OutlierOptions {
 /// MEASURED; linking libOpen3D adds 29 MB of resident memory and 45 ms of start-up to a program
 /// that has OpenCV already.
 /// @returns the number of points cleared
-/// Throws Error if neighbours, window or deviations is negative, or the window has too few cells.
+/// Throws Error if an option is out of range.
 std::size_t remove_outliers(PointGrid& grid, const OutlierOptions& options = {});
 
 }  // namespace stillmap

@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/dense/dense_map.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/dense/synthetic_frame.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <opencv2/core/utility.hpp>
+
+namespace stillmap {
+namespace {
+
+using namespace testing_support;  // NOLINT(google-build-using-namespace)
+
+const Plane kWall{Eigen::Vector3d(0.1, -0.2, 1).normalized(), 2.5};
+
+// Five cameras that look at the wall from different places.
+std::vector<Pose> five_poses() {
+  std::vector<Pose> poses;
+  for (int i = 0; i < 5; ++i) {
+    poses.emplace_back(so3_exp({0.03 * i, -0.05 * i, 0.02}),
+                       Eigen::Vector3d(0.2 * i, 0.05 * i, 0.1 * i));
+  }
+  return poses;
+}
+
+PoseLookup lookup_in(const std::vector<Pose>& poses) {
+  return [&poses](std::uint64_t id) -> std::optional<Pose> {
+    if (id >= poses.size()) return std::nullopt;
+    return poses[id];
+  };
+}
+
+DenseMap map_of_wall(const std::vector<Pose>& poses, const DenseOptions& options = {}) {
+  DenseMap map(small_camera(), options);
+  for (std::uint64_t id = 0; id < poses.size(); ++id) {
+    map.add(id, view_of(small_camera(), poses[id], kWall), {});
+  }
+  return map;
+}
+
+TEST(DenseMap, StitchesTheViewsOfAWallIntoTheWall) {
+  const std::vector<Pose> poses = five_poses();
+  const DenseMap map = map_of_wall(poses);
+  const ComposedCloud composed = map.compose(lookup_in(poses));
+  EXPECT_EQ(composed.keyframes, 5U);
+  EXPECT_EQ(composed.keyframes_left_out, 0U);
+  EXPECT_GT(composed.cloud.size(), 10000U);
+  for (const Eigen::Vector3f& p : composed.cloud.points) {
+    EXPECT_LT(kWall.distance(p.cast<double>()), 2e-4);
+  }
+}
+
+TEST(DenseMap, FollowsPosesThatChangeAfterwards) {
+  const std::vector<Pose> poses = five_poses();
+  const DenseMap map = map_of_wall(poses);
+  const Pose correction(so3_exp({0.2, 0.1, -0.3}), {1, -2, 3});
+  std::vector<Pose> corrected;
+  for (const Pose& pose : poses) corrected.push_back(correction * pose);
+  const Pose back = correction.inverse();
+  const ComposedCloud composed = map.compose(lookup_in(corrected));
+  EXPECT_GT(composed.cloud.size(), 10000U);
+  for (const Eigen::Vector3f& p : composed.cloud.points) {
+    EXPECT_LT(kWall.distance(back * p.cast<double>()), 2e-4);
+  }
+}
+
+TEST(DenseMap, LeavesOutAndCountsKeyframesWithoutAPose) {
+  std::vector<Pose> poses = five_poses();
+  const DenseMap map = map_of_wall(poses);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  poses[1] = Pose(Eigen::Quaterniond::Identity(), {0, nan, 0});
+  poses.resize(3);
+  const ComposedCloud composed = map.compose(lookup_in(poses));
+  EXPECT_EQ(composed.keyframes, 2U);
+  EXPECT_EQ(composed.keyframes_left_out, 3U);
+  for (const Eigen::Vector3f& p : composed.cloud.points) ASSERT_TRUE(p.allFinite());
+}
+
+TEST(DenseMap, LeavesNoGhostOfAMaskedWalker) {
+  const Camera camera = small_camera();
+  const auto with_walker = [&](int step) {
+    return frame_of(camera, [&](int u, int) { return std::abs(u - 20 * step) < 10 ? 1.0 : 2.0; });
+  };
+  DenseMap masked(camera), unmasked(camera);
+  for (int step = 1; step < 8; ++step) {
+    const RgbdFrame frame = with_walker(step);
+    const cv::Mat1b mask = frame.depth < 1.5;
+    masked.add(static_cast<std::uint64_t>(step), frame, mask);
+    unmasked.add(static_cast<std::uint64_t>(step), frame, {});
+  }
+  const auto still = [](std::uint64_t) { return Pose(); };
+  const auto ghosts = [&](const DenseMap& map) {
+    const Cloud cloud = map.compose(still).cloud;
+    return std::count_if(cloud.points.begin(), cloud.points.end(),
+                         [](const Eigen::Vector3f& p) { return p.z() < 1.9F; });
+  };
+  EXPECT_EQ(ghosts(masked), 0);
+  EXPECT_GT(ghosts(unmasked), 1000);
+  // The wall behind is whole all the same: other keyframes saw it.
+  EXPECT_GT(masked.compose(still).cloud.size(), 0.9 * 80 * 60);
+}
+
+TEST(DenseMap, RemovesAndReplacesKeyframes) {
+  const std::vector<Pose> poses = five_poses();
+  DenseMap map = map_of_wall(poses);
+  const DenseStatistics before = map.statistics();
+  map.add(3, view_of(small_camera(), poses[3], kWall), {});
+  EXPECT_EQ(map.statistics().points, before.points);
+  EXPECT_EQ(map.statistics().keyframes, 5U);
+  map.remove(3);
+  map.remove(77);
+  EXPECT_EQ(map.statistics().keyframes, 4U);
+  EXPECT_EQ(map.compose(lookup_in(poses)).keyframes, 4U);
+  for (const std::uint64_t id : {0U, 1U, 2U, 4U}) map.remove(id);
+  EXPECT_EQ(map.statistics().points, 0U);
+  EXPECT_EQ(map.bytes(), 0U);
+  EXPECT_TRUE(map.compose(lookup_in(poses)).cloud.empty());
+}
+
+TEST(DenseMap, StaysBelowItsBoundAndKeepsTheSurface) {
+  const std::vector<Pose> poses = five_poses();
+  DenseOptions options;
+  options.max_points = 4000;  // of about 20 000
+  DenseMap map(small_camera(), options);
+  for (std::uint64_t id = 0; id < poses.size(); ++id) {
+    map.add(id, view_of(small_camera(), poses[id], kWall), {});
+    EXPECT_LE(map.statistics().points, 4000U);
+  }
+  EXPECT_LT(map.bytes(), 4000 * sizeof(PackedPoint) + 5 * 200);
+  EXPECT_GT(map.statistics().points, 1500U);
+  EXPECT_GT(map.statistics().thinnings, 0U);
+  const ComposedCloud composed = map.compose(lookup_in(poses));
+  EXPECT_EQ(composed.keyframes, 5U);
+  for (const Eigen::Vector3f& p : composed.cloud.points) {
+    EXPECT_LT(kWall.distance(p.cast<double>()), 1e-3);
+  }
+}
+
+TEST(DenseMap, StaysBelowABoundThatLeavesRoomForNothing) {
+  const std::vector<Pose> poses = five_poses();
+  DenseOptions options;
+  options.max_points = 1;
+  EXPECT_LE(map_of_wall(poses, options).statistics().points, 1U);
+}
+
+TEST(DenseMap, DropsVoxelsThatTooFewSaw) {
+  const std::vector<Pose> poses = five_poses();
+  DenseOptions options;
+  const std::size_t all = map_of_wall(poses, options).compose(lookup_in(poses)).cloud.size();
+  options.voxel = 0.05;
+  options.min_keyframes = 5;
+  const ComposedCloud by_all = map_of_wall(poses, options).compose(lookup_in(poses));
+  EXPECT_GT(by_all.cloud.size(), 50U);
+  EXPECT_LT(by_all.cloud.size(), all);
+  EXPECT_GT(by_all.voxels_left_out, 0U);
+  const Camera camera = small_camera();
+  for (const Eigen::Vector3f& p : by_all.cloud.points) {
+    for (const Pose& pose : poses) {  // in the view of every camera, up to a voxel at its border
+      const Eigen::Vector3d seen = pose.inverse() * p.cast<double>();
+      const Eigen::Vector2d pixel = camera.project(seen);
+      EXPECT_TRUE(camera.contains(pixel.x(), pixel.y(), -5)) << pixel.transpose();
+    }
+  }
+}
+
+TEST(DenseMap, IsTheSameOnAnyThreadAndInAnyOrder) {
+  const std::vector<Pose> poses = five_poses();
+  const Cloud expected = map_of_wall(poses).compose(lookup_in(poses)).cloud;
+  const int threads_before = cv::getNumThreads();
+  std::vector<Cloud> clouds(4);
+  std::vector<std::jthread> threads;
+  cv::setNumThreads(3);
+  for (Cloud& cloud : clouds) {
+    threads.emplace_back([&] {
+      DenseMap map(small_camera());
+      for (std::uint64_t id = 5; id-- > 0;)
+        map.add(id, view_of(small_camera(), poses[id], kWall), {});
+      cloud = map.compose(lookup_in(poses)).cloud;
+    });
+  }
+  threads.clear();
+  cv::setNumThreads(threads_before);
+  for (const Cloud& cloud : clouds) EXPECT_EQ(cloud, expected);
+}
+
+TEST(DenseMap, IsUnchangedByAFrameItRefuses) {
+  const std::vector<Pose> poses = five_poses();
+  DenseMap map = map_of_wall(poses);
+  const Cloud before = map.compose(lookup_in(poses)).cloud;
+  RgbdFrame frame = view_of(small_camera(), poses[0], kWall);
+  EXPECT_THROW(map.add(0, frame, cv::Mat1b(3, 3)), Error);
+  frame.color = cv::Mat();
+  EXPECT_THROW(map.add(0, frame, {}), Error);
+  EXPECT_EQ(map.compose(lookup_in(poses)).cloud, before);
+}
+
+TEST(DenseMap, ChecksItsOptionsAtOnce) {
+  DenseOptions options;
+  options.voxel = 0;
+  EXPECT_THROW(DenseMap(small_camera(), options), Error);
+  options = {};
+  options.back_projection.stride = 0;
+  EXPECT_THROW(DenseMap(small_camera(), options), Error);
+  options = {};
+  options.max_points = 0;
+  EXPECT_THROW(DenseMap(small_camera(), options), Error);
+}
+
+}  // namespace
+}  // namespace stillmap

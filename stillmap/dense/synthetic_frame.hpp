@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/geometry/camera.hpp"
+#include "stillmap/geometry/pose.hpp"
+#include "stillmap/sensor/rgbd_frame.hpp"
+
+#include <cmath>
+#include <functional>
+
+#include <opencv2/core.hpp>
+
+namespace stillmap::testing_support {
+
+/// A small camera for tests of this room.
+inline Camera small_camera() {
+  return {
+      .name = "test", .width = 160, .height = 120, .fx = 132, .fy = 132, .cx = 79.5, .cy = 59.5};
+}
+
+/// A plane n . p = d, |n| = 1, in the frame it is spoken of in [m].
+struct Plane {
+  Eigen::Vector3d n;
+  double d;
+  double distance(const Eigen::Vector3d& p) const { return std::abs(n.dot(p) - d); }
+};
+
+/// A frame whose depth is given pixel by pixel [m], and whose colour tells the pixel: BGR (u, v,
+/// 7).
+inline RgbdFrame frame_of(const Camera& camera, const std::function<double(int u, int v)>& depth) {
+  RgbdFrame frame;
+  frame.color = cv::Mat(camera.height, camera.width, CV_8UC3);
+  frame.depth = cv::Mat(camera.height, camera.width, CV_32FC1);
+  for (int v = 0; v < camera.height; ++v) {
+    for (int u = 0; u < camera.width; ++u) {
+      frame.depth.at<float>(v, u) = static_cast<float>(depth(u, v));
+      frame.color.at<cv::Vec3b>(v, u) = cv::Vec3b(static_cast<uchar>(u), static_cast<uchar>(v), 7);
+    }
+  }
+  return frame;
+}
+
+/// Depth of a world plane behind a pixel; 0 where the ray misses it.
+inline double plane_depth(const Camera& camera, const Pose& T_world_camera, const Plane& plane,
+                          int u, int v) {
+  const Eigen::Vector3d ray = T_world_camera.quaternion() * camera.unproject(u, v, 1);
+  const double z = (plane.d - plane.n.dot(T_world_camera.translation())) / plane.n.dot(ray);
+  return std::isfinite(z) && z > 0 ? z : 0;
+}
+
+/// What a camera at a pose sees of a world plane.
+inline RgbdFrame view_of(const Camera& camera, const Pose& T_world_camera, const Plane& plane) {
+  return frame_of(camera,
+                  [&](int u, int v) { return plane_depth(camera, T_world_camera, plane, u, v); });
+}
+
+}  // namespace stillmap::testing_support
