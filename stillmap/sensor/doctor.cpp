@@ -1,0 +1,482 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/sensor/doctor.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/geometry/association.hpp"
+#include "stillmap/geometry/trajectory.hpp"
+#include "stillmap/sensor/camera_file.hpp"
+#include "stillmap/sensor/image_file.hpp"
+#include "stillmap/sensor/sequence.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+#include <fmt/format.h>
+#include <opencv2/imgproc.hpp>
+
+namespace stillmap {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string short_name(const fs::path& file) {
+  return (file.parent_path().filename() / file.filename()).string();
+}
+
+// The value below which `share` of the values lie; 0 of none. Reorders them.
+template <typename T>
+T percentile(std::vector<T>& values, double share) {
+  if (values.empty()) return T{};
+  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + at, values.end());
+  return values[static_cast<std::size_t>(at)];
+}
+
+void add_error(Diagnosis& diagnosis, const Error& error, Severity severity = Severity::kError) {
+  const std::string where = error.where().empty() ? "" : error.where() + ": ";
+  diagnosis.add(severity, where + error.problem(), error.fix());
+}
+
+// ---- camera
+// --------------------------------------------------------------------------------------------
+
+std::optional<Camera> choose_camera(const SequencePaths& paths, const std::optional<Camera>& named,
+                                    Diagnosis& diagnosis) {
+  try {
+    if (!named && paths.camera.empty()) {
+      diagnosis.add(
+          Severity::kWarning,
+          "no camera was named and the sequence has no camera.yaml; depths below are those of a "
+          "depth factor of 5000",
+          "name one with --camera, or put its parameters into camera.yaml in the folder");
+      return std::nullopt;
+    }
+    const Camera camera = named ? *named : load_camera(paths.camera.string());
+    check_camera(camera, "camera '" + camera.name + "'");
+    diagnosis.add(
+        Severity::kOk,
+        fmt::format("camera '{}': {} x {} pixels, fx {:g}, depth factor {:g}{}", camera.name,
+                    camera.width, camera.height, camera.fx, camera.depth_factor,
+                    camera.distorted() ? ", distorted (will be rectified)" : ""));
+    return camera;
+  } catch (const Error& error) {
+    add_error(diagnosis, error);
+    return std::nullopt;
+  }
+}
+
+// ---- lists and stamps
+// ----------------------------------------------------------------------------------
+
+void check_lists(const FrameList& list, Diagnosis& diagnosis) {
+  diagnosis.frames = list.frames.size();
+  diagnosis.add(Severity::kOk, fmt::format("{} pairs of colour and depth", list.frames.size()));
+  if (list.skipped.empty()) return;
+  diagnosis.add(Severity::kWarning,
+                fmt::format("{} lines of the lists give no frame; the first: {}",
+                            list.skipped.size(), list.skipped.front().reason),
+                "nothing needs to be done if these are few: they are left out");
+}
+
+std::vector<double> intervals_of(const std::vector<FrameFiles>& frames) {
+  std::vector<double> intervals;
+  for (std::size_t i = 1; i < frames.size(); ++i) {
+    intervals.push_back(frames[i].timestamp - frames[i - 1].timestamp);
+  }
+  return intervals;
+}
+
+// The unit that stamps of this median interval seem to be in; empty for seconds.
+std::string unit_of(double interval) {
+  if (interval > 1e6) return "nanoseconds";
+  if (interval > 1e3) return "microseconds";
+  if (interval > 5) return "milliseconds";
+  return "";
+}
+
+void check_gaps(const std::vector<FrameFiles>& frames, double median, Diagnosis& diagnosis) {
+  constexpr double kGap = 3;  // median intervals: two frames lost in a row
+  const auto intervals = intervals_of(frames);
+  std::size_t largest = 0, gaps = 0;
+  for (std::size_t i = 0; i < intervals.size(); ++i) {
+    if (intervals[i] > kGap * median) ++gaps;
+    if (intervals[i] > intervals[largest]) largest = i;
+  }
+  if (gaps == 0) return;
+  diagnosis.add(Severity::kWarning,
+                fmt::format("gaps in the stamps: {}, the longest {:.3f} s after {:.6f}", gaps,
+                            intervals[largest], frames[largest].timestamp),
+                "record again with less load, or expect the camera to be lost there");
+}
+
+void check_rate(const std::vector<FrameFiles>& frames, const std::optional<Camera>& camera,
+                Diagnosis& diagnosis) {
+  if (frames.size() < 2) return;
+  auto intervals = intervals_of(frames);
+  const double median = percentile(intervals, 0.5);
+  diagnosis.duration = frames.back().timestamp - frames.front().timestamp;
+  diagnosis.frame_rate = 1 / median;
+  if (const std::string unit = unit_of(median); !unit.empty()) {
+    diagnosis.add(Severity::kError,
+                  fmt::format("frames are {:g} s apart: the stamps seem to be in {}", median, unit),
+                  "write the stamps of the lists in seconds");
+    return;
+  }
+  diagnosis.add(Severity::kOk,
+                fmt::format("{:.1f} s at {:.1f} Hz", diagnosis.duration, diagnosis.frame_rate));
+  if (camera && std::abs(diagnosis.frame_rate / camera->fps - 1) > 0.2) {
+    diagnosis.add(Severity::kWarning,
+                  fmt::format("the camera says {:g} frames per second, the stamps {:.1f}",
+                              camera->fps, diagnosis.frame_rate),
+                  fmt::format("set fps to {:.0f} in the camera file", diagnosis.frame_rate));
+  }
+  check_gaps(frames, median, diagnosis);
+}
+
+void check_offsets(const std::vector<FrameFiles>& frames, Diagnosis& diagnosis) {
+  constexpr double kLate = 0.010;  // seconds: half of what TUM's rule lets through
+  std::vector<double> offsets;
+  for (const auto& files : frames) offsets.push_back(files.depth_timestamp - files.timestamp);
+  diagnosis.median_offset = percentile(offsets, 0.5);
+  const auto [least, most] = std::minmax_element(offsets.begin(), offsets.end());
+  const std::string text =
+      fmt::format("depth is {:.1f} ms {} colour (median; {:.1f} to {:.1f})",
+                  1e3 * std::abs(diagnosis.median_offset),
+                  diagnosis.median_offset < 0 ? "before" : "after", 1e3 * *least, 1e3 * *most);
+  const bool late = std::abs(diagnosis.median_offset) > kLate;
+  diagnosis.add(
+      late ? Severity::kWarning : Severity::kOk, text,
+      late ? "correct the stamps if this is a constant delay; where it is real, fast motion "
+             "blurs the map"
+           : "");
+}
+
+// ---- files
+// ---------------------------------------------------------------------------------------------
+
+// A file of the same name but for its ending: the list may name the wrong one.
+std::string similar_file(const fs::path& file) {
+  for (const char* ending : {".png", ".jpg", ".jpeg", ".PNG", ".JPG"}) {
+    std::error_code ignored;
+    const fs::path other = fs::path(file).replace_extension(ending);
+    if (other != file && fs::exists(other, ignored)) return short_name(other);
+  }
+  return "";
+}
+
+struct Trouble {
+  std::size_t count = 0;
+  fs::path first;
+};
+
+std::string fix_for(const std::string& problem, const fs::path& file) {
+  if (problem == "is missing") {
+    const std::string similar = similar_file(file);
+    return similar.empty() ? "copy the missing files, or remove their lines from the lists"
+                           : "the list should name " + similar;
+  }
+  if (problem.find("pixels where the camera") != std::string::npos) {
+    return "name the camera that recorded these images (width and height in its file)";
+  }
+  if (problem.find("bits") != std::string::npos) {
+    return "write colour as 8-bit PNG or JPEG and depth as 16-bit PNG with one channel";
+  }
+  return "copy or record these files again; they are left out";
+}
+
+// Looks at the header and the end of every file; gives back the frames of which both are fine.
+std::vector<FrameFiles> check_files(const std::vector<FrameFiles>& frames,
+                                    std::optional<cv::Size> size, Diagnosis& diagnosis) {
+  std::map<std::string, Trouble> troubles;
+  const auto fine = [&](const fs::path& file, auto kind_problem) {
+    auto [header, problem] = read_image_header(file);
+    if (problem.empty()) problem = kind_problem(header);
+    if (problem.empty()) {
+      if (!size)
+        size = header.size;  // without a camera, the first image says what the others should be
+      problem = size_problem(header, *size);
+    }
+    if (problem.empty()) return true;
+    Trouble& trouble = troubles[problem];
+    if (trouble.count++ == 0) trouble.first = file;
+    return false;
+  };
+  std::vector<FrameFiles> usable;
+  for (const auto& files : frames) {
+    const bool color = fine(files.color, color_problem), depth = fine(files.depth, depth_problem);
+    if (color && depth) usable.push_back(files);
+  }
+  diagnosis.usable_frames = usable.size();
+  const Severity severity = usable.empty() ? Severity::kError : Severity::kWarning;
+  for (const auto& [problem, trouble] : troubles) {
+    diagnosis.add(
+        severity,
+        fmt::format("{} file{}: {} {}", trouble.count, trouble.count == 1 ? "" : "s, the first",
+                    short_name(trouble.first), problem),
+        fix_for(problem, trouble.first));
+  }
+  if (troubles.empty()) {
+    diagnosis.add(Severity::kOk, fmt::format("all {} image files are there, of one size and whole",
+                                             2 * frames.size()));
+  }
+  return usable;
+}
+
+// ---- pictures
+// ------------------------------------------------------------------------------------------
+
+struct Sample {
+  std::size_t decoded = 0, dark = 0, bright = 0, blurred = 0, without_depth = 0;
+  std::size_t pixels = 0;
+  std::vector<float> raw_depths;  // of every 16th known pixel
+};
+
+void sample_color(const cv::Mat& color, const DoctorOptions& options, Sample& sample) {
+  cv::Mat grey, laplacian;
+  cv::cvtColor(color, grey, cv::COLOR_BGR2GRAY);
+  const double mean = cv::mean(grey)[0];
+  if (mean < options.dark) ++sample.dark;
+  if (mean > options.bright) ++sample.bright;
+  // Variance of the Laplacian as a measure of focus: Pech-Pacheco et al., ICPR 2000.
+  cv::Laplacian(grey, laplacian, CV_16S);
+  cv::Scalar average, deviation;
+  cv::meanStdDev(laplacian, average, deviation);
+  if (deviation[0] * deviation[0] < options.blurred) ++sample.blurred;
+}
+
+void sample_depth(const cv::Mat& raw, Sample& sample) {
+  const std::size_t before = sample.raw_depths.size();
+  for (int y = 0; y < raw.rows; y += 4) {
+    for (int x = 0; x < raw.cols; x += 4) {
+      ++sample.pixels;
+      const auto value = raw.at<std::uint16_t>(y, x);
+      if (value > 0 && value < 65535) sample.raw_depths.push_back(value);
+    }
+  }
+  if (sample.raw_depths.size() == before) ++sample.without_depth;
+}
+
+Sample take_sample(const std::vector<FrameFiles>& usable, const DoctorOptions& options,
+                   Diagnosis& diagnosis) {
+  Sample sample;
+  const auto wanted =
+      std::min(usable.size(), static_cast<std::size_t>(std::max(1, options.sample)));
+  for (std::size_t k = 0; k < wanted; ++k) {
+    const FrameFiles& files = usable[k * usable.size() / wanted];
+    const cv::Size size = read_image_header(files.color).header.size;
+    const ImageRead color = read_color_image(files.color, size),
+                    depth = read_depth_image(files.depth, size);
+    if (!color.problem.empty() || !depth.problem.empty()) {
+      const bool color_bad = !color.problem.empty();
+      diagnosis.add(Severity::kWarning,
+                    short_name(color_bad ? files.color : files.depth) + " " +
+                        (color_bad ? color.problem : depth.problem),
+                    "copy or record this file again; it is left out");
+      continue;
+    }
+    ++sample.decoded;
+    sample_color(color.image, options, sample);
+    sample_depth(depth.image, sample);
+  }
+  return sample;
+}
+
+void check_light(const Sample& sample, Diagnosis& diagnosis) {
+  const auto complain = [&](std::size_t count, const char* what, const char* fix) {
+    if (10 * count < sample.decoded || count == 0) return;  // one in ten is no concern
+    diagnosis.add(Severity::kWarning,
+                  fmt::format("{} of {} sampled colour images are {}", count, sample.decoded, what),
+                  fix);
+  };
+  complain(sample.dark, "nearly black", "record with more light or a longer exposure");
+  complain(sample.bright, "nearly white", "record with a shorter exposure");
+  complain(sample.blurred, "blurred or without texture",
+           "move slower, shorten the exposure, clean the lens");
+}
+
+struct DepthSpread {
+  double low = 0, median = 0, high = 0;  // 5th, 50th and 99th percentile
+
+  bool plausible(double factor, const DoctorOptions& options) const {
+    return median / factor >= options.near_median && median / factor <= options.far_median &&
+           low / factor >= options.nearest && high / factor <= options.farthest;
+  }
+};
+
+// The usual depth factor that makes the depths most like a room's (median nearest to 2 m); 0 if
+// none does.
+double plausible_factor(const DepthSpread& raw, const DoctorOptions& options) {
+  double best = 0, least = 0;
+  for (const double factor : {5000.0, 1000.0, 10000.0, 100.0}) {
+    const double distance = std::abs(std::log(raw.median / factor / 2));
+    if (!raw.plausible(factor, options) || (best > 0 && distance >= least)) continue;
+    best = factor;
+    least = distance;
+  }
+  return best;
+}
+
+void check_scale(const DepthSpread& raw, double factor, const DoctorOptions& options,
+                 Diagnosis& diagnosis) {
+  const std::string text =
+      fmt::format("depths: median {:.2f} m, most between {:.2f} m and {:.2f} m",
+                  raw.median / factor, raw.low / factor, raw.high / factor);
+  if (raw.plausible(factor, options)) {
+    diagnosis.add(Severity::kOk, text);
+    return;
+  }
+  const double better = plausible_factor(raw, options);
+  diagnosis.add(
+      Severity::kWarning,
+      fmt::format("{}: hardly a room seen by an RGB-D camera with a depth factor of {:g}", text,
+                  factor),
+      better > 0
+          ? fmt::format("set the depth factor to {:g} if the median depth should be {:.2f} m",
+                        better, raw.median / better)
+          : "check the depth factor: raw depth units per metre");
+}
+
+void check_depth(Sample& sample, double factor, const DoctorOptions& options,
+                 Diagnosis& diagnosis) {
+  if (sample.pixels == 0) return;
+  auto& raw = sample.raw_depths;
+  diagnosis.depth_share = static_cast<double>(raw.size()) / static_cast<double>(sample.pixels);
+  if (raw.empty()) {
+    diagnosis.add(Severity::kError, "the sampled depth images hold no depth at all",
+                  "check that depth was recorded: every pixel is 0 or 65535");
+    return;
+  }
+  const DepthSpread spread{percentile(raw, 0.05), percentile(raw, 0.5), percentile(raw, 0.99)};
+  diagnosis.median_depth = spread.median / factor;
+  const bool enough = diagnosis.depth_share >= options.least_share;
+  diagnosis.add(
+      enough ? Severity::kOk : Severity::kWarning,
+      fmt::format("{:.0f} % of the pixels have depth", 100 * diagnosis.depth_share),
+      enough ? "" : "stay within the sensor's range, away from sunlight, glass and black surfaces");
+  if (sample.without_depth > 0) {
+    diagnosis.add(Severity::kWarning,
+                  fmt::format("{} of {} sampled depth images are all unknown", sample.without_depth,
+                              sample.decoded),
+                  "keep the sensor uncovered and farther than its nearest range");
+  }
+  check_scale(spread, factor, options, diagnosis);
+}
+
+// ---- ground truth and masks
+// ----------------------------------------------------------------------------
+
+void check_jumps(const Trajectory& truth, const DoctorOptions& options, Diagnosis& diagnosis) {
+  std::size_t jumps = 0, repeats = 0;
+  double first = 0;
+  for (std::size_t i = 1; i < truth.size(); ++i) {
+    const double seconds = truth[i].timestamp - truth[i - 1].timestamp;
+    if (seconds <= 0) ++repeats;
+    const double metres =
+        (truth[i].T_world_camera.translation() - truth[i - 1].T_world_camera.translation()).norm();
+    constexpr double kNoise = 0.02;  // metres that a tracking system may jitter by
+    if (metres <= kNoise + options.max_speed * std::max(0.0, seconds)) continue;
+    if (jumps++ == 0) first = truth[i].timestamp;
+  }
+  if (jumps > 0) {
+    diagnosis.add(
+        Severity::kWarning,
+        fmt::format("jumps of the ground truth (faster than {1:g} m/s): {0}, the first at {2:.6f}",
+                    jumps, options.max_speed, first),
+        "errors measured against it are its own there");
+  }
+  if (repeats > 0) {
+    diagnosis.add(Severity::kWarning, fmt::format("{} stamps of the ground truth repeat", repeats),
+                  "leave one pose per stamp");
+  }
+}
+
+void check_ground_truth(const SequencePaths& paths, const std::vector<FrameFiles>& frames,
+                        const DoctorOptions& options, Diagnosis& diagnosis) {
+  if (paths.ground_truth.empty()) {
+    diagnosis.add(Severity::kOk,
+                  "no groundtruth.txt: the run works, but its error cannot be measured");
+    return;
+  }
+  try {
+    const Trajectory truth = read_trajectory(paths.ground_truth);
+    std::vector<double> truth_stamps, stamps;
+    for (const auto& pose : truth) truth_stamps.push_back(pose.timestamp);
+    for (const auto& files : frames) stamps.push_back(files.timestamp);
+    const auto covered = associate(stamps, truth_stamps).size();
+    const double share = static_cast<double>(covered) / static_cast<double>(frames.size());
+    const std::string text =
+        fmt::format("ground truth: {} poses, {:.1f} % of the frames have one within 0.02 s",
+                    truth.size(), 100 * share);
+    if (covered == 0) {
+      diagnosis.add(
+          Severity::kError,
+          fmt::format("{}: it runs from {:.3f} to {:.3f} s, the images from {:.3f} to {:.3f} s",
+                      text, truth_stamps.front(), truth_stamps.back(), stamps.front(),
+                      stamps.back()),
+          "use the ground truth of this recording, with stamps of the same clock in seconds");
+    } else {
+      diagnosis.add(share < 0.9 ? Severity::kWarning : Severity::kOk, text,
+                    share < 0.9 ? "errors will be measured on these frames only" : "");
+    }
+    check_jumps(truth, options, diagnosis);
+  } catch (const Error& error) {
+    add_error(diagnosis, error);
+  }
+}
+
+void check_masks(const SequencePaths& paths, const std::vector<FrameFiles>& frames,
+                 Diagnosis& diagnosis) {
+  if (paths.masks.empty()) return;
+  std::error_code ignored;
+  const auto there = std::count_if(frames.begin(), frames.end(), [&](const FrameFiles& files) {
+    return fs::exists(paths.masks / files.color.stem().concat(".png"), ignored);
+  });
+  const bool all = static_cast<std::size_t>(there) == frames.size();
+  diagnosis.add(all ? Severity::kOk : Severity::kWarning,
+                fmt::format("mask/ holds masks for {} of {} frames", there, frames.size()),
+                all ? "" : "name each mask like its colour image, with the ending .png");
+}
+
+void examine(const fs::path& folder, const std::optional<Camera>& named,
+             const DoctorOptions& options, Diagnosis& diagnosis) {
+  const SequencePaths paths = find_sequence(folder);
+  const auto camera = choose_camera(paths, named, diagnosis);
+  const FrameList list = list_frames(paths);
+  check_lists(list, diagnosis);
+  check_rate(list.frames, camera, diagnosis);
+  check_offsets(list.frames, diagnosis);
+  const auto size = camera ? std::optional(cv::Size(camera->width, camera->height)) : std::nullopt;
+  const auto usable = check_files(list.frames, size, diagnosis);
+  Sample sample = take_sample(usable, options, diagnosis);
+  check_light(sample, diagnosis);
+  check_depth(sample, camera ? camera->depth_factor : Camera().depth_factor, options, diagnosis);
+  check_ground_truth(paths, list.frames, options, diagnosis);
+  check_masks(paths, list.frames, diagnosis);
+}
+
+}  // namespace
+
+Severity Diagnosis::verdict() const {
+  Severity worst = Severity::kOk;
+  for (const auto& finding : findings) worst = std::max(worst, finding.severity);
+  return worst;
+}
+
+void Diagnosis::add(Severity severity, std::string what, std::string fix) {
+  findings.push_back({severity, std::move(what), std::move(fix)});
+}
+
+Diagnosis diagnose(const fs::path& folder, const std::optional<Camera>& camera,
+                   const DoctorOptions& options) {
+  Diagnosis diagnosis;
+  try {
+    examine(folder, camera, options, diagnosis);
+  } catch (const Error& error) {
+    add_error(diagnosis, error);
+  }
+  return diagnosis;
+}
+
+}  // namespace stillmap

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/sensor/doctor.hpp"
+
+#include "stillmap/sensor/camera_file.hpp"
+#include "stillmap/sensor/test_sequence.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace stillmap {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+class Doctor : public ::testing::Test {
+ protected:
+  TestSequence sequence_{12};
+
+  Doctor() {  // what a camera would record: texture in light, a room's depths, a true trajectory
+    cv::Mat color(48, 64, CV_8UC3), depth(48, 64, CV_16UC1);
+    cv::theRNG().state = 7;
+    cv::randu(color, 60, 200);
+    cv::randu(depth, 1.0 * 5000, 3.0 * 5000);
+    std::string truth;
+    for (int i = 0; i < 12; ++i) {
+      sequence_.write_image(TestSequence::color_name(i), color);
+      sequence_.write_image(TestSequence::depth_name(i), depth);
+      truth += fmt::format("{:.6f} {} 0 0 0 0 0 1\n", TestSequence::stamp(i), 0.01 * i);
+    }
+    sequence_.write("groundtruth.txt", truth);
+    write_camera(sequence_.path("camera.yaml"), TestSequence::camera());
+  }
+
+  Diagnosis diagnose() const { return stillmap::diagnose(sequence_.folder()); }
+  // The findings of that severity, one a line: "what -> fix".
+  static std::string of(const Diagnosis& diagnosis, Severity severity) {
+    std::string text;
+    for (const auto& finding : diagnosis.findings) {
+      if (finding.severity == severity) text += finding.what + " -> " + finding.fix + "\n";
+    }
+    return text;
+  }
+  std::string warnings() const { return of(diagnose(), Severity::kWarning); }
+  std::string errors() const { return of(diagnose(), Severity::kError); }
+  // Rewrites a list with every stamp changed.
+  template <typename Change>
+  void restamp(const std::string& list, const char* kind, const Change& change) const {
+    std::string text;
+    for (int i = 0; i < 12; ++i) {
+      text += fmt::format("{:.6f} {}/{}.png\n", change(TestSequence::stamp(i)), kind, i);
+    }
+    sequence_.write(list, text);
+  }
+};
+
+TEST_F(Doctor, FindsNothingWrongWithASoundSequence) {
+  const Diagnosis diagnosis = diagnose();
+  EXPECT_EQ(diagnosis.verdict(), Severity::kOk) << warnings() << errors();
+  EXPECT_EQ(diagnosis.frames, 12u);
+  EXPECT_EQ(diagnosis.usable_frames, 12u);
+  EXPECT_NEAR(diagnosis.frame_rate, 30, 0.1);
+  EXPECT_NEAR(diagnosis.duration, 11 / 30.0, 1e-5);
+  EXPECT_NEAR(diagnosis.median_depth, 2, 0.1);
+  EXPECT_NEAR(diagnosis.depth_share, 1, 1e-9);
+  EXPECT_NEAR(diagnosis.median_offset, 0.005, 1e-5);
+}
+
+TEST_F(Doctor, SaysWhatIsMissingInAFolderThatIsNoSequence) {
+  fs::remove(sequence_.path("depth.txt"));
+  EXPECT_THAT(errors(), HasSubstr("holds rgb.txt but no depth.txt -> add depth.txt"));
+}
+
+TEST_F(Doctor, SuggestsTheDepthFactorThatFits) {
+  Camera camera = TestSequence::camera();
+  camera.depth_factor = 1000;  // 2 m become 10 m
+  write_camera(sequence_.path("camera.yaml"), camera);
+  EXPECT_THAT(warnings(), HasSubstr("set the depth factor to 5000"));
+  cv::Mat millimetres(48, 64, CV_16UC1);
+  cv::randu(millimetres, 1000, 3000);
+  for (int i = 0; i < 12; ++i) sequence_.write_image(TestSequence::depth_name(i), millimetres);
+  EXPECT_THAT(warnings(), "");
+  camera.depth_factor = 5000;
+  write_camera(sequence_.path("camera.yaml"), camera);
+  EXPECT_THAT(warnings(), HasSubstr("set the depth factor to 1000"));
+}
+
+TEST_F(Doctor, MissesTheCamera) {
+  fs::remove(sequence_.path("camera.yaml"));
+  EXPECT_THAT(warnings(), HasSubstr("no camera was named"));
+  sequence_.write("camera.yaml", "fx: -1\n");
+  EXPECT_THAT(errors(), HasSubstr("camera.yaml"));
+  EXPECT_GT(diagnose().findings.size(), 3u);  // the rest is examined all the same
+}
+
+TEST_F(Doctor, NoticesAnotherImageSize) {
+  Camera camera = TestSequence::camera();
+  camera.width = 128;
+  write_camera(sequence_.path("camera.yaml"), camera);
+  EXPECT_THAT(errors(), HasSubstr("is 64 x 48 pixels where the camera has 128 x 48"));
+}
+
+TEST_F(Doctor, CountsWhatIsMissingCutShortOrOfTheWrongType) {
+  fs::rename(sequence_.path("rgb/1.png"), sequence_.path("rgb/1.jpg"));
+  fs::remove(sequence_.path("depth/5.png"));
+  sequence_.truncate("depth/2.png", 0.7);
+  sequence_.write_image("depth/3.png", cv::Mat(48, 64, CV_8UC1, cv::Scalar(9)));
+  const std::string text = warnings();
+  EXPECT_THAT(
+      text,
+      HasSubstr("2 files, the first: rgb/1.png is missing -> the list should name rgb/1.jpg"));
+  EXPECT_THAT(text, HasSubstr("depth/2.png is cut short"));
+  EXPECT_THAT(text, HasSubstr("depth/3.png has 1 channel of 8 bits"));
+  EXPECT_EQ(diagnose().usable_frames, 8u);
+}
+
+TEST_F(Doctor, NoticesStampsInOtherUnitsGapsAndRates) {
+  restamp("rgb.txt", "rgb", [](double t) { return t * 1e9; });
+  restamp("depth.txt", "depth", [](double t) { return t * 1e9; });
+  EXPECT_THAT(errors(), HasSubstr("nanoseconds"));
+  const auto with_gap = [](double t) { return t < 100.2 ? t : t + 1; };
+  restamp("rgb.txt", "rgb", with_gap);
+  restamp("depth.txt", "depth", with_gap);
+  EXPECT_THAT(warnings(), HasSubstr("gaps in the stamps: 1, the longest 1.033 s"));
+  const auto slow = [](double t) { return 100 + 3 * (t - 100); };
+  restamp("rgb.txt", "rgb", slow);
+  restamp("depth.txt", "depth", slow);
+  EXPECT_THAT(warnings(), HasSubstr("set fps to 10"));
+}
+
+TEST_F(Doctor, NoticesDepthThatLagsBehind) {
+  restamp("depth.txt", "depth", [](double t) { return t + 0.015; });
+  EXPECT_THAT(warnings(), HasSubstr("depth is 15.0 ms after colour"));
+}
+
+TEST_F(Doctor, LooksAtThePictures) {
+  const cv::Mat dark(48, 64, CV_8UC3, cv::Scalar::all(3));
+  cv::Mat sparse(48, 64, CV_16UC1, cv::Scalar(0));
+  sparse.rowRange(0, 8).setTo(10000);
+  for (int i = 0; i < 12; ++i) {
+    sequence_.write_image(TestSequence::color_name(i), dark);
+    sequence_.write_image(TestSequence::depth_name(i), sparse);
+  }
+  EXPECT_THAT(warnings(), HasSubstr("12 of 12 sampled colour images are nearly black"));
+  EXPECT_THAT(warnings(), HasSubstr("blurred or without texture"));
+  EXPECT_THAT(warnings(), HasSubstr("17 % of the pixels have depth"));
+  for (int i = 0; i < 12; ++i) {
+    sequence_.write_image(TestSequence::depth_name(i), cv::Mat(48, 64, CV_16UC1, cv::Scalar(0)));
+  }
+  EXPECT_THAT(errors(), HasSubstr("no depth at all"));
+}
+
+TEST_F(Doctor, ComparesTheGroundTruthWithTheImages) {
+  sequence_.write("groundtruth.txt", "5 0 0 0 0 0 0 1\n6 0 0 0 0 0 0 1\n");
+  EXPECT_THAT(errors(), HasSubstr("it runs from 5.000 to 6.000 s, the images from 100.000"));
+  std::string truth;
+  for (int i = 0; i < 8; ++i) {
+    truth += fmt::format("{:.6f} {} 0 0 0 0 0 1\n", TestSequence::stamp(i), i < 5 ? 0 : 1);
+  }
+  sequence_.write("groundtruth.txt", truth);
+  EXPECT_THAT(warnings(), HasSubstr("66.7 % of the frames"));
+  EXPECT_THAT(warnings(), HasSubstr("(faster than 3 m/s): 1, the first at 100.166667"));
+  sequence_.write("groundtruth.txt", "100 0 0 0\n");
+  EXPECT_THAT(errors(), HasSubstr("groundtruth.txt:1: expected 8 numbers"));
+}
+
+TEST_F(Doctor, CountsTheMasks) {
+  fs::create_directories(sequence_.path("mask"));
+  sequence_.write_image("mask/0.png", cv::Mat(48, 64, CV_8UC1, cv::Scalar(0)));
+  EXPECT_THAT(warnings(), HasSubstr("mask/ holds masks for 1 of 12 frames"));
+}
+
+}  // namespace
+}  // namespace stillmap
