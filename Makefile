@@ -15,7 +15,7 @@ run_tests = ctest --preset $(1) --parallel $(JOBS) $(ARGS)
 .PHONY: help deps tools build demo test bench format check-format lint debug asan tsan install clean
 
 help:  ## this list
-	@sed -nE 's/^([a-z -]+):.*## (.*)/  make \1\t\2/p' Makefile | expand -t 22
+	@sed -nE 's/^([a-z -]+):.*## (.*)/  make \1\t\2/p' Makefile | expand -t 26
 
 deps:
 	@mkdir -p build
