@@ -8,10 +8,10 @@ find_package(spdlog REQUIRED)
 find_package(fmt REQUIRED)
 find_package(yaml-cpp REQUIRED)
 find_package(nlohmann_json REQUIRED)
+find_library(STILLMAP_DEFLATE NAMES deflate REQUIRED)  # Debian 12's has no CMake package yet
 set(CMAKE_MESSAGE_LOG_LEVEL WARNING)  # Ceres would list every library that its solvers could use
 find_package(Ceres 2.1 QUIET REQUIRED)
 unset(CMAKE_MESSAGE_LOG_LEVEL)
-find_package(Open3D REQUIRED)
 find_package(CLI11 REQUIRED)
 if(STILLMAP_BUILD_TESTS)
   find_package(GTest REQUIRED)
@@ -24,8 +24,6 @@ endif()
 # scripts/install_dependencies.sh puts into build/venv carries headers, libraries and a CMake package, and
 # its Python tells where. An OpenVINO_DIR given by hand, or one found before, goes first.
 if(STILLMAP_WITH_OPENVINO)
-  # The system's TBB first: OpenVINO brings one of its own, and a program can have only one.
-  find_package(TBB QUIET)
   set(STILLMAP_VENV "${PROJECT_SOURCE_DIR}/build/venv" CACHE PATH
       "Virtual environment in which the OpenVINO wheel is looked for")
   if(NOT OpenVINO_DIR AND EXISTS "${STILLMAP_VENV}/bin/python")
