@@ -33,7 +33,7 @@ struct BundleProblem {
 };
 
 struct BundleOptions {
-  ObservationNoise noise;
+  ObservationNoise noise{};
   int robust_iterations = 5;  ///< at most, with Huber's kernels, all observations
   int plain_iterations =
       10;  ///< at most, then, plain least squares on the inliers; 0: leave that pass out

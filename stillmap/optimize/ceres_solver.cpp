@@ -57,79 +57,47 @@ class PoseManifold final : public ceres::Manifold {
   }
 };
 
-/// Factors for a residual r and its Jacobian J that turn |r|^2 into rho(|r|^2) and keep the
-/// gradient, J'^T r' = rho' J^T r. Ceres' own loss functions would take pixel and disparity as one.
-struct RobustScale {
-  double residual = 1, jacobian = 1;
-};
-
-RobustScale robust_scale(const HuberKernel& kernel, double s) {
-  if (s <= kernel.bound) return {};
-  const double scale = std::sqrt(kernel.rho(s) / s);
-  return {scale, kernel.weight(s) / scale};
-}
-
-/// One observation as a Ceres cost: pose (7), point (3) to (u, v, d) in sigmas.
-class ObservationCost final : public ceres::SizedCostFunction<3, 7, 3> {
+/// Rows [first, first + Rows) of (u, v, d) as a Ceres cost of pose and point, in sigmas. Pixel and
+/// disparity are two costs, because each has a kernel of its own.
+template <int First, int Rows>
+class PartCost final : public ceres::SizedCostFunction<Rows, 7, 3> {
  public:
-  ObservationCost(const Camera& camera, const Kernels& kernels, const BundleTerm& term)
-      : camera_(camera), kernels_(kernels), term_(term) {}
+  PartCost(const Camera& camera, const Eigen::Vector3d& uvd, double information)
+      : camera_(camera), uvd_(uvd), scale_(std::sqrt(information)) {}
 
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override {
-    const Eigen::Map<const Eigen::Quaterniond> q(parameters[0]);
-    const Eigen::Matrix3d R = q.toRotationMatrix();
+    const Eigen::Matrix3d R =
+        Eigen::Map<const Eigen::Quaterniond>(parameters[0]).toRotationMatrix();
     const Eigen::Vector3d p = R * Eigen::Map<const Eigen::Vector3d>(parameters[1]) +
                               Eigen::Map<const Eigen::Vector3d>(parameters[0] + 4);
-    Eigen::Map<Eigen::Vector3d> r(residuals);
-    if (p.z() < kNearPlane) {
-      r << kBehindCameraSigmas * std::sqrt(term_.weight), 0, 0;
-      clear(jacobians);
-      return true;
-    }
-    const Eigen::Vector3d e = predict(camera_, p) - term_.measurement.uvd;
-    const Eigen::Vector3d scale = scales(e, r);
+    const bool in_front = p.z() >= kNearPlane;
+    Eigen::Map<Eigen::Matrix<double, Rows, 1>> r(residuals);
+    r.setConstant(kBehindCameraSigmas);
+    if (in_front) r = scale_ * (predict(camera_, p) - uvd_).template segment<Rows>(First);
     if (!jacobians) return true;
-    const Eigen::Matrix3d A = scale.asDiagonal() * projection_jacobian(camera_, p);
+    Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
+    if (in_front) A = scale_ * projection_jacobian(camera_, p);
     if (jacobians[0]) {
-      Eigen::Map<Eigen::Matrix<double, 3, 7, Eigen::RowMajor>> J(jacobians[0]);
-      J.leftCols<6>() = pose_jacobian(A, p);
+      Eigen::Map<Eigen::Matrix<double, Rows, 7, Eigen::RowMajor>> J(jacobians[0]);
+      J.template leftCols<6>() = pose_jacobian(A, p).template middleRows<Rows>(First);
       J.col(6).setZero();
     }
     if (jacobians[1]) {
-      Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>{jacobians[1]} = point_jacobian(A, R);
+      Eigen::Map<Eigen::Matrix<double, Rows, 3, Eigen::RowMajor>>{jacobians[1]} =
+          point_jacobian(A, R).template middleRows<Rows>(First);
     }
     return true;
   }
 
  private:
-  /// Writes the robust residuals in sigmas; returns the factors of the Jacobian's rows.
-  Eigen::Vector3d scales(const Eigen::Vector3d& e, Eigen::Map<Eigen::Vector3d>& r) const {
-    const Measurement& m = term_.measurement;
-    const double pixel = std::sqrt(m.pixel_information * term_.weight);
-    const double disparity =
-        term_.parts.disparity ? std::sqrt(m.disparity_information * term_.weight) : 0;
-    RobustScale for_pixel, for_disparity;
-    if (kernels_.robust) {
-      const Chi2 s = chi2(m, e + m.uvd);
-      for_pixel = robust_scale(kernels_.pixel, s.pixel);
-      for_disparity = robust_scale(kernels_.disparity, s.disparity);
-    }
-    const double ru = for_pixel.residual * pixel, ju = for_pixel.jacobian * pixel;
-    r << ru * e.x(), ru * e.y(), for_disparity.residual * disparity * e.z();
-    return {ju, ju, for_disparity.jacobian * disparity};
-  }
-
-  static void clear(double** jacobians) {
-    if (!jacobians) return;
-    if (jacobians[0]) std::fill_n(jacobians[0], 21, 0.0);
-    if (jacobians[1]) std::fill_n(jacobians[1], 9, 0.0);
-  }
-
   const Camera& camera_;
-  const Kernels& kernels_;
-  const BundleTerm& term_;
+  Eigen::Vector3d uvd_;
+  double scale_;
 };
+
+using PixelCost = PartCost<0, 2>;
+using DisparityCost = PartCost<2, 1>;
 
 /// Asks the caller whether to stop, between iterations.
 class StopCallback final : public ceres::IterationCallback {
@@ -154,16 +122,24 @@ ceres::Problem::Options borrowing_options() {
   return options;
 }
 
+/// Huber's kernel, or none for plain least squares.
+std::unique_ptr<ceres::LossFunction> make_loss(const HuberKernel& kernel, bool robust) {
+  if (!robust) return nullptr;
+  return std::make_unique<ceres::HuberLoss>(std::sqrt(kernel.bound));
+}
+
 /// A pass laid out for Ceres; owns all blocks and costs.
 class CeresBundle {
  public:
   CeresBundle(const BundleModel& model, const Kernels& kernels, BundleState& state)
-      : model_(model), state_(state), ceres_(borrowing_options()) {
+      : model_(model),
+        state_(state),
+        pixel_loss_(make_loss(kernels.pixel, kernels.robust)),
+        disparity_loss_(make_loss(kernels.disparity, kernels.robust)),
+        ceres_(borrowing_options()) {
     for (const Pose& pose : state.T_camera_world) poses_.push_back(to_block(pose));
     for (const BundleTerm& term : model.terms) {
-      if (!term.parts.pixel) continue;
-      ceres_.AddResidualBlock(&costs_.emplace_back(model.camera, kernels, term), nullptr,
-                              poses_[term.pose].data(), state.points[term.point].data());
+      if (term.parts.pixel) add(term);
     }
     hold_and_order();
   }
@@ -179,6 +155,23 @@ class CeresBundle {
   }
 
  private:
+  void add(const BundleTerm& term) {
+    const Measurement& m = term.measurement;
+    double* pose = poses_[term.pose].data();
+    double* point = state_.points[term.point].data();
+    auto& pixel = pixel_costs_.emplace_back(model_.camera, m.uvd, m.pixel_information);
+    ceres_.AddResidualBlock(&pixel, weighted(pixel_loss_, term.weight), pose, point);
+    if (!term.parts.disparity) return;
+    auto& disparity = disparity_costs_.emplace_back(model_.camera, m.uvd, m.disparity_information);
+    ceres_.AddResidualBlock(&disparity, weighted(disparity_loss_, term.weight), pose, point);
+  }
+
+  /// The static probability goes outside the kernel: rho(|e|^2) times weight.
+  ceres::LossFunction* weighted(const std::unique_ptr<ceres::LossFunction>& loss, double weight) {
+    if (weight == 1) return loss.get();
+    return &weighted_losses_.emplace_back(loss.get(), weight, ceres::DO_NOT_TAKE_OWNERSHIP);
+  }
+
   void hold_and_order() {
     for (std::size_t i = 0; i < state_.points.size(); ++i) {
       double* block = state_.points[i].data();
@@ -200,7 +193,10 @@ class CeresBundle {
   BundleState& state_;
   PoseManifold manifold_;
   std::vector<PoseBlock> poses_;
-  std::deque<ObservationCost> costs_;  // Ceres keeps pointers: nothing may move
+  std::unique_ptr<ceres::LossFunction> pixel_loss_, disparity_loss_;
+  std::deque<ceres::ScaledLoss> weighted_losses_;  // Ceres keeps pointers: nothing may move
+  std::deque<PixelCost> pixel_costs_;
+  std::deque<DisparityCost> disparity_costs_;
   std::shared_ptr<ceres::ParameterBlockOrdering> ordering_ =
       std::make_shared<ceres::ParameterBlockOrdering>();
   std::size_t free_poses_ = 0;

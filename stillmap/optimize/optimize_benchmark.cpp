@@ -25,6 +25,7 @@ void adjust_bundle_benchmark(benchmark::State& state) {
   synthetic::BundleShape shape;
   shape.free_poses = static_cast<int>(state.range(0));
   shape.points = static_cast<int>(state.range(1));
+  if (shape.free_poses > 50) shape.fixed_poses = 1, shape.spacing = 0.1;  // a whole map
   const auto scene = synthetic::bundle_scene(1, shape, {1.0, 0.3, 0.05, 0.05, 0.2});
   BundleOptions options;
   options.ceres = state.range(2) != 0;
@@ -41,6 +42,8 @@ BENCHMARK(adjust_bundle_benchmark)
     ->ArgNames({"poses", "points", "ceres"})
     ->Args({15, 2500, 0})
     ->Args({15, 2500, 1})
+    ->Args({200, 10000, 0})
+    ->Args({200, 10000, 1})
     ->Unit(benchmark::kMillisecond);
 
 }  // namespace

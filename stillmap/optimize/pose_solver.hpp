@@ -24,7 +24,7 @@ struct PoseObservation {
 };
 
 struct PoseSolverOptions {
-  ObservationNoise noise;
+  ObservationNoise noise{};
   int robust_rounds = 2;  ///< rounds with Huber's kernel; after each, inliers are chosen anew
   int plain_rounds = 2;   ///< then rounds of plain least squares on the inliers
   int iterations = 10;    ///< at most, per round

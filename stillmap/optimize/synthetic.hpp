@@ -3,7 +3,10 @@
 #include "stillmap/optimize/bundle_adjustment.hpp"
 #include "stillmap/optimize/pose_solver.hpp"
 
+#include <cmath>
+#include <cstdint>
 #include <random>
+#include <vector>
 
 /// Worlds with known truth, for the tests and benchmarks of this room.
 namespace stillmap::synthetic {
@@ -13,7 +16,7 @@ struct Noise {
   double pixel_sigma = 0;      ///< Gaussian, u and v [pixels]
   double disparity_sigma = 0;  ///< Gaussian [pixels]
   double outliers = 0;         ///< share with a pixel anywhere in the image
-  double depth_outliers = 0;   ///< share with a depth off by 0.3 to 1 m
+  double depth_outliers = 0;   ///< share with a depth 0.5 to 1.5 m too far
   double depthless = 0;        ///< share without depth
 };
 
@@ -25,56 +28,66 @@ inline Pose random_pose(std::mt19937& rng, double metres, double radians) {
   return Pose::exp(twist);
 }
 
-/// A place that the camera sees at a random pixel, 0.7 to 4 m away.
-inline Eigen::Vector3d visible_point(std::mt19937& rng, const Camera& camera,
-                                     const Pose& T_world_camera) {
-  std::uniform_real_distribution<double> u(0, camera.width - 1), v(0, camera.height - 1), z(0.7, 4);
-  const double pu = u(rng), pv = v(rng);
-  return T_world_camera * camera.unproject(pu, pv, z(rng));
+/// A pixel and depth drawn within the view. Floats, as observations hold them, so that a point made
+/// of them is observed without rounding.
+struct Sight {
+  float u, v, depth;
+};
+
+inline Sight random_sight(std::mt19937& rng, const Camera& camera) {
+  std::uniform_real_distribution<float> unit(0, 1);
+  Sight s{};
+  s.u = unit(rng) * static_cast<float>(camera.width - 1);
+  s.v = unit(rng) * static_cast<float>(camera.height - 1);
+  s.depth = 0.7F + 3.3F * unit(rng);
+  return s;
 }
 
-/// True pixel and depth of p_camera, then noise. Sets u, v, depth of the observation.
-/// Returns whether the pixel (first) and the depth (second) were made outliers.
+/// Which parts of an observation were made outliers.
+struct Corruption {
+  bool pixel = false, depth = false;
+};
+
+/// Adds noise to the observation of something truly at `truth` (u, v, d); sets u, v and depth.
 template <typename Observation>
-std::pair<bool, bool> observe(std::mt19937& rng, const Camera& camera,
-                              const Eigen::Vector3d& p_camera, const Noise& noise, Observation& o) {
+Corruption corrupt(std::mt19937& rng, const Camera& camera, const Eigen::Vector3d& truth,
+                   const Noise& noise, Observation& o) {
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> uniform(0, 1);
-  Eigen::Vector3d uvd = predict(camera, p_camera);
-  uvd += Eigen::Vector3d(noise.pixel_sigma * normal(rng), noise.pixel_sigma * normal(rng),
-                         noise.disparity_sigma * normal(rng));
+  Corruption made;
+  Eigen::Vector3d uvd =
+      truth + Eigen::Vector3d(noise.pixel_sigma * normal(rng), noise.pixel_sigma * normal(rng),
+                              noise.disparity_sigma * normal(rng));
   double depth = camera.bf() / uvd.z();
-  const bool outlier = uniform(rng) < noise.outliers;
-  if (outlier) uvd.head<2>() << uniform(rng) * camera.width, uniform(rng) * camera.height;
-  const bool depth_outlier = uniform(rng) < noise.depth_outliers;
-  if (depth_outlier) depth += 0.3 + 0.7 * uniform(rng);
-  if (uniform(rng) < noise.depthless) depth = 0;
+  made.pixel = uniform(rng) < noise.outliers;
+  if (made.pixel) uvd.head<2>() << uniform(rng) * camera.width, uniform(rng) * camera.height;
+  made.depth = uniform(rng) < noise.depth_outliers;
+  if (made.depth) depth += 0.5 + uniform(rng);
+  if (uniform(rng) < noise.depthless) depth = 0, made.depth = false;
   o.u = static_cast<float>(uvd.x());
   o.v = static_cast<float>(uvd.y());
   o.depth = static_cast<float>(depth);
-  return {outlier, depth_outlier && depth > 0};
+  return made;
 }
 
 struct PoseScene {
   Camera camera;
   Pose T_world_camera;
   std::vector<PoseObservation> observations;
-  std::vector<std::uint8_t> outlier, depth_outlier;
+  std::vector<Corruption> corruption;  ///< per observation
 };
 
 inline PoseScene pose_scene(unsigned seed, int count, const Noise& noise) {
   std::mt19937 rng(seed);
   PoseScene scene;
   scene.T_world_camera = random_pose(rng, 2, 1);
-  const Pose T_camera_world = scene.T_world_camera.inverse();
   for (int i = 0; i < count; ++i) {
+    const Sight sight = random_sight(rng, scene.camera);
     PoseObservation o;
-    o.p_world = visible_point(rng, scene.camera, scene.T_world_camera);
-    const auto [outlier, depth_outlier] =
-        observe(rng, scene.camera, T_camera_world * o.p_world, noise, o);
+    o.p_world = scene.T_world_camera * scene.camera.unproject(sight.u, sight.v, sight.depth);
+    const Eigen::Vector3d truth(sight.u, sight.v, scene.camera.bf() / sight.depth);
+    scene.corruption.push_back(corrupt(rng, scene.camera, truth, noise, o));
     scene.observations.push_back(o);
-    scene.outlier.push_back(outlier);
-    scene.depth_outlier.push_back(depth_outlier);
   }
   return scene;
 }
@@ -83,7 +96,7 @@ struct BundleScene {
   BundleProblem problem;  ///< guesses off the truth
   std::vector<Pose> T_world_camera;
   std::vector<Eigen::Vector3d> points;
-  std::vector<std::uint8_t> outlier, depth_outlier;  ///< per observation
+  std::vector<Corruption> corruption;  ///< per observation
 };
 
 struct BundleShape {
@@ -91,48 +104,59 @@ struct BundleShape {
   double observations_per_point = 4.8;
   double pose_error = 0.01;   ///< of the guesses [m, rad]
   double point_error = 0.02;  ///< of the guesses [m]
+  double spacing = 0.02;      ///< from one camera to the next [m]
 };
 
-/// Cameras side by side along a short path, all looking at one cloud; fixed ones come last.
+/// Cameras side by side along a short path; fixed ones come last.
+inline void place_cameras(std::mt19937& rng, const BundleShape& shape, BundleScene& scene) {
+  BundleProblem& problem = scene.problem;
+  for (int i = 0; i < shape.free_poses + shape.fixed_poses; ++i) {
+    const Pose step(Eigen::Quaterniond::Identity(), {shape.spacing * i, 0, 0});
+    const Pose truth = step * random_pose(rng, 0.1, 0.05);
+    const Pose error = random_pose(rng, shape.pose_error, shape.pose_error);
+    const bool fixed = i >= shape.free_poses;
+    scene.T_world_camera.push_back(truth);
+    problem.pose_fixed.push_back(fixed);
+    problem.T_world_camera.push_back(fixed ? truth : truth * error);
+  }
+}
+
+/// Observations of point k by cameras from `first` on, as many as are wanted and see it.
+inline void observe_point(std::mt19937& rng, std::size_t k, std::size_t first, int wanted,
+                          const Noise& noise, BundleScene& scene) {
+  const Camera& camera = scene.problem.camera;
+  const std::size_t poses = scene.T_world_camera.size();
+  for (std::size_t j = 0; j < poses && wanted > 0; ++j) {
+    const std::size_t pose = (first + j) % poses;
+    const Eigen::Vector3d p_camera = scene.T_world_camera[pose].inverse() * scene.points[k];
+    if (p_camera.z() < 0.3) continue;
+    const Eigen::Vector3d truth = predict(camera, p_camera);
+    if (!camera.contains(truth.x(), truth.y())) continue;
+    BundleObservation o;
+    o.pose = static_cast<std::uint32_t>(pose);
+    o.point = static_cast<std::uint32_t>(k);
+    scene.corruption.push_back(corrupt(rng, camera, truth, noise, o));
+    scene.problem.observations.push_back(o);
+    --wanted;
+  }
+}
+
 inline BundleScene bundle_scene(unsigned seed, const BundleShape& shape, const Noise& noise) {
   std::mt19937 rng(seed);
-  std::normal_distribution<double> normal;
-  BundleScene scene;
-  BundleProblem& problem = scene.problem;
-  const int poses = shape.free_poses + shape.fixed_poses;
-  for (int i = 0; i < poses; ++i) {
-    const Pose step(Eigen::Quaterniond::Identity(), {0.02 * i, 0, 0});
-    scene.T_world_camera.push_back(step * random_pose(rng, 0.1, 0.05));
-    const bool fixed = i >= shape.free_poses;
-    problem.pose_fixed.push_back(fixed);
-    problem.T_world_camera.push_back(
-        fixed ? scene.T_world_camera[i]
-              : scene.T_world_camera[i] * random_pose(rng, shape.pose_error, shape.pose_error));
-  }
-  std::uniform_int_distribution<int> any_pose(0, poses - 1);
+  std::normal_distribution<double> normal(0, shape.point_error);
   std::uniform_real_distribution<double> uniform(0, 1);
+  BundleScene scene;
+  place_cameras(rng, shape, scene);
+  std::uniform_int_distribution<std::size_t> any_pose(0, scene.T_world_camera.size() - 1);
   for (int k = 0; k < shape.points; ++k) {
-    const int first = any_pose(rng);
-    const Eigen::Vector3d p = visible_point(rng, problem.camera, scene.T_world_camera[first]);
+    const std::size_t first = any_pose(rng);
+    const Sight s = random_sight(rng, scene.problem.camera);
+    const Eigen::Vector3d p =
+        scene.T_world_camera[first] * scene.problem.camera.unproject(s.u, s.v, s.depth);
     scene.points.push_back(p);
-    problem.points.push_back(p + shape.point_error *
-                                     Eigen::Vector3d(normal(rng), normal(rng), normal(rng)));
+    scene.problem.points.push_back(p + Eigen::Vector3d(normal(rng), normal(rng), normal(rng)));
     const int wanted = static_cast<int>(shape.observations_per_point + uniform(rng));
-    for (int j = 0, seen = 0; j < poses && seen < wanted; ++j) {
-      const int pose = (first + j) % poses;
-      const Eigen::Vector3d p_camera = scene.T_world_camera[pose].inverse() * p;
-      if (p_camera.z() < 0.3) continue;
-      const Eigen::Vector2d uv = problem.camera.project(p_camera);
-      if (!problem.camera.contains(uv.x(), uv.y())) continue;
-      BundleObservation o;
-      o.pose = static_cast<std::uint32_t>(pose);
-      o.point = static_cast<std::uint32_t>(k);
-      const auto [outlier, depth_outlier] = observe(rng, problem.camera, p_camera, noise, o);
-      problem.observations.push_back(o);
-      scene.outlier.push_back(outlier);
-      scene.depth_outlier.push_back(depth_outlier);
-      ++seen;
-    }
+    observe_point(rng, static_cast<std::size_t>(k), first, wanted, noise, scene);
   }
   return scene;
 }
