@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/simulate/camera_motion.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/simulate/figure.hpp"
+#include "stillmap/simulate/random.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/ranges.h>
+
+namespace stillmap {
+namespace {
+
+using Eigen::Vector3d;
+using simulate::Path, simulate::Random;
+constexpr double kTau = 2 * std::numbers::pi;
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kEyeHeight = 1.45;  // metres, of a carried camera
+
+double wave(double seconds, double period, double phase = 0) {
+  return std::sin(kTau * (seconds / period + phase));
+}
+
+Eigen::Quaterniond turn(double radians, const Vector3d& axis) {
+  return Eigen::Quaterniond(Eigen::AngleAxisd(radians, axis));
+}
+
+/// A roll, pitch and yaw in the camera's own frame, radians.
+Eigen::Quaterniond turned(double roll, double pitch, double yaw) {
+  return turn(yaw, Vector3d::UnitY()) * turn(pitch, Vector3d::UnitX()) *
+         turn(roll, Vector3d::UnitZ());
+}
+
+}  // namespace
+
+const std::vector<std::string>& camera_motion_names() {
+  static const std::vector<std::string> kNames{"static", "xyz", "halfsphere", "rpy", "loop"};
+  return kNames;
+}
+
+Pose look_at(const Vector3d& position, const Vector3d& target) {
+  Eigen::Matrix3d R;
+  R.col(2) = (target - position).normalized();
+  R.col(0) = R.col(2).cross(Vector3d::UnitZ()).normalized();
+  R.col(1) = R.col(2).cross(R.col(0));
+  return Pose(R, position);
+}
+
+double CameraMotion::Tremor::at(double seconds) const {
+  double sum = 0;
+  for (const Wave& w : waves) sum += w.amplitude * std::sin(w.frequency * seconds + w.phase);
+  return sum;
+}
+
+CameraMotion::CameraMotion(const CameraMotionOptions& options, const Scene& scene)
+    : options_(options),
+      viewpoint_(scene.viewpoint),
+      home_(look_at(scene.viewpoint.position, scene.viewpoint.target)),
+      round_(scene.round) {
+  const auto& names = camera_motion_names();
+  if (std::find(names.begin(), names.end(), options.motion) == names.end()) {
+    throw Error(fmt::format("'{}' is not known", options.motion), "camera motion",
+                fmt::format("take one of: {}", fmt::join(names, ", ")));
+  }
+  Random random(static_cast<std::uint64_t>(options.seed), 2);
+  for (Tremor& tremor : tremor_) {
+    double power = 0;
+    for (auto& w : tremor.waves) {
+      const double hertz = 0.5 * std::pow(12, random.uniform());
+      w = {1 / hertz, kTau * hertz, random.uniform(0, kTau)};
+      power += 0.5 * w.amplitude * w.amplitude;
+    }
+    for (auto& w : tremor.waves) w.amplitude /= std::sqrt(power);
+  }
+}
+
+Pose CameraMotion::T_world_camera(double seconds) const {
+  std::array<double, 6> shake{};
+  for (std::size_t i = 0; i < 6; ++i) {
+    shake[i] = tremor_[i].at(seconds) * (i < 3 ? options_.shake_position : options_.shake_rotation);
+  }
+  return steady(seconds * options_.speed) *
+         Pose(turned(shake[3], shake[4], shake[5]), {shake[0], shake[1], shake[2]});
+}
+
+Pose CameraMotion::steady(double t) const {
+  if (options_.motion == "xyz") {
+    const Vector3d offset(0.24 * wave(t, 5.3), 0.15 * wave(t, 7.1, 0.1), 0.2 * wave(t, 8.9, 0.05));
+    return home_ * Pose(turned(0, 0.04 * wave(t, 6.1), 0.06 * wave(t, 9.7)), offset);
+  }
+  if (options_.motion == "rpy") {
+    const auto turns = turned(16 * kDegree * wave(t, 4.7), 14 * kDegree * wave(t, 5.9, 0.1),
+                              24 * kDegree * wave(t, 7.7, 0.05));
+    const Vector3d wrist(0.04 * wave(t, 3.9), 0.04 * wave(t, 4.9), 0.03 * wave(t, 5.7));
+    return home_ *
+           Pose(turns, wrist + turns * Vector3d(0, 0, 0.1));  // turned about the wrist behind it
+  }
+  if (options_.motion == "halfsphere") return half_sphere(t);
+  if (options_.motion == "loop") return loop(t);
+  return home_;
+}
+
+Pose CameraMotion::half_sphere(double t) const {
+  constexpr double kRadius = 0.7;  // metres
+  const Vector3d view = viewpoint_.target - viewpoint_.position;
+  const Vector3d centre = viewpoint_.position + kRadius * view.normalized();
+  const double azimuth = std::atan2(-view.y(), -view.x()) + 42 * kDegree * wave(t, 9.1);
+  const double elevation = (16 + 20 * wave(t, 6.3, 0.9)) * kDegree;
+  const Vector3d out(std::cos(elevation) * std::cos(azimuth),
+                     std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
+  return look_at(centre + kRadius * out, centre);
+}
+
+Pose CameraMotion::loop(double t) const {
+  const Path path(round_);
+  const double arc = 0.4 * t;
+  const Eigen::Vector2d p = path.at(arc).cast<double>(), h = path.heading(arc).cast<double>();
+  const Vector3d position(p.x(), p.y(), kEyeHeight);
+  return look_at(position, position + Vector3d(h.x(), h.y(), -0.22)) *
+         Pose(turned(0, 0, 12 * kDegree * wave(t, 11)), Vector3d::Zero());
+}
+
+}  // namespace stillmap

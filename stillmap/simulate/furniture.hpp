@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/simulate/palette.hpp"
+
+/// What stands in a room. Every piece is placed by `T`: it stands on the frame's origin, centred in
+/// x and y, and faces -y; metres.
+namespace stillmap::simulate::furniture {
+
+constexpr float kDeskHeight = 0.74F;
+constexpr float kSeatHeight = 0.46F;
+
+void desk(MeshBuilder& to, Palette& palette, const Transform& T, float width, float depth);
+void monitor(MeshBuilder& to, Palette& palette, const Transform& T, int screen);
+void keyboard(MeshBuilder& to, Palette& palette, const Transform& T);
+void mug(MeshBuilder& to, Palette& palette, const Transform& T);
+void desk_lamp(MeshBuilder& to, Palette& palette, const Transform& T);
+void paper(MeshBuilder& to, Palette& palette, const Transform& T);
+/// `count` books, one on the other.
+void book_pile(MeshBuilder& to, Palette& palette, const Transform& T, int count);
+/// A row of standing books, binders now and then, with a gap here and there.
+void book_row(MeshBuilder& to, Palette& palette, const Transform& T, float width, float height);
+void pencil_cup(MeshBuilder& to, Palette& palette, const Transform& T);
+void office_chair(MeshBuilder& to, Palette& palette, const Transform& T, int fabric);
+void shelf(MeshBuilder& to, Palette& palette, const Transform& T, float width, float height);
+void cabinet(MeshBuilder& to, Palette& palette, const Transform& T, const Eigen::Vector3f& size,
+             int drawers);
+void plant(MeshBuilder& to, Palette& palette, const Transform& T, float height);
+void parcel(MeshBuilder& to, Palette& palette, const Transform& T, const Eigen::Vector3f& size);
+void printer(MeshBuilder& to, Palette& palette, const Transform& T);
+void bin(MeshBuilder& to, Palette& palette, const Transform& T);
+void sofa(MeshBuilder& to, Palette& palette, const Transform& T, float width);
+/// A flat framed thing on a wall: T is its centre, on the wall, facing -y.
+void picture(MeshBuilder& to, Palette& palette, const Transform& T, float width, float height,
+             const Material& print);
+/// A window in the wall: T is the middle of its lower edge.
+void window(MeshBuilder& to, Palette& palette, const Transform& T, float width, float height);
+void door(MeshBuilder& to, Palette& palette, const Transform& T);
+void radiator(MeshBuilder& to, Palette& palette, const Transform& T, float width);
+
+}  // namespace stillmap::simulate::furniture

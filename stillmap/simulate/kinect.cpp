@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/simulate/kinect.hpp"
+
+#include "stillmap/simulate/random.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+namespace stillmap {
+namespace {
+
+using simulate::Random, simulate::scramble;
+constexpr double kJump = 0.05;  // of the depth: a larger step between neighbours is an edge
+
+/// Normal deviates from a table, read from a place that depends on seed, frame, row and channel:
+/// fast, and independent of the order in which rows are made.
+class NormalNoise {
+ public:
+  NormalNoise(std::uint64_t seed, std::uint64_t frame, std::uint64_t channel)
+      : key_(scramble(seed) ^ scramble(frame * 16 + channel + 1)) {}
+
+  /// Deviates for one row: consecutive entries from a random place on.
+  class Row {
+   public:
+    explicit Row(std::uint64_t start) : index_(start) {}
+    float next() { return table()[++index_ % kSize]; }
+
+   private:
+    std::uint64_t index_;
+  };
+  Row row(int y) const { return Row(scramble(key_ + static_cast<std::uint64_t>(y))); }
+
+ private:
+  static constexpr std::size_t kSize = 1 << 16;
+  static const std::vector<float>& table() {
+    static const std::vector<float> kTable = [] {
+      Random random(20120516);
+      std::vector<float> values(kSize);
+      for (float& value : values) value = static_cast<float>(random.normal());
+      return values;
+    }();
+    return kTable;
+  }
+  std::uint64_t key_;
+};
+
+/// Pixels the projector does not light: seen from it, something nearer lies in the same direction.
+/// The projector is `baseline` to the right, so a pixel (u, z) has the projector column u - f b /
+/// z.
+void cast_shadow(const float* z, int width, double bf, std::vector<std::uint8_t>& lit) {
+  double front = std::numeric_limits<double>::infinity();
+  for (int u = width - 1; u >= 0; --u) {
+    if (z[u] <= 0) continue;
+    const double column = u - bf / static_cast<double>(z[u]);
+    lit[static_cast<std::size_t>(u)] = column < front + 0.5;
+    front = std::min(front, column);
+  }
+}
+
+/// Slope of the surface against the viewing direction, per pixel: |dz| * f / z, the smaller of both
+/// sides.
+double slope(const cv::Mat& depth, int y, int x, double focal) {
+  const auto at = [&](int v, int u) { return static_cast<double>(depth.at<float>(v, u)); };
+  const double z = at(y, x);
+  const auto one = [&](int dy, int dx) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const int s : {-1, 1}) {
+      const int v = y + s * dy, u = x + s * dx;
+      if (v < 0 || u < 0 || v >= depth.rows || u >= depth.cols) continue;
+      least = std::min(least, std::abs(at(v, u) - z));
+    }
+    return least;
+  };
+  return std::hypot(one(0, 1), one(1, 0)) * focal / z;
+}
+
+bool at_edge(const cv::Mat& depth, int y, int x) {
+  const float z = depth.at<float>(y, x);
+  const auto jumps = [&](int v, int u) {
+    return v >= 0 && u >= 0 && v < depth.rows && u < depth.cols &&
+           std::abs(depth.at<float>(v, u) - z) > static_cast<float>(kJump) * z;
+  };
+  return jumps(y, x - 1) || jumps(y, x + 1) || jumps(y - 1, x) || jumps(y + 1, x);
+}
+
+double quantise(double z, double bf, double step) {
+  if (step <= 0) return z;
+  const double disparity = std::round(bf / z / step) * step;
+  return disparity > 0 ? bf / disparity : 0;
+}
+
+}  // namespace
+
+double kinect_sigma(double z) { return 0.0012 + 0.0019 * (z - 0.4) * (z - 0.4); }
+
+cv::Mat measure_depth(const cv::Mat& depth, const Camera& camera, const KinectOptions& options,
+                      std::uint64_t seed, std::uint64_t frame) {
+  cv::Mat measured = cv::Mat::zeros(depth.size(), CV_32FC1);
+  const NormalNoise axial(seed, frame, 0), lateral(seed, frame, 1);
+  const double steepest = std::tan(std::min(options.grazing, 89.9) * std::numbers::pi / 180);
+  std::vector<std::uint8_t> lit(static_cast<std::size_t>(depth.cols), 1);
+  for (int y = 0; y < depth.rows; ++y) {
+    if (options.shadow) cast_shadow(depth.ptr<float>(y), depth.cols, camera.bf(), lit);
+    auto axial_row = axial.row(y), lateral_row = lateral.row(y);
+    Random loss(seed ^ scramble(frame), static_cast<std::uint64_t>(y));
+    auto* out = measured.ptr<float>(y);
+    for (int x = 0; x < depth.cols; ++x) {
+      const double du = options.lateral * static_cast<double>(lateral_row.next());
+      const double dv = options.lateral * static_cast<double>(lateral_row.next());
+      const double deviate = static_cast<double>(axial_row.next());
+      const int u = std::clamp(static_cast<int>(std::lround(x + du)), 0, depth.cols - 1);
+      const int v = std::clamp(static_cast<int>(std::lround(y + dv)), 0, depth.rows - 1);
+      const double z = depth.at<float>(v, u);
+      if (z < options.nearest || z > options.farthest || lit[static_cast<std::size_t>(x)] == 0)
+        continue;
+      if (at_edge(depth, y, x) && loss.chance(options.edge_loss)) continue;
+      if (slope(depth, v, u, camera.fx) > steepest) continue;
+      const double noisy = z + options.axial * kinect_sigma(z) * deviate;
+      out[x] = static_cast<float>(
+          quantise(noisy, options.focal * camera.baseline, options.disparity_step));
+    }
+  }
+  return measured;
+}
+
+cv::Mat measure_color(const cv::Mat& color, double seconds, const KinectOptions& options,
+                      std::uint64_t seed, std::uint64_t frame) {
+  cv::Mat measured(color.size(), CV_8UC3);
+  const NormalNoise noise(seed, frame, 2);
+  const double tau = 2 * std::numbers::pi;
+  const auto gain = static_cast<float>(
+      1 + options.exposure_drift * 0.5 *
+              (std::sin(tau * seconds / 6.7) + std::sin(tau * seconds / 15.1 + 1)));
+  const auto sigma = [&](int value) {
+    return static_cast<float>(
+        std::sqrt(options.color_sigma * options.color_sigma + options.color_gain * value));
+  };
+  std::array<float, 256> sigmas{};
+  for (std::size_t i = 0; i < 256; ++i) sigmas[i] = sigma(static_cast<int>(i));
+  for (int y = 0; y < color.rows; ++y) {
+    auto row = noise.row(y);
+    const auto* in = color.ptr<float>(y);
+    auto* out = measured.ptr<std::uint8_t>(y);
+    for (int i = 0; i < 3 * color.cols; ++i) {
+      const float value = std::min(255.0F, in[i] * gain);
+      const float noisy = value + sigmas[static_cast<std::size_t>(value)] * row.next();
+      out[i] = cv::saturate_cast<std::uint8_t>(noisy);
+    }
+  }
+  return measured;
+}
+
+}  // namespace stillmap

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/simulate/mover.hpp"
+
+#include "stillmap/simulate/furniture.hpp"
+
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace stillmap::simulate {
+namespace {
+
+using Eigen::Vector2f, Eigen::Vector3f;
+constexpr float kPi = std::numbers::pi_v<float>;
+
+/// Back and forth between 0 and 1 with smooth turns, as a ratio of time over one way.
+float to_and_fro(double seconds, double one_way) {
+  return static_cast<float>(0.5 - 0.5 * std::cos(std::numbers::pi * seconds / one_way));
+}
+
+/// Mean of the vertices of all parts at a time.
+Eigen::Vector3d centroid_at(const Mover& mover, double seconds) {
+  const auto poses = mover.T_world_part(seconds);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double count = 0;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const Eigen::Isometry3d T(poses[i].matrix().cast<double>());
+    for (const Vertex& v : mover.parts[i].mesh.vertices) sum += T * v.position.cast<double>();
+    count += static_cast<double>(mover.parts[i].mesh.vertices.size());
+  }
+  return sum / count;
+}
+
+}  // namespace
+
+PosedMover pose_at(const Mover& mover, double seconds) {
+  PosedMover posed;
+  const auto poses = mover.T_world_part(seconds);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    append_transformed(mover.parts[i].mesh, poses[i], static_cast<std::uint8_t>(mover.id),
+                       posed.mesh);
+    for (const ShadowBall& ball : mover.parts[i].shadows) {
+      posed.shadows.push_back({poses[i] * ball.centre, ball.radius});
+    }
+  }
+  posed.box.setEmpty();
+  for (const Vertex& v : posed.mesh.vertices) posed.box.extend(v.position.cast<double>());
+  posed.centroid = centroid_at(mover, seconds);
+  return posed;
+}
+
+Eigen::Vector3d velocity_at(const Mover& mover, double seconds) {
+  constexpr double kStep = 1e-3;
+  return (centroid_at(mover, seconds + kStep) - centroid_at(mover, seconds - kStep)) / (2 * kStep);
+}
+
+Mover make_crate(int id, const Vector3f& pivot, Palette& palette) {
+  constexpr float kRope = 0.75F, kSize = 0.34F;
+  MeshBuilder builder(1);
+  const std::array rope{Ring{{0, 0, -kRope}, 0.012F, 0.012F}, Ring{{0, 0, 0}, 0.012F, 0.012F}};
+  builder.loft(Transform::Identity(), rope, palette.fabrics[3], 8);
+  builder.ellipsoid(place(0, 0, -kRope), {0.03F, 0.02F, 0.06F}, palette.steel, 10);
+  builder.box(place(0, 0, -kRope - 0.05F - kSize), {1.25F * kSize, kSize, kSize}, palette.crate);
+  const Vector3f middle(0, 0, -kRope - 0.05F - kSize / 2);
+  Mover mover{id, false, "crate", {{builder.take(), {{middle, kSize / 2}}}}, {}};
+  mover.T_world_part = [pivot](double t) {
+    constexpr double kPeriod = 2.1;  // of a pendulum of 1.1 m: 2 pi sqrt(l / g)
+    const auto w = 2 * std::numbers::pi / kPeriod;
+    Transform T = Transform::Identity();
+    T.translate(pivot);
+    T.rotate(Eigen::AngleAxisf(static_cast<float>(0.34 * std::sin(w * t)), Vector3f::UnitY()));
+    T.rotate(Eigen::AngleAxisf(static_cast<float>(0.14 * std::cos(w * t)), Vector3f::UnitX()));
+    T.rotate(Eigen::AngleAxisf(static_cast<float>(0.6 * std::sin(0.7 * t)), Vector3f::UnitZ()));
+    return std::vector{T};
+  };
+  return mover;
+}
+
+Mover make_pushed_chair(int id, const Vector2f& from, const Vector2f& to, Palette& palette) {
+  MeshBuilder builder(0.2F);
+  furniture::office_chair(builder, palette, Transform::Identity(), 1);
+  Mover mover{
+      id,
+      false,
+      "chair",
+      {{builder.take(), {{{0, 0, 0.4F}, 0.22F}, {{0, 0, 0.1F}, 0.14F}, {{0, 0.2F, 0.7F}, 0.16F}}}},
+      {}};
+  mover.T_world_part = [from, to](double t) {
+    const Vector2f p = from + to_and_fro(t + 0.4, 3.4) * (to - from);
+    return std::vector{place(p.x(), p.y(), 0, static_cast<float>(60 + 40 * std::sin(0.8 * t)))};
+  };
+  return mover;
+}
+
+Mover make_ball(int id, const Vector2f& from, const Vector2f& to, Palette& palette) {
+  constexpr float kRadius = 0.13F;
+  MeshBuilder builder(1);
+  builder.ellipsoid(Transform::Identity(), Vector3f::Constant(kRadius), palette.ball, 28);
+  Mover mover{id, false, "ball", {{builder.take(), {{{0, 0, 0}, kRadius}}}}, {}};
+  mover.T_world_part = [from, to](double t) {
+    const float rolled = to_and_fro(t + 0.3, 2.2) * (to - from).norm();
+    const Vector2f along = (to - from).normalized();
+    const Vector2f p = from + rolled * along;
+    Transform T = place(p.x(), p.y(), kRadius);
+    T.rotate(Eigen::AngleAxisf(rolled / kRadius, Vector3f(-along.y(), along.x(), 0)));
+    return std::vector{T};
+  };
+  return mover;
+}
+
+}  // namespace stillmap::simulate

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/simulate/furniture.hpp"
+#include "stillmap/simulate/rooms.hpp"
+
+namespace stillmap::simulate {
+namespace {
+
+using Eigen::Vector3f;
+namespace f = furniture;
+
+constexpr float kLength = 6.4F, kWidth = 5.6F, kHeight = 2.7F;  // along x, y, z
+constexpr float kDeskX = 3.6F, kDeskY = 3.25F;                  // middle of the two desks
+
+void build_shell(MeshBuilder& to, Palette& p) {
+  constexpr float kOver = 0.1F;  // walls overlap at the corners, so that no ray slips through
+  const Transform I = Transform::Identity();
+  const Vector3f X(kLength + 2 * kOver, 0, 0), Y(0, kWidth + 2 * kOver, 0),
+      Z(0, 0, kHeight + 2 * kOver);
+  const float top = kHeight + kOver;
+  to.quad(I, {-kOver, kWidth + kOver, 0}, X, -Y, p.floor);
+  to.quad(I, {-kOver, -kOver, kHeight}, X, Y, p.ceiling);
+  to.quad(I, {-kOver, kWidth, top}, X, -Z, p.wall);
+  to.quad(I, {kLength + kOver, 0, top}, -X, -Z, p.wallpaper);
+  to.quad(I, {0, -kOver, top}, Y, -Z, p.wall);
+  to.quad(I, {kLength, kWidth + kOver, top}, -Y, -Z, p.accent_wall);
+  const auto board = [&](const Transform& T, float length) {
+    to.box(T, {length, 0.03F, 0.09F}, p.white, false);
+  };
+  board(place(kLength / 2, kWidth - 0.01F, 0), kLength);
+  board(place(kLength / 2, 0.01F, 0), kLength);
+  board(place(0.01F, kWidth / 2, 0, 90), kWidth);
+  board(place(kLength - 0.01F, kWidth / 2, 0, 90), kWidth);
+}
+
+void hang_lamps(MeshBuilder& to, Palette& p, Scene& scene) {
+  for (const float x : {1.9F, 4.7F}) {
+    for (const float y : {1.6F, 4.0F}) {
+      to.box(place(x, y, kHeight - 0.05F), {1.2F, 0.3F, 0.05F}, {p.white, p.white}, false);
+      to.quad(place(x, y, kHeight - 0.052F), {-0.57F, -0.12F, 0}, {1.14F, 0, 0}, {0, 0.24F, 0},
+              p.glow);
+      scene.lighting.lamps.push_back({{x, y, kHeight - 0.1F}, {1.05F, 1.15F, 1.22F}, {0, 0, -1}});
+    }
+  }
+  scene.lighting.lamps.push_back(
+      {{1.6F, kWidth - 0.15F, 1.6F}, {1.15F, 1.0F, 0.86F}, {0, -1, -0.2F}});
+  scene.lighting.ambient = {0.40F, 0.39F, 0.38F};
+}
+
+void set_desk(MeshBuilder& to, Palette& p, const Transform& T, int screens) {
+  f::desk(to, p, T, 1.6F, 0.75F);
+  const auto on = [&](float x, float y, float yaw = 0) {
+    return T * place(x, y, f::kDeskHeight, yaw);
+  };
+  f::monitor(to, p, on(-0.32F, 0.2F, 6), screens);
+  f::monitor(to, p, on(0.3F, 0.22F, -8), screens + 1);
+  f::keyboard(to, p, on(-0.05F, -0.14F, 3));
+  f::mug(to, p, on(0.46F, -0.08F, 40));
+  f::paper(to, p, on(-0.5F, -0.18F, 18));
+  f::paper(to, p, on(-0.44F, -0.12F, -7) * place(0, 0, 0.003F));
+  f::book_pile(to, p, on(0.66F, -0.2F, 20), 4);
+  f::pencil_cup(to, p, on(-0.7F, 0.02F));
+}
+
+void furnish_middle(MeshBuilder& to, Palette& p) {
+  BoxSkin rug(p.rug);
+  to.box(place(kDeskX - 0.1F, kDeskY - 0.1F, 0), {3.3F, 2.6F, 0.012F}, rug, false);
+  set_desk(to, p, place(kDeskX, kDeskY - 0.38F, 0), 0);
+  set_desk(to, p, place(kDeskX, kDeskY + 0.38F, 0, 180), 2);
+  f::desk_lamp(to, p, place(kDeskX - 0.68F, kDeskY + 0.1F, f::kDeskHeight, -60));
+  f::plant(to, p, place(kDeskX + 0.68F, kDeskY + 0.02F, f::kDeskHeight), 0.42F);
+  f::bin(to, p, place(kDeskX - 1.05F, kDeskY - 0.25F, 0));
+}
+
+void furnish_north(MeshBuilder& to, Palette& p) {
+  const float wall = kWidth;
+  f::window(to, p, place(1.6F, wall, 1.0F), 1.9F, 1.2F);
+  f::radiator(to, p, place(1.6F, wall - 0.08F, 0), 1.5F);
+  f::shelf(to, p, place(3.65F, wall - 0.17F, 0), 1.5F, 2.1F);
+  f::shelf(to, p, place(5.1F, wall - 0.17F, 0), 1.2F, 1.4F);
+  f::plant(to, p, place(5.4F, wall - 0.18F, 1.4F), 0.45F);
+  f::book_pile(to, p, place(4.8F, wall - 0.18F, 1.4F, 10), 5);
+  f::picture(to, p, place(5.1F, wall, 2.2F), 0.85F, 0.6F, p.paintings[0]);
+  f::picture(to, p, place(6.05F, wall, 1.75F), 0.5F, 0.7F, p.posters[5]);
+  f::plant(to, p, place(6.0F, wall - 0.4F, 0), 1.3F);
+  f::picture(to, p, place(2.76F, wall, 1.75F), 0.24F, 0.34F, p.posters[6]);
+}
+
+void furnish_east(MeshBuilder& to, Palette& p) {
+  const float wall = kLength;
+  f::cabinet(to, p, place(wall - 0.24F, 1.9F, 0, -90), {1.8F, 0.45F, 0.82F}, 1);
+  f::printer(to, p, place(wall - 0.25F, 1.45F, 0.82F, -90));
+  f::book_pile(to, p, place(wall - 0.24F, 2.05F, 0.82F, -80), 6);
+  f::plant(to, p, place(wall - 0.24F, 2.5F, 0.82F), 0.5F);
+  f::picture(to, p, place(wall, 1.9F, 1.75F, -90), 1.5F, 0.78F, p.map);
+  f::shelf(to, p, place(wall - 0.17F, 3.6F, 0, -90), 1.3F, 1.75F);
+  f::picture(to, p, place(wall, 3.2F, 2.2F, -90), 0.5F, 0.7F, p.posters[0]);
+  f::picture(to, p, place(wall, 3.95F, 2.25F, -90), 0.68F, 0.5F, p.paintings[2]);
+  f::picture(to, p, place(wall, 4.75F, 1.65F, -90), 0.55F, 0.8F, p.posters[3]);
+  f::cabinet(to, p, place(wall - 0.28F, 4.7F, 0, -90), {0.6F, 0.5F, 0.7F}, 0);
+  f::desk_lamp(to, p, place(wall - 0.28F, 4.6F, 0.7F, -90));
+  f::picture(to, p, place(wall, 0.55F, 1.7F, -90), 0.55F, 0.8F, p.posters[1]);
+  f::parcel(to, p, place(wall - 0.4F, 0.45F, 0, 12), {0.5F, 0.45F, 0.4F});
+  f::parcel(to, p, place(wall - 0.42F, 0.42F, 0.4F, -8), {0.36F, 0.3F, 0.26F});
+}
+
+void furnish_south(MeshBuilder& to, Palette& p) {
+  f::door(to, p, place(5.1F, 0, 0, 180));
+  f::picture(to, p, place(3.6F, 0, 1.55F, 180), 1.5F, 0.95F, p.pin_board);
+  f::cabinet(to, p, place(3.5F, 0.25F, 0, 180), {1.8F, 0.42F, 0.74F}, 2);
+  f::book_pile(to, p, place(3.0F, 0.24F, 0.74F, 190), 5);
+  f::plant(to, p, place(4.1F, 0.24F, 0.74F), 0.45F);
+  f::parcel(to, p, place(3.6F, 0.24F, 0.74F, 170), {0.3F, 0.22F, 0.2F});
+  f::picture(to, p, place(2.3F, 0, 1.6F, 180), 0.55F, 0.8F, p.posters[2]);
+  f::picture(to, p, place(1.5F, 0, 1.7F, 180), 0.55F, 0.8F, p.posters[4]);
+  f::picture(to, p, place(0.7F, 0, 1.6F, 180), 0.7F, 0.52F, p.paintings[1]);
+  f::picture(to, p, place(4.42F, 0, 2.2F, 180), 0.32F, 0.32F, p.clock);
+}
+
+void furnish_west(MeshBuilder& to, Palette& p) {
+  f::sofa(to, p, place(0.46F, 3.6F, 0, 90), 1.7F);
+  f::picture(to, p, place(0, 3.55F, 1.6F, 90), 1.6F, 0.95F, p.whiteboard);
+  f::plant(to, p, place(0.4F, 5.15F, 0), 1.5F);
+  f::picture(to, p, place(0, 2.1F, 1.6F, 90), 0.6F, 0.85F, p.posters[7]);
+  f::picture(to, p, place(0, 1.2F, 1.65F, 90), 0.6F, 0.85F, p.posters[8]);
+  f::picture(to, p, place(0, 0.45F, 1.6F, 90), 0.62F, 0.46F, p.paintings[3]);
+  f::picture(to, p, place(0, 4.85F, 1.7F, 90), 0.62F, 0.46F, p.paintings[4]);
+}
+
+}  // namespace
+
+RoomPlan build_office(Palette& p, Scene& scene) {
+  MeshBuilder to;
+  build_shell(to, p);
+  hang_lamps(to, p, scene);
+  furnish_middle(to, p);
+  furnish_north(to, p);
+  furnish_east(to, p);
+  furnish_south(to, p);
+  furnish_west(to, p);
+  RoomPlan plan;
+  plan.seats = {place(kDeskX + 0.05F, kDeskY + 1.12F, 0),
+                place(kDeskX - 0.1F, kDeskY - 1.12F, 0, 180)};
+  f::office_chair(to, p, plan.seats[0], 0);
+  f::office_chair(to, p, plan.seats[1], 2);
+  plan.spots = {place(2.3F, 3.4F, 0, -45), place(5.2F, 2.6F, 0, -60), place(2.5F, 4.6F, 0, -20),
+                place(5.3F, 3.9F, 0, -60), place(3.9F, 1.4F, 0, -75), place(4.7F, 4.6F, 0, -45)};
+  plan.walk = {{2.45F, 1.75F}, {3.6F, 1.55F}, {4.9F, 1.75F}, {5.3F, 3.2F},
+               {4.9F, 4.75F},  {3.6F, 4.95F}, {2.25F, 4.7F}, {1.95F, 3.2F}};
+  plan.walk_start = 7.2F;
+  plan.hook = {kDeskX - 0.35F, kDeskY - 0.1F, kHeight};
+  plan.chair_from = {2.95F, 1.15F};
+  plan.chair_to = {4.9F, 1.2F};
+  plan.ball_from = {1.75F, 2.25F};
+  plan.ball_to = {2.6F, 1.35F};
+  scene.statics = to.take();
+  scene.viewpoint = {{1.15, 0.95, 1.45}, {3.55, 2.9, 0.92}};
+  scene.room = {Eigen::Vector3d::Zero(), Eigen::Vector3d(kLength, kWidth, kHeight)};
+  return plan;
+}
+
+}  // namespace stillmap::simulate

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/simulate/random.hpp"
+
+#include <opencv2/core.hpp>
+
+/// Pictures for the surfaces of rendered scenes, all made by rule: 8UC3 BGR, seeded. Colours are
+/// cv::Scalar in the order B G R, 0..255.
+namespace stillmap::simulate::paint {
+
+/// Tileable value noise (sum of octaves, each twice as fine and half as strong): 32FC1, about
+/// -1..1. `cells`: lattice cells of the coarsest octave over the width and the height.
+cv::Mat noise(cv::Size size, cv::Size cells, int octaves, Random& random);
+/// base * (1 + strength * value) for every pixel of a 32FC1 field.
+cv::Mat tint(const cv::Mat& field, const cv::Scalar& base, double strength);
+/// A saturated, not too dark colour.
+cv::Scalar vivid(Random& random);
+/// The colour a times `factor`.
+cv::Scalar shade(const cv::Scalar& color, double factor);
+
+// Surfaces (tileable)
+cv::Mat planks(Random& random);                           ///< oak floor, 2 m
+cv::Mat wood(const cv::Scalar& base, Random& random);     ///< veneer, 1 m, grain along u
+cv::Mat bricks(Random& random);                           ///< 1.6 m
+cv::Mat plaster(const cv::Scalar& base, Random& random);  ///< 2 m
+cv::Mat wallpaper(Random& random);                        ///< damask-like motif, 1 m
+cv::Mat ceiling_tiles(Random& random);                    ///< 1.2 m, tiles of 0.6 m
+cv::Mat fabric(const cv::Scalar& base, Random& random);   ///< woven, 0.25 m
+cv::Mat plain(const cv::Scalar& base, Random& random);    ///< speckled plastic or lacquer, 0.5 m
+cv::Mat steel(Random& random);                            ///< brushed, 0.5 m
+cv::Mat cardboard(Random& random);                        ///< parcel side with tape and label, once
+cv::Mat leaf(Random& random);                             ///< one leaf
+cv::Mat soil(Random& random);                             ///< 0.2 m
+cv::Mat pot(Random& random);                              ///< glazed pot with a band pattern, once
+
+// Prints (laid once over a face)
+cv::Mat rug(Random& random);
+cv::Mat poster(int kind, Random& random);    ///< kinds 0..5, portrait
+cv::Mat painting(int kind, Random& random);  ///< kinds 0..2, landscape format
+cv::Mat world_map(Random& random);
+cv::Mat whiteboard(Random& random);
+cv::Mat pin_board(Random& random);
+cv::Mat window_view(Random& random);
+cv::Mat screen(int kind, Random& random);  ///< kinds 0..3: code, page, chart, photo
+cv::Mat keyboard(Random& random);
+cv::Mat paper(Random& random);                               ///< a printed sheet
+cv::Mat book_spines(int columns, int rows, Random& random);  ///< an atlas of spines
+cv::Mat book_cover(Random& random);
+cv::Mat clock_face();
+cv::Mat mug(Random& random);
+cv::Mat door(Random& random);
+cv::Mat drawers(const cv::Scalar& base, int count, Random& random);
+cv::Mat radiator(Random& random);
+cv::Mat ball(Random& random);
+cv::Mat hazard_crate(Random& random);
+
+// People (laid once around a limb; u = 0.5 is the front)
+cv::Mat face(const cv::Scalar& skin, const cv::Scalar& hair, Random& random);
+cv::Mat hair(const cv::Scalar& color, Random& random);
+cv::Mat skin(const cv::Scalar& color, Random& random);
+cv::Mat shirt(int kind, Random& random);         ///< kinds 0..4
+cv::Mat sleeve(int kind, const cv::Mat& shirt);  ///< the same cloth without print
+cv::Mat trousers(int kind, Random& random);      ///< kinds 0..2
+cv::Mat shoe(Random& random);
+
+}  // namespace stillmap::simulate::paint

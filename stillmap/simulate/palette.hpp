@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/simulate/mesh.hpp"
+#include "stillmap/simulate/paint.hpp"
+#include "stillmap/simulate/random.hpp"
+#include "stillmap/simulate/texture.hpp"
+
+#include <vector>
+
+namespace stillmap::simulate {
+
+/// The materials that a furnished room is made of. Painting them fills a scene's texture list.
+struct Palette {
+  Palette(Textures& into, Random& dice);
+
+  /// Adds a picture to the scene's textures. @param metres length of one repeat; 0: stretched once
+  Material add(const cv::Mat& bgr, float metres = 0);
+
+  Textures& textures;
+  Random& random;
+
+  Material floor, wall, accent_wall, wallpaper, ceiling, rug;
+  Material oak, walnut, white, black, grey, steel, glow;
+  Material door, radiator, window, whiteboard, pin_board, map, clock, keyboard;
+  Material leaf, soil, cardboard, crate, ball;
+  std::vector<Material> fabrics, posters, paintings, screens, papers, covers, spines, pots, mugs,
+      drawers;
+};
+
+}  // namespace stillmap::simulate

@@ -1,0 +1,447 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/simulate/renderer.hpp"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <thread>
+#include <vector>
+
+namespace stillmap::simulate {
+namespace {
+
+constexpr double kNear = 0.05;  // metres
+constexpr int kBandRows = 24;   // pixel rows of one piece of work; its buffers fit into the cache
+constexpr int kChunk = 8;       // samples that share one mip level
+constexpr float kAnisotropy = 2.5F;  // longest : used axis of a texel footprint, at most
+
+/// What is interpolated over a triangle, each divided by depth: that is linear on the screen.
+enum Channel { kInverseDepth, kU, kV, kLightB, kLightG, kLightR, kChannels };
+
+/// a(x, y) = c + gx x + gy y on the sample grid.
+struct Plane {
+  float c = 0, gx = 0, gy = 0;
+  float at(float x, float y) const { return c + gy * y + gx * x; }
+};
+
+/// A triangle on the sample grid, corners from top to bottom.
+struct ScreenTriangle {
+  std::array<float, 3> x, y;
+  std::array<Plane, kChannels> planes;
+  std::uint16_t texture;
+  std::uint8_t instance;
+};
+
+/// A corner in the camera frame: position, then uv and light.
+struct Corner {
+  Eigen::Vector3d p;
+  std::array<double, 5> attributes;
+};
+
+/// The sample grid: column s, row s of it lie at pixel coordinate (s - 1) / 2.
+struct Grid {
+  explicit Grid(const Camera& seen_by)
+      : columns(2 * seen_by.width + 1), rows(2 * seen_by.height + 1), camera(seen_by) {}
+  Eigen::Vector2d of(const Eigen::Vector3d& p) const {
+    return 2 * camera.project(p) + Eigen::Vector2d::Ones();
+  }
+  int columns, rows;
+  const Camera& camera;
+};
+
+Corner between(const Corner& a, const Corner& b) {
+  const double s = (kNear - a.p.z()) / (b.p.z() - a.p.z());
+  Corner c{a.p + s * (b.p - a.p), {}};
+  for (std::size_t i = 0; i < c.attributes.size(); ++i) {
+    c.attributes[i] = a.attributes[i] + s * (b.attributes[i] - a.attributes[i]);
+  }
+  return c;
+}
+
+/// Cuts off what is nearer than kNear (Sutherland and Hodgman 1974): at most four corners remain.
+int clip_near(const std::array<Corner, 3>& in, std::array<Corner, 4>& out) {
+  int n = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Corner& a = in[i];
+    const Corner& b = in[(i + 1) % 3];
+    const bool a_in = a.p.z() >= kNear, b_in = b.p.z() >= kNear;
+    if (a_in) out[static_cast<std::size_t>(n++)] = a;
+    if (a_in != b_in) out[static_cast<std::size_t>(n++)] = between(a, b);
+  }
+  return n;
+}
+
+/// Turns meshes into screen triangles: transform, cull, clip, set up.
+class Setup {
+ public:
+  Setup(const Grid& grid, const Pose& T_world_camera) : grid_(grid) {
+    const Pose T_camera_world = T_world_camera.inverse();
+    R_ = T_camera_world.rotation();
+    t_ = T_camera_world.translation();
+  }
+
+  void add(const Mesh& mesh) {
+    transform(mesh);
+    for (const Face& face : mesh.faces) add(mesh, face);
+  }
+
+  std::vector<ScreenTriangle> triangles;
+
+ private:
+  void transform(const Mesh& mesh) {
+    points_.resize(mesh.vertices.size());
+    screen_.resize(mesh.vertices.size());
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      points_[i] = R_ * mesh.vertices[i].position.cast<double>() + t_;
+      if (points_[i].z() >= kNear) screen_[i] = grid_.of(points_[i]);
+    }
+  }
+
+  Corner corner(const Mesh& mesh, std::uint32_t index) const {
+    const Vertex& v = mesh.vertices[index];
+    return {points_[index], {v.uv.x(), v.uv.y(), v.light.x(), v.light.y(), v.light.z()}};
+  }
+
+  void add(const Mesh& mesh, const Face& face) {
+    const auto [a, b, c] = face.vertices;
+    const int behind =
+        (points_[a].z() < kNear) + (points_[b].z() < kNear) + (points_[c].z() < kNear);
+    if (behind == 3) return;
+    if (behind == 0) {
+      if (!visible({screen_[a], screen_[b], screen_[c]}, face.two_sided)) return;
+      emit({corner(mesh, a), corner(mesh, b), corner(mesh, c)},
+           {screen_[a], screen_[b], screen_[c]}, face);
+      return;
+    }
+    std::array<Corner, 4> cut;
+    const int n = clip_near({corner(mesh, a), corner(mesh, b), corner(mesh, c)}, cut);
+    for (int i = 1; i + 1 < n; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      const std::array<Eigen::Vector2d, 3> screen{grid_.of(cut[0].p), grid_.of(cut[k].p),
+                                                  grid_.of(cut[k + 1].p)};
+      if (visible(screen, face.two_sided)) emit({cut[0], cut[k], cut[k + 1]}, screen, face);
+    }
+  }
+
+  static double twice_area(const std::array<Eigen::Vector2d, 3>& s) {
+    return (s[1].x() - s[0].x()) * (s[2].y() - s[0].y()) -
+           (s[2].x() - s[0].x()) * (s[1].y() - s[0].y());
+  }
+
+  /// Counter-clockwise fronts have a negative area, as y points down.
+  bool visible(const std::array<Eigen::Vector2d, 3>& s, bool two_sided) const {
+    const auto [left, right] = std::minmax({s[0].x(), s[1].x(), s[2].x()});
+    const auto [top, bottom] = std::minmax({s[0].y(), s[1].y(), s[2].y()});
+    if (right < 0 || left > grid_.columns - 1 || bottom < 0 || top > grid_.rows - 1) return false;
+    const double area = twice_area(s);
+    return two_sided ? std::abs(area) > 1e-9 : area < -1e-9;
+  }
+
+  void emit(const std::array<Corner, 3>& corners, const std::array<Eigen::Vector2d, 3>& s,
+            const Face& face) {
+    ScreenTriangle t{};
+    std::array<std::size_t, 3> order{0, 1, 2};
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+      return s[a].y() < s[b].y() || (s[a].y() == s[b].y() && s[a].x() < s[b].x());
+    });
+    for (std::size_t i = 0; i < 3; ++i) {
+      t.x[i] = static_cast<float>(s[order[i]].x());
+      t.y[i] = static_cast<float>(s[order[i]].y());
+    }
+    for (std::size_t k = 0; k < kChannels; ++k) {
+      std::array<double, 3> a{};
+      for (std::size_t i = 0; i < 3; ++i) {
+        a[i] = (k == kInverseDepth ? 1 : corners[i].attributes[k - 1]) / corners[i].p.z();
+      }
+      t.planes[k] = plane(a, s);
+    }
+    t.texture = face.texture;
+    t.instance = face.instance;
+    triangles.push_back(t);
+  }
+
+  static Plane plane(const std::array<double, 3>& a, const std::array<Eigen::Vector2d, 3>& s) {
+    const double scale = 1 / twice_area(s);
+    const Eigen::Vector2d d1 = s[1] - s[0], d2 = s[2] - s[0];
+    const double gx = ((a[1] - a[0]) * d2.y() - (a[2] - a[0]) * d1.y()) * scale;
+    const double gy = ((a[2] - a[0]) * d1.x() - (a[1] - a[0]) * d2.x()) * scale;
+    return {static_cast<float>(a[0] - gx * s[0].x() - gy * s[0].y()), static_cast<float>(gx),
+            static_cast<float>(gy)};
+  }
+
+  const Grid& grid_;
+  Eigen::Matrix3d R_;
+  Eigen::Vector3d t_;
+  std::vector<Eigen::Vector3d> points_;
+  std::vector<Eigen::Vector2d> screen_;
+};
+
+/// Which triangle is seen at each sample of some rows of the grid.
+class VisibilityBuffer {
+ public:
+  VisibilityBuffer(int columns, int rows)
+      : columns_(columns),
+        inverse_depth_(static_cast<std::size_t>(columns * rows)),
+        ids_(inverse_depth_.size()) {}
+
+  /// Draws the rows [first, last) of the grid; `step` 2 draws only every other row and leaves the
+  /// rest.
+  void draw(const std::vector<ScreenTriangle>& triangles, const std::vector<std::uint32_t>& visible,
+            int first, int last) {
+    first_ = first;
+    std::fill(inverse_depth_.begin(), inverse_depth_.end(), 0.0F);
+    std::fill(ids_.begin(), ids_.end(), -1);
+    for (const std::uint32_t id : visible) draw(triangles[id], static_cast<int>(id), first, last);
+  }
+
+  const float* inverse_depth(int row) const { return inverse_depth_.data() + offset(row); }
+  const int* ids(int row) const { return ids_.data() + offset(row); }
+
+ private:
+  std::size_t offset(int row) const { return static_cast<std::size_t>((row - first_) * columns_); }
+
+  /// The x where the edge from corner i to corner k crosses row y. An edge has the same ends in the
+  /// same order in both triangles that share it, so that they share the crossing to the bit: no
+  /// cracks, no overlap.
+  static float crossing(const ScreenTriangle& t, std::size_t i, std::size_t k, float y) {
+    return t.x[i] + (y - t.y[i]) * ((t.x[k] - t.x[i]) / (t.y[k] - t.y[i]));
+  }
+
+  void draw(const ScreenTriangle& t, int id, int first, int last) {
+    const int top = std::max(first, static_cast<int>(std::ceil(std::max(t.y[0], -1.0F))));
+    const int bottom =
+        std::min(last, static_cast<int>(std::ceil(std::min(t.y[2], static_cast<float>(last)))));
+    for (int row = top; row < bottom; ++row) {
+      const auto y = static_cast<float>(row);
+      const float a = crossing(t, 0, 2, y);
+      const float b = y < t.y[1] ? crossing(t, 0, 1, y) : crossing(t, 1, 2, y);
+      const auto limit = static_cast<float>(columns_);
+      const int left = static_cast<int>(std::ceil(std::clamp(std::min(a, b), 0.0F, limit)));
+      const int right = static_cast<int>(std::ceil(std::clamp(std::max(a, b), 0.0F, limit)));
+      draw_span(t.planes[kInverseDepth], id, row, left, right);
+    }
+  }
+
+  void draw_span(const Plane& plane, int id, int row, int left, int right) {
+    float* depth = inverse_depth_.data() + offset(row);
+    int* ids = ids_.data() + offset(row);
+    const float start = plane.c + plane.gy * static_cast<float>(row);
+    for (int x = left; x < right; ++x) {
+      const float w = start + plane.gx * static_cast<float>(x);
+      const bool nearer = w > depth[x];
+      depth[x] = nearer ? w : depth[x];
+      ids[x] = nearer ? id : ids[x];
+    }
+  }
+
+  int columns_, first_ = 0;
+  std::vector<float> inverse_depth_;
+  std::vector<int> ids_;
+};
+
+/// Two colour channels at once in one word, `f` of 256 parts on the way from a to b.
+std::uint32_t blend(std::uint32_t a, std::uint32_t b, std::uint32_t f) {
+  constexpr std::uint32_t kBlueRed = 0xff00ff, kGreen = 0x00ff00;
+  const std::uint32_t br = ((a & kBlueRed) * (256 - f) + (b & kBlueRed) * f) >> 8 & kBlueRed;
+  const std::uint32_t g = ((a & kGreen) * (256 - f) + (b & kGreen) * f) >> 8 & kGreen;
+  return br | g;
+}
+
+std::uint32_t bilinear(const Texture::Level& level, float u, float v) {
+  // 16.8 fixed point; adding a whole number of repeats keeps it positive for the shift and the
+  // mask.
+  const float width = static_cast<float>(1 << level.log2_width);
+  const float height = static_cast<float>(1 << level.log2_height);
+  const int x = static_cast<int>(std::floor(u * width * 256)) - 128;
+  const int y = static_cast<int>(std::floor(v * height * 256)) - 128;
+  const int mask_x = (1 << level.log2_width) - 1, mask_y = (1 << level.log2_height) - 1;
+  const int x0 = (x >> 8) & mask_x, x1 = (x0 + 1) & mask_x;
+  const std::uint32_t* row0 = level.texels.data() + (((y >> 8) & mask_y) << level.log2_width);
+  const std::uint32_t* row1 = level.texels.data() + ((((y >> 8) + 1) & mask_y) << level.log2_width);
+  const auto fx = static_cast<std::uint32_t>(x & 255), fy = static_cast<std::uint32_t>(y & 255);
+  return blend(blend(row0[x0], row0[x1], fx), blend(row1[x0], row1[x1], fx), fy);
+}
+
+/// A place between two mip levels.
+struct MipLevel {
+  const Texture::Level* fine;
+  const Texture::Level* coarse;
+  std::uint32_t fraction;  // of 256
+};
+
+/// Level of detail from the texel footprint of one sample at (x, y): between the mean and the
+/// longest axis.
+MipLevel mip_level(const ScreenTriangle& t, const Texture& texture, float x, float y) {
+  const float z = 1 / t.planes[kInverseDepth].at(x, y);
+  const Plane& w = t.planes[kInverseDepth];
+  const auto derivative = [&](Channel c, float size) -> Eigen::Vector2f {
+    const float value = t.planes[c].at(x, y) * z;
+    return Eigen::Vector2f(t.planes[c].gx - value * w.gx, t.planes[c].gy - value * w.gy) *
+           (z * size);
+  };
+  const Eigen::Vector2f du = derivative(kU, static_cast<float>(texture.width()));
+  const Eigen::Vector2f dv = derivative(kV, static_cast<float>(texture.height()));
+  const float longest =
+      std::sqrt(std::max(du.x() * du.x() + dv.x() * dv.x(), du.y() * du.y() + dv.y() * dv.y()));
+  const float area = std::abs(du.x() * dv.y() - du.y() * dv.x());
+  const float size = std::max({std::sqrt(area), longest / kAnisotropy, 1e-6F});
+  const auto& levels = texture.levels();
+  const float lod = std::clamp(std::log2(size), 0.0F, static_cast<float>(levels.size()) - 1.001F);
+  if (levels.size() == 1) return {levels.data(), levels.data(), 0};
+  const auto index = static_cast<std::size_t>(lod);
+  return {&levels[index], &levels[index + 1],
+          static_cast<std::uint32_t>((lod - static_cast<float>(index)) * 256)};
+}
+
+/// Colours a run of samples of one triangle. `out`: B G R per sample.
+void shade(const ScreenTriangle& t, const Texture& texture, int row, int left, int right,
+           const float* inverse_depth, float* out) {
+  const auto y = static_cast<float>(row);
+  for (int chunk = left; chunk < right;) {
+    const int end = std::min(right, (chunk / kChunk + 1) * kChunk);
+    const MipLevel mip = mip_level(t, texture, 0.5F * static_cast<float>(chunk + end - 1), y);
+    for (int x = chunk; x < end; ++x) {
+      const auto fx = static_cast<float>(x);
+      const float z = 1 / inverse_depth[x];
+      const float u = t.planes[kU].at(fx, y) * z, v = t.planes[kV].at(fx, y) * z;
+      const std::uint32_t texel =
+          mip.fraction < 8
+              ? bilinear(*mip.fine, u, v)
+              : blend(bilinear(*mip.fine, u, v), bilinear(*mip.coarse, u, v), mip.fraction);
+      out[3 * x] = static_cast<float>(texel & 255) * t.planes[kLightB].at(fx, y) * z;
+      out[3 * x + 1] = static_cast<float>(texel >> 8 & 255) * t.planes[kLightG].at(fx, y) * z;
+      out[3 * x + 2] = static_cast<float>(texel >> 16 & 255) * t.planes[kLightR].at(fx, y) * z;
+    }
+    chunk = end;
+  }
+}
+
+/// The jobs of one picture: bands of pixel rows, each drawn and shaded on its own.
+class Painter {
+ public:
+  Painter(const Grid& grid, const std::vector<ScreenTriangle>& triangles, const Textures& textures,
+          Rendering& to)
+      : grid_(grid), triangles_(triangles), textures_(textures), to_(to) {
+    bands_ = (grid.camera.height + kBandRows - 1) / kBandRows;
+    sort_into_bands();
+  }
+
+  void run(int threads) {
+    std::atomic<int> next{0};
+    const auto work = [&] {
+      VisibilityBuffer buffer(grid_.columns, 2 * kBandRows + 1);
+      for (int band = next++; band < bands_; band = next++) paint(band, buffer);
+    };
+    std::vector<std::jthread> helpers;
+    for (int i = 1; i < threads; ++i) helpers.emplace_back(work);
+    work();
+  }
+
+ private:
+  /// First and last grid row of a band, both included: one row more than its pixels own, to either
+  /// side.
+  int first_row(int band) const { return 2 * band * kBandRows; }
+  int last_row(int band) const { return std::min(grid_.rows - 1, 2 * (band + 1) * kBandRows); }
+
+  void sort_into_bands() {
+    members_.resize(static_cast<std::size_t>(bands_));
+    for (std::uint32_t id = 0; id < triangles_.size(); ++id) {
+      const ScreenTriangle& t = triangles_[id];
+      const float low = std::max(t.y[0], 0.0F);
+      const float high = std::min(t.y[2], static_cast<float>(grid_.rows));
+      const int from = std::max(0, (static_cast<int>(low) - 1) / (2 * kBandRows) - 1);
+      const int to = std::min(bands_ - 1, static_cast<int>(high) / (2 * kBandRows));
+      for (int band = from; band <= to; ++band) {
+        if (high < static_cast<float>(first_row(band))) break;
+        if (low <= static_cast<float>(last_row(band))) {
+          members_[static_cast<std::size_t>(band)].push_back(id);
+        }
+      }
+    }
+  }
+
+  void paint(int band, VisibilityBuffer& buffer) {
+    buffer.draw(triangles_, members_[static_cast<std::size_t>(band)], first_row(band),
+                last_row(band) + 1);
+    const int end = std::min(grid_.camera.height, (band + 1) * kBandRows);
+    for (int y = band * kBandRows; y < end; ++y) write_truth(y, buffer);
+    if (!to_.color.empty()) write_color(band * kBandRows, end, buffer);
+  }
+
+  void write_truth(int y, const VisibilityBuffer& buffer) {
+    const float* inverse_depth = buffer.inverse_depth(2 * y + 1);
+    const int* ids = buffer.ids(2 * y + 1);
+    auto* depth = to_.depth.ptr<float>(y);
+    auto* instances = to_.instances.ptr<std::uint8_t>(y);
+    for (int x = 0; x < grid_.camera.width; ++x) {
+      const int id = ids[2 * x + 1];
+      depth[x] = id < 0 ? 0 : 1 / inverse_depth[2 * x + 1];
+      instances[x] = id < 0 ? 0 : triangles_[static_cast<std::size_t>(id)].instance;
+    }
+  }
+
+  void write_color(int begin, int end, const VisibilityBuffer& buffer) {
+    const std::size_t width = 3 * static_cast<std::size_t>(grid_.camera.width);
+    std::vector<float> samples(3 * static_cast<std::size_t>(grid_.columns));
+    std::array<std::vector<float>, 3> rows;
+    for (auto& row : rows) row.resize(width);
+    shade_row(2 * begin, buffer, samples, rows[0]);
+    for (int y = begin; y < end; ++y) {
+      shade_row(2 * y + 1, buffer, samples, rows[1]);
+      shade_row(2 * y + 2, buffer, samples, rows[2]);
+      auto* out = to_.color.ptr<float>(y);
+      for (std::size_t i = 0; i < width; ++i) {
+        out[i] = (rows[0][i] + 2 * rows[1][i] + rows[2][i]) * (1 / 16.0F);
+      }
+      std::swap(rows[0], rows[2]);
+    }
+  }
+
+  /// One grid row, shaded and summed up horizontally with weights 1 2 1.
+  void shade_row(int row, const VisibilityBuffer& buffer, std::vector<float>& samples,
+                 std::vector<float>& sums) const {
+    const float* inverse_depth = buffer.inverse_depth(row);
+    const int* ids = buffer.ids(row);
+    std::fill(samples.begin(), samples.end(), 0.0F);
+    for (int left = 0; left < grid_.columns;) {
+      const int id = ids[left];
+      int right = left + 1;
+      while (right < grid_.columns && ids[right] == id) ++right;
+      if (id >= 0) {
+        const ScreenTriangle& t = triangles_[static_cast<std::size_t>(id)];
+        shade(t, textures_[t.texture], row, left, right, inverse_depth, samples.data());
+      }
+      left = right;
+    }
+    for (std::size_t x = 0; x < sums.size() / 3; ++x) {
+      const float* s = samples.data() + 6 * x;
+      for (std::size_t c = 0; c < 3; ++c) sums[3 * x + c] = s[c] + 2 * s[c + 3] + s[c + 6];
+    }
+  }
+
+  const Grid& grid_;
+  const std::vector<ScreenTriangle>& triangles_;
+  const Textures& textures_;
+  Rendering& to_;
+  int bands_;
+  std::vector<std::vector<std::uint32_t>> members_;
+};
+
+}  // namespace
+
+Rendering render(const Camera& camera, const Pose& T_world_camera,
+                 std::span<const Mesh* const> meshes, const Textures& textures,
+                 const RenderOptions& options) {
+  const cv::Size size(camera.width, camera.height);
+  Rendering result{{}, cv::Mat(size, CV_32FC1), cv::Mat(size, CV_8UC1)};
+  if (options.color) result.color.create(size, CV_32FC3);
+  const Grid grid(camera);
+  Setup setup(grid, T_world_camera);
+  for (const Mesh* mesh : meshes) setup.add(*mesh);
+  Painter(grid, setup.triangles, textures, result).run(options.threads);
+  return result;
+}
+
+}  // namespace stillmap::simulate

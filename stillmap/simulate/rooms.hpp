@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/simulate/palette.hpp"
+#include "stillmap/simulate/scene.hpp"
+
+#include <vector>
+
+namespace stillmap::simulate {
+
+/// The places that a room keeps free for those who move.
+struct RoomPlan {
+  std::vector<Eigen::Vector2f> walk;  ///< corners of a closed way over the floor
+  float walk_start = 0;               ///< where the first walker is at time 0, arc length [m]
+  std::vector<Transform> seats;       ///< chairs, facing -y
+  std::vector<Transform> spots;       ///< where one can stand and wave, facing -y
+  Eigen::Vector3f hook;               ///< the crane's hook hangs from here
+  Eigen::Vector2f chair_from, chair_to, ball_from, ball_to;
+};
+
+/// An office of 6.4 m x 5.6 m x 2.7 m: two desks face to face on a rug, shelves, a sofa, a window,
+/// a brick wall, pictures. Fills statics (not lit yet), lighting, viewpoint and room.
+RoomPlan build_office(Palette& palette, Scene& scene);
+
+}  // namespace stillmap::simulate

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/simulate/simulated_sequence.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/simulate/renderer.hpp"
+
+#include <opencv2/imgproc.hpp>
+
+namespace stillmap {
+namespace {
+
+using namespace simulate;
+void require(bool holds, const char* what, const char* option) {
+  if (!holds) throw Error(what, option, "");
+}
+
+void check(const SimulationOptions& options) {
+  require(options.frames > 0, "must be positive", "frames");
+  require(options.fps > 0, "must be positive", "fps");
+  require(options.width > 0 && options.height > 0, "must be positive", "width, height");
+  require(options.focal >= 0, "must not be negative", "focal");
+  require(options.exposures > 0, "must be positive", "exposures");
+  require(options.threads > 0, "must be positive", "threads");
+}
+
+Camera camera_of(const SimulationOptions& options) {
+  check(options);
+  Camera camera;
+  camera.name = "simulated";
+  camera.width = options.width;
+  camera.height = options.height;
+  camera.fx = camera.fy = options.focal > 0 ? options.focal : 525.0 * options.width / 640;
+  camera.cx = (options.width - 1) / 2.0;
+  camera.cy = (options.height - 1) / 2.0;
+  camera.fps = options.fps;
+  return camera;
+}
+
+std::shared_ptr<const Scene> scene_of(const SimulationOptions& options) {
+  return std::make_shared<const Scene>(make_scene({.scene = options.scene,
+                                                   .people = options.people,
+                                                   .activity = options.activity,
+                                                   .things = options.things,
+                                                   .seed = options.seed}));
+}
+
+CameraMotionOptions motion_of(const SimulationOptions& options) {
+  CameraMotionOptions motion{
+      .motion = options.camera, .speed = options.speed, .seed = options.seed};
+  motion.shake_position *= options.shake;
+  motion.shake_rotation *= options.shake;
+  return motion;
+}
+
+/// Draws the scene as it is at one time.
+Rendering draw(const Scene& scene, const Camera& camera, const Pose& T_world_camera, double seconds,
+               const RenderOptions& options) {
+  std::vector<PosedMover> movers;
+  for (const Mover& mover : scene.movers) movers.push_back(pose_at(mover, seconds));
+  Mesh shaded;
+  std::vector<const Mesh*> meshes{&scene.statics};
+  if (options.color && !movers.empty()) {
+    shaded.vertices = scene.statics.vertices;
+    shaded.faces = scene.statics.faces;
+    for (PosedMover& mover : movers) {
+      darken(mover.shadows, shaded);
+      light_mover(scene.lighting, mover.mesh);
+    }
+    meshes.front() = &shaded;
+  }
+  for (const PosedMover& mover : movers) meshes.push_back(&mover.mesh);
+  return render(camera, T_world_camera, meshes, scene.textures, options);
+}
+
+MoverTruth truth_of(const Mover& mover, double seconds) {
+  const PosedMover posed = pose_at(mover, seconds);
+  return {mover.id,  mover.person ? "person" : "unknown", mover.name, posed.centroid,
+          posed.box, velocity_at(mover, seconds)};
+}
+
+}  // namespace
+
+cv::Mat class_mask(const TruthFrame& truth) {
+  cv::Mat lookup = cv::Mat::zeros(1, 256, CV_8UC1), mask;
+  for (const MoverTruth& mover : truth.movers) {
+    lookup.at<std::uint8_t>(mover.id) = mover.class_name == "person" ? 255 : 128;
+  }
+  cv::LUT(truth.instances, lookup, mask);
+  return mask;
+}
+
+SimulatedSequence::SimulatedSequence(const SimulationOptions& options)
+    : SimulatedSequence(options, camera_of(options)) {}
+
+SimulatedSequence::SimulatedSequence(const SimulationOptions& options, const Camera& camera)
+    : SimulatedSequence(options, camera, scene_of(options)) {}
+
+SimulatedSequence::SimulatedSequence(const SimulationOptions& options, const Camera& camera,
+                                     std::shared_ptr<const Scene> scene)
+    : options_(options),
+      camera_(camera),
+      scene_(std::move(scene)),
+      motion_(motion_of(options), *scene_) {
+  check(options);
+}
+
+RgbdFramePtr SimulatedSequence::next() { return next_ < frames() ? frame(next_++) : nullptr; }
+
+Pose SimulatedSequence::T_world_camera(std::size_t index) const {
+  return motion_.T_world_camera(timestamp(index));
+}
+
+Trajectory SimulatedSequence::trajectory() const {
+  Trajectory trajectory;
+  for (std::size_t i = 0; i < frames(); ++i)
+    trajectory.push_back({timestamp(i), T_world_camera(i)});
+  return trajectory;
+}
+
+std::vector<MoverTruth> SimulatedSequence::movers(std::size_t index) const {
+  std::vector<MoverTruth> movers;
+  for (const Mover& mover : scene_->movers) movers.push_back(truth_of(mover, timestamp(index)));
+  return movers;
+}
+
+TruthFrame SimulatedSequence::truth(std::size_t index) const {
+  const Pose T = T_world_camera(index);
+  const Rendering picture =
+      draw(*scene_, camera_, T, timestamp(index), {.color = false, .threads = options_.threads});
+  return {index, timestamp(index), T, picture.depth, picture.instances, movers(index)};
+}
+
+SimulatedFrame SimulatedSequence::at(std::size_t index) const {
+  const double t = timestamp(index);
+  const Pose T = T_world_camera(index);
+  const RenderOptions drawing{.color = true, .threads = options_.threads};
+  Rendering picture = draw(*scene_, camera_, T, t, drawing);
+  for (int i = 1; i < options_.exposures; ++i) {  // the middle one is there; the others around it
+    const int side = (i + 1) / 2 * (i % 2 == 0 ? 1 : -1);
+    const double moment = t + options_.exposure_time * side / options_.exposures;
+    picture.color += draw(*scene_, camera_, motion_.T_world_camera(moment), moment, drawing).color;
+  }
+  if (options_.exposures > 1) picture.color *= 1.0 / options_.exposures;
+
+  auto frame = std::make_shared<RgbdFrame>();
+  frame->index = index;
+  frame->timestamp = t;
+  const auto seed = static_cast<std::uint64_t>(options_.seed);
+  if (options_.noise) {
+    frame->depth = measure_depth(picture.depth, camera_, options_.sensor, seed, index);
+    frame->color = measure_color(picture.color, t, options_.sensor, seed, index);
+  } else {
+    frame->depth = picture.depth.clone();
+    picture.color.convertTo(frame->color, CV_8UC3);
+  }
+  cv::cvtColor(frame->color, frame->grey, cv::COLOR_BGR2GRAY);
+  return {frame, {index, t, T, picture.depth, picture.instances, movers(index)}};
+}
+
+}  // namespace stillmap
