@@ -39,6 +39,10 @@ void append(std::string& bytes, const T& value) {
   bytes.append(raw, sizeof(T));
 }
 
+void append_point(std::string& bytes, const Eigen::Vector3f& point) {
+  for (const float coordinate : point) append(bytes, coordinate);
+}
+
 template <typename T>
 T load(const char* bytes) {
   T value;
@@ -308,7 +312,7 @@ void write_ply(const fs::path& file, const Cloud& cloud) {
       cloud.size());
   bytes.reserve(bytes.size() + cloud.size() * (3 * sizeof(float) + sizeof(Rgb)));
   for (std::size_t i = 0; i < cloud.size(); ++i) {
-    append(bytes, cloud.points[i]);
+    append_point(bytes, cloud.points[i]);
     append(bytes, cloud.colors[i]);
   }
   write_file(file, bytes);
@@ -324,7 +328,7 @@ void write_pcd(const fs::path& file, const Cloud& cloud) {
   bytes.reserve(bytes.size() + cloud.size() * (3 * sizeof(float) + sizeof(std::uint32_t)));
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const auto& [red, green, blue] = cloud.colors[i];
-    append(bytes, cloud.points[i]);
+    append_point(bytes, cloud.points[i]);
     append(bytes, std::uint32_t{red} << 16 | std::uint32_t{green} << 8 | std::uint32_t{blue});
   }
   write_file(file, bytes);

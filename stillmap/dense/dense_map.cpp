@@ -4,13 +4,14 @@
 #include "stillmap/base/error.hpp"
 
 #include <algorithm>
+#include <numbers>
 #include <utility>
 
 namespace stillmap {
 namespace {
 
 // One thinning doubles the area of a voxel's face, so it halves the points of a surface.
-constexpr double kCoarser = 1.4142135623730951;
+constexpr double kCoarser = std::numbers::sqrt2;
 // A cloud this coarse has no shape left: it is emptied instead [m].
 constexpr double kCoarsest = 1.0;
 
@@ -32,7 +33,7 @@ bool is_finite(const Pose& pose) {
 void place(const KeyframeCloud& cloud, const Pose& T_world_camera, std::uint32_t source,
            VoxelGrid& world) {
   const Eigen::Matrix3d R = T_world_camera.rotation() * cloud.step;
-  const Eigen::Vector3d t = T_world_camera.translation();
+  const Eigen::Vector3d& t = T_world_camera.translation();
   for (const PackedPoint& point : cloud.points) {
     const auto& [x, y, z] = point.position;
     world.add(R * Eigen::Vector3d(x, y, z) + t, point.color, point.count, source);
@@ -92,12 +93,13 @@ ComposedCloud DenseMap::compose(const PoseLookup& T_world_camera) const {
     if (usable) place(cloud, *pose, source++, world);
     ++(usable ? composed.keyframes : composed.keyframes_left_out);
   }
-  for (const Voxel& voxel : world.sorted_voxels()) {
+  composed.cloud.reserve(world.size());
+  world.for_each_sorted([&](const Voxel& voxel) {
     const bool kept = voxel.count >= static_cast<std::uint32_t>(options_.min_samples) &&
                       voxel.sources >= static_cast<std::uint32_t>(options_.min_keyframes);
     if (kept) composed.cloud.add(voxel.mean, voxel.color);
     if (!kept) ++composed.voxels_left_out;
-  }
+  });
   return composed;
 }
 

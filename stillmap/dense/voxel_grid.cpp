@@ -109,16 +109,12 @@ std::vector<Voxel> VoxelGrid::voxels() const {
   return voxels;
 }
 
-std::vector<Voxel> VoxelGrid::sorted_voxels() const {
+void VoxelGrid::for_each_sorted(const std::function<void(const Voxel&)>& visit) const {
   std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
   order.reserve(cells_.size());
   for (std::uint32_t i = 0; i < cells_.size(); ++i) order.emplace_back(cells_[i].key, i);
   std::sort(order.begin(), order.end());
-
-  std::vector<Voxel> voxels;
-  voxels.reserve(cells_.size());
-  for (const auto& [key, index] : order) voxels.push_back(mean_of(cells_[index]));
-  return voxels;
+  for (const auto& [key, index] : order) visit(mean_of(cells_[index]));
 }
 
 }  // namespace stillmap

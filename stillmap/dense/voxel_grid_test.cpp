@@ -4,11 +4,19 @@
 #include "stillmap/base/error.hpp"
 
 #include <limits>
+#include <ranges>
+#include <vector>
 
 #include <gtest/gtest.h>
 
 namespace stillmap {
 namespace {
+
+std::vector<Voxel> sorted_voxels(const VoxelGrid& grid) {
+  std::vector<Voxel> voxels;
+  grid.for_each_sorted([&](const Voxel& voxel) { voxels.push_back(voxel); });
+  return voxels;
+}
 
 TEST(VoxelGrid, KeepsTheMeanOfEachVoxel) {
   VoxelGrid grid(0.1);
@@ -42,26 +50,29 @@ TEST(VoxelGrid, StaysExactFarFromTheOrigin) {
   EXPECT_LT((grid.voxels()[0].mean.cast<double>() - far).norm(), 2e-4);  // one float at 2 km
 }
 
+// Centres of a block of 12^3 voxels around the origin, in the order of the lattice: more voxels
+// than the table begins with.
+std::vector<Eigen::Vector3f> block_centres() {
+  std::vector<Eigen::Vector3f> centres;
+  for (int x = -6; x < 6; ++x) {
+    for (int y = -6; y < 6; ++y) {
+      for (int z = -6; z < 6; ++z)
+        centres.emplace_back(0.5F + static_cast<float>(x), 0.5F + static_cast<float>(y),
+                             0.5F + static_cast<float>(z));
+    }
+  }
+  return centres;
+}
+
 TEST(VoxelGrid, OrdersByLatticeWhateverTheOrderOfSamples) {
+  const std::vector<Eigen::Vector3f> centres = block_centres();
   VoxelGrid forwards(1), backwards(1);
-  const int n = 12;  // more voxels than the table begins with, on both sides of the origin
-  for (int i = 0; i < n * n * n; ++i) {
-    const Eigen::Vector3d p(i / n / n - 5.5, i / n % n - 5.5, i % n - 5.5);
-    forwards.add(p, {});
-  }
-  for (int i = n * n * n - 1; i >= 0; --i) {
-    const Eigen::Vector3d p(i / n / n - 5.5, i / n % n - 5.5, i % n - 5.5);
-    backwards.add(p, {});
-  }
-  const auto sorted = forwards.sorted_voxels(), other = backwards.sorted_voxels();
-  ASSERT_EQ(sorted.size(), static_cast<std::size_t>(n * n * n));
-  ASSERT_EQ(other.size(), sorted.size());
-  for (int i = 0; i < n * n * n; ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    EXPECT_EQ(sorted[at].mean, Eigen::Vector3f(static_cast<float>(i / n / n) - 5.5F,
-                                               static_cast<float>(i / n % n) - 5.5F,
-                                               static_cast<float>(i % n) - 5.5F));
-    EXPECT_EQ(other[at].mean, sorted[at].mean);
+  for (const Eigen::Vector3f& p : centres) forwards.add(p.cast<double>(), {});
+  for (const Eigen::Vector3f& p : std::views::reverse(centres)) backwards.add(p.cast<double>(), {});
+  for (const VoxelGrid* grid : {&forwards, &backwards}) {
+    const std::vector<Voxel> sorted = sorted_voxels(*grid);
+    ASSERT_EQ(sorted.size(), centres.size());
+    for (std::size_t i = 0; i < centres.size(); ++i) EXPECT_EQ(sorted[i].mean, centres[i]);
   }
 }
 
