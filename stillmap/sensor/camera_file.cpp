@@ -4,6 +4,7 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/nearest_name.hpp"
+#include "stillmap/sensor/printable.hpp"
 
 #include <algorithm>
 #include <array>
@@ -62,7 +63,7 @@ class CameraYaml {
 
   const Keys& keys() const { return keys_; }
   std::string where(const std::string& key) const {
-    return fmt::format("{}, key '{}'", file_.string(), key);
+    return fmt::format("{}, key '{}'", file_.string(), printable(key));
   }
   std::optional<std::string> find(const Keys& names) const {
     for (const auto& name : names) {
@@ -114,12 +115,14 @@ class CameraYaml {
   static YAML::Node parse(const fs::path& file) {
     const std::string text = read_file(file);
     if (text.size() > kLargestFile) throw Error("is too large for a camera", file.string(), kFix);
+    if (text.find('\0') != std::string::npos) {
+      throw Error("is no camera: it is not even text", file.string(), kFix);
+    }
     try {
       return YAML::Load(as_standard_yaml(text));
     } catch (const YAML::Exception& e) {
       const std::string line = e.mark.is_null() ? "" : fmt::format(":{}", e.mark.line + 1);
-      throw Error(fmt::format("is not YAML: {}", e.msg), file.string() + line,
-                  "write one 'key: value' a line");
+      throw Error("is not YAML: " + e.msg, file.string() + line, "write one 'key: value' a line");
     }
   }
 
@@ -144,12 +147,14 @@ class CameraYaml {
   double to_number(const YAML::Node& node, const std::string& key) const {
     double value = 0;
     if (!node.IsScalar() || !YAML::convert<double>::decode(node, value)) {
-      throw Error(fmt::format("expected a number, found {}",
-                              node.IsScalar() ? "'" + node.Scalar() + "'" : "something else"),
-                  where(key), "write a decimal number");
+      throw Error(
+          fmt::format("expected a number, found {}",
+                      node.IsScalar() ? "'" + printable(node.Scalar()) + "'" : "something else"),
+          where(key), "write a decimal number");
     }
     if (!std::isfinite(value)) {
-      throw Error(fmt::format("'{}' is not finite", node.Scalar()), where(key), "write a number");
+      throw Error(fmt::format("'{}' is not finite", printable(node.Scalar())), where(key),
+                  "write a number");
     }
     return value;
   }
@@ -169,7 +174,7 @@ void refuse_other_models(const CameraYaml& yaml) {
   if (!yaml.find({"Camera.type"})) return;
   const std::string type = yaml.text("Camera.type");
   if (type == "PinHole" || type == "Rectified") return;
-  throw Error(fmt::format("the camera model '{}' is not supported", type),
+  throw Error(fmt::format("the camera model '{}' is not supported", printable(type)),
               yaml.where("Camera.type"),
               "rectify the images to a pinhole camera first and give its parameters");
 }

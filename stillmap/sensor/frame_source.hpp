@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/geometry/camera.hpp"
+#include "stillmap/sensor/rgbd_frame.hpp"
+
 #include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include "stillmap/geometry/camera.hpp"
-#include "stillmap/sensor/rgbd_frame.hpp"
 
 namespace stillmap {
 
@@ -22,8 +22,9 @@ class FrameSource {
   virtual ~FrameSource() = default;
   /// The ideal pinhole of the frames handed out (rectified: no distortion).
   virtual const Camera& camera() const = 0;
-  /// The next usable frame; null at the end. A frame that cannot be used (missing, truncated, wrong size) is
-  /// skipped and recorded, never thrown; stamps of the frames handed out increase strictly.
+  /// The next usable frame; null at the end. A frame that cannot be used (missing, truncated, wrong
+  /// size) is skipped and recorded, never thrown; stamps of the frames handed out increase
+  /// strictly.
   virtual RgbdFramePtr next() = 0;
   /// Frames left at most, where known: for progress.
   virtual std::optional<std::size_t> size() const = 0;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/sensor/image_file.hpp"
 
+#include "stillmap/sensor/png_decoder.hpp"
+
 #include <algorithm>
 #include <array>
 #include <fstream>
@@ -163,14 +165,28 @@ Loaded load(const fs::path& file) {
   return loaded;
 }
 
+// OpenCV's decoder for the rarer kinds: JPEG, palettes, interlaced rows, fewer than 8 bits.
+cv::Mat decode_by_opencv(const Bytes& bytes, int flags) {
+  try {
+    return cv::imdecode(bytes, flags | cv::IMREAD_IGNORE_ORIENTATION);
+  } catch (const cv::Exception&) {  // reported as damage, like an empty image
+    return {};
+  }
+}
+
 ImageRead decode(const Bytes& bytes, int flags, int wanted_type) {
   cv::Mat image;
-  try {
-    image = cv::imdecode(bytes, flags | cv::IMREAD_IGNORE_ORIENTATION);
-  } catch (const cv::Exception&) {  // reported below like any other failure
-    image.release();
+  if (starts_with(View(bytes), kPngSignature)) {
+    if (const std::string damage = png_damage(bytes); !damage.empty()) return {{}, damage};
+    image = decode_png(bytes);
   }
+  if (image.empty()) image = decode_by_opencv(bytes, flags);
   if (image.empty()) return {{}, "cannot be decoded: it is damaged"};
+  if (wanted_type == CV_8UC3 && image.type() == CV_8UC1) {
+    cv::cvtColor(image, image, cv::COLOR_GRAY2BGR);
+  } else if (wanted_type == CV_8UC3 && image.type() == CV_8UC4) {
+    cv::cvtColor(image, image, cv::COLOR_BGRA2BGR);
+  }
   if (image.type() != wanted_type) return {{}, "is of another type than its header says"};
   return {image, ""};
 }

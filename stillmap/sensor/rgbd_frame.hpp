@@ -7,8 +7,8 @@
 
 namespace stillmap {
 
-/// One colour image and the depth registered to it, rectified: an ideal pinhole's view. Never changed once
-/// made; passed on as shared_ptr<const RgbdFrame>.
+/// One colour image and the depth registered to it, rectified: an ideal pinhole's view. Never
+/// changed once made; passed on as shared_ptr<const RgbdFrame>.
 struct RgbdFrame {
   std::size_t index = 0;  ///< 0, 1, 2 ... in the order of the source, skipped frames not counted
   double timestamp = 0;   ///< seconds, of the colour image

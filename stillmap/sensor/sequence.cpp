@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/geometry/association.hpp"
+#include "stillmap/sensor/printable.hpp"
 
 #include <algorithm>
 #include <array>
@@ -109,8 +110,10 @@ struct Stamp {
 Stamp parse_stamp(const std::string& token) {
   char* end = nullptr;
   const double value = std::strtod(token.c_str(), &end);
-  if (end == token.c_str() || *end != '\0') return {0, fmt::format("'{}' is no time stamp", token)};
-  if (!std::isfinite(value)) return {0, fmt::format("the time stamp '{}' is not finite", token)};
+  if (end == token.c_str() || *end != '\0')
+    return {0, fmt::format("'{}' is no time stamp", printable(token))};
+  if (!std::isfinite(value))
+    return {0, fmt::format("the time stamp '{}' is not finite", printable(token))};
   return {value, ""};
 }
 

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/sensor/png_decoder.hpp"
+
+#include <gtest/gtest.h>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace stillmap {
+namespace {
+
+// Noise over a slope: whichever filter an encoder takes, it has something to do.
+cv::Mat test_image(cv::Size size, int type) {
+  cv::Mat noise(size, type), image(size, type);
+  cv::theRNG().state = 11;
+  const bool deep = CV_MAT_DEPTH(type) == CV_16U;
+  cv::randu(noise, 0, deep ? 3000 : 30);
+  for (int x = 0; x < size.width; ++x)
+    image.col(x).setTo(cv::Scalar::all((deep ? 500 : 3) * (x % 80)));
+  return image + noise;
+}
+
+std::vector<unsigned char> encode(const cv::Mat& image, int strategy) {
+  std::vector<unsigned char> bytes;
+  cv::imencode(".png", image, bytes,
+               {cv::IMWRITE_PNG_STRATEGY, strategy, cv::IMWRITE_PNG_COMPRESSION, 6});
+  return bytes;
+}
+
+class PngKinds : public ::testing::TestWithParam<std::tuple<int, cv::Size>> {};
+
+TEST_P(PngKinds, DecodeToThePixelsThatWereEncoded) {
+  const auto [type, size] = GetParam();
+  const cv::Mat image = test_image(size, type);
+  const auto bytes = encode(image, cv::IMWRITE_PNG_STRATEGY_DEFAULT);
+  EXPECT_EQ(png_damage(bytes), "");
+  const cv::Mat decoded = decode_png(bytes);
+  ASSERT_EQ(decoded.type(), type);
+  ASSERT_EQ(decoded.size(), size);
+  EXPECT_EQ(cv::norm(decoded, image, cv::NORM_INF), 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, PngKinds,
+                         ::testing::Combine(::testing::Values(CV_8UC1, CV_8UC3, CV_8UC4, CV_16UC1),
+                                            ::testing::Values(cv::Size(1, 1), cv::Size(3, 2),
+                                                              cv::Size(67, 41),
+                                                              cv::Size(640, 480))));
+
+// OpenCV writes rows of one filter only, so each filter is put to the test by encoding a row by
+// hand: filter f applied to known pixels, stored without compression.
+class RowFilters : public ::testing::TestWithParam<int> {};
+
+void append_big_endian(std::vector<unsigned char>& bytes, std::uint32_t value) {
+  for (const int shift : {24, 16, 8, 0})
+    bytes.push_back(static_cast<unsigned char>(value >> shift));
+}
+
+std::uint32_t crc32(const std::vector<unsigned char>& bytes) {  // PNG specification, annex D
+  std::uint32_t crc = 0xffffffff;
+  for (const unsigned char byte : bytes) {
+    crc ^= byte;
+    for (int bit = 0; bit < 8; ++bit) crc = (crc & 1) ? 0xedb88320 ^ (crc >> 1) : crc >> 1;
+  }
+  return ~crc;
+}
+
+void append_chunk(std::vector<unsigned char>& png, const std::string& name,
+                  const std::vector<unsigned char>& data) {
+  append_big_endian(png, static_cast<std::uint32_t>(data.size()));
+  std::vector<unsigned char> checked(name.begin(), name.end());
+  checked.insert(checked.end(), data.begin(), data.end());
+  png.insert(png.end(), checked.begin(), checked.end());
+  append_big_endian(png, crc32(checked));
+}
+
+std::vector<unsigned char> stored(
+    const std::vector<unsigned char>& raw) {        // zlib, one stored block
+  const int length = static_cast<int>(raw.size());  // below 65536
+  std::vector<unsigned char> bytes;
+  bytes.reserve(raw.size() + 11);
+  for (const int byte :
+       {0x78, 0x01, 0x01, length & 255, length >> 8, ~length & 255, (~length >> 8) & 255}) {
+    bytes.push_back(static_cast<unsigned char>(byte));
+  }
+  bytes.insert(bytes.end(), raw.begin(), raw.end());
+  std::uint32_t a = 1, b = 0;
+  for (const unsigned char byte : raw) {
+    a = (a + byte) % 65521;
+    b = (b + a) % 65521;
+  }
+  append_big_endian(bytes, b << 16 | a);
+  return bytes;
+}
+
+int predict(int filter, int a, int b, int c) {
+  const int p = a + b - c, pa = std::abs(p - a), pb = std::abs(p - b), pc = std::abs(p - c);
+  switch (filter) {
+    case 1:
+      return a;
+    case 2:
+      return b;
+    case 3:
+      return (a + b) / 2;
+    case 4:
+      return pa <= pb && pa <= pc ? a : pb <= pc ? b : c;
+    default:
+      return 0;
+  }
+}
+
+std::vector<unsigned char> png_of(const cv::Mat& rgb, int filter) {
+  const int pixel = rgb.channels(), bytes = rgb.cols * pixel;
+  std::vector<unsigned char> raw;
+  const auto at = [&](int y, int i) { return y < 0 || i < 0 ? 0 : rgb.ptr(y)[i]; };
+  for (int y = 0; y < rgb.rows; ++y) {
+    raw.push_back(static_cast<unsigned char>(filter));
+    for (int i = 0; i < bytes; ++i) {
+      const int predicted =
+          predict(filter, at(y, i - pixel), at(y - 1, i), i < pixel ? 0 : at(y - 1, i - pixel));
+      raw.push_back(static_cast<unsigned char>(at(y, i) - predicted));
+    }
+  }
+  std::vector<unsigned char> png{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'}, header;
+  append_big_endian(header, static_cast<std::uint32_t>(rgb.cols));
+  append_big_endian(header, static_cast<std::uint32_t>(rgb.rows));
+  const int color_type = pixel == 1 ? 0 : pixel == 3 ? 2 : 6;
+  header.insert(header.end(), {8, static_cast<unsigned char>(color_type), 0, 0, 0});
+  append_chunk(png, "IHDR", header);
+  append_chunk(png, "IDAT", stored(raw));
+  append_chunk(png, "IEND", {});
+  return png;
+}
+
+TEST_P(RowFilters, AreUndone) {
+  for (const int type : {CV_8UC1, CV_8UC3, CV_8UC4}) {
+    cv::Mat image(37, 53, type), expected;
+    cv::theRNG().state = 5;
+    cv::randu(image, 0, 256);
+    const cv::Mat decoded = decode_png(png_of(image, GetParam()));
+    ASSERT_EQ(decoded.type(), type);
+    expected = image;
+    if (type == CV_8UC3) cv::cvtColor(image, expected, cv::COLOR_RGB2BGR);
+    if (type == CV_8UC4) cv::cvtColor(image, expected, cv::COLOR_RGBA2BGRA);
+    EXPECT_EQ(cv::norm(decoded, expected, cv::NORM_INF), 0);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, RowFilters, ::testing::Range(0, 5));
+
+TEST(DecodePng, GivesUpOnAnUnknownFilter) {
+  const cv::Mat image(4, 4, CV_8UC3, cv::Scalar::all(9));
+  const auto png = png_of(image, 7);
+  EXPECT_EQ(png_damage(png), "");
+  EXPECT_TRUE(decode_png(png).empty());
+}
+
+TEST(PngDamage, IsFoundWhereverAByteChanges) {
+  const auto good = png_of(test_image({9, 7}, CV_8UC3), 4);
+  ASSERT_EQ(png_damage(good), "");
+  for (std::size_t i = 8; i < good.size(); ++i) {
+    auto bad = good;
+    bad[i] ^= 0x10;
+    EXPECT_NE(png_damage(bad), "") << "byte " << i;
+  }
+}
+
+TEST(PngDamage, IsFoundWhereverTheFileEnds) {
+  const auto good = png_of(test_image({9, 7}, CV_8UC3), 4);
+  for (std::size_t size = 33; size < good.size(); ++size) {
+    EXPECT_NE(png_damage(std::span(good).first(size)), "") << size << " bytes";
+  }
+}
+
+}  // namespace
+}  // namespace stillmap
