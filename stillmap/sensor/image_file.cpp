@@ -175,12 +175,11 @@ cv::Mat decode_by_opencv(const Bytes& bytes, int flags) {
 }
 
 ImageRead decode(const Bytes& bytes, int flags, int wanted_type) {
-  cv::Mat image;
-  if (starts_with(View(bytes), kPngSignature)) {
+  const bool png = starts_with(View(bytes), kPngSignature);
+  if (png) {
     if (const std::string damage = png_damage(bytes); !damage.empty()) return {{}, damage};
-    image = decode_png(bytes);
   }
-  if (image.empty()) image = decode_by_opencv(bytes, flags);
+  cv::Mat image = png && decodes_png(bytes) ? decode_png(bytes) : decode_by_opencv(bytes, flags);
   if (image.empty()) return {{}, "cannot be decoded: it is damaged"};
   if (wanted_type == CV_8UC3 && image.type() == CV_8UC1) {
     cv::cvtColor(image, image, cv::COLOR_GRAY2BGR);

@@ -225,9 +225,10 @@ std::string png_damage(View bytes) {
   return "is cut short: its end is missing";
 }
 
+bool decodes_png(View bytes) { return header_of(bytes).common(); }
+
 cv::Mat decode_png(View bytes) {
   const Header header = header_of(bytes);
-  if (!header.common()) return {};
   const std::size_t size = static_cast<std::size_t>(header.height) * (header.row_bytes() + 1);
   const auto rows = std::make_unique_for_overwrite<unsigned char[]>(size + kReadAhead);
   if (!inflate(compressed_pixels(bytes), {rows.get(), size})) return {};

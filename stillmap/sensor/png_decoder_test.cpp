@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/sensor/png_decoder.hpp"
 
+#include "stillmap/base/file.hpp"
+#include "stillmap/sensor/image_file.hpp"
+
+#include <filesystem>
+
 #include <gtest/gtest.h>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -107,27 +112,43 @@ int predict(int filter, int a, int b, int c) {
   }
 }
 
-std::vector<unsigned char> png_of(const cv::Mat& rgb, int filter) {
-  const int pixel = rgb.channels(), bytes = rgb.cols * pixel;
+std::vector<unsigned char> filtered(const cv::Mat& image, int filter) {
+  const int pixel = image.channels(), bytes = image.cols * pixel;
   std::vector<unsigned char> raw;
-  const auto at = [&](int y, int i) { return y < 0 || i < 0 ? 0 : rgb.ptr(y)[i]; };
-  for (int y = 0; y < rgb.rows; ++y) {
+  const auto at = [&](int y, int i) { return y < 0 || i < 0 ? 0 : image.ptr(y)[i]; };
+  for (int y = 0; y < image.rows; ++y) {
     raw.push_back(static_cast<unsigned char>(filter));
     for (int i = 0; i < bytes; ++i) {
-      const int predicted =
-          predict(filter, at(y, i - pixel), at(y - 1, i), i < pixel ? 0 : at(y - 1, i - pixel));
+      const int above_left = i < pixel ? 0 : at(y - 1, i - pixel);
+      const int predicted = predict(filter, at(y, i - pixel), at(y - 1, i), above_left);
       raw.push_back(static_cast<unsigned char>(at(y, i) - predicted));
     }
   }
+  return raw;
+}
+
+struct ChunkToWrite {
+  std::string name;
+  std::vector<unsigned char> data;
+};
+
+// A PNG file of 8 bits: signature, header, the chunks given, end.
+std::vector<unsigned char> png_file(cv::Size size, int color_type,
+                                    const std::vector<ChunkToWrite>& chunks) {
   std::vector<unsigned char> png{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'}, header;
-  append_big_endian(header, static_cast<std::uint32_t>(rgb.cols));
-  append_big_endian(header, static_cast<std::uint32_t>(rgb.rows));
-  const int color_type = pixel == 1 ? 0 : pixel == 3 ? 2 : 6;
-  header.insert(header.end(), {8, static_cast<unsigned char>(color_type), 0, 0, 0});
+  append_big_endian(header, static_cast<std::uint32_t>(size.width));
+  append_big_endian(header, static_cast<std::uint32_t>(size.height));
+  for (const int byte : {8, color_type, 0, 0, 0})
+    header.push_back(static_cast<unsigned char>(byte));
   append_chunk(png, "IHDR", header);
-  append_chunk(png, "IDAT", stored(raw));
+  for (const auto& chunk : chunks) append_chunk(png, chunk.name, chunk.data);
   append_chunk(png, "IEND", {});
   return png;
+}
+
+std::vector<unsigned char> png_of(const cv::Mat& image, int filter) {
+  const int color_type = image.channels() == 1 ? 0 : image.channels() == 3 ? 2 : 6;
+  return png_file(image.size(), color_type, {{"IDAT", stored(filtered(image, filter))}});
 }
 
 TEST_P(RowFilters, AreUndone) {
@@ -168,6 +189,49 @@ TEST(PngDamage, IsFoundWhereverTheFileEnds) {
   for (std::size_t size = 33; size < good.size(); ++size) {
     EXPECT_NE(png_damage(std::span(good).first(size)), "") << size << " bytes";
   }
+}
+
+class PngFile : public ::testing::Test {
+ protected:
+  std::filesystem::path file_ =
+      std::filesystem::path(::testing::TempDir()) / "stillmap_png_decoder_test.png";
+  ImageRead read(const std::vector<unsigned char>& png, cv::Size size) const {
+    write_file(file_, {reinterpret_cast<const char*>(png.data()), png.size()});
+    return read_color_image(file_, size);
+  }
+  void TearDown() override { std::filesystem::remove(file_); }
+};
+
+TEST_F(PngFile, APaletteIsLookedUp) {
+  const cv::Mat index = (cv::Mat_<unsigned char>(2, 2) << 0, 1, 1, 0);
+  const auto png = png_file(
+      {2, 2}, 3, {{"PLTE", {255, 0, 0, 10, 20, 30}}, {"IDAT", stored(filtered(index, 0))}});
+  const ImageRead read = this->read(png, {2, 2});
+  ASSERT_EQ(read.problem, "");
+  EXPECT_EQ(read.image.at<cv::Vec3b>(0, 0), cv::Vec3b(0, 0, 255));
+  EXPECT_EQ(read.image.at<cv::Vec3b>(0, 1), cv::Vec3b(30, 20, 10));
+}
+
+TEST_F(PngFile, AlphaIsDroppedAndGreyIsThreefold) {
+  const cv::Mat with_alpha(3, 3, CV_8UC4, cv::Scalar(1, 2, 3, 128)),
+      grey(3, 3, CV_8UC1, cv::Scalar(77));
+  EXPECT_EQ(read(png_of(with_alpha, 4), {3, 3}).image.at<cv::Vec3b>(1, 1), cv::Vec3b(3, 2, 1));
+  EXPECT_EQ(read(png_of(grey, 3), {3, 3}).image.at<cv::Vec3b>(1, 1), cv::Vec3b(77, 77, 77));
+}
+
+TEST_F(PngFile, PixelsThatDoNotInflateAreDamageToldInSilence) {
+  const auto png = png_file({4, 4}, 2, {{"IDAT", {0x78, 0x01, 1, 2, 3, 4}}});
+  ::testing::internal::CaptureStderr();
+  const ImageRead read = this->read(png, {4, 4});
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+  EXPECT_EQ(read.problem, "cannot be decoded: it is damaged");
+  EXPECT_TRUE(read.image.empty());
+}
+
+TEST_F(PngFile, TooFewPixelsAreDamage) {
+  const cv::Mat half(2, 4, CV_8UC3, cv::Scalar::all(5));
+  const auto png = png_file({4, 4}, 2, {{"IDAT", stored(filtered(half, 0))}});
+  EXPECT_EQ(read(png, {4, 4}).problem, "cannot be decoded: it is damaged");
 }
 
 }  // namespace
