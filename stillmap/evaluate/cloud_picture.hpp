@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <span>
 
 #include <opencv2/core.hpp>
@@ -20,32 +21,38 @@ struct CloudSpan {
 };
 
 struct CloudPictureOptions {
-  int width = 1600, height = 1000;  ///< pixels
+  int width = 1600, height = 1000;  ///< of the finished picture [pixels]
   bool dark = true;                 ///< background
-  double splat = 0.012;             ///< side of the square that each point covers [m]
+  double splat = 0.014;             ///< side of the square that each point covers [m]
   int supersampling = 2;            ///< drawn this many times larger, then averaged
-  bool draw_cameras = true;         ///< the camera's path and a few of its frusta
+  bool draw_cameras = true;         ///< the camera's path, and its frustum at a few places
 };
 
-/// From where the cloud is looked at.
+/// From where a cloud is looked at, and what of it.
 struct CloudView {
-  Pose T_world_viewer;  ///< z ahead, y down
-  Camera viewer;        ///< pixels of the finished picture
-  double near = 0.1;    ///< nothing nearer is drawn: walls between the viewer and the scene [m]
+  Pose T_world_viewer;                            ///< z ahead, y down
+  Camera viewer;                                  ///< in pixels of the finished picture
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< the world's up, unit length
+  double cut =
+      std::numeric_limits<double>::infinity();  ///< points higher than this are left out [m]
 };
 
-/// A view from behind and above the cameras, into the direction they looked in on average: so
-/// surfaces are seen from the side that was recorded. The middle 96 per cent of the points fill the
+/// A view from behind and above the cameras along the direction they looked in on average, so that
+/// surfaces are seen from the side that was recorded, and cut open above the cameras like a doll's
+/// house, so that ceilings do not hide the room. Distance: the middle of the points fills the
 /// picture.
 CloudView choose_cloud_view(const CloudSpan& cloud, const Trajectory& cameras,
                             const CloudPictureOptions& options = {});
 
-/// Draws the cloud as z-buffered square splats whose size follows from their depth, shaded by
-/// eye-dome lighting (Boucheny 2009): pixels behind their neighbours are darkened, which shows
-/// shape without normals. 8UC3 BGR; only the background where there is no point.
-cv::Mat draw_cloud(const CloudSpan& cloud, const Trajectory& cameras,
-                   const CloudPictureOptions& options = {});
+/// Draws the cloud as z-buffered square splats whose size follows from their depth, with eye-dome
+/// lighting (Boucheny 2009): pixels behind their neighbours are darkened, which shows shape without
+/// normals. 8UC3 BGR; nothing but background for an empty cloud. Throws Error if the spans' lengths
+/// differ.
 cv::Mat draw_cloud(const CloudSpan& cloud, const Trajectory& cameras, const CloudView& view,
+                   const CloudPictureOptions& options = {});
+
+/// The same from choose_cloud_view.
+cv::Mat draw_cloud(const CloudSpan& cloud, const Trajectory& cameras,
                    const CloudPictureOptions& options = {});
 
 /// draw_cloud as a PNG. Throws Error if it cannot be written.
