@@ -102,6 +102,8 @@ void book_pile(MeshBuilder& to, Palette& palette, const Transform& T, int count)
 
 void book_row(MeshBuilder& to, Palette& palette, const Transform& T, float width, float height) {
   Random& random = palette.random;
+  const float grid = to.grid();
+  to.set_grid(0.4F);
   float x = -width / 2;
   while (true) {
     const float thick = random.real(0.022, 0.06);
@@ -111,12 +113,16 @@ void book_row(MeshBuilder& to, Palette& palette, const Transform& T, float width
       continue;
     }
     const float tall = height * random.real(0.7, 0.95), deep = random.real(0.17, 0.23);
-    const Material& spine = random.pick(palette.spines);
-    BoxSkin skin(spine, palette.white);
-    skin.left = skin.right = spine;
-    to.box(T * place(x + thick / 2, -0.12F + deep / 2, 0), {thick - 0.002F, deep, tall}, skin);
+    BoxSkin skin(random.pick(palette.spines), palette.white);
+    skin.left = skin.right = skin.front;
+    skin.back.texture = skin.bottom.texture = -1;
+    to.box(T * place(x + thick / 2, -0.12F + deep / 2, 0), {thick - 0.002F, deep, tall}, skin,
+           false);
     x += thick;
   }
+  to.set_grid(grid);
+  // One shadow for the row, a little behind the spines.
+  to.occluder(T * Eigen::Translation3f(0, 0.03F, 0.4F * height), {width, 0.22F, 0.8F * height});
 }
 
 void pencil_cup(MeshBuilder& to, Palette& palette, const Transform& T) {

@@ -61,35 +61,30 @@ void cast_shadow(const float* z, int width, double bf, std::vector<std::uint8_t>
   }
 }
 
-/// Slope of the surface against the viewing direction, per pixel: |dz| * f / z, the smaller of both
-/// sides.
-double slope(const cv::Mat& depth, int y, int x, double focal) {
-  const auto at = [&](int v, int u) { return static_cast<double>(depth.at<float>(v, u)); };
-  const double z = at(y, x);
-  const auto one = [&](int dy, int dx) {
-    double least = std::numeric_limits<double>::infinity();
-    for (const int s : {-1, 1}) {
-      const int v = y + s * dy, u = x + s * dx;
-      if (v < 0 || u < 0 || v >= depth.rows || u >= depth.cols) continue;
-      least = std::min(least, std::abs(at(v, u) - z));
-    }
-    return least;
-  };
-  return std::hypot(one(0, 1), one(1, 0)) * focal / z;
-}
+/// How the surface at a pixel goes on to its four neighbours.
+struct Neighbourhood {
+  bool edge = false;  // a jump to one of them
+  double slope2 =
+      0;  // (|gradient| f / z)^2: squared tangent of the angle between surface and image plane
+};
 
-bool at_edge(const cv::Mat& depth, int y, int x) {
-  const float z = depth.at<float>(y, x);
-  const auto jumps = [&](int v, int u) {
-    return v >= 0 && u >= 0 && v < depth.rows && u < depth.cols &&
-           std::abs(depth.at<float>(v, u) - z) > static_cast<float>(kJump) * z;
+Neighbourhood look_around(const cv::Mat& depth, int y, int x, double focal) {
+  const auto at = [&](int v, int u) {
+    return static_cast<double>(
+        depth.at<float>(std::clamp(v, 0, depth.rows - 1), std::clamp(u, 0, depth.cols - 1)));
   };
-  return jumps(y, x - 1) || jumps(y, x + 1) || jumps(y - 1, x) || jumps(y + 1, x);
+  const double z = at(y, x);
+  const double left = std::abs(at(y, x - 1) - z), right = std::abs(at(y, x + 1) - z);
+  const double up = std::abs(at(y - 1, x) - z), down = std::abs(at(y + 1, x) - z);
+  const double gx = std::min(left, right),
+               gy = std::min(up, down);  // the side that goes on smoothly
+  const double scale = focal / z;
+  return {std::max({left, right, up, down}) > kJump * z, (gx * gx + gy * gy) * scale * scale};
 }
 
 double quantise(double z, double bf, double step) {
   if (step <= 0) return z;
-  const double disparity = std::round(bf / z / step) * step;
+  const double disparity = static_cast<int>(bf / (z * step) + 0.5) * step;
   return disparity > 0 ? bf / disparity : 0;
 }
 
@@ -102,6 +97,7 @@ cv::Mat measure_depth(const cv::Mat& depth, const Camera& camera, const KinectOp
   cv::Mat measured = cv::Mat::zeros(depth.size(), CV_32FC1);
   const NormalNoise axial(seed, frame, 0), lateral(seed, frame, 1);
   const double steepest = std::tan(std::min(options.grazing, 89.9) * std::numbers::pi / 180);
+  const double infrared_bf = options.focal * camera.baseline;
   std::vector<std::uint8_t> lit(static_cast<std::size_t>(depth.cols), 1);
   for (int y = 0; y < depth.rows; ++y) {
     if (options.shadow) cast_shadow(depth.ptr<float>(y), depth.cols, camera.bf(), lit);
@@ -112,16 +108,16 @@ cv::Mat measure_depth(const cv::Mat& depth, const Camera& camera, const KinectOp
       const double du = options.lateral * static_cast<double>(lateral_row.next());
       const double dv = options.lateral * static_cast<double>(lateral_row.next());
       const double deviate = static_cast<double>(axial_row.next());
-      const int u = std::clamp(static_cast<int>(std::lround(x + du)), 0, depth.cols - 1);
-      const int v = std::clamp(static_cast<int>(std::lround(y + dv)), 0, depth.rows - 1);
+      const int u = std::clamp(static_cast<int>(x + du + 0.5), 0, depth.cols - 1);
+      const int v = std::clamp(static_cast<int>(y + dv + 0.5), 0, depth.rows - 1);
       const double z = depth.at<float>(v, u);
       if (z < options.nearest || z > options.farthest || lit[static_cast<std::size_t>(x)] == 0)
         continue;
-      if (at_edge(depth, y, x) && loss.chance(options.edge_loss)) continue;
-      if (slope(depth, v, u, camera.fx) > steepest) continue;
+      const Neighbourhood around = look_around(depth, v, u, camera.fx);
+      if (around.slope2 > steepest * steepest) continue;
+      if (around.edge && loss.chance(options.edge_loss)) continue;
       const double noisy = z + options.axial * kinect_sigma(z) * deviate;
-      out[x] = static_cast<float>(
-          quantise(noisy, options.focal * camera.baseline, options.disparity_step));
+      out[x] = static_cast<float>(quantise(noisy, infrared_bf, options.disparity_step));
     }
   }
   return measured;

@@ -13,6 +13,7 @@ using Eigen::Vector3f;
 constexpr float kOffset = 0.015F;      // metres a ray starts above its surface
 constexpr float kAmbientReach = 0.9F;  // metres; farther things do not take ambient light away
 constexpr int kAmbientRays = 14;       // per vertex
+constexpr float kSmall = 0.12F;        // metres; things of less half size cast no lamp shadow
 constexpr float kLampSize = 0.35F;     // metres, keeps the light finite near a lamp
 constexpr float kBounce = 0.35F;       // of the ambient light, left in the deepest corner
 
@@ -63,7 +64,10 @@ Vector3f encode(const Vector3f& light) { return light.cwiseMax(0).cwiseSqrt(); }
 class Surroundings {
  public:
   explicit Surroundings(const std::vector<Occluder>& all) {
-    for (const Occluder& box : all) all_.push_back(&box);
+    for (const Occluder& box : all) {
+      all_.push_back(&box);
+      if (box.half_size.maxCoeff() > kSmall) large_.push_back(&box);
+    }
   }
 
   /// Those within reach of p. Neighbouring vertices come in runs, so the last answer often serves
@@ -81,10 +85,10 @@ class Surroundings {
     }
     return near_;
   }
-  const std::vector<const Occluder*>& all() const { return all_; }
+  const std::vector<const Occluder*>& large() const { return large_; }
 
  private:
-  std::vector<const Occluder*> all_, near_;
+  std::vector<const Occluder*> all_, large_, near_;
   Vector3f centre_ = Vector3f::Zero();
   bool near_valid_ = false;
 };
@@ -112,7 +116,7 @@ void bake_light(const Lighting& lighting, Mesh& mesh) {
     for (const Lamp& lamp : lighting.lamps) {
       const Vector3f direct = from_lamp(lamp, p, vertex.normal);
       if (direct.isZero()) continue;
-      if (!any_blocks(surroundings.all(), p, 0.97F * (lamp.position - p))) light += direct;
+      if (!any_blocks(surroundings.large(), p, 0.97F * (lamp.position - p))) light += direct;
     }
     vertex.light = encode(vertex.light + light);
   }

@@ -52,17 +52,19 @@ void MeshBuilder::add_grid(int columns, int rows, int texture, bool two_sided,
     return first + static_cast<std::uint32_t>(r * (columns + 1) + c);
   };
   const auto id = static_cast<std::uint16_t>(texture);
+  ++surfaces_;
   for (int r = 0; r < rows; ++r) {
     for (int c = 0; c < columns; ++c) {
       const auto a = index(r, c), b = index(r, c + 1), d = index(r + 1, c), e = index(r + 1, c + 1);
-      mesh_.faces.push_back({{a, d, e}, id, 0, two_sided});
-      mesh_.faces.push_back({{a, e, b}, id, 0, two_sided});
+      mesh_.faces.push_back({{a, d, e}, id, 0, two_sided, surfaces_});
+      mesh_.faces.push_back({{a, e, b}, id, 0, two_sided, surfaces_});
     }
   }
 }
 
 void MeshBuilder::quad(const Transform& T, const Vector3f& corner, const Vector3f& right,
                        const Vector3f& down, const Material& material, bool two_sided) {
+  if (material.texture < 0) return;
   const float width = right.norm(), height = down.norm();
   const int columns = pieces(width, grid_), rows = pieces(height, grid_);
   const auto first = static_cast<std::uint32_t>(mesh_.vertices.size());
@@ -175,8 +177,10 @@ void append_transformed(const Mesh& mesh, const Transform& T, std::uint8_t insta
   for (const Vertex& v : mesh.vertices) {
     to.vertices.push_back({T * v.position, T.linear() * v.normal, v.uv, v.light});
   }
+  const std::uint32_t surfaces = to.faces.empty() ? 0 : to.faces.back().surface;
   for (Face face : mesh.faces) {
     for (auto& v : face.vertices) v += first;
+    face.surface += surfaces;
     face.instance = instance;
     to.faces.push_back(face);
   }

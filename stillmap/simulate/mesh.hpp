@@ -27,6 +27,7 @@ struct Face {
   std::uint16_t texture = 0;  ///< index into Textures
   std::uint8_t instance = 0;  ///< 0: static; else the id of a mover
   bool two_sided = false;     ///< seen from behind as well
+  std::uint32_t surface = 0;  ///< equal for all facets of one smooth surface of a mesh
 };
 
 /// A solid box that keeps light away. Used for ambient occlusion and shadows only.
@@ -43,7 +44,7 @@ struct Mesh {
 
 /// A texture and how it is laid on a face.
 struct Material {
-  int texture = 0;
+  int texture = 0;                     ///< -1: no face at all
   float metres = 0;                    ///< length of one repeat; 0: stretched once over the face
   Eigen::Vector4f window{0, 0, 1, 1};  ///< u0 v0 u1 v1: the part of the texture used when stretched
   float emission = 0;                  ///< shines by itself: light of the full scale
@@ -71,7 +72,7 @@ Transform place(float x, float y, float z, float yaw_degrees = 0);
 class MeshBuilder {
  public:
   /// @param grid longest edge of a facet, metres: light is known at the corners of the facets only
-  explicit MeshBuilder(float grid = 0.12F) : grid_(grid) {}
+  explicit MeshBuilder(float grid = 0.15F) : grid_(grid) {}
 
   /// A parallelogram: `corner` upper left, `right` and `down` its edges as seen from its front.
   void quad(const Transform& T, const Eigen::Vector3f& corner, const Eigen::Vector3f& right,
@@ -90,9 +91,13 @@ class MeshBuilder {
   /// ends stay open: end in a ring of radius 0 to close one.
   void loft(const Transform& T, std::span<const Ring> rings, const Material& material,
             int sides = 16);
-  /// A triangle fan or strip of free form, two-sided: leaves.
+  /// A strip between two edges, two-sided: a leaf.
   void patch(const Transform& T, std::span<const Eigen::Vector3f> left,
              std::span<const Eigen::Vector3f> right, const Material& material);
+  /// Longest edge of the facets of quads and boxes from now on [m].
+  void set_grid(float grid) { grid_ = grid; }
+  float grid() const { return grid_; }
+  /// Something that casts shadows only: a box centred on its frame.
   void occluder(const Transform& T_world_box, const Eigen::Vector3f& size);
 
   const Mesh& mesh() const { return mesh_; }
@@ -102,6 +107,7 @@ class MeshBuilder {
   void add_grid(int columns, int rows, int texture, bool two_sided, std::uint32_t first);
 
   float grid_;
+  std::uint32_t surfaces_ = 0;
   Mesh mesh_;
 };
 

@@ -38,12 +38,12 @@ void hang_lamps(MeshBuilder& to, Palette& p, Scene& scene) {
       to.box(place(x, y, kHeight - 0.05F), {1.2F, 0.3F, 0.05F}, {p.white, p.white}, false);
       to.quad(place(x, y, kHeight - 0.052F), {-0.57F, -0.12F, 0}, {1.14F, 0, 0}, {0, 0.24F, 0},
               p.glow);
-      scene.lighting.lamps.push_back({{x, y, kHeight - 0.1F}, {1.05F, 1.15F, 1.22F}, {0, 0, -1}});
+      scene.lighting.lamps.push_back({{x, y, kHeight - 0.1F}, {1.65F, 1.8F, 1.9F}, {0, 0, -1}});
     }
   }
   scene.lighting.lamps.push_back(
-      {{1.6F, kWidth - 0.15F, 1.6F}, {1.15F, 1.0F, 0.86F}, {0, -1, -0.2F}});
-  scene.lighting.ambient = {0.40F, 0.39F, 0.38F};
+      {{1.6F, kWidth - 0.15F, 1.6F}, {1.7F, 1.45F, 1.2F}, {0, -1, -0.2F}});
+  scene.lighting.ambient = {0.36F, 0.35F, 0.34F};
 }
 
 void set_desk(MeshBuilder& to, Palette& p, const Transform& T, int screens) {
@@ -129,8 +129,9 @@ void furnish_west(MeshBuilder& to, Palette& p) {
 }  // namespace
 
 RoomPlan build_office(Palette& p, Scene& scene) {
-  MeshBuilder to;
+  MeshBuilder to(0.18F);
   build_shell(to, p);
+  to.set_grid(0.15F);
   hang_lamps(to, p, scene);
   furnish_middle(to, p);
   furnish_north(to, p);

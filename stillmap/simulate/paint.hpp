@@ -15,6 +15,8 @@ cv::Mat noise(cv::Size size, cv::Size cells, int octaves, Random& random);
 cv::Mat tint(const cv::Mat& field, const cv::Scalar& base, double strength);
 /// A saturated, not too dark colour.
 cv::Scalar vivid(Random& random);
+/// A colour that books and clothes have.
+cv::Scalar muted(Random& random);
 /// The colour a times `factor`.
 cv::Scalar shade(const cv::Scalar& color, double factor);
 

@@ -91,56 +91,71 @@ cv::Mat face(const cv::Scalar& color, const cv::Scalar& hair_color, Random& rand
   return image;
 }
 
+namespace {
+
+void print_logo(cv::Mat& image, const cv::Scalar& color) {
+  const cv::Scalar light(228, 232, 234);
+  cv::circle(image, {256, 190}, 92, light, cv::FILLED, cv::LINE_AA);
+  cv::circle(image, {256, 190}, 78, color, cv::FILLED, cv::LINE_AA);
+  cv::putText(image, "SLAM", {192, 204}, cv::FONT_HERSHEY_DUPLEX, 1.5, light, 5, cv::LINE_AA);
+  for (const int x : {14, 390}) {
+    cv::putText(image, "TEAM", {x, 150}, cv::FONT_HERSHEY_DUPLEX, 1.3, light, 4, cv::LINE_AA);
+    cv::putText(image, "07", {x + 10, 260}, cv::FONT_HERSHEY_DUPLEX, 3, light, 10, cv::LINE_AA);
+  }
+  for (int y = 330; y < 512; y += 60) {
+    cv::rectangle(image, {0, y, 512, 22}, light, cv::FILLED);
+    cv::rectangle(image, {0, y + 26, 512, 8}, color, cv::FILLED);
+  }
+}
+
+void knit_zigzag(cv::Mat& image, const cv::Scalar& color, const cv::Scalar& light) {
+  for (int row = 0; row < 8; ++row) {
+    for (int x = 0; x < 512; x += 64) {
+      const int y = row * 64 + 12;
+      const cv::Scalar& c = row % 2 == 0 ? light : color;
+      line(image, {x, y}, {x + 32, y + 34}, c, 11);
+      line(image, {x + 32, y + 34}, {x + 64, y}, c, 11);
+      cv::circle(image, {x + 32, y + 4}, 7, row % 2 == 0 ? color : light, cv::FILLED, cv::LINE_AA);
+    }
+  }
+}
+
+}  // namespace
+
 cv::Mat shirt(int kind, Random& random) {
   cv::Mat image(512, 512, CV_8UC3);
-  const cv::Scalar base = vivid(random), other = vivid(random);
+  const cv::Scalar light(224, 228, 230);
   switch (kind % 5) {
     case 0:
-      plaid(image, base, other);
+      plaid(image, {40, 44, 176}, {34, 30, 36});
       buttons(image);
       break;
     case 1:
-      image.setTo(cv::Scalar(222, 224, 224));
-      for (int y = 0; y < 512; y += 42)
-        cv::rectangle(image, {0, y, 512, 20}, shade(base, 0.8), cv::FILLED);
+      image.setTo(light);
+      for (int y = 0; y < 512; y += 44)
+        cv::rectangle(image, {0, y, 512, 22}, {112, 60, 30}, cv::FILLED);
+      for (int x = 0; x < 512; x += 128) line(image, {x, 0}, {x, 511}, {60, 60, 180}, 6);
       break;
-    case 2: {
-      image.setTo(base);
-      cv::circle(image, {256, 190}, 84, {225, 230, 232}, cv::FILLED, cv::LINE_AA);
-      cv::circle(image, {256, 190}, 70, other, cv::FILLED, cv::LINE_AA);
-      cv::putText(image, "SLAM", {200, 202}, cv::FONT_HERSHEY_DUPLEX, 1.3, {245, 245, 245}, 4,
-                  cv::LINE_AA);
-      for (const int x : {20, 400}) {
-        cv::putText(image, "TEAM 07", {x, 150}, cv::FONT_HERSHEY_DUPLEX, 0.7, {240, 240, 240}, 2,
-                    cv::LINE_AA);
-        cv::rectangle(image, {x, 170, 90, 60}, other, cv::FILLED);
-      }
-      for (int y = 320; y < 512; y += 48) cv::rectangle(image, {0, y, 512, 12}, other, cv::FILLED);
+    case 2:
+      image.setTo(cv::Scalar(132, 66, 34));
+      print_logo(image, {40, 92, 214});
       break;
-    }
     case 3:
-      image.setTo(shade(base, 0.7));
-      cv::rectangle(image, {176, 330, 160, 110}, shade(base, 0.5), 6);
-      cv::putText(image, "KINECT", {176, 180}, cv::FONT_HERSHEY_TRIPLEX, 1.3, {225, 230, 232}, 4,
-                  cv::LINE_AA);
-      line(image, {226, 0}, {232, 100}, {220, 220, 220}, 5);
-      line(image, {286, 0}, {280, 100}, {220, 220, 220}, 5);
-      for (int x = 0; x < 512; x += 36) line(image, {x, 470}, {x, 511}, shade(base, 1.2), 6);
-      for (int i = 0; i < 40; ++i)
-        cv::circle(image, {random.integer(0, 511), random.integer(0, 460)}, 6, shade(base, 1.3), 2,
-                   cv::LINE_AA);
+      image.setTo(cv::Scalar(70, 92, 40));
+      knit_zigzag(image, {58, 150, 210}, light);
       break;
     default:
-      image.setTo(shade(base, 0.9));
-      for (int y = 0; y < 512; y += 32) {
-        for (int x = 0; x < 512; x += 32) {
-          cv::circle(image, {x + (y / 32 % 2) * 16, y + 8}, 9, {228, 230, 230}, cv::FILLED,
-                     cv::LINE_AA);
+      image.setTo(cv::Scalar(52, 48, 58));
+      for (int y = 0; y < 512; y += 40) {
+        for (int x = 0; x < 512; x += 40) {
+          const cv::Point at(x + (y / 40 % 2) * 20, y + 12);
+          cv::circle(image, at, 11, random.chance(0.5) ? light : cv::Scalar(90, 170, 220),
+                     cv::FILLED, cv::LINE_AA);
         }
       }
       buttons(image);
   }
-  weave(image, 0.22, random);
+  weave(image, 0.2, random);
   return image;
 }
 
@@ -152,22 +167,23 @@ cv::Mat sleeve(int kind, const cv::Mat& shirt) {
 }
 
 cv::Mat trousers(int kind, Random& random) {
-  const std::array bases{cv::Scalar(118, 78, 52), cv::Scalar(88, 120, 150), cv::Scalar(66, 62, 60)};
+  const std::array bases{cv::Scalar(124, 84, 58), cv::Scalar(96, 132, 164), cv::Scalar(74, 70, 68)};
   const cv::Scalar base = bases[static_cast<std::size_t>(kind) % bases.size()];
   cv::Mat image(512, 256, CV_8UC3, base);
-  for (const int x : {60, 188}) line(image, {x, 0}, {x, 511}, shade(base, 0.6), 3);
-  for (int y = 0; y < 512; y += 7) {
-    line(image, {64, y}, {64, y + 3}, {110, 170, 205}, 2);
-    line(image, {192, y}, {192, y + 3}, {110, 170, 205}, 2);
-  }
-  for (int i = 0; i < 30; ++i) {  // worn places and creases
+  for (int i = 0; i < 46; ++i) {  // worn places and creases
     const cv::Point a(random.integer(0, 255), random.integer(0, 511));
-    line(image, a, a + cv::Point(random.integer(-40, 40), random.integer(-12, 12)),
-         shade(base, random.uniform(0.6, 1.5)), random.integer(1, 4));
+    line(image, a, a + cv::Point(random.integer(-50, 50), random.integer(-14, 14)),
+         shade(base, random.chance(0.5) ? 0.55 : 1.5), random.integer(2, 6));
   }
-  if (kind % 3 != 1) {
-    cv::rectangle(image, {14, 180, 40, 60}, shade(base, 1.5), 3);
-    cv::rectangle(image, {200, 260, 44, 60}, shade(base, 1.5), 3);
+  for (const int x : {64, 192}) {  // seams with their stitches
+    line(image, {x, 0}, {x, 511}, shade(base, 0.5), 5);
+    for (int y = 0; y < 512; y += 12) line(image, {x + 6, y}, {x + 6, y + 6}, {120, 190, 225}, 3);
+  }
+  cv::ellipse(image, {128, 440}, {46, 60}, 0, 0, 360, shade(base, 1.35), cv::FILLED, cv::LINE_AA);
+  for (const int x : {8, 206}) {  // pockets
+    cv::rectangle(image, {x, 190, 42, 66}, shade(base, 0.6), 5);
+    cv::rectangle(image, {x, 190, 42, 18}, shade(base, 1.4), cv::FILLED);
+    cv::circle(image, {x + 21, 200}, 5, {60, 120, 170}, cv::FILLED, cv::LINE_AA);
   }
   weave(image, 0.4, random);
   return image;

@@ -440,15 +440,15 @@ cv::Mat book_spines(int columns, int rows, Random& random) {
   cv::Mat image(1024, 1024, CV_8UC3);
   const int width = 1024 / columns, height = 1024 / rows;
   for (int i = 0; i < columns * rows; ++i) {
-    cv::Mat tall(width, height, CV_8UC3, vivid(random));  // painted lying, then stood up
-    const cv::Scalar base = random.chance(0.3) ? kPaper : vivid(random);
+    cv::Mat tall(width, height, CV_8UC3, muted(random));  // painted lying, then stood up
+    const cv::Scalar base = muted(random);
     const cv::Scalar ink = base[1] > 140 ? kInk : cv::Scalar(210, 230, 235);
     tall.setTo(base);
     for (const int x : {random.integer(6, 26), height - random.integer(8, 30)}) {
-      fill(tall, {x, 0, random.integer(3, 10), width}, random.chance(0.5) ? ink : vivid(random));
+      fill(tall, {x, 0, random.integer(3, 10), width}, random.chance(0.5) ? ink : muted(random));
     }
     const int style = random.integer(0, 3);
-    if (style == 0) fill(tall, {height / 3, 0, height / 3, width}, vivid(random));
+    if (style == 0) fill(tall, {height / 3, 0, height / 3, width}, muted(random));
     write(tall, title(random), {40, width * 2 / 3}, width / 46.0, ink, 2, cv::FONT_HERSHEY_DUPLEX);
     disc(tall, {height - 44, width / 2}, width / 5, ink, style == 1 ? 2 : cv::FILLED);
     cv::rectangle(tall, {0, 0, height, width}, shade(base, 0.5), 2);

@@ -105,13 +105,21 @@ cv::Scalar shade(const cv::Scalar& color, double factor) {
 }
 
 cv::Scalar vivid(Random& random) {
-  const double hue = random.uniform(0, 6), low = random.uniform(30, 90),
-               high = random.uniform(130, 235);
+  const double hue = random.uniform(0, 6), low = random.uniform(40, 95),
+               high = random.uniform(140, 228);
   const auto channel = [&](double shift) {
     const double d = std::abs(std::fmod(hue + shift, 6.0) - 3);
     return low + (high - low) * std::clamp(d - 1, 0.0, 1.0);
   };
   return {channel(2), channel(4), channel(0)};
+}
+
+cv::Scalar muted(Random& random) {
+  static const std::vector<cv::Scalar> kDyes{
+      {92, 58, 34},   {52, 38, 122},  {62, 88, 44},   {44, 44, 48},  {170, 206, 222},
+      {40, 96, 176},  {120, 104, 52}, {84, 112, 150}, {38, 40, 84},  {206, 214, 216},
+      {60, 150, 200}, {132, 92, 110}, {64, 72, 160},  {110, 130, 88}};
+  return shade(random.pick(kDyes), random.uniform(0.8, 1.2));
 }
 
 cv::Mat planks(Random& random) {
@@ -154,7 +162,8 @@ cv::Mat bricks(Random& random) {
       const cv::Rect brick(static_cast<int>(x) + 4, static_cast<int>(row * height) + 4,
                            static_cast<int>(width) - 8, static_cast<int>(height) - 8);
       Random own(static_cast<std::uint64_t>(row * kColumns + (column + kColumns) % kColumns), 77);
-      const cv::Scalar base(own.uniform(52, 92), own.uniform(66, 106), own.uniform(120, 188));
+      const cv::Scalar base =
+          shade({66 + own.uniform(-8, 14), 88 + own.uniform(-8, 12), 150}, own.uniform(0.72, 1.15));
       cv::rectangle(image, brick, base, cv::FILLED);
       line(image, brick.tl(), {brick.br().x, brick.y}, shade(base, 1.25), 2);
       line(image, {brick.x, brick.br().y}, brick.br(), shade(base, 0.6), 2);
@@ -230,7 +239,7 @@ cv::Mat plain(const cv::Scalar& base, Random& random) {
 }
 
 cv::Mat steel(Random& random) {
-  cv::Mat image = tint(noise({256, 256}, {2, 128}, 2, random), {150, 150, 148}, 0.16);
+  cv::Mat image = tint(noise({256, 256}, {2, 128}, 2, random), {158, 158, 156}, 0.08);
   speckle(image, 60, 0.6, 1.2, 2, random);
   return image;
 }

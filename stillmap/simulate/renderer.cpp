@@ -14,8 +14,10 @@ namespace {
 
 constexpr double kNear = 0.05;  // metres
 constexpr int kBandRows = 24;   // pixel rows of one piece of work; its buffers fit into the cache
-constexpr int kChunk = 8;       // samples that share one mip level
-constexpr float kAnisotropy = 2.5F;  // longest : used axis of a texel footprint, at most
+constexpr int kProbes = 4;      // texture samples of one pixel, at most
+// Squared texel size against that of the footprint: a little sharper than the Nyquist limit, as
+// cameras are.
+constexpr float kSharpness = 0.6F;
 
 /// What is interpolated over a triangle, each divided by depth: that is linear on the screen.
 enum Channel { kInverseDepth, kU, kV, kLightB, kLightG, kLightR, kChannels };
@@ -30,6 +32,7 @@ struct Plane {
 struct ScreenTriangle {
   std::array<float, 3> x, y;
   std::array<Plane, kChannels> planes;
+  std::uint64_t surface;  // equal for the facets of one surface of one mesh
   std::uint16_t texture;
   std::uint8_t instance;
 };
@@ -83,6 +86,7 @@ class Setup {
   }
 
   void add(const Mesh& mesh) {
+    ++meshes_;
     transform(mesh);
     for (const Face& face : mesh.faces) add(mesh, face);
   }
@@ -157,6 +161,7 @@ class Setup {
       }
       t.planes[k] = plane(a, s);
     }
+    t.surface = static_cast<std::uint64_t>(meshes_) << 32 | face.surface;
     t.texture = face.texture;
     t.instance = face.instance;
     triangles.push_back(t);
@@ -172,6 +177,7 @@ class Setup {
   }
 
   const Grid& grid_;
+  int meshes_ = 0;
   Eigen::Matrix3d R_;
   Eigen::Vector3d t_;
   std::vector<Eigen::Vector3d> points_;
@@ -249,17 +255,24 @@ std::uint32_t blend(std::uint32_t a, std::uint32_t b, std::uint32_t f) {
   return br | g;
 }
 
+/// Whole part of a number that is not far below zero, without a library call.
+int floor_of(float value) {
+  constexpr int kShift = 1 << 20;
+  return static_cast<int>(value + static_cast<float>(kShift)) - kShift;
+}
+
+/// The texture between four texels. (u, v) in repeats, fractions of a texel in 256 parts.
 std::uint32_t bilinear(const Texture::Level& level, float u, float v) {
-  // 16.8 fixed point; adding a whole number of repeats keeps it positive for the shift and the
-  // mask.
-  const float width = static_cast<float>(1 << level.log2_width);
-  const float height = static_cast<float>(1 << level.log2_height);
-  const int x = static_cast<int>(std::floor(u * width * 256)) - 128;
-  const int y = static_cast<int>(std::floor(v * height * 256)) - 128;
-  const int mask_x = (1 << level.log2_width) - 1, mask_y = (1 << level.log2_height) - 1;
-  const int x0 = (x >> 8) & mask_x, x1 = (x0 + 1) & mask_x;
-  const std::uint32_t* row0 = level.texels.data() + (((y >> 8) & mask_y) << level.log2_width);
-  const std::uint32_t* row1 = level.texels.data() + ((((y >> 8) + 1) & mask_y) << level.log2_width);
+  u -= static_cast<float>(floor_of(u));
+  v -= static_cast<float>(floor_of(v));
+  const int width = 1 << level.log2_width, height = 1 << level.log2_height;
+  // A repeat is added so that the half texel taken away leaves a positive number to shift.
+  const int x = static_cast<int>((u + 1) * static_cast<float>(width * 256)) - 128;
+  const int y = static_cast<int>((v + 1) * static_cast<float>(height * 256)) - 128;
+  const int x0 = (x >> 8) & (width - 1), x1 = (x0 + 1) & (width - 1);
+  const int y0 = (y >> 8) & (height - 1), y1 = (y0 + 1) & (height - 1);
+  const std::uint32_t* row0 = level.texels.data() + (y0 << level.log2_width);
+  const std::uint32_t* row1 = level.texels.data() + (y1 << level.log2_width);
   const auto fx = static_cast<std::uint32_t>(x & 255), fy = static_cast<std::uint32_t>(y & 255);
   return blend(blend(row0[x0], row0[x1], fx), blend(row1[x0], row1[x1], fx), fy);
 }
@@ -271,51 +284,69 @@ struct MipLevel {
   std::uint32_t fraction;  // of 256
 };
 
-/// Level of detail from the texel footprint of one sample at (x, y): between the mean and the
-/// longest axis.
-MipLevel mip_level(const ScreenTriangle& t, const Texture& texture, float x, float y) {
-  const float z = 1 / t.planes[kInverseDepth].at(x, y);
-  const Plane& w = t.planes[kInverseDepth];
-  const auto derivative = [&](Channel c, float size) -> Eigen::Vector2f {
-    const float value = t.planes[c].at(x, y) * z;
-    return Eigen::Vector2f(t.planes[c].gx - value * w.gx, t.planes[c].gy - value * w.gy) *
-           (z * size);
-  };
-  const Eigen::Vector2f du = derivative(kU, static_cast<float>(texture.width()));
-  const Eigen::Vector2f dv = derivative(kV, static_cast<float>(texture.height()));
-  const float longest =
-      std::sqrt(std::max(du.x() * du.x() + dv.x() * dv.x(), du.y() * du.y() + dv.y() * dv.y()));
-  const float area = std::abs(du.x() * dv.y() - du.y() * dv.x());
-  const float size = std::max({std::sqrt(area), longest / kAnisotropy, 1e-6F});
+/// The level whose texels are as large as the footprint of squared size `texels2`.
+MipLevel mip_level(const Texture& texture, float texels2) {
   const auto& levels = texture.levels();
-  const float lod = std::clamp(std::log2(size), 0.0F, static_cast<float>(levels.size()) - 1.001F);
-  if (levels.size() == 1) return {levels.data(), levels.data(), 0};
+  if (texels2 <= 1) return {levels.data(), levels.data(), 0};
+  const float lod = std::min(0.5F * std::log2(texels2), static_cast<float>(levels.size()) - 1.001F);
   const auto index = static_cast<std::size_t>(lod);
-  return {&levels[index], &levels[index + 1],
+  return {&levels[index], &levels[std::min(index + 1, levels.size() - 1)],
           static_cast<std::uint32_t>((lod - static_cast<float>(index)) * 256)};
 }
 
-/// Colours a run of samples of one triangle. `out`: B G R per sample.
-void shade(const ScreenTriangle& t, const Texture& texture, int row, int left, int right,
-           const float* inverse_depth, float* out) {
-  const auto y = static_cast<float>(row);
-  for (int chunk = left; chunk < right;) {
-    const int end = std::min(right, (chunk / kChunk + 1) * kChunk);
-    const MipLevel mip = mip_level(t, texture, 0.5F * static_cast<float>(chunk + end - 1), y);
-    for (int x = chunk; x < end; ++x) {
-      const auto fx = static_cast<float>(x);
-      const float z = 1 / inverse_depth[x];
-      const float u = t.planes[kU].at(fx, y) * z, v = t.planes[kV].at(fx, y) * z;
-      const std::uint32_t texel =
-          mip.fraction < 8
-              ? bilinear(*mip.fine, u, v)
-              : blend(bilinear(*mip.fine, u, v), bilinear(*mip.coarse, u, v), mip.fraction);
-      out[3 * x] = static_cast<float>(texel & 255) * t.planes[kLightB].at(fx, y) * z;
-      out[3 * x + 1] = static_cast<float>(texel >> 8 & 255) * t.planes[kLightG].at(fx, y) * z;
-      out[3 * x + 2] = static_cast<float>(texel >> 16 & 255) * t.planes[kLightR].at(fx, y) * z;
-    }
-    chunk = end;
+std::uint32_t trilinear(const MipLevel& mip, float u, float v) {
+  const std::uint32_t fine = bilinear(*mip.fine, u, v);
+  return mip.fraction < 8 ? fine : blend(fine, bilinear(*mip.coarse, u, v), mip.fraction);
+}
+
+/// What one pixel covers of a texture: its middle and the longer and shorter axis of its footprint.
+struct Footprint {
+  float u, v;             // repeats
+  Eigen::Vector2f along;  // the longer axis, repeats
+  float long2, short2;    // squared lengths, texels
+};
+
+Footprint footprint(const ScreenTriangle& t, const Texture& texture, float x, float y, float z) {
+  const Plane& w = t.planes[kInverseDepth];
+  const float u = t.planes[kU].at(x, y) * z, v = t.planes[kV].at(x, y) * z;
+  const float step = 2 * z;  // a pixel is two samples wide
+  const Eigen::Vector2f dx((t.planes[kU].gx - u * w.gx) * step,
+                           (t.planes[kV].gx - v * w.gx) * step);
+  const Eigen::Vector2f dy((t.planes[kU].gy - u * w.gy) * step,
+                           (t.planes[kV].gy - v * w.gy) * step);
+  const auto texels2 = [&](const Eigen::Vector2f& d) {
+    const float du = d.x() * static_cast<float>(texture.width());
+    const float dv = d.y() * static_cast<float>(texture.height());
+    return du * du + dv * dv;
+  };
+  const float a = texels2(dx), b = texels2(dy);
+  return a > b ? Footprint{u, v, dx, a, b} : Footprint{u, v, dy, b, a};
+}
+
+/// The texture under a pixel: up to kProbes trilinear samples along the footprint's longer axis
+/// (after McCormack et al. 1999, Feline), so that floors seen at a grazing angle stay sharp.
+Eigen::Vector3f filtered(const Texture& texture, const Footprint& f) {
+  const float ratio2 = f.long2 / std::max(f.short2, 1e-12F);
+  int probes = 1;
+  while (probes < kProbes && ratio2 > 2.25F * static_cast<float>(probes * probes)) ++probes;
+  const auto n = static_cast<float>(probes);
+  const MipLevel mip = mip_level(texture, kSharpness * std::max(f.short2, f.long2 / (n * n)));
+  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+  for (int i = 0; i < probes; ++i) {
+    const float s = (static_cast<float>(i) + 0.5F) / n - 0.5F;
+    const std::uint32_t texel = trilinear(mip, f.u + s * f.along.x(), f.v + s * f.along.y());
+    sum += Eigen::Vector3f(static_cast<float>(texel & 255), static_cast<float>(texel >> 8 & 255),
+                           static_cast<float>(texel >> 16 & 255));
   }
+  return sum / n;
+}
+
+/// The colour of a triangle at a place of the sample grid.
+Eigen::Vector3f shade(const ScreenTriangle& t, const Texture& texture, float x, float y) {
+  const float z = 1 / t.planes[kInverseDepth].at(x, y);
+  const Eigen::Vector3f light(t.planes[kLightB].at(x, y), t.planes[kLightG].at(x, y),
+                              t.planes[kLightR].at(x, y));
+  return filtered(texture, footprint(t, texture, x, y, z)).cwiseProduct(light) * z;
 }
 
 /// The jobs of one picture: bands of pixel rows, each drawn and shaded on its own.
@@ -366,8 +397,10 @@ class Painter {
     buffer.draw(triangles_, members_[static_cast<std::size_t>(band)], first_row(band),
                 last_row(band) + 1);
     const int end = std::min(grid_.camera.height, (band + 1) * kBandRows);
-    for (int y = band * kBandRows; y < end; ++y) write_truth(y, buffer);
-    if (!to_.color.empty()) write_color(band * kBandRows, end, buffer);
+    for (int y = band * kBandRows; y < end; ++y) {
+      write_truth(y, buffer);
+      if (!to_.color.empty()) write_color(y, buffer);
+    }
   }
 
   void write_truth(int y, const VisibilityBuffer& buffer) {
@@ -382,43 +415,64 @@ class Painter {
     }
   }
 
-  void write_color(int begin, int end, const VisibilityBuffer& buffer) {
-    const std::size_t width = 3 * static_cast<std::size_t>(grid_.camera.width);
-    std::vector<float> samples(3 * static_cast<std::size_t>(grid_.columns));
-    std::array<std::vector<float>, 3> rows;
-    for (auto& row : rows) row.resize(width);
-    shade_row(2 * begin, buffer, samples, rows[0]);
-    for (int y = begin; y < end; ++y) {
-      shade_row(2 * y + 1, buffer, samples, rows[1]);
-      shade_row(2 * y + 2, buffer, samples, rows[2]);
-      auto* out = to_.color.ptr<float>(y);
-      for (std::size_t i = 0; i < width; ++i) {
-        out[i] = (rows[0][i] + 2 * rows[1][i] + rows[2][i]) * (1 / 16.0F);
-      }
-      std::swap(rows[0], rows[2]);
+  void write_color(int y, const VisibilityBuffer& buffer) {
+    const std::array rows{buffer.ids(2 * y), buffer.ids(2 * y + 1), buffer.ids(2 * y + 2)};
+    auto* out = to_.color.ptr<cv::Vec3f>(y);
+    for (int x = 0; x < grid_.camera.width; ++x) {
+      const Eigen::Vector3f color = pixel(rows, 2 * x + 1, 2 * y + 1);
+      out[x] = {color.x(), color.y(), color.z()};
     }
   }
 
-  /// One grid row, shaded and summed up horizontally with weights 1 2 1.
-  void shade_row(int row, const VisibilityBuffer& buffer, std::vector<float>& samples,
-                 std::vector<float>& sums) const {
-    const float* inverse_depth = buffer.inverse_depth(row);
-    const int* ids = buffer.ids(row);
-    std::fill(samples.begin(), samples.end(), 0.0F);
-    for (int left = 0; left < grid_.columns;) {
-      const int id = ids[left];
-      int right = left + 1;
-      while (right < grid_.columns && ids[right] == id) ++right;
-      if (id >= 0) {
-        const ScreenTriangle& t = triangles_[static_cast<std::size_t>(id)];
-        shade(t, textures_[t.texture], row, left, right, inverse_depth, samples.data());
-      }
-      left = right;
+  Eigen::Vector3f shade_at(int id, int x, int y) const {
+    if (id < 0) return Eigen::Vector3f::Zero();
+    const ScreenTriangle& t = triangles_[static_cast<std::size_t>(id)];
+    return shade(t, textures_[t.texture], static_cast<float>(x), static_cast<float>(y));
+  }
+
+  bool same_surface(int a, int b) const {
+    return a == b || (a >= 0 && b >= 0 &&
+                      triangles_[static_cast<std::size_t>(a)].surface ==
+                          triangles_[static_cast<std::size_t>(b)].surface);
+  }
+
+  /// The colour of the pixel around (x, y) of the grid: every surface among its nine samples is
+  /// shaded once, at its sample of most weight, and counts by the tent weights of its samples.
+  Eigen::Vector3f pixel(const std::array<const int*, 3>& rows, int x, int y) const {
+    struct Share {
+      int id, x, y;
+      float weight;
+    };
+    // The heaviest samples first: centre, sides, corners.
+    static constexpr std::array<std::array<int, 3>, 9> kSamples{{{0, 0, 4},
+                                                                 {-1, 0, 2},
+                                                                 {1, 0, 2},
+                                                                 {0, -1, 2},
+                                                                 {0, 1, 2},
+                                                                 {-1, -1, 1},
+                                                                 {1, -1, 1},
+                                                                 {-1, 1, 1},
+                                                                 {1, 1, 1}}};
+    const int middle = rows[1][x];
+    const auto all_middle = [&](const int* row) {
+      return row[x - 1] == middle && row[x] == middle && row[x + 1] == middle;
+    };
+    if (all_middle(rows[0]) && all_middle(rows[1]) && all_middle(rows[2]))
+      return shade_at(middle, x, y);
+    std::array<Share, 9> shares;
+    std::size_t count = 0;
+    for (const auto& [dx, dy, weight] : kSamples) {
+      const int id = rows[static_cast<std::size_t>(dy + 1)][x + dx];
+      std::size_t i = 0;
+      while (i < count && !same_surface(shares[i].id, id)) ++i;
+      if (i == count) shares[count++] = {id, x + dx, y + dy, 0};
+      shares[i].weight += static_cast<float>(weight);
     }
-    for (std::size_t x = 0; x < sums.size() / 3; ++x) {
-      const float* s = samples.data() + 6 * x;
-      for (std::size_t c = 0; c < 3; ++c) sums[3 * x + c] = s[c] + 2 * s[c + 3] + s[c + 6];
+    Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+    for (std::size_t i = 0; i < count; ++i) {
+      sum += shares[i].weight / 16 * shade_at(shares[i].id, shares[i].x, shares[i].y);
     }
+    return sum;
   }
 
   const Grid& grid_;

@@ -26,10 +26,11 @@ struct RenderOptions {
 };
 
 /// Draws meshes as an ideal pinhole camera sees them, z-buffered, in two passes: which triangle is
-/// seen at every sample, then the shading of those. Samples lie half a pixel apart, every other one
-/// on a pixel's centre (its depth is the pixel's depth); a pixel's colour is their tent-weighted
-/// mean over one pixel to each side. Textures are filtered trilinearly and perspective-correct.
-/// Nothing nearer than 5 cm is drawn.
+/// seen at every sample, then the shading. Samples lie half a pixel apart, every other one on a
+/// pixel's centre (its depth is the pixel's depth). Of the nine samples up to half a pixel around
+/// its centre, a pixel shades each surface once, by its share (multisampling). Textures are
+/// filtered trilinearly, anisotropically and perspective-correct. Nothing nearer than 5 cm is
+/// drawn.
 Rendering render(const Camera& camera, const Pose& T_world_camera,
                  std::span<const Mesh* const> meshes, const Textures& textures,
                  const RenderOptions& options = {});

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/simulate/tum_writer.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/file.hpp"
+#include "stillmap/geometry/trajectory.hpp"
+#include "stillmap/sensor/camera_file.hpp"
+
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <opencv2/imgcodecs.hpp>
+
+namespace stillmap {
+namespace {
+
+void write_png(const std::filesystem::path& file, const cv::Mat& image) {
+  constexpr int kCompression = 1;  // noise does not compress; fast is better
+  std::vector<std::uint8_t> bytes;
+  if (!cv::imencode(".png", image, bytes, {cv::IMWRITE_PNG_COMPRESSION, kCompression})) {
+    throw Error("the picture could not be encoded as PNG", file.string(), "");
+  }
+  write_file(file, std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+}
+
+cv::Mat raw_depth(const cv::Mat& metres, double factor) {
+  cv::Mat raw;
+  metres.convertTo(raw, CV_16UC1, factor);  // rounds and saturates
+  return raw;
+}
+
+std::string mover_lines(const TruthFrame& truth) {
+  std::string lines;
+  for (const MoverTruth& m : truth.movers) {
+    const auto triple = [](const Eigen::Vector3d& v) {
+      return fmt::format("{:.5f},{:.5f},{:.5f}", v.x(), v.y(), v.z());
+    };
+    lines += fmt::format("{},{:.6f},{},{},{},{},{},{},{}\n", truth.index, truth.timestamp, m.id,
+                         m.class_name, m.name, triple(m.centroid), triple(m.box.min()),
+                         triple(m.box.max()), triple(m.velocity));
+  }
+  return lines;
+}
+
+/// The text files that grow with every frame.
+struct Lists {
+  std::string rgb = "# color images\n# timestamp filename\n";
+  std::string depth = "# depth images\n# timestamp filename\n";
+  std::string associations;
+  std::string movers =
+      "frame,timestamp,id,class,name,x,y,z,min_x,min_y,min_z,max_x,max_y,max_z,vx,vy,vz\n";
+
+  void add(const std::string& stamp, const TruthFrame& truth) {
+    rgb += fmt::format("{0} rgb/{0}.png\n", stamp);
+    depth += fmt::format("{0} depth/{0}.png\n", stamp);
+    associations += fmt::format("{0} rgb/{0}.png {0} depth/{0}.png\n", stamp);
+    movers += mover_lines(truth);
+  }
+
+  void write(const std::filesystem::path& folder) const {
+    write_file(folder / "rgb.txt", rgb);
+    write_file(folder / "depth.txt", depth);
+    write_file(folder / "associations.txt", associations);
+    write_file(folder / "movers.csv", movers);
+  }
+};
+
+}  // namespace
+
+void write_tum_layout(const SimulatedSequence& sequence, const std::filesystem::path& folder,
+                      const std::function<void(std::size_t)>& done) {
+  for (const char* name : {"", "rgb", "depth", "mask"}) make_output_folder(folder / name);
+  Lists lists;
+  for (std::size_t i = 0; i < sequence.frames(); ++i) {
+    const SimulatedFrame made = sequence.at(i);
+    const std::string stamp = fmt::format("{:.6f}", made.truth.timestamp), file = stamp + ".png";
+    write_png(folder / "rgb" / file, made.frame->color);
+    write_png(folder / "depth" / file,
+              raw_depth(made.frame->depth, sequence.camera().depth_factor));
+    write_png(folder / "mask" / file, class_mask(made.truth));
+    lists.add(stamp, made.truth);
+    if (done) done(i + 1);
+  }
+  write_camera(folder / "camera.yaml", sequence.camera());
+  write_trajectory(folder / "groundtruth.txt", sequence.trajectory());
+  lists.write(folder);
+}
+
+}  // namespace stillmap

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/simulate/simulated_sequence.hpp"
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+
+namespace stillmap {
+
+/// Writes a sequence in TUM RGB-D layout, with the truth beside it:
+/// - rgb/, depth/ (16-bit PNG, Camera::depth_factor units per metre), listed in rgb.txt, depth.txt
+/// and
+///   associations.txt;
+/// - groundtruth.txt: T_world_camera of every frame, TUM format;
+/// - camera.yaml: what load_camera() reads;
+/// - mask/: 8-bit PNG, 255 person, 128 mover of no known class, 0 static; named like the colour
+/// images;
+/// - movers.csv: where every mover is in every frame (world frame, metres, metres per second).
+/// @param done called after each frame with the number of frames written so far; may be empty
+/// Throws Error that names the file if one cannot be written (folder not writable, disk full); the
+/// lists are written last, so that a sequence cut short has none.
+void write_tum_layout(const SimulatedSequence& sequence, const std::filesystem::path& folder,
+                      const std::function<void(std::size_t)>& done = {});
+
+}  // namespace stillmap
