@@ -2,7 +2,10 @@
 #pragma once
 #include "stillmap/optimize/residual.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <type_traits>
 
 #include <Eigen/Core>
 
@@ -49,48 +52,96 @@ inline Parts agreement(const Camera& camera, const Measurement& m, const Eigen::
   return {pixel, pixel && m.has_depth() && s.disparity <= disparity_chi2};
 }
 
-/// One observation's normal equations in p_camera: M = A^T W A and r = A^T W e, with A the
-/// projection Jacobian and W the informations, kernel weights (iteratively reweighted least
-/// squares) and static probability included. A has no entry in (0,1), (1,0), so M has none either.
-struct PointNormal {
-  double xx = 0, xz = 0, yy = 0, yz = 0, zz = 0;
-  Eigen::Vector3d r = Eigen::Vector3d::Zero();
-  double cost = 0;  ///< as observation_cost()
+/// Two observations side by side. Everything below works on one (double) or two (Pair) at a time; a
+/// pair fills a vector register of every 64-bit processor, so no instruction set need be chosen at
+/// run time.
+using Pair = Eigen::Array2d;
 
-  Eigen::Matrix3d M() const {
-    Eigen::Matrix3d m;
-    m << xx, 0, xz, 0, yy, yz, xz, yz, zz;
-    return m;
-  }
+inline double smaller(double a, double b) { return std::min(a, b); }
+inline double larger(double a, double b) { return std::max(a, b); }
+inline double root(double a) { return std::sqrt(a); }
+inline bool any_above(double a, double b) { return a > b; }
+inline Pair smaller(const Pair& a, double b) { return a.min(b); }
+inline Pair larger(const Pair& a, double b) { return a.max(b); }
+inline Pair root(const Pair& a) { return a.sqrt(); }
+inline bool any_above(const Pair& a, double b) { return a.maxCoeff() > b; }
+
+/// The inner loops of both solvers live in one function each, or their sums would go through
+/// memory.
+#if defined(__GNUC__)
+#define STILLMAP_INLINE [[gnu::always_inline]] inline
+#else
+#define STILLMAP_INLINE inline
+#endif
+
+/// Replaces a squared residual s by rho(s) and shrinks the information by rho'(s). Huber's two
+/// branches in one: with q = sqrt(k^2 max(s, k^2)), rho = min(s, k^2) + 2 (q - k^2) and rho' = k^2
+/// / q.
+template <typename T>
+STILLMAP_INLINE void apply(const HuberKernel& kernel, T& s, T& information) {
+  if (!any_above(s, kernel.bound)) return;
+  const T q = root(T(kernel.bound * larger(s, kernel.bound)));
+  s = smaller(s, kernel.bound) + 2 * (q - kernel.bound);
+  information *= kernel.bound / q;
+}
+
+/// A Measurement with its weight, or two of them. Informations are 0 for parts that do not count.
+template <typename T>
+struct Observed {
+  T u, v, d;
+  T pixel_information, disparity_information;
+  T weight;
 };
 
-inline PointNormal point_normal(const Camera& camera, const Measurement& m, Parts parts,
-                                double weight, const Kernels& kernels, const Eigen::Vector3d& p) {
-  PointNormal n;
-  if (!parts.pixel) return n;
-  if (p.z() < kNearPlane) {
-    n.cost = weight * kBehindCameraSigmas * kBehindCameraSigmas;
-    return n;
-  }
-  const double iz = 1.0 / p.z();
-  const double au = camera.fx * iz, av = camera.fy * iz, bf_iz = camera.bf() * iz;  // A: diagonal
-  const double bu = -au * p.x() * iz, bv = -av * p.y() * iz, bd = -bf_iz * iz;  // A: last column
-  const double eu = au * p.x() + camera.cx - m.uvd.x(), ev = av * p.y() + camera.cy - m.uvd.y();
-  const double ed = bf_iz - m.uvd.z();
-  double wp = m.pixel_information, wd = parts.disparity ? m.disparity_information : 0;
-  const double sp = wp * (eu * eu + ev * ev), sd = wd * ed * ed;
-  n.cost = sp + sd;
+inline Observed<double> observed(const Measurement& m, Parts parts, double weight) {
+  return {m.uvd.x(),
+          m.uvd.y(),
+          m.uvd.z(),
+          parts.pixel ? m.pixel_information : 0,
+          parts.disparity ? m.disparity_information : 0,
+          weight};
+}
+
+/// Normal equations in p_camera of one observation, or two: M = A^T W A and r = A^T W e, with A the
+/// projection Jacobian and W the informations, kernel weights (iteratively reweighted least
+/// squares) and static probability included. A has no entry in (0,1), (1,0), so M has none either.
+template <typename T>
+struct PointNormal {
+  T xx, xz, yy, yz, zz;
+  T rx, ry, rz;
+  T cost;  ///< as observation_cost()
+};
+
+/// For a point before the near plane.
+template <typename T>
+STILLMAP_INLINE PointNormal<T> point_normal(const Camera& camera, const Observed<T>& o,
+                                            const Kernels& kernels, const T& x, const T& y,
+                                            const T& z) {
+  const T iz = 1.0 / z;
+  const T au = camera.fx * iz, av = camera.fy * iz, d = camera.bf() * iz;  // A: diagonal
+  const T xn = x * iz, yn = y * iz;
+  const T bu = -au * xn, bv = -av * yn, bd = -d * iz;  // A: last column
+  const T eu = camera.fx * xn + camera.cx - o.u, ev = camera.fy * yn + camera.cy - o.v;
+  const T ed = d - o.d;
+  T wp = o.pixel_information, wd = o.disparity_information;
+  T sp = wp * (eu * eu + ev * ev), sd = wd * ed * ed;
   if (kernels.robust) {
-    n.cost = kernels.pixel.rho(sp) + kernels.disparity.rho(sd);
-    wp *= kernels.pixel.weight(sp);
-    wd *= kernels.disparity.weight(sd);
+    apply(kernels.pixel, sp, wp);
+    apply(kernels.disparity, sd, wd);
   }
-  n.cost *= weight, wp *= weight, wd *= weight;
-  const double wau = wp * au, wav = wp * av;
+  wp *= o.weight, wd *= o.weight;
+  const T wau = wp * au, wav = wp * av, wbd = wd * bd;
+  PointNormal<T> n;
   n.xx = wau * au, n.xz = wau * bu, n.yy = wav * av, n.yz = wav * bv;
-  n.zz = wp * (bu * bu + bv * bv) + wd * bd * bd;
-  n.r << wau * eu, wav * ev, wp * (bu * eu + bv * ev) + wd * bd * ed;
+  n.zz = wp * (bu * bu + bv * bv) + wbd * bd;
+  n.rx = wau * eu, n.ry = wav * ev, n.rz = wp * (bu * eu + bv * ev) + wbd * ed;
+  n.cost = o.weight * (sp + sd);
   return n;
+}
+
+/// The cost of a point behind the near plane: no derivative, but no gain in going there either.
+inline PointNormal<double> behind_camera(double weight) {
+  return {0, 0, 0, 0, 0, 0, 0, 0, weight * kBehindCameraSigmas * kBehindCameraSigmas};
 }
 
 /// Normal equations H xi = -g of one camera's left perturbation, and the cost they model.
@@ -98,49 +149,75 @@ struct PoseNormal {
   Matrix6d H = Matrix6d::Zero();
   Vector6d g = Vector6d::Zero();
   double cost = 0;
+
+  PoseNormal& operator+=(const PoseNormal& other) {
+    H += other.H, g += other.g, cost += other.cost;
+    return *this;
+  }
 };
 
 /// Sums one camera's normal equations. With J = A [I, -[p]x], H has the blocks M, -M [p]x and
 /// -[p]x M [p]x, and g = (r, p x r).
+template <typename T>
 class PoseNormalSum {
  public:
-  void add(const Eigen::Vector3d& p, const PointNormal& n) {
-    const double x = p.x(), y = p.y(), z = p.z();
+  STILLMAP_INLINE void add(const T& x, const T& y, const T& z, const PointNormal<T>& n) {
     cost_ += n.cost;
     tt_[0] += n.xx, tt_[1] += n.xz, tt_[2] += n.yy, tt_[3] += n.yz, tt_[4] += n.zz;
-    const double n00 = n.xz * y, n01 = n.xx * z - n.xz * x, n02 = -n.xx * y;
-    const double n10 = n.yz * y - n.yy * z, n11 = -n.yz * x, n12 = n.yy * x;
-    const double n20 = n.zz * y - n.yz * z, n21 = n.xz * z - n.zz * x, n22 = n.yz * x - n.xz * y;
+    const T n00 = n.xz * y, n01 = n.xx * z - n.xz * x, n02 = -n.xx * y;
+    const T n10 = n.yz * y - n.yy * z, n11 = -n.yz * x, n12 = n.yy * x;
+    const T n20 = n.zz * y - n.yz * z, n21 = n.xz * z - n.zz * x, n22 = n.yz * x - n.xz * y;
     tr_[0] += n00, tr_[1] += n01, tr_[2] += n02;
     tr_[3] += n10, tr_[4] += n11, tr_[5] += n12;
     tr_[6] += n20, tr_[7] += n21, tr_[8] += n22;
     rr_[0] += y * n20 - z * n10, rr_[1] += y * n21 - z * n11, rr_[2] += y * n22 - z * n12;
     rr_[3] += z * n01 - x * n21, rr_[4] += z * n02 - x * n22, rr_[5] += x * n12 - y * n02;
-    g_[0] += n.r.x(), g_[1] += n.r.y(), g_[2] += n.r.z();
-    g_[3] += y * n.r.z() - z * n.r.y();
-    g_[4] += z * n.r.x() - x * n.r.z();
-    g_[5] += x * n.r.y() - y * n.r.x();
+    g_[0] += n.rx, g_[1] += n.ry, g_[2] += n.rz;
+    g_[3] += y * n.rz - z * n.ry, g_[4] += z * n.rx - x * n.rz, g_[5] += x * n.ry - y * n.rx;
   }
 
   PoseNormal equations() const {
+    std::array<double, 5> tt;
+    std::array<double, 9> tr;
+    std::array<double, 6> rr, g;
+    const auto sum = [](const T& x) { return total(x); };
+    std::ranges::transform(tt_, tt.begin(), sum);
+    std::ranges::transform(tr_, tr.begin(), sum);
+    std::ranges::transform(rr_, rr.begin(), sum);
+    std::ranges::transform(g_, g.begin(), sum);
     PoseNormal e;
-    e.H.topLeftCorner<3, 3>() << tt_[0], 0, tt_[1], 0, tt_[2], tt_[3], tt_[1], tt_[3], tt_[4];
-    e.H.topRightCorner<3, 3>() << tr_[0], tr_[1], tr_[2], tr_[3], tr_[4], tr_[5], tr_[6], tr_[7],
-        tr_[8];
+    e.H.topLeftCorner<3, 3>() << tt[0], 0, tt[1], 0, tt[2], tt[3], tt[1], tt[3], tt[4];
+    e.H.topRightCorner<3, 3>() =
+        Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(tr.data());
     e.H.bottomLeftCorner<3, 3>() = e.H.topRightCorner<3, 3>().transpose();
-    e.H.bottomRightCorner<3, 3>() << rr_[0], rr_[1], rr_[2], rr_[1], rr_[3], rr_[4], rr_[2], rr_[4],
-        rr_[5];
-    e.g << g_[0], g_[1], g_[2], g_[3], g_[4], g_[5];
-    e.cost = cost_;
+    e.H.bottomRightCorner<3, 3>() << rr[0], rr[1], rr[2], rr[1], rr[3], rr[4], rr[2], rr[4], rr[5];
+    e.g = Eigen::Map<const Vector6d>(g.data());
+    e.cost = total(cost_);
     return e;
   }
 
  private:
-  double tt_[5] = {};  // M: xx xz yy yz zz
-  double tr_[9] = {};  // -M [p]x, row by row
-  double rr_[6] = {};  // -[p]x M [p]x: xx xy xz yy yz zz
-  double g_[6] = {};
-  double cost_ = 0;
+  static double total(double x) { return x; }
+  static double total(const Pair& x) { return x(0) + x(1); }
+  template <std::size_t N>
+  static std::array<T, N> zeros() {
+    std::array<T, N> a;
+    a.fill(zero());
+    return a;
+  }
+  static T zero() {
+    if constexpr (std::is_same_v<T, double>) {
+      return 0;
+    } else {
+      return T::Zero();
+    }
+  }
+
+  std::array<T, 5> tt_ = zeros<5>();  // M: xx xz yy yz zz
+  std::array<T, 9> tr_ = zeros<9>();  // -M [p]x, row by row
+  std::array<T, 6> rr_ = zeros<6>();  // -[p]x M [p]x: xx xy xz yy yz zz
+  std::array<T, 6> g_ = zeros<6>();
+  T cost_ = zero();
 };
 
 }  // namespace stillmap

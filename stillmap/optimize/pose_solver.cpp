@@ -3,6 +3,8 @@
 
 #include "stillmap/optimize/normal_equations.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -12,47 +14,103 @@
 namespace stillmap {
 namespace {
 
-/// One usable observation, ready for the inner loop.
+/// Two usable observations side by side. Of an odd number the last has an empty second lane:
+/// information and weight 0, never in use.
 struct Term {
-  Eigen::Vector3d p_world;
-  Measurement measurement;
-  double weight;
-  std::uint32_t observation;  // index into the caller's list
-  Parts parts;                // what counts now
+  Pair x = Pair::Ones(), y = Pair::Ones(), z = Pair::Ones();  // p_world
+  Pair u = Pair::Zero(), v = Pair::Zero(), d = Pair::Zero();
+  Pair pixel_information = Pair::Zero(), disparity_information = Pair::Zero();
+  Pair weight = Pair::Zero();
+  Pair use_pixel = Pair::Zero(), use_disparity = Pair::Zero();  // 1 for what counts now, else 0
+  std::array<std::uint32_t, 2> observation = {0, 0};            // indices into the caller's list
+
+  Observed<Pair> observed() const {
+    return {u,
+            v,
+            d,
+            use_pixel * pixel_information,
+            use_disparity * disparity_information,
+            use_pixel * weight};
+  }
 };
+
+void fill(const PoseObservation& o, const Measurement& m, std::uint32_t index, std::size_t lane,
+          Term& term) {
+  const auto i = static_cast<Eigen::Index>(lane);
+  term.x(i) = o.p_world.x(), term.y(i) = o.p_world.y(), term.z(i) = o.p_world.z();
+  term.u(i) = m.uvd.x(), term.v(i) = m.uvd.y(), term.d(i) = m.uvd.z();
+  term.pixel_information(i) = m.pixel_information;
+  term.disparity_information(i) = m.disparity_information;
+  term.weight(i) = o.weight;
+  term.use_pixel(i) = 1;
+  term.use_disparity(i) = m.has_depth() ? 1 : 0;
+  term.observation[lane] = index;
+}
 
 std::vector<Term> usable_terms(const Camera& camera, std::span<const PoseObservation> observations,
                                const ObservationNoise& noise) {
   std::vector<Term> terms;
-  terms.reserve(observations.size());
+  terms.reserve(observations.size() / 2 + 1);
+  std::size_t lane = 0;
   for (std::uint32_t i = 0; i < observations.size(); ++i) {
     const PoseObservation& o = observations[i];
     const Measurement m = make_measurement(camera, noise, o.u, o.v, o.depth, o.scale);
     const bool usable =
         m.usable() && o.weight > 0 && std::isfinite(o.weight) && is_plausible_point(o.p_world);
     if (!usable) continue;
-    terms.push_back({o.p_world, m, o.weight, i, {true, m.has_depth()}});
+    if (lane == 0) terms.emplace_back();
+    fill(o, m, i, lane, terms.back());
+    lane = 1 - lane;
   }
   return terms;
+}
+
+/// Two points in the camera's frame.
+struct PairInCamera {
+  Pair x, y, z;
+
+  PairInCamera(const Eigen::Matrix3d& R, const Eigen::Vector3d& t, const Term& w)
+      : x(R(0, 0) * w.x + R(0, 1) * w.y + R(0, 2) * w.z + t.x()),
+        y(R(1, 0) * w.x + R(1, 1) * w.y + R(1, 2) * w.z + t.y()),
+        z(R(2, 0) * w.x + R(2, 1) * w.y + R(2, 2) * w.z + t.z()) {}
+};
+
+/// One observation of a pair, which may be behind the camera.
+PointNormal<double> lane_normal(const Camera& camera, const Observed<Pair>& o,
+                                const Kernels& kernels, const PairInCamera& p, Eigen::Index i) {
+  if (p.z(i) < kNearPlane) return behind_camera(o.weight(i));
+  const Observed<double> lane = {
+      o.u(i), o.v(i), o.d(i), o.pixel_information(i), o.disparity_information(i), o.weight(i)};
+  return point_normal(camera, lane, kernels, p.x(i), p.y(i), p.z(i));
 }
 
 PoseNormal linearise(const Camera& camera, const Pose& T_camera_world, std::span<const Term> terms,
                      const Kernels& kernels) {
   const Eigen::Matrix3d R = T_camera_world.rotation();
   const Eigen::Vector3d t = T_camera_world.translation();
-  PoseNormalSum sum;
+  PoseNormalSum<Pair> pairs;
+  PoseNormalSum<double> singles;
   for (const Term& term : terms) {
-    if (!term.parts.pixel) continue;
-    const Eigen::Vector3d p = R * term.p_world + t;
-    sum.add(p, point_normal(camera, term.measurement, term.parts, term.weight, kernels, p));
+    const PairInCamera p(R, t, term);
+    const Observed<Pair> o = term.observed();
+    if (p.z.minCoeff() >= kNearPlane) {
+      pairs.add(p.x, p.y, p.z, point_normal(camera, o, kernels, p.x, p.y, p.z));
+      continue;
+    }
+    for (Eigen::Index i = 0; i < 2; ++i) {
+      singles.add(p.x(i), p.y(i), p.z(i), lane_normal(camera, o, kernels, p, i));
+    }
   }
-  return sum.equations();
+  PoseNormal sum = pairs.equations();
+  sum += singles.equations();
+  return sum;
 }
 
 /// Levenberg-Marquardt (Marquardt 1963, with the diagonal of H as scale) from and to
 /// T_camera_world. Returns the number of linear systems solved.
 int minimise(const Camera& camera, std::span<const Term> terms, const Kernels& kernels,
              const PoseSolverOptions& options, Pose& T_camera_world) {
+  const double step_tolerance = (kernels.robust ? 10 : 1) * options.step_tolerance;
   double lambda = 1e-7;
   PoseNormal now = linearise(camera, T_camera_world, terms, kernels);
   int iteration = 0;
@@ -74,10 +132,27 @@ int minimise(const Camera& camera, std::span<const Term> terms, const Kernels& k
     } else {
       lambda = std::max(lambda * 100, 1e-4);
     }
-    if (xi.norm() < options.step_tolerance) break;
+    if (xi.norm() < step_tolerance) break;
   }
   return iteration;
 }
+
+/// Squared residuals of two observations, in sigmas; infinite behind the camera.
+struct PairChi2 {
+  Pair pixel, disparity;
+
+  PairChi2(const Camera& camera, const PairInCamera& p, const Term& term) {
+    const Pair iz = 1.0 / p.z;
+    const Pair eu = camera.fx * p.x * iz + camera.cx - term.u;
+    const Pair ev = camera.fy * p.y * iz + camera.cy - term.v;
+    const Pair ed = camera.bf() * iz - term.d;
+    pixel = term.pixel_information * (eu * eu + ev * ev);
+    disparity = term.disparity_information * ed * ed;
+    for (Eigen::Index i = 0; i < 2; ++i) {
+      if (!(p.z(i) >= kNearPlane)) pixel(i) = std::numeric_limits<double>::infinity();
+    }
+  }
+};
 
 /// Chooses anew what agrees with T_camera_world. Returns whether anything changed.
 bool classify(const Camera& camera, const Pose& T_camera_world, const PoseSolverOptions& options,
@@ -86,10 +161,15 @@ bool classify(const Camera& camera, const Pose& T_camera_world, const PoseSolver
   const Eigen::Vector3d t = T_camera_world.translation();
   bool changed = false;
   for (Term& term : terms) {
-    const Parts parts = agreement(camera, term.measurement, R * term.p_world + t,
-                                  options.pixel_chi2, options.disparity_chi2);
-    changed |= parts != term.parts;
-    term.parts = parts;
+    const PairChi2 s(camera, PairInCamera(R, t, term), term);
+    for (Eigen::Index i = 0; i < 2; ++i) {
+      const bool pixel = term.pixel_information(i) > 0 && s.pixel(i) <= options.pixel_chi2;
+      const bool disparity =
+          pixel && term.disparity_information(i) > 0 && s.disparity(i) <= options.disparity_chi2;
+      changed |= pixel != (term.use_pixel(i) > 0) || disparity != (term.use_disparity(i) > 0);
+      term.use_pixel(i) = pixel ? 1 : 0;
+      term.use_disparity(i) = disparity ? 1 : 0;
+    }
   }
   return changed;
 }
@@ -112,15 +192,21 @@ bool well_posed(const PoseSolution& solution, const PoseSolverOptions& options) 
 /// Flags, counts and quality of the final pose.
 void describe(const Camera& camera, const Pose& T_camera_world, std::span<const Term> terms,
               const PoseSolverOptions& options, PoseSolution& solution) {
+  const Eigen::Matrix3d R = T_camera_world.rotation();
+  const Eigen::Vector3d t = T_camera_world.translation();
   double sum = 0;
   for (const Term& term : terms) {
-    if (!term.parts.pixel) continue;
-    const Chi2 c = chi2(term.measurement, predict(camera, T_camera_world * term.p_world));
-    sum += c.pixel + (term.parts.disparity ? c.disparity : 0);
-    solution.inlier[term.observation] = 1;
-    solution.depth_inlier[term.observation] = term.parts.disparity;
-    ++solution.inliers;
-    solution.depth_inliers += term.parts.disparity;
+    const PairChi2 s(camera, PairInCamera(R, t, term), term);
+    for (std::size_t lane = 0; lane < 2; ++lane) {
+      const auto i = static_cast<Eigen::Index>(lane);
+      if (term.use_pixel(i) == 0) continue;
+      const bool disparity = term.use_disparity(i) > 0;
+      sum += s.pixel(i) + (disparity ? s.disparity(i) : 0);
+      solution.inlier[term.observation[lane]] = 1;
+      solution.depth_inlier[term.observation[lane]] = disparity;
+      ++solution.inliers;
+      solution.depth_inliers += disparity;
+    }
   }
   const int components = 2 * solution.inliers + solution.depth_inliers;
   solution.rms = components > 0 ? std::sqrt(sum / components) : 0;

@@ -28,7 +28,10 @@ struct PoseSolverOptions {
   int robust_rounds = 2;  ///< rounds with Huber's kernel; after each, inliers are chosen anew
   int plain_rounds = 2;   ///< then rounds of plain least squares on the inliers
   int iterations = 10;    ///< at most, per round
-  double step_tolerance = 1e-6;            ///< a round ends when |(v, w)| falls below it [m, rad]
+  /// A round ends when a step |(v, w)| falls below it [m, rad]; a robust round at ten times as
+  /// much, for it need only tell inliers from outliers. What is left then is of the order of the
+  /// step squared.
+  double step_tolerance = 1e-5;
   double pixel_chi2 = kPixelChi2;          ///< inlier bound of the pixel part [sigma^2]
   double disparity_chi2 = kDisparityChi2;  ///< inlier bound of the disparity part [sigma^2]
   int min_inliers = 6;                     ///< fewer: not well posed

@@ -101,9 +101,10 @@ TEST(NormalEquations, AreThoseOfTheJacobians) {
                                          kCamera.bf() / (uvd.z() + 0.1), 1.2);
   const double weight = 0.7;
   const Kernels kernels;
-  const PointNormal n = point_normal(kCamera, m, {}, weight, kernels, p);
-  PoseNormalSum sum;
-  sum.add(p, n);
+  const PointNormal<double> n =
+      point_normal(kCamera, observed(m, {}, weight), kernels, p.x(), p.y(), p.z());
+  PoseNormalSum<double> sum;
+  sum.add(p.x(), p.y(), p.z(), n);
   const PoseNormal normal = sum.equations();
 
   const Chi2 s = chi2(m, uvd);
@@ -117,11 +118,38 @@ TEST(NormalEquations, AreThoseOfTheJacobians) {
   const Eigen::Matrix3d M = A.transpose() * W * A;
   const Matrix6d H = J.transpose() * W * J;
   const Vector6d g = J.transpose() * W * e;
-  EXPECT_LT((n.M() - M).norm(), 1e-12 * M.norm());
+  EXPECT_NEAR(n.zz, M(2, 2), 1e-12 * M.norm());
   EXPECT_LT((normal.H - H).norm(), 1e-12 * H.norm());
   EXPECT_LT((normal.g - g).norm(), 1e-12 * g.norm());
   EXPECT_NEAR(normal.cost, weight * (kernels.pixel.rho(s.pixel) + s.disparity), 1e-9);
-  EXPECT_DOUBLE_EQ(normal.cost, observation_cost(kCamera, m, {}, weight, kernels, p));
+  EXPECT_NEAR(normal.cost, observation_cost(kCamera, m, {}, weight, kernels, p), 1e-9);
+}
+
+/// Two at a time must be one and one, kernels within and beyond their bounds included.
+TEST(NormalEquations, OfAPairAreTheSumOfBoth) {
+  const ObservationNoise noise{.pixel_sigma = 0.8, .disparity_sigma = 0.2};
+  const Kernels kernels;
+  PoseNormalSum<double> singles;
+  Pair x, y, z;
+  Observed<Pair> pair;
+  for (int i = 0; i < 2; ++i) {
+    const Eigen::Vector3d p = kPose * (kPoint + i * Eigen::Vector3d(0.3, 0.2, 0.5));
+    const Eigen::Vector3d uvd = predict(kCamera, p);
+    const Measurement m = make_measurement(kCamera, noise, uvd.x() + 9 * i + 0.1, uvd.y() - 0.3,
+                                           kCamera.bf() / (uvd.z() + 0.9 - 0.8 * i), 1.2);
+    const Observed<double> o = observed(m, {}, 0.7);
+    singles.add(p.x(), p.y(), p.z(), point_normal(kCamera, o, kernels, p.x(), p.y(), p.z()));
+    x(i) = p.x(), y(i) = p.y(), z(i) = p.z();
+    pair.u(i) = o.u, pair.v(i) = o.v, pair.d(i) = o.d, pair.weight(i) = o.weight;
+    pair.pixel_information(i) = o.pixel_information;
+    pair.disparity_information(i) = o.disparity_information;
+  }
+  PoseNormalSum<Pair> pairs;
+  pairs.add(x, y, z, point_normal(kCamera, pair, kernels, x, y, z));
+  const PoseNormal a = singles.equations(), b = pairs.equations();
+  EXPECT_LT((a.H - b.H).norm(), 1e-12 * a.H.norm());
+  EXPECT_LT((a.g - b.g).norm(), 1e-12 * a.g.norm());
+  EXPECT_NEAR(a.cost, b.cost, 1e-9);
 }
 
 }  // namespace

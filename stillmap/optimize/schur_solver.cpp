@@ -45,6 +45,12 @@ struct PointPart {
   Eigen::Matrix3d V_inverse = Eigen::Matrix3d::Zero();  // damped
 };
 
+Eigen::Matrix3d information_of(const PointNormal<double>& n) {
+  Eigen::Matrix3d M;
+  M << n.xx, 0, n.xz, 0, n.yy, n.yz, n.xz, n.yz, n.zz;
+  return M;
+}
+
 struct Step {
   std::vector<Vector6d> poses;          // per slot
   std::vector<Eigen::Vector3d> points;  // per part; zero where fixed
@@ -63,7 +69,7 @@ class SchurSolver {
   double cost(const BundleState& state) const;
   void linearise();
   void linearise(PointPart& part, const std::vector<Eigen::Matrix3d>& R,
-                 std::vector<PoseNormalSum>& sums);
+                 std::vector<PoseNormalSum<double>>& sums);
   std::optional<Step> solve(const Damping& damping);
   void eliminate(PointPart& part, const Damping& damping, Eigen::VectorXd& rhs);
   BundleState moved(const Step& step) const;
@@ -146,14 +152,14 @@ void SchurSolver::linearise() {
   std::vector<Eigen::Matrix3d> R;
   R.reserve(state_.T_camera_world.size());
   for (const Pose& pose : state_.T_camera_world) R.push_back(pose.rotation());
-  std::vector<PoseNormalSum> sums(free_poses_.size());
+  std::vector<PoseNormalSum<double>> sums(free_poses_.size());
   for (PointPart& part : parts_) linearise(part, R, sums);
   U_.clear();
-  for (const PoseNormalSum& sum : sums) U_.push_back(sum.equations());
+  for (const PoseNormalSum<double>& sum : sums) U_.push_back(sum.equations());
 }
 
 void SchurSolver::linearise(PointPart& part, const std::vector<Eigen::Matrix3d>& R,
-                            std::vector<PoseNormalSum>& sums) {
+                            std::vector<PoseNormalSum<double>>& sums) {
   part.V.setZero();
   part.g.setZero();
   for (auto i = part.first_coupling; i < part.last_coupling; ++i) couplings_[i].W.setZero();
@@ -163,14 +169,17 @@ void SchurSolver::linearise(PointPart& part, const std::vector<Eigen::Matrix3d>&
     const Eigen::Matrix3d& R_camera_world = R[term.pose];
     const Eigen::Vector3d p =
         R_camera_world * state_.points[part.point] + state_.T_camera_world[term.pose].translation();
-    const PointNormal n =
-        point_normal(model_.camera, term.measurement, term.parts, term.weight, kernels_, p);
+    const PointNormal<double> n =
+        p.z() < kNearPlane
+            ? behind_camera(term.weight)
+            : point_normal(model_.camera, observed(term.measurement, term.parts, term.weight),
+                           kernels_, p.x(), p.y(), p.z());
     const std::int32_t slot = slot_[term.pose];
-    if (slot != kFixed) sums[static_cast<std::size_t>(slot)].add(p, n);
+    if (slot != kFixed) sums[static_cast<std::size_t>(slot)].add(p.x(), p.y(), p.z(), n);
     if (!part.free) continue;
-    const Eigen::Matrix3d MR = n.M() * R_camera_world;
+    const Eigen::Matrix3d MR = information_of(n) * R_camera_world;
     part.V.noalias() += R_camera_world.transpose() * MR;
-    part.g.noalias() += R_camera_world.transpose() * n.r;
+    part.g.noalias() += R_camera_world.transpose() * Eigen::Vector3d(n.rx, n.ry, n.rz);
     if (slot == kFixed) continue;
     if (couplings_[coupling].slot != slot) ++coupling;  // both sorted by pose
     couplings_[coupling].W.topRows<3>() += MR;
