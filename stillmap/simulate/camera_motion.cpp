@@ -89,7 +89,8 @@ Pose CameraMotion::T_world_camera(double seconds) const {
 Pose CameraMotion::steady(double t) const {
   if (options_.motion == "xyz") {
     const Vector3d offset(0.24 * wave(t, 5.3), 0.15 * wave(t, 7.1, 0.1), 0.2 * wave(t, 8.9, 0.05));
-    return home_ * Pose(turned(0, 0.04 * wave(t, 6.1), 0.06 * wave(t, 9.7)), offset);
+    return home_ *
+           Pose(turned(0.025 * wave(t, 4.1), 0.05 * wave(t, 5.1), 0.09 * wave(t, 6.7)), offset);
   }
   if (options_.motion == "rpy") {
     const auto turns = turned(16 * kDegree * wave(t, 4.7), 14 * kDegree * wave(t, 5.9, 0.1),
@@ -108,7 +109,7 @@ Pose CameraMotion::half_sphere(double t) const {
   const Vector3d view = viewpoint_.target - viewpoint_.position;
   const Vector3d centre = viewpoint_.position + kRadius * view.normalized();
   const double azimuth = std::atan2(-view.y(), -view.x()) + 42 * kDegree * wave(t, 9.1);
-  const double elevation = (16 + 20 * wave(t, 6.3, 0.9)) * kDegree;
+  const double elevation = (13 + 17 * wave(t, 5.7, 0.9)) * kDegree;
   const Vector3d out(std::cos(elevation) * std::cos(azimuth),
                      std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
   return look_at(centre + kRadius * out, centre);

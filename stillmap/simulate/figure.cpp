@@ -448,15 +448,19 @@ Path::Path(const std::vector<Vector2f>& corners) {
     }
   }
   fine.push_back(fine.front());
-  float walked = 0, next = 0;
+  std::vector<float> walked{0};
   for (std::size_t i = 1; i < fine.size(); ++i) {
-    const float piece = (fine[i] - fine[i - 1]).norm();
-    for (; next < walked + piece; next += kSpacing) {
-      points_.push_back(fine[i - 1] + (next - walked) / piece * (fine[i] - fine[i - 1]));
-    }
-    walked += piece;
+    walked.push_back(walked.back() + (fine[i] - fine[i - 1]).norm());
   }
-  length_ = walked;
+  length_ = walked.back();
+  const auto count = static_cast<std::size_t>(std::lround(length_ / kSpacing));
+  std::size_t i = 1;
+  for (std::size_t k = 0; k < count; ++k) {
+    const float arc = length_ * static_cast<float>(k) / static_cast<float>(count);
+    while (walked[i] < arc) ++i;
+    const float s = (arc - walked[i - 1]) / (walked[i] - walked[i - 1]);
+    points_.push_back(fine[i - 1] + s * (fine[i] - fine[i - 1]));
+  }
 }
 
 Vector2f Path::at(double arc) const {

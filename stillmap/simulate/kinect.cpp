@@ -56,7 +56,7 @@ void cast_shadow(const float* z, int width, double bf, std::vector<std::uint8_t>
   for (int u = width - 1; u >= 0; --u) {
     if (z[u] <= 0) continue;
     const double column = u - bf / static_cast<double>(z[u]);
-    lit[static_cast<std::size_t>(u)] = column < front + 0.5;
+    lit[static_cast<std::size_t>(u)] = column < front;
     front = std::min(front, column);
   }
 }

@@ -2,8 +2,10 @@
 #include "stillmap/simulate/lighting.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <numbers>
+#include <thread>
 
 namespace stillmap::simulate {
 namespace {
@@ -15,7 +17,7 @@ constexpr float kAmbientReach = 0.9F;  // metres; farther things do not take amb
 constexpr int kAmbientRays = 14;       // per vertex
 constexpr float kSmall = 0.12F;        // metres; things of less half size cast no lamp shadow
 constexpr float kLampSize = 0.35F;     // metres, keeps the light finite near a lamp
-constexpr float kBounce = 0.35F;       // of the ambient light, left in the deepest corner
+constexpr float kBounce = 0.3F;        // of the ambient light, left in the deepest corner
 
 /// Whether the segment from p to p + d meets the box (slab test, Kay and Kajiya 1986).
 bool blocks(const Occluder& box, const Vector3f& p, const Vector3f& d) {
@@ -104,22 +106,37 @@ float openness(Surroundings& surroundings, const Vector3f& p, const Vector3f& n,
   return static_cast<float>(open) / kAmbientRays;
 }
 
+void bake(const Lighting& lighting, const std::vector<Vector3f>& directions,
+          Surroundings& surroundings, Vertex& vertex) {
+  const Vector3f p = vertex.position + kOffset * vertex.normal;
+  const float open = openness(surroundings, p, vertex.normal, directions);
+  Vector3f light = vertex.light + lighting.ambient * (kBounce + (1 - kBounce) * open);
+  for (const Lamp& lamp : lighting.lamps) {
+    const Vector3f direct = from_lamp(lamp, p, vertex.normal);
+    if (direct.isZero()) continue;
+    if (!any_blocks(surroundings.large(), p, 0.97F * (lamp.position - p))) light += direct;
+  }
+  vertex.light = encode(light);
+}
+
 }  // namespace
 
 void bake_light(const Lighting& lighting, Mesh& mesh) {
   const auto directions = cosine_directions();
-  Surroundings surroundings(mesh.occluders);
-  for (Vertex& vertex : mesh.vertices) {
-    const Vector3f p = vertex.position + kOffset * vertex.normal;
-    const float open = openness(surroundings, p, vertex.normal, directions);
-    Vector3f light = lighting.ambient * (kBounce + (1 - kBounce) * open);
-    for (const Lamp& lamp : lighting.lamps) {
-      const Vector3f direct = from_lamp(lamp, p, vertex.normal);
-      if (direct.isZero()) continue;
-      if (!any_blocks(surroundings.large(), p, 0.97F * (lamp.position - p))) light += direct;
+  constexpr std::size_t kBlock = 512;  // vertices
+  std::atomic<std::size_t> next{0};
+  const auto work = [&] {
+    Surroundings surroundings(mesh.occluders);
+    for (std::size_t i = next.fetch_add(kBlock); i < mesh.vertices.size();
+         i = next.fetch_add(kBlock)) {
+      const std::size_t end = std::min(i + kBlock, mesh.vertices.size());
+      for (std::size_t k = i; k < end; ++k)
+        bake(lighting, directions, surroundings, mesh.vertices[k]);
     }
-    vertex.light = encode(vertex.light + light);
-  }
+  };
+  std::vector<std::jthread> helpers;
+  for (unsigned i = 1; i < std::thread::hardware_concurrency(); ++i) helpers.emplace_back(work);
+  work();
 }
 
 void light_mover(const Lighting& lighting, Mesh& mesh) {

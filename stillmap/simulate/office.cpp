@@ -38,7 +38,7 @@ void hang_lamps(MeshBuilder& to, Palette& p, Scene& scene) {
       to.box(place(x, y, kHeight - 0.05F), {1.2F, 0.3F, 0.05F}, {p.white, p.white}, false);
       to.quad(place(x, y, kHeight - 0.052F), {-0.57F, -0.12F, 0}, {1.14F, 0, 0}, {0, 0.24F, 0},
               p.glow);
-      scene.lighting.lamps.push_back({{x, y, kHeight - 0.1F}, {1.65F, 1.8F, 1.9F}, {0, 0, -1}});
+      scene.lighting.lamps.push_back({{x, y, kHeight - 0.1F}, {2.0F, 2.2F, 2.3F}, {0, 0, -1}});
     }
   }
   scene.lighting.lamps.push_back(
@@ -68,7 +68,7 @@ void furnish_middle(MeshBuilder& to, Palette& p) {
   set_desk(to, p, place(kDeskX, kDeskY + 0.38F, 0, 180), 2);
   f::desk_lamp(to, p, place(kDeskX - 0.68F, kDeskY + 0.1F, f::kDeskHeight, -60));
   f::plant(to, p, place(kDeskX + 0.68F, kDeskY + 0.02F, f::kDeskHeight), 0.42F);
-  f::bin(to, p, place(kDeskX - 1.05F, kDeskY - 0.25F, 0));
+  f::bin(to, p, place(kDeskX - 1.0F, kDeskY - 0.7F, 0));
 }
 
 void furnish_north(MeshBuilder& to, Palette& p) {
@@ -143,8 +143,8 @@ RoomPlan build_office(Palette& p, Scene& scene) {
                 place(kDeskX - 0.1F, kDeskY - 1.12F, 0, 180)};
   f::office_chair(to, p, plan.seats[0], 0);
   f::office_chair(to, p, plan.seats[1], 2);
-  plan.spots = {place(2.3F, 3.4F, 0, -45), place(5.2F, 2.6F, 0, -60), place(2.5F, 4.6F, 0, -20),
-                place(5.3F, 3.9F, 0, -60), place(3.9F, 1.4F, 0, -75), place(4.7F, 4.6F, 0, -45)};
+  plan.spots = {place(2.5F, 3.35F, 0, -29),  place(5.72F, 2.75F, 0, -68), place(2.5F, 5.3F, 0, -17),
+                place(5.72F, 4.35F, 0, -53), place(5.5F, 0.9F, 0, -90),   place(1.3F, 4.4F, 0, 0)};
   plan.walk = {{2.45F, 1.75F}, {3.6F, 1.55F}, {4.9F, 1.75F}, {5.3F, 3.2F},
                {4.9F, 4.75F},  {3.6F, 4.95F}, {2.25F, 4.7F}, {1.95F, 3.2F}};
   plan.walk_start = 7.2F;

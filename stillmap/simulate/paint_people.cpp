@@ -98,9 +98,9 @@ void print_logo(cv::Mat& image, const cv::Scalar& color) {
   cv::circle(image, {256, 190}, 92, light, cv::FILLED, cv::LINE_AA);
   cv::circle(image, {256, 190}, 78, color, cv::FILLED, cv::LINE_AA);
   cv::putText(image, "SLAM", {192, 204}, cv::FONT_HERSHEY_DUPLEX, 1.5, light, 5, cv::LINE_AA);
-  for (const int x : {14, 390}) {
+  for (const int x : {-58, 454}) {  // on the back, over the seam
     cv::putText(image, "TEAM", {x, 150}, cv::FONT_HERSHEY_DUPLEX, 1.3, light, 4, cv::LINE_AA);
-    cv::putText(image, "07", {x + 10, 260}, cv::FONT_HERSHEY_DUPLEX, 3, light, 10, cv::LINE_AA);
+    cv::putText(image, "07", {x + 2, 260}, cv::FONT_HERSHEY_DUPLEX, 3, light, 10, cv::LINE_AA);
   }
   for (int y = 330; y < 512; y += 60) {
     cv::rectangle(image, {0, y, 512, 22}, light, cv::FILLED);
@@ -190,7 +190,7 @@ cv::Mat trousers(int kind, Random& random) {
 }
 
 cv::Mat shoe(Random& random) {
-  cv::Mat image = tint(noise({128, 64}, {8, 4}, 4, random), vivid(random), 0.2);
+  cv::Mat image = tint(noise({128, 64}, {8, 4}, 4, random), shade(muted(random), 0.8), 0.2);
   cv::rectangle(image, {0, 48, 128, 16}, {230, 232, 232}, cv::FILLED);
   for (int x = 44; x < 84; x += 8) line(image, {x, 6}, {x + 6, 30}, {235, 235, 235}, 2);
   return image;

@@ -12,29 +12,36 @@ namespace {
 
 /// One octave of value noise, bilinear with smoothed weights (Perlin 1985), wrapped around.
 void add_octave(cv::Mat& field, cv::Size cells, float amplitude, Random& random) {
-  cv::Mat_<float> lattice(cells);
-  for (float& value : lattice) value = random.real(-1, 1);
-  const auto weights = [](int pixels, int cell_count) {
-    std::vector<std::pair<int, float>> result;
+  cv::Mat_<float> lattice(cells.height, cells.width + 1);
+  for (int j = 0; j < cells.height; ++j) {
+    for (int i = 0; i < cells.width; ++i) lattice(j, i) = amplitude * random.real(-1, 1);
+    lattice(j, cells.width) = lattice(j, 0);
+  }
+  struct Step {
+    int cell;
+    float weight;
+  };
+  const auto steps = [](int pixels, int cell_count) {
+    std::vector<Step> result;
     for (int i = 0; i < pixels; ++i) {
       const float s =
           static_cast<float>(i) * static_cast<float>(cell_count) / static_cast<float>(pixels);
       const float f = s - std::floor(s);
-      result.emplace_back(static_cast<int>(s), f * f * (3 - 2 * f));
+      result.push_back({static_cast<int>(s), f * f * (3 - 2 * f)});
     }
     return result;
   };
-  const auto wx = weights(field.cols, cells.width), wy = weights(field.rows, cells.height);
+  const auto columns = steps(field.cols, cells.width), rows = steps(field.rows, cells.height);
+  std::vector<float> line(static_cast<std::size_t>(cells.width) + 1);
   for (int y = 0; y < field.rows; ++y) {
-    const auto [j, fy] = wy[static_cast<std::size_t>(y)];
-    const float* a = lattice[j];
-    const float* b = lattice[(j + 1) % cells.height];
+    const Step& row = rows[static_cast<std::size_t>(y)];
+    const float* a = lattice[row.cell];
+    const float* b = lattice[(row.cell + 1) % cells.height];
+    for (std::size_t i = 0; i < line.size(); ++i) line[i] = a[i] + row.weight * (b[i] - a[i]);
     auto* out = field.ptr<float>(y);
-    for (int x = 0; x < field.cols; ++x) {
-      const auto [i, fx] = wx[static_cast<std::size_t>(x)];
-      const int k = i + 1 == cells.width ? 0 : i + 1;
-      const float top = a[i] + fx * (a[k] - a[i]), bottom = b[i] + fx * (b[k] - b[i]);
-      out[x] += amplitude * (top + fy * (bottom - top));
+    for (std::size_t x = 0; x < columns.size(); ++x) {
+      const float* left = line.data() + columns[x].cell;
+      out[x] += left[0] + columns[x].weight * (left[1] - left[0]);
     }
   }
 }

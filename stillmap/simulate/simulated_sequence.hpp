@@ -28,7 +28,7 @@ struct SimulationOptions {
   double speed = 1;               ///< factor on the camera's rate of motion
   double shake = 1;               ///< factor on the hand shake
   bool noise = true;              ///< false: exact depth, and colour without noise or drift
-  KinectOptions sensor;           ///< used with noise
+  KinectOptions sensor = {};      ///< used with noise
   int exposures = 1;              ///< pictures averaged into one for motion blur; 1: none
   double exposure_time = 0.012;   ///< shutter time [s], used with exposures > 1
   int threads = 2;                ///< for drawing; the pictures do not depend on it

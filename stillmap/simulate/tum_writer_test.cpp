@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/simulate/tum_writer.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/file.hpp"
+#include "stillmap/sensor/camera_file.hpp"
+
+#include <fstream>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgcodecs.hpp>
+
+namespace stillmap {
+namespace {
+
+namespace fs = std::filesystem;
+
+SimulationOptions tiny() {
+  SimulationOptions options;
+  options.width = 96;
+  options.height = 72;
+  options.frames = 3;
+  options.people = 1;
+  options.things = 1;
+  return options;
+}
+
+class TumWriter : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::temp_directory_path() / ("stillmap_tum_writer_" + std::string(info->name()));
+    fs::remove_all(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  fs::path folder_;
+};
+
+TEST_F(TumWriter, WhatIsWrittenIsWhatTheSequenceGives) {
+  const SimulatedSequence sequence(tiny());
+  std::vector<std::size_t> steps;
+  write_tum_layout(sequence, folder_, [&](std::size_t done) { steps.push_back(done); });
+  EXPECT_EQ(steps, (std::vector<std::size_t>{1, 2, 3}));
+
+  const SimulatedFrame made = sequence.at(2);
+  const std::string file = "0.066667.png";
+  const cv::Mat color = cv::imread(folder_ / "rgb" / file),
+                mask = cv::imread(folder_ / "mask" / file, -1);
+  const cv::Mat depth = cv::imread(folder_ / "depth" / file, cv::IMREAD_UNCHANGED);
+  EXPECT_EQ(cv::norm(color, made.frame->color, cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(mask, class_mask(made.truth), cv::NORM_INF), 0);
+  ASSERT_EQ(depth.type(), CV_16UC1);
+  cv::Mat metres;
+  depth.convertTo(metres, CV_32F, 1 / 5000.0);
+  EXPECT_LT(cv::norm(metres, made.frame->depth, cv::NORM_INF), 0.00011);
+
+  const Trajectory truth = read_trajectory(folder_ / "groundtruth.txt");
+  ASSERT_EQ(truth.size(), 3U);
+  EXPECT_LT((truth[2].T_world_camera.inverse() * sequence.T_world_camera(2)).log().norm(), 1e-7);
+  EXPECT_DOUBLE_EQ(load_camera(folder_ / "camera.yaml").fx, sequence.camera().fx);
+}
+
+TEST_F(TumWriter, ListsNameEveryFrame) {
+  write_tum_layout(SimulatedSequence(tiny()), folder_);
+  const auto lines = [&](const char* name) {
+    const std::string text = read_file(folder_ / name);
+    return std::count(text.begin(), text.end(), '\n');
+  };
+  EXPECT_EQ(lines("rgb.txt"), 2 + 3);
+  EXPECT_EQ(lines("depth.txt"), 2 + 3);
+  EXPECT_EQ(lines("associations.txt"), 3);
+  EXPECT_EQ(lines("movers.csv"), 1 + 3 * 2);
+  EXPECT_NE(read_file(folder_ / "associations.txt")
+                .find("0.033333 rgb/0.033333.png 0.033333 depth/0.033333.png"),
+            std::string::npos);
+}
+
+TEST_F(TumWriter, AFolderThatCannotBeMadeIsAnError) {
+  std::ofstream(folder_) << "a file, not a folder";
+  EXPECT_THROW(write_tum_layout(SimulatedSequence(tiny()), folder_), Error);
+}
+
+}  // namespace
+}  // namespace stillmap
