@@ -1,86 +1,228 @@
 // SPDX-License-Identifier: Apache-2.0
-
 #include "stillmap/feature/matching.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
 namespace stillmap {
+namespace {
+
+/// Calls index(0) ... index(count - 1) for the descriptors to look at, in order.
+template <typename Index>
+STILLMAP_KERNEL NearestTwo nearest_two_of(const Descriptor& query, const Descriptor* descriptors,
+                                          std::size_t count, Index&& index) {
+  NearestTwo two;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t k = index(i);
+    const Descriptor& d = descriptors[k];
+    const int bits = __builtin_popcountll(query[0] ^ d[0]) + __builtin_popcountll(query[1] ^ d[1]) +
+                     __builtin_popcountll(query[2] ^ d[2]) + __builtin_popcountll(query[3] ^ d[3]);
+    if (bits >= two.second_distance) continue;
+    if (bits < two.best_distance) {
+      two.second = two.best;
+      two.second_distance = two.best_distance;
+      two.best = k;
+      two.best_distance = bits;
+    } else {
+      two.second = k;
+      two.second_distance = bits;
+    }
+  }
+  return two;
+}
+
+NearestTwo among_portable(const Descriptor& query, const Descriptor* descriptors,
+                          std::span<const std::uint32_t> candidates) {
+  return nearest_two_of(query, descriptors, candidates.size(),
+                        [&](std::size_t i) STILLMAP_ALWAYS_INLINE { return candidates[i]; });
+}
+STILLMAP_TARGET_AVX2 NearestTwo among_avx2(const Descriptor& query, const Descriptor* descriptors,
+                                           std::span<const std::uint32_t> candidates) {
+  return nearest_two_of(query, descriptors, candidates.size(),
+                        [&](std::size_t i) STILLMAP_ALWAYS_INLINE { return candidates[i]; });
+}
+NearestTwo all_portable(const Descriptor& query, std::span<const Descriptor> descriptors) {
+  return nearest_two_of(query, descriptors.data(), descriptors.size(),
+                        [](std::size_t i)
+                            STILLMAP_ALWAYS_INLINE { return static_cast<std::uint32_t>(i); });
+}
+STILLMAP_TARGET_AVX2 NearestTwo all_avx2(const Descriptor& query,
+                                         std::span<const Descriptor> descriptors) {
+  return nearest_two_of(query, descriptors.data(), descriptors.size(),
+                        [](std::size_t i)
+                            STILLMAP_ALWAYS_INLINE { return static_cast<std::uint32_t>(i); });
+}
+
+bool ambiguous(const NearestTwo& two, double ratio) {
+  return ratio < 1 && two.second != kNoMatch && two.best_distance >= ratio * two.second_distance;
+}
+
+/// 30 bins around the circle, of which the three fullest count.
+class RotationHistogram {
+ public:
+  static int bin_of(float change) {
+    const float turns = change / (2 * std::numbers::pi_v<float>);
+    const int bin = static_cast<int>((turns - std::floor(turns)) * kBins);
+    return std::min(bin, kBins - 1);
+  }
+  void add(int bin) { ++counts_[bin]; }
+
+  /// Whether a bin is one of the dominant ones.
+  std::array<bool, 30> dominant() const {
+    std::array<int, kBins> order{};
+    for (int i = 0; i < kBins; ++i) order[i] = i;
+    std::stable_sort(order.begin(), order.end(),
+                     [&](int a, int b) { return counts_[a] > counts_[b]; });
+    std::array<bool, kBins> kept{};
+    for (int i = 0; i < 3; ++i) kept[order[i]] = 10 * counts_[order[i]] >= counts_[order[0]];
+    return kept;
+  }
+
+ private:
+  static constexpr int kBins = 30;
+  std::array<int, kBins> counts_{};
+};
+
+/// The keypoint that a query asks for.
+struct Wish {
+  std::uint32_t keypoint = kNoMatch;
+  int distance = 257;
+  explicit operator bool() const { return keypoint != kNoMatch; }
+};
+
+/// What each query asks for, before others' wishes are looked at.
+class CandidateSearch {
+ public:
+  CandidateSearch(const Features& features, const ProjectionMatchOptions& options,
+                  std::span<const std::uint8_t> taken, CpuPath path)
+      : features_(features), options_(options), taken_(taken), path_(path) {}
+
+  Wish operator()(const ProjectionQuery& q) {
+    if (!std::isfinite(q.u + q.v + q.radius)) return {};
+    near_.clear();
+    features_.grid.for_each_near(q.u, q.v, q.radius, q.min_level, q.max_level,
+                                 [&](std::uint32_t i) {
+                                   if (taken_.empty() || taken_[i] == 0) near_.push_back(i);
+                                 });
+    std::sort(near_.begin(), near_.end());
+    const NearestTwo two = nearest_two(q.descriptor, features_.descriptors, near_, path_);
+    if (two.best == kNoMatch || two.best_distance > options_.max_distance) return {};
+    if (same_level(two) && ambiguous(two, options_.ratio)) return {};
+    return {two.best, two.best_distance};
+  }
+
+ private:
+  bool same_level(const NearestTwo& two) const {
+    return two.second != kNoMatch &&
+           features_.keypoints[two.best].level == features_.keypoints[two.second].level;
+  }
+
+  const Features& features_;
+  const ProjectionMatchOptions& options_;
+  std::span<const std::uint8_t> taken_;
+  CpuPath path_;
+  std::vector<std::uint32_t> near_;
+};
+
+/// Leaves each keypoint to the query that is nearest to it.
+void resolve_conflicts(std::vector<Wish>& wishes, std::size_t keypoints) {
+  constexpr std::size_t kNobody = std::numeric_limits<std::size_t>::max();
+  std::vector<std::size_t> owner(keypoints, kNobody);
+  for (std::size_t i = 0; i < wishes.size(); ++i) {
+    if (!wishes[i]) continue;
+    std::size_t& holder = owner[wishes[i].keypoint];
+    if (holder != kNobody && wishes[holder].distance <= wishes[i].distance) {
+      wishes[i] = {};
+      continue;
+    }
+    if (holder != kNobody) wishes[holder] = {};
+    holder = i;
+  }
+}
+
+void refuse_odd_rotations(std::span<const ProjectionQuery> queries, const Features& features,
+                          std::vector<Wish>& wishes) {
+  const auto bin_of = [&](std::size_t i) -> std::optional<int> {
+    if (!wishes[i] || !std::isfinite(queries[i].angle)) return std::nullopt;
+    return RotationHistogram::bin_of(features.keypoints[wishes[i].keypoint].angle -
+                                     queries[i].angle);
+  };
+  RotationHistogram histogram;
+  for (std::size_t i = 0; i < wishes.size(); ++i) {
+    if (const auto bin = bin_of(i)) histogram.add(*bin);
+  }
+  const auto dominant = histogram.dominant();
+  for (std::size_t i = 0; i < wishes.size(); ++i) {
+    if (const auto bin = bin_of(i); bin && !dominant[*bin]) wishes[i] = {};
+  }
+}
+
+}  // namespace
+
+NearestTwo nearest_two(const Descriptor& query, std::span<const Descriptor> descriptors,
+                       std::span<const std::uint32_t> candidates, CpuPath path) {
+  return path == CpuPath::kAvx2 ? among_avx2(query, descriptors.data(), candidates)
+                                : among_portable(query, descriptors.data(), candidates);
+}
+
+NearestTwo nearest_two(const Descriptor& query, std::span<const Descriptor> descriptors,
+                       CpuPath path) {
+  return path == CpuPath::kAvx2 ? all_avx2(query, descriptors) : all_portable(query, descriptors);
+}
+
+std::vector<DescriptorMatch> match_brute_force(std::span<const Descriptor> a,
+                                               std::span<const Descriptor> b,
+                                               const BruteForceMatchOptions& options,
+                                               CpuPath path) {
+  std::vector<std::uint32_t> back(options.cross_check ? b.size() : 0, kNoMatch);
+  const auto best_for = [&](std::uint32_t j) {  // b's best a, found when first asked for
+    if (back[j] == kNoMatch) back[j] = nearest_two(b[j], a, path).best;
+    return back[j];
+  };
+  std::vector<DescriptorMatch> matches;
+  for (std::uint32_t i = 0; i < a.size(); ++i) {
+    const NearestTwo two = nearest_two(a[i], b, path);
+    if (two.best == kNoMatch || two.best_distance > options.max_distance) continue;
+    if (ambiguous(two, options.ratio)) continue;
+    if (options.cross_check && best_for(two.best) != i) continue;
+    matches.push_back({i, two.best, two.best_distance});
+  }
+  return matches;
+}
+
+std::vector<DescriptorMatch> keep_consistent_rotations(std::span<const DescriptorMatch> matches,
+                                                       std::span<const Keypoint> keypoints_a,
+                                                       std::span<const Keypoint> keypoints_b) {
+  const auto bin_of = [&](const DescriptorMatch& m) {
+    return RotationHistogram::bin_of(keypoints_b[m.b].angle - keypoints_a[m.a].angle);
+  };
+  RotationHistogram histogram;
+  for (const DescriptorMatch& m : matches) histogram.add(bin_of(m));
+  const auto dominant = histogram.dominant();
+  std::vector<DescriptorMatch> kept;
+  std::copy_if(matches.begin(), matches.end(), std::back_inserter(kept),
+               [&](const DescriptorMatch& m) { return dominant[bin_of(m)]; });
+  return kept;
+}
+
 std::vector<std::optional<std::uint32_t>> match_by_projection(
     std::span<const ProjectionQuery> queries, const Features& features,
-    const ProjectionMatchOptions& options) {
-  std::vector<std::optional<std::uint32_t>> result(queries.size());
-  std::vector<int> owner(features.size(), -1), owner_distance(features.size(), 257);
-  for (std::size_t q = 0; q < queries.size(); ++q) {
-    const auto& query = queries[q];
-    int best = 257, second = 257, best_level = -1, second_level = -2;
-    std::uint32_t best_i = 0;
-    features.grid.for_each_near(query.u, query.v, query.radius, query.min_level, query.max_level,
-                                [&](std::uint32_t i) {
-                                  const int d = distance(query.descriptor, features.descriptors[i]);
-                                  const int level = features.keypoints[i].level;
-                                  if (d < best) {
-                                    second = best;
-                                    second_level = best_level;
-                                    best = d;
-                                    best_level = level;
-                                    best_i = i;
-                                  } else if (d < second) {
-                                    second = d;
-                                    second_level = level;
-                                  }
-                                });
-    if (best > options.max_distance) continue;
-    if (best_level == second_level && best > options.ratio * second) continue;
-    if (best >= owner_distance[best_i]) continue;
-    if (owner[best_i] >= 0) result[owner[best_i]].reset();
-    owner[best_i] = static_cast<int>(q);
-    owner_distance[best_i] = best;
-    result[q] = best_i;
+    const ProjectionMatchOptions& options, std::span<const std::uint8_t> taken, CpuPath path) {
+  CandidateSearch search(features, options, taken, path);
+  std::vector<Wish> wishes;
+  wishes.reserve(queries.size());
+  for (const ProjectionQuery& q : queries) wishes.push_back(search(q));
+  resolve_conflicts(wishes, features.size());
+  if (options.check_rotation) refuse_odd_rotations(queries, features, wishes);
+
+  std::vector<std::optional<std::uint32_t>> matches(queries.size());
+  for (std::size_t i = 0; i < wishes.size(); ++i) {
+    if (wishes[i]) matches[i] = wishes[i].keypoint;
   }
-  if (options.check_rotation) {
-    std::vector<int> histogram(30, 0);
-    const auto bin = [&](std::size_t q) {
-      float d = queries[q].angle - features.keypoints[*result[q]].angle;
-      const float turn = 6.2831853f;
-      d -= turn * std::floor(d / turn);
-      return std::min(29, static_cast<int>(d / turn * 30));
-    };
-    for (std::size_t q = 0; q < queries.size(); ++q)
-      if (result[q] && std::isfinite(queries[q].angle)) ++histogram[bin(q)];
-    std::vector<int> order(30);
-    for (int i = 0; i < 30; ++i) order[i] = i;
-    std::sort(order.begin(), order.end(), [&](int a, int b) {
-      return histogram[a] != histogram[b] ? histogram[a] > histogram[b] : a < b;
-    });
-    for (std::size_t q = 0; q < queries.size(); ++q) {
-      if (!result[q] || !std::isfinite(queries[q].angle)) continue;
-      const int b = bin(q);
-      if (b != order[0] && b != order[1] && b != order[2]) result[q].reset();
-    }
-  }
-  return result;
+  return matches;
 }
-std::vector<IndexPair> match_brute_force(std::span<const Descriptor> a,
-                                         std::span<const Descriptor> b,
-                                         const BruteForceMatchOptions& options) {
-  const auto nearest = [&](const Descriptor& x, std::span<const Descriptor> in) {
-    int best = 257, second = 257;
-    std::uint32_t bi = 0;
-    for (std::uint32_t i = 0; i < in.size(); ++i) {
-      const int d = distance(x, in[i]);
-      if (d < best) {
-        second = best;
-        best = d;
-        bi = i;
-      } else if (d < second)
-        second = d;
-    }
-    return std::tuple(bi, best, second);
-  };
-  std::vector<IndexPair> result;
-  for (std::uint32_t i = 0; i < a.size(); ++i) {
-    const auto [j, best, second] = nearest(a[i], b);
-    if (best > options.max_distance || best > options.ratio * second) continue;
-    if (options.cross_check && std::get<0>(nearest(b[j], a)) != i) continue;
-    result.push_back({i, j});
-  }
-  return result;
-}
+
 }  // namespace stillmap

@@ -1,30 +1,135 @@
 // SPDX-License-Identifier: Apache-2.0
-
 #include "stillmap/feature/orb_extractor.hpp"
 
-#include <cstring>
+#include "stillmap/base/error.hpp"
+#include "stillmap/feature/subpixel.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
 namespace stillmap {
-OrbExtractor::OrbExtractor(const OrbOptions& o)
-    : orb_(cv::ORB::create(o.keypoints, static_cast<float>(o.scale_factor), o.levels, 19, 0, 2,
-                           cv::ORB::HARRIS_SCORE, 31, 10)) {}
-Features OrbExtractor::extract(const cv::Mat& grey, const cv::Mat& depth) {
-  std::vector<cv::KeyPoint> kps;
-  cv::Mat desc;
-  orb_->detectAndCompute(grey, cv::noArray(), kps, desc);
-  Features f;
-  f.keypoints.resize(kps.size());
-  f.descriptors.resize(kps.size());
-  for (std::size_t i = 0; i < kps.size(); ++i) {
-    auto& k = f.keypoints[i];
-    k.u = kps[i].pt.x;
-    k.v = kps[i].pt.y;
-    k.angle = static_cast<float>(kps[i].angle * M_PI / 180);
-    k.level = static_cast<std::uint8_t>(kps[i].octave);
-    k.response = kps[i].response;
-    if (!depth.empty()) k.depth = depth.at<float>(cvRound(k.v), cvRound(k.u));
-    std::memcpy(f.descriptors[i].data(), desc.ptr(static_cast<int>(i)), 32);
-  }
-  f.grid = KeypointGrid(f.keypoints, grey.cols, grey.rows);
-  return f;
+namespace {
+
+void require(bool condition, const char* what, const char* where, const char* fix) {
+  if (!condition) throw Error(what, where, fix);
 }
+
+const OrbOptions& checked(const OrbOptions& o) {
+  require(o.keypoints >= 0, "the number of keypoints is negative", "orb.keypoints",
+          "set it to 1000");
+  require(o.levels >= 1 && o.levels <= 16, "the number of levels must be 1 to 16", "orb.levels",
+          "set it to 8");
+  require(o.scale_factor > 1 && o.scale_factor <= 2, "the scale factor must be above 1, at most 2",
+          "orb.scale_factor", "set it to 1.2");
+  require(o.fast_threshold >= 1 && o.fast_threshold <= 254, "the threshold must be 1 to 254",
+          "orb.fast_threshold", "set it to 20");
+  require(o.fast_threshold_low >= 1 && o.fast_threshold_low <= o.fast_threshold,
+          "the second threshold must be 1 to fast_threshold", "orb.fast_threshold_low",
+          "set it to 7");
+  require(o.cell >= 4, "the cells must be at least 4 pixels wide", "orb.cell", "set it to 30");
+  require(o.border >= kPatchMargin, "the border must be at least 16 pixels", "orb.border",
+          "set it to 16");
+  return o;
+}
+
+/// Geometric series with ratio 1 / scale_factor from level to level, in sum exactly `keypoints`.
+std::vector<int> shares(const OrbOptions& options) {
+  const double q = 1 / options.scale_factor;
+  const double first = options.keypoints * (1 - q) / (1 - std::pow(q, options.levels));
+  std::vector<int> share(options.levels);
+  int rest = options.keypoints;
+  for (int level = 0; level < options.levels; ++level) {
+    const bool last = level + 1 == options.levels;
+    share[level] =
+        last ? rest : std::min(rest, static_cast<int>(std::lround(first * std::pow(q, level))));
+    rest -= share[level];
+  }
+  return share;
+}
+
+void check_images(const cv::Mat& grey, const cv::Mat& depth) {
+  require(grey.empty() || grey.type() == CV_8UC1, "the image is not 8-bit grey",
+          "OrbExtractor::extract", "convert it with cv::cvtColor(..., cv::COLOR_BGR2GRAY)");
+  require(depth.empty() || depth.type() == CV_32FC1, "the depth image is not 32-bit float",
+          "OrbExtractor::extract",
+          "convert it to metres with depth.convertTo(..., CV_32F, 1 / depth_factor)");
+  require(depth.empty() || depth.size() == grey.size(),
+          "the depth image has another size than the grey one", "OrbExtractor::extract",
+          "register the depth to the colour image");
+}
+
+bool known(float depth) { return std::isfinite(depth) && depth > 0; }
+
+}  // namespace
+
+float depth_at(const cv::Mat& depth, float u, float v, double jump) {
+  if (depth.empty()) return 0;
+  const int x = std::clamp(static_cast<int>(std::lround(u)), 0, depth.cols - 1);
+  const int y = std::clamp(static_cast<int>(std::lround(v)), 0, depth.rows - 1);
+  const float centre = depth.at<float>(y, x);
+  if (!known(centre)) return 0;
+  float nearest = centre, farthest = centre;
+  for (int j = std::max(y - 1, 0); j <= std::min(y + 1, depth.rows - 1); ++j) {
+    for (int i = std::max(x - 1, 0); i <= std::min(x + 1, depth.cols - 1); ++i) {
+      const float d = depth.at<float>(j, i);
+      if (!known(d)) continue;
+      nearest = std::min(nearest, d);
+      farthest = std::max(farthest, d);
+    }
+  }
+  return farthest > nearest * (1 + jump) ? nearest : centre;
+}
+
+OrbExtractor::OrbExtractor(const OrbOptions& options, CpuPath path)
+    : options_(checked(options)),
+      path_(path),
+      share_(shares(options)),
+      detector_(options.fast_threshold, options.fast_threshold_low, options.cell, options.border,
+                path),
+      blur_(path) {}
+
+Features OrbExtractor::extract(const cv::Mat& grey, const cv::Mat& depth) {
+  check_images(grey, depth);
+  Features features;
+  if (grey.empty()) return features;
+  features.keypoints.reserve(options_.keypoints);
+  features.descriptors.reserve(options_.keypoints);
+
+  pyramid_.build(grey, options_.pyramid(), 2 * options_.border + 1);
+  int wanted = 0;  // what finer levels left over, and this level's share
+  for (int level = 0; level < pyramid_.levels(); ++level) {
+    const std::size_t before = features.size();
+    wanted += share_[level];
+    extract_level(level, wanted, features);
+    wanted -= static_cast<int>(features.size() - before);
+  }
+  for (Keypoint& k : features.keypoints) k.depth = depth_at(depth, k.u, k.v, options_.depth_jump);
+  features.grid = KeypointGrid(features.keypoints, grey.cols, grey.rows);
+  return features;
+}
+
+void OrbExtractor::extract_level(int level, int wanted, Features& features) {
+  const cv::Mat& image = pyramid_[level];
+  const int border = options_.border;
+  const cv::Rect area(border, border, image.cols - 2 * border, image.rows - 2 * border);
+  const std::vector<Corner>& corners = spreader_.spread(detector_.detect(image), area, wanted);
+  if (corners.empty()) return;
+
+  moments_.resize(corners.size());
+  patch_moments(image, corners, moments_, path_);
+  const std::size_t first = features.descriptors.size();
+  features.descriptors.resize(first + corners.size());
+  describe(blur_(image), corners, moments_, std::span(features.descriptors).subspan(first), path_);
+
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const Corner& c = corners[i];
+    const cv::Point2f on_level =
+        options_.subpixel ? refine_corner(detector_.scores(), c) : cv::Point2f(cv::Point(c.x, c.y));
+    const cv::Point2f p = pyramid_.to_full_size(on_level, level);
+    features.keypoints.push_back({p.x, p.y, moments_[i].angle(), static_cast<float>(c.score), 0,
+                                  static_cast<std::uint8_t>(level)});
+  }
+}
+
 }  // namespace stillmap

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/feature/brief.hpp"
+
+#include "stillmap/feature/byte_vector.hpp"
+
+#include <cmath>
+#include <cstring>
+
+namespace stillmap {
+namespace {
+
+constexpr int kFractionBits = 10;  // of sine and cosine; 15 * sqrt(2) * 2^10 stays within 16 bits
+constexpr int kStride = 32;        // of the patch copy: columns -15 ... 16
+
+struct Turn {
+  std::int16_t cosine, sine;
+};
+
+Turn turn_of(const PatchMoments& m) {
+  const double x = m.m10, y = m.m01;
+  const double norm = std::sqrt(x * x + y * y);
+  if (norm == 0) return {1 << kFractionBits, 0};
+  const double unit = (1 << kFractionBits) / norm;
+  return {static_cast<std::int16_t>(std::lround(x * unit)),
+          static_cast<std::int16_t>(std::lround(y * unit))};
+}
+
+/// Positions in the patch copy of 256 points turned: x' = c x - s y, y' = s x + c y.
+STILLMAP_KERNEL void turn_points(const std::array<std::int16_t, 256>& px,
+                                 const std::array<std::int16_t, 256>& py, const Turn& turn,
+                                 std::array<std::int16_t, 256>& where) {
+  constexpr std::int16_t kHalf = 1 << (kFractionBits - 1);
+  constexpr int kCentre = 15 * kStride + 15;
+  for (int i = 0; i < 256; i += 16) {
+    const I16x16 x = load<I16x16>(px.data() + i), y = load<I16x16>(py.data() + i);
+    const I16x16 turned_x = (x * turn.cosine - y * turn.sine + kHalf) >> kFractionBits;
+    const I16x16 turned_y = (x * turn.sine + y * turn.cosine + kHalf) >> kFractionBits;
+    store(where.data() + i, turned_y * static_cast<std::int16_t>(kStride) + turned_x +
+                                static_cast<std::int16_t>(kCentre));
+  }
+}
+
+STILLMAP_KERNEL Descriptor describe_one(const std::uint8_t* centre, std::ptrdiff_t stride,
+                                        const Turn& turn, const BriefPattern& pattern) {
+  alignas(32) std::array<std::uint8_t, 31 * kStride> patch;
+  for (int y = 0; y < 31; ++y)
+    std::memcpy(patch.data() + y * kStride, centre + (y - 15) * stride - 15, kStride);
+  alignas(32) std::array<std::int16_t, 256> a, b;
+  turn_points(pattern.ax, pattern.ay, turn, a);
+  turn_points(pattern.bx, pattern.by, turn, b);
+  Descriptor descriptor{};
+  for (int i = 0; i < 256; ++i) {
+    const std::uint64_t darker = patch[a[i]] < patch[b[i]] ? 1 : 0;
+    descriptor[i / 64] |= darker << (i % 64);
+  }
+  return descriptor;
+}
+
+STILLMAP_KERNEL void describe_all(const cv::Mat& image, std::span<const Corner> corners,
+                                  std::span<const PatchMoments> moments, std::span<Descriptor> out,
+                                  const BriefPattern& pattern) {
+  const auto stride = static_cast<std::ptrdiff_t>(image.step);
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const std::uint8_t* centre = image.data + corners[i].y * stride + corners[i].x;
+    out[i] = describe_one(centre, stride, turn_of(moments[i]), pattern);
+  }
+}
+
+void describe_portable(const cv::Mat& image, std::span<const Corner> corners,
+                       std::span<const PatchMoments> moments, std::span<Descriptor> out,
+                       const BriefPattern& pattern) {
+  describe_all(image, corners, moments, out, pattern);
+}
+STILLMAP_TARGET_AVX2 void describe_avx2(const cv::Mat& image, std::span<const Corner> corners,
+                                        std::span<const PatchMoments> moments,
+                                        std::span<Descriptor> out, const BriefPattern& pattern) {
+  describe_all(image, corners, moments, out, pattern);
+}
+
+}  // namespace
+
+void describe(const cv::Mat& blurred, std::span<const Corner> corners,
+              std::span<const PatchMoments> moments, std::span<Descriptor> descriptors,
+              CpuPath path, const BriefPattern& pattern) {
+  const auto compute = path == CpuPath::kAvx2 ? describe_avx2 : describe_portable;
+  compute(blurred, corners, moments, descriptors, pattern);
+}
+
+}  // namespace stillmap
