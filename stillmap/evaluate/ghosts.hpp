@@ -86,8 +86,12 @@ struct GhostFigures {
   std::size_t ghosts = 0;   ///< of these inside the swept volume
   std::size_t surface = 0;  ///< voxels of the static surface
   std::size_t kept = 0;     ///< of these with a point of the cloud within reach
-  double ghost_share() const { return points == 0 ? 0 : double(ghosts) / double(points); }
-  double surface_share() const { return surface == 0 ? 0 : double(kept) / double(surface); }
+  double ghost_share() const {
+    return points == 0 ? 0 : static_cast<double>(ghosts) / static_cast<double>(points);
+  }
+  double surface_share() const {
+    return surface == 0 ? 0 : static_cast<double>(kept) / static_cast<double>(surface);
+  }
 };
 
 /// Which points are ghosts: 1 for those inside the swept volume, else 0.

@@ -30,11 +30,13 @@ double worst_pose_error(const std::vector<Pose>& estimate, const std::vector<Pos
   return worst;
 }
 
+// NOLINTBEGIN(bugprone-suspicious-memory-comparison): the bits are what is promised.
 bool same_bits(const Pose& a, const Pose& b) {
   return std::memcmp(a.quaternion().coeffs().data(), b.quaternion().coeffs().data(),
                      4 * sizeof(double)) == 0 &&
          std::memcmp(a.translation().data(), b.translation().data(), 3 * sizeof(double)) == 0;
 }
+// NOLINTEND(bugprone-suspicious-memory-comparison)
 
 bool same_bits(const BundleResult& a, const BundleResult& b) {
   bool same = a.pixel_outlier == b.pixel_outlier && a.depth_outlier == b.depth_outlier &&

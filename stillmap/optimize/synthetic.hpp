@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <random>
 #include <vector>
 
@@ -24,7 +25,7 @@ inline Pose random_pose(std::mt19937& rng, double metres, double radians) {
   std::normal_distribution<double> normal;
   const auto draw = [&] { return Eigen::Vector3d(normal(rng), normal(rng), normal(rng)); };
   Vector6d twist;
-  twist << metres / std::sqrt(3) * draw(), radians / std::sqrt(3) * draw();
+  twist << metres / std::numbers::sqrt3 * draw(), radians / std::numbers::sqrt3 * draw();
   return Pose::exp(twist);
 }
 

@@ -32,7 +32,7 @@ Slam::Slam(const Camera& camera, const SlamOptions& options, std::unique_ptr<Det
       mapping_(camera, pyramid_of(options.orb), options),
       dense_(camera, options.dense) {
   dense_stage_ = std::make_unique<Stage<DenseTask, Nothing>>(
-      8, WhenFull::kBlock, [this](DenseTask task, const auto&) {
+      8, WhenFull::kBlock, [this](const DenseTask& task, const auto&) {
         const Stopwatch watch;
         dense_.add(task.image->index, *task.image, task.moving);
         dense_timing_.add("dense map", watch.milliseconds());

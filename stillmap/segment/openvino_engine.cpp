@@ -46,7 +46,7 @@ class OpenVinoEngine final : public InferenceEngine {
             ov::hint::inference_precision(ov::element::f32), ov::hint::enable_cpu_pinning(false)};
   }
   static TensorView view(const ov::Tensor& tensor) {
-    const auto shape = tensor.get_shape();
+    const auto& shape = tensor.get_shape();
     return {{shape.begin(), shape.end()}, {tensor.data<const float>(), tensor.get_size()}};
   }
 

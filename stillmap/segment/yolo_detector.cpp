@@ -4,6 +4,8 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/segment/coco.hpp"
 
+#include <fmt/format.h>
+
 namespace stillmap {
 namespace {
 

@@ -53,7 +53,7 @@ std::optional<Camera> choose_camera(const SequencePaths& paths, const std::optio
           "name one with --camera, or put its parameters into camera.yaml in the folder");
       return std::nullopt;
     }
-    const Camera camera = named ? *named : load_camera(paths.camera.string());
+    Camera camera = named ? *named : load_camera(paths.camera.string());
     check_camera(camera, "camera '" + camera.name + "'");
     diagnosis.add(
         Severity::kOk,

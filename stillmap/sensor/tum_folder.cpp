@@ -137,7 +137,7 @@ cv::Mat depth_in_metres(const cv::Mat& raw, double depth_factor, double min_dept
     for (int x = 0; x < raw.cols; ++x) {
       const auto value = static_cast<float>(from[x]);
       const float z = value / factor;
-      to[x] = (value != kSaturated) & (z >= nearest) & (z <= farthest) ? z : 0.0F;
+      to[x] = ((value != kSaturated) & (z >= nearest) & (z <= farthest)) ? z : 0.0F;
     }
   }
   return metres;
