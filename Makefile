@@ -29,8 +29,8 @@ build: deps  ## the command, build/release/stillmap (installs what is missing)
 	@$(call configure,release)
 	$(call compile,release) --target stillmap
 
-demo: build  ## map a rendered scene with people walking about; ends with where the results are
-	build/release/stillmap demo $(ARGS)
+demo: build  ## map a rendered office with people walking about (results: build/demo)
+	build/release/stillmap demo --out build/demo $(ARGS)
 
 test: deps  ## build everything and run all tests
 	@$(call configure,release)
