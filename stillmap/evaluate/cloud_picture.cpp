@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/evaluate/statistics.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -36,13 +37,6 @@ void check(const CloudSpan& cloud) {
   throw Error(fmt::format("{} points, {} colours, {} marks", cloud.points.size(),
                           cloud.colors.size(), cloud.marked.size()),
               "cloud picture", "give one colour per point, and one mark per point or none");
-}
-
-double quantile(std::vector<double> values, double q) {
-  const auto nth =
-      values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), nth, values.end());
-  return *nth;
 }
 
 Eigen::Vector3d normalized_or(const Eigen::Vector3d& v, const Eigen::Vector3d& otherwise) {

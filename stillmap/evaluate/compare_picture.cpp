@@ -80,9 +80,7 @@ void draw_path(Canvas& canvas, const Plot& plot, const PaperPlane& plane,
   for (std::size_t i = 1; i < pairs.size(); ++i) {
     gaps.push_back(pairs[i].timestamp - pairs[i - 1].timestamp);
   }
-  std::nth_element(gaps.begin(), gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2),
-                   gaps.end());
-  const double longest = 3.5 * gaps[gaps.size() / 2];
+  const double longest = 3.5 * quantile(gaps, 0.5);
   std::vector<cv::Point2d> part;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     if (i > 0 && pairs[i].timestamp - pairs[i - 1].timestamp > longest) {

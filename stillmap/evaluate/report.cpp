@@ -31,6 +31,14 @@ std::string grouped(std::size_t number) {
   return text;
 }
 
+/// Three digits: 950, 18.2 k, 1.23 M.
+std::string rounded(std::size_t number) {
+  const auto value = static_cast<double>(number);
+  if (number < 1000) return std::to_string(number);
+  return number < 999500 ? fmt::format("{:.3g}\u2009k", value / 1e3)
+                         : fmt::format("{:.3g}\u2009M", value / 1e6);
+}
+
 /// RFC 4648.
 std::string base64(const std::vector<unsigned char>& bytes) {
   constexpr char kAlphabet[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -55,6 +63,11 @@ std::string figure(const ReportImage& image) {
       "<figure><img alt=\"{0}\" width=\"{1}\" height=\"{2}\" src=\"data:image/jpeg;base64,{3}\">"
       "<figcaption>{0}</figcaption></figure>\n",
       e(image.caption), image.image.cols, image.image.rows, base64(jpeg));
+}
+
+/// A chart as wide as the page, which on a narrow screen is scrolled rather than shrunk.
+std::string wide(const std::string& chart) {
+  return chart.empty() ? "" : "<div class=\"scroll\">" + chart + "</div>\n";
 }
 
 /// A card with a heading; empty text where there is nothing to put in.
@@ -119,7 +132,8 @@ std::string tiles(const ReportData& data) {
         {"Map", grouped(data.keyframes), "keyframes", grouped(data.landmarks) + " landmarks"});
   }
   if (data.cloud_points > 0) {
-    tiles.push_back({"Static cloud", grouped(data.cloud_points), "points", ""});
+    tiles.push_back({"Static cloud", rounded(data.cloud_points), "points",
+                     grouped(data.cloud_points) + " in all"});
   }
   std::string html;
   for (const Tile& tile : tiles) html += tile_html(tile);
@@ -161,8 +175,8 @@ std::string trajectory_section(const ReportData& data) {
                                    trajectory_legend(data));
 }
 
-std::string statistics_row(const std::string& name, const Statistics& s, int decimals) {
-  const auto cell = [&](double value) { return fmt::format("{:.{}f}", value, decimals); };
+std::string statistics_row(const std::string& name, const Statistics& s) {
+  const auto cell = [](double value) { return fmt::format("{:.4f}", value); };
   std::string row = "<tr><td>" + name + "</td><td><b>" + cell(s.rmse) + "</b></td>";
   for (const double value : {s.mean, s.median, s.sd, s.min, s.max}) {
     row += "<td>" + cell(value) + "</td>";
@@ -177,19 +191,19 @@ std::string error_table(const ReportData& data) {
       "<div "
       "class=\"scroll\"><table><tr><th></th><th>RMSE</th><th>mean</th><th>median</th><th>SD</th>"
       "<th>min</th><th>max</th><th>pairs</th></tr>\n";
-  html += statistics_row("ATE [m]", evaluation.ate.translation, 4);
-  html += statistics_row("RPE over 1 s [m]", evaluation.rpe.translation, 4);
-  html += statistics_row("RPE over 1 s [\u00b0]", evaluation.rpe.rotation, 4);
+  html += statistics_row("ATE [m]", evaluation.ate.translation);
+  html += statistics_row("RPE over 1 s [m]", evaluation.rpe.translation);
+  html += statistics_row("RPE over 1 s [\u00b0]", evaluation.rpe.rotation);
   if (evaluation.rpe_frame) {
-    html += statistics_row("RPE per frame [m]", evaluation.rpe_frame->translation, 4);
-    html += statistics_row("RPE per frame [\u00b0]", evaluation.rpe_frame->rotation, 4);
+    html += statistics_row("RPE per frame [m]", evaluation.rpe_frame->translation);
+    html += statistics_row("RPE per frame [\u00b0]", evaluation.rpe_frame->rotation);
   }
   return html + "</table></div>\n";
 }
 
 std::string error_section(const ReportData& data) {
   if (!data.evaluation) return "";
-  return section("Error over time", error_chart(data) + error_table(data),
+  return section("Error over time", wide(error_chart(data)) + error_table(data),
                  "By the TUM benchmark\u2019s rules: rigid alignment without scale, stamps paired "
                  "within 20 ms.");
 }
@@ -197,7 +211,7 @@ std::string error_section(const ReportData& data) {
 std::string coverage_section(const ReportData& data) {
   return section(
       "Coverage",
-      coverage_strip(data) +
+      wide(coverage_strip(data)) +
           (data.frame_stamps.size() < 2
                ? ""
                : "<div class=\"legend\"><span><i class=\"block\" "
@@ -210,9 +224,9 @@ std::string coverage_section(const ReportData& data) {
 }
 
 std::string timing_section(const ReportData& data) {
-  return section(
-      "Time per stage", timing_chart(data),
-      "Full bar: median; pale: 95th percentile. Stages run in parallel, so they do not add up.");
+  return section("Time per stage", wide(timing_chart(data)),
+                 "Full bar and first figure: median; pale bar and second figure: 95th percentile. "
+                 "Stages run in parallel, so they do not add up.");
 }
 
 std::string gallery(const std::vector<ReportImage>& images) {
@@ -224,9 +238,10 @@ std::string gallery(const std::vector<ReportImage>& images) {
 std::string table(const std::vector<std::string>& heads,
                   const std::vector<std::vector<std::string>>& rows) {
   if (rows.empty()) return "";
-  std::string html = "<div class=\"scroll\"><table><tr>";
+  std::string html = "<div class=\"scroll\"><table>";
+  if (!heads.empty()) html += "<tr>";
   for (const std::string& head : heads) html += "<th class=\"text\">" + head + "</th>";
-  html += "</tr>\n";
+  if (!heads.empty()) html += "</tr>\n";
   for (const auto& row : rows) {
     html += "<tr>";
     for (const std::string& cell : row) html += "<td class=\"text\">" + e(cell) + "</td>";
@@ -282,9 +297,8 @@ std::string body(const ReportData& data) {
   return header(data) + tiles(data) + trajectory_section(data) + error_section(data) +
          coverage_section(data) + (data.cloud ? section("Static map", figure(*data.cloud)) : "") +
          section("Frames", gallery(data.gallery)) + section("Figures", gallery(data.figures)) +
-         timing_section(data) + facts_section("Summary", data.facts, {"what", "value"}) +
-         events_section(data) + skipped_section(data) +
-         facts_section("Files", data.files, {"file", "what it holds"}) + options_section(data);
+         timing_section(data) + facts_section("Summary", data.facts, {}) + events_section(data) +
+         skipped_section(data) + facts_section("Files", data.files, {}) + options_section(data);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include "stillmap/evaluate/report_charts.hpp"
 
 #include "stillmap/evaluate/chart_axes.hpp"
+#include "stillmap/evaluate/statistics.hpp"
 #include "stillmap/evaluate/svg.hpp"
 
 #include <algorithm>
@@ -16,6 +17,8 @@ namespace stillmap {
 namespace {
 
 constexpr double kPageWidth = 1000;  // view box of charts as wide as the page
+constexpr double kTimeLeft = 84;     // margins of the charts over time, one below the other
+constexpr double kTimeRight = 16;
 constexpr double kPanelWidth = 490;  // of the two beside each other
 constexpr double kPanelHeight = 430;
 constexpr int kColors = 16;      // steps of the error scale
@@ -301,7 +304,9 @@ std::string error_color_bar(const ReportData& data) {
 
 std::string error_chart(const ReportData& data) {
   if (!data.evaluation || data.evaluation->ate.pairs.empty()) return "";
-  Frame frame{62, 12, kPageWidth - 62 - 16, 190, {0, end_of(data) - start_of(data)}, {0, 0}};
+  Frame frame{
+      kTimeLeft, 12, kPageWidth - kTimeLeft - kTimeRight, 190, {0, end_of(data) - start_of(data)},
+      {0, 0}};
   frame.x.high = std::max(frame.x.high, 1e-3);
   const Statistics& errors = data.evaluation->ate.translation;
   frame.y.high = std::max(1e-3, 1.08 * 1000 * errors.max);
@@ -320,7 +325,9 @@ std::string error_chart(const ReportData& data) {
 
 std::string coverage_strip(const ReportData& data) {
   if (data.frame_stamps.size() < 2) return "";
-  Frame frame{62, 4, kPageWidth - 62 - 16, 26, {0, end_of(data) - start_of(data)}, {0, 1}};
+  Frame frame{
+      kTimeLeft, 4, kPageWidth - kTimeLeft - kTimeRight, 26, {0, end_of(data) - start_of(data)},
+      {0, 1}};
   if (!(frame.x.high > 0)) return "";
   Svg svg(kPageWidth, 88, "tracked and lost frames over time");
   draw_tracked(svg, data, frame);
@@ -332,7 +339,9 @@ std::string coverage_strip(const ReportData& data) {
   if (!data.keyframe_stamps.empty()) {
     svg.text(frame.left - 8, frame.bottom() + 13, "keyframes", "end", "tick");
   }
-  draw_events(svg, data, frame);
+  Frame both_rows = frame;
+  both_rows.height += 14;
+  draw_events(svg, data, both_rows);
   Frame axis = frame;
   axis.top = frame.bottom() + 18;
   axis.height = 0;

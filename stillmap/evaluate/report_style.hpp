@@ -36,9 +36,9 @@ p { margin: 0 0 10px; }
 .chips { display: flex; flex-wrap: wrap; gap: 8px; margin-top: 10px; }
 .chip { font-size: 13px; border: 1px solid var(--line); border-radius: 99px; padding: 2px 12px; background: var(--card); }
 .chip b { font-weight: 600; }
-.tiles { display: grid; grid-template-columns: repeat(auto-fit, minmax(165px, 1fr)); gap: 12px; margin-bottom: 16px; }
+.tiles { display: flex; flex-wrap: wrap; gap: 12px; margin-bottom: 16px; }
 .tile, section { background: var(--card); border: 1px solid var(--line); border-radius: 12px; box-shadow: var(--shadow); }
-.tile { padding: 14px 16px 12px; }
+.tile { padding: 14px 16px 12px; flex: 1 1 220px; }
 .tile .name { font-size: 13px; color: var(--soft); }
 .tile .value { font-size: 27px; font-weight: 650; letter-spacing: -0.02em; line-height: 1.25; font-variant-numeric: tabular-nums; white-space: nowrap; }
 .tile .unit { font-size: 15px; font-weight: 500; color: var(--soft); margin-left: 4px; letter-spacing: 0; }
@@ -66,6 +66,7 @@ svg .event { stroke: var(--warn); stroke-width: 1.5; stroke-dasharray: 2 3; } sv
 svg .tracked { fill: var(--good); } svg .lost { fill: var(--bad); } svg .keyframe { stroke: var(--accent); stroke-width: 1.4; }
 svg .bar { fill: var(--accent); } svg .bar-p95 { fill: var(--accent-soft); }
 .scroll { overflow-x: auto; }
+@media screen and (max-width: 760px) { .scroll svg { min-width: 680px; } }
 table { border-collapse: collapse; width: 100%; font-size: 14.5px; font-variant-numeric: tabular-nums; }
 th { text-align: right; font-weight: 600; color: var(--soft); font-size: 13px; padding: 6px 10px; border-bottom: 1px solid var(--line); white-space: nowrap; }
 td { text-align: right; padding: 6px 10px; border-bottom: 1px solid var(--grid); white-space: nowrap; }
@@ -76,7 +77,7 @@ td b { font-weight: 650; }
 figure { margin: 0; }
 figure img { display: block; width: 100%; height: auto; border-radius: 8px; border: 1px solid var(--line); }
 figcaption { font-size: 13.5px; color: var(--soft); margin-top: 6px; }
-.gallery { display: grid; grid-template-columns: repeat(auto-fill, minmax(320px, 1fr)); gap: 16px; margin-top: 8px; }
+.gallery { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(420px, 100%), 1fr)); gap: 16px; margin-top: 8px; }
 details summary { cursor: pointer; font-weight: 600; font-size: 18px; }
 pre { font-size: 13px; line-height: 1.45; overflow-x: auto; background: var(--page); border: 1px solid var(--line); border-radius: 8px; padding: 14px; font-family: ui-monospace, "DejaVu Sans Mono", Menlo, Consolas, monospace; }
 footer { color: var(--soft); font-size: 13px; margin-top: 22px; text-align: center; }
@@ -88,7 +89,7 @@ footer { color: var(--soft); font-size: 13px; margin-top: 22px; text-align: cent
   body { font-size: 12px; print-color-adjust: exact; -webkit-print-color-adjust: exact; }
   main { padding: 0; max-width: none; }
   section, .tile, figure { break-inside: avoid; } section { padding: 12px 14px; margin-bottom: 10px; }
-  .tiles { grid-template-columns: repeat(5, 1fr); } .tile .value { font-size: 18px; }
+  .tile { flex-basis: 120px; padding: 8px 10px; } .tile .value { font-size: 18px; }
   .gallery { grid-template-columns: 1fr 1fr; }
 }
 )css";

@@ -94,7 +94,7 @@ TEST(Report, ShowsEverythingThatItIsGiven) {
        {"from above", "from the side", "Error over time", "Coverage", "100 of 120 frames tracked",
         "lost: 20 frames", "Time per stage", "Static map", "900 kept, 100 dropped", "new map",
         "Skipped frames: 2", "depth image missing", "Options in force", "trajectory.txt",
-        "1\u202f234\u202f567", "31.4", "9.3"}) {
+        "1\u202f234\u202f567", "1.23\u2009M", "31.4", "9.3"}) {
     EXPECT_THAT(html, HasSubstr(part));
   }
 }

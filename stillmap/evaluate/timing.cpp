@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/evaluate/timing.hpp"
 
+#include "stillmap/evaluate/statistics.hpp"
+
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 
 #include <fmt/format.h>
@@ -11,34 +12,19 @@
 namespace stillmap {
 namespace {
 
-double quantile_of_sorted(std::span<const double> sorted, double q) {
-  if (sorted.empty()) return 0;
-  const double position = std::clamp(q, 0.0, 1.0) * static_cast<double>(sorted.size() - 1);
-  const auto below = static_cast<std::size_t>(position);
-  const std::size_t above = std::min(below + 1, sorted.size() - 1);
-  return std::lerp(sorted[below], sorted[above], position - static_cast<double>(below));
-}
-
-StageTiming summarise(const std::string& name, std::vector<double> samples) {
-  std::sort(samples.begin(), samples.end());
+StageTiming summarise(const std::string& name, std::span<const double> samples) {
   StageTiming timing{.name = name, .count = samples.size()};
   if (samples.empty()) return timing;
   timing.total = std::accumulate(samples.begin(), samples.end(), 0.0);
   timing.mean = timing.total / static_cast<double>(samples.size());
-  timing.median = quantile_of_sorted(samples, 0.5);
-  timing.p95 = quantile_of_sorted(samples, 0.95);
-  timing.p99 = quantile_of_sorted(samples, 0.99);
-  timing.max = samples.back();
+  timing.median = quantile(samples, 0.5);
+  timing.p95 = quantile(samples, 0.95);
+  timing.p99 = quantile(samples, 0.99);
+  timing.max = *std::max_element(samples.begin(), samples.end());
   return timing;
 }
 
 }  // namespace
-
-double quantile(std::span<const double> values, double q) {
-  std::vector<double> sorted(values.begin(), values.end());
-  std::sort(sorted.begin(), sorted.end());
-  return quantile_of_sorted(sorted, q);
-}
 
 std::vector<double>& TimingRecorder::samples_of(std::string_view stage) {
   auto found = index_.find(stage);

@@ -39,9 +39,6 @@ class TimingRecorder {
   std::vector<std::vector<double>> samples_;
 };
 
-/// The q-quantile (0 to 1) of values that need not be sorted; 0 for none.
-double quantile(std::span<const double> values, double q);
-
 /// A text table: one line per stage, columns count, median, p95, p99, max [ms] and total [s].
 std::string timing_text(std::span<const StageTiming> stages);
 

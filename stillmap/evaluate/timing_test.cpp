@@ -7,15 +7,6 @@
 namespace stillmap {
 namespace {
 
-TEST(Timing, QuantilesInterpolateBetweenSamples) {
-  const std::vector<double> values{40, 10, 30, 20};
-  EXPECT_DOUBLE_EQ(quantile(values, 0), 10);
-  EXPECT_DOUBLE_EQ(quantile(values, 0.5), 25);
-  EXPECT_DOUBLE_EQ(quantile(values, 0.95), 38.5);
-  EXPECT_DOUBLE_EQ(quantile(values, 1), 40);
-  EXPECT_EQ(quantile({}, 0.5), 0);
-}
-
 TEST(Timing, SummarisesEachStageInTheOrderOfFirstSight) {
   TimingRecorder recorder;
   for (int ms = 100; ms >= 1; --ms) recorder.add("track", ms);

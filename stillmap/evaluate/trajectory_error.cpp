@@ -15,16 +15,6 @@
 namespace stillmap {
 namespace {
 
-double median_of_sorted(std::span<const double> sorted) {
-  const std::size_t middle = sorted.size() / 2;
-  return sorted.size() % 2 == 1 ? sorted[middle] : (sorted[middle - 1] + sorted[middle]) / 2;
-}
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return median_of_sorted(values);
-}
-
 /// In order of the stamps; of several poses with one stamp the last.
 Trajectory one_pose_per_stamp(Trajectory trajectory) {
   std::stable_sort(trajectory.begin(), trajectory.end(),
@@ -148,26 +138,6 @@ Statistics statistics_of(const std::vector<Pair>& pairs, double Pair::*member) {
 
 }  // namespace
 
-Statistics compute_statistics(std::span<const double> errors) {
-  if (errors.empty()) return {};
-  std::vector<double> sorted(errors.begin(), errors.end());
-  std::sort(sorted.begin(), sorted.end());
-  const auto n = static_cast<double>(sorted.size());
-  double sum = 0, sum_of_squares = 0, sum_of_deviations = 0;
-  for (const double e : sorted) {
-    sum += e;
-    sum_of_squares += e * e;
-  }
-  for (const double e : sorted) sum_of_deviations += (e - sum / n) * (e - sum / n);
-  return {.rmse = std::sqrt(sum_of_squares / n),
-          .mean = sum / n,
-          .median = median_of_sorted(sorted),
-          .sd = std::sqrt(sum_of_deviations / n),
-          .min = sorted.front(),
-          .max = sorted.back(),
-          .count = sorted.size()};
-}
-
 double Coverage::share() const {
   if (total == 0) return 0;
   return std::min(1.0, static_cast<double>(tracked) / static_cast<double>(total));
@@ -182,7 +152,8 @@ Coverage estimate_coverage(const Trajectory& estimate, const Trajectory& truth) 
   const std::vector<double> true_stamps = stamps_of(one_pose_per_stamp(truth));
   std::size_t total = stamps.size();
   if (stamps.size() >= 2 && true_stamps.size() >= 2) {
-    const double frames = (true_stamps.back() - true_stamps.front()) / median(intervals(stamps));
+    const double frames =
+        (true_stamps.back() - true_stamps.front()) / quantile(intervals(stamps), 0.5);
     total = std::max(total, static_cast<std::size_t>(std::llround(frames)) + 1);
   }
   return {stamps.size(), total, true};
@@ -213,7 +184,7 @@ RpeResult relative_pose_error(const Trajectory& truth, const Trajectory& estimat
   const Trajectory gt = one_pose_per_stamp(truth), est = one_pose_per_stamp(estimate);
   require_poses(gt, est, 2);
   const std::vector<double> gt_stamps = stamps_of(gt), est_stamps = stamps_of(est);
-  const double max_gap = 2 * median(intervals(gt_stamps));
+  const double max_gap = 2 * quantile(intervals(gt_stamps), 0.5);
 
   RpeResult result;
   for (const auto& [i, j] : fixed_delta_pairs(est_stamps, options)) {
@@ -267,12 +238,6 @@ std::string evaluation_text(const Evaluation& evaluation) {
                       100 * coverage.share(),
                       coverage.estimated ? " (total estimated from the truth's time span)" : "");
   return text;
-}
-
-void to_json(nlohmann::json& json, const Statistics& statistics) {
-  json = {{"rmse", statistics.rmse},  {"mean", statistics.mean}, {"median", statistics.median},
-          {"sd", statistics.sd},      {"min", statistics.min},   {"max", statistics.max},
-          {"count", statistics.count}};
 }
 
 void to_json(nlohmann::json& json, const Coverage& coverage) {

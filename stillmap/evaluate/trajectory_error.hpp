@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/evaluate/statistics.hpp"
 #include "stillmap/geometry/trajectory.hpp"
 
 #include <cstddef>
@@ -16,19 +17,6 @@
 /// benchmark's figures are made with. Both trajectories hold T_world_camera, each in a world of its
 /// own, metres and seconds. Of several poses with the same stamp the last counts.
 namespace stillmap {
-
-/// The usual figures of a set of errors, in the errors' own unit; all zero for an empty set.
-struct Statistics {
-  double rmse = 0;
-  double mean = 0;
-  double median = 0;  ///< mean of the middle two where the count is even
-  double sd = 0;      ///< population standard deviation (division by count)
-  double min = 0;
-  double max = 0;
-  std::size_t count = 0;
-};
-
-Statistics compute_statistics(std::span<const double> errors);
 
 /// How much of a sequence was tracked. An error without it is worthless: lost frames have none.
 struct Coverage {
@@ -126,7 +114,6 @@ std::string evaluation_text(const Evaluation& evaluation);
 
 /// For nlohmann::json: numbers in metres, degrees and seconds, units in the key names. AteResult
 /// and RpeResult give statistics and pair counts, not the pairs themselves.
-void to_json(nlohmann::json& json, const Statistics& statistics);
 void to_json(nlohmann::json& json, const Coverage& coverage);
 void to_json(nlohmann::json& json, const AteResult& ate);
 void to_json(nlohmann::json& json, const RpeResult& rpe);

@@ -111,18 +111,6 @@ std::string error_of(F&& f) {
   return "";
 }
 
-TEST(Statistics, OfAKnownSet) {
-  const std::vector<double> errors{4, 1, 2, 3};
-  const Statistics s = compute_statistics(errors);
-  EXPECT_DOUBLE_EQ(s.rmse, std::sqrt(7.5));
-  EXPECT_DOUBLE_EQ(s.mean, 2.5);
-  EXPECT_DOUBLE_EQ(s.median, 2.5);
-  EXPECT_DOUBLE_EQ(s.sd, std::sqrt(1.25));
-  EXPECT_EQ(s.min, 1);
-  EXPECT_EQ(s.max, 4);
-  EXPECT_EQ(compute_statistics({}).count, 0u);
-}
-
 TEST(AbsoluteTrajectoryError, IsZeroInAnotherWorldAndFindsTheAlignment) {
   const Trajectory truth = line(10, 0.1, 40);
   const Pose T_truth_estimate(so3_exp({0.3, -2, 0.4}), {5, -6, 7});

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <cstddef>
+#include <span>
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace stillmap {
+
+/// The usual figures of a set of errors, in the errors' own unit; all zero for an empty set.
+struct Statistics {
+  double rmse = 0;
+  double mean = 0;
+  double median = 0;  ///< mean of the middle two where the count is even
+  double sd = 0;      ///< population standard deviation (division by count)
+  double min = 0;
+  double max = 0;
+  std::size_t count = 0;
+};
+
+Statistics compute_statistics(std::span<const double> errors);
+
+/// The q-quantile (q from 0 to 1) of values in any order, interpolated linearly between the two
+/// nearest; 0 for none. Linear time.
+double quantile(std::span<const double> values, double q);
+
+/// For nlohmann::json: rmse, mean, median, sd, min, max, count.
+void to_json(nlohmann::json& json, const Statistics& statistics);
+
+}  // namespace stillmap
