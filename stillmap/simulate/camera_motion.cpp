@@ -2,7 +2,7 @@
 #include "stillmap/simulate/camera_motion.hpp"
 
 #include "stillmap/base/error.hpp"
-#include "stillmap/simulate/figure.hpp"
+#include "stillmap/simulate/path.hpp"
 #include "stillmap/simulate/random.hpp"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/simulate/paint.hpp"
+#include "stillmap/simulate/paint_tools.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,10 +9,6 @@
 
 namespace stillmap::simulate::paint {
 namespace {
-
-void line(cv::Mat& image, cv::Point a, cv::Point b, const cv::Scalar& color, int thickness = 1) {
-  cv::line(image, a, b, color, thickness, cv::LINE_AA);
-}
 
 /// Multiplies with the light and dark of woven cloth and its folds.
 void weave(cv::Mat& image, double strength, Random& random) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/simulate/paint.hpp"
+#include "stillmap/simulate/paint_tools.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -44,10 +44,6 @@ void add_octave(cv::Mat& field, cv::Size cells, float amplitude, Random& random)
       out[x] += left[0] + columns[x].weight * (left[1] - left[0]);
     }
   }
-}
-
-void line(cv::Mat& image, cv::Point a, cv::Point b, const cv::Scalar& color, int thickness = 1) {
-  cv::line(image, a, b, color, thickness, cv::LINE_AA);
 }
 
 /// Multiplies an 8UC3 picture with 1 + strength * field.
