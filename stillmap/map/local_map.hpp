@@ -35,6 +35,10 @@ struct LocalMap {
   std::vector<LocalKeyframe> keyframes;  ///< the reference first, then by shared landmarks
   std::vector<LocalLandmark> landmarks;  ///< sorted by id
   const LocalLandmark* find(LandmarkId id) const;
+  /// Its place in `landmarks`, where it must be.
+  std::size_t index(LandmarkId id) const {
+    return static_cast<std::size_t>(find(id) - landmarks.data());
+  }
   const LocalKeyframe* find(KeyframeId id) const;
 };
 

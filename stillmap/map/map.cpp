@@ -4,27 +4,26 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 namespace stillmap {
 namespace {
 
-/// Of many descriptors the one whose median distance to the others is least. Beyond this many the
-/// newest are taken: what is seen now matters, and the cost is quadratic.
+/// The medoid is sought among this many descriptors, the newest: what is seen now matters, and the
+/// cost is quadratic.
 constexpr std::size_t kMedoidSample = 16;
 
+/// Of several descriptors the one whose distances to the others add up to least; of equals the
+/// first.
 std::size_t medoid(const std::vector<const Descriptor*>& descriptors) {
   std::size_t best = 0;
-  int best_median = 257;
-  std::vector<int> distances(descriptors.size());
+  int least = std::numeric_limits<int>::max();
   for (std::size_t i = 0; i < descriptors.size(); ++i) {
-    for (std::size_t j = 0; j < descriptors.size(); ++j) {
-      distances[j] = distance(*descriptors[i], *descriptors[j]);
-    }
-    const auto middle = distances.begin() + static_cast<std::ptrdiff_t>((distances.size() - 1) / 2);
-    std::nth_element(distances.begin(), middle, distances.end());
-    if (*middle < best_median) {
-      best_median = *middle;
+    int sum = 0;
+    for (const Descriptor* other : descriptors) sum += distance(*descriptors[i], *other);
+    if (sum < least) {
+      least = sum;
       best = i;
     }
   }

@@ -36,9 +36,9 @@ void InstanceStream::push(const RgbdFramePtr& frame) {
 
 SegmentedFramePtr InstanceStream::instances() {
   if (!detector_) return nullptr;
-  const auto take = [this](std::optional<SegmentedFramePtr> found) {
+  const auto take = [this](const std::optional<SegmentedFramePtr>& found) {
     if (!found) return false;
-    carrier_.set(*found);
+    carrier_.set(**found);
     due_.pop_front();
     any_ = true;
     return true;

@@ -72,7 +72,8 @@ int triangulate_with(Map& map, const Keyframe& a, const Keyframe& b,
   int created = 0;
   for (const auto& pair :
        match_brute_force(pick(*a.features, from_a), pick(*b.features, from_b), matching)) {
-    const std::uint32_t ia = from_a[pair.a], ib = from_b[pair.b];
+    const std::uint32_t ia = from_a[pair.a];
+    const std::uint32_t ib = from_b[pair.b];
     const auto p_world = midpoint(ray_of(map, a, ia), ray_of(map, b, ib), options.min_parallax);
     if (!p_world || !reprojects(map, a, ia, *p_world, options.max_error) ||
         !reprojects(map, b, ib, *p_world, options.max_error)) {

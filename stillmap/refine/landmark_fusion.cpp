@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/refine/landmark_fusion.hpp"
 
-#include "stillmap/feature/matching.hpp"
+#include "stillmap/map/visibility.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,27 +12,6 @@ namespace {
 bool observed_by(const Landmark& landmark, KeyframeId keyframe) {
   return std::any_of(landmark.observations.begin(), landmark.observations.end(),
                      [&](const Observation& o) { return o.keyframe == keyframe; });
-}
-
-/// Where the keyframe should see the landmark; none if it should not.
-std::optional<ProjectionQuery> expected_view(const Map& map, const Keyframe& keyframe,
-                                             const Pose& T_camera_world, const Landmark& landmark,
-                                             const FusionOptions& options) {
-  const Eigen::Vector3d p = T_camera_world * landmark.p_world;
-  if (p.z() < 0.05) return std::nullopt;
-  const Eigen::Vector2d uv = map.camera().project(p);
-  if (!map.camera().contains(uv.x(), uv.y())) return std::nullopt;
-  const Eigen::Vector3d ray = landmark.p_world - keyframe.T_world_camera.translation();
-  const double range = ray.norm();
-  if (range < landmark.min_distance || range > landmark.max_distance) return std::nullopt;
-  if (ray.dot(landmark.normal) < options.min_view_cosine * range) return std::nullopt;
-  const int level = expected_level(map.pyramid(), landmark.max_distance, range);
-  return ProjectionQuery{.u = static_cast<float>(uv.x()),
-                         .v = static_cast<float>(uv.y()),
-                         .radius = static_cast<float>(options.radius * map.pyramid().scale(level)),
-                         .min_level = level - 1,
-                         .max_level = level + 1,
-                         .descriptor = landmark.descriptor};
 }
 
 /// Whether the keypoint's depth, where it has one, is the landmark's.
@@ -61,27 +40,29 @@ int join(Map& map, const Keyframe& keyframe, std::uint32_t i, LandmarkId id) {
 int fuse_into(Map& map, KeyframeId target, const std::vector<LandmarkId>& landmarks,
               const FusionOptions& options) {
   const Keyframe& keyframe = map.at(target);
-  const Pose T_camera_world = keyframe.T_world_camera.inverse();
+  const Viewpoint view(map.camera(), map.pyramid(), keyframe.T_world_camera);
   std::vector<ProjectionQuery> queries;
   std::vector<LandmarkId> ids;
   for (const LandmarkId id : landmarks) {
     const Landmark* landmark = map.find(id);
     if (landmark == nullptr || observed_by(*landmark, target)) continue;
-    if (const auto query = expected_view(map, keyframe, T_camera_world, *landmark, options)) {
+    if (const auto query = view.expect(*landmark, options.radius, options.min_view_cosine)) {
       queries.push_back(*query);
       ids.push_back(id);
     }
   }
   ProjectionMatchOptions matching;
   matching.max_distance = options.max_distance;
+  matching.ratio = 1;  // a second, equally near keypoint is likely the same corner again
   const auto found = match_by_projection(queries, *keyframe.features, matching);
   int joined = 0;
   for (std::size_t q = 0; q < queries.size(); ++q) {
     const Landmark* landmark = map.find(ids[q]);  // may have been merged away meanwhile
     if (!found[q] || landmark == nullptr) continue;
-    const double depth = (T_camera_world * landmark->p_world).z();
-    if (!depth_agrees(map, keyframe.features->keypoints[*found[q]], depth, options)) continue;
-    joined += join(map, keyframe, static_cast<std::uint32_t>(*found[q]), ids[q]);
+    const std::uint32_t keypoint = *found[q];
+    const double depth = view.depth(landmark->p_world);
+    if (!depth_agrees(map, keyframe.features->keypoints[keypoint], depth, options)) continue;
+    joined += join(map, keyframe, keypoint, ids[q]);
   }
   return joined;
 }

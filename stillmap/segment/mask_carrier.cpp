@@ -1,55 +1,137 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/segment/mask_carrier.hpp"
 
+#include "stillmap/segment/mask_depth.hpp"
+#include "stillmap/segment/mask_flow.hpp"
+
 #include <opencv2/imgproc.hpp>
 
 namespace stillmap {
+
+/// What of the source does not depend on the target.
+struct CarrySource {
+  SegmentedFrame masks;
+  FlowFrame frame;
+  std::vector<SmallMask> small;  // one per instance
+
+  CarrySource(const SegmentedFrame& segmented, const RgbdFrame& rgbd, const CarryOptions& options)
+      : masks(segmented), frame(rgbd, options) {
+    for (const Instance& instance : masks.instances) {
+      small.push_back(shrink_mask(instance, frame.small));
+      drop_background(small.back(), frame.small, options);
+    }
+  }
+};
+
 namespace {
 
-Instance grown(const Instance& instance, cv::Size image, int radius) {
-  const cv::Rect wide(instance.box.x - radius, instance.box.y - radius,
-                      instance.box.width + 2 * radius, instance.box.height + 2 * radius);
-  Instance result = instance;
-  result.box = wide & cv::Rect(cv::Point(), image);
-  if (instance.mask.empty()) return result;
-  cv::Mat mask = cv::Mat::zeros(result.box.size(), CV_8UC1);
-  instance.mask.copyTo(mask(instance.box - result.box.tl()));
+/// Where a moved mask may grow further than its outline's uncertainty: into what its own holes and
+/// bays were, and into what the source did not see, being outside of the image.
+cv::Mat1b open_ground(const SmallMask& moved, cv::Point2f flow, const SmallFrame& frame,
+                      const CarryOptions& options) {
+  const int radius = std::max(1, options.filling / frame.shrink / 2);
   const cv::Size kernel(2 * radius + 1, 2 * radius + 1);
-  cv::dilate(mask, result.mask, cv::getStructuringElement(cv::MORPH_ELLIPSE, kernel));
-  return result;
+  cv::Mat1b open;
+  cv::morphologyEx(moved.mask, open, cv::MORPH_CLOSE,
+                   cv::getStructuringElement(cv::MORPH_RECT, kernel), cv::Point(-1, -1), 1,
+                   cv::BORDER_CONSTANT, cv::Scalar(0));
+  const cv::Point shift(cvRound(flow.x), cvRound(flow.y));
+  const cv::Rect seen = (frame.bounds() + shift) & moved.window;
+  cv::Mat1b unseen(open.size(), 255);
+  if (!seen.empty()) unseen(seen - moved.window.tl()) = 0;
+  return open | unseen;
+}
+
+/// How far beyond its moved outline a mask may come to reach. One that the border of the source's
+/// image cut off may go on where the image now sees more.
+int reach_of(const SmallMask& mask, cv::Point2f flow, int margin, const SmallFrame& source,
+             const CarryOptions& options) {
+  const cv::Rect inner(1, 1, source.size().width - 2, source.size().height - 2);
+  const bool cut = (mask.window & inner) != mask.window;
+  const int come_in = cut ? cvCeil(std::max(std::abs(flow.x), std::abs(flow.y))) : 0;
+  return margin + std::max(options.filling / source.shrink, come_in);
+}
+
+SmallMask carry_mask(const SmallMask& mask, const FlowFrame& source, const FlowFrame& target,
+                     std::size_t age, const CarryOptions& options) {
+  const int shrink = source.small.shrink;
+  const double uncertainty = options.base_growth + options.growth * static_cast<double>(age);
+  const int margin = cvCeil(uncertainty / shrink);
+  MaskGrid grid = cut_into_cells(mask, std::max(2, options.grid / shrink));
+  follow_cells(grid, source, target, options);
+  const cv::Point2f flow = common_flow(grid);
+  MovedMask moved =
+      move_mask(mask, grid, source.small, reach_of(mask, flow, margin, source.small, options));
+  if (moved.small.window.empty()) return {};
+  const cv::Mat1b open = open_ground(moved.small, flow, target.small, options);
+  drop_others(moved, target.small, options);
+  grow_on_surface(moved.small, target.small, margin, {}, options);
+  grow_on_surface(moved.small, target.small, target.small.size().width, open, options);
+  return moved.small;
+}
+
+SegmentedFrame carry(const CarrySource& source, const RgbdFrame& target_frame,
+                     const CarryOptions& options) {
+  SegmentedFrame carried{.frame_index = target_frame.index,
+                         .source_index = source.masks.source_index,
+                         .instances = {}};
+  if (source.masks.instances.empty()) return carried;
+  const FlowFrame target(target_frame, options);
+  for (std::size_t i = 0; i < source.small.size(); ++i) {
+    const SmallMask mask =
+        carry_mask(source.small[i], source.frame, target, carried.age(), options);
+    Instance instance = enlarge_mask(mask, target.small, source.masks.instances[i]);
+    if (!instance.box.empty()) carried.instances.push_back(std::move(instance));
+  }
+  return carried;
 }
 
 }  // namespace
 
-SegmentedFrame carry_forward(const SegmentedFrame& source, const RgbdFrame&,
+SegmentedFrame carry_forward(const SegmentedFrame& source, const RgbdFrame& source_frame,
                              const RgbdFrame& target_frame, const CarryOptions& options) {
-  SegmentedFrame carried;
-  carried.frame_index = target_frame.index;
-  carried.source_index = source.source_index;
-  const int radius = cvCeil(options.growth * static_cast<double>(carried.age()));
-  for (const Instance& instance : source.instances) {
-    carried.instances.push_back(grown(instance, target_frame.grey.size(), radius));
-  }
-  return carried;
+  return carry(CarrySource(source, source_frame, options), target_frame, options);
 }
+
+SegmentedFrame trim_by_depth(const SegmentedFrame& masks, const RgbdFrame& frame,
+                             const CarryOptions& options) {
+  const SmallFrame small(frame);
+  SegmentedFrame trimmed{
+      .frame_index = masks.frame_index, .source_index = masks.source_index, .instances = {}};
+  for (const Instance& instance : masks.instances) {
+    SmallMask mask = shrink_mask(instance, small);
+    drop_background(mask, small, options);
+    Instance result = enlarge_mask(mask, small, instance);
+    if (!result.box.empty()) trimmed.instances.push_back(std::move(result));
+  }
+  return trimmed;
+}
+
+MaskCarrier::MaskCarrier(const CarryOptions& options) : options_(options) {}
+MaskCarrier::~MaskCarrier() = default;
+MaskCarrier::MaskCarrier(MaskCarrier&&) noexcept = default;
+MaskCarrier& MaskCarrier::operator=(MaskCarrier&&) noexcept = default;
 
 void MaskCarrier::push(RgbdFramePtr frame) {
   frames_.push_back(std::move(frame));
   while (frames_.size() > static_cast<std::size_t>(options_.max_age) + 1) frames_.pop_front();
 }
 
-void MaskCarrier::set(SegmentedFramePtr masks) {
-  if (!masks_ || masks->source_index > masks_->source_index) masks_ = std::move(masks);
+void MaskCarrier::set(const SegmentedFrame& masks) {
+  if (source_ && masks.source_index <= source_->masks.source_index) return;
+  const auto is_source = [&](const auto& frame) { return frame->index == masks.frame_index; };
+  const auto frame = std::find_if(frames_.begin(), frames_.end(), is_source);
+  if (frame == frames_.end()) return;
+  source_ = std::make_unique<CarrySource>(masks, **frame, options_);
 }
 
 SegmentedFramePtr MaskCarrier::current() const {
-  if (!masks_ || frames_.empty()) return nullptr;
+  if (!source_ || frames_.empty()) return nullptr;
   const RgbdFrame& target = *frames_.back();
-  if (target.index == masks_->frame_index) return masks_;
-  const auto is_source = [&](const auto& frame) { return frame->index == masks_->frame_index; };
-  const auto source = std::find_if(frames_.begin(), frames_.end(), is_source);
-  if (source == frames_.end()) return nullptr;
-  return std::make_shared<SegmentedFrame>(carry_forward(*masks_, **source, target, options_));
+  const std::size_t found_in = source_->masks.frame_index;
+  if (target.index == found_in) return std::make_shared<SegmentedFrame>(source_->masks);
+  if (target.index - found_in > static_cast<std::size_t>(options_.max_age)) return nullptr;
+  return std::make_shared<SegmentedFrame>(carry(*source_, target, options_));
 }
 
 }  // namespace stillmap

@@ -2,6 +2,7 @@
 #include "stillmap/track/tracker.hpp"
 
 #include "stillmap/feature/matching.hpp"
+#include "stillmap/map/visibility.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,15 +12,19 @@
 namespace stillmap {
 namespace {
 
-/// Landmarks are looked for a little beyond the distances at which their patch fits the pyramid.
-constexpr float kRangeSlack = 1.2f;
-
 Eigen::Vector3d unproject(const Camera& camera, const Keypoint& k) {
   return camera.unproject(k.u, k.v, k.depth);
 }
 
 bool starts_point(const Frame& frame, std::size_t i) {
   return frame.features->keypoints[i].depth > 0 && frame.evidence.weight[i] > 0;
+}
+
+/// Per keypoint: not zero where it is left out.
+std::vector<std::uint8_t> excluded(const Frame& frame) {
+  std::vector<std::uint8_t> result(frame.features->size());
+  for (std::size_t i = 0; i < result.size(); ++i) result[i] = frame.evidence.weight[i] <= 0;
+  return result;
 }
 
 }  // namespace
@@ -175,8 +180,8 @@ std::vector<Tracker::Match> Tracker::match_previous(const Frame& frame, const Po
   }
   ProjectionMatchOptions matching;
   matching.max_distance = options_.max_distance;
-  matching.check_rotation = true;
-  const auto found = match_by_projection(queries, *frame.features, matching);
+  matching.ratio = 1;  // neighbours in time: the nearest is the one
+  const auto found = match_by_projection(queries, *frame.features, matching, excluded(frame));
   std::vector<Match> matches;
   for (std::size_t q = 0; q < queries.size(); ++q) {
     if (!found[q]) continue;
@@ -205,48 +210,33 @@ std::vector<Tracker::Match> Tracker::match_reference(const Frame& frame) const {
 std::vector<Tracker::Match> Tracker::match_local(const Frame& frame, const Pose& T_world_camera,
                                                  const std::vector<Match>& known,
                                                  std::vector<char>& in_view) const {
-  std::vector<char> keypoint_taken(frame.features->size(), 0);
-  std::vector<char> landmark_taken(local_map_->landmarks.size(), 0);
+  std::vector<std::uint8_t> taken = excluded(frame);
   for (const Match& match : known) {
-    keypoint_taken[match.keypoint] = 1;
-    const auto index = local_map_->find(match.landmark) - local_map_->landmarks.data();
-    landmark_taken[index] = in_view[index] = 1;
+    taken[match.keypoint] = 1;
+    in_view[local_map_->index(match.landmark)] = 1;
   }
-  const Pose T_camera_world = T_world_camera.inverse();
-  const Eigen::Matrix3d R = T_camera_world.rotation();
+  const Viewpoint view(camera_, pyramid_, T_world_camera);
   std::vector<ProjectionQuery> queries;
   std::vector<std::size_t> indices;
   for (std::size_t i = 0; i < local_map_->landmarks.size(); ++i) {
-    if (landmark_taken[i]) continue;
-    const LocalLandmark& landmark = local_map_->landmarks[i];
-    const Eigen::Vector3d p = R * landmark.p_world + T_camera_world.translation();
-    if (p.z() < kNearPlane) continue;
-    const Eigen::Vector2d uv = camera_.project(p);
-    if (!camera_.contains(uv.x(), uv.y())) continue;
-    const Eigen::Vector3d ray = landmark.p_world - T_world_camera.translation();
-    const double range = ray.norm();
-    if (range < landmark.min_distance / kRangeSlack || range > landmark.max_distance * kRangeSlack)
-      continue;
-    if (ray.dot(landmark.normal) < options_.min_view_cosine * range) continue;
+    if (in_view[i]) continue;
+    const auto query =
+        view.expect(local_map_->landmarks[i], options_.local_radius, options_.min_view_cosine);
+    if (!query) continue;
     in_view[i] = 1;
-    const int level = expected_level(pyramid_, landmark.max_distance, range);
-    queries.push_back({.u = static_cast<float>(uv.x()),
-                       .v = static_cast<float>(uv.y()),
-                       .radius = static_cast<float>(options_.local_radius * pyramid_.scale(level)),
-                       .min_level = level - 1,
-                       .max_level = level + 1,
-                       .descriptor = landmark.descriptor});
+    queries.push_back(*query);
     indices.push_back(i);
   }
   ProjectionMatchOptions matching;
   matching.max_distance = options_.max_distance;
   matching.ratio = options_.ratio;
-  const auto found = match_by_projection(queries, *frame.features, matching);
+  matching.check_rotation = false;  // a landmark has no angle of its own
+  const auto found = match_by_projection(queries, *frame.features, matching, taken);
   std::vector<Match> matches;
   for (std::size_t q = 0; q < queries.size(); ++q) {
-    if (!found[q] || keypoint_taken[*found[q]]) continue;
+    if (!found[q]) continue;
     const LocalLandmark& landmark = local_map_->landmarks[indices[q]];
-    matches.push_back({static_cast<std::uint32_t>(*found[q]), landmark.id, landmark.p_world});
+    matches.push_back({*found[q], landmark.id, landmark.p_world});
   }
   return matches;
 }
@@ -274,7 +264,7 @@ std::optional<Tracker::Estimate> Tracker::solve(const Frame& frame, const Pose& 
 void Tracker::count_sightings(const std::vector<char>& in_view, const std::vector<Match>& inliers) {
   for (std::size_t i = 0; i < in_view.size(); ++i) predicted_[i] += in_view[i];
   for (const Match& match : inliers) {
-    ++found_[local_map_->find(match.landmark) - local_map_->landmarks.data()];
+    ++found_[local_map_->index(match.landmark)];
   }
 }
 

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/file.hpp"
+#include "stillmap/evaluate/compare.hpp"
+#include "stillmap/segment/make_detector.hpp"
+#include "stillmap/sensor/camera_file.hpp"
+#include "stillmap/sensor/tum_folder.hpp"
+#include "stillmap/simulate/simulated_sequence.hpp"
+#include "stillmap/simulate/tum_writer.hpp"
+
+#include "commands.hpp"
+#include "interrupt.hpp"
+#include "progress.hpp"
+#include "run_session.hpp"
+#include <fmt/format.h>
+
+namespace stillmap {
+namespace {
+namespace fs = std::filesystem;
+
+struct DemoArguments {
+  std::string out = "stillmap_demo", model;
+  int frames = 240;
+};
+
+fs::path render(const DemoArguments& arguments) {
+  SimulationOptions options;
+  options.people = 3;
+  options.frames = arguments.frames;
+  const SimulatedSequence sequence(options);
+  const fs::path folder = fs::path(arguments.out) / "sequence";
+  make_output_folder(folder);
+  Progress progress("rendering", sequence.frames());
+  write_tum_layout(sequence, folder, [&](std::size_t) { progress.step(); });
+  return folder;
+}
+
+/// Maps the rendered sequence as `stillmap run` would.
+SessionReport map(const DemoArguments& arguments, const fs::path& folder,
+                  const std::string& preset) {
+  const SequencePaths paths = find_sequence(folder);
+  Session session;
+  session.sequence = "demo, preset " + preset;
+  session.options.motion.preset = preset;
+  if (preset != "static") {
+    (arguments.model.empty() ? session.options.segment.masks : session.options.segment.model) =
+        arguments.model.empty() ? paths.masks.string() : arguments.model;
+    session.detector = make_detector(session.options.segment);
+  }
+  auto source = std::make_unique<TumFolder>(paths, load_camera(paths.camera.string()));
+  session.total_frames = source->size();
+  session.source = std::move(source);
+  session.truth = read_trajectory(paths.ground_truth);
+  session.out = fs::path(arguments.out) / preset;
+  return run_session(std::move(session));
+}
+
+int run(const DemoArguments& arguments) {
+  make_output_folder(arguments.out);
+  catch_interrupt();
+  fmt::print("1. An office in which three people walk about, rendered with a Kinect's noise\n");
+  const fs::path folder = render(arguments);
+  const Trajectory truth = read_trajectory(folder / "groundtruth.txt");
+  std::vector<RecordedRun> runs;
+  int step = 2;
+  for (const char* preset : {"static", "seg-mask"}) {
+    fmt::print("\n{}. Mapped with preset {}\n", step++, preset);
+    SessionReport report = map(arguments, folder, preset);
+    if (report.interrupted) return kInterrupted;
+    runs.push_back(
+        {preset, "demo", report.result.trajectory, truth, std::size_t(arguments.frames)});
+  }
+  fmt::print("\n4. Side by side\n");
+  const Comparison comparison = compare_runs(runs);
+  const fs::path picture = fs::path(arguments.out) / "comparison.png";
+  write_comparison_picture(picture, comparison);
+  fmt::print("{}\nwritten:\n  {}\nSee {}\n", comparison_text(comparison), picture.string(),
+             (fs::path(arguments.out) / "seg-mask" / "report.html").string());
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_demo_command(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<DemoArguments>();
+  CLI::App* command = app.add_subcommand(
+      "demo",
+      "render a scene with people walking about, map it with and without masks, and compare");
+  command->add_option("--out", arguments->out, "folder for everything")->capture_default_str();
+  command->add_option("--frames", arguments->frames, "frames to render")->capture_default_str();
+  command->add_option("--model", arguments->model,
+                      "network (.onnx) that finds people; default: the rendered masks");
+  command->footer("Example:\n  stillmap demo --out /tmp/demo");
+  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+}
+
+}  // namespace stillmap

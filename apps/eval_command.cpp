@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/file.hpp"
+#include "stillmap/dense/cloud_io.hpp"
+#include "stillmap/evaluate/cloud_picture.hpp"
+#include "stillmap/evaluate/ghosts.hpp"
+#include "stillmap/evaluate/trajectory_error.hpp"
+#include "stillmap/sensor/camera_file.hpp"
+#include "stillmap/sensor/tum_folder.hpp"
+
+#include "commands.hpp"
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace stillmap {
+namespace {
+
+struct EvalArguments {
+  std::string truth, estimate, json, cloud, sequence, camera, picture;
+  std::size_t frames = 0;
+  bool per_frame = false;
+};
+
+struct CloudFigures {
+  GhostFigures figures;
+  Cloud cloud;
+  std::vector<std::uint8_t> ghosts;
+};
+
+/// How many of the cloud's points are ghosts, by the true masks of the sequence it was made from.
+CloudFigures cloud_figures(const EvalArguments& arguments, const Trajectory& truth,
+                           const Evaluation& evaluation) {
+  if (arguments.sequence.empty()) {
+    throw Error("a cloud is judged by the true masks of its sequence, and none was named",
+                "--cloud", "add --sequence DIR");
+  }
+  const SequencePaths paths = find_sequence(arguments.sequence);
+  if (paths.masks.empty()) {
+    throw Error("the sequence has no mask/ folder", arguments.sequence,
+                "masks are what ghosts are told by");
+  }
+  TumFolder source(
+      paths, load_camera(arguments.camera.empty() ? paths.camera.string() : arguments.camera));
+  const GhostReference reference =
+      make_ghost_reference(frames_with_masks(source, paths.masks), truth, source.camera());
+  CloudFigures result;
+  result.cloud = read_cloud(arguments.cloud);
+  result.figures = count_ghosts(reference, result.cloud.points, evaluation.ate.T_truth_estimate);
+  result.ghosts = mark_ghosts(reference, result.cloud.points, evaluation.ate.T_truth_estimate);
+  return result;
+}
+
+int run(const EvalArguments& arguments) {
+  const Trajectory truth = read_trajectory(arguments.truth);
+  const Trajectory estimate = read_trajectory(arguments.estimate);
+  const auto frames = arguments.frames > 0 ? std::optional(arguments.frames) : std::nullopt;
+  const Evaluation evaluation = evaluate_trajectory(truth, estimate, frames, arguments.per_frame);
+  fmt::print("{}", evaluation_text(evaluation));
+  nlohmann::json json = evaluation;
+  if (!arguments.cloud.empty()) {
+    const CloudFigures cloud = cloud_figures(arguments, truth, evaluation);
+    fmt::print("{}", ghost_text(cloud.figures));
+    json["ghosts"] = cloud.figures;
+    if (!arguments.picture.empty()) {
+      write_cloud_picture(arguments.picture, {cloud.cloud.points, cloud.cloud.colors, cloud.ghosts},
+                          estimate);
+      fmt::print("written: {}\n", arguments.picture);
+    }
+  }
+  if (!arguments.json.empty()) {
+    write_file(arguments.json, json.dump(2) + "\n");
+    fmt::print("written: {}\n", arguments.json);
+  }
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_eval_command(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<EvalArguments>();
+  CLI::App* command = app.add_subcommand(
+      "eval", "error figures of a trajectory (ATE, RPE), by the TUM benchmark's rules");
+  command->add_option("truth", arguments->truth, "true trajectory, TUM format")->required();
+  command->add_option("estimate", arguments->estimate, "estimated trajectory, TUM format")
+      ->required();
+  command->add_option("--frames", arguments->frames,
+                      "frames of the sequence, for the coverage; default: reckoned");
+  command->add_flag("--per-frame", arguments->per_frame, "RPE from each pose to the next as well");
+  command->add_option("--cloud", arguments->cloud,
+                      "also count the ghosts in this cloud (.ply, .pcd)");
+  command->add_option("--sequence", arguments->sequence,
+                      "the cloud's sequence, with depth/ and true masks in mask/");
+  command->add_option("--camera", arguments->camera,
+                      "the sequence's camera; default: its camera.yaml");
+  command->add_option("--picture", arguments->picture,
+                      "picture (.png) of the cloud with its ghosts in red");
+  command->add_option("--json", arguments->json, "write the figures to this file too");
+  command->footer(
+      "Examples:\n"
+      "  stillmap eval groundtruth.txt trajectory.txt\n"
+      "  stillmap eval seq/groundtruth.txt out/trajectory.txt --cloud out/cloud.ply --sequence "
+      "seq");
+  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+}
+
+}  // namespace stillmap

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "progress.hpp"
+
+#include <cstdio>
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+namespace stillmap {
+namespace {
+
+constexpr double kRedrawEvery = 100, kLineEvery = 5000;  // milliseconds
+constexpr std::size_t kBarWidth = 28;
+
+std::string duration_text(double seconds) {
+  const int s = static_cast<int>(seconds + 0.5);
+  return s < 60 ? fmt::format("{} s", s) : fmt::format("{}:{:02d} min", s / 60, s % 60);
+}
+
+}  // namespace
+
+Progress::Progress(std::string what, std::optional<std::size_t> total)
+    : what_(std::move(what)), total_(total), terminal_(isatty(STDERR_FILENO) != 0) {}
+
+void Progress::step(const std::string& note) {
+  ++done_;
+  note_ = note;
+  const double now = watch_.milliseconds();
+  if (now - last_shown_ < (terminal_ ? kRedrawEvery : kLineEvery)) return;
+  last_shown_ = now;
+  show();
+}
+
+void Progress::show() {
+  const double seconds = watch_.milliseconds() / 1000;
+  const double rate = seconds > 0 ? static_cast<double>(done_) / seconds : 0;
+  std::string line = what_ + " ";
+  if (total_ && *total_ > 0) {
+    const std::size_t filled = std::min(kBarWidth, kBarWidth * done_ / *total_);
+    if (terminal_)
+      line += "[" + std::string(filled, '#') + std::string(kBarWidth - filled, '.') + "] ";
+    line += fmt::format("{}/{}  {:.1f} frames/s", done_, *total_, rate);
+    if (rate > 0 && done_ < *total_) {
+      line += ", " + duration_text(static_cast<double>(*total_ - done_) / rate) + " left";
+    }
+  } else {
+    line += fmt::format("{}  {:.1f} frames/s", done_, rate);
+  }
+  if (!note_.empty()) line += "  " + note_;
+  fmt::print(stderr, "{}{}{}", terminal_ ? "\r\033[K" : "", line, terminal_ ? "" : "\n");
+  std::fflush(stderr);
+}
+
+void Progress::finish() {
+  if (finished_) return;
+  finished_ = true;
+  show();
+  if (terminal_) fmt::print(stderr, "\n");
+}
+
+}  // namespace stillmap

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/base/stopwatch.hpp"
+
+#include <cstddef>
+#include <optional>
+#include <string>
+
+namespace stillmap {
+
+/// Shows how far long work has come: a bar that redraws itself on a terminal, else a plain line
+/// every few seconds. Writes to standard error, so that results can be piped.
+class Progress {
+ public:
+  /// @param total steps; none: unknown
+  Progress(std::string what, std::optional<std::size_t> total);
+  ~Progress() { finish(); }
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  /// One more step done; `note` is shown at the end of the line.
+  void step(const std::string& note = "");
+  void finish();
+
+ private:
+  void show();
+
+  const std::string what_;
+  const std::optional<std::size_t> total_;
+  const bool terminal_;
+  std::string note_;
+  std::size_t done_ = 0;
+  bool finished_ = false;
+  double last_shown_ = 0;  // milliseconds since the start
+  Stopwatch watch_;
+};
+
+}  // namespace stillmap

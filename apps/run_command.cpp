@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/file.hpp"
+#include "stillmap/pipeline/options.hpp"
+#include "stillmap/segment/make_detector.hpp"
+#include "stillmap/sensor/camera_file.hpp"
+#include "stillmap/sensor/tum_folder.hpp"
+
+#include <memory>
+
+#include "commands.hpp"
+#include "run_session.hpp"
+#include <fmt/format.h>
+
+namespace stillmap {
+namespace {
+
+struct RunArguments {
+  std::string sequence, camera, preset, model, masks, schedule, config, truth, associations, out,
+      dump_config;
+  std::vector<std::string> settings;
+  int first = 0, count = 0, stride = 1;
+};
+
+/// Defaults, then the file, then the named options, then --set: what comes later wins.
+SlamOptions options_of(const RunArguments& arguments) {
+  SlamOptions options;
+  if (!arguments.config.empty()) load_options(arguments.config, options);
+  if (!arguments.preset.empty()) options.motion.preset = arguments.preset;
+  if (!arguments.model.empty()) options.segment.model = arguments.model;
+  if (!arguments.masks.empty()) options.segment.masks = arguments.masks;
+  if (!arguments.schedule.empty()) options.schedule.mode = arguments.schedule;
+  for (const std::string& setting : arguments.settings) set_option(setting, options);
+  check_options(options);
+  return options;
+}
+
+Camera camera_of(const RunArguments& arguments, const SequencePaths& paths) {
+  if (!arguments.camera.empty()) return load_camera(arguments.camera);
+  if (!paths.camera.empty()) return load_camera(paths.camera.string());
+  throw Error("the sequence has no camera.yaml, and no camera was named", paths.folder.string(),
+              fmt::format("add --camera NAME or FILE; the names are {}",
+                          fmt::join(camera_presets(), ", ")));
+}
+
+std::optional<Trajectory> truth_of(const RunArguments& arguments, const SequencePaths& paths) {
+  const std::filesystem::path file =
+      arguments.truth.empty() ? paths.ground_truth : std::filesystem::path(arguments.truth);
+  if (file.empty()) return std::nullopt;
+  return read_trajectory(file);
+}
+
+std::unique_ptr<Detector> detector_of(const SlamOptions& options) {
+  if (!find_preset(options.motion.preset).wants_instances) return nullptr;
+  auto detector = make_detector(options.segment);
+  if (!detector) {
+    fmt::print(stderr,
+               "stillmap: preset {} has neither a network nor masks to go by, so nothing is taken "
+               "for moving;\n"
+               "  name a network with --model FILE.onnx, or a folder of masks with --masks DIR\n",
+               options.motion.preset);
+  }
+  return detector;
+}
+
+std::string sequence_name(const std::filesystem::path& folder) {
+  const auto absolute = std::filesystem::absolute(folder).lexically_normal();
+  return (absolute.has_filename() ? absolute : absolute.parent_path()).filename().string();
+}
+
+int run(const RunArguments& arguments) {
+  const SlamOptions options = options_of(arguments);
+  if (!arguments.dump_config.empty()) {
+    if (arguments.dump_config == "-") {
+      fmt::print("{}", options_yaml(options));
+    } else {
+      write_file(arguments.dump_config, options_yaml(options));
+      fmt::print("written: {}\n", arguments.dump_config);
+    }
+    return kSuccess;
+  }
+  if (arguments.sequence.empty()) {
+    throw Error("no sequence was named", "run", "stillmap run SEQUENCE, a folder in TUM layout");
+  }
+  const SequencePaths paths = find_sequence(arguments.sequence, arguments.associations);
+  const TumFolderOptions range{
+      .first = arguments.first, .count = arguments.count, .stride = arguments.stride};
+  auto folder = std::make_unique<TumFolder>(paths, camera_of(arguments, paths), range);
+  Session session;
+  session.sequence = sequence_name(arguments.sequence);
+  session.total_frames = folder->size();
+  session.source = std::move(folder);
+  session.truth = truth_of(arguments, paths);
+  session.detector = detector_of(options);
+  session.options = options;
+  session.out = arguments.out.empty() ? "stillmap_" + session.sequence : arguments.out;
+  return run_session(std::move(session)).interrupted ? kInterrupted : kSuccess;
+}
+
+}  // namespace
+
+void add_run_command(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<RunArguments>();
+  CLI::App* command = app.add_subcommand("run", "map a recorded RGB-D sequence");
+  command->add_option("sequence", arguments->sequence,
+                      "folder in TUM layout: rgb/, depth/, rgb.txt, depth.txt");
+  command->add_option(
+      "--camera", arguments->camera,
+      "preset name, camera.yaml or an ORB-SLAM settings file; default: SEQUENCE/camera.yaml");
+  command->add_option("--preset", arguments->preset,
+                      "how motion is told from rest: seg-mask (default), static");
+  command->add_option("--model", arguments->model,
+                      "YOLOv8 or YOLO11 network (.onnx) that finds people");
+  command->add_option("--masks", arguments->masks,
+                      "folder with one mask (8-bit PNG) per frame, made offline");
+  command->add_option("--schedule", arguments->schedule,
+                      "lockstep (default; repeatable) or realtime");
+  command->add_option("--config", arguments->config, "YAML file with options; see --dump-config");
+  command->add_option("--set", arguments->settings,
+                      "override one option, room.option=value; may be repeated");
+  command->add_option("--truth", arguments->truth,
+                      "true trajectory (TUM format); default: SEQUENCE/groundtruth.txt");
+  command->add_option("--associations", arguments->associations,
+                      "file that pairs colour and depth images");
+  command->add_option("--first", arguments->first, "frames to leave out at the start");
+  command->add_option("--count", arguments->count, "frames to use at most; 0: all");
+  command->add_option("--stride", arguments->stride, "use every n-th frame");
+  command->add_option("--out", arguments->out,
+                      "folder for the results; default: stillmap_SEQUENCE");
+  command->add_option("--dump-config", arguments->dump_config,
+                      "write all options in force to this file (- for the screen), and stop");
+  command->footer(
+      "Examples:\n"
+      "  stillmap run rgbd_dataset_freiburg3_walking_xyz --camera tum_fr3 --model "
+      "yolov8n-seg.onnx\n"
+      "  stillmap run my_sequence --camera TUM3.yaml --masks my_sequence/mask --out results\n"
+      "  stillmap run my_sequence --preset static --set orb.keypoints=1500\n"
+      "  stillmap run --dump-config options.yaml\n"
+      "Written: trajectory.txt, keyframes.txt, cloud.ply, cloud.pcd, cloud.png, timing.txt, "
+      "summary.json, report.html");
+  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+}
+
+}  // namespace stillmap

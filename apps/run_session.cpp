@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "run_session.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/file.hpp"
+#include "stillmap/base/stopwatch.hpp"
+#include "stillmap/dense/cloud_io.hpp"
+#include "stillmap/evaluate/cloud_picture.hpp"
+#include "stillmap/evaluate/report.hpp"
+#include "stillmap/pipeline/draw_frame.hpp"
+#include "stillmap/pipeline/paced_source.hpp"
+#include "stillmap/pipeline/prefetch.hpp"
+
+#include <algorithm>
+#include <map>
+
+#include "interrupt.hpp"
+#include "machine.hpp"
+#include "progress.hpp"
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+namespace stillmap {
+namespace {
+
+constexpr std::size_t kGalleryPictures = 6;
+
+/// Everything known about a finished run, from which the files are made.
+struct Outcome {
+  std::string sequence;
+  SlamOptions options;
+  SlamResult result;
+  std::optional<Trajectory> truth;
+  std::optional<Evaluation> evaluation;
+  std::string evaluation_problem;
+  std::string detector;  ///< its description; empty for none
+  std::vector<SkippedFrame> skipped;
+  std::vector<ReportImage> gallery;
+  std::size_t frames = 0;   ///< handed to the tracker
+  std::size_t dropped = 0;  ///< late, in realtime
+  double seconds = 0;
+  bool interrupted = false;
+
+  double frames_per_second() const {
+    return seconds > 0 ? static_cast<double>(frames) / seconds : 0;
+  }
+  std::size_t total_frames() const { return frames + dropped + skipped.size(); }
+};
+
+std::string percent(std::size_t part, std::size_t whole) {
+  return whole == 0 ? "-"
+                    : fmt::format("{:.1f} %",
+                                  100.0 * static_cast<double>(part) / static_cast<double>(whole));
+}
+
+double tracking_median(const SlamResult& result) {
+  return quantile(result.timing.samples("tracking"), 0.5);
+}
+
+/// The frames where something happened to the tracking.
+std::vector<ReportEvent> events_of(const SlamResult& result) {
+  std::vector<ReportEvent> events;
+  bool any_map = false;
+  bool was_lost = false;
+  for (const FrameRecord& f : result.frames) {
+    const bool lost = f.state == TrackState::kLost;
+    if (lost && !was_lost) events.push_back({f.timestamp, "lost: " + f.reason});
+    if (f.state == TrackState::kStarted && any_map) events.push_back({f.timestamp, "new map"});
+    if (f.state == TrackState::kTracking && was_lost)
+      events.push_back({f.timestamp, "found again"});
+    any_map |= f.state == TrackState::kStarted;
+    was_lost = lost;
+  }
+  return events;
+}
+
+void evaluate(Outcome& outcome) {
+  if (!outcome.truth) return;
+  try {
+    outcome.evaluation =
+        evaluate_trajectory(*outcome.truth, outcome.result.trajectory, outcome.total_frames());
+  } catch (const Error& e) {
+    outcome.evaluation_problem = e.what();
+  }
+}
+
+nlohmann::json summary(const Outcome& o) {
+  nlohmann::json json;
+  json["stillmap"] = STILLMAP_VERSION;
+  json["machine"] = machine_description();
+  json["sequence"] = o.sequence;
+  json["preset"] = o.options.motion.preset;
+  json["schedule"] = o.options.schedule.mode;
+  json["detector"] = o.detector.empty() ? nlohmann::json() : nlohmann::json(o.detector);
+  json["interrupted"] = o.interrupted;
+  json["frames"] = {{"total", o.total_frames()},     {"handed_in", o.frames},
+                    {"tracked", o.result.tracked()}, {"skipped", o.skipped.size()},
+                    {"dropped_late", o.dropped},     {"segmented", o.result.segmented}};
+  for (const SkippedFrame& s : o.skipped) {
+    json["skipped"].push_back({{"timestamp", s.timestamp}, {"reason", s.reason}});
+  }
+  for (const ReportEvent& e : events_of(o.result)) {
+    json["events"].push_back({{"timestamp", e.timestamp}, {"text", e.text}});
+  }
+  json["maps"] = o.result.maps;
+  json["keyframes"] = o.result.keyframes.size();
+  json["landmarks"] = o.result.landmarks;
+  json["cloud_points"] = o.result.dense.cloud.size();
+  json["cloud_thinned"] = o.result.dense_statistics.thinnings;
+  json["seconds"] = o.seconds;
+  json["frames_per_second"] = o.frames_per_second();
+  json["tracking_median_ms"] = tracking_median(o.result);
+  json["peak_memory_mib"] = peak_memory_mib();
+  json["timing_ms"] = o.result.timing.stages();
+  if (o.evaluation) json["evaluation"] = *o.evaluation;
+  if (!o.evaluation_problem.empty()) json["evaluation_problem"] = o.evaluation_problem;
+  json["options"] = options_json(o.options);
+  return json;
+}
+
+CloudSpan span_of(const Cloud& cloud) { return {cloud.points, cloud.colors, {}}; }
+
+ReportData report_data(const Outcome& o) {
+  ReportData report;
+  report.title = o.sequence;
+  report.sequence = o.sequence;
+  report.preset = o.options.motion.preset;
+  report.schedule = o.options.schedule.mode;
+  report.hardware = machine_description();
+  report.version = STILLMAP_VERSION;
+  report.options = options_yaml(o.options);
+  report.trajectory = o.result.trajectory;
+  for (const FrameRecord& f : o.result.frames) report.frame_stamps.push_back(f.timestamp);
+  for (const StampedPose& k : o.result.keyframes) report.keyframe_stamps.push_back(k.timestamp);
+  report.truth = o.truth;
+  report.evaluation = o.evaluation;
+  report.coverage = compute_coverage(o.result.trajectory, o.total_frames());
+  report.keyframes = o.result.keyframes.size();
+  report.landmarks = o.result.landmarks;
+  report.cloud_points = o.result.dense.cloud.size();
+  report.frames_per_second = o.frames_per_second();
+  report.tracking_median = tracking_median(o.result);
+  report.facts = {{"detector", o.detector.empty() ? "none" : o.detector},
+                  {"frames segmented", std::to_string(o.result.segmented)},
+                  {"frames skipped", std::to_string(o.skipped.size())},
+                  {"frames dropped late", std::to_string(o.dropped)},
+                  {"maps", std::to_string(o.result.maps)},
+                  {"peak memory", fmt::format("{:.0f} MiB", peak_memory_mib())}};
+  report.timing = o.result.timing.stages();
+  report.events = events_of(o.result);
+  report.skipped = o.skipped;
+  report.gallery = o.gallery;
+  if (!o.result.dense.cloud.empty()) {
+    report.cloud =
+        ReportImage{draw_cloud(span_of(o.result.dense.cloud), o.result.trajectory),
+                    fmt::format("{} points, cameras drawn in", o.result.dense.cloud.size())};
+  }
+  return report;
+}
+
+/// Writes one file; what cannot be written is told, and the others are still tried.
+template <typename Write>
+void write_one(const std::filesystem::path& file, std::vector<std::filesystem::path>& written,
+               std::string& failures, Write&& write) {
+  try {
+    write(file);
+    written.push_back(file);
+  } catch (const Error& e) {
+    failures += std::string(e.what()) + "\n";
+  }
+}
+
+std::vector<std::filesystem::path> write_files(const Outcome& o, const std::filesystem::path& out) {
+  std::vector<std::filesystem::path> files;
+  std::string failures;
+  write_one(out / "trajectory.txt", files, failures,
+            [&](const auto& file) { write_trajectory(file, o.result.trajectory); });
+  write_one(out / "keyframes.txt", files, failures,
+            [&](const auto& file) { write_trajectory(file, o.result.keyframes); });
+  if (o.options.dense_cloud) {
+    write_one(out / "cloud.ply", files, failures,
+              [&](const auto& file) { write_ply(file, o.result.dense.cloud); });
+    write_one(out / "cloud.pcd", files, failures,
+              [&](const auto& file) { write_pcd(file, o.result.dense.cloud); });
+  }
+  write_one(out / "timing.txt", files, failures,
+            [&](const auto& file) { write_file(file, timing_text(o.result.timing.stages())); });
+  write_one(out / "summary.json", files, failures,
+            [&](const auto& file) { write_file(file, summary(o).dump(2) + "\n"); });
+  const ReportData report = report_data(o);
+  if (report.cloud) {
+    write_one(out / "cloud.png", files, failures, [&](const auto& file) {
+      if (!cv::imwrite(file.string(), report.cloud->image)) {
+        throw Error("cannot be written", file.string(), "check the folder and the disk");
+      }
+    });
+  }
+  write_one(out / "report.html", files, failures,
+            [&](const auto& file) { write_report(file, report); });
+  if (!failures.empty()) throw Error("not all results could be saved:\n" + failures, "", "");
+  return files;
+}
+
+void print_outcome(const Outcome& o) {
+  fmt::print("{}: {} of {} frames tracked ({}), {} keyframes, {} landmarks", o.sequence,
+             o.result.tracked(), o.total_frames(), percent(o.result.tracked(), o.total_frames()),
+             o.result.keyframes.size(), o.result.landmarks);
+  if (o.result.maps > 1) fmt::print(", {} unconnected maps", o.result.maps);
+  fmt::print("\n{:.1f} frames/s in all, tracking {:.1f} ms (median), {:.0f} MiB at most\n",
+             o.frames_per_second(), tracking_median(o.result), peak_memory_mib());
+  if (!o.skipped.empty()) {
+    fmt::print("{} frames skipped; the first: {:.6f}: {}\n", o.skipped.size(),
+               o.skipped.front().timestamp, o.skipped.front().reason);
+  }
+  if (o.dropped > 0) fmt::print("{} frames dropped, as they came too late\n", o.dropped);
+  if (o.evaluation) fmt::print("{}", evaluation_text(*o.evaluation));
+  if (!o.evaluation_problem.empty()) fmt::print("no error figures: {}\n", o.evaluation_problem);
+  if (o.result.tracked() == 0) {
+    fmt::print("no frame was tracked: {}\n",
+               o.result.frames.empty() ? "there was none" : o.result.frames.back().reason);
+  }
+}
+
+/// Shows the user's pictures of every n-th frame, so that they spread over the sequence.
+class Gallery {
+ public:
+  explicit Gallery(std::optional<std::size_t> total)
+      : every_(std::max<std::size_t>(1, total.value_or(600) / kGalleryPictures)) {}
+
+  void look(const TrackedFrame& tracked) {
+    const std::size_t index = tracked.frame->index();
+    if (index % every_ != every_ / 2 || pictures_.size() >= kGalleryPictures) return;
+    std::string caption = fmt::format("frame {} at {:.2f} s: {} landmarks agree", index,
+                                      tracked.frame->timestamp(), tracked.inliers);
+    if (const auto& masks = tracked.frame->instances) {
+      caption +=
+          fmt::format(", {} instances, masks {} frames old", masks->instances.size(), masks->age());
+    }
+    pictures_.push_back({draw_frame(tracked), caption});
+  }
+  std::vector<ReportImage> take() { return std::move(pictures_); }
+
+ private:
+  std::size_t every_;
+  std::vector<ReportImage> pictures_;
+};
+
+void drive(Slam& slam, FrameSource& source, Outcome& outcome, std::optional<std::size_t> total) {
+  Gallery gallery(total);
+  Progress progress("mapping", total);
+  while (!interrupted()) {
+    const RgbdFramePtr frame = source.next();
+    if (!frame) break;
+    slam.push(frame);
+    ++outcome.frames;
+    gallery.look(*slam.newest());
+    progress.step(slam.newest()->state == TrackState::kLost ? "lost" : "");
+  }
+  outcome.interrupted = interrupted();
+  outcome.gallery = gallery.take();
+}
+
+}  // namespace
+
+SessionReport run_session(Session session) {
+  make_output_folder(session.out);
+  catch_interrupt();
+  Outcome outcome;
+  outcome.sequence = session.sequence;
+  outcome.options = session.options;
+  outcome.truth = std::move(session.truth);
+  if (session.detector) outcome.detector = session.detector->description();
+
+  const Camera camera = session.source->camera();
+  std::unique_ptr<FrameSource> source = std::make_unique<Prefetch>(std::move(session.source));
+  PacedSource* paced = nullptr;
+  if (session.options.schedule.realtime()) {
+    auto wrapped = std::make_unique<PacedSource>(std::move(source));
+    paced = wrapped.get();
+    source = std::move(wrapped);
+  }
+  const Stopwatch watch;
+  Slam slam(camera, session.options, std::move(session.detector));
+  drive(slam, *source, outcome, session.total_frames);
+  outcome.result = slam.finish();
+  outcome.seconds = watch.milliseconds() / 1000;
+  outcome.skipped = source->skipped();
+  if (paced != nullptr) outcome.dropped = paced->dropped();
+  if (outcome.interrupted)
+    fmt::print("interrupted after {} frames; saving what there is\n", outcome.frames);
+
+  evaluate(outcome);
+  print_outcome(outcome);
+  SessionReport report;
+  report.files = write_files(outcome, session.out);
+  fmt::print("written:\n");
+  for (const auto& file : report.files) fmt::print("  {}\n", file.string());
+  report.evaluation = outcome.evaluation;
+  report.interrupted = outcome.interrupted;
+  report.result = std::move(outcome.result);
+  return report;
+}
+
+}  // namespace stillmap

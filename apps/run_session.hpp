@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/evaluate/trajectory_error.hpp"
+#include "stillmap/geometry/trajectory.hpp"
+#include "stillmap/pipeline/slam.hpp"
+#include "stillmap/sensor/frame_source.hpp"
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace stillmap {
+
+/// What is to be run, and where the results go.
+struct Session {
+  std::string sequence;  ///< name for headings
+  std::unique_ptr<FrameSource> source;
+  std::optional<std::size_t> total_frames;  ///< for progress and coverage
+  std::unique_ptr<Detector> detector;       ///< null: none
+  std::optional<Trajectory> truth;
+  SlamOptions options;
+  std::filesystem::path out;
+};
+
+/// What came of it.
+struct SessionReport {
+  SlamResult result;
+  std::optional<Evaluation> evaluation;
+  std::vector<std::filesystem::path> files;  ///< written
+  bool interrupted = false;
+};
+
+/// Runs the sequence to its end (or Ctrl-C), writes everything into the folder, and prints the
+/// headline figures and the files. What fails after the run (no truth that overlaps, say) is
+/// reported, and does not cost the results.
+SessionReport run_session(Session session);
+
+}  // namespace stillmap

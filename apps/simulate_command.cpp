@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/file.hpp"
+#include "stillmap/simulate/simulated_sequence.hpp"
+#include "stillmap/simulate/tum_writer.hpp"
+
+#include "commands.hpp"
+#include "interrupt.hpp"
+#include "progress.hpp"
+#include <fmt/format.h>
+
+namespace stillmap {
+namespace {
+
+struct SimulateArguments {
+  SimulationOptions options;
+  std::string out = "simulated";
+  bool no_noise = false;
+};
+
+int run(const SimulateArguments& arguments) {
+  SimulationOptions options = arguments.options;
+  options.noise = !arguments.no_noise;
+  make_output_folder(arguments.out);
+  const SimulatedSequence sequence(options);
+  {
+    Progress progress("rendering", sequence.frames());
+    write_tum_layout(sequence, arguments.out, [&](std::size_t) { progress.step(); });
+  }
+  fmt::print("written: {} ({} frames; map it with: stillmap run {})\n", arguments.out,
+             sequence.frames(), arguments.out);
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_simulate_command(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<SimulateArguments>();
+  SimulationOptions& o = arguments->options;
+  CLI::App* command =
+      app.add_subcommand("simulate", "render an RGB-D sequence with known poses, masks and movers");
+  command->add_option("--scene", o.scene, "the room")->capture_default_str();
+  command->add_option("--people", o.people, "how many")->capture_default_str();
+  command->add_option("--activity", o.activity, "what they do: walk, sit, wave, mixed")
+      ->capture_default_str();
+  command->add_option("--things", o.things, "movers of no known class")->capture_default_str();
+  command->add_option("--camera", o.camera, "its motion: static, xyz, halfsphere, rpy, loop")
+      ->capture_default_str();
+  command->add_option("--frames", o.frames, "how many")->capture_default_str();
+  command->add_option("--fps", o.fps, "frames per second")->capture_default_str();
+  command->add_option("--width", o.width, "pixels")->capture_default_str();
+  command->add_option("--height", o.height, "pixels")->capture_default_str();
+  command->add_option("--seed", o.seed, "of scene, hand shake and noise")->capture_default_str();
+  command->add_option("--speed", o.speed, "factor on the camera's motion")->capture_default_str();
+  command->add_option("--exposures", o.exposures, "pictures averaged for motion blur; 1: none")
+      ->capture_default_str();
+  command->add_flag("--no-noise", arguments->no_noise, "exact depth and clean colour");
+  command->add_option("--out", arguments->out, "folder, in TUM layout")->capture_default_str();
+  command->footer(
+      "Example:\n  stillmap simulate --scene office --people 2 --camera xyz --out office_xyz");
+  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+}
+
+}  // namespace stillmap

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/error.hpp"
+#include "stillmap/motion/motion_estimator.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace stillmap {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// Keypoints on a row at y = 50, every 10 pixels, in a 200 x 100 image.
+MotionInput input_with(std::vector<Instance> instances) {
+  auto image = std::make_shared<RgbdFrame>();
+  image->grey = cv::Mat::zeros(100, 200, CV_8UC1);
+  auto features = std::make_shared<Features>();
+  for (int x = 0; x < 200; x += 10)
+    features->keypoints.push_back({.u = static_cast<float>(x), .v = 50});
+  auto segmented = std::make_shared<SegmentedFrame>();
+  segmented->instances = std::move(instances);
+  return {image, features, segmented, nullptr};
+}
+
+Instance instance(const std::string& name, const cv::Rect& box, bool with_mask) {
+  Instance made;
+  made.class_name = name;
+  made.box = box;
+  if (with_mask) made.mask = cv::Mat(box.size(), CV_8UC1, cv::Scalar(255));
+  return made;
+}
+
+std::vector<int> left_out(const MotionEvidence& evidence) {
+  std::vector<int> result;
+  for (std::size_t i = 0; i < evidence.weight.size(); ++i) {
+    if (evidence.weight[i] == 0) result.push_back(static_cast<int>(i) * 10);
+  }
+  return result;
+}
+
+MotionOptions seg_mask(int dilation = 0) {
+  MotionOptions options;
+  options.preset = "seg-mask";
+  options.semantic.dilation = dilation;
+  return options;
+}
+
+TEST(SegMask, LeavesOutExactlyTheKeypointsOnThePerson) {
+  MotionEstimator estimator(seg_mask());
+  const auto evidence =
+      estimator.estimate(input_with({instance("person", {55, 20, 30, 60}, true)}));
+  EXPECT_EQ(left_out(evidence), (std::vector<int>{60, 70, 80}));
+  EXPECT_EQ(cv::countNonZero(evidence.moving_pixels), 30 * 60);
+}
+
+TEST(SegMask, GrowsTheMaskByTheDilation) {
+  MotionEstimator estimator(seg_mask(6));
+  const auto evidence =
+      estimator.estimate(input_with({instance("person", {55, 20, 30, 60}, true)}));
+  EXPECT_EQ(left_out(evidence), (std::vector<int>{50, 60, 70, 80, 90}));
+}
+
+TEST(SegMask, TakesTheBoxWhereThereIsNoMask) {
+  MotionEstimator estimator(seg_mask());
+  const auto evidence =
+      estimator.estimate(input_with({instance("person", {95, 0, 10, 100}, false)}));
+  EXPECT_EQ(left_out(evidence), (std::vector<int>{100}));
+}
+
+TEST(SegMask, HolesInTheMaskStayStatic) {
+  Instance person = instance("person", {40, 20, 60, 60}, true);
+  person.mask(cv::Rect(15, 0, 20, 60)).setTo(0);  // 55..74
+  MotionEstimator estimator(seg_mask());
+  EXPECT_EQ(left_out(estimator.estimate(input_with({person}))), (std::vector<int>{40, 50, 80, 90}));
+}
+
+TEST(SegMask, ChairsStandStill) {
+  MotionEstimator estimator(seg_mask());
+  const auto evidence = estimator.estimate(input_with({instance("chair", {55, 20, 30, 60}, true)}));
+  EXPECT_TRUE(left_out(evidence).empty());
+  EXPECT_TRUE(evidence.moving_pixels.empty());
+}
+
+TEST(SegMask, TheClassesThatMoveAreAnOption) {
+  MotionOptions options = seg_mask();
+  options.semantic.dynamic_classes = {"chair"};
+  MotionEstimator estimator(options);
+  const auto evidence = estimator.estimate(input_with(
+      {instance("chair", {5, 0, 10, 100}, true), instance("person", {95, 0, 10, 100}, true)}));
+  EXPECT_EQ(left_out(evidence), (std::vector<int>{10}));
+}
+
+TEST(SegMask, NothingIsKnownToMoveWithoutInstances) {
+  MotionEstimator estimator(seg_mask());
+  MotionInput input = input_with({});
+  input.instances = nullptr;
+  const auto evidence = estimator.estimate(input);
+  EXPECT_TRUE(left_out(evidence).empty());
+  EXPECT_THAT(evidence.weight, ::testing::Each(1.0F));
+}
+
+TEST(Static, TakesEverythingForStatic) {
+  MotionOptions options;
+  options.preset = "static";
+  MotionEstimator estimator(options);
+  EXPECT_TRUE(left_out(estimator.estimate(input_with({instance("person", {0, 0, 200, 100}, true)})))
+                  .empty());
+}
+
+TEST(Presets, AnUnknownNameSuggestsTheNearest) {
+  try {
+    find_preset("seg_mask");
+    FAIL() << "no error";
+  } catch (const Error& e) {
+    EXPECT_THAT(e.what(), HasSubstr("did you mean 'seg-mask'?"));
+  }
+}
+
+}  // namespace
+}  // namespace stillmap

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <chrono>
+#include <memory>
+
+#include "stillmap/sensor/frame_source.hpp"
+
+namespace stillmap {
+
+/// A recording played at the rate it was recorded: frames come when they are due, and a frame that is more than
+/// one frame interval late when it is asked for is dropped and counted, as a live camera would drop it.
+class PacedSource final : public FrameSource {
+ public:
+  explicit PacedSource(std::unique_ptr<FrameSource> source) : source_(std::move(source)) {}
+
+  const Camera& camera() const override { return source_->camera(); }
+  RgbdFramePtr next() override;
+  std::optional<std::size_t> size() const override { return source_->size(); }
+  const std::vector<SkippedFrame>& skipped() const override { return source_->skipped(); }
+  std::size_t dropped() const { return dropped_; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  std::unique_ptr<FrameSource> source_;
+  std::optional<Clock::time_point> start_;
+  double first_stamp_ = 0;
+  std::size_t dropped_ = 0;
+};
+
+}  // namespace stillmap

@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/pipeline/slam.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/evaluate/trajectory_error.hpp"
+#include "stillmap/pipeline/prefetch.hpp"
+#include "stillmap/segment/mask_folder.hpp"
+#include "stillmap/simulate/simulated_sequence.hpp"
+
+#include <cstring>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+namespace stillmap {
+namespace {
+
+/// A detector that knows the truth: the simulator's masks.
+class TrueMasks final : public Detector {
+ public:
+  explicit TrueMasks(std::shared_ptr<const SimulatedSequence> sequence)
+      : sequence_(std::move(sequence)) {}
+  std::vector<Instance> detect(const RgbdFrame& frame) override {
+    return instances_of_mask(class_mask(sequence_->truth(frame.index)));
+  }
+  std::string description() const override { return "true masks"; }
+  const std::vector<std::string>& class_names() const override { return names_; }
+
+ private:
+  std::shared_ptr<const SimulatedSequence> sequence_;
+  std::vector<std::string> names_ = {"person", "unknown"};
+};
+
+/// Sequences are rendered once and kept: several tests run on the same pictures.
+struct Recording {
+  std::shared_ptr<const SimulatedSequence> sequence;
+  std::vector<RgbdFramePtr> frames;
+};
+
+const Recording& recording(int people, const std::string& camera) {
+  static std::map<std::pair<int, std::string>, Recording> made;
+  Recording& r = made[{people, camera}];
+  if (!r.sequence) {
+    SimulationOptions options;
+    options.people = people;
+    options.camera = camera;
+    options.frames = 90;
+    options.width = 320;
+    options.height = 240;
+    r.sequence = std::make_shared<SimulatedSequence>(options);
+    for (std::size_t i = 0; i < r.sequence->frames(); ++i) r.frames.push_back(r.sequence->frame(i));
+  }
+  return r;
+}
+
+SlamOptions small_options(const std::string& preset) {
+  SlamOptions options;
+  options.motion.preset = preset;
+  options.orb.keypoints = 600;
+  return options;
+}
+
+struct Outcome {
+  SlamResult result;
+  double ate = 0;  // metres
+};
+
+Outcome run(const Recording& recording, const SlamOptions& options) {
+  std::unique_ptr<Detector> detector;
+  if (options.motion.preset != "static") detector = std::make_unique<TrueMasks>(recording.sequence);
+  Slam slam(recording.sequence->camera(), options, std::move(detector));
+  for (const auto& frame : recording.frames) slam.push(frame);
+  Outcome outcome{slam.finish()};
+  if (outcome.result.tracked() >= 3) {
+    outcome.ate =
+        absolute_trajectory_error(recording.sequence->trajectory(), outcome.result.trajectory)
+            .translation.rmse;
+  }
+  return outcome;
+}
+
+/// A new image (cv::Mat::zeros would be written into the recording's own).
+cv::Mat black(const cv::Mat& like) { return cv::Mat(like.size(), like.type(), cv::Scalar::all(0)); }
+
+bool same_bytes(const Trajectory& a, const Trajectory& b) {
+  return a.size() == b.size() &&
+         std::equal(a.begin(), a.end(), b.begin(), [](const auto& x, const auto& y) {
+           return x.timestamp == y.timestamp &&
+                  x.T_world_camera.translation() == y.T_world_camera.translation() &&
+                  x.T_world_camera.quaternion().coeffs() == y.T_world_camera.quaternion().coeffs();
+         });
+}
+
+TEST(SlamOnAStillScene, FollowsTheCameraToMillimetres) {
+  for (const char* camera : {"xyz", "halfsphere", "rpy"}) {
+    const Outcome r = run(recording(0, camera), small_options("static"));
+    EXPECT_EQ(r.result.tracked(), 90U) << camera;
+    EXPECT_EQ(r.result.maps, 1U) << camera;
+    EXPECT_LT(r.ate, 0.008) << camera;
+  }
+}
+
+TEST(SlamOnAStillScene, TheCloudLiesOnTheTrueSurfaces) {
+  const Recording& rec = recording(0, "xyz");
+  const Outcome r = run(rec, small_options("static"));
+  ASSERT_GT(r.result.dense.cloud.size(), 5000U);
+  // Seen from the first pose, points that fall on a pixel lie where the exact depth says.
+  const TruthFrame truth = rec.sequence->truth(0);
+  const Pose T_camera_estimate = r.result.trajectory.front().T_world_camera.inverse();
+  const Camera& camera = rec.sequence->camera();
+  std::vector<double> errors;
+  for (const auto& point : r.result.dense.cloud.points) {
+    const Eigen::Vector3d p = T_camera_estimate * point.cast<double>();
+    if (p.z() < 0.3) continue;
+    const Eigen::Vector2d uv = camera.project(p);
+    if (!camera.contains(uv.x(), uv.y(), 1)) continue;
+    const float depth =
+        truth.depth.at<float>(static_cast<int>(uv.y() + 0.5), static_cast<int>(uv.x() + 0.5));
+    if (depth > 0) errors.push_back(std::abs(depth - p.z()));
+  }
+  ASSERT_GT(errors.size(), 3000U);
+  std::nth_element(errors.begin(), errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2),
+                   errors.end());
+  EXPECT_LT(errors[errors.size() / 2], 0.02) << "median distance along the ray, metres";
+}
+
+TEST(SlamWithPeople, MasksKeepTheTrajectoryAsIfNobodyWereThere) {
+  const Outcome masked = run(recording(3, "xyz"), small_options("seg-mask"));
+  EXPECT_EQ(masked.result.tracked(), 90U);
+  EXPECT_LT(masked.ate, 0.012);
+  EXPECT_EQ(masked.result.segmented, 30U) << "every third frame";
+}
+
+TEST(SlamWithPeople, TheStaticPresetLosesNoFrameAndDoesNotCrash) {
+  const Outcome r = run(recording(3, "xyz"), small_options("static"));
+  EXPECT_EQ(r.result.frames.size(), 90U);
+}
+
+TEST(Lockstep, TwoRunsAreIdenticalToTheLastBit) {
+  const SlamOptions options = small_options("seg-mask");
+  const Outcome first = run(recording(3, "xyz"), options),
+                second = run(recording(3, "xyz"), options);
+  EXPECT_TRUE(same_bytes(first.result.trajectory, second.result.trajectory));
+  EXPECT_TRUE(same_bytes(first.result.keyframes, second.result.keyframes));
+  EXPECT_EQ(first.result.dense.cloud, second.result.dense.cloud);
+}
+
+TEST(Lockstep, OneThreadForOpenCvGivesTheSame) {
+  const SlamOptions options = small_options("seg-mask");
+  const Outcome many = run(recording(3, "xyz"), options);
+  const int threads = cv::getNumThreads();
+  cv::setNumThreads(1);
+  const Outcome one = run(recording(3, "xyz"), options);
+  cv::setNumThreads(threads);
+  EXPECT_TRUE(same_bytes(many.result.trajectory, one.result.trajectory));
+  EXPECT_EQ(many.result.dense.cloud, one.result.dense.cloud);
+}
+
+TEST(Realtime, TracksEveryFramePushed) {
+  SlamOptions options = small_options("seg-mask");
+  options.schedule.mode = "realtime";
+  const Outcome r = run(recording(3, "xyz"), options);
+  EXPECT_EQ(r.result.tracked(), 90U);
+  EXPECT_LT(r.ate, 0.03);
+}
+
+TEST(Lost, ANewMapIsBegunAndTheOldOneKept) {
+  const Recording& rec = recording(0, "xyz");
+  Slam slam(rec.sequence->camera(), small_options("static"));
+  for (std::size_t i = 0; i < 90; ++i) {
+    auto frame = std::make_shared<RgbdFrame>(*rec.frames[i]);
+    if (i >= 30 && i < 60) {
+      frame->grey = black(frame->grey);
+      frame->color = black(frame->color);
+    }
+    const auto pose = slam.push(frame);
+    EXPECT_EQ(pose.has_value(), i < 30 || i >= 60) << "frame " << i;
+  }
+  const SlamResult result = slam.finish();
+  EXPECT_EQ(result.maps, 2U);
+  EXPECT_EQ(result.tracked(), 60U);
+  EXPECT_FALSE(result.frames[35].reason.empty());
+}
+
+TEST(Lost, AMomentOfBlacknessIsBridged) {
+  const Recording& rec = recording(0, "xyz");
+  Slam slam(rec.sequence->camera(), small_options("static"));
+  for (std::size_t i = 0; i < 60; ++i) {
+    auto frame = std::make_shared<RgbdFrame>(*rec.frames[i]);
+    if (i >= 30 && i < 33) frame->grey = black(frame->grey);
+    slam.push(frame);
+  }
+  const SlamResult result = slam.finish();
+  EXPECT_EQ(result.maps, 1U);
+  EXPECT_EQ(result.tracked(), 57U);
+}
+
+TEST(Lost, WithoutDepthThereIsNoMapAndTheReasonIsTold) {
+  const Recording& rec = recording(0, "xyz");
+  Slam slam(rec.sequence->camera(), small_options("static"));
+  for (std::size_t i = 0; i < 5; ++i) {
+    auto frame = std::make_shared<RgbdFrame>(*rec.frames[i]);
+    frame->depth = black(frame->depth);
+    EXPECT_FALSE(slam.push(frame).has_value());
+  }
+  const SlamResult result = slam.finish();
+  EXPECT_EQ(result.maps, 0U);
+  EXPECT_TRUE(result.dense.cloud.empty());
+  EXPECT_NE(result.frames[0].reason.find("keypoints with depth"), std::string::npos);
+}
+
+TEST(SlamInput, AFrameOfAnotherSizeOrOutOfOrderIsAnError) {
+  const Recording& rec = recording(0, "xyz");
+  Slam slam(rec.sequence->camera(), small_options("static"));
+  slam.push(rec.frames[1]);
+  EXPECT_THROW(slam.push(rec.frames[0]), Error) << "earlier than the one before";
+  auto small = std::make_shared<RgbdFrame>(*rec.frames[2]);
+  cv::resize(small->grey, small->grey, {160, 120});
+  EXPECT_THROW(slam.push(small), Error);
+  EXPECT_TRUE(slam.push(rec.frames[2]).has_value()) << "an error costs no more than the frame";
+}
+
+TEST(Prefetch, HandsOutTheSameFramesAsTheSourceItself) {
+  const Recording& rec = recording(0, "xyz");
+  Prefetch source(std::make_unique<SimulatedSequence>(rec.sequence->options()), 3);
+  std::size_t count = 0;
+  while (const auto frame = source.next()) {
+    const cv::Mat& expected = rec.frames[count]->grey;
+    ASSERT_EQ(frame->index, count);
+    EXPECT_EQ(std::memcmp(frame->grey.data, expected.data, expected.total()), 0);
+    ++count;
+  }
+  EXPECT_EQ(count, rec.frames.size());
+  EXPECT_EQ(source.next(), nullptr);
+  EXPECT_TRUE(source.skipped().empty());
+}
+
+}  // namespace
+}  // namespace stillmap

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/pipeline/stage.hpp"
+
+#include <future>
+#include <stdexcept>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace stillmap {
+namespace {
+
+using IntStage = Stage<int, int>;
+
+TEST(Stage, WorksInOrderAndPublishesAnyNumberOfOutputs) {
+  IntStage stage(4, WhenFull::kBlock, [](int n, const auto& publish) {
+    for (int i = 0; i < n; ++i) publish(10 * n + i);
+  });
+  for (const int n : {1, 0, 3}) stage.push(n);
+  std::vector<int> outputs;
+  while (const auto output = stage.take()) outputs.push_back(*output);
+  EXPECT_EQ(outputs, (std::vector<int>{10, 30, 31, 32}));
+}
+
+TEST(Stage, BlocksWhenFullAndLosesNothing) {
+  IntStage stage(1, WhenFull::kBlock, [](int n, const auto& publish) { publish(n); });
+  for (int n = 0; n < 500; ++n) EXPECT_TRUE(stage.push(n));
+  stage.drain();
+  for (int n = 0; n < 500; ++n) EXPECT_EQ(stage.take(), n);
+  EXPECT_EQ(stage.take(), std::nullopt);
+  EXPECT_EQ(stage.dropped(), 0U);
+}
+
+TEST(Stage, DropsWhenFullAndCounts) {
+  std::promise<void> open;
+  auto gate = open.get_future().share();
+  std::promise<void> begun;
+  IntStage stage(1, WhenFull::kDrop, [&](int n, const auto& publish) {
+    if (n == 0) begun.set_value();
+    gate.wait();
+    publish(n);
+  });
+  EXPECT_TRUE(stage.push(0));
+  begun.get_future().wait();  // 0 is being worked on, the queue is empty
+  EXPECT_TRUE(stage.push(1));
+  EXPECT_FALSE(stage.push(2));
+  EXPECT_EQ(stage.dropped(), 1U);
+  EXPECT_EQ(stage.try_take(), std::nullopt);
+  open.set_value();
+  EXPECT_EQ(stage.take(), 0);
+  EXPECT_EQ(stage.take(), 1);
+  EXPECT_EQ(stage.take(), std::nullopt);
+}
+
+TEST(Stage, WhatTheWorkThrowsReachesTheCallerAndTheStageLivesOn) {
+  IntStage stage(4, WhenFull::kBlock, [](int n, const auto& publish) {
+    if (n < 0) throw std::runtime_error("negative");
+    publish(n);
+  });
+  stage.push(-1);
+  EXPECT_THROW(stage.drain(), std::runtime_error);
+  stage.push(5);
+  EXPECT_EQ(stage.take(), 5);
+}
+
+TEST(Stage, EndsWithoutWorkingOffTheQueue) {
+  int worked = 0;
+  {
+    std::promise<void> begun;
+    Stage<int, int> stage(8, WhenFull::kBlock, [&](int n, const auto&) {
+      if (n == 0) begun.set_value();
+      ++worked;
+    });
+    stage.push(0);
+    begun.get_future().wait();
+  }
+  EXPECT_EQ(worked, 1);
+}
+
+}  // namespace
+}  // namespace stillmap

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/refine/local_mapper.hpp"
+
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace stillmap {
+namespace {
+
+/// A wall of random points seen by a camera that moves sideways; keypoints and descriptors are made
+/// from the truth.
+class RefineTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::mt19937_64 rng(3);
+    std::uniform_real_distribution<double> across(-1.5, 1.5), deep(2.0, 3.0);
+    for (int i = 0; i < 150; ++i) {
+      points_.emplace_back(across(rng), across(rng), deep(rng));
+      descriptors_.push_back({rng(), rng(), rng(), rng()});
+    }
+  }
+
+  static Pose true_pose(int k) { return Pose(so3_exp({0, 0.02 * k, 0}), {0.1 * k, 0.02 * k, 0}); }
+
+  /// What the camera sees from a place: point i is keypoint i, at (0, 0) without depth if it is out
+  /// of view.
+  FramePtr view(int k, bool with_depth = true) {
+    auto image = std::make_shared<RgbdFrame>();
+    image->index = static_cast<std::size_t>(k);
+    image->timestamp = k;
+    auto features = std::make_shared<Features>();
+    const Pose T_camera_world = true_pose(k).inverse();
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      const Eigen::Vector3d p = T_camera_world * points_[i];
+      const Eigen::Vector2d uv = camera_.project(p);
+      Keypoint keypoint;
+      keypoint.u = static_cast<float>(uv.x());
+      keypoint.v = static_cast<float>(uv.y());
+      if (with_depth) keypoint.depth = static_cast<float>(p.z());
+      features->keypoints.push_back(keypoint);
+    }
+    features->descriptors = descriptors_;
+    features->grid = KeypointGrid(features->keypoints, camera_.width, camera_.height);
+    auto frame = std::make_shared<Frame>();
+    frame->image = image;
+    frame->features = features;
+    frame->evidence.weight.assign(points_.size(), 1);
+    return frame;
+  }
+
+  KeyframeProposal proposal(int k, const Pose& pose, bool with_depth = true) {
+    return {view(k, with_depth), KeyframeId{}, pose, std::vector<LandmarkId>(points_.size()), {}};
+  }
+
+  /// Adds a keyframe at a pose of its own, in the component of the first.
+  KeyframeId insert(LocalMapper& mapper, int k, const Pose& pose, bool with_depth = true) {
+    KeyframeProposal p = proposal(k, pose, with_depth);
+    if (first_.valid()) {
+      p.reference = first_;
+      p.T_reference_camera = map_.at(first_).T_world_camera.inverse() * pose;
+    }
+    const KeyframeId id = mapper.insert(p);
+    if (!first_.valid()) first_ = id;
+    return id;
+  }
+
+  Camera camera_;
+  Map map_{camera_, PyramidShape{}};
+  std::vector<Eigen::Vector3d> points_;
+  std::vector<Descriptor> descriptors_;
+  KeyframeId first_;
+};
+
+TEST_F(RefineTest, InsertionMakesLandmarksWhereTheDepthSays) {
+  LocalMapper mapper(map_, {});
+  const auto id = insert(mapper, 0, true_pose(0));
+  EXPECT_EQ(map_.landmark_count(), points_.size());
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    EXPECT_LT((map_.at(map_.at(id).landmarks[i]).p_world - points_[i]).norm(), 1e-5);
+  }
+}
+
+TEST_F(RefineTest, MovingAndFarKeypointsMakeNoLandmark) {
+  LocalMapper mapper(map_, {});
+  KeyframeProposal p = proposal(0, true_pose(0));
+  auto frame = std::make_shared<Frame>(*p.frame);
+  frame->evidence.weight[7] = 0;
+  auto features = std::make_shared<Features>(*frame->features);
+  features->keypoints[8].depth = 7;
+  frame->features = features;
+  p.frame = frame;
+  const auto id = mapper.insert(p);
+  EXPECT_FALSE(map_.at(id).landmarks[7].valid());
+  EXPECT_FALSE(map_.at(id).landmarks[8].valid());
+  EXPECT_EQ(map_.landmark_count(), points_.size() - 2);
+}
+
+TEST_F(RefineTest, DuplicatesAreJoinedIntoOneLandmarkEach) {
+  LocalMapper mapper(map_, {});
+  const auto a = insert(mapper, 0, true_pose(0));
+  const auto b = insert(mapper, 1, true_pose(1));
+  // Make them neighbours: the first 20 points are known to be the same.
+  for (std::uint32_t i = 0; i < 20; ++i)
+    map_.merge(map_.at(a).landmarks[i], map_.at(b).landmarks[i]);
+  fuse_duplicates(map_, b, {});
+  int shared = 0, in_both_images = 0;
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    const auto& ka = map_.at(a).features->keypoints[i];
+    const auto& kb = map_.at(b).features->keypoints[i];
+    if (!camera_.contains(ka.u, ka.v, 4) || !camera_.contains(kb.u, kb.v, 4)) continue;
+    ++in_both_images;
+    const auto la = map_.at(a).landmarks[i], lb = map_.at(b).landmarks[i];
+    EXPECT_TRUE(!la.valid() || !lb.valid() || la == lb ||
+                map_.at(la).p_world != map_.at(lb).p_world);
+    shared += la.valid() && la == lb;
+  }
+  EXPECT_GT(in_both_images, 80);
+  EXPECT_GE(shared, in_both_images * 95 / 100);
+}
+
+TEST_F(RefineTest, PointsWithoutDepthAreTriangulated) {
+  LocalMapper mapper(map_, {});
+  const auto a = insert(mapper, 0, true_pose(0), false);
+  const auto b = insert(mapper, 3, true_pose(3), false);
+  EXPECT_EQ(map_.landmark_count(), 0U);
+  for (std::uint32_t i = 0; i < 20; ++i) {  // neighbours by twenty known points
+    map_.observe(map_.add_landmark(points_[i], {a, i}).id, {b, i});
+  }
+  EXPECT_GT(create_by_triangulation(map_, b, {}), 100);
+  map_.for_each_landmark([&](const Landmark& l) {
+    EXPECT_LT((l.p_world - points_[l.observations.front().keypoint]).norm(), 1e-3);
+  });
+}
+
+TEST_F(RefineTest, LocalAdjustmentMovesADisplacedKeyframeBack) {
+  LocalMapper mapper(map_, {});
+  const auto a = insert(mapper, 0, true_pose(0));
+  Eigen::Matrix<double, 6, 1> error;
+  error << 0.01, -0.008, 0.012, 0.003, -0.004, 0.002;
+  KeyframeProposal p = proposal(1, Pose());
+  p.reference = a;
+  p.T_reference_camera = map_.at(a).T_world_camera.inverse() * true_pose(1) * Pose::exp(error);
+  p.landmarks = map_.at(a).landmarks;
+  const auto b = mapper.insert(p);
+  const auto result = adjust_locally(map_, b, {});
+  EXPECT_LT(result.cost_after, result.cost_before);
+  EXPECT_LT((map_.at(b).T_world_camera.inverse() * true_pose(1)).log().norm(), 1e-3);
+  EXPECT_LT((map_.at(a).T_world_camera.inverse() * true_pose(0)).log().norm(), 1e-12)
+      << "it is the anchor";
+}
+
+TEST_F(RefineTest, AWrongMatchIsTakenBack) {
+  LocalMapper mapper(map_, {});
+  const auto a = insert(mapper, 0, true_pose(0));
+  KeyframeProposal p = proposal(1, Pose());
+  p.reference = a;
+  p.T_reference_camera = map_.at(a).T_world_camera.inverse() * true_pose(1);
+  p.landmarks = map_.at(a).landmarks;
+  std::swap(p.landmarks[10], p.landmarks[90]);
+  const auto wrong_at_10 = p.landmarks[10], wrong_at_90 = p.landmarks[90], right = p.landmarks[11];
+  const auto b = mapper.insert(p);
+  adjust_locally(map_, b, {});
+  // Each wrong landmark is seen from two places that contradict each other; it cannot keep both.
+  const auto both_see = [&](LandmarkId id) {
+    return map_.find(id) != nullptr && map_.at(id).observations.size() == 2;
+  };
+  EXPECT_FALSE(both_see(wrong_at_10));
+  EXPECT_FALSE(both_see(wrong_at_90));
+  EXPECT_TRUE(both_see(right));
+}
+
+TEST_F(RefineTest, LandmarksThatAreExpectedButNotFoundAreCulled) {
+  LocalMapper mapper(map_, {});
+  const auto a = insert(mapper, 0, true_pose(0));
+  const auto ghost = map_.at(a).landmarks[5], solid = map_.at(a).landmarks[6];
+  map_.count_sighting(ghost, 20, 2);
+  map_.count_sighting(solid, 20, 15);
+  cull_landmarks(map_, a, {});
+  EXPECT_EQ(map_.find(ghost), nullptr);
+  EXPECT_NE(map_.find(solid), nullptr);
+}
+
+TEST_F(RefineTest, AKeyframeThatAddsNothingIsCulledButNeverTheFirst) {
+  LocalMapper mapper(map_, {});
+  const auto a = insert(mapper, 0, true_pose(0));
+  std::vector<KeyframeId> ids = {a};
+  for (int k = 1; k < 9; ++k) {
+    KeyframeProposal p = proposal(k, Pose());
+    p.reference = a;
+    p.T_reference_camera = map_.at(a).T_world_camera.inverse() * true_pose(k);
+    p.landmarks = map_.at(a).landmarks;
+    ids.push_back(mapper.insert(p));
+  }
+  const Pose before = map_.at(ids[3]).T_world_camera;
+  EXPECT_GT(cull_keyframes(map_, ids.back(), {}), 0);
+  EXPECT_NE(map_.find(a), nullptr);
+  EXPECT_NE(map_.find(ids.back()), nullptr);
+  EXPECT_LT((map_.resolve(ids[3], Pose()).inverse() * before).log().norm(), 1e-12)
+      << "its frames keep their place";
+}
+
+}  // namespace
+}  // namespace stillmap
