@@ -87,7 +87,7 @@ PointNormal<double> lane_normal(const Camera& camera, const Observed<Pair>& o,
 PoseNormal linearise(const Camera& camera, const Pose& T_camera_world, std::span<const Term> terms,
                      const Kernels& kernels) {
   const Eigen::Matrix3d R = T_camera_world.rotation();
-  const Eigen::Vector3d t = T_camera_world.translation();
+  const Eigen::Vector3d& t = T_camera_world.translation();
   PoseNormalSum<Pair> pairs;
   PoseNormalSum<double> singles;
   for (const Term& term : terms) {
@@ -158,7 +158,7 @@ struct PairChi2 {
 bool classify(const Camera& camera, const Pose& T_camera_world, const PoseSolverOptions& options,
               std::span<Term> terms) {
   const Eigen::Matrix3d R = T_camera_world.rotation();
-  const Eigen::Vector3d t = T_camera_world.translation();
+  const Eigen::Vector3d& t = T_camera_world.translation();
   bool changed = false;
   for (Term& term : terms) {
     const PairChi2 s(camera, PairInCamera(R, t, term), term);
@@ -193,7 +193,7 @@ bool well_posed(const PoseSolution& solution, const PoseSolverOptions& options) 
 void describe(const Camera& camera, const Pose& T_camera_world, std::span<const Term> terms,
               const PoseSolverOptions& options, PoseSolution& solution) {
   const Eigen::Matrix3d R = T_camera_world.rotation();
-  const Eigen::Vector3d t = T_camera_world.translation();
+  const Eigen::Vector3d& t = T_camera_world.translation();
   double sum = 0;
   for (const Term& term : terms) {
     const PairChi2 s(camera, PairInCamera(R, t, term), term);
