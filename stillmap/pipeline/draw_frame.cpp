@@ -7,7 +7,8 @@
 namespace stillmap {
 namespace {
 
-const cv::Scalar kMoving(60, 60, 235), kAgreeing(90, 220, 70), kOther(60, 210, 240), kText(255, 255, 255);
+const cv::Scalar kMoving(60, 60, 235), kAgreeing(90, 220, 70), kOther(60, 210, 240),
+    kText(255, 255, 255);
 
 void tint_moving(cv::Mat& picture, const cv::Mat& moving) {
   if (moving.empty()) return;
@@ -26,7 +27,8 @@ void outline_instances(cv::Mat& picture, const SegmentedFrame& segmented) {
     }
     const std::string label = fmt::format("{} {:.2f}", instance.class_name, instance.confidence);
     const cv::Point at(instance.box.x + 3, instance.box.y + 14);
-    cv::putText(picture, label, at, cv::FONT_HERSHEY_SIMPLEX, 0.42, cv::Scalar(0, 0, 0), 3, cv::LINE_AA);
+    cv::putText(picture, label, at, cv::FONT_HERSHEY_SIMPLEX, 0.42, cv::Scalar(0, 0, 0), 3,
+                cv::LINE_AA);
     cv::putText(picture, label, at, cv::FONT_HERSHEY_SIMPLEX, 0.42, kText, 1, cv::LINE_AA);
   }
 }

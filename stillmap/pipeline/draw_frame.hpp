@@ -4,9 +4,9 @@
 
 namespace stillmap {
 
-/// The frame as the tracker saw it: what is taken for moving tinted red; keypoints left out as red crosses, those
-/// that agree with the map as green circles, the others as small yellow ones; masks outlined, with class and age.
-/// 8UC3 BGR, the size of the frame.
+/// The frame as the tracker saw it: what is taken for moving tinted red; keypoints left out as red
+/// crosses, those that agree with the map as green circles, the others as small yellow ones; masks
+/// outlined, with class and age. 8UC3 BGR, the size of the frame.
 cv::Mat draw_frame(const TrackedFrame& tracked);
 
 }  // namespace stillmap

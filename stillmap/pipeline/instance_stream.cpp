@@ -34,8 +34,8 @@ void InstanceStream::push(const RgbdFramePtr& frame) {
     due_.push_back(frame->index + static_cast<std::size_t>(schedule_.mask_delay));
 }
 
-SegmentedFramePtr InstanceStream::instances() {
-  if (!detector_) return nullptr;
+void InstanceStream::collect() {
+  if (!detector_) return;
   const auto take = [this](const std::optional<SegmentedFramePtr>& found) {
     if (!found) return false;
     carrier_.set(**found);
@@ -50,7 +50,10 @@ SegmentedFramePtr InstanceStream::instances() {
   } else {
     while (!due_.empty() && due_.front() <= newest_->index) take(stage_->take());
   }
-  return carrier_.current();
+}
+
+SegmentedFramePtr InstanceStream::current() const {
+  return detector_ ? carrier_.current() : nullptr;
 }
 
 void InstanceStream::finish() {

@@ -18,12 +18,17 @@ class InstanceStream {
   /// @param detector null: no frame ever gets instances
   InstanceStream(std::unique_ptr<Detector> detector, const SlamOptions& options);
 
-  /// Shows the detector a frame, if it is one of those it is to see. Call before instances_for().
+  /// Shows the detector a frame, if it is one of those it is to see.
   void push(const RgbdFramePtr& frame);
 
-  /// The instances for the frame pushed last; null if there are none yet, or no detector. Only the
-  /// very first are always waited for: nothing may be mapped before it is known what moves.
-  SegmentedFramePtr instances();
+  /// Takes in what the detector found and is due by the frame pushed last: in lockstep waited for,
+  /// in realtime what there is. Only the very first is always waited for: nothing may be mapped
+  /// before it is known what moves.
+  void collect();
+
+  /// The newest instances collected, carried to the frame pushed last; null if there are none, or
+  /// no detector.
+  SegmentedFramePtr current() const;
 
   void finish();
   const TimingRecorder& timing() const { return timing_; }  ///< after finish()

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/sensor/frame_source.hpp"
+
 #include <chrono>
 #include <memory>
 
-#include "stillmap/sensor/frame_source.hpp"
-
 namespace stillmap {
 
-/// A recording played at the rate it was recorded: frames come when they are due, and a frame that is more than
-/// one frame interval late when it is asked for is dropped and counted, as a live camera would drop it.
+/// A recording played at the rate it was recorded: frames come when they are due, and a frame that
+/// is more than one frame interval late when it is asked for is dropped and counted, as a live
+/// camera would drop it.
 class PacedSource final : public FrameSource {
  public:
   explicit PacedSource(std::unique_ptr<FrameSource> source) : source_(std::move(source)) {}

@@ -45,16 +45,34 @@ std::optional<Pose> Slam::push(const RgbdFramePtr& image) {
   check(*image);
   instances_.push(image);
   Stopwatch watch;
-  const FramePtr frame = perceive(image);
-  const double perceiving = watch.lap();
+  auto frame = std::make_shared<Frame>();
+  frame->image = image;
+  frame->features = std::make_shared<Features>(extractor_.extract(image->grey, image->depth));
+  const double extracting = watch.lap();
+
+  // Waiting is no work: a live camera's tracker takes what there is, a recording's may be ahead of
+  // the others.
+  instances_.collect();
   const LocalMapPtr local_map = mapping_.local_map_for(image->index);
-  timing_.add("wait for map", watch.lap());
+  const double waiting = watch.lap();
+
+  frame->instances = instances_.current();
+  const double carrying = watch.lap();
+  frame->evidence = motion_.estimate(
+      {image, frame->features, frame->instances, newest_ ? newest_->frame : nullptr});
+  const double judging = watch.lap();
   newest_ = tracker_.track(frame, local_map);
-  const double tracking = watch.lap();
-  timing_.add("pose", tracking);
-  timing_.add("tracking", perceiving + tracking);
+  const double posing = watch.lap();
+
+  timing_.add("features", extracting);
+  timing_.add("mask carrying", carrying);
+  timing_.add("motion", judging);
+  timing_.add("pose", posing);
+  const double tracking = extracting + carrying + judging + posing;
+  timing_.add("tracking", tracking);
+  timing_.add("waiting for network and map", waiting);
   if (newest_->proposal) keep(*newest_->proposal);
-  record(*newest_, perceiving + tracking);
+  record(*newest_, tracking);
   return newest_->T_world_camera;
 }
 
@@ -75,20 +93,6 @@ void Slam::check(const RgbdFrame& frame) const {
                     frame.timestamp, records_.back().index, records_.back().timestamp),
         "Slam::push", "push frames in the order of their stamps, each once");
   }
-}
-
-FramePtr Slam::perceive(const RgbdFramePtr& image) {
-  Stopwatch watch;
-  auto frame = std::make_shared<Frame>();
-  frame->image = image;
-  frame->features = std::make_shared<Features>(extractor_.extract(image->grey, image->depth));
-  timing_.add("features", watch.lap());
-  frame->instances = instances_.instances();
-  timing_.add("masks", watch.lap());
-  frame->evidence = motion_.estimate(
-      {image, frame->features, frame->instances, newest_ ? newest_->frame : nullptr});
-  timing_.add("motion", watch.lap());
-  return frame;
 }
 
 void Slam::keep(const KeyframeProposal& proposal) {

@@ -28,7 +28,8 @@ struct FrameRecord {
   int inliers = 0;           ///< landmarks that agree with the pose
   int mask_age = -1;  ///< frames since the network saw what the masks show; -1: there were none
   bool keyframe = false;
-  double milliseconds = 0;  ///< on the camera's critical path: features, motion, pose, local map
+  double milliseconds =
+      0;  ///< of work on the camera's critical path: features, masks carried, motion, pose
 };
 
 /// All that a run yields.
@@ -81,7 +82,6 @@ class Slam {
   struct Nothing {};
 
   void check(const RgbdFrame& frame) const;
-  FramePtr perceive(const RgbdFramePtr& image);
   void keep(const KeyframeProposal& proposal);
   void record(const TrackedFrame& tracked, double milliseconds);
   std::optional<Pose> final_pose(const FrameRecord& record) const;
