@@ -67,7 +67,7 @@ int run(const DemoArguments& arguments) {
     SessionReport report = map(arguments, folder, preset);
     if (report.interrupted) return kInterrupted;
     runs.push_back(
-        {preset, "demo", report.result.trajectory, truth, std::size_t(arguments.frames)});
+        {preset, "demo", report.result.trajectory, truth, static_cast<std::size_t>(arguments.frames)});
   }
   fmt::print("\n4. Side by side\n");
   const Comparison comparison = compare_runs(runs);

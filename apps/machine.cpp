@@ -13,7 +13,7 @@ std::string machine_description() {
   std::string processor = "unknown processor";
   std::ifstream cpuinfo("/proc/cpuinfo");
   for (std::string line; std::getline(cpuinfo, line);) {
-    if (line.rfind("model name", 0) == 0 && line.find(": ") != std::string::npos) {
+    if (line.starts_with("model name") && line.find(": ") != std::string::npos) {
       processor = line.substr(line.find(": ") + 2);
       break;
     }

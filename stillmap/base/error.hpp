@@ -6,7 +6,8 @@
 namespace stillmap {
 
 /// The one exception a user is meant to read: what is wrong, where, and how to mend it.
-/// The command line prints what() and ends with exit code 1; a library user catches it at the façade.
+/// The command line prints what() and ends with exit code 1; a library user catches it at the
+/// façade.
 class Error : public std::runtime_error {
  public:
   /// @param what  one sentence: what was expected and what was found

@@ -2,21 +2,21 @@
 #pragma once
 #include <type_traits>
 
-/// Options are plain aggregates with defaults and units in the struct. To be overridden by name (from a
-/// YAML file or `--set room.field=value`) and to be written into every run's summary, a struct lists its
-/// fields once:
+/// Options are plain aggregates with defaults and units in the struct. To be overridden by name
+/// (from a YAML file or `--set room.field=value`) and to be written into every run's summary, a
+/// struct lists its fields once:
 ///
 ///     struct OrbOptions {
 ///       int keypoints = 1000;  ///< wanted per frame, all levels together
 ///       STILLMAP_FIELDS(keypoints)
 ///     };
 ///
-/// `for_each_field(options, f)` then calls f(name, member) for each, in order; nested option structs are
-/// fields like any other. Up to 24 fields.
-#define STILLMAP_FIELDS(...)                                  \
-  template <typename Self, typename Visitor>                  \
-  static void visit_fields(Self& self, Visitor&& visitor) {   \
-    STILLMAP_FIELDS_EACH(__VA_ARGS__)                         \
+/// `for_each_field(options, f)` then calls f(name, member) for each, in order; nested option
+/// structs are fields like any other. Up to 24 fields.
+#define STILLMAP_FIELDS(...)                                \
+  template <typename Self, typename Visitor>                \
+  static void visit_fields(Self& self, Visitor&& visitor) { \
+    STILLMAP_FIELDS_EACH(__VA_ARGS__)                       \
   }
 
 #define STILLMAP_FIELDS_ONE(name) visitor(#name, self.name);
@@ -39,7 +39,9 @@ namespace stillmap {
 
 /// A struct that has listed its fields with STILLMAP_FIELDS.
 template <typename T>
-concept HasFields = requires(T& t) { T::visit_fields(t, [](const char*, auto&) {}); };
+concept HasFields = requires(T& t) {
+  T::visit_fields(t, [](const char*, auto&) {});
+};
 
 /// Calls visitor(const char* name, Member& member) for each listed field of `options`, in order.
 template <typename Options, typename Visitor>

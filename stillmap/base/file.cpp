@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/file.hpp"
 
+#include "stillmap/base/error.hpp"
+
 #include <cerrno>
 #include <cstring>
 #include <fstream>
 #include <sstream>
 #include <system_error>
-
-#include "stillmap/base/error.hpp"
 
 namespace stillmap {
 namespace fs = std::filesystem;

@@ -6,9 +6,9 @@
 
 namespace stillmap {
 
-/// A pinhole camera, pixels. Pixel (0, 0) is the centre of the upper left pixel; x right, y down, z ahead.
-/// Frames are rectified on entry (sensor room), so behind that room every camera is an ideal pinhole and
-/// `distortion` is what the *recorded* images had.
+/// A pinhole camera, pixels. Pixel (0, 0) is the centre of the upper left pixel; x right, y down, z
+/// ahead. Frames are rectified on entry (sensor room), so behind that room every camera is an ideal
+/// pinhole and `distortion` is what the *recorded* images had.
 struct Camera {
   std::string name = "unnamed";
   int width = 640, height = 480;                      ///< pixels
@@ -17,8 +17,8 @@ struct Camera {
   Eigen::Matrix<double, 5, 1> distortion = Eigen::Matrix<double, 5, 1>::Zero();
   double depth_factor = 5000;  ///< raw depth units per metre
   double fps = 30;             ///< nominal frame rate [Hz]
-  /// Baseline of the virtual second camera that turns a depth into a disparity [m]: that of the Kinect's
-  /// projector and infrared camera.
+  /// Baseline of the virtual second camera that turns a depth into a disparity [m]: that of the
+  /// Kinect's projector and infrared camera.
   double baseline = 0.075;
 
   bool distorted() const { return !distortion.isZero(0); }

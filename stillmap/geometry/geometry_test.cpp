@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/error.hpp"
+#include "stillmap/geometry/camera.hpp"
+#include "stillmap/geometry/pose.hpp"
+#include "stillmap/geometry/trajectory.hpp"
+
 #include <filesystem>
 #include <fstream>
 #include <random>
 
 #include <gtest/gtest.h>
-
-#include "stillmap/base/error.hpp"
-#include "stillmap/geometry/camera.hpp"
-#include "stillmap/geometry/pose.hpp"
-#include "stillmap/geometry/trajectory.hpp"
 
 namespace stillmap {
 namespace {
@@ -33,7 +33,8 @@ TEST(Pose, ExpOfAQuarterTurnAboutZMovesAlongTheArc) {
   twist << 1, 0, 0, 0, 0, M_PI / 2;  // unit speed forward for the time of a quarter turn
   const Pose T = Pose::exp(twist);
   EXPECT_LT((T.translation() - Eigen::Vector3d(2 / M_PI, 2 / M_PI, 0)).norm(), 1e-12);
-  EXPECT_LT((T * Eigen::Vector3d(1, 0, 0) - T.translation() - Eigen::Vector3d(0, 1, 0)).norm(), 1e-12);
+  EXPECT_LT((T * Eigen::Vector3d(1, 0, 0) - T.translation() - Eigen::Vector3d(0, 1, 0)).norm(),
+            1e-12);
 }
 
 TEST(Pose, InverseUndoesAndAngleIsThatOfTheRotation) {
@@ -61,7 +62,8 @@ TEST(Camera, UnprojectInvertsProject) {
 TEST(AlignPoints, RecoversAKnownMotionExactlyAndRefusesReflections) {
   std::mt19937 rng(2);
   std::normal_distribution<double> normal;
-  Eigen::Matrix3Xd b = Eigen::Matrix3Xd::NullaryExpr(3, 20, [&](auto, auto) { return normal(rng); });
+  Eigen::Matrix3Xd b =
+      Eigen::Matrix3Xd::NullaryExpr(3, 20, [&](auto, auto) { return normal(rng); });
   const Pose truth(so3_exp({0.4, -1.0, 2.0}), {1, 2, 3});
   Eigen::Matrix3Xd a(3, 20);
   for (int i = 0; i < 20; ++i) a.col(i) = truth * Eigen::Vector3d(b.col(i));

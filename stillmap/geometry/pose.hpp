@@ -8,16 +8,16 @@ namespace stillmap {
 /// Skew-symmetric matrix [w]x with [w]x v = w x v.
 Eigen::Matrix3d skew(const Eigen::Vector3d& w);
 
-/// A rigid motion in SE(3). `T_a_b` maps coordinates in frame b to frame a: p_a = T_a_b * p_b, and frames
-/// chain by their names: T_a_c = T_a_b * T_b_c. Metres.
+/// A rigid motion in SE(3). `T_a_b` maps coordinates in frame b to frame a: p_a = T_a_b * p_b, and
+/// frames chain by their names: T_a_c = T_a_b * T_b_c. Metres.
 class Pose {
  public:
   Pose() = default;
   Pose(const Eigen::Quaterniond& q, const Eigen::Vector3d& t) : q_(q.normalized()), t_(t) {}
   Pose(const Eigen::Matrix3d& R, const Eigen::Vector3d& t) : Pose(Eigen::Quaterniond(R), t) {}
 
-  /// Exponential of a twist (v, w): translation part first, both in the left (target) frame; radians.
-  /// Barfoot, State Estimation for Robotics (2017), eq. 7.83-7.86.
+  /// Exponential of a twist (v, w): translation part first, both in the left (target) frame;
+  /// radians. Barfoot, State Estimation for Robotics (2017), eq. 7.83-7.86.
   static Pose exp(const Eigen::Matrix<double, 6, 1>& twist);
   /// Inverse of exp; the rotation part has norm <= pi.
   Eigen::Matrix<double, 6, 1> log() const;

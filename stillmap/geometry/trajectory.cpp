@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/geometry/trajectory.hpp"
 
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/file.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -10,9 +13,6 @@
 #include <Eigen/SVD>
 #include <fmt/format.h>
 
-#include "stillmap/base/error.hpp"
-#include "stillmap/base/file.hpp"
-
 namespace stillmap {
 namespace {
 
@@ -21,7 +21,8 @@ StampedPose parse_pose(std::string line, const std::string& where) {
   std::istringstream fields(line);
   double v[8];
   for (double& x : v) {
-    std::string token;  // through strtod, which also knows "nan": a stream would call it a syntax error
+    std::string
+        token;  // through strtod, which also knows "nan": a stream would call it a syntax error
     if (!(fields >> token)) {
       throw Error("expected 8 numbers (timestamp tx ty tz qx qy qz qw)", where,
                   "write the trajectory in TUM format, one pose per line");
@@ -68,8 +69,8 @@ void write_trajectory(const std::filesystem::path& file, const Trajectory& traje
   for (const auto& [timestamp, T] : trajectory) {
     const auto& t = T.translation();
     const auto& q = T.quaternion();
-    text += fmt::format("{:.6f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n", timestamp, t.x(),
-                        t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+    text += fmt::format("{:.6f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n", timestamp,
+                        t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
   }
   write_file(file, text);
 }

@@ -4,12 +4,13 @@
 #include "stillmap/feature/matching.hpp"
 
 #include <cmath>
+#include <numbers>
 #include <optional>
 
 namespace stillmap {
 namespace {
 
-constexpr double kDegree = 3.14159265358979323846 / 180;
+constexpr double kDegree = std::numbers::pi / 180;
 
 struct Ray {
   Eigen::Vector3d origin, direction;  // world; unit direction

@@ -31,8 +31,8 @@ class RefineTest : public ::testing::Test {
     image->timestamp = k;
     auto features = std::make_shared<Features>();
     const Pose T_camera_world = true_pose(k).inverse();
-    for (std::size_t i = 0; i < points_.size(); ++i) {
-      const Eigen::Vector3d p = T_camera_world * points_[i];
+    for (const Eigen::Vector3d& p_world : points_) {
+      const Eigen::Vector3d p = T_camera_world * p_world;
       const Eigen::Vector2d uv = camera_.project(p);
       Keypoint keypoint;
       keypoint.u = static_cast<float>(uv.x());
