@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <regex>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
