@@ -1,11 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Real networks on real pictures. Both come from ../shared, where that is; else these tests are
-// skipped.
+// Detectors made from network files: wrong ones, written here, and real ones on real pictures. The
+// latter are looked for in $STILLMAP_SHARED; where they are not, those tests are skipped.
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/file.hpp"
+#include "stillmap/segment/dynamic_mask.hpp"
 #include "stillmap/segment/inference_engine.hpp"
 #include "stillmap/segment/make_detector.hpp"
+#include "stillmap/segment/test_onnx.hpp"
+#include "stillmap/segment/yolo_detector.hpp"
 
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,7 +21,9 @@
 namespace stillmap {
 namespace {
 
-std::filesystem::path shared() {
+namespace fs = std::filesystem;
+
+fs::path shared() {
   const char* folder = std::getenv("STILLMAP_SHARED");
   return folder != nullptr ? folder : STILLMAP_SHARED_DEFAULT;
 }
@@ -24,9 +32,113 @@ RgbdFrame picture(const std::string& name) {
   RgbdFrame frame;
   frame.color = cv::imread((shared() / "models/img" / name).string());
   cv::cvtColor(frame.color, frame.grey, cv::COLOR_BGR2GRAY);
-  frame.depth = cv::Mat::zeros(frame.grey.size(), CV_32F);
   return frame;
 }
+
+SegmentOptions options_for(const fs::path& model, const std::string& backend = "auto") {
+  SegmentOptions options;
+  options.model = model.string();
+  options.backend = backend;
+  return options;
+}
+
+// Wrong files.
+
+struct WrongNetwork : testing::TestWithParam<std::string> {
+  fs::path file = fs::path(testing::TempDir()) / "wrong.onnx";
+  void SetUp() override {
+    const auto backends = available_backends();
+    if (std::find(backends.begin(), backends.end(), GetParam()) == backends.end()) {
+      GTEST_SKIP() << "this build lacks " << GetParam();
+    }
+  }
+  void TearDown() override { fs::remove(file); }
+  /// The error that a file with these bytes gives.
+  std::string error_of(const std::string& content) const {
+    write_file(file, content);
+    try {
+      make_detector(options_for(file, GetParam()));
+    } catch (const Error& e) {
+      EXPECT_EQ(e.where(), file.string());
+      EXPECT_THAT(e.fix(), testing::HasSubstr("yolo export"));
+      return e.problem();
+    }
+    return "no error";
+  }
+};
+
+TEST_P(WrongNetwork, NoNetworkAtAll) {
+  EXPECT_THAT(error_of("hello"), testing::HasSubstr("no ONNX network"));
+  EXPECT_THAT(error_of(""), testing::HasSubstr("no ONNX network"));
+}
+
+TEST_P(WrongNetwork, AnotherInput) {
+  EXPECT_THAT(error_of(test::tiny_model("Relu", {1, 10}, {1, 10})), testing::HasSubstr("input"));
+  EXPECT_THAT(error_of(test::tiny_model("Relu", {1, 1, 8, 8}, {1, 1, 8, 8})),
+              testing::HasSubstr("input is [1, 1, 8, 8]"));
+}
+
+TEST_P(WrongNetwork, OtherOutputs) {
+  EXPECT_THAT(error_of(test::tiny_model("Relu", {1, 3, 8, 8}, {1, 3, 8, 8})),
+              testing::HasSubstr("not the outputs of a YOLOv8"));
+}
+
+TEST_P(WrongNetwork, AnotherTask) {
+  EXPECT_THAT(error_of(test::tiny_model("Relu", {1, 3, 8, 8}, {1, 3, 8, 8}, {{"task", "pose"}})),
+              testing::HasSubstr("pose"));
+}
+
+TEST_P(WrongNetwork, AnOperatorThatNobodyKnows) {
+  EXPECT_THAT(error_of(test::tiny_model("Frobnicate", {1, 3, 8, 8}, {1, 3, 8, 8})),
+              testing::HasSubstr("cannot load"));
+}
+
+INSTANTIATE_TEST_SUITE_P(All, WrongNetwork, testing::Values("openvino", "onnxruntime", "opencv"),
+                         [](const auto& test) { return test.param; });
+
+TEST(MakeDetector, NeitherIsFineAndBothIsAnError) {
+  EXPECT_EQ(make_detector({}), nullptr);
+  SegmentOptions both = options_for("a.onnx");
+  both.masks = "masks";
+  EXPECT_THROW(make_detector(both), Error);
+}
+
+TEST(MakeDetector, SenselessOptionsAndUnknownBackEndsAreErrors) {
+  const fs::path file = fs::path(testing::TempDir()) / "fine.onnx";
+  write_file(file, test::tiny_model("Relu", {1, 3, 8, 8}, {1, 3, 8, 8}));
+  const auto where = [&](auto&& change) -> std::string {
+    SegmentOptions options = options_for(file);
+    change(options);
+    try {
+      make_detector(options);
+    } catch (const Error& e) {
+      return e.where() + e.fix();
+    }
+    return "no error";
+  };
+  EXPECT_THAT(where([](auto& o) { o.threads = 0; }), testing::HasSubstr("segment.threads"));
+  EXPECT_THAT(where([](auto& o) { o.confidence = 1.5F; }),
+              testing::HasSubstr("segment.confidence"));
+  EXPECT_THAT(where([](auto& o) { o.iou = -1; }), testing::HasSubstr("segment.iou"));
+  EXPECT_THAT(where([](auto& o) { o.max_instances = 0; }), testing::HasSubstr("max_instances"));
+  EXPECT_THAT(where([](auto& o) { o.backend = "tpu"; }), testing::HasSubstr("auto, "));
+  fs::remove(file);
+}
+
+// Real files.
+
+struct Network : testing::TestWithParam<std::tuple<std::string, std::string>> {
+  void SetUp() override {
+    if (!fs::exists(model())) GTEST_SKIP() << "no " << model();
+    if (!fs::exists(shared() / "models/img/bus.jpg")) GTEST_SKIP() << "no pictures";
+    const auto backends = available_backends();
+    if (std::find(backends.begin(), backends.end(), backend()) == backends.end()) {
+      GTEST_SKIP() << "this build lacks " << backend();
+    }
+  }
+  static fs::path model() { return shared() / "models" / std::get<0>(GetParam()); }
+  static std::string backend() { return std::get<1>(GetParam()); }
+};
 
 std::vector<std::string> classes_in(const std::vector<Instance>& instances) {
   std::vector<std::string> names;
@@ -34,36 +146,84 @@ std::vector<std::string> classes_in(const std::vector<Instance>& instances) {
   return names;
 }
 
-struct Network : testing::TestWithParam<std::tuple<std::string, std::string>> {
-  void SetUp() override {
-    if (!std::filesystem::exists(model())) GTEST_SKIP() << "no " << model();
-    const auto backends = available_backends();
-    if (std::find(backends.begin(), backends.end(), std::get<1>(GetParam())) == backends.end()) {
-      GTEST_SKIP() << "this build lacks " << std::get<1>(GetParam());
-    }
-  }
-  SegmentOptions options() const {
-    SegmentOptions options;
-    options.model = model();
-    options.backend = std::get<1>(GetParam());
-    return options;
-  }
-  std::filesystem::path model() const { return shared() / "models" / std::get<0>(GetParam()); }
-};
-
-TEST_P(Network, FindsFourPersonsAndABus) {
-  const auto detector = make_detector(options());
-  const auto found = detector->detect(picture("bus.jpg"));
-  for (const auto& i : found)
-    std::cout << i.class_name << " " << i.confidence << " " << i.box << "\n";
+TEST_P(Network, FindsThePersonsAndTheBus) {
+  const auto found = make_detector(options_for(model(), backend()))->detect(picture("bus.jpg"));
   EXPECT_THAT(classes_in(found), testing::IsSupersetOf({"bus", "person", "person", "person"}));
+  const cv::Rect image(0, 0, 810, 1080);
+  for (const auto& i : found) {
+    EXPECT_EQ(i.box & image, i.box);
+    EXPECT_TRUE(i.mask.empty() || i.mask.size() == i.box.size());
+  }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Network,
-                         testing::Combine(testing::Values("yolo11n-seg_480x640.onnx",
-                                                          "yolov8n-seg_480x640.onnx",
-                                                          "yolo11n_480x640.onnx"),
-                                          testing::Values("openvino", "onnxruntime", "opencv")));
+TEST_P(Network, AgreesWithOpenCv) {
+  const RgbdFrame frame = picture("zidane.jpg");
+  const auto found = make_detector(options_for(model(), backend()))->detect(frame);
+  const auto reference = make_detector(options_for(model(), "opencv"))->detect(frame);
+  ASSERT_EQ(classes_in(found), classes_in(reference));
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    EXPECT_NEAR(found[i].confidence, reference[i].confidence, 1e-3);
+    const double shared_area = (found[i].box & reference[i].box).area();
+    EXPECT_GT(shared_area / (found[i].box | reference[i].box).area(), 0.98);
+  }
+  const auto mask = [&](const std::vector<Instance>& instances) {
+    return dynamic_mask({0, 0, instances}, {"person"}, frame.color.size());
+  };
+  const double apart = cv::countNonZero(mask(found) ^ mask(reference));
+  EXPECT_LT(apart, 0.002 * cv::countNonZero(mask(reference)));
+}
+
+TEST_P(Network, SameBytesRunAfterRunAndForAnyNumberOfThreads) {
+  const RgbdFrame frame = picture("zidane.jpg");
+  SegmentOptions options = options_for(model(), backend());
+  const auto detector = make_detector(options);
+  const auto once = detector->detect(frame);
+  (void)detector->detect(picture("bus.jpg"));
+  const auto twice = detector->detect(frame);
+  options.threads = 2;
+  const auto threads = make_detector(options)->detect(frame);
+  for (const auto* other : {&twice, &threads}) {
+    ASSERT_EQ(once.size(), other->size());
+    for (std::size_t i = 0; i < once.size(); ++i) {
+      EXPECT_EQ(once[i].confidence, (*other)[i].confidence);
+      EXPECT_EQ(once[i].box, (*other)[i].box);
+      if (once[i].mask.empty()) continue;
+      EXPECT_EQ(cv::norm(once[i].mask, (*other)[i].mask), 0);
+    }
+  }
+}
+
+TEST_P(Network, ReportsOnlyWantedClasses) {
+  SegmentOptions options = options_for(model(), backend());
+  options.classes = {"bus"};
+  EXPECT_THAT(classes_in(make_detector(options)->detect(picture("bus.jpg"))),
+              testing::ElementsAre("bus"));
+  options.classes = {"dragon"};
+  EXPECT_THROW(make_detector(options), Error);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, Network,
+    testing::Combine(testing::Values("yolo11n-seg_480x640.onnx", "yolov8n-seg_480x640.onnx",
+                                     "yolo11n_256x320.onnx"),
+                     testing::Values("openvino", "onnxruntime", "opencv")),
+    [](const auto& test) {
+      return fs::path(std::get<0>(test.param)).stem().string().substr(0, 7).append("_") +
+             std::get<1>(test.param) + "_" + std::to_string(test.index);
+    });
+
+TEST(NetworkFile, CutOffAnywhereItIsAnErrorNotACrash) {
+  const fs::path model = shared() / "models/yolo11n-seg_256x320.onnx";
+  if (!fs::exists(model)) GTEST_SKIP() << "no " << model;
+  const std::string whole = read_file(model);
+  const fs::path cut = fs::path(testing::TempDir()) / "cut.onnx";
+  for (const double share : {0.001, 0.5, 0.99}) {
+    write_file(
+        cut, whole.substr(0, static_cast<std::size_t>(share * static_cast<double>(whole.size()))));
+    EXPECT_THROW(make_detector(options_for(cut)), Error) << share;
+  }
+  fs::remove(cut);
+}
 
 }  // namespace
 }  // namespace stillmap

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/segment/letterbox.hpp"
+
+#include <gtest/gtest.h>
+
+namespace stillmap {
+namespace {
+
+TEST(Letterbox, WideImageIsPaddedAboveAndBelow) {
+  const Letterbox letterbox({640, 320}, {320, 320});
+  EXPECT_EQ(letterbox.inner, cv::Size(320, 160));
+  EXPECT_EQ(letterbox.pad_x, 0);
+  EXPECT_EQ(letterbox.pad_y, 80);
+  const cv::Point2f corner = letterbox.to_input({640, 320});
+  EXPECT_FLOAT_EQ(corner.x, 320);
+  EXPECT_FLOAT_EQ(corner.y, 240);
+}
+
+TEST(Letterbox, ToImageInvertsToInput) {
+  for (const cv::Size image : {cv::Size(640, 480), {1280, 720}, {333, 777}, {5, 900}}) {
+    for (const cv::Size input : {cv::Size(640, 640), {320, 256}, {640, 480}}) {
+      const Letterbox letterbox(image, input);
+      const cv::Point2f p(static_cast<float>(image.width) * 0.3F,
+                          static_cast<float>(image.height) * 0.8F);
+      const cv::Point2f there = letterbox.to_input(p), back = letterbox.to_image(there);
+      EXPECT_NEAR(back.x, p.x, 1e-3) << image << " in " << input;
+      EXPECT_NEAR(back.y, p.y, 1e-3) << image << " in " << input;
+      EXPECT_TRUE(cv::Rect2f(0, 0, input.width, input.height).contains(there));
+    }
+  }
+}
+
+TEST(Letterbox, FillsPlanesInRgbWithGreyAround) {
+  const cv::Mat color(2, 4, CV_8UC3, cv::Scalar(255, 51, 0));  // blue, green, red
+  std::vector<float> planes;
+  Letterbox({4, 2}, {4, 4}).fill(color, planes);
+  ASSERT_EQ(planes.size(), 3U * 16U);
+  const auto at = [&](int channel, int y) {
+    return planes[static_cast<std::size_t>(channel * 16 + y * 4)];
+  };
+  EXPECT_FLOAT_EQ(at(0, 0), 114.0F / 255);  // above the image
+  EXPECT_FLOAT_EQ(at(0, 1), 0);             // red
+  EXPECT_FLOAT_EQ(at(1, 1), 0.2F);          // green
+  EXPECT_FLOAT_EQ(at(2, 2), 1);             // blue
+  EXPECT_FLOAT_EQ(at(2, 3), 114.0F / 255);  // below
+}
+
+}  // namespace
+}  // namespace stillmap

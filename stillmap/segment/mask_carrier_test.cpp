@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/segment/mask_carrier.hpp"
+
+#include "stillmap/segment/dynamic_mask.hpp"
+
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+namespace stillmap {
+namespace {
+
+const cv::Size kSize(640, 480);
+
+/// Blurred noise: a texture that optical flow can follow. The same for the same seed.
+cv::Mat1b texture(cv::Size size, std::uint64_t seed) {
+  cv::Mat1b noise(size);
+  cv::RNG rng(seed);
+  rng.fill(noise, cv::RNG::UNIFORM, 0, 256);
+  cv::GaussianBlur(noise, noise, {9, 9}, 2.5);
+  cv::normalize(noise, noise, 0, 255, cv::NORM_MINMAX);
+  return noise;
+}
+
+/// A wall at 3 m and, before it, a thing at `depth`.
+RgbdFramePtr scene(std::size_t index, const cv::Rect& thing, float depth = 1.5F) {
+  auto frame = std::make_shared<RgbdFrame>();
+  frame->index = index;
+  frame->grey = texture(kSize, 1);
+  frame->depth = cv::Mat1f(kSize, 3.0F);
+  const cv::Mat1b looks = texture({200, 300}, 2);
+  const cv::Rect visible = thing & cv::Rect(cv::Point(), kSize);
+  if (visible.empty()) return frame;
+  looks(visible - thing.tl()).copyTo(frame->grey(visible));
+  frame->depth(visible) = depth;
+  return frame;
+}
+
+SegmentedFrame masks_at(std::size_t index, const cv::Rect& thing) {
+  const cv::Rect visible = thing & cv::Rect(cv::Point(), kSize);
+  SegmentedFrame masks{.frame_index = index, .source_index = index, .instances = {}};
+  masks.instances.push_back({0, "person", 0.8F, visible, cv::Mat(visible.size(), CV_8UC1, 255)});
+  return masks;
+}
+
+struct Score {
+  double recall = 0, precision = 0;
+};
+
+Score score(const SegmentedFrame& masks, const cv::Rect& truth) {
+  const cv::Mat1b found = dynamic_mask(masks, {"person"}, kSize);
+  const cv::Rect visible = truth & cv::Rect(cv::Point(), kSize);
+  const double both = cv::countNonZero(found(visible));
+  return {both / visible.area(), both / std::max(1, cv::countNonZero(found))};
+}
+
+TEST(CarryForward, FollowsAMovingThing) {
+  const cv::Rect before(200, 100, 120, 250);
+  for (const cv::Point step : {cv::Point(0, 0), {13, 4}, {-37, 10}, {60, -30}}) {
+    const cv::Rect after = before + step;
+    const auto carried = carry_forward(masks_at(4, before), *scene(4, before), *scene(6, after));
+    const Score s = score(carried, after);
+    EXPECT_GT(s.recall, 0.99) << step;
+    EXPECT_GT(s.precision, 0.97) << step;
+    EXPECT_EQ(carried.frame_index, 6U);
+    EXPECT_EQ(carried.age(), 2U);
+    ASSERT_EQ(carried.instances.size(), 1U);
+    EXPECT_EQ(carried.instances[0].class_name, "person");
+    EXPECT_FLOAT_EQ(carried.instances[0].confidence, 0.8F);
+  }
+}
+
+TEST(CarryForward, WorksWithoutDepthButFollowsTheFlow) {
+  const cv::Rect before(200, 100, 120, 250), after = before + cv::Point(31, 7);
+  auto source = std::make_shared<RgbdFrame>(*scene(0, before));
+  auto target = std::make_shared<RgbdFrame>(*scene(1, after));
+  source->depth = cv::Mat1f::zeros(kSize);
+  target->depth = cv::Mat1f::zeros(kSize);
+  const Score s = score(carry_forward(masks_at(0, before), *source, *target), after);
+  EXPECT_GT(s.recall, 0.97);
+  EXPECT_GT(s.precision, 0.97);
+}
+
+TEST(CarryForward, DepthTakesTheWallOutOfASloppyMask) {
+  const cv::Rect before(200, 100, 120, 250), after = before + cv::Point(10, 0);
+  const cv::Rect sloppy(before.x - 8, before.y - 8, before.width + 16, before.height + 16);
+  const auto carried = carry_forward(masks_at(0, sloppy), *scene(0, before), *scene(1, after));
+  EXPECT_GT(score(carried, after).recall, 0.99);
+  EXPECT_GT(score(carried, after).precision, 0.95);  // the mask itself: 0.83
+}
+
+TEST(CarryForward, TakesInWhatComesIntoTheImage) {
+  const cv::Rect before(560, 100, 120, 250), after = before - cv::Point(38, 0);  // 80, then 118 px
+  const auto carried = carry_forward(masks_at(0, before), *scene(0, before), *scene(2, after));
+  EXPECT_GT(score(carried, after).recall, 0.98);
+  EXPECT_GT(score(carried, after).precision, 0.95);
+}
+
+TEST(CarryForward, DropsWhatHasGoneOrIsHidden) {
+  const cv::Rect before(200, 100, 120, 250), nowhere;
+  const auto source = scene(0, before), target = scene(1, nowhere);
+  EXPECT_TRUE(carry_forward(masks_at(0, before), *source, *target).instances.empty());
+  EXPECT_TRUE(carry_forward({}, *source, *target).instances.empty());
+}
+
+TEST(CarryForward, AnotherImageSizeIsCoveredToItsLastPixel) {
+  const cv::Size odd(331, 247);
+  RgbdFrame frame;
+  frame.grey = texture(odd, 3);
+  frame.depth = cv::Mat1f(odd, 2.0F);
+  SegmentedFrame masks;
+  masks.instances.push_back({0, "person", 1, cv::Rect(cv::Point(), odd), {}});
+  RgbdFrame next = frame;
+  next.index = 1;
+  const auto carried = carry_forward(masks, frame, next);
+  ASSERT_EQ(carried.instances.size(), 1U);
+  EXPECT_EQ(carried.instances[0].box, cv::Rect(cv::Point(), odd));
+  EXPECT_EQ(carried.instances[0].mask.size(), odd);
+}
+
+TEST(CarryForward, GivesTheSameBytesForOneThreadAndMany) {
+  const cv::Rect before(200, 100, 120, 250), after = before + cv::Point(23, -5);
+  const auto run = [&](int threads) {
+    cv::setNumThreads(threads);
+    const auto carried = carry_forward(masks_at(0, before), *scene(0, before), *scene(2, after));
+    return dynamic_mask(carried, {"person"}, kSize);
+  };
+  const cv::Mat1b one = run(1), four = run(4);
+  cv::setNumThreads(-1);
+  EXPECT_EQ(cv::norm(one, four), 0);
+}
+
+TEST(TrimByDepth, LeavesTheThingAndDropsTheWall) {
+  const cv::Rect thing(200, 100, 120, 250), sloppy(192, 92, 136, 266);
+  const auto trimmed = trim_by_depth(masks_at(0, sloppy), *scene(0, thing));
+  EXPECT_GT(score(trimmed, thing).recall, 0.999);
+  EXPECT_GT(score(trimmed, thing).precision, 0.97);  // the mask itself: 0.83
+}
+
+TEST(MaskCarrier, CarriesTheNewestMasksToTheNewestFrame) {
+  MaskCarrier carrier;
+  const auto at = [](std::size_t i) {
+    return cv::Rect(200, 100, 120, 250) + cv::Point(9, 2) * static_cast<int>(i);
+  };
+  EXPECT_EQ(carrier.current(), nullptr);
+  for (std::size_t i = 0; i < 5; ++i) carrier.push(scene(i, at(i)));
+  EXPECT_EQ(carrier.current(), nullptr);
+  carrier.set(masks_at(2, at(2)));
+  carrier.set(masks_at(1, cv::Rect(0, 0, 30, 30)));  // older: no say
+  const auto current = carrier.current();
+  ASSERT_NE(current, nullptr);
+  EXPECT_EQ(current->frame_index, 4U);
+  EXPECT_EQ(current->age(), 2U);
+  EXPECT_GT(score(*current, at(4)).recall, 0.99);
+  carrier.set(masks_at(4, at(4)));
+  EXPECT_EQ(carrier.current()->age(), 0U);
+  EXPECT_EQ(score(*carrier.current(), at(4)).precision, 1);
+}
+
+TEST(MaskCarrier, ForgetsMasksThatAreTooOld) {
+  CarryOptions options;
+  options.max_age = 2;
+  MaskCarrier carrier(options);
+  const cv::Rect thing(200, 100, 120, 250);
+  carrier.push(scene(0, thing));
+  carrier.set(masks_at(0, thing));
+  carrier.push(scene(1, thing));
+  carrier.push(scene(2, thing));
+  EXPECT_NE(carrier.current(), nullptr);
+  carrier.push(scene(3, thing));
+  EXPECT_EQ(carrier.current(), nullptr);
+}
+
+}  // namespace
+}  // namespace stillmap

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+// Two tables. `network/...`: back end x network x threads, milliseconds per frame (all of detect(),
+// median), and how well people are covered against true masks. `carry/...`: the same for masks
+// carried over a number of frames.
+//
+// Networks are taken from $STILLMAP_SHARED/models, sequences in TUM layout with a folder `mask`
+// (255 = person) from $STILLMAP_BENCH; what is not there is left out.
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/stopwatch.hpp"
+#include "stillmap/segment/dynamic_mask.hpp"
+#include "stillmap/segment/inference_engine.hpp"
+#include "stillmap/segment/make_detector.hpp"
+#include "stillmap/segment/mask_carrier.hpp"
+#include "stillmap/segment/mask_folder.hpp"
+
+#include <cstdlib>
+#include <filesystem>
+
+#include <benchmark/benchmark.h>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace stillmap {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path folder_from(const char* variable, const char* otherwise) {
+  const char* folder = std::getenv(variable);
+  return folder != nullptr ? folder : otherwise;
+}
+
+std::vector<fs::path> files_in(const fs::path& folder, const std::string& extension) {
+  std::vector<fs::path> files;
+  if (!fs::is_directory(folder)) return files;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.path().extension() == extension) files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+/// Overlap of found and true pixels, summed over frames.
+struct Overlap {
+  double both = 0, found = 0, truth = 0;
+  void add(const cv::Mat1b& found_mask, const cv::Mat1b& true_mask) {
+    both += cv::countNonZero(found_mask & true_mask);
+    found += cv::countNonZero(found_mask);
+    truth += cv::countNonZero(true_mask);
+  }
+  void report(benchmark::State& state) const {
+    state.counters["recall"] = both / truth;
+    state.counters["precision"] = both / found;
+    state.counters["IoU"] = both / (found + truth - both);
+  }
+};
+
+/// A frame and where its people truly are.
+struct Sample {
+  RgbdFramePtr frame;
+  cv::Mat1b truth;
+};
+
+Sample read_sample(const fs::path& sequence, const fs::path& color_file, std::size_t index) {
+  auto frame = std::make_shared<RgbdFrame>();
+  frame->index = index;
+  frame->timestamp = std::stod(color_file.stem().string());
+  frame->color = cv::imread(color_file.string());
+  cv::cvtColor(frame->color, frame->grey, cv::COLOR_BGR2GRAY);
+  const fs::path depth = sequence / "depth" / color_file.filename();
+  cv::imread(depth.string(), cv::IMREAD_UNCHANGED).convertTo(frame->depth, CV_32F, 1.0 / 5000);
+  const cv::Mat mask =
+      cv::imread((sequence / "mask" / color_file.filename()).string(), cv::IMREAD_UNCHANGED);
+  return {frame, mask == 255};
+}
+
+/// Runs of `length` consecutive frames, spread over all sequences with people in them.
+std::vector<std::vector<Sample>> read_runs(std::size_t per_sequence, std::size_t length) {
+  std::vector<std::vector<Sample>> runs;
+  const fs::path bench = folder_from("STILLMAP_BENCH", STILLMAP_BENCH_DEFAULT);
+  if (!fs::is_directory(bench)) return runs;
+  std::vector<fs::path> sequences;
+  for (const auto& entry : fs::directory_iterator(bench)) sequences.push_back(entry.path());
+  std::sort(sequences.begin(), sequences.end());
+  for (const auto& sequence : sequences) {
+    if (sequence.filename().string().find("walking") == std::string::npos) continue;
+    const auto files = files_in(sequence / "rgb", ".png");
+    if (files.size() < per_sequence * length) continue;
+    for (std::size_t r = 0; r < per_sequence; ++r) {
+      const std::size_t first = (2 * r + 1) * files.size() / (2 * per_sequence);
+      std::vector<Sample> run;
+      for (std::size_t i = first; i < std::min(first + length, files.size()); ++i) {
+        run.push_back(read_sample(sequence, files[i], i));
+      }
+      runs.push_back(std::move(run));
+    }
+  }
+  return runs;
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+const std::vector<std::vector<Sample>>& network_samples() {
+  static const auto kRuns = read_runs(8, 1);
+  return kRuns;
+}
+
+void run_network(benchmark::State& state, const SegmentOptions& options) {
+  if (network_samples().empty()) return state.SkipWithError("no sequences with masks");
+  try {
+    const auto detector = make_detector(options);
+    std::vector<double> times;
+    Overlap overlap;
+    for (auto _ : state) {
+      for (const auto& run : network_samples()) {
+        const Stopwatch watch;
+        SegmentedFrame found;
+        found.instances = detector->detect(*run.front().frame);
+        times.push_back(watch.milliseconds());
+        overlap.add(dynamic_mask(found, {"person"}, run.front().truth.size()), run.front().truth);
+      }
+    }
+    state.counters["ms"] = median(times);
+    overlap.report(state);
+  } catch (const Error& e) {
+    state.SkipWithError(e.problem().c_str());
+  }
+}
+
+void register_networks() {
+  const fs::path shared = folder_from("STILLMAP_SHARED", STILLMAP_SHARED_DEFAULT);
+  for (const auto& backend : available_backends()) {
+    for (const auto& model : files_in(shared / "models", ".onnx")) {
+      for (const int threads : {1, 2}) {
+        SegmentOptions options;
+        options.model = model;
+        options.backend = backend;
+        options.threads = threads;
+        const auto name = "network/" + backend + "/" + model.stem().string() +
+                          "/threads:" + std::to_string(threads);
+        benchmark::RegisterBenchmark(name.c_str(), run_network, options)->Iterations(1);
+      }
+    }
+  }
+}
+
+const std::vector<std::vector<Sample>>& carry_samples() {
+  static const auto kRuns = read_runs(8, 7);
+  return kRuns;
+}
+
+/// Masks of the first frame of each run: true ones, or a network's.
+std::vector<SegmentedFramePtr> first_masks(const std::string& model) {
+  std::unique_ptr<Detector> detector;
+  SegmentOptions options;
+  options.model = model;
+  if (!model.empty()) detector = make_detector(options);
+  std::vector<SegmentedFramePtr> all;
+  for (const auto& run : carry_samples()) {
+    auto masks = std::make_shared<SegmentedFrame>();
+    masks->frame_index = masks->source_index = run.front().frame->index;
+    masks->instances =
+        detector ? detector->detect(*run.front().frame) : instances_of_mask(run.front().truth);
+    std::erase_if(masks->instances, [](const Instance& i) { return i.class_name != "person"; });
+    all.push_back(masks);
+  }
+  return all;
+}
+
+/// Carries each run's first masks to its frame number `age`. What the fresh masks (age 0) get is
+/// trim_by_depth.
+void run_carry(benchmark::State& state, const std::string& model, std::size_t age) {
+  if (carry_samples().empty()) return state.SkipWithError("no sequences with masks");
+  const auto masks = first_masks(model);
+  std::vector<double> times;
+  Overlap overlap;
+  for (auto _ : state) {
+    for (std::size_t r = 0; r < masks.size(); ++r) {
+      const auto& run = carry_samples()[r];
+      const Sample& target = run.at(age);
+      MaskCarrier carrier;
+      carrier.push(run.front().frame);
+      carrier.set(*masks[r]);
+      const Stopwatch watch;
+      carrier.push(target.frame);
+      const SegmentedFrame carried =
+          age > 0 ? *carrier.current() : trim_by_depth(*masks[r], *run.front().frame);
+      times.push_back(watch.milliseconds());
+      overlap.add(dynamic_mask(carried, {"person"}, target.truth.size()), target.truth);
+    }
+  }
+  state.counters["ms"] = median(times);
+  overlap.report(state);
+}
+
+void register_carrying() {
+  const fs::path shared = folder_from("STILLMAP_SHARED", STILLMAP_SHARED_DEFAULT);
+  const std::string network = shared / "models/yolo11n-seg_256x320.onnx";
+  for (const std::string& model : {std::string(), network}) {
+    if (!model.empty() && !fs::exists(model)) continue;
+    for (const std::size_t age : {0, 1, 2, 3, 4, 6}) {
+      const auto name = std::string("carry/") + (model.empty() ? "true mask" : "network's mask") +
+                        "/age:" + std::to_string(age);
+      benchmark::RegisterBenchmark(name.c_str(), run_carry, model, age)->Iterations(1);
+    }
+  }
+}
+
+const bool kRegistered = [] {
+  register_networks();
+  register_carrying();
+  return true;
+}();
+
+}  // namespace
+}  // namespace stillmap

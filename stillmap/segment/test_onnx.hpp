@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace stillmap::test {
+
+/// Writes the little of protobuf that a tiny ONNX file needs.
+inline std::string varint(std::uint64_t value) {
+  std::string bytes;
+  for (; value > 0x7F; value >>= 7) bytes += static_cast<char>((value & 0x7F) | 0x80);
+  return bytes + static_cast<char>(value);
+}
+inline std::string number(int id, std::uint64_t value) {
+  return varint(static_cast<std::uint64_t>(id) << 3) + varint(value);
+}
+inline std::string bytes(int id, const std::string& content) {
+  return varint(static_cast<std::uint64_t>(id) << 3 | 2) + varint(content.size()) + content;
+}
+
+inline std::string tensor_value(const std::string& name, const std::vector<std::int64_t>& shape) {
+  std::string dimensions;
+  for (const auto n : shape) {
+    dimensions += bytes(1, n > 0 ? number(1, static_cast<std::uint64_t>(n)) : bytes(2, "open"));
+  }
+  const std::string tensor = number(1, 1) + bytes(2, dimensions);  // of floats
+  return bytes(1, name) + bytes(2, bytes(1, tensor));
+}
+
+/// A model with one operator, say "Relu", from `in` to `out`.
+inline std::string tiny_model(const std::string& operation, const std::vector<std::int64_t>& in,
+                              const std::vector<std::int64_t>& out,
+                              const std::map<std::string, std::string>& metadata = {}) {
+  const std::string node =
+      bytes(1, "in") + bytes(2, "out") + bytes(3, "node") + bytes(4, operation);
+  const std::string graph = bytes(1, node) + bytes(2, "graph") + bytes(11, tensor_value("in", in)) +
+                            bytes(12, tensor_value("out", out));
+  std::string model =
+      number(1, 7) + bytes(2, "test") + bytes(7, graph) + bytes(8, bytes(1, "") + number(2, 12));
+  for (const auto& [key, value] : metadata) model += bytes(14, bytes(1, key) + bytes(2, value));
+  return model;
+}
+
+}  // namespace stillmap::test

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/segment/yolo_decoder.hpp"
+
+#include "stillmap/base/error.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace stillmap {
+namespace {
+
+constexpr int kClasses = 3, kCoefficients = 2, kAnchors = 20;
+constexpr int kAttributes = 4 + kClasses + kCoefficients;
+const std::vector<std::string> kNames = {"person", "chair", "cat"};
+
+/// What a network would give out: kAnchors anchors, all silent until set. Either layout.
+struct FakeOutput {
+  bool attributes_first;
+  std::vector<float> values = std::vector<float>(kAttributes * kAnchors, 0.0F);
+  std::vector<float> prototypes = std::vector<float>(kCoefficients * 16 * 16, 0.0F);
+
+  float& at(int anchor, int attribute) {
+    return values[static_cast<std::size_t>(attributes_first ? attribute * kAnchors + anchor
+                                                            : anchor * kAttributes + attribute)];
+  }
+  void propose(int anchor, cv::Rect2f box, int class_id, float score) {
+    at(anchor, 0) = box.x + box.width / 2;
+    at(anchor, 1) = box.y + box.height / 2;
+    at(anchor, 2) = box.width;
+    at(anchor, 3) = box.height;
+    at(anchor, 4 + class_id) = score;
+  }
+  std::vector<std::vector<std::int64_t>> shapes() const {
+    if (attributes_first) return {{1, kAttributes, kAnchors}, {1, kCoefficients, 16, 16}};
+    return {{1, kAnchors, kAttributes}, {1, kCoefficients, 16, 16}};
+  }
+  std::vector<TensorView> views() const {
+    return {{shapes()[0], values}, {shapes()[1], prototypes}};
+  }
+  std::vector<Instance> decode(const Letterbox& letterbox,
+                               const DecodeOptions& options = {}) const {
+    return decode_yolo(views(), recognise_yolo(shapes(), kClasses, "test"), letterbox, options,
+                       kNames);
+  }
+};
+
+struct Layouts : testing::TestWithParam<bool> {
+  FakeOutput output{GetParam()};
+  Letterbox letterbox{{128, 96}, {64, 64}};  // half size, 8 rows of padding above and below
+};
+
+TEST_P(Layouts, GivesKnownBoxesInImagePixelsByFallingConfidence) {
+  output.at(0, 7) = output.at(5, 7) = 1;              // both use prototype 0,
+  std::fill_n(output.prototypes.begin(), 256, 1.0F);  // which is all inside
+  output.propose(5, {10, 20, 20, 30}, 2, 0.6F);
+  output.propose(0, {0, 8, 8, 8}, 1, 0.9F);
+  const auto found = output.decode(letterbox);
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(found[0].class_name, "chair");
+  EXPECT_FLOAT_EQ(found[0].confidence, 0.9F);
+  EXPECT_EQ(found[0].box, cv::Rect(0, 0, 16, 16));
+  EXPECT_EQ(found[1].class_id, 2);
+  EXPECT_EQ(found[1].box, cv::Rect(20, 24, 40, 60));
+  EXPECT_EQ(found[1].mask.size(), found[1].box.size());
+  EXPECT_EQ(cv::countNonZero(found[1].mask), 40 * 60);
+}
+
+TEST_P(Layouts, BoxesAreClippedToTheImage) {
+  output.at(3, 8) = 1;
+  std::fill_n(output.prototypes.begin() + 256, 256, 1.0F);
+  output.propose(3, {50, 40, 40, 40}, 0, 0.8F);
+  const auto found = output.decode(letterbox);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].box, cv::Rect(100, 64, 28, 32));
+}
+
+TEST_P(Layouts, MaskIsTheWeightedSumOfPrototypesCutAtZero) {
+  // Prototype 0 rises to the right and is 0 between its columns 7 and 8: input x = 32, image x
+  // = 64. Prototype 1 is a constant, which the second coefficient scales to shift that border by
+  // one column = 8 image pixels.
+  for (int i = 0; i < 256; ++i) {
+    output.prototypes[static_cast<std::size_t>(i)] = static_cast<float>(i % 16) - 7.5F;
+    output.prototypes[static_cast<std::size_t>(256 + i)] = 1;
+  }
+  output.propose(7, {16, 16, 32, 32}, 0, 0.8F);
+  output.at(7, 7) = 2;
+  output.at(7, 8) = 2;
+  const auto found = output.decode(letterbox);
+  ASSERT_EQ(found.size(), 1U);
+  const cv::Rect box(32, 16, 64, 64);
+  ASSERT_EQ(found[0].box, box);
+  const int border = 64 - 8;
+  for (int y = 0; y < box.height; ++y) {
+    for (int x = 0; x < box.width; ++x) {
+      ASSERT_EQ(found[0].mask.at<std::uint8_t>(y, x), box.x + x >= border ? 255 : 0)
+          << x << " " << y;
+    }
+  }
+}
+
+TEST_P(Layouts, WeakUnwantedAndBrokenCandidatesAreLeftOut) {
+  std::fill_n(output.prototypes.begin(), 256, 1.0F);
+  for (int a = 0; a < kAnchors; ++a) output.at(a, 7) = 1;
+  output.propose(0, {0, 10, 10, 10}, 0, 0.24F);
+  output.propose(1, {20, 10, 10, 10}, 1, 0.9F);
+  output.propose(2, {40, 10, 10, 10}, 0, 0.9F);
+  output.at(2, 0) = std::numeric_limits<float>::quiet_NaN();
+  output.propose(3, {40, 30, 10, 10}, 0, std::numeric_limits<float>::quiet_NaN());
+  output.propose(4, {20, 40, 10, 10}, 0, 0.5F);
+  DecodeOptions options;
+  options.wanted = {true, false, true};
+  const auto found = output.decode(letterbox, options);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].box, cv::Rect(40, 64, 20, 20));
+}
+
+INSTANTIATE_TEST_SUITE_P(Both, Layouts, testing::Bool(), [](const auto& test) {
+  return test.param ? "AttributesFirst" : "AnchorsFirst";
+});
+
+std::vector<std::size_t> anchors_of(const std::vector<Candidate>& candidates) {
+  std::vector<std::size_t> anchors;
+  for (const auto& c : candidates) anchors.push_back(c.anchor);
+  return anchors;
+}
+
+TEST(SuppressOverlaps, DropsTheWeakerOfOneClassOnly) {
+  const cv::Rect2f box(0, 0, 10, 10), shifted(1, 0, 10, 10), apart(5, 0, 10, 10);  // IoU .82, .33
+  const auto kept = suppress_overlaps(
+      {{box, 0.5F, 0, 0}, {shifted, 0.9F, 0, 1}, {box, 0.4F, 1, 2}, {apart, 0.3F, 0, 3}}, 0.7F,
+      100);
+  EXPECT_THAT(anchors_of(kept), testing::ElementsAre(1, 2, 3));
+}
+
+TEST(SuppressOverlaps, ThresholdDecidesAndEqualConfidenceGoesByAnchor) {
+  const cv::Rect2f box(0, 0, 10, 10), half(0, 0, 10, 5);  // IoU exactly 0.5
+  const std::vector<Candidate> pair = {{half, 0.5F, 0, 8}, {box, 0.5F, 0, 3}};
+  EXPECT_THAT(anchors_of(suppress_overlaps(pair, 0.49F, 100)), testing::ElementsAre(3));
+  EXPECT_THAT(anchors_of(suppress_overlaps(pair, 0.5F, 100)), testing::ElementsAre(3, 8));
+}
+
+TEST(SuppressOverlaps, KeepsTheMostConfidentWhereThereAreTooMany) {
+  std::vector<Candidate> many;
+  for (std::size_t i = 0; i < 10; ++i) {
+    many.push_back(
+        {{20.0F * static_cast<float>(i), 0, 10, 10}, 0.05F * static_cast<float>(i), 0, i});
+  }
+  EXPECT_THAT(anchors_of(suppress_overlaps(many, 0.7F, 3)), testing::ElementsAre(9, 8, 7));
+}
+
+TEST(RecogniseYolo, KnowsTheFourStockShapes) {
+  const auto segment = recognise_yolo({{1, 116, 8400}, {1, 32, 160, 160}}, 80, "x");
+  EXPECT_TRUE(segment.attributes_first);
+  EXPECT_EQ(segment.mask_coefficients, 32);
+  const auto transposed = recognise_yolo({{1, 32, 160, 160}, {1, 8400, 116}}, 80, "x");
+  EXPECT_FALSE(transposed.attributes_first);
+  EXPECT_EQ(transposed.boxes_output, 1U);
+  EXPECT_EQ(transposed.prototypes_output, 0U);
+  EXPECT_EQ(recognise_yolo({{1, 84, 8400}}, 0, "x").classes, 80);
+  EXPECT_EQ(recognise_yolo({{1, 8400, 84}}, 0, "x").anchors, 8400U);
+}
+
+TEST(RecogniseYolo, ClassCountDecidesWhereAnchorsAreFewerThanAttributes) {
+  EXPECT_TRUE(recognise_yolo({{1, 116, 84}, {1, 32, 16, 16}}, 80, "x").attributes_first);
+  EXPECT_FALSE(recognise_yolo({{1, 84, 116}, {1, 32, 16, 16}}, 80, "x").attributes_first);
+}
+
+TEST(RecogniseYolo, OtherShapesAreAnErrorThatSaysHowToExport) {
+  const std::vector<std::vector<std::vector<std::int64_t>>> wrong = {
+      {{1, 1000}},          // a classifier
+      {{1, 300, 6}},        // with suppression built in
+      {{1, 25200, 85}},     // YOLOv5: one more attribute
+      {{1, 116, 8400}},     // masks announced, no prototypes
+      {{2, 84, 8400}},      // two images
+      {{1, 32, 160, 160}},  // prototypes alone
+      {},
+  };
+  for (const auto& shapes : wrong) {
+    try {
+      recognise_yolo(shapes, 80, "odd.onnx");
+      FAIL() << "accepted a wrong shape";
+    } catch (const Error& e) {
+      EXPECT_EQ(e.where(), "odd.onnx");
+      EXPECT_THAT(e.fix(), testing::HasSubstr("yolo export model=yolo11n-seg.pt format=onnx"));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace stillmap
