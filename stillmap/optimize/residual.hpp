@@ -20,9 +20,9 @@
 /// depth is not.
 ///
 /// Structured light measures disparity with constant noise, that is depth with sigma_z = m * z^2
-/// (Khoshelham and Elberink, Sensors 2012, eq. 10; m = 1.4e-3 / m for the Kinect), so sigma_d = bf
-/// * m is a constant of the sensor, independent of depth and of the pyramid level. The pixel error
-/// grows with the level's scale.
+/// (Khoshelham and Elberink, Sensors 2012, eq. 10; m = 1.4e-3 / m for the Kinect), so sigma_d
+/// = bf m is a constant of the sensor, independent of depth and of the pyramid level. The pixel
+/// error grows with the level's scale.
 namespace stillmap {
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
@@ -40,16 +40,16 @@ inline constexpr double kNearPlane = 0.05;
 /// How precisely a keypoint is measured.
 struct ObservationNoise {
   double pixel_sigma = 1.0;  ///< of u and of v, of a keypoint at pyramid level 0 [pixels]
-  double disparity_sigma =
-      0.3;  ///< of bf / depth, at any level; 0.06 is the Kinect's own, the rest
-            ///< is for depth and colour not lying exactly on each other [pixels]
+  /// Of bf / depth, at any level [pixels]. 0.06 is the Kinect's own; the rest is for depth and
+  /// colour that do not lie exactly on each other.
+  double disparity_sigma = 0.3;
   STILLMAP_FIELDS(pixel_sigma, disparity_sigma)
 };
 
 /// One keypoint as the solvers see it.
 struct Measurement {
-  Eigen::Vector3d uvd =
-      Eigen::Vector3d::Zero();       ///< pixel and disparity; disparity 0 without depth
+  /// Pixel and disparity; disparity 0 without depth.
+  Eigen::Vector3d uvd = Eigen::Vector3d::Zero();
   double pixel_information = 0;      ///< 1 / sigma^2; 0 for an unusable keypoint
   double disparity_information = 0;  ///< 1 / sigma^2; 0 without depth
 
