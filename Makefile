@@ -45,7 +45,7 @@ debug asan tsan: deps  ## all tests with assertions (debug) or under a sanitizer
 bench: deps  ## run every micro benchmark
 	@$(call configure,release)
 	$(call compile,release)
-	@set -e; for benchmark in build/release/stillmap/*/*_benchmark; do echo "== $$benchmark"; $$benchmark $(ARGS); done
+	@set -e; for benchmark in build/release/rooms/*/*_benchmark; do echo "== $$benchmark"; $$benchmark $(ARGS); done
 
 format: tools  ## format all C++ files
 	@scripts/format.sh
@@ -57,7 +57,9 @@ lint: check-format  ## check format, names and clang-tidy's findings; unchanged 
 	@cmake --preset lint >build/configure_lint.log || { cat build/configure_lint.log; exit 1; }
 	@scripts/lint.py --jobs $(JOBS)
 
-install: build  ## install the command, library and headers to PREFIX (/usr/local)
+install: deps  ## install the command, libraries and headers to PREFIX (/usr/local)
+	@$(call configure,release)
+	$(call compile,release)
 	cmake --install build/release --prefix $(or $(PREFIX),/usr/local)
 
 clean:  ## remove what was built; the downloaded wheels stay
