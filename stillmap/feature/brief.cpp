@@ -40,19 +40,30 @@ STILLMAP_KERNEL void turn_points(const std::array<std::int16_t, 256>& px,
   }
 }
 
+/// Bit i of the result, i = 0 ... 7: a[i] < b[i].
+STILLMAP_KERNEL std::uint64_t darker(const std::uint8_t* a, const std::uint8_t* b) {
+  using U8x8 [[maybe_unused]] = std::uint8_t __attribute__((vector_size(8)));
+  constexpr U8x8 kBit = {1, 2, 4, 8, 16, 32, 64, 128};
+  const auto chosen = load<U8x8>(a) < load<U8x8>(b) ? kBit : U8x8{};
+  // All bytes are added up in the uppermost one.
+  return (load<std::uint64_t>(&chosen) * 0x0101010101010101ULL) >> 56;
+}
+
 STILLMAP_KERNEL Descriptor describe_one(const std::uint8_t* centre, std::ptrdiff_t stride,
                                         const Turn& turn, const BriefPattern& pattern) {
   alignas(32) std::array<std::uint8_t, 31 * kStride> patch;
-  for (int y = 0; y < 31; ++y)
+  for (int y = 0; y < 31; ++y) {
     std::memcpy(patch.data() + y * kStride, centre + (y - 15) * stride - 15, kStride);
-  alignas(32) std::array<std::int16_t, 256> a, b;
-  turn_points(pattern.ax, pattern.ay, turn, a);
-  turn_points(pattern.bx, pattern.by, turn, b);
-  Descriptor descriptor{};
-  for (int i = 0; i < 256; ++i) {
-    const std::uint64_t darker = patch[a[i]] < patch[b[i]] ? 1 : 0;
-    descriptor[i / 64] |= darker << (i % 64);
   }
+  alignas(32) std::array<std::int16_t, 256> where_a, where_b;
+  turn_points(pattern.ax, pattern.ay, turn, where_a);
+  turn_points(pattern.bx, pattern.by, turn, where_b);
+  alignas(32) std::array<std::uint8_t, 256> a, b;
+  for (int i = 0; i < 256; ++i) a[i] = patch[where_a[i]];
+  for (int i = 0; i < 256; ++i) b[i] = patch[where_b[i]];
+  Descriptor descriptor{};
+  for (int i = 0; i < 256; i += 8)
+    descriptor[i / 64] |= darker(a.data() + i, b.data() + i) << (i % 64);
   return descriptor;
 }
 

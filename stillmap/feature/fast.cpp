@@ -5,8 +5,8 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
-#include <cstring>
 
 namespace stillmap {
 namespace {
@@ -103,6 +103,31 @@ STILLMAP_KERNEL void maxima_of_row(const std::uint8_t* row, std::ptrdiff_t strid
   });
 }
 
+/// Maxima of a band of rows, one under the other, `width` and then `out_gap` bytes each; and of
+/// each column the highest.
+template <typename Wide>
+STILLMAP_KERNEL void maxima_of_band(const std::uint8_t* scores, std::ptrdiff_t stride,
+                                    cv::Size size, std::uint8_t* out, std::ptrdiff_t out_gap,
+                                    std::uint8_t* highest) {
+  for (int y = 0; y < size.height; ++y) {
+    maxima_of_row<Wide>(scores, stride, size.width, out);
+    cover<Wide>(size.width, [&]<typename V>(int x) STILLMAP_ALWAYS_INLINE {
+      store(highest + x, higher(load<V>(highest + x), load<V>(out + x)));
+    });
+    scores += stride;
+    out += size.width + out_gap;
+  }
+}
+
+/// Zero where the row is not above the limit.
+template <typename Wide>
+STILLMAP_KERNEL void keep_above(const std::uint8_t* limit, int count, std::uint8_t* row) {
+  cover<Wide>(count, [&]<typename V>(int x) STILLMAP_ALWAYS_INLINE {
+    const V v = load<V>(row + x);
+    store(row + x, v > load<V>(limit + x) ? v : V{});
+  });
+}
+
 void score_area_portable(const std::uint8_t* image, std::ptrdiff_t stride, const cv::Rect& area,
                          std::uint8_t threshold, std::uint8_t* scores,
                          std::ptrdiff_t scores_stride) {
@@ -113,24 +138,34 @@ STILLMAP_TARGET_AVX2 void score_area_avx2(const std::uint8_t* image, std::ptrdif
                                           std::uint8_t* scores, std::ptrdiff_t scores_stride) {
   score_area<U8x32>(image, stride, area, threshold, scores, scores_stride);
 }
-void maxima_of_row_portable(const std::uint8_t* row, std::ptrdiff_t stride, int count,
-                            std::uint8_t* out) {
-  maxima_of_row<U8x16>(row, stride, count, out);
+void maxima_portable(const std::uint8_t* scores, std::ptrdiff_t stride, cv::Size size,
+                     std::uint8_t* out, std::ptrdiff_t out_gap, std::uint8_t* highest) {
+  maxima_of_band<U8x16>(scores, stride, size, out, out_gap, highest);
 }
-STILLMAP_TARGET_AVX2 void maxima_of_row_avx2(const std::uint8_t* row, std::ptrdiff_t stride,
-                                             int count, std::uint8_t* out) {
-  maxima_of_row<U8x32>(row, stride, count, out);
+STILLMAP_TARGET_AVX2 void maxima_avx2(const std::uint8_t* scores, std::ptrdiff_t stride,
+                                      cv::Size size, std::uint8_t* out, std::ptrdiff_t out_gap,
+                                      std::uint8_t* highest) {
+  maxima_of_band<U8x32>(scores, stride, size, out, out_gap, highest);
 }
+void keep_above_portable(const std::uint8_t* limit, int count, std::uint8_t* row) {
+  keep_above<U8x16>(limit, count, row);
+}
+STILLMAP_TARGET_AVX2 void keep_above_avx2(const std::uint8_t* limit, int count, std::uint8_t* row) {
+  keep_above<U8x32>(limit, count, row);
+}
+
+constexpr int kGap =
+    8;  // zeros behind each row of maxima, so that they can be read eight at a time
 
 /// Appends a corner for each byte of `row` that is not 0.
 void append_corners(const std::uint8_t* row, int count, int x0, int y,
                     std::vector<Corner>& corners) {
+  static_assert(std::endian::native == std::endian::little);
   for (int x = 0; x < count; x += 8) {
-    std::uint64_t eight = 0;
-    std::memcpy(&eight, row + x, 8);
-    if (eight == 0) continue;
-    for (int i = x; i < std::min(x + 8, count); ++i) {
-      if (row[i] != 0) corners.push_back({x0 + i, y, row[i]});
+    for (auto eight = load<std::uint64_t>(row + x); eight != 0;) {
+      const int i = std::countr_zero(eight) / 8;
+      corners.push_back({x0 + x + i, y, row[x + i]});
+      eight &= ~(0xffULL << (8 * i));
     }
   }
 }
@@ -163,32 +198,36 @@ const std::vector<Corner>& FastDetector::detect(const cv::Mat& image) {
   fast_scores(image, {border_ - 1, border_ - 1, width + 2, height + 2}, threshold_low_, scores_,
               path_);
 
-  const int columns = (width + cell_ - 1) / cell_;
-  cell_is_strong_.assign(static_cast<std::size_t>(columns) * ((height + cell_ - 1) / cell_), 0);
-  find_maxima();
-  keep_strong_in_their_cells(columns);
+  maxima_.assign(static_cast<std::size_t>(width + kGap) * cell_, 0);
+  for (int y = border_; y < border_ + height; y += cell_) {
+    detect_in_band(y, {width, std::min(cell_, border_ + height - y)});
+  }
   return corners_;
 }
 
-void FastDetector::find_maxima() {
-  const auto maxima = path_ == CpuPath::kAvx2 ? maxima_of_row_avx2 : maxima_of_row_portable;
-  const int width = scores_.cols - 2 * border_;
-  row_.assign(static_cast<std::size_t>(width) + 8, 0);
-  for (int y = border_; y < scores_.rows - border_; ++y) {
-    maxima(scores_.ptr(y) + border_, static_cast<std::ptrdiff_t>(scores_.step), width, row_.data());
-    append_corners(row_.data(), width, border_, y, corners_);
+void FastDetector::detect_in_band(int y0, cv::Size size) {
+  const auto find_maxima = path_ == CpuPath::kAvx2 ? maxima_avx2 : maxima_portable;
+  const auto keep = path_ == CpuPath::kAvx2 ? keep_above_avx2 : keep_above_portable;
+  limit_.assign(size.width, 0);
+  find_maxima(scores_.ptr(y0) + border_, static_cast<std::ptrdiff_t>(scores_.step), size,
+              maxima_.data(), kGap, limit_.data());
+  highest_to_limit();
+  for (int y = 0; y < size.height; ++y) {
+    std::uint8_t* row = maxima_.data() + static_cast<std::ptrdiff_t>(y) * (size.width + kGap);
+    keep(limit_.data(), size.width, row);
+    append_corners(row, size.width, border_, y0 + y, corners_);
   }
 }
 
-void FastDetector::keep_strong_in_their_cells(int columns) {
-  const auto cell_of = [&](const Corner& c) -> std::uint8_t& {
-    return cell_is_strong_[(c.y - border_) / cell_ * columns + (c.x - border_) / cell_];
-  };
-  for (const Corner& c : corners_) {
-    if (c.score > threshold_) cell_of(c) = 1;
+/// From the highest score of each column to what its cell asks of a corner: that it be above the
+/// first threshold if any is, else nothing, since all scores are above the second.
+void FastDetector::highest_to_limit() {
+  for (auto cell = limit_.begin(); cell != limit_.end();) {
+    const auto end = cell + std::min<std::ptrdiff_t>(cell_, limit_.end() - cell);
+    const bool strong = *std::max_element(cell, end) > threshold_;
+    std::fill(cell, end, static_cast<std::uint8_t>(strong ? threshold_ : 0));
+    cell = end;
   }
-  std::erase_if(corners_,
-                [&](const Corner& c) { return c.score <= threshold_ && cell_of(c) != 0; });
 }
 
 }  // namespace stillmap

@@ -40,14 +40,15 @@ class FastDetector {
   const cv::Mat& scores() const { return scores_; }
 
  private:
-  void find_maxima();
-  void keep_strong_in_their_cells(int columns);
+  void detect_in_band(int y0, cv::Size size);
+  void highest_to_limit();
 
   int threshold_, threshold_low_, cell_, border_;
   CpuPath path_;
   cv::Mat scores_;
-  std::vector<std::uint8_t> score_buffer_, row_;
-  std::vector<std::uint8_t> cell_is_strong_;
+  std::vector<std::uint8_t> score_buffer_;
+  std::vector<std::uint8_t> maxima_;  // of one band of cells
+  std::vector<std::uint8_t> limit_;   // by column of the band
   std::vector<Corner> corners_;
 };
 

@@ -85,6 +85,7 @@ OrbExtractor::OrbExtractor(const OrbOptions& options, CpuPath path)
     : options_(checked(options)),
       path_(path),
       share_(shares(options)),
+      pyramid_(path),
       detector_(options.fast_threshold, options.fast_threshold_low, options.cell, options.border,
                 path),
       blur_(path) {}

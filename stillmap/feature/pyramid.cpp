@@ -3,12 +3,11 @@
 
 #include <cmath>
 
-#include <opencv2/imgproc.hpp>
-
 namespace stillmap {
 
 void ImagePyramid::build(const cv::Mat& image, const PyramidShape& shape, int min_side) {
   images_.resize(shape.levels);
+  shrinkers_.resize(shape.levels, Shrinker(path_));
   images_[0] = image;
   levels_ = 0;
   for (int level = 0; level < shape.levels; ++level) {
@@ -16,9 +15,7 @@ void ImagePyramid::build(const cv::Mat& image, const PyramidShape& shape, int mi
     const cv::Size size(static_cast<int>(std::lround(image.cols / scale)),
                         static_cast<int>(std::lround(image.rows / scale)));
     if (size.width < min_side || size.height < min_side) break;
-    if (level > 0) {
-      cv::resize(images_[level - 1], images_[level], size, 0, 0, cv::INTER_LINEAR_EXACT);
-    }
+    if (level > 0) shrinkers_[level](images_[level - 1], size, images_[level]);
     levels_ = level + 1;
   }
 }

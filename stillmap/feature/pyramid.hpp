@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/feature/cpu.hpp"
 #include "stillmap/feature/features.hpp"
+#include "stillmap/feature/resample.hpp"
 
 #include <vector>
 
@@ -12,6 +14,8 @@ namespace stillmap {
 /// its memory from image to image.
 class ImagePyramid {
  public:
+  explicit ImagePyramid(CpuPath path = best_cpu_path()) : path_(path) {}
+
   /// Level 0 is `image` itself (8UC1, not copied: it must outlive the use of the pyramid). Levels
   /// that would be smaller than `min_side` pixels are left out.
   void build(const cv::Mat& image, const PyramidShape& shape, int min_side);
@@ -25,7 +29,9 @@ class ImagePyramid {
   cv::Point2f to_full_size(cv::Point2f p, int level) const;
 
  private:
+  CpuPath path_;
   std::vector<cv::Mat> images_;
+  std::vector<Shrinker> shrinkers_;  // by level
   int levels_ = 0;
 };
 

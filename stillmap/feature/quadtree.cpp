@@ -2,6 +2,7 @@
 #include "stillmap/feature/quadtree.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace stillmap {
@@ -36,10 +37,22 @@ void QuadtreeSpreader::sort_along_curve(const std::vector<Corner>& corners, cons
   for (std::uint32_t i = 0; i < corners.size(); ++i) {
     const std::uint32_t x = (corners[i].x - area.x) * kSide / area.width;
     const std::uint32_t y = (corners[i].y - area.y) * kSide / area.height;
-    const std::uint64_t on_curve = spread_bits(x) | (spread_bits(y) << 1);
-    entries_.push_back(on_curve << 32 | i);
+    entries_.push_back({spread_bits(x) | (spread_bits(y) << 1), i});
   }
-  std::sort(entries_.begin(), entries_.end());
+  sort_by_digit(0);
+  sort_by_digit(kDepth);
+}
+
+/// One pass of a radix sort: stable, by the kDepth bits of the place from `shift` on.
+void QuadtreeSpreader::sort_by_digit(int shift) {
+  constexpr std::uint32_t kDigits = 1U << kDepth;
+  std::array<std::uint32_t, kDigits + 1> begin{};
+  const auto digit = [shift](const Entry& e) { return (e.place >> shift) & (kDigits - 1); };
+  for (const Entry& e : entries_) ++begin[digit(e) + 1];
+  for (std::uint32_t d = 0; d < kDigits; ++d) begin[d + 1] += begin[d];
+  sorted_.resize(entries_.size());
+  for (const Entry& e : entries_) sorted_[begin[digit(e)]++] = e;
+  entries_.swap(sorted_);
 }
 
 void QuadtreeSpreader::split_until(std::size_t wanted) {
@@ -66,12 +79,13 @@ void QuadtreeSpreader::split_until(std::size_t wanted) {
 void QuadtreeSpreader::split(std::size_t node) {
   Node rest = nodes_[node];
   --rest.depth_left;
-  const int shift = 32 + 2 * rest.depth_left;
+  const int shift = 2 * rest.depth_left;
   bool first = true;
   while (rest.begin < rest.end) {
-    const std::uint64_t next_quarter = ((entries_[rest.begin] >> shift) + 1) << shift;
+    const std::uint32_t next_quarter = ((entries_[rest.begin].place >> shift) + 1) << shift;
     const auto end =
-        std::lower_bound(entries_.begin() + rest.begin, entries_.begin() + rest.end, next_quarter);
+        std::partition_point(entries_.begin() + rest.begin, entries_.begin() + rest.end,
+                             [&](const Entry& e) { return e.place < next_quarter; });
     Node quarter = rest;
     quarter.end = rest.begin = static_cast<std::uint32_t>(end - entries_.begin());
     if (first)
@@ -83,15 +97,14 @@ void QuadtreeSpreader::split(std::size_t node) {
 }
 
 void QuadtreeSpreader::keep_best(const std::vector<Corner>& corners, std::size_t wanted) {
-  const auto index_of = [](std::uint64_t entry) { return static_cast<std::uint32_t>(entry); };
   const auto stronger = [&](std::uint32_t a, std::uint32_t b) {
     return corners[a].score != corners[b].score ? corners[a].score > corners[b].score : a < b;
   };
   order_.clear();
   for (const Node& node : nodes_) {
-    std::uint32_t best = index_of(entries_[node.begin]);
+    std::uint32_t best = entries_[node.begin].corner;
     for (std::uint32_t i = node.begin + 1; i < node.end; ++i) {
-      if (stronger(index_of(entries_[i]), best)) best = index_of(entries_[i]);
+      if (stronger(entries_[i].corner, best)) best = entries_[i].corner;
     }
     order_.push_back(best);
   }

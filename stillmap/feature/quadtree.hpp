@@ -24,19 +24,24 @@ class QuadtreeSpreader {
                                     int wanted);
 
  private:
-  /// A part of the area: entries_[begin, end), which agree in all but the last 2 * `depth_left`
-  /// bits.
+  struct Entry {
+    std::uint32_t place;  // on the curve
+    std::uint32_t corner;
+  };
+  /// A part of the area: entries_[begin, end), whose places differ in the last 2 * depth_left bits
+  /// alone.
   struct Node {
     std::uint32_t begin, end;
     int depth_left;
     std::uint32_t count() const { return end - begin; }
   };
   void sort_along_curve(const std::vector<Corner>& corners, const cv::Rect& area);
+  void sort_by_digit(int shift);
   void split_until(std::size_t wanted);
   void split(std::size_t node);
   void keep_best(const std::vector<Corner>& corners, std::size_t wanted);
 
-  std::vector<std::uint64_t> entries_;  // position on the curve << 32 | index of the corner
+  std::vector<Entry> entries_, sorted_;
   std::vector<Node> nodes_;
   std::vector<std::uint32_t> order_;
   std::vector<Corner> kept_;

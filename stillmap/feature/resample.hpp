@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/feature/cpu.hpp"
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+namespace stillmap {
+
+/// Shrinks images of one size to another by bilinear interpolation: first between rows, then
+/// between columns, rounded after each, with weights of 1/64. The images' outer edges fall
+/// together: pixel i of the result lies at (i + 0.5) * from / to - 0.5. Keeps its tables and memory
+/// for the next image of that size.
+class Shrinker {
+ public:
+  explicit Shrinker(CpuPath path = best_cpu_path()) : path_(path) {}
+
+  /// `from` 8UC1, at least 2 x 2; `to` becomes 8UC1 of size `size`, not larger than `from`.
+  void operator()(const cv::Mat& from, cv::Size size, cv::Mat& to);
+
+  /// Between source pixels `first` and first + 1: the second has weight / 64.
+  struct Tap {
+    int first = 0;
+    int weight = 0;
+  };
+  /// Eight neighbouring results that come from 16 neighbouring source pixels.
+  struct Block {
+    int to = 0, from = 0;                  // first pixel of either
+    std::array<std::uint8_t, 16> pick{};   // source pixels of each result's two taps
+    std::array<std::int8_t, 16> weight{};  // theirs
+  };
+
+ private:
+  void prepare(cv::Size from, cv::Size to);
+
+  CpuPath path_;
+  cv::Size from_, to_;
+  std::vector<Tap> columns_, rows_;
+  std::vector<Block> blocks_;  // empty where the columns lie too far apart
+  std::vector<std::uint8_t> row_;
+};
+
+}  // namespace stillmap
