@@ -130,7 +130,7 @@ class CameraYaml {
   // header
   // '%YAML:1.0' (kept as a comment, so that line numbers stay), tabs, and no blank behind a colon.
   static std::string as_standard_yaml(std::string text) {
-    if (const auto at = text.find("%YAML"); at != std::string::npos && at < 4) text[at] = '#';
+    if (const auto at = text.find("%YAML"); at < 4) text[at] = '#';
     std::replace(text.begin(), text.end(), '\t', ' ');
     std::istringstream lines(text);
     std::string standard;

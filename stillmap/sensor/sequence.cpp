@@ -194,7 +194,7 @@ FrameList read_associations(const fs::path& list, const fs::path& folder) {
 // The longest strictly increasing subsequence (Fredman 1975, by patience sorting), as one flag per
 // stamp.
 std::vector<bool> longest_increasing(const std::vector<double>& stamps) {
-  constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+  constexpr auto kNone = static_cast<std::size_t>(-1);
   std::vector<std::size_t>
       tails;  // tails[k]: the smallest stamp that ends an increasing run of k + 1
   std::vector<std::size_t> before(stamps.size(), kNone);
