@@ -126,9 +126,8 @@ class CameraYaml {
     }
   }
 
-  // OpenCV reads what the YAML standard does not allow, and settings files make use of it: the
-  // header
-  // '%YAML:1.0' (kept as a comment, so that line numbers stay), tabs, and no blank behind a colon.
+  // OpenCV reads what the YAML standard does not allow, and settings files make use of it: tabs, no
+  // blank behind a colon, the header '%YAML:1.0' (kept as a comment, so that line numbers stay).
   static std::string as_standard_yaml(std::string text) {
     if (const auto at = text.find("%YAML"); at < 4) text[at] = '#';
     std::replace(text.begin(), text.end(), '\t', ' ');

@@ -14,13 +14,13 @@ namespace stillmap {
 const std::vector<std::string>& camera_presets();
 
 /// A camera by preset name, or from a file:
-/// - our own YAML (what write_camera writes): name, width, height, fx, fy, cx, cy, distortion [k1,
-/// k2, p1,
-///   p2, k3], depth_factor, fps, baseline; the first and the last four may be left out;
-/// - the settings file of an ORB-SLAM user: `%YAML:1.0`, Camera.fx or Camera1.fx ..., Camera.k1
-/// ...,
-///   Camera.width, Camera.fps, Camera.bf or Stereo.b, DepthMapFactor or RGBD.DepthMapFactor.
-///   Everything else in such a file (matrices, ORBextractor.*, Viewer.*) is left alone.
+/// - our own YAML (what write_camera writes): name, width, height, fx, fy, cx, cy,
+///   distortion [k1, k2, p1, p2, k3], depth_factor, fps, baseline. Name, distortion, fps and
+///   baseline may be left out;
+/// - the settings file of an ORB-SLAM user: `%YAML:1.0`, Camera.fx or Camera1.fx ...,
+///   Camera.k1 ..., Camera.width, Camera.fps, Camera.bf or Stereo.b, DepthMapFactor or
+///   RGBD.DepthMapFactor. Everything else in such a file (matrices, ORBextractor.*, Viewer.*) is
+///   left alone.
 ///
 /// Throws Error that names the file, the key and the fix: an unknown name, a missing, repeated,
 /// misspelt or mistyped key, a value that no camera has (focal length or depth factor not positive,

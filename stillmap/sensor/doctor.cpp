@@ -39,8 +39,7 @@ void add_error(Diagnosis& diagnosis, const Error& error, Severity severity = Sev
   diagnosis.add(severity, where + error.problem(), error.fix());
 }
 
-// ---- camera
-// --------------------------------------------------------------------------------------------
+// ---- camera -----------------------------------------------------------------------------------
 
 std::optional<Camera> choose_camera(const SequencePaths& paths, const std::optional<Camera>& named,
                                     Diagnosis& diagnosis) {
@@ -67,8 +66,7 @@ std::optional<Camera> choose_camera(const SequencePaths& paths, const std::optio
   }
 }
 
-// ---- lists and stamps
-// ----------------------------------------------------------------------------------
+// ---- lists and stamps -------------------------------------------------------------------------
 
 void check_lists(const FrameList& list, Diagnosis& diagnosis) {
   diagnosis.frames = list.frames.size();
@@ -153,8 +151,7 @@ void check_offsets(const std::vector<FrameFiles>& frames, Diagnosis& diagnosis) 
            : "");
 }
 
-// ---- files
-// ---------------------------------------------------------------------------------------------
+// ---- files ------------------------------------------------------------------------------------
 
 // A file of the same name but for its ending: the list may name the wrong one.
 std::string similar_file(const fs::path& file) {
@@ -224,8 +221,7 @@ std::vector<FrameFiles> check_files(const std::vector<FrameFiles>& frames,
   return usable;
 }
 
-// ---- pictures
-// ------------------------------------------------------------------------------------------
+// ---- pictures ---------------------------------------------------------------------------------
 
 struct Sample {
   std::size_t decoded = 0, dark = 0, bright = 0, blurred = 0, without_depth = 0;
@@ -364,8 +360,7 @@ void check_depth(Sample& sample, double factor, const DoctorOptions& options,
   check_scale(spread, factor, options, diagnosis);
 }
 
-// ---- ground truth and masks
-// ----------------------------------------------------------------------------
+// ---- ground truth and masks -------------------------------------------------------------------
 
 void check_jumps(const Trajectory& truth, const DoctorOptions& options, Diagnosis& diagnosis) {
   std::size_t jumps = 0, repeats = 0;

@@ -16,8 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-// ---- one spoilt file among good ones: a skip
-// ------------------------------------------------------------
+// ---- one spoilt file among good ones: a skip --------------------------------------------------
 
 struct SpoiltFile {
   const char* name;
@@ -138,8 +137,7 @@ const SpoiltFile kSpoiltFiles[] = {
 INSTANTIATE_TEST_SUITE_P(Images, OneSpoiltFile, ::testing::ValuesIn(kSpoiltFiles),
                          [](const auto& row) { return row.param.name; });
 
-// ---- lists: so many frames, and so many skips
-// -----------------------------------------------------------
+// ---- lists: so many frames, and so many skips -------------------------------------------------
 
 struct SpoiltList {
   const char* name;
@@ -255,8 +253,7 @@ const SpoiltList kSpoiltLists[] = {
 INSTANTIATE_TEST_SUITE_P(Lists, OneSpoiltList, ::testing::ValuesIn(kSpoiltLists),
                          [](const auto& row) { return row.param.name; });
 
-// ---- nothing usable left: an error
-// ----------------------------------------------------------------------
+// ---- nothing usable left: an error ------------------------------------------------------------
 
 struct SpoiltSequence {
   const char* name;
@@ -350,8 +347,7 @@ TEST(MalformedArguments, AnAssociationsFileThatIsNotThere) {
   EXPECT_THAT(error, HasSubstr("fix: "));
 }
 
-// ---- cameras
-// --------------------------------------------------------------------------------------------
+// ---- cameras ----------------------------------------------------------------------------------
 
 struct SpoiltCamera {
   const char* name;

@@ -21,7 +21,7 @@ bool decodes_png(std::span<const unsigned char> bytes);
 /// (decoding two images a frame is what a recorded sequence costs before anything else): libdeflate
 /// inflates the whole image at once, and the two slow row filters are vectorised.
 /// @param bytes a PNG file in which png_damage finds nothing wrong, of a kind that decodes_png
-/// knows
+///              knows
 /// @return an empty image if the compressed pixels are damaged all the same
 cv::Mat decode_png(std::span<const unsigned char> bytes);
 

@@ -98,8 +98,7 @@ Error no_sequence(const SequencePaths& paths) {
                where, kLayout);
 }
 
-// ---- lists
-// ---------------------------------------------------------------------------------------------
+// ---- lists ------------------------------------------------------------------------------------
 
 struct Stamp {
   double value = 0;     // seconds
@@ -188,8 +187,7 @@ FrameList read_associations(const fs::path& list, const fs::path& folder) {
   return read;
 }
 
-// ---- stamps
-// --------------------------------------------------------------------------------------------
+// ---- stamps -----------------------------------------------------------------------------------
 
 // The longest strictly increasing subsequence (Fredman 1975, by patience sorting), as one flag per
 // stamp.

@@ -116,8 +116,7 @@ TEST(TumFolder, RectifiesWhatADistortedCameraRecorded) {
   for (const float z : cv::Mat_<float>(frame->depth)) EXPECT_TRUE(z == 0 || z == 2) << z;
 }
 
-// ---- lists
-// ---------------------------------------------------------------------------------------------
+// ---- lists ------------------------------------------------------------------------------------
 
 TEST(ListFrames, PairsByTheClosestStampsAndTellsWhatIsLeftOver) {
   const TestSequence sequence(0);
@@ -168,8 +167,7 @@ TEST(ListFrames, GivesUpTheFewestLinesThatLeaveStampsIncreasing) {
   EXPECT_THAT(list.skipped[1].reason, HasSubstr("900.000000 is out of order"));
 }
 
-// ---- folders
-// -------------------------------------------------------------------------------------------
+// ---- folders ----------------------------------------------------------------------------------
 
 TEST(FindSequence, FindsWhatIsThere) {
   const TestSequence sequence(1);
@@ -200,8 +198,7 @@ TEST(FindSequence, SuggestsTheSequenceNextDoor) {
   EXPECT_THAT(error_of([&] { find_sequence(sequence.path("outer")); }), HasSubstr("outer/inner?"));
 }
 
-// ---- real data
-// -----------------------------------------------------------------------------------------
+// ---- real data --------------------------------------------------------------------------------
 
 TEST(TumFolder, ReadsARealRecording) {
   const char* shared = std::getenv("STILLMAP_SHARED");
