@@ -2,6 +2,7 @@
 #include "stillmap/simulate/kinect.hpp"
 
 #include <cmath>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
@@ -78,7 +79,7 @@ TEST(Kinect, GrazingSurfacesGiveNoDepth) {
   for (const double degrees : {60.0, 86.0}) {
     cv::Mat depth(480, 640, CV_32FC1);
     const double slope =
-        std::tan(degrees * 3.14159265 / 180);  // z = 2 + slope * x, x = (u - cx) z / f
+        std::tan(degrees * std::numbers::pi / 180);  // z = 2 + slope * x, x = (u - cx) z / f
     for (int v = 0; v < 480; ++v) {
       for (int u = 0; u < 640; ++u) {
         depth.at<float>(v, u) = static_cast<float>(2 / (1 - slope * (u - camera.cx) / camera.fx));

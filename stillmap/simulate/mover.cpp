@@ -11,7 +11,6 @@ namespace stillmap::simulate {
 namespace {
 
 using Eigen::Vector2f, Eigen::Vector3f;
-constexpr float kPi = std::numbers::pi_v<float>;
 
 /// Back and forth between 0 and 1 with smooth turns, as a ratio of time over one way.
 float to_and_fro(double seconds, double one_way) {

@@ -164,7 +164,7 @@ cv::Mat sleeve(int kind, const cv::Mat& shirt) {
 
 cv::Mat trousers(int kind, Random& random) {
   const std::array bases{cv::Scalar(124, 84, 58), cv::Scalar(96, 132, 164), cv::Scalar(74, 70, 68)};
-  const cv::Scalar base = bases[static_cast<std::size_t>(kind) % bases.size()];
+  const cv::Scalar& base = bases[static_cast<std::size_t>(kind) % bases.size()];
   cv::Mat image(512, 256, CV_8UC3, base);
   for (int i = 0; i < 46; ++i) {  // worn places and creases
     const cv::Point a(random.integer(0, 255), random.integer(0, 511));

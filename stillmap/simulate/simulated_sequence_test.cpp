@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -224,7 +225,7 @@ TEST_P(CameraMotions, AreAsFastAsTumsAndStayInFreeSpace) {
   for (std::size_t i = 1; i < sequence.frames(); ++i) {
     const Pose step = sequence.T_world_camera(i - 1).inverse() * sequence.T_world_camera(i);
     way += step.translation().norm();
-    turned += step.angle() * 180 / 3.14159265;
+    turned += step.angle() * 180 / std::numbers::pi;
     if (i % 15 != 0) continue;
     const TruthFrame truth = sequence.truth(i);
     double nearest = 0;
