@@ -66,8 +66,8 @@ int run(const DemoArguments& arguments) {
     fmt::print("\n{}. Mapped with preset {}\n", step++, preset);
     SessionReport report = map(arguments, folder, preset);
     if (report.interrupted) return kInterrupted;
-    runs.push_back(
-        {preset, "demo", report.result.trajectory, truth, static_cast<std::size_t>(arguments.frames)});
+    runs.push_back({preset, "demo", report.result.trajectory, truth,
+                    static_cast<std::size_t>(arguments.frames)});
   }
   fmt::print("\n4. Side by side\n");
   const Comparison comparison = compare_runs(runs);
