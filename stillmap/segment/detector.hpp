@@ -17,6 +17,8 @@ class Detector {
   virtual std::vector<Instance> detect(const RgbdFrame& frame) = 0;
   /// One line for logs and the summary: model, back end, input size, threads.
   virtual std::string description() const = 0;
+  /// What was left out so far, in one line for the summary; empty if nothing was.
+  virtual std::string skipped() const { return {}; }
   /// Class names by class id.
   virtual const std::vector<std::string>& class_names() const = 0;
 };

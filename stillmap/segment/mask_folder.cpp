@@ -135,9 +135,11 @@ std::vector<Instance> MaskFolder::detect(const RgbdFrame& frame) {
   }
   const cv::Mat mask = cv::imread(entry->file.string(), cv::IMREAD_UNCHANGED);
   if (mask.type() != CV_8UC1 || mask.size() != frame.grey.size()) {
-    ++unusable_;
-    spdlog::warn("{}: no 8-bit grey mask of {} x {} pixels, left out", entry->file.string(),
-                 frame.grey.cols, frame.grey.rows);
+    if (unusable_++ == 0) {
+      spdlog::warn(
+          "{}: no 8-bit grey mask of {} x {} pixels, left out; more of this kind are counted",
+          entry->file.string(), frame.grey.cols, frame.grey.rows);
+    }
     return {};
   }
   return instances_of_mask(mask);
@@ -146,6 +148,12 @@ std::vector<Instance> MaskFolder::detect(const RgbdFrame& frame) {
 std::string MaskFolder::description() const {
   return fmt::format("masks from {} ({} files, by {})", folder_.string(), entries_.size(),
                      stamped_ ? "time stamp" : "order");
+}
+
+std::string MaskFolder::skipped() const {
+  if (missing_ + unusable_ == 0) return {};
+  return fmt::format("{} frames without a mask, {} masks broken or of another size", missing_,
+                     unusable_);
 }
 
 const std::vector<std::string>& MaskFolder::class_names() const {

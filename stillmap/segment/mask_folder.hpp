@@ -27,6 +27,7 @@ class MaskFolder final : public Detector {
 
   std::vector<Instance> detect(const RgbdFrame& frame) override;
   std::string description() const override;
+  std::string skipped() const override;
   const std::vector<std::string>& class_names() const override;
 
   std::size_t missing() const { return missing_; }  ///< frames that had no mask, so far

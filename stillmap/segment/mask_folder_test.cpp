@@ -49,6 +49,7 @@ TEST_F(MaskFolderTest, NumbersAreStampsAndTheNearestWithinHalfAnIntervalCounts) 
   EXPECT_EQ(masks.detect(frame(8, 100.16)).at(0).box.x, 3);
   EXPECT_EQ(masks.detect(frame(9, 99.96)).at(0).box.x, 1);
   EXPECT_EQ(masks.missing(), 0U);
+  EXPECT_EQ(masks.skipped(), "");
   EXPECT_TRUE(masks.detect(frame(10, 100.26)).empty());
   EXPECT_TRUE(masks.detect(frame(11, 99.0)).empty());
   EXPECT_EQ(masks.missing(), 2U);
@@ -73,6 +74,7 @@ TEST_F(MaskFolderTest, WrongSizeBrokenFileAndColourAreCountedSkips) {
   for (const double stamp : {1.0, 2.0, 3.0, 4.0})
     EXPECT_TRUE(masks.detect(frame(0, stamp)).empty());
   EXPECT_EQ(masks.unusable(), 4U);
+  EXPECT_THAT(masks.skipped(), testing::HasSubstr("4 masks broken"));
   EXPECT_EQ(masks.missing(), 0U);
 }
 
