@@ -13,8 +13,10 @@ namespace stillmap {
 struct MotionOptions {
   std::string preset = "seg-mask";  ///< which list of cues: see presets()
   double exclude_below = 0.25;  ///< probability of being static under which a keypoint is left out
+  /// Names of cues of the preset that are left out, to see what each is worth.
+  std::vector<std::string> without;
   SemanticCueOptions semantic;
-  STILLMAP_FIELDS(preset, exclude_below, semantic)
+  STILLMAP_FIELDS(preset, exclude_below, without, semantic)
 };
 
 /// A named list of cues.
@@ -30,16 +32,26 @@ const std::vector<Preset>& presets();
 /// The preset of that name. Throws Error naming the nearest known one.
 const Preset& find_preset(const std::string& name);
 
+/// What one cue took for one frame.
+struct CueTiming {
+  std::string cue;
+  double milliseconds = 0;
+};
+
 /// Asks every cue of a preset and adds up what they say.
 class MotionEstimator {
  public:
-  /// Throws Error for an unknown preset.
+  /// Throws Error for an unknown preset, and for a cue to be left out that the preset does not
+  /// have.
   explicit MotionEstimator(const MotionOptions& options);
   MotionEvidence estimate(const MotionInput& input);
+  /// Of the newest frame, one per cue in the preset's order; empty before the first.
+  const std::vector<CueTiming>& timing() const { return timing_; }
 
  private:
   double exclude_below_;
   std::vector<std::unique_ptr<MotionCue>> cues_;
+  std::vector<CueTiming> timing_;
 };
 
 }  // namespace stillmap

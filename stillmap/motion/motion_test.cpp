@@ -116,5 +116,36 @@ TEST(Presets, AnUnknownNameSuggestsTheNearest) {
   }
 }
 
+TEST(Presets, ACueCanBeLeftOutByName) {
+  MotionOptions options = seg_mask();
+  options.without = {"semantic"};
+  MotionEstimator estimator(options);
+  EXPECT_TRUE(left_out(estimator.estimate(input_with({instance("person", {0, 0, 200, 100}, true)})))
+                  .empty());
+  EXPECT_TRUE(estimator.timing().empty());
+}
+
+TEST(Presets, ACueThatIsNotThereCannotBeLeftOut) {
+  MotionOptions options = seg_mask();
+  options.without = {"semantics"};
+  try {
+    MotionEstimator estimator(options);
+    FAIL() << "no error";
+  } catch (const Error& e) {
+    EXPECT_THAT(e.what(), HasSubstr("did you mean 'semantic'?"));
+  }
+}
+
+TEST(Presets, EveryCueIsTimedInEveryFrame) {
+  MotionEstimator estimator(seg_mask());
+  EXPECT_TRUE(estimator.timing().empty());
+  for (int frame = 0; frame < 2; ++frame) {
+    estimator.estimate(input_with({instance("person", {0, 0, 200, 100}, true)}));
+    ASSERT_EQ(estimator.timing().size(), 1U);
+    EXPECT_EQ(estimator.timing()[0].cue, "semantic");
+    EXPECT_GE(estimator.timing()[0].milliseconds, 0);
+  }
+}
+
 }  // namespace
 }  // namespace stillmap

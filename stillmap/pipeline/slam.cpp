@@ -67,6 +67,9 @@ std::optional<Pose> Slam::push(const RgbdFramePtr& image) {
   timing_.add("features", extracting);
   timing_.add("mask carrying", carrying);
   timing_.add("motion", judging);
+  for (const CueTiming& timed : motion_.timing()) {
+    timing_.add("motion: " + timed.cue, timed.milliseconds);
+  }
   timing_.add("pose", posing);
   const double tracking = extracting + carrying + judging + posing;
   timing_.add("tracking", tracking);
