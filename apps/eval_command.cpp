@@ -5,6 +5,7 @@
 #include "stillmap/evaluate/cloud_picture.hpp"
 #include "stillmap/evaluate/ghosts.hpp"
 #include "stillmap/evaluate/trajectory_error.hpp"
+#include "stillmap/evaluate/verdict_figures.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/tum_folder.hpp"
 
@@ -16,7 +17,8 @@ namespace stillmap {
 namespace {
 
 struct EvalArguments {
-  std::string truth, estimate, json, cloud, sequence, camera, picture;
+  std::string truth, estimate, json, cloud, sequence, camera, picture, verdicts, speeds;
+  VerdictOptions judging;
   std::size_t frames = 0;
   bool per_frame = false;
 };
@@ -50,7 +52,17 @@ CloudFigures cloud_figures(const EvalArguments& arguments, const Trajectory& tru
   return result;
 }
 
-int run(const EvalArguments& arguments) {
+VerdictFigures verdict_figures(const EvalArguments& arguments) {
+  if (arguments.sequence.empty()) {
+    throw Error("verdicts are judged by the true masks of their sequence, and none was named",
+                "--verdicts", "add --sequence DIR");
+  }
+  const MotionTruthFolder truth(arguments.sequence, arguments.speeds);
+  return judge_verdicts(read_verdicts(arguments.verdicts), truth, arguments.judging);
+}
+
+/// Error figures of the trajectory, and ghosts in the cloud where one was named.
+nlohmann::json judge_trajectory(const EvalArguments& arguments) {
   const Trajectory truth = read_trajectory(arguments.truth);
   const Trajectory estimate = read_trajectory(arguments.estimate);
   const auto frames = arguments.frames > 0 ? std::optional(arguments.frames) : std::nullopt;
@@ -67,6 +79,22 @@ int run(const EvalArguments& arguments) {
       fmt::print("written: {}\n", arguments.picture);
     }
   }
+  return json;
+}
+
+int run(const EvalArguments& arguments) {
+  if (arguments.truth.empty() != arguments.estimate.empty() ||
+      (arguments.truth.empty() && arguments.verdicts.empty())) {
+    throw Error("there is nothing to evaluate", "eval",
+                "name the true and the estimated trajectory, or verdicts with --verdicts FILE");
+  }
+  nlohmann::json json = nlohmann::json::object();
+  if (!arguments.truth.empty()) json = judge_trajectory(arguments);
+  if (!arguments.verdicts.empty()) {
+    const VerdictFigures figures = verdict_figures(arguments);
+    fmt::print("{}", verdict_text(figures));
+    json["verdicts"] = figures;
+  }
   if (!arguments.json.empty()) {
     write_file(arguments.json, json.dump(2) + "\n");
     fmt::print("written: {}\n", arguments.json);
@@ -80,16 +108,20 @@ void add_eval_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<EvalArguments>();
   CLI::App* command = app.add_subcommand(
       "eval", "error figures of a trajectory (ATE, RPE), by the TUM benchmark's rules");
-  command->add_option("truth", arguments->truth, "true trajectory, TUM format")->required();
-  command->add_option("estimate", arguments->estimate, "estimated trajectory, TUM format")
-      ->required();
+  command->add_option("truth", arguments->truth, "true trajectory, TUM format");
+  command->add_option("estimate", arguments->estimate, "estimated trajectory, TUM format");
   command->add_option("--frames", arguments->frames,
                       "frames of the sequence, for the coverage; default: reckoned");
   command->add_flag("--per-frame", arguments->per_frame, "RPE from each pose to the next as well");
   command->add_option("--cloud", arguments->cloud,
                       "also count the ghosts in this cloud (.ply, .pcd)");
   command->add_option("--sequence", arguments->sequence,
-                      "the cloud's sequence, with depth/ and true masks in mask/");
+                      "the cloud's or the verdicts' sequence, with depth/ and true masks in mask/");
+  command->add_option("--verdicts", arguments->verdicts,
+                      "also judge these verdicts on keypoints (verdicts.bin of stillmap run "
+                      "--save-verdicts): precision and recall of \"moving\"");
+  command->add_flag("--still-people", arguments->judging.still_people,
+                    "where the truth has no speeds: people stand still, instead of moving");
   command->add_option("--camera", arguments->camera,
                       "the sequence's camera; default: its camera.yaml");
   command->add_option("--picture", arguments->picture,

@@ -20,6 +20,7 @@ struct RunArguments {
       dump_config;
   std::vector<std::string> settings;
   int first = 0, count = 0, stride = 1;
+  VerdictRecording verdicts;
 };
 
 /// Defaults, then the file, then the named options, then --set: what comes later wins.
@@ -94,6 +95,7 @@ int run(const RunArguments& arguments) {
   session.detector = detector_of(options);
   session.options = options;
   session.out = arguments.out.empty() ? "stillmap_" + session.sequence : arguments.out;
+  session.verdicts = arguments.verdicts;
   return run_session(std::move(session)).interrupted ? kInterrupted : kSuccess;
 }
 
@@ -127,6 +129,14 @@ void add_run_command(CLI::App& app, int& exit_code) {
   command->add_option("--stride", arguments->stride, "use every n-th frame");
   command->add_option("--out", arguments->out,
                       "folder for the results; default: stillmap_SEQUENCE");
+  command->add_flag("--save-verdicts", arguments->verdicts.save,
+                    "also write verdicts.bin: what is thought of every keypoint; stillmap eval "
+                    "--verdicts judges it");
+  command
+      ->add_option("--draw-verdicts", arguments->verdicts.draw_every,
+                   "also draw every n-th frame (30) with the verdicts into OUT/verdicts")
+      ->expected(0, 1)
+      ->default_str("30");
   command->add_option("--dump-config", arguments->dump_config,
                       "write all options in force to this file (- for the screen), and stop");
   command->footer(

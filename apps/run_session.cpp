@@ -246,7 +246,8 @@ class Gallery {
   std::vector<ReportImage> pictures_;
 };
 
-void drive(Slam& slam, FrameSource& source, Outcome& outcome, std::optional<std::size_t> total) {
+void drive(Slam& slam, FrameSource& source, Outcome& outcome, VerdictRecorder& verdicts,
+           std::optional<std::size_t> total) {
   Gallery gallery(total);
   Progress progress("mapping", total);
   while (!interrupted()) {
@@ -255,6 +256,7 @@ void drive(Slam& slam, FrameSource& source, Outcome& outcome, std::optional<std:
     slam.push(frame);
     ++outcome.frames;
     gallery.look(*slam.newest());
+    verdicts.look(*slam.newest());
     progress.step(slam.newest()->state == TrackState::kLost ? "lost" : "");
   }
   outcome.interrupted = interrupted();
@@ -282,7 +284,8 @@ SessionReport run_session(Session session) {
   }
   const Stopwatch watch;
   Slam slam(camera, session.options, std::move(session.detector));
-  drive(slam, *source, outcome, session.total_frames);
+  VerdictRecorder verdicts(session.verdicts, session.out);
+  drive(slam, *source, outcome, verdicts, session.total_frames);
   outcome.result = slam.finish();
   outcome.seconds = watch.milliseconds() / 1000;
   outcome.skipped = source->skipped();
@@ -294,6 +297,7 @@ SessionReport run_session(Session session) {
   print_outcome(outcome);
   SessionReport report;
   report.files = write_files(outcome, session.out);
+  for (auto& file : verdicts.finish()) report.files.push_back(std::move(file));
   fmt::print("written:\n");
   for (const auto& file : report.files) fmt::print("  {}\n", file.string());
   report.evaluation = outcome.evaluation;

@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "verdict_recorder.hpp"
+
 namespace stillmap {
 
 /// What is to be run, and where the results go.
@@ -22,6 +24,7 @@ struct Session {
   std::optional<Trajectory> truth;
   SlamOptions options;
   std::filesystem::path out;
+  VerdictRecording verdicts;  ///< what to keep of the verdicts on motion
 };
 
 /// What came of it.

@@ -2,15 +2,14 @@
 #include "stillmap/evaluate/ghosts.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/evaluate/stamped_images.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <memory>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 namespace stillmap {
@@ -18,7 +17,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kMaxPoseGap = 0.1;           // between true stamps that are interpolated [s]
-constexpr double kMaskTolerance = 0.01;       // between a frame's stamp and its mask's name [s]
 constexpr std::int64_t kKeyOffset = 1 << 20;  // makes voxel coordinates positive
 
 VoxelKey key_of(std::int64_t x, std::int64_t y, std::int64_t z) {
@@ -190,49 +188,13 @@ std::vector<Eigen::Vector3d> transformed(std::span<const Eigen::Vector3f> points
   return result;
 }
 
-/// Masks by the stamps that name them.
-std::vector<std::pair<double, fs::path>> stamped_masks(const fs::path& folder) {
-  std::vector<std::pair<double, fs::path>> masks;
-  std::error_code failed;
-  for (const auto& entry : fs::directory_iterator(folder, failed)) {
-    if (entry.path().extension() != ".png") continue;
-    const std::string name = entry.path().stem().string();
-    double stamp = 0;
-    const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), stamp);
-    if (error == std::errc() && end == name.data() + name.size()) masks.emplace_back(stamp, entry);
-  }
-  std::sort(masks.begin(), masks.end());
-  if (masks.empty()) {
-    throw Error("holds no mask (a PNG named by its frame's stamp in seconds)", folder.string(),
-                "name the folder with the true masks of the sequence");
-  }
-  return masks;
-}
-
-const fs::path* nearest_mask(const std::vector<std::pair<double, fs::path>>& masks, double stamp) {
-  const auto nearest =
-      std::min_element(masks.begin(), masks.end(), [&](const auto& a, const auto& b) {
-        return std::abs(a.first - stamp) < std::abs(b.first - stamp);
-      });
-  return std::abs(nearest->first - stamp) <= kMaskTolerance ? &nearest->second : nullptr;
-}
-
-cv::Mat read_mask(const fs::path& file) {
-  cv::Mat mask = cv::imread(file.string(), cv::IMREAD_GRAYSCALE);
-  if (mask.empty()) {
-    throw Error("is no readable image", file.string(), "write the mask again, as an 8-bit PNG");
-  }
-  return mask;
-}
-
 }  // namespace
 
 MaskedFrames frames_with_masks(FrameSource& source, const fs::path& mask_folder) {
-  return [&source, masks = stamped_masks(mask_folder)]() -> std::optional<MaskedFrame> {
+  return [&source, masks = StampedImages(mask_folder)]() -> std::optional<MaskedFrame> {
     while (const RgbdFramePtr frame = source.next()) {
-      if (const fs::path* file = nearest_mask(masks, frame->timestamp)) {
-        return MaskedFrame{frame->timestamp, frame->depth, read_mask(*file)};
-      }
+      const cv::Mat mask = masks.at(frame->timestamp);
+      if (!mask.empty()) return MaskedFrame{frame->timestamp, frame->depth, mask};
     }
     return std::nullopt;
   };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/pipeline/draw_frame.hpp"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
 
@@ -17,6 +19,12 @@ void tint_moving(cv::Mat& picture, const cv::Mat& moving) {
   mixed.copyTo(picture, moving);
 }
 
+void write_text(cv::Mat& picture, const std::string& text, const cv::Point& at) {
+  cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.42, cv::Scalar(0, 0, 0), 3,
+              cv::LINE_AA);
+  cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.42, kText, 1, cv::LINE_AA);
+}
+
 void outline_instances(cv::Mat& picture, const SegmentedFrame& segmented) {
   for (const Instance& instance : segmented.instances) {
     if (!instance.mask.empty()) {
@@ -26,10 +34,7 @@ void outline_instances(cv::Mat& picture, const SegmentedFrame& segmented) {
       cv::drawContours(picture, contours, -1, kText, 1, cv::LINE_AA);
     }
     const std::string label = fmt::format("{} {:.2f}", instance.class_name, instance.confidence);
-    const cv::Point at(instance.box.x + 3, instance.box.y + 14);
-    cv::putText(picture, label, at, cv::FONT_HERSHEY_SIMPLEX, 0.42, cv::Scalar(0, 0, 0), 3,
-                cv::LINE_AA);
-    cv::putText(picture, label, at, cv::FONT_HERSHEY_SIMPLEX, 0.42, kText, 1, cv::LINE_AA);
+    write_text(picture, label, {instance.box.x + 3, instance.box.y + 14});
   }
 }
 
@@ -48,7 +53,53 @@ void draw_keypoints(cv::Mat& picture, const TrackedFrame& tracked) {
   }
 }
 
+/// Red at 0, yellow at one half, green at 1.
+cv::Scalar probability_color(float p) {
+  const double red = std::min(1.0F, 2 - 2 * p), green = std::min(1.0F, 2 * p);
+  return {40, 40 + 190 * green, 40 + 200 * red};
+}
+
+void draw_keypoint_verdicts(cv::Mat& picture, const Frame& frame) {
+  for (std::size_t i = 0; i < frame.features->size(); ++i) {
+    const Keypoint& k = frame.features->keypoints[i];
+    const cv::Point2f at(k.u, k.v);
+    if (frame.evidence.weight[i] <= 0) {
+      cv::drawMarker(picture, at, kMoving, cv::MARKER_TILTED_CROSS, 6, 1, cv::LINE_AA);
+    } else {
+      const float p = static_probability(frame.evidence.static_log_odds[i]);
+      cv::circle(picture, at, 2, probability_color(p), 1, cv::LINE_AA);
+    }
+  }
+}
+
+/// So that colours drawn in stand out.
+cv::Mat greyed(const cv::Mat& color) {
+  cv::Mat grey, picture, mixed;
+  cv::cvtColor(color, grey, cv::COLOR_BGR2GRAY);
+  cv::cvtColor(grey, picture, cv::COLOR_GRAY2BGR);
+  cv::addWeighted(color, 0.35, picture, 0.55, 0, mixed);
+  return mixed;
+}
+
+std::string verdict_line(const TrackedFrame& tracked) {
+  const auto& weights = tracked.frame->evidence.weight;
+  const auto moving = std::count(weights.begin(), weights.end(), 0.0F);
+  return fmt::format("frame {}: {} of {} keypoints move, {} landmarks agree {}",
+                     tracked.frame->index(), moving, weights.size(), tracked.inliers,
+                     tracked.reason);
+}
+
 }  // namespace
+
+cv::Mat draw_verdicts(const TrackedFrame& tracked) {
+  const Frame& frame = *tracked.frame;
+  cv::Mat picture = greyed(frame.image->color);
+  tint_moving(picture, frame.evidence.moving_pixels);
+  if (frame.instances) outline_instances(picture, *frame.instances);
+  draw_keypoint_verdicts(picture, frame);
+  write_text(picture, verdict_line(tracked), {6, picture.rows - 8});
+  return picture;
+}
 
 cv::Mat draw_frame(const TrackedFrame& tracked) {
   const Frame& frame = *tracked.frame;

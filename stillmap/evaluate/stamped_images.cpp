@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/evaluate/stamped_images.hpp"
+
+#include "stillmap/base/error.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include <opencv2/imgcodecs.hpp>
+
+namespace stillmap {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr double kTolerance = 0.01;  // between a frame's stamp and its image's name [s]
+
+cv::Mat read_grey(const fs::path& file) {
+  cv::Mat image = cv::imread(file.string(), cv::IMREAD_GRAYSCALE);
+  if (image.empty()) {
+    throw Error("is no readable image", file.string(), "write it again, as an 8-bit PNG");
+  }
+  return image;
+}
+
+}  // namespace
+
+StampedImages::StampedImages(const fs::path& folder) {
+  std::error_code failed;
+  for (const auto& entry : fs::directory_iterator(folder, failed)) {
+    if (entry.path().extension() != ".png") continue;
+    const std::string name = entry.path().stem().string();
+    double stamp = 0;
+    const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), stamp);
+    if (error == std::errc() && end == name.data() + name.size()) files_.emplace_back(stamp, entry);
+  }
+  std::sort(files_.begin(), files_.end());
+  if (files_.empty()) {
+    throw Error("holds no mask (a PNG named by its frame's stamp in seconds)", folder.string(),
+                "name the folder with the true masks of the sequence");
+  }
+}
+
+cv::Mat StampedImages::at(double timestamp) const {
+  const auto nearest =
+      std::min_element(files_.begin(), files_.end(), [&](const auto& a, const auto& b) {
+        return std::abs(a.first - timestamp) < std::abs(b.first - timestamp);
+      });
+  if (std::abs(nearest->first - timestamp) > kTolerance) return {};
+  return read_grey(nearest->second);
+}
+
+}  // namespace stillmap

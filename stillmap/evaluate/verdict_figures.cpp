@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/evaluate/verdict_figures.hpp"
+
+#include "stillmap/base/error.hpp"
+
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace stillmap {
+namespace {
+
+constexpr int kPerson = 255;  // in masks
+
+std::uint8_t value(PixelTruth truth) { return static_cast<std::uint8_t>(truth); }
+
+/// Which mover each pixel belongs to, 32SC1: by instance, or by connected piece of the mask.
+cv::Mat1i movers_of(const MotionTruth& truth) {
+  cv::Mat1i movers;
+  if (truth.instances.empty()) {
+    cv::connectedComponents(truth.mask != 0, movers, 8, CV_32S);
+  } else {
+    truth.instances.convertTo(movers, CV_32S);
+  }
+  return movers;
+}
+
+/// 255 where a mover (or another one) begins within `margin` pixels.
+cv::Mat1b near_outlines(const cv::Mat1i& movers, const cv::Mat& mask, int margin) {
+  cv::Mat ids, highest, lowest;
+  movers.convertTo(ids, CV_16U);
+  ids.setTo(0, mask == 0);
+  const cv::Mat square =
+      cv::getStructuringElement(cv::MORPH_RECT, {2 * margin + 1, 2 * margin + 1});
+  cv::dilate(ids, highest, square);
+  cv::erode(ids, lowest, square);
+  return highest != lowest;
+}
+
+/// Per mover, the share of its pixels that moves.
+std::vector<double> moving_shares(const cv::Mat1i& movers, const cv::Mat1b& moving) {
+  double most = 0;
+  cv::minMaxLoc(movers, nullptr, &most);
+  std::vector<double> pixels(static_cast<std::size_t>(most) + 1), share(pixels.size());
+  for (int v = 0; v < movers.rows; ++v) {
+    for (int u = 0; u < movers.cols; ++u) {
+      const auto mover = static_cast<std::size_t>(movers(v, u));
+      ++pixels[mover];
+      share[mover] += moving(v, u) != 0;
+    }
+  }
+  for (std::size_t i = 0; i < share.size(); ++i) share[i] /= std::max(1.0, pixels[i]);
+  return share;
+}
+
+/// Which pixels of the movers move, and which stand still; 255 or 0. Neither where it is unclear.
+struct MovingAndStill {
+  cv::Mat1b moving, still;
+};
+
+MovingAndStill tell_apart(const MotionTruth& truth, const VerdictOptions& options) {
+  const cv::Mat mover = truth.mask != 0;
+  if (!truth.speed.empty()) {
+    return {mover & (truth.speed > options.moving_above),
+            mover & (truth.speed <= options.still_below)};
+  }
+  const cv::Mat still = (truth.mask == kPerson) & cv::Scalar(options.still_people ? 255 : 0);
+  return {mover & ~still, still};
+}
+
+/// The tally that a kind of pixel belongs to; null for those left out.
+VerdictTally* tally_of(PixelTruth truth, VerdictCounts& counts) {
+  switch (truth) {
+    case PixelTruth::kStatic:
+      return &counts.static_world;
+    case PixelTruth::kMoving:
+      return &counts.moving;
+    case PixelTruth::kStillPerson:
+      return &counts.still_people;
+    case PixelTruth::kStillThing:
+      return &counts.still_things;
+    case PixelTruth::kResting:
+      return &counts.resting;
+    case PixelTruth::kLeftOut:
+      break;
+  }
+  return nullptr;
+}
+
+VerdictCounts count(const VerdictFrame& frame, const cv::Mat1b& labels) {
+  VerdictCounts counts;
+  for (const KeypointVerdict& k : frame.keypoints) {
+    const int u = static_cast<int>(std::lround(k.u)), v = static_cast<int>(std::lround(k.v));
+    const bool inside = u >= 0 && v >= 0 && u < labels.cols && v < labels.rows;
+    VerdictTally* tally =
+        inside ? tally_of(static_cast<PixelTruth>(labels(v, u)), counts) : nullptr;
+    if (tally == nullptr) {
+      ++counts.left_out;
+      continue;
+    }
+    ++tally->total;
+    if (k.moving()) ++tally->said_moving;
+  }
+  return counts;
+}
+
+void pool(const VerdictTally& more, VerdictTally& sum) {
+  sum.total += more.total;
+  sum.said_moving += more.said_moving;
+}
+
+void pool(const VerdictCounts& more, VerdictCounts& sum) {
+  pool(more.static_world, sum.static_world);
+  pool(more.moving, sum.moving);
+  pool(more.still_people, sum.still_people);
+  pool(more.still_things, sum.still_things);
+  pool(more.resting, sum.resting);
+  sum.left_out += more.left_out;
+}
+
+void average(double value, FrameMean& mean) {
+  ++mean.frames;
+  mean.mean += (value - mean.mean) / static_cast<double>(mean.frames);
+}
+
+void average_share(const VerdictTally& tally, std::size_t least, FrameMean& mean) {
+  if (tally.total >= least) average(tally.share(), mean);
+}
+
+nlohmann::json json_of(const VerdictTally& tally) {
+  return {{"keypoints", tally.total},
+          {"said_moving", tally.said_moving},
+          {"share", tally.total == 0 ? nlohmann::json() : nlohmann::json(tally.share())}};
+}
+
+nlohmann::json json_of(const FrameMean& mean) {
+  return {{"mean", mean.frames == 0 ? nlohmann::json() : nlohmann::json(mean.mean)},
+          {"frames", mean.frames}};
+}
+
+std::string share_line(const char* what, const FrameMean& mean, const VerdictTally& tally) {
+  if (tally.total == 0) return "";
+  const std::string by_frame =
+      mean.frames == 0 ? "-" : fmt::format("{:.4f} ({} frames)", mean.mean, mean.frames);
+  return fmt::format("{:<34}{:>22}{:>10.4f}{:>12}\n", what, by_frame, tally.share(), tally.total);
+}
+
+}  // namespace
+
+double VerdictCounts::precision() const {
+  return said_moving() == 0
+             ? 1
+             : static_cast<double>(moving.said_moving) / static_cast<double>(said_moving());
+}
+
+cv::Mat1b label_pixels(const MotionTruth& truth, const VerdictOptions& options) {
+  const cv::Mat1i movers = movers_of(truth);
+  const cv::Mat1b outlines = near_outlines(movers, truth.mask, options.outline_margin);
+  const MovingAndStill known = tell_apart(truth, options);
+  const std::vector<double> shares = moving_shares(movers, known.moving);
+  cv::Mat1b labels(truth.mask.size(), value(PixelTruth::kLeftOut));
+  for (int v = 0; v < labels.rows; ++v) {
+    for (int u = 0; u < labels.cols; ++u) {
+      if (outlines(v, u) != 0) continue;
+      const int kind = truth.mask.at<std::uint8_t>(v, u);
+      if (kind == 0) {
+        labels(v, u) = value(PixelTruth::kStatic);
+      } else if (known.moving(v, u) != 0) {
+        labels(v, u) = value(PixelTruth::kMoving);
+      } else if (known.still(v, u) != 0) {
+        const bool rests = shares[static_cast<std::size_t>(movers(v, u))] > options.still_share;
+        const auto still = kind == kPerson ? PixelTruth::kStillPerson : PixelTruth::kStillThing;
+        labels(v, u) = value(rests ? PixelTruth::kResting : still);
+      }
+    }
+  }
+  return labels;
+}
+
+VerdictCounts VerdictJudge::add(const VerdictFrame& frame, const MotionTruth& truth) {
+  const VerdictCounts counts = count(frame, label_pixels(truth, options_));
+  pool(counts, figures_.pooled);
+  ++figures_.frames;
+  figures_.knows_speed |= !truth.speed.empty();
+  const auto least = static_cast<std::size_t>(options_.min_keypoints);
+  average_share(counts.moving, least, figures_.recall);
+  if (counts.moving.total >= least && counts.said_moving() > 0) {
+    average(counts.precision(), figures_.precision);
+  }
+  average_share(counts.still_people, least, figures_.still_people);
+  average_share(counts.still_things, least, figures_.still_things);
+  average_share(counts.static_world, least, figures_.static_world);
+  return counts;
+}
+
+VerdictFigures judge_verdicts(std::span<const VerdictFrame> frames, const MotionTruthFolder& truth,
+                              const VerdictOptions& options) {
+  VerdictJudge judge(options);
+  for (const VerdictFrame& frame : frames) {
+    if (const auto known = truth.at(frame.timestamp)) {
+      judge.add(frame, *known);
+    } else {
+      judge.add_without_truth();
+    }
+  }
+  const VerdictFigures figures = judge.figures();
+  if (figures.frames == 0) {
+    throw Error(fmt::format("none of {} frames has a true mask", frames.size()), "verdicts",
+                "check that verdicts and masks are of the same sequence");
+  }
+  return figures;
+}
+
+std::string verdict_text(const VerdictFigures& f) {
+  std::string text = fmt::format(
+      "verdicts of {} frames ({} without truth); {}\n", f.frames, f.frames_without_truth,
+      f.knows_speed ? "what moves is told by its speed" : "what can move counts as moving");
+  text += fmt::format("{:<34}{:>22}{:>10}{:>12}\n", "", "mean over frames", "pooled", "keypoints");
+  if (f.pooled.moving.total > 0) {
+    text += fmt::format("{:<34}{:>22}{:>10.4f}{:>12}\n", "precision of \"moving\"",
+                        fmt::format("{:.4f} ({} frames)", f.precision.mean, f.precision.frames),
+                        f.pooled.precision(), f.pooled.said_moving());
+  }
+  text += share_line("recall of \"moving\"", f.recall, f.pooled.moving);
+  text += share_line("false \"moving\": static world", f.static_world, f.pooled.static_world);
+  text += share_line("false \"moving\": still people", f.still_people, f.pooled.still_people);
+  text += share_line("false \"moving\": still things", f.still_things, f.pooled.still_things);
+  text += share_line("\"moving\": resting parts of movers", {}, f.pooled.resting);
+  return text + fmt::format("keypoints left out (outlines, unclear): {}\n", f.pooled.left_out);
+}
+
+void to_json(nlohmann::json& json, const VerdictFigures& f) {
+  json = {{"frames", f.frames},
+          {"frames_without_truth", f.frames_without_truth},
+          {"knows_speed", f.knows_speed},
+          {"precision", json_of(f.precision)},
+          {"recall", json_of(f.recall)},
+          {"false_moving_static_world", json_of(f.static_world)},
+          {"false_moving_still_people", json_of(f.still_people)},
+          {"false_moving_still_things", json_of(f.still_things)},
+          {"pooled",
+           {{"precision",
+             f.pooled.said_moving() == 0 ? nlohmann::json() : nlohmann::json(f.pooled.precision())},
+            {"recall",
+             f.pooled.moving.total == 0 ? nlohmann::json() : nlohmann::json(f.pooled.recall())},
+            {"moving", json_of(f.pooled.moving)},
+            {"static_world", json_of(f.pooled.static_world)},
+            {"still_people", json_of(f.pooled.still_people)},
+            {"still_things", json_of(f.pooled.still_things)},
+            {"resting", json_of(f.pooled.resting)},
+            {"left_out", f.pooled.left_out}}}};
+}
+
+}  // namespace stillmap
