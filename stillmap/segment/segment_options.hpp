@@ -10,7 +10,7 @@ namespace stillmap {
 /// Where instances come from, and how a network is run. At most one of `model` and `masks`; neither
 /// means that there is no detector, which is fine.
 struct SegmentOptions {
-  std::string model;  ///< YOLOv8 or YOLO11 network, detect or segment (.onnx)
+  std::string model;  ///< YOLOv7, YOLOv8 or YOLO11 network, detect or segment (.onnx)
   std::string masks;  ///< folder with one 8-bit PNG per frame, made offline
   std::string backend =
       "auto";       ///< auto, openvino, onnxruntime or opencv; auto takes the first that is there

@@ -17,9 +17,17 @@ float intersection_over_union(const cv::Rect2f& a, const cv::Rect2f& b) {
   return either > 0 ? shared / either : 0;
 }
 
+/// Where an anchor's class scores begin: after the box, and the objectness if there is one.
+std::size_t first_class(const YoloShape& shape) { return shape.objectness ? 5 : 4; }
+
+/// Numbers per anchor.
+std::size_t attribute_count(const YoloShape& shape) {
+  return first_class(shape) + static_cast<std::size_t>(shape.classes + shape.mask_coefficients);
+}
+
 /// Attribute `a` of anchor `i`.
 float attribute(const TensorView& boxes, const YoloShape& shape, std::size_t i, std::size_t a) {
-  const auto count = static_cast<std::size_t>(4 + shape.classes + shape.mask_coefficients);
+  const std::size_t count = attribute_count(shape);
   return boxes.values[shape.attributes_first ? a * shape.anchors + i : i * count + a];
 }
 
@@ -32,7 +40,8 @@ struct BestClasses {
 BestClasses best_classes_by_row(const TensorView& boxes, const YoloShape& shape) {
   BestClasses best{std::vector<float>(shape.anchors, 0.0F), std::vector<int>(shape.anchors, 0)};
   for (int c = 0; c < shape.classes; ++c) {
-    const float* row = boxes.values.data() + (4 + static_cast<std::size_t>(c)) * shape.anchors;
+    const float* row =
+        boxes.values.data() + (first_class(shape) + static_cast<std::size_t>(c)) * shape.anchors;
     for (std::size_t i = 0; i < shape.anchors; ++i) {
       const bool better = row[i] > best.score[i];
       best.score[i] = better ? row[i] : best.score[i];
@@ -44,10 +53,10 @@ BestClasses best_classes_by_row(const TensorView& boxes, const YoloShape& shape)
 
 BestClasses best_classes_by_anchor(const TensorView& boxes, const YoloShape& shape) {
   BestClasses best{std::vector<float>(shape.anchors, 0.0F), std::vector<int>(shape.anchors, 0)};
-  const auto count = static_cast<std::size_t>(4 + shape.classes + shape.mask_coefficients);
+  const std::size_t count = attribute_count(shape);
   for (std::size_t i = 0; i < shape.anchors; ++i) {
-    const auto scores =
-        boxes.values.subspan(i * count + 4, static_cast<std::size_t>(shape.classes));
+    const auto scores = boxes.values.subspan(i * count + first_class(shape),
+                                             static_cast<std::size_t>(shape.classes));
     const auto top = std::max_element(scores.begin(), scores.end());
     if (*top > 0) best.score[i] = *top;
     best.id[i] = static_cast<int>(top - scores.begin());
@@ -59,8 +68,8 @@ std::vector<float> coefficients_of(const TensorView& boxes, const YoloShape& sha
                                    std::size_t anchor) {
   std::vector<float> coefficients(static_cast<std::size_t>(shape.mask_coefficients));
   for (std::size_t k = 0; k < coefficients.size(); ++k) {
-    coefficients[k] =
-        attribute(boxes, shape, anchor, 4 + static_cast<std::size_t>(shape.classes) + k);
+    coefficients[k] = attribute(boxes, shape, anchor,
+                                first_class(shape) + static_cast<std::size_t>(shape.classes) + k);
   }
   return coefficients;
 }
@@ -141,8 +150,9 @@ cv::Mat positive_between(const cv::Mat1f& samples, const Steps& columns, const S
                                       const std::string& where) {
   std::string list;
   for (const auto& shape : shapes) list += fmt::format(" [{}]", fmt::join(shape, ", "));
-  throw Error("these are not the outputs of a YOLOv8 or YOLO11 detect or segment network:" + list,
-              where, export_advice());
+  throw Error(
+      "these are not the outputs of a YOLOv7, YOLOv8 or YOLO11 detect or segment network:" + list,
+      where, export_advice());
 }
 
 bool all_positive(const std::vector<std::int64_t>& shape) {
@@ -168,6 +178,110 @@ YoloShape find_outputs(const std::vector<std::vector<std::int64_t>>& shapes,
     shape.prototype_width = static_cast<int>(shapes[*prototypes][3]);
   }
   return shape;
+}
+
+/// The anchor boxes of the stock YOLOv7, stride by stride (its cfg/training/yolov7.yaml). Pixels.
+struct StockAnchors {
+  int stride;
+  std::array<cv::Size2f, 3> sizes;
+};
+const std::array<StockAnchors, 3> kStockAnchors = {{
+    {8, {{{12, 16}, {19, 36}, {40, 28}}}},
+    {16, {{{36, 75}, {76, 55}, {72, 146}}}},
+    {32, {{{142, 110}, {192, 243}, {459, 401}}}},
+}};
+
+bool has_boxes(const std::vector<std::vector<std::int64_t>>& shapes) {
+  return std::any_of(shapes.begin(), shapes.end(),
+                     [](const auto& s) { return s.size() == 3 && s[0] == 1 && all_positive(s); });
+}
+
+/// The outputs [1, 3, height, width, attributes] whose grid is one of the stock strides'.
+std::vector<RawHead> find_raw_heads(const std::vector<std::vector<std::int64_t>>& shapes,
+                                    cv::Size input) {
+  std::vector<RawHead> heads;
+  for (const StockAnchors& stock : kStockAnchors) {
+    const int height = input.height / stock.stride, width = input.width / stock.stride;
+    for (std::size_t i = 0; i < shapes.size(); ++i) {
+      const auto& s = shapes[i];
+      if (s.size() != 5 || !all_positive(s) || s[0] != 1 || s[1] != 3) continue;
+      if (s[2] != height || s[3] != width) continue;
+      heads.push_back({i, height, width, static_cast<float>(stock.stride), stock.sizes});
+    }
+  }
+  return heads;
+}
+
+YoloShape raw_shape(const std::vector<std::vector<std::int64_t>>& shapes,
+                    const std::vector<RawHead>& heads, int class_count, const std::string& where) {
+  const std::int64_t attributes = shapes[heads.front().output][4];
+  const bool agree = std::all_of(heads.begin(), heads.end(), [&](const RawHead& head) {
+    return shapes[head.output][4] == attributes;
+  });
+  YoloShape shape;
+  shape.classes = static_cast<int>(attributes) - 5;
+  shape.objectness = true;
+  shape.raw_heads = heads;
+  if (!agree || shape.classes < 1 || (class_count > 0 && class_count != shape.classes)) {
+    throw_wrong_outputs(shapes, where);
+  }
+  return shape;
+}
+
+/// Without a class list: three anchors to a cell have an objectness, one to a cell has none.
+bool looks_like_objectness(const std::vector<std::int64_t>& boxes, cv::Size input) {
+  constexpr std::int64_t kCocoWithObjectness = 85;
+  if (boxes[1] < boxes[2]) return false;  // only YOLOv8 and later have the attributes first
+  if (input.empty()) return boxes[2] == kCocoWithObjectness;
+  std::int64_t cells = 0;
+  for (const StockAnchors& stock : kStockAnchors) {
+    cells += static_cast<std::int64_t>(input.height / stock.stride) * (input.width / stock.stride);
+  }
+  return boxes[1] == 3 * cells;
+}
+
+/// False for a confidence that is no number.
+bool is_wanted(float confidence, int class_id, const DecodeOptions& options) {
+  if (!(confidence >= options.confidence)) return false;
+  return options.wanted.empty() || options.wanted[static_cast<std::size_t>(class_id)];
+}
+
+/// A box as networks give it.
+struct CentredBox {
+  float x, y, w, h;
+};
+
+/// Boxes that are none (no numbers, or without extent) are left out.
+void add_candidate(const CentredBox& b, float confidence, int class_id, std::size_t anchor,
+                   std::vector<Candidate>& candidates) {
+  if (!std::isfinite(b.x + b.y + b.w + b.h) || b.w <= 0 || b.h <= 0) return;
+  candidates.push_back({{b.x - b.w / 2, b.y - b.h / 2, b.w, b.h}, confidence, class_id, anchor});
+}
+
+float logistic(float t) { return 1 / (1 + std::exp(-t)); }
+
+/// @param values the attributes of one anchor: logits of x, y, w, h, objectness, classes
+/// @param cell   its place in the head: by anchor box, row and column
+void add_raw_candidate(std::span<const float> values, const RawHead& head, std::size_t cell,
+                       std::size_t anchor, const DecodeOptions& options,
+                       std::vector<Candidate>& candidates) {
+  const float objectness = logistic(values[4]);
+  if (!(objectness >= options.confidence)) return;  // no class can make up for it
+  const auto scores = values.subspan(5);
+  const auto top = std::max_element(scores.begin(), scores.end());
+  const int class_id = static_cast<int>(top - scores.begin());
+  const float confidence = objectness * logistic(*top);
+  if (!is_wanted(confidence, class_id, options)) return;
+  const auto width = static_cast<std::size_t>(head.width);
+  const std::size_t plane = width * static_cast<std::size_t>(head.height);
+  const cv::Size2f size = head.sizes[cell / plane];
+  const auto row = static_cast<float>(cell % plane / width);
+  const auto column = static_cast<float>(cell % width);
+  const float w = 2 * logistic(values[2]), h = 2 * logistic(values[3]);
+  add_candidate({(2 * logistic(values[0]) - 0.5F + column) * head.stride,
+                 (2 * logistic(values[1]) - 0.5F + row) * head.stride, w * w * size.width,
+                 h * h * size.height},
+                confidence, class_id, anchor, candidates);
 }
 
 Instance to_instance(const Candidate& candidate, std::span<const TensorView> outputs,
@@ -214,17 +328,25 @@ std::vector<Candidate> suppress_overlaps(std::vector<Candidate> candidates, floa
 }
 
 YoloShape recognise_yolo(const std::vector<std::vector<std::int64_t>>& output_shapes,
-                         int class_count, const std::string& where) {
+                         int class_count, const std::string& where, cv::Size input) {
+  const auto heads = find_raw_heads(output_shapes, input);
+  if (heads.size() == kStockAnchors.size() && !has_boxes(output_shapes)) {
+    return raw_shape(output_shapes, heads, class_count, where);
+  }
   YoloShape shape = find_outputs(output_shapes, where);
   const auto& boxes = output_shapes[shape.boxes_output];
-  const std::int64_t known = class_count > 0 ? 4 + class_count + shape.mask_coefficients : 0;
-  shape.attributes_first = known > 0 ? boxes[1] == known : boxes[1] < boxes[2];
+  const std::int64_t plain = 4 + class_count + shape.mask_coefficients;
+  const auto has = [&](std::int64_t n) { return boxes[1] == n || boxes[2] == n; };
+  const bool known = class_count > 0;
+  if (known && !has(plain) && !has(plain + 1)) throw_wrong_outputs(output_shapes, where);
+  shape.objectness = known ? !has(plain) : looks_like_objectness(boxes, input);
+  const std::int64_t wanted = shape.objectness ? plain + 1 : plain;
+  shape.attributes_first = known ? boxes[1] == wanted : boxes[1] < boxes[2];
   const std::int64_t attributes = shape.attributes_first ? boxes[1] : boxes[2];
-  shape.classes = static_cast<int>(attributes) - 4 - shape.mask_coefficients;
+  shape.classes = static_cast<int>(attributes - static_cast<std::int64_t>(first_class(shape))) -
+                  shape.mask_coefficients;
   shape.anchors = static_cast<std::size_t>(shape.attributes_first ? boxes[2] : boxes[1]);
-  if (shape.classes < 1 || (known > 0 && attributes != known)) {
-    throw_wrong_outputs(output_shapes, where);
-  }
+  if (shape.classes < 1) throw_wrong_outputs(output_shapes, where);
   return shape;
 }
 
@@ -234,12 +356,29 @@ std::vector<Candidate> read_candidates(const TensorView& boxes, const YoloShape&
                                                   : best_classes_by_anchor(boxes, shape);
   std::vector<Candidate> candidates;
   for (std::size_t i = 0; i < shape.anchors; ++i) {
-    if (!(best.score[i] >= options.confidence)) continue;
-    if (!options.wanted.empty() && !options.wanted[static_cast<std::size_t>(best.id[i])]) continue;
+    const float confidence =
+        shape.objectness ? best.score[i] * attribute(boxes, shape, i, 4) : best.score[i];
+    if (!is_wanted(confidence, best.id[i], options)) continue;
     const float x = attribute(boxes, shape, i, 0), y = attribute(boxes, shape, i, 1);
     const float w = attribute(boxes, shape, i, 2), h = attribute(boxes, shape, i, 3);
-    if (!std::isfinite(x + y + w + h) || w <= 0 || h <= 0) continue;
-    candidates.push_back({{x - w / 2, y - h / 2, w, h}, best.score[i], best.id[i], i});
+    add_candidate({x, y, w, h}, confidence, best.id[i], i, candidates);
+  }
+  return candidates;
+}
+
+std::vector<Candidate> read_raw_candidates(std::span<const TensorView> outputs,
+                                           const YoloShape& shape, const DecodeOptions& options) {
+  std::vector<Candidate> candidates;
+  const std::size_t attributes = attribute_count(shape);
+  std::size_t anchor = 0;
+  for (const RawHead& head : shape.raw_heads) {
+    const auto values = outputs[head.output].values;
+    const std::size_t cells = head.sizes.size() * static_cast<std::size_t>(head.height) *
+                              static_cast<std::size_t>(head.width);
+    for (std::size_t i = 0; i < cells; ++i, ++anchor) {
+      add_raw_candidate(values.subspan(i * attributes, attributes), head, i, anchor, options,
+                        candidates);
+    }
   }
   return candidates;
 }
@@ -268,8 +407,10 @@ cv::Mat assemble_mask(const TensorView& prototypes, std::span<const float> coeff
 std::vector<Instance> decode_yolo(std::span<const TensorView> outputs, const YoloShape& shape,
                                   const Letterbox& letterbox, const DecodeOptions& options,
                                   const std::vector<std::string>& class_names) {
-  const auto kept = suppress_overlaps(read_candidates(outputs[shape.boxes_output], shape, options),
-                                      options.iou, options.max_instances);
+  auto candidates = shape.raw_heads.empty()
+                        ? read_candidates(outputs[shape.boxes_output], shape, options)
+                        : read_raw_candidates(outputs, shape, options);
+  const auto kept = suppress_overlaps(std::move(candidates), options.iou, options.max_instances);
   std::vector<Instance> instances;
   for (const Candidate& candidate : kept) {
     Instance instance = to_instance(candidate, outputs, shape, letterbox, class_names);

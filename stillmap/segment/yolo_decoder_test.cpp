@@ -170,23 +170,156 @@ TEST(RecogniseYolo, ClassCountDecidesWhereAnchorsAreFewerThanAttributes) {
 
 TEST(RecogniseYolo, OtherShapesAreAnErrorThatSaysHowToExport) {
   const std::vector<std::vector<std::vector<std::int64_t>>> wrong = {
-      {{1, 1000}},          // a classifier
-      {{1, 300, 6}},        // with suppression built in
-      {{1, 25200, 85}},     // YOLOv5: one more attribute
-      {{1, 116, 8400}},     // masks announced, no prototypes
-      {{2, 84, 8400}},      // two images
-      {{1, 32, 160, 160}},  // prototypes alone
+      {{1, 1000}},                               // a classifier
+      {{1, 300, 6}},                             // with suppression built in
+      {{1, 25200, 86}},                          // a class too many, with objectness or without
+      {{1, 116, 8400}},                          // masks announced, no prototypes
+      {{2, 84, 8400}},                           // two images
+      {{1, 32, 160, 160}},                       // prototypes alone
+      {{1, 3, 80, 80, 85}, {1, 3, 40, 40, 85}},  // a raw head is missing
+      {{1, 3, 80, 80, 85}, {1, 3, 40, 40, 85}, {1, 3, 10, 10, 85}},  // one of another stride
+      {{1, 3, 80, 80, 85}, {1, 3, 40, 40, 85}, {1, 3, 20, 20, 90}},  // heads that differ
+      {{1, 3, 80, 80, 25}, {1, 3, 40, 40, 25}, {1, 3, 20, 20, 25}},  // other classes
+      {{1, 255, 80, 80}, {1, 255, 40, 40}, {1, 255, 20, 20}},        // heads not yet reshaped
       {},
   };
   for (const auto& shapes : wrong) {
     try {
-      recognise_yolo(shapes, 80, "odd.onnx");
+      recognise_yolo(shapes, 80, "odd.onnx", {640, 640});
       FAIL() << "accepted a wrong shape";
     } catch (const Error& e) {
       EXPECT_EQ(e.where(), "odd.onnx");
       EXPECT_THAT(e.fix(), testing::HasSubstr("yolo export model=yolo11n-seg.pt format=onnx"));
     }
   }
+}
+
+TEST(RecogniseYolo, KnowsObjectnessByTheClassCount) {
+  const auto boxes = recognise_yolo({{1, 25200, 85}}, 80, "x");
+  EXPECT_TRUE(boxes.objectness);
+  EXPECT_FALSE(boxes.attributes_first);
+  EXPECT_EQ(boxes.classes, 80);
+  EXPECT_EQ(boxes.anchors, 25200U);
+  const auto masks = recognise_yolo({{1, 25200, 117}, {1, 32, 160, 160}}, 80, "x");
+  EXPECT_TRUE(masks.objectness);
+  EXPECT_EQ(masks.classes, 80);
+  EXPECT_FALSE(recognise_yolo({{1, 85, 8400}}, 81, "x").objectness);
+}
+
+TEST(RecogniseYolo, WithoutAClassListThreeAnchorsToACellTellObjectness) {
+  const cv::Size input(320, 256);  // 40 * 32 + 20 * 16 + 10 * 8 = 1680 cells
+  EXPECT_TRUE(recognise_yolo({{1, 5040, 85}}, 0, "x", input).objectness);
+  EXPECT_EQ(recognise_yolo({{1, 5040, 25}}, 0, "x", input).classes, 20);
+  EXPECT_FALSE(recognise_yolo({{1, 1680, 85}}, 0, "x", input).objectness);
+  EXPECT_FALSE(recognise_yolo({{1, 85, 1680}}, 0, "x", input).objectness);
+  EXPECT_TRUE(recognise_yolo({{1, 25200, 85}}, 0, "x").objectness);
+}
+
+TEST(RecogniseYolo, KnowsRawHeadsInAnyOrder) {
+  for (const int known : {0, 80}) {
+    const auto shape = recognise_yolo({{1, 3, 16, 20, 85}, {1, 3, 32, 40, 85}, {1, 3, 8, 10, 85}},
+                                      known, "x", {320, 256});
+    EXPECT_EQ(shape.classes, 80);
+    EXPECT_TRUE(shape.objectness);
+    ASSERT_EQ(shape.raw_heads.size(), 3U);
+    EXPECT_EQ(shape.raw_heads[0].output, 1U);
+    EXPECT_EQ(shape.raw_heads[1].output, 0U);
+    EXPECT_FLOAT_EQ(shape.raw_heads[2].stride, 32);
+  }
+}
+
+TEST(RecogniseYolo, RawHeadsBesideDecodedBoxesAreNotNeeded) {
+  const auto shape =
+      recognise_yolo({{1, 5040, 85}, {1, 3, 32, 40, 85}, {1, 3, 16, 20, 85}, {1, 3, 8, 10, 85}}, 80,
+                     "x", {320, 256});
+  EXPECT_TRUE(shape.raw_heads.empty());
+  EXPECT_EQ(shape.anchors, 5040U);
+}
+
+TEST(Objectness, MultipliesTheClassScore) {
+  const std::size_t anchors = 5, attributes = 8;
+  std::vector<float> values(anchors * attributes, 0.0F);
+  const auto propose = [&](std::size_t anchor, float objectness, float chair) {
+    const std::array<float, 8> row = {30, 40, 20, 10, objectness, 0.1F, chair, 0.2F};
+    std::copy(row.begin(), row.end(), values.begin() + static_cast<std::ptrdiff_t>(anchor * 8));
+  };
+  propose(1, 0.5F, 0.4F);  // 0.2: too little, although both are above the threshold
+  propose(3, 0.8F, 0.9F);
+  const std::vector<TensorView> outputs = {{{1, 5, 8}, values}};
+  const auto shape = recognise_yolo({{1, 5, 8}}, kClasses, "test");
+  const auto found =
+      decode_yolo(outputs, shape, Letterbox({64, 64}, {64, 64}), DecodeOptions(), kNames);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].class_name, "chair");
+  EXPECT_FLOAT_EQ(found[0].confidence, 0.72F);
+  EXPECT_EQ(found[0].box, cv::Rect(20, 35, 20, 10));
+  EXPECT_TRUE(found[0].mask.empty());
+}
+
+/// Raw heads for an input of 64 x 64 pixels, silent until set.
+struct FakeHeads {
+  static constexpr std::size_t kAttributes = 5 + kClasses;
+  std::array<std::size_t, 3> side = {8, 4, 2};
+  std::array<std::vector<float>, 3> values;
+
+  FakeHeads() {
+    for (std::size_t h = 0; h < 3; ++h) {
+      values[h].assign(3 * side[h] * side[h] * kAttributes, -20.0F);
+    }
+  }
+  static float logit(float p) { return std::log(p / (1 - p)); }
+  /// x, y, w, h are the logistic values that the network would have meant.
+  void propose(std::size_t head, std::size_t size, std::size_t row, std::size_t column,
+               std::array<float, 4> box, float objectness, std::size_t class_id, float score) {
+    float* out =
+        values[head].data() + ((size * side[head] + row) * side[head] + column) * kAttributes;
+    for (std::size_t k = 0; k < 4; ++k) out[k] = logit(box[k]);
+    out[4] = logit(objectness);
+    out[5 + class_id] = logit(score);
+  }
+  std::vector<std::vector<std::int64_t>> shapes() const {
+    std::vector<std::vector<std::int64_t>> all;
+    for (const auto n : side) {
+      const auto s = static_cast<std::int64_t>(n);
+      all.push_back({1, 3, s, s, kAttributes});
+    }
+    return all;
+  }
+  std::vector<Instance> decode() const {
+    std::vector<TensorView> views;
+    for (std::size_t h = 0; h < 3; ++h) views.push_back({shapes()[h], values[h]});
+    return decode_yolo(views, recognise_yolo(shapes(), kClasses, "test", {64, 64}),
+                       Letterbox({64, 64}, {64, 64}), DecodeOptions(), kNames);
+  }
+};
+
+TEST(RawHeads, BoxesFollowFromCellStrideAndAnchor) {
+  FakeHeads heads;
+  // Stride 8, third anchor box 40 x 28, row 2, column 3: centre (3.5 * 8, 2.5 * 8), full size.
+  heads.propose(0, 2, 2, 3, {0.5F, 0.5F, 0.5F, 0.5F}, 0.9F, 0, 0.8F);
+  // Stride 16, first anchor box 36 x 75, row 1, column 2: (1.5 - 0.5 + 2) * 16 = 48, (0.5 - 0.5 +
+  // 1) * 16 = 16, (2 * 0.25)^2 * 36 = 9, (2 * 0.2)^2 * 75 = 12.
+  heads.propose(1, 0, 1, 2, {0.75F, 0.25F, 0.25F, 0.2F}, 0.8F, 2, 0.5F);
+  const auto found = heads.decode();
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(found[0].class_name, "person");
+  EXPECT_NEAR(found[0].confidence, 0.72F, 1e-5);
+  EXPECT_EQ(found[0].box & cv::Rect(9, 7, 38, 26), cv::Rect(9, 7, 38, 26));  // 8, 6, 40, 28
+  EXPECT_LE(found[0].box.area(), 42 * 30);  // rounded outwards by a pixel at most
+  EXPECT_EQ(found[1].class_name, "cat");
+  EXPECT_NEAR(found[1].confidence, 0.4F, 1e-5);
+  EXPECT_NEAR(found[1].box.x, 43.5, 1);
+  EXPECT_NEAR(found[1].box.br().x, 52.5, 1);
+  EXPECT_NEAR(found[1].box.y, 10, 1);
+  EXPECT_NEAR(found[1].box.br().y, 22, 1);
+}
+
+TEST(RawHeads, SilentAndBrokenCellsGiveNothing) {
+  FakeHeads heads;
+  heads.propose(2, 1, 0, 1, {0.5F, 0.5F, 0.5F, 0.5F}, 0.4F, 0, 0.5F);  // 0.2
+  heads.propose(0, 0, 0, 0, {0.5F, 0.5F, 0.5F, 0.5F}, 0.9F, 0, 0.9F);
+  heads.values[0][0] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_TRUE(heads.decode().empty());
 }
 
 }  // namespace

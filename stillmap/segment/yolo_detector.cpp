@@ -121,7 +121,8 @@ void YoloDetector::check_outputs(const OnnxInfo& info) {
     throw Error(std::string("the network loads but does not run: ") + e.what(), options_.model,
                 export_advice());
   }
-  shape_ = recognise_yolo(shapes, static_cast<int>(class_names_.size()), options_.model);
+  shape_ =
+      recognise_yolo(shapes, static_cast<int>(class_names_.size()), options_.model, input_size());
   if (class_names_.empty()) {
     class_names_ = shape_.classes == 80 ? coco_class_names() : numbered_names(shape_.classes);
   }

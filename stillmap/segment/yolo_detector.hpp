@@ -11,9 +11,9 @@
 
 namespace stillmap {
 
-/// A YOLOv8 or YOLO11 network, detect or segment (which it is, the file says), on one of the back
-/// ends. Class names come from the file's metadata; where it has none, 80 classes are taken to be
-/// COCO's.
+/// A YOLOv7, YOLOv8 or YOLO11 network, detect or segment (which it is, the file says), on one of
+/// the back ends. Class names come from the file's metadata; where it has none, 80 classes are
+/// taken to be COCO's.
 class YoloDetector final : public Detector {
  public:
   /// Loads `options.model` and runs it once. Throws Error if the file is missing, no network, or
