@@ -110,9 +110,9 @@ void add_run_command(CLI::App& app, int& exit_code) {
       "--camera", arguments->camera,
       "preset name, camera.yaml or an ORB-SLAM settings file; default: SEQUENCE/camera.yaml");
   command->add_option("--preset", arguments->preset,
-                      "how motion is told from rest: seg-mask (default), static");
+                      "how motion is told from rest: see below; default seg-mask");
   command->add_option("--model", arguments->model,
-                      "YOLOv8 or YOLO11 network (.onnx) that finds people");
+                      "YOLOv7, YOLOv8 or YOLO11 network (.onnx) that finds people");
   command->add_option("--masks", arguments->masks,
                       "folder with one mask (8-bit PNG) per frame, made offline");
   command->add_option("--schedule", arguments->schedule,
@@ -140,6 +140,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
   command->add_option("--dump-config", arguments->dump_config,
                       "write all options in force to this file (- for the screen), and stop");
   command->footer(
+      "Presets:\n" + describe_presets() +
       "Examples:\n"
       "  stillmap run rgbd_dataset_freiburg3_walking_xyz --camera tum_fr3 --model "
       "yolov8n-seg.onnx\n"

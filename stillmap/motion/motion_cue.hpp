@@ -2,6 +2,8 @@
 #pragma once
 #include "stillmap/motion/frame.hpp"
 
+#include <set>
+#include <string>
 #include <string_view>
 
 namespace stillmap {
@@ -19,6 +21,8 @@ class MotionCue {
  public:
   virtual ~MotionCue() = default;
   virtual std::string_view name() const = 0;
+  /// Names of the classes whose instances it looks at; none for a cue that needs no instances.
+  virtual std::set<std::string> classes() const { return {}; }
   /// Adds this cue's log-likelihood ratios to `evidence.static_log_odds` (already sized, one per
   /// keypoint) and marks the pixels it takes for moving in `evidence.moving_pixels` (empty or
   /// image-sized).

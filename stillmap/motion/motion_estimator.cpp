@@ -16,10 +16,8 @@ float residual_weight(float static_log_odds, double exclude_below) {
   return p < exclude_below ? 0.0f : std::min(1.0f, 2 * p);
 }
 
-using Cues = std::vector<std::unique_ptr<MotionCue>>;
-
 /// Takes cues out of a preset by name.
-void leave_out(const std::vector<std::string>& names, const std::string& preset, Cues& cues) {
+void leave_out(const std::vector<std::string>& names, const std::string& preset, MotionCues& cues) {
   std::vector<std::string> known;
   for (const auto& cue : cues) known.emplace_back(cue->name());
   for (const std::string& name : names) {
@@ -33,29 +31,15 @@ void leave_out(const std::vector<std::string>& names, const std::string& preset,
 
 }  // namespace
 
-const std::vector<Preset>& presets() {
-  static const std::vector<Preset> all = {
-      {"seg-mask", "drop keypoints inside the masks of people (SLAM3-YOLOv8)", true},
-      {"static", "take the whole world for static: plain RGB-D SLAM, the baseline", false},
-  };
-  return all;
-}
-
-const Preset& find_preset(const std::string& name) {
-  const auto& all = presets();
-  const auto found =
-      std::find_if(all.begin(), all.end(), [&](const auto& p) { return p.name == name; });
-  if (found != all.end()) return *found;
-  std::vector<std::string> names;
-  for (const Preset& preset : all) names.push_back(preset.name);
-  throw Error("there is no preset '" + name + "'", "--preset", suggestion(name, names));
-}
-
 MotionEstimator::MotionEstimator(const MotionOptions& options)
-    : exclude_below_(options.exclude_below) {
-  const Preset& preset = find_preset(options.preset);
-  if (preset.name == "seg-mask") cues_.push_back(std::make_unique<SemanticCue>(options.semantic));
-  leave_out(options.without, preset.name, cues_);
+    : exclude_below_(options.exclude_below), cues_(make_cues(options)) {
+  leave_out(options.without, options.preset, cues_);
+}
+
+std::set<std::string> MotionEstimator::classes() const {
+  std::set<std::string> names;
+  for (const auto& cue : cues_) names.merge(cue->classes());
+  return names;
 }
 
 MotionEvidence MotionEstimator::estimate(const MotionInput& input) {

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/base/fields.hpp"
+#include "stillmap/motion/box_flow_cue.hpp"
+#include "stillmap/motion/dynamics_gate.hpp"
+#include "stillmap/motion/epipolar_cue.hpp"
 #include "stillmap/motion/motion_cue.hpp"
+#include "stillmap/motion/presets.hpp"
 #include "stillmap/motion/semantic_cue.hpp"
 
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -16,21 +21,11 @@ struct MotionOptions {
   /// Names of cues of the preset that are left out, to see what each is worth.
   std::vector<std::string> without;
   SemanticCueOptions semantic;
-  STILLMAP_FIELDS(preset, exclude_below, without, semantic)
+  BoxFlowOptions box_flow;
+  DynamicsGateOptions gate;
+  EpipolarOptions epipolar;
+  STILLMAP_FIELDS(preset, exclude_below, without, semantic, box_flow, gate, epipolar)
 };
-
-/// A named list of cues.
-struct Preset {
-  std::string name;
-  std::string description;
-  bool wants_instances = false;  ///< whether a network or a folder of masks is of use to it
-};
-
-/// The presets there are, in the order they are listed to the user.
-const std::vector<Preset>& presets();
-
-/// The preset of that name. Throws Error naming the nearest known one.
-const Preset& find_preset(const std::string& name);
 
 /// What one cue took for one frame.
 struct CueTiming {
@@ -45,6 +40,8 @@ class MotionEstimator {
   /// have.
   explicit MotionEstimator(const MotionOptions& options);
   MotionEvidence estimate(const MotionInput& input);
+  /// Names of the classes that the cues look at: instances of all others may be left out.
+  std::set<std::string> classes() const;
   /// Of the newest frame, one per cue in the preset's order; empty before the first.
   const std::vector<CueTiming>& timing() const { return timing_; }
 

@@ -83,7 +83,7 @@ TEST(SegMask, ChairsStandStill) {
 
 TEST(SegMask, TheClassesThatMoveAreAnOption) {
   MotionOptions options = seg_mask();
-  options.semantic.dynamic_classes = {"chair"};
+  options.semantic.classes.dynamic = {"chair"};
   MotionEstimator estimator(options);
   const auto evidence = estimator.estimate(input_with(
       {instance("chair", {5, 0, 10, 100}, true), instance("person", {95, 0, 10, 100}, true)}));

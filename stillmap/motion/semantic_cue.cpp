@@ -31,12 +31,14 @@ void draw_grown(const Instance& instance, int dilation, cv::Mat& pixels) {
 
 }  // namespace
 
-SemanticCue::SemanticCue(const SemanticCueOptions& options)
-    : options_(options),
-      dynamic_classes_(options.dynamic_classes.begin(), options.dynamic_classes.end()) {}
+SemanticCue::SemanticCue(const SemanticCueOptions& options) : options_(options) {}
+
+std::set<std::string> SemanticCue::classes() const {
+  return {options_.classes.dynamic.begin(), options_.classes.dynamic.end()};
+}
 
 bool SemanticCue::is_dynamic(const Instance& instance) const {
-  return dynamic_classes_.count(instance.class_name) > 0;
+  return options_.classes.role_of(instance.class_name) == ClassRole::kDynamic;
 }
 
 void SemanticCue::add_to(MotionEvidence& evidence, const MotionInput& input) {

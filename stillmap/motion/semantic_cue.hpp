@@ -1,25 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/base/fields.hpp"
+#include "stillmap/motion/class_sets.hpp"
 #include "stillmap/motion/motion_cue.hpp"
 
 #include <set>
 #include <string>
-#include <vector>
 
 namespace stillmap {
 
 struct SemanticCueOptions {
-  /// Names of the classes that move by themselves; "unknown" is what a folder of masks calls
-  /// objects.
-  std::vector<std::string> dynamic_classes = {"person", "unknown"};
+  ClassSets classes = people_classes();  ///< the dynamic ones count, the others do not
   /// A keypoint's descriptor covers a disc around it; one this close to a mask is partly on the
   /// mover.
   int dilation = 5;  ///< pixels
   /// Log-odds against "static" that a detection of confidence 1 counts for: 1 in e^6 = 400 is
   /// wrong.
   double certainty = 6;
-  STILLMAP_FIELDS(dynamic_classes, dilation, certainty)
+  STILLMAP_FIELDS(classes, dilation, certainty)
 };
 
 /// Keypoints inside the mask (or box, where there is no mask) of a thing whose class moves by
@@ -28,13 +26,13 @@ class SemanticCue : public MotionCue {
  public:
   explicit SemanticCue(const SemanticCueOptions& options);
   std::string_view name() const override { return "semantic"; }
+  std::set<std::string> classes() const override;
   void add_to(MotionEvidence& evidence, const MotionInput& input) override;
 
  private:
   bool is_dynamic(const Instance& instance) const;
 
   SemanticCueOptions options_;
-  std::set<std::string> dynamic_classes_;
 };
 
 }  // namespace stillmap

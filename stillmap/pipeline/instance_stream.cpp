@@ -8,8 +8,7 @@ namespace stillmap {
 InstanceStream::InstanceStream(std::unique_ptr<Detector> detector, const SlamOptions& options)
     : schedule_(options.schedule),
       detector_(std::move(detector)),
-      dynamic_classes_(options.motion.semantic.dynamic_classes.begin(),
-                       options.motion.semantic.dynamic_classes.end()),
+      wanted_classes_(MotionEstimator(options.motion).classes()),
       carrier_(options.carry) {
   if (!detector_) return;
   // In realtime the detector gets the newest frame whenever it is free, so one frame may wait.
@@ -23,9 +22,9 @@ SegmentedFramePtr InstanceStream::detect(const RgbdFramePtr& frame) {
   const Stopwatch watch;
   auto found = std::make_shared<SegmentedFrame>();
   found->frame_index = found->source_index = frame->index;
-  // Only what moves by itself is carried on: the rest costs time, and nobody asks for it.
+  // Only what a cue looks at is carried on: the rest costs time, and nobody asks for it.
   for (Instance& instance : detector_->detect(*frame)) {
-    if (dynamic_classes_.contains(instance.class_name)) {
+    if (wanted_classes_.contains(instance.class_name)) {
       found->instances.push_back(std::move(instance));
     }
   }

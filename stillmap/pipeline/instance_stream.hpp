@@ -41,7 +41,7 @@ class InstanceStream {
 
   const ScheduleOptions schedule_;
   std::unique_ptr<Detector> detector_;
-  const std::set<std::string> dynamic_classes_;
+  const std::set<std::string> wanted_classes_;
   TimingRecorder timing_;      // of the stage's thread until finish()
   std::size_t segmented_ = 0;  // likewise
   MaskCarrier carrier_;

@@ -29,12 +29,12 @@ TEST(Options, AreOverriddenByName) {
   set_option("tracker.solver.noise.pixel_sigma=0.75", options);
   set_option("motion.preset=static", options);
   set_option("dense_cloud=false", options);
-  set_option("motion.semantic.dynamic_classes=person,dog", options);
+  set_option("motion.semantic.classes.dynamic=person,dog", options);
   EXPECT_EQ(options.orb.keypoints, 1500);
   EXPECT_EQ(options.tracker.solver.noise.pixel_sigma, 0.75);
   EXPECT_EQ(options.motion.preset, "static");
   EXPECT_FALSE(options.dense_cloud);
-  EXPECT_EQ(options.motion.semantic.dynamic_classes, (std::vector<std::string>{"person", "dog"}));
+  EXPECT_EQ(options.motion.semantic.classes.dynamic, (std::vector<std::string>{"person", "dog"}));
 }
 
 TEST(Options, AnUnknownNameSuggestsTheNearest) {
@@ -62,7 +62,7 @@ TEST_F(OptionsFile, WhatIsDumpedReadsBackTheSame) {
   SlamOptions written;
   written.orb.keypoints = 777;
   written.mapper.fusion.radius = 0.1;  // no finite binary fraction
-  written.motion.semantic.dynamic_classes = {"person", "hand truck"};
+  written.motion.semantic.classes.dynamic = {"person", "hand truck"};
   write_file(file_, options_yaml(written));
   SlamOptions read;
   load_options(file_, read);

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/motion/two_view.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include <opencv2/calib3d.hpp>
+
+namespace stillmap {
+namespace {
+
+/// OpenCV's USAC framework (Raguram et al., TPAMI 2013), on one thread: MSAC's score, local
+/// optimisation, and a generator of its own that starts from the seed.
+cv::UsacParams usac_params(const RansacOptions& options) {
+  cv::UsacParams params;
+  params.threshold = options.threshold;
+  params.confidence = options.confidence;
+  params.maxIterations = options.iterations;
+  params.randomGeneratorState = options.seed;
+  params.isParallel = false;
+  params.sampler = cv::SAMPLING_UNIFORM;
+  params.score = cv::SCORE_METHOD_MSAC;
+  params.loMethod = cv::LOCAL_OPTIM_INNER_LO;
+  return params;
+}
+
+std::optional<cv::Matx33d> as_model(const cv::Mat& model) {
+  if (model.rows != 3 || model.cols != 3 || !cv::checkRange(model)) return std::nullopt;
+  return cv::Matx33d(model);
+}
+
+}  // namespace
+
+std::optional<cv::Matx33d> find_homography(const PointPairs& pairs, const RansacOptions& options) {
+  constexpr std::size_t kFewest = 4;
+  if (pairs.size() < kFewest) return std::nullopt;
+  cv::Mat mask;
+  return as_model(cv::findHomography(pairs.before, pairs.now, mask, usac_params(options)));
+}
+
+std::optional<cv::Matx33d> find_fundamental(const PointPairs& pairs, const RansacOptions& options) {
+  constexpr std::size_t kFewest = 8;
+  if (pairs.size() < kFewest) return std::nullopt;
+  cv::Mat mask;
+  return as_model(cv::findFundamentalMat(pairs.before, pairs.now, mask, usac_params(options)));
+}
+
+double warp_error(const cv::Matx33d& H, cv::Point2f before, cv::Point2f now) {
+  const cv::Vec3d p = H * cv::Vec3d(before.x, before.y, 1);
+  if (p[2] == 0) return std::numeric_limits<double>::infinity();
+  return std::hypot(p[0] / p[2] - now.x, p[1] / p[2] - now.y);
+}
+
+double epipolar_distance(const cv::Matx33d& F, cv::Point2f before, cv::Point2f now) {
+  const cv::Vec3d line = F * cv::Vec3d(before.x, before.y, 1);
+  const double length = std::hypot(line[0], line[1]);
+  if (length == 0) return 0;
+  return std::abs(line[0] * now.x + line[1] * now.y + line[2]) / length;
+}
+
+}  // namespace stillmap
