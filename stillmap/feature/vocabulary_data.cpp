@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Puts vocabulary.bin, byte by byte, into the library (see scripts/train_vocabulary.sh for how it
+/// is made). The assembler does it: a table of numbers in the source would take a minute to
+/// compile.
+__asm__(
+    ".section .rodata\n"
+    ".balign 16\n"
+    ".global stillmap_vocabulary_begin\n"
+    ".hidden stillmap_vocabulary_begin\n"
+    "stillmap_vocabulary_begin:\n"
+    ".incbin \"" STILLMAP_VOCABULARY_FILE
+    "\"\n"
+    ".global stillmap_vocabulary_end\n"
+    ".hidden stillmap_vocabulary_end\n"
+    "stillmap_vocabulary_end:\n"
+    ".byte 0\n"
+    ".previous\n");

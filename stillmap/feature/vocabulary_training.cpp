@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/feature/vocabulary_training.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/feature/matching.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <utility>
+
+namespace stillmap {
+namespace {
+
+using Group = std::vector<Descriptor>;
+
+void check(const VocabularyTrainingOptions& options) {
+  const auto within = [](int value, int low, int high) { return value >= low && value <= high; };
+  if (!within(options.branching, 2, 255)) {
+    throw Error("the branching must lie within 2 and 255", "vocabulary", "take about 10");
+  }
+  if (!within(options.depth, 1, 12) || options.iterations < 1) {
+    throw Error("the depth must lie within 1 and 12, iterations above 0", "vocabulary",
+                "take a depth of about 4");
+  }
+}
+
+/// The descriptor nearest to all of a cluster: of each bit the value that more than half have.
+class BitMajority {
+ public:
+  void add(const Descriptor& d) {
+    ++count_;
+    for (std::size_t w = 0; w < 4; ++w) {
+      for (std::size_t b = 0; b < 64; ++b) {
+        ones_[64 * w + b] += static_cast<std::uint32_t>((d[w] >> b) & 1);
+      }
+    }
+  }
+  bool empty() const { return count_ == 0; }
+  Descriptor centre() const {
+    Descriptor d{};
+    for (std::size_t i = 0; i < 256; ++i) {
+      if (2 * ones_[i] > count_) d[i / 64] |= std::uint64_t{1} << (i % 64);
+    }
+    return d;
+  }
+
+ private:
+  std::array<std::uint32_t, 256> ones_{};
+  std::uint32_t count_ = 0;
+};
+
+/// First centres: each next one drawn with a probability that grows with its squared distance to
+/// those there are. Fewer than wanted if the group has fewer different descriptors.
+Group first_centres(const Group& group, std::size_t wanted, std::mt19937_64& random) {
+  Group centres;
+  centres.push_back(group[random() % group.size()]);
+  std::vector<std::uint64_t> squared(group.size(), 257 * 257);
+  while (centres.size() < wanted) {
+    std::uint64_t sum = 0;
+    for (std::size_t i = 0; i < group.size(); ++i) {
+      const auto d = static_cast<std::uint64_t>(distance(group[i], centres.back()));
+      squared[i] = std::min(squared[i], d * d);
+      sum += squared[i];
+    }
+    if (sum == 0) break;
+    std::uint64_t left = random() % sum;
+    std::size_t chosen = 0;
+    while (left >= squared[chosen]) left -= squared[chosen++];
+    centres.push_back(group[chosen]);
+  }
+  return centres;
+}
+
+std::vector<std::uint32_t> assign(const Group& group, const Group& centres) {
+  std::vector<std::uint32_t> nearest(group.size());
+  for (std::size_t i = 0; i < group.size(); ++i)
+    nearest[i] = nearest_two(group[i], std::span<const Descriptor>(centres)).best;
+  return nearest;
+}
+
+/// Centres moved to the middles of what is nearest to them; those that nothing is nearest to go.
+Group moved_centres(const Group& group, const std::vector<std::uint32_t>& nearest,
+                    std::size_t count) {
+  std::vector<BitMajority> majority(count);
+  for (std::size_t i = 0; i < group.size(); ++i) majority[nearest[i]].add(group[i]);
+  Group centres;
+  for (const BitMajority& m : majority) {
+    if (!m.empty()) centres.push_back(m.centre());
+  }
+  return centres;
+}
+
+/// A group split into clusters around centres.
+struct Clusters {
+  Group centres;
+  std::vector<Group> groups;  ///< one per centre, none empty
+};
+
+Clusters cluster(const Group& group, const VocabularyTrainingOptions& options,
+                 std::mt19937_64& random) {
+  Group centres = first_centres(group, static_cast<std::size_t>(options.branching), random);
+  auto nearest = assign(group, centres);
+  for (int i = 0; i < options.iterations; ++i) {
+    Group moved = moved_centres(group, nearest, centres.size());
+    if (moved == centres) break;
+    centres = std::move(moved);
+    nearest = assign(group, centres);
+  }
+  std::vector<Group> groups(centres.size());
+  for (std::size_t i = 0; i < group.size(); ++i) groups[nearest[i]].push_back(group[i]);
+  Clusters clusters;
+  for (std::size_t c = 0; c < centres.size(); ++c) {
+    if (groups[c].empty()) continue;
+    clusters.centres.push_back(centres[c]);
+    clusters.groups.push_back(std::move(groups[c]));
+  }
+  return clusters;
+}
+
+/// The tree as Vocabulary wants it.
+struct Tree {
+  std::vector<std::uint8_t> children;
+  std::vector<Descriptor> descriptors;
+};
+
+/// Level by level, so that nodes come in the order of levels.
+Tree grow(Group all, const VocabularyTrainingOptions& options) {
+  std::mt19937_64 random(static_cast<std::uint64_t>(options.seed));
+  Tree tree;
+  std::vector<Group> level;
+  level.push_back(std::move(all));
+  for (int depth = 0; !level.empty(); ++depth) {
+    std::vector<Group> next;
+    for (Group& group : level) {
+      Clusters clusters;
+      if (depth < options.depth) clusters = cluster(group, options, random);
+      if (clusters.centres.size() < 2) clusters = {};
+      tree.children.push_back(static_cast<std::uint8_t>(clusters.centres.size()));
+      tree.descriptors.insert(tree.descriptors.end(), clusters.centres.begin(),
+                              clusters.centres.end());
+      std::move(clusters.groups.begin(), clusters.groups.end(), std::back_inserter(next));
+      group = {};  // its memory is wanted for the next level
+    }
+    level = std::move(next);
+  }
+  return tree;
+}
+
+/// ln(images / images with the word), for all words.
+std::vector<float> inverse_document_frequencies(const Vocabulary& vocabulary,
+                                                std::span<const std::vector<Descriptor>> images) {
+  struct Count {
+    int images = 0;
+    std::size_t last = std::numeric_limits<std::size_t>::max();  ///< image it was counted in last
+  };
+  std::vector<Count> counts(vocabulary.words());
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    for (const Descriptor& d : images[i]) {
+      Count& count = counts[vocabulary.word(d)];
+      if (std::exchange(count.last, i) != i) ++count.images;
+    }
+  }
+  // A word that its own descriptors missed on the way down is as rare as one seen once.
+  std::vector<float> idf;
+  for (const Count& c : counts)
+    idf.push_back(
+        static_cast<float>(std::log(static_cast<double>(images.size()) / std::max(c.images, 1))));
+  return idf;
+}
+
+}  // namespace
+
+Vocabulary train_vocabulary(std::span<const std::vector<Descriptor>> images,
+                            const VocabularyTrainingOptions& options) {
+  check(options);
+  Group all;
+  for (const auto& image : images) all.insert(all.end(), image.begin(), image.end());
+  if (all.empty() ||
+      std::count(all.begin(), all.end(), all.front()) == static_cast<std::ptrdiff_t>(all.size())) {
+    throw Error("there are fewer than two different descriptors to learn from", "vocabulary",
+                "give images with texture");
+  }
+  Tree tree = grow(std::move(all), options);
+  const auto leaves = std::count(tree.children.begin(), tree.children.end(), 0);
+  const Vocabulary unweighted(tree.children, tree.descriptors,
+                              std::vector<float>(static_cast<std::size_t>(leaves), 1.0F));
+  return {tree.children, tree.descriptors, inverse_document_frequencies(unweighted, images)};
+}
+
+}  // namespace stillmap

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/loop/loop_detector.hpp"
+
+#include <algorithm>
+
+namespace stillmap {
+namespace {
+
+/// The keyframe and those that share at least so many landmarks with it, sorted by id.
+std::vector<KeyframeId> with_covisible(const Map& map, KeyframeId id, int min_shared) {
+  std::vector<KeyframeId> group = {id};
+  for (const Covisible& c : map.covisible(id, min_shared)) group.push_back(c.keyframe);
+  std::sort(group.begin(), group.end());
+  return group;
+}
+
+bool meet(const std::vector<KeyframeId>& a, const std::vector<KeyframeId>& b) {
+  auto i = a.begin(), j = b.begin();
+  while (i != a.end() && j != b.end()) {
+    if (*i == *j) return true;
+    *i < *j ? ++i : ++j;
+  }
+  return false;
+}
+
+}  // namespace
+
+double score_to_reach(const Map& map, const PlaceIndex& index, KeyframeId query,
+                      const LoopDetectorOptions& options) {
+  const BagOfWords* bag = index.find(query);
+  if (bag == nullptr) return 0;
+  double best = 0;
+  for (const Covisible& c : map.covisible(query, options.neighbour_shared)) {
+    if (const BagOfWords* other = index.find(c.keyframe))
+      best = std::max(best, similarity(bag->words, other->words));
+  }
+  return options.relative_score * best;
+}
+
+LoopDetector::Chain LoopDetector::continued(const Map& map, KeyframeId candidate) const {
+  Chain chain{with_covisible(map, candidate, options_.group_shared), 1};
+  for (const Chain& before : chains_) {
+    if (meet(before.group, chain.group)) chain.length = std::max(chain.length, before.length + 1);
+  }
+  return chain;
+}
+
+std::vector<PlaceCandidate> LoopDetector::detect(const Map& map, const PlaceIndex& index,
+                                                 KeyframeId query) {
+  const BagOfWords* bag = index.find(query);
+  if (bag == nullptr) return {};
+  const auto surroundings = with_covisible(map, query, 1);
+  const double least = score_to_reach(map, index, query, options_);
+  std::vector<Chain> chains;
+  std::vector<PlaceCandidate> counting;
+  for (const PlaceCandidate& candidate :
+       find_places(map, index, bag->words, surroundings, least, options_.query)) {
+    chains.push_back(continued(map, candidate.keyframe));
+    if (chains.back().length >= options_.consistent) counting.push_back(candidate);
+  }
+  chains_ = std::move(chains);
+  return counting;
+}
+
+}  // namespace stillmap

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/loop/place_index.hpp"
+
+#include <algorithm>
+
+namespace stillmap {
+namespace {
+
+bool contains(std::span<const KeyframeId> sorted, KeyframeId id) {
+  return std::binary_search(sorted.begin(), sorted.end(), id);
+}
+
+/// Score by keyframe, for those that may be candidates.
+using ScoreOf = std::map<KeyframeId, double>;
+
+ScoreOf eligible_scores(const Map& map, const PlaceIndex& index, const BowVector& query,
+                        std::span<const KeyframeId> excluded) {
+  ScoreOf scores;
+  for (const PlaceScore& s : index.scores(query)) {
+    if (map.find(s.keyframe) != nullptr && !contains(excluded, s.keyframe))
+      scores.emplace_hint(scores.end(), s.keyframe, s.score);
+  }
+  return scores;
+}
+
+/// The keyframes of highest score, best first.
+std::vector<PlaceScore> best_of(const Map& map, const ScoreOf& scores, double min_score, int most) {
+  std::vector<PlaceScore> best;
+  for (const auto& [id, score] : scores) {
+    if (score >= min_score) best.push_back({id, score});
+  }
+  std::sort(best.begin(), best.end(), [&](const PlaceScore& a, const PlaceScore& b) {
+    if (a.score != b.score) return a.score > b.score;
+    return map.at(a.keyframe).sequence < map.at(b.keyframe).sequence;
+  });
+  best.resize(std::min(best.size(), static_cast<std::size_t>(std::max(most, 0))));
+  return best;
+}
+
+/// The island around a keyframe.
+PlaceCandidate island_around(const Map& map, const PlaceScore& centre, const ScoreOf& scores,
+                             int size) {
+  PlaceCandidate island{centre.keyframe, centre.score, centre.score};
+  int counted = 0;
+  for (const Covisible& c : map.covisible(centre.keyframe)) {
+    if (counted++ == size) break;
+    const auto found = scores.find(c.keyframe);
+    if (found == scores.end()) continue;
+    island.island_score += found->second;
+    if (found->second > island.score) {
+      island.keyframe = c.keyframe;
+      island.score = found->second;
+    }
+  }
+  return island;
+}
+
+/// Best first; of several islands with one best keyframe only the best island.
+void sort_and_thin(const Map& map, std::vector<PlaceCandidate>& islands) {
+  std::sort(islands.begin(), islands.end(), [&](const PlaceCandidate& a, const PlaceCandidate& b) {
+    if (a.island_score != b.island_score) return a.island_score > b.island_score;
+    return map.at(a.keyframe).sequence < map.at(b.keyframe).sequence;
+  });
+  std::vector<PlaceCandidate> kept;
+  for (const PlaceCandidate& island : islands) {
+    const bool known = std::any_of(kept.begin(), kept.end(), [&](const PlaceCandidate& k) {
+      return k.keyframe == island.keyframe;
+    });
+    if (!known) kept.push_back(island);
+  }
+  islands = std::move(kept);
+}
+
+}  // namespace
+
+void PlaceIndex::insert(const Keyframe& keyframe) {
+  erase(keyframe.id);
+  BagOfWords bag = vocabulary_->transform(keyframe.features->descriptors, keyframe.static_weight);
+  for (const WordWeight& w : bag.words) {
+    auto& entries = keyframes_with_[w.word];
+    const auto at =
+        std::lower_bound(entries.begin(), entries.end(), keyframe.id,
+                         [](const Entry& entry, KeyframeId id) { return entry.keyframe < id; });
+    entries.insert(at, {keyframe.id, w.weight});
+  }
+  bags_.emplace(keyframe.id, std::move(bag));
+}
+
+void PlaceIndex::erase(KeyframeId id) {
+  const auto found = bags_.find(id);
+  if (found == bags_.end()) return;
+  for (const WordWeight& w : found->second.words) {
+    std::erase_if(keyframes_with_[w.word], [&](const Entry& e) { return e.keyframe == id; });
+  }
+  bags_.erase(found);
+}
+
+void PlaceIndex::erase_missing(const Map& map) {
+  std::vector<KeyframeId> missing;
+  for (const auto& [id, bag] : bags_) {
+    if (map.find(id) == nullptr) missing.push_back(id);
+  }
+  for (const KeyframeId id : missing) erase(id);
+}
+
+const BagOfWords* PlaceIndex::find(KeyframeId id) const {
+  const auto found = bags_.find(id);
+  return found != bags_.end() ? &found->second : nullptr;
+}
+
+std::vector<PlaceScore> PlaceIndex::scores(const BowVector& query) const {
+  // Word by word, each keyframe's sum is made in the order of words.
+  std::map<KeyframeId, double> sums;
+  for (const WordWeight& w : query) {
+    for (const Entry& entry : keyframes_with_[w.word])
+      sums[entry.keyframe] += std::min(w.weight, entry.weight);
+  }
+  std::vector<PlaceScore> result;
+  for (const auto& [id, sum] : sums) result.push_back({id, sum});
+  return result;
+}
+
+std::vector<PlaceCandidate> find_places(const Map& map, const PlaceIndex& index,
+                                        const BowVector& query,
+                                        std::span<const KeyframeId> excluded, double min_score,
+                                        const PlaceQueryOptions& options) {
+  const ScoreOf scores = eligible_scores(map, index, query, excluded);
+  std::vector<PlaceCandidate> islands;
+  for (const PlaceScore& centre : best_of(map, scores, min_score, options.max_scored))
+    islands.push_back(island_around(map, centre, scores, options.group));
+  sort_and_thin(map, islands);
+  if (islands.empty()) return islands;
+  const double least = options.island_share * islands.front().island_score;
+  std::erase_if(islands, [&](const PlaceCandidate& i) { return i.island_score < least; });
+  islands.resize(std::min(islands.size(), static_cast<std::size_t>(options.max_candidates)));
+  return islands;
+}
+
+}  // namespace stillmap
