@@ -41,10 +41,17 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
       app.add_subcommand("simulate", "render an RGB-D sequence with known poses, masks and movers");
   command->add_option("--scene", o.scene, "the room")->capture_default_str();
   command->add_option("--people", o.people, "how many")->capture_default_str();
-  command->add_option("--activity", o.activity, "what they do: walk, sit, wave, mixed")
+  command
+      ->add_option(
+          "--activity", o.activity,
+          "what they do: walk, sit, wave, mixed; rise (sits four seconds, then gets up and "
+          "walks), companion (walks ahead of --camera follow), crowd (--people 4 or more pass "
+          "close before the camera)")
       ->capture_default_str();
   command->add_option("--things", o.things, "movers of no known class")->capture_default_str();
-  command->add_option("--camera", o.camera, "its motion: static, xyz, halfsphere, rpy, loop")
+  command->add_flag("--near-things", o.near_things, "they move close to the camera, in its view");
+  command
+      ->add_option("--camera", o.camera, "its motion: static, xyz, halfsphere, rpy, loop, follow")
       ->capture_default_str();
   command->add_option("--frames", o.frames, "how many")->capture_default_str();
   command->add_option("--fps", o.fps, "frames per second")->capture_default_str();

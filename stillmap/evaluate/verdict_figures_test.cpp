@@ -2,6 +2,7 @@
 #include "stillmap/evaluate/verdict_figures.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/simulate/tum_writer.hpp"
 
 #include <filesystem>
 #include <unistd.h>
@@ -215,6 +216,24 @@ TEST_F(TruthFiles, SpeedsAndInstancesAreReadWhereTheyAre) {
   EXPECT_FLOAT_EQ(read->speed.at<float>(50, 50), 0.5F);
   EXPECT_FLOAT_EQ(read->speed.at<float>(50, 150), 1.275F);  // the most that fits
   EXPECT_EQ(read->instances.at<std::uint8_t>(50, 150), 2);
+}
+
+TEST_F(TruthFiles, OfTheSimulatorAreUnderstood) {
+  SimulationOptions options;
+  options.people = 1;
+  options.things = 1;
+  options.width = 96;
+  options.height = 72;
+  options.frames = 2;
+  const SimulatedSequence sequence(options);
+  write_tum_layout(sequence, folder_);
+  const auto truth = MotionTruthFolder(folder_).at(sequence.timestamp(1));
+  ASSERT_TRUE(truth.has_value());
+  const TruthFrame made = sequence.truth(1);
+  EXPECT_EQ(cv::norm(truth->mask, class_mask(made), cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(truth->instances, made.instances, cv::NORM_INF), 0);
+  const cv::Mat expected = cv::min(sequence.speed(1), 255 * kSpeedUnit);
+  EXPECT_LE(cv::norm(truth->speed, expected, cv::NORM_INF), 0.51 * kSpeedUnit);
 }
 
 TEST_F(TruthFiles, MissingOrMismatchedOnesAreNamed) {

@@ -37,7 +37,8 @@ Eigen::Quaterniond turned(double roll, double pitch, double yaw) {
 }  // namespace
 
 const std::vector<std::string>& camera_motion_names() {
-  static const std::vector<std::string> kNames{"static", "xyz", "halfsphere", "rpy", "loop"};
+  static const std::vector<std::string> kNames{"static", "xyz",  "halfsphere",
+                                               "rpy",    "loop", "follow"};
   return kNames;
 }
 
@@ -101,6 +102,7 @@ Pose CameraMotion::steady(double t) const {
   }
   if (options_.motion == "halfsphere") return half_sphere(t);
   if (options_.motion == "loop") return loop(t);
+  if (options_.motion == "follow") return follow(t);
   return home_;
 }
 
@@ -117,11 +119,20 @@ Pose CameraMotion::half_sphere(double t) const {
 
 Pose CameraMotion::loop(double t) const {
   const Path path(round_);
-  const double arc = 0.4 * t;
+  const double arc = kCarriedSpeed * t;
   const Eigen::Vector2d p = path.at(arc).cast<double>(), h = path.heading(arc).cast<double>();
   const Vector3d position(p.x(), p.y(), kEyeHeight);
   return look_at(position, position + Vector3d(h.x(), h.y(), -0.22)) *
          Pose(turned(0, 0, 12 * kDegree * wave(t, 11)), Vector3d::Zero());
+}
+
+Pose CameraMotion::follow(double t) const {
+  constexpr double kChest = 1.2;  // metres
+  const Path path(round_);
+  const double arc = kCarriedSpeed * t;
+  const Eigen::Vector2d p = path.at(arc).cast<double>(),
+                        q = path.at(arc + kCompanionDistance).cast<double>();
+  return look_at({p.x(), p.y(), kEyeHeight}, {q.x(), q.y(), kChest});
 }
 
 }  // namespace stillmap

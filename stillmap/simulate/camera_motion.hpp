@@ -13,7 +13,7 @@ namespace stillmap {
 struct CameraMotionOptions {
   /// static, xyz, halfsphere, rpy: the motions of TUM's dynamic sequences (Sturm et al., IROS
   /// 2012), at about their mean speeds (0.01, 0.2, 0.2, 0.1 m/s; 1, 5, 18, 20 deg/s); loop: carried
-  /// around the room.
+  /// around the room; follow: the same, looking at whoever walks ahead (activity "companion").
   std::string motion = "xyz";
   double speed = 1;                ///< factor on the motion's rate
   double shake_position = 0.0010;  ///< hand shake per axis, RMS [m]
@@ -46,6 +46,7 @@ class CameraMotion {
   Pose steady(double seconds) const;
   Pose half_sphere(double seconds) const;
   Pose loop(double seconds) const;
+  Pose follow(double seconds) const;
 
   CameraMotionOptions options_;
   Viewpoint viewpoint_;

@@ -147,9 +147,9 @@ Foot walking_foot(const Path& path, double arc, int side, float scale) {
   return {{place.x(), place.y(), (kAnkle + lift) * scale}, {heading.x(), heading.y(), 0}, pitch};
 }
 
-Posture walking(const Walking& w, double t, float scale) {
-  const double arc = w.start + w.speed * t;
-  const Vector2f at = w.path.at(arc), heading = w.path.heading(arc);
+/// As seen at time t, having walked `arc` along the path.
+Posture walking(const Path& path, double arc, double t, float scale) {
+  const Vector2f at = path.at(arc), heading = path.heading(arc);
   const float yaw = std::atan2(heading.y(), heading.x()) / kDegree + 90;
   const float bob = 0.016F * wave(arc, kStep, 0.25), sway = 0.02F * wave(arc, 2 * kStep, 0.25);
   Posture posture;
@@ -164,25 +164,32 @@ Posture walking(const Walking& w, double t, float scale) {
   posture.arms[0] = {.raise = -22 * -ahead, .spread = 8, .elbow = 22 + 12 * ahead};
   posture.arms[1] = {.raise = -22 * ahead, .spread = 8, .elbow = 22 - 12 * ahead};
   for (const int side : {0, 1}) {
-    posture.feet[static_cast<std::size_t>(side)] = walking_foot(w.path, arc, side, scale);
+    posture.feet[static_cast<std::size_t>(side)] = walking_foot(path, arc, side, scale);
   }
   return posture;
 }
 
+Posture walking(const Walking& w, double t, float scale) {
+  return walking(w.path, w.start + w.speed * t, t, scale);
+}
+
 /// Sits and types, looks around, and speaks with the right hand now and then.
 Posture sitting(const Sitting& s, double t, float scale, double phase) {
+  const auto sway = [&](double period, double offset = 0) {
+    return s.liveliness * wave(t, period, offset);
+  };
   Posture posture;
-  posture.T_world_pelvis = s.seat * place(0.01F * wave(t, 5.1, phase), 0.02F,
-                                          furniture::kSeatHeight + 0.1F, 5 * wave(t, 7.3, phase));
-  posture.lean = 5 + 4 * wave(t, 6.1, phase);
-  posture.twist = 6 * wave(t, 8.7, phase);
-  posture.turn = 26 * wave(t, 6.7, phase);
-  posture.nod = 7 + 6 * wave(t, 3.1, phase);
-  const float speak = smooth(std::clamp(2 * wave(t, 9, phase), 0.0F, 1.0F));
-  posture.arms[0] = {.raise = 34 + 3 * wave(t, 0.9), .spread = 10, .elbow = 62 + 5 * wave(t, 0.45)};
+  posture.T_world_pelvis = s.seat * place(0.01F * sway(5.1, phase), 0.02F,
+                                          furniture::kSeatHeight + 0.1F, 5 * sway(7.3, phase));
+  posture.lean = 5 + 4 * sway(6.1, phase);
+  posture.twist = 6 * sway(8.7, phase);
+  posture.turn = 26 * sway(6.7, phase);
+  posture.nod = 7 + 6 * sway(3.1, phase);
+  const float speak = s.liveliness * smooth(std::clamp(2 * wave(t, 9, phase), 0.0F, 1.0F));
+  posture.arms[0] = {.raise = 34 + 3 * sway(0.9), .spread = 10, .elbow = 62 + 5 * sway(0.45)};
   posture.arms[1] = {.raise = 34 + speak * 22,
                      .spread = 10 + 12 * speak,
-                     .elbow = 62 + 5 * wave(t, 0.52) + speak * (30 + 16 * wave(t, 1.1)),
+                     .elbow = 62 + 5 * sway(0.52) + speak * (30 + 16 * sway(1.1)),
                      .towards = {0, -1, 0.2F + 0.6F * speak}};
   const Vector3f front = s.seat.linear() * Vector3f(0, -1, 0);
   for (const float side : {1.0F, -1.0F}) {
@@ -190,6 +197,64 @@ Posture sitting(const Sitting& s, double t, float scale, double phase) {
                                       front, 0};
   }
   return posture;
+}
+
+float between(float a, float b, float s) { return a + s * (b - a); }
+
+Transform between(const Transform& a, const Transform& b, float s) {
+  Transform T = Transform::Identity();
+  T.linear() =
+      Eigen::Quaternionf(a.linear()).slerp(s, Eigen::Quaternionf(b.linear())).toRotationMatrix();
+  T.translation() = a.translation() + s * (b.translation() - a.translation());
+  return T;
+}
+
+Arm between(const Arm& a, const Arm& b, float s) {
+  return {.raise = between(a.raise, b.raise, s),
+          .spread = between(a.spread, b.spread, s),
+          .elbow = between(a.elbow, b.elbow, s),
+          .towards = a.towards + s * (b.towards - a.towards)};
+}
+
+/// A step from one place to another.
+Foot between(const Foot& a, const Foot& b, float s) {
+  Foot foot{a.ankle + s * (b.ankle - a.ankle),
+            (a.forward + s * (b.forward - a.forward)).normalized(), between(a.pitch, b.pitch, s)};
+  foot.ankle.z() += 0.06F * std::sin(kPi * s);
+  return foot;
+}
+
+/// From one posture to another, s from 0 to 1; the left foot steps first, then the right one.
+Posture between(const Posture& a, const Posture& b, float s) {
+  Posture posture;
+  posture.T_world_pelvis = between(a.T_world_pelvis, b.T_world_pelvis, smooth(s));
+  posture.lean = between(a.lean, b.lean, smooth(s)) + 18 * std::sin(kPi * s);  // bows to get up
+  posture.twist = between(a.twist, b.twist, s);
+  posture.nod = between(a.nod, b.nod, s);
+  posture.turn = between(a.turn, b.turn, s);
+  for (const std::size_t side : {0U, 1U}) {
+    const float begin = side == 0 ? 0.25F : 0.55F;
+    const float step = smooth(std::clamp((s - begin) / 0.4F, 0.0F, 1.0F));
+    posture.arms[side] = between(a.arms[side], b.arms[side], smooth(s));
+    posture.feet[side] = between(a.feet[side], b.feet[side], step);
+  }
+  return posture;
+}
+
+/// Arc walked since standing up: the first second is spent getting up to speed.
+double arc_from_rest(double seconds, double speed) {
+  return seconds < 1 ? 0.5 * speed * seconds * seconds : speed * (seconds - 0.5);
+}
+
+Posture rising(const Rising& r, double t, float scale, double phase) {
+  constexpr double kGettingUp = 1.8;  // seconds
+  if (t <= r.at) return sitting(r.before, t, scale, phase);
+  const double up = (t - r.at) / kGettingUp;
+  if (up >= 1) {
+    return walking(r.path, arc_from_rest(t - r.at - kGettingUp, r.speed), t, scale);
+  }
+  return between(sitting(r.before, t, scale, phase), walking(r.path, 0, t, scale),
+                 static_cast<float>(up));
 }
 
 Posture waving(const Waving& w, double t, float scale, double phase) {
@@ -224,6 +289,12 @@ Mover make_walker(int id, int number, const Walking& walk, Palette& palette) {
 Mover make_sitter(int id, int number, const Sitting& sit, Palette& palette) {
   return make_person(id, number, palette, [sit, phase = 0.31 * number](double t, float scale) {
     return sitting(sit, t, scale, phase);
+  });
+}
+
+Mover make_riser(int id, int number, const Rising& rise, Palette& palette) {
+  return make_person(id, number, palette, [rise, phase = 0.31 * number](double t, float scale) {
+    return rising(rise, t, scale, phase);
   });
 }
 

@@ -13,10 +13,19 @@ struct Walking {
   float start = 0;     ///< arc length at time 0 [m]
 };
 struct Sitting {
-  Transform seat;  ///< on the floor below the seat, facing -y
+  Transform seat;        ///< on the floor below the seat, facing -y
+  float liveliness = 1;  ///< factor on all that is moved while sitting
 };
 struct Waving {
   Transform place;  ///< on the floor between the feet, facing -y
+};
+
+/// Sits, gets up at its time, and walks away.
+struct Rising {
+  Sitting before;
+  Path path;           ///< begins beside the seat
+  double at = 4;       ///< begins to get up [s]
+  float speed = 0.8F;  ///< m/s, once it walks
 };
 
 /// People-like figures of elliptic limbs in textured clothes, posed from the feet up: planted feet
@@ -24,6 +33,7 @@ struct Waving {
 /// hair.
 Mover make_walker(int id, int number, const Walking& walking, Palette& palette);
 Mover make_sitter(int id, int number, const Sitting& sitting, Palette& palette);
+Mover make_riser(int id, int number, const Rising& rising, Palette& palette);
 Mover make_waver(int id, int number, const Waving& waving, Palette& palette);
 
 }  // namespace stillmap::simulate

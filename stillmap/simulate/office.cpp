@@ -148,11 +148,20 @@ RoomPlan build_office(Palette& p, Scene& scene) {
   plan.walk = {{2.45F, 1.75F}, {3.6F, 1.55F}, {4.9F, 1.75F}, {5.3F, 3.2F},
                {4.9F, 4.75F},  {3.6F, 4.95F}, {2.25F, 4.7F}, {1.95F, 3.2F}};
   plan.walk_start = 7.2F;
-  plan.hook = {kDeskX - 0.35F, kDeskY - 0.1F, kHeight};
-  plan.chair_from = {2.95F, 1.15F};
-  plan.chair_to = {4.9F, 1.2F};
-  plan.ball_from = {1.75F, 2.25F};
-  plan.ball_to = {2.6F, 1.35F};
+  plan.rise = {{2.8F, 2.0F},  {2.1F, 2.4F}, {1.95F, 3.2F}, {2.25F, 4.7F}, {3.6F, 4.95F},
+               {4.9F, 4.75F}, {5.3F, 3.2F}, {4.9F, 1.75F}, {3.6F, 1.5F},  {2.9F, 1.6F}};
+  plan.crowd = {{1.5F, 1.23F}, {0.9F, 2.0F}, {1.6F, 3.1F}, {2.2F, 4.7F},  {3.6F, 4.95F},
+                {4.9F, 4.75F}, {5.3F, 3.2F}, {4.9F, 1.6F}, {3.6F, 1.05F}, {2.3F, 0.5F}};
+  plan.things = {.hook = {kDeskX - 0.35F, kDeskY - 0.1F, kHeight},
+                 .chair_from = {2.95F, 1.15F},
+                 .chair_to = {4.9F, 1.2F},
+                 .ball_from = {1.75F, 2.25F},
+                 .ball_to = {2.6F, 1.35F}};
+  plan.near_things = {.hook = {1.95F, 2.1F, 2.35F},
+                      .chair_from = {1.95F, 2.5F},
+                      .chair_to = {2.8F, 1.5F},
+                      .ball_from = {2.45F, 2.8F},
+                      .ball_to = {2.6F, 4.0F}};
   scene.statics = to.take();
   scene.viewpoint = {{1.15, 0.95, 1.45}, {3.55, 2.9, 0.92}};
   scene.room = {Eigen::Vector3d::Zero(), Eigen::Vector3d(kLength, kWidth, kHeight)};

@@ -7,14 +7,22 @@
 
 namespace stillmap::simulate {
 
+/// Where things of no known class move.
+struct ThingPlan {
+  Eigen::Vector3f hook;  ///< the crane's hook hangs from here
+  Eigen::Vector2f chair_from, chair_to, ball_from, ball_to;
+};
+
 /// The places that a room keeps free for those who move.
 struct RoomPlan {
-  std::vector<Eigen::Vector2f> walk;  ///< corners of a closed way over the floor
-  float walk_start = 0;               ///< where the first walker is at time 0, arc length [m]
-  std::vector<Transform> seats;       ///< chairs, facing -y
-  std::vector<Transform> spots;       ///< where one can stand and wave, facing -y
-  Eigen::Vector3f hook;               ///< the crane's hook hangs from here
-  Eigen::Vector2f chair_from, chair_to, ball_from, ball_to;
+  std::vector<Eigen::Vector2f> walk;   ///< corners of a closed way over the floor
+  float walk_start = 0;                ///< where the first walker is at time 0, arc length [m]
+  std::vector<Transform> seats;        ///< chairs, facing -y
+  std::vector<Transform> spots;        ///< where one can stand and wave, facing -y
+  std::vector<Eigen::Vector2f> rise;   ///< a closed way that begins beside the last seat
+  std::vector<Eigen::Vector2f> crowd;  ///< a closed way that passes close before the viewpoint
+  double crowd_height = 1.2;           ///< of the viewpoint there, so that bodies fill the view
+  ThingPlan things, near_things;       ///< the latter close to the viewpoint, in its view
 };
 
 /// An office of 6.4 m x 5.6 m x 2.7 m: two desks face to face on a rug, shelves, a sofa, a window,

@@ -16,7 +16,6 @@ namespace {
 
 using namespace simulate;
 constexpr int kMostPeople = 6, kMostThings = 3;
-const std::vector<std::string> kActivities{"walk", "sit", "wave", "mixed"};
 
 void check_name(const std::string& name, const std::vector<std::string>& known, const char* where) {
   if (std::find(known.begin(), known.end(), name) != known.end()) return;
@@ -29,38 +28,86 @@ void check_range(int value, int most, const char* where) {
   throw Error(fmt::format("{} is out of range", value), where, fmt::format("take 0 to {}", most));
 }
 
-enum class Deed { kWalk, kSit, kWave };
+enum class Deed { kWalk, kSit, kWave, kRise, kAccompany, kCrowd };
 
 Deed deed_of(const std::string& activity, int number) {
   if (activity == "walk") return Deed::kWalk;
   if (activity == "sit") return number < 2 ? Deed::kSit : Deed::kWave;
   if (activity == "wave") return Deed::kWave;
+  if (activity == "rise") return number == 0 ? Deed::kRise : deed_of("sit", number);
+  if (activity == "companion") return number == 0 ? Deed::kAccompany : Deed::kWave;
+  if (activity == "crowd") return Deed::kCrowd;
   return static_cast<Deed>(number % 3);
 }
 
-/// Lets the people in: walkers spread evenly over their way, so that none walks into another.
+/// Lets people in, each to the place that its deed has for it.
+class Casting {
+ public:
+  Casting(const SceneOptions& options, const RoomPlan& plan, Palette& palette)
+      : options_(options), plan_(plan), palette_(palette), way_(plan.walk) {
+    for (int i = 0; i < options.people; ++i)
+      walkers_ += deed_of(options.activity, i) == Deed::kWalk;
+  }
+
+  Mover person(int id, int number) {
+    switch (deed_of(options_.activity, number)) {
+      case Deed::kWalk:
+        return make_walker(id, number, walk(), palette_);
+      case Deed::kRise:
+        return make_riser(id, number, {{plan_.seats.back(), kCalm}, Path(plan_.rise)}, palette_);
+      case Deed::kAccompany:
+        return make_walker(id, number, accompany(), palette_);
+      case Deed::kCrowd:
+        return make_walker(id, number, crowd(number), palette_);
+      case Deed::kSit:
+        if (sitting_ < plan_.seats.size()) {
+          const float liveliness = options_.activity == "rise" ? kCalm : 1;
+          return make_sitter(id, number, {plan_.seats[sitting_++], liveliness}, palette_);
+        }
+        break;
+      case Deed::kWave:
+        break;
+    }
+    return make_waver(id, number, {plan_.spots[waving_++ % plan_.spots.size()]}, palette_);
+  }
+
+ private:
+  static constexpr float kCalm = 0.1F;  // of one who sits: slower than 2 cm/s nearly all over
+
+  /// Walkers spread evenly over their way, so that none walks into another.
+  Walking walk() {
+    const float start =
+        way_.length() * (static_cast<float>(walking_++) / static_cast<float>(walkers_));
+    return {way_, 0.8F, start + plan_.walk_start};
+  }
+  Walking accompany() const {
+    return {way_, static_cast<float>(kCarriedSpeed * options_.pace),
+            static_cast<float>(kCompanionDistance)};
+  }
+  /// In one file, as close together as it goes.
+  Walking crowd(int number) const {
+    constexpr float kSpeed = 0.7F, kFirst = -2.0F, kApart = 0.3F;  // m/s, metres
+    return {Path(plan_.crowd), kSpeed, kFirst - kApart * static_cast<float>(number)};
+  }
+
+  const SceneOptions& options_;
+  const RoomPlan& plan_;
+  Palette& palette_;
+  const Path way_;
+  int walkers_ = 0, walking_ = 0;
+  std::size_t sitting_ = 0, waving_ = 0;
+};
+
 void add_people(const SceneOptions& options, const RoomPlan& plan, Palette& palette, Scene& scene) {
-  const Path path(plan.walk);
-  int walkers = 0;
-  for (int i = 0; i < options.people; ++i) walkers += deed_of(options.activity, i) == Deed::kWalk;
-  std::size_t walking = 0, sitting = 0, waving = 0;
+  Casting casting(options, plan, palette);
   for (int i = 0; i < options.people; ++i) {
     const int id = static_cast<int>(scene.movers.size()) + 1;
-    const Deed deed = deed_of(options.activity, i);
-    if (deed == Deed::kWalk) {
-      const float start =
-          path.length() * (static_cast<float>(walking++) / static_cast<float>(walkers));
-      scene.movers.push_back(make_walker(id, i, {path, 0.8F, start + plan.walk_start}, palette));
-    } else if (deed == Deed::kSit && sitting < plan.seats.size()) {
-      scene.movers.push_back(make_sitter(id, i, {plan.seats[sitting++]}, palette));
-    } else {
-      const Transform& spot = plan.spots[waving++ % plan.spots.size()];
-      scene.movers.push_back(make_waver(id, i, {spot}, palette));
-    }
+    scene.movers.push_back(casting.person(id, i));
   }
 }
 
-void add_things(const SceneOptions& options, const RoomPlan& plan, Palette& palette, Scene& scene) {
+void add_things(const SceneOptions& options, const RoomPlan& room, Palette& palette, Scene& scene) {
+  const ThingPlan& plan = options.near_things ? room.near_things : room.things;
   const auto id = [&] { return static_cast<int>(scene.movers.size()) + 1; };
   if (options.things > 0) scene.movers.push_back(make_crate(id(), plan.hook, palette));
   if (options.things > 1) {
@@ -77,9 +124,15 @@ const std::vector<std::string>& scene_names() {
   return kNames;
 }
 
+const std::vector<std::string>& activity_names() {
+  static const std::vector<std::string> kNames{"walk", "sit",       "wave", "mixed",
+                                               "rise", "companion", "crowd"};
+  return kNames;
+}
+
 Scene make_scene(const SceneOptions& options) {
   check_name(options.scene, scene_names(), "scene");
-  check_name(options.activity, kActivities, "activity");
+  check_name(options.activity, activity_names(), "activity");
   check_range(options.people, kMostPeople, "people");
   check_range(options.things, kMostThings, "things");
   Scene scene;
@@ -88,6 +141,7 @@ Scene make_scene(const SceneOptions& options) {
   const RoomPlan plan = build_office(palette, scene);
   bake_light(scene.lighting, scene.statics);
   scene.round = plan.walk;
+  if (options.activity == "crowd") scene.viewpoint.position.z() = plan.crowd_height;
   add_people(options, plan, palette, scene);
   add_things(options, plan, palette, scene);
   return scene;

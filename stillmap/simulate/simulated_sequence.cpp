@@ -41,7 +41,9 @@ std::shared_ptr<const Scene> scene_of(const SimulationOptions& options) {
                                                    .people = options.people,
                                                    .activity = options.activity,
                                                    .things = options.things,
-                                                   .seed = options.seed}));
+                                                   .seed = options.seed,
+                                                   .near_things = options.near_things,
+                                                   .pace = options.speed}));
 }
 
 CameraMotionOptions motion_of(const SimulationOptions& options) {
@@ -70,6 +72,30 @@ Rendering draw(const Scene& scene, const Camera& camera, const Pose& T_world_cam
   }
   for (const PosedMover& mover : movers) meshes.push_back(&mover.mesh);
   return render(camera, T_world_camera, meshes, scene.textures, options);
+}
+
+/// The parts of all movers, numbered from 1 on in the order of movers and parts.
+struct LabelledParts {
+  Mesh mesh;
+  std::vector<Eigen::Matrix<double, 3, 4>> velocity;  ///< per part: of [p_world, 1] in m/s
+};
+
+LabelledParts labelled_parts(const Scene& scene, double seconds) {
+  constexpr double kStep = 2e-3;  // seconds
+  LabelledParts labelled;
+  for (const Mover& mover : scene.movers) {
+    const auto now = mover.T_world_part(seconds), before = mover.T_world_part(seconds - kStep),
+               after = mover.T_world_part(seconds + kStep);
+    for (std::size_t i = 0; i < now.size(); ++i) {
+      const Eigen::Matrix4d change =
+          (after[i].matrix() - before[i].matrix()).cast<double>() / (2 * kStep);
+      const Eigen::Matrix4d T_part_world = now[i].inverse().matrix().cast<double>();
+      labelled.velocity.push_back((change * T_part_world).topRows<3>());
+      append_transformed(mover.parts[i].mesh, now[i],
+                         static_cast<std::uint8_t>(labelled.velocity.size()), labelled.mesh);
+    }
+  }
+  return labelled;
 }
 
 MoverTruth truth_of(const Mover& mover, double seconds) {
@@ -128,6 +154,25 @@ TruthFrame SimulatedSequence::truth(std::size_t index) const {
   const Rendering picture =
       draw(*scene_, camera_, T, timestamp(index), {.color = false, .threads = options_.threads});
   return {index, timestamp(index), T, picture.depth, picture.instances, movers(index)};
+}
+
+cv::Mat SimulatedSequence::speed(std::size_t index) const {
+  const LabelledParts parts = labelled_parts(*scene_, timestamp(index));
+  const Pose T = T_world_camera(index);
+  const std::vector<const Mesh*> meshes{&scene_->statics, &parts.mesh};
+  const Rendering picture =
+      render(camera_, T, meshes, scene_->textures, {.color = false, .threads = options_.threads});
+  cv::Mat speed = cv::Mat::zeros(picture.depth.size(), CV_32FC1);
+  for (int v = 0; v < speed.rows; ++v) {
+    for (int u = 0; u < speed.cols; ++u) {
+      const int part = picture.instances.at<std::uint8_t>(v, u);
+      if (part == 0) continue;
+      const Eigen::Vector3d p_world = T * camera_.unproject(u, v, picture.depth.at<float>(v, u));
+      const auto& velocity = parts.velocity[static_cast<std::size_t>(part - 1)];
+      speed.at<float>(v, u) = static_cast<float>((velocity * p_world.homogeneous()).norm());
+    }
+  }
+  return speed;
 }
 
 SimulatedFrame SimulatedSequence::at(std::size_t index) const {

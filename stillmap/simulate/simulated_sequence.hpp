@@ -17,9 +17,10 @@ namespace stillmap {
 struct SimulationOptions {
   std::string scene = "office";   ///< see SceneOptions
   int people = 2;                 ///< 0..6
-  std::string activity = "walk";  ///< walk, sit, wave, mixed
-  int things = 0;  ///< movers of no known class, 0..3: swinging crate, pushed chair, ball
-  std::string camera = "xyz";  ///< static, xyz, halfsphere, rpy, loop
+  std::string activity = "walk";  ///< walk, sit, wave, mixed, rise, companion, crowd
+  int things = 0;            ///< movers of no known class, 0..3: swinging crate, pushed chair, ball
+  bool near_things = false;  ///< they move close to the viewpoint, in its view
+  std::string camera = "xyz";  ///< static, xyz, halfsphere, rpy, loop, follow
   int frames = 300;
   double fps = 30;                ///< [Hz]
   int width = 640, height = 480;  ///< pixels
@@ -32,8 +33,8 @@ struct SimulationOptions {
   int exposures = 1;              ///< pictures averaged into one for motion blur; 1: none
   double exposure_time = 0.012;   ///< shutter time [s], used with exposures > 1
   int threads = 2;                ///< for drawing; the pictures do not depend on it
-  STILLMAP_FIELDS(scene, people, activity, things, camera, frames, fps, width, height, focal, seed,
-                  speed, shake, noise, sensor, exposures, exposure_time, threads)
+  STILLMAP_FIELDS(scene, people, activity, things, near_things, camera, frames, fps, width, height,
+                  focal, seed, speed, shake, noise, sensor, exposures, exposure_time, threads)
 };
 
 /// One mover at the time of a frame; world frame, metres.
@@ -102,6 +103,9 @@ class SimulatedSequence : public FrameSource {
   RgbdFramePtr frame(std::size_t index) const { return at(index).frame; }
   /// The truth about a frame: several times faster than frame(), as no colour is drawn.
   TruthFrame truth(std::size_t index) const;
+  /// 32FC1 m/s: how fast what a pixel shows moves through the world, each limb for itself; 0 where
+  /// it is static.
+  cv::Mat speed(std::size_t index) const;
   /// Both in one go.
   SimulatedFrame at(std::size_t index) const;
 

@@ -30,6 +30,13 @@ cv::Mat raw_depth(const cv::Mat& metres, double factor) {
   return raw;
 }
 
+/// Grey levels of 5 mm/s: what `evaluate` takes speed images for.
+cv::Mat speed_levels(const cv::Mat& metres_per_second) {
+  cv::Mat levels;
+  metres_per_second.convertTo(levels, CV_8UC1, 1 / 0.005);  // rounds and saturates
+  return levels;
+}
+
 std::string mover_lines(const TruthFrame& truth) {
   std::string lines;
   for (const MoverTruth& m : truth.movers) {
@@ -70,7 +77,8 @@ struct Lists {
 
 void write_tum_layout(const SimulatedSequence& sequence, const std::filesystem::path& folder,
                       const std::function<void(std::size_t)>& done) {
-  for (const char* name : {"", "rgb", "depth", "mask"}) make_output_folder(folder / name);
+  for (const char* name : {"", "rgb", "depth", "mask", "instance", "speed"})
+    make_output_folder(folder / name);
   Lists lists;
   for (std::size_t i = 0; i < sequence.frames(); ++i) {
     const SimulatedFrame made = sequence.at(i);
@@ -79,6 +87,8 @@ void write_tum_layout(const SimulatedSequence& sequence, const std::filesystem::
     write_png(folder / "depth" / file,
               raw_depth(made.frame->depth, sequence.camera().depth_factor));
     write_png(folder / "mask" / file, class_mask(made.truth));
+    write_png(folder / "instance" / file, made.truth.instances);
+    write_png(folder / "speed" / file, speed_levels(sequence.speed(i)));
     lists.add(stamp, made.truth);
     if (done) done(i + 1);
   }

@@ -16,6 +16,10 @@ namespace stillmap {
 /// - camera.yaml: what load_camera() reads;
 /// - mask/: 8-bit PNG, 255 person, 128 mover of no known class, 0 static; named like the colour
 /// images;
+/// - instance/: 8-bit PNG, the id of the mover seen, 0 static;
+/// - speed/: 8-bit PNG, how fast what is seen moves through the world, in 5 mm/s (255: 1.275 m/s
+/// and
+///   more), each limb for itself;
 /// - movers.csv: where every mover is in every frame (world frame, metres, metres per second).
 /// @param done called after each frame with the number of frames written so far; may be empty
 /// Throws Error that names the file if one cannot be written (folder not writable, disk full); the

@@ -49,6 +49,11 @@ TEST_F(TumWriter, WhatIsWrittenIsWhatTheSequenceGives) {
   const cv::Mat depth = cv::imread(folder_ / "depth" / file, cv::IMREAD_UNCHANGED);
   EXPECT_EQ(cv::norm(color, made.frame->color, cv::NORM_INF), 0);
   EXPECT_EQ(cv::norm(mask, class_mask(made.truth), cv::NORM_INF), 0);
+  const cv::Mat instances = cv::imread(folder_ / "instance" / file, -1);
+  EXPECT_EQ(cv::norm(instances, made.truth.instances, cv::NORM_INF), 0);
+  cv::Mat speed = cv::imread(folder_ / "speed" / file, -1);
+  speed.convertTo(speed, CV_32F, 0.005);
+  EXPECT_LE(cv::norm(speed, cv::min(sequence.speed(2), 1.275), cv::NORM_INF), 0.00251);
   ASSERT_EQ(depth.type(), CV_16UC1);
   cv::Mat metres;
   depth.convertTo(metres, CV_32F, 1 / 5000.0);
