@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/feature/dead_leaves.hpp"
+#include "stillmap/feature/orb_extractor.hpp"
+#include "stillmap/motion/motion_estimator.hpp"
+
+#include <benchmark/benchmark.h>
+#include <opencv2/imgproc.hpp>
+
+namespace stillmap {
+namespace {
+
+/// A large picture seen by a camera that moves: 6 pixels a frame, with a turn and a zoom. The same
+/// picture twice, at two speeds, so that neither a homography nor a fundamental matrix fits all.
+RgbdFramePtr frame_at(std::size_t index) {
+  static const cv::Mat world = dead_leaves({900, 700}, 1);
+  const auto t = static_cast<double>(index);
+  cv::Mat view = cv::getRotationMatrix2D({450, 350}, 0.3 * t, 1 + 0.002 * t);
+  view.at<double>(0, 2) -= 120 - 6 * t;
+  view.at<double>(1, 2) -= 100 - 2 * t;
+  auto frame = std::make_shared<RgbdFrame>();
+  frame->index = index;
+  cv::warpAffine(world, frame->grey, view, {640, 480});
+  cv::Mat near;
+  view.at<double>(0, 2) += 4 * t;
+  cv::warpAffine(world, near, view, {640, 480});
+  near(cv::Rect(160, 120, 240, 360)).copyTo(frame->grey(cv::Rect(160, 120, 240, 360)));
+  frame->depth = cv::Mat(480, 640, CV_32FC1, cv::Scalar(2));
+  return frame;
+}
+
+std::vector<FramePtr> make_frames(std::size_t count) {
+  OrbExtractor extractor;
+  std::vector<FramePtr> frames;
+  for (std::size_t i = 0; i < count; ++i) {
+    auto frame = std::make_shared<Frame>();
+    frame->image = frame_at(i);
+    frame->features =
+        std::make_shared<Features>(extractor.extract(frame->image->grey, frame->image->depth));
+    auto seen = std::make_shared<SegmentedFrame>();
+    Instance person;
+    person.class_name = "person";
+    person.box = {160, 120, 240, 360};
+    seen->instances.push_back(person);
+    frame->instances = seen;
+    frames.push_back(frame);
+  }
+  return frames;
+}
+
+/// All of motion, frame after frame as a run has it: each image's pyramid is built once.
+void run_preset(benchmark::State& state, const char* preset) {
+  cv::setNumThreads(1);
+  const auto frames = make_frames(8);
+  MotionOptions options;
+  options.preset = preset;
+  MotionEstimator estimator(options);
+  FramePtr previous;
+  std::size_t i = 0, step = 1, dropped = 0;
+  for (auto _ : state) {
+    const FramePtr& frame = frames[i];
+    const auto evidence =
+        estimator.estimate({frame->image, frame->features, frame->instances, previous});
+    dropped =
+        static_cast<std::size_t>(std::count(evidence.weight.begin(), evidence.weight.end(), 0.0F));
+    previous = frame;
+    if (i + step >= frames.size()) step = static_cast<std::size_t>(-1);  // back and forth
+    if (i == 0) step = 1;
+    i += step;
+  }
+  state.counters["keypoints"] = static_cast<double>(frames[0]->features->size());
+  state.counters["dropped"] = static_cast<double>(dropped);
+}
+BENCHMARK_CAPTURE(run_preset, seg_mask, "seg-mask")->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(run_preset, box_flow, "box-flow")->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(run_preset, gated_seg, "gated-seg")->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(run_preset, box_epipolar, "box-epipolar")->Unit(benchmark::kMillisecond);
+
+/// Optical flow alone, both pyramids included: window, levels.
+void run_flow(benchmark::State& state) {
+  cv::setNumThreads(1);
+  const auto frames = make_frames(2);
+  FlowOptions options;
+  options.window = static_cast<int>(state.range(0));
+  options.levels = static_cast<int>(state.range(1));
+  KeypointFlow flow;
+  for (auto _ : state) {
+    FlowTracker tracker(options);
+    flow = tracker.of_this_frame({frames[1]->image, frames[1]->features, nullptr, frames[0]});
+  }
+  state.counters["found"] =
+      static_cast<double>(std::count(flow.found.begin(), flow.found.end(), 1));
+}
+BENCHMARK(run_flow)
+    ->ArgsProduct({{5, 9, 13, 21}, {2, 3, 4}})
+    ->ArgNames({"window", "levels"})
+    ->Unit(benchmark::kMillisecond);
+
+PointPairs pairs_of(const std::vector<FramePtr>& frames) {
+  FlowTracker tracker(FlowOptions{});
+  const KeypointFlow flow =
+      tracker.of_this_frame({frames[1]->image, frames[1]->features, nullptr, frames[0]});
+  PointPairs pairs;
+  for (std::size_t i = 0; i < flow.size(); ++i) {
+    if (flow.found[i] != 0) pairs.add(flow.before[i], flow.now[i]);
+  }
+  return pairs;
+}
+
+void run_homography(benchmark::State& state) {
+  const PointPairs pairs = pairs_of(make_frames(2));
+  for (auto _ : state) benchmark::DoNotOptimize(find_homography(pairs, {.threshold = 3}));
+}
+BENCHMARK(run_homography)->Unit(benchmark::kMillisecond);
+
+void run_fundamental(benchmark::State& state) {
+  const PointPairs pairs = pairs_of(make_frames(2));
+  for (auto _ : state) benchmark::DoNotOptimize(find_fundamental(pairs, {.threshold = 1}));
+}
+BENCHMARK(run_fundamental)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace stillmap
