@@ -16,7 +16,7 @@ namespace stillmap {
 struct FlowOptions {
   int window = 5;           ///< side of the square that is compared [pixels of each level]
   int levels = 3;           ///< of the pyramid above the full image; each halves the size
-  int iterations = 10;      ///< at most, per level
+  int iterations = 5;       ///< at most, per level: more finds no more
   double precision = 0.03;  ///< an iteration that moves the point by less is the last [pixels]
   double texture = 1e-4;    ///< least eigenvalue of the gradient matrix, as OpenCV scales it
   double check_back = 0;    ///< a point that does not come back to within this is lost; 0: no check

@@ -52,8 +52,32 @@ int reach_of(const SmallMask& mask, cv::Point2f flow, int margin, const SmallFra
   return margin + std::max(options.filling / source.shrink, come_in);
 }
 
-SmallMask carry_mask(const SmallMask& mask, const FlowFrame& source, const FlowFrame& target,
-                     std::size_t age, const CarryOptions& options) {
+/// Where a box has moved to, at most. A side on the border of the source's image stays open: the
+/// box went on beyond it.
+cv::Rect moved_box(const cv::Rect& box, cv::Point2f flow, int margin, const cv::Rect& image) {
+  const cv::Point shift(cvRound(flow.x), cvRound(flow.y));
+  cv::Point low = box.tl() + shift - cv::Point(margin, margin);
+  cv::Point high = box.br() + shift + cv::Point(margin, margin);
+  if (box.x <= image.x) low.x = image.x;
+  if (box.y <= image.y) low.y = image.y;
+  if (box.br().x >= image.br().x) high.x = image.br().x;
+  if (box.br().y >= image.br().y) high.y = image.br().y;
+  return low.x < high.x && low.y < high.y ? cv::Rect(low, high) & image : cv::Rect();
+}
+
+void clip(MovedMask& moved, const cv::Rect& limits) {
+  SmallMask& mask = moved.small;
+  const cv::Rect kept = mask.window & limits, inner = kept - mask.window.tl();
+  mask.window = kept;
+  if (kept.empty()) return;
+  mask.mask = mask.mask(inner).clone();
+  moved.depth = moved.depth(inner).clone();
+}
+
+/// @param is_box whether only a box is known of the thing: then what is carried of it may not
+/// outgrow the box. The wall and the floor beside a person belong to the surfaces in the box.
+SmallMask carry_mask(const SmallMask& mask, bool is_box, const FlowFrame& source,
+                     const FlowFrame& target, std::size_t age, const CarryOptions& options) {
   const int shrink = source.small.shrink;
   const double uncertainty = options.base_growth + options.growth * static_cast<double>(age);
   const int margin = cvCeil(uncertainty / shrink);
@@ -62,6 +86,7 @@ SmallMask carry_mask(const SmallMask& mask, const FlowFrame& source, const FlowF
   const cv::Point2f flow = common_flow(grid);
   MovedMask moved =
       move_mask(mask, grid, source.small, reach_of(mask, flow, margin, source.small, options));
+  if (is_box) clip(moved, moved_box(mask.window, flow, margin, source.small.bounds()));
   if (moved.small.window.empty()) return {};
   const cv::Mat1b open = open_ground(moved.small, flow, target.small, options);
   drop_others(moved, target.small, options);
@@ -78,8 +103,8 @@ SegmentedFrame carry(const CarrySource& source, const RgbdFrame& target_frame,
   if (source.masks.instances.empty()) return carried;
   const FlowFrame target(target_frame, options);
   for (std::size_t i = 0; i < source.small.size(); ++i) {
-    const SmallMask mask =
-        carry_mask(source.small[i], source.frame, target, carried.age(), options);
+    const SmallMask mask = carry_mask(source.small[i], source.masks.instances[i].mask.empty(),
+                                      source.frame, target, carried.age(), options);
     Instance instance = enlarge_mask(mask, target.small, source.masks.instances[i]);
     if (!instance.box.empty()) carried.instances.push_back(std::move(instance));
   }

@@ -11,7 +11,8 @@ namespace stillmap {
 
 /// Carries the instances found in `source_frame` forward to the later `target_frame`: each mask is
 /// cut into squares, optical flow moves them, and the depth image mends the outline. Instances
-/// without a mask are taken to fill their box. Those of which nothing is left in the target are
+/// without a mask are taken to fill their box, less what lies behind, and do not outgrow it as it
+/// moves. Those of which nothing is left in the target are
 /// dropped. A pure function of its arguments.
 ///
 /// `source.frame_index` is `source_frame.index`; the result is in the pixels of `target_frame` and

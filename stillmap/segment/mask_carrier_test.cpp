@@ -88,6 +88,20 @@ TEST(CarryForward, DepthTakesTheWallOutOfASloppyMask) {
   EXPECT_GT(score(carried, after).precision, 0.95);  // the mask itself: 0.83
 }
 
+TEST(CarryForward, ABoxDoesNotStretchBetweenTheThingAndTheWallInIt) {
+  // The wall in the box is too near to the thing to be told from it by depth; it stays behind.
+  const cv::Rect before(200, 100, 120, 250), after = before + cv::Point(30, 0);
+  const cv::Rect around(185, 85, 150, 280);
+  SegmentedFrame boxes = masks_at(0, around);
+  boxes.instances[0].mask.release();
+  const auto carried = carry_forward(boxes, *scene(0, before, 2.8F), *scene(2, after, 2.8F));
+  ASSERT_EQ(carried.instances.size(), 1U);
+  const cv::Rect box = carried.instances[0].box;
+  EXPECT_EQ(box | after, box);
+  EXPECT_LE(box.width, around.width + 2 * 8);  // base_growth + 2 growth = 5 pixels, and rounding
+  EXPECT_LE(box.height, around.height + 2 * 8);
+}
+
 TEST(CarryForward, TakesInWhatComesIntoTheImage) {
   const cv::Rect before(560, 100, 120, 250), after = before - cv::Point(38, 0);  // 80, then 118 px
   const auto carried = carry_forward(masks_at(0, before), *scene(0, before), *scene(2, after));
