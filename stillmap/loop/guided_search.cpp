@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/loop/guided_search.hpp"
+
+#include "stillmap/map/visibility.hpp"
+
+namespace stillmap {
+namespace {
+
+/// Whether something in front hides what should be seen at depth `depth` [m]: a keypoint beside it
+/// is clearly nearer.
+bool hidden(const ImageView& image, const ProjectionQuery& query, double depth) {
+  constexpr float kBeside = 16;     // pixels
+  constexpr double kNearer = 0.85;  // of the depth expected
+  bool found = false;
+  image.features.grid.for_each_near(query.u, query.v, kBeside, 0, 255, [&](std::uint32_t i) {
+    const float there = image.features.keypoints[i].depth;
+    found |= there > 0 && there < kNearer * depth;
+  });
+  return found;
+}
+
+std::vector<std::uint8_t> unusable(const ImageView& image) {
+  std::vector<std::uint8_t> taken;
+  for (const float weight : image.static_weight) taken.push_back(weight <= 0);
+  return taken;
+}
+
+}  // namespace
+
+GuidedSearch search_landmarks(const Map& map, std::span<const LandmarkId> landmarks,
+                              const ImageView& image, const Pose& T_world_camera,
+                              const GuidedSearchOptions& options) {
+  const Viewpoint view(map.camera(), map.pyramid(), T_world_camera);
+  std::vector<ProjectionQuery> queries;
+  std::vector<const Landmark*> sought;
+  for (const LandmarkId id : landmarks) {
+    const Landmark* landmark = map.find(id);
+    if (landmark == nullptr) continue;
+    if (const auto query = view.expect(*landmark, options.radius, options.min_view_cosine)) {
+      queries.push_back(*query);
+      sought.push_back(landmark);
+    }
+  }
+  ProjectionMatchOptions matching;
+  matching.max_distance = options.max_distance;
+  matching.ratio = options.ratio;
+  const auto found = match_by_projection(queries, image.features, matching, unusable(image));
+  GuidedSearch result;
+  for (std::size_t q = 0; q < queries.size(); ++q) {
+    if (found[q]) result.sights.push_back({*found[q], sought[q]->id});
+    result.expected += found[q] || !hidden(image, queries[q], view.depth(sought[q]->p_world));
+  }
+  return result;
+}
+
+SightedPose solve_sights(const Map& map, std::span<const LandmarkSight> sights,
+                         const ImageView& image, const Pose& T_world_camera_guess,
+                         const PoseSolverOptions& options) {
+  std::vector<PoseObservation> observations;
+  for (const LandmarkSight& sight : sights) {
+    const Keypoint& k = image.features.keypoints[sight.keypoint];
+    observations.push_back({.p_world = map.at(sight.landmark).p_world,
+                            .u = k.u,
+                            .v = k.v,
+                            .depth = k.depth,
+                            .scale = static_cast<float>(map.pyramid().scale(k.level)),
+                            .weight = image.static_weight[sight.keypoint]});
+  }
+  SightedPose result;
+  result.solution = solve_pose(map.camera(), T_world_camera_guess, observations, options);
+  for (std::size_t i = 0; i < sights.size(); ++i) {
+    if (!result.solution.inlier[i]) continue;
+    result.inliers.push_back(sights[i]);
+    result.contradicted += observations[i].depth > 0 && !result.solution.depth_inlier[i];
+  }
+  return result;
+}
+
+}  // namespace stillmap

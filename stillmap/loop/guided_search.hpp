@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/base/fields.hpp"
+#include "stillmap/map/map.hpp"
+#include "stillmap/optimize/pose_solver.hpp"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace stillmap {
+
+/// An image with or without a keyframe.
+struct ImageView {
+  const Features& features;
+  std::span<const float> static_weight;  ///< one per keypoint: 0 or less is left out
+};
+
+struct GuidedSearchOptions {
+  double radius = 8;             ///< of the search on level 0 [pixels]
+  int max_distance = 60;         ///< Hamming, inclusive
+  double ratio = 0.9;            ///< see ProjectionMatchOptions
+  double min_view_cosine = 0.5;  ///< between a landmark's mean viewing direction and this one
+  STILLMAP_FIELDS(radius, max_distance, ratio, min_view_cosine)
+};
+
+/// "Keypoint `keypoint` shows landmark `landmark`."
+struct LandmarkSight {
+  std::uint32_t keypoint = 0;
+  LandmarkId landmark;
+  bool operator==(const LandmarkSight&) const = default;
+};
+
+/// What a camera at a supposed pose should see, and does.
+struct GuidedSearch {
+  std::vector<LandmarkSight> sights;  ///< sorted by landmark; keypoints are different
+  /// Landmarks that should be seen: in the image, from where they can be seen, and not behind what
+  /// the keypoints beside them show.
+  int expected = 0;
+};
+
+/// Looks for landmarks around their projections.
+/// @param landmarks       sorted by id; unknown ids are passed over
+/// @param T_world_camera  in the landmarks' world
+GuidedSearch search_landmarks(const Map& map, std::span<const LandmarkId> landmarks,
+                              const ImageView& image, const Pose& T_world_camera,
+                              const GuidedSearchOptions& options);
+
+/// The pose that sights agree on, and which of them agree: solve_pose() on them.
+struct SightedPose {
+  PoseSolution solution;
+  std::vector<LandmarkSight> inliers;
+  int contradicted = 0;  ///< inliers by pixel whose depth is another
+};
+SightedPose solve_sights(const Map& map, std::span<const LandmarkSight> sights,
+                         const ImageView& image, const Pose& T_world_camera_guess,
+                         const PoseSolverOptions& options);
+
+}  // namespace stillmap

@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/loop/loop_verification.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace stillmap {
+namespace {
+
+ImageView image_of(const Keyframe& keyframe) {
+  return {*keyframe.features, keyframe.static_weight};
+}
+
+/// Where a keypoint's thing is in its keyframe's camera frame [m]: by its landmark, else by its
+/// depth.
+std::optional<Eigen::Vector3d> place_of(const Map& map, const Keyframe& keyframe,
+                                        std::uint32_t keypoint) {
+  if (const Landmark* landmark = map.find(keyframe.landmarks[keypoint]))
+    return keyframe.T_world_camera.inverse() * landmark->p_world;
+  const Keypoint& k = keyframe.features->keypoints[keypoint];
+  if (k.depth <= 0) return std::nullopt;
+  return map.camera().unproject(k.u, k.v, k.depth);
+}
+
+/// Pairs with the candidate as a, the query as b.
+std::vector<RigidPair> rigid_pairs(const Map& map, const PlaceIndex& index,
+                                   const Keyframe& candidate, const Keyframe& query,
+                                   const NodeMatchOptions& options) {
+  std::vector<RigidPair> pairs;
+  const auto matches = match_by_node(*index.find(candidate.id), *candidate.features,
+                                     *index.find(query.id), *query.features, options);
+  for (const DescriptorMatch& m : matches) {
+    const auto p_a = place_of(map, candidate, m.a), p_b = place_of(map, query, m.b);
+    if (!p_a || !p_b) continue;
+    const Keypoint& a = candidate.features->keypoints[m.a];
+    const Keypoint& b = query.features->keypoints[m.b];
+    pairs.push_back({*p_a,
+                     *p_b,
+                     {a.u, a.v},
+                     {b.u, b.v},
+                     map.pyramid().scale(a.level),
+                     map.pyramid().scale(b.level)});
+  }
+  return pairs;
+}
+
+/// Landmarks that a keyframe and its best covisible ones see, less those that `without` sees;
+/// sorted.
+std::vector<LandmarkId> landmarks_around(const Map& map, KeyframeId centre, int window,
+                                         const Keyframe& without) {
+  std::vector<KeyframeId> keyframes = {centre};
+  for (const Covisible& c : map.covisible(centre)) {
+    if (static_cast<int>(keyframes.size()) <= window) keyframes.push_back(c.keyframe);
+  }
+  std::vector<LandmarkId> own(without.landmarks), result;
+  std::sort(own.begin(), own.end());
+  for (const LandmarkId id : landmarks_seen_by(map, keyframes)) {
+    if (!std::binary_search(own.begin(), own.end(), id)) result.push_back(id);
+  }
+  return result;
+}
+
+/// Landmarks of one keyframe that others have seen too: those of one sight alone are often none.
+std::vector<LandmarkId> confirmed_landmarks(const Map& map, KeyframeId keyframe) {
+  std::vector<LandmarkId> ids = landmarks_seen_by(map, std::span(&keyframe, 1));
+  std::erase_if(ids, [&](LandmarkId id) { return map.at(id).observations.size() < 2; });
+  return ids;
+}
+
+/// Of what a camera should see, what it does, at a pose that has been solved for.
+double found_share(const Map& map, KeyframeId seen_by, const Keyframe& looked_for_in,
+                   const Pose& T_world_camera, const GuidedSearchOptions& options) {
+  const GuidedSearch search = search_landmarks(map, confirmed_landmarks(map, seen_by),
+                                               image_of(looked_for_in), T_world_camera, options);
+  return search.expected > 0 ? static_cast<double>(search.sights.size()) / search.expected : 0;
+}
+
+/// One verification, step by step; a step that fails leaves its reason.
+class Verification {
+ public:
+  Verification(const Map& map, const PlaceIndex& index, KeyframeId query, KeyframeId candidate,
+               const LoopVerificationOptions& options)
+      : map_(map),
+        index_(index),
+        options_(options),
+        query_(map.at(query)),
+        candidate_(map.at(candidate)),
+        landmarks_(landmarks_around(map, candidate, options.window, query_)) {
+    match_.query = query;
+    match_.candidate = candidate;
+    match_.same_component = query_.component == candidate_.component;
+  }
+
+  LoopVerdict run() {
+    if (estimate() && refine() && surroundings_agree() && drift_is_possible() &&
+        neighbours_agree()) {
+      pair_landmarks();
+      return {match_, ""};
+    }
+    return {std::nullopt, reason_};
+  }
+
+ private:
+  bool fail(std::string reason) {
+    reason_ = std::move(reason);
+    return false;
+  }
+
+  bool estimate() {
+    const auto pairs = rigid_pairs(map_, index_, candidate_, query_, options_.matching);
+    if (static_cast<int>(pairs.size()) < options_.min_matches)
+      return fail(fmt::format("{} matches", pairs.size()));
+    const auto consensus = find_rigid_motion(map_.camera(), pairs, options_.rigid);
+    if (!consensus) return fail(fmt::format("no motion fits the {} matches", pairs.size()));
+    T_world_query_ = candidate_.T_world_camera * consensus->model;
+    return true;
+  }
+
+  bool refine() {
+    for (const GuidedSearchOptions& search : {options_.wide, options_.narrow}) {
+      const auto found =
+          search_landmarks(map_, landmarks_, image_of(query_), T_world_query_, search);
+      const SightedPose solved =
+          solve_sights(map_, found.sights, image_of(query_), T_world_query_, options_.solver);
+      if (!solved.solution.well_posed) return fail("the pose is not determined");
+      T_world_query_ = solved.solution.T_world_camera;
+      match_.information = solved.solution.information;
+      match_.sights = solved.inliers;
+    }
+    match_.inliers = static_cast<int>(match_.sights.size());
+    match_.T_candidate_query = candidate_.T_world_camera.inverse() * T_world_query_;
+    if (match_.inliers < options_.min_inliers)
+      return fail(fmt::format("{} landmarks agree", match_.inliers));
+    return true;
+  }
+
+  bool surroundings_agree() {
+    // The query's landmarks as its side has them; so the candidate is moved to that side.
+    const Pose T_world_candidate = query_.T_world_camera * match_.T_candidate_query.inverse();
+    match_.found_share =
+        std::min(found_share(map_, candidate_.id, query_, T_world_query_, options_.narrow),
+                 found_share(map_, query_.id, candidate_, T_world_candidate, options_.narrow));
+    if (match_.found_share < options_.min_found_share) {
+      return fail(fmt::format("only {:.0f} % of what should be seen is", 100 * match_.found_share));
+    }
+    return true;
+  }
+
+  bool drift_is_possible() {
+    if (!match_.same_component) return true;
+    const double way = way_between(map_, query_.id, candidate_.id);
+    // The rotation's drift moves the far end of the way, so the query's own place tells.
+    const Pose correction = T_world_query_ * query_.T_world_camera.inverse();
+    const double metres =
+        (T_world_query_.translation() - query_.T_world_camera.translation()).norm();
+    const DriftLimits& limits = options_.drift;
+    if (metres > limits.metres + limits.metres_per_metre * way ||
+        correction.angle() > limits.radians + limits.radians_per_metre * way) {
+      return fail(fmt::format("{:.2f} m and {:.2f} rad are no drift of a way of {:.1f} m", metres,
+                              correction.angle(), way));
+    }
+    return true;
+  }
+
+  bool agrees(const Keyframe& neighbour) const {
+    const Pose T_world_neighbour =
+        T_world_query_ * query_.T_world_camera.inverse() * neighbour.T_world_camera;
+    const auto image = image_of(neighbour);
+    const auto found = search_landmarks(map_, landmarks_, image, T_world_neighbour, options_.wide);
+    const SightedPose solved =
+        solve_sights(map_, found.sights, image, T_world_neighbour, options_.solver);
+    // A camera pose of its own, yet the same: what the landmarks tolerate, and no more.
+    const Pose error = T_world_neighbour.inverse() * solved.solution.T_world_camera;
+    constexpr double kMetres = 0.1, kRadians = 0.05;
+    return solved.solution.well_posed && error.translation().norm() < kMetres &&
+           error.angle() < kRadians &&
+           static_cast<int>(solved.inliers.size()) >= options_.min_neighbour_sights;
+  }
+
+  bool neighbours_agree() {
+    int asked = 0;
+    for (const Covisible& c : map_.covisible(query_.id, options_.neighbour_shared)) {
+      if (asked++ == options_.neighbours) break;
+      match_.neighbours_agree += agrees(map_.at(c.keyframe));
+    }
+    if (match_.neighbours_agree < options_.min_neighbours_agree)
+      return fail(fmt::format("{} neighbours agree", match_.neighbours_agree));
+    return true;
+  }
+
+  void pair_landmarks() {
+    for (const LandmarkSight& sight : match_.sights) {
+      const LandmarkId own = query_.landmarks[sight.keypoint];
+      if (map_.find(own) != nullptr && own != sight.landmark)
+        match_.pairs.push_back({own, sight.landmark});
+    }
+  }
+
+  const Map& map_;
+  const PlaceIndex& index_;
+  const LoopVerificationOptions& options_;
+  const Keyframe& query_;
+  const Keyframe& candidate_;
+  const std::vector<LandmarkId> landmarks_;  // of the candidate's side
+  LoopMatch match_;
+  Pose T_world_query_;  // as the candidate's side has it
+  std::string reason_;
+};
+
+}  // namespace
+
+LoopVerdict verify_loop(const Map& map, const PlaceIndex& index, KeyframeId query,
+                        KeyframeId candidate, const LoopVerificationOptions& options) {
+  if (index.find(query) == nullptr || index.find(candidate) == nullptr)
+    return {std::nullopt, "a keyframe is not in the index"};
+  return Verification(map, index, query, candidate, options).run();
+}
+
+double way_between(const Map& map, KeyframeId a, KeyframeId b) {
+  const auto [from, to] = std::minmax(map.at(a).sequence, map.at(b).sequence);
+  const std::uint32_t component = map.at(a).component;
+  std::vector<std::pair<std::uint32_t, Eigen::Vector3d>> stations;
+  map.for_each_keyframe([&](const Keyframe& k) {
+    if (k.component == component && k.sequence >= from && k.sequence <= to)
+      stations.emplace_back(k.sequence, k.T_world_camera.translation());
+  });
+  std::sort(stations.begin(), stations.end(),
+            [](const auto& x, const auto& y) { return x.first < y.first; });
+  double way = 0;
+  for (std::size_t i = 1; i < stations.size(); ++i)
+    way += (stations[i].second - stations[i - 1].second).norm();
+  return way;
+}
+
+}  // namespace stillmap

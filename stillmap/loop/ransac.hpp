@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/base/fields.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <random>
+#include <vector>
+
+namespace stillmap {
+
+struct RansacOptions {
+  int max_iterations = 500;   ///< samples drawn at most
+  double confidence = 0.999;  ///< of having drawn one sample of inliers only, to stop early
+  int min_inliers = 15;       ///< fewer: no answer
+  int seed = 1;               ///< of the drawing
+  STILLMAP_FIELDS(max_iterations, confidence, min_inliers, seed)
+};
+
+/// What most of the data agree on.
+template <typename Model>
+struct Consensus {
+  Model model;
+  std::vector<std::uint8_t> inlier;  ///< one per datum
+  int inliers = 0;
+  int iterations = 0;  ///< samples drawn
+};
+
+namespace ransac_detail {
+
+/// `Size` different indices below `count`. Not by std::uniform_int_distribution, whose numbers are
+/// each library's own.
+template <std::size_t Size>
+std::array<std::size_t, Size> draw(std::size_t count, std::mt19937_64& random) {
+  std::array<std::size_t, Size> sample{};
+  for (std::size_t i = 0; i < Size;) {
+    sample[i] = random() % count;
+    const auto end = sample.begin() + static_cast<std::ptrdiff_t>(i);
+    if (std::find(sample.begin(), end, sample[i]) == end) ++i;
+  }
+  return sample;
+}
+
+/// Samples needed to draw one of inliers only with the wished confidence (Fischler and Bolles
+/// 1981).
+inline double samples_needed(double inlier_share, std::size_t size, double confidence) {
+  const double good = std::pow(inlier_share, static_cast<double>(size));
+  if (good >= 1) return 1;
+  if (good <= 0) return 1e12;
+  return std::log(1 - confidence) / std::log1p(-good);
+}
+
+}  // namespace ransac_detail
+
+/// Random sample consensus (Fischler and Bolles, CACM 1981), seeded, with the number of samples
+/// adapted to the share of inliers. Nothing if no model has options.min_inliers.
+/// @param count    of data
+/// @param propose  sample of `Size` indices -> models that fit it, std::vector<Model>
+/// @param judge    model -> which data agree, std::vector<std::uint8_t>
+template <std::size_t Size, typename Model, typename Propose, typename Judge>
+std::optional<Consensus<Model>> ransac(std::size_t count, const RansacOptions& options,
+                                       Propose&& propose, Judge&& judge) {
+  if (count < Size || count < static_cast<std::size_t>(options.min_inliers)) return std::nullopt;
+  std::mt19937_64 random(static_cast<std::uint64_t>(options.seed));
+  std::optional<Consensus<Model>> best;
+  double wanted = options.max_iterations;
+  int drawn = 0;
+  for (; drawn < wanted; ++drawn) {
+    for (const Model& model : propose(ransac_detail::draw<Size>(count, random))) {
+      std::vector<std::uint8_t> inlier = judge(model);
+      const auto inliers = static_cast<int>(std::count(inlier.begin(), inlier.end(), 1));
+      if (inliers < options.min_inliers || (best && inliers <= best->inliers)) continue;
+      best = Consensus<Model>{model, std::move(inlier), inliers, 0};
+      wanted = std::min<double>(
+          options.max_iterations,
+          ransac_detail::samples_needed(static_cast<double>(inliers) / static_cast<double>(count),
+                                        Size, options.confidence));
+    }
+  }
+  if (best) best->iterations = drawn;
+  return best;
+}
+
+}  // namespace stillmap
