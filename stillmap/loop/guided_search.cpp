@@ -3,6 +3,9 @@
 
 #include "stillmap/map/visibility.hpp"
 
+#include <algorithm>
+#include <array>
+
 namespace stillmap {
 namespace {
 
@@ -48,9 +51,33 @@ GuidedSearch search_landmarks(const Map& map, std::span<const LandmarkId> landma
   GuidedSearch result;
   for (std::size_t q = 0; q < queries.size(); ++q) {
     if (found[q]) result.sights.push_back({*found[q], sought[q]->id});
-    result.expected += found[q] || !hidden(image, queries[q], view.depth(sought[q]->p_world));
+    if (found[q] || !hidden(image, queries[q], view.depth(sought[q]->p_world)))
+      result.expected.push_back({queries[q].u, queries[q].v, found[q].has_value()});
   }
   return result;
+}
+
+SightAgreement agreement(const Camera& camera, std::span<const ExpectedSight> expected) {
+  constexpr int kColumns = 6, kRows = 5;
+  constexpr double kBlank = 0.15;  // found share of a part that counts as blank
+  struct Part {
+    int expected = 0, found = 0;
+  };
+  std::array<Part, kColumns * kRows> parts;
+  Part all;
+  for (const ExpectedSight& e : expected) {
+    const int x = std::clamp(static_cast<int>(e.u) * kColumns / camera.width, 0, kColumns - 1);
+    const int y = std::clamp(static_cast<int>(e.v) * kRows / camera.height, 0, kRows - 1);
+    Part& part = parts[static_cast<std::size_t>(y * kColumns + x)];
+    ++part.expected, ++all.expected;
+    part.found += e.found, all.found += e.found;
+  }
+  if (all.expected == 0) return {0, 1};
+  int blank = 0;
+  for (const Part& part : parts) {
+    if (part.found <= kBlank * part.expected) blank += part.expected;
+  }
+  return {static_cast<double>(all.found) / all.expected, static_cast<double>(blank) / all.expected};
 }
 
 SightedPose solve_sights(const Map& map, std::span<const LandmarkSight> sights,

@@ -31,12 +31,18 @@ struct LandmarkSight {
   bool operator==(const LandmarkSight&) const = default;
 };
 
+/// Where a landmark should be seen [pixels], and whether it is.
+struct ExpectedSight {
+  float u = 0, v = 0;
+  bool found = false;
+};
+
 /// What a camera at a supposed pose should see, and does.
 struct GuidedSearch {
   std::vector<LandmarkSight> sights;  ///< sorted by landmark; keypoints are different
   /// Landmarks that should be seen: in the image, from where they can be seen, and not behind what
   /// the keypoints beside them show.
-  int expected = 0;
+  std::vector<ExpectedSight> expected;
 };
 
 /// Looks for landmarks around their projections.
@@ -45,6 +51,16 @@ struct GuidedSearch {
 GuidedSearch search_landmarks(const Map& map, std::span<const LandmarkId> landmarks,
                               const ImageView& image, const Pose& T_world_camera,
                               const GuidedSearchOptions& options);
+
+/// How well an image shows what it should.
+struct SightAgreement {
+  double found = 0;  ///< share of what should be seen that is
+  /// Share of what should be seen that lies where next to nothing is found. In a place seen again,
+  /// what is missed lies scattered; in one that only looks alike, or is alike in part, whole parts
+  /// of the picture are missed.
+  double blank = 0;
+};
+SightAgreement agreement(const Camera& camera, std::span<const ExpectedSight> expected);
 
 /// The pose that sights agree on, and which of them agree: solve_pose() on them.
 struct SightedPose {

@@ -68,12 +68,12 @@ std::vector<LandmarkId> confirmed_landmarks(const Map& map, KeyframeId keyframe)
   return ids;
 }
 
-/// Of what a camera should see, what it does, at a pose that has been solved for.
-double found_share(const Map& map, KeyframeId seen_by, const Keyframe& looked_for_in,
-                   const Pose& T_world_camera, const GuidedSearchOptions& options) {
+/// How well a keyframe, at a pose that has been solved for, shows what another one sees.
+SightAgreement agreement_of(const Map& map, KeyframeId seen_by, const Keyframe& looked_for_in,
+                            const Pose& T_world_camera, const GuidedSearchOptions& options) {
   const GuidedSearch search = search_landmarks(map, confirmed_landmarks(map, seen_by),
                                                image_of(looked_for_in), T_world_camera, options);
-  return search.expected > 0 ? static_cast<double>(search.sights.size()) / search.expected : 0;
+  return agreement(map.camera(), search.expected);
 }
 
 /// One verification, step by step; a step that fails leaves its reason.
@@ -138,11 +138,16 @@ class Verification {
   bool surroundings_agree() {
     // The query's landmarks as its side has them; so the candidate is moved to that side.
     const Pose T_world_candidate = query_.T_world_camera * match_.T_candidate_query.inverse();
-    match_.found_share =
-        std::min(found_share(map_, candidate_.id, query_, T_world_query_, options_.narrow),
-                 found_share(map_, query_.id, candidate_, T_world_candidate, options_.narrow));
-    if (match_.found_share < options_.min_found_share) {
-      return fail(fmt::format("only {:.0f} % of what should be seen is", 100 * match_.found_share));
+    const SightAgreement there =
+        agreement_of(map_, candidate_.id, query_, T_world_query_, options_.narrow);
+    const SightAgreement here =
+        agreement_of(map_, query_.id, candidate_, T_world_candidate, options_.narrow);
+    match_.found_share = std::min(there.found, here.found);
+    match_.blank_share = std::max(there.blank, here.blank);
+    if (match_.found_share < options_.min_found_share ||
+        match_.blank_share > options_.max_blank_share) {
+      return fail(fmt::format("{:.0f} % of what should be seen is, {:.0f} % lies where nothing is",
+                              100 * match_.found_share, 100 * match_.blank_share));
     }
     return true;
   }
@@ -189,10 +194,20 @@ class Verification {
     return true;
   }
 
+  /// Whether the query camera has a landmark of its own and one of the other side in one depth.
+  bool as_deep(LandmarkId own, LandmarkId other) const {
+    const auto disparity = [&](const Pose& T_world_camera, LandmarkId id) {
+      return map_.camera().bf() / (T_world_camera.inverse() * map_.at(id).p_world).z();
+    };
+    const double error = disparity(query_.T_world_camera, own) - disparity(T_world_query_, other);
+    const double sigma = options_.solver.noise.disparity_sigma;
+    return error * error <= options_.solver.disparity_chi2 * 2 * sigma * sigma;
+  }
+
   void pair_landmarks() {
     for (const LandmarkSight& sight : match_.sights) {
       const LandmarkId own = query_.landmarks[sight.keypoint];
-      if (map_.find(own) != nullptr && own != sight.landmark)
+      if (map_.find(own) != nullptr && own != sight.landmark && as_deep(own, sight.landmark))
         match_.pairs.push_back({own, sight.landmark});
     }
   }

@@ -32,15 +32,16 @@ struct LoopVerificationOptions {
   /// Of the candidate's landmarks that the query should show, and of the query's that the candidate
   /// should, those that it does. Two desks of one make show each other's things, but not each
   /// other's surroundings. Chosen by measurement, see docs/results.md.
-  double min_found_share = 0.3;
+  double min_found_share = 0.25;
+  double max_blank_share = 0.3;   ///< of the same: see SightAgreement::blank
   int neighbours = 5;             ///< keyframes beside the query that are asked, at most
   int min_neighbours_agree = 3;   ///< of them must show the candidate's side where the match says
   int min_neighbour_sights = 25;  ///< landmarks, for a neighbour to agree
   int neighbour_shared = 15;      ///< landmarks shared with the query that make a neighbour
   DriftLimits drift;
   STILLMAP_FIELDS(matching, rigid, wide, narrow, solver, window, min_matches, min_inliers,
-                  min_found_share, neighbours, min_neighbours_agree, min_neighbour_sights,
-                  neighbour_shared, drift)
+                  min_found_share, max_blank_share, neighbours, min_neighbours_agree,
+                  min_neighbour_sights, neighbour_shared, drift)
 };
 
 /// Two landmarks that are one thing.
@@ -64,6 +65,7 @@ struct LoopMatch {
   std::vector<LandmarkPair> pairs;
   int inliers = 0;                          ///< sights that agree
   double found_share = 0;                   ///< the lower of both sides'
+  double blank_share = 0;                   ///< the higher of both sides'
   int neighbours_agree = 0;                 ///< further keyframes that confirm it
   Matrix6d information = Matrix6d::Zero();  ///< of the pose, see PoseSolution
 };

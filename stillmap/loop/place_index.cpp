@@ -37,38 +37,45 @@ std::vector<PlaceScore> best_of(const Map& map, const ScoreOf& scores, double mi
   return best;
 }
 
+/// Keyframes of one place, and the best of them.
+struct Island {
+  PlaceCandidate best;
+  std::vector<KeyframeId> members;
+};
+
 /// The island around a keyframe.
-PlaceCandidate island_around(const Map& map, const PlaceScore& centre, const ScoreOf& scores,
-                             int size) {
-  PlaceCandidate island{centre.keyframe, centre.score, centre.score};
+Island island_around(const Map& map, const PlaceScore& centre, const ScoreOf& scores, int size) {
+  Island island{{centre.keyframe, centre.score, centre.score}, {centre.keyframe}};
   int counted = 0;
   for (const Covisible& c : map.covisible(centre.keyframe)) {
     if (counted++ == size) break;
     const auto found = scores.find(c.keyframe);
     if (found == scores.end()) continue;
-    island.island_score += found->second;
-    if (found->second > island.score) {
-      island.keyframe = c.keyframe;
-      island.score = found->second;
+    island.members.push_back(c.keyframe);
+    island.best.island_score += found->second;
+    if (found->second > island.best.score) {
+      island.best.keyframe = c.keyframe;
+      island.best.score = found->second;
     }
   }
   return island;
 }
 
-/// Best first; of several islands with one best keyframe only the best island.
-void sort_and_thin(const Map& map, std::vector<PlaceCandidate>& islands) {
-  std::sort(islands.begin(), islands.end(), [&](const PlaceCandidate& a, const PlaceCandidate& b) {
-    if (a.island_score != b.island_score) return a.island_score > b.island_score;
-    return map.at(a.keyframe).sequence < map.at(b.keyframe).sequence;
+/// Best first; an island whose best keyframe lies on a better island is part of that.
+std::vector<PlaceCandidate> separate(const Map& map, std::vector<Island> islands) {
+  std::sort(islands.begin(), islands.end(), [&](const Island& a, const Island& b) {
+    if (a.best.island_score != b.best.island_score)
+      return a.best.island_score > b.best.island_score;
+    return map.at(a.best.keyframe).sequence < map.at(b.best.keyframe).sequence;
   });
   std::vector<PlaceCandidate> kept;
-  for (const PlaceCandidate& island : islands) {
-    const bool known = std::any_of(kept.begin(), kept.end(), [&](const PlaceCandidate& k) {
-      return k.keyframe == island.keyframe;
-    });
-    if (!known) kept.push_back(island);
+  std::vector<KeyframeId> covered;
+  for (const Island& island : islands) {
+    if (std::find(covered.begin(), covered.end(), island.best.keyframe) == covered.end())
+      kept.push_back(island.best);
+    covered.insert(covered.end(), island.members.begin(), island.members.end());
   }
-  islands = std::move(kept);
+  return kept;
 }
 
 }  // namespace
@@ -125,15 +132,15 @@ std::vector<PlaceCandidate> find_places(const Map& map, const PlaceIndex& index,
                                         std::span<const KeyframeId> excluded, double min_score,
                                         const PlaceQueryOptions& options) {
   const ScoreOf scores = eligible_scores(map, index, query, excluded);
-  std::vector<PlaceCandidate> islands;
+  std::vector<Island> islands;
   for (const PlaceScore& centre : best_of(map, scores, min_score, options.max_scored))
     islands.push_back(island_around(map, centre, scores, options.group));
-  sort_and_thin(map, islands);
-  if (islands.empty()) return islands;
-  const double least = options.island_share * islands.front().island_score;
-  std::erase_if(islands, [&](const PlaceCandidate& i) { return i.island_score < least; });
-  islands.resize(std::min(islands.size(), static_cast<std::size_t>(options.max_candidates)));
-  return islands;
+  std::vector<PlaceCandidate> places = separate(map, std::move(islands));
+  if (places.empty()) return places;
+  const double least = options.island_share * places.front().island_score;
+  std::erase_if(places, [&](const PlaceCandidate& p) { return p.island_score < least; });
+  places.resize(std::min(places.size(), static_cast<std::size_t>(options.max_candidates)));
+  return places;
 }
 
 }  // namespace stillmap

@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/loop/loop_verification.hpp"
+
+#include "stillmap/loop/rendered_map_test.hpp"
+
+#include <set>
+
+#include <gtest/gtest.h>
+
+namespace stillmap {
+namespace {
+
+using rendered::MapBuilder;
+using rendered::small_pictures;
+
+constexpr int kPlaces = 8;
+
+/// The office, the camera looking at the desks.
+std::shared_ptr<const Scene> office() {
+  static const auto scene = std::make_shared<const Scene>(make_scene({.people = 0, .seed = 1001}));
+  return scene;
+}
+
+/// The same from another corner, where there are other things in the background.
+std::shared_ptr<const Scene> other_corner() {
+  auto scene = std::make_shared<Scene>(*office());
+  scene->viewpoint.position = {5.2, 1.0, 1.45};
+  scene->viewpoint.target = {3.0, 0.1, 0.9};
+  return scene;
+}
+
+const Camera& small_camera() {
+  static const Camera camera =
+      SimulatedSequence(small_pictures({.people = 0, .frames = 1})).camera();
+  return camera;
+}
+
+/// Frames along a short way, about 10 cm apart.
+std::vector<SimulatedFrame> walk(const std::shared_ptr<const Scene>& scene, int from_frame) {
+  const SimulatedSequence sequence({.camera = "xyz", .frames = from_frame + kPlaces, .speed = 10},
+                                   small_camera(), scene);
+  std::vector<SimulatedFrame> frames;
+  for (int i = 0; i < kPlaces; ++i)
+    frames.push_back(sequence.at(static_cast<std::size_t>(from_frame + i)));
+  return frames;
+}
+
+/// A place walked past twice; the second time the map believes to be elsewhere by `drift`.
+struct Revisit {
+  MapBuilder built;
+  std::vector<KeyframeId> first, second;
+  Pose drift;               ///< T_wrong_right: what a true pose of the second walk is taken for
+  std::vector<Pose> truth;  ///< of the second walk
+
+  Revisit(const std::vector<SimulatedFrame>& a, const std::vector<SimulatedFrame>& b,
+          const Camera& camera, const Pose& drift_of_second, bool merge)
+      : built(camera), drift(drift_of_second) {
+    for (const auto& f : a) first.push_back(built.add(*f.frame, f.truth.T_world_camera));
+    for (const auto& f : b) {
+      const bool starts = second.empty();
+      second.push_back(
+          built.add(*f.frame, drift * f.truth.T_world_camera, merge && starts, starts));
+      truth.push_back(f.truth.T_world_camera);
+    }
+  }
+
+  LoopVerdict verify(std::size_t query, std::size_t candidate,
+                     const LoopVerificationOptions& options = {}) const {
+    return verify_loop(built.map, built.index, second[query], first[candidate], options);
+  }
+};
+
+/// The candidate that place recognition names for a keyframe of the second walk.
+std::size_t recognised(const Revisit& r, std::size_t query) {
+  std::vector<KeyframeId> own = r.second;
+  std::sort(own.begin(), own.end());
+  const auto places =
+      find_places(r.built.map, r.built.index, r.built.index.find(r.second[query])->words, own, 0);
+  const auto at = std::find(r.first.begin(), r.first.end(), places.at(0).keyframe);
+  return static_cast<std::size_t>(at - r.first.begin());
+}
+
+class VerifyLoop : public ::testing::Test {
+ protected:
+  static const Revisit& revisit() {
+    static const Revisit made(walk(office(), 0), walk(office(), 18), small_camera(),
+                              Pose(so3_exp({0.02, -0.03, 0.05}), {0.12, -0.1, 0.05}), false);
+    return made;
+  }
+};
+
+/// Landmarks are off by some millimetres (noise of depth) and hundreds are averaged.
+TEST_F(VerifyLoop, FindsTheTruePlaceInSpiteOfDrift) {
+  const Revisit& r = revisit();
+  for (std::size_t q = 2; q < 6; ++q) {
+    const std::size_t c = recognised(r, q);
+    const LoopVerdict verdict = r.verify(q, c);
+    ASSERT_TRUE(verdict.match) << q << ": " << verdict.reason;
+    const Pose T_world_query =
+        r.built.map.at(r.first[c]).T_world_camera * verdict.match->T_candidate_query;
+    const Pose error = r.truth[q].inverse() * T_world_query;
+    EXPECT_LT(error.translation().norm(), 0.01);
+    EXPECT_LT(error.angle(), 0.004);
+    EXPECT_TRUE(verdict.match->same_component);
+  }
+}
+
+/// What it says is one thing must lie at one place once the drift is taken out: within 4 sigma of
+/// two depths (1.4e-3 z^2 each), but for those that are corners of two things, at a depth edge.
+TEST_F(VerifyLoop, PairsLandmarksThatAreOneThing) {
+  const Revisit& r = revisit();
+  const LoopVerdict verdict = r.verify(3, recognised(r, 3));
+  ASSERT_TRUE(verdict.match);
+  const auto& pairs = verdict.match->pairs;
+  EXPECT_GT(pairs.size(), 100U);
+  std::set<LandmarkId> own, other;
+  int apart = 0;
+  for (const LandmarkPair& pair : pairs) {
+    own.insert(pair.query);
+    other.insert(pair.candidate);
+    const Eigen::Vector3d p = r.drift.inverse() * r.built.map.at(pair.query).p_world;
+    const Eigen::Vector3d other_p = r.built.map.at(pair.candidate).p_world;
+    const double range = (p - r.truth[3].translation()).norm();
+    apart += (p - other_p).norm() > 0.03 + 4 * 1.4 * 1.4e-3 * range * range;
+  }
+  EXPECT_EQ(own.size(), pairs.size()) << "none twice";
+  EXPECT_EQ(other.size(), pairs.size());
+  EXPECT_LE(apart, static_cast<int>(pairs.size()) / 10);
+}
+
+TEST_F(VerifyLoop, SaysTheSameTwice) {
+  const Revisit& r = revisit();
+  const auto first = r.verify(4, 3), second = r.verify(4, 3);
+  ASSERT_TRUE(first.match);
+  EXPECT_EQ(first.match->sights, second.match->sights);
+  EXPECT_EQ(first.match->T_candidate_query.translation(),
+            second.match->T_candidate_query.translation());
+}
+
+TEST_F(VerifyLoop, WantsTheQuerysNeighboursToAgree) {
+  LoopVerificationOptions options;
+  options.min_neighbours_agree = options.neighbours + 1;
+  const LoopVerdict verdict = revisit().verify(3, 3, options);
+  EXPECT_FALSE(verdict.match);
+  EXPECT_NE(verdict.reason.find("neighbours"), std::string::npos) << verdict.reason;
+}
+
+/// The true place, but three metres from where a way of some metres can have drifted to.
+TEST_F(VerifyLoop, RefusesMoreThanATrajectoryCanDriftButMergesMaps) {
+  const auto first = walk(office(), 0), second = walk(office(), 18);
+  const Pose far(Eigen::Quaterniond::Identity(), {3, 0, 0});
+  const LoopVerdict loop = Revisit(first, second, small_camera(), far, false).verify(3, 3);
+  EXPECT_FALSE(loop.match);
+  EXPECT_NE(loop.reason.find("drift"), std::string::npos) << loop.reason;
+  const LoopVerdict merge = Revisit(first, second, small_camera(), far, true).verify(3, 3);
+  ASSERT_TRUE(merge.match) << "another component has no place that it could have drifted from: "
+                           << merge.reason;
+  EXPECT_FALSE(merge.match->same_component);
+}
+
+/// Another part of the room, into which one puts what stands within `radius` metres of where the
+/// first camera looks: the same desk with the same things on it, in other surroundings. Both
+/// cameras move alike.
+std::vector<SimulatedFrame> with_desk_of(const std::vector<SimulatedFrame>& desk,
+                                         const std::vector<SimulatedFrame>& room, double radius) {
+  const Camera& camera = small_camera();
+  const SimulatedFrame& middle = desk[desk.size() / 2];
+  const double ahead = middle.truth.depth.at<float>(camera.height / 2, camera.width / 2);
+  const Eigen::Vector3d centre =
+      middle.truth.T_world_camera * camera.unproject(camera.cx, camera.cy, ahead);
+  std::vector<SimulatedFrame> result;
+  for (std::size_t i = 0; i < room.size(); ++i) {
+    auto frame = std::make_shared<RgbdFrame>(*room[i].frame);
+    frame->grey = frame->grey.clone();
+    frame->depth = frame->depth.clone();
+    for (int v = 0; v < camera.height; ++v) {
+      for (int u = 0; u < camera.width; ++u) {
+        const double z = desk[i].truth.depth.at<float>(v, u);
+        const Eigen::Vector3d p = desk[i].truth.T_world_camera * camera.unproject(u, v, z);
+        if ((p - centre).norm() > radius) continue;
+        frame->grey.at<std::uint8_t>(v, u) = desk[i].frame->grey.at<std::uint8_t>(v, u);
+        frame->depth.at<float>(v, u) = desk[i].frame->depth.at<float>(v, u);
+      }
+    }
+    result.push_back(desk[i]);
+    result.back().frame = frame;
+  }
+  return result;
+}
+
+/// Neither as a loop nor as the merge of two maps, even though the desk alone gives enough matches
+/// for a pose.
+TEST_F(VerifyLoop, TwoDesksOfOneKindCloseNone) {
+  const auto here = walk(office(), 0), corner = walk(other_corner(), 0);
+  for (const double radius : {1.6, 2.0}) {  // 30 and 37 % of what the first camera sees
+    for (const bool merge : {false, true}) {
+      const Revisit r(here, with_desk_of(here, corner, radius), small_camera(),
+                      Pose(Eigen::Quaterniond::Identity(), {3, 0, 0}), merge);
+      for (std::size_t q = 0; q < kPlaces; ++q) {
+        for (std::size_t c = 0; c < kPlaces; ++c) EXPECT_FALSE(r.verify(q, c).match) << q << c;
+        EXPECT_NE(r.verify(q, q).reason.find("should be seen"), std::string::npos)
+            << r.verify(q, q).reason;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace stillmap

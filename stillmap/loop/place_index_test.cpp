@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/loop/place_index.hpp"
+
+#include "stillmap/loop/loop_detector.hpp"
+
+#include <random>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace stillmap {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+constexpr std::size_t kWords = 64;
+
+/// A vocabulary whose words are known: the descriptor of word w falls into word w.
+Descriptor descriptor_of(std::size_t word) {
+  std::mt19937_64 rng(word + 1);
+  return {rng(), rng(), rng(), rng()};
+}
+
+std::shared_ptr<const Vocabulary> known_words() {
+  std::vector<std::uint8_t> children(kWords + 1, 0);
+  children[0] = kWords;
+  std::vector<Descriptor> descriptors;
+  for (std::size_t w = 0; w < kWords; ++w) descriptors.push_back(descriptor_of(w));
+  return std::make_shared<const Vocabulary>(children, descriptors,
+                                            std::vector<float>(kWords, 1.0F));
+}
+
+/// Keyframes that show words; keyframes that follow one another share landmarks if told so.
+class PlaceIndexTest : public ::testing::Test {
+ protected:
+  KeyframeId add(const std::vector<std::size_t>& words, std::vector<float> weights = {}) {
+    auto features = std::make_shared<Features>();
+    for (const std::size_t w : words) features->descriptors.push_back(descriptor_of(w));
+    features->keypoints.resize(words.size());
+    Keyframe keyframe;
+    if (weights.empty()) weights.assign(words.size(), 1);
+    keyframe.static_weight = std::move(weights);
+    keyframe.features = std::move(features);
+    const Keyframe& added = map_.add_keyframe(std::move(keyframe));
+    index_.insert(added);
+    return added.id;
+  }
+
+  /// Lets two keyframes share landmarks at their first `count` keypoints.
+  void share(KeyframeId a, KeyframeId b, std::uint32_t count) {
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const LandmarkId known = map_.at(a).landmarks[i];
+      const LandmarkId id = known.valid() ? known : map_.add_landmark({0, 0, 2.0 + i}, {a, i}).id;
+      map_.observe(id, {b, i});
+    }
+  }
+
+  double score(KeyframeId query, KeyframeId other) const {
+    for (const PlaceScore& s : index_.scores(index_.find(query)->words)) {
+      if (s.keyframe == other) return s.score;
+    }
+    return 0;
+  }
+
+  std::vector<KeyframeId> places(const std::vector<PlaceCandidate>& candidates) const {
+    std::vector<KeyframeId> ids;
+    for (const PlaceCandidate& c : candidates) ids.push_back(c.keyframe);
+    return ids;
+  }
+
+  Map map_{Camera{}, PyramidShape{}};
+  PlaceIndex index_{known_words()};
+};
+
+TEST_F(PlaceIndexTest, ScoresAreTheSimilaritiesOfTheBags) {
+  const auto a = add({1, 2, 3, 4}), b = add({3, 4, 5, 6, 3, 3}), c = add({7, 8});
+  EXPECT_DOUBLE_EQ(score(a, a), 1);
+  EXPECT_NEAR(score(a, b), similarity(index_.find(a)->words, index_.find(b)->words), 1e-9);
+  EXPECT_NEAR(score(a, b), 0.25 + 1.0 / 6, 1e-6);
+  EXPECT_EQ(score(a, c), 0);
+}
+
+TEST_F(PlaceIndexTest, WhatMovesDoesNotEnter) {
+  const auto a = add({1, 2, 3, 4}), b = add({1, 2, 7, 8}, {0, 0, 1, 1});
+  EXPECT_EQ(score(a, b), 0) << "they share only what moves";
+}
+
+TEST_F(PlaceIndexTest, WhatWasErasedIsFoundNoMore) {
+  const auto a = add({1, 2, 3, 4}), b = add({1, 2, 3, 4}), c = add({1, 2, 3, 5});
+  index_.erase(b);
+  EXPECT_EQ(index_.find(b), nullptr);
+  EXPECT_EQ(score(a, b), 0);
+  map_.erase(c, a);
+  EXPECT_THAT(places(find_places(map_, index_, index_.find(a)->words, {}, 0)), ElementsAre(a))
+      << "and a keyframe the map no longer holds is no candidate";
+  index_.erase_missing(map_);
+  EXPECT_EQ(index_.size(), 1U);
+}
+
+TEST_F(PlaceIndexTest, AnIslandBeatsALonelyKeyframeOfHigherScore) {
+  const auto lonely = add({1, 2, 3, 4, 5, 6, 20, 21});
+  const auto i1 = add({1, 2, 3, 4, 5, 30, 31, 32}), i2 = add({3, 4, 5, 6, 7, 33, 34, 35}),
+             i3 = add({1, 2, 3, 40, 41, 42, 43, 44});
+  share(i1, i2, 3);
+  share(i1, i3, 3);
+  const auto query = add({1, 2, 3, 4, 5, 6, 7, 8});
+  const std::vector<KeyframeId> self = {query};
+  const auto found = find_places(map_, index_, index_.find(query)->words, self, 0);
+  EXPECT_THAT(places(found), ElementsAre(i1));
+  EXPECT_GT(score(query, lonely), score(query, i1));
+}
+
+TEST_F(PlaceIndexTest, WhatIsExcludedIsNeitherCandidateNorPartOfAnIsland) {
+  const auto a = add({1, 2, 3, 4}), b = add({1, 2, 3, 5}), query = add({1, 2, 3, 6});
+  share(a, b, 2);
+  const std::vector<KeyframeId> excluded = {b, query};
+  const auto found = find_places(map_, index_, index_.find(query)->words, excluded, 0);
+  ASSERT_THAT(places(found), ElementsAre(a));
+  EXPECT_DOUBLE_EQ(found[0].island_score, found[0].score);
+}
+
+TEST_F(PlaceIndexTest, EqualScoresComeInTheOrderOfMaking) {
+  const auto a = add({1, 2, 3}), b = add({1, 2, 3}), query = add({1, 2, 3});
+  const std::vector<KeyframeId> self = {query};
+  EXPECT_THAT(places(find_places(map_, index_, index_.find(query)->words, self, 0)),
+              ElementsAre(a, b));
+}
+
+/// A walk past three places and back to the first.
+class LoopDetectorTest : public PlaceIndexTest {
+ protected:
+  LoopDetectorTest() {
+    for (std::size_t k = 0; k < 4; ++k) old_.push_back(walk({1, 2, 3, 4, 5, 6, 10 + k, 20 + k}));
+    for (std::size_t k = 0; k < 4; ++k) walk({40, 41, 42, 43, 44, 45, 46 + k, 50 + k});
+    before_ = KeyframeId{};  // what follows shares no landmark with what was
+  }
+
+  KeyframeId walk(const std::vector<std::size_t>& words) {
+    const auto id = add(words);
+    if (before_.valid()) share(before_, id, 6);
+    return before_ = id;
+  }
+
+  LoopDetectorOptions options() const {
+    LoopDetectorOptions o;
+    o.neighbour_shared = o.group_shared = 2;
+    return o;
+  }
+
+  std::vector<KeyframeId> old_;
+  KeyframeId before_;
+};
+
+TEST_F(LoopDetectorTest, APlaceCountsWhenItIsFoundThreeTimesInARow) {
+  LoopDetector detector(options());
+  EXPECT_THAT(detector.detect(map_, index_, walk({1, 2, 3, 4, 5, 6, 10, 60})), IsEmpty());
+  EXPECT_THAT(detector.detect(map_, index_, walk({1, 2, 3, 4, 5, 6, 11, 61})), IsEmpty());
+  const auto found = detector.detect(map_, index_, walk({1, 2, 3, 4, 5, 6, 12, 62}));
+  ASSERT_FALSE(found.empty());
+  EXPECT_EQ(found[0].keyframe, old_[2]);
+}
+
+TEST_F(LoopDetectorTest, APlaceFoundWithAGapBetweenDoesNotCount) {
+  LoopDetector detector(options());
+  detector.detect(map_, index_, walk({1, 2, 3, 4, 5, 6, 10, 60}));
+  detector.detect(map_, index_, walk({1, 2, 3, 4, 5, 6, 11, 61}));
+  EXPECT_THAT(detector.detect(map_, index_, walk({55, 56, 57, 58, 59, 60, 61, 62})), IsEmpty());
+  EXPECT_THAT(detector.detect(map_, index_, walk({1, 2, 3, 4, 5, 6, 12, 63})), IsEmpty());
+}
+
+TEST_F(LoopDetectorTest, TheSurroundingsAreNoLoop) {
+  LoopDetectorOptions at_once = options();
+  at_once.consistent = 1;
+  LoopDetector detector(at_once);
+  const auto query = walk({1, 2, 3, 4, 5, 6, 10, 60});
+  EXPECT_FALSE(detector.detect(map_, index_, query).empty());
+  for (const KeyframeId id : old_) share(id, query, 6);
+  EXPECT_THAT(detector.detect(map_, index_, query), IsEmpty())
+      << "now the old place is where the camera knows to be";
+}
+
+TEST_F(LoopDetectorTest, WhatLooksAlikeLessThanTheNeighbourDoesNotCount) {
+  LoopDetectorOptions at_once = options();
+  at_once.consistent = 1;
+  at_once.relative_score = 0.8;
+  walk({1, 2, 30, 31, 32, 33, 34, 35});
+  const auto query = walk({1, 2, 30, 31, 32, 33, 34, 36});
+  EXPECT_THAT(LoopDetector(at_once).detect(map_, index_, query), IsEmpty());
+  at_once.relative_score = 0.2;  // two words of eight, against seven
+  EXPECT_FALSE(LoopDetector(at_once).detect(map_, index_, query).empty());
+}
+
+}  // namespace
+}  // namespace stillmap
