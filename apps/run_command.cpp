@@ -110,7 +110,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
       "--camera", arguments->camera,
       "preset name, camera.yaml or an ORB-SLAM settings file; default: SEQUENCE/camera.yaml");
   command->add_option("--preset", arguments->preset,
-                      "how motion is told from rest: see below; default seg-mask");
+                      "how motion is told from rest: see below; default fused");
   command->add_option("--model", arguments->model,
                       "YOLOv7, YOLOv8 or YOLO11 network (.onnx) that finds people");
   command->add_option("--masks", arguments->masks,

@@ -7,10 +7,11 @@
 
 namespace stillmap {
 
-/// How often the tracker expected to see a landmark, and did.
+/// How often the tracker expected to see a landmark, and did; and whether it moves.
 struct Sighting {
   LandmarkId landmark;
   std::uint32_t predicted = 0, found = 0;
+  float static_log_odds = 0;  ///< by all frames so far
 };
 
 /// What the tracker hands to the mapper: "keep this frame".

@@ -42,7 +42,8 @@ LocalLandmark copy(const Landmark& landmark) {
           landmark.min_distance,
           landmark.max_distance,
           landmark.descriptor,
-          static_cast<int>(landmark.observations.size())};
+          static_cast<int>(landmark.observations.size()),
+          landmark.static_log_odds};
 }
 
 }  // namespace

@@ -16,6 +16,7 @@ struct LocalLandmark {
   float min_distance, max_distance;
   Descriptor descriptor;
   int observations;
+  float static_log_odds;
 };
 
 /// A keyframe as the tracker needs it.

@@ -86,6 +86,10 @@ void Map::count_sighting(LandmarkId id, std::uint32_t predicted, std::uint32_t f
   }
 }
 
+void Map::set_static_log_odds(LandmarkId id, float log_odds) {
+  if (Landmark* landmark = landmarks_.find(id)) landmark->static_log_odds = log_odds;
+}
+
 bool Map::observe(LandmarkId id, const Observation& observation) {
   Landmark* landmark = landmarks_.find(id);
   Keyframe* keyframe = keyframes_.find(observation.keyframe);

@@ -51,6 +51,7 @@ struct Landmark {
   std::uint32_t first_sequence = 0;  ///< Keyframe::sequence of its maker
   std::uint32_t predicted = 1;       ///< frames in which the tracker expected to see it
   std::uint32_t found = 1;           ///< frames in which the tracker did see it
+  float static_log_odds = 0;  ///< of its being static, by all frames so far; below 0: it moves
 };
 
 /// A keyframe that shares landmarks with another one, and how many.
@@ -94,6 +95,8 @@ class Map {
   void set_position(LandmarkId id, const Eigen::Vector3d& p_world);
   /// Adds to the tracker's statistics of a landmark; unknown ids are passed over.
   void count_sighting(LandmarkId id, std::uint32_t predicted, std::uint32_t found);
+  /// What the frames so far say of its being static; an unknown id is passed over.
+  void set_static_log_odds(LandmarkId id, float log_odds);
 
   /// Notes that a keypoint shows a landmark. False, and nothing done, if the keypoint shows
   /// something already or the keyframe sees the landmark elsewhere.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/feature/features.hpp"
+#include "stillmap/motion/cell_grid.hpp"
 #include "stillmap/segment/instance.hpp"
 #include "stillmap/sensor/rgbd_frame.hpp"
 
@@ -19,9 +20,16 @@ struct MotionEvidence {
   /// speaks against it, falling with the probability of being static, and 0, left out, below
   /// MotionOptions::exclude_below.
   std::vector<float> weight;
+  /// The same of surfaces: per cell of the frame's CellGrid (rows x columns), the sum of
+  /// log-likelihood ratios and the number of observations they come from; empty where no cue
+  /// speaks of surfaces.
+  cv::Mat1f surface_log_odds, surface_observations;
   /// Height x width, 8UC1: 255 where a pixel is taken for moving. Empty: no pixel is.
   cv::Mat moving_pixels;
 };
+
+/// Log-odds below which a surface is taken for moving: one in four to be static.
+inline constexpr float kMovingSurface = -1.0986F;
 
 /// Probability that something is static, of its log-odds.
 inline float static_probability(float log_odds) { return 1.0f / (1.0f + std::exp(-log_odds)); }
@@ -30,6 +38,7 @@ inline float static_probability(float log_odds) { return 1.0f / (1.0f + std::exp
 struct Frame {
   RgbdFramePtr image;
   FeaturesPtr features;
+  CellGridPtr cells;
   SegmentedFramePtr
       instances;  ///< null where there is neither a network nor masks, or none has come yet
   MotionEvidence evidence;

@@ -58,8 +58,12 @@ void run_preset(benchmark::State& state, const char* preset) {
   std::size_t i = 0, step = 1, dropped = 0;
   for (auto _ : state) {
     const FramePtr& frame = frames[i];
-    const auto evidence =
-        estimator.estimate({frame->image, frame->features, frame->instances, previous});
+    const auto evidence = estimator.estimate({.image = frame->image,
+                                              .features = frame->features,
+                                              .cells = frame->cells,
+                                              .instances = frame->instances,
+                                              .previous = previous,
+                                              .ego_motion = {}});
     dropped =
         static_cast<std::size_t>(std::count(evidence.weight.begin(), evidence.weight.end(), 0.0F));
     previous = frame;
@@ -85,7 +89,12 @@ void run_flow(benchmark::State& state) {
   KeypointFlow flow;
   for (auto _ : state) {
     FlowTracker tracker(options);
-    flow = tracker.of_this_frame({frames[1]->image, frames[1]->features, nullptr, frames[0]});
+    flow = tracker.of_this_frame({.image = frames[1]->image,
+                                  .features = frames[1]->features,
+                                  .cells = nullptr,
+                                  .instances = nullptr,
+                                  .previous = frames[0],
+                                  .ego_motion = {}});
   }
   state.counters["found"] =
       static_cast<double>(std::count(flow.found.begin(), flow.found.end(), 1));
@@ -97,8 +106,12 @@ BENCHMARK(run_flow)
 
 PointPairs pairs_of(const std::vector<FramePtr>& frames) {
   FlowTracker tracker(FlowOptions{});
-  const KeypointFlow flow =
-      tracker.of_this_frame({frames[1]->image, frames[1]->features, nullptr, frames[0]});
+  const KeypointFlow flow = tracker.of_this_frame({.image = frames[1]->image,
+                                                   .features = frames[1]->features,
+                                                   .cells = nullptr,
+                                                   .instances = nullptr,
+                                                   .previous = frames[0],
+                                                   .ego_motion = {}});
   PointPairs pairs;
   for (std::size_t i = 0; i < flow.size(); ++i) {
     if (flow.found[i] != 0) pairs.add(flow.before[i], flow.now[i]);

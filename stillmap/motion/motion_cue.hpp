@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/motion/cell_grid.hpp"
+#include "stillmap/motion/ego_motion.hpp"
 #include "stillmap/motion/frame.hpp"
 
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -12,8 +15,11 @@ namespace stillmap {
 struct MotionInput {
   RgbdFramePtr image;
   FeaturesPtr features;
+  CellGridPtr cells;
   SegmentedFramePtr instances;  ///< may be null: no network, no masks, or none has come yet
   FramePtr previous;            ///< the frame before, with its evidence; null for the first
+  /// None for a first frame, and where the camera is lost.
+  std::optional<EgoMotion> ego_motion;
 };
 
 /// One reason to believe that something moves. A preset is a list of cues, and nothing else.
@@ -23,9 +29,11 @@ class MotionCue {
   virtual std::string_view name() const = 0;
   /// Names of the classes whose instances it looks at; none for a cue that needs no instances.
   virtual std::set<std::string> classes() const { return {}; }
+  /// Whether it speaks of surfaces, evidence.surface_log_odds, too.
+  virtual bool speaks_of_surfaces() const { return false; }
   /// Adds this cue's log-likelihood ratios to `evidence.static_log_odds` (already sized, one per
   /// keypoint) and marks the pixels it takes for moving in `evidence.moving_pixels` (empty or
-  /// image-sized).
+  /// image-sized); or, where surfaces are judged, adds to what is known of those.
   virtual void add_to(MotionEvidence& evidence, const MotionInput& input) = 0;
 };
 

@@ -7,6 +7,8 @@
 
 #include <algorithm>
 
+#include <opencv2/imgproc.hpp>
+
 namespace stillmap {
 namespace {
 
@@ -29,11 +31,44 @@ void leave_out(const std::vector<std::string>& names, const std::string& preset,
   }
 }
 
+/// Takes regions of moving cells that are too small to be a thing for what they are: noise.
+void drop_specks(cv::Mat1f& log_odds) {
+  constexpr int kLeast = 16;
+  const cv::Mat1b moving = log_odds < kMovingSurface;
+  cv::Mat1i labels, statistics;
+  cv::Mat1d centroids;
+  cv::connectedComponentsWithStats(moving, labels, statistics, centroids, 8);
+  for (int r = 0; r < labels.rows; ++r) {
+    for (int c = 0; c < labels.cols; ++c) {
+      const int label = labels(r, c);
+      if (label > 0 && statistics(label, cv::CC_STAT_AREA) < kLeast) log_odds(r, c) = 0;
+    }
+  }
+}
+
+/// Keypoints lie on surfaces, and their patch reaches the cells around.
+void judge_surfaces(MotionEvidence& evidence, const MotionInput& input) {
+  drop_specks(evidence.surface_log_odds);
+  // Half of what speaks against the cells around counts too.
+  cv::Mat1f around;
+  cv::erode(evidence.surface_log_odds, around, cv::Mat());
+  around = (around + evidence.surface_log_odds) / 2;
+  const auto& keypoints = input.features->keypoints;
+  for (std::size_t i = 0; i < keypoints.size(); ++i) {
+    evidence.static_log_odds[i] += around(input.cells->cell_of(keypoints[i].u, keypoints[i].v));
+  }
+  const cv::Mat1b moving = evidence.surface_log_odds < kMovingSurface;
+  if (cv::countNonZero(moving) == 0) return;
+  cv::resize(moving, evidence.moving_pixels, input.image->grey.size(), 0, 0, cv::INTER_NEAREST);
+}
+
 }  // namespace
 
 MotionEstimator::MotionEstimator(const MotionOptions& options)
     : exclude_below_(options.exclude_below), cues_(make_cues(options)) {
   leave_out(options.without, options.preset, cues_);
+  judges_surfaces_ = std::any_of(cues_.begin(), cues_.end(),
+                                 [](const auto& cue) { return cue->speaks_of_surfaces(); });
 }
 
 std::set<std::string> MotionEstimator::classes() const {
@@ -45,12 +80,17 @@ std::set<std::string> MotionEstimator::classes() const {
 MotionEvidence MotionEstimator::estimate(const MotionInput& input) {
   MotionEvidence evidence;
   evidence.static_log_odds.assign(input.features->size(), 0.0f);
+  if (judges_surfaces_) {
+    evidence.surface_log_odds = cv::Mat1f::zeros(input.cells->size());
+    evidence.surface_observations = cv::Mat1f::zeros(input.cells->size());
+  }
   timing_.clear();
   Stopwatch watch;
   for (const auto& cue : cues_) {
     cue->add_to(evidence, input);
     timing_.push_back({std::string(cue->name()), watch.lap()});
   }
+  if (judges_surfaces_) judge_surfaces(evidence, input);
   evidence.weight.reserve(evidence.static_log_odds.size());
   for (const float log_odds : evidence.static_log_odds) {
     evidence.weight.push_back(residual_weight(log_odds, exclude_below_));

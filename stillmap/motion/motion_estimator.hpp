@@ -4,8 +4,11 @@
 #include "stillmap/motion/box_flow_cue.hpp"
 #include "stillmap/motion/dynamics_gate.hpp"
 #include "stillmap/motion/epipolar_cue.hpp"
+#include "stillmap/motion/free_space_cue.hpp"
+#include "stillmap/motion/history_cue.hpp"
 #include "stillmap/motion/motion_cue.hpp"
 #include "stillmap/motion/presets.hpp"
+#include "stillmap/motion/residual_cue.hpp"
 #include "stillmap/motion/semantic_cue.hpp"
 
 #include <memory>
@@ -16,15 +19,20 @@
 namespace stillmap {
 
 struct MotionOptions {
-  std::string preset = "seg-mask";  ///< which list of cues: see presets()
-  double exclude_below = 0.25;  ///< probability of being static under which a keypoint is left out
+  std::string preset = "fused";  ///< which list of cues: see presets()
+  double exclude_below = 0.25;   ///< probability of being static under which a keypoint is left out
   /// Names of cues of the preset that are left out, to see what each is worth.
   std::vector<std::string> without;
   SemanticCueOptions semantic;
   BoxFlowOptions box_flow;
   DynamicsGateOptions gate;
   EpipolarOptions epipolar;
-  STILLMAP_FIELDS(preset, exclude_below, without, semantic, box_flow, gate, epipolar)
+  ResidualCueOptions residual;
+  FreeSpaceCueOptions free_space;
+  SurfaceCueOptions surface;
+  HistoryCueOptions history;
+  STILLMAP_FIELDS(preset, exclude_below, without, semantic, box_flow, gate, epipolar, residual,
+                  free_space, surface, history)
 };
 
 /// What one cue took for one frame.
@@ -47,6 +55,7 @@ class MotionEstimator {
 
  private:
   double exclude_below_;
+  bool judges_surfaces_ = false;
   std::vector<std::unique_ptr<MotionCue>> cues_;
   std::vector<CueTiming> timing_;
 };

@@ -19,7 +19,12 @@ MotionInput input_with(std::vector<Instance> instances) {
     features->keypoints.push_back({.u = static_cast<float>(x), .v = 50});
   auto segmented = std::make_shared<SegmentedFrame>();
   segmented->instances = std::move(instances);
-  return {image, features, segmented, nullptr};
+  return {.image = image,
+          .features = features,
+          .cells = nullptr,
+          .instances = segmented,
+          .previous = nullptr,
+          .ego_motion = {}};
 }
 
 Instance instance(const std::string& name, const cv::Rect& box, bool with_mask) {

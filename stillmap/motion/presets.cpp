@@ -27,6 +27,16 @@ MotionCues list(std::unique_ptr<Cue>... cues) {
 
 const std::vector<Recipe>& recipes() {
   static const std::vector<Recipe> all = {
+      {{"fused",
+        "weigh every keypoint by all that is known: its motion against the camera's, free space, "
+        "history, and what a network sees",
+        true, "any, or none"},
+       [](const MotionOptions& o) {
+         return list(
+             std::make_unique<ResidualCue>(o.residual),
+             std::make_unique<FreeSpaceCue>(o.free_space), std::make_unique<SurfaceCue>(o.surface),
+             std::make_unique<HistoryCue>(o.history), std::make_unique<SemanticCue>(o.semantic));
+       }},
       {{"static", "take the whole world for static: plain RGB-D SLAM, the baseline", false},
        [](const MotionOptions&) { return MotionCues(); }},
       {{"seg-mask", "drop keypoints inside the masks of people (SLAM3-YOLOv8)", true,

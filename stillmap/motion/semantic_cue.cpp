@@ -48,6 +48,10 @@ void SemanticCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
                    [&](const auto& i) { return is_dynamic(i); })) {
     return;
   }
+  if (!evidence.surface_log_odds.empty()) {
+    add_to_surfaces(evidence.surface_log_odds, *input.instances, input.image->grey.size());
+    return;
+  }
   if (evidence.moving_pixels.empty()) {
     evidence.moving_pixels = cv::Mat::zeros(input.image->grey.size(), CV_8UC1);
   }
@@ -61,6 +65,22 @@ void SemanticCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
     const int v = std::clamp(cvRound(keypoints[i].v), 0, moving.rows - 1);
     if (moving.at<std::uint8_t>(v, u) != 0) {
       evidence.static_log_odds[i] -= static_cast<float>(options_.certainty);
+    }
+  }
+}
+
+void SemanticCue::add_to_surfaces(cv::Mat1f& log_odds, const SegmentedFrame& segmented,
+                                  cv::Size image) const {
+  for (const Instance& instance : segmented.instances) {
+    if (!is_dynamic(instance)) continue;
+    cv::Mat1b drawn = cv::Mat1b::zeros(image);
+    draw_grown(instance, options_.dilation, drawn);
+    const auto against = static_cast<float>(options_.prior) * instance.confidence;
+    for (int r = 0; r < log_odds.rows; ++r) {
+      const auto* pixels = drawn.ptr<std::uint8_t>(r * kCellSide + kCellSide / 2);
+      for (int c = 0; c < log_odds.cols; ++c) {
+        if (pixels[c * kCellSide + kCellSide / 2] != 0) log_odds(r, c) -= against;
+      }
     }
   }
 }

@@ -17,7 +17,10 @@ struct SemanticCueOptions {
   /// Log-odds against "static" that a detection of confidence 1 counts for: 1 in e^6 = 400 is
   /// wrong.
   double certainty = 6;
-  STILLMAP_FIELDS(classes, dilation, certainty)
+  /// The same where other cues speak of surfaces too: a prior only, which what is measured may
+  /// overrule.
+  double prior = 4;
+  STILLMAP_FIELDS(classes, dilation, certainty, prior)
 };
 
 /// Keypoints inside the mask (or box, where there is no mask) of a thing whose class moves by
@@ -31,6 +34,7 @@ class SemanticCue : public MotionCue {
 
  private:
   bool is_dynamic(const Instance& instance) const;
+  void add_to_surfaces(cv::Mat1f& log_odds, const SegmentedFrame& segmented, cv::Size image) const;
 
   SemanticCueOptions options_;
 };

@@ -58,11 +58,19 @@ std::optional<Pose> Slam::push(const RgbdFramePtr& image) {
 
   frame->instances = instances_.current();
   const double carrying = watch.lap();
-  frame->evidence = motion_.estimate(
-      {image, frame->features, frame->instances, newest_ ? newest_->frame : nullptr});
+  frame->cells = std::make_shared<CellGrid>(image->depth, camera_);
+  const auto rough = tracker_.follow(*frame->features, local_map);
+  const double following = watch.lap();
+  frame->evidence =
+      motion_.estimate({.image = image,
+                        .features = frame->features,
+                        .cells = frame->cells,
+                        .instances = frame->instances,
+                        .previous = newest_ ? newest_->frame : nullptr,
+                        .ego_motion = rough ? std::optional(rough->motion) : std::nullopt});
   const double judging = watch.lap();
-  newest_ = tracker_.track(frame, local_map);
-  const double posing = watch.lap();
+  newest_ = tracker_.track(frame, rough, local_map);
+  const double posing = following + watch.lap();
 
   timing_.add("features", extracting);
   timing_.add("mask carrying", carrying);

@@ -8,6 +8,7 @@ namespace {
 
 bool proved_itself(const Landmark& landmark, std::uint32_t now, const CullingOptions& options) {
   if (landmark.found < options.min_found_share * landmark.predicted) return false;
+  if (landmark.static_log_odds < options.min_static_log_odds) return false;
   const bool on_trial =
       now < landmark.first_sequence + static_cast<std::uint32_t>(options.trial_keyframes);
   return on_trial ||

@@ -26,8 +26,10 @@ KeyframeId LocalMapper::insert(const KeyframeProposal& proposal) {
   made.features = proposal.frame->features;
   made.static_weight = proposal.frame->evidence.weight;
   const Keyframe& keyframe = map_.add_keyframe(std::move(made));
-  for (const Sighting& s : proposal.sightings)
+  for (const Sighting& s : proposal.sightings) {
     map_.count_sighting(s.landmark, s.predicted, s.found);
+    map_.set_static_log_odds(s.landmark, s.static_log_odds);
+  }
   note_matches(map_, keyframe, proposal.landmarks);
   create_from_depth(map_, keyframe.id, options_.creation);
   return keyframe.id;

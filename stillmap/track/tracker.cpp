@@ -27,17 +27,55 @@ std::vector<std::uint8_t> excluded(const Frame& frame) {
   return result;
 }
 
+enum class Sight { kUnknown, kCovered, kSeenThrough };
+
+/// What lies where a point should be seen. One that nothing is known of is on its surface, or where
+/// there is no depth.
+Sight sight_of(const Eigen::Vector3d& p_camera, const CellGrid& grid) {
+  if (p_camera.z() < kNearPlane) return Sight::kUnknown;
+  const Eigen::Vector2d cell = grid.camera.project(p_camera);
+  const auto z = static_cast<float>(p_camera.z());
+  const float tolerance = depth_tolerance(z);
+  bool nearer = true, farther = true;
+  for (int dy = -1; dy <= 1; ++dy) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      const int c = static_cast<int>(std::lround(cell.x())) + dx;
+      const int r = static_cast<int>(std::lround(cell.y())) + dy;
+      if (c < 0 || r < 0 || c >= grid.depth.cols || r >= grid.depth.rows) return Sight::kUnknown;
+      const float seen = grid.depth(r, c);
+      if (seen <= 0) return Sight::kUnknown;
+      nearer = nearer && seen < z - tolerance;
+      farther = farther && seen > z + tolerance;
+    }
+  }
+  if (nearer) return Sight::kCovered;
+  return farther ? Sight::kSeenThrough : Sight::kUnknown;
+}
+
 }  // namespace
 
 Tracker::Tracker(const Camera& camera, const PyramidShape& pyramid, const TrackerOptions& options)
     : camera_(camera), pyramid_(pyramid), options_(options), policy_(options.keyframes) {}
 
-TrackedFramePtr Tracker::track(const FramePtr& frame, const LocalMapPtr& local_map) {
+std::optional<RoughTrack> Tracker::follow(const Features& features, const LocalMapPtr& local_map) {
+  if (!local_map || !previous_) return std::nullopt;
+  if (local_map != local_map_) adopt(local_map);
+  if (frames_lost_ > 0) return std::nullopt;
+  const Pose guess = T_world_previous_ * T_previous_next_;
+  for (const double radius : {options_.motion_radius, 2 * options_.motion_radius}) {
+    const auto followed = match_previous(features, guess, radius);
+    if (auto rough = rough_track(features, followed, guess)) return rough;
+  }
+  return std::nullopt;
+}
+
+TrackedFramePtr Tracker::track(const FramePtr& frame, const std::optional<RoughTrack>& rough,
+                               const LocalMapPtr& local_map) {
   if (!local_map || !previous_) return start(frame);
   if (local_map != local_map_) adopt(local_map);
 
   std::optional<Estimate> estimate;
-  if (frames_lost_ == 0) estimate = estimate_from_previous(*frame);
+  if (rough) estimate = Estimate{rough->motion.T_world_camera, rough->matches};
   if (!estimate) estimate = estimate_from_reference(*frame);
   if (!estimate)
     return lost(frame, "too few keypoints match the previous frame and the newest keyframe");
@@ -113,6 +151,13 @@ TrackedFramePtr Tracker::tracked(const FramePtr& frame, const Estimate& estimate
 
 void Tracker::adopt(const LocalMapPtr& local_map) {
   const auto spent = take_sightings();
+  std::vector<float> log_odds;
+  for (const LocalLandmark& landmark : local_map->landmarks) {
+    const LocalLandmark* known = local_map_ ? local_map_->find(landmark.id) : nullptr;
+    log_odds.push_back(known != nullptr ? static_log_odds_[local_map_->index(landmark.id)]
+                                        : landmark.static_log_odds);
+  }
+  static_log_odds_ = std::move(log_odds);
   local_map_ = local_map;
   sightings_ = spent;
   predicted_.assign(local_map->landmarks.size(), 0);
@@ -125,44 +170,70 @@ void Tracker::adopt(const LocalMapPtr& local_map) {
   }
 }
 
-std::optional<Tracker::Estimate> Tracker::estimate_from_previous(const Frame& frame) const {
-  const Pose guess = T_world_previous_ * T_previous_next_;
-  for (const double radius : {options_.motion_radius, 2 * options_.motion_radius}) {
-    const auto matches = match_previous(frame, guess, radius);
-    if (auto estimate = solve(frame, guess, matches, options_.min_motion_inliers)) return estimate;
+std::optional<RoughTrack> Tracker::rough_track(const Features& features,
+                                               const std::vector<Continuation>& followed,
+                                               const Pose& guess) const {
+  std::vector<Match> landmarks, all;
+  for (const Continuation& c : followed) {
+    if (c.match.weight <= 0) continue;
+    all.push_back(c.match);
+    if (c.match.landmark.valid()) landmarks.push_back(c.match);
   }
-  return std::nullopt;
+  // Landmarks have been static for a while; a point of one frame may be anything.
+  auto estimate = solve(features, guess, landmarks, options_.sure_inliers);
+  if (!estimate) estimate = solve(features, guess, all, options_.min_motion_inliers);
+  if (!estimate) return std::nullopt;
+  return RoughTrack{ego_motion(features, followed, estimate->T_world_camera), estimate->matches};
+}
+
+EgoMotion Tracker::ego_motion(const Features& features, const std::vector<Continuation>& followed,
+                              const Pose& T_world_camera) const {
+  EgoMotion motion{T_world_camera, T_world_previous_,
+                   std::vector<std::int32_t>(features.size(), -1),
+                   std::vector<float>(features.size(), 0.0F)};
+  for (const Continuation& c : followed) {
+    motion.previous[c.match.keypoint] = static_cast<std::int32_t>(c.previous);
+    if (!c.match.landmark.valid()) continue;
+    motion.landmark_log_odds[c.match.keypoint] =
+        static_log_odds_[local_map_->index(c.match.landmark)];
+  }
+  return motion;
 }
 
 std::optional<Tracker::Estimate> Tracker::estimate_from_reference(const Frame& frame) const {
-  return solve(frame, T_world_previous_, match_reference(frame), options_.min_motion_inliers);
+  return solve(*frame.features, T_world_previous_, match_reference(frame),
+               options_.min_motion_inliers);
 }
 
 std::optional<Tracker::Estimate> Tracker::estimate_in_local_map(const Frame& frame,
                                                                 const Estimate& first) {
   std::vector<Match> matches;
   for (const Match& match : first.matches) {
-    if (match.landmark.valid()) matches.push_back(match);
+    if (match.landmark.valid() && frame.evidence.weight[match.keypoint] > 0) {
+      matches.push_back(match);
+    }
   }
   std::vector<char> in_view(local_map_->landmarks.size(), 0);
   const auto more = match_local(frame, first.T_world_camera, matches, in_view);
   matches.insert(matches.end(), more.begin(), more.end());
-  auto estimate = solve(frame, first.T_world_camera, matches, options_.min_inliers);
-  if (estimate) count_sightings(in_view, estimate->matches);
+  for (Match& match : matches) match.weight = frame.evidence.weight[match.keypoint];
+  auto estimate = solve(*frame.features, first.T_world_camera, matches, options_.min_inliers);
+  if (estimate) count_sightings(frame, *estimate, in_view);
   return estimate;
 }
 
-std::vector<Tracker::Match> Tracker::match_previous(const Frame& frame, const Pose& T_world_camera,
-                                                    double radius) const {
+std::vector<Tracker::Continuation> Tracker::match_previous(const Features& features,
+                                                           const Pose& T_world_camera,
+                                                           double radius) const {
   const Frame& previous = *previous_->frame;
   const Pose T_camera_world = T_world_camera.inverse();
-  std::vector<Match> points;
+  std::vector<Continuation> points;
   std::vector<ProjectionQuery> queries;
   for (std::size_t i = 0; i < previous.features->size(); ++i) {
     const Keypoint& k = previous.features->keypoints[i];
     const LandmarkId id = previous_->landmarks[i];
     const LocalLandmark* landmark = id.valid() ? local_map_->find(id) : nullptr;
-    if (landmark == nullptr && !starts_point(previous, i)) continue;
+    if (landmark == nullptr && k.depth <= 0) continue;
     const Eigen::Vector3d p_world =
         landmark != nullptr ? landmark->p_world : T_world_previous_ * unproject(camera_, k);
     const Eigen::Vector3d p = T_camera_world * p_world;
@@ -176,19 +247,21 @@ std::vector<Tracker::Match> Tracker::match_previous(const Frame& frame, const Po
                        .max_level = k.level + 1,
                        .descriptor = previous.features->descriptors[i],
                        .angle = k.angle});
-    points.push_back({0, landmark != nullptr ? id : LandmarkId{}, p_world});
+    points.push_back(
+        {static_cast<std::uint32_t>(i),
+         {0, landmark != nullptr ? id : LandmarkId{}, p_world, previous.evidence.weight[i]}});
   }
   ProjectionMatchOptions matching;
   matching.max_distance = options_.max_distance;
   matching.ratio = 1;  // neighbours in time: the nearest is the one
-  const auto found = match_by_projection(queries, *frame.features, matching, excluded(frame));
-  std::vector<Match> matches;
+  const auto found = match_by_projection(queries, features, matching, {});
+  std::vector<Continuation> followed;
   for (std::size_t q = 0; q < queries.size(); ++q) {
     if (!found[q]) continue;
-    points[q].keypoint = *found[q];
-    matches.push_back(points[q]);
+    points[q].match.keypoint = *found[q];
+    followed.push_back(points[q]);
   }
-  return matches;
+  return followed;
 }
 
 std::vector<Tracker::Match> Tracker::match_reference(const Frame& frame) const {
@@ -202,7 +275,8 @@ std::vector<Tracker::Match> Tracker::match_reference(const Frame& frame) const {
   for (const auto& pair : pairs) {
     const LandmarkId id = reference.landmarks[pair.a];
     const LocalLandmark* landmark = id.valid() ? local_map_->find(id) : nullptr;
-    if (landmark != nullptr) matches.push_back({pair.b, id, landmark->p_world});
+    if (landmark == nullptr) continue;
+    matches.push_back({pair.b, id, landmark->p_world, frame.evidence.weight[pair.b]});
   }
   return matches;
 }
@@ -236,21 +310,20 @@ std::vector<Tracker::Match> Tracker::match_local(const Frame& frame, const Pose&
   for (std::size_t q = 0; q < queries.size(); ++q) {
     if (!found[q]) continue;
     const LocalLandmark& landmark = local_map_->landmarks[indices[q]];
-    matches.push_back({*found[q], landmark.id, landmark.p_world});
+    matches.push_back({*found[q], landmark.id, landmark.p_world, 1});
   }
   return matches;
 }
 
-std::optional<Tracker::Estimate> Tracker::solve(const Frame& frame, const Pose& guess,
+std::optional<Tracker::Estimate> Tracker::solve(const Features& features, const Pose& guess,
                                                 const std::vector<Match>& matches,
                                                 int min_inliers) const {
   std::vector<PoseObservation> observations;
   observations.reserve(matches.size());
   for (const Match& match : matches) {
-    const Keypoint& k = frame.features->keypoints[match.keypoint];
+    const Keypoint& k = features.keypoints[match.keypoint];
     observations.push_back({match.p_world, k.u, k.v, k.depth,
-                            static_cast<float>(pyramid_.scale(k.level)),
-                            frame.evidence.weight[match.keypoint]});
+                            static_cast<float>(pyramid_.scale(k.level)), match.weight});
   }
   const PoseSolution solution = solve_pose(camera_, guess, observations, options_.solver);
   if (!solution.well_posed || solution.inliers < min_inliers) return std::nullopt;
@@ -261,10 +334,25 @@ std::optional<Tracker::Estimate> Tracker::solve(const Frame& frame, const Pose& 
   return estimate;
 }
 
-void Tracker::count_sightings(const std::vector<char>& in_view, const std::vector<Match>& inliers) {
-  for (std::size_t i = 0; i < in_view.size(); ++i) predicted_[i] += in_view[i];
-  for (const Match& match : inliers) {
-    ++found_[local_map_->index(match.landmark)];
+/// What the frame shows of each landmark that should be in view: the landmark itself, something
+/// nearer that covers it (which says nothing of it), or that the place where it was is empty.
+void Tracker::count_sightings(const Frame& frame, const Estimate& estimate,
+                              const std::vector<char>& in_view) {
+  const Pose T_camera_world = estimate.T_world_camera.inverse();
+  const auto memory = static_cast<float>(options_.landmark_memory);
+  const auto note = [&](std::size_t i, float log_odds) {
+    static_log_odds_[i] = std::clamp(memory * static_log_odds_[i] + log_odds, -6.0F, 6.0F);
+  };
+  for (std::size_t i = 0; i < in_view.size(); ++i) {
+    if (!in_view[i]) continue;
+    const Sight sight = sight_of(T_camera_world * local_map_->landmarks[i].p_world, *frame.cells);
+    predicted_[i] += sight != Sight::kCovered;
+    if (sight == Sight::kSeenThrough) note(i, -1);
+  }
+  for (const Match& match : estimate.matches) {
+    const std::size_t i = local_map_->index(match.landmark);
+    ++found_[i];
+    note(i, std::clamp(frame.evidence.static_log_odds[match.keypoint], -1.0F, 1.0F));
   }
 }
 
@@ -273,7 +361,8 @@ std::vector<Sighting> Tracker::take_sightings() {
   sightings_.clear();
   for (std::size_t i = 0; i < predicted_.size(); ++i) {
     if (predicted_[i] > 0) {
-      sightings.push_back({local_map_->landmarks[i].id, predicted_[i], found_[i]});
+      sightings.push_back(
+          {local_map_->landmarks[i].id, predicted_[i], found_[i], static_log_odds_[i]});
       predicted_[i] = found_[i] = 0;
     }
   }

@@ -3,6 +3,7 @@
 #include "stillmap/base/fields.hpp"
 #include "stillmap/map/keyframe_proposal.hpp"
 #include "stillmap/map/local_map.hpp"
+#include "stillmap/motion/ego_motion.hpp"
 #include "stillmap/optimize/pose_solver.hpp"
 #include "stillmap/track/keyframe_policy.hpp"
 
@@ -24,12 +25,15 @@ struct TrackerOptions {
   double min_view_cosine =
       0.5;  ///< between a landmark's mean viewing direction and the present one: 60 degrees
   int min_motion_inliers = 15;  ///< for the pose from the previous frame to be believed
-  int min_inliers = 25;         ///< landmarks for the frame to count as tracked
-  int patience = 10;            ///< frames without a pose before a new map is begun
+  int sure_inliers = 40;  ///< landmarks that make the rough pose without points of one frame only
+  double landmark_memory = 0.95;  ///< share of a landmark's log-odds that lasts to the next frame
+  int min_inliers = 25;           ///< landmarks for the frame to count as tracked
+  int patience = 10;              ///< frames without a pose before a new map is begun
   PoseSolverOptions solver;
   KeyframePolicyOptions keyframes;
   STILLMAP_FIELDS(min_start_points, motion_radius, local_radius, max_distance, ratio,
-                  min_view_cosine, min_motion_inliers, min_inliers, patience, solver, keyframes)
+                  min_view_cosine, min_motion_inliers, sure_inliers, landmark_memory, min_inliers,
+                  patience, solver, keyframes)
 };
 
 enum class TrackState {
@@ -57,6 +61,20 @@ struct TrackedFrame {
 
 using TrackedFramePtr = std::shared_ptr<const TrackedFrame>;
 
+/// "This keypoint shows that point": a landmark, or (id invalid) a point of the previous frame.
+struct PointMatch {
+  std::uint32_t keypoint = 0;
+  LandmarkId landmark;
+  Eigen::Vector3d p_world = Eigen::Vector3d::Zero();
+  float weight = 1;  ///< what it counts for by the frames so far, 0 to 1
+};
+
+/// A frame's pose before it is known what moves in it.
+struct RoughTrack {
+  EgoMotion motion;
+  std::vector<PointMatch> matches;  ///< that agree with it
+};
+
 /// Finds the camera's pose in each frame of a sequence: constant-velocity guess, matches with the
 /// previous frame, then with the local map (Mur-Artal and Tardos, ORB-SLAM2, TRO 2017, section
 /// III). Synchronous; it remembers the previous frame, and sees of the map only the snapshot it is
@@ -65,21 +83,29 @@ class Tracker {
  public:
   Tracker(const Camera& camera, const PyramidShape& pyramid, const TrackerOptions& options);
 
+  /// First pass, for the evidence to be judged by: the pose from what was static up to the frame
+  /// before. None for a first frame, and where too little of it is seen again.
   /// @param local_map the newest snapshot; null while there is no map. After a frame that begins a
   /// map
   ///        (TrackState::kStarted) the next call must bring the snapshot made for it.
-  TrackedFramePtr track(const FramePtr& frame, const LocalMapPtr& local_map);
+  std::optional<RoughTrack> follow(const Features& features, const LocalMapPtr& local_map);
+
+  /// Second pass: the pose from what the frame's evidence leaves.
+  /// @param rough      what follow() gave for the frame's features
+  /// @param local_map  as given to it
+  TrackedFramePtr track(const FramePtr& frame, const std::optional<RoughTrack>& rough,
+                        const LocalMapPtr& local_map);
 
  private:
-  /// "This keypoint shows that point": a landmark, or (id invalid) a point of the previous frame.
-  struct Match {
-    std::uint32_t keypoint;
-    LandmarkId landmark;
-    Eigen::Vector3d p_world;
-  };
+  using Match = PointMatch;
   struct Estimate {
     Pose T_world_camera;
     std::vector<Match> matches;  ///< inliers only
+  };
+  /// A keypoint of this frame that goes on from one of the frame before.
+  struct Continuation {
+    std::uint32_t previous;
+    Match match;
   };
 
   TrackedFramePtr start(const FramePtr& frame);
@@ -87,17 +113,22 @@ class Tracker {
   TrackedFramePtr tracked(const FramePtr& frame, const Estimate& estimate);
   void adopt(const LocalMapPtr& local_map);
 
-  std::optional<Estimate> estimate_from_previous(const Frame& frame) const;
+  std::optional<RoughTrack> rough_track(const Features& features,
+                                        const std::vector<Continuation>& followed,
+                                        const Pose& guess) const;
+  EgoMotion ego_motion(const Features& features, const std::vector<Continuation>& followed,
+                       const Pose& T_world_camera) const;
   std::optional<Estimate> estimate_from_reference(const Frame& frame) const;
   std::optional<Estimate> estimate_in_local_map(const Frame& frame, const Estimate& first);
-  std::vector<Match> match_previous(const Frame& frame, const Pose& T_world_camera,
-                                    double radius) const;
+  std::vector<Continuation> match_previous(const Features& features, const Pose& T_world_camera,
+                                           double radius) const;
   std::vector<Match> match_reference(const Frame& frame) const;
   std::vector<Match> match_local(const Frame& frame, const Pose& T_world_camera,
                                  const std::vector<Match>& known, std::vector<char>& in_view) const;
-  std::optional<Estimate> solve(const Frame& frame, const Pose& guess,
+  std::optional<Estimate> solve(const Features& features, const Pose& guess,
                                 const std::vector<Match>& matches, int min_inliers) const;
-  void count_sightings(const std::vector<char>& in_view, const std::vector<Match>& inliers);
+  void count_sightings(const Frame& frame, const Estimate& estimate,
+                       const std::vector<char>& in_view);
   std::vector<Sighting> take_sightings();
 
   Camera camera_;
@@ -113,6 +144,7 @@ class Tracker {
   std::size_t last_proposed_ = 0;                 // frame index
   std::vector<Sighting> sightings_;               // of local maps before this one
   std::vector<std::uint32_t> predicted_, found_;  // per landmark of local_map_
+  std::vector<float> static_log_odds_;            // likewise: of its being static
 };
 
 }  // namespace stillmap

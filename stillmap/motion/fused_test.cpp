@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/motion/motion_estimator.hpp"
+
+#include <gtest/gtest.h>
+
+namespace stillmap {
+namespace {
+
+const cv::Rect kThing(120, 80, 80, 80);  // pixels, where something stands or comes
+
+Camera small_camera() {
+  Camera camera;
+  camera.width = 320;
+  camera.height = 240;
+  camera.fx = camera.fy = 262.5;
+  camera.cx = 159.5;
+  camera.cy = 119.5;
+  return camera;
+}
+
+/// A wall 3 m away before a camera that stands still, and, where asked for, a thing at 1.5 m.
+/// Frames follow each other as in the pipeline.
+class Watch {
+ public:
+  explicit Watch(const std::vector<std::string>& without = {}) {
+    MotionOptions options;
+    options.preset = "fused";
+    options.without = without;
+    estimator_ = std::make_unique<MotionEstimator>(options);
+  }
+
+  FramePtr next(bool thing, const std::vector<Instance>& instances = {}) {
+    cv::Mat1f depth(240, 320, 3.0F);
+    if (thing) depth(kThing) = 1.5F;
+    auto image = std::make_shared<RgbdFrame>();
+    image->index = previous_ ? previous_->index() + 1 : 0;
+    image->grey = cv::Mat::zeros(240, 320, CV_8UC1);
+    image->depth = depth;
+    auto features = std::make_shared<Features>();
+    for (int y = 20; y < 240; y += 20) {
+      for (int x = 20; x < 320; x += 20) {
+        features->keypoints.push_back(
+            {.u = static_cast<float>(x), .v = static_cast<float>(y), .depth = depth(y, x)});
+      }
+    }
+    auto frame = std::make_shared<Frame>();
+    frame->image = image;
+    frame->features = features;
+    frame->cells = std::make_shared<CellGrid>(depth, small_camera());
+    auto segmented = std::make_shared<SegmentedFrame>();
+    segmented->instances = instances;
+    frame->instances = segmented;
+    MotionInput input{.image = image,
+                      .features = features,
+                      .cells = frame->cells,
+                      .instances = segmented,
+                      .previous = previous_,
+                      .ego_motion = {}};
+    if (previous_) input.ego_motion = standing_still(features->size());
+    frame->evidence = estimator_->estimate(input);
+    previous_ = frame;
+    return frame;
+  }
+
+  FramePtr after(int frames, bool thing, const std::vector<Instance>& instances = {}) {
+    for (int i = 1; i < frames; ++i) next(thing, instances);
+    return next(thing, instances);
+  }
+
+ private:
+  static EgoMotion standing_still(std::size_t keypoints) {
+    EgoMotion ego;
+    for (std::size_t i = 0; i < keypoints; ++i) ego.previous.push_back(static_cast<int>(i));
+    ego.landmark_log_odds.assign(keypoints, 0.0F);
+    return ego;
+  }
+
+  std::unique_ptr<MotionEstimator> estimator_;
+  FramePtr previous_;
+};
+
+struct LeftOut {
+  int inside = 0, outside = 0;
+};
+
+/// Keypoints on the thing and off it that are left out; those near its outline count as neither.
+LeftOut left_out(const Frame& frame) {
+  const cv::Rect core(kThing.x + 8, kThing.y + 8, kThing.width - 16, kThing.height - 16);
+  const cv::Rect rim(kThing.x - 8, kThing.y - 8, kThing.width + 16, kThing.height + 16);
+  LeftOut result;
+  for (std::size_t i = 0; i < frame.features->size(); ++i) {
+    if (frame.evidence.weight[i] > 0) continue;
+    const cv::Point2f p(frame.features->keypoints[i].u, frame.features->keypoints[i].v);
+    result.inside += core.contains(p);
+    result.outside += !rim.contains(p);
+  }
+  return result;
+}
+
+Instance person() {
+  Instance made;
+  made.class_name = "person";
+  made.box = kThing;
+  made.mask = cv::Mat(kThing.size(), CV_8UC1, cv::Scalar(255));
+  return made;
+}
+
+constexpr int kInside = 9;  // keypoints of the raster within the thing, off its outline
+
+TEST(Fused, TakesAnEmptyRoomForStatic) {
+  Watch watch;
+  const FramePtr frame = watch.after(20, false);
+  EXPECT_EQ(left_out(*frame).outside, 0);
+  EXPECT_TRUE(frame->evidence.moving_pixels.empty());
+}
+
+TEST(Fused, FindsAThingOfNoClassWhereThereWasFreeSpace) {
+  Watch watch;
+  watch.after(20, false);
+  const FramePtr frame = watch.after(3, true);
+  EXPECT_EQ(left_out(*frame).inside, kInside);
+  EXPECT_EQ(left_out(*frame).outside, 0);
+  const cv::Mat& moving = frame->evidence.moving_pixels;
+  EXPECT_NEAR(cv::countNonZero(moving), kThing.area(), 0.1 * kThing.area());
+  EXPECT_NEAR(cv::countNonZero(moving(kThing)), kThing.area(), 0.1 * kThing.area());
+}
+
+TEST(Fused, WithoutResidualsAndFreeSpaceSuchAThingIsMissed) {
+  Watch watch({"residual", "free-space"});
+  watch.after(20, false);
+  const FramePtr frame = watch.after(3, true);
+  EXPECT_TRUE(frame->evidence.moving_pixels.empty());
+}
+
+TEST(Fused, TakesAThingThatStoodThereFromTheStartForStatic) {
+  Watch watch;
+  const FramePtr frame = watch.after(30, true);
+  EXPECT_EQ(left_out(*frame).inside, 0);
+}
+
+TEST(Fused, LeavesPeopleOutUntilTheyAreSeenToSitStill) {
+  Watch watch;
+  const FramePtr first = watch.next(true, {person()});
+  EXPECT_EQ(left_out(*first).inside, kInside);
+  EXPECT_EQ(left_out(*first).outside, 0);
+  const FramePtr later = watch.after(60, true, {person()});
+  EXPECT_EQ(left_out(*later).inside, 0);
+}
+
+TEST(Spread, GoesAlongSurfacesAndNotOverDepthEdges) {
+  cv::Mat1f depth(240, 320, 2.0F);
+  depth(cv::Rect(160, 0, 160, 240)) = 3.0F;
+  const CellGrid grid(depth, small_camera());
+  cv::Mat1f values = cv::Mat1f::zeros(grid.size());
+  values(30, 38) = 1;  // two cells left of the edge
+  const cv::Mat1f spread = SurfaceSpread(grid, {})(values);
+  EXPECT_NEAR(spread(30, 38), 1, 1e-5);
+  EXPECT_GT(spread(30, 36), 0.5);
+  EXPECT_NEAR(spread(28, 38), spread(32, 38), 1e-5);
+  EXPECT_LT(spread(30, 40), 1e-4);
+}
+
+TEST(Reprojection, AStandingCameraSeesEveryCellInItsPlace) {
+  const CellGrid grid(cv::Mat(cv::Mat1f(240, 320, 2.5F)), small_camera());
+  int seen = 0;
+  for_each_reprojected(grid, Pose(), [&](int r, int c, float z, int r2, int c2, float z2) {
+    EXPECT_EQ(r, r2);
+    EXPECT_EQ(c, c2);
+    EXPECT_FLOAT_EQ(z, z2);
+    ++seen;
+  });
+  EXPECT_EQ(seen, grid.depth.rows * grid.depth.cols);
+}
+
+}  // namespace
+}  // namespace stillmap

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/motion/residual_cue.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace stillmap {
+namespace {
+
+float scale_of(const Keypoint& keypoint) {
+  return std::pow(1.2F, static_cast<float>(keypoint.level));
+}
+
+}  // namespace
+
+void ResidualCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
+  const auto& keypoints = input.features->keypoints;
+  std::vector<Trail> trails(keypoints.size());
+  if (input.ego_motion) {
+    const EgoMotion& ego = *input.ego_motion;
+    const Camera& camera = input.cells->image_camera;
+    const Pose T_camera_world = ego.T_world_camera.inverse();
+    for (std::size_t i = 0; i < keypoints.size(); ++i) {
+      const Keypoint& k = keypoints[i];
+      const auto j = static_cast<std::size_t>(ego.previous[i]);
+      Trail before;
+      if (ego.previous[i] >= 0 && j < trails_.size()) before = trails_[j];
+      if (before.valid) {
+        const cv::Point cell = input.cells->cell_of(k.u, k.v);
+        evidence.surface_log_odds(cell) += log_odds(before, k, camera, T_camera_world);
+        evidence.surface_observations(cell) += 1;
+      }
+      if (k.depth <= 0) continue;
+      const Eigen::Vector3d p_world = ego.T_world_camera * camera.unproject(k.u, k.v, k.depth);
+      trails[i] = followed(before, p_world.cast<float>(), scale_of(k));
+    }
+  }
+  trails_ = std::move(trails);
+}
+
+ResidualCue::Trail ResidualCue::followed(const Trail& trail, const Eigen::Vector3f& p_world,
+                                         float scale) const {
+  if (!trail.valid) return {p_world, p_world, scale, scale, 0, true};
+  Trail next = trail;
+  if (++next.age >= options_.baseline) {
+    next = {trail.newer, p_world, trail.newer_scale, scale, 0, true};
+  }
+  return next;
+}
+
+float ResidualCue::log_odds(const Trail& trail, const Keypoint& keypoint, const Camera& camera,
+                            const Pose& T_camera_world) const {
+  const auto worst = static_cast<float>(options_.at_worst);
+  const Eigen::Vector3d p = T_camera_world * trail.older.cast<double>();
+  if (p.z() < 0.1) return worst;
+  const Eigen::Vector2d uv = camera.project(p);
+  const double s = scale_of(keypoint);
+  const double variance = options_.pixel_sigma * options_.pixel_sigma *
+                          (s * s + static_cast<double>(trail.older_scale) * trail.older_scale);
+  double chi2 = (uv - Eigen::Vector2d(keypoint.u, keypoint.v)).squaredNorm() / variance;
+  if (keypoint.depth > 0) {
+    const double d = camera.bf() / p.z() - camera.bf() / keypoint.depth;
+    chi2 += d * d / (2 * options_.disparity_sigma * options_.disparity_sigma);
+  }
+  return std::max(worst, static_cast<float>(options_.at_best - chi2 / 2));
+}
+
+}  // namespace stillmap

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/motion/surface_spread.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace stillmap {
+namespace {
+
+/// Of two neighbouring cells at depths a and b, the share of the one's value that reaches the
+/// other.
+class Passage {
+ public:
+  Passage(double focal, const SpreadOptions& options)
+      : lateral_(static_cast<float>(1 / (focal * options.reach))),
+        jump_(static_cast<float>(options.jump_cost / options.reach)) {}
+
+  float operator()(float a, float b) const {
+    if (a <= 0 || b <= 0) return 0;
+    const float z = std::min(a, b);
+    const float jump = std::max(0.0F, std::abs(a - b) - depth_tolerance(z) / 2);
+    const float x = lateral_ * z + jump_ * jump;
+    const float e1 = 1 / (1 + x / 8), e2 = e1 * e1, e4 = e2 * e2;
+    return e4 * e4;  // exp(-x), nearly
+  }
+
+ private:
+  float lateral_, jump_;
+};
+
+/// One pass forth and one back along a line of cells; `share(i)` is what cell i gets of i - 1.
+void spread_row(const float* in, const float* share, int count, float* out) {
+  float carried = 0;
+  for (int i = 0; i < count; ++i) out[i] = carried = in[i] + share[i] * carried;
+  carried = 0;
+  for (int i = count - 1; i >= 0; --i) {
+    out[i] += carried;
+    carried = share[i] * (in[i] + carried);
+  }
+}
+
+void spread_columns(const cv::Mat1f& in, const cv::Mat1f& share, cv::Mat1f& out) {
+  const int columns = in.cols;
+  std::vector<float> carried(static_cast<std::size_t>(columns), 0.0F);
+  for (int r = 0; r < in.rows; ++r) {
+    const float *value = in.ptr<float>(r), *passed = share.ptr<float>(r);
+    auto* result = out.ptr<float>(r);
+    for (int c = 0; c < columns; ++c) result[c] = carried[c] = value[c] + passed[c] * carried[c];
+  }
+  std::fill(carried.begin(), carried.end(), 0.0F);
+  for (int r = in.rows - 1; r >= 0; --r) {
+    const float *value = in.ptr<float>(r), *passed = share.ptr<float>(r);
+    auto* result = out.ptr<float>(r);
+    for (int c = 0; c < columns; ++c) {
+      result[c] += carried[c];
+      carried[c] = passed[c] * (value[c] + carried[c]);
+    }
+  }
+}
+
+}  // namespace
+
+SurfaceSpread::SurfaceSpread(const CellGrid& grid, const SpreadOptions& options)
+    : from_left_(grid.size(), 0.0F), from_above_(grid.size(), 0.0F) {
+  const Passage horizontal(grid.camera.fx, options), vertical(grid.camera.fy, options);
+  for (int r = 0; r < grid.depth.rows; ++r) {
+    const auto* here = grid.depth.ptr<float>(r);
+    auto* left = from_left_.ptr<float>(r);
+    for (int c = 1; c < grid.depth.cols; ++c) left[c] = horizontal(here[c - 1], here[c]);
+    if (r == 0) continue;
+    const auto* above = grid.depth.ptr<float>(r - 1);
+    auto* up = from_above_.ptr<float>(r);
+    for (int c = 0; c < grid.depth.cols; ++c) up[c] = vertical(above[c], here[c]);
+  }
+}
+
+cv::Mat1f SurfaceSpread::operator()(const cv::Mat1f& values) const {
+  cv::Mat1f along(values.size()), result(values.size());
+  for (int r = 0; r < values.rows; ++r) {
+    spread_row(values.ptr<float>(r), from_left_.ptr<float>(r), values.cols, along.ptr<float>(r));
+  }
+  spread_columns(along, from_above_, result);
+  return result;
+}
+
+}  // namespace stillmap
