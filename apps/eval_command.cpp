@@ -4,12 +4,14 @@
 #include "stillmap/dense/cloud_io.hpp"
 #include "stillmap/evaluate/cloud_picture.hpp"
 #include "stillmap/evaluate/ghosts.hpp"
+#include "stillmap/evaluate/measured_speed.hpp"
 #include "stillmap/evaluate/trajectory_error.hpp"
 #include "stillmap/evaluate/verdict_figures.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/tum_folder.hpp"
 
 #include "commands.hpp"
+#include "progress.hpp"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -17,7 +19,8 @@ namespace stillmap {
 namespace {
 
 struct EvalArguments {
-  std::string truth, estimate, json, cloud, sequence, camera, picture, verdicts, speeds;
+  std::string truth, estimate, json, cloud, sequence, camera, picture, verdicts, speeds,
+      measure_speeds;
   VerdictOptions judging;
   std::size_t frames = 0;
   bool per_frame = false;
@@ -52,6 +55,26 @@ CloudFigures cloud_figures(const EvalArguments& arguments, const Trajectory& tru
   return result;
 }
 
+/// Measures how fast what the masks cover moves, for later judgements.
+void measure_speeds(const EvalArguments& arguments) {
+  if (arguments.sequence.empty()) {
+    throw Error("no sequence was named", "--measure-speeds", "add --sequence DIR");
+  }
+  const SequencePaths paths = find_sequence(arguments.sequence);
+  if (paths.masks.empty() || paths.ground_truth.empty()) {
+    throw Error("has no mask/ folder or no groundtruth.txt", arguments.sequence,
+                "both are needed to tell what moves through the world");
+  }
+  TumFolder source(
+      paths, load_camera(arguments.camera.empty() ? paths.camera.string() : arguments.camera));
+  Progress progress("measuring", source.size());
+  const std::size_t written =
+      write_speeds(source, StampedImages(paths.masks), read_trajectory(paths.ground_truth),
+                   arguments.measure_speeds, {}, [&] { progress.step(); });
+  progress.finish();
+  fmt::print("written: {} ({} images)\n", arguments.measure_speeds, written);
+}
+
 VerdictFigures verdict_figures(const EvalArguments& arguments) {
   if (arguments.sequence.empty()) {
     throw Error("verdicts are judged by the true masks of their sequence, and none was named",
@@ -84,11 +107,12 @@ nlohmann::json judge_trajectory(const EvalArguments& arguments) {
 
 int run(const EvalArguments& arguments) {
   if (arguments.truth.empty() != arguments.estimate.empty() ||
-      (arguments.truth.empty() && arguments.verdicts.empty())) {
+      (arguments.truth.empty() && arguments.verdicts.empty() && arguments.measure_speeds.empty())) {
     throw Error("there is nothing to evaluate", "eval",
                 "name the true and the estimated trajectory, or verdicts with --verdicts FILE");
   }
   nlohmann::json json = nlohmann::json::object();
+  if (!arguments.measure_speeds.empty()) measure_speeds(arguments);
   if (!arguments.truth.empty()) json = judge_trajectory(arguments);
   if (!arguments.verdicts.empty()) {
     const VerdictFigures figures = verdict_figures(arguments);
@@ -120,6 +144,22 @@ void add_eval_command(CLI::App& app, int& exit_code) {
   command->add_option("--verdicts", arguments->verdicts,
                       "also judge these verdicts on keypoints (verdicts.bin of stillmap run "
                       "--save-verdicts): precision and recall of \"moving\"");
+  command->add_option("--speeds", arguments->speeds,
+                      "folder that says how fast what the masks cover moves; default: "
+                      "SEQUENCE/speed, if there is one");
+  command->add_option("--measure-speeds", arguments->measure_speeds,
+                      "make such a folder from the sequence's pictures, masks and true poses");
+  command
+      ->add_option("--moving-above", arguments->judging.moving_above, "what is faster moves [m/s]")
+      ->capture_default_str();
+  command
+      ->add_option("--still-below", arguments->judging.still_below,
+                   "what is slower stands still [m/s]; between the two counts neither way")
+      ->capture_default_str();
+  command
+      ->add_option("--outline-margin", arguments->judging.outline_margin,
+                   "keypoints this near to a mover's outline count neither way [pixels]")
+      ->capture_default_str();
   command->add_flag("--still-people", arguments->judging.still_people,
                     "where the truth has no speeds: people stand still, instead of moving");
   command->add_option("--camera", arguments->camera,
@@ -131,7 +171,8 @@ void add_eval_command(CLI::App& app, int& exit_code) {
       "Examples:\n"
       "  stillmap eval groundtruth.txt trajectory.txt\n"
       "  stillmap eval seq/groundtruth.txt out/trajectory.txt --cloud out/cloud.ply --sequence "
-      "seq");
+      "seq\n"
+      "  stillmap eval --verdicts out/verdicts.bin --sequence seq");
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }
 

@@ -2,6 +2,7 @@
 #include "stillmap/evaluate/ghosts.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/evaluate/pose_at.hpp"
 #include "stillmap/evaluate/stamped_images.hpp"
 
 #include <algorithm>
@@ -16,7 +17,6 @@ namespace stillmap {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr double kMaxPoseGap = 0.1;           // between true stamps that are interpolated [s]
 constexpr std::int64_t kKeyOffset = 1 << 20;  // makes voxel coordinates positive
 
 VoxelKey key_of(std::int64_t x, std::int64_t y, std::int64_t z) {
@@ -53,18 +53,6 @@ void check_frame(const MaskedFrame& frame, const Camera& camera) {
                           camera.width, camera.height),
               fmt::format("frame {:.6f}", frame.timestamp),
               "give depth as 32-bit float metres and masks as 8-bit images of the camera's size");
-}
-
-std::optional<Pose> pose_at(const Trajectory& trajectory, double t) {
-  const auto after = std::lower_bound(
-      trajectory.begin(), trajectory.end(), t,
-      [](const StampedPose& pose, double stamp) { return pose.timestamp < stamp; });
-  if (after != trajectory.end() && after->timestamp == t) return after->T_world_camera;
-  if (after == trajectory.begin() || after == trajectory.end()) return std::nullopt;
-  const auto before = std::prev(after);
-  const double gap = after->timestamp - before->timestamp;
-  if (gap > kMaxPoseGap) return std::nullopt;
-  return interpolate(before->T_world_camera, after->T_world_camera, (t - before->timestamp) / gap);
 }
 
 cv::Mat square(int radius) {

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/geometry/trajectory.hpp"
+
+#include <optional>
+
+namespace stillmap {
+
+/// T_world_camera at a time [s], interpolated between stamps at most 0.1 s apart; none elsewhere.
+std::optional<Pose> pose_at(const Trajectory& trajectory, double timestamp);
+
+}  // namespace stillmap
