@@ -15,6 +15,14 @@ class Pose {
   Pose() = default;
   Pose(const Eigen::Quaterniond& q, const Eigen::Vector3d& t) : q_(q.normalized()), t_(t) {}
   Pose(const Eigen::Matrix3d& R, const Eigen::Vector3d& t) : Pose(Eigen::Quaterniond(R), t) {}
+  /// Of a quaternion that is of unit length already: it is kept to the last bit, so that a pose
+  /// read from a file is the one that was written.
+  static Pose of_unit(const Eigen::Quaterniond& q, const Eigen::Vector3d& t) {
+    Pose pose;
+    pose.q_ = q;
+    pose.t_ = t;
+    return pose;
+  }
 
   /// Exponential of a twist (v, w): translation part first, both in the left (target) frame;
   /// radians. Barfoot, State Estimation for Robotics (2017), eq. 7.83-7.86.

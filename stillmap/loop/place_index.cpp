@@ -80,17 +80,17 @@ std::vector<PlaceCandidate> separate(const Map& map, std::vector<Island> islands
 
 }  // namespace
 
-void PlaceIndex::insert(const Keyframe& keyframe) {
-  erase(keyframe.id);
-  BagOfWords bag = vocabulary_->transform(keyframe.features->descriptors, keyframe.static_weight);
+void PlaceIndex::insert(KeyframeId id, const Features& features, std::span<const float> weights) {
+  erase(id);
+  BagOfWords bag = vocabulary_->transform(features.descriptors, weights);
   for (const WordWeight& w : bag.words) {
     auto& entries = keyframes_with_[w.word];
     const auto at =
-        std::lower_bound(entries.begin(), entries.end(), keyframe.id,
-                         [](const Entry& entry, KeyframeId id) { return entry.keyframe < id; });
-    entries.insert(at, {keyframe.id, w.weight});
+        std::lower_bound(entries.begin(), entries.end(), id,
+                         [](const Entry& entry, KeyframeId key) { return entry.keyframe < key; });
+    entries.insert(at, {id, w.weight});
   }
-  bags_.emplace(keyframe.id, std::move(bag));
+  bags_.emplace(id, std::move(bag));
 }
 
 void PlaceIndex::erase(KeyframeId id) {

@@ -30,7 +30,11 @@ class PlaceIndex {
   std::size_t size() const { return bags_.size(); }
 
   /// Adds a keyframe; one that is there already is taken out first.
-  void insert(const Keyframe& keyframe);
+  void insert(const Keyframe& keyframe) {
+    insert(keyframe.id, *keyframe.features, keyframe.static_weight);
+  }
+  /// @param weights  one per keypoint: those of weight 0 or less do not enter
+  void insert(KeyframeId id, const Features& features, std::span<const float> weights);
   /// Takes a keyframe out; unknown ones are passed over.
   void erase(KeyframeId id);
   /// Takes out all that the map no longer holds.

@@ -25,7 +25,7 @@ struct AbsolutePair {
 };
 
 struct PoseRansacOptions {
-  RansacOptions ransac;
+  ConsensusOptions ransac;
   double pixel_sigma = 1.5;  ///< reprojection error at level 0, that of a guess from few points
   double chi2 = 9.21;        ///< inlier bound [sigma^2]: 99 % of two degrees of freedom
   STILLMAP_FIELDS(ransac, pixel_sigma, chi2)

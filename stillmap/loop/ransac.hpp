@@ -13,7 +13,7 @@
 
 namespace stillmap {
 
-struct RansacOptions {
+struct ConsensusOptions {
   int max_iterations = 500;   ///< samples drawn at most
   double confidence = 0.999;  ///< of having drawn one sample of inliers only, to stop early
   int min_inliers = 15;       ///< fewer: no answer
@@ -62,7 +62,7 @@ inline double samples_needed(double inlier_share, std::size_t size, double confi
 /// @param propose  sample of `Size` indices -> models that fit it, std::vector<Model>
 /// @param judge    model -> which data agree, std::vector<std::uint8_t>
 template <std::size_t Size, typename Model, typename Propose, typename Judge>
-std::optional<Consensus<Model>> ransac(std::size_t count, const RansacOptions& options,
+std::optional<Consensus<Model>> ransac(std::size_t count, const ConsensusOptions& options,
                                        Propose&& propose, Judge&& judge) {
   if (count < Size || count < static_cast<std::size_t>(options.min_inliers)) return std::nullopt;
   std::mt19937_64 random(static_cast<std::uint64_t>(options.seed));

@@ -51,8 +51,9 @@ LocalLandmark copy(const Landmark& landmark) {
 LocalMapPtr make_local_map(const Map& map, KeyframeId reference, const LocalMapOptions& options) {
   auto local = std::make_shared<LocalMap>();
   local->reference = reference;
-  local->component = map.at(reference).component;
-  local->made_for_frame = map.at(reference).frame_index;
+  const Keyframe& centre = map.at(reference);
+  local->component = centre.component;
+  local->made_for_frame = centre.session == map.session() ? centre.frame_index : 0;
   const auto keyframes = neighbourhood(map, reference, options);
   for (const KeyframeId id : keyframes) {
     const Keyframe& keyframe = map.at(id);

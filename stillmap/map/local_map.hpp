@@ -30,9 +30,9 @@ struct LocalKeyframe {
 /// A published copy of the map around one keyframe: all that the tracker sees of the map. Never
 /// changed once made, so it needs no lock.
 struct LocalMap {
-  std::size_t made_for_frame = 0;        ///< frame index of the keyframe it was made for
-  std::uint32_t component = 0;           ///< which of the unconnected maps
-  KeyframeId reference;                  ///< the newest keyframe
+  std::size_t made_for_frame = 0;  ///< frame index of the reference; 0 for one of a run before
+  std::uint32_t component = 0;     ///< which of the unconnected maps
+  KeyframeId reference;            ///< the newest keyframe
   std::vector<LocalKeyframe> keyframes;  ///< the reference first, then by shared landmarks
   std::vector<LocalLandmark> landmarks;  ///< sorted by id
   const LocalLandmark* find(LandmarkId id) const;

@@ -30,10 +30,80 @@ std::size_t medoid(const std::vector<const Descriptor*>& descriptors) {
   return best;
 }
 
+/// The new numbers of ids, by slot.
+template <typename Item>
+std::vector<decltype(Item::id)> numbers_of(const std::vector<Item>& items) {
+  std::vector<decltype(Item::id)> numbers;
+  for (std::uint32_t i = 0; i < items.size(); ++i) {
+    const std::uint32_t slot = items[i].id.slot;
+    if (slot >= numbers.size()) numbers.resize(slot + 1);
+    numbers[slot] = {i, 0};
+  }
+  return numbers;
+}
+
+/// Gives everything the id of its place in the list, whatever slots were empty in between.
+void renumber_ids(MapContent& content) {
+  const auto keyframes = numbers_of(content.keyframes);
+  const auto landmarks = numbers_of(content.landmarks);
+  for (Keyframe& k : content.keyframes) {
+    k.id = keyframes[k.id.slot];
+    for (LandmarkId& id : k.landmarks) {
+      if (id.valid()) id = landmarks[id.slot];
+    }
+  }
+  for (Landmark& l : content.landmarks) {
+    l.id = landmarks[l.id.slot];
+    for (Observation& o : l.observations) o.keyframe = keyframes[o.keyframe.slot];
+  }
+  for (auto& [component, id] : content.first) id = keyframes[id.slot];
+}
+
+/// Numbers the components 0, 1, 2 ..., whichever were joined to others.
+void renumber_components(MapContent& content) {
+  std::map<std::uint32_t, std::uint32_t> numbers;
+  std::map<std::uint32_t, KeyframeId> first;
+  for (const auto& [component, id] : content.first) {
+    const auto number = static_cast<std::uint32_t>(numbers.size());
+    numbers[component] = number;
+    first[number] = id;
+  }
+  for (Keyframe& k : content.keyframes) k.component = numbers.at(k.component);
+  content.first = std::move(first);
+}
+
 }  // namespace
+
+Map::Map(MapContent content)
+    : camera_(std::move(content.camera)),
+      pyramid_(content.pyramid),
+      first_(std::move(content.first)) {
+  for (Keyframe& keyframe : content.keyframes) {
+    next_sequence_ = std::max(next_sequence_, keyframe.sequence + 1);
+    session_ = std::max(session_, keyframe.session + 1);
+    keyframes_.emplace([&](KeyframeId) { return std::move(keyframe); });
+  }
+  for (Landmark& landmark : content.landmarks) {
+    landmarks_.emplace([&](LandmarkId) { return std::move(landmark); });
+  }
+}
+
+MapContent Map::content() const {
+  MapContent content{camera_, pyramid_, {}, {}, {}};
+  keyframes_.for_each([&](const Keyframe& k) {
+    content.keyframes.push_back(k);
+    if (is_first(k.id)) content.first[k.component] = k.id;
+    content.first.emplace(k.component, k.id);  // where the first one is gone
+  });
+  landmarks_.for_each([&](const Landmark& l) { content.landmarks.push_back(l); });
+  renumber_ids(content);
+  renumber_components(content);
+  return content;
+}
 
 Keyframe& Map::add_keyframe(Keyframe keyframe) {
   keyframe.sequence = next_sequence_++;
+  keyframe.session = session_;
   keyframe.landmarks.assign(keyframe.features->size(), LandmarkId{});
   const std::uint32_t component = keyframe.component;
   Keyframe& added = keyframes_.emplace([&](KeyframeId id) {

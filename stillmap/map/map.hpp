@@ -28,8 +28,9 @@ struct Keyframe {
   KeyframeId id;
   std::uint32_t sequence = 0;   ///< 0, 1, 2 ... in the order of their making
   std::uint32_t component = 0;  ///< which of the unconnected maps it belongs to
-  std::size_t frame_index = 0;
-  double timestamp = 0;  ///< seconds
+  std::uint32_t session = 0;    ///< the run that made it: a saved map may be extended by another
+  std::size_t frame_index = 0;  ///< in that run
+  double timestamp = 0;         ///< seconds
   Pose T_world_camera;
   FeaturesPtr features;
   std::vector<float> static_weight;  ///< per keypoint: probability of being static, 0 = left out
@@ -60,18 +61,34 @@ struct Covisible {
   int shared = 0;
 };
 
+/// All that makes a map, to be written or read. Ids say where in the lists something stands: slot
+/// i, generation 0.
+struct MapContent {
+  Camera camera;
+  PyramidShape pyramid;
+  std::vector<Keyframe> keyframes;
+  std::vector<Landmark> landmarks;
+  std::map<std::uint32_t, KeyframeId> first;  ///< of each component: see Map::is_first()
+};
+
 /// The one owner of keyframes and landmarks. Synchronous, one thread at a time; other threads get
 /// snapshots (LocalMap). Invariant: landmark L lists observation (K, i) exactly if keyframe K lists
 /// L at keypoint i.
 class Map {
  public:
   Map(const Camera& camera, const PyramidShape& pyramid) : camera_(camera), pyramid_(pyramid) {}
+  /// A map made before, to be extended in a new session. The content must keep the invariant.
+  explicit Map(MapContent content);
+  /// What it holds now, ids numbered anew in the same order; erased keyframes are forgotten.
+  MapContent content() const;
 
   const Camera& camera() const { return camera_; }
   const PyramidShape& pyramid() const { return pyramid_; }
+  /// The present run's, see Keyframe::session.
+  std::uint32_t session() const { return session_; }
 
-  /// Adds a keyframe without landmarks; id and sequence are given to it. Addresses stay valid until
-  /// erased.
+  /// Adds a keyframe without landmarks; id, sequence and session are given to it. Addresses stay
+  /// valid until erased.
   Keyframe& add_keyframe(Keyframe keyframe);
   /// Adds a landmark seen at one keypoint (that shows nothing yet).
   Landmark& add_landmark(const Eigen::Vector3d& p_world, const Observation& observation);
@@ -138,6 +155,7 @@ class Map {
   SlotMap<KeyframeTag, Keyframe> keyframes_;
   SlotMap<LandmarkTag, Landmark> landmarks_;
   std::uint32_t next_sequence_ = 0;
+  std::uint32_t session_ = 0;
   std::map<KeyframeId, Heir> heirs_;           // of erased keyframes
   std::map<std::uint32_t, KeyframeId> first_;  // by component
 };

@@ -3,6 +3,7 @@
 #include "stillmap/base/fields.hpp"
 #include "stillmap/dense/dense_map.hpp"
 #include "stillmap/feature/orb_extractor.hpp"
+#include "stillmap/loop/places.hpp"
 #include "stillmap/motion/motion_estimator.hpp"
 #include "stillmap/refine/local_mapper.hpp"
 #include "stillmap/segment/mask_carrier.hpp"
@@ -23,10 +24,11 @@ struct ScheduleOptions {
   std::string mode = "lockstep";  ///< lockstep | realtime
   int insert_delay = 1;  ///< frames until the tracker sees a new keyframe's landmarks (lockstep)
   int refine_delay = 5;  ///< frames until it sees the map adjusted around it (lockstep)
+  int relocalise_delay = 1;  ///< frames until it hears whether a place was recognised (lockstep)
   int segment_every =
       3;  ///< frames from one that the network sees to the next (lockstep; realtime: at most)
   int mask_delay = 2;  ///< frames until the tracker sees its masks (lockstep)
-  STILLMAP_FIELDS(mode, insert_delay, refine_delay, segment_every, mask_delay)
+  STILLMAP_FIELDS(mode, insert_delay, refine_delay, relocalise_delay, segment_every, mask_delay)
   bool realtime() const { return mode == "realtime"; }
 };
 
@@ -38,12 +40,13 @@ struct SlamOptions {
   MotionOptions motion;
   TrackerOptions tracker;
   MapperOptions mapper;
+  PlaceOptions places;
   DenseOptions dense;
   ScheduleOptions schedule;
   bool dense_cloud = true;       ///< whether to make the dense cloud
   bool final_adjustment = true;  ///< bundle adjustment over the whole map at the end
-  STILLMAP_FIELDS(orb, segment, carry, motion, tracker, mapper, dense, schedule, dense_cloud,
-                  final_adjustment)
+  STILLMAP_FIELDS(orb, segment, carry, motion, tracker, mapper, places, dense, schedule,
+                  dense_cloud, final_adjustment)
 };
 
 /// Overrides options from a YAML file of the same nesting. Throws Error with file, line and the

@@ -53,13 +53,13 @@ std::optional<Pose> Slam::push(const RgbdFramePtr& image) {
   // Waiting is no work: a live camera's tracker takes what there is, a recording's may be ahead of
   // the others.
   instances_.collect();
-  const LocalMapPtr local_map = mapping_.local_map_for(image->index);
+  const MapView map = mapping_.view_for(image->index);
   const double waiting = watch.lap();
 
   frame->instances = instances_.current();
   const double carrying = watch.lap();
   frame->cells = std::make_shared<CellGrid>(image->depth, camera_);
-  const auto rough = tracker_.follow(*frame->features, local_map);
+  const auto rough = tracker_.follow(*frame->features, map.local_map);
   const double following = watch.lap();
   frame->evidence =
       motion_.estimate({.image = image,
@@ -69,7 +69,7 @@ std::optional<Pose> Slam::push(const RgbdFramePtr& image) {
                         .previous = newest_ ? newest_->frame : nullptr,
                         .ego_motion = rough ? std::optional(rough->motion) : std::nullopt});
   const double judging = watch.lap();
-  newest_ = tracker_.track(frame, rough, local_map);
+  newest_ = tracker_.track(frame, rough, map.local_map, map.found);
   const double posing = following + watch.lap();
 
   timing_.add("features", extracting);
@@ -82,7 +82,11 @@ std::optional<Pose> Slam::push(const RgbdFramePtr& image) {
   const double tracking = extracting + carrying + judging + posing;
   timing_.add("tracking", tracking);
   timing_.add("waiting for network and map", waiting);
-  if (newest_->proposal) keep(*newest_->proposal);
+  if (newest_->relocalised) mapping_.take_up(*map.found);
+  mapping_.push(newest_);
+  if (newest_->proposal && options_.dense_cloud) {
+    dense_stage_->push({image, frame->evidence.moving_pixels});
+  }
   record(*newest_, tracking);
   return newest_->T_world_camera;
 }
@@ -106,12 +110,6 @@ void Slam::check(const RgbdFrame& frame) const {
   }
 }
 
-void Slam::keep(const KeyframeProposal& proposal) {
-  mapping_.push(proposal);
-  if (options_.dense_cloud)
-    dense_stage_->push({proposal.frame->image, proposal.frame->evidence.moving_pixels});
-}
-
 void Slam::record(const TrackedFrame& tracked, double milliseconds) {
   const Frame& frame = *tracked.frame;
   FrameRecord record;
@@ -126,6 +124,7 @@ void Slam::record(const TrackedFrame& tracked, double milliseconds) {
       std::count(frame.evidence.weight.begin(), frame.evidence.weight.end(), 0.0F));
   record.inliers = tracked.inliers;
   if (frame.instances) record.mask_age = static_cast<int>(frame.instances->age());
+  record.relocalised = tracked.relocalised;
   record.keyframe = tracked.proposal.has_value();
   record.milliseconds = milliseconds;
   records_.push_back(record);

@@ -27,6 +27,7 @@ struct FrameRecord {
   int moving_keypoints = 0;  ///< left out because they move
   int inliers = 0;           ///< landmarks that agree with the pose
   int mask_age = -1;  ///< frames since the network saw what the masks show; -1: there were none
+  bool relocalised = false;  ///< the camera was lost, and its place was recognised
   bool keyframe = false;
   double milliseconds =
       0;  ///< of work on the camera's critical path: features, masks carried, motion, pose
@@ -82,7 +83,6 @@ class Slam {
   struct Nothing {};
 
   void check(const RgbdFrame& frame) const;
-  void keep(const KeyframeProposal& proposal);
   void record(const TrackedFrame& tracked, double milliseconds);
   std::optional<Pose> final_pose(const FrameRecord& record) const;
 

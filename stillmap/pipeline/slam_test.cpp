@@ -4,8 +4,8 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/evaluate/trajectory_error.hpp"
 #include "stillmap/pipeline/prefetch.hpp"
+#include "stillmap/pipeline/recording_test.hpp"
 #include "stillmap/segment/mask_folder.hpp"
-#include "stillmap/simulate/simulated_sequence.hpp"
 
 #include <cstring>
 
@@ -14,6 +14,9 @@
 
 namespace stillmap {
 namespace {
+
+using recorded::Recording, recorded::recording, recorded::small_options, recorded::black,
+    recorded::same_bytes;
 
 /// A detector that knows the truth: the simulator's masks.
 class TrueMasks final : public Detector {
@@ -30,35 +33,6 @@ class TrueMasks final : public Detector {
   std::shared_ptr<const SimulatedSequence> sequence_;
   std::vector<std::string> names_ = {"person", "unknown"};
 };
-
-/// Sequences are rendered once and kept: several tests run on the same pictures.
-struct Recording {
-  std::shared_ptr<const SimulatedSequence> sequence;
-  std::vector<RgbdFramePtr> frames;
-};
-
-const Recording& recording(int people, const std::string& camera) {
-  static std::map<std::pair<int, std::string>, Recording> made;
-  Recording& r = made[{people, camera}];
-  if (!r.sequence) {
-    SimulationOptions options;
-    options.people = people;
-    options.camera = camera;
-    options.frames = 90;
-    options.width = 320;
-    options.height = 240;
-    r.sequence = std::make_shared<SimulatedSequence>(options);
-    for (std::size_t i = 0; i < r.sequence->frames(); ++i) r.frames.push_back(r.sequence->frame(i));
-  }
-  return r;
-}
-
-SlamOptions small_options(const std::string& preset) {
-  SlamOptions options;
-  options.motion.preset = preset;
-  options.orb.keypoints = 600;
-  return options;
-}
 
 struct Outcome {
   SlamResult result;
@@ -77,18 +51,6 @@ Outcome run(const Recording& recording, const SlamOptions& options) {
             .translation.rmse;
   }
   return outcome;
-}
-
-/// A new image (cv::Mat::zeros would be written into the recording's own).
-cv::Mat black(const cv::Mat& like) { return cv::Mat(like.size(), like.type(), cv::Scalar::all(0)); }
-
-bool same_bytes(const Trajectory& a, const Trajectory& b) {
-  return a.size() == b.size() &&
-         std::equal(a.begin(), a.end(), b.begin(), [](const auto& x, const auto& y) {
-           return x.timestamp == y.timestamp &&
-                  x.T_world_camera.translation() == y.T_world_camera.translation() &&
-                  x.T_world_camera.quaternion().coeffs() == y.T_world_camera.quaternion().coeffs();
-         });
 }
 
 TEST(SlamOnAStillScene, FollowsTheCameraToMillimetres) {
@@ -162,24 +124,6 @@ TEST(Realtime, TracksEveryFramePushed) {
   const Outcome r = run(recording(3, "xyz"), options);
   EXPECT_EQ(r.result.tracked(), 90U);
   EXPECT_LT(r.ate, 0.03);
-}
-
-TEST(Lost, ANewMapIsBegunAndTheOldOneKept) {
-  const Recording& rec = recording(0, "xyz");
-  Slam slam(rec.sequence->camera(), small_options("static"));
-  for (std::size_t i = 0; i < 90; ++i) {
-    auto frame = std::make_shared<RgbdFrame>(*rec.frames[i]);
-    if (i >= 30 && i < 60) {
-      frame->grey = black(frame->grey);
-      frame->color = black(frame->color);
-    }
-    const auto pose = slam.push(frame);
-    EXPECT_EQ(pose.has_value(), i < 30 || i >= 60) << "frame " << i;
-  }
-  const SlamResult result = slam.finish();
-  EXPECT_EQ(result.maps, 2U);
-  EXPECT_EQ(result.tracked(), 60U);
-  EXPECT_FALSE(result.frames[35].reason.empty());
 }
 
 TEST(Lost, AMomentOfBlacknessIsBridged) {

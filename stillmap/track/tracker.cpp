@@ -20,6 +20,24 @@ bool starts_point(const Frame& frame, std::size_t i) {
   return frame.features->keypoints[i].depth > 0 && frame.evidence.weight[i] > 0;
 }
 
+std::size_t starting_points(const Frame& frame) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < frame.features->size(); ++i) count += starts_point(frame, i);
+  return count;
+}
+
+/// A frame as the tracker would have left it, had it known where it is.
+TrackedFramePtr tracked_at(const Placement& place) {
+  auto result = std::make_shared<TrackedFrame>();
+  result->frame = place.frame;
+  result->state = TrackState::kTracking;
+  result->reference = place.local_map->reference;
+  result->T_reference_camera = place.T_reference_camera;
+  result->landmarks = place.landmarks;
+  result->inliers = place.inliers;
+  return result;
+}
+
 /// Per keypoint: not zero where it is left out.
 std::vector<std::uint8_t> excluded(const Frame& frame) {
   std::vector<std::uint8_t> result(frame.features->size());
@@ -61,6 +79,10 @@ std::optional<RoughTrack> Tracker::follow(const Features& features, const LocalM
   if (!local_map || !previous_) return std::nullopt;
   if (local_map != local_map_) adopt(local_map);
   if (frames_lost_ > 0) return std::nullopt;
+  return follow_previous(features);
+}
+
+std::optional<RoughTrack> Tracker::follow_previous(const Features& features) const {
   const Pose guess = T_world_previous_ * T_previous_next_;
   for (const double radius : {options_.motion_radius, 2 * options_.motion_radius}) {
     const auto followed = match_previous(features, guess, radius);
@@ -70,30 +92,29 @@ std::optional<RoughTrack> Tracker::follow(const Features& features, const LocalM
 }
 
 TrackedFramePtr Tracker::track(const FramePtr& frame, const std::optional<RoughTrack>& rough,
-                               const LocalMapPtr& local_map) {
+                               const LocalMapPtr& local_map,
+                               const std::optional<Placement>& found) {
   if (!local_map || !previous_) return start(frame);
   if (local_map != local_map_) adopt(local_map);
 
   std::optional<Estimate> estimate;
   if (rough) estimate = Estimate{rough->motion.T_world_camera, rough->matches};
   if (!estimate) estimate = estimate_from_reference(*frame);
-  if (!estimate)
-    return lost(frame, "too few keypoints match the previous frame and the newest keyframe");
-  estimate = estimate_in_local_map(*frame, *estimate);
-  if (!estimate) {
-    return lost(frame,
-                fmt::format("fewer than {} landmarks agree on a pose", options_.min_inliers));
-  }
-  return tracked(frame, *estimate);
+  const bool followed = estimate.has_value();
+  if (estimate) estimate = estimate_in_local_map(*frame, *estimate);
+  const bool lost_here = !estimate;
+  if (lost_here && found) estimate = estimate_from_place(*frame, *found);
+  if (estimate) return tracked(frame, *estimate, lost_here);
+  return lost(
+      frame, followed ? fmt::format("fewer than {} landmarks agree on a pose", options_.min_inliers)
+                      : "too few keypoints match the previous frame and the newest keyframe");
 }
 
 TrackedFramePtr Tracker::start(const FramePtr& frame) {
   auto result = std::make_shared<TrackedFrame>();
   result->frame = frame;
-  const std::size_t count = frame->features->size();
-  result->landmarks.assign(count, LandmarkId{});
-  std::size_t usable = 0;
-  for (std::size_t i = 0; i < count; ++i) usable += starts_point(*frame, i);
+  result->landmarks.assign(frame->features->size(), LandmarkId{});
+  const std::size_t usable = starting_points(*frame);
   if (usable < static_cast<std::size_t>(options_.min_start_points)) {
     result->reason = fmt::format("{} static keypoints with depth, {} are needed to begin a map",
                                  usable, options_.min_start_points);
@@ -105,15 +126,15 @@ TrackedFramePtr Tracker::start(const FramePtr& frame) {
       KeyframeProposal{frame, KeyframeId{}, T_world_previous_, result->landmarks, {}};
   previous_ = result;
   T_previous_next_ = Pose();
-  frames_lost_ = 0;
+  frames_lost_ = could_have_begun_ = 0;
   return result;
 }
 
 TrackedFramePtr Tracker::lost(const FramePtr& frame, const std::string& reason) {
-  if (++frames_lost_ > options_.patience) {
-    previous_.reset();
-    return start(frame);
-  }
+  ++frames_lost_;
+  could_have_begun_ +=
+      starting_points(*frame) >= static_cast<std::size_t>(options_.min_start_points);
+  if (could_have_begun_ > options_.patience) return start(frame);
   auto result = std::make_shared<TrackedFrame>();
   result->frame = frame;
   result->state = TrackState::kLost;
@@ -122,7 +143,8 @@ TrackedFramePtr Tracker::lost(const FramePtr& frame, const std::string& reason) 
   return result;
 }
 
-TrackedFramePtr Tracker::tracked(const FramePtr& frame, const Estimate& estimate) {
+TrackedFramePtr Tracker::tracked(const FramePtr& frame, const Estimate& estimate,
+                                 bool relocalised) {
   auto result = std::make_shared<TrackedFrame>();
   result->frame = frame;
   result->state = TrackState::kTracking;
@@ -133,6 +155,7 @@ TrackedFramePtr Tracker::tracked(const FramePtr& frame, const Estimate& estimate
   result->landmarks.assign(frame->features->size(), LandmarkId{});
   for (const Match& match : estimate.matches) result->landmarks[match.keypoint] = match.landmark;
   result->inliers = static_cast<int>(estimate.matches.size());
+  result->relocalised = relocalised;
 
   const std::size_t newest = std::max(last_proposed_, local_map_->made_for_frame);
   if (policy_.wants(*frame, estimate.T_world_camera, result->landmarks, *local_map_,
@@ -145,8 +168,14 @@ TrackedFramePtr Tracker::tracked(const FramePtr& frame, const Estimate& estimate
   T_previous_next_ = consecutive ? T_world_previous_.inverse() * estimate.T_world_camera : Pose();
   T_world_previous_ = estimate.T_world_camera;
   previous_ = result;
-  frames_lost_ = 0;
+  frames_lost_ = could_have_begun_ = 0;
   return result;
+}
+
+void Tracker::stand(const Stance& stance) {
+  previous_ = stance.previous;
+  T_previous_next_ = Pose();
+  adopt(stance.local_map);
 }
 
 void Tracker::adopt(const LocalMapPtr& local_map) {
@@ -220,6 +249,25 @@ std::optional<Tracker::Estimate> Tracker::estimate_in_local_map(const Frame& fra
   auto estimate = solve(*frame.features, first.T_world_camera, matches, options_.min_inliers);
   if (estimate) count_sightings(frame, *estimate, in_view);
   return estimate;
+}
+
+/// A second frame's word for the place: it is followed from the recognised one, and agrees with the
+/// landmarks around. Without it everything stays as it was.
+std::optional<Tracker::Estimate> Tracker::estimate_from_place(const Frame& frame,
+                                                              const Placement& found) {
+  const Stance before{local_map_, previous_};
+  stand({found.local_map, tracked_at(found)});
+  std::optional<Estimate> estimate;
+  if (const auto rough = follow_previous(*frame.features)) {
+    estimate = Estimate{rough->motion.T_world_camera, rough->matches};
+  } else {
+    estimate = estimate_from_reference(frame);
+  }
+  if (estimate) estimate = estimate_in_local_map(frame, *estimate);
+  if (estimate && static_cast<int>(estimate->matches.size()) >= options_.sure_inliers)
+    return estimate;
+  stand(before);
+  return std::nullopt;
 }
 
 std::vector<Tracker::Continuation> Tracker::match_previous(const Features& features,

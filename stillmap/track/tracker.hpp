@@ -3,6 +3,7 @@
 #include "stillmap/base/fields.hpp"
 #include "stillmap/map/keyframe_proposal.hpp"
 #include "stillmap/map/local_map.hpp"
+#include "stillmap/map/placement.hpp"
 #include "stillmap/motion/ego_motion.hpp"
 #include "stillmap/optimize/pose_solver.hpp"
 #include "stillmap/track/keyframe_policy.hpp"
@@ -28,7 +29,7 @@ struct TrackerOptions {
   int sure_inliers = 40;  ///< landmarks that make the rough pose without points of one frame only
   double landmark_memory = 0.95;  ///< share of a landmark's log-odds that lasts to the next frame
   int min_inliers = 25;           ///< landmarks for the frame to count as tracked
-  int patience = 10;              ///< frames without a pose before a new map is begun
+  int patience = 10;              ///< frames without a pose that could begin a map, before one does
   PoseSolverOptions solver;
   KeyframePolicyOptions keyframes;
   STILLMAP_FIELDS(min_start_points, motion_radius, local_radius, max_distance, ratio,
@@ -52,8 +53,9 @@ struct TrackedFrame {
   KeyframeId reference;     ///< the pose's keyframe; invalid where this frame begins a map
   Pose T_reference_camera;  ///< holds while the map moves
   std::vector<LandmarkId>
-      landmarks;    ///< per keypoint: what it shows; invalid where nothing is known
-  int inliers = 0;  ///< landmarks that agree with the pose
+      landmarks;             ///< per keypoint: what it shows; invalid where nothing is known
+  int inliers = 0;           ///< landmarks that agree with the pose
+  bool relocalised = false;  ///< the camera was lost, and goes on where the map's side found it
   std::optional<KeyframeProposal> proposal;
 
   bool has_pose() const { return T_world_camera.has_value(); }
@@ -93,8 +95,10 @@ class Tracker {
   /// Second pass: the pose from what the frame's evidence leaves.
   /// @param rough      what follow() gave for the frame's features
   /// @param local_map  as given to it
+  /// @param found      where an earlier frame was recognised: taken up if this frame has no pose
+  /// otherwise, and is seen from there too
   TrackedFramePtr track(const FramePtr& frame, const std::optional<RoughTrack>& rough,
-                        const LocalMapPtr& local_map);
+                        const LocalMapPtr& local_map, const std::optional<Placement>& found = {});
 
  private:
   using Match = PointMatch;
@@ -108,11 +112,19 @@ class Tracker {
     Match match;
   };
 
+  /// What a pose is sought from.
+  struct Stance {
+    LocalMapPtr local_map;
+    TrackedFramePtr previous;
+  };
+
   TrackedFramePtr start(const FramePtr& frame);
   TrackedFramePtr lost(const FramePtr& frame, const std::string& reason);
-  TrackedFramePtr tracked(const FramePtr& frame, const Estimate& estimate);
+  TrackedFramePtr tracked(const FramePtr& frame, const Estimate& estimate, bool relocalised);
   void adopt(const LocalMapPtr& local_map);
+  void stand(const Stance& stance);
 
+  std::optional<RoughTrack> follow_previous(const Features& features) const;
   std::optional<RoughTrack> rough_track(const Features& features,
                                         const std::vector<Continuation>& followed,
                                         const Pose& guess) const;
@@ -120,6 +132,7 @@ class Tracker {
                        const Pose& T_world_camera) const;
   std::optional<Estimate> estimate_from_reference(const Frame& frame) const;
   std::optional<Estimate> estimate_in_local_map(const Frame& frame, const Estimate& first);
+  std::optional<Estimate> estimate_from_place(const Frame& frame, const Placement& found);
   std::vector<Continuation> match_previous(const Features& features, const Pose& T_world_camera,
                                            double radius) const;
   std::vector<Match> match_reference(const Frame& frame) const;
@@ -141,8 +154,9 @@ class Tracker {
   Pose T_world_previous_;     // its pose in the newest local map
   Pose T_previous_next_;      // constant-velocity model
   int frames_lost_ = 0;
-  std::size_t last_proposed_ = 0;                 // frame index
-  std::vector<Sighting> sightings_;               // of local maps before this one
+  int could_have_begun_ = 0;         // of these, frames that a map could have begun with
+  std::size_t last_proposed_ = 0;    // frame index
+  std::vector<Sighting> sightings_;  // of local maps before this one
   std::vector<std::uint32_t> predicted_, found_;  // per landmark of local_map_
   std::vector<float> static_log_odds_;            // likewise: of its being static
 };

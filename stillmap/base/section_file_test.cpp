@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/section_file.hpp"
+
+#include "stillmap/base/bytes.hpp"
+#include "stillmap/base/error.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace stillmap {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr SectionFormat kFormat{"TESTFILE", 3, "test file", "make one anew"};
+
+std::vector<Section> sections() {
+  std::string noise;
+  for (unsigned i = 0; i < 300; ++i) noise.push_back(static_cast<char>(i * i * 2654435761U >> 13));
+  return {{{'H', 'E', 'A', 'D'}, noise},
+          {{'N', 'O', 'N', 'E'}, ""},
+          {{'L', 'O', 'N', 'G'}, std::string(5000, 'x')}};
+}
+
+/// What the user would read about these bytes; empty if they are fine.
+std::string complaint(const std::string& bytes) {
+  try {
+    unpack_sections(kFormat, bytes, "some.file");
+  } catch (const Error& e) {
+    EXPECT_EQ(e.where(), "some.file");
+    EXPECT_FALSE(e.fix().empty());
+    return e.what();
+  }
+  return "";
+}
+
+TEST(SectionFile, GivesBackWhatWasPacked) {
+  const std::string bytes = pack_sections(kFormat, sections());
+  EXPECT_EQ(unpack_sections(kFormat, bytes, ""), sections());
+  EXPECT_EQ(bytes, pack_sections(kFormat, sections())) << "the same bytes every time";
+  EXPECT_LT(bytes.size(), 600U) << "5300 bytes, most of them alike";
+  EXPECT_TRUE(unpack_sections(kFormat, pack_sections(kFormat, {}), "").empty());
+}
+
+TEST(SectionFile, EveryAlteredByteIsNoticed) {
+  const std::string bytes = pack_sections(kFormat, sections());
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    for (const int bits : {0x01, 0x80, 0xff}) {
+      std::string altered = bytes;
+      altered[i] = static_cast<char>(altered[i] ^ bits);
+      EXPECT_NE(complaint(altered), "") << "byte " << i;
+    }
+  }
+}
+
+TEST(SectionFile, EveryLengthButItsOwnIsNoticed) {
+  const std::string bytes = pack_sections(kFormat, sections());
+  EXPECT_THAT(complaint(""), HasSubstr("no test file"));
+  for (std::size_t size = 1; size < bytes.size(); ++size) {
+    EXPECT_THAT(complaint(bytes.substr(0, size)), HasSubstr("cut short")) << size;
+  }
+  EXPECT_THAT(complaint(bytes + "!"), HasSubstr("1 bytes too many"));
+}
+
+TEST(SectionFile, OtherKindsAndVersionsAreTold) {
+  EXPECT_THAT(complaint("ply\nformat binary"), HasSubstr("is no test file of this program"));
+  SectionFormat newer = kFormat;
+  newer.version = 4;
+  EXPECT_THAT(complaint(pack_sections(newer, sections())),
+              HasSubstr("version 4, and this program reads version 3"));
+}
+
+TEST(SectionFile, AlteredPartsAreNamed) {
+  std::string bytes = pack_sections(kFormat, sections());
+  bytes.back() = static_cast<char>(bytes.back() ^ 1);
+  EXPECT_THAT(complaint(bytes), HasSubstr("section LONG"));
+  bytes[30] = static_cast<char>(bytes[30] ^ 1);
+  EXPECT_THAT(complaint(bytes), HasSubstr("header"));
+}
+
+TEST(Bytes, ComeBackInAnyArrangement) {
+  const std::vector<double> numbers = {1.5, -2.25, 1e300};
+  ByteWriter out;
+  out.put<std::uint16_t>(7);
+  out.put_text("seven");
+  out.put_list(std::span<const double>(numbers));
+  out.put_planes(std::span<const double>(numbers));
+  const std::string& bytes = out.bytes();
+  ByteReader in(bytes, "", "");
+  EXPECT_EQ(in.get<std::uint16_t>(), 7);
+  EXPECT_EQ(in.get_text(), "seven");
+  EXPECT_EQ(in.get_list<double>(3), numbers);
+  EXPECT_EQ(in.get_planes<double>(3), numbers);
+  EXPECT_NO_THROW(in.expect_end());
+}
+
+TEST(Bytes, AreNotReadBeyondTheirEnd) {
+  const std::string bytes(10, '\x7f');
+  ByteReader in(bytes, "file", "fix");
+  EXPECT_THROW(in.get_list<double>(2), Error);
+  EXPECT_THROW(in.get_planes<double>(std::size_t{1} << 61), Error) << "8 times it is 0 in 64 bits";
+  EXPECT_THROW(in.get_text(), Error);
+  EXPECT_THROW(in.expect_end(), Error);
+}
+
+}  // namespace
+}  // namespace stillmap

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/loop/relocaliser.hpp"
+
+#include "stillmap/loop/rendered_map_test.hpp"
+
+#include <gtest/gtest.h>
+
+namespace stillmap {
+namespace {
+
+using rendered::MapBuilder;
+using rendered::small_pictures;
+
+/// An office mapped from a short way along the desks, and frames of other ways.
+class Relocalise : public ::testing::Test {
+ protected:
+  struct World {
+    std::shared_ptr<const Scene> scene;
+    Camera camera;
+    MapBuilder built;
+  };
+
+  static SimulatedSequence sequence(const std::shared_ptr<const Scene>& scene, int seed = 5) {
+    SimulationOptions options;
+    options.camera = "xyz";
+    options.frames = 40;
+    options.speed = 10;
+    options.seed = seed;
+    return {options, SimulatedSequence(small_pictures({.people = 0, .frames = 1})).camera(), scene};
+  }
+
+  static const World& world() {
+    static const auto scene =
+        std::make_shared<const Scene>(make_scene({.people = 0, .seed = 1001}));
+    static const World made = [] {
+      const SimulatedSequence way = sequence(scene);
+      World w{scene, way.camera(), MapBuilder(way.camera())};
+      for (std::size_t i = 0; i < 12; ++i) {
+        const auto f = way.at(i);
+        w.built.add(*f.frame, f.truth.T_world_camera);
+      }
+      return w;
+    }();
+    return made;
+  }
+
+  static RelocalisationVerdict find(const Features& features, std::vector<float> weights = {},
+                                    const RelocaliserOptions& options = {}) {
+    if (weights.empty()) weights.assign(features.size(), 1);
+    return relocalise(world().built.map, world().built.index, {features, weights}, options);
+  }
+
+  /// Landmarks are off by some millimetres (noise of depth), and many are averaged.
+  static void expect_right(const RelocalisationVerdict& verdict, const Pose& truth,
+                           double metres = 0.015, double radians = 0.006) {
+    ASSERT_TRUE(verdict.result) << verdict.reason;
+    const Pose error = truth.inverse() * verdict.result->T_world_camera;
+    EXPECT_LT(error.translation().norm(), metres);
+    EXPECT_LT(error.angle(), radians);
+  }
+};
+
+TEST_F(Relocalise, FindsTheCameraOnAnotherWay) {
+  const SimulatedSequence way = sequence(world().scene, 77);
+  for (std::size_t i = 20; i < 40; i += 3) {
+    SCOPED_TRACE(i);
+    const auto f = way.at(i);
+    expect_right(find(rendered::extract(*f.frame)), f.truth.T_world_camera);
+  }
+}
+
+TEST_F(Relocalise, NeedsNoDepth) {
+  const SimulatedSequence way = sequence(world().scene, 77);
+  for (std::size_t i = 20; i < 40; i += 5) {
+    SCOPED_TRACE(i);
+    const auto f = way.at(i);
+    Features features = rendered::extract(*f.frame);
+    for (Keypoint& k : features.keypoints) k.depth = 0;
+    expect_right(find(features), f.truth.T_world_camera, 0.03, 0.01);
+  }
+}
+
+TEST_F(Relocalise, ThePoseHoldsRelativeToItsKeyframe) {
+  const auto f = sequence(world().scene, 77).at(22);
+  const auto found = find(rendered::extract(*f.frame));
+  ASSERT_TRUE(found.result);
+  const Map& map = world().built.map;
+  const Pose again = map.resolve(found.result->reference, found.result->T_reference_camera);
+  EXPECT_LT((again.inverse() * found.result->T_world_camera).log().norm(), 1e-9);
+}
+
+/// What the keypoints are said to show must lie where they are seen.
+TEST_F(Relocalise, SaysWhatTheKeypointsShow) {
+  const auto f = sequence(world().scene, 77).at(25);
+  const Features features = rendered::extract(*f.frame);
+  const auto found = find(features);
+  ASSERT_TRUE(found.result);
+  int shown = 0;
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    const Landmark* landmark = world().built.map.find(found.result->landmarks[i]);
+    if (landmark == nullptr) continue;
+    ++shown;
+    const Eigen::Vector2d uv =
+        world().camera.project(f.truth.T_world_camera.inverse() * landmark->p_world);
+    const Keypoint& k = features.keypoints[i];
+    EXPECT_LT((uv - Eigen::Vector2d(k.u, k.v)).norm(), 4 * std::pow(1.2, k.level));
+  }
+  EXPECT_EQ(shown, found.result->inliers);
+  EXPECT_GT(shown, 100);
+}
+
+/// Half of the picture is taken for moving: what is there must not enter, and the rest suffices.
+TEST_F(Relocalise, StandsPeopleInTheView) {
+  const auto f = sequence(world().scene, 77).at(25);
+  const Features features = rendered::extract(*f.frame);
+  std::vector<float> weights;
+  for (const Keypoint& k : features.keypoints) weights.push_back(k.u < 160 ? 0 : 1);
+  const auto found = find(features, weights);
+  ASSERT_TRUE(found.result) << found.reason;
+  expect_right(found, f.truth.T_world_camera, 0.03, 0.01);
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    if (weights[i] == 0) {
+      EXPECT_FALSE(found.result->landmarks[i].valid());
+    }
+  }
+}
+
+TEST_F(Relocalise, ComesToNothingWhereItHasNeverBeen) {
+  auto elsewhere = std::make_shared<Scene>(*world().scene);
+  elsewhere->viewpoint.position = {5.2, 1.0, 1.45};
+  elsewhere->viewpoint.target = {3.0, 0.1, 0.9};
+  const SimulatedSequence way = sequence(elsewhere, 77);
+  for (std::size_t i = 20; i < 40; i += 3) {
+    const auto found = find(rendered::extract(*way.at(i).frame));
+    EXPECT_FALSE(found.result);
+    EXPECT_FALSE(found.reason.empty());
+  }
+  EXPECT_FALSE(find(Features{}).result);
+}
+
+TEST_F(Relocalise, KeepsToTheComponentAskedFor) {
+  const auto f = sequence(world().scene, 77).at(22);
+  const Features features = rendered::extract(*f.frame);
+  const std::vector<float> weights(features.size(), 1);
+  const MapBuilder& built = world().built;
+  EXPECT_TRUE(relocalise(built.map, built.index, {features, weights}, {}, 0).result);
+  EXPECT_FALSE(relocalise(built.map, built.index, {features, weights}, {}, 1).result);
+}
+
+}  // namespace
+}  // namespace stillmap

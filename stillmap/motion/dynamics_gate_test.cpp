@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/motion/dynamics_gate.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/motion/test_frames.hpp"
+#include "stillmap/motion/test_two_view.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace stillmap {
+namespace {
+
+constexpr double kMarked = 0.5, kUnmarked = 0.05;
+
+/// The gate's verdicts on frames written as a text: x marked, . unmarked, - not to be judged. The
+/// verdicts likewise: H high, l low.
+std::string verdicts(const std::string& frames) {
+  DynamicsGate gate({});
+  std::string result;
+  for (const char frame : frames) {
+    std::optional<double> share;
+    if (frame != '-') share = frame == 'x' ? kMarked : kUnmarked;
+    result += gate.push(share) ? 'H' : 'l';
+  }
+  return result;
+}
+
+TEST(DynamicsGate, TheFirstNineFramesAreHighAndTheTenthDecides) {
+  EXPECT_EQ(verdicts(".........."), "HHHHHHHHHl");
+  EXPECT_EQ(verdicts("xxxxxxxxxx"), "HHHHHHHHHH");
+  EXPECT_EQ(verdicts("xxxxx....."), "HHHHHHHHHl");  // half is not more than half
+  EXPECT_EQ(verdicts("xxxxxx...."), "HHHHHHHHHH");
+}
+
+TEST(DynamicsGate, MoreThanHalfOfTheLastTenFramesMakeItHigh) {
+  EXPECT_EQ(verdicts("..........xxxxxxx"), "HHHHHHHHHllllllHH");
+  EXPECT_EQ(verdicts("xxxxxxxxxx......."), "HHHHHHHHHHHHHHlll");
+}
+
+TEST(DynamicsGate, FramesThatCannotBeJudgedHaveNoVote) {
+  EXPECT_EQ(verdicts("-.........."), "HHHHHHHHHll");
+  EXPECT_EQ(verdicts("xxxxxxxxxx-------"), "HHHHHHHHHHHHHHHHH");
+  EXPECT_EQ(verdicts("..........----"), "HHHHHHHHHlllll");
+}
+
+TEST(DynamicsGate, ATenthOfTheKeypointsDoesNotMarkAFrame) {
+  DynamicsGate gate({.window = 1});
+  EXPECT_FALSE(gate.push(0.1));
+  EXPECT_TRUE(gate.push(0.1001));
+}
+
+TEST(DynamicsGate, NeedsAWindow) { EXPECT_THROW(DynamicsGate({.window = 0}), Error); }
+
+/// 100 points of a plane, of which `off` are moved by `by` pixels across.
+KeypointFlow plane_flow(std::size_t off, float by) {
+  const test::TwoViews views;
+  const auto plane = views.plane(100, 3);
+  std::vector<cv::Point2f> before, now;
+  for (std::size_t i = 0; i < plane.size(); ++i) {
+    before.push_back(views.in_first(plane[i]));
+    const float sign = i % 2 == 0 ? 1.0F : -1.0F;  // so that no homography can follow them
+    now.push_back(views.in_second(plane[i]) + cv::Point2f(0, i < off ? sign * by : 0));
+  }
+  return test::flow_between(before, now);
+}
+
+TEST(ShareOffHomography, CountsPointsFurtherOffThanTheLimit) {
+  EXPECT_EQ(share_off_homography(plane_flow(0, 0), {}), 0.0);
+  EXPECT_EQ(share_off_homography(plane_flow(20, 8), {}), 0.2);
+  EXPECT_EQ(share_off_homography(plane_flow(11, 5), {}), 0.11);
+}
+
+TEST(ShareOffHomography, TheLimitIsOnePointSevenPixels) {
+  // Within the RANSAC threshold of 1 pixel none of the moved points takes part in the fit.
+  DynamicsGateOptions options;
+  options.ransac.threshold = 1;
+  EXPECT_EQ(share_off_homography(plane_flow(10, 1.8F), options), 0.1);
+  EXPECT_EQ(share_off_homography(plane_flow(10, 1.6F), options), 0.0);
+}
+
+TEST(ShareOffHomography, LostPointsDoNotCountAndTooFewAreNoVerdict) {
+  KeypointFlow flow = plane_flow(20, 8);
+  for (std::size_t i = 0; i < 10; ++i) flow.found[i] = 0;
+  EXPECT_NEAR(*share_off_homography(flow, {}), 10.0 / 90, 1e-12);
+  for (std::size_t i = 0; i < 81; ++i) flow.found[i] = 0;
+  EXPECT_FALSE(share_off_homography(flow, {}));
+}
+
+/// Says of every keypoint that it moves.
+struct Alarm : MotionCue {
+  std::string_view name() const override { return "alarm"; }
+  std::set<std::string> classes() const override { return {"dog"}; }
+  void add_to(MotionEvidence& evidence, const MotionInput&) override {
+    for (float& x : evidence.static_log_odds) x -= 1;
+  }
+};
+
+/// A wall that moves by (4, 1) a frame, and a thing before it, a third of the keypoints, that
+/// moves by `own` besides.
+struct Film {
+  cv::Point2d own;
+  cv::Size size{320, 240};
+  std::vector<cv::Point2f> points = test::lattice({0, 0, 320, 240}, 14, 12);
+
+  RgbdFramePtr image(int i) const {
+    cv::Mat1b picture = test::moved_texture(size, 1, 4 * (i % 8), i % 8);
+    const cv::Rect thing(100, 20, 120, 200);
+    test::moved_texture(size, 2, (4 + own.x) * (i % 8), (1 + own.y) * (i % 8))(thing).copyTo(
+        picture(thing));
+    return test::image_of(static_cast<std::size_t>(i), picture);
+  }
+  /// Which frames the gate let the cue speak in.
+  std::string spoken(int frames) const {
+    GatedCue cue({}, std::make_unique<Alarm>());
+    FramePtr previous;
+    std::string result;
+    for (int i = 0; i < frames; ++i) {
+      const auto features = test::keypoints_at(points);
+      const auto picture = image(i);
+      MotionEvidence evidence = test::no_evidence(points.size());
+      cue.add_to(evidence, test::input_of(picture, features, nullptr, previous));
+      result += evidence.static_log_odds[0] < 0 ? 'H' : 'l';
+      previous = test::frame_of(picture, features);
+    }
+    return result;
+  }
+};
+
+TEST(GatedCue, SpeaksWhileAThirdOfThePictureMovesOnItsOwn) {
+  EXPECT_EQ(Film({{-6, 2}}).spoken(14), "HHHHHHHHHHHHHH");
+}
+
+TEST(GatedCue, IsSilentWhereEverythingMovesAlikeOnceTenFramesWereSeen) {
+  EXPECT_EQ(Film({{0, 0}}).spoken(14), "HHHHHHHHHlllll");
+}
+
+TEST(GatedCue, LooksAtTheClassesOfItsCue) {
+  const GatedCue cue({}, std::make_unique<Alarm>());
+  EXPECT_THAT(cue.classes(), ::testing::ElementsAre("dog"));
+  EXPECT_EQ(cue.name(), "gated alarm");
+}
+
+}  // namespace
+}  // namespace stillmap

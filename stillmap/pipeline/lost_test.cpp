@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/pipeline/recording_test.hpp"
+
+#include <gtest/gtest.h>
+
+namespace stillmap {
+namespace {
+
+using recorded::Recording, recorded::recording, recorded::small_options, recorded::black;
+
+RgbdFramePtr darkened(const RgbdFramePtr& frame) {
+  auto dark = std::make_shared<RgbdFrame>(*frame);
+  dark->grey = black(dark->grey);
+  dark->color = black(dark->color);
+  return dark;
+}
+
+/// The frame with another number and stamp.
+RgbdFramePtr numbered(const RgbdFramePtr& frame, std::size_t index) {
+  auto copy = std::make_shared<RgbdFrame>(*frame);
+  copy->index = index;
+  copy->timestamp = static_cast<double>(index) / 30;
+  return copy;
+}
+
+/// Frames of another corner of the room, of which the usual motions see nothing.
+std::vector<RgbdFramePtr> elsewhere(const Recording& recording, int frames) {
+  auto scene = std::make_shared<Scene>(recording.sequence->scene());
+  scene->viewpoint.position = {5.2, 1.0, 1.45};
+  scene->viewpoint.target = {3.0, 0.1, 0.9};
+  SimulationOptions options = recording.sequence->options();
+  options.frames = frames;
+  const SimulatedSequence sequence(options, recording.sequence->camera(), scene);
+  std::vector<RgbdFramePtr> made;
+  for (std::size_t i = 0; i < sequence.frames(); ++i) made.push_back(sequence.frame(i));
+  return made;
+}
+
+/// How far the pose of frame `frame` is from the truth of frame `shown`, in the world of frame 0
+/// [m].
+double error_at(const SlamResult& result, const Recording& recording, std::size_t frame,
+                std::size_t shown) {
+  const double stamp = static_cast<double>(frame) / 30;
+  const auto found =
+      std::find_if(result.trajectory.begin(), result.trajectory.end(),
+                   [&](const StampedPose& p) { return std::abs(p.timestamp - stamp) < 1e-3; });
+  if (found == result.trajectory.end()) return 1e9;
+  const Pose truth =
+      recording.sequence->T_world_camera(0).inverse() * recording.sequence->T_world_camera(shown);
+  const Pose estimate = result.trajectory.front().T_world_camera.inverse() * found->T_world_camera;
+  return (truth.inverse() * estimate).translation().norm();
+}
+
+TEST(Lost, SecondsOfBlacknessAreBridged) {
+  const Recording& rec = recording(0, "xyz");
+  Slam slam(rec.sequence->camera(), small_options("static"));
+  for (std::size_t i = 0; i < 90; ++i) {
+    const bool dark = i >= 20 && i < 70;
+    const auto pose = slam.push(dark ? darkened(rec.frames[i]) : rec.frames[i]);
+    EXPECT_EQ(pose.has_value(), !dark) << "frame " << i;
+  }
+  const SlamResult result = slam.finish();
+  EXPECT_EQ(result.maps, 1U);
+  EXPECT_FALSE(result.frames[35].reason.empty());
+  for (std::size_t i = 70; i < 90; ++i) EXPECT_LT(error_at(result, rec, i, i), 0.02) << i;
+}
+
+TEST(Lost, PeopleInTheViewDoNotHinderIt) {
+  const Recording& empty = recording(0, "xyz");
+  const Recording& rec = recording(3, "xyz");
+  SlamOptions options = small_options("fused");
+  Slam slam(rec.sequence->camera(), options);
+  int with_pose = 0;
+  for (std::size_t i = 0; i < 90; ++i) {
+    const bool dark = i >= 20 && i < 60;
+    const auto& frame = i < 20 ? empty.frames[i] : rec.frames[i];
+    with_pose += slam.push(dark ? darkened(frame) : frame).has_value() && i >= 60;
+  }
+  EXPECT_GE(with_pose, 25);
+  const SlamResult result = slam.finish();
+  for (std::size_t i = 66; i < 90; ++i) EXPECT_LT(error_at(result, rec, i, i), 0.03) << i;
+}
+
+/// Carried away in the dark to where it has never been, and back again.
+TEST(Lost, ANewMapIsBegunWhereItHasNeverBeenAndTheOldPlaceIsRecognised) {
+  const Recording& rec = recording(0, "xyz");
+  const auto other = elsewhere(rec, 30);
+  Slam slam(rec.sequence->camera(), small_options("static"));
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < 40; ++i) slam.push(numbered(rec.frames[i], n++));
+  for (std::size_t i = 0; i < 30; ++i) {
+    const bool pose = slam.push(numbered(other[i], n++)).has_value();
+    EXPECT_EQ(pose, i >= 10) << i << ": after so many frames that are recognised nowhere";
+  }
+  for (std::size_t i = 60; i < 90; ++i) slam.push(numbered(rec.frames[i], n++));
+  const SlamResult result = slam.finish();
+  EXPECT_EQ(result.maps, 2U);
+  int relocalisations = 0;
+  for (const FrameRecord& f : result.frames) {
+    relocalisations += f.relocalised;
+    EXPECT_TRUE(f.index >= 70 || !f.relocalised) << f.index;
+  }
+  EXPECT_EQ(relocalisations, 1);
+  for (std::size_t i = 71; i < 100; ++i) EXPECT_LT(error_at(result, rec, i, i - 10), 0.02) << i;
+}
+
+}  // namespace
+}  // namespace stillmap
