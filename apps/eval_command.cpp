@@ -5,6 +5,8 @@
 #include "stillmap/evaluate/cloud_picture.hpp"
 #include "stillmap/evaluate/ghosts.hpp"
 #include "stillmap/evaluate/measured_speed.hpp"
+#include "stillmap/evaluate/pose_at.hpp"
+#include "stillmap/evaluate/surface_error.hpp"
 #include "stillmap/evaluate/trajectory_error.hpp"
 #include "stillmap/evaluate/verdict_figures.hpp"
 #include "stillmap/sensor/camera_file.hpp"
@@ -19,7 +21,7 @@ namespace stillmap {
 namespace {
 
 struct EvalArguments {
-  std::string truth, estimate, json, cloud, sequence, camera, picture, verdicts, speeds,
+  std::string truth, estimate, json, cloud, surface, sequence, camera, picture, verdicts, speeds,
       measure_speeds;
   VerdictOptions judging;
   std::size_t frames = 0;
@@ -28,9 +30,32 @@ struct EvalArguments {
 
 struct CloudFigures {
   GhostFigures figures;
+  std::optional<SurfaceFigures> surface;  ///< where the true surface is known
   Cloud cloud;
   std::vector<std::uint8_t> ghosts;
 };
+
+/// The true static surface: the file named, or the one that lies beside a simulated sequence.
+std::optional<TrueSurface> true_surface(const EvalArguments& arguments) {
+  const std::filesystem::path beside = std::filesystem::path(arguments.sequence) / "surface.ply";
+  if (arguments.surface.empty() && !std::filesystem::exists(beside)) return std::nullopt;
+  const std::filesystem::path file =
+      arguments.surface.empty() ? beside : std::filesystem::path(arguments.surface);
+  return TrueSurface(read_cloud(file).points);
+}
+
+/// The same frames, each shown to the surface as it passes.
+MaskedFrames shown_to(TrueSurface& surface, MaskedFrames frames, const Trajectory& truth,
+                      const Camera& camera) {
+  return [&surface, frames = std::move(frames), &truth, &camera]() {
+    std::optional<MaskedFrame> frame = frames();
+    if (!frame) return frame;
+    if (const auto pose = pose_at(truth, frame->timestamp)) {
+      surface.look(*frame, *pose, camera);
+    }
+    return frame;
+  };
+}
 
 /// How many of the cloud's points are ghosts, by the true masks of the sequence it was made from.
 CloudFigures cloud_figures(const EvalArguments& arguments, const Trajectory& truth,
@@ -46,10 +71,14 @@ CloudFigures cloud_figures(const EvalArguments& arguments, const Trajectory& tru
   }
   TumFolder source(
       paths, load_camera(arguments.camera.empty() ? paths.camera.string() : arguments.camera));
-  const GhostReference reference =
-      make_ghost_reference(frames_with_masks(source, paths.masks), truth, source.camera());
+  MaskedFrames frames = frames_with_masks(source, paths.masks);
+  std::optional<TrueSurface> surface = true_surface(arguments);
+  if (surface) frames = shown_to(*surface, std::move(frames), truth, source.camera());
+  const GhostReference reference = make_ghost_reference(frames, truth, source.camera());
   CloudFigures result;
   result.cloud = read_cloud(arguments.cloud);
+  if (surface)
+    result.surface = surface->judge(result.cloud.points, evaluation.ate.T_truth_estimate);
   result.figures = count_ghosts(reference, result.cloud.points, evaluation.ate.T_truth_estimate);
   result.ghosts = mark_ghosts(reference, result.cloud.points, evaluation.ate.T_truth_estimate);
   return result;
@@ -96,6 +125,10 @@ nlohmann::json judge_trajectory(const EvalArguments& arguments) {
     const CloudFigures cloud = cloud_figures(arguments, truth, evaluation);
     fmt::print("{}", ghost_text(cloud.figures));
     json["ghosts"] = cloud.figures;
+    if (cloud.surface) {
+      fmt::print("{}", surface_text(*cloud.surface));
+      json["surface"] = *cloud.surface;
+    }
     if (!arguments.picture.empty()) {
       write_cloud_picture(arguments.picture, {cloud.cloud.points, cloud.cloud.colors, cloud.ghosts},
                           estimate);
@@ -141,6 +174,9 @@ void add_eval_command(CLI::App& app, int& exit_code) {
                       "also count the ghosts in this cloud (.ply, .pcd)");
   command->add_option("--sequence", arguments->sequence,
                       "the cloud's or the verdicts' sequence, with depth/ and true masks in mask/");
+  command->add_option("--surface", arguments->surface,
+                      "points of the true static surface (.ply, .pcd), to judge the cloud's "
+                      "accuracy and completeness by; default: SEQUENCE/surface.ply, if there");
   command->add_option("--verdicts", arguments->verdicts,
                       "also judge these verdicts on keypoints (verdicts.bin of stillmap run "
                       "--save-verdicts): precision and recall of \"moving\"");

@@ -44,7 +44,7 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "stillmap: {}\n", e.what());
   } catch (const std::bad_alloc&) {
     fmt::print(stderr,
-               "stillmap: out of memory\n  fix: map fewer frames, or set dense.max_points lower\n");
+               "stillmap: out of memory\n  fix: map fewer frames, or set dense.max_pixels lower\n");
   } catch (const std::exception& e) {
     fmt::print(stderr, "stillmap: unexpected: {}\n  fix: this is a defect; please report it\n",
                e.what());

@@ -2,6 +2,8 @@
 // One keyframe of 640 x 480 folded into the dense map, whole and in parts, on one thread.
 #include "stillmap/dense/dense_map.hpp"
 
+#include <memory>
+
 #include <benchmark/benchmark.h>
 #include <opencv2/core/utility.hpp>
 
@@ -42,7 +44,7 @@ void BM_KeyframeAdded(benchmark::State& state) {
   options.back_projection.stride = static_cast<int>(state.range(0));
   DenseMap map(kCamera, options);
   for (auto _ : state) map.add(0, frame, mask);
-  state.counters["points"] = static_cast<double>(map.statistics().points);
+  state.counters["pixels"] = static_cast<double>(map.statistics().pixels);
 }
 BENCHMARK(BM_KeyframeAdded)->ArgName("stride")->DenseRange(1, 4)->Unit(benchmark::kMillisecond);
 
@@ -63,12 +65,31 @@ void BM_RemoveOutliers(benchmark::State& state) {
 }
 BENCHMARK(BM_RemoveOutliers)->Unit(benchmark::kMillisecond);
 
-void BM_VoxelReduce(benchmark::State& state) {
+// The live cloud takes in one more keyframe that overlaps the others by nine tenths.
+void BM_LiveCloudGrown(benchmark::State& state) {
   const RgbdFrame frame = wall_and_box();
-  const PointGrid grid = back_project(kCamera, frame, mask_of_a_person());
-  for (auto _ : state) benchmark::DoNotOptimize(pack_keyframe(grid, frame, 0.01));
+  const auto keyframes = static_cast<std::uint64_t>(state.range(0));
+  const auto sideways = [](std::uint64_t id) {
+    return Pose(Eigen::Quaterniond::Identity(), {0.1 * static_cast<double>(id), 0, 0});
+  };
+  for (auto _ : state) {
+    state.PauseTiming();
+    auto map = std::make_unique<DenseMap>(kCamera);
+    for (std::uint64_t id = 0; id < keyframes; ++id) map->add(id, frame, {}, sideways(id));
+    state.ResumeTiming();
+    map->add(keyframes, frame, {}, sideways(keyframes));
+    state.PauseTiming();
+    map.reset();
+    state.ResumeTiming();
+  }
 }
-BENCHMARK(BM_VoxelReduce)->Unit(benchmark::kMillisecond);
+BENCHMARK(BM_LiveCloudGrown)
+    ->ArgName("keyframes")
+    ->Arg(1)
+    ->Arg(20)
+    ->Arg(100)
+    ->Iterations(3)
+    ->Unit(benchmark::kMillisecond);
 
 void BM_ComposeTwentyKeyframes(benchmark::State& state) {
   const RgbdFrame frame = wall_and_box();

@@ -4,40 +4,35 @@
 #include "stillmap/base/error.hpp"
 
 #include <algorithm>
-#include <numbers>
 #include <utility>
 
 namespace stillmap {
 namespace {
 
-// One thinning doubles the area of a voxel's face, so it halves the points of a surface.
-constexpr double kCoarser = std::numbers::sqrt2;
-// A cloud this coarse has no shape left: it is emptied instead [m].
-constexpr double kCoarsest = 1.0;
+// A view this coarse has no shape left: it is emptied instead [pixels].
+constexpr int kCoarsest = 64;
 
 void require_valid(const DenseOptions& options) {
-  const bool valid = options.voxel > 0 && options.min_samples >= 1 && options.min_keyframes >= 1 &&
-                     options.max_points >= 1;
+  const bool valid =
+      options.min_samples >= 1 && options.min_keyframes >= 1 && options.max_pixels >= 1;
   require_valid(options.back_projection);
   require_valid(options.outliers);
+  require_valid(options.evidence);
+  require_valid(options.semantics);
+  require_voxel_size(options.voxel, "dense.voxel");
   if (valid) return;
   throw Error("an option is out of range", "dense map",
-              "voxel > 0, min_samples >= 1, min_keyframes >= 1, max_points >= 1");
+              "min_samples >= 1, min_keyframes >= 1, max_pixels >= 1");
 }
 
 bool is_finite(const Pose& pose) {
   return pose.quaternion().coeffs().allFinite() && pose.translation().allFinite();
 }
 
-// Adds the points of a keyframe to the grid of the whole.
-void place(const KeyframeCloud& cloud, const Pose& T_world_camera, std::uint32_t source,
-           VoxelGrid& world) {
-  const Eigen::Matrix3d R = T_world_camera.rotation() * cloud.step;
-  const Eigen::Vector3d& t = T_world_camera.translation();
-  for (const PackedPoint& point : cloud.points) {
-    const auto& [x, y, z] = point.position;
-    world.add(R * Eigen::Vector3d(x, y, z) + t, point.color, point.count, source);
-  }
+// How far a point two metres ahead of the camera moves from one pose to the other [m].
+double displacement(const Pose& a, const Pose& b) {
+  const Eigen::Vector3d ahead(0, 0, 2), aside(1, 0, 1);
+  return std::max((a * ahead - b * ahead).norm(), (a * aside - b * aside).norm());
 }
 
 }  // namespace
@@ -47,72 +42,153 @@ DenseMap::DenseMap(const Camera& camera, const DenseOptions& options)
   require_valid(options_);
 }
 
-void DenseMap::add(std::uint64_t id, const RgbdFrame& frame, const cv::Mat1b& excluded) {
-  PointGrid grid = back_project(camera_, frame, excluded, options_.back_projection);
-  const std::size_t outliers = remove_outliers(grid, options_.outliers);
-  KeyframeCloud cloud = pack_keyframe(grid, frame, options_.voxel);
-
+void DenseMap::add(std::uint64_t id, const RgbdFrame& frame, const cv::Mat1b& movers,
+                   const std::optional<Pose>& T_world_camera, const SegmentedFrame* things) {
+  MadeView made =
+      make_dense_view(camera_, frame, movers, options_.back_projection, options_.outliers, things);
   remove(id);
-  outliers_ += outliers;
-  points_ += cloud.points.size();
-  clouds_.emplace(id, std::move(cloud));
+  outliers_ += made.outliers;
+  pixels_ += made.view.depth.total();
+  const auto held = views_.emplace(id, std::make_shared<DenseView>(std::move(made.view))).first;
+  if (T_world_camera && is_finite(*T_world_camera)) {
+    const bool newest = live_poses_.empty() || live_poses_.rbegin()->first < id;
+    live_poses_[id] = *T_world_camera;
+    if (!live_) live_ = std::make_shared<StaticGrid>(options_.voxel, options_.evidence);
+    if (newest) {
+      live_->add(*held->second, *T_world_camera);
+    } else {
+      place_all();
+    }
+  }
   thin_to_bound();
 }
 
 void DenseMap::remove(std::uint64_t id) {
-  const auto found = clouds_.find(id);
-  if (found == clouds_.end()) return;
-  points_ -= found->second.points.size();
-  clouds_.erase(found);
+  const auto found = views_.find(id);
+  if (found == views_.end()) return;
+  pixels_ -= found->second->depth.total();
+  views_.erase(found);
+  if (live_poses_.erase(id) > 0) place_all();
 }
 
-// The finest cloud is thinned first, the oldest (lowest id) of equally fine ones: so detail is lost
+void DenseMap::follow(const PoseLookup& T_world_camera) {
+  bool moved = false;
+  std::map<std::uint64_t, Pose> poses;
+  for (const auto& [id, view] : views_) {
+    const std::optional<Pose> pose = T_world_camera(id);
+    const auto before = live_poses_.find(id);
+    if (pose && is_finite(*pose)) {
+      poses[id] = *pose;
+      moved |= before == live_poses_.end() || displacement(before->second, *pose) > kReplacement;
+    } else if (before != live_poses_.end()) {
+      poses[id] = before->second;  // not told: where it was
+    }
+  }
+  if (!moved) return;
+  live_poses_ = std::move(poses);
+  place_all();
+  ++replacements_;
+}
+
+void DenseMap::place_all() {
+  live_ = std::make_shared<StaticGrid>(options_.voxel, options_.evidence,
+                                       live_ ? live_->index().size() : 0);
+  for (const auto& [id, pose] : live_poses_) live_->add(*views_.at(id), pose);
+}
+
+// The finest view is thinned first, the oldest (lowest id) of equally fine ones: so detail is lost
 // evenly, and latest where the camera is.
 void DenseMap::thin_to_bound() {
   const auto finer = [](const auto& a, const auto& b) {
-    const bool a_empty = a.second.points.empty(), b_empty = b.second.points.empty();
-    return a_empty != b_empty ? b_empty : a.second.voxel < b.second.voxel;
+    const bool a_empty = a.second->depth.empty(), b_empty = b.second->depth.empty();
+    return a_empty != b_empty ? b_empty : a.second->stride < b.second->stride;
   };
-  while (points_ > static_cast<std::size_t>(options_.max_points)) {
-    KeyframeCloud& cloud = std::min_element(clouds_.begin(), clouds_.end(), finer)->second;
-    const double voxel = cloud.voxel * kCoarser;
-    points_ -= cloud.points.size();
-    cloud = voxel < kCoarsest ? thinned(cloud, voxel) : KeyframeCloud{.voxel = voxel};
-    points_ += cloud.points.size();
+  while (pixels_ > static_cast<std::size_t>(options_.max_pixels)) {
+    DenseView& view = *std::min_element(views_.begin(), views_.end(), finer)->second;
+    pixels_ -= view.depth.total();
+    view = view.stride < kCoarsest ? coarser(view)
+                                   : DenseView{.camera = view.camera, .stride = view.stride};
+    pixels_ += view.depth.total();
     ++thinnings_;
   }
 }
 
-ComposedCloud DenseMap::compose(const PoseLookup& T_world_camera) const {
-  ComposedCloud composed;
-  VoxelGrid world(options_.voxel);
-  std::uint32_t source = 0;
-  for (const auto& [id, cloud] : clouds_) {
-    const std::optional<Pose> pose = T_world_camera(id);
-    const bool usable = pose && is_finite(*pose);
-    if (usable) place(cloud, *pose, source++, world);
-    ++(usable ? composed.keyframes : composed.keyframes_left_out);
+// Which voxels are in the cloud.
+PlacedMap DenseMap::sorted_out(std::shared_ptr<const StaticGrid> grid,
+                               std::vector<std::uint64_t> ids,
+                               const PoseLookup& T_world_camera) const {
+  PlacedMap placed;
+  placed.keyframes_left_out = views_.size() - ids.size();
+  for (const std::uint64_t id : ids) {
+    placed.held.push_back(views_.at(id));
+    placed.views.push_back({placed.held.back().get(), T_world_camera(id).value()});
   }
-  composed.cloud.reserve(world.size());
-  world.for_each_sorted([&](const Voxel& voxel) {
-    const bool kept = voxel.count >= static_cast<std::uint32_t>(options_.min_samples) &&
-                      voxel.sources >= static_cast<std::uint32_t>(options_.min_keyframes);
-    if (kept) composed.cloud.add(voxel.mean, voxel.color);
-    if (!kept) ++composed.voxels_left_out;
-  });
-  return composed;
+  for (const std::uint32_t number : grid->index().sorted()) {
+    const StaticCell& cell = grid->cell(number);
+    const bool enough = cell.pixels >= static_cast<std::uint32_t>(options_.min_samples) &&
+                        cell.views >= options_.min_keyframes;
+    if (!enough) {
+      ++placed.voxels_left_out;
+    } else if (!grid->is_static(number)) {
+      ++placed.voxels_removed;
+    } else {
+      placed.cells.push_back(number);
+    }
+  }
+  placed.grid = std::move(grid);
+  return placed;
+}
+
+PlacedMap DenseMap::place(const PoseLookup& T_world_camera) const {
+  const auto grid = std::make_shared<StaticGrid>(options_.voxel, options_.evidence,
+                                                 live_ ? live_->index().size() : 0);
+  std::vector<std::uint64_t> ids;
+  for (const auto& [id, view] : views_) {
+    const std::optional<Pose> pose = T_world_camera(id);
+    if (!pose || !is_finite(*pose)) continue;
+    grid->add(*view, *pose);
+    ids.push_back(id);
+  }
+  return sorted_out(grid, std::move(ids), T_world_camera);
+}
+
+ComposedCloud DenseMap::compose(const PoseLookup& T_world_camera) const {
+  return cloud_of(place(T_world_camera), options_.semantics);
+}
+
+ComposedCloud DenseMap::live() const {
+  if (!live_) return {};
+  std::vector<std::uint64_t> ids;
+  for (const auto& [id, pose] : live_poses_) ids.push_back(id);
+  const auto pose_of = [&](std::uint64_t id) { return std::optional(live_poses_.at(id)); };
+  return cloud_of(sorted_out(live_, std::move(ids), pose_of), options_.semantics);
+}
+
+ComposedCloud cloud_of(const PlacedMap& placed, const SemanticOptions& options) {
+  ComposedCloud result;
+  result.keyframes = placed.views.size();
+  result.keyframes_left_out = placed.keyframes_left_out;
+  result.voxels_left_out = placed.voxels_left_out;
+  result.voxels_removed = placed.voxels_removed;
+  result.cloud.reserve(placed.cells.size());
+  for (const std::uint32_t cell : placed.cells) {
+    result.cloud.add(placed.grid->mean(cell), placed.grid->color(cell));
+  }
+  result.semantics = make_semantic_map(*placed.grid, placed.views, placed.cells, options);
+  return result;
 }
 
 DenseStatistics DenseMap::statistics() const {
-  return {.keyframes = clouds_.size(),
-          .points = points_,
+  return {.keyframes = views_.size(),
+          .pixels = pixels_,
           .outliers = outliers_,
-          .thinnings = thinnings_};
+          .thinnings = thinnings_,
+          .replacements = replacements_};
 }
 
 std::size_t DenseMap::bytes() const {
-  std::size_t bytes = 0;
-  for (const auto& [id, cloud] : clouds_) bytes += sizeof(id) + cloud.bytes();
+  std::size_t bytes = live_ ? live_->bytes() : 0;
+  for (const auto& [id, view] : views_) bytes += sizeof(id) + view->bytes();
   return bytes;
 }
 

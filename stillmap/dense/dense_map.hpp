@@ -3,8 +3,10 @@
 #include "stillmap/base/fields.hpp"
 #include "stillmap/dense/back_projection.hpp"
 #include "stillmap/dense/cloud.hpp"
-#include "stillmap/dense/keyframe_cloud.hpp"
+#include "stillmap/dense/dense_view.hpp"
 #include "stillmap/dense/outlier_removal.hpp"
+#include "stillmap/dense/semantic_map.hpp"
+#include "stillmap/dense/static_grid.hpp"
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/geometry/pose.hpp"
 #include "stillmap/sensor/rgbd_frame.hpp"
@@ -13,7 +15,10 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include <opencv2/core.hpp>
 
@@ -23,68 +28,118 @@ namespace stillmap {
 struct DenseOptions {
   BackProjectionOptions back_projection;
   OutlierOptions outliers;
-  double voxel = 0.01;    ///< side of the voxels of keyframe clouds and of the composed cloud [m]
+  EvidenceOptions evidence;
+  SemanticOptions semantics;
+  /// Classes whose instances are kept out, whether they move at the moment or not: people who sit
+  /// still get up some time. "unknown" is what a folder of masks calls the things in it.
+  std::vector<std::string> movers = {"person", "unknown", "bird", "cat", "dog", "horse"};
+  double voxel = 0.01;    ///< side of the voxels of the composed cloud [m]
   int min_samples = 1;    ///< voxels of the composed cloud with fewer pixels are dropped
   int min_keyframes = 1;  ///< voxels of the composed cloud seen by fewer keyframes are dropped
-  int max_points =
-      6000000;  ///< kept over all keyframes, ten bytes each; beyond, clouds are thinned
-  STILLMAP_FIELDS(back_projection, outliers, voxel, min_samples, min_keyframes, max_points)
+  /// Pixels kept over all keyframes, six bytes each; beyond, views are thinned. 24 million are 300
+  /// keyframes of 640 x 480 at stride 2.
+  int max_pixels = 24000000;
+  STILLMAP_FIELDS(back_projection, outliers, evidence, semantics, movers, voxel, min_samples,
+                  min_keyframes, max_pixels)
 };
 
 /// What a DenseMap holds and what it had to leave out, since it was made.
 struct DenseStatistics {
   std::size_t keyframes = 0;  ///< held now
-  std::size_t points = 0;     ///< held now, over all keyframes
+  std::size_t pixels = 0;     ///< held now, over all keyframes
   std::size_t outliers = 0;   ///< points dropped by the outlier removal so far
   std::size_t thinnings =
-      0;  ///< how often a keyframe's cloud was made coarser to stay below max_points
+      0;  ///< how often a keyframe's view was made coarser to stay below max_pixels
+  std::size_t replacements = 0;  ///< how often poses had changed so much that all was placed anew
+};
+
+/// Views put together with one set of poses.
+struct PlacedMap {
+  std::shared_ptr<const StaticGrid> grid;
+  std::vector<ViewAtPlace> views;    ///< those with a pose, in the order of their ids
+  std::vector<std::uint32_t> cells;  ///< voxels of the grid that are in the cloud, in its order
+  std::vector<std::shared_ptr<const DenseView>> held;  ///< keeps the views
+  std::size_t keyframes_left_out = 0;
+  std::size_t voxels_left_out = 0, voxels_removed = 0;
 };
 
 /// A cloud, and what it was made of.
 struct ComposedCloud {
   Cloud cloud;                         ///< world frame [m], ordered by voxel: x, then y, then z
+  SemanticMap semantics;               ///< the things in it; empty where no network looked
   std::size_t keyframes = 0;           ///< that went in
   std::size_t keyframes_left_out = 0;  ///< whose pose was unknown or not finite
   std::size_t voxels_left_out = 0;     ///< below min_samples or min_keyframes
+  std::size_t voxels_removed = 0;      ///< ghosts: what other keyframes saw speaks against them
 };
 
 /// T_world_camera of a keyframe by its id; nothing where it is not known any more.
 using PoseLookup = std::function<std::optional<Pose>(std::uint64_t)>;
 
-/// The static dense map as in SLAM3-YOLOv8: per keyframe a cloud without moving pixels and
-/// outliers, kept in the camera frame; composed with the final poses, and reduced by a voxel filter
-/// over the whole.
+/// The static dense map as in SLAM3-YOLOv8, and beyond it: per keyframe a view without moving
+/// pixels and outliers, kept in the camera frame; put together with the poses as they are known,
+/// reduced by a voxel filter over the whole, and cleared of what other keyframes contradict.
 ///
-/// Synchronous: one thread at a time, none inside. The result depends only on the set of keyframes
-/// held (and, once max_points has been exceeded, on the order they came in).
+/// compose() does this from scratch, and depends only on the set of keyframes held and the poses
+/// (and, once max_pixels has been exceeded, on the order they came in). The live cloud is the same
+/// kept up to date while keyframes come in: with the same poses it is the same cloud.
+///
+/// Synchronous: one thread at a time, none inside.
 class DenseMap {
  public:
   /// Throws Error if an option is out of range.
   explicit DenseMap(const Camera& camera, const DenseOptions& options = {});
 
-  /// Takes the static points of a keyframe; an id that is held already is replaced.
-  /// @param excluded moving pixels (not zero), height x width; empty for none
+  /// Takes what a keyframe saw; an id that is held already is replaced.
+  /// @param movers pixels of things that move or may (not zero), height x width; empty for none
+  /// @param things static things that a network found in the frame; null for none
+  /// @param T_world_camera as far as is known now, for the live cloud; none: it does without
   /// Throws Error, with the map unchanged, if frame, mask and camera do not fit together.
-  void add(std::uint64_t id, const RgbdFrame& frame, const cv::Mat1b& excluded);
+  void add(std::uint64_t id, const RgbdFrame& frame, const cv::Mat1b& movers,
+           const std::optional<Pose>& T_world_camera = std::nullopt,
+           const SegmentedFrame* things = nullptr);
 
   /// Forgets a keyframe. One that is not held is no error. A culled keyframe need not be removed:
-  /// its cloud stays useful as long as the caller can still tell its pose.
+  /// its view stays useful as long as the caller can still tell its pose.
   void remove(std::uint64_t id);
 
-  /// All clouds in the world frame. Keyframes without a pose are left out and counted.
-  ComposedCloud compose(const PoseLookup& T_world_camera) const;
+  /// Tells the live cloud where keyframes are now. Only if one has moved by more than
+  /// `kReplacement` is all placed anew: after a loop was closed, that is, and rarely otherwise.
+  void follow(const PoseLookup& T_world_camera);
 
+  /// The live cloud: all keyframes that came with a pose, or got one by follow().
+  ComposedCloud live() const;
+
+  /// All views in the world frame. Keyframes without a pose are left out and counted.
+  ComposedCloud compose(const PoseLookup& T_world_camera) const;
+  /// The same in parts: put together now, and made a cloud of (or a mesh, or a grid) by others.
+  PlacedMap place(const PoseLookup& T_world_camera) const;
+
+  /// The views held, by id.
+  const std::map<std::uint64_t, std::shared_ptr<DenseView>>& views() const { return views_; }
+  const DenseOptions& options() const { return options_; }
   DenseStatistics statistics() const;
-  /// Memory held by the keyframe clouds.
+  /// Memory held by the views and the live cloud.
   std::size_t bytes() const;
+
+  /// How far a point two metres ahead of a keyframe may move before the live cloud follows [m].
+  static constexpr double kReplacement = 0.015;
 
  private:
   void thin_to_bound();
+  void place_all();
+  PlacedMap sorted_out(std::shared_ptr<const StaticGrid> grid, std::vector<std::uint64_t> ids,
+                       const PoseLookup& T_world_camera) const;
 
   Camera camera_;
   DenseOptions options_;
-  std::map<std::uint64_t, KeyframeCloud> clouds_;
-  std::size_t points_ = 0, outliers_ = 0, thinnings_ = 0;
+  std::map<std::uint64_t, std::shared_ptr<DenseView>> views_;
+  std::map<std::uint64_t, Pose> live_poses_;
+  std::shared_ptr<StaticGrid> live_;
+  std::size_t pixels_ = 0, outliers_ = 0, thinnings_ = 0, replacements_ = 0;
 };
+
+/// The cloud of a placed map, with the things in it.
+ComposedCloud cloud_of(const PlacedMap& placed, const SemanticOptions& options);
 
 }  // namespace stillmap

@@ -87,7 +87,9 @@ TEST(DenseMap, LeavesNoGhostOfAMaskedWalker) {
   const auto with_walker = [&](int step) {
     return frame_of(camera, [&](int u, int) { return std::abs(u - 20 * step) < 10 ? 1.0 : 2.0; });
   };
-  DenseMap masked(camera), unmasked(camera);
+  DenseOptions plain;
+  plain.evidence.remove_ghosts = false;  // masks alone, as in the papers
+  DenseMap masked(camera, plain), unmasked(camera, plain);
   for (int step = 1; step < 8; ++step) {
     const RgbdFrame frame = with_walker(step);
     const cv::Mat1b mask = frame.depth < 1.5;
@@ -111,14 +113,14 @@ TEST(DenseMap, RemovesAndReplacesKeyframes) {
   DenseMap map = map_of_wall(poses);
   const DenseStatistics before = map.statistics();
   map.add(3, view_of(small_camera(), poses[3], kWall), {});
-  EXPECT_EQ(map.statistics().points, before.points);
+  EXPECT_EQ(map.statistics().pixels, before.pixels);
   EXPECT_EQ(map.statistics().keyframes, 5U);
   map.remove(3);
   map.remove(77);
   EXPECT_EQ(map.statistics().keyframes, 4U);
   EXPECT_EQ(map.compose(lookup_in(poses)).keyframes, 4U);
   for (const std::uint64_t id : {0U, 1U, 2U, 4U}) map.remove(id);
-  EXPECT_EQ(map.statistics().points, 0U);
+  EXPECT_EQ(map.statistics().pixels, 0U);
   EXPECT_EQ(map.bytes(), 0U);
   EXPECT_TRUE(map.compose(lookup_in(poses)).cloud.empty());
 }
@@ -126,14 +128,14 @@ TEST(DenseMap, RemovesAndReplacesKeyframes) {
 TEST(DenseMap, StaysBelowItsBoundAndKeepsTheSurface) {
   const std::vector<Pose> poses = five_poses();
   DenseOptions options;
-  options.max_points = 4000;  // of about 20 000
+  options.max_pixels = 8000;  // of 24 000
   DenseMap map(small_camera(), options);
   for (std::uint64_t id = 0; id < poses.size(); ++id) {
     map.add(id, view_of(small_camera(), poses[id], kWall), {});
-    EXPECT_LE(map.statistics().points, 4000U);
+    EXPECT_LE(map.statistics().pixels, 8000U);
   }
-  EXPECT_LT(map.bytes(), 4000 * sizeof(PackedPoint) + 5 * 200);
-  EXPECT_GT(map.statistics().points, 1500U);
+  EXPECT_LT(map.bytes(), 8000 * 6 + 5 * 1000);
+  EXPECT_GT(map.statistics().pixels, 4000U);
   EXPECT_GT(map.statistics().thinnings, 0U);
   const ComposedCloud composed = map.compose(lookup_in(poses));
   EXPECT_EQ(composed.keyframes, 5U);
@@ -145,8 +147,54 @@ TEST(DenseMap, StaysBelowItsBoundAndKeepsTheSurface) {
 TEST(DenseMap, StaysBelowABoundThatLeavesRoomForNothing) {
   const std::vector<Pose> poses = five_poses();
   DenseOptions options;
-  options.max_points = 1;
-  EXPECT_LE(map_of_wall(poses, options).statistics().points, 1U);
+  options.max_pixels = 1;
+  EXPECT_LE(map_of_wall(poses, options).statistics().pixels, 1U);
+}
+
+// The same with the poses known at once, so that there is a live cloud.
+DenseMap live_map_of_wall(const std::vector<Pose>& seen_from, const std::vector<Pose>& believed) {
+  DenseMap map(small_camera());
+  for (std::uint64_t id = 0; id < seen_from.size(); ++id) {
+    map.add(id, view_of(small_camera(), seen_from[id], kWall), {}, believed[id]);
+  }
+  return map;
+}
+
+TEST(DenseMap, KeepsALiveCloudThatIsTheComposedOne) {
+  const std::vector<Pose> poses = five_poses();
+  DenseMap map = live_map_of_wall(poses, poses);
+  EXPECT_EQ(map.live().cloud, map.compose(lookup_in(poses)).cloud);
+  map.remove(1);
+  EXPECT_EQ(map.live().cloud, map.compose(lookup_in(poses)).cloud);
+  EXPECT_EQ(map.live().keyframes, 4U);
+}
+
+// Distance between the outermost points along the wall's normal, but for a hundredth on each side.
+double thickness(const Cloud& cloud) {
+  std::vector<double> heights;
+  for (const Eigen::Vector3f& p : cloud.points) heights.push_back(kWall.n.dot(p.cast<double>()));
+  std::sort(heights.begin(), heights.end());
+  const std::size_t margin = heights.size() / 100;
+  return heights[heights.size() - 1 - margin] - heights[margin];
+}
+
+TEST(DenseMap, MakesOneWallOfTwoOnceALoopIsClosed) {
+  // The wall is visited twice; by the second time the camera has drifted by 8 cm and two degrees.
+  std::vector<Pose> truth = five_poses();
+  const std::vector<Pose> again = five_poses();
+  truth.insert(truth.end(), again.begin(), again.end());
+  std::vector<Pose> drifted = truth;
+  const Pose drift(so3_exp({0.02, 0.03, 0}), {0.01, 0.02, 0.08});
+  for (std::size_t i = 5; i < drifted.size(); ++i) drifted[i] = drift * drifted[i];
+
+  DenseMap map = live_map_of_wall(truth, drifted);
+  EXPECT_GT(thickness(map.live().cloud), 0.05);
+  map.follow(lookup_in(drifted));  // nothing new
+  EXPECT_EQ(map.statistics().replacements, 0U);
+  map.follow(lookup_in(truth));
+  EXPECT_EQ(map.statistics().replacements, 1U);
+  EXPECT_LT(thickness(map.live().cloud), 1e-3);
+  EXPECT_EQ(map.live().cloud, map.compose(lookup_in(truth)).cloud);
 }
 
 TEST(DenseMap, DropsVoxelsThatTooFewSaw) {
@@ -154,6 +202,7 @@ TEST(DenseMap, DropsVoxelsThatTooFewSaw) {
   DenseOptions options;
   const std::size_t all = map_of_wall(poses, options).compose(lookup_in(poses)).cloud.size();
   options.voxel = 0.05;
+  options.evidence.remove_ghosts = false;
   options.min_keyframes = 5;
   const ComposedCloud by_all = map_of_wall(poses, options).compose(lookup_in(poses));
   EXPECT_GT(by_all.cloud.size(), 50U);
@@ -208,7 +257,7 @@ TEST(DenseMap, ChecksItsOptionsAtOnce) {
   options.back_projection.stride = 0;
   EXPECT_THROW(DenseMap(small_camera(), options), Error);
   options = {};
-  options.max_points = 0;
+  options.max_pixels = 0;
   EXPECT_THROW(DenseMap(small_camera(), options), Error);
 }
 

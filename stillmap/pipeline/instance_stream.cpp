@@ -4,33 +4,47 @@
 #include "stillmap/base/stopwatch.hpp"
 
 namespace stillmap {
+namespace {
+
+/// What the cues look at, and what the dense map keeps out.
+std::set<std::string> wanted_classes(const SlamOptions& options) {
+  std::set<std::string> classes = MotionEstimator(options.motion).classes();
+  if (options.dense_cloud) classes.insert(options.dense.movers.begin(), options.dense.movers.end());
+  return classes;
+}
+
+}  // namespace
 
 InstanceStream::InstanceStream(std::unique_ptr<Detector> detector, const SlamOptions& options)
     : schedule_(options.schedule),
       detector_(std::move(detector)),
-      wanted_classes_(MotionEstimator(options.motion).classes()),
+      wanted_classes_(wanted_classes(options)),
       carrier_(options.carry) {
   if (!detector_) return;
   // In realtime the detector gets the newest frame whenever it is free, so one frame may wait.
   const bool realtime = schedule_.realtime();
-  stage_ = std::make_unique<Stage<RgbdFramePtr, SegmentedFramePtr>>(
+  stage_ = std::make_unique<Stage<RgbdFramePtr, FoundThings>>(
       realtime ? 1 : 8, realtime ? WhenFull::kDrop : WhenFull::kBlock,
       [this](const RgbdFramePtr& frame, const auto& publish) { publish(detect(frame)); });
 }
 
-SegmentedFramePtr InstanceStream::detect(const RgbdFramePtr& frame) {
+FoundThings InstanceStream::detect(const RgbdFramePtr& frame) {
   const Stopwatch watch;
   auto found = std::make_shared<SegmentedFrame>();
   found->frame_index = found->source_index = frame->index;
-  // Only what a cue looks at is carried on: the rest costs time, and nobody asks for it.
-  for (Instance& instance : detector_->detect(*frame)) {
-    if (wanted_classes_.contains(instance.class_name)) {
-      found->instances.push_back(std::move(instance));
-    }
-  }
+  found->instances = detector_->detect(*frame);
   timing_.add("segmentation", watch.milliseconds());
   ++segmented_;
-  return found;
+  return {frame, found};
+}
+
+/// Only what a cue or the dense map asks for is carried on: the rest costs time.
+SegmentedFrame InstanceStream::wanted_in(const SegmentedFrame& found) const {
+  SegmentedFrame wanted = found;
+  std::erase_if(wanted.instances, [this](const Instance& instance) {
+    return !wanted_classes_.contains(instance.class_name);
+  });
+  return wanted;
 }
 
 void InstanceStream::push(const RgbdFramePtr& frame) {
@@ -44,9 +58,10 @@ void InstanceStream::push(const RgbdFramePtr& frame) {
 
 void InstanceStream::collect() {
   if (!detector_) return;
-  const auto take = [this](const std::optional<SegmentedFramePtr>& found) {
+  const auto take = [this](const std::optional<FoundThings>& found) {
     if (!found) return false;
-    carrier_.set(**found);
+    carrier_.set(wanted_in(*found->instances));
+    newest_found_ = *found;
     due_.pop_front();
     any_ = true;
     return true;

@@ -13,6 +13,12 @@
 
 namespace stillmap {
 
+/// All that the detector found in one frame, as it found it.
+struct FoundThings {
+  RgbdFramePtr image;  ///< null: nothing was looked at yet
+  SegmentedFramePtr instances;
+};
+
 /// The detector in a thread of its own, at its own pace: frames go in, and every frame gets the
 /// newest instances that are visible by then, carried forward to it.
 class InstanceStream {
@@ -32,12 +38,16 @@ class InstanceStream {
   /// no detector.
   SegmentedFramePtr current() const;
 
+  /// The newest collected, of all classes and not carried.
+  const FoundThings& newest_found() const { return newest_found_; }
+
   void finish();
   const TimingRecorder& timing() const { return timing_; }  ///< after finish()
   std::size_t segmented() const { return segmented_; }  ///< frames the detector saw; after finish()
 
  private:
-  SegmentedFramePtr detect(const RgbdFramePtr& frame);
+  FoundThings detect(const RgbdFramePtr& frame);
+  SegmentedFrame wanted_in(const SegmentedFrame& found) const;
 
   const ScheduleOptions schedule_;
   std::unique_ptr<Detector> detector_;
@@ -46,10 +56,10 @@ class InstanceStream {
   std::size_t segmented_ = 0;  // likewise
   MaskCarrier carrier_;
   RgbdFramePtr newest_;
+  FoundThings newest_found_;
   bool any_ = false;             // whether instances have come
   std::deque<std::size_t> due_;  // frame from which each result still to be taken is visible
-  std::unique_ptr<Stage<RgbdFramePtr, SegmentedFramePtr>>
-      stage_;  // last: its thread uses the above
+  std::unique_ptr<Stage<RgbdFramePtr, FoundThings>> stage_;  // last: its thread uses the above
 };
 
 }  // namespace stillmap

@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/stopwatch.hpp"
+#include "stillmap/segment/dynamic_mask.hpp"
 
 #include <algorithm>
 
@@ -14,6 +15,36 @@ namespace {
 const SlamOptions& checked(const SlamOptions& options) {
   check_options(options);
   return options;
+}
+
+/// What moves in a frame, and what may: it has no place in a static map, even while it keeps still.
+cv::Mat1b mover_pixels(const Frame& frame, const std::vector<std::string>& classes) {
+  cv::Mat1b movers = frame.evidence.moving_pixels;
+  if (!frame.instances || frame.instances->instances.empty() || classes.empty()) return movers;
+  const cv::Mat1b masks = dynamic_mask(*frame.instances, classes, frame.image->grey.size());
+  if (movers.empty()) return masks;
+  return movers | masks;
+}
+
+/// The static things that the detector found last, in the pixels of a keyframe; none where that was
+/// too long ago.
+SegmentedFrame things_in(const FoundThings& found, const RgbdFrame& image,
+                         const SlamOptions& options) {
+  SegmentedFrame things{.frame_index = image.index, .source_index = image.index, .instances = {}};
+  if (!found.image || found.image->index > image.index ||
+      image.index - found.image->index > static_cast<std::size_t>(options.carry.max_age)) {
+    return things;
+  }
+  const std::vector<std::string>& movers = options.dense.movers;
+  for (Instance instance : found.instances->instances) {
+    if (std::find(movers.begin(), movers.end(), instance.class_name) != movers.end()) continue;
+    if (instance.mask.empty()) instance.mask = cluster_in_box(found.image->depth, instance.box);
+    things.instances.push_back(std::move(instance));
+  }
+  if (things.instances.empty()) return things;
+  things.frame_index = things.source_index = found.image->index;
+  if (found.image->index == image.index) return trim_by_depth(things, image, options.carry);
+  return carry_forward(things, *found.image, image, options.carry);
 }
 
 PyramidShape pyramid_of(const OrbOptions& options) {
@@ -34,7 +65,8 @@ Slam::Slam(const Camera& camera, const SlamOptions& options, std::unique_ptr<Det
   dense_stage_ = std::make_unique<Stage<DenseTask, Nothing>>(
       8, WhenFull::kBlock, [this](const DenseTask& task, const auto&) {
         const Stopwatch watch;
-        dense_.add(task.image->index, *task.image, task.moving);
+        const SegmentedFrame things = things_in(task.found, *task.image, options_);
+        dense_.add(task.image->index, *task.image, task.movers, task.T_world_camera, &things);
         dense_timing_.add("dense map", watch.milliseconds());
       });
 }
@@ -85,7 +117,8 @@ std::optional<Pose> Slam::push(const RgbdFramePtr& image) {
   if (newest_->relocalised) mapping_.take_up(*map.found);
   mapping_.push(newest_);
   if (newest_->proposal && options_.dense_cloud) {
-    dense_stage_->push({image, frame->evidence.moving_pixels});
+    dense_stage_->push({image, mover_pixels(*frame, options_.dense.movers), newest_->T_world_camera,
+                        instances_.newest_found()});
   }
   record(*newest_, tracking);
   return newest_->T_world_camera;
@@ -140,6 +173,24 @@ std::optional<Pose> Slam::final_pose(const FrameRecord& record) const {
   return mapping_.map().resolve(record.reference, record.T_reference_camera);
 }
 
+/// Where the dense map's keyframes are: those of the largest of the unconnected maps, since the
+/// others have worlds of their own, and must not be held against it.
+std::map<std::size_t, Pose> Slam::dense_poses(const std::map<std::size_t, Pose>& pose_of) const {
+  std::map<std::uint32_t, std::map<std::size_t, Pose>> by_map;
+  for (const FrameRecord& record : records_) {
+    const auto pose = pose_of.find(record.index);
+    if (pose == pose_of.end() || !dense_.views().contains(record.index)) continue;
+    const KeyframeId own = mapping_.keyframe_of(record.index);
+    const KeyframeId living = mapping_.map().living(own.valid() ? own : record.reference);
+    by_map[mapping_.map().at(living).component].insert(*pose);
+  }
+  const auto smaller = [](const auto& a, const auto& b) {
+    return a.second.size() < b.second.size();
+  };
+  const auto largest = std::max_element(by_map.begin(), by_map.end(), smaller);
+  return largest == by_map.end() ? std::map<std::size_t, Pose>() : largest->second;
+}
+
 SlamResult Slam::finish() {
   instances_.finish();
   mapping_.finish();
@@ -160,10 +211,12 @@ SlamResult Slam::finish() {
             [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
 
   const Stopwatch watch;
-  result.dense = dense_.compose([&](std::uint64_t frame) -> std::optional<Pose> {
-    const auto found = pose_of.find(frame);
-    return found == pose_of.end() ? std::nullopt : std::optional(found->second);
+  result.dense_poses = dense_poses(pose_of);
+  result.placed = dense_.place([&](std::uint64_t frame) -> std::optional<Pose> {
+    const auto found = result.dense_poses.find(frame);
+    return found == result.dense_poses.end() ? std::nullopt : std::optional(found->second);
   });
+  result.dense = cloud_of(result.placed, options_.dense.semantics);
   dense_timing_.add("dense composition", watch.milliseconds());
   result.dense_statistics = dense_.statistics();
   result.frames = records_;

@@ -8,6 +8,7 @@
 #include "stillmap/pipeline/options.hpp"
 #include "stillmap/track/tracker.hpp"
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -38,7 +39,9 @@ struct SlamResult {
   Trajectory
       trajectory;  ///< every frame with a pose, T_world_camera, in the map as it is at the end
   Trajectory keyframes;  ///< those still in the map
-  ComposedCloud dense;   ///< static coloured cloud, world frame
+  ComposedCloud dense;   ///< static coloured cloud and the things in it, world frame
+  PlacedMap placed;      ///< what the cloud was made of, for meshes and grids
+  std::map<std::size_t, Pose> dense_poses;  ///< T_world_camera of its views, by frame index
   DenseStatistics dense_statistics;
   std::vector<FrameRecord> frames;  ///< every frame pushed
   TimingRecorder timing;            ///< milliseconds per stage
@@ -78,13 +81,16 @@ class Slam {
  private:
   struct DenseTask {
     RgbdFramePtr image;
-    cv::Mat moving;
+    cv::Mat1b movers;  // what moves, and what may
+    std::optional<Pose> T_world_camera;
+    FoundThings found;
   };
   struct Nothing {};
 
   void check(const RgbdFrame& frame) const;
   void record(const TrackedFrame& tracked, double milliseconds);
   std::optional<Pose> final_pose(const FrameRecord& record) const;
+  std::map<std::size_t, Pose> dense_poses(const std::map<std::size_t, Pose>& pose_of) const;
 
   const SlamOptions options_;
   const Camera camera_;

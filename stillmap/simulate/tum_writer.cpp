@@ -5,6 +5,7 @@
 #include "stillmap/base/file.hpp"
 #include "stillmap/geometry/trajectory.hpp"
 #include "stillmap/sensor/camera_file.hpp"
+#include "stillmap/simulate/seen_surface.hpp"
 
 #include <string>
 #include <vector>
@@ -80,6 +81,7 @@ void write_tum_layout(const SimulatedSequence& sequence, const std::filesystem::
   for (const char* name : {"", "rgb", "depth", "mask", "instance", "speed"})
     make_output_folder(folder / name);
   Lists lists;
+  SeenSurface surface(sequence.camera());
   for (std::size_t i = 0; i < sequence.frames(); ++i) {
     const SimulatedFrame made = sequence.at(i);
     const std::string stamp = fmt::format("{:.6f}", made.truth.timestamp), file = stamp + ".png";
@@ -90,10 +92,12 @@ void write_tum_layout(const SimulatedSequence& sequence, const std::filesystem::
     write_png(folder / "instance" / file, made.truth.instances);
     write_png(folder / "speed" / file, speed_levels(sequence.speed(i)));
     lists.add(stamp, made.truth);
+    surface.add(made.truth);
     if (done) done(i + 1);
   }
   write_camera(folder / "camera.yaml", sequence.camera());
   write_trajectory(folder / "groundtruth.txt", sequence.trajectory());
+  write_file(folder / "surface.ply", points_ply(surface.points()));
   lists.write(folder);
 }
 

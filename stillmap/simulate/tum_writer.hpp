@@ -20,6 +20,7 @@ namespace stillmap {
 /// - speed/: 8-bit PNG, how fast what is seen moves through the world, in 5 mm/s (255: 1.275 m/s
 /// and
 ///   more), each limb for itself;
+/// - surface.ply: the static surface that was seen, a point per centimetre (world frame, metres);
 /// - movers.csv: where every mover is in every frame (world frame, metres, metres per second).
 /// @param done called after each frame with the number of frames written so far; may be empty
 /// Throws Error that names the file if one cannot be written (folder not writable, disk full); the

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/dense/dense_view.hpp"
+
+#include "stillmap/base/error.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <string>
+
+#include <opencv2/imgproc.hpp>
+
+namespace stillmap {
+namespace {
+
+void require_colours(const RgbdFrame& frame) {
+  if (frame.color.type() == CV_8UC3 && frame.color.size() == frame.depth.size()) return;
+  throw Error("the colour image is not an 8-bit BGR image of the depth image's size",
+              "dense keyframe " + std::to_string(frame.index),
+              "register colour and depth to one size before they enter the map");
+}
+
+std::uint16_t packed_depth(float metres) {
+  const bool known = metres > 0 && std::isfinite(metres);
+  return known ? cv::saturate_cast<std::uint16_t>(metres / DenseView::kDepthUnit) : 0;
+}
+
+PixelKind kind_of(float point_z, bool moves) {
+  if (moves) return kMoverSurface;
+  return point_z > 0 ? kStaticSurface : kNoSurface;
+}
+
+template <typename Image>
+Image every_second(const Image& image) {
+  Image half((image.rows + 1) / 2, (image.cols + 1) / 2);
+  for (int row = 0; row < half.rows; ++row) {
+    for (int col = 0; col < half.cols; ++col) half(row, col) = image(2 * row, 2 * col);
+  }
+  return half;
+}
+
+Camera on_lattice(Camera camera, cv::Size size, int stride) {
+  camera.fx /= stride;
+  camera.fy /= stride;
+  camera.cx /= stride;
+  camera.cy /= stride;
+  camera.width = size.width;
+  camera.height = size.height;
+  return camera;
+}
+
+// Numbers into `instances` by falling size: what is painted last is in front.
+std::vector<std::size_t> by_falling_area(const std::vector<Instance>& instances) {
+  std::vector<std::size_t> order(instances.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const auto area = [&](std::size_t i) {
+    const Instance& instance = instances[i];
+    return instance.mask.empty() ? instance.box.area() : cv::countNonZero(instance.mask);
+  };
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return area(a) > area(b); });
+  return order;
+}
+
+void label(const Instance& instance, const cv::Mat1f& depth, DenseView& view) {
+  if (view.instances.size() >= kMoverSurface - kFirstInstance) return;
+  const cv::Rect box = instance.box & cv::Rect({}, depth.size());
+  if (box.empty()) return;
+  const cv::Mat1b mask = instance.mask.empty() ? cluster_in_box(depth, box)
+                                               : cv::Mat1b(instance.mask(box - instance.box.tl()));
+  const auto value = static_cast<std::uint8_t>(kFirstInstance + view.instances.size());
+  view.instances.push_back({instance.class_name, instance.confidence});
+  for (int row = (box.y + view.stride - 1) / view.stride; row * view.stride < box.br().y; ++row) {
+    for (int col = (box.x + view.stride - 1) / view.stride; col * view.stride < box.br().x; ++col) {
+      const bool on_it = mask(row * view.stride - box.y, col * view.stride - box.x) != 0;
+      if (on_it && view.is_static(row, col)) view.kind(row, col) = value;
+    }
+  }
+}
+
+}  // namespace
+
+cv::Mat1b cluster_in_box(const cv::Mat1f& depth, const cv::Rect& box) {
+  constexpr float kGap = 0.1F;  // metres
+  const cv::Rect middle(box.x + box.width / 5, box.y + box.height / 5,
+                        std::max(1, 3 * box.width / 5), std::max(1, 3 * box.height / 5));
+  std::vector<float> depths;
+  for (const float z : cv::Mat1f(depth(middle))) {
+    if (z > 0 && std::isfinite(z)) depths.push_back(z);
+  }
+  std::sort(depths.begin(), depths.end());
+  std::size_t best_begin = 0, best_end = 0, begin = 0;
+  for (std::size_t i = 1; i <= depths.size(); ++i) {
+    if (i < depths.size() && depths[i] - depths[i - 1] < kGap) continue;
+    if (i - begin > best_end - best_begin) best_begin = begin, best_end = i;
+    begin = i;
+  }
+  if (best_end == 0) return cv::Mat1b::zeros(box.size());
+  const cv::Mat1f inside = depth(box);
+  return cv::Mat1b((inside >= depths[best_begin] - kGap) & (inside <= depths[best_end - 1] + kGap));
+}
+
+MadeView make_dense_view(const Camera& camera, const RgbdFrame& frame, const cv::Mat1b& movers,
+                         const BackProjectionOptions& back_projection,
+                         const OutlierOptions& outliers, const SegmentedFrame* things) {
+  PointGrid grid = back_project(camera, frame, movers, back_projection);
+  require_colours(frame);
+  MadeView made;
+  made.outliers = remove_outliers(grid, outliers);
+
+  const cv::Size size = grid.points.size();
+  DenseView& view = made.view;
+  view.stride = grid.stride;
+  view.camera = on_lattice(camera, size, view.stride);
+  view.depth.create(size);
+  view.color.create(size);
+  view.kind.create(size);
+  for (int row = 0; row < size.height; ++row) {
+    for (int col = 0; col < size.width; ++col) {
+      const int v = row * view.stride, u = col * view.stride;
+      view.depth(row, col) = packed_depth(frame.depth.at<float>(v, u));
+      view.color(row, col) = frame.color.at<cv::Vec3b>(v, u);
+      view.kind(row, col) = kind_of(grid.points(row, col)[2], !movers.empty() && movers(v, u) != 0);
+    }
+  }
+  if (things == nullptr) return made;
+  for (const std::size_t i : by_falling_area(things->instances)) {
+    label(things->instances[i], frame.depth, view);
+  }
+  return made;
+}
+
+DenseView coarser(const DenseView& view) {
+  DenseView half;
+  half.stride = 2 * view.stride;
+  half.depth = every_second(view.depth);
+  half.color = every_second(view.color);
+  half.kind = every_second(view.kind);
+  half.instances = view.instances;
+  half.camera = on_lattice(view.camera, half.depth.size(), 2);
+  return half;
+}
+
+}  // namespace stillmap

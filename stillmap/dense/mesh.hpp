@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/dense/cloud.hpp"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace stillmap {
+
+/// A triangle mesh with a colour per vertex.
+struct TriangleMesh {
+  std::vector<Eigen::Vector3f> vertices;                ///< world frame [m]
+  std::vector<Rgb> colors;                              ///< as many as vertices
+  std::vector<std::array<std::uint32_t, 3>> triangles;  ///< counter-clockwise from outside
+  bool empty() const { return triangles.empty(); }
+  bool operator==(const TriangleMesh&) const = default;
+};
+
+/// The mesh without connected parts of fewer triangles, and without vertices that no triangle uses.
+TriangleMesh without_specks(const TriangleMesh& mesh, std::size_t min_triangles);
+
+/// Points on the mesh, no farther apart than `spacing` [m], with the colours between the corners':
+/// a picture of the mesh can be drawn from them.
+Cloud sampled(const TriangleMesh& mesh, double spacing);
+
+/// Writes a mesh by the file's extension: .ply (binary little endian), .obj (text, colours behind
+/// the coordinates, as most programs read them) or .glb (binary glTF 2.0, COLOR_0). The same mesh
+/// gives the same bytes. Complete or not at all. Throws Error on another extension, and if the file
+/// cannot be written.
+void write_mesh(const std::filesystem::path& file, const TriangleMesh& mesh);
+
+}  // namespace stillmap

@@ -1,0 +1,320 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/dense/semantic_map.hpp"
+
+#include "stillmap/base/error.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <map>
+#include <set>
+#include <utility>
+
+namespace stillmap {
+namespace {
+
+// A voxel with fewer pixels of an instance is chance: the outline's, or noise.
+constexpr int kLeastPixels = 3;
+
+/// One instance of one view, where it lies in the world.
+struct Fragment {
+  std::size_t view = 0, instance = 0;
+  std::vector<Voxel> voxels;  // sorted
+  std::size_t pixels = 0;
+};
+
+/// Fragments that are one thing.
+struct Thing {
+  std::set<Voxel> voxels;
+  std::map<std::string, double> scores;  // sum of confidences per class
+  std::vector<std::size_t> fragments;    // by number
+  std::size_t visible = 0;               // views that saw its surface
+
+  std::string class_name() const {
+    const auto higher = [](const auto& a, const auto& b) { return a.second < b.second; };
+    return std::max_element(scores.begin(), scores.end(), higher)->first;
+  }
+};
+
+template <typename Visit>
+void for_each_static_pixel(const ViewAtPlace& placed, Visit&& visit) {
+  const DenseView& view = *placed.view;
+  const Eigen::Matrix3d R = placed.T_world_camera.rotation();
+  for (int row = 0; row < view.depth.rows; ++row) {
+    for (int col = 0; col < view.depth.cols; ++col) {
+      if (!view.is_static(row, col)) continue;
+      const double z = view.depth(row, col) * double{DenseView::kDepthUnit};
+      visit(Eigen::Vector3d(R * view.camera.unproject(col, row, z) +
+                            placed.T_world_camera.translation()),
+            view.instance_at(row, col));
+    }
+  }
+}
+
+std::size_t shared(const std::vector<Voxel>& some, const std::set<Voxel>& others) {
+  return static_cast<std::size_t>(
+      std::count_if(some.begin(), some.end(), [&](Voxel voxel) { return others.contains(voxel); }));
+}
+
+double share(std::size_t part, std::size_t whole) {
+  return whole == 0 ? 0 : static_cast<double>(part) / static_cast<double>(whole);
+}
+
+/// Makes things of fragments.
+class Association {
+ public:
+  Association(std::span<const ViewAtPlace> views, const StaticGrid& grid,
+              const SemanticOptions& options)
+      : views_(views), grid_(grid), options_(options) {}
+
+  std::vector<Thing> things() {
+    for (std::size_t v = 0; v < views_.size(); ++v) collect(v);
+    for (std::size_t f = 0; f < fragments_.size(); ++f) take_in(f);
+    while (merge_two()) {
+    }
+    count_views();
+    std::erase_if(things_, [&](const Thing& thing) { return !is_believed(thing); });
+    return std::move(things_);
+  }
+  const std::vector<Fragment>& fragments() const { return fragments_; }
+
+ private:
+  const ViewInstance& instance_of(const Fragment& fragment) const {
+    return views_[fragment.view].view->instances[fragment.instance];
+  }
+
+  /// The fragments of a view: only what turned out to be static counts.
+  void collect(std::size_t v) {
+    std::vector<std::map<Voxel, int>> pixels(views_[v].view->instances.size());
+    for_each_static_pixel(views_[v], [&](const Eigen::Vector3d& p, int instance) {
+      if (instance < 0) return;
+      const auto fine = voxel_at(p, grid_.edge());
+      const std::uint32_t cell = fine ? grid_.index().find(*fine) : VoxelIndex::kNone;
+      if (cell == VoxelIndex::kNone || !grid_.is_static(cell)) return;
+      ++pixels[static_cast<std::size_t>(instance)][voxel_at(p, options_.cell).value()];
+    });
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      Fragment fragment{.view = v, .instance = i, .voxels = {}};
+      for (const auto& [voxel, count] : pixels[i]) {
+        if (count < kLeastPixels) continue;
+        fragment.voxels.push_back(voxel);
+        fragment.pixels += static_cast<std::size_t>(count);
+      }
+      if (!fragment.voxels.empty()) fragments_.push_back(std::move(fragment));
+    }
+  }
+
+  /// Whether two sets of voxels, `common` of which are shared, are one thing.
+  double likeness(std::size_t common, std::size_t a, std::size_t b, bool same_class) const {
+    if (same_class) return share(common, std::min(a, b)) / options_.same_class_overlap;
+    return share(common, a + b - common) / options_.other_class_overlap;
+  }
+
+  void take_in(std::size_t number) {
+    const Fragment& fragment = fragments_[number];
+    const ViewInstance& instance = instance_of(fragment);
+    Thing* best = nullptr;
+    double best_likeness = 1;  // below, it is none of them
+    for (Thing& thing : things_) {
+      if (fragments_[thing.fragments.back()].view == fragment.view) continue;  // told apart there
+      const double like = likeness(shared(fragment.voxels, thing.voxels), fragment.voxels.size(),
+                                   thing.voxels.size(), thing.class_name() == instance.class_name);
+      if (like >= best_likeness) best = &thing, best_likeness = like;
+    }
+    if (best == nullptr) best = &things_.emplace_back();
+    best->voxels.insert(fragment.voxels.begin(), fragment.voxels.end());
+    best->scores[instance.class_name] += instance.confidence;
+    best->fragments.push_back(number);
+  }
+
+  /// Things that grew together: two parts of a table, say, that were first seen apart.
+  bool merge_two() {
+    for (std::size_t a = 0; a < things_.size(); ++a) {
+      for (std::size_t b = a + 1; b < things_.size(); ++b) {
+        const std::vector<Voxel> voxels(things_[b].voxels.begin(), things_[b].voxels.end());
+        const double like =
+            likeness(shared(voxels, things_[a].voxels), voxels.size(), things_[a].voxels.size(),
+                     things_[a].class_name() == things_[b].class_name());
+        if (like < 1) continue;
+        join(things_[a], things_[b]);
+        things_.erase(things_.begin() + static_cast<std::ptrdiff_t>(b));
+        return true;
+      }
+    }
+    return false;
+  }
+
+  static void join(Thing& thing, const Thing& other) {
+    thing.voxels.insert(other.voxels.begin(), other.voxels.end());
+    for (const auto& [name, score] : other.scores) thing.scores[name] += score;
+    std::vector<std::size_t> all;
+    std::merge(thing.fragments.begin(), thing.fragments.end(), other.fragments.begin(),
+               other.fragments.end(), std::back_inserter(all));
+    thing.fragments = std::move(all);
+  }
+
+  /// A view has seen a thing if at least half as many of its pixels fall on the thing's surface as
+  /// in the least of the views that found it.
+  void count_views() {
+    std::map<Voxel, std::vector<std::size_t>> things_at;
+    for (std::size_t t = 0; t < things_.size(); ++t) {
+      for (const Voxel voxel : things_[t].voxels) things_at[voxel].push_back(t);
+    }
+    for (const ViewAtPlace& placed : views_) {
+      std::vector<std::size_t> pixels(things_.size(), 0);
+      for_each_static_pixel(placed, [&](const Eigen::Vector3d& p, int /*instance*/) {
+        const auto voxel = voxel_at(p, options_.cell);
+        const auto found = voxel ? things_at.find(*voxel) : things_at.end();
+        if (found == things_at.end()) return;
+        for (const std::size_t t : found->second) ++pixels[t];
+      });
+      for (std::size_t t = 0; t < things_.size(); ++t) {
+        things_[t].visible += 2 * pixels[t] >= least_pixels(things_[t]);
+      }
+    }
+  }
+
+  std::size_t least_pixels(const Thing& thing) const {
+    std::size_t least = std::numeric_limits<std::size_t>::max();
+    for (const std::size_t f : thing.fragments) least = std::min(least, fragments_[f].pixels);
+    return least;
+  }
+
+  bool is_believed(const Thing& thing) const {
+    return thing.fragments.size() >= static_cast<std::size_t>(options_.min_views) &&
+           share(thing.fragments.size(), thing.visible) >= options_.min_detection_rate;
+  }
+
+  std::span<const ViewAtPlace> views_;
+  const StaticGrid& grid_;
+  const SemanticOptions& options_;
+  std::vector<Fragment> fragments_;
+  std::vector<Thing> things_;
+};
+
+/// What the views say on one voxel of the cloud.
+struct Vote {
+  std::uint32_t cell;
+  std::uint16_t thing;  // from 1 on
+  float confidence;
+};
+
+std::vector<Vote> collect_votes(std::span<const ViewAtPlace> views, const StaticGrid& grid,
+                                const std::vector<Fragment>& fragments,
+                                const std::vector<Thing>& things) {
+  std::map<std::pair<std::size_t, std::size_t>, std::uint16_t> thing_of;
+  for (std::size_t t = 0; t < things.size(); ++t) {
+    for (const std::size_t f : things[t].fragments) {
+      thing_of[{fragments[f].view, fragments[f].instance}] = static_cast<std::uint16_t>(t + 1);
+    }
+  }
+  std::vector<Vote> votes;
+  std::vector<std::uint32_t> voted(grid.index().size(), 0);  // the last view that did, from 1 on
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    for_each_static_pixel(views[v], [&](const Eigen::Vector3d& p, int instance) {
+      if (instance < 0) return;
+      const auto thing = thing_of.find({v, static_cast<std::size_t>(instance)});
+      const auto voxel = voxel_at(p, grid.edge());
+      if (thing == thing_of.end() || !voxel) return;
+      const std::uint32_t cell = grid.index().find(*voxel);
+      if (cell == VoxelIndex::kNone || voted[cell] == v + 1) return;
+      voted[cell] = static_cast<std::uint32_t>(v + 1);
+      const auto& found = views[v].view->instances[static_cast<std::size_t>(instance)];
+      votes.push_back({cell, thing->second, found.confidence});
+    });
+  }
+  std::stable_sort(votes.begin(), votes.end(), [](const Vote& a, const Vote& b) {
+    return std::pair(a.cell, a.thing) < std::pair(b.cell, b.thing);
+  });
+  return votes;
+}
+
+/// Per voxel, the thing with the most votes (of equals the first), and its share.
+std::vector<Vote> winners(const std::vector<Vote>& votes, const StaticGrid& grid,
+                          double min_confidence) {
+  std::vector<Vote> best(grid.index().size(), {0, 0, 0});
+  for (auto vote = votes.begin(); vote != votes.end();) {
+    Vote sum{vote->cell, vote->thing, 0};
+    for (; vote != votes.end() && vote->cell == sum.cell && vote->thing == sum.thing; ++vote) {
+      sum.confidence += vote->confidence;
+    }
+    sum.confidence /= static_cast<float>(std::max<int>(1, grid.cell(sum.cell).views));
+    if (sum.confidence < min_confidence || sum.confidence <= best[sum.cell].confidence) continue;
+    best[sum.cell] = sum;
+  }
+  return best;
+}
+
+Eigen::AlignedBox3d box_around(const std::vector<Eigen::Vector3d>& points) {
+  Eigen::AlignedBox3d box;
+  Eigen::Vector3d low, high;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    for (const Eigen::Vector3d& p : points) values.push_back(p[axis]);
+    std::sort(values.begin(), values.end());
+    const std::size_t margin = values.size() / 100;
+    low[axis] = values[margin];
+    high[axis] = values[values.size() - 1 - margin];
+  }
+  box.extend(low);
+  box.extend(high);
+  return box;
+}
+
+StaticObject object_of(const Thing& thing, const std::vector<Eigen::Vector3d>& points) {
+  StaticObject object;
+  object.class_name = thing.class_name();
+  object.views = static_cast<int>(thing.fragments.size());
+  object.visible = static_cast<int>(std::max(thing.visible, thing.fragments.size()));
+  object.confidence =
+      static_cast<float>(thing.scores.at(object.class_name) / std::max(1, object.visible));
+  object.points = points.size();
+  object.box = box_around(points);
+  object.center = object.box.center();
+  return object;
+}
+
+}  // namespace
+
+void require_valid(const SemanticOptions& options) {
+  const bool valid = options.same_class_overlap > 0 && options.other_class_overlap > 0 &&
+                     options.min_views >= 1 && options.min_detection_rate >= 0 &&
+                     options.min_confidence >= 0 && options.min_points >= 1;
+  require_voxel_size(options.cell, "dense.semantics.cell");
+  if (valid) return;
+  throw Error("an option is out of range", "dense semantics",
+              "overlaps > 0, min_views >= 1, min_points >= 1, shares >= 0");
+}
+
+SemanticMap make_semantic_map(const StaticGrid& grid, std::span<const ViewAtPlace> views,
+                              std::span<const std::uint32_t> cells,
+                              const SemanticOptions& options) {
+  require_valid(options);
+  Association association(views, grid, options);
+  const std::vector<Thing> things = association.things();
+  SemanticMap map;
+  if (things.empty()) return map;
+  const std::vector<Vote> votes = collect_votes(views, grid, association.fragments(), things);
+  const std::vector<Vote> best = winners(votes, grid, options.min_confidence);
+
+  std::vector<std::vector<Eigen::Vector3d>> points(things.size() + 1);
+  for (const std::uint32_t cell : cells) {
+    if (best[cell].thing > 0) points[best[cell].thing].push_back(grid.mean(cell).cast<double>());
+  }
+  std::vector<std::uint16_t> id_of(things.size() + 1, 0);
+  for (std::size_t t = 1; t < points.size(); ++t) {
+    if (points[t].size() < static_cast<std::size_t>(options.min_points)) continue;
+    map.objects.push_back(object_of(things[t - 1], points[t]));
+    map.objects.back().id = static_cast<int>(map.objects.size());
+    id_of[t] = static_cast<std::uint16_t>(map.objects.size());
+  }
+  for (const std::uint32_t cell : cells) {
+    map.object.push_back(id_of[best[cell].thing]);
+    map.confidence.push_back(map.object.back() > 0 ? std::min(1.0F, best[cell].confidence) : 0);
+  }
+  if (map.objects.empty()) return {};
+  return map;
+}
+
+}  // namespace stillmap

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/base/fields.hpp"
+#include "stillmap/dense/cloud.hpp"
+#include "stillmap/dense/dense_view.hpp"
+#include "stillmap/dense/voxel_index.hpp"
+#include "stillmap/geometry/pose.hpp"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace stillmap {
+
+/// When what keyframes saw speaks against a voxel of the static map, and when that is enough.
+struct EvidenceOptions {
+  bool remove_ghosts = true;  ///< false: everything that any keyframe saw stays, as in the papers
+  /// A keyframe sees through a voxel if what it measured there lies farther by more than
+  /// `margin` + `margin_growth` z^2, z being that measurement: three standard deviations of a
+  /// Kinect's depth are 4.2e-3 z^2 (Khoshelham, Elberink, Sensors 2012), the rest is for the pose,
+  /// the voxel's size, and what it holds being noisy itself.
+  double margin = 0.04;          ///< [m]
+  double margin_growth = 0.005;  ///< [1/m]
+  int min_votes = 2;             ///< keyframes that must speak against a voxel to remove it
+  double share = 0.35;           ///< of all keyframes with a say on it that must
+  /// So many keyframes saw through it since it was last seen: what was there has left.
+  int vacated = 4;
+  STILLMAP_FIELDS(remove_ghosts, margin, margin_growth, min_votes, share, vacated)
+};
+
+/// Throws Error if an option is out of range.
+void require_valid(const EvidenceOptions& options);
+
+/// What a voxel of the static map is made of, and what is known for and against it.
+struct StaticCell {
+  Eigen::Vector3f offset_sum = Eigen::Vector3f::Zero();  ///< weighted, from the lower corner [m]
+  Eigen::Vector3f color_sum = Eigen::Vector3f::Zero();   ///< weighted, R G B
+  float weight = 0;
+  std::uint32_t pixels = 0;      ///< that fell into it
+  std::uint32_t last_view = 0;   ///< the newest view with a static surface in it, counted from 1
+  std::uint16_t views = 0;       ///< with a static surface in it
+  std::uint16_t free = 0;        ///< views that saw through it
+  std::uint16_t free_since = 0;  ///< of these, after `last_view`
+  std::uint16_t movers = 0;      ///< views with a mover's surface in it
+};
+
+/// The static surface in voxels, with votes for and against each: every keyframe either hits a
+/// voxel, sees through it (free space: whatever was seen there by another keyframe was not there
+/// then), finds a mover's surface in it, or says nothing (it is hidden, out of view, or there is no
+/// depth). Each pair of voxel and keyframe is looked at once, whichever came first, so what is
+/// hidden behind people is filled in later, and a ghost that a mask missed is removed by keyframes
+/// before it as well as after.
+///
+/// Positions and colours are means weighted by 1 / sigma^2, sigma growing with z^2 as a Kinect's
+/// depth noise does. Colours of each view are scaled to those that are there already (automatic
+/// exposure and white balance change them), by the median ratio per channel.
+///
+/// The result depends on the views, their poses and their order. One thread at a time.
+class StaticGrid {
+ public:
+  /// @param edge side of a voxel [m]. Throws Error if it or an option is out of range.
+  explicit StaticGrid(double edge, const EvidenceOptions& options = {}, std::size_t expected = 0);
+
+  /// Adds what a keyframe saw. The view must outlive the grid.
+  void add(const DenseView& view, const Pose& T_world_camera);
+
+  double edge() const { return edge_; }
+  const VoxelIndex& index() const { return index_; }
+  const StaticCell& cell(std::uint32_t number) const { return cells_[number]; }
+  /// Whether what speaks against a voxel is not enough.
+  bool is_static(std::uint32_t number) const;
+  Eigen::Vector3f mean(std::uint32_t number) const;  ///< world frame [m]
+  Rgb color(std::uint32_t number) const;
+  /// Views added so far, and the factors that their colours were scaled with, R G B.
+  const std::vector<Eigen::Vector3f>& gains() const { return gains_; }
+  std::size_t bytes() const;
+
+ private:
+  /// A view at its place. Cells are tested in its camera frame.
+  struct PlacedView {
+    const DenseView* view;
+    Eigen::Matrix3d R_world_camera;
+    Eigen::Vector3d t_world_camera;
+    Eigen::Matrix3f R_camera_world;
+    Eigen::Vector3f t_camera_world;
+    float fx, fy, cx, cy;
+    std::uint32_t number;  // counted from 1
+  };
+  /// Cells close together, by number: rising, so the newest are at the end.
+  struct Block {
+    Eigen::Vector3f center;
+    std::vector<std::uint32_t> cells;
+  };
+
+  /// What a view has to say on a place where it has no static surface.
+  enum class Sight { kNothing, kThrough, kMover };
+
+  std::vector<std::uint32_t> cells_under(const PlacedView& placed);
+  std::uint32_t cell_of(const Eigen::Vector3d& p_world);
+  void insert(const PlacedView& placed);
+  void add_pixel(const PlacedView& placed, int row, int col, const Eigen::Vector3f& gain,
+                 std::uint32_t number);
+  Eigen::Vector3f gain_for(const DenseView& view, const std::vector<std::uint32_t>& cells) const;
+  bool may_see(const PlacedView& placed, const Block& block) const;
+  float slack(float z) const {
+    return static_cast<float>(options_.margin) + static_cast<float>(options_.margin_growth) * z * z;
+  }
+  Sight look(const PlacedView& placed, const Eigen::Vector3f& p_world) const;
+  void vote(const PlacedView& placed, const Block& block, std::size_t first, std::size_t last);
+
+  double edge_;
+  EvidenceOptions options_;
+  VoxelIndex index_;
+  std::vector<StaticCell> cells_;
+  VoxelIndex block_index_;
+  std::vector<Block> blocks_;
+  std::vector<PlacedView> placed_;
+  std::vector<Eigen::Vector3f> gains_;
+};
+
+}  // namespace stillmap

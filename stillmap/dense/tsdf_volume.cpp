@@ -1,0 +1,279 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/dense/tsdf_volume.hpp"
+
+#include "stillmap/base/error.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace stillmap {
+namespace {
+
+constexpr int kSide = TsdfVolume::kSide;
+constexpr float kMaxWeight = 200;     // beyond, a voxel goes on learning at this rate
+constexpr float kFreeWeight = 0.25F;  // of free space against surface: it need not be exact
+constexpr std::uint32_t kNoVertex = std::numeric_limits<std::uint32_t>::max();
+
+constexpr int place(int x, int y, int z) { return x + kSide * (y + kSide * z); }
+
+// Division that rounds down: the block of a voxel.
+int block_of(int i) { return i >= 0 ? i / kSide : -((kSide - 1 - i) / kSide); }
+
+Lattice block_of(const Lattice& voxel) {
+  return {block_of(voxel.x()), block_of(voxel.y()), block_of(voxel.z())};
+}
+
+// 1 / sigma^2 of a depth, 1 at one metre (see StaticGrid).
+float weight_at(float z) {
+  const float far = std::max(z, 0.5F);
+  return 1 / (far * far * far * far);
+}
+
+std::uint8_t mixed(std::uint8_t old, float now, float share) {
+  const float value = static_cast<float>(old) + share * (now - static_cast<float>(old));
+  return static_cast<std::uint8_t>(std::clamp(value + 0.5F, 0.0F, 255.0F));
+}
+
+}  // namespace
+
+void require_valid(const MeshOptions& options) {
+  require_voxel_size(options.voxel, "dense.mesh.voxel");
+  const bool valid = options.truncation >= 2 * options.voxel && options.min_weight >= 0 &&
+                     options.min_triangles >= 0;
+  if (valid) return;
+  throw Error("an option is out of range", "dense mesh",
+              "truncation >= 2 voxel, min_weight >= 0, min_triangles >= 0");
+}
+
+TsdfVolume::TsdfVolume(const MeshOptions& options) : options_(options) { require_valid(options); }
+
+void TsdfVolume::integrate(const DenseView& view, const Pose& T_world_camera,
+                           const cv::Mat1b& surface, const Eigen::Vector3f& gain) {
+  allocate(view, T_world_camera, surface);
+  const Pose T_camera_world = T_world_camera.inverse();
+  const double side = options_.voxel * kSide, radius = 0.87 * side;  // half a diagonal
+  const Camera& camera = view.camera;
+  for (std::uint32_t i = 0; i < blocks_.size(); ++i) {
+    const Eigen::Vector3d center = T_camera_world * center_of(index_.voxel(i), side);
+    if (center.z() < radius) continue;
+    const Eigen::Vector2d pixel = camera.project(center);
+    const double margin = -1.5 * radius * camera.fx / (center.z() - 0.9 * radius);
+    if (!camera.contains(pixel.x(), pixel.y(), margin)) continue;
+    update(blocks_[i], corner_of(index_.voxel(i), side), view, T_camera_world, surface, gain);
+  }
+}
+
+// Blocks along the rays to all surfaces, as far as distances are known.
+void TsdfVolume::allocate(const DenseView& view, const Pose& T_world_camera,
+                          const cv::Mat1b& surface) {
+  const Eigen::Matrix3d R = T_world_camera.rotation();
+  const double side = options_.voxel * kSide, step = side / 2;
+  for (int row = 0; row < view.depth.rows; ++row) {
+    for (int col = 0; col < view.depth.cols; ++col) {
+      if (surface(row, col) == 0) continue;
+      const double z = view.depth(row, col) * double{DenseView::kDepthUnit};
+      const Eigen::Vector3d ray = view.camera.unproject(col, row, 1);
+      for (double s = -options_.truncation; s <= options_.truncation + 0.5 * step; s += step) {
+        const auto block = voxel_at(R * (ray * (z + s)) + T_world_camera.translation(), side);
+        if (!block) continue;
+        if (index_.add(*block) == blocks_.size()) blocks_.emplace_back();
+      }
+    }
+  }
+}
+
+void TsdfVolume::update(Block& block, const Eigen::Vector3d& corner, const DenseView& view,
+                        const Pose& T_camera_world, const cv::Mat1b& surface,
+                        const Eigen::Vector3f& gain) {
+  const Camera& camera = view.camera;
+  const Eigen::Matrix3f R = T_camera_world.rotation().cast<float>();
+  const Eigen::Vector3f origin = (T_camera_world * corner).cast<float>();
+  const auto edge = static_cast<float>(options_.voxel);
+  const auto fx = static_cast<float>(camera.fx), fy = static_cast<float>(camera.fy);
+  const auto cx = static_cast<float>(camera.cx), cy = static_cast<float>(camera.cy);
+  for (int i = 0; i < static_cast<int>(block.size()); ++i) {
+    const Eigen::Vector3f offset(static_cast<float>(i % kSide),
+                                 static_cast<float>(i / kSide % kSide),
+                                 static_cast<float>(i / kSide / kSide));
+    const Eigen::Vector3f p = origin + R * (edge * offset);  // samples lie at lower corners
+    if (p.z() < 0.1F) continue;
+    const float u = fx * p.x() / p.z() + cx, v = fy * p.y() / p.z() + cy;
+    if (!(u > -0.5F && v > -0.5F)) continue;
+    const int col = static_cast<int>(u + 0.5F), row = static_cast<int>(v + 0.5F);
+    if (col >= view.depth.cols || row >= view.depth.rows) continue;
+    const float z = view.depth(row, col) * DenseView::kDepthUnit;
+    if (z <= 0) continue;
+    const cv::Vec3b& bgr = view.color(row, col);
+    const Eigen::Vector3f color(gain[0] * static_cast<float>(bgr[2]),
+                                gain[1] * static_cast<float>(bgr[1]),
+                                gain[2] * static_cast<float>(bgr[0]));
+    update_voxel(block[static_cast<std::size_t>(i)], z - p.z(), z, surface(row, col) != 0, color);
+  }
+}
+
+// `ahead`: how far the voxel lies before what was measured at depth z on its ray.
+void TsdfVolume::update_voxel(Voxel8& voxel, float ahead, float z, bool on_surface,
+                              const Eigen::Vector3f& color) const {
+  const auto truncation = static_cast<float>(options_.truncation);
+  const bool free = ahead > truncation;
+  if (ahead < -truncation || (!free && !on_surface)) return;
+  const float weight = weight_at(z) * (free ? kFreeWeight : 1.0F);
+  const float share = weight / (voxel.weight + weight);
+  voxel.distance += share * (std::min(1.0F, ahead / truncation) - voxel.distance);
+  voxel.weight = std::min(kMaxWeight, voxel.weight + weight);
+  if (free) return;
+  const float color_share = voxel.colored != 0 ? share : 1.0F;
+  for (int c = 0; c < 3; ++c) {
+    auto& channel = voxel.color[static_cast<std::size_t>(c)];
+    channel = mixed(channel, color[c], color_share);
+  }
+  voxel.colored = 1;
+}
+
+const TsdfVolume::Voxel8* TsdfVolume::at(const Lattice& voxel) const {
+  const Lattice block = block_of(voxel);
+  const std::uint32_t number = index_.find(voxel_of(block));
+  if (number == VoxelIndex::kNone) return nullptr;
+  const Lattice inner = voxel - kSide * block;
+  return &blocks_[number][static_cast<std::size_t>(place(inner.x(), inner.y(), inner.z()))];
+}
+
+std::size_t TsdfVolume::bytes() const {
+  return index_.bytes() + blocks_.capacity() * sizeof(Block);
+}
+
+/// One extraction of the surface.
+class SurfaceNets {
+ public:
+  explicit SurfaceNets(const TsdfVolume& volume) : volume_(volume) {}
+
+  TriangleMesh mesh() {
+    vertices_of_.resize(volume_.blocks_.size());
+    const std::vector<std::uint32_t> order = volume_.index_.sorted();
+    for (const std::uint32_t block : order) make_vertices(block);
+    for (const std::uint32_t block : order) make_faces(block);
+    return std::move(mesh_);
+  }
+
+ private:
+  using Cube = std::array<const TsdfVolume::Voxel8*, 8>;  // corner i: x bit 0, y bit 1, z bit 2
+
+  /// The eight voxels from `voxel` on; false if one of them is not known well enough.
+  bool cube_at(const Lattice& voxel, Cube& cube) const {
+    for (int corner = 0; corner < 8; ++corner) {
+      const auto* sample =
+          volume_.at(voxel + Lattice(corner & 1, corner >> 1 & 1, corner >> 2 & 1));
+      if (sample == nullptr || sample->weight < volume_.options_.min_weight) return false;
+      cube[static_cast<std::size_t>(corner)] = sample;
+    }
+    return true;
+  }
+
+  static bool is_crossed(const Cube& cube) {
+    const auto inside = std::count_if(cube.begin(), cube.end(),
+                                      [](const auto* sample) { return sample->distance < 0; });
+    return inside != 0 && inside != 8;
+  }
+
+  void make_vertices(std::uint32_t number) {
+    vertices_of_[number].fill(kNoVertex);
+    const Lattice corner = kSide * lattice_of(volume_.index_.voxel(number));
+    const auto& block = volume_.blocks_[number];
+    for (int i = 0; i < static_cast<int>(block.size()); ++i) {
+      const auto& sample = block[static_cast<std::size_t>(i)];
+      if (sample.weight <= 0 || std::abs(sample.distance) > 0.95F) continue;  // no surface near
+      const Lattice voxel = corner + Lattice(i % kSide, i / kSide % kSide, i / kSide / kSide);
+      Cube cube;
+      if (!cube_at(voxel, cube) || !is_crossed(cube)) continue;
+      vertices_of_[number][static_cast<std::size_t>(i)] = add_vertex(voxel, cube);
+    }
+  }
+
+  std::uint32_t add_vertex(const Lattice& voxel, const Cube& cube) {
+    Eigen::Vector3f sum = Eigen::Vector3f::Zero(), color = Eigen::Vector3f::Zero();
+    float crossings = 0, colored = 0;
+    for (int a = 0; a < 8; ++a) {
+      for (int axis = 0; axis < 3; ++axis) {
+        const int b = a | 1 << axis;
+        const auto &low = *cube[static_cast<std::size_t>(a)],
+                   &high = *cube[static_cast<std::size_t>(b)];
+        if (b == a || (low.distance < 0) == (high.distance < 0)) continue;
+        Eigen::Vector3f p(static_cast<float>(a & 1), static_cast<float>(a >> 1 & 1),
+                          static_cast<float>(a >> 2 & 1));
+        p[axis] += low.distance / (low.distance - high.distance);
+        sum += p;
+        crossings += 1;
+      }
+    }
+    for (const auto* sample : cube) {
+      if (sample->colored == 0) continue;
+      const float weight = 1.001F - std::abs(sample->distance);  // the nearer to the surface
+      for (int c = 0; c < 3; ++c) {
+        color[c] += weight * static_cast<float>(sample->color[static_cast<std::size_t>(c)]);
+      }
+      colored += weight;
+    }
+    if (colored > 0) color /= colored;
+    const auto edge = static_cast<float>(volume_.options_.voxel);
+    mesh_.vertices.push_back(edge * (voxel.cast<float>() + sum / crossings));
+    Rgb rgb;
+    for (int c = 0; c < 3; ++c) {
+      rgb[static_cast<std::size_t>(c)] =
+          static_cast<std::uint8_t>(std::clamp(color[c] + 0.5F, 0.0F, 255.0F));
+    }
+    mesh_.colors.push_back(rgb);
+    return static_cast<std::uint32_t>(mesh_.vertices.size() - 1);
+  }
+
+  std::uint32_t vertex_at(const Lattice& voxel) const {
+    const Lattice block = block_of(voxel);
+    const std::uint32_t number = volume_.index_.find(voxel_of(block));
+    if (number == VoxelIndex::kNone) return kNoVertex;
+    const Lattice inner = voxel - kSide * block;
+    return vertices_of_[number][static_cast<std::size_t>(place(inner.x(), inner.y(), inner.z()))];
+  }
+
+  /// Around each edge that begins in the block and is crossed, the vertices of the four cubes that
+  /// share it.
+  void make_faces(std::uint32_t number) {
+    const Lattice corner = kSide * lattice_of(volume_.index_.voxel(number));
+    const auto& block = volume_.blocks_[number];
+    for (int i = 0; i < static_cast<int>(block.size()); ++i) {
+      const auto& from = block[static_cast<std::size_t>(i)];
+      if (from.weight <= 0) continue;
+      const Lattice voxel = corner + Lattice(i % kSide, i / kSide % kSide, i / kSide / kSide);
+      for (int axis = 0; axis < 3; ++axis) {
+        const auto* to = volume_.at(voxel + Lattice::Unit(axis));
+        if (to == nullptr || (from.distance < 0) == (to->distance < 0)) continue;
+        add_face(voxel, axis, from.distance < 0);
+      }
+    }
+  }
+
+  void add_face(const Lattice& voxel, int axis, bool outwards) {
+    const Lattice u = Lattice::Unit((axis + 1) % 3), v = Lattice::Unit((axis + 2) % 3);
+    std::array<std::uint32_t, 4> ring{vertex_at(voxel - u - v), vertex_at(voxel - v),
+                                      vertex_at(voxel), vertex_at(voxel - u)};
+    if (std::find(ring.begin(), ring.end(), kNoVertex) != ring.end()) return;
+    if (!outwards) std::swap(ring[1], ring[3]);
+    // Cut along the shorter diagonal.
+    const auto& p = mesh_.vertices;
+    const bool first =
+        (p[ring[0]] - p[ring[2]]).squaredNorm() <= (p[ring[1]] - p[ring[3]]).squaredNorm();
+    const std::size_t s = first ? 0 : 1;
+    mesh_.triangles.push_back({ring[s], ring[s + 1], ring[(s + 2) % 4]});
+    mesh_.triangles.push_back({ring[s], ring[(s + 2) % 4], ring[(s + 3) % 4]});
+  }
+
+  const TsdfVolume& volume_;
+  std::vector<std::array<std::uint32_t, kSide * kSide * kSide>> vertices_of_;
+  TriangleMesh mesh_;
+};
+
+TriangleMesh TsdfVolume::mesh() const {
+  return without_specks(SurfaceNets(*this).mesh(),
+                        static_cast<std::size_t>(options_.min_triangles));
+}
+
+}  // namespace stillmap

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/base/fields.hpp"
+#include "stillmap/dense/dense_view.hpp"
+#include "stillmap/dense/mesh.hpp"
+#include "stillmap/dense/voxel_index.hpp"
+#include "stillmap/geometry/pose.hpp"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace stillmap {
+
+struct MeshOptions {
+  double voxel = 0.02;       ///< side of the voxels: what is smaller is lost [m]
+  double truncation = 0.08;  ///< distances from a surface are known up to this [m]
+  double min_weight = 0.2;   ///< of a voxel in the mesh; one view from a metre away weighs 1
+  int min_triangles = 200;   ///< connected parts of fewer are left out
+  STILLMAP_FIELDS(voxel, truncation, min_weight, min_triangles)
+};
+
+/// Throws Error if an option is out of range.
+void require_valid(const MeshOptions& options);
+
+/// A truncated signed distance field (Curless and Levoy 1996) in blocks of 8^3 voxels where there
+/// is surface: every view says of the voxels in its sight how far before (+) or behind (-) the
+/// surface on their ray they lie, and the mean, weighted by 1 / sigma^2 of a Kinect's depth, is
+/// zero on the surface. So noise averages out, and what lies in front of a surface that was seen is
+/// carved away.
+///
+/// Not Open3D's ScalableTSDFVolume, which is the same idea: it knows no weights that fall with
+/// depth, takes no view whose surface is known in part only, hands its triangles out in the order
+/// of a std::unordered_map, and brings VTK, Filament, Embree and a second C++ library with it.
+///
+/// The result depends on the views, their poses and their order. One thread at a time.
+class TsdfVolume {
+ public:
+  /// Throws Error if an option is out of range.
+  explicit TsdfVolume(const MeshOptions& options = {});
+
+  /// @param surface of the view's size: not zero where the view's depth is that of a surface to be
+  ///   kept; the depth of other pixels only tells that space is free before it
+  /// @param gain what colours are multiplied with, R G B
+  void integrate(const DenseView& view, const Pose& T_world_camera, const cv::Mat1b& surface,
+                 const Eigen::Vector3f& gain = Eigen::Vector3f::Ones());
+
+  /// The surface where the distance is zero, by surface nets (Gibson, MERL TR-99-24, 1999): a
+  /// vertex in every cube of eight voxels that it crosses, at the mean of where it crosses the
+  /// cube's edges, and a quadrangle, cut in two, around every edge that it crosses.
+  TriangleMesh mesh() const;
+
+  std::size_t blocks() const { return blocks_.size(); }
+  std::size_t bytes() const;
+
+  static constexpr int kSide = 8;  ///< voxels along a block
+
+ private:
+  struct Voxel8 {
+    float distance = 0;  // in truncations
+    float weight = 0;
+    std::array<std::uint8_t, 3> color = {};  // R G B
+    std::uint8_t colored = 0;
+  };
+  using Block = std::array<Voxel8, kSide * kSide * kSide>;
+
+  void allocate(const DenseView& view, const Pose& T_world_camera, const cv::Mat1b& surface);
+  void update(Block& block, const Eigen::Vector3d& corner, const DenseView& view,
+              const Pose& T_camera_world, const cv::Mat1b& surface, const Eigen::Vector3f& gain);
+  void update_voxel(Voxel8& voxel, float ahead, float z, bool on_surface,
+                    const Eigen::Vector3f& color) const;
+  const Voxel8* at(const Lattice& voxel) const;
+
+  friend class SurfaceNets;
+  MeshOptions options_;
+  VoxelIndex index_;
+  std::vector<Block> blocks_;
+};
+
+}  // namespace stillmap

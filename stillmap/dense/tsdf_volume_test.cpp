@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/dense/tsdf_volume.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/dense/map_mesh.hpp"
+#include "stillmap/dense/synthetic_frame.hpp"
+
+#include <cmath>
+#include <map>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace stillmap {
+namespace {
+
+using namespace testing_support;  // NOLINT(google-build-using-namespace)
+
+const Eigen::Vector3d kCenter(0, 0, 2);
+constexpr double kRadius = 0.5;
+
+// Depth of a sphere; 0 beside it.
+double sphere_depth(const Pose& T_world_camera, int u, int v) {
+  const Eigen::Vector3d ray = T_world_camera.quaternion() * small_camera().unproject(u, v, 1);
+  const Eigen::Vector3d to = kCenter - T_world_camera.translation();
+  const double a = ray.squaredNorm(), b = ray.dot(to);
+  const double discriminant = b * b - a * (to.squaredNorm() - kRadius * kRadius);
+  return discriminant > 0 ? (b - std::sqrt(discriminant)) / a : 0;
+}
+
+// Cameras around the sphere, all looking at it: from its six sides, and from eight corners.
+std::vector<Pose> around() {
+  std::vector<Pose> poses;
+  for (int corner = 0; corner < 8; ++corner) {
+    const double yaw = 0.7854 + 1.5708 * (corner & 3), pitch = (corner & 4) != 0 ? 0.6155 : -0.6155;
+    const Eigen::Quaterniond q = so3_exp({0, yaw, 0}) * so3_exp({pitch, 0, 0});
+    poses.emplace_back(q, kCenter - q * Eigen::Vector3d(0, 0, 1.6));
+  }
+  for (const Eigen::Vector3d& turn :
+       {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(0, 1.5708, 0), Eigen::Vector3d(0, 3.1416, 0),
+        Eigen::Vector3d(0, -1.5708, 0), Eigen::Vector3d(1.5708, 0, 0),
+        Eigen::Vector3d(-1.5708, 0, 0)}) {
+    const Eigen::Quaterniond q = so3_exp(turn);
+    poses.emplace_back(q, kCenter - q * Eigen::Vector3d(0, 0, 1.6));
+  }
+  return poses;
+}
+
+TriangleMesh mesh_of_sphere(double noise, const MeshOptions& options = {}) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> gauss(0, noise);
+  TsdfVolume volume(options);
+  for (const Pose& pose : around()) {
+    const RgbdFrame frame = frame_of(small_camera(), [&](int u, int v) {
+      const double z = sphere_depth(pose, u, v);
+      return z > 0 && noise > 0 ? z + gauss(random) : z;
+    });
+    const DenseView view =
+        make_dense_view(small_camera(), frame, {}, {.stride = 1, .max_jump = 0.2}, {}).view;
+    volume.integrate(view, pose, view.kind);
+  }
+  return volume.mesh();
+}
+
+TEST(TsdfVolume, MakesAClosedSphereOfASphere) {
+  const TriangleMesh mesh = mesh_of_sphere(0);
+  ASSERT_GT(mesh.triangles.size(), 5000U);
+  for (const Eigen::Vector3f& p : mesh.vertices) {
+    EXPECT_NEAR((p.cast<double>() - kCenter).norm(), kRadius, 0.01);  // half a voxel
+  }
+  // Closed: every edge belongs to one triangle in each direction.
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
+  double volume = 0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    ++edges[{a, b}], ++edges[{b, c}], ++edges[{c, a}];
+    const Eigen::Vector3d p = mesh.vertices[a].cast<double>() - kCenter;
+    const Eigen::Vector3d q = mesh.vertices[b].cast<double>() - kCenter;
+    const Eigen::Vector3d r = mesh.vertices[c].cast<double>() - kCenter;
+    volume += p.dot(q.cross(r)) / 6;
+  }
+  std::size_t open = 0;
+  for (const auto& [edge, count] : edges) {
+    open += count != 1 || !edges.contains({edge.second, edge.first});
+  }
+  EXPECT_LT(open, edges.size() / 200);
+  // Facing outwards: the volume is positive, and the sphere's.
+  EXPECT_NEAR(volume, 4.0 / 3 * 3.14159 * std::pow(kRadius, 3), 0.02);
+}
+
+TEST(TsdfVolume, AveragesNoiseOut) {
+  const TriangleMesh mesh = mesh_of_sphere(0.01);
+  ASSERT_GT(mesh.triangles.size(), 5000U);
+  double sum = 0;
+  for (const Eigen::Vector3f& p : mesh.vertices) {
+    const double error = (p.cast<double>() - kCenter).norm() - kRadius;
+    sum += error * error;
+  }
+  EXPECT_LT(std::sqrt(sum / static_cast<double>(mesh.vertices.size())), 0.008);
+}
+
+TEST(TsdfVolume, IsTheSameEveryTime) { EXPECT_EQ(mesh_of_sphere(0.005), mesh_of_sphere(0.005)); }
+
+TEST(TsdfVolume, ChecksItsOptions) {
+  EXPECT_THROW(TsdfVolume({.voxel = 0}), Error);
+  EXPECT_THROW(TsdfVolume({.voxel = 0.05, .truncation = 0.05}), Error);
+}
+
+// A wall, and before it somebody who stands in one view of four, without any mask.
+TEST(MapMesh, HasNoGhostsAndFollowsPoses) {
+  const Plane wall{Eigen::Vector3d(0.05, -0.1, 1).normalized(), 2.2};
+  DenseMap map(small_camera());
+  std::vector<Pose> poses;
+  for (std::uint64_t i = 0; i < 4; ++i) {
+    poses.emplace_back(Eigen::Quaterniond::Identity(),
+                       Eigen::Vector3d(0.05 * static_cast<double>(i), 0, 0));
+    RgbdFrame frame = view_of(small_camera(), poses.back(), wall);
+    if (i == 1) frame.depth(cv::Rect(60, 20, 30, 80)).setTo(1.4F);
+    map.add(i, frame, {});
+  }
+  const auto mesh_at = [&](const Pose& moved) {
+    const auto lookup = [&](std::uint64_t i) { return std::optional(moved * poses[i]); };
+    return make_mesh(map.place(lookup));
+  };
+  const Pose correction(so3_exp({0.1, -0.2, 0.3}), {0.5, 0.1, -0.2});
+  for (const Pose& moved : {Pose(), correction}) {
+    const TriangleMesh mesh = mesh_at(moved);
+    EXPECT_GT(mesh.triangles.size(), 1000U);
+    for (const Eigen::Vector3f& p : mesh.vertices) {
+      EXPECT_LT(wall.distance(moved.inverse() * p.cast<double>()), 0.01);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace stillmap

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/dense/voxel_index.hpp"
+
+#include "stillmap/base/error.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <string>
+#include <utility>
+
+namespace stillmap {
+namespace {
+
+constexpr int kBits = 21;
+constexpr std::int64_t kBias = std::int64_t{1} << (kBits - 1);  // negatives sort below positives
+constexpr std::uint64_t kLowBits = (std::uint64_t{1} << kBits) - 1;
+
+// Fibonacci hashing (Knuth, The Art of Computer Programming 3, 6.4): the multiplier is 2^64 /
+// golden ratio.
+std::size_t hash(Voxel voxel, std::size_t slots) {
+  const std::uint64_t mixed = (voxel ^ voxel >> 32) * 0x9E3779B97F4A7C15U;
+  return static_cast<std::size_t>(mixed >> (64 - std::bit_width(slots - 1)));
+}
+
+}  // namespace
+
+Voxel voxel_of(const Lattice& lattice) {
+  Voxel voxel = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    voxel = voxel << kBits | (static_cast<std::uint64_t>(lattice[axis] + kBias) & kLowBits);
+  }
+  return voxel;
+}
+
+Lattice lattice_of(Voxel voxel) {
+  const auto axis = [&](int shift) {
+    return static_cast<int>(static_cast<std::int64_t>(voxel >> shift & kLowBits) - kBias);
+  };
+  return {axis(2 * kBits), axis(kBits), axis(0)};
+}
+
+std::optional<Voxel> voxel_at(const Eigen::Vector3d& p, double edge) {
+  const Eigen::Vector3d lattice = (p / edge).array().floor();
+  const bool inside = (lattice.array().abs() < static_cast<double>(kBias)).all();  // false for NaN
+  if (!inside) return std::nullopt;
+  return voxel_of(lattice.cast<int>());
+}
+
+Eigen::Vector3d corner_of(Voxel voxel, double edge) {
+  return lattice_of(voxel).cast<double>() * edge;
+}
+
+Eigen::Vector3d center_of(Voxel voxel, double edge) {
+  return (lattice_of(voxel).cast<double>().array() + 0.5) * edge;
+}
+
+VoxelIndex::VoxelIndex(std::size_t expected)
+    : slots_(std::bit_ceil(std::max<std::size_t>(2 * expected, 1024)), 0) {
+  voxels_.reserve(expected);
+}
+
+std::uint32_t VoxelIndex::add(Voxel voxel) {
+  std::size_t slot = hash(voxel, slots_.size());
+  for (; slots_[slot] != 0; slot = (slot + 1) & (slots_.size() - 1)) {
+    const std::uint32_t number = slots_[slot] - 1;
+    if (voxels_[number] == voxel) return number;
+  }
+  voxels_.push_back(voxel);
+  const auto count = static_cast<std::uint32_t>(voxels_.size());
+  slots_[slot] = count;
+  if (2 * voxels_.size() > slots_.size()) grow();
+  return count - 1;
+}
+
+std::uint32_t VoxelIndex::find(Voxel voxel) const {
+  std::size_t slot = hash(voxel, slots_.size());
+  for (; slots_[slot] != 0; slot = (slot + 1) & (slots_.size() - 1)) {
+    const std::uint32_t number = slots_[slot] - 1;
+    if (voxels_[number] == voxel) return number;
+  }
+  return kNone;
+}
+
+void VoxelIndex::grow() {
+  slots_.assign(2 * slots_.size(), 0);
+  for (std::size_t i = 0; i < voxels_.size(); ++i) {
+    std::size_t slot = hash(voxels_[i], slots_.size());
+    while (slots_[slot] != 0) slot = (slot + 1) & (slots_.size() - 1);
+    slots_[slot] = static_cast<std::uint32_t>(i + 1);
+  }
+}
+
+std::vector<std::uint32_t> VoxelIndex::sorted() const {
+  std::vector<std::pair<Voxel, std::uint32_t>> order;
+  order.reserve(voxels_.size());
+  for (std::uint32_t i = 0; i < voxels_.size(); ++i) order.emplace_back(voxels_[i], i);
+  std::sort(order.begin(), order.end());
+  std::vector<std::uint32_t> numbers;
+  numbers.reserve(order.size());
+  for (const auto& [voxel, number] : order) numbers.push_back(number);
+  return numbers;
+}
+
+std::size_t VoxelIndex::bytes() const {
+  return voxels_.capacity() * sizeof(Voxel) + slots_.capacity() * sizeof(std::uint32_t);
+}
+
+void require_voxel_size(double edge, const char* option) {
+  if (edge > 0 && std::isfinite(edge)) return;
+  throw Error("the side of a voxel must be positive, but is " + std::to_string(edge), option,
+              "give it in metres, for example 0.01");
+}
+
+}  // namespace stillmap
