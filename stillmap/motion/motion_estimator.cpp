@@ -7,6 +7,7 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
 
 namespace stillmap {
@@ -24,7 +25,7 @@ void leave_out(const std::vector<std::string>& names, const std::string& preset,
   for (const auto& cue : cues) known.emplace_back(cue->name());
   for (const std::string& name : names) {
     if (std::find(known.begin(), known.end(), name) == known.end()) {
-      throw Error("preset '" + preset + "' has no cue '" + name + "'", "motion.without",
+      throw Error(fmt::format("preset '{}' has no cue '{}'", preset, name), "motion.without",
                   known.empty() ? "it has no cues at all" : suggestion(name, known));
     }
     std::erase_if(cues, [&](const auto& cue) { return cue->name() == name; });

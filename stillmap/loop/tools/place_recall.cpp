@@ -168,8 +168,8 @@ void report_queries(const std::vector<View>& views) {
       given += a.score >= least;
       right += a.score >= least && a.right;
     }
-    fmt::print(" {:.1f}: {:.3f} {:.3f};", least, given > 0 ? double(right) / given : 1,
-               answerable_ones > 0 ? double(right) / answerable_ones : 0);
+    fmt::print(" {:.1f}: {:.3f} {:.3f};", least, given > 0 ? static_cast<double>(right) / given : 1,
+               answerable_ones > 0 ? static_cast<double>(right) / answerable_ones : 0);
   }
   fmt::print("\n");
 }
@@ -191,8 +191,8 @@ void report_times(const Vocabulary& vocabulary, const std::vector<View>& views) 
   std::size_t found = 0;
   for (const View& view : views) found += index.scores(view.bag).size();
   fmt::print("  {:.3f} ms to insert, {:.3f} ms to query among {} keyframes ({} scores)\n",
-             inserted / double(views.size()), watch.lap() / double(views.size()), views.size(),
-             found);
+             inserted / static_cast<double>(views.size()),
+             watch.lap() / static_cast<double>(views.size()), views.size(), found);
 }
 
 void report(const std::string& file, std::vector<View>& views) {
@@ -204,7 +204,7 @@ void report(const std::string& file, std::vector<View>& views) {
   const double transform = watch.lap();
   fmt::print("{}: {} words, loaded in {:.2f} ms, bag in {:.3f} ms\n",
              file.empty() ? "built in" : file, vocabulary.words(), load,
-             transform / double(views.size()));
+             transform / static_cast<double>(views.size()));
   report_pairs(views);
   report_queries(views);
   report_times(vocabulary, views);
