@@ -18,10 +18,12 @@
 
 #include <fmt/format.h>
 
+// NOLINTBEGIN(readability-identifier-naming): the names are the assembler's
 extern "C" {
 extern const char stillmap_vocabulary_begin[];  // see vocabulary_data.cpp
 extern const char stillmap_vocabulary_end[];
 }
+// NOLINTEND(readability-identifier-naming)
 
 namespace stillmap {
 namespace {
@@ -49,7 +51,7 @@ void append(std::string& out, const T* values, std::size_t count) {
 template <typename T>
 T number_at(std::string_view bytes, std::size_t offset) {
   T value;
-  std::memcpy(&value, bytes.data() + offset, sizeof value);
+  bytes.copy(reinterpret_cast<char*>(&value), sizeof value, offset);
   return value;
 }
 
@@ -57,7 +59,7 @@ T number_at(std::string_view bytes, std::size_t offset) {
 template <typename T>
 std::vector<T> take(std::string_view& bytes, std::size_t count) {
   std::vector<T> values(count);
-  if (count > 0) std::memcpy(values.data(), bytes.data(), sizeof(T) * count);
+  if (count > 0) bytes.copy(reinterpret_cast<char*>(values.data()), sizeof(T) * count);
   bytes.remove_prefix(sizeof(T) * count);
   return values;
 }
@@ -79,7 +81,7 @@ std::string Vocabulary::bytes() const {
 }
 
 Vocabulary Vocabulary::from_bytes(std::string_view bytes, const std::string& where) {
-  if (bytes.size() < kHeader || bytes.substr(0, kMagic.size()) != kMagic) {
+  if (bytes.size() < kHeader || !bytes.starts_with(kMagic)) {
     throw Error("is no vocabulary of this program", where, kFix);
   }
   const auto version = number_at<std::uint32_t>(bytes, 8);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/track/keyframe_policy.hpp"
 
+#include "stillmap/feature/sharpness.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -22,24 +24,48 @@ int established_in_reference(const LocalMap& local_map) {
   return count;
 }
 
+/// Of at least one value.
+template <typename Values>
+double median(Values values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 double median_depth(const Features& features) {
   std::vector<float> depths;
   for (const Keypoint& k : features.keypoints)
     if (k.depth > 0) depths.push_back(k.depth);
-  if (depths.empty()) return 0;
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::nth_element(depths.begin(), middle, depths.end());
-  return *middle;
+  return depths.empty() ? 0 : median(std::move(depths));
 }
 
 }  // namespace
 
 bool KeyframePolicy::wants(const Frame& frame, const Pose& T_world_camera,
                            const std::vector<LandmarkId>& landmarks, const LocalMap& local_map,
-                           std::size_t frames_since_last) const {
-  if (frames_since_last < static_cast<std::size_t>(options_.min_gap)) return false;
+                           std::size_t frames_since_last) {
+  const bool blurred = is_blurred(frame);
+  const bool wanted = frames_since_last >= static_cast<std::size_t>(options_.min_gap) &&
+                      adds_to_map(frame, T_world_camera, landmarks, local_map);
+  const bool waits = wanted && blurred && waited_ < options_.max_wait;
+  waited_ = waits ? waited_ + 1 : 0;
+  return wanted && !waits;
+}
+
+bool KeyframePolicy::adds_to_map(const Frame& frame, const Pose& T_world_camera,
+                                 const std::vector<LandmarkId>& landmarks,
+                                 const LocalMap& local_map) const {
   return sees_little_of_reference(landmarks, local_map) || sees_much_unmapped(frame, landmarks) ||
          stands_somewhere_new(frame, T_world_camera, local_map);
+}
+
+bool KeyframePolicy::is_blurred(const Frame& frame) {
+  const double here = sharpness(frame.image->grey);
+  sharpness_.push_back(here);
+  if (sharpness_.size() > static_cast<std::size_t>(options_.sharpness_memory)) {
+    sharpness_.pop_front();
+  }
+  return here < options_.min_sharpness * median(sharpness_);
 }
 
 bool KeyframePolicy::sees_little_of_reference(const std::vector<LandmarkId>& landmarks,
