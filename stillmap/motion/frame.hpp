@@ -20,10 +20,16 @@ struct MotionEvidence {
   /// speaks against it, falling with the probability of being static, and 0, left out, below
   /// MotionOptions::exclude_below.
   std::vector<float> weight;
-  /// The same of surfaces: per cell of the frame's CellGrid (rows x columns), the sum of
-  /// log-likelihood ratios and the number of observations they come from; empty where no cue
-  /// speaks of surfaces.
-  cv::Mat1f surface_log_odds, surface_observations;
+  /// Per keypoint, what was measured of its surface, by this frame and those before it: of the
+  /// above what later frames may go on from. A class's prior and a landmark's own history are no
+  /// measurements, and would be counted anew in each frame. Empty where no cue speaks of surfaces.
+  std::vector<float> measured_log_odds;
+  /// The same of surfaces, per cell of the frame's CellGrid (rows x columns), or empty:
+  /// log-odds from all that is known,
+  cv::Mat1f surface_log_odds;
+  cv::Mat1f surface_measured;      ///< from what was measured only,
+  cv::Mat1f surface_prior;         ///< from what is expected of things of that class,
+  cv::Mat1f surface_observations;  ///< and what the present frame's measurements count for.
   /// Height x width, 8UC1: 255 where a pixel is taken for moving. Empty: no pixel is.
   cv::Mat moving_pixels;
 };

@@ -28,9 +28,9 @@ void FreeSpaceCue::remember(const Frame& frame, const Pose& T_world_camera) {
   cv::erode(known, view.nearest, cv::Mat());
   cv::dilate(depth, view.farthest, cv::Mat());
   view.nearest.setTo(0, unknown);
-  view.moving = frame.evidence.surface_log_odds.empty()
+  view.moving = frame.evidence.surface_measured.empty()
                     ? cv::Mat1b::zeros(depth.size())
-                    : cv::Mat1b(frame.evidence.surface_log_odds < kMovingSurface);
+                    : cv::Mat1b(frame.evidence.surface_measured < kMovingSurface);
   views_.push_back(std::move(view));
   const auto oldest = static_cast<std::size_t>(
       *std::max_element(options_.ages.begin(), options_.ages.end()) + options_.view_every);
@@ -68,11 +68,11 @@ void FreeSpaceCue::compare(const View& view, const MotionInput& input,
                          if (nearest <= 0) return;
                          const float tolerance = depth_tolerance(std::max(z, pz));
                          if (pz < nearest - tolerance) {
-                           evidence.surface_log_odds(r, c) += intruding;
+                           evidence.surface_measured(r, c) += intruding;
                            evidence.surface_observations(r, c) += intruding_count;
                          } else if (pz < view.farthest(r_view, c_view) + tolerance &&
                                     view.moving(r_view, c_view) == 0) {
-                           evidence.surface_log_odds(r, c) += agreeing;
+                           evidence.surface_measured(r, c) += agreeing;
                            evidence.surface_observations(r, c) += agreeing_count;
                          }
                        });

@@ -7,29 +7,29 @@ namespace stillmap {
 
 void SurfaceCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
   const SurfaceSpread spread(*input.cells, options_.spread);
-  const cv::Mat1f sum = spread(evidence.surface_log_odds);
+  const cv::Mat1f sum = spread(evidence.surface_measured);
   const cv::Mat1f count = spread(evidence.surface_observations);
   const auto doubt = static_cast<float>(options_.doubt);
-  evidence.surface_log_odds = sum / (count + doubt);
+  evidence.surface_measured = sum / (count + doubt);
   evidence.surface_observations.setTo(1);
 }
 
 void HistoryCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
   const auto most = static_cast<float>(options_.most), least = static_cast<float>(options_.least);
-  cv::Mat1f& surfaces = evidence.surface_log_odds;
-  if (input.ego_motion && !remembered_.empty()) {
+  cv::Mat1f& surfaces = evidence.surface_measured;
+  if (input.ego_motion) {
     const EgoMotion& ego = *input.ego_motion;
     const cv::Mat1f& depth_before = input.previous->cells->depth;
+    const cv::Mat1f& measured_before = input.previous->evidence.surface_measured;
     const auto memory = static_cast<float>(options_.memory);
     for_each_reprojected(*input.cells, ego.T_world_previous.inverse() * ego.T_world_camera,
                          [&](int r, int c, float, int r_before, int c_before, float z) {
                            const float gap = std::abs(depth_before(r_before, c_before) - z);
                            if (gap > depth_tolerance(z)) return;
-                           surfaces(r, c) += memory * remembered_(r_before, c_before);
+                           surfaces(r, c) += memory * measured_before(r_before, c_before);
                          });
   }
   surfaces = cv::max(least, cv::min(most, surfaces));
-  remembered_ = surfaces.clone();
   if (!input.ego_motion) return;
   for (std::size_t i = 0; i < evidence.static_log_odds.size(); ++i) {
     evidence.static_log_odds[i] += static_cast<float>(options_.landmarks) *

@@ -47,7 +47,6 @@ class HistoryCue : public MotionCue {
 
  private:
   HistoryCueOptions options_;
-  cv::Mat1f remembered_;  // log-odds per cell of the frame before
 };
 
 }  // namespace stillmap

@@ -47,17 +47,26 @@ void drop_specks(cv::Mat1f& log_odds) {
   }
 }
 
-/// Keypoints lie on surfaces, and their patch reaches the cells around.
-void judge_surfaces(MotionEvidence& evidence, const MotionInput& input) {
-  drop_specks(evidence.surface_log_odds);
-  // Half of what speaks against the cells around counts too.
+/// A keypoint's patch reaches the cells around: half of what speaks against them counts for it.
+std::vector<float> at_keypoints(const cv::Mat1f& surfaces, const MotionInput& input) {
   cv::Mat1f around;
-  cv::erode(evidence.surface_log_odds, around, cv::Mat());
-  around = (around + evidence.surface_log_odds) / 2;
-  const auto& keypoints = input.features->keypoints;
-  for (std::size_t i = 0; i < keypoints.size(); ++i) {
-    evidence.static_log_odds[i] += around(input.cells->cell_of(keypoints[i].u, keypoints[i].v));
+  cv::erode(surfaces, around, cv::Mat());
+  std::vector<float> result;
+  result.reserve(input.features->size());
+  for (const Keypoint& k : input.features->keypoints) {
+    const cv::Point cell = input.cells->cell_of(k.u, k.v);
+    result.push_back((surfaces(cell) + around(cell)) / 2);
   }
+  return result;
+}
+
+/// Brings what is known of surfaces together: for keypoints, which lie on them, and for pixels.
+void judge_surfaces(MotionEvidence& evidence, const MotionInput& input) {
+  evidence.measured_log_odds = at_keypoints(evidence.surface_measured, input);
+  evidence.surface_log_odds = evidence.surface_measured + evidence.surface_prior;
+  drop_specks(evidence.surface_log_odds);
+  const std::vector<float> log_odds = at_keypoints(evidence.surface_log_odds, input);
+  for (std::size_t i = 0; i < log_odds.size(); ++i) evidence.static_log_odds[i] += log_odds[i];
   const cv::Mat1b moving = evidence.surface_log_odds < kMovingSurface;
   if (cv::countNonZero(moving) == 0) return;
   cv::resize(moving, evidence.moving_pixels, input.image->grey.size(), 0, 0, cv::INTER_NEAREST);
@@ -82,7 +91,8 @@ MotionEvidence MotionEstimator::estimate(const MotionInput& input) {
   MotionEvidence evidence;
   evidence.static_log_odds.assign(input.features->size(), 0.0f);
   if (judges_surfaces_) {
-    evidence.surface_log_odds = cv::Mat1f::zeros(input.cells->size());
+    evidence.surface_measured = cv::Mat1f::zeros(input.cells->size());
+    evidence.surface_prior = cv::Mat1f::zeros(input.cells->size());
     evidence.surface_observations = cv::Mat1f::zeros(input.cells->size());
   }
   timing_.clear();

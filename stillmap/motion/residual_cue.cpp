@@ -27,7 +27,7 @@ void ResidualCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
       if (ego.previous[i] >= 0 && j < trails_.size()) before = trails_[j];
       if (before.valid) {
         const cv::Point cell = input.cells->cell_of(k.u, k.v);
-        evidence.surface_log_odds(cell) += log_odds(before, k, camera, T_camera_world);
+        evidence.surface_measured(cell) += log_odds(before, k, camera, T_camera_world);
         evidence.surface_observations(cell) += 1;
       }
       if (k.depth <= 0) continue;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/motion/semantic_cue.hpp"
 
+#include "stillmap/motion/instance_cells.hpp"
+
 #include <algorithm>
 
 #include <opencv2/imgproc.hpp>
@@ -48,8 +50,8 @@ void SemanticCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
                    [&](const auto& i) { return is_dynamic(i); })) {
     return;
   }
-  if (!evidence.surface_log_odds.empty()) {
-    add_to_surfaces(evidence.surface_log_odds, *input.instances, input.image->grey.size());
+  if (!evidence.surface_prior.empty()) {
+    evidence.surface_prior = prior_of_surfaces(*input.instances, *input.cells);
     return;
   }
   if (evidence.moving_pixels.empty()) {
@@ -69,20 +71,16 @@ void SemanticCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
   }
 }
 
-void SemanticCue::add_to_surfaces(cv::Mat1f& log_odds, const SegmentedFrame& segmented,
-                                  cv::Size image) const {
+cv::Mat1f SemanticCue::prior_of_surfaces(const SegmentedFrame& segmented,
+                                         const CellGrid& cells) const {
+  cv::Mat1f prior = cv::Mat1f::zeros(cells.size());
   for (const Instance& instance : segmented.instances) {
     if (!is_dynamic(instance)) continue;
-    cv::Mat1b drawn = cv::Mat1b::zeros(image);
-    draw_grown(instance, options_.dilation, drawn);
-    const auto against = static_cast<float>(options_.prior) * instance.confidence;
-    for (int r = 0; r < log_odds.rows; ++r) {
-      const auto* pixels = drawn.ptr<std::uint8_t>(r * kCellSide + kCellSide / 2);
-      for (int c = 0; c < log_odds.cols; ++c) {
-        if (pixels[c * kCellSide + kCellSide / 2] != 0) log_odds(r, c) -= against;
-      }
-    }
+    const auto against = static_cast<float>(-options_.prior * instance.confidence);
+    const cv::Mat1f lower = cv::min(prior, against);
+    lower.copyTo(prior, instance_cells(instance, cells));
   }
+  return prior;
 }
 
 }  // namespace stillmap

@@ -34,7 +34,7 @@ class SemanticCue : public MotionCue {
 
  private:
   bool is_dynamic(const Instance& instance) const;
-  void add_to_surfaces(cv::Mat1f& log_odds, const SegmentedFrame& segmented, cv::Size image) const;
+  cv::Mat1f prior_of_surfaces(const SegmentedFrame& segmented, const CellGrid& cells) const;
 
   SemanticCueOptions options_;
 };

@@ -45,6 +45,9 @@ std::vector<std::uint8_t> excluded(const Frame& frame) {
   return result;
 }
 
+/// Log-odds of a landmark's being static where its place is seen to be empty.
+constexpr float kEmptyPlace = -3;
+
 enum class Sight { kUnknown, kCovered, kSeenThrough };
 
 /// What lies where a point should be seen. One that nothing is known of is on its surface, or where
@@ -389,18 +392,21 @@ void Tracker::count_sightings(const Frame& frame, const Estimate& estimate,
   const Pose T_camera_world = estimate.T_world_camera.inverse();
   const auto memory = static_cast<float>(options_.landmark_memory);
   const auto note = [&](std::size_t i, float log_odds) {
-    static_log_odds_[i] = std::clamp(memory * static_log_odds_[i] + log_odds, -6.0F, 6.0F);
+    static_log_odds_[i] += (1 - memory) * (std::clamp(log_odds, -6.0F, 6.0F) - static_log_odds_[i]);
   };
   for (std::size_t i = 0; i < in_view.size(); ++i) {
     if (!in_view[i]) continue;
     const Sight sight = sight_of(T_camera_world * local_map_->landmarks[i].p_world, *frame.cells);
     predicted_[i] += sight != Sight::kCovered;
-    if (sight == Sight::kSeenThrough) note(i, -1);
+    if (sight == Sight::kSeenThrough) note(i, kEmptyPlace);
   }
+  const auto& measured = frame.evidence.measured_log_odds.empty()
+                             ? frame.evidence.static_log_odds
+                             : frame.evidence.measured_log_odds;
   for (const Match& match : estimate.matches) {
     const std::size_t i = local_map_->index(match.landmark);
     ++found_[i];
-    note(i, std::clamp(frame.evidence.static_log_odds[match.keypoint], -1.0F, 1.0F));
+    note(i, measured[match.keypoint]);
   }
 }
 

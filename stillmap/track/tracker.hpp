@@ -27,9 +27,11 @@ struct TrackerOptions {
       0.5;  ///< between a landmark's mean viewing direction and the present one: 60 degrees
   int min_motion_inliers = 15;  ///< for the pose from the previous frame to be believed
   int sure_inliers = 40;  ///< landmarks that make the rough pose without points of one frame only
-  double landmark_memory = 0.95;  ///< share of a landmark's log-odds that lasts to the next frame
-  int min_inliers = 25;           ///< landmarks for the frame to count as tracked
-  int patience = 10;              ///< frames without a pose that could begin a map, before one does
+  /// Of a landmark's log-odds what lasts to the next frame; they are the mean of what frames say,
+  /// for these are far from independent.
+  double landmark_memory = 0.95;
+  int min_inliers = 25;  ///< landmarks for the frame to count as tracked
+  int patience = 10;     ///< frames without a pose that could begin a map, before one does
   PoseSolverOptions solver;
   KeyframePolicyOptions keyframes;
   STILLMAP_FIELDS(min_start_points, motion_radius, local_radius, max_distance, ratio,
