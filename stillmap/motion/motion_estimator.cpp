@@ -36,6 +36,7 @@ void leave_out(const std::vector<std::string>& names, const std::string& preset,
 void drop_specks(cv::Mat1f& log_odds) {
   constexpr int kLeast = 16;
   const cv::Mat1b moving = log_odds < kMovingSurface;
+  if (cv::countNonZero(moving) == 0) return;
   cv::Mat1i labels, statistics;
   cv::Mat1d centroids;
   cv::connectedComponentsWithStats(moving, labels, statistics, centroids, 8);
@@ -47,15 +48,23 @@ void drop_specks(cv::Mat1f& log_odds) {
   }
 }
 
+/// The least of a cell and its neighbours.
+float least_around(const cv::Mat1f& surfaces, cv::Point cell) {
+  const cv::Rect around = cv::Rect(cell.x - 1, cell.y - 1, 3, 3) & cv::Rect({}, surfaces.size());
+  float least = surfaces(cell);
+  for (int r = around.y; r < around.br().y; ++r) {
+    for (int c = around.x; c < around.br().x; ++c) least = std::min(least, surfaces(r, c));
+  }
+  return least;
+}
+
 /// A keypoint's patch reaches the cells around: half of what speaks against them counts for it.
 std::vector<float> at_keypoints(const cv::Mat1f& surfaces, const MotionInput& input) {
-  cv::Mat1f around;
-  cv::erode(surfaces, around, cv::Mat());
   std::vector<float> result;
   result.reserve(input.features->size());
   for (const Keypoint& k : input.features->keypoints) {
     const cv::Point cell = input.cells->cell_of(k.u, k.v);
-    result.push_back((surfaces(cell) + around(cell)) / 2);
+    result.push_back((surfaces(cell) + least_around(surfaces, cell)) / 2);
   }
   return result;
 }

@@ -139,6 +139,40 @@ TEST(Lost, AMomentOfBlacknessIsBridged) {
   EXPECT_EQ(result.tracked(), 57U);
 }
 
+/// A detector that from frame 10 on sees one person, over all of the picture.
+class AllOnePerson final : public Detector {
+ public:
+  std::vector<Instance> detect(const RgbdFrame& frame) override {
+    if (frame.index < 10) return {};
+    Instance person;
+    person.class_name = "person";
+    person.box = cv::Rect({}, frame.grey.size());
+    person.mask = cv::Mat(frame.grey.size(), CV_8UC1, cv::Scalar(255));
+    return {person};
+  }
+  std::string description() const override { return "one person"; }
+  const std::vector<std::string>& class_names() const override { return names_; }
+
+ private:
+  std::vector<std::string> names_ = {"person"};
+};
+
+TEST(Lost, WhereEverythingSeemsToMoveNoMotionIsInvented) {
+  const Recording& rec = recording(0, "xyz");
+  SlamOptions options = small_options("seg-mask");
+  options.schedule.segment_every = 1;
+  options.schedule.mask_delay = 0;
+  Slam slam(rec.sequence->camera(), options, std::make_unique<AllOnePerson>());
+  for (std::size_t i = 0; i < 30; ++i) {
+    const auto pose = slam.push(rec.frames[i]);
+    EXPECT_EQ(pose.has_value(), i < 10) << i;
+  }
+  const SlamResult result = slam.finish();
+  EXPECT_EQ(result.frames[20].state, TrackState::kLost);
+  EXPECT_NE(result.frames[20].reason.find("everything seems to move"), std::string::npos)
+      << result.frames[20].reason;
+}
+
 TEST(Lost, WithoutDepthThereIsNoMapAndTheReasonIsTold) {
   const Recording& rec = recording(0, "xyz");
   Slam slam(rec.sequence->camera(), small_options("static"));

@@ -48,6 +48,15 @@ std::vector<std::uint8_t> excluded(const Frame& frame) {
 /// Log-odds of a landmark's being static where its place is seen to be empty.
 constexpr float kEmptyPlace = -3;
 
+/// A reason for having no pose, and before it that nearly all moves, where that is why.
+std::string with_what_moves(const std::string& reason, const Frame& frame) {
+  const auto& weight = frame.evidence.weight;
+  const auto moving = std::count(weight.begin(), weight.end(), 0.0F);
+  if (10 * moving < 7 * std::ssize(weight) || weight.empty()) return reason;
+  return fmt::format("everything seems to move ({} of {} keypoints): {}", moving, weight.size(),
+                     reason);
+}
+
 enum class Sight { kUnknown, kCovered, kSeenThrough };
 
 /// What lies where a point should be seen. One that nothing is known of is on its surface, or where
@@ -108,9 +117,10 @@ TrackedFramePtr Tracker::track(const FramePtr& frame, const std::optional<RoughT
   const bool lost_here = !estimate;
   if (lost_here && found) estimate = estimate_from_place(*frame, *found);
   if (estimate) return tracked(frame, *estimate, lost_here);
-  return lost(
-      frame, followed ? fmt::format("fewer than {} landmarks agree on a pose", options_.min_inliers)
-                      : "too few keypoints match the previous frame and the newest keyframe");
+  const std::string reason =
+      followed ? fmt::format("fewer than {} landmarks agree on a pose", options_.min_inliers)
+               : "too few keypoints match the previous frame and the newest keyframe";
+  return lost(frame, with_what_moves(reason, *frame));
 }
 
 TrackedFramePtr Tracker::start(const FramePtr& frame) {

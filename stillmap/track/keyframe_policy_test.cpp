@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/track/keyframe_policy.hpp"
+
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+namespace stillmap {
+namespace {
+
+cv::Mat scene() {
+  cv::Mat1b noise(120, 160);
+  cv::RNG(1).fill(noise, cv::RNG::UNIFORM, 0, 256);
+  cv::Mat result;
+  cv::GaussianBlur(noise, result, {}, 1.5);
+  return result;
+}
+
+cv::Mat blurred(const cv::Mat& grey) {
+  cv::Mat result;
+  cv::blur(grey, result, {9, 1});
+  return result;
+}
+
+/// Asks about a frame far away from the map's only keyframe: it is wanted, sharp enough provided.
+bool wanted(KeyframePolicy& policy, const cv::Mat& grey) {
+  auto image = std::make_shared<RgbdFrame>();
+  image->grey = grey;
+  auto features = std::make_shared<Features>();
+  features->keypoints.push_back({.u = 80, .v = 60, .depth = 2});
+  Frame frame;
+  frame.image = image;
+  frame.features = features;
+  frame.evidence.weight = {1};
+  LocalMap map;
+  map.keyframes.emplace_back();
+  return policy.wants(frame, Pose(Eigen::Quaterniond::Identity(), {1, 0, 0}), {LandmarkId{}}, map,
+                      100);
+}
+
+TEST(KeyframePolicy, KeepsASharpFrameFromSomewhereNew) {
+  KeyframePolicy policy({});
+  EXPECT_TRUE(wanted(policy, scene()));
+}
+
+TEST(KeyframePolicy, WaitsForASharperFrameThanABlurredOne) {
+  KeyframePolicy policy({});
+  for (int i = 0; i < 10; ++i) wanted(policy, scene());
+  EXPECT_FALSE(wanted(policy, blurred(scene())));
+  EXPECT_TRUE(wanted(policy, scene()));
+}
+
+TEST(KeyframePolicy, DoesNotWaitForEver) {
+  KeyframePolicyOptions options;
+  KeyframePolicy policy(options);
+  for (int i = 0; i < 15; ++i) wanted(policy, scene());
+  for (int i = 0; i < options.max_wait; ++i) EXPECT_FALSE(wanted(policy, blurred(scene()))) << i;
+  EXPECT_TRUE(wanted(policy, blurred(scene())));
+}
+
+}  // namespace
+}  // namespace stillmap
