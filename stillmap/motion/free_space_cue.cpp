@@ -57,15 +57,17 @@ void FreeSpaceCue::compare(const View& view, const MotionInput& input,
                            MotionEvidence& evidence) const {
   const auto intruding_count = static_cast<float>(options_.intruding_count);
   const auto age = static_cast<double>(input.image->index - view.frame_index);
-  const auto agreeing_count =
-      static_cast<float>(options_.agreeing_count * std::min(1.0, age / options_.full_age));
+  const auto agreeing_count = static_cast<float>(options_.agreeing_count);
   const float intruding = static_cast<float>(options_.intruding) * intruding_count;
-  const float agreeing = static_cast<float>(options_.agreeing) * agreeing_count;
+  const float agreeing =
+      static_cast<float>(options_.agreeing * std::min(1.0, age / options_.full_age)) *
+      agreeing_count;
+  const auto max_depth = static_cast<float>(options_.max_depth);
   const Pose T_view_camera = view.T_world_camera.inverse() * input.ego_motion->T_world_camera;
   for_each_reprojected(*input.cells, T_view_camera,
                        [&](int r, int c, float z, int r_view, int c_view, float pz) {
                          const float nearest = view.nearest(r_view, c_view);
-                         if (nearest <= 0) return;
+                         if (nearest <= 0 || z > max_depth) return;
                          const float tolerance = depth_tolerance(std::max(z, pz));
                          if (pz < nearest - tolerance) {
                            evidence.surface_measured(r, c) += intruding;

@@ -30,7 +30,7 @@ void ResidualCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
         evidence.surface_measured(cell) += log_odds(before, k, camera, T_camera_world);
         evidence.surface_observations(cell) += 1;
       }
-      if (k.depth <= 0) continue;
+      if (k.depth <= 0 || k.depth > options_.max_depth) continue;
       const Eigen::Vector3d p_world = ego.T_world_camera * camera.unproject(k.u, k.v, k.depth);
       trails[i] = followed(before, p_world.cast<float>(), scale_of(k));
     }
@@ -55,12 +55,15 @@ float ResidualCue::log_odds(const Trail& trail, const Keypoint& keypoint, const 
   if (p.z() < 0.1) return worst;
   const Eigen::Vector2d uv = camera.project(p);
   const double s = scale_of(keypoint);
+  const double pose_u = camera.fx * options_.pose_sigma / p.z();
+  const double pose_d = camera.bf() * options_.pose_sigma / (p.z() * p.z());
   const double variance = options_.pixel_sigma * options_.pixel_sigma *
-                          (s * s + static_cast<double>(trail.older_scale) * trail.older_scale);
+                              (s * s + static_cast<double>(trail.older_scale) * trail.older_scale) +
+                          pose_u * pose_u;
   double chi2 = (uv - Eigen::Vector2d(keypoint.u, keypoint.v)).squaredNorm() / variance;
   if (keypoint.depth > 0) {
     const double d = camera.bf() / p.z() - camera.bf() / keypoint.depth;
-    chi2 += d * d / (2 * options_.disparity_sigma * options_.disparity_sigma);
+    chi2 += d * d / (2 * options_.disparity_sigma * options_.disparity_sigma + pose_d * pose_d);
   }
   return std::max(worst, static_cast<float>(options_.at_best - chi2 / 2));
 }
