@@ -77,7 +77,7 @@ class Unpacker {
 
   void check_kind() const {
     const auto magic = bytes_.substr(0, kMagic);
-    if (magic != format_.magic.substr(0, magic.size()) || magic.empty()) {
+    if (!format_.magic.starts_with(magic) || magic.empty()) {
       throw Error(fmt::format("is no {} of this program", format_.name), where_,
                   fmt::format("name another file, or {}", format_.remake));
     }
@@ -145,7 +145,7 @@ std::string pack_sections(const SectionFormat& format, const std::vector<Section
     body += packed;
   }
   ByteWriter out;
-  out.put_list(std::span(format.magic.data(), kMagic));
+  out.put_list(std::span(format.magic).first(kMagic));
   out.put(format.version);
   out.put(static_cast<std::uint32_t>(table.size()));
   out.put(std::uint64_t{kPreamble + sizeof(Entry) * table.size() + 4 + body.size()});

@@ -115,7 +115,7 @@ void DenseMap::thin_to_bound() {
 
 // Which voxels are in the cloud.
 PlacedMap DenseMap::sorted_out(std::shared_ptr<const StaticGrid> grid,
-                               std::vector<std::uint64_t> ids,
+                               const std::vector<std::uint64_t>& ids,
                                const PoseLookup& T_world_camera) const {
   PlacedMap placed;
   placed.keyframes_left_out = views_.size() - ids.size();
@@ -149,7 +149,7 @@ PlacedMap DenseMap::place(const PoseLookup& T_world_camera) const {
     grid->add(*view, *pose);
     ids.push_back(id);
   }
-  return sorted_out(grid, std::move(ids), T_world_camera);
+  return sorted_out(grid, ids, T_world_camera);
 }
 
 ComposedCloud DenseMap::compose(const PoseLookup& T_world_camera) const {
@@ -161,7 +161,7 @@ ComposedCloud DenseMap::live() const {
   std::vector<std::uint64_t> ids;
   for (const auto& [id, pose] : live_poses_) ids.push_back(id);
   const auto pose_of = [&](std::uint64_t id) { return std::optional(live_poses_.at(id)); };
-  return cloud_of(sorted_out(live_, std::move(ids), pose_of), options_.semantics);
+  return cloud_of(sorted_out(live_, ids, pose_of), options_.semantics);
 }
 
 ComposedCloud cloud_of(const PlacedMap& placed, const SemanticOptions& options) {

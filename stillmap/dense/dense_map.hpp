@@ -128,7 +128,8 @@ class DenseMap {
  private:
   void thin_to_bound();
   void place_all();
-  PlacedMap sorted_out(std::shared_ptr<const StaticGrid> grid, std::vector<std::uint64_t> ids,
+  PlacedMap sorted_out(std::shared_ptr<const StaticGrid> grid,
+                       const std::vector<std::uint64_t>& ids,
                        const PoseLookup& T_world_camera) const;
 
   Camera camera_;

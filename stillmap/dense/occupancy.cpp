@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numbers>
 #include <random>
 
 #include <Eigen/Eigenvalues>
@@ -134,7 +135,7 @@ class OctreeWriter {
 constexpr std::size_t kFloorSamples = 20000;
 constexpr double kOnPlane = 0.03;     // metres
 constexpr double kFloorShare = 0.15;  // of the points on the fullest level plane
-const double kLargestTilt = std::cos(20 * 3.14159265358979 / 180);
+const double kLargestTilt = std::cos(20 * std::numbers::pi / 180);
 
 std::vector<Eigen::Vector3d> thinned(std::span<const Eigen::Vector3f> points) {
   std::vector<Eigen::Vector3d> some;

@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <random>
 #include <utility>
 #include <vector>
@@ -17,6 +18,8 @@ namespace stillmap {
 namespace {
 
 using namespace testing_support;  // NOLINT(google-build-using-namespace)
+
+constexpr double kQuarter = std::numbers::pi / 2;
 
 const Eigen::Vector3d kCenter(0, 0, 2);
 constexpr double kRadius = 0.5;
@@ -34,14 +37,15 @@ double sphere_depth(const Pose& T_world_camera, int u, int v) {
 std::vector<Pose> around() {
   std::vector<Pose> poses;
   for (int corner = 0; corner < 8; ++corner) {
-    const double yaw = 0.7854 + 1.5708 * (corner & 3), pitch = (corner & 4) != 0 ? 0.6155 : -0.6155;
+    const double yaw = 0.7854 + kQuarter * (corner & 3),
+                 pitch = (corner & 4) != 0 ? 0.6155 : -0.6155;
     const Eigen::Quaterniond q = so3_exp({0, yaw, 0}) * so3_exp({pitch, 0, 0});
     poses.emplace_back(q, kCenter - q * Eigen::Vector3d(0, 0, 1.6));
   }
   for (const Eigen::Vector3d& turn :
-       {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(0, 1.5708, 0), Eigen::Vector3d(0, 3.1416, 0),
-        Eigen::Vector3d(0, -1.5708, 0), Eigen::Vector3d(1.5708, 0, 0),
-        Eigen::Vector3d(-1.5708, 0, 0)}) {
+       {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(0, kQuarter, 0),
+        Eigen::Vector3d(0, 2 * kQuarter, 0), Eigen::Vector3d(0, -kQuarter, 0),
+        Eigen::Vector3d(kQuarter, 0, 0), Eigen::Vector3d(-kQuarter, 0, 0)}) {
     const Eigen::Quaterniond q = so3_exp(turn);
     poses.emplace_back(q, kCenter - q * Eigen::Vector3d(0, 0, 1.6));
   }
