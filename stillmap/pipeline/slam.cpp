@@ -21,7 +21,7 @@ const SlamOptions& checked(const SlamOptions& options) {
 cv::Mat1b mover_pixels(const Frame& frame, const std::vector<std::string>& classes) {
   cv::Mat1b movers = frame.evidence.moving_pixels;
   if (!frame.instances || frame.instances->instances.empty() || classes.empty()) return movers;
-  const cv::Mat1b masks = dynamic_mask(*frame.instances, classes, frame.image->grey.size());
+  cv::Mat1b masks = dynamic_mask(*frame.instances, classes, frame.image->grey.size());
   if (movers.empty()) return masks;
   return movers | masks;
 }
