@@ -5,12 +5,15 @@
 #include "stillmap/evaluate/cloud_picture.hpp"
 #include "stillmap/evaluate/ghosts.hpp"
 #include "stillmap/evaluate/measured_speed.hpp"
+#include "stillmap/evaluate/mover_error.hpp"
 #include "stillmap/evaluate/pose_at.hpp"
 #include "stillmap/evaluate/surface_error.hpp"
 #include "stillmap/evaluate/trajectory_error.hpp"
 #include "stillmap/evaluate/verdict_figures.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/tum_folder.hpp"
+
+#include <algorithm>
 
 #include "commands.hpp"
 #include "progress.hpp"
@@ -26,6 +29,7 @@ struct EvalArguments {
   VerdictOptions judging;
   std::size_t frames = 0;
   bool per_frame = false;
+  std::vector<std::string> movers;
 };
 
 struct CloudFigures {
@@ -104,6 +108,16 @@ void measure_speeds(const EvalArguments& arguments) {
   fmt::print("written: {} ({} images)\n", arguments.measure_speeds, written);
 }
 
+/// How well the movers were tracked: movers.csv of the run against the true ones.
+MoverErrors mover_figures(const EvalArguments& arguments, const Trajectory& estimate,
+                          const Evaluation& evaluation) {
+  const auto& [first, last] = std::minmax_element(
+      estimate.begin(), estimate.end(),
+      [](const StampedPose& a, const StampedPose& b) { return a.timestamp < b.timestamp; });
+  return compare_movers(read_movers(arguments.movers[1]), read_movers(arguments.movers[0]),
+                        evaluation.ate.T_truth_estimate, first->timestamp, last->timestamp);
+}
+
 VerdictFigures verdict_figures(const EvalArguments& arguments) {
   if (arguments.sequence.empty()) {
     throw Error("verdicts are judged by the true masks of their sequence, and none was named",
@@ -134,6 +148,11 @@ nlohmann::json judge_trajectory(const EvalArguments& arguments) {
                           estimate);
       fmt::print("written: {}\n", arguments.picture);
     }
+  }
+  if (!arguments.movers.empty()) {
+    const MoverErrors errors = mover_figures(arguments, estimate, evaluation);
+    fmt::print("{}", mover_error_text(errors));
+    json["movers"] = errors;
   }
   return json;
 }
@@ -202,13 +221,20 @@ void add_eval_command(CLI::App& app, int& exit_code) {
                       "the sequence's camera; default: its camera.yaml");
   command->add_option("--picture", arguments->picture,
                       "picture (.png) of the cloud with its ghosts in red");
+  command
+      ->add_option("--movers", arguments->movers,
+                   "also judge the movers: movers.csv of the run, then the true ones "
+                   "(truth_movers.csv of a simulated sequence)")
+      ->expected(2);
   command->add_option("--json", arguments->json, "write the figures to this file too");
   command->footer(
       "Examples:\n"
       "  stillmap eval groundtruth.txt trajectory.txt\n"
       "  stillmap eval seq/groundtruth.txt out/trajectory.txt --cloud out/cloud.ply --sequence "
       "seq\n"
-      "  stillmap eval --verdicts out/verdicts.bin --sequence seq");
+      "  stillmap eval --verdicts out/verdicts.bin --sequence seq\n"
+      "  stillmap eval seq/groundtruth.txt out/trajectory.txt --movers out/movers.csv "
+      "seq/truth_movers.csv");
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }
 

@@ -147,8 +147,8 @@ void add_run_command(CLI::App& app, int& exit_code) {
       "  stillmap run my_sequence --camera TUM3.yaml --masks my_sequence/mask --out results\n"
       "  stillmap run my_sequence --preset static --set orb.keypoints=1500\n"
       "  stillmap run --dump-config options.yaml\n"
-      "Written: trajectory.txt, keyframes.txt, cloud.ply, cloud.pcd, cloud.png, timing.txt, "
-      "summary.json, report.html");
+      "Written: trajectory.txt, keyframes.txt, cloud.ply, cloud.pcd, cloud.png, movers.csv, "
+      "movers.jsonl, movers.png, timing.txt, summary.json, report.html");
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }
 

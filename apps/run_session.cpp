@@ -6,8 +6,10 @@
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/dense/cloud_io.hpp"
 #include "stillmap/evaluate/cloud_picture.hpp"
+#include "stillmap/evaluate/mover_picture.hpp"
 #include "stillmap/evaluate/report.hpp"
 #include "stillmap/pipeline/draw_frame.hpp"
+#include "stillmap/pipeline/mover_files.hpp"
 #include "stillmap/pipeline/paced_source.hpp"
 #include "stillmap/pipeline/prefetch.hpp"
 
@@ -85,6 +87,32 @@ void evaluate(Outcome& outcome) {
   }
 }
 
+/// The movers in few words: how many of which class, and what was left out.
+nlohmann::json mover_summary(const SlamResult& result) {
+  nlohmann::json json{{"tracks", result.movers.size()},
+                      {"by_class", nlohmann::json::object()},
+                      {"detections", result.mover_statistics.detections},
+                      {"regions_too_small", result.mover_statistics.too_small},
+                      {"regions_without_depth", result.mover_statistics.without_depth},
+                      {"list", nlohmann::json::array()}};
+  for (const MoverTrack& track : result.movers) {
+    auto& count = json["by_class"][track.class_name];
+    count = count.is_null() ? 1 : count.get<int>() + 1;
+    const MoverPath path = path_of(track);
+    json["list"].push_back({{"id", track.id},
+                            {"class", track.class_name},
+                            {"class_confidence", track.class_confidence},
+                            {"first_seen", track.first_seen},
+                            {"last_seen", track.last_seen},
+                            {"frames_observed", path.observed},
+                            {"frames_predicted", path.predicted},
+                            {"path_m", path.length},
+                            {"mean_speed_m_s", path.mean_speed},
+                            {"max_speed_m_s", path.max_speed}});
+  }
+  return json;
+}
+
 nlohmann::json summary(const Outcome& o) {
   nlohmann::json json;
   json["stillmap"] = STILLMAP_VERSION;
@@ -106,6 +134,7 @@ nlohmann::json summary(const Outcome& o) {
   json["maps"] = o.result.maps;
   json["keyframes"] = o.result.keyframes.size();
   json["landmarks"] = o.result.landmarks;
+  json["movers"] = mover_summary(o.result);
   json["cloud_points"] = o.result.dense.cloud.size();
   json["cloud_thinned"] = o.result.dense_statistics.thinnings;
   json["seconds"] = o.seconds;
@@ -120,6 +149,35 @@ nlohmann::json summary(const Outcome& o) {
 }
 
 CloudSpan span_of(const Cloud& cloud) { return {cloud.points, cloud.colors, {}}; }
+
+std::vector<MoverPosition> mover_positions(const std::vector<MoverTrack>& tracks) {
+  std::vector<MoverPosition> positions;
+  for (const MoverTrack& track : tracks) {
+    for (const MoverSample& s : track.samples) {
+      positions.push_back({.timestamp = s.timestamp,
+                           .id = track.id,
+                           .class_name = track.class_name,
+                           .centroid = s.centroid,
+                           .velocity = s.velocity,
+                           .observed = s.observed,
+                           .box = s.box});
+    }
+  }
+  return positions;
+}
+
+void add_movers(const SlamResult& result, ReportData& report) {
+  if (result.movers.empty()) return;
+  for (const MoverTrack& track : result.movers) {
+    const MoverPath path = path_of(track);
+    report.movers.push_back({track.id, track.class_name, track.first_seen, track.last_seen,
+                             path.length, path.mean_speed, path.observed, path.predicted});
+  }
+  report.movers_picture = ReportImage{
+      draw_movers(mover_positions(result.movers), result.trajectory, span_of(result.dense.cloud)),
+      "From above: ways from where each was seen first (disc) to where it was seen "
+      "last (box; arrow: way of one second); dotted while hidden"};
+}
 
 ReportData report_data(const Outcome& o) {
   ReportData report;
@@ -156,6 +214,7 @@ ReportData report_data(const Outcome& o) {
         ReportImage{draw_cloud(span_of(o.result.dense.cloud), o.result.trajectory),
                     fmt::format("{} points, cameras drawn in", o.result.dense.cloud.size())};
   }
+  add_movers(o.result, report);
   return report;
 }
 
@@ -184,18 +243,27 @@ std::vector<std::filesystem::path> write_files(const Outcome& o, const std::file
     write_one(out / "cloud.pcd", files, failures,
               [&](const auto& file) { write_pcd(file, o.result.dense.cloud); });
   }
+  if (o.options.movers.enabled) {
+    write_one(out / "movers.csv", files, failures,
+              [&](const auto& file) { write_file(file, movers_csv(o.result.movers)); });
+    write_one(out / "movers.jsonl", files, failures,
+              [&](const auto& file) { write_file(file, movers_jsonl(o.result.movers)); });
+  }
   write_one(out / "timing.txt", files, failures,
             [&](const auto& file) { write_file(file, timing_text(o.result.timing.stages())); });
   write_one(out / "summary.json", files, failures,
             [&](const auto& file) { write_file(file, summary(o).dump(2) + "\n"); });
   const ReportData report = report_data(o);
-  if (report.cloud) {
-    write_one(out / "cloud.png", files, failures, [&](const auto& file) {
-      if (!cv::imwrite(file.string(), report.cloud->image)) {
+  const auto write_picture = [&](const std::string& name, const std::optional<ReportImage>& made) {
+    if (!made) return;
+    write_one(out / name, files, failures, [&](const auto& file) {
+      if (!cv::imwrite(file.string(), made->image)) {
         throw Error("cannot be written", file.string(), "check the folder and the disk");
       }
     });
-  }
+  };
+  write_picture("cloud.png", report.cloud);
+  write_picture("movers.png", report.movers_picture);
   write_one(out / "report.html", files, failures,
             [&](const auto& file) { write_report(file, report); });
   if (!failures.empty()) throw Error("not all results could be saved:\n" + failures, "", "");
@@ -207,6 +275,7 @@ void print_outcome(const Outcome& o) {
              o.result.tracked(), o.total_frames(), percent(o.result.tracked(), o.total_frames()),
              o.result.keyframes.size(), o.result.landmarks);
   if (o.result.maps > 1) fmt::print(", {} unconnected maps", o.result.maps);
+  if (!o.result.movers.empty()) fmt::print(", {} movers", o.result.movers.size());
   fmt::print("\n{:.1f} frames/s in all, tracking {:.1f} ms (median), {:.0f} MiB at most\n",
              o.frames_per_second(), tracking_median(o.result), peak_memory_mib());
   if (!o.skipped.empty()) {

@@ -57,6 +57,10 @@ void Canvas::fill(cv::Rect2d area, const cv::Scalar& color) {
                 kShift);
 }
 
+void Canvas::paste(const cv::Mat& picture) {
+  cv::resize(picture, image_, image_.size(), 0, 0, cv::INTER_NEAREST);
+}
+
 void Canvas::disc(cv::Point2d center, double radius, const cv::Scalar& color) {
   cv::circle(target_, fixed(center), cvRound(radius * scale_ * (1 << kShift)), color, cv::FILLED,
              cv::LINE_AA, kShift);

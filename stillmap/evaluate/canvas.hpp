@@ -22,6 +22,8 @@ class Canvas {
   void polyline(std::span<const cv::Point2d> points, const cv::Scalar& color, double thickness);
   void rectangle(cv::Rect2d area, const cv::Scalar& color, double thickness);
   void fill(cv::Rect2d area, const cv::Scalar& color);
+  /// Covers everything with a picture of the finished size, 8UC3.
+  void paste(const cv::Mat& picture);
   void disc(cv::Point2d center, double radius, const cv::Scalar& color);
 
   /// Text whose capitals are `height` tall. @param at on the base line

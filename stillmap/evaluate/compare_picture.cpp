@@ -2,8 +2,8 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/evaluate/canvas.hpp"
-#include "stillmap/evaluate/chart_axes.hpp"
 #include "stillmap/evaluate/compare.hpp"
+#include "stillmap/evaluate/plot.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -16,62 +16,13 @@ namespace stillmap {
 namespace {
 
 const cv::Scalar kPaper(255, 255, 255), kInk(35, 30, 28), kSoftInk(110, 102, 96),
-    kGrid(236, 233, 230), kTruth(20, 18, 16), kEstimate(200, 90, 20), kError(60, 55, 225);
+    kTruth(20, 18, 16), kEstimate(200, 90, 20), kError(60, 55, 225);
 
 /// Layout of one panel, in parts of its width.
 struct PanelShape {
   double left = 0.115, right = 0.03, top = 0.125, bottom = 0.115;  // around the plot
   double cap = 0.0165;                                             // capitals of labels
 };
-
-/// Maps the plane's metres to pixels with one scale for both axes.
-class Plot {
- public:
-  Plot(const cv::Rect2d& area, Range x, Range y) : area_(area), x_(x), y_(y) {
-    const double margin = 0.06 * std::max({x.size(), y.size(), 1e-3});
-    x_ = x.grown(margin);
-    y_ = y.grown(margin);
-    scale_ = std::min(area.width / x_.size(), area.height / y_.size());
-    x_ = x_.grown((area.width / scale_ - x_.size()) / 2);
-    y_ = y_.grown((area.height / scale_ - y_.size()) / 2);
-  }
-  const cv::Rect2d& area() const { return area_; }
-  const Range& x() const { return x_; }
-  const Range& y() const { return y_; }
-  double px(double x) const { return area_.x + (x - x_.low) * scale_; }
-  double py(double y) const { return area_.y + (y_.high - y) * scale_; }
-  cv::Point2d operator()(const Eigen::Vector2d& p) const { return {px(p.x()), py(p.y())}; }
-
- private:
-  cv::Rect2d area_;
-  Range x_, y_;
-  double scale_ = 1;  // pixels per metre
-};
-
-void draw_x_axis(Canvas& canvas, const Plot& plot, const PaperAxis& axis, double cap) {
-  const std::vector<double> ticks = nice_ticks(plot.x(), 5);
-  const std::vector<std::string> labels = tick_labels(ticks);
-  const double bottom = plot.area().br().y;
-  for (std::size_t i = 0; i < ticks.size(); ++i) {
-    const double x = plot.px(ticks[i]);
-    canvas.line({x, plot.area().y}, {x, bottom}, kGrid, 1);
-    canvas.text(labels[i], {x, bottom + 2.1 * cap}, cap, kSoftInk, Anchor::kCenter);
-  }
-  canvas.text(axis.label(), {plot.area().x + plot.area().width / 2, bottom + 4.7 * cap}, cap, kInk,
-              Anchor::kCenter);
-}
-
-void draw_y_axis(Canvas& canvas, const Plot& plot, const PaperAxis& axis, double cap) {
-  const std::vector<double> ticks = nice_ticks(plot.y(), 5);
-  const std::vector<std::string> labels = tick_labels(ticks, axis.reversed);
-  for (std::size_t i = 0; i < ticks.size(); ++i) {
-    const double y = plot.py(ticks[i]);
-    canvas.line({plot.area().x, y}, {plot.area().br().x, y}, kGrid, 1);
-    canvas.text(labels[i], {plot.area().x - 0.8 * cap, y + cap / 2}, cap, kSoftInk, Anchor::kRight);
-  }
-  canvas.text_upwards(
-      axis.label(), {plot.area().x - 5.2 * cap, plot.area().y + plot.area().height / 2}, cap, kInk);
-}
 
 /// Positions and where the path is interrupted (tracking lost).
 void draw_path(Canvas& canvas, const Plot& plot, const PaperPlane& plane,

@@ -287,6 +287,25 @@ std::string skipped_section(const ReportData& data) {
                  table({"frames", "reason", "first at [s]"}, rows));
 }
 
+std::string movers_section(const ReportData& data) {
+  const double start = data.frame_stamps.empty() ? 0 : data.frame_stamps.front();
+  std::vector<std::vector<std::string>> rows;
+  for (const ReportMover& m : data.movers) {
+    if (rows.size() == 3 * kListed) {
+      rows.push_back({"", fmt::format("and {} more", data.movers.size() - 3 * kListed)});
+      break;
+    }
+    rows.push_back({std::to_string(m.id), m.class_name,
+                    fmt::format("{:.2f} to {:.2f} s", m.first_seen - start, m.last_seen - start),
+                    fmt::format("{} seen, {} hidden", m.seen, m.hidden),
+                    fmt::format("{:.2f} m", m.length), fmt::format("{:.2f} m/s", m.mean_speed)});
+  }
+  if (rows.empty()) return "";
+  return section(fmt::format("What moved: {}", data.movers.size()),
+                 (data.movers_picture ? figure(*data.movers_picture) : "") +
+                     table({"id", "class", "seen", "frames", "way", "mean speed"}, rows));
+}
+
 std::string options_section(const ReportData& data) {
   if (data.options.empty()) return "";
   return "<section><details><summary>Options in force</summary>\n<pre>" + e(data.options) +
@@ -296,9 +315,10 @@ std::string options_section(const ReportData& data) {
 std::string body(const ReportData& data) {
   return header(data) + tiles(data) + trajectory_section(data) + error_section(data) +
          coverage_section(data) + (data.cloud ? section("Static map", figure(*data.cloud)) : "") +
-         section("Frames", gallery(data.gallery)) + section("Figures", gallery(data.figures)) +
-         timing_section(data) + facts_section("Summary", data.facts, {}) + events_section(data) +
-         skipped_section(data) + facts_section("Files", data.files, {}) + options_section(data);
+         movers_section(data) + section("Frames", gallery(data.gallery)) +
+         section("Figures", gallery(data.figures)) + timing_section(data) +
+         facts_section("Summary", data.facts, {}) + events_section(data) + skipped_section(data) +
+         facts_section("Files", data.files, {}) + options_section(data);
 }
 
 }  // namespace

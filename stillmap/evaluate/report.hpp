@@ -30,6 +30,16 @@ struct ReportFact {
   std::string name, value;
 };
 
+/// One thing that moved, as a line of the report's table.
+struct ReportMover {
+  int id = 0;
+  std::string class_name;
+  double first_seen = 0, last_seen = 0;  ///< seconds
+  double length = 0;                     ///< of its way [m]
+  double mean_speed = 0;                 ///< [m/s]
+  std::size_t seen = 0, hidden = 0;      ///< frames
+};
+
 /// All that report.html shows. Whatever is empty is left out of the page.
 struct ReportData {
   std::string title = "Stillmap";  ///< heading
@@ -57,8 +67,10 @@ struct ReportData {
   std::vector<SkippedFrame> skipped;
   std::vector<ReportImage> gallery;  ///< frames with keypoints and masks drawn in
   std::optional<ReportImage> cloud;  ///< picture of the dense cloud
-  std::vector<ReportImage> figures;  ///< more pictures: masks, ghosts
-  std::vector<ReportFact> files;     ///< what was written: file name, what it is
+  std::vector<ReportMover> movers;
+  std::optional<ReportImage> movers_picture;  ///< their ways from above
+  std::vector<ReportImage> figures;           ///< more pictures: masks, ghosts
+  std::vector<ReportFact> files;              ///< what was written: file name, what it is
 };
 
 /// The report as one self-contained HTML page: inline CSS and SVG, pictures as base64 JPEG, no

@@ -183,6 +183,11 @@ void check_options(const SlamOptions& o) {
   require(o.schedule.mask_delay >= 0, "schedule.mask_delay", "0 or more");
   require(o.orb.keypoints >= 50, "orb.keypoints", "at least 50");
   require(o.mapper.adjustment.max_free >= 1, "mapper.adjustment.max_free", "at least 1");
+  require(o.movers.detection.trim >= 0 && o.movers.detection.trim < 0.5, "movers.detection.trim",
+          "from 0 to below 0.5");
+  require(o.movers.tracking.births >= 1, "movers.tracking.births", "at least 1");
+  require(o.movers.tracking.position_noise > 0 && o.movers.tracking.cut_off_noise > 0,
+          "movers.tracking.position_noise (and cut_off_noise)", "more than 0");
   find_preset(o.motion.preset);
 }
 

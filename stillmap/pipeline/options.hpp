@@ -5,6 +5,7 @@
 #include "stillmap/feature/orb_extractor.hpp"
 #include "stillmap/loop/places.hpp"
 #include "stillmap/motion/motion_estimator.hpp"
+#include "stillmap/motion/mover_tracker.hpp"
 #include "stillmap/refine/local_mapper.hpp"
 #include "stillmap/segment/mask_carrier.hpp"
 #include "stillmap/segment/segment_options.hpp"
@@ -32,6 +33,14 @@ struct ScheduleOptions {
   bool realtime() const { return mode == "realtime"; }
 };
 
+/// What moves, as objects.
+struct MoverOptions {
+  bool enabled = true;  ///< whether movers are tracked
+  MoverDetectionOptions detection;
+  MoverTrackerOptions tracking;
+  STILLMAP_FIELDS(enabled, detection, tracking)
+};
+
 /// Everything that can be set, room by room.
 struct SlamOptions {
   OrbOptions orb;
@@ -42,10 +51,11 @@ struct SlamOptions {
   MapperOptions mapper;
   PlaceOptions places;
   DenseOptions dense;
+  MoverOptions movers;
   ScheduleOptions schedule;
   bool dense_cloud = true;       ///< whether to make the dense cloud
   bool final_adjustment = true;  ///< bundle adjustment over the whole map at the end
-  STILLMAP_FIELDS(orb, segment, carry, motion, tracker, mapper, places, dense, schedule,
+  STILLMAP_FIELDS(orb, segment, carry, motion, tracker, mapper, places, dense, movers, schedule,
                   dense_cloud, final_adjustment)
 };
 

@@ -61,7 +61,8 @@ Slam::Slam(const Camera& camera, const SlamOptions& options, std::unique_ptr<Det
       tracker_(camera, pyramid_of(options.orb), options.tracker),
       instances_(std::move(detector), options),
       mapping_(camera, pyramid_of(options.orb), options),
-      dense_(camera, options.dense) {
+      dense_(camera, options.dense),
+      movers_(options.movers) {
   dense_stage_ = std::make_unique<Stage<DenseTask, Nothing>>(
       8, WhenFull::kBlock, [this](const DenseTask& task, const auto&) {
         const Stopwatch watch;
@@ -120,6 +121,7 @@ std::optional<Pose> Slam::push(const RgbdFramePtr& image) {
     dense_stage_->push({image, mover_pixels(*frame, options_.dense.movers), newest_->T_world_camera,
                         instances_.newest_found()});
   }
+  movers_.push(newest_);
   record(*newest_, tracking);
   return newest_->T_world_camera;
 }
@@ -195,6 +197,7 @@ SlamResult Slam::finish() {
   instances_.finish();
   mapping_.finish();
   dense_stage_->drain();
+  movers_.finish();
 
   SlamResult result;
   std::map<std::size_t, Pose> pose_of;
@@ -210,6 +213,11 @@ SlamResult Slam::finish() {
   std::sort(result.keyframes.begin(), result.keyframes.end(),
             [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
 
+  result.movers = movers_.tracks([&](std::size_t frame) -> std::optional<Pose> {
+    const auto found = pose_of.find(frame);
+    return found == pose_of.end() ? std::nullopt : std::optional(found->second);
+  });
+  result.mover_statistics = movers_.statistics();
   const Stopwatch watch;
   result.dense_poses = dense_poses(pose_of);
   result.placed = dense_.place([&](std::uint64_t frame) -> std::optional<Pose> {
@@ -227,6 +235,7 @@ SlamResult Slam::finish() {
   result.timing.merge(instances_.timing());
   result.timing.merge(mapping_.timing());
   result.timing.merge(dense_timing_);
+  result.timing.merge(movers_.timing());
   return result;
 }
 

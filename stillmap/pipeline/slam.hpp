@@ -5,6 +5,7 @@
 #include "stillmap/geometry/trajectory.hpp"
 #include "stillmap/pipeline/instance_stream.hpp"
 #include "stillmap/pipeline/mapping.hpp"
+#include "stillmap/pipeline/mover_stream.hpp"
 #include "stillmap/pipeline/options.hpp"
 #include "stillmap/track/tracker.hpp"
 
@@ -43,6 +44,9 @@ struct SlamResult {
   PlacedMap placed;      ///< what the cloud was made of, for meshes and grids
   std::map<std::size_t, Pose> dense_poses;  ///< T_world_camera of its views, by frame index
   DenseStatistics dense_statistics;
+  /// What moved, by id, in the trajectory's world; see MoverTracker.
+  std::vector<MoverTrack> movers;
+  MoverStatistics mover_statistics;
   std::vector<FrameRecord> frames;  ///< every frame pushed
   TimingRecorder timing;            ///< milliseconds per stage
   std::size_t landmarks = 0;
@@ -74,6 +78,10 @@ class Slam {
   /// The frame pushed last, as the tracker saw it; null before the first.
   const TrackedFramePtr& newest() const { return newest_; }
 
+  /// What moves, by id, as known now and in the world as it is now. In lockstep at the frame pushed
+  /// last; in realtime at the newest that was worked on.
+  std::vector<Mover> movers() { return movers_.newest(!options_.schedule.realtime()); }
+
   /// Waits for all threads, adjusts the map once more, and collects the results. Call once; no push
   /// after it.
   SlamResult finish();
@@ -100,6 +108,7 @@ class Slam {
   InstanceStream instances_;
   Mapping mapping_;
   DenseMap dense_;
+  MoverStream movers_;
   TrackedFramePtr newest_;
   std::vector<FrameRecord> records_;
   TimingRecorder timing_;

@@ -17,17 +17,30 @@ float to_and_fro(double seconds, double one_way) {
   return static_cast<float>(0.5 - 0.5 * std::cos(std::numbers::pi * seconds / one_way));
 }
 
-/// Mean of the vertices of all parts at a time.
+/// Centroid of the surface of all parts at a time: the faces' centroids, weighted with their areas,
+/// so that it does not depend on how finely a part is divided.
 Eigen::Vector3d centroid_at(const Mover& mover, double seconds) {
   const auto poses = mover.T_world_part(seconds);
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  double count = 0;
+  double total = 0;
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    const Eigen::Isometry3d T(poses[i].matrix().cast<double>());
-    for (const Vertex& v : mover.parts[i].mesh.vertices) sum += T * v.position.cast<double>();
-    count += static_cast<double>(mover.parts[i].mesh.vertices.size());
+    const Mesh& mesh = mover.parts[i].mesh;
+    Eigen::Vector3d moment = Eigen::Vector3d::Zero();
+    double area = 0;
+    for (const Face& face : mesh.faces) {
+      const auto corner = [&](int k) -> Eigen::Vector3d {
+        return mesh.vertices[face.vertices[static_cast<std::size_t>(k)]].position.cast<double>();
+      };
+      const Eigen::Vector3d a = corner(0), b = corner(1), c = corner(2);
+      const double twice_area = (b - a).cross(c - a).norm();
+      moment += twice_area * (a + b + c) / 3;
+      area += twice_area;
+    }
+    sum += Eigen::Isometry3d(poses[i].matrix().cast<double>()).linear() * moment +
+           area * poses[i].translation().cast<double>();
+    total += area;
   }
-  return sum / count;
+  return sum / total;
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/simulate/renderer.hpp"
 
+#include <array>
+
 #include <opencv2/imgproc.hpp>
 
 namespace stillmap {
@@ -104,6 +106,48 @@ MoverTruth truth_of(const Mover& mover, double seconds) {
           posed.box, velocity_at(mover, seconds)};
 }
 
+/// Shares of a mover's vertices that fall between the picture's borders, and of those that nothing
+/// else covers there.
+struct Shares {
+  double in_view = 0, shown = 0;
+};
+Shares shares_of(const Mesh& mesh, int id, const Camera& camera, const Pose& T_camera_world,
+                 const TruthFrame& truth) {
+  constexpr double kTouch = 0.02;  // metres: what is no nearer than that does not cover
+  std::size_t inside = 0, covered = 0;
+  for (const Vertex& vertex : mesh.vertices) {
+    const Eigen::Vector3d p = T_camera_world * vertex.position.cast<double>();
+    if (p.z() <= 0) continue;
+    const Eigen::Vector2d uv = camera.project(p);
+    if (!camera.contains(uv.x(), uv.y(), -0.5)) continue;
+    ++inside;
+    const cv::Point pixel(cvRound(uv.x()), cvRound(uv.y()));
+    const float z = truth.depth.at<float>(pixel);
+    covered += truth.instances.at<std::uint8_t>(pixel) != id && z > 0 && z < p.z() - kTouch;
+  }
+  const auto all = static_cast<double>(mesh.vertices.size());
+  return {static_cast<double>(inside) / all, static_cast<double>(inside - covered) / all};
+}
+
+/// Where the movers are, and how much of each the picture shows.
+/// @param truth with pose, depth and instances
+std::vector<MoverTruth> seen_movers(const Scene& scene, const Camera& camera, double seconds,
+                                    const TruthFrame& truth) {
+  std::array<int, 256> pixels{};
+  for (const std::uint8_t id : cv::Mat1b(truth.instances)) ++pixels[id];
+  const Pose T_camera_world = truth.T_world_camera.inverse();
+  std::vector<MoverTruth> movers;
+  for (const Mover& mover : scene.movers) {
+    movers.push_back(truth_of(mover, seconds));
+    movers.back().pixels = pixels[static_cast<std::size_t>(mover.id)];
+    const Shares shares =
+        shares_of(pose_at(mover, seconds).mesh, mover.id, camera, T_camera_world, truth);
+    movers.back().in_view = shares.in_view;
+    movers.back().shown = shares.shown;
+  }
+  return movers;
+}
+
 }  // namespace
 
 cv::Mat class_mask(const TruthFrame& truth) {
@@ -153,7 +197,9 @@ TruthFrame SimulatedSequence::truth(std::size_t index) const {
   const Pose T = T_world_camera(index);
   const Rendering picture =
       draw(*scene_, camera_, T, timestamp(index), {.color = false, .threads = options_.threads});
-  return {index, timestamp(index), T, picture.depth, picture.instances, movers(index)};
+  TruthFrame truth{index, timestamp(index), T, picture.depth, picture.instances, {}};
+  truth.movers = seen_movers(*scene_, camera_, truth.timestamp, truth);
+  return truth;
 }
 
 cv::Mat SimulatedSequence::speed(std::size_t index) const {
@@ -199,7 +245,9 @@ SimulatedFrame SimulatedSequence::at(std::size_t index) const {
     picture.color.convertTo(frame->color, CV_8UC3);
   }
   cv::cvtColor(frame->color, frame->grey, cv::COLOR_BGR2GRAY);
-  return {frame, {index, t, T, picture.depth, picture.instances, movers(index)}};
+  TruthFrame truth{index, t, T, picture.depth, picture.instances, {}};
+  truth.movers = seen_movers(*scene_, camera_, t, truth);
+  return {frame, std::move(truth)};
 }
 
 }  // namespace stillmap

@@ -42,9 +42,12 @@ struct MoverTruth {
   int id = 0;                ///< its value in TruthFrame::instances
   std::string class_name;    ///< "person", or "unknown" for a thing of no known class
   std::string name;          ///< "person", "crate", "chair", "ball"
-  Eigen::Vector3d centroid;  ///< mean of its vertices
+  Eigen::Vector3d centroid;  ///< of its surface (every square metre counts alike)
   Eigen::AlignedBox3d box;   ///< around them, along the world's axes
   Eigen::Vector3d velocity;  ///< of the centroid [m/s]
+  int pixels = 0;  ///< of the picture that show it; known where a picture was drawn (TruthFrame)
+  double in_view = 0;  ///< share of it between the picture's borders, covered or not; likewise
+  double shown = 0;    ///< share of it that is in view and that nothing else covers; likewise
 };
 
 /// Everything that is exactly known about a frame.

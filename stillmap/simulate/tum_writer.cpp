@@ -44,9 +44,10 @@ std::string mover_lines(const TruthFrame& truth) {
     const auto triple = [](const Eigen::Vector3d& v) {
       return fmt::format("{:.5f},{:.5f},{:.5f}", v.x(), v.y(), v.z());
     };
-    lines += fmt::format("{},{:.6f},{},{},{},{},{},{},{}\n", truth.index, truth.timestamp, m.id,
-                         m.class_name, m.name, triple(m.centroid), triple(m.box.min()),
-                         triple(m.box.max()), triple(m.velocity));
+    lines += fmt::format("{},{:.6f},{},{},{},{},{},{},{},{},{:.3f},{:.3f}\n", truth.index,
+                         truth.timestamp, m.id, m.class_name, m.name, triple(m.centroid),
+                         triple(m.velocity), triple(m.box.min()), triple(m.box.max()), m.pixels,
+                         m.in_view, m.shown);
   }
   return lines;
 }
@@ -57,7 +58,8 @@ struct Lists {
   std::string depth = "# depth images\n# timestamp filename\n";
   std::string associations;
   std::string movers =
-      "frame,timestamp,id,class,name,x,y,z,min_x,min_y,min_z,max_x,max_y,max_z,vx,vy,vz\n";
+      "frame,timestamp,id,class,name,x,y,z,vx,vy,vz,min_x,min_y,min_z,max_x,max_y,max_z,pixels,"
+      "in_view,shown\n";
 
   void add(const std::string& stamp, const TruthFrame& truth) {
     rgb += fmt::format("{0} rgb/{0}.png\n", stamp);
@@ -70,7 +72,7 @@ struct Lists {
     write_file(folder / "rgb.txt", rgb);
     write_file(folder / "depth.txt", depth);
     write_file(folder / "associations.txt", associations);
-    write_file(folder / "movers.csv", movers);
+    write_file(folder / "truth_movers.csv", movers);
   }
 };
 

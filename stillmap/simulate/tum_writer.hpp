@@ -18,10 +18,11 @@ namespace stillmap {
 /// images;
 /// - instance/: 8-bit PNG, the id of the mover seen, 0 static;
 /// - speed/: 8-bit PNG, how fast what is seen moves through the world, in 5 mm/s (255: 1.275 m/s
-/// and
-///   more), each limb for itself;
+///   and more), each limb for itself;
 /// - surface.ply: the static surface that was seen, a point per centimetre (world frame, metres);
-/// - movers.csv: where every mover is in every frame (world frame, metres, metres per second).
+/// - truth_movers.csv: where every mover is in every frame (centroid of its surface, velocity, box;
+///   world frame, metres, metres per second), how many pixels show it, what share of it lies
+///   between the picture's borders, and what share of it is not covered there either.
 /// @param done called after each frame with the number of frames written so far; may be empty
 /// Throws Error that names the file if one cannot be written (folder not writable, disk full); the
 /// lists are written last, so that a sequence cut short has none.

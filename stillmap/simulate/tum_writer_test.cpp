@@ -74,7 +74,7 @@ TEST_F(TumWriter, ListsNameEveryFrame) {
   EXPECT_EQ(lines("rgb.txt"), 2 + 3);
   EXPECT_EQ(lines("depth.txt"), 2 + 3);
   EXPECT_EQ(lines("associations.txt"), 3);
-  EXPECT_EQ(lines("movers.csv"), 1 + 3 * 2);
+  EXPECT_EQ(lines("truth_movers.csv"), 1 + 3 * 2);
   EXPECT_NE(read_file(folder_ / "associations.txt")
                 .find("0.033333 rgb/0.033333.png 0.033333 depth/0.033333.png"),
             std::string::npos);

@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/evaluate/mover_error.hpp"
+
+#include "stillmap/geometry/assignment.hpp"
+#include "stillmap/geometry/association.hpp"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace stillmap {
+namespace {
+
+/// One moment: what is there, and what is said to be there (in the truth's world).
+struct Moment {
+  std::vector<MoverPosition> truth, estimate;
+};
+
+using ByStamp = std::map<double, std::vector<MoverPosition>>;
+
+/// Puts the estimates of one frame beside the truth of that frame.
+std::vector<Moment> moments_of(const ByStamp& truth, const ByStamp& estimate,
+                               double max_difference) {
+  std::vector<double> true_stamps, stamps;
+  for (const auto& [stamp, positions] : truth) true_stamps.push_back(stamp);
+  for (const auto& [stamp, positions] : estimate) stamps.push_back(stamp);
+  std::vector<Moment> moments;
+  for (const auto& [stamp, positions] : truth) moments.push_back({positions, {}});
+  for (const auto& [i, k] : associate(true_stamps, stamps, max_difference))
+    moments[i].estimate = estimate.at(stamps[k]);
+  return moments;
+}
+
+class Comparison {
+ public:
+  explicit Comparison(const MoverErrorOptions& options) : options_(options) {}
+
+  void add(const Moment& moment) {
+    ++errors_.frames;
+    const std::vector<int> estimate_of = match(moment);
+    std::vector<char> used(moment.estimate.size(), 0);
+    for (std::size_t i = 0; i < moment.truth.size(); ++i) {
+      const MoverPosition* estimate = nullptr;
+      if (estimate_of[i] >= 0) {
+        used[static_cast<std::size_t>(estimate_of[i])] = 1;
+        estimate = &moment.estimate[static_cast<std::size_t>(estimate_of[i])];
+      }
+      count(moment.truth[i], estimate);
+    }
+    for (std::size_t k = 0; k < used.size(); ++k) {
+      ids_.insert(moment.estimate[k].id);
+      if (used[k] == 0) {
+        ++errors_.false_positives;
+        ++estimates_;
+      }
+    }
+    count_pairs(moment);
+  }
+
+  MoverErrors finished() {
+    errors_.things = things_.size();
+    errors_.tracks = ids_.size();
+    errors_.false_tracks = ids_.size() - matched_ids_.size();
+    errors_.position = compute_statistics(position_);
+    errors_.position_shown = compute_statistics(shown_);
+    errors_.velocity = compute_statistics(velocity_);
+    errors_.position_p95 = quantile(position_, 0.95);
+    errors_.velocity_p95 = quantile(velocity_, 0.95);
+    const auto of = [](std::size_t part, std::size_t whole) {
+      return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
+    };
+    errors_.class_share = of(right_class_, errors_.matches);
+    errors_.mota =
+        1 - of(errors_.misses + errors_.false_positives + errors_.switches, errors_.positions);
+    errors_.idf1 = of(2 * lasting_matches(), errors_.positions + estimates_);
+    return errors_;
+  }
+
+ private:
+  bool counts(const MoverPosition& truth) const {
+    return truth.pixels >= options_.min_pixels && truth.velocity.norm() >= options_.min_speed;
+  }
+
+  /// Per thing the estimate matched to it, -1 for none: things that count first, as an estimate is
+  /// no mistake only if nothing that counts wants it.
+  std::vector<int> match(const Moment& moment) {
+    std::vector<int> estimate_of(moment.truth.size(), -1);
+    std::vector<char> free(moment.estimate.size(), 1);
+    keep_matches(moment, estimate_of, free);
+    for (const bool counting : {true, false}) match_rest(moment, counting, estimate_of, free);
+    return estimate_of;
+  }
+
+  void keep_matches(const Moment& moment, std::vector<int>& estimate_of, std::vector<char>& free) {
+    for (std::size_t i = 0; i < moment.truth.size(); ++i) {
+      const auto before = id_of_.find(moment.truth[i].id);
+      if (before == id_of_.end()) continue;
+      for (std::size_t k = 0; k < moment.estimate.size(); ++k) {
+        if (moment.estimate[k].id != before->second || !free[k]) continue;
+        if (!near(moment.truth[i], moment.estimate[k])) continue;
+        estimate_of[i] = static_cast<int>(k);
+        free[k] = 0;
+      }
+    }
+  }
+
+  void match_rest(const Moment& moment, bool counting, std::vector<int>& estimate_of,
+                  std::vector<char>& free) const {
+    constexpr double kForbidden = 1e6;
+    std::vector<std::size_t> rows, columns;
+    for (std::size_t i = 0; i < moment.truth.size(); ++i)
+      if (estimate_of[i] < 0 && counts(moment.truth[i]) == counting) rows.push_back(i);
+    for (std::size_t k = 0; k < moment.estimate.size(); ++k)
+      if (free[k]) columns.push_back(k);
+    Eigen::MatrixXd cost(static_cast<Eigen::Index>(rows.size()),
+                         static_cast<Eigen::Index>(columns.size()));
+    for (Eigen::Index r = 0; r < cost.rows(); ++r) {
+      for (Eigen::Index c = 0; c < cost.cols(); ++c) {
+        const MoverPosition& truth = moment.truth[rows[static_cast<std::size_t>(r)]];
+        const MoverPosition& estimate = moment.estimate[columns[static_cast<std::size_t>(c)]];
+        cost(r, c) = near(truth, estimate) ? distance(truth, estimate) : kForbidden;
+      }
+    }
+    const std::vector<int> column_of = assign(cost);
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+      const int c = column_of[r];
+      if (c < 0 || cost(static_cast<Eigen::Index>(r), c) >= kForbidden) continue;
+      const std::size_t k = columns[static_cast<std::size_t>(c)];
+      estimate_of[rows[r]] = static_cast<int>(k);
+      free[k] = 0;
+    }
+  }
+
+  void count(const MoverPosition& truth, const MoverPosition* estimate) {
+    if (estimate != nullptr) matched_ids_.insert(estimate->id);
+    if (!counts(truth)) return;
+    things_.insert(truth.id);
+    ++errors_.positions;
+    if (estimate == nullptr) {
+      ++errors_.misses;
+      return;
+    }
+    ++errors_.matches;
+    ++estimates_;
+    const auto before = id_of_.find(truth.id);
+    if (before != id_of_.end() && before->second != estimate->id) ++errors_.switches;
+    id_of_[truth.id] = estimate->id;
+    position_.push_back(distance(truth, *estimate));
+    if (truth.shown >= kWhole) shown_.push_back(position_.back());
+    velocity_.push_back((truth.velocity - estimate->velocity).norm());
+    right_class_ += truth.class_name == estimate->class_name ? 1U : 0U;
+  }
+
+  /// Which ids could have stood for which thing in this frame.
+  void count_pairs(const Moment& moment) {
+    for (const MoverPosition& truth : moment.truth) {
+      if (!counts(truth)) continue;
+      for (const MoverPosition& estimate : moment.estimate) {
+        if (near(truth, estimate)) ++together_[{truth.id, estimate.id}];
+      }
+    }
+  }
+
+  /// IDTP: the most matches that one id per thing can give.
+  std::size_t lasting_matches() const {
+    const std::vector<int> things(things_.begin(), things_.end()), ids(ids_.begin(), ids_.end());
+    Eigen::MatrixXd gain = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(things.size()),
+                                                 static_cast<Eigen::Index>(ids.size()));
+    for (const auto& [pair, frames] : together_) {
+      gain(std::lower_bound(things.begin(), things.end(), pair.first) - things.begin(),
+           std::lower_bound(ids.begin(), ids.end(), pair.second) - ids.begin()) =
+          static_cast<double>(frames);
+    }
+    double sum = 0;
+    const std::vector<int> id_of = assign(-gain);
+    for (std::size_t i = 0; i < id_of.size(); ++i)
+      if (id_of[i] >= 0) sum += gain(static_cast<Eigen::Index>(i), id_of[i]);
+    return static_cast<std::size_t>(sum);
+  }
+
+  static double distance(const MoverPosition& a, const MoverPosition& b) {
+    return (a.centroid - b.centroid).norm();
+  }
+
+  /// Whether the estimate may be of that thing.
+  bool near(const MoverPosition& truth, const MoverPosition& estimate) const {
+    return distance(truth, estimate) <= options_.max_distance ||
+           (!truth.box.isEmpty() && truth.box.contains(estimate.centroid));
+  }
+
+  static constexpr double kWhole = 0.8;
+  const MoverErrorOptions options_;
+  MoverErrors errors_;
+  std::set<int> things_, ids_, matched_ids_;
+  std::map<int, int> id_of_;  // thing: the id matched last
+  std::map<std::pair<int, int>, std::size_t> together_;
+  std::vector<double> position_, shown_, velocity_;
+  std::size_t right_class_ = 0, estimates_ = 0;
+};
+
+}  // namespace
+
+MoverErrors compare_movers(const std::vector<MoverPosition>& truth,
+                           const std::vector<MoverPosition>& estimate, const Pose& T_truth_estimate,
+                           double first, double last, const MoverErrorOptions& options) {
+  ByStamp true_by_stamp, by_stamp;
+  for (const MoverPosition& position : truth) {
+    if (position.timestamp >= first - options.max_difference &&
+        position.timestamp <= last + options.max_difference)
+      true_by_stamp[position.timestamp].push_back(position);
+  }
+  for (MoverPosition position : estimate) {
+    if (!position.observed && !options.predicted) continue;
+    position.centroid = T_truth_estimate * position.centroid;
+    position.velocity = T_truth_estimate.quaternion() * position.velocity;
+    by_stamp[position.timestamp].push_back(position);
+  }
+  Comparison comparison(options);
+  for (const Moment& moment : moments_of(true_by_stamp, by_stamp, options.max_difference))
+    comparison.add(moment);
+  return comparison.finished();
+}
+
+std::string mover_error_text(const MoverErrors& e) {
+  std::string text = fmt::format(
+      "movers: {} things in {} frames, {} tracks ({} false)\n"
+      "  position error  median {:.3f}  p95 {:.3f}  mean {:.3f} m;  shown nearly whole: median "
+      "{:.3f} "
+      "m\n"
+      "  velocity error  median {:.3f}  p95 {:.3f}  mean {:.3f} m/s\n",
+      e.things, e.frames, e.tracks, e.false_tracks, e.position.median, e.position_p95,
+      e.position.mean, e.position_shown.median, e.velocity.median, e.velocity_p95, e.velocity.mean);
+  return text +
+         fmt::format(
+             "  {} of {} found, {} missed, {} false, {} identity switches, class right {:.1f} %\n"
+             "  MOTA {:.3f}  IDF1 {:.3f}\n",
+             e.matches, e.positions, e.misses, e.false_positives, e.switches, 100 * e.class_share,
+             e.mota, e.idf1);
+}
+
+void to_json(nlohmann::json& json, const MoverErrors& e) {
+  json = {{"frames", e.frames},
+          {"things", e.things},
+          {"tracks", e.tracks},
+          {"false_tracks", e.false_tracks},
+          {"positions", e.positions},
+          {"matches", e.matches},
+          {"misses", e.misses},
+          {"false_positives", e.false_positives},
+          {"switches", e.switches},
+          {"position_m", e.position},
+          {"position_shown_m", e.position_shown},
+          {"position_p95_m", e.position_p95},
+          {"velocity_m_s", e.velocity},
+          {"velocity_p95_m_s", e.velocity_p95},
+          {"class_share", e.class_share},
+          {"mota", e.mota},
+          {"idf1", e.idf1}};
+}
+
+}  // namespace stillmap

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/evaluate/mover_error.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/file.hpp"
+#include "stillmap/evaluate/mover_picture.hpp"
+
+#include <filesystem>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+namespace stillmap {
+namespace {
+
+constexpr int kFrames = 40;
+double stamp(int frame) { return frame / 30.0; }
+
+/// Something that goes along x at 0.6 m/s, from `x` on.
+MoverPosition thing(int frame, int id, double x, double z = 3) {
+  MoverPosition p;
+  p.timestamp = stamp(frame);
+  p.id = id;
+  p.class_name = "person";
+  p.centroid = {x + 0.6 * stamp(frame), 0, z};
+  p.velocity = {0.6, 0, 0};
+  p.pixels = 5000;
+  return p;
+}
+
+MoverErrors compare(const std::vector<MoverPosition>& truth,
+                    const std::vector<MoverPosition>& estimate, const Pose& T = Pose()) {
+  return compare_movers(truth, estimate, T, 0, stamp(kFrames));
+}
+
+TEST(MoverErrors, MeasuresPositionAndVelocityInTheTruthsWorld) {
+  const Pose T_truth_estimate(so3_exp({0.1, 0.7, -0.3}), {4, 5, 6});
+  std::vector<MoverPosition> truth, estimate;
+  for (int i = 0; i < kFrames; ++i) {
+    truth.push_back(thing(i, 1, 0));
+    MoverPosition e = truth.back();
+    e.id = 7;
+    e.centroid += Eigen::Vector3d(0, 0.03, 0.04);
+    e.velocity += Eigen::Vector3d(0.1, 0, 0);
+    e.centroid = T_truth_estimate.inverse() * e.centroid;
+    e.velocity = T_truth_estimate.quaternion().conjugate() * e.velocity;
+    estimate.push_back(e);
+  }
+  const MoverErrors errors = compare(truth, estimate, T_truth_estimate);
+  EXPECT_NEAR(errors.position.median, 0.05, 1e-9);
+  EXPECT_NEAR(errors.velocity.median, 0.1, 1e-9);
+  EXPECT_EQ(errors.matches, static_cast<std::size_t>(kFrames));
+  EXPECT_EQ(errors.misses + errors.false_positives + errors.switches + errors.false_tracks, 0U);
+  EXPECT_EQ(errors.class_share, 1);
+  EXPECT_EQ(errors.mota, 1);
+  EXPECT_EQ(errors.idf1, 1);
+}
+
+TEST(MoverErrors, CountsSwitchesMissesAndFalseTracks) {
+  std::vector<MoverPosition> truth, estimate;
+  for (int i = 0; i < kFrames; ++i) {
+    truth.push_back(thing(i, 1, 0));
+    truth.push_back(thing(i, 2, 0, 5));
+    estimate.push_back(thing(i, i < 20 ? 1 : 2, 0));  // two that have changed their ids ...
+    if (i >= 10) estimate.push_back(thing(i, i < 20 ? 2 : 1, 0, 5));  // ... one found late
+    if (i >= 35) estimate.push_back(thing(i, 3, -9));                 // and nothing is there
+  }
+  const MoverErrors errors = compare(truth, estimate);
+  EXPECT_EQ(errors.switches, 2U);
+  EXPECT_EQ(errors.misses, 10U);
+  EXPECT_EQ(errors.false_positives, 5U);
+  EXPECT_EQ(errors.false_tracks, 1U);
+  EXPECT_NEAR(errors.mota, 1 - 17.0 / 80, 1e-12);
+}
+
+TEST(MoverErrors, WhatIsHiddenOrAtRestIsNeitherMissedNorWrong) {
+  std::vector<MoverPosition> truth, estimate;
+  for (int i = 0; i < kFrames; ++i) {
+    truth.push_back(thing(i, 1, 0));
+    truth.back().pixels = 10;
+    truth.push_back(thing(i, 2, 2));
+    truth.back().velocity.setZero();
+    if (i < 20) estimate.push_back(thing(i, 1, 0));
+    if (i >= 20) estimate.push_back(thing(i, 2, 2));
+  }
+  const MoverErrors errors = compare(truth, estimate);
+  EXPECT_EQ(errors.positions, 0U);
+  EXPECT_EQ(errors.misses + errors.false_positives + errors.false_tracks, 0U);
+}
+
+TEST(MoverErrors, APartWithinTheBoxIsOfTheThing) {
+  MoverPosition truth = thing(0, 1, 0), estimate = thing(0, 1, 0);
+  estimate.centroid.y() -= 0.7;  // a head
+  EXPECT_EQ(compare({truth}, {estimate}).matches, 0U);
+  truth.box = {truth.centroid - Eigen::Vector3d(0.3, 0.9, 0.3),
+               truth.centroid + Eigen::Vector3d(0.3, 0.9, 0.3)};
+  EXPECT_EQ(compare({truth}, {estimate}).matches, 1U);
+}
+
+class MoverFile : public ::testing::Test {
+ protected:
+  ~MoverFile() override { std::filesystem::remove(file_); }
+  std::filesystem::path file_ = std::filesystem::path(::testing::TempDir()) / "stillmap_movers.csv";
+};
+
+TEST_F(MoverFile, ColumnsAreFoundByTheirNames) {
+  write_file(file_,
+             "# a comment\nid,class,state,timestamp,x,y,z,vx,vy,vz\n"
+             "4,dog,predicted,1.5,1,2,3,0.1,0.2,0.3\n");
+  const auto movers = read_movers(file_);
+  ASSERT_EQ(movers.size(), 1U);
+  EXPECT_EQ(movers[0].id, 4);
+  EXPECT_EQ(movers[0].class_name, "dog");
+  EXPECT_FALSE(movers[0].observed);
+  EXPECT_EQ(movers[0].timestamp, 1.5);
+  EXPECT_EQ(movers[0].centroid, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(movers[0].velocity, Eigen::Vector3d(0.1, 0.2, 0.3));
+  EXPECT_TRUE(movers[0].box.isEmpty());
+}
+
+TEST_F(MoverFile, WhatIsNoTableIsAnError) {
+  write_file(file_, "");
+  EXPECT_THROW(read_movers(file_), Error);
+  write_file(file_, "timestamp,id,class,x,y,z\n");
+  EXPECT_THROW(read_movers(file_), Error);
+  write_file(file_, "timestamp,id,class,x,y,z,vx,vy,vz\n1,1,person,1,2,3,4,5\n");
+  EXPECT_THROW(read_movers(file_), Error);
+  write_file(file_, "timestamp,id,class,x,y,z,vx,vy,vz\n1,1,person,1,2,nan,4,5,6\n");
+  EXPECT_THROW(read_movers(file_), Error);
+}
+
+TEST(MoverPicture, DrawsWaysWhereTheyWent) {
+  std::vector<MoverPosition> movers;
+  for (int i = 0; i < kFrames; ++i) movers.push_back(thing(i, 1, 0));
+  Trajectory cameras;  // y down: from above one sees x to the right and z upwards
+  for (int i = 0; i < kFrames; ++i) cameras.push_back({stamp(i), Pose()});
+  const cv::Mat picture = draw_movers(movers, cameras, {}, 600);
+  ASSERT_EQ(picture.type(), CV_8UC3);
+  ASSERT_EQ(picture.cols, 600);
+  cv::Mat blue;
+  cv::inRange(picture, cv::Scalar(150, 80, 0), cv::Scalar(200, 140, 40), blue);
+  const cv::Rect where = cv::boundingRect(blue);
+  ASSERT_GT(where.area(), 0);
+  EXPECT_LT(where.br().y, picture.rows / 2) << "3 m ahead of the camera, so in the upper half";
+}
+
+TEST(MoverPicture, TakesNothing) { EXPECT_FALSE(draw_movers({}, {}, {}).empty()); }
+
+}  // namespace
+}  // namespace stillmap

@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/motion/mover_tracker.hpp"
+
+#include "stillmap/geometry/assignment.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace stillmap {
+namespace {
+
+const std::string kUnknown = "unknown";
+
+double square(double x) { return x * x; }
+
+Eigen::AlignedBox3d grown(const Eigen::AlignedBox3d& box, double margin) {
+  return {box.min().array() - margin, box.max().array() + margin};
+}
+
+/// The box around a turned box.
+Eigen::AlignedBox3d moved(const Eigen::AlignedBox3d& box, const Pose& T) {
+  const Eigen::Vector3d half = T.rotation().cwiseAbs() * (box.sizes() / 2);
+  const Eigen::Vector3d middle = T * box.center();
+  return {middle - half, middle + half};
+}
+
+double noise_of(const MoverDetection& detection, const MoverTrackerOptions& options) {
+  return square(detection.cut_off ? options.cut_off_noise : options.position_noise);
+}
+
+}  // namespace
+
+std::string MoverTracker::Track::class_name() const {
+  const auto most = std::max_element(
+      votes.begin(), votes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  return most == votes.end() ? kUnknown : most->first;
+}
+
+double MoverTracker::Track::class_confidence() const {
+  const auto found = votes.find(class_name());
+  return found == votes.end() ? 0 : found->second / detections;
+}
+
+double MoverTracker::Track::last_seen() const {
+  const auto last = std::find_if(samples.rbegin(), samples.rend(),
+                                 [](const MoverSample& sample) { return sample.observed; });
+  return last == samples.rend() ? 0 : last->timestamp;
+}
+
+MoverTracker::MoverTracker(const MoverTrackerOptions& options) : options_(options) {}
+
+void MoverTracker::update(std::size_t frame_index, double timestamp, const Pose& T_world_camera,
+                          const std::vector<MoverDetection>& detections) {
+  frame_index_ = frame_index;
+  for (Track& track : tracks_) predict(track, timestamp);
+  timestamp_ = timestamp;
+  const std::vector<int> track_of = assigned_tracks(detections);
+  std::vector<const MoverDetection*> seen(tracks_.size(), nullptr);
+  for (std::size_t i = 0; i < detections.size(); ++i) {
+    if (track_of[i] < 0) continue;
+    const auto k = static_cast<std::size_t>(track_of[i]);
+    correct(tracks_[k], detections[i]);
+    seen[k] = &detections[i];
+  }
+  for (std::size_t k = 0; k < tracks_.size(); ++k) note(tracks_[k], seen[k]);
+  for (std::size_t i = 0; i < detections.size(); ++i) {
+    if (track_of[i] >= 0 || !detections[i].moves || is_fragment(detections[i])) continue;
+    tracks_.push_back(begin(detections[i]));
+    note(tracks_.back(), &detections[i]);
+  }
+  retire();
+  merge();
+  for (Track& track : tracks_) {
+    if (track.id == 0 && track.detections >= options_.births) track.id = ++newest_id_;
+  }
+  if (!tracks_.empty()) T_world_camera_[frame_index] = T_world_camera;
+}
+
+/// x <- F x, P <- F P F' + Q for a time step; a thing unseen goes on ever more slowly.
+void MoverTracker::predict(Track& track, double timestamp) const {
+  const double dt = timestamp - *timestamp_;
+  const bool unseen = !track.samples.empty() && !track.samples.back().observed;
+  if (unseen) track.v *= std::exp(-dt / options_.slowing);
+  track.p += track.v * dt;
+  Eigen::Matrix2d F, Q;
+  F << 1, dt, 0, 1;
+  Q << dt * dt * dt / 3, dt * dt / 2, dt * dt / 2, dt;
+  track.P = F * track.P * F.transpose() + options_.acceleration * Q;
+}
+
+/// Infinite where the two cannot be the same.
+double MoverTracker::cost(const Track& track, const MoverDetection& detection) const {
+  constexpr double kNever = std::numeric_limits<double>::infinity();
+  const std::string name = track.class_name();
+  if (name != kUnknown && detection.class_name != kUnknown && name != detection.class_name)
+    return kNever;
+  const double S = track.P(0, 0) + noise_of(detection, options_);
+  const double distance = (detection.centroid - track.p).squaredNorm();
+  if (distance > square(options_.reach) || distance > options_.gate * S) return kNever;
+  return distance / S + 3 * std::log(S / square(options_.position_noise));
+}
+
+/// Per detection the track that it belongs to, -1 for none.
+std::vector<int> MoverTracker::assigned_tracks(
+    const std::vector<MoverDetection>& detections) const {
+  constexpr double kForbidden = 1e6;  // more than all sums of costs within the gate
+  const auto rows = static_cast<Eigen::Index>(detections.size());
+  const auto columns = static_cast<Eigen::Index>(tracks_.size());
+  Eigen::MatrixXd costs(rows, columns);
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    for (Eigen::Index k = 0; k < columns; ++k) {
+      costs(i, k) = std::min(kForbidden, cost(tracks_[static_cast<std::size_t>(k)],
+                                              detections[static_cast<std::size_t>(i)]));
+    }
+  }
+  std::vector<int> track_of = assign(costs);
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    int& track = track_of[static_cast<std::size_t>(i)];
+    if (track >= 0 && costs(i, track) >= kForbidden) track = -1;
+  }
+  return track_of;
+}
+
+void MoverTracker::correct(Track& track, const MoverDetection& detection) const {
+  const Eigen::Vector2d K = track.P.col(0) / (track.P(0, 0) + noise_of(detection, options_));
+  const Eigen::Vector3d innovation = detection.centroid - track.p;
+  track.p += K(0) * innovation;
+  track.v += K(1) * innovation;
+  track.P -= K * track.P.row(0).eval();
+  observe(track, detection);
+}
+
+void MoverTracker::observe(Track& track, const MoverDetection& detection) const {
+  ++track.detections;
+  if (detection.class_name != kUnknown)
+    track.votes[detection.class_name] += detection.class_confidence;
+  track.box_offset = detection.box.translated(-track.p);
+  track.surface_offset = detection.surface.translated(-track.p);
+}
+
+MoverTracker::Track MoverTracker::begin(const MoverDetection& detection) const {
+  Track track;
+  track.p = detection.centroid;
+  track.v = Eigen::Vector3d::Zero();
+  track.P << noise_of(detection, options_), 0, 0, square(options_.initial_speed);
+  observe(track, detection);
+  return track;
+}
+
+/// A piece of something that is tracked already: an arm, or what an occluder cut off.
+bool MoverTracker::is_fragment(const MoverDetection& detection) const {
+  return std::any_of(tracks_.begin(), tracks_.end(), [&](const Track& track) {
+    return track.id != 0 && track.samples.back().observed &&
+           grown(track.box_offset.translated(track.p), options_.fragment)
+               .contains(detection.centroid);
+  });
+}
+
+/// @param seen the track's detection in this frame; null: none
+void MoverTracker::note(Track& track, const MoverDetection* seen) const {
+  track.samples.push_back(
+      {frame_index_, *timestamp_, seen != nullptr, seen != nullptr && seen->moves, track.p, track.v,
+       track.box_offset.translated(track.p), track.surface_offset.translated(track.p)});
+}
+
+/// Ends the tracks that were not seen for too long; one that is not born yet must be seen always.
+void MoverTracker::retire() {
+  std::vector<Track> alive;
+  for (Track& track : tracks_) {
+    const double patience = track.id == 0 ? 0 : options_.survival;
+    if (*timestamp_ - track.last_seen() <= patience) {
+      alive.push_back(std::move(track));
+    } else {
+      archive(std::move(track));
+    }
+  }
+  tracks_ = std::move(alive);
+}
+
+/// Keeps a track that was born, up to where it was seen last.
+void MoverTracker::archive(Track&& track) {
+  if (track.id == 0) return;
+  while (!track.samples.back().observed) track.samples.pop_back();
+  ended_.push_back(std::move(track));
+}
+
+/// Tracks that lie within one another for long, both seen, are one: nobody walks through another.
+/// One that is hidden behind another is not seen, and stays itself.
+void MoverTracker::merge() {
+  for (std::size_t k = 1; k < tracks_.size(); ++k) {
+    for (std::size_t i = 0; i < k; ++i) {
+      Track &older = tracks_[i], &younger = tracks_[k];
+      if (older.id == 0 || younger.id == 0) continue;
+      const bool within = older.box_offset.translated(older.p).contains(younger.p) &&
+                          older.samples.back().observed && younger.samples.back().observed;
+      int& frames = younger.inside[older.id];
+      frames = within ? frames + 1 : 0;
+      if (frames < options_.merge_after) continue;
+      absorb(older, younger);
+      tracks_.erase(tracks_.begin() + static_cast<std::ptrdiff_t>(k));
+      --k;
+      break;
+    }
+  }
+}
+
+/// The older track goes on; where it was not seen itself, the younger one's samples take the place
+/// of predictions.
+void MoverTracker::absorb(Track& older, const Track& younger) const {
+  for (MoverSample& sample : older.samples) {
+    if (sample.observed) continue;
+    const auto other = std::find_if(
+        younger.samples.begin(), younger.samples.end(),
+        [&](const MoverSample& s) { return s.frame_index == sample.frame_index && s.observed; });
+    if (other != younger.samples.end()) sample = *other;
+  }
+  for (const auto& [name, vote] : younger.votes) older.votes[name] += vote;
+  older.detections += younger.detections;
+}
+
+void MoverTracker::restart() {
+  for (Track& track : tracks_) archive(std::move(track));
+  tracks_.clear();
+  timestamp_.reset();
+}
+
+Mover MoverTracker::mover(const Track& track) const {
+  return {track.id,
+          track.class_name(),
+          track.class_confidence(),
+          track.samples.front().timestamp,
+          track.last_seen(),
+          track.samples.back()};
+}
+
+std::vector<Mover> MoverTracker::current() const {
+  std::vector<Mover> movers;
+  for (const Track& track : tracks_) {
+    if (track.id != 0) movers.push_back(mover(track));
+  }
+  std::sort(movers.begin(), movers.end(),
+            [](const Mover& a, const Mover& b) { return a.id < b.id; });
+  return movers;
+}
+
+std::vector<MoverTrack> MoverTracker::tracks(
+    const std::function<std::optional<Pose>(std::size_t)>& pose_of) const {
+  MoverTracker done = *this;
+  done.restart();
+  std::sort(done.ended_.begin(), done.ended_.end(),
+            [](const Track& a, const Track& b) { return a.id < b.id; });
+  std::vector<MoverTrack> result;
+  for (const Track& track : done.ended_) {
+    MoverTrack made{track.id, track.class_name(), track.class_confidence(), 0, 0, {}};
+    for (MoverSample sample : track.samples) {
+      const auto T_world_camera = pose_of(sample.frame_index);
+      if (!T_world_camera) continue;
+      const Pose correction = *T_world_camera * T_world_camera_.at(sample.frame_index).inverse();
+      sample.centroid = correction * sample.centroid;
+      sample.velocity = correction.quaternion() * sample.velocity;
+      sample.box = moved(sample.box, correction);
+      sample.surface = moved(sample.surface, correction);
+      made.samples.push_back(sample);
+    }
+    if (made.samples.empty()) continue;
+    made.first_seen = made.samples.front().timestamp;
+    made.last_seen = made.samples.back().timestamp;
+    result.push_back(std::move(made));
+  }
+  return result;
+}
+
+}  // namespace stillmap

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/pipeline/mover_stream.hpp"
+
+#include "stillmap/base/stopwatch.hpp"
+
+namespace stillmap {
+
+MoverStream::MoverStream(const MoverOptions& options)
+    : detector_(options.detection), tracker_(options.tracking) {
+  if (!options.enabled) return;
+  stage_ = std::make_unique<Stage<TrackedFramePtr, std::vector<Mover>>>(
+      8, WhenFull::kBlock, [this](const TrackedFramePtr& tracked, const auto& publish) {
+        const Stopwatch watch;
+        publish(work(*tracked));
+        timing_.add("movers", watch.milliseconds());
+      });
+}
+
+void MoverStream::push(const TrackedFramePtr& tracked) {
+  if (!stage_ || !tracked->has_pose()) return;
+  stage_->push(tracked);
+  newest(false);  // so that what nobody asks for does not pile up
+}
+
+std::vector<Mover> MoverStream::work(const TrackedFrame& tracked) {
+  // Where the camera was recognised in a map, the world may be another than the last one, too.
+  if (tracked.state == TrackState::kStarted || tracked.relocalised) {
+    detector_.restart();
+    tracker_.restart();
+  }
+  const Frame& frame = *tracked.frame;
+  const MoverDetections found = detector_.detect(frame, *tracked.T_world_camera);
+  statistics_.detections += found.movers.size();
+  statistics_.too_small += static_cast<std::size_t>(found.too_small);
+  statistics_.without_depth += static_cast<std::size_t>(found.without_depth);
+  tracker_.update(frame.index(), frame.timestamp(), *tracked.T_world_camera, found.movers);
+  return tracker_.current();
+}
+
+std::vector<Mover> MoverStream::newest(bool wait) {
+  if (!stage_) return {};
+  if (wait) stage_->drain();
+  while (auto movers = stage_->try_take()) newest_ = std::move(*movers);
+  return newest_;
+}
+
+void MoverStream::finish() {
+  if (stage_) stage_->drain();
+}
+
+std::vector<MoverTrack> MoverStream::tracks(
+    const std::function<std::optional<Pose>(std::size_t)>& pose_of) const {
+  return tracker_.tracks(pose_of);
+}
+
+}  // namespace stillmap

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/file.hpp"
+#include "stillmap/evaluate/mover_error.hpp"
+#include "stillmap/evaluate/trajectory_error.hpp"
+#include "stillmap/pipeline/mover_files.hpp"
+#include "stillmap/pipeline/slam.hpp"
+#include "stillmap/simulate/simulated_sequence.hpp"
+
+#include <filesystem>
+#include <set>
+#include <sstream>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace stillmap {
+namespace {
+
+MoverSample sample(std::size_t frame, bool observed, bool moves) {
+  MoverSample s;
+  s.frame_index = frame;
+  s.timestamp = 1311868164 + static_cast<double>(frame) / 32;
+  s.observed = observed;
+  s.moves = moves;
+  s.centroid = {1.25, -0.5, 3 + 0.01 * static_cast<double>(frame)};
+  s.velocity = {0, 0.125, 0.32};
+  s.surface = {s.centroid - Eigen::Vector3d(0.2, 0.8, 0.1),
+               s.centroid + Eigen::Vector3d(0.2, 0.8, 0.1)};
+  s.box = {s.surface.min(), s.surface.max() + Eigen::Vector3d(0, 0, 0.2)};
+  return s;
+}
+
+std::vector<MoverTrack> two_tracks() {
+  MoverTrack a{1, "person", 0.75, 0, 0, {sample(0, true, true), sample(1, false, false)}};
+  MoverTrack b{2, "unknown", 0, 0, 0, {sample(1, true, false)}};
+  for (MoverTrack* track : {&a, &b}) {
+    track->first_seen = track->samples.front().timestamp;
+    track->last_seen = track->samples.back().timestamp;
+  }
+  return {a, b};
+}
+
+TEST(MoverFiles, TheTableIsReadBackAsItWasWritten) {
+  const std::filesystem::path file =
+      std::filesystem::path(::testing::TempDir()) / "stillmap_movers_roundtrip.csv";
+  const std::vector<MoverTrack> tracks = two_tracks();
+  write_file(file, movers_csv(tracks));
+  const std::vector<MoverPosition> read = read_movers(file);
+  std::filesystem::remove(file);
+  ASSERT_EQ(read.size(), 3U);
+  const MoverSample& first = tracks[0].samples[0];
+  EXPECT_EQ(read[0].id, 1);
+  EXPECT_EQ(read[0].class_name, "person");
+  EXPECT_NEAR(read[0].timestamp, first.timestamp, 1e-6);
+  EXPECT_LT((read[0].centroid - first.centroid).norm(), 1e-4);
+  EXPECT_LT((read[0].velocity - first.velocity).norm(), 1e-4);
+  EXPECT_LT((read[0].box.max() - first.box.max()).norm(), 1e-4);
+  EXPECT_TRUE(read[0].observed);
+  EXPECT_FALSE(read[1].observed) << "predicted";
+  EXPECT_TRUE(read[2].observed) << "standing";
+}
+
+TEST(MoverFiles, EachLineIsAFrame) {
+  std::istringstream lines(movers_jsonl(two_tracks()));
+  std::vector<nlohmann::json> frames;
+  for (std::string line; std::getline(lines, line);) frames.push_back(nlohmann::json::parse(line));
+  ASSERT_EQ(frames.size(), 2U);
+  ASSERT_EQ(frames[1]["movers"].size(), 2U);
+  const nlohmann::json& mover = frames[1]["movers"][1];
+  EXPECT_EQ(mover["id"], 2);
+  EXPECT_EQ(mover["class"], "unknown");
+  EXPECT_EQ(mover["state"], "standing");
+  EXPECT_EQ(mover["velocity"][2], 0.32);
+  EXPECT_EQ(mover["box"][1].size(), 3U);
+}
+
+TEST(MoverFiles, NothingMovesNoLines) {
+  EXPECT_EQ(movers_jsonl({}), "");
+  const std::filesystem::path file =
+      std::filesystem::path(::testing::TempDir()) / "stillmap_no_movers.csv";
+  write_file(file, movers_csv({}));
+  EXPECT_TRUE(read_movers(file).empty());
+  std::filesystem::remove(file);
+}
+
+struct Outcome {
+  SlamResult result;
+  MoverErrors errors;
+};
+
+/// The whole system without a network on a rendered scene.
+Outcome run(const SimulationOptions& scene, std::set<std::size_t> black = {}) {
+  SimulatedSequence sequence(scene);
+  SlamOptions options;
+  options.orb.keypoints = 600;
+  options.dense_cloud = false;
+  Slam slam(sequence.camera(), options);
+  std::vector<MoverPosition> truth;
+  for (std::size_t i = 0; i < sequence.frames(); ++i) {
+    SimulatedFrame made = sequence.at(i);
+    auto frame = std::make_shared<RgbdFrame>(*made.frame);
+    if (black.contains(i)) {
+      frame->grey = cv::Mat(frame->grey.size(), CV_8UC1, cv::Scalar(0));
+      frame->depth = cv::Mat(frame->depth.size(), CV_32FC1, cv::Scalar(0));
+    }
+    slam.push(frame);
+    for (const MoverTruth& m : made.truth.movers) {
+      truth.push_back({made.truth.timestamp, m.id, m.class_name, m.centroid, m.velocity, true,
+                       m.pixels * 4, m.shown, m.box});  // pixels as of 640 x 480
+    }
+  }
+  Outcome outcome{slam.finish(), {}};
+  const std::filesystem::path file =
+      std::filesystem::path(::testing::TempDir()) / "stillmap_movers_run.csv";
+  write_file(file, movers_csv(outcome.result.movers));
+  const AteResult ate = absolute_trajectory_error(sequence.trajectory(), outcome.result.trajectory);
+  outcome.errors = compare_movers(truth, read_movers(file), ate.T_truth_estimate, 0, 1e9);
+  std::filesystem::remove(file);
+  return outcome;
+}
+
+SimulationOptions small(int people, int things) {
+  SimulationOptions options;
+  options.people = people;
+  options.things = things;
+  options.near_things = true;
+  options.frames = 100;
+  options.fps = 20;
+  options.width = 320;
+  options.height = 240;
+  return options;
+}
+
+TEST(Movers, ThingsOfNoClassAreTrackedWithoutANetwork) {
+  const Outcome done = run(small(0, 3));
+  ASSERT_GT(done.errors.matches, 100U);
+  EXPECT_LT(done.errors.position_shown.median, 0.12);
+  EXPECT_LT(done.errors.position.median, 0.2) << "parts of them are hidden or out of the picture";
+  EXPECT_LT(done.errors.velocity.median, 0.5);
+  EXPECT_LE(done.errors.switches, 3U);
+  EXPECT_LE(done.errors.false_tracks, 1U);
+  for (const MoverTrack& track : done.result.movers) EXPECT_EQ(track.class_name, "unknown");
+}
+
+TEST(Movers, NothingMovesNoMovers) { EXPECT_TRUE(run(small(0, 0)).result.movers.empty()); }
+
+TEST(Movers, ANewMapEndsTheTracksOfTheOldOne) {
+  std::set<std::size_t> black;
+  for (std::size_t i = 45; i < 60; ++i) black.insert(i);  // more than the tracker's patience
+  const Outcome done = run(small(0, 3), black);
+  ASSERT_EQ(done.result.maps, 2U);
+  ASSERT_FALSE(done.result.movers.empty());
+  for (const MoverTrack& track : done.result.movers) {
+    EXPECT_TRUE(track.last_seen < 45 / 20.0 || track.first_seen > 59.5 / 20.0)
+        << track.first_seen << " to " << track.last_seen;
+  }
+}
+
+}  // namespace
+}  // namespace stillmap
