@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/motion/mover_detection.hpp"
 
+#include "stillmap/motion/instance_cells.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -44,26 +46,12 @@ cv::Mat1b without_rim(const cv::Mat1b& cells) {
   return inner;
 }
 
-/// The cells that an instance covers, without its mask's rim.
-cv::Mat1b cells_of(const Instance& instance, cv::Size size) {
-  cv::Mat1b covered(size, 0);
-  for (int y = 0; y < size.height; ++y) {
-    for (int x = 0; x < size.width; ++x) {
-      const cv::Point pixel = pixel_of(x, y);
-      if (!instance.box.contains(pixel)) continue;
-      if (instance.mask.empty() || instance.mask.at<std::uint8_t>(pixel - instance.box.tl()) != 0)
-        covered(y, x) = 255;
-    }
-  }
-  return without_rim(covered);
-}
-
 /// Which cells each instance covers; where two do, the one listed first has it.
-cv::Mat1i instance_of_cells(const SegmentedFramePtr& segmented, cv::Size size) {
-  cv::Mat1i instance(size, kNoInstance);
+cv::Mat1i instance_of_cells(const SegmentedFramePtr& segmented, const CellGrid& cells) {
+  cv::Mat1i instance(cells.size(), kNoInstance);
   if (!segmented) return instance;
   for (int i = static_cast<int>(segmented->instances.size()) - 1; i >= 0; --i)
-    instance.setTo(i, cells_of(segmented->instances[static_cast<std::size_t>(i)], size));
+    instance.setTo(i, instance_cells(segmented->instances[static_cast<std::size_t>(i)], cells));
   return instance;
 }
 
@@ -85,7 +73,7 @@ Grid make_grid(const Frame& frame, const cv::Mat1b& moves, const cv::Mat1b& back
   const CellGrid& cells = *frame.cells;
   const cv::Mat1f& log_odds = frame.evidence.surface_log_odds;
   Grid grid{cells, moves & ~background, cells.depth.clone(),
-            instance_of_cells(frame.instances, cells.size())};
+            instance_of_cells(frame.instances, cells)};
   cv::Mat1b part = moves | (grid.instance != kNoInstance);
   if (!log_odds.empty()) part |= log_odds < options.grow_below;
   const cv::Mat1b too_far = grid.depth > options.max_depth;
