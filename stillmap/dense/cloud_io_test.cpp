@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/test_path.hpp"
 
 #include <cstring>
 #include <filesystem>
@@ -48,8 +49,7 @@ std::string bytes_of(Values... values) {
 class CloudIo : public ::testing::Test {
  protected:
   void SetUp() override {
-    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::path(::testing::TempDir()) / (std::string("stillmap_cloud_") + test->name());
+    folder_ = test::own_path("cloud");
     fs::remove_all(folder_);
     fs::create_directories(folder_);
   }

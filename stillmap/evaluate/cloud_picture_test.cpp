@@ -2,6 +2,7 @@
 #include "stillmap/evaluate/cloud_picture.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/test_path.hpp"
 
 #include <cmath>
 #include <filesystem>
@@ -122,7 +123,7 @@ TEST(CloudPicture, TakesEmptyAndBrokenClouds) {
 }
 
 TEST(CloudPicture, IsWrittenOrSaysWhyNot) {
-  const auto file = std::filesystem::path(::testing::TempDir()) / "stillmap_cloud.png";
+  const auto file = test::own_path("cloud.png");
   write_cloud_picture(file, room().span(), cameras(), small());
   EXPECT_EQ(cv::imread(file.string()).cols, 240);
   std::filesystem::remove(file);

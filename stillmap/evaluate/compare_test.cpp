@@ -2,6 +2,7 @@
 #include "stillmap/evaluate/compare.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/test_path.hpp"
 
 #include <cmath>
 #include <filesystem>
@@ -107,7 +108,7 @@ TEST(ComparisonPicture, PutsSequencesInRowsAndSystemsInColumns) {
 }
 
 TEST(ComparisonPicture, IsWrittenOrSaysWhyNot) {
-  const auto file = std::filesystem::path(::testing::TempDir()) / "stillmap_comparison.png";
+  const auto file = test::own_path("comparison.png");
   write_comparison_picture(file, compare_runs(two_systems()));
   EXPECT_EQ(cv::imread(file.string()).cols, 1280);
   std::filesystem::remove(file);

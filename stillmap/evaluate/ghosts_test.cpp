@@ -2,6 +2,7 @@
 #include "stillmap/evaluate/ghosts.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/test_path.hpp"
 
 #include <filesystem>
 #include <fstream>
@@ -216,8 +217,7 @@ class MaskFiles : public ::testing::Test {
  protected:
   void SetUp() override { std::filesystem::create_directories(folder_); }
   void TearDown() override { std::filesystem::remove_all(folder_); }
-  const std::filesystem::path folder_ =
-      std::filesystem::path(::testing::TempDir()) / "stillmap_ghost_masks";
+  const std::filesystem::path folder_ = test::own_path("masks");
 };
 
 TEST_F(MaskFiles, AreFoundByTheirStamps) {

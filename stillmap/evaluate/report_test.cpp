@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/test_path.hpp"
 #include "stillmap/evaluate/svg.hpp"
 
 #include <cmath>
@@ -158,7 +159,7 @@ TEST(Report, AThousandLinesAlikeAreCounted) {
 }
 
 TEST(Report, IsWrittenOrSaysWhyNot) {
-  const auto file = std::filesystem::path(::testing::TempDir()) / "stillmap_report.html";
+  const auto file = test::own_path("report.html");
   write_report(file, full_report());
   EXPECT_EQ(read_file(file), report_html(full_report()));
   std::filesystem::remove(file);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/test_path.hpp"
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/geometry/pose.hpp"
 #include "stillmap/geometry/trajectory.hpp"
@@ -77,8 +78,7 @@ TEST(AlignPoints, RecoversAKnownMotionExactlyAndRefusesReflections) {
 
 class TrajectoryFile : public ::testing::Test {
  protected:
-  std::filesystem::path file_ =
-      std::filesystem::path(::testing::TempDir()) / "stillmap_trajectory_test.txt";
+  std::filesystem::path file_ = test::own_path("trajectory.txt");
   void write(const std::string& text) { std::ofstream(file_) << text; }
   std::string error() {
     try {

@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/test_path.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -53,8 +54,7 @@ TEST(Options, AValueOfTheWrongKindIsAnError) {
 
 class OptionsFile : public ::testing::Test {
  protected:
-  std::filesystem::path file_ =
-      std::filesystem::path(::testing::TempDir()) / "stillmap_options_test.yaml";
+  std::filesystem::path file_ = test::own_path("options.yaml");
   void TearDown() override { std::filesystem::remove(file_); }
 };
 

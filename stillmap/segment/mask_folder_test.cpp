@@ -2,6 +2,7 @@
 #include "stillmap/segment/mask_folder.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/test_path.hpp"
 
 #include <fstream>
 
@@ -16,9 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct MaskFolderTest : testing::Test {
-  fs::path folder =
-      fs::path(testing::TempDir()) /
-      (std::string("masks_") + testing::UnitTest::GetInstance()->current_test_info()->name());
+  fs::path folder = test::own_path("masks");
   void SetUp() override {
     fs::remove_all(folder);
     fs::create_directories(folder);

@@ -3,6 +3,7 @@
 // latter are looked for in $STILLMAP_SHARED; where they are not, those tests are skipped.
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/test_path.hpp"
 #include "stillmap/segment/dynamic_mask.hpp"
 #include "stillmap/segment/inference_engine.hpp"
 #include "stillmap/segment/make_detector.hpp"
@@ -45,7 +46,7 @@ SegmentOptions options_for(const fs::path& model, const std::string& backend = "
 // Wrong files.
 
 struct WrongNetwork : testing::TestWithParam<std::string> {
-  fs::path file = fs::path(testing::TempDir()) / "wrong.onnx";
+  fs::path file = test::own_path("wrong.onnx");
   void SetUp() override {
     const auto backends = available_backends();
     if (std::find(backends.begin(), backends.end(), GetParam()) == backends.end()) {
@@ -104,7 +105,7 @@ TEST(MakeDetector, NeitherIsFineAndBothIsAnError) {
 }
 
 TEST(MakeDetector, SenselessOptionsAndUnknownBackEndsAreErrors) {
-  const fs::path file = fs::path(testing::TempDir()) / "fine.onnx";
+  const fs::path file = test::own_path("fine.onnx");
   write_file(file, test::tiny_model("Relu", {1, 3, 8, 8}, {1, 3, 8, 8}));
   const auto where = [&](auto&& change) -> std::string {
     SegmentOptions options = options_for(file);
@@ -216,7 +217,7 @@ TEST(NetworkFile, CutOffAnywhereItIsAnErrorNotACrash) {
   const fs::path model = shared() / "models/yolo11n-seg_256x320.onnx";
   if (!fs::exists(model)) GTEST_SKIP() << "no " << model;
   const std::string whole = read_file(model);
-  const fs::path cut = fs::path(testing::TempDir()) / "cut.onnx";
+  const fs::path cut = test::own_path("cut.onnx");
   for (const double share : {0.001, 0.5, 0.99}) {
     write_file(
         cut, whole.substr(0, static_cast<std::size_t>(share * static_cast<double>(whole.size()))));

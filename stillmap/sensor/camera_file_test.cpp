@@ -2,6 +2,7 @@
 #include "stillmap/sensor/camera_file.hpp"
 
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/test_path.hpp"
 
 #include <fstream>
 
@@ -13,8 +14,7 @@ namespace {
 
 class CameraFile : public ::testing::Test {
  protected:
-  std::filesystem::path file_ =
-      std::filesystem::path(::testing::TempDir()) / "stillmap_camera_file_test.yaml";
+  std::filesystem::path file_ = test::own_path("camera.yaml");
   Camera load(const std::string& text) {
     std::ofstream(file_) << text;
     return load_camera(file_.string());

@@ -2,6 +2,7 @@
 #include "stillmap/sensor/png_decoder.hpp"
 
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/test_path.hpp"
 #include "stillmap/sensor/image_file.hpp"
 
 #include <filesystem>
@@ -193,8 +194,7 @@ TEST(PngDamage, IsFoundWhereverTheFileEnds) {
 
 class PngFile : public ::testing::Test {
  protected:
-  std::filesystem::path file_ =
-      std::filesystem::path(::testing::TempDir()) / "stillmap_png_decoder_test.png";
+  std::filesystem::path file_ = test::own_path("image.png");
   ImageRead read(const std::vector<unsigned char>& png, cv::Size size) const {
     write_file(file_, {reinterpret_cast<const char*>(png.data()), png.size()});
     return read_color_image(file_, size);

@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/test_path.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 
 #include <fstream>
@@ -28,8 +29,7 @@ SimulationOptions tiny() {
 class TumWriter : public testing::Test {
  protected:
   void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::temp_directory_path() / ("stillmap_tum_writer_" + std::string(info->name()));
+    folder_ = test::own_path("tum_writer");
     fs::remove_all(folder_);
   }
   void TearDown() override { fs::remove_all(folder_); }
