@@ -14,6 +14,7 @@
 #include "stillmap/pipeline/prefetch.hpp"
 
 #include <algorithm>
+#include <array>
 #include <map>
 
 #include "interrupt.hpp"
@@ -60,7 +61,22 @@ double tracking_median(const SlamResult& result) {
   return quantile(result.timing.samples("tracking"), 0.5);
 }
 
-/// The frames where something happened to the tracking.
+std::string text_of(const MapEvent& e) {
+  switch (e.kind) {
+    case MapEvent::Kind::kLoop:
+      return fmt::format("loop closed: frame {} shows the place of frame {}; moved by {:.3f} m",
+                         e.frame_index, e.seen_in, e.metres);
+    case MapEvent::Kind::kMerge:
+      return fmt::format("maps joined: frame {} shows the place of frame {}", e.frame_index,
+                         e.seen_in);
+    case MapEvent::Kind::kDropped:
+      break;
+  }
+  return fmt::format("map dropped, begun at frame {}: it held the camera for moments only",
+                     e.frame_index);
+}
+
+/// What happened to the tracking and to the map, by time.
 std::vector<ReportEvent> events_of(const SlamResult& result) {
   std::vector<ReportEvent> events;
   bool any_map = false;
@@ -69,12 +85,67 @@ std::vector<ReportEvent> events_of(const SlamResult& result) {
     const bool lost = f.state == TrackState::kLost;
     if (lost && !was_lost) events.push_back({f.timestamp, "lost: " + f.reason});
     if (f.state == TrackState::kStarted && any_map) events.push_back({f.timestamp, "new map"});
-    if (f.state == TrackState::kTracking && was_lost)
+    if (f.relocalised) {
+      events.push_back({f.timestamp, "place recognised"});
+    } else if (f.state == TrackState::kTracking && was_lost) {
       events.push_back({f.timestamp, "found again"});
+    }
     any_map |= f.state == TrackState::kStarted;
     was_lost = lost;
   }
+  for (const MapEvent& e : result.events) events.push_back({e.timestamp, text_of(e)});
+  std::stable_sort(events.begin(), events.end(),
+                   [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
   return events;
+}
+
+nlohmann::json json_of(const MapEvent& e) {
+  if (e.kind == MapEvent::Kind::kDropped)
+    return {{"frame", e.frame_index}, {"timestamp", e.timestamp}, {"keyframes", e.keyframes}};
+  return {
+      {"frame", e.frame_index},        {"timestamp", e.timestamp}, {"seen_in_frame", e.seen_in},
+      {"inliers", e.inliers},          {"fused", e.fused},         {"metres", e.metres},
+      {"radians", e.radians},          {"keyframes", e.keyframes}, {"pose_graph_ms", e.graph_ms},
+      {"milliseconds", e.milliseconds}};
+}
+
+/// "2 loops closed, 1 relocalisation"; empty if there were none.
+std::string places_text(const SlamResult& result) {
+  std::string text;
+  const auto add = [&](auto count, const char* one, const char* many) {
+    if (count == 0) return;
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, count == 1 ? one : many);
+  };
+  const auto of = [&](MapEvent::Kind kind) {
+    return std::count_if(result.events.begin(), result.events.end(),
+                         [&](const MapEvent& e) { return e.kind == kind; });
+  };
+  add(of(MapEvent::Kind::kLoop), "loop closed", "loops closed");
+  add(of(MapEvent::Kind::kMerge), "map joined", "maps joined");
+  add(of(MapEvent::Kind::kDropped), "brief map dropped", "brief maps dropped");
+  add(std::count_if(result.frames.begin(), result.frames.end(),
+                    [](const FrameRecord& f) { return f.relocalised; }),
+      "relocalisation", "relocalisations");
+  return text;
+}
+
+/// Loops, merges and relocalisations: what places were recognised for.
+nlohmann::json places_json(const SlamResult& result) {
+  nlohmann::json json = {{"loops", nlohmann::json::array()},
+                         {"merges", nlohmann::json::array()},
+                         {"dropped_maps", nlohmann::json::array()},
+                         {"relocalisations", nlohmann::json::array()}};
+  constexpr std::array kLists{"loops", "merges", "dropped_maps"};  // by MapEvent::Kind
+  for (const MapEvent& e : result.events)
+    json[kLists[static_cast<std::size_t>(e.kind)]].push_back(json_of(e));
+  std::size_t lost = 0;
+  for (const FrameRecord& f : result.frames) {
+    if (f.relocalised)
+      json["relocalisations"].push_back(
+          {{"frame", f.index}, {"timestamp", f.timestamp}, {"frames_lost", lost}});
+    lost = f.state == TrackState::kLost ? lost + 1 : 0;
+  }
+  return json;
 }
 
 void evaluate(Outcome& outcome) {
@@ -132,6 +203,7 @@ nlohmann::json summary(const Outcome& o) {
     json["events"].push_back({{"timestamp", e.timestamp}, {"text", e.text}});
   }
   json["maps"] = o.result.maps;
+  json.update(places_json(o.result));
   json["keyframes"] = o.result.keyframes.size();
   json["landmarks"] = o.result.landmarks;
   json["movers"] = mover_summary(o.result);
@@ -199,12 +271,14 @@ ReportData report_data(const Outcome& o) {
   report.cloud_points = o.result.dense.cloud.size();
   report.frames_per_second = o.frames_per_second();
   report.tracking_median = tracking_median(o.result);
-  report.facts = {{"detector", o.detector.empty() ? "none" : o.detector},
-                  {"frames segmented", std::to_string(o.result.segmented)},
-                  {"frames skipped", std::to_string(o.skipped.size())},
-                  {"frames dropped late", std::to_string(o.dropped)},
-                  {"maps", std::to_string(o.result.maps)},
-                  {"peak memory", fmt::format("{:.0f} MiB", peak_memory_mib())}};
+  report.facts = {
+      {"detector", o.detector.empty() ? "none" : o.detector},
+      {"frames segmented", std::to_string(o.result.segmented)},
+      {"frames skipped", std::to_string(o.skipped.size())},
+      {"frames dropped late", std::to_string(o.dropped)},
+      {"maps", std::to_string(o.result.maps)},
+      {"loops and losses", places_text(o.result).empty() ? "none" : places_text(o.result)},
+      {"peak memory", fmt::format("{:.0f} MiB", peak_memory_mib())}};
   report.timing = o.result.timing.stages();
   report.events = events_of(o.result);
   report.skipped = o.skipped;
@@ -276,6 +350,7 @@ void print_outcome(const Outcome& o) {
              o.result.keyframes.size(), o.result.landmarks);
   if (o.result.maps > 1) fmt::print(", {} unconnected maps", o.result.maps);
   if (!o.result.movers.empty()) fmt::print(", {} movers", o.result.movers.size());
+  if (const auto places = places_text(o.result); !places.empty()) fmt::print("; {}", places);
   fmt::print("\n{:.1f} frames/s in all, tracking {:.1f} ms (median), {:.0f} MiB at most\n",
              o.frames_per_second(), tracking_median(o.result), peak_memory_mib());
   if (!o.skipped.empty()) {

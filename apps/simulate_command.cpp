@@ -39,7 +39,10 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
   SimulationOptions& o = arguments->options;
   CLI::App* command =
       app.add_subcommand("simulate", "render an RGB-D sequence with known poses, masks and movers");
-  command->add_option("--scene", o.scene, "the room")->capture_default_str();
+  command
+      ->add_option("--scene", o.scene,
+                   "office (one room) or flat (four, a way of 60 m through all)")
+      ->capture_default_str();
   command->add_option("--people", o.people, "how many")->capture_default_str();
   command
       ->add_option(

@@ -51,12 +51,14 @@ std::vector<PlaceCandidate> LoopDetector::detect(const Map& map, const PlaceInde
   if (bag == nullptr) return {};
   const auto surroundings = with_covisible(map, query, 1);
   const double least = score_to_reach(map, index, query, options_);
+  const auto there_are = static_cast<int>(keyframes_of(map, map.at(query).component).size());
+  const int wanted = std::min(options_.consistent, there_are);
   std::vector<Chain> chains;
   std::vector<PlaceCandidate> counting;
   for (const PlaceCandidate& candidate :
        find_places(map, index, bag->words, surroundings, least, options_.query)) {
     chains.push_back(continued(map, candidate.keyframe));
-    if (chains.back().length >= options_.consistent) counting.push_back(candidate);
+    if (chains.back().length >= wanted) counting.push_back(candidate);
   }
   chains_ = std::move(chains);
   return counting;

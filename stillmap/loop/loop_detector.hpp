@@ -13,7 +13,8 @@ struct LoopDetectorOptions {
   /// 3). Chosen by measurement, see docs/results.md.
   double relative_score = 0.4;
   int neighbour_shared = 15;  ///< landmarks shared with a keyframe that make it a neighbour
-  /// Keyframes one after the other that must find the same place before it counts; 1: at once.
+  /// Keyframes one after the other that must find the same place before it counts; 1: at once. A
+  /// component that has fewer: all.
   int consistent = 3;
   int group_shared = 15;  ///< landmarks shared that make a keyframe one of a candidate's group
   PlaceQueryOptions query;

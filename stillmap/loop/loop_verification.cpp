@@ -186,10 +186,13 @@ class Verification {
   bool neighbours_agree() {
     int asked = 0;
     for (const Covisible& c : map_.covisible(query_.id, options_.neighbour_shared)) {
-      if (asked++ == options_.neighbours) break;
+      if (asked == options_.neighbours) break;
+      ++asked;
       match_.neighbours_agree += agrees(map_.at(c.keyframe));
     }
-    if (match_.neighbours_agree < options_.min_neighbours_agree)
+    // A map that has just begun has few keyframes; within one map there is always time for more.
+    const bool young = !match_.same_component && asked < options_.min_neighbours_agree;
+    if (match_.neighbours_agree < (young ? std::max(asked, 1) : options_.min_neighbours_agree))
       return fail(fmt::format("{} neighbours agree", match_.neighbours_agree));
     return true;
   }

@@ -33,9 +33,11 @@ struct LoopVerificationOptions {
   /// should, those that it does. Two desks of one make show each other's things, but not each
   /// other's surroundings. Chosen by measurement, see docs/results.md.
   double min_found_share = 0.25;
-  double max_blank_share = 0.3;   ///< of the same: see SightAgreement::blank
-  int neighbours = 5;             ///< keyframes beside the query that are asked, at most
-  int min_neighbours_agree = 3;   ///< of them must show the candidate's side where the match says
+  double max_blank_share = 0.3;  ///< of the same: see SightAgreement::blank
+  int neighbours = 5;            ///< keyframes beside the query that are asked, at most
+  /// Of them, those that must show the candidate's side where the match says; where two maps are
+  /// joined and there are fewer, all, but one at least.
+  int min_neighbours_agree = 3;
   int min_neighbour_sights = 25;  ///< landmarks, for a neighbour to agree
   int neighbour_shared = 15;      ///< landmarks shared with the query that make a neighbour
   DriftLimits drift;

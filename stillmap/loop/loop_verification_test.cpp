@@ -139,7 +139,7 @@ TEST_F(VerifyLoop, SaysTheSameTwice) {
 
 TEST_F(VerifyLoop, WantsTheQuerysNeighboursToAgree) {
   LoopVerificationOptions options;
-  options.min_neighbours_agree = options.neighbours + 1;
+  options.min_neighbour_sights = 10000;
   const LoopVerdict verdict = revisit().verify(3, 3, options);
   EXPECT_FALSE(verdict.match);
   EXPECT_NE(verdict.reason.find("neighbours"), std::string::npos) << verdict.reason;

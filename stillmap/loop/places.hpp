@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/base/fields.hpp"
+#include "stillmap/loop/loop_correction.hpp"
+#include "stillmap/loop/loop_detector.hpp"
+#include "stillmap/loop/loop_verification.hpp"
 #include "stillmap/loop/place_index.hpp"
 #include "stillmap/loop/relocaliser.hpp"
 #include "stillmap/motion/frame.hpp"
@@ -8,8 +11,12 @@
 namespace stillmap {
 
 struct PlaceOptions {
+  bool loops = true;  ///< whether loops are closed, and maps joined
   RelocaliserOptions relocaliser;
-  STILLMAP_FIELDS(relocaliser)
+  LoopDetectorOptions detector;
+  LoopVerificationOptions verification;
+  LoopCorrectionOptions correction;
+  STILLMAP_FIELDS(loops, relocaliser, detector, verification, correction)
 };
 
 /// The places of a map, to be recognised by how they look. Belongs to the thread that owns the map.
@@ -21,12 +28,18 @@ class Places {
   /// or has not been seen again. Forgets the keyframes that the map no longer holds.
   void add(const Map& map, KeyframeId keyframe);
 
+  /// Whether the place of the keyframe added last has been seen before, in its own component (a
+  /// loop) or in another one; certain, or nothing.
+  std::optional<LoopMatch> recognise(const Map& map, KeyframeId newest);
+
   /// Where a frame of a lost camera was: see stillmap::relocalise().
   RelocalisationVerdict find(const Map& map, const Frame& frame) const;
 
  private:
   PlaceOptions options_;
   PlaceIndex index_;
+  LoopDetector detector_;
+  std::uint32_t component_ = 0;  // of the keyframe asked about last
 };
 
 }  // namespace stillmap

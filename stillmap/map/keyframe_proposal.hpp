@@ -25,6 +25,9 @@ struct KeyframeProposal {
       landmarks;  ///< per keypoint: what it shows; invalid where nothing is known
   std::vector<Sighting>
       sightings;  ///< since the proposal before; a landmark may come several times
+  /// With the first one of a new map: a keyframe of the one before, if that held the camera too
+  /// briefly to be kept; else invalid.
+  KeyframeId abandoned = {};
 };
 
 }  // namespace stillmap

@@ -272,8 +272,75 @@ Pose Map::resolve(KeyframeId reference, const Pose& T_reference_camera) const {
 bool Map::is_first(KeyframeId id) const { return first_.at(at(id).component) == id; }
 
 KeyframeId Map::living(KeyframeId id) const {
-  while (!keyframes_.contains(id)) id = heirs_.at(id).keyframe;
+  while (!keyframes_.contains(id)) {
+    const auto heir = heirs_.find(id);
+    if (heir == heirs_.end()) return KeyframeId{};
+    id = heir->second.keyframe;
+  }
   return id;
+}
+
+std::vector<LoopEdge> Map::loops() const {
+  std::vector<LoopEdge> result;
+  for (const LoopEdge& loop : loops_) {
+    const LoopEdge now{living(loop.a), living(loop.b)};
+    if (now.a.valid() && now.b.valid() && now.a != now.b) result.push_back(now);
+  }
+  return result;
+}
+
+std::vector<std::uint32_t> Map::components() const {
+  std::vector<std::uint32_t> ids;
+  for (const auto& [component, keyframe] : first_) ids.push_back(component);
+  return ids;
+}
+
+void Map::move_component(std::uint32_t component, const Pose& T) {
+  const std::vector<KeyframeId> keyframes = keyframes_of(*this, component);
+  for (const KeyframeId id : keyframes) set_pose(id, T * at(id).T_world_camera);
+  for (const LandmarkId id : landmarks_seen_by(*this, keyframes)) {
+    Landmark& landmark = *landmarks_.find(id);
+    landmark.p_world = T * landmark.p_world;
+    landmark.normal = T.quaternion() * landmark.normal;
+  }
+}
+
+void Map::join_components(std::uint32_t kept, std::uint32_t absorbed) {
+  for (const KeyframeId id : keyframes_of(*this, absorbed)) keyframes_.find(id)->component = kept;
+  first_.erase(absorbed);
+}
+
+void Map::erase_component(std::uint32_t component) {
+  const std::vector<KeyframeId> keyframes = keyframes_of(*this, component);
+  for (const LandmarkId id : landmarks_seen_by(*this, keyframes)) erase(id);
+  for (const KeyframeId id : keyframes) keyframes_.erase(id);
+  first_.erase(component);
+}
+
+std::vector<KeyframeId> keyframes_of(const Map& map, std::uint32_t component) {
+  std::vector<KeyframeId> ids;
+  map.for_each_keyframe([&](const Keyframe& k) {
+    if (k.component == component) ids.push_back(k.id);
+  });
+  std::sort(ids.begin(), ids.end(),
+            [&](KeyframeId a, KeyframeId b) { return map.at(a).sequence < map.at(b).sequence; });
+  return ids;
+}
+
+void move_keyframes(Map& map, const std::map<KeyframeId, Pose>& T_world_camera) {
+  std::vector<KeyframeId> moved;
+  for (const auto& [id, T] : T_world_camera) moved.push_back(id);
+  const std::vector<LandmarkId> landmarks = landmarks_seen_by(map, moved);
+  for (const LandmarkId id : landmarks) {
+    const Landmark& landmark = map.at(id);
+    const KeyframeId first = landmark.observations.front().keyframe;
+    const auto to = T_world_camera.find(first);
+    if (to == T_world_camera.end()) continue;
+    const Pose from = map.at(first).T_world_camera;
+    map.set_position(id, to->second * (from.inverse() * landmark.p_world));
+  }
+  for (const auto& [id, T] : T_world_camera) map.set_pose(id, T);
+  for (const LandmarkId id : landmarks) map.refresh(id);
 }
 
 std::vector<LandmarkId> landmarks_seen_by(const Map& map, std::span<const KeyframeId> keyframes) {

@@ -71,6 +71,11 @@ struct MapContent {
   std::map<std::uint32_t, KeyframeId> first;  ///< of each component: see Map::is_first()
 };
 
+/// Two keyframes that saw one place, between which the way was long.
+struct LoopEdge {
+  KeyframeId a, b;
+};
+
 /// The one owner of keyframes and landmarks. Synchronous, one thread at a time; other threads get
 /// snapshots (LocalMap). Invariant: landmark L lists observation (K, i) exactly if keyframe K lists
 /// L at keypoint i.
@@ -135,13 +140,28 @@ class Map {
   /// sequence.
   std::vector<Covisible> covisible(KeyframeId id, int min_shared = 1) const;
 
+  /// Notes that a loop was closed, or two components joined, between two keyframes.
+  void add_loop(KeyframeId a, KeyframeId b) { loops_.push_back({a, b}); }
+  /// The loops closed so far, between living keyframes: where one was erased its heir stands in.
+  std::vector<LoopEdge> loops() const;
+
+  /// Ids of the components there are, sorted.
+  std::vector<std::uint32_t> components() const;
+  /// Moves a component as a whole: what was at p is at T p.
+  void move_component(std::uint32_t component, const Pose& T);
+  /// Makes the keyframes of component `absorbed` some of component `kept`, where they are.
+  void join_components(std::uint32_t kept, std::uint32_t absorbed);
+  /// Erases a component with all that it holds. Its keyframes have no heirs.
+  void erase_component(std::uint32_t component);
+
   /// A pose given relative to a keyframe, in the world as it is now; works for erased keyframes
-  /// too.
+  /// too, but not for those of an erased component.
   Pose resolve(KeyframeId reference, const Pose& T_reference_camera) const;
   /// Whether it is the first keyframe of its component, which holds the component's place in the
   /// world.
   bool is_first(KeyframeId id) const;
-  /// The living keyframe that stands in for `id` (itself while it lives).
+  /// The living keyframe that stands in for `id` (itself while it lives); invalid if its component
+  /// was erased.
   KeyframeId living(KeyframeId id) const;
 
  private:
@@ -158,7 +178,14 @@ class Map {
   std::uint32_t session_ = 0;
   std::map<KeyframeId, Heir> heirs_;           // of erased keyframes
   std::map<std::uint32_t, KeyframeId> first_;  // by component
+  std::vector<LoopEdge> loops_;                // in the order they were closed
 };
+
+/// The keyframes of a component, in the order of their making.
+std::vector<KeyframeId> keyframes_of(const Map& map, std::uint32_t component);
+
+/// Gives keyframes new poses. A landmark moves along with the keyframe that saw it first.
+void move_keyframes(Map& map, const std::map<KeyframeId, Pose>& T_world_camera);
 
 /// The landmarks that any of the keyframes sees, each once, sorted by id.
 std::vector<LandmarkId> landmarks_seen_by(const Map& map, std::span<const KeyframeId> keyframes);

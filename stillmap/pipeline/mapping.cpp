@@ -4,6 +4,7 @@
 #include "stillmap/base/stopwatch.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace stillmap {
 namespace {
@@ -11,48 +12,64 @@ namespace {
 /// Keyframes come a few a second; a queue this long means that the mapper is seconds behind.
 constexpr std::size_t kQueue = 16;
 
+/// A frame that comes after all others.
+constexpr std::size_t kAtTheEnd = std::numeric_limits<std::size_t>::max();
+
 }  // namespace
 
 Mapping::Mapping(const Camera& camera, const PyramidShape& pyramid, const SlamOptions& options)
     : schedule_(options.schedule),
       final_adjustment_(options.final_adjustment),
       bundle_(options.mapper.adjustment.bundle),
-      map_(camera, pyramid),
-      mapper_(map_, options.mapper),
-      places_(options.places) {
+      maker_(camera, pyramid, options) {
+  adjuster_ = std::make_unique<AdjustStage>(
+      kQueue, WhenFull::kBlock,
+      [this](const BundlePtr& bundle, const auto& publish) { adjust(bundle, publish); });
   stage_ = std::make_unique<MapStage>(
-      kQueue, WhenFull::kBlock, [this](const TrackedFramePtr& tracked, const auto& publish) {
-        tracked->proposal ? add(*tracked->proposal, publish) : find(tracked->frame, publish);
-      });
+      kQueue, WhenFull::kBlock,
+      [this](const TrackedFramePtr& tracked, const auto& publish) { work(*tracked, publish); });
 }
 
-void Mapping::add(const KeyframeProposal& proposal, const MapStage::Publish& publish) {
-  Stopwatch watch;
-  const KeyframeId id = mapper_.insert(proposal);
-  keyframe_of_[proposal.frame->index()] = id;
-  publish({mapper_.local_map(id), std::nullopt});
-  timing_.add("keyframe insertion", watch.lap());
+void Mapping::work(const TrackedFrame& tracked, const MapStage::Publish& publish) {
+  if (!tracked.proposal) {
+    publish({nullptr, maker_.find(tracked.frame)});
+    return;
+  }
+  take_in_adjustment(tracked.frame->index());
+  publish({maker_.insert(*tracked.proposal), std::nullopt});
   // A newer keyframe matters more than the last digit of this one's surroundings, where time is
   // real.
   StopRequest hurry;
   if (schedule_.realtime()) hurry = [this] { return stage_->waiting() > 0; };
-  const RefineReport report = mapper_.refine(id, hurry);
-  publish({mapper_.local_map(id), std::nullopt});
-  timing_.add("map refinement", watch.lap());
-  places_.add(map_, id);
-  timing_.add("place recognition", watch.lap());
+  publish({maker_.refine(hurry), std::nullopt});
+  begin_adjustment(tracked.frame->index());
 }
 
-void Mapping::find(const FramePtr& lost, const MapStage::Publish& publish) {
+/// What a newer loop has made out of date will not be taken in, so it need not be finished.
+void Mapping::adjust(const BundlePtr& bundle, const AdjustStage::Publish& publish) {
   const Stopwatch watch;
-  News answer;
-  if (const auto verdict = places_.find(map_, *lost); verdict.result) {
-    const Relocalisation& r = *verdict.result;
-    answer.found = Placement{lost, mapper_.local_map(r.reference), r.T_reference_camera,
-                             r.landmarks, r.inliers};
+  BundleResult result =
+      adjust_bundle(bundle->problem, bundle_, [this] { return adjuster_->waiting() > 0; });
+  adjust_timing_.add("global adjustment", watch.milliseconds());
+  publish({bundle, std::move(result)});
+}
+
+void Mapping::begin_adjustment(std::size_t frame_index) {
+  const BundlePtr bundle = maker_.take_bent();
+  if (!bundle || bundle->free == 0) return;
+  adjuster_->push(bundle);
+  ++adjusting_;
+  adjusted_by_ = frame_index + static_cast<std::size_t>(schedule_.global_delay);
+}
+
+void Mapping::take_in_adjustment(std::size_t frame_index) {
+  if (!schedule_.realtime() && frame_index < adjusted_by_) return;
+  const bool wait = !schedule_.realtime() || frame_index == kAtTheEnd;
+  while (adjusting_ > 0) {
+    const auto adjusted = wait ? adjuster_->take() : adjuster_->try_take();
+    if (!adjusted) return;
+    if (--adjusting_ == 0) maker_.straighten(*adjusted->bundle, adjusted->result);
   }
-  publish(std::move(answer));
-  timing_.add("relocalisation", watch.milliseconds());
 }
 
 void Mapping::push(const TrackedFramePtr& tracked) {
@@ -62,8 +79,9 @@ void Mapping::push(const TrackedFramePtr& tracked) {
     expect(now + static_cast<std::size_t>(schedule_.insert_delay));
     expect(now + static_cast<std::size_t>(schedule_.refine_delay));
     if (tracked->state == TrackState::kStarted) {
-      ++components_;
+      ++begun_;
       await_first_ = true;
+      outdated_ = seeking_;
     }
   } else if (tracked->state == TrackState::kLost && !seeking_) {
     stage_->push(tracked);
@@ -90,28 +108,28 @@ MapView Mapping::view_for(std::size_t frame_index) {
   while (auto news = next_news(frame_index)) {
     if (news->local_map) {
       newest_ = news->local_map;
-      if (newest_->component + 1 == components_) await_first_ = false;
+      if (newest_->component + 1 == begun_) await_first_ = false;
     } else {
       seeking_ = false;
-      found = std::move(news->found);
+      if (!std::exchange(outdated_, false)) found = std::move(news->found);
     }
   }
   return {newest_, std::move(found)};
 }
 
-void Mapping::finish() {
+void Mapping::drain() {
   stage_->drain();
-  if (!final_adjustment_) return;
-  Stopwatch watch;
-  for (std::uint32_t component = 0; component < components_; ++component) {
-    adjust_globally(map_, component, bundle_);
-  }
-  timing_.add("final adjustment", watch.lap());
+  take_in_adjustment(kAtTheEnd);
 }
 
-KeyframeId Mapping::keyframe_of(std::size_t frame_index) const {
-  const auto found = keyframe_of_.find(frame_index);
-  return found != keyframe_of_.end() ? found->second : KeyframeId{};
+void Mapping::finish() {
+  if (final_adjustment_) maker_.adjust_all(bundle_);
+}
+
+TimingRecorder Mapping::timing() const {
+  TimingRecorder all = maker_.timing();
+  all.merge(adjust_timing_);
+  return all;
 }
 
 }  // namespace stillmap

@@ -1,16 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/evaluate/timing.hpp"
-#include "stillmap/loop/places.hpp"
-#include "stillmap/map/placement.hpp"
-#include "stillmap/pipeline/options.hpp"
+#include "stillmap/pipeline/map_maker.hpp"
 #include "stillmap/pipeline/stage.hpp"
-#include "stillmap/refine/local_mapper.hpp"
 #include "stillmap/track/tracker.hpp"
 
 #include <deque>
-#include <map>
 #include <memory>
+#include <optional>
 
 namespace stillmap {
 
@@ -20,8 +16,9 @@ struct MapView {
   std::optional<Placement> found;  ///< if an answer has come where the lost camera was
 };
 
-/// The map's side in a thread of its own: proposals go in, snapshots of the map come out; frames of
-/// a lost camera go in, and where they were comes out. Owns the map.
+/// The map's side in threads of its own: proposals go in, snapshots of the map come out; frames of
+/// a lost camera go in, and where they were comes out. One thread owns the map; a second one, after
+/// a loop, adjusts a copy of the whole, which the first takes in again when it is due.
 class Mapping {
  public:
   Mapping(const Camera& camera, const PyramidShape& pyramid, const SlamOptions& options);
@@ -39,15 +36,18 @@ class Mapping {
   /// The tracker took up a placement: its snapshot is the newest.
   void take_up(const Placement& placement) { newest_ = placement.local_map; }
 
-  /// Waits for all that was pushed and, if asked to by the options, adjusts the whole map once
-  /// more. From here on the map may be read.
+  /// Waits for all that was pushed. From here on the map may be read, and nothing pushed.
+  void drain();
+  /// Drops a component. After drain().
+  void drop(std::uint32_t component) { maker_.drop(component); }
+  /// If asked to by the options, adjusts the whole map once more. After drain().
   void finish();
 
-  const Map& map() const { return map_; }                   ///< after finish()
-  const TimingRecorder& timing() const { return timing_; }  ///< after finish()
-  std::uint32_t components() const { return components_; }
-  /// The keyframe made of a frame; invalid if none was. After finish().
-  KeyframeId keyframe_of(std::size_t frame_index) const;
+  const Map& map() const { return maker_.map(); }                          ///< after drain()
+  TimingRecorder timing() const;                                           ///< after drain()
+  const std::vector<MapEvent>& events() const { return maker_.events(); }  ///< after drain()
+  /// The keyframe made of a frame; invalid if none was. After drain().
+  KeyframeId keyframe_of(std::size_t frame_index) const { return maker_.keyframe_of(frame_index); }
 
  private:
   /// What comes out: a snapshot, or the answer where a lost camera was.
@@ -55,29 +55,41 @@ class Mapping {
     LocalMapPtr local_map;           ///< null: it is an answer
     std::optional<Placement> found;  ///< nothing: it was not recognised
   };
+  struct Adjusted {
+    std::shared_ptr<const MapBundle> bundle;
+    BundleResult result;
+  };
+  using BundlePtr = std::shared_ptr<const MapBundle>;
   using MapStage = Stage<TrackedFramePtr, News>;
+  using AdjustStage = Stage<BundlePtr, Adjusted>;
 
-  void add(const KeyframeProposal& proposal, const MapStage::Publish& publish);
-  void find(const FramePtr& lost, const MapStage::Publish& publish);
+  void work(const TrackedFrame& tracked, const MapStage::Publish& publish);
+  void adjust(const BundlePtr& bundle, const AdjustStage::Publish& publish);
+  void begin_adjustment(std::size_t frame_index);
+  void take_in_adjustment(std::size_t frame_index);
+
   void expect(std::size_t frame_index);
   std::optional<News> next_news(std::size_t frame_index);
 
   const ScheduleOptions schedule_;
   const bool final_adjustment_;
   const BundleOptions bundle_;
-  // Of the stage's thread until finish().
-  Map map_;
-  LocalMapper mapper_;
-  Places places_;
-  TimingRecorder timing_;
-  std::map<std::size_t, KeyframeId> keyframe_of_;
 
-  std::uint32_t components_ = 0;
+  // Of the map's thread until drain().
+  MapMaker maker_;
+  std::size_t adjusting_ = 0;    // bundles handed over, whose solutions have not been taken
+  std::size_t adjusted_by_ = 0;  // frame from which the newest one's is to be taken in
+
+  TimingRecorder adjust_timing_;  // of the adjuster's thread until drain()
+
+  std::uint32_t begun_ = 0;      // components so far
   bool await_first_ = false;     // a map was begun, and its first snapshot has not been taken yet
   bool seeking_ = false;         // an answer has not been taken yet
+  bool outdated_ = false;        // a map was begun since the question was asked
   std::deque<std::size_t> due_;  // frame from which each of the news still to be taken is visible
   LocalMapPtr newest_;
-  std::unique_ptr<MapStage> stage_;  // last: its thread uses the above
+  std::unique_ptr<AdjustStage> adjuster_;  // last: their threads use the above
+  std::unique_ptr<MapStage> stage_;        // and this one the adjuster
 };
 
 }  // namespace stillmap

@@ -26,10 +26,13 @@ struct ScheduleOptions {
   int insert_delay = 1;  ///< frames until the tracker sees a new keyframe's landmarks (lockstep)
   int refine_delay = 5;  ///< frames until it sees the map adjusted around it (lockstep)
   int relocalise_delay = 1;  ///< frames until it hears whether a place was recognised (lockstep)
+  int global_delay =
+      90;  ///< frames after a loop until the map adjusted as a whole is taken in (lockstep)
   int segment_every =
       3;  ///< frames from one that the network sees to the next (lockstep; realtime: at most)
   int mask_delay = 2;  ///< frames until the tracker sees its masks (lockstep)
-  STILLMAP_FIELDS(mode, insert_delay, refine_delay, relocalise_delay, segment_every, mask_delay)
+  STILLMAP_FIELDS(mode, insert_delay, refine_delay, relocalise_delay, global_delay, segment_every,
+                  mask_delay)
   bool realtime() const { return mode == "realtime"; }
 };
 

@@ -165,14 +165,35 @@ void Slam::record(const TrackedFrame& tracked, double milliseconds) {
   records_.push_back(record);
 }
 
+/// The keyframe that a frame's place is known by: its own if it was kept; invalid where the frame
+/// has no pose, or its map was dropped.
+KeyframeId Slam::reference_of(const FrameRecord& record) const {
+  if (record.state != TrackState::kStarted && record.state != TrackState::kTracking) return {};
+  const KeyframeId own = mapping_.keyframe_of(record.index);
+  const KeyframeId reference = own.valid() ? own : record.reference;
+  return mapping_.map().living(reference).valid() ? reference : KeyframeId{};
+}
+
 /// A frame that was kept stands where its keyframe stands now; any other one where it stood beside
 /// its reference.
 std::optional<Pose> Slam::final_pose(const FrameRecord& record) const {
-  if (record.state != TrackState::kStarted && record.state != TrackState::kTracking)
-    return std::nullopt;
-  const KeyframeId own = mapping_.keyframe_of(record.index);
-  if (own.valid()) return mapping_.map().resolve(own, Pose());
-  return mapping_.map().resolve(record.reference, record.T_reference_camera);
+  const KeyframeId reference = reference_of(record);
+  if (!reference.valid()) return std::nullopt;
+  const bool own = reference != record.reference;
+  return mapping_.map().resolve(reference, own ? Pose() : record.T_reference_camera);
+}
+
+/// Of several maps, those that held the camera for moments only.
+void Slam::drop_brief_maps() {
+  const Map& map = mapping_.map();
+  std::map<std::uint32_t, int> frames;
+  for (const FrameRecord& record : records_) {
+    const KeyframeId reference = reference_of(record);
+    if (reference.valid()) ++frames[map.at(map.living(reference)).component];
+  }
+  for (const auto& [component, count] : frames) {
+    if (frames.size() > 1 && count < options_.tracker.min_map_frames) mapping_.drop(component);
+  }
 }
 
 /// Where the dense map's keyframes are: those of the largest of the unconnected maps, since the
@@ -195,6 +216,8 @@ std::map<std::size_t, Pose> Slam::dense_poses(const std::map<std::size_t, Pose>&
 
 SlamResult Slam::finish() {
   instances_.finish();
+  mapping_.drain();
+  drop_brief_maps();
   mapping_.finish();
   dense_stage_->drain();
   movers_.finish();
@@ -229,7 +252,8 @@ SlamResult Slam::finish() {
   result.dense_statistics = dense_.statistics();
   result.frames = records_;
   result.landmarks = mapping_.map().landmark_count();
-  result.maps = mapping_.components();
+  result.maps = mapping_.map().components().size();
+  result.events = mapping_.events();
   result.segmented = instances_.segmented();
   result.timing = timing_;
   result.timing.merge(instances_.timing());

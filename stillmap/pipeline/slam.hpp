@@ -52,7 +52,8 @@ struct SlamResult {
   std::size_t landmarks = 0;
   std::size_t maps =
       0;  ///< unconnected maps; more than one means that tracking was lost in between
-  std::size_t segmented = 0;  ///< frames the network saw
+  std::vector<MapEvent> events;  ///< loops closed, maps joined and dropped, in this order
+  std::size_t segmented = 0;     ///< frames the network saw
   std::size_t tracked() const { return trajectory.size(); }
 };
 
@@ -99,6 +100,8 @@ class Slam {
   void record(const TrackedFrame& tracked, double milliseconds);
   std::optional<Pose> final_pose(const FrameRecord& record) const;
   std::map<std::size_t, Pose> dense_poses(const std::map<std::size_t, Pose>& pose_of) const;
+  KeyframeId reference_of(const FrameRecord& record) const;
+  void drop_brief_maps();
 
   const SlamOptions options_;
   const Camera camera_;

@@ -1,73 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/refine/landmark_fusion.hpp"
 
-#include "stillmap/map/visibility.hpp"
-
-#include <algorithm>
-#include <cmath>
-
 namespace stillmap {
-namespace {
-
-bool observed_by(const Landmark& landmark, KeyframeId keyframe) {
-  return std::any_of(landmark.observations.begin(), landmark.observations.end(),
-                     [&](const Observation& o) { return o.keyframe == keyframe; });
-}
-
-/// Whether the keypoint's depth, where it has one, is the landmark's.
-bool depth_agrees(const Map& map, const Keypoint& keypoint, double depth,
-                  const FusionOptions& options) {
-  if (keypoint.depth <= 0) return true;
-  const double bf = map.camera().bf();
-  return std::abs(bf / keypoint.depth - bf / depth) < options.max_disparity;
-}
-
-/// Notes that keypoint i of the keyframe shows the landmark, merging if it already shows another
-/// one.
-int join(Map& map, const Keyframe& keyframe, std::uint32_t i, LandmarkId id) {
-  const LandmarkId shown = keyframe.landmarks[i];
-  if (!shown.valid()) {
-    if (keyframe.static_weight[i] <= 0 || !map.observe(id, {keyframe.id, i})) return 0;
-    map.refresh(id);
-    return 1;
-  }
-  if (shown == id) return 0;
-  const bool keep_shown = map.at(shown).observations.size() >= map.at(id).observations.size();
-  map.merge(keep_shown ? shown : id, keep_shown ? id : shown);
-  return 1;
-}
-
-int fuse_into(Map& map, KeyframeId target, const std::vector<LandmarkId>& landmarks,
-              const FusionOptions& options) {
-  const Keyframe& keyframe = map.at(target);
-  const Viewpoint view(map.camera(), map.pyramid(), keyframe.T_world_camera);
-  std::vector<ProjectionQuery> queries;
-  std::vector<LandmarkId> ids;
-  for (const LandmarkId id : landmarks) {
-    const Landmark* landmark = map.find(id);
-    if (landmark == nullptr || observed_by(*landmark, target)) continue;
-    if (const auto query = view.expect(*landmark, options.radius, options.min_view_cosine)) {
-      queries.push_back(*query);
-      ids.push_back(id);
-    }
-  }
-  ProjectionMatchOptions matching;
-  matching.max_distance = options.max_distance;
-  matching.ratio = 1;  // a second, equally near keypoint is likely the same corner again
-  const auto found = match_by_projection(queries, *keyframe.features, matching);
-  int joined = 0;
-  for (std::size_t q = 0; q < queries.size(); ++q) {
-    const Landmark* landmark = map.find(ids[q]);  // may have been merged away meanwhile
-    if (!found[q] || landmark == nullptr) continue;
-    const std::uint32_t keypoint = *found[q];
-    const double depth = view.depth(landmark->p_world);
-    if (!depth_agrees(map, keyframe.features->keypoints[keypoint], depth, options)) continue;
-    joined += join(map, keyframe, keypoint, ids[q]);
-  }
-  return joined;
-}
-
-}  // namespace
 
 int fuse_duplicates(Map& map, KeyframeId keyframe, const FusionOptions& options) {
   std::vector<KeyframeId> neighbours;

@@ -20,9 +20,4 @@ struct LocalAdjustmentOptions {
 BundleResult adjust_locally(Map& map, KeyframeId newest, const LocalAdjustmentOptions& options,
                             const StopRequest& stop = {});
 
-/// The same over every keyframe and landmark of one component; its first keyframe stays where it
-/// is.
-BundleResult adjust_globally(Map& map, std::uint32_t component, const BundleOptions& options,
-                             const StopRequest& stop = {});
-
 }  // namespace stillmap

@@ -294,4 +294,19 @@ void radiator(MeshBuilder& to, Palette& palette, const Transform& T, float width
   to.box(T * place(0, 0, 0.12F), {width, 0.1F, 0.55F}, {palette.radiator, palette.white});
 }
 
+void set_desk(MeshBuilder& to, Palette& p, const Transform& T, int screens) {
+  desk(to, p, T, 1.6F, 0.75F);
+  const auto on = [&](float x, float y, float yaw = 0) {
+    return T * place(x, y, kDeskHeight, yaw);
+  };
+  monitor(to, p, on(-0.32F, 0.2F, 6), screens);
+  monitor(to, p, on(0.3F, 0.22F, -8), screens + 1);
+  keyboard(to, p, on(-0.05F, -0.14F, 3));
+  mug(to, p, on(0.46F, -0.08F, 40));
+  paper(to, p, on(-0.5F, -0.18F, 18));
+  paper(to, p, on(-0.44F, -0.12F, -7) * place(0, 0, 0.003F));
+  book_pile(to, p, on(0.66F, -0.2F, 20), 4);
+  pencil_cup(to, p, on(-0.7F, 0.02F));
+}
+
 }  // namespace stillmap::simulate::furniture

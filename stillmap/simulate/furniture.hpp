@@ -9,6 +9,8 @@ namespace stillmap::simulate::furniture {
 constexpr float kDeskHeight = 0.74F;
 constexpr float kSeatHeight = 0.46F;
 
+/// A desk with two screens, a keyboard, a mug, papers, books and pencils on it.
+void set_desk(MeshBuilder& to, Palette& palette, const Transform& T, int screens);
 void desk(MeshBuilder& to, Palette& palette, const Transform& T, float width, float depth);
 void monitor(MeshBuilder& to, Palette& palette, const Transform& T, int screen);
 void keyboard(MeshBuilder& to, Palette& palette, const Transform& T);

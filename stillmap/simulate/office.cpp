@@ -46,26 +46,11 @@ void hang_lamps(MeshBuilder& to, Palette& p, Scene& scene) {
   scene.lighting.ambient = {0.36F, 0.35F, 0.34F};
 }
 
-void set_desk(MeshBuilder& to, Palette& p, const Transform& T, int screens) {
-  f::desk(to, p, T, 1.6F, 0.75F);
-  const auto on = [&](float x, float y, float yaw = 0) {
-    return T * place(x, y, f::kDeskHeight, yaw);
-  };
-  f::monitor(to, p, on(-0.32F, 0.2F, 6), screens);
-  f::monitor(to, p, on(0.3F, 0.22F, -8), screens + 1);
-  f::keyboard(to, p, on(-0.05F, -0.14F, 3));
-  f::mug(to, p, on(0.46F, -0.08F, 40));
-  f::paper(to, p, on(-0.5F, -0.18F, 18));
-  f::paper(to, p, on(-0.44F, -0.12F, -7) * place(0, 0, 0.003F));
-  f::book_pile(to, p, on(0.66F, -0.2F, 20), 4);
-  f::pencil_cup(to, p, on(-0.7F, 0.02F));
-}
-
 void furnish_middle(MeshBuilder& to, Palette& p) {
   BoxSkin rug(p.rug);
   to.box(place(kDeskX - 0.1F, kDeskY - 0.1F, 0), {3.3F, 2.6F, 0.012F}, rug, false);
-  set_desk(to, p, place(kDeskX, kDeskY - 0.38F, 0), 0);
-  set_desk(to, p, place(kDeskX, kDeskY + 0.38F, 0, 180), 2);
+  f::set_desk(to, p, place(kDeskX, kDeskY - 0.38F, 0), 0);
+  f::set_desk(to, p, place(kDeskX, kDeskY + 0.38F, 0, 180), 2);
   f::desk_lamp(to, p, place(kDeskX - 0.68F, kDeskY + 0.1F, f::kDeskHeight, -60));
   f::plant(to, p, place(kDeskX + 0.68F, kDeskY + 0.02F, f::kDeskHeight), 0.42F);
   f::bin(to, p, place(kDeskX - 1.0F, kDeskY - 0.7F, 0));

@@ -29,4 +29,9 @@ struct RoomPlan {
 /// a brick wall, pictures. Fills statics (not lit yet), lighting, viewpoint and room.
 RoomPlan build_office(Palette& palette, Scene& scene);
 
+/// Four rooms of 7.4 m x 6.4 m around a cross of walls, each with passages to the next two: a way
+/// of some 60 m through all and back. Every room has its own wallpapers, pictures and furniture,
+/// but the desks in the middle of the first and the third are the same to the last mug.
+RoomPlan build_flat(Palette& palette, Scene& scene);
+
 }  // namespace stillmap::simulate

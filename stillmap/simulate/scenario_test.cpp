@@ -135,5 +135,27 @@ TEST(Scenario, NearThingsAreSeenWell) {
   }
 }
 
+/// Once around, 60 m: through four rooms, never against a wall, and back to where it began.
+TEST(Flat, TheWayLeadsThroughAllRoomsAndBack) {
+  SimulationOptions options = tiny("walk", "loop", 0);
+  options.scene = "flat";
+  options.fps = 1;
+  options.frames = 160;
+  const SimulatedSequence sequence(options);
+  double way = 0, back = 1e9;
+  for (std::size_t i = 1; i < 160; ++i) {
+    const Eigen::Vector3d p = sequence.T_world_camera(i).translation();
+    way += (p - sequence.T_world_camera(i - 1).translation()).norm();
+    if (i > 100) back = std::min(back, (p - sequence.T_world_camera(0).translation()).norm());
+  }
+  EXPECT_NEAR(way, 64, 2);
+  EXPECT_LT(back, 0.3);
+  for (std::size_t i = 0; i < 160; i += 4) {
+    const cv::Mat depth = sequence.truth(i).depth;
+    EXPECT_EQ(cv::countNonZero(depth), static_cast<int>(depth.total())) << i << ": no hole";
+    EXPECT_EQ(cv::countNonZero(depth < 0.3), 0) << i;
+  }
+}
+
 }  // namespace
 }  // namespace stillmap

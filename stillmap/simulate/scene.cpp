@@ -120,7 +120,7 @@ void add_things(const SceneOptions& options, const RoomPlan& room, Palette& pale
 }  // namespace
 
 const std::vector<std::string>& scene_names() {
-  static const std::vector<std::string> kNames{"office"};
+  static const std::vector<std::string> kNames{"office", "flat"};
   return kNames;
 }
 
@@ -138,7 +138,8 @@ Scene make_scene(const SceneOptions& options) {
   Scene scene;
   Random random(static_cast<std::uint64_t>(options.seed), 1);
   Palette palette(scene.textures, random);
-  const RoomPlan plan = build_office(palette, scene);
+  const RoomPlan plan =
+      options.scene == "flat" ? build_flat(palette, scene) : build_office(palette, scene);
   bake_light(scene.lighting, scene.statics);
   scene.round = plan.walk;
   if (options.activity == "crowd") scene.viewpoint.position.z() = plan.crowd_height;

@@ -13,7 +13,7 @@
 namespace stillmap {
 
 struct SceneOptions {
-  std::string scene = "office";  ///< which room: see scene_names()
+  std::string scene = "office";  ///< office; flat: four rooms, a way of 60 m
   int people = 2;                ///< 0..6
   /// What they do: walk (all), sit (two on chairs, the others stand and wave), wave (all), mixed
   /// (first walks, second sits, third waves, fourth walks, ...), rise (as sit, but they keep nearly

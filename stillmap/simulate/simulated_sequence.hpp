@@ -15,7 +15,7 @@
 namespace stillmap {
 
 struct SimulationOptions {
-  std::string scene = "office";   ///< see SceneOptions
+  std::string scene = "office";   ///< office, or flat: four rooms
   int people = 2;                 ///< 0..6
   std::string activity = "walk";  ///< walk, sit, wave, mixed, rise, companion, crowd
   int things = 0;            ///< movers of no known class, 0..3: swinging crate, pushed chair, ball

@@ -137,6 +137,9 @@ TrackedFramePtr Tracker::start(const FramePtr& frame) {
   result->T_world_camera = T_world_previous_;  // a new map goes on where the old one was lost
   result->proposal =
       KeyframeProposal{frame, KeyframeId{}, T_world_previous_, result->landmarks, {}};
+  if (local_map_ && frames_in_map_ < options_.min_map_frames)
+    result->proposal->abandoned = local_map_->reference;
+  frames_in_map_ = 1;
   previous_ = result;
   T_previous_next_ = Pose();
   frames_lost_ = could_have_begun_ = 0;
@@ -169,6 +172,7 @@ TrackedFramePtr Tracker::tracked(const FramePtr& frame, const Estimate& estimate
   for (const Match& match : estimate.matches) result->landmarks[match.keypoint] = match.landmark;
   result->inliers = static_cast<int>(estimate.matches.size());
   result->relocalised = relocalised;
+  frames_in_map_ = relocalised ? options_.min_map_frames : frames_in_map_ + 1;
 
   const std::size_t newest = std::max(last_proposed_, local_map_->made_for_frame);
   if (policy_.wants(*frame, estimate.T_world_camera, result->landmarks, *local_map_,

@@ -30,13 +30,14 @@ struct TrackerOptions {
   /// Of a landmark's log-odds what lasts to the next frame; they are the mean of what frames say,
   /// for these are far from independent.
   double landmark_memory = 0.95;
-  int min_inliers = 25;  ///< landmarks for the frame to count as tracked
-  int patience = 10;     ///< frames without a pose that could begin a map, before one does
+  int min_inliers = 25;     ///< landmarks for the frame to count as tracked
+  int patience = 10;        ///< frames without a pose that could begin a map, before one does
+  int min_map_frames = 15;  ///< a map that held the camera for fewer is dropped when lost
   PoseSolverOptions solver;
   KeyframePolicyOptions keyframes;
   STILLMAP_FIELDS(min_start_points, motion_radius, local_radius, max_distance, ratio,
                   min_view_cosine, min_motion_inliers, sure_inliers, landmark_memory, min_inliers,
-                  patience, solver, keyframes)
+                  patience, min_map_frames, solver, keyframes)
 };
 
 enum class TrackState {
@@ -156,9 +157,10 @@ class Tracker {
   Pose T_world_previous_;     // its pose in the newest local map
   Pose T_previous_next_;      // constant-velocity model
   int frames_lost_ = 0;
-  int could_have_begun_ = 0;         // of these, frames that a map could have begun with
-  std::size_t last_proposed_ = 0;    // frame index
-  std::vector<Sighting> sightings_;  // of local maps before this one
+  int could_have_begun_ = 0;  // of these, frames that a map could have begun with
+  int frames_in_map_ = 0;     // since it was begun; no fewer than are needed to keep an old one
+  std::size_t last_proposed_ = 0;                 // frame index
+  std::vector<Sighting> sightings_;               // of local maps before this one
   std::vector<std::uint32_t> predicted_, found_;  // per landmark of local_map_
   std::vector<float> static_log_odds_;            // likewise: of its being static
 };

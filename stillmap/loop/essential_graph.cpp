@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/loop/essential_graph.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <set>
+#include <tuple>
+
+namespace stillmap {
+namespace {
+
+/// Two keyframes by their place in the order of making, a < b, and the landmarks they share.
+struct Link {
+  std::uint32_t a, b;
+  int shared;
+};
+
+/// Which keyframes hang together so far (disjoint sets, Tarjan 1975).
+class Parts {
+ public:
+  explicit Parts(std::size_t count) : parent_(count) {
+    std::iota(parent_.begin(), parent_.end(), 0U);
+  }
+  /// False if both were of one part already.
+  bool join(std::uint32_t a, std::uint32_t b) {
+    const std::uint32_t root_a = root(a), root_b = root(b);
+    parent_[root_b] = root_a;
+    return root_a != root_b;
+  }
+
+ private:
+  std::uint32_t root(std::uint32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  std::vector<std::uint32_t> parent_;
+};
+
+std::vector<Link> strongest_first(const Map& map, const std::vector<KeyframeId>& keyframes,
+                                  const std::map<KeyframeId, std::uint32_t>& node_of) {
+  std::vector<Link> links;
+  for (std::uint32_t a = 0; a < keyframes.size(); ++a) {
+    for (const Covisible& c : map.covisible(keyframes[a])) {
+      const auto b = node_of.find(c.keyframe);
+      if (b != node_of.end() && a < b->second) links.push_back({a, b->second, c.shared});
+    }
+  }
+  std::sort(links.begin(), links.end(), [](const Link& x, const Link& y) {
+    return std::tuple(-x.shared, x.a, x.b) < std::tuple(-y.shared, y.a, y.b);
+  });
+  return links;
+}
+
+}  // namespace
+
+EssentialGraph::EssentialGraph(const Map& map, std::uint32_t component, int strong)
+    : keyframes_(keyframes_of(map, component)) {
+  for (const KeyframeId id : keyframes_) {
+    node_of_.emplace(id, static_cast<std::uint32_t>(T_world_keyframe_.size()));
+    T_world_keyframe_.push_back(map.at(id).T_world_camera);
+  }
+  Parts parts(keyframes_.size());
+  for (const Link& link : strongest_first(map, keyframes_, node_of_)) {
+    if (parts.join(link.a, link.b) || link.shared >= strong) connect(link.a, link.b);
+  }
+  // Where no landmark leads on, the order of making does: those two were seen one after the other.
+  for (std::uint32_t i = 1; i < keyframes_.size(); ++i) {
+    if (parts.join(i - 1, i)) connect(i - 1, i);
+  }
+  for (const LoopEdge& loop : map.loops()) {
+    if (node_of_.contains(loop.a) && node_of_.contains(loop.b)) connect(node(loop.a), node(loop.b));
+  }
+}
+
+void EssentialGraph::connect(std::uint32_t a, std::uint32_t b) {
+  edges_.push_back({a, b, T_world_keyframe_[a].inverse() * T_world_keyframe_[b], 1});
+}
+
+void EssentialGraph::add(KeyframeId a, KeyframeId b, const Pose& T_a_b, double weight) {
+  edges_.push_back({node(a), node(b), T_a_b, weight});
+}
+
+std::map<KeyframeId, Pose> EssentialGraph::relaxed(const std::map<KeyframeId, Pose>& held,
+                                                   const PoseGraphOptions& options) const {
+  PoseGraphProblem problem{T_world_keyframe_, std::vector<std::uint8_t>(keyframes_.size(), 0),
+                           edges_};
+  for (const auto& [id, T] : held) {
+    problem.T_world_node[node(id)] = T;
+    problem.fixed[node(id)] = 1;
+  }
+  const PoseGraphResult result = solve_pose_graph(problem, options);
+  std::map<KeyframeId, Pose> poses;
+  for (std::size_t i = 0; i < keyframes_.size(); ++i) poses[keyframes_[i]] = result.T_world_node[i];
+  return poses;
+}
+
+}  // namespace stillmap

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/loop/loop_correction.hpp"
+
+#include "stillmap/base/stopwatch.hpp"
+
+#include <algorithm>
+
+namespace stillmap {
+namespace {
+
+/// A keyframe and those that share most landmarks with it, within its component.
+std::vector<KeyframeId> side_of(const Map& map, KeyframeId centre,
+                                const LoopCorrectionOptions& options) {
+  std::vector<KeyframeId> side = {centre};
+  for (const Covisible& c : map.covisible(centre, options.weld_shared)) {
+    if (static_cast<int>(side.size()) <= options.weld_most) side.push_back(c.keyframe);
+  }
+  return side;
+}
+
+/// The keyframes of one side that are not of the other.
+std::vector<KeyframeId> without(std::vector<KeyframeId> side, std::vector<KeyframeId> other) {
+  std::sort(other.begin(), other.end());
+  std::erase_if(side,
+                [&](KeyframeId id) { return std::binary_search(other.begin(), other.end(), id); });
+  return side;
+}
+
+/// Makes landmarks that both sides know one: each side's are looked for in the other's keyframes.
+int weld(Map& map, const std::vector<KeyframeId>& query_side,
+         const std::vector<KeyframeId>& candidate_side, const FusionOptions& options) {
+  int fused = 0;
+  for (const KeyframeId id : query_side)
+    fused += fuse_into(map, id, landmarks_seen_by(map, candidate_side), options);
+  for (const KeyframeId id : candidate_side)
+    fused += fuse_into(map, id, landmarks_seen_by(map, query_side), options);
+  return fused;
+}
+
+}  // namespace
+
+LoopCorrection close_loop(Map& map, const LoopMatch& match, const LoopCorrectionOptions& options) {
+  const std::uint32_t component = map.at(match.query).component;
+  EssentialGraph graph(map, component, options.strong);
+  const auto candidate_side = side_of(map, match.candidate, options);
+  const auto query_side = without(side_of(map, match.query, options), candidate_side);
+
+  const Pose T_world_candidate = map.at(match.candidate).T_world_camera;
+  const Pose T_wrong = map.at(match.query).T_world_camera;
+  const Pose correction = T_world_candidate * match.T_candidate_query * T_wrong.inverse();
+  std::map<KeyframeId, Pose> corrected;
+  for (const KeyframeId id : query_side) {
+    corrected[id] = correction * map.at(id).T_world_camera;
+    graph.add(match.candidate, id, T_world_candidate.inverse() * corrected[id],
+              options.loop_weight);
+  }
+  move_keyframes(map, corrected);
+  LoopCorrection done;
+  done.fused = weld(map, query_side, candidate_side, options.fusion);
+
+  const Stopwatch watch;
+  const KeyframeId first = graph.keyframes().front();
+  move_keyframes(map, graph.relaxed({{first, map.at(first).T_world_camera}}, options.graph));
+  done.graph_ms = watch.milliseconds();
+  map.add_loop(match.candidate, match.query);
+  const Pose moved = map.at(match.query).T_world_camera * T_wrong.inverse();
+  done.metres = (map.at(match.query).T_world_camera.translation() - T_wrong.translation()).norm();
+  done.radians = moved.angle();
+  done.keyframes = graph.keyframes().size();
+  return done;
+}
+
+LoopCorrection join_maps(Map& map, const LoopMatch& match, const LoopCorrectionOptions& options) {
+  const auto query_side = side_of(map, match.query, options);
+  const auto candidate_side = side_of(map, match.candidate, options);
+  const std::uint32_t of_query = map.at(match.query).component;
+  const std::uint32_t of_candidate = map.at(match.candidate).component;
+  const Pose T_wrong = map.at(match.query).T_world_camera;
+  const Pose to_candidates_world =
+      map.at(match.candidate).T_world_camera * match.T_candidate_query * T_wrong.inverse();
+  if (of_candidate < of_query) {
+    map.move_component(of_query, to_candidates_world);
+  } else {
+    map.move_component(of_candidate, to_candidates_world.inverse());
+  }
+  map.join_components(std::min(of_query, of_candidate), std::max(of_query, of_candidate));
+
+  LoopCorrection done;
+  done.fused = weld(map, query_side, candidate_side, options.fusion);
+  map.add_loop(match.candidate, match.query);
+  done.metres = ((to_candidates_world * T_wrong).translation() - T_wrong.translation()).norm();
+  done.radians = to_candidates_world.angle();
+  done.keyframes = keyframes_of(map, std::min(of_query, of_candidate)).size();
+  return done;
+}
+
+void settle(Map& map, const EssentialGraph& before, const PoseGraphOptions& options) {
+  constexpr double kMoved = 1e-9;  // metres, radians: more than what rounding does
+  std::map<KeyframeId, Pose> held;
+  for (const KeyframeId id : before.keyframes()) {
+    if (map.find(id) == nullptr) continue;
+    const Pose T = map.at(id).T_world_camera;
+    const bool moved = (before.pose(id).inverse() * T).log().norm() > kMoved;
+    if (moved || id == before.keyframes().front()) held[id] = T;
+  }
+  std::map<KeyframeId, Pose> relaxed = before.relaxed(held, options);
+  std::erase_if(relaxed, [&](const auto& entry) { return held.contains(entry.first); });
+  std::erase_if(relaxed, [&](const auto& entry) { return map.find(entry.first) == nullptr; });
+  move_keyframes(map, relaxed);
+}
+
+}  // namespace stillmap

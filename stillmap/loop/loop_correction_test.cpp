@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/loop/loop_correction.hpp"
+
+#include "stillmap/loop/rendered_map_test.hpp"
+
+#include <gtest/gtest.h>
+
+namespace stillmap {
+namespace {
+
+using rendered::MapBuilder;
+using rendered::small_pictures;
+
+/// A camera carried once around the office, and a little farther: every keyframe, and the truth.
+const std::vector<SimulatedFrame>& round() {
+  static const std::vector<SimulatedFrame> frames = [] {
+    SimulationOptions options = small_pictures({.people = 0, .camera = "loop", .frames = 56});
+    options.fps = 30;
+    options.speed = 19;  // a quarter of a metre from keyframe to keyframe
+    const SimulatedSequence sequence(options);
+    std::vector<SimulatedFrame> made;
+    for (std::size_t i = 0; i < sequence.frames(); ++i) made.push_back(sequence.at(i));
+    return made;
+  }();
+  return frames;
+}
+
+const Camera& camera() {
+  static const Camera small =
+      SimulatedSequence(small_pictures({.people = 0, .frames = 1})).camera();
+  return small;
+}
+
+/// The round as a map that has drifted: every step adds its share of `drift`.
+struct Drifted {
+  MapBuilder built{camera()};
+  std::vector<KeyframeId> keyframes;
+
+  explicit Drifted(const Vector6d& drift, bool second_map_from_the_middle = false) {
+    const auto& frames = round();
+    const double count = static_cast<double>(frames.size());
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      const Pose error = Pose::exp(static_cast<double>(i) / count * drift);
+      const bool new_map = second_map_from_the_middle && i == frames.size() / 2;
+      keyframes.push_back(
+          built.add(*frames[i].frame, error * frames[i].truth.T_world_camera, new_map));
+    }
+  }
+
+  /// The last keyframe, verified against the first place that looks like it.
+  LoopVerdict recognise() const {
+    const KeyframeId query = keyframes.back();
+    std::vector<KeyframeId> near(keyframes.end() - 15, keyframes.end());
+    std::sort(near.begin(), near.end());
+    LoopVerdict verdict{std::nullopt, "nothing looks like it"};
+    for (const PlaceCandidate& place :
+         find_places(built.map, built.index, built.index.find(query)->words, near, 0)) {
+      verdict = verify_loop(built.map, built.index, query, place.keyframe);
+      if (verdict.match) break;
+    }
+    return verdict;
+  }
+
+  /// Metres, of all keyframes, where the first one stands right.
+  double rmse() const {
+    double sum = 0;
+    for (std::size_t i = 0; i < keyframes.size(); ++i) {
+      sum += (built.map.at(keyframes[i]).T_world_camera.translation() -
+              round()[i].truth.T_world_camera.translation())
+                 .squaredNorm();
+    }
+    return std::sqrt(sum / static_cast<double>(keyframes.size()));
+  }
+
+  /// Pixels, of all observations: how well landmarks and keyframes fit together.
+  double median_reprojection() const {
+    std::vector<double> errors;
+    built.map.for_each_landmark([&](const Landmark& l) {
+      for (const Observation& o : l.observations) {
+        const Keyframe& k = built.map.at(o.keyframe);
+        const Keypoint& p = k.features->keypoints[o.keypoint];
+        const auto uv = camera().project(k.T_world_camera.inverse() * l.p_world);
+        errors.push_back((uv - Eigen::Vector2d(p.u, p.v)).norm());
+      }
+    });
+    std::nth_element(errors.begin(),
+                     errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2), errors.end());
+    return errors[errors.size() / 2];
+  }
+};
+
+Vector6d some_drift() {
+  Vector6d drift;
+  drift << 0.3, -0.25, 0.15, 0.02, 0.015, 0.06;
+  return drift;
+}
+
+/// What is left is what a chain that is right at both ends and evenly bent between them keeps.
+TEST(CloseLoop, TakesOutTheDriftThatWasPutIn) {
+  Drifted map(some_drift());
+  const double before = map.rmse();
+  const LoopVerdict verdict = map.recognise();
+  ASSERT_TRUE(verdict.match) << verdict.reason;
+  const Pose T_query = map.built.map.at(verdict.match->query).T_world_camera;
+  const LoopCorrection done = close_loop(map.built.map, *verdict.match);
+  EXPECT_GT(before, 0.12);
+  EXPECT_LT(map.rmse(), 0.2 * before);
+  EXPECT_GT(done.metres, 0.2);
+  EXPECT_EQ(done.keyframes, map.keyframes.size());
+  const Pose now = map.built.map.at(verdict.match->query).T_world_camera;
+  EXPECT_NEAR((now.translation() - T_query.translation()).norm(), done.metres, 1e-12);
+  EXPECT_LT((now.inverse() * round().back().truth.T_world_camera).translation().norm(), 0.05)
+      << "as near as the candidate is, which has drifted a little itself";
+}
+
+TEST(CloseLoop, BothSidesShareLandmarksAfterwardsAndTheyFitTheKeyframes) {
+  Drifted map(some_drift());
+  const LoopVerdict verdict = map.recognise();
+  ASSERT_TRUE(verdict.match) << verdict.reason;
+  const double fit_before = map.median_reprojection();
+  const std::size_t landmarks = map.built.map.landmark_count();
+  const LoopCorrection done = close_loop(map.built.map, *verdict.match);
+  int shared = 0;
+  for (const Covisible& c : map.built.map.covisible(verdict.match->query)) {
+    if (c.keyframe == verdict.match->candidate) shared = c.shared;
+  }
+  EXPECT_GT(shared, 50);
+  EXPECT_GT(done.fused, 100);
+  EXPECT_LT(map.built.map.landmark_count() + 50, landmarks);
+  EXPECT_LT(map.median_reprojection(), fit_before + 0.5) << "landmarks move with their keyframes";
+  ASSERT_EQ(map.built.map.loops().size(), 1U);
+  EXPECT_EQ(map.built.map.loops().front().b, verdict.match->query);
+}
+
+TEST(JoinMaps, TheYoungerMovesAsAWholeAndBecomesPartOfTheOlder) {
+  Drifted map(some_drift(), true);
+  Map& m = map.built.map;
+  // The second map is somewhere else altogether.
+  m.move_component(1, Pose(so3_exp({0.3, 2, -1}), {4, -7, 2}));
+  const LoopVerdict verdict = map.recognise();
+  ASSERT_TRUE(verdict.match) << verdict.reason;
+  EXPECT_FALSE(verdict.match->same_component);
+  const std::size_t half = map.keyframes.size() / 2;
+  const auto step = [&](std::size_t i) {
+    return m.at(map.keyframes[i]).T_world_camera.inverse() *
+           m.at(map.keyframes[i + 1]).T_world_camera;
+  };
+  const Pose inner = step(half + 3), first = m.at(map.keyframes[0]).T_world_camera;
+  join_maps(m, *verdict.match);
+  EXPECT_EQ(m.components(), std::vector<std::uint32_t>{0});
+  EXPECT_LT((inner.inverse() * step(half + 3)).log().norm(), 1e-9);
+  EXPECT_LT((first.inverse() * m.at(map.keyframes[0]).T_world_camera).log().norm(), 1e-12);
+  const Pose end = m.at(map.keyframes.back()).T_world_camera;
+  EXPECT_LT((end.inverse() * round().back().truth.T_world_camera).translation().norm(), 0.05);
+}
+
+TEST(EssentialGraph, IsATreeAndStrongEdgesAndHangsTogether) {
+  const Drifted map(Vector6d::Zero());
+  const EssentialGraph tree(map.built.map, 0, 1000000);
+  EXPECT_EQ(tree.edges(), map.keyframes.size() - 1);
+  EXPECT_GT(EssentialGraph(map.built.map, 0, 50).edges(), tree.edges());
+}
+
+TEST(Settle, WhatWasMovedStaysAndTheRestFollows) {
+  Drifted map(Vector6d::Zero());
+  Map& m = map.built.map;
+  const EssentialGraph before(m, 0, 100);
+  const std::size_t last = map.keyframes.size() - 1;
+  const Pose there =
+      Pose(Eigen::Quaterniond::Identity(), {0.5, 0, 0}) * m.at(map.keyframes[last]).T_world_camera;
+  m.set_pose(map.keyframes[last], there);
+  settle(m, before, {});
+  EXPECT_EQ(m.at(map.keyframes[last]).T_world_camera.translation(), there.translation());
+  const auto moved = [&](std::size_t i) {
+    return (m.at(map.keyframes[i]).T_world_camera.translation() -
+            before.pose(map.keyframes[i]).translation())
+        .norm();
+  };
+  EXPECT_EQ(moved(0), 0) << "it holds the world";
+  EXPECT_LT(moved(5), moved(last - 5));
+  EXPECT_GT(moved(last - 1), 0.3);
+}
+
+}  // namespace
+}  // namespace stillmap

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/pipeline/map_maker.hpp"
+
+#include "stillmap/base/stopwatch.hpp"
+
+#include <utility>
+
+namespace stillmap {
+
+MapMaker::MapMaker(const Camera& camera, const PyramidShape& pyramid, const SlamOptions& options)
+    : options_(options.mapper),
+      correction_(options.places.correction),
+      map_(camera, pyramid),
+      mapper_(map_, options.mapper),
+      places_(options.places) {}
+
+LocalMapPtr MapMaker::insert(const KeyframeProposal& proposal) {
+  const Stopwatch watch;
+  newest_ = mapper_.insert(proposal);
+  keyframe_of_[proposal.frame->index()] = newest_;
+  const KeyframeId abandoned = map_.living(proposal.abandoned);
+  if (abandoned.valid()) drop(map_.at(abandoned).component);
+  LocalMapPtr snapshot = mapper_.local_map(newest_);
+  timing_.add("keyframe insertion", watch.milliseconds());
+  return snapshot;
+}
+
+LocalMapPtr MapMaker::refine(const StopRequest& hurry) {
+  Stopwatch watch;
+  mapper_.refine(newest_, hurry);
+  timing_.add("map refinement", watch.lap());
+  take_up_place(newest_);
+  return mapper_.local_map(newest_);
+}
+
+void MapMaker::take_up_place(KeyframeId keyframe) {
+  const Stopwatch watch;
+  places_.add(map_, keyframe);
+  const auto match = places_.recognise(map_, keyframe);
+  timing_.add("place recognition", watch.milliseconds());
+  if (match) close(*match);
+}
+
+void MapMaker::close(const LoopMatch& match) {
+  const Stopwatch watch;
+  const LoopCorrection done =
+      match.same_component ? close_loop(map_, match, correction_) : join(match);
+  bent_ = map_.at(match.query).component;
+  const Keyframe& query = map_.at(match.query);
+  events_.push_back({match.same_component ? MapEvent::Kind::kLoop : MapEvent::Kind::kMerge,
+                     query.frame_index, query.timestamp, map_.at(match.candidate).frame_index,
+                     match.inliers, done.fused, done.metres, done.radians, done.keyframes,
+                     done.graph_ms, watch.milliseconds()});
+  timing_.add("loop closing", watch.milliseconds());
+}
+
+/// Joined as they are, then adjusted at the seam; what is farther away follows.
+LoopCorrection MapMaker::join(const LoopMatch& match) {
+  LoopCorrection done = join_maps(map_, match, correction_);
+  const EssentialGraph before(map_, map_.at(match.query).component, correction_.strong);
+  adjust_locally(map_, match.query, options_.adjustment);
+  const Stopwatch watch;
+  settle(map_, before, correction_.graph);
+  done.graph_ms = watch.milliseconds();
+  return done;
+}
+
+std::optional<Placement> MapMaker::find(const FramePtr& lost) {
+  const Stopwatch watch;
+  const RelocalisationVerdict verdict = places_.find(map_, *lost);
+  timing_.add("relocalisation", watch.milliseconds());
+  if (!verdict.result) return std::nullopt;
+  const Relocalisation& r = *verdict.result;
+  return Placement{lost, mapper_.local_map(r.reference), r.T_reference_camera, r.landmarks,
+                   r.inliers};
+}
+
+std::shared_ptr<const MapBundle> MapMaker::take_bent() {
+  if (!bent_) return nullptr;
+  return std::make_shared<MapBundle>(whole_component(map_, *std::exchange(bent_, std::nullopt)));
+}
+
+void MapMaker::straighten(const MapBundle& bundle, const BundleResult& result) {
+  const Stopwatch watch;
+  apply_to_grown_map(map_, bundle, result);
+  timing_.add("global adjustment taken in", watch.milliseconds());
+}
+
+void MapMaker::drop(std::uint32_t component) {
+  const Keyframe& first = map_.at(keyframes_of(map_, component).front());
+  MapEvent event{.kind = MapEvent::Kind::kDropped};
+  event.frame_index = first.frame_index;
+  event.timestamp = first.timestamp;
+  event.keyframes = keyframes_of(map_, component).size();
+  events_.push_back(event);
+  map_.erase_component(component);
+}
+
+void MapMaker::adjust_all(const BundleOptions& options) {
+  const Stopwatch watch;
+  for (const std::uint32_t component : map_.components()) adjust_globally(map_, component, options);
+  timing_.add("final adjustment", watch.milliseconds());
+}
+
+KeyframeId MapMaker::keyframe_of(std::size_t frame_index) const {
+  const auto found = keyframe_of_.find(frame_index);
+  return found != keyframe_of_.end() ? found->second : KeyframeId{};
+}
+
+}  // namespace stillmap

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/evaluate/timing.hpp"
+#include "stillmap/loop/places.hpp"
+#include "stillmap/map/placement.hpp"
+#include "stillmap/pipeline/options.hpp"
+#include "stillmap/refine/global_adjustment.hpp"
+#include "stillmap/refine/local_mapper.hpp"
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace stillmap {
+
+/// Something that happened to the map as a whole.
+struct MapEvent {
+  enum class Kind {
+    kLoop,     ///< a loop was closed
+    kMerge,    ///< two maps were joined
+    kDropped,  ///< a map was dropped, since it had held the camera too briefly
+  };
+  Kind kind = Kind::kLoop;
+  std::size_t frame_index = 0;     ///< of the keyframe at which it happened, or that began the map
+  double timestamp = 0;            ///< of the same [s]
+  std::size_t seen_in = 0;         ///< frame index of the keyframe that showed the place before
+  int inliers = 0;                 ///< landmarks that agree with the match
+  int fused = 0;                   ///< landmarks merged, and observations gained
+  double metres = 0, radians = 0;  ///< by which the camera was moved
+  std::size_t keyframes = 0;       ///< of the map then
+  double graph_ms = 0;             ///< spent on the pose graph [ms]
+  double milliseconds = 0;         ///< in all, without the adjustment of the whole map
+};
+
+/// The owner of the map, and the order of what is done to it; synchronous, for one thread.
+class MapMaker {
+ public:
+  MapMaker(const Camera& camera, const PyramidShape& pyramid, const SlamOptions& options);
+
+  /// Adds a keyframe with its landmarks. What the tracker may see of the map then.
+  LocalMapPtr insert(const KeyframeProposal& proposal);
+
+  /// Makes the map good around the keyframe inserted last; if its place was seen before, closes the
+  /// loop or joins the maps. What the tracker may see of the map then.
+  /// @param hurry  ends the local adjustment early
+  LocalMapPtr refine(const StopRequest& hurry);
+
+  /// Where a frame of a lost camera was.
+  std::optional<Placement> find(const FramePtr& lost);
+
+  /// After a loop was closed or maps were joined: the whole component, to be adjusted elsewhere;
+  /// once, else null. One taken earlier is out of date then.
+  std::shared_ptr<const MapBundle> take_bent();
+  /// Takes in what came of it.
+  void straighten(const MapBundle& bundle, const BundleResult& result);
+
+  /// Drops a component.
+  void drop(std::uint32_t component);
+  /// Adjusts every component once more.
+  void adjust_all(const BundleOptions& options);
+
+  const Map& map() const { return map_; }
+  const TimingRecorder& timing() const { return timing_; }
+  const std::vector<MapEvent>& events() const { return events_; }
+  /// The keyframe made of a frame; invalid if none was.
+  KeyframeId keyframe_of(std::size_t frame_index) const;
+
+ private:
+  void take_up_place(KeyframeId keyframe);
+  void close(const LoopMatch& match);
+  LoopCorrection join(const LoopMatch& match);
+
+  const MapperOptions options_;
+  const LoopCorrectionOptions correction_;
+  Map map_;
+  LocalMapper mapper_;
+  Places places_;
+  KeyframeId newest_;
+  std::optional<std::uint32_t> bent_;  // component that waits to be adjusted as a whole
+  std::map<std::size_t, KeyframeId> keyframe_of_;
+  std::vector<MapEvent> events_;
+  TimingRecorder timing_;
+};
+
+}  // namespace stillmap
