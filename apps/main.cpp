@@ -24,6 +24,7 @@ int run(int argc, char** argv) {
   add_simulate_command(app, exit_code);
   add_demo_command(app, exit_code);
   add_doctor_command(app, exit_code);
+  add_map_command(app, exit_code);
   add_vocabulary_command(app, exit_code);
   try {
     app.parse(argc, argv);

@@ -21,6 +21,8 @@ struct RunArguments {
   std::vector<std::string> settings;
   int first = 0, count = 0, stride = 1;
   VerdictRecording verdicts;
+  std::string save_map, load_map;
+  bool localize_only = false, slim_map = false;
 };
 
 /// Defaults, then the file, then the named options, then --set: what comes later wins.
@@ -32,6 +34,7 @@ SlamOptions options_of(const RunArguments& arguments) {
   if (!arguments.masks.empty()) options.segment.masks = arguments.masks;
   if (!arguments.schedule.empty()) options.schedule.mode = arguments.schedule;
   for (const std::string& setting : arguments.settings) set_option(setting, options);
+  if (arguments.localize_only) options.dense_cloud = false;  // of a map that is not extended
   check_options(options);
   return options;
 }
@@ -69,6 +72,25 @@ std::string sequence_name(const std::filesystem::path& folder) {
   return (absolute.has_filename() ? absolute : absolute.parent_path()).filename().string();
 }
 
+/// The map to begin in, if one was named; it must be this camera's.
+std::optional<StartingMap> start_of(const RunArguments& arguments, const SlamOptions& options,
+                                    const Camera& camera) {
+  if (arguments.load_map.empty()) return std::nullopt;
+  StartingMap start{read_saved_map(arguments.load_map), !arguments.localize_only};
+  require_same_camera(start.saved.map, camera, {options.orb.levels, options.orb.scale_factor},
+                      arguments.load_map);
+  return start;
+}
+
+/// Finds out before the run, not after it, whether a map can be saved there.
+void check_save_map(const std::filesystem::path& file) {
+  if (file.empty()) return;
+  if (std::filesystem::is_directory(file)) {
+    throw Error("is a folder", file.string(), "name a file with --save-map FILE");
+  }
+  make_output_folder(file.has_parent_path() ? file.parent_path() : ".");
+}
+
 int run(const RunArguments& arguments) {
   const SlamOptions options = options_of(arguments);
   if (!arguments.dump_config.empty()) {
@@ -87,7 +109,10 @@ int run(const RunArguments& arguments) {
   const TumFolderOptions range{
       .first = arguments.first, .count = arguments.count, .stride = arguments.stride};
   auto folder = std::make_unique<TumFolder>(paths, camera_of(arguments, paths), range);
+  check_save_map(arguments.save_map);
   Session session;
+  session.start = start_of(arguments, options, folder->camera());
+  session.maps = {arguments.load_map, arguments.save_map, arguments.slim_map};
   session.sequence = sequence_name(arguments.sequence);
   session.total_frames = folder->size();
   session.source = std::move(folder);
@@ -137,6 +162,21 @@ void add_run_command(CLI::App& app, int& exit_code) {
                    "also draw every n-th frame (30) with the verdicts into OUT/verdicts")
       ->expected(0, 1)
       ->default_str("30");
+  CLI::Option* save_map = command->add_option(
+      "--save-map", arguments->save_map,
+      "also save the map to this file: for --load-map, and for stillmap map info and export");
+  command
+      ->add_flag("--slim-map", arguments->slim_map,
+                 "leave the dense cloud out of the saved map: a third of the size")
+      ->needs(save_map);
+  CLI::Option* load_map =
+      command->add_option("--load-map", arguments->load_map,
+                          "begin in this saved map: find the camera there, and extend it");
+  command
+      ->add_flag("--localize-only", arguments->localize_only,
+                 "only find the camera in the loaded map, and leave the map as it is")
+      ->needs(load_map)
+      ->excludes(save_map);
   command->add_option("--dump-config", arguments->dump_config,
                       "write all options in force to this file (- for the screen), and stop");
   command->footer(
@@ -146,6 +186,9 @@ void add_run_command(CLI::App& app, int& exit_code) {
       "yolov8n-seg.onnx\n"
       "  stillmap run my_sequence --camera TUM3.yaml --masks my_sequence/mask --out results\n"
       "  stillmap run my_sequence --preset static --set orb.keypoints=1500\n"
+      "  stillmap run first_visit --save-map office.map\n"
+      "  stillmap run second_visit --load-map office.map --save-map office.map\n"
+      "  stillmap run third_visit --load-map office.map --localize-only\n"
       "  stillmap run --dump-config options.yaml\n"
       "Written: trajectory.txt, keyframes.txt, cloud.ply, cloud.pcd, cloud.png, movers.csv, "
       "movers.jsonl, movers.png, timing.txt, summary.json, report.html");

@@ -44,6 +44,9 @@ struct Outcome {
   std::size_t dropped = 0;  ///< late, in realtime
   double seconds = 0;
   bool interrupted = false;
+  MapFiles maps;
+  bool extends_map = true;      ///< the loaded one
+  std::optional<SavedMap> map;  ///< to be saved
 
   double frames_per_second() const {
     return seconds > 0 ? static_cast<double>(frames) / seconds : 0;
@@ -204,6 +207,9 @@ nlohmann::json summary(const Outcome& o) {
   }
   json["maps"] = o.result.maps;
   json.update(places_json(o.result));
+  if (!o.maps.load.empty()) {
+    json["loaded_map"] = {{"file", o.maps.load.string()}, {"extended", o.extends_map}};
+  }
   json["keyframes"] = o.result.keyframes.size();
   json["landmarks"] = o.result.landmarks;
   json["movers"] = mover_summary(o.result);
@@ -323,6 +329,10 @@ std::vector<std::filesystem::path> write_files(const Outcome& o, const std::file
     write_one(out / "movers.jsonl", files, failures,
               [&](const auto& file) { write_file(file, movers_jsonl(o.result.movers)); });
   }
+  if (o.map) {
+    write_one(o.maps.save, files, failures,
+              [&](const auto& file) { write_saved_map(file, *o.map); });
+  }
   write_one(out / "timing.txt", files, failures,
             [&](const auto& file) { write_file(file, timing_text(o.result.timing.stages())); });
   write_one(out / "summary.json", files, failures,
@@ -416,6 +426,8 @@ SessionReport run_session(Session session) {
   outcome.sequence = session.sequence;
   outcome.options = session.options;
   outcome.truth = std::move(session.truth);
+  outcome.maps = session.maps;
+  outcome.extends_map = session.start && session.start->extend;
   if (session.detector) outcome.detector = session.detector->description();
 
   const Camera camera = session.source->camera();
@@ -427,11 +439,15 @@ SessionReport run_session(Session session) {
     source = std::move(wrapped);
   }
   const Stopwatch watch;
-  Slam slam(camera, session.options, std::move(session.detector));
+  Slam slam(camera, session.options, std::move(session.detector), std::move(session.start));
   VerdictRecorder verdicts(session.verdicts, session.out);
   drive(slam, *source, outcome, verdicts, session.total_frames);
   outcome.result = slam.finish();
   outcome.seconds = watch.milliseconds() / 1000;
+  if (!outcome.maps.save.empty()) {
+    outcome.map = slam.saved_map("stillmap " STILLMAP_VERSION);
+    if (outcome.maps.slim) outcome.map->views.clear();
+  }
   outcome.skipped = source->skipped();
   if (paced != nullptr) outcome.dropped = paced->dropped();
   if (outcome.interrupted)

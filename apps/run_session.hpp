@@ -15,6 +15,12 @@
 
 namespace stillmap {
 
+/// Saved maps, as the user named them; empty: none.
+struct MapFiles {
+  std::filesystem::path load, save;
+  bool slim = false;  ///< saved without the dense cloud
+};
+
 /// What is to be run, and where the results go.
 struct Session {
   std::string sequence;  ///< name for headings
@@ -24,7 +30,9 @@ struct Session {
   std::optional<Trajectory> truth;
   SlamOptions options;
   std::filesystem::path out;
-  VerdictRecording verdicts;  ///< what to keep of the verdicts on motion
+  VerdictRecording verdicts;         ///< what to keep of the verdicts on motion
+  std::optional<StartingMap> start;  ///< a map to begin in
+  MapFiles maps;
 };
 
 /// What came of it.

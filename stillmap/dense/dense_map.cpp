@@ -46,10 +46,14 @@ void DenseMap::add(std::uint64_t id, const RgbdFrame& frame, const cv::Mat1b& mo
                    const std::optional<Pose>& T_world_camera, const SegmentedFrame* things) {
   MadeView made =
       make_dense_view(camera_, frame, movers, options_.back_projection, options_.outliers, things);
-  remove(id);
+  add(id, std::move(made.view), T_world_camera);
   outliers_ += made.outliers;
-  pixels_ += made.view.depth.total();
-  const auto held = views_.emplace(id, std::make_shared<DenseView>(std::move(made.view))).first;
+}
+
+void DenseMap::add(std::uint64_t id, DenseView view, const std::optional<Pose>& T_world_camera) {
+  remove(id);
+  pixels_ += view.depth.total();
+  const auto held = views_.emplace(id, std::make_shared<DenseView>(std::move(view))).first;
   if (T_world_camera && is_finite(*T_world_camera)) {
     const bool newest = live_poses_.empty() || live_poses_.rbegin()->first < id;
     live_poses_[id] = *T_world_camera;

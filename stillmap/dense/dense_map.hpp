@@ -99,6 +99,10 @@ class DenseMap {
            const std::optional<Pose>& T_world_camera = std::nullopt,
            const SegmentedFrame* things = nullptr);
 
+  /// Takes the view of a keyframe as another map held it, likewise.
+  void add(std::uint64_t id, DenseView view,
+           const std::optional<Pose>& T_world_camera = std::nullopt);
+
   /// Forgets a keyframe. One that is not held is no error. A culled keyframe need not be removed:
   /// its view stays useful as long as the caller can still tell its pose.
   void remove(std::uint64_t id);

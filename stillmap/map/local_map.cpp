@@ -2,6 +2,8 @@
 #include "stillmap/map/local_map.hpp"
 
 #include <algorithm>
+#include <map>
+#include <utility>
 
 namespace stillmap {
 namespace {
@@ -47,6 +49,24 @@ LocalLandmark copy(const Landmark& landmark) {
 }
 
 }  // namespace
+
+KeyframeId best_view(const Map& map, std::span<const LandmarkId> landmarks) {
+  std::map<std::uint32_t, std::pair<int, KeyframeId>> shown;  // by sequence
+  for (const LandmarkId id : landmarks) {
+    const Landmark* landmark = id.valid() ? map.find(id) : nullptr;
+    if (landmark == nullptr) continue;
+    for (const Observation& o : landmark->observations) {
+      auto& [count, keyframe] = shown[map.at(o.keyframe).sequence];
+      keyframe = o.keyframe;
+      ++count;
+    }
+  }
+  std::pair<int, KeyframeId> best;
+  for (const auto& [sequence, view] : shown) {
+    if (view.first >= best.first) best = view;
+  }
+  return best.second;
+}
 
 LocalMapPtr make_local_map(const Map& map, KeyframeId reference, const LocalMapOptions& options) {
   auto local = std::make_shared<LocalMap>();

@@ -4,6 +4,7 @@
 #include "stillmap/map/map.hpp"
 
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace stillmap {
@@ -51,6 +52,10 @@ struct LocalMapOptions {
   int min_shared = 10;         ///< landmarks that make two keyframes neighbours
   STILLMAP_FIELDS(max_keyframes, second_neighbours, min_shared)
 };
+
+/// The keyframe that shows most of these landmarks (invalid ones are passed over), the newest of
+/// equals; invalid if none shows any.
+KeyframeId best_view(const Map& map, std::span<const LandmarkId> landmarks);
 
 /// Copies the part of the map that a camera near keyframe `reference` can see.
 LocalMapPtr make_local_map(const Map& map, KeyframeId reference, const LocalMapOptions& options);

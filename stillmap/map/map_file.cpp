@@ -258,16 +258,9 @@ void get_landmarks(ByteReader& in, MapContent& map) {
   get_observations(in, map, counts);
 }
 
-ByteReader reader_of(const std::vector<Section>& sections, std::string_view name,
-                     const std::string& where) {
-  return {find_section(sections, name, where).bytes, fmt::format("{}, section {}", where, name),
-          "copy the file again, or " + std::string(kMapFormat.remake)};
-}
-
 }  // namespace
 
-std::vector<Section> map_sections(const Map& map) {
-  const MapContent content = map.content();
+std::vector<Section> map_sections(const MapContent& content) {
   ByteWriter camera, keyframes, landmarks;
   put_camera(camera, content.camera);
   camera.put<std::int32_t>(content.pyramid.levels);
@@ -284,31 +277,31 @@ std::vector<Section> map_sections(const Map& map) {
 
 MapContent map_from_sections(const std::vector<Section>& sections, const std::string& where) {
   MapContent map;
-  ByteReader camera = reader_of(sections, "CAMR", where);
+  ByteReader camera = section_reader(sections, "CAMR", where);
   map.camera = get_camera(camera);
   map.pyramid = get_pyramid(camera);
   camera.expect_end();
-  ByteReader keyframes = reader_of(sections, "KEYF", where);
+  ByteReader keyframes = section_reader(sections, "KEYF", where);
   const auto count = keyframes.get<std::uint32_t>();
   for (std::uint32_t i = 0; i < count; ++i) {
     map.keyframes.push_back(get_keyframe(keyframes, map));
   }
   check_numbers(keyframes, map);
   keyframes.expect_end();
-  ByteReader landmarks = reader_of(sections, "LAND", where);
+  ByteReader landmarks = section_reader(sections, "LAND", where);
   get_landmarks(landmarks, map);
   landmarks.expect_end();
   return map;
 }
 
-const Section& find_section(const std::vector<Section>& sections, std::string_view name,
-                            const std::string& where) {
+ByteReader section_reader(const std::vector<Section>& sections, std::string_view name,
+                          const std::string& where) {
+  const std::string fix = "copy the file again, or " + std::string(kMapFormat.remake);
   const auto found = std::find_if(sections.begin(), sections.end(), [&](const Section& s) {
     return std::string_view(s.name.data(), s.name.size()) == name;
   });
-  if (found != sections.end()) return *found;
-  throw Error(fmt::format("has no section {}", name), where,
-              "copy the file again, or " + std::string(kMapFormat.remake));
+  if (found == sections.end()) throw Error(fmt::format("has no section {}", name), where, fix);
+  return {found->bytes, fmt::format("{}, section {}", where, name), fix};
 }
 
 }  // namespace stillmap

@@ -135,6 +135,20 @@ TEST_F(MapTest, CovisibleKeyframesComeByWhatTheyShare) {
   EXPECT_TRUE(map_.covisible(alone).empty());
 }
 
+TEST_F(MapTest, TheBestViewShowsMostLandmarksAndIsNew) {
+  const auto a = keyframe(), b = keyframe(), c = keyframe();
+  std::vector<LandmarkId> seen = {LandmarkId{}};
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    seen.push_back(landmark(a, i));
+    if (i < 3) map_.observe(seen.back(), {b, i});
+    if (i < 3) map_.observe(seen.back(), {c, i});
+  }
+  EXPECT_EQ(best_view(map_, seen), a);
+  seen.pop_back();
+  EXPECT_EQ(best_view(map_, seen), c) << "all three show the rest";
+  EXPECT_FALSE(best_view(map_, std::span(seen).first(1)).valid());
+}
+
 TEST_F(MapTest, TheDescriptorIsTheOneNearestToTheOthers) {
   const auto a = keyframe(), b = keyframe(), c = keyframe();
   const auto l = landmark(a, 0);  // 0b00000

@@ -3,16 +3,19 @@
 
 #include "stillmap/base/stopwatch.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace stillmap {
 
-MapMaker::MapMaker(const Camera& camera, const PyramidShape& pyramid, const SlamOptions& options)
+MapMaker::MapMaker(Map map, const SlamOptions& options)
     : options_(options.mapper),
       correction_(options.places.correction),
-      map_(camera, pyramid),
+      map_(std::move(map)),
       mapper_(map_, options.mapper),
-      places_(options.places) {}
+      places_(options.places) {
+  map_.for_each_keyframe([this](const Keyframe& k) { places_.add(map_, k.id); });
+}
 
 LocalMapPtr MapMaker::insert(const KeyframeProposal& proposal) {
   const Stopwatch watch;
@@ -65,6 +68,11 @@ LoopCorrection MapMaker::join(const LoopMatch& match) {
   return done;
 }
 
+LocalMapPtr MapMaker::look(const KeyframeProposal& proposal) const {
+  const KeyframeId centre = best_view(map_, proposal.landmarks);
+  return mapper_.local_map(centre.valid() ? centre : map_.living(proposal.reference));
+}
+
 std::optional<Placement> MapMaker::find(const FramePtr& lost) {
   const Stopwatch watch;
   const RelocalisationVerdict verdict = places_.find(map_, *lost);
@@ -87,11 +95,14 @@ void MapMaker::straighten(const MapBundle& bundle, const BundleResult& result) {
 }
 
 void MapMaker::drop(std::uint32_t component) {
-  const Keyframe& first = map_.at(keyframes_of(map_, component).front());
+  const std::vector<KeyframeId> keyframes = keyframes_of(map_, component);
+  const auto made_before = [&](KeyframeId id) { return map_.at(id).session != map_.session(); };
+  if (std::any_of(keyframes.begin(), keyframes.end(), made_before)) return;
+  const Keyframe& first = map_.at(keyframes.front());
   MapEvent event{.kind = MapEvent::Kind::kDropped};
   event.frame_index = first.frame_index;
   event.timestamp = first.timestamp;
-  event.keyframes = keyframes_of(map_, component).size();
+  event.keyframes = keyframes.size();
   events_.push_back(event);
   map_.erase_component(component);
 }

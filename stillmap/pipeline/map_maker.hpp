@@ -36,7 +36,8 @@ struct MapEvent {
 /// The owner of the map, and the order of what is done to it; synchronous, for one thread.
 class MapMaker {
  public:
-  MapMaker(const Camera& camera, const PyramidShape& pyramid, const SlamOptions& options);
+  /// @param map  empty, or one made before
+  MapMaker(Map map, const SlamOptions& options);
 
   /// Adds a keyframe with its landmarks. What the tracker may see of the map then.
   LocalMapPtr insert(const KeyframeProposal& proposal);
@@ -45,6 +46,10 @@ class MapMaker {
   /// loop or joins the maps. What the tracker may see of the map then.
   /// @param hurry  ends the local adjustment early
   LocalMapPtr refine(const StopRequest& hurry);
+
+  /// What the tracker may see of a map that is not to be extended: around the keyframe that shows
+  /// most of the proposal's landmarks.
+  LocalMapPtr look(const KeyframeProposal& proposal) const;
 
   /// Where a frame of a lost camera was.
   std::optional<Placement> find(const FramePtr& lost);
@@ -55,7 +60,7 @@ class MapMaker {
   /// Takes in what came of it.
   void straighten(const MapBundle& bundle, const BundleResult& result);
 
-  /// Drops a component.
+  /// Drops a component, unless some of it was made before this run.
   void drop(std::uint32_t component);
   /// Adjusts every component once more.
   void adjust_all(const BundleOptions& options);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 namespace stillmap {
 namespace {
@@ -15,13 +16,21 @@ constexpr std::size_t kQueue = 16;
 /// A frame that comes after all others.
 constexpr std::size_t kAtTheEnd = std::numeric_limits<std::size_t>::max();
 
+std::uint32_t components_begun(const Map& map) {
+  std::uint32_t begun = 0;
+  map.for_each_keyframe([&](const Keyframe& k) { begun = std::max(begun, k.component + 1); });
+  return begun;
+}
+
 }  // namespace
 
-Mapping::Mapping(const Camera& camera, const PyramidShape& pyramid, const SlamOptions& options)
+Mapping::Mapping(Map map, const SlamOptions& options, bool extend)
     : schedule_(options.schedule),
-      final_adjustment_(options.final_adjustment),
+      extend_(extend),
+      final_adjustment_(extend && options.final_adjustment),
       bundle_(options.mapper.adjustment.bundle),
-      maker_(camera, pyramid, options) {
+      begun_(components_begun(map)),
+      maker_(std::move(map), options) {
   adjuster_ = std::make_unique<AdjustStage>(
       kQueue, WhenFull::kBlock,
       [this](const BundlePtr& bundle, const auto& publish) { adjust(bundle, publish); });
@@ -33,6 +42,12 @@ Mapping::Mapping(const Camera& camera, const PyramidShape& pyramid, const SlamOp
 void Mapping::work(const TrackedFrame& tracked, const MapStage::Publish& publish) {
   if (!tracked.proposal) {
     publish({nullptr, maker_.find(tracked.frame)});
+    return;
+  }
+  if (!extend_) {
+    const LocalMapPtr around = maker_.look(*tracked.proposal);
+    publish({around, std::nullopt});
+    publish({around, std::nullopt});
     return;
   }
   take_in_adjustment(tracked.frame->index());

@@ -21,11 +21,14 @@ struct MapView {
 /// a loop, adjusts a copy of the whole, which the first takes in again when it is due.
 class Mapping {
  public:
-  Mapping(const Camera& camera, const PyramidShape& pyramid, const SlamOptions& options);
+  /// @param map     empty, or one made before
+  /// @param extend  false: the map is only looked at, and stays as it is
+  Mapping(Map map, const SlamOptions& options, bool extend = true);
 
   /// Hands over what the map's side must know of; other frames are passed over. After a keyframe
-  /// two snapshots will follow: with its landmarks, and adjusted. After a frame of a lost camera,
-  /// unless an earlier one is still being looked for, the answer where it was.
+  /// two snapshots will follow: with its landmarks, and adjusted; or, if the map is not to be
+  /// extended, twice the one around the keyframe that shows most of the same. After a frame of a
+  /// lost camera, unless an earlier one is still being looked for, the answer where it was.
   void push(const TrackedFramePtr& tracked);
 
   /// What the tracker is to use for a frame: in lockstep the newest that is due by then, waited
@@ -38,7 +41,7 @@ class Mapping {
 
   /// Waits for all that was pushed. From here on the map may be read, and nothing pushed.
   void drain();
-  /// Drops a component. After drain().
+  /// Drops a component, unless some of it was made before this run. After drain().
   void drop(std::uint32_t component) { maker_.drop(component); }
   /// If asked to by the options, adjusts the whole map once more. After drain().
   void finish();
@@ -72,8 +75,9 @@ class Mapping {
   std::optional<News> next_news(std::size_t frame_index);
 
   const ScheduleOptions schedule_;
-  const bool final_adjustment_;
+  const bool extend_, final_adjustment_;
   const BundleOptions bundle_;
+  std::uint32_t begun_ = 0;  // components so far
 
   // Of the map's thread until drain().
   MapMaker maker_;
@@ -82,7 +86,6 @@ class Mapping {
 
   TimingRecorder adjust_timing_;  // of the adjuster's thread until drain()
 
-  std::uint32_t begun_ = 0;      // components so far
   bool await_first_ = false;     // a map was begun, and its first snapshot has not been taken yet
   bool seeking_ = false;         // an answer has not been taken yet
   bool outdated_ = false;        // a map was begun since the question was asked

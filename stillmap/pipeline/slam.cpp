@@ -51,28 +51,54 @@ PyramidShape pyramid_of(const OrbOptions& options) {
   return {options.levels, options.scale_factor};
 }
 
+TrackerStart how_to_begin(const std::optional<StartingMap>& start) {
+  if (!start) return TrackerStart::kNewMap;
+  return start->extend ? TrackerStart::kInMap : TrackerStart::kInMapOnly;
+}
+
+Map map_to_begin_in(const std::optional<StartingMap>& start, const Camera& camera,
+                    const PyramidShape& pyramid) {
+  if (!start) return {camera, pyramid};
+  require_same_camera(start->saved.map, camera, pyramid, "the map to begin in");
+  return Map(start->saved.map);
+}
+
 }  // namespace
 
-Slam::Slam(const Camera& camera, const SlamOptions& options, std::unique_ptr<Detector> detector)
+Slam::Slam(const Camera& camera, const SlamOptions& options, std::unique_ptr<Detector> detector,
+           std::optional<StartingMap> start)
     : options_(checked(options)),
       camera_(camera),
+      extend_(!start || start->extend),
       extractor_(options.orb),
       motion_(options.motion),
-      tracker_(camera, pyramid_of(options.orb), options.tracker),
+      tracker_(camera, pyramid_of(options.orb), options.tracker, how_to_begin(start)),
       instances_(std::move(detector), options),
-      mapping_(camera, pyramid_of(options.orb), options),
+      mapping_(map_to_begin_in(start, camera, pyramid_of(options.orb)), options, extend_),
       dense_(camera, options.dense),
       movers_(options.movers) {
+  if (start && extend_ && options.dense_cloud) {
+    hold(start->saved.map, std::move(start->saved.views));
+  }
   dense_stage_ = std::make_unique<Stage<DenseTask, Nothing>>(
       8, WhenFull::kBlock, [this](const DenseTask& task, const auto&) {
         const Stopwatch watch;
         const SegmentedFrame things = things_in(task.found, *task.image, options_);
-        dense_.add(task.image->index, *task.image, task.movers, task.T_world_camera, &things);
+        dense_.add(loaded_views_.size() + task.image->index, *task.image, task.movers,
+                   task.T_world_camera, &things);
         dense_timing_.add("dense map", watch.milliseconds());
       });
 }
 
 Slam::~Slam() = default;
+
+void Slam::hold(const MapContent& map, std::vector<AnchoredView> loaded) {
+  for (AnchoredView& view : loaded) {
+    const Pose& T_world_anchor = map.keyframes[view.anchor.slot].T_world_camera;
+    dense_.add(loaded_views_.size(), std::move(view.view), T_world_anchor * view.T_anchor_camera);
+    loaded_views_.push_back({view.anchor, view.T_anchor_camera});
+  }
+}
 
 std::optional<Pose> Slam::push(const RgbdFramePtr& image) {
   check(*image);
@@ -115,9 +141,12 @@ std::optional<Pose> Slam::push(const RgbdFramePtr& image) {
   const double tracking = extracting + carrying + judging + posing;
   timing_.add("tracking", tracking);
   timing_.add("waiting for network and map", waiting);
-  if (newest_->relocalised) mapping_.take_up(*map.found);
+  if (newest_->relocalised) {
+    mapping_.take_up(*map.found);
+    record(*map.found);
+  }
   mapping_.push(newest_);
-  if (newest_->proposal && options_.dense_cloud) {
+  if (newest_->proposal && options_.dense_cloud && extend_) {
     dense_stage_->push({image, mover_pixels(*frame, options_.dense.movers), newest_->T_world_camera,
                         instances_.newest_found()});
   }
@@ -160,7 +189,7 @@ void Slam::record(const TrackedFrame& tracked, double milliseconds) {
   record.inliers = tracked.inliers;
   if (frame.instances) record.mask_age = static_cast<int>(frame.instances->age());
   record.relocalised = tracked.relocalised;
-  record.keyframe = tracked.proposal.has_value();
+  record.keyframe = tracked.proposal.has_value() && extend_;
   record.milliseconds = milliseconds;
   records_.push_back(record);
 }
@@ -172,6 +201,19 @@ KeyframeId Slam::reference_of(const FrameRecord& record) const {
   const KeyframeId own = mapping_.keyframe_of(record.index);
   const KeyframeId reference = own.valid() ? own : record.reference;
   return mapping_.map().living(reference).valid() ? reference : KeyframeId{};
+}
+
+/// A frame of the lost camera was recognised, and a later one agrees: it has a pose after all.
+void Slam::record(const Placement& confirmed) {
+  const auto lost = std::find_if(records_.rbegin(), records_.rend(), [&](const FrameRecord& r) {
+    return r.index == confirmed.frame->index();
+  });
+  if (lost == records_.rend()) return;
+  lost->state = TrackState::kTracking;
+  lost->reason.clear();
+  lost->reference = confirmed.local_map->reference;
+  lost->T_reference_camera = confirmed.T_reference_camera;
+  lost->inliers = confirmed.inliers;
 }
 
 /// A frame that was kept stands where its keyframe stands now; any other one where it stood beside
@@ -196,22 +238,32 @@ void Slam::drop_brief_maps() {
   }
 }
 
+/// A view stands where the keyframe of its frame stands now, or the one that it was loaded with.
+std::optional<Slam::ViewPlace> Slam::place_of_view(std::uint64_t id) const {
+  const std::size_t loaded = loaded_views_.size();
+  const ViewPlace place =
+      id < loaded ? loaded_views_[id] : ViewPlace{mapping_.keyframe_of(id - loaded), Pose()};
+  if (!place.keyframe.valid() || !mapping_.map().living(place.keyframe).valid())
+    return std::nullopt;
+  return place;
+}
+
 /// Where the dense map's keyframes are: those of the largest of the unconnected maps, since the
 /// others have worlds of their own, and must not be held against it.
-std::map<std::size_t, Pose> Slam::dense_poses(const std::map<std::size_t, Pose>& pose_of) const {
-  std::map<std::uint32_t, std::map<std::size_t, Pose>> by_map;
-  for (const FrameRecord& record : records_) {
-    const auto pose = pose_of.find(record.index);
-    if (pose == pose_of.end() || !dense_.views().contains(record.index)) continue;
-    const KeyframeId own = mapping_.keyframe_of(record.index);
-    const KeyframeId living = mapping_.map().living(own.valid() ? own : record.reference);
-    by_map[mapping_.map().at(living).component].insert(*pose);
+std::map<std::uint64_t, Pose> Slam::dense_poses() const {
+  const Map& map = mapping_.map();
+  std::map<std::uint32_t, std::map<std::uint64_t, Pose>> by_map;
+  for (const auto& [id, view] : dense_.views()) {
+    const auto place = place_of_view(id);
+    if (!place) continue;
+    const std::uint32_t component = map.at(map.living(place->keyframe)).component;
+    by_map[component][id] = map.resolve(place->keyframe, place->T_keyframe_view);
   }
   const auto smaller = [](const auto& a, const auto& b) {
     return a.second.size() < b.second.size();
   };
   const auto largest = std::max_element(by_map.begin(), by_map.end(), smaller);
-  return largest == by_map.end() ? std::map<std::size_t, Pose>() : largest->second;
+  return largest == by_map.end() ? std::map<std::uint64_t, Pose>() : largest->second;
 }
 
 SlamResult Slam::finish() {
@@ -227,11 +279,12 @@ SlamResult Slam::finish() {
   for (const FrameRecord& record : records_) {
     if (const auto T_world_camera = final_pose(record)) {
       result.trajectory.push_back({record.timestamp, *T_world_camera});
-      pose_of[record.index] = *T_world_camera;
+      pose_of.emplace(record.index, *T_world_camera);
     }
   }
-  mapping_.map().for_each_keyframe([&](const Keyframe& k) {
-    result.keyframes.push_back({k.timestamp, k.T_world_camera});
+  const Map& map = mapping_.map();
+  map.for_each_keyframe([&](const Keyframe& k) {
+    if (k.session == map.session()) result.keyframes.push_back({k.timestamp, k.T_world_camera});
   });
   std::sort(result.keyframes.begin(), result.keyframes.end(),
             [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
@@ -242,7 +295,7 @@ SlamResult Slam::finish() {
   });
   result.mover_statistics = movers_.statistics();
   const Stopwatch watch;
-  result.dense_poses = dense_poses(pose_of);
+  result.dense_poses = dense_poses();
   result.placed = dense_.place([&](std::uint64_t frame) -> std::optional<Pose> {
     const auto found = result.dense_poses.find(frame);
     return found == result.dense_poses.end() ? std::nullopt : std::optional(found->second);
@@ -251,8 +304,8 @@ SlamResult Slam::finish() {
   dense_timing_.add("dense composition", watch.milliseconds());
   result.dense_statistics = dense_.statistics();
   result.frames = records_;
-  result.landmarks = mapping_.map().landmark_count();
-  result.maps = mapping_.map().components().size();
+  result.landmarks = map.landmark_count();
+  result.maps = map.components().size();
   result.events = mapping_.events();
   result.segmented = instances_.segmented();
   result.timing = timing_;
@@ -261,6 +314,23 @@ SlamResult Slam::finish() {
   result.timing.merge(dense_timing_);
   result.timing.merge(movers_.timing());
   return result;
+}
+
+SavedMap Slam::saved_map(const std::string& writer) const {
+  const Map& map = mapping_.map();
+  SavedMap saved{writer, map.content(), {}};
+  std::map<KeyframeId, std::uint32_t> number;  // in the content
+  map.for_each_keyframe(
+      [&](const Keyframe& k) { number.emplace(k.id, static_cast<std::uint32_t>(number.size())); });
+  for (const auto& [id, view] : dense_.views()) {
+    const auto place = place_of_view(id);
+    if (!place) continue;
+    const KeyframeId anchor = map.living(place->keyframe);
+    const Pose T_world_view = map.resolve(place->keyframe, place->T_keyframe_view);
+    saved.views.push_back(
+        {{number.at(anchor), 0}, map.at(anchor).T_world_camera.inverse() * T_world_view, *view});
+  }
+  return saved;
 }
 
 }  // namespace stillmap

@@ -7,6 +7,7 @@
 #include "stillmap/pipeline/mapping.hpp"
 #include "stillmap/pipeline/mover_stream.hpp"
 #include "stillmap/pipeline/options.hpp"
+#include "stillmap/pipeline/saved_map.hpp"
 #include "stillmap/track/tracker.hpp"
 
 #include <map>
@@ -39,10 +40,10 @@ struct FrameRecord {
 struct SlamResult {
   Trajectory
       trajectory;  ///< every frame with a pose, T_world_camera, in the map as it is at the end
-  Trajectory keyframes;  ///< those still in the map
+  Trajectory keyframes;  ///< of this run, those still in the map
   ComposedCloud dense;   ///< static coloured cloud and the things in it, world frame
   PlacedMap placed;      ///< what the cloud was made of, for meshes and grids
-  std::map<std::size_t, Pose> dense_poses;  ///< T_world_camera of its views, by frame index
+  std::map<std::uint64_t, Pose> dense_poses;  ///< T_world_camera of its views
   DenseStatistics dense_statistics;
   /// What moved, by id, in the trajectory's world; see MoverTracker.
   std::vector<MoverTrack> movers;
@@ -57,6 +58,12 @@ struct SlamResult {
   std::size_t tracked() const { return trajectory.size(); }
 };
 
+/// A map made before, to begin in.
+struct StartingMap {
+  SavedMap saved;
+  bool extend = true;  ///< false: the camera is only found in it, and the map stays as it is
+};
+
 /// The façade: frames in, poses out, and at the end everything else.
 ///
 ///     Slam slam(source.camera(), options, make_detector(options.segment));
@@ -66,10 +73,12 @@ struct SlamResult {
 /// Threads work behind it (network, mapper, dense map); the object itself is for one thread.
 class Slam {
  public:
-  /// @param detector what finds instances; null for none. Throws Error for options that make no
-  /// sense.
+  /// @param detector what finds instances; null for none
+  /// @param start    a map to begin in: the camera counts as lost until its place is recognised
+  /// Throws Error for options that make no sense, and for a map of another camera.
   Slam(const Camera& camera, const SlamOptions& options,
-       std::unique_ptr<Detector> detector = nullptr);
+       std::unique_ptr<Detector> detector = nullptr,
+       std::optional<StartingMap> start = std::nullopt);
   ~Slam();
 
   /// The next frame, indices and stamps rising. T_world_camera as known now; none while there is no
@@ -87,6 +96,10 @@ class Slam {
   /// after it.
   SlamResult finish();
 
+  /// The whole map, to be saved; one begun in included. After finish().
+  /// @param writer  the program, with its version
+  SavedMap saved_map(const std::string& writer) const;
+
  private:
   struct DenseTask {
     RgbdFramePtr image;
@@ -95,16 +108,25 @@ class Slam {
     FoundThings found;
   };
   struct Nothing {};
+  /// Where a view of the dense map stands.
+  struct ViewPlace {
+    KeyframeId keyframe;
+    Pose T_keyframe_view;
+  };
 
+  void hold(const MapContent& map, std::vector<AnchoredView> loaded);
   void check(const RgbdFrame& frame) const;
   void record(const TrackedFrame& tracked, double milliseconds);
+  void record(const Placement& confirmed);
   std::optional<Pose> final_pose(const FrameRecord& record) const;
-  std::map<std::size_t, Pose> dense_poses(const std::map<std::size_t, Pose>& pose_of) const;
   KeyframeId reference_of(const FrameRecord& record) const;
   void drop_brief_maps();
+  std::optional<ViewPlace> place_of_view(std::uint64_t id) const;
+  std::map<std::uint64_t, Pose> dense_poses() const;
 
   const SlamOptions options_;
   const Camera camera_;
+  const bool extend_;
   OrbExtractor extractor_;
   MotionEstimator motion_;
   Tracker tracker_;
@@ -112,6 +134,7 @@ class Slam {
   Mapping mapping_;
   DenseMap dense_;
   MoverStream movers_;
+  std::vector<ViewPlace> loaded_views_;  // have the first ids in the dense map, frames follow
   TrackedFramePtr newest_;
   std::vector<FrameRecord> records_;
   TimingRecorder timing_;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/refine/local_mapper.hpp"
 
+#include <algorithm>
+
 namespace stillmap {
 namespace {
 
@@ -12,6 +14,11 @@ void note_matches(Map& map, const Keyframe& keyframe, const std::vector<Landmark
 }
 
 }  // namespace
+
+LocalMapper::LocalMapper(Map& map, const MapperOptions& options) : map_(map), options_(options) {
+  map_.for_each_keyframe(
+      [this](const Keyframe& k) { next_component_ = std::max(next_component_, k.component + 1); });
+}
 
 KeyframeId LocalMapper::insert(const KeyframeProposal& proposal) {
   const bool begins_component = !proposal.reference.valid();

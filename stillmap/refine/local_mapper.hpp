@@ -28,7 +28,8 @@ struct RefineReport {
 /// Keeps the map good around the newest keyframe. Synchronous: the pipeline gives it a thread.
 class LocalMapper {
  public:
-  LocalMapper(Map& map, const MapperOptions& options) : map_(map), options_(options) {}
+  /// The map may hold components already.
+  LocalMapper(Map& map, const MapperOptions& options);
 
   /// Adds the keyframe, what the tracker found in it, and landmarks for what it sees besides. A
   /// proposal without reference begins a new component. Yields the new keyframe.

@@ -84,8 +84,13 @@ Sight sight_of(const Eigen::Vector3d& p_camera, const CellGrid& grid) {
 
 }  // namespace
 
-Tracker::Tracker(const Camera& camera, const PyramidShape& pyramid, const TrackerOptions& options)
-    : camera_(camera), pyramid_(pyramid), options_(options), policy_(options.keyframes) {}
+Tracker::Tracker(const Camera& camera, const PyramidShape& pyramid, const TrackerOptions& options,
+                 TrackerStart start)
+    : camera_(camera),
+      pyramid_(pyramid),
+      options_(options),
+      start_(start),
+      policy_(options.keyframes) {}
 
 std::optional<RoughTrack> Tracker::follow(const Features& features, const LocalMapPtr& local_map) {
   if (!local_map || !previous_) return std::nullopt;
@@ -106,7 +111,7 @@ std::optional<RoughTrack> Tracker::follow_previous(const Features& features) con
 TrackedFramePtr Tracker::track(const FramePtr& frame, const std::optional<RoughTrack>& rough,
                                const LocalMapPtr& local_map,
                                const std::optional<Placement>& found) {
-  if (!local_map || !previous_) return start(frame);
+  if (!local_map || !previous_) return begin(frame, found);
   if (local_map != local_map_) adopt(local_map);
 
   std::optional<Estimate> estimate;
@@ -121,6 +126,16 @@ TrackedFramePtr Tracker::track(const FramePtr& frame, const std::optional<RoughT
       followed ? fmt::format("fewer than {} landmarks agree on a pose", options_.min_inliers)
                : "too few keypoints match the previous frame and the newest keyframe";
   return lost(frame, with_what_moves(reason, *frame));
+}
+
+TrackedFramePtr Tracker::begin(const FramePtr& frame, const std::optional<Placement>& found) {
+  if (start_ == TrackerStart::kNewMap) return start(frame);
+  if (found) {
+    if (const auto estimate = estimate_from_place(*frame, *found)) {
+      return tracked(frame, *estimate, true);
+    }
+  }
+  return lost(frame, "not recognised yet in the map that was loaded");
 }
 
 TrackedFramePtr Tracker::start(const FramePtr& frame) {
@@ -150,7 +165,8 @@ TrackedFramePtr Tracker::lost(const FramePtr& frame, const std::string& reason) 
   ++frames_lost_;
   could_have_begun_ +=
       starting_points(*frame) >= static_cast<std::size_t>(options_.min_start_points);
-  if (could_have_begun_ > options_.patience) return start(frame);
+  const bool may_begin = start_ != TrackerStart::kInMapOnly;
+  if (may_begin && could_have_begun_ > options_.patience) return start(frame);
   auto result = std::make_shared<TrackedFrame>();
   result->frame = frame;
   result->state = TrackState::kLost;
@@ -192,7 +208,7 @@ TrackedFramePtr Tracker::tracked(const FramePtr& frame, const Estimate& estimate
 void Tracker::stand(const Stance& stance) {
   previous_ = stance.previous;
   T_previous_next_ = Pose();
-  adopt(stance.local_map);
+  stance.local_map ? adopt(stance.local_map) : local_map_.reset();
 }
 
 void Tracker::adopt(const LocalMapPtr& local_map) {

@@ -80,13 +80,21 @@ struct RoughTrack {
   std::vector<PointMatch> matches;  ///< that agree with it
 };
 
+/// How a tracker begins.
+enum class TrackerStart {
+  kNewMap,     ///< the first frame begins a map
+  kInMap,      ///< there is one: the camera counts as lost in it until its place is recognised
+  kInMapOnly,  ///< likewise, and no new map is ever begun
+};
+
 /// Finds the camera's pose in each frame of a sequence: constant-velocity guess, matches with the
 /// previous frame, then with the local map (Mur-Artal and Tardos, ORB-SLAM2, TRO 2017, section
 /// III). Synchronous; it remembers the previous frame, and sees of the map only the snapshot it is
 /// given.
 class Tracker {
  public:
-  Tracker(const Camera& camera, const PyramidShape& pyramid, const TrackerOptions& options);
+  Tracker(const Camera& camera, const PyramidShape& pyramid, const TrackerOptions& options,
+          TrackerStart start = TrackerStart::kNewMap);
 
   /// First pass, for the evidence to be judged by: the pose from what was static up to the frame
   /// before. None for a first frame, and where too little of it is seen again.
@@ -121,6 +129,7 @@ class Tracker {
     TrackedFramePtr previous;
   };
 
+  TrackedFramePtr begin(const FramePtr& frame, const std::optional<Placement>& found);
   TrackedFramePtr start(const FramePtr& frame);
   TrackedFramePtr lost(const FramePtr& frame, const std::string& reason);
   TrackedFramePtr tracked(const FramePtr& frame, const Estimate& estimate, bool relocalised);
@@ -150,6 +159,7 @@ class Tracker {
   Camera camera_;
   PyramidShape pyramid_;
   TrackerOptions options_;
+  TrackerStart start_;
   KeyframePolicy policy_;
 
   LocalMapPtr local_map_;

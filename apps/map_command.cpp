@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/file.hpp"
+#include "stillmap/dense/cloud_io.hpp"
+#include "stillmap/pipeline/map_description.hpp"
+
+#include <filesystem>
+
+#include "commands.hpp"
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace stillmap {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct MapArguments {
+  std::string file, json, out;
+};
+
+int show(const MapArguments& arguments) {
+  const MapDescription description = describe_map(read_saved_map(arguments.file));
+  const auto bytes = fs::file_size(arguments.file);
+  fmt::print("{}: {:.2f} MB\n{}", arguments.file, static_cast<double>(bytes) / 1e6,
+             description_text(description));
+  if (arguments.json.empty()) return kSuccess;
+  nlohmann::json json = description_json(description);
+  json["file"] = arguments.file;
+  json["bytes"] = bytes;
+  write_file(arguments.json, json.dump(2) + "\n");
+  fmt::print("written: {}\n", arguments.json);
+  return kSuccess;
+}
+
+int export_map(const MapArguments& arguments) {
+  const SavedMap saved = read_saved_map(arguments.file);
+  const fs::path out = arguments.out.empty()
+                           ? fs::path(fs::path(arguments.file).stem().string() + "_export")
+                           : fs::path(arguments.out);
+  make_output_folder(out);
+  std::vector<fs::path> files = {out / "landmarks.ply", out / "graph.json"};
+  write_ply(files[0], landmark_cloud(saved.map));
+  write_file(files[1], map_graph(saved).dump(1) + "\n");
+  const auto sessions = keyframe_trajectories(saved.map);
+  for (const auto& [number, keyframes] : sessions) {
+    const bool only = sessions.size() == 1;
+    files.push_back(out /
+                    (only ? "keyframes.txt" : fmt::format("keyframes_session_{}.txt", number)));
+    write_trajectory(files.back(), keyframes);
+  }
+  if (!saved.views.empty()) {
+    files.push_back(out / "cloud.ply");
+    write_ply(files.back(), dense_cloud(saved));
+  }
+  fmt::print("written:\n");
+  for (const fs::path& file : files) fmt::print("  {}\n", file.string());
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_map_command(CLI::App& app, int& exit_code) {
+  CLI::App* map = app.add_subcommand("map", "look into a map that `run --save-map` wrote");
+  map->require_subcommand(1);
+  auto arguments = std::make_shared<MapArguments>();
+  CLI::App* info = map->add_subcommand("info", "versions, camera, counts, extent and size");
+  info->add_option("file", arguments->file, "saved map")->required();
+  info->add_option("--json", arguments->json, "also write all that to this file");
+  info->footer("Example:\n  stillmap map info office.map");
+  info->callback([arguments, &exit_code] { exit_code = show(*arguments); });
+  CLI::App* exporting = map->add_subcommand(
+      "export", "write landmarks.ply, keyframes.txt (TUM format), graph.json and cloud.ply");
+  exporting->add_option("file", arguments->file, "saved map")->required();
+  exporting->add_option("--out", arguments->out, "folder to write to; default: NAME_export");
+  exporting->footer("Example:\n  stillmap map export office.map --out office");
+  exporting->callback([arguments, &exit_code] { exit_code = export_map(*arguments); });
+}
+
+}  // namespace stillmap

@@ -1,0 +1,122 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Saved maps on the command line: saved, shown, exported, used again; and command lines that are refused.
+
+  apps/saved_map_test.py PROGRAM     PROGRAM: the built command
+"""
+import json
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+PROGRAM = ""
+
+
+def stillmap(*arguments):
+    return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, check=False)
+
+
+class SavedMaps(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        cls.folder = Path(cls.temporary.name)
+        cls.sequence = cls.folder / "sequence"
+        cls.map = cls.folder / "maps" / "first.map"
+        made = stillmap("simulate", "--people", 0, "--frames", 30, "--width", 320, "--height", 240,
+                        "--out", cls.sequence)
+        assert made.returncode == 0, made.stderr
+        saved = cls.run_sequence("first", "--save-map", cls.map)
+        assert saved.returncode == 0, saved.stderr
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.temporary.cleanup()
+
+    @classmethod
+    def run_sequence(cls, out, *more):
+        return stillmap("run", cls.sequence, "--preset", "static", "--out", cls.folder / out, *more)
+
+    def refused(self, result, code, *words):
+        self.assertEqual(result.returncode, code, result.stdout + result.stderr)
+        for word in words:
+            self.assertIn(word, result.stdout + result.stderr)
+
+    def test_info_says_what_the_run_said(self):
+        told = self.folder / "info.json"
+        shown = stillmap("map", "info", self.map, "--json", told)
+        self.assertEqual(shown.returncode, 0, shown.stderr)
+        info = json.loads(told.read_text())
+        summary = json.loads((self.folder / "first" / "summary.json").read_text())
+        self.assertEqual(info["keyframes"], summary["keyframes"])
+        self.assertEqual(info["landmarks"], summary["landmarks"])
+        self.assertEqual(info["bytes"], self.map.stat().st_size)
+        self.assertEqual(info["camera"]["width"], 320)
+        self.assertIn(f"{info['keyframes']} with", shown.stdout)
+
+    def test_export_writes_what_others_read(self):
+        out = self.folder / "export"
+        self.assertEqual(stillmap("map", "export", self.map, "--out", out).returncode, 0)
+        graph = json.loads((out / "graph.json").read_text())
+        poses = [line for line in (out / "keyframes.txt").read_text().splitlines() if line[0] != "#"]
+        self.assertEqual(len(poses), len(graph["keyframes"]))
+        for name in ("landmarks.ply", "cloud.ply"):
+            self.assertTrue((out / name).read_bytes().startswith(b"ply"), name)
+
+    def test_localising_leaves_the_file_and_gives_every_frame_a_pose(self):
+        before = self.map.read_bytes()
+        result = self.run_sequence("again", "--load-map", self.map, "--localize-only")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("30 of 30 frames tracked", result.stdout)
+        self.assertEqual(self.map.read_bytes(), before)
+        summary = json.loads((self.folder / "again" / "summary.json").read_text())
+        self.assertFalse(summary["loaded_map"]["extended"])
+
+    def test_a_map_can_be_extended_onto_itself(self):
+        other = self.folder / "grown.map"
+        other.write_bytes(self.map.read_bytes())
+        result = self.run_sequence("grown", "--load-map", other, "--save-map", other)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(stillmap("map", "info", other).returncode, 0)
+
+    def test_a_slim_map_is_smaller(self):
+        slim = self.folder / "slim.map"
+        self.run_sequence("slim", "--save-map", slim, "--slim-map")
+        self.assertLess(slim.stat().st_size, 0.7 * self.map.stat().st_size)
+
+    def test_a_damaged_map_is_refused_before_the_run(self):
+        damaged = self.folder / "damaged.map"
+        damaged.write_bytes(self.map.read_bytes()[:-100])
+        for result in (self.run_sequence("x", "--load-map", damaged), stillmap("map", "info", damaged),
+                       stillmap("map", "export", damaged, "--out", self.folder / "x")):
+            self.refused(result, 1, "damaged.map", "cut short", "fix:")
+        self.assertFalse((self.folder / "x").exists())
+
+    def test_another_camera_or_pyramid_is_refused(self):
+        lines = (self.sequence / "camera.yaml").read_text().splitlines()
+        camera = self.folder / "longer.yaml"
+        camera.write_text("\n".join("fx: 300" if line.startswith("fx:") else line for line in lines) + "\n")
+        self.refused(self.run_sequence("y", "--load-map", self.map, "--camera", camera), 1,
+                     "another camera", "fx 300.000", "fix:")
+        self.refused(self.run_sequence("y", "--load-map", self.map, "--set", "orb.levels=5"), 1,
+                     "pyramid levels", "--set orb.levels=8")
+
+    def test_command_lines_that_make_no_sense(self):
+        self.refused(self.run_sequence("z", "--localize-only"), 2, "--load-map")
+        self.refused(self.run_sequence("z", "--load-map", self.map, "--localize-only", "--save-map", "a.map"), 2,
+                     "--save-map")
+        self.refused(self.run_sequence("z", "--slim-map"), 2, "--save-map")
+        self.refused(self.run_sequence("z", "--save-map", self.folder), 1, "is a folder")
+        self.refused(self.run_sequence("z", "--save-map", self.map / "below" / "a.map"), 1, "fix:")
+        self.refused(self.run_sequence("z", "--load-map", self.folder / "none.map"), 1, "none.map", "fix:")
+        self.refused(stillmap("map"), 2)
+        self.refused(stillmap("map", "info"), 2, "file")
+        self.refused(stillmap("map", "info", self.sequence / "rgb.txt"), 1, "is no saved map")
+        self.refused(stillmap("map", "export", self.map, "--out", self.map), 1, "fix:")
+
+
+if __name__ == "__main__":
+    PROGRAM = sys.argv.pop(1)
+    unittest.main()

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/pipeline/map_description.hpp"
+
+#include "stillmap/dense/dense_map.hpp"
+#include "stillmap/map/map_file.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace stillmap {
+namespace {
+
+constexpr double kOutermost = 0.01;  // share of the landmarks that is left out at either end
+
+/// By component: what a person would call different colours.
+constexpr std::array<Rgb, 6> kColors = {{{255, 255, 255},
+                                         {255, 165, 0},
+                                         {80, 160, 255},
+                                         {120, 220, 90},
+                                         {240, 90, 140},
+                                         {200, 160, 255}}};
+
+std::uint32_t component_of(const MapContent& map, const Landmark& landmark) {
+  return map.keyframes[landmark.observations.front().keyframe.slot].component;
+}
+
+/// The box around points, without the outermost ones along each axis.
+Eigen::AlignedBox3d extent_of(std::vector<Eigen::Vector3d> points) {
+  Eigen::AlignedBox3d box;
+  if (points.empty()) return box;
+  const auto outer = static_cast<std::ptrdiff_t>(kOutermost * static_cast<double>(points.size()));
+  const auto last = static_cast<std::ptrdiff_t>(points.size()) - 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::sort(points.begin(), points.end(),
+              [axis](const auto& a, const auto& b) { return a[axis] < b[axis]; });
+    box.min()[axis] = points[outer][axis];
+    box.max()[axis] = points[last - outer][axis];
+  }
+  return box;
+}
+
+std::string extent_text(const Eigen::AlignedBox3d& box) {
+  Eigen::Vector3d size = Eigen::Vector3d::Zero();
+  if (!box.isEmpty()) size = box.sizes();
+  return fmt::format("{:.2f} x {:.2f} x {:.2f} m", size.x(), size.y(), size.z());
+}
+
+std::vector<ComponentDescription> describe_components(const MapContent& map) {
+  std::vector<ComponentDescription> components(map.first.size());
+  std::vector<std::vector<Eigen::Vector3d>> points(map.first.size());
+  for (const Keyframe& k : map.keyframes) ++components[k.component].keyframes;
+  for (const Landmark& l : map.landmarks) points[component_of(map, l)].push_back(l.p_world);
+  for (std::size_t i = 0; i < components.size(); ++i) {
+    components[i].landmarks = points[i].size();
+    components[i].extent = extent_of(std::move(points[i]));
+  }
+  return components;
+}
+
+std::vector<double> numbers(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+nlohmann::json pose_json(const Pose& pose) {
+  const Eigen::Quaterniond& q = pose.quaternion();
+  return {{"translation", numbers(pose.translation())},
+          {"quaternion_xyzw", {q.x(), q.y(), q.z(), q.w()}}};
+}
+
+}  // namespace
+
+MapDescription describe_map(const SavedMap& saved) {
+  const MapContent& map = saved.map;
+  MapDescription d;
+  d.version = kMapFormat.version;
+  d.writer = saved.writer;
+  d.camera = map.camera;
+  d.pyramid = map.pyramid;
+  d.keyframes = map.keyframes.size();
+  d.landmarks = map.landmarks.size();
+  for (const Keyframe& k : map.keyframes) {
+    d.keypoints += k.features->size();
+  }
+  d.sessions = keyframe_trajectories(map).size();
+  for (const Landmark& l : map.landmarks) d.observations += l.observations.size();
+  d.components = describe_components(map);
+  d.views = saved.views.size();
+  for (const AnchoredView& v : saved.views) d.view_pixels += v.view.depth.total();
+  return d;
+}
+
+std::string description_text(const MapDescription& d) {
+  std::string text = fmt::format(
+      "layout      version {}, written by {}\n"
+      "camera      {}: {} x {} pixels, fx {:.2f} fy {:.2f} cx {:.2f} cy {:.2f}\n"
+      "pyramid     {} levels of factor {}\n"
+      "sessions    {}\n"
+      "keyframes   {} with {} keypoints\n"
+      "landmarks   {}, seen {:.1f} times each\n",
+      d.version, d.writer, d.camera.name, d.camera.width, d.camera.height, d.camera.fx, d.camera.fy,
+      d.camera.cx, d.camera.cy, d.pyramid.levels, d.pyramid.scale_factor, d.sessions, d.keyframes,
+      d.keypoints, d.landmarks,
+      d.landmarks == 0 ? 0.0
+                       : static_cast<double>(d.observations) / static_cast<double>(d.landmarks));
+  text += fmt::format("components  {}\n", d.components.size());
+  for (std::size_t i = 0; i < d.components.size(); ++i) {
+    const ComponentDescription& c = d.components[i];
+    text += fmt::format("  {:<9} {} keyframes, {} landmarks within {}\n", i, c.keyframes,
+                        c.landmarks, extent_text(c.extent));
+  }
+  text += fmt::format("dense       {} views with {} pixels\n", d.views, d.view_pixels);
+  return text;
+}
+
+nlohmann::json description_json(const MapDescription& d) {
+  nlohmann::json json = {
+      {"version", d.version},           {"writer", d.writer},       {"sessions", d.sessions},
+      {"keyframes", d.keyframes},       {"keypoints", d.keypoints}, {"landmarks", d.landmarks},
+      {"observations", d.observations}, {"views", d.views},         {"view_pixels", d.view_pixels}};
+  json["camera"] = {{"name", d.camera.name}, {"width", d.camera.width}, {"height", d.camera.height},
+                    {"fx", d.camera.fx},     {"fy", d.camera.fy},       {"cx", d.camera.cx},
+                    {"cy", d.camera.cy}};
+  json["pyramid"] = {{"levels", d.pyramid.levels}, {"scale_factor", d.pyramid.scale_factor}};
+  json["components"] = nlohmann::json::array();
+  for (const ComponentDescription& c : d.components) {
+    nlohmann::json component = {{"keyframes", c.keyframes}, {"landmarks", c.landmarks}};
+    if (!c.extent.isEmpty()) {
+      component["extent_min"] = numbers(c.extent.min());
+      component["extent_max"] = numbers(c.extent.max());
+    }
+    json["components"].push_back(component);
+  }
+  return json;
+}
+
+Cloud landmark_cloud(const MapContent& map) {
+  Cloud cloud;
+  cloud.reserve(map.landmarks.size());
+  for (const Landmark& l : map.landmarks) {
+    cloud.add(l.p_world.cast<float>(), kColors[component_of(map, l) % kColors.size()]);
+  }
+  return cloud;
+}
+
+std::map<std::uint32_t, Trajectory> keyframe_trajectories(const MapContent& map) {
+  std::map<std::uint32_t, Trajectory> sessions;
+  for (const Keyframe& k : map.keyframes) {
+    sessions[k.session].push_back({k.timestamp, k.T_world_camera});
+  }
+  for (auto& [number, session] : sessions) {
+    std::sort(session.begin(), session.end(),
+              [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
+  }
+  return sessions;
+}
+
+nlohmann::json map_graph(const SavedMap& saved, int min_shared) {
+  nlohmann::json json = {{"keyframes", nlohmann::json::array()},
+                         {"covisible", nlohmann::json::array()}};
+  const Map map(saved.map);
+  map.for_each_keyframe([&](const Keyframe& k) {
+    nlohmann::json keyframe = pose_json(k.T_world_camera);
+    keyframe["id"] = k.id.slot;
+    keyframe["sequence"] = k.sequence;
+    keyframe["component"] = k.component;
+    keyframe["session"] = k.session;
+    keyframe["timestamp"] = k.timestamp;
+    keyframe["first_of_component"] = map.is_first(k.id);
+    json["keyframes"].push_back(keyframe);
+    for (const Covisible& c : map.covisible(k.id, min_shared)) {
+      if (c.keyframe < k.id) continue;
+      json["covisible"].push_back(
+          {{"a", k.id.slot}, {"b", c.keyframe.slot}, {"landmarks", c.shared}});
+    }
+  });
+  return json;
+}
+
+Cloud dense_cloud(const SavedMap& saved) {
+  const auto anchor_of = [&](std::uint64_t id) -> const Keyframe& {
+    return saved.map.keyframes[saved.views[id].anchor.slot];
+  };
+  DenseMap dense(saved.map.camera);
+  std::vector<std::size_t> views_in(saved.map.first.size());
+  for (std::size_t id = 0; id < saved.views.size(); ++id) {
+    dense.add(id, saved.views[id].view);
+    ++views_in[anchor_of(id).component];
+  }
+  const auto largest = std::max_element(views_in.begin(), views_in.end()) - views_in.begin();
+  const auto pose_of = [&](std::uint64_t id) -> std::optional<Pose> {
+    const Keyframe& anchor = anchor_of(id);
+    if (anchor.component != static_cast<std::uint32_t>(largest)) return std::nullopt;
+    return anchor.T_world_camera * saved.views[id].T_anchor_camera;
+  };
+  return dense.compose(pose_of).cloud;
+}
+
+}  // namespace stillmap

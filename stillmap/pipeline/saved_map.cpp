@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/pipeline/saved_map.hpp"
+
+#include "stillmap/base/bytes.hpp"
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/file.hpp"
+#include "stillmap/map/map_file.hpp"
+#include "stillmap/map/pose_bytes.hpp"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace stillmap {
+namespace {
+
+constexpr std::array<char, 4> kInfo = {'I', 'N', 'F', 'O'};
+constexpr std::array<char, 4> kDense = {'D', 'E', 'N', 'S'};
+
+using Bgr = std::array<std::uint8_t, 3>;  // as cv::Vec3b lies in memory
+
+/// The pixels of an image of a view (which are continuous), one `Pixel` each.
+template <typename Pixel>
+std::span<const Pixel> pixels_of(const cv::Mat& image) {
+  return {reinterpret_cast<const Pixel*>(image.data), image.total()};
+}
+
+template <typename Pixel>
+cv::Mat get_image(ByteReader& in, cv::Size size, int type) {
+  const auto pixels = in.get_planes<Pixel>(static_cast<std::size_t>(size.area()));
+  cv::Mat image(size, type);
+  if (!pixels.empty()) std::memcpy(image.data, pixels.data(), pixels.size() * sizeof(Pixel));
+  return image;
+}
+
+void put_view(ByteWriter& out, const DenseView& view) {
+  for (const int number : {view.stride, view.camera.width, view.camera.height}) {
+    out.put<std::int32_t>(number);
+  }
+  for (const double x : {view.camera.fx, view.camera.fy, view.camera.cx, view.camera.cy})
+    out.put(x);
+  for (const int side : {view.depth.cols, view.depth.rows}) out.put<std::int32_t>(side);
+  out.put_planes(pixels_of<std::uint16_t>(view.depth));
+  out.put_planes(pixels_of<Bgr>(view.color));
+  out.put_planes(pixels_of<std::uint8_t>(view.kind));
+  out.put(static_cast<std::uint32_t>(view.instances.size()));
+  for (const ViewInstance& instance : view.instances) {
+    out.put_text(instance.class_name);
+    out.put(instance.confidence);
+  }
+}
+
+/// The lattice: no finer than the images of `camera`.
+DenseView get_lattice(ByteReader& in, const Camera& camera) {
+  DenseView view;
+  view.camera = camera;
+  for (int* number : {&view.stride, &view.camera.width, &view.camera.height}) {
+    *number = in.get<std::int32_t>();
+  }
+  for (double* x : {&view.camera.fx, &view.camera.fy, &view.camera.cx, &view.camera.cy}) {
+    *x = in.get<double>();
+    if (!std::isfinite(*x)) in.fail("a view's camera makes no sense");
+  }
+  if (view.stride < 1 || view.camera.width < 0 || view.camera.width > camera.width ||
+      view.camera.height < 0 || view.camera.height > camera.height || view.camera.fx <= 0 ||
+      view.camera.fy <= 0) {
+    in.fail("a view's camera makes no sense");
+  }
+  return view;
+}
+
+DenseView get_view(ByteReader& in, const Camera& camera) {
+  DenseView view = get_lattice(in, camera);
+  const auto cols = in.get<std::int32_t>(), rows = in.get<std::int32_t>();
+  const bool whole = cols == view.camera.width && rows == view.camera.height;
+  if (!whole && (cols != 0 || rows != 0)) in.fail("a view is not of its camera's size");
+  view.depth = get_image<std::uint16_t>(in, {cols, rows}, CV_16UC1);
+  view.color = get_image<Bgr>(in, {cols, rows}, CV_8UC3);
+  view.kind = get_image<std::uint8_t>(in, {cols, rows}, CV_8UC1);
+  const auto instances = in.get<std::uint32_t>();
+  for (std::uint32_t i = 0; i < instances; ++i) {
+    std::string name = in.get_text();
+    view.instances.push_back({std::move(name), in.get<float>()});
+    if (!std::isfinite(view.instances.back().confidence)) in.fail("a confidence is not finite");
+  }
+  for (const std::uint8_t kind : view.kind) {
+    const bool instance = kind >= kFirstInstance && kind != kMoverSurface;
+    if (instance && kind - kFirstInstance >= static_cast<int>(instances))
+      in.fail("a pixel is part of no thing");
+  }
+  return view;
+}
+
+std::string dense_bytes(const std::vector<AnchoredView>& views) {
+  ByteWriter out;
+  out.put(static_cast<std::uint32_t>(views.size()));
+  for (const AnchoredView& v : views) {
+    out.put(v.anchor.slot);
+    put_pose(out, v.T_anchor_camera);
+    put_view(out, v.view);
+  }
+  return out.bytes();
+}
+
+std::vector<AnchoredView> get_views(ByteReader in, const MapContent& map) {
+  std::vector<AnchoredView> views;
+  const auto count = in.get<std::uint32_t>();
+  for (std::uint32_t i = 0; i < count; ++i) {
+    AnchoredView v;
+    v.anchor = {in.get<std::uint32_t>(), 0};
+    if (v.anchor.slot >= map.keyframes.size()) in.fail("a view belongs to no keyframe");
+    v.T_anchor_camera = get_pose(in);
+    v.view = get_view(in, map.camera);
+    views.push_back(std::move(v));
+  }
+  in.expect_end();
+  return views;
+}
+
+std::string describe(const Camera& c) {
+  return fmt::format("{}x{} pixels, fx {:.3f} fy {:.3f} cx {:.3f} cy {:.3f}, baseline {:.3f} m",
+                     c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.baseline);
+}
+
+}  // namespace
+
+std::string saved_map_bytes(const SavedMap& saved) {
+  ByteWriter info;
+  info.put_text(saved.writer);
+  std::vector<Section> sections = {{kInfo, info.bytes()}};
+  for (Section& section : map_sections(saved.map)) sections.push_back(std::move(section));
+  sections.push_back({kDense, dense_bytes(saved.views)});
+  return pack_sections(kMapFormat, sections);
+}
+
+SavedMap saved_map_from_bytes(std::string_view bytes, const std::string& where) {
+  const auto sections = unpack_sections(kMapFormat, bytes, where);
+  SavedMap saved;
+  ByteReader info = section_reader(sections, "INFO", where);
+  saved.writer = info.get_text();
+  info.expect_end();
+  saved.map = map_from_sections(sections, where);
+  saved.views = get_views(section_reader(sections, "DENS", where), saved.map);
+  return saved;
+}
+
+void write_saved_map(const std::filesystem::path& file, const SavedMap& saved) {
+  write_file(file, saved_map_bytes(saved));
+}
+
+SavedMap read_saved_map(const std::filesystem::path& file) {
+  return saved_map_from_bytes(read_file(file), file.string());
+}
+
+void require_same_camera(const MapContent& map, const Camera& camera, const PyramidShape& pyramid,
+                         const std::string& where) {
+  const Camera& m = map.camera;
+  constexpr double kRounding = 1e-6;  // of the decimals in a camera file
+  const auto same = [](double a, double b) { return std::abs(a - b) <= kRounding * std::abs(a); };
+  if (m.width != camera.width || m.height != camera.height || !same(m.fx, camera.fx) ||
+      !same(m.fy, camera.fy) || !same(m.cx, camera.cx) || !same(m.cy, camera.cy) ||
+      !same(m.baseline, camera.baseline)) {
+    throw Error(fmt::format("was made with another camera ({}) than the recording's ({})",
+                            describe(m), describe(camera)),
+                where, "name the map's camera with --camera, or map anew with this one");
+  }
+  if (map.pyramid.levels != pyramid.levels ||
+      !same(map.pyramid.scale_factor, pyramid.scale_factor)) {
+    throw Error(fmt::format("was made with {} pyramid levels of factor {}, and {} of {} are set",
+                            map.pyramid.levels, map.pyramid.scale_factor, pyramid.levels,
+                            pyramid.scale_factor),
+                where,
+                fmt::format("add --set orb.levels={} --set orb.scale_factor={}", map.pyramid.levels,
+                            map.pyramid.scale_factor));
+  }
+}
+
+}  // namespace stillmap

@@ -1,0 +1,301 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/pipeline/saved_map.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/section_file.hpp"
+#include "stillmap/map/map_file.hpp"
+#include "stillmap/pipeline/map_description.hpp"
+#include "stillmap/pipeline/recording_test.hpp"
+#include "stillmap/pipeline/slam.hpp"
+#include "stillmap/simulate/simulated_sequence.hpp"
+
+#include <random>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace stillmap {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// Frames of a way through the office. Rendered once and kept.
+struct Visit {
+  std::shared_ptr<const SimulatedSequence> sequence;
+  std::vector<RgbdFramePtr> frames;
+  const Camera& camera() const { return sequence->camera(); }
+};
+
+std::shared_ptr<const SimulatedSequence> sequence_of(const std::string& name) {
+  SimulationOptions options;
+  options.people = 0;
+  options.frames = 90;
+  options.width = 320;
+  options.height = 240;
+  if (name == "rpy") options.camera = "rpy";
+  if (name == "slower") options.speed = 0.8, options.shake = 3;  // and another hand
+  const auto sequence = std::make_shared<SimulatedSequence>(options);
+  if (name != "corner") return sequence;
+  auto scene = std::make_shared<Scene>(sequence->scene());
+  scene->viewpoint = {{5.2, 1.0, 1.45}, {3.0, 0.1, 0.9}};  // of which the others see nothing
+  return std::make_shared<SimulatedSequence>(options, sequence->camera(), scene);
+}
+
+/// @param name  xyz, slower (nearly the same way), rpy (the same place), corner (another one)
+const Visit& visit(const std::string& name) {
+  static std::map<std::string, Visit> made;
+  Visit& v = made[name];
+  if (!v.sequence) {
+    v.sequence = sequence_of(name);
+    for (std::size_t i = 0; i < v.sequence->frames(); ++i) v.frames.push_back(v.sequence->frame(i));
+  }
+  return v;
+}
+
+struct Outcome {
+  SlamResult result;
+  SavedMap map;
+};
+
+Outcome run(const Visit& visit, std::optional<StartingMap> start = std::nullopt) {
+  Slam slam(visit.camera(), recorded::small_options("static"), nullptr, std::move(start));
+  for (const auto& frame : visit.frames) slam.push(frame);
+  Outcome outcome;
+  outcome.result = slam.finish();
+  outcome.map = slam.saved_map("test");
+  return outcome;
+}
+
+/// The map of the first visit: its world is the camera of that visit's first frame.
+const Outcome& first_visit() {
+  static const Outcome made = run(visit("xyz"));
+  return made;
+}
+
+/// The distance of each pose from the truth, in the world of the first visit; nothing is aligned.
+std::vector<double> errors_in_first_world(const Visit& visited, const Trajectory& estimate) {
+  const Pose T_world_truth = visit("xyz").sequence->T_world_camera(0).inverse();
+  std::vector<double> errors;
+  for (const StampedPose& e : estimate) {
+    const auto index = static_cast<std::size_t>(std::lround(e.timestamp * visited.camera().fps));
+    const Pose truth = T_world_truth * visited.sequence->T_world_camera(index);
+    errors.push_back((e.T_world_camera.translation() - truth.translation()).norm());
+  }
+  return errors;
+}
+
+/// A map of a few dozen numbers, so that every byte can be tried.
+SavedMap tiny_map() {
+  SavedMap saved;
+  saved.writer = "a test";
+  saved.map.camera.width = 32, saved.map.camera.height = 24;
+  Map map(saved.map.camera, PyramidShape{});
+  Keyframe keyframe;
+  auto features = std::make_shared<Features>();
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    features->keypoints.push_back({.u = 5.5F * static_cast<float>(i), .v = 7, .depth = 2});
+    features->descriptors.push_back({i, i + 1, i * i, 42});
+  }
+  keyframe.static_weight.assign(3, 0.75F);
+  keyframe.features = features;
+  const KeyframeId id = map.add_keyframe(keyframe).id;
+  map.add_landmark({0.1, 0.2, 2.3}, {id, 1});
+  saved.map = map.content();
+  DenseView view;
+  view.camera = saved.map.camera;
+  view.camera.width = view.camera.height = 2;
+  view.depth = (cv::Mat1w(2, 2) << 5000, 6000, 7000, 8000);
+  view.color = cv::Mat3b(2, 2, cv::Vec3b(10, 20, 30));
+  view.kind = (cv::Mat1b(2, 2) << 0, 1, 2, 255);
+  view.instances = {{"chair", 0.5F}};
+  saved.views = {{id, Pose(so3_exp({0.1, 0.2, 0.3}), {1, 2, 3}), view}};
+  return saved;
+}
+
+/// Reads such bytes and puts the map to every use; yields what the user would be told.
+std::string complaint(const std::string& bytes) {
+  try {
+    const SavedMap read = saved_map_from_bytes(bytes, "some.map");
+    description_text(describe_map(read));
+    description_json(describe_map(read));
+    map_graph(read);
+    landmark_cloud(read.map);
+    dense_cloud(read);
+    Map(read.map).content();
+  } catch (const Error& e) {
+    EXPECT_THAT(e.where(), HasSubstr("some.map"));
+    EXPECT_FALSE(e.fix().empty());
+    return e.what();
+  }
+  return "";
+}
+
+TEST(SavedMap, IsReadBackAsItWasWritten) {
+  const SavedMap& saved = first_visit().map;
+  const std::string bytes = saved_map_bytes(saved);
+  const SavedMap read = saved_map_from_bytes(bytes, "");
+  EXPECT_EQ(read.writer, "test");
+  EXPECT_EQ(read.map.keyframes.size(), saved.map.keyframes.size());
+  EXPECT_EQ(read.map.landmarks.size(), first_visit().result.landmarks);
+  EXPECT_EQ(read.views.size(), saved.views.size());
+  EXPECT_EQ(saved_map_bytes(read), bytes);
+}
+
+TEST(SavedMap, IdenticalRunsWriteIdenticalBytes) {
+  EXPECT_EQ(saved_map_bytes(run(visit("xyz")).map), saved_map_bytes(first_visit().map));
+}
+
+TEST(SavedMap, TheCloudIsTheOneOfTheRun) {
+  const Cloud& of_run = first_visit().result.dense.cloud;
+  const Cloud of_map = dense_cloud(first_visit().map);
+  ASSERT_EQ(of_map.size(), of_run.size());
+  double largest = 0;
+  for (std::size_t i = 0; i < of_map.size(); ++i) {
+    largest = std::max<double>(largest, (of_map.points[i] - of_run.points[i]).norm());
+  }
+  EXPECT_LT(largest, 1e-4);
+}
+
+TEST(SavedMap, EveryAlteredByteAndEveryOtherLengthIsNoticed) {
+  const std::string bytes = saved_map_bytes(tiny_map());
+  ASSERT_EQ(complaint(bytes), "");
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    for (const int bits : {0x01, 0x80, 0xff}) {
+      std::string altered = bytes;
+      altered[i] = static_cast<char>(altered[i] ^ bits);
+      EXPECT_NE(complaint(altered), "") << "byte " << i;
+    }
+    EXPECT_NE(complaint(bytes.substr(0, i)), "") << "cut to " << i;
+  }
+  EXPECT_THAT(complaint(bytes + bytes), HasSubstr("bytes too many"));
+}
+
+TEST(SavedMap, WhatIsNoMapIsTold) {
+  EXPECT_THAT(complaint("ply\nformat binary_little_endian 1.0\n"), HasSubstr("is no saved map"));
+  EXPECT_THAT(complaint(""), HasSubstr("is no saved map"));
+  std::string newer = saved_map_bytes(tiny_map());
+  newer[8] = 9;
+  EXPECT_THAT(complaint(newer), HasSubstr("version 9, and this program reads version 1"));
+}
+
+/// The sections of such bytes are scrambled and sealed again, so that checksums do not help.
+TEST(SavedMap, NoSealedNonsenseMakesABrokenMap) {
+  const auto sections = unpack_sections(kMapFormat, saved_map_bytes(tiny_map()), "");
+  std::mt19937_64 random(7);
+  for (std::size_t s = 0; s < sections.size(); ++s) {
+    for (std::size_t i = 0; i < sections[s].bytes.size(); ++i) {
+      for (int round = 0; round < 4; ++round) {
+        auto altered = sections;
+        altered[s].bytes[i] = static_cast<char>(random());
+        complaint(pack_sections(kMapFormat, altered));
+      }
+    }
+  }
+}
+
+TEST(SavedMap, AFolderAMissingFileAndOneWithoutRoomAreErrors) {
+  EXPECT_THROW(read_saved_map("no/such.map"), Error);
+  EXPECT_THROW(read_saved_map("."), Error);
+  EXPECT_THROW(write_saved_map("no/such/folder.map", tiny_map()), Error);
+}
+
+TEST(SavedMap, AnotherCameraOrPyramidIsAnError) {
+  SlamOptions options = recorded::small_options("static");
+  const auto begin = [&](const Camera& camera) {
+    Slam(camera, options, nullptr, StartingMap{first_visit().map, false});
+  };
+  Camera camera = visit("xyz").camera();
+  EXPECT_NO_THROW(begin(camera));
+  camera.distortion[0] = 0.1;
+  camera.depth_factor = 1000;
+  EXPECT_NO_THROW(begin(camera)) << "what the images were before they were rectified";
+  camera.fx += 1;
+  EXPECT_THROW(begin(camera), Error);
+  camera = visit("xyz").camera();
+  camera.width = 640;
+  EXPECT_THROW(begin(camera), Error);
+  options.orb.levels = 6;
+  EXPECT_THROW(begin(visit("xyz").camera()), Error);
+}
+
+TEST(Localising, FindsTheSameFramesWhereTheyWere) {
+  const Outcome again = run(visit("xyz"), StartingMap{first_visit().map, false});
+  const Trajectory& before = first_visit().result.trajectory;
+  const Trajectory& now = again.result.trajectory;
+  ASSERT_EQ(now.size(), before.size());
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    const Pose difference = before[i].T_world_camera.inverse() * now[i].T_world_camera;
+    EXPECT_LT(difference.translation().norm(), 0.01) << i;
+    EXPECT_LT(difference.angle(), 0.01) << i;
+  }
+}
+
+TEST(Localising, AnotherWayThroughTheMapIsWithinACentimetreOfTheTruth) {
+  const Visit& second = visit("slower");
+  const Outcome r = run(second, StartingMap{first_visit().map, false});
+  EXPECT_EQ(r.result.tracked(), second.frames.size());
+  EXPECT_EQ(r.result.maps, 1U);
+  for (const double error : errors_in_first_world(second, r.result.trajectory)) {
+    EXPECT_LT(error, 0.01);
+  }
+}
+
+TEST(Localising, LeavesTheMapAsItIs) {
+  const SavedMap before = saved_map_from_bytes(saved_map_bytes(first_visit().map), "");
+  SavedMap after = run(visit("slower"), StartingMap{before, false}).map;
+  EXPECT_TRUE(after.views.empty()) << "not even looked at";
+  after.views = before.views;
+  EXPECT_EQ(saved_map_bytes(after), saved_map_bytes(first_visit().map));
+}
+
+TEST(Localising, WhereItHasNeverBeenNothingIsRecognised) {
+  const Outcome r = run(visit("corner"), StartingMap{first_visit().map, false});
+  EXPECT_EQ(r.result.tracked(), 0U);
+  EXPECT_EQ(r.result.maps, 1U) << "none is begun";
+  EXPECT_THAT(r.result.frames.back().reason, HasSubstr("not recognised"));
+}
+
+TEST(Extending, AddsASessionInTheSameWorld) {
+  const Visit& second = visit("rpy");
+  const Outcome r = run(second, StartingMap{first_visit().map, true});
+  EXPECT_EQ(r.result.tracked(), second.frames.size());
+  EXPECT_EQ(r.map.map.first.size(), 1U) << "one component";
+  EXPECT_GT(r.map.map.landmarks.size(), first_visit().map.map.landmarks.size());
+  EXPECT_GT(r.map.views.size(), first_visit().map.views.size());
+  const auto sessions = keyframe_trajectories(r.map.map);
+  ASSERT_EQ(sessions.size(), 2U);
+  EXPECT_EQ(sessions.at(1).size(), r.result.keyframes.size());
+  for (const double error : errors_in_first_world(second, r.result.trajectory)) {
+    EXPECT_LT(error, 0.015);
+  }
+}
+
+TEST(Extending, ANewPlaceBecomesAComponentOfItsOwn) {
+  const Visit& elsewhere = visit("corner");
+  const Outcome r = run(elsewhere, StartingMap{first_visit().map, true});
+  EXPECT_GE(r.result.tracked(), 75U) << "all but those in which the place was looked for";
+  EXPECT_EQ(r.map.map.first.size(), 2U);
+  const SavedMap read = saved_map_from_bytes(saved_map_bytes(r.map), "");
+  EXPECT_EQ(describe_map(read).components.size(), 2U) << "both are kept";
+  const Outcome back = run(elsewhere, StartingMap{read, false});
+  EXPECT_GE(back.result.tracked(), 88U) << "and recognised";
+}
+
+TEST(MapDescription, CountsWhatThereIs) {
+  const MapDescription d = describe_map(first_visit().map);
+  EXPECT_EQ(d.sessions, 1U);
+  EXPECT_EQ(d.keyframes, first_visit().result.keyframes.size());
+  EXPECT_EQ(d.landmarks, first_visit().result.landmarks);
+  ASSERT_EQ(d.components.size(), 1U);
+  EXPECT_EQ(d.components[0].keyframes, d.keyframes);
+  EXPECT_GT(d.components[0].extent.sizes().maxCoeff(), 1);
+  EXPECT_LT(d.components[0].extent.sizes().maxCoeff(), 20);
+  const auto graph = map_graph(first_visit().map);
+  EXPECT_EQ(graph["keyframes"].size(), d.keyframes);
+  EXPECT_GE(graph["covisible"].size(), d.keyframes - 1) << "it hangs together";
+  EXPECT_THAT(description_text(d), HasSubstr("written by test"));
+}
+
+}  // namespace
+}  // namespace stillmap
