@@ -189,6 +189,7 @@ void check_options(const SlamOptions& o) {
   require(o.movers.tracking.births >= 1, "movers.tracking.births", "at least 1");
   require(o.movers.tracking.position_noise > 0 && o.movers.tracking.cut_off_noise > 0,
           "movers.tracking.position_noise (and cut_off_noise)", "more than 0");
+  check_rule(o.mapper.repeated);
   find_preset(o.motion.preset);
 }
 

@@ -13,11 +13,21 @@ void note_matches(Map& map, const Keyframe& keyframe, const std::vector<Landmark
   }
 }
 
+/// What the tracker sees of the map around a keyframe.
+std::vector<LandmarkId> local_landmarks(const LocalMap& local) {
+  std::vector<LandmarkId> ids;
+  ids.reserve(local.landmarks.size());
+  for (const LocalLandmark& landmark : local.landmarks) ids.push_back(landmark.id);
+  return ids;
+}
+
 }  // namespace
 
 LocalMapper::LocalMapper(Map& map, const MapperOptions& options) : map_(map), options_(options) {
   map_.for_each_keyframe(
       [this](const Keyframe& k) { next_component_ = std::max(next_component_, k.component + 1); });
+  check_rule(options.repeated);
+  if (options.repeated.rule == "node-median") vocabulary_ = Vocabulary::built_in();
 }
 
 KeyframeId LocalMapper::insert(const KeyframeProposal& proposal) {
@@ -47,9 +57,17 @@ RefineReport LocalMapper::refine(KeyframeId newest, const StopRequest& stop) {
   report.landmarks_culled = cull_landmarks(map_, newest, options_.culling);
   report.triangulated = create_by_triangulation(map_, newest, options_.creation);
   report.joined = fuse_duplicates(map_, newest, options_.fusion);
+  report.repeated = treat_repeated(newest);
   report.adjustment = adjust_locally(map_, newest, options_.adjustment, stop);
   report.keyframes_culled = cull_keyframes(map_, newest, options_.culling);
   return report;
+}
+
+int LocalMapper::treat_repeated(KeyframeId newest) {
+  if (options_.repeated.rule == "none") return 0;
+  const auto local = local_landmarks(*local_map(newest));
+  return vocabulary_ ? remove_repeated_by_node(map_, newest, local, *vocabulary_)
+                     : join_repeated_by_place(map_, newest, local, options_.repeated);
 }
 
 }  // namespace stillmap
