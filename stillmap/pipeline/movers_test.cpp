@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/test_path.hpp"
 #include "stillmap/evaluate/mover_error.hpp"
 #include "stillmap/evaluate/trajectory_error.hpp"
 #include "stillmap/pipeline/mover_files.hpp"
@@ -7,7 +8,6 @@
 #include "stillmap/simulate/simulated_sequence.hpp"
 
 #include <filesystem>
-#include <set>
 #include <sstream>
 
 #include <gtest/gtest.h>
@@ -42,7 +42,7 @@ std::vector<MoverTrack> two_tracks() {
 
 TEST(MoverFiles, TheTableIsReadBackAsItWasWritten) {
   const std::filesystem::path file =
-      std::filesystem::path(::testing::TempDir()) / "stillmap_movers_roundtrip.csv";
+      test::own_path("movers_roundtrip.csv");
   const std::vector<MoverTrack> tracks = two_tracks();
   write_file(file, movers_csv(tracks));
   const std::vector<MoverPosition> read = read_movers(file);
@@ -77,7 +77,7 @@ TEST(MoverFiles, EachLineIsAFrame) {
 TEST(MoverFiles, NothingMovesNoLines) {
   EXPECT_EQ(movers_jsonl({}), "");
   const std::filesystem::path file =
-      std::filesystem::path(::testing::TempDir()) / "stillmap_no_movers.csv";
+      test::own_path("no_movers.csv");
   write_file(file, movers_csv({}));
   EXPECT_TRUE(read_movers(file).empty());
   std::filesystem::remove(file);
@@ -89,21 +89,16 @@ struct Outcome {
 };
 
 /// The whole system without a network on a rendered scene.
-Outcome run(const SimulationOptions& scene, std::set<std::size_t> black = {}) {
-  SimulatedSequence sequence(scene);
+Outcome run(const SimulationOptions& scene) {
+  const SimulatedSequence sequence(scene);
   SlamOptions options;
   options.orb.keypoints = 600;
   options.dense_cloud = false;
   Slam slam(sequence.camera(), options);
   std::vector<MoverPosition> truth;
   for (std::size_t i = 0; i < sequence.frames(); ++i) {
-    SimulatedFrame made = sequence.at(i);
-    auto frame = std::make_shared<RgbdFrame>(*made.frame);
-    if (black.contains(i)) {
-      frame->grey = cv::Mat(frame->grey.size(), CV_8UC1, cv::Scalar(0));
-      frame->depth = cv::Mat(frame->depth.size(), CV_32FC1, cv::Scalar(0));
-    }
-    slam.push(frame);
+    const SimulatedFrame made = sequence.at(i);
+    slam.push(made.frame);
     for (const MoverTruth& m : made.truth.movers) {
       truth.push_back({made.truth.timestamp, m.id, m.class_name, m.centroid, m.velocity, true,
                        m.pixels * 4, m.shown, m.box});  // pixels as of 640 x 480
@@ -111,7 +106,7 @@ Outcome run(const SimulationOptions& scene, std::set<std::size_t> black = {}) {
   }
   Outcome outcome{slam.finish(), {}};
   const std::filesystem::path file =
-      std::filesystem::path(::testing::TempDir()) / "stillmap_movers_run.csv";
+      test::own_path("movers_run.csv");
   write_file(file, movers_csv(outcome.result.movers));
   const AteResult ate = absolute_trajectory_error(sequence.trajectory(), outcome.result.trajectory);
   outcome.errors = compare_movers(truth, read_movers(file), ate.T_truth_estimate, 0, 1e9);
@@ -144,16 +139,44 @@ TEST(Movers, ThingsOfNoClassAreTrackedWithoutANetwork) {
 
 TEST(Movers, NothingMovesNoMovers) { EXPECT_TRUE(run(small(0, 0)).result.movers.empty()); }
 
-TEST(Movers, ANewMapEndsTheTracksOfTheOldOne) {
-  std::set<std::size_t> black;
-  for (std::size_t i = 45; i < 60; ++i) black.insert(i);  // more than the tracker's patience
-  const Outcome done = run(small(0, 3), black);
-  ASSERT_EQ(done.result.maps, 2U);
-  ASSERT_FALSE(done.result.movers.empty());
-  for (const MoverTrack& track : done.result.movers) {
-    EXPECT_TRUE(track.last_seen < 45 / 20.0 || track.first_seen > 59.5 / 20.0)
-        << track.first_seen << " to " << track.last_seen;
+/// A frame of which the truth is known: what moves, and where the camera is.
+TrackedFramePtr true_frame(const SimulatedSequence& sequence, std::size_t index, TrackState state) {
+  const TruthFrame truth = sequence.truth(index);
+  auto image = std::make_shared<RgbdFrame>();
+  image->index = index;
+  image->timestamp = truth.timestamp;
+  image->depth = truth.depth;
+  auto frame = std::make_shared<Frame>();
+  frame->image = image;
+  frame->cells = std::make_shared<CellGrid>(truth.depth, sequence.camera());
+  frame->evidence.moving_pixels = truth.instances != 0;
+  frame->evidence.surface_log_odds = cv::Mat1f(frame->cells->size(), 1.0F);
+  auto tracked = std::make_shared<TrackedFrame>();
+  tracked->frame = frame;
+  tracked->state = state;
+  tracked->T_world_camera = truth.T_world_camera;
+  return tracked;
+}
+
+TEST(MoverStream, TheTracksEndWhereANewMapBegins) {
+  const SimulatedSequence sequence(small(0, 3));
+  MoverStream movers{MoverOptions{}};
+  constexpr std::size_t kNewMap = 30;
+  for (std::size_t i = 0; i < 60; ++i) {
+    const TrackState state = i == kNewMap ? TrackState::kStarted : TrackState::kTracking;
+    movers.push(true_frame(sequence, i, state));
   }
+  movers.finish();
+  const auto tracks = movers.tracks([&](std::size_t i) { return sequence.T_world_camera(i); });
+  const double begun = sequence.truth(kNewMap).timestamp;
+  std::size_t before = 0, after = 0;
+  for (const MoverTrack& track : tracks) {
+    before += track.last_seen < begun;
+    after += track.first_seen >= begun;
+  }
+  EXPECT_GT(before, 0U);
+  EXPECT_GT(after, 0U);
+  EXPECT_EQ(before + after, tracks.size()) << "none goes on";
 }
 
 }  // namespace

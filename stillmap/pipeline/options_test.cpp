@@ -76,7 +76,7 @@ TEST_F(OptionsFile, NamesTheLineOfAMistake) {
     load_options(file_, options);
     FAIL() << "no error";
   } catch (const Error& e) {
-    EXPECT_THAT(e.what(), HasSubstr("options_test.yaml:3: there is no option 'orb.colour'"));
+    EXPECT_THAT(e.what(), HasSubstr("options.yaml:3: there is no option 'orb.colour'"));
   }
 }
 

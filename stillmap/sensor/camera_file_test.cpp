@@ -70,7 +70,7 @@ TEST_F(CameraFile, DistortionMayBeShortOrLeftOut) {
   const Camera camera = load(base + "distortion: [0.1, -0.2]\n");
   EXPECT_EQ(camera.distortion(1), -0.2);
   EXPECT_EQ(camera.distortion(2), 0);
-  EXPECT_EQ(camera.name, "stillmap_camera_file_test");
+  EXPECT_EQ(camera.name, file_.stem().string());
 }
 
 TEST_F(CameraFile, UnderstandsOlderSettingsFilesWithMatricesAndTabs) {
