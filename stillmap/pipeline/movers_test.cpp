@@ -41,8 +41,7 @@ std::vector<MoverTrack> two_tracks() {
 }
 
 TEST(MoverFiles, TheTableIsReadBackAsItWasWritten) {
-  const std::filesystem::path file =
-      test::own_path("movers_roundtrip.csv");
+  const std::filesystem::path file = test::own_path("movers_roundtrip.csv");
   const std::vector<MoverTrack> tracks = two_tracks();
   write_file(file, movers_csv(tracks));
   const std::vector<MoverPosition> read = read_movers(file);
@@ -76,8 +75,7 @@ TEST(MoverFiles, EachLineIsAFrame) {
 
 TEST(MoverFiles, NothingMovesNoLines) {
   EXPECT_EQ(movers_jsonl({}), "");
-  const std::filesystem::path file =
-      test::own_path("no_movers.csv");
+  const std::filesystem::path file = test::own_path("no_movers.csv");
   write_file(file, movers_csv({}));
   EXPECT_TRUE(read_movers(file).empty());
   std::filesystem::remove(file);
@@ -105,8 +103,7 @@ Outcome run(const SimulationOptions& scene) {
     }
   }
   Outcome outcome{slam.finish(), {}};
-  const std::filesystem::path file =
-      test::own_path("movers_run.csv");
+  const std::filesystem::path file = test::own_path("movers_run.csv");
   write_file(file, movers_csv(outcome.result.movers));
   const AteResult ate = absolute_trajectory_error(sequence.trajectory(), outcome.result.trajectory);
   outcome.errors = compare_movers(truth, read_movers(file), ate.T_truth_estimate, 0, 1e9);
