@@ -13,7 +13,6 @@
 namespace stillmap {
 namespace {
 
-using ::testing::Each;
 using ::testing::SizeIs;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();

@@ -241,7 +241,7 @@ void Slam::drop_brief_maps() {
 /// A view stands where the keyframe of its frame stands now, or the one that it was loaded with.
 std::optional<Slam::ViewPlace> Slam::place_of_view(std::uint64_t id) const {
   const std::size_t loaded = loaded_views_.size();
-  const ViewPlace place =
+  ViewPlace place =
       id < loaded ? loaded_views_[id] : ViewPlace{mapping_.keyframe_of(id - loaded), Pose()};
   if (!place.keyframe.valid() || !mapping_.map().living(place.keyframe).valid())
     return std::nullopt;

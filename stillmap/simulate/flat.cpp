@@ -142,10 +142,11 @@ std::vector<Vector2f> round_way() {
                                        {kLength - kAlong + 0.4F, kWidth - kAlong - 0.25F}};
   const auto mirrored = [](const Vector2f& p) { return Vector2f(2 * kLength - p.x(), p.y()); };
   const auto up = [](const Vector2f& p) { return Vector2f(p.x(), 2 * kWidth - p.y()); };
+  const std::vector<Vector2f> back(first.rbegin(), first.rend());
   std::vector<Vector2f> way = first;
-  for (auto p = first.rbegin(); p != first.rend(); ++p) way.push_back(mirrored(*p));
+  for (const Vector2f& p : back) way.push_back(mirrored(p));
   for (const Vector2f& p : first) way.push_back(up(mirrored(p)));
-  for (auto p = first.rbegin(); p != first.rend(); ++p) way.push_back(up(*p));
+  for (const Vector2f& p : back) way.push_back(up(p));
   return way;
 }
 
