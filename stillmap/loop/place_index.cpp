@@ -78,6 +78,37 @@ std::vector<PlaceCandidate> separate(const Map& map, std::vector<Island> islands
   return kept;
 }
 
+/// Of each component the best places, best first; the components by the score of their best
+/// keyframe.
+std::vector<std::vector<PlaceCandidate>> of_each_component(const Map& map,
+                                                           const std::vector<PlaceCandidate>& all,
+                                                           const PlaceQueryOptions& options) {
+  std::map<std::uint32_t, std::vector<PlaceCandidate>> by_component;
+  for (const PlaceCandidate& place : all) {
+    auto& kept = by_component[map.at(place.keyframe).component];
+    const bool alike =
+        kept.empty() || place.island_score >= options.island_share * kept.front().island_score;
+    if (alike && std::ssize(kept) < options.max_candidates) kept.push_back(place);
+  }
+  std::vector<std::vector<PlaceCandidate>> components;
+  for (auto& [component, kept] : by_component) components.push_back(std::move(kept));
+  std::stable_sort(components.begin(), components.end(),
+                   [](const auto& a, const auto& b) { return a.front().score > b.front().score; });
+  return components;
+}
+
+/// The first of each list, then the second of each ...
+std::vector<PlaceCandidate> by_turns(const std::vector<std::vector<PlaceCandidate>>& lists) {
+  std::vector<PlaceCandidate> all;
+  for (std::size_t rank = 0, before = 0; rank == 0 || all.size() != before; ++rank) {
+    before = all.size();
+    for (const auto& list : lists) {
+      if (rank < list.size()) all.push_back(list[rank]);
+    }
+  }
+  return all;
+}
+
 }  // namespace
 
 void PlaceIndex::insert(KeyframeId id, const Features& features, std::span<const float> weights) {
@@ -135,11 +166,9 @@ std::vector<PlaceCandidate> find_places(const Map& map, const PlaceIndex& index,
   std::vector<Island> islands;
   for (const PlaceScore& centre : best_of(map, scores, min_score, options.max_scored))
     islands.push_back(island_around(map, centre, scores, options.group));
-  std::vector<PlaceCandidate> places = separate(map, std::move(islands));
-  if (places.empty()) return places;
-  const double least = options.island_share * places.front().island_score;
-  std::erase_if(places, [&](const PlaceCandidate& p) { return p.island_score < least; });
-  places.resize(std::min(places.size(), static_cast<std::size_t>(options.max_candidates)));
+  std::vector<PlaceCandidate> places =
+      by_turns(of_each_component(map, separate(map, std::move(islands)), options));
+  places.resize(std::min(places.size(), static_cast<std::size_t>(options.max_of_all)));
   return places;
 }
 

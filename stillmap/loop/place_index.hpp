@@ -58,10 +58,12 @@ class PlaceIndex {
 
 struct PlaceQueryOptions {
   int group = 10;  ///< best covisible keyframes whose scores count for a keyframe's island
-  double island_share = 0.75;  ///< of the best island's score, for another to be a candidate too
-  int max_candidates = 5;      ///< at most, the best
-  int max_scored = 60;         ///< keyframes looked at, those of highest score
-  STILLMAP_FIELDS(group, island_share, max_candidates, max_scored)
+  /// Of the score of its component's best island, for another to be a candidate too.
+  double island_share = 0.75;
+  int max_candidates = 5;  ///< of one component at most, the best
+  int max_of_all = 15;     ///< of all components together
+  int max_scored = 60;     ///< keyframes looked at, those of highest score
+  STILLMAP_FIELDS(group, island_share, max_candidates, max_of_all, max_scored)
 };
 
 /// A place that may be the query's.
@@ -71,11 +73,13 @@ struct PlaceCandidate {
   double island_score = 0;  ///< sum over the island
 };
 
-/// The places that look like the query, best first (ties by sequence). Keyframes of one place share
+/// The places that look like the query, best first (ties by sequence); of several components by
+/// turns, beginning with that of the keyframe most alike. Keyframes of one place share
 /// the score between them, so what counts is an island: a keyframe with those that see the same
 /// landmarks (Galvez-Lopez and Tardos, TRO 2012, section V.C, has islands in time; Mur-Artal,
 /// Montiel and Tardos, TRO 2015, section V.E, in covisibility). Of each island the best keyframe is
-/// the candidate.
+/// the candidate. Islands are compared within their component only: one of a map that has just
+/// begun is small, and no worse a place for it.
 /// @param excluded   sorted by id: never candidates, and without part in an island
 /// @param min_score  of a keyframe, for its island to be looked at
 std::vector<PlaceCandidate> find_places(const Map& map, const PlaceIndex& index,

@@ -34,11 +34,13 @@ std::shared_ptr<const Vocabulary> known_words() {
 /// Keyframes that show words; keyframes that follow one another share landmarks if told so.
 class PlaceIndexTest : public ::testing::Test {
  protected:
-  KeyframeId add(const std::vector<std::size_t>& words, std::vector<float> weights = {}) {
+  KeyframeId add(const std::vector<std::size_t>& words, std::vector<float> weights = {},
+                 std::uint32_t component = 0) {
     auto features = std::make_shared<Features>();
     for (const std::size_t w : words) features->descriptors.push_back(descriptor_of(w));
     features->keypoints.resize(words.size());
     Keyframe keyframe;
+    keyframe.component = component;
     if (weights.empty()) weights.assign(words.size(), 1);
     keyframe.static_weight = std::move(weights);
     keyframe.features = std::move(features);
@@ -109,6 +111,19 @@ TEST_F(PlaceIndexTest, AnIslandBeatsALonelyKeyframeOfHigherScore) {
   const auto found = find_places(map_, index_, index_.find(query)->words, self, 0);
   EXPECT_THAT(places(found), ElementsAre(i1));
   EXPECT_GT(score(query, lonely), score(query, i1));
+}
+
+/// The same, but the lonely one is all there is of another map.
+TEST_F(PlaceIndexTest, AYoungMapsIslandNeedNotBeAsLargeAsAnOldOnes) {
+  const auto lonely = add({1, 2, 3, 4, 5, 6, 20, 21}, {}, 1);
+  const auto i1 = add({1, 2, 3, 4, 5, 30, 31, 32}), i2 = add({3, 4, 5, 6, 7, 33, 34, 35}),
+             i3 = add({1, 2, 3, 40, 41, 42, 43, 44});
+  share(i1, i2, 3);
+  share(i1, i3, 3);
+  const auto query = add({1, 2, 3, 4, 5, 6, 7, 8});
+  const std::vector<KeyframeId> self = {query};
+  const auto found = find_places(map_, index_, index_.find(query)->words, self, 0);
+  EXPECT_THAT(places(found), ElementsAre(lonely, i1));
 }
 
 TEST_F(PlaceIndexTest, WhatIsExcludedIsNeitherCandidateNorPartOfAnIsland) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How a camera that was carried away finds back:
+/// How a camera that was carried away finds back, and its maps to each other:
 ///
 ///     ninja -C build/release stillmap_kidnap
 ///     build/release/rooms/pipeline/stillmap_kidnap [--people N]
@@ -7,14 +7,21 @@
 /// Two rooms of the simulated flat are mapped along a way through them. Then, time after time, the
 /// camera is covered for three seconds and uncovered elsewhere, for two: at 20 places of those
 /// rooms, a hand's breadth beside the way and with another tremor, and at 5 in the rooms that it
-/// has never seen. Printed for each: after how many frames there was a pose, how it came about, and
-/// how far off the pose is; at the end how many were recognised, and how many wrongly.
+/// has never seen, where it begins maps. At last it is covered once more and goes on along the way
+/// through the other rooms, past those 5 places, and home. Printed for each place: after how many
+/// frames there was a pose, how it came about, and how far off the pose is from where the frames
+/// mapped nearby say that it is (the map as a whole may have drifted); at the end how many were
+/// recognised, how many wrongly, and which maps were joined.
 #include "stillmap/base/error.hpp"
+#include "stillmap/evaluate/trajectory_error.hpp"
 #include "stillmap/pipeline/slam.hpp"
 #include "stillmap/simulate/simulated_sequence.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <map>
+#include <numbers>
 
 #include <fmt/format.h>
 
@@ -22,9 +29,10 @@ namespace stillmap {
 namespace {
 
 constexpr double kFps = 15;
-constexpr std::size_t kMapped = 1050;              // frames: 28 m of the way, two rooms
-constexpr std::size_t kDark = 45, kUncovered = 30;  // frames
-constexpr double kRight = 0.1;                      // metres: a pose farther off is wrong
+constexpr std::size_t kMapped = 1050;                   // frames: 28 m of the way, two rooms
+constexpr std::size_t kDark = 45, kUncovered = 30;      // frames
+constexpr std::size_t kHomeFrom = 950, kHomeTo = 2400;  // frames of the way home
+constexpr double kRight = 0.1;                          // metres: a pose farther off is wrong
 
 /// A place, and what became of it.
 struct Visit {
@@ -61,7 +69,7 @@ std::vector<Visit> visits() {
   for (int i = 0; i < 25; ++i) {
     const bool is_known = i % 5 != 4;
     // Spread over the way, in no order: steps that share no divisor with the range.
-    const std::size_t at = is_known ? 20 + (known++ * 377) % 950 : 1300 + (unknown++ * 211) % 800;
+    const std::size_t at = is_known ? 20 + (known++ * 377) % 950 : 1280 + unknown++ * 190;
     made.push_back({at, is_known, 0});
   }
   return made;
@@ -84,67 +92,139 @@ struct Judged {
   double metres = 0;  ///< largest error of a pose, where it is known
 };
 
-Judged judge(const Visit& visit, const SlamResult& result, const SimulatedSequence& way,
-             const SimulatedSequence& other) {
+/// Estimates and the truth, by frame as pushed.
+struct Judge {
+  std::map<std::size_t, Pose> estimate;
+  std::vector<std::optional<Pose>> truth;  ///< none while it was covered
+
+  /// Of the frames mapped before, the one that was taken nearest by.
+  std::size_t mapped_nearest(const Pose& T_world_camera, std::size_t before) const {
+    constexpr double kMetresPerRadian = 1;
+    std::size_t nearest = 0;
+    double best = 1e9;
+    for (const auto& [frame, pose] : estimate) {
+      if (frame >= before) break;
+      const Pose apart = truth[frame]->inverse() * T_world_camera;
+      const double distance = apart.translation().norm() + kMetresPerRadian * apart.angle();
+      if (distance < best) best = distance, nearest = frame;
+    }
+    return nearest;
+  }
+
+  /// How far a frame is from where it should be beside the frames mapped before a visit [m].
+  double error(std::size_t frame, std::size_t visited_from) const {
+    const std::size_t beside = mapped_nearest(*truth[frame], visited_from);
+    const Pose expected = truth[beside]->inverse() * *truth[frame];
+    const Pose found = estimate.at(beside).inverse() * estimate.at(frame);
+    return (expected.translation() - found.translation()).norm();
+  }
+};
+
+Judged judge(const Visit& visit, const SlamResult& result, const Judge& by) {
   Judged judged;
-  const Pose T_world_truth =
-      result.trajectory.front().T_world_camera * way.T_world_camera(0).inverse();
   for (std::size_t i = 0; i < kUncovered; ++i) {
     const std::size_t frame = visit.first + i;
-    const FrameRecord& record = result.frames[frame];
-    judged.relocalised |= record.relocalised;
-    const double stamp = static_cast<double>(frame) / kFps;
-    const auto pose = std::find_if(
-        result.trajectory.begin(), result.trajectory.end(),
-        [&](const StampedPose& p) { return std::abs(p.timestamp - stamp) < 1e-6; });
-    if (pose == result.trajectory.end()) continue;
+    judged.relocalised |= result.frames[frame].relocalised;
+    if (!by.estimate.contains(frame)) continue;
     if (!judged.frames) judged.frames = i;
-    const Pose truth = T_world_truth * other.T_world_camera(visit.from + i);
-    judged.metres = std::max(
-        judged.metres, (truth.translation() - pose->T_world_camera.translation()).norm());
+    judged.metres = std::max(judged.metres, by.error(frame, visit.first));
   }
   return judged;
 }
 
-void run(int people) {
-  const SimulatedSequence way(simulation(people));
-  const SimulatedSequence other = beside(way);
-  SlamOptions options;
-  options.orb.keypoints = 600;
-  options.dense_cloud = false;
-  Slam slam(way.camera(), options);
-  std::size_t n = 0;
-  for (; n < kMapped; ++n) slam.push(stamped(*way.frame(n), n, false));
-  std::vector<Visit> places = visits();
-  for (Visit& visit : places) {
-    const RgbdFramePtr dark = other.frame(visit.from);
-    for (std::size_t i = 0; i < kDark; ++i, ++n) slam.push(stamped(*dark, n, true));
-    visit.first = n;
-    for (std::size_t i = 0; i < kUncovered; ++i, ++n)
-      slam.push(stamped(*other.frame(visit.from + i), n, false));
-  }
-  const SlamResult result = slam.finish();
+/// The camera's frames in the order in which it saw them.
+class Tour {
+ public:
+  Tour(Slam& slam, Judge& judge) : slam_(slam), judge_(judge) {}
 
+  void see(const SimulatedSequence& way, std::size_t from, std::size_t count) {
+    for (std::size_t i = from; i < from + count; ++i) {
+      slam_.push(stamped(*way.frame(i), seen(), false));
+      judge_.truth.emplace_back(way.T_world_camera(i));
+    }
+  }
+  void be_covered(const SimulatedSequence& way) {
+    const RgbdFramePtr any = way.frame(0);
+    for (std::size_t i = 0; i < kDark; ++i) {
+      slam_.push(stamped(*any, seen(), true));
+      judge_.truth.emplace_back();
+    }
+  }
+  std::size_t seen() const { return judge_.truth.size(); }
+
+ private:
+  Slam& slam_;
+  Judge& judge_;
+};
+
+void print_places(const std::vector<Visit>& places, const SlamResult& result, const Judge& by) {
   int recognised = 0, wrong = 0, known = 0;
   std::vector<std::size_t> waited;
   for (const Visit& visit : places) {
-    const Judged j = judge(visit, result, way, other);
-    const bool by_place = visit.known && j.frames && j.metres < kRight;
+    const Judged j = judge(visit, result, by);
+    const bool by_place = visit.known && j.relocalised && j.metres < kRight;
     known += visit.known;
     recognised += by_place;
-    wrong += j.relocalised && (!visit.known || j.metres > kRight);
+    wrong += j.relocalised && j.metres > kRight;
     if (by_place) waited.push_back(*j.frames);
-    fmt::print("{:7} place, frame {:4}: {} {}, {}\n", visit.known ? "known" : "unknown",
-               visit.from, j.frames ? fmt::format("pose after {} frames", *j.frames) : "no pose",
-               j.relocalised ? "(recognised)" : "",
-               visit.known ? fmt::format("{:.3f} m off at most", j.metres) : "nothing to compare");
+    fmt::print("{:7} place, frame {:4}: {}{}{}\n", visit.known ? "known" : "unknown", visit.from,
+               j.frames ? fmt::format("pose after {} frames", *j.frames) : "no pose",
+               j.relocalised ? " (recognised)" : "",
+               j.relocalised ? fmt::format(", {:.3f} m off at most", j.metres) : "");
   }
   std::sort(waited.begin(), waited.end());
   fmt::print("{} of {} known places recognised, after {} frames in the median, {} at most\n",
              recognised, known, waited.empty() ? 0 : waited[waited.size() / 2],
              waited.empty() ? 0 : waited.back());
-  fmt::print("{} wrong; {} maps at the end, {} merges, loops or maps dropped\n", wrong, result.maps,
-             result.events.size());
+  fmt::print("{} wrong\n", wrong);
+}
+
+void print_maps(const SlamResult& result, const Judge& by) {
+  for (const MapEvent& e : result.events) {
+    const char* what = e.kind == MapEvent::Kind::kLoop    ? "loop"
+                       : e.kind == MapEvent::Kind::kMerge ? "maps joined"
+                                                          : "map dropped";
+    const bool dropped = e.kind == MapEvent::Kind::kDropped;
+    const Pose apart = dropped || !by.truth[e.frame_index] || !by.truth[e.seen_in]
+                           ? Pose()
+                           : by.truth[e.seen_in]->inverse() * *by.truth[e.frame_index];
+    fmt::print("{}: frame {}, seen in {}, in truth {:.2f} m and {:.0f} degrees apart\n", what,
+               e.frame_index, e.seen_in, apart.translation().norm(),
+               apart.angle() * 180 / std::numbers::pi);
+  }
+  Trajectory truth;
+  for (std::size_t i = 0; i < by.truth.size(); ++i) {
+    if (by.truth[i]) truth.push_back({static_cast<double>(i) / kFps, *by.truth[i]});
+  }
+  fmt::print("{} maps at the end; {} of {} frames with light have a pose, ATE of all {:.3f} m\n",
+             result.maps, result.tracked(), truth.size(),
+             absolute_trajectory_error(truth, result.trajectory).translation.rmse);
+}
+
+void run(int people) {
+  const SimulatedSequence way(simulation(people)), other = beside(way);
+  SlamOptions options;
+  options.orb.keypoints = 600;
+  options.dense_cloud = false;
+  Slam slam(way.camera(), options);
+  Judge judge;
+  Tour tour(slam, judge);
+  tour.see(way, 0, kMapped);
+  std::vector<Visit> places = visits();
+  for (Visit& visit : places) {
+    tour.be_covered(other);
+    visit.first = tour.seen();
+    tour.see(other, visit.from, kUncovered);
+  }
+  tour.be_covered(other);
+  tour.see(way, kHomeFrom, kHomeTo - kHomeFrom);
+  const SlamResult result = slam.finish();
+  for (const StampedPose& p : result.trajectory) {
+    judge.estimate.emplace(static_cast<std::size_t>(std::lround(p.timestamp * kFps)),
+                           p.T_world_camera);
+  }
+  print_places(places, result, judge);
+  print_maps(result, judge);
   for (const StageTiming& stage : result.timing.stages()) {
     if (stage.name == "relocalisation")
       fmt::print("relocalisation: {:.1f} ms in the median, {:.1f} at most\n", stage.median,

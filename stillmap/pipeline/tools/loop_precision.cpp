@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+/// How surely a place seen again is told from one that only looks alike:
+///
+///     ninja -C build/release stillmap_loop_precision
+///     build/release/rooms/pipeline/stillmap_loop_precision SEQUENCE...
+///
+/// Each sequence (with ground truth) is mapped without closing loops. Then every keyframe is held
+/// against the five places that look most like it outside of its surroundings, without the waiting
+/// for three in a row that spares loop closing most of them, and its verification is asked with
+/// more and more of its tests. A match is right if the two cameras stood to each other as it says,
+/// within 0.1 m and 3 degrees. Printed: matches right and wrong; and what share of what should be
+/// seen was, in the right and in the wrong ones.
+#include "stillmap/base/error.hpp"
+#include "stillmap/evaluate/pose_at.hpp"
+#include "stillmap/evaluate/statistics.hpp"
+#include "stillmap/loop/loop_detector.hpp"
+#include "stillmap/loop/loop_verification.hpp"
+#include "stillmap/pipeline/prefetch.hpp"
+#include "stillmap/pipeline/slam.hpp"
+#include "stillmap/sensor/camera_file.hpp"
+#include "stillmap/sensor/tum_folder.hpp"
+
+#include <algorithm>
+#include <array>
+#include <numbers>
+
+#include <fmt/format.h>
+
+namespace stillmap {
+namespace {
+
+/// The tests of verify_loop(), each with those before it.
+struct Step {
+  const char* name;
+  LoopVerificationOptions options;
+};
+
+std::vector<Step> steps() {
+  LoopVerificationOptions options;
+  const LoopVerificationOptions all = options;
+  options.min_found_share = 0, options.max_blank_share = 1;
+  options.drift = {1e9, 0, 1e9, 0};
+  options.min_neighbours_agree = 0;
+  std::vector<Step> made = {{"landmarks agree on a pose", options}};
+  options.min_found_share = all.min_found_share, options.max_blank_share = all.max_blank_share;
+  made.push_back({"and the surroundings", options});
+  options.min_neighbours_agree = all.min_neighbours_agree;
+  made.push_back({"and the neighbours", options});
+  made.push_back({"and drift can be the reason", all});
+  return made;
+}
+
+struct Counts {
+  int right = 0, wrong = 0;
+};
+
+/// A map with its places, and where its keyframes were in truth.
+struct Mapped {
+  Map map;
+  PlaceIndex index{std::make_shared<const Vocabulary>(Vocabulary::built_in())};
+  Trajectory truth;
+
+  Pose truth_of(KeyframeId id) const {
+    const auto pose = pose_at(truth, map.at(id).timestamp);
+    if (!pose) throw Error("no true pose for a keyframe", "", "use a sequence with truth for all");
+    return *pose;
+  }
+};
+
+Mapped map_of(const std::string& sequence) {
+  const SequencePaths paths = find_sequence(sequence);
+  Prefetch source(std::make_unique<TumFolder>(paths, load_camera(paths.camera.string())));
+  SlamOptions options;
+  options.places.loops = false;
+  options.dense_cloud = false;
+  options.final_adjustment = false;
+  Slam slam(source.camera(), options);
+  while (const auto frame = source.next()) slam.push(frame);
+  slam.finish();
+  Mapped made{.map = Map(slam.saved_map("").map), .truth = read_trajectory(paths.ground_truth)};
+  made.map.for_each_keyframe([&](const Keyframe& k) {
+    std::vector<float> weights = k.static_weight;
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+      if (!k.landmarks[i].valid()) weights[i] = 0;
+    }
+    made.index.insert(k.id, *k.features, weights);
+  });
+  return made;
+}
+
+/// The places that look most like a keyframe's, outside of its surroundings.
+std::vector<PlaceCandidate> alike(const Mapped& mapped, KeyframeId query) {
+  std::vector<KeyframeId> surroundings = {query};
+  for (const Covisible& c : mapped.map.covisible(query)) surroundings.push_back(c.keyframe);
+  std::sort(surroundings.begin(), surroundings.end());
+  return find_places(mapped.map, mapped.index, mapped.index.find(query)->words, surroundings, 0,
+                     {.island_share = 0});
+}
+
+bool is_right(const Mapped& mapped, const LoopMatch& match) {
+  constexpr double kMetres = 0.1, kRadians = 3 * std::numbers::pi / 180;
+  const Pose truth = mapped.truth_of(match.candidate).inverse() * mapped.truth_of(match.query);
+  const Pose error = truth.inverse() * match.T_candidate_query;
+  return error.translation().norm() <= kMetres && error.angle() <= kRadians;
+}
+
+class Tally {
+ public:
+  void add(const Mapped& mapped) {
+    std::vector<KeyframeId> keyframes;
+    mapped.map.for_each_keyframe([&](const Keyframe& k) { keyframes.push_back(k.id); });
+    for (const KeyframeId query : keyframes) {
+      for (const PlaceCandidate& place : alike(mapped, query)) judge(mapped, query, place.keyframe);
+    }
+  }
+
+  void print() const {
+    fmt::print("{} candidates\n", candidates_);
+    for (std::size_t i = 0; i < steps_.size(); ++i)
+      fmt::print("{}: {} right, {} wrong\n", steps_[i].name, counts_[i].right, counts_[i].wrong);
+    for (const bool right : {true, false}) {
+      const auto& found = found_[right];
+      const auto& blank = blank_[right];
+      fmt::print(
+          "of the first, the {} ones: found {:.2f} to {:.2f}, median {:.2f}; where nothing "
+          "is {:.2f} to {:.2f}, median {:.2f}\n",
+          right ? "right" : "wrong", quantile(found, 0), quantile(found, 1), quantile(found, 0.5),
+          quantile(blank, 0), quantile(blank, 1), quantile(blank, 0.5));
+    }
+  }
+
+ private:
+  void judge(const Mapped& mapped, KeyframeId query, KeyframeId candidate) {
+    ++candidates_;
+    for (std::size_t i = 0; i < steps_.size(); ++i) {
+      const auto verdict =
+          verify_loop(mapped.map, mapped.index, query, candidate, steps_[i].options);
+      if (!verdict.match) return;
+      const bool right = is_right(mapped, *verdict.match);
+      right ? ++counts_[i].right : ++counts_[i].wrong;
+      if (i > 0) continue;
+      found_[right].push_back(verdict.match->found_share);
+      blank_[right].push_back(verdict.match->blank_share);
+    }
+  }
+
+  const std::vector<Step> steps_ = steps();
+  std::vector<Counts> counts_{steps_.size()};
+  std::array<std::vector<double>, 2> found_, blank_;  // wrong, right
+  int candidates_ = 0;
+};
+
+void run(int argc, char** argv) {
+  if (argc < 2) throw Error("no sequence was named", "", "name folders with groundtruth.txt");
+  Tally all;
+  for (int i = 1; i < argc; ++i) {
+    const Mapped mapped = map_of(argv[i]);
+    Tally one;
+    one.add(mapped);
+    all.add(mapped);
+    fmt::print("{}: {} keyframes, ", argv[i], mapped.map.keyframe_count());
+    one.print();
+  }
+  fmt::print("all: ");
+  all.print();
+}
+
+}  // namespace
+}  // namespace stillmap
+
+int main(int argc, char** argv) {
+  try {
+    stillmap::run(argc, argv);
+  } catch (const std::exception& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    return 1;
+  }
+  return 0;
+}
