@@ -8,10 +8,11 @@
 /// camera is covered for three seconds and uncovered elsewhere, for two: at 20 places of those
 /// rooms, a hand's breadth beside the way and with another tremor, and at 5 in the rooms that it
 /// has never seen, where it begins maps. At last it is covered once more and goes on along the way
-/// through the other rooms, past those 5 places, and home. Printed for each place: after how many
-/// frames there was a pose, how it came about, and how far off the pose is from where the frames
-/// mapped nearby say that it is (the map as a whole may have drifted); at the end how many were
-/// recognised, how many wrongly, and which maps were joined.
+/// through the other rooms, past those 5 places, and home. While it is carried away, N people walk
+/// about on the same way. Printed for each place: after how many frames there was a pose, how it
+/// came about, and how far off the pose is from where the frames mapped nearby say that it is (the
+/// map as a whole may have drifted); at the end how many were recognised, how many wrongly, and
+/// which maps were joined.
 #include "stillmap/base/error.hpp"
 #include "stillmap/evaluate/trajectory_error.hpp"
 #include "stillmap/pipeline/slam.hpp"
@@ -41,10 +42,10 @@ struct Visit {
   std::size_t first = 0;  ///< frame as pushed, of the first one with light
 };
 
-SimulationOptions simulation(int people) {
+SimulationOptions simulation() {
   SimulationOptions options;
   options.scene = "flat";
-  options.people = people;
+  options.people = 0;
   options.camera = "loop";
   options.frames = 2400;
   options.fps = kFps;
@@ -54,8 +55,8 @@ SimulationOptions simulation(int people) {
 }
 
 /// The same rooms, but the way shifted, and another hand.
-SimulatedSequence beside(const SimulatedSequence& way) {
-  auto scene = std::make_shared<Scene>(way.scene());
+SimulatedSequence beside(const SimulatedSequence& way, int people) {
+  auto scene = std::make_shared<Scene>(make_scene({.scene = "flat", .people = people}));
   for (Eigen::Vector2f& corner : scene->round) corner += Eigen::Vector2f(0.1F, 0.12F);
   SimulationOptions options = way.options();
   options.seed = 77;
@@ -202,7 +203,7 @@ void print_maps(const SlamResult& result, const Judge& by) {
 }
 
 void run(int people) {
-  const SimulatedSequence way(simulation(people)), other = beside(way);
+  const SimulatedSequence way(simulation()), other = beside(way, people);
   SlamOptions options;
   options.orb.keypoints = 600;
   options.dense_cloud = false;
