@@ -28,8 +28,8 @@ struct EvalArguments {
       measure_speeds;
   VerdictOptions judging;
   std::size_t frames = 0;
-  bool per_frame = false;
-  std::vector<std::string> movers;
+  bool per_frame = false, one_world = false;
+  std::vector<std::string> movers, aligned_like;
 };
 
 struct CloudFigures {
@@ -127,12 +127,25 @@ VerdictFigures verdict_figures(const EvalArguments& arguments) {
   return judge_verdicts(read_verdicts(arguments.verdicts), truth, arguments.judging);
 }
 
+/// How the estimate's world lies in the truth's, where that is not to be found from the two.
+AteOptions alignment(const EvalArguments& arguments) {
+  AteOptions options;
+  if (arguments.one_world) options.T_truth_estimate = Pose();
+  if (!arguments.aligned_like.empty()) {
+    const Trajectory truth = read_trajectory(arguments.aligned_like[0]);
+    const Trajectory estimate = read_trajectory(arguments.aligned_like[1]);
+    options.T_truth_estimate = absolute_trajectory_error(truth, estimate).T_truth_estimate;
+  }
+  return options;
+}
+
 /// Error figures of the trajectory, and ghosts in the cloud where one was named.
 nlohmann::json judge_trajectory(const EvalArguments& arguments) {
   const Trajectory truth = read_trajectory(arguments.truth);
   const Trajectory estimate = read_trajectory(arguments.estimate);
   const auto frames = arguments.frames > 0 ? std::optional(arguments.frames) : std::nullopt;
-  const Evaluation evaluation = evaluate_trajectory(truth, estimate, frames, arguments.per_frame);
+  const Evaluation evaluation =
+      evaluate_trajectory(truth, estimate, frames, arguments.per_frame, alignment(arguments));
   fmt::print("{}", evaluation_text(evaluation));
   nlohmann::json json = evaluation;
   if (!arguments.cloud.empty()) {
@@ -189,6 +202,16 @@ void add_eval_command(CLI::App& app, int& exit_code) {
   command->add_option("--frames", arguments->frames,
                       "frames of the sequence, for the coverage; default: reckoned");
   command->add_flag("--per-frame", arguments->per_frame, "RPE from each pose to the next as well");
+  CLI::Option* one_world =
+      command->add_flag("--one-world", arguments->one_world,
+                        "both trajectories are of one world already: align nothing");
+  command
+      ->add_option(
+          "--aligned-like", arguments->aligned_like,
+          "align as this TRUTH and this ESTIMATE are aligned: for a run that was localised "
+          "in the map of that one")
+      ->expected(2)
+      ->excludes(one_world);
   command->add_option("--cloud", arguments->cloud,
                       "also count the ghosts in this cloud (.ply, .pcd)");
   command->add_option("--sequence", arguments->sequence,
@@ -232,6 +255,8 @@ void add_eval_command(CLI::App& app, int& exit_code) {
       "  stillmap eval groundtruth.txt trajectory.txt\n"
       "  stillmap eval seq/groundtruth.txt out/trajectory.txt --cloud out/cloud.ply --sequence "
       "seq\n"
+      "  stillmap eval second/groundtruth.txt localised/trajectory.txt --aligned-like "
+      "first/groundtruth.txt mapped/trajectory.txt\n"
       "  stillmap eval --verdicts out/verdicts.bin --sequence seq\n"
       "  stillmap eval seq/groundtruth.txt out/trajectory.txt --movers out/movers.csv "
       "seq/truth_movers.csv");

@@ -74,6 +74,12 @@ std::string full_name(const ComparedRun& run) {
   return run.sequence.empty() ? run.name : run.name + "  " + run.sequence;
 }
 
+/// NaN where either has no errors, or the baseline's is zero.
+double improvement(const Statistics& baseline, const Statistics& statistics, const Figure& figure) {
+  if (baseline.count == 0 || statistics.count == 0) return NAN;
+  return improvement_rate(baseline.*figure.value, statistics.*figure.value);
+}
+
 std::string row(const Comparison& comparison, std::size_t index, const Measure& measure) {
   const ComparedRun& run = comparison.runs[index];
   if (!run.evaluation) return run.problem.substr(0, run.problem.find('\n')) + "\n";
@@ -81,9 +87,12 @@ std::string row(const Comparison& comparison, std::size_t index, const Measure& 
   const Statistics& statistics = measure.of(*run.evaluation);
   std::string text;
   for (const Figure& figure : kFigures) {
+    if (statistics.count == 0) {
+      text += fmt::format("{:>10}{:>11}", "-", "");
+      continue;
+    }
     const double value = statistics.*figure.value;
-    const double rate =
-        baseline ? improvement_rate(measure.of(*baseline).*figure.value, value) : NAN;
+    const double rate = baseline ? improvement(measure.of(*baseline), statistics, figure) : NAN;
     const std::string percent = std::isnan(rate) ? "" : fmt::format("{:+.1f} %", rate);
     text += fmt::format("{:>10.4f}{:>11}", value, percent);
   }
@@ -111,8 +120,7 @@ nlohmann::json improvements(const Evaluation& baseline, const Evaluation& evalua
   nlohmann::json json;
   for (const Measure& measure : kMeasures) {
     for (const Figure& figure : kFigures) {
-      const double rate = improvement_rate(measure.of(baseline).*figure.value,
-                                           measure.of(evaluation).*figure.value);
+      const double rate = improvement(measure.of(baseline), measure.of(evaluation), figure);
       json[measure.key][figure.key] = std::isnan(rate) ? nlohmann::json() : nlohmann::json(rate);
     }
   }

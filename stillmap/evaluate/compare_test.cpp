@@ -74,6 +74,17 @@ TEST(Compare, MeasuresImprovementAgainstTheFirstRunOfTheSequence) {
   EXPECT_THAT(text, HasSubstr("200/250"));
 }
 
+TEST(Compare, RunsShorterThanASecondAreComparedByTheirAbsoluteErrors) {
+  std::vector<RecordedRun> runs = two_systems();
+  for (RecordedRun& run : runs) run.estimate.resize(25), run.truth.resize(25);
+  const Comparison comparison = compare_runs(runs);
+  const nlohmann::json compared = nlohmann::json(comparison).at("runs").at(1);
+  EXPECT_GT(compared.at("improvement_percent").at("ate_translation").at("rmse"), 50);
+  EXPECT_TRUE(compared.at("improvement_percent").at("rpe_1s_translation").at("rmse").is_null());
+  EXPECT_TRUE(compared.at("rpe_1s").is_null());
+  EXPECT_THAT(comparison_text(comparison), HasSubstr("-                    -"));
+}
+
 TEST(Compare, ARunThatCannotBeEvaluatedKeepsItsPlaceWithTheReason) {
   std::vector<RecordedRun> runs = two_systems();
   for (auto& pose : runs[1].estimate) pose.timestamp += 1000;

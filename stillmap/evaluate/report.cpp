@@ -96,6 +96,7 @@ void add_error_tiles(const ReportData& data, std::vector<Tile>& tiles) {
   const RpeResult& rpe = data.evaluation->rpe;
   tiles.push_back({"Absolute error, RMSE", fmt::format("{:.1f}", 1000 * ate.rmse), "mm",
                    fmt::format("SD {:.1f}, max {:.1f} mm", 1000 * ate.sd, 1000 * ate.max)});
+  if (rpe.pairs.empty()) return;
   tiles.push_back({"Drift per second, RMSE", fmt::format("{:.1f}", 1000 * rpe.translation.rmse),
                    "mm", fmt::format("{:.3f}\u00b0 rotation", rpe.rotation.rmse)});
 }
@@ -192,8 +193,10 @@ std::string error_table(const ReportData& data) {
       "class=\"scroll\"><table><tr><th></th><th>RMSE</th><th>mean</th><th>median</th><th>SD</th>"
       "<th>min</th><th>max</th><th>pairs</th></tr>\n";
   html += statistics_row("ATE [m]", evaluation.ate.translation);
-  html += statistics_row("RPE over 1 s [m]", evaluation.rpe.translation);
-  html += statistics_row("RPE over 1 s [\u00b0]", evaluation.rpe.rotation);
+  if (!evaluation.rpe.pairs.empty()) {
+    html += statistics_row("RPE over 1 s [m]", evaluation.rpe.translation);
+    html += statistics_row("RPE over 1 s [\u00b0]", evaluation.rpe.rotation);
+  }
   if (evaluation.rpe_frame) {
     html += statistics_row("RPE per frame [m]", evaluation.rpe_frame->translation);
     html += statistics_row("RPE per frame [\u00b0]", evaluation.rpe_frame->rotation);

@@ -136,6 +136,31 @@ Statistics statistics_of(const std::vector<Pair>& pairs, double Pair::*member) {
   return compute_statistics(errors);
 }
 
+/// The errors of all pairs that are delta apart; there may be none.
+RpeResult errors_over(const Trajectory& truth, const Trajectory& estimate,
+                      const RpeOptions& options) {
+  require_poses(truth, estimate, 2);
+  const Trajectory gt = one_pose_per_stamp(truth), est = one_pose_per_stamp(estimate);
+  require_poses(gt, est, 2);
+  const std::vector<double> gt_stamps = stamps_of(gt), est_stamps = stamps_of(est);
+  const double max_gap = 2 * quantile(intervals(gt_stamps), 0.5);
+
+  RpeResult result;
+  for (const auto& [i, j] : fixed_delta_pairs(est_stamps, options)) {
+    const std::size_t gt_i = nearest(gt_stamps, est_stamps[i]);
+    const std::size_t gt_j = nearest(gt_stamps, est_stamps[j]);
+    if (std::abs(gt_stamps[gt_i] - est_stamps[i]) > max_gap) continue;
+    if (std::abs(gt_stamps[gt_j] - est_stamps[j]) > max_gap) continue;
+    const Pose A = motion(gt, gt_i, gt_j), B = motion(est, i, j);
+    const Pose E = B.inverse() * A;
+    result.pairs.push_back(
+        {est_stamps[i], est_stamps[j], E.translation().norm(), rotation_degrees(E)});
+  }
+  result.translation = statistics_of(result.pairs, &RpePair::translation);
+  result.rotation = statistics_of(result.pairs, &RpePair::rotation);
+  return result;
+}
+
 }  // namespace
 
 double Coverage::share() const {
@@ -168,8 +193,10 @@ AteResult absolute_trajectory_error(const Trajectory& truth, const Trajectory& e
   if (result.pairs.size() < 3) {
     throw_too_few_pairs(gt, est, result.pairs.size(), options.max_difference);
   }
-  result.T_truth_estimate = align_points(positions_of(result.pairs, &AtePair::p_truth),
-                                         positions_of(result.pairs, &AtePair::p_estimate));
+  result.T_truth_estimate = options.T_truth_estimate
+                                ? *options.T_truth_estimate
+                                : align_points(positions_of(result.pairs, &AtePair::p_truth),
+                                               positions_of(result.pairs, &AtePair::p_estimate));
   for (AtePair& pair : result.pairs) {
     pair.p_estimate = result.T_truth_estimate * pair.p_estimate;
     pair.error = (pair.p_estimate - pair.p_truth).norm();
@@ -180,39 +207,23 @@ AteResult absolute_trajectory_error(const Trajectory& truth, const Trajectory& e
 
 RpeResult relative_pose_error(const Trajectory& truth, const Trajectory& estimate,
                               const RpeOptions& options) {
-  require_poses(truth, estimate, 2);
-  const Trajectory gt = one_pose_per_stamp(truth), est = one_pose_per_stamp(estimate);
-  require_poses(gt, est, 2);
-  const std::vector<double> gt_stamps = stamps_of(gt), est_stamps = stamps_of(est);
-  const double max_gap = 2 * quantile(intervals(gt_stamps), 0.5);
-
-  RpeResult result;
-  for (const auto& [i, j] : fixed_delta_pairs(est_stamps, options)) {
-    const std::size_t gt_i = nearest(gt_stamps, est_stamps[i]);
-    const std::size_t gt_j = nearest(gt_stamps, est_stamps[j]);
-    if (std::abs(gt_stamps[gt_i] - est_stamps[i]) > max_gap) continue;
-    if (std::abs(gt_stamps[gt_j] - est_stamps[j]) > max_gap) continue;
-    const Pose A = motion(gt, gt_i, gt_j), B = motion(est, i, j);
-    const Pose E = B.inverse() * A;
-    result.pairs.push_back(
-        {est_stamps[i], est_stamps[j], E.translation().norm(), rotation_degrees(E)});
-  }
+  RpeResult result = errors_over(truth, estimate, options);
   if (result.pairs.empty()) {
     throw Error(fmt::format("no two poses {} {} apart have a true pose near enough", options.delta,
                             options.unit == DeltaUnit::kSeconds ? "s" : "frames"),
-                fmt::format("truth {}, estimate {}", time_span(gt), time_span(est)),
+                fmt::format("truth {}, estimate {}", time_span(one_pose_per_stamp(truth)),
+                            time_span(one_pose_per_stamp(estimate))),
                 "check that both belong to the same recording, or choose a smaller delta");
   }
-  result.translation = statistics_of(result.pairs, &RpePair::translation);
-  result.rotation = statistics_of(result.pairs, &RpePair::rotation);
   return result;
 }
 
 Evaluation evaluate_trajectory(const Trajectory& truth, const Trajectory& estimate,
-                               std::optional<std::size_t> total_frames, bool per_frame) {
+                               std::optional<std::size_t> total_frames, bool per_frame,
+                               const AteOptions& ate) {
   Evaluation result;
-  result.ate = absolute_trajectory_error(truth, estimate);
-  result.rpe = relative_pose_error(truth, estimate);
+  result.ate = absolute_trajectory_error(truth, estimate, ate);
+  result.rpe = errors_over(truth, estimate, {});
   if (per_frame) result.rpe_frame = relative_pose_error(truth, estimate, {1, DeltaUnit::kFrames});
   result.coverage =
       total_frames ? compute_coverage(estimate, *total_frames) : estimate_coverage(estimate, truth);
@@ -223,6 +234,10 @@ std::string evaluation_text(const Evaluation& evaluation) {
   std::string text = fmt::format("{:<26}{:>11}{:>11}{:>11}{:>11}{:>11}{:>11}{:>8}\n", "", "rmse",
                                  "mean", "median", "sd", "min", "max", "pairs");
   const auto line = [&text](const char* name, const Statistics& s) {
+    if (s.count == 0) {
+      text += fmt::format("{:<26}none: no two poses are that far apart\n", name);
+      return;
+    }
     text += fmt::format("{:<26}{:>11.6f}{:>11.6f}{:>11.6f}{:>11.6f}{:>11.6f}{:>11.6f}{:>8}\n", name,
                         s.rmse, s.mean, s.median, s.sd, s.min, s.max, s.count);
   };
@@ -264,7 +279,8 @@ void to_json(nlohmann::json& json, const RpeResult& rpe) {
 }
 
 void to_json(nlohmann::json& json, const Evaluation& evaluation) {
-  json = {{"ate", evaluation.ate}, {"rpe_1s", evaluation.rpe}, {"coverage", evaluation.coverage}};
+  json = {{"ate", evaluation.ate}, {"rpe_1s", nullptr}, {"coverage", evaluation.coverage}};
+  if (!evaluation.rpe.pairs.empty()) json["rpe_1s"] = evaluation.rpe;
   if (evaluation.rpe_frame) json["rpe_frame"] = *evaluation.rpe_frame;
 }
 

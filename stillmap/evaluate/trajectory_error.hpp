@@ -38,6 +38,8 @@ Coverage estimate_coverage(const Trajectory& estimate, const Trajectory& truth);
 
 struct AteOptions {
   double max_difference = 0.02;  ///< stamps this far apart or further do not pair [s]
+  /// Estimate's world to truth's world, where that is known; nothing is aligned then.
+  std::optional<Pose> T_truth_estimate = std::nullopt;
 };
 
 /// A pose of the estimate, the pose of the truth paired with it, and how far apart they are.
@@ -98,21 +100,22 @@ RpeResult relative_pose_error(const Trajectory& truth, const Trajectory& estimat
 /// All that `stillmap eval` shows of one run.
 struct Evaluation {
   AteResult ate;
-  RpeResult rpe;                       ///< over one second
+  RpeResult rpe;  ///< over one second; without pairs where no two poses are that far apart
   std::optional<RpeResult> rpe_frame;  ///< per frame, where asked for
   Coverage coverage;
 };
 
 /// ATE, RPE over one second and, on demand, RPE per frame; coverage from `total_frames` where that
-/// is known.
+/// is known. Throws Error as the two do, but not for a recording shorter than a second.
 Evaluation evaluate_trajectory(const Trajectory& truth, const Trajectory& estimate,
                                std::optional<std::size_t> total_frames = std::nullopt,
-                               bool per_frame = false);
+                               bool per_frame = false, const AteOptions& ate = {});
 
 /// The evaluation as a text table: one line per error, one column per statistic; coverage beneath.
 std::string evaluation_text(const Evaluation& evaluation);
 
-/// For nlohmann::json: numbers in metres, degrees and seconds, units in the key names. AteResult
+/// For nlohmann::json: numbers in metres, degrees and seconds, units in the key names; rpe_1s is
+/// null where there are no pairs. AteResult
 /// and RpeResult give statistics and pair counts, not the pairs themselves.
 void to_json(nlohmann::json& json, const Coverage& coverage);
 void to_json(nlohmann::json& json, const AteResult& ate);

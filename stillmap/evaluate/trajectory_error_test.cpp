@@ -174,6 +174,29 @@ TEST(RelativePoseError, SaysWhyThereIsNone) {
             std::string::npos);
 }
 
+TEST(AbsoluteTrajectoryError, NothingIsAlignedWhereTheWorldsAreKnown) {
+  const Trajectory truth = line(10, 0.1, 40);
+  const Pose T_estimate_truth(so3_exp({0, 0, 0}), {0, 0.03, 0});
+  const Trajectory estimate = seen_from(T_estimate_truth, truth);
+  const auto rmse = [&](const Pose& T_truth_estimate) {
+    const AteOptions options{.T_truth_estimate = T_truth_estimate};
+    return absolute_trajectory_error(truth, estimate, options).translation.rmse;
+  };
+  EXPECT_NEAR(rmse(Pose()), 0.03, 1e-12);
+  EXPECT_NEAR(rmse(T_estimate_truth.inverse()), 0, 1e-12);
+}
+
+TEST(EvaluationReport, ARecordingShorterThanASecondHasAnAbsoluteErrorOnly) {
+  const Trajectory truth = line(10, 0.1, 9);
+  const Evaluation evaluation = evaluate_trajectory(truth, truth);
+  EXPECT_EQ(evaluation.ate.pairs.size(), 9u);
+  EXPECT_TRUE(evaluation.rpe.pairs.empty());
+  EXPECT_TRUE(Json(evaluation).at("rpe_1s").is_null());
+  const std::string text = evaluation_text(evaluation);
+  EXPECT_NE(text.find("ATE translation [m]"), std::string::npos) << text;
+  EXPECT_NE(text.find("none: no two poses are that far apart"), std::string::npos) << text;
+}
+
 TEST(Coverage, CountsDistinctStampsAgainstTheSequence) {
   Trajectory estimate = line(0, 0.1, 30);
   estimate.push_back(estimate.back());
