@@ -182,6 +182,8 @@ def run_figures(summary):
         "cue_median_ms": {name.removeprefix("motion: "): ms for name, ms in medians.items()
                           if name.startswith("motion: ")},
         "frames_per_second": leaf(summary, "frames_per_second"), "peak_memory_mib": leaf(summary, "peak_memory_mib"),
+        "repeated_pairs": leaf(summary, "refinement", "repeated_pairs"),
+        "repeated_gone": leaf(summary, "refinement", "repeated_gone"),
         "maps": leaf(summary, "maps"), "keyframes": leaf(summary, "keyframes"), "landmarks": leaf(summary, "landmarks"),
     }
 
@@ -222,6 +224,7 @@ ERRORS = [("ATE RMSE [m]", "ate_rmse_m", 4), ("ATE SD [m]", "ate_sd_m", 4), ("RP
           ("RPE 1 s [deg]", "rpe_1s_deg", 3)]
 COSTS = [("tracking [ms]", "tracking_median_ms", 1), ("motion [ms]", "motion_median_ms", 2),
          ("frames/s", "frames_per_second", 1), ("memory [MiB]", "peak_memory_mib", 0), ("landmarks", "landmarks", 0)]
+REPEATED = [("repeated pairs", "repeated_pairs", 0), ("repeated gone", "repeated_gone", 0)]
 VERDICTS = [("precision", "precision", 3), ("recall", "recall", 3), ("false, still people", "false_still_people", 3),
             ("said, sitting people", "said_sitting_people", 3), ("false, static world", "false_static_world", 4)]
 GHOSTS = [("ghosts [%]", "ghosts_percent", 2), ("surface kept [%]", "surface_kept_percent", 2)]
@@ -271,7 +274,8 @@ def ate_table(rows, beside):
 def run_table(rows):
     def shown(group):
         return [c for c in group if any(r[key] is not None for _, key, _ in group for r in rows)]
-    before, after = ERRORS, COSTS + shown(VERDICTS) + shown(GHOSTS)
+    repeated = REPEATED if any(r["repeated_pairs"] for r in rows) else []
+    before, after = ERRORS, COSTS + repeated + shown(VERDICTS) + shown(GHOSTS)
     lines = [[r["sequence"], r["preset"], *(cell(r[key], digits) for _, key, digits in before), coverage(r),
               *(cell(r[key], digits) for _, key, digits in after)] for r in rows]
     return markdown("Every run", ["sequence", "preset", *(c[0] for c in before), "coverage", *(c[0] for c in after)],

@@ -30,7 +30,7 @@ LocalMapPtr MapMaker::insert(const KeyframeProposal& proposal) {
 
 LocalMapPtr MapMaker::refine(const StopRequest& hurry) {
   Stopwatch watch;
-  mapper_.refine(newest_, hurry);
+  refined_.add(mapper_.refine(newest_, hurry));
   timing_.add("map refinement", watch.lap());
   take_up_place(newest_);
   return mapper_.local_map(newest_);

@@ -68,6 +68,7 @@ class MapMaker {
   const Map& map() const { return map_; }
   const TimingRecorder& timing() const { return timing_; }
   const std::vector<MapEvent>& events() const { return events_; }
+  const RefineTotals& refined() const { return refined_; }
   /// The keyframe made of a frame; invalid if none was.
   KeyframeId keyframe_of(std::size_t frame_index) const;
 
@@ -85,6 +86,7 @@ class MapMaker {
   std::optional<std::uint32_t> bent_;  // component that waits to be adjusted as a whole
   std::map<std::size_t, KeyframeId> keyframe_of_;
   std::vector<MapEvent> events_;
+  RefineTotals refined_;
   TimingRecorder timing_;
 };
 

@@ -23,6 +23,15 @@ std::vector<LandmarkId> local_landmarks(const LocalMap& local) {
 
 }  // namespace
 
+void RefineTotals::add(const RefineReport& report) {
+  triangulated += report.triangulated;
+  joined += report.joined;
+  landmarks_culled += report.landmarks_culled;
+  keyframes_culled += report.keyframes_culled;
+  repeated_pairs += report.repeated.pairs;
+  repeated_gone += report.repeated.gone;
+}
+
 LocalMapper::LocalMapper(Map& map, const MapperOptions& options) : map_(map), options_(options) {
   map_.for_each_keyframe(
       [this](const Keyframe& k) { next_component_ = std::max(next_component_, k.component + 1); });
@@ -63,8 +72,8 @@ RefineReport LocalMapper::refine(KeyframeId newest, const StopRequest& stop) {
   return report;
 }
 
-int LocalMapper::treat_repeated(KeyframeId newest) {
-  if (options_.repeated.rule == "none") return 0;
+RepeatedReport LocalMapper::treat_repeated(KeyframeId newest) {
+  if (options_.repeated.rule == "none") return {};
   const auto local = local_landmarks(*local_map(newest));
   return vocabulary_ ? remove_repeated_by_node(map_, newest, local, *vocabulary_)
                      : join_repeated_by_place(map_, newest, local, options_.repeated);

@@ -26,8 +26,15 @@ struct MapperOptions {
 /// What keeping one keyframe did, for the log and the summary.
 struct RefineReport {
   int triangulated = 0, joined = 0, landmarks_culled = 0, keyframes_culled = 0;
-  int repeated = 0;  ///< removed or merged by MapperOptions::repeated
+  RepeatedReport repeated;  ///< by MapperOptions::repeated
   BundleResult adjustment;
+};
+
+/// What keeping all keyframes did.
+struct RefineTotals {
+  long triangulated = 0, joined = 0, landmarks_culled = 0, keyframes_culled = 0;
+  long repeated_pairs = 0, repeated_gone = 0;
+  void add(const RefineReport& report);
 };
 
 /// Keeps the map good around the newest keyframe. Synchronous: the pipeline gives it a thread.
@@ -50,7 +57,7 @@ class LocalMapper {
   }
 
  private:
-  int treat_repeated(KeyframeId newest);
+  RepeatedReport treat_repeated(KeyframeId newest);
 
   Map& map_;
   MapperOptions options_;

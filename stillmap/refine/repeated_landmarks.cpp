@@ -150,8 +150,9 @@ void check_rule(const RepeatedOptions& options) {
               suggestion(options.rule, known));
 }
 
-int remove_repeated_by_node(Map& map, KeyframeId keyframe, std::span<const LandmarkId> local,
-                            const Vocabulary& vocabulary) {
+RepeatedReport remove_repeated_by_node(Map& map, KeyframeId keyframe,
+                                       std::span<const LandmarkId> local,
+                                       const Vocabulary& vocabulary) {
   const auto others = others_by_node(map, keyframe, local, vocabulary);
   std::vector<Resembling> pairs;
   for (const LandmarkId id : map.at(keyframe).landmarks) {
@@ -159,30 +160,32 @@ int remove_repeated_by_node(Map& map, KeyframeId keyframe, std::span<const Landm
     const auto nearest = nearest_in_node(map, map.at(id).descriptor, others, vocabulary);
     if (nearest) pairs.push_back(*nearest);
   }
-  if (pairs.empty()) return 0;
+  RepeatedReport report{.pairs = static_cast<int>(pairs.size())};
+  if (pairs.empty()) return report;
   const double median = median_distance(pairs);
-  int erased = 0;
   for (const Resembling& pair : pairs) {
     if (pair.distance == 0 || pair.distance >= median || map.find(pair.id) == nullptr) continue;
     map.erase(pair.id);
-    ++erased;
+    ++report.gone;
   }
-  return erased;
+  return report;
 }
 
-int join_repeated_by_place(Map& map, KeyframeId keyframe, std::span<const LandmarkId> local,
-                           const RepeatedOptions& options) {
-  int joined = 0;
-  for (const Twins& pair : find_twins(map, appearances(map, keyframe, local, options), options)) {
+RepeatedReport join_repeated_by_place(Map& map, KeyframeId keyframe,
+                                      std::span<const LandmarkId> local,
+                                      const RepeatedOptions& options) {
+  const auto found = find_twins(map, appearances(map, keyframe, local, options), options);
+  RepeatedReport report{.pairs = static_cast<int>(found.size())};
+  for (const Twins& pair : found) {
     const Landmark* a = map.find(pair.a);
     const Landmark* b = map.find(pair.b);
     // Either may have been merged away meanwhile, or gained a keyframe that sees the other.
     if (a == nullptr || b == nullptr || seen_together(*a, *b)) continue;
     const bool keep_a = a->observations.size() >= b->observations.size();
     map.merge(keep_a ? pair.a : pair.b, keep_a ? pair.b : pair.a);
-    ++joined;
+    ++report.gone;
   }
-  return joined;
+  return report;
 }
 
 }  // namespace stillmap

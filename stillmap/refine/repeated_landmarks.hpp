@@ -22,6 +22,12 @@ struct RepeatedOptions {
   STILLMAP_FIELDS(rule, radius, max_disparity, max_distance, min_normal_cosine)
 };
 
+/// What came of it.
+struct RepeatedReport {
+  int pairs = 0;  ///< that were compared: "node-median"; or that are one thing by place and looks
+  int gone = 0;   ///< landmarks erased, or merged into others
+};
+
 /// Throws Error for a rule that there is not.
 void check_rule(const RepeatedOptions& options);
 
@@ -38,9 +44,9 @@ void check_rule(const RepeatedOptions& options);
 ///
 /// Known from the formula: the median is relative, so that nearly half of all d lie below it
 /// whether anything is repeated or not, and landmarks go for looking like another one far away.
-/// @return landmarks erased
-int remove_repeated_by_node(Map& map, KeyframeId keyframe, std::span<const LandmarkId> local,
-                            const Vocabulary& vocabulary);
+RepeatedReport remove_repeated_by_node(Map& map, KeyframeId keyframe,
+                                       std::span<const LandmarkId> local,
+                                       const Vocabulary& vocabulary);
 
 /// Joins landmarks of `local` that are one thing by place and looks: seen from the keyframe they
 /// project to one point of one scale with one disparity, their descriptors are near, they were seen
@@ -48,8 +54,8 @@ int remove_repeated_by_node(Map& map, KeyframeId keyframe, std::span<const Landm
 /// fuse_duplicates() it needs no keypoint where a landmark is looked for, so it also finds those
 /// whose corner is not detected in each other's keyframes. The more alike are joined first; the one
 /// with more observations stays.
-/// @return landmarks that were merged into others
-int join_repeated_by_place(Map& map, KeyframeId keyframe, std::span<const LandmarkId> local,
-                           const RepeatedOptions& options);
+RepeatedReport join_repeated_by_place(Map& map, KeyframeId keyframe,
+                                      std::span<const LandmarkId> local,
+                                      const RepeatedOptions& options);
 
 }  // namespace stillmap

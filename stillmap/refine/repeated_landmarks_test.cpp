@@ -86,7 +86,7 @@ class ByNode : public RepeatedLandmarks {
     return {{0.2 * i, 1, 2}, both(current(i).descriptor, bits(200, apart))};
   }
   int remove(KeyframeId newest) {
-    return remove_repeated_by_node(map_, newest, everything(), two_words());
+    return remove_repeated_by_node(map_, newest, everything(), two_words()).gone;
   }
 };
 
@@ -132,7 +132,7 @@ TEST_F(ByNode, OnlyTheLocalMapIsTouched) {
   const auto newest = add({current(0), current(1), current(2)});
   const std::vector<LandmarkId> local = {landmark(old, 1), landmark(old, 2)};
   const auto outside = landmark(old, 0), inside = landmark(old, 1);
-  EXPECT_EQ(remove_repeated_by_node(map_, newest, local, two_words()), 1);
+  EXPECT_EQ(remove_repeated_by_node(map_, newest, local, two_words()).gone, 1);
   EXPECT_TRUE(lives(outside));
   EXPECT_FALSE(lives(inside));
 }
@@ -166,7 +166,7 @@ class ByPlace : public RepeatedLandmarks {
     return other;
   }
   int join(KeyframeId newest) {
-    return join_repeated_by_place(map_, newest, everything(), {.rule = "place"});
+    return join_repeated_by_place(map_, newest, everything(), {.rule = "place"}).gone;
   }
   /// How many are joined when one keyframe made a landmark of the corner, and then another one of
   /// this.
