@@ -32,6 +32,20 @@ int show(const MapArguments& arguments) {
   return kSuccess;
 }
 
+int slim(const MapArguments& arguments) {
+  SavedMap saved = read_saved_map(arguments.file);
+  saved.views.clear();
+  const fs::path out = arguments.out.empty()
+                           ? fs::path(arguments.file).replace_extension("slim.map")
+                           : fs::path(arguments.out);
+  if (out.has_parent_path()) make_output_folder(out.parent_path());
+  write_saved_map(out, saved);
+  fmt::print("written: {} ({:.2f} MB of {:.2f})\n", out.string(),
+             static_cast<double>(fs::file_size(out)) / 1e6,
+             static_cast<double>(fs::file_size(arguments.file)) / 1e6);
+  return kSuccess;
+}
+
 int export_map(const MapArguments& arguments) {
   const SavedMap saved = read_saved_map(arguments.file);
   const fs::path out = arguments.out.empty()
@@ -68,6 +82,12 @@ void add_map_command(CLI::App& app, int& exit_code) {
   info->add_option("--json", arguments->json, "also write all that to this file");
   info->footer("Example:\n  stillmap map info office.map");
   info->callback([arguments, &exit_code] { exit_code = show(*arguments); });
+  CLI::App* slimming =
+      map->add_subcommand("slim", "write the map without the views of its dense cloud");
+  slimming->add_option("file", arguments->file, "saved map")->required();
+  slimming->add_option("--out", arguments->out, "file to write; default: NAME.slim.map");
+  slimming->footer("Example:\n  stillmap map slim office.map --out small.map");
+  slimming->callback([arguments, &exit_code] { exit_code = slim(*arguments); });
   CLI::App* exporting = map->add_subcommand(
       "export", "write landmarks.ply, keyframes.txt (TUM format), graph.json and cloud.ply");
   exporting->add_option("file", arguments->file, "saved map")->required();

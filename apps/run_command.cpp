@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/stopwatch.hpp"
 #include "stillmap/pipeline/options.hpp"
 #include "stillmap/segment/make_detector.hpp"
 #include "stillmap/sensor/camera_file.hpp"
@@ -111,8 +112,10 @@ int run(const RunArguments& arguments) {
   auto folder = std::make_unique<TumFolder>(paths, camera_of(arguments, paths), range);
   check_save_map(arguments.save_map);
   Session session;
+  const Stopwatch loading;
   session.start = start_of(arguments, options, folder->camera());
-  session.maps = {arguments.load_map, arguments.save_map, arguments.slim_map};
+  session.maps = {arguments.load_map, arguments.save_map, arguments.slim_map,
+                  loading.milliseconds() / 1000};
   session.sequence = sequence_name(arguments.sequence);
   session.total_frames = folder->size();
   session.source = std::move(folder);

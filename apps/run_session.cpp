@@ -47,6 +47,7 @@ struct Outcome {
   MapFiles maps;
   bool extends_map = true;      ///< the loaded one
   std::optional<SavedMap> map;  ///< to be saved
+  double saving_seconds = 0;    ///< that writing it took
 
   double frames_per_second() const {
     return seconds > 0 ? static_cast<double>(frames) / seconds : 0;
@@ -83,7 +84,7 @@ std::string text_of(const MapEvent& e) {
 std::vector<ReportEvent> events_of(const SlamResult& result) {
   std::vector<ReportEvent> events;
   bool any_map = false;
-  bool was_lost = false;
+  bool was_lost = false, was_beside = false;
   for (const FrameRecord& f : result.frames) {
     const bool lost = f.state == TrackState::kLost;
     if (lost && !was_lost) events.push_back({f.timestamp, "lost: " + f.reason});
@@ -93,7 +94,9 @@ std::vector<ReportEvent> events_of(const SlamResult& result) {
     } else if (f.state == TrackState::kTracking && was_lost) {
       events.push_back({f.timestamp, "found again"});
     }
+    if (f.beside_map && !was_beside) events.push_back({f.timestamp, "looks past the map"});
     any_map |= f.state == TrackState::kStarted;
+    was_beside = f.beside_map;
     was_lost = lost;
   }
   for (const MapEvent& e : result.events) events.push_back({e.timestamp, text_of(e)});
@@ -110,6 +113,12 @@ nlohmann::json json_of(const MapEvent& e) {
       {"inliers", e.inliers},          {"fused", e.fused},         {"metres", e.metres},
       {"radians", e.radians},          {"keyframes", e.keyframes}, {"pose_graph_ms", e.graph_ms},
       {"milliseconds", e.milliseconds}};
+}
+
+/// Frames that go on by odometry where the camera looks past a map that is not extended.
+auto frames_beside_map(const SlamResult& result) {
+  return std::count_if(result.frames.begin(), result.frames.end(),
+                       [](const FrameRecord& f) { return f.beside_map; });
 }
 
 /// "2 loops closed, 1 relocalisation"; empty if there were none.
@@ -129,6 +138,7 @@ std::string places_text(const SlamResult& result) {
   add(std::count_if(result.frames.begin(), result.frames.end(),
                     [](const FrameRecord& f) { return f.relocalised; }),
       "relocalisation", "relocalisations");
+  add(frames_beside_map(result), "frame beside the map", "frames beside the map");
   return text;
 }
 
@@ -187,6 +197,13 @@ nlohmann::json mover_summary(const SlamResult& result) {
   return json;
 }
 
+nlohmann::json refinement_json(const RefineTotals& totals) {
+  return {
+      {"triangulated", totals.triangulated},         {"duplicates_fused", totals.joined},
+      {"repeated_pairs", totals.repeated_pairs},     {"repeated_gone", totals.repeated_gone},
+      {"landmarks_culled", totals.landmarks_culled}, {"keyframes_culled", totals.keyframes_culled}};
+}
+
 nlohmann::json summary(const Outcome& o) {
   nlohmann::json json;
   json["stillmap"] = STILLMAP_VERSION;
@@ -196,9 +213,13 @@ nlohmann::json summary(const Outcome& o) {
   json["schedule"] = o.options.schedule.mode;
   json["detector"] = o.detector.empty() ? nlohmann::json() : nlohmann::json(o.detector);
   json["interrupted"] = o.interrupted;
-  json["frames"] = {{"total", o.total_frames()},     {"handed_in", o.frames},
-                    {"tracked", o.result.tracked()}, {"skipped", o.skipped.size()},
-                    {"dropped_late", o.dropped},     {"segmented", o.result.segmented}};
+  json["frames"] = {{"total", o.total_frames()},
+                    {"handed_in", o.frames},
+                    {"tracked", o.result.tracked()},
+                    {"skipped", o.skipped.size()},
+                    {"dropped_late", o.dropped},
+                    {"segmented", o.result.segmented},
+                    {"beside_map", frames_beside_map(o.result)}};
   for (const SkippedFrame& s : o.skipped) {
     json["skipped"].push_back({{"timestamp", s.timestamp}, {"reason", s.reason}});
   }
@@ -208,10 +229,14 @@ nlohmann::json summary(const Outcome& o) {
   json["maps"] = o.result.maps;
   json.update(places_json(o.result));
   if (!o.maps.load.empty()) {
-    json["loaded_map"] = {{"file", o.maps.load.string()}, {"extended", o.extends_map}};
+    json["loaded_map"] = {{"file", o.maps.load.string()},
+                          {"extended", o.extends_map},
+                          {"seconds", o.maps.load_seconds}};
   }
+  if (o.map) json["saved_map"] = {{"file", o.maps.save.string()}, {"seconds", o.saving_seconds}};
   json["keyframes"] = o.result.keyframes.size();
   json["landmarks"] = o.result.landmarks;
+  json["refinement"] = refinement_json(o.result.refined);
   json["movers"] = mover_summary(o.result);
   json["cloud_points"] = o.result.dense.cloud.size();
   json["cloud_thinned"] = o.result.dense_statistics.thinnings;
@@ -310,7 +335,7 @@ void write_one(const std::filesystem::path& file, std::vector<std::filesystem::p
   }
 }
 
-std::vector<std::filesystem::path> write_files(const Outcome& o, const std::filesystem::path& out) {
+std::vector<std::filesystem::path> write_files(Outcome& o, const std::filesystem::path& out) {
   std::vector<std::filesystem::path> files;
   std::string failures;
   write_one(out / "trajectory.txt", files, failures,
@@ -330,8 +355,10 @@ std::vector<std::filesystem::path> write_files(const Outcome& o, const std::file
               [&](const auto& file) { write_file(file, movers_jsonl(o.result.movers)); });
   }
   if (o.map) {
+    const Stopwatch watch;
     write_one(o.maps.save, files, failures,
               [&](const auto& file) { write_saved_map(file, *o.map); });
+    o.saving_seconds = watch.milliseconds() / 1000;
   }
   write_one(out / "timing.txt", files, failures,
             [&](const auto& file) { write_file(file, timing_text(o.result.timing.stages())); });

@@ -18,7 +18,8 @@ namespace stillmap {
 /// Saved maps, as the user named them; empty: none.
 struct MapFiles {
   std::filesystem::path load, save;
-  bool slim = false;  ///< saved without the dense cloud
+  bool slim = false;        ///< saved without the dense cloud
+  double load_seconds = 0;  ///< that reading took
 };
 
 /// What is to be run, and where the results go.

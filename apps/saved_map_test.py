@@ -63,7 +63,20 @@ class SavedMaps(unittest.TestCase):
         poses = [line for line in (out / "keyframes.txt").read_text().splitlines() if line[0] != "#"]
         self.assertEqual(len(poses), len(graph["keyframes"]))
         for name in ("landmarks.ply", "cloud.ply"):
-            self.assertTrue((out / name).read_bytes().startswith(b"ply"), name)
+            self.check_ply(out / name)
+        shown = {keyframe["id"] for keyframe in graph["keyframes"]}
+        self.assertTrue(all(edge["a"] in shown and edge["b"] in shown for edge in graph["covisible"]))
+
+    def check_ply(self, file):
+        """The header is one, and as many bytes follow as it says."""
+        header, body = file.read_bytes().split(b"end_header\n", 1)
+        lines = header.decode().splitlines()
+        self.assertEqual(lines[:2], ["ply", "format binary_little_endian 1.0"], file)
+        count = next(int(line.split()[2]) for line in lines if line.startswith("element vertex"))
+        size = {"float": 4, "double": 8, "uchar": 1, "int": 4, "uint": 4}
+        vertex = sum(size[line.split()[1]] for line in lines if line.startswith("property"))
+        self.assertGreater(count, 0)
+        self.assertEqual(len(body), count * vertex, file)
 
     def test_localising_leaves_the_file_and_gives_every_frame_a_pose(self):
         before = self.map.read_bytes()
@@ -82,9 +95,11 @@ class SavedMaps(unittest.TestCase):
         self.assertEqual(stillmap("map", "info", other).returncode, 0)
 
     def test_a_slim_map_is_smaller(self):
-        slim = self.folder / "slim.map"
+        slim, slimmed = self.folder / "slim.map", self.folder / "slimmed.map"
         self.run_sequence("slim", "--save-map", slim, "--slim-map")
         self.assertLess(slim.stat().st_size, 0.7 * self.map.stat().st_size)
+        self.assertEqual(stillmap("map", "slim", self.map, "--out", slimmed).returncode, 0)
+        self.assertEqual(slimmed.read_bytes(), slim.read_bytes())
 
     def test_a_damaged_map_is_refused_before_the_run(self):
         damaged = self.folder / "damaged.map"

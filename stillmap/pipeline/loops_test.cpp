@@ -84,5 +84,82 @@ TEST(Maps, AreJoinedWhenThePlaceOfTheOldOneIsSeen) {
   EXPECT_LT(ate(result), 0.05) << "metres, of one consistent path";
 }
 
+/// As before, but the two maps were saved before the old place was seen.
+TEST(Maps, AreJoinedWhenTheyWereLoaded) {
+  Slam before(round().camera(), loop_options());
+  for (std::size_t i = 0; i < 225; ++i) {
+    if (i < 80 || i > 180) before.push(picture(i));
+  }
+  const SlamResult first = before.finish();
+  ASSERT_EQ(first.maps, 2U) << (first.events.empty() ? 0 : first.events[0].frame_index);
+  const SavedMap two = saved_map_from_bytes(saved_map_bytes(before.saved_map("test")), "two.map");
+  Slam slam(round().camera(), loop_options(), nullptr, StartingMap{two, true});
+  for (std::size_t i = 205; i < kFrames; ++i) slam.push(picture(i));
+  const SlamResult result = slam.finish();
+  EXPECT_GE(result.tracked(), kFrames - 205 - 5);
+  EXPECT_EQ(count(result, MapEvent::Kind::kMerge), 1);
+  EXPECT_EQ(count(result, MapEvent::Kind::kDropped), 0);
+  EXPECT_EQ(result.maps, 1U);
+  EXPECT_EQ(slam.saved_map("test").map.first.size(), 1U);
+  EXPECT_LT(ate(result), 0.05);
+}
+
+/// On along the round and back to where it began: out of the map of its first part, and into it
+/// again.
+class BesideTheMap : public ::testing::Test {
+ protected:
+  struct Step {
+    std::size_t shown;  ///< frame of the round
+    double error;       ///< metres, in the map's world; nothing is aligned
+  };
+  /// The frames with a pose.
+  static std::vector<Step> go(const SlamOptions& options, std::ptrdiff_t& beside) {
+    Slam first(round().camera(), loop_options());
+    for (std::size_t i = 0; i < kMapped; ++i) first.push(picture(i));
+    first.finish();
+    Slam slam(round().camera(), options, nullptr, StartingMap{first.saved_map("test"), false});
+    for (std::size_t step = 0; step < kSteps; ++step) {
+      auto frame = std::make_shared<RgbdFrame>(*picture(shown_at(step)));
+      frame->index = step;
+      frame->timestamp = static_cast<double>(step);
+      slam.push(frame);
+    }
+    const SlamResult result = slam.finish();
+    beside = std::count_if(result.frames.begin(), result.frames.end(),
+                           [](const FrameRecord& f) { return f.beside_map; });
+    std::vector<Step> steps;
+    for (const auto& [stamp, T] : result.trajectory) {
+      const std::size_t shown = shown_at(static_cast<std::size_t>(stamp));
+      const Pose truth = round().T_world_camera(0).inverse() * round().T_world_camera(shown);
+      steps.push_back({shown, (T.translation() - truth.translation()).norm()});
+    }
+    return steps;
+  }
+  static constexpr std::size_t kMapped = 40, kTurn = 110, kBegin = 10;
+  static constexpr std::size_t kSteps = 2 * (kTurn - kBegin);
+  static std::size_t shown_at(std::size_t step) {
+    return step < kTurn - kBegin ? kBegin + step : 2 * kTurn - kBegin - step;
+  }
+};
+
+TEST_F(BesideTheMap, OdometryGoesOnUntilTheMapIsSeenAgain) {
+  std::ptrdiff_t beside = 0;
+  const auto steps = go(loop_options(), beside);
+  EXPECT_GE(steps.size(), kSteps - 3) << "all but those before the place was recognised";
+  EXPECT_GT(beside, 50);
+  for (const Step& step : steps) {
+    EXPECT_LT(step.error, step.shown < kMapped ? 0.03 : 0.1) << step.shown;
+  }
+  EXPECT_LT(steps.back().error, 0.01);
+}
+
+TEST_F(BesideTheMap, WithoutItTheCameraIsLostThere) {
+  SlamOptions options = loop_options();
+  options.tracker.beside_map = false;
+  std::ptrdiff_t beside = 0;
+  EXPECT_LT(go(options, beside).size(), kSteps - 50);
+  EXPECT_EQ(beside, 0);
+}
+
 }  // namespace
 }  // namespace stillmap

@@ -98,7 +98,7 @@ void Mapping::push(const TrackedFramePtr& tracked) {
       await_first_ = true;
       outdated_ = seeking_;
     }
-  } else if (tracked->state == TrackState::kLost && !seeking_) {
+  } else if ((tracked->state == TrackState::kLost || tracked->beside_map) && !seeking_) {
     stage_->push(tracked);
     expect(now + static_cast<std::size_t>(schedule_.relocalise_delay));
     seeking_ = true;

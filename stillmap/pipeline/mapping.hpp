@@ -28,7 +28,8 @@ class Mapping {
   /// Hands over what the map's side must know of; other frames are passed over. After a keyframe
   /// two snapshots will follow: with its landmarks, and adjusted; or, if the map is not to be
   /// extended, twice the one around the keyframe that shows most of the same. After a frame of a
-  /// lost camera, unless an earlier one is still being looked for, the answer where it was.
+  /// lost camera, or of one that goes on beside the map, unless an earlier one is still being
+  /// looked for, the answer where it was.
   void push(const TrackedFramePtr& tracked);
 
   /// What the tracker is to use for a frame: in lockstep the newest that is due by then, waited
@@ -49,6 +50,7 @@ class Mapping {
   const Map& map() const { return maker_.map(); }                          ///< after drain()
   TimingRecorder timing() const;                                           ///< after drain()
   const std::vector<MapEvent>& events() const { return maker_.events(); }  ///< after drain()
+  const RefineTotals& refined() const { return maker_.refined(); }         ///< after drain()
   /// The keyframe made of a frame; invalid if none was. After drain().
   KeyframeId keyframe_of(std::size_t frame_index) const { return maker_.keyframe_of(frame_index); }
 

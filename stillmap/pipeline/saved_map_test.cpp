@@ -9,6 +9,7 @@
 #include "stillmap/pipeline/slam.hpp"
 #include "stillmap/simulate/simulated_sequence.hpp"
 
+#include <algorithm>
 #include <random>
 
 #include <gmock/gmock.h>
@@ -58,8 +59,9 @@ struct Outcome {
   SavedMap map;
 };
 
-Outcome run(const Visit& visit, std::optional<StartingMap> start = std::nullopt) {
-  Slam slam(visit.camera(), recorded::small_options("static"), nullptr, std::move(start));
+Outcome run(const Visit& visit, std::optional<StartingMap> start = std::nullopt,
+            const SlamOptions& options = recorded::small_options("static")) {
+  Slam slam(visit.camera(), options, nullptr, std::move(start));
   for (const auto& frame : visit.frames) slam.push(frame);
   Outcome outcome;
   outcome.result = slam.finish();
@@ -83,6 +85,20 @@ std::vector<double> errors_in_first_world(const Visit& visited, const Trajectory
     errors.push_back((e.T_world_camera.translation() - truth.translation()).norm());
   }
   return errors;
+}
+
+/// Some frames of one visit, and then all of another one, as if they were one recording.
+Visit one_after_the_other(const Visit& first, std::size_t frames, const Visit& second) {
+  Visit both{first.sequence, {}};
+  const auto add = [&](const RgbdFramePtr& frame) {
+    auto next = std::make_shared<RgbdFrame>(*frame);
+    next->index = both.frames.size();
+    next->timestamp = static_cast<double>(next->index) / first.camera().fps;
+    both.frames.push_back(next);
+  };
+  std::for_each_n(first.frames.begin(), frames, add);
+  std::for_each(second.frames.begin(), second.frames.end(), add);
+  return both;
 }
 
 /// A map of a few dozen numbers, so that every byte can be tried.
@@ -194,6 +210,64 @@ TEST(SavedMap, NoSealedNonsenseMakesABrokenMap) {
   }
 }
 
+/// Bytes altered, cut off or added at random places of a section.
+void scramble(std::string& bytes, std::mt19937_64& random) {
+  const auto place = [&] { return bytes.empty() ? 0 : random() % bytes.size(); };
+  switch (random() % 4) {
+    case 0:
+      bytes.resize(place());
+      break;
+    case 1:
+      bytes.insert(place(), 1 + random() % 64, static_cast<char>(random()));
+      break;
+    default:
+      for (std::size_t n = 1 + random() % 8; n > 0 && !bytes.empty(); --n) {
+        bytes[place()] = static_cast<char>(random());
+      }
+  }
+}
+
+TEST(SavedMap, ARealMapDamagedAtRandomIsAnErrorAndNeverACrash) {
+  const std::string bytes = saved_map_bytes(first_visit().map);
+  std::mt19937_64 random(11);
+  for (int round = 0; round < 60; ++round) {
+    std::string damaged = bytes;
+    scramble(damaged, random);
+    if (damaged == bytes) continue;
+    EXPECT_THROW(saved_map_from_bytes(damaged, "some.map"), Error) << round;
+  }
+}
+
+/// Checksums do not help here: what is read all the same must be a map that can be used.
+TEST(SavedMap, SealedNonsenseInARealMapIsAnErrorOrAMapToBeUsed) {
+  const auto sections = unpack_sections(kMapFormat, saved_map_bytes(first_visit().map), "");
+  std::mt19937_64 random(13);
+  int used = 0;
+  for (int round = 0; round < 80; ++round) {
+    auto altered = sections;
+    scramble(altered[random() % altered.size()].bytes, random);
+    const std::string bytes = pack_sections(kMapFormat, altered);
+    if (!complaint(bytes).empty()) continue;
+    ++used;
+    const bool extend = round % 2 == 0;
+    Slam slam(visit("xyz").camera(), recorded::small_options("static"), nullptr,
+              StartingMap{saved_map_from_bytes(bytes, ""), extend});
+    for (std::size_t i = 0; i < 6; ++i) slam.push(visit("xyz").frames[i]);
+    slam.finish();
+  }
+  EXPECT_GT(used, 5);
+}
+
+TEST(SavedMap, OfARunThatSawNothingIsEmptyAndCanBeExtended) {
+  const Visit& seen = visit("xyz");
+  Slam blind(seen.camera(), recorded::small_options("static"));
+  blind.finish();
+  const SavedMap read = saved_map_from_bytes(saved_map_bytes(blind.saved_map("test")), "");
+  EXPECT_EQ(complaint(saved_map_bytes(read)), "");
+  const Outcome r = run(seen, StartingMap{read, true});
+  EXPECT_GE(r.result.tracked(), seen.frames.size() - 15);
+}
+
 TEST(SavedMap, AFolderAMissingFileAndOneWithoutRoomAreErrors) {
   EXPECT_THROW(read_saved_map("no/such.map"), Error);
   EXPECT_THROW(read_saved_map("."), Error);
@@ -256,6 +330,17 @@ TEST(Localising, WhereItHasNeverBeenNothingIsRecognised) {
   EXPECT_THAT(r.result.frames.back().reason, HasSubstr("not recognised"));
 }
 
+TEST(Localising, WorksInRealTimeToo) {
+  SlamOptions options = recorded::small_options("static");
+  options.schedule.mode = "realtime";
+  const Visit& second = visit("slower");
+  const Outcome r = run(second, StartingMap{first_visit().map, false}, options);
+  EXPECT_GE(r.result.tracked(), 1U);
+  for (const double error : errors_in_first_world(second, r.result.trajectory)) {
+    EXPECT_LT(error, 0.02);
+  }
+}
+
 TEST(Extending, AddsASessionInTheSameWorld) {
   const Visit& second = visit("rpy");
   const Outcome r = run(second, StartingMap{first_visit().map, true});
@@ -280,6 +365,18 @@ TEST(Extending, ANewPlaceBecomesAComponentOfItsOwn) {
   EXPECT_EQ(describe_map(read).components.size(), 2U) << "both are kept";
   const Outcome back = run(elsewhere, StartingMap{read, false});
   EXPECT_GE(back.result.tracked(), 88U) << "and recognised";
+}
+
+TEST(Extending, WhatWasLoadedIsKeptHoweverBrieflyItHeldTheCamera) {
+  const std::size_t moments = 8;
+  ASSERT_LT(moments, static_cast<std::size_t>(TrackerOptions().min_map_frames));
+  const Visit briefly = one_after_the_other(visit("xyz"), moments, visit("corner"));
+  const Outcome r = run(briefly, StartingMap{first_visit().map, true});
+  EXPECT_EQ(r.map.map.first.size(), 2U);
+  EXPECT_TRUE(r.result.events.empty()) << "nothing is dropped, nothing is joined";
+  EXPECT_GE(describe_map(r.map).components[0].keyframes,
+            describe_map(first_visit().map).components[0].keyframes);
+  EXPECT_GE(r.result.tracked(), briefly.frames.size() - 20);
 }
 
 TEST(MapDescription, CountsWhatThereIs) {

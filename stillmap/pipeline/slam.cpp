@@ -189,6 +189,7 @@ void Slam::record(const TrackedFrame& tracked, double milliseconds) {
   record.inliers = tracked.inliers;
   if (frame.instances) record.mask_age = static_cast<int>(frame.instances->age());
   record.relocalised = tracked.relocalised;
+  record.beside_map = tracked.beside_map;
   record.keyframe = tracked.proposal.has_value() && extend_;
   record.milliseconds = milliseconds;
   records_.push_back(record);
@@ -211,6 +212,7 @@ void Slam::record(const Placement& confirmed) {
   if (lost == records_.rend()) return;
   lost->state = TrackState::kTracking;
   lost->reason.clear();
+  lost->beside_map = false;
   lost->reference = confirmed.local_map->reference;
   lost->T_reference_camera = confirmed.T_reference_camera;
   lost->inliers = confirmed.inliers;
@@ -307,6 +309,7 @@ SlamResult Slam::finish() {
   result.landmarks = map.landmark_count();
   result.maps = map.components().size();
   result.events = mapping_.events();
+  result.refined = mapping_.refined();
   result.segmented = instances_.segmented();
   result.timing = timing_;
   result.timing.merge(instances_.timing());

@@ -31,6 +31,7 @@ struct FrameRecord {
   int inliers = 0;           ///< landmarks that agree with the pose
   int mask_age = -1;  ///< frames since the network saw what the masks show; -1: there were none
   bool relocalised = false;  ///< the camera was lost, and its place was recognised
+  bool beside_map = false;   ///< see TrackedFrame::beside_map
   bool keyframe = false;
   double milliseconds =
       0;  ///< of work on the camera's critical path: features, masks carried, motion, pose
@@ -54,6 +55,7 @@ struct SlamResult {
   std::size_t maps =
       0;  ///< unconnected maps; more than one means that tracking was lost in between
   std::vector<MapEvent> events;  ///< loops closed, maps joined and dropped, in this order
+  RefineTotals refined;          ///< what keeping the map good took
   std::size_t segmented = 0;     ///< frames the network saw
   std::size_t tracked() const { return trajectory.size(); }
 };

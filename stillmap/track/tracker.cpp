@@ -122,6 +122,7 @@ TrackedFramePtr Tracker::track(const FramePtr& frame, const std::optional<RoughT
   const bool lost_here = !estimate;
   if (lost_here && found) estimate = estimate_from_place(*frame, *found);
   if (estimate) return tracked(frame, *estimate, lost_here);
+  if (const auto odometry = estimate_beside(*frame, rough)) return beside(frame, *odometry);
   const std::string reason =
       followed ? fmt::format("fewer than {} landmarks agree on a pose", options_.min_inliers)
                : "too few keypoints match the previous frame and the newest keyframe";
@@ -197,17 +198,45 @@ TrackedFramePtr Tracker::tracked(const FramePtr& frame, const Estimate& estimate
                                         result->landmarks, take_sightings()};
     last_proposed_ = frame->index();
   }
-  const bool consecutive = frames_lost_ == 0 && frame->index() == previous_->frame->index() + 1;
-  T_previous_next_ = consecutive ? T_world_previous_.inverse() * estimate.T_world_camera : Pose();
-  T_world_previous_ = estimate.T_world_camera;
-  previous_ = result;
-  frames_lost_ = could_have_begun_ = 0;
+  carried_.clear();
+  go_on_from(result);
   return result;
+}
+
+/// A frame that sees too little of the map, placed by what the frames before it showed.
+TrackedFramePtr Tracker::beside(const FramePtr& frame, const Estimate& estimate) {
+  auto result = std::make_shared<TrackedFrame>();
+  result->frame = frame;
+  result->state = TrackState::kTracking;
+  result->T_world_camera = estimate.T_world_camera;
+  result->reference = local_map_->reference;
+  result->T_reference_camera =
+      local_map_->keyframes.front().T_world_camera.inverse() * estimate.T_world_camera;
+  result->landmarks.assign(frame->features->size(), LandmarkId{});
+  result->inliers = static_cast<int>(estimate.matches.size());
+  result->beside_map = true;
+  carried_.assign(frame->features->size(), std::nullopt);
+  for (const Match& match : estimate.matches) {
+    result->landmarks[match.keypoint] = match.landmark;
+    carried_[match.keypoint] = match.p_world;
+  }
+  go_on_from(result);
+  return result;
+}
+
+void Tracker::go_on_from(const TrackedFramePtr& tracked) {
+  const bool consecutive =
+      frames_lost_ == 0 && tracked->frame->index() == previous_->frame->index() + 1;
+  T_previous_next_ = consecutive ? T_world_previous_.inverse() * *tracked->T_world_camera : Pose();
+  T_world_previous_ = *tracked->T_world_camera;
+  previous_ = tracked;
+  frames_lost_ = could_have_begun_ = 0;
 }
 
 void Tracker::stand(const Stance& stance) {
   previous_ = stance.previous;
   T_previous_next_ = Pose();
+  carried_ = stance.carried;
   stance.local_map ? adopt(stance.local_map) : local_map_.reset();
 }
 
@@ -288,8 +317,8 @@ std::optional<Tracker::Estimate> Tracker::estimate_in_local_map(const Frame& fra
 /// landmarks around. Without it everything stays as it was.
 std::optional<Tracker::Estimate> Tracker::estimate_from_place(const Frame& frame,
                                                               const Placement& found) {
-  const Stance before{local_map_, previous_};
-  stand({found.local_map, tracked_at(found)});
+  const Stance before{local_map_, previous_, carried_};
+  stand({found.local_map, tracked_at(found), {}});
   std::optional<Estimate> estimate;
   if (const auto rough = follow_previous(*frame.features)) {
     estimate = Estimate{rough->motion.T_world_camera, rough->matches};
@@ -303,6 +332,23 @@ std::optional<Tracker::Estimate> Tracker::estimate_from_place(const Frame& frame
   return std::nullopt;
 }
 
+/// Where keypoint i of the previous frame, which has a depth or was carried, shows its point.
+Eigen::Vector3d Tracker::seen_before(std::size_t i) const {
+  if (i < carried_.size() && carried_[i]) return *carried_[i];
+  return T_world_previous_ * unproject(camera_, previous_->frame->features->keypoints[i]);
+}
+
+std::optional<Tracker::Estimate> Tracker::estimate_beside(
+    const Frame& frame, const std::optional<RoughTrack>& rough) const {
+  if (!rough || start_ != TrackerStart::kInMapOnly || !options_.beside_map) return std::nullopt;
+  std::vector<Match> matches;
+  for (Match match : rough->matches) {
+    match.weight = frame.evidence.weight[match.keypoint];
+    if (match.weight > 0) matches.push_back(match);
+  }
+  return solve(*frame.features, rough->motion.T_world_camera, matches, options_.sure_inliers);
+}
+
 std::vector<Tracker::Continuation> Tracker::match_previous(const Features& features,
                                                            const Pose& T_world_camera,
                                                            double radius) const {
@@ -314,9 +360,9 @@ std::vector<Tracker::Continuation> Tracker::match_previous(const Features& featu
     const Keypoint& k = previous.features->keypoints[i];
     const LandmarkId id = previous_->landmarks[i];
     const LocalLandmark* landmark = id.valid() ? local_map_->find(id) : nullptr;
-    if (landmark == nullptr && k.depth <= 0) continue;
-    const Eigen::Vector3d p_world =
-        landmark != nullptr ? landmark->p_world : T_world_previous_ * unproject(camera_, k);
+    const bool carried = i < carried_.size() && carried_[i];
+    if (landmark == nullptr && k.depth <= 0 && !carried) continue;
+    const Eigen::Vector3d p_world = landmark != nullptr ? landmark->p_world : seen_before(i);
     const Eigen::Vector3d p = T_camera_world * p_world;
     if (p.z() < kNearPlane) continue;
     const Eigen::Vector2d uv = camera_.project(p);

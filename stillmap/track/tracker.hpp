@@ -33,11 +33,13 @@ struct TrackerOptions {
   int min_inliers = 25;     ///< landmarks for the frame to count as tracked
   int patience = 10;        ///< frames without a pose that could begin a map, before one does
   int min_map_frames = 15;  ///< a map that held the camera for fewer is dropped when lost
+  /// In a map that is not extended: go on by odometry where the camera looks past the map.
+  bool beside_map = true;
   PoseSolverOptions solver;
   KeyframePolicyOptions keyframes;
   STILLMAP_FIELDS(min_start_points, motion_radius, local_radius, max_distance, ratio,
                   min_view_cosine, min_motion_inliers, sure_inliers, landmark_memory, min_inliers,
-                  patience, min_map_frames, solver, keyframes)
+                  patience, min_map_frames, beside_map, solver, keyframes)
 };
 
 enum class TrackState {
@@ -59,6 +61,7 @@ struct TrackedFrame {
       landmarks;             ///< per keypoint: what it shows; invalid where nothing is known
   int inliers = 0;           ///< landmarks that agree with the pose
   bool relocalised = false;  ///< the camera was lost, and goes on where the map's side found it
+  bool beside_map = false;   ///< the pose goes on from the frame before, by points not in the map
   std::optional<KeyframeProposal> proposal;
 
   bool has_pose() const { return T_world_camera.has_value(); }
@@ -127,12 +130,15 @@ class Tracker {
   struct Stance {
     LocalMapPtr local_map;
     TrackedFramePtr previous;
+    std::vector<std::optional<Eigen::Vector3d>> carried;
   };
 
   TrackedFramePtr begin(const FramePtr& frame, const std::optional<Placement>& found);
   TrackedFramePtr start(const FramePtr& frame);
   TrackedFramePtr lost(const FramePtr& frame, const std::string& reason);
   TrackedFramePtr tracked(const FramePtr& frame, const Estimate& estimate, bool relocalised);
+  TrackedFramePtr beside(const FramePtr& frame, const Estimate& estimate);
+  void go_on_from(const TrackedFramePtr& tracked);
   void adopt(const LocalMapPtr& local_map);
   void stand(const Stance& stance);
 
@@ -145,8 +151,11 @@ class Tracker {
   std::optional<Estimate> estimate_from_reference(const Frame& frame) const;
   std::optional<Estimate> estimate_in_local_map(const Frame& frame, const Estimate& first);
   std::optional<Estimate> estimate_from_place(const Frame& frame, const Placement& found);
+  std::optional<Estimate> estimate_beside(const Frame& frame,
+                                          const std::optional<RoughTrack>& rough) const;
   std::vector<Continuation> match_previous(const Features& features, const Pose& T_world_camera,
                                            double radius) const;
+  Eigen::Vector3d seen_before(std::size_t i) const;
   std::vector<Match> match_reference(const Frame& frame) const;
   std::vector<Match> match_local(const Frame& frame, const Pose& T_world_camera,
                                  const std::vector<Match>& known, std::vector<char>& in_view) const;
@@ -166,6 +175,9 @@ class Tracker {
   TrackedFramePtr previous_;  // the newest frame with a pose
   Pose T_world_previous_;     // its pose in the newest local map
   Pose T_previous_next_;      // constant-velocity model
+  /// Beside the map: per keypoint of the previous frame where its point was seen first, so that
+  /// errors add up by point and not by frame. Else empty.
+  std::vector<std::optional<Eigen::Vector3d>> carried_;
   int frames_lost_ = 0;
   int could_have_begun_ = 0;  // of these, frames that a map could have begun with
   int frames_in_map_ = 0;     // since it was begun; no fewer than are needed to keep an old one
