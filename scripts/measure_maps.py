@@ -24,6 +24,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+LOCALISED = ["mapped", "localised", "coverage", "first pose at frame", "lost after", "beside the map",
+             "ATE aligned [m]", "in the map's world [m]", "from the mapping run's poses [m]"]
+FILES = ["mapped", "frames", "keyframes", "landmarks", "MB", "MB per 1000 frames", "slim MB",
+         "slim MB per 1000 frames", "written in [s]", "read in [s]"]
 ROOT = Path(__file__).resolve().parent.parent
 
 
@@ -86,8 +90,9 @@ class Measurement:
                   if line and not line.startswith("#")]
         tracked = [line.split()[0] for line in poses.read_text().splitlines() if line and not line.startswith("#")]
         begun = next(i for i, stamp in enumerate(stamps) if abs(float(stamp) - float(tracked[0])) < 1e-4)
-        return [mapped, sequence + (", extending" if extend else ""), f"{frames['tracked']}/{frames['total']}", str(begun),
-                str(frames["total"] - begun - frames["tracked"]), str(frames["beside_map"]), f"{aligned:.4f}",
+        return [mapped, sequence + (", extending" if extend else ""), f"{frames['tracked']}/{frames['total']}",
+                str(begun), str(frames["total"] - begun - frames["tracked"]), str(frames["beside_map"]),
+                f"{aligned:.4f}",
                 f"{placed[0]:.4f} (at most {placed[1]:.4f})", same]
 
     def file_line(self, mapped):
@@ -122,10 +127,7 @@ def main():
     lines = [measurement.localised(mapped, name, extend) for mapped, name in pairs
              for extend in ([False, True] if arguments.extend else [False])]
     files = [measurement.file_line(mapped) for mapped in dict.fromkeys(mapped for mapped, _ in pairs)]
-    text = markdown("Localised", ["mapped", "localised", "coverage", "first pose at frame", "lost after", "beside the map",
-                                  "ATE aligned [m]", "in the map's world [m]", "from the mapping run's poses [m]"], lines)
-    text += "\n\n" + markdown("Files", ["mapped", "frames", "keyframes", "landmarks", "MB", "MB per 1000 frames",
-                                        "slim MB", "slim MB per 1000 frames", "written in [s]", "read in [s]"], files) + "\n"
+    text = markdown("Localised", LOCALISED, lines) + "\n\n" + markdown("Files", FILES, files) + "\n"
     (arguments.out / "table.md").write_text(text, encoding="utf-8")
     print(text)
 
