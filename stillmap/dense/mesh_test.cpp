@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/test_path.hpp"
 #include "stillmap/dense/cloud_io.hpp"
 
 #include <cstring>
@@ -27,9 +28,7 @@ TriangleMesh small_mesh() {
   return mesh;
 }
 
-fs::path temporary(const std::string& name) {
-  return fs::temp_directory_path() / ("stillmap_mesh_test_" + name);
-}
+fs::path temporary(const std::string& name) { return test::own_path("mesh_test_" + name); }
 
 TEST(Mesh, LosesSpecksAndLooseVertices) {
   const TriangleMesh kept = without_specks(small_mesh(), 2);

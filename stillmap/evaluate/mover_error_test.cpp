@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/test_path.hpp"
 #include "stillmap/evaluate/mover_picture.hpp"
 
 #include <filesystem>
@@ -100,7 +101,7 @@ TEST(MoverErrors, APartWithinTheBoxIsOfTheThing) {
 class MoverFile : public ::testing::Test {
  protected:
   ~MoverFile() override { std::filesystem::remove(file_); }
-  std::filesystem::path file_ = std::filesystem::path(::testing::TempDir()) / "stillmap_movers.csv";
+  std::filesystem::path file_ = test::own_path("movers.csv");
 };
 
 TEST_F(MoverFile, ColumnsAreFoundByTheirNames) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/sensor/image_file.hpp"
 
+#include "stillmap/sensor/jpeg_decoder.hpp"
 #include "stillmap/sensor/png_decoder.hpp"
 
 #include <algorithm>
@@ -165,7 +166,7 @@ Loaded load(const fs::path& file) {
   return loaded;
 }
 
-// OpenCV's decoder for the rarer kinds: JPEG, palettes, interlaced rows, fewer than 8 bits.
+// OpenCV's decoder for the rarer kinds: palettes, interlaced rows, fewer than 8 bits.
 cv::Mat decode_by_opencv(const Bytes& bytes, int flags) {
   try {
     return cv::imdecode(bytes, flags | cv::IMREAD_IGNORE_ORIENTATION);
@@ -179,7 +180,14 @@ ImageRead decode(const Bytes& bytes, int flags, int wanted_type) {
   if (png) {
     if (const std::string damage = png_damage(bytes); !damage.empty()) return {{}, damage};
   }
-  cv::Mat image = png && decodes_png(bytes) ? decode_png(bytes) : decode_by_opencv(bytes, flags);
+  cv::Mat image;
+  if (png) {
+    image = decodes_png(bytes) ? decode_png(bytes) : decode_by_opencv(bytes, flags);
+  } else {
+    JpegRead read = decode_jpeg(bytes);
+    if (!read.problem.empty()) return {{}, read.problem};
+    image = read.image;
+  }
   if (image.empty()) return {{}, "cannot be decoded: it is damaged"};
   if (wanted_type == CV_8UC3 && image.type() == CV_8UC1) {
     cv::cvtColor(image, image, cv::COLOR_GRAY2BGR);
