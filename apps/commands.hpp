@@ -10,6 +10,7 @@ enum ExitCode { kSuccess = 0, kFailure = 1, kUsage = 2, kInterrupted = 130 };
 /// Each adds one command, with its help and examples; the callback leaves its exit code in
 /// `exit_code` or throws Error.
 void add_run_command(CLI::App& app, int& exit_code);
+void add_dense_command(CLI::App& app, int& exit_code);
 void add_eval_command(CLI::App& app, int& exit_code);
 void add_compare_command(CLI::App& app, int& exit_code);
 void add_simulate_command(CLI::App& app, int& exit_code);

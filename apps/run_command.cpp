@@ -24,6 +24,7 @@ struct RunArguments {
   VerdictRecording verdicts;
   std::string save_map, load_map;
   bool localize_only = false, slim_map = false;
+  DenseWishes dense;
 };
 
 /// Defaults, then the file, then the named options, then --set: what comes later wins.
@@ -110,8 +111,10 @@ int run(const RunArguments& arguments) {
   const TumFolderOptions range{
       .first = arguments.first, .count = arguments.count, .stride = arguments.stride};
   auto folder = std::make_unique<TumFolder>(paths, camera_of(arguments, paths), range);
+  check(arguments.dense);
   check_save_map(arguments.save_map);
   Session session;
+  session.dense = arguments.dense;
   const Stopwatch loading;
   session.start = start_of(arguments, options, folder->camera());
   session.maps = {arguments.load_map, arguments.save_map, arguments.slim_map,
@@ -157,6 +160,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
   command->add_option("--stride", arguments->stride, "use every n-th frame");
   command->add_option("--out", arguments->out,
                       "folder for the results; default: stillmap_SEQUENCE");
+  add_dense_options(*command, arguments->dense);
   command->add_flag("--save-verdicts", arguments->verdicts.save,
                     "also write verdicts.bin: what is thought of every keypoint; stillmap eval "
                     "--verdicts judges it");
@@ -194,7 +198,9 @@ void add_run_command(CLI::App& app, int& exit_code) {
       "  stillmap run third_visit --load-map office.map --localize-only\n"
       "  stillmap run --dump-config options.yaml\n"
       "Written: trajectory.txt, keyframes.txt, cloud.ply, cloud.pcd, cloud.png, movers.csv, "
-      "movers.jsonl, movers.png, timing.txt, summary.json, report.html");
+      "movers.jsonl, movers.png, timing.txt, summary.json, report.html; run.map and options.yaml, "
+      "from which `stillmap dense` makes the static map again; and\n" +
+      dense_files_help());
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }
 

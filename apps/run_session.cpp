@@ -22,7 +22,6 @@
 #include "progress.hpp"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 namespace stillmap {
 namespace {
@@ -40,13 +39,14 @@ struct Outcome {
   std::string detector;  ///< its description; empty for none
   std::vector<SkippedFrame> skipped;
   std::vector<ReportImage> gallery;
+  DenseWishes wishes;
   std::size_t frames = 0;   ///< handed to the tracker
   std::size_t dropped = 0;  ///< late, in realtime
   double seconds = 0;
   bool interrupted = false;
   MapFiles maps;
   bool extends_map = true;      ///< the loaded one
-  std::optional<SavedMap> map;  ///< to be saved
+  std::optional<SavedMap> map;  ///< with the views of the dense map
   double saving_seconds = 0;    ///< that writing it took
 
   double frames_per_second() const {
@@ -233,12 +233,16 @@ nlohmann::json summary(const Outcome& o) {
                           {"extended", o.extends_map},
                           {"seconds", o.maps.load_seconds}};
   }
-  if (o.map) json["saved_map"] = {{"file", o.maps.save.string()}, {"seconds", o.saving_seconds}};
+  if (!o.maps.save.empty())
+    json["saved_map"] = {{"file", o.maps.save.string()}, {"seconds", o.saving_seconds}};
   json["keyframes"] = o.result.keyframes.size();
   json["landmarks"] = o.result.landmarks;
   json["refinement"] = refinement_json(o.result.refined);
   json["movers"] = mover_summary(o.result);
   json["cloud_points"] = o.result.dense.cloud.size();
+  json["cloud_views"] = o.result.dense.keyframes;
+  json["cloud_voxels_removed"] = o.result.dense.voxels_removed;
+  json["static_objects"] = o.result.dense.semantics.objects.size();
   json["cloud_thinned"] = o.result.dense_statistics.thinnings;
   json["seconds"] = o.seconds;
   json["frames_per_second"] = o.frames_per_second();
@@ -282,7 +286,7 @@ void add_movers(const SlamResult& result, ReportData& report) {
       "last (box; arrow: way of one second); dotted while hidden"};
 }
 
-ReportData report_data(const Outcome& o) {
+ReportData report_data(const Outcome& o, const std::vector<ReportImage>& pictures) {
   ReportData report;
   report.title = o.sequence;
   report.sequence = o.sequence;
@@ -314,10 +318,9 @@ ReportData report_data(const Outcome& o) {
   report.events = events_of(o.result);
   report.skipped = o.skipped;
   report.gallery = o.gallery;
-  if (!o.result.dense.cloud.empty()) {
-    report.cloud =
-        ReportImage{draw_cloud(span_of(o.result.dense.cloud), o.result.trajectory),
-                    fmt::format("{} points, cameras drawn in", o.result.dense.cloud.size())};
+  if (!pictures.empty()) {
+    report.cloud = pictures.front();
+    report.figures.assign(pictures.begin() + 1, pictures.end());
   }
   add_movers(o.result, report);
   return report;
@@ -335,6 +338,24 @@ void write_one(const std::filesystem::path& file, std::vector<std::filesystem::p
   }
 }
 
+/// The map that the user wants saved, and the one that `stillmap dense` works on.
+void write_maps(Outcome& o, const std::filesystem::path& out,
+                std::vector<std::filesystem::path>& files, std::string& failures) {
+  if (!o.map) return;
+  if (!o.map->views.empty()) {
+    write_one(out / kRunMap, files, failures,
+              [&](const auto& file) { write_saved_map(file, *o.map); });
+    write_one(out / kRunOptions, files, failures,
+              [&](const auto& file) { write_file(file, options_yaml(o.options)); });
+  }
+  if (o.maps.save.empty()) return;
+  SavedMap wanted = *o.map;
+  if (o.maps.slim) wanted.views.clear();
+  const Stopwatch watch;
+  write_one(o.maps.save, files, failures, [&](const auto& file) { write_saved_map(file, wanted); });
+  o.saving_seconds = watch.milliseconds() / 1000;
+}
+
 std::vector<std::filesystem::path> write_files(Outcome& o, const std::filesystem::path& out) {
   std::vector<std::filesystem::path> files;
   std::string failures;
@@ -342,39 +363,32 @@ std::vector<std::filesystem::path> write_files(Outcome& o, const std::filesystem
             [&](const auto& file) { write_trajectory(file, o.result.trajectory); });
   write_one(out / "keyframes.txt", files, failures,
             [&](const auto& file) { write_trajectory(file, o.result.keyframes); });
-  if (o.options.dense_cloud) {
-    write_one(out / "cloud.ply", files, failures,
-              [&](const auto& file) { write_ply(file, o.result.dense.cloud); });
-    write_one(out / "cloud.pcd", files, failures,
-              [&](const auto& file) { write_pcd(file, o.result.dense.cloud); });
-  }
+  const std::string movers = movers_jsonl(o.result.movers);
   if (o.options.movers.enabled) {
     write_one(out / "movers.csv", files, failures,
               [&](const auto& file) { write_file(file, movers_csv(o.result.movers)); });
     write_one(out / "movers.jsonl", files, failures,
-              [&](const auto& file) { write_file(file, movers_jsonl(o.result.movers)); });
+              [&](const auto& file) { write_file(file, movers); });
   }
-  if (o.map) {
-    const Stopwatch watch;
-    write_one(o.maps.save, files, failures,
-              [&](const auto& file) { write_saved_map(file, *o.map); });
-    o.saving_seconds = watch.milliseconds() / 1000;
+  std::vector<ReportImage> pictures;
+  if (o.options.dense_cloud) {
+    const WriteOne one = [&](const auto& file, const auto& write) {
+      write_one(file, files, failures, write);
+    };
+    const DenseContext context{o.result.trajectory, movers};
+    pictures =
+        write_dense(out, o.result.dense, o.result.placed, context, o.options.dense, o.wishes, one);
   }
+  write_maps(o, out, files, failures);
   write_one(out / "timing.txt", files, failures,
             [&](const auto& file) { write_file(file, timing_text(o.result.timing.stages())); });
   write_one(out / "summary.json", files, failures,
             [&](const auto& file) { write_file(file, summary(o).dump(2) + "\n"); });
-  const ReportData report = report_data(o);
-  const auto write_picture = [&](const std::string& name, const std::optional<ReportImage>& made) {
-    if (!made) return;
-    write_one(out / name, files, failures, [&](const auto& file) {
-      if (!cv::imwrite(file.string(), made->image)) {
-        throw Error("cannot be written", file.string(), "check the folder and the disk");
-      }
-    });
-  };
-  write_picture("cloud.png", report.cloud);
-  write_picture("movers.png", report.movers_picture);
+  const ReportData report = report_data(o, pictures);
+  if (report.movers_picture) {
+    write_one(out / "movers.png", files, failures,
+              [&](const auto& file) { write_png(file, report.movers_picture->image); });
+  }
   write_one(out / "report.html", files, failures,
             [&](const auto& file) { write_report(file, report); });
   if (!failures.empty()) throw Error("not all results could be saved:\n" + failures, "", "");
@@ -455,6 +469,7 @@ SessionReport run_session(Session session) {
   outcome.truth = std::move(session.truth);
   outcome.maps = session.maps;
   outcome.extends_map = session.start && session.start->extend;
+  outcome.wishes = session.dense;
   if (session.detector) outcome.detector = session.detector->description();
 
   const Camera camera = session.source->camera();
@@ -471,9 +486,8 @@ SessionReport run_session(Session session) {
   drive(slam, *source, outcome, verdicts, session.total_frames);
   outcome.result = slam.finish();
   outcome.seconds = watch.milliseconds() / 1000;
-  if (!outcome.maps.save.empty()) {
+  if (!outcome.maps.save.empty() || outcome.options.dense_cloud) {
     outcome.map = slam.saved_map("stillmap " STILLMAP_VERSION);
-    if (outcome.maps.slim) outcome.map->views.clear();
   }
   outcome.skipped = source->skipped();
   if (paced != nullptr) outcome.dropped = paced->dropped();

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "dense_outputs.hpp"
 #include "verdict_recorder.hpp"
 
 namespace stillmap {
@@ -21,6 +22,10 @@ struct MapFiles {
   bool slim = false;        ///< saved without the dense cloud
   double load_seconds = 0;  ///< that reading took
 };
+
+/// In a run's folder: the map, and the options that it was made with, for `stillmap dense`.
+constexpr const char* kRunMap = "run.map";
+constexpr const char* kRunOptions = "options.yaml";
 
 /// What is to be run, and where the results go.
 struct Session {
@@ -34,6 +39,7 @@ struct Session {
   VerdictRecording verdicts;         ///< what to keep of the verdicts on motion
   std::optional<StartingMap> start;  ///< a map to begin in
   MapFiles maps;
+  DenseWishes dense;  ///< files to be made of the dense map besides its cloud
 };
 
 /// What came of it.

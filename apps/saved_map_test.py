@@ -78,6 +78,26 @@ class SavedMaps(unittest.TestCase):
         self.assertGreater(count, 0)
         self.assertEqual(len(body), count * vertex, file)
 
+    def test_the_static_map_is_made_again_to_the_last_byte(self):
+        run = self.folder / "first"
+        for source in (run, self.map):
+            out = self.folder / f"dense_of_{source.name}"
+            result = stillmap("dense", source, "--out", out, "--mesh", "ply")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertEqual((out / "cloud.ply").read_bytes(), (run / "cloud.ply").read_bytes())
+            self.assertTrue((out / "mesh.ply").read_bytes().startswith(b"ply"))
+        coarse = self.folder / "coarse"
+        self.assertEqual(stillmap("dense", run, "--out", coarse, "--voxel", 0.05).returncode, 0)
+        self.assertLess((coarse / "cloud.ply").stat().st_size, 0.3 * (run / "cloud.ply").stat().st_size)
+
+    def test_what_holds_no_static_map_is_refused(self):
+        self.refused(stillmap("dense", self.sequence), 1, "no run.map", "fix:")
+        slim = self.folder / "no_views.map"
+        self.run_sequence("no_views", "--save-map", slim, "--slim-map")
+        self.refused(stillmap("dense", slim), 1, "--slim-map", "fix:")
+        self.refused(stillmap("dense", self.folder / "none.map"), 1, "none.map", "fix:")
+        self.refused(stillmap("dense", self.map, "--mesh", "stl"), 1, "stl", "fix:")
+
     def test_localising_leaves_the_file_and_gives_every_frame_a_pose(self):
         before = self.map.read_bytes()
         result = self.run_sequence("again", "--load-map", self.map, "--localize-only")

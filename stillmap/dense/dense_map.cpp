@@ -13,16 +13,19 @@ namespace {
 constexpr int kCoarsest = 64;
 
 void require_valid(const DenseOptions& options) {
-  const bool valid =
-      options.min_samples >= 1 && options.min_keyframes >= 1 && options.max_pixels >= 1;
+  const bool valid = options.min_samples >= 1 && options.min_keyframes >= 1 &&
+                     options.max_pixels >= 1 && options.every >= 0 && options.min_news >= 0 &&
+                     options.min_refuted >= 1;
   require_valid(options.back_projection);
   require_valid(options.outliers);
   require_valid(options.evidence);
   require_valid(options.semantics);
+  require_valid(options.mesh);
+  require_valid(options.occupancy);
   require_voxel_size(options.voxel, "dense.voxel");
   if (valid) return;
   throw Error("an option is out of range", "dense map",
-              "min_samples >= 1, min_keyframes >= 1, max_pixels >= 1");
+              "min_samples, min_keyframes, max_pixels, min_refuted >= 1, every, min_news >= 0");
 }
 
 bool is_finite(const Pose& pose) {
@@ -37,6 +40,13 @@ double displacement(const Pose& a, const Pose& b) {
 
 }  // namespace
 
+PoseLookup pose_lookup(const std::map<std::uint64_t, Pose>& poses) {
+  return [&poses](std::uint64_t id) -> std::optional<Pose> {
+    const auto found = poses.find(id);
+    return found == poses.end() ? std::nullopt : std::optional(found->second);
+  };
+}
+
 DenseMap::DenseMap(const Camera& camera, const DenseOptions& options)
     : camera_(camera), options_(options) {
   require_valid(options_);
@@ -46,8 +56,24 @@ void DenseMap::add(std::uint64_t id, const RgbdFrame& frame, const cv::Mat1b& mo
                    const std::optional<Pose>& T_world_camera, const SegmentedFrame* things) {
   MadeView made =
       make_dense_view(camera_, frame, movers, options_.back_projection, options_.outliers, things);
-  add(id, std::move(made.view), T_world_camera);
   outliers_ += made.outliers;
+  add(id, std::move(made.view), T_world_camera);
+}
+
+bool DenseMap::add_if_new(std::uint64_t id, const RgbdFrame& frame, const cv::Mat1b& movers,
+                          const Pose& T_world_camera, const SegmentedFrame* things) {
+  MadeView made =
+      make_dense_view(camera_, frame, movers, options_.back_projection, options_.outliers, things);
+  if (live_ && is_finite(T_world_camera)) {
+    const News news = live_->news_in(made.view, T_world_camera);
+    const bool fresh =
+        static_cast<double>(news.fresh) >=
+        options_.min_news * static_cast<double>(std::max<std::size_t>(1, news.looked_at));
+    if (!fresh && news.refuted < static_cast<std::size_t>(options_.min_refuted)) return false;
+  }
+  outliers_ += made.outliers;
+  add(id, std::move(made.view), T_world_camera);
+  return true;
 }
 
 void DenseMap::add(std::uint64_t id, DenseView view, const std::optional<Pose>& T_world_camera) {
@@ -94,6 +120,11 @@ void DenseMap::follow(const PoseLookup& T_world_camera) {
   ++replacements_;
 }
 
+void DenseMap::leave_world() {
+  live_poses_.clear();
+  live_.reset();
+}
+
 void DenseMap::place_all() {
   live_ = std::make_shared<StaticGrid>(options_.voxel, options_.evidence,
                                        live_ ? live_->index().size() : 0);
@@ -133,7 +164,7 @@ PlacedMap DenseMap::sorted_out(std::shared_ptr<const StaticGrid> grid,
                         cell.views >= options_.min_keyframes;
     if (!enough) {
       ++placed.voxels_left_out;
-    } else if (!grid->is_static(number)) {
+    } else if (!grid->is_static(number) || !grid->is_confirmed(number)) {
       ++placed.voxels_removed;
     } else {
       placed.cells.push_back(number);
@@ -166,6 +197,25 @@ ComposedCloud DenseMap::live() const {
   for (const auto& [id, pose] : live_poses_) ids.push_back(id);
   const auto pose_of = [&](std::uint64_t id) { return std::optional(live_poses_.at(id)); };
   return cloud_of(sorted_out(live_, ids, pose_of), options_.semantics);
+}
+
+Cloud raw_cloud(const PlacedMap& placed) {
+  Cloud cloud;
+  VoxelIndex met(placed.grid->index().size());
+  for (const auto& [view, T_world_camera] : placed.views) {
+    for (int row = 0; row < view->depth.rows; ++row) {
+      for (int col = 0; col < view->depth.cols; ++col) {
+        if (view->kind(row, col) == kNoSurface) continue;
+        const double z = view->depth(row, col) * double{DenseView::kDepthUnit};
+        const Eigen::Vector3d p = T_world_camera * view->camera.unproject(col, row, z);
+        const auto voxel = voxel_at(p, placed.grid->edge());
+        if (z <= 0 || !voxel || met.add(*voxel) < cloud.size()) continue;
+        const cv::Vec3b& bgr = view->color(row, col);
+        cloud.add(p.cast<float>(), {bgr[2], bgr[1], bgr[0]});
+      }
+    }
+  }
+  return cloud;
 }
 
 ComposedCloud cloud_of(const PlacedMap& placed, const SemanticOptions& options) {

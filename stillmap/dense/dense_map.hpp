@@ -4,6 +4,8 @@
 #include "stillmap/dense/back_projection.hpp"
 #include "stillmap/dense/cloud.hpp"
 #include "stillmap/dense/dense_view.hpp"
+#include "stillmap/dense/mesh_options.hpp"
+#include "stillmap/dense/occupancy_options.hpp"
 #include "stillmap/dense/outlier_removal.hpp"
 #include "stillmap/dense/semantic_map.hpp"
 #include "stillmap/dense/static_grid.hpp"
@@ -30,17 +32,22 @@ struct DenseOptions {
   OutlierOptions outliers;
   EvidenceOptions evidence;
   SemanticOptions semantics;
+  MeshOptions mesh;
+  OccupancyOptions occupancy;
   /// Classes whose instances are kept out, whether they move at the moment or not: people who sit
   /// still get up some time. "unknown" is what a folder of masks calls the things in it.
   std::vector<std::string> movers = {"person", "unknown", "bird", "cat", "dog", "horse"};
   double voxel = 0.01;    ///< side of the voxels of the composed cloud [m]
   int min_samples = 1;    ///< voxels of the composed cloud with fewer pixels are dropped
   int min_keyframes = 1;  ///< voxels of the composed cloud seen by fewer keyframes are dropped
+  int every = 15;         ///< frames after which one that is no keyframe is looked at too; 0: never
+  double min_news = 0.04;  ///< of what it sees must be new for it to be kept,
+  int min_refuted = 100;   ///< or so many voxels of the map be none, as it saw through them
   /// Pixels kept over all keyframes, six bytes each; beyond, views are thinned. 24 million are 300
   /// keyframes of 640 x 480 at stride 2.
   int max_pixels = 24000000;
-  STILLMAP_FIELDS(back_projection, outliers, evidence, semantics, movers, voxel, min_samples,
-                  min_keyframes, max_pixels)
+  STILLMAP_FIELDS(back_projection, outliers, evidence, semantics, mesh, occupancy, movers, voxel,
+                  min_samples, min_keyframes, every, min_news, min_refuted, max_pixels)
 };
 
 /// What a DenseMap holds and what it had to leave out, since it was made.
@@ -76,6 +83,9 @@ struct ComposedCloud {
 /// T_world_camera of a keyframe by its id; nothing where it is not known any more.
 using PoseLookup = std::function<std::optional<Pose>(std::uint64_t)>;
 
+/// Looks poses up in a table, which must outlive it.
+PoseLookup pose_lookup(const std::map<std::uint64_t, Pose>& poses);
+
 /// The static dense map as in SLAM3-YOLOv8, and beyond it: per keyframe a view without moving
 /// pixels and outliers, kept in the camera frame; put together with the poses as they are known,
 /// reduced by a voxel filter over the whole, and cleared of what other keyframes contradict.
@@ -99,9 +109,15 @@ class DenseMap {
            const std::optional<Pose>& T_world_camera = std::nullopt,
            const SegmentedFrame* things = nullptr);
 
-  /// Takes the view of a keyframe as another map held it, likewise.
+  /// Takes a view that was made before, likewise.
   void add(std::uint64_t id, DenseView view,
            const std::optional<Pose>& T_world_camera = std::nullopt);
+  /// The same for a frame that is no keyframe: kept if it tells enough that is new, measured by the
+  /// live cloud (see DenseOptions::min_news). So the places behind people get filled, ghosts get
+  /// voted on, and nothing grows where all is known.
+  /// @returns whether it was kept
+  bool add_if_new(std::uint64_t id, const RgbdFrame& frame, const cv::Mat1b& movers,
+                  const Pose& T_world_camera, const SegmentedFrame* things = nullptr);
 
   /// Forgets a keyframe. One that is not held is no error. A culled keyframe need not be removed:
   /// its view stays useful as long as the caller can still tell its pose.
@@ -110,6 +126,9 @@ class DenseMap {
   /// Tells the live cloud where keyframes are now. Only if one has moved by more than
   /// `kReplacement` is all placed anew: after a loop was closed, that is, and rarely otherwise.
   void follow(const PoseLookup& T_world_camera);
+
+  /// Begins the live cloud anew: poses from now on are in a world of their own. The views stay.
+  void leave_world();
 
   /// The live cloud: all keyframes that came with a pose, or got one by follow().
   ComposedCloud live() const;
@@ -143,6 +162,10 @@ class DenseMap {
   std::shared_ptr<StaticGrid> live_;
   std::size_t pixels_ = 0, outliers_ = 0, thinnings_ = 0, replacements_ = 0;
 };
+
+/// All that the views of a placed map saw, what moves too, a point per voxel of its grid: what
+/// there would be without masks and votes, to be looked at beside it.
+Cloud raw_cloud(const PlacedMap& placed);
 
 /// The cloud of a placed map, with the things in it.
 ComposedCloud cloud_of(const PlacedMap& placed, const SemanticOptions& options);

@@ -97,13 +97,13 @@ TEST(DenseMap, LeavesNoGhostOfAMaskedWalker) {
     unmasked.add(static_cast<std::uint64_t>(step), frame, {});
   }
   const auto still = [](std::uint64_t) { return Pose(); };
-  const auto ghosts = [&](const DenseMap& map) {
-    const Cloud cloud = map.compose(still).cloud;
+  const auto ghosts = [&](const Cloud& cloud) {
     return std::count_if(cloud.points.begin(), cloud.points.end(),
                          [](const Eigen::Vector3f& p) { return p.z() < 1.9F; });
   };
-  EXPECT_EQ(ghosts(masked), 0);
-  EXPECT_GT(ghosts(unmasked), 1000);
+  EXPECT_EQ(ghosts(masked.compose(still).cloud), 0);
+  EXPECT_GT(ghosts(unmasked.compose(still).cloud), 1000);
+  EXPECT_GT(ghosts(raw_cloud(masked.place(still))), 1000) << "shows what the masks took out";
   // The wall behind is whole all the same: other keyframes saw it.
   EXPECT_GT(masked.compose(still).cloud.size(), 0.9 * 80 * 60);
 }
@@ -167,6 +167,27 @@ TEST(DenseMap, KeepsALiveCloudThatIsTheComposedOne) {
   map.remove(1);
   EXPECT_EQ(map.live().cloud, map.compose(lookup_in(poses)).cloud);
   EXPECT_EQ(map.live().keyframes, 4U);
+}
+
+TEST(DenseMap, KeepsFramesBetweenKeyframesOnlyForTheirNews) {
+  const Camera camera = small_camera();
+  const auto with_walker = [&](int at) {
+    RgbdFrame frame =
+        frame_of(camera, [&](int u, int) { return std::abs(u - at) < 16 ? 1.2 : 2.0; });
+    return std::pair(frame, cv::Mat1b(frame.depth < 1.5));
+  };
+  DenseMap map(camera);
+  const auto [first, first_mask] = with_walker(40);
+  map.add(0, first, first_mask, Pose());
+  EXPECT_FALSE(map.add_if_new(1, first, first_mask, Pose()));
+  const auto [second, second_mask] = with_walker(110);  // what was hidden can be seen now
+  EXPECT_TRUE(map.add_if_new(2, second, second_mask, Pose()));
+  EXPECT_FALSE(map.add_if_new(3, second, second_mask, Pose()));
+  EXPECT_EQ(map.statistics().keyframes, 2U);
+
+  DenseMap with_ghost(camera);
+  with_ghost.add(0, first, {}, Pose());                                // the mask was missing
+  EXPECT_TRUE(with_ghost.add_if_new(1, second, second_mask, Pose()));  // sees through the ghost
 }
 
 // Distance between the outermost points along the wall's normal, but for a hundredth on each side.

@@ -49,6 +49,47 @@ Camera on_lattice(Camera camera, cv::Size size, int stride) {
   return camera;
 }
 
+/// Depth and colour of a frame on its lattice.
+DenseView without_kinds(const Camera& camera, const RgbdFrame& frame, int stride) {
+  const cv::Size size((frame.depth.cols + stride - 1) / stride,
+                      (frame.depth.rows + stride - 1) / stride);
+  DenseView view{.camera = on_lattice(camera, size, stride), .stride = stride};
+  view.depth.create(size);
+  view.color.create(size);
+  view.kind.create(size);
+  for (int row = 0; row < size.height; ++row) {
+    for (int col = 0; col < size.width; ++col) {
+      view.depth(row, col) = packed_depth(frame.depth.at<float>(row * stride, col * stride));
+      view.color(row, col) = frame.color.at<cv::Vec3b>(row * stride, col * stride);
+    }
+  }
+  return view;
+}
+
+// Marks static pixels close to a mover's whose depth lies between those of the mover's pixels
+// nearby.
+void mark_doubtful(DenseView& view) {
+  constexpr int kReach = 24;     // pixels of the image
+  constexpr float kAway = 0.2F;  // metres
+  const cv::Mat1b movers = view.kind == kMoverSurface;
+  if (cv::countNonZero(movers) == 0) return;
+  const int side = 2 * (kReach / view.stride) + 1;
+  const cv::Mat window = cv::getStructuringElement(cv::MORPH_RECT, {side, side});
+  cv::Mat1w farthest = view.depth.clone(), nearest = view.depth.clone();
+  farthest.setTo(0, movers == 0);
+  nearest.setTo(65535, (movers == 0) | (view.depth == 0));
+  cv::dilate(farthest, farthest, window);
+  cv::erode(nearest, nearest, window);
+  const int away = cvRound(kAway / DenseView::kDepthUnit);
+  for (int row = 0; row < view.kind.rows; ++row) {
+    for (int col = 0; col < view.kind.cols; ++col) {
+      const int z = view.depth(row, col);
+      const bool beside = z > nearest(row, col) - away && z < farthest(row, col) + away;
+      if (view.kind(row, col) == kStaticSurface && beside) view.kind(row, col) = kDoubtfulSurface;
+    }
+  }
+}
+
 // Numbers into `instances` by falling size: what is painted last is in front.
 std::vector<std::size_t> by_falling_area(const std::vector<Instance>& instances) {
   std::vector<std::size_t> order(instances.size());
@@ -63,7 +104,7 @@ std::vector<std::size_t> by_falling_area(const std::vector<Instance>& instances)
 }
 
 void label(const Instance& instance, const cv::Mat1f& depth, DenseView& view) {
-  if (view.instances.size() >= kMoverSurface - kFirstInstance) return;
+  if (view.instances.size() >= kDoubtfulSurface - kFirstInstance) return;
   const cv::Rect box = instance.box & cv::Rect({}, depth.size());
   if (box.empty()) return;
   const cv::Mat1b mask = instance.mask.empty() ? cluster_in_box(depth, box)
@@ -73,7 +114,8 @@ void label(const Instance& instance, const cv::Mat1f& depth, DenseView& view) {
   for (int row = (box.y + view.stride - 1) / view.stride; row * view.stride < box.br().y; ++row) {
     for (int col = (box.x + view.stride - 1) / view.stride; col * view.stride < box.br().x; ++col) {
       const bool on_it = mask(row * view.stride - box.y, col * view.stride - box.x) != 0;
-      if (on_it && view.is_static(row, col)) view.kind(row, col) = value;
+      const bool free_for_it = view.is_static(row, col) && view.kind(row, col) != kDoubtfulSurface;
+      if (on_it && free_for_it) view.kind(row, col) = value;
     }
   }
 }
@@ -108,21 +150,15 @@ MadeView make_dense_view(const Camera& camera, const RgbdFrame& frame, const cv:
   MadeView made;
   made.outliers = remove_outliers(grid, outliers);
 
-  const cv::Size size = grid.points.size();
+  made.view = without_kinds(camera, frame, grid.stride);
   DenseView& view = made.view;
-  view.stride = grid.stride;
-  view.camera = on_lattice(camera, size, view.stride);
-  view.depth.create(size);
-  view.color.create(size);
-  view.kind.create(size);
-  for (int row = 0; row < size.height; ++row) {
-    for (int col = 0; col < size.width; ++col) {
-      const int v = row * view.stride, u = col * view.stride;
-      view.depth(row, col) = packed_depth(frame.depth.at<float>(v, u));
-      view.color(row, col) = frame.color.at<cv::Vec3b>(v, u);
-      view.kind(row, col) = kind_of(grid.points(row, col)[2], !movers.empty() && movers(v, u) != 0);
+  for (int row = 0; row < view.kind.rows; ++row) {
+    for (int col = 0; col < view.kind.cols; ++col) {
+      const bool moves = !movers.empty() && movers(row * view.stride, col * view.stride) != 0;
+      view.kind(row, col) = kind_of(grid.points(row, col)[2], moves);
     }
   }
+  mark_doubtful(view);
   if (things == nullptr) return made;
   for (const std::size_t i : by_falling_area(things->instances)) {
     label(things->instances[i], frame.depth, view);

@@ -17,9 +17,12 @@ namespace stillmap {
 
 /// What a pixel of a DenseView shows.
 enum PixelKind : std::uint8_t {
-  kNoSurface = 0,       ///< nothing that could be placed: no depth, too far, at a jump, an outlier
-  kStaticSurface = 1,   ///< a static surface of no known thing
-  kFirstInstance = 2,   ///< from here on: part of a static thing, see DenseView::instances
+  kNoSurface = 0,      ///< nothing that could be placed: no depth, too far, at a jump, an outlier
+  kStaticSurface = 1,  ///< a static surface of no known thing
+  kFirstInstance = 2,  ///< from here on: part of a static thing, see DenseView::instances
+  /// A static surface of no known thing, close to a mover's and about as far away: perhaps a part
+  /// of the mover that its mask left out.
+  kDoubtfulSurface = 254,
   kMoverSurface = 255,  ///< part of something that moves, whether it does at the moment or not
 };
 
@@ -48,7 +51,8 @@ struct DenseView {
   }
   /// Number of the instance that a static pixel is part of; -1 for none.
   int instance_at(int row, int col) const {
-    return is_static(row, col) ? int{kind(row, col)} - kFirstInstance : -1;
+    const bool known = is_static(row, col) && kind(row, col) < kDoubtfulSurface;
+    return known ? int{kind(row, col)} - kFirstInstance : -1;
   }
   std::size_t bytes() const { return sizeof(*this) + 6 * depth.total(); }
 };

@@ -45,7 +45,8 @@ TEST(DenseView, TellsSurfacesFromMoversAndFromNothing) {
   EXPECT_EQ(view.kind(30, 40), kStaticSurface);
   EXPECT_EQ(view.kind(30, 50), kNoSurface);  // no depth
   EXPECT_EQ(view.depth(30, 50), 0);
-  EXPECT_EQ(view.kind(30, 58), kNoSurface);  // near the mask's outline
+  EXPECT_EQ(view.kind(30, 58), kNoSurface);        // near the mask's outline
+  EXPECT_EQ(view.kind(30, 52), kDoubtfulSurface);  // not far from it, and as far away
   EXPECT_EQ(view.kind(30, 70), kMoverSurface);
 }
 

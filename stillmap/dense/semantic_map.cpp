@@ -61,6 +61,40 @@ double share(std::size_t part, std::size_t whole) {
   return whole == 0 ? 0 : static_cast<double>(part) / static_cast<double>(whole);
 }
 
+/// The connected parts of some voxels that hold at least a third as many pixels as the largest:
+/// what a mask covers of the background beside a thing is not connected to it.
+std::map<Voxel, int> main_parts(const std::map<Voxel, int>& pixels) {
+  std::map<Voxel, int> left = pixels;
+  std::vector<std::pair<int, std::map<Voxel, int>>> parts;
+  int largest = 0;
+  while (!left.empty()) {
+    std::vector<Voxel> open{left.begin()->first};
+    std::map<Voxel, int> part{*left.begin()};
+    left.erase(left.begin());
+    int sum = part.begin()->second;
+    while (!open.empty()) {
+      const Lattice center = lattice_of(open.back());
+      open.pop_back();
+      for (int i = 0; i < 27; ++i) {
+        const Voxel voxel = voxel_of(center + Lattice(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1));
+        const auto found = left.find(voxel);
+        if (found == left.end()) continue;
+        sum += found->second;
+        part.insert(*found);
+        left.erase(found);
+        open.push_back(voxel);
+      }
+    }
+    largest = std::max(largest, sum);
+    parts.emplace_back(sum, std::move(part));
+  }
+  std::map<Voxel, int> kept;
+  for (auto& [sum, part] : parts) {
+    if (3 * sum >= largest) kept.merge(part);
+  }
+  return kept;
+}
+
 /// Makes things of fragments.
 class Association {
  public:
@@ -95,9 +129,9 @@ class Association {
       ++pixels[static_cast<std::size_t>(instance)][voxel_at(p, options_.cell).value()];
     });
     for (std::size_t i = 0; i < pixels.size(); ++i) {
+      std::erase_if(pixels[i], [](const auto& entry) { return entry.second < kLeastPixels; });
       Fragment fragment{.view = v, .instance = i, .voxels = {}};
-      for (const auto& [voxel, count] : pixels[i]) {
-        if (count < kLeastPixels) continue;
+      for (const auto& [voxel, count] : main_parts(pixels[i])) {
         fragment.voxels.push_back(voxel);
         fragment.pixels += static_cast<std::size_t>(count);
       }
@@ -202,11 +236,12 @@ struct Vote {
 
 std::vector<Vote> collect_votes(std::span<const ViewAtPlace> views, const StaticGrid& grid,
                                 const std::vector<Fragment>& fragments,
-                                const std::vector<Thing>& things) {
-  std::map<std::pair<std::size_t, std::size_t>, std::uint16_t> thing_of;
+                                const std::vector<Thing>& things, const SemanticOptions& options) {
+  std::map<std::pair<std::size_t, std::size_t>, std::pair<std::uint16_t, const Fragment*>> thing_of;
   for (std::size_t t = 0; t < things.size(); ++t) {
     for (const std::size_t f : things[t].fragments) {
-      thing_of[{fragments[f].view, fragments[f].instance}] = static_cast<std::uint16_t>(t + 1);
+      thing_of[{fragments[f].view, fragments[f].instance}] = {static_cast<std::uint16_t>(t + 1),
+                                                              &fragments[f]};
     }
   }
   std::vector<Vote> votes;
@@ -217,11 +252,14 @@ std::vector<Vote> collect_votes(std::span<const ViewAtPlace> views, const Static
       const auto thing = thing_of.find({v, static_cast<std::size_t>(instance)});
       const auto voxel = voxel_at(p, grid.edge());
       if (thing == thing_of.end() || !voxel) return;
+      const auto& [number, fragment] = thing->second;
+      const Voxel coarse = voxel_at(p, options.cell).value();
+      if (!std::binary_search(fragment->voxels.begin(), fragment->voxels.end(), coarse)) return;
       const std::uint32_t cell = grid.index().find(*voxel);
       if (cell == VoxelIndex::kNone || voted[cell] == v + 1) return;
       voted[cell] = static_cast<std::uint32_t>(v + 1);
       const auto& found = views[v].view->instances[static_cast<std::size_t>(instance)];
-      votes.push_back({cell, thing->second, found.confidence});
+      votes.push_back({cell, number, found.confidence});
     });
   }
   std::stable_sort(votes.begin(), votes.end(), [](const Vote& a, const Vote& b) {
@@ -244,6 +282,42 @@ std::vector<Vote> winners(const std::vector<Vote>& votes, const StaticGrid& grid
     best[sum.cell] = sum;
   }
   return best;
+}
+
+/// The thing that the voxels around one speak for, if at least a third of those that are there do.
+Vote around(const StaticGrid& grid, const std::vector<Vote>& best, std::uint32_t cell) {
+  std::map<std::uint16_t, std::pair<int, float>> sums;  // voxels and confidence, by thing
+  int there = 0;
+  const Lattice center = lattice_of(grid.index().voxel(cell));
+  for (int i = 0; i < 27; ++i) {
+    const std::uint32_t other =
+        grid.index().find(voxel_of(center + Lattice(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1)));
+    if (other == VoxelIndex::kNone || other == cell || !grid.is_static(other)) continue;
+    ++there;
+    if (best[other].thing == 0) continue;
+    auto& [voxels, confidence] = sums[best[other].thing];
+    ++voxels;
+    confidence += best[other].confidence;
+  }
+  Vote most{cell, 0, 0};
+  int voxels = 0;
+  for (const auto& [thing, sum] : sums) {
+    if (sum.first <= voxels || 3 * sum.first < there) continue;
+    voxels = sum.first;
+    most = {cell, thing, sum.second / static_cast<float>(sum.first)};
+  }
+  return most;
+}
+
+/// Voxels of the cloud without a label get that of those around: far from the camera a view's
+/// pixels are farther apart than voxels, so that many were seen by views without a say only.
+std::vector<Vote> filled(const StaticGrid& grid, std::span<const std::uint32_t> cells,
+                         const std::vector<Vote>& best) {
+  std::vector<Vote> all = best;
+  for (const std::uint32_t cell : cells) {
+    if (best[cell].thing == 0) all[cell] = around(grid, best, cell);
+  }
+  return all;
 }
 
 Eigen::AlignedBox3d box_around(const std::vector<Eigen::Vector3d>& points) {
@@ -295,8 +369,9 @@ SemanticMap make_semantic_map(const StaticGrid& grid, std::span<const ViewAtPlac
   const std::vector<Thing> things = association.things();
   SemanticMap map;
   if (things.empty()) return map;
-  const std::vector<Vote> votes = collect_votes(views, grid, association.fragments(), things);
-  const std::vector<Vote> best = winners(votes, grid, options.min_confidence);
+  const std::vector<Vote> votes =
+      collect_votes(views, grid, association.fragments(), things, options);
+  const std::vector<Vote> best = filled(grid, cells, winners(votes, grid, options.min_confidence));
 
   std::vector<std::vector<Eigen::Vector3d>> points(things.size() + 1);
   for (const std::uint32_t cell : cells) {

@@ -52,18 +52,19 @@ StaticGrid::StaticGrid(double edge, const EvidenceOptions& options, std::size_t 
   cells_.reserve(expected);
 }
 
-void StaticGrid::add(const DenseView& view, const Pose& T_world_camera) {
+StaticGrid::PlacedView StaticGrid::placed_at(const DenseView& view,
+                                             const Pose& T_world_camera) const {
   const Pose T_camera_world = T_world_camera.inverse();
-  placed_.push_back({.view = &view,
-                     .R_world_camera = T_world_camera.rotation(),
-                     .t_world_camera = T_world_camera.translation(),
-                     .R_camera_world = T_camera_world.rotation().cast<float>(),
-                     .t_camera_world = T_camera_world.translation().cast<float>(),
-                     .fx = static_cast<float>(view.camera.fx),
-                     .fy = static_cast<float>(view.camera.fy),
-                     .cx = static_cast<float>(view.camera.cx),
-                     .cy = static_cast<float>(view.camera.cy),
-                     .number = static_cast<std::uint32_t>(placed_.size() + 1)});
+  return {.view = &view,
+          .R_world_camera = T_world_camera.rotation(),
+          .t_world_camera = T_world_camera.translation(),
+          .R_camera_world = T_camera_world.rotation().cast<float>(),
+          .t_camera_world = T_camera_world.translation().cast<float>(),
+          .number = static_cast<std::uint32_t>(placed_.size() + 1)};
+}
+
+void StaticGrid::add(const DenseView& view, const Pose& T_world_camera) {
+  placed_.push_back(placed_at(view, T_world_camera));
   std::vector<std::size_t> known;
   for (const Block& block : blocks_) known.push_back(block.cells.size());
   insert(placed_.back());
@@ -79,6 +80,42 @@ void StaticGrid::add(const DenseView& view, const Pose& T_world_camera) {
   }
 }
 
+// Whether there is surface where this point lies, or within its noise before or behind it.
+bool StaticGrid::has_surface_near(const Eigen::Vector3d& p_world,
+                                  const Eigen::Vector3d& ray) const {
+  for (const int steps : {0, 1, -1, 2, -2}) {
+    const auto voxel = voxel_at(p_world + steps * edge_ * ray, edge_);
+    if (voxel && index_.find(*voxel) != kNone) return true;
+  }
+  return false;
+}
+
+News StaticGrid::news_in(const DenseView& view, const Pose& T_world_camera) const {
+  constexpr int kStep = 3;  // pixels
+  constexpr double kFarthest =
+      2.5;  // beyond, pixels are farther apart than voxels, and noisier [m]
+  const PlacedView placed = placed_at(view, T_world_camera);
+  News news;
+  for (int row = 0; row < view.depth.rows; row += kStep) {
+    for (int col = 0; col < view.depth.cols; col += kStep) {
+      const double z = view.depth(row, col) * double{DenseView::kDepthUnit};
+      if (!view.is_static(row, col) || z > kFarthest) continue;
+      const Eigen::Vector3d ray = placed.R_world_camera * view.camera.unproject(col, row, 1);
+      ++news.looked_at;
+      news.fresh += !has_surface_near(placed.t_world_camera + z * ray, ray);
+    }
+  }
+  const Lens lens(view.camera);
+  for (const Block& block : blocks_) {
+    if (!may_see(placed, block)) continue;
+    for (std::size_t i = 0; i < block.cells.size(); ++i) {
+      news.refuted +=
+          look(placed, lens, block.centers[i]) == Sight::kThrough && is_static(block.cells[i]);
+    }
+  }
+  return news;
+}
+
 std::uint32_t StaticGrid::cell_of(const Eigen::Vector3d& p_world) {
   const std::optional<Voxel> voxel = voxel_at(p_world, edge_);
   if (!voxel) return kNone;
@@ -88,8 +125,9 @@ std::uint32_t StaticGrid::cell_of(const Eigen::Vector3d& p_world) {
   const double side = edge_ * kCellsPerBlock;
   const Voxel around = voxel_at(center_of(*voxel, edge_), side).value();
   const std::uint32_t block = block_index_.add(around);
-  if (block == blocks_.size()) blocks_.push_back({center_of(around, side).cast<float>(), {}});
+  if (block == blocks_.size()) blocks_.push_back({center_of(around, side).cast<float>(), {}, {}});
   blocks_[block].cells.push_back(cell);
+  blocks_[block].centers.push_back(center_of(*voxel, edge_).cast<float>());
   return cell;
 }
 
@@ -113,7 +151,8 @@ std::vector<std::uint32_t> StaticGrid::cells_under(const PlacedView& placed) {
 Eigen::Vector3f StaticGrid::gain_for(const DenseView& view,
                                      const std::vector<std::uint32_t>& cells) const {
   std::array<std::vector<float>, 3> ratios;
-  for (std::size_t i = 0; i < cells.size(); ++i) {
+  constexpr std::size_t kStep = 5;  // a fifth of the pixels is plenty
+  for (std::size_t i = 0; i < cells.size(); i += kStep) {
     if (cells[i] == kNone || cells_[cells[i]].weight <= 0) continue;
     const StaticCell& cell = cells_[cells[i]];
     const Eigen::Vector3f seen = rgb_of(view.color(static_cast<int>(i)));
@@ -158,6 +197,7 @@ void StaticGrid::add_pixel(const PlacedView& placed, int row, int col, const Eig
   if (cell.last_view == placed.number) return;
   cell.last_view = placed.number;
   ++cell.views;
+  cell.doubtful += view.kind(row, col) == kDoubtfulSurface;
   cell.free_since = 0;
 }
 
@@ -176,11 +216,13 @@ bool StaticGrid::may_see(const PlacedView& placed, const Block& block) const {
          inside(p.y(), camera.fy, camera.cy, camera.height - camera.cy);
 }
 
-StaticGrid::Sight StaticGrid::look(const PlacedView& placed, const Eigen::Vector3f& p_world) const {
+StaticGrid::Sight StaticGrid::look(const PlacedView& placed, const Lens& lens,
+                                   const Eigen::Vector3f& p_world) const {
   const DenseView& view = *placed.view;
   const Eigen::Vector3f p = placed.R_camera_world * p_world + placed.t_camera_world;
   if (p.z() < kNearest) return Sight::kNothing;
-  const float u = placed.fx * p.x() / p.z() + placed.cx, v = placed.fy * p.y() / p.z() + placed.cy;
+  const float scale = 1 / p.z();
+  const float u = lens.fx * p.x() * scale + lens.cx, v = lens.fy * p.y() * scale + lens.cy;
   const auto right = static_cast<float>(view.depth.cols) - 1.5F;
   const auto bottom = static_cast<float>(view.depth.rows) - 1.5F;
   if (!(u >= 0.5F && v >= 0.5F && u < right && v < bottom)) return Sight::kNothing;
@@ -204,11 +246,12 @@ StaticGrid::Sight StaticGrid::look(const PlacedView& placed, const Eigen::Vector
 void StaticGrid::vote(const PlacedView& placed, const Block& block, std::size_t first,
                       std::size_t last) {
   if (first == last || !may_see(placed, block)) return;
+  const Lens lens(placed.view->camera);
   for (std::size_t i = first; i < last; ++i) {
+    const Sight sight = look(placed, lens, block.centers[i]);
+    if (sight == Sight::kNothing) continue;
     StaticCell& cell = cells_[block.cells[i]];
     if (cell.last_view == placed.number) continue;  // it saw a static surface there itself
-    const Voxel voxel = index_.voxel(block.cells[i]);
-    const Sight sight = look(placed, center_of(voxel, edge_).cast<float>());
     if (sight == Sight::kMover) ++cell.movers;
     if (sight != Sight::kThrough) continue;
     ++cell.free;
@@ -224,6 +267,23 @@ bool StaticGrid::is_static(std::uint32_t number) const {
   const bool outvoted =
       against >= options_.min_votes && against >= options_.share * static_cast<double>(votes);
   return !outvoted && cell.free_since < options_.vacated;
+}
+
+bool StaticGrid::is_confirmed(std::uint32_t number) const {
+  const StaticCell& cell = cells_[number];
+  if (!options_.remove_ghosts || cell.doubtful == 0 || cell.views > 1) return true;
+  constexpr int kAround = 2;
+  const Lattice center = lattice_of(index_.voxel(number));
+  for (int x = -kAround; x <= kAround; ++x) {
+    for (int y = -kAround; y <= kAround; ++y) {
+      for (int z = -kAround; z <= kAround; ++z) {
+        const std::uint32_t other = index_.find(voxel_of(center + Lattice(x, y, z)));
+        if (other == kNone || !is_static(other)) continue;
+        if (cells_[other].last_view != cell.last_view || cells_[other].views > 1) return true;
+      }
+    }
+  }
+  return false;
 }
 
 Eigen::Vector3f StaticGrid::mean(std::uint32_t number) const {

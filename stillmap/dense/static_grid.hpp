@@ -45,6 +45,14 @@ struct StaticCell {
   std::uint16_t free = 0;        ///< views that saw through it
   std::uint16_t free_since = 0;  ///< of these, after `last_view`
   std::uint16_t movers = 0;      ///< views with a mover's surface in it
+  std::uint16_t doubtful = 0;    ///< of `views`, those that saw a mover right beside it
+};
+
+/// What a view would tell a grid that it does not hold yet.
+struct News {
+  std::size_t looked_at = 0;  ///< pixels with a static surface near enough to be judged
+  std::size_t fresh = 0;      ///< of these, where the grid has no surface
+  std::size_t refuted = 0;    ///< voxels of the static map that the view sees through
 };
 
 /// The static surface in voxels, with votes for and against each: every keyframe either hits a
@@ -64,14 +72,20 @@ class StaticGrid {
   /// @param edge side of a voxel [m]. Throws Error if it or an option is out of range.
   explicit StaticGrid(double edge, const EvidenceOptions& options = {}, std::size_t expected = 0);
 
-  /// Adds what a keyframe saw. The view must outlive the grid.
+  /// Adds what a keyframe saw. The view must outlive the grid; it may become a coarser one.
   void add(const DenseView& view, const Pose& T_world_camera);
+
+  /// What add() with this view would change.
+  News news_in(const DenseView& view, const Pose& T_world_camera) const;
 
   double edge() const { return edge_; }
   const VoxelIndex& index() const { return index_; }
   const StaticCell& cell(std::uint32_t number) const { return cells_[number]; }
   /// Whether what speaks against a voxel is not enough.
   bool is_static(std::uint32_t number) const;
+  /// Whether somebody else than a view that saw a mover right beside it saw it too, or its
+  /// neighbourhood of two voxels.
+  bool is_confirmed(std::uint32_t number) const;
   Eigen::Vector3f mean(std::uint32_t number) const;  ///< world frame [m]
   Rgb color(std::uint32_t number) const;
   /// Views added so far, and the factors that their colours were scaled with, R G B.
@@ -86,18 +100,30 @@ class StaticGrid {
     Eigen::Vector3d t_world_camera;
     Eigen::Matrix3f R_camera_world;
     Eigen::Vector3f t_camera_world;
-    float fx, fy, cx, cy;
     std::uint32_t number;  // counted from 1
+  };
+  /// A view's pinhole, in floats.
+  struct Lens {
+    explicit Lens(const Camera& camera)
+        : fx(static_cast<float>(camera.fx)),
+          fy(static_cast<float>(camera.fy)),
+          cx(static_cast<float>(camera.cx)),
+          cy(static_cast<float>(camera.cy)) {}
+    float fx, fy, cx, cy;
   };
   /// Cells close together, by number: rising, so the newest are at the end.
   struct Block {
     Eigen::Vector3f center;
     std::vector<std::uint32_t> cells;
+    std::vector<Eigen::Vector3f>
+        centers;  // of the cells, world frame: they are walked through often
   };
 
   /// What a view has to say on a place where it has no static surface.
   enum class Sight { kNothing, kThrough, kMover };
 
+  PlacedView placed_at(const DenseView& view, const Pose& T_world_camera) const;
+  bool has_surface_near(const Eigen::Vector3d& p_world, const Eigen::Vector3d& ray) const;
   std::vector<std::uint32_t> cells_under(const PlacedView& placed);
   std::uint32_t cell_of(const Eigen::Vector3d& p_world);
   void insert(const PlacedView& placed);
@@ -108,7 +134,7 @@ class StaticGrid {
   float slack(float z) const {
     return static_cast<float>(options_.margin) + static_cast<float>(options_.margin_growth) * z * z;
   }
-  Sight look(const PlacedView& placed, const Eigen::Vector3f& p_world) const;
+  Sight look(const PlacedView& placed, const Lens& lens, const Eigen::Vector3f& p_world) const;
   void vote(const PlacedView& placed, const Block& block, std::size_t first, std::size_t last);
 
   double edge_;

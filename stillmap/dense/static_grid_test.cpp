@@ -146,6 +146,37 @@ TEST(StaticGrid, BelievesMasksOverASingleMissingOne) {
   EXPECT_EQ(nearer_than_wall(grid), 0U);
 }
 
+TEST(StaticGrid, WantsWhatLiesBesideAMoverConfirmed) {
+  // A mask that covers half of somebody who is seen once, at the border of what is known.
+  const auto frame_with = [](bool somebody) {
+    return frame_of(small_camera(), [=](int u, int) {
+      if (u > 100) return somebody && u <= 140 ? kThingDepth : 0.0;  // behind, nothing is measured
+      return kWallDepth;
+    });
+  };
+  cv::Mat1b half = cv::Mat1b::zeros(120, 160);
+  half(cv::Rect(100, 0, 22, 120)).setTo(255);
+  const DenseView with = view_of_frame(frame_with(true), half),
+                  without = view_of_frame(frame_with(false));
+  StaticGrid grid(0.01);
+  for (const DenseView* view : {&without, &with, &without}) grid.add(*view, Pose());
+  std::size_t ghosts = 0, believed = 0;
+  for (std::uint32_t i = 0; i < grid.index().size(); ++i) {
+    const bool ghost = grid.mean(i).z() < kWallDepth - 0.1;
+    ghosts += ghost;
+    believed += ghost && grid.is_static(i) && grid.is_confirmed(i);
+  }
+  EXPECT_GT(ghosts, 200U);
+  EXPECT_EQ(believed, 0U);
+  // Somebody who sits there all the time beside a chair: the chair is confirmed.
+  grid.add(with, Pose(Eigen::Quaterniond::Identity(), {0.004, 0, 0}));
+  for (std::uint32_t i = 0; i < grid.index().size(); ++i) {
+    if (grid.mean(i).z() < kWallDepth - 0.1 && grid.cell(i).views > 1)
+      believed += grid.is_confirmed(i);
+  }
+  EXPECT_GT(believed, 50U);
+}
+
 TEST(StaticGrid, NoticesThatSomethingHasLeftForGood) {
   const DenseView with = wall_with_thing(80), without = wall_with_thing(-1);
   StaticGrid grid(0.01);

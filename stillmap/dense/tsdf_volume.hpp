@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/dense/dense_view.hpp"
 #include "stillmap/dense/mesh.hpp"
+#include "stillmap/dense/mesh_options.hpp"
 #include "stillmap/dense/voxel_index.hpp"
 #include "stillmap/geometry/pose.hpp"
 
@@ -14,17 +14,6 @@
 #include <Eigen/Core>
 
 namespace stillmap {
-
-struct MeshOptions {
-  double voxel = 0.02;       ///< side of the voxels: what is smaller is lost [m]
-  double truncation = 0.08;  ///< distances from a surface are known up to this [m]
-  double min_weight = 0.2;   ///< of a voxel in the mesh; one view from a metre away weighs 1
-  int min_triangles = 200;   ///< connected parts of fewer are left out
-  STILLMAP_FIELDS(voxel, truncation, min_weight, min_triangles)
-};
-
-/// Throws Error if an option is out of range.
-void require_valid(const MeshOptions& options);
 
 /// A truncated signed distance field (Curless and Levoy 1996) in blocks of 8^3 voxels where there
 /// is surface: every view says of the voxels in its sight how far before (+) or behind (-) the

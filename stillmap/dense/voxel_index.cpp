@@ -41,10 +41,12 @@ Lattice lattice_of(Voxel voxel) {
 }
 
 std::optional<Voxel> voxel_at(const Eigen::Vector3d& p, double edge) {
-  const Eigen::Vector3d lattice = (p / edge).array().floor();
-  const bool inside = (lattice.array().abs() < static_cast<double>(kBias)).all();  // false for NaN
+  const Eigen::Array3d scaled = p.array() / edge;
+  const bool inside = (scaled.abs() < static_cast<double>(kBias - 1)).all();  // false for NaN
   if (!inside) return std::nullopt;
-  return voxel_of(lattice.cast<int>());
+  Lattice lattice = scaled.cast<int>();  // towards zero
+  for (int axis = 0; axis < 3; ++axis) lattice[axis] -= scaled[axis] < lattice[axis];
+  return voxel_of(lattice);
 }
 
 Eigen::Vector3d corner_of(Voxel voxel, double edge) {
@@ -56,38 +58,37 @@ Eigen::Vector3d center_of(Voxel voxel, double edge) {
 }
 
 VoxelIndex::VoxelIndex(std::size_t expected)
-    : slots_(std::bit_ceil(std::max<std::size_t>(2 * expected, 1024)), 0) {
+    : slots_(std::bit_ceil(std::max<std::size_t>(2 * expected, 1024))) {
   voxels_.reserve(expected);
 }
 
-std::uint32_t VoxelIndex::add(Voxel voxel) {
+// Where a voxel is, or the free slot where it would be.
+std::size_t VoxelIndex::slot_of(Voxel voxel) const {
   std::size_t slot = hash(voxel, slots_.size());
-  for (; slots_[slot] != 0; slot = (slot + 1) & (slots_.size() - 1)) {
-    const std::uint32_t number = slots_[slot] - 1;
-    if (voxels_[number] == voxel) return number;
+  while (slots_[slot].number != 0 && slots_[slot].voxel != voxel) {
+    slot = (slot + 1) & (slots_.size() - 1);
   }
+  return slot;
+}
+
+std::uint32_t VoxelIndex::add(Voxel voxel) {
+  Slot& slot = slots_[slot_of(voxel)];
+  if (slot.number != 0) return slot.number - 1;
   voxels_.push_back(voxel);
   const auto count = static_cast<std::uint32_t>(voxels_.size());
-  slots_[slot] = count;
+  slot = {voxel, count};
   if (2 * voxels_.size() > slots_.size()) grow();
   return count - 1;
 }
 
 std::uint32_t VoxelIndex::find(Voxel voxel) const {
-  std::size_t slot = hash(voxel, slots_.size());
-  for (; slots_[slot] != 0; slot = (slot + 1) & (slots_.size() - 1)) {
-    const std::uint32_t number = slots_[slot] - 1;
-    if (voxels_[number] == voxel) return number;
-  }
-  return kNone;
+  return slots_[slot_of(voxel)].number - 1;  // 0 - 1 is kNone
 }
 
 void VoxelIndex::grow() {
-  slots_.assign(2 * slots_.size(), 0);
+  slots_.assign(2 * slots_.size(), {});
   for (std::size_t i = 0; i < voxels_.size(); ++i) {
-    std::size_t slot = hash(voxels_[i], slots_.size());
-    while (slots_[slot] != 0) slot = (slot + 1) & (slots_.size() - 1);
-    slots_[slot] = static_cast<std::uint32_t>(i + 1);
+    slots_[slot_of(voxels_[i])] = {voxels_[i], static_cast<std::uint32_t>(i + 1)};
   }
 }
 
@@ -103,7 +104,7 @@ std::vector<std::uint32_t> VoxelIndex::sorted() const {
 }
 
 std::size_t VoxelIndex::bytes() const {
-  return voxels_.capacity() * sizeof(Voxel) + slots_.capacity() * sizeof(std::uint32_t);
+  return voxels_.capacity() * sizeof(Voxel) + slots_.capacity() * sizeof(Slot);
 }
 
 void require_voxel_size(double edge, const char* option) {

@@ -47,10 +47,16 @@ class VoxelIndex {
   std::size_t bytes() const;
 
  private:
+  /// Both in one place, so that a look-up is one miss of the cache.
+  struct Slot {
+    Voxel voxel = 0;
+    std::uint32_t number = 0;  // + 1; 0: free
+  };
+  std::size_t slot_of(Voxel voxel) const;
   void grow();
 
   std::vector<Voxel> voxels_;
-  std::vector<std::uint32_t> slots_;  // open addressing: number + 1, 0 where free
+  std::vector<Slot> slots_;  // open addressing
 };
 
 /// Throws Error naming `option` unless edge is positive and finite.

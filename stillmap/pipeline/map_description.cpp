@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/pipeline/map_description.hpp"
 
-#include "stillmap/dense/dense_map.hpp"
 #include "stillmap/map/map_file.hpp"
+#include "stillmap/pipeline/saved_views.hpp"
 
 #include <algorithm>
 
@@ -177,22 +177,8 @@ nlohmann::json map_graph(const SavedMap& saved, int min_shared) {
 }
 
 Cloud dense_cloud(const SavedMap& saved) {
-  const auto anchor_of = [&](std::uint64_t id) -> const Keyframe& {
-    return saved.map.keyframes[saved.views[id].anchor.slot];
-  };
-  DenseMap dense(saved.map.camera);
-  std::vector<std::size_t> views_in(saved.map.first.size());
-  for (std::size_t id = 0; id < saved.views.size(); ++id) {
-    dense.add(id, saved.views[id].view);
-    ++views_in[anchor_of(id).component];
-  }
-  const auto largest = std::max_element(views_in.begin(), views_in.end()) - views_in.begin();
-  const auto pose_of = [&](std::uint64_t id) -> std::optional<Pose> {
-    const Keyframe& anchor = anchor_of(id);
-    if (anchor.component != static_cast<std::uint32_t>(largest)) return std::nullopt;
-    return anchor.T_world_camera * saved.views[id].T_anchor_camera;
-  };
-  return dense.compose(pose_of).cloud;
+  const DenseOptions options;
+  return cloud_of(place_views(saved, options), options.semantics).cloud;
 }
 
 }  // namespace stillmap

@@ -49,6 +49,7 @@ void MapMaker::close(const LoopMatch& match) {
   const LoopCorrection done =
       match.same_component ? close_loop(map_, match, correction_) : join(match);
   bent_ = map_.at(match.query).component;
+  moved_ = true;
   const Keyframe& query = map_.at(match.query);
   events_.push_back({match.same_component ? MapEvent::Kind::kLoop : MapEvent::Kind::kMerge,
                      query.frame_index, query.timestamp, map_.at(match.candidate).frame_index,
@@ -91,7 +92,30 @@ std::shared_ptr<const MapBundle> MapMaker::take_bent() {
 void MapMaker::straighten(const MapBundle& bundle, const BundleResult& result) {
   const Stopwatch watch;
   apply_to_grown_map(map_, bundle, result);
+  moved_ = true;
   timing_.add("global adjustment taken in", watch.milliseconds());
+}
+
+KeyframePoses MapMaker::poses_around(KeyframeId keyframe) const {
+  KeyframePoses poses;
+  const KeyframeId around = map_.living(keyframe);
+  if (!around.valid()) return poses;
+  const std::uint32_t component = map_.at(around).component;
+  map_.for_each_keyframe([&](const Keyframe& k) {
+    if (k.component == component) poses.T_world_camera[k.id] = k.T_world_camera;
+  });
+  for (const auto& [frame, id] : keyframe_of_) {
+    const KeyframeId living = map_.living(id);
+    if (!living.valid() || map_.at(living).component != component) continue;
+    poses.made_of[frame] = id;
+    if (living != id) poses.T_world_camera[id] = map_.resolve(id, Pose());
+  }
+  return poses;
+}
+
+std::shared_ptr<const KeyframePoses> MapMaker::take_moved() {
+  if (!std::exchange(moved_, false)) return nullptr;
+  return std::make_shared<KeyframePoses>(poses_around(newest_));
 }
 
 void MapMaker::drop(std::uint32_t component) {

@@ -33,6 +33,12 @@ struct MapEvent {
   double milliseconds = 0;         ///< in all, without the adjustment of the whole map
 };
 
+/// Where the keyframes of a component stand, by id; those included that were erased since.
+struct KeyframePoses {
+  std::map<KeyframeId, Pose> T_world_camera;
+  std::map<std::size_t, KeyframeId> made_of;  ///< by frame index, in this run
+};
+
 /// The owner of the map, and the order of what is done to it; synchronous, for one thread.
 class MapMaker {
  public:
@@ -60,6 +66,12 @@ class MapMaker {
   /// Takes in what came of it.
   void straighten(const MapBundle& bundle, const BundleResult& result);
 
+  /// Where the keyframes of a keyframe's component stand.
+  KeyframePoses poses_around(KeyframeId keyframe) const;
+  /// The same around the keyframe inserted last, if they moved as a whole since last asked: a loop
+  /// was closed, maps were joined, or an adjustment of the whole was taken in. Else null.
+  std::shared_ptr<const KeyframePoses> take_moved();
+
   /// Drops a component, unless some of it was made before this run.
   void drop(std::uint32_t component);
   /// Adjusts every component once more.
@@ -83,6 +95,7 @@ class MapMaker {
   LocalMapper mapper_;
   Places places_;
   KeyframeId newest_;
+  bool moved_ = false;                 // see take_moved()
   std::optional<std::uint32_t> bent_;  // component that waits to be adjusted as a whole
   std::map<std::size_t, KeyframeId> keyframe_of_;
   std::vector<MapEvent> events_;

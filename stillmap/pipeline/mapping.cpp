@@ -41,7 +41,7 @@ Mapping::Mapping(Map map, const SlamOptions& options, bool extend)
 
 void Mapping::work(const TrackedFrame& tracked, const MapStage::Publish& publish) {
   if (!tracked.proposal) {
-    publish({nullptr, maker_.find(tracked.frame)});
+    publish(answer_for(tracked.frame));
     return;
   }
   if (!extend_) {
@@ -51,13 +51,23 @@ void Mapping::work(const TrackedFrame& tracked, const MapStage::Publish& publish
     return;
   }
   take_in_adjustment(tracked.frame->index());
-  publish({maker_.insert(*tracked.proposal), std::nullopt});
+  publish({maker_.insert(*tracked.proposal), std::nullopt, maker_.take_moved()});
   // A newer keyframe matters more than the last digit of this one's surroundings, where time is
   // real.
   StopRequest hurry;
   if (schedule_.realtime()) hurry = [this] { return stage_->waiting() > 0; };
-  publish({maker_.refine(hurry), std::nullopt});
+  publish({maker_.refine(hurry), std::nullopt, maker_.take_moved()});
   begin_adjustment(tracked.frame->index());
+}
+
+/// Where a lost camera was, and what is around it there.
+Mapping::News Mapping::answer_for(const FramePtr& lost) {
+  News answer{nullptr, maker_.find(lost)};
+  if (answer.found) {
+    answer.moved =
+        std::make_shared<KeyframePoses>(maker_.poses_around(answer.found->local_map->reference));
+  }
+  return answer;
 }
 
 /// What a newer loop has made out of date will not be taken in, so it need not be finished.
@@ -120,7 +130,9 @@ std::optional<Mapping::News> Mapping::next_news(std::size_t frame_index) {
 
 MapView Mapping::view_for(std::size_t frame_index) {
   std::optional<Placement> found;
+  std::shared_ptr<const KeyframePoses> moved;
   while (auto news = next_news(frame_index)) {
+    if (news->moved) moved = news->moved;
     if (news->local_map) {
       newest_ = news->local_map;
       if (newest_->component + 1 == begun_) await_first_ = false;
@@ -129,7 +141,7 @@ MapView Mapping::view_for(std::size_t frame_index) {
       if (!std::exchange(outdated_, false)) found = std::move(news->found);
     }
   }
-  return {newest_, std::move(found)};
+  return {newest_, std::move(found), std::move(moved)};
 }
 
 void Mapping::drain() {

@@ -14,6 +14,8 @@ namespace stillmap {
 struct MapView {
   LocalMapPtr local_map;           ///< null while there is no map
   std::optional<Placement> found;  ///< if an answer has come where the lost camera was
+  /// Where the keyframes around the camera stand now, if they moved as a whole; null if not.
+  std::shared_ptr<const KeyframePoses> moved;
 };
 
 /// The map's side in threads of its own: proposals go in, snapshots of the map come out; frames of
@@ -57,8 +59,9 @@ class Mapping {
  private:
   /// What comes out: a snapshot, or the answer where a lost camera was.
   struct News {
-    LocalMapPtr local_map;           ///< null: it is an answer
-    std::optional<Placement> found;  ///< nothing: it was not recognised
+    LocalMapPtr local_map;                                 ///< null: it is an answer
+    std::optional<Placement> found;                        ///< nothing: it was not recognised
+    std::shared_ptr<const KeyframePoses> moved = nullptr;  ///< see MapView
   };
   struct Adjusted {
     std::shared_ptr<const MapBundle> bundle;
@@ -69,6 +72,7 @@ class Mapping {
   using AdjustStage = Stage<BundlePtr, Adjusted>;
 
   void work(const TrackedFrame& tracked, const MapStage::Publish& publish);
+  News answer_for(const FramePtr& lost);
   void adjust(const BundlePtr& bundle, const AdjustStage::Publish& publish);
   void begin_adjustment(std::size_t frame_index);
   void take_in_adjustment(std::size_t frame_index);

@@ -12,6 +12,10 @@
 namespace stillmap {
 namespace {
 
+// Frames that wait for the dense map; where time is real, enough for all to be placed anew while
+// the camera goes on.
+constexpr std::size_t kQueue = 8, kLongQueue = 24;
+
 const SlamOptions& checked(const SlamOptions& options) {
   check_options(options);
   return options;
@@ -78,25 +82,20 @@ Slam::Slam(const Camera& camera, const SlamOptions& options, std::unique_ptr<Det
       dense_(camera, options.dense),
       movers_(options.movers) {
   if (start && extend_ && options.dense_cloud) {
-    hold(start->saved.map, std::move(start->saved.views));
+    hold(std::move(start->saved.views));
   }
   dense_stage_ = std::make_unique<Stage<DenseTask, Nothing>>(
-      8, WhenFull::kBlock, [this](const DenseTask& task, const auto&) {
-        const Stopwatch watch;
-        const SegmentedFrame things = things_in(task.found, *task.image, options_);
-        dense_.add(loaded_views_.size() + task.image->index, *task.image, task.movers,
-                   task.T_world_camera, &things);
-        dense_timing_.add("dense map", watch.milliseconds());
-      });
+      options.schedule.realtime() ? kLongQueue : kQueue, WhenFull::kBlock,
+      [this](const DenseTask& task, const auto&) { work_on_dense_map(task); });
 }
 
 Slam::~Slam() = default;
 
-void Slam::hold(const MapContent& map, std::vector<AnchoredView> loaded) {
+/// Without poses: they are told where the camera is recognised.
+void Slam::hold(std::vector<AnchoredView> loaded) {
   for (AnchoredView& view : loaded) {
-    const Pose& T_world_anchor = map.keyframes[view.anchor.slot].T_world_camera;
-    dense_.add(loaded_views_.size(), std::move(view.view), T_world_anchor * view.T_anchor_camera);
-    loaded_views_.push_back({view.anchor, view.T_anchor_camera});
+    view_places_[loaded_views_] = {view.anchor, view.T_anchor_camera};
+    dense_.add(loaded_views_++, std::move(view.view));
   }
 }
 
@@ -146,11 +145,8 @@ std::optional<Pose> Slam::push(const RgbdFramePtr& image) {
     record(*map.found);
   }
   mapping_.push(newest_);
-  if (newest_->proposal && options_.dense_cloud && extend_) {
-    dense_stage_->push({image, mover_pixels(*frame, options_.dense.movers), newest_->T_world_camera,
-                        instances_.newest_found()});
-  }
   movers_.push(newest_);
+  show_dense_map(map);
   record(*newest_, tracking);
   return newest_->T_world_camera;
 }
@@ -172,6 +168,68 @@ void Slam::check(const RgbdFrame& frame) const {
                     frame.timestamp, records_.back().index, records_.back().timestamp),
         "Slam::push", "push frames in the order of their stamps, each once");
   }
+}
+
+/// Keyframes, now and then a frame between them, and that all has moved.
+void Slam::show_dense_map(const MapView& map) {
+  if (!options_.dense_cloud || !extend_) return;
+  DenseTask task;
+  if (!map.found || newest_->relocalised) task.moved = map.moved;
+  if (newest_->T_world_camera) add_frame(task);
+  if (task.image || task.moved) dense_stage_->push(std::move(task));
+}
+
+void Slam::add_frame(DenseTask& task) {
+  const Frame& frame = *newest_->frame;
+  const bool other_world = newest_->state == TrackState::kStarted || newest_->relocalised;
+  const bool keyframe = newest_->proposal.has_value();
+  const auto every = static_cast<std::size_t>(options_.dense.every);
+  const bool due = every > 0 && frame.index() >= last_dense_ + every;
+  const bool late = options_.schedule.realtime() && dense_stage_->waiting() > 2;
+  if (!keyframe && !other_world && (!due || late)) return;
+  last_dense_ = frame.index();
+  task.image = frame.image;
+  task.movers = mover_pixels(frame, options_.dense.movers);
+  task.T_world_camera = *newest_->T_world_camera;
+  task.place = {newest_->reference, newest_->T_reference_camera};
+  task.found = instances_.newest_found();
+  task.keyframe = keyframe;
+  task.other_world = other_world;
+}
+
+void Slam::work_on_dense_map(const DenseTask& task) {
+  if (task.other_world) dense_.leave_world();
+  if (task.moved) move_dense_map(*task.moved);
+  if (task.image) add_to_dense_map(task);
+}
+
+void Slam::add_to_dense_map(const DenseTask& task) {
+  Stopwatch watch;
+  const SegmentedFrame things = things_in(task.found, *task.image, options_);
+  dense_timing_.add("dense map: labels", watch.lap());
+  const std::uint64_t id = loaded_views_ + task.image->index;
+  if (task.keyframe) {
+    view_places_[id] = task.place;
+    dense_.add(id, *task.image, task.movers, task.T_world_camera, &things);
+    dense_timing_.add("dense map: keyframe", watch.lap());
+  } else {
+    if (dense_.add_if_new(id, *task.image, task.movers, task.T_world_camera, &things))
+      view_places_[id] = task.place;
+    dense_timing_.add("dense map: other frame", watch.lap());
+  }
+}
+
+void Slam::move_dense_map(const KeyframePoses& moved) {
+  const Stopwatch watch;
+  dense_.follow([&](std::uint64_t id) -> std::optional<Pose> {
+    ViewPlace place = view_places_.at(id);
+    const auto own = moved.made_of.find(id - loaded_views_);
+    if (id >= loaded_views_ && own != moved.made_of.end()) place = {own->second, Pose()};
+    const auto found = moved.T_world_camera.find(place.keyframe);
+    if (found == moved.T_world_camera.end()) return std::nullopt;
+    return found->second * place.T_keyframe_view;
+  });
+  dense_timing_.add("dense map: all placed anew", watch.milliseconds());
 }
 
 void Slam::record(const TrackedFrame& tracked, double milliseconds) {
@@ -240,32 +298,31 @@ void Slam::drop_brief_maps() {
   }
 }
 
-/// A view stands where the keyframe of its frame stands now, or the one that it was loaded with.
+/// A view stands where the keyframe of its frame stands now, else beside the one that its frame was
+/// tracked by, or that it was loaded with: beside that one's heir, where it was erased.
 std::optional<Slam::ViewPlace> Slam::place_of_view(std::uint64_t id) const {
-  const std::size_t loaded = loaded_views_.size();
-  ViewPlace place =
-      id < loaded ? loaded_views_[id] : ViewPlace{mapping_.keyframe_of(id - loaded), Pose()};
-  if (!place.keyframe.valid() || !mapping_.map().living(place.keyframe).valid())
-    return std::nullopt;
-  return place;
+  const KeyframeId own =
+      id < loaded_views_ ? KeyframeId{} : mapping_.keyframe_of(id - loaded_views_);
+  ViewPlace place = own.valid() ? ViewPlace{own, Pose()} : view_places_.at(id);
+  const Map& map = mapping_.map();
+  const KeyframeId living = map.living(place.keyframe);
+  if (!living.valid()) return std::nullopt;
+  if (living == place.keyframe) return place;
+  const Pose T_world_view = map.resolve(place.keyframe, place.T_keyframe_view);
+  return ViewPlace{living, map.at(living).T_world_camera.inverse() * T_world_view};
 }
 
-/// Where the dense map's keyframes are: those of the largest of the unconnected maps, since the
-/// others have worlds of their own, and must not be held against it.
-std::map<std::uint64_t, Pose> Slam::dense_poses() const {
+/// Those of the largest of the unconnected maps.
+ViewPoses Slam::dense_poses() const {
   const Map& map = mapping_.map();
-  std::map<std::uint32_t, std::map<std::uint64_t, Pose>> by_map;
+  std::map<std::uint32_t, ViewPoses> by_component;
   for (const auto& [id, view] : dense_.views()) {
     const auto place = place_of_view(id);
     if (!place) continue;
-    const std::uint32_t component = map.at(map.living(place->keyframe)).component;
-    by_map[component][id] = map.resolve(place->keyframe, place->T_keyframe_view);
+    const Keyframe& keyframe = map.at(place->keyframe);
+    by_component[keyframe.component][id] = keyframe.T_world_camera * place->T_keyframe_view;
   }
-  const auto smaller = [](const auto& a, const auto& b) {
-    return a.second.size() < b.second.size();
-  };
-  const auto largest = std::max_element(by_map.begin(), by_map.end(), smaller);
-  return largest == by_map.end() ? std::map<std::uint64_t, Pose>() : largest->second;
+  return largest_of(by_component);
 }
 
 SlamResult Slam::finish() {
@@ -297,11 +354,9 @@ SlamResult Slam::finish() {
   });
   result.mover_statistics = movers_.statistics();
   const Stopwatch watch;
-  result.dense_poses = dense_poses();
-  result.placed = dense_.place([&](std::uint64_t frame) -> std::optional<Pose> {
-    const auto found = result.dense_poses.find(frame);
-    return found == result.dense_poses.end() ? std::nullopt : std::optional(found->second);
-  });
+  const ViewPoses poses = dense_poses();
+  dense_.leave_world();  // the live cloud has done its work
+  result.placed = dense_.place(pose_lookup(poses));
   result.dense = cloud_of(result.placed, options_.dense.semantics);
   dense_timing_.add("dense composition", watch.milliseconds());
   result.dense_statistics = dense_.statistics();
@@ -328,10 +383,7 @@ SavedMap Slam::saved_map(const std::string& writer) const {
   for (const auto& [id, view] : dense_.views()) {
     const auto place = place_of_view(id);
     if (!place) continue;
-    const KeyframeId anchor = map.living(place->keyframe);
-    const Pose T_world_view = map.resolve(place->keyframe, place->T_keyframe_view);
-    saved.views.push_back(
-        {{number.at(anchor), 0}, map.at(anchor).T_world_camera.inverse() * T_world_view, *view});
+    saved.views.push_back({{number.at(place->keyframe), 0}, place->T_keyframe_view, *view});
   }
   return saved;
 }

@@ -8,6 +8,7 @@
 #include "stillmap/pipeline/mover_stream.hpp"
 #include "stillmap/pipeline/options.hpp"
 #include "stillmap/pipeline/saved_map.hpp"
+#include "stillmap/pipeline/saved_views.hpp"
 #include "stillmap/track/tracker.hpp"
 
 #include <map>
@@ -44,7 +45,6 @@ struct SlamResult {
   Trajectory keyframes;  ///< of this run, those still in the map
   ComposedCloud dense;   ///< static coloured cloud and the things in it, world frame
   PlacedMap placed;      ///< what the cloud was made of, for meshes and grids
-  std::map<std::uint64_t, Pose> dense_poses;  ///< T_world_camera of its views
   DenseStatistics dense_statistics;
   /// What moved, by id, in the trajectory's world; see MoverTracker.
   std::vector<MoverTrack> movers;
@@ -103,28 +103,37 @@ class Slam {
   SavedMap saved_map(const std::string& writer) const;
 
  private:
-  struct DenseTask {
-    RgbdFramePtr image;
-    cv::Mat1b movers;  // what moves, and what may
-    std::optional<Pose> T_world_camera;
-    FoundThings found;
-  };
-  struct Nothing {};
-  /// Where a view of the dense map stands.
+  /// Where a view of the dense map stands: beside a keyframe.
   struct ViewPlace {
-    KeyframeId keyframe;
+    KeyframeId keyframe;  // invalid for that of a frame that began a map
     Pose T_keyframe_view;
   };
+  struct DenseTask {
+    RgbdFramePtr image;  // null: nothing to be added
+    cv::Mat1b movers;    // what moves, and what may
+    Pose T_world_camera;
+    ViewPlace place;
+    FoundThings found;
+    bool keyframe = false;
+    bool other_world = false;  // than the frames before: another of the unconnected maps
+    std::shared_ptr<const KeyframePoses> moved;  // the live cloud is to follow
+  };
+  struct Nothing {};
 
-  void hold(const MapContent& map, std::vector<AnchoredView> loaded);
+  void hold(std::vector<AnchoredView> loaded);
   void check(const RgbdFrame& frame) const;
+  void show_dense_map(const MapView& map);
+  void add_frame(DenseTask& task);
+  void work_on_dense_map(const DenseTask& task);
+  void add_to_dense_map(const DenseTask& task);
+  void move_dense_map(const KeyframePoses& moved);
   void record(const TrackedFrame& tracked, double milliseconds);
   void record(const Placement& confirmed);
   std::optional<Pose> final_pose(const FrameRecord& record) const;
   KeyframeId reference_of(const FrameRecord& record) const;
   void drop_brief_maps();
   std::optional<ViewPlace> place_of_view(std::uint64_t id) const;
-  std::map<std::uint64_t, Pose> dense_poses() const;
+  ViewPoses dense_poses() const;
 
   const SlamOptions options_;
   const Camera camera_;
@@ -136,8 +145,10 @@ class Slam {
   Mapping mapping_;
   DenseMap dense_;
   MoverStream movers_;
-  std::vector<ViewPlace> loaded_views_;  // have the first ids in the dense map, frames follow
+  std::size_t loaded_views_ = 0;  // have the first ids in the dense map, frames follow
+  std::map<std::uint64_t, ViewPlace> view_places_;  // of the dense stage's thread until finish()
   TrackedFramePtr newest_;
+  std::size_t last_dense_ = 0;  // frame that the dense map was shown last
   std::vector<FrameRecord> records_;
   TimingRecorder timing_;
   TimingRecorder dense_timing_;  // of the dense stage's thread until finish()

@@ -26,9 +26,25 @@ void rod(MeshBuilder& to, const Transform& T, const Vector3f& a, const Vector3f&
   to.loft(local, rings, material, sides);
 }
 
+/// Names what is added while it lives.
+class Named {
+ public:
+  Named(MeshBuilder& to, const char* class_name)
+      : to_(to), first_(to.mesh().vertices.size()), class_name_(class_name) {}
+  ~Named() { to_.name_since(first_, class_name_); }
+  Named(const Named&) = delete;
+  Named& operator=(const Named&) = delete;
+
+ private:
+  MeshBuilder& to_;
+  std::size_t first_;
+  const char* class_name_;
+};
+
 }  // namespace
 
 void desk(MeshBuilder& to, Palette& palette, const Transform& T, float width, float depth) {
+  const Named named(to, "dining table");
   constexpr float kTop = 0.035F, kLeg = 0.05F;
   to.box(T * place(0, 0, kDeskHeight - kTop), {width, depth, kTop}, palette.oak);
   for (const float x : {-1.0F, 1.0F}) {
@@ -43,6 +59,7 @@ void desk(MeshBuilder& to, Palette& palette, const Transform& T, float width, fl
 }
 
 void monitor(MeshBuilder& to, Palette& palette, const Transform& T, int screen) {
+  const Named named(to, "tv");
   to.box(T, {0.24F, 0.18F, 0.015F}, palette.black);
   to.box(T * place(0, 0.03F, 0.015F), {0.06F, 0.03F, 0.16F}, palette.black);
   const Transform panel = tilted(T * place(0, 0, 0.12F), -4, Vector3f::UnitX());
@@ -56,6 +73,7 @@ void monitor(MeshBuilder& to, Palette& palette, const Transform& T, int screen) 
 }
 
 void keyboard(MeshBuilder& to, Palette& palette, const Transform& T) {
+  const Named named(to, "keyboard");
   BoxSkin skin(palette.black);
   skin.top = palette.keyboard;
   to.box(T, {0.44F, 0.14F, 0.02F}, skin);
@@ -63,6 +81,7 @@ void keyboard(MeshBuilder& to, Palette& palette, const Transform& T) {
 }
 
 void mug(MeshBuilder& to, Palette& palette, const Transform& T) {
+  const Named named(to, "cup");
   to.cylinder(T, 0.038F, 0.042F, 0.095F, palette.random.pick(palette.mugs), palette.soil, 16);
   to.box(T * place(0.052F, 0, 0.02F), {0.025F, 0.012F, 0.055F}, palette.white, false);
 }
@@ -84,6 +103,7 @@ void paper(MeshBuilder& to, Palette& palette, const Transform& T) {
 }
 
 void book_pile(MeshBuilder& to, Palette& palette, const Transform& T, int count) {
+  const Named named(to, "book");
   Random& random = palette.random;
   float z = 0;
   for (int i = 0; i < count; ++i) {
@@ -138,6 +158,7 @@ void pencil_cup(MeshBuilder& to, Palette& palette, const Transform& T) {
 }
 
 void office_chair(MeshBuilder& to, Palette& palette, const Transform& T, int fabric) {
+  const Named named(to, "chair");
   const Material& cloth =
       palette.fabrics[static_cast<std::size_t>(fabric) % palette.fabrics.size()];
   for (int i = 0; i < 5; ++i) {
@@ -205,6 +226,7 @@ void cabinet(MeshBuilder& to, Palette& palette, const Transform& T, const Vector
 }
 
 void plant(MeshBuilder& to, Palette& palette, const Transform& T, float height) {
+  const Named named(to, "potted plant");
   Random& random = palette.random;
   const float pot = 0.25F * height, radius = 0.13F * std::sqrt(height);
   to.cylinder(T, 0.75F * radius, radius, pot, random.pick(palette.pots), palette.soil);
@@ -251,6 +273,7 @@ void bin(MeshBuilder& to, Palette& palette, const Transform& T) {
 }
 
 void sofa(MeshBuilder& to, Palette& palette, const Transform& T, float width) {
+  const Named named(to, "couch");
   const Material& cloth = palette.fabrics[2];
   to.box(T * place(0, 0, 0.08F), {width, 0.8F, 0.32F}, cloth);
   to.box(T * place(0, 0.32F, 0.4F), {width, 0.18F, 0.4F}, cloth);

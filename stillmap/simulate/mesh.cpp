@@ -172,6 +172,14 @@ void MeshBuilder::patch(const Transform& T, std::span<const Vector3f> left,
   add_grid(1, rows, material.texture, true, first);
 }
 
+void MeshBuilder::name_since(std::size_t first, const char* class_name) {
+  NamedThing thing{class_name, {}};
+  for (std::size_t i = first; i < mesh_.vertices.size(); ++i) {
+    thing.box.extend(mesh_.vertices[i].position);
+  }
+  mesh_.things.push_back(thing);
+}
+
 void append_transformed(const Mesh& mesh, const Transform& T, std::uint8_t instance, Mesh& to) {
   const auto first = static_cast<std::uint32_t>(to.vertices.size());
   for (const Vertex& v : mesh.vertices) {

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -36,10 +37,17 @@ struct Occluder {
   Eigen::Vector3f half_size;  ///< metres
 };
 
+/// Where a thing of a class that networks know stands.
+struct NamedThing {
+  std::string class_name;   ///< COCO's
+  Eigen::AlignedBox3f box;  ///< around its vertices, along the world's axes [m]
+};
+
 struct Mesh {
   std::vector<Vertex> vertices;
   std::vector<Face> faces;
   std::vector<Occluder> occluders;
+  std::vector<NamedThing> things;
 };
 
 /// A texture and how it is laid on a face.
@@ -99,6 +107,9 @@ class MeshBuilder {
   float grid() const { return grid_; }
   /// Something that casts shadows only: a box centred on its frame.
   void occluder(const Transform& T_world_box, const Eigen::Vector3f& size);
+
+  /// All that was added since there were `first` vertices is a thing of this class.
+  void name_since(std::size_t first, const char* class_name);
 
   const Mesh& mesh() const { return mesh_; }
   Mesh take() { return std::move(mesh_); }

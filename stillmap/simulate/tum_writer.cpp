@@ -52,6 +52,16 @@ std::string mover_lines(const TruthFrame& truth) {
   return lines;
 }
 
+std::string thing_lines(const std::vector<simulate::NamedThing>& things) {
+  std::string lines = "class,min_x,min_y,min_z,max_x,max_y,max_z\n";
+  for (const simulate::NamedThing& thing : things) {
+    const auto &low = thing.box.min(), &high = thing.box.max();
+    lines += fmt::format("{},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f}\n", thing.class_name,
+                         low.x(), low.y(), low.z(), high.x(), high.y(), high.z());
+  }
+  return lines;
+}
+
 /// The text files that grow with every frame.
 struct Lists {
   std::string rgb = "# color images\n# timestamp filename\n";
@@ -100,6 +110,7 @@ void write_tum_layout(const SimulatedSequence& sequence, const std::filesystem::
   write_camera(folder / "camera.yaml", sequence.camera());
   write_trajectory(folder / "groundtruth.txt", sequence.trajectory());
   write_file(folder / "surface.ply", points_ply(surface.points()));
+  write_file(folder / "things.csv", thing_lines(sequence.scene().statics.things));
   lists.write(folder);
 }
 

@@ -22,7 +22,8 @@ namespace stillmap {
 /// - surface.ply: the static surface that was seen, a point per centimetre (world frame, metres);
 /// - truth_movers.csv: where every mover is in every frame (centroid of its surface, velocity, box;
 ///   world frame, metres, metres per second), how many pixels show it, what share of it lies
-///   between the picture's borders, and what share of it is not covered there either.
+///   between the picture's borders, and what share of it is not covered there either;
+/// - things.csv: which static things of COCO's classes stand where (boxes, world frame, metres).
 /// @param done called after each frame with the number of frames written so far; may be empty
 /// Throws Error that names the file if one cannot be written (folder not writable, disk full); the
 /// lists are written last, so that a sequence cut short has none.

@@ -1,0 +1,197 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Judges static maps by what a simulator knows; what `stillmap eval --cloud` does not tell.
+
+  scripts/judge_map.py walls RUN SEQUENCE    how thick the walls are that the camera saw on two visits
+  scripts/judge_map.py things RUN SEQUENCE   whether labels and objects are those of the things that stand there
+
+RUN is a folder that `stillmap run --out` wrote, SEQUENCE one of `stillmap simulate`. Needs numpy (build/venv has it).
+"""
+import argparse
+import csv
+import json
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+
+TYPES = {"float": "<f4", "double": "<f8", "uchar": "u1", "ushort": "<u2"}
+
+
+def read_ply(file):
+    """Vertices of a binary PLY as a structured array, and its header."""
+    data = file.read_bytes()
+    begin = data.index(b"end_header\n") + len(b"end_header\n")
+    header, count, fields, in_vertices = data[:begin].decode(), 0, [], False
+    for line in header.splitlines():
+        words = line.split()
+        if words[0] == "element":
+            in_vertices = words[1] == "vertex"
+            count = int(words[2]) if in_vertices else count
+        elif words[0] == "property" and in_vertices:
+            fields.append((words[2], TYPES[words[1]]))
+    return np.frombuffer(data[begin:], np.dtype(fields), count), header
+
+
+def positions(vertices):
+    return np.stack([vertices[axis] for axis in "xyz"], 1).astype(float)
+
+
+def read_trajectory(file):
+    lines = file.read_text().splitlines()
+    return np.array([[float(x) for x in line.replace(",", " ").split()] for line in lines if line[:1] != "#"])
+
+
+def rotation(q):
+    x, y, z, w = q
+    return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+                     [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+                     [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
+
+
+def to_truth(run, sequence):
+    """R, t that bring the run's world onto the truth's: least squares over the camera's positions and axes."""
+    truth = {round(row[0], 3): row for row in read_trajectory(sequence / "groundtruth.txt")}
+    estimate = read_trajectory(run / "trajectory.txt")
+    pairs = [(truth[round(row[0], 3)], row) for row in estimate if round(row[0], 3) in truth]
+    if not pairs:
+        raise SystemExit("the run and the sequence share no time stamp")
+    ends = [[], []]  # positions, and points a metre along each axis: enough for a camera that only turns
+    for pair in pairs:
+        for side, row in zip(ends, pair):
+            side.extend([row[1:4], *(row[1:4] + rotation(row[4:8]).T)])
+    target, source = (np.array(side) for side in ends)
+    U, _, Vt = np.linalg.svd((target - target.mean(0)).T @ (source - source.mean(0)))
+    R = U @ np.diag([1, 1, np.linalg.det(U @ Vt)]) @ Vt
+    return R, target.mean(0) - R @ source.mean(0)
+
+
+class Points:
+    """Points, and which of them are near a place."""
+
+    def __init__(self, points, cell=0.15):
+        self.cell, keys = cell, self.keys(np.floor(points / cell))
+        self.order = np.argsort(keys, kind="stable")
+        self.points, self.sorted = points, keys[self.order]
+
+    @staticmethod
+    def keys(cells):
+        return ((cells + 5000) @ [10**10, 10**5, 1]).astype(np.int64)
+
+    def near(self, place, radius):
+        reach = np.arange(-int(np.ceil(radius / self.cell)), int(np.ceil(radius / self.cell)) + 1)
+        around = np.stack(np.meshgrid(reach, reach, reach), -1).reshape(-1, 3)
+        keys = self.keys(np.floor(place / self.cell) + around)
+        first, last = np.searchsorted(self.sorted, keys), np.searchsorted(self.sorted, keys + 1)
+        found = np.concatenate([self.order[a:b] for a, b in zip(first, last)])
+        points = self.points[found]
+        return points[np.linalg.norm(points - place, axis=1) < radius]
+
+    def along(self, place, normal, radius, reach=0.45):
+        """Signed distances along a normal of the points within a cylinder around it."""
+        offset = self.near(place, reach) - place
+        height = offset @ normal
+        return height[np.linalg.norm(offset - np.outer(height, normal), axis=1) < radius]
+
+
+def wall_patches(surface, spacing=0.4):
+    """Places with normals, a hand wide, where the true surface is a wall with nothing close before or behind it."""
+    index = Points(surface)
+    _, first = np.unique(Points.keys(np.floor(surface / spacing)), return_index=True)
+    for place in surface[np.sort(first)]:
+        patch = index.near(place, 0.15)
+        if len(patch) < 60:
+            continue
+        middle = patch.mean(0)
+        spread, axes = np.linalg.eigh(np.cov((patch - middle).T))
+        normal = axes[:, 0]  # z is up in a simulated world
+        if spread[0] < 0.003**2 and abs(normal[2]) < 0.2 and np.all(np.abs(index.along(middle, normal, 0.12)) < 0.02):
+            yield middle, normal
+
+
+def read_camera(sequence):
+    lines = (line.split(":") for line in (sequence / "camera.yaml").read_text().splitlines() if ":" in line)
+    return {name.strip(): float(value) for name, value in lines if name.strip() in ("fx", "fy", "cx", "cy", "width", "height")}
+
+
+def longest_absence(place, normal, trajectory, camera):
+    """Seconds between two visits: the longest time the place was out of view, from first to last seen."""
+    seen = []
+    for row in trajectory[::10]:
+        x, y, z = rotation(row[4:8]).T @ (place - row[1:4])
+        if not 0.5 < z < 3.5 or abs((row[1:4] - place) @ normal) < 0.3:
+            continue
+        u, v = camera["fx"] * x / z + camera["cx"], camera["fy"] * y / z + camera["cy"]
+        if 20 < u < camera["width"] - 20 and 20 < v < camera["height"] - 20:
+            seen.append(row[0])
+    return max(np.diff(seen), default=0)
+
+
+def judge_walls(run, sequence, absence=20):
+    R, t = to_truth(run, sequence)
+    cloud = Points(positions(read_ply(run / "cloud.ply")[0]) @ R.T + t)
+    camera, truth = read_camera(sequence), read_trajectory(sequence / "groundtruth.txt")
+    thickness = []
+    for place, normal in wall_patches(positions(read_ply(sequence / "surface.ply")[0])):
+        if longest_absence(place, normal, truth, camera) < absence:
+            continue
+        height = cloud.along(place, normal, 0.1)
+        if len(height) >= 40:
+            thickness.append(np.subtract(*np.percentile(height, [95, 5])))
+    if not thickness:
+        raise SystemExit("no wall was seen on two visits")
+    mm = 1000 * np.array(thickness)
+    print(f"{len(mm)} patches of walls seen again after {absence} s or more; 5 to 95 % of the points around each within "
+          f"(median) {np.median(mm):.0f} mm, (90 %) {np.percentile(mm, 90):.0f} mm, (worst) {mm.max():.0f} mm; "
+          f"thicker than 60 mm: {100 * np.mean(mm > 60):.1f} %")
+
+
+def read_things(sequence):
+    with open(sequence / "things.csv", newline="", encoding="utf-8") as lines:
+        return [(row["class"], *(np.array([float(row[f"{end}_{axis}"]) for axis in "xyz"]) for end in ("min", "max")))
+                for row in csv.DictReader(lines)]
+
+
+def inside(points, thing, margin):
+    return np.all((points > thing[1] - margin) & (points < thing[2] + margin), axis=-1)
+
+
+def judge_things(run, sequence):
+    R, t = to_truth(run, sequence)
+    things = read_things(sequence)
+    vertices, header = read_ply(run / "semantic.ply")
+    points, right, labelled = positions(vertices) @ R.T + t, 0, 0
+    for line in header.splitlines():
+        if not line.startswith("comment label "):
+            continue
+        number, name = line.split(maxsplit=3)[2:]
+        mine = points[vertices["label"] == int(number)]
+        good = np.zeros(len(mine), bool)
+        for thing in things:
+            good |= inside(mine, thing, 0.05) if thing[0] == name else False
+        print(f"{name:14} {len(mine):7} points, {100 * good.mean() if len(mine) else 0:5.1f} % at a true one")
+        right, labelled = right + good.sum(), labelled + len(mine)
+    print(f"{'all':14} {labelled:7} points, {100 * right / max(1, labelled):5.1f} %")
+    found = Counter()
+    for thing in json.loads((run / "objects.json").read_text())["objects"]:
+        center = R @ np.array(thing["center"]) + t
+        match = [i for i, true in enumerate(things) if true[0] == thing["class"] and inside(center, true, 0.15)]
+        found[match[0] if match else None] += 1
+    wrong = found.pop(None, 0)
+    print(f"{len(things)} true things: {len(found)} found, {sum(found.values()) - len(found)} of them doubled; "
+          f"{wrong} objects that are none")
+    print("found of each class:", ", ".join(
+        f"{name} {sum(things[i][0] == name for i in found)}/{count}" for name, count in Counter(c for c, *_ in things).items()))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("what", choices=["walls", "things"])
+    parser.add_argument("run", type=Path)
+    parser.add_argument("sequence", type=Path)
+    arguments = parser.parse_args()
+    {"walls": judge_walls, "things": judge_things}[arguments.what](arguments.run, arguments.sequence)
+
+
+if __name__ == "__main__":
+    main()

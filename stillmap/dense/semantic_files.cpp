@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/dense/semantic_files.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <map>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace stillmap {
+namespace {
+
+template <typename T>
+void append(std::string& bytes, const T& value) {
+  char raw[sizeof(T)];
+  std::memcpy(raw, &value, sizeof(T));
+  bytes.append(raw, sizeof(T));
+}
+
+/// A colour of full saturation, hue in turns.
+Rgb of_hue(double hue) {
+  const auto channel = [&](double shift) {
+    const double x = std::abs(std::fmod(hue + shift, 1.0) * 6 - 3) - 1;
+    return static_cast<std::uint8_t>(40 + 215 * std::clamp(x, 0.0, 1.0));
+  };
+  return {channel(1), channel(2.0 / 3), channel(1.0 / 3)};
+}
+
+/// Place of each object's class in class_colors(), by id.
+std::vector<std::size_t> labels_of(const SemanticMap& semantics,
+                                   const std::vector<ClassColor>& classes) {
+  std::vector<std::size_t> labels{classes.size()};
+  for (const StaticObject& object : semantics.objects) {
+    const auto found = std::find_if(classes.begin(), classes.end(), [&](const ClassColor& c) {
+      return c.class_name == object.class_name;
+    });
+    labels.push_back(static_cast<std::size_t>(found - classes.begin()));
+  }
+  return labels;
+}
+
+nlohmann::json triple(const Eigen::Vector3d& v) {
+  const auto rounded = [](double x) { return std::round(x * 1e4) / 1e4; };  // a tenth of a mm
+  return {rounded(v.x()), rounded(v.y()), rounded(v.z())};
+}
+
+}  // namespace
+
+std::vector<ClassColor> class_colors(const SemanticMap& semantics) {
+  std::map<std::string, ClassColor> classes;
+  for (const StaticObject& object : semantics.objects) {
+    ClassColor& entry = classes[object.class_name];
+    entry.class_name = object.class_name;
+    ++entry.objects;
+    entry.points += object.points;
+  }
+  std::vector<ClassColor> list;
+  for (const auto& [name, entry] : classes) {
+    list.push_back(entry);
+    list.back().color = of_hue(static_cast<double>(list.size() - 1) /
+                               static_cast<double>(std::max<std::size_t>(classes.size(), 1)));
+  }
+  return list;
+}
+
+Cloud colored_by_class(const Cloud& cloud, const SemanticMap& semantics) {
+  const std::vector<ClassColor> classes = class_colors(semantics);
+  const std::vector<std::size_t> labels = labels_of(semantics, classes);
+  Cloud colored = cloud;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const auto& [r, g, b] = cloud.colors[i];
+    const auto grey = static_cast<std::uint8_t>((r + 2 * g + b) / 4);
+    const std::size_t object = semantics.empty() ? 0 : semantics.object[i];
+    colored.colors[i] = object > 0 ? classes[labels[object]].color : Rgb{grey, grey, grey};
+  }
+  return colored;
+}
+
+std::string semantic_ply(const Cloud& cloud, const SemanticMap& semantics) {
+  const std::vector<ClassColor> classes = class_colors(semantics);
+  const std::vector<std::size_t> labels = labels_of(semantics, classes);
+  std::string bytes = "ply\nformat binary_little_endian 1.0\ncomment metres, world frame\n";
+  for (std::size_t i = 0; i < classes.size(); ++i) {
+    bytes += fmt::format("comment label {} {}\n", i + 1, classes[i].class_name);
+  }
+  bytes += fmt::format(
+      "element vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
+      "property uchar red\nproperty uchar green\nproperty uchar blue\n"
+      "property ushort object\nproperty uchar label\nproperty float confidence\nend_header\n",
+      cloud.size());
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    for (const float x : cloud.points[i]) append(bytes, x);
+    for (const std::uint8_t c : cloud.colors[i]) append(bytes, c);
+    const std::uint16_t object = semantics.empty() ? std::uint16_t{0} : semantics.object[i];
+    append(bytes, object);
+    append(bytes, static_cast<std::uint8_t>(object > 0 ? labels[object] + 1 : 0));
+    append(bytes, semantics.empty() ? 0.0F : semantics.confidence[i]);
+  }
+  return bytes;
+}
+
+cv::Mat legend_picture(const std::vector<ClassColor>& classes) {
+  constexpr int kLine = 30, kWidth = 420;
+  const int lines = static_cast<int>(classes.size());
+  cv::Mat picture(std::max(1, lines) * kLine + 10, kWidth, CV_8UC3, cv::Scalar(34, 27, 22));
+  for (int i = 0; i < lines; ++i) {
+    const ClassColor& entry = classes[static_cast<std::size_t>(i)];
+    const cv::Scalar color(entry.color[2], entry.color[1], entry.color[0]);
+    cv::rectangle(picture, cv::Rect(10, i * kLine + 10, 30, kLine - 10), color, cv::FILLED);
+    cv::putText(picture,
+                fmt::format("{}: {} object{}, {} points", entry.class_name, entry.objects,
+                            entry.objects == 1 ? "" : "s", entry.points),
+                {50, i * kLine + 26}, cv::FONT_HERSHEY_SIMPLEX, 0.5, cv::Scalar(230, 230, 230), 1,
+                cv::LINE_AA);
+  }
+  return picture;
+}
+
+nlohmann::json objects_json(const SemanticMap& semantics) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const StaticObject& object : semantics.objects) {
+    list.push_back(
+        {{"id", object.id},
+         {"class", object.class_name},
+         {"confidence", std::round(object.confidence * 1e3) / 1e3},
+         {"views", object.views},
+         {"visible", object.visible},
+         {"points", object.points},
+         {"center", triple(object.center)},
+         {"box", {{"min", triple(object.box.min())}, {"max", triple(object.box.max())}}}});
+  }
+  return {{"objects", list}};
+}
+
+}  // namespace stillmap

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/pipeline/saved_views.hpp"
+
+#include <algorithm>
+
+namespace stillmap {
+
+ViewPoses largest_of(const std::map<std::uint32_t, ViewPoses>& by_component) {
+  const auto smaller = [](const auto& a, const auto& b) {
+    return a.second.size() < b.second.size();
+  };
+  const auto largest = std::max_element(by_component.begin(), by_component.end(), smaller);
+  return largest == by_component.end() ? ViewPoses() : largest->second;
+}
+
+ViewPoses view_poses(const SavedMap& saved) {
+  std::map<std::uint32_t, ViewPoses> by_component;
+  for (std::size_t id = 0; id < saved.views.size(); ++id) {
+    const AnchoredView& view = saved.views[id];
+    const Keyframe& anchor = saved.map.keyframes[view.anchor.slot];
+    by_component[anchor.component][id] = anchor.T_world_camera * view.T_anchor_camera;
+  }
+  return largest_of(by_component);
+}
+
+PlacedMap place_views(const SavedMap& saved, const DenseOptions& options) {
+  DenseMap dense(saved.map.camera, options);
+  for (std::size_t id = 0; id < saved.views.size(); ++id) dense.add(id, saved.views[id].view);
+  const ViewPoses poses = view_poses(saved);
+  return dense.place(pose_lookup(poses));
+}
+
+}  // namespace stillmap
