@@ -109,13 +109,13 @@ void measure_speeds(const EvalArguments& arguments) {
 }
 
 /// How well the movers were tracked: movers.csv of the run against the true ones.
-MoverErrors mover_figures(const EvalArguments& arguments, const Trajectory& estimate,
-                          const Evaluation& evaluation) {
+MoverErrors mover_figures(const EvalArguments& arguments, const Trajectory& truth,
+                          const Trajectory& estimate) {
   const auto& [first, last] = std::minmax_element(
       estimate.begin(), estimate.end(),
       [](const StampedPose& a, const StampedPose& b) { return a.timestamp < b.timestamp; });
   return compare_movers(read_movers(arguments.movers[1]), read_movers(arguments.movers[0]),
-                        evaluation.ate.T_truth_estimate, first->timestamp, last->timestamp);
+                        align_poses(truth, estimate), first->timestamp, last->timestamp);
 }
 
 VerdictFigures verdict_figures(const EvalArguments& arguments) {
@@ -163,7 +163,7 @@ nlohmann::json judge_trajectory(const EvalArguments& arguments) {
     }
   }
   if (!arguments.movers.empty()) {
-    const MoverErrors errors = mover_figures(arguments, estimate, evaluation);
+    const MoverErrors errors = mover_figures(arguments, truth, estimate);
     fmt::print("{}", mover_error_text(errors));
     json["movers"] = errors;
   }

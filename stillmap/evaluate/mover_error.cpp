@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/evaluate/mover_error.hpp"
 
+#include "stillmap/base/error.hpp"
 #include "stillmap/geometry/assignment.hpp"
 #include "stillmap/geometry/association.hpp"
 
@@ -8,6 +9,7 @@
 #include <map>
 #include <set>
 
+#include <Eigen/SVD>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -66,6 +68,7 @@ class Comparison {
     errors_.false_tracks = ids_.size() - matched_ids_.size();
     errors_.position = compute_statistics(position_);
     errors_.position_shown = compute_statistics(shown_);
+    errors_.position_ground = compute_statistics(ground_);
     errors_.velocity = compute_statistics(velocity_);
     errors_.position_p95 = quantile(position_, 0.95);
     errors_.velocity_p95 = quantile(velocity_, 0.95);
@@ -149,6 +152,7 @@ class Comparison {
     if (before != id_of_.end() && before->second != estimate->id) ++errors_.switches;
     id_of_[truth.id] = estimate->id;
     position_.push_back(distance(truth, *estimate));
+    ground_.push_back((truth.centroid - estimate->centroid).head<2>().norm());
     if (truth.shown >= kWhole) shown_.push_back(position_.back());
     velocity_.push_back((truth.velocity - estimate->velocity).norm());
     right_class_ += truth.class_name == estimate->class_name ? 1U : 0U;
@@ -197,11 +201,35 @@ class Comparison {
   std::set<int> things_, ids_, matched_ids_;
   std::map<int, int> id_of_;  // thing: the id matched last
   std::map<std::pair<int, int>, std::size_t> together_;
-  std::vector<double> position_, shown_, velocity_;
+  std::vector<double> position_, shown_, ground_, velocity_;
   std::size_t right_class_ = 0, estimates_ = 0;
 };
 
 }  // namespace
+
+Pose align_poses(const Trajectory& truth, const Trajectory& estimate) {
+  const auto stamp = [](const StampedPose& pose) { return pose.timestamp; };
+  std::vector<double> true_stamps(truth.size()), stamps(estimate.size());
+  std::transform(truth.begin(), truth.end(), true_stamps.begin(), stamp);
+  std::transform(estimate.begin(), estimate.end(), stamps.begin(), stamp);
+  const auto pairs = associate(true_stamps, stamps);
+  if (pairs.empty()) {
+    throw Error("the true and the estimated poses have no stamp in common", "align_poses",
+                "check that both files are of one recording");
+  }
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (const auto& [i, j] : pairs) {
+    sum += truth[i].T_world_camera.rotation() * estimate[j].T_world_camera.rotation().transpose();
+  }
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Matrix3d U = svd.matrixU();
+  if ((U * svd.matrixV().transpose()).determinant() < 0) U.col(2) *= -1;
+  const Eigen::Matrix3d R = U * svd.matrixV().transpose();
+  Eigen::Vector3d t = Eigen::Vector3d::Zero();
+  for (const auto& [i, j] : pairs)
+    t += truth[i].T_world_camera.translation() - R * estimate[j].T_world_camera.translation();
+  return {R, t / static_cast<double>(pairs.size())};
+}
 
 MoverErrors compare_movers(const std::vector<MoverPosition>& truth,
                            const std::vector<MoverPosition>& estimate, const Pose& T_truth_estimate,
@@ -228,11 +256,11 @@ std::string mover_error_text(const MoverErrors& e) {
   std::string text = fmt::format(
       "movers: {} things in {} frames, {} tracks ({} false)\n"
       "  position error  median {:.3f}  p95 {:.3f}  mean {:.3f} m;  shown nearly whole: median "
-      "{:.3f} "
-      "m\n"
+      "{:.3f} m;  along the ground: median {:.3f} m\n"
       "  velocity error  median {:.3f}  p95 {:.3f}  mean {:.3f} m/s\n",
       e.things, e.frames, e.tracks, e.false_tracks, e.position.median, e.position_p95,
-      e.position.mean, e.position_shown.median, e.velocity.median, e.velocity_p95, e.velocity.mean);
+      e.position.mean, e.position_shown.median, e.position_ground.median, e.velocity.median,
+      e.velocity_p95, e.velocity.mean);
   return text +
          fmt::format(
              "  {} of {} found, {} missed, {} false, {} identity switches, class right {:.1f} %\n"
@@ -253,6 +281,7 @@ void to_json(nlohmann::json& json, const MoverErrors& e) {
           {"switches", e.switches},
           {"position_m", e.position},
           {"position_shown_m", e.position_shown},
+          {"position_ground_m", e.position_ground},
           {"position_p95_m", e.position_p95},
           {"velocity_m_s", e.velocity},
           {"velocity_p95_m_s", e.velocity_p95},

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/evaluate/statistics.hpp"
-#include "stillmap/geometry/pose.hpp"
+#include "stillmap/geometry/trajectory.hpp"
 
 #include <filesystem>
 #include <optional>
@@ -60,6 +60,7 @@ struct MoverErrors {
   std::size_t false_tracks = 0;  ///< ids that were never matched to anything
   Statistics position;           ///< |estimate - truth| over the matches [m]; its mean is MOTP
   Statistics position_shown;     ///< the same for things of which 80 % are shown [m]
+  Statistics position_ground;    ///< the same along the ground, the truth's world's x and y [m]
   Statistics velocity;           ///< |estimate - truth| over the matches [m/s]
   double position_p95 = 0, velocity_p95 = 0;  ///< [m], [m/s]
   /// Share of the matches at which the estimate's class is the truth's.
@@ -71,11 +72,17 @@ struct MoverErrors {
   double idf1 = 0;
 };
 
+/// The estimate's world to the truth's, from whole poses: the rotation is the chordal mean of
+/// R_truth R_estimate^T over the pairs (Hartley et al., Rotation Averaging, IJCV 2013,
+/// section 5.3), the translation the mean of what is left. Unlike an alignment of positions it is
+/// well defined for a camera that stands still or moves along a line. Throws Error where no stamps
+/// pair.
+Pose align_poses(const Trajectory& truth, const Trajectory& estimate);
+
 /// Compares tracks with the truth, frame by frame: a match of the frame before is kept while it is
 /// within `max_distance`; the rest is matched with the least sum of distances.
 ///
-/// @param T_truth_estimate the estimate's world to the truth's, as the trajectories' alignment
-/// gives
+/// @param T_truth_estimate the estimate's world to the truth's: see align_poses()
 /// @param first, last      stamps between which frames count [s]: those of the trajectory
 MoverErrors compare_movers(const std::vector<MoverPosition>& truth,
                            const std::vector<MoverPosition>& estimate, const Pose& T_truth_estimate,

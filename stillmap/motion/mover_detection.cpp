@@ -66,6 +66,24 @@ cv::Mat1b moving_cells(const Frame& frame) {
   return moves;
 }
 
+/// Cells within the mask of an instance that was measured to move, but that were themselves
+/// measured to stand: background that the mask takes in, 255. A share of `min_moving` of the
+/// instance's cells must have been measured to move, else it may be somebody who stands still.
+cv::Mat1b standing_within_instances(const cv::Mat1i& instance, const MotionEvidence& evidence,
+                                    const MoverDetectionOptions& options) {
+  cv::Mat1b standing(instance.size(), 0);
+  if (evidence.surface_measured.empty()) return standing;
+  double count = 0;
+  cv::minMaxLoc(instance, nullptr, &count);
+  for (int i = 0; i <= static_cast<int>(count); ++i) {
+    const cv::Mat1b within = instance == i;
+    const cv::Mat1b moving = within & (evidence.surface_measured < options.grow_below);
+    if (cv::countNonZero(moving) >= options.min_moving * cv::countNonZero(within))
+      standing |= within & (evidence.surface_measured > 0);
+  }
+  return standing;
+}
+
 /// What may belong to a mover.
 /// @param background 255 where a cell is known not to
 Grid make_grid(const Frame& frame, const cv::Mat1b& moves, const cv::Mat1b& background,
@@ -76,6 +94,7 @@ Grid make_grid(const Frame& frame, const cv::Mat1b& moves, const cv::Mat1b& back
             instance_of_cells(frame.instances, cells)};
   cv::Mat1b part = moves | (grid.instance != kNoInstance);
   if (!log_odds.empty()) part |= log_odds < options.grow_below;
+  part &= ~standing_within_instances(grid.instance, frame.evidence, options);
   const cv::Mat1b too_far = grid.depth > options.max_depth;
   grid.depth.setTo(0, ~part | background | too_far);
   return grid;
@@ -320,6 +339,51 @@ void outline(const Region& region, const Grid& grid, MoverDetection& detection) 
                       cells.br().y >= grid.depth.rows;
 }
 
+/// Whether a thing may go on beyond one of its cells: there the image ends, or something nearer
+/// is, if need be a few cells without a depth farther (the shadow of a structured light).
+bool goes_on_unseen(const Grid& grid, cv::Point cell, cv::Point step,
+                    const MoverDetectionOptions& options) {
+  constexpr int kShadow = 3;  // cells
+  const cv::Mat1f& depth = grid.cells.depth;
+  const cv::Rect image({0, 0}, depth.size());
+  const double here = depth(cell);
+  for (int i = 1; i <= kShadow; ++i) {
+    const cv::Point beyond = cell + i * step;
+    if (!image.contains(beyond)) return true;
+    const double there = depth(beyond);
+    if (there > 0) return there < here - options.jump - options.jump_growth * here * here;
+  }
+  return false;
+}
+
+/// Whether most of a region's last cells in a direction are not where the thing ends.
+bool hidden_towards(const Region& region, const Grid& grid, cv::Point step,
+                    const MoverDetectionOptions& options) {
+  std::map<int, cv::Point> last;  // by row or column
+  for (const cv::Point& cell : region.cells) {
+    const auto [found, first] = last.emplace(step.x != 0 ? cell.y : cell.x, cell);
+    if (!first && (cell - found->second).dot(step) > 0) found->second = cell;
+  }
+  const auto hidden = std::count_if(last.begin(), last.end(), [&](const auto& entry) {
+    return goes_on_unseen(grid, entry.second, step, options);
+  });
+  return 2 * static_cast<std::size_t>(hidden) > last.size();
+}
+
+void measure_spans(const Region& region, const Grid& grid, const Pose& T_world_camera,
+                   const MoverDetectionOptions& options, MoverDetection& detection) {
+  const Eigen::Vector3d extent = spread_of(region.points, options.trim).box.sizes();
+  const std::array<cv::Point, 2> steps{cv::Point(1, 0), cv::Point(0, 1)};
+  for (int axis = 0; axis < 2; ++axis) {
+    SeenSpan& span = detection.spans[static_cast<std::size_t>(axis)];
+    const cv::Point step = steps[static_cast<std::size_t>(axis)];
+    span = {T_world_camera.rotation().col(axis), extent(axis),
+            hidden_towards(region, grid, -step, options),
+            hidden_towards(region, grid, step, options)};
+    detection.cut_off |= span.low_hidden || span.high_hidden;
+  }
+}
+
 /// Share of a region's cells with cells of it on all four sides: little for a strip of background
 /// along something's outline. Beyond the image's border the region is taken to go on.
 double core_of(const Region& region, const Grid& grid) {
@@ -391,6 +455,7 @@ MoverDetections MoverDetector::detect(const Frame& frame, const Pose& T_world_ca
     place(region, grid, T_world_camera, options_, detection);
     name(region, grid, frame, detection);
     outline(region, grid, detection);
+    measure_spans(region, grid, T_world_camera, options_, detection);
     result.movers.push_back(std::move(detection));
   }
   remember({frame.timestamp(), T_world_camera.inverse(), frame.cells, moves});

@@ -5,6 +5,7 @@
 #include "stillmap/geometry/pose.hpp"
 #include "stillmap/motion/frame.hpp"
 
+#include <array>
 #include <deque>
 #include <string>
 #include <vector>
@@ -40,6 +41,15 @@ struct MoverDetectionOptions {
                   min_core)
 };
 
+/// A thing along one of the camera's axes (x to the right, y down), as far as it is seen.
+struct SeenSpan {
+  Eigen::Vector3d axis = Eigen::Vector3d::Zero();  ///< in the world, of length 1
+  double extent = 0;                               ///< of what is seen [m]
+  /// Whether it goes on unseen at its low and its high end: there most of it ends at the image's
+  /// border, or at something nearer.
+  bool low_hidden = false, high_hidden = false;
+};
+
 /// Something that moves, or might, as one frame shows it. Metres, world frame.
 struct MoverDetection {
   /// False for what is not sure to move: an instance that stands still (somebody who has stopped),
@@ -51,11 +61,13 @@ struct MoverDetection {
   Eigen::Vector3d surface_mean = Eigen::Vector3d::Zero();
   /// Where the thing's centroid is taken to be: see MoverDetector.
   Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
-  Eigen::AlignedBox3d surface;  ///< around the surface seen, along the world's axes
-  Eigen::AlignedBox3d box;      ///< the same, deepened away from the camera by what is not seen
-  int cells = 0;                ///< grid cells with depth
-  cv::Rect image_box;           ///< [pixels]
-  bool cut_off = false;         ///< the image's border may hide a part of it
+  Eigen::AlignedBox3d surface;    ///< around the surface seen, along the world's axes
+  Eigen::AlignedBox3d box;        ///< the same, deepened away from the camera by what is not seen
+  int cells = 0;                  ///< grid cells with depth
+  cv::Rect image_box;             ///< [pixels]
+  std::array<SeenSpan, 2> spans;  ///< along the camera's x and y axes
+  /// The image's border may hide a part of it, or something nearer does.
+  bool cut_off = false;
 };
 
 struct MoverDetections {
@@ -77,7 +89,8 @@ struct MoverDetections {
 ///
 /// An instance is one thing as far as its mask reaches (the largest piece of it, if there are
 /// several), whether or not all of it moves; if less than `min_moving` of it does, it is a
-/// detection that stands still.
+/// detection that stands still. What a mask takes in of the background around something that was
+/// measured to move is left out where it was measured to stand.
 ///
 /// What no instance covers must have come from elsewhere for it to be moving: its points are looked
 /// up in the views of the last seconds, and more of them must fall where nothing was than on a

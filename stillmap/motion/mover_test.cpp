@@ -103,6 +103,48 @@ TEST(MoverDetector, JoinsAPersonCutInTwoByATable) {
   EXPECT_THAT(stage.find().movers, SizeIs(1));
 }
 
+TEST(MoverDetector, KnowsAtWhichEndsAThingGoesOnUnseen) {
+  Stage stage;
+  stage.image->depth(cv::Rect(80, 140, 160, 40)).setTo(1.5F);  // a table before it
+  stage.image->depth(cv::Rect(140, 80, 40, 60)).setTo(2.5F);
+  Frame frame = stage.frame();
+  frame.evidence.moving_pixels = stage.image->depth == 2.5F;
+  frame.evidence.surface_log_odds = cv::Mat1f(frame.cells->size(), 1.0F);
+  MoverDetector detector;
+  const auto found = detector.detect(frame, Pose(so3_exp({0, 0, 0.5}), {0, 0, 0})).movers;
+  ASSERT_THAT(found, SizeIs(1));
+  const SeenSpan &across = found[0].spans[0], &down = found[0].spans[1];
+  EXPECT_FALSE(across.low_hidden || across.high_hidden || down.low_hidden);
+  EXPECT_TRUE(down.high_hidden);
+  EXPECT_TRUE(found[0].cut_off);
+  EXPECT_NEAR(across.extent, 40 * 2.5 / 262.5, 0.05);
+  EXPECT_NEAR(down.extent, 60 * 2.5 / 262.5, 0.05);
+  EXPECT_LT((down.axis - so3_exp({0, 0, 0.5}) * Eigen::Vector3d::UnitY()).norm(), 1e-12);
+}
+
+TEST(MoverDetector, LeavesOutOfAMovingInstanceWhatWasMeasuredToStand) {
+  Stage stage;
+  stage.put({140, 60, 40, 120}, 2);
+  stage.image->depth(cv::Rect(180, 60, 20, 120)).setTo(2.05F);  // stands beside it, in its mask
+  stage.name({140, 60, 60, 120}, "person");
+  Frame frame = stage.frame();
+  frame.evidence.surface_measured = cv::Mat1f(frame.cells->size(), 2.0F);
+  frame.evidence
+      .surface_measured(cv::Rect(140 / kCellSide, 60 / kCellSide, 40 / kCellSide, 120 / kCellSide))
+      .setTo(-2);
+  frame.evidence.surface_log_odds = frame.evidence.surface_measured;
+  MoverDetector detector;
+  const auto found = detector.detect(frame, Pose()).movers;
+  ASSERT_THAT(found, SizeIs(1));
+  EXPECT_NEAR(found[0].surface_mean.x(), 0, 0.03);
+  frame.evidence.surface_measured.setTo(2);  // nothing of it moves: somebody who stands
+  frame.evidence.surface_log_odds = frame.evidence.surface_measured;
+  MoverDetector again;
+  const auto standing = again.detect(frame, Pose()).movers;
+  ASSERT_THAT(standing, SizeIs(1));
+  EXPECT_NEAR(standing[0].surface.sizes().x(), 60 * 2 / 262.5, 0.06);
+}
+
 TEST(MoverDetector, TakesTheClassAndConfidenceOfTheInstance) {
   Stage stage;
   stage.put({140, 60, 40, 120}, 2);
@@ -259,6 +301,30 @@ TEST(MoverTracker, SomethingHiddenForASecondIsFoundAgain) {
   ASSERT_THAT(tracks, SizeIs(1));
   EXPECT_THAT(tracks[0].samples, SizeIs(90));
   EXPECT_LT((tracks[0].samples[50].centroid - at(50).centroid).norm(), 0.1);
+}
+
+TEST(MoverTracker, SomebodyWhoWalksBehindATableDoesNotRise) {
+  MoverTracker tracker;
+  for (std::size_t i = 0; i < 90; ++i) {
+    const Eigen::Vector3d p(0.02 * static_cast<double>(i), 0, 3);
+    MoverDetection seen = detection(p);
+    seen.spans[0] = {Eigen::Vector3d::UnitX(), 0.4, false, false};
+    seen.spans[1] = {Eigen::Vector3d::UnitY(), 1.6, false, false};
+    if (i >= 45) {  // y is down: of 1.6 m the lower 0.8 are hidden
+      seen.spans[1] = {Eigen::Vector3d::UnitY(), 0.8, false, true};
+      seen.cut_off = true;
+      seen.centroid.y() -= 0.4;
+      seen.box.max().y() -= 0.8;
+      seen.surface = seen.box;
+    }
+    step(tracker, i, {seen});
+    if (i < 10) continue;
+    const std::vector<Mover> movers = tracker.current();
+    ASSERT_THAT(movers, SizeIs(1));
+    const MoverSample& now = movers[0].now;
+    EXPECT_LT((now.centroid - p).norm(), 0.05) << i;
+    EXPECT_NEAR(now.box.max().y(), 0.8, 0.05) << i;
+  }
 }
 
 TEST(MoverTracker, WhatStaysAwayEndsWhereItWasSeenLast) {

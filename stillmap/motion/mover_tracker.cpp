@@ -59,7 +59,7 @@ void MoverTracker::update(std::size_t frame_index, double timestamp, const Pose&
   for (std::size_t i = 0; i < detections.size(); ++i) {
     if (track_of[i] < 0) continue;
     const auto k = static_cast<std::size_t>(track_of[i]);
-    correct(tracks_[k], detections[i]);
+    correct(tracks_[k], completed(tracks_[k], detections[i]));
     seen[k] = &detections[i];
   }
   for (std::size_t k = 0; k < tracks_.size(); ++k) note(tracks_[k], seen[k]);
@@ -88,6 +88,27 @@ void MoverTracker::predict(Track& track, double timestamp) const {
   track.P = F * track.P * F.transpose() + options_.acceleration * Q;
 }
 
+/// The detection with what is hidden of it, as far as the track knows how far it goes on. Things of
+/// no class swing and turn, which changes their extent, so nothing is added to them.
+MoverDetection MoverTracker::completed(const Track& track, const MoverDetection& detection) const {
+  MoverDetection whole = detection;
+  if (track.class_name() == kUnknown) return whole;
+  bool all_known = true;
+  for (std::size_t i = 0; i < detection.spans.size(); ++i) {
+    const SeenSpan& span = detection.spans[i];
+    if (!span.low_hidden && !span.high_hidden) continue;
+    const bool known = track.extent[i] && span.low_hidden != span.high_hidden;
+    all_known &= known;
+    if (!known || *track.extent[i] <= span.extent) continue;
+    const Eigen::Vector3d unseen =
+        (span.high_hidden ? 1 : -1) * (*track.extent[i] - span.extent) * span.axis;
+    whole.centroid += unseen / 2;
+    whole.box.extend(whole.box.translated(unseen));
+  }
+  whole.cut_off &= !all_known;
+  return whole;
+}
+
 /// Infinite where the two cannot be the same.
 double MoverTracker::cost(const Track& track, const MoverDetection& detection) const {
   constexpr double kNever = std::numeric_limits<double>::infinity();
@@ -109,8 +130,9 @@ std::vector<int> MoverTracker::assigned_tracks(
   Eigen::MatrixXd costs(rows, columns);
   for (Eigen::Index i = 0; i < rows; ++i) {
     for (Eigen::Index k = 0; k < columns; ++k) {
-      costs(i, k) = std::min(kForbidden, cost(tracks_[static_cast<std::size_t>(k)],
-                                              detections[static_cast<std::size_t>(i)]));
+      const Track& track = tracks_[static_cast<std::size_t>(k)];
+      const MoverDetection& detection = detections[static_cast<std::size_t>(i)];
+      costs(i, k) = std::min(kForbidden, cost(track, completed(track, detection)));
     }
   }
   std::vector<int> track_of = assign(costs);
@@ -134,6 +156,12 @@ void MoverTracker::observe(Track& track, const MoverDetection& detection) const 
   ++track.detections;
   if (detection.class_name != kUnknown)
     track.votes[detection.class_name] += detection.class_confidence;
+  for (std::size_t i = 0; i < detection.spans.size(); ++i) {
+    const SeenSpan& span = detection.spans[i];
+    if (span.low_hidden || span.high_hidden) continue;
+    const double before = track.extent[i].value_or(span.extent);
+    track.extent[i] = options_.remembering * before + (1 - options_.remembering) * span.extent;
+  }
   track.box_offset = detection.box.translated(-track.p);
   track.surface_offset = detection.surface.translated(-track.p);
 }

@@ -4,6 +4,7 @@
 #include "stillmap/geometry/pose.hpp"
 #include "stillmap/motion/mover_detection.hpp"
 
+#include <array>
 #include <functional>
 #include <map>
 #include <optional>
@@ -22,12 +23,13 @@ struct MoverTrackerOptions {
   double gate = 16.3;  ///< squared Mahalanobis distance: 99.9 % of a chi-square with 3 freedoms
   double reach = 0.8;  ///< metres beyond which nothing is taken for the same thing, gate or no gate
   int births = 3;      ///< detections in a row that make a track
-  double survival = 1.5;   ///< seconds that a track lives without a detection
-  double slowing = 0.7;    ///< seconds in which an unseen thing's velocity falls to 37 %
-  double fragment = 0.15;  ///< a detection this near a track's box starts no track [m]
-  int merge_after = 8;     ///< frames in a row that one track lies in another's box: they are one
+  double survival = 1.5;     ///< seconds that a track lives without a detection
+  double remembering = 0.9;  ///< share of a thing's remembered extent that one more look leaves
+  double slowing = 0.7;      ///< seconds in which an unseen thing's velocity falls to 37 %
+  double fragment = 0.15;    ///< a detection this near a track's box starts no track [m]
+  int merge_after = 8;       ///< frames in a row that one track lies in another's box: they are one
   STILLMAP_FIELDS(acceleration, position_noise, cut_off_noise, initial_speed, gate, reach, births,
-                  survival, slowing, fragment, merge_after)
+                  survival, remembering, slowing, fragment, merge_after)
 };
 
 /// A mover in one frame. Metres, metres per second, world frame.
@@ -68,6 +70,11 @@ struct MoverTrack {
 /// the log-determinant of its covariance) within a gate. A person is never taken for a chair, but
 /// something unknown may turn out to be a person.
 ///
+/// Where something nearer, or the image's border, hides one end of somebody (or something of a
+/// known class) that was seen from end to end before, the remembered extent tells how far it goes
+/// on: the centroid and the box are completed by that (somebody who walks behind a table does not
+/// rise by half a leg).
+///
 /// A track is born by `births` detections in a row that move; detections that stand still keep it
 /// alive: somebody who stops stays a track, his velocity near zero, as long as an instance shows
 /// him. (What stops without a network to know it has no detections any more; it becomes part of
@@ -101,6 +108,8 @@ class MoverTracker {
     Eigen::Vector3d p, v;
     Eigen::Matrix2d P;  ///< covariance of position and velocity along any axis
     Eigen::AlignedBox3d box_offset, surface_offset;  ///< relative to p
+    std::array<std::optional<double>, 2> extent;  ///< across and along the camera's y axis, where
+                                                  ///< it was seen from end to end [m]
     int detections = 0;
     std::map<std::string, double> votes;  ///< class: sum of confidences
     std::vector<MoverSample> samples;
@@ -112,6 +121,7 @@ class MoverTracker {
 
   void predict(Track& track, double timestamp) const;
   std::vector<int> assigned_tracks(const std::vector<MoverDetection>& detections) const;
+  MoverDetection completed(const Track& track, const MoverDetection& detection) const;
   double cost(const Track& track, const MoverDetection& detection) const;
   void correct(Track& track, const MoverDetection& detection) const;
   void observe(Track& track, const MoverDetection& detection) const;
