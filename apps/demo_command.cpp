@@ -34,18 +34,18 @@ fs::path render(const DemoArguments& arguments) {
   return folder;
 }
 
-/// Maps the rendered sequence as `stillmap run` would.
+/// Maps the rendered sequence as `stillmap run` would: `seg-mask` with a network, or the rendered
+/// masks in its place; `fused` with the network if there is one, else by geometry alone.
 SessionReport map(const DemoArguments& arguments, const fs::path& folder,
                   const std::string& preset) {
   const SequencePaths paths = find_sequence(folder);
   Session session;
   session.sequence = "demo, preset " + preset;
   session.options.motion.preset = preset;
-  if (preset != "static") {
-    (arguments.model.empty() ? session.options.segment.masks : session.options.segment.model) =
-        arguments.model.empty() ? paths.masks.string() : arguments.model;
-    session.detector = make_detector(session.options.segment);
-  }
+  if (preset != "static") session.options.segment.model = arguments.model;
+  if (preset == "seg-mask" && arguments.model.empty())
+    session.options.segment.masks = paths.masks.string();
+  session.detector = make_detector(session.options.segment);
   auto source = std::make_unique<TumFolder>(paths, load_camera(paths.camera.string()));
   session.total_frames = source->size();
   session.source = std::move(source);
@@ -62,19 +62,19 @@ int run(const DemoArguments& arguments) {
   const Trajectory truth = read_trajectory(folder / "groundtruth.txt");
   std::vector<RecordedRun> runs;
   int step = 2;
-  for (const char* preset : {"static", "seg-mask"}) {
+  for (const char* preset : {"static", "seg-mask", "fused"}) {
     fmt::print("\n{}. Mapped with preset {}\n", step++, preset);
     SessionReport report = map(arguments, folder, preset);
     if (report.interrupted) return kInterrupted;
     runs.push_back({preset, "demo", report.result.trajectory, truth,
                     static_cast<std::size_t>(arguments.frames)});
   }
-  fmt::print("\n4. Side by side\n");
+  fmt::print("\n{}. Side by side\n", step);
   const Comparison comparison = compare_runs(runs);
   const fs::path picture = fs::path(arguments.out) / "comparison.png";
   write_comparison_picture(picture, comparison);
   fmt::print("{}\nwritten:\n  {}\nSee {}\n", comparison_text(comparison), picture.string(),
-             (fs::path(arguments.out) / "seg-mask" / "report.html").string());
+             (fs::path(arguments.out) / "fused" / "report.html").string());
   return kSuccess;
 }
 
@@ -83,12 +83,13 @@ int run(const DemoArguments& arguments) {
 void add_demo_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<DemoArguments>();
   CLI::App* command = app.add_subcommand(
-      "demo",
-      "render a scene with people walking about, map it with and without masks, and compare");
+      "demo", "render a scene with people walking about, map it with three presets, and compare");
   command->add_option("--out", arguments->out, "folder for everything")->capture_default_str();
   command->add_option("--frames", arguments->frames, "frames to render")->capture_default_str();
-  command->add_option("--model", arguments->model,
-                      "network (.onnx) that finds people; default: the rendered masks");
+  command->add_option(
+      "--model", arguments->model,
+      "network (.onnx) that finds people; default: for seg-mask the rendered masks, for fused "
+      "none at all");
   command->footer("Example:\n  stillmap demo --out /tmp/demo");
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }
