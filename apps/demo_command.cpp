@@ -34,18 +34,18 @@ fs::path render(const DemoArguments& arguments) {
   return folder;
 }
 
-/// Maps the rendered sequence as `stillmap run` would: `seg-mask` with a network, or the rendered
-/// masks in its place; `fused` with the network if there is one, else by geometry alone.
+/// Maps the rendered sequence as `stillmap run` would; the rendered masks stand for a network.
 SessionReport map(const DemoArguments& arguments, const fs::path& folder,
                   const std::string& preset) {
   const SequencePaths paths = find_sequence(folder);
   Session session;
   session.sequence = "demo, preset " + preset;
   session.options.motion.preset = preset;
-  if (preset != "static") session.options.segment.model = arguments.model;
-  if (preset == "seg-mask" && arguments.model.empty())
-    session.options.segment.masks = paths.masks.string();
-  session.detector = make_detector(session.options.segment);
+  if (preset != "static") {
+    (arguments.model.empty() ? session.options.segment.masks : session.options.segment.model) =
+        arguments.model.empty() ? paths.masks.string() : arguments.model;
+    session.detector = make_detector(session.options.segment);
+  }
   auto source = std::make_unique<TumFolder>(paths, load_camera(paths.camera.string()));
   session.total_frames = source->size();
   session.source = std::move(source);
@@ -86,10 +86,8 @@ void add_demo_command(CLI::App& app, int& exit_code) {
       "demo", "render a scene with people walking about, map it with three presets, and compare");
   command->add_option("--out", arguments->out, "folder for everything")->capture_default_str();
   command->add_option("--frames", arguments->frames, "frames to render")->capture_default_str();
-  command->add_option(
-      "--model", arguments->model,
-      "network (.onnx) that finds people; default: for seg-mask the rendered masks, for fused "
-      "none at all");
+  command->add_option("--model", arguments->model,
+                      "network (.onnx) that finds people; default: the rendered masks");
   command->footer("Example:\n  stillmap demo --out /tmp/demo");
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }
