@@ -51,7 +51,7 @@ def figures(arguments, sequence, frames):
     call(arguments.program, "run", sequence, "--count", frames, "--out", out)
     summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
     stages = {stage["name"]: stage for stage in summary["timing_ms"]}
-    ate = next(v for k, v in summary["evaluation"]["ate"]["translation"].items() if k.startswith("rmse"))
+    ate = summary["evaluation"]["ate"]["translation_m"]["rmse"]
     return [summary["keyframes"], summary["landmarks"], f"{summary['peak_memory_mib']:.0f}",
             f"{stages['tracking']['median_ms']:.2f}", f"{stages['map refinement']['median_ms']:.1f}",
             len(summary["loops"]), f"{summary['frames']['tracked']}/{frames}", f"{ate:.4f}"]

@@ -162,7 +162,7 @@ void report_queries(const std::vector<View>& views) {
   }
   fmt::print("  queries: {}, {} have an answer; relative score: precision, recall\n   ",
              answers.size(), answerable_ones);
-  for (const double least : {0.0, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8}) {
+  for (const double least : {0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.2}) {
     int given = 0, right = 0;
     for (const Answer& a : answers) {
       given += a.score >= least;

@@ -90,7 +90,7 @@ RgbdFramePtr stamped(const RgbdFrame& frame, std::size_t index, bool dark) {
 struct Judged {
   std::optional<std::size_t> frames;  ///< with light until there was a pose
   bool relocalised = false;
-  double metres = 0;  ///< largest error of a pose, where it is known
+  double metres = 0;  ///< largest error of a pose, from where it was recognised
 };
 
 /// Estimates and the truth, by frame as pushed.
@@ -98,26 +98,19 @@ struct Judge {
   std::map<std::size_t, Pose> estimate;
   std::vector<std::optional<Pose>> truth;  ///< none while it was covered
 
-  /// Of the frames mapped before, the one that was taken nearest by.
-  std::size_t mapped_nearest(const Pose& T_world_camera, std::size_t before) const {
-    constexpr double kMetresPerRadian = 1;
-    std::size_t nearest = 0;
-    double best = 1e9;
-    for (const auto& [frame, pose] : estimate) {
-      if (frame >= before) break;
-      const Pose apart = truth[frame]->inverse() * T_world_camera;
-      const double distance = apart.translation().norm() + kMetresPerRadian * apart.angle();
-      if (distance < best) best = distance, nearest = frame;
-    }
-    return nearest;
-  }
-
-  /// How far a frame is from where it should be beside the frames mapped before a visit [m].
+  /// How far a frame is from where it should be beside those mapped before a visit, in whichever of
+  /// the maps that were taken nearby agrees best [m].
   double error(std::size_t frame, std::size_t visited_from) const {
-    const std::size_t beside = mapped_nearest(*truth[frame], visited_from);
-    const Pose expected = truth[beside]->inverse() * *truth[frame];
-    const Pose found = estimate.at(beside).inverse() * estimate.at(frame);
-    return (expected.translation() - found.translation()).norm();
+    constexpr double kNearby = 3, kAlike = 1;  // metres, radians
+    double least = 1e9;
+    for (const auto& [other, pose] : estimate) {
+      if (other >= visited_from) break;
+      const Pose expected = truth[other]->inverse() * *truth[frame];
+      if (expected.translation().norm() > kNearby || expected.angle() > kAlike) continue;
+      const Pose found = pose.inverse() * estimate.at(frame);
+      least = std::min(least, (expected.translation() - found.translation()).norm());
+    }
+    return least;
   }
 };
 
@@ -128,7 +121,7 @@ Judged judge(const Visit& visit, const SlamResult& result, const Judge& by) {
     judged.relocalised |= result.frames[frame].relocalised;
     if (!by.estimate.contains(frame)) continue;
     if (!judged.frames) judged.frames = i;
-    judged.metres = std::max(judged.metres, by.error(frame, visit.first));
+    if (judged.relocalised) judged.metres = std::max(judged.metres, by.error(frame, visit.first));
   }
   return judged;
 }

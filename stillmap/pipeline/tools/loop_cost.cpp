@@ -2,14 +2,15 @@
 /// What closing loops gains, and what it costs:
 ///
 ///     ninja -C build/release stillmap_loop_cost
-///     build/release/rooms/pipeline/stillmap_loop_cost SEQUENCE [--runs N] [--out DIR]
+///     build/release/rooms/pipeline/stillmap_loop_cost SEQUENCE [--lockstep N] [--realtime N]
+///                                                     [--out DIR]
 ///
-/// A sequence with ground truth is mapped without and with loop closing, in lockstep; then N times
-/// (3) each in turn as if it came from a camera. Printed: ATE and coverage; for every loop or merge
-/// what was moved, and the milliseconds for the pose graph, for all that the map's thread did then,
-/// and for the adjustment of the whole in its own thread; and the 95th percentile of tracking's
-/// milliseconds in the frames that came while that went on, beside the same frames' without loops.
-/// DIR gets the lockstep trajectories.
+/// A sequence with ground truth is mapped without and with loop closing, by turns: N times (1) in
+/// lockstep, which is as fast as it goes, and N times (3) as if it came from a camera. Printed: ATE
+/// and coverage; for every loop or merge what was moved, and the milliseconds for the pose graph,
+/// for all that the map's thread did then, and for the adjustment of the whole in its own thread;
+/// and the 95th percentile of tracking's milliseconds in the frames that came while that went on,
+/// beside the same frames' without loops. DIR gets the trajectories of the last runs.
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/evaluate/statistics.hpp"
@@ -30,7 +31,7 @@ namespace {
 
 struct Arguments {
   std::string sequence, out;
-  int runs = 3;
+  int lockstep = 1, realtime = 3;  ///< runs
 };
 
 struct Run {
@@ -95,18 +96,23 @@ void print(const char* what, const Run& run) {
   }
 }
 
-/// Milliseconds of the frames from a loop's keyframe until the adjustment was done.
-std::vector<double> tracking_beside(const Run& closed, const Run& measured) {
+/// The frames from a loop's keyframe until the adjustment was done, or in lockstep taken in.
+bool was_beside(const Closing& c, std::size_t frame, double fps, bool realtime) {
   constexpr double kRefining = 150;  // ms from the keyframe to the loop, and from there to the copy
+  if (frame < c.event.frame_index) return false;
+  const auto since = static_cast<double>(frame - c.event.frame_index);
+  if (!realtime) return since <= ScheduleOptions{}.global_delay;
+  return since <= (kRefining + c.event.milliseconds + c.adjustment_ms) / 1000 * fps;
+}
+
+/// Tracking's milliseconds in the frames that came while loops were closed in the run `closed`.
+std::vector<double> tracking_beside(const Run& closed, const Run& measured, bool realtime) {
+  const auto all = closings(closed.result);
   std::vector<double> milliseconds;
   for (const FrameRecord& frame : measured.result.frames) {
     const auto beside = [&](const Closing& c) {
-      const double frames =
-          (kRefining + c.event.milliseconds + c.adjustment_ms) / 1000 * closed.fps;
-      const auto first = c.event.frame_index;
-      return frame.index >= first && static_cast<double>(frame.index - first) <= frames;
+      return was_beside(c, frame.index, closed.fps, realtime);
     };
-    const auto all = closings(closed.result);
     if (std::any_of(all.begin(), all.end(), beside)) milliseconds.push_back(frame.milliseconds);
   }
   return milliseconds;
@@ -117,43 +123,46 @@ void save(const Arguments& arguments, const char* name, const Run& run) {
     write_trajectory(std::filesystem::path(arguments.out) / name, run.result.trajectory);
 }
 
+void compare(const Arguments& arguments, bool realtime) {
+  std::vector<double> beside, alone;
+  const auto add = [](std::vector<double>& to, const std::vector<double>& more) {
+    to.insert(to.end(), more.begin(), more.end());
+  };
+  for (int i = 0; i < (realtime ? arguments.realtime : arguments.lockstep); ++i) {
+    const Run without = run(arguments, false, realtime);
+    print("without loops", without);
+    save(arguments, "without_loops.txt", without);
+    const Run with = run(arguments, true, realtime);
+    print("with loops", with);
+    save(arguments, "with_loops.txt", with);
+    add(beside, tracking_beside(with, with, realtime));
+    add(alone, tracking_beside(with, without, realtime));
+  }
+  if (alone.empty()) return;
+  const double p95 = quantile(beside, 0.95), p95_alone = quantile(alone, 0.95);
+  fmt::print(
+      "  tracking beside it: median {:.2f} ms, 95th percentile {:.2f} ms in {} frames; the same "
+      "without loops {:.2f} ms, {:.2f} ms in {} frames ({:+.0f} %)\n",
+      quantile(beside, 0.5), p95, beside.size(), quantile(alone, 0.5), p95_alone, alone.size(),
+      100 * (p95 / p95_alone - 1));
+}
+
 void measure(const Arguments& arguments) {
   if (!arguments.out.empty()) make_output_folder(arguments.out);
-  const Run open = run(arguments, false, false);
-  print("lockstep, without loops", open);
-  save(arguments, "without_loops.txt", open);
-  const Run closed = run(arguments, true, false);
-  print("lockstep, with loops", closed);
-  save(arguments, "with_loops.txt", closed);
-  std::vector<double> beside, alone;
-  for (int i = 0; i < arguments.runs; ++i) {
-    const Run without = run(arguments, false, true);
-    print("realtime, without loops", without);
-    const Run with = run(arguments, true, true);
-    print("realtime, with loops", with);
-    const auto with_ms = tracking_beside(with, with), without_ms = tracking_beside(with, without);
-    fmt::print(
-        "  tracking beside it, 95th percentile: {:.2f} ms; the same frames without loops "
-        "{:.2f} ms; all frames {:.2f} and {:.2f} ms\n",
-        quantile(with_ms, 0.95), quantile(without_ms, 0.95),
-        quantile(with.result.timing.samples("tracking"), 0.95),
-        quantile(without.result.timing.samples("tracking"), 0.95));
-    beside.insert(beside.end(), with_ms.begin(), with_ms.end());
-    alone.insert(alone.end(), without_ms.begin(), without_ms.end());
-  }
-  fmt::print(
-      "all runs: beside loops {:.2f} ms in {} frames, without {:.2f} ms in {} frames "
-      "({:+.0f} %)\n",
-      quantile(beside, 0.95), beside.size(), quantile(alone, 0.95), alone.size(),
-      100 * (quantile(beside, 0.95) / std::max(quantile(alone, 0.95), 1e-9) - 1));
+  if (arguments.realtime > 0) fmt::print("realtime\n");
+  compare(arguments, true);
+  if (arguments.lockstep > 0) fmt::print("lockstep\n");
+  compare(arguments, false);
 }
 
 Arguments parse(int argc, char** argv) {
   Arguments arguments;
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
-    if (word == "--runs" && i + 1 < argc) {
-      arguments.runs = std::stoi(argv[++i]);
+    if (word == "--lockstep" && i + 1 < argc) {
+      arguments.lockstep = std::stoi(argv[++i]);
+    } else if (word == "--realtime" && i + 1 < argc) {
+      arguments.realtime = std::stoi(argv[++i]);
     } else if (word == "--out" && i + 1 < argc) {
       arguments.out = argv[++i];
     } else {
