@@ -16,11 +16,18 @@ constexpr int kBits = 21;
 constexpr std::int64_t kBias = std::int64_t{1} << (kBits - 1);  // negatives sort below positives
 constexpr std::uint64_t kLowBits = (std::uint64_t{1} << kBits) - 1;
 
-// Fibonacci hashing (Knuth, The Art of Computer Programming 3, 6.4): the multiplier is 2^64 /
-// golden ratio.
+// The eight voxels of a cube two voxels wide lie side by side, since neighbours are asked for one
+// after the other; where the cubes lie is as good as random (finaliser of MurmurHash3, Appleby,
+// public domain).
+constexpr std::uint64_t kOdd = 1 | std::uint64_t{1} << kBits | std::uint64_t{1} << 2 * kBits;
+
 std::size_t hash(Voxel voxel, std::size_t slots) {
-  const std::uint64_t mixed = (voxel ^ voxel >> 32) * 0x9E3779B97F4A7C15U;
-  return static_cast<std::size_t>(mixed >> (64 - std::bit_width(slots - 1)));
+  std::uint64_t cube = voxel & ~kOdd;
+  cube = (cube ^ cube >> 33) * 0xFF51AFD7ED558CCDU;
+  cube = (cube ^ cube >> 33) * 0xC4CEB9FE1A85EC53U;
+  const std::uint64_t within =
+      (voxel & 1) | (voxel >> (kBits - 1) & 2) | (voxel >> (2 * kBits - 2) & 4);
+  return static_cast<std::size_t>(((cube ^ cube >> 33) << 3 | within) & (slots - 1));
 }
 
 }  // namespace
