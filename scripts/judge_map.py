@@ -110,8 +110,9 @@ def wall_patches(surface, spacing=0.4):
 
 
 def read_camera(sequence):
-    lines = (line.split(":") for line in (sequence / "camera.yaml").read_text().splitlines() if ":" in line)
-    return {name.strip(): float(value) for name, value in lines if name.strip() in ("fx", "fy", "cx", "cy", "width", "height")}
+    lines = (line.split("#")[0].split(":") for line in (sequence / "camera.yaml").read_text().splitlines())
+    values = {line[0].strip(): line[1] for line in lines if len(line) == 2}
+    return {name: float(values[name]) for name in ("fx", "fy", "cx", "cy", "width", "height")}
 
 
 def longest_absence(place, normal, trajectory, camera):
