@@ -94,19 +94,12 @@ int run(const DenseArguments& arguments) {
       cloud.keyframes, cloud.cloud.size(), cloud.voxels_removed, cloud.semantics.objects.size(),
       reading, watch.lap());
 
-  std::string failures;
-  const WriteOne write_one = [&](const auto& file, const auto& write) {
-    try {
-      write(file);
-      fmt::print("  {}\n", file.string());
-    } catch (const Error& e) {
-      failures += std::string(e.what()) + "\n";
-    }
-  };
-  fmt::print("written:\n");
+  ResultFiles files;
   write_dense(places.out, cloud, placed, context_of(places, saved), options, arguments.wishes,
-              write_one);
-  if (!failures.empty()) throw Error("not all results could be saved:\n" + failures, "", "");
+              files);
+  fmt::print("written:\n");
+  for (const fs::path& file : files.written()) fmt::print("  {}\n", file.string());
+  files.require_all();
   return kSuccess;
 }
 

@@ -40,34 +40,35 @@ cv::Mat before_and_after(const PlacedMap& placed, const Trajectory& trajectory,
 /// Writes the things in the cloud; their picture, with the legend in a corner.
 ReportImage write_semantics(const fs::path& out, const ComposedCloud& cloud,
                             const Trajectory& trajectory, const CloudView& view,
-                            const WriteOne& write_one) {
+                            ResultFiles& files) {
   const SemanticMap& things = cloud.semantics;
   const Cloud classes = colored_by_class(cloud.cloud, things);
   const cv::Mat legend = legend_picture(class_colors(things));
-  write_one(out / "semantic.ply",
-            [&](const fs::path& file) { write_file(file, semantic_ply(cloud.cloud, things)); });
-  write_one(out / "semantic_classes.ply", [&](const fs::path& file) { write_ply(file, classes); });
-  write_one(out / "semantic_legend.png", [&](const fs::path& file) { write_png(file, legend); });
-  write_one(out / "objects.json",
-            [&](const fs::path& file) { write_file(file, objects_json(things).dump(2) + "\n"); });
+  files.write(out / "semantic.ply",
+              [&](const fs::path& file) { write_file(file, semantic_ply(cloud.cloud, things)); });
+  files.write(out / "semantic_classes.ply",
+              [&](const fs::path& file) { write_ply(file, classes); });
+  files.write(out / "semantic_legend.png", [&](const fs::path& file) { write_png(file, legend); });
+  files.write(out / "objects.json",
+              [&](const fs::path& file) { write_file(file, objects_json(things).dump(2) + "\n"); });
   cv::Mat picture = picture_of(classes, trajectory, view);
   const cv::Rect corner(0, 0, std::min(legend.cols, picture.cols),
                         std::min(legend.rows, picture.rows));
   legend(corner).copyTo(picture(corner));
-  write_one(out / "semantic.png", [&](const fs::path& file) { write_png(file, picture); });
+  files.write(out / "semantic.png", [&](const fs::path& file) { write_png(file, picture); });
   return {picture, fmt::format("{} static things of {} classes", things.objects.size(),
                                class_colors(things).size())};
 }
 
 ReportImage write_meshes(const fs::path& out, const PlacedMap& placed, const Trajectory& trajectory,
                          const CloudView& view, const MeshOptions& options,
-                         const DenseWishes& wishes, const WriteOne& write_one) {
+                         const DenseWishes& wishes, ResultFiles& files) {
   const TriangleMesh mesh = make_mesh(placed, options);
   for (const std::string& format : wishes.mesh) {
-    write_one(out / ("mesh." + format), [&](const fs::path& file) { write_mesh(file, mesh); });
+    files.write(out / ("mesh." + format), [&](const fs::path& file) { write_mesh(file, mesh); });
   }
   const cv::Mat picture = picture_of(sampled(mesh, 0.25 * options.voxel), trajectory, view);
-  write_one(out / "mesh.png", [&](const fs::path& file) { write_png(file, picture); });
+  files.write(out / "mesh.png", [&](const fs::path& file) { write_png(file, picture); });
   return {picture, fmt::format("mesh of {} triangles, voxels of {} m", mesh.triangles.size(),
                                options.voxel)};
 }
@@ -80,7 +81,7 @@ Eigen::Vector3d upwards(const Trajectory& trajectory) {
 
 void write_planner(const fs::path& out, const ComposedCloud& cloud, const PlacedMap& placed,
                    const DenseContext& context, const OccupancyOptions& options,
-                   const WriteOne& write_one) {
+                   ResultFiles& files) {
   if (placed.views.empty()) return;
   const auto floor = find_floor(cloud.cloud.points, upwards(context.trajectory));
   if (!floor) {
@@ -90,16 +91,17 @@ void write_planner(const fs::path& out, const ComposedCloud& cloud, const Placed
   const Pose T_map_world = map_frame(*floor, placed.views.front().T_world_camera);
   const OccupiedSpace space = occupied_space(placed, T_map_world, options);
   const FloorPlan plan = floor_plan(space, options);
-  write_one(out / "octomap.bt",
-            [&](const fs::path& file) { write_file(file, octomap_bytes(space)); });
-  write_one(out / "grid.pgm", [&](const fs::path& file) { write_file(file, grid_pgm(plan.grid)); });
-  write_one(out / "grid.yaml", [&](const fs::path& file) {
+  files.write(out / "octomap.bt",
+              [&](const fs::path& file) { write_file(file, octomap_bytes(space)); });
+  files.write(out / "grid.pgm",
+              [&](const fs::path& file) { write_file(file, grid_pgm(plan.grid)); });
+  files.write(out / "grid.yaml", [&](const fs::path& file) {
     write_file(file, grid_yaml(plan.grid, "grid.pgm", T_map_world));
   });
-  write_one(out / "obstacles.json", [&](const fs::path& file) {
+  files.write(out / "obstacles.json", [&](const fs::path& file) {
     write_file(file, obstacles_json(plan, T_map_world).dump(2) + "\n");
   });
-  write_one(out / "obstacles.jsonl", [&](const fs::path& file) {
+  files.write(out / "obstacles.jsonl", [&](const fs::path& file) {
     write_file(file,
                obstacles_by_second(plan, T_map_world, context.trajectory, context.movers_jsonl));
   });
@@ -143,9 +145,9 @@ void check(const DenseWishes& wishes) {
 std::vector<ReportImage> write_dense(const fs::path& out, const ComposedCloud& cloud,
                                      const PlacedMap& placed, const DenseContext& context,
                                      const DenseOptions& options, const DenseWishes& wishes,
-                                     const WriteOne& write_one) {
-  write_one(out / "cloud.ply", [&](const fs::path& file) { write_ply(file, cloud.cloud); });
-  write_one(out / "cloud.pcd", [&](const fs::path& file) { write_pcd(file, cloud.cloud); });
+                                     ResultFiles& files) {
+  files.write(out / "cloud.ply", [&](const fs::path& file) { write_ply(file, cloud.cloud); });
+  files.write(out / "cloud.pcd", [&](const fs::path& file) { write_pcd(file, cloud.cloud); });
   std::vector<ReportImage> pictures;
   if (cloud.cloud.empty()) return pictures;
   const Trajectory& trajectory = context.trajectory;
@@ -155,20 +157,19 @@ std::vector<ReportImage> write_dense(const fs::path& out, const ComposedCloud& c
       {draw_cloud(span, trajectory, view),
        fmt::format("{} points, cameras drawn in; {} removed as others saw through them",
                    cloud.cloud.size(), cloud.voxels_removed)});
-  write_one(out / "cloud.png",
-            [&](const fs::path& file) { write_png(file, pictures.front().image); });
+  files.write(out / "cloud.png",
+              [&](const fs::path& file) { write_png(file, pictures.front().image); });
   pictures.push_back({before_and_after(placed, trajectory, view, pictures.front().image),
                       "all that was seen, and what is static of it"});
-  write_one(out / "cloud_before_after.png",
-            [&](const fs::path& file) { write_png(file, pictures.back().image); });
+  files.write(out / "cloud_before_after.png",
+              [&](const fs::path& file) { write_png(file, pictures.back().image); });
   if (!cloud.semantics.empty()) {
-    pictures.push_back(write_semantics(out, cloud, trajectory, view, write_one));
+    pictures.push_back(write_semantics(out, cloud, trajectory, view, files));
   }
   if (!wishes.mesh.empty()) {
-    pictures.push_back(
-        write_meshes(out, placed, trajectory, view, options.mesh, wishes, write_one));
+    pictures.push_back(write_meshes(out, placed, trajectory, view, options.mesh, wishes, files));
   }
-  if (wishes.planner) write_planner(out, cloud, placed, context, options.occupancy, write_one);
+  if (wishes.planner) write_planner(out, cloud, placed, context, options.occupancy, files);
   return pictures;
 }
 

@@ -5,10 +5,10 @@
 #include "stillmap/geometry/trajectory.hpp"
 
 #include <filesystem>
-#include <functional>
 #include <string>
 #include <vector>
 
+#include "result_files.hpp"
 #include <CLI/CLI.hpp>
 
 namespace stillmap {
@@ -29,11 +29,6 @@ std::string dense_files_help();
 /// Throws Error for an extension that no mesh is written in.
 void check(const DenseWishes& wishes);
 
-/// Writes one file, or collects why it could not be written.
-using WriteOne =
-    std::function<void(const std::filesystem::path& file,
-                       const std::function<void(const std::filesystem::path&)>& write)>;
-
 /// Throws Error if the file cannot be written.
 void write_png(const std::filesystem::path& file, const cv::Mat& picture);
 
@@ -45,11 +40,11 @@ struct DenseContext {
 
 /// Writes cloud.ply, cloud.pcd and what is wished for into a folder: semantic.ply,
 /// semantic_classes.ply, semantic_legend.png and objects.json where a network found things,
-/// mesh.*, and the planner's files. Each goes through `write_one`.
+/// mesh.*, and the planner's files. Each goes through `files`.
 /// @returns pictures of the cloud, the classes and the mesh, for the report
 std::vector<ReportImage> write_dense(const std::filesystem::path& out, const ComposedCloud& cloud,
                                      const PlacedMap& placed, const DenseContext& context,
                                      const DenseOptions& options, const DenseWishes& wishes,
-                                     const WriteOne& write_one);
+                                     ResultFiles& files);
 
 }  // namespace stillmap

@@ -326,73 +326,52 @@ ReportData report_data(const Outcome& o, const std::vector<ReportImage>& picture
   return report;
 }
 
-/// Writes one file; what cannot be written is told, and the others are still tried.
-template <typename Write>
-void write_one(const std::filesystem::path& file, std::vector<std::filesystem::path>& written,
-               std::string& failures, Write&& write) {
-  try {
-    write(file);
-    written.push_back(file);
-  } catch (const Error& e) {
-    failures += std::string(e.what()) + "\n";
-  }
-}
-
 /// The map that the user wants saved, and the one that `stillmap dense` works on.
-void write_maps(Outcome& o, const std::filesystem::path& out,
-                std::vector<std::filesystem::path>& files, std::string& failures) {
+void write_maps(Outcome& o, const std::filesystem::path& out, ResultFiles& files) {
   if (!o.map) return;
   if (!o.map->views.empty()) {
-    write_one(out / kRunMap, files, failures,
-              [&](const auto& file) { write_saved_map(file, *o.map); });
-    write_one(out / kRunOptions, files, failures,
-              [&](const auto& file) { write_file(file, options_yaml(o.options)); });
+    files.write(out / kRunMap, [&](const auto& file) { write_saved_map(file, *o.map); });
+    files.write(out / kRunOptions,
+                [&](const auto& file) { write_file(file, options_yaml(o.options)); });
   }
   if (o.maps.save.empty()) return;
-  SavedMap wanted = *o.map;
-  if (o.maps.slim) wanted.views.clear();
+  if (o.maps.slim) o.map->views.clear();
   const Stopwatch watch;
-  write_one(o.maps.save, files, failures, [&](const auto& file) { write_saved_map(file, wanted); });
+  files.write(o.maps.save, [&](const auto& file) { write_saved_map(file, *o.map); });
   o.saving_seconds = watch.milliseconds() / 1000;
 }
 
 std::vector<std::filesystem::path> write_files(Outcome& o, const std::filesystem::path& out) {
-  std::vector<std::filesystem::path> files;
-  std::string failures;
-  write_one(out / "trajectory.txt", files, failures,
-            [&](const auto& file) { write_trajectory(file, o.result.trajectory); });
-  write_one(out / "keyframes.txt", files, failures,
-            [&](const auto& file) { write_trajectory(file, o.result.keyframes); });
+  ResultFiles files;
+  files.write(out / "trajectory.txt",
+              [&](const auto& file) { write_trajectory(file, o.result.trajectory); });
+  files.write(out / "keyframes.txt",
+              [&](const auto& file) { write_trajectory(file, o.result.keyframes); });
   const std::string movers = movers_jsonl(o.result.movers);
   if (o.options.movers.enabled) {
-    write_one(out / "movers.csv", files, failures,
-              [&](const auto& file) { write_file(file, movers_csv(o.result.movers)); });
-    write_one(out / "movers.jsonl", files, failures,
-              [&](const auto& file) { write_file(file, movers); });
+    files.write(out / "movers.csv",
+                [&](const auto& file) { write_file(file, movers_csv(o.result.movers)); });
+    files.write(out / "movers.jsonl", [&](const auto& file) { write_file(file, movers); });
   }
   std::vector<ReportImage> pictures;
   if (o.options.dense_cloud) {
-    const WriteOne one = [&](const auto& file, const auto& write) {
-      write_one(file, files, failures, write);
-    };
     const DenseContext context{o.result.trajectory, movers};
-    pictures =
-        write_dense(out, o.result.dense, o.result.placed, context, o.options.dense, o.wishes, one);
+    pictures = write_dense(out, o.result.dense, o.result.placed, context, o.options.dense, o.wishes,
+                           files);
   }
-  write_maps(o, out, files, failures);
-  write_one(out / "timing.txt", files, failures,
-            [&](const auto& file) { write_file(file, timing_text(o.result.timing.stages())); });
-  write_one(out / "summary.json", files, failures,
-            [&](const auto& file) { write_file(file, summary(o).dump(2) + "\n"); });
+  write_maps(o, out, files);
+  files.write(out / "timing.txt",
+              [&](const auto& file) { write_file(file, timing_text(o.result.timing.stages())); });
+  files.write(out / "summary.json",
+              [&](const auto& file) { write_file(file, summary(o).dump(2) + "\n"); });
   const ReportData report = report_data(o, pictures);
   if (report.movers_picture) {
-    write_one(out / "movers.png", files, failures,
-              [&](const auto& file) { write_png(file, report.movers_picture->image); });
+    files.write(out / "movers.png",
+                [&](const auto& file) { write_png(file, report.movers_picture->image); });
   }
-  write_one(out / "report.html", files, failures,
-            [&](const auto& file) { write_report(file, report); });
-  if (!failures.empty()) throw Error("not all results could be saved:\n" + failures, "", "");
-  return files;
+  files.write(out / "report.html", [&](const auto& file) { write_report(file, report); });
+  files.require_all();
+  return files.written();
 }
 
 void print_outcome(const Outcome& o) {

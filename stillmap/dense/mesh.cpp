@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/dense/mesh.hpp"
 
+#include "stillmap/base/disjoint_sets.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 
@@ -9,7 +10,6 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <numeric>
 #include <string>
 
 #include <fmt/format.h>
@@ -143,32 +143,13 @@ std::string glb_bytes(const TriangleMesh& mesh) {
   return bytes + buffer;
 }
 
-/// Union of sets of numbers (Tarjan 1975, with path halving).
-class Unions {
- public:
-  explicit Unions(std::size_t n) : parent_(n) {
-    std::iota(parent_.begin(), parent_.end(), std::uint32_t{0});
-  }
-  std::uint32_t root(std::uint32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void join(std::uint32_t a, std::uint32_t b) {
-    a = root(a), b = root(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
-
 }  // namespace
 
 TriangleMesh without_specks(const TriangleMesh& mesh, std::size_t min_triangles) {
-  Unions parts(mesh.vertices.size());
+  DisjointSets parts(mesh.vertices.size());
   for (const auto& [a, b, c] : mesh.triangles) {
-    parts.join(a, b);
-    parts.join(b, c);
+    parts.unite(a, b);
+    parts.unite(b, c);
   }
   std::vector<std::size_t> size(mesh.vertices.size(), 0);
   for (const auto& triangle : mesh.triangles) ++size[parts.root(triangle[0])];

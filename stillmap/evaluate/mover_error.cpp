@@ -9,7 +9,6 @@
 #include <map>
 #include <set>
 
-#include <Eigen/SVD>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -221,10 +220,7 @@ Pose align_poses(const Trajectory& truth, const Trajectory& estimate) {
   for (const auto& [i, j] : pairs) {
     sum += truth[i].T_world_camera.rotation() * estimate[j].T_world_camera.rotation().transpose();
   }
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Matrix3d U = svd.matrixU();
-  if ((U * svd.matrixV().transpose()).determinant() < 0) U.col(2) *= -1;
-  const Eigen::Matrix3d R = U * svd.matrixV().transpose();
+  const Eigen::Matrix3d R = nearest_rotation(sum);
   Eigen::Vector3d t = Eigen::Vector3d::Zero();
   for (const auto& [i, j] : pairs)
     t += truth[i].T_world_camera.translation() - R * estimate[j].T_world_camera.translation();

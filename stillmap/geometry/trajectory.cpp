@@ -75,14 +75,18 @@ void write_trajectory(const std::filesystem::path& file, const Trajectory& traje
   write_file(file, text);
 }
 
+Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& W) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(W, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Vector3d signs(1, 1, 1);
+  if ((svd.matrixU() * svd.matrixV().transpose()).determinant() < 0) signs.z() = -1;
+  return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+}
+
 Pose align_points(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) {
   const Eigen::Vector3d mean_a = a.rowwise().mean();
   const Eigen::Vector3d mean_b = b.rowwise().mean();
-  const Eigen::Matrix3d W = (a.colwise() - mean_a) * (b.colwise() - mean_b).transpose();
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(W, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Vector3d signs(1, 1, 1);  // guards against a reflection
-  if ((svd.matrixU() * svd.matrixV().transpose()).determinant() < 0) signs.z() = -1;
-  const Eigen::Matrix3d R = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+  const Eigen::Matrix3d R =
+      nearest_rotation((a.colwise() - mean_a) * (b.colwise() - mean_b).transpose());
   return Pose(R, mean_a - R * mean_b);
 }
 

@@ -24,6 +24,11 @@ Trajectory read_trajectory(const std::filesystem::path& file);
 /// Error.
 void write_trajectory(const std::filesystem::path& file, const Trajectory& trajectory);
 
+/// The rotation R that makes trace(R^T W) largest: of W = sum a_i b_i^T the one that turns the b_i
+/// nearest to the a_i, of a sum of rotations their chordal mean. By the singular value
+/// decomposition, guarded against a reflection.
+Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& W);
+
 /// Least-squares rigid alignment (Umeyama 1991 without scale; Horn 1987): the T_a_b that minimises
 /// sum |a_i - T_a_b b_i|^2. Columns are points. Needs at least 3 points that are not on one line
 /// for a unique answer; otherwise the rotation is one of the minimisers.

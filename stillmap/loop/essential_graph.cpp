@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/loop/essential_graph.hpp"
 
+#include "stillmap/base/disjoint_sets.hpp"
+
 #include <algorithm>
-#include <numeric>
 #include <set>
 #include <tuple>
 
@@ -13,27 +14,6 @@ namespace {
 struct Link {
   std::uint32_t a, b;
   int shared;
-};
-
-/// Which keyframes hang together so far (disjoint sets, Tarjan 1975).
-class Parts {
- public:
-  explicit Parts(std::size_t count) : parent_(count) {
-    std::iota(parent_.begin(), parent_.end(), 0U);
-  }
-  /// False if both were of one part already.
-  bool join(std::uint32_t a, std::uint32_t b) {
-    const std::uint32_t root_a = root(a), root_b = root(b);
-    parent_[root_b] = root_a;
-    return root_a != root_b;
-  }
-
- private:
-  std::uint32_t root(std::uint32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  std::vector<std::uint32_t> parent_;
 };
 
 std::vector<Link> strongest_first(const Map& map, const std::vector<KeyframeId>& keyframes,
@@ -59,13 +39,13 @@ EssentialGraph::EssentialGraph(const Map& map, std::uint32_t component, int stro
     node_of_.emplace(id, static_cast<std::uint32_t>(T_world_keyframe_.size()));
     T_world_keyframe_.push_back(map.at(id).T_world_camera);
   }
-  Parts parts(keyframes_.size());
+  DisjointSets parts(keyframes_.size());
   for (const Link& link : strongest_first(map, keyframes_, node_of_)) {
-    if (parts.join(link.a, link.b) || link.shared >= strong) connect(link.a, link.b);
+    if (parts.unite(link.a, link.b) || link.shared >= strong) connect(link.a, link.b);
   }
   // Where no landmark leads on, the order of making does: those two were seen one after the other.
   for (std::uint32_t i = 1; i < keyframes_.size(); ++i) {
-    if (parts.join(i - 1, i)) connect(i - 1, i);
+    if (parts.unite(i - 1, i)) connect(i - 1, i);
   }
   for (const LoopEdge& loop : map.loops()) {
     if (node_of_.contains(loop.a) && node_of_.contains(loop.b)) connect(node(loop.a), node(loop.b));

@@ -71,6 +71,24 @@ class PlaceIndexTest : public ::testing::Test {
     return ids;
   }
 
+  struct IslandAndQuery {
+    KeyframeId island, query;
+  };
+  /// Three keyframes that hang together, the first most like the query.
+  IslandAndQuery add_island_and_query() {
+    const auto i1 = add({1, 2, 3, 4, 5, 30, 31, 32}), i2 = add({3, 4, 5, 6, 7, 33, 34, 35}),
+               i3 = add({1, 2, 3, 40, 41, 42, 43, 44});
+    share(i1, i2, 3);
+    share(i1, i3, 3);
+    return {i1, add({1, 2, 3, 4, 5, 6, 7, 8})};
+  }
+
+  /// All places but the keyframe itself.
+  std::vector<KeyframeId> places_like(KeyframeId query) const {
+    const std::vector<KeyframeId> self = {query};
+    return places(find_places(map_, index_, index_.find(query)->words, self, 0));
+  }
+
   Map map_{Camera{}, PyramidShape{}};
   PlaceIndex index_{known_words()};
 };
@@ -102,28 +120,16 @@ TEST_F(PlaceIndexTest, WhatWasErasedIsFoundNoMore) {
 
 TEST_F(PlaceIndexTest, AnIslandBeatsALonelyKeyframeOfHigherScore) {
   const auto lonely = add({1, 2, 3, 4, 5, 6, 20, 21});
-  const auto i1 = add({1, 2, 3, 4, 5, 30, 31, 32}), i2 = add({3, 4, 5, 6, 7, 33, 34, 35}),
-             i3 = add({1, 2, 3, 40, 41, 42, 43, 44});
-  share(i1, i2, 3);
-  share(i1, i3, 3);
-  const auto query = add({1, 2, 3, 4, 5, 6, 7, 8});
-  const std::vector<KeyframeId> self = {query};
-  const auto found = find_places(map_, index_, index_.find(query)->words, self, 0);
-  EXPECT_THAT(places(found), ElementsAre(i1));
-  EXPECT_GT(score(query, lonely), score(query, i1));
+  const auto [island, query] = add_island_and_query();
+  EXPECT_THAT(places_like(query), ElementsAre(island));
+  EXPECT_GT(score(query, lonely), score(query, island));
 }
 
 /// The same, but the lonely one is all there is of another map.
 TEST_F(PlaceIndexTest, AYoungMapsIslandNeedNotBeAsLargeAsAnOldOnes) {
   const auto lonely = add({1, 2, 3, 4, 5, 6, 20, 21}, {}, 1);
-  const auto i1 = add({1, 2, 3, 4, 5, 30, 31, 32}), i2 = add({3, 4, 5, 6, 7, 33, 34, 35}),
-             i3 = add({1, 2, 3, 40, 41, 42, 43, 44});
-  share(i1, i2, 3);
-  share(i1, i3, 3);
-  const auto query = add({1, 2, 3, 4, 5, 6, 7, 8});
-  const std::vector<KeyframeId> self = {query};
-  const auto found = find_places(map_, index_, index_.find(query)->words, self, 0);
-  EXPECT_THAT(places(found), ElementsAre(lonely, i1));
+  const auto [island, query] = add_island_and_query();
+  EXPECT_THAT(places_like(query), ElementsAre(lonely, island));
 }
 
 TEST_F(PlaceIndexTest, WhatIsExcludedIsNeitherCandidateNorPartOfAnIsland) {

@@ -327,6 +327,12 @@ std::vector<KeyframeId> keyframes_of(const Map& map, std::uint32_t component) {
   return ids;
 }
 
+std::uint32_t next_component(const Map& map) {
+  std::uint32_t next = 0;
+  map.for_each_keyframe([&](const Keyframe& k) { next = std::max(next, k.component + 1); });
+  return next;
+}
+
 void move_keyframes(Map& map, const std::map<KeyframeId, Pose>& T_world_camera) {
   std::vector<KeyframeId> moved;
   for (const auto& [id, T] : T_world_camera) moved.push_back(id);

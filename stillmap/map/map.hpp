@@ -184,6 +184,9 @@ class Map {
 /// The keyframes of a component, in the order of their making.
 std::vector<KeyframeId> keyframes_of(const Map& map, std::uint32_t component);
 
+/// The number that no keyframe's component has reached yet: one more than the largest.
+std::uint32_t next_component(const Map& map);
+
 /// Gives keyframes new poses. A landmark moves along with the keyframe that saw it first.
 void move_keyframes(Map& map, const std::map<KeyframeId, Pose>& T_world_camera);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/motion/mover_detection.hpp"
 
+#include "stillmap/base/disjoint_sets.hpp"
 #include "stillmap/motion/instance_cells.hpp"
 
 #include <algorithm>
@@ -100,25 +101,6 @@ Grid make_grid(const Frame& frame, const cv::Mat1b& moves, const cv::Mat1b& back
   return grid;
 }
 
-/// Sets that are united step by step (disjoint-set forest); the smallest member stands for its set.
-class Sets {
- public:
-  explicit Sets(std::size_t count) : parent_(count) {
-    std::iota(parent_.begin(), parent_.end(), 0U);
-  }
-  std::size_t find(std::size_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void unite(std::size_t a, std::size_t b) {
-    a = find(a), b = find(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<std::size_t> parent_;
-};
-
 bool same_thing(const Grid& grid, cv::Point a, cv::Point b, const MoverDetectionOptions& options) {
   const float depth_a = grid.depth(a), depth_b = grid.depth(b);
   if (depth_a == 0 || depth_b == 0) return false;
@@ -130,7 +112,7 @@ bool same_thing(const Grid& grid, cv::Point a, cv::Point b, const MoverDetection
 std::vector<Region> connected_regions(const Grid& grid, const MoverDetectionOptions& options) {
   const int width = grid.depth.cols, height = grid.depth.rows;
   const auto number = [&](cv::Point p) { return static_cast<std::size_t>(p.y * width + p.x); };
-  Sets sets(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  DisjointSets sets(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
       const cv::Point here(x, y);
@@ -148,7 +130,7 @@ std::vector<Region> connected_regions(const Grid& grid, const MoverDetectionOpti
     for (int x = 0; x < width; ++x) {
       const float z = grid.depth(y, x);
       if (z == 0) continue;
-      Region& region = regions[sets.find(number({x, y}))];
+      Region& region = regions[sets.root(number({x, y}))];
       region.cells.emplace_back(x, y);
       region.points.push_back(grid.camera().unproject(x, y, z));
     }

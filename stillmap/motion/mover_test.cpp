@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/motion/mover_tracker.hpp"
-#include "stillmap/simulate/simulated_sequence.hpp"
+#include "stillmap/motion/true_frame_test.hpp"
 
 #include <cmath>
 #include <limits>
@@ -457,19 +457,6 @@ struct Followed {
   std::vector<MoverTrack> tracks;
 };
 
-Frame true_frame(const SimulatedSequence& sequence, const TruthFrame& truth) {
-  auto image = std::make_shared<RgbdFrame>();
-  image->index = truth.index;
-  image->timestamp = truth.timestamp;
-  image->depth = truth.depth;
-  Frame frame;
-  frame.image = image;
-  frame.cells = std::make_shared<CellGrid>(truth.depth, sequence.camera());
-  frame.evidence.moving_pixels = truth.instances != 0;
-  frame.evidence.surface_log_odds = cv::Mat1f(frame.cells->size(), 1.0F);
-  return frame;
-}
-
 Followed follow(const SimulatedSequence& sequence) {
   MoverDetector detector;
   MoverTracker tracker;
@@ -478,7 +465,7 @@ Followed follow(const SimulatedSequence& sequence) {
   for (std::size_t i = 0; i < sequence.frames(); ++i) {
     const TruthFrame truth = sequence.truth(i);
     const MoverDetections found =
-        detector.detect(true_frame(sequence, truth), truth.T_world_camera);
+        detector.detect(*test::true_frame(sequence, truth), truth.T_world_camera);
     tracker.update(i, truth.timestamp, truth.T_world_camera, found.movers);
     for (const MoverTruth& thing : truth.movers) {
       if (thing.shown < 0.8) continue;
@@ -499,16 +486,9 @@ Followed follow(const SimulatedSequence& sequence) {
   return result;
 }
 
-/// Five seconds.
+/// Without noise.
 SimulatedSequence scene(int people, int things) {
-  SimulationOptions options;
-  options.people = people;
-  options.things = things;
-  options.near_things = true;
-  options.frames = 100;
-  options.fps = 20;
-  options.width = 320;
-  options.height = 240;
+  SimulationOptions options = test::near_movers(people, things);
   options.noise = false;
   return SimulatedSequence(options);
 }

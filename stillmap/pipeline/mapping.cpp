@@ -16,12 +16,6 @@ constexpr std::size_t kQueue = 16;
 /// A frame that comes after all others.
 constexpr std::size_t kAtTheEnd = std::numeric_limits<std::size_t>::max();
 
-std::uint32_t components_begun(const Map& map) {
-  std::uint32_t begun = 0;
-  map.for_each_keyframe([&](const Keyframe& k) { begun = std::max(begun, k.component + 1); });
-  return begun;
-}
-
 }  // namespace
 
 Mapping::Mapping(Map map, const SlamOptions& options, bool extend)
@@ -29,7 +23,7 @@ Mapping::Mapping(Map map, const SlamOptions& options, bool extend)
       extend_(extend),
       final_adjustment_(extend && options.final_adjustment),
       bundle_(options.mapper.adjustment.bundle),
-      begun_(components_begun(map)),
+      begun_(next_component(map)),
       maker_(std::move(map), options) {
   adjuster_ = std::make_unique<AdjustStage>(
       kQueue, WhenFull::kBlock,

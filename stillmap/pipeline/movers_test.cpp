@@ -2,10 +2,9 @@
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/test_path.hpp"
 #include "stillmap/evaluate/mover_error.hpp"
-#include "stillmap/evaluate/trajectory_error.hpp"
+#include "stillmap/motion/true_frame_test.hpp"
 #include "stillmap/pipeline/mover_files.hpp"
 #include "stillmap/pipeline/slam.hpp"
-#include "stillmap/simulate/simulated_sequence.hpp"
 
 #include <filesystem>
 #include <sstream>
@@ -105,26 +104,14 @@ Outcome run(const SimulationOptions& scene) {
   Outcome outcome{slam.finish(), {}};
   const std::filesystem::path file = test::own_path("movers_run.csv");
   write_file(file, movers_csv(outcome.result.movers));
-  const AteResult ate = absolute_trajectory_error(sequence.trajectory(), outcome.result.trajectory);
-  outcome.errors = compare_movers(truth, read_movers(file), ate.T_truth_estimate, 0, 1e9);
+  const Pose T_truth_estimate = align_poses(sequence.trajectory(), outcome.result.trajectory);
+  outcome.errors = compare_movers(truth, read_movers(file), T_truth_estimate, 0, 1e9);
   std::filesystem::remove(file);
   return outcome;
 }
 
-SimulationOptions small(int people, int things) {
-  SimulationOptions options;
-  options.people = people;
-  options.things = things;
-  options.near_things = true;
-  options.frames = 100;
-  options.fps = 20;
-  options.width = 320;
-  options.height = 240;
-  return options;
-}
-
 TEST(Movers, ThingsOfNoClassAreTrackedWithoutANetwork) {
-  const Outcome done = run(small(0, 3));
+  const Outcome done = run(test::near_movers(0, 3));
   ASSERT_GT(done.errors.matches, 100U);
   EXPECT_LT(done.errors.position_shown.median, 0.12);
   EXPECT_LT(done.errors.position.median, 0.2) << "parts of them are hidden or out of the picture";
@@ -134,29 +121,22 @@ TEST(Movers, ThingsOfNoClassAreTrackedWithoutANetwork) {
   for (const MoverTrack& track : done.result.movers) EXPECT_EQ(track.class_name, "unknown");
 }
 
-TEST(Movers, NothingMovesNoMovers) { EXPECT_TRUE(run(small(0, 0)).result.movers.empty()); }
+TEST(Movers, NothingMovesNoMovers) {
+  EXPECT_TRUE(run(test::near_movers(0, 0)).result.movers.empty());
+}
 
 /// A frame of which the truth is known: what moves, and where the camera is.
 TrackedFramePtr true_frame(const SimulatedSequence& sequence, std::size_t index, TrackState state) {
   const TruthFrame truth = sequence.truth(index);
-  auto image = std::make_shared<RgbdFrame>();
-  image->index = index;
-  image->timestamp = truth.timestamp;
-  image->depth = truth.depth;
-  auto frame = std::make_shared<Frame>();
-  frame->image = image;
-  frame->cells = std::make_shared<CellGrid>(truth.depth, sequence.camera());
-  frame->evidence.moving_pixels = truth.instances != 0;
-  frame->evidence.surface_log_odds = cv::Mat1f(frame->cells->size(), 1.0F);
   auto tracked = std::make_shared<TrackedFrame>();
-  tracked->frame = frame;
+  tracked->frame = test::true_frame(sequence, truth);
   tracked->state = state;
   tracked->T_world_camera = truth.T_world_camera;
   return tracked;
 }
 
 TEST(MoverStream, TheTracksEndWhereANewMapBegins) {
-  const SimulatedSequence sequence(small(0, 3));
+  const SimulatedSequence sequence(test::near_movers(0, 3));
   MoverStream movers{MoverOptions{}};
   constexpr std::size_t kNewMap = 30;
   for (std::size_t i = 0; i < 60; ++i) {

@@ -32,9 +32,8 @@ void RefineTotals::add(const RefineReport& report) {
   repeated_gone += report.repeated.gone;
 }
 
-LocalMapper::LocalMapper(Map& map, const MapperOptions& options) : map_(map), options_(options) {
-  map_.for_each_keyframe(
-      [this](const Keyframe& k) { next_component_ = std::max(next_component_, k.component + 1); });
+LocalMapper::LocalMapper(Map& map, const MapperOptions& options)
+    : map_(map), options_(options), next_component_(next_component(map)) {
   check_rule(options.repeated);
   if (options.repeated.rule == "node-median") vocabulary_ = Vocabulary::built_in();
 }

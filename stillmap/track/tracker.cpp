@@ -176,8 +176,9 @@ TrackedFramePtr Tracker::lost(const FramePtr& frame, const std::string& reason) 
   return result;
 }
 
-TrackedFramePtr Tracker::tracked(const FramePtr& frame, const Estimate& estimate,
-                                 bool relocalised) {
+/// A frame with a pose, and the landmarks that agree with it.
+std::shared_ptr<TrackedFrame> Tracker::placed(const FramePtr& frame,
+                                              const Estimate& estimate) const {
   auto result = std::make_shared<TrackedFrame>();
   result->frame = frame;
   result->state = TrackState::kTracking;
@@ -188,6 +189,12 @@ TrackedFramePtr Tracker::tracked(const FramePtr& frame, const Estimate& estimate
   result->landmarks.assign(frame->features->size(), LandmarkId{});
   for (const Match& match : estimate.matches) result->landmarks[match.keypoint] = match.landmark;
   result->inliers = static_cast<int>(estimate.matches.size());
+  return result;
+}
+
+TrackedFramePtr Tracker::tracked(const FramePtr& frame, const Estimate& estimate,
+                                 bool relocalised) {
+  const auto result = placed(frame, estimate);
   result->relocalised = relocalised;
   frames_in_map_ = relocalised ? options_.min_map_frames : frames_in_map_ + 1;
 
@@ -205,21 +212,10 @@ TrackedFramePtr Tracker::tracked(const FramePtr& frame, const Estimate& estimate
 
 /// A frame that sees too little of the map, placed by what the frames before it showed.
 TrackedFramePtr Tracker::beside(const FramePtr& frame, const Estimate& estimate) {
-  auto result = std::make_shared<TrackedFrame>();
-  result->frame = frame;
-  result->state = TrackState::kTracking;
-  result->T_world_camera = estimate.T_world_camera;
-  result->reference = local_map_->reference;
-  result->T_reference_camera =
-      local_map_->keyframes.front().T_world_camera.inverse() * estimate.T_world_camera;
-  result->landmarks.assign(frame->features->size(), LandmarkId{});
-  result->inliers = static_cast<int>(estimate.matches.size());
+  const auto result = placed(frame, estimate);
   result->beside_map = true;
   carried_.assign(frame->features->size(), std::nullopt);
-  for (const Match& match : estimate.matches) {
-    result->landmarks[match.keypoint] = match.landmark;
-    carried_[match.keypoint] = match.p_world;
-  }
+  for (const Match& match : estimate.matches) carried_[match.keypoint] = match.p_world;
   go_on_from(result);
   return result;
 }

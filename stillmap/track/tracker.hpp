@@ -136,6 +136,7 @@ class Tracker {
   TrackedFramePtr begin(const FramePtr& frame, const std::optional<Placement>& found);
   TrackedFramePtr start(const FramePtr& frame);
   TrackedFramePtr lost(const FramePtr& frame, const std::string& reason);
+  std::shared_ptr<TrackedFrame> placed(const FramePtr& frame, const Estimate& estimate) const;
   TrackedFramePtr tracked(const FramePtr& frame, const Estimate& estimate, bool relocalised);
   TrackedFramePtr beside(const FramePtr& frame, const Estimate& estimate);
   void go_on_from(const TrackedFramePtr& tracked);
