@@ -5,6 +5,7 @@
 
 #include "commands.hpp"
 #include <fmt/format.h>
+#include <opencv2/core/utility.hpp>
 #include <opencv2/core/utils/logger.hpp>
 
 namespace {
@@ -40,6 +41,9 @@ int run(int argc, char** argv) {
 int main(int argc, char** argv) {
   cv::utils::logging::setLogLevel(
       cv::utils::logging::LOG_LEVEL_SILENT);  // what it says comes back as Error
+  // Each stage has a thread of its own already; for images as small as a camera's, OpenCV's threads
+  // wait longer for each other than they work.
+  cv::setNumThreads(1);
   try {
     return run(argc, argv);
   } catch (const stillmap::Error& e) {

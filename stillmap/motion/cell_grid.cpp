@@ -47,4 +47,42 @@ cv::Point CellGrid::cell_of(float u, float v) const {
           std::clamp(static_cast<int>(v) / kCellSide, 0, depth.rows - 1)};
 }
 
+Reprojection::Reprojection(const CellGrid& grid, const Pose& T_other_camera)
+    : grid_(grid),
+      R_(T_other_camera.rotation().cast<float>()),
+      t_(T_other_camera.translation().cast<float>()),
+      x_(static_cast<std::size_t>(grid.depth.cols)),
+      depths_(x_.size()),
+      cells_(x_.size()) {
+  const auto fx = static_cast<float>(grid.camera.fx), cx = static_cast<float>(grid.camera.cx);
+  for (std::size_t c = 0; c < x_.size(); ++c) x_[c] = (static_cast<float>(c) - cx) / fx;
+}
+
+void Reprojection::to_row(int row) {
+  const Camera& camera = grid_.camera;
+  const auto fx = static_cast<float>(camera.fx), fy = static_cast<float>(camera.fy);
+  const auto cx = static_cast<float>(camera.cx), cy = static_cast<float>(camera.cy);
+  const int columns = grid_.depth.cols;
+  const auto width = static_cast<float>(columns) - 0.5F;
+  const auto height = static_cast<float>(grid_.depth.rows) - 0.5F;
+  const float y = (static_cast<float>(row) - cy) / fy;
+  const Eigen::Vector3f ray = R_.col(1) * y + R_.col(2), step = R_.col(0), t = t_;
+  const float *depth = grid_.depth.ptr<float>(row), *x = x_.data();
+  float* depths = depths_.data();
+  int* cells = cells_.data();
+  for (int c = 0; c < columns; ++c) {
+    const float z = depth[c];
+    const float there = (ray.z() + step.z() * x[c]) * z + t.z();
+    const float u = fx * ((ray.x() + step.x() * x[c]) * z + t.x()) / there + cx;
+    const float v = fy * ((ray.y() + step.y() * x[c]) * z + t.y()) / there + cy;
+    // What is no number, or out of sight, is brought to -0.5 before it is made an integer.
+    const bool seen =
+        (z > 0) & (there >= 0.1F) & (u >= -0.5F) & (v >= -0.5F) & (u < width) & (v < height);
+    const int r = static_cast<int>((seen ? v : -0.5F) + 0.5F);
+    const int k = static_cast<int>((seen ? u : -0.5F) + 0.5F);
+    depths[c] = there;
+    cells[c] = seen ? r * columns + k : -1;
+  }
+}
+
 }  // namespace stillmap

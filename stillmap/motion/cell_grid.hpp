@@ -5,6 +5,7 @@
 #include "stillmap/sensor/rgbd_frame.hpp"
 
 #include <memory>
+#include <vector>
 
 #include <opencv2/core.hpp>
 
@@ -37,31 +38,39 @@ using CellGridPtr = std::shared_ptr<const CellGrid>;
 /// Elberink, Sensors 2012, eq. 10), and a floor for the poses' error and the cells' size. [m]
 inline float depth_tolerance(float z) { return 0.03F + 0.006F * z * z; }
 
-/// Calls f(row, column, z, row', column', z') for every cell with depth, in rows, whose point,
-/// taken to another camera, falls on cell (row', column') of a grid of the same camera at depth z'.
+/// Where the cells of a grid fall in the grid of the same camera standing elsewhere. Row by row, so
+/// that a row is computed without a branch, as vectors.
+class Reprojection {
+ public:
+  Reprojection(const CellGrid& grid, const Pose& T_other_camera);
+  void to_row(int row);
+  /// Of the row, per column: the other grid's cell as row * columns + column; -1 where the depth is
+  /// unknown or the point is out of the other's sight.
+  const std::vector<int>& cells() const { return cells_; }
+  /// Of the row, per column: the point's depth in the other camera; metres.
+  const std::vector<float>& depths() const { return depths_; }
+
+ private:
+  const CellGrid& grid_;
+  Eigen::Matrix3f R_;
+  Eigen::Vector3f t_;
+  std::vector<float> x_, depths_;  // x_: of the columns' rays, where z is 1
+  std::vector<int> cells_;
+};
+
+/// Calls f(row, column, z, cell', z') for every cell with depth, in rows, whose point, taken to
+/// another camera, falls on a cell' (row' * columns + column') of a grid of the same camera, at
+/// depth z'.
 template <typename F>
 void for_each_reprojected(const CellGrid& grid, const Pose& T_other_camera, F&& f) {
-  const Camera& camera = grid.camera;
-  const Eigen::Matrix3f R = T_other_camera.rotation().cast<float>();
-  const Eigen::Vector3f t = T_other_camera.translation().cast<float>();
-  const auto fx = static_cast<float>(camera.fx), fy = static_cast<float>(camera.fy);
-  const auto cx = static_cast<float>(camera.cx), cy = static_cast<float>(camera.cy);
-  const int rows = grid.depth.rows, columns = grid.depth.cols;
-  const auto width = static_cast<float>(columns) - 0.5F, height = static_cast<float>(rows) - 0.5F;
-  for (int r = 0; r < rows; ++r) {
+  Reprojection other(grid, T_other_camera);
+  for (int r = 0; r < grid.depth.rows; ++r) {
+    other.to_row(r);
     const float* depth = grid.depth.ptr<float>(r);
-    const Eigen::Vector3f row_ray = R.col(1) * ((static_cast<float>(r) - cy) / fy) + R.col(2);
-    for (int c = 0; c < columns; ++c) {
-      const float z = depth[c];
-      if (z <= 0) continue;
-      const float x = (static_cast<float>(c) - cx) / fx;
-      const float pz = (row_ray.z() + R(2, 0) * x) * z + t.z();
-      if (pz < 0.1F) continue;
-      const float iz = 1.0F / pz;
-      const float u = fx * ((row_ray.x() + R(0, 0) * x) * z + t.x()) * iz + cx;
-      const float v = fy * ((row_ray.y() + R(1, 0) * x) * z + t.y()) * iz + cy;
-      if (u < -0.5F || v < -0.5F || u >= width || v >= height) continue;
-      f(r, c, z, static_cast<int>(v + 0.5F), static_cast<int>(u + 0.5F), pz);
+    const int* cell = other.cells().data();
+    const float* z = other.depths().data();
+    for (int c = 0; c < grid.depth.cols; ++c) {
+      if (cell[c] >= 0) f(r, c, depth[c], cell[c], z[c]);
     }
   }
 }

@@ -2,6 +2,7 @@
 #pragma once
 #include "stillmap/feature/features.hpp"
 #include "stillmap/motion/cell_grid.hpp"
+#include "stillmap/motion/instance_cells.hpp"
 #include "stillmap/segment/instance.hpp"
 #include "stillmap/sensor/rgbd_frame.hpp"
 
@@ -47,6 +48,7 @@ struct Frame {
   CellGridPtr cells;
   SegmentedFramePtr
       instances;  ///< null where there is neither a network nor masks, or none has come yet
+  InstanceCellsPtr instance_cells;  ///< of `instances`; null where those are
   MotionEvidence evidence;
 
   std::size_t index() const { return image->index; }

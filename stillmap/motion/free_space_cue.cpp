@@ -19,22 +19,28 @@ void FreeSpaceCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
 void FreeSpaceCue::remember(const Frame& frame, const Pose& T_world_camera) {
   const auto every = static_cast<std::size_t>(options_.view_every);
   if (!views_.empty() && frame.index() < views_.back().frame_index + every) return;
-  View view{frame.index(), T_world_camera, {}, {}, {}};
-  const cv::Mat1f& depth = frame.cells->depth;
-  constexpr float kFar = 1e3F;
-  const cv::Mat1b unknown = depth <= 0;
-  cv::Mat1f known = depth.clone();
-  known.setTo(kFar, unknown);
-  cv::erode(known, view.nearest, cv::Mat());
-  cv::dilate(depth, view.farthest, cv::Mat());
-  view.nearest.setTo(0, unknown);
-  view.moving = frame.evidence.surface_measured.empty()
-                    ? cv::Mat1b::zeros(depth.size())
-                    : cv::Mat1b(frame.evidence.surface_measured < kMovingSurface);
-  views_.push_back(std::move(view));
+  views_.push_back({frame.index(), T_world_camera, surface_of(frame)});
   const auto oldest = static_cast<std::size_t>(
       *std::max_element(options_.ages.begin(), options_.ages.end()) + options_.view_every);
   while (views_.front().frame_index + oldest < frame.index()) views_.pop_front();
+}
+
+std::vector<FreeSpaceCue::DepthRange> FreeSpaceCue::surface_of(const Frame& frame) {
+  constexpr float kFar = 1e3F, kNowhere = -1e3F;
+  const cv::Mat1f& depth = frame.cells->depth;
+  const cv::Mat1f& measured = frame.evidence.surface_measured;
+  cv::Mat1f known = depth.clone(), nearest, farthest;
+  known.setTo(kFar, depth <= 0);
+  cv::erode(known, nearest, cv::Mat());
+  cv::dilate(depth, farthest, cv::Mat());
+  std::vector<DepthRange> surface(depth.total());
+  for (int i = 0; i < static_cast<int>(surface.size()); ++i) {
+    const bool moving = !measured.empty() && measured(i) < kMovingSurface;
+    if (depth(i) > 0) {
+      surface[static_cast<std::size_t>(i)] = {nearest(i), moving ? kNowhere : farthest(i)};
+    }
+  }
+  return surface;
 }
 
 /// For each age the view that comes nearest to it, each view once.
@@ -65,15 +71,14 @@ void FreeSpaceCue::compare(const View& view, const MotionInput& input,
   const auto max_depth = static_cast<float>(options_.max_depth);
   const Pose T_view_camera = view.T_world_camera.inverse() * input.ego_motion->T_world_camera;
   for_each_reprojected(*input.cells, T_view_camera,
-                       [&](int r, int c, float z, int r_view, int c_view, float pz) {
-                         const float nearest = view.nearest(r_view, c_view);
-                         if (nearest <= 0 || z > max_depth) return;
-                         const float tolerance = depth_tolerance(std::max(z, pz));
-                         if (pz < nearest - tolerance) {
+                       [&](int r, int c, float z, int cell, float z_view) {
+                         const DepthRange& seen = view.surface[static_cast<std::size_t>(cell)];
+                         if (seen.nearest <= 0 || z > max_depth) return;
+                         const float tolerance = depth_tolerance(std::max(z, z_view));
+                         if (z_view < seen.nearest - tolerance) {
                            evidence.surface_measured(r, c) += intruding;
                            evidence.surface_observations(r, c) += intruding_count;
-                         } else if (pz < view.farthest(r_view, c_view) + tolerance &&
-                                    view.moving(r_view, c_view) == 0) {
+                         } else if (z_view < seen.farthest + tolerance) {
                            evidence.surface_measured(r, c) += agreeing;
                            evidence.surface_observations(r, c) += agreeing_count;
                          }

@@ -38,14 +38,18 @@ class FreeSpaceCue : public MotionCue {
   void add_to(MotionEvidence& evidence, const MotionInput& input) override;
 
  private:
+  /// Of a cell and its neighbours [m]. Nothing agrees with what was moving: it reaches nowhere.
+  struct DepthRange {
+    float nearest = 0, farthest = 0;  // nearest is 0 where it is unknown
+  };
   /// What was seen from where.
   struct View {
     std::size_t frame_index = 0;
     Pose T_world_camera;
-    cv::Mat1f nearest, farthest;  // depth of the cell and its neighbours; 0 where unknown
-    cv::Mat1b moving;
+    std::vector<DepthRange> surface;  // of each cell, row by row
   };
 
+  static std::vector<DepthRange> surface_of(const Frame& frame);
   void remember(const Frame& frame, const Pose& T_world_camera);
   std::vector<const View*> chosen(std::size_t frame_index) const;
   void compare(const View& view, const MotionInput& input, MotionEvidence& evidence) const;

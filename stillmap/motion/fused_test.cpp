@@ -50,10 +50,12 @@ class Watch {
     auto segmented = std::make_shared<SegmentedFrame>();
     segmented->instances = instances;
     frame->instances = segmented;
+    frame->instance_cells = instance_cells(segmented, *frame->cells);
     MotionInput input{.image = image,
                       .features = features,
                       .cells = frame->cells,
                       .instances = segmented,
+                      .instance_cells = frame->instance_cells,
                       .previous = previous_,
                       .ego_motion = {}};
     if (previous_) input.ego_motion = standing_still(features->size());
@@ -163,13 +165,42 @@ TEST(Spread, GoesAlongSurfacesAndNotOverDepthEdges) {
 TEST(Reprojection, AStandingCameraSeesEveryCellInItsPlace) {
   const CellGrid grid(cv::Mat(cv::Mat1f(240, 320, 2.5F)), small_camera());
   int seen = 0;
-  for_each_reprojected(grid, Pose(), [&](int r, int c, float z, int r2, int c2, float z2) {
-    EXPECT_EQ(r, r2);
-    EXPECT_EQ(c, c2);
+  for_each_reprojected(grid, Pose(), [&](int r, int c, float z, int cell, float z2) {
+    EXPECT_EQ(r * grid.depth.cols + c, cell);
     EXPECT_FLOAT_EQ(z, z2);
     ++seen;
   });
   EXPECT_EQ(seen, grid.depth.rows * grid.depth.cols);
+}
+
+TEST(Reprojection, AMovedCameraSeesTheCellsWhereTheyProject) {
+  cv::Mat1f depth(240, 320, 2.5F);
+  depth(cv::Rect(0, 0, 40, 40)) = 0;  // unknown
+  depth(cv::Rect(160, 100, 60, 60)) = 0.3F;
+  const CellGrid grid(cv::Mat(depth), small_camera());
+  const Eigen::AngleAxisd turn(0.2, Eigen::Vector3d(0.1, 1, 0.2).normalized());
+  const Pose T_other_camera(Eigen::Quaterniond(turn), Eigen::Vector3d(0.3, -0.2, -0.25));
+  cv::Mat1i expected(grid.size(), -1), found(grid.size(), -1);
+  for (int r = 0; r < grid.depth.rows; ++r) {
+    for (int c = 0; c < grid.depth.cols; ++c) {
+      if (grid.depth(r, c) <= 0) continue;
+      const Eigen::Vector3d p = T_other_camera * grid.camera.unproject(c, r, grid.depth(r, c));
+      if (p.z() < 0.1) continue;
+      const Eigen::Vector2d uv = grid.camera.project(p);
+      const cv::Point cell(cvRound(uv.x()), cvRound(uv.y()));
+      if (!cv::Rect({}, grid.size()).contains(cell)) continue;
+      expected(r, c) = cell.y * grid.depth.cols + cell.x;
+    }
+  }
+  for_each_reprojected(grid, T_other_camera, [&](int r, int c, float, int cell, float z) {
+    found(r, c) = cell;
+    const Eigen::Vector3d p = T_other_camera * grid.camera.unproject(c, r, grid.depth(r, c));
+    EXPECT_NEAR(z, p.z(), 1e-5);
+  });
+  // A point between two cells may fall on either.
+  EXPECT_LT(cv::countNonZero(expected != found), 5);
+  EXPECT_GT(cv::countNonZero(expected >= 0), 2000);
+  EXPECT_GT(cv::countNonZero(expected < 0), 500);
 }
 
 }  // namespace

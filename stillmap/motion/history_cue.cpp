@@ -23,10 +23,9 @@ void HistoryCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
     const cv::Mat1f& measured_before = input.previous->evidence.surface_measured;
     const auto memory = static_cast<float>(options_.memory);
     for_each_reprojected(*input.cells, ego.T_world_previous.inverse() * ego.T_world_camera,
-                         [&](int r, int c, float, int r_before, int c_before, float z) {
-                           const float gap = std::abs(depth_before(r_before, c_before) - z);
-                           if (gap > depth_tolerance(z)) return;
-                           surfaces(r, c) += memory * measured_before(r_before, c_before);
+                         [&](int r, int c, float, int before, float z) {
+                           if (std::abs(depth_before(before) - z) > depth_tolerance(z)) return;
+                           surfaces(r, c) += memory * measured_before(before);
                          });
   }
   surfaces = cv::max(least, cv::min(most, surfaces));

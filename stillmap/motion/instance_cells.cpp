@@ -54,54 +54,78 @@ cv::Mat1b middle_of_box(const cv::Rect& box, const CellGrid& grid) {
   return core;
 }
 
-const std::array<cv::Point, 4> kSteps = {{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
+/// A window of the grid with a border around it: all four neighbours of its cells exist.
+struct Surroundings {
+  cv::Rect window;
+  cv::Mat1f depth;  // metres; below 0 where the grid ends
+  std::array<int, 4> steps;
 
-/// Whether a surface goes on from a cell to its neighbour.
-bool goes_on(const CellGrid& grid, cv::Point from, cv::Point to) {
-  const float z = grid.depth(from), there = grid.depth(to);
-  return z > 0 && there > 0 && std::abs(there - z) <= depth_tolerance(z);
-}
+  Surroundings(const cv::Rect& cells, const CellGrid& grid)
+      : window(cells), depth(cells.height + 2, cells.width + 2, -1.0F) {
+    const cv::Rect bounds({}, grid.size());
+    const cv::Rect known = cv::Rect(cells.x - 1, cells.y - 1, depth.cols, depth.rows) & bounds;
+    grid.depth(known).copyTo(depth(known - cells.tl() + cv::Point(1, 1)));
+    steps = {1, -1, depth.cols, -depth.cols};
+  }
+  /// Whether a surface goes on from a cell to its neighbour.
+  bool goes_on(int from, int to) const {
+    const float z = depth(from), there = depth(to);
+    return z > 0 && there > 0 && std::abs(there - z) <= depth_tolerance(z);
+  }
+  /// What there is of a map of the grid's cells in the window; 0 in the border.
+  cv::Mat1b part_of(const cv::Mat1b& map) const {
+    cv::Mat1b part = cv::Mat1b::zeros(depth.size());
+    map(window).copyTo(part(inner()));
+    return part;
+  }
+  cv::Rect inner() const { return {cv::Point(1, 1), window.size()}; }
+};
 
 /// Adds to `cells` what hangs together with them in depth, as far as `reach` goes.
-void grow(cv::Mat1b& cells, const cv::Mat1b& reach, const CellGrid& grid) {
-  std::vector<cv::Point> front;
-  cv::findNonZero(cells, front);
-  const cv::Rect bounds({}, grid.size());
+void grow(cv::Mat1b& cells, const cv::Rect& reach, const CellGrid& grid) {
+  if (reach.empty()) return;
+  const Surroundings near(reach, grid);
+  cv::Mat1b grown = near.part_of(cells);
+  cv::Mat1b open = cv::Mat1b::zeros(grown.size());
+  open(near.inner()) = 255;
+  std::vector<int> front;
+  for (int i = 0; i < static_cast<int>(grown.total()); ++i) {
+    if (grown(i) != 0) front.push_back(i);
+  }
   while (!front.empty()) {
-    const cv::Point from = front.back();
+    const int from = front.back();
     front.pop_back();
-    for (const cv::Point step : kSteps) {
-      const cv::Point to = from + step;
-      if (!bounds.contains(to) || cells(to) != 0 || reach(to) == 0) continue;
-      if (!goes_on(grid, from, to)) continue;
-      cells(to) = 255;
+    for (const int step : near.steps) {
+      const int to = from + step;
+      if (open(to) == 0 || grown(to) != 0 || !near.goes_on(from, to)) continue;
+      grown(to) = 255;
       front.push_back(to);
     }
   }
+  grown(near.inner()).copyTo(cells(reach));
 }
 
 /// A surface that hangs together in depth, within the reach of a mask.
 struct Piece {
-  std::vector<cv::Point> cells;
+  std::vector<int> cells;
   int in_mask = 0;
   int open = 0;    ///< neighbours beyond the reach that the surface goes on to
   int closed = 0;  ///< neighbours anywhere that it ends at
 };
 
 /// Takes the piece around `start` out of what is `left` of the reach.
-Piece take_piece(cv::Point start, const cv::Mat1b& inside, const cv::Mat1b& reach, cv::Mat1b& left,
-                 const CellGrid& grid) {
-  const cv::Rect bounds({}, grid.size());
+Piece take_piece(int start, const cv::Mat1b& inside, const cv::Mat1b& reach, cv::Mat1b& left,
+                 const Surroundings& near) {
   Piece piece;
   piece.cells.push_back(start);
   left(start) = 0;
   for (std::size_t next = 0; next < piece.cells.size(); ++next) {
-    const cv::Point from = piece.cells[next];
+    const int from = piece.cells[next];
     piece.in_mask += inside(from) != 0;
-    for (const cv::Point step : kSteps) {
-      const cv::Point to = from + step;
-      if (!bounds.contains(to)) continue;
-      if (!goes_on(grid, from, to)) {
+    for (const int step : near.steps) {
+      const int to = from + step;
+      if (near.depth(to) < 0) continue;
+      if (!near.goes_on(from, to)) {
         ++piece.closed;
       } else if (reach(to) == 0) {
         ++piece.open;
@@ -120,32 +144,39 @@ bool goes_on_beyond(const Piece& piece) { return 4 * piece.open > piece.open + p
 
 /// The pieces of surface that a mask covers, without those that lie behind the thing.
 cv::Mat1b cells_of_mask(const Instance& instance, const CellGrid& grid) {
-  const cv::Mat1b inside = inside_mask(instance, grid);
+  cv::Mat1b cells = inside_mask(instance, grid);
+  const cv::Rect box = cells_within(instance.box, grid);
+  const cv::Rect window = cv::Rect(box.x - kMargin, box.y - kMargin, box.width + 2 * kMargin,
+                                   box.height + 2 * kMargin) &
+                          cv::Rect({}, grid.size());
+  if (box.empty()) return cells;
+  const Surroundings near(window, grid);
+  const cv::Mat1b inside = near.part_of(cells);
   cv::Mat1b reach;
-  cv::dilate(inside, reach, cv::Mat(), {-1, -1}, kMargin);
-  cv::Mat1b left = reach & (grid.depth > 0);
-  std::vector<cv::Point> starts;
-  cv::findNonZero(inside & left, starts);
+  cv::dilate(cells(window), reach, cv::Mat(), {-1, -1}, kMargin);
+  cv::copyMakeBorder(reach, reach, 1, 1, 1, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
+  cv::Mat1b left = reach & (near.depth > 0);
   std::vector<Piece> pieces;
-  for (const cv::Point start : starts) {
-    if (left(start) != 0) pieces.push_back(take_piece(start, inside, reach, left, grid));
+  for (int start = 0; start < static_cast<int>(left.total()); ++start) {
+    if (left(start) != 0 && inside(start) != 0) {
+      pieces.push_back(take_piece(start, inside, reach, left, near));
+    }
   }
   const auto largest =
       std::max_element(pieces.begin(), pieces.end(),
                        [](const Piece& a, const Piece& b) { return a.in_mask < b.in_mask; });
-  cv::Mat1b cells = inside & (grid.depth <= 0);
+  cv::Mat1b kept = inside & (near.depth <= 0);
   for (auto piece = pieces.begin(); piece != pieces.end(); ++piece) {
     if (piece != largest && goes_on_beyond(*piece)) continue;
-    for (const cv::Point cell : piece->cells) cells(cell) = 255;
+    for (const int cell : piece->cells) kept(cell) = 255;
   }
+  kept(near.inner()).copyTo(cells(window));
   return cells;
 }
 
 cv::Mat1b cells_of_box(const Instance& instance, const CellGrid& grid) {
   cv::Mat1b cells = middle_of_box(instance.box, grid);
-  cv::Mat1b reach = cv::Mat1b::zeros(grid.size());
-  reach(cells_within(instance.box, grid)) = 255;
-  grow(cells, reach, grid);
+  grow(cells, cells_within(instance.box, grid), grid);
   return cells;
 }
 
@@ -153,6 +184,15 @@ cv::Mat1b cells_of_box(const Instance& instance, const CellGrid& grid) {
 
 cv::Mat1b instance_cells(const Instance& instance, const CellGrid& grid) {
   return instance.mask.empty() ? cells_of_box(instance, grid) : cells_of_mask(instance, grid);
+}
+
+InstanceCellsPtr instance_cells(const SegmentedFramePtr& segmented, const CellGrid& grid) {
+  if (!segmented) return nullptr;
+  auto cells = std::make_shared<InstanceCells>();
+  for (const Instance& instance : segmented->instances) {
+    cells->push_back(instance_cells(instance, grid));
+  }
+  return cells;
 }
 
 }  // namespace stillmap

@@ -62,6 +62,7 @@ void run_preset(benchmark::State& state, const char* preset) {
                                               .features = frame->features,
                                               .cells = frame->cells,
                                               .instances = frame->instances,
+                                              .instance_cells = nullptr,
                                               .previous = previous,
                                               .ego_motion = {}});
     dropped =
@@ -93,6 +94,7 @@ void run_flow(benchmark::State& state) {
                                   .features = frames[1]->features,
                                   .cells = nullptr,
                                   .instances = nullptr,
+                                  .instance_cells = nullptr,
                                   .previous = frames[0],
                                   .ego_motion = {}});
   }
@@ -110,6 +112,7 @@ PointPairs pairs_of(const std::vector<FramePtr>& frames) {
                                                    .features = frames[1]->features,
                                                    .cells = nullptr,
                                                    .instances = nullptr,
+                                                   .instance_cells = nullptr,
                                                    .previous = frames[0],
                                                    .ego_motion = {}});
   PointPairs pairs;

@@ -17,7 +17,9 @@ struct MotionInput {
   FeaturesPtr features;
   CellGridPtr cells;
   SegmentedFramePtr instances;  ///< may be null: no network, no masks, or none has come yet
-  FramePtr previous;            ///< the frame before, with its evidence; null for the first
+  /// Of `instances`; null where those are, or no cue speaks of surfaces.
+  InstanceCellsPtr instance_cells;
+  FramePtr previous;  ///< the frame before, with its evidence; null for the first
   /// None for a first frame, and where the camera is lost.
   std::optional<EgoMotion> ego_motion;
 };

@@ -8,7 +8,6 @@
 #include <algorithm>
 
 #include <fmt/format.h>
-#include <opencv2/imgproc.hpp>
 
 namespace stillmap {
 namespace {
@@ -32,18 +31,34 @@ void leave_out(const std::vector<std::string>& names, const std::string& preset,
   }
 }
 
+/// Takes the cells that hang together with a first one (8-neighbours) out of those that are left.
+void take_region(cv::Point first, cv::Mat1b& left, std::vector<cv::Point>& region) {
+  const cv::Rect bounds({}, left.size());
+  region.assign(1, first);
+  left(first) = 0;
+  for (std::size_t next = 0; next < region.size(); ++next) {
+    const cv::Rect around = cv::Rect(region[next] - cv::Point(1, 1), cv::Size(3, 3)) & bounds;
+    for (int r = around.y; r < around.br().y; ++r) {
+      for (int c = around.x; c < around.br().x; ++c) {
+        if (left(r, c) == 0) continue;
+        left(r, c) = 0;
+        region.emplace_back(c, r);
+      }
+    }
+  }
+}
+
 /// Takes regions of moving cells that are too small to be a thing for what they are: noise.
 void drop_specks(cv::Mat1f& log_odds) {
-  constexpr int kLeast = 16;
-  const cv::Mat1b moving = log_odds < kMovingSurface;
-  if (cv::countNonZero(moving) == 0) return;
-  cv::Mat1i labels, statistics;
-  cv::Mat1d centroids;
-  cv::connectedComponentsWithStats(moving, labels, statistics, centroids, 8);
-  for (int r = 0; r < labels.rows; ++r) {
-    for (int c = 0; c < labels.cols; ++c) {
-      const int label = labels(r, c);
-      if (label > 0 && statistics(label, cv::CC_STAT_AREA) < kLeast) log_odds(r, c) = 0;
+  constexpr std::size_t kLeast = 16;
+  cv::Mat1b left = log_odds < kMovingSurface;
+  std::vector<cv::Point> region;
+  for (int r = 0; r < left.rows; ++r) {
+    for (int c = 0; c < left.cols; ++c) {
+      if (left(r, c) == 0) continue;
+      take_region({c, r}, left, region);
+      if (region.size() >= kLeast) continue;
+      for (const cv::Point cell : region) log_odds(cell) = 0;
     }
   }
 }
@@ -69,6 +84,22 @@ std::vector<float> at_keypoints(const cv::Mat1f& surfaces, const MotionInput& in
   return result;
 }
 
+/// A map of cells as one of pixels; what the grid leaves of the image takes the last cells.
+cv::Mat1b pixels_of(const cv::Mat1b& cells, cv::Size image) {
+  cv::Mat1b pixels(image);
+  for (int v = 0; v < image.height; ++v) {
+    auto* out = pixels.ptr<std::uint8_t>(v);
+    if (v % kCellSide != 0 || v / kCellSide >= cells.rows) {
+      std::copy_n(pixels.ptr<std::uint8_t>(v - 1), image.width, out);
+      continue;
+    }
+    const auto* in = cells.ptr<std::uint8_t>(v / kCellSide);
+    for (int c = 0; c < cells.cols; ++c) std::fill_n(out + c * kCellSide, kCellSide, in[c]);
+    std::fill(out + cells.cols * kCellSide, out + image.width, in[cells.cols - 1]);
+  }
+  return pixels;
+}
+
 /// Brings what is known of surfaces together: for keypoints, which lie on them, and for pixels.
 void judge_surfaces(MotionEvidence& evidence, const MotionInput& input) {
   evidence.measured_log_odds = at_keypoints(evidence.surface_measured, input);
@@ -78,7 +109,7 @@ void judge_surfaces(MotionEvidence& evidence, const MotionInput& input) {
   for (std::size_t i = 0; i < log_odds.size(); ++i) evidence.static_log_odds[i] += log_odds[i];
   const cv::Mat1b moving = evidence.surface_log_odds < kMovingSurface;
   if (cv::countNonZero(moving) == 0) return;
-  cv::resize(moving, evidence.moving_pixels, input.image->grey.size(), 0, 0, cv::INTER_NEAREST);
+  evidence.moving_pixels = pixels_of(moving, input.image->grey.size());
 }
 
 }  // namespace

@@ -23,6 +23,7 @@ MotionInput input_with(std::vector<Instance> instances) {
           .features = features,
           .cells = nullptr,
           .instances = segmented,
+          .instance_cells = nullptr,
           .previous = nullptr,
           .ego_motion = {}};
 }

@@ -2,7 +2,6 @@
 #include "stillmap/motion/mover_detection.hpp"
 
 #include "stillmap/base/disjoint_sets.hpp"
-#include "stillmap/motion/instance_cells.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -48,11 +47,11 @@ cv::Mat1b without_rim(const cv::Mat1b& cells) {
 }
 
 /// Which cells each instance covers; where two do, the one listed first has it.
-cv::Mat1i instance_of_cells(const SegmentedFramePtr& segmented, const CellGrid& cells) {
-  cv::Mat1i instance(cells.size(), kNoInstance);
-  if (!segmented) return instance;
-  for (int i = static_cast<int>(segmented->instances.size()) - 1; i >= 0; --i)
-    instance.setTo(i, instance_cells(segmented->instances[static_cast<std::size_t>(i)], cells));
+cv::Mat1i instance_of_cells(const InstanceCellsPtr& cells, cv::Size grid) {
+  cv::Mat1i instance(grid, kNoInstance);
+  if (!cells) return instance;
+  for (int i = static_cast<int>(cells->size()) - 1; i >= 0; --i)
+    instance.setTo(i, (*cells)[static_cast<std::size_t>(i)]);
   return instance;
 }
 
@@ -92,7 +91,7 @@ Grid make_grid(const Frame& frame, const cv::Mat1b& moves, const cv::Mat1b& back
   const CellGrid& cells = *frame.cells;
   const cv::Mat1f& log_odds = frame.evidence.surface_log_odds;
   Grid grid{cells, moves & ~background, cells.depth.clone(),
-            instance_of_cells(frame.instances, cells)};
+            instance_of_cells(frame.instance_cells, cells.size())};
   cv::Mat1b part = moves | (grid.instance != kNoInstance);
   if (!log_odds.empty()) part |= log_odds < options.grow_below;
   part &= ~standing_within_instances(grid.instance, frame.evidence, options);

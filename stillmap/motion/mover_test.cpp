@@ -52,6 +52,7 @@ struct Stage {
     frame.cells = std::make_shared<CellGrid>(image->depth, camera);
     frame.evidence.moving_pixels = moving;
     frame.instances = instances;
+    frame.instance_cells = instance_cells(frame.instances, *frame.cells);
     return frame;
   }
   MoverDetections find(const Pose& T_world_camera = Pose()) const {

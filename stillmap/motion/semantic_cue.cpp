@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/motion/semantic_cue.hpp"
 
-#include "stillmap/motion/instance_cells.hpp"
-
 #include <algorithm>
 
 #include <opencv2/imgproc.hpp>
@@ -51,7 +49,7 @@ void SemanticCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
     return;
   }
   if (!evidence.surface_prior.empty()) {
-    evidence.surface_prior = prior_of_surfaces(*input.instances, *input.cells);
+    evidence.surface_prior = prior_of_surfaces(*input.instances, *input.instance_cells);
     return;
   }
   if (evidence.moving_pixels.empty()) {
@@ -72,13 +70,14 @@ void SemanticCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
 }
 
 cv::Mat1f SemanticCue::prior_of_surfaces(const SegmentedFrame& segmented,
-                                         const CellGrid& cells) const {
-  cv::Mat1f prior = cv::Mat1f::zeros(cells.size());
-  for (const Instance& instance : segmented.instances) {
+                                         const InstanceCells& cells) const {
+  cv::Mat1f prior = cv::Mat1f::zeros(cells.front().size());
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const Instance& instance = segmented.instances[i];
     if (!is_dynamic(instance)) continue;
     const auto against = static_cast<float>(-options_.prior * instance.confidence);
     const cv::Mat1f lower = cv::min(prior, against);
-    lower.copyTo(prior, instance_cells(instance, cells));
+    lower.copyTo(prior, cells[i]);
   }
   return prior;
 }

@@ -34,7 +34,7 @@ class SemanticCue : public MotionCue {
 
  private:
   bool is_dynamic(const Instance& instance) const;
-  cv::Mat1f prior_of_surfaces(const SegmentedFrame& segmented, const CellGrid& cells) const;
+  cv::Mat1f prior_of_surfaces(const SegmentedFrame& segmented, const InstanceCells& cells) const;
 
   SemanticCueOptions options_;
 };

@@ -83,6 +83,7 @@ inline MotionInput input_of(RgbdFramePtr image, FeaturesPtr features,
           .features = std::move(features),
           .cells = nullptr,
           .instances = std::move(instances),
+          .instance_cells = nullptr,
           .previous = std::move(previous),
           .ego_motion = {}};
 }

@@ -15,17 +15,43 @@ std::set<std::string> wanted_classes(const SlamOptions& options) {
 
 }  // namespace
 
-InstanceStream::InstanceStream(std::unique_ptr<Detector> detector, const SlamOptions& options)
-    : schedule_(options.schedule),
-      detector_(std::move(detector)),
+InstanceStream::InstanceStream(const Camera& camera, std::unique_ptr<Detector> detector,
+                               const SlamOptions& options)
+    : camera_(camera),
+      schedule_(options.schedule),
       wanted_classes_(wanted_classes(options)),
+      detector_(std::move(detector)),
       carrier_(options.carry) {
   if (!detector_) return;
   // In realtime the detector gets the newest frame whenever it is free, so one frame may wait.
   const bool realtime = schedule_.realtime();
-  stage_ = std::make_unique<Stage<RgbdFramePtr, FoundThings>>(
+  detect_stage_ = std::make_unique<Stage<RgbdFramePtr, FoundThings>>(
       realtime ? 1 : 8, realtime ? WhenFull::kDrop : WhenFull::kBlock,
-      [this](const RgbdFramePtr& frame, const auto& publish) { publish(detect(frame)); });
+      [this](const RgbdFramePtr& frame, const auto& publish) { publish(detect(frame)); },
+      Niceness::kNetwork);
+  carry_stage_ = std::make_unique<Stage<CarryTask, SeenInstances>>(
+      1, WhenFull::kBlock,
+      [this](const CarryTask& task, const auto& publish) { publish(carry_to(task)); });
+}
+
+void InstanceStream::push(const RgbdFramePtr& frame) {
+  if (!detector_) {
+    alone_.cells = std::make_shared<CellGrid>(frame->depth, camera_);
+    return;
+  }
+  const bool first = due_.empty() && visible_ == 0;
+  const bool its_turn = frame->index % static_cast<std::size_t>(schedule_.segment_every) == 0;
+  if ((first || its_turn) && detect_stage_->push(frame)) {
+    const int delay = first ? 0 : schedule_.mask_delay;
+    due_.push_back(frame->index + static_cast<std::size_t>(delay));
+  }
+  for (; !due_.empty() && due_.front() <= frame->index; due_.pop_front()) ++visible_;
+  carry_stage_->push({frame, visible_});
+}
+
+SeenInstances InstanceStream::take() {
+  if (!detector_) return alone_;
+  return carry_stage_->take().value();
 }
 
 FoundThings InstanceStream::detect(const RgbdFramePtr& frame) {
@@ -33,9 +59,37 @@ FoundThings InstanceStream::detect(const RgbdFramePtr& frame) {
   auto found = std::make_shared<SegmentedFrame>();
   found->frame_index = found->source_index = frame->index;
   found->instances = detector_->detect(*frame);
-  timing_.add("segmentation", watch.milliseconds());
+  detecting_.add("segmentation", watch.milliseconds());
   ++segmented_;
   return {frame, found};
+}
+
+SeenInstances InstanceStream::carry_to(const CarryTask& task) {
+  carrier_.push(task.frame);
+  collect(task.visible);
+  const Stopwatch watch;
+  SeenInstances seen;
+  seen.cells = std::make_shared<CellGrid>(task.frame->depth, camera_);
+  seen.carried = carrier_.current();
+  seen.carried_cells = instance_cells(seen.carried, *seen.cells);
+  seen.found = newest_found_;
+  seen.milliseconds = watch.milliseconds();
+  carrying_.add("mask carrying", seen.milliseconds);
+  return seen;
+}
+
+void InstanceStream::collect(std::size_t visible) {
+  if (!schedule_.realtime() || taken_ == 0) {
+    while (taken_ < visible) take_in(detect_stage_->take().value());
+  }
+  if (!schedule_.realtime()) return;
+  while (const auto found = detect_stage_->try_take()) take_in(*found);
+}
+
+void InstanceStream::take_in(const FoundThings& found) {
+  carrier_.set(wanted_in(*found.instances));
+  newest_found_ = found;
+  ++taken_;
 }
 
 /// Only what a cue or the dense map asks for is carried on: the rest costs time.
@@ -47,40 +101,15 @@ SegmentedFrame InstanceStream::wanted_in(const SegmentedFrame& found) const {
   return wanted;
 }
 
-void InstanceStream::push(const RgbdFramePtr& frame) {
-  if (!detector_) return;
-  newest_ = frame;
-  carrier_.push(frame);
-  if (frame->index % static_cast<std::size_t>(schedule_.segment_every) != 0 && any_) return;
-  if (stage_->push(frame))
-    due_.push_back(frame->index + static_cast<std::size_t>(schedule_.mask_delay));
-}
-
-void InstanceStream::collect() {
-  if (!detector_) return;
-  const auto take = [this](const std::optional<FoundThings>& found) {
-    if (!found) return false;
-    carrier_.set(wanted_in(*found->instances));
-    newest_found_ = *found;
-    due_.pop_front();
-    any_ = true;
-    return true;
-  };
-  if (!any_ && !due_.empty()) take(stage_->take());
-  if (schedule_.realtime()) {
-    while (take(stage_->try_take())) {
-    }
-  } else {
-    while (!due_.empty() && due_.front() <= newest_->index) take(stage_->take());
-  }
-}
-
-SegmentedFramePtr InstanceStream::current() const {
-  return detector_ ? carrier_.current() : nullptr;
-}
-
 void InstanceStream::finish() {
-  if (stage_) stage_->drain();
+  if (carry_stage_) carry_stage_->drain();
+  if (detect_stage_) detect_stage_->drain();
+}
+
+TimingRecorder InstanceStream::timing() const {
+  TimingRecorder all = carrying_;
+  all.merge(detecting_);
+  return all;
 }
 
 }  // namespace stillmap

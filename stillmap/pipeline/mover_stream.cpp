@@ -9,11 +9,13 @@ MoverStream::MoverStream(const MoverOptions& options)
     : detector_(options.detection), tracker_(options.tracking) {
   if (!options.enabled) return;
   stage_ = std::make_unique<Stage<TrackedFramePtr, std::vector<Mover>>>(
-      8, WhenFull::kBlock, [this](const TrackedFramePtr& tracked, const auto& publish) {
+      8, WhenFull::kBlock,
+      [this](const TrackedFramePtr& tracked, const auto& publish) {
         const Stopwatch watch;
         publish(work(*tracked));
         timing_.add("movers", watch.milliseconds());
-      });
+      },
+      Niceness::kBeside);
 }
 
 void MoverStream::push(const TrackedFramePtr& tracked) {

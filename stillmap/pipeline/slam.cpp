@@ -77,7 +77,7 @@ Slam::Slam(const Camera& camera, const SlamOptions& options, std::unique_ptr<Det
       extractor_(options.orb),
       motion_(options.motion),
       tracker_(camera, pyramid_of(options.orb), options.tracker, how_to_begin(start)),
-      instances_(std::move(detector), options),
+      instances_(camera, std::move(detector), options),
       mapping_(map_to_begin_in(start, camera, pyramid_of(options.orb)), options, extend_),
       dense_(camera, options.dense),
       movers_(options.movers) {
@@ -86,7 +86,7 @@ Slam::Slam(const Camera& camera, const SlamOptions& options, std::unique_ptr<Det
   }
   dense_stage_ = std::make_unique<Stage<DenseTask, Nothing>>(
       options.schedule.realtime() ? kLongQueue : kQueue, WhenFull::kBlock,
-      [this](const DenseTask& task, const auto&) { work_on_dense_map(task); });
+      [this](const DenseTask& task, const auto&) { work_on_dense_map(task); }, Niceness::kBeside);
 }
 
 Slam::~Slam() = default;
@@ -101,8 +101,9 @@ void Slam::hold(std::vector<AnchoredView> loaded) {
 
 std::optional<Pose> Slam::push(const RgbdFramePtr& image) {
   check(*image);
-  instances_.push(image);
+  const Stopwatch since_push;
   Stopwatch watch;
+  instances_.push(image);
   auto frame = std::make_shared<Frame>();
   frame->image = image;
   frame->features = std::make_shared<Features>(extractor_.extract(image->grey, image->depth));
@@ -110,20 +111,26 @@ std::optional<Pose> Slam::push(const RgbdFramePtr& image) {
 
   // Waiting is no work: a live camera's tracker takes what there is, a recording's may be ahead of
   // the others.
-  instances_.collect();
   const MapView map = mapping_.view_for(image->index);
-  const double waiting = watch.lap();
+  double waiting = watch.lap();
 
-  frame->instances = instances_.current();
-  const double carrying = watch.lap();
-  frame->cells = std::make_shared<CellGrid>(image->depth, camera_);
   const auto rough = tracker_.follow(*frame->features, map.local_map);
   const double following = watch.lap();
+
+  const double meanwhile = since_push.milliseconds();
+  const SeenInstances seen = instances_.take();
+  const double blocked = watch.lap();
+  const double carrying = std::clamp(seen.milliseconds - meanwhile, 0.0, blocked);
+  waiting += blocked - carrying;  // for the network
+  frame->cells = seen.cells;
+  frame->instances = seen.carried;
+  frame->instance_cells = seen.carried_cells;
   frame->evidence =
       motion_.estimate({.image = image,
                         .features = frame->features,
                         .cells = frame->cells,
                         .instances = frame->instances,
+                        .instance_cells = frame->instance_cells,
                         .previous = newest_ ? newest_->frame : nullptr,
                         .ego_motion = rough ? std::optional(rough->motion) : std::nullopt});
   const double judging = watch.lap();
@@ -131,7 +138,7 @@ std::optional<Pose> Slam::push(const RgbdFramePtr& image) {
   const double posing = following + watch.lap();
 
   timing_.add("features", extracting);
-  timing_.add("mask carrying", carrying);
+  timing_.add("waiting for masks carried beside", carrying);
   timing_.add("motion", judging);
   for (const CueTiming& timed : motion_.timing()) {
     timing_.add("motion: " + timed.cue, timed.milliseconds);
@@ -146,7 +153,7 @@ std::optional<Pose> Slam::push(const RgbdFramePtr& image) {
   }
   mapping_.push(newest_);
   movers_.push(newest_);
-  show_dense_map(map);
+  show_dense_map(map, seen.found);
   record(*newest_, tracking);
   return newest_->T_world_camera;
 }
@@ -171,15 +178,15 @@ void Slam::check(const RgbdFrame& frame) const {
 }
 
 /// Keyframes, now and then a frame between them, and that all has moved.
-void Slam::show_dense_map(const MapView& map) {
+void Slam::show_dense_map(const MapView& map, const FoundThings& found) {
   if (!options_.dense_cloud || !extend_) return;
   DenseTask task;
   if (!map.found || newest_->relocalised) task.moved = map.moved;
-  if (newest_->T_world_camera) add_frame(task);
+  if (newest_->T_world_camera) add_frame(found, task);
   if (task.image || task.moved) dense_stage_->push(std::move(task));
 }
 
-void Slam::add_frame(DenseTask& task) {
+void Slam::add_frame(const FoundThings& found, DenseTask& task) {
   const Frame& frame = *newest_->frame;
   const bool other_world = newest_->state == TrackState::kStarted || newest_->relocalised;
   const bool keyframe = newest_->proposal.has_value();
@@ -192,7 +199,7 @@ void Slam::add_frame(DenseTask& task) {
   task.movers = mover_pixels(frame, options_.dense.movers);
   task.T_world_camera = *newest_->T_world_camera;
   task.place = {newest_->reference, newest_->T_reference_camera};
-  task.found = instances_.newest_found();
+  task.found = found;
   task.keyframe = keyframe;
   task.other_world = other_world;
 }

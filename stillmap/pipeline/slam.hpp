@@ -122,8 +122,8 @@ class Slam {
 
   void hold(std::vector<AnchoredView> loaded);
   void check(const RgbdFrame& frame) const;
-  void show_dense_map(const MapView& map);
-  void add_frame(DenseTask& task);
+  void show_dense_map(const MapView& map, const FoundThings& found);
+  void add_frame(const FoundThings& found, DenseTask& task);
   void work_on_dense_map(const DenseTask& task);
   void add_to_dense_map(const DenseTask& task);
   void move_dense_map(const KeyframePoses& moved);

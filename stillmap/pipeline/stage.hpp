@@ -19,6 +19,13 @@ enum class WhenFull {
   kDrop,   ///< refuses, and counts it: the caller never waits
 };
 
+/// How far a stage's thread stands back where there are fewer cores than work: nice values, of
+/// which each is worth a fifth of a core's time. What the camera waits for stands first.
+enum class Niceness : int { kNone = 0, kNetwork = 5, kBeside = 10 };
+
+/// Makes the calling thread stand back; without effect where the system knows no nice threads.
+void stand_back(Niceness niceness);
+
 /// A thread around a synchronous algorithm: a bounded queue in, an unbounded one out, and the only
 /// mutex of the house. Inputs are worked on in the order they were pushed, one at a time; each may
 /// publish any number of outputs. What the work throws is thrown again by the caller's next push,
@@ -30,9 +37,12 @@ class Stage {
   using Publish = std::function<void(Out)>;
   using Work = std::function<void(In, const Publish&)>;
 
-  Stage(std::size_t capacity, WhenFull when_full, Work work)
+  Stage(std::size_t capacity, WhenFull when_full, Work work, Niceness niceness = Niceness::kNone)
       : capacity_(capacity), when_full_(when_full), work_(std::move(work)) {
-    thread_ = std::jthread([this](std::stop_token stop) { run(stop); });
+    thread_ = std::jthread([this, niceness](std::stop_token stop) {
+      stand_back(niceness);
+      run(stop);
+    });
   }
   /// Ends after the input being worked on; queued ones are dropped. drain() first to keep them.
   ~Stage() = default;

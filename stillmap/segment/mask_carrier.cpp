@@ -8,17 +8,24 @@
 
 namespace stillmap {
 
-/// What of the source does not depend on the target.
+/// What of the source does not depend on the target, and where it was found last.
 struct CarrySource {
+  struct Thing {
+    SmallMask mask;
+    MaskGrid grid;
+    bool is_box = false;  // only a box is known of it
+  };
   SegmentedFrame masks;
   FlowFrame frame;
-  std::vector<SmallMask> small;  // one per instance
+  std::vector<Thing> things;  // one per instance
 
   CarrySource(const SegmentedFrame& segmented, const RgbdFrame& rgbd, const CarryOptions& options)
-      : masks(segmented), frame(rgbd, options) {
+      : masks(segmented), frame(rgbd, FlowFrame::Role::kSource, options) {
     for (const Instance& instance : masks.instances) {
-      small.push_back(shrink_mask(instance, frame.small));
-      drop_background(small.back(), frame.small, options);
+      SmallMask mask = shrink_mask(instance, frame.small);
+      drop_background(mask, frame.small, options);
+      MaskGrid grid = cut_into_cells(mask, std::max(2, options.grid / frame.small.shrink));
+      things.push_back({std::move(mask), std::move(grid), instance.mask.empty()});
     }
   }
 };
@@ -74,19 +81,20 @@ void clip(MovedMask& moved, const cv::Rect& limits) {
   moved.depth = moved.depth(inner).clone();
 }
 
-/// @param is_box whether only a box is known of the thing: then what is carried of it may not
-/// outgrow the box. The wall and the floor beside a person belong to the surfaces in the box.
-SmallMask carry_mask(const SmallMask& mask, bool is_box, const FlowFrame& source,
-                     const FlowFrame& target, std::size_t age, const CarryOptions& options) {
+/// Where only a box is known of the thing, what is carried of it may not outgrow the box: the wall
+/// and the floor beside a person belong to the surfaces in the box.
+SmallMask carry_thing(CarrySource::Thing& thing, const FlowFrame& source, const FlowFrame& target,
+                      std::size_t age, const CarryOptions& options) {
   const int shrink = source.small.shrink;
   const double uncertainty = options.base_growth + options.growth * static_cast<double>(age);
   const int margin = cvCeil(uncertainty / shrink);
-  MaskGrid grid = cut_into_cells(mask, std::max(2, options.grid / shrink));
-  follow_cells(grid, source, target, options);
-  const cv::Point2f flow = common_flow(grid);
-  MovedMask moved =
-      move_mask(mask, grid, source.small, reach_of(mask, flow, margin, source.small, options));
-  if (is_box) clip(moved, moved_box(mask.window, flow, margin, source.small.bounds()));
+  follow_cells(thing.grid, source, target, age, options);
+  const cv::Point2f flow = common_flow(thing.grid);
+  MovedMask moved = move_mask(thing.mask, thing.grid, source.small,
+                              reach_of(thing.mask, flow, margin, source.small, options));
+  if (thing.is_box) {
+    clip(moved, moved_box(thing.mask.window, flow, margin, source.small.bounds()));
+  }
   if (moved.small.window.empty()) return {};
   const cv::Mat1b open = open_ground(moved.small, flow, target.small, options);
   drop_others(moved, target.small, options);
@@ -95,16 +103,16 @@ SmallMask carry_mask(const SmallMask& mask, bool is_box, const FlowFrame& source
   return moved.small;
 }
 
-SegmentedFrame carry(const CarrySource& source, const RgbdFrame& target_frame,
+SegmentedFrame carry(CarrySource& source, const RgbdFrame& target_frame,
                      const CarryOptions& options) {
   SegmentedFrame carried{.frame_index = target_frame.index,
                          .source_index = source.masks.source_index,
                          .instances = {}};
   if (source.masks.instances.empty()) return carried;
-  const FlowFrame target(target_frame, options);
-  for (std::size_t i = 0; i < source.small.size(); ++i) {
-    const SmallMask mask = carry_mask(source.small[i], source.masks.instances[i].mask.empty(),
-                                      source.frame, target, carried.age(), options);
+  const FlowFrame target(target_frame, FlowFrame::Role::kTarget, options);
+  for (std::size_t i = 0; i < source.things.size(); ++i) {
+    const SmallMask mask =
+        carry_thing(source.things[i], source.frame, target, carried.age(), options);
     Instance instance = enlarge_mask(mask, target.small, source.masks.instances[i]);
     if (!instance.box.empty()) carried.instances.push_back(std::move(instance));
   }
@@ -115,7 +123,8 @@ SegmentedFrame carry(const CarrySource& source, const RgbdFrame& target_frame,
 
 SegmentedFrame carry_forward(const SegmentedFrame& source, const RgbdFrame& source_frame,
                              const RgbdFrame& target_frame, const CarryOptions& options) {
-  return carry(CarrySource(source, source_frame, options), target_frame, options);
+  CarrySource made_ready(source, source_frame, options);
+  return carry(made_ready, target_frame, options);
 }
 
 SegmentedFrame trim_by_depth(const SegmentedFrame& masks, const RgbdFrame& frame,
@@ -150,7 +159,7 @@ void MaskCarrier::set(const SegmentedFrame& masks) {
   source_ = std::make_unique<CarrySource>(masks, **frame, options_);
 }
 
-SegmentedFramePtr MaskCarrier::current() const {
+SegmentedFramePtr MaskCarrier::current() {
   if (!source_ || frames_.empty()) return nullptr;
   const RgbdFrame& target = *frames_.back();
   const std::size_t found_in = source_->masks.frame_index;

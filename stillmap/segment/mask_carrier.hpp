@@ -29,8 +29,8 @@ struct CarrySource;  // a segmented frame made ready to be carried
 
 /// Gives every frame masks, although the network saw only some of them, some time ago: push every
 /// frame; set masks whenever there are new ones; current() is the newest masks carried to the
-/// newest frame. What it returns depends only on the frames pushed and the masks set. One thread at
-/// a time.
+/// newest frame. What it returns depends only on the frames pushed, the masks set, and where
+/// current() was called between: flow goes on from where it was found last. One thread at a time.
 class MaskCarrier {
  public:
   explicit MaskCarrier(const CarryOptions& options = {});
@@ -45,12 +45,12 @@ class MaskCarrier {
   void set(const SegmentedFrame& masks);
   /// Masks in the pixels of the newest frame; null if there are none yet, or only ones that are too
   /// old.
-  SegmentedFramePtr current() const;
+  SegmentedFramePtr current();
 
  private:
   CarryOptions options_;
   std::deque<RgbdFramePtr> frames_;  // the last max_age + 1
-  std::unique_ptr<const CarrySource> source_;
+  std::unique_ptr<CarrySource> source_;
 };
 
 }  // namespace stillmap

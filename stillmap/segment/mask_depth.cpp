@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/segment/mask_depth.hpp"
 
+#include <opencv2/imgproc.hpp>
+
 namespace stillmap {
 namespace {
 
@@ -27,21 +29,45 @@ void drop_behind(const SmallMask& mask, const cv::Mat1f& depth, const cv::Rect& 
   }
 }
 
-/// Masked pixels that touch an unmasked one (4-neighbours).
-std::vector<cv::Point> outline(const cv::Mat1b& mask) {
-  std::vector<cv::Point> points;
-  for (int y = 0; y < mask.rows; ++y) {
-    const auto* row = mask.ptr<std::uint8_t>(y);
-    const auto* above = mask.ptr<std::uint8_t>(std::max(y - 1, 0));
-    const auto* below = mask.ptr<std::uint8_t>(std::min(y + 1, mask.rows - 1));
-    for (int x = 0; x < mask.cols; ++x) {
-      if (row[x] == 0) continue;
-      const bool inner = row[std::max(x - 1, 0)] != 0 && row[std::min(x + 1, mask.cols - 1)] != 0 &&
-                         above[x] != 0 && below[x] != 0;
-      if (!inner) points.emplace_back(x, y);
+/// A window of a frame with a border around it, so that all four neighbours of its pixels exist.
+struct Field {
+  cv::Mat1f depth;  // metres
+  cv::Mat1b
+      closed;  // not 0 where a mask cannot grow to: it is there, or may not, or knows no depth
+  int stride = 0;
+
+  Field(const SmallMask& mask, const SmallFrame& frame, const cv::Mat1b& allowed) {
+    const cv::Mat1f inner = frame.depth(mask.window);
+    cv::copyMakeBorder(inner, depth, 1, 1, 1, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
+    closed = cv::Mat1b(depth.size(), 1);
+    stride = depth.cols;
+    for (int y = 0; y < inner.rows; ++y) {
+      const auto* z = inner.ptr<float>(y);
+      const auto* own = mask.mask.ptr<std::uint8_t>(y);
+      const auto* open = allowed.empty() ? nullptr : allowed.ptr<std::uint8_t>(y);
+      auto* out = closed.ptr<std::uint8_t>(y + 1) + 1;
+      for (int x = 0; x < inner.cols; ++x) out[x] = own[x] != 0 || z[x] <= 0;
+      for (int x = 0; open != nullptr && x < inner.cols; ++x) out[x] |= open[x] == 0;
     }
   }
-  return points;
+};
+
+/// Masked pixels with a depth beside an open one, as offsets into the field.
+std::vector<int> front_of(const SmallMask& mask, const Field& field) {
+  std::vector<int> front;
+  const auto* closed = field.closed.ptr<std::uint8_t>();
+  const auto* depth = field.depth.ptr<float>();
+  for (int y = 0; y < mask.mask.rows; ++y) {
+    const auto* own = mask.mask.ptr<std::uint8_t>(y);
+    const int row = (y + 1) * field.stride + 1;
+    for (int x = 0; x < mask.mask.cols; ++x) {
+      const int p = row + x;
+      const bool shut = closed[p - 1] != 0 && closed[p + 1] != 0 && closed[p - field.stride] != 0 &&
+                        closed[p + field.stride] != 0;
+      if (own[x] != 0 && !shut && depth[p] > 0) front.push_back(p);
+    }
+  }
+  return front;
 }
 
 }  // namespace
@@ -73,8 +99,9 @@ void drop_others(MovedMask& moved, const SmallFrame& target, const CarryOptions&
     const auto* expected = moved.depth.ptr<float>(y);
     const auto* seen = target.depth.ptr<float>(y + window.y) + window.x;
     for (int x = 0; x < window.width; ++x) {
-      const bool known = expected[x] > 0 && seen[x] > 0;
-      if (known && std::abs(seen[x] - expected[x]) > apart) mask[x] = 0;
+      const bool known = (expected[x] > 0) & (seen[x] > 0);
+      const bool another = known & (std::abs(seen[x] - expected[x]) > apart);
+      mask[x] = another ? 0 : mask[x];
     }
   }
 }
@@ -83,21 +110,21 @@ void grow_on_surface(SmallMask& mask, const SmallFrame& frame, int rounds, const
                      const CarryOptions& options) {
   constexpr float kAt = 2;  // metres: where depth_step holds. A Kinect's noise grows with z^2
   const auto step = static_cast<float>(options.depth_step);
-  const std::array<cv::Point, 4> around{cv::Point(1, 0), {-1, 0}, {0, 1}, {0, -1}};
-  const cv::Mat1f depth = frame.depth(mask.window);
-  const cv::Rect all(cv::Point(), mask.window.size());
-  std::vector<cv::Point> front = outline(mask.mask), next;
+  Field field(mask, frame, allowed);
+  auto* closed = field.closed.ptr<std::uint8_t>();
+  const auto* depth = field.depth.ptr<float>();
+  const std::array<int, 4> around{1, -1, field.stride, -field.stride};
+  std::vector<int> front = front_of(mask, field), next;
   for (int round = 0; round < rounds && !front.empty(); ++round) {
     next.clear();
-    for (const cv::Point p : front) {
-      const float z = depth(p);
-      if (z <= 0) continue;
+    for (const int p : front) {
+      const float z = depth[p];
       const float tolerance = step * std::max(1.0F, z * z / (kAt * kAt));
-      for (const cv::Point direction : around) {
-        const cv::Point q = p + direction;
-        if (!all.contains(q) || mask.mask(q) != 0 || depth(q) <= 0) continue;
-        if (std::abs(depth(q) - z) >= tolerance || (!allowed.empty() && allowed(q) == 0)) continue;
-        mask.mask(q) = 255;
+      for (const int direction : around) {
+        const int q = p + direction;
+        if (closed[q] != 0 || std::abs(depth[q] - z) >= tolerance) continue;
+        closed[q] = 1;
+        mask.mask(q / field.stride - 1, q % field.stride - 1) = 255;
         next.push_back(q);
       }
     }

@@ -10,6 +10,7 @@ namespace stillmap {
 namespace {
 
 constexpr int kLevels = 3;  // of the pyramid, above the first: moves of +-80 small pixels are found
+constexpr int kNearLevels = 1;     // where it is known about where to look: +-20 small pixels
 constexpr int kIterations = 8;     // of Lucas-Kanade, per level
 constexpr double kPrecise = 0.05;  // small pixels: then it stops earlier
 constexpr double kTexture = 1e-3;  // smallest eigenvalue per pixel of the gradient matrix
@@ -115,9 +116,11 @@ void move_cell(const MaskCell& cell, const SmallMask& mask, const SmallFrame& so
 
 }  // namespace
 
-FlowFrame::FlowFrame(const RgbdFrame& frame, const CarryOptions& options) : small(frame) {
+FlowFrame::FlowFrame(const RgbdFrame& frame, Role role, const CarryOptions& options)
+    : small(frame) {
   const int window = window_of(small.shrink, options);
-  cv::buildOpticalFlowPyramid(small.grey, pyramid, cv::Size(window, window), kLevels);
+  cv::buildOpticalFlowPyramid(small.grey, pyramid, cv::Size(window, window), kLevels,
+                              role == Role::kSource);
 }
 
 MaskGrid cut_into_cells(const SmallMask& mask, int spacing) {
@@ -134,22 +137,26 @@ MaskGrid cut_into_cells(const SmallMask& mask, int spacing) {
   return grid;
 }
 
-void follow_cells(MaskGrid& grid, const FlowFrame& source, const FlowFrame& target,
+void follow_cells(MaskGrid& grid, const FlowFrame& source, const FlowFrame& target, std::size_t age,
                   const CarryOptions& options) {
+  const bool known = grid.age > 0;
+  const float pace = known ? static_cast<float>(age) / static_cast<float>(grid.age) : 0.0F;
+  grid.age = age;
   std::vector<MaskCell*> cells;
   std::vector<cv::Point2f> from, to;
   for (MaskCell& cell : grid.cells) {
     if (cell.area.empty()) continue;
     cells.push_back(&cell);
     from.push_back(cell.centre);
+    to.push_back(cell.centre + pace * cell.flow);
   }
   if (cells.empty()) return;
   std::vector<std::uint8_t> found;
   const int window = window_of(source.small.shrink, options);
   cv::calcOpticalFlowPyrLK(source.pyramid, target.pyramid, from, to, found, cv::noArray(),
-                           cv::Size(window, window), kLevels,
+                           cv::Size(window, window), known ? kNearLevels : kLevels,
                            {cv::TermCriteria::COUNT + cv::TermCriteria::EPS, kIterations, kPrecise},
-                           0, kTexture);
+                           cv::OPTFLOW_USE_INITIAL_FLOW, kTexture);
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const float before = depth_at(source.small.depth, from[i]);
     const float after = depth_at(target.small.depth, to[i]);

@@ -20,6 +20,7 @@ struct MaskCell {
 /// The squares of one mask, row by row.
 struct MaskGrid {
   int rows = 0, columns = 0;
+  std::size_t age = 0;  ///< frames that the cells' flows span; 0: none is known yet
   std::vector<MaskCell> cells;
   MaskCell& at(int row, int column) {
     return cells[static_cast<std::size_t>(row * columns + column)];
@@ -29,20 +30,25 @@ struct MaskGrid {
   }
 };
 
-/// A frame made ready for optical flow.
+/// A frame made ready for optical flow, to be followed from or to be found in: the former takes its
+/// gradients, too.
 struct FlowFrame {
+  enum class Role { kSource, kTarget };
   SmallFrame small;
   std::vector<cv::Mat> pyramid;
-  FlowFrame(const RgbdFrame& frame, const CarryOptions& options);
+  FlowFrame(const RgbdFrame& frame, Role role, const CarryOptions& options);
 };
 
 /// Cuts a mask into squares of `options.grid`.
 MaskGrid cut_into_cells(const SmallMask& mask, int spacing);
 
-/// Measures where each cell goes: pyramidal Lucas-Kanade (Bouguet 2001) at its centre. A flow that
-/// ends on another surface (depth jumps by more than options.depth_apart) is not believed. Then
-/// each cell takes the median flow of its neighbourhood, so that no cell goes astray.
-void follow_cells(MaskGrid& grid, const FlowFrame& source, const FlowFrame& target,
+/// Measures where each cell goes: pyramidal Lucas-Kanade (Bouguet 2001) at its centre. A grid that
+/// was followed to an earlier frame before is looked for where it would be by now at the same
+/// speed, which takes half of the levels. A flow that ends on another surface (depth jumps by more
+/// than options.depth_apart) is not believed. Then each cell takes the median flow of its
+/// neighbourhood, so that no cell goes astray.
+/// @param age frames from the source to the target
+void follow_cells(MaskGrid& grid, const FlowFrame& source, const FlowFrame& target, std::size_t age,
                   const CarryOptions& options);
 
 /// A mask moved with its cells, and the depth it is expected at there.

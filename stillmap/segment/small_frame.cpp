@@ -23,7 +23,12 @@ SmallFrame::SmallFrame(const RgbdFrame& frame)
                       std::max(1, full_size.height / shrink));
   const cv::Rect whole(0, 0, size.width * shrink, size.height * shrink);
   cv::resize(frame.grey(whole), grey, size, 0, 0, cv::INTER_AREA);
-  cv::resize(frame.depth(whole), depth, size, 0, 0, cv::INTER_NEAREST);
+  depth = cv::Mat1f(size);
+  for (int y = 0; y < size.height; ++y) {
+    const auto* in = frame.depth.ptr<float>(y * shrink);
+    auto* out = depth.ptr<float>(y);
+    for (int x = 0; x < size.width; ++x) out[x] = in[x * shrink];
+  }
 }
 
 SmallMask shrink_mask(const Instance& instance, const SmallFrame& frame) {
