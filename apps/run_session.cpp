@@ -121,6 +121,25 @@ auto frames_beside_map(const SlamResult& result) {
                        [](const FrameRecord& f) { return f.beside_map; });
 }
 
+/// How the camera was kept up with: in the order in which less is done.
+std::string pace_text(const Outcome& o) {
+  const Economies& less = o.result.economies;
+  std::string text = "keeping up with the camera: ";
+  if (o.result.segmented > 0) {
+    text += fmt::format("network every {:.1f} frames ({} asked for), ",
+                        static_cast<double>(o.frames) / static_cast<double>(o.result.segmented),
+                        o.options.schedule.segment_every);
+  }
+  if (o.options.movers.enabled)
+    text += fmt::format("no movers looked for in {} frames, ", less.frames_without_movers);
+  text += fmt::format("fewer keypoints in {} frames", less.frames_of_fewer_keypoints);
+  if (less.frames_of_fewer_keypoints > 0)
+    text += fmt::format(" (at least {})", less.fewest_keypoints);
+  if (less.frames_without_view > 0)
+    text += fmt::format(", {} keyframes not in the dense map", less.frames_without_view);
+  return text + fmt::format(", {} frames dropped", o.dropped);
+}
+
 /// "2 loops closed, 1 relocalisation"; empty if there were none.
 std::string places_text(const SlamResult& result) {
   std::string text;
@@ -219,6 +238,9 @@ nlohmann::json summary(const Outcome& o) {
                     {"skipped", o.skipped.size()},
                     {"dropped_late", o.dropped},
                     {"segmented", o.result.segmented},
+                    {"fewer_keypoints", o.result.economies.frames_of_fewer_keypoints},
+                    {"without_movers", o.result.economies.frames_without_movers},
+                    {"without_view", o.result.economies.frames_without_view},
                     {"beside_map", frames_beside_map(o.result)}};
   for (const SkippedFrame& s : o.skipped) {
     json["skipped"].push_back({{"timestamp", s.timestamp}, {"reason", s.reason}});
@@ -311,6 +333,7 @@ ReportData report_data(const Outcome& o, const std::vector<ReportImage>& picture
       {"frames segmented", std::to_string(o.result.segmented)},
       {"frames skipped", std::to_string(o.skipped.size())},
       {"frames dropped late", std::to_string(o.dropped)},
+      {"frames of fewer keypoints", std::to_string(o.result.economies.frames_of_fewer_keypoints)},
       {"maps", std::to_string(o.result.maps)},
       {"loops and losses", places_text(o.result).empty() ? "none" : places_text(o.result)},
       {"peak memory", fmt::format("{:.0f} MiB", peak_memory_mib())}};
@@ -387,7 +410,7 @@ void print_outcome(const Outcome& o) {
     fmt::print("{} frames skipped; the first: {:.6f}: {}\n", o.skipped.size(),
                o.skipped.front().timestamp, o.skipped.front().reason);
   }
-  if (o.dropped > 0) fmt::print("{} frames dropped, as they came too late\n", o.dropped);
+  if (o.options.schedule.realtime()) fmt::print("{}\n", pace_text(o));
   if (o.evaluation) fmt::print("{}", evaluation_text(*o.evaluation));
   if (!o.evaluation_problem.empty()) fmt::print("no error figures: {}\n", o.evaluation_problem);
   if (o.result.tracked() == 0) {

@@ -34,11 +34,11 @@ const OrbOptions& checked(const OrbOptions& o) {
 }
 
 /// Geometric series with ratio 1 / scale_factor from level to level, in sum exactly `keypoints`.
-std::vector<int> shares(const OrbOptions& options) {
+std::vector<int> shares(const OrbOptions& options, int keypoints) {
   const double q = 1 / options.scale_factor;
-  const double first = options.keypoints * (1 - q) / (1 - std::pow(q, options.levels));
+  const double first = keypoints * (1 - q) / (1 - std::pow(q, options.levels));
   std::vector<int> share(options.levels);
-  int rest = options.keypoints;
+  int rest = keypoints;
   for (int level = 0; level < options.levels; ++level) {
     const bool last = level + 1 == options.levels;
     share[level] =
@@ -84,24 +84,26 @@ float depth_at(const cv::Mat& depth, float u, float v, double jump) {
 OrbExtractor::OrbExtractor(const OrbOptions& options, CpuPath path)
     : options_(checked(options)),
       path_(path),
-      share_(shares(options)),
       pyramid_(path),
       detector_(options.fast_threshold, options.fast_threshold_low, options.cell, options.border,
                 path),
       blur_(path) {}
 
-Features OrbExtractor::extract(const cv::Mat& grey, const cv::Mat& depth) {
+Features OrbExtractor::extract(const cv::Mat& grey, const cv::Mat& depth,
+                               std::optional<int> keypoints) {
   check_images(grey, depth);
+  const int most = keypoints.value_or(options_.keypoints);
   Features features;
   if (grey.empty()) return features;
-  features.keypoints.reserve(options_.keypoints);
-  features.descriptors.reserve(options_.keypoints);
+  features.keypoints.reserve(most);
+  features.descriptors.reserve(most);
 
   pyramid_.build(grey, options_.pyramid(), 2 * options_.border + 1);
+  const std::vector<int> share = shares(options_, most);
   int wanted = 0;  // what finer levels left over, and this level's share
   for (int level = 0; level < pyramid_.levels(); ++level) {
     const std::size_t before = features.size();
-    wanted += share_[level];
+    wanted += share[level];
     extract_level(level, wanted, features);
     wanted -= static_cast<int>(features.size() - before);
   }

@@ -8,6 +8,7 @@
 #include "stillmap/feature/pyramid.hpp"
 #include "stillmap/feature/quadtree.hpp"
 
+#include <optional>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -44,9 +45,11 @@ class OrbExtractor {
 
   /// @param grey   8UC1, any size; too small or without texture: no keypoints
   /// @param depth  32FC1 of the same size, metres, 0 or not finite where unknown; empty: no depths
-  /// Throws Error where a type or size is another. Keypoints are ordered by level, at most
-  /// `options.keypoints`; a level that has too few corners leaves its share to the coarser ones.
-  Features extract(const cv::Mat& grey, const cv::Mat& depth = {});
+  /// @param keypoints  at most; none: options.keypoints
+  /// Throws Error where a type or size is another. Keypoints are ordered by level; a level that has
+  /// too few corners leaves its share to the coarser ones.
+  Features extract(const cv::Mat& grey, const cv::Mat& depth = {},
+                   std::optional<int> keypoints = std::nullopt);
 
   const OrbOptions& options() const { return options_; }
 
@@ -55,7 +58,6 @@ class OrbExtractor {
 
   OrbOptions options_;
   CpuPath path_;
-  std::vector<int> share_;  // keypoints wanted on each level, in sum options_.keypoints
   ImagePyramid pyramid_;
   FastDetector detector_;
   QuadtreeSpreader spreader_;

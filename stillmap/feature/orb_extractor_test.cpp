@@ -196,6 +196,14 @@ int occupied_cells(const Features& features) {
   return static_cast<int>(cells.size());
 }
 
+TEST(OrbExtractor, FewerAskedForOnceAreThoseOfAnExtractorOfFewer) {
+  const cv::Mat image = dead_leaves(kSize, 19);
+  OrbExtractor extractor;
+  const Features all = extractor.extract(image);
+  expect_same(extractor.extract(image, {}, 300), OrbExtractor({.keypoints = 300}).extract(image));
+  expect_same(extractor.extract(image), all);
+}
+
 TEST(OrbExtractor, SpreadsOverFaintPartsToo) {
   // All but the left fifth has a tenth of the contrast: hardly a corner there is above the first
   // threshold.

@@ -65,25 +65,35 @@ FoundThings InstanceStream::detect(const RgbdFramePtr& frame) {
 }
 
 SeenInstances InstanceStream::carry_to(const CarryTask& task) {
+  Stopwatch watch;
   carrier_.push(task.frame);
-  collect(task.visible);
-  const Stopwatch watch;
+  const double waiting = collect(task.visible);
   SeenInstances seen;
   seen.cells = std::make_shared<CellGrid>(task.frame->depth, camera_);
   seen.carried = carrier_.current();
   seen.carried_cells = instance_cells(seen.carried, *seen.cells);
   seen.found = newest_found_;
-  seen.milliseconds = watch.milliseconds();
+  seen.milliseconds = watch.milliseconds() - waiting;
   carrying_.add("mask carrying", seen.milliseconds);
   return seen;
 }
 
-void InstanceStream::collect(std::size_t visible) {
-  if (!schedule_.realtime() || taken_ == 0) {
-    while (taken_ < visible) take_in(detect_stage_->take().value());
+/// Milliseconds that the detector was waited for.
+double InstanceStream::collect(std::size_t visible) {
+  double waiting = 0;
+  const bool wait = !schedule_.realtime() || taken_ == 0;
+  while (wait && taken_ < visible) {
+    const Stopwatch watch;
+    const FoundThings found = detect_stage_->take().value();
+    waiting += watch.milliseconds();
+    take_in(found);
   }
-  if (!schedule_.realtime()) return;
-  while (const auto found = detect_stage_->try_take()) take_in(*found);
+  while (schedule_.realtime()) {
+    const auto found = detect_stage_->try_take();
+    if (!found) break;
+    take_in(*found);
+  }
+  return waiting;
 }
 
 void InstanceStream::take_in(const FoundThings& found) {

@@ -59,7 +59,7 @@ class InstanceStream {
 
   FoundThings detect(const RgbdFramePtr& frame);
   SeenInstances carry_to(const CarryTask& task);
-  void collect(std::size_t visible);
+  double collect(std::size_t visible);
   void take_in(const FoundThings& found);
   SegmentedFrame wanted_in(const SegmentedFrame& found) const;
 

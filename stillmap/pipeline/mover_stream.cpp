@@ -5,8 +5,8 @@
 
 namespace stillmap {
 
-MoverStream::MoverStream(const MoverOptions& options)
-    : detector_(options.detection), tracker_(options.tracking) {
+MoverStream::MoverStream(const MoverOptions& options, bool realtime)
+    : realtime_(realtime), detector_(options.detection), tracker_(options.tracking) {
   if (!options.enabled) return;
   stage_ = std::make_unique<Stage<TrackedFramePtr, std::vector<Mover>>>(
       8, WhenFull::kBlock,
@@ -20,7 +20,13 @@ MoverStream::MoverStream(const MoverOptions& options)
 
 void MoverStream::push(const TrackedFramePtr& tracked) {
   if (!stage_ || !tracked->has_pose()) return;
-  stage_->push(tracked);
+  // One that begins another world must not be missed.
+  const bool world_goes_on = tracked->state == TrackState::kTracking && !tracked->relocalised;
+  if (realtime_ && world_goes_on && stage_->waiting() >= 2) {
+    ++passed_over_;
+  } else {
+    stage_->push(tracked);
+  }
   newest(false);  // so that what nobody asks for does not pile up
 }
 

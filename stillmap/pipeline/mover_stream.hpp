@@ -21,11 +21,11 @@ struct MoverStatistics {
 };
 
 /// The movers' detection and tracking in a thread of its own, beside the camera's critical path.
-/// Tracked frames go in, in their order; each is worked on, so that the tracks depend on the data
-/// alone.
+/// Tracked frames go in, in their order; in lockstep each is worked on, so that the tracks depend
+/// on the data alone; in realtime some are passed over where the movers fall behind the camera.
 class MoverStream {
  public:
-  explicit MoverStream(const MoverOptions& options);
+  MoverStream(const MoverOptions& options, bool realtime);
 
   /// Hands over a frame. Those without a pose are passed over; one that begins a map, or in which
   /// the camera was recognised after it was lost, ends all tracks, as its world may be another.
@@ -34,6 +34,9 @@ class MoverStream {
   /// The movers at the newest frame worked on, by id.
   /// @param wait whether to wait until that is the frame pushed last
   std::vector<Mover> newest(bool wait);
+
+  /// Frames that came too fast, and were not worked on.
+  std::size_t passed_over() const { return passed_over_; }
 
   void finish();
   /// After finish(): all tracks, see MoverTracker::tracks().
@@ -45,7 +48,9 @@ class MoverStream {
  private:
   std::vector<Mover> work(const TrackedFrame& tracked);
 
+  const bool realtime_;
   std::vector<Mover> newest_;
+  std::size_t passed_over_ = 0;
   // Of the stage's thread until finish().
   MoverDetector detector_;
   MoverTracker tracker_;

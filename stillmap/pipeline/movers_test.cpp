@@ -137,7 +137,7 @@ TrackedFramePtr true_frame(const SimulatedSequence& sequence, std::size_t index,
 
 TEST(MoverStream, TheTracksEndWhereANewMapBegins) {
   const SimulatedSequence sequence(test::near_movers(0, 3));
-  MoverStream movers{MoverOptions{}};
+  MoverStream movers(MoverOptions{}, false);
   constexpr std::size_t kNewMap = 30;
   for (std::size_t i = 0; i < 60; ++i) {
     const TrackState state = i == kNewMap ? TrackState::kStarted : TrackState::kTracking;

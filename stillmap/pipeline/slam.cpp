@@ -75,12 +75,13 @@ Slam::Slam(const Camera& camera, const SlamOptions& options, std::unique_ptr<Det
       camera_(camera),
       extend_(!start || start->extend),
       extractor_(options.orb),
+      pace_(options.orb.keypoints),
       motion_(options.motion),
       tracker_(camera, pyramid_of(options.orb), options.tracker, how_to_begin(start)),
       instances_(camera, std::move(detector), options),
       mapping_(map_to_begin_in(start, camera, pyramid_of(options.orb)), options, extend_),
       dense_(camera, options.dense),
-      movers_(options.movers) {
+      movers_(options.movers, options.schedule.realtime()) {
   if (start && extend_ && options.dense_cloud) {
     hold(std::move(start->saved.views));
   }
@@ -106,7 +107,8 @@ std::optional<Pose> Slam::push(const RgbdFramePtr& image) {
   instances_.push(image);
   auto frame = std::make_shared<Frame>();
   frame->image = image;
-  frame->features = std::make_shared<Features>(extractor_.extract(image->grey, image->depth));
+  frame->features =
+      std::make_shared<Features>(extractor_.extract(image->grey, image->depth, pace_.keypoints()));
   const double extracting = watch.lap();
 
   // Waiting is no work: a live camera's tracker takes what there is, a recording's may be ahead of
@@ -154,6 +156,7 @@ std::optional<Pose> Slam::push(const RgbdFramePtr& image) {
   mapping_.push(newest_);
   movers_.push(newest_);
   show_dense_map(map, seen.found);
+  if (options_.schedule.realtime()) economise(*image, since_push.milliseconds());
   record(*newest_, tracking);
   return newest_->T_world_camera;
 }
@@ -177,6 +180,17 @@ void Slam::check(const RgbdFrame& frame) const {
   }
 }
 
+/// @param busy milliseconds that the frame kept the tracker from taking another
+void Slam::economise(const RgbdFrame& image, double busy) {
+  const int wanted = pace_.keypoints();
+  if (wanted < options_.orb.keypoints) ++economies_.frames_of_fewer_keypoints;
+  economies_.fewest_keypoints =
+      records_.empty() ? wanted : std::min(economies_.fewest_keypoints, wanted);
+  if (!records_.empty()) {
+    pace_.took(busy, 1000 * (image.timestamp - records_.back().timestamp));
+  }
+}
+
 /// Keyframes, now and then a frame between them, and that all has moved.
 void Slam::show_dense_map(const MapView& map, const FoundThings& found) {
   if (!options_.dense_cloud || !extend_) return;
@@ -192,8 +206,12 @@ void Slam::add_frame(const FoundThings& found, DenseTask& task) {
   const bool keyframe = newest_->proposal.has_value();
   const auto every = static_cast<std::size_t>(options_.dense.every);
   const bool due = every > 0 && frame.index() >= last_dense_ + every;
-  const bool late = options_.schedule.realtime() && dense_stage_->waiting() > 2;
-  if (!keyframe && !other_world && (!due || late)) return;
+  const std::size_t waiting = options_.schedule.realtime() ? dense_stage_->waiting() : 0;
+  if (!keyframe && !other_world && (!due || waiting > 2)) return;
+  if (waiting + 4 > kLongQueue) {  // rather a hole in the map than a camera that waits for it
+    ++economies_.frames_without_view;
+    return;
+  }
   last_dense_ = frame.index();
   task.image = frame.image;
   task.movers = mover_pixels(frame, options_.dense.movers);
@@ -373,6 +391,8 @@ SlamResult Slam::finish() {
   result.events = mapping_.events();
   result.refined = mapping_.refined();
   result.segmented = instances_.segmented();
+  result.economies = economies_;
+  result.economies.frames_without_movers = movers_.passed_over();
   result.timing = timing_;
   result.timing.merge(instances_.timing());
   result.timing.merge(mapping_.timing());

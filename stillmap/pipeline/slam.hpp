@@ -4,6 +4,7 @@
 #include "stillmap/evaluate/timing.hpp"
 #include "stillmap/geometry/trajectory.hpp"
 #include "stillmap/pipeline/instance_stream.hpp"
+#include "stillmap/pipeline/keypoint_pace.hpp"
 #include "stillmap/pipeline/mapping.hpp"
 #include "stillmap/pipeline/mover_stream.hpp"
 #include "stillmap/pipeline/options.hpp"
@@ -38,6 +39,16 @@ struct FrameRecord {
       0;  ///< of work on the camera's critical path: features, masks carried, motion, pose
 };
 
+/// What was done less of, so that tracking kept up with a camera that does not wait: first the
+/// network sees fewer frames, and movers are looked for in fewer; then there are fewer keypoints;
+/// and at last frames are dropped, by their source. Nothing in lockstep.
+struct Economies {
+  std::size_t frames_without_movers = 0;      ///< frames in which no movers were looked for
+  std::size_t frames_without_view = 0;        ///< keyframes that the dense map was not shown
+  std::size_t frames_of_fewer_keypoints = 0;  ///< frames that had to do with fewer keypoints
+  int fewest_keypoints = 0;                   ///< that were wanted of a frame
+};
+
 /// All that a run yields.
 struct SlamResult {
   Trajectory
@@ -57,6 +68,7 @@ struct SlamResult {
   std::vector<MapEvent> events;  ///< loops closed, maps joined and dropped, in this order
   RefineTotals refined;          ///< what keeping the map good took
   std::size_t segmented = 0;     ///< frames the network saw
+  Economies economies;
   std::size_t tracked() const { return trajectory.size(); }
 };
 
@@ -122,6 +134,7 @@ class Slam {
 
   void hold(std::vector<AnchoredView> loaded);
   void check(const RgbdFrame& frame) const;
+  void economise(const RgbdFrame& image, double busy);
   void show_dense_map(const MapView& map, const FoundThings& found);
   void add_frame(const FoundThings& found, DenseTask& task);
   void work_on_dense_map(const DenseTask& task);
@@ -139,6 +152,8 @@ class Slam {
   const Camera camera_;
   const bool extend_;
   OrbExtractor extractor_;
+  KeypointPace pace_;
+  Economies economies_;
   MotionEstimator motion_;
   Tracker tracker_;
   InstanceStream instances_;

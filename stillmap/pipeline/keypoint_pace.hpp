@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+namespace stillmap {
+
+/// How many keypoints the next frame may have where time is real: as many as are wanted while the
+/// tracker keeps up with the camera, fewer while it does not, and more again once it does.
+class KeypointPace {
+ public:
+  /// @param most   keypoints wanted where there is time
+  /// @param least  share of them that is never gone below
+  explicit KeypointPace(int most, double least = 0.4);
+
+  /// A frame kept the tracker busy for so long, and the next came so much later [ms].
+  void took(double milliseconds, double interval);
+
+  int keypoints() const;
+
+ private:
+  int most_;
+  double least_;
+  double share_ = 1;  // of most_
+  double load_ = 0;   // of the interval, smoothed
+};
+
+}  // namespace stillmap
