@@ -51,6 +51,16 @@ double error_at(const SlamResult& result, const Recording& recording, std::size_
   return (truth.inverse() * estimate).translation().norm();
 }
 
+TEST(Lost, PointsOfTheFrameBeforeHelpToHoldThePoseWhereLandmarksAreTooFew) {
+  const Recording& rec = recording(0, "xyz");
+  SlamOptions options = small_options("static");
+  options.tracker.min_inliers = options.orb.keypoints + 1;  // they always are
+  Slam slam(rec.sequence->camera(), options);
+  for (std::size_t i = 0; i < 60; ++i) EXPECT_TRUE(slam.push(rec.frames[i])) << "frame " << i;
+  const SlamResult result = slam.finish();
+  for (std::size_t i = 10; i < 60; i += 10) EXPECT_LT(error_at(result, rec, i, i), 0.02);
+}
+
 TEST(Lost, SecondsOfBlacknessAreBridged) {
   const Recording& rec = recording(0, "xyz");
   Slam slam(rec.sequence->camera(), small_options("static"));

@@ -305,8 +305,25 @@ std::optional<Tracker::Estimate> Tracker::estimate_in_local_map(const Frame& fra
   matches.insert(matches.end(), more.begin(), more.end());
   for (Match& match : matches) match.weight = frame.evidence.weight[match.keypoint];
   auto estimate = solve(*frame.features, first.T_world_camera, matches, options_.min_inliers);
+  if (!estimate) estimate = estimate_with_points(frame, first, std::move(matches));
   if (estimate) count_sightings(frame, *estimate, in_view);
   return estimate;
+}
+
+/// Too few landmarks are seen, as in a moment of blur: points of the previous frame help to hold
+/// the pose. They alone do not, for they may all be on one thing that moves.
+std::optional<Tracker::Estimate> Tracker::estimate_with_points(const Frame& frame,
+                                                               const Estimate& first,
+                                                               std::vector<Match> matches) const {
+  for (Match match : first.matches) {
+    match.weight = frame.evidence.weight[match.keypoint];
+    if (!match.landmark.valid() && match.weight > 0) matches.push_back(match);
+  }
+  auto estimate = solve(*frame.features, first.T_world_camera, matches, options_.sure_inliers);
+  if (!estimate) return std::nullopt;
+  std::erase_if(estimate->matches, [](const Match& match) { return !match.landmark.valid(); });
+  const auto landmarks = static_cast<int>(estimate->matches.size());
+  return landmarks < options_.min_motion_inliers ? std::nullopt : estimate;
 }
 
 /// A second frame's word for the place: it is followed from the recognised one, and agrees with the

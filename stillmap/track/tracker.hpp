@@ -151,6 +151,8 @@ class Tracker {
                        const Pose& T_world_camera) const;
   std::optional<Estimate> estimate_from_reference(const Frame& frame) const;
   std::optional<Estimate> estimate_in_local_map(const Frame& frame, const Estimate& first);
+  std::optional<Estimate> estimate_with_points(const Frame& frame, const Estimate& first,
+                                               std::vector<Match> matches) const;
   std::optional<Estimate> estimate_from_place(const Frame& frame, const Placement& found);
   std::optional<Estimate> estimate_beside(const Frame& frame,
                                           const std::optional<RoughTrack>& rough) const;
