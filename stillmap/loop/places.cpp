@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/loop/places.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace stillmap {
@@ -13,6 +14,24 @@ std::vector<float> weights_of_landmarks(const Keyframe& keyframe) {
     if (!keyframe.landmarks[i].valid()) weights[i] = 0;
   }
   return weights;
+}
+
+/// Keyframes of a component, those that show most landmarks first.
+std::vector<KeyframeId> richest(const Map& map, std::uint32_t component, int most) {
+  std::vector<std::pair<std::ptrdiff_t, KeyframeId>> shown;
+  for (const KeyframeId id : keyframes_of(map, component)) {
+    const auto& landmarks = map.at(id).landmarks;
+    shown.emplace_back(
+        std::count_if(landmarks.begin(), landmarks.end(), [](LandmarkId l) { return l.valid(); }),
+        id);
+  }
+  std::stable_sort(shown.begin(), shown.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::vector<KeyframeId> ids;
+  for (const auto& [count, id] : shown) {
+    if (std::ssize(ids) < most) ids.push_back(id);
+  }
+  return ids;
 }
 
 }  // namespace
@@ -37,6 +56,22 @@ std::optional<LoopMatch> Places::recognise(const Map& map, KeyframeId newest) {
     if (!verdict.match) continue;
     detector_.reset();
     return std::move(verdict.match);
+  }
+  return std::nullopt;
+}
+
+std::optional<LoopMatch> Places::connect(const Map& map, std::uint32_t component) const {
+  if (!options_.loops) return std::nullopt;
+  std::vector<KeyframeId> own = keyframes_of(map, component);
+  std::sort(own.begin(), own.end());
+  for (const KeyframeId query : richest(map, component, options_.connect_by)) {
+    const BagOfWords* bag = index_.find(query);
+    if (bag == nullptr) continue;
+    for (const PlaceCandidate& place :
+         find_places(map, index_, bag->words, own, 0, options_.detector.query)) {
+      auto verdict = verify_loop(map, index_, query, place.keyframe, options_.verification);
+      if (verdict.match) return std::move(verdict.match);
+    }
   }
   return std::nullopt;
 }

@@ -16,7 +16,8 @@ struct PlaceOptions {
   LoopDetectorOptions detector;
   LoopVerificationOptions verification;
   LoopCorrectionOptions correction;
-  STILLMAP_FIELDS(loops, relocaliser, detector, verification, correction)
+  int connect_by = 20;  ///< keyframes of a map apart that are held against the others at the end
+  STILLMAP_FIELDS(loops, relocaliser, detector, verification, correction, connect_by)
 };
 
 /// The places of a map, to be recognised by how they look. Belongs to the thread that owns the map.
@@ -31,6 +32,10 @@ class Places {
   /// Whether the place of the keyframe added last has been seen before, in its own component (a
   /// loop) or in another one; certain, or nothing.
   std::optional<LoopMatch> recognise(const Map& map, KeyframeId newest);
+
+  /// Whether some keyframe of a component shows a place of another one: those of its keyframes that
+  /// show most landmarks are asked, each for itself, and not only in a row as they came.
+  std::optional<LoopMatch> connect(const Map& map, std::uint32_t component) const;
 
   /// Where a frame of a lost camera was: see stillmap::relocalise().
   RelocalisationVerdict find(const Map& map, const Frame& frame) const;

@@ -10,6 +10,8 @@ namespace {
 using recorded::small_options, recorded::same_bytes;
 
 constexpr std::size_t kFrames = 330;
+/// Frames until a first keyframe shows the place where the round began.
+constexpr std::size_t kSeenOnce = 240;
 
 /// A camera carried around the office in small, quick pictures, and a little farther.
 const SimulatedSequence& round() {
@@ -86,6 +88,26 @@ TEST(Maps, AreJoinedWhenThePlaceOfTheOldOneIsSeen) {
   EXPECT_EQ(count(result, MapEvent::Kind::kMerge), 1);
   EXPECT_EQ(result.maps, 1U);
   EXPECT_LT(ate(result), 0.05) << "metres, of one consistent path";
+}
+
+/// As before, but the camera is switched off where a first keyframe shows the old place, before a
+/// row of them could.
+TEST(Maps, LeftApartAreHeldAgainstEachOtherAtTheEnd) {
+  const auto maps_with = [](int connect_by) {
+    SlamOptions options = loop_options();
+    options.places.connect_by = connect_by;
+    Slam slam(round().camera(), options);
+    for (std::size_t i = 0; i < kSeenOnce; ++i) {
+      if (i < 80 || i > 180) slam.push(picture(i));
+    }
+    return slam.finish();
+  };
+  const SlamResult apart = maps_with(0), joined = maps_with(20);
+  EXPECT_EQ(apart.maps, 2U);
+  EXPECT_EQ(joined.maps, 1U);
+  EXPECT_EQ(joined.tracked(), apart.tracked());
+  EXPECT_LT(ate(joined), 0.05) << "metres, of one consistent path";
+  EXPECT_GT(ate(apart), 2 * ate(joined));
 }
 
 /// As before, but the two maps were saved before the old place was seen.

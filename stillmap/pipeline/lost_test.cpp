@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/pipeline/recording_test.hpp"
+#include "stillmap/simulate/board.hpp"
 
 #include <gtest/gtest.h>
 
@@ -89,6 +90,63 @@ TEST(Lost, PeopleInTheViewDoNotHinderIt) {
   EXPECT_GE(with_pose, 25);
   const SlamResult result = slam.finish();
   for (std::size_t i = 66; i < 90; ++i) EXPECT_LT(error_at(result, rec, i, i), 0.03) << i;
+}
+
+/// Something printed is carried past before the camera, in frames [kComes, kGoes).
+class BehindABoard : public ::testing::Test {
+ protected:
+  static constexpr std::size_t kComes = 20, kGoes = 65;
+  static SlamResult run(const Board& board, const SlamOptions& options) {
+    const Recording& rec = recording(0, "xyz");
+    const Camera& camera = rec.sequence->camera();
+    Slam slam(camera, options);
+    for (std::size_t i = 0; i < rec.frames.size(); ++i) {
+      const bool there = i >= kComes && i < kGoes;
+      const double since = (static_cast<double>(i) - kComes) / 30;
+      slam.push(there ? behind(board, *rec.frames[i], camera, since) : rec.frames[i]);
+    }
+    return slam.finish();
+  }
+  static bool is_posed(const FrameRecord& frame) {
+    return frame.state == TrackState::kTracking || frame.state == TrackState::kStarted;
+  }
+  static std::ptrdiff_t maps_begun(const SlamResult& result) {
+    return std::count_if(result.frames.begin(), result.frames.end(),
+                         [](const FrameRecord& f) { return f.state == TrackState::kStarted; });
+  }
+  static void expect_true_poses(const SlamResult& result, double bound) {
+    for (const FrameRecord& f : result.frames) {
+      if (!is_posed(f)) continue;
+      EXPECT_LT(error_at(result, recording(0, "xyz"), f.index, f.index), bound) << f.index;
+    }
+  }
+};
+
+TEST_F(BehindABoard, WhatIsLeftOfTheViewIsEnough) {
+  const SlamResult result = run({.share = 0.6}, small_options("fused"));
+  EXPECT_EQ(result.tracked(), 90U);
+  EXPECT_EQ(maps_begun(result), 1);
+  expect_true_poses(result, 0.03);
+}
+
+TEST_F(BehindABoard, NoMapIsBegunOnWhatCoversAllOfIt) {
+  const SlamResult result = run({.share = 1}, small_options("fused"));
+  EXPECT_EQ(maps_begun(result), 1) << "though there is enough to begin one with";
+  EXPECT_EQ(result.maps, 1U);
+  for (const FrameRecord& f : result.frames) {
+    const bool covered = f.index >= kComes && f.index < kGoes;
+    EXPECT_EQ(is_posed(f), !covered) << f.index << ' ' << f.reason;
+  }
+  expect_true_poses(result, 0.03);
+}
+
+TEST_F(BehindABoard, WhatStaysIsTakenForARoomAtLast) {
+  SlamOptions options = small_options("fused");
+  options.tracker.covered_patience = 15;
+  options.tracker.patience = 5;
+  const SlamResult result = run({.share = 1, .speed = 0}, options);
+  EXPECT_EQ(result.frames[kComes + 15 + 5 - 1].state, TrackState::kLost);
+  EXPECT_EQ(result.frames[kComes + 15 + 5].state, TrackState::kStarted);
 }
 
 /// Carried away in the dark to where it has never been, and back again.

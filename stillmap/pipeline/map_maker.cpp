@@ -118,6 +118,17 @@ std::shared_ptr<const KeyframePoses> MapMaker::take_moved() {
   return std::make_shared<KeyframePoses>(poses_around(newest_));
 }
 
+void MapMaker::join_apart() {
+  const Stopwatch watch;
+  std::vector<std::uint32_t> components = map_.components();
+  std::reverse(components.begin(), components.end());
+  for (const std::uint32_t component : components) {
+    if (keyframes_of(map_, component).empty()) continue;  // joined to another meanwhile
+    if (const auto match = places_.connect(map_, component)) close(*match);
+  }
+  if (components.size() > 1) timing_.add("joining of maps apart", watch.milliseconds());
+}
+
 void MapMaker::drop(std::uint32_t component) {
   const std::vector<KeyframeId> keyframes = keyframes_of(map_, component);
   const auto made_before = [&](KeyframeId id) { return map_.at(id).session != map_.session(); };

@@ -72,6 +72,10 @@ class MapMaker {
   /// was closed, maps were joined, or an adjustment of the whole was taken in. Else null.
   std::shared_ptr<const KeyframePoses> take_moved();
 
+  /// Joins what is still apart, the younger of two maps to the older, where any of its keyframes
+  /// shows a place of the other; for the end of a run.
+  void join_apart();
+
   /// Drops a component, unless some of it was made before this run.
   void drop(std::uint32_t component);
   /// Adjusts every component once more.

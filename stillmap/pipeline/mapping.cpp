@@ -27,10 +27,12 @@ Mapping::Mapping(Map map, const SlamOptions& options, bool extend)
       maker_(std::move(map), options) {
   adjuster_ = std::make_unique<AdjustStage>(
       kQueue, WhenFull::kBlock,
-      [this](const BundlePtr& bundle, const auto& publish) { adjust(bundle, publish); });
+      [this](const BundlePtr& bundle, const auto& publish) { adjust(bundle, publish); },
+      Niceness::kIdle);
   stage_ = std::make_unique<MapStage>(
       kQueue, WhenFull::kBlock,
-      [this](const TrackedFramePtr& tracked, const auto& publish) { work(*tracked, publish); });
+      [this](const TrackedFramePtr& tracked, const auto& publish) { work(*tracked, publish); },
+      Niceness::kMap);
 }
 
 void Mapping::work(const TrackedFrame& tracked, const MapStage::Publish& publish) {
@@ -141,6 +143,7 @@ MapView Mapping::view_for(std::size_t frame_index) {
 void Mapping::drain() {
   stage_->drain();
   take_in_adjustment(kAtTheEnd);
+  if (extend_) maker_.join_apart();
 }
 
 void Mapping::finish() {

@@ -11,9 +11,10 @@ RgbdFramePtr PacedSource::next() {
       start_ = Clock::now();
       first_stamp_ = frame->timestamp;
     }
-    const auto since_start = std::chrono::duration<double>(frame->timestamp - first_stamp_);
+    const auto since_start =
+        std::chrono::duration<double>(slower_ * (frame->timestamp - first_stamp_));
     const auto due = *start_ + std::chrono::duration_cast<Clock::duration>(since_start);
-    const auto interval = std::chrono::duration<double>(1 / camera().fps);
+    const auto interval = std::chrono::duration<double>(slower_ / camera().fps);
     if (Clock::now() > due + interval) {
       ++dropped_;
       continue;

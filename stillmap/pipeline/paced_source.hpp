@@ -12,7 +12,9 @@ namespace stillmap {
 /// camera would drop it.
 class PacedSource final : public FrameSource {
  public:
-  explicit PacedSource(std::unique_ptr<FrameSource> source) : source_(std::move(source)) {}
+  /// @param slower  factor on the time between frames, for programs slowed by a sanitizer
+  explicit PacedSource(std::unique_ptr<FrameSource> source, double slower = 1)
+      : source_(std::move(source)), slower_(slower) {}
 
   const Camera& camera() const override { return source_->camera(); }
   RgbdFramePtr next() override;
@@ -23,6 +25,7 @@ class PacedSource final : public FrameSource {
  private:
   using Clock = std::chrono::steady_clock;
   std::unique_ptr<FrameSource> source_;
+  const double slower_;
   std::optional<Clock::time_point> start_;
   double first_stamp_ = 0;
   std::size_t dropped_ = 0;

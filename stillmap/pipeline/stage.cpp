@@ -2,6 +2,7 @@
 #include "stillmap/pipeline/stage.hpp"
 
 #if defined(__linux__)
+#include <sched.h>
 #include <sys/resource.h>
 #include <unistd.h>
 #endif
@@ -12,8 +13,13 @@ void stand_back(Niceness niceness) {
   if (niceness == Niceness::kNone) return;
 #if defined(__linux__)
   // Linux counts a thread as a process here, in spite of POSIX; and added to what the whole has.
-  const auto thread = static_cast<id_t>(gettid());
-  setpriority(PRIO_PROCESS, thread, getpriority(PRIO_PROCESS, thread) + static_cast<int>(niceness));
+  const pid_t thread = gettid();
+  const auto id = static_cast<id_t>(thread);
+  setpriority(PRIO_PROCESS, id, getpriority(PRIO_PROCESS, id) + static_cast<int>(niceness));
+  if (niceness == Niceness::kIdle) {
+    const sched_param none{};
+    sched_setscheduler(thread, SCHED_IDLE, &none);
+  }
 #endif
 }
 

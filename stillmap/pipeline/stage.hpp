@@ -20,8 +20,9 @@ enum class WhenFull {
 };
 
 /// How far a stage's thread stands back where there are fewer cores than work: nice values, of
-/// which each is worth a fifth of a core's time. What the camera waits for stands first.
-enum class Niceness : int { kNone = 0, kNetwork = 5, kBeside = 10 };
+/// which each is worth a fifth of a core's time. What the camera waits for stands first; the last,
+/// kIdle, takes only what all others leave, and gives way at once to any that wakes (SCHED_IDLE).
+enum class Niceness : int { kNone = 0, kMap = 5, kNetwork = 5, kBeside = 10, kIdle = 19 };
 
 /// Makes the calling thread stand back; without effect where the system knows no nice threads.
 void stand_back(Niceness niceness);

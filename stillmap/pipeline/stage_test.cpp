@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/pipeline/stage.hpp"
 
+#include <algorithm>
 #include <future>
 #include <stdexcept>
 #include <vector>
 
 #include <gtest/gtest.h>
+#ifdef __linux__
+#include <sched.h>
+#include <sys/resource.h>
+#endif
 
 namespace stillmap {
 namespace {
@@ -76,6 +81,29 @@ TEST(Stage, EndsWithoutWorkingOffTheQueue) {
   }
   EXPECT_EQ(worked, 1);
 }
+
+#ifdef __linux__
+/// Niceness and policy of the calling thread.
+std::pair<int, int> manners() { return {getpriority(PRIO_PROCESS, 0), sched_getscheduler(0)}; }
+
+TEST(Stage, StandsBackAsFarAsItIsTold) {
+  const auto before = manners();
+  const auto inside = [](Niceness niceness) {
+    std::pair<int, int> seen;
+    IntStage stage(
+        1, WhenFull::kBlock, [&](int, const auto&) { seen = manners(); }, niceness);
+    stage.push(0);
+    stage.drain();
+    return seen;
+  };
+  const auto nice = [&](int more) { return std::min(before.first + more, 19); };
+  EXPECT_EQ(inside(Niceness::kNone), before);
+  EXPECT_EQ(inside(Niceness::kMap).first, nice(5));
+  EXPECT_EQ(inside(Niceness::kBeside).first, nice(10));
+  EXPECT_EQ(inside(Niceness::kIdle).second, SCHED_IDLE);
+  EXPECT_EQ(manners(), before) << "the caller's thread stays as it was";
+}
+#endif
 
 }  // namespace
 }  // namespace stillmap

@@ -5,7 +5,9 @@
 #include "stillmap/map/visibility.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numeric>
 
 #include <fmt/format.h>
 
@@ -20,10 +22,40 @@ bool starts_point(const Frame& frame, std::size_t i) {
   return frame.features->keypoints[i].depth > 0 && frame.evidence.weight[i] > 0;
 }
 
-std::size_t starting_points(const Frame& frame) {
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < frame.features->size(); ++i) count += starts_point(frame, i);
-  return count;
+/// What a map could begin with.
+struct StartingPoints {
+  int count = 0;
+  int parts = 0;  ///< of the 16 parts of the picture, those with three or more
+};
+
+StartingPoints starting_points(const Frame& frame, const Camera& camera) {
+  constexpr int kSide = 4, kEnough = 3;
+  std::array<int, kSide * kSide> in_part{};
+  for (std::size_t i = 0; i < frame.features->size(); ++i) {
+    if (!starts_point(frame, i)) continue;
+    const Keypoint& k = frame.features->keypoints[i];
+    const auto part = [](float at, int size) {
+      return std::clamp(static_cast<int>(kSide * at / static_cast<float>(size)), 0, kSide - 1);
+    };
+    ++in_part.at(kSide * part(k.v, camera.height) + part(k.u, camera.width));
+  }
+  return {std::accumulate(in_part.begin(), in_part.end(), 0),
+          static_cast<int>(std::count_if(in_part.begin(), in_part.end(),
+                                         [](int count) { return count >= kEnough; }))};
+}
+
+/// Why a map cannot begin with these; empty if it can.
+std::string why_not(const StartingPoints& points, const TrackerOptions& options) {
+  if (points.count < options.min_start_points) {
+    return fmt::format("{} static keypoints with depth, {} are needed to begin a map", points.count,
+                       options.min_start_points);
+  }
+  if (points.parts < options.min_start_parts) {
+    return fmt::format(
+        "static keypoints in {} of 16 parts of the picture, {} are needed to begin a map",
+        points.parts, options.min_start_parts);
+  }
+  return {};
 }
 
 /// A frame as the tracker would have left it, had it known where it is.
@@ -143,12 +175,8 @@ TrackedFramePtr Tracker::start(const FramePtr& frame) {
   auto result = std::make_shared<TrackedFrame>();
   result->frame = frame;
   result->landmarks.assign(frame->features->size(), LandmarkId{});
-  const std::size_t usable = starting_points(*frame);
-  if (usable < static_cast<std::size_t>(options_.min_start_points)) {
-    result->reason = fmt::format("{} static keypoints with depth, {} are needed to begin a map",
-                                 usable, options_.min_start_points);
-    return result;
-  }
+  result->reason = why_not(starting_points(*frame, camera_), options_);
+  if (!result->reason.empty()) return result;
   result->state = TrackState::kStarted;
   result->T_world_camera = T_world_previous_;  // a new map goes on where the old one was lost
   result->proposal =
@@ -158,16 +186,40 @@ TrackedFramePtr Tracker::start(const FramePtr& frame) {
   frames_in_map_ = 1;
   previous_ = result;
   T_previous_next_ = Pose();
-  frames_lost_ = could_have_begun_ = 0;
+  frames_lost_ = could_have_begun_ = covered_ = 0;
   return result;
+}
+
+/// Counts the frame, which has no pose; whether a map is to begin with it.
+bool Tracker::may_begin(const Frame& frame) {
+  if (!why_not(starting_points(frame, camera_), options_).empty()) return false;
+  if (covered(frame) && ++covered_ <= options_.covered_patience) return false;
+  return ++could_have_begun_ > options_.patience && start_ != TrackerStart::kInMapOnly;
+}
+
+/// Whether something has come before the camera: what should be seen from the last pose is hidden
+/// by something within reach, and much nearer. (Of a camera that was carried elsewhere about half
+/// would be hidden, but by things as far away as those of any room.)
+bool Tracker::covered(const Frame& frame) const {
+  constexpr double kReach = 1.2;       // metres: a person there fills half of a Kinect's view
+  constexpr double kMuchNearer = 0.6;  // of the depth
+  if (!local_map_) return false;
+  const Viewpoint view(camera_, pyramid_, T_world_previous_);
+  int expected = 0, hidden = 0;
+  for (const LocalLandmark& landmark : local_map_->landmarks) {
+    const auto query = view.expect(landmark, options_.local_radius, options_.min_view_cosine);
+    if (!query) continue;
+    const float seen = frame.cells->depth(frame.cells->cell_of(query->u, query->v));
+    ++expected;
+    const double much_nearer = kMuchNearer * view.depth(landmark.p_world);
+    hidden += seen > 0 && seen < std::min(kReach, much_nearer);
+  }
+  return hidden > options_.covered_share * expected;
 }
 
 TrackedFramePtr Tracker::lost(const FramePtr& frame, const std::string& reason) {
   ++frames_lost_;
-  could_have_begun_ +=
-      starting_points(*frame) >= static_cast<std::size_t>(options_.min_start_points);
-  const bool may_begin = start_ != TrackerStart::kInMapOnly;
-  if (may_begin && could_have_begun_ > options_.patience) return start(frame);
+  if (may_begin(*frame)) return start(frame);
   auto result = std::make_shared<TrackedFrame>();
   result->frame = frame;
   result->state = TrackState::kLost;
@@ -226,7 +278,7 @@ void Tracker::go_on_from(const TrackedFramePtr& tracked) {
   T_previous_next_ = consecutive ? T_world_previous_.inverse() * *tracked->T_world_camera : Pose();
   T_world_previous_ = *tracked->T_world_camera;
   previous_ = tracked;
-  frames_lost_ = could_have_begun_ = 0;
+  frames_lost_ = could_have_begun_ = covered_ = 0;
 }
 
 void Tracker::stand(const Stance& stance) {

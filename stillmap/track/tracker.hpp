@@ -17,6 +17,9 @@ namespace stillmap {
 
 struct TrackerOptions {
   int min_start_points = 100;  ///< static keypoints with depth that a new map starts from
+  /// Of the 16 parts of the picture, those that must show such keypoints (three or more): what is
+  /// crowded into a corner is a thing, and no room.
+  int min_start_parts = 4;
   double motion_radius =
       15;  ///< search radius around keypoints predicted by constant velocity [pixels]
   double local_radius =
@@ -30,16 +33,21 @@ struct TrackerOptions {
   /// Of a landmark's log-odds what lasts to the next frame; they are the mean of what frames say,
   /// for these are far from independent.
   double landmark_memory = 0.95;
-  int min_inliers = 25;     ///< landmarks for the frame to count as tracked
-  int patience = 10;        ///< frames without a pose that could begin a map, before one does
-  int min_map_frames = 15;  ///< a map that held the camera for fewer is dropped when lost
+  int min_inliers = 25;  ///< landmarks for the frame to count as tracked
+  int patience = 10;     ///< frames without a pose that could begin a map, before one does
+  /// Of what should be seen from the last pose, the share that something close hides: from there on
+  /// the camera is taken for covered. What covers it will pass, and no map is begun on it,
+  double covered_share = 0.5;
+  int covered_patience = 90;  ///< unless it has stayed for so many frames
+  int min_map_frames = 15;    ///< a map that held the camera for fewer is dropped when lost
   /// In a map that is not extended: go on by odometry where the camera looks past the map.
   bool beside_map = true;
   PoseSolverOptions solver;
   KeyframePolicyOptions keyframes;
-  STILLMAP_FIELDS(min_start_points, motion_radius, local_radius, max_distance, ratio,
-                  min_view_cosine, min_motion_inliers, sure_inliers, landmark_memory, min_inliers,
-                  patience, min_map_frames, beside_map, solver, keyframes)
+  STILLMAP_FIELDS(min_start_points, min_start_parts, motion_radius, local_radius, max_distance,
+                  ratio, min_view_cosine, min_motion_inliers, sure_inliers, landmark_memory,
+                  min_inliers, patience, covered_share, covered_patience, min_map_frames,
+                  beside_map, solver, keyframes)
 };
 
 enum class TrackState {
@@ -136,6 +144,8 @@ class Tracker {
   TrackedFramePtr begin(const FramePtr& frame, const std::optional<Placement>& found);
   TrackedFramePtr start(const FramePtr& frame);
   TrackedFramePtr lost(const FramePtr& frame, const std::string& reason);
+  bool may_begin(const Frame& frame);
+  bool covered(const Frame& frame) const;
   std::shared_ptr<TrackedFrame> placed(const FramePtr& frame, const Estimate& estimate) const;
   TrackedFramePtr tracked(const FramePtr& frame, const Estimate& estimate, bool relocalised);
   TrackedFramePtr beside(const FramePtr& frame, const Estimate& estimate);
@@ -183,6 +193,7 @@ class Tracker {
   std::vector<std::optional<Eigen::Vector3d>> carried_;
   int frames_lost_ = 0;
   int could_have_begun_ = 0;  // of these, frames that a map could have begun with
+  int covered_ = 0;           // and such before which something stood
   int frames_in_map_ = 0;     // since it was begun; no fewer than are needed to keep an old one
   std::size_t last_proposed_ = 0;                 // frame index
   std::vector<Sighting> sightings_;               // of local maps before this one

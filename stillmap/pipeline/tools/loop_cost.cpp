@@ -3,14 +3,17 @@
 ///
 ///     ninja -C build/release stillmap_loop_cost
 ///     build/release/rooms/pipeline/stillmap_loop_cost SEQUENCE [--lockstep N] [--realtime N]
-///                                                     [--out DIR]
+///                                                     [--slower FACTOR] [--out DIR]
 ///
 /// A sequence with ground truth is mapped without and with loop closing, by turns: N times (1) in
 /// lockstep, which is as fast as it goes, and N times (3) as if it came from a camera. Printed: ATE
 /// and coverage; for every loop or merge what was moved, and the milliseconds for the pose graph,
 /// for all that the map's thread did then, and for the adjustment of the whole in its own thread;
-/// and the 95th percentile of tracking's milliseconds in the frames that came while that went on,
-/// beside the same frames' without loops. DIR gets the trajectories of the last runs.
+/// and tracking in the frames that came while that went on, beside the same frames without loops:
+/// milliseconds by the clock and of a processor, how often a processor was taken away, and pages
+/// fetched, in the median and at the 95th percentile. If a processor's time rises with the clock's
+/// there is more to do or memory is slow; if not, the thread waits. DIR gets the trajectories of
+/// the last runs. FACTOR: of slow motion, for a build with a sanitizer.
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/evaluate/statistics.hpp"
@@ -23,6 +26,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <sys/resource.h>
 
 #include <fmt/format.h>
 
@@ -32,10 +36,32 @@ namespace {
 struct Arguments {
   std::string sequence, out;
   int lockstep = 1, realtime = 3;  ///< runs
+  double slower = 1;
+};
+
+/// What the calling thread has used so far.
+struct Usage {
+  double cpu_ms = 0, switches = 0, pages = 0;
+};
+
+Usage used_by_this_thread() {
+  rusage r{};
+  getrusage(RUSAGE_THREAD, &r);
+  const auto ms = [](const timeval& t) {
+    return 1e3 * static_cast<double>(t.tv_sec) + 1e-3 * static_cast<double>(t.tv_usec);
+  };
+  return {ms(r.ru_utime) + ms(r.ru_stime), static_cast<double>(r.ru_nivcsw),
+          static_cast<double>(r.ru_minflt)};
+}
+
+/// What one frame took of the tracking thread.
+struct Effort {
+  double milliseconds = 0, cpu_ms = 0, switches = 0, pages = 0;
 };
 
 struct Run {
   SlamResult result;
+  std::vector<Effort> efforts;  ///< one per frame of the result
   std::size_t dropped = 0;
   double ate = 0;
   double fps = 30;
@@ -47,7 +73,7 @@ Run run(const Arguments& arguments, bool loops, bool realtime) {
       std::make_unique<TumFolder>(paths, load_camera(paths.camera.string())));
   PacedSource* paced = nullptr;
   if (realtime) {
-    auto wrapped = std::make_unique<PacedSource>(std::move(source));
+    auto wrapped = std::make_unique<PacedSource>(std::move(source), arguments.slower);
     paced = wrapped.get();
     source = std::move(wrapped);
   }
@@ -55,8 +81,17 @@ Run run(const Arguments& arguments, bool loops, bool realtime) {
   options.places.loops = loops;
   options.schedule.mode = realtime ? "realtime" : "lockstep";
   Slam slam(source->camera(), options);
-  while (const auto frame = source->next()) slam.push(frame);
-  Run made{slam.finish()};
+  Run made;
+  while (const auto frame = source->next()) {
+    const Usage before = used_by_this_thread();
+    slam.push(frame);
+    const Usage after = used_by_this_thread();
+    made.efforts.push_back({0, after.cpu_ms - before.cpu_ms, after.switches - before.switches,
+                            after.pages - before.pages});
+  }
+  made.result = slam.finish();
+  for (std::size_t i = 0; i < made.efforts.size(); ++i)
+    made.efforts[i].milliseconds = made.result.frames[i].milliseconds;
   made.dropped = paced != nullptr ? paced->dropped() : 0;
   made.fps = source->camera().fps;
   made.ate = absolute_trajectory_error(read_trajectory(paths.ground_truth), made.result.trajectory)
@@ -105,17 +140,31 @@ bool was_beside(const Closing& c, std::size_t frame, double fps, bool realtime) 
   return since <= (kRefining + c.event.milliseconds + c.adjustment_ms) / 1000 * fps;
 }
 
-/// Tracking's milliseconds in the frames that came while loops were closed in the run `closed`.
-std::vector<double> tracking_beside(const Run& closed, const Run& measured, bool realtime) {
+/// Tracking in the frames that came while loops were closed in the run `closed`.
+std::vector<Effort> efforts_beside(const Run& closed, const Run& measured, bool realtime) {
   const auto all = closings(closed.result);
-  std::vector<double> milliseconds;
-  for (const FrameRecord& frame : measured.result.frames) {
+  std::vector<Effort> efforts;
+  for (std::size_t i = 0; i < measured.efforts.size(); ++i) {
     const auto beside = [&](const Closing& c) {
-      return was_beside(c, frame.index, closed.fps, realtime);
+      return was_beside(c, measured.result.frames[i].index, closed.fps, realtime);
     };
-    if (std::any_of(all.begin(), all.end(), beside)) milliseconds.push_back(frame.milliseconds);
+    if (std::any_of(all.begin(), all.end(), beside)) efforts.push_back(measured.efforts[i]);
   }
-  return milliseconds;
+  return efforts;
+}
+
+void print(const char* what, double Effort::*part, const std::vector<Effort>& beside,
+           const std::vector<Effort>& alone) {
+  const auto samples = [&](const std::vector<Effort>& efforts) {
+    std::vector<double> values;
+    for (const Effort& effort : efforts) values.push_back(effort.*part);
+    return values;
+  };
+  const auto of = samples(beside), of_alone = samples(alone);
+  const double p95 = quantile(of, 0.95), p95_alone = quantile(of_alone, 0.95);
+  fmt::print("  {:10} {:8.2f} {:8.2f}   {:8.2f} {:8.2f}   {:+.0f} %\n", what,
+             quantile(of_alone, 0.5), p95_alone, quantile(of, 0.5), p95,
+             100 * (p95 / p95_alone - 1));
 }
 
 void save(const Arguments& arguments, const char* name, const Run& run) {
@@ -124,8 +173,8 @@ void save(const Arguments& arguments, const char* name, const Run& run) {
 }
 
 void compare(const Arguments& arguments, bool realtime) {
-  std::vector<double> beside, alone;
-  const auto add = [](std::vector<double>& to, const std::vector<double>& more) {
+  std::vector<Effort> beside, alone;
+  const auto add = [](std::vector<Effort>& to, const std::vector<Effort>& more) {
     to.insert(to.end(), more.begin(), more.end());
   };
   for (int i = 0; i < (realtime ? arguments.realtime : arguments.lockstep); ++i) {
@@ -135,16 +184,16 @@ void compare(const Arguments& arguments, bool realtime) {
     const Run with = run(arguments, true, realtime);
     print("with loops", with);
     save(arguments, "with_loops.txt", with);
-    add(beside, tracking_beside(with, with, realtime));
-    add(alone, tracking_beside(with, without, realtime));
+    add(beside, efforts_beside(with, with, realtime));
+    add(alone, efforts_beside(with, without, realtime));
   }
   if (alone.empty()) return;
-  const double p95 = quantile(beside, 0.95), p95_alone = quantile(alone, 0.95);
-  fmt::print(
-      "  tracking beside it: median {:.2f} ms, 95th percentile {:.2f} ms in {} frames; the same "
-      "without loops {:.2f} ms, {:.2f} ms in {} frames ({:+.0f} %)\n",
-      quantile(beside, 0.5), p95, beside.size(), quantile(alone, 0.5), p95_alone, alone.size(),
-      100 * (p95 / p95_alone - 1));
+  fmt::print("  tracking in {} frames without loops, median and p95; in {} beside them\n",
+             alone.size(), beside.size());
+  print("ms", &Effort::milliseconds, beside, alone);
+  print("ms of CPU", &Effort::cpu_ms, beside, alone);
+  print("preempted", &Effort::switches, beside, alone);
+  print("pages", &Effort::pages, beside, alone);
 }
 
 void measure(const Arguments& arguments) {
@@ -163,6 +212,8 @@ Arguments parse(int argc, char** argv) {
       arguments.lockstep = std::stoi(argv[++i]);
     } else if (word == "--realtime" && i + 1 < argc) {
       arguments.realtime = std::stoi(argv[++i]);
+    } else if (word == "--slower" && i + 1 < argc) {
+      arguments.slower = std::stod(argv[++i]);
     } else if (word == "--out" && i + 1 < argc) {
       arguments.out = argv[++i];
     } else {
@@ -178,6 +229,7 @@ Arguments parse(int argc, char** argv) {
 }  // namespace stillmap
 
 int main(int argc, char** argv) {
+  cv::setNumThreads(1);  // as the command does
   try {
     stillmap::measure(stillmap::parse(argc, argv));
   } catch (const std::exception& e) {

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/simulate/board.hpp"
+
+#include "stillmap/simulate/random.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include <opencv2/imgproc.hpp>
+
+namespace stillmap {
+namespace {
+
+constexpr int kPrint = 512;                   // pixels across, repeated
+constexpr double kMetresPerPixel = 4e-3;      // of the print
+constexpr double kSway = 0.05, kSways = 0.7;  // metres, Hz
+
+/// Overlapping rectangles of all sizes: corners everywhere, no two places alike.
+cv::Mat print(int seed) {
+  simulate::Random random(static_cast<std::uint64_t>(seed), 77);
+  cv::Mat picture(kPrint, kPrint, CV_8UC3, cv::Scalar::all(128));
+  for (int i = 0; i < 1500; ++i) {
+    const cv::Rect area(random.integer(0, kPrint), random.integer(0, kPrint), random.integer(4, 40),
+                        random.integer(4, 40));
+    const cv::Scalar colour(random.integer(20, 235), random.integer(20, 235),
+                            random.integer(20, 235));
+    cv::rectangle(picture, area, colour, cv::FILLED);
+  }
+  return picture;
+}
+
+/// Where on the print a pixel looks.
+cv::Mat2f looked_at(const Board& board, const Camera& camera, int width, double seconds) {
+  const double x0 = -board.speed * seconds;
+  const double y0 = kSway * std::sin(2 * std::numbers::pi * kSways * seconds);
+  const auto on_print = [](double metres) {
+    const double pixel = std::fmod(metres / kMetresPerPixel, kPrint - 1);
+    return static_cast<float>(pixel < 0 ? pixel + kPrint - 1 : pixel);
+  };
+  cv::Mat2f where(camera.height, width);
+  for (int v = 0; v < where.rows; ++v) {
+    for (int u = 0; u < where.cols; ++u) {
+      where(v, u) = {on_print(x0 + (u - camera.cx) / camera.fx * board.distance),
+                     on_print(y0 + (v - camera.cy) / camera.fy * board.distance)};
+    }
+  }
+  return where;
+}
+
+}  // namespace
+
+RgbdFramePtr behind(const Board& board, const RgbdFrame& frame, const Camera& camera,
+                    double seconds) {
+  auto covered = std::make_shared<RgbdFrame>(frame);
+  covered->color = frame.color.clone();
+  covered->depth = frame.depth.clone();
+  covered->grey = cv::Mat();  // else it would be written into the frame's own
+  const int width = static_cast<int>(std::lround(board.share * camera.width));
+  if (width > 0) {
+    const cv::Rect area(0, 0, width, camera.height);
+    const cv::Mat picture =
+        board.printed ? print(board.seed) : cv::Mat(kPrint, kPrint, CV_8UC3, cv::Scalar::all(60));
+    cv::remap(picture, covered->color(area), looked_at(board, camera, width, seconds), cv::Mat(),
+              cv::INTER_LINEAR);
+    covered->depth(area).setTo(board.distance);
+  }
+  cv::cvtColor(covered->color, covered->grey, cv::COLOR_BGR2GRAY);
+  return covered;
+}
+
+}  // namespace stillmap
