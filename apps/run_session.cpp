@@ -352,15 +352,18 @@ ReportData report_data(const Outcome& o, const std::vector<ReportImage>& picture
 /// The map that the user wants saved, and the one that `stillmap dense` works on.
 void write_maps(Outcome& o, const std::filesystem::path& out, ResultFiles& files) {
   if (!o.map) return;
+  const Stopwatch watch;
+  std::string bytes;
   if (!o.map->views.empty()) {
-    files.write(out / kRunMap, [&](const auto& file) { write_saved_map(file, *o.map); });
+    bytes = saved_map_bytes(*o.map);
+    files.write(out / kRunMap, [&](const auto& file) { write_file(file, bytes); });
     files.write(out / kRunOptions,
                 [&](const auto& file) { write_file(file, options_yaml(o.options)); });
   }
   if (o.maps.save.empty()) return;
   if (o.maps.slim) o.map->views.clear();
-  const Stopwatch watch;
-  files.write(o.maps.save, [&](const auto& file) { write_saved_map(file, *o.map); });
+  if (o.maps.slim || bytes.empty()) bytes = saved_map_bytes(*o.map);
+  files.write(o.maps.save, [&](const auto& file) { write_file(file, bytes); });
   o.saving_seconds = watch.milliseconds() / 1000;
 }
 
@@ -381,6 +384,7 @@ std::vector<std::filesystem::path> write_files(Outcome& o, const std::filesystem
     const DenseContext context{o.result.trajectory, movers};
     pictures = write_dense(out, o.result.dense, o.result.placed, context, o.options.dense, o.wishes,
                            files);
+    o.result.placed = {};  // by far the largest, and no longer needed
   }
   write_maps(o, out, files);
   files.write(out / "timing.txt",

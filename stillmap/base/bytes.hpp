@@ -52,6 +52,10 @@ class ByteWriter {
   }
 
   const std::string& bytes() const { return bytes_; }
+  /// Makes room for so many bytes in all.
+  void reserve(std::size_t bytes) { bytes_.reserve(bytes); }
+  /// The bytes, which the writer has no longer.
+  std::string take() { return std::exchange(bytes_, {}); }
 
  private:
   std::string bytes_;

@@ -35,10 +35,11 @@ std::string compressed(std::string_view plain) {
   const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
       libdeflate_alloc_compressor(kLevel), &libdeflate_free_compressor);
   if (!compressor) throw std::bad_alloc();
-  std::string packed(libdeflate_deflate_compress_bound(compressor.get(), plain.size()), '\0');
-  packed.resize(libdeflate_deflate_compress(compressor.get(), plain.data(), plain.size(),
-                                            packed.data(), packed.size()));
-  return packed;
+  // Room that is not written to takes no memory: the bound is more than the plain bytes.
+  const std::size_t bound = libdeflate_deflate_compress_bound(compressor.get(), plain.size());
+  const auto packed = std::make_unique_for_overwrite<char[]>(bound);
+  return {packed.get(), libdeflate_deflate_compress(compressor.get(), plain.data(), plain.size(),
+                                                    packed.get(), bound)};
 }
 
 std::string name_of(const Entry& entry) { return {entry.name.data(), entry.name.size()}; }
@@ -136,12 +137,13 @@ class Unpacker {
 
 }  // namespace
 
-std::string pack_sections(const SectionFormat& format, const std::vector<Section>& sections) {
+std::string pack_sections(const SectionFormat& format, std::vector<Section> sections) {
   std::vector<Entry> table;
   std::string body;
-  for (const Section& section : sections) {
-    const std::string packed = compressed(section.bytes);
-    table.push_back({section.name, crc32(packed), packed.size(), section.bytes.size()});
+  for (Section& section : sections) {
+    const std::string plain = std::move(section.bytes);
+    const std::string packed = compressed(plain);
+    table.push_back({section.name, crc32(packed), packed.size(), plain.size()});
     body += packed;
   }
   ByteWriter out;

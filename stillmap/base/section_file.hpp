@@ -35,8 +35,8 @@ struct Section {
 ///     24 + 24 S   4     CRC-32 of all bytes before this
 ///     28 + 24 S   ...   the sections, packed as raw DEFLATE (RFC 1951), one behind the other
 ///
-/// The same sections give the same bytes.
-std::string pack_sections(const SectionFormat& format, const std::vector<Section>& sections);
+/// The same sections give the same bytes. Each is freed as soon as it is packed.
+std::string pack_sections(const SectionFormat& format, std::vector<Section> sections);
 
 /// The sections of such a file. Throws Error, naming what is wrong, if the bytes are of another
 /// kind or version, cut short, added to, or altered in any place.

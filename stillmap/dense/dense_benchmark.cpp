@@ -65,8 +65,8 @@ void BM_RemoveOutliers(benchmark::State& state) {
 }
 BENCHMARK(BM_RemoveOutliers)->Unit(benchmark::kMillisecond);
 
-// The live cloud takes in one more keyframe that overlaps the others by nine tenths.
-void BM_LiveCloudGrown(benchmark::State& state) {
+// The live map takes in one more keyframe that overlaps the others by nine tenths.
+void BM_LiveMapGrown(benchmark::State& state) {
   const RgbdFrame frame = wall_and_box();
   const auto keyframes = static_cast<std::uint64_t>(state.range(0));
   const auto sideways = [](std::uint64_t id) {
@@ -83,7 +83,7 @@ void BM_LiveCloudGrown(benchmark::State& state) {
     state.ResumeTiming();
   }
 }
-BENCHMARK(BM_LiveCloudGrown)
+BENCHMARK(BM_LiveMapGrown)
     ->ArgName("keyframes")
     ->Arg(1)
     ->Arg(20)

@@ -11,11 +11,13 @@ namespace {
 
 // A view this coarse has no shape left: it is emptied instead [pixels].
 constexpr int kCoarsest = 64;
+// Around a corner of the lattice a few remain, however large they are.
+constexpr int kFewestVoxels = 1000;
 
 void require_valid(const DenseOptions& options) {
   const bool valid = options.min_samples >= 1 && options.min_keyframes >= 1 &&
-                     options.max_pixels >= 1 && options.every >= 0 && options.min_news >= 0 &&
-                     options.min_refuted >= 1;
+                     options.max_pixels >= 1 && options.max_voxels >= kFewestVoxels &&
+                     options.every >= 0 && options.min_news >= 0 && options.min_refuted >= 1;
   require_valid(options.back_projection);
   require_valid(options.outliers);
   require_valid(options.evidence);
@@ -25,17 +27,12 @@ void require_valid(const DenseOptions& options) {
   require_voxel_size(options.voxel, "dense.voxel");
   if (valid) return;
   throw Error("an option is out of range", "dense map",
-              "min_samples, min_keyframes, max_pixels, min_refuted >= 1, every, min_news >= 0");
+              "min_samples, min_keyframes, max_pixels, min_refuted >= 1, max_voxels >= 1000, "
+              "every, min_news >= 0");
 }
 
 bool is_finite(const Pose& pose) {
   return pose.quaternion().coeffs().allFinite() && pose.translation().allFinite();
-}
-
-// How far a point two metres ahead of the camera moves from one pose to the other [m].
-double displacement(const Pose& a, const Pose& b) {
-  const Eigen::Vector3d ahead(0, 0, 2), aside(1, 0, 1);
-  return std::max((a * ahead - b * ahead).norm(), (a * aside - b * aside).norm());
 }
 
 }  // namespace
@@ -50,6 +47,7 @@ PoseLookup pose_lookup(const std::map<std::uint64_t, Pose>& poses) {
 DenseMap::DenseMap(const Camera& camera, const DenseOptions& options)
     : camera_(camera), options_(options) {
   require_valid(options_);
+  leave_world();
 }
 
 void DenseMap::add(std::uint64_t id, const RgbdFrame& frame, const cv::Mat1b& movers,
@@ -64,7 +62,7 @@ bool DenseMap::add_if_new(std::uint64_t id, const RgbdFrame& frame, const cv::Ma
                           const Pose& T_world_camera, const SegmentedFrame* things) {
   MadeView made =
       make_dense_view(camera_, frame, movers, options_.back_projection, options_.outliers, things);
-  if (live_ && is_finite(T_world_camera)) {
+  if (is_finite(T_world_camera)) {
     const News news = live_->news_in(made.view, T_world_camera);
     const bool fresh =
         static_cast<double>(news.fresh) >=
@@ -80,16 +78,7 @@ void DenseMap::add(std::uint64_t id, DenseView view, const std::optional<Pose>& 
   remove(id);
   pixels_ += view.depth.total();
   const auto held = views_.emplace(id, std::make_shared<DenseView>(std::move(view))).first;
-  if (T_world_camera && is_finite(*T_world_camera)) {
-    const bool newest = live_poses_.empty() || live_poses_.rbegin()->first < id;
-    live_poses_[id] = *T_world_camera;
-    if (!live_) live_ = std::make_shared<StaticGrid>(options_.voxel, options_.evidence);
-    if (newest) {
-      live_->add(*held->second, *T_world_camera);
-    } else {
-      place_all();
-    }
-  }
+  if (T_world_camera && is_finite(*T_world_camera)) live_->add(id, held->second, *T_world_camera);
   thin_to_bound();
 }
 
@@ -98,37 +87,20 @@ void DenseMap::remove(std::uint64_t id) {
   if (found == views_.end()) return;
   pixels_ -= found->second->depth.total();
   views_.erase(found);
-  if (live_poses_.erase(id) > 0) place_all();
+  live_->remove(id);
 }
 
 void DenseMap::follow(const PoseLookup& T_world_camera) {
-  bool moved = false;
-  std::map<std::uint64_t, Pose> poses;
-  for (const auto& [id, view] : views_) {
+  replacements_ += live_->follow(views_, [&](std::uint64_t id) {
     const std::optional<Pose> pose = T_world_camera(id);
-    const auto before = live_poses_.find(id);
-    if (pose && is_finite(*pose)) {
-      poses[id] = *pose;
-      moved |= before == live_poses_.end() || displacement(before->second, *pose) > kReplacement;
-    } else if (before != live_poses_.end()) {
-      poses[id] = before->second;  // not told: where it was
-    }
-  }
-  if (!moved) return;
-  live_poses_ = std::move(poses);
-  place_all();
-  ++replacements_;
+    return pose && is_finite(*pose) ? pose : std::nullopt;
+  });
 }
 
 void DenseMap::leave_world() {
-  live_poses_.clear();
-  live_.reset();
-}
-
-void DenseMap::place_all() {
-  live_ = std::make_shared<StaticGrid>(options_.voxel, options_.evidence,
-                                       live_ ? live_->index().size() : 0);
-  for (const auto& [id, pose] : live_poses_) live_->add(*views_.at(id), pose);
+  // A surface has a quarter as many voxels of twice the side.
+  live_ = std::make_unique<LiveMap>(options_.voxel, options_.evidence,
+                                    static_cast<std::size_t>(options_.max_voxels) / 4);
 }
 
 // The finest view is thinned first, the oldest (lowest id) of equally fine ones: so detail is lost
@@ -148,60 +120,50 @@ void DenseMap::thin_to_bound() {
   }
 }
 
-// Which voxels are in the cloud.
-PlacedMap DenseMap::sorted_out(std::shared_ptr<const StaticGrid> grid,
-                               const std::vector<std::uint64_t>& ids,
-                               const PoseLookup& T_world_camera) const {
-  PlacedMap placed;
-  placed.keyframes_left_out = views_.size() - ids.size();
-  for (const std::uint64_t id : ids) {
-    placed.held.push_back(views_.at(id));
-    placed.views.push_back({placed.held.back().get(), T_world_camera(id).value()});
+// As fine as is wished for, or as the bound allows.
+std::shared_ptr<const StaticGrid> DenseMap::grid_of(const std::vector<ViewAtPlace>& views) const {
+  const auto bound = static_cast<std::size_t>(options_.max_voxels);
+  for (double edge = options_.voxel;; edge *= 2) {
+    const auto grid = std::make_shared<StaticGrid>(edge, options_.evidence);
+    for (const auto& [view, T_world_camera] : views) {
+      grid->add(*view, T_world_camera);
+      if (grid->index().size() > bound) break;
+    }
+    if (grid->index().size() <= bound) return grid;
   }
-  for (const std::uint32_t number : grid->index().sorted()) {
-    const StaticCell& cell = grid->cell(number);
-    const bool enough = cell.pixels >= static_cast<std::uint32_t>(options_.min_samples) &&
-                        cell.views >= options_.min_keyframes;
+}
+
+PlacedMap DenseMap::place(const PoseLookup& T_world_camera) const {
+  PlacedMap placed;
+  for (const auto& [id, view] : views_) {
+    const std::optional<Pose> pose = T_world_camera(id);
+    if (!pose || !is_finite(*pose)) continue;
+    placed.held.push_back(view);
+    placed.views.push_back({view.get(), *pose});
+  }
+  placed.keyframes_left_out = views_.size() - placed.views.size();
+  placed.grid = grid_of(placed.views);
+  for (const std::uint32_t number : placed.grid->index().sorted()) {
+    const StaticCell& cell = placed.grid->cell(number);
+    const bool enough = cell.pixels >= options_.min_samples && cell.views >= options_.min_keyframes;
     if (!enough) {
       ++placed.voxels_left_out;
-    } else if (!grid->is_static(number) || !grid->is_confirmed(number)) {
+    } else if (!placed.grid->is_static(number) || !placed.grid->is_confirmed(number)) {
       ++placed.voxels_removed;
     } else {
       placed.cells.push_back(number);
     }
   }
-  placed.grid = std::move(grid);
   return placed;
-}
-
-PlacedMap DenseMap::place(const PoseLookup& T_world_camera) const {
-  const auto grid = std::make_shared<StaticGrid>(options_.voxel, options_.evidence,
-                                                 live_ ? live_->index().size() : 0);
-  std::vector<std::uint64_t> ids;
-  for (const auto& [id, view] : views_) {
-    const std::optional<Pose> pose = T_world_camera(id);
-    if (!pose || !is_finite(*pose)) continue;
-    grid->add(*view, *pose);
-    ids.push_back(id);
-  }
-  return sorted_out(grid, ids, T_world_camera);
 }
 
 ComposedCloud DenseMap::compose(const PoseLookup& T_world_camera) const {
   return cloud_of(place(T_world_camera), options_.semantics);
 }
 
-ComposedCloud DenseMap::live() const {
-  if (!live_) return {};
-  std::vector<std::uint64_t> ids;
-  for (const auto& [id, pose] : live_poses_) ids.push_back(id);
-  const auto pose_of = [&](std::uint64_t id) { return std::optional(live_poses_.at(id)); };
-  return cloud_of(sorted_out(live_, ids, pose_of), options_.semantics);
-}
-
 Cloud raw_cloud(const PlacedMap& placed) {
   Cloud cloud;
-  VoxelIndex met(placed.grid->index().size());
+  VoxelIndex met;
   for (const auto& [view, T_world_camera] : placed.views) {
     for (int row = 0; row < view->depth.rows; ++row) {
       for (int col = 0; col < view->depth.cols; ++col) {
@@ -241,7 +203,7 @@ DenseStatistics DenseMap::statistics() const {
 }
 
 std::size_t DenseMap::bytes() const {
-  std::size_t bytes = live_ ? live_->bytes() : 0;
+  std::size_t bytes = live_->bytes();
   for (const auto& [id, view] : views_) bytes += sizeof(id) + view->bytes();
   return bytes;
 }

@@ -4,6 +4,7 @@
 #include "stillmap/dense/back_projection.hpp"
 #include "stillmap/dense/cloud.hpp"
 #include "stillmap/dense/dense_view.hpp"
+#include "stillmap/dense/live_map.hpp"
 #include "stillmap/dense/mesh_options.hpp"
 #include "stillmap/dense/occupancy_options.hpp"
 #include "stillmap/dense/outlier_removal.hpp"
@@ -15,7 +16,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -46,8 +46,11 @@ struct DenseOptions {
   /// Pixels kept over all keyframes, six bytes each; beyond, views are thinned. 24 million are 300
   /// keyframes of 640 x 480 at stride 2.
   int max_pixels = 24000000;
+  /// Voxels kept, about seventy bytes each while the cloud is made; where there would be more, all
+  /// have twice the side.
+  int max_voxels = 6000000;
   STILLMAP_FIELDS(back_projection, outliers, evidence, semantics, mesh, occupancy, movers, voxel,
-                  min_samples, min_keyframes, every, min_news, min_refuted, max_pixels)
+                  min_samples, min_keyframes, every, min_news, min_refuted, max_pixels, max_voxels)
 };
 
 /// What a DenseMap holds and what it had to leave out, since it was made.
@@ -57,7 +60,7 @@ struct DenseStatistics {
   std::size_t outliers = 0;   ///< points dropped by the outlier removal so far
   std::size_t thinnings =
       0;  ///< how often a keyframe's view was made coarser to stay below max_pixels
-  std::size_t replacements = 0;  ///< how often poses had changed so much that all was placed anew
+  std::size_t replacements = 0;  ///< how often poses changed so much that the live map began anew
 };
 
 /// Views put together with one set of poses.
@@ -80,9 +83,6 @@ struct ComposedCloud {
   std::size_t voxels_removed = 0;      ///< ghosts: what other keyframes saw speaks against them
 };
 
-/// T_world_camera of a keyframe by its id; nothing where it is not known any more.
-using PoseLookup = std::function<std::optional<Pose>(std::uint64_t)>;
-
 /// Looks poses up in a table, which must outlive it.
 PoseLookup pose_lookup(const std::map<std::uint64_t, Pose>& poses);
 
@@ -91,8 +91,8 @@ PoseLookup pose_lookup(const std::map<std::uint64_t, Pose>& poses);
 /// reduced by a voxel filter over the whole, and cleared of what other keyframes contradict.
 ///
 /// compose() does this from scratch, and depends only on the set of keyframes held and the poses
-/// (and, once max_pixels has been exceeded, on the order they came in). The live cloud is the same
-/// kept up to date while keyframes come in: with the same poses it is the same cloud.
+/// (and, once max_pixels has been exceeded, on the order they came in). Meanwhile a coarser live
+/// map tells which frames are worth keeping.
 ///
 /// Synchronous: one thread at a time, none inside.
 class DenseMap {
@@ -103,7 +103,7 @@ class DenseMap {
   /// Takes what a keyframe saw; an id that is held already is replaced.
   /// @param movers pixels of things that move or may (not zero), height x width; empty for none
   /// @param things static things that a network found in the frame; null for none
-  /// @param T_world_camera as far as is known now, for the live cloud; none: it does without
+  /// @param T_world_camera as far as is known now, for the live map; none: it does without
   /// Throws Error, with the map unchanged, if frame, mask and camera do not fit together.
   void add(std::uint64_t id, const RgbdFrame& frame, const cv::Mat1b& movers,
            const std::optional<Pose>& T_world_camera = std::nullopt,
@@ -113,7 +113,7 @@ class DenseMap {
   void add(std::uint64_t id, DenseView view,
            const std::optional<Pose>& T_world_camera = std::nullopt);
   /// The same for a frame that is no keyframe: kept if it tells enough that is new, measured by the
-  /// live cloud (see DenseOptions::min_news). So the places behind people get filled, ghosts get
+  /// live map (see DenseOptions::min_news). So the places behind people get filled, ghosts get
   /// voted on, and nothing grows where all is known.
   /// @returns whether it was kept
   bool add_if_new(std::uint64_t id, const RgbdFrame& frame, const cv::Mat1b& movers,
@@ -123,15 +123,11 @@ class DenseMap {
   /// its view stays useful as long as the caller can still tell its pose.
   void remove(std::uint64_t id);
 
-  /// Tells the live cloud where keyframes are now. Only if one has moved by more than
-  /// `kReplacement` is all placed anew: after a loop was closed, that is, and rarely otherwise.
+  /// Tells the live map where keyframes are now; see LiveMap::follow().
   void follow(const PoseLookup& T_world_camera);
 
-  /// Begins the live cloud anew: poses from now on are in a world of their own. The views stay.
+  /// Begins the live map anew: poses from now on are in a world of their own. The views stay.
   void leave_world();
-
-  /// The live cloud: all keyframes that came with a pose, or got one by follow().
-  ComposedCloud live() const;
 
   /// All views in the world frame. Keyframes without a pose are left out and counted.
   ComposedCloud compose(const PoseLookup& T_world_camera) const;
@@ -142,24 +138,18 @@ class DenseMap {
   const std::map<std::uint64_t, std::shared_ptr<DenseView>>& views() const { return views_; }
   const DenseOptions& options() const { return options_; }
   DenseStatistics statistics() const;
-  /// Memory held by the views and the live cloud.
+  const LiveMap& live() const { return *live_; }
+  /// Memory held by the views and the live map.
   std::size_t bytes() const;
-
-  /// How far a point two metres ahead of a keyframe may move before the live cloud follows [m].
-  static constexpr double kReplacement = 0.015;
 
  private:
   void thin_to_bound();
-  void place_all();
-  PlacedMap sorted_out(std::shared_ptr<const StaticGrid> grid,
-                       const std::vector<std::uint64_t>& ids,
-                       const PoseLookup& T_world_camera) const;
+  std::shared_ptr<const StaticGrid> grid_of(const std::vector<ViewAtPlace>& views) const;
 
   Camera camera_;
   DenseOptions options_;
   std::map<std::uint64_t, std::shared_ptr<DenseView>> views_;
-  std::map<std::uint64_t, Pose> live_poses_;
-  std::shared_ptr<StaticGrid> live_;
+  std::unique_ptr<LiveMap> live_;
   std::size_t pixels_ = 0, outliers_ = 0, thinnings_ = 0, replacements_ = 0;
 };
 

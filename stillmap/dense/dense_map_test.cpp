@@ -151,22 +151,13 @@ TEST(DenseMap, StaysBelowABoundThatLeavesRoomForNothing) {
   EXPECT_LE(map_of_wall(poses, options).statistics().pixels, 1U);
 }
 
-// The same with the poses known at once, so that there is a live cloud.
+// The same with the poses known at once, so that there is a live map.
 DenseMap live_map_of_wall(const std::vector<Pose>& seen_from, const std::vector<Pose>& believed) {
   DenseMap map(small_camera());
   for (std::uint64_t id = 0; id < seen_from.size(); ++id) {
     map.add(id, view_of(small_camera(), seen_from[id], kWall), {}, believed[id]);
   }
   return map;
-}
-
-TEST(DenseMap, KeepsALiveCloudThatIsTheComposedOne) {
-  const std::vector<Pose> poses = five_poses();
-  DenseMap map = live_map_of_wall(poses, poses);
-  EXPECT_EQ(map.live().cloud, map.compose(lookup_in(poses)).cloud);
-  map.remove(1);
-  EXPECT_EQ(map.live().cloud, map.compose(lookup_in(poses)).cloud);
-  EXPECT_EQ(map.live().keyframes, 4U);
 }
 
 TEST(DenseMap, KeepsFramesBetweenKeyframesOnlyForTheirNews) {
@@ -191,9 +182,10 @@ TEST(DenseMap, KeepsFramesBetweenKeyframesOnlyForTheirNews) {
 }
 
 // Distance between the outermost points along the wall's normal, but for a hundredth on each side.
-double thickness(const Cloud& cloud) {
+double thickness(const StaticGrid& grid) {
   std::vector<double> heights;
-  for (const Eigen::Vector3f& p : cloud.points) heights.push_back(kWall.n.dot(p.cast<double>()));
+  for (std::uint32_t i = 0; i < grid.index().size(); ++i)
+    heights.push_back(kWall.n.dot(grid.mean(i).cast<double>()));
   std::sort(heights.begin(), heights.end());
   const std::size_t margin = heights.size() / 100;
   return heights[heights.size() - 1 - margin] - heights[margin];
@@ -209,13 +201,43 @@ TEST(DenseMap, MakesOneWallOfTwoOnceALoopIsClosed) {
   for (std::size_t i = 5; i < drifted.size(); ++i) drifted[i] = drift * drifted[i];
 
   DenseMap map = live_map_of_wall(truth, drifted);
-  EXPECT_GT(thickness(map.live().cloud), 0.05);
+  EXPECT_GT(thickness(map.live().grid()), 0.05);
   map.follow(lookup_in(drifted));  // nothing new
   EXPECT_EQ(map.statistics().replacements, 0U);
   map.follow(lookup_in(truth));
   EXPECT_EQ(map.statistics().replacements, 1U);
-  EXPECT_LT(thickness(map.live().cloud), 1e-3);
-  EXPECT_EQ(map.live().cloud, map.compose(lookup_in(truth)).cloud);
+  while (map.live().waiting() > 0) map.follow(lookup_in(truth));
+  EXPECT_EQ(map.statistics().replacements, 1U);
+  EXPECT_LT(thickness(map.live().grid()), 1e-3);
+}
+
+TEST(DenseMap, IsPlacedAnewAFewViewsAtATimeNearestFirst) {
+  // The camera went three metres along the wall and is back where it began.
+  std::vector<Pose> poses;
+  for (int i = 0; i < 30; ++i)
+    poses.emplace_back(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.2 * i, 0, 0));
+  for (int i = 29; i >= 0; --i) poses.push_back(poses[static_cast<std::size_t>(i)]);
+  std::vector<Pose> moved;
+  for (const Pose& pose : poses) moved.push_back(Pose(so3_exp({0, 0.02, 0}), {0, 0, 0.1}) * pose);
+  DenseMap map = live_map_of_wall(poses, poses);
+  map.follow(lookup_in(moved));
+  EXPECT_EQ(map.live().waiting(), poses.size() - LiveMap::kAtOnce);
+  const DenseView here =
+      make_dense_view(small_camera(), view_of(small_camera(), poses.back(), kWall), {}, {}, {})
+          .view;
+  const News news = map.live().news_in(here, moved.back());
+  EXPECT_GT(news.looked_at, 30U);
+  EXPECT_EQ(news.fresh, 0U) << "what the camera sees is there again already";
+}
+
+TEST(DenseMap, HasCoarserVoxelsWhereTheyWouldBeTooMany) {
+  const std::vector<Pose> poses = five_poses();
+  DenseOptions options;
+  const std::size_t all = map_of_wall(poses, options).compose(lookup_in(poses)).cloud.size();
+  options.max_voxels = static_cast<int>(all) - 1;
+  const PlacedMap placed = map_of_wall(poses, options).place(lookup_in(poses));
+  EXPECT_DOUBLE_EQ(placed.grid->edge(), 2 * options.voxel);
+  EXPECT_GT(placed.cells.size(), all / 8);
 }
 
 TEST(DenseMap, DropsVoxelsThatTooFewSaw) {
@@ -279,6 +301,9 @@ TEST(DenseMap, ChecksItsOptionsAtOnce) {
   EXPECT_THROW(DenseMap(small_camera(), options), Error);
   options = {};
   options.max_pixels = 0;
+  EXPECT_THROW(DenseMap(small_camera(), options), Error);
+  options = {};
+  options.max_voxels = 8;
   EXPECT_THROW(DenseMap(small_camera(), options), Error);
 }
 

@@ -36,7 +36,7 @@ struct ViewInstance {
 /// What the dense map keeps of a keyframe, in the keyframe's own camera frame, so that it can be
 /// placed anew whenever the pose changes: six bytes for every pixel of a coarser lattice.
 struct DenseView {
-  Camera camera;         ///< of the lattice: pixel (c, r) is pixel (c, r) * stride of the image
+  Camera camera = {};    ///< of the lattice: pixel (c, r) is pixel (c, r) * stride of the image
   int stride = 1;        ///< pixels of the image
   cv::Mat1w depth = {};  ///< all that was measured, movers too, in units of kDepthUnit; 0 unknown
   cv::Mat3b color = {};  ///< B G R

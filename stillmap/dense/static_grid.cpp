@@ -4,13 +4,13 @@
 #include "stillmap/base/error.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <limits>
 
 namespace stillmap {
 namespace {
 
-constexpr int kCellsPerBlock = 32;  // along an edge: 32 cm at 1 cm
-constexpr float kNearest = 0.1F;    // nothing nearer to a camera is looked at [m]
 constexpr std::uint32_t kNone = VoxelIndex::kNone;
 
 // 1 / sigma^2 of a depth, in units of that at one metre.
@@ -39,51 +39,52 @@ Eigen::Vector3f rgb_of(const cv::Vec3b& bgr) {
 
 void require_valid(const EvidenceOptions& options) {
   const bool valid = options.margin > 0 && options.margin_growth >= 0 && options.min_votes >= 1 &&
-                     options.share > 0 && options.vacated >= 1;
+                     options.share > 0 && options.vacated >= 1 &&
+                     options.margin_growth <= DepthMargin::kLargestGrowth;
   if (valid) return;
   throw Error("an option is out of range", "dense evidence",
-              "margin > 0, margin_growth >= 0, min_votes >= 1, share > 0, vacated >= 1");
+              "margin > 0, 0 <= margin_growth <= 0.035, min_votes >= 1, share > 0, vacated >= 1");
 }
 
-StaticGrid::StaticGrid(double edge, const EvidenceOptions& options, std::size_t expected)
-    : edge_(edge), options_(options), index_(expected) {
+StaticGrid::StaticGrid(double edge, const EvidenceOptions& options, std::uint32_t elders)
+    : edge_(edge),
+      options_(options),
+      elders_(elders),
+      margin_{static_cast<float>(options.margin), static_cast<float>(options.margin_growth)} {
   require_voxel_size(edge, "dense voxel size");
   require_valid(options);
-  cells_.reserve(expected);
 }
 
-StaticGrid::PlacedView StaticGrid::placed_at(const DenseView& view,
-                                             const Pose& T_world_camera) const {
-  const Pose T_camera_world = T_world_camera.inverse();
-  return {.view = &view,
-          .R_world_camera = T_world_camera.rotation(),
-          .t_world_camera = T_world_camera.translation(),
-          .R_camera_world = T_camera_world.rotation().cast<float>(),
-          .t_camera_world = T_camera_world.translation().cast<float>(),
-          .number = static_cast<std::uint32_t>(placed_.size() + 1)};
+StaticGrid::Witness StaticGrid::witness(const DenseView& view, const Pose& T_world_camera) const {
+  Witness witness{PlacedView(view, T_world_camera, margin_), {}};
+  const VoxelIndex::Block block{.corner = voxel_of({0, 0, 0})};
+  const double middle = 0.5 * edge_ * VoxelIndex::kSide;
+  for (unsigned place = 0; place < VoxelIndex::kPlaces; ++place) {
+    const Eigen::Vector3d center = center_of(VoxelIndex::voxel_in(block, place), edge_);
+    witness.steps[place] = witness.placed.turned((center.array() - middle).matrix().cast<float>());
+  }
+  return witness;
 }
 
+// The new view votes on the cells that were there, the views before it on the new ones.
 void StaticGrid::add(const DenseView& view, const Pose& T_world_camera) {
-  placed_.push_back(placed_at(view, T_world_camera));
-  std::vector<std::size_t> known;
-  for (const Block& block : blocks_) known.push_back(block.cells.size());
-  insert(placed_.back());
+  witnesses_.push_back(witness(view, T_world_camera));
+  const auto known = static_cast<std::uint32_t>(index_.size());
+  insert(witnesses_.back().placed);
   if (!options_.remove_ghosts) return;
-  known.resize(blocks_.size(), 0);
-  for (std::size_t b = 0; b < blocks_.size(); ++b) {
-    const Block& block = blocks_[b];
-    vote(placed_.back(), block, 0, known[b]);
-    if (known[b] == block.cells.size()) continue;
-    for (std::size_t i = 0; i + 1 < placed_.size(); ++i) {
-      vote(placed_[i], block, known[b], block.cells.size());
-    }
+  const std::uint32_t newest = newest_view();
+  for (std::uint32_t b = 0; b < block_centers_.size(); ++b) vote(newest, b, {0, known});
+  const Range added{known, kNone};
+  const std::uint32_t eldest = newest > elders_ ? newest - elders_ : 1;
+  for (const std::uint32_t b : blocks_of(added)) {
+    for (std::uint32_t before = eldest; before < newest; ++before) vote(before, b, added);
   }
 }
 
 // Whether there is surface where this point lies, or within its noise before or behind it.
 bool StaticGrid::has_surface_near(const Eigen::Vector3d& p_world,
                                   const Eigen::Vector3d& ray) const {
-  for (const int steps : {0, 1, -1, 2, -2}) {
+  for (const int steps : {0, 1, -1}) {
     const auto voxel = voxel_at(p_world + steps * edge_ * ray, edge_);
     if (voxel && index_.find(*voxel) != kNone) return true;
   }
@@ -94,54 +95,57 @@ News StaticGrid::news_in(const DenseView& view, const Pose& T_world_camera) cons
   constexpr int kStep = 3;  // pixels
   constexpr double kFarthest =
       2.5;  // beyond, pixels are farther apart than voxels, and noisier [m]
-  const PlacedView placed = placed_at(view, T_world_camera);
+  const Witness seeing = witness(view, T_world_camera);
+  const PlacedView& placed = seeing.placed;
   News news;
   for (int row = 0; row < view.depth.rows; row += kStep) {
     for (int col = 0; col < view.depth.cols; col += kStep) {
-      const double z = view.depth(row, col) * double{DenseView::kDepthUnit};
-      if (!view.is_static(row, col) || z > kFarthest) continue;
-      const Eigen::Vector3d ray = placed.R_world_camera * view.camera.unproject(col, row, 1);
+      if (!view.is_static(row, col) || placed.depth(row, col) > kFarthest) continue;
       ++news.looked_at;
-      news.fresh += !has_surface_near(placed.t_world_camera + z * ray, ray);
+      news.fresh += !has_surface_near(placed.point(row, col), placed.ray(row, col));
     }
   }
-  const Lens lens(view.camera);
-  for (const Block& block : blocks_) {
-    if (!may_see(placed, block)) continue;
-    for (std::size_t i = 0; i < block.cells.size(); ++i) {
-      news.refuted +=
-          look(placed, lens, block.centers[i]) == Sight::kThrough && is_static(block.cells[i]);
-    }
-  }
+  for (std::uint32_t b = 0; b < block_centers_.size(); ++b) news.refuted += refuted_in(seeing, b);
   return news;
+}
+
+// Cells of the static map in a block that a view sees through.
+std::size_t StaticGrid::refuted_in(const Witness& witness, std::uint32_t number) const {
+  const PlacedView& placed = witness.placed;
+  const Eigen::Vector3f middle = placed.in_camera(block_centers_[number]);
+  const std::optional<Sight> whole = placed.within(middle, block_radius());
+  if (whole == Sight::kNothing) return 0;
+  const VoxelIndex::Block& block = index_.block(number);
+  std::size_t refuted = 0;
+  for (std::uint64_t left = block.occupied; left != 0; left &= left - 1) {
+    const auto place = static_cast<std::size_t>(std::countr_zero(left));
+    const bool through = whole || placed.at(middle + witness.steps[place]) == Sight::kThrough;
+    refuted += through && is_static(block.numbers[place]);
+  }
+  return refuted;
 }
 
 std::uint32_t StaticGrid::cell_of(const Eigen::Vector3d& p_world) {
   const std::optional<Voxel> voxel = voxel_at(p_world, edge_);
   if (!voxel) return kNone;
   const std::uint32_t cell = index_.add(*voxel);
-  if (cell < cells_.size()) return cell;
-  cells_.emplace_back();
-  const double side = edge_ * kCellsPerBlock;
-  const Voxel around = voxel_at(center_of(*voxel, edge_), side).value();
-  const std::uint32_t block = block_index_.add(around);
-  if (block == blocks_.size()) blocks_.push_back({center_of(around, side).cast<float>(), {}, {}});
-  blocks_[block].cells.push_back(cell);
-  blocks_[block].centers.push_back(center_of(*voxel, edge_).cast<float>());
+  if (cell == cells_.size()) cells_.emplace_back();
+  if (index_.block_count() > block_centers_.size()) {
+    const Eigen::Vector3d corner = corner_of(index_.block(index_.block_of(cell)).corner, edge_);
+    const double half = 0.5 * edge_ * VoxelIndex::kSide;
+    block_centers_.push_back((corner.array() + half).matrix().cast<float>());
+  }
   return cell;
 }
 
 // Per pixel, kNone where there is no static surface.
 std::vector<std::uint32_t> StaticGrid::cells_under(const PlacedView& placed) {
-  const DenseView& view = *placed.view;
+  const DenseView& view = placed.view();
   std::vector<std::uint32_t> cells(view.depth.total(), kNone);
   auto cell = cells.begin();
   for (int row = 0; row < view.depth.rows; ++row) {
     for (int col = 0; col < view.depth.cols; ++col, ++cell) {
-      if (!view.is_static(row, col)) continue;
-      const double z = view.depth(row, col) * double{DenseView::kDepthUnit};
-      *cell = cell_of(placed.R_world_camera * view.camera.unproject(col, row, z) +
-                      placed.t_world_camera);
+      if (view.is_static(row, col)) *cell = cell_of(placed.point(row, col));
     }
   }
   return cells;
@@ -173,9 +177,9 @@ Eigen::Vector3f StaticGrid::gain_for(const DenseView& view,
 
 void StaticGrid::insert(const PlacedView& placed) {
   const std::vector<std::uint32_t> cells = cells_under(placed);
-  const Eigen::Vector3f gain = gain_for(*placed.view, cells);
+  const Eigen::Vector3f gain = gain_for(placed.view(), cells);
   gains_.push_back(gain);
-  const int cols = placed.view->depth.cols;
+  const int cols = placed.view().depth.cols;
   for (int i = 0; i < static_cast<int>(cells.size()); ++i) {
     const std::uint32_t number = cells[static_cast<std::size_t>(i)];
     if (number != kNone) add_pixel(placed, i / cols, i % cols, gain, number);
@@ -184,84 +188,62 @@ void StaticGrid::insert(const PlacedView& placed) {
 
 void StaticGrid::add_pixel(const PlacedView& placed, int row, int col, const Eigen::Vector3f& gain,
                            std::uint32_t number) {
-  const DenseView& view = *placed.view;
-  const double z = view.depth(row, col) * double{DenseView::kDepthUnit};
-  const Eigen::Vector3d p_world =
-      placed.R_world_camera * view.camera.unproject(col, row, z) + placed.t_world_camera;
-  const float weight = depth_weight(static_cast<float>(z));
+  const DenseView& view = placed.view();
+  const Eigen::Vector3d p_world = placed.point(row, col);
+  const float weight = depth_weight(static_cast<float>(placed.depth(row, col)));
   StaticCell& cell = cells_[number];
   cell.offset_sum += weight * (p_world - corner_of(index_.voxel(number), edge_)).cast<float>();
   cell.color_sum += weight * rgb_of(view.color(row, col)).cwiseProduct(gain).cwiseMin(255.0F);
   cell.weight += weight;
-  ++cell.pixels;
-  if (cell.last_view == placed.number) return;
-  cell.last_view = placed.number;
+  if (cell.pixels < std::numeric_limits<std::uint16_t>::max()) ++cell.pixels;
+  if (cell.last_view == newest_view()) return;
+  cell.last_view = newest_view();
   ++cell.views;
   cell.doubtful += view.kind(row, col) == kDoubtfulSurface;
   cell.free_since = 0;
 }
 
-bool StaticGrid::may_see(const PlacedView& placed, const Block& block) const {
-  const float radius = static_cast<float>(edge_) * kCellsPerBlock * 0.87F;  // half a diagonal
-  const Eigen::Vector3f p = placed.R_camera_world * block.center + placed.t_camera_world;
-  if (p.z() < -radius) return false;
-  const Camera& camera = placed.view->camera;
-  const auto inside = [&](float x, double focal, double left, double right) {
-    // Distances from the two planes through the image's borders.
-    const auto a = static_cast<float>(left / focal), b = static_cast<float>(right / focal);
-    return x + a * p.z() > -radius * std::sqrt(1 + a * a) &&
-           b * p.z() - x > -radius * std::sqrt(1 + b * b);
-  };
-  return inside(p.x(), camera.fx, camera.cx, camera.width - camera.cx) &&
-         inside(p.y(), camera.fy, camera.cy, camera.height - camera.cy);
+// The blocks that hold some cells, in rising order.
+std::vector<std::uint32_t> StaticGrid::blocks_of(Range cells) const {
+  std::vector<std::uint32_t> blocks;
+  const auto last = std::min(cells.last, static_cast<std::uint32_t>(index_.size()));
+  for (std::uint32_t cell = cells.first; cell < last; ++cell)
+    blocks.push_back(index_.block_of(cell));
+  std::sort(blocks.begin(), blocks.end());
+  blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
+  return blocks;
 }
 
-StaticGrid::Sight StaticGrid::look(const PlacedView& placed, const Lens& lens,
-                                   const Eigen::Vector3f& p_world) const {
-  const DenseView& view = *placed.view;
-  const Eigen::Vector3f p = placed.R_camera_world * p_world + placed.t_camera_world;
-  if (p.z() < kNearest) return Sight::kNothing;
-  const float scale = 1 / p.z();
-  const float u = lens.fx * p.x() * scale + lens.cx, v = lens.fy * p.y() * scale + lens.cy;
-  const auto right = static_cast<float>(view.depth.cols) - 1.5F;
-  const auto bottom = static_cast<float>(view.depth.rows) - 1.5F;
-  if (!(u >= 0.5F && v >= 0.5F && u < right && v < bottom)) return Sight::kNothing;
-
-  const int col = static_cast<int>(u + 0.5F), row = static_cast<int>(v + 0.5F);
-  const float z = view.depth(row, col) * DenseView::kDepthUnit;
-  if (z <= 0 || z + slack(z) < p.z()) return Sight::kNothing;
-  if (z - slack(z) <= p.z()) {
-    return view.kind(row, col) == kMoverSurface ? Sight::kMover : Sight::kNothing;
-  }
-  // An edge or something thin may be half a pixel away: all nine around must agree.
-  for (int r = row - 1; r <= row + 1; ++r) {
-    for (int c = col - 1; c <= col + 1; ++c) {
-      const float around = view.depth(r, c) * DenseView::kDepthUnit;
-      if (around - slack(around) <= p.z()) return Sight::kNothing;
-    }
-  }
-  return Sight::kThrough;
+// Of a ball around a block that holds the centres of its cells.
+float StaticGrid::block_radius() const {
+  return static_cast<float>(edge_) * (VoxelIndex::kSide - 1) * 0.8661F;  // half a diagonal
 }
 
-void StaticGrid::vote(const PlacedView& placed, const Block& block, std::size_t first,
-                      std::size_t last) {
-  if (first == last || !may_see(placed, block)) return;
-  const Lens lens(placed.view->camera);
-  for (std::size_t i = first; i < last; ++i) {
-    const Sight sight = look(placed, lens, block.centers[i]);
-    if (sight == Sight::kNothing) continue;
-    StaticCell& cell = cells_[block.cells[i]];
-    if (cell.last_view == placed.number) continue;  // it saw a static surface there itself
-    if (sight == Sight::kMover) ++cell.movers;
-    if (sight != Sight::kThrough) continue;
-    ++cell.free;
-    if (placed.number > cell.last_view) ++cell.free_since;
+void StaticGrid::vote(std::uint32_t view, std::uint32_t number, Range cells) {
+  const auto& [placed, steps] = witnesses_[view - 1];
+  const Eigen::Vector3f middle = placed.in_camera(block_centers_[number]);
+  const std::optional<Sight> whole = placed.within(middle, block_radius());
+  if (whole == Sight::kNothing) return;
+  const VoxelIndex::Block& block = index_.block(number);
+  for (std::uint64_t left = block.occupied; left != 0; left &= left - 1) {
+    const auto place = static_cast<std::size_t>(std::countr_zero(left));
+    const std::uint32_t cell = block.numbers[place];
+    if (cell < cells.first || cell >= cells.last) continue;
+    const Sight sight = whole ? *whole : placed.at(middle + steps[place]);
+    if (sight != Sight::kNothing) count(sight, view, cells_[cell]);
   }
 }
 
-bool StaticGrid::is_static(std::uint32_t number) const {
+void StaticGrid::count(Sight sight, std::uint32_t view, StaticCell& cell) const {
+  if (cell.last_view == view) return;  // it saw a static surface there itself
+  if (sight == Sight::kMover) ++cell.movers;
+  if (sight != Sight::kThrough) return;
+  ++cell.free;
+  if (view > cell.last_view) ++cell.free_since;
+}
+
+bool StaticGrid::is_static(const StaticCell& cell) const {
   if (!options_.remove_ghosts) return true;
-  const StaticCell& cell = cells_[number];
   const int against = cell.free + cell.movers;
   const int votes = against + cell.views;
   const bool outvoted =
@@ -302,11 +284,8 @@ Rgb StaticGrid::color(std::uint32_t number) const {
 }
 
 std::size_t StaticGrid::bytes() const {
-  std::size_t bytes = index_.bytes() + cells_.capacity() * sizeof(StaticCell);
-  for (const Block& block : blocks_) {
-    bytes += sizeof(block) + block.cells.capacity() * sizeof(std::uint32_t);
-  }
-  return bytes;
+  return index_.bytes() + cells_.size() * sizeof(StaticCell) +
+         block_centers_.capacity() * sizeof(Eigen::Vector3f);
 }
 
 }  // namespace stillmap

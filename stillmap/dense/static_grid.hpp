@@ -3,12 +3,14 @@
 #include "stillmap/base/fields.hpp"
 #include "stillmap/dense/cloud.hpp"
 #include "stillmap/dense/dense_view.hpp"
+#include "stillmap/dense/placed_view.hpp"
 #include "stillmap/dense/voxel_index.hpp"
 #include "stillmap/geometry/pose.hpp"
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <vector>
 
 #include <Eigen/Core>
@@ -23,7 +25,7 @@ struct EvidenceOptions {
   /// Kinect's depth are 4.2e-3 z^2 (Khoshelham, Elberink, Sensors 2012), the rest is for the pose,
   /// the voxel's size, and what it holds being noisy itself.
   double margin = 0.04;          ///< [m]
-  double margin_growth = 0.005;  ///< [1/m]
+  double margin_growth = 0.005;  ///< [1/m], at most DepthMargin::kLargestGrowth
   int min_votes = 2;             ///< keyframes that must speak against a voxel to remove it
   double share = 0.35;           ///< of all keyframes with a say on it that must
   /// So many keyframes saw through it since it was last seen: what was there has left.
@@ -39,8 +41,8 @@ struct StaticCell {
   Eigen::Vector3f offset_sum = Eigen::Vector3f::Zero();  ///< weighted, from the lower corner [m]
   Eigen::Vector3f color_sum = Eigen::Vector3f::Zero();   ///< weighted, R G B
   float weight = 0;
-  std::uint32_t pixels = 0;      ///< that fell into it
   std::uint32_t last_view = 0;   ///< the newest view with a static surface in it, counted from 1
+  std::uint16_t pixels = 0;      ///< that fell into it, at most 65535
   std::uint16_t views = 0;       ///< with a static surface in it
   std::uint16_t free = 0;        ///< views that saw through it
   std::uint16_t free_since = 0;  ///< of these, after `last_view`
@@ -69,10 +71,16 @@ struct News {
 /// The result depends on the views, their poses and their order. One thread at a time.
 class StaticGrid {
  public:
-  /// @param edge side of a voxel [m]. Throws Error if it or an option is out of range.
-  explicit StaticGrid(double edge, const EvidenceOptions& options = {}, std::size_t expected = 0);
+  static constexpr std::uint32_t kAll = 0xffffffff;
 
-  /// Adds what a keyframe saw. The view must outlive the grid; it may become a coarser one.
+  /// @param edge   side of a voxel [m]
+  /// @param elders how many of the views before a new one vote on the cells that it adds: the
+  ///               newest of them
+  /// Throws Error if `edge` or an option is out of range.
+  explicit StaticGrid(double edge, const EvidenceOptions& options = {},
+                      std::uint32_t elders = kAll);
+
+  /// Adds what a keyframe saw. The view must outlive the grid.
   void add(const DenseView& view, const Pose& T_world_camera);
 
   /// What add() with this view would change.
@@ -82,7 +90,7 @@ class StaticGrid {
   const VoxelIndex& index() const { return index_; }
   const StaticCell& cell(std::uint32_t number) const { return cells_[number]; }
   /// Whether what speaks against a voxel is not enough.
-  bool is_static(std::uint32_t number) const;
+  bool is_static(std::uint32_t number) const { return is_static(cells_[number]); }
   /// Whether somebody else than a view that saw a mover right beside it saw it too, or its
   /// neighbourhood of two voxels.
   bool is_confirmed(std::uint32_t number) const;
@@ -93,57 +101,40 @@ class StaticGrid {
   std::size_t bytes() const;
 
  private:
-  /// A view at its place. Cells are tested in its camera frame.
-  struct PlacedView {
-    const DenseView* view;
-    Eigen::Matrix3d R_world_camera;
-    Eigen::Vector3d t_world_camera;
-    Eigen::Matrix3f R_camera_world;
-    Eigen::Vector3f t_camera_world;
-    std::uint32_t number;  // counted from 1
+  /// A view, and where the voxels of a block lie as seen from it.
+  struct Witness {
+    PlacedView placed;
+    std::array<Eigen::Vector3f, VoxelIndex::kPlaces> steps;  // from the block's middle to each
   };
-  /// A view's pinhole, in floats.
-  struct Lens {
-    explicit Lens(const Camera& camera)
-        : fx(static_cast<float>(camera.fx)),
-          fy(static_cast<float>(camera.fy)),
-          cx(static_cast<float>(camera.cx)),
-          cy(static_cast<float>(camera.cy)) {}
-    float fx, fy, cx, cy;
-  };
-  /// Cells close together, by number: rising, so the newest are at the end.
-  struct Block {
-    Eigen::Vector3f center;
-    std::vector<std::uint32_t> cells;
-    std::vector<Eigen::Vector3f>
-        centers;  // of the cells, world frame: they are walked through often
+  bool is_static(const StaticCell& cell) const;
+  /// Numbers of cells from `first` on, and before `last`.
+  struct Range {
+    std::uint32_t first, last;
   };
 
-  /// What a view has to say on a place where it has no static surface.
-  enum class Sight { kNothing, kThrough, kMover };
-
-  PlacedView placed_at(const DenseView& view, const Pose& T_world_camera) const;
   bool has_surface_near(const Eigen::Vector3d& p_world, const Eigen::Vector3d& ray) const;
+  Witness witness(const DenseView& view, const Pose& T_world_camera) const;
+  std::size_t refuted_in(const Witness& witness, std::uint32_t block) const;
   std::vector<std::uint32_t> cells_under(const PlacedView& placed);
   std::uint32_t cell_of(const Eigen::Vector3d& p_world);
   void insert(const PlacedView& placed);
   void add_pixel(const PlacedView& placed, int row, int col, const Eigen::Vector3f& gain,
                  std::uint32_t number);
   Eigen::Vector3f gain_for(const DenseView& view, const std::vector<std::uint32_t>& cells) const;
-  bool may_see(const PlacedView& placed, const Block& block) const;
-  float slack(float z) const {
-    return static_cast<float>(options_.margin) + static_cast<float>(options_.margin_growth) * z * z;
-  }
-  Sight look(const PlacedView& placed, const Lens& lens, const Eigen::Vector3f& p_world) const;
-  void vote(const PlacedView& placed, const Block& block, std::size_t first, std::size_t last);
+  std::vector<std::uint32_t> blocks_of(Range cells) const;
+  void vote(std::uint32_t view, std::uint32_t block, Range cells);
+  void count(Sight sight, std::uint32_t view, StaticCell& cell) const;
+  float block_radius() const;
+  std::uint32_t newest_view() const { return static_cast<std::uint32_t>(witnesses_.size()); }
 
   double edge_;
   EvidenceOptions options_;
+  std::uint32_t elders_;
+  DepthMargin margin_;
   VoxelIndex index_;
-  std::vector<StaticCell> cells_;
-  VoxelIndex block_index_;
-  std::vector<Block> blocks_;
-  std::vector<PlacedView> placed_;
+  std::deque<StaticCell> cells_;
+  std::vector<Eigen::Vector3f> block_centers_;  // world frame
+  std::vector<Witness> witnesses_;
   std::vector<Eigen::Vector3f> gains_;
 };
 

@@ -16,18 +16,29 @@ constexpr int kBits = 21;
 constexpr std::int64_t kBias = std::int64_t{1} << (kBits - 1);  // negatives sort below positives
 constexpr std::uint64_t kLowBits = (std::uint64_t{1} << kBits) - 1;
 
-// The eight voxels of a cube two voxels wide lie side by side, since neighbours are asked for one
-// after the other; where the cubes lie is as good as random (finaliser of MurmurHash3, Appleby,
-// public domain).
-constexpr std::uint64_t kOdd = 1 | std::uint64_t{1} << kBits | std::uint64_t{1} << 2 * kBits;
+// The lowest two bits of each coordinate tell the place in the block.
+constexpr std::uint64_t kWithin = 3 | std::uint64_t{3} << kBits | std::uint64_t{3} << 2 * kBits;
 
-std::size_t hash(Voxel voxel, std::size_t slots) {
-  std::uint64_t cube = voxel & ~kOdd;
-  cube = (cube ^ cube >> 33) * 0xFF51AFD7ED558CCDU;
-  cube = (cube ^ cube >> 33) * 0xC4CEB9FE1A85EC53U;
-  const std::uint64_t within =
-      (voxel & 1) | (voxel >> (kBits - 1) & 2) | (voxel >> (2 * kBits - 2) & 4);
-  return static_cast<std::size_t>(((cube ^ cube >> 33) << 3 | within) & (slots - 1));
+// As good as random (finaliser of MurmurHash3, Appleby, public domain).
+std::size_t hash(Voxel corner, std::size_t slots) {
+  corner = (corner ^ corner >> 33) * 0xFF51AFD7ED558CCDU;
+  corner = (corner ^ corner >> 33) * 0xC4CEB9FE1A85EC53U;
+  return static_cast<std::size_t>((corner ^ corner >> 33) & (slots - 1));
+}
+
+unsigned place_of(Voxel voxel) {
+  return static_cast<unsigned>((voxel & 3) | (voxel >> (kBits - 2) & 12) |
+                               (voxel >> (2 * kBits - 4) & 48));
+}
+
+std::uint64_t bit(unsigned place) { return std::uint64_t{1} << place; }
+
+// The blocks from `begin` on that share the coordinates above the lowest `bits` bits end here.
+template <typename Iterator>
+Iterator end_of_group(Iterator begin, Iterator end, int bits) {
+  return std::find_if(begin, end, [&](const auto* block) {
+    return block->corner >> bits != (*begin)->corner >> bits;
+  });
 }
 
 }  // namespace
@@ -64,54 +75,97 @@ Eigen::Vector3d center_of(Voxel voxel, double edge) {
   return (lattice_of(voxel).cast<double>().array() + 0.5) * edge;
 }
 
-VoxelIndex::VoxelIndex(std::size_t expected)
-    : slots_(std::bit_ceil(std::max<std::size_t>(2 * expected, 1024))) {
-  voxels_.reserve(expected);
-}
-
-// Where a voxel is, or the free slot where it would be.
-std::size_t VoxelIndex::slot_of(Voxel voxel) const {
-  std::size_t slot = hash(voxel, slots_.size());
-  while (slots_[slot].number != 0 && slots_[slot].voxel != voxel) {
+// Where a block is, or the free slot where it would be.
+std::size_t VoxelIndex::slot_of(Voxel corner) const {
+  std::size_t slot = hash(corner, slots_.size());
+  while (slots_[slot].block != 0 && slots_[slot].corner != corner) {
     slot = (slot + 1) & (slots_.size() - 1);
   }
   return slot;
 }
 
-std::uint32_t VoxelIndex::add(Voxel voxel) {
-  Slot& slot = slots_[slot_of(voxel)];
-  if (slot.number != 0) return slot.number - 1;
-  voxels_.push_back(voxel);
-  const auto count = static_cast<std::uint32_t>(voxels_.size());
-  slot = {voxel, count};
-  if (2 * voxels_.size() > slots_.size()) grow();
+std::uint32_t VoxelIndex::block_at(Voxel corner) {
+  if (2 * blocks_.size() >= slots_.size()) grow();
+  Slot& slot = slots_[slot_of(corner)];
+  if (slot.block != 0) return slot.block - 1;
+  blocks_.emplace_back().corner = corner;
+  const auto count = static_cast<std::uint32_t>(blocks_.size());
+  slot = {corner, count};
   return count - 1;
 }
 
+std::uint32_t VoxelIndex::add(Voxel voxel) {
+  const std::uint32_t number = block_at(voxel & ~kWithin);
+  Block& block = blocks_[number];
+  const unsigned place = place_of(voxel);
+  if ((block.occupied & bit(place)) == 0) {
+    block.occupied |= bit(place);
+    block.numbers[place] = static_cast<std::uint32_t>(homes_.size());
+    homes_.push_back(number * kPlaces + place);
+  }
+  return block.numbers[place];
+}
+
 std::uint32_t VoxelIndex::find(Voxel voxel) const {
-  return slots_[slot_of(voxel)].number - 1;  // 0 - 1 is kNone
+  if (slots_.empty()) return kNone;
+  const Slot& slot = slots_[slot_of(voxel & ~kWithin)];
+  if (slot.block == 0) return kNone;
+  const Block& block = blocks_[slot.block - 1];
+  const unsigned place = place_of(voxel);
+  return (block.occupied & bit(place)) != 0 ? block.numbers[place] : kNone;
+}
+
+Voxel VoxelIndex::voxel_in(const Block& block, unsigned place) {
+  const std::uint64_t x = place >> 4, y = place >> 2 & 3, z = place & 3;
+  return block.corner | x << 2 * kBits | y << kBits | z;
+}
+
+Voxel VoxelIndex::voxel(std::uint32_t number) const {
+  return voxel_in(blocks_[homes_[number] / kPlaces], homes_[number] % kPlaces);
 }
 
 void VoxelIndex::grow() {
-  slots_.assign(2 * slots_.size(), {});
-  for (std::size_t i = 0; i < voxels_.size(); ++i) {
-    slots_[slot_of(voxels_[i])] = {voxels_[i], static_cast<std::uint32_t>(i + 1)};
+  constexpr std::size_t kFewest = 1024;
+  slots_.assign(std::max(kFewest, 2 * slots_.size()), {});
+  for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    slots_[slot_of(blocks_[i].corner)] = {blocks_[i].corner, static_cast<std::uint32_t>(i + 1)};
   }
 }
 
+// Slabs of blocks with one x, in them rows of blocks with one y: voxels of one x lie in one slab,
+// those of one x and y in one row.
 std::vector<std::uint32_t> VoxelIndex::sorted() const {
-  std::vector<std::pair<Voxel, std::uint32_t>> order;
-  order.reserve(voxels_.size());
-  for (std::uint32_t i = 0; i < voxels_.size(); ++i) order.emplace_back(voxels_[i], i);
-  std::sort(order.begin(), order.end());
+  std::vector<const Block*> order;
+  order.reserve(blocks_.size());
+  for (const Block& block : blocks_) order.push_back(&block);
+  std::sort(order.begin(), order.end(),
+            [](const Block* a, const Block* b) { return a->corner < b->corner; });
   std::vector<std::uint32_t> numbers;
-  numbers.reserve(order.size());
-  for (const auto& [voxel, number] : order) numbers.push_back(number);
+  numbers.reserve(size());
+  const auto add_line = [&](auto begin, auto end, unsigned xy) {
+    for (auto block = begin; block != end; ++block) {
+      for (unsigned place = xy; place < xy + kSide; ++place) {
+        if (((*block)->occupied & bit(place)) != 0) numbers.push_back((*block)->numbers[place]);
+      }
+    }
+  };
+  for (auto slab = order.begin(); slab != order.end();) {
+    const auto slab_end = end_of_group(slab, order.end(), 2 * kBits);
+    for (unsigned x = 0; x < kSide; ++x) {
+      for (auto row = slab; row != slab_end;) {
+        const auto row_end = end_of_group(row, slab_end, kBits);
+        for (unsigned y = 0; y < kSide; ++y) add_line(row, row_end, kSide * (kSide * x + y));
+        row = row_end;
+      }
+    }
+    slab = slab_end;
+  }
   return numbers;
 }
 
 std::size_t VoxelIndex::bytes() const {
-  return voxels_.capacity() * sizeof(Voxel) + slots_.capacity() * sizeof(Slot);
+  return blocks_.size() * sizeof(Block) + homes_.size() * sizeof(std::uint32_t) +
+         slots_.capacity() * sizeof(Slot);
 }
 
 void require_voxel_size(double edge, const char* option) {

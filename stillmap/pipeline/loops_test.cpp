@@ -62,7 +62,7 @@ TEST(Loops, AreClosedTheSameInEveryRunAndTheTrajectoryIsBetterForIt) {
   options.dense_cloud = true;
   const SlamResult closed = run(options), again = run(options);
   EXPECT_EQ(closed.dense.cloud, again.dense.cloud);
-  EXPECT_GE(closed.dense_statistics.replacements, 1U) << "the live cloud follows";
+  EXPECT_GE(closed.dense_statistics.replacements, 1U) << "the live map follows";
   options.dense_cloud = false;
   EXPECT_TRUE(same_bytes(closed.trajectory, again.trajectory));
   EXPECT_TRUE(same_bytes(closed.keyframes, again.keyframes));

@@ -92,14 +92,18 @@ DenseView get_view(ByteReader& in, const Camera& camera) {
 }
 
 std::string dense_bytes(const std::vector<AnchoredView>& views) {
+  constexpr std::size_t kOthers = 1000;  // bytes of a view besides its pixels, plenty
   ByteWriter out;
+  std::size_t bytes = 0;
+  for (const AnchoredView& v : views) bytes += v.view.bytes() + kOthers;
+  out.reserve(bytes);
   out.put(static_cast<std::uint32_t>(views.size()));
   for (const AnchoredView& v : views) {
     out.put(v.anchor.slot);
     put_pose(out, v.T_anchor_camera);
     put_view(out, v.view);
   }
-  return out.bytes();
+  return out.take();
 }
 
 std::vector<AnchoredView> get_views(ByteReader in, const MapContent& map) {
@@ -130,7 +134,7 @@ std::string saved_map_bytes(const SavedMap& saved) {
   std::vector<Section> sections = {{kInfo, info.bytes()}};
   for (Section& section : map_sections(saved.map)) sections.push_back(std::move(section));
   sections.push_back({kDense, dense_bytes(saved.views)});
-  return pack_sections(kMapFormat, sections);
+  return pack_sections(kMapFormat, std::move(sections));
 }
 
 SavedMap saved_map_from_bytes(std::string_view bytes, const std::string& where) {

@@ -380,7 +380,7 @@ SlamResult Slam::finish() {
   result.mover_statistics = movers_.statistics();
   const Stopwatch watch;
   const ViewPoses poses = dense_poses();
-  dense_.leave_world();  // the live cloud has done its work
+  dense_.leave_world();  // the live map has done its work
   result.placed = dense_.place(pose_lookup(poses));
   result.dense = cloud_of(result.placed, options_.dense.semantics);
   dense_timing_.add("dense composition", watch.milliseconds());

@@ -128,7 +128,7 @@ class Slam {
     FoundThings found;
     bool keyframe = false;
     bool other_world = false;  // than the frames before: another of the unconnected maps
-    std::shared_ptr<const KeyframePoses> moved;  // the live cloud is to follow
+    std::shared_ptr<const KeyframePoses> moved;  // the live map is to follow
   };
   struct Nothing {};
 

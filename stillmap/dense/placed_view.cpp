@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/dense/placed_view.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace stillmap {
+namespace {
+
+constexpr float kNearest = 0.1F;    // nothing nearer to a camera is looked at [m]
+constexpr int kTile = 8;            // side of a tile [pixels]
+constexpr float kRounding = 1e-4F;  // far above that of floats, far below the margin [m]
+
+int tiles_over(int pixels) { return (pixels + kTile - 1) / kTile; }
+
+// Pixel coordinate of x / z at its least (sign -1) or largest (sign 1) over a range of z.
+float bound(float x, float near, float far, int sign, float focal, float center) {
+  constexpr float kFarOutside = 1e6F;
+  const bool outwards = (x > 0) == (sign > 0);
+  return std::clamp(focal * x / (outwards ? near : far) + center, -kFarOutside, kFarOutside);
+}
+
+}  // namespace
+
+PlacedView::PlacedView(const DenseView& view, const Pose& T_world_camera, const DepthMargin& margin)
+    : view_(&view),
+      margin_(margin),
+      R_world_camera_(T_world_camera.rotation()),
+      t_world_camera_(T_world_camera.translation()),
+      fx_(static_cast<float>(view.camera.fx)),
+      fy_(static_cast<float>(view.camera.fy)),
+      cx_(static_cast<float>(view.camera.cx)),
+      cy_(static_cast<float>(view.camera.cy)) {
+  const Pose T_camera_world = T_world_camera.inverse();
+  R_camera_world_ = T_camera_world.rotation().cast<float>();
+  t_camera_world_ = T_camera_world.translation().cast<float>();
+  make_tiles();
+}
+
+void PlacedView::make_tiles() {
+  const cv::Size size(tiles_over(view_->depth.cols), tiles_over(view_->depth.rows));
+  tiles_ = {cv::Mat1w(size, std::uint16_t{65535}), cv::Mat1w(size, std::uint16_t{0}),
+            cv::Mat1b(size, std::uint8_t{0})};
+  for (int row = 0; row < view_->depth.rows; ++row) {
+    const std::uint16_t* depth = view_->depth[row];
+    const std::uint8_t* kind = view_->kind[row];
+    std::uint16_t *nearest = tiles_.nearest[row / kTile], *farthest = tiles_.farthest[row / kTile];
+    std::uint8_t* movers = tiles_.movers[row / kTile];
+    for (int col = 0; col < view_->depth.cols; ++col) {
+      nearest[col / kTile] = std::min(nearest[col / kTile], depth[col]);
+      farthest[col / kTile] = std::max(farthest[col / kTile], depth[col]);
+      movers[col / kTile] |= kind[col] == kMoverSurface;
+    }
+  }
+}
+
+Sight PlacedView::at(const Eigen::Vector3f& p) const {
+  const DenseView& view = *view_;
+  if (p.z() < kNearest) return Sight::kNothing;
+  const float scale = 1 / p.z();
+  const float u = fx_ * p.x() * scale + cx_, v = fy_ * p.y() * scale + cy_;
+  const auto right = static_cast<float>(view.depth.cols) - 1.5F;
+  const auto bottom = static_cast<float>(view.depth.rows) - 1.5F;
+  if (!(u >= 0.5F && v >= 0.5F && u < right && v < bottom)) return Sight::kNothing;
+
+  const int col = static_cast<int>(u + 0.5F), row = static_cast<int>(v + 0.5F);
+  const float z = view.depth(row, col) * DenseView::kDepthUnit;
+  if (z <= 0 || z + margin_.at(z) < p.z()) return Sight::kNothing;
+  if (z - margin_.at(z) <= p.z()) {
+    return view.kind(row, col) == kMoverSurface ? Sight::kMover : Sight::kNothing;
+  }
+  // An edge or something thin may be half a pixel away: all nine around must agree.
+  for (int r = row - 1; r <= row + 1; ++r) {
+    for (int c = col - 1; c <= col + 1; ++c) {
+      const float around = view.depth(r, c) * DenseView::kDepthUnit;
+      if (around - margin_.at(around) <= p.z()) return Sight::kNothing;
+    }
+  }
+  return Sight::kThrough;
+}
+
+// All pixels that at() looks at for a point of the ball, and a few more.
+PlacedView::Window PlacedView::window_around(const Eigen::Vector3f& p, float radius) const {
+  const float near = p.z() - radius, far = p.z() + radius;
+  const auto low = [&](float x, float focal, float center) {
+    return static_cast<int>(std::floor(bound(x - radius, near, far, -1, focal, center))) - 1;
+  };
+  const auto high = [&](float x, float focal, float center) {
+    return static_cast<int>(std::ceil(bound(x + radius, near, far, 1, focal, center))) + 1;
+  };
+  return {low(p.x(), fx_, cx_), high(p.x(), fx_, cx_), low(p.y(), fy_, cy_), high(p.y(), fy_, cy_)};
+}
+
+PlacedView::Extremes PlacedView::extremes_in(const Window& window) const {
+  const int last_col = std::min(window.right, view_->depth.cols - 1) / kTile;
+  const int last_row = std::min(window.bottom, view_->depth.rows - 1) / kTile;
+  std::uint16_t nearest = 65535, farthest = 0;
+  bool movers = false;
+  for (int row = std::max(window.top, 0) / kTile; row <= last_row; ++row) {
+    for (int col = std::max(window.left, 0) / kTile; col <= last_col; ++col) {
+      nearest = std::min(nearest, tiles_.nearest(row, col));
+      farthest = std::max(farthest, tiles_.farthest(row, col));
+      movers |= tiles_.movers(row, col) != 0;
+    }
+  }
+  return {static_cast<float>(nearest) * DenseView::kDepthUnit,
+          static_cast<float>(farthest) * DenseView::kDepthUnit, movers};
+}
+
+std::optional<Sight> PlacedView::within(const Eigen::Vector3f& p, float radius) const {
+  radius += kRounding;
+  const float near = p.z() - radius, far = p.z() + radius;
+  if (far < kNearest || view_->depth.empty()) return Sight::kNothing;
+  if (near < kNearest) return std::nullopt;
+  const Window window = window_around(p, radius);
+  const int cols = view_->depth.cols, rows = view_->depth.rows;
+  if (window.right < 0 || window.left >= cols || window.bottom < 0 || window.top >= rows)
+    return Sight::kNothing;
+  const Extremes z = extremes_in(window);
+  if (z.farthest + margin_.at(z.farthest) < near) return Sight::kNothing;
+  if (!z.movers && z.farthest - margin_.at(z.farthest) <= near) return Sight::kNothing;
+  const bool in_view =
+      window.left >= 0 && window.right < cols && window.top >= 0 && window.bottom < rows;
+  if (in_view && z.nearest - margin_.at(z.nearest) > far) return Sight::kThrough;
+  return std::nullopt;
+}
+
+}  // namespace stillmap
