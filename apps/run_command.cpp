@@ -25,6 +25,7 @@ struct RunArguments {
   std::string save_map, load_map;
   bool localize_only = false, slim_map = false;
   DenseWishes dense;
+  bool profile = false;
 };
 
 /// Defaults, then the file, then the named options, then --set: what comes later wins.
@@ -127,6 +128,7 @@ int run(const RunArguments& arguments) {
   session.options = options;
   session.out = arguments.out.empty() ? "stillmap_" + session.sequence : arguments.out;
   session.verdicts = arguments.verdicts;
+  session.profile = arguments.profile;
   return run_session(std::move(session)).interrupted ? kInterrupted : kSuccess;
 }
 
@@ -169,6 +171,9 @@ void add_run_command(CLI::App& app, int& exit_code) {
                    "also draw every n-th frame (30) with the verdicts into OUT/verdicts")
       ->expected(0, 1)
       ->default_str("30");
+  command->add_flag("--profile", arguments->profile,
+                    "also tell where the time goes, per thread and function: profile.txt, "
+                    "profile.png, and trace.json for chrome://tracing and ui.perfetto.dev");
   CLI::Option* save_map = command->add_option(
       "--save-map", arguments->save_map,
       "also save the map to this file: for --load-map, and for stillmap map info and export");

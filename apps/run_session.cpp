@@ -4,6 +4,7 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/stopwatch.hpp"
+#include "stillmap/base/trace.hpp"
 #include "stillmap/dense/cloud_io.hpp"
 #include "stillmap/evaluate/cloud_picture.hpp"
 #include "stillmap/evaluate/mover_picture.hpp"
@@ -19,6 +20,7 @@
 
 #include "interrupt.hpp"
 #include "machine.hpp"
+#include "profiler.hpp"
 #include "progress.hpp"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -43,6 +45,8 @@ struct Outcome {
   std::size_t frames = 0;   ///< handed to the tracker
   std::size_t dropped = 0;  ///< late, in realtime
   double seconds = 0;
+  double first_pose_seconds = 0;  ///< from the program's start to the first pose; 0: there is none
+  double mapping_memory_mib = 0;  ///< at most, before the files were made
   bool interrupted = false;
   MapFiles maps;
   bool extends_map = true;      ///< the loaded one
@@ -223,6 +227,20 @@ nlohmann::json refinement_json(const RefineTotals& totals) {
       {"landmarks_culled", totals.landmarks_culled}, {"keyframes_culled", totals.keyframes_culled}};
 }
 
+/// The frame whose tracking took longest, and its stages.
+nlohmann::json slowest_frame(const SlamResult& result) {
+  const auto tracking = result.timing.samples("tracking");
+  if (tracking.empty() || tracking.size() != result.frames.size()) return nullptr;
+  const auto slowest = std::max_element(tracking.begin(), tracking.end());
+  const auto at = static_cast<std::size_t>(slowest - tracking.begin());
+  nlohmann::json json{{"frame", result.frames[at].index}, {"ms", *slowest}};
+  for (const char* stage : {"features", "waiting for masks carried beside", "motion", "pose"}) {
+    const auto samples = result.timing.samples(stage);
+    if (samples.size() == tracking.size()) json["stages_ms"][stage] = samples[at];
+  }
+  return json;
+}
+
 nlohmann::json summary(const Outcome& o) {
   nlohmann::json json;
   json["stillmap"] = STILLMAP_VERSION;
@@ -269,6 +287,10 @@ nlohmann::json summary(const Outcome& o) {
   json["seconds"] = o.seconds;
   json["frames_per_second"] = o.frames_per_second();
   json["tracking_median_ms"] = tracking_median(o.result);
+  json["slowest_frame"] = slowest_frame(o.result);
+  json["first_pose_s"] =
+      o.first_pose_seconds > 0 ? nlohmann::json(o.first_pose_seconds) : nlohmann::json();
+  json["mapping_memory_mib"] = o.mapping_memory_mib;
   json["peak_memory_mib"] = peak_memory_mib();
   json["timing_ms"] = o.result.timing.stages();
   if (o.evaluation) json["evaluation"] = *o.evaluation;
@@ -454,10 +476,12 @@ void drive(Slam& slam, FrameSource& source, Outcome& outcome, VerdictRecorder& v
   while (!interrupted()) {
     const RgbdFramePtr frame = source.next();
     if (!frame) break;
-    slam.push(frame);
+    const bool posed = slam.push(frame).has_value();
+    if (posed && outcome.first_pose_seconds == 0)
+      outcome.first_pose_seconds = seconds_since_start();
     ++outcome.frames;
-    gallery.look(*slam.newest());
-    verdicts.look(*slam.newest());
+    traced("gallery", [&] { gallery.look(*slam.newest()); });
+    traced("verdicts", [&] { verdicts.look(*slam.newest()); });
     progress.step(slam.newest()->state == TrackState::kLost ? "lost" : "");
   }
   outcome.interrupted = interrupted();
@@ -469,6 +493,7 @@ void drive(Slam& slam, FrameSource& source, Outcome& outcome, VerdictRecorder& v
 SessionReport run_session(Session session) {
   make_output_folder(session.out);
   catch_interrupt();
+  Profiler profiler(session.profile);
   Outcome outcome;
   outcome.sequence = session.sequence;
   outcome.options = session.options;
@@ -492,19 +517,22 @@ SessionReport run_session(Session session) {
   drive(slam, *source, outcome, verdicts, session.total_frames);
   outcome.result = slam.finish();
   outcome.seconds = watch.milliseconds() / 1000;
+  outcome.mapping_memory_mib = peak_memory_mib();
   if (!outcome.maps.save.empty() || outcome.options.dense_cloud) {
     outcome.map = slam.saved_map("stillmap " STILLMAP_VERSION);
   }
   outcome.skipped = source->skipped();
   if (paced != nullptr) outcome.dropped = paced->dropped();
+  source.reset();  // ends its thread
   if (outcome.interrupted)
     fmt::print("interrupted after {} frames; saving what there is\n", outcome.frames);
 
   evaluate(outcome);
   print_outcome(outcome);
   SessionReport report;
-  report.files = write_files(outcome, session.out);
+  report.files = traced("files", [&] { return write_files(outcome, session.out); });
   for (auto& file : verdicts.finish()) report.files.push_back(std::move(file));
+  for (auto& file : profiler.finish(session.out)) report.files.push_back(std::move(file));
   fmt::print("written:\n");
   for (const auto& file : report.files) fmt::print("  {}\n", file.string());
   report.evaluation = outcome.evaluation;

@@ -39,7 +39,8 @@ struct Session {
   VerdictRecording verdicts;         ///< what to keep of the verdicts on motion
   std::optional<StartingMap> start;  ///< a map to begin in
   MapFiles maps;
-  DenseWishes dense;  ///< files to be made of the dense map besides its cloud
+  DenseWishes dense;     ///< files to be made of the dense map besides its cloud
+  bool profile = false;  ///< also tell where the time went, per thread and function
 };
 
 /// What came of it.

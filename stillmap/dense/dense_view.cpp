@@ -2,6 +2,7 @@
 #include "stillmap/dense/dense_view.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/trace.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -145,6 +146,7 @@ cv::Mat1b cluster_in_box(const cv::Mat1f& depth, const cv::Rect& box) {
 MadeView make_dense_view(const Camera& camera, const RgbdFrame& frame, const cv::Mat1b& movers,
                          const BackProjectionOptions& back_projection,
                          const OutlierOptions& outliers, const SegmentedFrame* things) {
+  const TraceScope scope("view");
   PointGrid grid = back_project(camera, frame, movers, back_projection);
   require_colours(frame);
   MadeView made;

@@ -2,6 +2,7 @@
 #include "stillmap/dense/outlier_removal.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/trace.hpp"
 
 #include <algorithm>
 #include <array>
@@ -132,6 +133,7 @@ void require_valid(const OutlierOptions& options) {
 }
 
 std::size_t remove_outliers(PointGrid& grid, const OutlierOptions& options) {
+  const TraceScope scope("outliers");
   require_valid(options);
   if (options.neighbours == 0) return 0;
   const cv::Mat1f distances = neighbour_distances(grid.points, options);

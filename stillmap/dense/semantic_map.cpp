@@ -2,6 +2,7 @@
 #include "stillmap/dense/semantic_map.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/trace.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -364,6 +365,7 @@ void require_valid(const SemanticOptions& options) {
 SemanticMap make_semantic_map(const StaticGrid& grid, std::span<const ViewAtPlace> views,
                               std::span<const std::uint32_t> cells,
                               const SemanticOptions& options) {
+  const TraceScope scope("semantics");
   require_valid(options);
   Association association(views, grid, options);
   const std::vector<Thing> things = association.things();

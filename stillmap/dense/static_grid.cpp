@@ -2,6 +2,7 @@
 #include "stillmap/dense/static_grid.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/trace.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -68,6 +69,7 @@ StaticGrid::Witness StaticGrid::witness(const DenseView& view, const Pose& T_wor
 
 // The new view votes on the cells that were there, the views before it on the new ones.
 void StaticGrid::add(const DenseView& view, const Pose& T_world_camera) {
+  const TraceScope scope("evidence");
   witnesses_.push_back(witness(view, T_world_camera));
   const auto known = static_cast<std::uint32_t>(index_.size());
   insert(witnesses_.back().placed);
@@ -92,6 +94,7 @@ bool StaticGrid::has_surface_near(const Eigen::Vector3d& p_world,
 }
 
 News StaticGrid::news_in(const DenseView& view, const Pose& T_world_camera) const {
+  const TraceScope scope("look for news");
   constexpr int kStep = 3;  // pixels
   constexpr double kFarthest =
       2.5;  // beyond, pixels are farther apart than voxels, and noisier [m]
@@ -176,6 +179,7 @@ Eigen::Vector3f StaticGrid::gain_for(const DenseView& view,
 }
 
 void StaticGrid::insert(const PlacedView& placed) {
+  const TraceScope scope("placing");
   const std::vector<std::uint32_t> cells = cells_under(placed);
   const Eigen::Vector3f gain = gain_for(placed.view(), cells);
   gains_.push_back(gain);

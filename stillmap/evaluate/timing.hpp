@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/base/stopwatch.hpp"
+#include "stillmap/base/trace.hpp"
+
 #include <cstddef>
 #include <map>
 #include <span>
@@ -37,6 +40,23 @@ class TimingRecorder {
   std::map<std::string, std::size_t, std::less<>> index_;  // stage name to position below
   std::vector<std::string> names_;
   std::vector<std::vector<double>> samples_;
+};
+
+/// What happens while it lives is one sample of a stage, and a span of the thread's trace.
+class TimedScope {
+ public:
+  /// @param stage a literal
+  TimedScope(TimingRecorder& recorder, std::string_view stage)
+      : recorder_(recorder), stage_(stage), traced_(stage) {}
+  ~TimedScope() { recorder_.add(stage_, watch_.milliseconds()); }
+  TimedScope(const TimedScope&) = delete;
+  TimedScope& operator=(const TimedScope&) = delete;
+
+ private:
+  TimingRecorder& recorder_;
+  std::string_view stage_;
+  TraceScope traced_;
+  Stopwatch watch_;
 };
 
 /// A text table: one line per stage, columns count, median, p95, p99, max [ms] and total [s].

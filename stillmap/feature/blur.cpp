@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/trace.hpp"
 #include "stillmap/feature/brief.hpp"
 #include "stillmap/feature/byte_vector.hpp"
 
@@ -42,6 +43,7 @@ int reflect(int i, int count) {
 }  // namespace
 
 const cv::Mat& Blur::operator()(const cv::Mat& image) {
+  const TraceScope scope("blur");
   const auto weigh_rows = path_ == CpuPath::kAvx2 ? weigh_avx2 : weigh_portable;
   const int width = image.cols, height = image.rows;
   buffer_.resize(std::max(buffer_.size(), image.total()));

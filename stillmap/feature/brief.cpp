@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/feature/brief.hpp"
 
+#include "stillmap/base/trace.hpp"
 #include "stillmap/feature/byte_vector.hpp"
 
 #include <cmath>
@@ -93,6 +94,7 @@ STILLMAP_TARGET_AVX2 void describe_avx2(const cv::Mat& image, std::span<const Co
 void describe(const cv::Mat& blurred, std::span<const Corner> corners,
               std::span<const PatchMoments> moments, std::span<Descriptor> descriptors,
               CpuPath path, const BriefPattern& pattern) {
+  const TraceScope scope("describe");
   const auto compute = path == CpuPath::kAvx2 ? describe_avx2 : describe_portable;
   compute(blurred, corners, moments, descriptors, pattern);
 }

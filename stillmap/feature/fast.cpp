@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/feature/fast.hpp"
 
+#include "stillmap/base/trace.hpp"
 #include "stillmap/feature/byte_vector.hpp"
 
 #include <algorithm>
@@ -188,6 +189,7 @@ FastDetector::FastDetector(int threshold, int threshold_low, int cell, int borde
       path_(path) {}
 
 const std::vector<Corner>& FastDetector::detect(const cv::Mat& image) {
+  const TraceScope scope("FAST");
   corners_.clear();
   const int width = image.cols - 2 * border_, height = image.rows - 2 * border_;
   if (width <= 0 || height <= 0) return corners_;

@@ -2,6 +2,7 @@
 #include "stillmap/feature/orb_extractor.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/trace.hpp"
 #include "stillmap/feature/subpixel.hpp"
 
 #include <algorithm>
@@ -91,6 +92,7 @@ OrbExtractor::OrbExtractor(const OrbOptions& options, CpuPath path)
 
 Features OrbExtractor::extract(const cv::Mat& grey, const cv::Mat& depth,
                                std::optional<int> keypoints) {
+  const TraceScope scope("features");
   check_images(grey, depth);
   const int most = keypoints.value_or(options_.keypoints);
   Features features;
@@ -107,6 +109,7 @@ Features OrbExtractor::extract(const cv::Mat& grey, const cv::Mat& depth,
     extract_level(level, wanted, features);
     wanted -= static_cast<int>(features.size() - before);
   }
+  const TraceScope depths("depth");
   for (Keypoint& k : features.keypoints) k.depth = depth_at(depth, k.u, k.v, options_.depth_jump);
   features.grid = KeypointGrid(features.keypoints, grey.cols, grey.rows);
   return features;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/trace.hpp"
 #include "stillmap/feature/brief.hpp"
 #include "stillmap/feature/byte_vector.hpp"
 
@@ -85,6 +86,7 @@ float PatchMoments::angle() const {
 
 void patch_moments(const cv::Mat& image, std::span<const Corner> corners,
                    std::span<PatchMoments> moments, CpuPath path) {
+  const TraceScope scope("orientation");
   const auto compute = path == CpuPath::kAvx2 ? moments_avx2 : moments_portable;
   compute(image, corners, moments);
 }

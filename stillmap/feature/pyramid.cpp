@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/feature/pyramid.hpp"
 
+#include "stillmap/base/trace.hpp"
+
 #include <cmath>
 
 namespace stillmap {
 
 void ImagePyramid::build(const cv::Mat& image, const PyramidShape& shape, int min_side) {
+  const TraceScope scope("pyramid");
   images_.resize(shape.levels);
   shrinkers_.resize(shape.levels, Shrinker(path_));
   images_[0] = image;

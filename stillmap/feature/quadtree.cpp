@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/feature/quadtree.hpp"
 
+#include "stillmap/base/trace.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -22,6 +24,7 @@ std::uint32_t spread_bits(std::uint32_t x) {
 
 const std::vector<Corner>& QuadtreeSpreader::spread(const std::vector<Corner>& corners,
                                                     const cv::Rect& area, int wanted) {
+  const TraceScope scope("quadtree");
   kept_.clear();
   if (wanted <= 0) return kept_;
   if (corners.size() <= static_cast<std::size_t>(wanted)) return kept_ = corners;

@@ -2,6 +2,7 @@
 #include "stillmap/loop/loop_correction.hpp"
 
 #include "stillmap/base/stopwatch.hpp"
+#include "stillmap/base/trace.hpp"
 
 #include <algorithm>
 
@@ -29,6 +30,7 @@ std::vector<KeyframeId> without(std::vector<KeyframeId> side, std::vector<Keyfra
 /// Makes landmarks that both sides know one: each side's are looked for in the other's keyframes.
 int weld(Map& map, const std::vector<KeyframeId>& query_side,
          const std::vector<KeyframeId>& candidate_side, const FusionOptions& options) {
+  const TraceScope scope("weld");
   int fused = 0;
   for (const KeyframeId id : query_side)
     fused += fuse_into(map, id, landmarks_seen_by(map, candidate_side), options);

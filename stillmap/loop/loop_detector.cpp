@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/loop/loop_detector.hpp"
 
+#include "stillmap/base/trace.hpp"
+
 #include <algorithm>
 
 namespace stillmap {
@@ -47,6 +49,7 @@ LoopDetector::Chain LoopDetector::continued(const Map& map, KeyframeId candidate
 
 std::vector<PlaceCandidate> LoopDetector::detect(const Map& map, const PlaceIndex& index,
                                                  KeyframeId query) {
+  const TraceScope scope("query");
   const BagOfWords* bag = index.find(query);
   if (bag == nullptr) return {};
   const auto surroundings = with_covisible(map, query, 1);

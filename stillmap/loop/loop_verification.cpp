@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/loop/loop_verification.hpp"
 
+#include "stillmap/base/trace.hpp"
+
 #include <algorithm>
 
 #include <fmt/format.h>
@@ -230,6 +232,7 @@ class Verification {
 
 LoopVerdict verify_loop(const Map& map, const PlaceIndex& index, KeyframeId query,
                         KeyframeId candidate, const LoopVerificationOptions& options) {
+  const TraceScope scope("verify");
   if (index.find(query) == nullptr || index.find(candidate) == nullptr)
     return {std::nullopt, "a keyframe is not in the index"};
   return Verification(map, index, query, candidate, options).run();

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/loop/places.hpp"
 
+#include "stillmap/base/trace.hpp"
+
 #include <algorithm>
 #include <utility>
 
@@ -42,6 +44,7 @@ Places::Places(const PlaceOptions& options)
       detector_(options.detector) {}
 
 void Places::add(const Map& map, KeyframeId id) {
+  const TraceScope scope("index");
   index_.erase_missing(map);
   const Keyframe& keyframe = map.at(id);
   index_.insert(id, *keyframe.features, weights_of_landmarks(keyframe));

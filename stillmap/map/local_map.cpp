@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/map/local_map.hpp"
 
+#include "stillmap/base/trace.hpp"
+
 #include <algorithm>
 #include <map>
 #include <utility>
@@ -69,6 +71,7 @@ KeyframeId best_view(const Map& map, std::span<const LandmarkId> landmarks) {
 }
 
 LocalMapPtr make_local_map(const Map& map, KeyframeId reference, const LocalMapOptions& options) {
+  const TraceScope scope("snapshot");
   auto local = std::make_shared<LocalMap>();
   local->reference = reference;
   const Keyframe& centre = map.at(reference);

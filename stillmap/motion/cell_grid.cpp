@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/motion/cell_grid.hpp"
 
+#include "stillmap/base/trace.hpp"
+
 #include <algorithm>
 
 namespace stillmap {
@@ -26,6 +28,7 @@ CellGrid::CellGrid(const cv::Mat& full_depth, const Camera& full_camera)
     : depth(full_camera.height / kCellSide, full_camera.width / kCellSide),
       camera(shrunk(full_camera)),
       image_camera(full_camera) {
+  const TraceScope scope("cells");
   for (int r = 0; r < depth.rows; ++r) {
     const float* upper = full_depth.ptr<float>(r * kCellSide + 1);
     const float* lower = full_depth.ptr<float>(r * kCellSide + 2);

@@ -4,6 +4,7 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/nearest_name.hpp"
 #include "stillmap/base/stopwatch.hpp"
+#include "stillmap/base/trace.hpp"
 
 #include <algorithm>
 
@@ -102,6 +103,7 @@ cv::Mat1b pixels_of(const cv::Mat1b& cells, cv::Size image) {
 
 /// Brings what is known of surfaces together: for keypoints, which lie on them, and for pixels.
 void judge_surfaces(MotionEvidence& evidence, const MotionInput& input) {
+  const TraceScope scope("surfaces");
   evidence.measured_log_odds = at_keypoints(evidence.surface_measured, input);
   evidence.surface_log_odds = evidence.surface_measured + evidence.surface_prior;
   drop_specks(evidence.surface_log_odds);
@@ -128,6 +130,7 @@ std::set<std::string> MotionEstimator::classes() const {
 }
 
 MotionEvidence MotionEstimator::estimate(const MotionInput& input) {
+  const TraceScope scope("motion");
   MotionEvidence evidence;
   evidence.static_log_odds.assign(input.features->size(), 0.0f);
   if (judges_surfaces_) {
@@ -138,6 +141,7 @@ MotionEvidence MotionEstimator::estimate(const MotionInput& input) {
   timing_.clear();
   Stopwatch watch;
   for (const auto& cue : cues_) {
+    const TraceScope of_cue(cue->name());
     cue->add_to(evidence, input);
     timing_.push_back({std::string(cue->name()), watch.lap()});
   }

@@ -2,6 +2,7 @@
 #include "stillmap/motion/mover_detection.hpp"
 
 #include "stillmap/base/disjoint_sets.hpp"
+#include "stillmap/base/trace.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -408,6 +409,7 @@ int count_without_depth(const Grid& grid, int min_cells) {
 MoverDetector::MoverDetector(const MoverDetectionOptions& options) : options_(options) {}
 
 MoverDetections MoverDetector::detect(const Frame& frame, const Pose& T_world_camera) {
+  const TraceScope scope("detect");
   const cv::Mat1b moves = moving_cells(frame);
   const bool judged = !frame.evidence.surface_log_odds.empty();
   const cv::Mat1b known =

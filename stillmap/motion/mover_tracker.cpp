@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/motion/mover_tracker.hpp"
 
+#include "stillmap/base/trace.hpp"
 #include "stillmap/geometry/assignment.hpp"
 
 #include <algorithm>
@@ -51,6 +52,7 @@ MoverTracker::MoverTracker(const MoverTrackerOptions& options) : options_(option
 
 void MoverTracker::update(std::size_t frame_index, double timestamp, const Pose& T_world_camera,
                           const std::vector<MoverDetection>& detections) {
+  const TraceScope scope("track");
   frame_index_ = frame_index;
   for (Track& track : tracks_) predict(track, timestamp);
   timestamp_ = timestamp;

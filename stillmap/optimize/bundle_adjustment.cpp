@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/stopwatch.hpp"
+#include "stillmap/base/trace.hpp"
 #include "stillmap/optimize/bundle_solver.hpp"
 
 #include <algorithm>
@@ -123,6 +124,7 @@ double bundle_cost(const BundleModel& model, const BundleState& state, const Ker
 
 BundleResult adjust_bundle(const BundleProblem& problem, const BundleOptions& options,
                            const StopRequest& stop) {
+  const TraceScope scope("solve");
   validate(problem);
   Stopwatch watch;
   BundleResult result;

@@ -2,6 +2,7 @@
 #include "stillmap/optimize/pose_graph.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/trace.hpp"
 #include "stillmap/optimize/ceres_pose.hpp"
 
 #include <memory>
@@ -88,6 +89,7 @@ ceres::Solver::Options solver_options(const PoseGraphOptions& options) {
 }  // namespace
 
 PoseGraphResult solve_pose_graph(const PoseGraphProblem& problem, const PoseGraphOptions& options) {
+  const TraceScope scope("pose graph");
   check(problem);
   PoseGraphResult result{problem.T_world_node};
   std::vector<PoseBlock> blocks;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/optimize/pose_solver.hpp"
 
+#include "stillmap/base/trace.hpp"
 #include "stillmap/optimize/normal_equations.hpp"
 
 #include <algorithm>
@@ -223,6 +224,7 @@ bool finite(const Pose& pose) {
 PoseSolution solve_pose(const Camera& camera, const Pose& T_world_camera_guess,
                         std::span<const PoseObservation> observations,
                         const PoseSolverOptions& options) {
+  const TraceScope scope("solve");
   PoseSolution solution;
   solution.T_world_camera = T_world_camera_guess;
   solution.inlier.assign(observations.size(), 0);

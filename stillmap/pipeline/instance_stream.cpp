@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/pipeline/instance_stream.hpp"
 
-#include "stillmap/base/stopwatch.hpp"
-
 namespace stillmap {
 namespace {
 
@@ -27,11 +25,11 @@ InstanceStream::InstanceStream(const Camera& camera, std::unique_ptr<Detector> d
   const bool realtime = schedule_.realtime();
   detect_stage_ = std::make_unique<Stage<RgbdFramePtr, FoundThings>>(
       realtime ? 1 : 8, realtime ? WhenFull::kDrop : WhenFull::kBlock,
-      [this](const RgbdFramePtr& frame, const auto& publish) { publish(detect(frame)); },
+      [this](const RgbdFramePtr& frame, const auto& publish) { publish(detect(frame)); }, "network",
       Niceness::kNetwork);
   carry_stage_ = std::make_unique<Stage<CarryTask, SeenInstances>>(
       1, WhenFull::kBlock,
-      [this](const CarryTask& task, const auto& publish) { publish(carry_to(task)); });
+      [this](const CarryTask& task, const auto& publish) { publish(carry_to(task)); }, "masks");
 }
 
 void InstanceStream::push(const RgbdFramePtr& frame) {
@@ -55,23 +53,25 @@ SeenInstances InstanceStream::take() {
 }
 
 FoundThings InstanceStream::detect(const RgbdFramePtr& frame) {
-  const Stopwatch watch;
+  trace_frame(frame->index);
+  const TimedScope timed(detecting_, "segmentation");
   auto found = std::make_shared<SegmentedFrame>();
   found->frame_index = found->source_index = frame->index;
   found->instances = detector_->detect(*frame);
-  detecting_.add("segmentation", watch.milliseconds());
   ++segmented_;
   return {frame, found};
 }
 
 SeenInstances InstanceStream::carry_to(const CarryTask& task) {
+  trace_frame(task.frame->index);
   Stopwatch watch;
   carrier_.push(task.frame);
   const double waiting = collect(task.visible);
   SeenInstances seen;
   seen.cells = std::make_shared<CellGrid>(task.frame->depth, camera_);
   seen.carried = carrier_.current();
-  seen.carried_cells = instance_cells(seen.carried, *seen.cells);
+  seen.carried_cells =
+      traced("instance cells", [&] { return instance_cells(seen.carried, *seen.cells); });
   seen.found = newest_found_;
   seen.milliseconds = watch.milliseconds() - waiting;
   carrying_.add("mask carrying", seen.milliseconds);

@@ -18,34 +18,36 @@ MapMaker::MapMaker(Map map, const SlamOptions& options)
 }
 
 LocalMapPtr MapMaker::insert(const KeyframeProposal& proposal) {
-  const Stopwatch watch;
+  const TimedScope timed(timing_, "keyframe insertion");
   newest_ = mapper_.insert(proposal);
   keyframe_of_[proposal.frame->index()] = newest_;
   const KeyframeId abandoned = map_.living(proposal.abandoned);
   if (abandoned.valid()) drop(map_.at(abandoned).component);
-  LocalMapPtr snapshot = mapper_.local_map(newest_);
-  timing_.add("keyframe insertion", watch.milliseconds());
-  return snapshot;
+  return mapper_.local_map(newest_);
 }
 
 LocalMapPtr MapMaker::refine(const StopRequest& hurry) {
-  Stopwatch watch;
-  refined_.add(mapper_.refine(newest_, hurry));
-  timing_.add("map refinement", watch.lap());
+  {
+    const TimedScope timed(timing_, "map refinement");
+    refined_.add(mapper_.refine(newest_, hurry));
+  }
   take_up_place(newest_);
   return mapper_.local_map(newest_);
 }
 
 void MapMaker::take_up_place(KeyframeId keyframe) {
-  const Stopwatch watch;
-  places_.add(map_, keyframe);
-  const auto match = places_.recognise(map_, keyframe);
-  timing_.add("place recognition", watch.milliseconds());
+  std::optional<LoopMatch> match;
+  {
+    const TimedScope timed(timing_, "place recognition");
+    places_.add(map_, keyframe);
+    match = places_.recognise(map_, keyframe);
+  }
   if (match) close(*match);
 }
 
 void MapMaker::close(const LoopMatch& match) {
   const Stopwatch watch;
+  const TimedScope timed(timing_, "loop closing");
   const LoopCorrection done =
       match.same_component ? close_loop(map_, match, correction_) : join(match);
   bent_ = map_.at(match.query).component;
@@ -55,7 +57,6 @@ void MapMaker::close(const LoopMatch& match) {
                      query.frame_index, query.timestamp, map_.at(match.candidate).frame_index,
                      match.inliers, done.fused, done.metres, done.radians, done.keyframes,
                      done.graph_ms, watch.milliseconds()});
-  timing_.add("loop closing", watch.milliseconds());
 }
 
 /// Joined as they are, then adjusted at the seam; what is farther away follows.
@@ -75,9 +76,8 @@ LocalMapPtr MapMaker::look(const KeyframeProposal& proposal) const {
 }
 
 std::optional<Placement> MapMaker::find(const FramePtr& lost) {
-  const Stopwatch watch;
+  const TimedScope timed(timing_, "relocalisation");
   const RelocalisationVerdict verdict = places_.find(map_, *lost);
-  timing_.add("relocalisation", watch.milliseconds());
   if (!verdict.result) return std::nullopt;
   const Relocalisation& r = *verdict.result;
   return Placement{lost, mapper_.local_map(r.reference), r.T_reference_camera, r.landmarks,
@@ -90,10 +90,9 @@ std::shared_ptr<const MapBundle> MapMaker::take_bent() {
 }
 
 void MapMaker::straighten(const MapBundle& bundle, const BundleResult& result) {
-  const Stopwatch watch;
+  const TimedScope timed(timing_, "global adjustment taken in");
   apply_to_grown_map(map_, bundle, result);
   moved_ = true;
-  timing_.add("global adjustment taken in", watch.milliseconds());
 }
 
 KeyframePoses MapMaker::poses_around(KeyframeId keyframe) const {
@@ -143,9 +142,8 @@ void MapMaker::drop(std::uint32_t component) {
 }
 
 void MapMaker::adjust_all(const BundleOptions& options) {
-  const Stopwatch watch;
+  const TimedScope timed(timing_, "final adjustment");
   for (const std::uint32_t component : map_.components()) adjust_globally(map_, component, options);
-  timing_.add("final adjustment", watch.milliseconds());
 }
 
 KeyframeId MapMaker::keyframe_of(std::size_t frame_index) const {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/pipeline/mapping.hpp"
 
-#include "stillmap/base/stopwatch.hpp"
-
 #include <algorithm>
 #include <limits>
 #include <utility>
@@ -28,14 +26,15 @@ Mapping::Mapping(Map map, const SlamOptions& options, bool extend)
   adjuster_ = std::make_unique<AdjustStage>(
       kQueue, WhenFull::kBlock,
       [this](const BundlePtr& bundle, const auto& publish) { adjust(bundle, publish); },
-      Niceness::kIdle);
+      "whole map", Niceness::kIdle);
   stage_ = std::make_unique<MapStage>(
       kQueue, WhenFull::kBlock,
       [this](const TrackedFramePtr& tracked, const auto& publish) { work(*tracked, publish); },
-      Niceness::kMap);
+      "map", Niceness::kMap);
 }
 
 void Mapping::work(const TrackedFrame& tracked, const MapStage::Publish& publish) {
+  trace_frame(tracked.frame->index());
   if (!tracked.proposal) {
     publish(answer_for(tracked.frame));
     return;
@@ -68,10 +67,11 @@ Mapping::News Mapping::answer_for(const FramePtr& lost) {
 
 /// What a newer loop has made out of date will not be taken in, so it need not be finished.
 void Mapping::adjust(const BundlePtr& bundle, const AdjustStage::Publish& publish) {
-  const Stopwatch watch;
-  BundleResult result =
-      adjust_bundle(bundle->problem, bundle_, [this] { return adjuster_->waiting() > 0; });
-  adjust_timing_.add("global adjustment", watch.milliseconds());
+  BundleResult result;
+  {
+    const TimedScope timed(adjust_timing_, "global adjustment");
+    result = adjust_bundle(bundle->problem, bundle_, [this] { return adjuster_->waiting() > 0; });
+  }
   publish({bundle, std::move(result)});
 }
 

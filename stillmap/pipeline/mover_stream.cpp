@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/pipeline/mover_stream.hpp"
 
-#include "stillmap/base/stopwatch.hpp"
-
 namespace stillmap {
 
 MoverStream::MoverStream(const MoverOptions& options, bool realtime)
@@ -11,11 +9,11 @@ MoverStream::MoverStream(const MoverOptions& options, bool realtime)
   stage_ = std::make_unique<Stage<TrackedFramePtr, std::vector<Mover>>>(
       8, WhenFull::kBlock,
       [this](const TrackedFramePtr& tracked, const auto& publish) {
-        const Stopwatch watch;
+        trace_frame(tracked->frame->index());
+        const TimedScope timed(timing_, "movers");
         publish(work(*tracked));
-        timing_.add("movers", watch.milliseconds());
       },
-      Niceness::kBeside);
+      "movers", Niceness::kBeside);
 }
 
 void MoverStream::push(const TrackedFramePtr& tracked) {

@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/stopwatch.hpp"
+#include "stillmap/base/trace.hpp"
 #include "stillmap/segment/dynamic_mask.hpp"
 
 #include <algorithm>
@@ -87,7 +88,8 @@ Slam::Slam(const Camera& camera, const SlamOptions& options, std::unique_ptr<Det
   }
   dense_stage_ = std::make_unique<Stage<DenseTask, Nothing>>(
       options.schedule.realtime() ? kLongQueue : kQueue, WhenFull::kBlock,
-      [this](const DenseTask& task, const auto&) { work_on_dense_map(task); }, Niceness::kBeside);
+      [this](const DenseTask& task, const auto&) { work_on_dense_map(task); }, "dense map",
+      Niceness::kBeside);
 }
 
 Slam::~Slam() = default;
@@ -102,6 +104,8 @@ void Slam::hold(std::vector<AnchoredView> loaded) {
 
 std::optional<Pose> Slam::push(const RgbdFramePtr& image) {
   check(*image);
+  trace_frame(image->index);
+  const TraceScope scope("frame");
   const Stopwatch since_push;
   Stopwatch watch;
   instances_.push(image);
@@ -214,7 +218,7 @@ void Slam::add_frame(const FoundThings& found, DenseTask& task) {
   }
   last_dense_ = frame.index();
   task.image = frame.image;
-  task.movers = mover_pixels(frame, options_.dense.movers);
+  task.movers = traced("mover pixels", [&] { return mover_pixels(frame, options_.dense.movers); });
   task.T_world_camera = *newest_->T_world_camera;
   task.place = {newest_->reference, newest_->T_reference_camera};
   task.found = found;
@@ -223,29 +227,31 @@ void Slam::add_frame(const FoundThings& found, DenseTask& task) {
 }
 
 void Slam::work_on_dense_map(const DenseTask& task) {
+  if (task.image) trace_frame(task.image->index);
   if (task.other_world) dense_.leave_world();
   if (task.moved) move_dense_map(*task.moved);
   if (task.image) add_to_dense_map(task);
 }
 
 void Slam::add_to_dense_map(const DenseTask& task) {
-  Stopwatch watch;
-  const SegmentedFrame things = things_in(task.found, *task.image, options_);
-  dense_timing_.add("dense map: labels", watch.lap());
+  SegmentedFrame things;
+  {
+    const TimedScope timed(dense_timing_, "dense map: labels");
+    things = things_in(task.found, *task.image, options_);
+  }
   const std::uint64_t id = loaded_views_ + task.image->index;
+  const TimedScope timed(dense_timing_,
+                         task.keyframe ? "dense map: keyframe" : "dense map: other frame");
   if (task.keyframe) {
     view_places_[id] = task.place;
     dense_.add(id, *task.image, task.movers, task.T_world_camera, &things);
-    dense_timing_.add("dense map: keyframe", watch.lap());
-  } else {
-    if (dense_.add_if_new(id, *task.image, task.movers, task.T_world_camera, &things))
-      view_places_[id] = task.place;
-    dense_timing_.add("dense map: other frame", watch.lap());
+  } else if (dense_.add_if_new(id, *task.image, task.movers, task.T_world_camera, &things)) {
+    view_places_[id] = task.place;
   }
 }
 
 void Slam::move_dense_map(const KeyframePoses& moved) {
-  const Stopwatch watch;
+  const TimedScope timed(dense_timing_, "dense map: all placed anew");
   dense_.follow([&](std::uint64_t id) -> std::optional<Pose> {
     ViewPlace place = view_places_.at(id);
     const auto own = moved.made_of.find(id - loaded_views_);
@@ -254,7 +260,6 @@ void Slam::move_dense_map(const KeyframePoses& moved) {
     if (found == moved.T_world_camera.end()) return std::nullopt;
     return found->second * place.T_keyframe_view;
   });
-  dense_timing_.add("dense map: all placed anew", watch.milliseconds());
 }
 
 void Slam::record(const TrackedFrame& tracked, double milliseconds) {
@@ -351,6 +356,7 @@ ViewPoses Slam::dense_poses() const {
 }
 
 SlamResult Slam::finish() {
+  const TraceScope scope("finish");
   instances_.finish();
   mapping_.drain();
   drop_brief_maps();
@@ -378,12 +384,13 @@ SlamResult Slam::finish() {
     return found == pose_of.end() ? std::nullopt : std::optional(found->second);
   });
   result.mover_statistics = movers_.statistics();
-  const Stopwatch watch;
-  const ViewPoses poses = dense_poses();
-  dense_.leave_world();  // the live map has done its work
-  result.placed = dense_.place(pose_lookup(poses));
-  result.dense = cloud_of(result.placed, options_.dense.semantics);
-  dense_timing_.add("dense composition", watch.milliseconds());
+  {
+    const TimedScope timed(dense_timing_, "dense composition");
+    const ViewPoses poses = dense_poses();
+    dense_.leave_world();  // the live map has done its work
+    result.placed = dense_.place(pose_lookup(poses));
+    result.dense = cloud_of(result.placed, options_.dense.semantics);
+  }
   result.dense_statistics = dense_.statistics();
   result.frames = records_;
   result.landmarks = map.landmark_count();

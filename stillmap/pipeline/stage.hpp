@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/base/trace.hpp"
+
 #include <condition_variable>
 #include <cstddef>
 #include <deque>
@@ -8,6 +10,8 @@
 #include <mutex>
 #include <optional>
 #include <stop_token>
+#include <string>
+#include <string_view>
 #include <thread>
 #include <utility>
 
@@ -31,6 +35,9 @@ void stand_back(Niceness niceness);
 /// mutex of the house. Inputs are worked on in the order they were pushed, one at a time; each may
 /// publish any number of outputs. What the work throws is thrown again by the caller's next push,
 /// take or drain.
+///
+/// If the thread that makes it is traced, so is its own, on a track of the stage's name, which also
+/// tells how long the queue is; and whoever waits for it is seen waiting.
 template <typename In, typename Out>
 class Stage {
  public:
@@ -38,8 +45,10 @@ class Stage {
   using Publish = std::function<void(Out)>;
   using Work = std::function<void(In, const Publish&)>;
 
-  Stage(std::size_t capacity, WhenFull when_full, Work work, Niceness niceness = Niceness::kNone)
+  Stage(std::size_t capacity, WhenFull when_full, Work work, const std::string& name = "stage",
+        Niceness niceness = Niceness::kNone)
       : capacity_(capacity), when_full_(when_full), work_(std::move(work)) {
+    if (const TraceTrack* maker = bound_trace_track()) track_ = &maker->trace().add_track(name);
     thread_ = std::jthread([this, niceness](std::stop_token stop) {
       stand_back(niceness);
       run(stop);
@@ -54,7 +63,7 @@ class Stage {
   bool push(In input) {
     std::unique_lock lock(mutex_);
     if (when_full_ == WhenFull::kBlock) {
-      changed_.wait(lock, [&] { return inputs_.size() < capacity_ || failure_; });
+      wait(lock, [&] { return inputs_.size() < capacity_ || failure_; });
     }
     rethrow_failure();
     if (inputs_.size() >= capacity_) {
@@ -62,6 +71,7 @@ class Stage {
       return false;
     }
     inputs_.push_back(std::move(input));
+    if (track_ != nullptr) trace_count(track_->name(), inputs_.size());
     changed_.notify_all();
     return true;
   }
@@ -69,7 +79,7 @@ class Stage {
   /// The next output, waiting for it; none once everything pushed has been worked on and taken.
   std::optional<Out> take() {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [&] { return !outputs_.empty() || idle() || failure_; });
+    wait(lock, [&] { return !outputs_.empty() || idle() || failure_; });
     rethrow_failure();
     return pop();
   }
@@ -84,7 +94,7 @@ class Stage {
   /// Waits until everything pushed has been worked on.
   void drain() {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [&] { return idle() || failure_; });
+    wait(lock, [&] { return idle() || failure_; });
     rethrow_failure();
   }
 
@@ -99,6 +109,13 @@ class Stage {
   }
 
  private:
+  template <typename Condition>
+  void wait(std::unique_lock<std::mutex>& lock, const Condition& condition) {
+    if (condition()) return;
+    const TraceScope waiting(track_ != nullptr ? std::string_view(track_->waiting()) : "waiting");
+    changed_.wait(lock, condition);
+  }
+
   bool idle() const { return inputs_.empty() && !working_; }
 
   std::optional<Out> pop() {
@@ -120,12 +137,14 @@ class Stage {
       return std::nullopt;
     std::optional<In> input = std::move(inputs_.front());
     inputs_.pop_front();
+    if (track_ != nullptr) trace_count(track_->name(), inputs_.size());
     working_ = true;
     changed_.notify_all();
     return input;
   }
 
   void run(std::stop_token stop) {
+    const TraceBinding binding(track_);
     const Publish publish = [this](Out output) {
       std::unique_lock lock(mutex_);
       outputs_.push_back(std::move(output));
@@ -145,6 +164,7 @@ class Stage {
   const std::size_t capacity_;
   const WhenFull when_full_;
   const Work work_;
+  TraceTrack* track_ = nullptr;  // null: nobody listens
 
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;

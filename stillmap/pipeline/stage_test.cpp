@@ -57,6 +57,37 @@ TEST(Stage, DropsWhenFullAndCounts) {
   EXPECT_EQ(stage.take(), std::nullopt);
 }
 
+TEST(Stage, IsTracedWhereItsMakerIs) {
+  Trace trace;
+  const TraceBinding binding(&trace.add_track("camera"));
+  std::promise<void> begun;
+  IntStage stage(
+      4, WhenFull::kBlock,
+      [&](int n, const auto& publish) {
+        begun.get_future().wait();
+        const TraceScope scope("work");
+        publish(n);
+      },
+      "doubling");
+  stage.push(1);
+  std::thread starter([&] {  // once the caller waits
+    while (trace.tracks().front().spans().empty()) std::this_thread::yield();
+    begun.set_value();
+  });
+  stage.drain();
+  starter.join();
+  ASSERT_EQ(trace.tracks().size(), 2U);
+  const TraceTrack &camera = trace.tracks()[0], &own = trace.tracks()[1];
+  EXPECT_EQ(own.name(), "doubling");
+  ASSERT_EQ(own.spans().size(), 1U);
+  EXPECT_EQ(own.spans()[0].name, "work");
+  ASSERT_EQ(camera.spans().size(), 1U);
+  EXPECT_EQ(camera.spans()[0].name, "waiting for doubling");
+  ASSERT_EQ(own.counts().size() + camera.counts().size(), 2U);
+  EXPECT_EQ(camera.counts()[0].value, 1) << "pushed";
+  EXPECT_EQ(own.counts()[0].value, 0) << "taken";
+}
+
 TEST(Stage, WhatTheWorkThrowsReachesTheCallerAndTheStageLivesOn) {
   IntStage stage(4, WhenFull::kBlock, [](int n, const auto& publish) {
     if (n < 0) throw std::runtime_error("negative");
@@ -91,7 +122,7 @@ TEST(Stage, StandsBackAsFarAsItIsTold) {
   const auto inside = [](Niceness niceness) {
     std::pair<int, int> seen;
     IntStage stage(
-        1, WhenFull::kBlock, [&](int, const auto&) { seen = manners(); }, niceness);
+        1, WhenFull::kBlock, [&](int, const auto&) { seen = manners(); }, "stage", niceness);
     stage.push(0);
     stage.drain();
     return seen;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/refine/culling.hpp"
 
+#include "stillmap/base/trace.hpp"
+
 #include <algorithm>
 
 namespace stillmap {
@@ -41,6 +43,7 @@ bool redundant(const Map& map, const Keyframe& keyframe, const CullingOptions& o
 }  // namespace
 
 int cull_landmarks(Map& map, KeyframeId newest, const CullingOptions& options) {
+  const TraceScope scope("culling");
   std::vector<KeyframeId> nearby = {newest};
   for (const Covisible& c : map.covisible(newest, 5)) nearby.push_back(c.keyframe);
   const std::uint32_t now = map.at(newest).sequence;
@@ -54,6 +57,7 @@ int cull_landmarks(Map& map, KeyframeId newest, const CullingOptions& options) {
 }
 
 int cull_keyframes(Map& map, KeyframeId newest, const CullingOptions& options) {
+  const TraceScope scope("culling");
   const std::uint32_t now = map.at(newest).sequence;
   int culled = 0;
   for (const Covisible& c : map.covisible(newest, 5)) {

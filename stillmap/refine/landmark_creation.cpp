@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/refine/landmark_creation.hpp"
 
+#include "stillmap/base/trace.hpp"
 #include "stillmap/feature/matching.hpp"
 
 #include <cmath>
@@ -90,6 +91,7 @@ int triangulate_with(Map& map, const Keyframe& a, const Keyframe& b,
 }  // namespace
 
 int create_from_depth(Map& map, KeyframeId id, const LandmarkCreationOptions& options) {
+  const TraceScope scope("landmarks from depth");
   const Keyframe& keyframe = map.at(id);
   int created = 0;
   for (std::uint32_t i = 0; i < keyframe.features->size(); ++i) {
@@ -103,6 +105,7 @@ int create_from_depth(Map& map, KeyframeId id, const LandmarkCreationOptions& op
 }
 
 int create_by_triangulation(Map& map, KeyframeId id, const LandmarkCreationOptions& options) {
+  const TraceScope scope("triangulation");
   int created = 0, tried = 0;
   for (const Covisible& neighbour : map.covisible(id, 15)) {
     if (tried++ >= options.triangulation_neighbours) break;

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/refine/landmark_fusion.hpp"
 
+#include "stillmap/base/trace.hpp"
+
 namespace stillmap {
 
 int fuse_duplicates(Map& map, KeyframeId keyframe, const FusionOptions& options) {
+  const TraceScope scope("fusion");
   std::vector<KeyframeId> neighbours;
   for (const Covisible& c : map.covisible(keyframe, 15)) {
     if (neighbours.size() < static_cast<std::size_t>(options.neighbours))

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/refine/local_adjustment.hpp"
 
+#include "stillmap/base/trace.hpp"
 #include "stillmap/refine/map_bundle.hpp"
 
 #include <algorithm>
@@ -67,6 +68,7 @@ Window local_window(const Map& map, KeyframeId newest, const LocalAdjustmentOpti
 
 BundleResult adjust_locally(Map& map, KeyframeId newest, const LocalAdjustmentOptions& options,
                             const StopRequest& stop) {
+  const TraceScope scope("local adjustment");
   const Window window = local_window(map, newest, options);
   if (window.free == 0) return {};
   const MapBundle bundle = make_bundle(map, window.keyframes, window.free, window.landmarks);

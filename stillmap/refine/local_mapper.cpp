@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/refine/local_mapper.hpp"
 
+#include "stillmap/base/trace.hpp"
+
 #include <algorithm>
 
 namespace stillmap {
@@ -72,6 +74,7 @@ RefineReport LocalMapper::refine(KeyframeId newest, const StopRequest& stop) {
 }
 
 RepeatedReport LocalMapper::treat_repeated(KeyframeId newest) {
+  const TraceScope scope("repeated landmarks");
   if (options_.repeated.rule == "none") return {};
   const auto local = local_landmarks(*local_map(newest));
   return vocabulary_ ? remove_repeated_by_node(map_, newest, local, *vocabulary_)

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/segment/letterbox.hpp"
 
+#include "stillmap/base/trace.hpp"
+
 #include <opencv2/imgproc.hpp>
 
 namespace stillmap {
@@ -49,6 +51,7 @@ cv::Point2f Letterbox::to_input(cv::Point2f p) const {
 }
 
 void Letterbox::fill(const cv::Mat& color, std::vector<float>& planes) const {
+  const TraceScope scope("letterbox");
   planes.resize(3 * static_cast<std::size_t>(input.area()));
   cv::Mat scaled;
   const int how = inner.width < image.width ? cv::INTER_AREA : cv::INTER_LINEAR;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/segment/mask_carrier.hpp"
 
+#include "stillmap/base/trace.hpp"
 #include "stillmap/segment/mask_depth.hpp"
 #include "stillmap/segment/mask_flow.hpp"
 
@@ -36,6 +37,7 @@ namespace {
 /// bays were, and into what the source did not see, being outside of the image.
 cv::Mat1b open_ground(const SmallMask& moved, cv::Point2f flow, const SmallFrame& frame,
                       const CarryOptions& options) {
+  const TraceScope scope("open ground");
   const int radius = std::max(1, options.filling / frame.shrink / 2);
   const cv::Size kernel(2 * radius + 1, 2 * radius + 1);
   cv::Mat1b open;
@@ -152,6 +154,7 @@ void MaskCarrier::push(RgbdFramePtr frame) {
 }
 
 void MaskCarrier::set(const SegmentedFrame& masks) {
+  const TraceScope scope("new masks");
   if (source_ && masks.source_index <= source_->masks.source_index) return;
   const auto is_source = [&](const auto& frame) { return frame->index == masks.frame_index; };
   const auto frame = std::find_if(frames_.begin(), frames_.end(), is_source);
@@ -160,6 +163,7 @@ void MaskCarrier::set(const SegmentedFrame& masks) {
 }
 
 SegmentedFramePtr MaskCarrier::current() {
+  const TraceScope scope("mask carrying");
   if (!source_ || frames_.empty()) return nullptr;
   const RgbdFrame& target = *frames_.back();
   const std::size_t found_in = source_->masks.frame_index;

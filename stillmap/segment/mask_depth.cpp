@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/segment/mask_depth.hpp"
 
+#include "stillmap/base/trace.hpp"
+
 #include <opencv2/imgproc.hpp>
 
 namespace stillmap {
@@ -73,6 +75,7 @@ std::vector<int> front_of(const SmallMask& mask, const Field& field) {
 }  // namespace
 
 void drop_background(SmallMask& mask, const SmallFrame& frame, const CarryOptions& options) {
+  const TraceScope scope("trimming");
   if (mask.window.empty()) return;
   const cv::Mat1f depth = frame.depth(mask.window);
   const cv::Rect all(cv::Point(), mask.window.size());
@@ -108,6 +111,7 @@ void drop_others(MovedMask& moved, const SmallFrame& target, const CarryOptions&
 
 void grow_on_surface(SmallMask& mask, const SmallFrame& frame, int rounds, const cv::Mat1b& allowed,
                      const CarryOptions& options) {
+  const TraceScope scope("growing");
   constexpr float kAt = 2;  // metres: where depth_step holds. A Kinect's noise grows with z^2
   const auto step = static_cast<float>(options.depth_step);
   Field field(mask, frame, allowed);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/segment/mask_flow.hpp"
 
+#include "stillmap/base/trace.hpp"
+
 #include <optional>
 
 #include <opencv2/imgproc.hpp>
@@ -118,6 +120,7 @@ void move_cell(const MaskCell& cell, const SmallMask& mask, const SmallFrame& so
 
 FlowFrame::FlowFrame(const RgbdFrame& frame, Role role, const CarryOptions& options)
     : small(frame) {
+  const TraceScope scope("pyramid");
   const int window = window_of(small.shrink, options);
   cv::buildOpticalFlowPyramid(small.grey, pyramid, cv::Size(window, window), kLevels,
                               role == Role::kSource);
@@ -139,6 +142,7 @@ MaskGrid cut_into_cells(const SmallMask& mask, int spacing) {
 
 void follow_cells(MaskGrid& grid, const FlowFrame& source, const FlowFrame& target, std::size_t age,
                   const CarryOptions& options) {
+  const TraceScope scope("flow");
   const bool known = grid.age > 0;
   const float pace = known ? static_cast<float>(age) / static_cast<float>(grid.age) : 0.0F;
   grid.age = age;
@@ -169,6 +173,7 @@ void follow_cells(MaskGrid& grid, const FlowFrame& source, const FlowFrame& targ
 
 MovedMask move_mask(const SmallMask& mask, const MaskGrid& grid, const SmallFrame& source,
                     int margin) {
+  const TraceScope scope("moving");
   MovedMask moved;
   moved.small.window = reached_window(grid, mask.window.tl(), margin, source.bounds());
   moved.small.mask = cv::Mat1b::zeros(moved.small.window.size());

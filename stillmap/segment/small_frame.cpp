@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/segment/small_frame.hpp"
 
+#include "stillmap/base/trace.hpp"
+
 #include <opencv2/imgproc.hpp>
 
 namespace stillmap {
@@ -52,6 +54,7 @@ SmallMask shrink_mask(const Instance& instance, const SmallFrame& frame) {
 }
 
 Instance enlarge_mask(const SmallMask& small, const SmallFrame& frame, const Instance& model) {
+  const TraceScope scope("enlarging");
   Instance instance{.class_id = model.class_id,
                     .class_name = model.class_name,
                     .confidence = model.confidence,

@@ -2,6 +2,7 @@
 #include "stillmap/segment/yolo_decoder.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/trace.hpp"
 
 #include <cmath>
 
@@ -407,6 +408,7 @@ cv::Mat assemble_mask(const TensorView& prototypes, std::span<const float> coeff
 std::vector<Instance> decode_yolo(std::span<const TensorView> outputs, const YoloShape& shape,
                                   const Letterbox& letterbox, const DecodeOptions& options,
                                   const std::vector<std::string>& class_names) {
+  const TraceScope scope("decode");
   auto candidates = shape.raw_heads.empty()
                         ? read_candidates(outputs[shape.boxes_output], shape, options)
                         : read_raw_candidates(outputs, shape, options);

@@ -2,6 +2,7 @@
 #include "stillmap/segment/yolo_detector.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/trace.hpp"
 #include "stillmap/segment/coco.hpp"
 
 #include <fmt/format.h>
@@ -139,7 +140,7 @@ std::vector<Instance> YoloDetector::detect(const RgbdFrame& frame) {
   }
   const Letterbox letterbox(frame.color.size(), input_size());
   letterbox.fill(frame.color, input_);
-  const auto outputs = engine_->run(input_);
+  const auto outputs = traced("inference", [&] { return engine_->run(input_); });
   return decode_yolo(outputs, shape_, letterbox, decode_, class_names_);
 }
 

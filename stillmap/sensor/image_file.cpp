@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/sensor/image_file.hpp"
 
+#include "stillmap/base/trace.hpp"
 #include "stillmap/sensor/jpeg_decoder.hpp"
 #include "stillmap/sensor/png_decoder.hpp"
 
@@ -150,6 +151,7 @@ struct Loaded {
 
 // The whole file, and its header if it looks like a complete image.
 Loaded load(const fs::path& file) {
+  const TraceScope scope("read file");
   Loaded loaded;
   OpenFile opened = open(file);
   loaded.problem = opened.problem;
@@ -176,6 +178,7 @@ cv::Mat decode_by_opencv(const Bytes& bytes, int flags) {
 }
 
 ImageRead decode(const Bytes& bytes, int flags, int wanted_type) {
+  const TraceScope scope(wanted_type == CV_8UC3 ? "decode colour" : "decode depth");
   const bool png = starts_with(View(bytes), kPngSignature);
   if (png) {
     if (const std::string damage = png_damage(bytes); !damage.empty()) return {{}, damage};

@@ -2,6 +2,8 @@
 // After the PNG specification (W3C, 2nd edition, 2003); section numbers are its.
 #include "stillmap/sensor/png_decoder.hpp"
 
+#include "stillmap/base/trace.hpp"
+
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
@@ -77,6 +79,7 @@ std::vector<unsigned char> compressed_pixels(View bytes) {
 }
 
 bool inflate(View compressed, std::span<unsigned char> out) {
+  const TraceScope scope("inflate");
   const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)>
       decompressor(libdeflate_alloc_decompressor(), &libdeflate_free_decompressor);
   return decompressor &&
@@ -213,6 +216,7 @@ cv::Mat as_opencv(const Header& header, unsigned char* rows) {
 }  // namespace
 
 std::string png_damage(View bytes) {
+  const TraceScope scope("checksums");
   std::size_t at = kSignature;
   while (const auto chunk = chunk_at(bytes, at)) {
     const View checked = chunk->name_and_data;
@@ -228,6 +232,7 @@ std::string png_damage(View bytes) {
 bool decodes_png(View bytes) { return header_of(bytes).common(); }
 
 cv::Mat decode_png(View bytes) {
+  const TraceScope scope("PNG");
   const Header header = header_of(bytes);
   const std::size_t size = static_cast<std::size_t>(header.height) * (header.row_bytes() + 1);
   const auto rows = std::make_unique_for_overwrite<unsigned char[]>(size + kReadAhead);

@@ -2,6 +2,7 @@
 #include "stillmap/sensor/tum_folder.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/trace.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/image_file.hpp"
 
@@ -104,6 +105,8 @@ RgbdFramePtr TumFolder::next() {
 }
 
 RgbdFramePtr TumFolder::load(const FrameFiles& files) {
+  trace_frame(next_index_);
+  const TraceScope scope("read frame");
   const cv::Size size(camera().width, camera().height);
   const ImageRead color = read_color_image(files.color, size);
   if (!color.problem.empty()) return skip(files, files.color, color.problem);
@@ -114,7 +117,7 @@ RgbdFramePtr TumFolder::load(const FrameFiles& files) {
   frame->index = next_index_++;
   frame->timestamp = files.timestamp;
   frame->color = rectifier_.image(color.image);
-  cv::cvtColor(frame->color, frame->grey, cv::COLOR_BGR2GRAY);
+  traced("grey", [&] { cv::cvtColor(frame->color, frame->grey, cv::COLOR_BGR2GRAY); });
   frame->depth = depth_in_metres(rectifier_.nearest(depth.image), camera().depth_factor,
                                  options_.min_depth, options_.max_depth);
   return frame;
@@ -128,6 +131,7 @@ RgbdFramePtr TumFolder::skip(const FrameFiles& files, const fs::path& culprit,
 
 cv::Mat depth_in_metres(const cv::Mat& raw, double depth_factor, double min_depth,
                         double max_depth) {
+  const TraceScope scope("depth in metres");
   cv::Mat metres(raw.size(), CV_32FC1);
   const auto factor = static_cast<float>(depth_factor);
   const float nearest = static_cast<float>(min_depth), farthest = static_cast<float>(max_depth);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/track/keyframe_policy.hpp"
 
+#include "stillmap/base/trace.hpp"
 #include "stillmap/feature/sharpness.hpp"
 
 #include <algorithm>
@@ -44,6 +45,7 @@ double median_depth(const Features& features) {
 bool KeyframePolicy::wants(const Frame& frame, const Pose& T_world_camera,
                            const std::vector<LandmarkId>& landmarks, const LocalMap& local_map,
                            std::size_t frames_since_last) {
+  const TraceScope scope("keyframe decision");
   const bool blurred = is_blurred(frame);
   const bool wanted = frames_since_last >= static_cast<std::size_t>(options_.min_gap) &&
                       adds_to_map(frame, T_world_camera, landmarks, local_map);

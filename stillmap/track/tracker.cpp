@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/track/tracker.hpp"
 
+#include "stillmap/base/trace.hpp"
 #include "stillmap/feature/matching.hpp"
 #include "stillmap/map/visibility.hpp"
 
@@ -125,6 +126,7 @@ Tracker::Tracker(const Camera& camera, const PyramidShape& pyramid, const Tracke
       policy_(options.keyframes) {}
 
 std::optional<RoughTrack> Tracker::follow(const Features& features, const LocalMapPtr& local_map) {
+  const TraceScope scope("follow");
   if (!local_map || !previous_) return std::nullopt;
   if (local_map != local_map_) adopt(local_map);
   if (frames_lost_ > 0) return std::nullopt;
@@ -143,6 +145,7 @@ std::optional<RoughTrack> Tracker::follow_previous(const Features& features) con
 TrackedFramePtr Tracker::track(const FramePtr& frame, const std::optional<RoughTrack>& rough,
                                const LocalMapPtr& local_map,
                                const std::optional<Placement>& found) {
+  const TraceScope scope("pose");
   if (!local_map || !previous_) return begin(frame, found);
   if (local_map != local_map_) adopt(local_map);
 
@@ -289,6 +292,7 @@ void Tracker::stand(const Stance& stance) {
 }
 
 void Tracker::adopt(const LocalMapPtr& local_map) {
+  const TraceScope scope("new snapshot");
   const auto spent = take_sightings();
   std::vector<float> log_odds;
   for (const LocalLandmark& landmark : local_map->landmarks) {
@@ -417,6 +421,7 @@ std::optional<Tracker::Estimate> Tracker::estimate_beside(
 std::vector<Tracker::Continuation> Tracker::match_previous(const Features& features,
                                                            const Pose& T_world_camera,
                                                            double radius) const {
+  const TraceScope scope("match");
   const Frame& previous = *previous_->frame;
   const Pose T_camera_world = T_world_camera.inverse();
   std::vector<Continuation> points;
@@ -457,6 +462,7 @@ std::vector<Tracker::Continuation> Tracker::match_previous(const Features& featu
 }
 
 std::vector<Tracker::Match> Tracker::match_reference(const Frame& frame) const {
+  const TraceScope scope("match");
   const LocalKeyframe& reference = local_map_->keyframes.front();
   BruteForceMatchOptions matching;
   matching.max_distance = options_.max_distance;
@@ -476,6 +482,7 @@ std::vector<Tracker::Match> Tracker::match_reference(const Frame& frame) const {
 std::vector<Tracker::Match> Tracker::match_local(const Frame& frame, const Pose& T_world_camera,
                                                  const std::vector<Match>& known,
                                                  std::vector<char>& in_view) const {
+  const TraceScope scope("match");
   std::vector<std::uint8_t> taken = excluded(frame);
   for (const Match& match : known) {
     taken[match.keypoint] = 1;
@@ -530,6 +537,7 @@ std::optional<Tracker::Estimate> Tracker::solve(const Features& features, const 
 /// nearer that covers it (which says nothing of it), or that the place where it was is empty.
 void Tracker::count_sightings(const Frame& frame, const Estimate& estimate,
                               const std::vector<char>& in_view) {
+  const TraceScope scope("sightings");
   const Pose T_camera_world = estimate.T_world_camera.inverse();
   const auto memory = static_cast<float>(options_.landmark_memory);
   const auto note = [&](std::size_t i, float log_odds) {
