@@ -2,7 +2,7 @@
 # The front door. `make` lists what there is; CMake does the work (see CMakePresets.json).
 #
 #   JOBS=N      how many compilers and tests at a time (all cores)
-#   ARGS="..."  handed to `make demo`, `make test` (ctest) and `make bench`
+#   ARGS="..."  handed to `make demo`, `make test` (ctest), `make bench` (scripts/bench.py) and `make microbench`
 
 JOBS ?= $(shell nproc)
 ARGS ?=
@@ -12,7 +12,7 @@ compile = cmake --build --preset $(1) --parallel $(JOBS)
 run_tests = ctest --preset $(1) --parallel $(JOBS) $(ARGS)
 
 .DEFAULT_GOAL := help
-.PHONY: help deps tools build demo test bench format check-format lint debug asan tsan install clean
+.PHONY: help deps tools build demo test bench microbench format check-format lint debug asan tsan install clean
 
 help:  ## this list
 	@sed -nE 's/^([a-z -]+):.*## (.*)/  make \1\t\2/p' Makefile | expand -t 26
@@ -42,7 +42,12 @@ debug asan tsan: deps  ## all tests with assertions (debug) or under a sanitizer
 	$(call compile,$@)
 	$(call run_tests,$@)
 
-bench: deps  ## run every micro benchmark
+bench: deps  ## how fast the whole system is, on a rendered scene or your sequences (results: build/bench)
+	@$(call configure,release)
+	$(call compile,release) --target stillmap stillmap_feature_benchmark
+	scripts/bench.py $(ARGS)
+
+microbench: deps  ## run every micro benchmark
 	@$(call configure,release)
 	$(call compile,release)
 	@set -e; for benchmark in build/release/rooms/*/*_benchmark; do echo "== $$benchmark"; $$benchmark $(ARGS); done
