@@ -80,8 +80,7 @@ std::optional<StartingMap> start_of(const RunArguments& arguments, const SlamOpt
                                     const Camera& camera) {
   if (arguments.load_map.empty()) return std::nullopt;
   StartingMap start{read_saved_map(arguments.load_map), !arguments.localize_only};
-  require_same_camera(start.saved.map, camera, {options.orb.levels, options.orb.scale_factor},
-                      arguments.load_map);
+  require_same_camera(start.saved.map, camera, options.orb.pyramid(), arguments.load_map);
   return start;
 }
 

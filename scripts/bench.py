@@ -273,11 +273,13 @@ def ratio(after, before):
     if len(after) == len(before):
         pairs = [a / b for a, b in zip(after, before) if b]
         return f"{statistics.median(pairs):.3f}" if pairs else "-"
-    return f"{statistics.median(after) / statistics.median(before):.3f}" if statistics.median(before) else "-"
+    return median_ratio(after, before)
 
 
 def median_ratio(after, before):
-    return f"{statistics.median(after) / statistics.median(before):.3f}" if after and before and any(before) else "-"
+    if not after or not before or not statistics.median(before):
+        return "-"
+    return f"{statistics.median(after) / statistics.median(before):.3f}"
 
 
 def markdown(head, rows):

@@ -102,7 +102,7 @@ class Panel {
       : canvas_(canvas), window_(window), top_(top), bottom_(top) {}
 
   void draw(const std::vector<Lane>& lanes, const std::vector<TraceSpan>& frames) {
-    for (const Lane& lane : lanes) bottom_ += lane.rows * kRow + kGap;
+    bottom_ = top_ + height(lanes);
     draw_axis();
     double y = top_;
     for (const Lane& lane : lanes) {

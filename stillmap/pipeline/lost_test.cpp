@@ -107,16 +107,13 @@ class BehindABoard : public ::testing::Test {
     }
     return slam.finish();
   }
-  static bool is_posed(const FrameRecord& frame) {
-    return frame.state == TrackState::kTracking || frame.state == TrackState::kStarted;
-  }
   static std::ptrdiff_t maps_begun(const SlamResult& result) {
     return std::count_if(result.frames.begin(), result.frames.end(),
                          [](const FrameRecord& f) { return f.state == TrackState::kStarted; });
   }
   static void expect_true_poses(const SlamResult& result, double bound) {
     for (const FrameRecord& f : result.frames) {
-      if (!is_posed(f)) continue;
+      if (!f.has_pose()) continue;
       EXPECT_LT(error_at(result, recording(0, "xyz"), f.index, f.index), bound) << f.index;
     }
   }
@@ -135,7 +132,7 @@ TEST_F(BehindABoard, NoMapIsBegunOnWhatCoversAllOfIt) {
   EXPECT_EQ(result.maps, 1U);
   for (const FrameRecord& f : result.frames) {
     const bool covered = f.index >= kComes && f.index < kGoes;
-    EXPECT_EQ(is_posed(f), !covered) << f.index << ' ' << f.reason;
+    EXPECT_EQ(f.has_pose(), !covered) << f.index << ' ' << f.reason;
   }
   expect_true_poses(result, 0.03);
 }

@@ -18,9 +18,7 @@ MoverStream::MoverStream(const MoverOptions& options, bool realtime)
 
 void MoverStream::push(const TrackedFramePtr& tracked) {
   if (!stage_ || !tracked->has_pose()) return;
-  // One that begins another world must not be missed.
-  const bool world_goes_on = tracked->state == TrackState::kTracking && !tracked->relocalised;
-  if (realtime_ && world_goes_on && stage_->waiting() >= 2) {
+  if (realtime_ && !tracked->enters_world() && stage_->waiting() >= 2) {
     ++passed_over_;
   } else {
     stage_->push(tracked);
@@ -29,8 +27,7 @@ void MoverStream::push(const TrackedFramePtr& tracked) {
 }
 
 std::vector<Mover> MoverStream::work(const TrackedFrame& tracked) {
-  // Where the camera was recognised in a map, the world may be another than the last one, too.
-  if (tracked.state == TrackState::kStarted || tracked.relocalised) {
+  if (tracked.enters_world()) {
     detector_.restart();
     tracker_.restart();
   }

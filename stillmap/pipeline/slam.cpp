@@ -52,10 +52,6 @@ SegmentedFrame things_in(const FoundThings& found, const RgbdFrame& image,
   return carry_forward(things, *found.image, image, options.carry);
 }
 
-PyramidShape pyramid_of(const OrbOptions& options) {
-  return {options.levels, options.scale_factor};
-}
-
 TrackerStart how_to_begin(const std::optional<StartingMap>& start) {
   if (!start) return TrackerStart::kNewMap;
   return start->extend ? TrackerStart::kInMap : TrackerStart::kInMapOnly;
@@ -78,9 +74,9 @@ Slam::Slam(const Camera& camera, const SlamOptions& options, std::unique_ptr<Det
       extractor_(options.orb),
       pace_(options.orb.keypoints),
       motion_(options.motion),
-      tracker_(camera, pyramid_of(options.orb), options.tracker, how_to_begin(start)),
+      tracker_(camera, options.orb.pyramid(), options.tracker, how_to_begin(start)),
       instances_(camera, std::move(detector), options),
-      mapping_(map_to_begin_in(start, camera, pyramid_of(options.orb)), options, extend_),
+      mapping_(map_to_begin_in(start, camera, options.orb.pyramid()), options, extend_),
       dense_(camera, options.dense),
       movers_(options.movers, options.schedule.realtime()) {
   if (start && extend_ && options.dense_cloud) {
@@ -206,7 +202,7 @@ void Slam::show_dense_map(const MapView& map, const FoundThings& found) {
 
 void Slam::add_frame(const FoundThings& found, DenseTask& task) {
   const Frame& frame = *newest_->frame;
-  const bool other_world = newest_->state == TrackState::kStarted || newest_->relocalised;
+  const bool other_world = newest_->enters_world();
   const bool keyframe = newest_->proposal.has_value();
   const auto every = static_cast<std::size_t>(options_.dense.every);
   const bool due = every > 0 && frame.index() >= last_dense_ + every;
@@ -286,7 +282,7 @@ void Slam::record(const TrackedFrame& tracked, double milliseconds) {
 /// The keyframe that a frame's place is known by: its own if it was kept; invalid where the frame
 /// has no pose, or its map was dropped.
 KeyframeId Slam::reference_of(const FrameRecord& record) const {
-  if (record.state != TrackState::kStarted && record.state != TrackState::kTracking) return {};
+  if (!record.has_pose()) return {};
   const KeyframeId own = mapping_.keyframe_of(record.index);
   const KeyframeId reference = own.valid() ? own : record.reference;
   return mapping_.map().living(reference).valid() ? reference : KeyframeId{};

@@ -37,6 +37,8 @@ struct FrameRecord {
   bool keyframe = false;
   double milliseconds =
       0;  ///< of work on the camera's critical path: features, masks carried, motion, pose
+
+  bool has_pose() const { return state == TrackState::kStarted || state == TrackState::kTracking; }
 };
 
 /// What was done less of, so that tracking kept up with a camera that does not wait: first the

@@ -73,6 +73,8 @@ struct TrackedFrame {
   std::optional<KeyframeProposal> proposal;
 
   bool has_pose() const { return T_world_camera.has_value(); }
+  /// Whether its world may be another than that of the frames before.
+  bool enters_world() const { return state == TrackState::kStarted || relocalised; }
 };
 
 using TrackedFramePtr = std::shared_ptr<const TrackedFrame>;

@@ -17,6 +17,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <functional>
 
 #include <fmt/format.h>
 
@@ -56,15 +57,12 @@ SlamResult run(const std::vector<RgbdFramePtr>& frames, const Camera& camera, co
   return slam.finish();
 }
 
-bool has_pose(const FrameRecord& frame) {
-  return frame.state == TrackState::kTracking || frame.state == TrackState::kStarted;
-}
-
 void print(const SlamResult& result, const Trajectory& truth, std::size_t to) {
   const auto begin = result.frames.begin();
   const auto gone = begin + static_cast<std::ptrdiff_t>(to);
-  const auto covered = std::count_if(begin + kFrom, gone, has_pose);
-  const auto again = std::find_if(gone, result.frames.end(), has_pose) - gone;
+  const auto covered = std::count_if(begin + kFrom, gone, std::mem_fn(&FrameRecord::has_pose));
+  const auto again =
+      std::find_if(gone, result.frames.end(), std::mem_fn(&FrameRecord::has_pose)) - gone;
   const auto begun = std::count_if(begin + 1, result.frames.end(), [](const FrameRecord& f) {
     return f.state == TrackState::kStarted;
   });
