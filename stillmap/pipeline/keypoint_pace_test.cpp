@@ -6,8 +6,8 @@
 namespace stillmap {
 namespace {
 
-void take(KeypointPace& pace, int frames, double milliseconds) {
-  for (int i = 0; i < frames; ++i) pace.took(milliseconds, 33);
+void take(KeypointPace& pace, int frames, double milliseconds, int landmarks = 300) {
+  for (int i = 0; i < frames; ++i) pace.took(milliseconds, 33, landmarks);
 }
 
 TEST(KeypointPace, WantsAllWhileThereIsTime) {
@@ -40,6 +40,16 @@ TEST(KeypointPace, ComesBackWhenTheLoadHasGone) {
   KeypointPace pace(1000);
   take(pace, 100, 60);
   take(pace, 100, 10);
+  EXPECT_EQ(pace.keypoints(), 1000);
+}
+
+TEST(KeypointPace, DoesNotEconomiseOnWhatHoldsTheCamera) {
+  KeypointPace pace(1000);
+  take(pace, 100, 60, 100);
+  EXPECT_EQ(pace.keypoints(), 1000);
+  take(pace, 100, 60, 300);
+  EXPECT_EQ(pace.keypoints(), 400);
+  take(pace, 100, 60, 50);
   EXPECT_EQ(pace.keypoints(), 1000);
 }
 

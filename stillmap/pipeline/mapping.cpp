@@ -11,6 +11,10 @@ namespace {
 /// Keyframes come a few a second; a queue this long means that the mapper is seconds behind.
 constexpr std::size_t kQueue = 16;
 
+/// News that may be owed to a tracker in real time, two for each keyframe. One that runs further
+/// ahead of its map leaves the part that it knows; it rather lets frames of the camera pass.
+constexpr std::size_t kMostOwed = 6;
+
 /// A frame that comes after all others.
 constexpr std::size_t kAtTheEnd = std::numeric_limits<std::size_t>::max();
 
@@ -118,7 +122,7 @@ void Mapping::expect(std::size_t frame_index) {
 
 std::optional<Mapping::News> Mapping::next_news(std::size_t frame_index) {
   if (due_.empty() || (!schedule_.realtime() && due_.front() > frame_index)) return std::nullopt;
-  const bool wait = !schedule_.realtime() || await_first_;
+  const bool wait = !schedule_.realtime() || await_first_ || due_.size() > kMostOwed;
   auto news = wait ? stage_->take() : stage_->try_take();
   if (news) due_.pop_front();
   return news;

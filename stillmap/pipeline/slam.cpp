@@ -187,7 +187,7 @@ void Slam::economise(const RgbdFrame& image, double busy) {
   economies_.fewest_keypoints =
       records_.empty() ? wanted : std::min(economies_.fewest_keypoints, wanted);
   if (!records_.empty()) {
-    pace_.took(busy, 1000 * (image.timestamp - records_.back().timestamp));
+    pace_.took(busy, 1000 * (image.timestamp - records_.back().timestamp), newest_->inliers);
   }
 }
 
@@ -208,7 +208,8 @@ void Slam::add_frame(const FoundThings& found, DenseTask& task) {
   const bool due = every > 0 && frame.index() >= last_dense_ + every;
   const std::size_t waiting = options_.schedule.realtime() ? dense_stage_->waiting() : 0;
   if (!keyframe && !other_world && (!due || waiting > 2)) return;
-  if (waiting + 4 > kLongQueue) {  // rather a hole in the map than a camera that waits for it
+  if (!other_world &&
+      waiting + 4 > kLongQueue) {  // rather a hole in the map than a camera that waits for it
     ++economies_.frames_without_view;
     return;
   }
