@@ -5,6 +5,7 @@
 #include "stillmap/pipeline/options.hpp"
 #include "stillmap/segment/make_detector.hpp"
 #include "stillmap/sensor/camera_file.hpp"
+#include "stillmap/sensor/halved.hpp"
 #include "stillmap/sensor/tum_folder.hpp"
 
 #include <memory>
@@ -21,6 +22,7 @@ struct RunArguments {
       dump_config;
   std::vector<std::string> settings;
   int first = 0, count = 0, stride = 1;
+  bool half = false;
   VerdictRecording verdicts;
   std::string save_map, load_map;
   bool localize_only = false, slim_map = false;
@@ -110,18 +112,20 @@ int run(const RunArguments& arguments) {
   const SequencePaths paths = find_sequence(arguments.sequence, arguments.associations);
   const TumFolderOptions range{
       .first = arguments.first, .count = arguments.count, .stride = arguments.stride};
-  auto folder = std::make_unique<TumFolder>(paths, camera_of(arguments, paths), range);
+  std::unique_ptr<FrameSource> source =
+      std::make_unique<TumFolder>(paths, camera_of(arguments, paths), range);
+  if (arguments.half) source = std::make_unique<HalvedSource>(std::move(source));
   check(arguments.dense);
   check_save_map(arguments.save_map);
   Session session;
   session.dense = arguments.dense;
   const Stopwatch loading;
-  session.start = start_of(arguments, options, folder->camera());
+  session.start = start_of(arguments, options, source->camera());
   session.maps = {arguments.load_map, arguments.save_map, arguments.slim_map,
                   loading.milliseconds() / 1000};
   session.sequence = sequence_name(arguments.sequence);
-  session.total_frames = folder->size();
-  session.source = std::move(folder);
+  session.total_frames = source->size();
+  session.source = std::move(source);
   session.truth = truth_of(arguments, paths);
   session.detector = detector_of(options);
   session.options = options;
@@ -159,6 +163,9 @@ void add_run_command(CLI::App& app, int& exit_code) {
   command->add_option("--first", arguments->first, "frames to leave out at the start");
   command->add_option("--count", arguments->count, "frames to use at most; 0: all");
   command->add_option("--stride", arguments->stride, "use every n-th frame");
+  command->add_flag(
+      "--half", arguments->half,
+      "work on pictures of half the width and height: for computers with little time");
   command->add_option("--out", arguments->out,
                       "folder for the results; default: stillmap_SEQUENCE");
   add_dense_options(*command, arguments->dense);

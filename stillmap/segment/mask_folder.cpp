@@ -87,6 +87,14 @@ void append_pieces(const cv::Mat1b& mask, int value, int smallest,
   }
 }
 
+/// Of frames that were halved the masks may not be.
+cv::Mat halved_if_twice(const cv::Mat& mask, const cv::Size& size) {
+  if (mask.cols / 2 != size.width || mask.rows / 2 != size.height) return mask;
+  cv::Mat half;
+  cv::resize(mask, half, size, 0, 0, cv::INTER_NEAREST);
+  return half;
+}
+
 }  // namespace
 
 std::vector<Instance> instances_of_mask(const cv::Mat1b& mask, int smallest) {
@@ -133,7 +141,8 @@ std::vector<Instance> MaskFolder::detect(const RgbdFrame& frame) {
     ++missing_;
     return {};
   }
-  const cv::Mat mask = cv::imread(entry->file.string(), cv::IMREAD_UNCHANGED);
+  const cv::Mat mask =
+      halved_if_twice(cv::imread(entry->file.string(), cv::IMREAD_UNCHANGED), frame.grey.size());
   if (mask.type() != CV_8UC1 || mask.size() != frame.grey.size()) {
     if (unusable_++ == 0) {
       spdlog::warn(

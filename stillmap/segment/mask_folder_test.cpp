@@ -77,6 +77,16 @@ TEST_F(MaskFolderTest, WrongSizeBrokenFileAndColourAreCountedSkips) {
   EXPECT_EQ(masks.missing(), 0U);
 }
 
+TEST_F(MaskFolderTest, OfFramesThatWereHalvedTheMasksAreHalved) {
+  write("1.png", 6);
+  MaskFolder masks(folder);
+  RgbdFrame half = frame(0, 1.0);
+  half.grey = cv::Mat1b::zeros(15, 20);
+  const auto found = masks.detect(half);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].box, cv::Rect(3, 5, 4, 4));
+}
+
 TEST_F(MaskFolderTest, FolderWithoutMasksIsAnError) {
   EXPECT_THROW(MaskFolder{folder}, Error);
   EXPECT_THROW(MaskFolder{folder / "none"}, Error);

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/sensor/halved.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/trace.hpp"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <utility>
+
+#include <fmt/format.h>
+#include <opencv2/imgproc.hpp>
+
+namespace stillmap {
+namespace {
+
+constexpr int kLeastWidth = 128, kLeastHeight = 96;  // pixels; at half of it nothing can be tracked
+constexpr float kOneSurface = 1.03F;                 // ratio of depths
+
+cv::Mat mean_of_four(const cv::Mat& image) {
+  const cv::Size half(image.cols / 2, image.rows / 2);
+  cv::Mat small;
+  cv::resize(image({0, 0, 2 * half.width, 2 * half.height}), small, half, 0, 0, cv::INTER_AREA);
+  return small;
+}
+
+float depth_of_four(const std::array<float, 4>& readings) {
+  constexpr float kNone = std::numeric_limits<float>::max();
+  float nearest = kNone;
+  for (const float z : readings) nearest = std::min(nearest, z > 0 ? z : kNone);
+  float sum = 0, count = 0;
+  for (const float z : readings) {
+    const bool same = z > 0 && z <= kOneSurface * nearest;
+    sum += same ? z : 0.0F;
+    count += same ? 1.0F : 0.0F;
+  }
+  return count > 0 ? sum / count : 0.0F;
+}
+
+cv::Mat halved_depth(const cv::Mat& depth) {
+  cv::Mat small(depth.rows / 2, depth.cols / 2, CV_32FC1);
+  for (int y = 0; y < small.rows; ++y) {
+    const auto *upper = depth.ptr<float>(2 * y), *lower = depth.ptr<float>(2 * y + 1);
+    auto* to = small.ptr<float>(y);
+    for (int x = 0; x < small.cols; ++x) {
+      to[x] = depth_of_four({upper[2 * x], upper[2 * x + 1], lower[2 * x], lower[2 * x + 1]});
+    }
+  }
+  return small;
+}
+
+}  // namespace
+
+Camera halved(const Camera& camera) {
+  Camera half = camera;
+  half.width /= 2;
+  half.height /= 2;
+  half.fx /= 2;
+  half.fy /= 2;
+  half.cx = (camera.cx - 0.5) / 2;
+  half.cy = (camera.cy - 0.5) / 2;
+  return half;
+}
+
+RgbdFrame halved(const RgbdFrame& frame) {
+  RgbdFrame half = frame;
+  half.color = mean_of_four(frame.color);
+  half.grey = mean_of_four(frame.grey);
+  half.depth = halved_depth(frame.depth);
+  return half;
+}
+
+HalvedSource::HalvedSource(std::unique_ptr<FrameSource> whole)
+    : whole_(std::move(whole)), camera_(halved(whole_->camera())) {
+  const Camera& recorded = whole_->camera();
+  if (recorded.width < kLeastWidth || recorded.height < kLeastHeight) {
+    throw Error(fmt::format("has pictures of {} x {} pixels, too small to be halved",
+                            recorded.width, recorded.height),
+                "camera '" + recorded.name + "'", "leave --half out");
+  }
+}
+
+RgbdFramePtr HalvedSource::next() {
+  const RgbdFramePtr whole = whole_->next();
+  if (!whole) return nullptr;
+  const TraceScope scope("halve frame");
+  return std::make_shared<RgbdFrame>(halved(*whole));
+}
+
+}  // namespace stillmap
