@@ -1,0 +1,150 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Turns a YOLO network of 32-bit floats (.onnx) into one that computes with 8-bit integers, for `stillmap run --model`.
+
+  scripts/quantise_network.py MODEL.onnx PICTURES_DIR... --out MODEL_int8.onnx
+
+Needs the Python packages numpy, onnx, onnxruntime and pillow. PICTURES_DIR holds pictures such as the camera will see
+(the rgb folder of a recording): --pictures of them (64), evenly spread, set the ranges of the values; half as many
+others are looked at by both networks, and what they find is compared: trust the result only if they agree.
+
+Only convolutions that an activation (SiLU) follows are turned. What comes after the last of them, boxes in pixels
+beside scores below one, does not survive eight bits. Weights have a scale per channel, which needs ONNX operators 13
+(older networks are converted), and seven bits: processors without VNNI add products of eight in 16 bits, which
+overflow.
+"""
+import argparse
+import sys
+import tempfile
+from pathlib import Path
+
+try:
+    import numpy as np
+    import onnx
+    import onnxruntime
+    from onnx import version_converter
+    from onnxruntime.quantization import CalibrationDataReader, QuantFormat, QuantType, quantize_static
+    from PIL import Image
+except ImportError as missing:
+    sys.exit(f"quantise_network: {missing}; fix: pip install numpy onnx onnxruntime pillow")
+
+OPERATORS = 13  # the first with scales per channel
+GREY = 114  # what networks are trained to see around a picture
+SURE, SAME = 0.5, 0.7  # a score, and an overlap of boxes
+
+
+def input_of(model):
+    value = model.graph.input[0]
+    height, width = (d.dim_value for d in value.type.tensor_type.shape.dim[2:4])
+    if not height or not width:
+        sys.exit("quantise_network: the network leaves its input's size open; fix: export it with imgsz=256,320")
+    return value.name, height, width
+
+
+def letterboxed(file, height, width):
+    """1 x 3 x height x width, RGB, 0 to 1: the picture as large as it fits, grey around it."""
+    picture = Image.open(file).convert("RGB")
+    scale = min(width / picture.width, height / picture.height)
+    size = round(picture.width * scale), round(picture.height * scale)
+    canvas = Image.new("RGB", (width, height), (GREY, GREY, GREY))
+    canvas.paste(picture.resize(size, Image.BILINEAR), ((width - size[0]) // 2, (height - size[1]) // 2))
+    return (np.asarray(canvas, np.float32) / 255).transpose(2, 0, 1)[None]
+
+
+def pictures_in(folders, count):
+    """`count` pictures, evenly spread, and half as many from between them."""
+    files = [f for d in folders for f in sorted(Path(d).iterdir()) if f.suffix.lower() in (".png", ".jpg", ".jpeg")]
+    if len(files) < 16:
+        named = ", ".join(map(str, folders))
+        sys.exit(f"quantise_network: {len(files)} pictures in {named}; fix: name folders of 16 or more")
+    spread = [files[i] for i in np.linspace(0, len(files) - 1, min(3 * count // 2, len(files))).astype(int)]
+    return [f for n, f in enumerate(spread) if n % 3 != 1], spread[1::3]
+
+
+def convolutions_to_leave(model):
+    """Names of those that no activation follows: of the head, and within attention."""
+    activated = {name for node in model.graph.node if node.op_type == "Sigmoid" for name in node.input}
+    return [n.name for n in model.graph.node if n.op_type == "Conv" and n.output[0] not in activated]
+
+
+class Pictures(CalibrationDataReader):
+    def __init__(self, name, inputs):
+        self.inputs = ({name: x} for x in inputs)
+
+    def get_next(self):
+        return next(self.inputs, None)
+
+
+def quantised(source, inputs, out):
+    model = onnx.load(source)
+    converted = model
+    if model.opset_import[0].version < OPERATORS:
+        converted = version_converter.convert_version(model, OPERATORS)
+    name, _, _ = input_of(converted)
+    with tempfile.TemporaryDirectory() as folder:
+        onnx.save(converted, f"{folder}/float.onnx")
+        quantize_static(f"{folder}/float.onnx", f"{folder}/int8.onnx", Pictures(name, inputs),
+                        quant_format=QuantFormat.QDQ, op_types_to_quantize=["Conv"], per_channel=True,
+                        reduce_range=True, activation_type=QuantType.QUInt8, weight_type=QuantType.QInt8,
+                        nodes_to_exclude=convolutions_to_leave(converted))
+        result = onnx.load(f"{folder}/int8.onnx")
+    del result.metadata_props[:]
+    result.metadata_props.extend(model.metadata_props)  # the names of the classes
+    onnx.save(result, out)
+
+
+def sure_boxes(output):
+    """[4 + classes + ..., boxes], the largest score of 80 classes: boxes as x0, y0, x1, y1."""
+    scores = output[4:84].max(axis=0)
+    x, y, w, h = output[:4, scores > SURE]
+    return np.stack([x - w / 2, y - h / 2, x + w / 2, y + h / 2], axis=1)
+
+
+def overlaps(box, boxes):
+    if len(boxes) == 0:
+        return np.zeros(1)
+    low, high = np.maximum(box[:2], boxes[:, :2]), np.minimum(box[2:], boxes[:, 2:])
+    common = np.prod(np.clip(high - low, 0, None), axis=1)
+    return common / (np.prod(box[2:] - box[:2]) + np.prod(boxes[:, 2:] - boxes[:, :2], axis=1) - common)
+
+
+def found_again(before, after):
+    """How many boxes of the one network are the other's, too, and how many there are."""
+    best = [overlaps(box, after).max() for box in before]
+    return sum(o > SAME for o in best), len(best)
+
+
+def compare(source, out, inputs):
+    networks = [onnxruntime.InferenceSession(str(f), providers=["CPUExecutionProvider"]) for f in (source, out)]
+    name = networks[0].get_inputs()[0].name
+    kept, boxes, true, found = 0, 0, 0, 0
+    for x in inputs:
+        before, after = (sure_boxes(network.run(None, {name: x})[0][0]) for network in networks)
+        kept, boxes = map(sum, zip((kept, boxes), found_again(before, after)))
+        true, found = map(sum, zip((true, found), found_again(after, before)))
+    print(f"{len(inputs)} other pictures: {kept} of {boxes} sure boxes are still found, "
+          f"{found - true} of {found} are new (overlap {SAME})")
+    return boxes == 0 or kept >= 0.9 * boxes
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("model", type=Path)
+    parser.add_argument("folders", type=Path, nargs="+", metavar="PICTURES_DIR")
+    parser.add_argument("--out", type=Path, help="default: MODEL_int8.onnx beside the model")
+    parser.add_argument("--pictures", type=int, default=64)
+    arguments = parser.parse_args()
+    out = arguments.out or arguments.model.with_name(arguments.model.stem + "_int8.onnx")
+    for path in [arguments.model, *arguments.folders]:
+        if not path.exists():
+            sys.exit(f"quantise_network: {path} is missing")
+    _, height, width = input_of(onnx.load(arguments.model))
+    to_learn, to_compare = pictures_in(arguments.folders, arguments.pictures)
+    quantised(arguments.model, [letterboxed(f, height, width) for f in to_learn], out)
+    print(f"written: {out} ({out.stat().st_size / 1e6:.1f} MB; {arguments.model.stat().st_size / 1e6:.1f} MB before)")
+    if not compare(arguments.model, out, [letterboxed(f, height, width) for f in to_compare]):
+        sys.exit("quantise_network: more than a tenth is no longer found: do not use it; fix: more and other pictures")
+
+
+if __name__ == "__main__":
+    main()
