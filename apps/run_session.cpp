@@ -241,6 +241,29 @@ nlohmann::json slowest_frame(const SlamResult& result) {
   return json;
 }
 
+/// Medians of ten equal parts of the run, one after the other: whether a stage takes longer the
+/// longer the run is. Null for fewer than 100 calls.
+nlohmann::json medians_of_tenths(std::span<const double> samples) {
+  constexpr std::size_t kParts = 10, kFewest = 100;
+  if (samples.size() < kFewest) return nullptr;
+  auto medians = nlohmann::json::array();
+  for (std::size_t part = 0; part < kParts; ++part) {
+    const std::size_t first = part * samples.size() / kParts;
+    const std::size_t end = (part + 1) * samples.size() / kParts;
+    medians.push_back(quantile(samples.subspan(first, end - first), 0.5));
+  }
+  return medians;
+}
+
+nlohmann::json growth(const TimingRecorder& timing) {
+  nlohmann::json json;
+  for (const char* stage : {"tracking", "features", "motion", "pose", "keyframe insertion",
+                            "map refinement", "place recognition", "dense map: keyframe"}) {
+    json[stage] = medians_of_tenths(timing.samples(stage));
+  }
+  return json;
+}
+
 nlohmann::json summary(const Outcome& o) {
   nlohmann::json json;
   json["stillmap"] = STILLMAP_VERSION;
@@ -288,6 +311,7 @@ nlohmann::json summary(const Outcome& o) {
   json["frames_per_second"] = o.frames_per_second();
   json["tracking_median_ms"] = tracking_median(o.result);
   json["slowest_frame"] = slowest_frame(o.result);
+  json["medians_of_tenths_ms"] = growth(o.result.timing);
   json["first_pose_s"] =
       o.first_pose_seconds > 0 ? nlohmann::json(o.first_pose_seconds) : nlohmann::json();
   json["mapping_memory_mib"] = o.mapping_memory_mib;
