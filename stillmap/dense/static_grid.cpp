@@ -8,11 +8,14 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <map>
 
 namespace stillmap {
 namespace {
 
 constexpr std::uint32_t kNone = VoxelIndex::kNone;
+
+constexpr int kRegionSide = 8 * VoxelIndex::kSide;  // voxels
 
 // 1 / sigma^2 of a depth, in units of that at one metre.
 float depth_weight(float z) {
@@ -75,12 +78,10 @@ void StaticGrid::add(const DenseView& view, const Pose& T_world_camera) {
   insert(witnesses_.back().placed);
   if (!options_.remove_ghosts) return;
   const std::uint32_t newest = newest_view();
-  for (std::uint32_t b = 0; b < block_centers_.size(); ++b) vote(newest, b, {0, known});
-  const Range added{known, kNone};
-  const std::uint32_t eldest = newest > elders_ ? newest - elders_ : 1;
-  for (const std::uint32_t b : blocks_of(added)) {
-    for (std::uint32_t before = eldest; before < newest; ++before) vote(before, b, added);
+  for (const std::uint32_t b : blocks_in_reach(witnesses_.back().placed)) {
+    vote(newest, b, {0, known});
   }
+  vote_on_new({newest > elders_ ? newest - elders_ : 1, newest}, {known, kNone});
 }
 
 // Whether there is surface where this point lies, or within its noise before or behind it.
@@ -108,7 +109,7 @@ News StaticGrid::news_in(const DenseView& view, const Pose& T_world_camera) cons
       news.fresh += !has_surface_near(placed.point(row, col), placed.ray(row, col));
     }
   }
-  for (std::uint32_t b = 0; b < block_centers_.size(); ++b) news.refuted += refuted_in(seeing, b);
+  for (const std::uint32_t b : blocks_in_reach(placed)) news.refuted += refuted_in(seeing, b);
   return news;
 }
 
@@ -134,11 +135,22 @@ std::uint32_t StaticGrid::cell_of(const Eigen::Vector3d& p_world) {
   const std::uint32_t cell = index_.add(*voxel);
   if (cell == cells_.size()) cells_.emplace_back();
   if (index_.block_count() > block_centers_.size()) {
-    const Eigen::Vector3d corner = corner_of(index_.block(index_.block_of(cell)).corner, edge_);
-    const double half = 0.5 * edge_ * VoxelIndex::kSide;
-    block_centers_.push_back((corner.array() + half).matrix().cast<float>());
+    enter_block(index_.block(index_.block_of(cell)));
   }
   return cell;
+}
+
+void StaticGrid::enter_block(const VoxelIndex::Block& block) {
+  const double half = 0.5 * edge_ * VoxelIndex::kSide;
+  const Eigen::Vector3d center = (corner_of(block.corner, edge_).array() + half).matrix();
+  const Voxel voxel = *voxel_at(center, kRegionSide * edge_);
+  const std::uint32_t region = region_index_.add(voxel);
+  if (region == regions_.size()) {
+    regions_.push_back({center_of(voxel, kRegionSide * edge_).cast<float>(), {}});
+  }
+  regions_[region].blocks.push_back(static_cast<std::uint32_t>(block_centers_.size()));
+  region_of_block_.push_back(region);
+  block_centers_.push_back(center.cast<float>());
 }
 
 // Per pixel, kNone where there is no static surface.
@@ -223,6 +235,32 @@ float StaticGrid::block_radius() const {
   return static_cast<float>(edge_) * (VoxelIndex::kSide - 1) * 0.8661F;  // half a diagonal
 }
 
+// A region's blocks lie wholly in it: their lattices fit into each other.
+bool StaticGrid::reaches(const PlacedView& placed, const Region& region) const {
+  const auto radius = static_cast<float>(edge_) * kRegionSide * 0.8661F;  // half a diagonal
+  return placed.within(placed.in_camera(region.center), radius) != Sight::kNothing;
+}
+
+std::vector<std::uint32_t> StaticGrid::blocks_in_reach(const PlacedView& placed) const {
+  std::vector<std::uint32_t> blocks;
+  for (const Region& region : regions_) {
+    if (reaches(placed, region))
+      blocks.insert(blocks.end(), region.blocks.begin(), region.blocks.end());
+  }
+  return blocks;
+}
+
+void StaticGrid::vote_on_new(Range views, Range cells) {
+  std::map<std::uint32_t, std::vector<std::uint32_t>> by_region;
+  for (const std::uint32_t b : blocks_of(cells)) by_region[region_of_block_[b]].push_back(b);
+  for (const auto& [region, blocks] : by_region) {
+    for (std::uint32_t view = views.first; view < views.last; ++view) {
+      if (!reaches(witnesses_[view - 1].placed, regions_[region])) continue;
+      for (const std::uint32_t b : blocks) vote(view, b, cells);
+    }
+  }
+}
+
 void StaticGrid::vote(std::uint32_t view, std::uint32_t number, Range cells) {
   const auto& [placed, steps] = witnesses_[view - 1];
   const Eigen::Vector3f middle = placed.in_camera(block_centers_[number]);
@@ -289,7 +327,7 @@ Rgb StaticGrid::color(std::uint32_t number) const {
 
 std::size_t StaticGrid::bytes() const {
   return index_.bytes() + cells_.size() * sizeof(StaticCell) +
-         block_centers_.capacity() * sizeof(Eigen::Vector3f);
+         block_centers_.capacity() * (sizeof(Eigen::Vector3f) + 2 * sizeof(std::uint32_t));
 }
 
 }  // namespace stillmap

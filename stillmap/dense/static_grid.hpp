@@ -106,8 +106,13 @@ class StaticGrid {
     PlacedView placed;
     std::array<Eigen::Vector3f, VoxelIndex::kPlaces> steps;  // from the block's middle to each
   };
+  /// A cube of blocks: views that do not reach it need not be asked about each.
+  struct Region {
+    Eigen::Vector3f center;  // world frame
+    std::vector<std::uint32_t> blocks;
+  };
   bool is_static(const StaticCell& cell) const;
-  /// Numbers of cells from `first` on, and before `last`.
+  /// Numbers of cells, or of views, from `first` on, and before `last`.
   struct Range {
     std::uint32_t first, last;
   };
@@ -121,7 +126,11 @@ class StaticGrid {
   void add_pixel(const PlacedView& placed, int row, int col, const Eigen::Vector3f& gain,
                  std::uint32_t number);
   Eigen::Vector3f gain_for(const DenseView& view, const std::vector<std::uint32_t>& cells) const;
+  void enter_block(const VoxelIndex::Block& block);
   std::vector<std::uint32_t> blocks_of(Range cells) const;
+  std::vector<std::uint32_t> blocks_in_reach(const PlacedView& placed) const;
+  bool reaches(const PlacedView& placed, const Region& region) const;
+  void vote_on_new(Range views, Range cells);
   void vote(std::uint32_t view, std::uint32_t block, Range cells);
   void count(Sight sight, std::uint32_t view, StaticCell& cell) const;
   float block_radius() const;
@@ -134,6 +143,9 @@ class StaticGrid {
   VoxelIndex index_;
   std::deque<StaticCell> cells_;
   std::vector<Eigen::Vector3f> block_centers_;  // world frame
+  VoxelIndex region_index_;
+  std::vector<Region> regions_;
+  std::vector<std::uint32_t> region_of_block_;
   std::vector<Witness> witnesses_;
   std::vector<Eigen::Vector3f> gains_;
 };
