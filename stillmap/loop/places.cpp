@@ -60,21 +60,31 @@ std::optional<LoopMatch> Places::recognise(const Map& map, KeyframeId newest) {
     detector_.reset();
     return std::move(verdict.match);
   }
+  if (!options_.connect_at_once) return std::nullopt;
+  auto match = seen_apart(map, newest);
+  if (match) detector_.reset();
+  return match;
+}
+
+/// Whether a keyframe by itself shows a place of another component.
+std::optional<LoopMatch> Places::seen_apart(const Map& map, KeyframeId query) const {
+  const BagOfWords* bag = index_.find(query);
+  if (bag == nullptr) return std::nullopt;
+  std::vector<KeyframeId> own = keyframes_of(map, map.at(query).component);
+  if (own.size() == map.keyframe_count()) return std::nullopt;
+  std::sort(own.begin(), own.end());
+  for (const PlaceCandidate& place :
+       find_places(map, index_, bag->words, own, 0, options_.detector.query)) {
+    auto verdict = verify_loop(map, index_, query, place.keyframe, options_.verification);
+    if (verdict.match) return std::move(verdict.match);
+  }
   return std::nullopt;
 }
 
 std::optional<LoopMatch> Places::connect(const Map& map, std::uint32_t component) const {
   if (!options_.loops) return std::nullopt;
-  std::vector<KeyframeId> own = keyframes_of(map, component);
-  std::sort(own.begin(), own.end());
   for (const KeyframeId query : richest(map, component, options_.connect_by)) {
-    const BagOfWords* bag = index_.find(query);
-    if (bag == nullptr) continue;
-    for (const PlaceCandidate& place :
-         find_places(map, index_, bag->words, own, 0, options_.detector.query)) {
-      auto verdict = verify_loop(map, index_, query, place.keyframe, options_.verification);
-      if (verdict.match) return std::move(verdict.match);
-    }
+    if (auto match = seen_apart(map, query)) return match;
   }
   return std::nullopt;
 }

@@ -16,8 +16,11 @@ struct PlaceOptions {
   LoopDetectorOptions detector;
   LoopVerificationOptions verification;
   LoopCorrectionOptions correction;
+  /// Whether every keyframe is held against the other maps by itself, and not only in a row.
+  bool connect_at_once = true;
   int connect_by = 20;  ///< keyframes of a map apart that are held against the others at the end
-  STILLMAP_FIELDS(loops, relocaliser, detector, verification, correction, connect_by)
+  STILLMAP_FIELDS(loops, relocaliser, detector, verification, correction, connect_at_once,
+                  connect_by)
 };
 
 /// The places of a map, to be recognised by how they look. Belongs to the thread that owns the map.
@@ -41,6 +44,8 @@ class Places {
   RelocalisationVerdict find(const Map& map, const Frame& frame) const;
 
  private:
+  std::optional<LoopMatch> seen_apart(const Map& map, KeyframeId query) const;
+
   PlaceOptions options_;
   PlaceIndex index_;
   LoopDetector detector_;

@@ -90,11 +90,29 @@ TEST(Maps, AreJoinedWhenThePlaceOfTheOldOneIsSeen) {
   EXPECT_LT(ate(result), 0.05) << "metres, of one consistent path";
 }
 
+/// One keyframe that shows the other map is enough, for there may be no row of them.
+TEST(Maps, AreJoinedWithoutARowOfKeyframesThatShowTheOther) {
+  const auto maps_with = [](bool connect_at_once) {
+    SlamOptions options = loop_options();
+    options.places.connect_at_once = connect_at_once;
+    options.places.connect_by = 0;
+    options.places.detector.consistent = 1000;
+    Slam slam(round().camera(), options);
+    for (std::size_t i = 0; i < kFrames; ++i) {
+      if (i < 80 || i > 180) slam.push(picture(i));
+    }
+    return slam.finish().maps;
+  };
+  EXPECT_EQ(maps_with(false), 2U);
+  EXPECT_EQ(maps_with(true), 1U);
+}
+
 /// As before, but the camera is switched off where a first keyframe shows the old place, before a
 /// row of them could.
 TEST(Maps, LeftApartAreHeldAgainstEachOtherAtTheEnd) {
   const auto maps_with = [](int connect_by) {
     SlamOptions options = loop_options();
+    options.places.connect_at_once = false;
     options.places.connect_by = connect_by;
     Slam slam(round().camera(), options);
     for (std::size_t i = 0; i < kSeenOnce; ++i) {

@@ -2,7 +2,7 @@
 /// How a camera that was carried away finds back, and its maps to each other:
 ///
 ///     ninja -C build/release stillmap_kidnap
-///     build/release/rooms/pipeline/stillmap_kidnap [--people N]
+///     build/release/rooms/pipeline/stillmap_kidnap [--people N] [--scattered]
 ///
 /// Two rooms of the simulated flat are mapped along a way through them. Then, time after time, the
 /// camera is covered for three seconds and uncovered elsewhere, for two: at 20 places of those
@@ -13,7 +13,10 @@
 /// came about, and how far off the pose is from where the frames mapped nearby say that it is (the
 /// map as a whole may have drifted); at the end how many were recognised, how many wrongly, and
 /// which maps were joined.
-#include "stillmap/base/error.hpp"
+///
+/// --scattered: the whole way in pieces of two seconds, in no order, and darkness between: nearly
+/// every piece begins a map, and where pieces overlap they are to be joined. Printed: for every
+/// join and loop how far off it is, and how many were wrong.
 #include "stillmap/evaluate/trajectory_error.hpp"
 #include "stillmap/pipeline/slam.hpp"
 #include "stillmap/simulate/simulated_sequence.hpp"
@@ -22,7 +25,6 @@
 #include <cmath>
 #include <cstring>
 #include <map>
-#include <numbers>
 
 #include <fmt/format.h>
 
@@ -33,6 +35,7 @@ constexpr double kFps = 15;
 constexpr std::size_t kMapped = 1050;                   // frames: 28 m of the way, two rooms
 constexpr std::size_t kDark = 45, kUncovered = 30;      // frames
 constexpr std::size_t kHomeFrom = 950, kHomeTo = 2400;  // frames of the way home
+constexpr std::size_t kPiece = 30, kShortDark = 3;      // frames
 constexpr double kRight = 0.1;                          // metres: a pose farther off is wrong
 
 /// A place, and what became of it.
@@ -137,9 +140,9 @@ class Tour {
       judge_.truth.emplace_back(way.T_world_camera(i));
     }
   }
-  void be_covered(const SimulatedSequence& way) {
+  void be_covered(const SimulatedSequence& way, std::size_t count = kDark) {
     const RgbdFramePtr any = way.frame(0);
-    for (std::size_t i = 0; i < kDark; ++i) {
+    for (std::size_t i = 0; i < count; ++i) {
       slam_.push(stamped(*any, seen(), true));
       judge_.truth.emplace_back();
     }
@@ -173,19 +176,35 @@ void print_places(const std::vector<Visit>& places, const SlamResult& result, co
   fmt::print("{} wrong\n", wrong);
 }
 
-void print_maps(const SlamResult& result, const Judge& by) {
+const char* name_of(MapEvent::Kind kind) {
+  if (kind == MapEvent::Kind::kLoop) return "loop";
+  return kind == MapEvent::Kind::kMerge ? "maps joined" : "map dropped";
+}
+
+/// How far off the place of a frame beside that of another is, which it was held to show [m]; none
+/// where either has no pose.
+std::optional<double> off(const Judge& by, std::size_t frame, std::size_t seen_in) {
+  if (!by.estimate.contains(frame) || !by.estimate.contains(seen_in)) return std::nullopt;
+  const Pose truth = by.truth[seen_in]->inverse() * *by.truth[frame];
+  const Pose found = by.estimate.at(seen_in).inverse() * by.estimate.at(frame);
+  return (truth.translation() - found.translation()).norm();
+}
+
+void print_events(const SlamResult& result, const Judge& by) {
+  int joined = 0, wrong = 0;
   for (const MapEvent& e : result.events) {
-    const char* what = e.kind == MapEvent::Kind::kLoop    ? "loop"
-                       : e.kind == MapEvent::Kind::kMerge ? "maps joined"
-                                                          : "map dropped";
-    const bool dropped = e.kind == MapEvent::Kind::kDropped;
-    const Pose apart = dropped || !by.truth[e.frame_index] || !by.truth[e.seen_in]
-                           ? Pose()
-                           : by.truth[e.seen_in]->inverse() * *by.truth[e.frame_index];
-    fmt::print("{}: frame {}, seen in {}, in truth {:.2f} m and {:.0f} degrees apart\n", what,
-               e.frame_index, e.seen_in, apart.translation().norm(),
-               apart.angle() * 180 / std::numbers::pi);
+    if (e.kind == MapEvent::Kind::kDropped) continue;
+    const auto metres = off(by, e.frame_index, e.seen_in);
+    fmt::print("{}: frame {}, seen in {}, {}\n", name_of(e.kind), e.frame_index, e.seen_in,
+               metres ? fmt::format("{:.3f} m off", *metres) : "without poses");
+    ++joined;
+    wrong += metres && *metres > kRight;
   }
+  fmt::print("{} joins and loops, {} wrong\n", joined, wrong);
+}
+
+void print_maps(const SlamResult& result, const Judge& by) {
+  print_events(result, by);
   Trajectory truth;
   for (std::size_t i = 0; i < by.truth.size(); ++i) {
     if (by.truth[i]) truth.push_back({static_cast<double>(i) / kFps, *by.truth[i]});
@@ -195,12 +214,39 @@ void print_maps(const SlamResult& result, const Judge& by) {
              absolute_trajectory_error(truth, result.trajectory).translation.rmse);
 }
 
-void run(int people) {
-  const SimulatedSequence way(simulation()), other = beside(way, people);
+SlamOptions slam_options() {
   SlamOptions options;
   options.orb.keypoints = 600;
   options.dense_cloud = false;
-  Slam slam(way.camera(), options);
+  return options;
+}
+
+void take_estimates(const SlamResult& result, Judge& judge) {
+  for (const StampedPose& p : result.trajectory) {
+    judge.estimate.emplace(static_cast<std::size_t>(std::lround(p.timestamp * kFps)),
+                           p.T_world_camera);
+  }
+}
+
+/// Pieces of the way in no order, all but the last frames that make no whole one.
+void scatter(int people) {
+  const SimulatedSequence way = beside(SimulatedSequence(simulation()), people);
+  Slam slam(way.camera(), slam_options());
+  Judge judge;
+  Tour tour(slam, judge);
+  const std::size_t pieces = kHomeTo / kPiece;
+  for (std::size_t i = 0; i < pieces; ++i) {
+    tour.see(way, (i * 37) % pieces * kPiece, kPiece);
+    tour.be_covered(way, kShortDark);
+  }
+  const SlamResult result = slam.finish();
+  take_estimates(result, judge);
+  print_maps(result, judge);
+}
+
+void run(int people) {
+  const SimulatedSequence way(simulation()), other = beside(way, people);
+  Slam slam(way.camera(), slam_options());
   Judge judge;
   Tour tour(slam, judge);
   tour.see(way, 0, kMapped);
@@ -213,10 +259,7 @@ void run(int people) {
   tour.be_covered(other);
   tour.see(way, kHomeFrom, kHomeTo - kHomeFrom);
   const SlamResult result = slam.finish();
-  for (const StampedPose& p : result.trajectory) {
-    judge.estimate.emplace(static_cast<std::size_t>(std::lround(p.timestamp * kFps)),
-                           p.T_world_camera);
-  }
+  take_estimates(result, judge);
   print_places(places, result, judge);
   print_maps(result, judge);
   for (const StageTiming& stage : result.timing.stages()) {
@@ -230,10 +273,15 @@ void run(int people) {
 }  // namespace stillmap
 
 int main(int argc, char** argv) {
-  const bool people = argc == 3 && std::strcmp(argv[1], "--people") == 0;
   try {
-    stillmap::run(people ? std::stoi(argv[2]) : 0);
-  } catch (const stillmap::Error& e) {
+    int people = 0;
+    bool scattered = false;
+    for (int i = 1; i < argc; ++i) {
+      if (std::strcmp(argv[i], "--scattered") == 0) scattered = true;
+      if (std::strcmp(argv[i], "--people") == 0 && i + 1 < argc) people = std::stoi(argv[i + 1]);
+    }
+    scattered ? stillmap::scatter(people) : stillmap::run(people);
+  } catch (const std::exception& e) {
     fmt::print(stderr, "{}\n", e.what());
     return 1;
   }
