@@ -29,6 +29,8 @@ constexpr std::size_t kSamples = 20000;  // points looked at to choose the view
 constexpr double kLighting = 1.25;       // strength of the eye-dome lighting
 constexpr double kDeepest = 0.06;        // steps in depth deeper than this look the same [log m]
 constexpr int kFrusta = 7;
+constexpr int kBandRows =
+    256;  // drawn at once: what lighting needs besides is many times a picture
 
 void check(const CloudSpan& cloud) {
   const bool fits = cloud.colors.size() == cloud.points.size() &&
@@ -163,8 +165,10 @@ Camera viewer_camera(const CloudPictureOptions& options) {
   return viewer;
 }
 
-struct Picture {
-  cv::Mat3b color;
+/// Some rows of the picture, supersampled.
+struct Band {
+  int first;        // row of the whole picture
+  cv::Mat3b color;  // as wide as the whole
   cv::Mat1f depth;  // along the optical axis; infinite where nothing is
 };
 
@@ -177,24 +181,23 @@ cv::Vec3b color_of(const CloudSpan& cloud, std::size_t i) {
           cv::saturate_cast<std::uint8_t>(115 + 0.55 * grey)};
 }
 
-void splat(Picture& picture, const Eigen::Vector2d& center, double radius, float z,
+void splat(Band& band, const Eigen::Vector2d& center, double radius, float z,
            const cv::Vec3b& color) {
   const int x0 = std::max(0, static_cast<int>(std::ceil(center.x() - radius)));
-  const int y0 = std::max(0, static_cast<int>(std::ceil(center.y() - radius)));
-  const int x1 =
-      std::min(picture.color.cols - 1, static_cast<int>(std::floor(center.x() + radius)));
+  const int y0 = std::max(0, static_cast<int>(std::ceil(center.y() - radius)) - band.first);
+  const int x1 = std::min(band.color.cols - 1, static_cast<int>(std::floor(center.x() + radius)));
   const int y1 =
-      std::min(picture.color.rows - 1, static_cast<int>(std::floor(center.y() + radius)));
+      std::min(band.color.rows - 1, static_cast<int>(std::floor(center.y() + radius)) - band.first);
   for (int y = y0; y <= y1; ++y) {
     for (int x = x0; x <= x1; ++x) {
-      if (z >= picture.depth(y, x)) continue;
-      picture.depth(y, x) = z;
-      picture.color(y, x) = color;
+      if (z >= band.depth(y, x)) continue;
+      band.depth(y, x) = z;
+      band.color(y, x) = color;
     }
   }
 }
 
-void draw_points(Picture& picture, const CloudSpan& cloud, const CloudView& view,
+void draw_points(Band& band, const CloudSpan& cloud, const CloudView& view,
                  const CloudPictureOptions& options) {
   const Pose T_viewer_world = view.T_world_viewer.inverse();
   const Eigen::Matrix3d R = T_viewer_world.rotation();
@@ -206,22 +209,26 @@ void draw_points(Picture& picture, const CloudSpan& cloud, const CloudView& view
     if (p.z() < kNear) continue;
     const Eigen::Vector2d center = s * view.viewer.project(p);
     const double radius = std::max(0.5, s * view.viewer.fx * options.splat / p.z() / 2);
-    if (center.x() + radius < 0 || center.y() + radius < 0 ||
-        center.x() - radius >= picture.color.cols || center.y() - radius >= picture.color.rows) {
+    if (center.x() + radius < 0 || center.y() + radius < band.first ||
+        center.x() - radius >= band.color.cols ||
+        center.y() - radius >= band.first + band.color.rows) {
       continue;
     }
-    splat(picture, center, radius, static_cast<float>(p.z()), color_of(cloud, i));
+    splat(band, center, radius, static_cast<float>(p.z()), color_of(cloud, i));
   }
 }
 
+/// How far around a pixel lighting looks [pixels].
+int lighting_reach(int supersampling) { return 3 * supersampling; }
+
 /// Eye-dome lighting: how far, in logarithms, a pixel lies behind its neighbours on two rings.
-void light(Picture& picture, int supersampling) {
-  const int margin = 3 * supersampling;
+void light(Band& band, int supersampling) {
+  const int margin = lighting_reach(supersampling);
   cv::Mat1f log_depth, padded;
-  cv::log(picture.depth, log_depth);
+  cv::log(band.depth, log_depth);
   cv::copyMakeBorder(log_depth, padded, margin, margin, margin, margin, cv::BORDER_REPLICATE);
-  const cv::Mat1b drawn = picture.depth < std::numeric_limits<float>::infinity();
-  cv::Mat1f behind = cv::Mat1f::zeros(picture.depth.size()), difference;
+  const cv::Mat1b drawn = band.depth < std::numeric_limits<float>::infinity();
+  cv::Mat1f behind = cv::Mat1f::zeros(band.depth.size()), difference;
   for (const int radius : {supersampling, margin}) {
     for (int dy = -1; dy <= 1; ++dy) {
       for (int dx = -1; dx <= 1; ++dx) {
@@ -234,21 +241,34 @@ void light(Picture& picture, int supersampling) {
   cv::Mat1f shade;
   cv::exp(-kLighting * behind, shade);
   for (int y = 0; y < shade.rows; ++y) {
-    for (int x = 0; x < shade.cols; ++x) picture.color(y, x) *= shade(y, x);
+    for (int x = 0; x < shade.cols; ++x) band.color(y, x) *= shade(y, x);
   }
 }
 
 /// A vertical gradient behind everything.
-void draw_background(Picture& picture, bool dark) {
+void draw_background(Band& band, int rows_of_all, bool dark) {
   const cv::Vec3d top = dark ? cv::Vec3d(34, 27, 22) : cv::Vec3d(252, 251, 250);
   const cv::Vec3d bottom = dark ? cv::Vec3d(58, 48, 42) : cv::Vec3d(232, 228, 224);
-  for (int y = 0; y < picture.color.rows; ++y) {
-    const double s = static_cast<double>(y) / picture.color.rows;
+  for (int y = 0; y < band.color.rows; ++y) {
+    const double s = static_cast<double>(band.first + y) / rows_of_all;
     const cv::Vec3b color = top * (1 - s) + bottom * s;
-    for (int x = 0; x < picture.color.cols; ++x) {
-      if (std::isinf(picture.depth(y, x))) picture.color(y, x) = color;
+    for (int x = 0; x < band.color.cols; ++x) {
+      if (std::isinf(band.depth(y, x))) band.color(y, x) = color;
     }
   }
+}
+
+/// Rows first .. last - 1 of the picture, of `size` in all.
+cv::Mat3b draw_rows(int first, int last, const cv::Size& size, const CloudSpan& cloud,
+                    const CloudView& view, const CloudPictureOptions& options) {
+  const int reach = lighting_reach(options.supersampling);
+  const int top = std::max(0, first - reach), bottom = std::min(size.height, last + reach);
+  Band band{top, cv::Mat3b(bottom - top, size.width, cv::Vec3b()),
+            cv::Mat1f(bottom - top, size.width, std::numeric_limits<float>::infinity())};
+  draw_points(band, cloud, view, options);
+  light(band, options.supersampling);
+  draw_background(band, size.height, options.dark);
+  return band.color.rowRange(first - top, last - top);
 }
 
 /// Lines in the world, drawn over the picture.
@@ -336,14 +356,14 @@ cv::Mat draw_cloud(const CloudSpan& cloud, const Trajectory& cameras, const Clou
   check(cloud);
   const cv::Size size(options.width * options.supersampling,
                       options.height * options.supersampling);
-  Picture picture{cv::Mat3b(size, cv::Vec3b()),
-                  cv::Mat1f(size, std::numeric_limits<float>::infinity())};
-  draw_points(picture, cloud, view, options);
-  light(picture, options.supersampling);
-  draw_background(picture, options.dark);
-  if (options.draw_cameras) draw_cameras(picture.color, cameras, view, options);
+  cv::Mat3b picture(size);
+  for (int first = 0; first < size.height; first += kBandRows) {
+    const int last = std::min(first + kBandRows, size.height);
+    draw_rows(first, last, size, cloud, view, options).copyTo(picture.rowRange(first, last));
+  }
+  if (options.draw_cameras) draw_cameras(picture, cameras, view, options);
   cv::Mat finished;
-  cv::resize(picture.color, finished, {options.width, options.height}, 0, 0, cv::INTER_AREA);
+  cv::resize(picture, finished, {options.width, options.height}, 0, 0, cv::INTER_AREA);
   return finished;
 }
 
