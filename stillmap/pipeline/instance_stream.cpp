@@ -114,6 +114,7 @@ SegmentedFrame InstanceStream::wanted_in(const SegmentedFrame& found) const {
 void InstanceStream::finish() {
   if (carry_stage_) carry_stage_->drain();
   if (detect_stage_) detect_stage_->drain();
+  detector_.reset();
 }
 
 TimingRecorder InstanceStream::timing() const {

@@ -47,6 +47,8 @@ class InstanceStream {
   /// Waits for the instances in the frame pushed last. Call once for each.
   SeenInstances take();
 
+  /// Waits for all that was pushed, and lets the detector go, with its memory. Nothing may be
+  /// pushed any more.
   void finish();
   TimingRecorder timing() const;                        ///< after finish()
   std::size_t segmented() const { return segmented_; }  ///< frames the detector saw; after finish()
