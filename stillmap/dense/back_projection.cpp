@@ -21,14 +21,6 @@ void require_size(const cv::Mat& image, int type, const Camera& camera, const ch
       "dense back-projection", "give images of the size and kind the camera describes");
 }
 
-cv::Mat1b dilated(const cv::Mat1b& mask, int radius) {
-  if (mask.empty() || radius == 0) return mask;
-  cv::Mat1b grown;
-  const cv::Size window(2 * radius + 1, 2 * radius + 1);
-  cv::dilate(mask, grown, cv::getStructuringElement(cv::MORPH_RECT, window));
-  return grown;
-}
-
 // Whether a valid neighbour in the 3 x 3 window is more than max_jump * z nearer or farther.
 // Unknown depth (zero, negative, not finite) is no neighbour.
 bool at_jump(const cv::Mat1f& depth, int u, int v, float max_jump) {
@@ -53,6 +45,14 @@ void require_valid(const BackProjectionOptions& options) {
   if (valid) return;
   throw Error("an option is out of range", "dense back-projection",
               "stride >= 1, 0 < min_depth <= max_depth, max_jump > 0, mask_dilation >= 0");
+}
+
+cv::Mat1b dilated(const cv::Mat1b& mask, int radius) {
+  if (mask.empty() || radius == 0) return mask;
+  cv::Mat1b grown;
+  const cv::Size window(2 * radius + 1, 2 * radius + 1);
+  cv::dilate(mask, grown, cv::getStructuringElement(cv::MORPH_RECT, window));
+  return grown;
 }
 
 PointGrid back_project(const Camera& camera, const RgbdFrame& frame, const cv::Mat1b& excluded,

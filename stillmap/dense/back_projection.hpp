@@ -25,7 +25,7 @@ namespace stillmap {
 struct BackProjectionOptions {
   int stride = 2;          ///< every n-th pixel in both directions [pixels]
   double min_depth = 0.3;  ///< nearer depths are left out [m]
-  double max_depth = 4.0;  ///< farther depths are left out [m]
+  double max_depth = 4.0;  ///< farther depths are left out (but see FarOptions) [m]
   double max_jump = 0.02;  ///< largest relative depth step to any of the eight neighbours
   int mask_dilation = 6;   ///< the excluded mask is grown by this much on every side [pixels]
   STILLMAP_FIELDS(stride, min_depth, max_depth, max_jump, mask_dilation)
@@ -33,6 +33,9 @@ struct BackProjectionOptions {
 
 /// Throws Error if an option is out of range.
 void require_valid(const BackProjectionOptions& options);
+
+/// A mask grown by a square of this many pixels on every side.
+cv::Mat1b dilated(const cv::Mat1b& mask, int radius);
 
 /// The camera-frame points of a keyframe on the lattice of the pixels they came from.
 struct PointGrid {

@@ -20,6 +20,7 @@ void require_valid(const DenseOptions& options) {
                      options.every >= 0 && options.min_news >= 0 && options.min_refuted >= 1;
   require_valid(options.back_projection);
   require_valid(options.outliers);
+  require_valid(options.far);
   require_valid(options.evidence);
   require_valid(options.semantics);
   require_valid(options.mesh);
@@ -52,16 +53,16 @@ DenseMap::DenseMap(const Camera& camera, const DenseOptions& options)
 
 void DenseMap::add(std::uint64_t id, const RgbdFrame& frame, const cv::Mat1b& movers,
                    const std::optional<Pose>& T_world_camera, const SegmentedFrame* things) {
-  MadeView made =
-      make_dense_view(camera_, frame, movers, options_.back_projection, options_.outliers, things);
+  MadeView made = make_dense_view(camera_, frame, movers, options_.back_projection,
+                                  options_.outliers, options_.far, things);
   outliers_ += made.outliers;
   add(id, std::move(made.view), T_world_camera);
 }
 
 bool DenseMap::add_if_new(std::uint64_t id, const RgbdFrame& frame, const cv::Mat1b& movers,
                           const Pose& T_world_camera, const SegmentedFrame* things) {
-  MadeView made =
-      make_dense_view(camera_, frame, movers, options_.back_projection, options_.outliers, things);
+  MadeView made = make_dense_view(camera_, frame, movers, options_.back_projection,
+                                  options_.outliers, options_.far, things);
   if (is_finite(T_world_camera)) {
     const News news = live_->news_in(made.view, T_world_camera);
     const bool fresh =
@@ -129,6 +130,7 @@ std::shared_ptr<const StaticGrid> DenseMap::grid_of(const std::vector<ViewAtPlac
       grid->add(*view, T_world_camera);
       if (grid->index().size() > bound) break;
     }
+    if (grid->index().size() <= bound) grid->fill_far();
     if (grid->index().size() <= bound) return grid;
   }
 }
@@ -145,7 +147,10 @@ PlacedMap DenseMap::place(const PoseLookup& T_world_camera) const {
   placed.grid = grid_of(placed.views);
   for (const std::uint32_t number : placed.grid->index().sorted()) {
     const StaticCell& cell = placed.grid->cell(number);
-    const bool enough = cell.pixels >= options_.min_samples && cell.views >= options_.min_keyframes;
+    const int fewest = placed.grid->is_far(number)
+                           ? std::max(options_.min_keyframes, options_.far.min_views)
+                           : options_.min_keyframes;
+    const bool enough = cell.pixels >= options_.min_samples && cell.views >= fewest;
     if (!enough) {
       ++placed.voxels_left_out;
     } else if (!placed.grid->is_static(number) || !placed.grid->is_confirmed(number)) {

@@ -30,6 +30,7 @@ namespace stillmap {
 struct DenseOptions {
   BackProjectionOptions back_projection;
   OutlierOptions outliers;
+  FarOptions far;
   EvidenceOptions evidence;
   SemanticOptions semantics;
   MeshOptions mesh;
@@ -49,8 +50,9 @@ struct DenseOptions {
   /// Voxels kept, about seventy bytes each while the cloud is made; where there would be more, all
   /// have twice the side.
   int max_voxels = 6000000;
-  STILLMAP_FIELDS(back_projection, outliers, evidence, semantics, mesh, occupancy, movers, voxel,
-                  min_samples, min_keyframes, every, min_news, min_refuted, max_pixels, max_voxels)
+  STILLMAP_FIELDS(back_projection, outliers, far, evidence, semantics, mesh, occupancy, movers,
+                  voxel, min_samples, min_keyframes, every, min_news, min_refuted, max_pixels,
+                  max_voxels)
 };
 
 /// What a DenseMap holds and what it had to leave out, since it was made.

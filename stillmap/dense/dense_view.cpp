@@ -26,9 +26,10 @@ std::uint16_t packed_depth(float metres) {
   return known ? cv::saturate_cast<std::uint16_t>(metres / DenseView::kDepthUnit) : 0;
 }
 
-PixelKind kind_of(float point_z, bool moves) {
+PixelKind kind_of(float point_z, float far_z, bool moves) {
   if (moves) return kMoverSurface;
-  return point_z > 0 ? kStaticSurface : kNoSurface;
+  if (point_z > 0) return kStaticSurface;
+  return far_z > 0 ? kFarSurface : kNoSurface;
 }
 
 template <typename Image>
@@ -68,7 +69,7 @@ DenseView without_kinds(const Camera& camera, const RgbdFrame& frame, int stride
 }
 
 // Marks static pixels close to a mover's whose depth lies between those of the mover's pixels
-// nearby.
+// nearby; what is far besides is left out.
 void mark_doubtful(DenseView& view) {
   constexpr int kReach = 24;     // pixels of the image
   constexpr float kAway = 0.2F;  // metres
@@ -86,7 +87,9 @@ void mark_doubtful(DenseView& view) {
     for (int col = 0; col < view.kind.cols; ++col) {
       const int z = view.depth(row, col);
       const bool beside = z > nearest(row, col) - away && z < farthest(row, col) + away;
-      if (view.kind(row, col) == kStaticSurface && beside) view.kind(row, col) = kDoubtfulSurface;
+      std::uint8_t& kind = view.kind(row, col);
+      if (kind == kStaticSurface && beside) kind = kDoubtfulSurface;
+      if (kind == kFarSurface && beside) kind = kNoSurface;
     }
   }
 }
@@ -105,7 +108,7 @@ std::vector<std::size_t> by_falling_area(const std::vector<Instance>& instances)
 }
 
 void label(const Instance& instance, const cv::Mat1f& depth, DenseView& view) {
-  if (view.instances.size() >= kDoubtfulSurface - kFirstInstance) return;
+  if (view.instances.size() >= kFarSurface - kFirstInstance) return;
   const cv::Rect box = instance.box & cv::Rect({}, depth.size());
   if (box.empty()) return;
   const cv::Mat1b mask = instance.mask.empty() ? cluster_in_box(depth, box)
@@ -145,19 +148,22 @@ cv::Mat1b cluster_in_box(const cv::Mat1f& depth, const cv::Rect& box) {
 
 MadeView make_dense_view(const Camera& camera, const RgbdFrame& frame, const cv::Mat1b& movers,
                          const BackProjectionOptions& back_projection,
-                         const OutlierOptions& outliers, const SegmentedFrame* things) {
+                         const OutlierOptions& outliers, const FarOptions& far,
+                         const SegmentedFrame* things) {
   const TraceScope scope("view");
   PointGrid grid = back_project(camera, frame, movers, back_projection);
   require_colours(frame);
   MadeView made;
   made.outliers = remove_outliers(grid, outliers);
+  const cv::Mat1f far_z = far_depths(frame.depth, movers, grid, back_projection, far);
 
   made.view = without_kinds(camera, frame, grid.stride);
   DenseView& view = made.view;
   for (int row = 0; row < view.kind.rows; ++row) {
     for (int col = 0; col < view.kind.cols; ++col) {
       const bool moves = !movers.empty() && movers(row * view.stride, col * view.stride) != 0;
-      view.kind(row, col) = kind_of(grid.points(row, col)[2], moves);
+      view.kind(row, col) = kind_of(grid.points(row, col)[2], far_z(row, col), moves);
+      if (view.kind(row, col) == kFarSurface) view.depth(row, col) = packed_depth(far_z(row, col));
     }
   }
   mark_doubtful(view);

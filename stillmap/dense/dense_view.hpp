@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/dense/back_projection.hpp"
+#include "stillmap/dense/far_surface.hpp"
 #include "stillmap/dense/outlier_removal.hpp"
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/segment/instance.hpp"
@@ -20,6 +21,9 @@ enum PixelKind : std::uint8_t {
   kNoSurface = 0,      ///< nothing that could be placed: no depth, too far, at a jump, an outlier
   kStaticSurface = 1,  ///< a static surface of no known thing
   kFirstInstance = 2,  ///< from here on: part of a static thing, see DenseView::instances
+  /// A static surface too far away to be sure where it is, see FarOptions. It counts only where
+  /// nobody came nearer.
+  kFarSurface = 253,
   /// A static surface of no known thing, close to a mover's and about as far away: perhaps a part
   /// of the mover that its mask left out.
   kDoubtfulSurface = 254,
@@ -46,12 +50,14 @@ struct DenseView {
   /// 0.2 mm: far below the noise, and 13 m can be told [m].
   static constexpr float kDepthUnit = 0.0002F;
 
+  /// Whether a pixel shows a static surface that is sure to be where it is measured.
   bool is_static(int row, int col) const {
-    return kind(row, col) != kNoSurface && kind(row, col) != kMoverSurface;
+    const std::uint8_t k = kind(row, col);
+    return k != kNoSurface && k != kFarSurface && k != kMoverSurface;
   }
   /// Number of the instance that a static pixel is part of; -1 for none.
   int instance_at(int row, int col) const {
-    const bool known = is_static(row, col) && kind(row, col) < kDoubtfulSurface;
+    const bool known = is_static(row, col) && kind(row, col) < kFarSurface;
     return known ? int{kind(row, col)} - kFirstInstance : -1;
   }
   std::size_t bytes() const { return sizeof(*this) + 6 * depth.total(); }
@@ -64,14 +70,16 @@ struct MadeView {
 };
 
 /// Makes the view of a keyframe. A pixel shows a static surface where back_project() gives a point
-/// and remove_outliers() leaves it.
+/// and remove_outliers() leaves it,
+/// and a far one, at the depth that it gives, where far_depths() does.
 /// @param movers pixels of things that move or may (not zero), height x width; empty for none
 /// @param things  instances in this frame's pixels; those of static things label its pixels, of two
 /// on one pixel the smaller. Null for none
 /// Throws Error if the sizes of frame, mask and camera differ or an option is out of range.
 MadeView make_dense_view(const Camera& camera, const RgbdFrame& frame, const cv::Mat1b& movers,
-                         const BackProjectionOptions& back_projection,
-                         const OutlierOptions& outliers, const SegmentedFrame* things = nullptr);
+                         const BackProjectionOptions& back_projection = {},
+                         const OutlierOptions& outliers = {}, const FarOptions& far = {},
+                         const SegmentedFrame* things = nullptr);
 
 /// The pixels of a thing of which only a box is known, as a mask of the box's size: those whose
 /// depth belongs to the cluster that the middle of the box shows most of, depths within a cluster

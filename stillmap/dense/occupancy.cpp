@@ -19,6 +19,7 @@ namespace stillmap {
 namespace {
 
 constexpr int kRayStride = 4;  // every n-th pixel of a view sends a ray
+constexpr int kFarViews = 2;   // that must show what only far pixels tell of: one may be wrong
 constexpr std::uint8_t kGridOccupied = 0, kGridUnknown = 205,
                        kGridFree = 254;  // as map servers have it
 
@@ -312,6 +313,7 @@ OccupiedSpace occupied_space(const PlacedMap& placed, const Pose& T_map_world,
   VoxelIndex index;
   std::vector<int> points;
   for (const std::uint32_t cell : placed.cells) {
+    if (placed.grid->is_far(cell) && placed.grid->cell(cell).views < kFarViews) continue;
     const auto voxel = voxel_at(T_map_world * placed.grid->mean(cell).cast<double>(), options.cell);
     if (!voxel) continue;
     const std::uint32_t number = index.add(*voxel);

@@ -60,7 +60,7 @@ struct World {
     const Eigen::Vector3d eye(x, 0, 0);
     const SegmentedFrame segmented{.instances = things};
     views.push_back(
-        make_dense_view(small_camera(), frame_at(eye), {}, {.stride = 1}, {}, &segmented).view);
+        make_dense_view(small_camera(), frame_at(eye), {}, {.stride = 1}, {}, {}, &segmented).view);
     poses.emplace_back(Eigen::Quaterniond::Identity(), eye);
   }
 };

@@ -23,6 +23,10 @@ float depth_weight(float z) {
   return 1 / (floor * floor * floor * floor);
 }
 
+constexpr int kFarStep = 2;        // side of far cells [voxels]
+constexpr int kSettled = 4;        // side of what is looked up for surfaces seen nearer [voxels]
+constexpr float kFarReach = 3.0F;  // standard deviations of a far pixel's depth
+
 // Gains are judged by this many pixels at least, none of them too dark or saturated.
 constexpr std::size_t kEnoughForGain = 500;
 constexpr float kDarkest = 16, kBrightest = 240, kLargestGain = 2;
@@ -193,17 +197,17 @@ Eigen::Vector3f StaticGrid::gain_for(const DenseView& view,
 void StaticGrid::insert(const PlacedView& placed) {
   const TraceScope scope("placing");
   const std::vector<std::uint32_t> cells = cells_under(placed);
-  const Eigen::Vector3f gain = gain_for(placed.view(), cells);
-  gains_.push_back(gain);
+  gains_.push_back(gain_for(placed.view(), cells));
   const int cols = placed.view().depth.cols;
   for (int i = 0; i < static_cast<int>(cells.size()); ++i) {
     const std::uint32_t number = cells[static_cast<std::size_t>(i)];
-    if (number != kNone) add_pixel(placed, i / cols, i % cols, gain, number);
+    if (number != kNone) add_pixel(newest_view(), i / cols, i % cols, number);
   }
 }
 
-void StaticGrid::add_pixel(const PlacedView& placed, int row, int col, const Eigen::Vector3f& gain,
-                           std::uint32_t number) {
+void StaticGrid::add_pixel(std::uint32_t view_number, int row, int col, std::uint32_t number) {
+  const PlacedView& placed = witnesses_[view_number - 1].placed;
+  const Eigen::Vector3f& gain = gains_[view_number - 1];
   const DenseView& view = placed.view();
   const Eigen::Vector3d p_world = placed.point(row, col);
   const float weight = depth_weight(static_cast<float>(placed.depth(row, col)));
@@ -212,11 +216,72 @@ void StaticGrid::add_pixel(const PlacedView& placed, int row, int col, const Eig
   cell.color_sum += weight * rgb_of(view.color(row, col)).cwiseProduct(gain).cwiseMin(255.0F);
   cell.weight += weight;
   if (cell.pixels < std::numeric_limits<std::uint16_t>::max()) ++cell.pixels;
-  if (cell.last_view == newest_view()) return;
-  cell.last_view = newest_view();
+  if (cell.last_view == view_number) return;
+  cell.last_view = view_number;
   ++cell.views;
   cell.doubtful += view.kind(row, col) == kDoubtfulSurface;
   cell.free_since = 0;
+}
+
+// Where there is a static surface, in voxels so large that its pixels leave no gaps.
+VoxelIndex StaticGrid::settled_space() const {
+  VoxelIndex settled;
+  for (std::uint32_t cell = 0; cell < cells_.size(); ++cell) {
+    if (!is_static(cell)) continue;
+    if (const auto voxel = voxel_at(mean(cell).cast<double>(), kSettled * edge_)) {
+      settled.add(*voxel);
+    }
+  }
+  return settled;
+}
+
+// The cell that a far pixel belongs to; kNone where a nearer view has seen what it shows. Those of
+// far surfaces lie on a lattice of every kFarStep-th voxel, as its pixels do.
+std::uint32_t StaticGrid::far_cell(const PlacedView& placed, int row, int col,
+                                   const VoxelIndex& settled) {
+  const Eigen::Vector3d p = placed.point(row, col), ray = placed.ray(row, col);
+  const double noise = kFarReach * depth_sigma(static_cast<float>(placed.depth(row, col)));
+  const double coarse = kSettled * edge_, side = kFarStep * edge_;
+  const int looks = 1 + static_cast<int>(2 * noise / coarse);  // two a voxel, and both ways
+  for (int i = -looks; i <= looks; ++i) {
+    const auto voxel = voxel_at(p + 0.5 * i * coarse * ray, coarse);
+    if (!voxel || settled.find(*voxel) != kNone) return kNone;
+  }
+  const auto home_of = [&](const Eigen::Vector3d& place) -> std::optional<Voxel> {
+    const auto voxel = voxel_at(place, side);
+    return voxel ? std::optional(voxel_of(kFarStep * lattice_of(*voxel))) : std::nullopt;
+  };
+  const int steps = 1 + static_cast<int>(2 * noise / side);
+  for (int i = 0; i <= 2 * steps; ++i) {  // 0, 1, -1, 2, -2 ...
+    const int step = i % 2 == 0 ? -i / 2 : (i + 1) / 2;
+    const auto home = home_of(p + 0.5 * step * side * ray);
+    const std::uint32_t cell = home ? index_.find(*home) : kNone;
+    if (cell != kNone && is_far(cell)) return cell;
+  }
+  const auto home = home_of(p);
+  const std::uint32_t cell = home ? cell_of(center_of(*home, edge_)) : kNone;
+  return is_far(cell) ? cell : kNone;
+}
+
+void StaticGrid::fill_far() {
+  const TraceScope scope("far surfaces");
+  first_far_ = static_cast<std::uint32_t>(index_.size());
+  const VoxelIndex settled = settled_space();
+  for (std::uint32_t number = 1; number <= newest_view(); ++number) fill_far(number, settled);
+  if (!options_.remove_ghosts) return;
+  vote_on_new({1, newest_view() + 1}, {first_far_, kNone});
+}
+
+void StaticGrid::fill_far(std::uint32_t number, const VoxelIndex& settled) {
+  const PlacedView& placed = witnesses_[number - 1].placed;
+  const cv::Mat1b& kind = placed.view().kind;
+  for (int row = 0; row < kind.rows; ++row) {
+    for (int col = 0; col < kind.cols; ++col) {
+      if (kind(row, col) != kFarSurface) continue;
+      const std::uint32_t cell = far_cell(placed, row, col, settled);
+      if (cell != kNone) add_pixel(number, row, col, cell);
+    }
+  }
 }
 
 // The blocks that hold some cells, in rising order.

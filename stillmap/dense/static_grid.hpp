@@ -83,6 +83,12 @@ class StaticGrid {
   /// Adds what a keyframe saw. The view must outlive the grid.
   void add(const DenseView& view, const Pose& T_world_camera);
 
+  /// Fills in what no view has placed with the far surfaces of all of them (kFarSurface). A far
+  /// pixel counts where its ray meets no static surface within its noise; it joins the cell of
+  /// another view's that its ray meets there, so that what lies scattered along the rays becomes
+  /// one surface, and every view votes on it as on any other. Once, after the last add().
+  void fill_far();
+
   /// What add() with this view would change.
   News news_in(const DenseView& view, const Pose& T_world_camera) const;
 
@@ -91,6 +97,8 @@ class StaticGrid {
   const StaticCell& cell(std::uint32_t number) const { return cells_[number]; }
   /// Whether what speaks against a voxel is not enough.
   bool is_static(std::uint32_t number) const { return is_static(cells_[number]); }
+  /// Whether nothing but far pixels tells of it.
+  bool is_far(std::uint32_t number) const { return number >= first_far_; }
   /// Whether somebody else than a view that saw a mover right beside it saw it too, or its
   /// neighbourhood of two voxels.
   bool is_confirmed(std::uint32_t number) const;
@@ -123,8 +131,10 @@ class StaticGrid {
   std::vector<std::uint32_t> cells_under(const PlacedView& placed);
   std::uint32_t cell_of(const Eigen::Vector3d& p_world);
   void insert(const PlacedView& placed);
-  void add_pixel(const PlacedView& placed, int row, int col, const Eigen::Vector3f& gain,
-                 std::uint32_t number);
+  void add_pixel(std::uint32_t view, int row, int col, std::uint32_t number);
+  void fill_far(std::uint32_t view, const VoxelIndex& settled);
+  std::uint32_t far_cell(const PlacedView& placed, int row, int col, const VoxelIndex& settled);
+  VoxelIndex settled_space() const;
   Eigen::Vector3f gain_for(const DenseView& view, const std::vector<std::uint32_t>& cells) const;
   void enter_block(const VoxelIndex::Block& block);
   std::vector<std::uint32_t> blocks_of(Range cells) const;
@@ -141,6 +151,7 @@ class StaticGrid {
   std::uint32_t elders_;
   DepthMargin margin_;
   VoxelIndex index_;
+  std::uint32_t first_far_ = kAll;
   std::deque<StaticCell> cells_;
   std::vector<Eigen::Vector3f> block_centers_;  // world frame
   VoxelIndex region_index_;

@@ -202,6 +202,81 @@ TEST(StaticGrid, ScalesColoursToThoseThatAreThere) {
   }
 }
 
+// Beyond what is placed with certainty [m].
+constexpr double kFarWall = 4.7;
+
+DenseView far_wall(unsigned seed) {
+  // With a Kinect's noise.
+  std::mt19937 random(seed);
+  std::normal_distribution<double> gauss;
+  return view_of_frame(frame_of(small_camera(), [&](int, int) {
+    return kFarWall + double{depth_sigma(kFarWall)} * gauss(random);
+  }));
+}
+
+// Root mean square distance of the static cells to the wall.
+double thickness(const StaticGrid& grid) {
+  double squares = 0;
+  const auto points = static_points(grid);
+  for (const auto& p : points) squares += (p.z() - kFarWall) * (p.z() - kFarWall);
+  return std::sqrt(squares / static_cast<double>(points.size()));
+}
+
+TEST(StaticGrid, MakesOneSurfaceOfWhatManySawFarAway) {
+  std::vector<DenseView> views;
+  for (unsigned seed = 1; seed <= 12; ++seed) views.push_back(far_wall(seed));
+  StaticGrid one(0.01), many(0.01);
+  one.add(views.front(), Pose());
+  one.fill_far();
+  for (const DenseView& view : views) many.add(view, Pose());
+  EXPECT_TRUE(static_points(many).empty());  // nothing is certain
+  many.fill_far();
+  EXPECT_LT(static_points(many).size(), 1.2 * static_cast<double>(static_points(one).size()));
+  EXPECT_LT(thickness(many), 0.5 * thickness(one));
+  EXPECT_TRUE(many.is_far(many.index().sorted().front()));
+}
+
+TEST(StaticGrid, BelievesTheNearerView) {
+  const DenseView far = far_wall(1);
+  const DenseView near = view_of_frame(frame_of(small_camera(), [](int, int) { return 2.0; }));
+  const Pose nearer(Eigen::Quaterniond::Identity(), {0, 0, kFarWall - 2});
+  StaticGrid alone(0.01), both(0.01);
+  alone.add(near, nearer);
+  both.add(far, Pose());
+  both.add(near, nearer);
+  both.fill_far();
+  // Where the nearer camera looked nothing has changed; it saw two fifths of the other's view.
+  const auto certain = static_points(alone), all = static_points(both);
+  EXPECT_GT(all.size(), certain.size() + 1000);
+  const auto in_its_view = std::count_if(all.begin(), all.end(), [](const auto& p) {
+    return std::abs(p.x()) < 1.1F && std::abs(p.y()) < 0.8F;
+  });
+  const auto seen_by_it = std::count_if(certain.begin(), certain.end(), [](const auto& p) {
+    return std::abs(p.x()) < 1.1F && std::abs(p.y()) < 0.8F;
+  });
+  EXPECT_EQ(in_its_view, seen_by_it);
+}
+
+TEST(StaticGrid, ForgetsFarThingsThatOthersSeeThrough) {
+  const auto at = [](double z) {
+    return view_of_frame(frame_of(small_camera(), [=](int u, int v) {
+      return std::abs(u - 80) <= 10 && std::abs(v - 60) < 40 ? z : 4.9;
+    }));
+  };
+  const DenseView with = at(4.2), without = at(4.9);
+  const auto before_the_wall = [](const StaticGrid& grid) {
+    const auto points = static_points(grid);
+    return std::count_if(points.begin(), points.end(), [](const auto& p) { return p.z() < 4.5; });
+  };
+  StaticGrid alone(0.01), voted(0.01);
+  alone.add(with, Pose());
+  alone.fill_far();
+  EXPECT_GT(before_the_wall(alone), 100);
+  for (const DenseView* view : {&without, &with, &without}) voted.add(*view, Pose());
+  voted.fill_far();
+  EXPECT_EQ(before_the_wall(voted), 0);
+}
+
 TEST(StaticGrid, ChecksItsOptions) {
   EXPECT_THROW(StaticGrid(0), Error);
   EXPECT_THROW(StaticGrid(0.01, {.margin = 0}), Error);

@@ -84,7 +84,7 @@ DenseView get_view(ByteReader& in, const Camera& camera) {
     if (!std::isfinite(view.instances.back().confidence)) in.fail("a confidence is not finite");
   }
   for (const std::uint8_t kind : view.kind) {
-    const bool instance = kind >= kFirstInstance && kind < kDoubtfulSurface;
+    const bool instance = kind >= kFirstInstance && kind < kFarSurface;
     if (instance && kind - kFirstInstance >= static_cast<int>(instances))
       in.fail("a pixel is part of no thing");
   }
