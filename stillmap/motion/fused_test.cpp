@@ -59,10 +59,12 @@ class Watch {
                       .previous = previous_,
                       .ego_motion = {}};
     if (previous_) input.ego_motion = standing_still(features->size());
-    frame->evidence = estimator_->estimate(input);
+    frame->evidence = masks_late_ ? evidence_with_late_masks(input) : estimator_->estimate(input);
     previous_ = frame;
     return frame;
   }
+
+  void let_masks_come_late() { masks_late_ = true; }
 
   FramePtr after(int frames, bool thing, const std::vector<Instance>& instances = {}) {
     for (int i = 1; i < frames; ++i) next(thing, instances);
@@ -77,8 +79,16 @@ class Watch {
     return ego;
   }
 
+  MotionEvidence evidence_with_late_masks(const MotionInput& input) const {
+    MotionInput early = input;
+    early.instances = nullptr;
+    early.instance_cells = nullptr;
+    return estimator_->finish(estimator_->begin(early), input);
+  }
+
   std::unique_ptr<MotionEstimator> estimator_;
   FramePtr previous_;
+  bool masks_late_ = false;
 };
 
 struct LeftOut {
@@ -147,6 +157,18 @@ TEST(Fused, LeavesPeopleOutUntilTheyAreSeenToSitStill) {
   EXPECT_EQ(left_out(*first).outside, 0);
   const FramePtr later = watch.after(60, true, {person()});
   EXPECT_EQ(left_out(*later).inside, 0);
+}
+
+TEST(Fused, SaysTheSameWhereMasksComeLate) {
+  Watch at_once, late;
+  late.let_masks_come_late();
+  for (int i = 0; i < 12; ++i) {
+    const MotionEvidence a = at_once.next(i > 5, {person()})->evidence;
+    const MotionEvidence b = late.next(i > 5, {person()})->evidence;
+    EXPECT_EQ(a.static_log_odds, b.static_log_odds) << i;
+    EXPECT_EQ(a.weight, b.weight) << i;
+    EXPECT_GT(std::count(b.weight.begin(), b.weight.end(), 0.0F), 0) << i;
+  }
 }
 
 TEST(Spread, GoesAlongSurfacesAndNotOverDepthEdges) {

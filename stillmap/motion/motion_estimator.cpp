@@ -7,6 +7,7 @@
 #include "stillmap/base/trace.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -121,6 +122,9 @@ MotionEstimator::MotionEstimator(const MotionOptions& options)
   leave_out(options.without, options.preset, cues_);
   judges_surfaces_ = std::any_of(cues_.begin(), cues_.end(),
                                  [](const auto& cue) { return cue->speaks_of_surfaces(); });
+  const auto looks_at_instances = [](const auto& cue) { return !cue->classes().empty(); };
+  first_with_instances_ = static_cast<std::size_t>(
+      std::find_if(cues_.begin(), cues_.end(), looks_at_instances) - cues_.begin());
 }
 
 std::set<std::string> MotionEstimator::classes() const {
@@ -130,7 +134,21 @@ std::set<std::string> MotionEstimator::classes() const {
 }
 
 MotionEvidence MotionEstimator::estimate(const MotionInput& input) {
-  const TraceScope scope("motion");
+  return finish(begin(input), input);
+}
+
+void MotionEstimator::ask(std::size_t first, std::size_t end, MotionEvidence& evidence,
+                          const MotionInput& input) {
+  for (std::size_t i = first; i < end; ++i) {
+    const TraceScope scope(cues_[i]->name());
+    const Stopwatch watch;
+    cues_[i]->add_to(evidence, input);
+    timing_.push_back({std::string(cues_[i]->name()), watch.milliseconds()});
+  }
+}
+
+MotionEvidence MotionEstimator::begin(const MotionInput& input) {
+  const TraceScope scope("motion before masks");
   MotionEvidence evidence;
   evidence.static_log_odds.assign(input.features->size(), 0.0f);
   if (judges_surfaces_) {
@@ -139,12 +157,14 @@ MotionEvidence MotionEstimator::estimate(const MotionInput& input) {
     evidence.surface_observations = cv::Mat1f::zeros(input.cells->size());
   }
   timing_.clear();
-  Stopwatch watch;
-  for (const auto& cue : cues_) {
-    const TraceScope of_cue(cue->name());
-    cue->add_to(evidence, input);
-    timing_.push_back({std::string(cue->name()), watch.lap()});
-  }
+  ask(0, first_with_instances_, evidence, input);
+  return evidence;
+}
+
+MotionEvidence MotionEstimator::finish(MotionEvidence begun, const MotionInput& input) {
+  const TraceScope scope("motion");
+  MotionEvidence evidence = std::move(begun);
+  ask(first_with_instances_, cues_.size(), evidence, input);
   if (judges_surfaces_) judge_surfaces(evidence, input);
   evidence.weight.reserve(evidence.static_log_odds.size());
   for (const float log_odds : evidence.static_log_odds) {

@@ -47,16 +47,27 @@ class MotionEstimator {
   /// Throws Error for an unknown preset, and for a cue to be left out that the preset does not
   /// have.
   explicit MotionEstimator(const MotionOptions& options);
+  /// finish(begin(input), input).
   MotionEvidence estimate(const MotionInput& input);
+
+  /// What the preset's cues say up to the first that looks at instances: `input` need not have any
+  /// yet, so this can be done while they are waited for.
+  MotionEvidence begin(const MotionInput& input);
+  /// What the other cues say too, of the same input with its instances, and what follows from all.
+  MotionEvidence finish(MotionEvidence begun, const MotionInput& input);
+
   /// Names of the classes that the cues look at: instances of all others may be left out.
   std::set<std::string> classes() const;
   /// Of the newest frame, one per cue in the preset's order; empty before the first.
   const std::vector<CueTiming>& timing() const { return timing_; }
 
  private:
+  void ask(std::size_t first, std::size_t end, MotionEvidence& evidence, const MotionInput& input);
+
   double exclude_below_;
   bool judges_surfaces_ = false;
   std::vector<std::unique_ptr<MotionCue>> cues_;
+  std::size_t first_with_instances_ = 0;  // in cues_
   std::vector<CueTiming> timing_;
 };
 

@@ -13,10 +13,8 @@ std::set<std::string> wanted_classes(const SlamOptions& options) {
 
 }  // namespace
 
-InstanceStream::InstanceStream(const Camera& camera, std::unique_ptr<Detector> detector,
-                               const SlamOptions& options)
-    : camera_(camera),
-      schedule_(options.schedule),
+InstanceStream::InstanceStream(std::unique_ptr<Detector> detector, const SlamOptions& options)
+    : schedule_(options.schedule),
       wanted_classes_(wanted_classes(options)),
       detector_(std::move(detector)),
       carrier_(options.carry) {
@@ -32,11 +30,8 @@ InstanceStream::InstanceStream(const Camera& camera, std::unique_ptr<Detector> d
       [this](const CarryTask& task, const auto& publish) { publish(carry_to(task)); }, "masks");
 }
 
-void InstanceStream::push(const RgbdFramePtr& frame) {
-  if (!detector_) {
-    alone_.cells = std::make_shared<CellGrid>(frame->depth, camera_);
-    return;
-  }
+void InstanceStream::push(const RgbdFramePtr& frame, const CellGridPtr& cells) {
+  if (!detector_) return;
   const bool first = due_.empty() && visible_ == 0;
   const bool its_turn = frame->index % static_cast<std::size_t>(schedule_.segment_every) == 0;
   if ((first || its_turn) && detect_stage_->push(frame)) {
@@ -44,11 +39,11 @@ void InstanceStream::push(const RgbdFramePtr& frame) {
     due_.push_back(frame->index + static_cast<std::size_t>(delay));
   }
   for (; !due_.empty() && due_.front() <= frame->index; due_.pop_front()) ++visible_;
-  carry_stage_->push({frame, visible_});
+  carry_stage_->push({frame, cells, visible_});
 }
 
 SeenInstances InstanceStream::take() {
-  if (!detector_) return alone_;
+  if (!detector_) return {};
   return carry_stage_->take().value();
 }
 
@@ -68,10 +63,9 @@ SeenInstances InstanceStream::carry_to(const CarryTask& task) {
   carrier_.push(task.frame);
   const double waiting = collect(task.visible);
   SeenInstances seen;
-  seen.cells = std::make_shared<CellGrid>(task.frame->depth, camera_);
   seen.carried = carrier_.current();
   seen.carried_cells =
-      traced("instance cells", [&] { return instance_cells(seen.carried, *seen.cells); });
+      traced("instance cells", [&] { return instance_cells(seen.carried, *task.cells); });
   seen.found = newest_found_;
   seen.milliseconds = watch.milliseconds() - waiting;
   carrying_.add("mask carrying", seen.milliseconds);

@@ -22,7 +22,6 @@ struct FoundThings {
 
 /// What is known of instances by one frame.
 struct SeenInstances {
-  CellGridPtr cells;          ///< the frame's
   SegmentedFramePtr carried;  ///< in this frame's pixels; null: none, or too old
   InstanceCellsPtr carried_cells;
   FoundThings found;        ///< what they were found as: of all classes, and not carried
@@ -35,14 +34,13 @@ struct SeenInstances {
 class InstanceStream {
  public:
   /// @param detector null: no frame ever gets instances
-  InstanceStream(const Camera& camera, std::unique_ptr<Detector> detector,
-                 const SlamOptions& options);
+  InstanceStream(std::unique_ptr<Detector> detector, const SlamOptions& options);
 
   /// Shows the detector a frame, if it is one of those it is to see, and begins to carry to it what
   /// is due by then: in lockstep that is waited for, in realtime it is what there is. Only the
   /// instances of the very first frame are always waited for: nothing may be mapped before it is
   /// known what moves.
-  void push(const RgbdFramePtr& frame);
+  void push(const RgbdFramePtr& frame, const CellGridPtr& cells);
 
   /// Waits for the instances in the frame pushed last. Call once for each.
   SeenInstances take();
@@ -56,6 +54,7 @@ class InstanceStream {
  private:
   struct CarryTask {
     RgbdFramePtr frame;
+    CellGridPtr cells;
     std::size_t visible = 0;  // how many results there are by then, since the beginning
   };
 
@@ -65,13 +64,10 @@ class InstanceStream {
   void take_in(const FoundThings& found);
   SegmentedFrame wanted_in(const SegmentedFrame& found) const;
 
-  const Camera camera_;
   const ScheduleOptions schedule_;
   const std::set<std::string> wanted_classes_;
   std::deque<std::size_t> due_;  // frame from which each result still to come is visible
   std::size_t visible_ = 0;      // results that are
-
-  SeenInstances alone_;  // without a detector: of the frame pushed last
 
   // Of the detector's thread until finish().
   std::unique_ptr<Detector> detector_;

@@ -75,7 +75,7 @@ Slam::Slam(const Camera& camera, const SlamOptions& options, std::unique_ptr<Det
       pace_(options.orb.keypoints),
       motion_(options.motion),
       tracker_(camera, options.orb.pyramid(), options.tracker, how_to_begin(start)),
-      instances_(camera, std::move(detector), options),
+      instances_(std::move(detector), options),
       mapping_(map_to_begin_in(start, camera, options.orb.pyramid()), options, extend_),
       dense_(camera, options.dense),
       movers_(options.movers, options.schedule.realtime()) {
@@ -104,9 +104,11 @@ std::optional<Pose> Slam::push(const RgbdFramePtr& image) {
   const TraceScope scope("frame");
   const Stopwatch since_push;
   Stopwatch watch;
-  instances_.push(image);
   auto frame = std::make_shared<Frame>();
   frame->image = image;
+  frame->cells = std::make_shared<CellGrid>(image->depth, camera_);
+  const double gridding = watch.lap();
+  instances_.push(image, frame->cells);
   frame->features =
       std::make_shared<Features>(extractor_.extract(image->grey, image->depth, pace_.keypoints()));
   const double extracting = watch.lap();
@@ -119,23 +121,25 @@ std::optional<Pose> Slam::push(const RgbdFramePtr& image) {
   const auto rough = tracker_.follow(*frame->features, map.local_map);
   const double following = watch.lap();
 
-  const double meanwhile = since_push.milliseconds();
+  MotionInput input{.image = image,
+                    .features = frame->features,
+                    .cells = frame->cells,
+                    .instances = nullptr,
+                    .instance_cells = nullptr,
+                    .previous = newest_ ? newest_->frame : nullptr,
+                    .ego_motion = rough ? std::optional(rough->motion) : std::nullopt};
+  MotionEvidence evidence = motion_.begin(input);
+  double judging = gridding + watch.lap();
+
   const SeenInstances seen = instances_.take();
   const double blocked = watch.lap();
+  const double meanwhile = extracting + following + judging - gridding;
   const double carrying = std::clamp(seen.milliseconds - meanwhile, 0.0, blocked);
   waiting += blocked - carrying;  // for the network
-  frame->cells = seen.cells;
-  frame->instances = seen.carried;
-  frame->instance_cells = seen.carried_cells;
-  frame->evidence =
-      motion_.estimate({.image = image,
-                        .features = frame->features,
-                        .cells = frame->cells,
-                        .instances = frame->instances,
-                        .instance_cells = frame->instance_cells,
-                        .previous = newest_ ? newest_->frame : nullptr,
-                        .ego_motion = rough ? std::optional(rough->motion) : std::nullopt});
-  const double judging = watch.lap();
+  input.instances = frame->instances = seen.carried;
+  input.instance_cells = frame->instance_cells = seen.carried_cells;
+  frame->evidence = motion_.finish(std::move(evidence), input);
+  judging += watch.lap();
   newest_ = tracker_.track(frame, rough, map.local_map, map.found);
   const double posing = following + watch.lap();
 
