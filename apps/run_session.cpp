@@ -528,9 +528,12 @@ SessionReport run_session(Session session) {
   if (session.detector) outcome.detector = session.detector->description();
 
   const Camera camera = session.source->camera();
-  std::unique_ptr<FrameSource> source = std::make_unique<Prefetch>(std::move(session.source));
+  const bool realtime = session.options.schedule.realtime();
+  constexpr int kAhead = 4;  // frames
+  std::unique_ptr<FrameSource> source = std::make_unique<Prefetch>(
+      std::move(session.source), kAhead, realtime ? Niceness::kNone : Niceness::kBeside);
   PacedSource* paced = nullptr;
-  if (session.options.schedule.realtime()) {
+  if (realtime) {
     auto wrapped = std::make_unique<PacedSource>(std::move(source));
     paced = wrapped.get();
     source = std::move(wrapped);

@@ -10,8 +10,11 @@ namespace stillmap {
 /// Reads and decodes ahead in a thread of its own: a source around another source.
 class Prefetch final : public FrameSource {
  public:
-  /// @param ahead frames decoded before they are asked for, at most
-  Prefetch(std::unique_ptr<FrameSource> source, int ahead = 4);
+  /// @param ahead    frames decoded before they are asked for, at most
+  /// @param niceness of the reading thread: kNone where the source plays a camera, whose frames do
+  ///                 not wait for the network
+  Prefetch(std::unique_ptr<FrameSource> source, int ahead = 4,
+           Niceness niceness = Niceness::kBeside);
 
   const Camera& camera() const override { return camera_; }
   RgbdFramePtr next() override;

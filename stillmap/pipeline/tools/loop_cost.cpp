@@ -70,7 +70,8 @@ struct Run {
 Run run(const Arguments& arguments, bool loops, bool realtime) {
   const SequencePaths paths = find_sequence(arguments.sequence);
   std::unique_ptr<FrameSource> source = std::make_unique<Prefetch>(
-      std::make_unique<TumFolder>(paths, load_camera(paths.camera.string())));
+      std::make_unique<TumFolder>(paths, load_camera(paths.camera.string())), 4,
+      realtime ? Niceness::kNone : Niceness::kBeside);
   PacedSource* paced = nullptr;
   if (realtime) {
     auto wrapped = std::make_unique<PacedSource>(std::move(source), arguments.slower);
