@@ -8,6 +8,7 @@
 #include "stillmap/sensor/halved.hpp"
 #include "stillmap/sensor/tum_folder.hpp"
 
+#include <algorithm>
 #include <memory>
 
 #include "commands.hpp"
@@ -59,15 +60,23 @@ std::optional<Trajectory> truth_of(const RunArguments& arguments, const Sequence
   return read_trajectory(file);
 }
 
+bool looks_at_instances_only(const MotionOptions& options) {
+  const MotionCues cues = make_cues(options);
+  return std::all_of(cues.begin(), cues.end(),
+                     [](const auto& cue) { return !cue->classes().empty(); });
+}
+
 std::unique_ptr<Detector> detector_of(const SlamOptions& options) {
   if (!find_preset(options.motion.preset).wants_instances) return nullptr;
   auto detector = make_detector(options.segment);
   if (!detector) {
     fmt::print(stderr,
-               "stillmap: preset {} has neither a network nor masks to go by, so nothing is taken "
-               "for moving;\n"
+               "stillmap: preset {} has neither a network nor masks to go by, so {};\n"
                "  name a network with --model FILE.onnx, or a folder of masks with --masks DIR\n",
-               options.motion.preset);
+               options.motion.preset,
+               looks_at_instances_only(options.motion)
+                   ? "nothing is taken for moving"
+                   : "only what is seen to move is taken for moving");
   }
   return detector;
 }
