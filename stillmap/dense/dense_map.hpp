@@ -42,7 +42,7 @@ struct DenseOptions {
   int min_samples = 1;    ///< voxels of the composed cloud with fewer pixels are dropped
   int min_keyframes = 1;  ///< voxels of the composed cloud seen by fewer keyframes are dropped
   int every = 15;         ///< frames after which one that is no keyframe is looked at too; 0: never
-  double min_news = 0.04;  ///< of what it sees must be new for it to be kept,
+  double min_news = 0.02;  ///< of what it sees must be new for it to be kept,
   int min_refuted = 100;   ///< or so many voxels of the map be none, as it saw through them
   /// Pixels kept over all keyframes, six bytes each; beyond, views are thinned. 24 million are 300
   /// keyframes of 640 x 480 at stride 2.
