@@ -50,7 +50,7 @@ bench: deps  ## how fast the whole system is, on a rendered scene or your sequen
 microbench: deps  ## run every micro benchmark
 	@$(call configure,release)
 	$(call compile,release)
-	@set -e; for benchmark in build/release/rooms/*/*_benchmark; do echo "== $$benchmark"; $$benchmark $(ARGS); done
+	@set -e; for benchmark in build/release/modules/*/*_benchmark; do echo "== $$benchmark"; $$benchmark $(ARGS); done
 
 format: tools  ## format all C++ files
 	@scripts/format.sh

@@ -21,7 +21,7 @@ struct DenseArguments {
   std::string source, config, out;
   std::vector<std::string> settings;
   double voxel = 0, mesh_voxel = 0;
-  DenseWishes wishes;
+  DenseOutputs outputs;
 };
 
 /// Where everything comes from and goes to: a run's folder holds all of it, a saved map stands for
@@ -75,7 +75,7 @@ DenseContext context_of(const DensePlaces& places, const SavedMap& saved) {
 }
 
 int run(const DenseArguments& arguments) {
-  check(arguments.wishes);
+  check(arguments.outputs);
   const DensePlaces places = places_of(arguments);
   const DenseOptions options = options_of(arguments, places.options);
   Stopwatch watch;
@@ -95,7 +95,7 @@ int run(const DenseArguments& arguments) {
       reading, watch.lap());
 
   ResultFiles files;
-  write_dense(places.out, cloud, placed, context_of(places, saved), options, arguments.wishes,
+  write_dense(places.out, cloud, placed, context_of(places, saved), options, arguments.outputs,
               files);
   fmt::print("written:\n");
   for (const fs::path& file : files.written()) fmt::print("  {}\n", file.string());
@@ -117,7 +117,7 @@ void add_dense_command(CLI::App& app, int& exit_code) {
                       "side of the cloud's voxels [m]; default: the run's");
   command->add_option("--mesh-voxel", arguments->mesh_voxel,
                       "side of the mesh's voxels [m]; default: the run's");
-  add_dense_options(*command, arguments->wishes);
+  add_dense_options(*command, arguments->outputs);
   command->add_option("--config", arguments->config,
                       "YAML file with options; default: the run's, for a saved map the usual ones");
   command->add_option("--set", arguments->settings,

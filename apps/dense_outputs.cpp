@@ -62,9 +62,9 @@ ReportImage write_semantics(const fs::path& out, const ComposedCloud& cloud,
 
 ReportImage write_meshes(const fs::path& out, const PlacedMap& placed, const Trajectory& trajectory,
                          const CloudView& view, const MeshOptions& options,
-                         const DenseWishes& wishes, ResultFiles& files) {
+                         const DenseOutputs& outputs, ResultFiles& files) {
   const TriangleMesh mesh = make_mesh(placed, options);
-  for (const std::string& format : wishes.mesh) {
+  for (const std::string& format : outputs.mesh) {
     files.write(out / ("mesh." + format), [&](const fs::path& file) { write_mesh(file, mesh); });
   }
   const cv::Mat picture = picture_of(sampled(mesh, 0.25 * options.voxel), trajectory, view);
@@ -115,15 +115,14 @@ void write_png(const std::filesystem::path& file, const cv::Mat& picture) {
   write_file(file, std::string_view(reinterpret_cast<const char*>(png.data()), png.size()));
 }
 
-void add_dense_options(CLI::App& command, DenseWishes& wishes) {
+void add_dense_options(CLI::App& command, DenseOutputs& outputs) {
   command
-      .add_option(
-          "--mesh", wishes.mesh,
-          "also make a coloured triangle mesh: ply (default), obj, glb; several with commas")
+      .add_option("--mesh", outputs.mesh,
+                  "also make a colored triangle mesh: ply (default), obj, glb; several with commas")
       ->expected(0, -1)
       ->delimiter(',')
       ->default_str("ply");
-  command.add_flag("--planner", wishes.planner,
+  command.add_flag("--planner", outputs.planner,
                    "also make maps for planners: octomap.bt, grid.pgm and grid.yaml, obstacles");
 }
 
@@ -135,8 +134,8 @@ std::string dense_files_help() {
          "obstacles.json, and obstacles.jsonl, with the movers, once a second";
 }
 
-void check(const DenseWishes& wishes) {
-  for (const std::string& format : wishes.mesh) {
+void check(const DenseOutputs& outputs) {
+  for (const std::string& format : outputs.mesh) {
     if (std::find(kMeshFormats.begin(), kMeshFormats.end(), format) != kMeshFormats.end()) continue;
     throw Error("a mesh cannot be written as '" + format + "'", "--mesh", "take ply, obj or glb");
   }
@@ -144,7 +143,7 @@ void check(const DenseWishes& wishes) {
 
 std::vector<ReportImage> write_dense(const fs::path& out, const ComposedCloud& cloud,
                                      const PlacedMap& placed, const DenseContext& context,
-                                     const DenseOptions& options, const DenseWishes& wishes,
+                                     const DenseOptions& options, const DenseOutputs& outputs,
                                      ResultFiles& files) {
   files.write(out / "cloud.ply", [&](const fs::path& file) { write_ply(file, cloud.cloud); });
   files.write(out / "cloud.pcd", [&](const fs::path& file) { write_pcd(file, cloud.cloud); });
@@ -166,10 +165,10 @@ std::vector<ReportImage> write_dense(const fs::path& out, const ComposedCloud& c
   if (!cloud.semantics.empty()) {
     pictures.push_back(write_semantics(out, cloud, trajectory, view, files));
   }
-  if (!wishes.mesh.empty()) {
-    pictures.push_back(write_meshes(out, placed, trajectory, view, options.mesh, wishes, files));
+  if (!outputs.mesh.empty()) {
+    pictures.push_back(write_meshes(out, placed, trajectory, view, options.mesh, outputs, files));
   }
-  if (wishes.planner) write_planner(out, cloud, placed, context, options.occupancy, files);
+  if (outputs.planner) write_planner(out, cloud, placed, context, options.occupancy, files);
   return pictures;
 }
 

@@ -14,20 +14,20 @@
 namespace stillmap {
 
 /// Which files are made of a dense map besides its cloud.
-struct DenseWishes {
+struct DenseOutputs {
   std::vector<std::string> mesh;  ///< extensions: ply, obj, glb; empty: no mesh
   bool planner = false;           ///< octomap.bt, grid.pgm and grid.yaml, obstacles.json(l)
   bool any() const { return planner || !mesh.empty(); }
 };
 
 /// Adds --mesh and --planner to a command.
-void add_dense_options(CLI::App& command, DenseWishes& wishes);
+void add_dense_options(CLI::App& command, DenseOutputs& outputs);
 
 /// One line for each file that they make, for a command's help.
 std::string dense_files_help();
 
 /// Throws Error for an extension that no mesh is written in.
-void check(const DenseWishes& wishes);
+void check(const DenseOutputs& outputs);
 
 /// Throws Error if the file cannot be written.
 void write_png(const std::filesystem::path& file, const cv::Mat& picture);
@@ -44,7 +44,7 @@ struct DenseContext {
 /// @returns pictures of the cloud, the classes and the mesh, for the report
 std::vector<ReportImage> write_dense(const std::filesystem::path& out, const ComposedCloud& cloud,
                                      const PlacedMap& placed, const DenseContext& context,
-                                     const DenseOptions& options, const DenseWishes& wishes,
+                                     const DenseOptions& options, const DenseOutputs& outputs,
                                      ResultFiles& files);
 
 }  // namespace stillmap

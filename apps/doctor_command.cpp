@@ -27,7 +27,7 @@ int run(const std::string& folder, const std::string& camera) {
     fmt::print("{}{}\n", label(finding.severity), finding.what);
     if (!finding.fix.empty()) fmt::print("        fix: {}\n", finding.fix);
   }
-  switch (diagnosis.verdict()) {
+  switch (diagnosis.conclusion()) {
     case Severity::kOk:
       fmt::print("This sequence looks fine.\n");
       break;
@@ -38,7 +38,7 @@ int run(const std::string& folder, const std::string& camera) {
       fmt::print("This sequence cannot be mapped as it is.\n");
       break;
   }
-  return diagnosis.verdict() == Severity::kError ? kFailure : kSuccess;
+  return diagnosis.conclusion() == Severity::kError ? kFailure : kSuccess;
 }
 
 }  // namespace

@@ -4,12 +4,12 @@
 #include "stillmap/dense/cloud_io.hpp"
 #include "stillmap/evaluate/cloud_picture.hpp"
 #include "stillmap/evaluate/ghosts.hpp"
+#include "stillmap/evaluate/label_figures.hpp"
 #include "stillmap/evaluate/measured_speed.hpp"
 #include "stillmap/evaluate/mover_error.hpp"
 #include "stillmap/evaluate/pose_at.hpp"
 #include "stillmap/evaluate/surface_error.hpp"
 #include "stillmap/evaluate/trajectory_error.hpp"
-#include "stillmap/evaluate/verdict_figures.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/tum_folder.hpp"
 
@@ -24,9 +24,9 @@ namespace stillmap {
 namespace {
 
 struct EvalArguments {
-  std::string truth, estimate, json, cloud, surface, sequence, camera, picture, verdicts, speeds,
+  std::string truth, estimate, json, cloud, surface, sequence, camera, picture, labels, speeds,
       measure_speeds;
-  VerdictOptions judging;
+  LabelFigureOptions judging;
   std::size_t frames = 0;
   bool per_frame = false, one_world = false;
   std::vector<std::string> movers, aligned_like;
@@ -88,7 +88,7 @@ CloudFigures cloud_figures(const EvalArguments& arguments, const Trajectory& tru
   return result;
 }
 
-/// Measures how fast what the masks cover moves, for later judgements.
+/// Measures how fast what the masks cover moves, for later judgments.
 void measure_speeds(const EvalArguments& arguments) {
   if (arguments.sequence.empty()) {
     throw Error("no sequence was named", "--measure-speeds", "add --sequence DIR");
@@ -118,13 +118,13 @@ MoverErrors mover_figures(const EvalArguments& arguments, const Trajectory& trut
                         align_poses(truth, estimate), first->timestamp, last->timestamp);
 }
 
-VerdictFigures verdict_figures(const EvalArguments& arguments) {
+LabelFigures label_figures(const EvalArguments& arguments) {
   if (arguments.sequence.empty()) {
-    throw Error("verdicts are judged by the true masks of their sequence, and none was named",
+    throw Error("labels are judged by the true masks of their sequence, and none was named",
                 "--verdicts", "add --sequence DIR");
   }
   const MotionTruthFolder truth(arguments.sequence, arguments.speeds);
-  return judge_verdicts(read_verdicts(arguments.verdicts), truth, arguments.judging);
+  return evaluate_labels(read_labels(arguments.labels), truth, arguments.judging);
 }
 
 /// How the estimate's world lies in the truth's, where that is not to be found from the two.
@@ -172,16 +172,16 @@ nlohmann::json judge_trajectory(const EvalArguments& arguments) {
 
 int run(const EvalArguments& arguments) {
   if (arguments.truth.empty() != arguments.estimate.empty() ||
-      (arguments.truth.empty() && arguments.verdicts.empty() && arguments.measure_speeds.empty())) {
+      (arguments.truth.empty() && arguments.labels.empty() && arguments.measure_speeds.empty())) {
     throw Error("there is nothing to evaluate", "eval",
-                "name the true and the estimated trajectory, or verdicts with --verdicts FILE");
+                "name the true and the estimated trajectory, or labels with --verdicts FILE");
   }
   nlohmann::json json = nlohmann::json::object();
   if (!arguments.measure_speeds.empty()) measure_speeds(arguments);
   if (!arguments.truth.empty()) json = judge_trajectory(arguments);
-  if (!arguments.verdicts.empty()) {
-    const VerdictFigures figures = verdict_figures(arguments);
-    fmt::print("{}", verdict_text(figures));
+  if (!arguments.labels.empty()) {
+    const LabelFigures figures = label_figures(arguments);
+    fmt::print("{}", label_text(figures));
     json["verdicts"] = figures;
   }
   if (!arguments.json.empty()) {
@@ -208,19 +208,19 @@ void add_eval_command(CLI::App& app, int& exit_code) {
   command
       ->add_option(
           "--aligned-like", arguments->aligned_like,
-          "align as this TRUTH and this ESTIMATE are aligned: for a run that was localised "
+          "align as this TRUTH and this ESTIMATE are aligned: for a run that was localized "
           "in the map of that one")
       ->expected(2)
       ->excludes(one_world);
   command->add_option("--cloud", arguments->cloud,
                       "also count the ghosts in this cloud (.ply, .pcd)");
   command->add_option("--sequence", arguments->sequence,
-                      "the cloud's or the verdicts' sequence, with depth/ and true masks in mask/");
+                      "the cloud's or the labels' sequence, with depth/ and true masks in mask/");
   command->add_option("--surface", arguments->surface,
                       "points of the true static surface (.ply, .pcd), to judge the cloud's "
                       "accuracy and completeness by; default: SEQUENCE/surface.ply, if there");
-  command->add_option("--verdicts", arguments->verdicts,
-                      "also judge these verdicts on keypoints (verdicts.bin of stillmap run "
+  command->add_option("--verdicts", arguments->labels,
+                      "also judge these labels on keypoints (verdicts.bin of stillmap run "
                       "--save-verdicts): precision and recall of \"moving\"");
   command->add_option("--speeds", arguments->speeds,
                       "folder that says how fast what the masks cover moves; default: "
@@ -255,7 +255,7 @@ void add_eval_command(CLI::App& app, int& exit_code) {
       "  stillmap eval groundtruth.txt trajectory.txt\n"
       "  stillmap eval seq/groundtruth.txt out/trajectory.txt --cloud out/cloud.ply --sequence "
       "seq\n"
-      "  stillmap eval second/groundtruth.txt localised/trajectory.txt --aligned-like "
+      "  stillmap eval second/groundtruth.txt localized/trajectory.txt --aligned-like "
       "first/groundtruth.txt mapped/trajectory.txt\n"
       "  stillmap eval --verdicts out/verdicts.bin --sequence seq\n"
       "  stillmap eval seq/groundtruth.txt out/trajectory.txt --movers out/movers.csv "

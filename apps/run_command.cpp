@@ -24,10 +24,10 @@ struct RunArguments {
   std::vector<std::string> settings;
   int first = 0, count = 0, stride = 1;
   bool half = false;
-  VerdictRecording verdicts;
+  LabelRecording labels;
   std::string save_map, load_map;
   bool localize_only = false, slim_map = false;
-  DenseWishes dense;
+  DenseOutputs dense;
   bool profile = false;
 };
 
@@ -139,7 +139,7 @@ int run(const RunArguments& arguments) {
   session.detector = detector_of(options);
   session.options = options;
   session.out = arguments.out.empty() ? "stillmap_" + session.sequence : arguments.out;
-  session.verdicts = arguments.verdicts;
+  session.labels = arguments.labels;
   session.profile = arguments.profile;
   return run_session(std::move(session)).interrupted ? kInterrupted : kSuccess;
 }
@@ -168,7 +168,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
   command->add_option("--truth", arguments->truth,
                       "true trajectory (TUM format); default: SEQUENCE/groundtruth.txt");
   command->add_option("--associations", arguments->associations,
-                      "file that pairs colour and depth images");
+                      "file that pairs color and depth images");
   command->add_option("--first", arguments->first, "frames to leave out at the start");
   command->add_option("--count", arguments->count, "frames to use at most; 0: all");
   command->add_option("--stride", arguments->stride, "use every n-th frame");
@@ -178,12 +178,12 @@ void add_run_command(CLI::App& app, int& exit_code) {
   command->add_option("--out", arguments->out,
                       "folder for the results; default: stillmap_SEQUENCE");
   add_dense_options(*command, arguments->dense);
-  command->add_flag("--save-verdicts", arguments->verdicts.save,
+  command->add_flag("--save-verdicts", arguments->labels.save,
                     "also write verdicts.bin: what is thought of every keypoint; stillmap eval "
                     "--verdicts judges it");
   command
-      ->add_option("--draw-verdicts", arguments->verdicts.draw_every,
-                   "also draw every n-th frame (30) with the verdicts into OUT/verdicts")
+      ->add_option("--draw-verdicts", arguments->labels.draw_every,
+                   "also draw every n-th frame (30) with the labels into OUT/verdicts")
       ->expected(0, 1)
       ->default_str("30");
   command->add_flag("--profile", arguments->profile,

@@ -41,7 +41,7 @@ struct Outcome {
   std::string detector;  ///< its description; empty for none
   std::vector<SkippedFrame> skipped;
   std::vector<ReportImage> gallery;
-  DenseWishes wishes;
+  DenseOutputs outputs;
   std::size_t frames = 0;   ///< handed to the tracker
   std::size_t dropped = 0;  ///< late, in realtime
   double seconds = 0;
@@ -73,7 +73,7 @@ std::string text_of(const MapEvent& e) {
   switch (e.kind) {
     case MapEvent::Kind::kLoop:
       return fmt::format("loop closed: frame {} shows the place of frame {}; moved by {:.3f} m",
-                         e.frame_index, e.seen_in, e.metres);
+                         e.frame_index, e.seen_in, e.meters);
     case MapEvent::Kind::kMerge:
       return fmt::format("maps joined: frame {} shows the place of frame {}", e.frame_index,
                          e.seen_in);
@@ -93,14 +93,14 @@ std::vector<ReportEvent> events_of(const SlamResult& result) {
     const bool lost = f.state == TrackState::kLost;
     if (lost && !was_lost) events.push_back({f.timestamp, "lost: " + f.reason});
     if (f.state == TrackState::kStarted && any_map) events.push_back({f.timestamp, "new map"});
-    if (f.relocalised) {
-      events.push_back({f.timestamp, "place recognised"});
+    if (f.relocalized) {
+      events.push_back({f.timestamp, "place recognized"});
     } else if (f.state == TrackState::kTracking && was_lost) {
       events.push_back({f.timestamp, "found again"});
     }
-    if (f.beside_map && !was_beside) events.push_back({f.timestamp, "looks past the map"});
+    if (f.tracked_by_odometry && !was_beside) events.push_back({f.timestamp, "looks past the map"});
     any_map |= f.state == TrackState::kStarted;
-    was_beside = f.beside_map;
+    was_beside = f.tracked_by_odometry;
     was_lost = lost;
   }
   for (const MapEvent& e : result.events) events.push_back({e.timestamp, text_of(e)});
@@ -114,20 +114,20 @@ nlohmann::json json_of(const MapEvent& e) {
     return {{"frame", e.frame_index}, {"timestamp", e.timestamp}, {"keyframes", e.keyframes}};
   return {
       {"frame", e.frame_index},        {"timestamp", e.timestamp}, {"seen_in_frame", e.seen_in},
-      {"inliers", e.inliers},          {"fused", e.fused},         {"metres", e.metres},
+      {"inliers", e.inliers},          {"fused", e.fused},         {"meters", e.meters},
       {"radians", e.radians},          {"keyframes", e.keyframes}, {"pose_graph_ms", e.graph_ms},
       {"milliseconds", e.milliseconds}};
 }
 
 /// Frames that go on by odometry where the camera looks past a map that is not extended.
-auto frames_beside_map(const SlamResult& result) {
+auto frames_tracked_by_odometry(const SlamResult& result) {
   return std::count_if(result.frames.begin(), result.frames.end(),
-                       [](const FrameRecord& f) { return f.beside_map; });
+                       [](const FrameRecord& f) { return f.tracked_by_odometry; });
 }
 
 /// How the camera was kept up with: in the order in which less is done.
 std::string pace_text(const Outcome& o) {
-  const Economies& less = o.result.economies;
+  const LoadShedding& less = o.result.load_shedding;
   std::string text = "keeping up with the camera: ";
   if (o.result.segmented > 0) {
     text += fmt::format("network every {:.1f} frames ({} asked for), ",
@@ -144,7 +144,7 @@ std::string pace_text(const Outcome& o) {
   return text + fmt::format(", {} frames dropped", o.dropped);
 }
 
-/// "2 loops closed, 1 relocalisation"; empty if there were none.
+/// "2 loops closed, 1 relocalization"; empty if there were none.
 std::string places_text(const SlamResult& result) {
   std::string text;
   const auto add = [&](auto count, const char* one, const char* many) {
@@ -159,25 +159,25 @@ std::string places_text(const SlamResult& result) {
   add(of(MapEvent::Kind::kMerge), "map joined", "maps joined");
   add(of(MapEvent::Kind::kDropped), "brief map dropped", "brief maps dropped");
   add(std::count_if(result.frames.begin(), result.frames.end(),
-                    [](const FrameRecord& f) { return f.relocalised; }),
-      "relocalisation", "relocalisations");
-  add(frames_beside_map(result), "frame beside the map", "frames beside the map");
+                    [](const FrameRecord& f) { return f.relocalized; }),
+      "relocalization", "relocalizations");
+  add(frames_tracked_by_odometry(result), "frame beside the map", "frames beside the map");
   return text;
 }
 
-/// Loops, merges and relocalisations: what places were recognised for.
+/// Loops, merges and relocalizations: what places were recognized for.
 nlohmann::json places_json(const SlamResult& result) {
   nlohmann::json json = {{"loops", nlohmann::json::array()},
                          {"merges", nlohmann::json::array()},
                          {"dropped_maps", nlohmann::json::array()},
-                         {"relocalisations", nlohmann::json::array()}};
+                         {"relocalizations", nlohmann::json::array()}};
   constexpr std::array kLists{"loops", "merges", "dropped_maps"};  // by MapEvent::Kind
   for (const MapEvent& e : result.events)
     json[kLists[static_cast<std::size_t>(e.kind)]].push_back(json_of(e));
   std::size_t lost = 0;
   for (const FrameRecord& f : result.frames) {
-    if (f.relocalised)
-      json["relocalisations"].push_back(
+    if (f.relocalized)
+      json["relocalizations"].push_back(
           {{"frame", f.index}, {"timestamp", f.timestamp}, {"frames_lost", lost}});
     lost = f.state == TrackState::kLost ? lost + 1 : 0;
   }
@@ -279,10 +279,10 @@ nlohmann::json summary(const Outcome& o) {
                     {"skipped", o.skipped.size()},
                     {"dropped_late", o.dropped},
                     {"segmented", o.result.segmented},
-                    {"fewer_keypoints", o.result.economies.frames_of_fewer_keypoints},
-                    {"without_movers", o.result.economies.frames_without_movers},
-                    {"without_view", o.result.economies.frames_without_view},
-                    {"beside_map", frames_beside_map(o.result)}};
+                    {"fewer_keypoints", o.result.load_shedding.frames_of_fewer_keypoints},
+                    {"without_movers", o.result.load_shedding.frames_without_movers},
+                    {"without_view", o.result.load_shedding.frames_without_view},
+                    {"tracked_by_odometry", frames_tracked_by_odometry(o.result)}};
   for (const SkippedFrame& s : o.skipped) {
     json["skipped"].push_back({{"timestamp", s.timestamp}, {"reason", s.reason}});
   }
@@ -379,7 +379,8 @@ ReportData report_data(const Outcome& o, const std::vector<ReportImage>& picture
       {"frames segmented", std::to_string(o.result.segmented)},
       {"frames skipped", std::to_string(o.skipped.size())},
       {"frames dropped late", std::to_string(o.dropped)},
-      {"frames of fewer keypoints", std::to_string(o.result.economies.frames_of_fewer_keypoints)},
+      {"frames of fewer keypoints",
+       std::to_string(o.result.load_shedding.frames_of_fewer_keypoints)},
       {"maps", std::to_string(o.result.maps)},
       {"loops and losses", places_text(o.result).empty() ? "none" : places_text(o.result)},
       {"peak memory", fmt::format("{:.0f} MiB", peak_memory_mib())}};
@@ -428,8 +429,8 @@ std::vector<std::filesystem::path> write_files(Outcome& o, const std::filesystem
   std::vector<ReportImage> pictures;
   if (o.options.dense_cloud) {
     const DenseContext context{o.result.trajectory, movers};
-    pictures = write_dense(out, o.result.dense, o.result.placed, context, o.options.dense, o.wishes,
-                           files);
+    pictures = write_dense(out, o.result.dense, o.result.placed, context, o.options.dense,
+                           o.outputs, files);
     o.result.placed = {};  // by far the largest, and no longer needed
   }
   write_maps(o, out, files);
@@ -493,7 +494,7 @@ class Gallery {
   std::vector<ReportImage> pictures_;
 };
 
-void drive(Slam& slam, FrameSource& source, Outcome& outcome, VerdictRecorder& verdicts,
+void drive(Slam& slam, FrameSource& source, Outcome& outcome, LabelRecorder& labels,
            std::optional<std::size_t> total) {
   Gallery gallery(total);
   Progress progress("mapping", total);
@@ -505,7 +506,7 @@ void drive(Slam& slam, FrameSource& source, Outcome& outcome, VerdictRecorder& v
       outcome.first_pose_seconds = seconds_since_start();
     ++outcome.frames;
     traced("gallery", [&] { gallery.look(*slam.newest()); });
-    traced("verdicts", [&] { verdicts.look(*slam.newest()); });
+    traced("verdicts", [&] { labels.look(*slam.newest()); });
     progress.step(slam.newest()->state == TrackState::kLost ? "lost" : "");
   }
   outcome.interrupted = interrupted();
@@ -524,14 +525,15 @@ SessionReport run_session(Session session) {
   outcome.truth = std::move(session.truth);
   outcome.maps = session.maps;
   outcome.extends_map = session.start && session.start->extend;
-  outcome.wishes = session.dense;
+  outcome.outputs = session.dense;
   if (session.detector) outcome.detector = session.detector->description();
 
   const Camera camera = session.source->camera();
   const bool realtime = session.options.schedule.realtime();
   constexpr int kAhead = 4;  // frames
-  std::unique_ptr<FrameSource> source = std::make_unique<Prefetch>(
-      std::move(session.source), kAhead, realtime ? Niceness::kNone : Niceness::kBeside);
+  std::unique_ptr<FrameSource> source =
+      std::make_unique<Prefetch>(std::move(session.source), kAhead,
+                                 realtime ? ThreadPriority::kNone : ThreadPriority::kBackground);
   PacedSource* paced = nullptr;
   if (realtime) {
     auto wrapped = std::make_unique<PacedSource>(std::move(source));
@@ -540,8 +542,8 @@ SessionReport run_session(Session session) {
   }
   const Stopwatch watch;
   Slam slam(camera, session.options, std::move(session.detector), std::move(session.start));
-  VerdictRecorder verdicts(session.verdicts, session.out);
-  drive(slam, *source, outcome, verdicts, session.total_frames);
+  LabelRecorder labels(session.labels, session.out);
+  drive(slam, *source, outcome, labels, session.total_frames);
   outcome.result = slam.finish();
   outcome.seconds = watch.milliseconds() / 1000;
   outcome.mapping_memory_mib = peak_memory_mib();
@@ -558,7 +560,7 @@ SessionReport run_session(Session session) {
   print_outcome(outcome);
   SessionReport report;
   report.files = traced("files", [&] { return write_files(outcome, session.out); });
-  for (auto& file : verdicts.finish()) report.files.push_back(std::move(file));
+  for (auto& file : labels.finish()) report.files.push_back(std::move(file));
   for (auto& file : profiler.finish(session.out)) report.files.push_back(std::move(file));
   fmt::print("written:\n");
   for (const auto& file : report.files) fmt::print("  {}\n", file.string());

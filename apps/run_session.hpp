@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "dense_outputs.hpp"
-#include "verdict_recorder.hpp"
+#include "label_recorder.hpp"
 
 namespace stillmap {
 
@@ -36,10 +36,10 @@ struct Session {
   std::optional<Trajectory> truth;
   SlamOptions options;
   std::filesystem::path out;
-  VerdictRecording verdicts;         ///< what to keep of the verdicts on motion
+  LabelRecording labels;             ///< what to keep of the labels on motion
   std::optional<StartingMap> start;  ///< a map to begin in
   MapFiles maps;
-  DenseWishes dense;     ///< files to be made of the dense map besides its cloud
+  DenseOutputs dense;    ///< files to be made of the dense map besides its cloud
   bool profile = false;  ///< also tell where the time went, per thread and function
 };
 

@@ -98,7 +98,7 @@ class SavedMaps(unittest.TestCase):
         self.refused(stillmap("dense", self.folder / "none.map"), 1, "none.map", "fix:")
         self.refused(stillmap("dense", self.map, "--mesh", "stl"), 1, "stl", "fix:")
 
-    def test_localising_leaves_the_file_and_gives_every_frame_a_pose(self):
+    def test_localizing_leaves_the_file_and_gives_every_frame_a_pose(self):
         before = self.map.read_bytes()
         result = self.run_sequence("again", "--load-map", self.map, "--localize-only")
         self.assertEqual(result.returncode, 0, result.stderr)

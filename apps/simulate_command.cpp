@@ -64,7 +64,7 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
   command->add_option("--speed", o.speed, "factor on the camera's motion")->capture_default_str();
   command->add_option("--exposures", o.exposures, "pictures averaged for motion blur; 1: none")
       ->capture_default_str();
-  command->add_flag("--no-noise", arguments->no_noise, "exact depth and clean colour");
+  command->add_flag("--no-noise", arguments->no_noise, "exact depth and clean color");
   command->add_option("--out", arguments->out, "folder, in TUM layout")->capture_default_str();
   command->footer(
       "Example:\n  stillmap simulate --scene office --people 2 --camera xyz --out office_xyz");

@@ -48,9 +48,9 @@ std::vector<Descriptor> describe_image(OrbExtractor& orb, const fs::path& file) 
   if (header.problem.empty()) read = read_color_image(file, header.header.size);
   const std::string problem = header.problem + read.problem;
   if (!problem.empty()) throw Error(problem, file.string(), "give 8-bit PNG or JPEG images");
-  cv::Mat grey;
-  cv::cvtColor(read.image, grey, cv::COLOR_BGR2GRAY);
-  return orb.extract(grey).descriptors;
+  cv::Mat gray;
+  cv::cvtColor(read.image, gray, cv::COLOR_BGR2GRAY);
+  return orb.extract(gray).descriptors;
 }
 
 int train(const TrainArguments& arguments) {
@@ -77,7 +77,7 @@ int train(const TrainArguments& arguments) {
 
 void add_vocabulary_command(CLI::App& app, int& exit_code) {
   CLI::App* vocabulary =
-      app.add_subcommand("vocabulary", "the visual words that places are recognised by");
+      app.add_subcommand("vocabulary", "the visual words that places are recognized by");
   vocabulary->require_subcommand(1);
   auto arguments = std::make_shared<TrainArguments>();
   CLI::App* command = vocabulary->add_subcommand(

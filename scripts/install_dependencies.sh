@@ -6,7 +6,7 @@
 # time and needs no network.
 #
 #   scripts/install_dependencies.sh            to build, run and test
-#   scripts/install_dependencies.sh --tools    also what `make format`, `make lint` and quantise_network.py use
+#   scripts/install_dependencies.sh --tools    also what `make format`, `make lint` and quantize_network.py use
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -22,7 +22,7 @@ packages=(
 # OpenVINO runs the networks fast; its C++ package is part of the wheel. Optional: without it OpenCV runs them.
 openvino=(openvino==2026.4.1 numpy)
 # Wheels, not packages, so that every distribution formats alike and finds the same faults; and what
-# scripts/quantise_network.py needs.
+# scripts/quantize_network.py needs.
 tools=(clang-format==14.0.6 clang-tidy==22.1.8 onnx==1.23.2 onnxruntime==1.31.1 pillow)
 
 venv=build/venv

@@ -56,7 +56,7 @@ def to_truth(run, sequence):
     pairs = [(truth[round(row[0], 3)], row) for row in estimate if round(row[0], 3) in truth]
     if not pairs:
         raise SystemExit("the run and the sequence share no time stamp")
-    ends = [[], []]  # positions, and points a metre along each axis: enough for a camera that only turns
+    ends = [[], []]  # positions, and points a meter along each axis: enough for a camera that only turns
     for pair in pairs:
         for side, row in zip(ends, pair):
             side.extend([row[1:4], *(row[1:4] + rotation(row[4:8]).T)])
@@ -161,7 +161,7 @@ def judge_things(run, sequence):
     R, t = to_truth(run, sequence)
     things = read_things(sequence)
     vertices, header = read_ply(run / "semantic.ply")
-    points, right, labelled = positions(vertices) @ R.T + t, 0, 0
+    points, right, labeled = positions(vertices) @ R.T + t, 0, 0
     for line in header.splitlines():
         if not line.startswith("comment label "):
             continue
@@ -171,8 +171,8 @@ def judge_things(run, sequence):
         for thing in things:
             good |= inside(mine, thing, 0.05) if thing[0] == name else False
         print(f"{name:14} {len(mine):7} points, {100 * good.mean() if len(mine) else 0:5.1f} % at a true one")
-        right, labelled = right + good.sum(), labelled + len(mine)
-    print(f"{'all':14} {labelled:7} points, {100 * right / max(1, labelled):5.1f} %")
+        right, labeled = right + good.sum(), labeled + len(mine)
+    print(f"{'all':14} {labeled:7} points, {100 * right / max(1, labeled):5.1f} %")
     found = Counter()
     for thing in json.loads((run / "objects.json").read_text())["objects"]:
         center = R @ np.array(thing["center"]) + t

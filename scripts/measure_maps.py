@@ -1,20 +1,20 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Maps sequences, saves the maps, localises the camera of others in them, and prints tables of what came of it.
+"""Maps sequences, saves the maps, localizes the camera of others in them, and prints tables of what came of it.
 
-  scripts/measure_maps.py SEQUENCES_DIR --out RESULTS_DIR --model yolov8n-seg.onnx MAPPED:LOCALISED[,LOCALISED...] ...
+  scripts/measure_maps.py SEQUENCES_DIR --out RESULTS_DIR --model yolov8n-seg.onnx MAPPED:LOCALIZED[,LOCALIZED...] ...
 
-MAPPED and LOCALISED are names of sequences below SEQUENCES_DIR in TUM layout; the groundtruth.txt of those that are
-paired must be of one world. For each LOCALISED:
+MAPPED and LOCALIZED are names of sequences below SEQUENCES_DIR in TUM layout; the groundtruth.txt of those that are
+paired must be of one world. For each LOCALIZED:
 
   coverage     frames with a pose of all frames, the frame that has the first one, frames lost after that, and frames
                that were tracked beside the map by odometry
   aligned      ATE RMSE, the trajectory aligned with its truth as usual
   in the map   the same without aligning it: as the mapping run's trajectory is aligned with its own truth
-  same run     where a sequence is localised in its own map: distance to the poses of the mapping run
+  same run     where a sequence is localized in its own map: distance to the poses of the mapping run
 
 and for each map the size of its file with and without the dense views (`stillmap map slim`), and the seconds that it
-took to be written and (the least of all runs) read. --extend also runs every LOCALISED extending the map.
+took to be written and (the least of all runs) read. --extend also runs every LOCALIZED extending the map.
 
 What is there is not run again. Written to RESULTS_DIR: table.md, printed at the end, and a folder for each run.
 """
@@ -24,7 +24,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-LOCALISED = ["mapped", "localised", "coverage", "first pose at frame", "lost after", "beside the map",
+LOCALIZED = ["mapped", "localized", "coverage", "first pose at frame", "lost after", "beside the map",
              "ATE aligned [m]", "in the map's world [m]", "from the mapping run's poses [m]"]
 FILES = ["mapped", "frames", "keyframes", "landmarks", "MB", "MB per 1000 frames", "slim MB",
          "slim MB per 1000 frames", "written in [s]", "read in [s]"]
@@ -71,8 +71,8 @@ class Measurement:
     def truth(self, sequence):
         return self.arguments.sequences / sequence / "groundtruth.txt"
 
-    def localised(self, mapped, sequence, extend):
-        """A line of the table of localised runs."""
+    def localized(self, mapped, sequence, extend):
+        """A line of the table of localized runs."""
         file, first, _ = self.map_of(mapped)
         name = f"{sequence}_{'extending' if extend else 'in'}_{mapped}"
         out, summary = self.run(name, sequence, "--load-map", file, *([] if extend else ["--localize-only"]))
@@ -115,19 +115,19 @@ def markdown(title, head, lines):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("sequences", type=Path, help="folder of sequences")
-    parser.add_argument("pairs", nargs="+", metavar="MAPPED:LOCALISED,...")
+    parser.add_argument("pairs", nargs="+", metavar="MAPPED:LOCALIZED,...")
     parser.add_argument("--out", type=Path, required=True, help="folder for the results")
     parser.add_argument("--model", type=Path, help="network")
     parser.add_argument("--preset", default="fused")
-    parser.add_argument("--extend", action="store_true", help="also extend the map by every localised sequence")
+    parser.add_argument("--extend", action="store_true", help="also extend the map by every localized sequence")
     parser.add_argument("--program", type=Path, default=ROOT / "build/release/stillmap", help="default: %(default)s")
     arguments = parser.parse_args()
     measurement = Measurement(arguments)
     pairs = [(pair.split(":")[0], name) for pair in arguments.pairs for name in pair.split(":")[1].split(",")]
-    lines = [measurement.localised(mapped, name, extend) for mapped, name in pairs
+    lines = [measurement.localized(mapped, name, extend) for mapped, name in pairs
              for extend in ([False, True] if arguments.extend else [False])]
     files = [measurement.file_line(mapped) for mapped in dict.fromkeys(mapped for mapped, _ in pairs)]
-    text = markdown("Localised", LOCALISED, lines) + "\n\n" + markdown("Files", FILES, files) + "\n"
+    text = markdown("Localized", LOCALIZED, lines) + "\n\n" + markdown("Files", FILES, files) + "\n"
     (arguments.out / "table.md").write_text(text, encoding="utf-8")
     print(text)
 

@@ -329,7 +329,7 @@ def parse():
                         help="in sequences with this in their name, also count what is said to move of people at all")
     parser.add_argument("--no-verdicts", dest="verdicts", action="store_false", help="do not judge keypoints")
     parser.add_argument("--ghosts", action="store_true", help="count ghosts in the clouds")
-    parser.add_argument("--beside", type=Path, help="JSON, {sequence: {column: ATE in metres}}: shown beside ours")
+    parser.add_argument("--beside", type=Path, help="JSON, {sequence: {column: ATE in meters}}: shown beside ours")
     parser.add_argument("--table", action="store_true", help="run nothing, show what is there")
     parser.add_argument("--again", action="store_true", help="make all runs anew")
     parser.add_argument("--program", type=Path, default=ROOT / "build/release/stillmap", help="default: %(default)s")

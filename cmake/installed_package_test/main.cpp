@@ -12,7 +12,7 @@ int main() {
     frame->index = index;
     frame->timestamp = static_cast<double>(index) / camera.fps;
     frame->color = cv::Mat(camera.height, camera.width, CV_8UC3, cv::Scalar::all(128));
-    frame->grey = cv::Mat(camera.height, camera.width, CV_8UC1, cv::Scalar(128));
+    frame->gray = cv::Mat(camera.height, camera.width, CV_8UC1, cv::Scalar(128));
     frame->depth = cv::Mat(camera.height, camera.width, CV_32FC1, cv::Scalar(2));
     if (slam.push(frame)) return 1;
   }

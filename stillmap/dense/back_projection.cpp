@@ -21,8 +21,8 @@ void require_size(const cv::Mat& image, int type, const Camera& camera, const ch
       "dense back-projection", "give images of the size and kind the camera describes");
 }
 
-// Whether a valid neighbour in the 3 x 3 window is more than max_jump * z nearer or farther.
-// Unknown depth (zero, negative, not finite) is no neighbour.
+// Whether a valid neighbor in the 3 x 3 window is more than max_jump * z nearer or farther.
+// Unknown depth (zero, negative, not finite) is no neighbor.
 bool at_jump(const cv::Mat1f& depth, int u, int v, float max_jump) {
   const float z = depth(v, u);
   const float limit = max_jump * z;

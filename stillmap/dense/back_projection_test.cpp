@@ -94,7 +94,7 @@ TEST(BackProjection, LeavesOutDepthsThatAreNoneOrOutOfRange) {
     EXPECT_EQ(count_points(back_project(camera, frame, {})), 0) << bad;
   }
   RgbdFrame wall = frame_of(camera, [](int, int) { return 2.0; });
-  wall.depth.at<float>(50, 50) = nan;  // unknown depth is no jump: its neighbours stay
+  wall.depth.at<float>(50, 50) = nan;  // unknown depth is no jump: its neighbors stay
   EXPECT_EQ(count_points(back_project(camera, wall, {}, {.stride = 1})), 160 * 120 - 1);
   wall.depth.at<float>(50, 50) = infinity;  // infinitely far is a jump
   EXPECT_EQ(count_points(back_project(camera, wall, {}, {.stride = 1})), 160 * 120 - 9);

@@ -12,9 +12,9 @@ namespace stillmap {
 /// Red, green, blue, 0..255 each: the order of cloud files, not of OpenCV's images.
 using Rgb = std::array<std::uint8_t, 3>;
 
-/// A coloured point cloud. `points` and `colors` have the same length.
+/// A colored point cloud. `points` and `colors` have the same length.
 struct Cloud {
-  std::vector<Eigen::Vector3f> points;  ///< metres, world frame unless a function says otherwise
+  std::vector<Eigen::Vector3f> points;  ///< meters, world frame unless a function says otherwise
   std::vector<Rgb> colors;
 
   std::size_t size() const { return points.size(); }

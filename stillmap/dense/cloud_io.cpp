@@ -138,7 +138,7 @@ Cloud read_records(const HeaderLines& header, const RecordLayout& layout) {
     header.fail(fmt::format("it is cut short: {} points of {} bytes announced, {} bytes there",
                             layout.records, layout.record_size, data.size()));
   }
-  const bool coloured = complete(layout.color);
+  const bool colored = complete(layout.color);
   Cloud cloud;
   cloud.reserve(layout.records);
   for (std::size_t i = 0; i < layout.records; ++i) {
@@ -149,16 +149,16 @@ Cloud read_records(const HeaderLines& header, const RecordLayout& layout) {
     };
     const Eigen::Vector3f point(axis(0), axis(1), axis(2));
     if (!point.allFinite()) continue;
-    cloud.add(point, coloured ? Rgb{channel(0), channel(1), channel(2)} : kWhite);
+    cloud.add(point, colored ? Rgb{channel(0), channel(1), channel(2)} : kWhite);
   }
   return cloud;
 }
 
-void require_colours(const Cloud& cloud, const fs::path& file) {
+void require_colors(const Cloud& cloud, const fs::path& file) {
   if (cloud.points.size() == cloud.colors.size()) return;
-  throw Error(fmt::format("the cloud has {} points and {} colours", cloud.points.size(),
+  throw Error(fmt::format("the cloud has {} points and {} colors", cloud.points.size(),
                           cloud.colors.size()),
-              file.string(), "give every point one colour");
+              file.string(), "give every point one color");
 }
 
 // ---- PLY ----------------------------------------------------------------------------------------
@@ -304,9 +304,9 @@ bool has_extension(const fs::path& file, std::string_view wanted) {
 }  // namespace
 
 void write_ply(const fs::path& file, const Cloud& cloud) {
-  require_colours(cloud, file);
+  require_colors(cloud, file);
   std::string bytes = fmt::format(
-      "ply\nformat binary_little_endian 1.0\ncomment Stillmap, metres\nelement vertex {}\n"
+      "ply\nformat binary_little_endian 1.0\ncomment Stillmap, meters\nelement vertex {}\n"
       "property float x\nproperty float y\nproperty float z\n"
       "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n",
       cloud.size());
@@ -319,7 +319,7 @@ void write_ply(const fs::path& file, const Cloud& cloud) {
 }
 
 void write_pcd(const fs::path& file, const Cloud& cloud) {
-  require_colours(cloud, file);
+  require_colors(cloud, file);
   std::string bytes = fmt::format(
       "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z rgb\nSIZE 4 4 4 4\n"
       "TYPE F F F F\nCOUNT 1 1 1 1\nWIDTH {0}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {0}\n"

@@ -8,14 +8,14 @@ namespace stillmap {
 
 /// Writes a cloud as PLY: binary little endian, per vertex float x y z [m] and uchar red green
 /// blue. The same cloud gives the same bytes. Complete or not at all. Throws Error (points and
-/// colours differ in number, folder missing, not writable, disk full).
+/// colors differ in number, folder missing, not writable, disk full).
 void write_ply(const std::filesystem::path& file, const Cloud& cloud);
 
 /// Writes a cloud as PCD 0.7, binary: float x y z [m] and PCL's packed rgb. As write_ply otherwise.
 void write_pcd(const std::filesystem::path& file, const Cloud& cloud);
 
 /// Reads the vertices of a binary little endian PLY whose first element is `vertex` with x, y, z
-/// and, optionally, red, green, blue (or diffuse_red ...) of type uchar; points without colour
+/// and, optionally, red, green, blue (or diffuse_red ...) of type uchar; points without color
 /// become white. Further properties and elements are passed over; vertices that are not finite are
 /// left out. Throws Error, naming the file and the fix, if it is anything else or cut short.
 Cloud read_ply(const std::filesystem::path& file);

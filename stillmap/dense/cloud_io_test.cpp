@@ -23,12 +23,12 @@ using ::testing::HasSubstr;
 
 Cloud random_cloud(std::size_t size) {
   std::mt19937 random(7);
-  std::uniform_real_distribution<float> metres(-20, 20);
+  std::uniform_real_distribution<float> meters(-20, 20);
   std::uniform_int_distribution<int> byte(0, 255);
   const auto channel = [&] { return static_cast<std::uint8_t>(byte(random)); };
   Cloud cloud;
   for (std::size_t i = 0; i < size; ++i) {
-    const float x = metres(random), y = metres(random), z = metres(random);
+    const float x = meters(random), y = meters(random), z = meters(random);
     cloud.add({x, y, z}, {channel(), channel(), channel()});
   }
   return cloud;
@@ -121,7 +121,7 @@ TEST_F(CloudIo, ReadsOtherPlyLayouts) {
   EXPECT_EQ(cloud.colors[1], (Rgb{4, 5, 6}));
 }
 
-TEST_F(CloudIo, ReadsPointsWithoutColourAsWhiteAndLeavesOutNone) {
+TEST_F(CloudIo, ReadsPointsWithoutColorAsWhiteAndLeavesOutNone) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const std::string header =
       "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 2\nHEIGHT 1\nPOINTS 2\nDATA "

@@ -212,7 +212,7 @@ TEST(DenseMap, MakesOneWallOfTwoOnceALoopIsClosed) {
 }
 
 TEST(DenseMap, IsPlacedAnewAFewViewsAtATimeNearestFirst) {
-  // The camera went three metres along the wall and is back where it began.
+  // The camera went three meters along the wall and is back where it began.
   std::vector<Pose> poses;
   for (int i = 0; i < 30; ++i)
     poses.emplace_back(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.2 * i, 0, 0));

@@ -14,16 +14,16 @@
 namespace stillmap {
 namespace {
 
-void require_colours(const RgbdFrame& frame) {
+void require_colors(const RgbdFrame& frame) {
   if (frame.color.type() == CV_8UC3 && frame.color.size() == frame.depth.size()) return;
-  throw Error("the colour image is not an 8-bit BGR image of the depth image's size",
+  throw Error("the color image is not an 8-bit BGR image of the depth image's size",
               "dense keyframe " + std::to_string(frame.index),
-              "register colour and depth to one size before they enter the map");
+              "register color and depth to one size before they enter the map");
 }
 
-std::uint16_t packed_depth(float metres) {
-  const bool known = metres > 0 && std::isfinite(metres);
-  return known ? cv::saturate_cast<std::uint16_t>(metres / DenseView::kDepthUnit) : 0;
+std::uint16_t packed_depth(float meters) {
+  const bool known = meters > 0 && std::isfinite(meters);
+  return known ? cv::saturate_cast<std::uint16_t>(meters / DenseView::kDepthUnit) : 0;
 }
 
 PixelKind kind_of(float point_z, float far_z, bool moves) {
@@ -51,7 +51,7 @@ Camera on_lattice(Camera camera, cv::Size size, int stride) {
   return camera;
 }
 
-/// Depth and colour of a frame on its lattice.
+/// Depth and color of a frame on its lattice.
 DenseView without_kinds(const Camera& camera, const RgbdFrame& frame, int stride) {
   const cv::Size size((frame.depth.cols + stride - 1) / stride,
                       (frame.depth.rows + stride - 1) / stride);
@@ -72,7 +72,7 @@ DenseView without_kinds(const Camera& camera, const RgbdFrame& frame, int stride
 // nearby; what is far besides is left out.
 void mark_doubtful(DenseView& view) {
   constexpr int kReach = 24;     // pixels of the image
-  constexpr float kAway = 0.2F;  // metres
+  constexpr float kAway = 0.2F;  // meters
   const cv::Mat1b movers = view.kind == kMoverSurface;
   if (cv::countNonZero(movers) == 0) return;
   const int side = 2 * (kReach / view.stride) + 1;
@@ -127,7 +127,7 @@ void label(const Instance& instance, const cv::Mat1f& depth, DenseView& view) {
 }  // namespace
 
 cv::Mat1b cluster_in_box(const cv::Mat1f& depth, const cv::Rect& box) {
-  constexpr float kGap = 0.1F;  // metres
+  constexpr float kGap = 0.1F;  // meters
   const cv::Rect middle(box.x + box.width / 5, box.y + box.height / 5,
                         std::max(1, 3 * box.width / 5), std::max(1, 3 * box.height / 5));
   std::vector<float> depths;
@@ -152,7 +152,7 @@ MadeView make_dense_view(const Camera& camera, const RgbdFrame& frame, const cv:
                          const SegmentedFrame* things) {
   const TraceScope scope("view");
   PointGrid grid = back_project(camera, frame, movers, back_projection);
-  require_colours(frame);
+  require_colors(frame);
   MadeView made;
   made.outliers = remove_outliers(grid, outliers);
   const cv::Mat1f far_z = far_depths(frame.depth, movers, grid, back_projection, far);

@@ -45,7 +45,7 @@ TEST(FarSurface, IsWhereManyNoisyDepthsAgree) {
 }
 
 TEST(FarSurface, IsNothingBetweenTwoSurfaces) {
-  // Column 80 lies halfway between a wall and what stands a metre before it.
+  // Column 80 lies halfway between a wall and what stands a meter before it.
   const RgbdFrame frame = frame_of(small_camera(), [](int u, int) {
     return u < 80 ? 4.5 : u == 80 ? 5.0 : 5.5;
   });

@@ -11,7 +11,7 @@ constexpr int kCoarser = 2;           // than the final map, both voxels and pix
 constexpr int kCoarsest = 4;          // views are not made coarser than every fourth pixel
 constexpr std::uint32_t kElders = 8;  // views that vote on what a new one adds
 
-// How far a point two metres ahead of the camera moves from one pose to the other [m].
+// How far a point two meters ahead of the camera moves from one pose to the other [m].
 double displacement(const Pose& a, const Pose& b) {
   const Eigen::Vector3d ahead(0, 0, 2), aside(1, 0, 1);
   return std::max((a * ahead - b * ahead).norm(), (a * aside - b * aside).norm());

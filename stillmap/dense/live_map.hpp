@@ -48,7 +48,7 @@ class LiveMap {
   const StaticGrid& grid() const { return *grid_; }
   std::size_t bytes() const;
 
-  /// How far a point two metres ahead of a view may move before it is followed [m].
+  /// How far a point two meters ahead of a view may move before it is followed [m].
   static constexpr double kReplacement = 0.015;
   /// Views that are placed anew with each call of add() or follow().
   static constexpr std::size_t kAtOnce = 8;

@@ -7,7 +7,7 @@
 namespace stillmap {
 
 /// The mesh of a placed map: all its views integrated where the static grid holds that what they
-/// saw is static, with the colours scaled as the grid's are.
+/// saw is static, with the colors scaled as the grid's are.
 TriangleMesh make_mesh(const PlacedMap& placed, const MeshOptions& options = {});
 
 }  // namespace stillmap

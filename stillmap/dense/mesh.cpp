@@ -31,7 +31,7 @@ void append(std::string& bytes, const T& value) {
 
 std::string ply_bytes(const TriangleMesh& mesh) {
   std::string bytes = fmt::format(
-      "ply\nformat binary_little_endian 1.0\ncomment metres, world frame\n"
+      "ply\nformat binary_little_endian 1.0\ncomment meters, world frame\n"
       "element vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
       "property uchar red\nproperty uchar green\nproperty uchar blue\n"
       "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
@@ -48,7 +48,7 @@ std::string ply_bytes(const TriangleMesh& mesh) {
 }
 
 std::string obj_text(const TriangleMesh& mesh) {
-  std::string text = "# metres, world frame; r g b behind x y z\n";
+  std::string text = "# meters, world frame; r g b behind x y z\n";
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
     const Eigen::Vector3f& p = mesh.vertices[i];
     const auto& [r, g, b] = mesh.colors[i];

@@ -12,7 +12,7 @@
 
 namespace stillmap {
 
-/// A triangle mesh with a colour per vertex.
+/// A triangle mesh with a color per vertex.
 struct TriangleMesh {
   std::vector<Eigen::Vector3f> vertices;                ///< world frame [m]
   std::vector<Rgb> colors;                              ///< as many as vertices
@@ -24,11 +24,11 @@ struct TriangleMesh {
 /// The mesh without connected parts of fewer triangles, and without vertices that no triangle uses.
 TriangleMesh without_specks(const TriangleMesh& mesh, std::size_t min_triangles);
 
-/// Points on the mesh, no farther apart than `spacing` [m], with the colours between the corners':
+/// Points on the mesh, no farther apart than `spacing` [m], with the colors between the corners':
 /// a picture of the mesh can be drawn from them.
 Cloud sampled(const TriangleMesh& mesh, double spacing);
 
-/// Writes a mesh by the file's extension: .ply (binary little endian), .obj (text, colours behind
+/// Writes a mesh by the file's extension: .ply (binary little endian), .obj (text, colors behind
 /// the coordinates, as most programs read them) or .glb (binary glTF 2.0, COLOR_0). The same mesh
 /// gives the same bytes. Complete or not at all. Throws Error on another extension, and if the file
 /// cannot be written.

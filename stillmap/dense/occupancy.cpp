@@ -134,7 +134,7 @@ class OctreeWriter {
 // ---- Floor ------------------------------------------------------------------------------------
 
 constexpr std::size_t kFloorSamples = 20000;
-constexpr double kOnPlane = 0.03;     // metres
+constexpr double kOnPlane = 0.03;     // meters
 constexpr double kFloorShare = 0.15;  // of the points on the fullest level plane
 const double kLargestTilt = std::cos(20 * std::numbers::pi / 180);
 
@@ -354,7 +354,7 @@ std::string octomap_bytes(const OccupiedSpace& space) {
   OctreeWriter writer(std::move(leaves));
   const std::string data = writer.bytes();
   return fmt::format(
-             "# Octomap OcTree binary file\n# made by stillmap; metres, frame map: z up from the "
+             "# Octomap OcTree binary file\n# made by stillmap; meters, frame map: z up from the "
              "floor\nid OcTree\n"
              "size {}\nres {}\ndata\n",
              writer.size(), space.edge) +

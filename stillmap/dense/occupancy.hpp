@@ -47,7 +47,7 @@ OccupiedSpace occupied_space(const PlacedMap& placed, const Pose& T_map_world,
                              const OccupancyOptions& options = {});
 
 /// The space as an OctoMap file (.bt): Hornung, Wurm, Bennewitz, Stachniss, Burgard, OctoMap,
-/// Autonomous Robots 2013. Equal neighbours are pruned. Written here, as the format is small and
+/// Autonomous Robots 2013. Equal neighbors are pruned. Written here, as the format is small and
 /// liboctomap would be one more thing to install.
 /// Throws Error if the space is wider than the 2^15 voxels on each side of the origin that it has.
 std::string octomap_bytes(const OccupiedSpace& space);

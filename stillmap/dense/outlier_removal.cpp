@@ -84,11 +84,11 @@ class NearestOfRow {
   cv::Mat1f distance_, nearest_;
 };
 
-// Per grid cell: mean distance to the k nearest neighbours over depth; kAlone or kNoPoint.
-cv::Mat1f neighbour_distances(const cv::Mat3f& points, const OutlierOptions& options) {
+// Per grid cell: mean distance to the k nearest neighbors over depth; kAlone or kNoPoint.
+cv::Mat1f neighbor_distances(const cv::Mat3f& points, const OutlierOptions& options) {
   const int window = options.window;
   const Planes planes = padded_planes(points, window);
-  NearestOfRow nearest(points.cols, options.neighbours);
+  NearestOfRow nearest(points.cols, options.neighbors);
   cv::Mat1f distances(points.size());
   for (int row = 0; row < points.rows; ++row) {
     nearest.reset();
@@ -125,18 +125,18 @@ float outlier_threshold(const cv::Mat1f& distances, double deviations) {
 
 void require_valid(const OutlierOptions& options) {
   const int cells = (2 * options.window + 1) * (2 * options.window + 1) - 1;
-  const bool valid = options.neighbours >= 0 && options.window >= 1 && options.window <= 8 &&
-                     options.neighbours <= cells && options.deviations >= 0;
+  const bool valid = options.neighbors >= 0 && options.window >= 1 && options.window <= 8 &&
+                     options.neighbors <= cells && options.deviations >= 0;
   if (valid) return;
   throw Error("an option is out of range", "dense outlier removal",
-              "1 <= window <= 8, 0 <= neighbours < (2 window + 1)^2, deviations >= 0");
+              "1 <= window <= 8, 0 <= neighbors < (2 window + 1)^2, deviations >= 0");
 }
 
 std::size_t remove_outliers(PointGrid& grid, const OutlierOptions& options) {
   const TraceScope scope("outliers");
   require_valid(options);
-  if (options.neighbours == 0) return 0;
-  const cv::Mat1f distances = neighbour_distances(grid.points, options);
+  if (options.neighbors == 0) return 0;
+  const cv::Mat1f distances = neighbor_distances(grid.points, options);
   const float threshold = outlier_threshold(distances, options.deviations);
 
   std::size_t removed = 0;

@@ -11,22 +11,22 @@ namespace stillmap {
 
 /// Statistical outlier removal.
 struct OutlierOptions {
-  int neighbours = 8;       ///< nearest neighbours looked at; 0 turns the removal off
+  int neighbors = 8;        ///< nearest neighbors looked at; 0 turns the removal off
   int window = 2;           ///< they are searched this far around on the grid [grid cells]
   double deviations = 2.0;  ///< points beyond mean + this many standard deviations are dropped
-  STILLMAP_FIELDS(neighbours, window, deviations)
+  STILLMAP_FIELDS(neighbors, window, deviations)
 };
 
 /// Throws Error if an option is out of range.
 void require_valid(const OutlierOptions& options);
 
-/// Clears (z = 0) the points that stand apart from their neighbours: those whose mean distance to
-/// their k nearest neighbours exceeds mean + deviations * standard deviation of that figure over
-/// the whole grid (Rusu, Marton, Blodow, Dolha, Beetz, "Towards 3D point cloud based object maps
-/// for household environments", RAS 2008), and those with fewer than k neighbours in
+/// Clears (z = 0) the points that stand apart from their neighbors: those whose mean distance to
+/// their k nearest neighbors exceeds mean + deviations * standard deviation of that figure over
+/// the whole grid (Rusu, Marton, Blodow, Dolha, Beetz, "Toward 3D point cloud based object maps
+/// for household environments", RAS 2008), and those with fewer than k neighbors in
 /// the window.
 ///
-/// Two things differ from the paper. Neighbours come from the (2 window + 1)^2 grid cells around
+/// Two things differ from the paper. Neighbors come from the (2 window + 1)^2 grid cells around
 /// the point: on a depth image the points near in space are near on the grid, and a point whose k
 /// nearest lie outside the window is alone on its surface. And distances are divided by the point's
 /// depth, because the pixel spacing grows with depth and a plain threshold would drop what is far,

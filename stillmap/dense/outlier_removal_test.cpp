@@ -71,7 +71,7 @@ TEST(OutlierRemoval, AgreesWithTheDefinitionOverTheWholeCloud) {
   const double threshold = mean[0] + 1.5 * deviation[0];
 
   const std::size_t removed =
-      remove_outliers(grid, {.neighbours = 6, .window = 4, .deviations = 1.5});
+      remove_outliers(grid, {.neighbors = 6, .window = 4, .deviations = 1.5});
   EXPECT_GT(removed, 10U);
   for (int r = 0; r < before.rows; ++r) {
     for (int c = 0; c < before.cols; ++c) {
@@ -81,7 +81,7 @@ TEST(OutlierRemoval, AgreesWithTheDefinitionOverTheWholeCloud) {
   }
 }
 
-TEST(OutlierRemoval, RemovesIslandsTooSmallToHaveNeighbours) {
+TEST(OutlierRemoval, RemovesIslandsTooSmallToHaveNeighbors) {
   PointGrid grid{.points = cv::Mat3f(60, 60, cv::Vec3f(0, 0, 0)), .stride = 1};
   const PointGrid wall = noisy_wall(0, 3);
   const cv::Rect island(5, 5, 2, 4), continent(20, 20, 30, 30);
@@ -104,8 +104,8 @@ TEST(OutlierRemoval, DoesNotTakeFarForFalse) {
 
 TEST(OutlierRemoval, CanBeTurnedOffAndChecksItsOptions) {
   PointGrid grid = noisy_wall(0.01, 5);
-  EXPECT_EQ(remove_outliers(grid, {.neighbours = 0}), 0U);
-  EXPECT_THROW(remove_outliers(grid, {.neighbours = 9, .window = 1}), Error);
+  EXPECT_EQ(remove_outliers(grid, {.neighbors = 0}), 0U);
+  EXPECT_THROW(remove_outliers(grid, {.neighbors = 9, .window = 1}), Error);
   EXPECT_THROW(remove_outliers(grid, {.window = 0}), Error);
   EXPECT_THROW(remove_outliers(grid, {.deviations = -1}), Error);
 }

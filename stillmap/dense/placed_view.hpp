@@ -38,7 +38,7 @@ class PlacedView {
   const DenseView& view() const { return *view_; }
   /// Where the camera stands, world frame [m].
   const Eigen::Vector3d& eye() const { return t_world_camera_; }
-  /// From the eye to a pixel at a depth of one metre, world frame.
+  /// From the eye to a pixel at a depth of one meter, world frame.
   Eigen::Vector3d ray(int row, int col) const {
     return R_world_camera_ * view_->camera.unproject(col, row, 1);
   }

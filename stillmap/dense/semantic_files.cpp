@@ -20,7 +20,7 @@ void append(std::string& bytes, const T& value) {
   bytes.append(raw, sizeof(T));
 }
 
-/// A colour of full saturation, hue in turns.
+/// A color of full saturation, hue in turns.
 Rgb of_hue(double hue) {
   const auto channel = [&](double shift) {
     const double x = std::abs(std::fmod(hue + shift, 1.0) * 6 - 3) - 1;
@@ -72,9 +72,9 @@ Cloud colored_by_class(const Cloud& cloud, const SemanticMap& semantics) {
   Cloud colored = cloud;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const auto& [r, g, b] = cloud.colors[i];
-    const auto grey = static_cast<std::uint8_t>((r + 2 * g + b) / 4);
+    const auto gray = static_cast<std::uint8_t>((r + 2 * g + b) / 4);
     const std::size_t object = semantics.empty() ? 0 : semantics.object[i];
-    colored.colors[i] = object > 0 ? classes[labels[object]].color : Rgb{grey, grey, grey};
+    colored.colors[i] = object > 0 ? classes[labels[object]].color : Rgb{gray, gray, gray};
   }
   return colored;
 }
@@ -82,7 +82,7 @@ Cloud colored_by_class(const Cloud& cloud, const SemanticMap& semantics) {
 std::string semantic_ply(const Cloud& cloud, const SemanticMap& semantics) {
   const std::vector<ClassColor> classes = class_colors(semantics);
   const std::vector<std::size_t> labels = labels_of(semantics, classes);
-  std::string bytes = "ply\nformat binary_little_endian 1.0\ncomment metres, world frame\n";
+  std::string bytes = "ply\nformat binary_little_endian 1.0\ncomment meters, world frame\n";
   for (std::size_t i = 0; i < classes.size(); ++i) {
     bytes += fmt::format("comment label {} {}\n", i + 1, classes[i].class_name);
   }

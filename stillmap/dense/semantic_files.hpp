@@ -12,17 +12,17 @@
 
 namespace stillmap {
 
-/// A class in the map, and the colour it is drawn in.
+/// A class in the map, and the color it is drawn in.
 struct ClassColor {
   std::string class_name;
   Rgb color = {};
   std::size_t objects = 0, points = 0;
 };
 
-/// The classes of a map by name, in colours as far apart as can be.
+/// The classes of a map by name, in colors as far apart as can be.
 std::vector<ClassColor> class_colors(const SemanticMap& semantics);
 
-/// The cloud in the colours of its classes; what has none is grey, dark or light as it was.
+/// The cloud in the colors of its classes; what has none is gray, dark or light as it was.
 Cloud colored_by_class(const Cloud& cloud, const SemanticMap& semantics);
 
 /// The cloud as PLY with, per vertex and after x y z red green blue: ushort object (id in
@@ -30,11 +30,11 @@ Cloud colored_by_class(const Cloud& cloud, const SemanticMap& semantics);
 /// name the labels: `comment label 3 tv`.
 std::string semantic_ply(const Cloud& cloud, const SemanticMap& semantics);
 
-/// A picture that says which colour is which class.
+/// A picture that says which color is which class.
 cv::Mat legend_picture(const std::vector<ClassColor>& classes);
 
 /// The objects: {"objects": [{"id", "class", "confidence", "views", "visible", "points", "center",
-/// "box": {"min", "max"}}]}, metres, world frame.
+/// "box": {"min", "max"}}]}, meters, world frame.
 nlohmann::json objects_json(const SemanticMap& semantics);
 
 }  // namespace stillmap

@@ -52,14 +52,14 @@ TEST(SemanticFiles, SayInThePlyWhatEachPointIs) {
   EXPECT_EQ(object, 3);
   EXPECT_EQ(last[17], 2);
   EXPECT_EQ(confidence, 0.75F);
-  // Whoever reads points and colours only can read it.
+  // Whoever reads points and colors only can read it.
   const auto file = std::filesystem::temp_directory_path() / "stillmap_semantic_test.ply";
   write_file(file, bytes);
   EXPECT_EQ(read_ply(file), cloud());
   std::filesystem::remove(file);
 }
 
-TEST(SemanticFiles, ColourClassesApartAndTheRestGrey) {
+TEST(SemanticFiles, ColorClassesApartAndTheRestGray) {
   const Cloud colored = colored_by_class(cloud(), semantics());
   EXPECT_EQ(colored.points, cloud().points);
   EXPECT_EQ(colored.colors[0], colored.colors[3]);

@@ -15,7 +15,7 @@ namespace {
 
 using namespace testing_support;  // NOLINT(google-build-using-namespace)
 
-// A wall 2.5 m away and two boxes half a metre wide before it, one metre apart: known surfaces.
+// A wall 2.5 m away and two boxes half a meter wide before it, one meter apart: known surfaces.
 struct Box {
   double left, right, front;  // x from, x to, z [m]
 };
@@ -107,16 +107,16 @@ TEST(SemanticMap, FindsEachThingOnceWithItsPoints) {
     EXPECT_LT(object.box.sizes().z(), 0.03);
   }
   EXPECT_NE(result.semantics.objects[0].class_name, result.semantics.objects[1].class_name);
-  std::size_t wrong = 0, labelled = 0;
+  std::size_t wrong = 0, labeled = 0;
   for (std::size_t i = 0; i < result.points.size(); ++i) {
     if (result.semantics.object[i] == 0) continue;
-    ++labelled;
+    ++labeled;
     const auto& object = result.semantics.objects[result.semantics.object[i] - 1U];
     const Box& truth = object.class_name == "tv" ? kLeft : kRight;
     wrong += result.points[i].z() > 2.1 || result.points[i].x() < truth.left - 0.02 ||
              result.points[i].x() > truth.right + 0.02;
   }
-  EXPECT_GT(labelled, 600U);  // of 25 x 25 voxels each
+  EXPECT_GT(labeled, 600U);  // of 25 x 25 voxels each
   EXPECT_EQ(wrong, 0U);
 }
 

@@ -17,9 +17,9 @@ constexpr std::uint32_t kNone = VoxelIndex::kNone;
 
 constexpr int kRegionSide = 8 * VoxelIndex::kSide;  // voxels
 
-// 1 / sigma^2 of a depth, in units of that at one metre.
+// 1 / sigma^2 of a depth, in units of that at one meter.
 float depth_weight(float z) {
-  const float floor = std::max(z, 0.5F);  // nearer, the noise is that of quantisation and poses
+  const float floor = std::max(z, 0.5F);  // nearer, the noise is that of quantization and poses
   return 1 / (floor * floor * floor * floor);
 }
 
@@ -170,7 +170,7 @@ std::vector<std::uint32_t> StaticGrid::cells_under(const PlacedView& placed) {
   return cells;
 }
 
-// The factors that make the view's colours those of the cells, medians of the ratios.
+// The factors that make the view's colors those of the cells, medians of the ratios.
 Eigen::Vector3f StaticGrid::gain_for(const DenseView& view,
                                      const std::vector<std::uint32_t>& cells) const {
   std::array<std::vector<float>, 3> ratios;
@@ -295,7 +295,7 @@ std::vector<std::uint32_t> StaticGrid::blocks_of(Range cells) const {
   return blocks;
 }
 
-// Of a ball around a block that holds the centres of its cells.
+// Of a ball around a block that holds the centers of its cells.
 float StaticGrid::block_radius() const {
   return static_cast<float>(edge_) * (VoxelIndex::kSide - 1) * 0.8661F;  // half a diagonal
 }

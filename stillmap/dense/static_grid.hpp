@@ -64,8 +64,8 @@ struct News {
 /// hidden behind people is filled in later, and a ghost that a mask missed is removed by keyframes
 /// before it as well as after.
 ///
-/// Positions and colours are means weighted by 1 / sigma^2, sigma growing with z^2 as a Kinect's
-/// depth noise does. Colours of each view are scaled to those that are there already (automatic
+/// Positions and colors are means weighted by 1 / sigma^2, sigma growing with z^2 as a Kinect's
+/// depth noise does. Colors of each view are scaled to those that are there already (automatic
 /// exposure and white balance change them), by the median ratio per channel.
 ///
 /// The result depends on the views, their poses and their order. One thread at a time.
@@ -100,11 +100,11 @@ class StaticGrid {
   /// Whether nothing but far pixels tells of it.
   bool is_far(std::uint32_t number) const { return number >= first_far_; }
   /// Whether somebody else than a view that saw a mover right beside it saw it too, or its
-  /// neighbourhood of two voxels.
+  /// neighborhood of two voxels.
   bool is_confirmed(std::uint32_t number) const;
   Eigen::Vector3f mean(std::uint32_t number) const;  ///< world frame [m]
   Rgb color(std::uint32_t number) const;
-  /// Views added so far, and the factors that their colours were scaled with, R G B.
+  /// Views added so far, and the factors that their colors were scaled with, R G B.
   const std::vector<Eigen::Vector3f>& gains() const { return gains_; }
   std::size_t bytes() const;
 

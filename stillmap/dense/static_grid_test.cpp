@@ -44,7 +44,7 @@ std::size_t nearer_than_wall(const StaticGrid& grid) {
 }
 
 TEST(StaticGrid, KeepsTheWeightedMeanOfAVoxel) {
-  // Two depths in one voxel of a metre: the nearer one counts (1.8 / 1.2)^4 times as much.
+  // Two depths in one voxel of a meter: the nearer one counts (1.8 / 1.2)^4 times as much.
   const auto at = [](double z) {
     return view_of_frame(frame_of(small_camera(), [=](int, int) { return z; }));
   };
@@ -102,7 +102,7 @@ TEST(StaticGrid, LeavesNothingOfAWalkerWithoutAnyMask) {
 }
 
 TEST(StaticGrid, KeepsAThinThingThatStandsStill) {
-  // Two pixels wide, seen from five places; half a millimetre of pose error and noise of a Kinect.
+  // Two pixels wide, seen from five places; half a millimeter of pose error and noise of a Kinect.
   std::vector<DenseView> views;
   std::vector<Pose> poses;
   std::mt19937 random(3);
@@ -186,7 +186,7 @@ TEST(StaticGrid, NoticesThatSomethingHasLeftForGood) {
   EXPECT_EQ(nearer_than_wall(grid), 0U);
 }
 
-TEST(StaticGrid, ScalesColoursToThoseThatAreThere) {
+TEST(StaticGrid, ScalesColorsToThoseThatAreThere) {
   RgbdFrame frame = frame_of(small_camera(), [](int, int) { return kWallDepth; });
   frame.color.setTo(cv::Scalar(80, 120, 160));
   const DenseView first = view_of_frame(frame);

@@ -24,7 +24,7 @@ struct Plane {
   double distance(const Eigen::Vector3d& p) const { return std::abs(n.dot(p) - d); }
 };
 
-/// A frame whose depth is given pixel by pixel [m], and whose colour tells the pixel: BGR (u, v,
+/// A frame whose depth is given pixel by pixel [m], and whose color tells the pixel: BGR (u, v,
 /// 7).
 inline RgbdFrame frame_of(const Camera& camera, const std::function<double(int u, int v)>& depth) {
   RgbdFrame frame;

@@ -24,7 +24,7 @@ Lattice block_of(const Lattice& voxel) {
   return {block_of(voxel.x()), block_of(voxel.y()), block_of(voxel.z())};
 }
 
-// 1 / sigma^2 of a depth, 1 at one metre (see StaticGrid).
+// 1 / sigma^2 of a depth, 1 at one meter (see StaticGrid).
 float weight_at(float z) {
   const float far = std::max(z, 0.5F);
   return 1 / (far * far * far * far);

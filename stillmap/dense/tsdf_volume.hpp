@@ -33,7 +33,7 @@ class TsdfVolume {
 
   /// @param surface of the view's size: not zero where the view's depth is that of a surface to be
   ///   kept; the depth of other pixels only tells that space is free before it
-  /// @param gain what colours are multiplied with, R G B
+  /// @param gain what colors are multiplied with, R G B
   void integrate(const DenseView& view, const Pose& T_world_camera, const cv::Mat1b& surface,
                  const Eigen::Vector3f& gain = Eigen::Vector3f::Ones());
 

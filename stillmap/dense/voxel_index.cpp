@@ -62,7 +62,7 @@ std::optional<Voxel> voxel_at(const Eigen::Vector3d& p, double edge) {
   const Eigen::Array3d scaled = p.array() / edge;
   const bool inside = (scaled.abs() < static_cast<double>(kBias - 1)).all();  // false for NaN
   if (!inside) return std::nullopt;
-  Lattice lattice = scaled.cast<int>();  // towards zero
+  Lattice lattice = scaled.cast<int>();  // toward zero
   for (int axis = 0; axis < 3; ++axis) lattice[axis] -= scaled[axis] < lattice[axis];
   return voxel_of(lattice);
 }
@@ -171,7 +171,7 @@ std::size_t VoxelIndex::bytes() const {
 void require_voxel_size(double edge, const char* option) {
   if (edge > 0 && std::isfinite(edge)) return;
   throw Error("the side of a voxel must be positive, but is " + std::to_string(edge), option,
-              "give it in metres, for example 0.01");
+              "give it in meters, for example 0.01");
 }
 
 }  // namespace stillmap

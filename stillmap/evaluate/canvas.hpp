@@ -12,7 +12,7 @@ namespace stillmap {
 enum class Anchor { kLeft, kCenter, kRight };
 
 /// A picture drawn larger than wanted and averaged at the end, which is what makes OpenCV's lines
-/// and strokes look printed. Coordinates and sizes are pixels of the finished picture; colours B G
+/// and strokes look printed. Coordinates and sizes are pixels of the finished picture; colors B G
 /// R.
 class Canvas {
  public:

@@ -48,7 +48,7 @@ struct PaperPlane {
 /// on average, so the mean of their upward image direction tells. +z for an empty trajectory.
 Eigen::Vector3d up_axis(const Trajectory& trajectory);
 
-/// The world from above: right x up = towards the viewer.
+/// The world from above: right x up = toward the viewer.
 PaperPlane plane_from_above(const Eigen::Vector3d& up_axis);
 /// The world from the side, its up axis upwards; the horizontal axis is the one in which the points
 /// spread wider.

@@ -36,9 +36,9 @@ void check(const CloudSpan& cloud) {
   const bool fits = cloud.colors.size() == cloud.points.size() &&
                     (cloud.marked.empty() || cloud.marked.size() == cloud.points.size());
   if (fits) return;
-  throw Error(fmt::format("{} points, {} colours, {} marks", cloud.points.size(),
+  throw Error(fmt::format("{} points, {} colors, {} marks", cloud.points.size(),
                           cloud.colors.size(), cloud.marked.size()),
-              "cloud picture", "give one colour per point, and one mark per point or none");
+              "cloud picture", "give one color per point, and one mark per point or none");
 }
 
 Eigen::Vector3d normalized_or(const Eigen::Vector3d& v, const Eigen::Vector3d& otherwise) {
@@ -175,10 +175,10 @@ struct Band {
 cv::Vec3b color_of(const CloudSpan& cloud, std::size_t i) {
   const auto& [red, green, blue] = cloud.colors[i];
   if (cloud.marked.empty() || cloud.marked[i] == 0) return {blue, green, red};
-  const double grey = (red + 2 * green + blue) / 4.0;  // some of the texture stays to be seen
-  return {cv::saturate_cast<std::uint8_t>(15 + 0.2 * grey),
-          cv::saturate_cast<std::uint8_t>(5 + 0.2 * grey),
-          cv::saturate_cast<std::uint8_t>(115 + 0.55 * grey)};
+  const double gray = (red + 2 * green + blue) / 4.0;  // some of the texture stays to be seen
+  return {cv::saturate_cast<std::uint8_t>(15 + 0.2 * gray),
+          cv::saturate_cast<std::uint8_t>(5 + 0.2 * gray),
+          cv::saturate_cast<std::uint8_t>(115 + 0.55 * gray)};
 }
 
 void splat(Band& band, const Eigen::Vector2d& center, double radius, float z,
@@ -221,7 +221,7 @@ void draw_points(Band& band, const CloudSpan& cloud, const CloudView& view,
 /// How far around a pixel lighting looks [pixels].
 int lighting_reach(int supersampling) { return 3 * supersampling; }
 
-/// Eye-dome lighting: how far, in logarithms, a pixel lies behind its neighbours on two rings.
+/// Eye-dome lighting: how far, in logarithms, a pixel lies behind its neighbors on two rings.
 void light(Band& band, int supersampling) {
   const int margin = lighting_reach(supersampling);
   cv::Mat1f log_depth, padded;
@@ -288,7 +288,7 @@ class Overlay {
              cv::LINE_AA, kShift);
   }
 
-  /// The pyramid a camera sees, `depth` metres long; 4:3, 57 degrees wide like a Kinect's.
+  /// The pyramid a camera sees, `depth` meters long; 4:3, 57 degrees wide like a Kinect's.
   void frustum(const Pose& T_world_camera, double depth, const cv::Scalar& color) {
     const double w = 0.54 * depth, h = 0.41 * depth;
     const std::array<Eigen::Vector3d, 4> corners{T_world_camera * Eigen::Vector3d(-w, -h, depth),

@@ -45,7 +45,7 @@ CloudView choose_cloud_view(const CloudSpan& cloud, const Trajectory& cameras,
                             const CloudPictureOptions& options = {});
 
 /// Draws the cloud as z-buffered square splats whose size follows from their depth, with eye-dome
-/// lighting (Boucheny 2009): pixels behind their neighbours are darkened, which shows shape without
+/// lighting (Boucheny 2009): pixels behind their neighbors are darkened, which shows shape without
 /// normals. 8UC3 BGR; nothing but background for an empty cloud. Throws Error if the spans' lengths
 /// differ.
 cv::Mat draw_cloud(const CloudSpan& cloud, const Trajectory& cameras, const CloudView& view,

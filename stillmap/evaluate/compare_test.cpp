@@ -96,7 +96,7 @@ TEST(Compare, ARunThatCannotBeEvaluatedKeepsItsPlaceWithTheReason) {
   EXPECT_NO_THROW(draw_comparison(comparison, 200));
 }
 
-TEST(ComparisonPicture, ShowsTruthEstimateAndErrorInTheirColours) {
+TEST(ComparisonPicture, ShowsTruthEstimateAndErrorInTheirColors) {
   const cv::Mat picture = draw_comparison(compare_runs(two_systems()), 500);
   EXPECT_EQ(picture.cols, 1000);
   const cv::Mat left = picture.colRange(0, 500), right = picture.colRange(500, 1000);

@@ -84,7 +84,7 @@ std::vector<TraceSpan> frames_of(const Trace& trace, std::string_view name) {
   return frames;
 }
 
-/// Pale enough for dark text; the same function has the same colour everywhere.
+/// Pale enough for dark text; the same function has the same color everywhere.
 cv::Scalar color_of(std::string_view name, int depth) {
   static const std::array<cv::Scalar, 9> kColors{
       cv::Scalar(240, 205, 160), cv::Scalar(150, 200, 250), cv::Scalar(175, 225, 180),
@@ -213,7 +213,7 @@ cv::Mat draw_frame_budget(const Trace& trace, std::string_view frame_name) {
   Canvas canvas(kWidth, cvRound(below + Panel::height(detail) + kBottom), kPaper, 2);
   canvas.text("The frame budget", {kLeft, 32}, 14, kInk, Anchor::kLeft, true);
   canvas.text(fmt::format("{} frames in {:.2f} s, out of the middle of the run. A box is what a "
-                          "thread does, below it what that calls; grey: waiting",
+                          "thread does, below it what that calls; gray: waiting",
                           std::count_if(frames.begin(), frames.end(),
                                         [&](const auto& f) {
                                           return f.begin >= second.begin && f.begin < second.end;

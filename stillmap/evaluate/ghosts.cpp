@@ -52,7 +52,7 @@ void check_frame(const MaskedFrame& frame, const Camera& camera) {
                           frame.depth.cols, frame.depth.rows, frame.mask.cols, frame.mask.rows,
                           camera.width, camera.height),
               fmt::format("frame {:.6f}", frame.timestamp),
-              "give depth as 32-bit float metres and masks as 8-bit images of the camera's size");
+              "give depth as 32-bit float meters and masks as 8-bit images of the camera's size");
 }
 
 cv::Mat square(int radius) {
@@ -60,7 +60,7 @@ cv::Mat square(int radius) {
 }
 
 /// Pixels whose depth can be trusted: known, near enough, and no jump to any of the eight
-/// neighbours.
+/// neighbors.
 cv::Mat1b sound_depth(const cv::Mat& depth, const GhostOptions& options) {
   cv::Mat highest, lowest, far_where_unknown = depth.clone();
   far_where_unknown.setTo(1e6, depth <= 0);
@@ -98,7 +98,7 @@ class FrameSorter {
  private:
   void add_pixel(const Eigen::Vector3d& p_world, bool moving) {
     const VoxelKey key = key_of(p_world, options_.voxel);
-    if (last_ == nullptr || key != last_key_) {  // neighbours mostly share a voxel
+    if (last_ == nullptr || key != last_key_) {  // neighbors mostly share a voxel
       last_ = &grid_[key];
       last_key_ = key;
     }

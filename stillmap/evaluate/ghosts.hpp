@@ -24,7 +24,7 @@ namespace stillmap {
 /// One frame with its true mask.
 struct MaskedFrame {
   double timestamp = 0;  ///< seconds
-  cv::Mat depth;         ///< height x width, 32FC1 metres along the optical axis; 0 where unknown
+  cv::Mat depth;         ///< height x width, 32FC1 meters along the optical axis; 0 where unknown
   cv::Mat mask;  ///< height x width, 8UC1: not zero on what moves (255 person, 128 other thing)
 };
 
@@ -42,13 +42,13 @@ struct GhostOptions {
   double voxel = 0.05;  ///< side of all voxels [m]
   int mask_margin = 6;  ///< pixels this near to the mask's outline, on either side, are left out
   double max_jump =
-      0.02;              ///< and pixels whose depth differs more from a neighbour's, relative to it
+      0.02;              ///< and pixels whose depth differs more from a neighbor's, relative to it
   double max_depth = 4;  ///< and pixels farther than this, too noisy for the voxel's size [m]
   int stride = 2;        ///< every n-th pixel in both directions is looked at
   int min_surface_frames =
       15;  ///< voxels of the static surface were seen in at least so many frames
   double surface_reach =
-      0.05;  ///< a surface voxel is kept if a point is this near to its centre of mass [m]
+      0.05;  ///< a surface voxel is kept if a point is this near to its center of mass [m]
   STILLMAP_FIELDS(voxel, mask_margin, max_jump, max_depth, stride, min_surface_frames,
                   surface_reach)
 };
@@ -62,7 +62,7 @@ struct GhostReference {
   GhostOptions options;
   /// Voxels that masked pixels of any frame fall into and no static pixel does.
   std::unordered_set<VoxelKey> swept;
-  /// Centres of mass of the static pixels in each voxel that enough frames saw, ordered by voxel
+  /// Centers of mass of the static pixels in each voxel that enough frames saw, ordered by voxel
   /// [m].
   std::vector<Eigen::Vector3f> surface;
   std::size_t frames = 0;               ///< used
@@ -102,7 +102,7 @@ std::vector<std::uint8_t> mark_ghosts(const GhostReference& reference,
                                       const Pose& T_truth_estimate);
 
 /// The figures of a cloud; arguments as in mark_ghosts. The static surface counts as kept where a
-/// point lies within `surface_reach` of a voxel's centre of mass, so that a surface at the border
+/// point lies within `surface_reach` of a voxel's center of mass, so that a surface at the border
 /// of two voxels is not lost in the one that the cloud's own filter happened to leave empty.
 GhostFigures count_ghosts(const GhostReference& reference, std::span<const Eigen::Vector3f> points,
                           const Pose& T_truth_estimate);

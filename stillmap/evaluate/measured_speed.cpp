@@ -56,7 +56,7 @@ std::optional<Eigen::Vector3d> displacement(const PosedPicture& from, const Pose
 
 Displacements displacements(const PosedPicture& from, const PosedPicture& to, const Camera& camera,
                             const SpeedOptions& options, double seconds) {
-  const cv::Mat flow = flow_between(from.image->grey, to.image->grey);
+  const cv::Mat flow = flow_between(from.image->gray, to.image->gray);
   const cv::Mat sound = inside(from.mask, options.outline_margin),
                 sound_in_to = inside(to.mask, options.outline_margin);
   Displacements found{cv::Mat3f::zeros(flow.size()), cv::Mat1b::zeros(flow.size())};

@@ -35,7 +35,7 @@ struct PosedPicture {
 /// How fast what a mask covers moves through the world, by what can be seen: optical flow (DIS;
 /// Kroeger et al., ECCV 2016) from one picture to the other tells where each pixel went, depth and
 /// true poses how far that is in the world. The displacement vectors are averaged over a window of
-/// the same mask, so that their noise (some millimetres each) does not pass for motion. 32FC1 m/s;
+/// the same mask, so that their noise (some millimeters each) does not pass for motion. 32FC1 m/s;
 /// 0 outside the mask. Where the mask is too thin for a displacement, that of the whole piece of
 /// mask counts; where there is none at all (the thing has left the picture): max_speed. Independent
 /// of everything that the systems judged by it estimate.
@@ -43,7 +43,7 @@ cv::Mat measure_speed(const PosedPicture& from, const PosedPicture& to, const Ca
                       const SpeedOptions& options = {});
 
 /// Measures the speeds in all frames of a sequence that have a mask and a true pose, each against
-/// the pictures one lapse and the other later (towards the end: earlier), and writes them as PNGs
+/// the pictures one lapse and the other later (toward the end: earlier), and writes them as PNGs
 /// named by stamps, in units of kSpeedUnit: what MotionTruthFolder reads. The folder comes into
 /// being when all are written.
 /// @param done called after each frame; may be empty

@@ -115,10 +115,10 @@ TEST(MeasuredSpeed, WhatSwingsBackMeanwhileMoves) {
       auto frame = std::make_shared<RgbdFrame>();
       frame->index = index_;
       frame->timestamp = static_cast<double>(index_) / 30;
-      frame->grey = cv::Mat::zeros(480, 640, CV_8UC1);
+      frame->gray = cv::Mat::zeros(480, 640, CV_8UC1);
       const std::array offsets{0, 7, 14, 20, 14, 7};
       const cv::Rect board(200 + offsets[index_++ % 6], 150, 200, 150);
-      texture_.copyTo(frame->grey(board));
+      texture_.copyTo(frame->gray(board));
       frame->depth = cv::Mat(480, 640, CV_32FC1, cv::Scalar(2));
       cv::Mat mask = cv::Mat::zeros(480, 640, CV_8UC1);
       mask(board) = 128;

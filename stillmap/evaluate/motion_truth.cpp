@@ -12,7 +12,7 @@ namespace {
 StampedImages masks_of(const fs::path& sequence) {
   if (!fs::is_directory(sequence / "mask")) {
     throw Error("has no mask/ folder", sequence.string(),
-                "name a sequence with true masks: verdicts are judged by them");
+                "name a sequence with true masks: labels are judged by them");
   }
   return StampedImages(sequence / "mask");
 }
@@ -30,13 +30,13 @@ void require_size(const cv::Mat& image, const cv::Mat& mask, const char* what, d
 
 }  // namespace
 
-cv::Mat speed_image(const cv::Mat& metres_per_second) {
+cv::Mat speed_image(const cv::Mat& meters_per_second) {
   cv::Mat image;
-  metres_per_second.convertTo(image, CV_8UC1, 1 / kSpeedUnit);  // rounds and saturates
+  meters_per_second.convertTo(image, CV_8UC1, 1 / kSpeedUnit);  // rounds and saturates
   return image;
 }
 
-cv::Mat metres_per_second(const cv::Mat& speed_image) {
+cv::Mat meters_per_second(const cv::Mat& speed_image) {
   cv::Mat speed;
   speed_image.convertTo(speed, CV_32FC1, kSpeedUnit);
   return speed;
@@ -58,7 +58,7 @@ std::optional<MotionTruth> MotionTruthFolder::at(double timestamp) const {
   const cv::Mat levels = speeds_->at(timestamp);
   if (levels.empty()) return std::nullopt;
   require_size(levels, truth.mask, "speed", timestamp);
-  truth.speed = metres_per_second(levels);
+  truth.speed = meters_per_second(levels);
   return truth;
 }
 

@@ -20,11 +20,11 @@ struct MotionTruth {
   cv::Mat speed;
 };
 
-/// A grey level of a speed image stands for so many m/s; 255 for 1.275 m/s and more.
+/// A gray level of a speed image stands for so many m/s; 255 for 1.275 m/s and more.
 constexpr double kSpeedUnit = 0.005;
-/// Between metres per second (32FC1) and grey levels (8UC1).
-cv::Mat speed_image(const cv::Mat& metres_per_second);
-cv::Mat metres_per_second(const cv::Mat& speed_image);
+/// Between meters per second (32FC1) and gray levels (8UC1).
+cv::Mat speed_image(const cv::Mat& meters_per_second);
+cv::Mat meters_per_second(const cv::Mat& speed_image);
 
 /// The truth that lies beside a sequence in TUM layout, as 8-bit PNGs named by stamps: mask/, and,
 /// where `stillmap simulate` wrote them or they were measured, instance/ and speed/.

@@ -16,7 +16,7 @@
 /// ECCV workshops 2016.
 namespace stillmap {
 
-/// Where one thing is, or is said to be, at one time. Metres, metres per second.
+/// Where one thing is, or is said to be, at one time. Meters, meters per second.
 struct MoverPosition {
   double timestamp = 0;  ///< seconds
   int id = 0;
@@ -36,7 +36,7 @@ struct MoverPosition {
 std::vector<MoverPosition> read_movers(const std::filesystem::path& file);
 
 struct MoverErrorOptions {
-  /// Metres between a thing's centroid and an estimate of it (Bernardin: 500 mm). Of what stands
+  /// Meters between a thing's centroid and an estimate of it (Bernardin: 500 mm). Of what stands
   /// close before the camera only a part is seen: an estimate within its box is of it, too.
   double max_distance = 0.5;
   int min_pixels = 600;          ///< a thing shown by fewer does not count as seen

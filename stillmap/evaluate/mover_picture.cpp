@@ -18,7 +18,7 @@ namespace {
 const cv::Scalar kPaper(255, 255, 255), kInk(35, 30, 28), kSoftInk(110, 102, 96),
     kCameras(150, 140, 130);
 constexpr double kHeadroom = 0.3;  // of the cloud above the highest camera [m]
-constexpr double kPale = 0.45;     // what is left of the cloud's colours
+constexpr double kPale = 0.45;     // what is left of the cloud's colors
 
 /// One mover's positions, by time.
 using Ways = std::map<int, std::vector<MoverPosition>>;

@@ -5,7 +5,7 @@
 
 namespace stillmap {
 
-/// Maps the metres of a plane to pixels of a picture, with one scale for both axes.
+/// Maps the meters of a plane to pixels of a picture, with one scale for both axes.
 class Plot {
  public:
   /// @param area of the picture [pixels]
@@ -15,7 +15,7 @@ class Plot {
   const cv::Rect2d& area() const { return area_; }
   const Range& x() const { return x_; }
   const Range& y() const { return y_; }
-  double scale() const { return scale_; }  ///< pixels per metre
+  double scale() const { return scale_; }  ///< pixels per meter
   double px(double x) const { return area_.x + (x - x_.low) * scale_; }
   double py(double y) const { return area_.y + (y_.high - y) * scale_; }
   cv::Point2d operator()(const Eigen::Vector2d& p) const { return {px(p.x()), py(p.y())}; }

@@ -158,7 +158,7 @@ std::string trajectory_legend(const ReportData& data) {
   std::string html = "<div class=\"legend\">";
   if (data.evaluation && data.truth) {
     html += "<span><i style=\"color:var(--truth)\"></i>truth</span>";
-    html += "<span>estimate, coloured by its error in mm</span><div class=\"colorbar\">" +
+    html += "<span>estimate, colored by its error in mm</span><div class=\"colorbar\">" +
             error_color_bar(data) + "</div>";
   } else {
     html += "<span><i style=\"color:var(--accent)\"></i>estimate</span>";

@@ -13,7 +13,7 @@
 
 namespace stillmap {
 
-/// Something worth a mark on the time line: "lost", "new map", "re-initialised", ...
+/// Something worth a mark on the time line: "lost", "new map", "re-initialized", ...
 struct ReportEvent {
   double timestamp = 0;  ///< seconds
   std::string text;

@@ -107,7 +107,7 @@ struct Frame {
 };
 
 /// Grows one range so that a unit is equally long along both axes.
-void equalise(Frame& frame) {
+void equalize(Frame& frame) {
   const double scale = std::min(frame.width / frame.x.size(), frame.height / frame.y.size());
   frame.x = frame.x.grown((frame.width / scale - frame.x.size()) / 2);
   frame.y = frame.y.grown((frame.height / scale - frame.y.size()) / 2);
@@ -148,11 +148,11 @@ Frame trajectory_frame(const PaperPlane& plane, const std::vector<PathPoint>& pa
   const double margin = 0.06 * std::max({frame.x.size(), frame.y.size(), 0.02});
   frame.x = frame.x.grown(margin);
   frame.y = frame.y.grown(margin);
-  equalise(frame);
+  equalize(frame);
   return frame;
 }
 
-/// Splits a path where tracking was lost or the colour changes, and draws each part.
+/// Splits a path where tracking was lost or the color changes, and draws each part.
 void draw_path(Svg& svg, const std::vector<PathPoint>& path,
                const std::vector<Eigen::Vector2d>& pixels, double longest_interval,
                const std::function<int(const PathPoint&)>& color) {
@@ -287,7 +287,7 @@ std::string error_color_bar(const ReportData& data) {
   if (!data.evaluation) return "";
   const double highest = highest_shown_error(*data.evaluation);
   constexpr double kWidth = 320, kLeft = 10;
-  Svg svg(kWidth + 2 * kLeft, 34, "colours of the error");
+  Svg svg(kWidth + 2 * kLeft, 34, "colors of the error");
   for (int i = 0; i < kColors; ++i) {
     svg.rectangle(kLeft + i * kWidth / kColors, 2, kWidth / kColors + 0.5, 10, "plain", "",
                   "fill:" + color_of_step(i));

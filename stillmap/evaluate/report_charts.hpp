@@ -7,11 +7,11 @@
 /// The report's charts as inline SVG; empty text where there is nothing to show.
 namespace stillmap {
 
-/// The path from above, or from the side, both axes to one scale: against the truth and coloured by
+/// The path from above, or from the side, both axes to one scale: against the truth and colored by
 /// the error where there is a truth.
 std::string trajectory_chart(const ReportData& data, bool from_above);
 
-/// Which colour stands for which error: the legend of both trajectory charts.
+/// Which color stands for which error: the legend of both trajectory charts.
 std::string error_color_bar(const ReportData& data);
 
 /// Absolute error over time, with its RMSE and the events.

@@ -138,7 +138,7 @@ TEST(Report, DrawsThePathWithoutATruth) {
   data.trajectory = path(0);
   const std::string html = report_html(data);
   EXPECT_THAT(html, HasSubstr("from above"));
-  EXPECT_THAT(html, Not(HasSubstr("coloured by its error")));
+  EXPECT_THAT(html, Not(HasSubstr("colored by its error")));
 }
 
 TEST(Report, TakesDegenerateRuns) {

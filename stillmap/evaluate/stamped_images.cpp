@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kTolerance = 0.01;  // between a frame's stamp and its image's name [s]
 
-cv::Mat read_grey(const fs::path& file) {
+cv::Mat read_gray(const fs::path& file) {
   cv::Mat image = cv::imread(file.string(), cv::IMREAD_GRAYSCALE);
   if (image.empty()) {
     throw Error("is no readable image", file.string(), "write it again, as an 8-bit PNG");
@@ -47,7 +47,7 @@ cv::Mat StampedImages::at(double timestamp) const {
         return std::abs(a.first - timestamp) < std::abs(b.first - timestamp);
       });
   if (std::abs(nearest->first - timestamp) > kTolerance) return {};
-  return read_grey(nearest->second);
+  return read_gray(nearest->second);
 }
 
 }  // namespace stillmap

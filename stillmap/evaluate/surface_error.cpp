@@ -106,7 +106,7 @@ TrueSurface::TrueSurface(std::vector<Eigen::Vector3f> points, const SurfaceError
       sensor_errors_(kBins, 0) {
   if (index_.points().empty()) {
     throw Error("the true surface has no points", "--surface",
-                "name a cloud of the static scene, one point per centimetre or more");
+                "name a cloud of the static scene, one point per centimeter or more");
   }
   normals_.reserve(frames_.size());
   for (std::uint32_t i = 0; i < frames_.size(); ++i) normals_.push_back(normal(i));

@@ -60,7 +60,7 @@ struct SurfaceFigures {
   double sensor_median = 0, sensor_p95 = 0;  ///< error of single depth measurements of it [m]
 };
 
-/// The true static surface as points no farther than about a centimetre apart (a simulator knows
+/// The true static surface as points no farther than about a centimeter apart (a simulator knows
 /// it), and which of them a sequence ever showed.
 class TrueSurface {
  public:

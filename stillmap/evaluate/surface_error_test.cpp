@@ -18,7 +18,7 @@ Camera small_camera() {
       .name = "test", .width = 160, .height = 120, .fx = 132, .fy = 132, .cx = 79.5, .cy = 59.5};
 }
 
-// A wall 2 m ahead, one metre to each side, a point per centimetre, at an offset.
+// A wall 2 m ahead, one meter to each side, a point per centimeter, at an offset.
 std::vector<Eigen::Vector3f> wall(float z, float shift = 0) {
   std::vector<Eigen::Vector3f> points;
   for (int x = -100; x <= 100; ++x) {

@@ -12,7 +12,7 @@ namespace stillmap {
 /// bytes that are no UTF-8 become question marks.
 std::string escape_markup(std::string_view text);
 
-/// A drawing for inline SVG. Colours and strokes come from classes that the page's style sheet
+/// A drawing for inline SVG. Colors and strokes come from classes that the page's style sheet
 /// defines, so that it follows the reader's light or dark setting. Coordinates are pixels of the
 /// view box, y down.
 class Svg {

@@ -12,7 +12,7 @@
 namespace stillmap {
 namespace {
 
-StageTiming summarise(const std::string& name, std::span<const double> samples) {
+StageTiming summarize(const std::string& name, std::span<const double> samples) {
   StageTiming timing{.name = name, .count = samples.size()};
   if (samples.empty()) return timing;
   timing.total = std::accumulate(samples.begin(), samples.end(), 0.0);
@@ -57,7 +57,7 @@ std::span<const double> TimingRecorder::samples(std::string_view stage) const {
 std::vector<StageTiming> TimingRecorder::stages() const {
   std::vector<StageTiming> result;
   for (std::size_t i = 0; i < names_.size(); ++i)
-    result.push_back(summarise(names_[i], samples_[i]));
+    result.push_back(summarize(names_[i], samples_[i]));
   return result;
 }
 

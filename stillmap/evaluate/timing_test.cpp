@@ -7,7 +7,7 @@
 namespace stillmap {
 namespace {
 
-TEST(Timing, SummarisesEachStageInTheOrderOfFirstSight) {
+TEST(Timing, SummarizesEachStageInTheOrderOfFirstSight) {
   TimingRecorder recorder;
   for (int ms = 100; ms >= 1; --ms) recorder.add("track", ms);
   recorder.add("decode", 7);

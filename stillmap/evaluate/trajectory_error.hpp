@@ -15,7 +15,7 @@
 /// Benchmark for the Evaluation of RGB-D SLAM Systems, IROS 2012, sections IV-C (relative pose
 /// error, RPE) and IV-D (absolute trajectory error, ATE), with the rules of the tools that the
 /// benchmark's figures are made with. Both trajectories hold T_world_camera, each in a world of its
-/// own, metres and seconds. Of several poses with the same stamp the last counts.
+/// own, meters and seconds. Of several poses with the same stamp the last counts.
 namespace stillmap {
 
 /// How much of a sequence was tracked. An error without it is worthless: lost frames have none.
@@ -59,7 +59,7 @@ struct AteResult {
 };
 
 /// Absolute trajectory error: stamps are associated (closest pairs first, one to one), positions
-/// aligned by the rigid motion without scale that minimises the squared distances (Horn 1987), and
+/// aligned by the rigid motion without scale that minimizes the squared distances (Horn 1987), and
 /// the distances that remain are the errors. Throws Error where a trajectory is empty, the time
 /// spans do not overlap (naming both) or fewer than three pairs are found.
 AteResult absolute_trajectory_error(const Trajectory& truth, const Trajectory& estimate,
@@ -114,7 +114,7 @@ Evaluation evaluate_trajectory(const Trajectory& truth, const Trajectory& estima
 /// The evaluation as a text table: one line per error, one column per statistic; coverage beneath.
 std::string evaluation_text(const Evaluation& evaluation);
 
-/// For nlohmann::json: numbers in metres, degrees and seconds, units in the key names; rpe_1s is
+/// For nlohmann::json: numbers in meters, degrees and seconds, units in the key names; rpe_1s is
 /// null where there are no pairs. AteResult
 /// and RpeResult give statistics and pair counts, not the pairs themselves.
 void to_json(nlohmann::json& json, const Coverage& coverage);

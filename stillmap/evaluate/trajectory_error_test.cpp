@@ -148,18 +148,18 @@ TEST(AbsoluteTrajectoryError, SaysWhyThereIsNone) {
 }
 
 TEST(RelativePoseError, MeasuresDriftPerSecond) {
-  const double degrees_per_second = 0.5, metres_per_second = 0.02;
+  const double degrees_per_second = 0.5, meters_per_second = 0.02;
   Trajectory truth, estimate;
   for (int i = 0; i <= 100; ++i) {
     const double t = 0.1 * i;
     truth.push_back({t, Pose()});
     const double angle = t * degrees_per_second * std::numbers::pi / 180;
-    estimate.push_back({t, Pose(so3_exp({0, 0, angle}), {0, 0, t * metres_per_second})});
+    estimate.push_back({t, Pose(so3_exp({0, 0, angle}), {0, 0, t * meters_per_second})});
   }
   const RpeResult rpe = relative_pose_error(truth, estimate);
   EXPECT_EQ(rpe.pairs.size(), 90u);  // the pose at 9 s would need the last one
-  EXPECT_NEAR(rpe.translation.max, metres_per_second, 1e-12);
-  EXPECT_NEAR(rpe.translation.min, metres_per_second, 1e-12);
+  EXPECT_NEAR(rpe.translation.max, meters_per_second, 1e-12);
+  EXPECT_NEAR(rpe.translation.min, meters_per_second, 1e-12);
   EXPECT_NEAR(rpe.rotation.median, degrees_per_second, 1e-9);
 }
 

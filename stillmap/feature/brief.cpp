@@ -31,13 +31,13 @@ STILLMAP_KERNEL void turn_points(const std::array<std::int16_t, 256>& px,
                                  const std::array<std::int16_t, 256>& py, const Turn& turn,
                                  std::array<std::int16_t, 256>& where) {
   constexpr std::int16_t kHalf = 1 << (kFractionBits - 1);
-  constexpr int kCentre = 15 * kStride + 15;
+  constexpr int kCenter = 15 * kStride + 15;
   for (int i = 0; i < 256; i += 16) {
     const I16x16 x = load<I16x16>(px.data() + i), y = load<I16x16>(py.data() + i);
     const I16x16 turned_x = (x * turn.cosine - y * turn.sine + kHalf) >> kFractionBits;
     const I16x16 turned_y = (x * turn.sine + y * turn.cosine + kHalf) >> kFractionBits;
     store(where.data() + i, turned_y * static_cast<std::int16_t>(kStride) + turned_x +
-                                static_cast<std::int16_t>(kCentre));
+                                static_cast<std::int16_t>(kCenter));
   }
 }
 
@@ -50,11 +50,11 @@ STILLMAP_KERNEL std::uint64_t darker(const std::uint8_t* a, const std::uint8_t* 
   return (load<std::uint64_t>(&chosen) * 0x0101010101010101ULL) >> 56;
 }
 
-STILLMAP_KERNEL Descriptor describe_one(const std::uint8_t* centre, std::ptrdiff_t stride,
+STILLMAP_KERNEL Descriptor describe_one(const std::uint8_t* center, std::ptrdiff_t stride,
                                         const Turn& turn, const BriefPattern& pattern) {
   alignas(32) std::array<std::uint8_t, 31 * kStride> patch;
   for (int y = 0; y < 31; ++y) {
-    std::memcpy(patch.data() + y * kStride, centre + (y - 15) * stride - 15, kStride);
+    std::memcpy(patch.data() + y * kStride, center + (y - 15) * stride - 15, kStride);
   }
   alignas(32) std::array<std::int16_t, 256> where_a, where_b;
   turn_points(pattern.ax, pattern.ay, turn, where_a);
@@ -73,8 +73,8 @@ STILLMAP_KERNEL void describe_all(const cv::Mat& image, std::span<const Corner> 
                                   const BriefPattern& pattern) {
   const auto stride = static_cast<std::ptrdiff_t>(image.step);
   for (std::size_t i = 0; i < corners.size(); ++i) {
-    const std::uint8_t* centre = image.data + corners[i].y * stride + corners[i].x;
-    out[i] = describe_one(centre, stride, turn_of(moments[i]), pattern);
+    const std::uint8_t* center = image.data + corners[i].y * stride + corners[i].x;
+    out[i] = describe_one(center, stride, turn_of(moments[i]), pattern);
   }
 }
 

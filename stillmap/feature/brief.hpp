@@ -17,7 +17,7 @@ namespace stillmap {
 inline constexpr int kPatchMargin = 16;
 
 /// First moments of the intensity in a disc of radius 15 around a pixel, x right, y down: the
-/// vector from the centre to the intensity centroid, times the disc's mass (Rosin 1999; Rublee et
+/// vector from the center to the intensity centroid, times the disc's mass (Rosin 1999; Rublee et
 /// al. 2011, eq. 1-3).
 struct PatchMoments {
   int m10 = 0, m01 = 0;

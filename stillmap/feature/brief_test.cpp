@@ -12,9 +12,9 @@
 namespace stillmap {
 namespace {
 
-/// `image` turned by `angle` (from x to y) around the pixel `centre`.
-cv::Mat turned(const cv::Mat& image, cv::Point2f centre, double angle) {
-  const cv::Mat map = cv::getRotationMatrix2D(centre, -angle * 180 / CV_PI, 1);
+/// `image` turned by `angle` (from x to y) around the pixel `center`.
+cv::Mat turned(const cv::Mat& image, cv::Point2f center, double angle) {
+  const cv::Mat map = cv::getRotationMatrix2D(center, -angle * 180 / CV_PI, 1);
   cv::Mat result;
   cv::warpAffine(image, result, map, image.size(), cv::INTER_CUBIC, cv::BORDER_REFLECT_101);
   return result;
@@ -36,9 +36,9 @@ TEST_P(BriefOnPath, MomentsAreThoseOfTheDefinition) {
     for (int y = -15; y <= 15; ++y) {
       for (int x = -15; x <= 15; ++x) {
         if (x * x + y * y > 15.5 * 15.5) continue;
-        const int grey = image.at<std::uint8_t>(corners[i].y + y, corners[i].x + x);
-        expected.m10 += x * grey;
-        expected.m01 += y * grey;
+        const int gray = image.at<std::uint8_t>(corners[i].y + y, corners[i].x + x);
+        expected.m10 += x * gray;
+        expected.m01 += y * gray;
       }
     }
     EXPECT_EQ(moments[i], expected);
@@ -51,7 +51,7 @@ TEST_P(BriefOnPath, BlurIsTheIntegerGaussian) {
     cv::Mat expected;
     cv::GaussianBlur(image, expected, {7, 7}, 2, 2, cv::BORDER_REFLECT_101);
     Blur blur(GetParam());
-    // Weights in 1/256 and rounding between the directions: no more than 2 grey values.
+    // Weights in 1/256 and rounding between the directions: no more than 2 gray values.
     EXPECT_LE(cv::norm(blur(image), expected, cv::NORM_INF), 2);
   }
 }
@@ -98,14 +98,14 @@ TEST_P(BriefOnPath, DescriptorsAreTheTurnedComparisons) {
   const BriefPattern& p = brief_pattern();
   for (std::size_t k = 0; k < corners.size(); ++k) {
     const double c = std::cos(moments[k].angle()), s = std::sin(moments[k].angle());
-    const auto grey = [&](double x, double y) {
+    const auto gray = [&](double x, double y) {
       return image.at<std::uint8_t>(
           corners[k].y + static_cast<int>(std::floor(s * x + c * y + 0.5)),
           corners[k].x + static_cast<int>(std::floor(c * x - s * y + 0.5)));
     };
     int wrong = 0;
     for (int i = 0; i < 256; ++i) {
-      const bool expected = grey(p.ax[i], p.ay[i]) < grey(p.bx[i], p.by[i]);
+      const bool expected = gray(p.ax[i], p.ay[i]) < gray(p.bx[i], p.by[i]);
       const bool bit = ((descriptors[k][i / 64] >> (i % 64)) & 1) != 0;
       wrong += expected != bit ? 1 : 0;
     }
@@ -114,7 +114,7 @@ TEST_P(BriefOnPath, DescriptorsAreTheTurnedComparisons) {
   }
 }
 
-TEST(Brief, RecognisesThePatchWhenTheImageTurns) {
+TEST(Brief, RecognizesThePatchWhenTheImageTurns) {
   const cv::Mat image = dead_leaves({201, 201}, 5);
   const std::vector<Corner> corners = {{100, 100, 0}, {60, 90, 0}};
   Blur blur;

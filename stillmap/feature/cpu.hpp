@@ -2,7 +2,7 @@
 #pragma once
 
 /// Run-time choice between two builds of the same hot loop. A loop is written once, as a template
-/// on the vector type or as plain code the compiler vectorises, marked STILLMAP_KERNEL, and is
+/// on the vector type or as plain code the compiler vectorizes, marked STILLMAP_KERNEL, and is
 /// instantiated in two small functions: one for the base instruction set, one marked
 /// STILLMAP_TARGET_AVX2. Both compute in integers, so both give the same bits.
 #define STILLMAP_ALWAYS_INLINE __attribute__((always_inline))

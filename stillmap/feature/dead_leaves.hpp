@@ -30,7 +30,7 @@ class TestRandom {
 };
 
 /// A dead-leaves image (Matheron 1968; Lee, Mumford, Huang 2001): discs and turned rectangles of
-/// random grey that hide each other, with sizes distributed as 1 / size^3, so that it looks alike
+/// random gray that hide each other, with sizes distributed as 1 / size^3, so that it looks alike
 /// at every scale as photographs do; slightly blurred as by a lens. 8UC1.
 inline cv::Mat dead_leaves(cv::Size size, std::uint64_t seed) {
   constexpr int kShift = 4;  // positions in 1/16 pixel
@@ -41,11 +41,11 @@ inline cv::Mat dead_leaves(cv::Size size, std::uint64_t seed) {
   for (int i = 0; i < leaves; ++i) {
     const double q = random.uniform(0, 1);
     const double radius = 1 / std::sqrt((1 - q) / (kMin * kMin) + q / (kMax * kMax));
-    const cv::Point2d centre(random.uniform(0, size.width), random.uniform(0, size.height));
-    const cv::Scalar grey(random.uniform(20, 235));
+    const cv::Point2d center(random.uniform(0, size.width), random.uniform(0, size.height));
+    const cv::Scalar gray(random.uniform(20, 235));
     const double angle = random.uniform(0, CV_PI), aspect = random.uniform(0.4, 1);
     if (random.below(2) == 0) {
-      cv::circle(image, centre * (1 << kShift), static_cast<int>(radius * (1 << kShift)), grey,
+      cv::circle(image, center * (1 << kShift), static_cast<int>(radius * (1 << kShift)), gray,
                  cv::FILLED, cv::LINE_AA, kShift);
       continue;
     }
@@ -54,8 +54,8 @@ inline cv::Mat dead_leaves(cv::Size size, std::uint64_t seed) {
     cv::Point corners[4];
     const cv::Point2d signs[4] = {{1, 1}, {1, -1}, {-1, -1}, {-1, 1}};
     for (int k = 0; k < 4; ++k)
-      corners[k] = (centre + signs[k].x * a + signs[k].y * b) * (1 << kShift);
-    cv::fillConvexPoly(image, corners, 4, grey, cv::LINE_AA, kShift);
+      corners[k] = (center + signs[k].x * a + signs[k].y * b) * (1 << kShift);
+    cv::fillConvexPoly(image, corners, 4, gray, cv::LINE_AA, kShift);
   }
   cv::GaussianBlur(image, image, {0, 0}, 0.7);
   return image;

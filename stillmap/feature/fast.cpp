@@ -34,12 +34,12 @@ STILLMAP_KERNEL bool may_hold_corners(const std::uint8_t* p, const RingOffsets& 
   const V south = load<V>(p + ring[8]), west = load<V>(p + ring[12]);
   const V brightest = lower(higher(north, south), higher(east, west));
   const V darkest = higher(lower(north, south), lower(east, west));
-  const V centre = load<V>(p);
-  const V most = higher(excess(brightest, centre), excess(centre, darkest));
+  const V center = load<V>(p);
+  const V most = higher(excess(brightest, center), excess(center, darkest));
   return any(excess(most, threshold));
 }
 
-/// FAST score of sizeof(V) neighbouring pixels. `bright` becomes the largest over all arcs of 9 of
+/// FAST score of sizeof(V) neighboring pixels. `bright` becomes the largest over all arcs of 9 of
 /// the arc's darkest pixel, `dark` the smallest of the brightest. The arcs that start at i and i +
 /// 1 share eight pixels, so they are taken in pairs: min(min of the eight, max of the two ends).
 template <typename V>
@@ -65,8 +65,8 @@ STILLMAP_KERNEL V corner_score(const std::uint8_t* p, const RingOffsets& ring) {
     bright = higher(bright, lower(eight_low, higher(end, other_end)));
     dark = lower(dark, higher(eight_high, lower(end, other_end)));
   }
-  const V centre = load<V>(p);
-  return higher(excess(bright, centre), excess(centre, dark));
+  const V center = load<V>(p);
+  return higher(excess(bright, center), excess(center, dark));
 }
 
 template <typename Wide>
@@ -89,7 +89,7 @@ STILLMAP_KERNEL void score_area(const std::uint8_t* image, std::ptrdiff_t stride
   }
 }
 
-/// Scores that are maxima of their 3 x 3 neighbourhood, else 0.
+/// Scores that are maxima of their 3 x 3 neighborhood, else 0.
 template <typename Wide>
 STILLMAP_KERNEL void maxima_of_row(const std::uint8_t* row, std::ptrdiff_t stride, int count,
                                    std::uint8_t* out) {
@@ -196,7 +196,7 @@ const std::vector<Corner>& FastDetector::detect(const cv::Mat& image) {
 
   score_buffer_.resize(std::max(score_buffer_.size(), image.total()));
   scores_ = cv::Mat(image.size(), CV_8UC1, score_buffer_.data());
-  // One pixel more on each side, so that the outermost corners have neighbours to be compared with.
+  // One pixel more on each side, so that the outermost corners have neighbors to be compared with.
   fast_scores(image, {border_ - 1, border_ - 1, width + 2, height + 2}, threshold_low_, scores_,
               path_);
 

@@ -17,16 +17,16 @@ struct Corner {
 };
 
 /// FAST-9/16 (Rosten and Drummond, Machine learning for high-speed corner detection, ECCV 2006): a
-/// pixel is a corner at threshold t if 9 neighbouring pixels of the 16 on a circle of radius 3 are
+/// pixel is a corner at threshold t if 9 neighboring pixels of the 16 on a circle of radius 3 are
 /// all brighter than it by more than t, or all darker. Its score is the smallest t at which it is
 /// none: the largest, over all arcs of 9, of the smallest difference.
 ///
-/// Local maxima of the score in their 3 x 3 neighbourhood only; of equal neighbours the last in
+/// Local maxima of the score in their 3 x 3 neighborhood only; of equal neighbors the last in
 /// raster order. The image is cut into cells; corners below `threshold` are kept only in cells that
 /// have none above it.
 class FastDetector {
  public:
-  /// @param threshold, threshold_low  grey values, 1 to 254
+  /// @param threshold, threshold_low  gray values, 1 to 254
   /// @param cell    side of the cells [pixels]
   /// @param border  corners are at least this many pixels from the edge, at least 4
   FastDetector(int threshold, int threshold_low, int cell, int border,

@@ -10,18 +10,18 @@
 namespace stillmap {
 namespace {
 
-/// The definition, word by word: whether 9 neighbouring ring pixels are all brighter by more than
+/// The definition, word by word: whether 9 neighboring ring pixels are all brighter by more than
 /// t, or darker.
 bool is_corner(const cv::Mat& image, int x, int y, int t) {
   constexpr int kX[16] = {0, 1, 2, 3, 3, 3, 2, 1, 0, -1, -2, -3, -3, -3, -2, -1};
   constexpr int kY[16] = {-3, -3, -2, -1, 0, 1, 2, 3, 3, 3, 2, 1, 0, -1, -2, -3};
-  const int centre = image.at<std::uint8_t>(y, x);
+  const int center = image.at<std::uint8_t>(y, x);
   for (int first = 0; first < 16; ++first) {
     int brighter = 0, darker = 0;
     for (int i = first; i < first + 9; ++i) {
       const int p = image.at<std::uint8_t>(y + kY[i % 16], x + kX[i % 16]);
-      brighter += p > centre + t ? 1 : 0;
-      darker += p < centre - t ? 1 : 0;
+      brighter += p > center + t ? 1 : 0;
+      darker += p < center - t ? 1 : 0;
     }
     if (brighter == 9 || darker == 9) return true;
   }
@@ -102,7 +102,7 @@ TEST(FastDetector, FindsTheCornersOfASquare) {
   EXPECT_LE(found.size(), 4U);
 }
 
-TEST(FastDetector, KeepsNoTwoNeighbours) {
+TEST(FastDetector, KeepsNoTwoNeighbors) {
   FastDetector detector(20, 7, 30, 16);
   const auto corners = detector.detect(dead_leaves({200, 150}, 7));
   ASSERT_GT(corners.size(), 50U);

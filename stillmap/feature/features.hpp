@@ -18,7 +18,7 @@ struct Keypoint {
   float u = 0, v = 0;  ///< sub-pixel position [pixels]
   float angle = 0;     ///< orientation of the patch by its intensity centroid [radians, (-pi, pi]]
   float response = 0;  ///< corner score, comparable within one image
-  float depth = 0;     ///< metres along the optical axis; 0 where the depth image has none
+  float depth = 0;     ///< meters along the optical axis; 0 where the depth image has none
   std::uint8_t level = 0;  ///< pyramid level, 0 = full size
 };
 

@@ -87,20 +87,20 @@ class RotationHistogram {
 };
 
 /// The keypoint that a query asks for.
-struct Wish {
+struct Candidate {
   std::uint32_t keypoint = kNoMatch;
   int distance = 257;
   explicit operator bool() const { return keypoint != kNoMatch; }
 };
 
-/// What each query asks for, before others' wishes are looked at.
+/// What each query asks for, before others' outputs are looked at.
 class CandidateSearch {
  public:
   CandidateSearch(const Features& features, const ProjectionMatchOptions& options,
                   std::span<const std::uint8_t> taken, CpuPath path)
       : features_(features), options_(options), taken_(taken), path_(path) {}
 
-  Wish operator()(const ProjectionQuery& q) {
+  Candidate operator()(const ProjectionQuery& q) {
     if (!std::isfinite(q.u + q.v + q.radius)) return {};
     near_.clear();
     features_.grid.for_each_near(q.u, q.v, q.radius, q.min_level, q.max_level,
@@ -128,35 +128,35 @@ class CandidateSearch {
 };
 
 /// Leaves each keypoint to the query that is nearest to it.
-void resolve_conflicts(std::vector<Wish>& wishes, std::size_t keypoints) {
+void resolve_conflicts(std::vector<Candidate>& outputs, std::size_t keypoints) {
   constexpr std::size_t kNobody = std::numeric_limits<std::size_t>::max();
   std::vector<std::size_t> owner(keypoints, kNobody);
-  for (std::size_t i = 0; i < wishes.size(); ++i) {
-    if (!wishes[i]) continue;
-    std::size_t& holder = owner[wishes[i].keypoint];
-    if (holder != kNobody && wishes[holder].distance <= wishes[i].distance) {
-      wishes[i] = {};
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    if (!outputs[i]) continue;
+    std::size_t& holder = owner[outputs[i].keypoint];
+    if (holder != kNobody && outputs[holder].distance <= outputs[i].distance) {
+      outputs[i] = {};
       continue;
     }
-    if (holder != kNobody) wishes[holder] = {};
+    if (holder != kNobody) outputs[holder] = {};
     holder = i;
   }
 }
 
 void refuse_odd_rotations(std::span<const ProjectionQuery> queries, const Features& features,
-                          std::vector<Wish>& wishes) {
+                          std::vector<Candidate>& outputs) {
   const auto bin_of = [&](std::size_t i) -> std::optional<int> {
-    if (!wishes[i] || !std::isfinite(queries[i].angle)) return std::nullopt;
-    return RotationHistogram::bin_of(features.keypoints[wishes[i].keypoint].angle -
+    if (!outputs[i] || !std::isfinite(queries[i].angle)) return std::nullopt;
+    return RotationHistogram::bin_of(features.keypoints[outputs[i].keypoint].angle -
                                      queries[i].angle);
   };
   RotationHistogram histogram;
-  for (std::size_t i = 0; i < wishes.size(); ++i) {
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
     if (const auto bin = bin_of(i)) histogram.add(*bin);
   }
   const auto dominant = histogram.dominant();
-  for (std::size_t i = 0; i < wishes.size(); ++i) {
-    if (const auto bin = bin_of(i); bin && !dominant[*bin]) wishes[i] = {};
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    if (const auto bin = bin_of(i); bin && !dominant[*bin]) outputs[i] = {};
   }
 }
 
@@ -212,15 +212,15 @@ std::vector<std::optional<std::uint32_t>> match_by_projection(
     std::span<const ProjectionQuery> queries, const Features& features,
     const ProjectionMatchOptions& options, std::span<const std::uint8_t> taken, CpuPath path) {
   CandidateSearch search(features, options, taken, path);
-  std::vector<Wish> wishes;
-  wishes.reserve(queries.size());
-  for (const ProjectionQuery& q : queries) wishes.push_back(search(q));
-  resolve_conflicts(wishes, features.size());
-  if (options.check_rotation) refuse_odd_rotations(queries, features, wishes);
+  std::vector<Candidate> outputs;
+  outputs.reserve(queries.size());
+  for (const ProjectionQuery& q : queries) outputs.push_back(search(q));
+  resolve_conflicts(outputs, features.size());
+  if (options.check_rotation) refuse_odd_rotations(queries, features, outputs);
 
   std::vector<std::optional<std::uint32_t>> matches(queries.size());
-  for (std::size_t i = 0; i < wishes.size(); ++i) {
-    if (wishes[i]) matches[i] = wishes[i].keypoint;
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    if (outputs[i]) matches[i] = outputs[i].keypoint;
   }
   return matches;
 }

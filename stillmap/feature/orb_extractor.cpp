@@ -49,15 +49,15 @@ std::vector<int> shares(const OrbOptions& options, int keypoints) {
   return share;
 }
 
-void check_images(const cv::Mat& grey, const cv::Mat& depth) {
-  require(grey.empty() || grey.type() == CV_8UC1, "the image is not 8-bit grey",
+void check_images(const cv::Mat& gray, const cv::Mat& depth) {
+  require(gray.empty() || gray.type() == CV_8UC1, "the image is not 8-bit gray",
           "OrbExtractor::extract", "convert it with cv::cvtColor(..., cv::COLOR_BGR2GRAY)");
   require(depth.empty() || depth.type() == CV_32FC1, "the depth image is not 32-bit float",
           "OrbExtractor::extract",
-          "convert it to metres with depth.convertTo(..., CV_32F, 1 / depth_factor)");
-  require(depth.empty() || depth.size() == grey.size(),
-          "the depth image has another size than the grey one", "OrbExtractor::extract",
-          "register the depth to the colour image");
+          "convert it to meters with depth.convertTo(..., CV_32F, 1 / depth_factor)");
+  require(depth.empty() || depth.size() == gray.size(),
+          "the depth image has another size than the gray one", "OrbExtractor::extract",
+          "register the depth to the color image");
 }
 
 bool known(float depth) { return std::isfinite(depth) && depth > 0; }
@@ -68,9 +68,9 @@ float depth_at(const cv::Mat& depth, float u, float v, double jump) {
   if (depth.empty()) return 0;
   const int x = std::clamp(static_cast<int>(std::lround(u)), 0, depth.cols - 1);
   const int y = std::clamp(static_cast<int>(std::lround(v)), 0, depth.rows - 1);
-  const float centre = depth.at<float>(y, x);
-  if (!known(centre)) return 0;
-  float nearest = centre, farthest = centre;
+  const float center = depth.at<float>(y, x);
+  if (!known(center)) return 0;
+  float nearest = center, farthest = center;
   for (int j = std::max(y - 1, 0); j <= std::min(y + 1, depth.rows - 1); ++j) {
     for (int i = std::max(x - 1, 0); i <= std::min(x + 1, depth.cols - 1); ++i) {
       const float d = depth.at<float>(j, i);
@@ -79,7 +79,7 @@ float depth_at(const cv::Mat& depth, float u, float v, double jump) {
       farthest = std::max(farthest, d);
     }
   }
-  return farthest > nearest * (1 + jump) ? nearest : centre;
+  return farthest > nearest * (1 + jump) ? nearest : center;
 }
 
 OrbExtractor::OrbExtractor(const OrbOptions& options, CpuPath path)
@@ -90,17 +90,17 @@ OrbExtractor::OrbExtractor(const OrbOptions& options, CpuPath path)
                 path),
       blur_(path) {}
 
-Features OrbExtractor::extract(const cv::Mat& grey, const cv::Mat& depth,
+Features OrbExtractor::extract(const cv::Mat& gray, const cv::Mat& depth,
                                std::optional<int> keypoints) {
   const TraceScope scope("features");
-  check_images(grey, depth);
+  check_images(gray, depth);
   const int most = keypoints.value_or(options_.keypoints);
   Features features;
-  if (grey.empty()) return features;
+  if (gray.empty()) return features;
   features.keypoints.reserve(most);
   features.descriptors.reserve(most);
 
-  pyramid_.build(grey, options_.pyramid(), 2 * options_.border + 1);
+  pyramid_.build(gray, options_.pyramid(), 2 * options_.border + 1);
   const std::vector<int> share = shares(options_, most);
   int wanted = 0;  // what finer levels left over, and this level's share
   for (int level = 0; level < pyramid_.levels(); ++level) {
@@ -111,7 +111,7 @@ Features OrbExtractor::extract(const cv::Mat& grey, const cv::Mat& depth,
   }
   const TraceScope depths("depth");
   for (Keypoint& k : features.keypoints) k.depth = depth_at(depth, k.u, k.v, options_.depth_jump);
-  features.grid = KeypointGrid(features.keypoints, grey.cols, grey.rows);
+  features.grid = KeypointGrid(features.keypoints, gray.cols, gray.rows);
   return features;
 }
 

@@ -18,8 +18,8 @@ namespace stillmap {
 struct OrbOptions {
   int keypoints = 1000;       ///< at most per image, all levels together
   int levels = 8;             ///< of the scale pyramid, 1 to 16
-  double scale_factor = 1.2;  ///< between neighbouring levels, in (1, 2]
-  int fast_threshold = 20;  ///< grey values by which 9 ring pixels in a row differ from the centre
+  double scale_factor = 1.2;  ///< between neighboring levels, in (1, 2]
+  int fast_threshold = 20;  ///< gray values by which 9 ring pixels in a row differ from the center
   int fast_threshold_low = 7;  ///< the same, where a cell has no corner at fast_threshold
   int cell = 30;               ///< side of the cells that get the second threshold [level's pixels]
   int border = 16;             ///< no corner nearer to a level's edge [level's pixels], at least 16
@@ -43,12 +43,12 @@ class OrbExtractor {
   /// Throws Error where an option is out of its range.
   explicit OrbExtractor(const OrbOptions& options = {}, CpuPath path = best_cpu_path());
 
-  /// @param grey   8UC1, any size; too small or without texture: no keypoints
-  /// @param depth  32FC1 of the same size, metres, 0 or not finite where unknown; empty: no depths
+  /// @param gray   8UC1, any size; too small or without texture: no keypoints
+  /// @param depth  32FC1 of the same size, meters, 0 or not finite where unknown; empty: no depths
   /// @param keypoints  at most; none: options.keypoints
   /// Throws Error where a type or size is another. Keypoints are ordered by level; a level that has
   /// too few corners leaves its share to the coarser ones.
-  Features extract(const cv::Mat& grey, const cv::Mat& depth = {},
+  Features extract(const cv::Mat& gray, const cv::Mat& depth = {},
                    std::optional<int> keypoints = std::nullopt);
 
   const OrbOptions& options() const { return options_; }
@@ -65,8 +65,8 @@ class OrbExtractor {
   std::vector<PatchMoments> moments_;
 };
 
-/// Depth of the surface a keypoint sits on [metres], 0 where the image has none: the value at the
-/// nearest pixel; where the 3 x 3 neighbourhood steps by more than `jump` (relative), that of its
+/// Depth of the surface a keypoint sits on [meters], 0 where the image has none: the value at the
+/// nearest pixel; where the 3 x 3 neighborhood steps by more than `jump` (relative), that of its
 /// nearer side, since a corner at a depth edge belongs to the thing in front.
 float depth_at(const cv::Mat& depth, float u, float v, double jump);
 

@@ -43,14 +43,14 @@ ViewPair make_views(const cv::Matx33d& H, std::uint64_t seed) {
   return views;
 }
 
-/// Turned by `angle` (from x to y) and magnified by `scale` around the image's centre, then tilted
+/// Turned by `angle` (from x to y) and magnified by `scale` around the image's center, then tilted
 /// a little.
 cv::Matx33d similarity(double angle, double scale, double tilt = 0) {
   const double c = scale * std::cos(angle), s = scale * std::sin(angle);
   const double cx = kSize.width / 2.0, cy = kSize.height / 2.0;
-  const cv::Matx33d from_centre(1, 0, cx, 0, 1, cy, 0, 0, 1),
-      to_centre(1, 0, -cx, 0, 1, -cy, 0, 0, 1);
-  return from_centre * cv::Matx33d(c, -s, 0, s, c, 0, tilt, 0, 1) * to_centre;
+  const cv::Matx33d from_center(1, 0, cx, 0, 1, cy, 0, 0, 1),
+      to_center(1, 0, -cx, 0, 1, -cy, 0, 0, 1);
+  return from_center * cv::Matx33d(c, -s, 0, s, c, 0, tilt, 0, 1) * to_center;
 }
 
 double level_scale(const Keypoint& k) { return std::pow(1.2, k.level); }
@@ -245,10 +245,10 @@ TEST(OrbExtractor, FindsNothingWhereThereIsNothing) {
 
 TEST(OrbExtractor, RefusesWrongImagesAndOptions) {
   OrbExtractor extractor;
-  const cv::Mat grey = dead_leaves({100, 80}, 21);
+  const cv::Mat gray = dead_leaves({100, 80}, 21);
   EXPECT_THROW(extractor.extract(cv::Mat(80, 100, CV_8UC3)), Error);
-  EXPECT_THROW(extractor.extract(grey, cv::Mat(80, 100, CV_16UC1)), Error);
-  EXPECT_THROW(extractor.extract(grey, cv::Mat(60, 100, CV_32FC1)), Error);
+  EXPECT_THROW(extractor.extract(gray, cv::Mat(80, 100, CV_16UC1)), Error);
+  EXPECT_THROW(extractor.extract(gray, cv::Mat(60, 100, CV_32FC1)), Error);
   EXPECT_THROW(OrbExtractor({.keypoints = -1}), Error);
   EXPECT_THROW(OrbExtractor({.levels = 0}), Error);
   EXPECT_THROW(OrbExtractor({.scale_factor = 1}), Error);

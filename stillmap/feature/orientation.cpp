@@ -36,8 +36,8 @@ STILLMAP_KERNEL I16x16 sixteen(const std::uint8_t* p, const std::uint8_t* mask) 
   return __builtin_convertvector(bytes, I16x16);
 }
 
-STILLMAP_KERNEL PatchMoments moments_of(const std::uint8_t* centre, std::ptrdiff_t stride) {
-  const std::uint8_t* left = centre - kRadius;
+STILLMAP_KERNEL PatchMoments moments_of(const std::uint8_t* center, std::ptrdiff_t stride) {
+  const std::uint8_t* left = center - kRadius;
   ColumnSums sums;
   for (int half = 0; half < 2; ++half) {
     const int x = 16 * half;

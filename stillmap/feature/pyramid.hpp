@@ -23,8 +23,8 @@ class ImagePyramid {
   int levels() const { return levels_; }
   const cv::Mat& operator[](int level) const { return images_[level]; }
 
-  /// Where a position on a level lies in the full-size image. Pixel centres have whole coordinates,
-  /// so the outer edges of the images, at -0.5 and size - 0.5, fall together, not the centres of
+  /// Where a position on a level lies in the full-size image. Pixel centers have whole coordinates,
+  /// so the outer edges of the images, at -0.5 and size - 0.5, fall together, not the centers of
   /// their corner pixels: u = (x + 0.5) * width_0 / width_l - 0.5.
   cv::Point2f to_full_size(cv::Point2f p, int level) const;
 

@@ -21,7 +21,7 @@ TEST_P(Shrinking, IsBilinear) {
     cv::Mat shrunk, expected;
     shrink(image, size, shrunk);
     cv::resize(image, expected, size, 0, 0, cv::INTER_LINEAR_EXACT);
-    // Weights of 1/64 and two roundings: a grey value or two; at edges of full contrast, four.
+    // Weights of 1/64 and two roundings: a gray value or two; at edges of full contrast, four.
     EXPECT_LE(cv::norm(shrunk, expected, cv::NORM_INF), 4) << size;
     EXPECT_LE(cv::norm(shrunk, expected, cv::NORM_L1) / size.area(), 0.6) << size;
   }

@@ -26,7 +26,7 @@ class Shrinker {
     int first = 0;
     int weight = 0;
   };
-  /// Eight neighbouring results that come from 16 neighbouring source pixels.
+  /// Eight neighboring results that come from 16 neighboring source pixels.
   struct Block {
     int to = 0, from = 0;                  // first pixel of either
     std::array<std::uint8_t, 16> pick{};   // source pixels of each result's two taps

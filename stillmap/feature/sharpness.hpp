@@ -4,10 +4,10 @@
 
 namespace stillmap {
 
-/// How sharp a picture is: the mean squared difference of neighbouring 2x2 blocks (right and below)
-/// on every fourth row of blocks, in squared grey values. Motion blur lowers it; it compares
+/// How sharp a picture is: the mean squared difference of neighboring 2x2 blocks (right and below)
+/// on every fourth row of blocks, in squared gray values. Motion blur lowers it; it compares
 /// pictures of one scene only, since what is in view matters as much.
-/// @param grey 8UC1, at least 4x4 pixels
-double sharpness(const cv::Mat& grey);
+/// @param gray 8UC1, at least 4x4 pixels
+double sharpness(const cv::Mat& gray);
 
 }  // namespace stillmap

@@ -76,7 +76,7 @@ class Vocabulary {
   /// comes first.
   std::uint32_t node(const Descriptor& descriptor, int level) const;
 
-  /// The image's words, TF-IDF weighted, L1-normalised, and its direct index.
+  /// The image's words, TF-IDF weighted, L1-normalized, and its direct index.
   /// @param weights  one per descriptor: those of weight 0 or less are left out; empty: all count
   BagOfWords transform(std::span<const Descriptor> descriptors, std::span<const float> weights = {},
                        int direct_level = kDirectIndexLevel) const;

@@ -176,7 +176,7 @@ TEST(BuiltInVocabulary, IsLargeEnoughInWordsAndSmallInBytes) {
 
 /// In an office it has not been trained on, each picture must look more like one from nearby than
 /// like any that looks elsewhere. The camera walks once around the room; pictures are 0.4 m apart.
-TEST(BuiltInVocabulary, NeighboursLookAlikeMoreThanStrangers) {
+TEST(BuiltInVocabulary, NeighborsLookAlikeMoreThanStrangers) {
   const Vocabulary vocabulary = Vocabulary::built_in();
   SimulatedSequence sequence({.people = 0,
                               .camera = "loop",
@@ -188,7 +188,7 @@ TEST(BuiltInVocabulary, NeighboursLookAlikeMoreThanStrangers) {
   OrbExtractor orb({.keypoints = 500});
   std::vector<BowVector> bags;
   while (const auto frame = sequence.next())
-    bags.push_back(vocabulary.transform(orb.extract(frame->grey).descriptors).words);
+    bags.push_back(vocabulary.transform(orb.extract(frame->gray).descriptors).words);
   int right = 0;
   for (std::size_t i = 1; i + 1 < bags.size(); ++i) {
     double near = 0, far = 0;

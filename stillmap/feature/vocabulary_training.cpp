@@ -39,7 +39,7 @@ class BitMajority {
     }
   }
   bool empty() const { return count_ == 0; }
-  Descriptor centre() const {
+  Descriptor center() const {
     Descriptor d{};
     for (std::size_t i = 0; i < 256; ++i) {
       if (2 * ones_[i] > count_) d[i / 64] |= std::uint64_t{1} << (i % 64);
@@ -52,16 +52,16 @@ class BitMajority {
   std::uint32_t count_ = 0;
 };
 
-/// First centres: each next one drawn with a probability that grows with its squared distance to
+/// First centers: each next one drawn with a probability that grows with its squared distance to
 /// those there are. Fewer than wanted if the group has fewer different descriptors.
-Group first_centres(const Group& group, std::size_t wanted, std::mt19937_64& random) {
-  Group centres;
-  centres.push_back(group[random() % group.size()]);
+Group first_centers(const Group& group, std::size_t wanted, std::mt19937_64& random) {
+  Group centers;
+  centers.push_back(group[random() % group.size()]);
   std::vector<std::uint64_t> squared(group.size(), 257 * 257);
-  while (centres.size() < wanted) {
+  while (centers.size() < wanted) {
     std::uint64_t sum = 0;
     for (std::size_t i = 0; i < group.size(); ++i) {
-      const auto d = static_cast<std::uint64_t>(distance(group[i], centres.back()));
+      const auto d = static_cast<std::uint64_t>(distance(group[i], centers.back()));
       squared[i] = std::min(squared[i], d * d);
       sum += squared[i];
     }
@@ -69,52 +69,52 @@ Group first_centres(const Group& group, std::size_t wanted, std::mt19937_64& ran
     std::uint64_t left = random() % sum;
     std::size_t chosen = 0;
     while (left >= squared[chosen]) left -= squared[chosen++];
-    centres.push_back(group[chosen]);
+    centers.push_back(group[chosen]);
   }
-  return centres;
+  return centers;
 }
 
-std::vector<std::uint32_t> assign(const Group& group, const Group& centres) {
+std::vector<std::uint32_t> assign(const Group& group, const Group& centers) {
   std::vector<std::uint32_t> nearest(group.size());
   for (std::size_t i = 0; i < group.size(); ++i)
-    nearest[i] = nearest_two(group[i], std::span<const Descriptor>(centres)).best;
+    nearest[i] = nearest_two(group[i], std::span<const Descriptor>(centers)).best;
   return nearest;
 }
 
-/// Centres moved to the middles of what is nearest to them; those that nothing is nearest to go.
-Group moved_centres(const Group& group, const std::vector<std::uint32_t>& nearest,
+/// Centers moved to the middles of what is nearest to them; those that nothing is nearest to go.
+Group moved_centers(const Group& group, const std::vector<std::uint32_t>& nearest,
                     std::size_t count) {
   std::vector<BitMajority> majority(count);
   for (std::size_t i = 0; i < group.size(); ++i) majority[nearest[i]].add(group[i]);
-  Group centres;
+  Group centers;
   for (const BitMajority& m : majority) {
-    if (!m.empty()) centres.push_back(m.centre());
+    if (!m.empty()) centers.push_back(m.center());
   }
-  return centres;
+  return centers;
 }
 
-/// A group split into clusters around centres.
+/// A group split into clusters around centers.
 struct Clusters {
-  Group centres;
-  std::vector<Group> groups;  ///< one per centre, none empty
+  Group centers;
+  std::vector<Group> groups;  ///< one per center, none empty
 };
 
 Clusters cluster(const Group& group, const VocabularyTrainingOptions& options,
                  std::mt19937_64& random) {
-  Group centres = first_centres(group, static_cast<std::size_t>(options.branching), random);
-  auto nearest = assign(group, centres);
+  Group centers = first_centers(group, static_cast<std::size_t>(options.branching), random);
+  auto nearest = assign(group, centers);
   for (int i = 0; i < options.iterations; ++i) {
-    Group moved = moved_centres(group, nearest, centres.size());
-    if (moved == centres) break;
-    centres = std::move(moved);
-    nearest = assign(group, centres);
+    Group moved = moved_centers(group, nearest, centers.size());
+    if (moved == centers) break;
+    centers = std::move(moved);
+    nearest = assign(group, centers);
   }
-  std::vector<Group> groups(centres.size());
+  std::vector<Group> groups(centers.size());
   for (std::size_t i = 0; i < group.size(); ++i) groups[nearest[i]].push_back(group[i]);
   Clusters clusters;
-  for (std::size_t c = 0; c < centres.size(); ++c) {
+  for (std::size_t c = 0; c < centers.size(); ++c) {
     if (groups[c].empty()) continue;
-    clusters.centres.push_back(centres[c]);
+    clusters.centers.push_back(centers[c]);
     clusters.groups.push_back(std::move(groups[c]));
   }
   return clusters;
@@ -137,10 +137,10 @@ Tree grow(Group all, const VocabularyTrainingOptions& options) {
     for (Group& group : level) {
       Clusters clusters;
       if (depth < options.depth) clusters = cluster(group, options, random);
-      if (clusters.centres.size() < 2) clusters = {};
-      tree.children.push_back(static_cast<std::uint8_t>(clusters.centres.size()));
-      tree.descriptors.insert(tree.descriptors.end(), clusters.centres.begin(),
-                              clusters.centres.end());
+      if (clusters.centers.size() < 2) clusters = {};
+      tree.children.push_back(static_cast<std::uint8_t>(clusters.centers.size()));
+      tree.descriptors.insert(tree.descriptors.end(), clusters.centers.begin(),
+                              clusters.centers.end());
       std::move(clusters.groups.begin(), clusters.groups.end(), std::back_inserter(next));
       group = {};  // its memory is wanted for the next level
     }

@@ -6,7 +6,7 @@
 
 namespace stillmap {
 
-/// A pinhole camera, pixels. Pixel (0, 0) is the centre of the upper left pixel; x right, y down, z
+/// A pinhole camera, pixels. Pixel (0, 0) is the center of the upper left pixel; x right, y down, z
 /// ahead. Frames are rectified on entry (sensor room), so behind that room every camera is an ideal
 /// pinhole and `distortion` is what the *recorded* images had.
 struct Camera {
@@ -15,14 +15,14 @@ struct Camera {
   double fx = 525, fy = 525, cx = 319.5, cy = 239.5;  ///< pixels
   /// Radial-tangential distortion k1 k2 p1 p2 k3 (Brown 1966, in OpenCV's order).
   Eigen::Matrix<double, 5, 1> distortion = Eigen::Matrix<double, 5, 1>::Zero();
-  double depth_factor = 5000;  ///< raw depth units per metre
+  double depth_factor = 5000;  ///< raw depth units per meter
   double fps = 30;             ///< nominal frame rate [Hz]
   /// Baseline of the virtual second camera that turns a depth into a disparity [m]: that of the
   /// Kinect's projector and infrared camera.
   double baseline = 0.075;
 
   bool distorted() const { return !distortion.isZero(0); }
-  /// fx * baseline: disparity = bf / depth [pixel metres].
+  /// fx * baseline: disparity = bf / depth [pixel meters].
   double bf() const { return fx * baseline; }
 
   /// Pixel of a point in front of the camera (p_camera.z > 0), without distortion.
@@ -30,7 +30,7 @@ struct Camera {
     const double iz = 1.0 / p_camera.z();
     return {fx * p_camera.x() * iz + cx, fy * p_camera.y() * iz + cy};
   }
-  /// Point at depth z (along the optical axis, metres) behind pixel (u, v).
+  /// Point at depth z (along the optical axis, meters) behind pixel (u, v).
   Eigen::Vector3d unproject(double u, double v, double z) const {
     return {(u - cx) / fx * z, (v - cy) / fy * z, z};
   }

@@ -9,7 +9,7 @@ namespace stillmap {
 Eigen::Matrix3d skew(const Eigen::Vector3d& w);
 
 /// A rigid motion in SE(3). `T_a_b` maps coordinates in frame b to frame a: p_a = T_a_b * p_b, and
-/// frames chain by their names: T_a_c = T_a_b * T_b_c. Metres.
+/// frames chain by their names: T_a_c = T_a_b * T_b_c. Meters.
 class Pose {
  public:
   Pose() = default;

@@ -29,9 +29,9 @@ void write_trajectory(const std::filesystem::path& file, const Trajectory& traje
 /// decomposition, guarded against a reflection.
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& W);
 
-/// Least-squares rigid alignment (Umeyama 1991 without scale; Horn 1987): the T_a_b that minimises
+/// Least-squares rigid alignment (Umeyama 1991 without scale; Horn 1987): the T_a_b that minimizes
 /// sum |a_i - T_a_b b_i|^2. Columns are points. Needs at least 3 points that are not on one line
-/// for a unique answer; otherwise the rotation is one of the minimisers.
+/// for a unique answer; otherwise the rotation is one of the minimizers.
 Pose align_points(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b);
 
 }  // namespace stillmap

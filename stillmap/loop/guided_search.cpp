@@ -12,10 +12,10 @@ namespace {
 /// Whether something in front hides what should be seen at depth `depth` [m]: a keypoint beside it
 /// is clearly nearer, or on something that moves.
 bool hidden(const ImageView& image, const ProjectionQuery& query, double depth) {
-  constexpr float kBeside = 16;     // pixels
-  constexpr double kNearer = 0.85;  // of the depth expected
+  constexpr float kBackground = 16;  // pixels
+  constexpr double kNearer = 0.85;   // of the depth expected
   bool found = false;
-  image.features.grid.for_each_near(query.u, query.v, kBeside, 0, 255, [&](std::uint32_t i) {
+  image.features.grid.for_each_near(query.u, query.v, kBackground, 0, 255, [&](std::uint32_t i) {
     const float there = image.features.keypoints[i].depth;
     found |= image.static_weight[i] <= 0 || (there > 0 && there < kNearer * depth);
   });

@@ -10,10 +10,10 @@ namespace stillmap {
 namespace {
 
 /// A keyframe and those that share most landmarks with it, within its component.
-std::vector<KeyframeId> side_of(const Map& map, KeyframeId centre,
+std::vector<KeyframeId> side_of(const Map& map, KeyframeId center,
                                 const LoopCorrectionOptions& options) {
-  std::vector<KeyframeId> side = {centre};
-  for (const Covisible& c : map.covisible(centre, options.weld_shared)) {
+  std::vector<KeyframeId> side = {center};
+  for (const Covisible& c : map.covisible(center, options.weld_shared)) {
     if (static_cast<int>(side.size()) <= options.weld_most) side.push_back(c.keyframe);
   }
   return side;
@@ -66,7 +66,7 @@ LoopCorrection close_loop(Map& map, const LoopMatch& match, const LoopCorrection
   done.graph_ms = watch.milliseconds();
   map.add_loop(match.candidate, match.query);
   const Pose moved = map.at(match.query).T_world_camera * T_wrong.inverse();
-  done.metres = (map.at(match.query).T_world_camera.translation() - T_wrong.translation()).norm();
+  done.meters = (map.at(match.query).T_world_camera.translation() - T_wrong.translation()).norm();
   done.radians = moved.angle();
   done.keyframes = graph.keyframes().size();
   return done;
@@ -90,14 +90,14 @@ LoopCorrection join_maps(Map& map, const LoopMatch& match, const LoopCorrectionO
   LoopCorrection done;
   done.fused = weld(map, query_side, candidate_side, options.fusion);
   map.add_loop(match.candidate, match.query);
-  done.metres = ((to_candidates_world * T_wrong).translation() - T_wrong.translation()).norm();
+  done.meters = ((to_candidates_world * T_wrong).translation() - T_wrong.translation()).norm();
   done.radians = to_candidates_world.angle();
   done.keyframes = keyframes_of(map, std::min(of_query, of_candidate)).size();
   return done;
 }
 
 void settle(Map& map, const EssentialGraph& before, const PoseGraphOptions& options) {
-  constexpr double kMoved = 1e-9;  // metres, radians: more than what rounding does
+  constexpr double kMoved = 1e-9;  // meters, radians: more than what rounding does
   std::map<KeyframeId, Pose> held;
   for (const KeyframeId id : before.keyframes()) {
     if (map.find(id) == nullptr) continue;

@@ -20,13 +20,13 @@ struct LoopCorrectionOptions {
 
 /// What was done about a match, for the log and the summary.
 struct LoopCorrection {
-  double metres = 0, radians = 0;  ///< by which the query keyframe was moved
+  double meters = 0, radians = 0;  ///< by which the query keyframe was moved
   int fused = 0;                   ///< landmarks merged, and observations gained
   std::size_t keyframes = 0;       ///< of the component, all of which may have moved
   double graph_ms = 0;             ///< spent on the pose graph
 };
 
-/// Closes a loop within one component: the query and its neighbours move to where the match says,
+/// Closes a loop within one component: the query and its neighbors move to where the match says,
 /// with what they saw; landmarks that both sides know become one; and the rest of the component
 /// follows by its essential graph (Mur-Artal, Montiel and Tardos, TRO 2015, section VII.C-D; in
 /// SE(3), since the scale is known). The component's first keyframe stays. Bundle adjustment of the

@@ -16,7 +16,7 @@ const std::vector<SimulatedFrame>& round() {
   static const std::vector<SimulatedFrame> frames = [] {
     SimulationOptions options = small_pictures({.people = 0, .camera = "loop", .frames = 56});
     options.fps = 30;
-    options.speed = 19;  // a quarter of a metre from keyframe to keyframe
+    options.speed = 19;  // a quarter of a meter from keyframe to keyframe
     const SimulatedSequence sequence(options);
     std::vector<SimulatedFrame> made;
     for (std::size_t i = 0; i < sequence.frames(); ++i) made.push_back(sequence.at(i));
@@ -48,20 +48,20 @@ struct Drifted {
   }
 
   /// The last keyframe, verified against the first place that looks like it.
-  LoopVerdict recognise() const {
+  LoopVerification recognize() const {
     const KeyframeId query = keyframes.back();
     std::vector<KeyframeId> near(keyframes.end() - 15, keyframes.end());
     std::sort(near.begin(), near.end());
-    LoopVerdict verdict{std::nullopt, "nothing looks like it"};
+    LoopVerification verification{std::nullopt, "nothing looks like it"};
     for (const PlaceCandidate& place :
          find_places(built.map, built.index, built.index.find(query)->words, near, 0)) {
-      verdict = verify_loop(built.map, built.index, query, place.keyframe);
-      if (verdict.match) break;
+      verification = verify_loop(built.map, built.index, query, place.keyframe);
+      if (verification.match) break;
     }
-    return verdict;
+    return verification;
   }
 
-  /// Metres, of all keyframes, where the first one stands right.
+  /// Meters, of all keyframes, where the first one stands right.
   double rmse() const {
     double sum = 0;
     for (std::size_t i = 0; i < keyframes.size(); ++i) {
@@ -99,37 +99,37 @@ Vector6d some_drift() {
 TEST(CloseLoop, TakesOutTheDriftThatWasPutIn) {
   Drifted map(some_drift());
   const double before = map.rmse();
-  const LoopVerdict verdict = map.recognise();
-  ASSERT_TRUE(verdict.match) << verdict.reason;
-  const Pose T_query = map.built.map.at(verdict.match->query).T_world_camera;
-  const LoopCorrection done = close_loop(map.built.map, *verdict.match);
+  const LoopVerification verification = map.recognize();
+  ASSERT_TRUE(verification.match) << verification.reason;
+  const Pose T_query = map.built.map.at(verification.match->query).T_world_camera;
+  const LoopCorrection done = close_loop(map.built.map, *verification.match);
   EXPECT_GT(before, 0.12);
   EXPECT_LT(map.rmse(), 0.2 * before);
-  EXPECT_GT(done.metres, 0.2);
+  EXPECT_GT(done.meters, 0.2);
   EXPECT_EQ(done.keyframes, map.keyframes.size());
-  const Pose now = map.built.map.at(verdict.match->query).T_world_camera;
-  EXPECT_NEAR((now.translation() - T_query.translation()).norm(), done.metres, 1e-12);
+  const Pose now = map.built.map.at(verification.match->query).T_world_camera;
+  EXPECT_NEAR((now.translation() - T_query.translation()).norm(), done.meters, 1e-12);
   EXPECT_LT((now.inverse() * round().back().truth.T_world_camera).translation().norm(), 0.05)
       << "as near as the candidate is, which has drifted a little itself";
 }
 
 TEST(CloseLoop, BothSidesShareLandmarksAfterwardsAndTheyFitTheKeyframes) {
   Drifted map(some_drift());
-  const LoopVerdict verdict = map.recognise();
-  ASSERT_TRUE(verdict.match) << verdict.reason;
+  const LoopVerification verification = map.recognize();
+  ASSERT_TRUE(verification.match) << verification.reason;
   const double fit_before = map.median_reprojection();
   const std::size_t landmarks = map.built.map.landmark_count();
-  const LoopCorrection done = close_loop(map.built.map, *verdict.match);
+  const LoopCorrection done = close_loop(map.built.map, *verification.match);
   int shared = 0;
-  for (const Covisible& c : map.built.map.covisible(verdict.match->query)) {
-    if (c.keyframe == verdict.match->candidate) shared = c.shared;
+  for (const Covisible& c : map.built.map.covisible(verification.match->query)) {
+    if (c.keyframe == verification.match->candidate) shared = c.shared;
   }
   EXPECT_GT(shared, 50);
   EXPECT_GT(done.fused, 100);
   EXPECT_LT(map.built.map.landmark_count() + 50, landmarks);
   EXPECT_LT(map.median_reprojection(), fit_before + 0.5) << "landmarks move with their keyframes";
   ASSERT_EQ(map.built.map.loops().size(), 1U);
-  EXPECT_EQ(map.built.map.loops().front().b, verdict.match->query);
+  EXPECT_EQ(map.built.map.loops().front().b, verification.match->query);
 }
 
 TEST(JoinMaps, TheYoungerMovesAsAWholeAndBecomesPartOfTheOlder) {
@@ -137,16 +137,16 @@ TEST(JoinMaps, TheYoungerMovesAsAWholeAndBecomesPartOfTheOlder) {
   Map& m = map.built.map;
   // The second map is somewhere else altogether.
   m.move_component(1, Pose(so3_exp({0.3, 2, -1}), {4, -7, 2}));
-  const LoopVerdict verdict = map.recognise();
-  ASSERT_TRUE(verdict.match) << verdict.reason;
-  EXPECT_FALSE(verdict.match->same_component);
+  const LoopVerification verification = map.recognize();
+  ASSERT_TRUE(verification.match) << verification.reason;
+  EXPECT_FALSE(verification.match->same_component);
   const std::size_t half = map.keyframes.size() / 2;
   const auto step = [&](std::size_t i) {
     return m.at(map.keyframes[i]).T_world_camera.inverse() *
            m.at(map.keyframes[i + 1]).T_world_camera;
   };
   const Pose inner = step(half + 3), first = m.at(map.keyframes[0]).T_world_camera;
-  join_maps(m, *verdict.match);
+  join_maps(m, *verification.match);
   EXPECT_EQ(m.components(), std::vector<std::uint32_t>{0});
   EXPECT_LT((inner.inverse() * step(half + 3)).log().norm(), 1e-9);
   EXPECT_LT((first.inverse() * m.at(map.keyframes[0]).T_world_camera).log().norm(), 1e-12);

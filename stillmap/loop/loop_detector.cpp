@@ -32,7 +32,7 @@ double score_to_reach(const Map& map, const PlaceIndex& index, KeyframeId query,
   const BagOfWords* bag = index.find(query);
   if (bag == nullptr) return 0;
   double best = 0;
-  for (const Covisible& c : map.covisible(query, options.neighbour_shared)) {
+  for (const Covisible& c : map.covisible(query, options.neighbor_shared)) {
     if (const BagOfWords* other = index.find(c.keyframe))
       best = std::max(best, similarity(bag->words, other->words));
   }

@@ -8,17 +8,17 @@
 namespace stillmap {
 
 struct LoopDetectorOptions {
-  /// Of the query's score with the neighbour it resembles most, what a candidate must reach: how
+  /// Of the query's score with the neighbor it resembles most, what a candidate must reach: how
   /// alike two views of one place look depends on the place (Galvez-Lopez and Tardos, TRO 2012, eq.
   /// 3). Chosen by measurement, see docs/results.md.
   double relative_score = 0.4;
-  int neighbour_shared = 15;  ///< landmarks shared with a keyframe that make it a neighbour
+  int neighbor_shared = 15;  ///< landmarks shared with a keyframe that make it a neighbor
   /// Keyframes one after the other that must find the same place before it counts; 1: at once. A
   /// component that has fewer: all.
   int consistent = 3;
   int group_shared = 15;  ///< landmarks shared that make a keyframe one of a candidate's group
   PlaceQueryOptions query;
-  STILLMAP_FIELDS(relative_score, neighbour_shared, consistent, group_shared, query)
+  STILLMAP_FIELDS(relative_score, neighbor_shared, consistent, group_shared, query)
 };
 
 /// Watches keyframe after keyframe for a place seen before. A candidate counts when the keyframes
@@ -51,7 +51,7 @@ class LoopDetector {
   std::vector<Chain> chains_;
 };
 
-/// The score that a candidate must reach, by the query's neighbours (see LoopDetectorOptions); 0
+/// The score that a candidate must reach, by the query's neighbors (see LoopDetectorOptions); 0
 /// where it has none.
 double score_to_reach(const Map& map, const PlaceIndex& index, KeyframeId query,
                       const LoopDetectorOptions& options);

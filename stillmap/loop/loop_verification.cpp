@@ -49,10 +49,10 @@ std::vector<RigidPair> rigid_pairs(const Map& map, const PlaceIndex& index,
 
 /// Landmarks that a keyframe and its best covisible ones see, less those that `without` sees;
 /// sorted.
-std::vector<LandmarkId> landmarks_around(const Map& map, KeyframeId centre, int window,
+std::vector<LandmarkId> landmarks_around(const Map& map, KeyframeId center, int window,
                                          const Keyframe& without) {
-  std::vector<KeyframeId> keyframes = {centre};
-  for (const Covisible& c : map.covisible(centre)) {
+  std::vector<KeyframeId> keyframes = {center};
+  for (const Covisible& c : map.covisible(center)) {
     if (static_cast<int>(keyframes.size()) <= window) keyframes.push_back(c.keyframe);
   }
   std::vector<LandmarkId> own(without.landmarks), result;
@@ -94,9 +94,9 @@ class Verification {
     match_.same_component = query_.component == candidate_.component;
   }
 
-  LoopVerdict run() {
+  LoopVerification run() {
     if (estimate() && refine() && surroundings_agree() && drift_is_possible() &&
-        neighbours_agree()) {
+        neighbors_agree()) {
       pair_landmarks();
       return {match_, ""};
     }
@@ -159,43 +159,43 @@ class Verification {
     const double way = way_between(map_, query_.id, candidate_.id);
     // The rotation's drift moves the far end of the way, so the query's own place tells.
     const Pose correction = T_world_query_ * query_.T_world_camera.inverse();
-    const double metres =
+    const double meters =
         (T_world_query_.translation() - query_.T_world_camera.translation()).norm();
     const DriftLimits& limits = options_.drift;
-    if (metres > limits.metres + limits.metres_per_metre * way ||
-        correction.angle() > limits.radians + limits.radians_per_metre * way) {
-      return fail(fmt::format("{:.2f} m and {:.2f} rad are no drift of a way of {:.1f} m", metres,
+    if (meters > limits.meters + limits.meters_per_meter * way ||
+        correction.angle() > limits.radians + limits.radians_per_meter * way) {
+      return fail(fmt::format("{:.2f} m and {:.2f} rad are no drift of a way of {:.1f} m", meters,
                               correction.angle(), way));
     }
     return true;
   }
 
-  bool agrees(const Keyframe& neighbour) const {
-    const Pose T_world_neighbour =
-        T_world_query_ * query_.T_world_camera.inverse() * neighbour.T_world_camera;
-    const auto image = image_of(neighbour);
-    const auto found = search_landmarks(map_, landmarks_, image, T_world_neighbour, options_.wide);
+  bool agrees(const Keyframe& neighbor) const {
+    const Pose T_world_neighbor =
+        T_world_query_ * query_.T_world_camera.inverse() * neighbor.T_world_camera;
+    const auto image = image_of(neighbor);
+    const auto found = search_landmarks(map_, landmarks_, image, T_world_neighbor, options_.wide);
     const SightedPose solved =
-        solve_sights(map_, found.sights, image, T_world_neighbour, options_.solver);
+        solve_sights(map_, found.sights, image, T_world_neighbor, options_.solver);
     // A camera pose of its own, yet the same: what the landmarks tolerate, and no more.
-    const Pose error = T_world_neighbour.inverse() * solved.solution.T_world_camera;
-    constexpr double kMetres = 0.1, kRadians = 0.05;
-    return solved.solution.well_posed && error.translation().norm() < kMetres &&
+    const Pose error = T_world_neighbor.inverse() * solved.solution.T_world_camera;
+    constexpr double kMeters = 0.1, kRadians = 0.05;
+    return solved.solution.well_posed && error.translation().norm() < kMeters &&
            error.angle() < kRadians &&
-           static_cast<int>(solved.inliers.size()) >= options_.min_neighbour_sights;
+           static_cast<int>(solved.inliers.size()) >= options_.min_neighbor_sights;
   }
 
-  bool neighbours_agree() {
+  bool neighbors_agree() {
     int asked = 0;
-    for (const Covisible& c : map_.covisible(query_.id, options_.neighbour_shared)) {
-      if (asked == options_.neighbours) break;
+    for (const Covisible& c : map_.covisible(query_.id, options_.neighbor_shared)) {
+      if (asked == options_.neighbors) break;
       ++asked;
-      match_.neighbours_agree += agrees(map_.at(c.keyframe));
+      match_.neighbors_agree += agrees(map_.at(c.keyframe));
     }
     // A map that has just begun has few keyframes; within one map there is always time for more.
-    const bool young = !match_.same_component && asked < options_.min_neighbours_agree;
-    if (match_.neighbours_agree < (young ? std::max(asked, 1) : options_.min_neighbours_agree))
-      return fail(fmt::format("{} neighbours agree", match_.neighbours_agree));
+    const bool young = !match_.same_component && asked < options_.min_neighbors_agree;
+    if (match_.neighbors_agree < (young ? std::max(asked, 1) : options_.min_neighbors_agree))
+      return fail(fmt::format("{} neighbors agree", match_.neighbors_agree));
     return true;
   }
 
@@ -230,8 +230,8 @@ class Verification {
 
 }  // namespace
 
-LoopVerdict verify_loop(const Map& map, const PlaceIndex& index, KeyframeId query,
-                        KeyframeId candidate, const LoopVerificationOptions& options) {
+LoopVerification verify_loop(const Map& map, const PlaceIndex& index, KeyframeId query,
+                             KeyframeId candidate, const LoopVerificationOptions& options) {
   const TraceScope scope("verify");
   if (index.find(query) == nullptr || index.find(candidate) == nullptr)
     return {std::nullopt, "a keyframe is not in the index"};

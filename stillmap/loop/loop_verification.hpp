@@ -15,9 +15,9 @@ namespace stillmap {
 /// How far a trajectory may have drifted: a loop that wants more is none. RGB-D odometry drifts by
 /// some per cent of the way (Sturm et al., IROS 2012, table III); twice the worst is allowed for.
 struct DriftLimits {
-  double metres = 0.3, metres_per_metre = 0.06;     ///< at once, and per metre travelled
-  double radians = 0.15, radians_per_metre = 0.04;  ///< the same for the rotation
-  STILLMAP_FIELDS(metres, metres_per_metre, radians, radians_per_metre)
+  double meters = 0.3, meters_per_meter = 0.06;     ///< at once, and per meter traveled
+  double radians = 0.15, radians_per_meter = 0.04;  ///< the same for the rotation
+  STILLMAP_FIELDS(meters, meters_per_meter, radians, radians_per_meter)
 };
 
 struct LoopVerificationOptions {
@@ -34,16 +34,16 @@ struct LoopVerificationOptions {
   /// other's surroundings. Chosen by measurement, see docs/results.md.
   double min_found_share = 0.25;
   double max_blank_share = 0.3;  ///< of the same: see SightAgreement::blank
-  int neighbours = 5;            ///< keyframes beside the query that are asked, at most
+  int neighbors = 5;             ///< keyframes beside the query that are asked, at most
   /// Of them, those that must show the candidate's side where the match says; where two maps are
   /// joined and there are fewer, all, but one at least.
-  int min_neighbours_agree = 3;
-  int min_neighbour_sights = 25;  ///< landmarks, for a neighbour to agree
-  int neighbour_shared = 15;      ///< landmarks shared with the query that make a neighbour
+  int min_neighbors_agree = 3;
+  int min_neighbor_sights = 25;  ///< landmarks, for a neighbor to agree
+  int neighbor_shared = 15;      ///< landmarks shared with the query that make a neighbor
   DriftLimits drift;
   STILLMAP_FIELDS(matching, rigid, wide, narrow, solver, window, min_matches, min_inliers,
-                  min_found_share, max_blank_share, neighbours, min_neighbours_agree,
-                  min_neighbour_sights, neighbour_shared, drift)
+                  min_found_share, max_blank_share, neighbors, min_neighbors_agree,
+                  min_neighbor_sights, neighbor_shared, drift)
 };
 
 /// Two landmarks that are one thing.
@@ -68,12 +68,12 @@ struct LoopMatch {
   int inliers = 0;                          ///< sights that agree
   double found_share = 0;                   ///< the lower of both sides'
   double blank_share = 0;                   ///< the higher of both sides'
-  int neighbours_agree = 0;                 ///< further keyframes that confirm it
+  int neighbors_agree = 0;                  ///< further keyframes that confirm it
   Matrix6d information = Matrix6d::Zero();  ///< of the pose, see PoseSolution
 };
 
 /// A match, or in `reason` why there is none, for the log.
-struct LoopVerdict {
+struct LoopVerification {
   std::optional<LoopMatch> match;
   std::string reason;  ///< empty if there is a match
 };
@@ -81,12 +81,12 @@ struct LoopVerdict {
 /// Is the candidate the query's place? Matches by node; SE(3) from 3-D/3-D pairs (scale is known)
 /// by RANSAC; landmarks of either side looked for in the other's keyframe; the pose solver; then
 /// the tests that a wrong loop fails: enough inliers, enough of what should be seen is seen (both
-/// ways), the query's neighbours see the same, and no more correction than a trajectory can drift.
+/// ways), the query's neighbors see the same, and no more correction than a trajectory can drift.
 /// Both keyframes must be in the map and in the index. Nothing is changed. Deterministic.
-LoopVerdict verify_loop(const Map& map, const PlaceIndex& index, KeyframeId query,
-                        KeyframeId candidate, const LoopVerificationOptions& options = {});
+LoopVerification verify_loop(const Map& map, const PlaceIndex& index, KeyframeId query,
+                             KeyframeId candidate, const LoopVerificationOptions& options = {});
 
-/// Metres travelled by keyframes of one component from the older of two to the younger.
+/// Meters traveled by keyframes of one component from the older of two to the younger.
 double way_between(const Map& map, KeyframeId a, KeyframeId b);
 
 }  // namespace stillmap

@@ -64,14 +64,14 @@ struct Revisit {
     }
   }
 
-  LoopVerdict verify(std::size_t query, std::size_t candidate,
-                     const LoopVerificationOptions& options = {}) const {
+  LoopVerification verify(std::size_t query, std::size_t candidate,
+                          const LoopVerificationOptions& options = {}) const {
     return verify_loop(built.map, built.index, second[query], first[candidate], options);
   }
 };
 
 /// The candidate that place recognition names for a keyframe of the second walk.
-std::size_t recognised(const Revisit& r, std::size_t query) {
+std::size_t recognized(const Revisit& r, std::size_t query) {
   std::vector<KeyframeId> own = r.second;
   std::sort(own.begin(), own.end());
   const auto places =
@@ -89,19 +89,19 @@ class VerifyLoop : public ::testing::Test {
   }
 };
 
-/// Landmarks are off by some millimetres (noise of depth) and hundreds are averaged.
+/// Landmarks are off by some millimeters (noise of depth) and hundreds are averaged.
 TEST_F(VerifyLoop, FindsTheTruePlaceInSpiteOfDrift) {
   const Revisit& r = revisit();
   for (std::size_t q = 2; q < 6; ++q) {
-    const std::size_t c = recognised(r, q);
-    const LoopVerdict verdict = r.verify(q, c);
-    ASSERT_TRUE(verdict.match) << q << ": " << verdict.reason;
+    const std::size_t c = recognized(r, q);
+    const LoopVerification verification = r.verify(q, c);
+    ASSERT_TRUE(verification.match) << q << ": " << verification.reason;
     const Pose T_world_query =
-        r.built.map.at(r.first[c]).T_world_camera * verdict.match->T_candidate_query;
+        r.built.map.at(r.first[c]).T_world_camera * verification.match->T_candidate_query;
     const Pose error = r.truth[q].inverse() * T_world_query;
     EXPECT_LT(error.translation().norm(), 0.01);
     EXPECT_LT(error.angle(), 0.004);
-    EXPECT_TRUE(verdict.match->same_component);
+    EXPECT_TRUE(verification.match->same_component);
   }
 }
 
@@ -109,9 +109,9 @@ TEST_F(VerifyLoop, FindsTheTruePlaceInSpiteOfDrift) {
 /// two depths (1.4e-3 z^2 each), but for those that are corners of two things, at a depth edge.
 TEST_F(VerifyLoop, PairsLandmarksThatAreOneThing) {
   const Revisit& r = revisit();
-  const LoopVerdict verdict = r.verify(3, recognised(r, 3));
-  ASSERT_TRUE(verdict.match);
-  const auto& pairs = verdict.match->pairs;
+  const LoopVerification verification = r.verify(3, recognized(r, 3));
+  ASSERT_TRUE(verification.match);
+  const auto& pairs = verification.match->pairs;
   EXPECT_GT(pairs.size(), 100U);
   std::set<LandmarkId> own, other;
   int apart = 0;
@@ -137,28 +137,28 @@ TEST_F(VerifyLoop, SaysTheSameTwice) {
             second.match->T_candidate_query.translation());
 }
 
-TEST_F(VerifyLoop, WantsTheQuerysNeighboursToAgree) {
+TEST_F(VerifyLoop, WantsTheQuerysNeighborsToAgree) {
   LoopVerificationOptions options;
-  options.min_neighbour_sights = 10000;
-  const LoopVerdict verdict = revisit().verify(3, 3, options);
-  EXPECT_FALSE(verdict.match);
-  EXPECT_NE(verdict.reason.find("neighbours"), std::string::npos) << verdict.reason;
+  options.min_neighbor_sights = 10000;
+  const LoopVerification verification = revisit().verify(3, 3, options);
+  EXPECT_FALSE(verification.match);
+  EXPECT_NE(verification.reason.find("neighbors"), std::string::npos) << verification.reason;
 }
 
-/// The true place, but three metres from where a way of some metres can have drifted to.
+/// The true place, but three meters from where a way of some meters can have drifted to.
 TEST_F(VerifyLoop, RefusesMoreThanATrajectoryCanDriftButMergesMaps) {
   const auto first = walk(office(), 0), second = walk(office(), 18);
   const Pose far(Eigen::Quaterniond::Identity(), {3, 0, 0});
-  const LoopVerdict loop = Revisit(first, second, small_camera(), far, false).verify(3, 3);
+  const LoopVerification loop = Revisit(first, second, small_camera(), far, false).verify(3, 3);
   EXPECT_FALSE(loop.match);
   EXPECT_NE(loop.reason.find("drift"), std::string::npos) << loop.reason;
-  const LoopVerdict merge = Revisit(first, second, small_camera(), far, true).verify(3, 3);
+  const LoopVerification merge = Revisit(first, second, small_camera(), far, true).verify(3, 3);
   ASSERT_TRUE(merge.match) << "another component has no place that it could have drifted from: "
                            << merge.reason;
   EXPECT_FALSE(merge.match->same_component);
 }
 
-/// Another part of the room, into which one puts what stands within `radius` metres of where the
+/// Another part of the room, into which one puts what stands within `radius` meters of where the
 /// first camera looks: the same desk with the same things on it, in other surroundings. Both
 /// cameras move alike.
 std::vector<SimulatedFrame> with_desk_of(const std::vector<SimulatedFrame>& desk,
@@ -166,19 +166,19 @@ std::vector<SimulatedFrame> with_desk_of(const std::vector<SimulatedFrame>& desk
   const Camera& camera = small_camera();
   const SimulatedFrame& middle = desk[desk.size() / 2];
   const double ahead = middle.truth.depth.at<float>(camera.height / 2, camera.width / 2);
-  const Eigen::Vector3d centre =
+  const Eigen::Vector3d center =
       middle.truth.T_world_camera * camera.unproject(camera.cx, camera.cy, ahead);
   std::vector<SimulatedFrame> result;
   for (std::size_t i = 0; i < room.size(); ++i) {
     auto frame = std::make_shared<RgbdFrame>(*room[i].frame);
-    frame->grey = frame->grey.clone();
+    frame->gray = frame->gray.clone();
     frame->depth = frame->depth.clone();
     for (int v = 0; v < camera.height; ++v) {
       for (int u = 0; u < camera.width; ++u) {
         const double z = desk[i].truth.depth.at<float>(v, u);
         const Eigen::Vector3d p = desk[i].truth.T_world_camera * camera.unproject(u, v, z);
-        if ((p - centre).norm() > radius) continue;
-        frame->grey.at<std::uint8_t>(v, u) = desk[i].frame->grey.at<std::uint8_t>(v, u);
+        if ((p - center).norm() > radius) continue;
+        frame->gray.at<std::uint8_t>(v, u) = desk[i].frame->gray.at<std::uint8_t>(v, u);
         frame->depth.at<float>(v, u) = desk[i].frame->depth.at<float>(v, u);
       }
     }

@@ -44,10 +44,10 @@ struct Island {
 };
 
 /// The island around a keyframe.
-Island island_around(const Map& map, const PlaceScore& centre, const ScoreOf& scores, int size) {
-  Island island{{centre.keyframe, centre.score, centre.score}, {centre.keyframe}};
+Island island_around(const Map& map, const PlaceScore& center, const ScoreOf& scores, int size) {
+  Island island{{center.keyframe, center.score, center.score}, {center.keyframe}};
   int counted = 0;
-  for (const Covisible& c : map.covisible(centre.keyframe)) {
+  for (const Covisible& c : map.covisible(center.keyframe)) {
     if (counted++ == size) break;
     const auto found = scores.find(c.keyframe);
     if (found == scores.end()) continue;
@@ -164,8 +164,8 @@ std::vector<PlaceCandidate> find_places(const Map& map, const PlaceIndex& index,
                                         const PlaceQueryOptions& options) {
   const ScoreOf scores = eligible_scores(map, index, query, excluded);
   std::vector<Island> islands;
-  for (const PlaceScore& centre : best_of(map, scores, min_score, options.max_scored))
-    islands.push_back(island_around(map, centre, scores, options.group));
+  for (const PlaceScore& center : best_of(map, scores, min_score, options.max_scored))
+    islands.push_back(island_around(map, center, scores, options.group));
   std::vector<PlaceCandidate> places =
       by_turns(of_each_component(map, separate(map, std::move(islands)), options));
   places.resize(std::min(places.size(), static_cast<std::size_t>(options.max_of_all)));

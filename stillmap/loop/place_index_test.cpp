@@ -165,7 +165,7 @@ class LoopDetectorTest : public PlaceIndexTest {
 
   LoopDetectorOptions options() const {
     LoopDetectorOptions o;
-    o.neighbour_shared = o.group_shared = 2;
+    o.neighbor_shared = o.group_shared = 2;
     return o;
   }
 
@@ -201,7 +201,7 @@ TEST_F(LoopDetectorTest, TheSurroundingsAreNoLoop) {
       << "now the old place is where the camera knows to be";
 }
 
-TEST_F(LoopDetectorTest, WhatLooksAlikeLessThanTheNeighbourDoesNotCount) {
+TEST_F(LoopDetectorTest, WhatLooksAlikeLessThanTheNeighborDoesNotCount) {
   LoopDetectorOptions at_once = options();
   at_once.consistent = 1;
   at_once.relative_score = 0.8;

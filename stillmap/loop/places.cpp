@@ -50,15 +50,15 @@ void Places::add(const Map& map, KeyframeId id) {
   index_.insert(id, *keyframe.features, weights_of_landmarks(keyframe));
 }
 
-std::optional<LoopMatch> Places::recognise(const Map& map, KeyframeId newest) {
+std::optional<LoopMatch> Places::recognize(const Map& map, KeyframeId newest) {
   if (!options_.loops) return std::nullopt;
   const std::uint32_t component = map.at(newest).component;
   if (component != std::exchange(component_, component)) detector_.reset();
   for (const PlaceCandidate& place : detector_.detect(map, index_, newest)) {
-    auto verdict = verify_loop(map, index_, newest, place.keyframe, options_.verification);
-    if (!verdict.match) continue;
+    auto verification = verify_loop(map, index_, newest, place.keyframe, options_.verification);
+    if (!verification.match) continue;
     detector_.reset();
-    return std::move(verdict.match);
+    return std::move(verification.match);
   }
   if (!options_.connect_at_once) return std::nullopt;
   auto match = seen_apart(map, newest);
@@ -75,8 +75,8 @@ std::optional<LoopMatch> Places::seen_apart(const Map& map, KeyframeId query) co
   std::sort(own.begin(), own.end());
   for (const PlaceCandidate& place :
        find_places(map, index_, bag->words, own, 0, options_.detector.query)) {
-    auto verdict = verify_loop(map, index_, query, place.keyframe, options_.verification);
-    if (verdict.match) return std::move(verdict.match);
+    auto verification = verify_loop(map, index_, query, place.keyframe, options_.verification);
+    if (verification.match) return std::move(verification.match);
   }
   return std::nullopt;
 }
@@ -89,8 +89,8 @@ std::optional<LoopMatch> Places::connect(const Map& map, std::uint32_t component
   return std::nullopt;
 }
 
-RelocalisationVerdict Places::find(const Map& map, const Frame& frame) const {
-  return relocalise(map, index_, {*frame.features, frame.evidence.weight}, options_.relocaliser);
+RelocalizationVerification Places::find(const Map& map, const Frame& frame) const {
+  return relocalize(map, index_, {*frame.features, frame.evidence.weight}, options_.relocalizer);
 }
 
 }  // namespace stillmap

@@ -12,14 +12,14 @@ namespace stillmap {
 
 /// "These two are one thing", seen by cameras a and b, each with a place in its own camera's frame.
 struct RigidPair {
-  Eigen::Vector3d p_a = Eigen::Vector3d::Zero(), p_b = Eigen::Vector3d::Zero();    ///< metres
+  Eigen::Vector3d p_a = Eigen::Vector3d::Zero(), p_b = Eigen::Vector3d::Zero();    ///< meters
   Eigen::Vector2d uv_a = Eigen::Vector2d::Zero(), uv_b = Eigen::Vector2d::Zero();  ///< pixels
   double scale_a = 1, scale_b = 1;  ///< of the keypoints' pyramid levels
 };
 
 /// "This pixel shows that point."
 struct AbsolutePair {
-  Eigen::Vector3d p_world = Eigen::Vector3d::Zero();  ///< metres
+  Eigen::Vector3d p_world = Eigen::Vector3d::Zero();  ///< meters
   Eigen::Vector2d uv = Eigen::Vector2d::Zero();       ///< pixels
   double scale = 1;                                   ///< of the keypoint's pyramid level
 };

@@ -8,7 +8,7 @@
 namespace stillmap {
 namespace {
 
-double metres(const Pose& a, const Pose& b) { return (a.inverse() * b).translation().norm(); }
+double meters(const Pose& a, const Pose& b) { return (a.inverse() * b).translation().norm(); }
 double radians(const Pose& a, const Pose& b) { return (a.inverse() * b).angle(); }
 
 /// Things seen by two cameras, some paired wrongly.
@@ -65,7 +65,7 @@ TEST(FindRigidMotion, IsExactWithoutNoise) {
     const TwoViews views = two_views(seed, 100, 0.5, 0, 0);
     const auto found = find_rigid_motion(views.camera, views.pairs);
     ASSERT_TRUE(found) << seed;
-    EXPECT_LT(metres(found->model, views.T_a_b), 1e-9);
+    EXPECT_LT(meters(found->model, views.T_a_b), 1e-9);
     EXPECT_LE(wrong_inliers(views, *found), 1);
   }
 }
@@ -77,7 +77,7 @@ TEST(FindRigidMotion, StandsSeventyPerCentWrongPairs) {
     const TwoViews views = two_views(seed, 100, 0.7, 0.7, 0.01);
     const auto found = find_rigid_motion(views.camera, views.pairs);
     ASSERT_TRUE(found) << seed;
-    EXPECT_LT(metres(found->model, views.T_a_b), 0.06) << seed;
+    EXPECT_LT(meters(found->model, views.T_a_b), 0.06) << seed;
     EXPECT_LT(radians(found->model, views.T_a_b), 0.03) << seed;
     EXPECT_LE(wrong_inliers(views, *found), 2) << seed;
   }
@@ -113,7 +113,7 @@ TEST(FindAbsolutePose, NeedsNoDepthOfTheCamera) {
     const TwoViews views = two_views(seed, 120, 0.5, 0.5, 0);
     const auto found = find_absolute_pose(views.camera, views.pixels);
     ASSERT_TRUE(found) << seed;
-    EXPECT_LT(metres(found->model, views.T_a_b.inverse()), 0.08)
+    EXPECT_LT(meters(found->model, views.T_a_b.inverse()), 0.08)
         << seed;  // of three pixels, not of all
     EXPECT_LT(radians(found->model, views.T_a_b.inverse()), 0.04) << seed;
     EXPECT_LE(wrong_inliers(views, *found), 2) << seed;

@@ -20,7 +20,7 @@ inline SimulationOptions small_pictures(SimulationOptions options) {
 /// Features of 320 x 240 pictures.
 inline Features extract(const RgbdFrame& frame) {
   OrbExtractor orb({.keypoints = 600});
-  return orb.extract(frame.grey, frame.depth);
+  return orb.extract(frame.gray, frame.depth);
 }
 
 /// A map that grows keyframe by keyframe, as tracking and mapping would have made it at the poses

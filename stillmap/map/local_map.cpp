@@ -10,9 +10,9 @@
 namespace stillmap {
 namespace {
 
-/// The reference, its neighbours, and the neighbours of the best of those; each once.
-std::vector<KeyframeId> neighbourhood(const Map& map, KeyframeId reference,
-                                      const LocalMapOptions& options) {
+/// The reference, its neighbors, and the neighbors of the best of those; each once.
+std::vector<KeyframeId> neighborhood(const Map& map, KeyframeId reference,
+                                     const LocalMapOptions& options) {
   const auto full = [&](const auto& chosen) {
     return chosen.size() >= static_cast<std::size_t>(options.max_keyframes);
   };
@@ -29,9 +29,9 @@ std::vector<KeyframeId> neighbourhood(const Map& map, KeyframeId reference,
   taken[reference.slot] = 1;
 
   const auto first = map.covisible(reference, options.min_shared);
-  for (const Covisible& neighbour : first) take(neighbour.keyframe);
+  for (const Covisible& neighbor : first) take(neighbor.keyframe);
   for (std::size_t i = 0; i < first.size() && !full(chosen); ++i) {
-    if (i >= static_cast<std::size_t>(options.second_neighbours)) break;
+    if (i >= static_cast<std::size_t>(options.second_neighbors)) break;
     for (const Covisible& second : map.covisible(first[i].keyframe, options.min_shared)) {
       take(second.keyframe);
     }
@@ -74,10 +74,10 @@ LocalMapPtr make_local_map(const Map& map, KeyframeId reference, const LocalMapO
   const TraceScope scope("snapshot");
   auto local = std::make_shared<LocalMap>();
   local->reference = reference;
-  const Keyframe& centre = map.at(reference);
-  local->component = centre.component;
-  local->made_for_frame = centre.session == map.session() ? centre.frame_index : 0;
-  const auto keyframes = neighbourhood(map, reference, options);
+  const Keyframe& center = map.at(reference);
+  local->component = center.component;
+  local->made_for_frame = center.session == map.session() ? center.frame_index : 0;
+  const auto keyframes = neighborhood(map, reference, options);
   for (const KeyframeId id : keyframes) {
     const Keyframe& keyframe = map.at(id);
     local->keyframes.push_back(

@@ -48,9 +48,9 @@ using LocalMapPtr = std::shared_ptr<const LocalMap>;
 
 struct LocalMapOptions {
   int max_keyframes = 60;  ///< covisible with the reference, and then those covisible with the best
-  int second_neighbours = 10;  ///< of how many of the best the neighbours are taken too
-  int min_shared = 10;         ///< landmarks that make two keyframes neighbours
-  STILLMAP_FIELDS(max_keyframes, second_neighbours, min_shared)
+  int second_neighbors = 10;  ///< of how many of the best the neighbors are taken too
+  int min_shared = 10;        ///< landmarks that make two keyframes neighbors
+  STILLMAP_FIELDS(max_keyframes, second_neighbors, min_shared)
 };
 
 /// The keyframe that shows most of these landmarks (invalid ones are passed over), the newest of

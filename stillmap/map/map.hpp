@@ -41,14 +41,14 @@ struct Keyframe {
 /// A point of the static world (map point).
 struct Landmark {
   LandmarkId id;
-  Eigen::Vector3d p_world = Eigen::Vector3d::Zero();  ///< metres
+  Eigen::Vector3d p_world = Eigen::Vector3d::Zero();  ///< meters
   std::vector<Observation> observations;              ///< in the order they were made; never empty
   Descriptor
       descriptor{};  ///< of the observations' descriptors the one nearest to all others (medoid)
   Eigen::Vector3d normal =
       Eigen::Vector3d::UnitZ();  ///< mean direction from cameras to point, unit length
-  float min_distance = 0;  ///< metres: closer, its patch is larger than the finest level shows
-  float max_distance = 0;  ///< metres: farther, it is smaller than the coarsest level shows
+  float min_distance = 0;  ///< meters: closer, its patch is larger than the finest level shows
+  float max_distance = 0;  ///< meters: farther, it is smaller than the coarsest level shows
   std::uint32_t first_sequence = 0;  ///< Keyframe::sequence of its maker
   std::uint32_t predicted = 1;       ///< frames in which the tracker expected to see it
   std::uint32_t found = 1;           ///< frames in which the tracker did see it
@@ -193,7 +193,7 @@ void move_keyframes(Map& map, const std::map<KeyframeId, Pose>& T_world_camera);
 /// The landmarks that any of the keyframes sees, each once, sorted by id.
 std::vector<LandmarkId> landmarks_seen_by(const Map& map, std::span<const KeyframeId> keyframes);
 
-/// The pyramid level on which a landmark's patch appears at distance `range` (metres) if it fits
+/// The pyramid level on which a landmark's patch appears at distance `range` (meters) if it fits
 /// level 0 at `max_distance`.
 int expected_level(const PyramidShape& pyramid, double max_distance, double range);
 

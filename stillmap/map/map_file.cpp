@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kMaxSide = 8192;  // pixels
 constexpr int kMaxLevels = 32;  // of the pyramid
-constexpr double kHuge = 1e6;   // pixels, metres: more makes no sense
+constexpr double kHuge = 1e6;   // pixels, meters: more makes no sense
 /// Sequences, sessions and components count up by one: so many cannot have been.
 constexpr std::uint32_t kMaxCount = 1U << 31;
 

@@ -165,7 +165,7 @@ TEST_F(MapTest, TheFirstKeyframeOfEachComponentHoldsIt) {
   EXPECT_TRUE(map_.is_first(other));
 }
 
-TEST_F(MapTest, ALocalMapHoldsTheNeighboursAndNothingElse) {
+TEST_F(MapTest, ALocalMapHoldsTheNeighborsAndNothingElse) {
   const auto a = keyframe(), b = keyframe(), far = keyframe();
   std::vector<LandmarkId> shared;
   for (std::uint32_t i = 0; i < 12; ++i) {

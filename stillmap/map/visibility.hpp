@@ -40,7 +40,7 @@ class Viewpoint {
 template <typename Seen>
 std::optional<ProjectionQuery> Viewpoint::expect(const Seen& landmark, double radius,
                                                  double min_view_cosine) const {
-  constexpr double kNear = 0.05;       // metres in front of the camera at least
+  constexpr double kNear = 0.05;       // meters in front of the camera at least
   constexpr double kRangeSlack = 1.2;  // one level beyond the distances at which the patch fits
   const Eigen::Vector3d ray = landmark.p_world - p_world_camera_;
   const Eigen::Vector3d p_camera = R_camera_world_ * ray;

@@ -75,7 +75,7 @@ void BoxFlowCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
     }
   }
   for (const cv::Rect& box : boxes) {
-    if (moves(box, keypoints, sets)) mark_moving(box, input.image->grey.size(), evidence);
+    if (moves(box, keypoints, sets)) mark_moving(box, input.image->gray.size(), evidence);
   }
 }
 

@@ -12,7 +12,7 @@ bool is_depth(float z) { return z > 0 && z < 1e3F; }  // false for NaN too
 
 Camera shrunk(const Camera& camera) {
   Camera small = camera;
-  constexpr double kShift = (kCellSide - 1) / 2.0;  // a cell's centre in the full image
+  constexpr double kShift = (kCellSide - 1) / 2.0;  // a cell's center in the full image
   small.width = camera.width / kCellSide;
   small.height = camera.height / kCellSide;
   small.fx = camera.fx / kCellSide;

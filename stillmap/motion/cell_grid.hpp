@@ -17,7 +17,7 @@ inline constexpr int kCellSide = 4;
 /// A depth image on a grid of cells of 4 x 4 pixels: fine enough for a hand, coarse enough to look
 /// at every surface in every frame. Never changed once made.
 struct CellGrid {
-  cv::Mat1f depth;      ///< rows x columns, metres along the optical axis; 0 where unknown
+  cv::Mat1f depth;      ///< rows x columns, meters along the optical axis; 0 where unknown
   Camera camera;        ///< of the grid: its pixels are cells
   Camera image_camera;  ///< of the image
 
@@ -33,7 +33,7 @@ struct CellGrid {
 
 using CellGridPtr = std::shared_ptr<const CellGrid>;
 
-/// Three standard deviations of the difference of two depths measured at z metres, one of them
+/// Three standard deviations of the difference of two depths measured at z meters, one of them
 /// seen from elsewhere: structured light's noise, which grows with z squared (Khoshelham and
 /// Elberink, Sensors 2012, eq. 10), and a floor for the poses' error and the cells' size. [m]
 inline float depth_tolerance(float z) { return 0.03F + 0.006F * z * z; }
@@ -47,7 +47,7 @@ class Reprojection {
   /// Of the row, per column: the other grid's cell as row * columns + column; -1 where the depth is
   /// unknown or the point is out of the other's sight.
   const std::vector<int>& cells() const { return cells_; }
-  /// Of the row, per column: the point's depth in the other camera; metres.
+  /// Of the row, per column: the point's depth in the other camera; meters.
   const std::vector<float>& depths() const { return depths_; }
 
  private:

@@ -44,7 +44,7 @@ TEST(ClassSets, BoxesOfOneRoleAreFoundMaskOrNot) {
   EXPECT_THAT(boxes_with_role(nullptr, indoor_classes(), ClassRole::kDynamic), IsEmpty());
 }
 
-TEST(ClassSets, APixelReachesHalfAPixelAroundItsCentre) {
+TEST(ClassSets, APixelReachesHalfAPixelAroundItsCenter) {
   const std::vector<cv::Rect> boxes = {{10, 20, 5, 5}};  // pixels 10 to 14, 20 to 24
   EXPECT_TRUE(in_any_box(boxes, 9.6F, 20));
   EXPECT_FALSE(in_any_box(boxes, 9.4F, 20));

@@ -35,9 +35,9 @@ std::optional<double> share_off_homography(const KeypointFlow& flow,
 /// takes them (equation 6); a frame where more than a tenth are off is marked (equation 7); the
 /// scene is highly dynamic where more than half of the last ten frames are marked (equation 8).
 ///
-/// In the paper the first ten frames take the verdict of the tenth. A live stream cannot wait for
+/// In the paper the first ten frames take the label of the tenth. A live stream cannot wait for
 /// it, so here they count as highly dynamic, the safe side: nothing is mapped from people before
-/// it is known how dynamic the scene is. From the tenth on the verdicts are the paper's. A frame
+/// it is known how dynamic the scene is. From the tenth on the labels are the paper's. A frame
 /// that cannot be judged (the first, one without texture) has no vote and leaves the window as it
 /// is.
 class DynamicsGate {

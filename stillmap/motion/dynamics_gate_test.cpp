@@ -13,9 +13,9 @@ namespace {
 
 constexpr double kMarked = 0.5, kUnmarked = 0.05;
 
-/// The gate's verdicts on frames written as a text: x marked, . unmarked, - not to be judged. The
-/// verdicts likewise: H high, l low.
-std::string verdicts(const std::string& frames) {
+/// The gate's labels on frames written as a text: x marked, . unmarked, - not to be judged. The
+/// labels likewise: H high, l low.
+std::string labels(const std::string& frames) {
   DynamicsGate gate({});
   std::string result;
   for (const char frame : frames) {
@@ -27,21 +27,21 @@ std::string verdicts(const std::string& frames) {
 }
 
 TEST(DynamicsGate, TheFirstNineFramesAreHighAndTheTenthDecides) {
-  EXPECT_EQ(verdicts(".........."), "HHHHHHHHHl");
-  EXPECT_EQ(verdicts("xxxxxxxxxx"), "HHHHHHHHHH");
-  EXPECT_EQ(verdicts("xxxxx....."), "HHHHHHHHHl");  // half is not more than half
-  EXPECT_EQ(verdicts("xxxxxx...."), "HHHHHHHHHH");
+  EXPECT_EQ(labels(".........."), "HHHHHHHHHl");
+  EXPECT_EQ(labels("xxxxxxxxxx"), "HHHHHHHHHH");
+  EXPECT_EQ(labels("xxxxx....."), "HHHHHHHHHl");  // half is not more than half
+  EXPECT_EQ(labels("xxxxxx...."), "HHHHHHHHHH");
 }
 
 TEST(DynamicsGate, MoreThanHalfOfTheLastTenFramesMakeItHigh) {
-  EXPECT_EQ(verdicts("..........xxxxxxx"), "HHHHHHHHHllllllHH");
-  EXPECT_EQ(verdicts("xxxxxxxxxx......."), "HHHHHHHHHHHHHHlll");
+  EXPECT_EQ(labels("..........xxxxxxx"), "HHHHHHHHHllllllHH");
+  EXPECT_EQ(labels("xxxxxxxxxx......."), "HHHHHHHHHHHHHHlll");
 }
 
 TEST(DynamicsGate, FramesThatCannotBeJudgedHaveNoVote) {
-  EXPECT_EQ(verdicts("-.........."), "HHHHHHHHHll");
-  EXPECT_EQ(verdicts("xxxxxxxxxx-------"), "HHHHHHHHHHHHHHHHH");
-  EXPECT_EQ(verdicts("..........----"), "HHHHHHHHHlllll");
+  EXPECT_EQ(labels("-.........."), "HHHHHHHHHll");
+  EXPECT_EQ(labels("xxxxxxxxxx-------"), "HHHHHHHHHHHHHHHHH");
+  EXPECT_EQ(labels("..........----"), "HHHHHHHHHlllll");
 }
 
 TEST(DynamicsGate, ATenthOfTheKeypointsDoesNotMarkAFrame) {

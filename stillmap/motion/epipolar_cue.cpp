@@ -51,20 +51,20 @@ std::optional<cv::Matx33d> fundamental_of(const KeypointFlow& flow,
 
 }  // namespace
 
-EpipolarVerdicts judge_by_epipolar_lines(const std::vector<Keypoint>& keypoints,
-                                         const SegmentedFramePtr& instances,
-                                         const KeypointFlow& flow, const EpipolarOptions& options) {
+EpipolarLabels judge_by_epipolar_lines(const std::vector<Keypoint>& keypoints,
+                                       const SegmentedFramePtr& instances, const KeypointFlow& flow,
+                                       const EpipolarOptions& options) {
   const auto roles = roles_of(keypoints, instances, options.classes);
   const auto F = fundamental_of(flow, roles, options);
-  EpipolarVerdicts verdicts{std::vector<char>(keypoints.size(), 0), F.has_value()};
+  EpipolarLabels labels{std::vector<char>(keypoints.size(), 0), F.has_value()};
   for (std::size_t i = 0; i < keypoints.size(); ++i) {
     const bool tested =
         F && flow.found[i] != 0 && (options.test_standing_still || roles[i] != ClassRole::kStatic);
     const bool off =
         tested && epipolar_distance(*F, flow.before[i], flow.now[i]) > options.threshold;
-    verdicts.moving[i] = off || roles[i] == ClassRole::kDynamic ? 1 : 0;
+    labels.moving[i] = off || roles[i] == ClassRole::kDynamic ? 1 : 0;
   }
-  return verdicts;
+  return labels;
 }
 
 EpipolarCue::EpipolarCue(const EpipolarOptions& options) : options_(options), flow_(options.flow) {}
@@ -80,16 +80,16 @@ std::set<std::string> EpipolarCue::classes() const {
 }
 
 void EpipolarCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
-  const EpipolarVerdicts verdicts = judge_by_epipolar_lines(
-      input.features->keypoints, input.instances, flow_.of_this_frame(input), options_);
-  for (std::size_t i = 0; i < verdicts.moving.size(); ++i) {
-    if (verdicts.moving[i] != 0) {
+  const EpipolarLabels labels = judge_by_epipolar_lines(input.features->keypoints, input.instances,
+                                                        flow_.of_this_frame(input), options_);
+  for (std::size_t i = 0; i < labels.moving.size(); ++i) {
+    if (labels.moving[i] != 0) {
       evidence.static_log_odds[i] -= static_cast<float>(options_.certainty);
     }
   }
   for (const cv::Rect& box :
        boxes_with_role(input.instances, options_.classes, ClassRole::kDynamic)) {
-    mark_moving(box, input.image->grey.size(), evidence);
+    mark_moving(box, input.image->gray.size(), evidence);
   }
 }
 

@@ -55,14 +55,14 @@ class EpipolarCue : public MotionCue {
 };
 
 /// What EpipolarCue finds in one frame.
-struct EpipolarVerdicts {
+struct EpipolarLabels {
   std::vector<char> moving;  ///< per keypoint of this frame
   bool tested = false;       ///< whether there was a fundamental matrix
 };
 
 /// The test itself. `flow` has one entry per keypoint.
-EpipolarVerdicts judge_by_epipolar_lines(const std::vector<Keypoint>& keypoints,
-                                         const SegmentedFramePtr& instances,
-                                         const KeypointFlow& flow, const EpipolarOptions& options);
+EpipolarLabels judge_by_epipolar_lines(const std::vector<Keypoint>& keypoints,
+                                       const SegmentedFramePtr& instances, const KeypointFlow& flow,
+                                       const EpipolarOptions& options);
 
 }  // namespace stillmap

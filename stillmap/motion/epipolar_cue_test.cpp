@@ -34,17 +34,17 @@ struct Scene {
     return keypoints.size() - 1;
   }
   std::size_t add_at(double u, double v, float across) { return add(views.ahead(u, v, 2), across); }
-  EpipolarVerdicts judge(const std::vector<Instance>& instances,
-                         const EpipolarOptions& options = {}) const {
+  EpipolarLabels judge(const std::vector<Instance>& instances,
+                       const EpipolarOptions& options = {}) const {
     return judge_by_epipolar_lines(keypoints, test::segmented(instances), flow, options);
   }
 };
 
 /// Which keypoints were said to move.
-std::vector<std::size_t> moving(const EpipolarVerdicts& verdicts) {
+std::vector<std::size_t> moving(const EpipolarLabels& labels) {
   std::vector<std::size_t> result;
-  for (std::size_t i = 0; i < verdicts.moving.size(); ++i) {
-    if (verdicts.moving[i] != 0) result.push_back(i);
+  for (std::size_t i = 0; i < labels.moving.size(); ++i) {
+    if (labels.moving[i] != 0) result.push_back(i);
   }
   return result;
 }
@@ -64,9 +64,9 @@ TEST(EpipolarTest, DropsExactlyWhatIsFurtherOffItsLineThanTheThreshold) {
   const auto fast = scene.add_at(100, 100, 8);
   scene.add_at(200, 300, 1.6F);
   const auto slow = scene.add_at(500, 200, -2.4F);
-  const auto verdicts = scene.judge({});
-  EXPECT_TRUE(verdicts.tested);
-  EXPECT_THAT(moving(verdicts), ::testing::ElementsAre(fast, slow));
+  const auto labels = scene.judge({});
+  EXPECT_TRUE(labels.tested);
+  EXPECT_THAT(moving(labels), ::testing::ElementsAre(fast, slow));
 }
 
 TEST(EpipolarTest, ThingsThatMoveByThemselvesAreDroppedAtOnce) {
@@ -104,14 +104,14 @@ TEST(EpipolarTest, AMoverThatOutnumbersTheRestDoesNotBendTheGeometry) {
       scene.flow.now[last].y -= 12;
     }
     const cv::Rect box = box_around(scene, still, last);
-    const auto verdicts = scene.judge({test::box_of(name, box)});
-    ASSERT_TRUE(verdicts.tested);
+    const auto labels = scene.judge({test::box_of(name, box)});
+    ASSERT_TRUE(labels.tested);
     for (std::size_t i = 0; i < still; ++i) {
       if (in_any_box({box}, scene.keypoints[i].u, scene.keypoints[i].v)) continue;
-      EXPECT_EQ(verdicts.moving[i], 0) << name << " " << i;
+      EXPECT_EQ(labels.moving[i], 0) << name << " " << i;
     }
-    const auto dropped = std::count(verdicts.moving.begin() + static_cast<std::ptrdiff_t>(still),
-                                    verdicts.moving.end(), 1);
+    const auto dropped = std::count(labels.moving.begin() + static_cast<std::ptrdiff_t>(still),
+                                    labels.moving.end(), 1);
     EXPECT_GT(dropped, 285) << name;
   }
 }

@@ -17,7 +17,7 @@ struct MotionEvidence {
   /// Per keypoint, the log-odds that it lies on something static: the sum of what each cue says,
   /// log P(observation | static) - log P(observation | moving). 0 = nothing is known.
   std::vector<float> static_log_odds;
-  /// Per keypoint, what its residuals count for in every optimisation, 0 to 1: 1 where nothing
+  /// Per keypoint, what its residuals count for in every optimization, 0 to 1: 1 where nothing
   /// speaks against it, falling with the probability of being static, and 0, left out, below
   /// MotionOptions::exclude_below.
   std::vector<float> weight;

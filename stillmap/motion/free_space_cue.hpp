@@ -34,11 +34,11 @@ class FreeSpaceCue : public MotionCue {
  public:
   explicit FreeSpaceCue(const FreeSpaceCueOptions& options) : options_(options) {}
   std::string_view name() const override { return "free-space"; }
-  bool speaks_of_surfaces() const override { return true; }
+  bool provides_surface_evidence() const override { return true; }
   void add_to(MotionEvidence& evidence, const MotionInput& input) override;
 
  private:
-  /// Of a cell and its neighbours [m]. Nothing agrees with what was moving: it reaches nowhere.
+  /// Of a cell and its neighbors [m]. Nothing agrees with what was moving: it reaches nowhere.
   struct DepthRange {
     float nearest = 0, farthest = 0;  // nearest is 0 where it is unknown
   };

@@ -34,7 +34,7 @@ class Watch {
     if (thing) depth(kThing) = 1.5F;
     auto image = std::make_shared<RgbdFrame>();
     image->index = previous_ ? previous_->index() + 1 : 0;
-    image->grey = cv::Mat::zeros(240, 320, CV_8UC1);
+    image->gray = cv::Mat::zeros(240, 320, CV_8UC1);
     image->depth = depth;
     auto features = std::make_shared<Features>();
     for (int y = 20; y < 240; y += 20) {

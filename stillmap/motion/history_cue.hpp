@@ -19,7 +19,7 @@ class SurfaceCue : public MotionCue {
  public:
   explicit SurfaceCue(const SurfaceCueOptions& options) : options_(options) {}
   std::string_view name() const override { return "surface"; }
-  bool speaks_of_surfaces() const override { return true; }
+  bool provides_surface_evidence() const override { return true; }
   void add_to(MotionEvidence& evidence, const MotionInput& input) override;
 
  private:
@@ -28,7 +28,7 @@ class SurfaceCue : public MotionCue {
 
 struct HistoryCueOptions {
   double memory = 0.8;     ///< share of a surface's log-odds that lasts to the next frame
-  double most = 3;         ///< log-odds in favour of static never grow beyond
+  double most = 3;         ///< log-odds in favor of static never grow beyond
   double least = -6;       ///< nor those against it
   double landmarks = 0.5;  ///< what a landmark's history counts for
   STILLMAP_FIELDS(memory, most, least, landmarks)
@@ -42,7 +42,7 @@ class HistoryCue : public MotionCue {
  public:
   explicit HistoryCue(const HistoryCueOptions& options) : options_(options) {}
   std::string_view name() const override { return "history"; }
-  bool speaks_of_surfaces() const override { return true; }
+  bool provides_surface_evidence() const override { return true; }
   void add_to(MotionEvidence& evidence, const MotionInput& input) override;
 
  private:

@@ -54,10 +54,10 @@ cv::Mat1b middle_of_box(const cv::Rect& box, const CellGrid& grid) {
   return core;
 }
 
-/// A window of the grid with a border around it: all four neighbours of its cells exist.
+/// A window of the grid with a border around it: all four neighbors of its cells exist.
 struct Surroundings {
   cv::Rect window;
-  cv::Mat1f depth;  // metres; below 0 where the grid ends
+  cv::Mat1f depth;  // meters; below 0 where the grid ends
   std::array<int, 4> steps;
 
   Surroundings(const cv::Rect& cells, const CellGrid& grid)
@@ -67,7 +67,7 @@ struct Surroundings {
     grid.depth(known).copyTo(depth(known - cells.tl() + cv::Point(1, 1)));
     steps = {1, -1, depth.cols, -depth.cols};
   }
-  /// Whether a surface goes on from a cell to its neighbour.
+  /// Whether a surface goes on from a cell to its neighbor.
   bool goes_on(int from, int to) const {
     const float z = depth(from), there = depth(to);
     return z > 0 && there > 0 && std::abs(there - z) <= depth_tolerance(z);
@@ -109,8 +109,8 @@ void grow(cv::Mat1b& cells, const cv::Rect& reach, const CellGrid& grid) {
 struct Piece {
   std::vector<int> cells;
   int in_mask = 0;
-  int open = 0;    ///< neighbours beyond the reach that the surface goes on to
-  int closed = 0;  ///< neighbours anywhere that it ends at
+  int open = 0;    ///< neighbors beyond the reach that the surface goes on to
+  int closed = 0;  ///< neighbors anywhere that it ends at
 };
 
 /// Takes the piece around `start` out of what is `left` of the reach.

@@ -39,7 +39,7 @@ FlowTracker::PyramidPtr FlowTracker::pyramid_of(const RgbdFramePtr& image) {
   if (second_ && second_->image == image) return second_;
   auto pyramid = std::make_shared<Pyramid>();
   pyramid->image = image;
-  cv::buildOpticalFlowPyramid(image->grey, pyramid->levels,
+  cv::buildOpticalFlowPyramid(image->gray, pyramid->levels,
                               cv::Size(options_.window, options_.window), options_.levels, false);
   second_ = std::exchange(newest_, pyramid);
   return pyramid;
@@ -54,14 +54,14 @@ FlowTracker::Followed FlowTracker::follow(const Pyramid& from, const Pyramid& to
       {cv::TermCriteria::COUNT + cv::TermCriteria::EPS, options_.iterations, options_.precision}, 0,
       options_.texture);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    if (!inside(result.points[i], to.image->grey.size())) result.found[i] = 0;
+    if (!inside(result.points[i], to.image->gray.size())) result.found[i] = 0;
   }
   return result;
 }
 
 FlowTracker::Followed FlowTracker::follow_checked(const RgbdFramePtr& from, const RgbdFramePtr& to,
                                                   const std::vector<cv::Point2f>& points) {
-  if (points.empty() || from->grey.size() != to->grey.size()) {
+  if (points.empty() || from->gray.size() != to->gray.size()) {
     return {points, std::vector<std::uint8_t>(points.size(), 0)};
   }
   const PyramidPtr there = pyramid_of(from), here = pyramid_of(to);

@@ -78,9 +78,9 @@ TEST(FlowTracker, WithoutAFrameBeforeAllAreLost) {
 TEST(FlowTracker, APointThatDoesNotComeBackIsLostWhereThatIsChecked) {
   Pair pair(3, 0);
   auto hidden = std::make_shared<RgbdFrame>(*pair.second);
-  hidden->grey = pair.second->grey.clone();
+  hidden->gray = pair.second->gray.clone();
   const cv::Rect cover(100, 80, 80, 80);
-  test::texture(cover.size(), 9).copyTo(hidden->grey(cover));
+  test::texture(cover.size(), 9).copyTo(hidden->gray(cover));
   pair.second = hidden;
   const auto covered = test::lattice(cover, 8, 16);
   const auto lost = [&](double check_back) {

@@ -19,11 +19,11 @@ RgbdFramePtr frame_at(std::size_t index) {
   view.at<double>(1, 2) -= 100 - 2 * t;
   auto frame = std::make_shared<RgbdFrame>();
   frame->index = index;
-  cv::warpAffine(world, frame->grey, view, {640, 480});
+  cv::warpAffine(world, frame->gray, view, {640, 480});
   cv::Mat near;
   view.at<double>(0, 2) += 4 * t;
   cv::warpAffine(world, near, view, {640, 480});
-  near(cv::Rect(160, 120, 240, 360)).copyTo(frame->grey(cv::Rect(160, 120, 240, 360)));
+  near(cv::Rect(160, 120, 240, 360)).copyTo(frame->gray(cv::Rect(160, 120, 240, 360)));
   frame->depth = cv::Mat(480, 640, CV_32FC1, cv::Scalar(2));
   return frame;
 }
@@ -35,7 +35,7 @@ std::vector<FramePtr> make_frames(std::size_t count) {
     auto frame = std::make_shared<Frame>();
     frame->image = frame_at(i);
     frame->features =
-        std::make_shared<Features>(extractor.extract(frame->image->grey, frame->image->depth));
+        std::make_shared<Features>(extractor.extract(frame->image->gray, frame->image->depth));
     auto seen = std::make_shared<SegmentedFrame>();
     Instance person;
     person.class_name = "person";

@@ -32,7 +32,7 @@ class MotionCue {
   /// Names of the classes whose instances it looks at; none for a cue that needs no instances.
   virtual std::set<std::string> classes() const { return {}; }
   /// Whether it speaks of surfaces, evidence.surface_measured or .surface_prior, too.
-  virtual bool speaks_of_surfaces() const { return false; }
+  virtual bool provides_surface_evidence() const { return false; }
   /// Adds this cue's log-likelihood ratios to `evidence.static_log_odds` (already sized, one per
   /// keypoint) and marks the pixels it takes for moving in `evidence.moving_pixels` (empty or
   /// image-sized); or, where surfaces are judged, adds to what is known of those.

@@ -33,7 +33,7 @@ void leave_out(const std::vector<std::string>& names, const std::string& preset,
   }
 }
 
-/// Takes the cells that hang together with a first one (8-neighbours) out of those that are left.
+/// Takes the cells that hang together with a first one (8-neighbors) out of those that are left.
 void take_region(cv::Point first, cv::Mat1b& left, std::vector<cv::Point>& region) {
   const cv::Rect bounds({}, left.size());
   region.assign(1, first);
@@ -65,7 +65,7 @@ void drop_specks(cv::Mat1f& log_odds) {
   }
 }
 
-/// The least of a cell and its neighbours.
+/// The least of a cell and its neighbors.
 float least_around(const cv::Mat1f& surfaces, cv::Point cell) {
   const cv::Rect around = cv::Rect(cell.x - 1, cell.y - 1, 3, 3) & cv::Rect({}, surfaces.size());
   float least = surfaces(cell);
@@ -112,7 +112,7 @@ void judge_surfaces(MotionEvidence& evidence, const MotionInput& input) {
   for (std::size_t i = 0; i < log_odds.size(); ++i) evidence.static_log_odds[i] += log_odds[i];
   const cv::Mat1b moving = evidence.surface_log_odds < kMovingSurface;
   if (cv::countNonZero(moving) == 0) return;
-  evidence.moving_pixels = pixels_of(moving, input.image->grey.size());
+  evidence.moving_pixels = pixels_of(moving, input.image->gray.size());
 }
 
 }  // namespace
@@ -121,7 +121,7 @@ MotionEstimator::MotionEstimator(const MotionOptions& options)
     : exclude_below_(options.exclude_below), cues_(make_cues(options)) {
   leave_out(options.without, options.preset, cues_);
   judges_surfaces_ = std::any_of(cues_.begin(), cues_.end(),
-                                 [](const auto& cue) { return cue->speaks_of_surfaces(); });
+                                 [](const auto& cue) { return cue->provides_surface_evidence(); });
   const auto looks_at_instances = [](const auto& cue) { return !cue->classes().empty(); };
   first_with_instances_ = static_cast<std::size_t>(
       std::find_if(cues_.begin(), cues_.end(), looks_at_instances) - cues_.begin());

@@ -13,7 +13,7 @@ using ::testing::HasSubstr;
 /// Keypoints on a row at y = 50, every 10 pixels, in a 200 x 100 image.
 MotionInput input_with(std::vector<Instance> instances) {
   auto image = std::make_shared<RgbdFrame>();
-  image->grey = cv::Mat::zeros(100, 200, CV_8UC1);
+  image->gray = cv::Mat::zeros(100, 200, CV_8UC1);
   auto features = std::make_shared<Features>();
   for (int x = 0; x < 200; x += 10)
     features->keypoints.push_back({.u = static_cast<float>(x), .v = 50});

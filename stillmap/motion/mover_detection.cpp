@@ -22,7 +22,7 @@ constexpr std::size_t kSpeck = 4;  // cells: fewer are noise, not even a piece o
 struct Grid {
   const CellGrid& cells;
   cv::Mat1b moves;     // 0 or 255
-  cv::Mat1f depth;     // metres; 0: none, or not of interest
+  cv::Mat1f depth;     // meters; 0: none, or not of interest
   cv::Mat1i instance;  // index, or kNoInstance
   const Camera& camera() const { return cells.camera; }
 };
@@ -263,7 +263,7 @@ void keep_largest_pieces(std::vector<Region>& regions, const Grid& grid) {
   });
 }
 
-/// Area of the cells, facing the camera [square metres].
+/// Area of the cells, facing the camera [square meters].
 double area_of(const Region& region, const Grid& grid) {
   const double side = 1 / grid.camera().fx;
   double area = 0;
@@ -339,8 +339,8 @@ bool goes_on_unseen(const Grid& grid, cv::Point cell, cv::Point step,
 }
 
 /// Whether most of a region's last cells in a direction are not where the thing ends.
-bool hidden_towards(const Region& region, const Grid& grid, cv::Point step,
-                    const MoverDetectionOptions& options) {
+bool hidden_toward(const Region& region, const Grid& grid, cv::Point step,
+                   const MoverDetectionOptions& options) {
   std::map<int, cv::Point> last;  // by row or column
   for (const cv::Point& cell : region.cells) {
     const auto [found, first] = last.emplace(step.x != 0 ? cell.y : cell.x, cell);
@@ -360,8 +360,8 @@ void measure_spans(const Region& region, const Grid& grid, const Pose& T_world_c
     SeenSpan& span = detection.spans[static_cast<std::size_t>(axis)];
     const cv::Point step = steps[static_cast<std::size_t>(axis)];
     span = {T_world_camera.rotation().col(axis), extent(axis),
-            hidden_towards(region, grid, -step, options),
-            hidden_towards(region, grid, step, options)};
+            hidden_toward(region, grid, -step, options),
+            hidden_toward(region, grid, step, options)};
     detection.cut_off |= span.low_hidden || span.high_hidden;
   }
 }

@@ -16,26 +16,26 @@ struct MoverDetectionOptions {
   /// Log-odds below which a surface that hangs together with a moving one belongs to it (Canny's
   /// second threshold: a trunk without texture between swinging arms).
   double grow_below = -0.3;
-  /// Neighbouring cells belong to one thing while their depths differ by less than this [metres]
+  /// Neighboring cells belong to one thing while their depths differ by less than this [meters]
   /// ...
   double jump = 0.12;
-  /// ... plus this times the square of the depth [per metre]: a structured-light camera's noise
+  /// ... plus this times the square of the depth [per meter]: a structured-light camera's noise
   /// grows so (Khoshelham and Oude Elberink, Sensors 2012, equation 10); six of its sigmas.
   double jump_growth = 0.008;
-  double max_depth = 8;     ///< what is farther is not measured but guessed [metres]
+  double max_depth = 8;     ///< what is farther is not measured but guessed [meters]
   int min_cells = 12;       ///< cells with depth that a mover must have
-  double min_area = 0.015;  ///< and the area they cover, facing the camera [square metres]
+  double min_area = 0.015;  ///< and the area they cover, facing the camera [square meters]
   double min_moving = 0.3;  ///< share of a thing's cells that must move for it to be moving
   /// Pieces of one thing that something nearer cuts in two: joined where the gap between them and
-  /// the difference of their depths are at most this [metres] ...
+  /// the difference of their depths are at most this [meters] ...
   double piece_gap = 0.3;
-  double max_width = 0.7;   ///< ... and the whole is no wider than a person [metres]
-  double max_length = 2.2;  ///< ... and no longer [metres]
+  double max_width = 0.7;   ///< ... and the whole is no wider than a person [meters]
+  double max_length = 2.2;  ///< ... and no longer [meters]
   double trim = 0.02;  ///< share of the points cut off at both ends of each axis, as flying ones
-  double max_half_depth = 0.2;  ///< what is not seen of a thing reaches no deeper [metres]
+  double max_half_depth = 0.2;  ///< what is not seen of a thing reaches no deeper [meters]
   int views = 10;               ///< remembered, to know what was there before
   double view_interval = 0.2;   ///< seconds between two of them
-  double min_core = 0.2;  ///< share of a mover's cells that have neighbours of it on all sides
+  double min_core = 0.2;        ///< share of a mover's cells that have neighbors of it on all sides
   STILLMAP_FIELDS(grow_below, jump, jump_growth, max_depth, min_cells, min_area, min_moving,
                   piece_gap, max_width, max_length, trim, max_half_depth, views, view_interval,
                   min_core)
@@ -50,7 +50,7 @@ struct SeenSpan {
   bool low_hidden = false, high_hidden = false;
 };
 
-/// Something that moves, or might, as one frame shows it. Metres, world frame.
+/// Something that moves, or might, as one frame shows it. Meters, world frame.
 struct MoverDetection {
   /// False for what is not sure to move: an instance that stands still (somebody who has stopped),
   /// or a surface that is taken for moving, but was there before.
@@ -97,7 +97,7 @@ struct MoverDetections {
 /// surface. Single surfaces that are wrongly taken for moving do the camera's pose no harm, but a
 /// planner should not see them.
 ///
-/// Neighbouring cells (or next but one, over holes in the depth) are one region unless there is a
+/// Neighboring cells (or next but one, over holes in the depth) are one region unless there is a
 /// depth jump or two different instances between them; pieces cut apart by an occluder are joined
 /// again by their distance and joint size, or as parts of one instance.
 ///

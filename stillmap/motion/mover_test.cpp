@@ -31,7 +31,7 @@ struct Stage {
     camera.cx = 159.5;
     camera.cy = 119.5;
     image->depth = cv::Mat(240, 320, CV_32FC1, cv::Scalar(5));
-    image->grey = cv::Mat(240, 320, CV_8UC1, cv::Scalar(0));
+    image->gray = cv::Mat(240, 320, CV_8UC1, cv::Scalar(0));
     moving = cv::Mat(240, 320, CV_8UC1, cv::Scalar(0));
   }
   void put(const cv::Rect& box, float depth, bool moves = true) {

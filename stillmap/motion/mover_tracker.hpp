@@ -21,7 +21,7 @@ struct MoverTrackerOptions {
   double cut_off_noise = 0.2;    ///< of one that the image's border cuts off [m]
   double initial_speed = 1;      ///< standard deviation before any is measured [m/s]
   double gate = 16.3;  ///< squared Mahalanobis distance: 99.9 % of a chi-square with 3 freedoms
-  double reach = 0.8;  ///< metres beyond which nothing is taken for the same thing, gate or no gate
+  double reach = 0.8;  ///< meters beyond which nothing is taken for the same thing, gate or no gate
   int births = 3;      ///< detections in a row that make a track
   double survival = 1.5;     ///< seconds that a track lives without a detection
   double remembering = 0.9;  ///< share of a thing's remembered extent that one more look leaves
@@ -32,7 +32,7 @@ struct MoverTrackerOptions {
                   survival, remembering, slowing, fragment, merge_after)
 };
 
-/// A mover in one frame. Metres, metres per second, world frame.
+/// A mover in one frame. Meters, meters per second, world frame.
 struct MoverSample {
   std::size_t frame_index = 0;
   double timestamp = 0;   ///< seconds

@@ -38,7 +38,7 @@ class ResidualCue : public MotionCue {
  public:
   explicit ResidualCue(const ResidualCueOptions& options) : options_(options) {}
   std::string_view name() const override { return "residual"; }
-  bool speaks_of_surfaces() const override { return true; }
+  bool provides_surface_evidence() const override { return true; }
   void add_to(MotionEvidence& evidence, const MotionInput& input) override;
 
  private:

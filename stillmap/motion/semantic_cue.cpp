@@ -53,7 +53,7 @@ void SemanticCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
     return;
   }
   if (evidence.moving_pixels.empty()) {
-    evidence.moving_pixels = cv::Mat::zeros(input.image->grey.size(), CV_8UC1);
+    evidence.moving_pixels = cv::Mat::zeros(input.image->gray.size(), CV_8UC1);
   }
   cv::Mat& moving = evidence.moving_pixels;
   for (const Instance& instance : instances) {

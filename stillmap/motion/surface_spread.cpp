@@ -7,7 +7,7 @@
 namespace stillmap {
 namespace {
 
-/// Of two neighbouring cells at depths a and b, the share of the one's value that reaches the
+/// Of two neighboring cells at depths a and b, the share of the one's value that reaches the
 /// other.
 class Passage {
  public:

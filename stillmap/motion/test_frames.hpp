@@ -48,10 +48,10 @@ inline std::vector<cv::Point2f> lattice(const cv::Rect& area, int step, int marg
   return points;
 }
 
-inline RgbdFramePtr image_of(std::size_t index, const cv::Mat1b& grey) {
+inline RgbdFramePtr image_of(std::size_t index, const cv::Mat1b& gray) {
   auto image = std::make_shared<RgbdFrame>();
   image->index = index;
-  image->grey = grey;
+  image->gray = gray;
   return image;
 }
 

@@ -10,7 +10,7 @@ namespace stillmap {
 namespace {
 
 /// OpenCV's USAC framework (Raguram et al., TPAMI 2013), on one thread: MSAC's score, local
-/// optimisation, and a generator of its own that starts from the seed.
+/// optimization, and a generator of its own that starts from the seed.
 cv::UsacParams usac_params(const RansacOptions& options) {
   cv::UsacParams params;
   params.threshold = options.threshold;

@@ -135,7 +135,7 @@ BundleResult adjust_bundle(const BundleProblem& problem, const BundleOptions& op
                     options.cost_tolerance};
   const auto run = [&] {
     const PassSummary pass =
-        (options.ceres ? minimise_with_ceres : minimise_with_schur)(model, limits, stop, state);
+        (options.ceres ? minimize_with_ceres : minimize_with_schur)(model, limits, stop, state);
     classify(state, options, model);
     result.iterations += pass.iterations;
     result.interrupted = pass.interrupted;

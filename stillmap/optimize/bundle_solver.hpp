@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-/// The two minimisers behind adjust_bundle(): internal to the room.
+/// The two minimizers behind adjust_bundle(): internal to the room.
 namespace stillmap {
 
 /// One usable observation, by T_camera_world.
@@ -47,11 +47,11 @@ struct PassSummary {
 double bundle_cost(const BundleModel& model, const BundleState& state, const Kernels& kernels);
 
 /// Our own Levenberg-Marquardt on the Schur complement (schur_solver.cpp).
-PassSummary minimise_with_schur(const BundleModel& model, const PassLimits& limits,
+PassSummary minimize_with_schur(const BundleModel& model, const PassLimits& limits,
                                 const StopRequest& stop, BundleState& state);
 
 /// The same by Ceres: the yardstick (ceres_solver.cpp).
-PassSummary minimise_with_ceres(const BundleModel& model, const PassLimits& limits,
+PassSummary minimize_with_ceres(const BundleModel& model, const PassLimits& limits,
                                 const StopRequest& stop, BundleState& state);
 
 }  // namespace stillmap

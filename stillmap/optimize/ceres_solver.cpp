@@ -164,7 +164,7 @@ class CeresBundle {
 
 }  // namespace
 
-PassSummary minimise_with_ceres(const BundleModel& model, const PassLimits& limits,
+PassSummary minimize_with_ceres(const BundleModel& model, const PassLimits& limits,
                                 const StopRequest& stop, BundleState& state) {
   StopCallback callback(stop);
   ceres::Solver::Options options;

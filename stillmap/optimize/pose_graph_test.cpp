@@ -15,7 +15,7 @@ struct Ring {
   std::vector<Pose> truth;
   PoseGraphProblem problem;  ///< guesses: as the measurements chain up
 
-  Ring(int nodes, double metres, double radians, unsigned seed) {
+  Ring(int nodes, double meters, double radians, unsigned seed) {
     std::mt19937 rng(seed);
     for (int i = 0; i < nodes; ++i) {
       const double turn = 2 * std::numbers::pi * i / nodes;
@@ -26,7 +26,7 @@ struct Ring {
     problem.fixed.assign(truth.size(), 0);
     problem.fixed[0] = 1;
     for (std::uint32_t i = 1; i < truth.size(); ++i) {
-      const Pose error = synthetic::random_pose(rng, metres, radians);
+      const Pose error = synthetic::random_pose(rng, meters, radians);
       problem.edges.push_back({i - 1, i, truth[i - 1].inverse() * truth[i] * error});
       problem.T_world_node.push_back(problem.T_world_node.back() * problem.edges.back().T_a_b);
     }
@@ -53,7 +53,7 @@ TEST(PoseGraph, ExactMeasurementsGiveTheExactTruthFromAFarGuess) {
     EXPECT_LT((ring.truth[i].inverse() * result.T_world_node[i]).log().norm(), 1e-5) << i;
 }
 
-/// Errors of single steps add up to some decimetres; the loop takes out what is common, and leaves
+/// Errors of single steps add up to some decimeters; the loop takes out what is common, and leaves
 /// what a chain tied at both ends wanders by: of a random walk, half in the mean.
 TEST(PoseGraph, ALoopTakesOutDrift) {
   double open = 0, closed = 0;
@@ -74,7 +74,7 @@ TEST(PoseGraph, FixedPosesStayToTheBitAndWeightCounts) {
   const Pose three(Eigen::Quaterniond::Identity(), {3, 0, 0});
   problem.T_world_node = {Pose(), one, three};
   problem.fixed = {1, 0, 1};
-  problem.edges = {{0, 1, one, 3}, {1, 2, one, 1}};  // one metre each, but three apart
+  problem.edges = {{0, 1, one, 3}, {1, 2, one, 1}};  // one meter each, but three apart
   const PoseGraphResult result = solve_pose_graph(problem);
   EXPECT_EQ(result.T_world_node[2].translation(), three.translation());
   EXPECT_NEAR(result.T_world_node[1].translation().x(), 1.25, 1e-4) << "a quarter of the error";

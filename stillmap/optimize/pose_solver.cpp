@@ -85,7 +85,7 @@ PointNormal<double> lane_normal(const Camera& camera, const Observed<Pair>& o,
   return point_normal(camera, lane, kernels, p.x(i), p.y(i), p.z(i));
 }
 
-PoseNormal linearise(const Camera& camera, const Pose& T_camera_world, std::span<const Term> terms,
+PoseNormal linearize(const Camera& camera, const Pose& T_camera_world, std::span<const Term> terms,
                      const Kernels& kernels) {
   const Eigen::Matrix3d R = T_camera_world.rotation();
   const Eigen::Vector3d& t = T_camera_world.translation();
@@ -109,11 +109,11 @@ PoseNormal linearise(const Camera& camera, const Pose& T_camera_world, std::span
 
 /// Levenberg-Marquardt (Marquardt 1963, with the diagonal of H as scale) from and to
 /// T_camera_world. Returns the number of linear systems solved.
-int minimise(const Camera& camera, std::span<const Term> terms, const Kernels& kernels,
+int minimize(const Camera& camera, std::span<const Term> terms, const Kernels& kernels,
              const PoseSolverOptions& options, Pose& T_camera_world) {
   const double step_tolerance = (kernels.robust ? 10 : 1) * options.step_tolerance;
   double lambda = 1e-7;
-  PoseNormal now = linearise(camera, T_camera_world, terms, kernels);
+  PoseNormal now = linearize(camera, T_camera_world, terms, kernels);
   int iteration = 0;
   while (iteration < options.iterations) {
     ++iteration;
@@ -123,7 +123,7 @@ int minimise(const Camera& camera, std::span<const Term> terms, const Kernels& k
     const Vector6d xi = -H.ldlt().solve(now.g);
     if (!xi.allFinite()) break;
     const Pose trial = Pose::exp(xi) * T_camera_world;
-    const PoseNormal next = linearise(camera, trial, terms, kernels);
+    const PoseNormal next = linearize(camera, trial, terms, kernels);
     // Rounding alone may raise the cost of a vanishing step.
     const bool better = next.cost <= now.cost * (1 + 1e-12);
     if (better) {
@@ -211,7 +211,7 @@ void describe(const Camera& camera, const Pose& T_camera_world, std::span<const 
   }
   const int components = 2 * solution.inliers + solution.depth_inliers;
   solution.rms = components > 0 ? std::sqrt(sum / components) : 0;
-  solution.information = linearise(camera, T_camera_world, terms, Kernels{.robust = false}).H;
+  solution.information = linearize(camera, T_camera_world, terms, Kernels{.robust = false}).H;
   solution.well_posed = well_posed(solution, options);
 }
 
@@ -237,7 +237,7 @@ PoseSolution solve_pose(const Camera& camera, const Pose& T_world_camera_guess,
   Kernels kernels{{options.pixel_chi2}, {options.disparity_chi2}};
   for (int round = 0; round < options.robust_rounds + options.plain_rounds; ++round) {
     kernels.robust = round < options.robust_rounds;
-    solution.iterations += minimise(camera, terms, kernels, options, T_camera_world);
+    solution.iterations += minimize(camera, terms, kernels, options, T_camera_world);
     const bool changed = classify(camera, T_camera_world, options, terms);
     if (!kernels.robust && !changed) break;
   }

@@ -27,10 +27,10 @@ double mahalanobis(const PoseSolution& solution, const Pose& truth) {
   return xi.dot(solution.information * xi);
 }
 
-PoseSolution solve_from_nearby(const PoseScene& scene, unsigned seed, double metres = 0.1,
+PoseSolution solve_from_nearby(const PoseScene& scene, unsigned seed, double meters = 0.1,
                                double radians = 0.05, const PoseSolverOptions& options = {}) {
   std::mt19937 rng(seed);
-  const Pose guess = scene.T_world_camera * synthetic::random_pose(rng, metres, radians);
+  const Pose guess = scene.T_world_camera * synthetic::random_pose(rng, meters, radians);
   return solve_pose(scene.camera, guess, scene.observations, options);
 }
 
@@ -187,7 +187,7 @@ TEST(SolvePose, KnowsThatPointsOnALineLeaveARotationOpen) {
 TEST(SolvePose, DropsPointsBehindTheCamera) {
   PoseScene scene = synthetic::pose_scene(6, 200, kModelNoise);
   const PoseSolution expected = solve_from_nearby(scene, 1, 0.02, 0.02);
-  for (std::size_t i = 0; i < 60; ++i) {  // mirrored through the centre: same pixel, wrong side
+  for (std::size_t i = 0; i < 60; ++i) {  // mirrored through the center: same pixel, wrong side
     PoseObservation o = scene.observations[i];
     o.p_world = scene.T_world_camera * -(scene.T_world_camera.inverse() * o.p_world);
     scene.observations.push_back(o);

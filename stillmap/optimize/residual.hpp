@@ -41,7 +41,7 @@ inline constexpr double kNearPlane = 0.05;
 struct ObservationNoise {
   double pixel_sigma = 1.0;  ///< of u and of v, of a keypoint at pyramid level 0 [pixels]
   /// Of bf / depth, at any level [pixels]. 0.06 is the Kinect's own; the rest is for depth and
-  /// colour that do not lie exactly on each other.
+  /// color that do not lie exactly on each other.
   double disparity_sigma = 0.3;
   STILLMAP_FIELDS(pixel_sigma, disparity_sigma)
 };
@@ -58,7 +58,7 @@ struct Measurement {
 };
 
 /// @param u, v  pixel
-/// @param depth metres; zero, negative or not finite: none
+/// @param depth meters; zero, negative or not finite: none
 /// @param scale the pyramid level's scale, scale_factor^level >= 1, by which the pixel sigma grows
 /// A pixel or scale that is not finite, or a scale <= 0, gives an unusable measurement.
 Measurement make_measurement(const Camera& camera, const ObservationNoise& noise, double u,

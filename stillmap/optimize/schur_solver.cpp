@@ -61,14 +61,14 @@ struct Step {
 class SchurSolver {
  public:
   SchurSolver(const BundleModel& model, const Kernels& kernels, BundleState& state);
-  PassSummary minimise(const PassLimits& limits, const StopRequest& stop);
+  PassSummary minimize(const PassLimits& limits, const StopRequest& stop);
 
  private:
   void lay_out();
   std::vector<ReducedSystem::Block> coupled_poses() const;
   double cost(const BundleState& state) const;
-  void linearise();
-  void linearise(PointPart& part, const std::vector<Eigen::Matrix3d>& R,
+  void linearize();
+  void linearize(PointPart& part, const std::vector<Eigen::Matrix3d>& R,
                  std::vector<PoseNormalSum<double>>& sums);
   std::optional<Step> solve(const Damping& damping);
   void eliminate(PointPart& part, const Damping& damping, Eigen::VectorXd& rhs);
@@ -148,17 +148,17 @@ double SchurSolver::cost(const BundleState& state) const {
   return sum;
 }
 
-void SchurSolver::linearise() {
+void SchurSolver::linearize() {
   std::vector<Eigen::Matrix3d> R;
   R.reserve(state_.T_camera_world.size());
   for (const Pose& pose : state_.T_camera_world) R.push_back(pose.rotation());
   std::vector<PoseNormalSum<double>> sums(free_poses_.size());
-  for (PointPart& part : parts_) linearise(part, R, sums);
+  for (PointPart& part : parts_) linearize(part, R, sums);
   U_.clear();
   for (const PoseNormalSum<double>& sum : sums) U_.push_back(sum.equations());
 }
 
-void SchurSolver::linearise(PointPart& part, const std::vector<Eigen::Matrix3d>& R,
+void SchurSolver::linearize(PointPart& part, const std::vector<Eigen::Matrix3d>& R,
                             std::vector<PoseNormalSum<double>>& sums) {
   part.V.setZero();
   part.g.setZero();
@@ -247,19 +247,19 @@ BundleState SchurSolver::moved(const Step& step) const {
   return state;
 }
 
-PassSummary SchurSolver::minimise(const PassLimits& limits, const StopRequest& stop) {
+PassSummary SchurSolver::minimize(const PassLimits& limits, const StopRequest& stop) {
   PassSummary summary;
   Damping damping;
   double now = cost(state_);
-  bool linearised = false;
+  bool linearized = false;
   while (summary.iterations < limits.iterations && !damping.hopeless()) {
     if (stop && stop()) {
       summary.interrupted = true;
       break;
     }
     ++summary.iterations;
-    if (!linearised) linearise();
-    linearised = true;
+    if (!linearized) linearize();
+    linearized = true;
     const auto step = solve(damping);
     if (!step) {
       damping.tighten();
@@ -271,7 +271,7 @@ PassSummary SchurSolver::minimise(const PassLimits& limits, const StopRequest& s
     if (next < now) {
       state_ = std::move(trial);
       now = next;
-      linearised = false;
+      linearized = false;
       damping.relax();
     } else {
       damping.tighten();
@@ -283,9 +283,9 @@ PassSummary SchurSolver::minimise(const PassLimits& limits, const StopRequest& s
 
 }  // namespace
 
-PassSummary minimise_with_schur(const BundleModel& model, const PassLimits& limits,
+PassSummary minimize_with_schur(const BundleModel& model, const PassLimits& limits,
                                 const StopRequest& stop, BundleState& state) {
-  return SchurSolver(model, limits.kernels, state).minimise(limits, stop);
+  return SchurSolver(model, limits.kernels, state).minimize(limits, stop);
 }
 
 }  // namespace stillmap

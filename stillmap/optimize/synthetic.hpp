@@ -21,11 +21,11 @@ struct Noise {
   double depthless = 0;        ///< share without depth
 };
 
-inline Pose random_pose(std::mt19937& rng, double metres, double radians) {
+inline Pose random_pose(std::mt19937& rng, double meters, double radians) {
   std::normal_distribution<double> normal;
   const auto draw = [&] { return Eigen::Vector3d(normal(rng), normal(rng), normal(rng)); };
   Vector6d twist;
-  twist << metres / std::numbers::sqrt3 * draw(), radians / std::numbers::sqrt3 * draw();
+  twist << meters / std::numbers::sqrt3 * draw(), radians / std::numbers::sqrt3 * draw();
   return Pose::exp(twist);
 }
 

@@ -72,16 +72,16 @@ void draw_keypoint_verdicts(cv::Mat& picture, const Frame& frame) {
   }
 }
 
-/// So that colours drawn in stand out.
-cv::Mat greyed(const cv::Mat& color) {
-  cv::Mat grey, picture, mixed;
-  cv::cvtColor(color, grey, cv::COLOR_BGR2GRAY);
-  cv::cvtColor(grey, picture, cv::COLOR_GRAY2BGR);
+/// So that colors drawn in stand out.
+cv::Mat grayed(const cv::Mat& color) {
+  cv::Mat gray, picture, mixed;
+  cv::cvtColor(color, gray, cv::COLOR_BGR2GRAY);
+  cv::cvtColor(gray, picture, cv::COLOR_GRAY2BGR);
   cv::addWeighted(color, 0.35, picture, 0.55, 0, mixed);
   return mixed;
 }
 
-std::string verdict_line(const TrackedFrame& tracked) {
+std::string label_line(const TrackedFrame& tracked) {
   const auto& weights = tracked.frame->evidence.weight;
   const auto moving = std::count(weights.begin(), weights.end(), 0.0F);
   return fmt::format("frame {}: {} of {} keypoints move, {} landmarks agree {}",
@@ -91,13 +91,13 @@ std::string verdict_line(const TrackedFrame& tracked) {
 
 }  // namespace
 
-cv::Mat draw_verdicts(const TrackedFrame& tracked) {
+cv::Mat draw_labels(const TrackedFrame& tracked) {
   const Frame& frame = *tracked.frame;
-  cv::Mat picture = greyed(frame.image->color);
+  cv::Mat picture = grayed(frame.image->color);
   tint_moving(picture, frame.evidence.moving_pixels);
   if (frame.instances) outline_instances(picture, *frame.instances);
   draw_keypoint_verdicts(picture, frame);
-  write_text(picture, verdict_line(tracked), {6, picture.rows - 8});
+  write_text(picture, label_line(tracked), {6, picture.rows - 8});
   return picture;
 }
 

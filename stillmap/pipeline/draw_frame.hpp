@@ -9,9 +9,9 @@ namespace stillmap {
 /// outlined, with class and age. 8UC3 BGR, the size of the frame.
 cv::Mat draw_frame(const TrackedFrame& tracked);
 
-/// The same with keypoints by verdict, on a greyed picture: those left out as red crosses, the
+/// The same with keypoints by label, on a grayed picture: those left out as red crosses, the
 /// others as circles from red (surely moving) over yellow (nothing known) to green (surely
 /// static); a line below says how many are which.
-cv::Mat draw_verdicts(const TrackedFrame& tracked);
+cv::Mat draw_labels(const TrackedFrame& tracked);
 
 }  // namespace stillmap

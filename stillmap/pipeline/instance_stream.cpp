@@ -17,17 +17,18 @@ InstanceStream::InstanceStream(std::unique_ptr<Detector> detector, const SlamOpt
     : schedule_(options.schedule),
       wanted_classes_(wanted_classes(options)),
       detector_(std::move(detector)),
-      carrier_(options.carry) {
+      propagator_(options.carry) {
   if (!detector_) return;
   // In realtime the detector gets the newest frame whenever it is free, so one frame may wait.
   const bool realtime = schedule_.realtime();
-  detect_stage_ = std::make_unique<Stage<RgbdFramePtr, FoundThings>>(
+  detect_stage_ = std::make_unique<Stage<RgbdFramePtr, DetectedObjects>>(
       realtime ? 1 : 8, realtime ? WhenFull::kDrop : WhenFull::kBlock,
       [this](const RgbdFramePtr& frame, const auto& publish) { publish(detect(frame)); }, "network",
-      Niceness::kNetwork);
-  carry_stage_ = std::make_unique<Stage<CarryTask, SeenInstances>>(
+      ThreadPriority::kNetwork);
+  propagation_stage_ = std::make_unique<Stage<PropagationTask, SeenInstances>>(
       1, WhenFull::kBlock,
-      [this](const CarryTask& task, const auto& publish) { publish(carry_to(task)); }, "masks");
+      [this](const PropagationTask& task, const auto& publish) { publish(carry_to(task)); },
+      "masks");
 }
 
 void InstanceStream::push(const RgbdFramePtr& frame, const CellGridPtr& cells) {
@@ -39,15 +40,15 @@ void InstanceStream::push(const RgbdFramePtr& frame, const CellGridPtr& cells) {
     due_.push_back(frame->index + static_cast<std::size_t>(delay));
   }
   for (; !due_.empty() && due_.front() <= frame->index; due_.pop_front()) ++visible_;
-  carry_stage_->push({frame, cells, visible_});
+  propagation_stage_->push({frame, cells, visible_});
 }
 
 SeenInstances InstanceStream::take() {
   if (!detector_) return {};
-  return carry_stage_->take().value();
+  return propagation_stage_->take().value();
 }
 
-FoundThings InstanceStream::detect(const RgbdFramePtr& frame) {
+DetectedObjects InstanceStream::detect(const RgbdFramePtr& frame) {
   trace_frame(frame->index);
   const TimedScope timed(detecting_, "segmentation");
   auto found = std::make_shared<SegmentedFrame>();
@@ -57,18 +58,18 @@ FoundThings InstanceStream::detect(const RgbdFramePtr& frame) {
   return {frame, found};
 }
 
-SeenInstances InstanceStream::carry_to(const CarryTask& task) {
+SeenInstances InstanceStream::carry_to(const PropagationTask& task) {
   trace_frame(task.frame->index);
   Stopwatch watch;
-  carrier_.push(task.frame);
+  propagator_.push(task.frame);
   const double waiting = collect(task.visible);
   SeenInstances seen;
-  seen.carried = carrier_.current();
-  seen.carried_cells =
+  seen.carried = propagator_.current();
+  seen.propagated_cells =
       traced("instance cells", [&] { return instance_cells(seen.carried, *task.cells); });
   seen.found = newest_found_;
   seen.milliseconds = watch.milliseconds() - waiting;
-  carrying_.add("mask carrying", seen.milliseconds);
+  propagation_timing_.add("mask carrying", seen.milliseconds);
   return seen;
 }
 
@@ -78,7 +79,7 @@ double InstanceStream::collect(std::size_t visible) {
   const bool wait = !schedule_.realtime() || taken_ == 0;
   while (wait && taken_ < visible) {
     const Stopwatch watch;
-    const FoundThings found = detect_stage_->take().value();
+    const DetectedObjects found = detect_stage_->take().value();
     waiting += watch.milliseconds();
     take_in(found);
   }
@@ -90,8 +91,8 @@ double InstanceStream::collect(std::size_t visible) {
   return waiting;
 }
 
-void InstanceStream::take_in(const FoundThings& found) {
-  carrier_.set(wanted_in(*found.instances));
+void InstanceStream::take_in(const DetectedObjects& found) {
+  propagator_.set(wanted_in(*found.instances));
   newest_found_ = found;
   ++taken_;
 }
@@ -106,13 +107,13 @@ SegmentedFrame InstanceStream::wanted_in(const SegmentedFrame& found) const {
 }
 
 void InstanceStream::finish() {
-  if (carry_stage_) carry_stage_->drain();
+  if (propagation_stage_) propagation_stage_->drain();
   if (detect_stage_) detect_stage_->drain();
   detector_.reset();
 }
 
 TimingRecorder InstanceStream::timing() const {
-  TimingRecorder all = carrying_;
+  TimingRecorder all = propagation_timing_;
   all.merge(detecting_);
   return all;
 }

@@ -5,7 +5,7 @@
 #include "stillmap/pipeline/options.hpp"
 #include "stillmap/pipeline/stage.hpp"
 #include "stillmap/segment/detector.hpp"
-#include "stillmap/segment/mask_carrier.hpp"
+#include "stillmap/segment/mask_propagator.hpp"
 
 #include <deque>
 #include <memory>
@@ -15,7 +15,7 @@
 namespace stillmap {
 
 /// All that the detector found in one frame, as it found it.
-struct FoundThings {
+struct DetectedObjects {
   RgbdFramePtr image;  ///< null: nothing was looked at yet
   SegmentedFramePtr instances;
 };
@@ -23,8 +23,8 @@ struct FoundThings {
 /// What is known of instances by one frame.
 struct SeenInstances {
   SegmentedFramePtr carried;  ///< in this frame's pixels; null: none, or too old
-  InstanceCellsPtr carried_cells;
-  FoundThings found;        ///< what they were found as: of all classes, and not carried
+  InstanceCellsPtr propagated_cells;
+  DetectedObjects found;    ///< what they were found as: of all classes, and not carried
   double milliseconds = 0;  ///< of carrying
 };
 
@@ -52,16 +52,16 @@ class InstanceStream {
   std::size_t segmented() const { return segmented_; }  ///< frames the detector saw; after finish()
 
  private:
-  struct CarryTask {
+  struct PropagationTask {
     RgbdFramePtr frame;
     CellGridPtr cells;
     std::size_t visible = 0;  // how many results there are by then, since the beginning
   };
 
-  FoundThings detect(const RgbdFramePtr& frame);
-  SeenInstances carry_to(const CarryTask& task);
+  DetectedObjects detect(const RgbdFramePtr& frame);
+  SeenInstances carry_to(const PropagationTask& task);
   double collect(std::size_t visible);
-  void take_in(const FoundThings& found);
+  void take_in(const DetectedObjects& found);
   SegmentedFrame wanted_in(const SegmentedFrame& found) const;
 
   const ScheduleOptions schedule_;
@@ -74,15 +74,15 @@ class InstanceStream {
   TimingRecorder detecting_;
   std::size_t segmented_ = 0;
 
-  // Of the carrier's thread until finish().
-  MaskCarrier carrier_;
-  TimingRecorder carrying_;
-  FoundThings newest_found_;
+  // Of the propagator's thread until finish().
+  MaskPropagator propagator_;
+  TimingRecorder propagation_timing_;
+  DetectedObjects newest_found_;
   std::size_t taken_ = 0;  // results
 
   // Last, for their threads use the above, and the second one the first.
-  std::unique_ptr<Stage<RgbdFramePtr, FoundThings>> detect_stage_;
-  std::unique_ptr<Stage<CarryTask, SeenInstances>> carry_stage_;
+  std::unique_ptr<Stage<RgbdFramePtr, DetectedObjects>> detect_stage_;
+  std::unique_ptr<Stage<PropagationTask, SeenInstances>> propagation_stage_;
 };
 
 }  // namespace stillmap

@@ -87,7 +87,7 @@ TEST(Maps, AreJoinedWhenThePlaceOfTheOldOneIsSeen) {
   const SlamResult result = slam.finish();
   EXPECT_EQ(count(result, MapEvent::Kind::kMerge), 1);
   EXPECT_EQ(result.maps, 1U);
-  EXPECT_LT(ate(result), 0.05) << "metres, of one consistent path";
+  EXPECT_LT(ate(result), 0.05) << "meters, of one consistent path";
 }
 
 /// One keyframe that shows the other map is enough, for there may be no row of them.
@@ -124,7 +124,7 @@ TEST(Maps, LeftApartAreHeldAgainstEachOtherAtTheEnd) {
   EXPECT_EQ(apart.maps, 2U);
   EXPECT_EQ(joined.maps, 1U);
   EXPECT_EQ(joined.tracked(), apart.tracked());
-  EXPECT_LT(ate(joined), 0.05) << "metres, of one consistent path";
+  EXPECT_LT(ate(joined), 0.05) << "meters, of one consistent path";
   EXPECT_GT(ate(apart), 2 * ate(joined));
 }
 
@@ -150,11 +150,11 @@ TEST(Maps, AreJoinedWhenTheyWereLoaded) {
 
 /// On along the round and back to where it began: out of the map of its first part, and into it
 /// again.
-class BesideTheMap : public ::testing::Test {
+class TrackedByOdometry : public ::testing::Test {
  protected:
   struct Step {
     std::size_t shown;  ///< frame of the round
-    double error;       ///< metres, in the map's world; nothing is aligned
+    double error;       ///< meters, in the map's world; nothing is aligned
   };
   /// The frames with a pose.
   static std::vector<Step> go(const SlamOptions& options, std::ptrdiff_t& beside) {
@@ -170,7 +170,7 @@ class BesideTheMap : public ::testing::Test {
     }
     const SlamResult result = slam.finish();
     beside = std::count_if(result.frames.begin(), result.frames.end(),
-                           [](const FrameRecord& f) { return f.beside_map; });
+                           [](const FrameRecord& f) { return f.tracked_by_odometry; });
     std::vector<Step> steps;
     for (const auto& [stamp, T] : result.trajectory) {
       const std::size_t shown = shown_at(static_cast<std::size_t>(stamp));
@@ -186,10 +186,10 @@ class BesideTheMap : public ::testing::Test {
   }
 };
 
-TEST_F(BesideTheMap, OdometryGoesOnUntilTheMapIsSeenAgain) {
+TEST_F(TrackedByOdometry, OdometryGoesOnUntilTheMapIsSeenAgain) {
   std::ptrdiff_t beside = 0;
   const auto steps = go(loop_options(), beside);
-  EXPECT_GE(steps.size(), kSteps - 3) << "all but those before the place was recognised";
+  EXPECT_GE(steps.size(), kSteps - 3) << "all but those before the place was recognized";
   EXPECT_GT(beside, 50);
   for (const Step& step : steps) {
     EXPECT_LT(step.error, step.shown < kMapped ? 0.03 : 0.1) << step.shown;
@@ -197,9 +197,9 @@ TEST_F(BesideTheMap, OdometryGoesOnUntilTheMapIsSeenAgain) {
   EXPECT_LT(steps.back().error, 0.01);
 }
 
-TEST_F(BesideTheMap, WithoutItTheCameraIsLostThere) {
+TEST_F(TrackedByOdometry, WithoutItTheCameraIsLostThere) {
   SlamOptions options = loop_options();
-  options.tracker.beside_map = false;
+  options.tracker.tracked_by_odometry = false;
   std::ptrdiff_t beside = 0;
   EXPECT_LT(go(options, beside).size(), kSteps - 50);
   EXPECT_EQ(beside, 0);

@@ -11,7 +11,7 @@ using recorded::Recording, recorded::recording, recorded::small_options, recorde
 
 RgbdFramePtr darkened(const RgbdFramePtr& frame) {
   auto dark = std::make_shared<RgbdFrame>(*frame);
-  dark->grey = black(dark->grey);
+  dark->gray = black(dark->gray);
   dark->color = black(dark->color);
   return dark;
 }
@@ -147,7 +147,7 @@ TEST_F(BehindABoard, WhatStaysIsTakenForARoomAtLast) {
 }
 
 /// Carried away in the dark to where it has never been, and back again.
-TEST(Lost, ANewMapIsBegunWhereItHasNeverBeenAndTheOldPlaceIsRecognised) {
+TEST(Lost, ANewMapIsBegunWhereItHasNeverBeenAndTheOldPlaceIsRecognized) {
   const Recording& rec = recording(0, "xyz");
   const auto other = elsewhere(rec, 30);
   Slam slam(rec.sequence->camera(), small_options("static"));
@@ -155,17 +155,17 @@ TEST(Lost, ANewMapIsBegunWhereItHasNeverBeenAndTheOldPlaceIsRecognised) {
   for (std::size_t i = 0; i < 40; ++i) slam.push(numbered(rec.frames[i], n++));
   for (std::size_t i = 0; i < 30; ++i) {
     const bool pose = slam.push(numbered(other[i], n++)).has_value();
-    EXPECT_EQ(pose, i >= 10) << i << ": after so many frames that are recognised nowhere";
+    EXPECT_EQ(pose, i >= 10) << i << ": after so many frames that are recognized nowhere";
   }
   for (std::size_t i = 60; i < 90; ++i) slam.push(numbered(rec.frames[i], n++));
   const SlamResult result = slam.finish();
   EXPECT_EQ(result.maps, 2U);
-  int relocalisations = 0;
+  int relocalizations = 0;
   for (const FrameRecord& f : result.frames) {
-    relocalisations += f.relocalised;
-    EXPECT_TRUE(f.index >= 70 || !f.relocalised) << f.index;
+    relocalizations += f.relocalized;
+    EXPECT_TRUE(f.index >= 70 || !f.relocalized) << f.index;
   }
-  EXPECT_EQ(relocalisations, 1);
+  EXPECT_EQ(relocalizations, 1);
   for (std::size_t i = 71; i < 100; ++i) EXPECT_LT(error_at(result, rec, i, i - 10), 0.02) << i;
 }
 

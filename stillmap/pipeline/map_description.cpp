@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kOutermost = 0.01;  // share of the landmarks that is left out at either end
 
-/// By component: what a person would call different colours.
+/// By component: what a person would call different colors.
 constexpr std::array<Rgb, 6> kColors = {{{255, 255, 255},
                                          {255, 165, 0},
                                          {80, 160, 255},

@@ -36,7 +36,7 @@ MapDescription describe_map(const SavedMap& saved);
 std::string description_text(const MapDescription& description);
 nlohmann::json description_json(const MapDescription& description);
 
-/// The landmarks in the world, coloured by component: 0 white, then one colour after the other.
+/// The landmarks in the world, colored by component: 0 white, then one color after the other.
 Cloud landmark_cloud(const MapContent& map);
 
 /// By session: its keyframes, in the order of their stamps.

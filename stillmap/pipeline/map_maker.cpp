@@ -31,16 +31,16 @@ LocalMapPtr MapMaker::refine(const StopRequest& hurry) {
     const TimedScope timed(timing_, "map refinement");
     refined_.add(mapper_.refine(newest_, hurry));
   }
-  take_up_place(newest_);
+  index_keyframe(newest_);
   return mapper_.local_map(newest_);
 }
 
-void MapMaker::take_up_place(KeyframeId keyframe) {
+void MapMaker::index_keyframe(KeyframeId keyframe) {
   std::optional<LoopMatch> match;
   {
     const TimedScope timed(timing_, "place recognition");
     places_.add(map_, keyframe);
-    match = places_.recognise(map_, keyframe);
+    match = places_.recognize(map_, keyframe);
   }
   if (match) close(*match);
 }
@@ -55,7 +55,7 @@ void MapMaker::close(const LoopMatch& match) {
   const Keyframe& query = map_.at(match.query);
   events_.push_back({match.same_component ? MapEvent::Kind::kLoop : MapEvent::Kind::kMerge,
                      query.frame_index, query.timestamp, map_.at(match.candidate).frame_index,
-                     match.inliers, done.fused, done.metres, done.radians, done.keyframes,
+                     match.inliers, done.fused, done.meters, done.radians, done.keyframes,
                      done.graph_ms, watch.milliseconds()});
 }
 
@@ -71,17 +71,17 @@ LoopCorrection MapMaker::join(const LoopMatch& match) {
 }
 
 LocalMapPtr MapMaker::look(const KeyframeProposal& proposal) const {
-  const KeyframeId centre = best_view(map_, proposal.landmarks);
-  return mapper_.local_map(centre.valid() ? centre : map_.living(proposal.reference));
+  const KeyframeId center = best_view(map_, proposal.landmarks);
+  return mapper_.local_map(center.valid() ? center : map_.living(proposal.reference));
 }
 
-std::optional<Placement> MapMaker::find(const FramePtr& lost) {
-  const TimedScope timed(timing_, "relocalisation");
-  const RelocalisationVerdict verdict = places_.find(map_, *lost);
-  if (!verdict.result) return std::nullopt;
-  const Relocalisation& r = *verdict.result;
-  return Placement{lost, mapper_.local_map(r.reference), r.T_reference_camera, r.landmarks,
-                   r.inliers};
+std::optional<RelocalizationResult> MapMaker::find(const FramePtr& lost) {
+  const TimedScope timed(timing_, "relocalization");
+  const RelocalizationVerification verification = places_.find(map_, *lost);
+  if (!verification.result) return std::nullopt;
+  const Relocalization& r = *verification.result;
+  return RelocalizationResult{lost, mapper_.local_map(r.reference), r.T_reference_camera,
+                              r.landmarks, r.inliers};
 }
 
 std::shared_ptr<const MapBundle> MapMaker::take_bent() {

@@ -2,7 +2,7 @@
 #pragma once
 #include "stillmap/evaluate/timing.hpp"
 #include "stillmap/loop/places.hpp"
-#include "stillmap/map/placement.hpp"
+#include "stillmap/map/relocalization_result.hpp"
 #include "stillmap/pipeline/options.hpp"
 #include "stillmap/refine/global_adjustment.hpp"
 #include "stillmap/refine/local_mapper.hpp"
@@ -27,7 +27,7 @@ struct MapEvent {
   std::size_t seen_in = 0;         ///< frame index of the keyframe that showed the place before
   int inliers = 0;                 ///< landmarks that agree with the match
   int fused = 0;                   ///< landmarks merged, and observations gained
-  double metres = 0, radians = 0;  ///< by which the camera was moved
+  double meters = 0, radians = 0;  ///< by which the camera was moved
   std::size_t keyframes = 0;       ///< of the map then
   double graph_ms = 0;             ///< spent on the pose graph [ms]
   double milliseconds = 0;         ///< in all, without the adjustment of the whole map
@@ -58,7 +58,7 @@ class MapMaker {
   LocalMapPtr look(const KeyframeProposal& proposal) const;
 
   /// Where a frame of a lost camera was.
-  std::optional<Placement> find(const FramePtr& lost);
+  std::optional<RelocalizationResult> find(const FramePtr& lost);
 
   /// After a loop was closed or maps were joined: the whole component, to be adjusted elsewhere;
   /// once, else null. One taken earlier is out of date then.
@@ -89,7 +89,7 @@ class MapMaker {
   KeyframeId keyframe_of(std::size_t frame_index) const;
 
  private:
-  void take_up_place(KeyframeId keyframe);
+  void index_keyframe(KeyframeId keyframe);
   void close(const LoopMatch& match);
   LoopCorrection join(const LoopMatch& match);
 

@@ -30,11 +30,11 @@ Mapping::Mapping(Map map, const SlamOptions& options, bool extend)
   adjuster_ = std::make_unique<AdjustStage>(
       kQueue, WhenFull::kBlock,
       [this](const BundlePtr& bundle, const auto& publish) { adjust(bundle, publish); },
-      "whole map", Niceness::kIdle);
+      "whole map", ThreadPriority::kIdle);
   stage_ = std::make_unique<MapStage>(
       kQueue, WhenFull::kBlock,
       [this](const TrackedFramePtr& tracked, const auto& publish) { work(*tracked, publish); },
-      "map", Niceness::kMap);
+      "map", ThreadPriority::kMap);
 }
 
 void Mapping::work(const TrackedFrame& tracked, const MapStage::Publish& publish) {
@@ -108,9 +108,9 @@ void Mapping::push(const TrackedFramePtr& tracked) {
       await_first_ = true;
       outdated_ = seeking_;
     }
-  } else if ((tracked->state == TrackState::kLost || tracked->beside_map) && !seeking_) {
+  } else if ((tracked->state == TrackState::kLost || tracked->tracked_by_odometry) && !seeking_) {
     stage_->push(tracked);
-    expect(now + static_cast<std::size_t>(schedule_.relocalise_delay));
+    expect(now + static_cast<std::size_t>(schedule_.relocalize_delay));
     seeking_ = true;
   }
 }
@@ -129,7 +129,7 @@ std::optional<Mapping::News> Mapping::next_news(std::size_t frame_index) {
 }
 
 MapView Mapping::view_for(std::size_t frame_index) {
-  std::optional<Placement> found;
+  std::optional<RelocalizationResult> found;
   std::shared_ptr<const KeyframePoses> moved;
   while (auto news = next_news(frame_index)) {
     if (news->moved) moved = news->moved;

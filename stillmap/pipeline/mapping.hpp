@@ -12,8 +12,8 @@ namespace stillmap {
 
 /// What the tracker knows of the map at a frame.
 struct MapView {
-  LocalMapPtr local_map;           ///< null while there is no map
-  std::optional<Placement> found;  ///< if an answer has come where the lost camera was
+  LocalMapPtr local_map;                      ///< null while there is no map
+  std::optional<RelocalizationResult> found;  ///< if an answer has come where the lost camera was
   /// Where the keyframes around the camera stand now, if they moved as a whole; null if not.
   std::shared_ptr<const KeyframePoses> moved;
 };
@@ -39,8 +39,10 @@ class Mapping {
   /// waited for in both.
   MapView view_for(std::size_t frame_index);
 
-  /// The tracker took up a placement: its snapshot is the newest.
-  void take_up(const Placement& placement) { newest_ = placement.local_map; }
+  /// The tracker took up a relocalization: its snapshot is the newest.
+  void accept_relocalization(const RelocalizationResult& relocalization) {
+    newest_ = relocalization.local_map;
+  }
 
   /// Waits for all that was pushed. From here on the map may be read, and nothing pushed.
   void drain();
@@ -60,7 +62,7 @@ class Mapping {
   /// What comes out: a snapshot, or the answer where a lost camera was.
   struct News {
     LocalMapPtr local_map;                                 ///< null: it is an answer
-    std::optional<Placement> found;                        ///< nothing: it was not recognised
+    std::optional<RelocalizationResult> found;             ///< nothing: it was not recognized
     std::shared_ptr<const KeyframePoses> moved = nullptr;  ///< see MapView
   };
   struct Adjusted {

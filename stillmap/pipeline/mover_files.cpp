@@ -65,8 +65,8 @@ nlohmann::json json_of(const Entry& entry) {
 
 std::string movers_csv(const std::vector<MoverTrack>& tracks) {
   std::string text =
-      "# What moves, one line per mover and frame. World frame of trajectory.txt; metres, seconds, "
-      "metres per second.\n"
+      "# What moves, one line per mover and frame. World frame of trajectory.txt; meters, seconds, "
+      "meters per second.\n"
       "# state: moving; standing (seen, not known to move); predicted (not seen). x y z: centroid, "
       "put behind the surface\n"
       "# that is seen by what a thing as deep as wide would need. min, max: box along the world's "

@@ -13,7 +13,7 @@ MoverStream::MoverStream(const MoverOptions& options, bool realtime)
         const TimedScope timed(timing_, "movers");
         publish(work(*tracked));
       },
-      "movers", Niceness::kBeside);
+      "movers", ThreadPriority::kBackground);
 }
 
 void MoverStream::push(const TrackedFramePtr& tracked) {

@@ -28,7 +28,7 @@ class MoverStream {
   MoverStream(const MoverOptions& options, bool realtime);
 
   /// Hands over a frame. Those without a pose are passed over; one that begins a map, or in which
-  /// the camera was recognised after it was lost, ends all tracks, as its world may be another.
+  /// the camera was recognized after it was lost, ends all tracks, as its world may be another.
   void push(const TrackedFramePtr& tracked);
 
   /// The movers at the newest frame worked on, by id.

@@ -14,7 +14,7 @@ namespace stillmap {
 namespace {
 
 nlohmann::json triple(const Eigen::Vector3d& v) {
-  const auto rounded = [](double x) { return std::round(x * 1e3) / 1e3; };  // millimetres
+  const auto rounded = [](double x) { return std::round(x * 1e3) / 1e3; };  // millimeters
   return {rounded(v.x()), rounded(v.y()), rounded(v.z())};
 }
 

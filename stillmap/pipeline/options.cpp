@@ -178,7 +178,7 @@ void check_options(const SlamOptions& o) {
   require(o.schedule.insert_delay >= 1, "schedule.insert_delay", "at least 1");
   require(o.schedule.refine_delay >= o.schedule.insert_delay, "schedule.refine_delay",
           "at least schedule.insert_delay");
-  require(o.schedule.relocalise_delay >= 1, "schedule.relocalise_delay", "at least 1");
+  require(o.schedule.relocalize_delay >= 1, "schedule.relocalize_delay", "at least 1");
   require(o.schedule.global_delay >= 1, "schedule.global_delay", "at least 1");
   require(o.schedule.segment_every >= 1, "schedule.segment_every", "at least 1");
   require(o.schedule.mask_delay >= 0, "schedule.mask_delay", "0 or more");

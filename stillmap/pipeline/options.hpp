@@ -7,7 +7,7 @@
 #include "stillmap/motion/motion_estimator.hpp"
 #include "stillmap/motion/mover_tracker.hpp"
 #include "stillmap/refine/local_mapper.hpp"
-#include "stillmap/segment/mask_carrier.hpp"
+#include "stillmap/segment/mask_propagator.hpp"
 #include "stillmap/segment/segment_options.hpp"
 #include "stillmap/track/tracker.hpp"
 
@@ -25,13 +25,13 @@ struct ScheduleOptions {
   std::string mode = "lockstep";  ///< lockstep | realtime
   int insert_delay = 1;  ///< frames until the tracker sees a new keyframe's landmarks (lockstep)
   int refine_delay = 5;  ///< frames until it sees the map adjusted around it (lockstep)
-  int relocalise_delay = 1;  ///< frames until it hears whether a place was recognised (lockstep)
+  int relocalize_delay = 1;  ///< frames until it hears whether a place was recognized (lockstep)
   int global_delay =
       90;  ///< frames after a loop until the map adjusted as a whole is taken in (lockstep)
   int segment_every =
       3;  ///< frames from one that the network sees to the next (lockstep; realtime: at most)
   int mask_delay = 2;  ///< frames until the tracker sees its masks (lockstep)
-  STILLMAP_FIELDS(mode, insert_delay, refine_delay, relocalise_delay, global_delay, segment_every,
+  STILLMAP_FIELDS(mode, insert_delay, refine_delay, relocalize_delay, global_delay, segment_every,
                   mask_delay)
   bool realtime() const { return mode == "realtime"; }
 };
@@ -48,7 +48,7 @@ struct MoverOptions {
 struct SlamOptions {
   OrbOptions orb;
   SegmentOptions segment;
-  CarryOptions carry;
+  PropagationOptions carry;
   MotionOptions motion;
   TrackerOptions tracker;
   MapperOptions mapper;

@@ -70,13 +70,13 @@ TEST_F(OptionsFile, WhatIsDumpedReadsBackTheSame) {
 }
 
 TEST_F(OptionsFile, NamesTheLineOfAMistake) {
-  write_file(file_, "orb:\n  keypoints: 500\n  colour: red\n");
+  write_file(file_, "orb:\n  keypoints: 500\n  color: red\n");
   SlamOptions options;
   try {
     load_options(file_, options);
     FAIL() << "no error";
   } catch (const Error& e) {
-    EXPECT_THAT(e.what(), HasSubstr("options.yaml:3: there is no option 'orb.colour'"));
+    EXPECT_THAT(e.what(), HasSubstr("options.yaml:3: there is no option 'orb.color'"));
   }
 }
 

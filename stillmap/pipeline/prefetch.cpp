@@ -3,11 +3,11 @@
 
 namespace stillmap {
 
-Prefetch::Prefetch(std::unique_ptr<FrameSource> source, int ahead, Niceness niceness)
+Prefetch::Prefetch(std::unique_ptr<FrameSource> source, int ahead, ThreadPriority priority)
     : source_(std::move(source)), camera_(source_->camera()), size_(source_->size()) {
   stage_ = std::make_unique<Stage<Request, RgbdFramePtr>>(
       static_cast<std::size_t>(ahead), WhenFull::kBlock,
-      [this](Request, const auto& publish) { publish(source_->next()); }, "reading", niceness);
+      [this](Request, const auto& publish) { publish(source_->next()); }, "reading", priority);
   for (int i = 0; i < ahead; ++i) stage_->push({});
 }
 

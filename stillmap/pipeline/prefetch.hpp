@@ -11,10 +11,10 @@ namespace stillmap {
 class Prefetch final : public FrameSource {
  public:
   /// @param ahead    frames decoded before they are asked for, at most
-  /// @param niceness of the reading thread: kNone where the source plays a camera, whose frames do
+  /// @param priority of the reading thread: kNone where the source plays a camera, whose frames do
   ///                 not wait for the network
   Prefetch(std::unique_ptr<FrameSource> source, int ahead = 4,
-           Niceness niceness = Niceness::kBeside);
+           ThreadPriority priority = ThreadPriority::kBackground);
 
   const Camera& camera() const override { return camera_; }
   RgbdFramePtr next() override;

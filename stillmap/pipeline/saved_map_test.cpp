@@ -288,7 +288,7 @@ TEST(SavedMap, AnotherCameraOrPyramidIsAnError) {
   EXPECT_THROW(begin(visit("xyz").camera()), Error);
 }
 
-TEST(Localising, FindsTheSameFramesWhereTheyWere) {
+TEST(Localizing, FindsTheSameFramesWhereTheyWere) {
   const Outcome again = run(visit("xyz"), StartingMap{first_visit().map, false});
   const Trajectory& before = first_visit().result.trajectory;
   const Trajectory& now = again.result.trajectory;
@@ -300,7 +300,7 @@ TEST(Localising, FindsTheSameFramesWhereTheyWere) {
   }
 }
 
-TEST(Localising, AnotherWayThroughTheMapIsWithinACentimetreOfTheTruth) {
+TEST(Localizing, AnotherWayThroughTheMapIsWithinACentimeterOfTheTruth) {
   const Visit& second = visit("slower");
   const Outcome r = run(second, StartingMap{first_visit().map, false});
   EXPECT_EQ(r.result.tracked(), second.frames.size());
@@ -310,7 +310,7 @@ TEST(Localising, AnotherWayThroughTheMapIsWithinACentimetreOfTheTruth) {
   }
 }
 
-TEST(Localising, LeavesTheMapAsItIs) {
+TEST(Localizing, LeavesTheMapAsItIs) {
   const SavedMap before = saved_map_from_bytes(saved_map_bytes(first_visit().map), "");
   SavedMap after = run(visit("slower"), StartingMap{before, false}).map;
   EXPECT_TRUE(after.views.empty()) << "not even looked at";
@@ -318,14 +318,14 @@ TEST(Localising, LeavesTheMapAsItIs) {
   EXPECT_EQ(saved_map_bytes(after), saved_map_bytes(first_visit().map));
 }
 
-TEST(Localising, WhereItHasNeverBeenNothingIsRecognised) {
+TEST(Localizing, WhereItHasNeverBeenNothingIsRecognized) {
   const Outcome r = run(visit("corner"), StartingMap{first_visit().map, false});
   EXPECT_EQ(r.result.tracked(), 0U);
   EXPECT_EQ(r.result.maps, 1U) << "none is begun";
-  EXPECT_THAT(r.result.frames.back().reason, HasSubstr("not recognised"));
+  EXPECT_THAT(r.result.frames.back().reason, HasSubstr("not recognized"));
 }
 
-TEST(Localising, WorksInRealTimeToo) {
+TEST(Localizing, WorksInRealTimeToo) {
   SlamOptions options = recorded::small_options("static");
   options.schedule.mode = "realtime";
   const Visit& second = visit("slower");
@@ -359,7 +359,7 @@ TEST(Extending, ANewPlaceBecomesAComponentOfItsOwn) {
   const SavedMap read = saved_map_from_bytes(saved_map_bytes(r.map), "");
   EXPECT_EQ(describe_map(read).components.size(), 2U) << "both are kept";
   const Outcome back = run(elsewhere, StartingMap{read, false});
-  EXPECT_GE(back.result.tracked(), 88U) << "and recognised";
+  EXPECT_GE(back.result.tracked(), 88U) << "and recognized";
 }
 
 TEST(Extending, WhatWasLoadedIsKeptHoweverBrieflyItHeldTheCamera) {

@@ -26,15 +26,15 @@ const SlamOptions& checked(const SlamOptions& options) {
 cv::Mat1b mover_pixels(const Frame& frame, const std::vector<std::string>& classes) {
   cv::Mat1b movers = frame.evidence.moving_pixels;
   if (!frame.instances || frame.instances->instances.empty() || classes.empty()) return movers;
-  cv::Mat1b masks = dynamic_mask(*frame.instances, classes, frame.image->grey.size());
+  cv::Mat1b masks = dynamic_mask(*frame.instances, classes, frame.image->gray.size());
   if (movers.empty()) return masks;
   return movers | masks;
 }
 
 /// The static things that the detector found last, in the pixels of a keyframe; none where that was
 /// too long ago.
-SegmentedFrame things_in(const FoundThings& found, const RgbdFrame& image,
-                         const SlamOptions& options) {
+SegmentedFrame objects_in(const DetectedObjects& found, const RgbdFrame& image,
+                          const SlamOptions& options) {
   SegmentedFrame things{.frame_index = image.index, .source_index = image.index, .instances = {}};
   if (!found.image || found.image->index > image.index ||
       image.index - found.image->index > static_cast<std::size_t>(options.carry.max_age)) {
@@ -49,7 +49,7 @@ SegmentedFrame things_in(const FoundThings& found, const RgbdFrame& image,
   if (things.instances.empty()) return things;
   things.frame_index = things.source_index = found.image->index;
   if (found.image->index == image.index) return trim_by_depth(things, image, options.carry);
-  return carry_forward(things, *found.image, image, options.carry);
+  return propagate_masks(things, *found.image, image, options.carry);
 }
 
 TrackerStart how_to_begin(const std::optional<StartingMap>& start) {
@@ -72,7 +72,7 @@ Slam::Slam(const Camera& camera, const SlamOptions& options, std::unique_ptr<Det
       camera_(camera),
       extend_(!start || start->extend),
       extractor_(options.orb),
-      pace_(options.orb.keypoints),
+      keypoint_budget_(options.orb.keypoints),
       motion_(options.motion),
       tracker_(camera, options.orb.pyramid(), options.tracker, how_to_begin(start)),
       instances_(std::move(detector), options),
@@ -85,12 +85,12 @@ Slam::Slam(const Camera& camera, const SlamOptions& options, std::unique_ptr<Det
   dense_stage_ = std::make_unique<Stage<DenseTask, Nothing>>(
       options.schedule.realtime() ? kLongQueue : kQueue, WhenFull::kBlock,
       [this](const DenseTask& task, const auto&) { work_on_dense_map(task); }, "dense map",
-      Niceness::kBeside);
+      ThreadPriority::kBackground);
 }
 
 Slam::~Slam() = default;
 
-/// Without poses: they are told where the camera is recognised.
+/// Without poses: they are told where the camera is recognized.
 void Slam::hold(std::vector<AnchoredView> loaded) {
   for (AnchoredView& view : loaded) {
     view_places_[loaded_views_] = {view.anchor, view.T_anchor_camera};
@@ -109,8 +109,8 @@ std::optional<Pose> Slam::push(const RgbdFramePtr& image) {
   frame->cells = std::make_shared<CellGrid>(image->depth, camera_);
   const double gridding = watch.lap();
   instances_.push(image, frame->cells);
-  frame->features =
-      std::make_shared<Features>(extractor_.extract(image->grey, image->depth, pace_.keypoints()));
+  frame->features = std::make_shared<Features>(
+      extractor_.extract(image->gray, image->depth, keypoint_budget_.keypoints()));
   const double extracting = watch.lap();
 
   // Waiting is no work: a live camera's tracker takes what there is, a recording's may be ahead of
@@ -118,7 +118,7 @@ std::optional<Pose> Slam::push(const RgbdFramePtr& image) {
   const MapView map = mapping_.view_for(image->index);
   double waiting = watch.lap();
 
-  const auto rough = tracker_.follow(*frame->features, map.local_map);
+  const auto initial = tracker_.follow(*frame->features, map.local_map);
   const double following = watch.lap();
 
   MotionInput input{.image = image,
@@ -127,7 +127,7 @@ std::optional<Pose> Slam::push(const RgbdFramePtr& image) {
                     .instances = nullptr,
                     .instance_cells = nullptr,
                     .previous = newest_ ? newest_->frame : nullptr,
-                    .ego_motion = rough ? std::optional(rough->motion) : std::nullopt};
+                    .ego_motion = initial ? std::optional(initial->motion) : std::nullopt};
   MotionEvidence evidence = motion_.begin(input);
   double judging = gridding + watch.lap();
 
@@ -137,10 +137,10 @@ std::optional<Pose> Slam::push(const RgbdFramePtr& image) {
   const double carrying = std::clamp(seen.milliseconds - meanwhile, 0.0, blocked);
   waiting += blocked - carrying;  // for the network
   input.instances = frame->instances = seen.carried;
-  input.instance_cells = frame->instance_cells = seen.carried_cells;
+  input.instance_cells = frame->instance_cells = seen.propagated_cells;
   frame->evidence = motion_.finish(std::move(evidence), input);
   judging += watch.lap();
-  newest_ = tracker_.track(frame, rough, map.local_map, map.found);
+  newest_ = tracker_.track(frame, initial, map.local_map, map.found);
   const double posing = following + watch.lap();
 
   timing_.add("features", extracting);
@@ -153,14 +153,14 @@ std::optional<Pose> Slam::push(const RgbdFramePtr& image) {
   const double tracking = extracting + carrying + judging + posing;
   timing_.add("tracking", tracking);
   timing_.add("waiting for network and map", waiting);
-  if (newest_->relocalised) {
-    mapping_.take_up(*map.found);
+  if (newest_->relocalized) {
+    mapping_.accept_relocalization(*map.found);
     record(*map.found);
   }
   mapping_.push(newest_);
   movers_.push(newest_);
   show_dense_map(map, seen.found);
-  if (options_.schedule.realtime()) economise(*image, since_push.milliseconds());
+  if (options_.schedule.realtime()) shed_load(*image, since_push.milliseconds());
   record(*newest_, tracking);
   return newest_->T_world_camera;
 }
@@ -169,9 +169,9 @@ void Slam::check(const RgbdFrame& frame) const {
   const auto fits = [&](const cv::Mat& image, int type) {
     return image.cols == camera_.width && image.rows == camera_.height && image.type() == type;
   };
-  if (!fits(frame.grey, CV_8UC1) || !fits(frame.depth, CV_32FC1) || !fits(frame.color, CV_8UC3)) {
+  if (!fits(frame.gray, CV_8UC1) || !fits(frame.depth, CV_32FC1) || !fits(frame.color, CV_8UC3)) {
     throw Error(
-        fmt::format("frame {} is no {}x{} set of 8-bit colour, 8-bit grey and float depth images",
+        fmt::format("frame {} is no {}x{} set of 8-bit color, 8-bit gray and float depth images",
                     frame.index, camera_.width, camera_.height),
         "Slam::push", "make the camera's width and height those of the images");
   }
@@ -185,26 +185,27 @@ void Slam::check(const RgbdFrame& frame) const {
 }
 
 /// @param busy milliseconds that the frame kept the tracker from taking another
-void Slam::economise(const RgbdFrame& image, double busy) {
-  const int wanted = pace_.keypoints();
-  if (wanted < options_.orb.keypoints) ++economies_.frames_of_fewer_keypoints;
-  economies_.fewest_keypoints =
-      records_.empty() ? wanted : std::min(economies_.fewest_keypoints, wanted);
+void Slam::shed_load(const RgbdFrame& image, double busy) {
+  const int wanted = keypoint_budget_.keypoints();
+  if (wanted < options_.orb.keypoints) ++load_shedding_.frames_of_fewer_keypoints;
+  load_shedding_.fewest_keypoints =
+      records_.empty() ? wanted : std::min(load_shedding_.fewest_keypoints, wanted);
   if (!records_.empty()) {
-    pace_.took(busy, 1000 * (image.timestamp - records_.back().timestamp), newest_->inliers);
+    keypoint_budget_.took(busy, 1000 * (image.timestamp - records_.back().timestamp),
+                          newest_->inliers);
   }
 }
 
 /// Keyframes, now and then a frame between them, and that all has moved.
-void Slam::show_dense_map(const MapView& map, const FoundThings& found) {
+void Slam::show_dense_map(const MapView& map, const DetectedObjects& found) {
   if (!options_.dense_cloud || !extend_) return;
   DenseTask task;
-  if (!map.found || newest_->relocalised) task.moved = map.moved;
+  if (!map.found || newest_->relocalized) task.moved = map.moved;
   if (newest_->T_world_camera) add_frame(found, task);
   if (task.image || task.moved) dense_stage_->push(std::move(task));
 }
 
-void Slam::add_frame(const FoundThings& found, DenseTask& task) {
+void Slam::add_frame(const DetectedObjects& found, DenseTask& task) {
   const Frame& frame = *newest_->frame;
   const bool other_world = newest_->enters_world();
   const bool keyframe = newest_->proposal.has_value();
@@ -214,7 +215,7 @@ void Slam::add_frame(const FoundThings& found, DenseTask& task) {
   if (!keyframe && !other_world && (!due || waiting > 2)) return;
   if (!other_world &&
       waiting + 4 > kLongQueue) {  // rather a hole in the map than a camera that waits for it
-    ++economies_.frames_without_view;
+    ++load_shedding_.frames_without_view;
     return;
   }
   last_dense_ = frame.index();
@@ -238,7 +239,7 @@ void Slam::add_to_dense_map(const DenseTask& task) {
   SegmentedFrame things;
   {
     const TimedScope timed(dense_timing_, "dense map: labels");
-    things = things_in(task.found, *task.image, options_);
+    things = objects_in(task.found, *task.image, options_);
   }
   const std::uint64_t id = loaded_views_ + task.image->index;
   const TimedScope timed(dense_timing_,
@@ -277,8 +278,8 @@ void Slam::record(const TrackedFrame& tracked, double milliseconds) {
       std::count(frame.evidence.weight.begin(), frame.evidence.weight.end(), 0.0F));
   record.inliers = tracked.inliers;
   if (frame.instances) record.mask_age = static_cast<int>(frame.instances->age());
-  record.relocalised = tracked.relocalised;
-  record.beside_map = tracked.beside_map;
+  record.relocalized = tracked.relocalized;
+  record.tracked_by_odometry = tracked.tracked_by_odometry;
   record.keyframe = tracked.proposal.has_value() && extend_;
   record.milliseconds = milliseconds;
   records_.push_back(record);
@@ -293,15 +294,15 @@ KeyframeId Slam::reference_of(const FrameRecord& record) const {
   return mapping_.map().living(reference).valid() ? reference : KeyframeId{};
 }
 
-/// A frame of the lost camera was recognised, and a later one agrees: it has a pose after all.
-void Slam::record(const Placement& confirmed) {
+/// A frame of the lost camera was recognized, and a later one agrees: it has a pose after all.
+void Slam::record(const RelocalizationResult& confirmed) {
   const auto lost = std::find_if(records_.rbegin(), records_.rend(), [&](const FrameRecord& r) {
     return r.index == confirmed.frame->index();
   });
   if (lost == records_.rend()) return;
   lost->state = TrackState::kTracking;
   lost->reason.clear();
-  lost->beside_map = false;
+  lost->tracked_by_odometry = false;
   lost->reference = confirmed.local_map->reference;
   lost->T_reference_camera = confirmed.T_reference_camera;
   lost->inliers = confirmed.inliers;
@@ -399,8 +400,8 @@ SlamResult Slam::finish() {
   result.events = mapping_.events();
   result.refined = mapping_.refined();
   result.segmented = instances_.segmented();
-  result.economies = economies_;
-  result.economies.frames_without_movers = movers_.passed_over();
+  result.load_shedding = load_shedding_;
+  result.load_shedding.frames_without_movers = movers_.passed_over();
   result.timing = timing_;
   result.timing.merge(instances_.timing());
   result.timing.merge(mapping_.timing());

@@ -4,7 +4,7 @@
 #include "stillmap/evaluate/timing.hpp"
 #include "stillmap/geometry/trajectory.hpp"
 #include "stillmap/pipeline/instance_stream.hpp"
-#include "stillmap/pipeline/keypoint_pace.hpp"
+#include "stillmap/pipeline/keypoint_budget.hpp"
 #include "stillmap/pipeline/mapping.hpp"
 #include "stillmap/pipeline/mover_stream.hpp"
 #include "stillmap/pipeline/options.hpp"
@@ -32,8 +32,8 @@ struct FrameRecord {
   int moving_keypoints = 0;  ///< left out because they move
   int inliers = 0;           ///< landmarks that agree with the pose
   int mask_age = -1;  ///< frames since the network saw what the masks show; -1: there were none
-  bool relocalised = false;  ///< the camera was lost, and its place was recognised
-  bool beside_map = false;   ///< see TrackedFrame::beside_map
+  bool relocalized = false;          ///< the camera was lost, and its place was recognized
+  bool tracked_by_odometry = false;  ///< see TrackedFrame::tracked_by_odometry
   bool keyframe = false;
   double milliseconds =
       0;  ///< of work on the camera's critical path: features, masks carried, motion, pose
@@ -44,7 +44,7 @@ struct FrameRecord {
 /// What was done less of, so that tracking kept up with a camera that does not wait: first the
 /// network sees fewer frames, and movers are looked for in fewer; then there are fewer keypoints;
 /// and at last frames are dropped, by their source. Nothing in lockstep.
-struct Economies {
+struct LoadShedding {
   std::size_t frames_without_movers = 0;      ///< frames in which no movers were looked for
   std::size_t frames_without_view = 0;        ///< keyframes that the dense map was not shown
   std::size_t frames_of_fewer_keypoints = 0;  ///< frames that had to do with fewer keypoints
@@ -56,7 +56,7 @@ struct SlamResult {
   Trajectory
       trajectory;  ///< every frame with a pose, T_world_camera, in the map as it is at the end
   Trajectory keyframes;  ///< of this run, those still in the map
-  ComposedCloud dense;   ///< static coloured cloud and the things in it, world frame
+  ComposedCloud dense;   ///< static colored cloud and the things in it, world frame
   PlacedMap placed;      ///< what the cloud was made of, for meshes and grids
   DenseStatistics dense_statistics;
   /// What moved, by id, in the trajectory's world; see MoverTracker.
@@ -70,7 +70,7 @@ struct SlamResult {
   std::vector<MapEvent> events;  ///< loops closed, maps joined and dropped, in this order
   RefineTotals refined;          ///< what keeping the map good took
   std::size_t segmented = 0;     ///< frames the network saw
-  Economies economies;
+  LoadShedding load_shedding;
   std::size_t tracked() const { return trajectory.size(); }
 };
 
@@ -90,7 +90,7 @@ struct StartingMap {
 class Slam {
  public:
   /// @param detector what finds instances; null for none
-  /// @param start    a map to begin in: the camera counts as lost until its place is recognised
+  /// @param start    a map to begin in: the camera counts as lost until its place is recognized
   /// Throws Error for options that make no sense, and for a map of another camera.
   Slam(const Camera& camera, const SlamOptions& options,
        std::unique_ptr<Detector> detector = nullptr,
@@ -127,7 +127,7 @@ class Slam {
     cv::Mat1b movers;    // what moves, and what may
     Pose T_world_camera;
     ViewPlace place;
-    FoundThings found;
+    DetectedObjects found;
     bool keyframe = false;
     bool other_world = false;  // than the frames before: another of the unconnected maps
     std::shared_ptr<const KeyframePoses> moved;  // the live map is to follow
@@ -136,14 +136,14 @@ class Slam {
 
   void hold(std::vector<AnchoredView> loaded);
   void check(const RgbdFrame& frame) const;
-  void economise(const RgbdFrame& image, double busy);
-  void show_dense_map(const MapView& map, const FoundThings& found);
-  void add_frame(const FoundThings& found, DenseTask& task);
+  void shed_load(const RgbdFrame& image, double busy);
+  void show_dense_map(const MapView& map, const DetectedObjects& found);
+  void add_frame(const DetectedObjects& found, DenseTask& task);
   void work_on_dense_map(const DenseTask& task);
   void add_to_dense_map(const DenseTask& task);
   void move_dense_map(const KeyframePoses& moved);
   void record(const TrackedFrame& tracked, double milliseconds);
-  void record(const Placement& confirmed);
+  void record(const RelocalizationResult& confirmed);
   std::optional<Pose> final_pose(const FrameRecord& record) const;
   KeyframeId reference_of(const FrameRecord& record) const;
   void drop_brief_maps();
@@ -154,8 +154,8 @@ class Slam {
   const Camera camera_;
   const bool extend_;
   OrbExtractor extractor_;
-  KeypointPace pace_;
-  Economies economies_;
+  KeypointBudget keypoint_budget_;
+  LoadShedding load_shedding_;
   MotionEstimator motion_;
   Tracker tracker_;
   InstanceStream instances_;

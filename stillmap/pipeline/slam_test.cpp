@@ -36,7 +36,7 @@ class TrueMasks final : public Detector {
 
 struct Outcome {
   SlamResult result;
-  double ate = 0;  // metres
+  double ate = 0;  // meters
 };
 
 Outcome run(const Recording& recording, const SlamOptions& options) {
@@ -53,7 +53,7 @@ Outcome run(const Recording& recording, const SlamOptions& options) {
   return outcome;
 }
 
-TEST(SlamOnAStillScene, FollowsTheCameraToMillimetres) {
+TEST(SlamOnAStillScene, FollowsTheCameraToMillimeters) {
   for (const char* camera : {"xyz", "halfsphere", "rpy"}) {
     const Outcome r = run(recording(0, camera), small_options("static"));
     EXPECT_EQ(r.result.tracked(), 90U) << camera;
@@ -83,7 +83,7 @@ TEST(SlamOnAStillScene, TheCloudLiesOnTheTrueSurfaces) {
   ASSERT_GT(errors.size(), 3000U);
   std::nth_element(errors.begin(), errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2),
                    errors.end());
-  EXPECT_LT(errors[errors.size() / 2], 0.02) << "median distance along the ray, metres";
+  EXPECT_LT(errors[errors.size() / 2], 0.02) << "median distance along the ray, meters";
 }
 
 TEST(SlamWithPeople, MasksKeepTheTrajectoryAsIfNobodyWereThere) {
@@ -132,7 +132,7 @@ TEST(Lost, AMomentOfBlacknessIsBridged) {
   Slam slam(rec.sequence->camera(), small_options("static"));
   for (std::size_t i = 0; i < 60; ++i) {
     auto frame = std::make_shared<RgbdFrame>(*rec.frames[i]);
-    if (i >= 30 && i < 33) frame->grey = black(frame->grey);
+    if (i >= 30 && i < 33) frame->gray = black(frame->gray);
     slam.push(frame);
   }
   const SlamResult result = slam.finish();
@@ -147,8 +147,8 @@ class AllOnePerson final : public Detector {
     if (frame.index < 10) return {};
     Instance person;
     person.class_name = "person";
-    person.box = cv::Rect({}, frame.grey.size());
-    person.mask = cv::Mat(frame.grey.size(), CV_8UC1, cv::Scalar(255));
+    person.box = cv::Rect({}, frame.gray.size());
+    person.mask = cv::Mat(frame.gray.size(), CV_8UC1, cv::Scalar(255));
     return {person};
   }
   std::string description() const override { return "one person"; }
@@ -194,7 +194,7 @@ TEST(SlamInput, AFrameOfAnotherSizeOrOutOfOrderIsAnError) {
   slam.push(rec.frames[1]);
   EXPECT_THROW(slam.push(rec.frames[0]), Error) << "earlier than the one before";
   auto small = std::make_shared<RgbdFrame>(*rec.frames[2]);
-  cv::resize(small->grey, small->grey, {160, 120});
+  cv::resize(small->gray, small->gray, {160, 120});
   EXPECT_THROW(slam.push(small), Error);
   EXPECT_TRUE(slam.push(rec.frames[2]).has_value()) << "an error costs no more than the frame";
 }
@@ -204,9 +204,9 @@ TEST(Prefetch, HandsOutTheSameFramesAsTheSourceItself) {
   Prefetch source(std::make_unique<SimulatedSequence>(rec.sequence->options()), 3);
   std::size_t count = 0;
   while (const auto frame = source.next()) {
-    const cv::Mat& expected = rec.frames[count]->grey;
+    const cv::Mat& expected = rec.frames[count]->gray;
     ASSERT_EQ(frame->index, count);
-    EXPECT_EQ(std::memcmp(frame->grey.data, expected.data, expected.total()), 0);
+    EXPECT_EQ(std::memcmp(frame->gray.data, expected.data, expected.total()), 0);
     ++count;
   }
   EXPECT_EQ(count, rec.frames.size());

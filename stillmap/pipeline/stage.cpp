@@ -9,14 +9,14 @@
 
 namespace stillmap {
 
-void stand_back(Niceness niceness) {
-  if (niceness == Niceness::kNone) return;
+void lower_priority(ThreadPriority priority) {
+  if (priority == ThreadPriority::kNone) return;
 #if defined(__linux__)
   // Linux counts a thread as a process here, in spite of POSIX; and added to what the whole has.
   const pid_t thread = gettid();
   const auto id = static_cast<id_t>(thread);
-  setpriority(PRIO_PROCESS, id, getpriority(PRIO_PROCESS, id) + static_cast<int>(niceness));
-  if (niceness == Niceness::kIdle) {
+  setpriority(PRIO_PROCESS, id, getpriority(PRIO_PROCESS, id) + static_cast<int>(priority));
+  if (priority == ThreadPriority::kIdle) {
     const sched_param none{};
     sched_setscheduler(thread, SCHED_IDLE, &none);
   }

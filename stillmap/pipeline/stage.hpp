@@ -26,10 +26,10 @@ enum class WhenFull {
 /// How far a stage's thread stands back where there are fewer cores than work: nice values, of
 /// which each is worth a fifth of a core's time. What the camera waits for stands first; the last,
 /// kIdle, takes only what all others leave, and gives way at once to any that wakes (SCHED_IDLE).
-enum class Niceness : int { kNone = 0, kMap = 5, kNetwork = 5, kBeside = 10, kIdle = 19 };
+enum class ThreadPriority : int { kNone = 0, kMap = 5, kNetwork = 5, kBackground = 10, kIdle = 19 };
 
 /// Makes the calling thread stand back; without effect where the system knows no nice threads.
-void stand_back(Niceness niceness);
+void lower_priority(ThreadPriority priority);
 
 /// A thread around a synchronous algorithm: a bounded queue in, an unbounded one out, and the only
 /// mutex of the house. Inputs are worked on in the order they were pushed, one at a time; each may
@@ -46,11 +46,11 @@ class Stage {
   using Work = std::function<void(In, const Publish&)>;
 
   Stage(std::size_t capacity, WhenFull when_full, Work work, const std::string& name = "stage",
-        Niceness niceness = Niceness::kNone)
+        ThreadPriority priority = ThreadPriority::kNone)
       : capacity_(capacity), when_full_(when_full), work_(std::move(work)) {
     if (const TraceTrack* maker = bound_trace_track()) track_ = &maker->trace().add_track(name);
-    thread_ = std::jthread([this, niceness](std::stop_token stop) {
-      stand_back(niceness);
+    thread_ = std::jthread([this, priority](std::stop_token stop) {
+      lower_priority(priority);
       run(stop);
     });
   }

@@ -114,24 +114,24 @@ TEST(Stage, EndsWithoutWorkingOffTheQueue) {
 }
 
 #ifdef __linux__
-/// Niceness and policy of the calling thread.
+/// ThreadPriority and policy of the calling thread.
 std::pair<int, int> manners() { return {getpriority(PRIO_PROCESS, 0), sched_getscheduler(0)}; }
 
 TEST(Stage, StandsBackAsFarAsItIsTold) {
   const auto before = manners();
-  const auto inside = [](Niceness niceness) {
+  const auto inside = [](ThreadPriority priority) {
     std::pair<int, int> seen;
     IntStage stage(
-        1, WhenFull::kBlock, [&](int, const auto&) { seen = manners(); }, "stage", niceness);
+        1, WhenFull::kBlock, [&](int, const auto&) { seen = manners(); }, "stage", priority);
     stage.push(0);
     stage.drain();
     return seen;
   };
   const auto nice = [&](int more) { return std::min(before.first + more, 19); };
-  EXPECT_EQ(inside(Niceness::kNone), before);
-  EXPECT_EQ(inside(Niceness::kMap).first, nice(5));
-  EXPECT_EQ(inside(Niceness::kBeside).first, nice(10));
-  EXPECT_EQ(inside(Niceness::kIdle).second, SCHED_IDLE);
+  EXPECT_EQ(inside(ThreadPriority::kNone), before);
+  EXPECT_EQ(inside(ThreadPriority::kMap).first, nice(5));
+  EXPECT_EQ(inside(ThreadPriority::kBackground).first, nice(10));
+  EXPECT_EQ(inside(ThreadPriority::kIdle).second, SCHED_IDLE);
   EXPECT_EQ(manners(), before) << "the caller's thread stays as it was";
 }
 #endif

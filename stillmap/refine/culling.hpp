@@ -20,11 +20,11 @@ struct CullingOptions {
                   redundant_share, redundant_observers, keep_newest)
 };
 
-/// Erases landmarks near the newest keyframe that did not prove themselves. Yields how many.
+/// Erases landmarks near the newest keyframe that did not prove themselves. Returns how many.
 int cull_landmarks(Map& map, KeyframeId newest, const CullingOptions& options);
 
-/// Erases neighbours of the newest keyframe whose landmarks are nearly all seen, as closely, by
-/// enough others; never a component's first one. Yields how many.
+/// Erases neighbors of the newest keyframe whose landmarks are nearly all seen, as closely, by
+/// enough others; never a component's first one. Returns how many.
 int cull_keyframes(Map& map, KeyframeId newest, const CullingOptions& options);
 
 }  // namespace stillmap

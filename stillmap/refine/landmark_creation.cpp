@@ -107,9 +107,9 @@ int create_from_depth(Map& map, KeyframeId id, const LandmarkCreationOptions& op
 int create_by_triangulation(Map& map, KeyframeId id, const LandmarkCreationOptions& options) {
   const TraceScope scope("triangulation");
   int created = 0, tried = 0;
-  for (const Covisible& neighbour : map.covisible(id, 15)) {
-    if (tried++ >= options.triangulation_neighbours) break;
-    created += triangulate_with(map, map.at(id), map.at(neighbour.keyframe), options);
+  for (const Covisible& neighbor : map.covisible(id, 15)) {
+    if (tried++ >= options.triangulation_neighbors) break;
+    created += triangulate_with(map, map.at(id), map.at(neighbor.keyframe), options);
   }
   return created;
 }

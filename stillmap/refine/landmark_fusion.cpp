@@ -7,16 +7,16 @@ namespace stillmap {
 
 int fuse_duplicates(Map& map, KeyframeId keyframe, const FusionOptions& options) {
   const TraceScope scope("fusion");
-  std::vector<KeyframeId> neighbours;
+  std::vector<KeyframeId> neighbors;
   for (const Covisible& c : map.covisible(keyframe, 15)) {
-    if (neighbours.size() < static_cast<std::size_t>(options.neighbours))
-      neighbours.push_back(c.keyframe);
+    if (neighbors.size() < static_cast<std::size_t>(options.neighbors))
+      neighbors.push_back(c.keyframe);
   }
   int joined = 0;
-  for (const KeyframeId neighbour : neighbours) {
-    joined += fuse_into(map, neighbour, landmarks_seen_by(map, std::span(&keyframe, 1)), options);
+  for (const KeyframeId neighbor : neighbors) {
+    joined += fuse_into(map, neighbor, landmarks_seen_by(map, std::span(&keyframe, 1)), options);
   }
-  return joined + fuse_into(map, keyframe, landmarks_seen_by(map, neighbours), options);
+  return joined + fuse_into(map, keyframe, landmarks_seen_by(map, neighbors), options);
 }
 
 }  // namespace stillmap

@@ -44,7 +44,7 @@ class LocalMapper {
   LocalMapper(Map& map, const MapperOptions& options);
 
   /// Adds the keyframe, what the tracker found in it, and landmarks for what it sees besides. A
-  /// proposal without reference begins a new component. Yields the new keyframe.
+  /// proposal without reference begins a new component. Returns the new keyframe.
   KeyframeId insert(const KeyframeProposal& proposal);
 
   /// Around the keyframe: more landmarks by triangulation, duplicates joined or removed, local

@@ -100,7 +100,7 @@ TEST_F(RefineTest, DuplicatesAreJoinedIntoOneLandmarkEach) {
   LocalMapper mapper(map_, {});
   const auto a = insert(mapper, 0, true_pose(0));
   const auto b = insert(mapper, 1, true_pose(1));
-  // Make them neighbours: the first 20 points are known to be the same.
+  // Make them neighbors: the first 20 points are known to be the same.
   for (std::uint32_t i = 0; i < 20; ++i)
     map_.merge(map_.at(a).landmarks[i], map_.at(b).landmarks[i]);
   fuse_duplicates(map_, b, {});
@@ -124,7 +124,7 @@ TEST_F(RefineTest, PointsWithoutDepthAreTriangulated) {
   const auto a = insert(mapper, 0, true_pose(0), false);
   const auto b = insert(mapper, 3, true_pose(3), false);
   EXPECT_EQ(map_.landmark_count(), 0U);
-  for (std::uint32_t i = 0; i < 20; ++i) {  // neighbours by twenty known points
+  for (std::uint32_t i = 0; i < 20; ++i) {  // neighbors by twenty known points
     map_.observe(map_.add_landmark(points_[i], {a, i}).id, {b, i});
   }
   EXPECT_GT(create_by_triangulation(map_, b, {}), 100);

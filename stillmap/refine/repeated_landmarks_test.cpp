@@ -253,7 +253,7 @@ std::size_t landmarks_after_refining(const std::string& rule) {
   Map map(camera, PyramidShape{});
   MapperOptions options;
   options.repeated.rule = rule;
-  options.fusion.neighbours = 0;
+  options.fusion.neighbors = 0;
   options.culling.trial_keyframes = 10;
   LocalMapper mapper(map, options);
   const auto propose = [&](std::size_t index) {

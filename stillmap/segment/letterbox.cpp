@@ -8,7 +8,7 @@
 namespace stillmap {
 namespace {
 
-constexpr int kGrey = 114;  // the fill that YOLO networks are trained with
+constexpr int kGray = 114;  // the fill that YOLO networks are trained with
 
 /// BGR bytes to three planes R, G, B of 0 to 1, `inner` of which the image covers.
 void to_planes(const cv::Mat& bgr, std::vector<float>& planes) {
@@ -60,7 +60,7 @@ void Letterbox::fill(const cv::Mat& color, std::vector<float>& planes) const {
     const int x = static_cast<int>(pad_x), y = static_cast<int>(pad_y);
     cv::copyMakeBorder(scaled, scaled, y, input.height - inner.height - y, x,
                        input.width - inner.width - x, cv::BORDER_CONSTANT,
-                       cv::Scalar(kGrey, kGrey, kGrey));
+                       cv::Scalar(kGray, kGray, kGray));
   }
   to_planes(scaled, planes);
 }

@@ -6,8 +6,8 @@
 
 namespace stillmap {
 
-/// How an image sits in a network's input: scaled to fit with its aspect kept, centred, the rest
-/// filled with grey (114). Pixel centres at integers, in both.
+/// How an image sits in a network's input: scaled to fit with its aspect kept, centered, the rest
+/// filled with gray (114). Pixel centers at integers, in both.
 struct Letterbox {
   double scale = 1;             ///< input pixels per image pixel
   double pad_x = 0, pad_y = 0;  ///< input pixels left of and above the image; whole numbers

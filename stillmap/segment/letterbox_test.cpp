@@ -30,7 +30,7 @@ TEST(Letterbox, ToImageInvertsToInput) {
   }
 }
 
-TEST(Letterbox, FillsPlanesInRgbWithGreyAround) {
+TEST(Letterbox, FillsPlanesInRgbWithGrayAround) {
   const cv::Mat color(2, 4, CV_8UC3, cv::Scalar(255, 51, 0));  // blue, green, red
   std::vector<float> planes;
   Letterbox({4, 2}, {4, 4}).fill(color, planes);

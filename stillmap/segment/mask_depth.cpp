@@ -31,9 +31,9 @@ void drop_behind(const SmallMask& mask, const cv::Mat1f& depth, const cv::Rect& 
   }
 }
 
-/// A window of a frame with a border around it, so that all four neighbours of its pixels exist.
+/// A window of a frame with a border around it, so that all four neighbors of its pixels exist.
 struct Field {
-  cv::Mat1f depth;  // metres
+  cv::Mat1f depth;  // meters
   cv::Mat1b
       closed;  // not 0 where a mask cannot grow to: it is there, or may not, or knows no depth
   int stride = 0;
@@ -74,7 +74,7 @@ std::vector<int> front_of(const SmallMask& mask, const Field& field) {
 
 }  // namespace
 
-void drop_background(SmallMask& mask, const SmallFrame& frame, const CarryOptions& options) {
+void drop_background(SmallMask& mask, const SmallFrame& frame, const PropagationOptions& options) {
   const TraceScope scope("trimming");
   if (mask.window.empty()) return;
   const cv::Mat1f depth = frame.depth(mask.window);
@@ -94,7 +94,7 @@ void drop_background(SmallMask& mask, const SmallFrame& frame, const CarryOption
   mask.mask = kept;
 }
 
-void drop_others(MovedMask& moved, const SmallFrame& target, const CarryOptions& options) {
+void drop_others(MovedMask& moved, const SmallFrame& target, const PropagationOptions& options) {
   const auto apart = static_cast<float>(options.depth_apart);
   const cv::Rect& window = moved.small.window;
   for (int y = 0; y < window.height; ++y) {
@@ -110,9 +110,9 @@ void drop_others(MovedMask& moved, const SmallFrame& target, const CarryOptions&
 }
 
 void grow_on_surface(SmallMask& mask, const SmallFrame& frame, int rounds, const cv::Mat1b& allowed,
-                     const CarryOptions& options) {
+                     const PropagationOptions& options) {
   const TraceScope scope("growing");
-  constexpr float kAt = 2;  // metres: where depth_step holds. A Kinect's noise grows with z^2
+  constexpr float kAt = 2;  // meters: where depth_step holds. A Kinect's noise grows with z^2
   const auto step = static_cast<float>(options.depth_step);
   Field field(mask, frame, allowed);
   auto* closed = field.closed.ptr<std::uint8_t>();

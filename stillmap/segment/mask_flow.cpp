@@ -17,7 +17,7 @@ constexpr int kIterations = 8;     // of Lucas-Kanade, per level
 constexpr double kPrecise = 0.05;  // small pixels: then it stops earlier
 constexpr double kTexture = 1e-3;  // smallest eigenvalue per pixel of the gradient matrix
 
-int window_of(int shrink, const CarryOptions& options) {
+int window_of(int shrink, const PropagationOptions& options) {
   return std::max(5, options.window / shrink);
 }
 
@@ -37,7 +37,7 @@ MaskCell make_cell(const SmallMask& mask, const cv::Rect& area) {
     return static_cast<float>(sum) / static_cast<float>(count) + static_cast<float>(origin);
   };
   return {.area = area,
-          .centre = {mean(sum_x, mask.window.x), mean(sum_y, mask.window.y)},
+          .center = {mean(sum_x, mask.window.x), mean(sum_y, mask.window.y)},
           .flow = {},
           .measured = false};
 }
@@ -70,7 +70,7 @@ std::optional<cv::Point2f> median_flow(const MaskGrid& grid, int row, int column
   return cv::Point2f(median_of(x), median_of(y));
 }
 
-/// Every cell takes the median of its nearest neighbours that are enough.
+/// Every cell takes the median of its nearest neighbors that are enough.
 void smooth_flow(MaskGrid& grid) {
   const MaskGrid measured = grid;
   const int widest = std::max(grid.rows, grid.columns);
@@ -118,11 +118,11 @@ void move_cell(const MaskCell& cell, const SmallMask& mask, const SmallFrame& so
 
 }  // namespace
 
-FlowFrame::FlowFrame(const RgbdFrame& frame, Role role, const CarryOptions& options)
+FlowFrame::FlowFrame(const RgbdFrame& frame, Role role, const PropagationOptions& options)
     : small(frame) {
   const TraceScope scope("pyramid");
   const int window = window_of(small.shrink, options);
-  cv::buildOpticalFlowPyramid(small.grey, pyramid, cv::Size(window, window), kLevels,
+  cv::buildOpticalFlowPyramid(small.gray, pyramid, cv::Size(window, window), kLevels,
                               role == Role::kSource);
 }
 
@@ -141,7 +141,7 @@ MaskGrid cut_into_cells(const SmallMask& mask, int spacing) {
 }
 
 void follow_cells(MaskGrid& grid, const FlowFrame& source, const FlowFrame& target, std::size_t age,
-                  const CarryOptions& options) {
+                  const PropagationOptions& options) {
   const TraceScope scope("flow");
   const bool known = grid.age > 0;
   const float pace = known ? static_cast<float>(age) / static_cast<float>(grid.age) : 0.0F;
@@ -151,8 +151,8 @@ void follow_cells(MaskGrid& grid, const FlowFrame& source, const FlowFrame& targ
   for (MaskCell& cell : grid.cells) {
     if (cell.area.empty()) continue;
     cells.push_back(&cell);
-    from.push_back(cell.centre);
-    to.push_back(cell.centre + pace * cell.flow);
+    from.push_back(cell.center);
+    to.push_back(cell.center + pace * cell.flow);
   }
   if (cells.empty()) return;
   std::vector<std::uint8_t> found;

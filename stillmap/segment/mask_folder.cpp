@@ -76,8 +76,8 @@ Instance make_instance(int value, const cv::Rect& box, const cv::Mat1i& labels, 
 void append_pieces(const cv::Mat1b& mask, int value, int smallest,
                    std::vector<std::pair<int, Instance>>& sized) {
   cv::Mat1i labels, stats;
-  cv::Mat1d centres;
-  const int count = cv::connectedComponentsWithStats(mask == value, labels, stats, centres, 8);
+  cv::Mat1d centers;
+  const int count = cv::connectedComponentsWithStats(mask == value, labels, stats, centers, 8);
   for (int label = 1; label < count; ++label) {
     const int area = stats(label, cv::CC_STAT_AREA);
     if (area < smallest) continue;
@@ -142,12 +142,12 @@ std::vector<Instance> MaskFolder::detect(const RgbdFrame& frame) {
     return {};
   }
   const cv::Mat mask =
-      halved_if_twice(cv::imread(entry->file.string(), cv::IMREAD_UNCHANGED), frame.grey.size());
-  if (mask.type() != CV_8UC1 || mask.size() != frame.grey.size()) {
+      halved_if_twice(cv::imread(entry->file.string(), cv::IMREAD_UNCHANGED), frame.gray.size());
+  if (mask.type() != CV_8UC1 || mask.size() != frame.gray.size()) {
     if (unusable_++ == 0) {
       spdlog::warn(
-          "{}: no 8-bit grey mask of {} x {} pixels, left out; more of this kind are counted",
-          entry->file.string(), frame.grey.cols, frame.grey.rows);
+          "{}: no 8-bit gray mask of {} x {} pixels, left out; more of this kind are counted",
+          entry->file.string(), frame.gray.cols, frame.gray.rows);
     }
     return {};
   }

@@ -9,11 +9,11 @@
 
 namespace stillmap {
 
-/// Masks made offline: a folder with one 8-bit grey PNG per frame, of the frames' size or twice
+/// Masks made offline: a folder with one 8-bit gray PNG per frame, of the frames' size or twice
 /// that.
 ///
 /// Values: 0 is what stands still (or nothing known); every other value is one class: 255 a person,
-/// all others "unknown", a thing that moves but has no name. Each connected piece (8-neighbours) of
+/// all others "unknown", a thing that moves but has no name. Each connected piece (8-neighbors) of
 /// one value is one instance.
 ///
 /// Which mask is whose: if all file names (without extension) are numbers, they are time stamps in

@@ -34,7 +34,7 @@ struct MaskFolderTest : testing::Test {
     RgbdFrame frame;
     frame.index = index;
     frame.timestamp = stamp;
-    frame.grey = cv::Mat1b::zeros(30, 40);
+    frame.gray = cv::Mat1b::zeros(30, 40);
     return frame;
   }
 };
@@ -64,7 +64,7 @@ TEST_F(MaskFolderTest, OtherNamesGoByOrder) {
   EXPECT_EQ(masks.missing(), 1U);
 }
 
-TEST_F(MaskFolderTest, WrongSizeBrokenFileAndColourAreCountedSkips) {
+TEST_F(MaskFolderTest, WrongSizeBrokenFileAndColorAreCountedSkips) {
   cv::imwrite((folder / "1.png").string(), cv::Mat1b(10, 10, 255));
   std::ofstream(folder / "2.png") << "no picture";
   cv::imwrite((folder / "3.png").string(), cv::Mat(30, 40, CV_8UC3, cv::Scalar::all(255)));
@@ -81,7 +81,7 @@ TEST_F(MaskFolderTest, OfFramesThatWereHalvedTheMasksAreHalved) {
   write("1.png", 6);
   MaskFolder masks(folder);
   RgbdFrame half = frame(0, 1.0);
-  half.grey = cv::Mat1b::zeros(15, 20);
+  half.gray = cv::Mat1b::zeros(15, 20);
   const auto found = masks.detect(half);
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].box, cv::Rect(3, 5, 4, 4));

@@ -32,7 +32,7 @@ fs::path shared() {
 RgbdFrame picture(const std::string& name) {
   RgbdFrame frame;
   frame.color = cv::imread((shared() / "models/img" / name).string());
-  cv::cvtColor(frame.color, frame.grey, cv::COLOR_BGR2GRAY);
+  cv::cvtColor(frame.color, frame.gray, cv::COLOR_BGR2GRAY);
   return frame;
 }
 

@@ -10,8 +10,8 @@
 #include "stillmap/segment/dynamic_mask.hpp"
 #include "stillmap/segment/inference_engine.hpp"
 #include "stillmap/segment/make_detector.hpp"
-#include "stillmap/segment/mask_carrier.hpp"
 #include "stillmap/segment/mask_folder.hpp"
+#include "stillmap/segment/mask_propagator.hpp"
 
 #include <cstdlib>
 #include <filesystem>
@@ -73,7 +73,7 @@ Sample read_sample(const fs::path& sequence, const fs::path& color_file, std::si
   frame->index = index;
   frame->timestamp = std::stod(color_file.stem().string());
   frame->color = cv::imread(color_file.string());
-  cv::cvtColor(frame->color, frame->grey, cv::COLOR_BGR2GRAY);
+  cv::cvtColor(frame->color, frame->gray, cv::COLOR_BGR2GRAY);
   const fs::path depth = sequence / "depth" / color_file.filename();
   cv::imread(depth.string(), cv::IMREAD_UNCHANGED).convertTo(frame->depth, CV_32F, 1.0 / 5000);
   const cv::Mat mask =
@@ -163,7 +163,7 @@ void register_networks() {
   }
 }
 
-const std::vector<std::vector<Sample>>& carry_samples() {
+const std::vector<std::vector<Sample>>& propagation_samples() {
   static const auto kRuns = read_runs(8, 7);
   return kRuns;
 }
@@ -175,7 +175,7 @@ std::vector<SegmentedFramePtr> first_masks(const std::string& model) {
   options.model = model;
   if (!model.empty()) detector = make_detector(options);
   std::vector<SegmentedFramePtr> all;
-  for (const auto& run : carry_samples()) {
+  for (const auto& run : propagation_samples()) {
     auto masks = std::make_shared<SegmentedFrame>();
     masks->frame_index = masks->source_index = run.front().frame->index;
     masks->instances =
@@ -189,21 +189,21 @@ std::vector<SegmentedFramePtr> first_masks(const std::string& model) {
 /// Carries each run's first masks to its frame number `age`. What the fresh masks (age 0) get is
 /// trim_by_depth.
 void run_carry(benchmark::State& state, const std::string& model, std::size_t age) {
-  if (carry_samples().empty()) return state.SkipWithError("no sequences with masks");
+  if (propagation_samples().empty()) return state.SkipWithError("no sequences with masks");
   const auto masks = first_masks(model);
   std::vector<double> times;
   Overlap overlap;
   for (auto _ : state) {
     for (std::size_t r = 0; r < masks.size(); ++r) {
-      const auto& run = carry_samples()[r];
+      const auto& run = propagation_samples()[r];
       const Sample& target = run.at(age);
-      MaskCarrier carrier;
-      carrier.push(run.front().frame);
-      carrier.set(*masks[r]);
+      MaskPropagator propagator;
+      propagator.push(run.front().frame);
+      propagator.set(*masks[r]);
       const Stopwatch watch;
-      carrier.push(target.frame);
+      propagator.push(target.frame);
       const SegmentedFrame carried =
-          age > 0 ? *carrier.current() : trim_by_depth(*masks[r], *run.front().frame);
+          age > 0 ? *propagator.current() : trim_by_depth(*masks[r], *run.front().frame);
       times.push_back(watch.milliseconds());
       overlap.add(dynamic_mask(carried, {"person"}, target.truth.size()), target.truth);
     }

@@ -20,11 +20,11 @@ cv::Rect small_box(const cv::Rect& box, const SmallFrame& frame) {
 }  // namespace
 
 SmallFrame::SmallFrame(const RgbdFrame& frame)
-    : shrink(std::max(1, cvRound(frame.grey.cols / kSmallWidth))), full_size(frame.grey.size()) {
+    : shrink(std::max(1, cvRound(frame.gray.cols / kSmallWidth))), full_size(frame.gray.size()) {
   const cv::Size size(std::max(1, full_size.width / shrink),
                       std::max(1, full_size.height / shrink));
   const cv::Rect whole(0, 0, size.width * shrink, size.height * shrink);
-  cv::resize(frame.grey(whole), grey, size, 0, 0, cv::INTER_AREA);
+  cv::resize(frame.gray(whole), gray, size, 0, 0, cv::INTER_AREA);
   depth = cv::Mat1f(size);
   for (int y = 0; y < size.height; ++y) {
     const auto* in = frame.depth.ptr<float>(y * shrink);

@@ -14,11 +14,11 @@ namespace stillmap {
 struct SmallFrame {
   int shrink = 1;
   cv::Size full_size;
-  cv::Mat1b grey;   ///< mean of each block
-  cv::Mat1f depth;  ///< metres, of one pixel of each block; 0 where unknown
+  cv::Mat1b gray;   ///< mean of each block
+  cv::Mat1f depth;  ///< meters, of one pixel of each block; 0 where unknown
 
   explicit SmallFrame(const RgbdFrame& frame);
-  cv::Size size() const { return grey.size(); }
+  cv::Size size() const { return gray.size(); }
   cv::Rect bounds() const { return {cv::Point(), size()}; }
 };
 

@@ -114,7 +114,7 @@ struct Steps {
   std::vector<float> weight;  // of the second
 };
 
-/// @param position of the pixel's centre among the samples (sample centres at integers)
+/// @param position of the pixel's center among the samples (sample centers at integers)
 template <typename Position>
 Steps steps_along(int pixels, int samples, Position&& position) {
   Steps steps;
@@ -248,12 +248,12 @@ bool is_wanted(float confidence, int class_id, const DecodeOptions& options) {
 }
 
 /// A box as networks give it.
-struct CentredBox {
+struct CenteredBox {
   float x, y, w, h;
 };
 
 /// Boxes that are none (no numbers, or without extent) are left out.
-void add_candidate(const CentredBox& b, float confidence, int class_id, std::size_t anchor,
+void add_candidate(const CenteredBox& b, float confidence, int class_id, std::size_t anchor,
                    std::vector<Candidate>& candidates) {
   if (!std::isfinite(b.x + b.y + b.w + b.h) || b.w <= 0 || b.h <= 0) return;
   candidates.push_back({{b.x - b.w / 2, b.y - b.h / 2, b.w, b.h}, confidence, class_id, anchor});
@@ -328,7 +328,7 @@ std::vector<Candidate> suppress_overlaps(std::vector<Candidate> candidates, floa
   return kept;
 }
 
-YoloShape recognise_yolo(const std::vector<std::vector<std::int64_t>>& output_shapes,
+YoloShape recognize_yolo(const std::vector<std::vector<std::int64_t>>& output_shapes,
                          int class_count, const std::string& where, cv::Size input) {
   const auto heads = find_raw_heads(output_shapes, input);
   if (heads.size() == kStockAnchors.size() && !has_boxes(output_shapes)) {
@@ -394,12 +394,12 @@ cv::Mat assemble_mask(const TensorView& prototypes, std::span<const float> coeff
   const float sy =
       static_cast<float>(prototypes.shape[2]) / static_cast<float>(letterbox.input.height);
   const auto column = [&](int x) {
-    const float centre = static_cast<float>(box.x + x) + 0.5F;
-    return letterbox.to_input({centre, 0}).x * sx - 0.5F - static_cast<float>(window.x);
+    const float center = static_cast<float>(box.x + x) + 0.5F;
+    return letterbox.to_input({center, 0}).x * sx - 0.5F - static_cast<float>(window.x);
   };
   const auto row = [&](int y) {
-    const float centre = static_cast<float>(box.y + y) + 0.5F;
-    return letterbox.to_input({0, centre}).y * sy - 0.5F - static_cast<float>(window.y);
+    const float center = static_cast<float>(box.y + y) + 0.5F;
+    return letterbox.to_input({0, center}).y * sy - 0.5F - static_cast<float>(window.y);
   };
   return positive_between(logits, steps_along(box.width, window.width, column),
                           steps_along(box.height, window.height, row));

@@ -51,7 +51,7 @@ struct YoloShape {
   std::size_t boxes_output = 0, prototypes_output = 1;  ///< which output is which
 };
 
-/// Recognises the outputs of YOLO detect and segment networks, by their shapes:
+/// Recognizes the outputs of YOLO detect and segment networks, by their shapes:
 ///
 /// - YOLOv8 and YOLO11: one output of 3 dimensions with 4 box coordinates, the class scores and the
 ///   mask coefficients per anchor, in either order, and (segment) one of 4 dimensions with the mask
@@ -70,7 +70,7 @@ struct YoloShape {
 /// succession
 /// @param input size of the network's input, pixels; needed for raw heads
 /// Throws Error (naming `where`) if the shapes are those of no such network.
-YoloShape recognise_yolo(const std::vector<std::vector<std::int64_t>>& output_shapes,
+YoloShape recognize_yolo(const std::vector<std::vector<std::int64_t>>& output_shapes,
                          int class_count, const std::string& where, cv::Size input = {});
 
 /// Thresholds of the decoder.

@@ -42,7 +42,7 @@ struct FakeOutput {
   }
   std::vector<Instance> decode(const Letterbox& letterbox,
                                const DecodeOptions& options = {}) const {
-    return decode_yolo(views(), recognise_yolo(shapes(), kClasses, "test"), letterbox, options,
+    return decode_yolo(views(), recognize_yolo(shapes(), kClasses, "test"), letterbox, options,
                        kNames);
   }
 };
@@ -151,24 +151,24 @@ TEST(SuppressOverlaps, KeepsTheMostConfidentWhereThereAreTooMany) {
   EXPECT_THAT(anchors_of(suppress_overlaps(many, 0.7F, 3)), testing::ElementsAre(9, 8, 7));
 }
 
-TEST(RecogniseYolo, KnowsTheFourStockShapes) {
-  const auto segment = recognise_yolo({{1, 116, 8400}, {1, 32, 160, 160}}, 80, "x");
+TEST(RecognizeYolo, KnowsTheFourStockShapes) {
+  const auto segment = recognize_yolo({{1, 116, 8400}, {1, 32, 160, 160}}, 80, "x");
   EXPECT_TRUE(segment.attributes_first);
   EXPECT_EQ(segment.mask_coefficients, 32);
-  const auto transposed = recognise_yolo({{1, 32, 160, 160}, {1, 8400, 116}}, 80, "x");
+  const auto transposed = recognize_yolo({{1, 32, 160, 160}, {1, 8400, 116}}, 80, "x");
   EXPECT_FALSE(transposed.attributes_first);
   EXPECT_EQ(transposed.boxes_output, 1U);
   EXPECT_EQ(transposed.prototypes_output, 0U);
-  EXPECT_EQ(recognise_yolo({{1, 84, 8400}}, 0, "x").classes, 80);
-  EXPECT_EQ(recognise_yolo({{1, 8400, 84}}, 0, "x").anchors, 8400U);
+  EXPECT_EQ(recognize_yolo({{1, 84, 8400}}, 0, "x").classes, 80);
+  EXPECT_EQ(recognize_yolo({{1, 8400, 84}}, 0, "x").anchors, 8400U);
 }
 
-TEST(RecogniseYolo, ClassCountDecidesWhereAnchorsAreFewerThanAttributes) {
-  EXPECT_TRUE(recognise_yolo({{1, 116, 84}, {1, 32, 16, 16}}, 80, "x").attributes_first);
-  EXPECT_FALSE(recognise_yolo({{1, 84, 116}, {1, 32, 16, 16}}, 80, "x").attributes_first);
+TEST(RecognizeYolo, ClassCountDecidesWhereAnchorsAreFewerThanAttributes) {
+  EXPECT_TRUE(recognize_yolo({{1, 116, 84}, {1, 32, 16, 16}}, 80, "x").attributes_first);
+  EXPECT_FALSE(recognize_yolo({{1, 84, 116}, {1, 32, 16, 16}}, 80, "x").attributes_first);
 }
 
-TEST(RecogniseYolo, OtherShapesAreAnErrorThatSaysHowToExport) {
+TEST(RecognizeYolo, OtherShapesAreAnErrorThatSaysHowToExport) {
   const std::vector<std::vector<std::vector<std::int64_t>>> wrong = {
       {{1, 1000}},                               // a classifier
       {{1, 300, 6}},                             // with suppression built in
@@ -185,7 +185,7 @@ TEST(RecogniseYolo, OtherShapesAreAnErrorThatSaysHowToExport) {
   };
   for (const auto& shapes : wrong) {
     try {
-      recognise_yolo(shapes, 80, "odd.onnx", {640, 640});
+      recognize_yolo(shapes, 80, "odd.onnx", {640, 640});
       FAIL() << "accepted a wrong shape";
     } catch (const Error& e) {
       EXPECT_EQ(e.where(), "odd.onnx");
@@ -194,30 +194,30 @@ TEST(RecogniseYolo, OtherShapesAreAnErrorThatSaysHowToExport) {
   }
 }
 
-TEST(RecogniseYolo, KnowsObjectnessByTheClassCount) {
-  const auto boxes = recognise_yolo({{1, 25200, 85}}, 80, "x");
+TEST(RecognizeYolo, KnowsObjectnessByTheClassCount) {
+  const auto boxes = recognize_yolo({{1, 25200, 85}}, 80, "x");
   EXPECT_TRUE(boxes.objectness);
   EXPECT_FALSE(boxes.attributes_first);
   EXPECT_EQ(boxes.classes, 80);
   EXPECT_EQ(boxes.anchors, 25200U);
-  const auto masks = recognise_yolo({{1, 25200, 117}, {1, 32, 160, 160}}, 80, "x");
+  const auto masks = recognize_yolo({{1, 25200, 117}, {1, 32, 160, 160}}, 80, "x");
   EXPECT_TRUE(masks.objectness);
   EXPECT_EQ(masks.classes, 80);
-  EXPECT_FALSE(recognise_yolo({{1, 85, 8400}}, 81, "x").objectness);
+  EXPECT_FALSE(recognize_yolo({{1, 85, 8400}}, 81, "x").objectness);
 }
 
-TEST(RecogniseYolo, WithoutAClassListThreeAnchorsToACellTellObjectness) {
+TEST(RecognizeYolo, WithoutAClassListThreeAnchorsToACellTellObjectness) {
   const cv::Size input(320, 256);  // 40 * 32 + 20 * 16 + 10 * 8 = 1680 cells
-  EXPECT_TRUE(recognise_yolo({{1, 5040, 85}}, 0, "x", input).objectness);
-  EXPECT_EQ(recognise_yolo({{1, 5040, 25}}, 0, "x", input).classes, 20);
-  EXPECT_FALSE(recognise_yolo({{1, 1680, 85}}, 0, "x", input).objectness);
-  EXPECT_FALSE(recognise_yolo({{1, 85, 1680}}, 0, "x", input).objectness);
-  EXPECT_TRUE(recognise_yolo({{1, 25200, 85}}, 0, "x").objectness);
+  EXPECT_TRUE(recognize_yolo({{1, 5040, 85}}, 0, "x", input).objectness);
+  EXPECT_EQ(recognize_yolo({{1, 5040, 25}}, 0, "x", input).classes, 20);
+  EXPECT_FALSE(recognize_yolo({{1, 1680, 85}}, 0, "x", input).objectness);
+  EXPECT_FALSE(recognize_yolo({{1, 85, 1680}}, 0, "x", input).objectness);
+  EXPECT_TRUE(recognize_yolo({{1, 25200, 85}}, 0, "x").objectness);
 }
 
-TEST(RecogniseYolo, KnowsRawHeadsInAnyOrder) {
+TEST(RecognizeYolo, KnowsRawHeadsInAnyOrder) {
   for (const int known : {0, 80}) {
-    const auto shape = recognise_yolo({{1, 3, 16, 20, 85}, {1, 3, 32, 40, 85}, {1, 3, 8, 10, 85}},
+    const auto shape = recognize_yolo({{1, 3, 16, 20, 85}, {1, 3, 32, 40, 85}, {1, 3, 8, 10, 85}},
                                       known, "x", {320, 256});
     EXPECT_EQ(shape.classes, 80);
     EXPECT_TRUE(shape.objectness);
@@ -228,9 +228,9 @@ TEST(RecogniseYolo, KnowsRawHeadsInAnyOrder) {
   }
 }
 
-TEST(RecogniseYolo, RawHeadsBesideDecodedBoxesAreNotNeeded) {
+TEST(RecognizeYolo, RawHeadsBesideDecodedBoxesAreNotNeeded) {
   const auto shape =
-      recognise_yolo({{1, 5040, 85}, {1, 3, 32, 40, 85}, {1, 3, 16, 20, 85}, {1, 3, 8, 10, 85}}, 80,
+      recognize_yolo({{1, 5040, 85}, {1, 3, 32, 40, 85}, {1, 3, 16, 20, 85}, {1, 3, 8, 10, 85}}, 80,
                      "x", {320, 256});
   EXPECT_TRUE(shape.raw_heads.empty());
   EXPECT_EQ(shape.anchors, 5040U);
@@ -246,7 +246,7 @@ TEST(Objectness, MultipliesTheClassScore) {
   propose(1, 0.5F, 0.4F);  // 0.2: too little, although both are above the threshold
   propose(3, 0.8F, 0.9F);
   const std::vector<TensorView> outputs = {{{1, 5, 8}, values}};
-  const auto shape = recognise_yolo({{1, 5, 8}}, kClasses, "test");
+  const auto shape = recognize_yolo({{1, 5, 8}}, kClasses, "test");
   const auto found =
       decode_yolo(outputs, shape, Letterbox({64, 64}, {64, 64}), DecodeOptions(), kNames);
   ASSERT_EQ(found.size(), 1U);
@@ -288,14 +288,14 @@ struct FakeHeads {
   std::vector<Instance> decode() const {
     std::vector<TensorView> views;
     for (std::size_t h = 0; h < 3; ++h) views.push_back({shapes()[h], values[h]});
-    return decode_yolo(views, recognise_yolo(shapes(), kClasses, "test", {64, 64}),
+    return decode_yolo(views, recognize_yolo(shapes(), kClasses, "test", {64, 64}),
                        Letterbox({64, 64}, {64, 64}), DecodeOptions(), kNames);
   }
 };
 
 TEST(RawHeads, BoxesFollowFromCellStrideAndAnchor) {
   FakeHeads heads;
-  // Stride 8, third anchor box 40 x 28, row 2, column 3: centre (3.5 * 8, 2.5 * 8), full size.
+  // Stride 8, third anchor box 40 x 28, row 2, column 3: center (3.5 * 8, 2.5 * 8), full size.
   heads.propose(0, 2, 2, 3, {0.5F, 0.5F, 0.5F, 0.5F}, 0.9F, 0, 0.8F);
   // Stride 16, first anchor box 36 x 75, row 1, column 2: (1.5 - 0.5 + 2) * 16 = 48, (0.5 - 0.5 +
   // 1) * 16 = 16, (2 * 0.25)^2 * 36 = 9, (2 * 0.2)^2 * 75 = 12.

@@ -123,7 +123,7 @@ void YoloDetector::check_outputs(const OnnxInfo& info) {
                 export_advice());
   }
   shape_ =
-      recognise_yolo(shapes, static_cast<int>(class_names_.size()), options_.model, input_size());
+      recognize_yolo(shapes, static_cast<int>(class_names_.size()), options_.model, input_size());
   if (class_names_.empty()) {
     class_names_ = shape_.classes == 80 ? coco_class_names() : numbered_names(shape_.classes);
   }
@@ -136,7 +136,7 @@ cv::Size YoloDetector::input_size() const {
 
 std::vector<Instance> YoloDetector::detect(const RgbdFrame& frame) {
   if (frame.color.empty() || frame.color.type() != CV_8UC3) {
-    throw Error("a detector needs a colour image of three bytes per pixel", "frame", "");
+    throw Error("a detector needs a color image of three bytes per pixel", "frame", "");
   }
   const Letterbox letterbox(frame.color.size(), input_size());
   letterbox.fill(frame.color, input_);

@@ -196,7 +196,7 @@ Camera from_settings(const CameraYaml& yaml) {
   }
   camera.fps = yaml.number_or(names("fps"), camera.fps);
   camera.depth_factor = yaml.number({"DepthMapFactor", "RGBD.DepthMapFactor"});
-  // Camera.bf is focal length times baseline (pixel metres), Stereo.b the baseline itself (metres).
+  // Camera.bf is focal length times baseline (pixel meters), Stereo.b the baseline itself (meters).
   camera.baseline = yaml.number_or(names("bf"), camera.baseline * camera.fx) / camera.fx;
   camera.baseline = yaml.number_or({"Stereo.b"}, camera.baseline);
   return camera;
@@ -282,9 +282,9 @@ void write_camera(const fs::path& file, const Camera& camera) {
   const auto& d = camera.distortion;
   text += fmt::format("distortion: [{}, {}, {}, {}, {}]  # k1 k2 p1 p2 k3\n", d(0), d(1), d(2),
                       d(3), d(4));
-  text += fmt::format("depth_factor: {}  # raw depth units per metre\n", camera.depth_factor);
+  text += fmt::format("depth_factor: {}  # raw depth units per meter\n", camera.depth_factor);
   text += fmt::format("fps: {}  # Hz\n", camera.fps);
-  text += fmt::format("baseline: {}  # metres, of the virtual second camera\n", camera.baseline);
+  text += fmt::format("baseline: {}  # meters, of the virtual second camera\n", camera.baseline);
   write_file(file, text);
 }
 
@@ -301,7 +301,7 @@ void check_camera(const Camera& camera, const std::string& where) {
   const double largest = 20.0 * camera.width;
   for (const double f : {camera.fx, camera.fy}) {
     expect(f > 0.05 * camera.width && f < largest, "the focal length fx or fy", f,
-           fmt::format("pixels, not millimetres: {:g} to {:g} for this width", 0.05 * camera.width,
+           fmt::format("pixels, not millimeters: {:g} to {:g} for this width", 0.05 * camera.width,
                        largest));
   }
   expect(camera.cx >= 0 && camera.cx < camera.width, "cx", camera.cx,
@@ -310,14 +310,14 @@ void check_camera(const Camera& camera, const std::string& where) {
          fmt::format("a pixel of the image, about {:g}", (camera.height - 1) / 2.0));
   for (const double k : camera.distortion) {
     expect(std::abs(k) < 100, "a distortion coefficient", k,
-           "k1 k2 p1 p2 k3 of normalised coordinates");
+           "k1 k2 p1 p2 k3 of normalized coordinates");
   }
   expect(camera.depth_factor >= 1 && camera.depth_factor < 1e6, "the depth factor",
          camera.depth_factor,
-         "raw units per metre (5000 for TUM, 1000 for millimetres), not metres per unit");
+         "raw units per meter (5000 for TUM, 1000 for millimeters), not meters per unit");
   expect(camera.fps > 0 && camera.fps <= 1000, "fps", camera.fps, "frames per second, such as 30");
   expect(camera.baseline > 0 && camera.baseline < 10, "the baseline", camera.baseline,
-         "metres, such as 0.075 (Camera.bf is fx times that)");
+         "meters, such as 0.075 (Camera.bf is fx times that)");
 }
 
 }  // namespace stillmap

@@ -23,8 +23,8 @@ const std::vector<std::string>& camera_presets();
 ///   left alone.
 ///
 /// Throws Error that names the file, the key and the fix: an unknown name, a missing, repeated,
-/// misspelt or mistyped key, a value that no camera has (focal length or depth factor not positive,
-/// principal point outside the image, a number that is not finite, a fisheye model).
+/// misspelled or mistyped key, a value that no camera has (focal length or depth factor not
+/// positive, principal point outside the image, a number that is not finite, a fisheye model).
 Camera load_camera(const std::string& name_or_path);
 
 /// Writes a camera as our own YAML; load_camera gives back the same. Throws Error if it cannot be

@@ -70,7 +70,7 @@ std::optional<Camera> choose_camera(const SequencePaths& paths, const std::optio
 
 void check_lists(const FrameList& list, Diagnosis& diagnosis) {
   diagnosis.frames = list.frames.size();
-  diagnosis.add(Severity::kOk, fmt::format("{} pairs of colour and depth", list.frames.size()));
+  diagnosis.add(Severity::kOk, fmt::format("{} pairs of color and depth", list.frames.size()));
   if (list.skipped.empty()) return;
   diagnosis.add(Severity::kWarning,
                 fmt::format("{} lines of the lists give no frame; the first: {}",
@@ -140,7 +140,7 @@ void check_offsets(const std::vector<FrameFiles>& frames, Diagnosis& diagnosis) 
   diagnosis.median_offset = percentile(offsets, 0.5);
   const auto [least, most] = std::minmax_element(offsets.begin(), offsets.end());
   const std::string text =
-      fmt::format("depth is {:.1f} ms {} colour (median; {:.1f} to {:.1f})",
+      fmt::format("depth is {:.1f} ms {} color (median; {:.1f} to {:.1f})",
                   1e3 * std::abs(diagnosis.median_offset),
                   diagnosis.median_offset < 0 ? "before" : "after", 1e3 * *least, 1e3 * *most);
   const bool late = std::abs(diagnosis.median_offset) > kLate;
@@ -178,7 +178,7 @@ std::string fix_for(const std::string& problem, const fs::path& file) {
     return "name the camera that recorded these images (width and height in its file)";
   }
   if (problem.find("bits") != std::string::npos) {
-    return "write colour as 8-bit PNG or JPEG and depth as 16-bit PNG with one channel";
+    return "write color as 8-bit PNG or JPEG and depth as 16-bit PNG with one channel";
   }
   return "copy or record these files again; they are left out";
 }
@@ -230,13 +230,13 @@ struct Sample {
 };
 
 void sample_color(const cv::Mat& color, const DoctorOptions& options, Sample& sample) {
-  cv::Mat grey, laplacian;
-  cv::cvtColor(color, grey, cv::COLOR_BGR2GRAY);
-  const double mean = cv::mean(grey)[0];
+  cv::Mat gray, laplacian;
+  cv::cvtColor(color, gray, cv::COLOR_BGR2GRAY);
+  const double mean = cv::mean(gray)[0];
   if (mean < options.dark) ++sample.dark;
   if (mean > options.bright) ++sample.bright;
   // Variance of the Laplacian as a measure of focus: Pech-Pacheco et al., ICPR 2000.
-  cv::Laplacian(grey, laplacian, CV_16S);
+  cv::Laplacian(gray, laplacian, CV_16S);
   cv::Scalar average, deviation;
   cv::meanStdDev(laplacian, average, deviation);
   if (deviation[0] * deviation[0] < options.blurred) ++sample.blurred;
@@ -283,7 +283,7 @@ void check_light(const Sample& sample, Diagnosis& diagnosis) {
   const auto complain = [&](std::size_t count, const char* what, const char* fix) {
     if (10 * count < sample.decoded || count == 0) return;  // one in ten is no concern
     diagnosis.add(Severity::kWarning,
-                  fmt::format("{} of {} sampled colour images are {}", count, sample.decoded, what),
+                  fmt::format("{} of {} sampled color images are {}", count, sample.decoded, what),
                   fix);
   };
   complain(sample.dark, "nearly black", "record with more light or a longer exposure");
@@ -331,7 +331,7 @@ void check_scale(const DepthSpread& raw, double factor, const DoctorOptions& opt
       better > 0
           ? fmt::format("set the depth factor to {:g} if the median depth should be {:.2f} m",
                         better, raw.median / better)
-          : "check the depth factor: raw depth units per metre");
+          : "check the depth factor: raw depth units per meter");
 }
 
 void check_depth(Sample& sample, double factor, const DoctorOptions& options,
@@ -368,10 +368,10 @@ void check_jumps(const Trajectory& truth, const DoctorOptions& options, Diagnosi
   for (std::size_t i = 1; i < truth.size(); ++i) {
     const double seconds = truth[i].timestamp - truth[i - 1].timestamp;
     if (seconds <= 0) ++repeats;
-    const double metres =
+    const double meters =
         (truth[i].T_world_camera.translation() - truth[i - 1].T_world_camera.translation()).norm();
-    constexpr double kNoise = 0.02;  // metres that a tracking system may jitter by
-    if (metres <= kNoise + options.max_speed * std::max(0.0, seconds)) continue;
+    constexpr double kNoise = 0.02;  // meters that a tracking system may jitter by
+    if (meters <= kNoise + options.max_speed * std::max(0.0, seconds)) continue;
     if (jumps++ == 0) first = truth[i].timestamp;
   }
   if (jumps > 0) {
@@ -431,7 +431,7 @@ void check_masks(const SequencePaths& paths, const std::vector<FrameFiles>& fram
   const bool all = static_cast<std::size_t>(there) == frames.size();
   diagnosis.add(all ? Severity::kOk : Severity::kWarning,
                 fmt::format("mask/ holds masks for {} of {} frames", there, frames.size()),
-                all ? "" : "name each mask like its colour image, with the ending .png");
+                all ? "" : "name each mask like its color image, with the ending .png");
 }
 
 void examine(const fs::path& folder, const std::optional<Camera>& named,
@@ -453,7 +453,7 @@ void examine(const fs::path& folder, const std::optional<Camera>& named,
 
 }  // namespace
 
-Severity Diagnosis::verdict() const {
+Severity Diagnosis::conclusion() const {
   Severity worst = Severity::kOk;
   for (const auto& finding : findings) worst = std::max(worst, finding.severity);
   return worst;

@@ -29,9 +29,9 @@ struct DoctorOptions {
   double nearest = 0.25;      ///< so is a 5th percentile below this [m]
   double farthest = 12;       ///< or a 99th percentile above this [m]
   double least_share = 0.25;  ///< share of an image's pixels that should have depth
-  double dark = 20;           ///< mean grey below which an image is too dark to track on [0-255]
-  double bright = 235;        ///< mean grey above which it is burnt out [0-255]
-  double blurred = 15;        ///< variance of the grey image's Laplacian below which it is blurred
+  double dark = 20;           ///< mean gray below which an image is too dark to track on [0-255]
+  double bright = 235;        ///< mean gray above which it is burnt out [0-255]
+  double blurred = 15;        ///< variance of the gray image's Laplacian below which it is blurred
   double max_speed = 3;       ///< of the camera, by the ground truth; faster is a jump [m/s]
   STILLMAP_FIELDS(sample, near_median, far_median, nearest, farthest, least_share, dark, bright,
                   blurred, max_speed)
@@ -40,16 +40,16 @@ struct DoctorOptions {
 /// What was measured and found. The figures are 0 where nothing could be measured.
 struct Diagnosis {
   std::vector<Finding> findings;  ///< in the order of the checks
-  std::size_t frames = 0;         ///< pairs of colour and depth
+  std::size_t frames = 0;         ///< pairs of color and depth
   std::size_t usable_frames = 0;  ///< of these, with both files there and of the right kind
   double duration = 0;            ///< seconds from first to last pair
   double frame_rate = 0;          ///< Hz, from the median interval
-  double median_depth = 0;        ///< metres, over the sampled frames' known pixels
+  double median_depth = 0;        ///< meters, over the sampled frames' known pixels
   double depth_share = 0;         ///< share of pixels with depth in the sampled frames, 0 to 1
-  double median_offset = 0;       ///< seconds, depth stamp minus colour stamp
+  double median_offset = 0;       ///< seconds, depth stamp minus color stamp
 
   /// The worst of the findings.
-  Severity verdict() const;
+  Severity conclusion() const;
   void add(Severity severity, std::string what, std::string fix = "");
 };
 

@@ -56,7 +56,7 @@ class Doctor : public ::testing::Test {
 
 TEST_F(Doctor, FindsNothingWrongWithASoundSequence) {
   const Diagnosis diagnosis = diagnose();
-  EXPECT_EQ(diagnosis.verdict(), Severity::kOk) << warnings() << errors();
+  EXPECT_EQ(diagnosis.conclusion(), Severity::kOk) << warnings() << errors();
   EXPECT_EQ(diagnosis.frames, 12u);
   EXPECT_EQ(diagnosis.usable_frames, 12u);
   EXPECT_NEAR(diagnosis.frame_rate, 30, 0.1);
@@ -76,9 +76,9 @@ TEST_F(Doctor, SuggestsTheDepthFactorThatFits) {
   camera.depth_factor = 1000;  // 2 m become 10 m
   write_camera(sequence_.path("camera.yaml"), camera);
   EXPECT_THAT(warnings(), HasSubstr("set the depth factor to 5000"));
-  cv::Mat millimetres(48, 64, CV_16UC1);
-  cv::randu(millimetres, 1000, 3000);
-  for (int i = 0; i < 12; ++i) sequence_.write_image(TestSequence::depth_name(i), millimetres);
+  cv::Mat millimeters(48, 64, CV_16UC1);
+  cv::randu(millimeters, 1000, 3000);
+  for (int i = 0; i < 12; ++i) sequence_.write_image(TestSequence::depth_name(i), millimeters);
   EXPECT_THAT(warnings(), "");
   camera.depth_factor = 5000;
   write_camera(sequence_.path("camera.yaml"), camera);
@@ -130,7 +130,7 @@ TEST_F(Doctor, NoticesStampsInOtherUnitsGapsAndRates) {
 
 TEST_F(Doctor, NoticesDepthThatLagsBehind) {
   restamp("depth.txt", "depth", [](double t) { return t + 0.015; });
-  EXPECT_THAT(warnings(), HasSubstr("depth is 15.0 ms after colour"));
+  EXPECT_THAT(warnings(), HasSubstr("depth is 15.0 ms after color"));
 }
 
 TEST_F(Doctor, LooksAtThePictures) {
@@ -141,7 +141,7 @@ TEST_F(Doctor, LooksAtThePictures) {
     sequence_.write_image(TestSequence::color_name(i), dark);
     sequence_.write_image(TestSequence::depth_name(i), sparse);
   }
-  EXPECT_THAT(warnings(), HasSubstr("12 of 12 sampled colour images are nearly black"));
+  EXPECT_THAT(warnings(), HasSubstr("12 of 12 sampled color images are nearly black"));
   EXPECT_THAT(warnings(), HasSubstr("blurred or without texture"));
   EXPECT_THAT(warnings(), HasSubstr("17 % of the pixels have depth"));
   for (int i = 0; i < 12; ++i) {

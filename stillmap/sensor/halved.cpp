@@ -66,7 +66,7 @@ Camera halved(const Camera& camera) {
 RgbdFrame halved(const RgbdFrame& frame) {
   RgbdFrame half = frame;
   half.color = mean_of_four(frame.color);
-  half.grey = mean_of_four(frame.grey);
+  half.gray = mean_of_four(frame.gray);
   half.depth = halved_depth(frame.depth);
   return half;
 }

@@ -10,10 +10,10 @@ namespace stillmap {
 /// Odd last rows and columns are left out.
 
 /// The ideal pinhole that sees them: pixel (u, v) covers pixels 2u, 2u + 1 and 2v, 2v + 1 of the
-/// recorded one, so its centre lies at (2u + 0.5, 2v + 0.5).
+/// recorded one, so its center lies at (2u + 0.5, 2v + 0.5).
 Camera halved(const Camera& camera);
 
-/// Colour and grey: the mean of four pixels. Depth: the mean of those of the four readings that lie
+/// Color and gray: the mean of four pixels. Depth: the mean of those of the four readings that lie
 /// within 3 % of the nearest, so of one surface; 0 where there is none.
 RgbdFrame halved(const RgbdFrame& frame);
 

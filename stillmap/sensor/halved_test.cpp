@@ -29,15 +29,15 @@ RgbdFrame picture(const Camera& camera) {
   RgbdFrame frame;
   frame.index = 7;
   frame.timestamp = 1.5;
-  frame.grey.create(camera.height, camera.width, CV_8UC1);
+  frame.gray.create(camera.height, camera.width, CV_8UC1);
   frame.depth.create(camera.height, camera.width, CV_32FC1);
   for (int y = 0; y < camera.height; ++y) {
     for (int x = 0; x < camera.width; ++x) {
-      frame.grey.at<uchar>(y, x) = static_cast<uchar>(x);
+      frame.gray.at<uchar>(y, x) = static_cast<uchar>(x);
       frame.depth.at<float>(y, x) = static_cast<float>(plane_depth(camera, x, y));
     }
   }
-  cv::merge(std::vector<cv::Mat>(3, frame.grey), frame.color);
+  cv::merge(std::vector<cv::Mat>(3, frame.gray), frame.color);
   return frame;
 }
 
@@ -74,7 +74,7 @@ TEST(Halved, ThePlaneStaysWhereItWas) {
       EXPECT_NEAR(small.depth.at<float>(y, x), plane_depth(half, x, y), 2e-4);
     }
   }
-  EXPECT_EQ(small.grey.at<uchar>(3, 20), 41) << "of 40 and 41, rounded";
+  EXPECT_EQ(small.gray.at<uchar>(3, 20), 41) << "of 40 and 41, rounded";
   EXPECT_EQ(small.color.size(), cv::Size(80, 60));
   EXPECT_EQ(small.index, 7U);
   EXPECT_EQ(small.timestamp, 1.5);
@@ -94,7 +94,7 @@ TEST(HalvedSource, HandsOutAllThatThereIs) {
   EXPECT_EQ(source.camera().width, 80);
   EXPECT_EQ(source.size(), 2U);
   ASSERT_TRUE(source.next());
-  EXPECT_EQ(source.next()->grey.size(), cv::Size(80, 60));
+  EXPECT_EQ(source.next()->gray.size(), cv::Size(80, 60));
   EXPECT_FALSE(source.next());
   EXPECT_EQ(source.skipped().size(), 1U);
 }

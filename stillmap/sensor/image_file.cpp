@@ -42,7 +42,7 @@ bool is_named(View chunk_name, const char* name) {
   return std::equal(chunk_name.begin(), chunk_name.end(), name);
 }
 
-// The header chunk comes first and has 13 bytes: width, height, bits, colour type, three methods.
+// The header chunk comes first and has 13 bytes: width, height, bits, color type, three methods.
 // PNG specification (W3C, 2nd edition, 2003), 11.2.2.
 std::optional<ImageHeader> png_header(View bytes) {
   if (bytes.size() < 33 || !is_named(bytes.subspan(12, 4), "IHDR")) return std::nullopt;
@@ -53,20 +53,20 @@ std::optional<ImageHeader> png_header(View bytes) {
   switch (bytes[25]) {
     case 0:
       header.channels = 1;
-      break;  // grey
+      break;  // gray
     case 2:
       header.channels = 3;
-      break;  // colour
-    case 3:   // an index into a palette of 8-bit colours
+      break;  // color
+    case 3:   // an index into a palette of 8-bit colors
       header.channels = 3;
       header.bits = 8;
       break;
     case 4:
       header.channels = 2;
-      break;  // grey with alpha
+      break;  // gray with alpha
     case 6:
       header.channels = 4;
-      break;  // colour with alpha
+      break;  // color with alpha
     default:
       return std::nullopt;
   }
@@ -178,7 +178,7 @@ cv::Mat decode_by_opencv(const Bytes& bytes, int flags) {
 }
 
 ImageRead decode(const Bytes& bytes, int flags, int wanted_type) {
-  const TraceScope scope(wanted_type == CV_8UC3 ? "decode colour" : "decode depth");
+  const TraceScope scope(wanted_type == CV_8UC3 ? "decode color" : "decode depth");
   const bool png = starts_with(View(bytes), kPngSignature);
   if (png) {
     if (const std::string damage = png_damage(bytes); !damage.empty()) return {{}, damage};
@@ -221,7 +221,7 @@ HeaderRead read_image_header(const fs::path& file) {
 
 std::string color_problem(const ImageHeader& header) {
   if (header.bits <= 8) return "";
-  return fmt::format("has {} bits per channel where a colour image has 8", header.bits);
+  return fmt::format("has {} bits per channel where a color image has 8", header.bits);
 }
 
 std::string depth_problem(const ImageHeader& header) {

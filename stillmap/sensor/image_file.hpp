@@ -13,7 +13,7 @@ namespace stillmap {
 struct ImageHeader {
   cv::Size size;     ///< pixels
   int bits = 0;      ///< per channel
-  int channels = 0;  ///< 1 grey, 2 grey with alpha, 3 colour, 4 colour with alpha
+  int channels = 0;  ///< 1 gray, 2 gray with alpha, 3 color, 4 color with alpha
 };
 
 /// A header, or in `problem` why there is none, in words that follow a file's name ("is empty").
@@ -32,14 +32,14 @@ struct ImageRead {
 /// is missing, empty, of another kind, or cut short (its end mark is missing).
 HeaderRead read_image_header(const std::filesystem::path& file);
 
-/// Why an image of this header is no colour (8 bits, grey or colour) or depth (16 bits, one
+/// Why an image of this header is no color (8 bits, gray or color) or depth (16 bits, one
 /// channel) image; empty if it is one.
 std::string color_problem(const ImageHeader& header);
 std::string depth_problem(const ImageHeader& header);
 /// Why an image is not of the wanted size; empty if it is.
 std::string size_problem(const ImageHeader& header, cv::Size wanted);
 
-/// Decodes an 8-bit PNG or JPEG file to 8UC3 BGR; grey comes out as three equal channels, alpha is
+/// Decodes an 8-bit PNG or JPEG file to 8UC3 BGR; gray comes out as three equal channels, alpha is
 /// dropped. Refuses a size other than `wanted` before decoding. Never throws, never prints.
 ImageRead read_color_image(const std::filesystem::path& file, cv::Size wanted);
 

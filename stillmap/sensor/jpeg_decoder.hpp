@@ -13,7 +13,7 @@ struct JpegRead {
   std::string problem;  ///< empty if there is an image
 };
 
-/// Decodes a grey or colour JPEG file, as cv::imdecode does, and notices damage that cv::imdecode
+/// Decodes a gray or color JPEG file, as cv::imdecode does, and notices damage that cv::imdecode
 /// passes over: a JPEG has no checksum, but codes that do not exist are seen, and data that ends
 /// too early or too late. What happens to fit is not. Without libjpeg at hand when this was built
 /// it is cv::imdecode, and no damage is seen.

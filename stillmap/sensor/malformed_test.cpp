@@ -58,31 +58,31 @@ void claim_size(const TestSequence& sequence, const std::string& name,
 }
 
 const SpoiltFile kSpoiltFiles[] = {
-    {"ColourMissing", [](const auto& s) { fs::remove(s.path("rgb/1.png")); },
+    {"ColorMissing", [](const auto& s) { fs::remove(s.path("rgb/1.png")); },
      "rgb/1.png is missing"},
     {"DepthMissing", [](const auto& s) { fs::remove(s.path("depth/1.png")); },
      "depth/1.png is missing"},
-    {"ColourEmpty", [](const auto& s) { s.write("rgb/1.png", ""); }, "rgb/1.png is empty"},
+    {"ColorEmpty", [](const auto& s) { s.write("rgb/1.png", ""); }, "rgb/1.png is empty"},
     {"DepthEmpty", [](const auto& s) { s.write("depth/1.png", ""); }, "depth/1.png is empty"},
-    {"ColourZeroBytes", [](const auto& s) { s.write("rgb/1.png", std::string(5000, '\0')); },
+    {"ColorZeroBytes", [](const auto& s) { s.write("rgb/1.png", std::string(5000, '\0')); },
      "rgb/1.png is no PNG or JPEG image"},
-    {"ColourIsText", [](const auto& s) { s.write("rgb/1.png", "404 not found\n"); },
+    {"ColorIsText", [](const auto& s) { s.write("rgb/1.png", "404 not found\n"); },
      "rgb/1.png is no PNG or JPEG image"},
-    {"ColourIsAFolder",
+    {"ColorIsAFolder",
      [](const auto& s) {
        fs::remove(s.path("rgb/1.png"));
        fs::create_directories(s.path("rgb/1.png"));
      },
      "rgb/1.png is not a file"},
-    {"ColourIsABitmap",
+    {"ColorIsABitmap",
      [](const auto& s) {
        s.write_image("rgb/1.bmp", TestSequence::color_image());
        fs::rename(s.path("rgb/1.bmp"), s.path("rgb/1.png"));
      },
      "rgb/1.png is no PNG or JPEG image"},
-    {"ColourCutShort", [](const auto& s) { s.truncate("rgb/1.png", 0.6); },
+    {"ColorCutShort", [](const auto& s) { s.truncate("rgb/1.png", 0.6); },
      "rgb/1.png is cut short"},
-    {"ColourCutInItsHeader", [](const auto& s) { s.truncate("rgb/1.png", 0.05); },
+    {"ColorCutInItsHeader", [](const auto& s) { s.truncate("rgb/1.png", 0.05); },
      "rgb/1.png is cut short"},
     {"DepthCutShort", [](const auto& s) { s.truncate("depth/1.png", 0.6); },
      "depth/1.png is cut short"},
@@ -93,17 +93,17 @@ const SpoiltFile kSpoiltFiles[] = {
        fs::rename(s.path("rgb/1.jpg"), s.path("rgb/1.png"));
      },
      "rgb/1.png is cut short"},
-    {"ColourDamaged", [](const auto& s) { flip_bytes(s, "rgb/1.png"); }, "rgb/1.png is damaged"},
+    {"ColorDamaged", [](const auto& s) { flip_bytes(s, "rgb/1.png"); }, "rgb/1.png is damaged"},
     {"DepthDamaged", [](const auto& s) { flip_bytes(s, "depth/1.png"); }, "depth/1.png is damaged"},
-    {"ColourOf16Bits",
+    {"ColorOf16Bits",
      [](const auto& s) {
        s.write_image("rgb/1.png", TestSequence::color_image({64, 48}, CV_16UC3));
      },
-     "rgb/1.png has 16 bits per channel where a colour image has 8"},
+     "rgb/1.png has 16 bits per channel where a color image has 8"},
     {"DepthOf8Bits",
      [](const auto& s) { s.write_image("depth/1.png", cv::Mat(48, 64, CV_8UC1, cv::Scalar(9))); },
      "depth/1.png has 1 channel of 8 bits where a depth image has one of 16"},
-    {"DepthInColour",
+    {"DepthInColor",
      [](const auto& s) {
        s.write_image("depth/1.png", cv::Mat(48, 64, CV_16UC3, cv::Scalar::all(9)));
      },
@@ -114,7 +114,7 @@ const SpoiltFile kSpoiltFiles[] = {
        fs::rename(s.path("depth/1.jpg"), s.path("depth/1.png"));
      },
      "depth/1.png has 3 channels of 8 bits"},
-    {"ColourOfAnotherSize",
+    {"ColorOfAnotherSize",
      [](const auto& s) {
        s.write_image("rgb/1.png", TestSequence::color_image({32, 24}));
      },
@@ -246,7 +246,7 @@ const SpoiltList kSpoiltLists[] = {
        s.write("associations.txt", "100 rgb/0.png 100 depth/0.png\n100.1 rgb/1.png\n");
      },
      1, 1, "associations.txt:2: expected 'timestamp rgb_file timestamp depth_file'"},
-    {"AllDepthUnknown",  // a frame like any other: its colour can still be tracked
+    {"AllDepthUnknown",  // a frame like any other: its color can still be tracked
      [](const auto& s) { s.write_image("depth/1.png", TestSequence::depth_image(0)); }, 3, 0, ""},
 };
 
@@ -290,11 +290,11 @@ const SpoiltSequence kSpoiltSequences[] = {
        fs::create_directories(s.folder());
      },
      "is not a sequence", "rgb.txt and depth.txt"},
-    {"ColourListMissing", [](const auto& s) { fs::remove(s.path("rgb.txt")); },
+    {"ColorListMissing", [](const auto& s) { fs::remove(s.path("rgb.txt")); },
      "holds depth.txt but no rgb.txt", "add rgb.txt"},
     {"DepthListMissing", [](const auto& s) { fs::remove(s.path("depth.txt")); },
      "holds rgb.txt but no depth.txt", "add depth.txt"},
-    {"ColourListEmpty", [](const auto& s) { s.write("rgb.txt", ""); }, "rgb.txt: holds no image",
+    {"ColorListEmpty", [](const auto& s) { s.write("rgb.txt", ""); }, "rgb.txt: holds no image",
      "timestamp file"},
     {"ListOfComments", [](const auto& s) { s.write("depth.txt", "# none\n# at all\n"); },
      "depth.txt: holds no image", "timestamp file"},
@@ -305,13 +305,13 @@ const SpoiltSequence kSpoiltSequences[] = {
      "rgb.txt: holds no line", "timestamp file"},
     {"NoPairWithinReach",
      [](const auto& s) { s.write("depth.txt", "500 depth/0.png\n501 depth/1.png\n"); },
-     "no colour image has a depth image within 0.02 s: rgb.txt runs from 100.000", "one recording"},
+     "no color image has a depth image within 0.02 s: rgb.txt runs from 100.000", "one recording"},
     {"PairsExactlyAtTheBound",
      [](const auto& s) {
        s.write("rgb.txt", "0 rgb/0.png\n");
        s.write("depth.txt", "0.02 depth/0.png\n");
      },
-     "no colour image has a depth image", "associations"},
+     "no color image has a depth image", "associations"},
     {"AssociationsEmpty",
      [](const auto& s) {
        fs::remove(s.path("rgb.txt"));
@@ -401,7 +401,7 @@ const SpoiltCamera kSpoiltCameras[] = {
     {"KeyMissing", ours("cy", ""), "the key 'cy' is missing", "cy: VALUE"},
     {"DepthFactorMissing", ours("depth_factor", ""), "the key 'depth_factor' is missing",
      "depth_factor"},
-    {"KeyMisspelt", ours("fy", "fY: 539.2\n"), "key 'fY'", "did you mean 'f"},
+    {"KeyMisspelled", ours("fy", "fY: 539.2\n"), "key 'fY'", "did you mean 'f"},
     {"KeyTwice", ours("fx", "fx: 500\nfx: 600\n"), "key 'fx': is given twice", "leave only"},
     {"WordForANumber", ours("fx", "fx: wide\n"), "key 'fx': expected a number, found 'wide'",
      "decimal"},
@@ -411,16 +411,16 @@ const SpoiltCamera kSpoiltCameras[] = {
      "pixels"},
     {"FocalLengthZero", ours("fx", "fx: 0\n"), "fx or fy is 0", "pixels"},
     {"FocalLengthNegative", ours("fy", "fy: -539.2\n"), "fx or fy is -539.2", "pixels"},
-    {"FocalLengthInMillimetres", ours("fx", "fx: 3.6\n"), "fx or fy is 3.6", "not millimetres"},
+    {"FocalLengthInMillimeters", ours("fx", "fx: 3.6\n"), "fx or fy is 3.6", "not millimeters"},
     {"PrincipalPointOutside", ours("cx", "cx: 700\n"), "cx is 700", "a pixel of the image"},
     {"PrincipalPointNegative", ours("cy", "cy: -1\n"), "cy is -1", "a pixel of the image"},
     {"WidthNegative", ours("width", "width: -640\n"), "width or height is -640", "pixels"},
     {"DepthFactorZero", ours("depth_factor", "depth_factor: 0\n"), "the depth factor is 0",
      "5000 for TUM"},
     {"DepthFactorNegative", ours("depth_factor", "depth_factor: -5000\n"),
-     "the depth factor is -5000", "raw units per metre"},
+     "the depth factor is -5000", "raw units per meter"},
     {"DepthFactorUpsideDown", ours("depth_factor", "depth_factor: 0.001\n"),
-     "the depth factor is 0.001", "not metres per unit"},
+     "the depth factor is 0.001", "not meters per unit"},
     {"FrameRateZero", ours("fps", "fps: 0\n"), "fps is 0", "30"},
     {"BaselineZero", ours("baseline", "baseline: 0\n"), "the baseline is 0", "0.075"},
     {"DistortionAWord", ours("baseline", "distortion: none\n"), "key 'distortion': expected a list",

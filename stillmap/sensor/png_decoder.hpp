@@ -12,14 +12,14 @@ namespace stillmap {
 /// signature and header.
 std::string png_damage(std::span<const unsigned char> bytes);
 
-/// Whether decode_png knows this kind of PNG: 8-bit grey, 8-bit colour with or without alpha,
-/// 16-bit grey; not interlaced.
+/// Whether decode_png knows this kind of PNG: 8-bit gray, 8-bit color with or without alpha,
+/// 16-bit gray; not interlaced.
 bool decodes_png(std::span<const unsigned char> bytes);
 
-/// Decodes the kinds of PNG that cameras write: 8-bit grey to 8UC1, 8-bit colour to 8UC3 BGR, 8-bit
-/// colour with alpha to 8UC4 BGRA, 16-bit grey to 16UC1. Takes about half of libpng's time
+/// Decodes the kinds of PNG that cameras write: 8-bit gray to 8UC1, 8-bit color to 8UC3 BGR, 8-bit
+/// color with alpha to 8UC4 BGRA, 16-bit gray to 16UC1. Takes about half of libpng's time
 /// (decoding two images a frame is what a recorded sequence costs before anything else): libdeflate
-/// inflates the whole image at once, and the two slow row filters are vectorised.
+/// inflates the whole image at once, and the two slow row filters are vectorized.
 /// @param bytes a PNG file in which png_damage finds nothing wrong, of a kind that decodes_png
 ///              knows
 /// @return an empty image if the compressed pixels are damaged all the same

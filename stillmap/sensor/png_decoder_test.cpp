@@ -212,11 +212,11 @@ TEST_F(PngFile, APaletteIsLookedUp) {
   EXPECT_EQ(read.image.at<cv::Vec3b>(0, 1), cv::Vec3b(30, 20, 10));
 }
 
-TEST_F(PngFile, AlphaIsDroppedAndGreyIsThreefold) {
+TEST_F(PngFile, AlphaIsDroppedAndGrayIsThreefold) {
   const cv::Mat with_alpha(3, 3, CV_8UC4, cv::Scalar(1, 2, 3, 128)),
-      grey(3, 3, CV_8UC1, cv::Scalar(77));
+      gray(3, 3, CV_8UC1, cv::Scalar(77));
   EXPECT_EQ(read(png_of(with_alpha, 4), {3, 3}).image.at<cv::Vec3b>(1, 1), cv::Vec3b(3, 2, 1));
-  EXPECT_EQ(read(png_of(grey, 3), {3, 3}).image.at<cv::Vec3b>(1, 1), cv::Vec3b(77, 77, 77));
+  EXPECT_EQ(read(png_of(gray, 3), {3, 3}).image.at<cv::Vec3b>(1, 1), cv::Vec3b(77, 77, 77));
 }
 
 TEST_F(PngFile, PixelsThatDoNotInflateAreDamageToldInSilence) {

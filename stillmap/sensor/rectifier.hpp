@@ -17,7 +17,7 @@ class Rectifier {
   const Camera& camera() const { return camera_; }
   bool active() const { return !nearest_map_.empty(); }
 
-  /// Colour or grey, bilinear. Pixels that the camera did not record repeat its border, so that no
+  /// Color or gray, bilinear. Pixels that the camera did not record repeat its border, so that no
   /// edge appears there.
   cv::Mat image(const cv::Mat& recorded) const;
   /// Depth, masks and labels of any type: the nearest recorded value, none invented; 0 where

@@ -23,19 +23,19 @@ cv::Point2d record(const Camera& camera, const Eigen::Vector2d& direction) {
   return pixels[0];
 }
 
-// A soft dot, rendered with its centre at a fraction of a pixel.
-void draw_dot(cv::Mat& image, const cv::Point2d& centre) {
+// A soft dot, rendered with its center at a fraction of a pixel.
+void draw_dot(cv::Mat& image, const cv::Point2d& center) {
   constexpr double kSigma = 2.0;  // pixels
-  for (int y = static_cast<int>(centre.y) - 8; y <= centre.y + 9; ++y) {
-    for (int x = static_cast<int>(centre.x) - 8; x <= centre.x + 9; ++x) {
+  for (int y = static_cast<int>(center.y) - 8; y <= center.y + 9; ++y) {
+    for (int x = static_cast<int>(center.x) - 8; x <= center.x + 9; ++x) {
       if (!cv::Rect({}, image.size()).contains({x, y})) continue;
-      const double r2 = std::pow(x - centre.x, 2) + std::pow(y - centre.y, 2);
+      const double r2 = std::pow(x - center.x, 2) + std::pow(y - center.y, 2);
       image.at<uchar>(y, x) = cv::saturate_cast<uchar>(250 * std::exp(-r2 / (2 * kSigma * kSigma)));
     }
   }
 }
 
-cv::Point2d centre_of_dot(const cv::Mat& image, const Eigen::Vector2d& expected) {
+cv::Point2d center_of_dot(const cv::Mat& image, const Eigen::Vector2d& expected) {
   const cv::Rect around(static_cast<int>(expected.x()) - 8, static_cast<int>(expected.y()) - 8, 18,
                         18);
   const cv::Moments m = cv::moments(image(around));
@@ -68,7 +68,7 @@ TEST_P(DistortedCamera, DotsLandWhereAPinholeWouldHaveThem) {
   const Rectifier rectifier(camera);
   const cv::Mat rectified = rectifier.image(recorded);
   for (const auto& truth : expected) {
-    const cv::Point2d found = centre_of_dot(rectified, truth);
+    const cv::Point2d found = center_of_dot(rectified, truth);
     EXPECT_NEAR(found.x, truth.x(), 0.1) << truth.transpose();
     EXPECT_NEAR(found.y, truth.y(), 0.1) << truth.transpose();
   }

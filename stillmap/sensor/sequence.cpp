@@ -253,7 +253,7 @@ Error no_pair(const ImageList& color, const ImageList& depth, const fs::path& fo
                        list.images.back().timestamp);
   };
   return Error(
-      fmt::format("no colour image has a depth image within {} s: rgb.txt runs from {}, "
+      fmt::format("no color image has a depth image within {} s: rgb.txt runs from {}, "
                   "depth.txt from {}",
                   kMaxDifference, span(color), span(depth)),
       folder.string(),

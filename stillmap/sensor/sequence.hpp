@@ -16,7 +16,7 @@ struct SequencePaths {
   std::filesystem::path associations;
   std::filesystem::path camera;        ///< camera.yaml: see load_camera
   std::filesystem::path ground_truth;  ///< groundtruth.txt: see read_trajectory
-  std::filesystem::path masks;         ///< mask/: one 8-bit PNG per colour image, of its name
+  std::filesystem::path masks;         ///< mask/: one 8-bit PNG per color image, of its name
 };
 
 /// Looks at a folder. The two lists are preferred; associations.txt (or associate.txt,
@@ -26,9 +26,9 @@ struct SequencePaths {
 SequencePaths find_sequence(const std::filesystem::path& folder,
                             const std::filesystem::path& associations = {});
 
-/// One colour image and the depth image recorded with it.
+/// One color image and the depth image recorded with it.
 struct FrameFiles {
-  double timestamp = 0;        ///< seconds, of the colour image
+  double timestamp = 0;        ///< seconds, of the color image
   double depth_timestamp = 0;  ///< seconds
   std::filesystem::path color, depth;
 };
@@ -42,7 +42,7 @@ struct FrameList {
 /// Reads the lists and pairs them by TUM's rule (associate()), or reads the associations file.
 /// Blanks, tabs or commas between the fields; # starts a comment; either line ending. Lines that
 /// are none, stamps that are not finite, repeat or run backwards (the fewest lines are given up
-/// that leave the rest increasing), and colour images without depth are skipped and told. No image
+/// that leave the rest increasing), and color images without depth are skipped and told. No image
 /// is opened. Throws Error: a list that cannot be read or holds no line of its kind; no pair at
 /// all.
 FrameList list_frames(const SequencePaths& paths);

@@ -23,7 +23,7 @@ namespace stillmap {
 /// object.
 class TestSequence {
  public:
-  /// `frames` frames at 30 Hz from stamp 100; depth 5 ms later. Colour: a grey ramp; depth: 2 m.
+  /// `frames` frames at 30 Hz from stamp 100; depth 5 ms later. Color: a gray ramp; depth: 2 m.
   explicit TestSequence(int frames = 3) {
     static std::atomic<int> counter = 0;
     folder_ = std::filesystem::path(::testing::TempDir()) /
@@ -69,8 +69,8 @@ class TestSequence {
     for (int x = 0; x < size.width; ++x) image.col(x).setTo(cv::Scalar::all(40 + 2 * (x % 100)));
     return image;
   }
-  static cv::Mat depth_image(double metres = 2, cv::Size size = {64, 48}) {
-    return cv::Mat(size, CV_16UC1, cv::Scalar(metres * 5000));
+  static cv::Mat depth_image(double meters = 2, cv::Size size = {64, 48}) {
+    return cv::Mat(size, CV_16UC1, cv::Scalar(meters * 5000));
   }
 
   void write(const std::string& name, std::string_view content) const {

@@ -27,7 +27,7 @@ void check_options(const TumFolderOptions& options) {
   expect(options.count >= 0, "count", "give the number of frames to use, 0 for all");
   expect(options.stride >= 1, "stride", "give 1 for every frame, 2 for every second ...");
   expect(options.min_depth >= 0 && options.min_depth < options.max_depth, "min_depth, max_depth",
-         "give metres, the smaller one first");
+         "give meters, the smaller one first");
 }
 
 std::string describe(const fs::path& file, const std::string& problem) {
@@ -93,7 +93,7 @@ void TumFolder::require_one_usable_frame() const {
       fmt::format("not one of the {} frames can be used; the first: {}", list_.frames.size(),
                   first_problem),
       list_.frames.front().color.parent_path().parent_path().string(),
-      "give the camera that recorded the sequence (--camera), with its image size; colour must be "
+      "give the camera that recorded the sequence (--camera), with its image size; color must be "
       "8-bit PNG or JPEG, depth 16-bit PNG of the same size");
 }
 
@@ -117,8 +117,8 @@ RgbdFramePtr TumFolder::load(const FrameFiles& files) {
   frame->index = next_index_++;
   frame->timestamp = files.timestamp;
   frame->color = rectifier_.image(color.image);
-  traced("grey", [&] { cv::cvtColor(frame->color, frame->grey, cv::COLOR_BGR2GRAY); });
-  frame->depth = depth_in_metres(rectifier_.nearest(depth.image), camera().depth_factor,
+  traced("gray", [&] { cv::cvtColor(frame->color, frame->gray, cv::COLOR_BGR2GRAY); });
+  frame->depth = depth_in_meters(rectifier_.nearest(depth.image), camera().depth_factor,
                                  options_.min_depth, options_.max_depth);
   return frame;
 }
@@ -129,22 +129,22 @@ RgbdFramePtr TumFolder::skip(const FrameFiles& files, const fs::path& culprit,
   return nullptr;
 }
 
-cv::Mat depth_in_metres(const cv::Mat& raw, double depth_factor, double min_depth,
+cv::Mat depth_in_meters(const cv::Mat& raw, double depth_factor, double min_depth,
                         double max_depth) {
-  const TraceScope scope("depth in metres");
-  cv::Mat metres(raw.size(), CV_32FC1);
+  const TraceScope scope("depth in meters");
+  cv::Mat meters(raw.size(), CV_32FC1);
   const auto factor = static_cast<float>(depth_factor);
   const float nearest = static_cast<float>(min_depth), farthest = static_cast<float>(max_depth);
   for (int y = 0; y < raw.rows; ++y) {
     const auto* from = raw.ptr<std::uint16_t>(y);
-    auto* to = metres.ptr<float>(y);
+    auto* to = meters.ptr<float>(y);
     for (int x = 0; x < raw.cols; ++x) {
       const auto value = static_cast<float>(from[x]);
       const float z = value / factor;
       to[x] = ((value != kSaturated) & (z >= nearest) & (z <= farthest)) ? z : 0.0F;
     }
   }
-  return metres;
+  return meters;
 }
 
 }  // namespace stillmap

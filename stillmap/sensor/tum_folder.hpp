@@ -51,9 +51,9 @@ class TumFolder : public FrameSource {
   std::size_t next_index_ = 0;  // of the next frame handed out
 };
 
-/// Raw 16-bit depth to 32FC1 metres; 0 where unknown: raw 0, saturated (65535), or not within
-/// [min_depth, max_depth] metres.
-cv::Mat depth_in_metres(const cv::Mat& raw, double depth_factor, double min_depth,
+/// Raw 16-bit depth to 32FC1 meters; 0 where unknown: raw 0, saturated (65535), or not within
+/// [min_depth, max_depth] meters.
+cv::Mat depth_in_meters(const cv::Mat& raw, double depth_factor, double min_depth,
                         double max_depth);
 
 }  // namespace stillmap

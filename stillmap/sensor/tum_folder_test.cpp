@@ -17,7 +17,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-TEST(TumFolder, HandsOutColourGreyAndMetricDepth) {
+TEST(TumFolder, HandsOutColorGrayAndMetricDepth) {
   const TestSequence sequence(2);
   cv::Mat color = TestSequence::color_image();
   color.at<cv::Vec3b>(10, 20) = {10, 100, 200};
@@ -31,7 +31,7 @@ TEST(TumFolder, HandsOutColourGreyAndMetricDepth) {
   EXPECT_NEAR(frames[1]->timestamp, 100 + 1 / 30.0, 1e-6);
   EXPECT_EQ(frames[1]->color.at<cv::Vec3b>(10, 20), cv::Vec3b(10, 100, 200));
   // ITU-R BT.601 luma of blue 10, green 100, red 200.
-  EXPECT_NEAR(frames[1]->grey.at<uchar>(10, 20), 0.114 * 10 + 0.587 * 100 + 0.299 * 200, 1);
+  EXPECT_NEAR(frames[1]->gray.at<uchar>(10, 20), 0.114 * 10 + 0.587 * 100 + 0.299 * 200, 1);
   EXPECT_EQ(frames[1]->depth.type(), CV_32FC1);
   EXPECT_FLOAT_EQ(frames[1]->depth.at<float>(47, 63), 2);
   EXPECT_THAT(source.skipped(), IsEmpty());
@@ -39,7 +39,7 @@ TEST(TumFolder, HandsOutColourGreyAndMetricDepth) {
   EXPECT_EQ(source.next(), nullptr);
 }
 
-TEST(TumFolder, TakesGreyImagesJpegsAndAlpha) {
+TEST(TumFolder, TakesGrayImagesJpegsAndAlpha) {
   const TestSequence sequence(3);
   sequence.write_image("rgb/0.png", TestSequence::color_image({64, 48}, CV_8UC1));
   sequence.write_image("rgb/1.png", TestSequence::color_image({64, 48}, CV_8UC4));
@@ -69,9 +69,9 @@ TEST(TumFolder, DepthOutOfRangeOrSaturatedIsUnknown) {
 
 TEST(TumFolder, SaturationIsUnknownEvenWithinTheRange) {
   const cv::Mat raw = (cv::Mat_<std::uint16_t>(1, 2) << 65534, 65535);
-  const cv::Mat metres = depth_in_metres(raw, 10000, 0.1, 20);
-  EXPECT_FLOAT_EQ(metres.at<float>(0), 6.5534F);
-  EXPECT_EQ(metres.at<float>(1), 0);
+  const cv::Mat meters = depth_in_meters(raw, 10000, 0.1, 20);
+  EXPECT_FLOAT_EQ(meters.at<float>(0), 6.5534F);
+  EXPECT_EQ(meters.at<float>(1), 0);
 }
 
 TEST(TumFolder, UsesTheRangeThatIsAskedFor) {

@@ -12,8 +12,8 @@ namespace stillmap {
 namespace {
 
 constexpr int kPrint = 512;                   // pixels across, repeated
-constexpr double kMetresPerPixel = 4e-3;      // of the print
-constexpr double kSway = 0.05, kSways = 0.7;  // metres, Hz
+constexpr double kMetersPerPixel = 4e-3;      // of the print
+constexpr double kSway = 0.05, kSways = 0.7;  // meters, Hz
 
 /// Overlapping rectangles of all sizes: corners everywhere, no two places alike.
 cv::Mat print(int seed) {
@@ -22,9 +22,9 @@ cv::Mat print(int seed) {
   for (int i = 0; i < 1500; ++i) {
     const cv::Rect area(random.integer(0, kPrint), random.integer(0, kPrint), random.integer(4, 40),
                         random.integer(4, 40));
-    const cv::Scalar colour(random.integer(20, 235), random.integer(20, 235),
-                            random.integer(20, 235));
-    cv::rectangle(picture, area, colour, cv::FILLED);
+    const cv::Scalar color(random.integer(20, 235), random.integer(20, 235),
+                           random.integer(20, 235));
+    cv::rectangle(picture, area, color, cv::FILLED);
   }
   return picture;
 }
@@ -33,8 +33,8 @@ cv::Mat print(int seed) {
 cv::Mat2f looked_at(const Board& board, const Camera& camera, int width, double seconds) {
   const double x0 = -board.speed * seconds;
   const double y0 = kSway * std::sin(2 * std::numbers::pi * kSways * seconds);
-  const auto on_print = [](double metres) {
-    const double pixel = std::fmod(metres / kMetresPerPixel, kPrint - 1);
+  const auto on_print = [](double meters) {
+    const double pixel = std::fmod(meters / kMetersPerPixel, kPrint - 1);
     return static_cast<float>(pixel < 0 ? pixel + kPrint - 1 : pixel);
   };
   cv::Mat2f where(camera.height, width);
@@ -54,7 +54,7 @@ RgbdFramePtr behind(const Board& board, const RgbdFrame& frame, const Camera& ca
   auto covered = std::make_shared<RgbdFrame>(frame);
   covered->color = frame.color.clone();
   covered->depth = frame.depth.clone();
-  covered->grey = cv::Mat();  // else it would be written into the frame's own
+  covered->gray = cv::Mat();  // else it would be written into the frame's own
   const int width = static_cast<int>(std::lround(board.share * camera.width));
   if (width > 0) {
     const cv::Rect area(0, 0, width, camera.height);
@@ -64,7 +64,7 @@ RgbdFramePtr behind(const Board& board, const RgbdFrame& frame, const Camera& ca
               cv::INTER_LINEAR);
     covered->depth(area).setTo(board.distance);
   }
-  cv::cvtColor(covered->color, covered->grey, cv::COLOR_BGR2GRAY);
+  cv::cvtColor(covered->color, covered->gray, cv::COLOR_BGR2GRAY);
   return covered;
 }
 

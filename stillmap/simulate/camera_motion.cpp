@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 using simulate::Path, simulate::Random;
 constexpr double kTau = 2 * std::numbers::pi;
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kEyeHeight = 1.45;  // metres, of a carried camera
+constexpr double kEyeHeight = 1.45;  // meters, of a carried camera
 
 double wave(double seconds, double period, double phase = 0) {
   return std::sin(kTau * (seconds / period + phase));
@@ -107,14 +107,14 @@ Pose CameraMotion::steady(double t) const {
 }
 
 Pose CameraMotion::half_sphere(double t) const {
-  constexpr double kRadius = 0.7;  // metres
+  constexpr double kRadius = 0.7;  // meters
   const Vector3d view = viewpoint_.target - viewpoint_.position;
-  const Vector3d centre = viewpoint_.position + kRadius * view.normalized();
+  const Vector3d center = viewpoint_.position + kRadius * view.normalized();
   const double azimuth = std::atan2(-view.y(), -view.x()) + 42 * kDegree * wave(t, 9.1);
   const double elevation = (13 + 17 * wave(t, 5.7, 0.9)) * kDegree;
   const Vector3d out(std::cos(elevation) * std::cos(azimuth),
                      std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
-  return look_at(centre + kRadius * out, centre);
+  return look_at(center + kRadius * out, center);
 }
 
 Pose CameraMotion::loop(double t) const {
@@ -127,7 +127,7 @@ Pose CameraMotion::loop(double t) const {
 }
 
 Pose CameraMotion::follow(double t) const {
-  constexpr double kChest = 1.2;  // metres
+  constexpr double kChest = 1.2;  // meters
   const Path path(round_);
   const double arc = kCarriedSpeed * t;
   const Eigen::Vector2d p = path.at(arc).cast<double>(),

@@ -17,7 +17,7 @@ constexpr float kDegree = kPi / 180;
 
 struct Arm {
   float raise = 0, spread = 0, elbow = 0;  ///< degrees: forward, sideways, bend
-  Vector3f towards{0, -1, 0.2F};           ///< where the elbow bends to, in the torso's frame
+  Vector3f toward{0, -1, 0.2F};            ///< where the elbow bends to, in the torso's frame
 };
 struct Foot {
   Vector3f ankle;    ///< world
@@ -68,7 +68,7 @@ void pose_arm(const Posture& posture, const Transform& torso, int side, float sc
               bend = arm.elbow * kDegree;
   const Vector3f upper(outward * std::sin(spread), -std::sin(raise) * std::cos(spread),
                        -std::cos(raise) * std::cos(spread));
-  const Vector3f sideways = (arm.towards - arm.towards.dot(upper) * upper).normalized();
+  const Vector3f sideways = (arm.toward - arm.toward.dot(upper) * upper).normalized();
   const Vector3f fore = std::cos(bend) * upper + std::sin(bend) * sideways;
   const Vector3f shoulder =
       torso * Vector3f(outward * kShoulderHalf * scale, 0, kShoulderHeight * scale);
@@ -190,7 +190,7 @@ Posture sitting(const Sitting& s, double t, float scale, double phase) {
   posture.arms[1] = {.raise = 34 + speak * 22,
                      .spread = 10 + 12 * speak,
                      .elbow = 62 + 5 * sway(0.52) + speak * (30 + 16 * sway(1.1)),
-                     .towards = {0, -1, 0.2F + 0.6F * speak}};
+                     .toward = {0, -1, 0.2F + 0.6F * speak}};
   const Vector3f front = s.seat.linear() * Vector3f(0, -1, 0);
   for (const float side : {1.0F, -1.0F}) {
     posture.feet[side > 0 ? 0 : 1] = {s.seat * Vector3f(side * 0.13F, -0.42F, kAnkle * scale),
@@ -213,7 +213,7 @@ Arm between(const Arm& a, const Arm& b, float s) {
   return {.raise = between(a.raise, b.raise, s),
           .spread = between(a.spread, b.spread, s),
           .elbow = between(a.elbow, b.elbow, s),
-          .towards = a.towards + s * (b.towards - a.towards)};
+          .toward = a.toward + s * (b.toward - a.toward)};
 }
 
 /// A step from one place to another.
@@ -270,7 +270,7 @@ Posture waving(const Waving& w, double t, float scale, double phase) {
   posture.arms[1] = {.raise = 20,
                      .spread = 62 + 8 * wave(t, 1.3, 0.2),
                      .elbow = 105,
-                     .towards = {0.75F * wave(t, 1.3, phase) - 0.1F, -0.3F, 1}};
+                     .toward = {0.75F * wave(t, 1.3, phase) - 0.1F, -0.3F, 1}};
   const Vector3f front = w.place.linear() * Vector3f(0, -1, 0);
   for (const float side : {1.0F, -1.0F}) {
     posture.feet[side > 0 ? 0 : 1] = {w.place * Vector3f(side * 0.12F, 0, kAnkle * scale), front,

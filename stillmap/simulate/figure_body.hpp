@@ -7,7 +7,7 @@
 
 namespace stillmap::simulate {
 
-// Segment lengths of an adult of 1.75 m, metres (after Winter 2009, Biomechanics, figure 4.1).
+// Segment lengths of an adult of 1.75 m, meters (after Winter 2009, Biomechanics, figure 4.1).
 constexpr float kThigh = 0.43F, kShank = 0.43F, kAnkle = 0.08F, kHipHalf = 0.095F;
 constexpr float kUpperArm = 0.29F, kForearm = 0.26F, kShoulderHalf = 0.195F,
                 kShoulderHeight = 0.49F;

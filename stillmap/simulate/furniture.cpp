@@ -67,7 +67,7 @@ void monitor(MeshBuilder& to, Palette& palette, const Transform& T, int screen) 
   const Material& print =
       palette.screens[static_cast<std::size_t>(screen) % palette.screens.size()];
   to.quad(panel, {-0.268F, -0.019F, 0.328F}, {0.536F, 0, 0}, {0, 0, -0.31F}, print);
-  to.box(panel * place(0, 0.02F, 0.1F), {0.3F, 0.02F, 0.16F}, palette.grey);
+  to.box(panel * place(0, 0.02F, 0.1F), {0.3F, 0.02F, 0.16F}, palette.gray);
   const Transform label = panel * place(0.06F, 0.031F, 0.13F, 180);
   to.quad(label, {0, 0, 0.1F}, {0.12F, 0, 0}, {0, 0, -0.08F}, palette.random.pick(palette.papers));
 }
@@ -255,7 +255,7 @@ void parcel(MeshBuilder& to, Palette& palette, const Transform& T, const Vector3
 }
 
 void printer(MeshBuilder& to, Palette& palette, const Transform& T) {
-  to.box(T, {0.44F, 0.38F, 0.2F}, {palette.grey, palette.white});
+  to.box(T, {0.44F, 0.38F, 0.2F}, {palette.gray, palette.white});
   to.box(T * place(0, 0.02F, 0.2F), {0.42F, 0.32F, 0.06F}, palette.black);
   to.quad(T, {-0.18F, -0.192F, 0.17F}, {0.12F, 0, 0}, {0, 0, -0.06F}, palette.screens[1]);
   to.box(T * place(0.05F, -0.24F, 0.05F), {0.24F, 0.12F, 0.008F}, palette.black);

@@ -2,8 +2,8 @@
 #pragma once
 #include "stillmap/simulate/palette.hpp"
 
-/// What stands in a room. Every piece is placed by `T`: it stands on the frame's origin, centred in
-/// x and y, and faces -y; metres.
+/// What stands in a room. Every piece is placed by `T`: it stands on the frame's origin, centered
+/// in x and y, and faces -y; meters.
 namespace stillmap::simulate::furniture {
 
 constexpr float kDeskHeight = 0.74F;
@@ -31,7 +31,7 @@ void parcel(MeshBuilder& to, Palette& palette, const Transform& T, const Eigen::
 void printer(MeshBuilder& to, Palette& palette, const Transform& T);
 void bin(MeshBuilder& to, Palette& palette, const Transform& T);
 void sofa(MeshBuilder& to, Palette& palette, const Transform& T, float width);
-/// A flat framed thing on a wall: T is its centre, on the wall, facing -y.
+/// A flat framed thing on a wall: T is its center, on the wall, facing -y.
 void picture(MeshBuilder& to, Palette& palette, const Transform& T, float width, float height,
              const Material& print);
 /// A window in the wall: T is the middle of its lower edge.

@@ -14,7 +14,7 @@ namespace stillmap {
 namespace {
 
 using simulate::Random, simulate::scramble;
-constexpr double kJump = 0.05;  // of the depth: a larger step between neighbours is an edge
+constexpr double kJump = 0.05;  // of the depth: a larger step between neighbors is an edge
 
 /// Normal deviates from a table, read from a place that depends on seed, frame, row and channel:
 /// fast, and independent of the order in which rows are made.
@@ -61,14 +61,14 @@ void cast_shadow(const float* z, int width, double bf, std::vector<std::uint8_t>
   }
 }
 
-/// How the surface at a pixel goes on to its four neighbours.
-struct Neighbourhood {
+/// How the surface at a pixel goes on to its four neighbors.
+struct Neighborhood {
   bool edge = false;  // a jump to one of them
   double slope2 =
       0;  // (|gradient| f / z)^2: squared tangent of the angle between surface and image plane
 };
 
-Neighbourhood look_around(const cv::Mat& depth, int y, int x, double focal) {
+Neighborhood look_around(const cv::Mat& depth, int y, int x, double focal) {
   const auto at = [&](int v, int u) {
     return static_cast<double>(
         depth.at<float>(std::clamp(v, 0, depth.rows - 1), std::clamp(u, 0, depth.cols - 1)));
@@ -82,7 +82,7 @@ Neighbourhood look_around(const cv::Mat& depth, int y, int x, double focal) {
   return {std::max({left, right, up, down}) > kJump * z, (gx * gx + gy * gy) * scale * scale};
 }
 
-double quantise(double z, double bf, double step) {
+double quantize(double z, double bf, double step) {
   if (step <= 0) return z;
   const double disparity = static_cast<int>(bf / (z * step) + 0.5) * step;
   return disparity > 0 ? bf / disparity : 0;
@@ -113,11 +113,11 @@ cv::Mat measure_depth(const cv::Mat& depth, const Camera& camera, const KinectOp
       const double z = depth.at<float>(v, u);
       if (z < options.nearest || z > options.farthest || lit[static_cast<std::size_t>(x)] == 0)
         continue;
-      const Neighbourhood around = look_around(depth, v, u, camera.fx);
+      const Neighborhood around = look_around(depth, v, u, camera.fx);
       if (around.slope2 > steepest * steepest) continue;
       if (around.edge && loss.chance(options.edge_loss)) continue;
       const double noisy = z + options.axial * kinect_sigma(z) * deviate;
-      out[x] = static_cast<float>(quantise(noisy, infrared_bf, options.disparity_step));
+      out[x] = static_cast<float>(quantize(noisy, infrared_bf, options.disparity_step));
     }
   }
   return measured;

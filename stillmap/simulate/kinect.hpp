@@ -14,7 +14,7 @@ struct KinectOptions {
   double axial = 1;      ///< factor on Nguyen's axial sigma; 0: no axial noise
   double lateral = 0.5;  ///< jitter of the place a depth is read at, sigma [px]
   double disparity_step =
-      0.125;           ///< quantisation [px] (Khoshelham and Elberink 2012, section 2.2); 0: none
+      0.125;           ///< quantization [px] (Khoshelham and Elberink 2012, section 2.2); 0: none
   double focal = 580;  ///< of the infrared camera [px]
   double nearest = 0.45;  ///< shortest measured depth [m]
   double farthest = 7.5;  ///< longest measured depth [m]
@@ -22,8 +22,8 @@ struct KinectOptions {
   bool shadow =
       true;  ///< no depth where the projector, `Camera::baseline` to the right, does not reach
   double edge_loss = 0.4;    ///< share of pixels at depth jumps that give no depth
-  double color_sigma = 1.5;  ///< noise of a black pixel [grey levels]
-  double color_gain = 0.02;  ///< growth of its variance with the value (photon noise) [grey levels]
+  double color_sigma = 1.5;  ///< noise of a black pixel [gray levels]
+  double color_gain = 0.02;  ///< growth of its variance with the value (photon noise) [gray levels]
   double exposure_drift = 0.03;  ///< amplitude of the slow change of brightness, as a share
   STILLMAP_FIELDS(axial, lateral, disparity_step, focal, nearest, farthest, grazing, shadow,
                   edge_loss, color_sigma, color_gain, exposure_drift)
@@ -34,11 +34,11 @@ struct KinectOptions {
 double kinect_sigma(double z);
 
 /// Depth as the sensor measures it. The noise depends on `seed` and `frame` only.
-/// @param depth 32FC1 metres, exact; 0 where nothing is
+/// @param depth 32FC1 meters, exact; 0 where nothing is
 cv::Mat measure_depth(const cv::Mat& depth, const Camera& camera, const KinectOptions& options,
                       std::uint64_t seed, std::uint64_t frame);
 
-/// Colour as the sensor delivers it: 8UC3.
+/// Color as the sensor delivers it: 8UC3.
 /// @param color 32FC3, 0..255
 cv::Mat measure_color(const cv::Mat& color, double seconds, const KinectOptions& options,
                       std::uint64_t seed, std::uint64_t frame);

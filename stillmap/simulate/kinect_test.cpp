@@ -116,13 +116,13 @@ TEST(Kinect, NoiseDependsOnSeedAndFrameAlone) {
   EXPECT_GT(cv::norm(measure(1, 4), measure(2, 4), cv::NORM_INF), 0);
 }
 
-TEST(Kinect, ColourNoiseGrowsWithTheValue) {
+TEST(Kinect, ColorNoiseGrowsWithTheValue) {
   KinectOptions options;
   options.exposure_drift = 0;
   for (const double value : {40.0, 120.0, 200.0}) {
     const cv::Mat color(480, 640, CV_32FC3, cv::Scalar::all(value));
     const Spread s = spread(measure_color(color, 0, options, kSeed, 0));
-    // Rounding to whole grey levels adds a variance of 1/12.
+    // Rounding to whole gray levels adds a variance of 1/12.
     const double expected = std::sqrt(1.5 * 1.5 + 0.02 * value + 1 / 12.0);
     EXPECT_NEAR(s.sigma, expected, 0.03 * expected) << value;
     EXPECT_NEAR(s.mean, value, 0.05) << value;

@@ -12,11 +12,11 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr float kOffset = 0.015F;      // metres a ray starts above its surface
-constexpr float kAmbientReach = 0.9F;  // metres; farther things do not take ambient light away
+constexpr float kOffset = 0.015F;      // meters a ray starts above its surface
+constexpr float kAmbientReach = 0.9F;  // meters; farther things do not take ambient light away
 constexpr int kAmbientRays = 14;       // per vertex
-constexpr float kSmall = 0.12F;        // metres; things of less half size cast no lamp shadow
-constexpr float kLampSize = 0.35F;     // metres, keeps the light finite near a lamp
+constexpr float kSmall = 0.12F;        // meters; things of less half size cast no lamp shadow
+constexpr float kLampSize = 0.35F;     // meters, keeps the light finite near a lamp
 constexpr float kBounce = 0.3F;        // of the ambient light, left in the deepest corner
 
 /// Whether the segment from p to p + d meets the box (slab test, Kay and Kajiya 1986).
@@ -72,12 +72,12 @@ class Surroundings {
     }
   }
 
-  /// Those within reach of p. Neighbouring vertices come in runs, so the last answer often serves
+  /// Those within reach of p. Neighboring vertices come in runs, so the last answer often serves
   /// again.
   const std::vector<const Occluder*>& near(const Vector3f& p) {
     constexpr float kSlack = 0.5F;
-    if (!near_valid_ || (p - centre_).norm() > kSlack) {
-      centre_ = p;
+    if (!near_valid_ || (p - center_).norm() > kSlack) {
+      center_ = p;
       near_valid_ = true;
       near_.clear();
       for (const Occluder* box : all_) {
@@ -91,7 +91,7 @@ class Surroundings {
 
  private:
   std::vector<const Occluder*> all_, large_, near_;
-  Vector3f centre_ = Vector3f::Zero();
+  Vector3f center_ = Vector3f::Zero();
   bool near_valid_ = false;
 };
 
@@ -153,7 +153,7 @@ void darken(const std::vector<ShadowBall>& balls, Mesh& mesh) {
   for (const ShadowBall& ball : balls) {
     const float reach = 4 * ball.radius;
     for (Vertex& vertex : mesh.vertices) {
-      const Vector3f d = ball.centre - vertex.position;
+      const Vector3f d = ball.center - vertex.position;
       const float squared = d.squaredNorm();
       if (squared > reach * reach) continue;
       const float distance = std::max(std::sqrt(squared), ball.radius);

@@ -9,7 +9,7 @@ namespace stillmap::simulate {
 /// A small lamp. Its light falls off with the cosine to `direction`; a zero direction shines all
 /// around.
 struct Lamp {
-  Eigen::Vector3f position;  ///< metres, world
+  Eigen::Vector3f position;  ///< meters, world
   Eigen::Vector3f power;     ///< B G R; 1 lights a white surface 1 m below to full scale
   Eigen::Vector3f direction = Eigen::Vector3f::Zero();
 };
@@ -21,8 +21,8 @@ struct Lighting {
 
 /// A ball that takes ambient light away from what is near it: a moving thing's soft contact shadow.
 struct ShadowBall {
-  Eigen::Vector3f centre;  ///< metres, world
-  float radius = 0;        ///< metres
+  Eigen::Vector3f center;  ///< meters, world
+  float radius = 0;        ///< meters
 };
 
 /// Sets the light of every vertex: lamps with shadows, ambient light with occlusion, both against
@@ -34,7 +34,7 @@ void bake_light(const Lighting& lighting, Mesh& mesh);
 void light_mover(const Lighting& lighting, Mesh& mesh);
 
 /// Darkens the vertices of a baked mesh near the balls. Occlusion of a ball: Quilez 2006, "Sphere
-/// ambient occlusion": cos(angle to its centre) * radius^2 / distance^2.
+/// ambient occlusion": cos(angle to its center) * radius^2 / distance^2.
 void darken(const std::vector<ShadowBall>& balls, Mesh& mesh);
 
 }  // namespace stillmap::simulate

@@ -17,7 +17,7 @@ int pieces(float length, float grid) {
 
 /// Texture coordinates of a fraction (s, t) of a face of the given extent.
 Vector2f coordinates(const Material& material, float s, float t, float width, float height) {
-  if (material.metres > 0) return {s * width / material.metres, t * height / material.metres};
+  if (material.meters > 0) return {s * width / material.meters, t * height / material.meters};
   const auto& w = material.window;
   return {w[0] + s * (w[2] - w[0]), w[1] + t * (w[3] - w[1])};
 }
@@ -26,12 +26,12 @@ Vector2f coordinates(const Material& material, float s, float t, float width, fl
 Vector3f loft_normal(std::span<const Ring> rings, std::size_t i, float angle) {
   const auto at = [&](std::size_t k) -> Vector3f {
     const Ring& r = rings[k];
-    return r.centre + Vector3f(r.radius_x * std::sin(angle), -r.radius_y * std::cos(angle), 0);
+    return r.center + Vector3f(r.radius_x * std::sin(angle), -r.radius_y * std::cos(angle), 0);
   };
   const Vector3f up = at(std::min(i + 1, rings.size() - 1)) - at(i == 0 ? 0 : i - 1);
   const Ring& widest = rings[i].radius_x > 1e-4F
                            ? rings[i]
-                           : rings[i == 0 ? 1 : i - 1];  // a tip borrows its neighbour's
+                           : rings[i == 0 ? 1 : i - 1];  // a tip borrows its neighbor's
   const Vector3f around(widest.radius_x * std::cos(angle), widest.radius_y * std::sin(angle), 0);
   const Vector3f normal = around.cross(up);
   return normal.squaredNorm() > 1e-12F ? Vector3f(normal.normalized()) : Vector3f::UnitZ();
@@ -134,7 +134,7 @@ void MeshBuilder::loft(const Transform& T, std::span<const Ring> rings, const Ma
   const auto first = static_cast<std::uint32_t>(mesh_.vertices.size());
   float length = 0, girth = 0;
   for (std::size_t i = 0; i < rings.size(); ++i) {
-    if (i > 0) length += (rings[i].centre - rings[i - 1].centre).norm();
+    if (i > 0) length += (rings[i].center - rings[i - 1].center).norm();
     girth = std::max(girth, kPi * (rings[i].radius_x + rings[i].radius_y));
   }
   const int rows = static_cast<int>(rings.size()) - 1;
@@ -143,7 +143,7 @@ void MeshBuilder::loft(const Transform& T, std::span<const Ring> rings, const Ma
     for (int c = 0; c <= sides; ++c) {
       const float s = static_cast<float>(c) / static_cast<float>(sides);
       const float angle = 2 * kPi * (s - 0.5F);
-      const Vector3f p = rings[i].centre + Vector3f(rings[i].radius_x * std::sin(angle),
+      const Vector3f p = rings[i].center + Vector3f(rings[i].radius_x * std::sin(angle),
                                                     -rings[i].radius_y * std::cos(angle), 0);
       mesh_.vertices.push_back(
           {T * p, T.linear() * loft_normal(rings, i, angle),
@@ -173,7 +173,7 @@ void MeshBuilder::patch(const Transform& T, std::span<const Vector3f> left,
 }
 
 void MeshBuilder::name_since(std::size_t first, const char* class_name) {
-  NamedThing thing{class_name, {}};
+  NamedObject thing{class_name, {}};
   for (std::size_t i = first; i < mesh_.vertices.size(); ++i) {
     thing.box.extend(mesh_.vertices[i].position);
   }

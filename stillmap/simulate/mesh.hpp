@@ -15,7 +15,7 @@ using Transform = Eigen::Isometry3f;
 
 /// A corner of a triangle mesh.
 struct Vertex {
-  Eigen::Vector3f position, normal;  ///< metres; unit length
+  Eigen::Vector3f position, normal;  ///< meters; unit length
   Eigen::Vector2f uv;                ///< texture coordinates
   /// What the texture's B, G, R are multiplied with, see bake_light(); before: the light it emits
   /// itself.
@@ -34,11 +34,11 @@ struct Face {
 /// A solid box that keeps light away. Used for ambient occlusion and shadows only.
 struct Occluder {
   Transform T_box_world;
-  Eigen::Vector3f half_size;  ///< metres
+  Eigen::Vector3f half_size;  ///< meters
 };
 
 /// Where a thing of a class that networks know stands.
-struct NamedThing {
+struct NamedObject {
   std::string class_name;   ///< COCO's
   Eigen::AlignedBox3f box;  ///< around its vertices, along the world's axes [m]
 };
@@ -47,13 +47,13 @@ struct Mesh {
   std::vector<Vertex> vertices;
   std::vector<Face> faces;
   std::vector<Occluder> occluders;
-  std::vector<NamedThing> things;
+  std::vector<NamedObject> things;
 };
 
 /// A texture and how it is laid on a face.
 struct Material {
   int texture = 0;                     ///< -1: no face at all
-  float metres = 0;                    ///< length of one repeat; 0: stretched once over the face
+  float meters = 0;                    ///< length of one repeat; 0: stretched once over the face
   Eigen::Vector4f window{0, 0, 1, 1};  ///< u0 v0 u1 v1: the part of the texture used when stretched
   float emission = 0;                  ///< shines by itself: light of the full scale
 };
@@ -67,25 +67,25 @@ struct BoxSkin {
   Material front, back, left, right, top, bottom;
 };
 
-/// One ring of a loft: an ellipse around `centre` in the loft's x-y plane.
+/// One ring of a loft: an ellipse around `center` in the loft's x-y plane.
 struct Ring {
-  Eigen::Vector3f centre;
+  Eigen::Vector3f center;
   float radius_x = 0, radius_y = 0;
 };
 
 /// A motion: first a turn by `yaw_degrees` about z, then a shift.
 Transform place(float x, float y, float z, float yaw_degrees = 0);
 
-/// Adds primitives to a mesh. Every primitive is given in the frame `T` of its own (metres, z up).
+/// Adds primitives to a mesh. Every primitive is given in the frame `T` of its own (meters, z up).
 class MeshBuilder {
  public:
-  /// @param grid longest edge of a facet, metres: light is known at the corners of the facets only
+  /// @param grid longest edge of a facet, meters: light is known at the corners of the facets only
   explicit MeshBuilder(float grid = 0.15F) : grid_(grid) {}
 
   /// A parallelogram: `corner` upper left, `right` and `down` its edges as seen from its front.
   void quad(const Transform& T, const Eigen::Vector3f& corner, const Eigen::Vector3f& right,
             const Eigen::Vector3f& down, const Material& material, bool two_sided = false);
-  /// A box that stands on the origin of T, centred in x and y. Casts shadows.
+  /// A box that stands on the origin of T, centered in x and y. Casts shadows.
   void box(const Transform& T, const Eigen::Vector3f& size, const BoxSkin& skin,
            bool casts_shadow = true);
   /// An upright cylinder or cone frustum that stands on the origin of T.
@@ -105,7 +105,7 @@ class MeshBuilder {
   /// Longest edge of the facets of quads and boxes from now on [m].
   void set_grid(float grid) { grid_ = grid; }
   float grid() const { return grid_; }
-  /// Something that casts shadows only: a box centred on its frame.
+  /// Something that casts shadows only: a box centered on its frame.
   void occluder(const Transform& T_world_box, const Eigen::Vector3f& size);
 
   /// All that was added since there were `first` vertices is a thing of this class.

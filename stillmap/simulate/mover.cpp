@@ -52,7 +52,7 @@ PosedMover pose_at(const Mover& mover, double seconds) {
     append_transformed(mover.parts[i].mesh, poses[i], static_cast<std::uint8_t>(mover.id),
                        posed.mesh);
     for (const ShadowBall& ball : mover.parts[i].shadows) {
-      posed.shadows.push_back({poses[i] * ball.centre, ball.radius});
+      posed.shadows.push_back({poses[i] * ball.center, ball.radius});
     }
   }
   posed.box.setEmpty();

@@ -30,7 +30,7 @@ struct Mover {
 struct PosedMover {
   Mesh mesh;
   std::vector<ShadowBall> shadows;
-  Eigen::Vector3d centroid;  ///< of the surface: every square metre counts alike
+  Eigen::Vector3d centroid;  ///< of the surface: every square meter counts alike
   Eigen::AlignedBox3d box;   ///< around all vertices, along the world's axes
 };
 PosedMover pose_at(const Mover& mover, double seconds);

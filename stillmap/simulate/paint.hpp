@@ -4,7 +4,7 @@
 
 #include <opencv2/core.hpp>
 
-/// Pictures for the surfaces of rendered scenes, all made by rule: 8UC3 BGR, seeded. Colours are
+/// Pictures for the surfaces of rendered scenes, all made by rule: 8UC3 BGR, seeded. Colors are
 /// cv::Scalar in the order B G R, 0..255.
 namespace stillmap::simulate::paint {
 
@@ -13,11 +13,11 @@ namespace stillmap::simulate::paint {
 cv::Mat noise(cv::Size size, cv::Size cells, int octaves, Random& random);
 /// base * (1 + strength * value) for every pixel of a 32FC1 field.
 cv::Mat tint(const cv::Mat& field, const cv::Scalar& base, double strength);
-/// A saturated, not too dark colour.
+/// A saturated, not too dark color.
 cv::Scalar vivid(Random& random);
-/// A colour that books and clothes have.
+/// A color that books and clothes have.
 cv::Scalar muted(Random& random);
-/// The colour a times `factor`.
+/// The color a times `factor`.
 cv::Scalar shade(const cv::Scalar& color, double factor);
 
 // Surfaces (tileable)

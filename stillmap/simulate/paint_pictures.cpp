@@ -11,9 +11,9 @@ namespace stillmap::simulate::paint {
 namespace {
 
 void poster_circles(cv::Mat& image, Random& random) {
-  const cv::Point centre(image.cols / 2, image.rows * 2 / 5);
+  const cv::Point center(image.cols / 2, image.rows * 2 / 5);
   for (int r = image.cols * 2 / 5; r > 8; r -= random.integer(9, 18)) {
-    disc(image, centre + cv::Point(random.integer(-6, 6), random.integer(-6, 6)), r, vivid(random));
+    disc(image, center + cv::Point(random.integer(-6, 6), random.integer(-6, 6)), r, vivid(random));
   }
 }
 
@@ -58,17 +58,17 @@ void poster_blocks(cv::Mat& image, Random& random) {
 }
 
 void poster_rays(cv::Mat& image, Random& random) {
-  const cv::Point centre(image.cols / 2, image.rows / 2);
+  const cv::Point center(image.cols / 2, image.rows / 2);
   for (int i = 0; i < 32; i += 2) {
     const auto at = [&](int k) {
-      return centre + cv::Point(static_cast<int>(700 * std::cos(kTau * k / 32)),
+      return center + cv::Point(static_cast<int>(700 * std::cos(kTau * k / 32)),
                                 static_cast<int>(700 * std::sin(kTau * k / 32)));
     };
-    polygon(image, {centre, at(i), at(i + 1)}, vivid(random));
+    polygon(image, {center, at(i), at(i + 1)}, vivid(random));
   }
-  disc(image, centre, 76, kPaper);
-  disc(image, centre, 76, kInk, 6);
-  write(image, title(random).substr(0, 4), centre + cv::Point(-58, 16), 1.4, kInk, 4,
+  disc(image, center, 76, kPaper);
+  disc(image, center, 76, kInk, 6);
+  write(image, title(random).substr(0, 4), center + cv::Point(-58, 16), 1.4, kInk, 4,
         cv::FONT_HERSHEY_DUPLEX);
 }
 

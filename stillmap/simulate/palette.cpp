@@ -23,11 +23,11 @@ std::vector<Material> cut_spines(const Material& atlas) {
 
 }  // namespace
 
-Material Palette::add(const cv::Mat& bgr, float metres) {
+Material Palette::add(const cv::Mat& bgr, float meters) {
   textures.emplace_back(bgr);
   Material material;
   material.texture = static_cast<int>(textures.size()) - 1;
-  material.metres = metres;
+  material.meters = meters;
   return material;
 }
 
@@ -42,7 +42,7 @@ Palette::Palette(Textures& into, Random& dice) : textures(into), random(dice) {
   walnut = add(paint::wood({52, 80, 118}, random), 1);
   white = add(paint::plain({222, 224, 224}, random), 0.5F);
   black = add(paint::plain({42, 40, 40}, random), 0.5F);
-  grey = add(paint::plain({128, 126, 124}, random), 0.5F);
+  gray = add(paint::plain({128, 126, 124}, random), 0.5F);
   steel = add(paint::steel(random), 0.5F);
   glow = add(cv::Mat(8, 8, CV_8UC3, cv::Scalar(250, 253, 255)));
   glow.emission = 1.6F;

@@ -13,14 +13,14 @@ namespace stillmap::simulate {
 struct Palette {
   Palette(Textures& into, Random& dice);
 
-  /// Adds a picture to the scene's textures. @param metres length of one repeat; 0: stretched once
-  Material add(const cv::Mat& bgr, float metres = 0);
+  /// Adds a picture to the scene's textures. @param meters length of one repeat; 0: stretched once
+  Material add(const cv::Mat& bgr, float meters = 0);
 
   Textures& textures;
   Random& random;
 
   Material floor, wall, accent_wall, wallpaper, ceiling, rug;
-  Material oak, walnut, white, black, grey, steel, glow;
+  Material oak, walnut, white, black, gray, steel, glow;
   Material door, radiator, window, whiteboard, pin_board, map, clock, keyboard;
   Material leaf, soil, cardboard, crate, ball;
   std::vector<Material> fabrics, posters, paintings, screens, papers, covers, spines, pots, mugs,

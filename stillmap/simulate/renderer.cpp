@@ -14,7 +14,7 @@
 namespace stillmap::simulate {
 namespace {
 
-constexpr double kNear = 0.05;  // metres
+constexpr double kNear = 0.05;  // meters
 constexpr int kBandRows = 24;   // pixel rows of one piece of work; its buffers fit into the cache
 
 /// What is interpolated over a triangle, each divided by depth: that is linear on the screen.
@@ -262,7 +262,7 @@ Footprint footprint(const ScreenTriangle& t, const Texture& texture, float x, fl
   return a > b ? Footprint{u, v, dx, a, b} : Footprint{u, v, dy, b, a};
 }
 
-/// The colour of a triangle at a place of the sample grid.
+/// The color of a triangle at a place of the sample grid.
 Eigen::Vector3f shade(const ScreenTriangle& t, const Texture& texture, float x, float y) {
   const float z = 1 / t.planes[kInverseDepth].at(x, y);
   const Eigen::Vector3f light(t.planes[kLightB].at(x, y), t.planes[kLightG].at(x, y),
@@ -357,14 +357,14 @@ class Painter {
                           triangles_[static_cast<std::size_t>(b)].surface);
   }
 
-  /// The colour of the pixel around (x, y) of the grid: every surface among its nine samples is
+  /// The color of the pixel around (x, y) of the grid: every surface among its nine samples is
   /// shaded once, at its sample of most weight, and counts by the tent weights of its samples.
   Eigen::Vector3f pixel(const std::array<const int*, 3>& rows, int x, int y) const {
     struct Share {
       int id, x, y;
       float weight;
     };
-    // The heaviest samples first: centre, sides, corners.
+    // The heaviest samples first: center, sides, corners.
     static constexpr std::array<std::array<int, 3>, 9> kSamples{{{0, 0, 4},
                                                                  {-1, 0, 2},
                                                                  {1, 0, 2},

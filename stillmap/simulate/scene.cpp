@@ -86,7 +86,7 @@ class Casting {
   }
   /// In one file, as close together as it goes.
   Walking crowd(int number) const {
-    constexpr float kSpeed = 0.7F, kFirst = -2.0F, kApart = 0.3F;  // m/s, metres
+    constexpr float kSpeed = 0.7F, kFirst = -2.0F, kApart = 0.3F;  // m/s, meters
     return {Path(plan_.crowd), kSpeed, kFirst - kApart * static_cast<float>(number)};
   }
 

@@ -24,17 +24,17 @@ struct SceneOptions {
   std::string activity = "walk";
   int things = 0;  ///< movers of no known class, 0..3: swinging crate, pushed chair, rolling ball
   int seed = 1;    ///< another seed, another wallpaper, other books and clothes
-  bool near_things = false;  ///< they move within two or three metres of the viewpoint, in its view
+  bool near_things = false;  ///< they move within two or three meters of the viewpoint, in its view
   double pace = 1;           ///< factor on a companion's speed: that on the camera's
   STILLMAP_FIELDS(scene, people, activity, things, seed, near_things, pace)
 };
 
 /// Where a camera is held, and what it looks at. The camera motions start from it.
 struct Viewpoint {
-  Eigen::Vector3d position, target;  ///< metres, world
+  Eigen::Vector3d position, target;  ///< meters, world
 };
 
-/// A room in which some things move. World frame: metres, z up, the floor at z = 0.
+/// A room in which some things move. World frame: meters, z up, the floor at z = 0.
 struct Scene {
   simulate::Mesh statics;       ///< lit, in the world frame
   simulate::Textures textures;  ///< of the statics and of the movers

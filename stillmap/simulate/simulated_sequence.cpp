@@ -77,14 +77,14 @@ Rendering draw(const Scene& scene, const Camera& camera, const Pose& T_world_cam
 }
 
 /// The parts of all movers, numbered from 1 on in the order of movers and parts.
-struct LabelledParts {
+struct LabeledParts {
   Mesh mesh;
   std::vector<Eigen::Matrix<double, 3, 4>> velocity;  ///< per part: of [p_world, 1] in m/s
 };
 
-LabelledParts labelled_parts(const Scene& scene, double seconds) {
+LabeledParts labeled_parts(const Scene& scene, double seconds) {
   constexpr double kStep = 2e-3;  // seconds
-  LabelledParts labelled;
+  LabeledParts labeled;
   for (const Mover& mover : scene.movers) {
     const auto now = mover.T_world_part(seconds), before = mover.T_world_part(seconds - kStep),
                after = mover.T_world_part(seconds + kStep);
@@ -92,12 +92,12 @@ LabelledParts labelled_parts(const Scene& scene, double seconds) {
       const Eigen::Matrix4d change =
           (after[i].matrix() - before[i].matrix()).cast<double>() / (2 * kStep);
       const Eigen::Matrix4d T_part_world = now[i].inverse().matrix().cast<double>();
-      labelled.velocity.push_back((change * T_part_world).topRows<3>());
+      labeled.velocity.push_back((change * T_part_world).topRows<3>());
       append_transformed(mover.parts[i].mesh, now[i],
-                         static_cast<std::uint8_t>(labelled.velocity.size()), labelled.mesh);
+                         static_cast<std::uint8_t>(labeled.velocity.size()), labeled.mesh);
     }
   }
-  return labelled;
+  return labeled;
 }
 
 MoverTruth truth_of(const Mover& mover, double seconds) {
@@ -113,7 +113,7 @@ struct Shares {
 };
 Shares shares_of(const Mesh& mesh, int id, const Camera& camera, const Pose& T_camera_world,
                  const TruthFrame& truth) {
-  constexpr double kTouch = 0.02;  // metres: what is no nearer than that does not cover
+  constexpr double kTouch = 0.02;  // meters: what is no nearer than that does not cover
   std::size_t inside = 0, covered = 0;
   for (const Vertex& vertex : mesh.vertices) {
     const Eigen::Vector3d p = T_camera_world * vertex.position.cast<double>();
@@ -203,7 +203,7 @@ TruthFrame SimulatedSequence::truth(std::size_t index) const {
 }
 
 cv::Mat SimulatedSequence::speed(std::size_t index) const {
-  const LabelledParts parts = labelled_parts(*scene_, timestamp(index));
+  const LabeledParts parts = labeled_parts(*scene_, timestamp(index));
   const Pose T = T_world_camera(index);
   const std::vector<const Mesh*> meshes{&scene_->statics, &parts.mesh};
   const Rendering picture =
@@ -244,7 +244,7 @@ SimulatedFrame SimulatedSequence::at(std::size_t index) const {
     frame->depth = picture.depth.clone();
     picture.color.convertTo(frame->color, CV_8UC3);
   }
-  cv::cvtColor(frame->color, frame->grey, cv::COLOR_BGR2GRAY);
+  cv::cvtColor(frame->color, frame->gray, cv::COLOR_BGR2GRAY);
   TruthFrame truth{index, t, T, picture.depth, picture.instances, {}};
   truth.movers = seen_movers(*scene_, camera_, t, truth);
   return {frame, std::move(truth)};

@@ -28,7 +28,7 @@ struct SimulationOptions {
   int seed = 1;                   ///< of scene, hand shake and noise
   double speed = 1;               ///< factor on the camera's rate of motion
   double shake = 1;               ///< factor on the hand shake
-  bool noise = true;              ///< false: exact depth, and colour without noise or drift
+  bool noise = true;              ///< false: exact depth, and color without noise or drift
   KinectOptions sensor = {};      ///< used with noise
   int exposures = 1;              ///< pictures averaged into one for motion blur; 1: none
   double exposure_time = 0.012;   ///< shutter time [s], used with exposures > 1
@@ -37,12 +37,12 @@ struct SimulationOptions {
                   focal, seed, speed, shake, noise, sensor, exposures, exposure_time, threads)
 };
 
-/// One mover at the time of a frame; world frame, metres.
+/// One mover at the time of a frame; world frame, meters.
 struct MoverTruth {
   int id = 0;                ///< its value in TruthFrame::instances
   std::string class_name;    ///< "person", or "unknown" for a thing of no known class
   std::string name;          ///< "person", "crate", "chair", "ball"
-  Eigen::Vector3d centroid;  ///< of its surface (every square metre counts alike)
+  Eigen::Vector3d centroid;  ///< of its surface (every square meter counts alike)
   Eigen::AlignedBox3d box;   ///< around them, along the world's axes
   Eigen::Vector3d velocity;  ///< of the centroid [m/s]
   int pixels = 0;  ///< of the picture that show it; known where a picture was drawn (TruthFrame)
@@ -55,7 +55,7 @@ struct TruthFrame {
   std::size_t index = 0;
   double timestamp = 0;  ///< seconds
   Pose T_world_camera;   ///< at the middle of the exposure
-  cv::Mat depth;         ///< 32FC1 metres along the optical axis, exact; 0 where nothing is
+  cv::Mat depth;         ///< 32FC1 meters along the optical axis, exact; 0 where nothing is
   cv::Mat instances;     ///< 8UC1: 0 static, else the id of the mover seen
   std::vector<MoverTruth> movers;  ///< all, seen or not, by id
 };
@@ -102,9 +102,9 @@ class SimulatedSequence : public FrameSource {
   /// Pose of every frame.
   Trajectory trajectory() const;
   std::vector<MoverTruth> movers(std::size_t index) const;
-  /// Colour and measured depth of a frame.
+  /// Color and measured depth of a frame.
   RgbdFramePtr frame(std::size_t index) const { return at(index).frame; }
-  /// The truth about a frame: several times faster than frame(), as no colour is drawn.
+  /// The truth about a frame: several times faster than frame(), as no color is drawn.
   TruthFrame truth(std::size_t index) const;
   /// 32FC1 m/s: how fast what a pixel shows moves through the world, each limb for itself; 0 where
   /// it is static.

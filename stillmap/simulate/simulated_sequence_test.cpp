@@ -54,7 +54,7 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-TEST(SimulatedSequence, StaticPointsKeepTheirPlaceAndColour) {
+TEST(SimulatedSequence, StaticPointsKeepTheirPlaceAndColor) {
   const SimulatedSequence sequence(small());
   const SimulatedFrame a = sequence.at(0), b = sequence.at(45);
   const Camera& camera = sequence.camera();
@@ -77,7 +77,7 @@ TEST(SimulatedSequence, StaticPointsKeepTheirPlaceAndColour) {
       same_depth += std::abs(z - p.z()) < 0.002;
       depth_errors.push_back(std::abs(z - p.z()));
       color_errors.push_back(
-          std::abs(a.frame->grey.at<std::uint8_t>(v, u) - b.frame->grey.at<std::uint8_t>(y, x)));
+          std::abs(a.frame->gray.at<std::uint8_t>(v, u) - b.frame->gray.at<std::uint8_t>(y, x)));
     }
   }
   ASSERT_GT(compared, 2000);
@@ -125,7 +125,7 @@ TEST(SimulatedSequence, NextGivesEveryFrameOnce) {
     EXPECT_EQ(frame->index, i);
     EXPECT_DOUBLE_EQ(frame->timestamp, static_cast<double>(i) / 30);
     EXPECT_EQ(frame->color.type(), CV_8UC3);
-    EXPECT_EQ(frame->grey.size(), cv::Size(80, 60));
+    EXPECT_EQ(frame->gray.size(), cv::Size(80, 60));
     EXPECT_EQ(frame->depth.type(), CV_32FC1);
   }
   EXPECT_EQ(sequence.next(), nullptr);
@@ -278,7 +278,7 @@ TEST(SimulatedSequence, EveryViewHasCornersAllOver) {
     for (const std::size_t i : {30U, 200U}) {
       const SimulatedFrame made = sequence.at(i);
       std::vector<cv::KeyPoint> corners;
-      cv::FAST(made.frame->grey, corners, 20);
+      cv::FAST(made.frame->gray, corners, 20);
       cv::Mat cells = cv::Mat::zeros(6, 8, CV_32SC1);
       for (const auto& corner : corners) {
         const cv::Point p(corner.pt);
@@ -298,7 +298,7 @@ TEST(SimulatedSequence, MovingPeopleHaveCorners) {
   for (const std::size_t i : {0U, 100U, 200U}) {
     const SimulatedFrame made = sequence.at(i);
     std::vector<cv::KeyPoint> corners;
-    cv::FAST(made.frame->grey, corners, 20);
+    cv::FAST(made.frame->gray, corners, 20);
     for (const auto& corner : corners)
       corners_on_people += made.truth.instances.at<std::uint8_t>(corner.pt) != 0;
     pixels += cv::countNonZero(made.truth.instances);
@@ -314,7 +314,7 @@ TEST(SimulatedSequence, MotionBlurMixesPicturesOfTheExposure) {
   const SimulatedSequence blurred(options, sharp.camera(), sharp.shared_scene());
   const auto corners = [](const SimulatedSequence& sequence) {
     std::vector<cv::KeyPoint> found;
-    cv::FAST(sequence.frame(20)->grey, found, 20);
+    cv::FAST(sequence.frame(20)->gray, found, 20);
     return found.size();
   };
   EXPECT_LT(corners(blurred), corners(sharp));

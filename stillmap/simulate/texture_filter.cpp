@@ -12,7 +12,7 @@ constexpr int kProbes = 4;  // texture samples of one pixel, at most
 // cameras are.
 constexpr float kSharpness = 0.6F;
 
-/// Two colour channels at once in one word, `f` of 256 parts on the way from a to b.
+/// Two color channels at once in one word, `f` of 256 parts on the way from a to b.
 std::uint32_t blend(std::uint32_t a, std::uint32_t b, std::uint32_t f) {
   constexpr std::uint32_t kBlueRed = 0xff00ff, kGreen = 0x00ff00;
   const std::uint32_t br = ((a & kBlueRed) * (256 - f) + (b & kBlueRed) * f) >> 8 & kBlueRed;

@@ -25,16 +25,16 @@ void write_png(const std::filesystem::path& file, const cv::Mat& image) {
   write_file(file, std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
 }
 
-cv::Mat raw_depth(const cv::Mat& metres, double factor) {
+cv::Mat raw_depth(const cv::Mat& meters, double factor) {
   cv::Mat raw;
-  metres.convertTo(raw, CV_16UC1, factor);  // rounds and saturates
+  meters.convertTo(raw, CV_16UC1, factor);  // rounds and saturates
   return raw;
 }
 
-/// Grey levels of 5 mm/s: what `evaluate` takes speed images for.
-cv::Mat speed_levels(const cv::Mat& metres_per_second) {
+/// Gray levels of 5 mm/s: what `evaluate` takes speed images for.
+cv::Mat speed_levels(const cv::Mat& meters_per_second) {
   cv::Mat levels;
-  metres_per_second.convertTo(levels, CV_8UC1, 1 / 0.005);  // rounds and saturates
+  meters_per_second.convertTo(levels, CV_8UC1, 1 / 0.005);  // rounds and saturates
   return levels;
 }
 
@@ -52,9 +52,9 @@ std::string mover_lines(const TruthFrame& truth) {
   return lines;
 }
 
-std::string thing_lines(const std::vector<simulate::NamedThing>& things) {
+std::string thing_lines(const std::vector<simulate::NamedObject>& things) {
   std::string lines = "class,min_x,min_y,min_z,max_x,max_y,max_z\n";
-  for (const simulate::NamedThing& thing : things) {
+  for (const simulate::NamedObject& thing : things) {
     const auto &low = thing.box.min(), &high = thing.box.max();
     lines += fmt::format("{},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f}\n", thing.class_name,
                          low.x(), low.y(), low.z(), high.x(), high.y(), high.z());

@@ -55,9 +55,9 @@ TEST_F(TumWriter, WhatIsWrittenIsWhatTheSequenceGives) {
   speed.convertTo(speed, CV_32F, 0.005);
   EXPECT_LE(cv::norm(speed, cv::min(sequence.speed(2), 1.275), cv::NORM_INF), 0.00251);
   ASSERT_EQ(depth.type(), CV_16UC1);
-  cv::Mat metres;
-  depth.convertTo(metres, CV_32F, 1 / 5000.0);
-  EXPECT_LT(cv::norm(metres, made.frame->depth, cv::NORM_INF), 0.00011);
+  cv::Mat meters;
+  depth.convertTo(meters, CV_32F, 1 / 5000.0);
+  EXPECT_LT(cv::norm(meters, made.frame->depth, cv::NORM_INF), 0.00011);
 
   const Trajectory truth = read_trajectory(folder_ / "groundtruth.txt");
   ASSERT_EQ(truth.size(), 3U);

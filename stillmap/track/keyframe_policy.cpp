@@ -62,7 +62,7 @@ bool KeyframePolicy::adds_to_map(const Frame& frame, const Pose& T_world_camera,
 }
 
 bool KeyframePolicy::is_blurred(const Frame& frame) {
-  const double here = sharpness(frame.image->grey);
+  const double here = sharpness(frame.image->gray);
   sharpness_.push_back(here);
   if (sharpness_.size() > static_cast<std::size_t>(options_.sharpness_memory)) {
     sharpness_.pop_front();

@@ -17,7 +17,7 @@ struct KeyframePolicyOptions {
       0.75;  ///< keep a frame that sees less than this share of the reference's landmarks
   int min_tracked_near = 100;   ///< near landmarks seen; fewer, and
   int min_untracked_near = 70;  ///< so many near keypoints that show none: keep the frame
-  double near_depth = 3.0;      ///< metres; forty baselines of the Kinect
+  double near_depth = 3.0;      ///< meters; forty baselines of the Kinect
   double max_rotation = 15;     ///< degrees from every keyframe nearby; more: keep the frame
   double max_translation =
       0.25;  ///< share of the median depth moved away from every keyframe nearby; more: keep

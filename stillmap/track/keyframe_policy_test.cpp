@@ -15,16 +15,16 @@ cv::Mat scene() {
   return result;
 }
 
-cv::Mat blurred(const cv::Mat& grey) {
+cv::Mat blurred(const cv::Mat& gray) {
   cv::Mat result;
-  cv::blur(grey, result, {9, 1});
+  cv::blur(gray, result, {9, 1});
   return result;
 }
 
 /// Asks about a frame far away from the map's only keyframe: it is wanted, sharp enough provided.
-bool wanted(KeyframePolicy& policy, const cv::Mat& grey) {
+bool wanted(KeyframePolicy& policy, const cv::Mat& gray) {
   auto image = std::make_shared<RgbdFrame>();
-  image->grey = grey;
+  image->gray = gray;
   auto features = std::make_shared<Features>();
   features->keypoints.push_back({.u = 80, .v = 60, .depth = 2});
   Frame frame;

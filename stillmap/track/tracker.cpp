@@ -60,7 +60,7 @@ std::string why_not(const StartingPoints& points, const TrackerOptions& options)
 }
 
 /// A frame as the tracker would have left it, had it known where it is.
-TrackedFramePtr tracked_at(const Placement& place) {
+TrackedFramePtr tracked_at(const RelocalizationResult& place) {
   auto result = std::make_shared<TrackedFrame>();
   result->frame = place.frame;
   result->state = TrackState::kTracking;
@@ -125,7 +125,7 @@ Tracker::Tracker(const Camera& camera, const PyramidShape& pyramid, const Tracke
       start_(start),
       policy_(options.keyframes) {}
 
-std::optional<RoughTrack> Tracker::follow(const Features& features, const LocalMapPtr& local_map) {
+std::optional<InitialPose> Tracker::follow(const Features& features, const LocalMapPtr& local_map) {
   const TraceScope scope("follow");
   if (!local_map || !previous_) return std::nullopt;
   if (local_map != local_map_) adopt(local_map);
@@ -133,45 +133,46 @@ std::optional<RoughTrack> Tracker::follow(const Features& features, const LocalM
   return follow_previous(features);
 }
 
-std::optional<RoughTrack> Tracker::follow_previous(const Features& features) const {
+std::optional<InitialPose> Tracker::follow_previous(const Features& features) const {
   const Pose guess = T_world_previous_ * T_previous_next_;
   for (const double radius : {options_.motion_radius, 2 * options_.motion_radius}) {
     const auto followed = match_previous(features, guess, radius);
-    if (auto rough = rough_track(features, followed, guess)) return rough;
+    if (auto initial = initial_pose(features, followed, guess)) return initial;
   }
   return std::nullopt;
 }
 
-TrackedFramePtr Tracker::track(const FramePtr& frame, const std::optional<RoughTrack>& rough,
+TrackedFramePtr Tracker::track(const FramePtr& frame, const std::optional<InitialPose>& initial,
                                const LocalMapPtr& local_map,
-                               const std::optional<Placement>& found) {
+                               const std::optional<RelocalizationResult>& found) {
   const TraceScope scope("pose");
   if (!local_map || !previous_) return begin(frame, found);
   if (local_map != local_map_) adopt(local_map);
 
   std::optional<Estimate> estimate;
-  if (rough) estimate = Estimate{rough->motion.T_world_camera, rough->matches};
+  if (initial) estimate = Estimate{initial->motion.T_world_camera, initial->matches};
   if (!estimate) estimate = estimate_from_reference(*frame);
   const bool followed = estimate.has_value();
   if (estimate) estimate = estimate_in_local_map(*frame, *estimate);
   const bool lost_here = !estimate;
   if (lost_here && found) estimate = estimate_from_place(*frame, *found);
   if (estimate) return tracked(frame, *estimate, lost_here);
-  if (const auto odometry = estimate_beside(*frame, rough)) return beside(frame, *odometry);
+  if (const auto odometry = estimate_beside(*frame, initial)) return beside(frame, *odometry);
   const std::string reason =
       followed ? fmt::format("fewer than {} landmarks agree on a pose", options_.min_inliers)
                : "too few keypoints match the previous frame and the newest keyframe";
   return lost(frame, with_what_moves(reason, *frame));
 }
 
-TrackedFramePtr Tracker::begin(const FramePtr& frame, const std::optional<Placement>& found) {
+TrackedFramePtr Tracker::begin(const FramePtr& frame,
+                               const std::optional<RelocalizationResult>& found) {
   if (start_ == TrackerStart::kNewMap) return start(frame);
   if (found) {
     if (const auto estimate = estimate_from_place(*frame, *found)) {
       return tracked(frame, *estimate, true);
     }
   }
-  return lost(frame, "not recognised yet in the map that was loaded");
+  return lost(frame, "not recognized yet in the map that was loaded");
 }
 
 TrackedFramePtr Tracker::start(const FramePtr& frame) {
@@ -204,7 +205,7 @@ bool Tracker::may_begin(const Frame& frame) {
 /// by something within reach, and much nearer. (Of a camera that was carried elsewhere about half
 /// would be hidden, but by things as far away as those of any room.)
 bool Tracker::covered(const Frame& frame) const {
-  constexpr double kReach = 1.2;       // metres: a person there fills half of a Kinect's view
+  constexpr double kReach = 1.2;       // meters: a person there fills half of a Kinect's view
   constexpr double kMuchNearer = 0.6;  // of the depth
   if (!local_map_) return false;
   const Viewpoint view(camera_, pyramid_, T_world_previous_);
@@ -248,10 +249,10 @@ std::shared_ptr<TrackedFrame> Tracker::placed(const FramePtr& frame,
 }
 
 TrackedFramePtr Tracker::tracked(const FramePtr& frame, const Estimate& estimate,
-                                 bool relocalised) {
+                                 bool relocalized) {
   const auto result = placed(frame, estimate);
-  result->relocalised = relocalised;
-  frames_in_map_ = relocalised ? options_.min_map_frames : frames_in_map_ + 1;
+  result->relocalized = relocalized;
+  frames_in_map_ = relocalized ? options_.min_map_frames : frames_in_map_ + 1;
 
   const std::size_t newest = std::max(last_proposed_, local_map_->made_for_frame);
   if (policy_.wants(*frame, estimate.T_world_camera, result->landmarks, *local_map_,
@@ -268,7 +269,7 @@ TrackedFramePtr Tracker::tracked(const FramePtr& frame, const Estimate& estimate
 /// A frame that sees too little of the map, placed by what the frames before it showed.
 TrackedFramePtr Tracker::beside(const FramePtr& frame, const Estimate& estimate) {
   const auto result = placed(frame, estimate);
-  result->beside_map = true;
+  result->tracked_by_odometry = true;
   carried_.assign(frame->features->size(), std::nullopt);
   for (const Match& match : estimate.matches) carried_[match.keypoint] = match.p_world;
   go_on_from(result);
@@ -313,9 +314,9 @@ void Tracker::adopt(const LocalMapPtr& local_map) {
   }
 }
 
-std::optional<RoughTrack> Tracker::rough_track(const Features& features,
-                                               const std::vector<Continuation>& followed,
-                                               const Pose& guess) const {
+std::optional<InitialPose> Tracker::initial_pose(const Features& features,
+                                                 const std::vector<Continuation>& followed,
+                                                 const Pose& guess) const {
   std::vector<Match> landmarks, all;
   for (const Continuation& c : followed) {
     if (c.match.weight <= 0) continue;
@@ -326,7 +327,7 @@ std::optional<RoughTrack> Tracker::rough_track(const Features& features,
   auto estimate = solve(features, guess, landmarks, options_.sure_inliers);
   if (!estimate) estimate = solve(features, guess, all, options_.min_motion_inliers);
   if (!estimate) return std::nullopt;
-  return RoughTrack{ego_motion(features, followed, estimate->T_world_camera), estimate->matches};
+  return InitialPose{ego_motion(features, followed, estimate->T_world_camera), estimate->matches};
 }
 
 EgoMotion Tracker::ego_motion(const Features& features, const std::vector<Continuation>& followed,
@@ -382,15 +383,15 @@ std::optional<Tracker::Estimate> Tracker::estimate_with_points(const Frame& fram
   return landmarks < options_.min_motion_inliers ? std::nullopt : estimate;
 }
 
-/// A second frame's word for the place: it is followed from the recognised one, and agrees with the
+/// A second frame's word for the place: it is followed from the recognized one, and agrees with the
 /// landmarks around. Without it everything stays as it was.
 std::optional<Tracker::Estimate> Tracker::estimate_from_place(const Frame& frame,
-                                                              const Placement& found) {
+                                                              const RelocalizationResult& found) {
   const Stance before{local_map_, previous_, carried_};
   stand({found.local_map, tracked_at(found), {}});
   std::optional<Estimate> estimate;
-  if (const auto rough = follow_previous(*frame.features)) {
-    estimate = Estimate{rough->motion.T_world_camera, rough->matches};
+  if (const auto initial = follow_previous(*frame.features)) {
+    estimate = Estimate{initial->motion.T_world_camera, initial->matches};
   } else {
     estimate = estimate_from_reference(frame);
   }
@@ -408,14 +409,15 @@ Eigen::Vector3d Tracker::seen_before(std::size_t i) const {
 }
 
 std::optional<Tracker::Estimate> Tracker::estimate_beside(
-    const Frame& frame, const std::optional<RoughTrack>& rough) const {
-  if (!rough || start_ != TrackerStart::kInMapOnly || !options_.beside_map) return std::nullopt;
+    const Frame& frame, const std::optional<InitialPose>& initial) const {
+  if (!initial || start_ != TrackerStart::kInMapOnly || !options_.tracked_by_odometry)
+    return std::nullopt;
   std::vector<Match> matches;
-  for (Match match : rough->matches) {
+  for (Match match : initial->matches) {
     match.weight = frame.evidence.weight[match.keypoint];
     if (match.weight > 0) matches.push_back(match);
   }
-  return solve(*frame.features, rough->motion.T_world_camera, matches, options_.sure_inliers);
+  return solve(*frame.features, initial->motion.T_world_camera, matches, options_.sure_inliers);
 }
 
 std::vector<Tracker::Continuation> Tracker::match_previous(const Features& features,
@@ -450,7 +452,7 @@ std::vector<Tracker::Continuation> Tracker::match_previous(const Features& featu
   }
   ProjectionMatchOptions matching;
   matching.max_distance = options_.max_distance;
-  matching.ratio = 1;  // neighbours in time: the nearest is the one
+  matching.ratio = 1;  // neighbors in time: the nearest is the one
   const auto found = match_by_projection(queries, features, matching, {});
   std::vector<Continuation> followed;
   for (std::size_t q = 0; q < queries.size(); ++q) {

@@ -3,7 +3,7 @@
 #include "stillmap/base/fields.hpp"
 #include "stillmap/map/keyframe_proposal.hpp"
 #include "stillmap/map/local_map.hpp"
-#include "stillmap/map/placement.hpp"
+#include "stillmap/map/relocalization_result.hpp"
 #include "stillmap/motion/ego_motion.hpp"
 #include "stillmap/optimize/pose_solver.hpp"
 #include "stillmap/track/keyframe_policy.hpp"
@@ -29,7 +29,7 @@ struct TrackerOptions {
   double min_view_cosine =
       0.5;  ///< between a landmark's mean viewing direction and the present one: 60 degrees
   int min_motion_inliers = 15;  ///< for the pose from the previous frame to be believed
-  int sure_inliers = 40;  ///< landmarks that make the rough pose without points of one frame only
+  int sure_inliers = 40;  ///< landmarks that make the initial pose without points of one frame only
   /// Of a landmark's log-odds what lasts to the next frame; they are the mean of what frames say,
   /// for these are far from independent.
   double landmark_memory = 0.95;
@@ -41,13 +41,13 @@ struct TrackerOptions {
   int covered_patience = 90;  ///< unless it has stayed for so many frames
   int min_map_frames = 15;    ///< a map that held the camera for fewer is dropped when lost
   /// In a map that is not extended: go on by odometry where the camera looks past the map.
-  bool beside_map = true;
+  bool tracked_by_odometry = true;
   PoseSolverOptions solver;
   KeyframePolicyOptions keyframes;
   STILLMAP_FIELDS(min_start_points, min_start_parts, motion_radius, local_radius, max_distance,
                   ratio, min_view_cosine, min_motion_inliers, sure_inliers, landmark_memory,
                   min_inliers, patience, covered_share, covered_patience, min_map_frames,
-                  beside_map, solver, keyframes)
+                  tracked_by_odometry, solver, keyframes)
 };
 
 enum class TrackState {
@@ -68,13 +68,14 @@ struct TrackedFrame {
   std::vector<LandmarkId>
       landmarks;             ///< per keypoint: what it shows; invalid where nothing is known
   int inliers = 0;           ///< landmarks that agree with the pose
-  bool relocalised = false;  ///< the camera was lost, and goes on where the map's side found it
-  bool beside_map = false;   ///< the pose goes on from the frame before, by points not in the map
+  bool relocalized = false;  ///< the camera was lost, and goes on where the map's side found it
+  bool tracked_by_odometry =
+      false;  ///< the pose goes on from the frame before, by points not in the map
   std::optional<KeyframeProposal> proposal;
 
   bool has_pose() const { return T_world_camera.has_value(); }
   /// Whether its world may be another than that of the frames before.
-  bool enters_world() const { return state == TrackState::kStarted || relocalised; }
+  bool enters_world() const { return state == TrackState::kStarted || relocalized; }
 };
 
 using TrackedFramePtr = std::shared_ptr<const TrackedFrame>;
@@ -88,7 +89,7 @@ struct PointMatch {
 };
 
 /// A frame's pose before it is known what moves in it.
-struct RoughTrack {
+struct InitialPose {
   EgoMotion motion;
   std::vector<PointMatch> matches;  ///< that agree with it
 };
@@ -96,7 +97,7 @@ struct RoughTrack {
 /// How a tracker begins.
 enum class TrackerStart {
   kNewMap,     ///< the first frame begins a map
-  kInMap,      ///< there is one: the camera counts as lost in it until its place is recognised
+  kInMap,      ///< there is one: the camera counts as lost in it until its place is recognized
   kInMapOnly,  ///< likewise, and no new map is ever begun
 };
 
@@ -114,15 +115,16 @@ class Tracker {
   /// @param local_map the newest snapshot; null while there is no map. After a frame that begins a
   /// map
   ///        (TrackState::kStarted) the next call must bring the snapshot made for it.
-  std::optional<RoughTrack> follow(const Features& features, const LocalMapPtr& local_map);
+  std::optional<InitialPose> follow(const Features& features, const LocalMapPtr& local_map);
 
   /// Second pass: the pose from what the frame's evidence leaves.
-  /// @param rough      what follow() gave for the frame's features
+  /// @param initial      what follow() gave for the frame's features
   /// @param local_map  as given to it
-  /// @param found      where an earlier frame was recognised: taken up if this frame has no pose
+  /// @param found      where an earlier frame was recognized: taken up if this frame has no pose
   /// otherwise, and is seen from there too
-  TrackedFramePtr track(const FramePtr& frame, const std::optional<RoughTrack>& rough,
-                        const LocalMapPtr& local_map, const std::optional<Placement>& found = {});
+  TrackedFramePtr track(const FramePtr& frame, const std::optional<InitialPose>& initial,
+                        const LocalMapPtr& local_map,
+                        const std::optional<RelocalizationResult>& found = {});
 
  private:
   using Match = PointMatch;
@@ -143,31 +145,32 @@ class Tracker {
     std::vector<std::optional<Eigen::Vector3d>> carried;
   };
 
-  TrackedFramePtr begin(const FramePtr& frame, const std::optional<Placement>& found);
+  TrackedFramePtr begin(const FramePtr& frame, const std::optional<RelocalizationResult>& found);
   TrackedFramePtr start(const FramePtr& frame);
   TrackedFramePtr lost(const FramePtr& frame, const std::string& reason);
   bool may_begin(const Frame& frame);
   bool covered(const Frame& frame) const;
   std::shared_ptr<TrackedFrame> placed(const FramePtr& frame, const Estimate& estimate) const;
-  TrackedFramePtr tracked(const FramePtr& frame, const Estimate& estimate, bool relocalised);
+  TrackedFramePtr tracked(const FramePtr& frame, const Estimate& estimate, bool relocalized);
   TrackedFramePtr beside(const FramePtr& frame, const Estimate& estimate);
   void go_on_from(const TrackedFramePtr& tracked);
   void adopt(const LocalMapPtr& local_map);
   void stand(const Stance& stance);
 
-  std::optional<RoughTrack> follow_previous(const Features& features) const;
-  std::optional<RoughTrack> rough_track(const Features& features,
-                                        const std::vector<Continuation>& followed,
-                                        const Pose& guess) const;
+  std::optional<InitialPose> follow_previous(const Features& features) const;
+  std::optional<InitialPose> initial_pose(const Features& features,
+                                          const std::vector<Continuation>& followed,
+                                          const Pose& guess) const;
   EgoMotion ego_motion(const Features& features, const std::vector<Continuation>& followed,
                        const Pose& T_world_camera) const;
   std::optional<Estimate> estimate_from_reference(const Frame& frame) const;
   std::optional<Estimate> estimate_in_local_map(const Frame& frame, const Estimate& first);
   std::optional<Estimate> estimate_with_points(const Frame& frame, const Estimate& first,
                                                std::vector<Match> matches) const;
-  std::optional<Estimate> estimate_from_place(const Frame& frame, const Placement& found);
+  std::optional<Estimate> estimate_from_place(const Frame& frame,
+                                              const RelocalizationResult& found);
   std::optional<Estimate> estimate_beside(const Frame& frame,
-                                          const std::optional<RoughTrack>& rough) const;
+                                          const std::optional<InitialPose>& initial) const;
   std::vector<Continuation> match_previous(const Features& features, const Pose& T_world_camera,
                                            double radius) const;
   Eigen::Vector3d seen_before(std::size_t i) const;

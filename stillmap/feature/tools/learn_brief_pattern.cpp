@@ -34,14 +34,14 @@ struct PatchPairs {
   std::vector<Patch> first, second;
 };
 
-Patch upright_patch(const cv::Mat& blurred, cv::Point centre, double angle) {
+Patch upright_patch(const cv::Mat& blurred, cv::Point center, double angle) {
   Patch patch{};
   const double c = std::cos(angle), s = std::sin(angle);
   for (int y = -kRadius; y <= kRadius; ++y) {
     for (int x = -kRadius; x <= kRadius; ++x) {
       if (x * x + y * y > kRadius * kRadius) continue;
-      const int u = centre.x + static_cast<int>(std::floor(c * x - s * y + 0.5));
-      const int v = centre.y + static_cast<int>(std::floor(s * x + c * y + 0.5));
+      const int u = center.x + static_cast<int>(std::floor(c * x - s * y + 0.5));
+      const int v = center.y + static_cast<int>(std::floor(s * x + c * y + 0.5));
       patch[(y + kRadius) * kSide + x + kRadius] = blurred.at<std::uint8_t>(v, u);
     }
   }
@@ -70,10 +70,10 @@ std::vector<Patch> patches_of(const cv::Mat& image, const Features& features,
 cv::Matx33d random_warp(TestRandom& random) {
   const double angle = random.uniform(-0.5, 0.5), scale = std::exp(random.uniform(-0.25, 0.25));
   const double c = scale * std::cos(angle), s = scale * std::sin(angle);
-  const cv::Matx33d to_centre(1, 0, -320, 0, 1, -240, 0, 0, 1);
+  const cv::Matx33d to_center(1, 0, -320, 0, 1, -240, 0, 0, 1);
   const cv::Matx33d tilt(1, random.uniform(-0.1, 0.1), 0, 0, random.uniform(0.85, 1.15), 0,
                          random.uniform(-3e-4, 3e-4), random.uniform(-3e-4, 3e-4), 1);
-  return to_centre.inv() * cv::Matx33d(c, -s, 0, s, c, 0, 0, 0, 1) * tilt * to_centre;
+  return to_center.inv() * cv::Matx33d(c, -s, 0, s, c, 0, 0, 0, 1) * tilt * to_center;
 }
 
 /// A camera's view: other brightness, noise, at times out of focus.

@@ -10,8 +10,8 @@
 /// and looked within 30 degrees. Printed:
 /// - pairs: all of them by falling score, average precision (area below precision over recall);
 /// - queries: each frame's most similar other frame, right if it is one place; recall counts the
-///   frames that have any such other. At what threshold on the score relative to the neighbour's
-///   (the frame 10 before: DBoW2's normalisation) how precise, and how much is recalled;
+///   frames that have any such other. At what threshold on the score relative to the neighbor's
+///   (the frame 10 before: DBoW2's normalization) how precise, and how much is recalled;
 /// - milliseconds to load the vocabulary, to make a bag, and to ask the inverted index.
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
@@ -35,7 +35,7 @@ namespace {
 
 constexpr int kStride = 10;
 constexpr double kApart = 3.0;  // seconds
-constexpr double kMetres = 0.5, kRadians = 30 * std::numbers::pi / 180;
+constexpr double kMeters = 0.5, kRadians = 30 * std::numbers::pi / 180;
 
 struct View {
   std::size_t sequence = 0;
@@ -89,7 +89,7 @@ std::vector<View> views_of(const std::string& folder, std::size_t sequence) {
     views.push_back({sequence,
                      frame->timestamp,
                      *pose,
-                     static_descriptors(orb.extract(frame->grey), mask),
+                     static_descriptors(orb.extract(frame->gray), mask),
                      {}});
   }
   return views;
@@ -101,7 +101,7 @@ bool comparable(const View& a, const View& b) {
 
 bool one_place(const View& a, const View& b) {
   const Pose T_a_b = a.T_world_camera.inverse() * b.T_world_camera;
-  return T_a_b.translation().norm() <= kMetres && T_a_b.angle() <= kRadians;
+  return T_a_b.translation().norm() <= kMeters && T_a_b.angle() <= kRadians;
 }
 
 struct Answer {
@@ -136,17 +136,17 @@ void report_pairs(const std::vector<View>& views) {
              average_precision(answers));
 }
 
-/// The most similar comparable view; score relative to the neighbour's.
+/// The most similar comparable view; score relative to the neighbor's.
 std::optional<Answer> answer(const std::vector<View>& views, std::size_t query, bool& answerable) {
   const View& view = views[query];
   if (query == 0 || views[query - 1].sequence != view.sequence) return std::nullopt;
-  const double neighbour = similarity(view.bag, views[query - 1].bag);
+  const double neighbor = similarity(view.bag, views[query - 1].bag);
   Answer best;
   for (const View& other : views) {
     if (!comparable(view, other)) continue;
     const bool right = one_place(view, other);
     answerable |= right;
-    const double score = similarity(view.bag, other.bag) / std::max(neighbour, 1e-3);
+    const double score = similarity(view.bag, other.bag) / std::max(neighbor, 1e-3);
     if (score > best.score) best = {score, right};
   }
   return best;

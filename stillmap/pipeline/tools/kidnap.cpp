@@ -11,7 +11,7 @@
 /// through the other rooms, past those 5 places, and home. While it is carried away, N people walk
 /// about on the same way. Printed for each place: after how many frames there was a pose, how it
 /// came about, and how far off the pose is from where the frames mapped nearby say that it is (the
-/// map as a whole may have drifted); at the end how many were recognised, how many wrongly, and
+/// map as a whole may have drifted); at the end how many were recognized, how many wrongly, and
 /// which maps were joined.
 ///
 /// --scattered: the whole way in pieces of two seconds, in no order, and darkness between: nearly
@@ -36,7 +36,7 @@ constexpr std::size_t kMapped = 1050;                   // frames: 28 m of the w
 constexpr std::size_t kDark = 45, kUncovered = 30;      // frames
 constexpr std::size_t kHomeFrom = 950, kHomeTo = 2400;  // frames of the way home
 constexpr std::size_t kPiece = 30, kShortDark = 3;      // frames
-constexpr double kRight = 0.1;                          // metres: a pose farther off is wrong
+constexpr double kRight = 0.1;                          // meters: a pose farther off is wrong
 
 /// A place, and what became of it.
 struct Visit {
@@ -84,7 +84,7 @@ RgbdFramePtr stamped(const RgbdFrame& frame, std::size_t index, bool dark) {
   copy->index = index;
   copy->timestamp = static_cast<double>(index) / kFps;
   if (dark) {
-    copy->grey = cv::Mat(frame.grey.size(), frame.grey.type(), cv::Scalar::all(0));
+    copy->gray = cv::Mat(frame.gray.size(), frame.gray.type(), cv::Scalar::all(0));
     copy->color = cv::Mat(frame.color.size(), frame.color.type(), cv::Scalar::all(0));
   }
   return copy;
@@ -92,8 +92,8 @@ RgbdFramePtr stamped(const RgbdFrame& frame, std::size_t index, bool dark) {
 
 struct Judged {
   std::optional<std::size_t> frames;  ///< with light until there was a pose
-  bool relocalised = false;
-  double metres = 0;  ///< largest error of a pose, from where it was recognised
+  bool relocalized = false;
+  double meters = 0;  ///< largest error of a pose, from where it was recognized
 };
 
 /// Estimates and the truth, by frame as pushed.
@@ -104,7 +104,7 @@ struct Judge {
   /// How far a frame is from where it should be beside those mapped before a visit, in whichever of
   /// the maps that were taken nearby agrees best [m].
   double error(std::size_t frame, std::size_t visited_from) const {
-    constexpr double kNearby = 3, kAlike = 1;  // metres, radians
+    constexpr double kNearby = 3, kAlike = 1;  // meters, radians
     double least = 1e9;
     for (const auto& [other, pose] : estimate) {
       if (other >= visited_from) break;
@@ -121,10 +121,10 @@ Judged judge(const Visit& visit, const SlamResult& result, const Judge& by) {
   Judged judged;
   for (std::size_t i = 0; i < kUncovered; ++i) {
     const std::size_t frame = visit.first + i;
-    judged.relocalised |= result.frames[frame].relocalised;
+    judged.relocalized |= result.frames[frame].relocalized;
     if (!by.estimate.contains(frame)) continue;
     if (!judged.frames) judged.frames = i;
-    if (judged.relocalised) judged.metres = std::max(judged.metres, by.error(frame, visit.first));
+    if (judged.relocalized) judged.meters = std::max(judged.meters, by.error(frame, visit.first));
   }
   return judged;
 }
@@ -155,23 +155,23 @@ class Tour {
 };
 
 void print_places(const std::vector<Visit>& places, const SlamResult& result, const Judge& by) {
-  int recognised = 0, wrong = 0, known = 0;
+  int recognized = 0, wrong = 0, known = 0;
   std::vector<std::size_t> waited;
   for (const Visit& visit : places) {
     const Judged j = judge(visit, result, by);
-    const bool by_place = visit.known && j.relocalised && j.metres < kRight;
+    const bool by_place = visit.known && j.relocalized && j.meters < kRight;
     known += visit.known;
-    recognised += by_place;
-    wrong += j.relocalised && j.metres > kRight;
+    recognized += by_place;
+    wrong += j.relocalized && j.meters > kRight;
     if (by_place) waited.push_back(*j.frames);
     fmt::print("{:7} place, frame {:4}: {}{}{}\n", visit.known ? "known" : "unknown", visit.from,
                j.frames ? fmt::format("pose after {} frames", *j.frames) : "no pose",
-               j.relocalised ? " (recognised)" : "",
-               j.relocalised ? fmt::format(", {:.3f} m off at most", j.metres) : "");
+               j.relocalized ? " (recognized)" : "",
+               j.relocalized ? fmt::format(", {:.3f} m off at most", j.meters) : "");
   }
   std::sort(waited.begin(), waited.end());
-  fmt::print("{} of {} known places recognised, after {} frames in the median, {} at most\n",
-             recognised, known, waited.empty() ? 0 : waited[waited.size() / 2],
+  fmt::print("{} of {} known places recognized, after {} frames in the median, {} at most\n",
+             recognized, known, waited.empty() ? 0 : waited[waited.size() / 2],
              waited.empty() ? 0 : waited.back());
   fmt::print("{} wrong\n", wrong);
 }
@@ -194,11 +194,11 @@ void print_events(const SlamResult& result, const Judge& by) {
   int joined = 0, wrong = 0;
   for (const MapEvent& e : result.events) {
     if (e.kind == MapEvent::Kind::kDropped) continue;
-    const auto metres = off(by, e.frame_index, e.seen_in);
+    const auto meters = off(by, e.frame_index, e.seen_in);
     fmt::print("{}: frame {}, seen in {}, {}\n", name_of(e.kind), e.frame_index, e.seen_in,
-               metres ? fmt::format("{:.3f} m off", *metres) : "without poses");
+               meters ? fmt::format("{:.3f} m off", *meters) : "without poses");
     ++joined;
-    wrong += metres && *metres > kRight;
+    wrong += meters && *meters > kRight;
   }
   fmt::print("{} joins and loops, {} wrong\n", joined, wrong);
 }
@@ -263,8 +263,8 @@ void run(int people) {
   print_places(places, result, judge);
   print_maps(result, judge);
   for (const StageTiming& stage : result.timing.stages()) {
-    if (stage.name == "relocalisation")
-      fmt::print("relocalisation: {:.1f} ms in the median, {:.1f} at most\n", stage.median,
+    if (stage.name == "relocalization")
+      fmt::print("relocalization: {:.1f} ms in the median, {:.1f} at most\n", stage.median,
                  stage.max);
   }
 }

@@ -71,7 +71,7 @@ Run run(const Arguments& arguments, bool loops, bool realtime) {
   const SequencePaths paths = find_sequence(arguments.sequence);
   std::unique_ptr<FrameSource> source = std::make_unique<Prefetch>(
       std::make_unique<TumFolder>(paths, load_camera(paths.camera.string())), 4,
-      realtime ? Niceness::kNone : Niceness::kBeside);
+      realtime ? ThreadPriority::kNone : ThreadPriority::kBackground);
   PacedSource* paced = nullptr;
   if (realtime) {
     auto wrapped = std::make_unique<PacedSource>(std::move(source), arguments.slower);
@@ -127,7 +127,7 @@ void print(const char* what, const Run& run) {
         "{:.3f} m and {:.2f} degrees; {} keyframes: pose graph {:.0f} ms, in all {:.0f} ms, "
         "adjustment of the whole {:.0f} ms\n",
         e.kind == MapEvent::Kind::kLoop ? "loop" : "merge", e.frame_index, e.seen_in, e.inliers,
-        e.fused, e.metres, e.radians * 180 / std::numbers::pi, e.keyframes, e.graph_ms,
+        e.fused, e.meters, e.radians * 180 / std::numbers::pi, e.keyframes, e.graph_ms,
         e.milliseconds, c.adjustment_ms);
   }
 }

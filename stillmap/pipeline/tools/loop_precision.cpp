@@ -40,12 +40,12 @@ std::vector<Step> steps() {
   const LoopVerificationOptions all = options;
   options.min_found_share = 0, options.max_blank_share = 1;
   options.drift = {1e9, 0, 1e9, 0};
-  options.min_neighbours_agree = 0;
+  options.min_neighbors_agree = 0;
   std::vector<Step> made = {{"landmarks agree on a pose", options}};
   options.min_found_share = all.min_found_share, options.max_blank_share = all.max_blank_share;
   made.push_back({"and the surroundings", options});
-  options.min_neighbours_agree = all.min_neighbours_agree;
-  made.push_back({"and the neighbours", options});
+  options.min_neighbors_agree = all.min_neighbors_agree;
+  made.push_back({"and the neighbors", options});
   made.push_back({"and drift can be the reason", all});
   return made;
 }
@@ -98,10 +98,10 @@ std::vector<PlaceCandidate> alike(const Mapped& mapped, KeyframeId query) {
 }
 
 bool is_right(const Mapped& mapped, const LoopMatch& match) {
-  constexpr double kMetres = 0.1, kRadians = 3 * std::numbers::pi / 180;
+  constexpr double kMeters = 0.1, kRadians = 3 * std::numbers::pi / 180;
   const Pose truth = mapped.truth_of(match.candidate).inverse() * mapped.truth_of(match.query);
   const Pose error = truth.inverse() * match.T_candidate_query;
-  return error.translation().norm() <= kMetres && error.angle() <= kRadians;
+  return error.translation().norm() <= kMeters && error.angle() <= kRadians;
 }
 
 class Tally {
@@ -133,14 +133,14 @@ class Tally {
   void judge(const Mapped& mapped, KeyframeId query, KeyframeId candidate) {
     ++candidates_;
     for (std::size_t i = 0; i < steps_.size(); ++i) {
-      const auto verdict =
+      const auto verification =
           verify_loop(mapped.map, mapped.index, query, candidate, steps_[i].options);
-      if (!verdict.match) return;
-      const bool right = is_right(mapped, *verdict.match);
+      if (!verification.match) return;
+      const bool right = is_right(mapped, *verification.match);
       right ? ++counts_[i].right : ++counts_[i].wrong;
       if (i > 0) continue;
-      found_[right].push_back(verdict.match->found_share);
-      blank_[right].push_back(verdict.match->blank_share);
+      found_[right].push_back(verification.match->found_share);
+      blank_[right].push_back(verification.match->blank_share);
     }
   }
 

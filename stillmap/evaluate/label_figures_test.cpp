@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/evaluate/verdict_figures.hpp"
+#include "stillmap/evaluate/label_figures.hpp"
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/simulate/tum_writer.hpp"
@@ -43,13 +43,13 @@ PixelTruth at(const cv::Mat1b& labels, int u, int v) {
 }
 
 /// `count` keypoints at one place, of which the first `moving` are said to move.
-void put(VerdictFrame& frame, float u, float v, int count, int moving) {
+void put(LabeledFrame& frame, float u, float v, int count, int moving) {
   for (int i = 0; i < count; ++i) frame.keypoints.push_back({u, v, 1, 0, i < moving ? 0.0F : 1.0F});
 }
 
 /// 10 on the person, 20 on the thing and 30 on the wall, of which so many are said to move.
-VerdictFrame verdicts(int on_person, int on_thing, int on_wall) {
-  VerdictFrame frame;
+LabeledFrame labels(int on_person, int on_thing, int on_wall) {
+  LabeledFrame frame;
   put(frame, 50, 50, 10, on_person);
   put(frame, 150, 50, 20, on_thing);
   put(frame, 100, 50, 30, on_wall);
@@ -96,7 +96,7 @@ TEST(PixelTruth, SpeedsTellWhatMoves) {
   EXPECT_EQ(at(labels, 150, 50), PixelTruth::kMoving);
   const cv::Mat1b others = label_pixels(person_and_thing(0.021F, 0.019F), {});
   EXPECT_EQ(at(others, 50, 50), PixelTruth::kMoving);
-  EXPECT_EQ(at(others, 150, 50), PixelTruth::kStillThing);
+  EXPECT_EQ(at(others, 150, 50), PixelTruth::kStaticObject);
 }
 
 TEST(PixelTruth, SpeedsInBetweenCountNeitherWay) {
@@ -112,16 +112,16 @@ TEST(PixelTruth, PartsAtRestOfWhatMovesAreToldApart) {
   const cv::Mat1b labels = label_pixels(truth, {.still_share = 0.15});
   EXPECT_EQ(at(labels, 50, 28), PixelTruth::kMoving);
   EXPECT_EQ(at(labels, 50, 50), PixelTruth::kResting);
-  EXPECT_EQ(at(labels, 150, 50), PixelTruth::kStillThing);  // another mover altogether
+  EXPECT_EQ(at(labels, 150, 50), PixelTruth::kStaticObject);  // another mover altogether
   EXPECT_EQ(at(label_pixels(truth, {.still_share = 0.25}), 50, 50), PixelTruth::kStillPerson);
 }
 
-TEST(VerdictJudge, CountsByWhatTheKeypointsShow) {
-  VerdictJudge judge;
-  VerdictFrame frame = verdicts(8, 3, 6);
+TEST(LabelEvaluator, CountsByWhatTheKeypointsShow) {
+  LabelEvaluator judge;
+  LabeledFrame frame = labels(8, 3, 6);
   put(frame, 22, 50, 5, 5);   // near the person's outline
   put(frame, 250, 50, 1, 1);  // off the image
-  const VerdictCounts counts = judge.add(frame, person_and_thing(1, 0));
+  const LabelCounts counts = judge.add(frame, person_and_thing(1, 0));
   EXPECT_EQ(counts.moving.total, 10U);
   EXPECT_EQ(counts.moving.said_moving, 8U);
   EXPECT_EQ(counts.still_things.total, 20U);
@@ -134,14 +134,14 @@ TEST(VerdictJudge, CountsByWhatTheKeypointsShow) {
   EXPECT_DOUBLE_EQ(counts.precision(), 8.0 / 17);
 }
 
-TEST(VerdictJudge, MeansAreOverTheFramesThatHaveTheFigure) {
-  VerdictJudge judge;
-  judge.add(verdicts(10, 0, 0), person_and_thing(1, 0));  // precision 1, recall 1
-  judge.add(verdicts(2, 0, 6), person_and_thing(1, 0));   // precision 2 / 8, recall 0.2
-  judge.add(verdicts(0, 0, 0), person_and_thing(1, 0));   // nothing said: recall 0, no precision
-  judge.add(verdicts(3, 0, 0), person_and_thing(0, 0));   // nothing moves
+TEST(LabelEvaluator, MeansAreOverTheFramesThatHaveTheFigure) {
+  LabelEvaluator judge;
+  judge.add(labels(10, 0, 0), person_and_thing(1, 0));  // precision 1, recall 1
+  judge.add(labels(2, 0, 6), person_and_thing(1, 0));   // precision 2 / 8, recall 0.2
+  judge.add(labels(0, 0, 0), person_and_thing(1, 0));   // nothing said: recall 0, no precision
+  judge.add(labels(3, 0, 0), person_and_thing(0, 0));   // nothing moves
   judge.add_without_truth();
-  const VerdictFigures figures = judge.figures();
+  const LabelFigures figures = judge.figures();
   EXPECT_EQ(figures.frames, 4U);
   EXPECT_EQ(figures.frames_without_truth, 1U);
   EXPECT_TRUE(figures.knows_speed);
@@ -156,18 +156,18 @@ TEST(VerdictJudge, MeansAreOverTheFramesThatHaveTheFigure) {
   EXPECT_DOUBLE_EQ(figures.pooled.recall(), 12.0 / 30);
 }
 
-TEST(VerdictJudge, FramesWithFewKeypointsOfAKindDoNotSwayItsMean) {
-  VerdictJudge judge({.min_keypoints = 11});
-  judge.add(verdicts(1, 20, 0), person_and_thing());     // 30 that move
-  judge.add(verdicts(0, 0, 0), person_and_thing(1, 0));  // 10 that move
+TEST(LabelEvaluator, FramesWithFewKeypointsOfAKindDoNotSwayItsMean) {
+  LabelEvaluator judge({.min_keypoints = 11});
+  judge.add(labels(1, 20, 0), person_and_thing());     // 30 that move
+  judge.add(labels(0, 0, 0), person_and_thing(1, 0));  // 10 that move
   EXPECT_EQ(judge.figures().recall.frames, 1U);
   EXPECT_DOUBLE_EQ(judge.figures().recall.mean, 0.7);
   EXPECT_EQ(judge.figures().pooled.moving.total, 40U);
 }
 
-TEST(VerdictJudge, FiguresThatDoNotExistAreNullInJson) {
-  VerdictJudge judge;
-  VerdictFrame frame;
+TEST(LabelEvaluator, FiguresThatDoNotExistAreNullInJson) {
+  LabelEvaluator judge;
+  LabeledFrame frame;
   put(frame, 100, 50, 30, 0);
   judge.add(frame, person_and_thing());
   const nlohmann::json json = judge.figures();
@@ -192,18 +192,18 @@ class TruthFiles : public ::testing::Test {
 TEST_F(TruthFiles, AreJudgedByStamp) {
   write("mask", "5.000000", person_and_thing().mask);
   write("mask", "5.033333", cv::Mat::zeros(100, 200, CV_8UC1));
-  std::vector<VerdictFrame> frames(3, verdicts(9, 20, 0));
+  std::vector<LabeledFrame> frames(3, labels(9, 20, 0));
   frames[0].timestamp = 5.000001;
   frames[1].timestamp = 5.033333;  // all of it static there
   frames[2].timestamp = 5.1;       // no mask
-  const VerdictFigures figures = judge_verdicts(frames, MotionTruthFolder(folder_));
+  const LabelFigures figures = evaluate_labels(frames, MotionTruthFolder(folder_));
   EXPECT_EQ(figures.frames, 2U);
   EXPECT_EQ(figures.frames_without_truth, 1U);
   EXPECT_FALSE(figures.knows_speed);
   EXPECT_EQ(figures.pooled.moving.said_moving, 29U);
   EXPECT_EQ(figures.pooled.static_world.said_moving, 29U);
   frames[0].timestamp = frames[1].timestamp = 8;
-  EXPECT_THROW(judge_verdicts(frames, MotionTruthFolder(folder_)), Error);
+  EXPECT_THROW(evaluate_labels(frames, MotionTruthFolder(folder_)), Error);
 }
 
 TEST_F(TruthFiles, SpeedsAndInstancesAreReadWhereTheyAre) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/segment/mask_carrier.hpp"
+#include "stillmap/segment/mask_propagator.hpp"
 
 #include "stillmap/segment/dynamic_mask.hpp"
 
@@ -25,12 +25,12 @@ cv::Mat1b texture(cv::Size size, std::uint64_t seed) {
 RgbdFramePtr scene(std::size_t index, const cv::Rect& thing, float depth = 1.5F) {
   auto frame = std::make_shared<RgbdFrame>();
   frame->index = index;
-  frame->grey = texture(kSize, 1);
+  frame->gray = texture(kSize, 1);
   frame->depth = cv::Mat1f(kSize, 3.0F);
   const cv::Mat1b looks = texture({200, 300}, 2);
   const cv::Rect visible = thing & cv::Rect(cv::Point(), kSize);
   if (visible.empty()) return frame;
-  looks(visible - thing.tl()).copyTo(frame->grey(visible));
+  looks(visible - thing.tl()).copyTo(frame->gray(visible));
   frame->depth(visible) = depth;
   return frame;
 }
@@ -53,11 +53,11 @@ Score score(const SegmentedFrame& masks, const cv::Rect& truth) {
   return {both / visible.area(), both / std::max(1, cv::countNonZero(found))};
 }
 
-TEST(CarryForward, FollowsAMovingThing) {
+TEST(PropagateMasks, FollowsAMovingThing) {
   const cv::Rect before(200, 100, 120, 250);
   for (const cv::Point step : {cv::Point(0, 0), {13, 4}, {-37, 10}, {60, -30}}) {
     const cv::Rect after = before + step;
-    const auto carried = carry_forward(masks_at(4, before), *scene(4, before), *scene(6, after));
+    const auto carried = propagate_masks(masks_at(4, before), *scene(4, before), *scene(6, after));
     const Score s = score(carried, after);
     EXPECT_GT(s.recall, 0.99) << step;
     EXPECT_GT(s.precision, 0.97) << step;
@@ -69,32 +69,32 @@ TEST(CarryForward, FollowsAMovingThing) {
   }
 }
 
-TEST(CarryForward, WorksWithoutDepthButFollowsTheFlow) {
+TEST(PropagateMasks, WorksWithoutDepthButFollowsTheFlow) {
   const cv::Rect before(200, 100, 120, 250), after = before + cv::Point(31, 7);
   auto source = std::make_shared<RgbdFrame>(*scene(0, before));
   auto target = std::make_shared<RgbdFrame>(*scene(1, after));
   source->depth = cv::Mat1f::zeros(kSize);
   target->depth = cv::Mat1f::zeros(kSize);
-  const Score s = score(carry_forward(masks_at(0, before), *source, *target), after);
+  const Score s = score(propagate_masks(masks_at(0, before), *source, *target), after);
   EXPECT_GT(s.recall, 0.97);
   EXPECT_GT(s.precision, 0.97);
 }
 
-TEST(CarryForward, DepthTakesTheWallOutOfASloppyMask) {
+TEST(PropagateMasks, DepthTakesTheWallOutOfASloppyMask) {
   const cv::Rect before(200, 100, 120, 250), after = before + cv::Point(10, 0);
   const cv::Rect sloppy(before.x - 8, before.y - 8, before.width + 16, before.height + 16);
-  const auto carried = carry_forward(masks_at(0, sloppy), *scene(0, before), *scene(1, after));
+  const auto carried = propagate_masks(masks_at(0, sloppy), *scene(0, before), *scene(1, after));
   EXPECT_GT(score(carried, after).recall, 0.99);
   EXPECT_GT(score(carried, after).precision, 0.95);  // the mask itself: 0.83
 }
 
-TEST(CarryForward, ABoxDoesNotStretchBetweenTheThingAndTheWallInIt) {
+TEST(PropagateMasks, ABoxDoesNotStretchBetweenTheThingAndTheWallInIt) {
   // The wall in the box is too near to the thing to be told from it by depth; it stays behind.
   const cv::Rect before(200, 100, 120, 250), after = before + cv::Point(30, 0);
   const cv::Rect around(185, 85, 150, 280);
   SegmentedFrame boxes = masks_at(0, around);
   boxes.instances[0].mask.release();
-  const auto carried = carry_forward(boxes, *scene(0, before, 2.8F), *scene(2, after, 2.8F));
+  const auto carried = propagate_masks(boxes, *scene(0, before, 2.8F), *scene(2, after, 2.8F));
   ASSERT_EQ(carried.instances.size(), 1U);
   const cv::Rect box = carried.instances[0].box;
   EXPECT_EQ(box | after, box);
@@ -102,40 +102,40 @@ TEST(CarryForward, ABoxDoesNotStretchBetweenTheThingAndTheWallInIt) {
   EXPECT_LE(box.height, around.height + 2 * 8);
 }
 
-TEST(CarryForward, TakesInWhatComesIntoTheImage) {
+TEST(PropagateMasks, TakesInWhatComesIntoTheImage) {
   const cv::Rect before(560, 100, 120, 250), after = before - cv::Point(38, 0);  // 80, then 118 px
-  const auto carried = carry_forward(masks_at(0, before), *scene(0, before), *scene(2, after));
+  const auto carried = propagate_masks(masks_at(0, before), *scene(0, before), *scene(2, after));
   EXPECT_GT(score(carried, after).recall, 0.98);
   EXPECT_GT(score(carried, after).precision, 0.95);
 }
 
-TEST(CarryForward, DropsWhatHasGoneOrIsHidden) {
+TEST(PropagateMasks, DropsWhatHasGoneOrIsHidden) {
   const cv::Rect before(200, 100, 120, 250), nowhere;
   const auto source = scene(0, before), target = scene(1, nowhere);
-  EXPECT_TRUE(carry_forward(masks_at(0, before), *source, *target).instances.empty());
-  EXPECT_TRUE(carry_forward({}, *source, *target).instances.empty());
+  EXPECT_TRUE(propagate_masks(masks_at(0, before), *source, *target).instances.empty());
+  EXPECT_TRUE(propagate_masks({}, *source, *target).instances.empty());
 }
 
-TEST(CarryForward, AnotherImageSizeIsCoveredToItsLastPixel) {
+TEST(PropagateMasks, AnotherImageSizeIsCoveredToItsLastPixel) {
   const cv::Size odd(331, 247);
   RgbdFrame frame;
-  frame.grey = texture(odd, 3);
+  frame.gray = texture(odd, 3);
   frame.depth = cv::Mat1f(odd, 2.0F);
   SegmentedFrame masks;
   masks.instances.push_back({0, "person", 1, cv::Rect(cv::Point(), odd), {}});
   RgbdFrame next = frame;
   next.index = 1;
-  const auto carried = carry_forward(masks, frame, next);
+  const auto carried = propagate_masks(masks, frame, next);
   ASSERT_EQ(carried.instances.size(), 1U);
   EXPECT_EQ(carried.instances[0].box, cv::Rect(cv::Point(), odd));
   EXPECT_EQ(carried.instances[0].mask.size(), odd);
 }
 
-TEST(CarryForward, GivesTheSameBytesForOneThreadAndMany) {
+TEST(PropagateMasks, GivesTheSameBytesForOneThreadAndMany) {
   const cv::Rect before(200, 100, 120, 250), after = before + cv::Point(23, -5);
   const auto run = [&](int threads) {
     cv::setNumThreads(threads);
-    const auto carried = carry_forward(masks_at(0, before), *scene(0, before), *scene(2, after));
+    const auto carried = propagate_masks(masks_at(0, before), *scene(0, before), *scene(2, after));
     return dynamic_mask(carried, {"person"}, kSize);
   };
   const cv::Mat1b one = run(1), four = run(4);
@@ -150,38 +150,38 @@ TEST(TrimByDepth, LeavesTheThingAndDropsTheWall) {
   EXPECT_GT(score(trimmed, thing).precision, 0.97);  // the mask itself: 0.83
 }
 
-TEST(MaskCarrier, CarriesTheNewestMasksToTheNewestFrame) {
-  MaskCarrier carrier;
+TEST(MaskPropagator, CarriesTheNewestMasksToTheNewestFrame) {
+  MaskPropagator propagator;
   const auto at = [](std::size_t i) {
     return cv::Rect(200, 100, 120, 250) + cv::Point(9, 2) * static_cast<int>(i);
   };
-  EXPECT_EQ(carrier.current(), nullptr);
-  for (std::size_t i = 0; i < 5; ++i) carrier.push(scene(i, at(i)));
-  EXPECT_EQ(carrier.current(), nullptr);
-  carrier.set(masks_at(2, at(2)));
-  carrier.set(masks_at(1, cv::Rect(0, 0, 30, 30)));  // older: no say
-  const auto current = carrier.current();
+  EXPECT_EQ(propagator.current(), nullptr);
+  for (std::size_t i = 0; i < 5; ++i) propagator.push(scene(i, at(i)));
+  EXPECT_EQ(propagator.current(), nullptr);
+  propagator.set(masks_at(2, at(2)));
+  propagator.set(masks_at(1, cv::Rect(0, 0, 30, 30)));  // older: no say
+  const auto current = propagator.current();
   ASSERT_NE(current, nullptr);
   EXPECT_EQ(current->frame_index, 4U);
   EXPECT_EQ(current->age(), 2U);
   EXPECT_GT(score(*current, at(4)).recall, 0.99);
-  carrier.set(masks_at(4, at(4)));
-  EXPECT_EQ(carrier.current()->age(), 0U);
-  EXPECT_EQ(score(*carrier.current(), at(4)).precision, 1);
+  propagator.set(masks_at(4, at(4)));
+  EXPECT_EQ(propagator.current()->age(), 0U);
+  EXPECT_EQ(score(*propagator.current(), at(4)).precision, 1);
 }
 
-TEST(MaskCarrier, ForgetsMasksThatAreTooOld) {
-  CarryOptions options;
+TEST(MaskPropagator, ForgetsMasksThatAreTooOld) {
+  PropagationOptions options;
   options.max_age = 2;
-  MaskCarrier carrier(options);
+  MaskPropagator propagator(options);
   const cv::Rect thing(200, 100, 120, 250);
-  carrier.push(scene(0, thing));
-  carrier.set(masks_at(0, thing));
-  carrier.push(scene(1, thing));
-  carrier.push(scene(2, thing));
-  EXPECT_NE(carrier.current(), nullptr);
-  carrier.push(scene(3, thing));
-  EXPECT_EQ(carrier.current(), nullptr);
+  propagator.push(scene(0, thing));
+  propagator.set(masks_at(0, thing));
+  propagator.push(scene(1, thing));
+  propagator.push(scene(2, thing));
+  EXPECT_NE(propagator.current(), nullptr);
+  propagator.push(scene(3, thing));
+  EXPECT_EQ(propagator.current(), nullptr);
 }
 
 }  // namespace

@@ -1,18 +1,18 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Holds the rooms of the house to their arrows.
+"""Holds the modules of the house to their dependencies.
 
-The arrows are drawn once, in the block ```arrows of docs/architecture.md. A room may use another only if
-the arrows lead from that one to it. This script compares with them
+The dependencies are drawn once, in the block ```dependencies of docs/architecture.md. A module may use another only if
+the dependencies lead from that one to it. This script compares with them
 
-  1. what each room says it uses: stillmap_room(NAME DEPENDS ... TEST_DEPENDS ...) in its CMakeLists.txt;
-  2. what its files really include: only the room itself and what its DEPENDS reach; tests, benchmarks and
+  1. what each module says it uses: stillmap_room(NAME DEPENDS ... TEST_DEPENDS ...) in its CMakeLists.txt;
+  2. what its files really include: only the module itself and what its DEPENDS reach; tests, benchmarks and
      what lies in its folder tools/ also what its TEST_DEPENDS reach.
 
 Prints file:line for every violation; exit code 1 if there is one.
 
-  scripts/check_arrows.py [ROOT]        check the tree at ROOT (default: this repository)
-  scripts/check_arrows.py --self-test   check this script on small trees with known faults
+  scripts/check_dependencies.py [ROOT]        check the tree at ROOT (default: this repository)
+  scripts/check_dependencies.py --self-test   check this script on small trees with known faults
 """
 import re
 import sys
@@ -21,16 +21,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 ARROWS_FILE = "docs/architecture.md"
-ARROWS_BLOCK = re.compile(r"^```arrows\n(.*?)^```", re.MULTILINE | re.DOTALL)
-ROOM_CALL = re.compile(r"^\s*stillmap_room\s*\(([^)]*)\)", re.MULTILINE)
-ROOM_KEYWORDS = {"DEPENDS", "TEST_DEPENDS", "LINK", "TEST_LINK", "NO_PCH"}
+ARROWS_BLOCK = re.compile(r"^```dependencies\n(.*?)^```", re.MULTILINE | re.DOTALL)
+MODULE_CALL = re.compile(r"^\s*stillmap_room\s*\(([^)]*)\)", re.MULTILINE)
+MODULE_KEYWORDS = {"DEPENDS", "TEST_DEPENDS", "LINK", "TEST_LINK", "NO_PCH"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"')
 TEST_FILE = re.compile(r"_(test|benchmark)\.(cpp|hpp)$|/tools/")
 
 
 @dataclass
 class Room:
-    """What a room's CMakeLists.txt says of it; every name with the line it stands on."""
+    """What a module's CMakeLists.txt says of it; every name with the line it stands on."""
 
     name: str
     cmake_file: Path
@@ -38,126 +38,126 @@ class Room:
     test_depends: dict = field(default_factory=dict)
 
 
-def read_arrows(root):
-    """Room -> set of the rooms it may use, from the drawing in the documentation."""
+def read_dependencies(root):
+    """Room -> set of the modules it may use, from the drawing in the documentation."""
     text = (root / ARROWS_FILE).read_text(encoding="utf-8")
     block = ARROWS_BLOCK.search(text)
     if not block:
-        raise SystemExit(f"{ARROWS_FILE}: the block ```arrows is missing")
+        raise SystemExit(f"{ARROWS_FILE}: the block ```dependencies is missing")
     edges = {}
     for line in block.group(1).splitlines():
         steps = [re.findall(r"\w+", step) for step in line.split("->")]
-        for rooms in steps:
-            for room in rooms:
-                edges.setdefault(room, set())
+        for modules in steps:
+            for module in modules:
+                edges.setdefault(module, set())
         for sources, targets in zip(steps, steps[1:]):
             for target in targets:
                 edges[target].update(sources)
-    return {room: reach(edges[room], edges) for room in edges}
+    return {module: reach(edges[module], edges) for module in edges}
 
 
-def reach(rooms, edges):
-    """All that can be got to from `rooms` along `edges`, with themselves."""
-    reached, open_ends = set(), list(rooms)
+def reach(modules, edges):
+    """All that can be got to from `modules` along `edges`, with themselves."""
+    reached, open_ends = set(), list(modules)
     while open_ends:
-        room = open_ends.pop()
-        if room not in reached:
-            reached.add(room)
-            open_ends.extend(edges.get(room, ()))
+        module = open_ends.pop()
+        if module not in reached:
+            reached.add(module)
+            open_ends.extend(edges.get(module, ()))
     return reached
 
 
 def read_room(cmake_file):
     """The stillmap_room call of one CMakeLists.txt, or None."""
     text = re.sub(r"#.*", "", cmake_file.read_text(encoding="utf-8"))
-    call = ROOM_CALL.search(text)
+    call = MODULE_CALL.search(text)
     if not call:
         return None
     words = [(m.group(), text.count("\n", 0, call.start(1) + m.start()) + 1)
              for m in re.finditer(r"\S+", call.group(1))]
-    room = Room(words[0][0], cmake_file)
-    lists = {"DEPENDS": room.depends, "TEST_DEPENDS": room.test_depends}
+    module = Room(words[0][0], cmake_file)
+    lists = {"DEPENDS": module.depends, "TEST_DEPENDS": module.test_depends}
     current = {}
     for word, line in words[1:]:
-        if word in ROOM_KEYWORDS:
+        if word in MODULE_KEYWORDS:
             current = lists.get(word, {})
         else:
             current[word] = line
-    return room
+    return module
 
 
 def read_rooms(root):
-    rooms = [read_room(file) for file in sorted(root.glob("stillmap/*/CMakeLists.txt"))]
-    return {room.name: room for room in rooms if room}
+    modules = [read_room(file) for file in sorted(root.glob("stillmap/*/CMakeLists.txt"))]
+    return {module.name: module for module in modules if module}
 
 
-def declared_faults(rooms, allowed):
-    """Violations in what the rooms say they use."""
-    for room in rooms.values():
-        if room.cmake_file.parent.name != room.name:
-            yield room.cmake_file, 1, f"room {room.name} lies in folder {room.cmake_file.parent.name}"
-        if room.name not in allowed:
-            yield room.cmake_file, 1, f"room {room.name} is not in the drawing in {ARROWS_FILE}"
+def declared_faults(modules, allowed):
+    """Violations in what the modules say they use."""
+    for module in modules.values():
+        if module.cmake_file.parent.name != module.name:
+            yield module.cmake_file, 1, f"module {module.name} lies in folder {module.cmake_file.parent.name}"
+        if module.name not in allowed:
+            yield module.cmake_file, 1, f"module {module.name} is not in the drawing in {ARROWS_FILE}"
             continue
-        for used, line in room.depends.items():
-            if used not in allowed[room.name]:
-                yield room.cmake_file, line, f"{room.name} -> {used} is against the arrows in {ARROWS_FILE}"
-        for used, line in {**room.depends, **room.test_depends}.items():
-            if used not in rooms:
-                yield room.cmake_file, line, f"{room.name} depends on {used}, which is no room"
+        for used, line in module.depends.items():
+            if used not in allowed[module.name]:
+                yield module.cmake_file, line, f"{module.name} -> {used} is against the dependencies in {ARROWS_FILE}"
+        for used, line in {**module.depends, **module.test_depends}.items():
+            if used not in modules:
+                yield module.cmake_file, line, f"{module.name} depends on {used}, which is no module"
 
 
-def cycle_faults(rooms, allowed):
+def cycle_faults(modules, allowed):
     """Rooms that use themselves in the end, in the drawing or in the CMake files."""
-    edges = {room.name: room.depends for room in rooms.values()}
-    for room in rooms.values():
-        if room.name in allowed.get(room.name, ()):
-            yield room.cmake_file, 1, f"the arrows in {ARROWS_FILE} lead from {room.name} back to it"
-        if room.name in reach(room.depends, edges):
-            yield room.cmake_file, 1, f"{room.name} depends on itself in the end"
+    edges = {module.name: module.depends for module in modules.values()}
+    for module in modules.values():
+        if module.name in allowed.get(module.name, ()):
+            yield module.cmake_file, 1, f"the dependencies in {ARROWS_FILE} lead from {module.name} back to it"
+        if module.name in reach(module.depends, edges):
+            yield module.cmake_file, 1, f"{module.name} depends on itself in the end"
 
 
-def include_faults(rooms):
+def include_faults(modules):
     """Violations in what the files really include."""
-    edges = {room.name: room.depends for room in rooms.values()}
-    for room in rooms.values():
-        own = {room.name} | reach(room.depends, edges)
-        with_tests = own | reach(room.test_depends, edges)
-        for file in sorted(room.cmake_file.parent.rglob("*.[ch]pp")):
+    edges = {module.name: module.depends for module in modules.values()}
+    for module in modules.values():
+        own = {module.name} | reach(module.depends, edges)
+        with_tests = own | reach(module.test_depends, edges)
+        for file in sorted(module.cmake_file.parent.rglob("*.[ch]pp")):
             usable = with_tests if TEST_FILE.search(file.as_posix()) else own
-            yield from file_faults(file, room.name, usable)
+            yield from file_faults(file, module.name, usable)
 
 
-def file_faults(file, room, usable):
+def file_faults(file, module, usable):
     for number, line in enumerate(file.read_text(encoding="utf-8").splitlines(), 1):
         include = INCLUDE.match(line)
         if not include:
             continue
         parts = include.group(1).split("/")
         if parts[0] != "stillmap" or len(parts) < 3 or ".." in parts:
-            yield file, number, f'"{include.group(1)}": write includes in full, "stillmap/<room>/<file>"'
+            yield file, number, f'"{include.group(1)}": write includes in full, "stillmap/<module>/<file>"'
         elif parts[1] not in usable:
-            yield file, number, f"{room} includes {parts[1]}, which is not among what it depends on"
+            yield file, number, f"{module} includes {parts[1]}, which is not among what it depends on"
 
 
 def find_faults(root):
-    allowed, rooms = read_arrows(root), read_rooms(root)
-    faults = [*declared_faults(rooms, allowed), *cycle_faults(rooms, allowed), *include_faults(rooms)]
-    return [f"{file.relative_to(root)}:{line}: {text}" for file, line, text in faults], len(rooms)
+    allowed, modules = read_dependencies(root), read_rooms(root)
+    faults = [*declared_faults(modules, allowed), *cycle_faults(modules, allowed), *include_faults(modules)]
+    return [f"{file.relative_to(root)}:{line}: {text}" for file, line, text in faults], len(modules)
 
 
 def main(root):
     faults, room_count = find_faults(root)
     for fault in faults:
         print(fault)
-    print(f"arrows: {room_count} rooms, {len(faults)} violations")
+    print(f"dependencies: {room_count} modules, {len(faults)} violations")
     return 1 if faults or room_count == 0 else 0
 
 
 # --- Self-test: a small house that is in order, and one fault at a time built into it. ---------------------
 
 SOUND_HOUSE = {
-    ARROWS_FILE: "```arrows\nbase -> map -> track, refine -> top\nbase -> simulate\n```\n",
+    ARROWS_FILE: "```dependencies\nbase -> map -> track, refine -> top\nbase -> simulate\n```\n",
     "stillmap/base/CMakeLists.txt": "stillmap_room(base)\n",
     "stillmap/base/a.hpp": "#include <vector>\n",
     "stillmap/map/CMakeLists.txt": "stillmap_room(map DEPENDS base LINK yaml-cpp TEST_DEPENDS simulate)\n",
@@ -178,11 +178,11 @@ SELF_TESTS = {
         {"stillmap/base/a.hpp": '// hm\n#include "stillmap/map/b.hpp"\n'}, "stillmap/base/a.hpp:2: base includes map"),
     "an include of a sibling": (
         {"stillmap/track/c.cpp": '#include "stillmap/refine/d.hpp"\n'}, "stillmap/track/c.cpp:1: track includes refine"),
-    "a test's room in a file that is no test": (
+    "a test's module in a file that is no test": (
         {"stillmap/map/b.hpp": '#include "stillmap/simulate/s.hpp"\n'}, "stillmap/map/b.hpp:1: map includes simulate"),
     "a relative include": (
         {"stillmap/base/a.hpp": '#include "../map/b.hpp"\n'}, "stillmap/base/a.hpp:1: \"../map/b.hpp\""),
-    "DEPENDS against the arrows": (
+    "DEPENDS against the dependencies": (
         {"stillmap/base/CMakeLists.txt": "\nstillmap_room(base DEPENDS\n map)\n"},
         "stillmap/base/CMakeLists.txt:3: base -> map is against"),
     "DEPENDS on a sibling": (
@@ -191,11 +191,11 @@ SELF_TESTS = {
     "a cycle of DEPENDS": (
         {"stillmap/base/CMakeLists.txt": "stillmap_room(base DEPENDS map)\n"}, "map depends on itself in the end"),
     "a cycle in the drawing": (
-        {ARROWS_FILE: "```arrows\nbase -> map -> track, refine -> base\nbase -> simulate\n```\n"}, "lead from base back"),
-    "DEPENDS on what is no room": (
-        {"stillmap/refine/CMakeLists.txt": "stillmap_room(refine DEPENDS top)\n"}, "which is no room"),
-    "a room that the drawing lacks": (
-        {"stillmap/attic/CMakeLists.txt": "stillmap_room(attic DEPENDS base)\n"}, "room attic is not in the drawing"),
+        {ARROWS_FILE: "```dependencies\nbase -> map -> track, refine -> base\nbase -> simulate\n```\n"}, "lead from base back"),
+    "DEPENDS on what is no module": (
+        {"stillmap/refine/CMakeLists.txt": "stillmap_room(refine DEPENDS top)\n"}, "which is no module"),
+    "a module that the drawing lacks": (
+        {"stillmap/attic/CMakeLists.txt": "stillmap_room(attic DEPENDS base)\n"}, "module attic is not in the drawing"),
 }
 
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Turns a YOLO network of 32-bit floats (.onnx) into one that computes with 8-bit integers, for `stillmap run --model`.
 
-  scripts/quantise_network.py MODEL.onnx PICTURES_DIR... --out MODEL_int8.onnx
+  scripts/quantize_network.py MODEL.onnx PICTURES_DIR... --out MODEL_int8.onnx
 
 Needs the Python packages numpy, onnx, onnxruntime and pillow. PICTURES_DIR holds pictures such as the camera will see
 (the rgb folder of a recording): --pictures of them (64), evenly spread, set the ranges of the values; half as many
@@ -26,10 +26,10 @@ try:
     from onnxruntime.quantization import CalibrationDataReader, QuantFormat, QuantType, quantize_static
     from PIL import Image
 except ImportError as missing:
-    sys.exit(f"quantise_network: {missing}; fix: pip install numpy onnx onnxruntime pillow")
+    sys.exit(f"quantize_network: {missing}; fix: pip install numpy onnx onnxruntime pillow")
 
 OPERATORS = 13  # the first with scales per channel
-GREY = 114  # what networks are trained to see around a picture
+GRAY = 114  # what networks are trained to see around a picture
 SURE, SAME = 0.5, 0.7  # a score, and an overlap of boxes
 
 
@@ -37,16 +37,16 @@ def input_of(model):
     value = model.graph.input[0]
     height, width = (d.dim_value for d in value.type.tensor_type.shape.dim[2:4])
     if not height or not width:
-        sys.exit("quantise_network: the network leaves its input's size open; fix: export it with imgsz=256,320")
+        sys.exit("quantize_network: the network leaves its input's size open; fix: export it with imgsz=256,320")
     return value.name, height, width
 
 
 def letterboxed(file, height, width):
-    """1 x 3 x height x width, RGB, 0 to 1: the picture as large as it fits, grey around it."""
+    """1 x 3 x height x width, RGB, 0 to 1: the picture as large as it fits, gray around it."""
     picture = Image.open(file).convert("RGB")
     scale = min(width / picture.width, height / picture.height)
     size = round(picture.width * scale), round(picture.height * scale)
-    canvas = Image.new("RGB", (width, height), (GREY, GREY, GREY))
+    canvas = Image.new("RGB", (width, height), (GRAY, GRAY, GRAY))
     canvas.paste(picture.resize(size, Image.BILINEAR), ((width - size[0]) // 2, (height - size[1]) // 2))
     return (np.asarray(canvas, np.float32) / 255).transpose(2, 0, 1)[None]
 
@@ -56,7 +56,7 @@ def pictures_in(folders, count):
     files = [f for d in folders for f in sorted(Path(d).iterdir()) if f.suffix.lower() in (".png", ".jpg", ".jpeg")]
     if len(files) < 16:
         named = ", ".join(map(str, folders))
-        sys.exit(f"quantise_network: {len(files)} pictures in {named}; fix: name folders of 16 or more")
+        sys.exit(f"quantize_network: {len(files)} pictures in {named}; fix: name folders of 16 or more")
     spread = [files[i] for i in np.linspace(0, len(files) - 1, min(3 * count // 2, len(files))).astype(int)]
     return [f for n, f in enumerate(spread) if n % 3 != 1], spread[1::3]
 
@@ -75,7 +75,7 @@ class Pictures(CalibrationDataReader):
         return next(self.inputs, None)
 
 
-def quantised(source, inputs, out):
+def quantized(source, inputs, out):
     model = onnx.load(source)
     converted = model
     if model.opset_import[0].version < OPERATORS:
@@ -137,13 +137,13 @@ def main():
     out = arguments.out or arguments.model.with_name(arguments.model.stem + "_int8.onnx")
     for path in [arguments.model, *arguments.folders]:
         if not path.exists():
-            sys.exit(f"quantise_network: {path} is missing")
+            sys.exit(f"quantize_network: {path} is missing")
     _, height, width = input_of(onnx.load(arguments.model))
     to_learn, to_compare = pictures_in(arguments.folders, arguments.pictures)
-    quantised(arguments.model, [letterboxed(f, height, width) for f in to_learn], out)
+    quantized(arguments.model, [letterboxed(f, height, width) for f in to_learn], out)
     print(f"written: {out} ({out.stat().st_size / 1e6:.1f} MB; {arguments.model.stat().st_size / 1e6:.1f} MB before)")
     if not compare(arguments.model, out, [letterboxed(f, height, width) for f in to_compare]):
-        sys.exit("quantise_network: more than a tenth is no longer found: do not use it; fix: more and other pictures")
+        sys.exit("quantize_network: more than a tenth is no longer found: do not use it; fix: more and other pictures")
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/loop/relocaliser.hpp"
+#include "stillmap/loop/relocalizer.hpp"
 
 #include "stillmap/loop/rendered_map_test.hpp"
 
@@ -12,7 +12,7 @@ using rendered::MapBuilder;
 using rendered::small_pictures;
 
 /// An office mapped from a short way along the desks, and frames of other ways.
-class Relocalise : public ::testing::Test {
+class Relocalize : public ::testing::Test {
  protected:
   struct World {
     std::shared_ptr<const Scene> scene;
@@ -44,23 +44,23 @@ class Relocalise : public ::testing::Test {
     return made;
   }
 
-  static RelocalisationVerdict find(const Features& features, std::vector<float> weights = {},
-                                    const RelocaliserOptions& options = {}) {
+  static RelocalizationVerification find(const Features& features, std::vector<float> weights = {},
+                                         const RelocalizerOptions& options = {}) {
     if (weights.empty()) weights.assign(features.size(), 1);
-    return relocalise(world().built.map, world().built.index, {features, weights}, options);
+    return relocalize(world().built.map, world().built.index, {features, weights}, options);
   }
 
-  /// Landmarks are off by some millimetres (noise of depth), and many are averaged.
-  static void expect_right(const RelocalisationVerdict& verdict, const Pose& truth,
-                           double metres = 0.015, double radians = 0.006) {
-    ASSERT_TRUE(verdict.result) << verdict.reason;
-    const Pose error = truth.inverse() * verdict.result->T_world_camera;
-    EXPECT_LT(error.translation().norm(), metres);
+  /// Landmarks are off by some millimeters (noise of depth), and many are averaged.
+  static void expect_right(const RelocalizationVerification& verification, const Pose& truth,
+                           double meters = 0.015, double radians = 0.006) {
+    ASSERT_TRUE(verification.result) << verification.reason;
+    const Pose error = truth.inverse() * verification.result->T_world_camera;
+    EXPECT_LT(error.translation().norm(), meters);
     EXPECT_LT(error.angle(), radians);
   }
 };
 
-TEST_F(Relocalise, FindsTheCameraOnAnotherWay) {
+TEST_F(Relocalize, FindsTheCameraOnAnotherWay) {
   const SimulatedSequence way = sequence(world().scene, 77);
   for (std::size_t i = 20; i < 40; i += 3) {
     SCOPED_TRACE(i);
@@ -69,7 +69,7 @@ TEST_F(Relocalise, FindsTheCameraOnAnotherWay) {
   }
 }
 
-TEST_F(Relocalise, NeedsNoDepth) {
+TEST_F(Relocalize, NeedsNoDepth) {
   const SimulatedSequence way = sequence(world().scene, 77);
   for (std::size_t i = 20; i < 40; i += 5) {
     SCOPED_TRACE(i);
@@ -80,7 +80,7 @@ TEST_F(Relocalise, NeedsNoDepth) {
   }
 }
 
-TEST_F(Relocalise, ThePoseHoldsRelativeToItsKeyframe) {
+TEST_F(Relocalize, ThePoseHoldsRelativeToItsKeyframe) {
   const auto f = sequence(world().scene, 77).at(22);
   const auto found = find(rendered::extract(*f.frame));
   ASSERT_TRUE(found.result);
@@ -90,7 +90,7 @@ TEST_F(Relocalise, ThePoseHoldsRelativeToItsKeyframe) {
 }
 
 /// What the keypoints are said to show must lie where they are seen.
-TEST_F(Relocalise, SaysWhatTheKeypointsShow) {
+TEST_F(Relocalize, SaysWhatTheKeypointsShow) {
   const auto f = sequence(world().scene, 77).at(25);
   const Features features = rendered::extract(*f.frame);
   const auto found = find(features);
@@ -110,7 +110,7 @@ TEST_F(Relocalise, SaysWhatTheKeypointsShow) {
 }
 
 /// Half of the picture is taken for moving: what is there must not enter, and the rest suffices.
-TEST_F(Relocalise, StandsPeopleInTheView) {
+TEST_F(Relocalize, StandsPeopleInTheView) {
   const auto f = sequence(world().scene, 77).at(25);
   const Features features = rendered::extract(*f.frame);
   std::vector<float> weights;
@@ -125,7 +125,7 @@ TEST_F(Relocalise, StandsPeopleInTheView) {
   }
 }
 
-TEST_F(Relocalise, ComesToNothingWhereItHasNeverBeen) {
+TEST_F(Relocalize, ComesToNothingWhereItHasNeverBeen) {
   auto elsewhere = std::make_shared<Scene>(*world().scene);
   elsewhere->viewpoint.position = {5.2, 1.0, 1.45};
   elsewhere->viewpoint.target = {3.0, 0.1, 0.9};
@@ -138,13 +138,13 @@ TEST_F(Relocalise, ComesToNothingWhereItHasNeverBeen) {
   EXPECT_FALSE(find(Features{}).result);
 }
 
-TEST_F(Relocalise, KeepsToTheComponentAskedFor) {
+TEST_F(Relocalize, KeepsToTheComponentAskedFor) {
   const auto f = sequence(world().scene, 77).at(22);
   const Features features = rendered::extract(*f.frame);
   const std::vector<float> weights(features.size(), 1);
   const MapBuilder& built = world().built;
-  EXPECT_TRUE(relocalise(built.map, built.index, {features, weights}, {}, 0).result);
-  EXPECT_FALSE(relocalise(built.map, built.index, {features, weights}, {}, 1).result);
+  EXPECT_TRUE(relocalize(built.map, built.index, {features, weights}, {}, 0).result);
+  EXPECT_FALSE(relocalize(built.map, built.index, {features, weights}, {}, 1).result);
 }
 
 }  // namespace

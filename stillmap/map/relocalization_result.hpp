@@ -8,8 +8,8 @@
 namespace stillmap {
 
 /// Where a lost camera was, by what it saw: what the map's side hands to the tracker.
-struct Placement {
-  FramePtr frame;           ///< that was recognised; the camera has moved on since
+struct RelocalizationResult {
+  FramePtr frame;           ///< that was recognized; the camera has moved on since
   LocalMapPtr local_map;    ///< around the place
   Pose T_reference_camera;  ///< of the frame, relative to local_map->reference; holds while the map
                             ///< moves

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/segment/carry_options.hpp"
 #include "stillmap/segment/instance.hpp"
+#include "stillmap/segment/propagation_options.hpp"
 #include "stillmap/sensor/rgbd_frame.hpp"
 
 #include <deque>
@@ -17,26 +17,27 @@ namespace stillmap {
 ///
 /// `source.frame_index` is `source_frame.index`; the result is in the pixels of `target_frame` and
 /// keeps `source.source_index`, so its age is known. Both frames have one size.
-SegmentedFrame carry_forward(const SegmentedFrame& source, const RgbdFrame& source_frame,
-                             const RgbdFrame& target_frame, const CarryOptions& options = {});
+SegmentedFrame propagate_masks(const SegmentedFrame& source, const RgbdFrame& source_frame,
+                               const RgbdFrame& target_frame,
+                               const PropagationOptions& options = {});
 
 /// Takes out of each mask what the depth image shows to be background: see drop_background. What
-/// carry_forward does to its source first; good for fresh masks too.
+/// propagate_masks does to its source first; good for fresh masks too.
 SegmentedFrame trim_by_depth(const SegmentedFrame& masks, const RgbdFrame& frame,
-                             const CarryOptions& options = {});
+                             const PropagationOptions& options = {});
 
-struct CarrySource;  // a segmented frame made ready to be carried
+struct PropagationSource;  // a segmented frame made ready to be carried
 
 /// Gives every frame masks, although the network saw only some of them, some time ago: push every
 /// frame; set masks whenever there are new ones; current() is the newest masks carried to the
 /// newest frame. What it returns depends only on the frames pushed, the masks set, and where
 /// current() was called between: flow goes on from where it was found last. One thread at a time.
-class MaskCarrier {
+class MaskPropagator {
  public:
-  explicit MaskCarrier(const CarryOptions& options = {});
-  ~MaskCarrier();
-  MaskCarrier(MaskCarrier&&) noexcept;
-  MaskCarrier& operator=(MaskCarrier&&) noexcept;
+  explicit MaskPropagator(const PropagationOptions& options = {});
+  ~MaskPropagator();
+  MaskPropagator(MaskPropagator&&) noexcept;
+  MaskPropagator& operator=(MaskPropagator&&) noexcept;
 
   /// The next frame; indices rise.
   void push(RgbdFramePtr frame);
@@ -48,9 +49,9 @@ class MaskCarrier {
   SegmentedFramePtr current();
 
  private:
-  CarryOptions options_;
+  PropagationOptions options_;
   std::deque<RgbdFramePtr> frames_;  // the last max_age + 1
-  std::unique_ptr<CarrySource> source_;
+  std::unique_ptr<PropagationSource> source_;
 };
 
 }  // namespace stillmap

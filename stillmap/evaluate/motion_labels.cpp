@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/evaluate/verdicts.hpp"
+#include "stillmap/evaluate/motion_labels.hpp"
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
@@ -20,8 +20,8 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "files are little endian");
 
-constexpr std::string_view kHeader = "stillmap verdicts 1\n";
-constexpr double kPixel = 8, kMetre = 1000, kLogOdds = 256, kWeight = 255;
+constexpr std::string_view kHeader = "stillmap labels 1\n";
+constexpr double kPixel = 8, kMeter = 1000, kLogOdds = 256, kWeight = 255;
 
 struct PackedKeypoint {
   std::uint16_t u = 0, v = 0, depth = 0;
@@ -40,20 +40,20 @@ Integer in_units(double value, double units) {
                                          static_cast<double>(Limits::max())));
 }
 
-PackedKeypoint pack(const KeypointVerdict& k) {
+PackedKeypoint pack(const KeypointLabel& k) {
   PackedKeypoint packed;
   packed.u = in_units<std::uint16_t>(k.u, kPixel);
   packed.v = in_units<std::uint16_t>(k.v, kPixel);
-  packed.depth = in_units<std::uint16_t>(k.depth, kMetre);
+  packed.depth = in_units<std::uint16_t>(k.depth, kMeter);
   packed.log_odds = in_units<std::int16_t>(k.static_log_odds, kLogOdds);
   packed.weight = in_units<std::uint8_t>(k.weight, kWeight);
   if (!k.moving()) packed.weight = std::max<std::uint8_t>(packed.weight, 1);
   return packed;
 }
 
-KeypointVerdict unpack(const PackedKeypoint& p) {
+KeypointLabel unpack(const PackedKeypoint& p) {
   return {static_cast<float>(p.u / kPixel), static_cast<float>(p.v / kPixel),
-          static_cast<float>(p.depth / kMetre), static_cast<float>(p.log_odds / kLogOdds),
+          static_cast<float>(p.depth / kMeter), static_cast<float>(p.log_odds / kLogOdds),
           static_cast<float>(p.weight / kWeight)};
 }
 
@@ -80,12 +80,12 @@ class Reader {
   std::string_view bytes_;
 };
 
-std::optional<VerdictFrame> take_frame(Reader& reader) {
+std::optional<LabeledFrame> take_frame(Reader& reader) {
   const auto index = reader.take<std::uint32_t>();
   const auto timestamp = reader.take<double>();
   const auto count = reader.take<std::uint32_t>();
   if (!index || !timestamp || !count) return std::nullopt;
-  VerdictFrame frame{*index, *timestamp, {}};
+  LabeledFrame frame{*index, *timestamp, {}};
   for (std::uint32_t i = 0; i < *count; ++i) {
     const auto packed = reader.take<PackedKeypoint>();
     if (!packed) return std::nullopt;
@@ -96,23 +96,23 @@ std::optional<VerdictFrame> take_frame(Reader& reader) {
 
 }  // namespace
 
-VerdictFile::VerdictFile() : bytes_(kHeader) {}
+LabelFile::LabelFile() : bytes_(kHeader) {}
 
-void VerdictFile::add(const VerdictFrame& frame) {
+void LabelFile::add(const LabeledFrame& frame) {
   append(bytes_, static_cast<std::uint32_t>(frame.index));
   append(bytes_, frame.timestamp);
   append(bytes_, static_cast<std::uint32_t>(frame.keypoints.size()));
-  for (const KeypointVerdict& keypoint : frame.keypoints) append(bytes_, pack(keypoint));
+  for (const KeypointLabel& keypoint : frame.keypoints) append(bytes_, pack(keypoint));
 }
 
-std::vector<VerdictFrame> read_verdicts(const std::filesystem::path& file) {
+std::vector<LabeledFrame> read_labels(const std::filesystem::path& file) {
   const std::string bytes = read_file(file);
   if (!bytes.starts_with(kHeader)) {
-    throw Error("is no file of verdicts", file.string(),
+    throw Error("is no file of labels", file.string(),
                 "stillmap run --save-verdicts writes one: verdicts.bin");
   }
   Reader reader(std::string_view(bytes).substr(kHeader.size()));
-  std::vector<VerdictFrame> frames;
+  std::vector<LabeledFrame> frames;
   while (!reader.at_end()) {
     auto frame = take_frame(reader);
     if (!frame) {

@@ -7,11 +7,11 @@ namespace stillmap {
 /// tracker keeps up with the camera, fewer while it does not, and more again once it does, or once
 /// few landmarks are left to hold on to (things that move may have most of the keypoints): a frame
 /// dropped costs less than a track lost.
-class KeypointPace {
+class KeypointBudget {
  public:
   /// @param most   keypoints wanted where there is time
   /// @param least  share of them that is never gone below
-  explicit KeypointPace(int most, double least = 0.4);
+  explicit KeypointBudget(int most, double least = 0.4);
 
   /// A frame kept the tracker busy for so long, it came so much later than the one before [ms], and
   /// so many landmarks agreed on its pose.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/evaluate/verdict_figures.hpp"
+#include "stillmap/evaluate/label_figures.hpp"
 
 #include "stillmap/base/error.hpp"
 
@@ -61,7 +61,7 @@ struct MovingAndStill {
   cv::Mat1b moving, still;
 };
 
-MovingAndStill tell_apart(const MotionTruth& truth, const VerdictOptions& options) {
+MovingAndStill tell_apart(const MotionTruth& truth, const LabelFigureOptions& options) {
   const cv::Mat mover = truth.mask != 0;
   if (!truth.speed.empty()) {
     return {mover & (truth.speed > options.moving_above),
@@ -72,7 +72,7 @@ MovingAndStill tell_apart(const MotionTruth& truth, const VerdictOptions& option
 }
 
 /// The tally that a kind of pixel belongs to; null for those left out.
-VerdictTally* tally_of(PixelTruth truth, VerdictCounts& counts) {
+LabelTally* tally_of(PixelTruth truth, LabelCounts& counts) {
   switch (truth) {
     case PixelTruth::kStatic:
       return &counts.static_world;
@@ -80,7 +80,7 @@ VerdictTally* tally_of(PixelTruth truth, VerdictCounts& counts) {
       return &counts.moving;
     case PixelTruth::kStillPerson:
       return &counts.still_people;
-    case PixelTruth::kStillThing:
+    case PixelTruth::kStaticObject:
       return &counts.still_things;
     case PixelTruth::kResting:
       return &counts.resting;
@@ -90,13 +90,12 @@ VerdictTally* tally_of(PixelTruth truth, VerdictCounts& counts) {
   return nullptr;
 }
 
-VerdictCounts count(const VerdictFrame& frame, const cv::Mat1b& labels) {
-  VerdictCounts counts;
-  for (const KeypointVerdict& k : frame.keypoints) {
+LabelCounts count(const LabeledFrame& frame, const cv::Mat1b& labels) {
+  LabelCounts counts;
+  for (const KeypointLabel& k : frame.keypoints) {
     const int u = static_cast<int>(std::lround(k.u)), v = static_cast<int>(std::lround(k.v));
     const bool inside = u >= 0 && v >= 0 && u < labels.cols && v < labels.rows;
-    VerdictTally* tally =
-        inside ? tally_of(static_cast<PixelTruth>(labels(v, u)), counts) : nullptr;
+    LabelTally* tally = inside ? tally_of(static_cast<PixelTruth>(labels(v, u)), counts) : nullptr;
     if (tally == nullptr) {
       ++counts.left_out;
       continue;
@@ -107,12 +106,12 @@ VerdictCounts count(const VerdictFrame& frame, const cv::Mat1b& labels) {
   return counts;
 }
 
-void pool(const VerdictTally& more, VerdictTally& sum) {
+void pool(const LabelTally& more, LabelTally& sum) {
   sum.total += more.total;
   sum.said_moving += more.said_moving;
 }
 
-void pool(const VerdictCounts& more, VerdictCounts& sum) {
+void pool(const LabelCounts& more, LabelCounts& sum) {
   pool(more.static_world, sum.static_world);
   pool(more.moving, sum.moving);
   pool(more.still_people, sum.still_people);
@@ -126,11 +125,11 @@ void average(double value, FrameMean& mean) {
   mean.mean += (value - mean.mean) / static_cast<double>(mean.frames);
 }
 
-void average_share(const VerdictTally& tally, std::size_t least, FrameMean& mean) {
+void average_share(const LabelTally& tally, std::size_t least, FrameMean& mean) {
   if (tally.total >= least) average(tally.share(), mean);
 }
 
-nlohmann::json json_of(const VerdictTally& tally) {
+nlohmann::json json_of(const LabelTally& tally) {
   return {{"keypoints", tally.total},
           {"said_moving", tally.said_moving},
           {"share", tally.total == 0 ? nlohmann::json() : nlohmann::json(tally.share())}};
@@ -141,7 +140,7 @@ nlohmann::json json_of(const FrameMean& mean) {
           {"frames", mean.frames}};
 }
 
-std::string share_line(const char* what, const FrameMean& mean, const VerdictTally& tally) {
+std::string share_line(const char* what, const FrameMean& mean, const LabelTally& tally) {
   if (tally.total == 0) return "";
   const std::string by_frame =
       mean.frames == 0 ? "-" : fmt::format("{:.4f} ({} frames)", mean.mean, mean.frames);
@@ -150,13 +149,13 @@ std::string share_line(const char* what, const FrameMean& mean, const VerdictTal
 
 }  // namespace
 
-double VerdictCounts::precision() const {
+double LabelCounts::precision() const {
   return said_moving() == 0
              ? 1
              : static_cast<double>(moving.said_moving) / static_cast<double>(said_moving());
 }
 
-cv::Mat1b label_pixels(const MotionTruth& truth, const VerdictOptions& options) {
+cv::Mat1b label_pixels(const MotionTruth& truth, const LabelFigureOptions& options) {
   const cv::Mat1i movers = movers_of(truth);
   const cv::Mat1b outlines = near_outlines(movers, truth.mask, options.outline_margin);
   const MovingAndStill known = tell_apart(truth, options);
@@ -172,7 +171,7 @@ cv::Mat1b label_pixels(const MotionTruth& truth, const VerdictOptions& options) 
         labels(v, u) = value(PixelTruth::kMoving);
       } else if (known.still(v, u) != 0) {
         const bool rests = shares[static_cast<std::size_t>(movers(v, u))] > options.still_share;
-        const auto still = kind == kPerson ? PixelTruth::kStillPerson : PixelTruth::kStillThing;
+        const auto still = kind == kPerson ? PixelTruth::kStillPerson : PixelTruth::kStaticObject;
         labels(v, u) = value(rests ? PixelTruth::kResting : still);
       }
     }
@@ -180,8 +179,8 @@ cv::Mat1b label_pixels(const MotionTruth& truth, const VerdictOptions& options) 
   return labels;
 }
 
-VerdictCounts VerdictJudge::add(const VerdictFrame& frame, const MotionTruth& truth) {
-  const VerdictCounts counts = count(frame, label_pixels(truth, options_));
+LabelCounts LabelEvaluator::add(const LabeledFrame& frame, const MotionTruth& truth) {
+  const LabelCounts counts = count(frame, label_pixels(truth, options_));
   pool(counts, figures_.pooled);
   ++figures_.frames;
   figures_.knows_speed |= !truth.speed.empty();
@@ -196,27 +195,27 @@ VerdictCounts VerdictJudge::add(const VerdictFrame& frame, const MotionTruth& tr
   return counts;
 }
 
-VerdictFigures judge_verdicts(std::span<const VerdictFrame> frames, const MotionTruthFolder& truth,
-                              const VerdictOptions& options) {
-  VerdictJudge judge(options);
-  for (const VerdictFrame& frame : frames) {
+LabelFigures evaluate_labels(std::span<const LabeledFrame> frames, const MotionTruthFolder& truth,
+                             const LabelFigureOptions& options) {
+  LabelEvaluator judge(options);
+  for (const LabeledFrame& frame : frames) {
     if (const auto known = truth.at(frame.timestamp)) {
       judge.add(frame, *known);
     } else {
       judge.add_without_truth();
     }
   }
-  const VerdictFigures figures = judge.figures();
+  const LabelFigures figures = judge.figures();
   if (figures.frames == 0) {
     throw Error(fmt::format("none of {} frames has a true mask", frames.size()), "verdicts",
-                "check that verdicts and masks are of the same sequence");
+                "check that labels and masks are of the same sequence");
   }
   return figures;
 }
 
-std::string verdict_text(const VerdictFigures& f) {
+std::string label_text(const LabelFigures& f) {
   std::string text = fmt::format(
-      "verdicts of {} frames ({} without truth); {}\n", f.frames, f.frames_without_truth,
+      "labels of {} frames ({} without truth); {}\n", f.frames, f.frames_without_truth,
       f.knows_speed ? "what moves is told by its speed" : "what can move counts as moving");
   text += fmt::format("{:<34}{:>22}{:>10}{:>12}\n", "", "mean over frames", "pooled", "keypoints");
   if (f.pooled.moving.total > 0) {
@@ -232,7 +231,7 @@ std::string verdict_text(const VerdictFigures& f) {
   return text + fmt::format("keypoints left out (outlines, unclear): {}\n", f.pooled.left_out);
 }
 
-void to_json(nlohmann::json& json, const VerdictFigures& f) {
+void to_json(nlohmann::json& json, const LabelFigures& f) {
   json = {{"frames", f.frames},
           {"frames_without_truth", f.frames_without_truth},
           {"knows_speed", f.knows_speed},

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Tests of quantise_network.py on a small network made here: two convolutions with an activation, and a last one
+"""Tests of quantize_network.py on a small network made here: two convolutions with an activation, and a last one
 without. Exit code 77, which ctest calls "skipped", where the packages are not installed that the script needs."""
 import contextlib
 import io
@@ -19,7 +19,7 @@ except ImportError as missing:
     print(f"skipped: {missing}")
     sys.exit(77)
 
-import quantise_network
+import quantize_network
 
 RANDOM = np.random.default_rng(1)
 BOXES = 6 * 8  # a box per pixel of the last layer
@@ -52,7 +52,7 @@ def network(file, operators=12, height=48):
     onnx.save(model, file)
 
 
-class Quantised(unittest.TestCase):
+class Quantized(unittest.TestCase):
     def setUp(self):
         self.folder = Path(self.enterContext(tempfile.TemporaryDirectory()))
         self.model, self.out = self.folder / "small.onnx", self.folder / "small_int8.onnx"
@@ -62,9 +62,9 @@ class Quantised(unittest.TestCase):
             Image.fromarray(pixels).save(self.folder / f"{i:02}.png")
 
     def run_script(self, *words):
-        sys.argv = ["quantise_network.py", *map(str, words)]
+        sys.argv = ["quantize_network.py", *map(str, words)]
         with contextlib.redirect_stdout(io.StringIO()) as told:
-            quantise_network.main()
+            quantize_network.main()
         return told.getvalue()
 
     def producers(self, model):
@@ -80,7 +80,7 @@ class Quantised(unittest.TestCase):
 
     def test_it_computes_nearly_the_same(self):
         self.run_script(self.model, self.folder, "--out", self.out)
-        picture = quantise_network.letterboxed(self.folder / "03.png", 48, 64)
+        picture = quantize_network.letterboxed(self.folder / "03.png", 48, 64)
         before, after = (onnxruntime.InferenceSession(str(f), providers=["CPUExecutionProvider"]).run(
             None, {"images": picture})[0] for f in (self.model, self.out))
         self.assertLess(np.abs(after - before).mean(), 0.1 * np.abs(before).mean())
@@ -101,18 +101,18 @@ class Quantised(unittest.TestCase):
 
 
 class Parts(unittest.TestCase):
-    def test_a_picture_lies_in_the_middle_of_grey(self):
+    def test_a_picture_lies_in_the_middle_of_gray(self):
         with tempfile.NamedTemporaryFile(suffix=".png") as file:
             Image.new("RGB", (640, 480), (255, 0, 0)).save(file.name)
-            x = quantise_network.letterboxed(file.name, 256, 320)
+            x = quantize_network.letterboxed(file.name, 256, 320)
         self.assertEqual(x.shape, (1, 3, 256, 320))
         np.testing.assert_allclose(x[0, 0, :, 7], [114 / 255] * 8 + [1] * 240 + [114 / 255] * 8, rtol=1e-6)
 
     def test_boxes_are_counted_that_both_networks_find(self):
         box, beside, elsewhere = (np.array([[x, 0, x + 10.0, 10]]) for x in (0, 1, 50))
-        self.assertEqual(quantise_network.found_again(box, np.concatenate([elsewhere, beside])), (1, 1))
-        self.assertEqual(quantise_network.found_again(box, elsewhere), (0, 1))
-        self.assertEqual(quantise_network.found_again(box, np.empty((0, 4))), (0, 1))
+        self.assertEqual(quantize_network.found_again(box, np.concatenate([elsewhere, beside])), (1, 1))
+        self.assertEqual(quantize_network.found_again(box, elsewhere), (0, 1))
+        self.assertEqual(quantize_network.found_again(box, np.empty((0, 4))), (0, 1))
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/segment/mask_carrier.hpp"
+#include "stillmap/segment/mask_propagator.hpp"
 
 #include "stillmap/base/trace.hpp"
 #include "stillmap/segment/mask_depth.hpp"
@@ -10,7 +10,7 @@
 namespace stillmap {
 
 /// What of the source does not depend on the target, and where it was found last.
-struct CarrySource {
+struct PropagationSource {
   struct Thing {
     SmallMask mask;
     MaskGrid grid;
@@ -20,7 +20,8 @@ struct CarrySource {
   FlowFrame frame;
   std::vector<Thing> things;  // one per instance
 
-  CarrySource(const SegmentedFrame& segmented, const RgbdFrame& rgbd, const CarryOptions& options)
+  PropagationSource(const SegmentedFrame& segmented, const RgbdFrame& rgbd,
+                    const PropagationOptions& options)
       : masks(segmented), frame(rgbd, FlowFrame::Role::kSource, options) {
     for (const Instance& instance : masks.instances) {
       SmallMask mask = shrink_mask(instance, frame.small);
@@ -36,7 +37,7 @@ namespace {
 /// Where a moved mask may grow further than its outline's uncertainty: into what its own holes and
 /// bays were, and into what the source did not see, being outside of the image.
 cv::Mat1b open_ground(const SmallMask& moved, cv::Point2f flow, const SmallFrame& frame,
-                      const CarryOptions& options) {
+                      const PropagationOptions& options) {
   const TraceScope scope("open ground");
   const int radius = std::max(1, options.filling / frame.shrink / 2);
   const cv::Size kernel(2 * radius + 1, 2 * radius + 1);
@@ -54,7 +55,7 @@ cv::Mat1b open_ground(const SmallMask& moved, cv::Point2f flow, const SmallFrame
 /// How far beyond its moved outline a mask may come to reach. One that the border of the source's
 /// image cut off may go on where the image now sees more.
 int reach_of(const SmallMask& mask, cv::Point2f flow, int margin, const SmallFrame& source,
-             const CarryOptions& options) {
+             const PropagationOptions& options) {
   const cv::Rect inner(1, 1, source.size().width - 2, source.size().height - 2);
   const bool cut = (mask.window & inner) != mask.window;
   const int come_in = cut ? cvCeil(std::max(std::abs(flow.x), std::abs(flow.y))) : 0;
@@ -85,8 +86,8 @@ void clip(MovedMask& moved, const cv::Rect& limits) {
 
 /// Where only a box is known of the thing, what is carried of it may not outgrow the box: the wall
 /// and the floor beside a person belong to the surfaces in the box.
-SmallMask carry_thing(CarrySource::Thing& thing, const FlowFrame& source, const FlowFrame& target,
-                      std::size_t age, const CarryOptions& options) {
+SmallMask carry_thing(PropagationSource::Thing& thing, const FlowFrame& source,
+                      const FlowFrame& target, std::size_t age, const PropagationOptions& options) {
   const int shrink = source.small.shrink;
   const double uncertainty = options.base_growth + options.growth * static_cast<double>(age);
   const int margin = cvCeil(uncertainty / shrink);
@@ -105,8 +106,8 @@ SmallMask carry_thing(CarrySource::Thing& thing, const FlowFrame& source, const 
   return moved.small;
 }
 
-SegmentedFrame carry(CarrySource& source, const RgbdFrame& target_frame,
-                     const CarryOptions& options) {
+SegmentedFrame carry(PropagationSource& source, const RgbdFrame& target_frame,
+                     const PropagationOptions& options) {
   SegmentedFrame carried{.frame_index = target_frame.index,
                          .source_index = source.masks.source_index,
                          .instances = {}};
@@ -123,14 +124,14 @@ SegmentedFrame carry(CarrySource& source, const RgbdFrame& target_frame,
 
 }  // namespace
 
-SegmentedFrame carry_forward(const SegmentedFrame& source, const RgbdFrame& source_frame,
-                             const RgbdFrame& target_frame, const CarryOptions& options) {
-  CarrySource made_ready(source, source_frame, options);
+SegmentedFrame propagate_masks(const SegmentedFrame& source, const RgbdFrame& source_frame,
+                               const RgbdFrame& target_frame, const PropagationOptions& options) {
+  PropagationSource made_ready(source, source_frame, options);
   return carry(made_ready, target_frame, options);
 }
 
 SegmentedFrame trim_by_depth(const SegmentedFrame& masks, const RgbdFrame& frame,
-                             const CarryOptions& options) {
+                             const PropagationOptions& options) {
   const SmallFrame small(frame);
   SegmentedFrame trimmed{
       .frame_index = masks.frame_index, .source_index = masks.source_index, .instances = {}};
@@ -143,26 +144,26 @@ SegmentedFrame trim_by_depth(const SegmentedFrame& masks, const RgbdFrame& frame
   return trimmed;
 }
 
-MaskCarrier::MaskCarrier(const CarryOptions& options) : options_(options) {}
-MaskCarrier::~MaskCarrier() = default;
-MaskCarrier::MaskCarrier(MaskCarrier&&) noexcept = default;
-MaskCarrier& MaskCarrier::operator=(MaskCarrier&&) noexcept = default;
+MaskPropagator::MaskPropagator(const PropagationOptions& options) : options_(options) {}
+MaskPropagator::~MaskPropagator() = default;
+MaskPropagator::MaskPropagator(MaskPropagator&&) noexcept = default;
+MaskPropagator& MaskPropagator::operator=(MaskPropagator&&) noexcept = default;
 
-void MaskCarrier::push(RgbdFramePtr frame) {
+void MaskPropagator::push(RgbdFramePtr frame) {
   frames_.push_back(std::move(frame));
   while (frames_.size() > static_cast<std::size_t>(options_.max_age) + 1) frames_.pop_front();
 }
 
-void MaskCarrier::set(const SegmentedFrame& masks) {
+void MaskPropagator::set(const SegmentedFrame& masks) {
   const TraceScope scope("new masks");
   if (source_ && masks.source_index <= source_->masks.source_index) return;
   const auto is_source = [&](const auto& frame) { return frame->index == masks.frame_index; };
   const auto frame = std::find_if(frames_.begin(), frames_.end(), is_source);
   if (frame == frames_.end()) return;
-  source_ = std::make_unique<CarrySource>(masks, **frame, options_);
+  source_ = std::make_unique<PropagationSource>(masks, **frame, options_);
 }
 
-SegmentedFramePtr MaskCarrier::current() {
+SegmentedFramePtr MaskPropagator::current() {
   const TraceScope scope("mask carrying");
   if (!source_ || frames_.empty()) return nullptr;
   const RgbdFrame& target = *frames_.back();

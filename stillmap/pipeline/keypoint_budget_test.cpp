@@ -1,32 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/pipeline/keypoint_pace.hpp"
+#include "stillmap/pipeline/keypoint_budget.hpp"
 
 #include <gtest/gtest.h>
 
 namespace stillmap {
 namespace {
 
-void take(KeypointPace& pace, int frames, double milliseconds, int landmarks = 300) {
+void take(KeypointBudget& pace, int frames, double milliseconds, int landmarks = 300) {
   for (int i = 0; i < frames; ++i) pace.took(milliseconds, 33, landmarks);
 }
 
-TEST(KeypointPace, WantsAllWhileThereIsTime) {
-  KeypointPace pace(1000);
+TEST(KeypointBudget, WantsAllWhileThereIsTime) {
+  KeypointBudget pace(1000);
   EXPECT_EQ(pace.keypoints(), 1000);
   take(pace, 100, 25);
   EXPECT_EQ(pace.keypoints(), 1000);
 }
 
-TEST(KeypointPace, OneSlowFrameIsForgiven) {
-  KeypointPace pace(1000);
+TEST(KeypointBudget, OneSlowFrameIsForgiven) {
+  KeypointBudget pace(1000);
   take(pace, 10, 15);
   take(pace, 1, 120);
   take(pace, 10, 15);
   EXPECT_GE(pace.keypoints(), 950);
 }
 
-TEST(KeypointPace, WantsFewerWhileItFallsBehindAndNeverTooFew) {
-  KeypointPace pace(1000);
+TEST(KeypointBudget, WantsFewerWhileItFallsBehindAndNeverTooFew) {
+  KeypointBudget pace(1000);
   int before = 1001;
   for (int i = 0; i < 12; ++i) {
     take(pace, 4, 40);
@@ -36,15 +36,15 @@ TEST(KeypointPace, WantsFewerWhileItFallsBehindAndNeverTooFew) {
   EXPECT_EQ(before, 400);
 }
 
-TEST(KeypointPace, ComesBackWhenTheLoadHasGone) {
-  KeypointPace pace(1000);
+TEST(KeypointBudget, ComesBackWhenTheLoadHasGone) {
+  KeypointBudget pace(1000);
   take(pace, 100, 60);
   take(pace, 100, 10);
   EXPECT_EQ(pace.keypoints(), 1000);
 }
 
-TEST(KeypointPace, DoesNotEconomiseOnWhatHoldsTheCamera) {
-  KeypointPace pace(1000);
+TEST(KeypointBudget, DoesNotEconomizeOnWhatHoldsTheCamera) {
+  KeypointBudget pace(1000);
   take(pace, 100, 60, 100);
   EXPECT_EQ(pace.keypoints(), 1000);
   take(pace, 100, 60, 300);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/pipeline/keypoint_pace.hpp"
+#include "stillmap/pipeline/keypoint_budget.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,9 +14,9 @@ constexpr int kEnough = 120, kFew = 80;        // landmarks, of the tracker's le
 
 }  // namespace
 
-KeypointPace::KeypointPace(int most, double least) : most_(most), least_(least) {}
+KeypointBudget::KeypointBudget(int most, double least) : most_(most), least_(least) {}
 
-void KeypointPace::took(double milliseconds, double interval, int landmarks) {
+void KeypointBudget::took(double milliseconds, double interval, int landmarks) {
   if (interval <= 0) return;
   load_ = kMemory * load_ + (1 - kMemory) * milliseconds / interval;
   if (load_ > kTooBusy && landmarks > kEnough) share_ *= kLess;
@@ -25,7 +25,7 @@ void KeypointPace::took(double milliseconds, double interval, int landmarks) {
   share_ = std::clamp(share_, least_, 1.0);
 }
 
-int KeypointPace::keypoints() const {
+int KeypointBudget::keypoints() const {
   return static_cast<int>(std::lround(share_ * static_cast<double>(most_)));
 }
 

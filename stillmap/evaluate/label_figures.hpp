@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/base/fields.hpp"
+#include "stillmap/evaluate/motion_labels.hpp"
 #include "stillmap/evaluate/motion_truth.hpp"
-#include "stillmap/evaluate/verdicts.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace stillmap {
 
-struct VerdictOptions {
+struct LabelFigureOptions {
   /// Pixels this near to the outline of a mover count neither way: a keypoint's patch covers both
   /// sides there, and masks are a pixel or two off.
   int outline_margin = 6;
@@ -33,19 +33,19 @@ struct VerdictOptions {
 
 /// What a pixel truly shows.
 enum class PixelTruth : std::uint8_t {
-  kLeftOut,      ///< too near to an outline, or neither clearly moving nor clearly still
-  kStatic,       ///< the static world
-  kMoving,       ///< part of a mover, and it moves
-  kStillPerson,  ///< part of a person who stands still as a whole
-  kStillThing,   ///< part of another mover that stands still as a whole
-  kResting,      ///< a part at rest of a mover that moves otherwise: the foot on the floor
+  kLeftOut,       ///< too near to an outline, or neither clearly moving nor clearly still
+  kStatic,        ///< the static world
+  kMoving,        ///< part of a mover, and it moves
+  kStillPerson,   ///< part of a person who stands still as a whole
+  kStaticObject,  ///< part of another mover that stands still as a whole
+  kResting,       ///< a part at rest of a mover that moves otherwise: the foot on the floor
 };
 
 /// PixelTruth of every pixel, 8UC1.
-cv::Mat1b label_pixels(const MotionTruth& truth, const VerdictOptions& options);
+cv::Mat1b label_pixels(const MotionTruth& truth, const LabelFigureOptions& options);
 
 /// Keypoints of one kind, and how many of them were said to move.
-struct VerdictTally {
+struct LabelTally {
   std::size_t total = 0, said_moving = 0;
   double share() const {  ///< 0 where there are none
     return total == 0 ? 0 : static_cast<double>(said_moving) / static_cast<double>(total);
@@ -53,8 +53,8 @@ struct VerdictTally {
 };
 
 /// Keypoints by what they truly show. Those on resting parts are neither right nor wrong.
-struct VerdictCounts {
-  VerdictTally static_world, moving, still_people, still_things, resting;
+struct LabelCounts {
+  LabelTally static_world, moving, still_people, still_things, resting;
   std::size_t left_out = 0;          ///< keypoints near outlines, unclear, or off the image
   std::size_t said_moving() const {  ///< of those that are right or wrong
     return static_world.said_moving + moving.said_moving + still_people.said_moving +
@@ -72,11 +72,11 @@ struct FrameMean {
   std::size_t frames = 0;
 };
 
-struct VerdictFigures {
+struct LabelFigures {
   std::size_t frames = 0;                ///< judged
   std::size_t frames_without_truth = 0;  ///< left out
   bool knows_speed = false;  ///< whether the truth says what moves, and not only what can
-  VerdictCounts pooled;      ///< all keypoints of all frames
+  LabelCounts pooled;        ///< all keypoints of all frames
   FrameMean precision;       ///< over frames where something moves and something was said to
   FrameMean recall;          ///< over frames where something moves
   FrameMean still_people;    ///< share falsely said to move, over frames with still people
@@ -84,25 +84,25 @@ struct VerdictFigures {
   FrameMean static_world;    ///< the same of the static world, over all frames
 };
 
-/// Judges verdicts frame by frame.
-class VerdictJudge {
+/// Judges labels frame by frame.
+class LabelEvaluator {
  public:
-  explicit VerdictJudge(const VerdictOptions& options = {}) : options_(options) {}
-  VerdictCounts add(const VerdictFrame& frame, const MotionTruth& truth);
+  explicit LabelEvaluator(const LabelFigureOptions& options = {}) : options_(options) {}
+  LabelCounts add(const LabeledFrame& frame, const MotionTruth& truth);
   void add_without_truth() { ++figures_.frames_without_truth; }
-  VerdictFigures figures() const { return figures_; }
+  LabelFigures figures() const { return figures_; }
 
  private:
-  VerdictOptions options_;
-  VerdictFigures figures_;
+  LabelFigureOptions options_;
+  LabelFigures figures_;
 };
 
 /// Judges all frames by the truth beside their sequence. Throws Error where no frame has truth.
-VerdictFigures judge_verdicts(std::span<const VerdictFrame> frames, const MotionTruthFolder& truth,
-                              const VerdictOptions& options = {});
+LabelFigures evaluate_labels(std::span<const LabeledFrame> frames, const MotionTruthFolder& truth,
+                             const LabelFigureOptions& options = {});
 
 /// A few lines of text.
-std::string verdict_text(const VerdictFigures& figures);
-void to_json(nlohmann::json& json, const VerdictFigures& figures);
+std::string label_text(const LabelFigures& figures);
+void to_json(nlohmann::json& json, const LabelFigures& figures);
 
 }  // namespace stillmap

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/loop/relocaliser.hpp"
+#include "stillmap/loop/relocalizer.hpp"
 
 #include <algorithm>
 
@@ -19,9 +19,9 @@ std::vector<KeyframeId> outside(const Map& map, std::optional<std::uint32_t> com
   return ids;
 }
 
-std::vector<LandmarkId> landmarks_around(const Map& map, KeyframeId centre, int window) {
-  std::vector<KeyframeId> keyframes = {centre};
-  for (const Covisible& c : map.covisible(centre)) {
+std::vector<LandmarkId> landmarks_around(const Map& map, KeyframeId center, int window) {
+  std::vector<KeyframeId> keyframes = {center};
+  for (const Covisible& c : map.covisible(center)) {
     if (static_cast<int>(keyframes.size()) <= window) keyframes.push_back(c.keyframe);
   }
   return landmarks_seen_by(map, keyframes);
@@ -31,10 +31,10 @@ std::vector<LandmarkId> landmarks_around(const Map& map, KeyframeId centre, int 
 class Attempt {
  public:
   Attempt(const Map& map, const ImageView& image, const Keyframe& candidate,
-          const RelocaliserOptions& options)
+          const RelocalizerOptions& options)
       : map_(map), image_(image), candidate_(candidate), options_(options) {}
 
-  RelocalisationVerdict run(const BagOfWords& bag, const BagOfWords& candidate_bag) {
+  RelocalizationVerification run(const BagOfWords& bag, const BagOfWords& candidate_bag) {
     const auto matches =
         match_by_node(bag, image_.features, candidate_bag, *candidate_.features, options_.matching);
     if (estimate(matches) && refine() && surroundings_agree()) return {result(), ""};
@@ -107,8 +107,8 @@ class Attempt {
                             100 * agreement_.found, 100 * agreement_.blank));
   }
 
-  Relocalisation result() const {
-    Relocalisation r;
+  Relocalization result() const {
+    Relocalization r;
     r.T_world_camera = T_world_camera_;
     r.reference = candidate_.id;
     r.T_reference_camera = candidate_.T_world_camera.inverse() * T_world_camera_;
@@ -124,7 +124,7 @@ class Attempt {
   const Map& map_;
   const ImageView& image_;
   const Keyframe& candidate_;
-  const RelocaliserOptions& options_;
+  const RelocalizerOptions& options_;
   Pose T_world_camera_;
   SightedPose solved_;
   SightAgreement agreement_;
@@ -133,19 +133,19 @@ class Attempt {
 
 }  // namespace
 
-RelocalisationVerdict relocalise(const Map& map, const PlaceIndex& index, const ImageView& image,
-                                 const RelocaliserOptions& options,
-                                 std::optional<std::uint32_t> component) {
+RelocalizationVerification relocalize(const Map& map, const PlaceIndex& index,
+                                      const ImageView& image, const RelocalizerOptions& options,
+                                      std::optional<std::uint32_t> component) {
   const BagOfWords bag =
       index.vocabulary().transform(image.features.descriptors, image.static_weight);
-  RelocalisationVerdict verdict{std::nullopt, "nothing looks like it"};
+  RelocalizationVerification verification{std::nullopt, "nothing looks like it"};
   for (const PlaceCandidate& place :
        find_places(map, index, bag.words, outside(map, component), 0, options.query)) {
-    verdict =
+    verification =
         Attempt(map, image, map.at(place.keyframe), options).run(bag, *index.find(place.keyframe));
-    if (verdict.result) break;
+    if (verification.result) break;
   }
-  return verdict;
+  return verification;
 }
 
 }  // namespace stillmap

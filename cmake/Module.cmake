@@ -1,11 +1,11 @@
-# stillmap_room(NAME [DEPENDS room...] [LINK target...] [NO_PCH])
+# stillmap_module(NAME [DEPENDS module...] [LINK target...] [NO_PCH])
 #
 # Makes the library stillmap_NAME out of the folder's *.cpp, its tests out of *_test.cpp (one program,
 # stillmap_NAME_test) and its micro benchmarks out of *_benchmark.cpp (stillmap_NAME_benchmark).
-# DEPENDS names the rooms to the left that this one may use; LINK the third-party targets.
-# Test-only material (rooms used by tests alone) goes to TEST_DEPENDS.
-function(stillmap_room name)
-  cmake_parse_arguments(ROOM "NO_PCH" "" "DEPENDS;LINK;TEST_DEPENDS;TEST_LINK" ${ARGN})
+# DEPENDS names the modules to the left that this one may use; LINK the third-party targets.
+# Test-only material (modules used by tests alone) goes to TEST_DEPENDS.
+function(stillmap_module name)
+  cmake_parse_arguments(MODULE "NO_PCH" "" "DEPENDS;LINK;TEST_DEPENDS;TEST_LINK" ${ARGN})
   set(target stillmap_${name})
 
   file(GLOB sources CONFIGURE_DEPENDS *.cpp *.hpp)
@@ -17,34 +17,34 @@ function(stillmap_room name)
 
   add_library(${target} STATIC ${sources})
   set_target_properties(${target} PROPERTIES LINKER_LANGUAGE CXX)
-  list(TRANSFORM ROOM_DEPENDS PREPEND stillmap_)
-  list(TRANSFORM ROOM_TEST_DEPENDS PREPEND stillmap_)
-  target_link_libraries(${target} PUBLIC stillmap_options ${ROOM_DEPENDS} ${ROOM_LINK}
+  list(TRANSFORM MODULE_DEPENDS PREPEND stillmap_)
+  list(TRANSFORM MODULE_TEST_DEPENDS PREPEND stillmap_)
+  target_link_libraries(${target} PUBLIC stillmap_options ${MODULE_DEPENDS} ${MODULE_LINK}
                         Eigen3::Eigen ${OpenCV_LIBS} spdlog::spdlog fmt::fmt Threads::Threads)
   target_include_directories(${target} SYSTEM PUBLIC ${OpenCV_INCLUDE_DIRS})
-  stillmap_precompile(${target} ${ROOM_NO_PCH})
+  stillmap_precompile(${target} ${MODULE_NO_PCH})
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
   install(TARGETS ${target} EXPORT StillmapTargets)
   install(DIRECTORY ./ DESTINATION include/stillmap/${name} FILES_MATCHING PATTERN *.hpp)
 
   if(STILLMAP_BUILD_TESTS AND tests)
     add_executable(${target}_test ${tests})
-    target_link_libraries(${target}_test PRIVATE ${target} ${ROOM_TEST_DEPENDS} ${ROOM_TEST_LINK}
+    target_link_libraries(${target}_test PRIVATE ${target} ${MODULE_TEST_DEPENDS} ${MODULE_TEST_LINK}
                           GTest::gmock GTest::gtest_main)
-    stillmap_precompile(${target}_test ${ROOM_NO_PCH})
+    stillmap_precompile(${target}_test ${MODULE_NO_PCH})
     gtest_discover_tests(${target}_test TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60
                          PROPERTIES LABELS ${name})
   endif()
   if(STILLMAP_BUILD_BENCHMARKS AND benchmarks)
     add_executable(${target}_benchmark ${benchmarks})
-    target_link_libraries(${target}_benchmark PRIVATE ${target} ${ROOM_TEST_DEPENDS}
+    target_link_libraries(${target}_benchmark PRIVATE ${target} ${MODULE_TEST_DEPENDS}
                           benchmark::benchmark benchmark::benchmark_main)
-    stillmap_precompile(${target}_benchmark ${ROOM_NO_PCH})
+    stillmap_precompile(${target}_benchmark ${MODULE_NO_PCH})
   endif()
 endfunction()
 
-# One precompiled header for the whole house: Eigen, OpenCV's core and the standard containers are in
-# nearly every file. The room base owns it; a room with compiler flags of its own opts out.
+# One precompiled header for the whole project: Eigen, OpenCV's core and the standard containers are in
+# nearly every file. The module base owns it; a module with compiler flags of its own opts out.
 function(stillmap_precompile target no_pch)
   if(no_pch)
     return()

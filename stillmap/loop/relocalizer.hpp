@@ -12,7 +12,7 @@
 
 namespace stillmap {
 
-struct RelocaliserOptions {
+struct RelocalizerOptions {
   PlaceQueryOptions query{.island_share = 0.4, .max_candidates = 5};
   NodeMatchOptions matching;
   PoseRansacOptions ransac{.ransac = {.min_inliers = 12}};
@@ -33,9 +33,9 @@ struct RelocaliserOptions {
 };
 
 /// Where a lost camera is.
-struct Relocalisation {
+struct Relocalization {
   Pose T_world_camera;      ///< in the map's world, as it was then
-  KeyframeId reference;     ///< keyframe that the place was recognised by
+  KeyframeId reference;     ///< keyframe that the place was recognized by
   Pose T_reference_camera;  ///< holds while the map moves
   std::uint32_t component = 0;
   std::vector<LandmarkId> landmarks;  ///< per keypoint: what it shows; invalid where not known
@@ -44,8 +44,8 @@ struct Relocalisation {
 };
 
 /// A place, or in `reason` why there is none, for the log.
-struct RelocalisationVerdict {
-  std::optional<Relocalisation> result;
+struct RelocalizationVerification {
+  std::optional<Relocalization> result;
   std::string reason;  ///< empty if there is a result
 };
 
@@ -60,8 +60,9 @@ struct RelocalisationVerdict {
 /// gets this result, with the snapshot make_local_map(map, result.reference) to go on in; what the
 /// map does meanwhile does not matter, since T_reference_camera is relative to a keyframe.
 /// @param component  if given, only its keyframes count
-RelocalisationVerdict relocalise(const Map& map, const PlaceIndex& index, const ImageView& image,
-                                 const RelocaliserOptions& options = {},
-                                 std::optional<std::uint32_t> component = std::nullopt);
+RelocalizationVerification relocalize(const Map& map, const PlaceIndex& index,
+                                      const ImageView& image,
+                                      const RelocalizerOptions& options = {},
+                                      std::optional<std::uint32_t> component = std::nullopt);
 
 }  // namespace stillmap
