@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Holds the modules of the house to their dependencies.
+"""Checks the modules against the dependency graph of the project.
 
 The dependencies are drawn once, in the block ```dependencies of docs/architecture.md. A module may use another only if
 the dependencies lead from that one to it. This script compares with them
 
-  1. what each module says it uses: stillmap_room(NAME DEPENDS ... TEST_DEPENDS ...) in its CMakeLists.txt;
+  1. what each module says it uses: stillmap_module(NAME DEPENDS ... TEST_DEPENDS ...) in its CMakeLists.txt;
   2. what its files really include: only the module itself and what its DEPENDS reach; tests, benchmarks and
      what lies in its folder tools/ also what its TEST_DEPENDS reach.
 
@@ -20,16 +20,16 @@ import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
 
-ARROWS_FILE = "docs/architecture.md"
-ARROWS_BLOCK = re.compile(r"^```dependencies\n(.*?)^```", re.MULTILINE | re.DOTALL)
-MODULE_CALL = re.compile(r"^\s*stillmap_room\s*\(([^)]*)\)", re.MULTILINE)
+DRAWING_FILE = "docs/architecture.md"
+DRAWING_BLOCK = re.compile(r"^```dependencies\n(.*?)^```", re.MULTILINE | re.DOTALL)
+MODULE_CALL = re.compile(r"^\s*stillmap_module\s*\(([^)]*)\)", re.MULTILINE)
 MODULE_KEYWORDS = {"DEPENDS", "TEST_DEPENDS", "LINK", "TEST_LINK", "NO_PCH"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"')
 TEST_FILE = re.compile(r"_(test|benchmark)\.(cpp|hpp)$|/tools/")
 
 
 @dataclass
-class Room:
+class Module:
     """What a module's CMakeLists.txt says of it; every name with the line it stands on."""
 
     name: str
@@ -39,11 +39,11 @@ class Room:
 
 
 def read_dependencies(root):
-    """Room -> set of the modules it may use, from the drawing in the documentation."""
-    text = (root / ARROWS_FILE).read_text(encoding="utf-8")
-    block = ARROWS_BLOCK.search(text)
+    """Module -> set of the modules it may use, from the drawing in the documentation."""
+    text = (root / DRAWING_FILE).read_text(encoding="utf-8")
+    block = DRAWING_BLOCK.search(text)
     if not block:
-        raise SystemExit(f"{ARROWS_FILE}: the block ```dependencies is missing")
+        raise SystemExit(f"{DRAWING_FILE}: the block ```dependencies is missing")
     edges = {}
     for line in block.group(1).splitlines():
         steps = [re.findall(r"\w+", step) for step in line.split("->")]
@@ -67,15 +67,15 @@ def reach(modules, edges):
     return reached
 
 
-def read_room(cmake_file):
-    """The stillmap_room call of one CMakeLists.txt, or None."""
+def read_module(cmake_file):
+    """The stillmap_module call of one CMakeLists.txt, or None."""
     text = re.sub(r"#.*", "", cmake_file.read_text(encoding="utf-8"))
     call = MODULE_CALL.search(text)
     if not call:
         return None
     words = [(m.group(), text.count("\n", 0, call.start(1) + m.start()) + 1)
              for m in re.finditer(r"\S+", call.group(1))]
-    module = Room(words[0][0], cmake_file)
+    module = Module(words[0][0], cmake_file)
     lists = {"DEPENDS": module.depends, "TEST_DEPENDS": module.test_depends}
     current = {}
     for word, line in words[1:]:
@@ -86,8 +86,8 @@ def read_room(cmake_file):
     return module
 
 
-def read_rooms(root):
-    modules = [read_room(file) for file in sorted(root.glob("stillmap/*/CMakeLists.txt"))]
+def read_modules(root):
+    modules = [read_module(file) for file in sorted(root.glob("stillmap/*/CMakeLists.txt"))]
     return {module.name: module for module in modules if module}
 
 
@@ -97,22 +97,22 @@ def declared_faults(modules, allowed):
         if module.cmake_file.parent.name != module.name:
             yield module.cmake_file, 1, f"module {module.name} lies in folder {module.cmake_file.parent.name}"
         if module.name not in allowed:
-            yield module.cmake_file, 1, f"module {module.name} is not in the drawing in {ARROWS_FILE}"
+            yield module.cmake_file, 1, f"module {module.name} is not in the drawing in {DRAWING_FILE}"
             continue
         for used, line in module.depends.items():
             if used not in allowed[module.name]:
-                yield module.cmake_file, line, f"{module.name} -> {used} is against the dependencies in {ARROWS_FILE}"
+                yield module.cmake_file, line, f"{module.name} -> {used} is against the dependencies in {DRAWING_FILE}"
         for used, line in {**module.depends, **module.test_depends}.items():
             if used not in modules:
                 yield module.cmake_file, line, f"{module.name} depends on {used}, which is no module"
 
 
 def cycle_faults(modules, allowed):
-    """Rooms that use themselves in the end, in the drawing or in the CMake files."""
+    """Modules that depend on themselves, in the drawing or in the CMake files."""
     edges = {module.name: module.depends for module in modules.values()}
     for module in modules.values():
         if module.name in allowed.get(module.name, ()):
-            yield module.cmake_file, 1, f"the dependencies in {ARROWS_FILE} lead from {module.name} back to it"
+            yield module.cmake_file, 1, f"the dependencies in {DRAWING_FILE} lead from {module.name} back to it"
         if module.name in reach(module.depends, edges):
             yield module.cmake_file, 1, f"{module.name} depends on itself in the end"
 
@@ -141,39 +141,39 @@ def file_faults(file, module, usable):
 
 
 def find_faults(root):
-    allowed, modules = read_dependencies(root), read_rooms(root)
+    allowed, modules = read_dependencies(root), read_modules(root)
     faults = [*declared_faults(modules, allowed), *cycle_faults(modules, allowed), *include_faults(modules)]
     return [f"{file.relative_to(root)}:{line}: {text}" for file, line, text in faults], len(modules)
 
 
 def main(root):
-    faults, room_count = find_faults(root)
+    faults, module_count = find_faults(root)
     for fault in faults:
         print(fault)
-    print(f"dependencies: {room_count} modules, {len(faults)} violations")
-    return 1 if faults or room_count == 0 else 0
+    print(f"dependencies: {module_count} modules, {len(faults)} violations")
+    return 1 if faults or module_count == 0 else 0
 
 
-# --- Self-test: a small house that is in order, and one fault at a time built into it. ---------------------
+# --- Self-test: a small tree that is in order, and one fault at a time added to it. ---------------------
 
-SOUND_HOUSE = {
-    ARROWS_FILE: "```dependencies\nbase -> map -> track, refine -> top\nbase -> simulate\n```\n",
-    "stillmap/base/CMakeLists.txt": "stillmap_room(base)\n",
+SOUND_TREE = {
+    DRAWING_FILE: "```dependencies\nbase -> map -> track, refine -> top\nbase -> simulate\n```\n",
+    "stillmap/base/CMakeLists.txt": "stillmap_module(base)\n",
     "stillmap/base/a.hpp": "#include <vector>\n",
-    "stillmap/map/CMakeLists.txt": "stillmap_room(map DEPENDS base LINK yaml-cpp TEST_DEPENDS simulate)\n",
+    "stillmap/map/CMakeLists.txt": "stillmap_module(map DEPENDS base LINK yaml-cpp TEST_DEPENDS simulate)\n",
     "stillmap/map/b.hpp": '#include "stillmap/base/a.hpp"\n',
     "stillmap/map/b_test.cpp": '#include "stillmap/simulate/s.hpp"\n',
-    "stillmap/track/CMakeLists.txt": "stillmap_room(track  # by way of map\n  DEPENDS map)\n",
+    "stillmap/track/CMakeLists.txt": "stillmap_module(track  # by way of map\n  DEPENDS map)\n",
     "stillmap/track/c.cpp": '#include "stillmap/base/a.hpp"\n#include "stillmap/map/b.hpp"\n',
-    "stillmap/refine/CMakeLists.txt": "stillmap_room(refine DEPENDS map)\n",
-    "stillmap/simulate/CMakeLists.txt": "stillmap_room(simulate DEPENDS base)\n",
+    "stillmap/refine/CMakeLists.txt": "stillmap_module(refine DEPENDS map)\n",
+    "stillmap/simulate/CMakeLists.txt": "stillmap_module(simulate DEPENDS base)\n",
     "stillmap/simulate/s.hpp": "",
     "stillmap/map/tools/t.cpp": '#include "stillmap/simulate/s.hpp"\n',
 }
 
-# What is changed in the sound house, and what must then be reported (None: nothing).
+# The change made to the sound tree, and the fault that it must be reported as (None: no fault).
 SELF_TESTS = {
-    "a sound house": ({}, None),
+    "a sound tree": ({}, None),
     "a reversed include": (
         {"stillmap/base/a.hpp": '// hm\n#include "stillmap/map/b.hpp"\n'}, "stillmap/base/a.hpp:2: base includes map"),
     "an include of a sibling": (
@@ -183,19 +183,19 @@ SELF_TESTS = {
     "a relative include": (
         {"stillmap/base/a.hpp": '#include "../map/b.hpp"\n'}, "stillmap/base/a.hpp:1: \"../map/b.hpp\""),
     "DEPENDS against the dependencies": (
-        {"stillmap/base/CMakeLists.txt": "\nstillmap_room(base DEPENDS\n map)\n"},
+        {"stillmap/base/CMakeLists.txt": "\nstillmap_module(base DEPENDS\n map)\n"},
         "stillmap/base/CMakeLists.txt:3: base -> map is against"),
     "DEPENDS on a sibling": (
-        {"stillmap/track/CMakeLists.txt": "stillmap_room(track DEPENDS map refine)\n"},
+        {"stillmap/track/CMakeLists.txt": "stillmap_module(track DEPENDS map refine)\n"},
         "stillmap/track/CMakeLists.txt:1: track -> refine is against"),
     "a cycle of DEPENDS": (
-        {"stillmap/base/CMakeLists.txt": "stillmap_room(base DEPENDS map)\n"}, "map depends on itself in the end"),
+        {"stillmap/base/CMakeLists.txt": "stillmap_module(base DEPENDS map)\n"}, "map depends on itself in the end"),
     "a cycle in the drawing": (
-        {ARROWS_FILE: "```dependencies\nbase -> map -> track, refine -> base\nbase -> simulate\n```\n"}, "lead from base back"),
+        {DRAWING_FILE: "```dependencies\nbase -> map -> track, refine -> base\nbase -> simulate\n```\n"}, "lead from base back"),
     "DEPENDS on what is no module": (
-        {"stillmap/refine/CMakeLists.txt": "stillmap_room(refine DEPENDS top)\n"}, "which is no module"),
+        {"stillmap/refine/CMakeLists.txt": "stillmap_module(refine DEPENDS top)\n"}, "which is no module"),
     "a module that the drawing lacks": (
-        {"stillmap/attic/CMakeLists.txt": "stillmap_room(attic DEPENDS base)\n"}, "module attic is not in the drawing"),
+        {"stillmap/attic/CMakeLists.txt": "stillmap_module(attic DEPENDS base)\n"}, "module attic is not in the drawing"),
 }
 
 
@@ -204,7 +204,7 @@ def self_test():
     for name, (changes, expected) in SELF_TESTS.items():
         with tempfile.TemporaryDirectory() as folder:
             root = Path(folder)
-            for path, text in {**SOUND_HOUSE, **changes}.items():
+            for path, text in {**SOUND_TREE, **changes}.items():
                 (root / path).parent.mkdir(parents=True, exist_ok=True)
                 (root / path).write_text(text, encoding="utf-8")
             faults, _ = find_faults(root)
