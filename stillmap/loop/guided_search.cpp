@@ -50,14 +50,14 @@ GuidedSearch search_landmarks(const Map& map, std::span<const LandmarkId> landma
   const auto found = match_by_projection(queries, image.features, matching, unusable(image));
   GuidedSearch result;
   for (std::size_t q = 0; q < queries.size(); ++q) {
-    if (found[q]) result.sights.push_back({*found[q], sought[q]->id});
+    if (found[q]) result.matches.push_back({*found[q], sought[q]->id});
     if (found[q] || !hidden(image, queries[q], view.depth(sought[q]->p_world)))
       result.expected.push_back({queries[q].u, queries[q].v, found[q].has_value()});
   }
   return result;
 }
 
-SightAgreement agreement(const Camera& camera, std::span<const ExpectedSight> expected) {
+MatchConsistency consistency(const Camera& camera, std::span<const ExpectedLandmark> expected) {
   constexpr int kColumns = 6, kRows = 5;
   constexpr double kBlank = 0.15;  // found share of a part that counts as blank
   struct Part {
@@ -65,7 +65,7 @@ SightAgreement agreement(const Camera& camera, std::span<const ExpectedSight> ex
   };
   std::array<Part, kColumns * kRows> parts;
   Part all;
-  for (const ExpectedSight& e : expected) {
+  for (const ExpectedLandmark& e : expected) {
     const int x = std::clamp(static_cast<int>(e.u) * kColumns / camera.width, 0, kColumns - 1);
     const int y = std::clamp(static_cast<int>(e.v) * kRows / camera.height, 0, kRows - 1);
     Part& part = parts[static_cast<std::size_t>(y * kColumns + x)];
@@ -80,11 +80,11 @@ SightAgreement agreement(const Camera& camera, std::span<const ExpectedSight> ex
   return {static_cast<double>(all.found) / all.expected, static_cast<double>(blank) / all.expected};
 }
 
-SightedPose solve_sights(const Map& map, std::span<const LandmarkSight> sights,
-                         const ImageView& image, const Pose& T_world_camera_guess,
-                         const PoseSolverOptions& options) {
+MatchedPose solve_matches(const Map& map, std::span<const LandmarkMatch> matches,
+                          const ImageView& image, const Pose& T_world_camera_guess,
+                          const PoseSolverOptions& options) {
   std::vector<PoseObservation> observations;
-  for (const LandmarkSight& sight : sights) {
+  for (const LandmarkMatch& sight : matches) {
     const Keypoint& k = image.features.keypoints[sight.keypoint];
     observations.push_back({.p_world = map.at(sight.landmark).p_world,
                             .u = k.u,
@@ -93,11 +93,11 @@ SightedPose solve_sights(const Map& map, std::span<const LandmarkSight> sights,
                             .scale = static_cast<float>(map.pyramid().scale(k.level)),
                             .weight = image.static_weight[sight.keypoint]});
   }
-  SightedPose result;
+  MatchedPose result;
   result.solution = solve_pose(map.camera(), T_world_camera_guess, observations, options);
-  for (std::size_t i = 0; i < sights.size(); ++i) {
+  for (std::size_t i = 0; i < matches.size(); ++i) {
     if (!result.solution.inlier[i]) continue;
-    result.inliers.push_back(sights[i]);
+    result.inliers.push_back(matches[i]);
     result.contradicted += observations[i].depth > 0 && !result.solution.depth_inlier[i];
   }
   return result;

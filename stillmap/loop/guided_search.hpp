@@ -25,24 +25,24 @@ struct GuidedSearchOptions {
 };
 
 /// "Keypoint `keypoint` shows landmark `landmark`."
-struct LandmarkSight {
+struct LandmarkMatch {
   std::uint32_t keypoint = 0;
   LandmarkId landmark;
-  bool operator==(const LandmarkSight&) const = default;
+  bool operator==(const LandmarkMatch&) const = default;
 };
 
 /// Where a landmark should be seen [pixels], and whether it is.
-struct ExpectedSight {
+struct ExpectedLandmark {
   float u = 0, v = 0;
   bool found = false;
 };
 
 /// What a camera at a supposed pose should see, and does.
 struct GuidedSearch {
-  std::vector<LandmarkSight> sights;  ///< sorted by landmark; keypoints are different
+  std::vector<LandmarkMatch> matches;  ///< sorted by landmark; keypoints are different
   /// Landmarks that should be seen: in the image, from where they can be seen, and not behind what
   /// the keypoints beside them show.
-  std::vector<ExpectedSight> expected;
+  std::vector<ExpectedLandmark> expected;
 };
 
 /// Looks for landmarks around their projections.
@@ -53,23 +53,23 @@ GuidedSearch search_landmarks(const Map& map, std::span<const LandmarkId> landma
                               const GuidedSearchOptions& options);
 
 /// How well an image shows what it should.
-struct SightAgreement {
+struct MatchConsistency {
   double found = 0;  ///< share of what should be seen that is
   /// Share of what should be seen that lies where next to nothing is found. In a place seen again,
   /// what is missed lies scattered; in one that only looks alike, or is alike in part, whole parts
   /// of the picture are missed.
   double blank = 0;
 };
-SightAgreement agreement(const Camera& camera, std::span<const ExpectedSight> expected);
+MatchConsistency consistency(const Camera& camera, std::span<const ExpectedLandmark> expected);
 
-/// The pose that sights agree on, and which of them agree: solve_pose() on them.
-struct SightedPose {
+/// The pose that matches agree on, and which of them agree: solve_pose() on them.
+struct MatchedPose {
   PoseSolution solution;
-  std::vector<LandmarkSight> inliers;
+  std::vector<LandmarkMatch> inliers;
   int contradicted = 0;  ///< inliers by pixel whose depth is another
 };
-SightedPose solve_sights(const Map& map, std::span<const LandmarkSight> sights,
-                         const ImageView& image, const Pose& T_world_camera_guess,
-                         const PoseSolverOptions& options);
+MatchedPose solve_matches(const Map& map, std::span<const LandmarkMatch> matches,
+                          const ImageView& image, const Pose& T_world_camera_guess,
+                          const PoseSolverOptions& options);
 
 }  // namespace stillmap

@@ -96,7 +96,7 @@ LoopCorrection join_maps(Map& map, const LoopMatch& match, const LoopCorrectionO
   return done;
 }
 
-void settle(Map& map, const EssentialGraph& before, const PoseGraphOptions& options) {
+void propagate_correction(Map& map, const EssentialGraph& before, const PoseGraphOptions& options) {
   constexpr double kMoved = 1e-9;  // meters, radians: more than what rounding does
   std::map<KeyframeId, Pose> held;
   for (const KeyframeId id : before.keyframes()) {

@@ -36,13 +36,13 @@ LoopCorrection close_loop(Map& map, const LoopMatch& match,
 
 /// Joins two components at a match: the younger one moves as a whole to where the match says (its
 /// poses relative to each other stay), becomes part of the older one, and landmarks that both know
-/// become one. Adjusting the seam, and settle() after it, is for the caller.
+/// become one. Adjusting the seam, and propagate_correction() after it, is for the caller.
 LoopCorrection join_maps(Map& map, const LoopMatch& match,
                          const LoopCorrectionOptions& options = {});
 
 /// After some of a component's keyframes were moved: those stay, and the first one, and all others
 /// give way by the essential graph.
 /// @param before  made before they were moved
-void settle(Map& map, const EssentialGraph& before, const PoseGraphOptions& options);
+void propagate_correction(Map& map, const EssentialGraph& before, const PoseGraphOptions& options);
 
 }  // namespace stillmap

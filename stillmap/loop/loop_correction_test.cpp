@@ -9,12 +9,12 @@ namespace stillmap {
 namespace {
 
 using rendered::MapBuilder;
-using rendered::small_pictures;
+using rendered::small_images;
 
 /// A camera carried once around the office, and a little farther: every keyframe, and the truth.
 const std::vector<SimulatedFrame>& round() {
   static const std::vector<SimulatedFrame> frames = [] {
-    SimulationOptions options = small_pictures({.people = 0, .camera = "loop", .frames = 56});
+    SimulationOptions options = small_images({.people = 0, .camera = "loop", .frames = 56});
     options.fps = 30;
     options.speed = 19;  // a quarter of a meter from keyframe to keyframe
     const SimulatedSequence sequence(options);
@@ -26,8 +26,7 @@ const std::vector<SimulatedFrame>& round() {
 }
 
 const Camera& camera() {
-  static const Camera small =
-      SimulatedSequence(small_pictures({.people = 0, .frames = 1})).camera();
+  static const Camera small = SimulatedSequence(small_images({.people = 0, .frames = 1})).camera();
   return small;
 }
 
@@ -169,7 +168,7 @@ TEST(Settle, WhatWasMovedStaysAndTheRestFollows) {
   const Pose there =
       Pose(Eigen::Quaterniond::Identity(), {0.5, 0, 0}) * m.at(map.keyframes[last]).T_world_camera;
   m.set_pose(map.keyframes[last], there);
-  settle(m, before, {});
+  propagate_correction(m, before, {});
   EXPECT_EQ(m.at(map.keyframes[last]).T_world_camera.translation(), there.translation());
   const auto moved = [&](std::size_t i) {
     return (m.at(map.keyframes[i]).T_world_camera.translation() -

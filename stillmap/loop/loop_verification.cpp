@@ -71,11 +71,11 @@ std::vector<LandmarkId> confirmed_landmarks(const Map& map, KeyframeId keyframe)
 }
 
 /// How well a keyframe, at a pose that has been solved for, shows what another one sees.
-SightAgreement agreement_of(const Map& map, KeyframeId seen_by, const Keyframe& looked_for_in,
-                            const Pose& T_world_camera, const GuidedSearchOptions& options) {
+MatchConsistency consistency_of(const Map& map, KeyframeId seen_by, const Keyframe& looked_for_in,
+                                const Pose& T_world_camera, const GuidedSearchOptions& options) {
   const GuidedSearch search = search_landmarks(map, confirmed_landmarks(map, seen_by),
                                                image_of(looked_for_in), T_world_camera, options);
-  return agreement(map.camera(), search.expected);
+  return consistency(map.camera(), search.expected);
 }
 
 /// One verification, step by step; a step that fails leaves its reason.
@@ -123,14 +123,14 @@ class Verification {
     for (const GuidedSearchOptions& search : {options_.wide, options_.narrow}) {
       const auto found =
           search_landmarks(map_, landmarks_, image_of(query_), T_world_query_, search);
-      const SightedPose solved =
-          solve_sights(map_, found.sights, image_of(query_), T_world_query_, options_.solver);
+      const MatchedPose solved =
+          solve_matches(map_, found.matches, image_of(query_), T_world_query_, options_.solver);
       if (!solved.solution.well_posed) return fail("the pose is not determined");
       T_world_query_ = solved.solution.T_world_camera;
       match_.information = solved.solution.information;
-      match_.sights = solved.inliers;
+      match_.matches = solved.inliers;
     }
-    match_.inliers = static_cast<int>(match_.sights.size());
+    match_.inliers = static_cast<int>(match_.matches.size());
     match_.T_candidate_query = candidate_.T_world_camera.inverse() * T_world_query_;
     if (match_.inliers < options_.min_inliers)
       return fail(fmt::format("{} landmarks agree", match_.inliers));
@@ -140,10 +140,10 @@ class Verification {
   bool surroundings_agree() {
     // The query's landmarks as its side has them; so the candidate is moved to that side.
     const Pose T_world_candidate = query_.T_world_camera * match_.T_candidate_query.inverse();
-    const SightAgreement there =
-        agreement_of(map_, candidate_.id, query_, T_world_query_, options_.narrow);
-    const SightAgreement here =
-        agreement_of(map_, query_.id, candidate_, T_world_candidate, options_.narrow);
+    const MatchConsistency there =
+        consistency_of(map_, candidate_.id, query_, T_world_query_, options_.narrow);
+    const MatchConsistency here =
+        consistency_of(map_, query_.id, candidate_, T_world_candidate, options_.narrow);
     match_.found_share = std::min(there.found, here.found);
     match_.blank_share = std::max(there.blank, here.blank);
     if (match_.found_share < options_.min_found_share ||
@@ -156,7 +156,7 @@ class Verification {
 
   bool drift_is_possible() {
     if (!match_.same_component) return true;
-    const double way = way_between(map_, query_.id, candidate_.id);
+    const double way = path_length(map_, query_.id, candidate_.id);
     // The rotation's drift moves the far end of the way, so the query's own place tells.
     const Pose correction = T_world_query_ * query_.T_world_camera.inverse();
     const double meters =
@@ -175,14 +175,14 @@ class Verification {
         T_world_query_ * query_.T_world_camera.inverse() * neighbor.T_world_camera;
     const auto image = image_of(neighbor);
     const auto found = search_landmarks(map_, landmarks_, image, T_world_neighbor, options_.wide);
-    const SightedPose solved =
-        solve_sights(map_, found.sights, image, T_world_neighbor, options_.solver);
+    const MatchedPose solved =
+        solve_matches(map_, found.matches, image, T_world_neighbor, options_.solver);
     // A camera pose of its own, yet the same: what the landmarks tolerate, and no more.
     const Pose error = T_world_neighbor.inverse() * solved.solution.T_world_camera;
     constexpr double kMeters = 0.1, kRadians = 0.05;
     return solved.solution.well_posed && error.translation().norm() < kMeters &&
            error.angle() < kRadians &&
-           static_cast<int>(solved.inliers.size()) >= options_.min_neighbor_sights;
+           static_cast<int>(solved.inliers.size()) >= options_.min_neighbor_matches;
   }
 
   bool neighbors_agree() {
@@ -210,7 +210,7 @@ class Verification {
   }
 
   void pair_landmarks() {
-    for (const LandmarkSight& sight : match_.sights) {
+    for (const LandmarkMatch& sight : match_.matches) {
       const LandmarkId own = query_.landmarks[sight.keypoint];
       if (map_.find(own) != nullptr && own != sight.landmark && as_deep(own, sight.landmark))
         match_.pairs.push_back({own, sight.landmark});
@@ -238,7 +238,7 @@ LoopVerification verify_loop(const Map& map, const PlaceIndex& index, KeyframeId
   return Verification(map, index, query, candidate, options).run();
 }
 
-double way_between(const Map& map, KeyframeId a, KeyframeId b) {
+double path_length(const Map& map, KeyframeId a, KeyframeId b) {
   const auto [from, to] = std::minmax(map.at(a).sequence, map.at(b).sequence);
   const std::uint32_t component = map.at(a).component;
   std::vector<std::pair<std::uint32_t, Eigen::Vector3d>> stations;

@@ -33,17 +33,17 @@ struct LoopVerificationOptions {
   /// should, those that it does. Two desks of one make show each other's things, but not each
   /// other's surroundings. Chosen by measurement, see docs/results.md.
   double min_found_share = 0.25;
-  double max_blank_share = 0.3;  ///< of the same: see SightAgreement::blank
+  double max_blank_share = 0.3;  ///< of the same: see MatchConsistency::blank
   int neighbors = 5;             ///< keyframes beside the query that are asked, at most
   /// Of them, those that must show the candidate's side where the match says; where two maps are
   /// joined and there are fewer, all, but one at least.
   int min_neighbors_agree = 3;
-  int min_neighbor_sights = 25;  ///< landmarks, for a neighbor to agree
-  int neighbor_shared = 15;      ///< landmarks shared with the query that make a neighbor
+  int min_neighbor_matches = 25;  ///< landmarks, for a neighbor to agree
+  int neighbor_shared = 15;       ///< landmarks shared with the query that make a neighbor
   DriftLimits drift;
   STILLMAP_FIELDS(matching, rigid, wide, narrow, solver, window, min_matches, min_inliers,
                   min_found_share, max_blank_share, neighbors, min_neighbors_agree,
-                  min_neighbor_sights, neighbor_shared, drift)
+                  min_neighbor_matches, neighbor_shared, drift)
 };
 
 /// Two landmarks that are one thing.
@@ -62,10 +62,10 @@ struct LoopMatch {
   bool same_component = true;
   /// What the query keyframe shows of the candidate's side: candidates for Map::observe() and
   /// merge(). Sorted by landmark; neither keypoints nor landmarks repeat.
-  std::vector<LandmarkSight> sights;
+  std::vector<LandmarkMatch> matches;
   /// Of these, where the query's keypoint shows a landmark of its own side.
   std::vector<LandmarkPair> pairs;
-  int inliers = 0;                          ///< sights that agree
+  int inliers = 0;                          ///< matches that agree
   double found_share = 0;                   ///< the lower of both sides'
   double blank_share = 0;                   ///< the higher of both sides'
   int neighbors_agree = 0;                  ///< further keyframes that confirm it
@@ -87,6 +87,6 @@ LoopVerification verify_loop(const Map& map, const PlaceIndex& index, KeyframeId
                              KeyframeId candidate, const LoopVerificationOptions& options = {});
 
 /// Meters traveled by keyframes of one component from the older of two to the younger.
-double way_between(const Map& map, KeyframeId a, KeyframeId b);
+double path_length(const Map& map, KeyframeId a, KeyframeId b);
 
 }  // namespace stillmap

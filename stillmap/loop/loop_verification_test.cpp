@@ -11,7 +11,7 @@ namespace stillmap {
 namespace {
 
 using rendered::MapBuilder;
-using rendered::small_pictures;
+using rendered::small_images;
 
 constexpr int kPlaces = 8;
 
@@ -30,8 +30,7 @@ std::shared_ptr<const Scene> other_corner() {
 }
 
 const Camera& small_camera() {
-  static const Camera camera =
-      SimulatedSequence(small_pictures({.people = 0, .frames = 1})).camera();
+  static const Camera camera = SimulatedSequence(small_images({.people = 0, .frames = 1})).camera();
   return camera;
 }
 
@@ -132,14 +131,14 @@ TEST_F(VerifyLoop, SaysTheSameTwice) {
   const Revisit& r = revisit();
   const auto first = r.verify(4, 3), second = r.verify(4, 3);
   ASSERT_TRUE(first.match);
-  EXPECT_EQ(first.match->sights, second.match->sights);
+  EXPECT_EQ(first.match->matches, second.match->matches);
   EXPECT_EQ(first.match->T_candidate_query.translation(),
             second.match->T_candidate_query.translation());
 }
 
 TEST_F(VerifyLoop, WantsTheQuerysNeighborsToAgree) {
   LoopVerificationOptions options;
-  options.min_neighbor_sights = 10000;
+  options.min_neighbor_matches = 10000;
   const LoopVerification verification = revisit().verify(3, 3, options);
   EXPECT_FALSE(verification.match);
   EXPECT_NE(verification.reason.find("neighbors"), std::string::npos) << verification.reason;

@@ -61,13 +61,13 @@ std::optional<LoopMatch> Places::recognize(const Map& map, KeyframeId newest) {
     return std::move(verification.match);
   }
   if (!options_.connect_at_once) return std::nullopt;
-  auto match = seen_apart(map, newest);
+  auto match = match_other_component(map, newest);
   if (match) detector_.reset();
   return match;
 }
 
 /// Whether a keyframe by itself shows a place of another component.
-std::optional<LoopMatch> Places::seen_apart(const Map& map, KeyframeId query) const {
+std::optional<LoopMatch> Places::match_other_component(const Map& map, KeyframeId query) const {
   const BagOfWords* bag = index_.find(query);
   if (bag == nullptr) return std::nullopt;
   std::vector<KeyframeId> own = keyframes_of(map, map.at(query).component);
@@ -84,7 +84,7 @@ std::optional<LoopMatch> Places::seen_apart(const Map& map, KeyframeId query) co
 std::optional<LoopMatch> Places::connect(const Map& map, std::uint32_t component) const {
   if (!options_.loops) return std::nullopt;
   for (const KeyframeId query : richest(map, component, options_.connect_by)) {
-    if (auto match = seen_apart(map, query)) return match;
+    if (auto match = match_other_component(map, query)) return match;
   }
   return std::nullopt;
 }

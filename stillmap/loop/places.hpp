@@ -44,7 +44,7 @@ class Places {
   RelocalizationVerification find(const Map& map, const Frame& frame) const;
 
  private:
-  std::optional<LoopMatch> seen_apart(const Map& map, KeyframeId query) const;
+  std::optional<LoopMatch> match_other_component(const Map& map, KeyframeId query) const;
 
   PlaceOptions options_;
   PlaceIndex index_;

@@ -82,7 +82,7 @@ class Attempt {
     const auto landmarks = landmarks_around(map_, candidate_.id, options_.window);
     for (const GuidedSearchOptions& search : {options_.wide, options_.narrow}) {
       const auto found = search_landmarks(map_, landmarks, image_, T_world_camera_, search);
-      solved_ = solve_sights(map_, found.sights, image_, T_world_camera_, options_.solver);
+      solved_ = solve_matches(map_, found.matches, image_, T_world_camera_, options_.solver);
       if (!solved_.solution.well_posed) return fail("the pose is not determined");
       T_world_camera_ = solved_.solution.T_world_camera;
     }
@@ -98,13 +98,13 @@ class Attempt {
     std::vector<LandmarkId> known = landmarks_seen_by(map_, std::span(&candidate_.id, 1));
     std::erase_if(known, [&](LandmarkId id) { return map_.at(id).observations.size() < 2; });
     const auto search = search_landmarks(map_, known, image_, T_world_camera_, options_.narrow);
-    agreement_ = agreement(map_.camera(), search.expected);
-    if (agreement_.found >= options_.min_found_share &&
-        agreement_.blank <= options_.max_blank_share) {
+    consistency_ = consistency(map_.camera(), search.expected);
+    if (consistency_.found >= options_.min_found_share &&
+        consistency_.blank <= options_.max_blank_share) {
       return true;
     }
     return fail(fmt::format("{:.0f} % of what should be seen is, {:.0f} % lies where nothing is",
-                            100 * agreement_.found, 100 * agreement_.blank));
+                            100 * consistency_.found, 100 * consistency_.blank));
   }
 
   Relocalization result() const {
@@ -114,10 +114,10 @@ class Attempt {
     r.T_reference_camera = candidate_.T_world_camera.inverse() * T_world_camera_;
     r.component = candidate_.component;
     r.landmarks.resize(image_.features.size());
-    for (const LandmarkSight& s : solved_.inliers) r.landmarks[s.keypoint] = s.landmark;
+    for (const LandmarkMatch& s : solved_.inliers) r.landmarks[s.keypoint] = s.landmark;
     r.inliers = static_cast<int>(solved_.inliers.size());
-    r.found_share = agreement_.found;
-    r.blank_share = agreement_.blank;
+    r.found_share = consistency_.found;
+    r.blank_share = consistency_.blank;
     return r;
   }
 
@@ -126,8 +126,8 @@ class Attempt {
   const Keyframe& candidate_;
   const RelocalizerOptions& options_;
   Pose T_world_camera_;
-  SightedPose solved_;
-  SightAgreement agreement_;
+  MatchedPose solved_;
+  MatchConsistency consistency_;
   std::string reason_;
 };
 

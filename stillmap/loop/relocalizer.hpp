@@ -23,7 +23,7 @@ struct RelocalizerOptions {
   int min_matches = 15;  ///< by node, with a landmark
   int min_inliers = 40;  ///< landmarks that agree with the pose
   /// Of the landmarks of the candidate that should be seen, those that are; and at most so many
-  /// where nothing is: see SightAgreement. Looser than for a loop, since people may cover much.
+  /// where nothing is: see MatchConsistency. Looser than for a loop, since people may cover much.
   double min_found_share = 0.2;
   double max_blank_share = 0.4;
   /// Of the landmarks that agree by pixel and have a depth, at most so many whose depth is another.
@@ -40,7 +40,7 @@ struct Relocalization {
   std::uint32_t component = 0;
   std::vector<LandmarkId> landmarks;  ///< per keypoint: what it shows; invalid where not known
   int inliers = 0;                    ///< keypoints that show a landmark
-  double found_share = 0, blank_share = 0;  ///< see SightAgreement
+  double found_share = 0, blank_share = 0;  ///< see MatchConsistency
 };
 
 /// A place, or in `reason` why there is none, for the log.

@@ -9,7 +9,7 @@ namespace stillmap {
 namespace {
 
 using rendered::MapBuilder;
-using rendered::small_pictures;
+using rendered::small_images;
 
 /// An office mapped from a short way along the desks, and frames of other ways.
 class Relocalize : public ::testing::Test {
@@ -26,7 +26,7 @@ class Relocalize : public ::testing::Test {
     options.frames = 40;
     options.speed = 10;
     options.seed = seed;
-    return {options, SimulatedSequence(small_pictures({.people = 0, .frames = 1})).camera(), scene};
+    return {options, SimulatedSequence(small_images({.people = 0, .frames = 1})).camera(), scene};
   }
 
   static const World& world() {

@@ -12,7 +12,7 @@
 /// Maps of rendered rooms with known poses, for the tests of this room.
 namespace stillmap::rendered {
 
-inline SimulationOptions small_pictures(SimulationOptions options) {
+inline SimulationOptions small_images(SimulationOptions options) {
   options.width = 320, options.height = 240;
   return options;
 }
@@ -61,7 +61,7 @@ class MapBuilder {
     const Keyframe& k = map.at(id);
     const auto found = search_landmarks(map, known, {*k.features, k.static_weight},
                                         k.T_world_camera, {.radius = 3});
-    for (const LandmarkSight& s : found.sights) {
+    for (const LandmarkMatch& s : found.matches) {
       if (map.observe(s.landmark, {id, s.keypoint})) map.refresh(s.landmark);
     }
   }

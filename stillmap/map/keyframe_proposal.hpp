@@ -8,7 +8,7 @@
 namespace stillmap {
 
 /// How often the tracker expected to see a landmark, and did; and whether it moves.
-struct Sighting {
+struct VisibilityCount {
   LandmarkId landmark;
   std::uint32_t predicted = 0, found = 0;
   float static_log_odds = 0;  ///< by all frames so far
@@ -23,8 +23,8 @@ struct KeyframeProposal {
   Pose T_reference_camera;
   std::vector<LandmarkId>
       landmarks;  ///< per keypoint: what it shows; invalid where nothing is known
-  std::vector<Sighting>
-      sightings;  ///< since the proposal before; a landmark may come several times
+  std::vector<VisibilityCount>
+      visibility_counts;  ///< since the proposal before; a landmark may come several times
   /// With the first one of a new map: a keyframe of the one before, if that held the camera too
   /// briefly to be kept; else invalid.
   KeyframeId abandoned = {};

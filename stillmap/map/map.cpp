@@ -149,7 +149,7 @@ void Map::set_position(LandmarkId id, const Eigen::Vector3d& p_world) {
   landmarks_.find(id)->p_world = p_world;
 }
 
-void Map::count_sighting(LandmarkId id, std::uint32_t predicted, std::uint32_t found) {
+void Map::count_visibility(LandmarkId id, std::uint32_t predicted, std::uint32_t found) {
   if (Landmark* landmark = landmarks_.find(id)) {
     landmark->predicted += predicted;
     landmark->found += found;
@@ -206,9 +206,10 @@ void Map::erase(LandmarkId id) {
   landmarks_.erase(id);
 }
 
-void Map::erase(KeyframeId id, KeyframeId heir) {
+void Map::erase(KeyframeId id, KeyframeId replacement) {
   const Keyframe& keyframe = at(id);
-  heirs_[id] = {heir, at(heir).T_world_camera.inverse() * keyframe.T_world_camera};
+  replacements_[id] = {replacement,
+                       at(replacement).T_world_camera.inverse() * keyframe.T_world_camera};
   const std::vector<LandmarkId> seen = keyframe.landmarks;
   for (const LandmarkId landmark : seen) forget(landmark, id);
   keyframes_.erase(id);
@@ -262,20 +263,20 @@ std::vector<Covisible> Map::covisible(KeyframeId id, int min_shared) const {
 Pose Map::resolve(KeyframeId reference, const Pose& T_reference_camera) const {
   Pose T = T_reference_camera;
   while (!keyframes_.contains(reference)) {
-    const Heir& heir = heirs_.at(reference);
-    T = heir.T_heir_erased * T;
-    reference = heir.keyframe;
+    const Replacement& replacement = replacements_.at(reference);
+    T = replacement.T_replacement_erased * T;
+    reference = replacement.keyframe;
   }
   return at(reference).T_world_camera * T;
 }
 
 bool Map::is_first(KeyframeId id) const { return first_.at(at(id).component) == id; }
 
-KeyframeId Map::living(KeyframeId id) const {
+KeyframeId Map::current_keyframe(KeyframeId id) const {
   while (!keyframes_.contains(id)) {
-    const auto heir = heirs_.find(id);
-    if (heir == heirs_.end()) return KeyframeId{};
-    id = heir->second.keyframe;
+    const auto replacement = replacements_.find(id);
+    if (replacement == replacements_.end()) return KeyframeId{};
+    id = replacement->second.keyframe;
   }
   return id;
 }
@@ -283,7 +284,7 @@ KeyframeId Map::living(KeyframeId id) const {
 std::vector<LoopEdge> Map::loops() const {
   std::vector<LoopEdge> result;
   for (const LoopEdge& loop : loops_) {
-    const LoopEdge now{living(loop.a), living(loop.b)};
+    const LoopEdge now{current_keyframe(loop.a), current_keyframe(loop.b)};
     if (now.a.valid() && now.b.valid() && now.a != now.b) result.push_back(now);
   }
   return result;

@@ -116,7 +116,7 @@ class Map {
   void set_pose(KeyframeId id, const Pose& T_world_camera);
   void set_position(LandmarkId id, const Eigen::Vector3d& p_world);
   /// Adds to the tracker's statistics of a landmark; unknown ids are passed over.
-  void count_sighting(LandmarkId id, std::uint32_t predicted, std::uint32_t found);
+  void count_visibility(LandmarkId id, std::uint32_t predicted, std::uint32_t found);
   /// What the frames so far say of its being static; an unknown id is passed over.
   void set_static_log_odds(LandmarkId id, float log_odds);
 
@@ -130,8 +130,8 @@ class Map {
   void merge(LandmarkId keep, LandmarkId drop);
   void erase(LandmarkId id);
   /// Erases a keyframe and its observations. Frames that refer to it are henceforth placed relative
-  /// to `heir`: see resolve().
-  void erase(KeyframeId id, KeyframeId heir);
+  /// to `replacement`: see resolve().
+  void erase(KeyframeId id, KeyframeId replacement);
 
   /// Recomputes a landmark's descriptor, normal and distance range from its observations.
   void refresh(LandmarkId id);
@@ -142,7 +142,8 @@ class Map {
 
   /// Notes that a loop was closed, or two components joined, between two keyframes.
   void add_loop(KeyframeId a, KeyframeId b) { loops_.push_back({a, b}); }
-  /// The loops closed so far, between living keyframes: where one was erased its heir stands in.
+  /// The loops closed so far, between current_keyframe keyframes: where one was erased its
+  /// replacement stands in.
   std::vector<LoopEdge> loops() const;
 
   /// Ids of the components there are, sorted.
@@ -160,14 +161,14 @@ class Map {
   /// Whether it is the first keyframe of its component, which holds the component's place in the
   /// world.
   bool is_first(KeyframeId id) const;
-  /// The living keyframe that stands in for `id` (itself while it lives); invalid if its component
-  /// was erased.
-  KeyframeId living(KeyframeId id) const;
+  /// The current_keyframe keyframe that stands in for `id` (itself while it lives); invalid if its
+  /// component was erased.
+  KeyframeId current_keyframe(KeyframeId id) const;
 
  private:
-  struct Heir {
+  struct Replacement {
     KeyframeId keyframe;
-    Pose T_heir_erased;
+    Pose T_replacement_erased;
   };
 
   Camera camera_;
@@ -176,9 +177,9 @@ class Map {
   SlotMap<LandmarkTag, Landmark> landmarks_;
   std::uint32_t next_sequence_ = 0;
   std::uint32_t session_ = 0;
-  std::map<KeyframeId, Heir> heirs_;           // of erased keyframes
-  std::map<std::uint32_t, KeyframeId> first_;  // by component
-  std::vector<LoopEdge> loops_;                // in the order they were closed
+  std::map<KeyframeId, Replacement> replacements_;  // of erased keyframes
+  std::map<std::uint32_t, KeyframeId> first_;       // by component
+  std::vector<LoopEdge> loops_;                     // in the order they were closed
 };
 
 /// The keyframes of a component, in the order of their making.

@@ -38,7 +38,7 @@ class MapFile : public ::testing::Test {
       map_.refresh(l);
       add_landmark(keyframes_[3], i);
     }
-    map_.count_sighting(map_.at(keyframes_[0]).landmarks[4], 7, 5);
+    map_.count_visibility(map_.at(keyframes_[0]).landmarks[4], 7, 5);
     map_.set_static_log_odds(map_.at(keyframes_[0]).landmarks[4], -0.3F);
     map_.erase(map_.at(keyframes_[0]).landmarks[1]);
     map_.erase(keyframes_[1], keyframes_[0]);

@@ -109,7 +109,7 @@ TEST_F(MapTest, FramesOfAnErasedKeyframeMoveWithItsHeir) {
   const Pose T_b_frame(so3_exp({0, 0, 0.3}), {0.1, 0, 0});
   const Pose before = map_.resolve(b, T_b_frame);
   map_.erase(b, a);
-  EXPECT_EQ(map_.living(b), a);
+  EXPECT_EQ(map_.current_keyframe(b), a);
   EXPECT_LT((before.inverse() * map_.resolve(b, T_b_frame)).log().norm(), 1e-12);
 
   const Pose shift(so3_exp({0, 0, 0.5}), {0, 0, 1});

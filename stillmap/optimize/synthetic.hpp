@@ -31,13 +31,13 @@ inline Pose random_pose(std::mt19937& rng, double meters, double radians) {
 
 /// A pixel and depth drawn within the view. Floats, as observations hold them, so that a point made
 /// of them is observed without rounding.
-struct Sight {
+struct PixelAndDepth {
   float u, v, depth;
 };
 
-inline Sight random_sight(std::mt19937& rng, const Camera& camera) {
+inline PixelAndDepth random_pixel(std::mt19937& rng, const Camera& camera) {
   std::uniform_real_distribution<float> unit(0, 1);
-  Sight s{};
+  PixelAndDepth s{};
   s.u = unit(rng) * static_cast<float>(camera.width - 1);
   s.v = unit(rng) * static_cast<float>(camera.height - 1);
   s.depth = 0.7F + 3.3F * unit(rng);
@@ -83,10 +83,10 @@ inline PoseScene pose_scene(unsigned seed, int count, const Noise& noise) {
   PoseScene scene;
   scene.T_world_camera = random_pose(rng, 2, 1);
   for (int i = 0; i < count; ++i) {
-    const Sight sight = random_sight(rng, scene.camera);
+    const PixelAndDepth pixel = random_pixel(rng, scene.camera);
     PoseObservation o;
-    o.p_world = scene.T_world_camera * scene.camera.unproject(sight.u, sight.v, sight.depth);
-    const Eigen::Vector3d truth(sight.u, sight.v, scene.camera.bf() / sight.depth);
+    o.p_world = scene.T_world_camera * scene.camera.unproject(pixel.u, pixel.v, pixel.depth);
+    const Eigen::Vector3d truth(pixel.u, pixel.v, scene.camera.bf() / pixel.depth);
     scene.corruption.push_back(corrupt(rng, scene.camera, truth, noise, o));
     scene.observations.push_back(o);
   }
@@ -151,7 +151,7 @@ inline BundleScene bundle_scene(unsigned seed, const BundleShape& shape, const N
   std::uniform_int_distribution<std::size_t> any_pose(0, scene.T_world_camera.size() - 1);
   for (int k = 0; k < shape.points; ++k) {
     const std::size_t first = any_pose(rng);
-    const Sight s = random_sight(rng, scene.problem.camera);
+    const PixelAndDepth s = random_pixel(rng, scene.problem.camera);
     const Eigen::Vector3d p =
         scene.T_world_camera[first] * scene.problem.camera.unproject(s.u, s.v, s.depth);
     scene.points.push_back(p);

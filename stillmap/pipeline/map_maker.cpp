@@ -21,7 +21,7 @@ LocalMapPtr MapMaker::insert(const KeyframeProposal& proposal) {
   const TimedScope timed(timing_, "keyframe insertion");
   newest_ = mapper_.insert(proposal);
   keyframe_of_[proposal.frame->index()] = newest_;
-  const KeyframeId abandoned = map_.living(proposal.abandoned);
+  const KeyframeId abandoned = map_.current_keyframe(proposal.abandoned);
   if (abandoned.valid()) drop(map_.at(abandoned).component);
   return mapper_.local_map(newest_);
 }
@@ -50,7 +50,7 @@ void MapMaker::close(const LoopMatch& match) {
   const TimedScope timed(timing_, "loop closing");
   const LoopCorrection done =
       match.same_component ? close_loop(map_, match, correction_) : join(match);
-  bent_ = map_.at(match.query).component;
+  pending_global_ba_ = map_.at(match.query).component;
   moved_ = true;
   const Keyframe& query = map_.at(match.query);
   events_.push_back({match.same_component ? MapEvent::Kind::kLoop : MapEvent::Kind::kMerge,
@@ -65,14 +65,14 @@ LoopCorrection MapMaker::join(const LoopMatch& match) {
   const EssentialGraph before(map_, map_.at(match.query).component, correction_.strong);
   adjust_locally(map_, match.query, options_.adjustment);
   const Stopwatch watch;
-  settle(map_, before, correction_.graph);
+  propagate_correction(map_, before, correction_.graph);
   done.graph_ms = watch.milliseconds();
   return done;
 }
 
-LocalMapPtr MapMaker::look(const KeyframeProposal& proposal) const {
+LocalMapPtr MapMaker::snapshot_for(const KeyframeProposal& proposal) const {
   const KeyframeId center = best_view(map_, proposal.landmarks);
-  return mapper_.local_map(center.valid() ? center : map_.living(proposal.reference));
+  return mapper_.local_map(center.valid() ? center : map_.current_keyframe(proposal.reference));
 }
 
 std::optional<RelocalizationResult> MapMaker::find(const FramePtr& lost) {
@@ -84,12 +84,13 @@ std::optional<RelocalizationResult> MapMaker::find(const FramePtr& lost) {
                               r.landmarks, r.inliers};
 }
 
-std::shared_ptr<const MapBundle> MapMaker::take_bent() {
-  if (!bent_) return nullptr;
-  return std::make_shared<MapBundle>(whole_component(map_, *std::exchange(bent_, std::nullopt)));
+std::shared_ptr<const MapBundle> MapMaker::take_pending_global_ba() {
+  if (!pending_global_ba_) return nullptr;
+  return std::make_shared<MapBundle>(
+      whole_component(map_, *std::exchange(pending_global_ba_, std::nullopt)));
 }
 
-void MapMaker::straighten(const MapBundle& bundle, const BundleResult& result) {
+void MapMaker::apply_global_ba(const MapBundle& bundle, const BundleResult& result) {
   const TimedScope timed(timing_, "global adjustment taken in");
   apply_to_grown_map(map_, bundle, result);
   moved_ = true;
@@ -97,17 +98,17 @@ void MapMaker::straighten(const MapBundle& bundle, const BundleResult& result) {
 
 KeyframePoses MapMaker::poses_around(KeyframeId keyframe) const {
   KeyframePoses poses;
-  const KeyframeId around = map_.living(keyframe);
+  const KeyframeId around = map_.current_keyframe(keyframe);
   if (!around.valid()) return poses;
   const std::uint32_t component = map_.at(around).component;
   map_.for_each_keyframe([&](const Keyframe& k) {
     if (k.component == component) poses.T_world_camera[k.id] = k.T_world_camera;
   });
   for (const auto& [frame, id] : keyframe_of_) {
-    const KeyframeId living = map_.living(id);
-    if (!living.valid() || map_.at(living).component != component) continue;
+    const KeyframeId current = map_.current_keyframe(id);
+    if (!current.valid() || map_.at(current).component != component) continue;
     poses.made_of[frame] = id;
-    if (living != id) poses.T_world_camera[id] = map_.resolve(id, Pose());
+    if (current != id) poses.T_world_camera[id] = map_.resolve(id, Pose());
   }
   return poses;
 }
@@ -117,7 +118,7 @@ std::shared_ptr<const KeyframePoses> MapMaker::take_moved() {
   return std::make_shared<KeyframePoses>(poses_around(newest_));
 }
 
-void MapMaker::join_apart() {
+void MapMaker::merge_remaining() {
   const Stopwatch watch;
   std::vector<std::uint32_t> components = map_.components();
   std::reverse(components.begin(), components.end());

@@ -55,16 +55,16 @@ class MapMaker {
 
   /// What the tracker may see of a map that is not to be extended: around the keyframe that shows
   /// most of the proposal's landmarks.
-  LocalMapPtr look(const KeyframeProposal& proposal) const;
+  LocalMapPtr snapshot_for(const KeyframeProposal& proposal) const;
 
   /// Where a frame of a lost camera was.
   std::optional<RelocalizationResult> find(const FramePtr& lost);
 
   /// After a loop was closed or maps were joined: the whole component, to be adjusted elsewhere;
   /// once, else null. One taken earlier is out of date then.
-  std::shared_ptr<const MapBundle> take_bent();
+  std::shared_ptr<const MapBundle> take_pending_global_ba();
   /// Takes in what came of it.
-  void straighten(const MapBundle& bundle, const BundleResult& result);
+  void apply_global_ba(const MapBundle& bundle, const BundleResult& result);
 
   /// Where the keyframes of a keyframe's component stand.
   KeyframePoses poses_around(KeyframeId keyframe) const;
@@ -74,7 +74,7 @@ class MapMaker {
 
   /// Joins what is still apart, the younger of two maps to the older, where any of its keyframes
   /// shows a place of the other; for the end of a run.
-  void join_apart();
+  void merge_remaining();
 
   /// Drops a component, unless some of it was made before this run.
   void drop(std::uint32_t component);
@@ -99,8 +99,9 @@ class MapMaker {
   LocalMapper mapper_;
   Places places_;
   KeyframeId newest_;
-  bool moved_ = false;                 // see take_moved()
-  std::optional<std::uint32_t> bent_;  // component that waits to be adjusted as a whole
+  bool moved_ = false;  // see take_moved()
+  std::optional<std::uint32_t>
+      pending_global_ba_;  // component that waits to be adjusted as a whole
   std::map<std::size_t, KeyframeId> keyframe_of_;
   std::vector<MapEvent> events_;
   RefineTotals refined_;

@@ -11,9 +11,10 @@ namespace {
 /// Keyframes come a few a second; a queue this long means that the mapper is seconds behind.
 constexpr std::size_t kQueue = 16;
 
-/// News that may be owed to a tracker in real time, two for each keyframe. One that runs further
-/// ahead of its map leaves the part that it knows; it rather lets frames of the camera pass.
-constexpr std::size_t kMostOwed = 6;
+/// MapUpdate that may be owed to a tracker in real time, two for each keyframe. One that runs
+/// further ahead of its map leaves the part that it knows; it rather lets frames of the camera
+/// pass.
+constexpr std::size_t kMaxPendingUpdates = 6;
 
 /// A frame that comes after all others.
 constexpr std::size_t kAtTheEnd = std::numeric_limits<std::size_t>::max();
@@ -25,7 +26,7 @@ Mapping::Mapping(Map map, const SlamOptions& options, bool extend)
       extend_(extend),
       final_adjustment_(extend && options.final_adjustment),
       bundle_(options.mapper.adjustment.bundle),
-      begun_(next_component(map)),
+      components_started_(next_component(map)),
       maker_(std::move(map), options) {
   adjuster_ = std::make_unique<AdjustStage>(
       kQueue, WhenFull::kBlock,
@@ -40,16 +41,16 @@ Mapping::Mapping(Map map, const SlamOptions& options, bool extend)
 void Mapping::work(const TrackedFrame& tracked, const MapStage::Publish& publish) {
   trace_frame(tracked.frame->index());
   if (!tracked.proposal) {
-    publish(answer_for(tracked.frame));
+    publish(relocalization_update(tracked.frame));
     return;
   }
   if (!extend_) {
-    const LocalMapPtr around = maker_.look(*tracked.proposal);
+    const LocalMapPtr around = maker_.snapshot_for(*tracked.proposal);
     publish({around, std::nullopt});
     publish({around, std::nullopt});
     return;
   }
-  take_in_adjustment(tracked.frame->index());
+  apply_due_adjustment(tracked.frame->index());
   publish({maker_.insert(*tracked.proposal), std::nullopt, maker_.take_moved()});
   // A newer keyframe matters more than the last digit of this one's surroundings, where time is
   // real.
@@ -60,8 +61,8 @@ void Mapping::work(const TrackedFrame& tracked, const MapStage::Publish& publish
 }
 
 /// Where a lost camera was, and what is around it there.
-Mapping::News Mapping::answer_for(const FramePtr& lost) {
-  News answer{nullptr, maker_.find(lost)};
+Mapping::MapUpdate Mapping::relocalization_update(const FramePtr& lost) {
+  MapUpdate answer{nullptr, maker_.find(lost)};
   if (answer.found) {
     answer.moved =
         std::make_shared<KeyframePoses>(maker_.poses_around(answer.found->local_map->reference));
@@ -80,20 +81,20 @@ void Mapping::adjust(const BundlePtr& bundle, const AdjustStage::Publish& publis
 }
 
 void Mapping::begin_adjustment(std::size_t frame_index) {
-  const BundlePtr bundle = maker_.take_bent();
+  const BundlePtr bundle = maker_.take_pending_global_ba();
   if (!bundle || bundle->free == 0) return;
   adjuster_->push(bundle);
   ++adjusting_;
   adjusted_by_ = frame_index + static_cast<std::size_t>(schedule_.global_delay);
 }
 
-void Mapping::take_in_adjustment(std::size_t frame_index) {
+void Mapping::apply_due_adjustment(std::size_t frame_index) {
   if (!schedule_.realtime() && frame_index < adjusted_by_) return;
   const bool wait = !schedule_.realtime() || frame_index == kAtTheEnd;
   while (adjusting_ > 0) {
     const auto adjusted = wait ? adjuster_->take() : adjuster_->try_take();
     if (!adjusted) return;
-    if (--adjusting_ == 0) maker_.straighten(*adjusted->bundle, adjusted->result);
+    if (--adjusting_ == 0) maker_.apply_global_ba(*adjusted->bundle, adjusted->result);
   }
 }
 
@@ -104,41 +105,44 @@ void Mapping::push(const TrackedFramePtr& tracked) {
     expect(now + static_cast<std::size_t>(schedule_.insert_delay));
     expect(now + static_cast<std::size_t>(schedule_.refine_delay));
     if (tracked->state == TrackState::kStarted) {
-      ++begun_;
-      await_first_ = true;
-      outdated_ = seeking_;
+      ++components_started_;
+      await_first_snapshot_ = true;
+      relocalization_outdated_ = relocalizing_;
     }
-  } else if ((tracked->state == TrackState::kLost || tracked->tracked_by_odometry) && !seeking_) {
+  } else if ((tracked->state == TrackState::kLost || tracked->tracked_by_odometry) &&
+             !relocalizing_) {
     stage_->push(tracked);
     expect(now + static_cast<std::size_t>(schedule_.relocalize_delay));
-    seeking_ = true;
+    relocalizing_ = true;
   }
 }
 
-/// News come in the order in which they were asked for, so none is visible before the one before.
+/// MapUpdate come in the order in which they were asked for, so none is visible before the one
+/// before.
 void Mapping::expect(std::size_t frame_index) {
   due_.push_back(due_.empty() ? frame_index : std::max(due_.back(), frame_index));
 }
 
-std::optional<Mapping::News> Mapping::next_news(std::size_t frame_index) {
+std::optional<Mapping::MapUpdate> Mapping::next_update(std::size_t frame_index) {
   if (due_.empty() || (!schedule_.realtime() && due_.front() > frame_index)) return std::nullopt;
-  const bool wait = !schedule_.realtime() || await_first_ || due_.size() > kMostOwed;
-  auto news = wait ? stage_->take() : stage_->try_take();
-  if (news) due_.pop_front();
-  return news;
+  const bool wait =
+      !schedule_.realtime() || await_first_snapshot_ || due_.size() > kMaxPendingUpdates;
+  auto update = wait ? stage_->take() : stage_->try_take();
+  if (update) due_.pop_front();
+  return update;
 }
 
 MapView Mapping::view_for(std::size_t frame_index) {
   std::optional<RelocalizationResult> found;
   std::shared_ptr<const KeyframePoses> moved;
-  while (auto news = next_news(frame_index)) {
-    if (news->moved) moved = news->moved;
-    if (news->local_map) {
-      newest_ = news->local_map;
-      if (newest_->component + 1 == begun_) await_first_ = false;
+  while (auto update = next_update(frame_index)) {
+    if (update->moved) moved = update->moved;
+    if (update->local_map) {
+      newest_ = update->local_map;
+      if (newest_->component + 1 == components_started_) await_first_snapshot_ = false;
     } else {
-      seeking_ = false;
-      if (!std::exchange(outdated_, false)) found = std::move(news->found);
+      relocalizing_ = false;
+      if (!std::exchange(relocalization_outdated_, false)) found = std::move(update->found);
     }
   }
   return {newest_, std::move(found), std::move(moved)};
@@ -146,8 +150,8 @@ MapView Mapping::view_for(std::size_t frame_index) {
 
 void Mapping::drain() {
   stage_->drain();
-  take_in_adjustment(kAtTheEnd);
-  if (extend_) maker_.join_apart();
+  apply_due_adjustment(kAtTheEnd);
+  if (extend_) maker_.merge_remaining();
 }
 
 void Mapping::finish() {

@@ -60,7 +60,7 @@ class Mapping {
 
  private:
   /// What comes out: a snapshot, or the answer where a lost camera was.
-  struct News {
+  struct MapUpdate {
     LocalMapPtr local_map;                                 ///< null: it is an answer
     std::optional<RelocalizationResult> found;             ///< nothing: it was not recognized
     std::shared_ptr<const KeyframePoses> moved = nullptr;  ///< see MapView
@@ -70,22 +70,22 @@ class Mapping {
     BundleResult result;
   };
   using BundlePtr = std::shared_ptr<const MapBundle>;
-  using MapStage = Stage<TrackedFramePtr, News>;
+  using MapStage = Stage<TrackedFramePtr, MapUpdate>;
   using AdjustStage = Stage<BundlePtr, Adjusted>;
 
   void work(const TrackedFrame& tracked, const MapStage::Publish& publish);
-  News answer_for(const FramePtr& lost);
+  MapUpdate relocalization_update(const FramePtr& lost);
   void adjust(const BundlePtr& bundle, const AdjustStage::Publish& publish);
   void begin_adjustment(std::size_t frame_index);
-  void take_in_adjustment(std::size_t frame_index);
+  void apply_due_adjustment(std::size_t frame_index);
 
   void expect(std::size_t frame_index);
-  std::optional<News> next_news(std::size_t frame_index);
+  std::optional<MapUpdate> next_update(std::size_t frame_index);
 
   const ScheduleOptions schedule_;
   const bool extend_, final_adjustment_;
   const BundleOptions bundle_;
-  std::uint32_t begun_ = 0;  // components so far
+  std::uint32_t components_started_ = 0;  // components so far
 
   // Of the map's thread until drain().
   MapMaker maker_;
@@ -94,10 +94,11 @@ class Mapping {
 
   TimingRecorder adjust_timing_;  // of the adjuster's thread until drain()
 
-  bool await_first_ = false;     // a map was begun, and its first snapshot has not been taken yet
-  bool seeking_ = false;         // an answer has not been taken yet
-  bool outdated_ = false;        // a map was begun since the question was asked
-  std::deque<std::size_t> due_;  // frame from which each of the news still to be taken is visible
+  bool await_first_snapshot_ =
+      false;                   // a map was begun, and its first snapshot has not been taken yet
+  bool relocalizing_ = false;  // an answer has not been taken yet
+  bool relocalization_outdated_ = false;  // a map was begun since the question was asked
+  std::deque<std::size_t> due_;  // frame from which each of the update still to be taken is visible
   LocalMapPtr newest_;
   std::unique_ptr<AdjustStage> adjuster_;  // last: their threads use the above
   std::unique_ptr<MapStage> stage_;        // and this one the adjuster

@@ -291,7 +291,7 @@ KeyframeId Slam::reference_of(const FrameRecord& record) const {
   if (!record.has_pose()) return {};
   const KeyframeId own = mapping_.keyframe_of(record.index);
   const KeyframeId reference = own.valid() ? own : record.reference;
-  return mapping_.map().living(reference).valid() ? reference : KeyframeId{};
+  return mapping_.map().current_keyframe(reference).valid() ? reference : KeyframeId{};
 }
 
 /// A frame of the lost camera was recognized, and a later one agrees: it has a pose after all.
@@ -323,7 +323,7 @@ void Slam::drop_brief_maps() {
   std::map<std::uint32_t, int> frames;
   for (const FrameRecord& record : records_) {
     const KeyframeId reference = reference_of(record);
-    if (reference.valid()) ++frames[map.at(map.living(reference)).component];
+    if (reference.valid()) ++frames[map.at(map.current_keyframe(reference)).component];
   }
   for (const auto& [component, count] : frames) {
     if (frames.size() > 1 && count < options_.tracker.min_map_frames) mapping_.drop(component);
@@ -337,11 +337,11 @@ std::optional<Slam::ViewPlace> Slam::place_of_view(std::uint64_t id) const {
       id < loaded_views_ ? KeyframeId{} : mapping_.keyframe_of(id - loaded_views_);
   ViewPlace place = own.valid() ? ViewPlace{own, Pose()} : view_places_.at(id);
   const Map& map = mapping_.map();
-  const KeyframeId living = map.living(place.keyframe);
-  if (!living.valid()) return std::nullopt;
-  if (living == place.keyframe) return place;
+  const KeyframeId current = map.current_keyframe(place.keyframe);
+  if (!current.valid()) return std::nullopt;
+  if (current == place.keyframe) return place;
   const Pose T_world_view = map.resolve(place.keyframe, place.T_keyframe_view);
-  return ViewPlace{living, map.at(living).T_world_camera.inverse() * T_world_view};
+  return ViewPlace{current, map.at(current).T_world_camera.inverse() * T_world_view};
 }
 
 /// Those of the largest of the unconnected maps.

@@ -43,8 +43,8 @@ LocalMapper::LocalMapper(Map& map, const MapperOptions& options)
 KeyframeId LocalMapper::insert(const KeyframeProposal& proposal) {
   const bool begins_component = !proposal.reference.valid();
   Keyframe made;
-  made.component =
-      begins_component ? next_component_++ : map_.at(map_.living(proposal.reference)).component;
+  made.component = begins_component ? next_component_++
+                                    : map_.at(map_.current_keyframe(proposal.reference)).component;
   made.frame_index = proposal.frame->index();
   made.timestamp = proposal.frame->timestamp();
   made.T_world_camera = begins_component
@@ -53,8 +53,8 @@ KeyframeId LocalMapper::insert(const KeyframeProposal& proposal) {
   made.features = proposal.frame->features;
   made.static_weight = proposal.frame->evidence.weight;
   const Keyframe& keyframe = map_.add_keyframe(std::move(made));
-  for (const Sighting& s : proposal.sightings) {
-    map_.count_sighting(s.landmark, s.predicted, s.found);
+  for (const VisibilityCount& s : proposal.visibility_counts) {
+    map_.count_visibility(s.landmark, s.predicted, s.found);
     map_.set_static_log_odds(s.landmark, s.static_log_odds);
   }
   note_matches(map_, keyframe, proposal.landmarks);

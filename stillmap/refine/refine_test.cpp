@@ -174,8 +174,8 @@ TEST_F(RefineTest, LandmarksThatAreExpectedButNotFoundAreCulled) {
   LocalMapper mapper(map_, {});
   const auto a = insert(mapper, 0, true_pose(0));
   const auto ghost = map_.at(a).landmarks[5], solid = map_.at(a).landmarks[6];
-  map_.count_sighting(ghost, 20, 2);
-  map_.count_sighting(solid, 20, 15);
+  map_.count_visibility(ghost, 20, 2);
+  map_.count_visibility(solid, 20, 15);
   cull_landmarks(map_, a, {});
   EXPECT_EQ(map_.find(ghost), nullptr);
   EXPECT_NE(map_.find(solid), nullptr);

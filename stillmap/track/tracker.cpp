@@ -539,7 +539,7 @@ std::optional<Tracker::Estimate> Tracker::solve(const Features& features, const 
 /// nearer that covers it (which says nothing of it), or that the place where it was is empty.
 void Tracker::count_sightings(const Frame& frame, const Estimate& estimate,
                               const std::vector<char>& in_view) {
-  const TraceScope scope("sightings");
+  const TraceScope scope("visibility_counts");
   const Pose T_camera_world = estimate.T_world_camera.inverse();
   const auto memory = static_cast<float>(options_.landmark_memory);
   const auto note = [&](std::size_t i, float log_odds) {
@@ -561,17 +561,17 @@ void Tracker::count_sightings(const Frame& frame, const Estimate& estimate,
   }
 }
 
-std::vector<Sighting> Tracker::take_sightings() {
-  std::vector<Sighting> sightings = std::move(sightings_);
+std::vector<VisibilityCount> Tracker::take_sightings() {
+  std::vector<VisibilityCount> visibility_counts = std::move(sightings_);
   sightings_.clear();
   for (std::size_t i = 0; i < predicted_.size(); ++i) {
     if (predicted_[i] > 0) {
-      sightings.push_back(
+      visibility_counts.push_back(
           {local_map_->landmarks[i].id, predicted_[i], found_[i], static_log_odds_[i]});
       predicted_[i] = found_[i] = 0;
     }
   }
-  return sightings;
+  return visibility_counts;
 }
 
 }  // namespace stillmap

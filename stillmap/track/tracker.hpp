@@ -181,7 +181,7 @@ class Tracker {
                                 const std::vector<Match>& matches, int min_inliers) const;
   void count_sightings(const Frame& frame, const Estimate& estimate,
                        const std::vector<char>& in_view);
-  std::vector<Sighting> take_sightings();
+  std::vector<VisibilityCount> take_sightings();
 
   Camera camera_;
   PyramidShape pyramid_;
@@ -201,7 +201,7 @@ class Tracker {
   int covered_ = 0;           // and such before which something stood
   int frames_in_map_ = 0;     // since it was begun; no fewer than are needed to keep an old one
   std::size_t last_proposed_ = 0;                 // frame index
-  std::vector<Sighting> sightings_;               // of local maps before this one
+  std::vector<VisibilityCount> sightings_;        // of local maps before this one
   std::vector<std::uint32_t> predicted_, found_;  // per landmark of local_map_
   std::vector<float> static_log_odds_;            // likewise: of its being static
 };
