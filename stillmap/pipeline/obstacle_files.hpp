@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/dense/occupancy.hpp"
+#include "stillmap/dense/floor_plan.hpp"
 #include "stillmap/geometry/trajectory.hpp"
 
 #include <string>

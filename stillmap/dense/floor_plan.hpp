@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/dense/occupancy.hpp"
+
+#include <vector>
+
+#include <Eigen/Geometry>
+#include <opencv2/core.hpp>
+
+namespace stillmap {
+
+/// Two-dimensional occupancy grid for a robot on the floor.
+struct OccupancyGrid {
+  double resolution = 0;                             ///< side of a cell [m]
+  Eigen::Vector2d origin = Eigen::Vector2d::Zero();  ///< lower left corner in frame `map` [m]
+  cv::Mat1b image;  ///< upper row: highest y; 0 occupied, 254 free, 205 unknown
+};
+
+/// An obstacle of the static world: connected occupied cells of the grid.
+struct StaticObstacle {
+  int id = 0;               ///< 1, 2, 3 ... by decreasing area
+  Eigen::AlignedBox3d box;  ///< frame `map` [m]
+};
+
+struct FloorPlan {
+  OccupancyGrid grid;
+  std::vector<StaticObstacle> obstacles;
+};
+
+/// Projects the space between `lowest` and `highest` above the floor onto the floor. A cell is
+/// occupied if any of its voxels in the band is. Otherwise it is free if one of them is free or the
+/// floor below was observed.
+FloorPlan floor_plan(const OccupiedSpace& space, const OccupancyOptions& options = {});
+
+}  // namespace stillmap

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/dense/dense_map.hpp"
+#include "stillmap/dense/floor.hpp"
+#include "stillmap/dense/floor_plan.hpp"
+#include "stillmap/dense/occupancy.hpp"
+#include "stillmap/dense/synthetic_frame.hpp"
+
+#include <algorithm>
+
+namespace stillmap::testing_support {
+
+/// World frame: x right, y down, origin at the camera. The floor is 1.2 m below, a wall 3 m ahead.
+/// A box of 40 cm stands on the floor, its front 2 m ahead.
+inline constexpr double kFloorY = 1.2, kWallZ = 3, kBoxFront = 2, kBoxTop = 0.8;
+inline const Pose kRoomCamera(so3_exp({-0.35, 0, 0}), {0, 0, 0});  // looks 20 degrees down
+
+inline double room_depth(int u, int v) {
+  const Eigen::Vector3d ray = kRoomCamera.quaternion() * small_camera().unproject(u, v, 1);
+  double s = kWallZ / ray.z();
+  if (ray.y() > 0) s = std::min(s, kFloorY / ray.y());
+  const Eigen::Vector3d front = ray * (kBoxFront / ray.z());
+  if (std::abs(front.x()) < 0.2 && front.y() > kBoxTop && front.y() < kFloorY) {
+    s = std::min(s, kBoxFront / ray.z());
+  }
+  const Eigen::Vector3d top = ray * (kBoxTop / ray.y());
+  if (ray.y() > 0 && std::abs(top.x()) < 0.2 && top.z() > kBoxFront && top.z() < kBoxFront + 0.4) {
+    s = std::min(s, kBoxTop / ray.y());
+  }
+  return s;  // camera depth: the ray has z = 1 in the camera's frame
+}
+
+/// The maps for planners made of one view of the room.
+struct PlannerMaps {
+  ComposedCloud cloud;
+  Floor floor;
+  Pose T_map_world;
+  OccupiedSpace space;
+  FloorPlan plan;
+};
+
+inline PlannerMaps planner_maps() {
+  DenseOptions options;
+  options.back_projection.stride = 1;
+  DenseMap map(small_camera(), options);
+  map.add(0, frame_of(small_camera(), room_depth), {});
+  const PlacedMap placed = map.place([](std::uint64_t) { return std::optional(kRoomCamera); });
+  PlannerMaps result;
+  result.cloud = cloud_of(placed, {});
+  result.floor = find_floor(result.cloud.cloud.points, {0.1, -1, 0.05}).value();
+  result.T_map_world = map_frame(result.floor, kRoomCamera);
+  result.space = occupied_space(placed, result.T_map_world);
+  result.plan = floor_plan(result.space);
+  return result;
+}
+
+}  // namespace stillmap::testing_support
