@@ -122,8 +122,8 @@ double bundle_cost(const BundleModel& model, const BundleState& state, const Ker
   return 0.5 * sum;
 }
 
-BundleResult adjust_bundle(const BundleProblem& problem, const BundleOptions& options,
-                           const StopRequest& stop) {
+BundleResult adjust_bundle_with(BundleMinimizer minimize, const BundleProblem& problem,
+                                const BundleOptions& options, const StopRequest& stop) {
   const TraceScope scope("solve");
   validate(problem);
   Stopwatch watch;
@@ -134,8 +134,7 @@ BundleResult adjust_bundle(const BundleProblem& problem, const BundleOptions& op
                     options.robust_iterations,
                     options.cost_tolerance};
   const auto run = [&] {
-    const PassSummary pass =
-        (options.ceres ? minimize_with_ceres : minimize_with_schur)(model, limits, stop, state);
+    const PassSummary pass = minimize(model, limits, stop, state);
     classify(state, options, model);
     result.iterations += pass.iterations;
     result.interrupted = pass.interrupted;
@@ -152,6 +151,11 @@ BundleResult adjust_bundle(const BundleProblem& problem, const BundleOptions& op
   write(problem, model, std::move(state), result);
   result.plain_ms = watch.lap();
   return result;
+}
+
+BundleResult adjust_bundle(const BundleProblem& problem, const BundleOptions& options,
+                           const StopRequest& stop) {
+  return adjust_bundle_with(minimize_with_schur, problem, options, stop);
 }
 
 }  // namespace stillmap

@@ -41,10 +41,8 @@ struct BundleOptions {
       1e-6;  ///< a pass ends when a step lowers the cost by less than this share
   double pixel_chi2 = kPixelChi2;          ///< inlier bound of the pixel part [sigma^2]
   double disparity_chi2 = kDisparityChi2;  ///< inlier bound of the disparity part [sigma^2]
-  bool ceres =
-      false;  ///< solve with Ceres instead of our own Schur solver: the same optimum, slower
   STILLMAP_FIELDS(noise, robust_iterations, plain_iterations, cost_tolerance, pixel_chi2,
-                  disparity_chi2, ceres)
+                  disparity_chi2)
 };
 
 struct BundleResult {

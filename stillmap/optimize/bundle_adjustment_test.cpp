@@ -2,6 +2,7 @@
 #include "stillmap/optimize/bundle_adjustment.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/optimize/ceres_bundle.hpp"
 #include "stillmap/optimize/synthetic.hpp"
 
 #include <cmath>
@@ -48,13 +49,14 @@ bool same_bits(const BundleResult& a, const BundleResult& b) {
   return same;
 }
 
-/// Either solver must pass: parameter is BundleOptions::ceres.
+/// Both solvers must pass; the parameter says whether it is Ceres.
 class AdjustBundle : public ::testing::TestWithParam<bool> {
  protected:
   BundleResult adjust(const BundleProblem& problem, const StopRequest& stop = {}) const {
-    return adjust_bundle(problem, options_, stop);
+    return GetParam() ? adjust_bundle_with(ceres_bundle::minimize, problem, options_, stop)
+                      : adjust_bundle(problem, options_, stop);
   }
-  BundleOptions options_{.ceres = GetParam()};
+  BundleOptions options_;
 };
 
 /// Pixels are floats, rounded to 3e-5 px: that is 1e-7 m here, and the averages fall below it.
@@ -258,10 +260,10 @@ INSTANTIATE_TEST_SUITE_P(Solver, AdjustBundle, ::testing::Bool(),
 
 /// To convergence and without outliers both must sit in the same minimum.
 void expect_same_minimum(const BundleProblem& problem) {
-  BundleOptions options{.robust_iterations = 50, .plain_iterations = 50, .cost_tolerance = 1e-14};
+  const BundleOptions options{
+      .robust_iterations = 50, .plain_iterations = 50, .cost_tolerance = 1e-14};
   const BundleResult schur = adjust_bundle(problem, options);
-  options.ceres = true;
-  const BundleResult ceres = adjust_bundle(problem, options);
+  const BundleResult ceres = adjust_bundle_with(ceres_bundle::minimize, problem, options);
   EXPECT_EQ(schur.pixel_outlier, ceres.pixel_outlier);
   EXPECT_EQ(schur.depth_outlier, ceres.depth_outlier);
   EXPECT_NEAR(schur.cost_after, ceres.cost_after, 1e-6 * ceres.cost_after);

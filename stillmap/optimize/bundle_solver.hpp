@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-/// The two minimizers behind adjust_bundle(): internal to the room.
+/// The minimizer behind adjust_bundle(): internal to the module.
 namespace stillmap {
 
 /// One usable observation, by T_camera_world.
@@ -46,12 +46,18 @@ struct PassSummary {
 /// Half the sum of (robust) squared residuals [sigma^2].
 double bundle_cost(const BundleModel& model, const BundleState& state, const Kernels& kernels);
 
-/// Our own Levenberg-Marquardt on the Schur complement (schur_solver.cpp).
+/// Our own Levenberg-Marquardt on the Schur complement (schur_solver.cpp). It is written by hand
+/// because it is faster than Ceres on these problems and gives the same bits on every machine
+/// (optimize_benchmark.cpp compares the two).
 PassSummary minimize_with_schur(const BundleModel& model, const PassLimits& limits,
                                 const StopRequest& stop, BundleState& state);
 
-/// The same by Ceres: the yardstick (ceres_solver.cpp).
-PassSummary minimize_with_ceres(const BundleModel& model, const PassLimits& limits,
-                                const StopRequest& stop, BundleState& state);
+/// Minimizes one pass, starting from `state`, which holds the result afterwards.
+using BundleMinimizer = PassSummary (*)(const BundleModel& model, const PassLimits& limits,
+                                        const StopRequest& stop, BundleState& state);
+
+/// adjust_bundle() with another minimizer, for comparison in tests and benchmarks.
+BundleResult adjust_bundle_with(BundleMinimizer minimize, const BundleProblem& problem,
+                                const BundleOptions& options, const StopRequest& stop = {});
 
 }  // namespace stillmap

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "stillmap/optimize/ceres_bundle.hpp"
 #include "stillmap/optimize/synthetic.hpp"
 
 #include <benchmark/benchmark.h>
@@ -27,10 +28,10 @@ void adjust_bundle_benchmark(benchmark::State& state) {
   shape.points = static_cast<int>(state.range(1));
   if (shape.free_poses > 50) shape.fixed_poses = 1, shape.spacing = 0.1;  // a whole map
   const auto scene = synthetic::bundle_scene(1, shape, {1.0, 0.3, 0.05, 0.05, 0.2});
-  BundleOptions options;
-  options.ceres = state.range(2) != 0;
+  const BundleMinimizer minimize =
+      state.range(2) != 0 ? ceres_bundle::minimize : minimize_with_schur;
   BundleResult result;
-  for (auto _ : state) result = adjust_bundle(scene.problem, options);
+  for (auto _ : state) result = adjust_bundle_with(minimize, scene.problem, {});
   state.counters["iterations"] = result.iterations;
   state.counters["cost"] = result.cost_after;
   state.counters["observations"] = static_cast<double>(scene.problem.observations.size());

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#pragma once
 #include "stillmap/optimize/bundle_solver.hpp"
 #include "stillmap/optimize/ceres_pose.hpp"
 
@@ -10,11 +11,12 @@
 
 #include <ceres/ceres.h>
 
-namespace stillmap {
-namespace {
+/// Bundle adjustment by Ceres, for tests and benchmarks only: the reference that our own Schur
+/// solver must agree with and be faster than.
+namespace stillmap::ceres_bundle {
 
-/// Free poses up to which the reduced camera system is solved dense.
-constexpr std::size_t kDensePoses = 60;
+/// Number of free poses up to which the reduced camera system is solved dense.
+inline constexpr std::size_t kDensePoses = 60;
 
 /// Rows [first, first + Rows) of (u, v, d) as a Ceres cost of pose and point, in sigmas. Pixel and
 /// disparity are two costs, because each has a kernel of its own.
@@ -58,7 +60,7 @@ class PartCost final : public ceres::SizedCostFunction<Rows, 7, 3> {
 using PixelCost = PartCost<0, 2>;
 using DisparityCost = PartCost<2, 1>;
 
-/// Asks the caller whether to stop, between iterations.
+/// Asks the caller between iterations whether to stop.
 class StopCallback final : public ceres::IterationCallback {
  public:
   explicit StopCallback(const StopRequest& stop) : stop_(stop) {}
@@ -72,7 +74,7 @@ class StopCallback final : public ceres::IterationCallback {
   const StopRequest& stop_;
 };
 
-ceres::Problem::Options borrowing_options() {
+inline ceres::Problem::Options borrowing_options() {
   ceres::Problem::Options options;
   options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -82,12 +84,12 @@ ceres::Problem::Options borrowing_options() {
 }
 
 /// Huber's kernel, or none for plain least squares.
-std::unique_ptr<ceres::LossFunction> make_loss(const HuberKernel& kernel, bool robust) {
+inline std::unique_ptr<ceres::LossFunction> make_loss(const HuberKernel& kernel, bool robust) {
   if (!robust) return nullptr;
   return std::make_unique<ceres::HuberLoss>(std::sqrt(kernel.bound));
 }
 
-/// A pass laid out for Ceres; owns all blocks and costs.
+/// One pass as a Ceres problem; owns all parameter blocks and cost functions.
 class CeresBundle {
  public:
   CeresBundle(const BundleModel& model, const Kernels& kernels, BundleState& state)
@@ -162,10 +164,9 @@ class CeresBundle {
   ceres::Problem ceres_;  // last: it points into the others
 };
 
-}  // namespace
-
-PassSummary minimize_with_ceres(const BundleModel& model, const PassLimits& limits,
-                                const StopRequest& stop, BundleState& state) {
+/// Minimizes one pass with Ceres, on one thread.
+inline PassSummary minimize(const BundleModel& model, const PassLimits& limits,
+                            const StopRequest& stop, BundleState& state) {
   StopCallback callback(stop);
   ceres::Solver::Options options;
   // Eigen's own algebra: the system's BLAS may be threaded, and then sums depend on the machine.
@@ -183,4 +184,4 @@ PassSummary minimize_with_ceres(const BundleModel& model, const PassLimits& limi
   return {std::max(0, static_cast<int>(summary.iterations.size()) - 1), callback.stopped};
 }
 
-}  // namespace stillmap
+}  // namespace stillmap::ceres_bundle
