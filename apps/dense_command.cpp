@@ -128,7 +128,7 @@ void add_dense_command(CLI::App& app, int& exit_code) {
       "Examples:\n"
       "  stillmap dense out --mesh ply,glb\n"
       "  stillmap dense office.map --voxel 0.005 --planner --out fine\n"
-      "Written: cloud.ply, cloud.pcd, cloud.png; with the run's options the very ones it wrote. "
+      "Written: cloud.ply, cloud.png; with the run's options the very ones it wrote. "
       "And\n" +
       dense_files_help());
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });

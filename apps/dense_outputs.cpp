@@ -149,7 +149,6 @@ std::vector<ReportImage> write_dense(const fs::path& out, const ComposedCloud& c
                                      const DenseOptions& options, const DenseOutputs& outputs,
                                      ResultFiles& files) {
   files.write(out / "cloud.ply", [&](const fs::path& file) { write_ply(file, cloud.cloud); });
-  files.write(out / "cloud.pcd", [&](const fs::path& file) { write_pcd(file, cloud.cloud); });
   std::vector<ReportImage> pictures;
   if (cloud.cloud.empty()) return pictures;
   const Trajectory& trajectory = context.trajectory;

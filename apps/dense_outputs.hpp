@@ -38,7 +38,7 @@ struct DenseContext {
   std::string movers_jsonl;  ///< text of movers.jsonl, for the obstacles; may be empty
 };
 
-/// Writes cloud.ply, cloud.pcd and what is wished for into a folder: semantic.ply,
+/// Writes cloud.ply and what is wished for into a folder: semantic.ply,
 /// semantic_classes.ply, semantic_legend.png and objects.json where a network found things,
 /// mesh.*, and the planner's files. Each goes through `files`.
 /// @returns pictures of the cloud, the classes and the mesh, for the report

@@ -45,7 +45,7 @@ std::optional<TrueSurface> true_surface(const EvalArguments& arguments) {
   if (arguments.surface.empty() && !std::filesystem::exists(beside)) return std::nullopt;
   const std::filesystem::path file =
       arguments.surface.empty() ? beside : std::filesystem::path(arguments.surface);
-  return TrueSurface(read_cloud(file).points);
+  return TrueSurface(read_ply(file).points);
 }
 
 /// The same frames, each shown to the surface as it passes.
@@ -80,7 +80,7 @@ CloudFigures cloud_figures(const EvalArguments& arguments, const Trajectory& tru
   if (surface) frames = shown_to(*surface, std::move(frames), truth, source.camera());
   const GhostReference reference = make_ghost_reference(frames, truth, source.camera());
   CloudFigures result;
-  result.cloud = read_cloud(arguments.cloud);
+  result.cloud = read_ply(arguments.cloud);
   if (surface)
     result.surface = surface->judge(result.cloud.points, evaluation.ate.T_truth_estimate);
   result.figures = count_ghosts(reference, result.cloud.points, evaluation.ate.T_truth_estimate);
@@ -212,12 +212,11 @@ void add_eval_command(CLI::App& app, int& exit_code) {
           "in the map of that one")
       ->expected(2)
       ->excludes(one_world);
-  command->add_option("--cloud", arguments->cloud,
-                      "also count the ghosts in this cloud (.ply, .pcd)");
+  command->add_option("--cloud", arguments->cloud, "also count the ghosts in this cloud (.ply)");
   command->add_option("--sequence", arguments->sequence,
                       "the cloud's or the labels' sequence, with depth/ and true masks in mask/");
   command->add_option("--surface", arguments->surface,
-                      "points of the true static surface (.ply, .pcd), to judge the cloud's "
+                      "points of the true static surface (.ply), to judge the cloud's "
                       "accuracy and completeness by; default: SEQUENCE/surface.ply, if there");
   command->add_option("--verdicts", arguments->labels,
                       "also judge these labels on keypoints (verdicts.bin of stillmap run "

@@ -217,7 +217,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
       "  stillmap run second_visit --load-map office.map --save-map office.map\n"
       "  stillmap run third_visit --load-map office.map --localize-only\n"
       "  stillmap run --dump-config options.yaml\n"
-      "Written: trajectory.txt, keyframes.txt, cloud.ply, cloud.pcd, cloud.png, movers.csv, "
+      "Written: trajectory.txt, keyframes.txt, cloud.ply, cloud.png, movers.csv, "
       "movers.jsonl, movers.png, timing.txt, summary.json, report.html; run.map and options.yaml, "
       "from which `stillmap dense` makes the static map again; and\n" +
       dense_files_help());

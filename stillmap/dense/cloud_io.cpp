@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/dense/cloud_io.hpp"
 
+#include "stillmap/base/bytes.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <charconv>
 #include <cmath>
 #include <cstring>
@@ -17,31 +17,16 @@
 
 #include <fmt/format.h>
 
-// Written here rather than through Open3D: its writer stores doubles (twice the size), its readers
-// report trouble by a warning on the console and a bool, and linking it has a price (see
-// outlier_removal.hpp).
+// Written by hand rather than with Open3D, whose writer stores doubles (twice the size) and whose
+// readers report errors by a console warning and a bool.
 
 namespace stillmap {
 namespace fs = std::filesystem;
 namespace {
 
-static_assert(std::endian::native == std::endian::little,
-              "cloud files are written as they lie in memory");
-
 constexpr Rgb kWhite = {255, 255, 255};
 
 // ---- Bytes ------------------------------------------------------------------------------------
-
-template <typename T>
-void append(std::string& bytes, const T& value) {
-  char raw[sizeof(T)];
-  std::memcpy(raw, &value, sizeof(T));
-  bytes.append(raw, sizeof(T));
-}
-
-void append_point(std::string& bytes, const Eigen::Vector3f& point) {
-  for (const float coordinate : point) append(bytes, coordinate);
-}
 
 template <typename T>
 T load(const char* bytes) {
@@ -75,8 +60,7 @@ std::optional<std::size_t> parse_count(std::string_view word) {
 // Takes the text of a header line by line off the front of a file.
 class HeaderLines {
  public:
-  HeaderLines(std::string_view bytes, std::string file, std::string format)
-      : bytes_(bytes), file_(std::move(file)), format_(std::move(format)) {}
+  HeaderLines(std::string_view bytes, std::string file) : bytes_(bytes), file_(std::move(file)) {}
 
   // The words of the next line that is not empty. Throws Error at the end of the file.
   std::vector<std::string_view> next() {
@@ -98,23 +82,23 @@ class HeaderLines {
   }
 
   [[noreturn]] void fail(const std::string& problem) const {
-    throw Error(problem, file_, fmt::format("give a complete, binary {} file", format_));
+    throw Error(problem, file_, "give a complete, binary little-endian PLY file");
   }
 
  private:
   std::string_view bytes_;
   std::size_t position_ = 0;
-  std::string file_, format_;
+  std::string file_;
 };
 
-// ---- Records: what PLY and PCD have in common ---------------------------------------------------
+// ---- Records ------------------------------------------------------------------------------------
 
-// Where a field lies inside a record.
+// Position of a field inside a record [bytes].
 struct Field {
   std::size_t offset = 0, size = 0;
 };
 
-// How the points of a file are laid out: fixed-size records, one a point.
+// Layout of the points of a file: records of fixed size, one per point.
 struct RecordLayout {
   std::size_t records = 0, record_size = 0;
   std::array<std::optional<Field>, 3> position = {};  // x, y, z: float (4 bytes) or double (8)
@@ -231,133 +215,30 @@ RecordLayout read_ply_header(HeaderLines& header) {
   return layout;
 }
 
-// ---- PCD ----------------------------------------------------------------------------------------
-
-// The FIELDS, SIZE, TYPE and COUNT lines of a PCD header, and its number of points.
-struct PcdHeader {
-  std::vector<std::string_view> names, types;
-  std::vector<std::size_t> sizes, counts;
-  std::optional<std::size_t> points;
-};
-
-std::vector<std::size_t> counts_of(const HeaderLines& header,
-                                   const std::vector<std::string_view>& words) {
-  std::vector<std::size_t> counts;
-  for (std::size_t i = 1; i < words.size(); ++i) {
-    counts.push_back(header.count(words[i]));
-    if (counts.back() == 0 || counts.back() > 4096)
-      header.fail("a field of its points has an absurd size");
-  }
-  return counts;
-}
-
-PcdHeader read_pcd_lines(HeaderLines& header) {
-  PcdHeader pcd;
-  for (auto words = header.next();; words = header.next()) {
-    const std::string_view key = words[0];
-    if (key == "FIELDS") pcd.names.assign(words.begin() + 1, words.end());
-    if (key == "TYPE") pcd.types.assign(words.begin() + 1, words.end());
-    if (key == "SIZE") pcd.sizes = counts_of(header, words);
-    if (key == "COUNT") pcd.counts = counts_of(header, words);
-    if (key == "POINTS" && words.size() == 2) pcd.points = header.count(words[1]);
-    if (key != "DATA") continue;
-    if (words.size() != 2 || words[1] != "binary") header.fail("its DATA is not 'binary'");
-    return pcd;
-  }
-}
-
-RecordLayout read_pcd_header(HeaderLines& header) {
-  PcdHeader pcd = read_pcd_lines(header);
-  const std::size_t fields = pcd.names.size();
-  if (pcd.counts.empty()) pcd.counts.assign(fields, 1);  // COUNT may be left out
-  if (!pcd.points || fields == 0 || pcd.sizes.size() != fields || pcd.types.size() != fields ||
-      pcd.counts.size() != fields) {
-    header.fail("its header lacks POINTS, or FIELDS, SIZE, TYPE and COUNT differ in length");
-  }
-  RecordLayout layout{.records = *pcd.points};
-  for (std::size_t i = 0; i < fields; ++i) {
-    const Field field{.offset = layout.record_size, .size = pcd.sizes[i]};
-    layout.record_size += pcd.sizes[i] * pcd.counts[i];
-    if (pcd.types[i] == "F" && (field.size == 4 || field.size == 8)) {
-      assign_named(pcd.names[i], {"x", "y", "z"}, field, layout.position);
-    }
-    if ((pcd.names[i] == "rgb" || pcd.names[i] == "rgba") && field.size == 4) {
-      for (std::size_t j = 0; j < 3; ++j)
-        layout.color[j] = Field{.offset = field.offset + 2 - j, .size = 1};
-    }
-  }
-  return layout;
-}
-
-bool has_extension(const fs::path& file, std::string_view wanted) {
-  std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension == wanted;
-}
-
-[[noreturn]] void unknown_extension(const fs::path& file) {
-  throw Error(fmt::format("'{}' is no known kind of cloud file", file.extension().string()),
-              file.string(), "name it .ply or .pcd");
-}
-
 }  // namespace
 
 void write_ply(const fs::path& file, const Cloud& cloud) {
   require_colors(cloud, file);
-  std::string bytes = fmt::format(
+  const std::string header = fmt::format(
       "ply\nformat binary_little_endian 1.0\ncomment Stillmap, meters\nelement vertex {}\n"
       "property float x\nproperty float y\nproperty float z\n"
       "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n",
       cloud.size());
-  bytes.reserve(bytes.size() + cloud.size() * (3 * sizeof(float) + sizeof(Rgb)));
+  ByteWriter bytes;
+  bytes.reserve(header.size() + cloud.size() * (3 * sizeof(float) + sizeof(Rgb)));
+  bytes.put_list(std::span(header));
   for (std::size_t i = 0; i < cloud.size(); ++i) {
-    append_point(bytes, cloud.points[i]);
-    append(bytes, cloud.colors[i]);
+    bytes.put_list(std::span<const float>(cloud.points[i].data(), 3));
+    bytes.put(cloud.colors[i]);
   }
-  write_file(file, bytes);
-}
-
-void write_pcd(const fs::path& file, const Cloud& cloud) {
-  require_colors(cloud, file);
-  std::string bytes = fmt::format(
-      "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z rgb\nSIZE 4 4 4 4\n"
-      "TYPE F F F F\nCOUNT 1 1 1 1\nWIDTH {0}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {0}\n"
-      "DATA binary\n",
-      cloud.size());
-  bytes.reserve(bytes.size() + cloud.size() * (3 * sizeof(float) + sizeof(std::uint32_t)));
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    const auto& [red, green, blue] = cloud.colors[i];
-    append_point(bytes, cloud.points[i]);
-    append(bytes, std::uint32_t{red} << 16 | std::uint32_t{green} << 8 | std::uint32_t{blue});
-  }
-  write_file(file, bytes);
+  write_file(file, bytes.bytes());
 }
 
 Cloud read_ply(const fs::path& file) {
   const std::string bytes = read_file(file);
-  HeaderLines header(bytes, file.string(), "little-endian PLY");
+  HeaderLines header(bytes, file.string());
   const RecordLayout layout = read_ply_header(header);
   return read_records(header, layout);
-}
-
-Cloud read_pcd(const fs::path& file) {
-  const std::string bytes = read_file(file);
-  HeaderLines header(bytes, file.string(), "PCD");
-  const RecordLayout layout = read_pcd_header(header);
-  return read_records(header, layout);
-}
-
-void write_cloud(const fs::path& file, const Cloud& cloud) {
-  if (has_extension(file, ".ply")) return write_ply(file, cloud);
-  if (has_extension(file, ".pcd")) return write_pcd(file, cloud);
-  unknown_extension(file);
-}
-
-Cloud read_cloud(const fs::path& file) {
-  if (has_extension(file, ".ply")) return read_ply(file);
-  if (has_extension(file, ".pcd")) return read_pcd(file);
-  unknown_extension(file);
 }
 
 }  // namespace stillmap

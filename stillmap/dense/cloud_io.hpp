@@ -11,20 +11,10 @@ namespace stillmap {
 /// colors differ in number, folder missing, not writable, disk full).
 void write_ply(const std::filesystem::path& file, const Cloud& cloud);
 
-/// Writes a cloud as PCD 0.7, binary: float x y z [m] and PCL's packed rgb. As write_ply otherwise.
-void write_pcd(const std::filesystem::path& file, const Cloud& cloud);
-
 /// Reads the vertices of a binary little endian PLY whose first element is `vertex` with x, y, z
 /// and, optionally, red, green, blue (or diffuse_red ...) of type uchar; points without color
 /// become white. Further properties and elements are passed over; vertices that are not finite are
 /// left out. Throws Error, naming the file and the fix, if it is anything else or cut short.
 Cloud read_ply(const std::filesystem::path& file);
-
-/// Reads a binary PCD with fields x, y, z and, optionally, rgb or rgba. As read_ply otherwise.
-Cloud read_pcd(const std::filesystem::path& file);
-
-/// By the file's extension, .ply or .pcd (any case). Throws Error on another one.
-void write_cloud(const std::filesystem::path& file, const Cloud& cloud);
-Cloud read_cloud(const std::filesystem::path& file);
 
 }  // namespace stillmap

@@ -162,10 +162,6 @@ PlacedMap DenseMap::place(const PoseLookup& T_world_camera) const {
   return placed;
 }
 
-ComposedCloud DenseMap::compose(const PoseLookup& T_world_camera) const {
-  return cloud_of(place(T_world_camera), options_.semantics);
-}
-
 Cloud raw_cloud(const PlacedMap& placed) {
   Cloud cloud;
   VoxelIndex met;

@@ -92,7 +92,7 @@ PoseLookup pose_lookup(const std::map<std::uint64_t, Pose>& poses);
 /// pixels and outliers, kept in the camera frame; put together with the poses as they are known,
 /// reduced by a voxel filter over the whole, and cleared of what other keyframes contradict.
 ///
-/// compose() does this from scratch, and depends only on the set of keyframes held and the poses
+/// place() does this from scratch, and depends only on the set of keyframes held and the poses
 /// (and, once max_pixels has been exceeded, on the order they came in). Meanwhile a coarser live
 /// map tells which frames are worth keeping.
 ///
@@ -131,9 +131,8 @@ class DenseMap {
   /// Begins the live map anew: poses from now on are in a world of their own. The views stay.
   void leave_world();
 
-  /// All views in the world frame. Keyframes without a pose are left out and counted.
-  ComposedCloud compose(const PoseLookup& T_world_camera) const;
-  /// The same in parts: put together now, and made a cloud of (or a mesh, or a grid) by others.
+  /// Fuses all views in the world frame, as input for cloud_of(), meshes and grids. Keyframes
+  /// without a pose are left out and counted.
   PlacedMap place(const PoseLookup& T_world_camera) const;
 
   /// The views held, by id.

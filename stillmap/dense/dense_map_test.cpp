@@ -36,6 +36,11 @@ PoseLookup lookup_in(const std::vector<Pose>& poses) {
   };
 }
 
+// The static cloud of a map with these poses.
+ComposedCloud compose(const DenseMap& map, const PoseLookup& T_world_camera) {
+  return cloud_of(map.place(T_world_camera), map.options().semantics);
+}
+
 DenseMap map_of_wall(const std::vector<Pose>& poses, const DenseOptions& options = {}) {
   DenseMap map(small_camera(), options);
   for (std::uint64_t id = 0; id < poses.size(); ++id) {
@@ -47,7 +52,7 @@ DenseMap map_of_wall(const std::vector<Pose>& poses, const DenseOptions& options
 TEST(DenseMap, StitchesTheViewsOfAWallIntoTheWall) {
   const std::vector<Pose> poses = five_poses();
   const DenseMap map = map_of_wall(poses);
-  const ComposedCloud composed = map.compose(lookup_in(poses));
+  const ComposedCloud composed = compose(map, lookup_in(poses));
   EXPECT_EQ(composed.keyframes, 5U);
   EXPECT_EQ(composed.keyframes_left_out, 0U);
   EXPECT_GT(composed.cloud.size(), 10000U);
@@ -63,7 +68,7 @@ TEST(DenseMap, FollowsPosesThatChangeAfterwards) {
   std::vector<Pose> corrected;
   for (const Pose& pose : poses) corrected.push_back(correction * pose);
   const Pose back = correction.inverse();
-  const ComposedCloud composed = map.compose(lookup_in(corrected));
+  const ComposedCloud composed = compose(map, lookup_in(corrected));
   EXPECT_GT(composed.cloud.size(), 10000U);
   for (const Eigen::Vector3f& p : composed.cloud.points) {
     EXPECT_LT(kWall.distance(back * p.cast<double>()), 2e-4);
@@ -76,7 +81,7 @@ TEST(DenseMap, LeavesOutAndCountsKeyframesWithoutAPose) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   poses[1] = Pose(Eigen::Quaterniond::Identity(), {0, nan, 0});
   poses.resize(3);
-  const ComposedCloud composed = map.compose(lookup_in(poses));
+  const ComposedCloud composed = compose(map, lookup_in(poses));
   EXPECT_EQ(composed.keyframes, 2U);
   EXPECT_EQ(composed.keyframes_left_out, 3U);
   for (const Eigen::Vector3f& p : composed.cloud.points) ASSERT_TRUE(p.allFinite());
@@ -101,11 +106,11 @@ TEST(DenseMap, LeavesNoGhostOfAMaskedWalker) {
     return std::count_if(cloud.points.begin(), cloud.points.end(),
                          [](const Eigen::Vector3f& p) { return p.z() < 1.9F; });
   };
-  EXPECT_EQ(ghosts(masked.compose(still).cloud), 0);
-  EXPECT_GT(ghosts(unmasked.compose(still).cloud), 1000);
+  EXPECT_EQ(ghosts(compose(masked, still).cloud), 0);
+  EXPECT_GT(ghosts(compose(unmasked, still).cloud), 1000);
   EXPECT_GT(ghosts(raw_cloud(masked.place(still))), 1000) << "shows what the masks took out";
   // The wall behind is whole all the same: other keyframes saw it.
-  EXPECT_GT(masked.compose(still).cloud.size(), 0.9 * 80 * 60);
+  EXPECT_GT(compose(masked, still).cloud.size(), 0.9 * 80 * 60);
 }
 
 TEST(DenseMap, RemovesAndReplacesKeyframes) {
@@ -118,11 +123,11 @@ TEST(DenseMap, RemovesAndReplacesKeyframes) {
   map.remove(3);
   map.remove(77);
   EXPECT_EQ(map.statistics().keyframes, 4U);
-  EXPECT_EQ(map.compose(lookup_in(poses)).keyframes, 4U);
+  EXPECT_EQ(compose(map, lookup_in(poses)).keyframes, 4U);
   for (const std::uint64_t id : {0U, 1U, 2U, 4U}) map.remove(id);
   EXPECT_EQ(map.statistics().pixels, 0U);
   EXPECT_EQ(map.bytes(), 0U);
-  EXPECT_TRUE(map.compose(lookup_in(poses)).cloud.empty());
+  EXPECT_TRUE(compose(map, lookup_in(poses)).cloud.empty());
 }
 
 TEST(DenseMap, StaysBelowItsBoundAndKeepsTheSurface) {
@@ -137,7 +142,7 @@ TEST(DenseMap, StaysBelowItsBoundAndKeepsTheSurface) {
   EXPECT_LT(map.bytes(), 8000 * 6 + 5 * 1000);
   EXPECT_GT(map.statistics().pixels, 4000U);
   EXPECT_GT(map.statistics().thinnings, 0U);
-  const ComposedCloud composed = map.compose(lookup_in(poses));
+  const ComposedCloud composed = compose(map, lookup_in(poses));
   EXPECT_EQ(composed.keyframes, 5U);
   for (const Eigen::Vector3f& p : composed.cloud.points) {
     EXPECT_LT(kWall.distance(p.cast<double>()), 1e-3);
@@ -233,7 +238,7 @@ TEST(DenseMap, IsPlacedAnewAFewViewsAtATimeNearestFirst) {
 TEST(DenseMap, HasCoarserVoxelsWhereTheyWouldBeTooMany) {
   const std::vector<Pose> poses = five_poses();
   DenseOptions options;
-  const std::size_t all = map_of_wall(poses, options).compose(lookup_in(poses)).cloud.size();
+  const std::size_t all = compose(map_of_wall(poses, options), lookup_in(poses)).cloud.size();
   options.max_voxels = static_cast<int>(all) - 1;
   const PlacedMap placed = map_of_wall(poses, options).place(lookup_in(poses));
   EXPECT_DOUBLE_EQ(placed.grid->edge(), 2 * options.voxel);
@@ -243,11 +248,11 @@ TEST(DenseMap, HasCoarserVoxelsWhereTheyWouldBeTooMany) {
 TEST(DenseMap, DropsVoxelsThatTooFewSaw) {
   const std::vector<Pose> poses = five_poses();
   DenseOptions options;
-  const std::size_t all = map_of_wall(poses, options).compose(lookup_in(poses)).cloud.size();
+  const std::size_t all = compose(map_of_wall(poses, options), lookup_in(poses)).cloud.size();
   options.voxel = 0.05;
   options.evidence.remove_ghosts = false;
   options.min_keyframes = 5;
-  const ComposedCloud by_all = map_of_wall(poses, options).compose(lookup_in(poses));
+  const ComposedCloud by_all = compose(map_of_wall(poses, options), lookup_in(poses));
   EXPECT_GT(by_all.cloud.size(), 50U);
   EXPECT_LT(by_all.cloud.size(), all);
   EXPECT_GT(by_all.voxels_left_out, 0U);
@@ -263,7 +268,7 @@ TEST(DenseMap, DropsVoxelsThatTooFewSaw) {
 
 TEST(DenseMap, IsTheSameOnAnyThreadAndInAnyOrder) {
   const std::vector<Pose> poses = five_poses();
-  const Cloud expected = map_of_wall(poses).compose(lookup_in(poses)).cloud;
+  const Cloud expected = compose(map_of_wall(poses), lookup_in(poses)).cloud;
   const int threads_before = cv::getNumThreads();
   std::vector<Cloud> clouds(4);
   std::vector<std::jthread> threads;
@@ -273,7 +278,7 @@ TEST(DenseMap, IsTheSameOnAnyThreadAndInAnyOrder) {
       DenseMap map(small_camera());
       for (std::uint64_t id = 5; id-- > 0;)
         map.add(id, view_of(small_camera(), poses[id], kWall), {});
-      cloud = map.compose(lookup_in(poses)).cloud;
+      cloud = compose(map, lookup_in(poses)).cloud;
     });
   }
   threads.clear();
@@ -284,12 +289,12 @@ TEST(DenseMap, IsTheSameOnAnyThreadAndInAnyOrder) {
 TEST(DenseMap, IsUnchangedByAFrameItRefuses) {
   const std::vector<Pose> poses = five_poses();
   DenseMap map = map_of_wall(poses);
-  const Cloud before = map.compose(lookup_in(poses)).cloud;
+  const Cloud before = compose(map, lookup_in(poses)).cloud;
   RgbdFrame frame = view_of(small_camera(), poses[0], kWall);
   EXPECT_THROW(map.add(0, frame, cv::Mat1b(3, 3)), Error);
   frame.color = cv::Mat();
   EXPECT_THROW(map.add(0, frame, {}), Error);
-  EXPECT_EQ(map.compose(lookup_in(poses)).cloud, before);
+  EXPECT_EQ(compose(map, lookup_in(poses)).cloud, before);
 }
 
 TEST(DenseMap, ChecksItsOptionsAtOnce) {
