@@ -5,8 +5,7 @@ include(CMakePackageConfigHelpers)
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/Stillmap)
 
 if(TARGET stillmap)
-  # OpenVINO's library stays in the virtual environment; the installed command goes on looking there.
-  set_target_properties(stillmap PROPERTIES INSTALL_RPATH_USE_LINK_PATH ON)
+  set_target_properties(stillmap PROPERTIES INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR}/stillmap")
   install(TARGETS stillmap)
 endif()
 install(TARGETS stillmap_options EXPORT StillmapTargets)

@@ -20,7 +20,7 @@ function(stillmap_module name)
   list(TRANSFORM MODULE_DEPENDS PREPEND stillmap_)
   list(TRANSFORM MODULE_TEST_DEPENDS PREPEND stillmap_)
   target_link_libraries(${target} PUBLIC stillmap_options ${MODULE_DEPENDS} ${MODULE_LINK}
-                        Eigen3::Eigen ${OpenCV_LIBS} spdlog::spdlog fmt::fmt Threads::Threads)
+                        Eigen3::Eigen ${OpenCV_LIBS} fmt::fmt Threads::Threads)
   target_include_directories(${target} SYSTEM PUBLIC ${OpenCV_INCLUDE_DIRS})
   stillmap_precompile(${target} ${MODULE_NO_PCH})
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})

@@ -14,7 +14,7 @@ packages=(
   # compiler and build
   g++ make cmake ninja-build ccache git python3 python3-venv
   # libraries
-  libopencv-dev libeigen3-dev libceres-dev libdeflate-dev libjpeg-dev libcli11-dev libspdlog-dev libfmt-dev
+  libopencv-dev libeigen3-dev libceres-dev libdeflate-dev libjpeg-dev libcli11-dev libfmt-dev
   libyaml-cpp-dev nlohmann-json3-dev
   # tests and benchmarks
   libgtest-dev libgmock-dev libbenchmark-dev

@@ -2,70 +2,91 @@
 #include "stillmap/segment/inference_engine.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/warning.hpp"
+#include "stillmap/segment/opencv_engine.hpp"
+#include "stillmap/segment/openvino_plugin.hpp"
 
-#include <spdlog/spdlog.h>
+#include <fmt/format.h>
 
 namespace stillmap {
 namespace {
 
-std::unique_ptr<InferenceEngine> start(const std::string& backend, const EngineOptions& options) {
-  if (backend == "openvino") return engines::make_openvino(options);
-  if (backend == "onnxruntime") return engines::make_onnxruntime(options);
-  if (backend == "opencv") return engines::make_opencv(options);
-  return nullptr;
-}
+constexpr const char* kInstallOpenVino =
+    "run scripts/install_dependencies.sh in the source folder, then build and install again";
 
-std::string joined(const std::vector<std::string>& words) {
-  return fmt::format("{}", fmt::join(words, ", "));
-}
-
-/// The first line of a library's message: the rest is its source lines.
+/// Returns the first line of a library's message; the others name its source files.
 std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
 
-std::unique_ptr<InferenceEngine> start_named(const std::string& backend,
-                                             const EngineOptions& options) {
+Error cannot_load(const std::string& backend, const EngineOptions& options,
+                  const std::exception& reason) {
+  return {fmt::format("the {} back end cannot load this network: {}", backend,
+                      first_line(reason.what())),
+          options.model, export_advice() + ", or choose another back end"};
+}
+
+std::unique_ptr<InferenceEngine> start_opencv(const EngineOptions& options) {
   try {
-    return start(backend, options);
+    return make_opencv_engine(options);
   } catch (const Error&) {
     throw;
   } catch (const std::exception& e) {
-    throw Error(
-        fmt::format("the {} back end cannot load this network: {}", backend, first_line(e.what())),
-        options.model, export_advice() + ", or choose another back end");
+    throw cannot_load("opencv", options, e);
   }
 }
 
-std::unique_ptr<InferenceEngine> start_first(const EngineOptions& options) {
-  const auto backends = available_backends();
-  for (const auto& backend : backends) {
-    try {
-      return start_named(backend, options);
-    } catch (const Error& e) {
-      if (backend == backends.back()) throw;
-      spdlog::warn("{}; trying the next back end", e.problem());
-    }
+std::unique_ptr<InferenceEngine> start_openvino(const EngineOptions& options) {
+  const OpenVinoPlugin& plugin = OpenVinoPlugin::instance();
+  if (!plugin.loaded()) {
+    throw Error("the OpenVINO back end is not installed: " + plugin.problem(), "segment.backend",
+                std::string(kInstallOpenVino) + ", or take the back end opencv or auto");
   }
-  return nullptr;
+  try {
+    return plugin.make_engine(options);
+  } catch (const std::exception& e) {
+    throw cannot_load("openvino", options, e);
+  }
+}
+
+void warn_of_missing_openvino() {
+  static const bool told = [] {
+    warn(fmt::format(
+             "the network runs on OpenCV, which is slower, since OpenVINO cannot be loaded ({})",
+             OpenVinoPlugin::instance().problem()),
+         kInstallOpenVino);
+    return true;
+  }();
+  (void)told;
+}
+
+/// Starts OpenVINO if it is there and knows all operators of the network, OpenCV otherwise.
+std::unique_ptr<InferenceEngine> start_fastest(const EngineOptions& options) {
+  if (!OpenVinoPlugin::instance().loaded()) {
+    warn_of_missing_openvino();
+    return start_opencv(options);
+  }
+  try {
+    return start_openvino(options);
+  } catch (const Error& e) {
+    auto engine = start_opencv(options);
+    warn(e.problem() + "; it runs on OpenCV, which is slower", export_advice());
+    return engine;
+  }
 }
 
 }  // namespace
 
 std::vector<std::string> available_backends() {
-  std::vector<std::string> names;
-  if (engines::has_openvino()) names.emplace_back("openvino");
-  if (engines::has_onnxruntime()) names.emplace_back("onnxruntime");
-  names.emplace_back("opencv");
-  return names;
+  if (!OpenVinoPlugin::instance().loaded()) return {"opencv"};
+  return {"openvino", "opencv"};
 }
 
 std::unique_ptr<InferenceEngine> make_engine(const std::string& backend,
                                              const EngineOptions& options) {
-  auto engine = backend == "auto" ? start_first(options) : start_named(backend, options);
-  if (!engine) {
-    throw Error(fmt::format("this build has no inference back end \"{}\"", backend), "",
-                "take one of: auto, " + joined(available_backends()));
-  }
-  return engine;
+  if (backend == "auto") return start_fastest(options);
+  if (backend == "openvino") return start_openvino(options);
+  if (backend == "opencv") return start_opencv(options);
+  throw Error(fmt::format("there is no inference back end \"{}\"", backend), "segment.backend",
+              "take one of: auto, openvino, opencv");
 }
 
 }  // namespace stillmap

@@ -11,14 +11,14 @@
 
 namespace stillmap {
 
-/// A dense float tensor that lives elsewhere; row-major.
+/// A dense, row-major float tensor in memory of somebody else.
 struct TensorView {
   std::vector<std::int64_t> shape;
-  std::span<const float> values;  ///< product of `shape` of them
+  std::span<const float> values;  ///< as many as the product of `shape`
 };
 
-/// Runs one network on one image-like input. Synchronous; one thread at a time per object. Outputs
-/// are equal for equal inputs, run after run and for any number of threads.
+/// Runs one network on one image. Synchronous; an object serves one thread at a time. Outputs are
+/// equal for equal inputs, in every run and for any number of threads.
 class InferenceEngine {
  public:
   virtual ~InferenceEngine() = default;
@@ -31,31 +31,22 @@ class InferenceEngine {
   virtual std::string name() const = 0;
 };
 
-/// What an engine needs to start.
+/// The network that an engine loads, and the threads it may use.
 struct EngineOptions {
-  std::string model;                 ///< .onnx file
+  std::string model;                 ///< the .onnx file
   std::array<int, 4> input_shape{};  ///< 1 x 3 x height x width, all positive
-  std::vector<std::string> outputs;  ///< names, in the order of the file
-  int threads = 1;
+  std::vector<std::string> outputs;  ///< names of the outputs in the order of the file
+  int threads = 1;                   ///< threads of the network
 };
 
-/// The back ends that this build has, best first: "openvino", "onnxruntime", "opencv".
+/// Returns the back ends that can be loaded, fastest first: "openvino" if its plug-in is there, and
+/// "opencv".
 std::vector<std::string> available_backends();
 
-/// Starts an engine. `backend` is one of available_backends(), or "auto" for the first of them that
-/// loads the network. Throws Error if the back end is unknown or not in this build, or if the
-/// network does not load.
+/// Starts an engine. `backend` is "openvino", "opencv", or "auto": OpenVINO if its plug-in is there
+/// and loads the network, else OpenCV with a warning that says why. Throws Error if the back end is
+/// unknown, if it is "openvino" and a library is missing, or if the network does not load.
 std::unique_ptr<InferenceEngine> make_engine(const std::string& backend,
                                              const EngineOptions& options);
-
-namespace engines {
-/// The single back ends; null where this build lacks it. Each throws its library's exceptions, or
-/// Error.
-std::unique_ptr<InferenceEngine> make_openvino(const EngineOptions& options);
-std::unique_ptr<InferenceEngine> make_onnxruntime(const EngineOptions& options);
-std::unique_ptr<InferenceEngine> make_opencv(const EngineOptions& options);
-bool has_openvino();
-bool has_onnxruntime();
-}  // namespace engines
 
 }  // namespace stillmap

@@ -2,13 +2,13 @@
 #include "stillmap/segment/mask_folder.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/warning.hpp"
 
 #include <charconv>
 #include <set>
 
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <spdlog/spdlog.h>
 
 namespace stillmap {
 namespace {
@@ -145,9 +145,9 @@ std::vector<Instance> MaskFolder::detect(const RgbdFrame& frame) {
       halved_if_twice(cv::imread(entry->file.string(), cv::IMREAD_UNCHANGED), frame.gray.size());
   if (mask.type() != CV_8UC1 || mask.size() != frame.gray.size()) {
     if (unusable_++ == 0) {
-      spdlog::warn(
-          "{}: no 8-bit gray mask of {} x {} pixels, left out; more of this kind are counted",
-          entry->file.string(), frame.gray.cols, frame.gray.rows);
+      warn(fmt::format("{}: this mask and others like it are left out", entry->file.string()),
+           fmt::format("write an 8-bit gray PNG of {} x {} pixels", frame.gray.cols,
+                       frame.gray.rows));
     }
     return {};
   }

@@ -94,7 +94,7 @@ TEST_P(WrongNetwork, AnOperatorThatNobodyKnows) {
               testing::HasSubstr("cannot load"));
 }
 
-INSTANTIATE_TEST_SUITE_P(All, WrongNetwork, testing::Values("openvino", "onnxruntime", "opencv"),
+INSTANTIATE_TEST_SUITE_P(All, WrongNetwork, testing::Values("openvino", "opencv"),
                          [](const auto& test) { return test.param; });
 
 TEST(MakeDetector, NeitherIsFineAndBothIsAnError) {
@@ -207,7 +207,7 @@ INSTANTIATE_TEST_SUITE_P(
     All, Network,
     testing::Combine(testing::Values("yolo11n-seg_480x640.onnx", "yolov8n-seg_480x640.onnx",
                                      "yolo11n_256x320.onnx"),
-                     testing::Values("openvino", "onnxruntime", "opencv")),
+                     testing::Values("openvino", "opencv")),
     [](const auto& test) {
       return fs::path(std::get<0>(test.param)).stem().string().substr(0, 7).append("_") +
              std::get<1>(test.param) + "_" + std::to_string(test.index);

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "stillmap/segment/opencv_engine.hpp"
+
 #include "stillmap/base/error.hpp"
-#include "stillmap/segment/inference_engine.hpp"
 
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/dnn.hpp>
 
-namespace stillmap::engines {
+namespace stillmap {
 namespace {
 
-/// OpenCV's own network runner: slower than the others, but always there.
 class OpenCvEngine final : public InferenceEngine {
  public:
   explicit OpenCvEngine(const EngineOptions& options)
@@ -19,8 +19,8 @@ class OpenCvEngine final : public InferenceEngine {
       throw Error("OpenCV found no network in this file", options.model, export_advice());
     net_.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
     net_.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
-    // OpenCV 4.6 drops a scalar factor behind a matrix product when it fuses YOLO11's attention:
-    // the result would be wrong without a word.
+    // OpenCV 4.6 drops a scalar factor behind a matrix product when it fuses YOLO11's attention,
+    // and computes wrong results without an error.
     net_.enableFusion(false);
   }
 
@@ -52,8 +52,8 @@ class OpenCvEngine final : public InferenceEngine {
 
 }  // namespace
 
-std::unique_ptr<InferenceEngine> make_opencv(const EngineOptions& options) {
+std::unique_ptr<InferenceEngine> make_opencv_engine(const EngineOptions& options) {
   return std::make_unique<OpenCvEngine>(options);
 }
 
-}  // namespace stillmap::engines
+}  // namespace stillmap

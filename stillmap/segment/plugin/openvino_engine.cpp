@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// OpenVINO's headers stay in this file: it is compiled without the house's precompiled header,
-// since OpenVINO's targets bring compile definitions of their own.
-#include "stillmap/segment/inference_engine.hpp"
+// The plug-in libstillmap_openvino.so: the only file that OpenVINO is linked to. It uses headers of
+// segment, but nothing of its library.
+#include "stillmap/segment/openvino_plugin.hpp"
 
-#ifdef STILLMAP_HAS_OPENVINO
+#include <algorithm>
+
 #include <openvino/openvino.hpp>
-#endif
 
-namespace stillmap::engines {
-
-#ifdef STILLMAP_HAS_OPENVINO
+namespace stillmap {
 namespace {
 
 class OpenVinoEngine final : public InferenceEngine {
@@ -38,8 +36,8 @@ class OpenVinoEngine final : public InferenceEngine {
   }
 
  private:
-  /// One stream, unpinned (the tracker shares the cores), full 32-bit floats: so results do not
-  /// depend on the processor's short formats, nor on the number of threads.
+  /// One stream, unpinned because the tracker shares the cores, in 32-bit floats: results then
+  /// depend neither on the short formats of the processor nor on the number of threads.
   static ov::AnyMap settings(int threads) {
     return {ov::hint::performance_mode(ov::hint::PerformanceMode::LATENCY),
             ov::inference_num_threads(threads), ov::num_streams(1),
@@ -57,14 +55,13 @@ class OpenVinoEngine final : public InferenceEngine {
 };
 
 }  // namespace
+}  // namespace stillmap
 
-std::unique_ptr<InferenceEngine> make_openvino(const EngineOptions& options) {
-  return std::make_unique<OpenVinoEngine>(options);
+extern "C" {
+
+const char* stillmap_openvino_version() { return STILLMAP_VERSION; }
+
+stillmap::InferenceEngine* stillmap_openvino_engine(const stillmap::EngineOptions* options) {
+  return new stillmap::OpenVinoEngine(*options);
 }
-bool has_openvino() { return true; }
-#else
-std::unique_ptr<InferenceEngine> make_openvino(const EngineOptions&) { return nullptr; }
-bool has_openvino() { return false; }
-#endif
-
-}  // namespace stillmap::engines
+}

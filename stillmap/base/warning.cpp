@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/warning.hpp"
+
+#include <fmt/format.h>
+
+namespace stillmap {
+
+void warn(const std::string& problem, const std::string& fix) {
+  std::string text = "stillmap: warning: " + problem + "\n";
+  if (!fix.empty()) text += "  fix: " + fix + "\n";
+  fmt::print(stderr, "{}", text);
+}
+
+}  // namespace stillmap
