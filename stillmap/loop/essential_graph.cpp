@@ -10,7 +10,7 @@
 namespace stillmap {
 namespace {
 
-/// Two keyframes by their place in the order of making, a < b, and the landmarks they share.
+/// Two keyframes, a < b by creation order, and their number of shared landmarks.
 struct Link {
   std::uint32_t a, b;
   int shared;
@@ -43,7 +43,8 @@ EssentialGraph::EssentialGraph(const Map& map, std::uint32_t component, int stro
   for (const Link& link : strongest_first(map, keyframes_, node_of_)) {
     if (parts.unite(link.a, link.b) || link.shared >= strong) connect(link.a, link.b);
   }
-  // Where no landmark leads on, the order of making does: those two were seen one after the other.
+  // Consecutive keyframes are connected even without shared landmarks, so the graph stays
+  // connected.
   for (std::uint32_t i = 1; i < keyframes_.size(); ++i) {
     if (parts.unite(i - 1, i)) connect(i - 1, i);
   }

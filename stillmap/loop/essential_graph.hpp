@@ -8,26 +8,26 @@
 
 namespace stillmap {
 
-/// How a component's keyframes stand to each other: few strong edges that say nearly as much as all
-/// observations do (essential graph: Mur-Artal, Montiel and Tardos, TRO 2015, section III.D). A
-/// maximum spanning tree of the landmarks shared, so that all hang together; every pair that shares
-/// `strong` or more; and the loops closed before. Relative poses are the map's of the moment.
+/// Essential graph of a component (Mur-Artal, Montiel and Tardos, TRO 2015, section III.D): a
+/// maximum spanning tree by shared landmarks, so that all keyframes are connected; every pair that
+/// shares at least `strong` landmarks; and the loops closed earlier. Relative poses are taken from
+/// the map at construction.
 class EssentialGraph {
  public:
-  /// @param strong  landmarks that two keyframes share, for an edge beside the tree
+  /// @param strong  number of shared landmarks that makes an edge in addition to the tree
   EssentialGraph(const Map& map, std::uint32_t component, int strong);
 
-  /// Adds what has been measured since: from a, b is seen at T_a_b.
+  /// Adds a measured edge: T_a_b maps coordinates of keyframe b to keyframe a.
   void add(KeyframeId a, KeyframeId b, const Pose& T_a_b, double weight);
 
-  /// The poses that fit all edges best.
-  /// @param held  keyframes whose poses are known; all others give way
+  /// Returns the poses that minimize the error of all edges.
+  /// @param held  keyframes with fixed poses; all others are optimized
   std::map<KeyframeId, Pose> relaxed(const std::map<KeyframeId, Pose>& held,
                                      const PoseGraphOptions& options) const;
 
-  /// In the order of their making.
+  /// In creation order.
   const std::vector<KeyframeId>& keyframes() const { return keyframes_; }
-  /// A keyframe's pose when the graph was made.
+  /// Returns the pose of a keyframe at the construction of the graph.
   const Pose& pose(KeyframeId id) const { return T_world_keyframe_[node(id)]; }
   std::size_t edges() const { return edges_.size(); }
 

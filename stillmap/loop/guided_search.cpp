@@ -9,16 +9,18 @@
 namespace stillmap {
 namespace {
 
-/// Whether something in front hides what should be seen at depth `depth` [m]: a keypoint beside it
-/// is clearly nearer, or on something that moves.
+/// Returns whether a point expected at `depth` [m] is occluded: a keypoint near its projection is
+/// clearly closer, or moving.
 bool hidden(const ImageView& image, const ProjectionQuery& query, double depth) {
-  constexpr float kBackground = 16;  // pixels
-  constexpr double kNearer = 0.85;   // of the depth expected
+  constexpr float kOcclusionRadius = 16;  // Radius in which keypoints can occlude a point [pixels].
+  // Ratio to the expected depth below which a keypoint is in front.
+  constexpr double kInFront = 0.85;
   bool found = false;
-  image.features.grid.for_each_near(query.u, query.v, kBackground, 0, 255, [&](std::uint32_t i) {
-    const float there = image.features.keypoints[i].depth;
-    found |= image.static_weight[i] <= 0 || (there > 0 && there < kNearer * depth);
-  });
+  image.features.grid.for_each_near(
+      query.u, query.v, kOcclusionRadius, 0, 255, [&](std::uint32_t i) {
+        const float there = image.features.keypoints[i].depth;
+        found |= image.static_weight[i] <= 0 || (there > 0 && there < kInFront * depth);
+      });
   return found;
 }
 
@@ -33,15 +35,15 @@ std::vector<std::uint8_t> unusable(const ImageView& image) {
 GuidedSearch search_landmarks(const Map& map, std::span<const LandmarkId> landmarks,
                               const ImageView& image, const Pose& T_world_camera,
                               const GuidedSearchOptions& options) {
-  const Viewpoint view(map.camera(), map.pyramid(), T_world_camera);
+  const LandmarkProjector view(map.camera(), map.pyramid(), T_world_camera);
   std::vector<ProjectionQuery> queries;
-  std::vector<const Landmark*> sought;
+  std::vector<const Landmark*> searched;
   for (const LandmarkId id : landmarks) {
     const Landmark* landmark = map.find(id);
     if (landmark == nullptr) continue;
     if (const auto query = view.expect(*landmark, options.radius, options.min_view_cosine)) {
       queries.push_back(*query);
-      sought.push_back(landmark);
+      searched.push_back(landmark);
     }
   }
   ProjectionMatchOptions matching;
@@ -50,8 +52,8 @@ GuidedSearch search_landmarks(const Map& map, std::span<const LandmarkId> landma
   const auto found = match_by_projection(queries, image.features, matching, unusable(image));
   GuidedSearch result;
   for (std::size_t q = 0; q < queries.size(); ++q) {
-    if (found[q]) result.matches.push_back({*found[q], sought[q]->id});
-    if (found[q] || !hidden(image, queries[q], view.depth(sought[q]->p_world)))
+    if (found[q]) result.matches.push_back({*found[q], searched[q]->id});
+    if (found[q] || !hidden(image, queries[q], view.depth(searched[q]->p_world)))
       result.expected.push_back({queries[q].u, queries[q].v, found[q].has_value()});
   }
   return result;
@@ -59,7 +61,8 @@ GuidedSearch search_landmarks(const Map& map, std::span<const LandmarkId> landma
 
 MatchConsistency consistency(const Camera& camera, std::span<const ExpectedLandmark> expected) {
   constexpr int kColumns = 6, kRows = 5;
-  constexpr double kBlank = 0.15;  // found share of a part that counts as blank
+  // Matched share below which an image region counts as blank [0..1].
+  constexpr double kBlankShare = 0.15;
   struct Part {
     int expected = 0, found = 0;
   };
@@ -75,7 +78,7 @@ MatchConsistency consistency(const Camera& camera, std::span<const ExpectedLandm
   if (all.expected == 0) return {0, 1};
   int blank = 0;
   for (const Part& part : parts) {
-    if (part.found <= kBlank * part.expected) blank += part.expected;
+    if (part.found <= kBlankShare * part.expected) blank += part.expected;
   }
   return {static_cast<double>(all.found) / all.expected, static_cast<double>(blank) / all.expected};
 }
@@ -84,14 +87,14 @@ MatchedPose solve_matches(const Map& map, std::span<const LandmarkMatch> matches
                           const ImageView& image, const Pose& T_world_camera_guess,
                           const PoseSolverOptions& options) {
   std::vector<PoseObservation> observations;
-  for (const LandmarkMatch& sight : matches) {
-    const Keypoint& k = image.features.keypoints[sight.keypoint];
-    observations.push_back({.p_world = map.at(sight.landmark).p_world,
+  for (const LandmarkMatch& match : matches) {
+    const Keypoint& k = image.features.keypoints[match.keypoint];
+    observations.push_back({.p_world = map.at(match.landmark).p_world,
                             .u = k.u,
                             .v = k.v,
                             .depth = k.depth,
                             .scale = static_cast<float>(map.pyramid().scale(k.level)),
-                            .weight = image.static_weight[sight.keypoint]});
+                            .weight = image.static_weight[match.keypoint]});
   }
   MatchedPose result;
   result.solution = solve_pose(map.camera(), T_world_camera_guess, observations, options);

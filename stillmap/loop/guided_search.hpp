@@ -10,63 +10,65 @@
 
 namespace stillmap {
 
-/// An image with or without a keyframe.
+/// Features of an image that need not be a keyframe.
 struct ImageView {
   const Features& features;
-  std::span<const float> static_weight;  ///< one per keypoint: 0 or less is left out
+  /// One per keypoint; keypoints with weight 0 or less are excluded.
+  std::span<const float> static_weight;
 };
 
 struct GuidedSearchOptions {
-  double radius = 8;             ///< of the search on level 0 [pixels]
-  int max_distance = 60;         ///< Hamming, inclusive
-  double ratio = 0.9;            ///< see ProjectionMatchOptions
-  double min_view_cosine = 0.5;  ///< between a landmark's mean viewing direction and this one
+  double radius = 8;      ///< Search radius at level 0 [pixels].
+  int max_distance = 60;  ///< Maximum Hamming distance, inclusive [bits].
+  double ratio = 0.9;     ///< Ratio test bound: see ProjectionMatchOptions.
+  /// Minimum cosine of the angle between mean and current viewing direction.
+  double min_view_cosine = 0.5;
   STILLMAP_FIELDS(radius, max_distance, ratio, min_view_cosine)
 };
 
-/// "Keypoint `keypoint` shows landmark `landmark`."
+/// A match between keypoint `keypoint` and a landmark.
 struct LandmarkMatch {
   std::uint32_t keypoint = 0;
   LandmarkId landmark;
   bool operator==(const LandmarkMatch&) const = default;
 };
 
-/// Where a landmark should be seen [pixels], and whether it is.
+/// Expected image position of a landmark [pixels] and whether it was matched there.
 struct ExpectedLandmark {
   float u = 0, v = 0;
   bool found = false;
 };
 
-/// What a camera at a supposed pose should see, and does.
+/// Result of search_landmarks().
 struct GuidedSearch {
-  std::vector<LandmarkMatch> matches;  ///< sorted by landmark; keypoints are different
-  /// Landmarks that should be seen: in the image, from where they can be seen, and not behind what
-  /// the keypoints beside them show.
+  std::vector<LandmarkMatch> matches;  ///< Sorted by landmark; every keypoint appears at most once.
+  /// Landmarks that should be visible: in the image, at a suitable distance and direction, and not
+  /// occluded by the surfaces of nearby keypoints.
   std::vector<ExpectedLandmark> expected;
 };
 
-/// Looks for landmarks around their projections.
-/// @param landmarks       sorted by id; unknown ids are passed over
-/// @param T_world_camera  in the landmarks' world
+/// Matches landmarks around their projections.
+/// @param landmarks       sorted by id; unknown ids are ignored
+/// @param T_world_camera  assumed pose in the landmarks' world frame
 GuidedSearch search_landmarks(const Map& map, std::span<const LandmarkId> landmarks,
                               const ImageView& image, const Pose& T_world_camera,
                               const GuidedSearchOptions& options);
 
-/// How well an image shows what it should.
+/// Agreement between the expected and the matched landmarks of an image.
 struct MatchConsistency {
-  double found = 0;  ///< share of what should be seen that is
-  /// Share of what should be seen that lies where next to nothing is found. In a place seen again,
-  /// what is missed lies scattered; in one that only looks alike, or is alike in part, whole parts
-  /// of the picture are missed.
+  double found = 0;  ///< Share of the expected landmarks that were matched [0..1].
+  /// Share of the expected landmarks in image regions where almost none is matched [0..1]. At the
+  /// right place misses are scattered; at a place that only looks similar, whole regions are
+  /// missed.
   double blank = 0;
 };
 MatchConsistency consistency(const Camera& camera, std::span<const ExpectedLandmark> expected);
 
-/// The pose that matches agree on, and which of them agree: solve_pose() on them.
+/// Pose estimated from matches by solve_pose(), with its inliers.
 struct MatchedPose {
   PoseSolution solution;
   std::vector<LandmarkMatch> inliers;
-  int contradicted = 0;  ///< inliers by pixel whose depth is another
+  int contradicted = 0;  ///< Number of inliers by pixel whose measured depth disagrees.
 };
 MatchedPose solve_matches(const Map& map, std::span<const LandmarkMatch> matches,
                           const ImageView& image, const Pose& T_world_camera_guess,

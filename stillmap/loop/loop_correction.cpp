@@ -9,7 +9,7 @@
 namespace stillmap {
 namespace {
 
-/// A keyframe and those that share most landmarks with it, within its component.
+/// Returns a keyframe and its most covisible keyframes within the component.
 std::vector<KeyframeId> side_of(const Map& map, KeyframeId center,
                                 const LoopCorrectionOptions& options) {
   std::vector<KeyframeId> side = {center};
@@ -19,7 +19,7 @@ std::vector<KeyframeId> side_of(const Map& map, KeyframeId center,
   return side;
 }
 
-/// The keyframes of one side that are not of the other.
+/// Returns the keyframes of one side that are not on the other.
 std::vector<KeyframeId> without(std::vector<KeyframeId> side, std::vector<KeyframeId> other) {
   std::sort(other.begin(), other.end());
   std::erase_if(side,
@@ -27,7 +27,7 @@ std::vector<KeyframeId> without(std::vector<KeyframeId> side, std::vector<Keyfra
   return side;
 }
 
-/// Makes landmarks that both sides know one: each side's are looked for in the other's keyframes.
+/// Welds both sides: searches the landmarks of each side in the keyframes of the other.
 int weld(Map& map, const std::vector<KeyframeId>& query_side,
          const std::vector<KeyframeId>& candidate_side, const FusionOptions& options) {
   const TraceScope scope("weld");
@@ -97,7 +97,7 @@ LoopCorrection join_maps(Map& map, const LoopMatch& match, const LoopCorrectionO
 }
 
 void propagate_correction(Map& map, const EssentialGraph& before, const PoseGraphOptions& options) {
-  constexpr double kMoved = 1e-9;  // meters, radians: more than what rounding does
+  constexpr double kMoved = 1e-9;  // Larger changes than this are no rounding error [m and rad].
   std::map<KeyframeId, Pose> held;
   for (const KeyframeId id : before.keyframes()) {
     if (map.find(id) == nullptr) continue;

@@ -11,12 +11,12 @@ namespace {
 using rendered::MapBuilder;
 using rendered::small_images;
 
-/// A camera carried once around the office, and a little farther: every keyframe, and the truth.
+/// Keyframes of a camera moved once around the office and a little farther, with the truth.
 const std::vector<SimulatedFrame>& round() {
   static const std::vector<SimulatedFrame> frames = [] {
     SimulationOptions options = small_images({.people = 0, .camera = "loop", .frames = 56});
     options.fps = 30;
-    options.speed = 19;  // a quarter of a meter from keyframe to keyframe
+    options.speed = 19;  // About 0.25 m between keyframes.
     const SimulatedSequence sequence(options);
     std::vector<SimulatedFrame> made;
     for (std::size_t i = 0; i < sequence.frames(); ++i) made.push_back(sequence.at(i));
@@ -30,7 +30,7 @@ const Camera& camera() {
   return small;
 }
 
-/// The round as a map that has drifted: every step adds its share of `drift`.
+/// The round as a drifted map: every step adds its share of `drift`.
 struct Drifted {
   MapBuilder built{camera()};
   std::vector<KeyframeId> keyframes;
@@ -46,12 +46,12 @@ struct Drifted {
     }
   }
 
-  /// The last keyframe, verified against the first place that looks like it.
+  /// Verifies the last keyframe against the most similar earlier places.
   LoopVerification recognize() const {
     const KeyframeId query = keyframes.back();
     std::vector<KeyframeId> near(keyframes.end() - 15, keyframes.end());
     std::sort(near.begin(), near.end());
-    LoopVerification verification{std::nullopt, "nothing looks like it"};
+    LoopVerification verification{std::nullopt, "no similar keyframe"};
     for (const PlaceCandidate& place :
          find_places(built.map, built.index, built.index.find(query)->words, near, 0)) {
       verification = verify_loop(built.map, built.index, query, place.keyframe);
@@ -60,7 +60,7 @@ struct Drifted {
     return verification;
   }
 
-  /// Meters, of all keyframes, where the first one stands right.
+  /// RMSE of all keyframe positions [m], with the first one aligned.
   double rmse() const {
     double sum = 0;
     for (std::size_t i = 0; i < keyframes.size(); ++i) {
@@ -71,7 +71,7 @@ struct Drifted {
     return std::sqrt(sum / static_cast<double>(keyframes.size()));
   }
 
-  /// Pixels, of all observations: how well landmarks and keyframes fit together.
+  /// Median reprojection error of all observations [pixels].
   double median_reprojection() const {
     std::vector<double> errors;
     built.map.for_each_landmark([&](const Landmark& l) {
@@ -94,8 +94,8 @@ Vector6d some_drift() {
   return drift;
 }
 
-/// What is left is what a chain that is right at both ends and evenly bent between them keeps.
-TEST(CloseLoop, TakesOutTheDriftThatWasPutIn) {
+/// The remaining error is that of a chain with both ends correct and the drift evenly distributed.
+TEST(CloseLoop, RemovesTheDrift) {
   Drifted map(some_drift());
   const double before = map.rmse();
   const LoopVerification verification = map.recognize();
@@ -109,10 +109,10 @@ TEST(CloseLoop, TakesOutTheDriftThatWasPutIn) {
   const Pose now = map.built.map.at(verification.match->query).T_world_camera;
   EXPECT_NEAR((now.translation() - T_query.translation()).norm(), done.meters, 1e-12);
   EXPECT_LT((now.inverse() * round().back().truth.T_world_camera).translation().norm(), 0.05)
-      << "as near as the candidate is, which has drifted a little itself";
+      << "as close as the candidate, which has drifted a little itself";
 }
 
-TEST(CloseLoop, BothSidesShareLandmarksAfterwardsAndTheyFitTheKeyframes) {
+TEST(CloseLoop, BothSidesShareConsistentLandmarksAfterwards) {
   Drifted map(some_drift());
   const LoopVerification verification = map.recognize();
   ASSERT_TRUE(verification.match) << verification.reason;
@@ -126,15 +126,16 @@ TEST(CloseLoop, BothSidesShareLandmarksAfterwardsAndTheyFitTheKeyframes) {
   EXPECT_GT(shared, 50);
   EXPECT_GT(done.fused, 100);
   EXPECT_LT(map.built.map.landmark_count() + 50, landmarks);
-  EXPECT_LT(map.median_reprojection(), fit_before + 0.5) << "landmarks move with their keyframes";
+  EXPECT_LT(map.median_reprojection(), fit_before + 0.5)
+      << "landmarks must move with their keyframes";
   ASSERT_EQ(map.built.map.loops().size(), 1U);
   EXPECT_EQ(map.built.map.loops().front().b, verification.match->query);
 }
 
-TEST(JoinMaps, TheYoungerMovesAsAWholeAndBecomesPartOfTheOlder) {
+TEST(JoinMaps, TheYoungerMovesRigidlyAndJoinsTheOlder) {
   Drifted map(some_drift(), true);
   Map& m = map.built.map;
-  // The second map is somewhere else altogether.
+  // The second map has an arbitrary pose.
   m.move_component(1, Pose(so3_exp({0.3, 2, -1}), {4, -7, 2}));
   const LoopVerification verification = map.recognize();
   ASSERT_TRUE(verification.match) << verification.reason;
@@ -153,14 +154,14 @@ TEST(JoinMaps, TheYoungerMovesAsAWholeAndBecomesPartOfTheOlder) {
   EXPECT_LT((end.inverse() * round().back().truth.T_world_camera).translation().norm(), 0.05);
 }
 
-TEST(EssentialGraph, IsATreeAndStrongEdgesAndHangsTogether) {
+TEST(EssentialGraph, HasATreeAndStrongEdgesAndIsConnected) {
   const Drifted map(Vector6d::Zero());
   const EssentialGraph tree(map.built.map, 0, 1000000);
   EXPECT_EQ(tree.edges(), map.keyframes.size() - 1);
   EXPECT_GT(EssentialGraph(map.built.map, 0, 50).edges(), tree.edges());
 }
 
-TEST(Settle, WhatWasMovedStaysAndTheRestFollows) {
+TEST(PropagateCorrection, MovedKeyframesStayAndTheRestFollows) {
   Drifted map(Vector6d::Zero());
   Map& m = map.built.map;
   const EssentialGraph before(m, 0, 100);
@@ -175,7 +176,7 @@ TEST(Settle, WhatWasMovedStaysAndTheRestFollows) {
             before.pose(map.keyframes[i]).translation())
         .norm();
   };
-  EXPECT_EQ(moved(0), 0) << "it holds the world";
+  EXPECT_EQ(moved(0), 0) << "it defines the world frame";
   EXPECT_LT(moved(5), moved(last - 5));
   EXPECT_GT(moved(last - 1), 0.3);
 }

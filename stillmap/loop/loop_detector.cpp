@@ -8,7 +8,7 @@
 namespace stillmap {
 namespace {
 
-/// The keyframe and those that share at least so many landmarks with it, sorted by id.
+/// Returns the keyframe and those that share at least `min_shared` landmarks with it, sorted by id.
 std::vector<KeyframeId> with_covisible(const Map& map, KeyframeId id, int min_shared) {
   std::vector<KeyframeId> group = {id};
   for (const Covisible& c : map.covisible(id, min_shared)) group.push_back(c.keyframe);

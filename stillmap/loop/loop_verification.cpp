@@ -14,10 +14,10 @@ ImageView image_of(const Keyframe& keyframe) {
   return {*keyframe.features, keyframe.static_weight};
 }
 
-/// Where a keypoint's thing is in its keyframe's camera frame [m]: by its landmark, else by its
-/// depth.
-std::optional<Eigen::Vector3d> place_of(const Map& map, const Keyframe& keyframe,
-                                        std::uint32_t keypoint) {
+/// Returns the position of a keypoint in its keyframe's camera frame [m], from its landmark or else
+/// from its depth.
+std::optional<Eigen::Vector3d> position_of(const Map& map, const Keyframe& keyframe,
+                                           std::uint32_t keypoint) {
   if (const Landmark* landmark = map.find(keyframe.landmarks[keypoint]))
     return keyframe.T_world_camera.inverse() * landmark->p_world;
   const Keypoint& k = keyframe.features->keypoints[keypoint];
@@ -25,7 +25,7 @@ std::optional<Eigen::Vector3d> place_of(const Map& map, const Keyframe& keyframe
   return map.camera().unproject(k.u, k.v, k.depth);
 }
 
-/// Pairs with the candidate as a, the query as b.
+/// Returns pairs with the candidate as a and the query as b.
 std::vector<RigidPair> rigid_pairs(const Map& map, const PlaceIndex& index,
                                    const Keyframe& candidate, const Keyframe& query,
                                    const NodeMatchOptions& options) {
@@ -33,7 +33,7 @@ std::vector<RigidPair> rigid_pairs(const Map& map, const PlaceIndex& index,
   const auto matches = match_by_node(*index.find(candidate.id), *candidate.features,
                                      *index.find(query.id), *query.features, options);
   for (const DescriptorMatch& m : matches) {
-    const auto p_a = place_of(map, candidate, m.a), p_b = place_of(map, query, m.b);
+    const auto p_a = position_of(map, candidate, m.a), p_b = position_of(map, query, m.b);
     if (!p_a || !p_b) continue;
     const Keypoint& a = candidate.features->keypoints[m.a];
     const Keypoint& b = query.features->keypoints[m.b];
@@ -47,8 +47,8 @@ std::vector<RigidPair> rigid_pairs(const Map& map, const PlaceIndex& index,
   return pairs;
 }
 
-/// Landmarks that a keyframe and its best covisible ones see, less those that `without` sees;
-/// sorted.
+/// Returns the landmarks that a keyframe and its best covisible keyframes observe, without those
+/// that `without` observes; sorted by id.
 std::vector<LandmarkId> landmarks_around(const Map& map, KeyframeId center, int window,
                                          const Keyframe& without) {
   std::vector<KeyframeId> keyframes = {center};
@@ -63,14 +63,15 @@ std::vector<LandmarkId> landmarks_around(const Map& map, KeyframeId center, int 
   return result;
 }
 
-/// Landmarks of one keyframe that others have seen too: those of one sight alone are often none.
+/// Returns the landmarks of a keyframe with more than one observation; landmarks observed once are
+/// often wrong.
 std::vector<LandmarkId> confirmed_landmarks(const Map& map, KeyframeId keyframe) {
   std::vector<LandmarkId> ids = landmarks_seen_by(map, std::span(&keyframe, 1));
   std::erase_if(ids, [&](LandmarkId id) { return map.at(id).observations.size() < 2; });
   return ids;
 }
 
-/// How well a keyframe, at a pose that has been solved for, shows what another one sees.
+/// Returns how well a keyframe, at an estimated pose, shows the landmarks of another one.
 MatchConsistency consistency_of(const Map& map, KeyframeId seen_by, const Keyframe& looked_for_in,
                                 const Pose& T_world_camera, const GuidedSearchOptions& options) {
   const GuidedSearch search = search_landmarks(map, confirmed_landmarks(map, seen_by),
@@ -78,7 +79,7 @@ MatchConsistency consistency_of(const Map& map, KeyframeId seen_by, const Keyfra
   return consistency(map.camera(), search.expected);
 }
 
-/// One verification, step by step; a step that fails leaves its reason.
+/// One verification in steps; a failed step sets `reason_`.
 class Verification {
  public:
   Verification(const Map& map, const PlaceIndex& index, KeyframeId query, KeyframeId candidate,
@@ -114,7 +115,7 @@ class Verification {
     if (static_cast<int>(pairs.size()) < options_.min_matches)
       return fail(fmt::format("{} matches", pairs.size()));
     const auto consensus = find_rigid_motion(map_.camera(), pairs, options_.rigid);
-    if (!consensus) return fail(fmt::format("no motion fits the {} matches", pairs.size()));
+    if (!consensus) return fail(fmt::format("no rigid motion fits the {} matches", pairs.size()));
     T_world_query_ = candidate_.T_world_camera * consensus->model;
     return true;
   }
@@ -138,7 +139,7 @@ class Verification {
   }
 
   bool surroundings_agree() {
-    // The query's landmarks as its side has them; so the candidate is moved to that side.
+    // The query's landmarks lie on its own side, so the candidate is moved to that side.
     const Pose T_world_candidate = query_.T_world_camera * match_.T_candidate_query.inverse();
     const MatchConsistency there =
         consistency_of(map_, candidate_.id, query_, T_world_query_, options_.narrow);
@@ -148,24 +149,26 @@ class Verification {
     match_.blank_share = std::max(there.blank, here.blank);
     if (match_.found_share < options_.min_found_share ||
         match_.blank_share > options_.max_blank_share) {
-      return fail(fmt::format("{:.0f} % of what should be seen is, {:.0f} % lies where nothing is",
-                              100 * match_.found_share, 100 * match_.blank_share));
+      return fail(
+          fmt::format("{:.0f} % of the expected landmarks matched, {:.0f} % in blank regions",
+                      100 * match_.found_share, 100 * match_.blank_share));
     }
     return true;
   }
 
   bool drift_is_possible() {
     if (!match_.same_component) return true;
-    const double way = path_length(map_, query_.id, candidate_.id);
-    // The rotation's drift moves the far end of the way, so the query's own place tells.
+    const double path = path_length(map_, query_.id, candidate_.id);
+    // Rotation drift moves the far end of the path, so the correction is measured at the query.
     const Pose correction = T_world_query_ * query_.T_world_camera.inverse();
     const double meters =
         (T_world_query_.translation() - query_.T_world_camera.translation()).norm();
     const DriftLimits& limits = options_.drift;
-    if (meters > limits.meters + limits.meters_per_meter * way ||
-        correction.angle() > limits.radians + limits.radians_per_meter * way) {
-      return fail(fmt::format("{:.2f} m and {:.2f} rad are no drift of a way of {:.1f} m", meters,
-                              correction.angle(), way));
+    if (meters > limits.meters + limits.meters_per_meter * path ||
+        correction.angle() > limits.radians + limits.radians_per_meter * path) {
+      return fail(fmt::format(
+          "a correction of {:.2f} m and {:.2f} rad exceeds the drift of a path of {:.1f} m", meters,
+          correction.angle(), path));
     }
     return true;
   }
@@ -177,7 +180,7 @@ class Verification {
     const auto found = search_landmarks(map_, landmarks_, image, T_world_neighbor, options_.wide);
     const MatchedPose solved =
         solve_matches(map_, found.matches, image, T_world_neighbor, options_.solver);
-    // A camera pose of its own, yet the same: what the landmarks tolerate, and no more.
+    // The neighbor's pose is independent, so it may differ by the tolerance of its landmarks.
     const Pose error = T_world_neighbor.inverse() * solved.solution.T_world_camera;
     constexpr double kMeters = 0.1, kRadians = 0.05;
     return solved.solution.well_posed && error.translation().norm() < kMeters &&
@@ -192,15 +195,15 @@ class Verification {
       ++asked;
       match_.neighbors_agree += agrees(map_.at(c.keyframe));
     }
-    // A map that has just begun has few keyframes; within one map there is always time for more.
+    // A new component has few keyframes; within one component a loop can wait for more.
     const bool young = !match_.same_component && asked < options_.min_neighbors_agree;
     if (match_.neighbors_agree < (young ? std::max(asked, 1) : options_.min_neighbors_agree))
       return fail(fmt::format("{} neighbors agree", match_.neighbors_agree));
     return true;
   }
 
-  /// Whether the query camera has a landmark of its own and one of the other side in one depth.
-  bool as_deep(LandmarkId own, LandmarkId other) const {
+  /// Returns whether two landmarks, one of either side, have consistent depths in the query camera.
+  bool depths_agree(LandmarkId own, LandmarkId other) const {
     const auto disparity = [&](const Pose& T_world_camera, LandmarkId id) {
       return map_.camera().bf() / (T_world_camera.inverse() * map_.at(id).p_world).z();
     };
@@ -210,10 +213,10 @@ class Verification {
   }
 
   void pair_landmarks() {
-    for (const LandmarkMatch& sight : match_.matches) {
-      const LandmarkId own = query_.landmarks[sight.keypoint];
-      if (map_.find(own) != nullptr && own != sight.landmark && as_deep(own, sight.landmark))
-        match_.pairs.push_back({own, sight.landmark});
+    for (const LandmarkMatch& match : match_.matches) {
+      const LandmarkId own = query_.landmarks[match.keypoint];
+      if (map_.find(own) != nullptr && own != match.landmark && depths_agree(own, match.landmark))
+        match_.pairs.push_back({own, match.landmark});
     }
   }
 
@@ -222,9 +225,9 @@ class Verification {
   const LoopVerificationOptions& options_;
   const Keyframe& query_;
   const Keyframe& candidate_;
-  const std::vector<LandmarkId> landmarks_;  // of the candidate's side
+  const std::vector<LandmarkId> landmarks_;  // Landmarks of the candidate's side.
   LoopMatch match_;
-  Pose T_world_query_;  // as the candidate's side has it
+  Pose T_world_query_;  // Pose of the query in the candidate's side of the map.
   std::string reason_;
 };
 
@@ -248,10 +251,10 @@ double path_length(const Map& map, KeyframeId a, KeyframeId b) {
   });
   std::sort(stations.begin(), stations.end(),
             [](const auto& x, const auto& y) { return x.first < y.first; });
-  double way = 0;
+  double path = 0;
   for (std::size_t i = 1; i < stations.size(); ++i)
-    way += (stations[i].second - stations[i - 1].second).norm();
-  return way;
+    path += (stations[i].second - stations[i - 1].second).norm();
+  return path;
 }
 
 }  // namespace stillmap

@@ -12,81 +12,87 @@
 
 namespace stillmap {
 
-/// How far a trajectory may have drifted: a loop that wants more is none. RGB-D odometry drifts by
-/// some per cent of the way (Sturm et al., IROS 2012, table III); twice the worst is allowed for.
+/// Bounds on trajectory drift; a loop with a larger correction is rejected. RGB-D odometry drifts
+/// by a few percent of the path length (Sturm et al., IROS 2012, table III); twice the worst value
+/// is allowed.
 struct DriftLimits {
-  double meters = 0.3, meters_per_meter = 0.06;     ///< at once, and per meter traveled
-  double radians = 0.15, radians_per_meter = 0.04;  ///< the same for the rotation
+  /// Constant part [m] and part per path length [m/m].
+  double meters = 0.3, meters_per_meter = 0.06;
+  /// Constant part [rad] and part per path length [rad/m].
+  double radians = 0.15, radians_per_meter = 0.04;
   STILLMAP_FIELDS(meters, meters_per_meter, radians, radians_per_meter)
 };
 
 struct LoopVerificationOptions {
   NodeMatchOptions matching;
   PoseRansacOptions rigid;
-  GuidedSearchOptions wide{.radius = 10};   ///< around the pose that RANSAC found
-  GuidedSearchOptions narrow{.radius = 4};  ///< around the refined one
+  GuidedSearchOptions wide{.radius = 10};   ///< Search around the pose found by RANSAC.
+  GuidedSearchOptions narrow{.radius = 4};  ///< Search around the refined pose.
   PoseSolverOptions solver;
-  int window = 10;       ///< best covisible keyframes of the candidate whose landmarks take part
-  int min_matches = 20;  ///< by node, with a place in either camera
-  int min_inliers = 50;  ///< landmarks of the candidate's side that the query keyframe shows
-  /// Of the candidate's landmarks that the query should show, and of the query's that the candidate
-  /// should, those that it does. Two desks of one make show each other's things, but not each
-  /// other's surroundings. Chosen by measurement, see docs/results.md.
+  /// Number of the candidate's best covisible keyframes whose landmarks take part.
+  int window = 10;
+  int min_matches = 20;  ///< Minimum number of matches by node with a 3D position in both cameras.
+  /// Minimum number of landmarks of the candidate's side that the query keyframe observes.
+  int min_inliers = 50;
+  /// Minimum share of expected landmarks that are matched, in both directions [0..1]. Two identical
+  /// desks match each other but not each other's surroundings. Chosen by measurement, see
+  /// docs/results.md.
   double min_found_share = 0.25;
-  double max_blank_share = 0.3;  ///< of the same: see MatchConsistency::blank
-  int neighbors = 5;             ///< keyframes beside the query that are asked, at most
-  /// Of them, those that must show the candidate's side where the match says; where two maps are
-  /// joined and there are fewer, all, but one at least.
+  /// Maximum share of expected landmarks in blank regions: see MatchConsistency::blank [0..1].
+  double max_blank_share = 0.3;
+  int neighbors = 5;  ///< Maximum number of neighbors of the query that are checked.
+  /// Minimum number of neighbors that must confirm the matched pose; when merging with fewer
+  /// neighbors: all of them, at least one.
   int min_neighbors_agree = 3;
-  int min_neighbor_matches = 25;  ///< landmarks, for a neighbor to agree
-  int neighbor_shared = 15;       ///< landmarks shared with the query that make a neighbor
+  int min_neighbor_matches = 25;  ///< Minimum number of matched landmarks for a neighbor to agree.
+  int neighbor_shared = 15;  ///< Number of landmarks shared with the query that makes a neighbor.
   DriftLimits drift;
   STILLMAP_FIELDS(matching, rigid, wide, narrow, solver, window, min_matches, min_inliers,
                   min_found_share, max_blank_share, neighbors, min_neighbors_agree,
                   min_neighbor_matches, neighbor_shared, drift)
 };
 
-/// Two landmarks that are one thing.
+/// Two landmarks of the same 3D point.
 struct LandmarkPair {
   LandmarkId query, candidate;
   bool operator==(const LandmarkPair&) const = default;
 };
 
-/// A place seen again, for certain.
+/// A verified loop or merge.
 struct LoopMatch {
   KeyframeId query, candidate;
-  /// Where the query keyframe stands, as the candidate's side of the map sees it: T_world_query' =
+  /// Pose of the query keyframe from the candidate's side of the map: T_world_query' =
   /// T_world_candidate * T_candidate_query.
   Pose T_candidate_query;
-  /// Whether both are of one map already: then it is a loop, else a reason to merge two maps.
+  /// True if both belong to one component: a loop; otherwise a merge of two components.
   bool same_component = true;
-  /// What the query keyframe shows of the candidate's side: candidates for Map::observe() and
+  /// Landmarks of the candidate's side observed by the query keyframe, for Map::observe() and
   /// merge(). Sorted by landmark; neither keypoints nor landmarks repeat.
   std::vector<LandmarkMatch> matches;
-  /// Of these, where the query's keypoint shows a landmark of its own side.
+  /// The matches whose keypoint already shows a landmark of the query's own side.
   std::vector<LandmarkPair> pairs;
-  int inliers = 0;                          ///< matches that agree
-  double found_share = 0;                   ///< the lower of both sides'
-  double blank_share = 0;                   ///< the higher of both sides'
-  int neighbors_agree = 0;                  ///< further keyframes that confirm it
-  Matrix6d information = Matrix6d::Zero();  ///< of the pose, see PoseSolution
+  int inliers = 0;          ///< Number of inlier matches.
+  double found_share = 0;   ///< Lower MatchConsistency::found of both directions [0..1].
+  double blank_share = 0;   ///< Higher MatchConsistency::blank of both directions [0..1].
+  int neighbors_agree = 0;  ///< Number of neighbors that confirm the match.
+  Matrix6d information = Matrix6d::Zero();  ///< Information matrix of the pose, see PoseSolution.
 };
 
-/// A match, or in `reason` why there is none, for the log.
+/// A match, or the reason for the rejection, for the log.
 struct LoopVerification {
   std::optional<LoopMatch> match;
-  std::string reason;  ///< empty if there is a match
+  std::string reason;  ///< Empty if there is a match.
 };
 
-/// Is the candidate the query's place? Matches by node; SE(3) from 3-D/3-D pairs (scale is known)
-/// by RANSAC; landmarks of either side looked for in the other's keyframe; the pose solver; then
-/// the tests that a wrong loop fails: enough inliers, enough of what should be seen is seen (both
-/// ways), the query's neighbors see the same, and no more correction than a trajectory can drift.
-/// Both keyframes must be in the map and in the index. Nothing is changed. Deterministic.
+/// Verifies a loop candidate: matches by vocabulary node; SE(3) from 3D-3D pairs by RANSAC (scale
+/// is known); landmarks of either side matched in the other's keyframe; pose refinement; then the
+/// tests: enough inliers, a sufficient share of expected landmarks matched in both directions,
+/// agreement of the query's neighbors, and a correction within the drift bounds. Both keyframes
+/// must be in the map and in the index. Changes nothing. Deterministic.
 LoopVerification verify_loop(const Map& map, const PlaceIndex& index, KeyframeId query,
                              KeyframeId candidate, const LoopVerificationOptions& options = {});
 
-/// Meters traveled by keyframes of one component from the older of two to the younger.
+/// Returns the length of the path along a component's keyframes between two of them [m].
 double path_length(const Map& map, KeyframeId a, KeyframeId b);
 
 }  // namespace stillmap

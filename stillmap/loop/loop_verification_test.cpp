@@ -15,13 +15,13 @@ using rendered::small_images;
 
 constexpr int kPlaces = 8;
 
-/// The office, the camera looking at the desks.
+/// The office with the camera facing the desks.
 std::shared_ptr<const Scene> office() {
   static const auto scene = std::make_shared<const Scene>(make_scene({.people = 0, .seed = 1001}));
   return scene;
 }
 
-/// The same from another corner, where there are other things in the background.
+/// The same office from another corner, with a different background.
 std::shared_ptr<const Scene> other_corner() {
   auto scene = std::make_shared<Scene>(*office());
   scene->viewpoint.position = {5.2, 1.0, 1.45};
@@ -34,7 +34,7 @@ const Camera& small_camera() {
   return camera;
 }
 
-/// Frames along a short way, about 10 cm apart.
+/// Frames along a short path, about 10 cm apart.
 std::vector<SimulatedFrame> walk(const std::shared_ptr<const Scene>& scene, int from_frame) {
   const SimulatedSequence sequence({.camera = "xyz", .frames = from_frame + kPlaces, .speed = 10},
                                    small_camera(), scene);
@@ -44,12 +44,12 @@ std::vector<SimulatedFrame> walk(const std::shared_ptr<const Scene>& scene, int 
   return frames;
 }
 
-/// A place walked past twice; the second time the map believes to be elsewhere by `drift`.
+/// A place passed twice; in the second pass the map has drifted by `drift`.
 struct Revisit {
   MapBuilder built;
   std::vector<KeyframeId> first, second;
-  Pose drift;               ///< T_wrong_right: what a true pose of the second walk is taken for
-  std::vector<Pose> truth;  ///< of the second walk
+  Pose drift;  ///< T_wrong_right: maps the true poses of the second pass to the drifted ones.
+  std::vector<Pose> truth;  ///< True poses of the second pass.
 
   Revisit(const std::vector<SimulatedFrame>& a, const std::vector<SimulatedFrame>& b,
           const Camera& camera, const Pose& drift_of_second, bool merge)
@@ -69,7 +69,7 @@ struct Revisit {
   }
 };
 
-/// The candidate that place recognition names for a keyframe of the second walk.
+/// Returns the candidate found by place recognition for a keyframe of the second pass.
 std::size_t recognized(const Revisit& r, std::size_t query) {
   std::vector<KeyframeId> own = r.second;
   std::sort(own.begin(), own.end());
@@ -88,8 +88,8 @@ class VerifyLoop : public ::testing::Test {
   }
 };
 
-/// Landmarks are off by some millimeters (noise of depth) and hundreds are averaged.
-TEST_F(VerifyLoop, FindsTheTruePlaceInSpiteOfDrift) {
+/// Landmark errors are a few millimeters (depth noise), averaged over hundreds.
+TEST_F(VerifyLoop, FindsTheTruePlaceDespiteDrift) {
   const Revisit& r = revisit();
   for (std::size_t q = 2; q < 6; ++q) {
     const std::size_t c = recognized(r, q);
@@ -104,9 +104,9 @@ TEST_F(VerifyLoop, FindsTheTruePlaceInSpiteOfDrift) {
   }
 }
 
-/// What it says is one thing must lie at one place once the drift is taken out: within 4 sigma of
-/// two depths (1.4e-3 z^2 each), but for those that are corners of two things, at a depth edge.
-TEST_F(VerifyLoop, PairsLandmarksThatAreOneThing) {
+/// Paired landmarks must coincide once the drift is removed: within 4 sigma of two depths (1.4e-3
+/// z^2 each), except at depth edges.
+TEST_F(VerifyLoop, PairsLandmarksOfTheSamePoint) {
   const Revisit& r = revisit();
   const LoopVerification verification = r.verify(3, recognized(r, 3));
   ASSERT_TRUE(verification.match);
@@ -122,12 +122,12 @@ TEST_F(VerifyLoop, PairsLandmarksThatAreOneThing) {
     const double range = (p - r.truth[3].translation()).norm();
     apart += (p - other_p).norm() > 0.03 + 4 * 1.4 * 1.4e-3 * range * range;
   }
-  EXPECT_EQ(own.size(), pairs.size()) << "none twice";
+  EXPECT_EQ(own.size(), pairs.size()) << "no landmark appears twice";
   EXPECT_EQ(other.size(), pairs.size());
   EXPECT_LE(apart, static_cast<int>(pairs.size()) / 10);
 }
 
-TEST_F(VerifyLoop, SaysTheSameTwice) {
+TEST_F(VerifyLoop, IsDeterministic) {
   const Revisit& r = revisit();
   const auto first = r.verify(4, 3), second = r.verify(4, 3);
   ASSERT_TRUE(first.match);
@@ -136,7 +136,7 @@ TEST_F(VerifyLoop, SaysTheSameTwice) {
             second.match->T_candidate_query.translation());
 }
 
-TEST_F(VerifyLoop, WantsTheQuerysNeighborsToAgree) {
+TEST_F(VerifyLoop, RequiresAgreementOfTheQuerysNeighbors) {
   LoopVerificationOptions options;
   options.min_neighbor_matches = 10000;
   const LoopVerification verification = revisit().verify(3, 3, options);
@@ -144,22 +144,20 @@ TEST_F(VerifyLoop, WantsTheQuerysNeighborsToAgree) {
   EXPECT_NE(verification.reason.find("neighbors"), std::string::npos) << verification.reason;
 }
 
-/// The true place, but three meters from where a way of some meters can have drifted to.
-TEST_F(VerifyLoop, RefusesMoreThanATrajectoryCanDriftButMergesMaps) {
+/// The true place, but three meters beyond the drift bound of a path of a few meters.
+TEST_F(VerifyLoop, RefusesACorrectionBeyondTheDriftBoundButMergesMaps) {
   const auto first = walk(office(), 0), second = walk(office(), 18);
   const Pose far(Eigen::Quaterniond::Identity(), {3, 0, 0});
   const LoopVerification loop = Revisit(first, second, small_camera(), far, false).verify(3, 3);
   EXPECT_FALSE(loop.match);
   EXPECT_NE(loop.reason.find("drift"), std::string::npos) << loop.reason;
   const LoopVerification merge = Revisit(first, second, small_camera(), far, true).verify(3, 3);
-  ASSERT_TRUE(merge.match) << "another component has no place that it could have drifted from: "
-                           << merge.reason;
+  ASSERT_TRUE(merge.match) << "a merge has no drift bound: " << merge.reason;
   EXPECT_FALSE(merge.match->same_component);
 }
 
-/// Another part of the room, into which one puts what stands within `radius` meters of where the
-/// first camera looks: the same desk with the same things on it, in other surroundings. Both
-/// cameras move alike.
+/// Another part of the room with a copy of all objects within `radius` [m] of the point that the
+/// first camera faces: the same desk with different surroundings. Both cameras move alike.
 std::vector<SimulatedFrame> with_desk_of(const std::vector<SimulatedFrame>& desk,
                                          const std::vector<SimulatedFrame>& room, double radius) {
   const Camera& camera = small_camera();
@@ -187,17 +185,16 @@ std::vector<SimulatedFrame> with_desk_of(const std::vector<SimulatedFrame>& desk
   return result;
 }
 
-/// Neither as a loop nor as the merge of two maps, even though the desk alone gives enough matches
-/// for a pose.
-TEST_F(VerifyLoop, TwoDesksOfOneKindCloseNone) {
+/// Neither a loop nor a merge is accepted, although the desk alone gives enough matches for a pose.
+TEST_F(VerifyLoop, TwoIdenticalDesksCloseNoLoop) {
   const auto here = walk(office(), 0), corner = walk(other_corner(), 0);
-  for (const double radius : {1.6, 2.0}) {  // 30 and 37 % of what the first camera sees
+  for (const double radius : {1.6, 2.0}) {  // 30 and 37 % of the first camera's view.
     for (const bool merge : {false, true}) {
       const Revisit r(here, with_desk_of(here, corner, radius), small_camera(),
                       Pose(Eigen::Quaterniond::Identity(), {3, 0, 0}), merge);
       for (std::size_t q = 0; q < kPlaces; ++q) {
         for (std::size_t c = 0; c < kPlaces; ++c) EXPECT_FALSE(r.verify(q, c).match) << q << c;
-        EXPECT_NE(r.verify(q, q).reason.find("should be seen"), std::string::npos)
+        EXPECT_NE(r.verify(q, q).reason.find("of the expected landmarks"), std::string::npos)
             << r.verify(q, q).reason;
       }
     }

@@ -9,7 +9,7 @@ namespace {
 
 using Nodes = std::span<const NodeKeypoint>;
 
-/// The part of the direct index that is about the first node; it is taken off the front.
+/// Removes and returns the entries of the first node of the direct index.
 Nodes take_node(Nodes& rest) {
   std::size_t end = 0;
   while (end < rest.size() && rest[end].node == rest.front().node) ++end;
@@ -30,7 +30,7 @@ void match_within(Nodes in_a, const Features& a, Nodes in_b, const Features& b,
   }
 }
 
-/// Leaves each keypoint of b to the nearest of those that want it.
+/// Keeps only the nearest match of each keypoint of b.
 void keep_nearest(std::vector<DescriptorMatch>& matches) {
   std::sort(matches.begin(), matches.end(), [](const DescriptorMatch& x, const DescriptorMatch& y) {
     return std::tie(x.b, x.distance, x.a) < std::tie(y.b, y.distance, y.a);

@@ -10,7 +10,7 @@ bool contains(std::span<const KeyframeId> sorted, KeyframeId id) {
   return std::binary_search(sorted.begin(), sorted.end(), id);
 }
 
-/// Score by keyframe, for those that may be candidates.
+/// Score by keyframe, for all possible candidates.
 using ScoreOf = std::map<KeyframeId, double>;
 
 ScoreOf eligible_scores(const Map& map, const PlaceIndex& index, const BowVector& query,
@@ -23,7 +23,7 @@ ScoreOf eligible_scores(const Map& map, const PlaceIndex& index, const BowVector
   return scores;
 }
 
-/// The keyframes of highest score, best first.
+/// Returns the keyframes of highest score, best first.
 std::vector<PlaceScore> best_of(const Map& map, const ScoreOf& scores, double min_score, int most) {
   std::vector<PlaceScore> best;
   for (const auto& [id, score] : scores) {
@@ -37,13 +37,13 @@ std::vector<PlaceScore> best_of(const Map& map, const ScoreOf& scores, double mi
   return best;
 }
 
-/// Keyframes of one place, and the best of them.
+/// Keyframes of one place and the best of them.
 struct Island {
   PlaceCandidate best;
   std::vector<KeyframeId> members;
 };
 
-/// The island around a keyframe.
+/// Returns the island around a keyframe.
 Island island_around(const Map& map, const PlaceScore& center, const ScoreOf& scores, int size) {
   Island island{{center.keyframe, center.score, center.score}, {center.keyframe}};
   int counted = 0;
@@ -61,7 +61,8 @@ Island island_around(const Map& map, const PlaceScore& center, const ScoreOf& sc
   return island;
 }
 
-/// Best first; an island whose best keyframe lies on a better island is part of that.
+/// Returns the candidates, best first; an island whose best keyframe lies on a better island
+/// belongs to that one.
 std::vector<PlaceCandidate> separate(const Map& map, std::vector<Island> islands) {
   std::sort(islands.begin(), islands.end(), [&](const Island& a, const Island& b) {
     if (a.best.island_score != b.best.island_score)
@@ -78,8 +79,8 @@ std::vector<PlaceCandidate> separate(const Map& map, std::vector<Island> islands
   return kept;
 }
 
-/// Of each component the best places, best first; the components by the score of their best
-/// keyframe.
+/// Returns the best places of each component, best first; components ordered by the score of their
+/// best keyframe.
 std::vector<std::vector<PlaceCandidate>> of_each_component(const Map& map,
                                                            const std::vector<PlaceCandidate>& all,
                                                            const PlaceQueryOptions& options) {
@@ -97,8 +98,8 @@ std::vector<std::vector<PlaceCandidate>> of_each_component(const Map& map,
   return components;
 }
 
-/// The first of each list, then the second of each ...
-std::vector<PlaceCandidate> by_turns(const std::vector<std::vector<PlaceCandidate>>& lists) {
+/// Returns the first of each list, then the second of each, and so on.
+std::vector<PlaceCandidate> interleaved(const std::vector<std::vector<PlaceCandidate>>& lists) {
   std::vector<PlaceCandidate> all;
   for (std::size_t rank = 0, before = 0; rank == 0 || all.size() != before; ++rank) {
     before = all.size();
@@ -147,7 +148,7 @@ const BagOfWords* PlaceIndex::find(KeyframeId id) const {
 }
 
 std::vector<PlaceScore> PlaceIndex::scores(const BowVector& query) const {
-  // Word by word, each keyframe's sum is made in the order of words.
+  // Every keyframe's sum is accumulated in the order of words, so it is deterministic.
   std::map<KeyframeId, double> sums;
   for (const WordWeight& w : query) {
     for (const Entry& entry : keyframes_with_[w.word])
@@ -167,7 +168,7 @@ std::vector<PlaceCandidate> find_places(const Map& map, const PlaceIndex& index,
   for (const PlaceScore& center : best_of(map, scores, min_score, options.max_scored))
     islands.push_back(island_around(map, center, scores, options.group));
   std::vector<PlaceCandidate> places =
-      by_turns(of_each_component(map, separate(map, std::move(islands)), options));
+      interleaved(of_each_component(map, separate(map, std::move(islands)), options));
   places.resize(std::min(places.size(), static_cast<std::size_t>(options.max_of_all)));
   return places;
 }

@@ -16,7 +16,7 @@ using ::testing::IsEmpty;
 
 constexpr std::size_t kWords = 64;
 
-/// A vocabulary whose words are known: the descriptor of word w falls into word w.
+/// A vocabulary with known words: the descriptor of word w belongs to word w.
 Descriptor descriptor_of(std::size_t word) {
   std::mt19937_64 rng(word + 1);
   return {rng(), rng(), rng(), rng()};
@@ -31,7 +31,7 @@ std::shared_ptr<const Vocabulary> known_words() {
                                             std::vector<float>(kWords, 1.0F));
 }
 
-/// Keyframes that show words; keyframes that follow one another share landmarks if told so.
+/// Keyframes with given words; consecutive keyframes share landmarks if requested.
 class PlaceIndexTest : public ::testing::Test {
  protected:
   KeyframeId add(const std::vector<std::size_t>& words, std::vector<float> weights = {},
@@ -49,7 +49,7 @@ class PlaceIndexTest : public ::testing::Test {
     return added.id;
   }
 
-  /// Lets two keyframes share landmarks at their first `count` keypoints.
+  /// Makes two keyframes share landmarks at their first `count` keypoints.
   void share(KeyframeId a, KeyframeId b, std::uint32_t count) {
     for (std::uint32_t i = 0; i < count; ++i) {
       const LandmarkId known = map_.at(a).landmarks[i];
@@ -74,7 +74,7 @@ class PlaceIndexTest : public ::testing::Test {
   struct IslandAndQuery {
     KeyframeId island, query;
   };
-  /// Three keyframes that hang together, the first most like the query.
+  /// Three covisible keyframes, the first most similar to the query.
   IslandAndQuery add_island_and_query() {
     const auto i1 = add({1, 2, 3, 4, 5, 30, 31, 32}), i2 = add({3, 4, 5, 6, 7, 33, 34, 35}),
                i3 = add({1, 2, 3, 40, 41, 42, 43, 44});
@@ -83,7 +83,7 @@ class PlaceIndexTest : public ::testing::Test {
     return {i1, add({1, 2, 3, 4, 5, 6, 7, 8})};
   }
 
-  /// All places but the keyframe itself.
+  /// Returns all places except the keyframe itself.
   std::vector<KeyframeId> places_like(KeyframeId query) const {
     const std::vector<KeyframeId> self = {query};
     return places(find_places(map_, index_, index_.find(query)->words, self, 0));
@@ -101,38 +101,38 @@ TEST_F(PlaceIndexTest, ScoresAreTheSimilaritiesOfTheBags) {
   EXPECT_EQ(score(a, c), 0);
 }
 
-TEST_F(PlaceIndexTest, WhatMovesDoesNotEnter) {
+TEST_F(PlaceIndexTest, MovingKeypointsAreNotIndexed) {
   const auto a = add({1, 2, 3, 4}), b = add({1, 2, 7, 8}, {0, 0, 1, 1});
-  EXPECT_EQ(score(a, b), 0) << "they share only what moves";
+  EXPECT_EQ(score(a, b), 0) << "they share only moving keypoints";
 }
 
-TEST_F(PlaceIndexTest, WhatWasErasedIsFoundNoMore) {
+TEST_F(PlaceIndexTest, ErasedKeyframesAreNotFound) {
   const auto a = add({1, 2, 3, 4}), b = add({1, 2, 3, 4}), c = add({1, 2, 3, 5});
   index_.erase(b);
   EXPECT_EQ(index_.find(b), nullptr);
   EXPECT_EQ(score(a, b), 0);
   map_.erase(c, a);
   EXPECT_THAT(places(find_places(map_, index_, index_.find(a)->words, {}, 0)), ElementsAre(a))
-      << "and a keyframe the map no longer holds is no candidate";
+      << "a keyframe that the map no longer contains is no candidate";
   index_.erase_missing(map_);
   EXPECT_EQ(index_.size(), 1U);
 }
 
-TEST_F(PlaceIndexTest, AnIslandBeatsALonelyKeyframeOfHigherScore) {
-  const auto lonely = add({1, 2, 3, 4, 5, 6, 20, 21});
+TEST_F(PlaceIndexTest, AnIslandBeatsASingleKeyframeOfHigherScore) {
+  const auto single = add({1, 2, 3, 4, 5, 6, 20, 21});
   const auto [island, query] = add_island_and_query();
   EXPECT_THAT(places_like(query), ElementsAre(island));
-  EXPECT_GT(score(query, lonely), score(query, island));
+  EXPECT_GT(score(query, single), score(query, island));
 }
 
-/// The same, but the lonely one is all there is of another map.
-TEST_F(PlaceIndexTest, AYoungMapsIslandNeedNotBeAsLargeAsAnOldOnes) {
-  const auto lonely = add({1, 2, 3, 4, 5, 6, 20, 21}, {}, 1);
+/// The same, but the single keyframe is another component.
+TEST_F(PlaceIndexTest, IslandsOfDifferentComponentsDoNotCompete) {
+  const auto single = add({1, 2, 3, 4, 5, 6, 20, 21}, {}, 1);
   const auto [island, query] = add_island_and_query();
-  EXPECT_THAT(places_like(query), ElementsAre(lonely, island));
+  EXPECT_THAT(places_like(query), ElementsAre(single, island));
 }
 
-TEST_F(PlaceIndexTest, WhatIsExcludedIsNeitherCandidateNorPartOfAnIsland) {
+TEST_F(PlaceIndexTest, ExcludedKeyframesAreNeitherCandidatesNorPartOfAnIsland) {
   const auto a = add({1, 2, 3, 4}), b = add({1, 2, 3, 5}), query = add({1, 2, 3, 6});
   share(a, b, 2);
   const std::vector<KeyframeId> excluded = {b, query};
@@ -141,20 +141,20 @@ TEST_F(PlaceIndexTest, WhatIsExcludedIsNeitherCandidateNorPartOfAnIsland) {
   EXPECT_DOUBLE_EQ(found[0].island_score, found[0].score);
 }
 
-TEST_F(PlaceIndexTest, EqualScoresComeInTheOrderOfMaking) {
+TEST_F(PlaceIndexTest, EqualScoresAreInCreationOrder) {
   const auto a = add({1, 2, 3}), b = add({1, 2, 3}), query = add({1, 2, 3});
   const std::vector<KeyframeId> self = {query};
   EXPECT_THAT(places(find_places(map_, index_, index_.find(query)->words, self, 0)),
               ElementsAre(a, b));
 }
 
-/// A walk past three places and back to the first.
+/// A path past three places and back to the first.
 class LoopDetectorTest : public PlaceIndexTest {
  protected:
   LoopDetectorTest() {
     for (std::size_t k = 0; k < 4; ++k) old_.push_back(walk({1, 2, 3, 4, 5, 6, 10 + k, 20 + k}));
     for (std::size_t k = 0; k < 4; ++k) walk({40, 41, 42, 43, 44, 45, 46 + k, 50 + k});
-    before_ = KeyframeId{};  // what follows shares no landmark with what was
+    before_ = KeyframeId{};  // Later keyframes share no landmark with earlier ones.
   }
 
   KeyframeId walk(const std::vector<std::size_t>& words) {
@@ -173,7 +173,7 @@ class LoopDetectorTest : public PlaceIndexTest {
   KeyframeId before_;
 };
 
-TEST_F(LoopDetectorTest, APlaceCountsWhenItIsFoundThreeTimesInARow) {
+TEST_F(LoopDetectorTest, APlaceIsAcceptedAfterThreeConsecutiveDetections) {
   LoopDetector detector(options());
   EXPECT_THAT(detector.detect(map_, index_, walk({1, 2, 3, 4, 5, 6, 10, 60})), IsEmpty());
   EXPECT_THAT(detector.detect(map_, index_, walk({1, 2, 3, 4, 5, 6, 11, 61})), IsEmpty());
@@ -182,7 +182,7 @@ TEST_F(LoopDetectorTest, APlaceCountsWhenItIsFoundThreeTimesInARow) {
   EXPECT_EQ(found[0].keyframe, old_[2]);
 }
 
-TEST_F(LoopDetectorTest, APlaceFoundWithAGapBetweenDoesNotCount) {
+TEST_F(LoopDetectorTest, APlaceFoundWithAGapIsNotAccepted) {
   LoopDetector detector(options());
   detector.detect(map_, index_, walk({1, 2, 3, 4, 5, 6, 10, 60}));
   detector.detect(map_, index_, walk({1, 2, 3, 4, 5, 6, 11, 61}));
@@ -190,7 +190,7 @@ TEST_F(LoopDetectorTest, APlaceFoundWithAGapBetweenDoesNotCount) {
   EXPECT_THAT(detector.detect(map_, index_, walk({1, 2, 3, 4, 5, 6, 12, 63})), IsEmpty());
 }
 
-TEST_F(LoopDetectorTest, TheSurroundingsAreNoLoop) {
+TEST_F(LoopDetectorTest, CovisibleKeyframesAreNoLoop) {
   LoopDetectorOptions at_once = options();
   at_once.consistent = 1;
   LoopDetector detector(at_once);
@@ -198,17 +198,17 @@ TEST_F(LoopDetectorTest, TheSurroundingsAreNoLoop) {
   EXPECT_FALSE(detector.detect(map_, index_, query).empty());
   for (const KeyframeId id : old_) share(id, query, 6);
   EXPECT_THAT(detector.detect(map_, index_, query), IsEmpty())
-      << "now the old place is where the camera knows to be";
+      << "the old place is now covisible with the query";
 }
 
-TEST_F(LoopDetectorTest, WhatLooksAlikeLessThanTheNeighborDoesNotCount) {
+TEST_F(LoopDetectorTest, ACandidateLessSimilarThanTheNeighborIsRejected) {
   LoopDetectorOptions at_once = options();
   at_once.consistent = 1;
   at_once.relative_score = 0.8;
   walk({1, 2, 30, 31, 32, 33, 34, 35});
   const auto query = walk({1, 2, 30, 31, 32, 33, 34, 36});
   EXPECT_THAT(LoopDetector(at_once).detect(map_, index_, query), IsEmpty());
-  at_once.relative_score = 0.2;  // two words of eight, against seven
+  at_once.relative_score = 0.2;  // Two common words of eight, against seven with the neighbor.
   EXPECT_FALSE(LoopDetector(at_once).detect(map_, index_, query).empty());
 }
 

@@ -9,7 +9,7 @@
 namespace stillmap {
 namespace {
 
-/// Per keypoint: its static weight, but 0 where it shows no landmark.
+/// Returns one weight per keypoint: its static weight, or 0 if it shows no landmark.
 std::vector<float> weights_of_landmarks(const Keyframe& keyframe) {
   std::vector<float> weights = keyframe.static_weight;
   for (std::size_t i = 0; i < weights.size(); ++i) {
@@ -18,7 +18,7 @@ std::vector<float> weights_of_landmarks(const Keyframe& keyframe) {
   return weights;
 }
 
-/// Keyframes of a component, those that show most landmarks first.
+/// Returns the keyframes of a component that show most landmarks.
 std::vector<KeyframeId> richest(const Map& map, std::uint32_t component, int most) {
   std::vector<std::pair<std::ptrdiff_t, KeyframeId>> shown;
   for (const KeyframeId id : keyframes_of(map, component)) {
@@ -66,7 +66,7 @@ std::optional<LoopMatch> Places::recognize(const Map& map, KeyframeId newest) {
   return match;
 }
 
-/// Whether a keyframe by itself shows a place of another component.
+/// Returns a verified merge that a single keyframe finds.
 std::optional<LoopMatch> Places::match_other_component(const Map& map, KeyframeId query) const {
   const BagOfWords* bag = index_.find(query);
   if (bag == nullptr) return std::nullopt;

@@ -11,36 +11,39 @@
 namespace stillmap {
 
 struct PlaceOptions {
-  bool loops = true;  ///< whether loops are closed, and maps joined
+  bool loops = true;  ///< Whether loops are closed and components merged.
   RelocalizerOptions relocalizer;
   LoopDetectorOptions detector;
   LoopVerificationOptions verification;
   LoopCorrectionOptions correction;
-  /// Whether every keyframe is held against the other maps by itself, and not only in a row.
+  /// Whether every single keyframe is compared with the other components, without requiring
+  /// consecutive detections.
   bool connect_at_once = true;
-  int connect_by = 20;  ///< keyframes of a map apart that are held against the others at the end
+  /// Number of keyframes of each separate component that are compared with the others at the end of
+  /// the run.
+  int connect_by = 20;
   STILLMAP_FIELDS(loops, relocalizer, detector, verification, correction, connect_at_once,
                   connect_by)
 };
 
-/// The places of a map, to be recognized by how they look. Belongs to the thread that owns the map.
+/// Place recognition for loop closing, merging and relocalization. Used by the thread that owns the
+/// map.
 class Places {
  public:
   explicit Places(const PlaceOptions& options);
 
-  /// Takes in a keyframe: those of its keypoints that show a landmark, for what shows none moves,
-  /// or has not been seen again. Forgets the keyframes that the map no longer holds.
+  /// Adds the keypoints of a keyframe that show a landmark; the others may be moving or were never
+  /// matched. Removes keyframes that the map no longer contains.
   void add(const Map& map, KeyframeId keyframe);
 
-  /// Whether the place of the keyframe added last has been seen before, in its own component (a
-  /// loop) or in another one; certain, or nothing.
+  /// Returns a verified loop or merge for the keyframe that was added last.
   std::optional<LoopMatch> recognize(const Map& map, KeyframeId newest);
 
-  /// Whether some keyframe of a component shows a place of another one: those of its keyframes that
-  /// show most landmarks are asked, each for itself, and not only in a row as they came.
+  /// Returns a verified merge of a component with another one. Its keyframes with most landmarks
+  /// are tried one by one, without requiring consecutive detections.
   std::optional<LoopMatch> connect(const Map& map, std::uint32_t component) const;
 
-  /// Where a frame of a lost camera was: see stillmap::relocalize().
+  /// Relocalizes a frame: see stillmap::relocalize().
   RelocalizationVerification find(const Map& map, const Frame& frame) const;
 
  private:
@@ -49,7 +52,7 @@ class Places {
   PlaceOptions options_;
   PlaceIndex index_;
   LoopDetector detector_;
-  std::uint32_t component_ = 0;  // of the keyframe asked about last
+  std::uint32_t component_ = 0;  // Component of the last query.
 };
 
 }  // namespace stillmap

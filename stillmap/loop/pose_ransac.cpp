@@ -10,7 +10,7 @@
 namespace stillmap {
 namespace {
 
-/// Whether a camera sees a point of its frame at a pixel.
+/// Returns whether a point in the camera frame projects near a pixel.
 bool seen_at(const Camera& camera, const Eigen::Vector3d& p_camera, const Eigen::Vector2d& uv,
              double scale, const PoseRansacOptions& options) {
   if (p_camera.z() < kNearPlane) return false;
@@ -29,7 +29,7 @@ std::vector<std::uint8_t> agreeing(const Camera& camera, std::span<const RigidPa
   return inlier;
 }
 
-/// Fitted to the pairs of the given indices.
+/// Returns the motion fitted to the pairs of the given indices.
 template <typename Indices>
 Pose fit_rigid(std::span<const RigidPair> pairs, const Indices& indices) {
   Eigen::Matrix3Xd a(3, indices.size()), b(3, indices.size());
@@ -40,7 +40,7 @@ Pose fit_rigid(std::span<const RigidPair> pairs, const Indices& indices) {
   return align_points(a, b);
 }
 
-/// Fits to all inliers again as long as that wins some.
+/// Refits to all inliers as long as their number grows.
 void polish(const Camera& camera, std::span<const RigidPair> pairs,
             const PoseRansacOptions& options, Consensus<Pose>& consensus) {
   constexpr int kRounds = 5;
@@ -59,7 +59,7 @@ void polish(const Camera& camera, std::span<const RigidPair> pairs,
   }
 }
 
-/// Poses from which the three pixels show their points.
+/// Returns the poses that project the three points to their pixels.
 std::vector<Pose> three_point_poses(const Camera& camera, std::span<const AbsolutePair> pairs,
                                     const std::array<std::size_t, 3>& sample) {
   std::vector<cv::Point3d> points;

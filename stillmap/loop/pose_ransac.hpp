@@ -10,38 +10,41 @@
 
 namespace stillmap {
 
-/// "These two are one thing", seen by cameras a and b, each with a place in its own camera's frame.
+/// A pair of corresponding points seen by cameras a and b.
 struct RigidPair {
-  Eigen::Vector3d p_a = Eigen::Vector3d::Zero(), p_b = Eigen::Vector3d::Zero();    ///< meters
+  Eigen::Vector3d p_a = Eigen::Vector3d::Zero(),
+                  p_b = Eigen::Vector3d::Zero();  ///< In the own camera frame [m].
   Eigen::Vector2d uv_a = Eigen::Vector2d::Zero(), uv_b = Eigen::Vector2d::Zero();  ///< pixels
-  double scale_a = 1, scale_b = 1;  ///< of the keypoints' pyramid levels
+  double scale_a = 1, scale_b = 1;  ///< Scale factors of the keypoints' pyramid levels.
 };
 
-/// "This pixel shows that point."
+/// A pair of a pixel and the point that it shows.
 struct AbsolutePair {
   Eigen::Vector3d p_world = Eigen::Vector3d::Zero();  ///< meters
   Eigen::Vector2d uv = Eigen::Vector2d::Zero();       ///< pixels
-  double scale = 1;                                   ///< of the keypoint's pyramid level
+  double scale = 1;  ///< Scale factor of the keypoint's pyramid level.
 };
 
 struct PoseRansacOptions {
   ConsensusOptions ransac;
-  double pixel_sigma = 1.5;  ///< reprojection error at level 0, that of a guess from few points
-  double chi2 = 9.21;        ///< inlier bound [sigma^2]: 99 % of two degrees of freedom
+  /// Standard deviation of the reprojection error of a pose from few points [pixels at level 0].
+  double pixel_sigma = 1.5;
+  /// Inlier bound: 99 % quantile of the chi-square distribution with two degrees of freedom.
+  double chi2 = 9.21;
   STILLMAP_FIELDS(ransac, pixel_sigma, chi2)
 };
 
-/// The rigid motion T_a_b that most pairs agree on: three pairs give one (Horn 1987, scale known),
-/// and a pair agrees if each camera sees the other's point where it sees its own. Judged by
-/// reprojection, because a depth's error grows with its square and a pixel's does not. At last
-/// fitted to all that agree.
+/// Returns the rigid motion T_a_b with most inliers, from samples of three pairs (Horn 1987, scale
+/// known). A pair is an inlier if both cameras see the other's point near their own pixel:
+/// reprojection is used because a depth error grows with the square of the depth. Finally fitted to
+/// all inliers.
 std::optional<Consensus<Pose>> find_rigid_motion(const Camera& camera,
                                                  std::span<const RigidPair> pairs,
                                                  const PoseRansacOptions& options = {});
 
-/// T_world_camera from pixels of known points, without any depth: three give up to four poses (Ke
-/// and Roumeliotis, An Efficient Algebraic Solution to the Perspective-Three-Point Problem, CVPR
-/// 2017, as in OpenCV), judged by reprojection.
+/// Returns T_world_camera from pixels of known points without depth: samples of three give up to
+/// four poses (Ke and Roumeliotis, An Efficient Algebraic Solution to the Perspective-Three-Point
+/// Problem, CVPR 2017, as in OpenCV), judged by reprojection.
 std::optional<Consensus<Pose>> find_absolute_pose(const Camera& camera,
                                                   std::span<const AbsolutePair> pairs,
                                                   const PoseRansacOptions& options = {});

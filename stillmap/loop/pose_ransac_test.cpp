@@ -11,12 +11,13 @@ namespace {
 double meters(const Pose& a, const Pose& b) { return (a.inverse() * b).translation().norm(); }
 double radians(const Pose& a, const Pose& b) { return (a.inverse() * b).angle(); }
 
-/// Things seen by two cameras, some paired wrongly.
+/// Points seen by two cameras, with some wrong pairs.
 struct TwoViews {
   Camera camera;
   Pose T_a_b;
   std::vector<RigidPair> pairs;
-  std::vector<AbsolutePair> pixels;  ///< the same, b as the world, seen by a
+  /// The same pairs with b as the world frame and a as the camera.
+  std::vector<AbsolutePair> pixels;
   std::vector<std::uint8_t> right;
 };
 
@@ -28,7 +29,7 @@ TwoViews two_views(unsigned seed, int count, double wrong_share, double pixel_si
   TwoViews views;
   views.T_a_b = synthetic::random_pose(rng, 0.4, 0.3);
   const Camera& camera = views.camera;
-  // A measured place: a pixel off by some, a depth off by a share of it.
+  // Adds pixel noise and a relative depth error.
   const auto measure = [&](const Eigen::Vector3d& p, Eigen::Vector2d& uv) -> Eigen::Vector3d {
     uv = camera.project(p) + pixel_sigma * Eigen::Vector2d(normal(rng), normal(rng));
     return camera.unproject(uv.x(), uv.y(), p.z() * (1 + depth_share * normal(rng)));
@@ -70,9 +71,9 @@ TEST(FindRigidMotion, IsExactWithoutNoise) {
   }
 }
 
-/// 70 % wrong, 0.7 pixels and 1 % of depth: one place is off by some 3 cm, and 20 to 30 are
-/// averaged, but a narrow group turns, and so shifts, by more.
-TEST(FindRigidMotion, StandsSeventyPerCentWrongPairs) {
+/// 70 % wrong pairs, 0.7 pixels and 1 % of depth noise: one point has an error of about 3 cm,
+/// averaged over 20 to 30 points, but a narrow group of points constrains the rotation less.
+TEST(FindRigidMotion, ToleratesSeventyPercentWrongPairs) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     const TwoViews views = two_views(seed, 100, 0.7, 0.7, 0.01);
     const auto found = find_rigid_motion(views.camera, views.pairs);
@@ -83,7 +84,7 @@ TEST(FindRigidMotion, StandsSeventyPerCentWrongPairs) {
   }
 }
 
-TEST(FindRigidMotion, FindsNothingWhereNothingFits) {
+TEST(FindRigidMotion, ReturnsNothingWithoutConsensus) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     const TwoViews views = two_views(seed, 100, 1, 0.7, 0.01);
     EXPECT_FALSE(find_rigid_motion(views.camera, views.pairs)) << seed;
@@ -91,7 +92,7 @@ TEST(FindRigidMotion, FindsNothingWhereNothingFits) {
   EXPECT_FALSE(find_rigid_motion(Camera{}, {}));
 }
 
-TEST(FindRigidMotion, DrawsFewerSamplesTheMoreAgree) {
+TEST(FindRigidMotion, DrawsFewerSamplesWithMoreInliers) {
   const auto samples = [](double wrong) {
     const TwoViews views = two_views(3, 200, wrong, 0.5, 0.005);
     return find_rigid_motion(views.camera, views.pairs)->iterations;
@@ -100,7 +101,7 @@ TEST(FindRigidMotion, DrawsFewerSamplesTheMoreAgree) {
   EXPECT_GT(samples(0.7), samples(0.1));
 }
 
-TEST(FindRigidMotion, TheSameSeedGivesTheSameBits) {
+TEST(FindRigidMotion, TheSameSeedGivesTheSameResult) {
   const TwoViews views = two_views(4, 150, 0.6, 0.7, 0.01);
   const auto first = find_rigid_motion(views.camera, views.pairs);
   const auto second = find_rigid_motion(views.camera, views.pairs);
@@ -108,19 +109,19 @@ TEST(FindRigidMotion, TheSameSeedGivesTheSameBits) {
   EXPECT_EQ(first->model.translation(), second->model.translation());
 }
 
-TEST(FindAbsolutePose, NeedsNoDepthOfTheCamera) {
+TEST(FindAbsolutePose, NeedsNoDepth) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     const TwoViews views = two_views(seed, 120, 0.5, 0.5, 0);
     const auto found = find_absolute_pose(views.camera, views.pixels);
     ASSERT_TRUE(found) << seed;
     EXPECT_LT(meters(found->model, views.T_a_b.inverse()), 0.08)
-        << seed;  // of three pixels, not of all
+        << seed;  // The pose comes from three pixels, not from all.
     EXPECT_LT(radians(found->model, views.T_a_b.inverse()), 0.04) << seed;
     EXPECT_LE(wrong_inliers(views, *found), 2) << seed;
   }
 }
 
-TEST(FindAbsolutePose, FindsNothingWhereNothingFits) {
+TEST(FindAbsolutePose, ReturnsNothingWithoutConsensus) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     const TwoViews views = two_views(seed, 100, 1, 0.7, 0.01);
     EXPECT_FALSE(find_absolute_pose(views.camera, views.pixels)) << seed;

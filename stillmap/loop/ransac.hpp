@@ -14,26 +14,27 @@
 namespace stillmap {
 
 struct ConsensusOptions {
-  int max_iterations = 500;   ///< samples drawn at most
-  double confidence = 0.999;  ///< of having drawn one sample of inliers only, to stop early
-  int min_inliers = 15;       ///< fewer: no answer
-  int seed = 1;               ///< of the drawing
+  int max_iterations = 500;  ///< Maximum number of samples.
+  /// Probability of at least one sample without outliers at which sampling stops [0..1].
+  double confidence = 0.999;
+  int min_inliers = 15;  ///< Minimum number of inliers of a result.
+  int seed = 1;          ///< Seed of the random generator.
   STILLMAP_FIELDS(max_iterations, confidence, min_inliers, seed)
 };
 
-/// What most of the data agree on.
+/// Model with the most inliers.
 template <typename Model>
 struct Consensus {
   Model model;
-  std::vector<std::uint8_t> inlier;  ///< one per datum
+  std::vector<std::uint8_t> inlier;  ///< One per datum.
   int inliers = 0;
-  int iterations = 0;  ///< samples drawn
+  int iterations = 0;  ///< Number of samples drawn.
 };
 
 namespace ransac_detail {
 
-/// `Size` different indices below `count`. Not by std::uniform_int_distribution, whose numbers are
-/// each library's own.
+/// Returns `Size` different indices below `count`. Avoids std::uniform_int_distribution, whose
+/// numbers depend on the standard library.
 template <std::size_t Size>
 std::array<std::size_t, Size> draw(std::size_t count, std::mt19937_64& random) {
   std::array<std::size_t, Size> sample{};
@@ -45,8 +46,8 @@ std::array<std::size_t, Size> draw(std::size_t count, std::mt19937_64& random) {
   return sample;
 }
 
-/// Samples needed to draw one of inliers only with the wished confidence (Fischler and Bolles
-/// 1981).
+/// Returns the number of samples needed to draw one without outliers at the given confidence
+/// (Fischler and Bolles 1981).
 inline double samples_needed(double inlier_share, std::size_t size, double confidence) {
   const double good = std::pow(inlier_share, static_cast<double>(size));
   if (good >= 1) return 1;
@@ -56,11 +57,11 @@ inline double samples_needed(double inlier_share, std::size_t size, double confi
 
 }  // namespace ransac_detail
 
-/// Random sample consensus (Fischler and Bolles, CACM 1981), seeded, with the number of samples
-/// adapted to the share of inliers. Nothing if no model has options.min_inliers.
-/// @param count    of data
+/// Random sample consensus (Fischler and Bolles, CACM 1981), seeded, with an adaptive number of
+/// samples. Returns nothing if no model has options.min_inliers.
+/// @param count    number of data
 /// @param propose  sample of `Size` indices -> models that fit it, std::vector<Model>
-/// @param judge    model -> which data agree, std::vector<std::uint8_t>
+/// @param judge    model -> inlier flag per datum, std::vector<std::uint8_t>
 template <std::size_t Size, typename Model, typename Propose, typename Judge>
 std::optional<Consensus<Model>> ransac(std::size_t count, const ConsensusOptions& options,
                                        Propose&& propose, Judge&& judge) {

@@ -8,7 +8,7 @@
 namespace stillmap {
 namespace {
 
-/// Keyframes of the other components, sorted by id.
+/// Returns the keyframes of all other components, sorted by id.
 std::vector<KeyframeId> outside(const Map& map, std::optional<std::uint32_t> component) {
   std::vector<KeyframeId> ids;
   if (!component) return ids;
@@ -27,7 +27,7 @@ std::vector<LandmarkId> landmarks_around(const Map& map, KeyframeId center, int 
   return landmarks_seen_by(map, keyframes);
 }
 
-/// An attempt at one candidate, step by step; a step that fails leaves its reason.
+/// One relocalization attempt in steps; a failed step sets its reason.
 class Attempt {
  public:
   Attempt(const Map& map, const ImageView& image, const Keyframe& candidate,
@@ -90,7 +90,7 @@ class Attempt {
     if (inliers < options_.min_inliers) return fail(fmt::format("{} landmarks agree", inliers));
     const int with_depth = solved_.solution.depth_inliers + solved_.contradicted;
     if (solved_.contradicted > options_.max_contradicted * with_depth)
-      return fail(fmt::format("{} of {} depths are others", solved_.contradicted, with_depth));
+      return fail(fmt::format("{} of {} depths disagree", solved_.contradicted, with_depth));
     return true;
   }
 
@@ -103,7 +103,7 @@ class Attempt {
         consistency_.blank <= options_.max_blank_share) {
       return true;
     }
-    return fail(fmt::format("{:.0f} % of what should be seen is, {:.0f} % lies where nothing is",
+    return fail(fmt::format("{:.0f} % of the expected landmarks matched, {:.0f} % in blank regions",
                             100 * consistency_.found, 100 * consistency_.blank));
   }
 
@@ -138,7 +138,7 @@ RelocalizationVerification relocalize(const Map& map, const PlaceIndex& index,
                                       std::optional<std::uint32_t> component) {
   const BagOfWords bag =
       index.vocabulary().transform(image.features.descriptors, image.static_weight);
-  RelocalizationVerification verification{std::nullopt, "nothing looks like it"};
+  RelocalizationVerification verification{std::nullopt, "no similar keyframe"};
   for (const PlaceCandidate& place :
        find_places(map, index, bag.words, outside(map, component), 0, options.query)) {
     verification =

@@ -11,7 +11,7 @@ namespace {
 using rendered::MapBuilder;
 using rendered::small_images;
 
-/// An office mapped from a short way along the desks, and frames of other ways.
+/// An office mapped along a short path at the desks, and frames of other paths.
 class Relocalize : public ::testing::Test {
  protected:
   struct World {
@@ -33,10 +33,10 @@ class Relocalize : public ::testing::Test {
     static const auto scene =
         std::make_shared<const Scene>(make_scene({.people = 0, .seed = 1001}));
     static const World made = [] {
-      const SimulatedSequence way = sequence(scene);
-      World w{scene, way.camera(), MapBuilder(way.camera())};
+      const SimulatedSequence path = sequence(scene);
+      World w{scene, path.camera(), MapBuilder(path.camera())};
       for (std::size_t i = 0; i < 12; ++i) {
-        const auto f = way.at(i);
+        const auto f = path.at(i);
         w.built.add(*f.frame, f.truth.T_world_camera);
       }
       return w;
@@ -50,9 +50,9 @@ class Relocalize : public ::testing::Test {
     return relocalize(world().built.map, world().built.index, {features, weights}, options);
   }
 
-  /// Landmarks are off by some millimeters (noise of depth), and many are averaged.
-  static void expect_right(const RelocalizationVerification& verification, const Pose& truth,
-                           double meters = 0.015, double radians = 0.006) {
+  /// Landmark errors are a few millimeters (depth noise), averaged over many.
+  static void expect_correct(const RelocalizationVerification& verification, const Pose& truth,
+                             double meters = 0.015, double radians = 0.006) {
     ASSERT_TRUE(verification.result) << verification.reason;
     const Pose error = truth.inverse() * verification.result->T_world_camera;
     EXPECT_LT(error.translation().norm(), meters);
@@ -60,27 +60,27 @@ class Relocalize : public ::testing::Test {
   }
 };
 
-TEST_F(Relocalize, FindsTheCameraOnAnotherWay) {
-  const SimulatedSequence way = sequence(world().scene, 77);
+TEST_F(Relocalize, FindsTheCameraOnAnotherPath) {
+  const SimulatedSequence path = sequence(world().scene, 77);
   for (std::size_t i = 20; i < 40; i += 3) {
     SCOPED_TRACE(i);
-    const auto f = way.at(i);
-    expect_right(find(rendered::extract(*f.frame)), f.truth.T_world_camera);
+    const auto f = path.at(i);
+    expect_correct(find(rendered::extract(*f.frame)), f.truth.T_world_camera);
   }
 }
 
 TEST_F(Relocalize, NeedsNoDepth) {
-  const SimulatedSequence way = sequence(world().scene, 77);
+  const SimulatedSequence path = sequence(world().scene, 77);
   for (std::size_t i = 20; i < 40; i += 5) {
     SCOPED_TRACE(i);
-    const auto f = way.at(i);
+    const auto f = path.at(i);
     Features features = rendered::extract(*f.frame);
     for (Keypoint& k : features.keypoints) k.depth = 0;
-    expect_right(find(features), f.truth.T_world_camera, 0.03, 0.01);
+    expect_correct(find(features), f.truth.T_world_camera, 0.03, 0.01);
   }
 }
 
-TEST_F(Relocalize, ThePoseHoldsRelativeToItsKeyframe) {
+TEST_F(Relocalize, ThePoseIsRelativeToItsKeyframe) {
   const auto f = sequence(world().scene, 77).at(22);
   const auto found = find(rendered::extract(*f.frame));
   ASSERT_TRUE(found.result);
@@ -89,8 +89,8 @@ TEST_F(Relocalize, ThePoseHoldsRelativeToItsKeyframe) {
   EXPECT_LT((again.inverse() * found.result->T_world_camera).log().norm(), 1e-9);
 }
 
-/// What the keypoints are said to show must lie where they are seen.
-TEST_F(Relocalize, SaysWhatTheKeypointsShow) {
+/// The assigned landmarks must project to their keypoints.
+TEST_F(Relocalize, AssignsLandmarksToKeypoints) {
   const auto f = sequence(world().scene, 77).at(25);
   const Features features = rendered::extract(*f.frame);
   const auto found = find(features);
@@ -109,15 +109,15 @@ TEST_F(Relocalize, SaysWhatTheKeypointsShow) {
   EXPECT_GT(shown, 100);
 }
 
-/// Half of the picture is taken for moving: what is there must not enter, and the rest suffices.
-TEST_F(Relocalize, StandsPeopleInTheView) {
+/// Half of the image is labeled moving: it must not be used, and the rest suffices.
+TEST_F(Relocalize, ToleratesPeopleInTheView) {
   const auto f = sequence(world().scene, 77).at(25);
   const Features features = rendered::extract(*f.frame);
   std::vector<float> weights;
   for (const Keypoint& k : features.keypoints) weights.push_back(k.u < 160 ? 0 : 1);
   const auto found = find(features, weights);
   ASSERT_TRUE(found.result) << found.reason;
-  expect_right(found, f.truth.T_world_camera, 0.03, 0.01);
+  expect_correct(found, f.truth.T_world_camera, 0.03, 0.01);
   for (std::size_t i = 0; i < features.size(); ++i) {
     if (weights[i] == 0) {
       EXPECT_FALSE(found.result->landmarks[i].valid());
@@ -125,20 +125,20 @@ TEST_F(Relocalize, StandsPeopleInTheView) {
   }
 }
 
-TEST_F(Relocalize, ComesToNothingWhereItHasNeverBeen) {
+TEST_F(Relocalize, FailsInAnUnknownPlace) {
   auto elsewhere = std::make_shared<Scene>(*world().scene);
   elsewhere->viewpoint.position = {5.2, 1.0, 1.45};
   elsewhere->viewpoint.target = {3.0, 0.1, 0.9};
-  const SimulatedSequence way = sequence(elsewhere, 77);
+  const SimulatedSequence path = sequence(elsewhere, 77);
   for (std::size_t i = 20; i < 40; i += 3) {
-    const auto found = find(rendered::extract(*way.at(i).frame));
+    const auto found = find(rendered::extract(*path.at(i).frame));
     EXPECT_FALSE(found.result);
     EXPECT_FALSE(found.reason.empty());
   }
   EXPECT_FALSE(find(Features{}).result);
 }
 
-TEST_F(Relocalize, KeepsToTheComponentAskedFor) {
+TEST_F(Relocalize, UsesOnlyTheRequestedComponent) {
   const auto f = sequence(world().scene, 77).at(22);
   const Features features = rendered::extract(*f.frame);
   const std::vector<float> weights(features.size(), 1);

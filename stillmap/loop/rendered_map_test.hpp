@@ -9,7 +9,7 @@
 #include <memory>
 #include <vector>
 
-/// Maps of rendered rooms with known poses, for the tests of this room.
+/// Maps of rendered rooms with known poses, for the tests of this module.
 namespace stillmap::rendered {
 
 inline SimulationOptions small_images(SimulationOptions options) {
@@ -17,20 +17,20 @@ inline SimulationOptions small_images(SimulationOptions options) {
   return options;
 }
 
-/// Features of 320 x 240 pictures.
+/// Extracts the features of a 320 x 240 image.
 inline Features extract(const RgbdFrame& frame) {
   OrbExtractor orb({.keypoints = 600});
   return orb.extract(frame.gray, frame.depth);
 }
 
-/// A map that grows keyframe by keyframe, as tracking and mapping would have made it at the poses
-/// it is told: landmarks of depth, seen again in the keyframes that follow.
+/// Builds a map keyframe by keyframe at given poses, as tracking and mapping would: landmarks from
+/// depth, observed again in later keyframes.
 class MapBuilder {
  public:
   explicit MapBuilder(const Camera& camera) : map(camera, PyramidShape{}) {}
 
-  /// Adds a frame at a pose. `new_component` cuts it off from those before, `new_track` only keeps
-  /// it from seeing their landmarks, as after long drift.
+  /// Adds a frame at a pose. `new_component` starts a new component; `new_track` only prevents
+  /// observations of earlier landmarks, as after long drift.
   KeyframeId add(const RgbdFrame& frame, const Pose& T_world_camera, bool new_component = false,
                  bool new_track = false) {
     Keyframe made;

@@ -14,7 +14,7 @@ bool observed_by(const Landmark& landmark, KeyframeId keyframe) {
                      [&](const Observation& o) { return o.keyframe == keyframe; });
 }
 
-/// Whether the keypoint's depth, where it has one, is the landmark's.
+/// Returns whether the keypoint has no depth or its disparity agrees with the landmark's.
 bool depth_agrees(const Map& map, const Keypoint& keypoint, double depth,
                   const FusionOptions& options) {
   if (keypoint.depth <= 0) return true;
@@ -22,8 +22,8 @@ bool depth_agrees(const Map& map, const Keypoint& keypoint, double depth,
   return std::abs(bf / keypoint.depth - bf / depth) < options.max_disparity;
 }
 
-/// Notes that keypoint i of the keyframe shows the landmark, merging if it already shows another
-/// one.
+/// Adds the observation of the landmark by keypoint i, or merges it with the landmark that this
+/// keypoint already shows. Returns 1 if the map changed, else 0.
 int join(Map& map, const Keyframe& keyframe, std::uint32_t i, LandmarkId id) {
   const LandmarkId shown = keyframe.landmarks[i];
   if (!shown.valid()) {
@@ -42,7 +42,7 @@ int join(Map& map, const Keyframe& keyframe, std::uint32_t i, LandmarkId id) {
 int fuse_into(Map& map, KeyframeId target, std::span<const LandmarkId> landmarks,
               const FusionOptions& options) {
   const Keyframe& keyframe = map.at(target);
-  const Viewpoint view(map.camera(), map.pyramid(), keyframe.T_world_camera);
+  const LandmarkProjector view(map.camera(), map.pyramid(), keyframe.T_world_camera);
   std::vector<ProjectionQuery> queries;
   std::vector<LandmarkId> ids;
   for (const LandmarkId id : landmarks) {
@@ -55,11 +55,12 @@ int fuse_into(Map& map, KeyframeId target, std::span<const LandmarkId> landmarks
   }
   ProjectionMatchOptions matching;
   matching.max_distance = options.max_distance;
-  matching.ratio = 1;  // a second, equally near keypoint is likely the same corner again
+  // A second match of equal distance is probably the same corner at another level.
+  matching.ratio = 1;
   const auto found = match_by_projection(queries, *keyframe.features, matching);
   int joined = 0;
   for (std::size_t q = 0; q < queries.size(); ++q) {
-    const Landmark* landmark = map.find(ids[q]);  // may have been merged away meanwhile
+    const Landmark* landmark = map.find(ids[q]);  // An earlier match may have merged it.
     if (!found[q] || landmark == nullptr) continue;
     const std::uint32_t keypoint = *found[q];
     const double depth = view.depth(landmark->p_world);

@@ -8,19 +8,21 @@
 namespace stillmap {
 
 struct FusionOptions {
-  int neighbors = 10;          ///< covisible keyframes to fuse with
-  double radius = 3.0;         ///< search radius around the projection [pixels at level 0]
-  int max_distance = 50;       ///< Hamming distance of two views of one thing
-  double max_disparity = 1.0;  ///< disagreement of seen and predicted disparity [pixels]
-  double min_view_cosine =
-      0.5;  ///< between the landmark's mean viewing direction and the present one
+  int neighbors = 10;   ///< Number of covisible keyframes whose landmarks are fused.
+  double radius = 3.0;  ///< Search radius around the projection [pixels at level 0].
+  /// Maximum Hamming distance between two descriptors of one landmark [bits].
+  int max_distance = 50;
+  /// Maximum difference between measured and predicted disparity [pixels].
+  double max_disparity = 1.0;
+  /// Minimum cosine of the angle between mean and current viewing direction.
+  double min_view_cosine = 0.5;
   STILLMAP_FIELDS(neighbors, radius, max_distance, max_disparity, min_view_cosine)
 };
 
-/// Looks for landmarks in a keyframe. A keypoint that shows nothing yet gains the landmark; where
-/// it shows another one, the two are merged into the one with more observations. Returns how many
-/// observations were gained or landmarks merged.
-/// @param landmarks  unknown ids are passed over
+/// Searches for landmarks in a keyframe. A keypoint without a landmark gains an observation; a
+/// keypoint that shows another landmark causes a merge into the landmark with more observations.
+/// Returns the number of gained observations and merged landmarks.
+/// @param landmarks  unknown ids are ignored
 int fuse_into(Map& map, KeyframeId keyframe, std::span<const LandmarkId> landmarks,
               const FusionOptions& options);
 

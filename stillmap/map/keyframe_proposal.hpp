@@ -7,26 +7,26 @@
 
 namespace stillmap {
 
-/// How often the tracker expected to see a landmark, and did; and whether it moves.
+/// Visibility statistics of a landmark, counted by the tracker.
 struct VisibilityCount {
   LandmarkId landmark;
   std::uint32_t predicted = 0, found = 0;
-  float static_log_odds = 0;  ///< by all frames so far
+  float static_log_odds = 0;  ///< Static log-odds after all frames so far.
 };
 
-/// What the tracker hands to the mapper: "keep this frame".
+/// Request of the tracker to the mapper: make this frame a keyframe.
 struct KeyframeProposal {
   FramePtr frame;
-  /// The keyframe the pose is relative to; invalid for the first one of a new map, whose pose is
-  /// then given in the world.
+  /// Keyframe that the pose is relative to; invalid for the first keyframe of a new component,
+  /// whose pose is given in the world frame.
   KeyframeId reference;
   Pose T_reference_camera;
-  std::vector<LandmarkId>
-      landmarks;  ///< per keypoint: what it shows; invalid where nothing is known
-  std::vector<VisibilityCount>
-      visibility_counts;  ///< since the proposal before; a landmark may come several times
-  /// With the first one of a new map: a keyframe of the one before, if that held the camera too
-  /// briefly to be kept; else invalid.
+  /// One per keypoint: the landmark that it shows, or an invalid id.
+  std::vector<LandmarkId> landmarks;
+  /// Counts since the previous proposal; a landmark may appear several times.
+  std::vector<VisibilityCount> visibility_counts;
+  /// For the first keyframe of a new component: a keyframe of the previous component if that one
+  /// tracked the camera too briefly to be kept; otherwise invalid.
   KeyframeId abandoned = {};
 };
 

@@ -10,7 +10,7 @@
 namespace stillmap {
 namespace {
 
-/// The reference, its neighbors, and the neighbors of the best of those; each once.
+/// Returns the reference, its neighbors, and the neighbors of its best neighbors, each once.
 std::vector<KeyframeId> neighborhood(const Map& map, KeyframeId reference,
                                      const LocalMapOptions& options) {
   const auto full = [&](const auto& chosen) {
@@ -53,7 +53,8 @@ LocalLandmark copy(const Landmark& landmark) {
 }  // namespace
 
 KeyframeId best_view(const Map& map, std::span<const LandmarkId> landmarks) {
-  std::map<std::uint32_t, std::pair<int, KeyframeId>> shown;  // by sequence
+  // Observation count and id by keyframe sequence number.
+  std::map<std::uint32_t, std::pair<int, KeyframeId>> shown;
   for (const LandmarkId id : landmarks) {
     const Landmark* landmark = id.valid() ? map.find(id) : nullptr;
     if (landmark == nullptr) continue;

@@ -9,7 +9,7 @@
 
 namespace stillmap {
 
-/// A landmark as the tracker needs it.
+/// The data of a landmark that the tracker needs; positions in the world frame [m].
 struct LocalLandmark {
   LandmarkId id;
   Eigen::Vector3d p_world;
@@ -20,24 +20,26 @@ struct LocalLandmark {
   float static_log_odds;
 };
 
-/// A keyframe as the tracker needs it.
+/// The data of a keyframe that the tracker needs.
 struct LocalKeyframe {
   KeyframeId id;
   Pose T_world_camera;
   FeaturesPtr features;
-  std::vector<LandmarkId> landmarks;  ///< per keypoint
+  std::vector<LandmarkId> landmarks;  ///< One per keypoint; invalid where it shows no landmark.
 };
 
-/// A published copy of the map around one keyframe: all that the tracker sees of the map. Never
-/// changed once made, so it needs no lock.
+/// Local map snapshot: an immutable copy of the map around one keyframe. It is all that the tracker
+/// reads of the map, so the map needs no lock.
 struct LocalMap {
-  std::size_t made_for_frame = 0;  ///< frame index of the reference; 0 for one of a run before
-  std::uint32_t component = 0;     ///< which of the unconnected maps
-  KeyframeId reference;            ///< the newest keyframe
-  std::vector<LocalKeyframe> keyframes;  ///< the reference first, then by shared landmarks
-  std::vector<LocalLandmark> landmarks;  ///< sorted by id
+  /// Frame index of the reference keyframe; 0 if it belongs to an earlier session.
+  std::size_t made_for_frame = 0;
+  std::uint32_t component = 0;  ///< Component of the reference keyframe.
+  KeyframeId reference;         ///< Keyframe in the center of the snapshot.
+  /// The reference comes first, then by descending number of shared landmarks.
+  std::vector<LocalKeyframe> keyframes;
+  std::vector<LocalLandmark> landmarks;  ///< Sorted by id.
   const LocalLandmark* find(LandmarkId id) const;
-  /// Its place in `landmarks`, where it must be.
+  /// Index in `landmarks` of a landmark that must be contained.
   std::size_t index(LandmarkId id) const {
     return static_cast<std::size_t>(find(id) - landmarks.data());
   }
@@ -47,14 +49,15 @@ struct LocalMap {
 using LocalMapPtr = std::shared_ptr<const LocalMap>;
 
 struct LocalMapOptions {
-  int max_keyframes = 60;  ///< covisible with the reference, and then those covisible with the best
-  int second_neighbors = 10;  ///< of how many of the best the neighbors are taken too
-  int min_shared = 10;        ///< landmarks that make two keyframes neighbors
+  /// Maximum number of keyframes: those covisible with the reference, then their neighbors.
+  int max_keyframes = 60;
+  int second_neighbors = 10;  ///< Number of best neighbors whose own neighbors are added.
+  int min_shared = 10;  ///< Minimum number of shared landmarks that makes two keyframes neighbors.
   STILLMAP_FIELDS(max_keyframes, second_neighbors, min_shared)
 };
 
-/// The keyframe that shows most of these landmarks (invalid ones are passed over), the newest of
-/// equals; invalid if none shows any.
+/// Returns the keyframe that observes most of these landmarks, the newest of equals; invalid if
+/// none does. Invalid ids are ignored.
 KeyframeId best_view(const Map& map, std::span<const LandmarkId> landmarks);
 
 /// Copies the part of the map that a camera near keyframe `reference` can see.

@@ -10,12 +10,12 @@
 namespace stillmap {
 namespace {
 
-/// The medoid is sought among this many descriptors, the newest: what is seen now matters, and the
-/// cost is quadratic.
+/// Number of newest descriptors among which the medoid is chosen; recent appearance matters most,
+/// and the cost is quadratic.
 constexpr std::size_t kMedoidSample = 16;
 
-/// Of several descriptors the one whose distances to the others add up to least; of equals the
-/// first.
+/// Returns the index of the descriptor with the least sum of distances to the others, the first of
+/// equals.
 std::size_t medoid(const std::vector<const Descriptor*>& descriptors) {
   std::size_t best = 0;
   int least = std::numeric_limits<int>::max();
@@ -30,7 +30,7 @@ std::size_t medoid(const std::vector<const Descriptor*>& descriptors) {
   return best;
 }
 
-/// The new numbers of ids, by slot.
+/// Returns the new ids, indexed by the old slot.
 template <typename Item>
 std::vector<decltype(Item::id)> numbers_of(const std::vector<Item>& items) {
   std::vector<decltype(Item::id)> numbers;
@@ -42,7 +42,7 @@ std::vector<decltype(Item::id)> numbers_of(const std::vector<Item>& items) {
   return numbers;
 }
 
-/// Gives everything the id of its place in the list, whatever slots were empty in between.
+/// Renumbers all ids to list positions, without the gaps of empty slots.
 void renumber_ids(MapContent& content) {
   const auto keyframes = numbers_of(content.keyframes);
   const auto landmarks = numbers_of(content.landmarks);
@@ -59,7 +59,7 @@ void renumber_ids(MapContent& content) {
   for (auto& [component, id] : content.first) id = keyframes[id.slot];
 }
 
-/// Numbers the components 0, 1, 2 ..., whichever were joined to others.
+/// Renumbers the components 0, 1, 2, ... without the gaps left by merges.
 void renumber_components(MapContent& content) {
   std::map<std::uint32_t, std::uint32_t> numbers;
   std::map<std::uint32_t, KeyframeId> first;
@@ -93,7 +93,8 @@ MapContent Map::content() const {
   keyframes_.for_each([&](const Keyframe& k) {
     content.keyframes.push_back(k);
     if (is_first(k.id)) content.first[k.component] = k.id;
-    content.first.emplace(k.component, k.id);  // where the first one is gone
+    // The oldest remaining keyframe, if the first one was erased.
+    content.first.emplace(k.component, k.id);
   });
   landmarks_.for_each([&](const Landmark& l) { content.landmarks.push_back(l); });
   renumber_ids(content);

@@ -17,85 +17,89 @@ namespace stillmap {
 using KeyframeId = Id<struct KeyframeTag>;
 using LandmarkId = Id<struct LandmarkTag>;
 
-/// "Keypoint `keypoint` of keyframe `keyframe` shows it."
+/// The observation of a landmark at keypoint `keypoint` of keyframe `keyframe`.
 struct Observation {
   KeyframeId keyframe;
   std::uint32_t keypoint = 0;
 };
 
-/// A frame kept for good: what it saw, and from where.
+/// A frame that is kept in the map with its pose and keypoints.
 struct Keyframe {
   KeyframeId id;
-  std::uint32_t sequence = 0;   ///< 0, 1, 2 ... in the order of their making
-  std::uint32_t component = 0;  ///< which of the unconnected maps it belongs to
-  std::uint32_t session = 0;    ///< the run that made it: a saved map may be extended by another
-  std::size_t frame_index = 0;  ///< in that run
-  double timestamp = 0;         ///< seconds
+  std::uint32_t sequence = 0;   ///< Creation order: 0, 1, 2, ...
+  std::uint32_t component = 0;  ///< Component of the map that it belongs to.
+  std::uint32_t session = 0;  ///< Run that created it; a saved map may be extended by another run.
+  std::size_t frame_index = 0;  ///< Frame index in that run.
+  double timestamp = 0;         ///< Time of the frame [s].
   Pose T_world_camera;
   FeaturesPtr features;
-  std::vector<float> static_weight;  ///< per keypoint: probability of being static, 0 = left out
-  std::vector<LandmarkId>
-      landmarks;  ///< per keypoint: what it shows; invalid where nothing is known
+  /// One per keypoint: probability of being static [0..1]; 0 excludes it.
+  std::vector<float> static_weight;
+  /// One per keypoint: the landmark that it shows, or an invalid id.
+  std::vector<LandmarkId> landmarks;
 };
 
-/// A point of the static world (map point).
+/// A 3D point of the static scene (map point).
 struct Landmark {
   LandmarkId id;
-  Eigen::Vector3d p_world = Eigen::Vector3d::Zero();  ///< meters
-  std::vector<Observation> observations;              ///< in the order they were made; never empty
-  Descriptor
-      descriptor{};  ///< of the observations' descriptors the one nearest to all others (medoid)
-  Eigen::Vector3d normal =
-      Eigen::Vector3d::UnitZ();  ///< mean direction from cameras to point, unit length
-  float min_distance = 0;  ///< meters: closer, its patch is larger than the finest level shows
-  float max_distance = 0;  ///< meters: farther, it is smaller than the coarsest level shows
-  std::uint32_t first_sequence = 0;  ///< Keyframe::sequence of its maker
-  std::uint32_t predicted = 1;       ///< frames in which the tracker expected to see it
-  std::uint32_t found = 1;           ///< frames in which the tracker did see it
-  float static_log_odds = 0;  ///< of its being static, by all frames so far; below 0: it moves
+  Eigen::Vector3d p_world = Eigen::Vector3d::Zero();  ///< Position in the world frame [m].
+  std::vector<Observation> observations;              ///< In creation order; never empty.
+  Descriptor descriptor{};                            ///< Medoid of the observations' descriptors.
+  /// Mean direction from the cameras to the point, unit length, world frame.
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+  /// Distance below which its patch is larger than the finest pyramid level resolves [m].
+  float min_distance = 0;
+  /// Distance above which its patch is smaller than the coarsest level resolves [m].
+  float max_distance = 0;
+  std::uint32_t first_sequence = 0;  ///< Keyframe::sequence of the keyframe that created it.
+  std::uint32_t predicted = 1;       ///< Number of frames in which the tracker expected it in view.
+  std::uint32_t found = 1;           ///< Number of frames in which the tracker matched it.
+  float static_log_odds = 0;  ///< Static log-odds after all frames so far; negative: it moves.
 };
 
-/// A keyframe that shares landmarks with another one, and how many.
+/// A covisible keyframe and the number of shared landmarks.
 struct Covisible {
   KeyframeId keyframe;
   int shared = 0;
 };
 
-/// All that makes a map, to be written or read. Ids say where in the lists something stands: slot
-/// i, generation 0.
+/// The complete content of a map for saving and loading. Ids are list positions: slot i, generation
+/// 0.
 struct MapContent {
   Camera camera;
   PyramidShape pyramid;
   std::vector<Keyframe> keyframes;
   std::vector<Landmark> landmarks;
-  std::map<std::uint32_t, KeyframeId> first;  ///< of each component: see Map::is_first()
+  /// First keyframe of each component: see Map::is_first().
+  std::map<std::uint32_t, KeyframeId> first;
 };
 
-/// Two keyframes that saw one place, between which the way was long.
+/// Two keyframes that are connected by a closed loop or a merge.
 struct LoopEdge {
   KeyframeId a, b;
 };
 
-/// The one owner of keyframes and landmarks. Synchronous, one thread at a time; other threads get
+/// Owner of all keyframes and landmarks. Synchronous, one thread at a time; other threads read
 /// snapshots (LocalMap). Invariant: landmark L lists observation (K, i) exactly if keyframe K lists
 /// L at keypoint i.
 class Map {
  public:
   Map(const Camera& camera, const PyramidShape& pyramid) : camera_(camera), pyramid_(pyramid) {}
-  /// A map made before, to be extended in a new session. The content must keep the invariant.
+  /// A map from an earlier run that a new session extends. The content must satisfy the invariant.
   explicit Map(MapContent content);
-  /// What it holds now, ids numbered anew in the same order; erased keyframes are forgotten.
+  /// Returns the current content, with ids renumbered in the same order and without erased
+  /// keyframes.
   MapContent content() const;
 
   const Camera& camera() const { return camera_; }
   const PyramidShape& pyramid() const { return pyramid_; }
-  /// The present run's, see Keyframe::session.
+  /// Session of the present run: see Keyframe::session.
   std::uint32_t session() const { return session_; }
 
-  /// Adds a keyframe without landmarks; id, sequence and session are given to it. Addresses stay
-  /// valid until erased.
+  /// Adds a keyframe without landmarks and sets its id, sequence and session. Its address stays
+  /// valid until it is erased.
   Keyframe& add_keyframe(Keyframe keyframe);
-  /// Adds a landmark seen at one keypoint (that shows nothing yet).
+  /// Adds a landmark with one observation, at a keypoint that shows no landmark yet.
   Landmark& add_landmark(const Eigen::Vector3d& p_world, const Observation& observation);
 
   const Keyframe* find(KeyframeId id) const { return keyframes_.find(id); }
@@ -115,54 +119,53 @@ class Map {
 
   void set_pose(KeyframeId id, const Pose& T_world_camera);
   void set_position(LandmarkId id, const Eigen::Vector3d& p_world);
-  /// Adds to the tracker's statistics of a landmark; unknown ids are passed over.
+  /// Adds to the visibility statistics of a landmark; unknown ids are ignored.
   void count_visibility(LandmarkId id, std::uint32_t predicted, std::uint32_t found);
-  /// What the frames so far say of its being static; an unknown id is passed over.
+  /// Sets the static log-odds of a landmark; unknown ids are ignored.
   void set_static_log_odds(LandmarkId id, float log_odds);
 
-  /// Notes that a keypoint shows a landmark. False, and nothing done, if the keypoint shows
-  /// something already or the keyframe sees the landmark elsewhere.
+  /// Adds an observation. Returns false and changes nothing if the keypoint already shows a
+  /// landmark or the keyframe already observes this landmark.
   bool observe(LandmarkId landmark, const Observation& observation);
-  /// Takes an observation back; a landmark without any is erased.
+  /// Removes an observation; a landmark without observations is erased.
   void forget(LandmarkId landmark, KeyframeId keyframe);
-  /// Makes two landmarks one: `keep` takes over the observations of `drop` (where a keyframe has
-  /// both, its own stays), which is erased.
+  /// Merges two landmarks: `keep` takes over the observations of `drop`, which is erased. Where a
+  /// keyframe observes both, the observation of `keep` stays.
   void merge(LandmarkId keep, LandmarkId drop);
   void erase(LandmarkId id);
-  /// Erases a keyframe and its observations. Frames that refer to it are henceforth placed relative
-  /// to `replacement`: see resolve().
+  /// Erases a keyframe and its observations. Poses relative to it are then resolved through
+  /// `replacement`: see resolve().
   void erase(KeyframeId id, KeyframeId replacement);
 
   /// Recomputes a landmark's descriptor, normal and distance range from its observations.
   void refresh(LandmarkId id);
 
-  /// The keyframes that share at least `min_shared` landmarks with `id`, most first, ties by
-  /// sequence.
+  /// Returns the keyframes that share at least `min_shared` landmarks with `id`, by descending
+  /// number, ties by sequence.
   std::vector<Covisible> covisible(KeyframeId id, int min_shared = 1) const;
 
-  /// Notes that a loop was closed, or two components joined, between two keyframes.
+  /// Records that a loop closure or a merge connects two keyframes.
   void add_loop(KeyframeId a, KeyframeId b) { loops_.push_back({a, b}); }
-  /// The loops closed so far, between current_keyframe keyframes: where one was erased its
-  /// replacement stands in.
+  /// Returns all recorded loops, with erased keyframes replaced: see current_keyframe().
   std::vector<LoopEdge> loops() const;
 
-  /// Ids of the components there are, sorted.
+  /// Returns the ids of all components, sorted.
   std::vector<std::uint32_t> components() const;
-  /// Moves a component as a whole: what was at p is at T p.
+  /// Applies T to all poses and landmarks of a component: p becomes T * p.
   void move_component(std::uint32_t component, const Pose& T);
-  /// Makes the keyframes of component `absorbed` some of component `kept`, where they are.
+  /// Assigns the keyframes of component `absorbed` to component `kept` without moving them.
   void join_components(std::uint32_t kept, std::uint32_t absorbed);
-  /// Erases a component with all that it holds. Its keyframes have no heirs.
+  /// Erases a component with its keyframes and landmarks. Its keyframes have no replacements.
   void erase_component(std::uint32_t component);
 
-  /// A pose given relative to a keyframe, in the world as it is now; works for erased keyframes
-  /// too, but not for those of an erased component.
+  /// Returns T_world_camera of a pose that is given relative to a keyframe. Works for erased
+  /// keyframes, but not for those of an erased component.
   Pose resolve(KeyframeId reference, const Pose& T_reference_camera) const;
-  /// Whether it is the first keyframe of its component, which holds the component's place in the
-  /// world.
+  /// Returns whether it is the first keyframe of its component, which defines the component's world
+  /// frame.
   bool is_first(KeyframeId id) const;
-  /// The current_keyframe keyframe that stands in for `id` (itself while it lives); invalid if its
-  /// component was erased.
+  /// Returns the keyframe that represents `id` now: itself, or its replacement if it was erased;
+  /// invalid if its component was erased.
   KeyframeId current_keyframe(KeyframeId id) const;
 
  private:
@@ -177,25 +180,25 @@ class Map {
   SlotMap<LandmarkTag, Landmark> landmarks_;
   std::uint32_t next_sequence_ = 0;
   std::uint32_t session_ = 0;
-  std::map<KeyframeId, Replacement> replacements_;  // of erased keyframes
+  std::map<KeyframeId, Replacement> replacements_;  // by erased keyframe
   std::map<std::uint32_t, KeyframeId> first_;       // by component
   std::vector<LoopEdge> loops_;                     // in the order they were closed
 };
 
-/// The keyframes of a component, in the order of their making.
+/// Returns the keyframes of a component in creation order.
 std::vector<KeyframeId> keyframes_of(const Map& map, std::uint32_t component);
 
-/// The number that no keyframe's component has reached yet: one more than the largest.
+/// Returns one more than the largest component id in use.
 std::uint32_t next_component(const Map& map);
 
-/// Gives keyframes new poses. A landmark moves along with the keyframe that saw it first.
+/// Sets new keyframe poses. A landmark moves with the first keyframe that observed it.
 void move_keyframes(Map& map, const std::map<KeyframeId, Pose>& T_world_camera);
 
-/// The landmarks that any of the keyframes sees, each once, sorted by id.
+/// Returns the landmarks that any of the keyframes observes, each once, sorted by id.
 std::vector<LandmarkId> landmarks_seen_by(const Map& map, std::span<const KeyframeId> keyframes);
 
-/// The pyramid level on which a landmark's patch appears at distance `range` (meters) if it fits
-/// level 0 at `max_distance`.
+/// Returns the pyramid level at which a landmark's patch appears at distance `range` [m], if it
+/// appears at level 0 at `max_distance` [m].
 int expected_level(const PyramidShape& pyramid, double max_distance, double range);
 
 }  // namespace stillmap

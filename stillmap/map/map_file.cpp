@@ -12,12 +12,12 @@ namespace stillmap {
 namespace {
 
 constexpr int kMaxSide = 8192;  // pixels
-constexpr int kMaxLevels = 32;  // of the pyramid
-constexpr double kHuge = 1e6;   // pixels, meters: more makes no sense
-/// Sequences, sessions and components count up by one: so many cannot have been.
+constexpr int kMaxLevels = 32;  // Maximum number of pyramid levels.
+constexpr double kHuge = 1e6;   // Bound on plausible coordinates [pixels or m].
+/// Bound on sequence, session and component numbers, which count up by one.
 constexpr std::uint32_t kMaxCount = 1U << 31;
 
-// ---- lists of structs, field by field: alike things side by side compress better
+// ---- Lists of structs are stored field by field, since similar values compress better together.
 
 template <typename Item, typename Field>
 void put_column(ByteWriter& out, const std::vector<Item>& items, Field&& field) {
@@ -33,11 +33,12 @@ void get_column(ByteReader& in, std::vector<Item>& items, Set&& set) {
   for (std::size_t i = 0; i < items.size(); ++i) set(items[i], column[i]);
 }
 
-/// Items to be filled column by column: no more than the bytes that are left can hold.
+/// Returns `count` items to be filled column by column. Fails if the remaining bytes cannot hold
+/// them.
 template <typename Item>
 std::vector<Item> get_items(ByteReader& in, std::size_t bytes_each) {
   const auto count = in.get<std::uint32_t>();
-  if (count > in.left() / bytes_each) in.fail("promises more than it holds");
+  if (count > in.left() / bytes_each) in.fail("declares more items than it contains");
   return std::vector<Item>(count);
 }
 
@@ -67,7 +68,7 @@ Camera get_camera(ByteReader& in) {
                      finite_within(c.cx, -kHuge, kHuge) && finite_within(c.cy, -kHuge, kHuge);
   if (!sized || !sharp || !c.distortion.allFinite() || !finite_within(c.baseline, 1e-6, kHuge) ||
       !std::isfinite(c.depth_factor) || !std::isfinite(c.fps)) {
-    in.fail("the camera's numbers make no sense");
+    in.fail("the camera parameters are invalid");
   }
   return c;
 }
@@ -78,7 +79,7 @@ PyramidShape get_pyramid(ByteReader& in) {
   pyramid.scale_factor = in.get<double>();
   if (!finite_within(pyramid.levels, 1, kMaxLevels) ||
       !finite_within(pyramid.scale_factor, 1.001, 4)) {
-    in.fail("the pyramid's numbers make no sense");
+    in.fail("the pyramid parameters are invalid");
   }
   return pyramid;
 }
@@ -99,7 +100,7 @@ void put_features(ByteWriter& out, const Features& features) {
   out.put_list(std::span<const Descriptor>(features.descriptors));
 }
 
-bool makes_sense(const Keypoint& p, const Camera& camera, const PyramidShape& pyramid) {
+bool is_valid(const Keypoint& p, const Camera& camera, const PyramidShape& pyramid) {
   return camera.contains(p.u, p.v, -1) && std::isfinite(p.angle) && std::isfinite(p.response) &&
          finite_within(p.depth, 0, kHuge) && p.level < pyramid.levels;
 }
@@ -115,7 +116,7 @@ FeaturesPtr get_features(ByteReader& in, const Camera& camera, const PyramidShap
   get_column<float>(in, keypoints, [](Keypoint& p, float x) { p.depth = x; });
   get_column<std::uint8_t>(in, keypoints, [](Keypoint& p, std::uint8_t x) { p.level = x; });
   for (const Keypoint& p : keypoints) {
-    if (!makes_sense(p, camera, pyramid)) in.fail("a keypoint makes no sense");
+    if (!is_valid(p, camera, pyramid)) in.fail("a keypoint is invalid");
   }
   features->descriptors = in.get_list<Descriptor>(keypoints.size());
   features->grid = KeypointGrid(keypoints, camera.width, camera.height);
@@ -137,14 +138,14 @@ Keyframe get_keyframe(ByteReader& in, MapContent& map) {
   k.id = {static_cast<std::uint32_t>(map.keyframes.size()), 0};
   for (std::uint32_t* count : {&k.sequence, &k.component, &k.session}) {
     *count = in.get<std::uint32_t>();
-    if (*count >= kMaxCount) in.fail("a keyframe's number makes no sense");
+    if (*count >= kMaxCount) in.fail("a keyframe number is out of range");
   }
   const bool first = in.get<std::uint8_t>() != 0;
   if (first && !map.first.emplace(k.component, k.id).second)
-    in.fail("a component begins with two keyframes");
+    in.fail("a component has two first keyframes");
   k.frame_index = in.get<std::uint64_t>();
   k.timestamp = in.get<double>();
-  if (!std::isfinite(k.timestamp)) in.fail("a time stamp is not finite");
+  if (!std::isfinite(k.timestamp)) in.fail("a timestamp is not finite");
   k.T_world_camera = get_pose(in);
   k.features = get_features(in, map.camera, map.pyramid);
   k.static_weight = in.get_planes<float>(k.features->size());
@@ -155,12 +156,12 @@ Keyframe get_keyframe(ByteReader& in, MapContent& map) {
   return k;
 }
 
-/// Sequences differ, and components count from 0 and have a first keyframe each.
+/// Checks that sequence numbers are unique and that every component from 0 on has a first keyframe.
 void check_numbers(const ByteReader& in, const MapContent& map) {
   std::set<std::uint32_t> sequences;
   for (const Keyframe& k : map.keyframes) {
     if (!sequences.insert(k.sequence).second) in.fail("two keyframes have the same number");
-    if (!map.first.contains(k.component)) in.fail("a component begins with no keyframe");
+    if (!map.first.contains(k.component)) in.fail("a component has no first keyframe");
   }
   if (!map.first.empty() && map.first.rbegin()->first + 1 != map.first.size())
     in.fail("a component is missing");
@@ -201,21 +202,22 @@ void put_landmarks(ByteWriter& out, const std::vector<Landmark>& landmarks) {
   put_observations(out, landmarks);
 }
 
-bool makes_sense(const Landmark& l) {
+bool is_valid(const Landmark& l) {
   return l.p_world.allFinite() && finite_within(l.normal.norm(), 0.9, 1.1) &&
          finite_within(l.min_distance, 0, kHuge) && finite_within(l.max_distance, 0, kHuge) &&
          l.first_sequence < kMaxCount && std::isfinite(l.static_log_odds);
 }
 
-/// Notes an observation on both sides, where it can be.
+/// Records an observation in the keyframe and the landmark, after checking that it is valid.
 void link(const ByteReader& in, MapContent& map, Landmark& landmark, const Observation& o) {
-  if (o.keyframe.slot >= map.keyframes.size()) in.fail("a landmark is seen by no keyframe");
+  if (o.keyframe.slot >= map.keyframes.size())
+    in.fail("an observation refers to a missing keyframe");
   auto& shown = map.keyframes[o.keyframe.slot].landmarks;
-  if (o.keypoint >= shown.size()) in.fail("a landmark is seen at no keypoint");
+  if (o.keypoint >= shown.size()) in.fail("an observation refers to a missing keypoint");
   if (shown[o.keypoint].valid()) in.fail("a keypoint shows two landmarks");
   const bool twice = std::any_of(landmark.observations.begin(), landmark.observations.end(),
                                  [&](const auto& other) { return other.keyframe == o.keyframe; });
-  if (twice) in.fail("a keyframe sees a landmark twice");
+  if (twice) in.fail("a keyframe observes a landmark twice");
   shown[o.keypoint] = landmark.id;
   landmark.observations.push_back(o);
 }
@@ -229,7 +231,7 @@ void get_observations(ByteReader& in, MapContent& map, const std::vector<std::ui
   for (std::uint32_t i = 0; i < counts.size(); ++i) {
     Landmark& landmark = map.landmarks[i];
     landmark.id = {i, 0};
-    if (counts[i] == 0) in.fail("a landmark is seen by nothing");
+    if (counts[i] == 0) in.fail("a landmark has no observation");
     for (std::uint32_t n = 0; n < counts[i]; ++n, ++next) {
       link(in, map, landmark, {{keyframes[next], 0}, keypoints[next]});
     }
@@ -252,7 +254,7 @@ void get_landmarks(ByteReader& in, MapContent& map) {
   get_column<Count>(in, landmarks, [](Landmark& l, Count x) { l.found = x; });
   get_column<float>(in, landmarks, [](Landmark& l, float x) { l.static_log_odds = x; });
   for (Landmark& l : landmarks) {
-    if (!makes_sense(l)) in.fail("a landmark makes no sense");
+    if (!is_valid(l)) in.fail("a landmark is invalid");
     l.descriptor = in.get<Descriptor>();
   }
   get_observations(in, map, counts);

@@ -9,20 +9,22 @@
 
 namespace stillmap {
 
-/// The layout of saved maps: docs/map_file.md. A new version for every change of it.
+/// Layout of saved maps: docs/map_file.md. Every change needs a new version number.
 constexpr SectionFormat kMapFormat{
-    "STILLMAP", 1, "saved map", "map the place anew with: stillmap run SEQUENCE --save-map FILE"};
+    "STILLMAP", 1, "saved map", "create the map again with: stillmap run SEQUENCE --save-map FILE"};
 
-/// A map as the sections CAMR, KEYF and LAND of a file. The same map gives the same bytes, and so
-/// does the map read back from them.
+/// Returns a map as the sections CAMR, KEYF and LAND. The same map gives the same bytes, and so
+/// does a map that was read from them.
 std::vector<Section> map_sections(const MapContent& content);
 
-/// The map in such sections; others are passed over. Throws Error for anything a Map could not be:
-/// a missing section, numbers that are not finite or out of range, references to nothing.
-/// @param where  the file's name, for messages
+/// Returns the map in these sections; other sections are ignored. Throws Error for content that
+/// violates the map's invariant: a missing section, numbers that are not finite or out of range,
+/// invalid references.
+/// @param where  file name for error messages
 MapContent map_from_sections(const std::vector<Section>& sections, const std::string& where);
 
-/// A reader of the section of a name, which must outlive it. Throws Error if there is none.
+/// Returns a reader of the named section, which must outlive it. Throws Error if the section is
+/// missing.
 ByteReader section_reader(const std::vector<Section>& sections, std::string_view name,
                           const std::string& where);
 

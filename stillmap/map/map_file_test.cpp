@@ -25,8 +25,8 @@ Camera small_camera() {
   return camera;
 }
 
-/// A map with everything that a map can hold: two components and one that was joined, gaps where
-/// keyframes and landmarks were erased, numbers with all their digits.
+/// A map with everything that can occur: two components and a merged one, gaps of erased keyframes
+/// and landmarks, numbers with all digits.
 class MapFile : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -133,7 +133,7 @@ void expect_same(const MapContent& a, const MapContent& b) {
   EXPECT_EQ(a.pyramid.scale_factor, b.pyramid.scale_factor);
 }
 
-/// The invariant that Map promises, and every use that a map is put to.
+/// Checks the invariant of Map and exercises every function that reads a map.
 void expect_usable(Map& map) {
   std::vector<LandmarkId> landmarks;
   map.for_each_landmark([&](const Landmark& l) {
@@ -152,7 +152,7 @@ void expect_usable(Map& map) {
   for (const LandmarkId id : landmarks) map.refresh(id);
 }
 
-std::string complaint(const std::vector<Section>& sections) {
+std::string error_of(const std::vector<Section>& sections) {
   try {
     Map map(map_from_sections(sections, "a.map"));
     expect_usable(map);
@@ -164,47 +164,48 @@ std::string complaint(const std::vector<Section>& sections) {
   return "";
 }
 
-TEST_F(MapFile, GivesBackTheMapToTheLastBit) {
+TEST_F(MapFile, RoundTripIsBitExact) {
   const auto sections = map_sections(map_.content());
   Map read(map_from_sections(sections, ""));
   expect_same(map_.content(), read.content());
-  EXPECT_EQ(map_sections(read.content()), sections) << "and that is written as the same bytes";
+  EXPECT_EQ(map_sections(read.content()), sections)
+      << "writing the loaded map gives the same bytes";
   expect_usable(read);
 }
 
-TEST_F(MapFile, GoesOnWhereTheMapEnded) {
+TEST_F(MapFile, LoadedMapContinuesInANewSession) {
   const auto before = map_.content();
   Map read(map_from_sections(map_sections(map_.content()), ""));
   const Keyframe& added = read.add_keyframe(before.keyframes.front());
   EXPECT_EQ(added.sequence, before.keyframes.back().sequence + 1);
-  EXPECT_EQ(added.session, 1U) << "those before are of session 0";
+  EXPECT_EQ(added.session, 1U) << "the loaded keyframes belong to session 0";
   EXPECT_EQ(make_local_map(read, added.id, {})->made_for_frame, added.frame_index);
   EXPECT_EQ(make_local_map(read, before.keyframes.back().id, {})->made_for_frame, 0U)
       << "frames of another run are not comparable";
 }
 
-TEST_F(MapFile, NumbersWithoutGaps) {
+TEST_F(MapFile, ContentIsNumberedWithoutGaps) {
   const auto content = map_.content();
   ASSERT_EQ(content.keyframes.size(), 4U);
-  EXPECT_EQ(content.keyframes[1].sequence, 2U) << "sequence numbers stay";
-  EXPECT_EQ(content.keyframes[2].component, 1U) << "components 0 and 2 are 0 and 1";
+  EXPECT_EQ(content.keyframes[1].sequence, 2U) << "sequence numbers are kept";
+  EXPECT_EQ(content.keyframes[2].component, 1U) << "components 0 and 2 are renumbered 0 and 1";
   EXPECT_EQ(content.first.at(1), content.keyframes[2].id);
 }
 
-TEST_F(MapFile, AnEmptyMapIsAMap) {
+TEST_F(MapFile, AnEmptyMapIsValid) {
   const Map empty(small_camera(), PyramidShape{});
   EXPECT_EQ(map_from_sections(map_sections(empty.content()), "").keyframes.size(), 0U);
 }
 
-TEST_F(MapFile, AMissingSectionIsTold) {
+TEST_F(MapFile, AMissingSectionIsAnError) {
   auto sections = map_sections(map_.content());
   sections.pop_back();
-  EXPECT_THAT(complaint(sections), HasSubstr("no section LAND"));
+  EXPECT_THAT(error_of(sections), HasSubstr("no section LAND"));
 }
 
-// Checksums do not help against a program that writes nonsense: what they let through must be an
-// Error, or a map that holds what a map promises.
-TEST_F(MapFile, NoAlteredByteMakesABrokenMap) {
+// Checksums do not protect against a faulty writer: every altered byte must give an Error or a map
+// that satisfies the invariant.
+TEST_F(MapFile, AnAlteredByteNeverGivesAnInvalidMap) {
   const auto sections = map_sections(map_.content());
   std::size_t refused = 0;
   for (std::size_t s = 0; s < sections.size(); ++s) {
@@ -212,28 +213,28 @@ TEST_F(MapFile, NoAlteredByteMakesABrokenMap) {
       for (const int bits : {0x01, 0x10, 0x80, 0xff}) {
         auto altered = sections;
         altered[s].bytes[i] = static_cast<char>(altered[s].bytes[i] ^ bits);
-        refused += !complaint(altered).empty();
+        refused += !error_of(altered).empty();
       }
     }
   }
   EXPECT_GT(refused, 300U);
 }
 
-TEST_F(MapFile, NoOtherLengthMakesAMap) {
+TEST_F(MapFile, AWrongLengthIsAnError) {
   const auto sections = map_sections(map_.content());
   for (std::size_t s = 0; s < sections.size(); ++s) {
     for (std::size_t size = 0; size < sections[s].bytes.size(); ++size) {
       auto altered = sections;
       altered[s].bytes.resize(size);
-      EXPECT_NE(complaint(altered), "") << s << " cut to " << size;
+      EXPECT_NE(error_of(altered), "") << s << " cut to " << size;
     }
     auto altered = sections;
     altered[s].bytes += '\0';
-    EXPECT_THAT(complaint(altered), HasSubstr("1 bytes too many"));
+    EXPECT_THAT(error_of(altered), HasSubstr("1 bytes too many"));
   }
 }
 
-TEST_F(MapFile, NoScrambledBytesMakeABrokenMap) {
+TEST_F(MapFile, RandomBytesNeverGiveAnInvalidMap) {
   const auto sections = map_sections(map_.content());
   for (int round = 0; round < 3000; ++round) {
     auto altered = sections;
@@ -241,7 +242,7 @@ TEST_F(MapFile, NoScrambledBytesMakeABrokenMap) {
     for (std::uint64_t n = random_() % 20; n > 0; --n) {
       bytes[random_() % bytes.size()] = static_cast<char>(random_());
     }
-    complaint(altered);
+    error_of(altered);
   }
 }
 

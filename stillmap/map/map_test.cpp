@@ -33,7 +33,7 @@ class MapTest : public ::testing::Test {
   LandmarkId landmark(KeyframeId keyframe, std::uint32_t keypoint) {
     return map_.add_landmark({0, 0, 2}, {keyframe, keypoint}).id;
   }
-  /// The invariant that Map promises.
+  /// Checks the invariant of Map.
   void expect_consistent() const {
     map_.for_each_keyframe([&](const Keyframe& k) {
       for (std::uint32_t i = 0; i < k.landmarks.size(); ++i) {
@@ -58,16 +58,16 @@ class MapTest : public ::testing::Test {
   Map map_{camera_, PyramidShape{}};
 };
 
-TEST_F(MapTest, AKeypointShowsOneThingAndAKeyframeSeesItOnce) {
+TEST_F(MapTest, AKeypointShowsOneLandmarkAndAKeyframeObservesItOnce) {
   const auto a = keyframe(), b = keyframe();
   const auto l = landmark(a, 3), m = landmark(a, 4);
   EXPECT_TRUE(map_.observe(l, {b, 5}));
-  EXPECT_FALSE(map_.observe(m, {b, 5})) << "the keypoint shows l";
-  EXPECT_FALSE(map_.observe(l, {b, 6})) << "b sees l already";
+  EXPECT_FALSE(map_.observe(m, {b, 5})) << "the keypoint already shows l";
+  EXPECT_FALSE(map_.observe(l, {b, 6})) << "b already observes l";
   expect_consistent();
 }
 
-TEST_F(MapTest, MergingMovesObservationsAndKeepsTheKeepersOwn) {
+TEST_F(MapTest, MergingMovesObservationsAndKeepsExistingOnes) {
   const auto a = keyframe(), b = keyframe(), c = keyframe();
   const auto keep = landmark(a, 1), drop = landmark(a, 2);
   map_.observe(keep, {b, 1});
@@ -81,7 +81,7 @@ TEST_F(MapTest, MergingMovesObservationsAndKeepsTheKeepersOwn) {
   expect_consistent();
 }
 
-TEST_F(MapTest, ALandmarkThatNobodySeesIsGone) {
+TEST_F(MapTest, ALandmarkWithoutObservationsIsErased) {
   const auto a = keyframe(), b = keyframe();
   const auto l = landmark(a, 1);
   map_.observe(l, {b, 1});
@@ -93,17 +93,17 @@ TEST_F(MapTest, ALandmarkThatNobodySeesIsGone) {
   expect_consistent();
 }
 
-TEST_F(MapTest, AnIdNeverComesToMeanSomethingElse) {
+TEST_F(MapTest, AnErasedIdIsNeverReused) {
   const auto a = keyframe();
   const auto old = landmark(a, 1);
   map_.erase(old);
   const auto fresh = landmark(a, 1);
-  EXPECT_EQ(fresh.slot, old.slot) << "the slot is used again, so that memory stays bounded";
+  EXPECT_EQ(fresh.slot, old.slot) << "the slot is reused, so memory stays bounded";
   EXPECT_EQ(map_.find(old), nullptr);
   EXPECT_NE(map_.find(fresh), nullptr);
 }
 
-TEST_F(MapTest, FramesOfAnErasedKeyframeMoveWithItsHeir) {
+TEST_F(MapTest, FramesOfAnErasedKeyframeFollowItsReplacement) {
   const Pose at_a(so3_exp({0, 0.1, 0}), {1, 0, 0}), at_b(so3_exp({0.2, 0, 0}), {1, 2, 0});
   const auto a = keyframe(at_a), b = keyframe(at_b);
   const Pose T_b_frame(so3_exp({0, 0, 0.3}), {0.1, 0, 0});
@@ -118,7 +118,7 @@ TEST_F(MapTest, FramesOfAnErasedKeyframeMoveWithItsHeir) {
   expect_consistent();
 }
 
-TEST_F(MapTest, CovisibleKeyframesComeByWhatTheyShare) {
+TEST_F(MapTest, CovisibleKeyframesAreSortedBySharedLandmarks) {
   const auto a = keyframe(), b = keyframe(), c = keyframe(), alone = keyframe();
   for (std::uint32_t i = 0; i < 6; ++i) {
     const auto l = landmark(a, i);
@@ -135,7 +135,7 @@ TEST_F(MapTest, CovisibleKeyframesComeByWhatTheyShare) {
   EXPECT_TRUE(map_.covisible(alone).empty());
 }
 
-TEST_F(MapTest, TheBestViewShowsMostLandmarksAndIsNew) {
+TEST_F(MapTest, TheBestViewShowsMostLandmarksAndIsTheNewest) {
   const auto a = keyframe(), b = keyframe(), c = keyframe();
   std::vector<LandmarkId> seen = {LandmarkId{}};
   for (std::uint32_t i = 0; i < 4; ++i) {
@@ -145,11 +145,11 @@ TEST_F(MapTest, TheBestViewShowsMostLandmarksAndIsNew) {
   }
   EXPECT_EQ(best_view(map_, seen), a);
   seen.pop_back();
-  EXPECT_EQ(best_view(map_, seen), c) << "all three show the rest";
+  EXPECT_EQ(best_view(map_, seen), c) << "all three observe the rest";
   EXPECT_FALSE(best_view(map_, std::span(seen).first(1)).valid());
 }
 
-TEST_F(MapTest, TheDescriptorIsTheOneNearestToTheOthers) {
+TEST_F(MapTest, TheDescriptorIsTheMedoid) {
   const auto a = keyframe(), b = keyframe(), c = keyframe();
   const auto l = landmark(a, 0);  // 0b00000
   map_.observe(l, {b, 1});        // 0b00001
@@ -158,14 +158,14 @@ TEST_F(MapTest, TheDescriptorIsTheOneNearestToTheOthers) {
   EXPECT_EQ(map_.at(l).descriptor, (Descriptor{1, 0, 0, 0}));
 }
 
-TEST_F(MapTest, TheFirstKeyframeOfEachComponentHoldsIt) {
+TEST_F(MapTest, EachComponentHasAFirstKeyframe) {
   const auto a = keyframe(), b = keyframe(), other = keyframe({}, 1);
   EXPECT_TRUE(map_.is_first(a));
   EXPECT_FALSE(map_.is_first(b));
   EXPECT_TRUE(map_.is_first(other));
 }
 
-TEST_F(MapTest, ALocalMapHoldsTheNeighborsAndNothingElse) {
+TEST_F(MapTest, ALocalMapHoldsOnlyTheNeighbors) {
   const auto a = keyframe(), b = keyframe(), far = keyframe();
   std::vector<LandmarkId> shared;
   for (std::uint32_t i = 0; i < 12; ++i) {
@@ -184,12 +184,12 @@ TEST_F(MapTest, ALocalMapHoldsTheNeighborsAndNothingElse) {
   EXPECT_EQ(local->find(shared[0])->observations, 2);
 }
 
-TEST_F(MapTest, ALandmarkIsExpectedWhereItProjectsAndOnlyIfItCanBeSeen) {
+TEST_F(MapTest, ALandmarkIsExpectedAtItsProjectionIfVisible) {
   const auto a = keyframe();
   const Landmark& l = map_.at(landmark(a, 0));  // at (0, 0, 2), seen from the origin on level 0
   const PyramidShape pyramid;
   const auto from = [&](const Pose& pose) {
-    return Viewpoint(camera_, pyramid, pose).expect(l, 4, 0.5);
+    return LandmarkProjector(camera_, pyramid, pose).expect(l, 4, 0.5);
   };
   const auto ahead = from(Pose());
   ASSERT_TRUE(ahead.has_value());
@@ -200,10 +200,10 @@ TEST_F(MapTest, ALandmarkIsExpectedWhereItProjectsAndOnlyIfItCanBeSeen) {
 
   EXPECT_FALSE(from(Pose(Eigen::Quaterniond::Identity(), {0, 0, 3}))) << "behind";
   EXPECT_FALSE(from(Pose(Eigen::Quaterniond::Identity(), {4, 0, 0}))) << "outside the image";
-  EXPECT_FALSE(from(Pose(so3_exp({0, M_PI, 0}), {0, 0, 4}))) << "from behind it";
+  EXPECT_FALSE(from(Pose(so3_exp({0, M_PI, 0}), {0, 0, 4}))) << "from the back";
   const auto nearer = from(Pose(Eigen::Quaterniond::Identity(), {0, 0, 2 - 2 / 1.44}));
   ASSERT_TRUE(nearer.has_value());
-  EXPECT_EQ(nearer->min_level, 1) << "1.44 times nearer: two levels up";
+  EXPECT_EQ(nearer->min_level, 1) << "1.44 times nearer is two levels up";
 }
 
 }  // namespace

@@ -7,15 +7,15 @@
 
 namespace stillmap {
 
-/// Where a lost camera was, by what it saw: what the map's side hands to the tracker.
+/// Result of a relocalization, handed from mapping to the tracker.
 struct RelocalizationResult {
-  FramePtr frame;           ///< that was recognized; the camera has moved on since
-  LocalMapPtr local_map;    ///< around the place
-  Pose T_reference_camera;  ///< of the frame, relative to local_map->reference; holds while the map
-                            ///< moves
-  std::vector<LandmarkId>
-      landmarks;    ///< per keypoint: what it shows; invalid where nothing is known
-  int inliers = 0;  ///< keypoints that show a landmark
+  FramePtr frame;         ///< Frame that was relocalized; the camera has moved on since.
+  LocalMapPtr local_map;  ///< Local map snapshot around the recognized keyframe.
+  /// Pose of the frame relative to local_map->reference; stays valid when the map is corrected.
+  Pose T_reference_camera;
+  /// One per keypoint: the landmark that it shows, or an invalid id.
+  std::vector<LandmarkId> landmarks;
+  int inliers = 0;  ///< Number of keypoints that show a landmark.
 };
 
 }  // namespace stillmap

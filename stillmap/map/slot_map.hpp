@@ -10,8 +10,8 @@
 
 namespace stillmap {
 
-/// Names one element of a SlotMap for good: a slot is reused, its generation is not, so the id of
-/// something erased never comes to mean something else. Ordered by slot.
+/// Permanent id of an element of a SlotMap. Slots are reused with a new generation, so the id of an
+/// erased element never refers to another one. Ordered by slot.
 template <typename Tag>
 struct Id {
   static constexpr std::uint32_t kNone = 0xffffffffu;
@@ -22,14 +22,14 @@ struct Id {
   auto operator<=>(const Id&) const = default;
 };
 
-/// Owns elements by id: constant-time access, addresses that stay, memory bounded by the largest
-/// number alive at one time, iteration in the order of slots (hence the same in every run).
+/// Container with ids: constant-time access, stable addresses, memory bounded by the largest number
+/// of simultaneous elements, iteration in slot order (the same in every run).
 template <typename Tag, typename T>
 class SlotMap {
  public:
   using Key = Id<Tag>;
 
-  /// Makes an element; `make(id)` yields it.
+  /// Adds the element that `make(id)` returns.
   template <typename Make>
   T& emplace(Make&& make) {
     std::uint32_t slot;
@@ -61,7 +61,7 @@ class SlotMap {
   T* find(Key id) { return contains(id) ? &*slots_[id.slot].value : nullptr; }
   const T* find(Key id) const { return contains(id) ? &*slots_[id.slot].value : nullptr; }
   std::size_t size() const { return size_; }
-  /// One more than the largest slot in use so far: for tables indexed by slot.
+  /// Returns one more than the largest slot ever used, for tables indexed by slot.
   std::size_t capacity() const { return slots_.size(); }
 
   template <typename F>

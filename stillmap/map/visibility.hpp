@@ -7,25 +7,25 @@
 
 namespace stillmap {
 
-/// A camera at a place, prepared for projecting many landmarks.
-class Viewpoint {
+/// A camera at a fixed pose, prepared for projecting many landmarks.
+class LandmarkProjector {
  public:
-  Viewpoint(const Camera& camera, const PyramidShape& pyramid, const Pose& T_world_camera)
+  LandmarkProjector(const Camera& camera, const PyramidShape& pyramid, const Pose& T_world_camera)
       : camera_(camera),
         pyramid_(pyramid),
         R_camera_world_(T_world_camera.rotation().transpose()),
         p_world_camera_(T_world_camera.translation()) {}
 
-  /// Depth of a point along the optical axis [m].
+  /// Returns the depth of a point along the optical axis [m].
   double depth(const Eigen::Vector3d& p_world) const {
     return R_camera_world_.row(2).dot(p_world - p_world_camera_);
   }
 
-  /// Where, and on which levels, a landmark should be seen; none if it is behind the camera or
-  /// outside the image, too near or too far for its patch to fit the pyramid, or turned away.
+  /// Returns the expected image position and pyramid levels of a landmark; nothing if it is behind
+  /// the camera, outside the image, at a distance that its patch does not fit, or facing away.
   /// @param Seen             Landmark or LocalLandmark
-  /// @param radius           of the search on level 0 [pixels]; grows with the level's scale
-  /// @param min_view_cosine  between the landmark's mean viewing direction and this one
+  /// @param radius           search radius at level 0 [pixels]; grows with the level's scale
+  /// @param min_view_cosine  minimum cosine between mean and current viewing direction
   template <typename Seen>
   std::optional<ProjectionQuery> expect(const Seen& landmark, double radius,
                                         double min_view_cosine) const;
@@ -38,10 +38,10 @@ class Viewpoint {
 };
 
 template <typename Seen>
-std::optional<ProjectionQuery> Viewpoint::expect(const Seen& landmark, double radius,
-                                                 double min_view_cosine) const {
-  constexpr double kNear = 0.05;       // meters in front of the camera at least
-  constexpr double kRangeSlack = 1.2;  // one level beyond the distances at which the patch fits
+std::optional<ProjectionQuery> LandmarkProjector::expect(const Seen& landmark, double radius,
+                                                         double min_view_cosine) const {
+  constexpr double kNear = 0.05;       // Minimum depth [m].
+  constexpr double kRangeSlack = 1.2;  // Tolerance of one level at both ends of the distance range.
   const Eigen::Vector3d ray = landmark.p_world - p_world_camera_;
   const Eigen::Vector3d p_camera = R_camera_world_ * ray;
   if (p_camera.z() < kNear) return std::nullopt;

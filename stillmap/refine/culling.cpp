@@ -17,10 +17,10 @@ bool proved_itself(const Landmark& landmark, std::uint32_t now, const CullingOpt
          landmark.observations.size() >= static_cast<std::size_t>(options.min_observations);
 }
 
-/// Whether enough other keyframes see the landmark on the same or a finer level, that is as
-/// closely.
-bool seen_as_well_by_others(const Map& map, const Landmark& landmark, KeyframeId keyframe,
-                            int level, const CullingOptions& options) {
+/// Returns whether enough other keyframes observe the landmark at the same or a finer level, that
+/// is as closely.
+bool observed_as_closely_by_others(const Map& map, const Landmark& landmark, KeyframeId keyframe,
+                                   int level, const CullingOptions& options) {
   int others = 0;
   for (const Observation& o : landmark.observations) {
     if (o.keyframe == keyframe) continue;
@@ -34,8 +34,8 @@ bool redundant(const Map& map, const Keyframe& keyframe, const CullingOptions& o
   for (std::size_t i = 0; i < keyframe.landmarks.size(); ++i) {
     if (!keyframe.landmarks[i].valid()) continue;
     ++all;
-    seen_elsewhere += seen_as_well_by_others(map, map.at(keyframe.landmarks[i]), keyframe.id,
-                                             keyframe.features->keypoints[i].level, options);
+    seen_elsewhere += observed_as_closely_by_others(map, map.at(keyframe.landmarks[i]), keyframe.id,
+                                                    keyframe.features->keypoints[i].level, options);
   }
   return seen_elsewhere > options.redundant_share * all;
 }

@@ -9,7 +9,7 @@ namespace {
 
 using Poses = std::map<KeyframeId, Pose>;
 
-/// What the bundle says of the keyframes that the map still holds.
+/// Returns the optimized poses of the keyframes that the map still contains.
 Poses poses_of(const Map& map, const MapBundle& bundle, const BundleResult& result) {
   Poses poses;
   for (std::size_t i = 0; i < bundle.keyframes.size(); ++i) {
@@ -19,7 +19,7 @@ Poses poses_of(const Map& map, const MapBundle& bundle, const BundleResult& resu
   return poses;
 }
 
-/// The keyframe with a new pose that `id` shares most landmarks with; failing that, any.
+/// Returns the moved keyframe that `id` shares most landmarks with, or any if it shares none.
 KeyframeId parent_of(const Map& map, KeyframeId id, const Poses& moved) {
   for (const Covisible& c : map.covisible(id)) {
     if (moved.contains(c.keyframe)) return c.keyframe;

@@ -4,17 +4,17 @@
 
 namespace stillmap {
 
-/// Every keyframe of a component, its first one held, and the landmarks that two of them see at
-/// least: what only one has seen says nothing of the cameras.
+/// Returns the bundle of all keyframes of a component, with its first one fixed, and all landmarks
+/// with at least two observations; a single observation does not constrain the cameras.
 MapBundle whole_component(const Map& map, std::uint32_t component);
 
-/// Takes in the solution for a whole component, into a map that has grown meanwhile: keyframes that
-/// are not in the bundle move along with the one of it that they share most landmarks with, or
-/// through others that do (the spanning tree: Mur-Artal and Tardos, ORB-SLAM2, TRO 2017, section
-/// III.D); landmarks that are not, with the keyframe that saw them first.
+/// Applies the solution to a map that has grown since. Keyframes that are not in the bundle move
+/// with the bundle's keyframe that they share most landmarks with, directly or through others (the
+/// spanning tree: Mur-Artal and Tardos, ORB-SLAM2, TRO 2017, section III.D); landmarks that are not
+/// in the bundle move with the first keyframe that observed them.
 void apply_to_grown_map(Map& map, const MapBundle& bundle, const BundleResult& result);
 
-/// Both at once, in a map that stands still meanwhile.
+/// Optimizes a whole component at once, in a map that does not change meanwhile.
 BundleResult adjust_globally(Map& map, std::uint32_t component, const BundleOptions& options,
                              const StopRequest& stop = {});
 

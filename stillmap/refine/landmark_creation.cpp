@@ -14,7 +14,7 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180;
 
 struct Ray {
-  Eigen::Vector3d origin, direction;  // world; unit direction
+  Eigen::Vector3d origin, direction;  // In the world frame; the direction has unit length.
 };
 
 Ray ray_of(const Map& map, const Keyframe& keyframe, std::uint32_t keypoint) {
@@ -24,7 +24,7 @@ Ray ray_of(const Map& map, const Keyframe& keyframe, std::uint32_t keypoint) {
           (keyframe.T_world_camera.quaternion() * d).normalized()};
 }
 
-/// The point halfway between two rays where they come closest; none if they are nearly parallel.
+/// Returns the midpoint of the closest points of two rays; nothing if they are nearly parallel.
 std::optional<Eigen::Vector3d> midpoint(const Ray& a, const Ray& b, double min_parallax) {
   const double c = a.direction.dot(b.direction);
   if (c > std::cos(min_parallax * kDegree)) return std::nullopt;
@@ -36,7 +36,7 @@ std::optional<Eigen::Vector3d> midpoint(const Ray& a, const Ray& b, double min_p
   return 0.5 * (a.origin + along_a * a.direction + b.origin + along_b * b.direction);
 }
 
-/// Whether the point appears in front of the camera where the keypoint is.
+/// Returns whether the point lies in front of the camera and projects near the keypoint.
 bool reprojects(const Map& map, const Keyframe& keyframe, std::uint32_t keypoint,
                 const Eigen::Vector3d& p_world, double max_error) {
   const Eigen::Vector3d p = keyframe.T_world_camera.inverse() * p_world;
@@ -46,7 +46,7 @@ bool reprojects(const Map& map, const Keyframe& keyframe, std::uint32_t keypoint
   return error < max_error * map.pyramid().scale(k.level);
 }
 
-/// Keypoints that show nothing yet and have no depth of their own to be placed by.
+/// Returns the keypoints without a landmark and without a usable depth.
 std::vector<std::uint32_t> unplaced(const Keyframe& keyframe, double max_depth) {
   std::vector<std::uint32_t> result;
   for (std::uint32_t i = 0; i < keyframe.features->size(); ++i) {

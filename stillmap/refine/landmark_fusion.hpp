@@ -4,10 +4,10 @@
 
 namespace stillmap {
 
-/// Joins landmarks that are one thing: those of the neighbors are looked for in the keyframe, and
-/// the keyframe's in its neighbors. A keypoint that shows nothing yet gains the landmark; where it
-/// shows another one, the two are merged into the one with more observations. Returns how many
-/// observations were gained or landmarks merged.
+/// Fuses duplicate landmarks: the neighbors' landmarks are searched in the keyframe and the
+/// keyframe's in its neighbors. A keypoint without a landmark gains an observation; a keypoint that
+/// shows another landmark causes a merge into the landmark with more observations. Returns the
+/// number of gained observations and merged landmarks.
 int fuse_duplicates(Map& map, KeyframeId keyframe, const FusionOptions& options);
 
 }  // namespace stillmap

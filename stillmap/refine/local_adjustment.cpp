@@ -9,16 +9,18 @@
 namespace stillmap {
 namespace {
 
-/// The part of the map that one adjustment is about; indices into it are the solver's.
+/// The part of the map that is optimized; list indices are those of the solver.
 struct Window {
-  std::vector<KeyframeId> keyframes;  ///< free ones first
+  std::vector<KeyframeId> keyframes;  ///< Optimized keyframes first, then fixed ones.
   std::size_t free = 0;
-  std::vector<LandmarkId> landmarks;  ///< sorted
+  std::vector<LandmarkId> landmarks;  ///< Sorted by id.
 };
 
-/// Keyframes outside `inside` that see the landmarks, those that see most first.
-std::vector<KeyframeId> onlookers(const Map& map, const std::vector<LandmarkId>& landmarks,
-                                  const std::vector<KeyframeId>& inside, int most) {
+/// Returns the keyframes outside `inside` that observe the landmarks, by descending number of
+/// observations.
+std::vector<KeyframeId> observing_keyframes(const Map& map,
+                                            const std::vector<LandmarkId>& landmarks,
+                                            const std::vector<KeyframeId>& inside, int most) {
   std::map<KeyframeId, int> seen;
   for (const LandmarkId id : landmarks) {
     for (const Observation& o : map.at(id).observations) ++seen[o.keyframe];
@@ -34,8 +36,8 @@ std::vector<KeyframeId> onlookers(const Map& map, const std::vector<LandmarkId>&
   return result;
 }
 
-/// The world frame is held by the component's first keyframe, or by the onlookers; a window without
-/// either is held by its oldest keyframe.
+/// The component's first keyframe or the fixed keyframes define the gauge; a window without either
+/// fixes its oldest keyframe.
 void move_anchor_out_of_free(const Map& map, Window& window) {
   const auto begin = window.keyframes.begin();
   const auto end_free = begin + static_cast<std::ptrdiff_t>(window.free);
@@ -58,7 +60,8 @@ Window local_window(const Map& map, KeyframeId newest, const LocalAdjustmentOpti
   }
   window.free = window.keyframes.size();
   window.landmarks = landmarks_seen_by(map, window.keyframes);
-  const auto fixed = onlookers(map, window.landmarks, window.keyframes, options.max_fixed);
+  const auto fixed =
+      observing_keyframes(map, window.landmarks, window.keyframes, options.max_fixed);
   window.keyframes.insert(window.keyframes.end(), fixed.begin(), fixed.end());
   move_anchor_out_of_free(map, window);
   return window;

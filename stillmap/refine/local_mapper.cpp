@@ -15,7 +15,7 @@ void note_matches(Map& map, const Keyframe& keyframe, const std::vector<Landmark
   }
 }
 
-/// What the tracker sees of the map around a keyframe.
+/// Returns the ids of the landmarks of a local map.
 std::vector<LandmarkId> local_landmarks(const LocalMap& local) {
   std::vector<LandmarkId> ids;
   ids.reserve(local.landmarks.size());
@@ -27,7 +27,7 @@ std::vector<LandmarkId> local_landmarks(const LocalMap& local) {
 
 void RefineTotals::add(const RefineReport& report) {
   triangulated += report.triangulated;
-  joined += report.joined;
+  fused += report.fused;
   landmarks_culled += report.landmarks_culled;
   keyframes_culled += report.keyframes_culled;
   repeated_pairs += report.repeated.pairs;
@@ -66,14 +66,14 @@ RefineReport LocalMapper::refine(KeyframeId newest, const StopRequest& stop) {
   RefineReport report;
   report.landmarks_culled = cull_landmarks(map_, newest, options_.culling);
   report.triangulated = create_by_triangulation(map_, newest, options_.creation);
-  report.joined = fuse_duplicates(map_, newest, options_.fusion);
-  report.repeated = treat_repeated(newest);
+  report.fused = fuse_duplicates(map_, newest, options_.fusion);
+  report.repeated = remove_repeated(newest);
   report.adjustment = adjust_locally(map_, newest, options_.adjustment, stop);
   report.keyframes_culled = cull_keyframes(map_, newest, options_.culling);
   return report;
 }
 
-RepeatedReport LocalMapper::treat_repeated(KeyframeId newest) {
+RepeatedReport LocalMapper::remove_repeated(KeyframeId newest) {
   const TraceScope scope("repeated landmarks");
   if (options_.repeated.rule == "none") return {};
   const auto local = local_landmarks(*local_map(newest));

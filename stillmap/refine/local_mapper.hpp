@@ -23,45 +23,45 @@ struct MapperOptions {
   STILLMAP_FIELDS(creation, fusion, repeated, adjustment, culling, local_map)
 };
 
-/// What keeping one keyframe did, for the log and the summary.
+/// Summary of the refinement of one keyframe, for log and run summary.
 struct RefineReport {
-  int triangulated = 0, joined = 0, landmarks_culled = 0, keyframes_culled = 0;
-  RepeatedReport repeated;  ///< by MapperOptions::repeated
+  int triangulated = 0, fused = 0, landmarks_culled = 0, keyframes_culled = 0;
+  RepeatedReport repeated;  ///< Result of the rule in MapperOptions::repeated.
   BundleResult adjustment;
 };
 
-/// What keeping all keyframes did.
+/// Sum of the reports of all keyframes.
 struct RefineTotals {
-  long triangulated = 0, joined = 0, landmarks_culled = 0, keyframes_culled = 0;
+  long triangulated = 0, fused = 0, landmarks_culled = 0, keyframes_culled = 0;
   long repeated_pairs = 0, repeated_gone = 0;
   void add(const RefineReport& report);
 };
 
-/// Keeps the map good around the newest keyframe. Synchronous: the pipeline gives it a thread.
+/// Maintains the map around the newest keyframe. Synchronous: the pipeline runs it in a thread.
 class LocalMapper {
  public:
-  /// The map may hold components already. Throws Error for options that make no sense.
+  /// The map may already contain components. Throws Error for invalid options.
   LocalMapper(Map& map, const MapperOptions& options);
 
-  /// Adds the keyframe, what the tracker found in it, and landmarks for what it sees besides. A
-  /// proposal without reference begins a new component. Returns the new keyframe.
+  /// Adds the keyframe with the tracker's matches and creates landmarks from the depth of the other
+  /// keypoints. A proposal without reference starts a new component. Returns the new keyframe.
   KeyframeId insert(const KeyframeProposal& proposal);
 
-  /// Around the keyframe: more landmarks by triangulation, duplicates joined or removed, local
-  /// bundle adjustment, culling. `stop` ends the adjustment early.
+  /// Refines the map around the keyframe: triangulation, fusion of duplicates, local bundle
+  /// adjustment, culling. `stop` ends the adjustment early.
   RefineReport refine(KeyframeId newest, const StopRequest& stop = {});
 
-  /// What the tracker may see of the map around a keyframe.
+  /// Returns the local map snapshot around a keyframe.
   LocalMapPtr local_map(KeyframeId reference) const {
     return make_local_map(map_, reference, options_.local_map);
   }
 
  private:
-  RepeatedReport treat_repeated(KeyframeId newest);
+  RepeatedReport remove_repeated(KeyframeId newest);
 
   Map& map_;
   MapperOptions options_;
-  std::optional<Vocabulary> vocabulary_;  // where a rule asks for it
+  std::optional<Vocabulary> vocabulary_;  // Only if the rule for repeated landmarks needs it.
   std::uint32_t next_component_ = 0;
 };
 

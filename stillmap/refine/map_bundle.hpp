@@ -8,24 +8,23 @@
 
 namespace stillmap {
 
-/// A part of the map as a bundle adjustment problem: a copy, so that it can be solved elsewhere
-/// while the map goes on.
+/// A part of the map as a bundle adjustment problem: a copy that can be solved in another thread.
 struct MapBundle {
-  std::vector<KeyframeId> keyframes;  ///< one per pose of the problem, free ones first
-  std::size_t free = 0;
-  std::vector<LandmarkId> landmarks;                            ///< one per point
-  std::vector<std::pair<LandmarkId, KeyframeId>> observations;  ///< one per observation
+  std::vector<KeyframeId> keyframes;  ///< One per pose of the problem, optimized ones first.
+  std::size_t free = 0;               ///< Number of optimized keyframes.
+  std::vector<LandmarkId> landmarks;  ///< One per point of the problem.
+  /// One per observation of the problem.
+  std::vector<std::pair<LandmarkId, KeyframeId>> observations;
   BundleProblem problem;
 };
 
-/// @param keyframes  the first `free` of them move
-/// @param landmarks  with their observations by these keyframes
+/// @param keyframes  the first `free` of them are optimized
+/// @param landmarks  their observations by these keyframes are included
 MapBundle make_bundle(const Map& map, const std::vector<KeyframeId>& keyframes, std::size_t free,
                       const std::vector<LandmarkId>& landmarks);
 
-/// Moves keyframes and landmarks to where the solver has them, takes back observations that do not
-/// fit, and brings the landmarks' descriptors and directions up to date. What the map no longer
-/// holds is passed over.
+/// Applies the solution to the map, removes outlier observations, and refreshes the landmarks.
+/// Keyframes and landmarks that the map no longer contains are ignored.
 void apply(Map& map, const MapBundle& bundle, const BundleResult& result);
 
 }  // namespace stillmap

@@ -8,8 +8,8 @@
 namespace stillmap {
 namespace {
 
-/// A wall of random points seen by a camera that moves sideways; keypoints and descriptors are made
-/// from the truth.
+/// A wall of random points observed by a camera that moves sideways; keypoints and descriptors are
+/// computed from the truth.
 class RefineTest : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -23,7 +23,7 @@ class RefineTest : public ::testing::Test {
 
   static Pose true_pose(int k) { return Pose(so3_exp({0, 0.02 * k, 0}), {0.1 * k, 0.02 * k, 0}); }
 
-  /// What the camera sees from a place: point i is keypoint i, at (0, 0) without depth if it is out
+  /// Returns the frame at position k: point i is keypoint i, at (0, 0) without depth if it is out
   /// of view.
   FramePtr view(int k, bool with_depth = true) {
     auto image = std::make_shared<RgbdFrame>();
@@ -53,7 +53,7 @@ class RefineTest : public ::testing::Test {
     return {view(k, with_depth), KeyframeId{}, pose, std::vector<LandmarkId>(points_.size()), {}};
   }
 
-  /// Adds a keyframe at a pose of its own, in the component of the first.
+  /// Adds a keyframe at a given pose, in the component of the first one.
   KeyframeId insert(LocalMapper& mapper, int k, const Pose& pose, bool with_depth = true) {
     KeyframeProposal p = proposal(k, pose, with_depth);
     if (first_.valid()) {
@@ -72,7 +72,7 @@ class RefineTest : public ::testing::Test {
   KeyframeId first_;
 };
 
-TEST_F(RefineTest, InsertionMakesLandmarksWhereTheDepthSays) {
+TEST_F(RefineTest, InsertionCreatesLandmarksFromDepth) {
   LocalMapper mapper(map_, {});
   const auto id = insert(mapper, 0, true_pose(0));
   EXPECT_EQ(map_.landmark_count(), points_.size());
@@ -81,7 +81,7 @@ TEST_F(RefineTest, InsertionMakesLandmarksWhereTheDepthSays) {
   }
 }
 
-TEST_F(RefineTest, MovingAndFarKeypointsMakeNoLandmark) {
+TEST_F(RefineTest, MovingAndFarKeypointsCreateNoLandmark) {
   LocalMapper mapper(map_, {});
   KeyframeProposal p = proposal(0, true_pose(0));
   auto frame = std::make_shared<Frame>(*p.frame);
@@ -96,11 +96,11 @@ TEST_F(RefineTest, MovingAndFarKeypointsMakeNoLandmark) {
   EXPECT_EQ(map_.landmark_count(), points_.size() - 2);
 }
 
-TEST_F(RefineTest, DuplicatesAreJoinedIntoOneLandmarkEach) {
+TEST_F(RefineTest, DuplicatesAreFused) {
   LocalMapper mapper(map_, {});
   const auto a = insert(mapper, 0, true_pose(0));
   const auto b = insert(mapper, 1, true_pose(1));
-  // Make them neighbors: the first 20 points are known to be the same.
+  // The first 20 points are shared, so that the keyframes are neighbors.
   for (std::uint32_t i = 0; i < 20; ++i)
     map_.merge(map_.at(a).landmarks[i], map_.at(b).landmarks[i]);
   fuse_duplicates(map_, b, {});
@@ -124,7 +124,7 @@ TEST_F(RefineTest, PointsWithoutDepthAreTriangulated) {
   const auto a = insert(mapper, 0, true_pose(0), false);
   const auto b = insert(mapper, 3, true_pose(3), false);
   EXPECT_EQ(map_.landmark_count(), 0U);
-  for (std::uint32_t i = 0; i < 20; ++i) {  // neighbors by twenty known points
+  for (std::uint32_t i = 0; i < 20; ++i) {  // Twenty shared points make the keyframes neighbors.
     map_.observe(map_.add_landmark(points_[i], {a, i}).id, {b, i});
   }
   EXPECT_GT(create_by_triangulation(map_, b, {}), 100);
@@ -147,10 +147,10 @@ TEST_F(RefineTest, LocalAdjustmentMovesADisplacedKeyframeBack) {
   EXPECT_LT(result.cost_after, result.cost_before);
   EXPECT_LT((map_.at(b).T_world_camera.inverse() * true_pose(1)).log().norm(), 1e-3);
   EXPECT_LT((map_.at(a).T_world_camera.inverse() * true_pose(0)).log().norm(), 1e-12)
-      << "it is the anchor";
+      << "it is fixed";
 }
 
-TEST_F(RefineTest, AWrongMatchIsTakenBack) {
+TEST_F(RefineTest, AWrongMatchIsRemoved) {
   LocalMapper mapper(map_, {});
   const auto a = insert(mapper, 0, true_pose(0));
   KeyframeProposal p = proposal(1, Pose());
@@ -161,7 +161,7 @@ TEST_F(RefineTest, AWrongMatchIsTakenBack) {
   const auto wrong_at_10 = p.landmarks[10], wrong_at_90 = p.landmarks[90], right = p.landmarks[11];
   const auto b = mapper.insert(p);
   adjust_locally(map_, b, {});
-  // Each wrong landmark is seen from two places that contradict each other; it cannot keep both.
+  // Each wrong landmark has two contradictory observations and cannot keep both.
   const auto both_see = [&](LandmarkId id) {
     return map_.find(id) != nullptr && map_.at(id).observations.size() == 2;
   };
@@ -170,7 +170,7 @@ TEST_F(RefineTest, AWrongMatchIsTakenBack) {
   EXPECT_TRUE(both_see(right));
 }
 
-TEST_F(RefineTest, LandmarksThatAreExpectedButNotFoundAreCulled) {
+TEST_F(RefineTest, LandmarksRarelyMatchedAreCulled) {
   LocalMapper mapper(map_, {});
   const auto a = insert(mapper, 0, true_pose(0));
   const auto ghost = map_.at(a).landmarks[5], solid = map_.at(a).landmarks[6];
@@ -181,7 +181,7 @@ TEST_F(RefineTest, LandmarksThatAreExpectedButNotFoundAreCulled) {
   EXPECT_NE(map_.find(solid), nullptr);
 }
 
-TEST_F(RefineTest, AKeyframeThatAddsNothingIsCulledButNeverTheFirst) {
+TEST_F(RefineTest, ARedundantKeyframeIsCulledButNeverTheFirst) {
   LocalMapper mapper(map_, {});
   const auto a = insert(mapper, 0, true_pose(0));
   std::vector<KeyframeId> ids = {a};
@@ -197,7 +197,7 @@ TEST_F(RefineTest, AKeyframeThatAddsNothingIsCulledButNeverTheFirst) {
   EXPECT_NE(map_.find(a), nullptr);
   EXPECT_NE(map_.find(ids.back()), nullptr);
   EXPECT_LT((map_.resolve(ids[3], Pose()).inverse() * before).log().norm(), 1e-12)
-      << "its frames keep their place";
+      << "its frames keep their poses";
 }
 
 }  // namespace

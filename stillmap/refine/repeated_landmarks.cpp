@@ -24,7 +24,7 @@ bool seen_together(const Landmark& a, const Landmark& b) {
                      [&](const Observation& o) { return sees(b, o.keyframe); });
 }
 
-// By node.
+// Removal by node.
 
 struct NodeLandmark {
   std::uint32_t node = 0;
@@ -32,7 +32,7 @@ struct NodeLandmark {
   auto operator<=>(const NodeLandmark&) const = default;
 };
 
-/// The local landmarks that the keyframe does not see, by node.
+/// Returns the local landmarks that the keyframe does not observe, by node.
 std::vector<NodeLandmark> others_by_node(const Map& map, KeyframeId keyframe,
                                          std::span<const LandmarkId> local,
                                          const Vocabulary& vocabulary) {
@@ -48,10 +48,11 @@ std::vector<NodeLandmark> others_by_node(const Map& map, KeyframeId keyframe,
 
 struct Resembling {
   LandmarkId id;
-  int distance = 0;  ///< Hamming
+  int distance = 0;  ///< Hamming distance [bits].
 };
 
-/// The nearest of the others in the node of a descriptor; none where the node is empty.
+/// Returns the nearest of the other landmarks in the descriptor's node; nothing if the node is
+/// empty.
 std::optional<Resembling> nearest_in_node(const Map& map, const Descriptor& descriptor,
                                           const std::vector<NodeLandmark>& others,
                                           const Vocabulary& vocabulary) {
@@ -66,7 +67,8 @@ std::optional<Resembling> nearest_in_node(const Map& map, const Descriptor& desc
   return nearest;
 }
 
-/// Of an even number the mean of the middle two. @param pairs at least one
+/// Returns the median distance, for an even number the mean of the middle two.
+/// @param pairs  at least one
 double median_distance(const std::vector<Resembling>& pairs) {
   std::vector<int> distances;
   distances.reserve(pairs.size());
@@ -76,21 +78,21 @@ double median_distance(const std::vector<Resembling>& pairs) {
   return (distances[lower] + distances[upper]) / 2.0;
 }
 
-// By place.
+// Merging by place.
 
-/// A landmark as the keyframe should see it.
+/// Expected appearance of a landmark in the keyframe.
 struct Appearance {
   LandmarkId id;
-  double u = 0, v = 0, disparity = 0;  ///< pixels
+  double u = 0, v = 0, disparity = 0;  ///< Expected position and disparity [pixels].
   int level = 0;
-  double radius = 0;  ///< within which another one is the same place [pixels]
+  double radius = 0;  ///< Radius within which another landmark is at the same place [pixels].
 };
 
 std::vector<Appearance> appearances(const Map& map, KeyframeId keyframe,
                                     std::span<const LandmarkId> local,
                                     const RepeatedOptions& options) {
   constexpr double kAnyDirection = -1;
-  const Viewpoint view(map.camera(), map.pyramid(), map.at(keyframe).T_world_camera);
+  const LandmarkProjector view(map.camera(), map.pyramid(), map.at(keyframe).T_world_camera);
   std::vector<Appearance> all;
   for (const LandmarkId id : local) {
     const Landmark* landmark = map.find(id);
@@ -114,7 +116,7 @@ bool one_place(const Appearance& a, const Appearance& b, const RepeatedOptions& 
 }
 
 struct Twins {
-  int distance = 0;  ///< Hamming
+  int distance = 0;  ///< Hamming distance [bits].
   LandmarkId a, b;
   auto operator<=>(const Twins&) const = default;
 };
@@ -127,7 +129,7 @@ std::optional<Twins> twins(const Landmark& a, const Landmark& b, const RepeatedO
   return Twins{d, std::min(a.id, b.id), std::max(a.id, b.id)};
 }
 
-/// All pairs at one place that look alike, the most alike first.
+/// Returns all pairs that agree in place and appearance, most similar first.
 std::vector<Twins> find_twins(const Map& map, const std::vector<Appearance>& all,
                               const RepeatedOptions& options) {
   std::vector<Twins> found;
@@ -146,7 +148,7 @@ std::vector<Twins> find_twins(const Map& map, const std::vector<Appearance>& all
 void check_rule(const RepeatedOptions& options) {
   const std::vector<std::string> known = {"none", "node-median", "place"};
   if (std::find(known.begin(), known.end(), options.rule) != known.end()) return;
-  throw Error("there is no rule '" + options.rule + "'", "mapper.repeated.rule",
+  throw Error("unknown rule '" + options.rule + "'", "mapper.repeated.rule",
               suggestion(options.rule, known));
 }
 
@@ -179,7 +181,7 @@ RepeatedReport join_repeated_by_place(Map& map, KeyframeId keyframe,
   for (const Twins& pair : found) {
     const Landmark* a = map.find(pair.a);
     const Landmark* b = map.find(pair.b);
-    // Either may have been merged away meanwhile, or gained a keyframe that sees the other.
+    // An earlier merge may have erased either one or added a keyframe that observes both.
     if (a == nullptr || b == nullptr || seen_together(*a, *b)) continue;
     const bool keep_a = a->observations.size() >= b->observations.size();
     map.merge(keep_a ? pair.a : pair.b, keep_a ? pair.b : pair.a);

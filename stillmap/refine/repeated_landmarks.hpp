@@ -9,51 +9,53 @@
 
 namespace stillmap {
 
-/// What is done about landmarks that are one thing twice, beside fuse_duplicates().
+/// Handling of duplicate landmarks in addition to fuse_duplicates().
 struct RepeatedOptions {
-  /// "none"; "node-median": remove_repeated_by_node(), as the high/low-dynamics system does; or
+  /// Rule: "none"; "node-median": remove_repeated_by_node(), as in the high/low-dynamics system;
   /// "place": join_repeated_by_place().
   std::string rule = "none";
-  double radius = 2.0;         ///< "place": between the two projections [pixels at level 0]
-  double max_disparity = 1.0;  ///< "place": between the two predicted disparities [pixels]
-  int max_distance = 50;       ///< "place": Hamming distance of two views of one thing
-  double min_normal_cosine =
-      0.5;  ///< "place": between the two mean viewing directions: seen from one side
+  /// Rule "place": maximum distance of the two projections [pixels at level 0].
+  double radius = 2.0;
+  /// Rule "place": maximum difference of the two predicted disparities [pixels].
+  double max_disparity = 1.0;
+  int max_distance = 50;  ///< Rule "place": maximum Hamming distance of the two descriptors [bits].
+  /// Rule "place": minimum cosine between the two mean viewing directions.
+  double min_normal_cosine = 0.5;
   STILLMAP_FIELDS(rule, radius, max_disparity, max_distance, min_normal_cosine)
 };
 
-/// What came of it.
+/// Result of the removal of duplicates.
 struct RepeatedReport {
-  int pairs = 0;  ///< that were compared: "node-median"; or that are one thing by place and looks
-  int gone = 0;   ///< landmarks erased, or merged into others
+  /// Number of compared pairs ("node-median") or of duplicate pairs found ("place").
+  int pairs = 0;
+  int gone = 0;  ///< Number of landmarks erased or merged into others.
 };
 
-/// Throws Error for a rule that there is not.
+/// Throws Error for an unknown rule.
 void check_rule(const RepeatedOptions& options);
 
-/// The high/low-dynamics system's removal of repeated map points (equation 9), by descriptor alone.
-/// Each landmark that the keyframe sees is compared with those of `local` that it does not see and
-/// that fall into the same node of the vocabulary tree; d is the distance to the nearest. With all
-/// such d of the keyframe, the local landmarks with
+/// Removal of repeated map points of the high/low-dynamics system (equation 9), by descriptor
+/// alone. Each landmark that the keyframe observes is compared with the landmarks of `local` that
+/// it does not observe and that belong to the same vocabulary node; d is the distance to the
+/// nearest. With all such d of the keyframe, the local landmarks with
 ///
 ///     0 < d < median of all d
 ///
-/// are erased. The paper does so in every tracked frame; landmarks only come into being at
-/// keyframes and only the mapper may erase them, so here it is done at those. Which level the nodes
-/// are of it does not say: kDirectIndexLevel, where matches are sought, too.
+/// are erased. The paper applies this in every tracked frame; here landmarks are created at
+/// keyframes and erased only by the mapper, so it is applied at keyframes. The paper does not state
+/// the level of the nodes: kDirectIndexLevel is used, as for matching.
 ///
-/// Known from the formula: the median is relative, so that nearly half of all d lie below it
-/// whether anything is repeated or not, and landmarks go for looking like another one far away.
+/// Known weakness of the formula: the median is relative, so nearly half of all d lie below it even
+/// without duplicates, and landmarks are erased because they look like distant ones.
 RepeatedReport remove_repeated_by_node(Map& map, KeyframeId keyframe,
                                        std::span<const LandmarkId> local,
                                        const Vocabulary& vocabulary);
 
-/// Joins landmarks of `local` that are one thing by place and looks: seen from the keyframe they
-/// project to one point of one scale with one disparity, their descriptors are near, they were seen
-/// from the same side, and no keyframe sees both (which would tell them apart). Unlike
-/// fuse_duplicates() it needs no keypoint where a landmark is looked for, so it also finds those
-/// whose corner is not detected in each other's keyframes. The more alike are joined first; the one
-/// with more observations stays.
+/// Merges landmarks of `local` that agree in position and appearance: in the keyframe they project
+/// to one point at one scale with one disparity, their descriptors are similar, they were seen from
+/// the same side, and no keyframe observes both. Unlike fuse_duplicates() it needs no keypoint at
+/// the projection, so it also finds landmarks whose corner is not detected in each other's
+/// keyframes. The most similar pairs are merged first; the landmark with more observations stays.
 RepeatedReport join_repeated_by_place(Map& map, KeyframeId keyframe,
                                       std::span<const LandmarkId> local,
                                       const RepeatedOptions& options);

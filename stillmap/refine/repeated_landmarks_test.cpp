@@ -12,7 +12,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// Zeros with bits first .. first + count - 1 set.
+/// Returns a zero descriptor with bits first .. first + count - 1 set.
 Descriptor bits(int first, int count) {
   Descriptor d{};
   for (int i = first; i < first + count; ++i) {
@@ -25,46 +25,46 @@ Descriptor both(const Descriptor& a, const Descriptor& b) {
   return {a[0] | b[0], a[1] | b[1], a[2] | b[2], a[3] | b[3]};
 }
 
-/// A vocabulary of two words, all zeros and all ones.
+/// Returns a vocabulary of two words, all zeros and all ones.
 Vocabulary two_words() { return {{2, 0, 0}, {Descriptor{}, {~0ULL, ~0ULL, ~0ULL, ~0ULL}}, {1, 1}}; }
 
-/// Something that a keyframe saw and made a landmark of.
-struct Thing {
+/// A point that a keyframe observed and created a landmark from.
+struct Point {
   Eigen::Vector3d p_world;
   Descriptor descriptor{};
   int level = 0;
 };
 
-/// A map made by hand.
+/// A hand-made map.
 class RepeatedLandmarks : public ::testing::Test {
  protected:
-  /// A keyframe with a landmark of each thing, in their order.
-  KeyframeId add(const std::vector<Thing>& things, const Pose& T_world_camera = {}) {
+  /// Adds a keyframe with a landmark of each point, in order.
+  KeyframeId add(const std::vector<Point>& points, const Pose& T_world_camera = {}) {
     auto features = std::make_shared<Features>();
-    for (const Thing& thing : things) {
-      const Eigen::Vector2d uv = camera_.project(T_world_camera.inverse() * thing.p_world);
+    for (const Point& point : points) {
+      const Eigen::Vector2d uv = camera_.project(T_world_camera.inverse() * point.p_world);
       Keypoint keypoint;
       keypoint.u = static_cast<float>(uv.x());
       keypoint.v = static_cast<float>(uv.y());
-      keypoint.level = static_cast<std::uint8_t>(thing.level);
+      keypoint.level = static_cast<std::uint8_t>(point.level);
       features->keypoints.push_back(keypoint);
-      features->descriptors.push_back(thing.descriptor);
+      features->descriptors.push_back(point.descriptor);
     }
     features->grid = KeypointGrid(features->keypoints, camera_.width, camera_.height);
     Keyframe keyframe;
     keyframe.T_world_camera = T_world_camera;
     keyframe.features = features;
-    keyframe.static_weight.assign(things.size(), 1);
+    keyframe.static_weight.assign(points.size(), 1);
     const KeyframeId id = map_.add_keyframe(std::move(keyframe)).id;
-    for (std::uint32_t i = 0; i < things.size(); ++i) {
-      map_.add_landmark(things[i].p_world, {id, i});
+    for (std::uint32_t i = 0; i < points.size(); ++i) {
+      map_.add_landmark(points[i].p_world, {id, i});
     }
     return id;
   }
   LandmarkId landmark(KeyframeId keyframe, std::size_t i) const {
     return map_.at(keyframe).landmarks[i];
   }
-  bool lives(LandmarkId id) const { return map_.find(id) != nullptr; }
+  bool exists(LandmarkId id) const { return map_.find(id) != nullptr; }
   std::vector<LandmarkId> everything() const {
     std::vector<LandmarkId> ids;
     map_.for_each_landmark([&](const Landmark& l) { ids.push_back(l.id); });
@@ -75,14 +75,14 @@ class RepeatedLandmarks : public ::testing::Test {
   Map map_{camera_, PyramidShape{}};
 };
 
-// By node.
+// Removal by node.
 
 class ByNode : public RepeatedLandmarks {
  protected:
-  /// Thing i of the newest keyframe: 30 bits from every other one of them, in the word of zeros.
-  static Thing current(int i) { return {{0.2 * i, 0, 2}, bits(20 * i, 15)}; }
-  /// One that looks like it but for some bits.
-  static Thing like_current(int i, int apart) {
+  /// Point i of the newest keyframe: 30 bits from every other one, in the word of zeros.
+  static Point current(int i) { return {{0.2 * i, 0, 2}, bits(20 * i, 15)}; }
+  /// A similar point with `apart` different bits.
+  static Point like_current(int i, int apart) {
     return {{0.2 * i, 1, 2}, both(current(i).descriptor, bits(200, apart))};
   }
   int remove(KeyframeId newest) {
@@ -90,36 +90,36 @@ class ByNode : public RepeatedLandmarks {
   }
 };
 
-TEST_F(ByNode, WhatIsNearerThanTheMedianIsRemoved) {
+TEST_F(ByNode, LandmarksNearerThanTheMedianAreRemoved) {
   const auto old = add({like_current(0, 4), like_current(1, 8), like_current(2, 12)});
   const auto newest = add({current(0), current(1), current(2)});
   const auto nearer = landmark(old, 0), at_median = landmark(old, 1), farther = landmark(old, 2);
   EXPECT_EQ(remove(newest), 1);
-  EXPECT_FALSE(lives(nearer));
-  EXPECT_TRUE(lives(at_median));
-  EXPECT_TRUE(lives(farther));
-  for (std::size_t i = 0; i < 3; ++i) EXPECT_TRUE(lives(landmark(newest, i)));
+  EXPECT_FALSE(exists(nearer));
+  EXPECT_TRUE(exists(at_median));
+  EXPECT_TRUE(exists(farther));
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_TRUE(exists(landmark(newest, i)));
 }
 
-TEST_F(ByNode, OfAnEvenNumberTheMedianLiesBetweenTheMiddleTwo) {
+TEST_F(ByNode, TheMedianOfAnEvenNumberIsTheMeanOfTheMiddleTwo) {
   const auto old = add({like_current(0, 4), like_current(1, 8)});
   const auto newest = add({current(0), current(1)});
   const auto nearer = landmark(old, 0), farther = landmark(old, 1);
   EXPECT_EQ(remove(newest), 1);
-  EXPECT_FALSE(lives(nearer));
-  EXPECT_TRUE(lives(farther));
+  EXPECT_FALSE(exists(nearer));
+  EXPECT_TRUE(exists(farther));
 }
 
-TEST_F(ByNode, EqualDescriptorsAreSpared) {
+TEST_F(ByNode, EqualDescriptorsAreKept) {
   const auto old = add({like_current(0, 0), like_current(1, 4), like_current(2, 8)});
   const auto newest = add({current(0), current(1), current(2)});
   const auto equal = landmark(old, 0);
-  EXPECT_EQ(remove(newest), 0);  // 0 < d < 4 holds for none
-  EXPECT_TRUE(lives(equal));
+  EXPECT_EQ(remove(newest), 0);  // No d satisfies 0 < d < 4.
+  EXPECT_TRUE(exists(equal));
 }
 
-TEST_F(ByNode, OtherNodesAndWhatTheKeyframeSeesAreNotCompared) {
-  Thing inverted = like_current(0, 4);
+TEST_F(ByNode, OtherNodesAndObservedLandmarksAreNotCompared) {
+  Point inverted = like_current(0, 4);
   for (auto& word : inverted.descriptor) word = ~word;
   add({inverted});
   const auto newest = add({current(0), like_current(0, 4), current(1), like_current(1, 20)});
@@ -127,127 +127,131 @@ TEST_F(ByNode, OtherNodesAndWhatTheKeyframeSeesAreNotCompared) {
   EXPECT_EQ(map_.landmark_count(), 5U);
 }
 
-TEST_F(ByNode, OnlyTheLocalMapIsTouched) {
+TEST_F(ByNode, OnlyLandmarksOfTheLocalMapAreRemoved) {
   const auto old = add({like_current(0, 4), like_current(1, 8), like_current(2, 12)});
   const auto newest = add({current(0), current(1), current(2)});
   const std::vector<LandmarkId> local = {landmark(old, 1), landmark(old, 2)};
   const auto outside = landmark(old, 0), inside = landmark(old, 1);
   EXPECT_EQ(remove_repeated_by_node(map_, newest, local, two_words()).gone, 1);
-  EXPECT_TRUE(lives(outside));
-  EXPECT_FALSE(lives(inside));
+  EXPECT_TRUE(exists(outside));
+  EXPECT_FALSE(exists(inside));
 }
 
-TEST_F(ByNode, WhatSeveralResembleGoesOnce) {
+TEST_F(ByNode, ALandmarkIsRemovedOnlyOnce) {
   const auto old = add({like_current(0, 4), like_current(1, 30), like_current(2, 31)});
-  Thing another = current(0);
+  Point another = current(0);
   another.descriptor = both(another.descriptor, bits(240, 2));
   const auto newest = add({current(0), another, current(1), current(2)});
   const auto wanted_twice = landmark(old, 0);
-  EXPECT_EQ(remove(newest), 1);  // distances 4, 6, 30, 31
-  EXPECT_FALSE(lives(wanted_twice));
+  EXPECT_EQ(remove(newest), 1);  // The distances are 4, 6, 30 and 31.
+  EXPECT_FALSE(exists(wanted_twice));
 }
 
-// By place.
+// Merging by place.
 
 class ByPlace : public RepeatedLandmarks {
  protected:
-  const Thing corner_{{0.1, 0.05, 2}, bits(0, 20)};
-  const Pose beside_{so3_exp({0, 0, 0}), {0.1, 0, 0}};
-  /// The corner once more, a little off in place and looks, as noise makes it.
-  Thing again() const {
+  const Point corner_{{0.1, 0.05, 2}, bits(0, 20)};
+  const Pose second_view_{so3_exp({0, 0, 0}), {0.1, 0, 0}};
+  /// The same corner with noise in position and appearance.
+  Point again() const {
     return {corner_.p_world + Eigen::Vector3d(0.001, -0.001, 0.005), bits(5, 20), 0};
   }
-  /// The corner once more, so many pixels of disparity behind on the ray from `beside_`.
-  Thing behind_by(double pixels) const {
+  /// The same corner shifted by a disparity [pixels] along the ray from `second_view_`.
+  Point behind_by(double pixels) const {
     const double bf = camera_.bf(), z = corner_.p_world.z();
-    const Eigen::Vector3d ray = (corner_.p_world - beside_.translation()) / z;
-    Thing other = again();
-    other.p_world = beside_.translation() + ray * (bf / (bf / z - pixels));
+    const Eigen::Vector3d ray = (corner_.p_world - second_view_.translation()) / z;
+    Point other = again();
+    other.p_world = second_view_.translation() + ray * (bf / (bf / z - pixels));
     return other;
   }
   int join(KeyframeId newest) {
     return join_repeated_by_place(map_, newest, everything(), {.rule = "place"}).gone;
   }
-  /// How many are joined when one keyframe made a landmark of the corner, and then another one of
-  /// this.
-  int joined_with(const Thing& other, const Pose& from) {
+  /// Returns the number of merges when one keyframe created a landmark from the corner and another
+  /// keyframe one from `other`.
+  int merges_with(const Point& other, const Pose& from) {
     add({corner_});
     return join(add({other}, from));
   }
 };
 
-TEST_F(ByPlace, OneCornerTwiceBecomesOneLandmarkSeenByAll) {
-  const auto first = add({corner_}), second = add({again()}, beside_);
+TEST_F(ByPlace, DuplicatesOfACornerBecomeOneLandmark) {
+  const auto first = add({corner_}), second = add({again()}, second_view_);
   EXPECT_EQ(join(second), 1);
   ASSERT_EQ(map_.landmark_count(), 1U);
-  EXPECT_TRUE(lives(landmark(first, 0)));
+  EXPECT_TRUE(exists(landmark(first, 0)));
   EXPECT_EQ(landmark(first, 0), landmark(second, 0));
   EXPECT_EQ(map_.at(landmark(first, 0)).observations.size(), 2U);
 }
 
-TEST_F(ByPlace, OtherLooksAreAnotherThing) {
-  Thing other = again();
-  other.descriptor = bits(100, 31);  // 20 + 31 bits
-  EXPECT_EQ(joined_with(other, beside_), 0);
+TEST_F(ByPlace, ADifferentAppearanceIsAnotherPoint) {
+  Point other = again();
+  other.descriptor = bits(100, 31);  // The distance is 20 + 31 bits.
+  EXPECT_EQ(merges_with(other, second_view_), 0);
 }
 
-TEST_F(ByPlace, AnotherPlaceInThePictureIsAnotherThing) {
-  Thing other = again();
+TEST_F(ByPlace, ADifferentImagePositionIsAnotherPoint) {
+  Point other = again();
   other.p_world.x() += 3.0 * other.p_world.z() / camera_.fx;  // 3 pixels
-  EXPECT_EQ(joined_with(other, beside_), 0);
+  EXPECT_EQ(merges_with(other, second_view_), 0);
 }
 
-TEST_F(ByPlace, AnotherDepthIsAnotherThing) { EXPECT_EQ(joined_with(behind_by(1.2), beside_), 0); }
+TEST_F(ByPlace, ADifferentDepthIsAnotherPoint) {
+  EXPECT_EQ(merges_with(behind_by(1.2), second_view_), 0);
+}
 
-TEST_F(ByPlace, ANoisyDepthIsNot) { EXPECT_EQ(joined_with(behind_by(0.8), beside_), 1); }
+TEST_F(ByPlace, ANoisyDepthIsTheSamePoint) {
+  EXPECT_EQ(merges_with(behind_by(0.8), second_view_), 1);
+}
 
-TEST_F(ByPlace, AnotherScaleIsAnotherThing) {
-  Thing other = again();
+TEST_F(ByPlace, ADifferentScaleIsAnotherPoint) {
+  Point other = again();
   other.level = 3;
-  EXPECT_EQ(joined_with(other, beside_), 0);
+  EXPECT_EQ(merges_with(other, second_view_), 0);
 }
 
-TEST_F(ByPlace, TheBackOfAThingIsAnotherThing) {
+TEST_F(ByPlace, TheBackOfAnObjectIsAnotherPoint) {
   const Pose behind(so3_exp({0, std::numbers::pi, 0}), {0, 0, 4});
-  EXPECT_EQ(joined_with(again(), behind), 0);
+  EXPECT_EQ(merges_with(again(), behind), 0);
 }
 
-TEST_F(ByPlace, WhatOneKeyframeSeesTwiceIsTwoThings) {
+TEST_F(ByPlace, TwoObservationsInOneKeyframeAreTwoPoints) {
   add({corner_, again()});
-  EXPECT_EQ(join(add({}, beside_)), 0);
+  EXPECT_EQ(join(add({}, second_view_)), 0);
   EXPECT_EQ(map_.landmark_count(), 2U);
 }
 
-TEST_F(ByPlace, TheMoreAlikeAreJoinedAndTheThirdStays) {
-  Thing less_alike = corner_;
+TEST_F(ByPlace, TheMostSimilarAreMergedAndTheThirdStays) {
+  Point less_alike = corner_;
   less_alike.descriptor = bits(15, 20);
-  const auto first = add({less_alike, corner_}), second = add({again()}, beside_);
+  const auto first = add({less_alike, corner_}), second = add({again()}, second_view_);
   const auto left = landmark(first, 0), right = landmark(first, 1);
   EXPECT_EQ(join(second), 1);
-  EXPECT_TRUE(lives(left));
+  EXPECT_TRUE(exists(left));
   EXPECT_EQ(landmark(second, 0), right);
 }
 
 TEST_F(ByPlace, TheOneWithMoreObservationsStays) {
   const auto once = add({corner_});
-  const auto twice = add({again()}, beside_);
-  auto third = add({}, beside_);
+  const auto twice = add({again()}, second_view_);
+  auto third = add({}, second_view_);
   const auto known = landmark(twice, 0), newer = landmark(once, 0);
-  {  // a third keyframe that sees what the second made
+  {  // A third keyframe observes the landmark that the second one created.
     Keyframe keyframe = map_.at(twice);
     keyframe.landmarks.clear();
     third = map_.add_keyframe(keyframe).id;
     ASSERT_TRUE(map_.observe(known, {third, 0}));
   }
   EXPECT_EQ(join(third), 1);
-  EXPECT_TRUE(lives(known));
-  EXPECT_FALSE(lives(newer));
+  EXPECT_TRUE(exists(known));
+  EXPECT_FALSE(exists(newer));
 }
 
-// In the mapper.
+// Within the mapper.
 
-/// Landmarks after a keyframe was refined that sees 20 known things, and one anew that looks a
-/// little different now.
+/// Returns the number of landmarks after the refinement of a keyframe with 20 known points and one
+/// new point whose appearance changed slightly.
 std::size_t landmarks_after_refining(const std::string& rule) {
   const Camera camera;
   Map map(camera, PyramidShape{});
@@ -264,9 +268,9 @@ std::size_t landmarks_after_refining(const std::string& rule) {
       k.v = static_cast<float>(60 + 80 * (i % 5));
       k.depth = 2;
       features->keypoints.push_back(k);
-      // Corners that have nothing in common, the last one apart by 4 bits from frame to frame.
-      const int seen_before = i == 20 && index == 0 ? 4 : 0;
-      features->descriptors.push_back(both(bits(11 * i, 11), bits(240, seen_before)));
+      // The corners have no bits in common; the last one differs by 4 bits from frame to frame.
+      const int changed_bits = i == 20 && index == 0 ? 4 : 0;
+      features->descriptors.push_back(both(bits(11 * i, 11), bits(240, changed_bits)));
     }
     features->grid = KeypointGrid(features->keypoints, camera.width, camera.height);
     auto image = std::make_shared<RgbdFrame>();
@@ -286,12 +290,12 @@ std::size_t landmarks_after_refining(const std::string& rule) {
   return map.landmark_count();
 }
 
-TEST(RepeatedRule, SaysWhatTheMapperDoes) {
+TEST(RepeatedRule, SelectsTheTreatmentInTheMapper) {
   EXPECT_EQ(landmarks_after_refining("none"), 22U);
   EXPECT_EQ(landmarks_after_refining("place"), 21U);
 }
 
-TEST(RepeatedRule, AnUnknownOneSuggestsTheNearest) {
+TEST(RepeatedRule, AnUnknownRuleSuggestsTheNearest) {
   const Camera camera;
   Map map(camera, PyramidShape{});
   MapperOptions options;

@@ -208,7 +208,7 @@ bool Tracker::covered(const Frame& frame) const {
   constexpr double kReach = 1.2;       // meters: a person there fills half of a Kinect's view
   constexpr double kMuchNearer = 0.6;  // of the depth
   if (!local_map_) return false;
-  const Viewpoint view(camera_, pyramid_, T_world_previous_);
+  const LandmarkProjector view(camera_, pyramid_, T_world_previous_);
   int expected = 0, hidden = 0;
   for (const LocalLandmark& landmark : local_map_->landmarks) {
     const auto query = view.expect(landmark, options_.local_radius, options_.min_view_cosine);
@@ -490,7 +490,7 @@ std::vector<Tracker::Match> Tracker::match_local(const Frame& frame, const Pose&
     taken[match.keypoint] = 1;
     in_view[local_map_->index(match.landmark)] = 1;
   }
-  const Viewpoint view(camera_, pyramid_, T_world_camera);
+  const LandmarkProjector view(camera_, pyramid_, T_world_camera);
   std::vector<ProjectionQuery> queries;
   std::vector<std::size_t> indices;
   for (std::size_t i = 0; i < local_map_->landmarks.size(); ++i) {

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Precision and recall of place recognition, against ground truth:
+/// Precision and recall of place recognition against ground truth:
 ///
 ///     ninja -C build/release stillmap_place_recall
-///     build/release/rooms/loop/stillmap_place_recall [--vocabulary FILE] SEQUENCE...
+///     build/release/modules/loop/stillmap_place_recall [--vocabulary FILE] SEQUENCE...
 ///
-/// The sequences (TUM layout, groundtruth.txt of one world in all) give every 10th frame; keypoints
-/// on what mask/ marks are left out, as the evidence of motion would. A pair of frames of one
-/// sequence at least 3 s apart, or of two sequences, is one place if the cameras stood within 0.5 m
-/// and looked within 30 degrees. Printed:
-/// - pairs: all of them by falling score, average precision (area below precision over recall);
-/// - queries: each frame's most similar other frame, right if it is one place; recall counts the
-///   frames that have any such other. At what threshold on the score relative to the neighbor's
-///   (the frame 10 before: DBoW2's normalization) how precise, and how much is recalled;
-/// - milliseconds to load the vocabulary, to make a bag, and to ask the inverted index.
+/// The sequences (TUM layout, groundtruth.txt in one common world) give every 10th frame; keypoints
+/// marked in mask/ are excluded. Two frames of one sequence at least 3 s apart, or of two
+/// sequences,
+/// show the same place if the cameras are within 0.5 m and 30 degrees. Output:
+/// - pairs: all pairs by falling score; average precision (area under precision over recall);
+/// - queries: the most similar other frame of each frame; recall over the frames with a true match;
+///   precision and recall over the score relative to the neighbor's (10 frames earlier, as in
+/// DBoW2);
+/// - time [ms] to load the vocabulary, to compute a bag of words, and to query the inverted index.
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/stopwatch.hpp"
@@ -34,7 +34,7 @@ namespace stillmap {
 namespace {
 
 constexpr int kStride = 10;
-constexpr double kApart = 3.0;  // seconds
+constexpr double kApart = 3.0;  // Minimum time between two frames of a pair [s].
 constexpr double kMeters = 0.5, kRadians = 30 * std::numbers::pi / 180;
 
 struct View {
@@ -45,7 +45,7 @@ struct View {
   BowVector bag;
 };
 
-/// Of a trajectory the pose nearest in time, if it is within 20 ms.
+/// Returns the pose nearest in time, within 20 ms.
 std::optional<Pose> pose_at(const Trajectory& trajectory, double timestamp) {
   const auto after =
       std::lower_bound(trajectory.begin(), trajectory.end(), timestamp,
@@ -132,11 +132,11 @@ void report_pairs(const std::vector<View>& views) {
     }
   }
   const auto right = std::count_if(answers.begin(), answers.end(), [](auto& a) { return a.right; });
-  fmt::print("  pairs: {} of {} are one place; average precision {:.3f}\n", right, answers.size(),
-             average_precision(answers));
+  fmt::print("  pairs: {} of {} show the same place; average precision {:.3f}\n", right,
+             answers.size(), average_precision(answers));
 }
 
-/// The most similar comparable view; score relative to the neighbor's.
+/// Returns the most similar comparable view, with its score relative to the neighbor's.
 std::optional<Answer> answer(const std::vector<View>& views, std::size_t query, bool& answerable) {
   const View& view = views[query];
   if (query == 0 || views[query - 1].sequence != view.sequence) return std::nullopt;
