@@ -35,14 +35,14 @@ TwoViews two_views(unsigned seed, int count, double wrong_share, double pixel_si
     return camera.unproject(uv.x(), uv.y(), p.z() * (1 + depth_share * normal(rng)));
   };
   while (static_cast<int>(views.pairs.size()) < count) {
-    const auto sight = synthetic::random_sight(rng, camera);
-    const Eigen::Vector3d p_a = camera.unproject(sight.u, sight.v, sight.depth);
+    const auto pixel = synthetic::random_pixel(rng, camera);
+    const Eigen::Vector3d p_a = camera.unproject(pixel.u, pixel.v, pixel.depth);
     Eigen::Vector3d p_b = views.T_a_b.inverse() * p_a;
     if (p_b.z() < 0.5 || !camera.contains(camera.project(p_b).x(), camera.project(p_b).y()))
       continue;
     const bool wrong = uniform(rng) < wrong_share;
     if (wrong) {
-      const auto other = synthetic::random_sight(rng, camera);
+      const auto other = synthetic::random_pixel(rng, camera);
       p_b = camera.unproject(other.u, other.v, other.depth);
     }
     RigidPair pair;
