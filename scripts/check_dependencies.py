@@ -25,6 +25,7 @@ DRAWING_BLOCK = re.compile(r"^```dependencies\n(.*?)^```", re.MULTILINE | re.DOT
 MODULE_CALL = re.compile(r"^\s*stillmap_module\s*\(([^)]*)\)", re.MULTILINE)
 MODULE_KEYWORDS = {"DEPENDS", "TEST_DEPENDS", "LINK", "TEST_LINK", "NO_PCH"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"')
+PUBLIC_HEADER = re.compile(r"^stillmap/\w+\.hpp$")
 TEST_FILE = re.compile(r"_(test|benchmark)\.(cpp|hpp)$|/tools/")
 
 
@@ -134,6 +135,8 @@ def file_faults(file, module, usable):
         if not include:
             continue
         parts = include.group(1).split("/")
+        if PUBLIC_HEADER.match(include.group(1)):
+            continue
         if parts[0] != "stillmap" or len(parts) < 3 or ".." in parts:
             yield file, number, f'"{include.group(1)}": write includes in full, "stillmap/<module>/<file>"'
         elif parts[1] not in usable:

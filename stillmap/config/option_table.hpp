@@ -1,0 +1,319 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/options.hpp"
+
+#include <string>
+#include <vector>
+
+namespace stillmap {
+
+/// Inclusive.
+struct OptionRange {
+  double lowest = 0, highest = 0;
+};
+
+/// Everything about one option but its type, its default and its value, which its member tells.
+struct OptionInfo {
+  std::string path;      ///< group.name
+  std::string unit;      ///< empty for none
+  OptionRange range;     ///< of a number
+  std::string sentence;  ///< its meaning; also its comment in options.hpp
+  /// The words that a text, or an item of a list, may be; empty for any.
+  std::vector<std::string> words = {};
+};
+
+/// Calls visitor(const OptionInfo&, Member&) for every option, in the order of the documentation.
+/// This is the only list of them: reading, checking, writing and documentation all use it.
+/// @param options  Options or const Options
+template <typename AnyOptions, typename Visitor>
+void visit_options(AnyOptions& options, Visitor&& visitor) {
+  const auto visit = [&](const OptionInfo& info, auto& member) { visitor(info, member); };
+  constexpr double kMany = 1e6;
+
+  auto& input = options.input;
+  visit({"input.first",
+         "frames",
+         {0, kMany},
+         "Number of frames skipped at the start of the recording."},
+        input.first);
+  visit({"input.count",
+         "frames",
+         {0, kMany},
+         "Maximum number of frames used, counted before the stride; 0 uses all."},
+        input.count);
+  visit({"input.stride", "frames", {1, 1000}, "Every n-th frame is used."}, input.stride);
+  visit({"input.half_size", "", {}, "Whether images are processed at half their width and height."},
+        input.half_size);
+
+  auto& sensor = options.sensor;
+  visit({"sensor.min_depth", "m", {0, 100}, "Depth readings below this distance are ignored."},
+        sensor.min_depth);
+  visit({"sensor.max_depth", "m", {0.1, 1000}, "Depth readings beyond this distance are ignored."},
+        sensor.max_depth);
+
+  auto& features = options.features;
+  visit({"features.keypoints",
+         "",
+         {50, 10000},
+         "Maximum number of keypoints per image, over all pyramid levels."},
+        features.keypoints);
+  visit({"features.levels", "", {1, 16}, "Number of levels of the scale pyramid."},
+        features.levels);
+  visit(
+      {"features.scale_factor", "", {1.05, 2}, "Scale factor between neighboring pyramid levels."},
+      features.scale_factor);
+  visit({"features.fast_threshold",
+         "gray levels",
+         {7, 254},
+         "FAST corner threshold; cells without such a corner are searched again with threshold 7."},
+        features.fast_threshold);
+
+  auto& network = options.network;
+  visit({"network.model",
+         "",
+         {},
+         "YOLOv7, YOLOv8 or YOLO11 network (.onnx), for detection or segmentation; empty for "
+         "none."},
+        network.model);
+  visit({"network.masks",
+         "",
+         {},
+         "Folder with one mask (8-bit PNG) per frame, used instead of a network; empty for none."},
+        network.masks);
+  visit({"network.backend",
+         "",
+         {},
+         "Inference library; auto takes the first one that is available.",
+         {"auto", "openvino", "onnxruntime", "opencv"}},
+        network.backend);
+  visit({"network.threads", "", {1, 256}, "Number of threads of the network."}, network.threads);
+  visit({"network.confidence", "", {0.001, 1}, "Detections of lower confidence are dropped."},
+        network.confidence);
+  visit({"network.nms_iou",
+         "",
+         {0, 1},
+         "Non-maximum suppression drops the less confident of two boxes of one class that overlap "
+         "by more than this IoU."},
+        network.nms_iou);
+  visit({"network.every",
+         "frames",
+         {1, 1000},
+         "The network runs on every n-th frame; in realtime it runs on at most every n-th."},
+        network.every);
+  visit({"network.mask_delay",
+         "frames",
+         {0, 1000},
+         "Number of frames after which the masks of a frame reach the tracker (lockstep)."},
+        network.mask_delay);
+  visit({"network.max_mask_age",
+         "frames",
+         {0, 1000},
+         "Masks are propagated to newer frames up to this age."},
+        network.max_mask_age);
+
+  auto& motion = options.motion;
+  visit({"motion.cues",
+         "",
+         {},
+         "Motion cues that are combined, in this order; an empty list treats the world as static.",
+         {"residual", "free-space", "surface", "history", "semantic", "box-flow", "gated-semantic",
+          "epipolar"}},
+        motion.cues);
+  visit({"motion.moving_classes",
+         "",
+         {},
+         "Classes of objects that move by themselves; \"unknown\" is the class of mask folders."},
+        motion.moving_classes);
+  visit({"motion.potential_classes",
+         "",
+         {},
+         "Classes of objects that may be moved by somebody and are tested by cue epipolar."},
+        motion.potential_classes);
+  visit({"motion.mask_dilation",
+         "pixels",
+         {0, 100},
+         "Masks are grown by this margin before keypoints are looked up in them, where no cue "
+         "judges whole surfaces."},
+        motion.mask_dilation);
+  visit({"motion.semantic_prior",
+         "",
+         {0, 100},
+         "Log-odds against \"static\" of a detection of confidence 1, where a cue also measures "
+         "the motion of surfaces."},
+        motion.semantic_prior);
+  visit({"motion.box_flow_threshold",
+         "",
+         {0, 100},
+         "A keypoint moves if its optical flow differs from the mean background flow by more than "
+         "this multiple of the mean flow's norm (cue box-flow)."},
+        motion.box_flow_threshold);
+  visit({"motion.gate_warp_error",
+         "pixels",
+         {0, 100},
+         "A keypoint is marked if the homography between two frames misses it by more than this "
+         "(cue gated-semantic)."},
+        motion.gate_warp_error);
+  visit({"motion.gate_marked_share",
+         "",
+         {0, 1},
+         "A frame is marked if more than this share of its keypoints is (cue gated-semantic)."},
+        motion.gate_marked_share);
+  visit({"motion.epipolar_threshold",
+         "pixels",
+         {0, 100},
+         "A keypoint moves if it is farther than this from its epipolar line (cue epipolar)."},
+        motion.epipolar_threshold);
+
+  auto& tracking = options.tracking;
+  visit({"tracking.min_inliers",
+         "",
+         {6, 10000},
+         "Minimum number of matched landmarks for a frame to count as tracked."},
+        tracking.min_inliers);
+  visit({"tracking.new_map_after",
+         "frames",
+         {0, kMany},
+         "Number of frames without a pose after which a new map is started."},
+        tracking.new_map_after);
+  visit({"tracking.odometry_fallback",
+         "",
+         {},
+         "Whether tracking continues by visual odometry where a map that is not extended ends."},
+        tracking.odometry_fallback);
+  visit({"tracking.keyframe_gap",
+         "frames",
+         {0, 1000},
+         "Minimum number of frames between two keyframes."},
+        tracking.keyframe_gap);
+  visit({"tracking.keyframe_rotation",
+         "degrees",
+         {1, 180},
+         "A keyframe is added at a rotation beyond this from every keyframe nearby."},
+        tracking.keyframe_rotation);
+  visit({"tracking.keyframe_translation",
+         "",
+         {0.01, 10},
+         "A keyframe is added at a distance beyond this share of the median depth from every "
+         "keyframe nearby."},
+        tracking.keyframe_translation);
+
+  auto& map = options.map;
+  visit({"map.local_window",
+         "keyframes",
+         {1, 200},
+         "Maximum number of keyframes that a local bundle adjustment moves."},
+        map.local_window);
+  visit({"map.fusion_keyframes",
+         "keyframes",
+         {0, 100},
+         "Number of covisible keyframes with which the landmarks of a new keyframe are fused; 0 "
+         "turns fusion off."},
+        map.fusion_keyframes);
+  visit({"map.repeated_landmarks",
+         "",
+         {},
+         "Rule for landmarks that show the same point: none, node-median (removal within a "
+         "vocabulary node, as in the high/low-dynamics system) or place (fusion of landmarks that "
+         "coincide).",
+         {"none", "node-median", "place"}},
+        map.repeated_landmarks);
+  visit({"map.loops", "", {}, "Whether loops are closed and maps are merged."}, map.loops);
+  visit({"map.final_adjustment",
+         "",
+         {},
+         "Whether the whole map is adjusted once more at the end of a run."},
+        map.final_adjustment);
+
+  visit({"movers.enabled",
+         "",
+         {},
+         "Whether moving objects are detected and tracked in the world frame."},
+        options.movers.enabled);
+
+  auto& dense = options.dense;
+  visit({"dense.enabled", "", {}, "Whether the dense map is made."}, dense.enabled);
+  visit({"dense.voxel", "m", {0.001, 1}, "Side of the voxels of the dense cloud."}, dense.voxel);
+  visit({"dense.stride",
+         "pixels",
+         {1, 32},
+         "Every n-th pixel of a view is used, in both directions."},
+        dense.stride);
+  visit({"dense.max_depth",
+         "m",
+         {0.5, 100},
+         "Depths beyond this distance are left out, except those of far surfaces."},
+        dense.max_depth);
+  visit({"dense.far_depth",
+         "m",
+         {0, 100},
+         "Smooth surfaces are averaged and used up to this distance; 0 leaves far surfaces out."},
+        dense.far_depth);
+  visit({"dense.every",
+         "frames",
+         {0, kMany},
+         "A frame that is no keyframe is considered after this many frames; 0 uses keyframes "
+         "only."},
+        dense.every);
+  visit({"dense.free_space", "", {}, "Whether voxels that later views see through are removed."},
+        dense.free_space);
+  visit({"dense.outlier_deviations",
+         "",
+         {0, 100},
+         "Points are dropped whose distance to their neighbors exceeds the mean by this many "
+         "standard deviations; 0 keeps all points."},
+        dense.outlier_deviations);
+  visit({"dense.mask_dilation",
+         "pixels",
+         {0, 100},
+         "Masks of excluded objects are grown by this margin."},
+        dense.mask_dilation);
+  visit({"dense.excluded_classes",
+         "",
+         {},
+         "Classes of objects that are left out of the dense map, whether they move or not."},
+        dense.excluded_classes);
+
+  auto& outputs = options.outputs;
+  visit({"outputs.mesh_voxel", "m", {0.002, 1}, "Side of the voxels of the mesh."},
+        outputs.mesh_voxel);
+  visit({"outputs.planner_cell", "m", {0.005, 1}, "Side of the cells of the occupancy grids."},
+        outputs.planner_cell);
+  visit({"outputs.planner_lowest",
+         "m",
+         {-10, 100},
+         "Lower end of the height band of the floor plan, above the floor."},
+        outputs.planner_lowest);
+  visit({"outputs.planner_highest",
+         "m",
+         {-10, 100},
+         "Upper end of the height band of the floor plan, above the floor."},
+        outputs.planner_highest);
+
+  auto& schedule = options.schedule;
+  visit({"schedule.mode",
+         "",
+         {},
+         "lockstep uses each result at a fixed later frame, so that runs are repeatable; realtime "
+         "uses it as soon as it is ready.",
+         {"lockstep", "realtime"}},
+        schedule.mode);
+  visit({"schedule.insert_delay",
+         "frames",
+         {1, 1000},
+         "Number of frames after which the landmarks of a new keyframe are visible (lockstep)."},
+        schedule.insert_delay);
+  visit({"schedule.refine_delay",
+         "frames",
+         {1, 1000},
+         "Number of frames after which the refined map around a new keyframe is visible "
+         "(lockstep)."},
+        schedule.refine_delay);
+  visit({"schedule.global_delay",
+         "frames",
+         {1, kMany},
+         "Number of frames after which the map adjusted as a whole replaces the old one "
+         "(lockstep)."},
+        schedule.global_delay);
+}
+
+}  // namespace stillmap

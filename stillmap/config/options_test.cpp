@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/file.hpp"
+#include "stillmap/base/test_path.hpp"
+#include "stillmap/config/option_values.hpp"
+#include "stillmap/config/preset_files.hpp"
+#include "stillmap/config/write_options.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cstdlib>
+#include <set>
+#include <sstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace stillmap {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+constexpr int kMostOptions = 60;
+
+/// What the error of a call says; empty where it throws none.
+template <typename Call>
+std::string error_of(Call&& call) {
+  try {
+    call();
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "";
+}
+
+std::string error_of_setting(const std::string& assignment) {
+  Options options;
+  return error_of([&] { set_option(assignment, options); });
+}
+
+std::string read_source(const std::string& file) {
+  return read_file(std::filesystem::path(STILLMAP_SOURCE_DIR) / file);
+}
+
+/// Text without comment signs and line breaks, each run of blanks as one.
+std::string flattened(const std::string& text) {
+  std::istringstream words(text);
+  std::string flat;
+  for (std::string word; words >> word;) {
+    if (word != "///") flat += " " + word;
+  }
+  return flat;
+}
+
+TEST(OptionTable, HoldsNoMoreThanAUserCanOverlook) {
+  int count = 0;
+  const Options options;
+  visit_options(options, [&](const OptionInfo&, const auto&) { ++count; });
+  EXPECT_LE(count, kMostOptions);
+}
+
+TEST(OptionTable, ListsEveryOptionOnceByGroupAndName) {
+  std::set<std::string> paths;
+  const Options options;
+  visit_options(options, [&](const OptionInfo& info, const auto&) {
+    EXPECT_EQ(std::count(info.path.begin(), info.path.end(), '.'), 1) << info.path;
+    EXPECT_TRUE(paths.insert(info.path).second) << info.path;
+  });
+}
+
+TEST(OptionTable, ExplainsEveryOptionInAWholeSentence) {
+  const Options options;
+  visit_options(options, [&](const OptionInfo& info, const auto&) {
+    EXPECT_TRUE(info.sentence.ends_with(".")) << info.path;
+    EXPECT_TRUE(std::isupper(info.sentence.front()) || info.sentence.starts_with("lockstep"))
+        << info.path;
+  });
+}
+
+TEST(OptionTable, HasARangeForEveryNumberThatContainsTheDefault) {
+  const Options options;
+  visit_options(options, [&](const OptionInfo& info, const auto& value) {
+    if constexpr (is_number<std::decay_t<decltype(value)>>) {
+      EXPECT_LT(info.range.lowest, info.range.highest) << info.path;
+    }
+    EXPECT_FALSE(range_problem(info, value)) << info.path;
+  });
+}
+
+TEST(OptionTable, SaysWhatThePublicHeaderSays) {
+  const std::string header = flattened(read_source("stillmap/options.hpp"));
+  const Options options;
+  visit_options(options, [&](const OptionInfo& info, const auto&) {
+    EXPECT_THAT(header, HasSubstr(flattened(info.sentence))) << info.path;
+  });
+}
+
+TEST(OptionTable, IsTheDocumentation) {
+  EXPECT_EQ(read_source("docs/options.md"), options_markdown())
+      << "out of date: run `stillmap options --markdown > docs/options.md`";
+}
+
+TEST(Options, OutsideTheirRangeAreRefusedWithTheRange) {
+  EXPECT_THAT(error_of_setting("features.keypoints=5"),
+              HasSubstr("option features.keypoints is 5: it must be from 50 to 10000"));
+  EXPECT_THAT(error_of_setting("dense.voxel=0"), HasSubstr("it must be from 0.001 to 1 [m]"));
+  EXPECT_THAT(error_of_setting("dense.voxel=.nan"), HasSubstr("it must be from 0.001 to 1 [m]"));
+  EXPECT_THAT(error_of_setting("schedule.mode=sometimes"),
+              HasSubstr("is 'sometimes': it must be one of lockstep, realtime"));
+  EXPECT_THAT(error_of_setting("motion.cues=semantic,magic"),
+              AllOf(HasSubstr("has the item 'magic'"), HasSubstr("epipolar")));
+}
+
+/// Every number just outside either end of its range.
+TEST(Options, AreAllCheckedWhereTheyWereNotRead) {
+  Options options;
+  visit_options(options, [&](const OptionInfo& info, auto& value) {
+    using Value = std::decay_t<decltype(value)>;
+    if constexpr (is_number<Value>) {
+      const Value before = value;
+      for (const double outside : {info.range.lowest - 1, info.range.highest + 1}) {
+        value = static_cast<Value>(outside);
+        EXPECT_THAT(error_of([&] { check_options(options); }),
+                    AllOf(HasSubstr(info.path), HasSubstr(range_text(info))));
+      }
+      value = before;
+    }
+  });
+  EXPECT_NO_THROW(check_options(options));
+}
+
+TEST(Options, ThatContradictEachOtherAreRefused) {
+  Options depths;
+  depths.sensor.min_depth = 5, depths.sensor.max_depth = 4;
+  EXPECT_THAT(error_of([&] { check_options(depths); }), HasSubstr("less than sensor.max_depth"));
+  Options heights;
+  heights.outputs.planner_lowest = heights.outputs.planner_highest;
+  EXPECT_THAT(error_of([&] { check_options(heights); }), HasSubstr("planner_highest"));
+  Options delays;
+  delays.schedule.insert_delay = delays.schedule.refine_delay + 1;
+  EXPECT_THAT(error_of([&] { check_options(delays); }), HasSubstr("schedule.refine_delay"));
+}
+
+TEST(Options, AreSetByName) {
+  Options options;
+  set_option("features.keypoints=1500", options);
+  set_option("dense.voxel=0.02", options);
+  set_option("dense.enabled=false", options);
+  set_option("network.model=a=b,c.onnx", options);
+  set_option("motion.moving_classes=person,dining table", options);
+  set_option("motion.cues=", options);
+  EXPECT_EQ(options.features.keypoints, 1500);
+  EXPECT_EQ(options.dense.voxel, 0.02);
+  EXPECT_FALSE(options.dense.enabled);
+  EXPECT_EQ(options.network.model, "a=b,c.onnx");
+  EXPECT_EQ(options.motion.moving_classes, (std::vector<std::string>{"person", "dining table"}));
+  EXPECT_TRUE(options.motion.cues.empty());
+}
+
+TEST(Options, AnUnknownNameSuggestsTheNearest) {
+  EXPECT_THAT(error_of_setting("features.keypoint=1"),
+              AllOf(HasSubstr("there is no option 'features.keypoint'"),
+                    HasSubstr("did you mean 'keypoints'?")));
+  EXPECT_THAT(error_of_setting("orb.keypoints=1"), HasSubstr("did you mean 'features.keypoints'?"));
+  EXPECT_THAT(error_of_setting("tracing.speed=1"), HasSubstr("did you mean 'tracking'?"));
+}
+
+TEST(Options, AValueOfTheWrongTypeIsAnError) {
+  EXPECT_THAT(error_of_setting("features.keypoints=many"), HasSubstr("takes a whole number"));
+  EXPECT_THAT(error_of_setting("features.keypoints=100.5"), HasSubstr("takes a whole number"));
+  EXPECT_THAT(error_of_setting("dense.enabled=perhaps"), HasSubstr("true or false"));
+  EXPECT_THAT(error_of_setting("features=3"), HasSubstr("features is a group of options"));
+  EXPECT_THAT(error_of_setting("features.keypoints"), HasSubstr("is no assignment"));
+  EXPECT_THAT(error_of_setting("preset=static"), HasSubstr("--preset NAME"));
+}
+
+class OptionFile : public ::testing::Test {
+ protected:
+  std::filesystem::path file_ = test::own_path("options.yaml");
+  void TearDown() override { std::filesystem::remove(file_); }
+  std::string error_of_reading(const std::string& text, const std::string& preset = "") {
+    write_file(file_, text);
+    return error_of([&] { read_options(preset, file_); });
+  }
+};
+
+TEST_F(OptionFile, ThatIsWrittenReadsBackTheSame) {
+  Options written = read_options("box-epipolar");  // with long lists, and names of two words
+  written.features.keypoints = 777;
+  written.dense.voxel = 0.1;  // no finite binary fraction
+  written.network.model = "folder: of #1/net.onnx";
+  written.motion.cues.clear();
+  write_file(file_, options_yaml(written));
+  EXPECT_EQ(options_json(read_options("", file_)), options_json(written));
+}
+
+TEST_F(OptionFile, ExplainsEveryOptionInAComment) {
+  const std::string text = options_yaml(Options());
+  EXPECT_THAT(text, HasSubstr("  # Maximum number of keypoints per image, over all pyramid levels. "
+                              "Range: 50 to 10000. Default:\n  # 1000.\n  keypoints: 1000\n"));
+  EXPECT_THAT(text, HasSubstr("Unit: m. Range: 0.001 to 1. Default: 0.01."));
+  EXPECT_THAT(text, HasSubstr("Words: lockstep, realtime. Default: lockstep."));
+}
+
+TEST_F(OptionFile, NamesTheLineOfAMistake) {
+  EXPECT_THAT(error_of_reading("features:\n  keypoints: 500\n  color: red\n"),
+              HasSubstr("options.yaml:3: there is no option 'features.color'"));
+  EXPECT_THAT(error_of_reading("features:\n  keypoints: 5\n"),
+              HasSubstr("options.yaml:2: option features.keypoints is 5"));
+  EXPECT_THAT(error_of_reading("preset: fused\norb:\n  keypoints: 500\n"),
+              HasSubstr("options.yaml:2: there is no option 'orb'"));
+  EXPECT_THAT(error_of_reading("features: 3\n"), HasSubstr("features is a group of options"));
+}
+
+TEST_F(OptionFile, ThatIsNoYamlIsAnError) {
+  EXPECT_THAT(error_of_reading("features: [1, 2\n"), HasSubstr("is not YAML"));
+  EXPECT_THAT(error_of_reading("just words\n"), HasSubstr("holds no groups of options"));
+  EXPECT_THROW(read_options("", "/nonexistent.yaml"), Error);
+}
+
+TEST_F(OptionFile, StandsOnThePresetThatItNames) {
+  write_file(file_, "preset: seg-mask\nfeatures:\n  keypoints: 500\n");
+  const Options options = read_options("", file_);
+  EXPECT_EQ(options.preset, "seg-mask");
+  EXPECT_EQ(options.motion.cues, (std::vector<std::string>{"semantic"}));
+  EXPECT_EQ(options.features.keypoints, 500);
+}
+
+TEST_F(OptionFile, OverridesThePresetThatWasChosen) {
+  write_file(file_, "motion:\n  cues: [epipolar]\n");
+  const Options options = read_options("seg-mask", file_);
+  EXPECT_EQ(options.preset, "seg-mask");
+  EXPECT_EQ(options.motion.cues, (std::vector<std::string>{"epipolar"}));
+}
+
+TEST_F(OptionFile, WithAnotherPresetThanTheChosenOneIsAnError) {
+  EXPECT_THAT(error_of_reading("preset: fused\n", "static"),
+              HasSubstr("is based on preset fused, but preset static was chosen"));
+}
+
+TEST_F(OptionFile, ThatSetsEverythingNeedsNoPreset) {
+  Options options;
+  options.preset = "gone.yaml";
+  write_file(file_, options_yaml(options));
+  EXPECT_EQ(read_options("", file_).preset, "gone.yaml");
+  EXPECT_THAT(error_of_reading("preset: gone.yaml\n"), HasSubstr("gone.yaml"));
+}
+
+TEST(Presets, ThatAreShippedAllLoadAndSayWhatTheyAre) {
+  EXPECT_EQ(shipped_presets().size(), 6U);
+  for (const Preset& preset : presets()) {
+    EXPECT_FALSE(preset.description.empty()) << preset.name;
+    EXPECT_EQ(read_options(preset.name).preset, preset.name);
+  }
+}
+
+TEST(Presets, FusedIsTheDefault) {
+  EXPECT_EQ(options_json(read_options("fused")), options_json(Options()));
+}
+
+TEST(Presets, AnUnknownNameSuggestsTheNearest) {
+  EXPECT_THAT(error_of([] { read_options("segmask"); }), HasSubstr("did you mean 'seg-mask'?"));
+}
+
+TEST_F(OptionFile, MayBeAPreset) {
+  write_file(file_, "# Mine.\nfeatures:\n  levels: 4\n");
+  EXPECT_EQ(read_options(file_.string()).features.levels, 4);
+  write_file(file_, "preset: static\n");
+  EXPECT_THAT(error_of([&] { read_options(file_.string()); }),
+              HasSubstr("cannot be based on another one"));
+}
+
+TEST(Presets, OfTheUsersOwnFolderComeFirst) {
+  const auto folder = test::own_path("presets");
+  std::filesystem::create_directories(folder);
+  write_file(folder / "static.yaml", "# Mine.\nfeatures:\n  levels: 4\n");
+  write_file(folder / "crane.yaml", "# High up.\nfeatures:\n  levels: 5\n");
+  setenv("STILLMAP_PRESETS", folder.c_str(), 1);
+  EXPECT_EQ(read_options("static").features.levels, 4);
+  EXPECT_EQ(read_options("crane").features.levels, 5);
+  EXPECT_EQ(presets().size(), 7U);
+  EXPECT_THAT(presets_text(), HasSubstr("High up."));
+  unsetenv("STILLMAP_PRESETS");
+  EXPECT_EQ(read_options("static").features.levels, 8);
+  std::filesystem::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace stillmap

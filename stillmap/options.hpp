@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace stillmap {
+
+/// Everything that a user can set, with the values of preset fused as defaults. Each option is
+/// addressed as group.name in a YAML file and in `--set group.name=value`; docs/options.md lists
+/// all of them with their ranges. Values outside their range are refused by check_options().
+struct Options {
+  /// Name or file of the preset that the options are based on.
+  std::string preset = "fused";
+
+  /// The part of a recording that is processed.
+  struct Input {
+    /// Number of frames skipped at the start of the recording.
+    int first = 0;
+    /// Maximum number of frames used, counted before the stride; 0 uses all.
+    int count = 0;
+    /// Every n-th frame is used.
+    int stride = 1;
+    /// Whether images are processed at half their width and height.
+    bool half_size = false;
+  };
+  /// The depth camera.
+  struct Sensor {
+    /// Depth readings below this distance are ignored.
+    double min_depth = 0.1;  // [m]
+    /// Depth readings beyond this distance are ignored.
+    double max_depth = 20;  // [m]
+  };
+  /// ORB keypoints.
+  struct Features {
+    /// Maximum number of keypoints per image, over all pyramid levels.
+    int keypoints = 1000;
+    /// Number of levels of the scale pyramid.
+    int levels = 8;
+    /// Scale factor between neighboring pyramid levels.
+    double scale_factor = 1.2;
+    /// FAST corner threshold; cells without such a corner are searched again with threshold 7.
+    int fast_threshold = 20;  // [gray levels]
+  };
+  /// The object detector.
+  struct Network {
+    /// YOLOv7, YOLOv8 or YOLO11 network (.onnx), for detection or segmentation; empty for none.
+    std::string model;
+    /// Folder with one mask (8-bit PNG) per frame, used instead of a network; empty for none.
+    std::string masks;
+    /// Inference library; auto takes the first one that is available.
+    std::string backend = "auto";
+    /// Number of threads of the network.
+    int threads = 1;
+    /// Detections of lower confidence are dropped.
+    double confidence = 0.25;
+    /// Non-maximum suppression drops the less confident of two boxes of one class that overlap by
+    /// more than this IoU.
+    double nms_iou = 0.7;
+    /// The network runs on every n-th frame; in realtime it runs on at most every n-th.
+    int every = 3;
+    /// Number of frames after which the masks of a frame reach the tracker (lockstep).
+    int mask_delay = 2;  // [frames]
+    /// Masks are propagated to newer frames up to this age.
+    int max_mask_age = 30;  // [frames]
+  };
+  /// The decision which keypoints move.
+  struct Motion {
+    /// Motion cues that are combined, in this order; an empty list treats the world as static.
+    std::vector<std::string> cues = {"residual", "free-space", "surface", "history", "semantic"};
+    /// Classes of objects that move by themselves; "unknown" is the class of mask folders.
+    std::vector<std::string> moving_classes = {"person", "unknown"};
+    /// Classes of objects that may be moved by somebody and are tested by cue epipolar.
+    std::vector<std::string> potential_classes;
+    /// Masks are grown by this margin before keypoints are looked up in them, where no cue judges
+    /// whole surfaces.
+    int mask_dilation = 5;  // [pixels]
+    /// Log-odds against "static" of a detection of confidence 1, where a cue also measures the
+    /// motion of surfaces.
+    double semantic_prior = 4;
+    /// A keypoint moves if its optical flow differs from the mean background flow by more than this
+    /// multiple of the mean flow's norm (cue box-flow).
+    double box_flow_threshold = 0.5;
+    /// A keypoint is marked if the homography between two frames misses it by more than this (cue
+    /// gated-semantic).
+    double gate_warp_error = 1.7;  // [pixels]
+    /// A frame is marked if more than this share of its keypoints is (cue gated-semantic).
+    double gate_marked_share = 0.1;
+    /// A keypoint moves if it is farther than this from its epipolar line (cue epipolar).
+    double epipolar_threshold = 1.96;  // [pixels]
+  };
+  /// Camera tracking and the choice of keyframes.
+  struct Tracking {
+    /// Minimum number of matched landmarks for a frame to count as tracked.
+    int min_inliers = 25;
+    /// Number of frames without a pose after which a new map is started.
+    int new_map_after = 10;  // [frames]
+    /// Whether tracking continues by visual odometry where a map that is not extended ends.
+    bool odometry_fallback = true;
+    /// Minimum number of frames between two keyframes.
+    int keyframe_gap = 5;  // [frames]
+    /// A keyframe is added at a rotation beyond this from every keyframe nearby.
+    double keyframe_rotation = 15;  // [degrees]
+    /// A keyframe is added at a distance beyond this share of the median depth from every keyframe
+    /// nearby.
+    double keyframe_translation = 0.25;
+  };
+  /// The sparse map.
+  struct Map {
+    /// Maximum number of keyframes that a local bundle adjustment moves.
+    int local_window = 15;
+    /// Number of covisible keyframes with which the landmarks of a new keyframe are fused; 0 turns
+    /// fusion off.
+    int fusion_keyframes = 10;
+    /// Rule for landmarks that show the same point: none, node-median (removal within a vocabulary
+    /// node, as in the high/low-dynamics system) or place (fusion of landmarks that coincide).
+    std::string repeated_landmarks = "none";
+    /// Whether loops are closed and maps are merged.
+    bool loops = true;
+    /// Whether the whole map is adjusted once more at the end of a run.
+    bool final_adjustment = true;
+  };
+  /// Moving objects.
+  struct Movers {
+    /// Whether moving objects are detected and tracked in the world frame.
+    bool enabled = true;
+  };
+  /// The dense map of static surfaces.
+  struct Dense {
+    /// Whether the dense map is made.
+    bool enabled = true;
+    /// Side of the voxels of the dense cloud.
+    double voxel = 0.01;  // [m]
+    /// Every n-th pixel of a view is used, in both directions.
+    int stride = 2;  // [pixels]
+    /// Depths beyond this distance are left out, except those of far surfaces.
+    double max_depth = 4;  // [m]
+    /// Smooth surfaces are averaged and used up to this distance; 0 leaves far surfaces out.
+    double far_depth = 5;  // [m]
+    /// A frame that is no keyframe is considered after this many frames; 0 uses keyframes only.
+    int every = 15;  // [frames]
+    /// Whether voxels that later views see through are removed.
+    bool free_space = true;
+    /// Points are dropped whose distance to their neighbors exceeds the mean by this many standard
+    /// deviations; 0 keeps all points.
+    double outlier_deviations = 2;
+    /// Masks of excluded objects are grown by this margin.
+    int mask_dilation = 6;  // [pixels]
+    /// Classes of objects that are left out of the dense map, whether they move or not.
+    std::vector<std::string> excluded_classes = {"person", "unknown", "bird",
+                                                 "cat",    "dog",     "horse"};
+  };
+  /// The mesh and the files for planners, which are made on request.
+  struct Outputs {
+    /// Side of the voxels of the mesh.
+    double mesh_voxel = 0.02;  // [m]
+    /// Side of the cells of the occupancy grids.
+    double planner_cell = 0.05;  // [m]
+    /// Lower end of the height band of the floor plan, above the floor.
+    double planner_lowest = 0.1;  // [m]
+    /// Upper end of the height band of the floor plan, above the floor.
+    double planner_highest = 1.8;  // [m]
+  };
+  /// The time at which results of other threads reach the tracker.
+  struct Schedule {
+    /// lockstep uses each result at a fixed later frame, so that runs are repeatable; realtime uses
+    /// it as soon as it is ready.
+    std::string mode = "lockstep";
+    /// Number of frames after which the landmarks of a new keyframe are visible (lockstep).
+    int insert_delay = 1;  // [frames]
+    /// Number of frames after which the refined map around a new keyframe is visible (lockstep).
+    int refine_delay = 5;  // [frames]
+    /// Number of frames after which the map adjusted as a whole replaces the old one (lockstep).
+    int global_delay = 90;  // [frames]
+  };
+
+  Input input;
+  Sensor sensor;
+  Features features;
+  Network network;
+  Motion motion;
+  Tracking tracking;
+  Map map;
+  Movers movers;
+  Dense dense;
+  Outputs outputs;
+  Schedule schedule;
+
+  bool realtime() const { return schedule.mode == "realtime"; }
+};
+
+/// A preset: a YAML file of options that differ from the defaults.
+struct Preset {
+  std::string name;
+  std::string description;  ///< first comment line of its file
+  std::string text;         ///< its whole file
+};
+
+/// All presets by name: those that come with the program, and those in the folder that the
+/// environment variable STILLMAP_PRESETS names. A file there replaces the preset of the same name.
+std::vector<Preset> presets();
+
+/// The options of a preset, overridden by those of a YAML file.
+/// @param preset  name or file; empty for the one that the YAML file names under `preset`, or fused
+/// @param file    empty for none
+/// Throws Error with file, line and the nearest known name for an unknown option, for a value of
+/// the wrong type or outside its range, and where `preset` and `file` name different presets.
+Options read_options(const std::string& preset = {}, const std::filesystem::path& file = {});
+
+/// Overrides one option by an assignment "group.name=value"; the items of a list are separated by
+/// commas. Throws Error as read_options() does.
+void set_option(const std::string& assignment, Options& options);
+
+/// Throws Error for an option outside its range, and names the range.
+void check_options(const Options& options);
+
+/// All options as YAML that read_options() reads back, with sentence, unit, range and default of
+/// each as comments.
+std::string options_yaml(const Options& options);
+
+}  // namespace stillmap
