@@ -20,7 +20,7 @@ MapMaker::MapMaker(Map map, const SlamOptions& options)
 LocalMapPtr MapMaker::insert(const KeyframeProposal& proposal) {
   const TimedScope timed(timing_, "keyframe insertion");
   newest_ = mapper_.insert(proposal);
-  keyframe_of_[proposal.frame->index()] = newest_;
+  made_.push_back(newest_);
   const KeyframeId abandoned = map_.current_keyframe(proposal.abandoned);
   if (abandoned.valid()) drop(map_.at(abandoned).component);
   return mapper_.local_map(newest_);
@@ -102,13 +102,12 @@ KeyframePoses MapMaker::poses_around(KeyframeId keyframe) const {
   if (!around.valid()) return poses;
   const std::uint32_t component = map_.at(around).component;
   map_.for_each_keyframe([&](const Keyframe& k) {
-    if (k.component == component) poses.T_world_camera[k.id] = k.T_world_camera;
+    if (k.component == component) poses[k.id] = k.T_world_camera;
   });
-  for (const auto& [frame, id] : keyframe_of_) {
+  for (const KeyframeId id : made_) {
     const KeyframeId current = map_.current_keyframe(id);
-    if (!current.valid() || map_.at(current).component != component) continue;
-    poses.made_of[frame] = id;
-    if (current != id) poses.T_world_camera[id] = map_.resolve(id, Pose());
+    if (!current.valid() || current == id || map_.at(current).component != component) continue;
+    poses[id] = map_.resolve(id, Pose());
   }
   return poses;
 }
@@ -145,11 +144,6 @@ void MapMaker::drop(std::uint32_t component) {
 void MapMaker::adjust_all(const BundleOptions& options) {
   const TimedScope timed(timing_, "final adjustment");
   for (const std::uint32_t component : map_.components()) adjust_globally(map_, component, options);
-}
-
-KeyframeId MapMaker::keyframe_of(std::size_t frame_index) const {
-  const auto found = keyframe_of_.find(frame_index);
-  return found != keyframe_of_.end() ? found->second : KeyframeId{};
 }
 
 }  // namespace stillmap

@@ -33,11 +33,8 @@ struct MapEvent {
   double milliseconds = 0;         ///< in all, without the adjustment of the whole map
 };
 
-/// Where the keyframes of a component stand, by id; those included that were erased since.
-struct KeyframePoses {
-  std::map<KeyframeId, Pose> T_world_camera;
-  std::map<std::size_t, KeyframeId> made_of;  ///< by frame index, in this run
-};
+/// T_world_camera of the keyframes of a component, by id; those included that were erased since.
+using KeyframePoses = std::map<KeyframeId, Pose>;
 
 /// The owner of the map, and the order of what is done to it; synchronous, for one thread.
 class MapMaker {
@@ -85,8 +82,8 @@ class MapMaker {
   const TimingRecorder& timing() const { return timing_; }
   const std::vector<MapEvent>& events() const { return events_; }
   const RefineTotals& refined() const { return refined_; }
-  /// The keyframe made of a frame; invalid if none was.
-  KeyframeId keyframe_of(std::size_t frame_index) const;
+  /// Returns the keyframe inserted last; invalid before the first.
+  KeyframeId newest() const { return newest_; }
 
  private:
   void index_keyframe(KeyframeId keyframe);
@@ -101,8 +98,8 @@ class MapMaker {
   KeyframeId newest_;
   bool moved_ = false;  // see take_moved()
   std::optional<std::uint32_t>
-      pending_global_ba_;  // component that waits to be adjusted as a whole
-  std::map<std::size_t, KeyframeId> keyframe_of_;
+      pending_global_ba_;         // component that waits to be adjusted as a whole
+  std::vector<KeyframeId> made_;  // in this run, those included that were erased since
   std::vector<MapEvent> events_;
   RefineTotals refined_;
   TimingRecorder timing_;

@@ -11,9 +11,9 @@ namespace {
 /// Keyframes come a few a second; a queue this long means that the mapper is seconds behind.
 constexpr std::size_t kQueue = 16;
 
-/// MapUpdate that may be owed to a tracker in real time, two for each keyframe. One that runs
-/// further ahead of its map leaves the part that it knows; it rather lets frames of the camera
-/// pass.
+/// Updates that the tracker may be ahead of in realtime, two for each keyframe. One that ran
+/// further ahead would leave the part of the map that it knows; it waits, and lets frames of the
+/// camera pass.
 constexpr std::size_t kMaxPendingUpdates = 6;
 
 /// A frame that comes after all others.
@@ -46,17 +46,22 @@ void Mapping::work(const TrackedFrame& tracked, const MapStage::Publish& publish
   }
   if (!extend_) {
     const LocalMapPtr around = maker_.snapshot_for(*tracked.proposal);
-    publish({around, std::nullopt});
-    publish({around, std::nullopt});
+    publish({around});
+    publish({around});
     return;
   }
   apply_due_adjustment(tracked.frame->index());
-  publish({maker_.insert(*tracked.proposal), std::nullopt, maker_.take_moved()});
+  MapUpdate inserted{maker_.insert(*tracked.proposal)};
+  inserted.moved = maker_.take_moved();
+  inserted.made = {tracked.frame->index(), maker_.newest()};
+  publish(std::move(inserted));
   // A newer keyframe matters more than the last digit of this one's surroundings, where time is
   // real.
   StopRequest hurry;
   if (schedule_.realtime()) hurry = [this] { return stage_->waiting() > 0; };
-  publish({maker_.refine(hurry), std::nullopt, maker_.take_moved()});
+  MapUpdate refined{maker_.refine(hurry)};
+  refined.moved = maker_.take_moved();
+  publish(std::move(refined));
   begin_adjustment(tracked.frame->index());
 }
 
@@ -117,8 +122,8 @@ void Mapping::push(const TrackedFramePtr& tracked) {
   }
 }
 
-/// MapUpdate come in the order in which they were asked for, so none is visible before the one
-/// before.
+/// Updates come in the order in which they were asked for, so none is visible before an earlier
+/// one.
 void Mapping::expect(std::size_t frame_index) {
   due_.push_back(due_.empty() ? frame_index : std::max(due_.back(), frame_index));
 }
@@ -133,25 +138,28 @@ std::optional<Mapping::MapUpdate> Mapping::next_update(std::size_t frame_index) 
 }
 
 MapView Mapping::view_for(std::size_t frame_index) {
-  std::optional<RelocalizationResult> found;
-  std::shared_ptr<const KeyframePoses> moved;
+  MapView view;
   while (auto update = next_update(frame_index)) {
-    if (update->moved) moved = update->moved;
+    if (update->moved) view.moved = update->moved;
+    if (update->made.id.valid()) view.made.push_back(update->made);
     if (update->local_map) {
       newest_ = update->local_map;
       if (newest_->component + 1 == components_started_) await_first_snapshot_ = false;
     } else {
       relocalizing_ = false;
-      if (!std::exchange(relocalization_outdated_, false)) found = std::move(update->found);
+      if (!std::exchange(relocalization_outdated_, false)) view.found = std::move(update->found);
     }
   }
-  return {newest_, std::move(found), std::move(moved)};
+  view.local_map = newest_;
+  return view;
 }
 
-void Mapping::drain() {
+std::vector<NewKeyframe> Mapping::drain() {
   stage_->drain();
+  std::vector<NewKeyframe> made = view_for(kAtTheEnd).made;
   apply_due_adjustment(kAtTheEnd);
   if (extend_) maker_.merge_remaining();
+  return made;
 }
 
 void Mapping::finish() {

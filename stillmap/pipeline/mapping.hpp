@@ -7,15 +7,23 @@
 #include <deque>
 #include <memory>
 #include <optional>
+#include <vector>
 
 namespace stillmap {
 
-/// What the tracker knows of the map at a frame.
+/// A frame that was made a keyframe.
+struct NewKeyframe {
+  std::size_t frame_index = 0;
+  KeyframeId id;
+};
+
+/// The state of the map at a frame, as the tracker may see it.
 struct MapView {
   LocalMapPtr local_map;                      ///< null while there is no map
-  std::optional<RelocalizationResult> found;  ///< if an answer has come where the lost camera was
+  std::optional<RelocalizationResult> found;  ///< the place of the lost camera, if just recognized
   /// Where the keyframes around the camera stand now, if they moved as a whole; null if not.
   std::shared_ptr<const KeyframePoses> moved;
+  std::vector<NewKeyframe> made;  ///< since the view before
 };
 
 /// The map's side in threads of its own: proposals go in, snapshots of the map come out; frames of
@@ -45,7 +53,8 @@ class Mapping {
   }
 
   /// Waits for all that was pushed. From here on the map may be read, and nothing pushed.
-  void drain();
+  /// Returns the keyframes made since the last view.
+  std::vector<NewKeyframe> drain();
   /// Drops a component, unless some of it was made before this run. After drain().
   void drop(std::uint32_t component) { maker_.drop(component); }
   /// If asked to by the options, adjusts the whole map once more. After drain().
@@ -55,15 +64,14 @@ class Mapping {
   TimingRecorder timing() const;                                           ///< after drain()
   const std::vector<MapEvent>& events() const { return maker_.events(); }  ///< after drain()
   const RefineTotals& refined() const { return maker_.refined(); }         ///< after drain()
-  /// The keyframe made of a frame; invalid if none was. After drain().
-  KeyframeId keyframe_of(std::size_t frame_index) const { return maker_.keyframe_of(frame_index); }
 
  private:
-  /// What comes out: a snapshot, or the answer where a lost camera was.
+  /// An output of the map's thread: a snapshot, or the answer where a lost camera was.
   struct MapUpdate {
-    LocalMapPtr local_map;                                 ///< null: it is an answer
-    std::optional<RelocalizationResult> found;             ///< nothing: it was not recognized
-    std::shared_ptr<const KeyframePoses> moved = nullptr;  ///< see MapView
+    LocalMapPtr local_map;                                 // null: it is an answer
+    std::optional<RelocalizationResult> found = {};        // nothing: it was not recognized
+    std::shared_ptr<const KeyframePoses> moved = nullptr;  // see MapView
+    NewKeyframe made = {};                                 // invalid id: no keyframe was inserted
   };
   struct Adjusted {
     std::shared_ptr<const MapBundle> bundle;
@@ -98,7 +106,7 @@ class Mapping {
       false;                   // a map was begun, and its first snapshot has not been taken yet
   bool relocalizing_ = false;  // an answer has not been taken yet
   bool relocalization_outdated_ = false;  // a map was begun since the question was asked
-  std::deque<std::size_t> due_;  // frame from which each of the update still to be taken is visible
+  std::deque<std::size_t> due_;  // frame from which each update still to be taken is visible
   LocalMapPtr newest_;
   std::unique_ptr<AdjustStage> adjuster_;  // last: their threads use the above
   std::unique_ptr<MapStage> stage_;        // and this one the adjuster

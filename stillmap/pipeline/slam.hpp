@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/dense/dense_map.hpp"
 #include "stillmap/evaluate/timing.hpp"
 #include "stillmap/geometry/trajectory.hpp"
+#include "stillmap/pipeline/dense_stream.hpp"
 #include "stillmap/pipeline/instance_stream.hpp"
 #include "stillmap/pipeline/keypoint_budget.hpp"
 #include "stillmap/pipeline/mapping.hpp"
 #include "stillmap/pipeline/mover_stream.hpp"
 #include "stillmap/pipeline/options.hpp"
 #include "stillmap/pipeline/saved_map.hpp"
-#include "stillmap/pipeline/saved_views.hpp"
 #include "stillmap/track/tracker.hpp"
 
 #include <map>
@@ -117,38 +116,14 @@ class Slam {
   SavedMap saved_map(const std::string& writer) const;
 
  private:
-  /// Where a view of the dense map stands: beside a keyframe.
-  struct ViewPlace {
-    KeyframeId keyframe;  // invalid for that of a frame that began a map
-    Pose T_keyframe_view;
-  };
-  struct DenseTask {
-    RgbdFramePtr image;  // null: nothing to be added
-    cv::Mat1b movers;    // what moves, and what may
-    Pose T_world_camera;
-    ViewPlace place;
-    DetectedObjects found;
-    bool keyframe = false;
-    bool other_world = false;  // than the frames before: another of the unconnected maps
-    std::shared_ptr<const KeyframePoses> moved;  // the live map is to follow
-  };
-  struct Nothing {};
-
-  void hold(std::vector<AnchoredView> loaded);
   void check(const RgbdFrame& frame) const;
   void shed_load(const RgbdFrame& image, double busy);
-  void show_dense_map(const MapView& map, const DetectedObjects& found);
-  void add_frame(const DetectedObjects& found, DenseTask& task);
-  void work_on_dense_map(const DenseTask& task);
-  void add_to_dense_map(const DenseTask& task);
-  void move_dense_map(const KeyframePoses& moved);
   void record(const TrackedFrame& tracked, double milliseconds);
   void record(const RelocalizationResult& confirmed);
   std::optional<Pose> final_pose(const FrameRecord& record) const;
-  KeyframeId reference_of(const FrameRecord& record) const;
+  void record(const std::vector<NewKeyframe>& made);
+  bool is_placed(const FrameRecord& record) const;
   void drop_brief_maps();
-  std::optional<ViewPlace> place_of_view(std::uint64_t id) const;
-  ViewPoses dense_poses() const;
 
   const SlamOptions options_;
   const Camera camera_;
@@ -160,16 +135,11 @@ class Slam {
   Tracker tracker_;
   InstanceStream instances_;
   Mapping mapping_;
-  DenseMap dense_;
+  DenseStream dense_;
   MoverStream movers_;
-  std::size_t loaded_views_ = 0;  // have the first ids in the dense map, frames follow
-  std::map<std::uint64_t, ViewPlace> view_places_;  // of the dense stage's thread until finish()
   TrackedFramePtr newest_;
-  std::size_t last_dense_ = 0;  // frame that the dense map was shown last
   std::vector<FrameRecord> records_;
   TimingRecorder timing_;
-  TimingRecorder dense_timing_;  // of the dense stage's thread until finish()
-  std::unique_ptr<Stage<DenseTask, Nothing>> dense_stage_;  // last: its thread uses the above
 };
 
 }  // namespace stillmap

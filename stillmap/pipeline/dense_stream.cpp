@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/pipeline/dense_stream.hpp"
+
+#include "stillmap/base/trace.hpp"
+#include "stillmap/pipeline/saved_views.hpp"
+#include "stillmap/segment/dynamic_mask.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace stillmap {
+namespace {
+
+// Frames that wait for the dense map; in realtime enough for all views to be placed anew while the
+// camera goes on.
+constexpr std::size_t kQueue = 8, kRealtimeQueue = 24;
+// In realtime no more than this may wait when a frame that is no keyframe is added, and this much
+// room is kept free, so that the camera never waits for the dense map.
+constexpr std::size_t kBusy = 2, kReserve = 4;
+
+/// Pixels of a frame that move, and those of classes that may move: they have no place in a static
+/// map even while they keep still.
+cv::Mat1b mover_pixels(const Frame& frame, const std::vector<std::string>& classes) {
+  cv::Mat1b movers = frame.evidence.moving_pixels;
+  if (!frame.instances || frame.instances->instances.empty() || classes.empty()) return movers;
+  cv::Mat1b masks = dynamic_mask(*frame.instances, classes, frame.image->gray.size());
+  if (movers.empty()) return masks;
+  return movers | masks;
+}
+
+/// The static objects that the detector found last, in the pixels of `image`; none where that was
+/// too long ago.
+SegmentedFrame objects_in(const DetectedObjects& found, const RgbdFrame& image,
+                          const std::vector<std::string>& movers,
+                          const PropagationOptions& options) {
+  SegmentedFrame objects{.frame_index = image.index, .source_index = image.index, .instances = {}};
+  if (!found.image || found.image->index > image.index ||
+      image.index - found.image->index > static_cast<std::size_t>(options.max_age)) {
+    return objects;
+  }
+  for (Instance instance : found.instances->instances) {
+    if (std::find(movers.begin(), movers.end(), instance.class_name) != movers.end()) continue;
+    if (instance.mask.empty()) instance.mask = cluster_in_box(found.image->depth, instance.box);
+    objects.instances.push_back(std::move(instance));
+  }
+  if (objects.instances.empty()) return objects;
+  objects.frame_index = objects.source_index = found.image->index;
+  if (found.image->index == image.index) return trim_by_depth(objects, image, options);
+  return propagate_masks(objects, *found.image, image, options);
+}
+
+}  // namespace
+
+DenseStream::DenseStream(const Camera& camera, const SlamOptions& options, bool enabled,
+                         std::vector<AnchoredView> loaded)
+    : propagation_(options.carry),
+      every_(static_cast<std::size_t>(options.dense.every)),
+      realtime_(options.schedule.realtime()),
+      dense_(camera, options.dense) {
+  if (!enabled) return;
+  for (AnchoredView& view : loaded) {
+    places_[loaded_views_] = {view.anchor, view.T_anchor_camera};
+    dense_.add(loaded_views_++, std::move(view.view));
+  }
+  stage_ = std::make_unique<Stage<Task, Nothing>>(
+      realtime_ ? kRealtimeQueue : kQueue, WhenFull::kBlock,
+      [this](const Task& task, const auto&) { work(task); }, "dense map",
+      ThreadPriority::kBackground);
+}
+
+void DenseStream::push(const TrackedFramePtr& tracked, const DetectedObjects& found,
+                       const MapView& map) {
+  if (!stage_) return;
+  made_.insert(made_.end(), map.made.begin(), map.made.end());
+  Task task;
+  // The poses are those around the place where a lost camera was found. Where the tracker did not
+  // go on from there, its world is another one.
+  if (!map.found || tracked->relocalized) task.moved = map.moved;
+  if (wants(*tracked)) {
+    task.tracked = tracked;
+    task.found = found;
+    last_frame_ = tracked->frame->index();
+  }
+  if (!task.tracked && !task.moved) return;
+  task.made = std::exchange(made_, {});
+  stage_->push(std::move(task));
+}
+
+bool DenseStream::wants(const TrackedFrame& tracked) {
+  if (!tracked.has_pose()) return false;
+  if (tracked.enters_world()) return true;
+  const std::size_t waiting = realtime_ ? stage_->waiting() : 0;
+  const bool due = every_ > 0 && tracked.frame->index() >= last_frame_ + every_;
+  if (!tracked.proposal && (!due || waiting > kBusy)) return false;
+  if (waiting + kReserve <= kRealtimeQueue) return true;
+  ++frames_left_out_;
+  return false;
+}
+
+void DenseStream::work(const Task& task) {
+  settle(task.made);
+  if (task.tracked) trace_frame(task.tracked->frame->index());
+  if (task.tracked && task.tracked->enters_world()) dense_.leave_world();
+  if (task.moved) follow(*task.moved);
+  if (task.tracked) add(*task.tracked, task.found);
+}
+
+void DenseStream::add(const TrackedFrame& tracked, const DetectedObjects& found) {
+  const RgbdFrame& image = *tracked.frame->image;
+  const std::vector<std::string>& classes = dense_.options().movers;
+  SegmentedFrame objects;
+  {
+    const TimedScope timed(timing_, "dense map: labels");
+    objects = objects_in(found, image, classes, propagation_);
+  }
+  const TimedScope timed(timing_,
+                         tracked.proposal ? "dense map: keyframe" : "dense map: other frame");
+  const cv::Mat1b movers =
+      traced("mover pixels", [&] { return mover_pixels(*tracked.frame, classes); });
+  const std::uint64_t view = view_of(tracked.frame->index());
+  if (tracked.proposal) {
+    dense_.add(view, image, movers, *tracked.T_world_camera, &objects);
+  } else if (!dense_.add_if_new(view, image, movers, *tracked.T_world_camera, &objects)) {
+    return;
+  }
+  places_[view] = {tracked.reference, tracked.T_reference_camera};
+}
+
+/// The view of a frame that became a keyframe stands where that keyframe stands.
+void DenseStream::settle(const std::vector<NewKeyframe>& made) {
+  for (const NewKeyframe& keyframe : made) {
+    const auto view = places_.find(view_of(keyframe.frame_index));
+    if (view != places_.end()) view->second = {keyframe.id, Pose()};
+  }
+}
+
+void DenseStream::follow(const KeyframePoses& moved) {
+  const TimedScope timed(timing_, "dense map: all placed anew");
+  dense_.follow([&](std::uint64_t view) -> std::optional<Pose> {
+    const ViewPlace& place = places_.at(view);
+    const auto found = moved.find(place.keyframe);
+    if (found == moved.end()) return std::nullopt;
+    return found->second * place.T_keyframe_view;
+  });
+}
+
+void DenseStream::finish(const std::vector<NewKeyframe>& made) {
+  if (stage_) stage_->drain();
+  settle(std::exchange(made_, {}));
+  settle(made);
+}
+
+/// Relative to a keyframe that is still in the map; nothing where the map was dropped.
+std::optional<DenseStream::ViewPlace> DenseStream::place_in(const Map& map,
+                                                            std::uint64_t view) const {
+  const ViewPlace& place = places_.at(view);
+  const KeyframeId current = map.current_keyframe(place.keyframe);
+  if (!current.valid()) return std::nullopt;
+  if (current == place.keyframe) return place;
+  const Pose T_world_view = map.resolve(place.keyframe, place.T_keyframe_view);
+  return ViewPlace{current, map.at(current).T_world_camera.inverse() * T_world_view};
+}
+
+PlacedMap DenseStream::place(const Map& map) {
+  const TimedScope timed(timing_, "dense composition");
+  std::map<std::uint32_t, ViewPoses> by_component;
+  for (const auto& [id, view] : dense_.views()) {
+    const auto place = place_in(map, id);
+    if (!place) continue;
+    const Keyframe& keyframe = map.at(place->keyframe);
+    by_component[keyframe.component][id] = keyframe.T_world_camera * place->T_keyframe_view;
+  }
+  const ViewPoses poses = largest_of(by_component);
+  dense_.leave_world();  // the live map is not needed any more
+  return dense_.place(pose_lookup(poses));
+}
+
+std::vector<AnchoredView> DenseStream::saved_views(const Map& map) const {
+  std::map<KeyframeId, std::uint32_t> number;  // in the map's content
+  map.for_each_keyframe(
+      [&](const Keyframe& k) { number.emplace(k.id, static_cast<std::uint32_t>(number.size())); });
+  std::vector<AnchoredView> views;
+  for (const auto& [id, view] : dense_.views()) {
+    const auto place = place_in(map, id);
+    if (!place) continue;
+    views.push_back({{number.at(place->keyframe), 0}, place->T_keyframe_view, *view});
+  }
+  return views;
+}
+
+}  // namespace stillmap
