@@ -27,20 +27,20 @@ void validate(const BundleProblem& problem) {
   require(problem.pose_fixed.size() == poses, "needs one flag per pose",
           "BundleProblem::pose_fixed", "make it as long as T_world_camera");
   require(problem.point_fixed.empty() || problem.point_fixed.size() == points,
-          "needs one flag per point, or none at all", "BundleProblem::point_fixed",
+          "needs one flag per point, or none", "BundleProblem::point_fixed",
           "make it as long as points, or leave it empty");
   require(std::ranges::all_of(problem.T_world_camera, finite), "a pose is not finite",
-          "BundleProblem::T_world_camera", "leave this keyframe out");
+          "BundleProblem::T_world_camera", "remove this keyframe");
   require(std::ranges::all_of(problem.observations,
                               [&](const auto& o) { return o.pose < poses && o.point < points; }),
-          "an index points past the end", "BundleProblem::observations",
+          "an index is out of range", "BundleProblem::observations",
           "use indices into T_world_camera and points");
   require(std::ranges::any_of(problem.pose_fixed, [](auto fixed) { return fixed != 0; }),
-          "no pose is fixed, so the world frame is free to drift", "BundleProblem::pose_fixed",
+          "no pose is fixed, so the world frame is undetermined", "BundleProblem::pose_fixed",
           "fix at least one keyframe");
 }
 
-/// Stable order of the observations by point, then pose.
+/// Returns the stable order of the observations by point, then pose.
 std::vector<std::uint32_t> order_by_point(const std::vector<BundleObservation>& observations) {
   std::vector<std::uint32_t> order(observations.size());
   std::iota(order.begin(), order.end(), 0);
@@ -77,16 +77,16 @@ BundleState make_state(const BundleProblem& problem) {
   return state;
 }
 
-/// Leaves out of the next pass what does not agree now.
+/// Excludes outliers from the next pass.
 void classify(const BundleState& state, const BundleOptions& options, BundleModel& model) {
   for (BundleTerm& term : model.terms) {
-    term.parts = agreement(model.camera, term.measurement,
-                           state.T_camera_world[term.pose] * state.points[term.point],
-                           options.pixel_chi2, options.disparity_chi2);
+    term.parts = inlier_parts(model.camera, term.measurement,
+                              state.T_camera_world[term.pose] * state.points[term.point],
+                              options.pixel_chi2, options.disparity_chi2);
   }
 }
 
-/// Cost over all observations, outliers too, so that before and after compare.
+/// Returns the cost of all observations including outliers, comparable before and after.
 double robust_cost(BundleModel model, const BundleState& state, const Kernels& kernels) {
   for (BundleTerm& term : model.terms) term.parts = {true, term.measurement.has_depth()};
   return bundle_cost(model, state, kernels);

@@ -31,7 +31,7 @@ double worst_pose_error(const std::vector<Pose>& estimate, const std::vector<Pos
   return worst;
 }
 
-// NOLINTBEGIN(bugprone-suspicious-memory-comparison): the bits are what is promised.
+// NOLINTBEGIN(bugprone-suspicious-memory-comparison): bit equality is promised.
 bool same_bits(const Pose& a, const Pose& b) {
   return std::memcmp(a.quaternion().coeffs().data(), b.quaternion().coeffs().data(),
                      4 * sizeof(double)) == 0 &&
@@ -49,7 +49,7 @@ bool same_bits(const BundleResult& a, const BundleResult& b) {
   return same;
 }
 
-/// Both solvers must pass; the parameter says whether it is Ceres.
+/// Both solvers must pass; the parameter selects Ceres.
 class AdjustBundle : public ::testing::TestWithParam<bool> {
  protected:
   BundleResult adjust(const BundleProblem& problem, const StopRequest& stop = {}) const {
@@ -59,7 +59,7 @@ class AdjustBundle : public ::testing::TestWithParam<bool> {
   BundleOptions options_;
 };
 
-/// Pixels are floats, rounded to 3e-5 px: that is 1e-7 m here, and the averages fall below it.
+/// Pixels are floats, rounded to 3e-5 px, which is 1e-7 m here; averages are more precise.
 TEST_P(AdjustBundle, FindsTheExactPosesAndPointsFromExactObservations) {
   for (unsigned seed = 0; seed < 5; ++seed) {
     const BundleScene scene = synthetic::bundle_scene(seed, kSmall, {});
@@ -90,7 +90,7 @@ TEST_P(AdjustBundle, FixedPosesAndPointsDoNotMove) {
   }
 }
 
-TEST_P(AdjustBundle, FixedPointsAloneHoldThePoses) {
+TEST_P(AdjustBundle, FixedPointsAloneConstrainThePoses) {
   BundleScene scene = synthetic::bundle_scene(2, kSmall, {});
   scene.problem.points = scene.points;
   scene.problem.point_fixed.assign(scene.points.size(), 1);
@@ -98,7 +98,7 @@ TEST_P(AdjustBundle, FixedPointsAloneHoldThePoses) {
   EXPECT_LT(worst_pose_error(result.T_world_camera, scene.T_world_camera), 1e-7);
 }
 
-TEST_P(AdjustBundle, FixedPosesAloneHoldThePoints) {
+TEST_P(AdjustBundle, FixedPosesAloneConstrainThePoints) {
   const BundleScene scene =
       synthetic::bundle_scene(2, {.free_poses = 0, .fixed_poses = 5, .points = 100}, {});
   const BundleResult result = adjust(scene.problem);
@@ -120,11 +120,11 @@ TEST_P(AdjustBundle, FindsOutliersAmongNoise) {
   }
   ASSERT_GT(outliers, 300);
   EXPECT_GT(found, 0.97 * outliers);
-  // 5 % by the test's own definition; the rest belongs to points that outliers hold by majority.
+  // The chi-square test drops 5 %; the rest are points with a majority of outliers.
   EXPECT_LT(wrongly_dropped, 0.12 * good);
 }
 
-TEST_P(AdjustBundle, AWrongDepthCostsTheDepthAndNotThePixel) {
+TEST_P(AdjustBundle, AWrongDepthDiscardsTheDepthAndNotThePixel) {
   Noise noise = kModelNoise;
   noise.depth_outliers = 0.3;
   const BundleScene scene = synthetic::bundle_scene(4, kSmall, noise);
@@ -136,17 +136,17 @@ TEST_P(AdjustBundle, AWrongDepthCostsTheDepthAndNotThePixel) {
     ++wrong, found += result.depth_outlier[i], pixels_dropped += result.pixel_outlier[i];
   }
   ASSERT_GT(wrong, 300);
-  EXPECT_GT(found, 0.92 * wrong);  // of five depths of a point most may be wrong
+  EXPECT_GT(found, 0.92 * wrong);  // Most of a point's five depths may be wrong.
   EXPECT_LT(pixels_dropped, 0.1 * wrong);
 }
 
-TEST_P(AdjustBundle, IgnoresWhatHasNoWeightOrIsNoNumber) {
+TEST_P(AdjustBundle, IgnoresObservationsWithoutWeightOrNotFinite) {
   BundleScene scene = synthetic::bundle_scene(5, kSmall, kModelNoise);
   const BundleResult expected = adjust(scene.problem);
   const std::size_t good = scene.problem.observations.size();
   const auto spoil = [&](auto&& change) {
     BundleObservation o = scene.problem.observations.front();
-    o.u += 20;  // were it used, it would show
+    o.u += 20;  // The error would be visible if it were used.
     change(o);
     scene.problem.observations.push_back(o);
   };
@@ -167,7 +167,7 @@ TEST_P(AdjustBundle, IgnoresWhatHasNoWeightOrIsNoNumber) {
   }
 }
 
-TEST_P(AdjustBundle, WhatNobodySeesStaysWhereItIs) {
+TEST_P(AdjustBundle, UnobservedPosesAndPointsStayUnchanged) {
   BundleScene scene = synthetic::bundle_scene(6, kSmall, kModelNoise);
   scene.problem.points.emplace_back(1, 2, 3);
   scene.problem.T_world_camera.emplace_back(Eigen::Quaterniond::Identity(),
@@ -178,7 +178,7 @@ TEST_P(AdjustBundle, WhatNobodySeesStaysWhereItIs) {
   EXPECT_TRUE(same_bits(result.T_world_camera.back(), scene.problem.T_world_camera.back()));
 }
 
-/// Its distance is open, so it may not run away either.
+/// The distance is unconstrained, but the point must not diverge.
 TEST_P(AdjustBundle, APointSeenOnceWithoutDepthStaysNearItsGuess) {
   BundleScene scene = synthetic::bundle_scene(6, kSmall, kModelNoise);
   BundleObservation o = scene.problem.observations.front();
@@ -190,7 +190,7 @@ TEST_P(AdjustBundle, APointSeenOnceWithoutDepthStaysNearItsGuess) {
   EXPECT_LT((result.points.back() - scene.problem.points.back()).norm(), 0.2);
 }
 
-TEST_P(AdjustBundle, SurvivesPosesWithOneOrTwoObservations) {
+TEST_P(AdjustBundle, ToleratesPosesWithOneOrTwoObservations) {
   BundleScene scene = synthetic::bundle_scene(7, kSmall, {});
   const BundleObservation seen = scene.problem.observations.front();
   for (int count = 1; count <= 2; ++count) {
@@ -200,7 +200,7 @@ TEST_P(AdjustBundle, SurvivesPosesWithOneOrTwoObservations) {
     for (int i = 0; i < count; ++i) {
       BundleObservation o = seen;
       o.pose = pose;
-      scene.problem.observations.push_back(o);  // twice the same: no more than once
+      scene.problem.observations.push_back(o);  // The duplicate adds no constraint.
     }
   }
   const BundleResult result = adjust(scene.problem);
@@ -210,7 +210,7 @@ TEST_P(AdjustBundle, SurvivesPosesWithOneOrTwoObservations) {
   }
 }
 
-TEST_P(AdjustBundle, InterruptedItReturnsTheBestSoFar) {
+TEST_P(AdjustBundle, AnInterruptedRunReturnsTheBestSoFar) {
   const BundleScene scene = synthetic::bundle_scene(8, kSmall, kModelNoise);
   const BundleResult whole = adjust(scene.problem);
   EXPECT_FALSE(whole.interrupted);
@@ -229,14 +229,14 @@ TEST_P(AdjustBundle, InterruptedItReturnsTheBestSoFar) {
             worst_pose_error(scene.problem.T_world_camera, scene.T_world_camera));
 }
 
-TEST_P(AdjustBundle, IsTheSameToTheBitEveryTime) {
+TEST_P(AdjustBundle, IsDeterministic) {
   Noise noise = kModelNoise;
   noise.outliers = 0.1, noise.depthless = 0.2;
   const BundleScene scene = synthetic::bundle_scene(9, kSmall, noise);
   EXPECT_TRUE(same_bits(adjust(scene.problem), adjust(scene.problem)));
 }
 
-TEST_P(AdjustBundle, RefusesProblemsThatDoNotFitTogether) {
+TEST_P(AdjustBundle, RefusesInconsistentProblems) {
   const BundleProblem good = synthetic::bundle_scene(10, kSmall, {}).problem;
   const auto refused = [&](auto&& spoil) {
     BundleProblem bad = good;
@@ -258,7 +258,7 @@ TEST_P(AdjustBundle, RefusesProblemsThatDoNotFitTogether) {
 INSTANTIATE_TEST_SUITE_P(Solver, AdjustBundle, ::testing::Bool(),
                          [](const auto& test) { return test.param ? "Ceres" : "Schur"; });
 
-/// To convergence and without outliers both must sit in the same minimum.
+/// At convergence and without outliers both solvers must reach the same minimum.
 void expect_same_minimum(const BundleProblem& problem) {
   const BundleOptions options{
       .robust_iterations = 50, .plain_iterations = 50, .cost_tolerance = 1e-14};
@@ -279,7 +279,8 @@ TEST(SchurSolver, FindsTheMinimumThatCeresFinds) {
   expect_same_minimum(synthetic::bundle_scene(11, kSmall, noise).problem);
 }
 
-TEST(SchurSolver, FindsTheMinimumThatCeresFindsWithManyPosesToo) {  // the sparse factorisation
+// Uses the sparse factorization.
+TEST(SchurSolver, FindsTheMinimumThatCeresFindsWithManyPosesToo) {
   const BundleShape shape{.free_poses = 50, .fixed_poses = 2, .points = 500, .spacing = 0.1};
   expect_same_minimum(synthetic::bundle_scene(12, shape, kModelNoise).problem);
 }
@@ -296,8 +297,8 @@ TEST(SchurSolver, TwoObservationsAreOneOfTwiceTheWeight) {
   EXPECT_NEAR(a.cost_after, b.cost_after, 1e-9 * b.cost_after);
 }
 
-/// Inverse covariance of the free poses once the points are eliminated, from the Jacobians at the
-/// truth, dense.
+/// Returns the dense inverse covariance of the free poses after elimination of the points, from the
+/// Jacobians at the truth.
 Eigen::MatrixXd marginal_information(const BundleScene& scene, int free_poses,
                                      const ObservationNoise& noise) {
   const auto poses = 6 * free_poses;
@@ -320,9 +321,9 @@ Eigen::MatrixXd marginal_information(const BundleScene& scene, int free_poses,
              H.bottomRightCorner(points, points).llt().solve(H.bottomLeftCorner(points, poses));
 }
 
-/// Pose errors in units of their covariance: chi-square with 12 degrees of freedom for 2 poses; its
-/// mean over 40 trials is 12 +- 0.8. Cutting tails at 95 % costs some.
-TEST(SchurSolver, ErrsAsMuchAsTheCovarianceSays) {
+/// Squared pose errors in units of their covariance: chi-square with 12 degrees of freedom for 2
+/// poses, whose mean over 40 trials is 12 +- 0.8. Cutting tails at 95 % adds some error.
+TEST(SchurSolver, ErrorsMatchTheCovariance) {
   const BundleShape shape{
       .free_poses = 2, .fixed_poses = 2, .points = 40, .observations_per_point = 4};
   double sum = 0;

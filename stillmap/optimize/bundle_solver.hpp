@@ -9,24 +9,24 @@
 /// The minimizer behind adjust_bundle(): internal to the module.
 namespace stillmap {
 
-/// One usable observation, by T_camera_world.
+/// One usable observation, in terms of T_camera_world.
 struct BundleTerm {
   std::uint32_t pose = 0, point = 0;
   std::uint32_t observation = 0;  ///< index into the problem's list
   Measurement measurement;
   double weight = 1;
-  Parts parts;  ///< what counts in the next pass
+  Parts parts;  ///< Parts that are used in the next pass.
 };
 
-/// What stays as it is while poses and points move.
+/// The constant part of the problem.
 struct BundleModel {
   Camera camera;
-  std::vector<BundleTerm> terms;         ///< sorted by point, then pose, then observation
+  std::vector<BundleTerm> terms;  ///< Sorted by point, then pose, then observation.
   std::vector<std::uint8_t> pose_free;   ///< may move, and some term holds it
   std::vector<std::uint8_t> point_free;  ///< may move, and some term holds it
 };
 
-/// What moves.
+/// The optimized variables.
 struct BundleState {
   std::vector<Pose> T_camera_world;
   std::vector<Eigen::Vector3d> points;
@@ -43,12 +43,10 @@ struct PassSummary {
   bool interrupted = false;
 };
 
-/// Half the sum of (robust) squared residuals [sigma^2].
+/// Returns half the sum of (robust) squared residuals [sigma^2].
 double bundle_cost(const BundleModel& model, const BundleState& state, const Kernels& kernels);
 
-/// Our own Levenberg-Marquardt on the Schur complement (schur_solver.cpp). It is written by hand
-/// because it is faster than Ceres on these problems and gives the same bits on every machine
-/// (optimize_benchmark.cpp compares the two).
+/// Levenberg-Marquardt on the Schur complement (schur_solver.cpp).
 PassSummary minimize_with_schur(const BundleModel& model, const PassLimits& limits,
                                 const StopRequest& stop, BundleState& state);
 

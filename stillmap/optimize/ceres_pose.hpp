@@ -7,10 +7,10 @@
 
 #include <ceres/ceres.h>
 
-/// Poses as parameters of Ceres: internal to the room.
+/// Poses as Ceres parameters: internal to the module.
 namespace stillmap {
 
-/// A pose as Ceres holds it: quaternion x y z w and translation.
+/// A pose as a Ceres parameter block: quaternion x y z w and translation.
 using PoseBlock = std::array<double, 7>;
 
 inline PoseBlock to_block(const Pose& T) {
@@ -25,10 +25,9 @@ inline Pose to_pose(const double* block) {
           Eigen::Map<const Eigen::Vector3d>(block + 4)};
 }
 
-/// SE(3) with left perturbations, x + delta = exp(delta) x. Residuals give their derivatives with
-/// respect to delta at once, in the first six of the seven columns that Ceres asks for, and so
-/// PlusJacobian is [I; 0]: the detour over quaternion derivatives would cost more than the residual
-/// itself.
+/// SE(3) with left perturbations, x + delta = exp(delta) x. Residuals return their derivatives with
+/// respect to delta in the first six of the seven columns that Ceres expects, so PlusJacobian is
+/// [I; 0]. This avoids quaternion derivatives, which would cost more than the residual.
 class PoseManifold final : public ceres::Manifold {
  public:
   int AmbientSize() const override { return 7; }

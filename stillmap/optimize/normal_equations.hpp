@@ -9,29 +9,28 @@
 
 #include <Eigen/Core>
 
-/// What both solvers sum up, written out so that the structure of the Jacobians is used: internal
-/// to the room.
+/// Normal equations of both solvers, written out to exploit the structure of the Jacobians:
+/// internal to the module.
 namespace stillmap {
 
-/// Cost of a point that is, or strays, behind the camera: as much as a residual of this many
-/// sigmas.
+/// Cost of a point behind the camera: that of a residual of this many sigmas.
 inline constexpr double kBehindCameraSigmas = 100;
 
-/// The robust kernels of a pass; with `robust` false plain least squares.
+/// Robust kernels of a pass; plain least squares if `robust` is false.
 struct Kernels {
   HuberKernel pixel{kPixelChi2}, disparity{kDisparityChi2};
   bool robust = true;
 };
 
-/// Which parts of a measurement count now. Without the pixel nothing does: it is another thing's
-/// then.
+/// Parts of a measurement that are used. Without the pixel nothing is used: the match is then
+/// wrong.
 struct Parts {
   bool pixel = true, disparity = true;
   bool operator==(const Parts&) const = default;
 };
 
-/// Cost of one observation at p_camera [sigma^2]: weight times the squared, perhaps robust,
-/// residual.
+/// Returns the cost of one observation at p_camera [sigma^2]: weight times the squared, possibly
+/// robust, residual.
 inline double observation_cost(const Camera& camera, const Measurement& m, Parts parts,
                                double weight, const Kernels& kernels,
                                const Eigen::Vector3d& p_camera) {
@@ -43,8 +42,8 @@ inline double observation_cost(const Camera& camera, const Measurement& m, Parts
   return weight * (kernels.pixel.rho(s.pixel) + kernels.disparity.rho(s.disparity));
 }
 
-/// Whether pixel and, given that, disparity agree with p_camera.
-inline Parts agreement(const Camera& camera, const Measurement& m, const Eigen::Vector3d& p_camera,
+/// Returns whether the pixel and, if it does, the disparity are inliers at p_camera.
+inline Parts inlier_parts(const Camera& camera, const Measurement& m, const Eigen::Vector3d& p_camera,
                        double pixel_chi2, double disparity_chi2) {
   if (!(p_camera.z() >= kNearPlane)) return {false, false};
   const Chi2 s = chi2(m, predict(camera, p_camera));
@@ -52,9 +51,8 @@ inline Parts agreement(const Camera& camera, const Measurement& m, const Eigen::
   return {pixel, pixel && m.has_depth() && s.disparity <= disparity_chi2};
 }
 
-/// Two observations side by side. Everything below works on one (double) or two (Pair) at a time; a
-/// pair fills a vector register of every 64-bit processor, so no instruction set need be chosen at
-/// run time.
+/// Two observations in one vector register. All functions below work on one (double) or two (Pair)
+/// at a time; a pair fits a register of every 64-bit processor, so no run-time dispatch is needed.
 using Pair = Eigen::Array2d;
 
 inline double smaller(double a, double b) { return std::min(a, b); }
@@ -66,17 +64,17 @@ inline Pair larger(const Pair& a, double b) { return a.max(b); }
 inline Pair root(const Pair& a) { return a.sqrt(); }
 inline bool any_above(const Pair& a, double b) { return a.maxCoeff() > b; }
 
-/// The inner loops of both solvers live in one function each, or their sums would go through
-/// memory.
+/// The inner loops of both solvers are inlined into one function each, so that their sums stay in
+/// registers.
 #if defined(__GNUC__)
 #define STILLMAP_INLINE [[gnu::always_inline]] inline
 #else
 #define STILLMAP_INLINE inline
 #endif
 
-/// Replaces a squared residual s by rho(s) and shrinks the information by rho'(s). Huber's two
-/// branches in one: with q = sqrt(k^2 max(s, k^2)), rho = min(s, k^2) + 2 (q - k^2) and rho' = k^2
-/// / q.
+/// Replaces a squared residual s by rho(s) and scales the information by rho'(s). Both branches of
+/// Huber's kernel in one: with q = sqrt(k^2 max(s, k^2)), rho = min(s, k^2) + 2 (q - k^2) and rho'
+/// = k^2 / q.
 template <typename T>
 STILLMAP_INLINE void apply(const HuberKernel& kernel, T& s, T& information) {
   if (!any_above(s, kernel.bound)) return;
@@ -85,7 +83,7 @@ STILLMAP_INLINE void apply(const HuberKernel& kernel, T& s, T& information) {
   information *= kernel.bound / q;
 }
 
-/// A Measurement with its weight, or two of them. Informations are 0 for parts that do not count.
+/// One or two measurements with their weights. The information of unused parts is 0.
 template <typename T>
 struct Observed {
   T u, v, d;
@@ -102,17 +100,17 @@ inline Observed<double> observed(const Measurement& m, Parts parts, double weigh
           weight};
 }
 
-/// Normal equations in p_camera of one observation, or two: M = A^T W A and r = A^T W e, with A the
-/// projection Jacobian and W the informations, kernel weights (iteratively reweighted least
-/// squares) and static probability included. A has no entry in (0,1), (1,0), so M has none either.
+/// Normal equations in p_camera of one or two observations: M = A^T W A and r = A^T W e, with the
+/// projection Jacobian A and W containing information, kernel weight (iteratively reweighted least
+/// squares) and static probability. A is zero at (0,1) and (1,0), and so is M.
 template <typename T>
 struct PointNormal {
   T xx, xz, yy, yz, zz;
   T rx, ry, rz;
-  T cost;  ///< as observation_cost()
+  T cost;  ///< As observation_cost().
 };
 
-/// For a point before the near plane.
+/// Returns the normal equations of a point beyond the near plane.
 template <typename T>
 STILLMAP_INLINE PointNormal<T> point_normal(const Camera& camera, const Observed<T>& o,
                                             const Kernels& kernels, const T& x, const T& y,
@@ -139,12 +137,12 @@ STILLMAP_INLINE PointNormal<T> point_normal(const Camera& camera, const Observed
   return n;
 }
 
-/// The cost of a point behind the near plane: no derivative, but no gain in going there either.
+/// Returns the constant cost of a point behind the near plane, with zero derivative.
 inline PointNormal<double> behind_camera(double weight) {
   return {0, 0, 0, 0, 0, 0, 0, 0, weight * kBehindCameraSigmas * kBehindCameraSigmas};
 }
 
-/// Normal equations H xi = -g of one camera's left perturbation, and the cost they model.
+/// Normal equations H xi = -g of one camera's left perturbation, with their cost.
 struct PoseNormal {
   Matrix6d H = Matrix6d::Zero();
   Vector6d g = Vector6d::Zero();
@@ -156,8 +154,8 @@ struct PoseNormal {
   }
 };
 
-/// Sums one camera's normal equations. With J = A [I, -[p]x], H has the blocks M, -M [p]x and
-/// -[p]x M [p]x, and g = (r, p x r).
+/// Accumulates the normal equations of one camera. With J = A [I, -[p]x], H has the blocks M, -M
+/// [p]x and -[p]x M [p]x, and g = (r, p x r).
 template <typename T>
 class PoseNormalSum {
  public:

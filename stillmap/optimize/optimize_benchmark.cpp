@@ -26,7 +26,7 @@ void adjust_bundle_benchmark(benchmark::State& state) {
   synthetic::BundleShape shape;
   shape.free_poses = static_cast<int>(state.range(0));
   shape.points = static_cast<int>(state.range(1));
-  if (shape.free_poses > 50) shape.fixed_poses = 1, shape.spacing = 0.1;  // a whole map
+  if (shape.free_poses > 50) shape.fixed_poses = 1, shape.spacing = 0.1;  // A whole map.
   const auto scene = synthetic::bundle_scene(1, shape, {1.0, 0.3, 0.05, 0.05, 0.2});
   const BundleMinimizer minimize =
       state.range(2) != 0 ? ceres_bundle::minimize : minimize_with_schur;

@@ -10,7 +10,8 @@
 namespace stillmap {
 namespace {
 
-/// Ad(T): a twist in T's source frame as one in its target frame, T exp(x) = exp(Ad(T) x) T.
+/// Returns Ad(T), which maps a twist from T's source frame to its target frame: T exp(x) =
+/// exp(Ad(T) x) T.
 Matrix6d adjoint(const Pose& T) {
   const Eigen::Matrix3d R = T.rotation();
   Matrix6d A = Matrix6d::Zero();
@@ -19,9 +20,10 @@ Matrix6d adjoint(const Pose& T) {
   return A;
 }
 
-/// Inverse of the right Jacobian of SE(3): log(exp(x) exp(d)) = x + J^-1 d to first order. Its
-/// series in ad(x) to the fourth order (Barfoot, State Estimation for Robotics, 2017, eq. 7.84-7.86
-/// with the Bernoulli numbers): off by 1e-4 at an angle of one radian, and residuals are smaller.
+/// Returns the inverse right Jacobian of SE(3): log(exp(x) exp(d)) = x + J^-1 d to first order.
+/// Series in ad(x) to fourth order (Barfoot, State Estimation for Robotics, 2017, eq. 7.84-7.86
+/// with the Bernoulli numbers); the error is 1e-4 at an angle of one radian, and residuals are
+/// smaller.
 Matrix6d inverse_right_jacobian(const Vector6d& x) {
   Matrix6d ad = Matrix6d::Zero();
   ad.topLeftCorner<3, 3>() = ad.bottomRightCorner<3, 3>() = skew(x.tail<3>());
@@ -67,18 +69,19 @@ void check(const PoseGraphProblem& problem) {
   const auto outside = [&](const PoseGraphEdge& e) { return e.a >= nodes || e.b >= nodes; };
   if (problem.fixed.size() != nodes ||
       std::any_of(problem.edges.begin(), problem.edges.end(), outside)) {
-    throw Error("sizes or indices do not fit together", "solve_pose_graph",
+    throw Error("sizes or indices are inconsistent", "solve_pose_graph",
                 "give one flag per node, and edges between nodes");
   }
   if (std::find(problem.fixed.begin(), problem.fixed.end(), 1) == problem.fixed.end()) {
-    throw Error("no node is fixed", "solve_pose_graph", "fix the one that holds the world");
+    throw Error("no node is fixed", "solve_pose_graph", "fix the node that defines the world frame");
   }
 }
 
 ceres::Solver::Options solver_options(const PoseGraphOptions& options) {
   ceres::Solver::Options solver;
   solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  solver.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;  // one thread, the same sums
+  // Single-threaded, so that sums are reproducible.
+  solver.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
   solver.max_num_iterations = options.iterations;
   solver.function_tolerance = options.cost_tolerance;
   solver.num_threads = 1;

@@ -8,38 +8,38 @@
 
 namespace stillmap {
 
-/// "From a, b is seen at T_a_b": indices into the problem's poses.
+/// Relative pose measurement T_a_b between two nodes (indices into the problem's poses).
 struct PoseGraphEdge {
   std::uint32_t a = 0, b = 0;
   Pose T_a_b;
-  double weight = 1;  ///< multiplies the information
+  double weight = 1;  ///< Factor of the information.
 };
 
 struct PoseGraphProblem {
-  std::vector<Pose> T_world_node;    ///< first guesses
-  std::vector<std::uint8_t> fixed;   ///< one per node; at least one must be set
-  std::vector<PoseGraphEdge> edges;  ///< every node must hang on a fixed one by some way
+  std::vector<Pose> T_world_node;  ///< Initial poses.
+  std::vector<std::uint8_t> fixed;  ///< One per node; at least one must be set.
+  std::vector<PoseGraphEdge> edges;  ///< Every node must be connected to a fixed node.
 };
 
 struct PoseGraphOptions {
-  double translation_sigma = 0.01;  ///< of an edge of weight 1 [m]
-  double rotation_sigma = 0.005;    ///< of an edge of weight 1 [rad]
-  int iterations = 50;              ///< at most
-  double cost_tolerance = 1e-8;     ///< ends when a step lowers the cost by less than this share
+  double translation_sigma = 0.01;  ///< Translation standard deviation of an edge of weight 1 [m].
+  double rotation_sigma = 0.005;  ///< Rotation standard deviation of an edge of weight 1 [rad].
+  int iterations = 50;  ///< Maximum number of iterations.
+  /// Optimization ends when a step reduces the cost by less than this ratio.
+  double cost_tolerance = 1e-8;
   STILLMAP_FIELDS(translation_sigma, rotation_sigma, iterations, cost_tolerance)
 };
 
 struct PoseGraphResult {
-  std::vector<Pose> T_world_node;          ///< fixed ones as given, to the bit
-  double cost_before = 0, cost_after = 0;  ///< half the sum of squared residuals [sigma^2]
+  std::vector<Pose> T_world_node;  ///< Fixed poses are returned bit-exactly.
+  double cost_before = 0, cost_after = 0;  ///< Half the sum of squared residuals [sigma^2].
   int iterations = 0;
 };
 
-/// The poses that fit relative measurements best, least squares in the residuals
-/// e = log(T_a_b^-1 T_world_a^-1 T_world_b) (Grisetti et al., A Tutorial on Graph-Based SLAM, 2010,
-/// with poses in SE(3); scale is known, so six degrees of freedom each), by Levenberg-Marquardt
-/// with Ceres. Deterministic: one thread, equal input gives equal bits. Throws Error if sizes or
-/// indices do not fit together, or if no pose is fixed.
+/// Pose graph optimization: minimizes the residuals e = log(T_a_b^-1 T_world_a^-1 T_world_b)
+/// (Grisetti et al., A Tutorial on Graph-Based SLAM, 2010; SE(3), since the scale is known) by
+/// Levenberg-Marquardt with Ceres. Deterministic: one thread, equal input gives equal bits. Throws
+/// Error if sizes or indices are inconsistent, or if no pose is fixed.
 PoseGraphResult solve_pose_graph(const PoseGraphProblem& problem,
                                  const PoseGraphOptions& options = {});
 

@@ -9,11 +9,11 @@
 namespace stillmap {
 namespace {
 
-/// A camera carried around a circle of 10 m; each pose is measured from the one before, and the
-/// first from the last.
+/// A camera moved around a circle of 10 m; each pose is measured relative to the previous one, and
+/// the first relative to the last.
 struct Ring {
   std::vector<Pose> truth;
-  PoseGraphProblem problem;  ///< guesses: as the measurements chain up
+  PoseGraphProblem problem;  ///< Initial poses from the chained measurements.
 
   Ring(int nodes, double meters, double radians, unsigned seed) {
     std::mt19937 rng(seed);
@@ -42,7 +42,7 @@ struct Ring {
   }
 };
 
-TEST(PoseGraph, ExactMeasurementsGiveTheExactTruthFromAFarGuess) {
+TEST(PoseGraph, ExactMeasurementsGiveTheExactTruthFromADistantGuess) {
   Ring ring(100, 0, 0, 1);
   std::mt19937 rng(2);
   for (std::size_t i = 1; i < ring.truth.size(); ++i)
@@ -53,9 +53,9 @@ TEST(PoseGraph, ExactMeasurementsGiveTheExactTruthFromAFarGuess) {
     EXPECT_LT((ring.truth[i].inverse() * result.T_world_node[i]).log().norm(), 1e-5) << i;
 }
 
-/// Errors of single steps add up to some decimeters; the loop takes out what is common, and leaves
-/// what a chain tied at both ends wanders by: of a random walk, half in the mean.
-TEST(PoseGraph, ALoopTakesOutDrift) {
+/// Errors of single steps add up to some decimeters; the loop removes the common part and leaves
+/// the deviation of a random walk fixed at both ends: half in the mean.
+TEST(PoseGraph, ALoopRemovesDrift) {
   double open = 0, closed = 0;
   for (unsigned seed = 0; seed < 8; ++seed) {
     const Ring ring(150, 0.01, 0.004, seed);
@@ -63,31 +63,32 @@ TEST(PoseGraph, ALoopTakesOutDrift) {
     open += ring.rmse(ring.problem.T_world_node);
     closed += ring.rmse(result.T_world_node);
     const Pose end_error = ring.truth.back().inverse() * result.T_world_node.back();
-    EXPECT_LT(end_error.translation().norm(), 0.01) << "it is measured from the first, strongly";
+    EXPECT_LT(end_error.translation().norm(), 0.01) << "it has a strong edge to the first";
   }
   EXPECT_LT(closed, 0.6 * open);
 }
 
-TEST(PoseGraph, FixedPosesStayToTheBitAndWeightCounts) {
+TEST(PoseGraph, FixedPosesAreBitExactAndWeightsCount) {
   PoseGraphProblem problem;
   const Pose one(Eigen::Quaterniond::Identity(), {1, 0, 0});
   const Pose three(Eigen::Quaterniond::Identity(), {3, 0, 0});
   problem.T_world_node = {Pose(), one, three};
   problem.fixed = {1, 0, 1};
-  problem.edges = {{0, 1, one, 3}, {1, 2, one, 1}};  // one meter each, but three apart
+  // Edges of one meter each, but three meters apart.
+  problem.edges = {{0, 1, one, 3}, {1, 2, one, 1}};
   const PoseGraphResult result = solve_pose_graph(problem);
   EXPECT_EQ(result.T_world_node[2].translation(), three.translation());
   EXPECT_NEAR(result.T_world_node[1].translation().x(), 1.25, 1e-4) << "a quarter of the error";
 }
 
-TEST(PoseGraph, SaysTheSameTwice) {
+TEST(PoseGraph, IsDeterministic) {
   const Ring ring(100, 0.02, 0.01, 7);
   const auto first = solve_pose_graph(ring.problem), second = solve_pose_graph(ring.problem);
   for (std::size_t i = 0; i < ring.truth.size(); ++i)
     EXPECT_EQ(first.T_world_node[i].translation(), second.T_world_node[i].translation());
 }
 
-TEST(PoseGraph, RefusesAGraphWithoutHold) {
+TEST(PoseGraph, RefusesAGraphWithoutFixedNode) {
   Ring ring(10, 0, 0, 1);
   ring.problem.fixed[0] = 0;
   EXPECT_THROW(solve_pose_graph(ring.problem), Error);

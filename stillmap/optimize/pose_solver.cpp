@@ -15,15 +15,15 @@
 namespace stillmap {
 namespace {
 
-/// Two usable observations side by side. Of an odd number the last has an empty second lane:
-/// information and weight 0, never in use.
+/// Two usable observations. The second lane of an odd last one is empty: information and weight 0,
+/// never used.
 struct Term {
   Pair x = Pair::Ones(), y = Pair::Ones(), z = Pair::Ones();  // p_world
   Pair u = Pair::Zero(), v = Pair::Zero(), d = Pair::Zero();
   Pair pixel_information = Pair::Zero(), disparity_information = Pair::Zero();
   Pair weight = Pair::Zero();
-  Pair use_pixel = Pair::Zero(), use_disparity = Pair::Zero();  // 1 for what counts now, else 0
-  std::array<std::uint32_t, 2> observation = {0, 0};            // indices into the caller's list
+  Pair use_pixel = Pair::Zero(), use_disparity = Pair::Zero();  // 1 for the parts in use, else 0.
+  std::array<std::uint32_t, 2> observation = {0, 0};  // Indices into the caller's list.
 
   Observed<Pair> observed() const {
     return {u,
@@ -66,7 +66,7 @@ std::vector<Term> usable_terms(const Camera& camera, std::span<const PoseObserva
   return terms;
 }
 
-/// Two points in the camera's frame.
+/// Two points in the camera frame.
 struct PairInCamera {
   Pair x, y, z;
 
@@ -76,7 +76,7 @@ struct PairInCamera {
         z(R(2, 0) * w.x + R(2, 1) * w.y + R(2, 2) * w.z + t.z()) {}
 };
 
-/// One observation of a pair, which may be behind the camera.
+/// Returns the normal equations of one observation of a pair, which may be behind the camera.
 PointNormal<double> lane_normal(const Camera& camera, const Observed<Pair>& o,
                                 const Kernels& kernels, const PairInCamera& p, Eigen::Index i) {
   if (p.z(i) < kNearPlane) return behind_camera(o.weight(i));
@@ -107,8 +107,8 @@ PoseNormal linearize(const Camera& camera, const Pose& T_camera_world, std::span
   return sum;
 }
 
-/// Levenberg-Marquardt (Marquardt 1963, with the diagonal of H as scale) from and to
-/// T_camera_world. Returns the number of linear systems solved.
+/// Levenberg-Marquardt on T_camera_world (Marquardt 1963, scaled by the diagonal of H). Returns the
+/// number of linear systems solved.
 int minimize(const Camera& camera, std::span<const Term> terms, const Kernels& kernels,
              const PoseSolverOptions& options, Pose& T_camera_world) {
   const double step_tolerance = (kernels.robust ? 10 : 1) * options.step_tolerance;
@@ -124,7 +124,7 @@ int minimize(const Camera& camera, std::span<const Term> terms, const Kernels& k
     if (!xi.allFinite()) break;
     const Pose trial = Pose::exp(xi) * T_camera_world;
     const PoseNormal next = linearize(camera, trial, terms, kernels);
-    // Rounding alone may raise the cost of a vanishing step.
+    // Rounding can raise the cost of a vanishing step.
     const bool better = next.cost <= now.cost * (1 + 1e-12);
     if (better) {
       T_camera_world = trial;
@@ -138,7 +138,7 @@ int minimize(const Camera& camera, std::span<const Term> terms, const Kernels& k
   return iteration;
 }
 
-/// Squared residuals of two observations, in sigmas; infinite behind the camera.
+/// Squared residuals of two observations [sigma^2]; infinite behind the camera.
 struct PairChi2 {
   Pair pixel, disparity;
 
@@ -155,7 +155,7 @@ struct PairChi2 {
   }
 };
 
-/// Chooses anew what agrees with T_camera_world. Returns whether anything changed.
+/// Selects the inliers at T_camera_world. Returns whether the selection changed.
 bool classify(const Camera& camera, const Pose& T_camera_world, const PoseSolverOptions& options,
               std::span<Term> terms) {
   const Eigen::Matrix3d R = T_camera_world.rotation();
@@ -175,7 +175,7 @@ bool classify(const Camera& camera, const Pose& T_camera_world, const PoseSolver
   return changed;
 }
 
-/// Whether the worst standard deviation of a 3x3 covariance block stays within `bound`.
+/// Returns whether the largest standard deviation of a 3x3 covariance block is within `bound`.
 bool within(const Eigen::Matrix3d& covariance, double bound) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(covariance, Eigen::EigenvaluesOnly);
   return eigen.eigenvalues().z() <= bound * bound;
@@ -190,7 +190,7 @@ bool well_posed(const PoseSolution& solution, const PoseSolverOptions& options) 
          within(covariance.bottomRightCorner<3, 3>(), options.max_rotation_sigma);
 }
 
-/// Flags, counts and quality of the final pose.
+/// Sets the inlier flags, counts and quality measures of the final pose.
 void describe(const Camera& camera, const Pose& T_camera_world, std::span<const Term> terms,
               const PoseSolverOptions& options, PoseSolution& solution) {
   const Eigen::Matrix3d R = T_camera_world.rotation();

@@ -16,12 +16,13 @@ using synthetic::PoseScene;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
-/// Noise exactly as the solver's default model has it.
+/// Noise equal to the solver's default model.
 constexpr Noise kModelNoise{.pixel_sigma = 1.0, .disparity_sigma = 0.3};
 
 double distance(const Pose& a, const Pose& b) { return (a.inverse() * b).log().norm(); }
 
-/// Squared error in units of the predicted covariance: chi-square with 6 degrees of freedom.
+/// Returns the squared error in units of the predicted covariance: chi-square with 6 degrees of
+/// freedom.
 double mahalanobis(const PoseSolution& solution, const Pose& truth) {
   const Vector6d xi = (truth.inverse() * solution.T_world_camera).log();
   return xi.dot(solution.information * xi);
@@ -56,10 +57,10 @@ TEST(SolvePose, NeedsNoDepth) {
   }
 }
 
-/// The information matrix must tell the true spread of the error. Mean of a chi-square of 6 degrees
-/// of freedom over 100 trials: 6 +- 0.35; cutting the tails at 95 % adds some error that the
-/// information does not know.
-TEST(SolvePose, ErrsAsMuchAsItsInformationMatrixSays) {
+/// The information matrix must match the spread of the errors. The mean of a chi-square with 6
+/// degrees of freedom over 100 trials is 6 +- 0.35; cutting the tails at 95 % adds an error that
+/// the information does not include.
+TEST(SolvePose, ErrorsMatchTheInformationMatrix) {
   double sum = 0, rms = 0;
   constexpr unsigned kTrials = 100;
   for (unsigned seed = 0; seed < kTrials; ++seed) {
@@ -71,7 +72,8 @@ TEST(SolvePose, ErrsAsMuchAsItsInformationMatrixSays) {
     sum += error, rms += solution.rms;
   }
   EXPECT_NEAR(sum / kTrials, 6.5, 1.5);
-  EXPECT_NEAR(rms / kTrials, 0.9, 0.05);  // standard deviation of a normal cut at its 95 % quantile
+  // The standard deviation of a normal distribution cut at its 95 % quantile is 0.9.
+  EXPECT_NEAR(rms / kTrials, 0.9, 0.05);
 }
 
 TEST(SolvePose, FindsOutliersAmongNoise) {
@@ -87,12 +89,12 @@ TEST(SolvePose, FindsOutliersAmongNoise) {
       wrongly_dropped += !scene.corruption[i].pixel && !solution.inlier[i];
       good += !scene.corruption[i].pixel;
     }
-    EXPECT_LE(wrongly_kept, 2) << seed;               // an outlier may land on the right pixel
-    EXPECT_LT(wrongly_dropped, 0.12 * good) << seed;  // 5 % by the test's own definition
+    EXPECT_LE(wrongly_kept, 2) << seed;  // An outlier may hit the right pixel.
+    EXPECT_LT(wrongly_dropped, 0.12 * good) << seed;  // The chi-square test itself drops 5 %.
   }
 }
 
-TEST(SolvePose, AWrongDepthCostsTheDepthAndNotThePixel) {
+TEST(SolvePose, AWrongDepthDiscardsTheDepthAndNotThePixel) {
   Noise noise = kModelNoise;
   noise.depth_outliers = 0.4;
   for (unsigned seed = 0; seed < 30; ++seed) {
@@ -111,10 +113,10 @@ TEST(SolvePose, AWrongDepthCostsTheDepthAndNotThePixel) {
   }
 }
 
-TEST(SolvePose, IgnoresWhatHasNoWeight) {
+TEST(SolvePose, IgnoresObservationsWithoutWeight) {
   PoseScene scene = synthetic::pose_scene(3, 200, kModelNoise);
   const PoseSolution expected = solve_from_nearby(scene, 5);
-  for (int i = 0; i < 200; ++i) {  // half the picture moves 30 pixels to the right, all together
+  for (int i = 0; i < 200; ++i) {  // Half of the observations move 30 pixels to the right.
     PoseObservation o = scene.observations[static_cast<std::size_t>(i)];
     o.u += 30, o.weight = i % 2 ? 0.0F : -1.0F;
     scene.observations.push_back(o);
@@ -133,8 +135,9 @@ TEST(SolvePose, WeightMultipliesInformation) {
   EXPECT_LT((full.information - 4 * quarter.information).norm(), 1e-6 * full.information.norm());
 }
 
-TEST(SolvePose, DoubtfulObservationsPullLess) {
-  // A good half with weight 1 and a half that moved coherently by 5 pixels, judged likely to move.
+TEST(SolvePose, ObservationsOfLowWeightPullLess) {
+  // Half of the observations have weight 1; the other half moved coherently by 5 pixels and has a
+  // low weight.
   PoseScene scene = synthetic::pose_scene(4, 400, {});
   for (std::size_t i = 0; i < 200; ++i) scene.observations[i].u += 5;
   const auto error_with_weight = [&](float weight) {
@@ -147,7 +150,7 @@ TEST(SolvePose, DoubtfulObservationsPullLess) {
   EXPECT_LT(error_with_weight(0.1F), 0.5 * error_with_weight(1));
 }
 
-TEST(SolvePose, ComesBackWithTheGuessWhenThereIsNothingToSolve) {
+TEST(SolvePose, ReturnsTheGuessWithoutObservations) {
   const PoseScene scene = synthetic::pose_scene(1, 0, {});
   const PoseSolution solution = solve_from_nearby(scene, 1);
   EXPECT_LT(distance(solution.T_world_camera, scene.T_world_camera), 1);
@@ -155,18 +158,18 @@ TEST(SolvePose, ComesBackWithTheGuessWhenThereIsNothingToSolve) {
   EXPECT_EQ(solution.inliers, 0);
 }
 
-TEST(SolvePose, KnowsThatOneOrTwoObservationsDoNotHoldACamera) {
+TEST(SolvePose, OneOrTwoObservationsAreNotWellPosed) {
   for (const int count : {1, 2}) {
     const PoseScene scene = synthetic::pose_scene(1, count, {});
     PoseSolverOptions options;
-    options.min_inliers = 0;  // so that conditioning alone decides
+    options.min_inliers = 0;  // Only conditioning decides.
     const PoseSolution solution = solve_from_nearby(scene, 1, 0.01, 0.01, options);
     EXPECT_FALSE(solution.well_posed) << count;
     EXPECT_LT(distance(solution.T_world_camera, scene.T_world_camera), 0.5) << count;
   }
 }
 
-TEST(SolvePose, KnowsThatPointsOnALineLeaveARotationOpen) {
+TEST(SolvePose, PointsOnALineAreNotWellPosed) {
   PoseScene scene = synthetic::pose_scene(2, 0, {});
   const Pose T_camera_world = scene.T_world_camera.inverse();
   for (int i = 0; i < 50; ++i) {
@@ -187,7 +190,8 @@ TEST(SolvePose, KnowsThatPointsOnALineLeaveARotationOpen) {
 TEST(SolvePose, DropsPointsBehindTheCamera) {
   PoseScene scene = synthetic::pose_scene(6, 200, kModelNoise);
   const PoseSolution expected = solve_from_nearby(scene, 1, 0.02, 0.02);
-  for (std::size_t i = 0; i < 60; ++i) {  // mirrored through the center: same pixel, wrong side
+  // The points are mirrored through the center: same pixel, behind the camera.
+  for (std::size_t i = 0; i < 60; ++i) {
     PoseObservation o = scene.observations[i];
     o.p_world = scene.T_world_camera * -(scene.T_world_camera.inverse() * o.p_world);
     scene.observations.push_back(o);
@@ -197,12 +201,12 @@ TEST(SolvePose, DropsPointsBehindTheCamera) {
   EXPECT_EQ(std::count(solution.inlier.begin() + 200, solution.inlier.end(), 1), 0);
 }
 
-TEST(SolvePose, SurvivesEveryKindOfBadNumber) {
+TEST(SolvePose, IgnoresEveryKindOfBadNumber) {
   PoseScene scene = synthetic::pose_scene(7, 200, kModelNoise);
   const PoseSolution expected = solve_from_nearby(scene, 1);
   const auto spoil = [&](auto&& change) {
     PoseObservation o = scene.observations.front();
-    o.u += 50;  // were it used, it would show
+    o.u += 50;  // The error would be visible if it were used.
     change(o);
     scene.observations.push_back(o);
   };
@@ -215,19 +219,19 @@ TEST(SolvePose, SurvivesEveryKindOfBadNumber) {
   const PoseSolution solution = solve_from_nearby(scene, 1);
   EXPECT_EQ(distance(solution.T_world_camera, expected.T_world_camera), 0);
 
-  for (PoseObservation& o : scene.observations) o.depth = kNaN;  // then pixels alone must do
+  for (PoseObservation& o : scene.observations) o.depth = kNaN;  // The pixels alone must suffice.
   const PoseSolution without_depth = solve_from_nearby(scene, 1);
   EXPECT_LT(mahalanobis(without_depth, scene.T_world_camera), 35);
   EXPECT_EQ(without_depth.depth_inliers, 0);
 }
 
-TEST(SolvePose, ReturnsAGuessThatIsNoPose) {
+TEST(SolvePose, ReturnsAnInvalidGuessUnchanged) {
   const PoseScene scene = synthetic::pose_scene(8, 100, {});
   const Pose guess(Eigen::Quaterniond::Identity(), {kNaN, 0, 0});
   EXPECT_FALSE(solve_pose(scene.camera, guess, scene.observations).well_posed);
 }
 
-TEST(SolvePose, FindsItsWayFromAFarGuessThroughOutliers) {
+TEST(SolvePose, ConvergesFromADistantGuessWithOutliers) {
   Noise noise = kModelNoise;
   noise.outliers = 0.3;
   int found = 0;

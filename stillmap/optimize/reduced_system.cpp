@@ -44,7 +44,7 @@ void ReducedSystem::add(std::uint32_t row, std::uint32_t column, const Matrix6d&
     dense_matrix_.block<6, 6>(6 * row, 6 * column) += value;
     return;
   }
-  // The six columns of a block column hold the same rows, diagonal block first and in full.
+  // The six columns of a block column have the same rows, diagonal block first and complete.
   const auto first = rows_.begin() + column_begin_[column];
   const auto last = rows_.begin() + column_begin_[column + 1];
   const auto position = std::lower_bound(first, last, row) - first;

@@ -13,12 +13,12 @@
 
 namespace stillmap {
 
-/// A symmetric positive definite system of 6x6 blocks, lower triangle kept: what is left of a
-/// bundle once its points are eliminated. Dense for few poses; sparse, with a fill-reducing order
-/// found once, for many. Internal to the room.
+/// Symmetric positive definite system of 6x6 blocks (lower triangle): the reduced camera system of
+/// bundle adjustment. Dense for few poses; sparse, with one fill-reducing ordering, for many.
+/// Internal to the module.
 class ReducedSystem {
  public:
-  using Block = std::pair<std::uint32_t, std::uint32_t>;  ///< row >= column, in poses
+  using Block = std::pair<std::uint32_t, std::uint32_t>;  ///< Block row and column, row >= column.
 
   /// @param poses  number of block rows
   /// @param blocks off-diagonal blocks that may become non-zero; sorted by column, then row; unique
@@ -26,10 +26,11 @@ class ReducedSystem {
   ReducedSystem(std::uint32_t poses, const std::vector<Block>& blocks, bool dense);
 
   void set_zero();
-  /// Block (row, column) += value; row >= column, and off the diagonal one of the constructor's
-  /// blocks.
+  /// Adds to block (row, column); row >= column, and off-diagonal blocks must be among the
+  /// constructor's.
   void add(std::uint32_t row, std::uint32_t column, const Matrix6d& value);
-  /// x with (this) x = rhs; nothing if it is not positive definite.
+  /// Returns the solution x for this right-hand side; nothing if the matrix is not positive
+  /// definite.
   std::optional<Eigen::VectorXd> solve(const Eigen::VectorXd& rhs);
 
  private:
@@ -39,7 +40,7 @@ class ReducedSystem {
 
   Eigen::SparseMatrix<double> sparse_matrix_;
   Eigen::SimplicialLLT<Eigen::SparseMatrix<double>, Eigen::Lower> sparse_factor_;
-  std::vector<std::uint32_t> column_begin_;  // of each block column in rows_
+  std::vector<std::uint32_t> column_begin_;  // first index in rows_ of each block column
   std::vector<std::uint32_t> rows_;  // block rows of each block column, diagonal first, sorted
 };
 

@@ -8,7 +8,7 @@
 namespace stillmap {
 namespace {
 
-/// A chain of blocks with one loop from end to start: positive definite by a dominant diagonal.
+/// A chain of blocks with a loop; positive definite by a dominant diagonal.
 struct Chain {
   std::vector<ReducedSystem::Block> blocks;
   Eigen::MatrixXd full;
@@ -34,19 +34,19 @@ struct Chain {
     system.set_zero();
     for (std::uint32_t i = 0; i < rhs.size() / 6; ++i)
       system.add(i, i, full.block<6, 6>(6 * i, 6 * i));
-    for (const auto& [row, column] : blocks) {  // in two halves: they must add up
+    for (const auto& [row, column] : blocks) {  // Added in two halves that must sum up.
       system.add(row, column, 0.25 * full.block<6, 6>(6 * row, 6 * column));
       system.add(row, column, 0.75 * full.block<6, 6>(6 * row, 6 * column));
     }
   }
 };
 
-TEST(ReducedSystem, SolvesDenseAndSparseAlike) {
+TEST(ReducedSystem, DenseAndSparseAgree) {
   const Chain chain(12);
   const Eigen::VectorXd expected = chain.full.partialPivLu().solve(chain.rhs);
   for (const bool dense : {true, false}) {
     ReducedSystem system(12, chain.blocks, dense);
-    for (int repeat = 0; repeat < 2; ++repeat) {  // the second time on the same pattern
+    for (int repeat = 0; repeat < 2; ++repeat) {  // The second time reuses the pattern.
       chain.fill(system);
       const auto x = system.solve(chain.rhs);
       ASSERT_TRUE(x.has_value());
@@ -55,7 +55,7 @@ TEST(ReducedSystem, SolvesDenseAndSparseAlike) {
   }
 }
 
-TEST(ReducedSystem, SaysWhenItIsNotPositiveDefinite) {
+TEST(ReducedSystem, ReturnsNothingIfNotPositiveDefinite) {
   const Chain chain(4);
   for (const bool dense : {true, false}) {
     ReducedSystem system(4, chain.blocks, dense);

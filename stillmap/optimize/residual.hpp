@@ -9,46 +9,46 @@
 
 #include <Eigen/Core>
 
-/// The observation model that the pose solver and bundle adjustment share.
+/// Observation model of the pose solver and bundle adjustment.
 ///
-/// An RGB-D keypoint is a pixel (u, v) and, where depth is known, a disparity d = bf / depth: what
-/// a second, virtual camera one baseline to the right would have measured as d = u - u_r. The
-/// residual is kept as (u, v, d) and not as (u, v, u_r), although both hold the same information:
-/// the corner detector errs in u and v, the depth sensor in d, and they err independently. So (u,
-/// v, d) has a diagonal covariance, whereas u_r = u - d would inherit the error of u and need a
-/// full one. It also lets each part be judged by itself: at a depth edge the pixel is good and the
-/// depth is not.
+/// An RGB-D keypoint is a pixel (u, v) and, where depth is known, a disparity d = bf / depth: the
+/// disparity d = u - u_r that a virtual second camera one baseline to the right would measure. The
+/// residual is (u, v, d) and not (u, v, u_r), although both carry the same information: the corner
+/// detector errs in u and v, the depth sensor in d, and these errors are independent. So (u, v, d)
+/// has a diagonal covariance, whereas u_r = u - d would inherit the error of u and need a full one.
+/// Each part can also be rejected separately: at a depth edge the pixel is good and the depth is
+/// not.
 ///
 /// Structured light measures disparity with constant noise, that is depth with sigma_z = m * z^2
-/// (Khoshelham and Elberink, Sensors 2012, eq. 10; m = 1.4e-3 / m for the Kinect), so sigma_d
-/// = bf m is a constant of the sensor, independent of depth and of the pyramid level. The pixel
-/// error grows with the level's scale.
+/// (Khoshelham and Elberink, Sensors 2012, eq. 10; m = 1.4e-3 / m for the Kinect), so sigma_d = bf
+/// m is a constant of the sensor, independent of depth and pyramid level. The pixel error grows
+/// with the scale of the level.
 namespace stillmap {
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Matrix36d = Eigen::Matrix<double, 3, 6>;
 
-/// 95 % quantiles of the chi-square distribution with 2 and 1 degrees of freedom: the bounds
-/// between inlier and outlier for the pixel and the disparity part.
+/// Inlier bounds of pixel and disparity residuals: 95 % quantiles of the chi-square distribution
+/// with 2 and 1 degrees of freedom.
 inline constexpr double kPixelChi2 = 5.991;
 inline constexpr double kDisparityChi2 = 3.841;
 
 /// Points nearer than this to the camera plane count as behind the camera [m].
 inline constexpr double kNearPlane = 0.05;
 
-/// How precisely a keypoint is measured.
+/// Measurement noise of a keypoint.
 struct ObservationNoise {
-  double pixel_sigma = 1.0;  ///< of u and of v, of a keypoint at pyramid level 0 [pixels]
-  /// Of bf / depth, at any level [pixels]. 0.06 is the Kinect's own; the rest is for depth and
-  /// color that do not lie exactly on each other.
+  double pixel_sigma = 1.0;  ///< Standard deviation of u and v at pyramid level 0 [pixels].
+  /// Standard deviation of the disparity bf / depth, at any level [pixels]. The Kinect's own noise
+  /// is 0.06; the rest covers imperfect registration of depth and color.
   double disparity_sigma = 0.3;
   STILLMAP_FIELDS(pixel_sigma, disparity_sigma)
 };
 
-/// One keypoint as the solvers see it.
+/// A keypoint measurement for the solvers.
 struct Measurement {
-  /// Pixel and disparity; disparity 0 without depth.
+  /// Pixel and disparity [pixels]; disparity 0 without depth.
   Eigen::Vector3d uvd = Eigen::Vector3d::Zero();
   double pixel_information = 0;      ///< 1 / sigma^2; 0 for an unusable keypoint
   double disparity_information = 0;  ///< 1 / sigma^2; 0 without depth
@@ -64,12 +64,12 @@ struct Measurement {
 Measurement make_measurement(const Camera& camera, const ObservationNoise& noise, double u,
                              double v, double depth, double scale);
 
-/// Whether a landmark can be used: finite, and nearer to the origin than 1000 km.
+/// Returns whether a landmark position is usable: finite and within 1000 km of the origin.
 inline bool is_plausible_point(const Eigen::Vector3d& p_world) {
-  return p_world.squaredNorm() < 1e12;  // false for NaN too
+  return p_world.squaredNorm() < 1e12;  // Also false for NaN.
 }
 
-/// (u, v, d) of a point with p_camera.z > 0.
+/// Returns (u, v, d) of a point with p_camera.z > 0.
 inline Eigen::Vector3d predict(const Camera& camera, const Eigen::Vector3d& p_camera) {
   const double iz = 1.0 / p_camera.z();
   return {camera.fx * p_camera.x() * iz + camera.cx, camera.fy * p_camera.y() * iz + camera.cy,
@@ -107,8 +107,7 @@ inline Eigen::Matrix3d point_jacobian(const Eigen::Matrix3d& J_projection,
   return J_projection * R_camera_world;
 }
 
-/// Squared residuals in units of their variances: of the pixel, and of the disparity (0 without
-/// depth).
+/// Squared residuals of pixel and disparity [sigma^2]; the latter is 0 without depth.
 struct Chi2 {
   double pixel = 0, disparity = 0;
 };
@@ -119,12 +118,12 @@ inline Chi2 chi2(const Measurement& m, const Eigen::Vector3d& predicted) {
           m.disparity_information * e.z() * e.z()};
 }
 
-/// Huber's kernel on a squared residual s (Huber 1964), as in rho(s) = s inside, 2 k sqrt(s) - k^2
+/// Huber kernel on a squared residual s (Huber 1964): rho(s) = s inside and 2 k sqrt(s) - k^2
 /// outside the bound s = k^2.
 struct HuberKernel {
-  double bound = 1;  ///< k^2
+  double bound = 1;  ///< Bound k^2 [sigma^2].
   double rho(double s) const { return s <= bound ? s : 2 * std::sqrt(bound * s) - bound; }
-  /// rho'(s): the factor by which the information of the residual shrinks.
+  /// Returns rho'(s), the factor of the residual's information.
   double weight(double s) const { return s <= bound ? 1 : std::sqrt(bound / s); }
 };
 

@@ -17,7 +17,7 @@ const Camera kCamera{.fx = 535.4, .fy = 539.2, .cx = 320.1, .cy = 247.6};
 const Pose kPose(so3_exp({0.3, -0.2, 0.5}), {0.1, 0.2, 0.4});
 const Eigen::Vector3d kPoint(0.4, -0.3, 1.7);
 
-/// Central differences of f at zero, column by column.
+/// Returns central differences of f at zero, column by column.
 template <int N, typename F>
 Eigen::Matrix<double, 3, N> numeric_derivative(F&& f) {
   constexpr double h = 1e-6;
@@ -45,7 +45,7 @@ TEST(Residual, PointJacobianIsTheDerivativeInTheWorld) {
   EXPECT_LT((J - numeric).norm(), 1e-6 * J.norm());
 }
 
-TEST(Residual, SaysTheSameAsTheRightCoordinateWithItsFullCovariance) {
+TEST(Residual, EqualsTheRightCoordinateWithItsFullCovariance) {
   const ObservationNoise noise{.pixel_sigma = 0.8, .disparity_sigma = 0.2};
   const Eigen::Vector3d predicted = predict(kCamera, kPose * kPoint);
   const Measurement m = make_measurement(kCamera, noise, predicted.x() + 1.1, predicted.y() - 0.7,
@@ -62,7 +62,7 @@ TEST(Residual, SaysTheSameAsTheRightCoordinateWithItsFullCovariance) {
   EXPECT_NEAR(c.pixel + c.disparity, e.dot(covariance.inverse() * e), 1e-9);
 }
 
-TEST(Residual, AWrongDepthIsNoDepthAndAWrongPixelNoMeasurement) {
+TEST(Residual, AnInvalidDepthIsUnknownAndAnInvalidPixelUnusable) {
   const ObservationNoise noise;
   EXPECT_TRUE(make_measurement(kCamera, noise, 10, 20, 1.5, 1).has_depth());
   for (const double depth : {0.0, -1.0, kNaN, HUGE_VAL}) {
@@ -92,7 +92,7 @@ TEST(HuberKernel, IsSmoothAtItsBoundAndItsWeightIsItsDerivative) {
   }
 }
 
-/// The written-out sums must be what the Jacobians say: H = J^T W J, g = J^T W e.
+/// The explicit sums must equal H = J^T W J and g = J^T W e from the Jacobians.
 TEST(NormalEquations, AreThoseOfTheJacobians) {
   const Eigen::Vector3d p = kPose * kPoint;
   const ObservationNoise noise{.pixel_sigma = 0.8, .disparity_sigma = 0.2};
@@ -108,7 +108,7 @@ TEST(NormalEquations, AreThoseOfTheJacobians) {
   const PoseNormal normal = sum.equations();
 
   const Chi2 s = chi2(m, uvd);
-  ASSERT_GT(s.pixel, kPixelChi2);  // so the kernel takes part
+  ASSERT_GT(s.pixel, kPixelChi2);  // The kernel is active.
   const double wp = weight * m.pixel_information * kernels.pixel.weight(s.pixel);
   const double wd = weight * m.disparity_information;
   const Eigen::DiagonalMatrix<double, 3> W(wp, wp, wd);
@@ -125,7 +125,8 @@ TEST(NormalEquations, AreThoseOfTheJacobians) {
   EXPECT_NEAR(normal.cost, observation_cost(kCamera, m, {}, weight, kernels, p), 1e-9);
 }
 
-/// Two at a time must be one and one, kernels within and beyond their bounds included.
+/// The result for a pair must equal the sum of both, with residuals inside and outside the kernel
+/// bounds.
 TEST(NormalEquations, OfAPairAreTheSumOfBoth) {
   const ObservationNoise noise{.pixel_sigma = 0.8, .disparity_sigma = 0.2};
   const Kernels kernels;

@@ -11,7 +11,7 @@
 namespace stillmap {
 namespace {
 
-/// Free poses up to which the reduced camera system is solved dense whatever it holds.
+/// Maximum number of free poses for which the reduced camera system is solved dense.
 constexpr std::uint32_t kDensePoses = 40;
 constexpr std::int32_t kFixed = -1;
 
@@ -20,7 +20,7 @@ using Matrix63d = Eigen::Matrix<double, 6, 3>;
 /// Levenberg-Marquardt damping (Marquardt 1963): a diagonal d becomes d + lambda (d + kFloor).
 struct Damping {
   double lambda = 1e-6;
-  static constexpr double kFloor = 1e-3;  // [1/m^2, 1/rad^2] what nothing holds stays where it is
+  static constexpr double kFloor = 1e-3;  // Damping of unconstrained variables [1/m^2, 1/rad^2].
   double of(double d) const { return d + lambda * (d + kFloor); }
   void relax() { lambda = std::max(lambda * 0.1, 1e-8); }
   void tighten() { lambda *= 10; }
@@ -33,16 +33,15 @@ struct Coupling {
   Matrix63d W;
 };
 
-/// A point with the terms and couplings that are its own. A fixed one has no couplings, and no V
-/// and g.
+/// A point with its terms and couplings. A fixed point has no couplings, V or g.
 struct PointPart {
   std::uint32_t point;
   bool free;
   std::uint32_t first_term, last_term;
   std::uint32_t first_coupling, last_coupling;
-  Eigen::Matrix3d V = Eigen::Matrix3d::Zero();          // its own block of H
-  Eigen::Vector3d g = Eigen::Vector3d::Zero();          // its own part of the gradient
-  Eigen::Matrix3d V_inverse = Eigen::Matrix3d::Zero();  // damped
+  Eigen::Matrix3d V = Eigen::Matrix3d::Zero();  // Diagonal block of H.
+  Eigen::Vector3d g = Eigen::Vector3d::Zero();  // Part of the gradient.
+  Eigen::Matrix3d V_inverse = Eigen::Matrix3d::Zero();  // Inverse of the damped V.
 };
 
 Eigen::Matrix3d information_of(const PointNormal<double>& n) {
@@ -56,8 +55,8 @@ struct Step {
   std::vector<Eigen::Vector3d> points;  // per part; zero where fixed
 };
 
-/// The normal equations of a pass, point by point: terms, couplings and parts lie in the order in
-/// which they are read.
+/// Normal equations of a pass, point by point: terms, couplings and parts are stored in reading
+/// order.
 class SchurSolver {
  public:
   SchurSolver(const BundleModel& model, const Kernels& kernels, BundleState& state);
@@ -77,8 +76,8 @@ class SchurSolver {
   const BundleModel& model_;
   const Kernels& kernels_;
   BundleState& state_;
-  std::vector<BundleTerm> terms_;          // those that count
-  std::vector<std::int32_t> slot_;         // of each pose among the free ones, or kFixed
+  std::vector<BundleTerm> terms_;  // terms in use
+  std::vector<std::int32_t> slot_;  // slot of each pose, or kFixed
   std::vector<std::uint32_t> free_poses_;  // pose of each slot
   std::vector<PointPart> parts_;
   std::vector<Coupling> couplings_;
@@ -99,7 +98,7 @@ SchurSolver::SchurSolver(const BundleModel& model, const Kernels& kernels, Bundl
   reduced_.emplace(poses, dense ? std::vector<ReducedSystem::Block>{} : coupled_poses(), dense);
 }
 
-/// Groups the terms by point, and gives each pair of free point and free pose one coupling.
+/// Groups the terms by point and creates one coupling per pair of free point and free pose.
 void SchurSolver::lay_out() {
   for (const BundleTerm& term : model_.terms) {
     const bool free = model_.point_free[term.point] != 0;
@@ -124,7 +123,7 @@ void SchurSolver::lay_out() {
   }
 }
 
-/// Poses that see a point in common are coupled once it is gone.
+/// Returns the pairs of poses that observe a common point, which are coupled in the reduced system.
 std::vector<ReducedSystem::Block> SchurSolver::coupled_poses() const {
   std::vector<ReducedSystem::Block> blocks;
   for (const PointPart& part : parts_) {
@@ -187,7 +186,7 @@ void SchurSolver::linearize(PointPart& part, const std::vector<Eigen::Matrix3d>&
   }
 }
 
-/// Takes the point out: S -= W V^-1 W^T, rhs += W V^-1 g.
+/// Eliminates the point: S -= W V^-1 W^T, rhs += W V^-1 g.
 void SchurSolver::eliminate(PointPart& part, const Damping& damping, Eigen::VectorXd& rhs) {
   Eigen::Matrix3d V = part.V;
   for (int i = 0; i < 3; ++i) V(i, i) = damping.of(V(i, i));

@@ -9,16 +9,16 @@
 #include <random>
 #include <vector>
 
-/// Worlds with known truth, for the tests and benchmarks of this room.
+/// Synthetic problems with known truth, for the tests and benchmarks of this module.
 namespace stillmap::synthetic {
 
-/// What goes wrong with the observations.
+/// Noise and outliers of the observations.
 struct Noise {
-  double pixel_sigma = 0;      ///< Gaussian, u and v [pixels]
-  double disparity_sigma = 0;  ///< Gaussian [pixels]
-  double outliers = 0;         ///< share with a pixel anywhere in the image
-  double depth_outliers = 0;   ///< share with a depth 0.5 to 1.5 m too far
-  double depthless = 0;        ///< share without depth
+  double pixel_sigma = 0;      ///< Standard deviation of u and v [pixels].
+  double disparity_sigma = 0;  ///< Standard deviation of the disparity [pixels].
+  double outliers = 0;         ///< Share with a random pixel [0..1].
+  double depth_outliers = 0;   ///< Share with a depth 0.5 to 1.5 m too large [0..1].
+  double depthless = 0;        ///< Share without depth [0..1].
 };
 
 inline Pose random_pose(std::mt19937& rng, double meters, double radians) {
@@ -29,8 +29,8 @@ inline Pose random_pose(std::mt19937& rng, double meters, double radians) {
   return Pose::exp(twist);
 }
 
-/// A pixel and depth drawn within the view. Floats, as observations hold them, so that a point made
-/// of them is observed without rounding.
+/// A random pixel [pixels] and depth [m] within the view. Floats, as in observations, so that the
+/// point made of them is observed without rounding.
 struct PixelAndDepth {
   float u, v, depth;
 };
@@ -44,12 +44,12 @@ inline PixelAndDepth random_pixel(std::mt19937& rng, const Camera& camera) {
   return s;
 }
 
-/// Which parts of an observation were made outliers.
+/// Parts of an observation that were made outliers.
 struct Corruption {
   bool pixel = false, depth = false;
 };
 
-/// Adds noise to the observation of something truly at `truth` (u, v, d); sets u, v and depth.
+/// Adds noise to the observation of a point truly at `truth` (u, v, d); sets u, v and depth.
 template <typename Observation>
 Corruption corrupt(std::mt19937& rng, const Camera& camera, const Eigen::Vector3d& truth,
                    const Noise& noise, Observation& o) {
@@ -94,7 +94,7 @@ inline PoseScene pose_scene(unsigned seed, int count, const Noise& noise) {
 }
 
 struct BundleScene {
-  BundleProblem problem;  ///< guesses off the truth
+  BundleProblem problem;  ///< Initial values with errors.
   std::vector<Pose> T_world_camera;
   std::vector<Eigen::Vector3d> points;
   std::vector<Corruption> corruption;  ///< per observation
@@ -103,12 +103,12 @@ struct BundleScene {
 struct BundleShape {
   int free_poses = 15, fixed_poses = 20, points = 2500;
   double observations_per_point = 4.8;
-  double pose_error = 0.01;   ///< of the guesses [m, rad]
-  double point_error = 0.02;  ///< of the guesses [m]
-  double spacing = 0.02;      ///< from one camera to the next [m]
+  double pose_error = 0.01;   ///< Standard deviation of the initial poses [m, rad].
+  double point_error = 0.02;  ///< Standard deviation of the initial points [m].
+  double spacing = 0.02;      ///< Distance between consecutive cameras [m].
 };
 
-/// Cameras side by side along a short path; fixed ones come last.
+/// Places cameras along a short path; fixed ones come last.
 inline void place_cameras(std::mt19937& rng, const BundleShape& shape, BundleScene& scene) {
   BundleProblem& problem = scene.problem;
   for (int i = 0; i < shape.free_poses + shape.fixed_poses; ++i) {
@@ -122,7 +122,7 @@ inline void place_cameras(std::mt19937& rng, const BundleShape& shape, BundleSce
   }
 }
 
-/// Observations of point k by cameras from `first` on, as many as are wanted and see it.
+/// Adds up to `wanted` observations of point k by cameras from `first` on that see it.
 inline void observe_point(std::mt19937& rng, std::size_t k, std::size_t first, int wanted,
                           const Noise& noise, BundleScene& scene) {
   const Camera& camera = scene.problem.camera;
