@@ -126,7 +126,7 @@ class SavedMaps(unittest.TestCase):
         damaged.write_bytes(self.map.read_bytes()[:-100])
         for result in (self.run_sequence("x", "--load-map", damaged), stillmap("map", "info", damaged),
                        stillmap("map", "export", damaged, "--out", self.folder / "x")):
-            self.refused(result, 1, "damaged.map", "cut short", "fix:")
+            self.refused(result, 1, "damaged.map", "truncated", "fix:")
         self.assertFalse((self.folder / "x").exists())
 
     def test_another_camera_or_pyramid_is_refused(self):
@@ -148,7 +148,7 @@ class SavedMaps(unittest.TestCase):
         self.refused(self.run_sequence("z", "--load-map", self.folder / "none.map"), 1, "none.map", "fix:")
         self.refused(stillmap("map"), 2)
         self.refused(stillmap("map", "info"), 2, "file")
-        self.refused(stillmap("map", "info", self.sequence / "rgb.txt"), 1, "is no saved map")
+        self.refused(stillmap("map", "info", self.sequence / "rgb.txt"), 1, "is not a saved map")
         self.refused(stillmap("map", "export", self.map, "--out", self.map), 1, "fix:")
 
 

@@ -55,7 +55,7 @@ def to_truth(run, sequence):
     estimate = read_trajectory(run / "trajectory.txt")
     pairs = [(truth[round(row[0], 3)], row) for row in estimate if round(row[0], 3) in truth]
     if not pairs:
-        raise SystemExit("the run and the sequence share no time stamp")
+        raise SystemExit("the run and the sequence share no timestamp")
     ends = [[], []]  # positions, and points a meter along each axis: enough for a camera that only turns
     for pair in pairs:
         for side, row in zip(ends, pair):

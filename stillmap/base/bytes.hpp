@@ -16,23 +16,23 @@
 
 namespace stillmap {
 
-static_assert(std::endian::native == std::endian::little, "numbers are copied as they lie");
+static_assert(std::endian::native == std::endian::little, "numbers are copied without conversion");
 
-/// Puts numbers one behind the other, little-endian, for a binary file.
+/// Writes numbers and texts into the bytes of a binary file, little-endian.
 class ByteWriter {
  public:
   template <typename T>
   void put(const T& value) {
     put_list(std::span(&value, 1));
   }
-  /// Values as they lie in memory; `T` must have no padding.
+  /// Writes values as in memory; `T` must have no padding.
   template <typename T>
   void put_list(std::span<const T> values) {
     static_assert(std::is_trivially_copyable_v<T>);
     bytes_.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
   }
-  /// The first bytes of all values, then the second bytes ...: numbers that are alike in their
-  /// upper bytes compress better so.
+  /// Writes the first bytes of all values, then all second bytes, and so on: numbers with similar
+  /// upper bytes compress better this way.
   template <typename T>
   void put_planes(std::span<const T> values) {
     static_assert(std::is_trivially_copyable_v<T>);
@@ -45,28 +45,29 @@ class ByteWriter {
       }
     }
   }
-  /// Its length, and the text.
+  /// Writes the length and the text.
   void put_text(std::string_view text) {
     put(static_cast<std::uint32_t>(text.size()));
     bytes_.append(text);
   }
 
   const std::string& bytes() const { return bytes_; }
-  /// Makes room for so many bytes in all.
+  /// Reserves this number of bytes in total.
   void reserve(std::size_t bytes) { bytes_.reserve(bytes); }
-  /// The bytes, which the writer has no longer.
+  /// Returns the bytes and leaves the writer empty.
   std::string take() { return std::exchange(bytes_, {}); }
 
  private:
   std::string bytes_;
 };
 
-/// Reads what ByteWriter wrote, and never beyond its end: then, and by fail(), it throws Error.
+/// Reads the bytes of a ByteWriter. Reading beyond the end throws Error, and so does fail().
+///
 class ByteReader {
  public:
   /// @param bytes  must outlive the reader
-  /// @param where  the file, and which part of it
-  /// @param fix    what the user can do if it is damaged
+  /// @param where  file and section for error messages
+  /// @param fix    advice for a damaged file
   ByteReader(std::string_view bytes, std::string where, std::string fix)
       : bytes_(bytes), where_(std::move(where)), fix_(std::move(fix)) {}
 
@@ -116,7 +117,8 @@ class ByteReader {
  private:
   const char* claim(std::size_t count, std::size_t size) {
     if (count > left() / size) {
-      fail(fmt::format("{} times {} bytes are promised where {} are left", count, size, left()));
+      fail(
+          fmt::format("{} times {} bytes are declared, but only {} are left", count, size, left()));
     }
     const char* begin = bytes_.data() + at_;
     at_ += count * size;

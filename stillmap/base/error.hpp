@@ -5,14 +5,13 @@
 
 namespace stillmap {
 
-/// The one exception a user is meant to read: what is wrong, where, and how to mend it.
-/// The command line prints what() and ends with exit code 1; a library user catches it at the
-/// façade.
+/// The exception for users: what is wrong, where, and how to fix it. The command line prints what()
+/// and ends with exit code 1; library users catch it around calls of the public API.
 class Error : public std::runtime_error {
  public:
-  /// @param what  one sentence: what was expected and what was found
+  /// @param what  one sentence with the expected and the found value
   /// @param where file, line, key or argument; may be empty
-  /// @param fix   what the user can do about it; may be empty
+  /// @param fix   advice to the user; may be empty
   Error(const std::string& what, const std::string& where, const std::string& fix)
       : std::runtime_error(join(what, where, fix)), what_(what), where_(where), fix_(fix) {}
 

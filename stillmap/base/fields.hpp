@@ -2,17 +2,15 @@
 #pragma once
 #include <type_traits>
 
-/// Options are plain aggregates with defaults and units in the struct. To be overridden by name
-/// (from a YAML file or `--set room.field=value`) and to be written into every run's summary, a
-/// struct lists its fields once:
+/// Reflection for plain option structs with defaults. A struct lists its fields once:
 ///
 ///     struct OrbOptions {
-///       int keypoints = 1000;  ///< wanted per frame, all levels together
+///       int keypoints = 1000;  ///< Maximum number of keypoints per image.
 ///       STILLMAP_FIELDS(keypoints)
 ///     };
 ///
-/// `for_each_field(options, f)` then calls f(name, member) for each, in order; nested option
-/// structs are fields like any other. Up to 24 fields.
+/// `for_each_field(options, f)` then calls f(name, member) for each field in order; nested structs
+/// are fields like any other. Up to 24 fields.
 #define STILLMAP_FIELDS(...)                                \
   template <typename Self, typename Visitor>                \
   static void visit_fields(Self& self, Visitor&& visitor) { \
@@ -37,7 +35,7 @@
 
 namespace stillmap {
 
-/// A struct that has listed its fields with STILLMAP_FIELDS.
+/// A struct with fields listed by STILLMAP_FIELDS.
 template <typename T>
 concept HasFields = requires(T& t) {
   T::visit_fields(t, [](const char*, auto&) {});

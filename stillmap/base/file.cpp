@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 std::string read_file(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
   if (!in || fs::is_directory(file)) {
-    throw Error("cannot be read", file.string(), "check that the file exists and may be read");
+    throw Error("cannot be read", file.string(), "check that the file exists and is readable");
   }
   std::ostringstream bytes;
   bytes << in.rdbuf();
@@ -32,7 +32,7 @@ void write_file(const fs::path& file, std::string_view content) {
     std::error_code ignored;
     fs::remove(temporary, ignored);
     throw Error("cannot be written (" + reason + ")", file.string(),
-                "check that the folder exists, may be written to, and that the disk is not full");
+                "check that the folder exists and is writable, and that the disk is not full");
   }
   std::error_code failed;
   fs::rename(temporary, file, failed);
@@ -40,7 +40,7 @@ void write_file(const fs::path& file, std::string_view content) {
     std::error_code ignored;
     fs::remove(temporary, ignored);
     throw Error("cannot be written (" + failed.message() + ")", file.string(),
-                "check that nothing else of that name is in the way");
+                "check that no folder has this name");
   }
 }
 
@@ -48,8 +48,9 @@ void make_output_folder(const fs::path& folder) {
   std::error_code failed;
   fs::create_directories(folder, failed);
   if (failed || !fs::is_directory(folder)) {
-    throw Error("the output folder cannot be made" + (failed ? " (" + failed.message() + ")" : ""),
-                folder.string(), "name a folder that may be written to with --out DIR");
+    throw Error(
+        "the output folder cannot be created" + (failed ? " (" + failed.message() + ")" : ""),
+        folder.string(), "give a writable folder with --out DIR");
   }
   const fs::path probe = folder / ".stillmap_probe";
   write_file(probe, "");

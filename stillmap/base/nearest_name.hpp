@@ -5,9 +5,8 @@
 
 namespace stillmap {
 
-/// "did you mean 'x'? Known: a, b, c": advice for a name that is none of the known ones; the
-/// nearest by edit distance (Levenshtein 1966) is suggested when it is close enough to be a slip of
-/// the hand.
+/// Returns advice for an unknown name: "did you mean 'x'? Known: a, b, c". The nearest name by edit
+/// distance (Levenshtein 1966) is suggested if it is close enough to be a typing error.
 std::string suggestion(const std::string& name, const std::vector<std::string>& known);
 
 }  // namespace stillmap

@@ -14,12 +14,12 @@ namespace stillmap {
 namespace {
 
 constexpr std::size_t kMagic = 8;
-constexpr std::size_t kPreamble = 24;       // before the table
-constexpr std::uint32_t kMaxSections = 64;  // more means that the number was altered
+constexpr std::size_t kPreamble = 24;       // Size of the header in front of the table [bytes].
+constexpr std::uint32_t kMaxSections = 64;  // Larger numbers are treated as corruption.
 constexpr int kLevel = 6;                   // libdeflate's default
-constexpr std::uint64_t kMaxRatio = 1040;   // DEFLATE shrinks at most 1032 times
+constexpr std::uint64_t kMaxRatio = 1040;   // DEFLATE compresses at most 1032 times.
 
-/// A section's line in the table.
+/// Table entry of a section.
 struct Entry {
   std::array<char, 4> name = {};
   std::uint32_t checksum = 0;
@@ -35,7 +35,7 @@ std::string compressed(std::string_view plain) {
   const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
       libdeflate_alloc_compressor(kLevel), &libdeflate_free_compressor);
   if (!compressor) throw std::bad_alloc();
-  // Room that is not written to takes no memory: the bound is more than the plain bytes.
+  // Memory that is never written is never allocated, so the bound may exceed the data size.
   const std::size_t bound = libdeflate_deflate_compress_bound(compressor.get(), plain.size());
   const auto packed = std::make_unique_for_overwrite<char[]>(bound);
   return {packed.get(), libdeflate_deflate_compress(compressor.get(), plain.data(), plain.size(),
@@ -44,7 +44,7 @@ std::string compressed(std::string_view plain) {
 
 std::string name_of(const Entry& entry) { return {entry.name.data(), entry.name.size()}; }
 
-/// Takes such a file apart, front to back.
+/// Parser of the file, front to back.
 class Unpacker {
  public:
   Unpacker(const SectionFormat& format, std::string_view bytes, const std::string& where)
@@ -66,7 +66,7 @@ class Unpacker {
     throw Error(what, where_, fmt::format("copy the file again, or {}", format_.remake));
   }
   [[noreturn]] void fail_short(std::uint64_t wanted) const {
-    fail(fmt::format("was cut short: {} of {} bytes are there", bytes_.size(), wanted));
+    fail(fmt::format("is truncated: {} of {} bytes are present", bytes_.size(), wanted));
   }
 
   template <typename T>
@@ -79,8 +79,8 @@ class Unpacker {
   void check_kind() const {
     const auto magic = bytes_.substr(0, kMagic);
     if (!format_.magic.starts_with(magic) || magic.empty()) {
-      throw Error(fmt::format("is no {} of this program", format_.name), where_,
-                  fmt::format("name another file, or {}", format_.remake));
+      throw Error(fmt::format("is not a {} of this program", format_.name), where_,
+                  fmt::format("give another file, or {}", format_.remake));
     }
     if (bytes_.size() < kPreamble) fail_short(kPreamble);
     const auto version = number_at<std::uint32_t>(kMagic);
@@ -97,7 +97,7 @@ class Unpacker {
     const std::size_t end = kPreamble + sizeof(Entry) * std::min(count, kMaxSections + 1);
     if (count > kMaxSections || bytes_.size() < end + 4 ||
         crc32(bytes_.substr(0, end)) != number_at<std::uint32_t>(end)) {
-      fail("was altered: the checksum of its header does not fit");
+      fail("is corrupt: the checksum of its header is wrong");
     }
     if (bytes_.size() > size) fail(fmt::format("has {} bytes too many", bytes_.size() - size));
     std::vector<Entry> table(count);
@@ -105,26 +105,26 @@ class Unpacker {
     at_ = end + 4;
     std::uint64_t left = bytes_.size() - at_;
     for (const Entry& entry : table) {
-      if (entry.packed > left) fail("promises more than it holds");
+      if (entry.packed > left) fail("declares more data than it contains");
       left -= entry.packed;
     }
-    if (left != 0) fail("holds more than it promises");
+    if (left != 0) fail("contains more data than it declares");
     return table;
   }
 
   std::string unpack(const Entry& entry, std::string_view packed) const {
     if (crc32(packed) != entry.checksum) {
-      fail(fmt::format("was altered: the checksum of section {} (bytes {} to {}) does not fit",
+      fail(fmt::format("is corrupt: the checksum of section {} (bytes {} to {}) is wrong",
                        name_of(entry), at_, at_ + packed.size()));
     }
-    if (entry.plain / kMaxRatio > entry.packed) fail("promises more than it holds");
+    if (entry.plain / kMaxRatio > entry.packed) fail("declares more data than it contains");
     const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)>
         decompressor(libdeflate_alloc_decompressor(), &libdeflate_free_decompressor);
     if (!decompressor) throw std::bad_alloc();
     std::string plain(entry.plain, '\0');
     if (libdeflate_deflate_decompress(decompressor.get(), packed.data(), packed.size(),
                                       plain.data(), plain.size(), nullptr) != LIBDEFLATE_SUCCESS) {
-      fail(fmt::format("cannot be unpacked: section {}", name_of(entry)));
+      fail(fmt::format("cannot be decompressed: section {}", name_of(entry)));
     }
     return plain;
   }
@@ -132,7 +132,7 @@ class Unpacker {
   const SectionFormat& format_;
   std::string_view bytes_;
   const std::string& where_;
-  std::size_t at_ = 0;  // where the sections not yet unpacked begin
+  std::size_t at_ = 0;  // Position of the first section that is not decompressed yet.
 };
 
 }  // namespace

@@ -8,39 +8,39 @@
 
 namespace stillmap {
 
-/// A kind of file made of compressed, checksummed sections.
+/// A file format of compressed, checksummed sections.
 struct SectionFormat {
-  std::string_view magic;     ///< the file's first eight bytes
-  std::uint32_t version = 1;  ///< of the layout, which is the only one that is read
-  std::string_view name;      ///< for messages: "saved map"
-  std::string_view remake;    ///< for messages: how to make one anew
+  std::string_view magic;     ///< First eight bytes of the file.
+  std::uint32_t version = 1;  ///< Version of the layout; other versions are not read.
+  std::string_view name;      ///< Name for messages, such as "saved map".
+  std::string_view remake;    ///< Advice for messages: how to create the file again.
 };
 
-/// A named part of a file.
+/// A named section of a file.
 struct Section {
   std::array<char, 4> name = {};
   std::string bytes;
   bool operator==(const Section&) const = default;
 };
 
-/// The sections as the bytes of a file, all numbers little-endian:
+/// Returns the sections as the bytes of a file, all numbers little-endian:
 ///
-///     offset      size  what
-///     0           8     the format's magic
-///     8           4     its version
+///     offset      size  content
+///     0           8     magic of the format
+///     8           4     version
 ///     12          4     number of sections S, at most 64
-///     16          8     bytes of the whole file
-///     24          24 S  per section: name (4 characters), CRC-32 of its packed bytes (4),
-///                       number of packed bytes (8), number of plain bytes (8)
+///     16          8     size of the whole file
+///     24          24 S  per section: name (4 characters), CRC-32 of its compressed bytes (4),
+///                       number of compressed bytes (8), number of uncompressed bytes (8)
 ///     24 + 24 S   4     CRC-32 of all bytes before this
-///     28 + 24 S   ...   the sections, packed as raw DEFLATE (RFC 1951), one behind the other
+///     28 + 24 S   ...   sections, compressed with raw DEFLATE (RFC 1951), in sequence
 ///
-/// The same sections give the same bytes. Each is freed as soon as it is packed.
+/// The same sections give the same bytes. Each section is freed once it is compressed.
 std::string pack_sections(const SectionFormat& format, std::vector<Section> sections);
 
-/// The sections of such a file. Throws Error, naming what is wrong, if the bytes are of another
-/// kind or version, cut short, added to, or altered in any place.
-/// @param where  the file's name, for messages
+/// Returns the sections of such a file. Throws Error with the reason if the bytes are of another
+/// kind or version, truncated, extended, or altered anywhere.
+/// @param where  file name for messages
 std::vector<Section> unpack_sections(const SectionFormat& format, std::string_view bytes,
                                      const std::string& where);
 

@@ -22,8 +22,8 @@ std::vector<Section> sections() {
           {{'L', 'O', 'N', 'G'}, std::string(5000, 'x')}};
 }
 
-/// What the user would read about these bytes; empty if they are fine.
-std::string complaint(const std::string& bytes) {
+/// Returns the error message for these bytes; empty if they are valid.
+std::string error_of(const std::string& bytes) {
   try {
     unpack_sections(kFormat, bytes, "some.file");
   } catch (const Error& e) {
@@ -34,51 +34,51 @@ std::string complaint(const std::string& bytes) {
   return "";
 }
 
-TEST(SectionFile, GivesBackWhatWasPacked) {
+TEST(SectionFile, RoundTripKeepsAllSections) {
   const std::string bytes = pack_sections(kFormat, sections());
   EXPECT_EQ(unpack_sections(kFormat, bytes, ""), sections());
-  EXPECT_EQ(bytes, pack_sections(kFormat, sections())) << "the same bytes every time";
-  EXPECT_LT(bytes.size(), 600U) << "5300 bytes, most of them alike";
+  EXPECT_EQ(bytes, pack_sections(kFormat, sections())) << "the same input gives the same bytes";
+  EXPECT_LT(bytes.size(), 600U) << "5300 bytes with much repetition";
   EXPECT_TRUE(unpack_sections(kFormat, pack_sections(kFormat, {}), "").empty());
 }
 
-TEST(SectionFile, EveryAlteredByteIsNoticed) {
+TEST(SectionFile, EveryAlteredByteIsAnError) {
   const std::string bytes = pack_sections(kFormat, sections());
   for (std::size_t i = 0; i < bytes.size(); ++i) {
     for (const int bits : {0x01, 0x80, 0xff}) {
       std::string altered = bytes;
       altered[i] = static_cast<char>(altered[i] ^ bits);
-      EXPECT_NE(complaint(altered), "") << "byte " << i;
+      EXPECT_NE(error_of(altered), "") << "byte " << i;
     }
   }
 }
 
-TEST(SectionFile, EveryLengthButItsOwnIsNoticed) {
+TEST(SectionFile, EveryWrongLengthIsAnError) {
   const std::string bytes = pack_sections(kFormat, sections());
-  EXPECT_THAT(complaint(""), HasSubstr("no test file"));
+  EXPECT_THAT(error_of(""), HasSubstr("not a test file"));
   for (std::size_t size = 1; size < bytes.size(); ++size) {
-    EXPECT_THAT(complaint(bytes.substr(0, size)), HasSubstr("cut short")) << size;
+    EXPECT_THAT(error_of(bytes.substr(0, size)), HasSubstr("truncated")) << size;
   }
-  EXPECT_THAT(complaint(bytes + "!"), HasSubstr("1 bytes too many"));
+  EXPECT_THAT(error_of(bytes + "!"), HasSubstr("1 bytes too many"));
 }
 
-TEST(SectionFile, OtherKindsAndVersionsAreTold) {
-  EXPECT_THAT(complaint("ply\nformat binary"), HasSubstr("is no test file of this program"));
+TEST(SectionFile, OtherKindsAndVersionsAreErrors) {
+  EXPECT_THAT(error_of("ply\nformat binary"), HasSubstr("is not a test file of this program"));
   SectionFormat newer = kFormat;
   newer.version = 4;
-  EXPECT_THAT(complaint(pack_sections(newer, sections())),
+  EXPECT_THAT(error_of(pack_sections(newer, sections())),
               HasSubstr("version 4, and this program reads version 3"));
 }
 
 TEST(SectionFile, AlteredPartsAreNamed) {
   std::string bytes = pack_sections(kFormat, sections());
   bytes.back() = static_cast<char>(bytes.back() ^ 1);
-  EXPECT_THAT(complaint(bytes), HasSubstr("section LONG"));
+  EXPECT_THAT(error_of(bytes), HasSubstr("section LONG"));
   bytes[30] = static_cast<char>(bytes[30] ^ 1);
-  EXPECT_THAT(complaint(bytes), HasSubstr("header"));
+  EXPECT_THAT(error_of(bytes), HasSubstr("header"));
 }
 
-TEST(Bytes, ComeBackInAnyArrangement) {
+TEST(Bytes, RoundTripInAnyOrder) {
   const std::vector<double> numbers = {1.5, -2.25, 1e300};
   ByteWriter out;
   out.put<std::uint16_t>(7);
@@ -94,11 +94,12 @@ TEST(Bytes, ComeBackInAnyArrangement) {
   EXPECT_NO_THROW(in.expect_end());
 }
 
-TEST(Bytes, AreNotReadBeyondTheirEnd) {
+TEST(Bytes, ReadingBeyondTheEndIsAnError) {
   const std::string bytes(10, '\x7f');
   ByteReader in(bytes, "file", "fix");
   EXPECT_THROW(in.get_list<double>(2), Error);
-  EXPECT_THROW(in.get_planes<double>(std::size_t{1} << 61), Error) << "8 times it is 0 in 64 bits";
+  EXPECT_THROW(in.get_planes<double>(std::size_t{1} << 61), Error)
+      << "eight times this count overflows to 0";
   EXPECT_THROW(in.get_text(), Error);
   EXPECT_THROW(in.expect_end(), Error);
 }

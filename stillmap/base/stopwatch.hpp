@@ -4,13 +4,13 @@
 
 namespace stillmap {
 
-/// Wall time since construction or the last lap.
+/// Measures wall time since construction or the last lap.
 class Stopwatch {
  public:
   double milliseconds() const {
     return std::chrono::duration<double, std::milli>(Clock::now() - start_).count();
   }
-  /// Milliseconds since the last lap (or construction); starts the next.
+  /// Returns the time since the last lap or construction [ms] and starts the next lap.
   double lap() {
     const auto now = Clock::now();
     const double ms = std::chrono::duration<double, std::milli>(now - start_).count();

@@ -8,8 +8,8 @@
 
 namespace stillmap::test {
 
-/// For tests: a path in the temporary folder that is this process's own. Tests run beside each
-/// other, each in a process, so those that write the same name spoil each other's files.
+/// For tests: returns a path in the temporary folder that is unique to this process. Tests run in
+/// parallel processes, so equal names would collide.
 inline std::filesystem::path own_path(const std::string& name) {
   return std::filesystem::path(::testing::TempDir()) /
          ("stillmap_" + std::to_string(::getpid()) + "_" + name);

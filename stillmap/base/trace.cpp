@@ -8,8 +8,8 @@
 namespace stillmap {
 namespace {
 
-constexpr std::int64_t kCpuReading = 50'000;  // nanoseconds for which one holds
-constexpr std::size_t kMostSpans = 1 << 21;   // of a track: about 100 MB
+constexpr std::int64_t kCpuReading = 50'000;  // Time for which a CPU clock reading is reused [ns].
+constexpr std::size_t kMostSpans = 1 << 21;   // Maximum number of spans of a track: about 100 MB.
 
 std::int64_t thread_cpu() {
   timespec t{};
@@ -22,7 +22,7 @@ std::int64_t thread_cpu() {
 TraceTrack::TraceTrack(Trace& trace, std::string name)
     : trace_(trace), name_(std::move(name)), waiting_("waiting for " + name_) {}
 
-/// Never runs backwards, and never faster than the wall clock.
+/// Returns the CPU time; it never runs backwards and never faster than the wall clock.
 std::int64_t TraceTrack::cpu_at(std::int64_t now) {
   if (now >= asked_ + kCpuReading || asked_ == 0) {
     told_ = thread_cpu();
@@ -49,7 +49,7 @@ void TraceTrack::end() {
   TraceSpan& span = spans_[static_cast<std::size_t>(index)];
   const std::int64_t now = trace_.now();
   span.wall = now - span.begin;
-  span.cpu = cpu_at(now) - span.cpu;  // which held the clock until here
+  span.cpu = cpu_at(now) - span.cpu;  // span.cpu held the start time until here.
 }
 
 void TraceTrack::count(std::string_view name, std::size_t value) {

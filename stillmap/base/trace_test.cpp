@@ -10,7 +10,7 @@
 namespace stillmap {
 namespace {
 
-constexpr std::int64_t kReading = 50'000;  // nanoseconds that a CPU time may be wrong by
+constexpr std::int64_t kReading = 50'000;  // Maximum error of a CPU time [ns].
 
 std::vector<std::string> names_of(const TraceTrack& track) {
   std::vector<std::string> names;
@@ -22,7 +22,7 @@ void sleep(int milliseconds) {
   std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
 }
 
-TEST(Trace, SpansLieWithinOneAnother) {
+TEST(Trace, SpansAreNested) {
   Trace trace;
   TraceTrack& track = trace.add_track("camera");
   {
@@ -47,10 +47,10 @@ TEST(Trace, SpansLieWithinOneAnother) {
     EXPECT_GE(span.begin, parent.begin);
     EXPECT_LE(span.begin + span.wall, parent.begin + parent.wall);
   }
-  EXPECT_GE(spans[2].begin, spans[1].begin + spans[1].wall) << "one after the other";
+  EXPECT_GE(spans[2].begin, spans[1].begin + spans[1].wall) << "the spans are consecutive";
 }
 
-TEST(Trace, AThreadWithoutTrackLeavesNothing) {
+TEST(Trace, AThreadWithoutTrackRecordsNothing) {
   Trace trace;
   const TraceTrack& track = trace.add_track("camera");
   trace_frame(1);
@@ -60,7 +60,7 @@ TEST(Trace, AThreadWithoutTrackLeavesNothing) {
   EXPECT_TRUE(track.counts().empty());
 }
 
-TEST(Trace, ABindingEndsWithItsBlockAndTheOneBeforeHoldsAgain) {
+TEST(Trace, ABindingEndsWithItsScope) {
   Trace trace;
   TraceTrack& outer = trace.add_track("outer");
   TraceTrack& inner = trace.add_track("inner");
@@ -81,7 +81,7 @@ TEST(Trace, ABindingEndsWithItsBlockAndTheOneBeforeHoldsAgain) {
   EXPECT_EQ(names_of(outer), (std::vector<std::string>{"out"}));
 }
 
-TEST(Trace, ThreadsWriteSideBySideEachToItsOwnTrack) {
+TEST(Trace, EachThreadWritesToItsOwnTrack) {
   Trace trace;
   constexpr int kThreads = 4, kSpans = 2000;
   std::vector<std::thread> threads;
@@ -107,8 +107,8 @@ TEST(Trace, ThreadsWriteSideBySideEachToItsOwnTrack) {
   }
 }
 
-/// Sleeping is no work, computing is; neither may count for more than went by.
-TEST(Trace, CpuTimeIsWhatTheThreadComputed) {
+/// CPU time excludes sleeping and includes computing; neither may exceed the wall time.
+TEST(Trace, CpuTimeCountsOnlyComputing) {
   Trace trace;
   TraceTrack& track = trace.add_track("camera");
   {
@@ -133,8 +133,8 @@ TEST(Trace, CpuTimeIsWhatTheThreadComputed) {
   EXPECT_GE(both.cpu + kReading, asleep.cpu + computing.cpu);
 }
 
-/// Short spans share one reading of the CPU clock; their sum must still be that of the whole.
-TEST(Trace, CpuErrorsOfSpansInARowDoNotAddUp) {
+/// Short spans share one reading of the CPU clock; their sum must equal the total.
+TEST(Trace, CpuErrorsOfConsecutiveSpansDoNotAccumulate) {
   Trace trace;
   TraceTrack& track = trace.add_track("camera");
   {

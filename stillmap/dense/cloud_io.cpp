@@ -119,7 +119,7 @@ Cloud read_records(const HeaderLines& header, const RecordLayout& layout) {
   if (!complete(layout.position)) header.fail("its points lack x, y or z as float or double");
   const std::string_view data = header.rest();
   if (layout.records > data.size() / layout.record_size) {
-    header.fail(fmt::format("it is cut short: {} points of {} bytes announced, {} bytes there",
+    header.fail(fmt::format("it is truncated: the header declares {} points of {} bytes, but {} bytes are present",
                             layout.records, layout.record_size, data.size()));
   }
   const bool colored = complete(layout.color);

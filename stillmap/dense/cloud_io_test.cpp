@@ -135,9 +135,9 @@ TEST_F(CloudIo, SaysWhatIsWrongWithAPly) {
   EXPECT_THAT(says(start + "element vertex -1\n" + xyz + "end_header\n"), HasSubstr("'-1'"));
   EXPECT_THAT(
       says(start + "element vertex 2\n" + xyz + "end_header\n" + bytes_of(1.0F, 2.0F, 3.0F)),
-      HasSubstr("cut short"));
+      HasSubstr("truncated"));
   EXPECT_THAT(says(start + "element vertex 18446744073709551615\n" + xyz + "end_header\n"),
-              HasSubstr("cut short"));
+              HasSubstr("truncated"));
   EXPECT_THAT(says(start + "element vertex 1\nproperty float x\nend_header\n1234"),
               HasSubstr("x, y or z"));
   EXPECT_THAT(says(start + "element vertex 1\nend_header\n"), HasSubstr("x, y or z"));

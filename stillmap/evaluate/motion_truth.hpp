@@ -31,7 +31,7 @@ cv::Mat meters_per_second(const cv::Mat& speed_image);
 class MotionTruthFolder {
  public:
   /// @param speed_folder used instead of the sequence's own speed/; may be empty
-  /// Throws Error where there is no mask/, or a folder holds no images.
+  /// Throws Error where there is no mask/, or a folder contains no images.
   explicit MotionTruthFolder(const std::filesystem::path& sequence,
                              const std::filesystem::path& speed_folder = {});
   bool knows_speed() const { return speeds_.has_value(); }

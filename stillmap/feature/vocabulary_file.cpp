@@ -28,7 +28,7 @@ extern const char stillmap_vocabulary_end[];
 namespace stillmap {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "numbers are copied as they lie");
+static_assert(std::endian::native == std::endian::little, "numbers are copied without conversion");
 
 constexpr std::string_view kMagic = "STILLVOC";
 constexpr std::uint32_t kVersion = 1;
@@ -82,7 +82,7 @@ std::string Vocabulary::bytes() const {
 
 Vocabulary Vocabulary::from_bytes(std::string_view bytes, const std::string& where) {
   if (bytes.size() < kHeader || !bytes.starts_with(kMagic)) {
-    throw Error("is no vocabulary of this program", where, kFix);
+    throw Error("is not a vocabulary of this program", where, kFix);
   }
   const auto version = number_at<std::uint32_t>(bytes, 8);
   if (version != kVersion) {
@@ -94,13 +94,13 @@ Vocabulary Vocabulary::from_bytes(std::string_view bytes, const std::string& whe
   const std::uint64_t words = number_at<std::uint32_t>(bytes, 16);
   const std::uint64_t expected = kHeader + nodes * (1 + sizeof(Descriptor)) + 4 * words;
   if (nodes == 0 || bytes.size() + sizeof(Descriptor) != expected) {
-    throw Error(fmt::format("holds {} bytes where its header promises {}", bytes.size(),
+    throw Error(fmt::format("contains {} bytes, but its header declares {}", bytes.size(),
                             expected - sizeof(Descriptor)),
-                where, "it was cut short or added to; copy it again, or " + std::string(kFix));
+                where, "it is truncated or added to; copy it again, or " + std::string(kFix));
   }
   std::string_view rest = bytes.substr(kHeader);
   if (fnv1a(rest) != number_at<std::uint64_t>(bytes, 20)) {
-    throw Error("was altered: its checksum does not fit", where,
+    throw Error("is corrupt: its checksum is wrong", where,
                 "copy it again, or " + std::string(kFix));
   }
   auto children = take<std::uint8_t>(rest, nodes);

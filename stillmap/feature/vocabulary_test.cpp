@@ -139,16 +139,16 @@ TEST_F(VocabularyFile, ComesBackAsItWas) {
 }
 
 TEST_F(VocabularyFile, BrokenOnesAreRefusedWithTheReason) {
-  expect_refused("", "no vocabulary");
-  expect_refused("ORBvoc.txt: 10 6 0 0 and so on and so forth", "no vocabulary");
-  expect_refused(bytes_.substr(0, 27), "no vocabulary");
+  expect_refused("", "not a vocabulary");
+  expect_refused("ORBvoc.txt: 10 6 0 0 and so on and so forth", "not a vocabulary");
+  expect_refused(bytes_.substr(0, 27), "not a vocabulary");
   expect_refused(bytes_.substr(0, bytes_.size() - 1), "bytes");
   expect_refused(bytes_ + "x", "bytes");
   std::string newer = bytes_, altered = bytes_;
   newer[8] = 2;
   expect_refused(newer, "version 2");
   altered[bytes_.size() / 2] ^= 1;
-  expect_refused(altered, "altered");
+  expect_refused(altered, "corrupt");
 }
 
 TEST(VocabularyParts, ThatAreNoTreeAreRefused) {

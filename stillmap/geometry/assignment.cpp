@@ -8,9 +8,8 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Rows are added one by one; the potentials keep every reduced cost cost - row - column at zero or
-/// above, and at zero on the pairs that are made, so that a path of zero reduced cost is a cheapest
-/// one.
+/// Rows are added one by one. The potentials keep every reduced cost (cost - row - column) at zero
+/// or above, and at zero on the assigned pairs, so a path of zero reduced cost is a cheapest path.
 class Assigner {
  public:
   explicit Assigner(const Eigen::MatrixXd& cost)
@@ -30,12 +29,12 @@ class Assigner {
   }
 
  private:
-  /// Dijkstra's search from a row without a column to the nearest column without a row, then the
-  /// pairs along the path change hands.
+  /// Searches with Dijkstra's algorithm from an unassigned row to the nearest unassigned column,
+  /// then switches the pairs along the path.
   void augment(int start) {
     const auto columns = static_cast<std::size_t>(cost_.cols());
     std::vector<double> distance(columns, kInfinity);
-    std::vector<int> previous(columns, -1);  // column before it on the path; -1: the start itself
+    std::vector<int> previous(columns, -1);  // previous column on the path; -1: the start
     std::vector<char> settled(columns, 0);
     int row = start, last = -1, end = -1;
     double reached = 0;
@@ -85,7 +84,7 @@ class Assigner {
 
   const Eigen::MatrixXd& cost_;
   Eigen::VectorXd row_potential_, column_potential_;
-  std::vector<int> row_of_;  // per column; -1: none yet
+  std::vector<int> row_of_;  // row of each column; -1: none yet
 };
 
 }  // namespace

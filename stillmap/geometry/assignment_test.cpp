@@ -10,7 +10,7 @@
 namespace stillmap {
 namespace {
 
-/// Least sum over all ways to give every row (rows <= columns) a column of its own.
+/// Returns the minimum sum over all assignments of rows to columns (rows <= columns).
 double least_sum(const Eigen::MatrixXd& cost) {
   std::vector<int> columns(static_cast<std::size_t>(cost.cols()));
   std::iota(columns.begin(), columns.end(), 0);
@@ -44,13 +44,13 @@ TEST(Assign, FindsTheLeastSumOfAllPermutations) {
   }
 }
 
-TEST(Assign, TheNearestPairIsGivenUpWhereThatCostsLess) {
+TEST(Assign, TheNearestPairIsNotAssignedIfTheSumIsLower) {
   Eigen::MatrixXd cost(2, 2);
   cost << 1, 2, 2, 9;
   EXPECT_EQ(assign(cost), (std::vector<int>{1, 0}));
 }
 
-TEST(Assign, TakesNothing) {
+TEST(Assign, AcceptsEmptyInput) {
   EXPECT_TRUE(assign(Eigen::MatrixXd(0, 3)).empty());
   EXPECT_EQ(assign(Eigen::MatrixXd(2, 0)), (std::vector<int>{-1, -1}));
 }

@@ -35,8 +35,8 @@ std::vector<Candidate> candidates_of(std::span<const double> a, std::span<const 
   const auto order_a = finite_by_stamp(a), order_b = finite_by_stamp(b);
   std::vector<Candidate> candidates;
   candidates.reserve(order_a.size());
-  std::size_t first =
-      0;  // the first b that is not too early for this a, so not for any later a either
+  // First b that is late enough for this a, and therefore for all later ones.
+  std::size_t first = 0;
   for (const std::size_t i : order_a) {
     while (first < order_b.size() && a[i] - b[order_b[first]] >= max_difference) ++first;
     for (std::size_t k = first; k < order_b.size(); ++k) {

@@ -16,7 +16,7 @@ using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 using Pairs = std::vector<std::pair<std::size_t, std::size_t>>;
 
-// The rule word by word, in O(n m).
+// Literal implementation of the rule, in O(n m).
 Pairs by_the_rule(const std::vector<double>& a, const std::vector<double>& b,
                   double max_difference) {
   std::vector<std::tuple<double, double, double, std::size_t, std::size_t>> candidates;
@@ -45,8 +45,8 @@ TEST(Associate, TakesTheClosestPairFirstAndEachStampOnce) {
   EXPECT_THAT(associate(a, b), ElementsAre(std::pair(1u, 0u)));
 }
 
-TEST(Associate, GreedyMayLeaveAStampAloneThatAnOptimalPairingWouldServe) {
-  // 1.010-1.012 is the closest pair; what is left, 1.000 and 1.022, is too far apart.
+TEST(Associate, IsGreedyAndNotOptimal) {
+  // The closest pair is 1.010-1.012; the remaining 1.000 and 1.022 are too far apart.
   const std::vector<double> a{1.000, 1.010}, b{1.012, 1.022};
   EXPECT_THAT(associate(a, b), ElementsAre(std::pair(1u, 0u)));
 }
@@ -64,13 +64,13 @@ TEST(Associate, TiesGoToTheSmallerAThenTheSmallerB) {
   EXPECT_THAT(associate(middle, two, 1), ElementsAre(std::pair(0u, 0u)));
 }
 
-TEST(Associate, AnswersByGrowingStampWhateverTheOrderOfTheLists) {
+TEST(Associate, ResultIsSortedForAnyOrderOfTheLists) {
   const std::vector<double> a{3, 1, 2}, b{2.001, 3.001, 1.001};
   EXPECT_THAT(associate(a, b),
               ElementsAre(std::pair(1u, 2u), std::pair(2u, 0u), std::pair(0u, 1u)));
 }
 
-TEST(Associate, NeverPairsWhatIsNotFinite) {
+TEST(Associate, NeverPairsTimestampsThatAreNotFinite) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double infinite = std::numeric_limits<double>::infinity();
   const std::vector<double> a{nan, 1, infinite}, b{infinite, nan, 1.001};
@@ -78,14 +78,14 @@ TEST(Associate, NeverPairsWhatIsNotFinite) {
   EXPECT_THAT(associate({}, b), IsEmpty());
 }
 
-TEST(Associate, IsTheRuleWordByWordOnJitteredLists) {
+TEST(Associate, EqualsTheLiteralRuleOnJitteredLists) {
   std::mt19937 rng(3);
   std::uniform_real_distribution<double> jitter(-0.02, 0.02);
   for (int round = 0; round < 20; ++round) {
     std::vector<double> a, b;
     for (int i = 0; i < 200; ++i) a.push_back(1341846434 + i / 30.0 + jitter(rng));
     for (int i = 0; i < 260; ++i) b.push_back(1341846433.5 + i / 40.0 + jitter(rng));
-    // Stamps to the millisecond make many exact ties.
+    // Timestamps rounded to milliseconds give many exact ties.
     for (auto* list : {&a, &b}) {
       for (double& stamp : *list) stamp = std::round(stamp * 1000) / 1000;
     }

@@ -6,9 +6,9 @@
 
 namespace stillmap {
 
-/// A pinhole camera, pixels. Pixel (0, 0) is the center of the upper left pixel; x right, y down, z
-/// ahead. Frames are rectified on entry (sensor room), so behind that room every camera is an ideal
-/// pinhole and `distortion` is what the *recorded* images had.
+/// A pinhole camera. Pixel (0, 0) is the center of the upper left pixel; x right, y down, z
+/// forward. Module `sensor` rectifies all frames, so every other module uses an ideal pinhole
+/// camera; `distortion` describes the *recorded* images.
 struct Camera {
   std::string name = "unnamed";
   int width = 640, height = 480;                      ///< pixels
@@ -17,24 +17,24 @@ struct Camera {
   Eigen::Matrix<double, 5, 1> distortion = Eigen::Matrix<double, 5, 1>::Zero();
   double depth_factor = 5000;  ///< raw depth units per meter
   double fps = 30;             ///< nominal frame rate [Hz]
-  /// Baseline of the virtual second camera that turns a depth into a disparity [m]: that of the
-  /// Kinect's projector and infrared camera.
+  /// Baseline of the virtual second camera that converts depth to disparity [m]; default: distance
+  /// between projector and infrared camera of the Kinect.
   double baseline = 0.075;
 
   bool distorted() const { return !distortion.isZero(0); }
-  /// fx * baseline: disparity = bf / depth [pixel meters].
+  /// Returns fx * baseline [pixels * m]: disparity = bf / depth.
   double bf() const { return fx * baseline; }
 
-  /// Pixel of a point in front of the camera (p_camera.z > 0), without distortion.
+  /// Returns the pixel of a point in front of the camera (p_camera.z > 0), without distortion.
   Eigen::Vector2d project(const Eigen::Vector3d& p_camera) const {
     const double iz = 1.0 / p_camera.z();
     return {fx * p_camera.x() * iz + cx, fy * p_camera.y() * iz + cy};
   }
-  /// Point at depth z (along the optical axis, meters) behind pixel (u, v).
+  /// Returns the point at pixel (u, v) and depth z [m], in the camera frame [m].
   Eigen::Vector3d unproject(double u, double v, double z) const {
     return {(u - cx) / fx * z, (v - cy) / fy * z, z};
   }
-  /// Whether pixel (u, v) lies at least `margin` pixels inside the image.
+  /// Returns whether pixel (u, v) lies at least `margin` pixels inside the image.
   bool contains(double u, double v, double margin = 0) const {
     return u >= margin && v >= margin && u <= width - 1 - margin && v <= height - 1 - margin;
   }

@@ -31,14 +31,14 @@ TEST(Pose, LogInvertsExp) {
 
 TEST(Pose, ExpOfAQuarterTurnAboutZMovesAlongTheArc) {
   Twist twist;
-  twist << 1, 0, 0, 0, 0, M_PI / 2;  // unit speed forward for the time of a quarter turn
+  twist << 1, 0, 0, 0, 0, M_PI / 2;  // Unit forward speed during a quarter turn.
   const Pose T = Pose::exp(twist);
   EXPECT_LT((T.translation() - Eigen::Vector3d(2 / M_PI, 2 / M_PI, 0)).norm(), 1e-12);
   EXPECT_LT((T * Eigen::Vector3d(1, 0, 0) - T.translation() - Eigen::Vector3d(0, 1, 0)).norm(),
             1e-12);
 }
 
-TEST(Pose, InverseUndoesAndAngleIsThatOfTheRotation) {
+TEST(Pose, InverseAndAngle) {
   Twist twist;
   twist << 0.3, -2, 1, 0.2, 0.1, -0.7;
   const Pose T = Pose::exp(twist);
@@ -46,7 +46,7 @@ TEST(Pose, InverseUndoesAndAngleIsThatOfTheRotation) {
   EXPECT_NEAR(T.angle(), twist.tail<3>().norm(), 1e-12);
 }
 
-TEST(Pose, InterpolationMeetsBothEndsAndTheMiddle) {
+TEST(Pose, InterpolationIsExactAtBothEndsAndTheMiddle) {
   const Pose a(so3_exp({0, 0, 0.2}), {0, 0, 0}), b(so3_exp({0, 0, 0.6}), {1, 0, 0});
   EXPECT_LT(distance(interpolate(a, b, 0), a), 1e-12);
   EXPECT_LT(distance(interpolate(a, b, 1), b), 1e-12);
@@ -70,7 +70,7 @@ TEST(AlignPoints, RecoversAKnownMotionExactlyAndRefusesReflections) {
   for (int i = 0; i < 20; ++i) a.col(i) = truth * Eigen::Vector3d(b.col(i));
   EXPECT_LT(distance(align_points(a, b), truth), 1e-9);
 
-  b.row(2).setZero();  // a plane, seen mirrored: the best fit is still a rotation
+  b.row(2).setZero();  // A mirrored plane: the best fit must still be a rotation.
   a = b;
   a.row(0) *= -1;
   EXPECT_NEAR(align_points(a, b).rotation().determinant(), 1, 1e-9);
@@ -91,7 +91,7 @@ class TrajectoryFile : public ::testing::Test {
   void TearDown() override { std::filesystem::remove(file_); }
 };
 
-TEST_F(TrajectoryFile, ReadsBackWhatWasWritten) {
+TEST_F(TrajectoryFile, RoundTrip) {
   const Trajectory written{{1.5, Pose(so3_exp({0.1, 0.2, 0.3}), {1, 2, 3})},
                            {2.5, Pose(so3_exp({3.1, 0, 0}), {-4, 5, 6e-7})}};
   write_trajectory(file_, written);
@@ -111,7 +111,7 @@ TEST_F(TrajectoryFile, SortsByStampAndSkipsComments) {
   EXPECT_EQ(read[1].T_world_camera.translation().x(), 1);
 }
 
-TEST_F(TrajectoryFile, NamesTheLineThatIsWrong) {
+TEST_F(TrajectoryFile, ErrorsNameTheLine) {
   write("1 0 0 0 0 0 0 1\n2 0 0 0 0 0 1\n");
   EXPECT_NE(error().find(":2: expected 8 numbers"), std::string::npos) << error();
   write("1 0 0 zero 0 0 0 1\n");
@@ -121,10 +121,10 @@ TEST_F(TrajectoryFile, NamesTheLineThatIsWrong) {
   write("1 0 0 0 0 0 0 0\n");
   EXPECT_NE(error().find("quaternion is zero"), std::string::npos) << error();
   write("# nothing\n");
-  EXPECT_NE(error().find("holds no pose"), std::string::npos) << error();
+  EXPECT_NE(error().find("contains no pose"), std::string::npos) << error();
 }
 
-TEST_F(TrajectoryFile, SaysWhenItCannotBeWritten) {
+TEST_F(TrajectoryFile, AFileThatCannotBeWrittenIsAnError) {
   EXPECT_THROW(write_trajectory("/nonexistent/folder/t.txt", {}), Error);
 }
 

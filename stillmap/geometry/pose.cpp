@@ -6,7 +6,7 @@
 namespace stillmap {
 namespace {
 
-/// Left Jacobian of SO(3), the V with t = V v in the exponential map of SE(3).
+/// Returns the left Jacobian of SO(3), the V with t = V v in the exponential map of SE(3).
 Eigen::Matrix3d left_jacobian(const Eigen::Vector3d& w) {
   const double theta2 = w.squaredNorm();
   const Eigen::Matrix3d W = skew(w);
@@ -26,14 +26,15 @@ Eigen::Matrix3d skew(const Eigen::Vector3d& w) {
 
 Eigen::Quaterniond so3_exp(const Eigen::Vector3d& w) {
   const double theta2 = w.squaredNorm();
-  // sin(theta/2)/theta by its series near zero, so that nothing is lost to cancellation.
+  // sin(theta/2)/theta by its series near zero, to avoid cancellation.
   const double theta = std::sqrt(theta2);
   const double s = theta2 < 1e-8 ? 0.5 - theta2 / 48.0 : std::sin(0.5 * theta) / theta;
   return Eigen::Quaterniond(std::cos(0.5 * theta), s * w.x(), s * w.y(), s * w.z()).normalized();
 }
 
 Eigen::Vector3d so3_log(const Eigen::Quaterniond& q) {
-  const double sign = q.w() < 0 ? -1.0 : 1.0;  // q and -q are one rotation: take the short way
+  // q and -q are the same rotation; use the smaller angle.
+  const double sign = q.w() < 0 ? -1.0 : 1.0;
   const Eigen::Vector3d v = sign * q.vec();
   const double n = v.norm();
   if (n < 1e-9) return 2.0 * v;

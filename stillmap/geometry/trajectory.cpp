@@ -21,8 +21,7 @@ StampedPose parse_pose(std::string line, const std::string& where) {
   std::istringstream fields(line);
   double v[8];
   for (double& x : v) {
-    std::string
-        token;  // through strtod, which also knows "nan": a stream would call it a syntax error
+    std::string token;  // Parsed by strtod, which also accepts "nan"; a stream would fail on it.
     if (!(fields >> token)) {
       throw Error("expected 8 numbers (timestamp tx ty tz qx qy qz qw)", where,
                   "write the trajectory in TUM format, one pose per line");
@@ -46,7 +45,7 @@ StampedPose parse_pose(std::string line, const std::string& where) {
 Trajectory read_trajectory(const std::filesystem::path& file) {
   std::ifstream in(file);
   if (!in || std::filesystem::is_directory(file)) {
-    throw Error("cannot be read", file.string(), "check that the file exists and may be read");
+    throw Error("cannot be read", file.string(), "check that the file exists and is readable");
   }
   Trajectory trajectory;
   std::string line;
@@ -56,7 +55,7 @@ Trajectory read_trajectory(const std::filesystem::path& file) {
     trajectory.push_back(parse_pose(line, fmt::format("{}:{}", file.string(), number)));
   }
   if (trajectory.empty()) {
-    throw Error("holds no pose", file.string(),
+    throw Error("contains no pose", file.string(),
                 "expected lines of 8 numbers: timestamp tx ty tz qx qy qz qw");
   }
   std::stable_sort(trajectory.begin(), trajectory.end(),

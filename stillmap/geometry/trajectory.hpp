@@ -8,30 +8,29 @@
 namespace stillmap {
 
 struct StampedPose {
-  double timestamp = 0;  ///< seconds
+  double timestamp = 0;  ///< Time [s].
   Pose T_world_camera;
 };
 
-/// Camera poses in the order of their stamps.
+/// Camera poses in the order of their timestamps.
 using Trajectory = std::vector<StampedPose>;
 
-/// Reads TUM format: lines `timestamp tx ty tz qx qy qz qw`, # starts a comment, blanks or commas
-/// between. Sorted by stamp. Throws Error with file and line on a line that is none, non-finite
-/// values or a zero quaternion; on a file that cannot be opened or holds no pose.
+/// Reads TUM format: lines `timestamp tx ty tz qx qy qz qw` separated by blanks or commas; # starts
+/// a comment. Sorted by timestamp. Throws Error with file and line for an invalid line, values that
+/// are not finite or a zero quaternion, and for a file that cannot be opened or contains no pose.
 Trajectory read_trajectory(const std::filesystem::path& file);
 
-/// Writes TUM format, 9 decimals; complete or not at all (temporary name, then renamed). Throws
-/// Error.
+/// Writes TUM format with 9 decimals, atomically (temporary name, then renamed). Throws Error.
 void write_trajectory(const std::filesystem::path& file, const Trajectory& trajectory);
 
-/// The rotation R that makes trace(R^T W) largest: of W = sum a_i b_i^T the one that turns the b_i
-/// nearest to the a_i, of a sum of rotations their chordal mean. By the singular value
-/// decomposition, guarded against a reflection.
+/// Returns the rotation R that maximizes trace(R^T W): for W = sum a_i b_i^T the rotation that best
+/// aligns b_i to a_i, for a sum of rotations their chordal mean. Uses the singular value
+/// decomposition and never returns a reflection.
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& W);
 
-/// Least-squares rigid alignment (Umeyama 1991 without scale; Horn 1987): the T_a_b that minimizes
-/// sum |a_i - T_a_b b_i|^2. Columns are points. Needs at least 3 points that are not on one line
-/// for a unique answer; otherwise the rotation is one of the minimizers.
+/// Least-squares rigid alignment (Umeyama 1991 without scale; Horn 1987): returns the T_a_b that
+/// minimizes sum |a_i - T_a_b b_i|^2. Columns are points [m]. Unique for at least 3 points that are
+/// not collinear; otherwise one of the minimizers is returned.
 Pose align_points(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b);
 
 }  // namespace stillmap

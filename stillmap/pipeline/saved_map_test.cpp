@@ -183,8 +183,8 @@ TEST(SavedMap, EveryAlteredByteAndEveryOtherLengthIsNoticed) {
 }
 
 TEST(SavedMap, WhatIsNoMapIsTold) {
-  EXPECT_THAT(complaint("ply\nformat binary_little_endian 1.0\n"), HasSubstr("is no saved map"));
-  EXPECT_THAT(complaint(""), HasSubstr("is no saved map"));
+  EXPECT_THAT(complaint("ply\nformat binary_little_endian 1.0\n"), HasSubstr("is not a saved map"));
+  EXPECT_THAT(complaint(""), HasSubstr("is not a saved map"));
   std::string newer = saved_map_bytes(tiny_map());
   newer[8] = 9;
   EXPECT_THAT(complaint(newer), HasSubstr("version 9, and this program reads version 1"));

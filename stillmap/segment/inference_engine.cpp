@@ -85,7 +85,7 @@ std::unique_ptr<InferenceEngine> make_engine(const std::string& backend,
   if (backend == "auto") return start_fastest(options);
   if (backend == "openvino") return start_openvino(options);
   if (backend == "opencv") return start_opencv(options);
-  throw Error(fmt::format("there is no inference back end \"{}\"", backend), "segment.backend",
+  throw Error(fmt::format("unknown inference back end \"{}\"", backend), "segment.backend",
               "take one of: auto, openvino, opencv");
 }
 

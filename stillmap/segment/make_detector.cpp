@@ -9,8 +9,8 @@ namespace stillmap {
 
 std::unique_ptr<Detector> make_detector(const SegmentOptions& options) {
   if (!options.model.empty() && !options.masks.empty()) {
-    throw Error("a network and a folder of masks are both named", "segment.model, segment.masks",
-                "name one of them");
+    throw Error("both a network and a folder of masks are given", "segment.model, segment.masks",
+                "give one of them");
   }
   if (!options.model.empty()) return std::make_unique<YoloDetector>(options);
   if (!options.masks.empty()) return std::make_unique<MaskFolder>(options.masks);

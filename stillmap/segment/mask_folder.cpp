@@ -145,7 +145,7 @@ std::vector<Instance> MaskFolder::detect(const RgbdFrame& frame) {
       halved_if_twice(cv::imread(entry->file.string(), cv::IMREAD_UNCHANGED), frame.gray.size());
   if (mask.type() != CV_8UC1 || mask.size() != frame.gray.size()) {
     if (unusable_++ == 0) {
-      warn(fmt::format("{}: this mask and others like it are left out", entry->file.string()),
+      warn(fmt::format("{}: this mask and similar ones are ignored", entry->file.string()),
            fmt::format("write an 8-bit gray PNG of {} x {} pixels", frame.gray.cols,
                        frame.gray.rows));
     }
@@ -156,12 +156,12 @@ std::vector<Instance> MaskFolder::detect(const RgbdFrame& frame) {
 
 std::string MaskFolder::description() const {
   return fmt::format("masks from {} ({} files, by {})", folder_.string(), entries_.size(),
-                     stamped_ ? "time stamp" : "order");
+                     stamped_ ? "timestamp" : "order");
 }
 
 std::string MaskFolder::skipped() const {
   if (missing_ + unusable_ == 0) return {};
-  return fmt::format("{} frames without a mask, {} masks broken or of another size", missing_,
+  return fmt::format("{} frames without a mask, {} masks damaged or of another size", missing_,
                      unusable_);
 }
 

@@ -16,7 +16,7 @@ namespace stillmap {
 /// all others "unknown", a thing that moves but has no name. Each connected piece (8-neighbors) of
 /// one value is one instance.
 ///
-/// Which mask is whose: if all file names (without extension) are numbers, they are time stamps in
+/// Which mask is whose: if all file names (without extension) are numbers, they are timestamps in
 /// seconds, and a frame takes the nearest within half of the masks' median interval (or, where
 /// there is only one mask, 20 ms). Otherwise the files in alphabetic order belong to frames 0, 1, 2
 /// ... A frame without a mask gets no instances, and is counted. So is one whose mask cannot be

@@ -73,7 +73,7 @@ TEST_F(MaskFolderTest, WrongSizeBrokenFileAndColorAreCountedSkips) {
   for (const double stamp : {1.0, 2.0, 3.0, 4.0})
     EXPECT_TRUE(masks.detect(frame(0, stamp)).empty());
   EXPECT_EQ(masks.unusable(), 4U);
-  EXPECT_THAT(masks.skipped(), testing::HasSubstr("4 masks broken"));
+  EXPECT_THAT(masks.skipped(), testing::HasSubstr("4 masks damaged"));
   EXPECT_EQ(masks.missing(), 0U);
 }
 

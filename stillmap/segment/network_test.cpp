@@ -69,8 +69,8 @@ struct WrongNetwork : testing::TestWithParam<std::string> {
 };
 
 TEST_P(WrongNetwork, NoNetworkAtAll) {
-  EXPECT_THAT(error_of("hello"), testing::HasSubstr("no ONNX network"));
-  EXPECT_THAT(error_of(""), testing::HasSubstr("no ONNX network"));
+  EXPECT_THAT(error_of("hello"), testing::HasSubstr("not an ONNX network"));
+  EXPECT_THAT(error_of(""), testing::HasSubstr("not an ONNX network"));
 }
 
 TEST_P(WrongNetwork, AnotherInput) {

@@ -209,10 +209,10 @@ OnnxInfo parse_onnx(std::string_view bytes, const std::string& where) {
   try {
     info = parse_model(bytes);
   } catch (const BadWire&) {
-    throw Error("this file is no ONNX network (or it is cut off)", where, export_advice());
+    throw Error("this file is not an ONNX network (or is truncated)", where, export_advice());
   }
   if (info.nodes == 0 || info.inputs.empty() || info.outputs.empty()) {
-    throw Error("this file is no ONNX network: it has no graph with inputs and outputs", where,
+    throw Error("this file is not an ONNX network: it has no graph with inputs and outputs", where,
                 export_advice());
   }
   return info;

@@ -152,7 +152,7 @@ cv::Mat positive_between(const cv::Mat1f& samples, const Steps& columns, const S
   std::string list;
   for (const auto& shape : shapes) list += fmt::format(" [{}]", fmt::join(shape, ", "));
   throw Error(
-      "these are not the outputs of a YOLOv7, YOLOv8 or YOLO11 detect or segment network:" + list,
+      "the outputs are not those of a YOLOv7, YOLOv8 or YOLO11 detect or segment network:" + list,
       where, export_advice());
 }
 

@@ -71,8 +71,8 @@ std::vector<bool> wanted_classes(const std::vector<std::string>& wanted,
   for (const auto& name : wanted) {
     const auto found = std::find(names.begin(), names.end(), name);
     if (found == names.end()) {
-      throw Error(fmt::format("the network knows no class \"{}\"", name), "segment.classes",
-                  fmt::format("it knows: {}", fmt::join(names, ", ")));
+      throw Error(fmt::format("the network has no class \"{}\"", name), "segment.classes",
+                  fmt::format("its classes: {}", fmt::join(names, ", ")));
     }
     flags[static_cast<std::size_t>(found - names.begin())] = true;
   }
@@ -89,8 +89,9 @@ std::vector<std::vector<std::int64_t>> shapes_of(const std::vector<TensorView>& 
 void check_task(const OnnxInfo& info, const std::string& file) {
   const auto task = info.metadata.find("task");
   if (task == info.metadata.end() || task->second == "detect" || task->second == "segment") return;
-  throw Error(fmt::format("this network was made to {}, not to detect or segment", task->second),
-              file, export_advice());
+  throw Error(
+      fmt::format("this network was made for {}, not for detection or segmentation", task->second),
+      file, export_advice());
 }
 
 }  // namespace

@@ -50,13 +50,13 @@ class CameraYaml {
  public:
   explicit CameraYaml(const fs::path& file) : file_(file), root_(parse(file)) {
     if (!root_.IsMap()) {
-      throw Error("is no camera: expected lines like 'fx: 535.4'", file_.string(), kFix);
+      throw Error("is not a camera file: expected lines like 'fx: 535.4'", file_.string(), kFix);
     }
     std::set<std::string> seen;
     for (const auto& entry : root_) {
       keys_.push_back(entry.first.as<std::string>(""));
       if (!seen.insert(keys_.back()).second) {
-        throw Error("is given twice", where(keys_.back()), "leave only the one that holds");
+        throw Error("is given twice", where(keys_.back()), "keep only the valid one");
       }
     }
   }
@@ -116,7 +116,7 @@ class CameraYaml {
     const std::string text = read_file(file);
     if (text.size() > kLargestFile) throw Error("is too large for a camera", file.string(), kFix);
     if (text.find('\0') != std::string::npos) {
-      throw Error("is no camera: it is not even text", file.string(), kFix);
+      throw Error("is not a camera file: it is not text", file.string(), kFix);
     }
     try {
       return YAML::Load(as_standard_yaml(text));
@@ -207,7 +207,7 @@ void refuse_unknown_keys(const CameraYaml& yaml) {
                    "cy",   "distortion", "depth_factor", "fps", "baseline"};
   for (const auto& key : yaml.keys()) {
     if (std::find(known.begin(), known.end(), key) != known.end()) continue;
-    throw Error("is no key of a camera file", yaml.where(key), suggestion(key, known));
+    throw Error("is not a key of a camera file", yaml.where(key), suggestion(key, known));
   }
 }
 

@@ -75,7 +75,7 @@ void check_lists(const FrameList& list, Diagnosis& diagnosis) {
   diagnosis.add(Severity::kWarning,
                 fmt::format("{} lines of the lists give no frame; the first: {}",
                             list.skipped.size(), list.skipped.front().reason),
-                "nothing needs to be done if these are few: they are left out");
+                "no action is needed if these are few: they are skipped");
 }
 
 std::vector<double> intervals_of(const std::vector<FrameFiles>& frames) {
@@ -106,7 +106,7 @@ void check_gaps(const std::vector<FrameFiles>& frames, double median, Diagnosis&
   diagnosis.add(Severity::kWarning,
                 fmt::format("gaps in the stamps: {}, the longest {:.3f} s after {:.6f}", gaps,
                             intervals[largest], frames[largest].timestamp),
-                "record again with less load, or expect the camera to be lost there");
+                "record again with less load, or expect tracking loss there");
 }
 
 void check_rate(const std::vector<FrameFiles>& frames, const std::optional<Camera>& camera,
@@ -180,7 +180,7 @@ std::string fix_for(const std::string& problem, const fs::path& file) {
   if (problem.find("bits") != std::string::npos) {
     return "write color as 8-bit PNG or JPEG and depth as 16-bit PNG with one channel";
   }
-  return "copy or record these files again; they are left out";
+  return "copy or record these files again; they are skipped";
 }
 
 // Looks at the header and the end of every file; gives back the frames of which both are fine.
@@ -215,8 +215,9 @@ std::vector<FrameFiles> check_files(const std::vector<FrameFiles>& frames,
         fix_for(problem, trouble.first));
   }
   if (troubles.empty()) {
-    diagnosis.add(Severity::kOk, fmt::format("all {} image files are there, of one size and whole",
-                                             2 * frames.size()));
+    diagnosis.add(
+        Severity::kOk,
+        fmt::format("all {} image files are present, complete and of one size", 2 * frames.size()));
   }
   return usable;
 }
@@ -269,7 +270,7 @@ Sample take_sample(const std::vector<FrameFiles>& usable, const DoctorOptions& o
       diagnosis.add(Severity::kWarning,
                     short_name(color_bad ? files.color : files.depth) + " " +
                         (color_bad ? color.problem : depth.problem),
-                    "copy or record this file again; it is left out");
+                    "copy or record this file again; it is skipped");
       continue;
     }
     ++sample.decoded;
@@ -289,7 +290,7 @@ void check_light(const Sample& sample, Diagnosis& diagnosis) {
   complain(sample.dark, "nearly black", "record with more light or a longer exposure");
   complain(sample.bright, "nearly white", "record with a shorter exposure");
   complain(sample.blurred, "blurred or without texture",
-           "move slower, shorten the exposure, clean the lens");
+           "move more slowly, shorten the exposure, clean the lens");
 }
 
 struct DepthSpread {
@@ -326,8 +327,7 @@ void check_scale(const DepthSpread& raw, double factor, const DoctorOptions& opt
   const double better = plausible_factor(raw, options);
   diagnosis.add(
       Severity::kWarning,
-      fmt::format("{}: hardly a room seen by an RGB-D camera with a depth factor of {:g}", text,
-                  factor),
+      fmt::format("{}: implausible for an RGB-D camera with a depth factor of {:g}", text, factor),
       better > 0
           ? fmt::format("set the depth factor to {:g} if the median depth should be {:.2f} m",
                         better, raw.median / better)
@@ -340,7 +340,7 @@ void check_depth(Sample& sample, double factor, const DoctorOptions& options,
   auto& raw = sample.raw_depths;
   diagnosis.depth_share = static_cast<double>(raw.size()) / static_cast<double>(sample.pixels);
   if (raw.empty()) {
-    diagnosis.add(Severity::kError, "the sampled depth images hold no depth at all",
+    diagnosis.add(Severity::kError, "the sampled depth images contain no depth",
                   "check that depth was recorded: every pixel is 0 or 65535");
     return;
   }
@@ -379,11 +379,11 @@ void check_jumps(const Trajectory& truth, const DoctorOptions& options, Diagnosi
         Severity::kWarning,
         fmt::format("jumps of the ground truth (faster than {1:g} m/s): {0}, the first at {2:.6f}",
                     jumps, options.max_speed, first),
-        "errors measured against it are its own there");
+        "errors measured there are errors of the ground truth");
   }
   if (repeats > 0) {
     diagnosis.add(Severity::kWarning, fmt::format("{} stamps of the ground truth repeat", repeats),
-                  "leave one pose per stamp");
+                  "keep one pose per timestamp");
   }
 }
 

@@ -68,7 +68,7 @@ TEST_F(Doctor, FindsNothingWrongWithASoundSequence) {
 
 TEST_F(Doctor, SaysWhatIsMissingInAFolderThatIsNoSequence) {
   fs::remove(sequence_.path("depth.txt"));
-  EXPECT_THAT(errors(), HasSubstr("holds rgb.txt but no depth.txt -> add depth.txt"));
+  EXPECT_THAT(errors(), HasSubstr("contains rgb.txt but no depth.txt -> add depth.txt"));
 }
 
 TEST_F(Doctor, SuggestsTheDepthFactorThatFits) {
@@ -109,7 +109,7 @@ TEST_F(Doctor, CountsWhatIsMissingCutShortOrOfTheWrongType) {
   EXPECT_THAT(
       text,
       HasSubstr("2 files, the first: rgb/1.png is missing -> the list should name rgb/1.jpg"));
-  EXPECT_THAT(text, HasSubstr("depth/2.png is cut short"));
+  EXPECT_THAT(text, HasSubstr("depth/2.png is truncated"));
   EXPECT_THAT(text, HasSubstr("depth/3.png has 1 channel of 8 bits"));
   EXPECT_EQ(diagnose().usable_frames, 8u);
 }

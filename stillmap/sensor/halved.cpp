@@ -75,8 +75,8 @@ HalvedSource::HalvedSource(std::unique_ptr<FrameSource> whole)
     : whole_(std::move(whole)), camera_(halved(whole_->camera())) {
   const Camera& recorded = whole_->camera();
   if (recorded.width < kLeastWidth || recorded.height < kLeastHeight) {
-    throw Error(fmt::format("has pictures of {} x {} pixels, too small to be halved",
-                            recorded.width, recorded.height),
+    throw Error(fmt::format("has images of {} x {} pixels, too small to be halved", recorded.width,
+                            recorded.height),
                 "camera '" + recorded.name + "'", "leave --half out");
   }
 }

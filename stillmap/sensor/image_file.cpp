@@ -100,9 +100,9 @@ std::optional<ImageHeader> jpeg_header(View bytes) {
 HeaderRead parse_header(View bytes) {
   if (bytes.empty()) return {{}, "is empty"};
   const bool png = starts_with(bytes, kPngSignature);
-  if (!png && !starts_with(bytes, kJpegSignature)) return {{}, "is no PNG or JPEG image"};
+  if (!png && !starts_with(bytes, kJpegSignature)) return {{}, "is not a PNG or JPEG image"};
   const auto header = png ? png_header(bytes) : jpeg_header(bytes);
-  if (!header) return {{}, "is cut short or damaged: it has no image header"};
+  if (!header) return {{}, "is truncated or damaged: it has no image header"};
   if (header->size.empty()) return {{}, "is damaged: its header says 0 pixels"};
   return {*header, ""};
 }
@@ -117,7 +117,7 @@ bool is_complete(View head, View tail) {
   return std::search(tail.begin(), tail.end(), end.begin(), end.end()) != tail.end();
 }
 
-constexpr const char* kCutShort = "is cut short: its end is missing";
+constexpr const char* kCutShort = "is truncated: its end is missing";
 
 struct OpenFile {
   std::ifstream stream;

@@ -65,9 +65,9 @@ const SpoiltFile kSpoiltFiles[] = {
     {"ColorEmpty", [](const auto& s) { s.write("rgb/1.png", ""); }, "rgb/1.png is empty"},
     {"DepthEmpty", [](const auto& s) { s.write("depth/1.png", ""); }, "depth/1.png is empty"},
     {"ColorZeroBytes", [](const auto& s) { s.write("rgb/1.png", std::string(5000, '\0')); },
-     "rgb/1.png is no PNG or JPEG image"},
+     "rgb/1.png is not a PNG or JPEG image"},
     {"ColorIsText", [](const auto& s) { s.write("rgb/1.png", "404 not found\n"); },
-     "rgb/1.png is no PNG or JPEG image"},
+     "rgb/1.png is not a PNG or JPEG image"},
     {"ColorIsAFolder",
      [](const auto& s) {
        fs::remove(s.path("rgb/1.png"));
@@ -79,20 +79,20 @@ const SpoiltFile kSpoiltFiles[] = {
        s.write_image("rgb/1.bmp", TestSequence::color_image());
        fs::rename(s.path("rgb/1.bmp"), s.path("rgb/1.png"));
      },
-     "rgb/1.png is no PNG or JPEG image"},
+     "rgb/1.png is not a PNG or JPEG image"},
     {"ColorCutShort", [](const auto& s) { s.truncate("rgb/1.png", 0.6); },
-     "rgb/1.png is cut short"},
+     "rgb/1.png is truncated"},
     {"ColorCutInItsHeader", [](const auto& s) { s.truncate("rgb/1.png", 0.05); },
-     "rgb/1.png is cut short"},
+     "rgb/1.png is truncated"},
     {"DepthCutShort", [](const auto& s) { s.truncate("depth/1.png", 0.6); },
-     "depth/1.png is cut short"},
+     "depth/1.png is truncated"},
     {"JpegCutShort",
      [](const auto& s) {
        s.write_image("rgb/1.jpg", TestSequence::color_image());
        s.truncate("rgb/1.jpg", 0.8);
        fs::rename(s.path("rgb/1.jpg"), s.path("rgb/1.png"));
      },
-     "rgb/1.png is cut short"},
+     "rgb/1.png is truncated"},
     {"ColorDamaged", [](const auto& s) { flip_bytes(s, "rgb/1.png"); }, "rgb/1.png is damaged"},
     {"DepthDamaged", [](const auto& s) { flip_bytes(s, "depth/1.png"); }, "depth/1.png is damaged"},
     {"ColorOf16Bits",
@@ -180,7 +180,7 @@ const SpoiltList kSpoiltLists[] = {
      [](const auto& s) {
        s.write("rgb.txt", lines({kFirst, "lorem ipsum\n", kSecond, kThird}));
      },
-     3, 1, "rgb.txt:2: 'lorem' is no time stamp"},
+     3, 1, "rgb.txt:2: 'lorem' is not a timestamp"},
     {"StampWithoutFile",
      [](const auto& s) {
        s.write("rgb.txt", lines({kFirst, "100.033333\n", kThird}));
@@ -190,12 +190,12 @@ const SpoiltList kSpoiltLists[] = {
      [](const auto& s) {
        s.write("rgb.txt", lines({kFirst, "100.03x rgb/1.png\n", kThird}));
      },
-     2, 1, "rgb.txt:2: '100.03x' is no time stamp"},
+     2, 1, "rgb.txt:2: '100.03x' is not a timestamp"},
     {"StampNotANumber",
      [](const auto& s) {
        s.write("rgb.txt", lines({kFirst, "nan rgb/1.png\n", kThird}));
      },
-     2, 1, "rgb.txt:2: the time stamp 'nan' is not finite"},
+     2, 1, "rgb.txt:2: the timestamp 'nan' is not finite"},
     {"StampInfinite",
      [](const auto& s) {
        s.write("rgb.txt", lines({kFirst, "1e999 rgb/1.png\n", kThird}));
@@ -205,12 +205,12 @@ const SpoiltList kSpoiltLists[] = {
      [](const auto& s) {
        s.write("rgb.txt", lines({kFirst, kSecond, kSecond, kThird}));
      },
-     3, 1, "rgb.txt: the time stamp 100.033333 repeats"},
+     3, 1, "rgb.txt: the timestamp 100.033333 repeats"},
     {"StampsRunBackwards",
      [](const auto& s) {
        s.write("rgb.txt", lines({kThird, kFirst, kSecond}));
      },
-     2, 1, "rgb.txt: the time stamp 100.066667 is out of order"},
+     2, 1, "rgb.txt: the timestamp 100.066667 is out of order"},
     {"StampFarAhead",
      [](const auto& s) {
        s.write("rgb.txt", lines({kFirst, "9e9 rgb/1.png\n", kSecond, kThird}));
@@ -220,7 +220,7 @@ const SpoiltList kSpoiltLists[] = {
      [](const auto& s) {
        s.write("depth.txt", "100.005 depth/0.png\n100.005 depth/1.png\n100.071 depth/2.png\n");
      },
-     2, 2, "depth.txt: the time stamp 100.005000 repeats"},
+     2, 2, "depth.txt: the timestamp 100.005000 repeats"},
     {"NoDepthNearOneImage",
      [](const auto& s) { s.write("depth.txt", "100.005 depth/0.png\n100.071 depth/2.png\n"); }, 2,
      1, "1.png: no depth image within 0.02 s"},
@@ -291,18 +291,18 @@ const SpoiltSequence kSpoiltSequences[] = {
      },
      "is not a sequence", "rgb.txt and depth.txt"},
     {"ColorListMissing", [](const auto& s) { fs::remove(s.path("rgb.txt")); },
-     "holds depth.txt but no rgb.txt", "add rgb.txt"},
+     "contains depth.txt but no rgb.txt", "add rgb.txt"},
     {"DepthListMissing", [](const auto& s) { fs::remove(s.path("depth.txt")); },
-     "holds rgb.txt but no depth.txt", "add depth.txt"},
-    {"ColorListEmpty", [](const auto& s) { s.write("rgb.txt", ""); }, "rgb.txt: holds no image",
+     "contains rgb.txt but no depth.txt", "add depth.txt"},
+    {"ColorListEmpty", [](const auto& s) { s.write("rgb.txt", ""); }, "rgb.txt: contains no image",
      "timestamp file"},
     {"ListOfComments", [](const auto& s) { s.write("depth.txt", "# none\n# at all\n"); },
-     "depth.txt: holds no image", "timestamp file"},
+     "depth.txt: contains no image", "timestamp file"},
     {"ListIsAnImage",
      [](const auto& s) {
        fs::copy_file(s.path("rgb/0.png"), s.path("rgb.txt"), fs::copy_options::overwrite_existing);
      },
-     "rgb.txt: holds no line", "timestamp file"},
+     "rgb.txt: contains no line", "timestamp file"},
     {"NoPairWithinReach",
      [](const auto& s) { s.write("depth.txt", "500 depth/0.png\n501 depth/1.png\n"); },
      "no color image has a depth image within 0.02 s: rgb.txt runs from 100.000", "one recording"},
@@ -317,9 +317,9 @@ const SpoiltSequence kSpoiltSequences[] = {
        fs::remove(s.path("rgb.txt"));
        s.write("associations.txt", "\n");
      },
-     "associations.txt: holds no pair", "timestamp rgb_file timestamp depth_file"},
+     "associations.txt: contains no pair", "timestamp rgb_file timestamp depth_file"},
     {"AllImagesMissing", [](const auto& s) { fs::remove_all(s.path("rgb")); },
-     "not one of the 2 frames can be used; the first: rgb/0.png is missing", "fix: "},
+     "none of the 2 frames can be used; the first: rgb/0.png is missing", "fix: "},
     {"AllOfAnotherSize",
      [](const auto& s) {
        for (const char* name : {"rgb/0.png", "rgb/1.png"}) {
@@ -391,9 +391,9 @@ std::string settings(const std::string& key, const std::string& line) {
 }
 
 const SpoiltCamera kSpoiltCameras[] = {
-    {"Empty", "", "is no camera", "width, height, fx"},
-    {"PlainText", "a camera, of sorts", "is no camera", "width, height, fx"},
-    {"AList", "- 535.4\n- 539.2\n", "is no camera", "width, height, fx"},
+    {"Empty", "", "is not a camera file", "width, height, fx"},
+    {"PlainText", "a camera, of sorts", "is not a camera file", "width, height, fx"},
+    {"AList", "- 535.4\n- 539.2\n", "is not a camera file", "width, height, fx"},
     {"NotYaml", "fx: [1, 2\nfy: }\n", "is not YAML", "key: value"},
     {"Binary", std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR", 16), "is no", "fix: "},
     {"DeepNesting", std::string(100000, '['), "is not YAML", "key: value"},

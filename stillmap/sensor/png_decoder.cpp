@@ -226,7 +226,7 @@ std::string png_damage(View bytes) {
     if (chunk->is("IEND")) return "";
     at = behind(*chunk, at);
   }
-  return "is cut short: its end is missing";
+  return "is truncated: its end is missing";
 }
 
 bool decodes_png(View bytes) { return header_of(bytes).common(); }

@@ -91,7 +91,7 @@ Error no_sequence(const SequencePaths& paths) {
   if (paths.color_list.empty() != paths.depth_list.empty()) {
     const auto [there, missing] = paths.depth_list.empty() ? std::pair("rgb.txt", "depth.txt")
                                                            : std::pair("depth.txt", "rgb.txt");
-    return Error(fmt::format("holds {} but no {}", there, missing), where,
+    return Error(fmt::format("contains {} but no {}", there, missing), where,
                  fmt::format("add {}, one line 'timestamp file' for each image", missing));
   }
   return Error("is not a sequence: neither rgb.txt and depth.txt nor associations.txt is there",
@@ -110,9 +110,9 @@ Stamp parse_stamp(const std::string& token) {
   char* end = nullptr;
   const double value = std::strtod(token.c_str(), &end);
   if (end == token.c_str() || *end != '\0')
-    return {0, fmt::format("'{}' is no time stamp", printable(token))};
+    return {0, fmt::format("'{}' is not a timestamp", printable(token))};
   if (!std::isfinite(value))
-    return {0, fmt::format("the time stamp '{}' is not finite", printable(token))};
+    return {0, fmt::format("the timestamp '{}' is not finite", printable(token))};
   return {value, ""};
 }
 
@@ -140,7 +140,7 @@ std::vector<SkippedFrame> for_each_line(
     const fs::path& list, const std::function<std::string(const std::vector<std::string>&)>& use) {
   std::ifstream in(list);
   if (!in || is_folder(list)) {
-    throw Error("cannot be read", list.string(), "check that the file exists and may be read");
+    throw Error("cannot be read", list.string(), "check that the file exists and is readable");
   }
   std::vector<SkippedFrame> skipped;
   std::string line;
@@ -164,7 +164,7 @@ ImageList read_image_list(const fs::path& list) {
     return "";
   });
   if (read.images.empty()) {
-    throw Error(read.skipped.empty() ? "holds no image" : "holds no line 'timestamp file'",
+    throw Error(read.skipped.empty() ? "contains no image" : "contains no line 'timestamp file'",
                 list.string(), kLayout);
   }
   return read;
@@ -181,7 +181,7 @@ FrameList read_associations(const fs::path& list, const fs::path& folder) {
     return "";
   });
   if (read.frames.empty()) {
-    throw Error("holds no pair of images", list.string(),
+    throw Error("contains no pair of images", list.string(),
                 "write lines 'timestamp rgb_file timestamp depth_file'");
   }
   return read;
@@ -235,7 +235,7 @@ void keep_increasing(std::vector<Item>& items, std::vector<SkippedFrame>& skippe
     }
     const char* problem = kept_stamps.count(stamps[i]) ? "repeats" : "is out of order";
     skipped.push_back(
-        {stamps[i], fmt::format("{}: the time stamp {:.6f} {}", what, stamps[i], problem)});
+        {stamps[i], fmt::format("{}: the timestamp {:.6f} {}", what, stamps[i], problem)});
   }
   items = std::move(increasing);
 }

@@ -43,7 +43,7 @@ struct FrameList {
 /// Blanks, tabs or commas between the fields; # starts a comment; either line ending. Lines that
 /// are none, stamps that are not finite, repeat or run backwards (the fewest lines are given up
 /// that leave the rest increasing), and color images without depth are skipped and told. No image
-/// is opened. Throws Error: a list that cannot be read or holds no line of its kind; no pair at
+/// is opened. Throws Error: a list that cannot be read or contains no line of its kind; no pair at
 /// all.
 FrameList list_frames(const SequencePaths& paths);
 

@@ -90,7 +90,7 @@ void TumFolder::require_one_usable_frame() const {
     if (first_problem.empty()) first_problem = problem;
   }
   throw Error(
-      fmt::format("not one of the {} frames can be used; the first: {}", list_.frames.size(),
+      fmt::format("none of the {} frames can be used; the first: {}", list_.frames.size(),
                   first_problem),
       list_.frames.front().color.parent_path().parent_path().string(),
       "give the camera that recorded the sequence (--camera), with its image size; color must be "

@@ -100,7 +100,7 @@ TEST(TumFolder, SkippedFramesLeaveNoGapInTheIndices) {
   ASSERT_THAT(source.skipped(), SizeIs(2));
   EXPECT_EQ(source.skipped()[0].reason, "rgb/1.png is missing");
   EXPECT_NEAR(source.skipped()[0].timestamp, TestSequence::stamp(1), 1e-6);
-  EXPECT_THAT(source.skipped()[1].reason, HasSubstr("depth/2.png is cut short"));
+  EXPECT_THAT(source.skipped()[1].reason, HasSubstr("depth/2.png is truncated"));
 }
 
 TEST(TumFolder, RectifiesWhatADistortedCameraRecorded) {

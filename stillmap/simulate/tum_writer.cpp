@@ -20,7 +20,7 @@ void write_png(const std::filesystem::path& file, const cv::Mat& image) {
   constexpr int kCompression = 1;  // noise does not compress; fast is better
   std::vector<std::uint8_t> bytes;
   if (!cv::imencode(".png", image, bytes, {cv::IMWRITE_PNG_COMPRESSION, kCompression})) {
-    throw Error("the picture could not be encoded as PNG", file.string(), "");
+    throw Error("the image could not be encoded as PNG", file.string(), "");
   }
   write_file(file, std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
 }
