@@ -69,7 +69,7 @@ SeenInstances InstanceStream::carry_to(const PropagationTask& task) {
       traced("instance cells", [&] { return instance_cells(seen.carried, *task.cells); });
   seen.found = newest_found_;
   seen.milliseconds = watch.milliseconds() - waiting;
-  propagation_timing_.add("mask carrying", seen.milliseconds);
+  propagation_timing_.add("mask propagation", seen.milliseconds);
   return seen;
 }
 

@@ -5,7 +5,7 @@
 
 namespace stillmap {
 
-/// The 80 classes of COCO (Lin et al., ECCV 2014) in the order that YOLO networks use.
+/// Returns the 80 class names of COCO (Lin et al., ECCV 2014) in the order of YOLO networks.
 const std::vector<std::string>& coco_class_names();
 
 }  // namespace stillmap

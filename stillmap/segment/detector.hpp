@@ -8,18 +8,18 @@
 
 namespace stillmap {
 
-/// Finds instances in single frames: a network, or a folder of masks made offline. Synchronous; one
+/// Detects instances in single frames, by a network or from a folder of masks. Synchronous; one
 /// thread at a time per object.
 class Detector {
  public:
   virtual ~Detector() = default;
-  /// Instances of the frame, by falling confidence; deterministic for equal pixels.
+  /// Returns the instances of the frame by descending confidence; deterministic for equal pixels.
   virtual std::vector<Instance> detect(const RgbdFrame& frame) = 0;
-  /// One line for logs and the summary: model, back end, input size, threads.
+  /// Returns one line for logs and the summary: model, back end, input size, threads.
   virtual std::string description() const = 0;
-  /// What was left out so far, in one line for the summary; empty if nothing was.
+  /// Returns one line about skipped frames for the summary; empty if there are none.
   virtual std::string skipped() const { return {}; }
-  /// Class names by class id.
+  /// Returns the class names by class id.
   virtual const std::vector<std::string>& class_names() const = 0;
 };
 

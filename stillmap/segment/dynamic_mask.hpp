@@ -10,15 +10,15 @@
 
 namespace stillmap {
 
-/// A mask of the whole image: 255 on every instance whose class is named, 0 elsewhere. An instance
-/// without a mask counts with its whole box.
-/// @param classes     names; empty for all
-/// @param size        of the image, pixels
-/// @param dilation_px radius by which everything grows, pixels; 0 for none
+/// Returns a mask of the full image: 255 on every instance of the given classes, 0 elsewhere. An
+/// instance without a mask counts with its whole box.
+/// @param classes      class names; empty for all
+/// @param size         image size [pixels]
+/// @param dilation_px  dilation radius [pixels]; 0 for none
 cv::Mat1b dynamic_mask(const SegmentedFrame& frame, const std::vector<std::string>& classes,
                        cv::Size size, int dilation_px = 0);
 
-/// The same with a rule of one's own for what counts.
+/// The same with a custom predicate for instances.
 cv::Mat1b dynamic_mask(const SegmentedFrame& frame,
                        const std::function<bool(const Instance&)>& counts, cv::Size size,
                        int dilation_px = 0);

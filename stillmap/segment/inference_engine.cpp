@@ -58,7 +58,7 @@ void warn_of_missing_openvino() {
   (void)told;
 }
 
-/// Starts OpenVINO if it is there and knows all operators of the network, OpenCV otherwise.
+/// Starts OpenVINO if it is installed and supports all operators of the network, OpenCV otherwise.
 std::unique_ptr<InferenceEngine> start_fastest(const EngineOptions& options) {
   if (!OpenVinoPlugin::instance().loaded()) {
     warn_of_missing_openvino();

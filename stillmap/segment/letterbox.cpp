@@ -8,9 +8,9 @@
 namespace stillmap {
 namespace {
 
-constexpr int kGray = 114;  // the fill that YOLO networks are trained with
+constexpr int kGray = 114;  // Padding value that YOLO networks are trained with.
 
-/// BGR bytes to three planes R, G, B of 0 to 1, `inner` of which the image covers.
+/// Converts BGR bytes to three planes R, G, B of 0 to 1; the image covers `inner`.
 void to_planes(const cv::Mat& bgr, std::vector<float>& planes) {
   constexpr float kUnit = 1.0F / 255.0F;
   const std::size_t plane = bgr.total();

@@ -6,23 +6,24 @@
 
 namespace stillmap {
 
-/// How an image sits in a network's input: scaled to fit with its aspect kept, centered, the rest
-/// filled with gray (114). Pixel centers at integers, in both.
+/// Placement of an image in a network's input: scaled with constant aspect ratio, centered, the
+/// rest filled with gray (114). Pixel centers are at integers in both.
 struct Letterbox {
-  double scale = 1;             ///< input pixels per image pixel
-  double pad_x = 0, pad_y = 0;  ///< input pixels left of and above the image; whole numbers
-  cv::Size image, input;        ///< pixels
-  cv::Size inner;               ///< pixels of the input that the image covers
+  double scale = 1;  ///< Scale [input pixels per image pixel].
+  /// Padding left of and above the image [input pixels]; whole numbers.
+  double pad_x = 0, pad_y = 0;
+  cv::Size image, input;  ///< pixels
+  cv::Size inner;         ///< Size of the image in the input [pixels].
 
   Letterbox(cv::Size image_size, cv::Size input_size);
 
-  /// Image position (edges: pixel i covers i to i + 1) of an input position.
+  /// Returns the image position of an input position (edge coordinates: pixel i covers i to i + 1).
   cv::Point2f to_image(cv::Point2f input_edge) const;
-  /// Input position (edges) of an image position.
+  /// Returns the input position of an image position (edge coordinates).
   cv::Point2f to_input(cv::Point2f image_edge) const;
 
-  /// The input of a network: 3 x height x width planes, RGB, 0 to 1. `color` is 8UC3 BGR of size
-  /// `image`.
+  /// Computes the network input: planes of 3 x height x width, RGB, 0 to 1. `color` is 8UC3 BGR of
+  /// size `image`.
   void fill(const cv::Mat& color, std::vector<float>& planes) const;
 };
 

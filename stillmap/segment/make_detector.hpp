@@ -7,8 +7,8 @@
 
 namespace stillmap {
 
-/// The detector that the options ask for; null if they name neither a network nor a folder of
-/// masks. Throws Error if they name both, or if what they name cannot be used.
+/// Returns the detector selected by the options; null if they select neither a network nor a folder
+/// of masks. Throws Error if they select both, or if the selected one is unusable.
 std::unique_ptr<Detector> make_detector(const SegmentOptions& options);
 
 }  // namespace stillmap

@@ -10,7 +10,8 @@ namespace {
 
 constexpr int kTile = 8;  // small pixels
 
-/// Known depths of masked pixels in a square around a tile; every second pixel will do.
+/// Returns the known depths of masked pixels in a square around a tile; every second pixel
+/// suffices.
 void collect_depths(const SmallMask& mask, const cv::Mat1f& depth, cv::Rect area,
                     std::vector<float>& depths) {
   depths.clear();
@@ -31,11 +32,10 @@ void drop_behind(const SmallMask& mask, const cv::Mat1f& depth, const cv::Rect& 
   }
 }
 
-/// A window of a frame with a border around it, so that all four neighbors of its pixels exist.
+/// A window of a frame with a border, so that all four neighbors of its pixels exist.
 struct Field {
-  cv::Mat1f depth;  // meters
-  cv::Mat1b
-      closed;  // not 0 where a mask cannot grow to: it is there, or may not, or knows no depth
+  cv::Mat1f depth;   // meters
+  cv::Mat1b closed;  // Not 0 where a mask cannot grow: masked already, forbidden, or without depth.
   int stride = 0;
 
   Field(const SmallMask& mask, const SmallFrame& frame, const cv::Mat1b& allowed) {
@@ -54,7 +54,7 @@ struct Field {
   }
 };
 
-/// Masked pixels with a depth beside an open one, as offsets into the field.
+/// Returns the masked pixels with a depth next to an open pixel, as offsets into the field.
 std::vector<int> front_of(const SmallMask& mask, const Field& field) {
   std::vector<int> front;
   const auto* closed = field.closed.ptr<std::uint8_t>();
@@ -112,7 +112,8 @@ void drop_others(MovedMask& moved, const SmallFrame& target, const PropagationOp
 void grow_on_surface(SmallMask& mask, const SmallFrame& frame, int rounds, const cv::Mat1b& allowed,
                      const PropagationOptions& options) {
   const TraceScope scope("growing");
-  constexpr float kAt = 2;  // meters: where depth_step holds. A Kinect's noise grows with z^2
+  // Depth at which depth_step applies [m]; a Kinect's noise grows with z^2.
+  constexpr float kAt = 2;
   const auto step = static_cast<float>(options.depth_step);
   Field field(mask, frame, allowed);
   auto* closed = field.closed.ptr<std::uint8_t>();

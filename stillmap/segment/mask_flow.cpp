@@ -11,11 +11,13 @@
 namespace stillmap {
 namespace {
 
-constexpr int kLevels = 3;  // of the pyramid, above the first: moves of +-80 small pixels are found
-constexpr int kNearLevels = 1;     // where it is known about where to look: +-20 small pixels
-constexpr int kIterations = 8;     // of Lucas-Kanade, per level
-constexpr double kPrecise = 0.05;  // small pixels: then it stops earlier
-constexpr double kTexture = 1e-3;  // smallest eigenvalue per pixel of the gradient matrix
+// Number of pyramid levels above the first: finds motion of +-80 small pixels.
+constexpr int kLevels = 3;
+// Number of levels with a prediction: finds deviations of +-20 small pixels.
+constexpr int kNearLevels = 1;
+constexpr int kIterations = 8;     // Number of Lucas-Kanade iterations per level.
+constexpr double kPrecise = 0.05;  // Step below which the iteration stops [small pixels].
+constexpr double kTexture = 1e-3;  // Minimum eigenvalue of the gradient matrix per pixel.
 
 int window_of(int shrink, const PropagationOptions& options) {
   return std::max(5, options.window / shrink);
@@ -53,8 +55,8 @@ float median_of(std::vector<float>& values) {
   return *middle;
 }
 
-/// Component-wise median of the measured flows within `reach` cells; nothing where there are too
-/// few.
+/// Returns the component-wise median of the measured flows within `reach` cells; nothing if there
+/// are too few.
 std::optional<cv::Point2f> median_flow(const MaskGrid& grid, int row, int column, int reach) {
   constexpr std::size_t kEnough = 3;
   std::vector<float> x, y;
@@ -70,7 +72,7 @@ std::optional<cv::Point2f> median_flow(const MaskGrid& grid, int row, int column
   return cv::Point2f(median_of(x), median_of(y));
 }
 
-/// Every cell takes the median of its nearest neighbors that are enough.
+/// Sets every cell to the median of the smallest sufficient neighborhood.
 void smooth_flow(MaskGrid& grid) {
   const MaskGrid measured = grid;
   const int widest = std::max(grid.rows, grid.columns);
@@ -86,7 +88,7 @@ void smooth_flow(MaskGrid& grid) {
   }
 }
 
-/// Whole small pixels.
+/// Returns the flow rounded to whole small pixels.
 cv::Point shift_of(const MaskCell& cell) { return {cvRound(cell.flow.x), cvRound(cell.flow.y)}; }
 
 cv::Rect reached_window(const MaskGrid& grid, cv::Point origin, int margin, const cv::Rect& image) {
@@ -182,7 +184,7 @@ MovedMask move_mask(const SmallMask& mask, const MaskGrid& grid, const SmallFram
   for (const MaskCell& cell : grid.cells) {
     if (!cell.area.empty()) move_cell(cell, mask, source, moved);
   }
-  // Cells that part leave gaps between them.
+  // Diverging cells leave gaps between them.
   cv::morphologyEx(moved.small.mask, moved.small.mask, cv::MORPH_CLOSE, cv::Mat1b::ones(3, 3));
   return moved;
 }

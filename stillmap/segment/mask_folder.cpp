@@ -13,7 +13,7 @@
 namespace stillmap {
 namespace {
 
-constexpr double kLoneTolerance = 0.02;  // seconds; TUM's association limit
+constexpr double kLoneTolerance = 0.02;  // Association limit of TUM's tools [s].
 constexpr int kPersonValue = 255;
 constexpr int kPersonClass = 0, kUnknownClass = 1;
 
@@ -87,7 +87,7 @@ void append_pieces(const cv::Mat1b& mask, int value, int smallest,
   }
 }
 
-/// Of frames that were halved the masks may not be.
+/// Masks may have the full size of halved frames.
 cv::Mat halved_if_twice(const cv::Mat& mask, const cv::Size& size) {
   if (mask.cols / 2 != size.width || mask.rows / 2 != size.height) return mask;
   cv::Mat half;

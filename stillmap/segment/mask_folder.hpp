@@ -9,21 +9,20 @@
 
 namespace stillmap {
 
-/// Masks made offline: a folder with one 8-bit gray PNG per frame, of the frames' size or twice
-/// that.
+/// Masks from a folder with one 8-bit gray PNG per frame, of the size of the frames or twice that.
 ///
-/// Values: 0 is what stands still (or nothing known); every other value is one class: 255 a person,
-/// all others "unknown", a thing that moves but has no name. Each connected piece (8-neighbors) of
-/// one value is one instance.
+/// Values: 0 is static or unknown; 255 is a person; every other value is the class "unknown", a
+/// moving object without class name. Each connected component (8-neighbors) of one value is one
+/// instance.
 ///
-/// Which mask is whose: if all file names (without extension) are numbers, they are timestamps in
-/// seconds, and a frame takes the nearest within half of the masks' median interval (or, where
-/// there is only one mask, 20 ms). Otherwise the files in alphabetic order belong to frames 0, 1, 2
-/// ... A frame without a mask gets no instances, and is counted. So is one whose mask cannot be
-/// read or has another size.
+/// Assignment: if all file names (without extension) are numbers, they are timestamps [s], and a
+/// frame takes the nearest within half of the median interval of the masks (or 20 ms if there is
+/// only one mask). Otherwise the files in alphabetical order belong to frames 0, 1, 2, ... A frame
+/// without a mask, or with a mask that cannot be read or has another size, has no instances and is
+/// counted.
 class MaskFolder final : public Detector {
  public:
-  /// Throws Error if the folder is missing or has no PNG in it.
+  /// Throws Error if the folder is missing or contains no PNG.
   explicit MaskFolder(const std::filesystem::path& folder);
 
   std::vector<Instance> detect(const RgbdFrame& frame) override;
@@ -31,27 +30,27 @@ class MaskFolder final : public Detector {
   std::string skipped() const override;
   const std::vector<std::string>& class_names() const override;
 
-  std::size_t missing() const { return missing_; }  ///< frames that had no mask, so far
+  std::size_t missing() const { return missing_; }  ///< Number of frames without a mask so far.
   std::size_t unusable() const {
     return unusable_;
-  }  ///< masks that were broken or of a wrong size, so far
+  }  ///< Number of damaged masks and masks of a wrong size so far.
 
  private:
   struct Entry {
-    double stamp = 0;  // seconds; unused where the names are no numbers
+    double stamp = 0;  // Timestamp [s]; unused if the names are not numbers.
     std::filesystem::path file;
   };
   const Entry* find(const RgbdFrame& frame) const;
 
   std::filesystem::path folder_;
-  std::vector<Entry> entries_;  // by stamp, or by name
+  std::vector<Entry> entries_;  // sorted by timestamp or by name
   bool stamped_ = false;
   double tolerance_ = 0;  // seconds
   std::size_t missing_ = 0, unusable_ = 0;
 };
 
-/// The instances that a mask image with MaskFolder's values shows, by falling size; specks of fewer
-/// than `smallest` pixels left out.
+/// Returns the instances of a mask image with MaskFolder's values, by descending size, without
+/// regions of fewer than `smallest` pixels.
 std::vector<Instance> instances_of_mask(const cv::Mat1b& mask, int smallest = 16);
 
 }  // namespace stillmap

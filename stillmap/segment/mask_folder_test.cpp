@@ -24,7 +24,7 @@ struct MaskFolderTest : testing::Test {
   }
   void TearDown() override { fs::remove_all(folder); }
 
-  /// A 40 x 30 mask with a square of `value` whose left edge tells masks apart.
+  /// A 40 x 30 mask with a square of `value` at a distinctive left edge.
   void write(const std::string& name, int left, int value = 255) const {
     cv::Mat1b mask = cv::Mat1b::zeros(30, 40);
     mask(cv::Rect(left, 10, 8, 8)) = value;
@@ -39,7 +39,7 @@ struct MaskFolderTest : testing::Test {
   }
 };
 
-TEST_F(MaskFolderTest, NumbersAreStampsAndTheNearestWithinHalfAnIntervalCounts) {
+TEST_F(MaskFolderTest, NumbersAreTimestampsMatchedWithinHalfAnInterval) {
   write("100.000000.png", 1);
   write("100.100000.png", 2);
   write("100.200000.png", 3);
@@ -54,7 +54,7 @@ TEST_F(MaskFolderTest, NumbersAreStampsAndTheNearestWithinHalfAnIntervalCounts) 
   EXPECT_EQ(masks.missing(), 2U);
 }
 
-TEST_F(MaskFolderTest, OtherNamesGoByOrder) {
+TEST_F(MaskFolderTest, OtherNamesAreAssignedInOrder) {
   write("frame_a.png", 1);
   write("frame_b.png", 2);
   MaskFolder masks(folder);
@@ -64,9 +64,9 @@ TEST_F(MaskFolderTest, OtherNamesGoByOrder) {
   EXPECT_EQ(masks.missing(), 1U);
 }
 
-TEST_F(MaskFolderTest, WrongSizeBrokenFileAndColorAreCountedSkips) {
+TEST_F(MaskFolderTest, WrongSizeDamagedFileAndColorAreSkipped) {
   cv::imwrite((folder / "1.png").string(), cv::Mat1b(10, 10, 255));
-  std::ofstream(folder / "2.png") << "no picture";
+  std::ofstream(folder / "2.png") << "not an image";
   cv::imwrite((folder / "3.png").string(), cv::Mat(30, 40, CV_8UC3, cv::Scalar::all(255)));
   cv::imwrite((folder / "4.png").string(), cv::Mat(30, 40, CV_16UC1, cv::Scalar::all(255)));
   MaskFolder masks(folder);
@@ -77,7 +77,7 @@ TEST_F(MaskFolderTest, WrongSizeBrokenFileAndColorAreCountedSkips) {
   EXPECT_EQ(masks.missing(), 0U);
 }
 
-TEST_F(MaskFolderTest, OfFramesThatWereHalvedTheMasksAreHalved) {
+TEST_F(MaskFolderTest, MasksOfHalvedFramesAreHalved) {
   write("1.png", 6);
   MaskFolder masks(folder);
   RgbdFrame half = frame(0, 1.0);
@@ -92,11 +92,11 @@ TEST_F(MaskFolderTest, FolderWithoutMasksIsAnError) {
   EXPECT_THROW(MaskFolder{folder / "none"}, Error);
 }
 
-TEST(InstancesOfMask, OnePerConnectedPieceAndValueBySize) {
+TEST(InstancesOfMask, OnePerConnectedRegionAndValueBySize) {
   cv::Mat1b mask = cv::Mat1b::zeros(60, 80);
   cv::circle(mask, {15, 15}, 10, 255, -1);  // a person
   mask(cv::Rect(50, 10, 6, 20)) = 255;      // another, smaller
-  mask(cv::Rect(56, 10, 20, 40)) = 128;     // something that touches it, largest
+  mask(cv::Rect(56, 10, 20, 40)) = 128;     // An adjacent object, the largest.
   mask(cv::Rect(2, 50, 3, 3)) = 255;        // a speck
   const auto found = instances_of_mask(mask);
   ASSERT_EQ(found.size(), 3U);

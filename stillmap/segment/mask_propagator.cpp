@@ -9,16 +9,16 @@
 
 namespace stillmap {
 
-/// What of the source does not depend on the target, and where it was found last.
+/// The part of the source that does not depend on the target, and the last flow.
 struct PropagationSource {
-  struct Thing {
+  struct TrackedInstance {
     SmallMask mask;
     MaskGrid grid;
-    bool is_box = false;  // only a box is known of it
+    bool is_box = false;  // Whether only a box is known.
   };
   SegmentedFrame masks;
   FlowFrame frame;
-  std::vector<Thing> things;  // one per instance
+  std::vector<TrackedInstance> tracked;  // One per instance.
 
   PropagationSource(const SegmentedFrame& segmented, const RgbdFrame& rgbd,
                     const PropagationOptions& options)
@@ -27,15 +27,15 @@ struct PropagationSource {
       SmallMask mask = shrink_mask(instance, frame.small);
       drop_background(mask, frame.small, options);
       MaskGrid grid = cut_into_cells(mask, std::max(2, options.grid / frame.small.shrink));
-      things.push_back({std::move(mask), std::move(grid), instance.mask.empty()});
+      tracked.push_back({std::move(mask), std::move(grid), instance.mask.empty()});
     }
   }
 };
 
 namespace {
 
-/// Where a moved mask may grow further than its outline's uncertainty: into what its own holes and
-/// bays were, and into what the source did not see, being outside of the image.
+/// Returns where a moved mask may grow beyond the uncertainty of its outline: into its own holes
+/// and bays, and into regions outside the source image.
 cv::Mat1b open_ground(const SmallMask& moved, cv::Point2f flow, const SmallFrame& frame,
                       const PropagationOptions& options) {
   const TraceScope scope("open ground");
@@ -52,8 +52,8 @@ cv::Mat1b open_ground(const SmallMask& moved, cv::Point2f flow, const SmallFrame
   return open | unseen;
 }
 
-/// How far beyond its moved outline a mask may come to reach. One that the border of the source's
-/// image cut off may go on where the image now sees more.
+/// Returns the maximum growth of a mask beyond its moved outline. A mask that was cut off by the
+/// image border may extend where the image now shows more.
 int reach_of(const SmallMask& mask, cv::Point2f flow, int margin, const SmallFrame& source,
              const PropagationOptions& options) {
   const cv::Rect inner(1, 1, source.size().width - 2, source.size().height - 2);
@@ -62,8 +62,8 @@ int reach_of(const SmallMask& mask, cv::Point2f flow, int margin, const SmallFra
   return margin + std::max(options.filling / source.shrink, come_in);
 }
 
-/// Where a box has moved to, at most. A side on the border of the source's image stays open: the
-/// box went on beyond it.
+/// Returns the bounds of the moved box. A side on the border of the source image is open, since the
+/// box continued beyond it.
 cv::Rect moved_box(const cv::Rect& box, cv::Point2f flow, int margin, const cv::Rect& image) {
   const cv::Point shift(cvRound(flow.x), cvRound(flow.y));
   cv::Point low = box.tl() + shift - cv::Point(margin, margin);
@@ -84,19 +84,20 @@ void clip(MovedMask& moved, const cv::Rect& limits) {
   moved.depth = moved.depth(inner).clone();
 }
 
-/// Where only a box is known of the thing, what is carried of it may not outgrow the box: the wall
-/// and the floor beside a person belong to the surfaces in the box.
-SmallMask carry_thing(PropagationSource::Thing& thing, const FlowFrame& source,
-                      const FlowFrame& target, std::size_t age, const PropagationOptions& options) {
+/// If only a box is known, the propagated mask must not grow beyond it, since wall and floor near a
+/// person belong to the surfaces in the box.
+SmallMask propagate_instance(PropagationSource::TrackedInstance& instance, const FlowFrame& source,
+                             const FlowFrame& target, std::size_t age,
+                             const PropagationOptions& options) {
   const int shrink = source.small.shrink;
   const double uncertainty = options.base_growth + options.growth * static_cast<double>(age);
   const int margin = cvCeil(uncertainty / shrink);
-  follow_cells(thing.grid, source, target, age, options);
-  const cv::Point2f flow = common_flow(thing.grid);
-  MovedMask moved = move_mask(thing.mask, thing.grid, source.small,
-                              reach_of(thing.mask, flow, margin, source.small, options));
-  if (thing.is_box) {
-    clip(moved, moved_box(thing.mask.window, flow, margin, source.small.bounds()));
+  follow_cells(instance.grid, source, target, age, options);
+  const cv::Point2f flow = common_flow(instance.grid);
+  MovedMask moved = move_mask(instance.mask, instance.grid, source.small,
+                              reach_of(instance.mask, flow, margin, source.small, options));
+  if (instance.is_box) {
+    clip(moved, moved_box(instance.mask.window, flow, margin, source.small.bounds()));
   }
   if (moved.small.window.empty()) return {};
   const cv::Mat1b open = open_ground(moved.small, flow, target.small, options);
@@ -106,20 +107,20 @@ SmallMask carry_thing(PropagationSource::Thing& thing, const FlowFrame& source,
   return moved.small;
 }
 
-SegmentedFrame carry(PropagationSource& source, const RgbdFrame& target_frame,
-                     const PropagationOptions& options) {
-  SegmentedFrame carried{.frame_index = target_frame.index,
-                         .source_index = source.masks.source_index,
-                         .instances = {}};
-  if (source.masks.instances.empty()) return carried;
+SegmentedFrame propagate(PropagationSource& source, const RgbdFrame& target_frame,
+                         const PropagationOptions& options) {
+  SegmentedFrame propagated{.frame_index = target_frame.index,
+                            .source_index = source.masks.source_index,
+                            .instances = {}};
+  if (source.masks.instances.empty()) return propagated;
   const FlowFrame target(target_frame, FlowFrame::Role::kTarget, options);
-  for (std::size_t i = 0; i < source.things.size(); ++i) {
+  for (std::size_t i = 0; i < source.tracked.size(); ++i) {
     const SmallMask mask =
-        carry_thing(source.things[i], source.frame, target, carried.age(), options);
+        propagate_instance(source.tracked[i], source.frame, target, propagated.age(), options);
     Instance instance = enlarge_mask(mask, target.small, source.masks.instances[i]);
-    if (!instance.box.empty()) carried.instances.push_back(std::move(instance));
+    if (!instance.box.empty()) propagated.instances.push_back(std::move(instance));
   }
-  return carried;
+  return propagated;
 }
 
 }  // namespace
@@ -127,7 +128,7 @@ SegmentedFrame carry(PropagationSource& source, const RgbdFrame& target_frame,
 SegmentedFrame propagate_masks(const SegmentedFrame& source, const RgbdFrame& source_frame,
                                const RgbdFrame& target_frame, const PropagationOptions& options) {
   PropagationSource made_ready(source, source_frame, options);
-  return carry(made_ready, target_frame, options);
+  return propagate(made_ready, target_frame, options);
 }
 
 SegmentedFrame trim_by_depth(const SegmentedFrame& masks, const RgbdFrame& frame,
@@ -164,13 +165,13 @@ void MaskPropagator::set(const SegmentedFrame& masks) {
 }
 
 SegmentedFramePtr MaskPropagator::current() {
-  const TraceScope scope("mask carrying");
+  const TraceScope scope("mask propagation");
   if (!source_ || frames_.empty()) return nullptr;
   const RgbdFrame& target = *frames_.back();
   const std::size_t found_in = source_->masks.frame_index;
   if (target.index == found_in) return std::make_shared<SegmentedFrame>(source_->masks);
   if (target.index - found_in > static_cast<std::size_t>(options_.max_age)) return nullptr;
-  return std::make_shared<SegmentedFrame>(carry(*source_, target, options_));
+  return std::make_shared<SegmentedFrame>(propagate(*source_, target, options_));
 }
 
 }  // namespace stillmap

@@ -9,29 +9,29 @@
 
 namespace stillmap {
 
-/// Carries the instances found in `source_frame` forward to the later `target_frame`: each mask is
-/// cut into squares, optical flow moves them, and the depth image mends the outline. Instances
-/// without a mask are taken to fill their box, less what lies behind, and do not outgrow it as it
-/// moves. Those of which nothing is left in the target are
-/// dropped. A pure function of its arguments.
+/// Propagates the instances of `source_frame` to the later `target_frame`: each mask is divided
+/// into cells that move with the optical flow, and the outline is corrected by the depth image.
+/// Instances without a mask are assumed to fill their box, without background, and never grow
+/// beyond the moved box. Instances without remaining pixels are dropped. A pure function of its
+/// arguments.
 ///
-/// `source.frame_index` is `source_frame.index`; the result is in the pixels of `target_frame` and
-/// keeps `source.source_index`, so its age is known. Both frames have one size.
+/// `source.frame_index` is `source_frame.index`; the result is in pixels of `target_frame` and
+/// keeps `source.source_index`, so its age is known. Both frames have the same size.
 SegmentedFrame propagate_masks(const SegmentedFrame& source, const RgbdFrame& source_frame,
                                const RgbdFrame& target_frame,
                                const PropagationOptions& options = {});
 
-/// Takes out of each mask what the depth image shows to be background: see drop_background. What
-/// propagate_masks does to its source first; good for fresh masks too.
+/// Removes background from each mask by depth: see drop_background(). propagate_masks() applies it
+/// to its source first; also useful for new masks.
 SegmentedFrame trim_by_depth(const SegmentedFrame& masks, const RgbdFrame& frame,
                              const PropagationOptions& options = {});
 
-struct PropagationSource;  // a segmented frame made ready to be carried
+struct PropagationSource;  // A segmented frame prepared for propagation.
 
-/// Gives every frame masks, although the network saw only some of them, some time ago: push every
-/// frame; set masks whenever there are new ones; current() is the newest masks carried to the
-/// newest frame. What it returns depends only on the frames pushed, the masks set, and where
-/// current() was called between: flow goes on from where it was found last. One thread at a time.
+/// Provides masks for every frame, although the network processes only some frames with a delay:
+/// push every frame, set masks when available; current() returns the newest masks propagated to the
+/// newest frame. The result depends only on the pushed frames, the masks, and the calls of
+/// current(), since flow continues from its last result. One thread at a time.
 class MaskPropagator {
  public:
   explicit MaskPropagator(const PropagationOptions& options = {});
@@ -39,18 +39,17 @@ class MaskPropagator {
   MaskPropagator(MaskPropagator&&) noexcept;
   MaskPropagator& operator=(MaskPropagator&&) noexcept;
 
-  /// The next frame; indices rise.
+  /// Adds the next frame; indices must increase.
   void push(RgbdFramePtr frame);
-  /// Masks found in a frame that was pushed not more than `max_age` frames ago. Older masks than
-  /// those held already, or masks of frames no longer held, are ignored.
+  /// Sets masks of a frame that was pushed at most `max_age` frames ago. Masks older than the
+  /// current ones, or of dropped frames, are ignored.
   void set(const SegmentedFrame& masks);
-  /// Masks in the pixels of the newest frame; null if there are none yet, or only ones that are too
-  /// old.
+  /// Returns the masks of the newest frame; null if there are none or they are too old.
   SegmentedFramePtr current();
 
  private:
   PropagationOptions options_;
-  std::deque<RgbdFramePtr> frames_;  // the last max_age + 1
+  std::deque<RgbdFramePtr> frames_;  // the last max_age + 1 frames
   std::unique_ptr<PropagationSource> source_;
 };
 

@@ -1,6 +1,5 @@
-// SPDX-License-Identifier: Apache-2.0
-// Detectors made from network files: wrong ones, written here, and real ones on real pictures. The
-// latter are looked for in $STILLMAP_SHARED; where they are not, those tests are skipped.
+// Tests of detectors with network files: invalid ones generated here, and real ones on photographs,
+// which are read from $STILLMAP_SHARED and skipped if missing.
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/test_path.hpp"
@@ -43,7 +42,7 @@ SegmentOptions options_for(const fs::path& model, const std::string& backend = "
   return options;
 }
 
-// Wrong files.
+// Invalid files.
 
 struct WrongNetwork : testing::TestWithParam<std::string> {
   fs::path file = test::own_path("wrong.onnx");
@@ -54,7 +53,7 @@ struct WrongNetwork : testing::TestWithParam<std::string> {
     }
   }
   void TearDown() override { fs::remove(file); }
-  /// The error that a file with these bytes gives.
+  /// Returns the error message for a file with these bytes.
   std::string error_of(const std::string& content) const {
     write_file(file, content);
     try {
@@ -68,28 +67,28 @@ struct WrongNetwork : testing::TestWithParam<std::string> {
   }
 };
 
-TEST_P(WrongNetwork, NoNetworkAtAll) {
+TEST_P(WrongNetwork, NotANetwork) {
   EXPECT_THAT(error_of("hello"), testing::HasSubstr("not an ONNX network"));
   EXPECT_THAT(error_of(""), testing::HasSubstr("not an ONNX network"));
 }
 
-TEST_P(WrongNetwork, AnotherInput) {
+TEST_P(WrongNetwork, WrongInput) {
   EXPECT_THAT(error_of(test::tiny_model("Relu", {1, 10}, {1, 10})), testing::HasSubstr("input"));
   EXPECT_THAT(error_of(test::tiny_model("Relu", {1, 1, 8, 8}, {1, 1, 8, 8})),
               testing::HasSubstr("input is [1, 1, 8, 8]"));
 }
 
-TEST_P(WrongNetwork, OtherOutputs) {
+TEST_P(WrongNetwork, WrongOutputs) {
   EXPECT_THAT(error_of(test::tiny_model("Relu", {1, 3, 8, 8}, {1, 3, 8, 8})),
               testing::HasSubstr("not the outputs of a YOLOv7, YOLOv8"));
 }
 
-TEST_P(WrongNetwork, AnotherTask) {
+TEST_P(WrongNetwork, WrongTask) {
   EXPECT_THAT(error_of(test::tiny_model("Relu", {1, 3, 8, 8}, {1, 3, 8, 8}, {{"task", "pose"}})),
               testing::HasSubstr("pose"));
 }
 
-TEST_P(WrongNetwork, AnOperatorThatNobodyKnows) {
+TEST_P(WrongNetwork, UnknownOperator) {
   EXPECT_THAT(error_of(test::tiny_model("Frobnicate", {1, 3, 8, 8}, {1, 3, 8, 8})),
               testing::HasSubstr("cannot load"));
 }
@@ -97,14 +96,14 @@ TEST_P(WrongNetwork, AnOperatorThatNobodyKnows) {
 INSTANTIATE_TEST_SUITE_P(All, WrongNetwork, testing::Values("openvino", "opencv"),
                          [](const auto& test) { return test.param; });
 
-TEST(MakeDetector, NeitherIsFineAndBothIsAnError) {
+TEST(MakeDetector, NeitherIsValidAndBothIsAnError) {
   EXPECT_EQ(make_detector({}), nullptr);
   SegmentOptions both = options_for("a.onnx");
   both.masks = "masks";
   EXPECT_THROW(make_detector(both), Error);
 }
 
-TEST(MakeDetector, SenselessOptionsAndUnknownBackEndsAreErrors) {
+TEST(MakeDetector, InvalidOptionsAndUnknownBackEndsAreErrors) {
   const fs::path file = test::own_path("fine.onnx");
   write_file(file, test::tiny_model("Relu", {1, 3, 8, 8}, {1, 3, 8, 8}));
   const auto where = [&](auto&& change) -> std::string {
@@ -131,7 +130,7 @@ TEST(MakeDetector, SenselessOptionsAndUnknownBackEndsAreErrors) {
 struct Network : testing::TestWithParam<std::tuple<std::string, std::string>> {
   void SetUp() override {
     if (!fs::exists(model())) GTEST_SKIP() << "no " << model();
-    if (!fs::exists(shared() / "models/img/bus.jpg")) GTEST_SKIP() << "no pictures";
+    if (!fs::exists(shared() / "models/img/bus.jpg")) GTEST_SKIP() << "no images";
     const auto backends = available_backends();
     if (std::find(backends.begin(), backends.end(), backend()) == backends.end()) {
       GTEST_SKIP() << "this build lacks " << backend();
@@ -174,7 +173,7 @@ TEST_P(Network, AgreesWithOpenCv) {
   EXPECT_LT(apart, 0.002 * cv::countNonZero(mask(reference)));
 }
 
-TEST_P(Network, SameBytesRunAfterRunAndForAnyNumberOfThreads) {
+TEST_P(Network, ResultDoesNotDependOnRunOrThreads) {
   const RgbdFrame frame = picture("zidane.jpg");
   SegmentOptions options = options_for(model(), backend());
   const auto detector = make_detector(options);
@@ -213,7 +212,7 @@ INSTANTIATE_TEST_SUITE_P(
              std::get<1>(test.param) + "_" + std::to_string(test.index);
     });
 
-TEST(NetworkFile, CutOffAnywhereItIsAnErrorNotACrash) {
+TEST(NetworkFile, TruncationIsAnErrorAndNoCrash) {
   const fs::path model = shared() / "models/yolo11n-seg_256x320.onnx";
   if (!fs::exists(model)) GTEST_SKIP() << "no " << model;
   const std::string whole = read_file(model);

@@ -11,8 +11,7 @@
 namespace stillmap {
 namespace {
 
-/// Thrown inside this file where the bytes break protobuf's rules; parse_onnx turns it into an
-/// Error.
+/// Internal exception for invalid protobuf bytes; parse_onnx() converts it to an Error.
 struct BadWire {};
 
 /// One field of a protobuf message: a number, or the bytes of a string or nested message.
@@ -22,7 +21,7 @@ struct Field {
   std::string_view bytes;
 };
 
-/// Walks through the fields of one protobuf message (wire format:
+/// Iterates over the fields of one protobuf message (wire format:
 /// protobuf.dev/programming-guides/encoding).
 class Message {
  public:
@@ -154,7 +153,7 @@ OnnxInfo parse_model(std::string_view bytes) {
   return info;
 }
 
-/// Reads from the text in front of a cursor: what a Python dict of int to str needs.
+/// Parser for a Python dict of int to str.
 class DictReader {
  public:
   explicit DictReader(std::string_view text) : rest_(text) {}
@@ -226,7 +225,7 @@ OnnxInfo read_onnx(const std::filesystem::path& file) {
 }
 
 std::vector<std::string> parse_class_names(std::string_view dict) {
-  constexpr int kMostClasses = 100000;  // a larger id is no class list but garbage
+  constexpr int kMostClasses = 100000;  // Larger ids are treated as invalid.
   DictReader reader(dict);
   std::map<int, std::string> names;
   if (!reader.accept('{')) return {};

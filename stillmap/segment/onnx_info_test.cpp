@@ -28,7 +28,7 @@ TEST(ParseOnnx, ReadsShapesAndMetadata) {
   EXPECT_EQ(info.metadata.at("task"), "detect");
 }
 
-TEST(ParseOnnx, WeightsAreNoInputs) {
+TEST(ParseOnnx, WeightsAreNotInputs) {
   const std::string graph = test::bytes(1, test::bytes(4, "Conv")) +
                             test::bytes(5, test::number(2, 1) + test::bytes(8, "w")) +
                             test::bytes(11, test::tensor_value("w", {8, 3, 3, 3})) +
@@ -47,7 +47,7 @@ TEST(ParseOnnx, AnyOtherBytesAreAnError) {
   }
 }
 
-TEST(ParseOnnx, CutOffAnywhereItIsAnErrorOrStillWhole) {
+TEST(ParseOnnx, TruncationIsAnErrorOrHarmless) {
   const std::string whole = test::tiny_model("Relu", {1, 3, 8, 8}, {1, 3, 8, 8});
   std::size_t errors = 0;
   for (std::size_t length = 0; length < whole.size(); ++length) {
@@ -63,7 +63,7 @@ TEST(ParseOnnx, CutOffAnywhereItIsAnErrorOrStillWhole) {
 TEST(ReadOnnx, MissingFileIsAnErrorThatNamesIt) {
   try {
     read_onnx("/nowhere/yolo.onnx");
-    FAIL() << "read a file that is not there";
+    FAIL() << "read a missing file";
   } catch (const Error& e) {
     EXPECT_EQ(e.where(), "/nowhere/yolo.onnx");
     EXPECT_THAT(e.fix(), testing::HasSubstr("yolo export"));
@@ -77,7 +77,7 @@ TEST(ParseClassNames, ReadsPythonDicts) {
   EXPECT_THAT(parse_class_names("{2: 'c', 0: 'a'}"), ElementsAre("a", "class 1", "c"));
 }
 
-TEST(ParseClassNames, WhatIsNoDictGivesNothing) {
+TEST(ParseClassNames, OtherTextsGiveNothing) {
   for (const char* text : {"", "{", "{}", "{0: person}", "{0 'person'}", "['person']",
                            "{0: 'person", "{-1: 'x'}", "{99999999999: 'x'}", "{0: 'a'"}) {
     EXPECT_THAT(parse_class_names(text), IsEmpty()) << text;

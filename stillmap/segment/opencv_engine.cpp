@@ -27,7 +27,7 @@ class OpenCvEngine final : public InferenceEngine {
   std::array<int, 4> input_shape() const override { return shape_; }
 
   std::vector<TensorView> run(std::span<const float> input) override {
-    // blob reads only; OpenCV has no const view.
+    // The blob is only read; OpenCV has no const view.
     const cv::Mat blob(4, shape_.data(), CV_32F, const_cast<float*>(input.data()));
     net_.setInput(blob);
     net_.forward(results_, outputs_);

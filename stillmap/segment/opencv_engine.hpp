@@ -6,7 +6,7 @@
 
 namespace stillmap {
 
-/// Starts OpenCV's own network runner, which is slower than OpenVINO and always there. Throws Error
+/// Starts OpenCV's network runner, which is slower than OpenVINO but always available. Throws Error
 /// or OpenCV's exceptions if the network does not load.
 std::unique_ptr<InferenceEngine> make_opencv_engine(const EngineOptions& options);
 

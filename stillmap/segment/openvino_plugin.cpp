@@ -15,7 +15,7 @@ Function* function_in(void* library, const char* name) {
   return reinterpret_cast<Function*>(dlsym(library, name));
 }
 
-/// Returns what dlopen or dlsym found wrong last.
+/// Returns the last error message of dlopen or dlsym.
 std::string loader_problem() {
   const char* problem = dlerror();
   return problem != nullptr ? problem : fmt::format("{} cannot be loaded", kLibrary);

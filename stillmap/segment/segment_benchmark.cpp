@@ -1,10 +1,9 @@
-// SPDX-License-Identifier: Apache-2.0
-// Two tables. `network/...`: back end x network x threads, milliseconds per frame (all of detect(),
-// median), and how well people are covered against true masks. `carry/...`: the same for masks
-// carried over a number of frames.
+// Two tables. `network/...`: back end x network x threads with the time per frame (all of detect(),
+// median) [ms] and the coverage of people compared with true masks. `propagation/...`: the same for
+// masks propagated over a number of frames.
 //
-// Networks are taken from $STILLMAP_SHARED/models, sequences in TUM layout with a folder `mask`
-// (255 = person) from $STILLMAP_BENCH; what is not there is left out.
+// Networks are read from $STILLMAP_SHARED/models, sequences in TUM layout with a folder `mask` (255
+// = person) from $STILLMAP_BENCH; missing ones are skipped.
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/segment/dynamic_mask.hpp"
@@ -40,8 +39,8 @@ std::vector<fs::path> files_in(const fs::path& folder, const std::string& extens
   return files;
 }
 
-/// Overlap of found and true pixels, summed over frames; and the share of frames with people of
-/// whom more than a fifth was missed.
+/// Intersection and union of detected and true pixels, summed over frames; and the share of frames
+/// with people of whom more than a fifth was missed.
 struct Overlap {
   double both = 0, found = 0, truth = 0;
   double frames = 0, poor = 0;
@@ -62,7 +61,7 @@ struct Overlap {
   }
 };
 
-/// A frame and where its people truly are.
+/// A frame with its true mask of people.
 struct Sample {
   RgbdFramePtr frame;
   cv::Mat1b truth;
@@ -81,7 +80,7 @@ Sample read_sample(const fs::path& sequence, const fs::path& color_file, std::si
   return {frame, mask == 255};
 }
 
-/// Runs of `length` consecutive frames, spread over all sequences with people in them.
+/// Returns runs of `length` consecutive frames, spread over all sequences with people.
 std::vector<std::vector<Sample>> read_runs(std::size_t per_sequence, std::size_t length) {
   std::vector<std::vector<Sample>> runs;
   const fs::path bench = folder_from("STILLMAP_BENCH", STILLMAP_BENCH_DEFAULT);
@@ -112,7 +111,7 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-/// Milliseconds: the median, and the shortest, which a busy machine disturbs least.
+/// Median and minimum time [ms]; the minimum is least disturbed by other load.
 void report_times(benchmark::State& state, const std::vector<double>& times) {
   state.counters["ms"] = median(times);
   state.counters["ms_min"] = times.empty() ? 0 : *std::min_element(times.begin(), times.end());
@@ -126,7 +125,7 @@ const std::vector<std::vector<Sample>>& network_samples() {
 void run_network(benchmark::State& state, const SegmentOptions& options) {
   if (network_samples().empty()) return state.SkipWithError("no sequences with masks");
   try {
-    cv::setNumThreads(options.threads);  // the opencv back end's pool
+    cv::setNumThreads(options.threads);  // Thread pool of the OpenCV back end.
     const auto detector = make_detector(options);
     std::vector<double> times;
     Overlap overlap;
@@ -168,7 +167,7 @@ const std::vector<std::vector<Sample>>& propagation_samples() {
   return kRuns;
 }
 
-/// Masks of the first frame of each run: true ones, or a network's.
+/// Returns the masks of the first frame of each run: true ones or a network's.
 std::vector<SegmentedFramePtr> first_masks(const std::string& model) {
   std::unique_ptr<Detector> detector;
   SegmentOptions options;
@@ -186,8 +185,8 @@ std::vector<SegmentedFramePtr> first_masks(const std::string& model) {
   return all;
 }
 
-/// Carries each run's first masks to its frame number `age`. What the fresh masks (age 0) get is
-/// trim_by_depth.
+/// Propagates the first masks of each run to its frame `age`. New masks (age 0) are processed by
+/// trim_by_depth().
 void run_carry(benchmark::State& state, const std::string& model, std::size_t age) {
   if (propagation_samples().empty()) return state.SkipWithError("no sequences with masks");
   const auto masks = first_masks(model);
@@ -202,10 +201,10 @@ void run_carry(benchmark::State& state, const std::string& model, std::size_t ag
       propagator.set(*masks[r]);
       const Stopwatch watch;
       propagator.push(target.frame);
-      const SegmentedFrame carried =
+      const SegmentedFrame propagated =
           age > 0 ? *propagator.current() : trim_by_depth(*masks[r], *run.front().frame);
       times.push_back(watch.milliseconds());
-      overlap.add(dynamic_mask(carried, {"person"}, target.truth.size()), target.truth);
+      overlap.add(dynamic_mask(propagated, {"person"}, target.truth.size()), target.truth);
     }
   }
   report_times(state, times);
@@ -218,7 +217,8 @@ void register_carrying() {
   for (const std::string& model : {std::string(), network}) {
     if (!model.empty() && !fs::exists(model)) continue;
     for (const std::size_t age : {0, 1, 2, 3, 4, 6}) {
-      const auto name = std::string("carry/") + (model.empty() ? "true mask" : "network's mask") +
+      const auto name = std::string("propagate/") +
+                        (model.empty() ? "true mask" : "network's mask") +
                         "/age:" + std::to_string(age);
       benchmark::RegisterBenchmark(name.c_str(), run_carry, model, age)->Iterations(1);
     }

@@ -7,18 +7,20 @@
 
 namespace stillmap {
 
-/// Where instances come from, and how a network is run. At most one of `model` and `masks`; neither
-/// means that there is no detector, which is fine.
+/// Source of instances and parameters of the network. At most one of `model` and `masks` may be
+/// set; without both there is no detector.
 struct SegmentOptions {
-  std::string model;  ///< YOLOv7, YOLOv8 or YOLO11 network, detect or segment (.onnx)
-  std::string masks;  ///< folder with one 8-bit PNG per frame, made offline
-  std::string backend =
-      "auto";                ///< auto, openvino or opencv; auto takes OpenVINO if it is installed
-  int threads = 1;           ///< threads of the network; the opencv back end uses OpenCV's own pool
-  float confidence = 0.25F;  ///< detections below are dropped, 0 to 1
-  float iou = 0.7F;          ///< of two boxes of one class that overlap more, the weaker is dropped
-  int max_instances = 100;   ///< per frame, the most confident ones
-  std::vector<std::string> classes;  ///< names of the classes to report; empty for all
+  std::string model;  ///< YOLOv7, YOLOv8 or YOLO11 network for detection or segmentation (.onnx).
+  std::string masks;  ///< Folder with one 8-bit PNG per frame.
+  /// Inference back end: auto, openvino or opencv; auto uses OpenVINO if it is installed.
+  std::string backend = "auto";
+  /// Number of threads of the network; the back end opencv uses OpenCV's own pool.
+  int threads = 1;
+  float confidence = 0.25F;  ///< Minimum confidence of a detection [0..1].
+  /// IoU of two boxes of one class above which the less confident is dropped [0..1].
+  float iou = 0.7F;
+  int max_instances = 100;  ///< Maximum number of instances per frame, the most confident ones.
+  std::vector<std::string> classes;  ///< Names of the reported classes; empty for all.
   STILLMAP_FIELDS(model, masks, backend, threads, confidence, iou, max_instances, classes)
 };
 

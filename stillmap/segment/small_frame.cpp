@@ -38,7 +38,8 @@ SmallMask shrink_mask(const Instance& instance, const SmallFrame& frame) {
   small.mask = cv::Mat1b(small.window.size(), 255);
   if (instance.mask.empty() || small.window.empty()) return small;
   const int s = frame.shrink;
-  std::vector<int> column(static_cast<std::size_t>(small.window.width));  // of the full mask
+  // Columns of the full mask.
+  std::vector<int> column(static_cast<std::size_t>(small.window.width));
   for (int x = 0; x < small.window.width; ++x) {
     column[static_cast<std::size_t>(x)] =
         std::clamp((small.window.x + x) * s + s / 2 - instance.box.x, 0, instance.box.width - 1);
@@ -65,7 +66,7 @@ Instance enlarge_mask(const SmallMask& small, const SmallFrame& frame, const Ins
   const int s = frame.shrink;
   const cv::Point corner = small.window.tl() + bounds.tl();
   instance.box = cv::Rect(corner * s, bounds.size() * s);
-  // The last small pixels also stand for the remainder of an image whose size is no multiple.
+  // The last small pixels also represent the remainder of an image whose size is no multiple.
   if (corner.x + bounds.width == frame.size().width) {
     instance.box.width = frame.full_size.width - instance.box.x;
   }

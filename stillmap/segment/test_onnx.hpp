@@ -7,7 +7,7 @@
 
 namespace stillmap::test {
 
-/// Writes the little of protobuf that a tiny ONNX file needs.
+/// Writers for the parts of protobuf that a minimal ONNX file needs.
 inline std::string varint(std::uint64_t value) {
   std::string bytes;
   for (; value > 0x7F; value >>= 7) bytes += static_cast<char>((value & 0x7F) | 0x80);
@@ -29,7 +29,7 @@ inline std::string tensor_value(const std::string& name, const std::vector<std::
   return bytes(1, name) + bytes(2, bytes(1, tensor));
 }
 
-/// A model with one operator, say "Relu", from `in` to `out`.
+/// Returns a model with one operator, such as "Relu", from `in` to `out`.
 inline std::string tiny_model(const std::string& operation, const std::vector<std::int64_t>& in,
                               const std::vector<std::int64_t>& out,
                               const std::map<std::string, std::string>& metadata = {}) {

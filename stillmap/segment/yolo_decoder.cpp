@@ -18,21 +18,22 @@ float intersection_over_union(const cv::Rect2f& a, const cv::Rect2f& b) {
   return either > 0 ? shared / either : 0;
 }
 
-/// Where an anchor's class scores begin: after the box, and the objectness if there is one.
+/// Returns the index of an anchor's first class score: after the box and, if present, the
+/// objectness.
 std::size_t first_class(const YoloShape& shape) { return shape.objectness ? 5 : 4; }
 
-/// Numbers per anchor.
+/// Returns the number of attributes per anchor.
 std::size_t attribute_count(const YoloShape& shape) {
   return first_class(shape) + static_cast<std::size_t>(shape.classes + shape.mask_coefficients);
 }
 
-/// Attribute `a` of anchor `i`.
+/// Returns attribute `a` of anchor `i`.
 float attribute(const TensorView& boxes, const YoloShape& shape, std::size_t i, std::size_t a) {
   const std::size_t count = attribute_count(shape);
   return boxes.values[shape.attributes_first ? a * shape.anchors + i : i * count + a];
 }
 
-/// The best score of each anchor, and its class.
+/// Computes the best class score of each anchor and its class.
 struct BestClasses {
   std::vector<float> score;
   std::vector<int> id;
@@ -75,7 +76,8 @@ std::vector<float> coefficients_of(const TensorView& boxes, const YoloShape& sha
   return coefficients;
 }
 
-/// The part of the prototypes that a box touches, with one pixel around it for the interpolation.
+/// Returns the window of the prototypes that a box covers, with one pixel of margin for
+/// interpolation.
 cv::Rect prototype_window(const TensorView& prototypes, const Letterbox& letterbox,
                           const cv::Rect& box) {
   const auto height = static_cast<int>(prototypes.shape[2]);
@@ -88,7 +90,7 @@ cv::Rect prototype_window(const TensorView& prototypes, const Letterbox& letterb
   return cv::Rect(first, last) & cv::Rect(0, 0, width, height);
 }
 
-/// Weighted sum of the prototypes within the window: the logits of the mask.
+/// Returns the weighted sum of the prototypes within the window: the logits of the mask.
 cv::Mat1f weigh_prototypes(const TensorView& prototypes, std::span<const float> coefficients,
                            const cv::Rect& window) {
   const auto width = static_cast<std::size_t>(prototypes.shape[3]);
@@ -107,14 +109,13 @@ cv::Mat1f weigh_prototypes(const TensorView& prototypes, std::span<const float> 
   return logits;
 }
 
-/// For each pixel of a stretch of the image: between which two samples it lies, and how far from
-/// the first.
+/// Interpolation table of one image axis: the two samples around each pixel and the weight.
 struct Steps {
   std::vector<int> first, second;
-  std::vector<float> weight;  // of the second
+  std::vector<float> weight;  // Weight of the second sample.
 };
 
-/// @param position of the pixel's center among the samples (sample centers at integers)
+/// @param position  sample coordinate of a pixel center (sample centers at integers)
 template <typename Position>
 Steps steps_along(int pixels, int samples, Position&& position) {
   Steps steps;
@@ -128,7 +129,7 @@ Steps steps_along(int pixels, int samples, Position&& position) {
   return steps;
 }
 
-/// 255 where the bilinear interpolation of the samples is positive.
+/// Returns 255 where the bilinear interpolation of the samples is positive.
 cv::Mat positive_between(const cv::Mat1f& samples, const Steps& columns, const Steps& rows) {
   const auto width = columns.first.size(), height = rows.first.size();
   cv::Mat mask(static_cast<int>(height), static_cast<int>(width), CV_8UC1);
@@ -160,7 +161,7 @@ bool all_positive(const std::vector<std::int64_t>& shape) {
   return std::all_of(shape.begin(), shape.end(), [](std::int64_t n) { return n > 0; });
 }
 
-/// Which outputs hold the boxes and, for segment networks, the prototypes.
+/// Finds the outputs with boxes and, for segmentation networks, prototypes.
 YoloShape find_outputs(const std::vector<std::vector<std::int64_t>>& shapes,
                        const std::string& where) {
   std::optional<std::size_t> boxes, prototypes;
@@ -181,7 +182,7 @@ YoloShape find_outputs(const std::vector<std::vector<std::int64_t>>& shapes,
   return shape;
 }
 
-/// The anchor boxes of the stock YOLOv7, stride by stride (its cfg/training/yolov7.yaml). Pixels.
+/// Anchor boxes of the standard YOLOv7 per stride (cfg/training/yolov7.yaml) [pixels].
 struct StockAnchors {
   int stride;
   std::array<cv::Size2f, 3> sizes;
@@ -197,7 +198,7 @@ bool has_boxes(const std::vector<std::vector<std::int64_t>>& shapes) {
                      [](const auto& s) { return s.size() == 3 && s[0] == 1 && all_positive(s); });
 }
 
-/// The outputs [1, 3, height, width, attributes] whose grid is one of the stock strides'.
+/// Returns the outputs [1, 3, height, width, attributes] with a grid of a standard stride.
 std::vector<RawHead> find_raw_heads(const std::vector<std::vector<std::int64_t>>& shapes,
                                     cv::Size input) {
   std::vector<RawHead> heads;
@@ -229,7 +230,7 @@ YoloShape raw_shape(const std::vector<std::vector<std::int64_t>>& shapes,
   return shape;
 }
 
-/// Without a class list: three anchors to a cell have an objectness, one to a cell has none.
+/// Without a class list: three anchors per cell have an objectness, one anchor per cell has none.
 bool looks_like_objectness(const std::vector<std::int64_t>& boxes, cv::Size input) {
   constexpr std::int64_t kCocoWithObjectness = 85;
   if (boxes[1] < boxes[2]) return false;  // only YOLOv8 and later have the attributes first
@@ -241,18 +242,18 @@ bool looks_like_objectness(const std::vector<std::int64_t>& boxes, cv::Size inpu
   return boxes[1] == 3 * cells;
 }
 
-/// False for a confidence that is no number.
+/// Returns false for NaN.
 bool is_wanted(float confidence, int class_id, const DecodeOptions& options) {
   if (!(confidence >= options.confidence)) return false;
   return options.wanted.empty() || options.wanted[static_cast<std::size_t>(class_id)];
 }
 
-/// A box as networks give it.
+/// A box in the format of the network.
 struct CenteredBox {
   float x, y, w, h;
 };
 
-/// Boxes that are none (no numbers, or without extent) are left out.
+/// Ignores boxes that are not finite or have no extent.
 void add_candidate(const CenteredBox& b, float confidence, int class_id, std::size_t anchor,
                    std::vector<Candidate>& candidates) {
   if (!std::isfinite(b.x + b.y + b.w + b.h) || b.w <= 0 || b.h <= 0) return;
@@ -261,13 +262,13 @@ void add_candidate(const CenteredBox& b, float confidence, int class_id, std::si
 
 float logistic(float t) { return 1 / (1 + std::exp(-t)); }
 
-/// @param values the attributes of one anchor: logits of x, y, w, h, objectness, classes
-/// @param cell   its place in the head: by anchor box, row and column
+/// @param values  attributes of one anchor: logits of x, y, w, h, objectness, classes
+/// @param cell    position in the head: anchor box, row and column
 void add_raw_candidate(std::span<const float> values, const RawHead& head, std::size_t cell,
                        std::size_t anchor, const DecodeOptions& options,
                        std::vector<Candidate>& candidates) {
   const float objectness = logistic(values[4]);
-  if (!(objectness >= options.confidence)) return;  // no class can make up for it
+  if (!(objectness >= options.confidence)) return;  // The score cannot exceed the objectness.
   const auto scores = values.subspan(5);
   const auto top = std::max_element(scores.begin(), scores.end());
   const int class_id = static_cast<int>(top - scores.begin());
@@ -305,7 +306,7 @@ Instance to_instance(const Candidate& candidate, std::span<const TensorView> out
   return instance;
 }
 
-/// A box that leaves nothing to act on: outside of the image, or with a mask that is empty.
+/// Returns whether a box is unusable: outside the image, or with an empty mask.
 bool is_void(const Instance& instance) {
   return instance.box.empty() || (!instance.mask.empty() && cv::countNonZero(instance.mask) == 0);
 }

@@ -16,7 +16,7 @@ constexpr int kClasses = 3, kCoefficients = 2, kAnchors = 20;
 constexpr int kAttributes = 4 + kClasses + kCoefficients;
 const std::vector<std::string> kNames = {"person", "chair", "cat"};
 
-/// What a network would give out: kAnchors anchors, all silent until set. Either layout.
+/// Output of a network with kAnchors anchors, all inactive until set. Either layout.
 struct FakeOutput {
   bool attributes_first;
   std::vector<float> values = std::vector<float>(kAttributes * kAnchors, 0.0F);
@@ -52,7 +52,7 @@ struct Layouts : testing::TestWithParam<bool> {
   Letterbox letterbox{{128, 96}, {64, 64}};  // half size, 8 rows of padding above and below
 };
 
-TEST_P(Layouts, GivesKnownBoxesInImagePixelsByFallingConfidence) {
+TEST_P(Layouts, ReturnsKnownBoxesInImagePixelsByDescendingConfidence) {
   output.at(0, 7) = output.at(5, 7) = 1;              // both use prototype 0,
   std::fill_n(output.prototypes.begin(), 256, 1.0F);  // which is all inside
   output.propose(5, {10, 20, 20, 30}, 2, 0.6F);
@@ -101,7 +101,7 @@ TEST_P(Layouts, MaskIsTheWeightedSumOfPrototypesCutAtZero) {
   }
 }
 
-TEST_P(Layouts, WeakUnwantedAndBrokenCandidatesAreLeftOut) {
+TEST_P(Layouts, WeakUnwantedAndInvalidCandidatesAreIgnored) {
   std::fill_n(output.prototypes.begin(), 256, 1.0F);
   for (int a = 0; a < kAnchors; ++a) output.at(a, 7) = 1;
   output.propose(0, {0, 10, 10, 10}, 0, 0.24F);
@@ -135,14 +135,14 @@ TEST(SuppressOverlaps, DropsTheWeakerOfOneClassOnly) {
   EXPECT_THAT(anchors_of(kept), testing::ElementsAre(1, 2, 3));
 }
 
-TEST(SuppressOverlaps, ThresholdDecidesAndEqualConfidenceGoesByAnchor) {
+TEST(SuppressOverlaps, ThresholdDecidesAndTiesAreResolvedByAnchor) {
   const cv::Rect2f box(0, 0, 10, 10), half(0, 0, 10, 5);  // IoU exactly 0.5
   const std::vector<Candidate> pair = {{half, 0.5F, 0, 8}, {box, 0.5F, 0, 3}};
   EXPECT_THAT(anchors_of(suppress_overlaps(pair, 0.49F, 100)), testing::ElementsAre(3));
   EXPECT_THAT(anchors_of(suppress_overlaps(pair, 0.5F, 100)), testing::ElementsAre(3, 8));
 }
 
-TEST(SuppressOverlaps, KeepsTheMostConfidentWhereThereAreTooMany) {
+TEST(SuppressOverlaps, KeepsTheMostConfidentUpToTheLimit) {
   std::vector<Candidate> many;
   for (std::size_t i = 0; i < 10; ++i) {
     many.push_back(
@@ -151,7 +151,7 @@ TEST(SuppressOverlaps, KeepsTheMostConfidentWhereThereAreTooMany) {
   EXPECT_THAT(anchors_of(suppress_overlaps(many, 0.7F, 3)), testing::ElementsAre(9, 8, 7));
 }
 
-TEST(RecognizeYolo, KnowsTheFourStockShapes) {
+TEST(RecognizeYolo, RecognizesTheFourStandardShapes) {
   const auto segment = recognize_yolo({{1, 116, 8400}, {1, 32, 160, 160}}, 80, "x");
   EXPECT_TRUE(segment.attributes_first);
   EXPECT_EQ(segment.mask_coefficients, 32);
@@ -168,12 +168,12 @@ TEST(RecognizeYolo, ClassCountDecidesWhereAnchorsAreFewerThanAttributes) {
   EXPECT_FALSE(recognize_yolo({{1, 84, 116}, {1, 32, 16, 16}}, 80, "x").attributes_first);
 }
 
-TEST(RecognizeYolo, OtherShapesAreAnErrorThatSaysHowToExport) {
+TEST(RecognizeYolo, OtherShapesAreAnErrorWithExportAdvice) {
   const std::vector<std::vector<std::vector<std::int64_t>>> wrong = {
       {{1, 1000}},                               // a classifier
-      {{1, 300, 6}},                             // with suppression built in
-      {{1, 25200, 86}},                          // a class too many, with objectness or without
-      {{1, 116, 8400}},                          // masks announced, no prototypes
+      {{1, 300, 6}},                             // with built-in suppression
+      {{1, 25200, 86}},                          // one class too many, with objectness or without
+      {{1, 116, 8400}},                          // masks declared, no prototypes
       {{2, 84, 8400}},                           // two images
       {{1, 32, 160, 160}},                       // prototypes alone
       {{1, 3, 80, 80, 85}, {1, 3, 40, 40, 85}},  // a raw head is missing
@@ -194,7 +194,7 @@ TEST(RecognizeYolo, OtherShapesAreAnErrorThatSaysHowToExport) {
   }
 }
 
-TEST(RecognizeYolo, KnowsObjectnessByTheClassCount) {
+TEST(RecognizeYolo, RecognizesObjectnessByTheClassCount) {
   const auto boxes = recognize_yolo({{1, 25200, 85}}, 80, "x");
   EXPECT_TRUE(boxes.objectness);
   EXPECT_FALSE(boxes.attributes_first);
@@ -206,7 +206,7 @@ TEST(RecognizeYolo, KnowsObjectnessByTheClassCount) {
   EXPECT_FALSE(recognize_yolo({{1, 85, 8400}}, 81, "x").objectness);
 }
 
-TEST(RecognizeYolo, WithoutAClassListThreeAnchorsToACellTellObjectness) {
+TEST(RecognizeYolo, WithoutAClassListThreeAnchorsPerCellImplyObjectness) {
   const cv::Size input(320, 256);  // 40 * 32 + 20 * 16 + 10 * 8 = 1680 cells
   EXPECT_TRUE(recognize_yolo({{1, 5040, 85}}, 0, "x", input).objectness);
   EXPECT_EQ(recognize_yolo({{1, 5040, 25}}, 0, "x", input).classes, 20);
@@ -215,7 +215,7 @@ TEST(RecognizeYolo, WithoutAClassListThreeAnchorsToACellTellObjectness) {
   EXPECT_TRUE(recognize_yolo({{1, 25200, 85}}, 0, "x").objectness);
 }
 
-TEST(RecognizeYolo, KnowsRawHeadsInAnyOrder) {
+TEST(RecognizeYolo, RecognizesRawHeadsInAnyOrder) {
   for (const int known : {0, 80}) {
     const auto shape = recognize_yolo({{1, 3, 16, 20, 85}, {1, 3, 32, 40, 85}, {1, 3, 8, 10, 85}},
                                       known, "x", {320, 256});
@@ -228,7 +228,7 @@ TEST(RecognizeYolo, KnowsRawHeadsInAnyOrder) {
   }
 }
 
-TEST(RecognizeYolo, RawHeadsBesideDecodedBoxesAreNotNeeded) {
+TEST(RecognizeYolo, RawHeadsNextToDecodedBoxesAreIgnored) {
   const auto shape =
       recognize_yolo({{1, 5040, 85}, {1, 3, 32, 40, 85}, {1, 3, 16, 20, 85}, {1, 3, 8, 10, 85}}, 80,
                      "x", {320, 256});
@@ -256,7 +256,7 @@ TEST(Objectness, MultipliesTheClassScore) {
   EXPECT_TRUE(found[0].mask.empty());
 }
 
-/// Raw heads for an input of 64 x 64 pixels, silent until set.
+/// Raw heads for an input of 64 x 64 pixels, inactive until set.
 struct FakeHeads {
   static constexpr std::size_t kAttributes = 5 + kClasses;
   std::array<std::size_t, 3> side = {8, 4, 2};
@@ -268,7 +268,7 @@ struct FakeHeads {
     }
   }
   static float logit(float p) { return std::log(p / (1 - p)); }
-  /// x, y, w, h are the logistic values that the network would have meant.
+  /// @param x, y, w, h  logistic values of the box
   void propose(std::size_t head, std::size_t size, std::size_t row, std::size_t column,
                std::array<float, 4> box, float objectness, std::size_t class_id, float score) {
     float* out =
@@ -314,7 +314,7 @@ TEST(RawHeads, BoxesFollowFromCellStrideAndAnchor) {
   EXPECT_NEAR(found[1].box.br().y, 22, 1);
 }
 
-TEST(RawHeads, SilentAndBrokenCellsGiveNothing) {
+TEST(RawHeads, InactiveAndInvalidCellsGiveNothing) {
   FakeHeads heads;
   heads.propose(2, 1, 0, 1, {0.5F, 0.5F, 0.5F, 0.5F}, 0.4F, 0, 0.5F);  // 0.2
   heads.propose(0, 0, 0, 0, {0.5F, 0.5F, 0.5F, 0.5F}, 0.9F, 0, 0.9F);

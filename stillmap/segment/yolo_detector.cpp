@@ -10,7 +10,8 @@
 namespace stillmap {
 namespace {
 
-constexpr int kDynamicHeight = 480, kDynamicWidth = 640;  // where the file leaves the size open
+// Input size for networks with dynamic size [pixels].
+constexpr int kDynamicHeight = 480, kDynamicWidth = 640;
 
 void check_options(const SegmentOptions& options) {
   const auto within = [](float x, float low, float high) { return x >= low && x <= high; };
@@ -26,7 +27,8 @@ void check_options(const SegmentOptions& options) {
   }
 }
 
-/// 1 x 3 x height x width, with open sizes filled in; throws where the input is not an image.
+/// Returns 1 x 3 x height x width with dynamic sizes filled in; throws Error if the input is not an
+/// image.
 std::array<int, 4> input_shape_of(const OnnxInfo& info, const std::string& file) {
   const auto& shape = info.inputs.front().shape;
   const auto fits = [](std::int64_t n, std::int64_t wanted) { return n == wanted || n == -1; };
@@ -63,7 +65,8 @@ std::vector<std::string> numbered_names(int classes) {
   return names;
 }
 
-/// Which class ids to report; empty for all. Throws where a name is not among the network's.
+/// Returns the class ids to report; empty for all. Throws Error for names that the network does not
+/// have.
 std::vector<bool> wanted_classes(const std::vector<std::string>& wanted,
                                  const std::vector<std::string>& names) {
   if (wanted.empty()) return {};
@@ -85,7 +88,7 @@ std::vector<std::vector<std::int64_t>> shapes_of(const std::vector<TensorView>& 
   return shapes;
 }
 
-/// Networks of Ultralytics say what they were made for; only two of the tasks fit.
+/// Checks the task in the metadata of Ultralytics networks; only detection and segmentation fit.
 void check_task(const OnnxInfo& info, const std::string& file) {
   const auto task = info.metadata.find("task");
   if (task == info.metadata.end() || task->second == "detect" || task->second == "segment") return;
@@ -111,8 +114,7 @@ YoloDetector::YoloDetector(const SegmentOptions& options) : options_(options) {
              .wanted = wanted_classes(options.classes, class_names_)};
 }
 
-/// The shapes that count are those of a real run: back ends and dynamic files differ from what is
-/// declared.
+/// Uses the shapes of a real run, since back ends and dynamic files differ from the declared ones.
 void YoloDetector::check_outputs(const OnnxInfo& info) {
   class_names_ = names_from(info);
   input_.assign(3 * static_cast<std::size_t>(input_size().area()), 0.0F);

@@ -11,22 +11,21 @@
 
 namespace stillmap {
 
-/// A YOLOv7, YOLOv8 or YOLO11 network, detect or segment (which it is, the file says), on one of
-/// the back ends. Class names come from the file's metadata; where it has none, 80 classes are
-/// taken to be COCO's.
+/// A YOLOv7, YOLOv8 or YOLO11 network for detection or segmentation on one of the back ends. Class
+/// names are read from the metadata; without them, 80 classes are assumed to be COCO's.
 class YoloDetector final : public Detector {
  public:
-  /// Loads `options.model` and runs it once. Throws Error if the file is missing, no network, or
-  /// one of another kind; if the back end is not there; if an option makes no sense.
+  /// Loads `options.model` and runs it once. Throws Error if the file is missing, not a network, or
+  /// of another kind; if the back end is not available; or if an option is invalid.
   explicit YoloDetector(const SegmentOptions& options);
 
   std::vector<Instance> detect(const RgbdFrame& frame) override;
   std::string description() const override;
   const std::vector<std::string>& class_names() const override { return class_names_; }
 
-  /// Pixels of the network's input.
+  /// Returns the size of the network's input [pixels].
   cv::Size input_size() const;
-  /// Whether it gives masks, or only boxes.
+  /// Returns whether the network computes masks, not only boxes.
   bool segments() const { return shape_.mask_coefficients > 0; }
 
  private:

@@ -23,8 +23,7 @@ namespace stillmap {
 namespace {
 
 namespace fs = std::filesystem;
-using Keys =
-    std::vector<std::string>;  // the names one value may go by, ours or the usual one first
+using Keys = std::vector<std::string>;  // Accepted names of one value, ours or the usual one first.
 
 Camera make_preset(const std::string& name, std::array<double, 4> intrinsics,
                    std::array<double, 5> distortion) {
@@ -45,7 +44,7 @@ const std::vector<Camera>& presets() {
   return cameras;
 }
 
-// A flat view of a YAML file's top level that knows how to complain.
+// A flat view of the top level of a YAML file with error messages.
 class CameraYaml {
  public:
   explicit CameraYaml(const fs::path& file) : file_(file), root_(parse(file)) {
@@ -107,7 +106,8 @@ class CameraYaml {
                  fmt::format("add a line '{}: VALUE'", fmt::join(names, ": VALUE' or '")));
   }
 
-  static constexpr std::size_t kLargestFile = 1 << 20;  // bytes; settings files have a few thousand
+  // Maximum file size [bytes]; settings files have a few thousand.
+  static constexpr std::size_t kLargestFile = 1 << 20;
   static constexpr const char* kFix =
       "give a camera file with width, height, fx, fy, cx, cy, depth_factor, or a preset's name";
 
@@ -126,8 +126,8 @@ class CameraYaml {
     }
   }
 
-  // OpenCV reads what the YAML standard does not allow, and settings files make use of it: tabs, no
-  // blank behind a colon, the header '%YAML:1.0' (kept as a comment, so that line numbers stay).
+  // OpenCV accepts more than the YAML standard, and settings files rely on it: tabs, no blank after
+  // a colon, the header '%YAML:1.0' (kept as a comment, so that line numbers stay valid).
   static std::string as_standard_yaml(std::string text) {
     if (const auto at = text.find("%YAML"); at < 4) text[at] = '#';
     std::replace(text.begin(), text.end(), '\t', ' ');
@@ -196,7 +196,7 @@ Camera from_settings(const CameraYaml& yaml) {
   }
   camera.fps = yaml.number_or(names("fps"), camera.fps);
   camera.depth_factor = yaml.number({"DepthMapFactor", "RGBD.DepthMapFactor"});
-  // Camera.bf is focal length times baseline (pixel meters), Stereo.b the baseline itself (meters).
+  // Camera.bf is the focal length times the baseline [pixels * m], Stereo.b the baseline [m].
   camera.baseline = yaml.number_or(names("bf"), camera.baseline * camera.fx) / camera.fx;
   camera.baseline = yaml.number_or({"Stereo.b"}, camera.baseline);
   return camera;

@@ -40,7 +40,7 @@ TEST(CameraPresets, AllPassTheirOwnCheck) {
   for (const auto& name : camera_presets()) EXPECT_NO_THROW(check_camera(load_camera(name), name));
 }
 
-TEST_F(CameraFile, ComesBackAsWritten) {
+TEST_F(CameraFile, RoundTrip) {
   Camera written = load_camera("tum_fr2");
   written.name = "my \"odd\" camera: 2";
   written.fx = 520.123456789012;
@@ -63,7 +63,7 @@ TEST_F(CameraFile, ComesBackAsWritten) {
   EXPECT_EQ(read.baseline, written.baseline);
 }
 
-TEST_F(CameraFile, DistortionMayBeShortOrLeftOut) {
+TEST_F(CameraFile, DistortionMayBeShortOrMissing) {
   const std::string base =
       "width: 640\nheight: 480\nfx: 500\nfy: 501\ncx: 320\ncy: 240\ndepth_factor: 1000\n";
   EXPECT_FALSE(load(base).distorted());
@@ -73,7 +73,7 @@ TEST_F(CameraFile, DistortionMayBeShortOrLeftOut) {
   EXPECT_EQ(camera.name, file_.stem().string());
 }
 
-TEST_F(CameraFile, UnderstandsOlderSettingsFilesWithMatricesAndTabs) {
+TEST_F(CameraFile, ReadsOlderSettingsFilesWithMatricesAndTabs) {
   const Camera camera = load(
       "%YAML:1.0\n\n#-----\n# Camera Parameters\n#-----\n"
       "Camera.fx: 517.306408\nCamera.fy:\t516.469215\nCamera.cx: 318.643040\nCamera.cy: "
@@ -94,7 +94,7 @@ TEST_F(CameraFile, UnderstandsOlderSettingsFilesWithMatricesAndTabs) {
   EXPECT_NEAR(camera.bf(), 40, 1e-9);
 }
 
-TEST_F(CameraFile, UnderstandsNewerSettingsFiles) {
+TEST_F(CameraFile, ReadsNewerSettingsFiles) {
   const Camera camera = load(
       "%YAML:1.0\nFile.version: \"1.0\"\nCamera.type: \"PinHole\"\nCamera1.fx: 535.4\nCamera1.fy: "
       "539.2\n"
@@ -112,7 +112,7 @@ TEST_F(CameraFile, UnderstandsNewerSettingsFiles) {
   EXPECT_NEAR(camera.baseline, 0.0745, 1e-12);
 }
 
-TEST_F(CameraFile, ReadsWhatTheBenchmarkToolWrites) {
+TEST_F(CameraFile, ReadsFilesOfTheBenchmarkTool) {
   const Camera camera = load(
       "%YAML:1.0\nCamera.fx: 528.0\nCamera.fy: 528.0\nCamera.cx: 321.0\nCamera.cy: "
       "239.5\nCamera.k1: 0.0\n"

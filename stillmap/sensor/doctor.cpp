@@ -25,7 +25,7 @@ std::string short_name(const fs::path& file) {
   return (file.parent_path().filename() / file.filename()).string();
 }
 
-// The value below which `share` of the values lie; 0 of none. Reorders them.
+// Returns the value below which `share` of the values lie; 0 for no values. Reorders them.
 template <typename T>
 T percentile(std::vector<T>& values, double share) {
   if (values.empty()) return T{};
@@ -86,7 +86,7 @@ std::vector<double> intervals_of(const std::vector<FrameFiles>& frames) {
   return intervals;
 }
 
-// The unit that stamps of this median interval seem to be in; empty for seconds.
+// Returns the likely unit of timestamps with this median interval; empty for seconds.
 std::string unit_of(double interval) {
   if (interval > 1e6) return "nanoseconds";
   if (interval > 1e3) return "microseconds";
@@ -95,7 +95,7 @@ std::string unit_of(double interval) {
 }
 
 void check_gaps(const std::vector<FrameFiles>& frames, double median, Diagnosis& diagnosis) {
-  constexpr double kGap = 3;  // median intervals: two frames lost in a row
+  constexpr double kGap = 3;  // Gap [median intervals]: two consecutive frames are missing.
   const auto intervals = intervals_of(frames);
   std::size_t largest = 0, gaps = 0;
   for (std::size_t i = 0; i < intervals.size(); ++i) {
@@ -134,7 +134,8 @@ void check_rate(const std::vector<FrameFiles>& frames, const std::optional<Camer
 }
 
 void check_offsets(const std::vector<FrameFiles>& frames, Diagnosis& diagnosis) {
-  constexpr double kLate = 0.010;  // seconds: half of what TUM's rule lets through
+  // Depth delay that gives a warning [s]: half of the limit of TUM's rule.
+  constexpr double kLate = 0.010;
   std::vector<double> offsets;
   for (const auto& files : frames) offsets.push_back(files.depth_timestamp - files.timestamp);
   diagnosis.median_offset = percentile(offsets, 0.5);
@@ -153,7 +154,7 @@ void check_offsets(const std::vector<FrameFiles>& frames, Diagnosis& diagnosis) 
 
 // ---- files ------------------------------------------------------------------------------------
 
-// A file of the same name but for its ending: the list may name the wrong one.
+// Returns a file with the same name and another extension; the list may contain the wrong one.
 std::string similar_file(const fs::path& file) {
   for (const char* ending : {".png", ".jpg", ".jpeg", ".PNG", ".JPG"}) {
     std::error_code ignored;
@@ -183,7 +184,7 @@ std::string fix_for(const std::string& problem, const fs::path& file) {
   return "copy or record these files again; they are skipped";
 }
 
-// Looks at the header and the end of every file; gives back the frames of which both are fine.
+// Checks the header and the end of every file; returns the frames with two valid files.
 std::vector<FrameFiles> check_files(const std::vector<FrameFiles>& frames,
                                     std::optional<cv::Size> size, Diagnosis& diagnosis) {
   std::map<std::string, Trouble> troubles;
@@ -191,8 +192,7 @@ std::vector<FrameFiles> check_files(const std::vector<FrameFiles>& frames,
     auto [header, problem] = read_image_header(file);
     if (problem.empty()) problem = kind_problem(header);
     if (problem.empty()) {
-      if (!size)
-        size = header.size;  // without a camera, the first image says what the others should be
+      if (!size) size = header.size;  // Without a camera, the first image defines the size.
       problem = size_problem(header, *size);
     }
     if (problem.empty()) return true;
@@ -222,12 +222,13 @@ std::vector<FrameFiles> check_files(const std::vector<FrameFiles>& frames,
   return usable;
 }
 
-// ---- pictures ---------------------------------------------------------------------------------
+// ---- images
+// --------------------------------------------------------------------------------------
 
 struct Sample {
   std::size_t decoded = 0, dark = 0, bright = 0, blurred = 0, without_depth = 0;
   std::size_t pixels = 0;
-  std::vector<float> raw_depths;  // of every 16th known pixel
+  std::vector<float> raw_depths;  // Raw depth of every 16th known pixel.
 };
 
 void sample_color(const cv::Mat& color, const DoctorOptions& options, Sample& sample) {
@@ -282,7 +283,7 @@ Sample take_sample(const std::vector<FrameFiles>& usable, const DoctorOptions& o
 
 void check_light(const Sample& sample, Diagnosis& diagnosis) {
   const auto complain = [&](std::size_t count, const char* what, const char* fix) {
-    if (10 * count < sample.decoded || count == 0) return;  // one in ten is no concern
+    if (10 * count < sample.decoded || count == 0) return;  // Up to one in ten is acceptable.
     diagnosis.add(Severity::kWarning,
                   fmt::format("{} of {} sampled color images are {}", count, sample.decoded, what),
                   fix);
@@ -302,8 +303,8 @@ struct DepthSpread {
   }
 };
 
-// The usual depth factor that makes the depths most like a room's (median nearest to 2 m); 0 if
-// none does.
+// Returns the common depth factor with the most plausible depths (median nearest to 2 m); 0 if none
+// is plausible.
 double plausible_factor(const DepthSpread& raw, const DoctorOptions& options) {
   double best = 0, least = 0;
   for (const double factor : {5000.0, 1000.0, 10000.0, 100.0}) {
@@ -370,7 +371,7 @@ void check_jumps(const Trajectory& truth, const DoctorOptions& options, Diagnosi
     if (seconds <= 0) ++repeats;
     const double meters =
         (truth[i].T_world_camera.translation() - truth[i - 1].T_world_camera.translation()).norm();
-    constexpr double kNoise = 0.02;  // meters that a tracking system may jitter by
+    constexpr double kNoise = 0.02;  // Jitter of a motion capture system [m].
     if (meters <= kNoise + options.max_speed * std::max(0.0, seconds)) continue;
     if (jumps++ == 0) first = truth[i].timestamp;
   }

@@ -13,50 +13,51 @@ namespace stillmap {
 
 enum class Severity { kOk, kWarning, kError };
 
-/// One thing looked at, in plain words.
+/// The result of one check, in plain words.
 struct Finding {
   Severity severity = Severity::kOk;
-  std::string what;  ///< what was found
-  std::string fix;   ///< what to do about it; empty if nothing
+  std::string what;  ///< Description of the finding.
+  std::string fix;   ///< Advice; empty if no action is needed.
 };
 
-/// Thresholds of suspicion; measured on Kinect recordings indoors, where the sensor sees 0.4 m to
-/// 10 m.
+/// Thresholds for warnings; measured on indoor Kinect recordings, where the sensor measures 0.4 m
+/// to 10 m.
 struct DoctorOptions {
-  int sample = 40;            ///< frames decoded, spread evenly over the sequence
-  double near_median = 0.3;   ///< a smaller median depth of the sample is suspicious [m]
-  double far_median = 8;      ///< a larger one too [m]
-  double nearest = 0.25;      ///< so is a 5th percentile below this [m]
-  double farthest = 12;       ///< or a 99th percentile above this [m]
-  double least_share = 0.25;  ///< share of an image's pixels that should have depth
-  double dark = 20;           ///< mean gray below which an image is too dark to track on [0-255]
-  double bright = 235;        ///< mean gray above which it is burnt out [0-255]
-  double blurred = 15;        ///< variance of the gray image's Laplacian below which it is blurred
-  double max_speed = 3;       ///< of the camera, by the ground truth; faster is a jump [m/s]
+  int sample = 40;            ///< Number of decoded frames, spread evenly over the sequence.
+  double near_median = 0.3;   ///< Median depth of the sample below which a warning is given [m].
+  double far_median = 8;      ///< Median depth above which a warning is given [m].
+  double nearest = 0.25;      ///< 5th percentile of depth below which a warning is given [m].
+  double farthest = 12;       ///< 99th percentile of depth above which a warning is given [m].
+  double least_share = 0.25;  ///< Minimum share of pixels with depth [0..1].
+  double dark = 20;     ///< Mean gray value below which an image is too dark for tracking [0..255].
+  double bright = 235;  ///< Mean gray value above which an image is overexposed [0..255].
+  double blurred = 15;  ///< Variance of the Laplacian of the gray image below which it is blurred.
+  double max_speed = 3;  ///< Camera speed of the ground truth above which there is a jump [m/s].
   STILLMAP_FIELDS(sample, near_median, far_median, nearest, farthest, least_share, dark, bright,
                   blurred, max_speed)
 };
 
-/// What was measured and found. The figures are 0 where nothing could be measured.
+/// Measurements and findings. Values are 0 where nothing could be measured.
 struct Diagnosis {
-  std::vector<Finding> findings;  ///< in the order of the checks
-  std::size_t frames = 0;         ///< pairs of color and depth
-  std::size_t usable_frames = 0;  ///< of these, with both files there and of the right kind
-  double duration = 0;            ///< seconds from first to last pair
-  double frame_rate = 0;          ///< Hz, from the median interval
-  double median_depth = 0;        ///< meters, over the sampled frames' known pixels
-  double depth_share = 0;         ///< share of pixels with depth in the sampled frames, 0 to 1
-  double median_offset = 0;       ///< seconds, depth stamp minus color stamp
+  std::vector<Finding> findings;  ///< In the order of the checks.
+  std::size_t frames = 0;         ///< Number of pairs of color and depth.
+  /// Number of pairs with both files present and of the right type.
+  std::size_t usable_frames = 0;
+  double duration = 0;       ///< Time from the first to the last pair [s].
+  double frame_rate = 0;     ///< Frame rate from the median interval [Hz].
+  double median_depth = 0;   ///< Median depth of the sampled frames [m].
+  double depth_share = 0;    ///< Share of pixels with depth in the sampled frames [0..1].
+  double median_offset = 0;  ///< Median of depth timestamp minus color timestamp [s].
 
-  /// The worst of the findings.
+  /// Returns the severity of the worst finding.
   Severity conclusion() const;
   void add(Severity severity, std::string what, std::string fix = "");
 };
 
-/// Examines a sequence and its camera: lists and pairs, every file's existence, type, size and end,
-/// a sample of decoded images, stamps, depth scale, ground truth. What is wrong comes back as
-/// findings; nothing is thrown for it.
-/// @param camera what the user named; without it the sequence's own camera.yaml is used
+/// Checks a sequence and its camera: lists and pairs, every file's existence, type, size and end, a
+/// sample of decoded images, timestamps, depth scale, ground truth. Problems are returned as
+/// findings, never thrown.
+/// @param camera  the user's camera; without it the sequence's camera.yaml is used
 Diagnosis diagnose(const std::filesystem::path& folder, const std::optional<Camera>& camera = {},
                    const DoctorOptions& options = {});
 

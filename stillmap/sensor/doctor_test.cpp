@@ -17,7 +17,7 @@ class Doctor : public ::testing::Test {
  protected:
   TestSequence sequence_{12};
 
-  Doctor() {  // what a camera would record: texture in light, a room's depths, a true trajectory
+  Doctor() {  // A plausible recording: texture, indoor depths, a true trajectory.
     cv::Mat color(48, 64, CV_8UC3), depth(48, 64, CV_16UC1);
     cv::theRNG().state = 7;
     cv::randu(color, 60, 200);
@@ -33,7 +33,7 @@ class Doctor : public ::testing::Test {
   }
 
   Diagnosis diagnose() const { return stillmap::diagnose(sequence_.folder()); }
-  // The findings of that severity, one a line: "what -> fix".
+  // Returns the findings of this severity, one per line: "what -> fix".
   static std::string of(const Diagnosis& diagnosis, Severity severity) {
     std::string text;
     for (const auto& finding : diagnosis.findings) {
@@ -43,7 +43,7 @@ class Doctor : public ::testing::Test {
   }
   std::string warnings() const { return of(diagnose(), Severity::kWarning); }
   std::string errors() const { return of(diagnose(), Severity::kError); }
-  // Rewrites a list with every stamp changed.
+  // Rewrites a list with changed timestamps.
   template <typename Change>
   void restamp(const std::string& list, const char* kind, const Change& change) const {
     std::string text;
@@ -54,7 +54,7 @@ class Doctor : public ::testing::Test {
   }
 };
 
-TEST_F(Doctor, FindsNothingWrongWithASoundSequence) {
+TEST_F(Doctor, AcceptsAValidSequence) {
   const Diagnosis diagnosis = diagnose();
   EXPECT_EQ(diagnosis.conclusion(), Severity::kOk) << warnings() << errors();
   EXPECT_EQ(diagnosis.frames, 12u);
@@ -66,14 +66,14 @@ TEST_F(Doctor, FindsNothingWrongWithASoundSequence) {
   EXPECT_NEAR(diagnosis.median_offset, 0.005, 1e-5);
 }
 
-TEST_F(Doctor, SaysWhatIsMissingInAFolderThatIsNoSequence) {
+TEST_F(Doctor, ReportsMissingPartsOfAFolder) {
   fs::remove(sequence_.path("depth.txt"));
   EXPECT_THAT(errors(), HasSubstr("contains rgb.txt but no depth.txt -> add depth.txt"));
 }
 
-TEST_F(Doctor, SuggestsTheDepthFactorThatFits) {
+TEST_F(Doctor, SuggestsThePlausibleDepthFactor) {
   Camera camera = TestSequence::camera();
-  camera.depth_factor = 1000;  // 2 m become 10 m
+  camera.depth_factor = 1000;  // 2 m become 10 m.
   write_camera(sequence_.path("camera.yaml"), camera);
   EXPECT_THAT(warnings(), HasSubstr("set the depth factor to 5000"));
   cv::Mat millimeters(48, 64, CV_16UC1);
@@ -85,22 +85,22 @@ TEST_F(Doctor, SuggestsTheDepthFactorThatFits) {
   EXPECT_THAT(warnings(), HasSubstr("set the depth factor to 1000"));
 }
 
-TEST_F(Doctor, MissesTheCamera) {
+TEST_F(Doctor, ReportsAMissingCamera) {
   fs::remove(sequence_.path("camera.yaml"));
   EXPECT_THAT(warnings(), HasSubstr("no camera was named"));
   sequence_.write("camera.yaml", "fx: -1\n");
   EXPECT_THAT(errors(), HasSubstr("camera.yaml"));
-  EXPECT_GT(diagnose().findings.size(), 3u);  // the rest is examined all the same
+  EXPECT_GT(diagnose().findings.size(), 3u);  // The other checks still run.
 }
 
-TEST_F(Doctor, NoticesAnotherImageSize) {
+TEST_F(Doctor, DetectsAnotherImageSize) {
   Camera camera = TestSequence::camera();
   camera.width = 128;
   write_camera(sequence_.path("camera.yaml"), camera);
   EXPECT_THAT(errors(), HasSubstr("is 64 x 48 pixels where the camera has 128 x 48"));
 }
 
-TEST_F(Doctor, CountsWhatIsMissingCutShortOrOfTheWrongType) {
+TEST_F(Doctor, CountsMissingTruncatedAndWrongFiles) {
   fs::rename(sequence_.path("rgb/1.png"), sequence_.path("rgb/1.jpg"));
   fs::remove(sequence_.path("depth/5.png"));
   sequence_.truncate("depth/2.png", 0.7);
@@ -114,7 +114,7 @@ TEST_F(Doctor, CountsWhatIsMissingCutShortOrOfTheWrongType) {
   EXPECT_EQ(diagnose().usable_frames, 8u);
 }
 
-TEST_F(Doctor, NoticesStampsInOtherUnitsGapsAndRates) {
+TEST_F(Doctor, DetectsOtherTimeUnitsGapsAndRates) {
   restamp("rgb.txt", "rgb", [](double t) { return t * 1e9; });
   restamp("depth.txt", "depth", [](double t) { return t * 1e9; });
   EXPECT_THAT(errors(), HasSubstr("nanoseconds"));
@@ -128,12 +128,12 @@ TEST_F(Doctor, NoticesStampsInOtherUnitsGapsAndRates) {
   EXPECT_THAT(warnings(), HasSubstr("set fps to 10"));
 }
 
-TEST_F(Doctor, NoticesDepthThatLagsBehind) {
+TEST_F(Doctor, DetectsDelayedDepth) {
   restamp("depth.txt", "depth", [](double t) { return t + 0.015; });
   EXPECT_THAT(warnings(), HasSubstr("depth is 15.0 ms after color"));
 }
 
-TEST_F(Doctor, LooksAtThePictures) {
+TEST_F(Doctor, ChecksTheImages) {
   const cv::Mat dark(48, 64, CV_8UC3, cv::Scalar::all(3));
   cv::Mat sparse(48, 64, CV_16UC1, cv::Scalar(0));
   sparse.rowRange(0, 8).setTo(10000);
@@ -164,7 +164,7 @@ TEST_F(Doctor, ComparesTheGroundTruthWithTheImages) {
   EXPECT_THAT(errors(), HasSubstr("groundtruth.txt:1: expected 8 numbers"));
 }
 
-TEST_F(Doctor, CountsTheMasks) {
+TEST_F(Doctor, CountsMasks) {
   fs::create_directories(sequence_.path("mask"));
   sequence_.write_image("mask/0.png", cv::Mat(48, 64, CV_8UC1, cv::Scalar(0)));
   EXPECT_THAT(warnings(), HasSubstr("mask/ holds masks for 1 of 12 frames"));

@@ -10,23 +10,22 @@
 
 namespace stillmap {
 
-/// What a source left out, and why: one line per frame that could not be used.
+/// A skipped frame and the reason: one line per unusable frame.
 struct SkippedFrame {
   double timestamp = 0;
   std::string reason;
 };
 
-/// Where frames come from. Pull style, one thread at a time.
+/// A source of frames (pull style). One thread at a time.
 class FrameSource {
  public:
   virtual ~FrameSource() = default;
-  /// The ideal pinhole of the frames handed out (rectified: no distortion).
+  /// Returns the ideal pinhole camera of the returned frames (rectified: no distortion).
   virtual const Camera& camera() const = 0;
-  /// The next usable frame; null at the end. A frame that cannot be used (missing, truncated, wrong
-  /// size) is skipped and recorded, never thrown; stamps of the frames handed out increase
-  /// strictly.
+  /// Returns the next usable frame; null at the end. An unusable frame (missing, truncated, wrong
+  /// size) is skipped and recorded, never thrown; timestamps of returned frames increase strictly.
   virtual RgbdFramePtr next() = 0;
-  /// Frames left at most, where known: for progress.
+  /// Returns the maximum number of remaining frames, if known, for progress output.
   virtual std::optional<std::size_t> size() const = 0;
   virtual const std::vector<SkippedFrame>& skipped() const = 0;
 };

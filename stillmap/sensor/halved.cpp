@@ -15,8 +15,9 @@
 namespace stillmap {
 namespace {
 
-constexpr int kLeastWidth = 128, kLeastHeight = 96;  // pixels; at half of it nothing can be tracked
-constexpr float kOneSurface = 1.03F;                 // ratio of depths
+// Minimum size of the full image [pixels]; half of it is too small for tracking.
+constexpr int kLeastWidth = 128, kLeastHeight = 96;
+constexpr float kOneSurface = 1.03F;  // Maximum ratio of depths on one surface.
 
 cv::Mat mean_of_four(const cv::Mat& image) {
   const cv::Size half(image.cols / 2, image.rows / 2);

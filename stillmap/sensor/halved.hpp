@@ -6,21 +6,23 @@
 
 namespace stillmap {
 
-/// For computers with little time: pictures of half the width and height, a quarter of the work.
-/// Odd last rows and columns are left out.
+/// Reduction to half the width and height, for slow computers: a quarter of the pixels. An odd last
+/// row or column is dropped.
+/// Returns the ideal pinhole camera of the halved images: pixel (u, v) covers pixels 2u, 2u + 1 and
+/// 2v, 2v + 1 of the full image, so its center is at (2u + 0.5, 2v + 0.5).
 
 /// The ideal pinhole that sees them: pixel (u, v) covers pixels 2u, 2u + 1 and 2v, 2v + 1 of the
 /// recorded one, so its center lies at (2u + 0.5, 2v + 0.5).
 Camera halved(const Camera& camera);
 
-/// Color and gray: the mean of four pixels. Depth: the mean of those of the four readings that lie
-/// within 3 % of the nearest, so of one surface; 0 where there is none.
+/// Returns the halved frame. Color and gray: mean of four pixels. Depth: mean of those of the four
+/// readings within 3 % of the nearest, hence of one surface; 0 without a reading.
 RgbdFrame halved(const RgbdFrame& frame);
 
-/// What another source hands out, halved.
+/// A source of the halved frames of another source.
 class HalvedSource : public FrameSource {
  public:
-  /// Throws Error if the camera's pictures are too small to be halved: under 128 x 96.
+  /// Throws Error if the camera's images are too small: less than 128 x 96 pixels.
   explicit HalvedSource(std::unique_ptr<FrameSource> whole);
 
   const Camera& camera() const override { return camera_; }

@@ -19,7 +19,7 @@ Camera recorded() {
   return camera;
 }
 
-/// A plane before the camera, z = 2 + 0.3 x - 0.2 y [m].
+/// A plane in front of the camera, z = 2 + 0.3 x - 0.2 y [m].
 double plane_depth(const Camera& camera, double u, double v) {
   const Eigen::Vector3d ray = camera.unproject(u, v, 1);
   return 2 / (1 - 0.3 * ray.x() + 0.2 * ray.y());
@@ -57,7 +57,7 @@ class Frames : public FrameSource {
   std::vector<SkippedFrame> skipped_ = {{0.5, "torn"}};
 };
 
-TEST(Halved, APointIsSeenWhereItsPixelsWere) {
+TEST(Halved, APointProjectsToTheCenterOfItsPixels) {
   const Camera camera = recorded(), half = halved(camera);
   const Eigen::Vector3d point(0.21, -0.17, 1.9);
   const Eigen::Vector2d whole_pixel = camera.project(point), half_pixel = half.project(point);
@@ -65,7 +65,7 @@ TEST(Halved, APointIsSeenWhereItsPixelsWere) {
   EXPECT_NEAR(half_pixel.y(), (whole_pixel.y() - 0.5) / 2, 1e-12);
 }
 
-TEST(Halved, ThePlaneStaysWhereItWas) {
+TEST(Halved, ThePlaneIsUnchanged) {
   const Camera camera = recorded(), half = halved(camera);
   const RgbdFrame small = halved(picture(camera));
   ASSERT_EQ(small.depth.size(), cv::Size(80, 60));
@@ -74,7 +74,7 @@ TEST(Halved, ThePlaneStaysWhereItWas) {
       EXPECT_NEAR(small.depth.at<float>(y, x), plane_depth(half, x, y), 2e-4);
     }
   }
-  EXPECT_EQ(small.gray.at<uchar>(3, 20), 41) << "of 40 and 41, rounded";
+  EXPECT_EQ(small.gray.at<uchar>(3, 20), 41) << "mean of 40 and 41, rounded";
   EXPECT_EQ(small.color.size(), cv::Size(80, 60));
   EXPECT_EQ(small.index, 7U);
   EXPECT_EQ(small.timestamp, 1.5);
@@ -86,10 +86,10 @@ TEST(Halved, ReadingsOfTwoSurfacesAreNotMixed) {
   frame.depth({4, 2, 2, 2}).setTo(0);
   const RgbdFrame small = halved(frame);
   EXPECT_FLOAT_EQ(small.depth.at<float>(1, 1), 1.01F);
-  EXPECT_EQ(small.depth.at<float>(1, 2), 0) << "nothing was read";
+  EXPECT_EQ(small.depth.at<float>(1, 2), 0) << "no reading";
 }
 
-TEST(HalvedSource, HandsOutAllThatThereIs) {
+TEST(HalvedSource, ReturnsAllFrames) {
   HalvedSource source(std::make_unique<Frames>(recorded(), 2));
   EXPECT_EQ(source.camera().width, 80);
   EXPECT_EQ(source.size(), 2U);
@@ -99,7 +99,7 @@ TEST(HalvedSource, HandsOutAllThatThereIs) {
   EXPECT_EQ(source.skipped().size(), 1U);
 }
 
-TEST(HalvedSource, TakesNoPicturesThatAreSmallAlready) {
+TEST(HalvedSource, RefusesImagesThatAreTooSmall) {
   Camera small = recorded();
   small.width = 120;
   EXPECT_THROW(HalvedSource(std::make_unique<Frames>(small, 1)), Error);

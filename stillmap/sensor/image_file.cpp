@@ -24,8 +24,9 @@ using View = std::span<const unsigned char>;
 
 constexpr std::array<unsigned char, 8> kPngSignature{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
 constexpr std::array<unsigned char, 3> kJpegSignature{0xff, 0xd8, 0xff};
-constexpr std::size_t kPngEnd = 12;      // bytes: the empty chunk IEND
-constexpr std::size_t kHeadBytes = 256;  // hold a PNG's header, and usually the start of a JPEG's
+constexpr std::size_t kPngEnd = 12;  // Size of the empty chunk IEND [bytes].
+// Bytes that contain a PNG's header and usually the start of a JPEG.
+constexpr std::size_t kHeadBytes = 256;
 
 std::uint32_t big_endian(View bytes) {
   std::uint32_t value = 0;
@@ -73,7 +74,7 @@ std::optional<ImageHeader> png_header(View bytes) {
   return header;
 }
 
-// Walks the marker segments to the frame header (SOF). ITU T.81, annex B.
+// Parses the marker segments up to the frame header (SOF). ITU T.81, annex B.
 std::optional<ImageHeader> jpeg_header(View bytes) {
   for (std::size_t at = 2; at + 10 <= bytes.size();) {
     if (bytes[at] != 0xff) return std::nullopt;
@@ -107,8 +108,8 @@ HeaderRead parse_header(View bytes) {
   return {*header, ""};
 }
 
-// Whether the end mark is there. Some cameras pad a JPEG behind it, so the mark is sought in the
-// last bytes.
+// Returns whether the end mark exists. Some cameras pad a JPEG behind it, so the last bytes are
+// searched.
 bool is_complete(View head, View tail) {
   if (starts_with(head, kPngSignature)) {
     return tail.size() >= kPngEnd && is_named(tail.last(8).first(4), "IEND");

@@ -9,41 +9,41 @@
 
 namespace stillmap {
 
-/// What the first bytes of a PNG or JPEG file say about the image.
+/// Image properties from the header of a PNG or JPEG file.
 struct ImageHeader {
   cv::Size size;     ///< pixels
-  int bits = 0;      ///< per channel
-  int channels = 0;  ///< 1 gray, 2 gray with alpha, 3 color, 4 color with alpha
+  int bits = 0;      ///< Bits per channel.
+  int channels = 0;  ///< Channels: 1 gray, 2 gray with alpha, 3 color, 4 color with alpha.
 };
 
-/// A header, or in `problem` why there is none, in words that follow a file's name ("is empty").
+/// A header, or the problem in words that follow a file name ("is empty").
 struct HeaderRead {
   ImageHeader header;
-  std::string problem;  ///< empty if all is well
+  std::string problem;  ///< Empty if there is no problem.
 };
 
-/// An image, or in `problem` why there is none.
+/// An image, or the problem.
 struct ImageRead {
-  cv::Mat image;        ///< empty if there is a problem
-  std::string problem;  ///< empty if all is well
+  cv::Mat image;        ///< Empty if there is a problem.
+  std::string problem;  ///< Empty if there is no problem.
 };
 
-/// The header of a PNG or JPEG file, without decoding: a few microseconds. Also notices a file that
-/// is missing, empty, of another kind, or cut short (its end mark is missing).
+/// Reads the header of a PNG or JPEG file without decoding, in a few microseconds. Also detects a
+/// file that is missing, empty, of another type, or truncated (no end mark).
 HeaderRead read_image_header(const std::filesystem::path& file);
 
-/// Why an image of this header is no color (8 bits, gray or color) or depth (16 bits, one
-/// channel) image; empty if it is one.
+/// Returns why an image with this header is not a color image (8 bits, gray or color) or not a
+/// depth image (16 bits, one channel); empty if it is one.
 std::string color_problem(const ImageHeader& header);
 std::string depth_problem(const ImageHeader& header);
-/// Why an image is not of the wanted size; empty if it is.
+/// Returns why an image does not have the wanted size; empty if it has.
 std::string size_problem(const ImageHeader& header, cv::Size wanted);
 
-/// Decodes an 8-bit PNG or JPEG file to 8UC3 BGR; gray comes out as three equal channels, alpha is
-/// dropped. Refuses a size other than `wanted` before decoding. Never throws, never prints.
+/// Decodes an 8-bit PNG or JPEG file to 8UC3 BGR; gray gives three equal channels, alpha is
+/// dropped. Checks the size before decoding. Never throws, never prints.
 ImageRead read_color_image(const std::filesystem::path& file, cv::Size wanted);
 
-/// Decodes a 16-bit single-channel PNG file to 16UC1, raw units. As read_color_image otherwise.
+/// Decodes a 16-bit single-channel PNG file to 16UC1 [raw units]; otherwise as read_color_image().
 ImageRead read_depth_image(const std::filesystem::path& file, cv::Size wanted);
 
 }  // namespace stillmap

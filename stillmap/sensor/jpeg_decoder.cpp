@@ -29,21 +29,20 @@ JpegRead decode_by_opencv(std::span<const unsigned char> bytes) {
 }
 
 #ifdef STILLMAP_HAS_JPEG
-/// How libjpeg's errors come back to us.
+/// Error handler of libjpeg.
 struct ErrorManager {
-  jpeg_error_mgr base;  // first: libjpeg sees nothing else
+  jpeg_error_mgr base;  // First member: libjpeg sees only this.
   std::jmp_buf back;
   bool damaged;
 };
 
-// An exception must not pass through libjpeg's C, so it is left as its authors mean it to be.
-// NOLINTBEGIN(modernize-avoid-setjmp-longjmp)
+// An exception must not pass through libjpeg's C code, so longjmp is used as its authors intend.
 [[noreturn]] void jump_back(j_common_ptr decoder) {
   std::longjmp(reinterpret_cast<ErrorManager*>(decoder->err)->back, 1);
 }
 
-/// Bytes that are left when all pixels are there: some cameras leave a few; more of them belong to
-/// pixels that were decoded from others' bytes.
+/// Number of bytes allowed after the last pixel: some cameras append a few; more belong to damaged
+/// pixels.
 constexpr int kStrayBytes = 8;
 
 void note_damage(j_common_ptr decoder, int level) {
@@ -51,9 +50,9 @@ void note_damage(j_common_ptr decoder, int level) {
   if (level != kWarning) return;
   bool& damaged = reinterpret_cast<ErrorManager*>(decoder->err)->damaged;
   switch (decoder->err->msg_code) {
-    case JWRN_HIT_MARKER:     // the data of an image or an interval end too early
-    case JWRN_HUFF_BAD_CODE:  // a code that does not exist
-    case JWRN_MUST_RESYNC:    // an interval was lost
+    case JWRN_HIT_MARKER:     // The data of an image or interval ends too early.
+    case JWRN_HUFF_BAD_CODE:  // An invalid code.
+    case JWRN_MUST_RESYNC:    // An interval is missing.
     case JWRN_JPEG_EOF:
     case JWRN_BOGUS_PROGRESSION:
       damaged = true;
@@ -61,15 +60,15 @@ void note_damage(j_common_ptr decoder, int level) {
     case JWRN_EXTRANEOUS_DATA:
       damaged = damaged || decoder->err->msg_parm.i[0] >= kStrayBytes;
       break;
-    default:  // an unknown version of a header, for one: no harm is done
+    default:  // For example an unknown header version, which is harmless.
       break;
   }
 }
 
 void say_nothing(j_common_ptr /*decoder*/) {}
 
-/// Decodes into an image, which is made here. False where libjpeg gives up. No object with a
-/// destructor is made here, for a jump out of libjpeg would pass it over.
+/// Decodes into a new image. Returns false if libjpeg fails. Creates no object with a destructor,
+/// which a longjmp would skip.
 bool decode_rows(jpeg_decompress_struct& decoder, ErrorManager& errors,
                  std::span<const unsigned char> bytes, cv::Mat& image) {
   if (setjmp(errors.back) != 0) return false;

@@ -7,17 +7,17 @@
 
 namespace stillmap {
 
-/// A decoded image, or in `problem` why there is none, in words that follow the file's name.
+/// A decoded image, or the problem in words that follow the file name.
 struct JpegRead {
   cv::Mat image;        ///< 8UC3 BGR
-  std::string problem;  ///< empty if there is an image
+  std::string problem;  ///< Empty if there is an image.
 };
 
-/// Decodes a gray or color JPEG file, as cv::imdecode does, and notices damage that cv::imdecode
-/// passes over: a JPEG has no checksum, but codes that do not exist are seen, and data that ends
-/// too early or too late. What happens to fit is not. Without libjpeg at hand when this was built
-/// it is cv::imdecode, and no damage is seen.
-/// @param bytes a whole file that starts with a JPEG's signature
+/// Decodes a gray or color JPEG file like cv::imdecode, and detects damage that cv::imdecode
+/// ignores: a JPEG has no checksum, but invalid codes and data that ends too early or too late are
+/// detected. Other damage is not. Without libjpeg at build time cv::imdecode is used, and damage is
+/// not detected.
+/// @param bytes  a whole file that starts with a JPEG signature
 JpegRead decode_jpeg(std::span<const unsigned char> bytes);
 
 }  // namespace stillmap

@@ -11,7 +11,7 @@
 namespace stillmap {
 namespace {
 
-/// Noise over a slope, so that every block has something to code.
+/// Noise on a gradient, so that every block has content.
 cv::Mat picture(int type) {
   cv::Mat noise(120, 161, type), image(120, 161, type);
   cv::theRNG().state = 11;
@@ -26,7 +26,7 @@ std::vector<unsigned char> encoded(int type, const std::vector<int>& how = {}) {
   return bytes;
 }
 
-TEST(JpegDecoder, GivesThePixelsThatOpenCvGives) {
+TEST(JpegDecoder, DecodesTheSamePixelsAsOpenCv) {
   for (const int type : {CV_8UC1, CV_8UC3}) {
     for (const int progressive : {0, 1}) {
       const auto bytes = encoded(type, {cv::IMWRITE_JPEG_PROGRESSIVE, progressive});
@@ -38,7 +38,7 @@ TEST(JpegDecoder, GivesThePixelsThatOpenCvGives) {
   }
 }
 
-TEST(JpegDecoder, WhatIsNoImageIsAProblem) {
+TEST(JpegDecoder, OtherDataIsAProblem) {
   EXPECT_NE(decode_jpeg(std::vector<unsigned char>{0xff, 0xd8, 0xff}).problem, "");
   auto bytes = encoded(CV_8UC3);
   bytes.resize(40);
@@ -46,7 +46,7 @@ TEST(JpegDecoder, WhatIsNoImageIsAProblem) {
 }
 
 #ifdef STILLMAP_HAS_JPEG
-TEST(JpegDecoder, DamageInTheMiddleIsNoticed) {
+TEST(JpegDecoder, DamageInTheMiddleIsDetected) {
   const auto bytes = encoded(CV_8UC3);
   std::mt19937 random(5);
   int noticed = 0;
@@ -59,17 +59,17 @@ TEST(JpegDecoder, DamageInTheMiddleIsNoticed) {
     }
     noticed += !decode_jpeg(damaged).problem.empty();
   }
-  EXPECT_GE(noticed, 80) << "there is no checksum, so some of it happens to fit";
+  EXPECT_GE(noticed, 80) << "without a checksum some damage is undetectable";
 }
 
-TEST(JpegDecoder, MissingDataAreNoticed) {
+TEST(JpegDecoder, MissingDataIsDetected) {
   auto bytes = encoded(CV_8UC3);
   const auto middle = bytes.begin() + static_cast<std::ptrdiff_t>(bytes.size() / 2);
   bytes.erase(middle, middle + 500);
   EXPECT_EQ(decode_jpeg(bytes).problem, "is damaged: its pixels cannot all be decoded");
 }
 
-TEST(JpegDecoder, BytesBehindTheImageDoNoHarm) {
+TEST(JpegDecoder, TrailingBytesAreIgnored) {
   auto bytes = encoded(CV_8UC3);
   bytes.insert(bytes.end(), 100, 0);
   EXPECT_EQ(decode_jpeg(bytes).problem, "");

@@ -1,7 +1,6 @@
-// SPDX-License-Identifier: Apache-2.0
-// The battery of malformed input, as docs/bad_input.md lists it: each row must give an Error that
-// names the culprit and a fix, or a skip that is counted and says why. Nothing may crash, and
-// nothing may be silent.
+// Tests of malformed input as listed in docs/bad_input.md: each row must give an Error with the
+// cause and a fix, or a skipped frame that is counted with a reason. Nothing may crash, and nothing
+// may be silent.
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/test_sequence.hpp"
 
@@ -16,18 +15,18 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-// ---- one spoilt file among good ones: a skip --------------------------------------------------
+// ---- one damaged file among valid ones: a skip ------------------------------------------------
 
-struct SpoiltFile {
+struct DamagedFile {
   const char* name;
   std::function<void(const TestSequence&)> spoil;
-  const char* reason;  // what the skip must say
-  friend void PrintTo(const SpoiltFile& row, std::ostream* out) { *out << row.name; }
+  const char* reason;  // Required text of the skip's reason.
+  friend void PrintTo(const DamagedFile& row, std::ostream* out) { *out << row.name; }
 };
 
-class OneSpoiltFile : public ::testing::TestWithParam<SpoiltFile> {};
+class OneDamagedFile : public ::testing::TestWithParam<DamagedFile> {};
 
-TEST_P(OneSpoiltFile, IsSkippedCountedAndExplained) {
+TEST_P(OneDamagedFile, IsSkippedCountedAndExplained) {
   const TestSequence sequence(3);
   GetParam().spoil(sequence);
   ::testing::internal::CaptureStderr();
@@ -41,7 +40,7 @@ TEST_P(OneSpoiltFile, IsSkippedCountedAndExplained) {
   for (std::size_t i = 0; i < frames.size(); ++i) EXPECT_EQ(frames[i]->index, i);
 }
 
-// A file with its bytes changed somewhere in the middle.
+// Changes bytes in the middle of a file.
 void flip_bytes(const TestSequence& sequence, const std::string& name) {
   std::string bytes = read_file(sequence.path(name));
   for (std::size_t i = bytes.size() / 2; i < bytes.size() / 2 + 8; ++i)
@@ -49,7 +48,7 @@ void flip_bytes(const TestSequence& sequence, const std::string& name) {
   sequence.write(name, bytes);
 }
 
-// A file whose header claims another size, with nothing else changed (nor its checksum).
+// Changes the size in a file's header, but nothing else (not even the checksum).
 void claim_size(const TestSequence& sequence, const std::string& name,
                 const std::string& four_bytes) {
   std::string bytes = read_file(sequence.path(name));
@@ -57,7 +56,7 @@ void claim_size(const TestSequence& sequence, const std::string& name,
   sequence.write(name, bytes);
 }
 
-const SpoiltFile kSpoiltFiles[] = {
+const DamagedFile kDamagedFiles[] = {
     {"ColorMissing", [](const auto& s) { fs::remove(s.path("rgb/1.png")); },
      "rgb/1.png is missing"},
     {"DepthMissing", [](const auto& s) { fs::remove(s.path("depth/1.png")); },
@@ -134,23 +133,23 @@ const SpoiltFile kSpoiltFiles[] = {
      "rgb/1.png is damaged: its header says 0 pixels"},
 };
 
-INSTANTIATE_TEST_SUITE_P(Images, OneSpoiltFile, ::testing::ValuesIn(kSpoiltFiles),
+INSTANTIATE_TEST_SUITE_P(Images, OneDamagedFile, ::testing::ValuesIn(kDamagedFiles),
                          [](const auto& row) { return row.param.name; });
 
-// ---- lists: so many frames, and so many skips -------------------------------------------------
+// ---- lists: number of frames and skips -------------------------------------------------------
 
-struct SpoiltList {
+struct DamagedList {
   const char* name;
   std::function<void(const TestSequence&)> spoil;
   std::size_t frames;
   std::size_t skipped;
-  const char* reason;  // what one of the skips must say; "" if there is none
-  friend void PrintTo(const SpoiltList& row, std::ostream* out) { *out << row.name; }
+  const char* reason;  // Required text of one skip's reason; "" for no skip.
+  friend void PrintTo(const DamagedList& row, std::ostream* out) { *out << row.name; }
 };
 
-class OneSpoiltList : public ::testing::TestWithParam<SpoiltList> {};
+class OneDamagedList : public ::testing::TestWithParam<DamagedList> {};
 
-TEST_P(OneSpoiltList, KeepsWhatIsGoodAndTellsTheRest) {
+TEST_P(OneDamagedList, KeepsValidLinesAndReportsTheRest) {
   const TestSequence sequence(3);
   GetParam().spoil(sequence);
   TumFolder source = sequence.open();
@@ -175,7 +174,7 @@ std::string lines(std::initializer_list<const char*> parts) {
   return text;
 }
 
-const SpoiltList kSpoiltLists[] = {
+const DamagedList kDamagedLists[] = {
     {"GarbageLine",
      [](const auto& s) {
        s.write("rgb.txt", lines({kFirst, "lorem ipsum\n", kSecond, kThird}));
@@ -246,11 +245,11 @@ const SpoiltList kSpoiltLists[] = {
        s.write("associations.txt", "100 rgb/0.png 100 depth/0.png\n100.1 rgb/1.png\n");
      },
      1, 1, "associations.txt:2: expected 'timestamp rgb_file timestamp depth_file'"},
-    {"AllDepthUnknown",  // a frame like any other: its color can still be tracked
+    {"AllDepthUnknown",  // A valid frame: tracking needs color only.
      [](const auto& s) { s.write_image("depth/1.png", TestSequence::depth_image(0)); }, 3, 0, ""},
 };
 
-INSTANTIATE_TEST_SUITE_P(Lists, OneSpoiltList, ::testing::ValuesIn(kSpoiltLists),
+INSTANTIATE_TEST_SUITE_P(Lists, OneDamagedList, ::testing::ValuesIn(kDamagedLists),
                          [](const auto& row) { return row.param.name; });
 
 // ---- nothing usable left: an error ------------------------------------------------------------
@@ -258,14 +257,14 @@ INSTANTIATE_TEST_SUITE_P(Lists, OneSpoiltList, ::testing::ValuesIn(kSpoiltLists)
 struct SpoiltSequence {
   const char* name;
   std::function<void(const TestSequence&)> spoil;
-  const char* problem;  // what the error must say, with the file
+  const char* problem;  // Required text of the error.
   const char* fix;
   friend void PrintTo(const SpoiltSequence& row, std::ostream* out) { *out << row.name; }
 };
 
-class SpoiltAltogether : public ::testing::TestWithParam<SpoiltSequence> {};
+class UnusableSequence : public ::testing::TestWithParam<SpoiltSequence> {};
 
-TEST_P(SpoiltAltogether, IsAnErrorThatNamesTheFileAndTheFix) {
+TEST_P(UnusableSequence, IsAnErrorWithFileAndFix) {
   const TestSequence sequence(2);
   GetParam().spoil(sequence);
   const std::string error = error_of([&] { sequence.open(); });
@@ -275,7 +274,7 @@ TEST_P(SpoiltAltogether, IsAnErrorThatNamesTheFileAndTheFix) {
   EXPECT_THAT(error, HasSubstr(GetParam().fix));
 }
 
-const SpoiltSequence kSpoiltSequences[] = {
+const SpoiltSequence kUnusableSequences[] = {
     {"FolderMissing", [](const auto& s) { fs::remove_all(s.folder()); }, "there is no such folder",
      "give the folder of a sequence"},
     {"FolderIsAFile",
@@ -336,10 +335,10 @@ const SpoiltSequence kSpoiltSequences[] = {
      "depth/0.png has 1 channel of 8 bits", "16-bit PNG"},
 };
 
-INSTANTIATE_TEST_SUITE_P(Sequences, SpoiltAltogether, ::testing::ValuesIn(kSpoiltSequences),
+INSTANTIATE_TEST_SUITE_P(Sequences, UnusableSequence, ::testing::ValuesIn(kUnusableSequences),
                          [](const auto& row) { return row.param.name; });
 
-TEST(MalformedArguments, AnAssociationsFileThatIsNotThere) {
+TEST(MalformedArguments, AMissingAssociationsFile) {
   const TestSequence sequence(1);
   const std::string error =
       error_of([&] { find_sequence(sequence.folder(), sequence.path("nowhere.txt")); });
@@ -357,9 +356,9 @@ struct SpoiltCamera {
   friend void PrintTo(const SpoiltCamera& row, std::ostream* out) { *out << row.name; }
 };
 
-class OneSpoiltCamera : public ::testing::TestWithParam<SpoiltCamera> {};
+class OneInvalidCamera : public ::testing::TestWithParam<SpoiltCamera> {};
 
-TEST_P(OneSpoiltCamera, IsAnErrorThatNamesFileKeyAndFix) {
+TEST_P(OneInvalidCamera, IsAnErrorWithFileKeyAndFix) {
   const TestSequence sequence(0);
   sequence.write("camera.yaml", GetParam().text);
   const std::string error = error_of([&] { load_camera(sequence.path("camera.yaml").string()); });
@@ -369,7 +368,7 @@ TEST_P(OneSpoiltCamera, IsAnErrorThatNamesFileKeyAndFix) {
   EXPECT_THAT(error, HasSubstr(GetParam().fix));
 }
 
-// A good camera file with the line of `key` replaced by `line`.
+// Returns a valid camera file with the line of `key` replaced by `line`.
 std::string ours(const std::string& key, const std::string& line) {
   std::string text;
   for (const char* good :
@@ -390,7 +389,7 @@ std::string settings(const std::string& key, const std::string& line) {
   return text;
 }
 
-const SpoiltCamera kSpoiltCameras[] = {
+const SpoiltCamera kInvalidCameras[] = {
     {"Empty", "", "is not a camera file", "width, height, fx"},
     {"PlainText", "a camera, of sorts", "is not a camera file", "width, height, fx"},
     {"AList", "- 535.4\n- 539.2\n", "is not a camera file", "width, height, fx"},
@@ -439,7 +438,7 @@ const SpoiltCamera kSpoiltCameras[] = {
      "the camera model 'KannalaBrandt8' is not supported", "rectify"},
 };
 
-INSTANTIATE_TEST_SUITE_P(Cameras, OneSpoiltCamera, ::testing::ValuesIn(kSpoiltCameras),
+INSTANTIATE_TEST_SUITE_P(Cameras, OneInvalidCamera, ::testing::ValuesIn(kInvalidCameras),
                          [](const auto& row) { return row.param.name; });
 
 TEST(MalformedArguments, AnUnknownCameraNameSuggestsTheNearest) {
@@ -449,7 +448,7 @@ TEST(MalformedArguments, AnUnknownCameraNameSuggestsTheNearest) {
               HasSubstr("did you mean 'tum_fr1'? Known: tum_fr1, tum_fr2, tum_fr3, kitchen"));
 }
 
-TEST(MalformedArguments, AFolderForACamera) {
+TEST(MalformedArguments, AFolderInsteadOfACamera) {
   const TestSequence sequence(0);
   const std::string error = error_of([&] { load_camera(sequence.folder().string()); });
   EXPECT_THAT(error, HasSubstr("is a folder, not a camera"));

@@ -1,5 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
-// After the PNG specification (W3C, 2nd edition, 2003); section numbers are its.
+// Follows the PNG specification (W3C, 2nd edition, 2003); numbers are its sections.
 #include "stillmap/sensor/png_decoder.hpp"
 
 #include "stillmap/base/trace.hpp"
@@ -20,7 +19,7 @@ namespace {
 using View = std::span<const unsigned char>;
 
 constexpr std::size_t kSignature = 8;  // bytes
-constexpr std::size_t kReadAhead = 8;  // bytes that vector loads may read behind the last pixel
+constexpr std::size_t kReadAhead = 8;  // Bytes that vector loads may read behind the last pixel.
 
 std::uint32_t big_endian(View bytes) {
   return std::uint32_t{bytes[0]} << 24 | std::uint32_t{bytes[1]} << 16 |
@@ -36,7 +35,7 @@ struct Chunk {
 };
 
 std::optional<Chunk> chunk_at(View bytes, std::size_t at) {
-  constexpr std::size_t kFrame = 12;  // bytes around the data
+  constexpr std::size_t kFrame = 12;  // Bytes around the data of a chunk.
   if (at > bytes.size() || bytes.size() - at < kFrame) return std::nullopt;
   const std::size_t length = big_endian(bytes.subspan(at, 4));
   if (bytes.size() - at - kFrame < length) return std::nullopt;
@@ -66,7 +65,7 @@ Header header_of(View bytes) {
           data[8], data[9], data[12] != 0};
 }
 
-// The compressed pixels: the data of all IDAT chunks, one after the other (11.2.4).
+// Returns the compressed pixels: the data of all IDAT chunks in sequence (11.2.4).
 std::vector<unsigned char> compressed_pixels(View bytes) {
   std::vector<unsigned char> joined;
   joined.reserve(bytes.size());
@@ -100,7 +99,7 @@ void undo_up(unsigned char* row, const unsigned char* above, std::size_t bytes) 
   for (std::size_t i = 0; i < bytes; ++i) row[i] = static_cast<unsigned char>(row[i] + above[i]);
 }
 
-// One pixel's bytes in the low 16-bit lanes, and back; the lanes behind them are never used.
+// One pixel's bytes in the low 16-bit lanes, and back; the other lanes are never used.
 cv::v_int16x8 load_pixel(const unsigned char* from) {
   return cv::v_reinterpret_as_s16(cv::v_load_expand(from));
 }
@@ -190,7 +189,7 @@ bool undo_filters(const Header& header, unsigned char* rows) {
   }
 }
 
-// From a PNG's order (red first; high byte first) to OpenCV's.
+// Converts from PNG order (red first; high byte first) to OpenCV's.
 cv::Mat as_opencv(const Header& header, unsigned char* rows) {
   cv::Mat image;
   const std::size_t step = header.row_bytes() + 1;

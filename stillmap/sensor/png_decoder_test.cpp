@@ -14,7 +14,7 @@
 namespace stillmap {
 namespace {
 
-// Noise over a slope: whichever filter an encoder takes, it has something to do.
+// Noise on a gradient, so that every row filter has content.
 cv::Mat test_image(cv::Size size, int type) {
   cv::Mat noise(size, type), image(size, type);
   cv::theRNG().state = 11;
@@ -51,8 +51,8 @@ INSTANTIATE_TEST_SUITE_P(All, PngKinds,
                                                               cv::Size(67, 41),
                                                               cv::Size(640, 480))));
 
-// OpenCV writes rows of one filter only, so each filter is put to the test by encoding a row by
-// hand: filter f applied to known pixels, stored without compression.
+// OpenCV writes rows with one filter only, so each filter is tested with manual encoding: filter f
+// applied to known pixels, stored without compression.
 class RowFilters : public ::testing::TestWithParam<int> {};
 
 void append_big_endian(std::vector<unsigned char>& bytes, std::uint32_t value) {
@@ -133,7 +133,7 @@ struct ChunkToWrite {
   std::vector<unsigned char> data;
 };
 
-// A PNG file of 8 bits: signature, header, the chunks given, end.
+// Returns an 8-bit PNG file: signature, header, the given chunks, end.
 std::vector<unsigned char> png_file(cv::Size size, int color_type,
                                     const std::vector<ChunkToWrite>& chunks) {
   std::vector<unsigned char> png{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'}, header;
@@ -168,14 +168,14 @@ TEST_P(RowFilters, AreUndone) {
 
 INSTANTIATE_TEST_SUITE_P(All, RowFilters, ::testing::Range(0, 5));
 
-TEST(DecodePng, GivesUpOnAnUnknownFilter) {
+TEST(DecodePng, RejectsAnUnknownFilter) {
   const cv::Mat image(4, 4, CV_8UC3, cv::Scalar::all(9));
   const auto png = png_of(image, 7);
   EXPECT_EQ(png_damage(png), "");
   EXPECT_TRUE(decode_png(png).empty());
 }
 
-TEST(PngDamage, IsFoundWhereverAByteChanges) {
+TEST(PngDamage, IsDetectedForEveryChangedByte) {
   const auto good = png_of(test_image({9, 7}, CV_8UC3), 4);
   ASSERT_EQ(png_damage(good), "");
   for (std::size_t i = 8; i < good.size(); ++i) {
@@ -185,7 +185,7 @@ TEST(PngDamage, IsFoundWhereverAByteChanges) {
   }
 }
 
-TEST(PngDamage, IsFoundWhereverTheFileEnds) {
+TEST(PngDamage, IsDetectedForEveryTruncation) {
   const auto good = png_of(test_image({9, 7}, CV_8UC3), 4);
   for (std::size_t size = 33; size < good.size(); ++size) {
     EXPECT_NE(png_damage(std::span(good).first(size)), "") << size << " bytes";
@@ -202,7 +202,7 @@ class PngFile : public ::testing::Test {
   void TearDown() override { std::filesystem::remove(file_); }
 };
 
-TEST_F(PngFile, APaletteIsLookedUp) {
+TEST_F(PngFile, APaletteIsResolved) {
   const cv::Mat index = (cv::Mat_<unsigned char>(2, 2) << 0, 1, 1, 0);
   const auto png = png_file(
       {2, 2}, 3, {{"PLTE", {255, 0, 0, 10, 20, 30}}, {"IDAT", stored(filtered(index, 0))}});
@@ -212,14 +212,14 @@ TEST_F(PngFile, APaletteIsLookedUp) {
   EXPECT_EQ(read.image.at<cv::Vec3b>(0, 1), cv::Vec3b(30, 20, 10));
 }
 
-TEST_F(PngFile, AlphaIsDroppedAndGrayIsThreefold) {
+TEST_F(PngFile, AlphaIsDroppedAndGrayIsReplicated) {
   const cv::Mat with_alpha(3, 3, CV_8UC4, cv::Scalar(1, 2, 3, 128)),
       gray(3, 3, CV_8UC1, cv::Scalar(77));
   EXPECT_EQ(read(png_of(with_alpha, 4), {3, 3}).image.at<cv::Vec3b>(1, 1), cv::Vec3b(3, 2, 1));
   EXPECT_EQ(read(png_of(gray, 3), {3, 3}).image.at<cv::Vec3b>(1, 1), cv::Vec3b(77, 77, 77));
 }
 
-TEST_F(PngFile, PixelsThatDoNotInflateAreDamageToldInSilence) {
+TEST_F(PngFile, PixelsThatDoNotInflateAreDamageWithoutOutput) {
   const auto png = png_file({4, 4}, 2, {{"IDAT", {0x78, 0x01, 1, 2, 3, 4}}});
   ::testing::internal::CaptureStderr();
   const ImageRead read = this->read(png, {4, 4});

@@ -6,8 +6,8 @@
 
 namespace stillmap {
 
-/// A piece of a file as it can stand in a message: at most 40 bytes, control characters as question
-/// marks.
+/// Returns a part of a file in a form suitable for messages: at most 40 bytes, control characters
+/// replaced by question marks.
 inline std::string printable(std::string text) {
   constexpr std::size_t kLongest = 40;
   if (text.size() > kLongest) {

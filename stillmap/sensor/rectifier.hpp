@@ -6,22 +6,22 @@
 
 namespace stillmap {
 
-/// Turns what a distorted camera recorded into what an ideal pinhole with the same size, focal
-/// lengths and principal point would have seen (radial-tangential model: Brown 1966; as OpenCV's
-/// initUndistortRectifyMap). For cameras without distortion everything is handed through uncopied.
+/// Rectifies images of a distorted camera to those of an ideal pinhole camera with the same size,
+/// focal lengths and principal point (radial-tangential model: Brown 1966; as OpenCV's
+/// initUndistortRectifyMap). Images of a camera without distortion are returned without a copy.
 class Rectifier {
  public:
   explicit Rectifier(const Camera& recorded);
 
-  /// The ideal pinhole: the recorded camera without distortion.
+  /// Returns the ideal pinhole camera: the recorded camera without distortion.
   const Camera& camera() const { return camera_; }
   bool active() const { return !nearest_map_.empty(); }
 
-  /// Color or gray, bilinear. Pixels that the camera did not record repeat its border, so that no
-  /// edge appears there.
+  /// Rectifies color or gray images with bilinear interpolation. Pixels outside the recorded image
+  /// repeat its border, so that no edge appears there.
   cv::Mat image(const cv::Mat& recorded) const;
-  /// Depth, masks and labels of any type: the nearest recorded value, none invented; 0 where
-  /// nothing was recorded.
+  /// Rectifies depth, masks and labels of any type by nearest neighbor, so that no values are
+  /// invented; 0 outside the recorded image.
   cv::Mat nearest(const cv::Mat& recorded) const;
 
  private:

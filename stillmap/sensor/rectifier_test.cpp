@@ -13,7 +13,7 @@
 namespace stillmap {
 namespace {
 
-// Where the lens puts a direction (x, y, 1): the truth, from OpenCV's forward model.
+// Returns the true pixel of a direction (x, y, 1), by OpenCV's forward model.
 cv::Point2d record(const Camera& camera, const Eigen::Vector2d& direction) {
   const cv::Matx33d K(camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1);
   const auto& d = camera.distortion;
@@ -23,7 +23,7 @@ cv::Point2d record(const Camera& camera, const Eigen::Vector2d& direction) {
   return pixels[0];
 }
 
-// A soft dot, rendered with its center at a fraction of a pixel.
+// A soft dot with its center at a fractional pixel.
 void draw_dot(cv::Mat& image, const cv::Point2d& center) {
   constexpr double kSigma = 2.0;  // pixels
   for (int y = static_cast<int>(center.y) - 8; y <= center.y + 9; ++y) {
@@ -44,7 +44,7 @@ cv::Point2d center_of_dot(const cv::Mat& image, const Eigen::Vector2d& expected)
 
 class DistortedCamera : public ::testing::TestWithParam<std::string> {};
 
-TEST_P(DistortedCamera, DotsLandWhereAPinholeWouldHaveThem) {
+TEST_P(DistortedCamera, DotsAreMovedToThePinholePosition) {
   const Camera camera = load_camera(GetParam());
   ASSERT_TRUE(camera.distorted());
   Camera pinhole = camera;
@@ -63,7 +63,7 @@ TEST_P(DistortedCamera, DotsLandWhereAPinholeWouldHaveThem) {
     }
   }
   ASSERT_GT(expected.size(), 80u);
-  ASSERT_GT(largest_shift, 3);  // otherwise the test could not fail
+  ASSERT_GT(largest_shift, 3);  // Otherwise the test could not fail.
 
   const Rectifier rectifier(camera);
   const cv::Mat rectified = rectifier.image(recorded);
@@ -74,12 +74,12 @@ TEST_P(DistortedCamera, DotsLandWhereAPinholeWouldHaveThem) {
   }
 }
 
-TEST_P(DistortedCamera, DepthIsMovedButNeverMixed) {
+TEST_P(DistortedCamera, DepthIsMovedWithoutInterpolation) {
   const Camera camera = load_camera(GetParam());
   const Rectifier rectifier(camera);
   cv::Mat recorded(camera.height, camera.width, CV_16UC1);
   for (int y = 0; y < recorded.rows;
-       ++y) {  // stripes of 1 m, 4 m and unknown, and a jump at every border
+       ++y) {  // Stripes of 1 m, 4 m and unknown depth, with an edge at every border.
     recorded.row(y).setTo(y % 3 == 0 ? 5000 : y % 3 == 1 ? 20000 : 0);
   }
   const cv::Mat rectified = rectifier.nearest(recorded);
@@ -87,7 +87,7 @@ TEST_P(DistortedCamera, DepthIsMovedButNeverMixed) {
   for (const std::uint16_t value : cv::Mat_<std::uint16_t>(rectified)) values.insert(value);
   EXPECT_EQ(values, (std::set<int>{0, 5000, 20000}));
 
-  // Each pixel carries the value of the recorded pixel that saw its direction.
+  // Each pixel must have the value of the recorded pixel of its direction.
   Camera pinhole = camera;
   pinhole.distortion.setZero();
   int checked = 0;
@@ -95,7 +95,7 @@ TEST_P(DistortedCamera, DepthIsMovedButNeverMixed) {
     for (int u = 100; u < 540; u += 7) {
       const cv::Point2d source = record(camera, pinhole.unproject(u, v, 1).head<2>());
       const double fraction = source.y - std::floor(source.y);
-      if (std::abs(fraction - 0.5) < 0.1) continue;  // too close to call
+      if (std::abs(fraction - 0.5) < 0.1) continue;  // The rounding is ambiguous.
       const int row = static_cast<int>(std::lround(source.y));
       EXPECT_EQ(rectified.at<std::uint16_t>(v, u), recorded.at<std::uint16_t>(row, 0))
           << u << " " << v;
@@ -107,7 +107,7 @@ TEST_P(DistortedCamera, DepthIsMovedButNeverMixed) {
 
 INSTANTIATE_TEST_SUITE_P(Presets, DistortedCamera, ::testing::Values("tum_fr1", "tum_fr2"));
 
-TEST(Rectifier, HandsAnIdealCamerasImagesThroughUncopied) {
+TEST(Rectifier, DoesNotCopyImagesOfAnIdealCamera) {
   const Rectifier rectifier(load_camera("tum_fr3"));
   EXPECT_FALSE(rectifier.active());
   const cv::Mat image(480, 640, CV_8UC3);
@@ -120,9 +120,9 @@ TEST(Rectifier, RefusesAnotherSize) {
   EXPECT_THROW(rectifier.image(cv::Mat(240, 320, CV_8UC1)), Error);
 }
 
-TEST(Rectifier, WhatWasNotRecordedHasNoDepthAndNoEdge) {
+TEST(Rectifier, PixelsOutsideTheRecordingHaveNoDepthAndNoEdge) {
   Camera camera = load_camera("tum_fr3");
-  camera.distortion(0) = 0.3;  // the ideal view is wider than the recorded one
+  camera.distortion(0) = 0.3;  // The ideal view is wider than the recorded one.
   const Rectifier rectifier(camera);
   EXPECT_EQ(rectifier.nearest(cv::Mat(480, 640, CV_16UC1, cv::Scalar(7))).at<std::uint16_t>(0, 0),
             0);

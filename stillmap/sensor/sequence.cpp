@@ -21,7 +21,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kMaxDifference = 0.02;  // seconds, strictly less: the TUM benchmark's rule
+// Maximum time difference [s], exclusive: the rule of the TUM benchmark.
+constexpr double kMaxDifference = 0.02;
 constexpr const char* kLayout =
     "a sequence holds rgb.txt and depth.txt (lines 'timestamp file'), or associations.txt (lines "
     "'timestamp rgb_file timestamp depth_file')";
@@ -69,7 +70,7 @@ void require_folder(const fs::path& folder) {
               "unpack or convert it first and give the folder with rgb.txt and depth.txt");
 }
 
-// A sequence one level below or above: the usual slip after unpacking an archive.
+// Returns a sequence one level below or above: a frequent mistake after unpacking an archive.
 fs::path sequence_nearby(const fs::path& folder) {
   std::error_code ignored;
   std::set<fs::path> below;
@@ -98,14 +99,15 @@ Error no_sequence(const SequencePaths& paths) {
                where, kLayout);
 }
 
-// ---- lists ------------------------------------------------------------------------------------
+// ---- lists
+// ---------------------------------------------------------------------------------------
 
 struct Stamp {
   double value = 0;     // seconds
-  std::string problem;  // empty if it is one
+  std::string problem;  // Empty if it is a timestamp.
 };
 
-// Through strtod, not a stream, which would call "nan" a syntax error.
+// Uses strtod, since a stream fails on "nan".
 Stamp parse_stamp(const std::string& token) {
   char* end = nullptr;
   const double value = std::strtod(token.c_str(), &end);
@@ -134,8 +136,8 @@ struct ImageList {
   std::vector<SkippedFrame> skipped;
 };
 
-// Calls use(fields) for each line that is neither blank nor a comment; what use returns is why the
-// line was of no use, empty if it was.
+// Calls use(fields) for each line that is neither blank nor a comment; use returns why the line is
+// unusable, or an empty text.
 std::vector<SkippedFrame> for_each_line(
     const fs::path& list, const std::function<std::string(const std::vector<std::string>&)>& use) {
   std::ifstream in(list);
@@ -187,14 +189,15 @@ FrameList read_associations(const fs::path& list, const fs::path& folder) {
   return read;
 }
 
-// ---- stamps -----------------------------------------------------------------------------------
+// ---- timestamps
+// ----------------------------------------------------------------------------------
 
-// The longest strictly increasing subsequence (Fredman 1975, by patience sorting), as one flag per
-// stamp.
+// Returns the longest strictly increasing subsequence (Fredman 1975, by patience sorting), as one
+// flag per timestamp.
 std::vector<bool> longest_increasing(const std::vector<double>& stamps) {
   constexpr auto kNone = static_cast<std::size_t>(-1);
-  std::vector<std::size_t>
-      tails;  // tails[k]: the smallest stamp that ends an increasing run of k + 1
+  // tails[k]: the smallest last timestamp of an increasing subsequence of k + 1
+  std::vector<std::size_t> tails;
   std::vector<std::size_t> before(stamps.size(), kNone);
   for (std::size_t i = 0; i < stamps.size(); ++i) {
     const auto at =
@@ -213,7 +216,7 @@ std::vector<bool> longest_increasing(const std::vector<double>& stamps) {
   return kept;
 }
 
-// Leaves strictly increasing stamps; each that had to go is told.
+// Keeps strictly increasing timestamps and lists the dropped ones.
 template <typename Item>
 void keep_increasing(std::vector<Item>& items, std::vector<SkippedFrame>& skipped,
                      const std::string& what) {

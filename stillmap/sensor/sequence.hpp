@@ -8,43 +8,44 @@
 
 namespace stillmap {
 
-/// What a TUM RGB-D folder holds. Empty paths where a thing is not there.
+/// Files of a TUM RGB-D folder; paths of missing files are empty.
 struct SequencePaths {
   std::filesystem::path folder;
-  std::filesystem::path color_list, depth_list;  ///< rgb.txt and depth.txt: `timestamp file` a line
-  /// `t_rgb rgb_file t_depth depth_file` a line; where not empty, used instead of the two lists.
+  /// rgb.txt and depth.txt with lines `timestamp file`.
+  std::filesystem::path color_list, depth_list;
+  /// Lines `t_rgb rgb_file t_depth depth_file`; if not empty, used instead of the two lists.
   std::filesystem::path associations;
-  std::filesystem::path camera;        ///< camera.yaml: see load_camera
-  std::filesystem::path ground_truth;  ///< groundtruth.txt: see read_trajectory
-  std::filesystem::path masks;         ///< mask/: one 8-bit PNG per color image, of its name
+  std::filesystem::path camera;        ///< camera.yaml: see load_camera().
+  std::filesystem::path ground_truth;  ///< groundtruth.txt: see read_trajectory().
+  std::filesystem::path masks;         ///< mask/: one 8-bit PNG per color image with the same name.
 };
 
-/// Looks at a folder. The two lists are preferred; associations.txt (or associate.txt,
-/// association.txt) is taken where one of them is missing, or where `associations` names a file.
-/// Throws Error that says what is missing and what to do: no such folder, an archive or a bag in
-/// its place, a folder above or below the sequence, lists missing.
+/// Finds the files of a sequence. The two lists are preferred; associations.txt (or associate.txt,
+/// association.txt) is used if one of them is missing, or if `associations` is given. Throws Error
+/// with the problem and the fix: a missing folder, an archive or bag instead of a folder, a folder
+/// above or below the sequence, missing lists.
 SequencePaths find_sequence(const std::filesystem::path& folder,
                             const std::filesystem::path& associations = {});
 
-/// One color image and the depth image recorded with it.
+/// One color image and its depth image.
 struct FrameFiles {
-  double timestamp = 0;        ///< seconds, of the color image
+  double timestamp = 0;        ///< Time of the color image [s].
   double depth_timestamp = 0;  ///< seconds
   std::filesystem::path color, depth;
 };
 
-/// The frames that the lists promise (stamps increase strictly) and the lines that give none.
+/// The frames of the lists (with strictly increasing timestamps) and the skipped lines.
 struct FrameList {
   std::vector<FrameFiles> frames;
   std::vector<SkippedFrame> skipped;
 };
 
-/// Reads the lists and pairs them by TUM's rule (associate()), or reads the associations file.
-/// Blanks, tabs or commas between the fields; # starts a comment; either line ending. Lines that
-/// are none, stamps that are not finite, repeat or run backwards (the fewest lines are given up
-/// that leave the rest increasing), and color images without depth are skipped and told. No image
-/// is opened. Throws Error: a list that cannot be read or contains no line of its kind; no pair at
-/// all.
+/// Reads the lists and associates them by TUM's rule (associate()), or reads the associations file.
+/// Fields are separated by blanks, tabs or commas; # starts a comment; any line endings. Invalid
+/// lines, timestamps that are not finite, repeated or decreasing (the smallest number of lines is
+/// skipped that leaves the rest increasing), and color images without depth are skipped and listed.
+/// Images are not opened. Throws Error for an unreadable list, a list without valid lines, and if
+/// there is no pair.
 FrameList list_frames(const SequencePaths& paths);
 
 }  // namespace stillmap

@@ -19,11 +19,10 @@
 
 namespace stillmap {
 
-/// For tests: a small well-formed sequence in a temporary folder, to be spoilt. Gone with the
-/// object.
+/// For tests: a small valid sequence in a temporary folder, to be damaged. Removed with the object.
 class TestSequence {
  public:
-  /// `frames` frames at 30 Hz from stamp 100; depth 5 ms later. Color: a gray ramp; depth: 2 m.
+  /// `frames` frames at 30 Hz from time 100 s; depth 5 ms later. Color: a gray ramp; depth: 2 m.
   explicit TestSequence(int frames = 3) {
     static std::atomic<int> counter = 0;
     folder_ = std::filesystem::path(::testing::TempDir()) /
@@ -79,7 +78,7 @@ class TestSequence {
   void write_image(const std::string& name, const cv::Mat& image) const {
     cv::imwrite(path(name).string(), image);
   }
-  /// Keeps the first `share` of a file's bytes.
+  /// Truncates a file to `share` of its bytes.
   void truncate(const std::string& name, double share) const {
     const auto bytes = static_cast<double>(std::filesystem::file_size(path(name)));
     std::filesystem::resize_file(path(name), static_cast<std::uintmax_t>(bytes * share));
@@ -93,14 +92,14 @@ class TestSequence {
   std::filesystem::path folder_;
 };
 
-/// All that a source hands out.
+/// Returns all frames of a source.
 inline std::vector<RgbdFramePtr> all_frames(FrameSource& source) {
   std::vector<RgbdFramePtr> frames;
   while (RgbdFramePtr frame = source.next()) frames.push_back(frame);
   return frames;
 }
 
-/// The text of the Error that action throws; empty if it throws none.
+/// Returns the text of the Error that `action` throws; empty if it throws none.
 template <typename Action>
 std::string error_of(const Action& action) {
   try {

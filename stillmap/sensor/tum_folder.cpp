@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr float kSaturated = 65535;  // raw depth that means "too far", not a distance
+constexpr float kSaturated = 65535;  // Raw value for "too far", which is not a distance.
 
 void check_options(const TumFolderOptions& options) {
   const auto expect = [](bool holds, const char* key, const char* fix) {
@@ -35,7 +35,7 @@ std::string describe(const fs::path& file, const std::string& problem) {
                      problem);
 }
 
-// Why this pair cannot be used, as far as headers tell; empty if they tell nothing.
+// Returns why this pair is unusable, judged by the headers; empty if no problem is found.
 std::string header_problem(const FrameFiles& files, cv::Size size) {
   for (const bool is_depth : {false, true}) {
     const fs::path& file = is_depth ? files.depth : files.color;
@@ -75,7 +75,8 @@ void TumFolder::choose_range() {
   }
   frames = std::move(chosen);
   if (end - first == total) return;
-  std::erase_if(list_.skipped, [&](const SkippedFrame& skipped) {  // what lies outside the range
+  // Skipped lines outside the selected range are not reported.
+  std::erase_if(list_.skipped, [&](const SkippedFrame& skipped) {
     return skipped.timestamp < frames.front().timestamp ||
            skipped.timestamp > frames.back().timestamp;
   });

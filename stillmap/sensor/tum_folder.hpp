@@ -13,20 +13,20 @@
 namespace stillmap {
 
 struct TumFolderOptions {
-  int first = 0;           ///< pairs left out at the start
-  int count = 0;           ///< pairs used at most, counted before the stride; 0: all
-  int stride = 1;          ///< every so-manieth pair
-  double min_depth = 0.1;  ///< nearer readings count as unknown [m]
-  double max_depth = 20;   ///< farther readings count as unknown [m]
+  int first = 0;           ///< Number of pairs skipped at the start.
+  int count = 0;           ///< Maximum number of pairs, counted before the stride; 0: all.
+  int stride = 1;          ///< Every n-th pair is used.
+  double min_depth = 0.1;  ///< Minimum depth [m]; nearer readings are unknown.
+  double max_depth = 20;   ///< Maximum depth [m]; farther readings are unknown.
   STILLMAP_FIELDS(first, count, stride, min_depth, max_depth)
 };
 
 /// A recorded sequence in the layout of the TUM RGB-D benchmark (Sturm et al., IROS 2012).
 class TumFolder : public FrameSource {
  public:
-  /// @param camera the recording camera; frames are rectified where it is distorted
-  /// Throws Error: lists as in list_frames; options out of range; not one frame can be used (all
-  /// images missing, of the wrong type, or not of the camera's size).
+  /// @param camera  the recording camera; frames are rectified if it is distorted
+  /// Throws Error for invalid lists (see list_frames()), options out of range, and if no frame is
+  /// usable (all images missing, of the wrong type, or not of the camera's size).
   TumFolder(const SequencePaths& paths, const Camera& camera, const TumFolderOptions& options = {});
 
   const Camera& camera() const override { return rectifier_.camera(); }
@@ -34,7 +34,7 @@ class TumFolder : public FrameSource {
   std::optional<std::size_t> size() const override { return list_.frames.size() - position_; }
   const std::vector<SkippedFrame>& skipped() const override { return list_.skipped; }
   const Rectifier& rectifier() const { return rectifier_; }
-  /// The frames chosen, usable or not, in order.
+  /// Returns the selected frames, usable or not, in order.
   const std::vector<FrameFiles>& frames() const { return list_.frames; }
 
  private:
@@ -47,12 +47,12 @@ class TumFolder : public FrameSource {
   TumFolderOptions options_;
   Rectifier rectifier_;
   FrameList list_;
-  std::size_t position_ = 0;    // of the next pair in list_.frames
-  std::size_t next_index_ = 0;  // of the next frame handed out
+  std::size_t position_ = 0;    // index of the next pair in list_.frames
+  std::size_t next_index_ = 0;  // index of the next returned frame
 };
 
-/// Raw 16-bit depth to 32FC1 meters; 0 where unknown: raw 0, saturated (65535), or not within
-/// [min_depth, max_depth] meters.
+/// Converts raw 16-bit depth to 32FC1 [m]; 0 (unknown) for raw 0, saturated readings (65535), and
+/// depths outside [min_depth, max_depth] [m].
 cv::Mat depth_in_meters(const cv::Mat& raw, double depth_factor, double min_depth,
                         double max_depth);
 

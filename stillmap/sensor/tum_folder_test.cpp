@@ -17,7 +17,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-TEST(TumFolder, HandsOutColorGrayAndMetricDepth) {
+TEST(TumFolder, ReturnsColorGrayAndMetricDepth) {
   const TestSequence sequence(2);
   cv::Mat color = TestSequence::color_image();
   color.at<cv::Vec3b>(10, 20) = {10, 100, 200};
@@ -39,7 +39,7 @@ TEST(TumFolder, HandsOutColorGrayAndMetricDepth) {
   EXPECT_EQ(source.next(), nullptr);
 }
 
-TEST(TumFolder, TakesGrayImagesJpegsAndAlpha) {
+TEST(TumFolder, AcceptsGrayImagesJpegsAndAlpha) {
   const TestSequence sequence(3);
   sequence.write_image("rgb/0.png", TestSequence::color_image({64, 48}, CV_8UC1));
   sequence.write_image("rgb/1.png", TestSequence::color_image({64, 48}, CV_8UC4));
@@ -74,7 +74,7 @@ TEST(TumFolder, SaturationIsUnknownEvenWithinTheRange) {
   EXPECT_EQ(meters.at<float>(1), 0);
 }
 
-TEST(TumFolder, UsesTheRangeThatIsAskedFor) {
+TEST(TumFolder, UsesTheSelectedRange) {
   const TestSequence sequence(10);
   TumFolder source = sequence.open({.first = 2, .count = 6, .stride = 2});
   EXPECT_EQ(source.size(), 3u);
@@ -103,7 +103,7 @@ TEST(TumFolder, SkippedFramesLeaveNoGapInTheIndices) {
   EXPECT_THAT(source.skipped()[1].reason, HasSubstr("depth/2.png is truncated"));
 }
 
-TEST(TumFolder, RectifiesWhatADistortedCameraRecorded) {
+TEST(TumFolder, RectifiesImagesOfADistortedCamera) {
   const TestSequence sequence(1);
   Camera camera = TestSequence::camera();
   camera.distortion << 0.26, -0.95, -0.005, 0.0026, 1.16;
@@ -118,17 +118,17 @@ TEST(TumFolder, RectifiesWhatADistortedCameraRecorded) {
 
 // ---- lists ------------------------------------------------------------------------------------
 
-TEST(ListFrames, PairsByTheClosestStampsAndTellsWhatIsLeftOver) {
+TEST(ListFrames, PairsTheClosestTimestampsAndListsTheRest) {
   const TestSequence sequence(0);
   sequence.write("rgb.txt", "1.00 rgb/a.png\n1.03 rgb/b.png\n1.06 rgb/c.png\n");
   sequence.write("depth.txt", "1.07 depth/z.png\n1.005 depth/x.png\n");
   const FrameList list = list_frames(find_sequence(sequence.folder()));
-  ASSERT_THAT(list.frames, SizeIs(1));  // depth.txt runs backwards: one of its lines goes
+  ASSERT_THAT(list.frames, SizeIs(1));  // depth.txt decreases, so one of its lines is dropped.
   ASSERT_THAT(list.skipped, SizeIs(3));
   EXPECT_THAT(list.skipped[2].reason, HasSubstr("out of order"));
 }
 
-TEST(ListFrames, AnAssociationsFileIsTakenAtItsWord) {
+TEST(ListFrames, AnAssociationsFileIsUsedAsGiven) {
   const TestSequence sequence(0);
   fs::remove(sequence.path("depth.txt"));
   sequence.write("associations.txt",
@@ -141,7 +141,7 @@ TEST(ListFrames, AnAssociationsFileIsTakenAtItsWord) {
   EXPECT_THAT(list.skipped, IsEmpty());
 }
 
-TEST(ListFrames, ANamedAssociationsFileGoesBeforeTheLists) {
+TEST(ListFrames, AGivenAssociationsFileIsPreferredToTheLists) {
   const TestSequence sequence(3);
   sequence.write("mine.txt", "100 rgb/0.png 100 depth/0.png\n");
   const auto paths = find_sequence(sequence.folder(), sequence.path("mine.txt"));
@@ -149,7 +149,7 @@ TEST(ListFrames, ANamedAssociationsFileGoesBeforeTheLists) {
   EXPECT_THAT(list_frames(find_sequence(sequence.folder())).frames, SizeIs(3));
 }
 
-TEST(ListFrames, GivesUpTheFewestLinesThatLeaveStampsIncreasing) {
+TEST(ListFrames, SkipsTheFewestLinesThatLeaveIncreasingTimestamps) {
   const TestSequence sequence(0);
   std::string color, depth;
   for (const char* stamp : {"1", "2", "900", "3", "3", "4"})
@@ -169,7 +169,7 @@ TEST(ListFrames, GivesUpTheFewestLinesThatLeaveStampsIncreasing) {
 
 // ---- folders ----------------------------------------------------------------------------------
 
-TEST(FindSequence, FindsWhatIsThere) {
+TEST(FindSequence, FindsAllFiles) {
   const TestSequence sequence(1);
   auto paths = find_sequence(sequence.folder());
   EXPECT_EQ(paths.color_list, sequence.path("rgb.txt"));
@@ -186,7 +186,7 @@ TEST(FindSequence, FindsWhatIsThere) {
   EXPECT_EQ(paths.masks, sequence.path("mask"));
 }
 
-TEST(FindSequence, SuggestsTheSequenceNextDoor) {
+TEST(FindSequence, SuggestsASequenceNearby) {
   const TestSequence sequence(1);
   EXPECT_THAT(error_of([&] { find_sequence(sequence.path("rgb")); }),
               HasSubstr("did you mean " + sequence.folder().string()));
