@@ -34,7 +34,7 @@ STILLMAP_TARGET_AVX2 void weigh_avx2(const Taps& taps, int count, std::uint8_t* 
   weigh(taps, count, out);
 }
 
-/// -1, -2, -3 -> 1, 2, 3; the same at the other end.
+/// Reflects -1, -2, -3 to 1, 2, 3; likewise at the other end.
 int reflect(int i, int count) {
   if (i < 0) return -i;
   return i < count ? i : 2 * (count - 1) - i;

@@ -10,8 +10,9 @@
 namespace stillmap {
 namespace {
 
-constexpr int kFractionBits = 10;  // of sine and cosine; 15 * sqrt(2) * 2^10 stays within 16 bits
-constexpr int kStride = 32;        // of the patch copy: columns -15 ... 16
+// Fraction bits of sine and cosine; 15 * sqrt(2) * 2^10 fits 16 bits.
+constexpr int kFractionBits = 10;
+constexpr int kStride = 32;  // Row stride of the patch copy: columns -15 ... 16.
 
 struct Turn {
   std::int16_t cosine, sine;
@@ -26,7 +27,7 @@ Turn turn_of(const PatchMoments& m) {
           static_cast<std::int16_t>(std::lround(y * unit))};
 }
 
-/// Positions in the patch copy of 256 points turned: x' = c x - s y, y' = s x + c y.
+/// Positions in the patch copy of 256 rotated points: x' = c x - s y, y' = s x + c y.
 STILLMAP_KERNEL void turn_points(const std::array<std::int16_t, 256>& px,
                                  const std::array<std::int16_t, 256>& py, const Turn& turn,
                                  std::array<std::int16_t, 256>& where) {
@@ -46,7 +47,7 @@ STILLMAP_KERNEL std::uint64_t darker(const std::uint8_t* a, const std::uint8_t* 
   using U8x8 [[maybe_unused]] = std::uint8_t __attribute__((vector_size(8)));
   constexpr U8x8 kBit = {1, 2, 4, 8, 16, 32, 64, 128};
   const auto chosen = load<U8x8>(a) < load<U8x8>(b) ? kBit : U8x8{};
-  // All bytes are added up in the uppermost one.
+  // The multiplication adds all bytes in the uppermost one.
   return (load<std::uint64_t>(&chosen) * 0x0101010101010101ULL) >> 56;
 }
 

@@ -13,28 +13,29 @@
 
 namespace stillmap {
 
-/// Corners must stay this far from the image's edges [pixels] for their orientation and descriptor.
+/// Minimum distance of corners from the image border, for orientation and descriptor [pixels].
 inline constexpr int kPatchMargin = 16;
 
 /// First moments of the intensity in a disc of radius 15 around a pixel, x right, y down: the
-/// vector from the center to the intensity centroid, times the disc's mass (Rosin 1999; Rublee et
-/// al. 2011, eq. 1-3).
+/// vector from the center to the intensity centroid, times the mass of the disc (Rosin 1999; Rublee
+/// et al. 2011, eq. 1-3).
 struct PatchMoments {
   int m10 = 0, m01 = 0;
-  float angle() const;  ///< atan2(m01, m10) [radians, (-pi, pi]]; 0 for a flat patch
+  float angle() const;  ///< atan2(m01, m10) in (-pi, pi] [rad]; 0 for a flat patch.
   bool operator==(const PatchMoments&) const = default;
 };
 
-/// Moments around each corner of an 8UC1 image. Corners at least kPatchMargin from its edges.
+/// Computes the moments around each corner of an 8UC1 image. Corners must be at least kPatchMargin
+/// from the border.
 void patch_moments(const cv::Mat& image, std::span<const Corner> corners,
                    std::span<PatchMoments> moments, CpuPath path);
 
-/// 7 x 7 Gaussian of sigma 2, reflected at the edges; integer weights, rounded after each
-/// direction. Keeps its memory from image to image.
+/// 7 x 7 Gaussian blur with sigma 2, reflected at the border; integer weights, rounded after each
+/// direction. Reuses its memory.
 class Blur {
  public:
   explicit Blur(CpuPath path = best_cpu_path()) : path_(path) {}
-  /// The blurred 8UC1 image, at least 4 x 4; valid until the next call.
+  /// Returns the blurred 8UC1 image (at least 4 x 4), valid until the next call.
   const cv::Mat& operator()(const cv::Mat& image);
 
  private:
@@ -43,16 +44,17 @@ class Blur {
   cv::Mat blurred_;
 };
 
-/// 256 pairs of points within a disc of radius 15; bit i of a descriptor says whether the smoothed
-/// image is darker at `a` than at `b`.
+/// 256 pairs of points within a disc of radius 15; bit i of a descriptor is 1 if the blurred image
+/// is darker at `a` than at `b`.
 struct BriefPattern {
   alignas(32) std::array<std::int16_t, 256> ax, ay, bx, by;
 };
 const BriefPattern& brief_pattern();
 
-/// Steered BRIEF (Calonder et al., BRIEF, ECCV 2010; Rublee et al. 2011, section 4): the pattern
-/// turned by the angle of the moments (to 1/1024 in sine and cosine, points to the nearest pixel)
-/// and compared on the blurred image. Corners at least kPatchMargin from its edges.
+/// Computes steered BRIEF descriptors (Calonder et al., BRIEF, ECCV 2010; Rublee et al. 2011,
+/// section 4): the pattern is rotated by the angle of the moments (sine and cosine to 1/1024,
+/// points to the nearest pixel) and compared on the blurred image. Corners must be at least
+/// kPatchMargin from the border.
 void describe(const cv::Mat& blurred, std::span<const Corner> corners,
               std::span<const PatchMoments> moments, std::span<Descriptor> descriptors,
               CpuPath path, const BriefPattern& pattern = brief_pattern());

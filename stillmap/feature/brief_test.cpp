@@ -12,7 +12,7 @@
 namespace stillmap {
 namespace {
 
-/// `image` turned by `angle` (from x to y) around the pixel `center`.
+/// Returns `image` rotated by `angle` (from x to y) around the pixel `center`.
 cv::Mat turned(const cv::Mat& image, cv::Point2f center, double angle) {
   const cv::Mat map = cv::getRotationMatrix2D(center, -angle * 180 / CV_PI, 1);
   cv::Mat result;
@@ -26,7 +26,7 @@ class BriefOnPath : public testing::TestWithParam<CpuPath> {};
 INSTANTIATE_TEST_SUITE_P(Paths, BriefOnPath, testing::Values(CpuPath::kPortable, best_cpu_path()),
                          [](const auto& suite) { return suite.index == 0 ? "Portable" : "Best"; });
 
-TEST_P(BriefOnPath, MomentsAreThoseOfTheDefinition) {
+TEST_P(BriefOnPath, MomentsEqualTheDefinition) {
   const cv::Mat image = dead_leaves({80, 60}, 1);
   const std::vector<Corner> corners = {{16, 16, 0}, {40, 30, 0}, {63, 43, 0}};
   std::vector<PatchMoments> moments(corners.size());
@@ -56,7 +56,7 @@ TEST_P(BriefOnPath, BlurIsTheIntegerGaussian) {
   }
 }
 
-TEST(PatchMoments, TurnWithTheImage) {
+TEST(PatchMoments, RotateWithTheImage) {
   const cv::Mat image = dead_leaves({201, 201}, 3);
   const std::vector<Corner> corner = {{100, 100, 0}};
   std::vector<PatchMoments> moments(1);
@@ -68,7 +68,7 @@ TEST(PatchMoments, TurnWithTheImage) {
   }
 }
 
-TEST(PatchMoments, OfAFlatPatchPointNowhere) {
+TEST(PatchMoments, OfAFlatPatchAreZero) {
   const cv::Mat image(40, 40, CV_8UC1, cv::Scalar(77));
   const std::vector<Corner> corner = {{20, 20, 0}};
   std::vector<PatchMoments> moments(1);
@@ -89,7 +89,7 @@ TEST(BriefPattern, HasDistinctPairsWithinTheDisc) {
   EXPECT_EQ(pairs.size(), 256U);
 }
 
-TEST_P(BriefOnPath, DescriptorsAreTheTurnedComparisons) {
+TEST_P(BriefOnPath, DescriptorsAreTheRotatedComparisons) {
   const cv::Mat image = dead_leaves({64, 64}, 4);
   const std::vector<Corner> corners = {{16, 16, 0}, {30, 35, 0}, {47, 47, 0}};
   const std::vector<PatchMoments> moments = {{1000, 0}, {0, -500}, {-300, 400}};
@@ -109,12 +109,12 @@ TEST_P(BriefOnPath, DescriptorsAreTheTurnedComparisons) {
       const bool bit = ((descriptors[k][i / 64] >> (i % 64)) & 1) != 0;
       wrong += expected != bit ? 1 : 0;
     }
-    // Sine and cosine have 10 bits: a point on the verge of two pixels may fall into the other.
+    // Sine and cosine have 10 bits, so a point on the border of two pixels may belong to either.
     EXPECT_LE(wrong, k == 2 ? 6 : 0);
   }
 }
 
-TEST(Brief, RecognizesThePatchWhenTheImageTurns) {
+TEST(Brief, RecognizesARotatedPatch) {
   const cv::Mat image = dead_leaves({201, 201}, 5);
   const std::vector<Corner> corners = {{100, 100, 0}, {60, 90, 0}};
   Blur blur;

@@ -5,10 +5,9 @@
 #include <cstdint>
 #include <cstring>
 
-/// Vectors of bytes in the compiler's own notation (GCC and Clang vector extensions): the same
-/// source gives SSE2, AVX2 or NEON code, and with std::uint8_t as the "vector", the scalar
-/// reference.
-// Vectors wider than a register change the calling convention, says GCC; everything here is
+/// Byte vectors in the compiler's notation (GCC and Clang vector extensions): the same source gives
+/// SSE2, AVX2 or NEON code and, with std::uint8_t as the "vector", the scalar reference.
+// GCC warns that vectors wider than a register change the calling convention; everything here is
 // inlined.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
@@ -40,13 +39,13 @@ STILLMAP_KERNEL V higher(const V& a, const V& b) {
   return a > b ? a : b;
 }
 
-/// a - b where a > b, else 0.
+/// Returns a - b where a > b, else 0.
 template <typename V>
 STILLMAP_KERNEL V excess(const V& a, const V& b) {
   return higher(a, b) - b;
 }
 
-/// Whether any byte is not zero.
+/// Returns whether any byte is not zero.
 template <typename V>
 STILLMAP_KERNEL bool any(const V& v) {
   if constexpr (sizeof(V) == 1) {
@@ -61,8 +60,8 @@ STILLMAP_KERNEL bool any(const V& v) {
 }
 
 /// Calls step.template operator()<V>(x) so that [0, count) is covered by vectors of V's width; the
-/// last one overlaps its predecessor rather than passing the end. Fewer than one vector: byte by
-/// byte.
+/// last one overlaps its predecessor instead of exceeding the end. Ranges shorter than one vector
+/// are processed byte by byte.
 template <typename V, typename Step>
 STILLMAP_KERNEL void cover(int count, Step&& step) {
   constexpr int kWidth = sizeof(V);

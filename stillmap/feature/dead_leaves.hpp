@@ -6,7 +6,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-/// Test images with the statistics of photographs, for tests, benchmarks and the learning of the
+/// Test images with the statistics of photographs, for tests, benchmarks and the training of the
 /// BRIEF pattern.
 namespace stillmap {
 
@@ -29,11 +29,11 @@ class TestRandom {
   std::uint64_t state_;
 };
 
-/// A dead-leaves image (Matheron 1968; Lee, Mumford, Huang 2001): discs and turned rectangles of
-/// random gray that hide each other, with sizes distributed as 1 / size^3, so that it looks alike
-/// at every scale as photographs do; slightly blurred as by a lens. 8UC1.
+/// Returns a dead-leaves image (Matheron 1968; Lee, Mumford, Huang 2001), 8UC1: overlapping discs
+/// and rotated rectangles of random gray with sizes distributed as 1 / size^3, so that it is scale
+/// invariant like photographs; slightly blurred as by a lens.
 inline cv::Mat dead_leaves(cv::Size size, std::uint64_t seed) {
-  constexpr int kShift = 4;  // positions in 1/16 pixel
+  constexpr int kShift = 4;  // Positions are in 1/16 pixel.
   constexpr double kMin = 3, kMax = 120;
   TestRandom random(seed);
   cv::Mat image(size, CV_8UC1, cv::Scalar(128));

@@ -25,8 +25,8 @@ RingOffsets ring_offsets(std::ptrdiff_t stride) {
   return offsets;
 }
 
-/// Necessary for a corner at `threshold`, from four ring pixels: any arc of 9 holds one of each two
-/// opposite pixels, so both pairs must have a pixel that is bright (or dark) enough.
+/// Necessary condition for a corner at `threshold`, from four ring pixels: an arc of 9 contains one
+/// of every two opposite pixels, so both pairs need a pixel that is bright (or dark) enough.
 template <typename V>
 STILLMAP_KERNEL bool may_hold_corners(const std::uint8_t* p, const RingOffsets& ring,
                                       const V& threshold) {
@@ -39,9 +39,9 @@ STILLMAP_KERNEL bool may_hold_corners(const std::uint8_t* p, const RingOffsets& 
   return any(excess(most, threshold));
 }
 
-/// FAST score of sizeof(V) neighboring pixels. `bright` becomes the largest over all arcs of 9 of
-/// the arc's darkest pixel, `dark` the smallest of the brightest. The arcs that start at i and i +
-/// 1 share eight pixels, so they are taken in pairs: min(min of the eight, max of the two ends).
+/// FAST score of sizeof(V) neighboring pixels. `bright` becomes the maximum over all arcs of 9 of
+/// the arc's darkest pixel, `dark` the minimum of the brightest. The arcs that start at i and i + 1
+/// share eight pixels, so they are evaluated in pairs: min(min of the eight, max of the two ends).
 template <typename V>
 STILLMAP_KERNEL V corner_score(const std::uint8_t* p, const RingOffsets& ring) {
   V v[16], low[16], high[16];
@@ -89,7 +89,7 @@ STILLMAP_KERNEL void score_area(const std::uint8_t* image, std::ptrdiff_t stride
   }
 }
 
-/// Scores that are maxima of their 3 x 3 neighborhood, else 0.
+/// Keeps scores that are maxima of their 3 x 3 neighborhood, else 0.
 template <typename Wide>
 STILLMAP_KERNEL void maxima_of_row(const std::uint8_t* row, std::ptrdiff_t stride, int count,
                                    std::uint8_t* out) {
@@ -104,8 +104,8 @@ STILLMAP_KERNEL void maxima_of_row(const std::uint8_t* row, std::ptrdiff_t strid
   });
 }
 
-/// Maxima of a band of rows, one under the other, `width` and then `out_gap` bytes each; and of
-/// each column the highest.
+/// Maxima of a band of rows, in consecutive rows of `width` and then `out_gap` bytes; and the
+/// maximum of each column.
 template <typename Wide>
 STILLMAP_KERNEL void maxima_of_band(const std::uint8_t* scores, std::ptrdiff_t stride,
                                     cv::Size size, std::uint8_t* out, std::ptrdiff_t out_gap,
@@ -120,7 +120,7 @@ STILLMAP_KERNEL void maxima_of_band(const std::uint8_t* scores, std::ptrdiff_t s
   }
 }
 
-/// Zero where the row is not above the limit.
+/// Sets the row to zero where it is not above the limit.
 template <typename Wide>
 STILLMAP_KERNEL void keep_above(const std::uint8_t* limit, int count, std::uint8_t* row) {
   cover<Wide>(count, [&]<typename V>(int x) STILLMAP_ALWAYS_INLINE {
@@ -155,8 +155,7 @@ STILLMAP_TARGET_AVX2 void keep_above_avx2(const std::uint8_t* limit, int count, 
   keep_above<U8x32>(limit, count, row);
 }
 
-constexpr int kGap =
-    8;  // zeros behind each row of maxima, so that they can be read eight at a time
+constexpr int kGap = 8;  // Zeros after each row of maxima, so that eight can be read at a time.
 
 /// Appends a corner for each byte of `row` that is not 0.
 void append_corners(const std::uint8_t* row, int count, int x0, int y,
@@ -196,7 +195,7 @@ const std::vector<Corner>& FastDetector::detect(const cv::Mat& image) {
 
   score_buffer_.resize(std::max(score_buffer_.size(), image.total()));
   scores_ = cv::Mat(image.size(), CV_8UC1, score_buffer_.data());
-  // One pixel more on each side, so that the outermost corners have neighbors to be compared with.
+  // One pixel of margin on each side, so that the outermost corners have neighbors.
   fast_scores(image, {border_ - 1, border_ - 1, width + 2, height + 2}, threshold_low_, scores_,
               path_);
 
@@ -221,8 +220,8 @@ void FastDetector::detect_in_band(int y0, cv::Size size) {
   }
 }
 
-/// From the highest score of each column to what its cell asks of a corner: that it be above the
-/// first threshold if any is, else nothing, since all scores are above the second.
+/// Computes the required score of each cell from the maxima of its columns: the first threshold if
+/// any score exceeds it, otherwise none, since all scores exceed the second threshold.
 void FastDetector::highest_to_limit() {
   for (auto cell = limit_.begin(); cell != limit_.end();) {
     const auto end = cell + std::min<std::ptrdiff_t>(cell_, limit_.end() - cell);

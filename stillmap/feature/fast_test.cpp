@@ -10,8 +10,8 @@
 namespace stillmap {
 namespace {
 
-/// The definition, word by word: whether 9 neighboring ring pixels are all brighter by more than
-/// t, or darker.
+/// Literal definition: whether 9 contiguous ring pixels are all brighter by more than t, or all
+/// darker.
 bool is_corner(const cv::Mat& image, int x, int y, int t) {
   constexpr int kX[16] = {0, 1, 2, 3, 3, 3, 2, 1, 0, -1, -2, -3, -3, -3, -2, -1};
   constexpr int kY[16] = {-3, -3, -2, -1, 0, 1, 2, 3, 3, 3, 2, 1, 0, -1, -2, -3};
@@ -46,7 +46,7 @@ cv::Mat noise_image(int width, int height, std::uint64_t seed) {
 
 class FastScores : public testing::TestWithParam<CpuPath> {};
 
-TEST_P(FastScores, AreThoseOfTheDefinition) {
+TEST_P(FastScores, EqualTheDefinition) {
   for (const cv::Mat& image : {dead_leaves({90, 41}, 3), noise_image(75, 30, 4)}) {
     const cv::Rect area(3, 3, image.cols - 6, image.rows - 6);
     cv::Mat scores = cv::Mat::zeros(image.size(), CV_8UC1);
@@ -63,7 +63,7 @@ TEST_P(FastScores, AreThoseOfTheDefinition) {
   }
 }
 
-TEST_P(FastScores, LeaveEverythingOutsideTheAreaAlone) {
+TEST_P(FastScores, DoNotChangePixelsOutsideTheArea) {
   const cv::Mat image = noise_image(80, 40, 5);
   cv::Mat scores(image.size(), CV_8UC1, cv::Scalar(99));
   const cv::Rect area(10, 12, 47, 9);
@@ -90,7 +90,7 @@ INSTANTIATE_TEST_SUITE_P(Paths, FastScores, testing::Values(CpuPath::kPortable, 
 TEST(FastDetector, FindsTheCornersOfASquare) {
   cv::Mat image(100, 100, CV_8UC1, cv::Scalar(40));
   image(cv::Rect(30, 40, 30, 25)) = 200;
-  cv::GaussianBlur(image, image, {0, 0}, 0.7);  // as a lens does
+  cv::GaussianBlur(image, image, {0, 0}, 0.7);  // Blur of a lens.
   FastDetector detector(20, 7, 30, 16);
   std::vector<cv::Point> found;
   for (const Corner& c : detector.detect(image)) found.emplace_back(c.x, c.y);
@@ -102,7 +102,7 @@ TEST(FastDetector, FindsTheCornersOfASquare) {
   EXPECT_LE(found.size(), 4U);
 }
 
-TEST(FastDetector, KeepsNoTwoNeighbors) {
+TEST(FastDetector, NeverKeepsTwoNeighbors) {
   FastDetector detector(20, 7, 30, 16);
   const auto corners = detector.detect(dead_leaves({200, 150}, 7));
   ASSERT_GT(corners.size(), 50U);
@@ -115,9 +115,9 @@ TEST(FastDetector, KeepsNoTwoNeighbors) {
   }
 }
 
-TEST(FastDetector, LowersTheThresholdOnlyInCellsThatStayEmpty) {
-  // Two cells side by side: the left one with a strong and a faint square, the right with a faint
-  // one.
+TEST(FastDetector, LowersTheThresholdOnlyInEmptyCells) {
+  // Two adjacent cells: the left one with a strong and a faint square, the right one with a faint
+  // square.
   cv::Mat image(64, 96, CV_8UC1, cv::Scalar(100));
   image(cv::Rect(18, 18, 9, 9)) = 200;
   image(cv::Rect(34, 34, 8, 8)) = 112;

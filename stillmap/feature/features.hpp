@@ -13,32 +13,32 @@
 
 namespace stillmap {
 
-/// A corner found on one level of the scale pyramid. Pixels of the full-size image.
+/// A corner detected at one level of the scale pyramid, in pixels of the full-size image.
 struct Keypoint {
-  float u = 0, v = 0;  ///< sub-pixel position [pixels]
-  float angle = 0;     ///< orientation of the patch by its intensity centroid [radians, (-pi, pi]]
-  float response = 0;  ///< corner score, comparable within one image
-  float depth = 0;     ///< meters along the optical axis; 0 where the depth image has none
-  std::uint8_t level = 0;  ///< pyramid level, 0 = full size
+  float u = 0, v = 0;  ///< Sub-pixel position [pixels].
+  float angle = 0;     ///< Orientation of the patch by its intensity centroid, in (-pi, pi] [rad].
+  float response = 0;  ///< Corner score, comparable within one image.
+  float depth = 0;     ///< Depth along the optical axis [m]; 0: unknown.
+  std::uint8_t level = 0;  ///< Pyramid level, 0 is full size.
 };
 
 /// 256 binary tests (BRIEF), steered by the keypoint's angle.
 using Descriptor = std::array<std::uint64_t, 4>;
 
-/// Hamming distance, 0 to 256.
+/// Returns the Hamming distance, 0 to 256 [bits].
 inline int distance(const Descriptor& a, const Descriptor& b) {
   return std::popcount(a[0] ^ b[0]) + std::popcount(a[1] ^ b[1]) + std::popcount(a[2] ^ b[2]) +
          std::popcount(a[3] ^ b[3]);
 }
 
-/// Keypoints sorted into square cells, for "which are near (u, v)?" in constant time. Immutable.
+/// Keypoints sorted into square cells, for neighborhood queries in constant time. Immutable.
 class KeypointGrid {
  public:
   KeypointGrid() = default;
   KeypointGrid(std::span<const Keypoint> keypoints, int width, int height);
 
-  /// Calls f(index) for every keypoint within the square |du| <= radius, |dv| <= radius whose level
-  /// lies in [min_level, max_level]; in a fixed order that depends on the keypoints alone.
+  /// Calls f(index) for every keypoint within the square |du| <= radius, |dv| <= radius with a
+  /// level in [min_level, max_level], in an order that depends on the keypoints only.
   template <typename F>
   void for_each_near(float u, float v, float radius, int min_level, int max_level, F&& f) const;
 
@@ -54,17 +54,17 @@ class KeypointGrid {
   std::vector<Entry> entries_;        // by cell, then by index
 };
 
-/// What the front end extracts from one frame. Never changed once made.
+/// Features of one frame. Immutable after creation.
 struct Features {
   std::vector<Keypoint> keypoints;
-  std::vector<Descriptor> descriptors;  ///< one per keypoint
+  std::vector<Descriptor> descriptors;  ///< One per keypoint.
   KeypointGrid grid;
   std::size_t size() const { return keypoints.size(); }
 };
 
 using FeaturesPtr = std::shared_ptr<const Features>;
 
-/// The scale pyramid's geometry: level l is the image shrunk by scale_factor^l.
+/// Geometry of the scale pyramid: level l is the image reduced by scale_factor^l.
 struct PyramidShape {
   int levels = 8;
   double scale_factor = 1.2;

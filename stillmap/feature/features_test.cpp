@@ -34,9 +34,9 @@ std::vector<std::uint32_t> near_by_brute_force(const std::vector<Keypoint>& keyp
   return found;
 }
 
-TEST(KeypointGrid, FindsWhatBruteForceFinds) {
+TEST(KeypointGrid, EqualsBruteForce) {
   TestRandom random(1);
-  constexpr int kWidth = 201, kHeight = 97;  // no multiples of the cells
+  constexpr int kWidth = 201, kHeight = 97;  // No multiples of the cell size.
   const auto keypoints = random_keypoints(700, kWidth, kHeight, random);
   const KeypointGrid grid(keypoints, kWidth, kHeight);
   for (int trial = 0; trial < 500; ++trial) {
@@ -51,7 +51,7 @@ TEST(KeypointGrid, FindsWhatBruteForceFinds) {
   }
 }
 
-TEST(KeypointGrid, OfNothingFindsNothing) {
+TEST(KeypointGrid, AnEmptyGridFindsNothing) {
   const auto fail = [](std::uint32_t) { FAIL(); };
   KeypointGrid().for_each_near(10, 10, 100, 0, 7, fail);
   KeypointGrid({}, 640, 480).for_each_near(10, 10, 100, 0, 7, fail);

@@ -10,7 +10,7 @@
 namespace stillmap {
 namespace {
 
-/// Calls index(0) ... index(count - 1) for the descriptors to look at, in order.
+/// Calls index(0) ... index(count - 1) for the descriptors to compare, in order.
 template <typename Index>
 STILLMAP_KERNEL NearestTwo nearest_two_of(const Descriptor& query, const Descriptor* descriptors,
                                           std::size_t count, Index&& index) {
@@ -60,7 +60,7 @@ bool ambiguous(const NearestTwo& two, double ratio) {
   return ratio < 1 && two.second != kNoMatch && two.best_distance >= ratio * two.second_distance;
 }
 
-/// 30 bins around the circle, of which the three fullest count.
+/// Histogram of angles with 30 bins, of which the three fullest are used.
 class RotationHistogram {
  public:
   static int bin_of(float change) {
@@ -70,7 +70,7 @@ class RotationHistogram {
   }
   void add(int bin) { ++counts_[bin]; }
 
-  /// Whether a bin is one of the dominant ones.
+  /// Returns whether a bin is dominant.
   std::array<bool, 30> dominant() const {
     std::array<int, kBins> order{};
     for (int i = 0; i < kBins; ++i) order[i] = i;
@@ -86,14 +86,14 @@ class RotationHistogram {
   std::array<int, kBins> counts_{};
 };
 
-/// The keypoint that a query asks for.
+/// The keypoint that a query selects.
 struct Candidate {
   std::uint32_t keypoint = kNoMatch;
   int distance = 257;
   explicit operator bool() const { return keypoint != kNoMatch; }
 };
 
-/// What each query asks for, before others' outputs are looked at.
+/// Returns the keypoint that each query selects, before conflicts are resolved.
 class CandidateSearch {
  public:
   CandidateSearch(const Features& features, const ProjectionMatchOptions& options,
@@ -127,7 +127,7 @@ class CandidateSearch {
   std::vector<std::uint32_t> near_;
 };
 
-/// Leaves each keypoint to the query that is nearest to it.
+/// Keeps each keypoint for its nearest query only.
 void resolve_conflicts(std::vector<Candidate>& outputs, std::size_t keypoints) {
   constexpr std::size_t kNobody = std::numeric_limits<std::size_t>::max();
   std::vector<std::size_t> owner(keypoints, kNobody);
@@ -178,7 +178,7 @@ std::vector<DescriptorMatch> match_brute_force(std::span<const Descriptor> a,
                                                const BruteForceMatchOptions& options,
                                                CpuPath path) {
   std::vector<std::uint32_t> back(options.cross_check ? b.size() : 0, kNoMatch);
-  const auto best_for = [&](std::uint32_t j) {  // b's best a, found when first asked for
+  const auto best_for = [&](std::uint32_t j) {  // Best a of b, computed on first use.
     if (back[j] == kNoMatch) back[j] = nearest_two(b[j], a, path).best;
     return back[j];
   };

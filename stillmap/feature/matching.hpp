@@ -12,25 +12,26 @@
 
 namespace stillmap {
 
-/// No keypoint.
+/// Index that means no keypoint.
 inline constexpr std::uint32_t kNoMatch = std::numeric_limits<std::uint32_t>::max();
 
-/// The two nearest of a set of descriptors. Equal distances: the one that comes first in the set.
+/// The two nearest descriptors of a set; ties in favor of the first.
 struct NearestTwo {
   std::uint32_t best = kNoMatch,
-                second = kNoMatch;                 ///< indices; kNoMatch where the set is too small
-  int best_distance = 257, second_distance = 257;  ///< Hamming; 257 where there is none
+                second = kNoMatch;  ///< Indices; kNoMatch if the set is too small.
+  /// Hamming distances [bits]; 257 if there is none.
+  int best_distance = 257, second_distance = 257;
 };
 
-/// Nearest two to `query` among descriptors[i] for i in `candidates`.
+/// Returns the two nearest to `query` among descriptors[i] for i in `candidates`.
 NearestTwo nearest_two(const Descriptor& query, std::span<const Descriptor> descriptors,
                        std::span<const std::uint32_t> candidates, CpuPath path = best_cpu_path());
 
-/// Nearest two to `query` among all of `descriptors`.
+/// Returns the two nearest to `query` among all of `descriptors`.
 NearestTwo nearest_two(const Descriptor& query, std::span<const Descriptor> descriptors,
                        CpuPath path = best_cpu_path());
 
-/// a and b are indices into the two sets that were matched.
+/// A match; a and b are indices into the two matched sets.
 struct DescriptorMatch {
   std::uint32_t a = kNoMatch, b = kNoMatch;
   int distance = 257;  ///< Hamming
@@ -39,58 +40,60 @@ struct DescriptorMatch {
 
 struct BruteForceMatchOptions {
   int max_distance = 100;  ///< Hamming, inclusive
-  double ratio = 0.8;  ///< best must be < ratio * second best (Lowe 2004); 1 or more: no ratio test
-  bool cross_check = true;  ///< a's best is b, and b's best is a
+  /// The best distance must be < ratio * second best (Lowe 2004); 1 or more disables the test.
+  double ratio = 0.8;
+  bool cross_check = true;  ///< Whether a must also be the best match of b.
   STILLMAP_FIELDS(max_distance, ratio, cross_check)
 };
 
-/// For each a its nearest b, where that passes the tests of the options. Ordered by a. Without
-/// cross_check one b may serve several a. Ties go to the lower index.
+/// Returns for each a its nearest b that passes the tests, ordered by a. Without cross_check one b
+/// may match several a. Ties in favor of the lower index.
 std::vector<DescriptorMatch> match_brute_force(std::span<const Descriptor> a,
                                                std::span<const Descriptor> b,
                                                const BruteForceMatchOptions& options = {},
                                                CpuPath path = best_cpu_path());
 
-/// Keeps the matches whose change of angle, keypoints_b[b].angle - keypoints_a[a].angle, falls into
-/// one of the three fullest of 30 bins around the circle; of equal bins the lower. Order is kept.
-/// The bins are 12 degrees; a bin with less than a tenth of the fullest one's matches is never
-/// kept.
+/// Keeps the matches whose change of angle, keypoints_b[b].angle - keypoints_a[a].angle, lies in
+/// one of the three fullest of 30 bins of 12 degrees; ties in favor of the lower bin. A bin with
+/// less than a tenth of the fullest bin's matches is never kept. Preserves the order.
 std::vector<DescriptorMatch> keep_consistent_rotations(std::span<const DescriptorMatch> matches,
                                                        std::span<const Keypoint> keypoints_a,
                                                        std::span<const Keypoint> keypoints_b);
 
-/// "This descriptor should be seen near (u, v), on one of these levels."
+/// Search for a descriptor near (u, v) at some pyramid levels.
 struct ProjectionQuery {
-  float u = 0, v = 0;                ///< predicted position [pixels]
-  float radius = 0;                  ///< half side of the search square [pixels]
-  int min_level = 0, max_level = 0;  ///< pyramid levels, both inclusive
+  float u = 0, v = 0;                ///< Predicted position [pixels].
+  float radius = 0;                  ///< Half the side of the search square [pixels].
+  int min_level = 0, max_level = 0;  ///< Pyramid levels, both inclusive.
   Descriptor descriptor{};
-  /// Angle the descriptor was taken at [radians]; NaN: unknown, left out of the rotation check.
+  /// Angle of the descriptor [rad]; NaN: unknown, excluded from the rotation check.
   float angle = std::numeric_limits<float>::quiet_NaN();
 };
 
 struct ProjectionMatchOptions {
-  int max_distance = 100;       ///< Hamming, inclusive
-  double ratio = 1;             ///< see match_by_projection; 1 or more: no ratio test
-  bool check_rotation = false;  ///< refuse changes of angle that few others share
+  int max_distance = 100;  ///< Hamming, inclusive
+  double ratio = 1;  ///< Ratio test bound: see match_by_projection(); 1 or more disables the test.
+  bool check_rotation = false;  ///< Whether matches with a rare change of angle are rejected.
   STILLMAP_FIELDS(max_distance, ratio, check_rotation)
 };
 
-/// One answer per query, in their order: the index of a keypoint or none.
+/// Returns one result per query, in order: the index of a keypoint or nothing.
 ///
 /// 1. Candidates are the keypoints with |du| <= radius, |dv| <= radius and min_level <= level <=
-///    max_level that are not in `taken`. The two nearest by Hamming distance are found; of equal
-///    distances the lower keypoint index comes first.
-/// 2. The best is refused if its distance is above max_distance; or if the second best lies on the
-///    same level and best >= ratio * second best. (On another level the second best usually is the
-///    same corner again.)
-/// 3. A keypoint wanted by several queries goes to the one with the smallest distance, of equals to
-///    the first; the others get no match.
-/// 4. With check_rotation, of the matches whose query has an angle those are refused whose change
-///    of angle is not among the dominant ones (see keep_consistent_rotations). Their keypoints are
-///    not handed out again.
+///    max_level that are not in `taken`. The two nearest by Hamming distance are found; ties in
+/// favor
+///    of the lower keypoint index.
+/// 2. The best is rejected if its distance exceeds max_distance, or if the second best is at the
+///    same level and best >= ratio * second best. (At another level the second best is usually the
+///    same corner.)
+/// 3. A keypoint that several queries select goes to the one with the smallest distance, the first
+/// of
+///    equals; the others get no match.
+/// 4. With check_rotation, matches whose query has an angle are rejected if their change of angle
+/// is
+///    not dominant (see keep_consistent_rotations()). Their keypoints are not reassigned.
 ///
-/// @param taken  empty, or one value per keypoint: one that is not zero is no candidate
+/// @param taken  empty, or one value per keypoint: nonzero keypoints are no candidates
 /// A query whose position or radius is not finite gets no match.
 std::vector<std::optional<std::uint32_t>> match_by_projection(
     std::span<const ProjectionQuery> queries, const Features& features,

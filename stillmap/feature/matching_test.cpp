@@ -25,7 +25,7 @@ std::vector<Descriptor> random_descriptors(int count, std::uint64_t seed) {
   return descriptors;
 }
 
-/// `d` with its first `bits` bits flipped.
+/// Returns `d` with its first `bits` bits flipped.
 Descriptor flipped(Descriptor d, int bits) {
   for (int i = 0; i < bits; ++i) d[i / 64] ^= 1ULL << (i % 64);
   return d;
@@ -36,7 +36,7 @@ INSTANTIATE_TEST_SUITE_P(Paths, MatchingOnPath,
                          testing::Values(CpuPath::kPortable, best_cpu_path()),
                          [](const auto& suite) { return suite.index == 0 ? "Portable" : "Best"; });
 
-TEST_P(MatchingOnPath, NearestTwoAreThoseOfASort) {
+TEST_P(MatchingOnPath, NearestTwoEqualSorting) {
   auto descriptors = random_descriptors(300, 1);
   descriptors[40] = descriptors[20];  // a tie
   TestRandom random(2);
@@ -53,7 +53,7 @@ TEST_P(MatchingOnPath, NearestTwoAreThoseOfASort) {
   }
 }
 
-TEST_P(MatchingOnPath, NearestTwoLookAtTheCandidatesOnly) {
+TEST_P(MatchingOnPath, NearestTwoUseTheCandidatesOnly) {
   const auto descriptors = random_descriptors(10, 3);
   const std::vector<std::uint32_t> candidates = {7, 2};
   const NearestTwo two =
@@ -93,7 +93,7 @@ TEST(BruteForce, AppliesItsTests) {
   EXPECT_THAT(match_brute_force(a, {}, options), IsEmpty());
 }
 
-TEST(BruteForce, CrossCheckAsksBack) {
+TEST(BruteForce, CrossCheckRejectsOneSidedMatches) {
   const auto b = random_descriptors(1, 6);
   const std::vector<Descriptor> a = {flipped(b[0], 9), flipped(b[0], 4)};
   EXPECT_THAT(match_brute_force(a, b, {.cross_check = true}),
@@ -101,12 +101,12 @@ TEST(BruteForce, CrossCheckAsksBack) {
   EXPECT_EQ(match_brute_force(a, b, {.cross_check = false}).size(), 2U);
 }
 
-TEST(Rotations, OddOnesAreDropped) {
+TEST(Rotations, RareOnesAreDropped) {
   std::vector<Keypoint> a(100), b(100);
   std::vector<DescriptorMatch> matches;
   for (std::uint32_t i = 0; i < 100; ++i) {
     a[i].angle = static_cast<float>(std::remainder(0.3 * i, 2 * CV_PI));
-    const double turn = i % 10 == 0 ? 1.0 + 0.02 * i : 0.52;  // 90 agree, 10 are anything
+    const double turn = i % 10 == 0 ? 1.0 + 0.02 * i : 0.52;  // 90 agree, 10 are arbitrary.
     b[i].angle = static_cast<float>(std::remainder(a[i].angle + turn, 2 * CV_PI));
     matches.push_back({i, i, 0});
   }
@@ -116,7 +116,7 @@ TEST(Rotations, OddOnesAreDropped) {
 }
 
 TEST(Rotations, KeepThreeDirections) {
-  // Changes of angle around five values, 50, 40, 30, 20 and 10 matches.
+  // Changes of angle around five values, with 50, 40, 30, 20 and 10 matches.
   std::vector<Keypoint> a(150), b(150);
   std::vector<DescriptorMatch> matches;
   for (std::uint32_t i = 0, group = 0, left = 50; i < 150; ++i, --left) {
@@ -128,7 +128,7 @@ TEST(Rotations, KeepThreeDirections) {
   EXPECT_THAT(keep_consistent_rotations({}, a, b), IsEmpty());
 }
 
-/// Features on a line, 20 pixels apart, level and descriptor given.
+/// Features on a line, 20 pixels apart, with given level and descriptor.
 class Projection : public testing::Test {
  protected:
   void add(float u, std::uint8_t level, const Descriptor& d, float angle = 0) {
@@ -145,7 +145,7 @@ class Projection : public testing::Test {
   Features features_;
 };
 
-TEST_F(Projection, LooksInTheWindowAndLevelsOnly) {
+TEST_F(Projection, SearchesTheWindowAndLevelsOnly) {
   add(100, 2, d_[0]);
   EXPECT_THAT(match_by_projection(std::vector{query(104, d_[0])}, features_),
               ElementsAre(index(0)));
@@ -158,7 +158,7 @@ TEST_F(Projection, LooksInTheWindowAndLevelsOnly) {
   EXPECT_THAT(match_by_projection(std::vector{nowhere}, features_), ElementsAre(std::nullopt));
 }
 
-TEST_F(Projection, RefusesFarDescriptors) {
+TEST_F(Projection, RejectsDistantDescriptors) {
   add(100, 0, flipped(d_[0], 30));
   const std::vector queries = {query(100, d_[0])};
   EXPECT_THAT(match_by_projection(queries, features_, {.max_distance = 30}), ElementsAre(index(0)));
@@ -166,7 +166,7 @@ TEST_F(Projection, RefusesFarDescriptors) {
               ElementsAre(std::nullopt));
 }
 
-TEST_F(Projection, RatioCountsOnTheSameLevelOnly) {
+TEST_F(Projection, RatioAppliesToTheSameLevelOnly) {
   const std::vector queries = {query(100, d_[0])};
   const ProjectionMatchOptions strict{.ratio = 0.8};
   add(99, 3, flipped(d_[0], 20));
@@ -178,7 +178,7 @@ TEST_F(Projection, RatioCountsOnTheSameLevelOnly) {
   EXPECT_THAT(match_by_projection(queries, features_, {.ratio = 1}), ElementsAre(index(0)));
 }
 
-TEST_F(Projection, GivesAKeypointToTheNearestQueryAlone) {
+TEST_F(Projection, AssignsAKeypointToTheNearestQueryOnly) {
   add(100, 0, d_[0]);
   const std::vector queries = {query(100, flipped(d_[0], 7)), query(100, flipped(d_[0], 3)),
                                query(100, flipped(d_[0], 3)), query(100, flipped(d_[0], 9))};
@@ -186,7 +186,7 @@ TEST_F(Projection, GivesAKeypointToTheNearestQueryAlone) {
               ElementsAre(std::nullopt, index(0), std::nullopt, std::nullopt));
 }
 
-TEST_F(Projection, PassesOverTakenKeypoints) {
+TEST_F(Projection, IgnoresTakenKeypoints) {
   add(100, 0, d_[0]);
   add(102, 0, flipped(d_[0], 12));
   const std::vector<std::uint8_t> taken = {1, 0};
@@ -200,7 +200,7 @@ TEST_F(Projection, TiesGoToTheLowerIndex) {
               ElementsAre(index(0)));
 }
 
-TEST_F(Projection, RefusesOddRotations) {
+TEST_F(Projection, RejectsRareRotations) {
   TestRandom random(8);
   std::vector<ProjectionQuery> queries;
   for (int i = 0; i < 25; ++i) {
@@ -209,8 +209,8 @@ TEST_F(Projection, RefusesOddRotations) {
     queries.push_back(query(20 + 20 * static_cast<float>(i), d));
     queries.back().angle = 0.2F;
   }
-  queries[4].angle = 2.5F;           // turned otherwise than the rest
-  queries[5].angle = std::nanf("");  // not known: not asked
+  queries[4].angle = 2.5F;           // A rotation unlike the others.
+  queries[5].angle = std::nanf("");  // An unknown angle is not checked.
   const auto free = match_by_projection(queries, features_);
   const auto checked = match_by_projection(queries, features_, {.check_rotation = true});
   for (std::uint32_t i = 0; i < 25; ++i) {

@@ -9,7 +9,7 @@
 namespace stillmap {
 namespace {
 
-/// Discs and rectangles, halved in contrast and with a camera's noise: about as many corners as a
+/// Discs and rectangles with half the contrast and camera noise: about as many corners as a
 /// furnished room.
 cv::Mat textured_image() {
   cv::Mat image = dead_leaves({640, 480}, 1);

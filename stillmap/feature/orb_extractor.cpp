@@ -34,7 +34,8 @@ const OrbOptions& checked(const OrbOptions& o) {
   return o;
 }
 
-/// Geometric series with ratio 1 / scale_factor from level to level, in sum exactly `keypoints`.
+/// Returns a geometric series with ratio 1 / scale_factor from level to level and the sum
+/// `keypoints`.
 std::vector<int> shares(const OrbOptions& options, int keypoints) {
   const double q = 1 / options.scale_factor;
   const double first = keypoints * (1 - q) / (1 - std::pow(q, options.levels));
@@ -102,7 +103,7 @@ Features OrbExtractor::extract(const cv::Mat& gray, const cv::Mat& depth,
 
   pyramid_.build(gray, options_.pyramid(), 2 * options_.border + 1);
   const std::vector<int> share = shares(options_, most);
-  int wanted = 0;  // what finer levels left over, and this level's share
+  int wanted = 0;  // Remaining keypoints of finer levels plus this level's share.
   for (int level = 0; level < pyramid_.levels(); ++level) {
     const std::size_t before = features.size();
     wanted += share[level];

@@ -16,38 +16,39 @@
 namespace stillmap {
 
 struct OrbOptions {
-  int keypoints = 1000;       ///< at most per image, all levels together
-  int levels = 8;             ///< of the scale pyramid, 1 to 16
-  double scale_factor = 1.2;  ///< between neighboring levels, in (1, 2]
-  int fast_threshold = 20;  ///< gray values by which 9 ring pixels in a row differ from the center
-  int fast_threshold_low = 7;  ///< the same, where a cell has no corner at fast_threshold
-  int cell = 30;               ///< side of the cells that get the second threshold [level's pixels]
-  int border = 16;             ///< no corner nearer to a level's edge [level's pixels], at least 16
-  bool subpixel = true;        ///< refine corners below the pixel (see subpixel.hpp)
-  double depth_jump = 0.05;    ///< relative depth step around a keypoint that makes a depth edge
+  int keypoints = 1000;       ///< Maximum number of keypoints per image over all levels.
+  int levels = 8;             ///< Number of levels of the scale pyramid, 1 to 16.
+  double scale_factor = 1.2;  ///< Scale factor between neighboring levels, in (1, 2].
+  int fast_threshold = 20;    ///< FAST threshold [gray values].
+  /// FAST threshold in cells without a corner at fast_threshold [gray values].
+  int fast_threshold_low = 7;
+  int cell = 30;  ///< Side of the cells for the second threshold [pixels of the level].
+  /// Minimum distance of corners from the border, at least 16 [pixels of the level].
+  int border = 16;
+  bool subpixel = true;  ///< Whether corners are refined to sub-pixel accuracy (see subpixel.hpp).
+  double depth_jump = 0.05;  ///< Relative depth step around a keypoint that counts as a depth edge.
   STILLMAP_FIELDS(keypoints, levels, scale_factor, fast_threshold, fast_threshold_low, cell, border,
                   subpixel, depth_jump)
 
   PyramidShape pyramid() const { return {levels, scale_factor}; }
 };
 
-/// ORB features: FAST corners on a scale pyramid, spread by a quadtree, oriented by their intensity
-/// centroid, described by steered BRIEF (Rublee, Rabaud, Konolige, Bradski: ORB, ICCV 2011), with
-/// corners refined below the pixel and a depth for each.
+/// ORB features: FAST corners on a scale pyramid, distributed by a quadtree, oriented by their
+/// intensity centroid, described by steered BRIEF (Rublee, Rabaud, Konolige, Bradski: ORB, ICCV
+/// 2011), with sub-pixel refinement and a depth for each.
 ///
-/// An object owns the buffers it reuses from image to image: use one per thread. What it returns
-/// depends on the images and options alone: not on the machine's instruction set and not on earlier
-/// images.
+/// An object owns buffers that it reuses: use one per thread. The result depends on images and
+/// options only, not on the instruction set or on earlier images.
 class OrbExtractor {
  public:
-  /// Throws Error where an option is out of its range.
+  /// Throws Error if an option is out of range.
   explicit OrbExtractor(const OrbOptions& options = {}, CpuPath path = best_cpu_path());
 
   /// @param gray   8UC1, any size; too small or without texture: no keypoints
-  /// @param depth  32FC1 of the same size, meters, 0 or not finite where unknown; empty: no depths
-  /// @param keypoints  at most; none: options.keypoints
-  /// Throws Error where a type or size is another. Keypoints are ordered by level; a level that has
-  /// too few corners leaves its share to the coarser ones.
+  /// @param depth  32FC1 of the same size [m], 0 or not finite where unknown; empty: no depths
+  /// @param keypoints  maximum number; none: options.keypoints
+  /// Throws Error for other types or sizes. Keypoints are ordered by level; a level with too few
+  /// corners passes its share to the coarser levels.
   Features extract(const cv::Mat& gray, const cv::Mat& depth = {},
                    std::optional<int> keypoints = std::nullopt);
 
@@ -65,9 +66,9 @@ class OrbExtractor {
   std::vector<PatchMoments> moments_;
 };
 
-/// Depth of the surface a keypoint sits on [meters], 0 where the image has none: the value at the
-/// nearest pixel; where the 3 x 3 neighborhood steps by more than `jump` (relative), that of its
-/// nearer side, since a corner at a depth edge belongs to the thing in front.
+/// Returns the depth of a keypoint's surface [m], 0 if unknown: the value at the nearest pixel; at
+/// a depth edge (the 3 x 3 neighborhood differs by more than `jump`, relative) that of the nearer
+/// side, since such a corner belongs to the object in front.
 float depth_at(const cv::Mat& depth, float u, float v, double jump);
 
 }  // namespace stillmap

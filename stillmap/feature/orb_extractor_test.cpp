@@ -17,8 +17,8 @@ namespace {
 
 const cv::Size kSize(640, 480);
 
-/// Two views of one picture, both sampled from a finer, smooth copy of it: pixel p of `a` is pixel
-/// H p of `b`.
+/// Two views of one image, both sampled from a finer, smooth copy: pixel p of `a` is pixel H p of
+/// `b`.
 struct ViewPair {
   cv::Mat a, b;
   cv::Matx33d H;
@@ -33,7 +33,7 @@ ViewPair make_views(const cv::Matx33d& H, std::uint64_t seed) {
   constexpr double kFiner = 2;
   cv::Mat picture = dead_leaves({2 * 2 * kSize.width, 2 * 2 * kSize.height}, seed);
   cv::GaussianBlur(picture, picture, {0, 0}, 1);
-  // Pixel p of `a` is picture pixel 2 p + (kSize / 2) * 2: `a` shows the middle of the picture.
+  // Pixel p of `a` is pixel 2 p + (kSize / 2) * 2 of the source: `a` shows its center.
   const cv::Matx33d picture_from_a(kFiner, 0, kSize.width, 0, kFiner, kSize.height, 0, 0, 1);
   ViewPair views;
   views.H = H;
@@ -43,8 +43,8 @@ ViewPair make_views(const cv::Matx33d& H, std::uint64_t seed) {
   return views;
 }
 
-/// Turned by `angle` (from x to y) and magnified by `scale` around the image's center, then tilted
-/// a little.
+/// Rotation by `angle` (from x to y) and scaling by `scale` around the image center, with a slight
+/// tilt.
 cv::Matx33d similarity(double angle, double scale, double tilt = 0) {
   const double c = scale * std::cos(angle), s = scale * std::sin(angle);
   const double cx = kSize.width / 2.0, cy = kSize.height / 2.0;
@@ -57,10 +57,11 @@ double level_scale(const Keypoint& k) { return std::pow(1.2, k.level); }
 
 struct MatchQuality {
   int matches = 0;
-  double inliers = 0;        // share of matches within 3 pixels of their level
-  double rms = 0;            // of the inliers on the two finest levels [pixels]
-  double angle_error = 0;    // median [radians]
-  double repeatability = 0;  // share of a's keypoints that b has within 1.5 pixels of their level
+  double inliers = 0;      // Share of matches within 3 pixels of their level [0..1].
+  double rms = 0;          // RMS of the inliers at the two finest levels [pixels].
+  double angle_error = 0;  // Median angle error [rad].
+  // Share of a's keypoints that b has within 1.5 pixels of their level [0..1].
+  double repeatability = 0;
 };
 
 MatchQuality match_quality(const ViewPair& views, const OrbOptions& options, double angle) {
@@ -118,10 +119,10 @@ INSTANTIATE_TEST_SUITE_P(Views, OrbOnViews,
                                          View{"Tilted", 0.2, 1.05, 3e-4}),
                          [](const auto& suite) { return suite.param.name; });
 
-TEST_P(OrbOnViews, FindsTheSameCornersAndKnowsThem) {
+TEST_P(OrbOnViews, DetectsAndMatchesTheSameCorners) {
   const View& view = GetParam();
   cv::Matx33d H = similarity(view.angle, view.scale, view.tilt);
-  H(0, 2) += 3.37;  // no whole pixels
+  H(0, 2) += 3.37;  // Fractional pixels.
   H(1, 2) -= 2.61;
   const MatchQuality q = match_quality(make_views(H, 11), {}, view.angle);
   RecordProperty("matches", q.matches);
@@ -132,14 +133,14 @@ TEST_P(OrbOnViews, FindsTheSameCornersAndKnowsThem) {
   EXPECT_LT(q.angle_error, 0.1);
 }
 
-TEST(OrbExtractor, RefinementBringsCornersCloser) {
+TEST(OrbExtractor, RefinementReducesTheError) {
   const ViewPair views = make_views(similarity(0.35, 1.07), 12);
   const double coarse = match_quality(views, {.subpixel = false}, 0.35).rms;
   const double fine = match_quality(views, {.subpixel = true}, 0.35).rms;
   EXPECT_LT(fine, 0.8 * coarse);
 }
 
-/// Everything in `a` and `b` agrees to the bit.
+/// Expects bit-identical features.
 void expect_same(const Features& a, const Features& b) {
   ASSERT_EQ(a.size(), b.size());
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -159,7 +160,7 @@ TEST(OrbExtractor, GivesTheSameBitsOnEveryPath) {
   }
 }
 
-TEST(OrbExtractor, DoesNotRememberEarlierImages) {
+TEST(OrbExtractor, DoesNotDependOnEarlierImages) {
   const cv::Mat image = dead_leaves(kSize, 14);
   const Features fresh = OrbExtractor().extract(image);
   OrbExtractor used;
@@ -170,13 +171,13 @@ TEST(OrbExtractor, DoesNotRememberEarlierImages) {
   expect_same(used.extract(image), fresh);
 }
 
-TEST(OrbExtractor, TakesPartsOfLargerImages) {
+TEST(OrbExtractor, AcceptsPartsOfLargerImages) {
   const cv::Mat large = dead_leaves({900, 700}, 17);
   const cv::Mat part = large(cv::Rect(100, 50, kSize.width, kSize.height));
   expect_same(OrbExtractor().extract(part), OrbExtractor().extract(part.clone()));
 }
 
-TEST(OrbExtractor, GivesAsManyAsWantedOnAllLevels) {
+TEST(OrbExtractor, ReturnsTheWantedNumberOverAllLevels) {
   const Features features = OrbExtractor({.keypoints = 777}).extract(dead_leaves(kSize, 18));
   EXPECT_EQ(features.size(), 777U);
   EXPECT_EQ(features.descriptors.size(), 777U);
@@ -196,7 +197,7 @@ int occupied_cells(const Features& features) {
   return static_cast<int>(cells.size());
 }
 
-TEST(OrbExtractor, FewerAskedForOnceAreThoseOfAnExtractorOfFewer) {
+TEST(OrbExtractor, FewerKeypointsEqualThoseOfASmallerExtractor) {
   const cv::Mat image = dead_leaves(kSize, 19);
   OrbExtractor extractor;
   const Features all = extractor.extract(image);
@@ -204,19 +205,18 @@ TEST(OrbExtractor, FewerAskedForOnceAreThoseOfAnExtractorOfFewer) {
   expect_same(extractor.extract(image), all);
 }
 
-TEST(OrbExtractor, SpreadsOverFaintPartsToo) {
-  // All but the left fifth has a tenth of the contrast: hardly a corner there is above the first
-  // threshold.
+TEST(OrbExtractor, CoversLowContrastParts) {
+  // All but the left fifth has a tenth of the contrast, so almost no corner exceeds the first
+  // threshold there.
   cv::Mat image = dead_leaves(kSize, 19);
   cv::Mat faint = image(cv::Rect(128, 0, 512, 480));
   faint.convertTo(faint, CV_8U, 0.12, 110);
-  EXPECT_GE(occupied_cells(OrbExtractor().extract(image)), 140);  // of 165
+  EXPECT_GE(occupied_cells(OrbExtractor().extract(image)), 140);  // of 165 cells
   EXPECT_LE(occupied_cells(OrbExtractor({.fast_threshold_low = 20}).extract(image)), 100);
 }
 
-TEST(OrbExtractor, PlacesAKeypointWhereTheCornerIs) {
-  // A bright square with edges between pixels: its corner, seen by the lens, lies at (200.25,
-  // 150.25).
+TEST(OrbExtractor, LocalizesACornerWithSubpixelAccuracy) {
+  // A bright square with edges between pixels; its blurred corner is at (200.25, 150.25).
   cv::Mat fine(4 * 480, 4 * 640, CV_8UC1, cv::Scalar(50));
   fine(cv::Rect(803, 603, 400, 400)) = 220;
   cv::Mat image;
@@ -231,7 +231,7 @@ TEST(OrbExtractor, PlacesAKeypointWhereTheCornerIs) {
   }
 }
 
-TEST(OrbExtractor, FindsNothingWhereThereIsNothing) {
+TEST(OrbExtractor, FindsNothingWithoutTexture) {
   OrbExtractor extractor;
   for (const cv::Mat& image :
        {cv::Mat(), cv::Mat(480, 640, CV_8UC1, cv::Scalar(90)), dead_leaves({1, 1}, 20),
@@ -243,7 +243,7 @@ TEST(OrbExtractor, FindsNothingWhereThereIsNothing) {
   EXPECT_NO_THROW(extractor.extract(dead_leaves({2000, 40}, 20)));
 }
 
-TEST(OrbExtractor, RefusesWrongImagesAndOptions) {
+TEST(OrbExtractor, RejectsWrongImagesAndOptions) {
   OrbExtractor extractor;
   const cv::Mat gray = dead_leaves({100, 80}, 21);
   EXPECT_THROW(extractor.extract(cv::Mat(80, 100, CV_8UC3)), Error);
@@ -266,16 +266,16 @@ TEST(DepthAt, IsThatOfTheNearestPixel) {
   EXPECT_EQ(depth_at({}, 5, 5, 0.05), 0.0F);
 }
 
-TEST(DepthAt, IsNoneWhereThePixelHasNone) {
+TEST(DepthAt, IsUnknownIfThePixelIsUnknown) {
   for (const float hole : {0.0F, -1.0F, std::nanf(""), HUGE_VALF}) {
     cv::Mat depth(20, 30, CV_32FC1, cv::Scalar(2));
     depth.at<float>(7, 9) = hole;
     EXPECT_EQ(depth_at(depth, 9, 7, 0.05), 0.0F);
-    EXPECT_EQ(depth_at(depth, 10, 7, 0.05), 2.0F);  // a hole beside it is no edge
+    EXPECT_EQ(depth_at(depth, 10, 7, 0.05), 2.0F);  // A neighboring hole is no edge.
   }
 }
 
-TEST(DepthAt, TakesTheNearerSideOfAnEdge) {
+TEST(DepthAt, UsesTheNearerSideOfAnEdge) {
   cv::Mat depth(20, 30, CV_32FC1, cv::Scalar(2));
   depth.colRange(10, 30) = 3;
   EXPECT_EQ(depth_at(depth, 9, 7, 0.05), 2.0F);

@@ -16,7 +16,7 @@ struct DiscMask {
   constexpr DiscMask() {
     for (int y = 0; y <= kRadius; ++y) {
       for (int x = -kRadius; x <= kRadius; ++x) {
-        // Everything up to half a pixel outside the radius: the rounder disc.
+        // All pixels up to half a pixel outside the radius, for a rounder disc.
         const bool inside = 4 * (x * x + y * y) <= (2 * kRadius + 1) * (2 * kRadius + 1);
         rows[y][x + kRadius] = inside ? 0xff : 0;
       }
@@ -25,8 +25,8 @@ struct DiscMask {
 };
 constexpr DiscMask kDisc;
 
-/// Sums by column: of the intensity, and of the intensity times y. Neither can leave 16 bits:
-/// 31 * 255 and 255 * (1 + ... + 15).
+/// Column sums of the intensity and of the intensity times y. Both fit 16 bits: 31 * 255 and 255 *
+/// (1 + ... + 15).
 struct ColumnSums {
   I16x16 plain[2]{}, times_y[2]{};
 };

@@ -21,7 +21,8 @@ TEST_P(Shrinking, IsBilinear) {
     cv::Mat shrunk, expected;
     shrink(image, size, shrunk);
     cv::resize(image, expected, size, 0, 0, cv::INTER_LINEAR_EXACT);
-    // Weights of 1/64 and two roundings: a gray value or two; at edges of full contrast, four.
+    // Weights of 1/64 and two roundings give an error of one or two gray values; at edges of full
+    // contrast, four.
     EXPECT_LE(cv::norm(shrunk, expected, cv::NORM_INF), 4) << size;
     EXPECT_LE(cv::norm(shrunk, expected, cv::NORM_L1) / size.area(), 0.6) << size;
   }
@@ -38,7 +39,7 @@ TEST(Shrinker, GivesTheSameBitsOnEveryPath) {
   }
 }
 
-TEST(ImagePyramid, HasTheLevelsOfItsShape) {
+TEST(ImagePyramid, HasTheSpecifiedLevels) {
   const cv::Mat image = dead_leaves({640, 480}, 3);
   ImagePyramid pyramid;
   pyramid.build(image, {8, 1.2}, 33);
@@ -52,8 +53,8 @@ TEST(ImagePyramid, HasTheLevelsOfItsShape) {
   EXPECT_EQ(pyramid.levels(), 0);
 }
 
-TEST(ImagePyramid, LevelsShowTheSamePlaces) {
-  // The centroid of a soft spot is found on each level, and comes back to the same place.
+TEST(ImagePyramid, LevelsAreAligned) {
+  // The centroid of a soft spot, found at each level, maps to the same position.
   cv::Mat image(480, 640, CV_8UC1);
   const cv::Point2d truth(231.3, 174.8);
   for (int y = 0; y < image.rows; ++y) {

@@ -10,9 +10,9 @@
 namespace stillmap {
 namespace {
 
-constexpr int kDepth = 11;  // parts are split at most this often: to 1 / 2048 of the area's side
+constexpr int kDepth = 11;  // Maximum number of divisions: to 1 / 2048 of the side of the area.
 
-/// Moves the lower 16 bits apart, so that there is a free bit above each.
+/// Spreads the lower 16 bits so that there is a free bit above each.
 std::uint32_t spread_bits(std::uint32_t x) {
   x = (x | (x << 8)) & 0x00ff00ffU;
   x = (x | (x << 4)) & 0x0f0f0f0fU;
@@ -46,7 +46,7 @@ void QuadtreeSpreader::sort_along_curve(const std::vector<Corner>& corners, cons
   sort_by_digit(kDepth);
 }
 
-/// One pass of a radix sort: stable, by the kDepth bits of the place from `shift` on.
+/// One pass of a stable radix sort by the kDepth bits from `shift` on.
 void QuadtreeSpreader::sort_by_digit(int shift) {
   constexpr std::uint32_t kDigits = 1U << kDepth;
   std::array<std::uint32_t, kDigits + 1> begin{};
@@ -66,7 +66,8 @@ void QuadtreeSpreader::split_until(std::size_t wanted) {
       if (nodes_[i].count() > 1 && nodes_[i].depth_left > 0) order_.push_back(i);
     }
     if (order_.empty()) return;
-    if (nodes_.size() + 3 * order_.size() > wanted) {  // the last round: the fullest first
+    // The last round starts with the fullest parts.
+    if (nodes_.size() + 3 * order_.size() > wanted) {
       std::stable_sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) {
         return nodes_[a].count() > nodes_[b].count();
       });
@@ -78,7 +79,7 @@ void QuadtreeSpreader::split_until(std::size_t wanted) {
   }
 }
 
-/// Replaces a node by its quarters that hold corners.
+/// Replaces a node by its quarters that contain corners.
 void QuadtreeSpreader::split(std::size_t node) {
   Node rest = nodes_[node];
   --rest.depth_left;
@@ -111,7 +112,7 @@ void QuadtreeSpreader::keep_best(const std::vector<Corner>& corners, std::size_t
     }
     order_.push_back(best);
   }
-  if (order_.size() > wanted) {  // the last split may have given up to three too many
+  if (order_.size() > wanted) {  // The last division may give up to three too many.
     std::nth_element(order_.begin(), order_.begin() + static_cast<std::ptrdiff_t>(wanted),
                      order_.end(), stronger);
     order_.resize(wanted);

@@ -9,27 +9,27 @@
 
 namespace stillmap {
 
-/// Picks corners that are strong and spread evenly: the area is split into quarters, round by
-/// round, each part that holds more than one corner, until there are as many parts with corners as
-/// corners wanted (in the last round the fullest parts first); then the strongest corner of each
-/// part is kept.
+/// Selects strong and evenly distributed corners: the area is divided into quarters repeatedly,
+/// each part with more than one corner, until the number of parts with corners equals the wanted
+/// number (in the last round the fullest parts first); then the strongest corner of each part is
+/// kept.
 ///
-/// The corners are sorted along a Morton (Z) curve, on which each part of the tree is one
-/// contiguous range; splitting a part is three binary searches.
+/// Corners are sorted along a Morton (Z) curve, on which each part of the tree is a contiguous
+/// range; dividing a part takes three binary searches.
 class QuadtreeSpreader {
  public:
-  /// At most `wanted` of `corners`, in their order; all if there are no more. `area` holds them
-  /// all. Of equally strong ones the first is kept. Valid until the next call.
+  /// Returns at most `wanted` of `corners`, in their order. `area` must contain all of them. The
+  /// first of equally strong corners is kept. Valid until the next call.
   const std::vector<Corner>& spread(const std::vector<Corner>& corners, const cv::Rect& area,
                                     int wanted);
 
  private:
   struct Entry {
-    std::uint32_t place;  // on the curve
+    std::uint32_t place;  // position on the curve
     std::uint32_t corner;
   };
-  /// A part of the area: entries_[begin, end), whose places differ in the last 2 * depth_left bits
-  /// alone.
+  /// A part of the area: entries_[begin, end), whose positions differ in the last 2 * depth_left
+  /// bits only.
   struct Node {
     std::uint32_t begin, end;
     int depth_left;

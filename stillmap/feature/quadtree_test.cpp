@@ -13,7 +13,7 @@ namespace {
 
 const cv::Rect kArea(16, 16, 600, 400);
 
-/// Most corners crowd into the upper left tenth of the area, the rest are anywhere.
+/// Returns corners of which most are in the upper left tenth of the area.
 std::vector<Corner> crowded_corners(int count, std::uint64_t seed) {
   TestRandom random(seed);
   std::set<std::pair<int, int>> places;
@@ -37,7 +37,7 @@ int occupied_cells(const std::vector<Corner>& corners, int columns, int rows) {
   return static_cast<int>(cells.size());
 }
 
-TEST(Quadtree, GivesExactlyAsManyAsWanted) {
+TEST(Quadtree, ReturnsExactlyTheWantedNumber) {
   const auto corners = crowded_corners(2000, 1);
   QuadtreeSpreader spreader;
   for (const int wanted : {1, 2, 3, 5, 50, 333, 1999}) {
@@ -58,7 +58,7 @@ TEST(Quadtree, KeepsTheirOrder) {
   }));
 }
 
-TEST(Quadtree, FillsTheAreaWhereTheStrongestWouldNot) {
+TEST(Quadtree, CoversTheAreaUnlikeTheStrongest) {
   const auto corners = crowded_corners(2000, 3);
   QuadtreeSpreader spreader;
   const auto spread = spreader.spread(corners, kArea, 256);
@@ -66,14 +66,14 @@ TEST(Quadtree, FillsTheAreaWhereTheStrongestWouldNot) {
   std::stable_sort(strongest.begin(), strongest.end(),
                    [](const Corner& a, const Corner& b) { return a.score > b.score; });
   strongest.resize(256);
-  // 500 corners are anywhere, so a 12 x 8 grid has no empty cell to begin with.
+  // 500 corners are distributed evenly, so a 12 x 8 grid has no empty cell.
   ASSERT_EQ(occupied_cells(corners, 12, 8), 96);
   EXPECT_EQ(occupied_cells(spread, 12, 8), 96);
   EXPECT_LT(occupied_cells(strongest, 12, 8), 80);
 }
 
 TEST(Quadtree, KeepsTheStrongestOfEachPart) {
-  // Four clusters, one in each quarter: four wanted, the strongest of each is to be kept.
+  // Four clusters, one in each quarter: with four wanted, the strongest of each must be kept.
   std::vector<Corner> corners;
   for (const int y : {100, 300}) {
     for (int row = 0; row < 5; ++row) {
@@ -89,7 +89,7 @@ TEST(Quadtree, KeepsTheStrongestOfEachPart) {
   for (const Corner& c : kept) EXPECT_EQ(c.score, 90);
 }
 
-TEST(Quadtree, CopesWithCornersInOnePlace) {
+TEST(Quadtree, AcceptsCornersAtOnePosition) {
   const std::vector<Corner> corners(50, Corner{100, 100, 20});
   QuadtreeSpreader spreader;
   EXPECT_EQ(spreader.spread(corners, kArea, 10).size(), 1U);

@@ -16,9 +16,10 @@ namespace {
 using Tap = Shrinker::Tap;
 using Block = Shrinker::Block;
 
-constexpr int kWeightBits = 6;  // two weights and two bytes must fit into signed 16 bits
+constexpr int kWeightBits = 6;  // Two weights and two bytes must fit into signed 16 bits.
 constexpr int kOne = 1 << kWeightBits, kHalf = kOne / 2;
-constexpr int kBlock = 8, kReach = 16;  // pixels that a block makes, and those it may use
+// Number of result pixels of a block, and of source pixels that it may read.
+constexpr int kBlock = 8, kReach = 16;
 
 std::vector<Tap> taps(int from, int to) {
   std::vector<Tap> result(to);
@@ -31,7 +32,8 @@ std::vector<Tap> taps(int from, int to) {
   return result;
 }
 
-/// The columns in blocks, the last one overlapping its predecessor; none if a block does not reach.
+/// Returns the columns in blocks, the last one overlapping its predecessor; empty if a block cannot
+/// cover its source pixels.
 std::vector<Block> blocks_of(const std::vector<Tap>& columns) {
   std::vector<Block> blocks;
   const int count = static_cast<int>(columns.size());
@@ -54,7 +56,7 @@ std::vector<Block> blocks_of(const std::vector<Tap>& columns) {
   return blocks;
 }
 
-/// Between two rows.
+/// Interpolates between two rows.
 STILLMAP_KERNEL void mix(const std::uint8_t* a, const std::uint8_t* b, int weight, int count,
                          std::uint8_t* __restrict out) {
   const auto weight_b = static_cast<std::uint16_t>(weight);

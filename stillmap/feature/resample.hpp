@@ -10,27 +10,28 @@
 
 namespace stillmap {
 
-/// Shrinks images of one size to another by bilinear interpolation: first between rows, then
-/// between columns, rounded after each, with weights of 1/64. The images' outer edges fall
-/// together: pixel i of the result lies at (i + 0.5) * from / to - 0.5. Keeps its tables and memory
-/// for the next image of that size.
+/// Reduces images by bilinear interpolation: first between rows, then between columns, rounded
+/// after each, with weights of 1/64. The outer edges of the images coincide: pixel i of the result
+/// is at (i + 0.5) * from / to - 0.5. Reuses tables and memory for images of the same size.
 class Shrinker {
  public:
   explicit Shrinker(CpuPath path = best_cpu_path()) : path_(path) {}
 
-  /// `from` 8UC1, at least 2 x 2; `to` becomes 8UC1 of size `size`, not larger than `from`.
+  /// @param from  8UC1, at least 2 x 2
+  /// @param size  size of the result, not larger than `from`
+  /// @param to    8UC1 result
   void operator()(const cv::Mat& from, cv::Size size, cv::Mat& to);
 
-  /// Between source pixels `first` and first + 1: the second has weight / 64.
+  /// Interpolation between source pixels `first` and first + 1; the second has weight / 64.
   struct Tap {
     int first = 0;
     int weight = 0;
   };
-  /// Eight neighboring results that come from 16 neighboring source pixels.
+  /// Eight neighboring results from 16 neighboring source pixels.
   struct Block {
-    int to = 0, from = 0;                  // first pixel of either
+    int to = 0, from = 0;                  // first pixel of result and source
     std::array<std::uint8_t, 16> pick{};   // source pixels of each result's two taps
-    std::array<std::int8_t, 16> weight{};  // theirs
+    std::array<std::int8_t, 16> weight{};  // weights of the taps
   };
 
  private:
@@ -39,7 +40,7 @@ class Shrinker {
   CpuPath path_;
   cv::Size from_, to_;
   std::vector<Tap> columns_, rows_;
-  std::vector<Block> blocks_;  // empty where the columns lie too far apart
+  std::vector<Block> blocks_;  // empty if the columns are too far apart
   std::vector<std::uint8_t> row_;
 };
 

@@ -4,7 +4,7 @@
 namespace stillmap {
 namespace {
 
-/// The sum over a 2x2 block, whose upper left pixel is `upper[x]`.
+/// Returns the sum over a 2x2 block with the upper left pixel `upper[x]`.
 int block(const std::uint8_t* upper, const std::uint8_t* lower, int x) {
   return upper[x] + upper[x + 1] + lower[x] + lower[x + 1];
 }

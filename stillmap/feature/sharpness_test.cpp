@@ -7,7 +7,7 @@
 namespace stillmap {
 namespace {
 
-TEST(Sharpness, OfAnEvenPictureIsZero) {
+TEST(Sharpness, OfAUniformImageIsZero) {
   EXPECT_EQ(sharpness(cv::Mat(48, 64, CV_8UC1, cv::Scalar(77))), 0);
 }
 
@@ -16,7 +16,7 @@ TEST(Sharpness, OfARampIsItsSquaredSlopePerBlock) {
   for (int y = 0; y < ramp.rows; ++y) {
     for (int x = 0; x < ramp.cols; ++x) ramp(y, x) = static_cast<std::uint8_t>(2 * x + y);
   }
-  EXPECT_DOUBLE_EQ(sharpness(ramp), 4 * 4 + 2 * 2);  // two pixels on: 4 to the right, 2 below
+  EXPECT_DOUBLE_EQ(sharpness(ramp), 4 * 4 + 2 * 2);  // Two pixels further: 4 to the right, 2 below.
 }
 
 TEST(Sharpness, FallsWithMotionBlurInEitherDirection) {

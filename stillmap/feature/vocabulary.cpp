@@ -13,15 +13,15 @@ namespace stillmap {
 namespace {
 
 Error no_tree() {
-  return {"the parts of the vocabulary do not make one tree", "vocabulary", "train it anew"};
+  return {"the parts of the vocabulary do not form one tree", "vocabulary", "train it again"};
 }
 
-/// Nodes with their children side by side, in the order of levels.
+/// Returns the nodes with consecutive children, in level order.
 std::vector<Vocabulary::Node> link_nodes(const std::vector<std::uint8_t>& children) {
   std::vector<Vocabulary::Node> nodes(children.size());
   std::uint32_t next = 1, word = 0;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
-    if (i >= next) throw no_tree();  // nobody's child
+    if (i >= next) throw no_tree();  // A node without parent.
     nodes[i].first_child = next;
     nodes[i].children = children[i];
     if (children[i] == 0) nodes[i].word = word++;
@@ -43,7 +43,7 @@ int depth_of(const std::vector<Vocabulary::Node>& nodes) {
   return depth;
 }
 
-/// Words and how often each occurs, sorted by word.
+/// Returns the words and their counts, sorted by word.
 BowVector count_words(std::vector<std::uint32_t> words) {
   std::sort(words.begin(), words.end());
   BowVector counts;

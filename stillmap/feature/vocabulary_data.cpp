@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Puts vocabulary.bin, byte by byte, into the library (see scripts/train_vocabulary.sh for how it
-/// is made). The assembler does it: a table of numbers in the source would take a minute to
-/// compile.
+/// Embeds vocabulary.bin into the library (created by scripts/train_vocabulary.sh). The assembler
+/// does it, since a table of numbers in the source would take a minute to compile.
 __asm__(
     ".section .rodata\n"
     ".balign 16\n"

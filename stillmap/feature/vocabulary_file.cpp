@@ -18,9 +18,9 @@
 
 #include <fmt/format.h>
 
-// NOLINTBEGIN(readability-identifier-naming): the names are the assembler's
+// NOLINTBEGIN(readability-identifier-naming): the assembler defines the names
 extern "C" {
-extern const char stillmap_vocabulary_begin[];  // see vocabulary_data.cpp
+extern const char stillmap_vocabulary_begin[];  // Defined in vocabulary_data.cpp.
 extern const char stillmap_vocabulary_end[];
 }
 // NOLINTEND(readability-identifier-naming)
@@ -55,7 +55,7 @@ T number_at(std::string_view bytes, std::size_t offset) {
   return value;
 }
 
-/// Takes `count` values off the front.
+/// Reads `count` values from the front.
 template <typename T>
 std::vector<T> take(std::string_view& bytes, std::size_t count) {
   std::vector<T> values(count);
@@ -96,7 +96,7 @@ Vocabulary Vocabulary::from_bytes(std::string_view bytes, const std::string& whe
   if (nodes == 0 || bytes.size() + sizeof(Descriptor) != expected) {
     throw Error(fmt::format("contains {} bytes, but its header declares {}", bytes.size(),
                             expected - sizeof(Descriptor)),
-                where, "it is truncated or added to; copy it again, or " + std::string(kFix));
+                where, "copy it again, or " + std::string(kFix));
   }
   std::string_view rest = bytes.substr(kHeader);
   if (fnv1a(rest) != number_at<std::uint64_t>(bytes, 20)) {

@@ -18,7 +18,7 @@ namespace {
 
 Descriptor random_descriptor(std::mt19937_64& rng) { return {rng(), rng(), rng(), rng()}; }
 
-/// The descriptor with `bits` of its bits turned over.
+/// Returns the descriptor with `bits` random bits flipped.
 Descriptor disturbed(Descriptor d, int bits, std::mt19937_64& rng) {
   for (int i = 0; i < bits; ++i) {
     const std::uint64_t bit = rng() % 256;
@@ -27,7 +27,7 @@ Descriptor disturbed(Descriptor d, int bits, std::mt19937_64& rng) {
   return d;
 }
 
-/// Images of things: each shows some of 64 corners, every time a little differently.
+/// Images that each show some of 64 corners with slightly different descriptors.
 struct Album {
   std::vector<Descriptor> corners;
   std::vector<std::vector<Descriptor>> images;
@@ -46,10 +46,10 @@ Album album(int bits = 6) {
   return album;
 }
 
-/// A vocabulary of two words, all zeros and all ones, that weigh 1 and 3.
+/// Returns a vocabulary of two words, all zeros and all ones, with weights 1 and 3.
 Vocabulary two_words() { return {{2, 0, 0}, {Descriptor{}, {~0ULL, ~0ULL, ~0ULL, ~0ULL}}, {1, 3}}; }
 
-TEST(Vocabulary, ViewsOfOneCornerFallIntoOneWord) {
+TEST(Vocabulary, ViewsOfOneCornerShareAWord) {
   const Album a = album();
   const Vocabulary vocabulary = train_vocabulary(a.images, {.branching = 8, .depth = 4});
   std::mt19937_64 rng(9);
@@ -61,10 +61,10 @@ TEST(Vocabulary, ViewsOfOneCornerFallIntoOneWord) {
     for (int i = 0; i < 10; ++i) same += vocabulary.node(disturbed(corner, 6, rng), 2) == word;
   }
   EXPECT_GE(same, 64 * 10 * 98 / 100);
-  EXPECT_GE(words.size(), 40U) << "and different corners mostly into different ones";
+  EXPECT_GE(words.size(), 40U) << "different corners mostly have different words";
 }
 
-TEST(Vocabulary, TheSameImagesGiveTheSameBytesAndAnotherSeedOthers) {
+TEST(Vocabulary, TrainingDependsOnImagesAndSeedOnly) {
   const Album a = album(40);
   const VocabularyTrainingOptions options{.branching = 4, .depth = 3};
   const std::string bytes = train_vocabulary(a.images, options).bytes();
@@ -90,7 +90,7 @@ TEST(Vocabulary, RarityIsTheLogarithmOfImagesPerImageWithTheWord) {
   EXPECT_FLOAT_EQ(vocabulary.idf(vocabulary.word(ones)), std::log(3.0F));
 }
 
-TEST(Vocabulary, WhatHasNoWeightEntersNeitherWordsNorDirectIndex) {
+TEST(Vocabulary, DescriptorsWithoutWeightAreIgnored) {
   const Descriptor zeros{}, ones{~0ULL, ~0ULL, ~0ULL, ~0ULL};
   const std::vector<float> weights = {0, 0.2F, 0};
   const BagOfWords bag =
@@ -101,7 +101,7 @@ TEST(Vocabulary, WhatHasNoWeightEntersNeitherWordsNorDirectIndex) {
   EXPECT_TRUE(two_words().transform(std::vector<Descriptor>(3), none).words.empty());
 }
 
-TEST(Vocabulary, TheDirectIndexHoldsEachKeypointOnceByNode) {
+TEST(Vocabulary, TheDirectIndexListsEachKeypointOnceByNode) {
   const Album a = album();
   const Vocabulary vocabulary = train_vocabulary(a.images, {.branching = 4, .depth = 3});
   const BagOfWords bag = vocabulary.transform(a.images[3], {}, 1);
@@ -111,7 +111,7 @@ TEST(Vocabulary, TheDirectIndexHoldsEachKeypointOnceByNode) {
     EXPECT_EQ(node, vocabulary.node(a.images[3][keypoint], 1));
 }
 
-TEST(Vocabulary, SimilarityIsOneForEqualsAndNoughtForStrangers) {
+TEST(Vocabulary, SimilarityIsOneForEqualAndZeroForDisjointImages) {
   const BowVector a = {{1, 0.25F}, {4, 0.75F}}, b = {{2, 0.5F}, {3, 0.5F}},
                   c = {{1, 0.5F}, {2, 0.5F}};
   EXPECT_DOUBLE_EQ(similarity(a, a), 1);
@@ -134,11 +134,9 @@ class VocabularyFile : public ::testing::Test {
   const std::string bytes_ = train_vocabulary(album().images, {.branching = 5, .depth = 3}).bytes();
 };
 
-TEST_F(VocabularyFile, ComesBackAsItWas) {
-  EXPECT_EQ(Vocabulary::from_bytes(bytes_, "").bytes(), bytes_);
-}
+TEST_F(VocabularyFile, RoundTrip) { EXPECT_EQ(Vocabulary::from_bytes(bytes_, "").bytes(), bytes_); }
 
-TEST_F(VocabularyFile, BrokenOnesAreRefusedWithTheReason) {
+TEST_F(VocabularyFile, InvalidFilesAreErrorsWithTheReason) {
   expect_refused("", "not a vocabulary");
   expect_refused("ORBvoc.txt: 10 6 0 0 and so on and so forth", "not a vocabulary");
   expect_refused(bytes_.substr(0, 27), "not a vocabulary");
@@ -151,16 +149,16 @@ TEST_F(VocabularyFile, BrokenOnesAreRefusedWithTheReason) {
   expect_refused(altered, "corrupt");
 }
 
-TEST(VocabularyParts, ThatAreNoTreeAreRefused) {
+TEST(VocabularyParts, WithoutATreeAreAnError) {
   const std::vector<Descriptor> two(2);
-  EXPECT_THROW(Vocabulary({1, 0, 0}, two, {1, 1}), Error) << "the last is nobody's child";
+  EXPECT_THROW(Vocabulary({1, 0, 0}, two, {1, 1}), Error) << "the last node has no parent";
   EXPECT_THROW(Vocabulary({3, 0, 0}, two, {1, 1}), Error) << "a child is missing";
   EXPECT_THROW(Vocabulary({0}, {}, {1}), Error);
   EXPECT_THROW(Vocabulary({2, 0, 0}, two, {1}), Error) << "a leaf without a weight";
   EXPECT_THROW(Vocabulary({2, 0, 0}, two, {1, NAN}), Error);
 }
 
-TEST(VocabularyTraining, RefusesWhatCannotBeClustered) {
+TEST(VocabularyTraining, RejectsDataThatCannotBeClustered) {
   const std::vector<std::vector<Descriptor>> equal(3, std::vector<Descriptor>(5));
   EXPECT_THROW(train_vocabulary(equal), Error);
   EXPECT_THROW(train_vocabulary({}), Error);
@@ -168,15 +166,16 @@ TEST(VocabularyTraining, RefusesWhatCannotBeClustered) {
   EXPECT_THROW(train_vocabulary(album().images, {.depth = 0}), Error);
 }
 
-TEST(BuiltInVocabulary, IsLargeEnoughInWordsAndSmallInBytes) {
+TEST(BuiltInVocabulary, HasEnoughWordsAndASmallFile) {
   const Vocabulary vocabulary = Vocabulary::built_in();
   EXPECT_GE(vocabulary.words(), 5000U);
   EXPECT_LE(vocabulary.bytes().size(), 4'000'000U);
 }
 
-/// In an office it has not been trained on, each picture must look more like one from nearby than
-/// like any that looks elsewhere. The camera walks once around the room; pictures are 0.4 m apart.
-TEST(BuiltInVocabulary, NeighborsLookAlikeMoreThanStrangers) {
+/// In an office that is not in the training data, each image must be more similar to a nearby one
+/// than to any image of another direction. The camera moves once around the room; images are 0.4 m
+/// apart.
+TEST(BuiltInVocabulary, NeighborsAreMoreSimilarThanOthers) {
   const Vocabulary vocabulary = Vocabulary::built_in();
   SimulatedSequence sequence({.people = 0,
                               .camera = "loop",

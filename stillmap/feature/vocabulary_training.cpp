@@ -19,15 +19,15 @@ using Group = std::vector<Descriptor>;
 void check(const VocabularyTrainingOptions& options) {
   const auto within = [](int value, int low, int high) { return value >= low && value <= high; };
   if (!within(options.branching, 2, 255)) {
-    throw Error("the branching must lie within 2 and 255", "vocabulary", "take about 10");
+    throw Error("the branching must be 2 to 255", "vocabulary", "use about 10");
   }
   if (!within(options.depth, 1, 12) || options.iterations < 1) {
-    throw Error("the depth must lie within 1 and 12, iterations above 0", "vocabulary",
-                "take a depth of about 4");
+    throw Error("the depth must be 1 to 12 and iterations positive", "vocabulary",
+                "use a depth of about 4");
   }
 }
 
-/// The descriptor nearest to all of a cluster: of each bit the value that more than half have.
+/// Computes the center of a cluster: the majority of each bit.
 class BitMajority {
  public:
   void add(const Descriptor& d) {
@@ -52,8 +52,8 @@ class BitMajority {
   std::uint32_t count_ = 0;
 };
 
-/// First centers: each next one drawn with a probability that grows with its squared distance to
-/// those there are. Fewer than wanted if the group has fewer different descriptors.
+/// Returns initial centers: each next one is drawn with a probability proportional to its squared
+/// distance to the previous ones. Fewer than wanted if the group has fewer different descriptors.
 Group first_centers(const Group& group, std::size_t wanted, std::mt19937_64& random) {
   Group centers;
   centers.push_back(group[random() % group.size()]);
@@ -81,7 +81,8 @@ std::vector<std::uint32_t> assign(const Group& group, const Group& centers) {
   return nearest;
 }
 
-/// Centers moved to the middles of what is nearest to them; those that nothing is nearest to go.
+/// Returns the centers moved to the centers of their nearest descriptors, without those that have
+/// none.
 Group moved_centers(const Group& group, const std::vector<std::uint32_t>& nearest,
                     std::size_t count) {
   std::vector<BitMajority> majority(count);
@@ -93,10 +94,10 @@ Group moved_centers(const Group& group, const std::vector<std::uint32_t>& neares
   return centers;
 }
 
-/// A group split into clusters around centers.
+/// A group divided into clusters around centers.
 struct Clusters {
   Group centers;
-  std::vector<Group> groups;  ///< one per center, none empty
+  std::vector<Group> groups;  ///< One per center, none empty.
 };
 
 Clusters cluster(const Group& group, const VocabularyTrainingOptions& options,
@@ -120,13 +121,13 @@ Clusters cluster(const Group& group, const VocabularyTrainingOptions& options,
   return clusters;
 }
 
-/// The tree as Vocabulary wants it.
+/// The tree in the format of Vocabulary.
 struct Tree {
   std::vector<std::uint8_t> children;
   std::vector<Descriptor> descriptors;
 };
 
-/// Level by level, so that nodes come in the order of levels.
+/// Grows level by level, so that nodes are in level order.
 Tree grow(Group all, const VocabularyTrainingOptions& options) {
   std::mt19937_64 random(static_cast<std::uint64_t>(options.seed));
   Tree tree;
@@ -142,19 +143,20 @@ Tree grow(Group all, const VocabularyTrainingOptions& options) {
       tree.descriptors.insert(tree.descriptors.end(), clusters.centers.begin(),
                               clusters.centers.end());
       std::move(clusters.groups.begin(), clusters.groups.end(), std::back_inserter(next));
-      group = {};  // its memory is wanted for the next level
+      group = {};  // Frees memory for the next level.
     }
     level = std::move(next);
   }
   return tree;
 }
 
-/// ln(images / images with the word), for all words.
+/// Returns ln(images / images with the word) for all words.
 std::vector<float> inverse_document_frequencies(const Vocabulary& vocabulary,
                                                 std::span<const std::vector<Descriptor>> images) {
   struct Count {
     int images = 0;
-    std::size_t last = std::numeric_limits<std::size_t>::max();  ///< image it was counted in last
+    /// Last image in which it was counted.
+    std::size_t last = std::numeric_limits<std::size_t>::max();
   };
   std::vector<Count> counts(vocabulary.words());
   for (std::size_t i = 0; i < images.size(); ++i) {
@@ -163,7 +165,7 @@ std::vector<float> inverse_document_frequencies(const Vocabulary& vocabulary,
       if (std::exchange(count.last, i) != i) ++count.images;
     }
   }
-  // A word that its own descriptors missed on the way down is as rare as one seen once.
+  // A word that its own descriptors miss on the path from the root counts as seen once.
   std::vector<float> idf;
   for (const Count& c : counts)
     idf.push_back(
@@ -180,7 +182,7 @@ Vocabulary train_vocabulary(std::span<const std::vector<Descriptor>> images,
   for (const auto& image : images) all.insert(all.end(), image.begin(), image.end());
   if (all.empty() ||
       std::count(all.begin(), all.end(), all.front()) == static_cast<std::ptrdiff_t>(all.size())) {
-    throw Error("there are fewer than two different descriptors to learn from", "vocabulary",
+    throw Error("there are fewer than two different descriptors to train with", "vocabulary",
                 "give images with texture");
   }
   Tree tree = grow(std::move(all), options);

@@ -86,9 +86,8 @@ bool inflate(View compressed, std::span<unsigned char> out) {
                                     out.data(), out.size(), nullptr) == LIBDEFLATE_SUCCESS;
 }
 
-// ---- row filters (9.2): each undoes, in place, what the encoder did to one row
-// ---------------------------- Names as in the specification: x this byte, a the pixel to the left,
-// b above, c above left.
+// ---- row filters (9.2): each reverts the encoding of one row in place. Names as in the
+// specification: x this byte, a the pixel to the left, b above, c above left.
 
 void undo_sub(unsigned char* row, std::size_t bytes, std::size_t pixel) {
   for (std::size_t i = pixel; i < bytes; ++i)
