@@ -11,25 +11,25 @@
 namespace stillmap {
 namespace {
 
-constexpr int kPrint = 512;                   // pixels across, repeated
-constexpr double kMetersPerPixel = 4e-3;      // of the print
-constexpr double kSway = 0.05, kSways = 0.7;  // meters, Hz
+constexpr int kPrint = 512;                   // Side of the repeated print [pixels].
+constexpr double kMetersPerPixel = 4e-3;      // Size of a pixel of the print [m].
+constexpr double kSway = 0.05, kSways = 0.7;  // Amplitude [m] and frequency [Hz] of the sway.
 
-/// Overlapping rectangles of all sizes: corners everywhere, no two places alike.
+/// Returns overlapping rectangles of all sizes: corners everywhere, no repetition.
 cv::Mat print(int seed) {
   simulate::Random random(static_cast<std::uint64_t>(seed), 77);
-  cv::Mat picture(kPrint, kPrint, CV_8UC3, cv::Scalar::all(128));
+  cv::Mat print(kPrint, kPrint, CV_8UC3, cv::Scalar::all(128));
   for (int i = 0; i < 1500; ++i) {
     const cv::Rect area(random.integer(0, kPrint), random.integer(0, kPrint), random.integer(4, 40),
                         random.integer(4, 40));
     const cv::Scalar color(random.integer(20, 235), random.integer(20, 235),
                            random.integer(20, 235));
-    cv::rectangle(picture, area, color, cv::FILLED);
+    cv::rectangle(print, area, color, cv::FILLED);
   }
-  return picture;
+  return print;
 }
 
-/// Where on the print a pixel looks.
+/// Returns the position on the print for each pixel.
 cv::Mat2f looked_at(const Board& board, const Camera& camera, int width, double seconds) {
   const double x0 = -board.speed * seconds;
   const double y0 = kSway * std::sin(2 * std::numbers::pi * kSways * seconds);
@@ -54,13 +54,13 @@ RgbdFramePtr behind(const Board& board, const RgbdFrame& frame, const Camera& ca
   auto covered = std::make_shared<RgbdFrame>(frame);
   covered->color = frame.color.clone();
   covered->depth = frame.depth.clone();
-  covered->gray = cv::Mat();  // else it would be written into the frame's own
+  covered->gray = cv::Mat();  // Otherwise it would overwrite the input frame.
   const int width = static_cast<int>(std::lround(board.share * camera.width));
   if (width > 0) {
     const cv::Rect area(0, 0, width, camera.height);
-    const cv::Mat picture =
+    const cv::Mat print =
         board.printed ? print(board.seed) : cv::Mat(kPrint, kPrint, CV_8UC3, cv::Scalar::all(60));
-    cv::remap(picture, covered->color(area), looked_at(board, camera, width, seconds), cv::Mat(),
+    cv::remap(print, covered->color(area), looked_at(board, camera, width, seconds), cv::Mat(),
               cv::INTER_LINEAR);
     covered->depth(area).setTo(board.distance);
   }

@@ -5,18 +5,18 @@
 
 namespace stillmap {
 
-/// Something large that is carried past close before the camera: a board across its view, wherever
-/// the camera looks. To the eye it is as good as a wall, but it moves.
+/// A board that is moved across the view at short distance, wherever the camera points. It looks as
+/// static as a wall, but it moves.
 struct Board {
-  double share = 0.6;     ///< of the view's width that it covers, from the left
-  double distance = 0.8;  ///< from the camera along the optical axis [m]
-  double speed = 0.4;     ///< to the right [m/s]; it sways up and down besides
-  bool printed = true;    ///< false: without a corner on it
-  int seed = 1;           ///< of its print
+  double share = 0.6;     ///< Share of the image width that it covers, from the left [0..1].
+  double distance = 0.8;  ///< Distance from the camera along the optical axis [m].
+  double speed = 0.4;     ///< Speed to the right [m/s]; it also sways vertically.
+  bool printed = true;    ///< Whether it has a print; without it there are no corners on it.
+  int seed = 1;           ///< Seed of the print.
 };
 
-/// What a camera sees behind a board, `seconds` after the board came. The frame's own measured
-/// depth stays where the board is not.
+/// Returns a frame with the board, `seconds` after the board appeared. The frame's own measured
+/// depth stays outside the board.
 RgbdFramePtr behind(const Board& board, const RgbdFrame& frame, const Camera& camera,
                     double seconds);
 

@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 using simulate::Path, simulate::Random;
 constexpr double kTau = 2 * std::numbers::pi;
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kEyeHeight = 1.45;  // meters, of a carried camera
+constexpr double kEyeHeight = 1.45;  // Height of a hand-held camera [m].
 
 double wave(double seconds, double period, double phase = 0) {
   return std::sin(kTau * (seconds / period + phase));
@@ -28,7 +28,7 @@ Eigen::Quaterniond turn(double radians, const Vector3d& axis) {
   return Eigen::Quaterniond(Eigen::AngleAxisd(radians, axis));
 }
 
-/// A roll, pitch and yaw in the camera's own frame, radians.
+/// Returns a rotation by roll, pitch and yaw in the camera frame [rad].
 Eigen::Quaterniond turned(double roll, double pitch, double yaw) {
   return turn(yaw, Vector3d::UnitY()) * turn(pitch, Vector3d::UnitX()) *
          turn(roll, Vector3d::UnitZ());
@@ -98,7 +98,8 @@ Pose CameraMotion::steady(double t) const {
                               24 * kDegree * wave(t, 7.7, 0.05));
     const Vector3d wrist(0.04 * wave(t, 3.9), 0.04 * wave(t, 4.9), 0.03 * wave(t, 5.7));
     return home_ *
-           Pose(turns, wrist + turns * Vector3d(0, 0, 0.1));  // turned about the wrist behind it
+           // Rotation about the wrist behind the camera.
+           Pose(turns, wrist + turns * Vector3d(0, 0, 0.1));
   }
   if (options_.motion == "halfsphere") return half_sphere(t);
   if (options_.motion == "loop") return loop(t);

@@ -11,21 +11,21 @@
 namespace stillmap {
 
 struct CameraMotionOptions {
-  /// static, xyz, halfsphere, rpy: the motions of TUM's dynamic sequences (Sturm et al., IROS
-  /// 2012), at about their mean speeds (0.01, 0.2, 0.2, 0.1 m/s; 1, 5, 18, 20 deg/s); loop: carried
-  /// around the room; follow: the same, looking at whoever walks ahead (activity "companion").
+  /// Motion: static, xyz, halfsphere, rpy as in TUM's dynamic sequences (Sturm et al., IROS 2012),
+  /// at about their mean speeds (0.01, 0.2, 0.2, 0.1 m/s; 1, 5, 18, 20 deg/s); loop: around the
+  /// room; follow: likewise, facing the person ahead (activity "companion").
   std::string motion = "xyz";
-  double speed = 1;                ///< factor on the motion's rate
-  double shake_position = 0.0010;  ///< hand shake per axis, RMS [m]
-  double shake_rotation = 0.0018;  ///< hand shake per axis, RMS [rad]
-  int seed = 1;                    ///< of the hand shake
+  double speed = 1;                ///< Factor on the speed of the motion.
+  double shake_position = 0.0010;  ///< RMS hand shake per axis [m].
+  double shake_rotation = 0.0018;  ///< RMS hand shake per axis [rad].
+  int seed = 1;                    ///< Seed of the hand shake.
   STILLMAP_FIELDS(motion, speed, shake_position, shake_rotation, seed)
 };
 
-/// Names that CameraMotionOptions::motion may have.
+/// Returns the names for CameraMotionOptions::motion.
 const std::vector<std::string>& camera_motion_names();
 
-/// The camera's path, as a smooth function of time.
+/// Camera path as a smooth function of time.
 class CameraMotion {
  public:
   /// Throws Error for an unknown motion.
@@ -33,8 +33,8 @@ class CameraMotion {
   Pose T_world_camera(double seconds) const;
 
  private:
-  /// Band-limited noise of unit RMS: sinusoids between 0.5 and 6 Hz, amplitude falling with
-  /// frequency, as that of a steadied hand does.
+  /// Band-limited noise of unit RMS: sinusoids between 0.5 and 6 Hz with falling amplitude, as of a
+  /// steadied hand.
   struct Tremor {
     struct Wave {
       double amplitude, frequency, phase;  // -, rad/s, rad
@@ -55,7 +55,7 @@ class CameraMotion {
   std::vector<Eigen::Vector2f> round_;
 };
 
-/// A camera at `position` that looks at `target`, its x axis level.
+/// Returns the pose of a camera at `position` that faces `target` with a level x axis.
 Pose look_at(const Eigen::Vector3d& position, const Eigen::Vector3d& target);
 
 }  // namespace stillmap

@@ -32,8 +32,8 @@ struct Posture {
   std::array<Foot, 2> feet;
 };
 
-/// A limb's frame: its bone points along -z from `origin`, its front (-y) as near to `front` as can
-/// be.
+/// Returns the frame of a limb: its bone along -z from `origin`, its front (-y) as close to `front`
+/// as possible.
 Transform limb_frame(const Vector3f& origin, const Vector3f& bone, const Vector3f& front) {
   const Vector3f z = -bone.normalized();
   const Vector3f y = -(front - front.dot(z) * z).normalized();
@@ -127,8 +127,8 @@ float wave(double t, double period, double phase = 0) {
 
 float smooth(float s) { return s * s * (3 - 2 * s); }
 
-/// The foot of one side when the body has walked `arc`. Foot k stands on arc k * kStep from when
-/// the body is 0.6 steps before it until 0.6 steps behind it, then swings ahead to k + 2.
+/// Returns the foot of one side after the body has walked `arc`. Foot k is planted at arc k * kStep
+/// while the body is between 0.6 steps before and 0.6 steps behind it, then swings to k + 2.
 Foot walking_foot(const Path& path, double arc, int side, float scale) {
   const float outward = side == 0 ? 1.0F : -1.0F;
   const double pair = std::floor((arc / kStep - side + 0.6) / 2);
@@ -147,7 +147,7 @@ Foot walking_foot(const Path& path, double arc, int side, float scale) {
   return {{place.x(), place.y(), (kAnkle + lift) * scale}, {heading.x(), heading.y(), 0}, pitch};
 }
 
-/// As seen at time t, having walked `arc` along the path.
+/// Returns the posture at time t after `arc` along the path.
 Posture walking(const Path& path, double arc, double t, float scale) {
   const Vector2f at = path.at(arc), heading = path.heading(arc);
   const float yaw = std::atan2(heading.y(), heading.x()) / kDegree + 90;
@@ -155,8 +155,8 @@ Posture walking(const Path& path, double arc, double t, float scale) {
   Posture posture;
   posture.T_world_pelvis =
       place(at.x(), at.y(), kStandingPelvis * scale + bob, yaw) * place(sway, 0, 0);
-  const float swing = wave(arc, 2 * kStep, 0.25);  // 1 where the left foot stands below the body
-  const float ahead = wave(arc, 2 * kStep);        // and this a quarter of a stride later
+  const float swing = wave(arc, 2 * kStep, 0.25);  // 1 where the left foot is below the body.
+  const float ahead = wave(arc, 2 * kStep);        // The same a quarter of a stride later.
   posture.lean = 4;
   posture.twist = 6 * ahead;
   posture.turn = -5 * ahead + 16 * wave(t, 5.3);
@@ -173,7 +173,7 @@ Posture walking(const Walking& w, double t, float scale) {
   return walking(w.path, w.start + w.speed * t, t, scale);
 }
 
-/// Sits and types, looks around, and speaks with the right hand now and then.
+/// A sitting person who types, looks around, and sometimes gestures with the right hand.
 Posture sitting(const Sitting& s, double t, float scale, double phase) {
   const auto sway = [&](double period, double offset = 0) {
     return s.liveliness * wave(t, period, offset);
@@ -216,7 +216,7 @@ Arm between(const Arm& a, const Arm& b, float s) {
           .toward = a.toward + s * (b.toward - a.toward)};
 }
 
-/// A step from one place to another.
+/// A step from one position to another.
 Foot between(const Foot& a, const Foot& b, float s) {
   Foot foot{a.ankle + s * (b.ankle - a.ankle),
             (a.forward + s * (b.forward - a.forward)).normalized(), between(a.pitch, b.pitch, s)};
@@ -224,11 +224,12 @@ Foot between(const Foot& a, const Foot& b, float s) {
   return foot;
 }
 
-/// From one posture to another, s from 0 to 1; the left foot steps first, then the right one.
+/// Interpolates between two postures, s from 0 to 1; the left foot steps first, then the right one.
 Posture between(const Posture& a, const Posture& b, float s) {
   Posture posture;
   posture.T_world_pelvis = between(a.T_world_pelvis, b.T_world_pelvis, smooth(s));
-  posture.lean = between(a.lean, b.lean, smooth(s)) + 18 * std::sin(kPi * s);  // bows to get up
+  // The torso bends forward to get up.
+  posture.lean = between(a.lean, b.lean, smooth(s)) + 18 * std::sin(kPi * s);
   posture.twist = between(a.twist, b.twist, s);
   posture.nod = between(a.nod, b.nod, s);
   posture.turn = between(a.turn, b.turn, s);
@@ -241,7 +242,7 @@ Posture between(const Posture& a, const Posture& b, float s) {
   return posture;
 }
 
-/// Arc walked since standing up: the first second is spent getting up to speed.
+/// Returns the arc length since getting up [m]; the first second accelerates.
 double arc_from_rest(double seconds, double speed) {
   return seconds < 1 ? 0.5 * speed * seconds * seconds : speed * (seconds - 0.5);
 }

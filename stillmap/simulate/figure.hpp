@@ -6,29 +6,29 @@
 
 namespace stillmap::simulate {
 
-/// What a person does.
+/// Activity of a person.
 struct Walking {
   Path path;
   float speed = 0.8F;  ///< m/s
-  float start = 0;     ///< arc length at time 0 [m]
+  float start = 0;     ///< Arc length at time 0 [m].
 };
 struct Sitting {
-  Transform seat;        ///< on the floor below the seat, facing -y
-  float liveliness = 1;  ///< factor on all that is moved while sitting
+  Transform seat;        ///< Frame on the floor below the seat, facing -y.
+  float liveliness = 1;  ///< Factor on all motion while sitting.
 };
 struct Waving {
-  Transform place;  ///< on the floor between the feet, facing -y
+  Transform place;  ///< Frame on the floor between the feet, facing -y.
 };
 
-/// Sits, gets up at its time, and walks away.
+/// Sits, gets up, and walks away.
 struct Rising {
   Sitting before;
-  Path path;           ///< begins beside the seat
-  double at = 4;       ///< begins to get up [s]
-  float speed = 0.8F;  ///< m/s, once it walks
+  Path path;           ///< Starts next to the seat.
+  double at = 4;       ///< Time at which the person starts to get up [s].
+  float speed = 0.8F;  ///< Walking speed [m/s].
 };
 
-/// People-like figures of elliptic limbs in textured clothes, posed from the feet up: planted feet
+/// Figures of people with elliptic limbs in textured clothes, posed from the feet up: planted feet
 /// do not slide, knees by two-bone inverse kinematics. `number` varies height, clothes, skin and
 /// hair.
 Mover make_walker(int id, int number, const Walking& walking, Palette& palette);

@@ -8,7 +8,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-/// Who this person is: clothes, skin, hair, height.
+/// Appearance of a person: clothes, skin, hair, height.
 struct Looks {
   float scale;
   Material shirt, sleeve, forearm, trousers, shoe, face, skin, hair;
@@ -36,7 +36,7 @@ Looks dress(int number, Palette& palette) {
   return looks;
 }
 
-/// Builds the parts of a figure; lengths below are for scale 1.
+/// Builds the parts of a figure; the lengths below are for scale 1.
 class Tailor {
  public:
   explicit Tailor(const Looks& looks) : looks_(looks) {}

@@ -13,8 +13,8 @@ constexpr float kUpperArm = 0.29F, kForearm = 0.26F, kShoulderHalf = 0.195F,
                 kShoulderHeight = 0.49F;
 constexpr float kNeckHeight = 0.56F, kStandingPelvis = 0.90F, kStep = 0.5F;
 
-/// Parts of a figure in the order of Mover::parts. Each part's frame lies in its joint, its bone
-/// along -z. Left is +x, as the figure faces -y.
+/// Parts of a figure in the order of Mover::parts. Each part's frame is at its joint, its bone
+/// along -z. Left is +x, since the figure faces -y.
 enum Part {
   kPelvis,
   kTorso,
@@ -32,7 +32,7 @@ enum Part {
   kParts
 };
 
-/// The parts of a dressed figure, and its size as a factor on the lengths above.
+/// Parts of a dressed figure, and its scale relative to the lengths above.
 struct FigureBody {
   float scale = 1;
   std::vector<RigidPart> parts;

@@ -10,13 +10,15 @@ namespace {
 using Eigen::Vector2f, Eigen::Vector3f;
 namespace f = furniture;
 
-constexpr float kLength = 7.4F, kWidth = 6.4F, kHeight = 2.7F;  // of each of the four rooms
-constexpr float kWall = 0.14F, kGap = 1.3F;                     // thick; width of a passage
-constexpr float kAlong = 1.25F;  // distance of the way, and so of the passages, from the walls
+// Size of each of the four rooms [m].
+constexpr float kLength = 7.4F, kWidth = 6.4F, kHeight = 2.7F;
+constexpr float kWall = 0.14F, kGap = 1.3F;  // Thickness of the walls and width of a passage [m].
+constexpr float kAlong = 1.25F;  // Distance of the path and the passages from the walls [m].
 
 /// Floor, ceiling and outer walls.
 void build_shell(MeshBuilder& to, const std::array<Palette*, 4>& rooms) {
-  constexpr float kOver = 0.1F;  // walls overlap at the corners, so that no ray slips through
+  // Walls overlap at the corners, so that no ray passes between them.
+  constexpr float kOver = 0.1F;
   const Transform I = Transform::Identity();
   const float top = kHeight + kOver, length = 2 * kLength, width = 2 * kWidth;
   for (int i = 0; i < 4; ++i) {
@@ -45,7 +47,7 @@ void part(MeshBuilder& to, const Transform& T, float length, float gap, const Ma
 
 void build_parts(MeshBuilder& to, const std::array<Palette*, 4>& rooms) {
   const Material& white = rooms[0]->white;
-  // Room 0 to 1 and 3 to 2 side by side, 1 to 2 and 0 to 3 one behind the other.
+  // Rooms 0 and 1, and 3 and 2, are side by side; 1 and 2, and 0 and 3, are one behind the other.
   part(to, place(kLength, 0, 0, 90), kWidth, kWidth - kAlong, rooms[1]->accent_wall, rooms[0]->wall,
        white);
   part(to, place(kLength, kWidth, 0, 90), kWidth, kAlong, rooms[2]->accent_wall, rooms[3]->wall,
@@ -63,8 +65,7 @@ void hang_lamps(MeshBuilder& to, Palette& p, float x0, float y0, Scene& scene) {
   }
 }
 
-/// What hangs and stands along one wall of a room: T is the wall's middle, on the floor, facing -y
-/// into the room.
+/// Furnishes one wall of a room: T is the center of the wall on the floor, facing -y into the room.
 void furnish_wall(MeshBuilder& to, Palette& p, const Transform& T, int kind) {
   const auto print = [&](int i) -> const Material& {
     return p.posters[static_cast<std::size_t>(i) % p.posters.size()];
@@ -79,37 +80,37 @@ void furnish_wall(MeshBuilder& to, Palette& p, const Transform& T, int kind) {
       f::cabinet(to, p, at(0.7F, 0.24F, 0), {1.5F, 0.45F, 0.8F}, 1);
       f::plant(to, p, at(0.3F, 0.24F, 0.8F), 0.4F);
       f::book_pile(to, p, at(1.1F, 0.24F, 0.8F), 5);
-      f::picture(to, p, at(0.7F, 0, 1.7F), 1.1F, 0.75F, p.map);
-      f::picture(to, p, at(2.1F, 0, 1.6F), 0.55F, 0.8F, print(0));
+      f::poster(to, p, at(0.7F, 0, 1.7F), 1.1F, 0.75F, p.map);
+      f::poster(to, p, at(2.1F, 0, 1.6F), 0.55F, 0.8F, print(0));
       break;
     case 1:
       f::sofa(to, p, at(-0.5F, 0.46F, 0), 1.7F);
-      f::picture(to, p, at(-0.8F, 0, 1.7F), 0.85F, 0.6F, painting(0));
-      f::picture(to, p, at(0.3F, 0, 1.65F), 0.55F, 0.8F, print(1));
+      f::poster(to, p, at(-0.8F, 0, 1.7F), 0.85F, 0.6F, painting(0));
+      f::poster(to, p, at(0.3F, 0, 1.65F), 0.55F, 0.8F, print(1));
       f::plant(to, p, at(1.2F, 0.35F, 0), 1.4F);
-      f::picture(to, p, at(1.9F, 0, 1.6F), 0.62F, 0.46F, painting(1));
+      f::poster(to, p, at(1.9F, 0, 1.6F), 0.62F, 0.46F, painting(1));
       break;
     case 2:
       f::cabinet(to, p, at(-0.9F, 0.24F, 0), {1.8F, 0.45F, 0.74F}, 2);
       f::printer(to, p, at(-1.2F, 0.24F, 0.74F));
       f::parcel(to, p, at(-0.4F, 0.24F, 0.74F), {0.3F, 0.24F, 0.2F});
-      f::picture(to, p, at(-0.9F, 0, 1.65F), 1.4F, 0.9F, p.pin_board);
+      f::poster(to, p, at(-0.9F, 0, 1.65F), 1.4F, 0.9F, p.pin_board);
       f::shelf(to, p, at(1.1F, 0.17F, 0), 1.2F, 1.5F);
-      f::picture(to, p, at(1.1F, 0, 2.1F), 0.6F, 0.45F, painting(2));
-      f::picture(to, p, at(2.2F, 0, 1.6F), 0.5F, 0.7F, print(2));
+      f::poster(to, p, at(1.1F, 0, 2.1F), 0.6F, 0.45F, painting(2));
+      f::poster(to, p, at(2.2F, 0, 1.6F), 0.5F, 0.7F, print(2));
       break;
     default:
       f::radiator(to, p, at(-0.6F, 0.08F, 0), 1.4F);
       f::window(to, p, at(-0.6F, 0, 1.0F), 1.6F, 1.2F);
-      f::picture(to, p, at(1.0F, 0, 1.65F), 0.55F, 0.8F, print(3));
-      f::picture(to, p, at(1.8F, 0, 1.6F), 0.6F, 0.85F, print(4));
+      f::poster(to, p, at(1.0F, 0, 1.65F), 0.55F, 0.8F, print(3));
+      f::poster(to, p, at(1.8F, 0, 1.6F), 0.6F, 0.85F, print(4));
       f::parcel(to, p, at(1.5F, 0.4F, 0), {0.5F, 0.45F, 0.4F});
       f::plant(to, p, at(-2.0F, 0.35F, 0), 1.1F);
       break;
   }
 }
 
-/// Each room's four walls, in another order in each; passages stay free.
+/// Furnishes the four walls of each room, in a different order in each; passages stay free.
 void furnish_walls(MeshBuilder& to, Palette& p, float x, float y, int room) {
   const float middle_x = x + kLength / 2, middle_y = y + kWidth / 2, off = kWall / 2;
   furnish_wall(to, p, place(middle_x, y + kWidth - off, 0), room % 4);
@@ -130,7 +131,7 @@ Mesh desk_group(Palette& p) {
   return to.take();
 }
 
-/// In each room around its middle, in through one passage and out through the next.
+/// The path leads around the center of each room, in through one passage and out through the next.
 std::vector<Vector2f> round_way() {
   const std::vector<Vector2f> first = {{kAlong, 4.2F},
                                        {kAlong, kAlong + 0.6F},

@@ -26,7 +26,7 @@ void rod(MeshBuilder& to, const Transform& T, const Vector3f& a, const Vector3f&
   to.loft(local, rings, material, sides);
 }
 
-/// Names what is added while it lives.
+/// Names the geometry that is added within its scope.
 class Named {
  public:
   Named(MeshBuilder& to, const char* class_name)
@@ -109,8 +109,8 @@ void book_pile(MeshBuilder& to, Palette& palette, const Transform& T, int count)
   for (int i = 0; i < count; ++i) {
     const float height = random.real(0.018, 0.045);
     BoxSkin skin(palette.papers[0]);
-    skin.front =
-        random.pick(palette.spines);  // lying: turned a quarter, so that the title runs along
+    // A lying book is rotated by 90 degrees, so that its title is horizontal.
+    skin.front = random.pick(palette.spines);
     std::swap(skin.front.window[0], skin.front.window[2]);
     skin.top = random.pick(palette.covers);
     skin.left = skin.right = skin.back = palette.white;
@@ -141,7 +141,7 @@ void book_row(MeshBuilder& to, Palette& palette, const Transform& T, float width
     x += thick;
   }
   to.set_grid(grid);
-  // One shadow for the row, a little behind the spines.
+  // One shadow caster for the row, slightly behind the spines.
   to.occluder(T * Eigen::Translation3f(0, 0.03F, 0.4F * height), {width, 0.22F, 0.8F * height});
 }
 
@@ -199,7 +199,7 @@ void shelf(MeshBuilder& to, Palette& palette, const Transform& T, float width, f
     if (i == levels) break;
     const Transform row = board * place(0, 0, kBoard);
     const float room = width - 2 * kBoard;
-    if (i % 3 == 2) {  // some books, and things beside them
+    if (i % 3 == 2) {  // Some books and objects next to them.
       book_row(to, palette, row * place(-room / 4, 0, 0), room / 2 - 0.02F, pitch - 0.04F);
       parcel(to, palette, row * place(room / 4, -0.02F, 0, 8), {room / 4, 0.18F, pitch * 0.6F});
       mug(to, palette, row * place(room / 2 - 0.09F, -0.04F, 0));
@@ -285,8 +285,8 @@ void sofa(MeshBuilder& to, Palette& palette, const Transform& T, float width) {
   }
 }
 
-void picture(MeshBuilder& to, Palette& palette, const Transform& T, float width, float height,
-             const Material& print) {
+void poster(MeshBuilder& to, Palette& palette, const Transform& T, float width, float height,
+            const Material& print) {
   to.box(T * place(0, -0.011F, -height / 2), {width, 0.02F, height}, {print, palette.walnut},
          false);
 }

@@ -2,14 +2,14 @@
 #pragma once
 #include "stillmap/simulate/palette.hpp"
 
-/// What stands in a room. Every piece is placed by `T`: it stands on the frame's origin, centered
-/// in x and y, and faces -y; meters.
+/// Furniture. Every piece is placed by `T`: it stands on the origin of the frame, centered in x and
+/// y, and faces -y; lengths in meters.
 namespace stillmap::simulate::furniture {
 
 constexpr float kDeskHeight = 0.74F;
 constexpr float kSeatHeight = 0.46F;
 
-/// A desk with two screens, a keyboard, a mug, papers, books and pencils on it.
+/// Objects of a desk: screens, a keyboard, a mug, papers, books and pencils.
 void set_desk(MeshBuilder& to, Palette& palette, const Transform& T, int screens);
 void desk(MeshBuilder& to, Palette& palette, const Transform& T, float width, float depth);
 void monitor(MeshBuilder& to, Palette& palette, const Transform& T, int screen);
@@ -17,9 +17,9 @@ void keyboard(MeshBuilder& to, Palette& palette, const Transform& T);
 void mug(MeshBuilder& to, Palette& palette, const Transform& T);
 void desk_lamp(MeshBuilder& to, Palette& palette, const Transform& T);
 void paper(MeshBuilder& to, Palette& palette, const Transform& T);
-/// `count` books, one on the other.
+/// A pile of `count` books.
 void book_pile(MeshBuilder& to, Palette& palette, const Transform& T, int count);
-/// A row of standing books, binders now and then, with a gap here and there.
+/// A row of upright books with some binders and gaps.
 void book_row(MeshBuilder& to, Palette& palette, const Transform& T, float width, float height);
 void pencil_cup(MeshBuilder& to, Palette& palette, const Transform& T);
 void office_chair(MeshBuilder& to, Palette& palette, const Transform& T, int fabric);
@@ -31,10 +31,10 @@ void parcel(MeshBuilder& to, Palette& palette, const Transform& T, const Eigen::
 void printer(MeshBuilder& to, Palette& palette, const Transform& T);
 void bin(MeshBuilder& to, Palette& palette, const Transform& T);
 void sofa(MeshBuilder& to, Palette& palette, const Transform& T, float width);
-/// A flat framed thing on a wall: T is its center, on the wall, facing -y.
-void picture(MeshBuilder& to, Palette& palette, const Transform& T, float width, float height,
-             const Material& print);
-/// A window in the wall: T is the middle of its lower edge.
+/// A framed poster on a wall: T is its center, on the wall, facing -y.
+void poster(MeshBuilder& to, Palette& palette, const Transform& T, float width, float height,
+            const Material& print);
+/// A window in the wall: T is the center of its lower edge.
 void window(MeshBuilder& to, Palette& palette, const Transform& T, float width, float height);
 void door(MeshBuilder& to, Palette& palette, const Transform& T);
 void radiator(MeshBuilder& to, Palette& palette, const Transform& T, float width);

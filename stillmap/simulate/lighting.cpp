@@ -12,14 +12,14 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr float kOffset = 0.015F;      // meters a ray starts above its surface
-constexpr float kAmbientReach = 0.9F;  // meters; farther things do not take ambient light away
-constexpr int kAmbientRays = 14;       // per vertex
-constexpr float kSmall = 0.12F;        // meters; things of less half size cast no lamp shadow
-constexpr float kLampSize = 0.35F;     // meters, keeps the light finite near a lamp
-constexpr float kBounce = 0.3F;        // of the ambient light, left in the deepest corner
+constexpr float kOffset = 0.015F;      // Distance of a ray's origin above its surface [m].
+constexpr float kAmbientReach = 0.9F;  // Maximum distance of ambient occlusion [m].
+constexpr int kAmbientRays = 14;       // Number of ambient rays per vertex.
+constexpr float kSmall = 0.12F;     // Minimum half size of an object that casts lamp shadows [m].
+constexpr float kLampSize = 0.35F;  // Size of a lamp, which bounds the light near it [m].
+constexpr float kBounce = 0.3F;     // Minimum share of ambient light in corners.
 
-/// Whether the segment from p to p + d meets the box (slab test, Kay and Kajiya 1986).
+/// Returns whether the segment from p to p + d intersects the box (slab test, Kay and Kajiya 1986).
 bool blocks(const Occluder& box, const Vector3f& p, const Vector3f& d) {
   const Vector3f o = box.T_box_world * p, v = box.T_box_world.linear() * d;
   float near = 0, far = 1;
@@ -38,7 +38,8 @@ bool any_blocks(const std::vector<const Occluder*>& boxes, const Vector3f& p, co
                      [&](const Occluder* box) { return blocks(*box, p, d); });
 }
 
-/// Directions over the upper half sphere with density cos (Malley's method on a Fibonacci spiral).
+/// Directions over the upper hemisphere with cosine density (Malley's method on a Fibonacci
+/// spiral).
 std::vector<Vector3f> cosine_directions() {
   std::vector<Vector3f> directions;
   for (int i = 0; i < kAmbientRays; ++i) {
@@ -62,7 +63,7 @@ Vector3f from_lamp(const Lamp& lamp, const Vector3f& p, const Vector3f& n) {
 
 Vector3f encode(const Vector3f& light) { return light.cwiseMax(0).cwiseSqrt(); }
 
-/// Occluders sorted by how near they are to the places asked about.
+/// Occluders sorted by their distance to the query points.
 class Surroundings {
  public:
   explicit Surroundings(const std::vector<Occluder>& all) {
@@ -72,8 +73,8 @@ class Surroundings {
     }
   }
 
-  /// Those within reach of p. Neighboring vertices come in runs, so the last answer often serves
-  /// again.
+  /// Returns the occluders within reach of p. Neighboring vertices are consecutive, so the last
+  /// result is often reused.
   const std::vector<const Occluder*>& near(const Vector3f& p) {
     constexpr float kSlack = 0.5F;
     if (!near_valid_ || (p - center_).norm() > kSlack) {
@@ -158,7 +159,8 @@ void darken(const std::vector<ShadowBall>& balls, Mesh& mesh) {
       if (squared > reach * reach) continue;
       const float distance = std::max(std::sqrt(squared), ball.radius);
       const float cosine = std::max(0.0F, vertex.normal.dot(d) / distance);
-      const float fade = 1 - squared / (reach * reach);  // so that nothing pops in at the reach
+      // Fades out toward the maximum distance, to avoid discontinuities.
+      const float fade = 1 - squared / (reach * reach);
       vertex.light *= 1 - 0.75F * cosine * fade * ball.radius * ball.radius / (distance * distance);
     }
   }

@@ -6,34 +6,34 @@
 
 namespace stillmap::simulate {
 
-/// A small lamp. Its light falls off with the cosine to `direction`; a zero direction shines all
-/// around.
+/// A small lamp. Its light falls off with the cosine to `direction`; a zero direction radiates in
+/// all directions.
 struct Lamp {
   Eigen::Vector3f position;  ///< meters, world
-  Eigen::Vector3f power;     ///< B G R; 1 lights a white surface 1 m below to full scale
+  Eigen::Vector3f power;     ///< Power (B G R); 1 lights a white surface 1 m below to full scale.
   Eigen::Vector3f direction = Eigen::Vector3f::Zero();
 };
 
 struct Lighting {
-  Eigen::Vector3f ambient{0.3F, 0.3F, 0.3F};  ///< B G R, of the full scale
+  Eigen::Vector3f ambient{0.3F, 0.3F, 0.3F};  ///< Ambient light (B G R) [share of full scale].
   std::vector<Lamp> lamps;
 };
 
-/// A ball that takes ambient light away from what is near it: a moving thing's soft contact shadow.
+/// A sphere that occludes ambient light: the soft contact shadow of a moving object.
 struct ShadowBall {
   Eigen::Vector3f center;  ///< meters, world
-  float radius = 0;        ///< meters
+  float radius = 0;        ///< Radius [m].
 };
 
-/// Sets the light of every vertex: lamps with shadows, ambient light with occlusion, both against
-/// the mesh's own occluders. Light is stored as its square root: textures hold display values, and
-/// with a display gamma of 2 the square roots multiply like the light itself.
+/// Computes the light of every vertex: lamps with shadows and ambient light with occlusion, both
+/// from the mesh's own occluders. Light is stored as its square root: textures contain display
+/// values, and with a display gamma of 2 the square roots multiply like light.
 void bake_light(const Lighting& lighting, Mesh& mesh);
 
-/// The same for a thing that moves through the scene: without shadows.
+/// Computes the light of a moving object, without shadows.
 void light_mover(const Lighting& lighting, Mesh& mesh);
 
-/// Darkens the vertices of a baked mesh near the balls. Occlusion of a ball: Quilez 2006, "Sphere
+/// Darkens the vertices of a lit mesh near the spheres. Occlusion of a sphere: Quilez 2006, "Sphere
 /// ambient occlusion": cos(angle to its center) * radius^2 / distance^2.
 void darken(const std::vector<ShadowBall>& balls, Mesh& mesh);
 

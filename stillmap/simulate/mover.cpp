@@ -12,13 +12,13 @@ namespace {
 
 using Eigen::Vector2f, Eigen::Vector3f;
 
-/// Back and forth between 0 and 1 with smooth turns, as a ratio of time over one way.
+/// Returns a smooth oscillation between 0 and 1, for a ratio of time to the duration of one way.
 float to_and_fro(double seconds, double one_way) {
   return static_cast<float>(0.5 - 0.5 * std::cos(std::numbers::pi * seconds / one_way));
 }
 
-/// Centroid of the surface of all parts at a time: the faces' centroids, weighted with their areas,
-/// so that it does not depend on how finely a part is divided.
+/// Returns the area-weighted centroid of the surface of all parts at a time, independent of the
+/// subdivision of a part.
 Eigen::Vector3d centroid_at(const Mover& mover, double seconds) {
   const auto poses = mover.T_world_part(seconds);
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();

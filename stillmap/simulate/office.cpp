@@ -9,10 +9,11 @@ using Eigen::Vector3f;
 namespace f = furniture;
 
 constexpr float kLength = 6.4F, kWidth = 5.6F, kHeight = 2.7F;  // along x, y, z
-constexpr float kDeskX = 3.6F, kDeskY = 3.25F;                  // middle of the two desks
+constexpr float kDeskX = 3.6F, kDeskY = 3.25F;                  // Center of the two desks [m].
 
 void build_shell(MeshBuilder& to, Palette& p) {
-  constexpr float kOver = 0.1F;  // walls overlap at the corners, so that no ray slips through
+  // Walls overlap at the corners, so that no ray passes between them.
+  constexpr float kOver = 0.1F;
   const Transform I = Transform::Identity();
   const Vector3f X(kLength + 2 * kOver, 0, 0), Y(0, kWidth + 2 * kOver, 0),
       Z(0, 0, kHeight + 2 * kOver);
@@ -64,10 +65,10 @@ void furnish_north(MeshBuilder& to, Palette& p) {
   f::shelf(to, p, place(5.1F, wall - 0.17F, 0), 1.2F, 1.4F);
   f::plant(to, p, place(5.4F, wall - 0.18F, 1.4F), 0.45F);
   f::book_pile(to, p, place(4.8F, wall - 0.18F, 1.4F, 10), 5);
-  f::picture(to, p, place(5.1F, wall, 2.2F), 0.85F, 0.6F, p.paintings[0]);
-  f::picture(to, p, place(6.05F, wall, 1.75F), 0.5F, 0.7F, p.posters[5]);
+  f::poster(to, p, place(5.1F, wall, 2.2F), 0.85F, 0.6F, p.paintings[0]);
+  f::poster(to, p, place(6.05F, wall, 1.75F), 0.5F, 0.7F, p.posters[5]);
   f::plant(to, p, place(6.0F, wall - 0.4F, 0), 1.3F);
-  f::picture(to, p, place(2.76F, wall, 1.75F), 0.24F, 0.34F, p.posters[6]);
+  f::poster(to, p, place(2.76F, wall, 1.75F), 0.24F, 0.34F, p.posters[6]);
 }
 
 void furnish_east(MeshBuilder& to, Palette& p) {
@@ -76,39 +77,39 @@ void furnish_east(MeshBuilder& to, Palette& p) {
   f::printer(to, p, place(wall - 0.25F, 1.45F, 0.82F, -90));
   f::book_pile(to, p, place(wall - 0.24F, 2.05F, 0.82F, -80), 6);
   f::plant(to, p, place(wall - 0.24F, 2.5F, 0.82F), 0.5F);
-  f::picture(to, p, place(wall, 1.9F, 1.75F, -90), 1.5F, 0.78F, p.map);
+  f::poster(to, p, place(wall, 1.9F, 1.75F, -90), 1.5F, 0.78F, p.map);
   f::shelf(to, p, place(wall - 0.17F, 3.6F, 0, -90), 1.3F, 1.75F);
-  f::picture(to, p, place(wall, 3.2F, 2.2F, -90), 0.5F, 0.7F, p.posters[0]);
-  f::picture(to, p, place(wall, 3.95F, 2.25F, -90), 0.68F, 0.5F, p.paintings[2]);
-  f::picture(to, p, place(wall, 4.75F, 1.65F, -90), 0.55F, 0.8F, p.posters[3]);
+  f::poster(to, p, place(wall, 3.2F, 2.2F, -90), 0.5F, 0.7F, p.posters[0]);
+  f::poster(to, p, place(wall, 3.95F, 2.25F, -90), 0.68F, 0.5F, p.paintings[2]);
+  f::poster(to, p, place(wall, 4.75F, 1.65F, -90), 0.55F, 0.8F, p.posters[3]);
   f::cabinet(to, p, place(wall - 0.28F, 4.7F, 0, -90), {0.6F, 0.5F, 0.7F}, 0);
   f::desk_lamp(to, p, place(wall - 0.28F, 4.6F, 0.7F, -90));
-  f::picture(to, p, place(wall, 0.55F, 1.7F, -90), 0.55F, 0.8F, p.posters[1]);
+  f::poster(to, p, place(wall, 0.55F, 1.7F, -90), 0.55F, 0.8F, p.posters[1]);
   f::parcel(to, p, place(wall - 0.4F, 0.45F, 0, 12), {0.5F, 0.45F, 0.4F});
   f::parcel(to, p, place(wall - 0.42F, 0.42F, 0.4F, -8), {0.36F, 0.3F, 0.26F});
 }
 
 void furnish_south(MeshBuilder& to, Palette& p) {
   f::door(to, p, place(5.1F, 0, 0, 180));
-  f::picture(to, p, place(3.6F, 0, 1.55F, 180), 1.5F, 0.95F, p.pin_board);
+  f::poster(to, p, place(3.6F, 0, 1.55F, 180), 1.5F, 0.95F, p.pin_board);
   f::cabinet(to, p, place(3.5F, 0.25F, 0, 180), {1.8F, 0.42F, 0.74F}, 2);
   f::book_pile(to, p, place(3.0F, 0.24F, 0.74F, 190), 5);
   f::plant(to, p, place(4.1F, 0.24F, 0.74F), 0.45F);
   f::parcel(to, p, place(3.6F, 0.24F, 0.74F, 170), {0.3F, 0.22F, 0.2F});
-  f::picture(to, p, place(2.3F, 0, 1.6F, 180), 0.55F, 0.8F, p.posters[2]);
-  f::picture(to, p, place(1.5F, 0, 1.7F, 180), 0.55F, 0.8F, p.posters[4]);
-  f::picture(to, p, place(0.7F, 0, 1.6F, 180), 0.7F, 0.52F, p.paintings[1]);
-  f::picture(to, p, place(4.42F, 0, 2.2F, 180), 0.32F, 0.32F, p.clock);
+  f::poster(to, p, place(2.3F, 0, 1.6F, 180), 0.55F, 0.8F, p.posters[2]);
+  f::poster(to, p, place(1.5F, 0, 1.7F, 180), 0.55F, 0.8F, p.posters[4]);
+  f::poster(to, p, place(0.7F, 0, 1.6F, 180), 0.7F, 0.52F, p.paintings[1]);
+  f::poster(to, p, place(4.42F, 0, 2.2F, 180), 0.32F, 0.32F, p.clock);
 }
 
 void furnish_west(MeshBuilder& to, Palette& p) {
   f::sofa(to, p, place(0.46F, 3.6F, 0, 90), 1.7F);
-  f::picture(to, p, place(0, 3.55F, 1.6F, 90), 1.6F, 0.95F, p.whiteboard);
+  f::poster(to, p, place(0, 3.55F, 1.6F, 90), 1.6F, 0.95F, p.whiteboard);
   f::plant(to, p, place(0.4F, 5.15F, 0), 1.5F);
-  f::picture(to, p, place(0, 2.1F, 1.6F, 90), 0.6F, 0.85F, p.posters[7]);
-  f::picture(to, p, place(0, 1.2F, 1.65F, 90), 0.6F, 0.85F, p.posters[8]);
-  f::picture(to, p, place(0, 0.45F, 1.6F, 90), 0.62F, 0.46F, p.paintings[3]);
-  f::picture(to, p, place(0, 4.85F, 1.7F, 90), 0.62F, 0.46F, p.paintings[4]);
+  f::poster(to, p, place(0, 2.1F, 1.6F, 90), 0.6F, 0.85F, p.posters[7]);
+  f::poster(to, p, place(0, 1.2F, 1.65F, 90), 0.6F, 0.85F, p.posters[8]);
+  f::poster(to, p, place(0, 0.45F, 1.6F, 90), 0.62F, 0.46F, p.paintings[3]);
+  f::poster(to, p, place(0, 4.85F, 1.7F, 90), 0.62F, 0.46F, p.paintings[4]);
 }
 
 }  // namespace

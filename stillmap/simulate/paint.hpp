@@ -4,20 +4,20 @@
 
 #include <opencv2/core.hpp>
 
-/// Pictures for the surfaces of rendered scenes, all made by rule: 8UC3 BGR, seeded. Colors are
-/// cv::Scalar in the order B G R, 0..255.
+/// Procedural images for the surfaces of rendered scenes: 8UC3 BGR, seeded. Colors are cv::Scalar
+/// in the order B G R, 0..255.
 namespace stillmap::simulate::paint {
 
 /// Tileable value noise (sum of octaves, each twice as fine and half as strong): 32FC1, about
 /// -1..1. `cells`: lattice cells of the coarsest octave over the width and the height.
 cv::Mat noise(cv::Size size, cv::Size cells, int octaves, Random& random);
-/// base * (1 + strength * value) for every pixel of a 32FC1 field.
+/// Returns base * (1 + strength * value) for every pixel of a 32FC1 field.
 cv::Mat tint(const cv::Mat& field, const cv::Scalar& base, double strength);
-/// A saturated, not too dark color.
+/// Returns a saturated, not too dark color.
 cv::Scalar vivid(Random& random);
-/// A color that books and clothes have.
+/// Returns a typical color of books and clothes.
 cv::Scalar muted(Random& random);
-/// The color a times `factor`.
+/// Returns the color times `factor`.
 cv::Scalar shade(const cv::Scalar& color, double factor);
 
 // Surfaces (tileable)

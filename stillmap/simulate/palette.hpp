@@ -9,11 +9,12 @@
 
 namespace stillmap::simulate {
 
-/// The materials that a furnished room is made of. Painting them fills a scene's texture list.
+/// The materials of a furnished room. Painting them fills the texture list of a scene.
 struct Palette {
   Palette(Textures& into, Random& dice);
 
-  /// Adds a picture to the scene's textures. @param meters length of one repeat; 0: stretched once
+  /// Adds an image to the scene's textures.
+  /// @param meters  length of one repeat [m]; 0: stretched once over the face
   Material add(const cv::Mat& bgr, float meters = 0);
 
   Textures& textures;

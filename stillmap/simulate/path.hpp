@@ -6,16 +6,16 @@
 
 namespace stillmap::simulate {
 
-/// A closed way over the floor, smooth, by arc length.
+/// A smooth closed path on the floor, parametrized by arc length.
 class Path {
  public:
-  /// @param corners at least three points on the floor [m]; the way passes through them (Catmull
+  /// @param corners  at least three points on the floor [m]; the path passes through them (Catmull
   /// and Rom 1974)
   explicit Path(const std::vector<Eigen::Vector2f>& corners);
   float length() const { return length_; }
-  /// The point at an arc length, any real number: it goes round and round.
+  /// Returns the point at an arc length [m], any real number: the path is periodic.
   Eigen::Vector2f at(double arc) const;
-  /// Unit direction of travel, smoothed over half a step.
+  /// Returns the unit direction of travel, smoothed over half a step.
   Eigen::Vector2f heading(double arc) const;
 
  private:

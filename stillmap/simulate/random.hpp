@@ -8,7 +8,7 @@
 
 namespace stillmap::simulate {
 
-/// Scrambles 64 bits: the finaliser of SplitMix64 (Steele, Lea and Flood 2014, Fast splittable
+/// Hashes 64 bits: the finalizer of SplitMix64 (Steele, Lea and Flood 2014, Fast splittable
 /// pseudorandom number generators, section 4).
 constexpr std::uint64_t scramble(std::uint64_t x) {
   x += 0x9e3779b97f4a7c15ull;
@@ -17,8 +17,8 @@ constexpr std::uint64_t scramble(std::uint64_t x) {
   return x ^ (x >> 31);
 }
 
-/// A small seeded generator. The standard library's distributions differ between implementations;
-/// these do not, so that a seed gives the same scene with every compiler.
+/// A small seeded generator. Unlike the distributions of the standard library, these do not depend
+/// on the implementation, so a seed gives the same scene with every compiler.
 class Random {
  public:
   explicit Random(std::uint64_t seed, std::uint64_t stream = 0)

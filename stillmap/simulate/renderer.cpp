@@ -15,9 +15,10 @@ namespace stillmap::simulate {
 namespace {
 
 constexpr double kNear = 0.05;  // meters
-constexpr int kBandRows = 24;   // pixel rows of one piece of work; its buffers fit into the cache
+constexpr int kBandRows = 24;   // Number of pixel rows of a job; its buffers fit into the cache.
 
-/// What is interpolated over a triangle, each divided by depth: that is linear on the screen.
+/// Attributes interpolated over a triangle, divided by depth, which makes them linear on the
+/// screen.
 enum Channel { kInverseDepth, kU, kV, kLightB, kLightG, kLightR, kChannels };
 
 /// a(x, y) = c + gx x + gy y on the sample grid.
@@ -30,7 +31,7 @@ struct Plane {
 struct ScreenTriangle {
   std::array<float, 3> x, y;
   std::array<Plane, kChannels> planes;
-  std::uint64_t surface;  // equal for the facets of one surface of one mesh
+  std::uint64_t surface;  // Equal for the facets of one surface of one mesh.
   std::uint16_t texture;
   std::uint8_t instance;
 };
@@ -61,7 +62,7 @@ Corner between(const Corner& a, const Corner& b) {
   return c;
 }
 
-/// Cuts off what is nearer than kNear (Sutherland and Hodgman 1974): at most four corners remain.
+/// Clips geometry nearer than kNear (Sutherland and Hodgman 1974): at most four corners remain.
 int clip_near(const std::array<Corner, 3>& in, std::array<Corner, 4>& out) {
   int n = 0;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -182,7 +183,7 @@ class Setup {
   std::vector<Eigen::Vector2d> screen_;
 };
 
-/// Which triangle is seen at each sample of some rows of the grid.
+/// Visible triangle at each sample of some rows of the grid.
 class VisibilityBuffer {
  public:
   VisibilityBuffer(int columns, int rows)
@@ -190,8 +191,7 @@ class VisibilityBuffer {
         inverse_depth_(static_cast<std::size_t>(columns * rows)),
         ids_(inverse_depth_.size()) {}
 
-  /// Draws the rows [first, last) of the grid; `step` 2 draws only every other row and leaves the
-  /// rest.
+  /// Renders the rows [first, last) of the grid; `step` 2 renders every other row only.
   void draw(const std::vector<ScreenTriangle>& triangles, const std::vector<std::uint32_t>& visible,
             int first, int last) {
     first_ = first;
@@ -262,7 +262,7 @@ Footprint footprint(const ScreenTriangle& t, const Texture& texture, float x, fl
   return a > b ? Footprint{u, v, dx, a, b} : Footprint{u, v, dy, b, a};
 }
 
-/// The color of a triangle at a place of the sample grid.
+/// Returns the color of a triangle at a position of the sample grid.
 Eigen::Vector3f shade(const ScreenTriangle& t, const Texture& texture, float x, float y) {
   const float z = 1 / t.planes[kInverseDepth].at(x, y);
   const Eigen::Vector3f light(t.planes[kLightB].at(x, y), t.planes[kLightG].at(x, y),
@@ -270,7 +270,7 @@ Eigen::Vector3f shade(const ScreenTriangle& t, const Texture& texture, float x, 
   return filtered(texture, footprint(t, texture, x, y, z)).cwiseProduct(light) * z;
 }
 
-/// The jobs of one picture: bands of pixel rows, each drawn and shaded on its own.
+/// The jobs of one image: bands of pixel rows, each rendered and shaded separately.
 class Painter {
  public:
   Painter(const Grid& grid, const std::vector<ScreenTriangle>& triangles, const Textures& textures,
@@ -357,14 +357,15 @@ class Painter {
                           triangles_[static_cast<std::size_t>(b)].surface);
   }
 
-  /// The color of the pixel around (x, y) of the grid: every surface among its nine samples is
-  /// shaded once, at its sample of most weight, and counts by the tent weights of its samples.
+  /// Returns the color of the pixel around (x, y) of the grid: every surface among its nine samples
+  /// is shaded once, at its sample of largest weight, and weighted by the tent weights of its
+  /// samples.
   Eigen::Vector3f pixel(const std::array<const int*, 3>& rows, int x, int y) const {
     struct Share {
       int id, x, y;
       float weight;
     };
-    // The heaviest samples first: center, sides, corners.
+    // The samples of largest weight first: center, sides, corners.
     static constexpr std::array<std::array<int, 3>, 9> kSamples{{{0, 0, 4},
                                                                  {-1, 0, 2},
                                                                  {1, 0, 2},

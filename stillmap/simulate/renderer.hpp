@@ -11,26 +11,26 @@
 
 namespace stillmap::simulate {
 
-/// A picture without any noise.
+/// A rendered image without noise.
 struct Rendering {
-  cv::Mat color;  ///< 32FC3, B G R in 0..255 (may exceed 255 where it is too bright); empty if not
-                  ///< wanted
-  cv::Mat depth;  ///< 32FC1, meters along the optical axis at the pixel's center; 0 where nothing
-                  ///< is hit
-  cv::Mat instances;  ///< 8UC1, Face::instance at the pixel's center
+  /// 32FC3, B G R in 0..255 (may exceed 255 in overexposed areas); empty if not requested.
+  cv::Mat color;
+  /// 32FC1, depth along the optical axis at the pixel center [m]; 0 without a surface.
+  cv::Mat depth;
+  cv::Mat instances;  ///< 8UC1, Face::instance at the pixel center.
 };
 
 struct RenderOptions {
-  bool color = true;  ///< false: depth and instances only, several times faster
-  int threads = 1;    ///< the picture does not depend on it
+  /// Whether color is rendered; depth and instances alone are several times faster.
+  bool color = true;
+  int threads = 1;  ///< Number of threads; the result does not depend on it.
 };
 
-/// Draws meshes as an ideal pinhole camera sees them, z-buffered, in two passes: which triangle is
-/// seen at every sample, then the shading. Samples lie half a pixel apart, every other one on a
-/// pixel's center (its depth is the pixel's depth). Of the nine samples up to half a pixel around
-/// its center, a pixel shades each surface once, by its share (multisampling). Textures are
-/// filtered trilinearly, anisotropically and perspective-correct. Nothing nearer than 5 cm is
-/// drawn.
+/// Renders meshes for an ideal pinhole camera with a z-buffer, in two passes: visible triangles at
+/// every sample, then shading. Samples are half a pixel apart, every other one at a pixel center
+/// (which gives the depth of the pixel). Each pixel shades each surface once, weighted by its share
+/// of the nine samples within half a pixel (multisampling). Textures are filtered trilinearly,
+/// anisotropically and perspective-correct. Surfaces nearer than 5 cm are not rendered.
 Rendering render(const Camera& camera, const Pose& T_world_camera,
                  std::span<const Mesh* const> meshes, const Textures& textures,
                  const RenderOptions& options = {});

@@ -47,21 +47,21 @@ Rendering draw(const Mesh& mesh, const Pose& T_world_camera, int threads = 1) {
                 {.color = true, .threads = threads});
 }
 
-TEST(Renderer, DepthOfAPlaneIsThatOfTheRays) {
+TEST(Renderer, DepthOfAPlaneIsExact) {
   MeshBuilder builder(
-      0.4F);  // the floor, below, beside and behind the camera: clipped at its plane
+      0.4F);  // A floor below, next to and behind the camera, clipped at its near plane.
   builder.quad(Transform::Identity(), {-8, 8, 0}, {16, 0, 0}, {0, -16, 0}, {});
   const Mesh floor = builder.take();
   const Camera camera = small_camera();
   const Pose T = look_at({0.3, -0.2, 1.4}, {1, 2, 0.1});
-  const Rendering picture = draw(floor, T);
+  const Rendering rendering = draw(floor, T);
   int seen = 0;
   for (int v = 0; v < kHeight; ++v) {
     for (int u = 0; u < kWidth; ++u) {
       const Eigen::Vector3d ray = T.rotation() * camera.unproject(u, v, 1);
       const double expected = -T.translation().z() / ray.z();
       if (expected <= 0 || expected > 5) continue;
-      ASSERT_NEAR(picture.depth.at<float>(v, u), expected, 2e-6 * expected * expected)
+      ASSERT_NEAR(rendering.depth.at<float>(v, u), expected, 2e-6 * expected * expected)
           << u << ' ' << v;
       ++seen;
     }
@@ -70,57 +70,58 @@ TEST(Renderer, DepthOfAPlaneIsThatOfTheRays) {
 }
 
 TEST(Renderer, FacetsLeaveNoCracks) {
-  const Rendering picture = draw(square(0.03F), look_at({0.1, 1.5, 0.07}, {0.02, 2, 0}));
-  EXPECT_EQ(cv::countNonZero(picture.depth == 0), 0);
+  const Rendering rendering = draw(square(0.03F), look_at({0.1, 1.5, 0.07}, {0.02, 2, 0}));
+  EXPECT_EQ(cv::countNonZero(rendering.depth == 0), 0);
 }
 
-TEST(Renderer, TexturesLieTheRightWayRound) {
-  const Rendering picture = draw(square(), look_at({0, 0, 0}, {0, 1, 0}));
-  const auto color = [&](int u, int v) { return picture.color.at<cv::Vec3f>(v, u); };
+TEST(Renderer, TexturesAreOrientedCorrectly) {
+  const Rendering rendering = draw(square(), look_at({0, 0, 0}, {0, 1, 0}));
+  const auto color = [&](int u, int v) { return rendering.color.at<cv::Vec3f>(v, u); };
   EXPECT_GT(color(45, 80)[2], 190);             // left: red
   EXPECT_GT(color(115, 80)[0], 190);            // right: blue
   EXPECT_GT(color(60, 2)[1], 190);              // above: green
-  EXPECT_EQ(color(2, 60), cv::Vec3f(0, 0, 0));  // beside the square: nothing
+  EXPECT_EQ(color(2, 60), cv::Vec3f(0, 0, 0));  // Nothing next to the square.
 }
 
-TEST(Renderer, SurfacesAreSeenFromTheFrontOnly) {
+TEST(Renderer, SurfacesAreVisibleFromTheFrontOnly) {
   const Rendering behind = draw(square(), look_at({0, 4, 0}, {0, 2, 0}));
   EXPECT_EQ(cv::countNonZero(behind.depth), 0);
 }
 
-TEST(Renderer, TheNearerInstanceIsSeen) {
+TEST(Renderer, TheNearerInstanceIsVisible) {
   Mesh far = square(), near;
   append_transformed(square(), Transform(Eigen::Translation3f(0.9F, -0.6F, 0)), 7, near);
   light_fully(near);
   for (const bool near_first : {true, false}) {
     const std::array<const Mesh*, 2> meshes{near_first ? &near : &far, near_first ? &far : &near};
-    const Rendering picture = render(small_camera(), look_at({0, 0, 0}, {0, 1, 0}), meshes, flag());
-    EXPECT_EQ(picture.instances.at<std::uint8_t>(60, 100), 7);
-    EXPECT_NEAR(picture.depth.at<float>(60, 100), 1.4, 1e-5);
-    EXPECT_EQ(picture.instances.at<std::uint8_t>(60, 40), 0);
-    EXPECT_NEAR(picture.depth.at<float>(60, 40), 2.0, 1e-5);
+    const Rendering rendering =
+        render(small_camera(), look_at({0, 0, 0}, {0, 1, 0}), meshes, flag());
+    EXPECT_EQ(rendering.instances.at<std::uint8_t>(60, 100), 7);
+    EXPECT_NEAR(rendering.depth.at<float>(60, 100), 1.4, 1e-5);
+    EXPECT_EQ(rendering.instances.at<std::uint8_t>(60, 40), 0);
+    EXPECT_NEAR(rendering.depth.at<float>(60, 40), 2.0, 1e-5);
   }
 }
 
-TEST(Renderer, EdgesAreMixed) {
-  // The square's left edge lies at u = cx - 65: a pixel it cuts is partly red and partly nothing.
-  const Rendering picture = draw(square(), look_at({0.004, 0, 0}, {0.004, 1, 0}));
+TEST(Renderer, EdgesAreAntialiased) {
+  // The square's left edge is at u = cx - 65: a pixel on the edge is partly red and partly empty.
+  const Rendering rendering = draw(square(), look_at({0.004, 0, 0}, {0.004, 1, 0}));
   bool mixed = false;
   for (int u = 0; u < 40; ++u) {
-    const float red = picture.color.at<cv::Vec3f>(80, u)[2];
+    const float red = rendering.color.at<cv::Vec3f>(80, u)[2];
     mixed = mixed || (red > 20 && red < 180);
   }
   EXPECT_TRUE(mixed);
 }
 
-TEST(Renderer, ThreadsDoNotChangeThePicture) {
+TEST(Renderer, ThreadsDoNotChangeTheImage) {
   const Pose T = look_at({0.2, 0.9, 0.3}, {0.1, 2, -0.1});
   const Rendering one = draw(square(), T, 1), three = draw(square(), T, 3);
   EXPECT_EQ(cv::norm(one.color, three.color, cv::NORM_INF), 0);
   EXPECT_EQ(cv::norm(one.depth, three.depth, cv::NORM_INF), 0);
 }
 
-TEST(Lighting, OccludersDarkenWhatIsNearThem) {
+TEST(Lighting, OccludersDarkenNearbySurfaces) {
   MeshBuilder builder(0.1F);
   builder.quad(Transform::Identity(), {-2, 2, 0}, {4, 0, 0}, {0, -4, 0}, {});
   builder.occluder(place(0, 0, 0.3F), {0.5F, 0.5F, 0.6F});

@@ -7,31 +7,34 @@
 
 namespace stillmap::simulate {
 
-/// Where things of no known class move.
-struct ThingPlan {
-  Eigen::Vector3f hook;  ///< the crane's hook hangs from here
+/// Positions of moving objects of no known class.
+struct ObjectPlan {
+  Eigen::Vector3f hook;  ///< Suspension point of the crane's hook [m].
   Eigen::Vector2f chair_from, chair_to, ball_from, ball_to;
 };
 
-/// The places that a room keeps free for those who move.
+/// Positions in a room for moving people and objects.
 struct RoomPlan {
-  std::vector<Eigen::Vector2f> walk;   ///< corners of a closed way over the floor
-  float walk_start = 0;                ///< where the first walker is at time 0, arc length [m]
-  std::vector<Transform> seats;        ///< chairs, facing -y
-  std::vector<Transform> spots;        ///< where one can stand and wave, facing -y
-  std::vector<Eigen::Vector2f> rise;   ///< a closed way that begins beside the last seat
-  std::vector<Eigen::Vector2f> crowd;  ///< a closed way that passes close before the viewpoint
-  double crowd_height = 1.2;           ///< of the viewpoint there, so that bodies fill the view
-  ThingPlan things, near_things;       ///< the latter close to the viewpoint, in its view
+  std::vector<Eigen::Vector2f> walk;  ///< Corners of a closed path on the floor [m].
+  float walk_start = 0;               ///< Position of the first walker at time 0, arc length [m].
+  std::vector<Transform> seats;       ///< Chairs, facing -y.
+  std::vector<Transform> spots;       ///< Positions for standing and waving, facing -y.
+  std::vector<Eigen::Vector2f> rise;  ///< Closed path that starts next to the last seat [m].
+  /// Closed path that passes close in front of the viewpoint [m].
+  std::vector<Eigen::Vector2f> crowd;
+  /// Height of the viewpoint for `crowd` [m], so that bodies fill the view.
+  double crowd_height = 1.2;
+  /// Positions of objects; the latter close to the viewpoint, in its view.
+  ObjectPlan things, near_things;
 };
 
-/// An office of 6.4 m x 5.6 m x 2.7 m: two desks face to face on a rug, shelves, a sofa, a window,
-/// a brick wall, pictures. Fills statics (not lit yet), lighting, viewpoint and room.
+/// Builds an office of 6.4 m x 5.6 m x 2.7 m: two desks face to face on a rug, shelves, a sofa, a
+/// window, a brick wall, posters. Sets statics (not lit yet), lighting, viewpoint and room.
 RoomPlan build_office(Palette& palette, Scene& scene);
 
-/// Four rooms of 7.4 m x 6.4 m around a cross of walls, each with passages to the next two: a way
-/// of some 60 m through all and back. Every room has its own wallpapers, pictures and furniture,
-/// but the desks in the middle of the first and the third are the same to the last mug.
+/// Builds four rooms of 7.4 m x 6.4 m around a cross of walls, each with passages to the next two:
+/// a path of about 60 m through all and back. Every room has its own wallpaper, posters and
+/// furniture, but the desks in the center of the first and the third are identical.
 RoomPlan build_flat(Palette& palette, Scene& scene);
 
 }  // namespace stillmap::simulate

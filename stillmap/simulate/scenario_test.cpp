@@ -1,5 +1,4 @@
-// SPDX-License-Identifier: Apache-2.0
-// What the scenarios promise, checked against the truth of their own pictures.
+// Tests of the scenarios against the truth of their own images.
 #include "stillmap/simulate/simulated_sequence.hpp"
 
 #include <algorithm>
@@ -33,12 +32,12 @@ double covered(const TruthFrame& truth) {
          static_cast<double>(truth.instances.total());
 }
 
-TEST(Speed, IsThatOfTheThingSeenAndZeroElsewhere) {
+TEST(Speed, IsThatOfTheVisibleMoverAndZeroElsewhere) {
   SimulationOptions options = tiny("walk", "xyz", 0);
   options.things = 3;
   options.near_things = true;
   const SimulatedSequence sequence(options);
-  constexpr std::size_t kFrame = 14;  // the chair is halfway, and fast
+  constexpr std::size_t kFrame = 14;  // The chair is halfway and fast.
   const TruthFrame truth = sequence.truth(kFrame);
   const cv::Mat speed = sequence.speed(kFrame);
   EXPECT_EQ(cv::countNonZero((speed > 0) & (truth.instances == 0)), 0);
@@ -47,14 +46,14 @@ TEST(Speed, IsThatOfTheThingSeenAndZeroElsewhere) {
   const cv::Mat seen = truth.instances == chair.id;
   ASSERT_GT(cv::countNonZero(seen), 200);
   ASSERT_GT(chair.velocity.norm(), 0.3);
-  // It turns by 0.56 rad/s at most, and nothing of it is farther than 0.5 m from its middle.
+  // It rotates by at most 0.56 rad/s, and all of it is within 0.5 m of its center.
   cv::Mat difference = cv::abs(speed - chair.velocity.norm());
   double most = 0;
   cv::minMaxLoc(difference, nullptr, &most, nullptr, nullptr, seen);
   EXPECT_LT(most, 0.28);
 }
 
-TEST(Speed, TellsTheFootOnTheFloorFromTheRest) {
+TEST(Speed, SeparatesThePlantedFootFromTheRest) {
   const SimulatedSequence sequence(tiny("walk", "static", 1));
   bool planted = false;
   for (std::size_t i = 0; i < 40 && !planted; ++i) {
@@ -86,7 +85,7 @@ TEST(Scenario, ACompanionKeepsUpWithAFasterCamera) {
   EXPECT_NEAR(covered(sequence.truth(0)), covered(sequence.truth(99)), 0.1);
 }
 
-TEST(Scenario, OneWhoRisesSitsStillFirstAndThenWalksAway) {
+TEST(Scenario, ARisingPersonSitsStillAndThenWalksAway) {
   const SimulatedSequence sequence(tiny("rise", "static", 2));
   for (const std::size_t i : {0U, 13U, 26U, 39U}) {
     EXPECT_LT(share(sequence.speed(i) > 0.02, sequence.truth(i).instances == 1), 0.1) << i;
@@ -94,7 +93,7 @@ TEST(Scenario, OneWhoRisesSitsStillFirstAndThenWalksAway) {
   for (const std::size_t i : {50U, 70U}) {
     EXPECT_GT(share(sequence.speed(i) > 0.02, sequence.truth(i).instances == 1), 0.9) << i;
   }
-  for (std::size_t i = 1; i < sequence.frames(); ++i) {  // no jump from one posture to the next
+  for (std::size_t i = 1; i < sequence.frames(); ++i) {  // No discontinuity between postures.
     const auto before = sequence.movers(i - 1), now = sequence.movers(i);
     EXPECT_LT((now[0].centroid - before[0].centroid).norm(), 0.15) << i;
     EXPECT_LT((now[1].centroid - before[1].centroid).norm(), 0.01) << i;
@@ -118,7 +117,7 @@ TEST(Scenario, ACrowdCoversNearlyEverythingForASecond) {
   }
 }
 
-TEST(Scenario, NearThingsAreSeenWell) {
+TEST(Scenario, NearObjectsAreWellVisible) {
   for (const char* camera : {"static", "xyz"}) {
     SimulationOptions options = tiny("walk", camera, 0);
     options.things = 3;
@@ -135,8 +134,8 @@ TEST(Scenario, NearThingsAreSeenWell) {
   }
 }
 
-/// Once around, 60 m: through four rooms, never against a wall, and back to where it began.
-TEST(Flat, TheWayLeadsThroughAllRoomsAndBack) {
+/// Once around, 60 m: through four rooms, never into a wall, and back to the start.
+TEST(Flat, ThePathLeadsThroughAllRoomsAndBack) {
   SimulationOptions options = tiny("walk", "loop", 0);
   options.scene = "flat";
   options.fps = 1;

@@ -40,7 +40,7 @@ Deed deed_of(const std::string& activity, int number) {
   return static_cast<Deed>(number % 3);
 }
 
-/// Lets people in, each to the place that its deed has for it.
+/// Adds people, each at the position of its activity.
 class Casting {
  public:
   Casting(const SceneOptions& options, const RoomPlan& plan, Palette& palette)
@@ -72,9 +72,10 @@ class Casting {
   }
 
  private:
-  static constexpr float kCalm = 0.1F;  // of one who sits: slower than 2 cm/s nearly all over
+  // Liveliness of a calm sitting person: slower than 2 cm/s nearly everywhere.
+  static constexpr float kCalm = 0.1F;
 
-  /// Walkers spread evenly over their way, so that none walks into another.
+  /// Walkers distributed evenly over their path, so that none collide.
   Walking walk() {
     const float start =
         way_.length() * (static_cast<float>(walking_++) / static_cast<float>(walkers_));
@@ -84,7 +85,7 @@ class Casting {
     return {way_, static_cast<float>(kCarriedSpeed * options_.pace),
             static_cast<float>(kCompanionDistance)};
   }
-  /// In one file, as close together as it goes.
+  /// In single file, as close together as possible.
   Walking crowd(int number) const {
     constexpr float kSpeed = 0.7F, kFirst = -2.0F, kApart = 0.3F;  // m/s, meters
     return {Path(plan_.crowd), kSpeed, kFirst - kApart * static_cast<float>(number)};
@@ -107,7 +108,7 @@ void add_people(const SceneOptions& options, const RoomPlan& plan, Palette& pale
 }
 
 void add_things(const SceneOptions& options, const RoomPlan& room, Palette& palette, Scene& scene) {
-  const ThingPlan& plan = options.near_things ? room.near_things : room.things;
+  const ObjectPlan& plan = options.near_things ? room.near_things : room.things;
   const auto id = [&] { return static_cast<int>(scene.movers.size()) + 1; };
   if (options.things > 0) scene.movers.push_back(make_crate(id(), plan.hook, palette));
   if (options.things > 1) {

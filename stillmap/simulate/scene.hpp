@@ -13,50 +13,52 @@
 namespace stillmap {
 
 struct SceneOptions {
-  std::string scene = "office";  ///< office; flat: four rooms, a way of 60 m
-  int people = 2;                ///< 0..6
-  /// What they do: walk (all), sit (two on chairs, the others stand and wave), wave (all), mixed
-  /// (first walks, second sits, third waves, fourth walks, ...), rise (as sit, but they keep nearly
-  /// still, and after four seconds the first gets up and walks away), companion (the first walks
-  /// ahead of camera motion "follow", filling about half of its view; the others wave), crowd (all
-  /// walk past the camera in close file, so near that next to nothing else is seen for a second or
-  /// two; wants four people or more, and camera motion static or xyz)
+  std::string scene = "office";  ///< Scene: office, or flat (four rooms, a path of 60 m).
+  int people = 2;                ///< Number of people, 0 to 6.
+  /// Activity: walk (all), sit (two on chairs, the others stand and wave), wave (all), mixed (the
+  /// first walks, the second sits, the third waves, the fourth walks, ...), rise (as sit, but
+  /// nearly motionless; after four seconds the first gets up and walks away), companion (the first
+  /// walks ahead of camera motion "follow" and fills about half of its view; the others wave),
+  /// crowd (all walk past the camera in close file, covering nearly the whole view for a second or
+  /// two; needs at least four people and camera motion static or xyz).
   std::string activity = "walk";
-  int things = 0;  ///< movers of no known class, 0..3: swinging crate, pushed chair, rolling ball
-  int seed = 1;    ///< another seed, another wallpaper, other books and clothes
-  bool near_things = false;  ///< they move within two or three meters of the viewpoint, in its view
-  double pace = 1;           ///< factor on a companion's speed: that on the camera's
+  /// Number of movers of no known class, 0 to 3: swinging crate, pushed chair, rolling ball.
+  int things = 0;
+  int seed = 1;  ///< Seed of wallpaper, books and clothes.
+  /// Whether they move within two or three meters of the viewpoint, in its view.
+  bool near_things = false;
+  double pace = 1;  ///< Factor on a companion's speed, equal to that of the camera.
   STILLMAP_FIELDS(scene, people, activity, things, seed, near_things, pace)
 };
 
-/// Where a camera is held, and what it looks at. The camera motions start from it.
+/// Initial camera position and target of the camera motions.
 struct Viewpoint {
   Eigen::Vector3d position, target;  ///< meters, world
 };
 
-/// A room in which some things move. World frame: meters, z up, the floor at z = 0.
+/// A room with moving objects. World frame: meters, z up, the floor at z = 0.
 struct Scene {
-  simulate::Mesh statics;       ///< lit, in the world frame
-  simulate::Textures textures;  ///< of the statics and of the movers
+  simulate::Mesh statics;       ///< Static mesh with light, in the world frame.
+  simulate::Textures textures;  ///< Textures of the static mesh and the movers.
   simulate::Lighting lighting;
-  std::vector<simulate::Mover> movers;  ///< ids 1, 2, 3 ...
+  std::vector<simulate::Mover> movers;  ///< Movers with ids 1, 2, 3, ...
   Viewpoint viewpoint;
-  Eigen::AlignedBox3d room;  ///< inside of walls, floor and ceiling
-  /// A closed way around the room on which a camera can be carried, at eye height.
+  Eigen::AlignedBox3d room;  ///< Space inside walls, floor and ceiling [m].
+  /// Closed path around the room for a hand-held camera at eye height [m].
   std::vector<Eigen::Vector2f> round;
 };
 
-/// A camera that is carried around, and a companion ahead of it.
+/// Speed of a hand-held camera on a path, and its distance to a companion.
 constexpr double kCarriedSpeed = 0.4;       // m/s
 constexpr double kCompanionDistance = 0.7;  // along the way [m]
 
-/// Names that SceneOptions::scene may have.
+/// Returns the names for SceneOptions::scene.
 const std::vector<std::string>& scene_names();
-/// Names that SceneOptions::activity may have.
+/// Returns the names for SceneOptions::activity.
 const std::vector<std::string>& activity_names();
 
-/// Builds, furnishes and lights a scene; some tenths of a second. The same options give the same
-/// scene. Throws Error for an unknown scene or activity, or a number of people or things out of
+/// Builds, furnishes and lights a scene in a few tenths of a second. Equal options give equal
+/// scenes. Throws Error for an unknown scene or activity, or a number of people or objects out of
 /// range.
 Scene make_scene(const SceneOptions& options);
 

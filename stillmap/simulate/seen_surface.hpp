@@ -12,16 +12,16 @@
 
 namespace stillmap {
 
-/// The static surface that a sequence shows, from its exact depth: what a map of it is judged by.
+/// The static surface observed in a sequence, from its exact depth: the reference for a map.
 class SeenSurface {
  public:
-  /// @param edge side of the voxels that hold one point each [m]
+  /// @param edge  side of the voxels, each of which holds one point [m]
   explicit SeenSurface(const Camera& camera, double edge = 0.01) : camera_(camera), edge_(edge) {}
 
-  /// Adds the static pixels of a frame up to `farthest`, every second one in both directions.
+  /// Adds the static pixels of a frame up to kFarthest, every second one in both directions.
   void add(const TruthFrame& truth);
 
-  /// The mean of each voxel's pixels, ordered by voxel; world frame [m].
+  /// Returns the mean of each voxel's pixels, ordered by voxel; world frame [m].
   std::vector<Eigen::Vector3f> points() const;
 
   static constexpr float kFarthest = 5;  ///< [m]
@@ -36,7 +36,7 @@ class SeenSurface {
   std::unordered_map<std::uint64_t, Sum> voxels_;
 };
 
-/// Points as a file: binary little endian PLY with float x y z.
+/// Returns points as a binary little-endian PLY file with float x y z.
 std::string points_ply(const std::vector<Eigen::Vector3f>& points);
 
 }  // namespace stillmap

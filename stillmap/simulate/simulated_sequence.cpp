@@ -56,7 +56,7 @@ CameraMotionOptions motion_of(const SimulationOptions& options) {
   return motion;
 }
 
-/// Draws the scene as it is at one time.
+/// Renders the scene at one time.
 Rendering draw(const Scene& scene, const Camera& camera, const Pose& T_world_camera, double seconds,
                const RenderOptions& options) {
   std::vector<PosedMover> movers;
@@ -76,7 +76,7 @@ Rendering draw(const Scene& scene, const Camera& camera, const Pose& T_world_cam
   return render(camera, T_world_camera, meshes, scene.textures, options);
 }
 
-/// The parts of all movers, numbered from 1 on in the order of movers and parts.
+/// The parts of all movers, numbered from 1 in the order of movers and parts.
 struct LabeledParts {
   Mesh mesh;
   std::vector<Eigen::Matrix<double, 3, 4>> velocity;  ///< per part: of [p_world, 1] in m/s
@@ -106,14 +106,14 @@ MoverTruth truth_of(const Mover& mover, double seconds) {
           posed.box, velocity_at(mover, seconds)};
 }
 
-/// Shares of a mover's vertices that fall between the picture's borders, and of those that nothing
-/// else covers there.
+/// Returns the shares of a mover's vertices inside the image borders, and of those not occluded by
+/// other objects.
 struct Shares {
   double in_view = 0, shown = 0;
 };
 Shares shares_of(const Mesh& mesh, int id, const Camera& camera, const Pose& T_camera_world,
                  const TruthFrame& truth) {
-  constexpr double kTouch = 0.02;  // meters: what is no nearer than that does not cover
+  constexpr double kTouch = 0.02;  // Surfaces closer than this do not occlude each other [m].
   std::size_t inside = 0, covered = 0;
   for (const Vertex& vertex : mesh.vertices) {
     const Eigen::Vector3d p = T_camera_world * vertex.position.cast<double>();
@@ -129,8 +129,8 @@ Shares shares_of(const Mesh& mesh, int id, const Camera& camera, const Pose& T_c
   return {static_cast<double>(inside) / all, static_cast<double>(inside - covered) / all};
 }
 
-/// Where the movers are, and how much of each the picture shows.
-/// @param truth with pose, depth and instances
+/// Computes the movers' positions and visible shares.
+/// @param truth  with pose, depth and instances
 std::vector<MoverTruth> seen_movers(const Scene& scene, const Camera& camera, double seconds,
                                     const TruthFrame& truth) {
   std::array<int, 256> pixels{};
@@ -195,9 +195,9 @@ std::vector<MoverTruth> SimulatedSequence::movers(std::size_t index) const {
 
 TruthFrame SimulatedSequence::truth(std::size_t index) const {
   const Pose T = T_world_camera(index);
-  const Rendering picture =
+  const Rendering rendering =
       draw(*scene_, camera_, T, timestamp(index), {.color = false, .threads = options_.threads});
-  TruthFrame truth{index, timestamp(index), T, picture.depth, picture.instances, {}};
+  TruthFrame truth{index, timestamp(index), T, rendering.depth, rendering.instances, {}};
   truth.movers = seen_movers(*scene_, camera_, truth.timestamp, truth);
   return truth;
 }
@@ -206,14 +206,14 @@ cv::Mat SimulatedSequence::speed(std::size_t index) const {
   const LabeledParts parts = labeled_parts(*scene_, timestamp(index));
   const Pose T = T_world_camera(index);
   const std::vector<const Mesh*> meshes{&scene_->statics, &parts.mesh};
-  const Rendering picture =
+  const Rendering rendering =
       render(camera_, T, meshes, scene_->textures, {.color = false, .threads = options_.threads});
-  cv::Mat speed = cv::Mat::zeros(picture.depth.size(), CV_32FC1);
+  cv::Mat speed = cv::Mat::zeros(rendering.depth.size(), CV_32FC1);
   for (int v = 0; v < speed.rows; ++v) {
     for (int u = 0; u < speed.cols; ++u) {
-      const int part = picture.instances.at<std::uint8_t>(v, u);
+      const int part = rendering.instances.at<std::uint8_t>(v, u);
       if (part == 0) continue;
-      const Eigen::Vector3d p_world = T * camera_.unproject(u, v, picture.depth.at<float>(v, u));
+      const Eigen::Vector3d p_world = T * camera_.unproject(u, v, rendering.depth.at<float>(v, u));
       const auto& velocity = parts.velocity[static_cast<std::size_t>(part - 1)];
       speed.at<float>(v, u) = static_cast<float>((velocity * p_world.homogeneous()).norm());
     }
@@ -225,27 +225,29 @@ SimulatedFrame SimulatedSequence::at(std::size_t index) const {
   const double t = timestamp(index);
   const Pose T = T_world_camera(index);
   const RenderOptions drawing{.color = true, .threads = options_.threads};
-  Rendering picture = draw(*scene_, camera_, T, t, drawing);
-  for (int i = 1; i < options_.exposures; ++i) {  // the middle one is there; the others around it
+  Rendering rendering = draw(*scene_, camera_, T, t, drawing);
+  // The middle exposure exists; the others are around it.
+  for (int i = 1; i < options_.exposures; ++i) {
     const int side = (i + 1) / 2 * (i % 2 == 0 ? 1 : -1);
     const double moment = t + options_.exposure_time * side / options_.exposures;
-    picture.color += draw(*scene_, camera_, motion_.T_world_camera(moment), moment, drawing).color;
+    rendering.color +=
+        draw(*scene_, camera_, motion_.T_world_camera(moment), moment, drawing).color;
   }
-  if (options_.exposures > 1) picture.color *= 1.0 / options_.exposures;
+  if (options_.exposures > 1) rendering.color *= 1.0 / options_.exposures;
 
   auto frame = std::make_shared<RgbdFrame>();
   frame->index = index;
   frame->timestamp = t;
   const auto seed = static_cast<std::uint64_t>(options_.seed);
   if (options_.noise) {
-    frame->depth = measure_depth(picture.depth, camera_, options_.sensor, seed, index);
-    frame->color = measure_color(picture.color, t, options_.sensor, seed, index);
+    frame->depth = measure_depth(rendering.depth, camera_, options_.sensor, seed, index);
+    frame->color = measure_color(rendering.color, t, options_.sensor, seed, index);
   } else {
-    frame->depth = picture.depth.clone();
-    picture.color.convertTo(frame->color, CV_8UC3);
+    frame->depth = rendering.depth.clone();
+    rendering.color.convertTo(frame->color, CV_8UC3);
   }
   cv::cvtColor(frame->color, frame->gray, cv::COLOR_BGR2GRAY);
-  TruthFrame truth{index, t, T, picture.depth, picture.instances, {}};
+  TruthFrame truth{index, t, T, rendering.depth, rendering.instances, {}};
   truth.movers = seen_movers(*scene_, camera_, t, truth);
   return {frame, std::move(truth)};
 }

@@ -15,52 +15,56 @@
 namespace stillmap {
 
 struct SimulationOptions {
-  std::string scene = "office";   ///< office, or flat: four rooms
-  int people = 2;                 ///< 0..6
-  std::string activity = "walk";  ///< walk, sit, wave, mixed, rise, companion, crowd
-  int things = 0;            ///< movers of no known class, 0..3: swinging crate, pushed chair, ball
-  bool near_things = false;  ///< they move close to the viewpoint, in its view
-  std::string camera = "xyz";  ///< static, xyz, halfsphere, rpy, loop, follow
+  std::string scene = "office";   ///< Scene: office, or flat (four rooms).
+  int people = 2;                 ///< Number of people, 0 to 6.
+  std::string activity = "walk";  ///< Activity: walk, sit, wave, mixed, rise, companion, crowd.
+  /// Number of movers of no known class, 0 to 3: swinging crate, pushed chair, ball.
+  int things = 0;
+  bool near_things = false;    ///< Whether they move close to the viewpoint, in its view.
+  std::string camera = "xyz";  ///< Camera motion: static, xyz, halfsphere, rpy, loop, follow.
   int frames = 300;
-  double fps = 30;                ///< [Hz]
+  double fps = 30;                ///< Frame rate [Hz].
   int width = 640, height = 480;  ///< pixels
-  double focal = 0;               ///< [px]; 0: that of a Kinect, 525 at a width of 640
-  int seed = 1;                   ///< of scene, hand shake and noise
-  double speed = 1;               ///< factor on the camera's rate of motion
-  double shake = 1;               ///< factor on the hand shake
-  bool noise = true;              ///< false: exact depth, and color without noise or drift
-  KinectOptions sensor = {};      ///< used with noise
-  int exposures = 1;              ///< pictures averaged into one for motion blur; 1: none
-  double exposure_time = 0.012;   ///< shutter time [s], used with exposures > 1
-  int threads = 2;                ///< for drawing; the pictures do not depend on it
+  double focal = 0;  ///< Focal length [pixels]; 0: that of a Kinect, 525 at a width of 640.
+  int seed = 1;      ///< Seed of scene, hand shake and noise.
+  double speed = 1;  ///< Factor on the speed of the camera motion.
+  double shake = 1;  ///< Factor on the hand shake.
+  /// Whether there is sensor noise; without it depth is exact, and color has no noise or drift.
+  bool noise = true;
+  KinectOptions sensor = {};     ///< used with noise
+  int exposures = 1;             ///< Number of images averaged for motion blur; 1: no blur.
+  double exposure_time = 0.012;  ///< Shutter time [s], used with exposures > 1.
+  int threads = 2;               ///< Number of rendering threads; the images do not depend on it.
   STILLMAP_FIELDS(scene, people, activity, things, near_things, camera, frames, fps, width, height,
                   focal, seed, speed, shake, noise, sensor, exposures, exposure_time, threads)
 };
 
-/// One mover at the time of a frame; world frame, meters.
+/// One mover at the time of a frame; world frame [m].
 struct MoverTruth {
-  int id = 0;                ///< its value in TruthFrame::instances
-  std::string class_name;    ///< "person", or "unknown" for a thing of no known class
+  int id = 0;                ///< Value in TruthFrame::instances.
+  std::string class_name;    ///< "person", or "unknown" for an object of no known class.
   std::string name;          ///< "person", "crate", "chair", "ball"
-  Eigen::Vector3d centroid;  ///< of its surface (every square meter counts alike)
-  Eigen::AlignedBox3d box;   ///< around them, along the world's axes
-  Eigen::Vector3d velocity;  ///< of the centroid [m/s]
-  int pixels = 0;  ///< of the picture that show it; known where a picture was drawn (TruthFrame)
-  double in_view = 0;  ///< share of it between the picture's borders, covered or not; likewise
-  double shown = 0;    ///< share of it that is in view and that nothing else covers; likewise
+  Eigen::Vector3d centroid;  ///< Area-weighted centroid of its surface.
+  Eigen::AlignedBox3d box;   ///< Axis-aligned bounding box.
+  Eigen::Vector3d velocity;  ///< Velocity of the centroid [m/s].
+  int pixels = 0;            ///< Number of pixels that show it; set in TruthFrame only.
+  /// Share of it inside the image borders, occluded or not [0..1]; set in TruthFrame only.
+  double in_view = 0;
+  /// Share of it that is inside the view and not occluded [0..1]; set in TruthFrame only.
+  double shown = 0;
 };
 
-/// Everything that is exactly known about a frame.
+/// The exact truth of a frame.
 struct TruthFrame {
   std::size_t index = 0;
-  double timestamp = 0;  ///< seconds
-  Pose T_world_camera;   ///< at the middle of the exposure
-  cv::Mat depth;         ///< 32FC1 meters along the optical axis, exact; 0 where nothing is
-  cv::Mat instances;     ///< 8UC1: 0 static, else the id of the mover seen
-  std::vector<MoverTruth> movers;  ///< all, seen or not, by id
+  double timestamp = 0;  ///< Time [s].
+  Pose T_world_camera;   ///< Pose at the middle of the exposure.
+  cv::Mat depth;         ///< 32FC1, exact depth along the optical axis [m]; 0 without a surface.
+  cv::Mat instances;     ///< 8UC1: 0 static, else the id of the visible mover.
+  std::vector<MoverTruth> movers;  ///< All movers, visible or not, by id.
 };
 
-/// 8UC1: 255 person, 128 mover of no known class, 0 static.
+/// Returns an 8UC1 mask: 255 person, 128 mover of no known class, 0 static.
 cv::Mat class_mask(const TruthFrame& truth);
 
 struct SimulatedFrame {
@@ -68,24 +72,25 @@ struct SimulatedFrame {
   TruthFrame truth;
 };
 
-/// A rendered RGB-D sequence, and the truth about it. World: z up, floor at z = 0. Frames are made
-/// when asked for and are functions of the options and the index alone: equal options, equal bytes.
+/// A rendered RGB-D sequence with its truth. World: z up, floor at z = 0. Frames are rendered on
+/// demand and depend on the options and the index only: equal options give equal bytes.
 ///
 ///     SimulatedSequence sequence({.people = 2, .camera = "xyz", .frames = 60, .width = 320,
-///     .height = 240}); while (const auto frame = sequence.next()) { ...
-///     sequence.T_world_camera(frame->index) ... }
+/// .height = 240});
+///     while (const auto frame = sequence.next()) use(frame,
+/// sequence.T_world_camera(frame->index));
 ///
-/// All const members may be called from several threads at once.
+/// All const members are thread-safe.
 class SimulatedSequence : public FrameSource {
  public:
-  /// Camera: width x height, principal point in the middle. Throws Error for an option out of
+  /// Camera: width x height, principal point in the center. Throws Error for an option out of
   /// range.
   explicit SimulatedSequence(const SimulationOptions& options);
-  /// With another camera (its distortion is not drawn). Options width, height, focal, fps are not
-  /// used.
+  /// Uses another camera (without its distortion). Options width, height, focal and fps are
+  /// ignored.
   SimulatedSequence(const SimulationOptions& options, const Camera& camera);
-  /// Several sequences of one scene: making the scene is the expensive part of a short sequence.
-  /// Options scene, people, activity, things are not used.
+  /// Shares a scene between sequences, since making it dominates the cost of a short sequence.
+  /// Options scene, people, activity and things are ignored.
   SimulatedSequence(const SimulationOptions& options, const Camera& camera,
                     std::shared_ptr<const Scene> scene);
 
@@ -93,23 +98,23 @@ class SimulatedSequence : public FrameSource {
   RgbdFramePtr next() override;
   std::optional<std::size_t> size() const override { return frames() - next_; }
   const std::vector<SkippedFrame>& skipped() const override { return skipped_; }
-  /// next() starts from the first frame again.
+  /// Makes next() start from the first frame again.
   void rewind() { next_ = 0; }
 
   std::size_t frames() const { return static_cast<std::size_t>(options_.frames); }
   double timestamp(std::size_t index) const { return static_cast<double>(index) / camera_.fps; }
   Pose T_world_camera(std::size_t index) const;
-  /// Pose of every frame.
+  /// Returns the pose of every frame.
   Trajectory trajectory() const;
   std::vector<MoverTruth> movers(std::size_t index) const;
-  /// Color and measured depth of a frame.
+  /// Returns color and measured depth of a frame.
   RgbdFramePtr frame(std::size_t index) const { return at(index).frame; }
-  /// The truth about a frame: several times faster than frame(), as no color is drawn.
+  /// Returns the truth of a frame; several times faster than frame(), since no color is rendered.
   TruthFrame truth(std::size_t index) const;
-  /// 32FC1 m/s: how fast what a pixel shows moves through the world, each limb for itself; 0 where
-  /// it is static.
+  /// Returns the speed of the visible surface in the world frame, separate for each limb, 32FC1
+  /// [m/s]; 0 where it is static.
   cv::Mat speed(std::size_t index) const;
-  /// Both in one go.
+  /// Returns frame and truth at once.
   SimulatedFrame at(std::size_t index) const;
 
   const Scene& scene() const { return *scene_; }

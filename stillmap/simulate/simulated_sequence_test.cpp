@@ -27,7 +27,7 @@ SimulationOptions small(const std::string& camera = "xyz") {
 
 double difference(const cv::Mat& a, const cv::Mat& b) { return cv::norm(a, b, cv::NORM_INF); }
 
-/// Largest difference of depth among the four pixels around (u, v).
+/// Returns the largest difference of depth among the four pixels around (u, v).
 bool smooth_at(const cv::Mat& depth, double u, double v, double most) {
   const int x = static_cast<int>(u), y = static_cast<int>(v);
   double low = 100, high = 0;
@@ -39,8 +39,8 @@ bool smooth_at(const cv::Mat& depth, double u, double v, double most) {
   return low > 0 && high - low < most;
 }
 
-/// Between the four pixels around (u, v); of inverse depths, which are linear over a plane's
-/// picture.
+/// Interpolates between the four pixels around (u, v), in inverse depth, which is linear on a
+/// plane.
 double inverse_depth_at(const cv::Mat& depth, double u, double v) {
   const int x = static_cast<int>(u), y = static_cast<int>(v);
   const double a = u - x, b = v - y;
@@ -54,7 +54,7 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-TEST(SimulatedSequence, StaticPointsKeepTheirPlaceAndColor) {
+TEST(SimulatedSequence, StaticPointsKeepTheirPositionAndColor) {
   const SimulatedSequence sequence(small());
   const SimulatedFrame a = sequence.at(0), b = sequence.at(45);
   const Camera& camera = sequence.camera();
@@ -81,10 +81,10 @@ TEST(SimulatedSequence, StaticPointsKeepTheirPlaceAndColor) {
     }
   }
   ASSERT_GT(compared, 2000);
-  EXPECT_GT(same_depth, 0.97 * compared);  // the rest: creases between the four pixels
+  EXPECT_GT(same_depth, 0.97 * compared);  // The rest are creases between the four pixels.
   EXPECT_LT(median(depth_errors),
-            2e-5);  // most points lie on planes, where nothing is lost between pixels
-  EXPECT_LT(median(color_errors), 10);  // the nearest pixel's, so up to half a pixel off
+            2e-5);                      // Most points lie on planes, where interpolation is exact.
+  EXPECT_LT(median(color_errors), 10);  // Color of the nearest pixel, up to half a pixel away.
 }
 
 TEST(SimulatedSequence, EqualOptionsGiveEqualBytesOnAnyNumberOfThreads) {
@@ -102,13 +102,13 @@ TEST(SimulatedSequence, EqualOptionsGiveEqualBytesOnAnyNumberOfThreads) {
   EXPECT_GT(difference(one.frame->color, SimulatedSequence(options).at(7).frame->color), 50);
 }
 
-TEST(SimulatedSequence, TruthIsThatOfTheFrame) {
+TEST(SimulatedSequence, TruthMatchesTheFrame) {
   const SimulatedSequence sequence(small());
   const SimulatedFrame made = sequence.at(11);
   const TruthFrame truth = sequence.truth(11);
   EXPECT_EQ(difference(made.truth.depth, truth.depth), 0);
   EXPECT_EQ(difference(made.truth.instances, truth.instances), 0);
-  EXPECT_EQ(difference(made.frame->depth, truth.depth), 0);  // noise is off
+  EXPECT_EQ(difference(made.frame->depth, truth.depth), 0);  // Noise is disabled.
   EXPECT_EQ(truth.timestamp, made.frame->timestamp);
 }
 
@@ -133,7 +133,7 @@ TEST(SimulatedSequence, NextGivesEveryFrameOnce) {
   EXPECT_NE(sequence.next(), nullptr);
 }
 
-TEST(SimulatedSequence, MoversAreInFrontOfTheRoomAndNowhereElse) {
+TEST(SimulatedSequence, MoversAreInFrontOfTheRoom) {
   SimulationOptions options = small();
   options.activity = "mixed";
   options.people = 3;
@@ -160,11 +160,11 @@ TEST(SimulatedSequence, MoversAreInFrontOfTheRoomAndNowhereElse) {
     }
   }
   EXPECT_EQ(people + things, moving);
-  EXPECT_GT(people, 3 * 320 * 240 / 50);  // at least 2 % of the picture
+  EXPECT_GT(people, 3 * 320 * 240 / 50);  // At least 2 % of the image.
   EXPECT_GT(things, 3 * 320 * 240 / 100);
 }
 
-TEST(SimulatedSequence, MoverTruthMatchesWhatIsSeen) {
+TEST(SimulatedSequence, MoverTruthMatchesTheImages) {
   SimulationOptions options = small();
   options.things = 3;
   const SimulatedSequence sequence(options);
@@ -189,7 +189,7 @@ TEST(SimulatedSequence, MoverTruthMatchesWhatIsSeen) {
   }
 }
 
-TEST(SimulatedSequence, WalkersWalkOnTheFloorAndApart) {
+TEST(SimulatedSequence, WalkersStayOnTheFloorAndApart) {
   SimulationOptions options = small();
   options.people = 4;
   options.frames = 600;
@@ -210,11 +210,11 @@ TEST(SimulatedSequence, WalkersWalkOnTheFloorAndApart) {
 
 struct MotionCase {
   const char* name;
-  double speed, turn;  // mean, m/s and deg/s, of TUM's fr3 walking sequences of that name
+  double speed, turn;  // Mean speeds of TUM's fr3 walking sequences [m/s, deg/s].
 };
 class CameraMotions : public testing::TestWithParam<MotionCase> {};
 
-TEST_P(CameraMotions, AreAsFastAsTumsAndStayInFreeSpace) {
+TEST_P(CameraMotions, HaveTumSpeedsAndStayInFreeSpace) {
   SimulationOptions options = small(GetParam().name);
   options.people = 0;
   options.width = 64;
@@ -230,7 +230,8 @@ TEST_P(CameraMotions, AreAsFastAsTumsAndStayInFreeSpace) {
     const TruthFrame truth = sequence.truth(i);
     double nearest = 0;
     cv::minMaxLoc(truth.depth, &nearest);
-    ASSERT_GT(nearest, 0.3) << i;  // also: no pixel looks out of the room, where depth is 0
+    // Also: no pixel shows the outside of the room, where depth is 0.
+    ASSERT_GT(nearest, 0.3) << i;
     ASSERT_TRUE(sequence.scene().room.contains(truth.T_world_camera.translation()));
   }
   const double seconds = static_cast<double>(sequence.frames() - 1) / options.fps;
@@ -268,7 +269,7 @@ TEST(CameraMotion, HandShakeHasTheWantedAmplitude) {
   EXPECT_LT((home.inverse() * steady.T_world_camera(3.3)).log().norm(), 1e-9);
 }
 
-TEST(SimulatedSequence, EveryViewHasCornersAllOver) {
+TEST(SimulatedSequence, EveryViewHasCornersEverywhere) {
   SimulationOptions options;
   options.people = 2;
   const SimulatedSequence first(options);
@@ -303,10 +304,10 @@ TEST(SimulatedSequence, MovingPeopleHaveCorners) {
       corners_on_people += made.truth.instances.at<std::uint8_t>(corner.pt) != 0;
     pixels += cv::countNonZero(made.truth.instances);
   }
-  EXPECT_GT(corners_on_people, pixels / 200);  // as dense as 1500 corners in the whole picture
+  EXPECT_GT(corners_on_people, pixels / 200);  // As dense as 1500 corners in the whole image.
 }
 
-TEST(SimulatedSequence, MotionBlurMixesPicturesOfTheExposure) {
+TEST(SimulatedSequence, MotionBlurAveragesTheExposure) {
   SimulationOptions options = small("rpy");
   const SimulatedSequence sharp(options);
   options.exposures = 5;

@@ -7,8 +7,8 @@
 
 namespace stillmap::simulate {
 
-/// A picture that repeats in both directions, with its mip chain (Williams 1983, Pyramidal
-/// parametrics). Texture coordinates: u to the right, v down, one repeat per unit.
+/// A periodic image with its mip chain (Williams 1983, Pyramidal parametrics). Texture coordinates:
+/// u to the right, v down, one period per unit.
 class Texture {
  public:
   struct Level {
@@ -16,7 +16,7 @@ class Texture {
     std::vector<std::uint32_t> texels;  ///< B | G << 8 | R << 16, row by row
   };
 
-  /// @param bgr 8UC3, any size; stretched to powers of two.
+  /// @param bgr  8UC3, any size; stretched to powers of two
   explicit Texture(const cv::Mat& bgr);
 
   const std::vector<Level>& levels() const { return levels_; }
@@ -27,7 +27,7 @@ class Texture {
   std::vector<Level> levels_;
 };
 
-/// Faces name their texture by its place in this list.
+/// Faces refer to textures by index.
 using Textures = std::vector<Texture>;
 
 }  // namespace stillmap::simulate

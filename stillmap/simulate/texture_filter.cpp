@@ -7,12 +7,12 @@
 namespace stillmap::simulate {
 namespace {
 
-constexpr int kProbes = 4;  // texture samples of one pixel, at most
-// Squared texel size against that of the footprint: a little sharper than the Nyquist limit, as
-// cameras are.
+constexpr int kProbes = 4;  // Maximum number of texture samples of one pixel.
+// Squared ratio of texel size to footprint: slightly sharper than the Nyquist limit, as cameras
+// are.
 constexpr float kSharpness = 0.6F;
 
-/// Two color channels at once in one word, `f` of 256 parts on the way from a to b.
+/// Interpolates two color channels in one word, `f` of 256 parts from a to b.
 std::uint32_t blend(std::uint32_t a, std::uint32_t b, std::uint32_t f) {
   constexpr std::uint32_t kBlueRed = 0xff00ff, kGreen = 0x00ff00;
   const std::uint32_t br = ((a & kBlueRed) * (256 - f) + (b & kBlueRed) * f) >> 8 & kBlueRed;
@@ -20,18 +20,18 @@ std::uint32_t blend(std::uint32_t a, std::uint32_t b, std::uint32_t f) {
   return br | g;
 }
 
-/// Whole part of a number that is not far below zero, without a library call.
+/// Returns the integer part of a number not far below zero, without a library call.
 int floor_of(float value) {
   constexpr int kShift = 1 << 20;
   return static_cast<int>(value + static_cast<float>(kShift)) - kShift;
 }
 
-/// The texture between four texels. (u, v) in repeats, fractions of a texel in 256 parts.
+/// Returns the texture between four texels. (u, v) in periods, fractions of a texel in 256 parts.
 std::uint32_t bilinear(const Texture::Level& level, float u, float v) {
   u -= static_cast<float>(floor_of(u));
   v -= static_cast<float>(floor_of(v));
   const int width = 1 << level.log2_width, height = 1 << level.log2_height;
-  // A repeat is added so that the half texel taken away leaves a positive number to shift.
+  // A period is added, so that the number stays positive after subtracting half a texel.
   const int x = static_cast<int>((u + 1) * static_cast<float>(width * 256)) - 128;
   const int y = static_cast<int>((v + 1) * static_cast<float>(height * 256)) - 128;
   const int x0 = (x >> 8) & (width - 1), x1 = (x0 + 1) & (width - 1);
@@ -42,14 +42,14 @@ std::uint32_t bilinear(const Texture::Level& level, float u, float v) {
   return blend(blend(row0[x0], row0[x1], fx), blend(row1[x0], row1[x1], fx), fy);
 }
 
-/// A place between two mip levels.
+/// A position between two mip levels.
 struct MipLevel {
   const Texture::Level* fine;
   const Texture::Level* coarse;
   std::uint32_t fraction;  // of 256
 };
 
-/// The level whose texels are as large as the footprint of squared size `texels2`.
+/// Returns the level whose texels are as large as a footprint of squared size `texels2`.
 MipLevel mip_level(const Texture& texture, float texels2) {
   const auto& levels = texture.levels();
   if (texels2 <= 1) return {levels.data(), levels.data(), 0};

@@ -6,15 +6,16 @@
 
 namespace stillmap::simulate {
 
-/// What one pixel covers of a texture: its middle and the longer and shorter axis of its footprint.
+/// Footprint of a pixel on a texture: its center and its longer and shorter axis.
 struct Footprint {
   float u, v;             // repeats
   Eigen::Vector2f along;  // the longer axis, repeats
   float long2, short2;    // squared lengths, texels
 };
 
-/// The texture under a pixel: up to kProbes trilinear samples along the footprint's longer axis
-/// (after McCormack et al. 1999, Feline), so that floors seen at a grazing angle stay sharp.
+/// Returns the filtered texture of a pixel: up to kProbes trilinear samples along the longer axis
+/// of the footprint (after McCormack et al. 1999, Feline), so that floors at grazing angles stay
+/// sharp.
 Eigen::Vector3f filtered(const Texture& texture, const Footprint& f);
 
 }  // namespace stillmap::simulate

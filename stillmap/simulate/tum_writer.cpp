@@ -17,7 +17,7 @@ namespace stillmap {
 namespace {
 
 void write_png(const std::filesystem::path& file, const cv::Mat& image) {
-  constexpr int kCompression = 1;  // noise does not compress; fast is better
+  constexpr int kCompression = 1;  // Noise does not compress, so speed matters.
   std::vector<std::uint8_t> bytes;
   if (!cv::imencode(".png", image, bytes, {cv::IMWRITE_PNG_COMPRESSION, kCompression})) {
     throw Error("the image could not be encoded as PNG", file.string(), "");
@@ -31,7 +31,7 @@ cv::Mat raw_depth(const cv::Mat& meters, double factor) {
   return raw;
 }
 
-/// Gray levels of 5 mm/s: what `evaluate` takes speed images for.
+/// Gray levels of 5 mm/s, as read by `evaluate`.
 cv::Mat speed_levels(const cv::Mat& meters_per_second) {
   cv::Mat levels;
   meters_per_second.convertTo(levels, CV_8UC1, 1 / 0.005);  // rounds and saturates
@@ -62,7 +62,7 @@ std::string thing_lines(const std::vector<simulate::NamedObject>& things) {
   return lines;
 }
 
-/// The text files that grow with every frame.
+/// The text files with one line per frame.
 struct Lists {
   std::string rgb = "# color images\n# timestamp filename\n";
   std::string depth = "# depth images\n# timestamp filename\n";

@@ -36,7 +36,7 @@ class TumWriter : public testing::Test {
   fs::path folder_;
 };
 
-TEST_F(TumWriter, WhatIsWrittenIsWhatTheSequenceGives) {
+TEST_F(TumWriter, FilesEqualTheSequence) {
   const SimulatedSequence sequence(tiny());
   std::vector<std::size_t> steps;
   write_tum_layout(sequence, folder_, [&](std::size_t done) { steps.push_back(done); });
@@ -80,7 +80,7 @@ TEST_F(TumWriter, ListsNameEveryFrame) {
             std::string::npos);
 }
 
-TEST_F(TumWriter, AFolderThatCannotBeMadeIsAnError) {
+TEST_F(TumWriter, AFolderThatCannotBeCreatedIsAnError) {
   std::ofstream(folder_) << "a file, not a folder";
   EXPECT_THROW(write_tum_layout(SimulatedSequence(tiny()), folder_), Error);
 }
