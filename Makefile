@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-# The front door. `make` lists what there is; CMake does the work (see CMakePresets.json).
+# `make` lists all targets; CMake builds them (see CMakePresets.json).
 #
-#   JOBS=N      how many compilers and tests at a time (all cores)
-#   ARGS="..."  handed to `make demo`, `make test` (ctest), `make bench` (scripts/bench.py) and `make microbench`
+#   JOBS=N      number of parallel compilers and tests (default: all cores)
+#   ARGS="..."  passed to `make demo`, `make test` (ctest), `make bench` (scripts/bench.py) and `make microbench`
 
 JOBS ?= $(shell nproc)
 ARGS ?=
@@ -25,11 +25,11 @@ tools:
 	@mkdir -p build
 	@scripts/install_dependencies.sh --tools
 
-build: deps  ## the command, build/release/stillmap (installs what is missing)
+build: deps  ## the command, build/release/stillmap (installs missing packages)
 	@$(call configure,release)
 	$(call compile,release) --target stillmap
 
-demo: build  ## map a rendered office with people walking about (results: build/demo)
+demo: build  ## map a rendered office with walking people (results: build/demo)
 	build/release/stillmap demo --out build/demo $(ARGS)
 
 test: deps  ## build everything and run all tests
@@ -42,7 +42,7 @@ debug asan tsan: deps  ## all tests with assertions (debug) or under a sanitizer
 	$(call compile,$@)
 	$(call run_tests,$@)
 
-bench: deps  ## how fast the whole system is, on a rendered scene or your sequences (results: build/bench)
+bench: deps  ## measure the speed of the complete system on a rendered scene or your sequences (results: build/bench)
 	@$(call configure,release)
 	$(call compile,release) --target stillmap stillmap_feature_benchmark
 	scripts/bench.py $(ARGS)
@@ -58,7 +58,7 @@ format: tools  ## format all C++ files
 check-format: tools
 	@scripts/format.sh --check
 
-lint: check-format  ## check format, names and clang-tidy's findings; unchanged files cost nothing
+lint: check-format  ## check format, names and clang-tidy's findings; unchanged files are skipped
 	@cmake --preset lint >build/configure_lint.log || { cat build/configure_lint.log; exit 1; }
 	@scripts/lint.py --jobs $(JOBS)
 
@@ -67,5 +67,5 @@ install: deps  ## install the command, libraries and headers to PREFIX (/usr/loc
 	$(call compile,release)
 	cmake --install build/release --prefix $(or $(PREFIX),/usr/local)
 
-clean:  ## remove what was built; the downloaded wheels stay
+clean:  ## remove all build results except downloaded wheels
 	rm -rf build/release build/debug build/asan build/tsan build/lint build/configure_*.log

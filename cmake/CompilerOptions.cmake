@@ -1,4 +1,4 @@
-# Language level, warnings, sanitizers and the compiler cache: everything that goes to the compiler.
+# Language level, warnings, sanitizers and the compiler cache: all compiler options.
 set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
 set(CMAKE_CXX_EXTENSIONS OFF)
@@ -9,8 +9,8 @@ if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
   set(CMAKE_BUILD_TYPE Release CACHE STRING "Build type" FORCE)
 endif()
 
-# A compiler cache makes rebuilds and clean clones cheap: with paths relative to the source folder, one
-# build folder or clone serves the next. The sloppiness is what precompiled headers need.
+# A compiler cache accelerates rebuilds and new clones: paths are relative to the source folder, so build
+# folders and clones share it. Precompiled headers need the sloppiness.
 find_program(STILLMAP_CCACHE ccache)
 if(STILLMAP_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   set(CMAKE_CXX_COMPILER_LAUNCHER
@@ -21,7 +21,7 @@ endif()
 
 # No -march=native anywhere: hot loops are dispatched at run time, so one binary serves every x86-64.
 add_library(stillmap_options INTERFACE)
-# GCC 12 takes many a std::string for an overflow (its bugs 105329 and 105651): those two are off.
+# GCC 12 reports false overflows of std::string (its bugs 105329 and 105651): two warnings are off.
 set(warnings -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual -Wcast-qual
              -Wno-array-bounds -Wno-restrict $<$<BOOL:${STILLMAP_WARNINGS_AS_ERRORS}>:-Werror>)
 target_compile_features(stillmap_options INTERFACE cxx_std_20)
@@ -32,7 +32,7 @@ target_include_directories(stillmap_options INTERFACE
 
 set(STILLMAP_SANITIZE "" CACHE STRING "Sanitizers, as for -fsanitize= (address,undefined or thread)")
 if(STILLMAP_SANITIZE)
-  # What sanitizers add leads GCC's analysis of the flow astray (its bug 105562): two warnings are off.
+  # Sanitizer instrumentation causes false warnings of GCC's flow analysis (its bug 105562): two are off.
   add_compile_options(-fsanitize=${STILLMAP_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all
                       -Wno-stringop-overflow -Wno-maybe-uninitialized)
   add_link_options(-fsanitize=${STILLMAP_SANITIZE})

@@ -1,4 +1,4 @@
-# Everything the rooms link to, found once. Debian 12 and Ubuntu 24.04 package names are in
+# All third-party targets of the modules. Debian 12 and Ubuntu 24.04 package names are in
 # scripts/install_dependencies.sh.
 find_package(Threads REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
@@ -22,7 +22,7 @@ endif()
 
 # OpenVINO, the fast back end for segmentation, is optional. Debian has no package; the wheel that
 # scripts/install_dependencies.sh puts into build/venv carries headers, libraries and a CMake package, and
-# its Python tells where. An OpenVINO_DIR given by hand, or one found before, goes first.
+# its Python package returns their path. A given or cached OpenVINO_DIR is preferred.
 if(STILLMAP_WITH_OPENVINO)
   set(STILLMAP_VENV "${PROJECT_SOURCE_DIR}/build/venv" CACHE PATH
       "Virtual environment in which the OpenVINO wheel is looked for")

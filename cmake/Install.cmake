@@ -18,7 +18,7 @@ install(FILES "${PROJECT_BINARY_DIR}/StillmapConfig.cmake"
               "${PROJECT_BINARY_DIR}/StillmapConfigVersion.cmake"
         DESTINATION ${package_folder})
 
-# Somebody else's project that uses the installed package, built and run. Not with sanitizers: that
+# Builds and runs a project that uses the installed package. Not with sanitizers, since that
 # project would have to be built with them too.
 if(STILLMAP_BUILD_TESTS AND NOT STILLMAP_SANITIZE)
   set(prefix "${PROJECT_BINARY_DIR}/installed")

@@ -1,9 +1,9 @@
 # stillmap_module(NAME [DEPENDS module...] [LINK target...] [NO_PCH])
 #
-# Makes the library stillmap_NAME out of the folder's *.cpp, its tests out of *_test.cpp (one program,
-# stillmap_NAME_test) and its micro benchmarks out of *_benchmark.cpp (stillmap_NAME_benchmark).
-# DEPENDS names the modules to the left that this one may use; LINK the third-party targets.
-# Test-only material (modules used by tests alone) goes to TEST_DEPENDS.
+# Builds the library stillmap_NAME from the folder's *.cpp, its tests from *_test.cpp (one program,
+# stillmap_NAME_test) and its micro benchmarks from *_benchmark.cpp (stillmap_NAME_benchmark).
+# DEPENDS lists the modules that this one uses; LINK the third-party targets.
+# TEST_DEPENDS lists modules used by tests only.
 function(stillmap_module name)
   cmake_parse_arguments(MODULE "NO_PCH" "" "DEPENDS;LINK;TEST_DEPENDS;TEST_LINK" ${ARGN})
   set(target stillmap_${name})
@@ -44,7 +44,7 @@ function(stillmap_module name)
 endfunction()
 
 # One precompiled header for the whole project: Eigen, OpenCV's core and the standard containers are in
-# nearly every file. The module base owns it; a module with compiler flags of its own opts out.
+# nearly every file. Module base owns it; modules with their own compiler flags opt out.
 function(stillmap_precompile target no_pch)
   if(no_pch)
     return()

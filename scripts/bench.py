@@ -1,23 +1,23 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Measures how fast the whole system maps sequences: every figure a median over runs, with its range.
+"""Measures the speed of the complete system on sequences: medians over runs, with ranges.
 
   scripts/bench.py [SEQUENCE...] [--model NETWORK.onnx] [--runs 5]
-  scripts/bench.py --compare build/bench/old.json                  before and now, and their ratio
-  scripts/bench.py --binary OLD/stillmap --binary NEW/stillmap     two programs in turns, and the ratio within each turn
+  scripts/bench.py --compare build/bench/old.json                  old and new times, and their ratio
+  scripts/bench.py --binary OLD/stillmap --binary NEW/stillmap     two alternating programs, and the ratio within each turn
 
-A sequence is a folder in TUM layout. Without one, a scene of the simulator with people walking about is rendered, once.
+A sequence is a folder in TUM layout. Without one, a simulated scene with walking people is rendered once.
 `make bench ARGS="..."` builds first. Written to --out (build/bench): bench.md, which is also printed, and bench.json.
 
-In each turn every program maps every sequence in several ways, one run after the other, in an order that changes from
-turn to turn:
-  everything              lockstep, all defaults: dense map, movers and all
-  no dense map, no movers the camera's poses and the map they need
-  no network              where --model is given; else "everything" is that
-  profiled                everything, with --profile: CPU times, and what the profile costs
+In each turn every program maps every sequence in several ways, one run at a time, in an order that changes with
+each turn:
+  everything              lockstep with all defaults, including dense map and movers
+  no dense map, no movers tracking and sparse mapping only
+  no network              only with --model; otherwise "everything" has none
+  profiled                everything with --profile: CPU times and the cost of profiling
 
-Others' share is what other programs took of the machine meanwhile. Where it is large, times are too long: ratios within one
-turn, and CPU times, still tell something. Trajectories of all runs must be the same bytes; it is told where they are not.
+"Others' share" is the CPU share of other programs. If it is large, wall times are too long; ratios within one
+turn and CPU times remain meaningful. Trajectories of all runs must be byte-identical; differences are reported.
 """
 import argparse
 import hashlib

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Tests of bench.py with programs that only pretend to map."""
+"""Tests of bench.py with fake mapping programs."""
 import json
 import subprocess
 import sys

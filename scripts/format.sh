@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Formats all C++ files of the repository; with --check changes nothing and fails on a file that would change.
+# Formats all C++ files of the repository; --check changes nothing and fails if a file is not formatted.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

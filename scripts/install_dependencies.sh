@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 #
-# Installs what Stillmap is built from, on Debian 12 or Ubuntu 24.04: system packages with apt, and wheels into
-# a virtual environment in the build folder. What is there already is left alone, so a second call takes no
-# time and needs no network.
+# Installs the dependencies of Stillmap on Debian 12 or Ubuntu 24.04: system packages with apt, and wheels into
+# a virtual environment in the build folder. Installed packages are kept, so a second call takes no time and
+# needs no network access.
 #
 #   scripts/install_dependencies.sh            to build, run and test
-#   scripts/install_dependencies.sh --tools    also what `make format`, `make lint` and quantize_network.py use
+#   scripts/install_dependencies.sh --tools    also the tools for `make format`, `make lint` and quantize_network.py
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Judges static maps by what a simulator knows; what `stillmap eval --cloud` does not tell.
+"""Evaluates dense maps with the truth of the simulator, beyond `stillmap eval --cloud`.
 
-  scripts/judge_map.py walls RUN SEQUENCE    how thick the walls are that the camera saw on two visits
-  scripts/judge_map.py things RUN SEQUENCE   whether labels and objects are those of the things that stand there
+  scripts/judge_map.py walls RUN SEQUENCE    thickness of walls observed on two visits
+  scripts/judge_map.py things RUN SEQUENCE   accuracy of labels and objects
 
-RUN is a folder that `stillmap run --out` wrote, SEQUENCE one of `stillmap simulate`. Needs numpy (build/venv has it).
+RUN is a folder written by `stillmap run --out`, SEQUENCE one by `stillmap simulate`. Needs numpy (build/venv has it).
 """
 import argparse
 import csv

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs clang-tidy (settings: .clang-tidy) over all sources; exit code 1 if it finds anything.
 
-A source that was found clean is not looked at again until it, a header of ours that it includes, its compiler
-flags, the settings or clang-tidy's version change: what decides is a hash of them all, kept in build/lint/clean.
+A clean source is not checked again until it, an included header of the project, its compiler flags, the settings or
+clang-tidy's version change: a hash of all of them is stored in build/lint/clean.
 
   scripts/lint.py [--jobs N] [PATH...]    PATHs: only sources below these (default: all)
 """

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""How a map grows while the camera goes round and round in one room.
+"""Measures the growth of a map while the camera repeatedly circles one room.
 
   scripts/measure_growth.py --out DIR [--rounds 10] [--people N] [--program build/release/stillmap]
 
-Renders a camera carried around the simulated office (once; kept in DIR), and maps the first round, the first two, and
-so on. Printed as a table: keyframes and landmarks in the map, peak memory, milliseconds per frame, ATE.
+Renders a camera moving around the simulated office (once; kept in DIR), and maps the first round, the first two, and
+so on. Prints a table: keyframes and landmarks in the map, peak memory, milliseconds per frame, ATE.
 """
 import argparse
 import json

@@ -1,22 +1,22 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Maps sequences, saves the maps, localizes the camera of others in them, and prints tables of what came of it.
+"""Maps sequences, saves the maps, localizes the cameras of other sequences in them, and prints tables of the results.
 
   scripts/measure_maps.py SEQUENCES_DIR --out RESULTS_DIR --model yolov8n-seg.onnx MAPPED:LOCALIZED[,LOCALIZED...] ...
 
-MAPPED and LOCALIZED are names of sequences below SEQUENCES_DIR in TUM layout; the groundtruth.txt of those that are
-paired must be of one world. For each LOCALIZED:
+MAPPED and LOCALIZED are names of sequences below SEQUENCES_DIR in TUM layout; paired sequences must have ground
+truth in a common world frame. For each LOCALIZED:
 
-  coverage     frames with a pose of all frames, the frame that has the first one, frames lost after that, and frames
-               that were tracked beside the map by odometry
-  aligned      ATE RMSE, the trajectory aligned with its truth as usual
-  in the map   the same without aligning it: as the mapping run's trajectory is aligned with its own truth
-  same run     where a sequence is localized in its own map: distance to the poses of the mapping run
+  coverage     share of frames with a pose, the first such frame, later frames without one, and frames
+               tracked by visual odometry
+  aligned      ATE RMSE, with the trajectory aligned to its truth as usual
+  in the map   ATE RMSE with the alignment of the mapping run to its own truth
+  same run     for a sequence localized in its own map: distance to the poses of the mapping run
 
-and for each map the size of its file with and without the dense views (`stillmap map slim`), and the seconds that it
-took to be written and (the least of all runs) read. --extend also runs every LOCALIZED extending the map.
+and for each map the size of its file with and without the dense views (`stillmap map slim`), and the time to
+write and (minimum of all runs) read it [s]. --extend also runs every LOCALIZED extending the map.
 
-What is there is not run again. Written to RESULTS_DIR: table.md, printed at the end, and a folder for each run.
+Existing results are not computed again. Written to RESULTS_DIR: table.md, printed at the end, and a folder for each run.
 """
 import argparse
 import json

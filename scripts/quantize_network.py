@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Turns a YOLO network of 32-bit floats (.onnx) into one that computes with 8-bit integers, for `stillmap run --model`.
+"""Quantizes a YOLO network (.onnx) from 32-bit floats to 8-bit integers, for `stillmap run --model`.
 
   scripts/quantize_network.py MODEL.onnx PICTURES_DIR... --out MODEL_int8.onnx
 
-Needs the Python packages numpy, onnx, onnxruntime and pillow. PICTURES_DIR holds pictures such as the camera will see
-(the rgb folder of a recording): --pictures of them (64), evenly spread, set the ranges of the values; half as many
-others are looked at by both networks, and what they find is compared: trust the result only if they agree.
+Needs the Python packages numpy, onnx, onnxruntime and pillow. PICTURES_DIR contains typical images of the camera
+(the rgb folder of a recording): --pictures of them (64), evenly distributed, calibrate the value ranges; on half as many
+others the detections of both networks are compared: use the result only if they agree.
 
-Only convolutions that an activation (SiLU) follows are turned. What comes after the last of them, boxes in pixels
-beside scores below one, does not survive eight bits. Weights have a scale per channel, which needs ONNX operators 13
+Only convolutions followed by an activation (SiLU) are quantized. The layers after the last of them contain boxes in
+pixels together with scores below one, which need more than eight bits. Weights have a scale per channel, which needs ONNX operators 13
 (older networks are converted), and seven bits: processors without VNNI add products of eight in 16 bits, which
 overflow.
 """

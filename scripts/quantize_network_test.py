@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Tests of quantize_network.py on a small network made here: two convolutions with an activation, and a last one
-without. Exit code 77, which ctest calls "skipped", where the packages are not installed that the script needs."""
+"""Tests of quantize_network.py on a small network: two convolutions with an activation and a last one
+without. Exit code 77 ("skipped" for ctest) if the packages of the script are not installed."""
 import contextlib
 import io
 import sys

@@ -1,19 +1,19 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Maps every sequence below a folder with every preset, judges the results and writes one table of all figures.
+"""Maps every sequence in a folder with every preset, evaluates the results and writes one table of all figures.
 
   scripts/run_sequences.py SEQUENCES_DIR --out RESULTS_DIR --model yolov8n-seg.onnx [--box-model yolo11n.onnx]
 
-A sequence is a folder in TUM layout with groundtruth.txt. Beside the presets of `stillmap run --preset` there is
-fused-nonet: preset fused without any network. --ablate adds a run of preset fused without each of its cues in turn.
+A sequence is a folder in TUM layout with groundtruth.txt. In addition to the presets of `stillmap run --preset` there is
+fused-nonet: preset fused without a network. --ablate adds a run of preset fused without each of its cues in turn.
 
-Where a sequence has true masks, what was said of every keypoint is judged by them: precision and recall of "moving".
-Where it does not tell how fast what it shows moves, that is measured first, once (--no-verdicts spares both).
---ghosts counts the ghosts in the clouds, too.
+For a sequence with true masks the motion labels are evaluated: precision and recall of "moving". If it has no speed
+images, they are measured first, once (--no-verdicts skips both).
+--ghosts also counts the ghosts in the clouds.
 
-One run after the other. A run that is there already, made by the same command line and the same program, is not made
-again, so what was interrupted goes on where it stopped; --again makes all of them anew, --table makes none. A run that
-fails is told in the tables, keeps nobody from going on, and is tried again next time; the exit code is then 1.
+Runs are sequential. An existing run of the same command line and program is not repeated, so an interrupted
+series continues where it stopped; --again repeats all runs, --table none. A failed run is marked in the tables, does not
+stop the others, and is repeated next time; the exit code is then 1.
 
 Written to RESULTS_DIR after every run: table.md (printed at the end), table.json, and SEQUENCE_PRESET/ with the results.
 """

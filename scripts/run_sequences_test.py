@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Tests of run_sequences.py with a program that only pretends to map."""
+"""Tests of run_sequences.py with a fake mapping program."""
 import json
 import subprocess
 import sys

@@ -1,10 +1,10 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Makes stillmap/feature/vocabulary.bin anew: renders empty rooms of many seeds, walked around and looked at from
-# many sides, and trains the vocabulary on the pictures. Ten minutes on two cores; the same bytes every time.
+# Creates stillmap/feature/vocabulary.bin: renders empty rooms of many seeds from many viewpoints, and trains the
+# vocabulary on the images. Ten minutes on two cores; deterministic.
 # Only needed when the descriptors, the simulator's rooms or the file's layout change.
 #
-#   scripts/train_vocabulary.sh [SCRATCH_FOLDER]    (default: build/vocabulary; what is rendered already is kept)
+#   scripts/train_vocabulary.sh [SCRATCH_FOLDER]    (default: build/vocabulary; existing images are reused)
 set -eu
 export LC_ALL=C  # the order of the folders
 cd "$(dirname "$0")/.."
