@@ -16,17 +16,17 @@ constexpr double kMetersPerPixel = 4e-3;      // Size of a pixel of the print [m
 constexpr double kSway = 0.05, kSways = 0.7;  // Amplitude [m] and frequency [Hz] of the sway.
 
 /// Returns overlapping rectangles of all sizes: corners everywhere, no repetition.
-cv::Mat print(int seed) {
+cv::Mat printed_pattern(int seed) {
   simulate::Random random(static_cast<std::uint64_t>(seed), 77);
-  cv::Mat print(kPrint, kPrint, CV_8UC3, cv::Scalar::all(128));
+  cv::Mat pattern(kPrint, kPrint, CV_8UC3, cv::Scalar::all(128));
   for (int i = 0; i < 1500; ++i) {
     const cv::Rect area(random.integer(0, kPrint), random.integer(0, kPrint), random.integer(4, 40),
                         random.integer(4, 40));
     const cv::Scalar color(random.integer(20, 235), random.integer(20, 235),
                            random.integer(20, 235));
-    cv::rectangle(print, area, color, cv::FILLED);
+    cv::rectangle(pattern, area, color, cv::FILLED);
   }
-  return print;
+  return pattern;
 }
 
 /// Returns the position on the print for each pixel.
@@ -58,9 +58,9 @@ RgbdFramePtr behind(const Board& board, const RgbdFrame& frame, const Camera& ca
   const int width = static_cast<int>(std::lround(board.share * camera.width));
   if (width > 0) {
     const cv::Rect area(0, 0, width, camera.height);
-    const cv::Mat print =
-        board.printed ? print(board.seed) : cv::Mat(kPrint, kPrint, CV_8UC3, cv::Scalar::all(60));
-    cv::remap(print, covered->color(area), looked_at(board, camera, width, seconds), cv::Mat(),
+    const cv::Mat pattern = board.printed ? printed_pattern(board.seed)
+                                          : cv::Mat(kPrint, kPrint, CV_8UC3, cv::Scalar::all(60));
+    cv::remap(pattern, covered->color(area), looked_at(board, camera, width, seconds), cv::Mat(),
               cv::INTER_LINEAR);
     covered->depth(area).setTo(board.distance);
   }
