@@ -104,7 +104,7 @@ class ByteReader {
     return {claim(size, 1), size};
   }
 
-  std::size_t left() const { return bytes_.size() - at_; }  ///< bytes
+  std::size_t left() const { return bytes_.size() - at_; }  ///< Number of unread bytes.
   /// Nothing may be left.
   void expect_end() const {
     if (left() != 0) fail(fmt::format("{} bytes too many", left()));

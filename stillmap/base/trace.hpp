@@ -26,7 +26,7 @@ struct TraceSpan {
 /// Value of a counter at a point in time.
 struct TraceCount {
   std::string_view name;
-  std::int64_t at = 0;  ///< nanoseconds since the trace began
+  std::int64_t at = 0;  ///< Time since the start of the trace [ns].
   std::int64_t value = 0;
 };
 
@@ -80,7 +80,7 @@ class Trace {
   /// Adds a track for one thread, valid as long as the trace. All tracks are added from one thread.
   TraceTrack& add_track(std::string name);
   const std::deque<TraceTrack>& tracks() const { return tracks_; }  ///< In creation order.
-  std::int64_t now() const;  ///< nanoseconds since the trace began
+  std::int64_t now() const;  ///< Time since the start of the trace [ns].
 
  private:
   using Clock = std::chrono::steady_clock;

@@ -68,7 +68,7 @@ using FeaturesPtr = std::shared_ptr<const Features>;
 struct PyramidShape {
   int levels = 8;
   double scale_factor = 1.2;
-  double scale(int level) const;  ///< scale_factor^level
+  double scale(int level) const;  ///< Returns scale_factor^level.
 };
 
 template <typename F>

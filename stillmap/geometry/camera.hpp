@@ -11,12 +11,13 @@ namespace stillmap {
 /// camera; `distortion` describes the *recorded* images.
 struct Camera {
   std::string name = "unnamed";
-  int width = 640, height = 480;                      ///< pixels
-  double fx = 525, fy = 525, cx = 319.5, cy = 239.5;  ///< pixels
+  int width = 640, height = 480;  ///< Image size [pixels].
+  double fx = 525, fy = 525, cx = 319.5,
+         cy = 239.5;  ///< Focal lengths and principal point [pixels].
   /// Radial-tangential distortion k1 k2 p1 p2 k3 (Brown 1966, in OpenCV's order).
   Eigen::Matrix<double, 5, 1> distortion = Eigen::Matrix<double, 5, 1>::Zero();
-  double depth_factor = 5000;  ///< raw depth units per meter
-  double fps = 30;             ///< nominal frame rate [Hz]
+  double depth_factor = 5000;  ///< Raw depth units per meter [1/m].
+  double fps = 30;             ///< Nominal frame rate [Hz].
   /// Baseline of the virtual second camera that converts depth to disparity [m]; default: distance
   /// between projector and infrared camera of the Kinect.
   double baseline = 0.075;

@@ -14,14 +14,15 @@ namespace stillmap {
 struct RigidPair {
   Eigen::Vector3d p_a = Eigen::Vector3d::Zero(),
                   p_b = Eigen::Vector3d::Zero();  ///< In the own camera frame [m].
-  Eigen::Vector2d uv_a = Eigen::Vector2d::Zero(), uv_b = Eigen::Vector2d::Zero();  ///< pixels
+  Eigen::Vector2d uv_a = Eigen::Vector2d::Zero(),
+                  uv_b = Eigen::Vector2d::Zero();  ///< Pixel positions.
   double scale_a = 1, scale_b = 1;  ///< Scale factors of the keypoints' pyramid levels.
 };
 
 /// A pair of a pixel and the point that it shows.
 struct AbsolutePair {
-  Eigen::Vector3d p_world = Eigen::Vector3d::Zero();  ///< meters
-  Eigen::Vector2d uv = Eigen::Vector2d::Zero();       ///< pixels
+  Eigen::Vector3d p_world = Eigen::Vector3d::Zero();  ///< World position [m].
+  Eigen::Vector2d uv = Eigen::Vector2d::Zero();       ///< Pixel position.
   double scale = 1;  ///< Scale factor of the keypoint's pyramid level.
 };
 

@@ -17,17 +17,17 @@ namespace stillmap {
 struct BundleObservation {
   std::uint32_t pose = 0, point = 0;
   float u = 0, v = 0;  ///< Keypoint position [pixels].
-  float depth = 0;  ///< Depth along the optical axis [m]; 0 or not finite: unknown.
-  float scale = 1;  ///< Scale of the keypoint's pyramid level, scale_factor^level.
+  float depth = 0;     ///< Depth along the optical axis [m]; 0 or not finite: unknown.
+  float scale = 1;     ///< Scale of the keypoint's pyramid level, scale_factor^level.
   /// Probability of being static [0..1], multiplies the information; 0: ignored.
   float weight = 1;
 };
 
 struct BundleProblem {
   Camera camera;
-  std::vector<Pose> T_world_camera;       ///< first guesses
-  std::vector<std::uint8_t> pose_fixed;  ///< One per pose; at least one must be set.
-  std::vector<Eigen::Vector3d> points;  ///< Initial positions in the world frame [m].
+  std::vector<Pose> T_world_camera;       ///< Initial poses.
+  std::vector<std::uint8_t> pose_fixed;   ///< One per pose; at least one must be set.
+  std::vector<Eigen::Vector3d> points;    ///< Initial positions in the world frame [m].
   std::vector<std::uint8_t> point_fixed;  ///< One per point, or empty: all free.
   std::vector<BundleObservation> observations;
 };
@@ -41,22 +41,22 @@ struct BundleOptions {
   int plain_iterations = 10;
   /// A pass ends when a step reduces the cost by less than this ratio.
   double cost_tolerance = 1e-6;
-  double pixel_chi2 = kPixelChi2;  ///< Inlier bound of the pixel residual [sigma^2].
+  double pixel_chi2 = kPixelChi2;          ///< Inlier bound of the pixel residual [sigma^2].
   double disparity_chi2 = kDisparityChi2;  ///< Inlier bound of the disparity residual [sigma^2].
   STILLMAP_FIELDS(noise, robust_iterations, plain_iterations, cost_tolerance, pixel_chi2,
                   disparity_chi2)
 };
 
 struct BundleResult {
-  std::vector<Pose> T_world_camera;  ///< One per pose; fixed poses are returned bit-exactly.
-  std::vector<Eigen::Vector3d> points;  ///< one per point
+  std::vector<Pose> T_world_camera;     ///< One per pose; fixed poses are returned bit-exactly.
+  std::vector<Eigen::Vector3d> points;  ///< One per point, world frame [m].
   /// One per observation: the pixel disagrees or the observation is unusable; remove the match.
   std::vector<std::uint8_t> pixel_outlier;
   /// One per observation: it has a depth that disagrees or belongs to an outlier pixel; ignore the
   /// depth.
   std::vector<std::uint8_t> depth_outlier;
   double cost_before = 0, cost_after = 0;  ///< Half the sum of robust squared residuals [sigma^2].
-  int iterations = 0;  ///< Number of iterations of both passes.
+  int iterations = 0;                      ///< Number of iterations of both passes.
   bool interrupted = false;  ///< Whether `stop` returned true; the result is then the best so far.
   double setup_ms = 0, robust_ms = 0, plain_ms = 0;
 };

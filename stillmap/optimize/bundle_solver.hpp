@@ -12,7 +12,7 @@ namespace stillmap {
 /// One usable observation, in terms of T_camera_world.
 struct BundleTerm {
   std::uint32_t pose = 0, point = 0;
-  std::uint32_t observation = 0;  ///< index into the problem's list
+  std::uint32_t observation = 0;  ///< Index into the problem's list
   Measurement measurement;
   double weight = 1;
   Parts parts;  ///< Parts that are used in the next pass.
@@ -21,9 +21,9 @@ struct BundleTerm {
 /// The constant part of the problem.
 struct BundleModel {
   Camera camera;
-  std::vector<BundleTerm> terms;  ///< Sorted by point, then pose, then observation.
-  std::vector<std::uint8_t> pose_free;   ///< may move, and some term holds it
-  std::vector<std::uint8_t> point_free;  ///< may move, and some term holds it
+  std::vector<BundleTerm> terms;         ///< Sorted by point, then pose, then observation.
+  std::vector<std::uint8_t> pose_free;   ///< Whether a pose is optimized and has a term.
+  std::vector<std::uint8_t> point_free;  ///< Whether a point is optimized and has a term.
 };
 
 /// The optimized variables.

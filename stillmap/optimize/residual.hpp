@@ -50,8 +50,8 @@ struct ObservationNoise {
 struct Measurement {
   /// Pixel and disparity [pixels]; disparity 0 without depth.
   Eigen::Vector3d uvd = Eigen::Vector3d::Zero();
-  double pixel_information = 0;      ///< 1 / sigma^2; 0 for an unusable keypoint
-  double disparity_information = 0;  ///< 1 / sigma^2; 0 without depth
+  double pixel_information = 0;      ///< Information 1 / sigma^2; 0 for an unusable keypoint.
+  double disparity_information = 0;  ///< Information 1 / sigma^2; 0 without depth.
 
   bool usable() const { return pixel_information > 0; }
   bool has_depth() const { return disparity_information > 0; }

@@ -75,7 +75,7 @@ struct PoseScene {
   Camera camera;
   Pose T_world_camera;
   std::vector<PoseObservation> observations;
-  std::vector<Corruption> corruption;  ///< per observation
+  std::vector<Corruption> corruption;  ///< One per observation.
 };
 
 inline PoseScene pose_scene(unsigned seed, int count, const Noise& noise) {
@@ -97,7 +97,7 @@ struct BundleScene {
   BundleProblem problem;  ///< Initial values with errors.
   std::vector<Pose> T_world_camera;
   std::vector<Eigen::Vector3d> points;
-  std::vector<Corruption> corruption;  ///< per observation
+  std::vector<Corruption> corruption;  ///< One per observation.
 };
 
 struct BundleShape {

@@ -59,7 +59,7 @@ void MapMaker::close(const LoopMatch& match) {
                      done.graph_ms, watch.milliseconds()});
 }
 
-/// Joined as they are, then adjusted at the seam; what is farther away follows.
+/// Merges the components, adjusts the seam, and propagates the correction.
 LoopCorrection MapMaker::join(const LoopMatch& match) {
   LoopCorrection done = join_maps(map_, match, correction_);
   const EssentialGraph before(map_, map_.at(match.query).component, correction_.strong);
@@ -91,7 +91,7 @@ std::shared_ptr<const MapBundle> MapMaker::take_pending_global_ba() {
 }
 
 void MapMaker::apply_global_ba(const MapBundle& bundle, const BundleResult& result) {
-  const TimedScope timed(timing_, "global adjustment taken in");
+  const TimedScope timed(timing_, "applying global adjustment");
   apply_to_grown_map(map_, bundle, result);
   moved_ = true;
 }
@@ -122,10 +122,11 @@ void MapMaker::merge_remaining() {
   std::vector<std::uint32_t> components = map_.components();
   std::reverse(components.begin(), components.end());
   for (const std::uint32_t component : components) {
-    if (keyframes_of(map_, component).empty()) continue;  // joined to another meanwhile
+    // Merged into another one by an earlier step.
+    if (keyframes_of(map_, component).empty()) continue;
     if (const auto match = places_.connect(map_, component)) close(*match);
   }
-  if (components.size() > 1) timing_.add("joining of maps apart", watch.milliseconds());
+  if (components.size() > 1) timing_.add("final merging", watch.milliseconds());
 }
 
 void MapMaker::drop(std::uint32_t component) {

@@ -14,68 +14,69 @@
 
 namespace stillmap {
 
-/// Something that happened to the map as a whole.
+/// An event of the whole map.
 struct MapEvent {
   enum class Kind {
-    kLoop,     ///< a loop was closed
-    kMerge,    ///< two maps were joined
-    kDropped,  ///< a map was dropped, since it had held the camera too briefly
+    kLoop,     ///< A loop was closed.
+    kMerge,    ///< Two components were merged.
+    kDropped,  ///< A component was dropped that had tracked the camera too briefly.
   };
   Kind kind = Kind::kLoop;
-  std::size_t frame_index = 0;     ///< of the keyframe at which it happened, or that began the map
-  double timestamp = 0;            ///< of the same [s]
-  std::size_t seen_in = 0;         ///< frame index of the keyframe that showed the place before
-  int inliers = 0;                 ///< landmarks that agree with the match
-  int fused = 0;                   ///< landmarks merged, and observations gained
-  double meters = 0, radians = 0;  ///< by which the camera was moved
-  std::size_t keyframes = 0;       ///< of the map then
-  double graph_ms = 0;             ///< spent on the pose graph [ms]
-  double milliseconds = 0;         ///< in all, without the adjustment of the whole map
+  /// Frame index of the triggering keyframe, or of the first one of a dropped component.
+  std::size_t frame_index = 0;
+  double timestamp = 0;            ///< Time of this frame [s].
+  std::size_t seen_in = 0;         ///< Frame index of the keyframe that showed the place before.
+  int inliers = 0;                 ///< Number of inlier landmarks of the match.
+  int fused = 0;                   ///< Number of merged landmarks and gained observations.
+  double meters = 0, radians = 0;  ///< Correction of the camera pose [m and rad].
+  std::size_t keyframes = 0;       ///< Number of keyframes of the component then.
+  double graph_ms = 0;             ///< Time of the pose graph optimization [ms].
+  double milliseconds = 0;         ///< Total time without global bundle adjustment [ms].
 };
 
-/// T_world_camera of the keyframes of a component, by id; those included that were erased since.
+/// T_world_camera of the keyframes of a component, by id, including erased ones.
 using KeyframePoses = std::map<KeyframeId, Pose>;
 
-/// The owner of the map, and the order of what is done to it; synchronous, for one thread.
+/// Owner of the map, which orders all changes; synchronous, for one thread.
 class MapMaker {
  public:
-  /// @param map  empty, or one made before
+  /// @param map  empty, or loaded
   MapMaker(Map map, const SlamOptions& options);
 
-  /// Adds a keyframe with its landmarks. What the tracker may see of the map then.
+  /// Adds a keyframe with its landmarks. Returns the new local map snapshot.
   LocalMapPtr insert(const KeyframeProposal& proposal);
 
-  /// Makes the map good around the keyframe inserted last; if its place was seen before, closes the
-  /// loop or joins the maps. What the tracker may see of the map then.
-  /// @param hurry  ends the local adjustment early
+  /// Refines the map around the last inserted keyframe; if its place is recognized, closes the loop
+  /// or merges the components. Returns the new local map snapshot.
+  /// @param hurry  ends the local bundle adjustment early
   LocalMapPtr refine(const StopRequest& hurry);
 
-  /// What the tracker may see of a map that is not to be extended: around the keyframe that shows
+  /// Returns the local map snapshot of a map that is not extended: around the keyframe that shows
   /// most of the proposal's landmarks.
   LocalMapPtr snapshot_for(const KeyframeProposal& proposal) const;
 
-  /// Where a frame of a lost camera was.
+  /// Relocalizes a frame of a lost camera.
   std::optional<RelocalizationResult> find(const FramePtr& lost);
 
-  /// After a loop was closed or maps were joined: the whole component, to be adjusted elsewhere;
-  /// once, else null. One taken earlier is out of date then.
+  /// Returns the bundle of the whole component for global bundle adjustment after a loop closure or
+  /// merge, once; otherwise null. It invalidates earlier bundles.
   std::shared_ptr<const MapBundle> take_pending_global_ba();
-  /// Takes in what came of it.
+  /// Applies the result of global bundle adjustment.
   void apply_global_ba(const MapBundle& bundle, const BundleResult& result);
 
-  /// Where the keyframes of a keyframe's component stand.
+  /// Returns the poses of the keyframe's component.
   KeyframePoses poses_around(KeyframeId keyframe) const;
-  /// The same around the keyframe inserted last, if they moved as a whole since last asked: a loop
-  /// was closed, maps were joined, or an adjustment of the whole was taken in. Else null.
+  /// Returns the poses around the last inserted keyframe if its component was moved since the last
+  /// call (loop closure, merge, or global bundle adjustment); otherwise null.
   std::shared_ptr<const KeyframePoses> take_moved();
 
-  /// Joins what is still apart, the younger of two maps to the older, where any of its keyframes
-  /// shows a place of the other; for the end of a run.
+  /// Merges components that are still separate, the younger into the older, if any keyframe shows a
+  /// place of the other; for the end of a run.
   void merge_remaining();
 
-  /// Drops a component, unless some of it was made before this run.
+  /// Drops a component, unless it has keyframes of an earlier session.
   void drop(std::uint32_t component);
-  /// Adjusts every component once more.
+  /// Runs bundle adjustment on every component.
   void adjust_all(const BundleOptions& options);
 
   const Map& map() const { return map_; }
@@ -97,8 +98,8 @@ class MapMaker {
   Places places_;
   KeyframeId newest_;
   bool moved_ = false;  // see take_moved()
-  std::optional<std::uint32_t>
-      pending_global_ba_;         // component that waits to be adjusted as a whole
+  // component that waits for global bundle adjustment
+  std::optional<std::uint32_t> pending_global_ba_;
   std::vector<KeyframeId> made_;  // in this run, those included that were erased since
   std::vector<MapEvent> events_;
   RefineTotals refined_;

@@ -8,7 +8,7 @@
 namespace stillmap {
 namespace {
 
-/// Keyframes come a few a second; a queue this long means that the mapper is seconds behind.
+/// Length of the queue of keyframes; at a few per second, mapping is seconds behind if it is full.
 constexpr std::size_t kQueue = 16;
 
 /// Updates that the tracker may be ahead of in realtime, two for each keyframe. One that ran
@@ -16,7 +16,7 @@ constexpr std::size_t kQueue = 16;
 /// camera pass.
 constexpr std::size_t kMaxPendingUpdates = 6;
 
-/// A frame that comes after all others.
+/// A frame index after all others.
 constexpr std::size_t kAtTheEnd = std::numeric_limits<std::size_t>::max();
 
 }  // namespace
@@ -55,8 +55,7 @@ void Mapping::work(const TrackedFrame& tracked, const MapStage::Publish& publish
   inserted.moved = maker_.take_moved();
   inserted.made = {tracked.frame->index(), maker_.newest()};
   publish(std::move(inserted));
-  // A newer keyframe matters more than the last digit of this one's surroundings, where time is
-  // real.
+  // In realtime a newer keyframe is more important than convergence around this one.
   StopRequest hurry;
   if (schedule_.realtime()) hurry = [this] { return stage_->waiting() > 0; };
   MapUpdate refined{maker_.refine(hurry)};
@@ -65,7 +64,7 @@ void Mapping::work(const TrackedFrame& tracked, const MapStage::Publish& publish
   begin_adjustment(tracked.frame->index());
 }
 
-/// Where a lost camera was, and what is around it there.
+/// Returns the relocalization result with the poses around it.
 Mapping::MapUpdate Mapping::relocalization_update(const FramePtr& lost) {
   MapUpdate answer{nullptr, maker_.find(lost)};
   if (answer.found) {
@@ -75,7 +74,7 @@ Mapping::MapUpdate Mapping::relocalization_update(const FramePtr& lost) {
   return answer;
 }
 
-/// What a newer loop has made out of date will not be taken in, so it need not be finished.
+/// A solution that a newer loop invalidates is not applied, so it need not be finished.
 void Mapping::adjust(const BundlePtr& bundle, const AdjustStage::Publish& publish) {
   BundleResult result;
   {

@@ -34,7 +34,7 @@ class InferenceEngine {
 /// Network file and number of threads of an engine.
 struct EngineOptions {
   std::string model;                 ///< Path of the .onnx file.
-  std::array<int, 4> input_shape{};  ///< 1 x 3 x height x width, all positive
+  std::array<int, 4> input_shape{};  ///< Shape 1 x 3 x height x width, all positive.
   std::vector<std::string> outputs;  ///< Names of the outputs in the order of the file.
   int threads = 1;                   ///< Number of threads of the network.
 };

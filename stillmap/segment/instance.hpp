@@ -16,7 +16,8 @@ struct Instance {
   std::string class_name;  ///< Class name such as "person"; "unknown" if the source has none.
   float confidence = 1;    ///< Confidence [0..1].
   cv::Rect box;            ///< Box in the full image, clipped to it [pixels].
-  cv::Mat mask;  ///< 8UC1 of the box's size, 255 on the object; empty if only the box is known.
+  cv::Mat
+      mask;  ///< Mask, 8UC1 of the box's size, 255 on the object; empty if only the box is known.
 };
 
 /// Instances of one frame, either detected in this frame (age 0) or propagated from an earlier one.

@@ -12,7 +12,7 @@ struct Letterbox {
   double scale = 1;  ///< Scale [input pixels per image pixel].
   /// Padding left of and above the image [input pixels]; whole numbers.
   double pad_x = 0, pad_y = 0;
-  cv::Size image, input;  ///< pixels
+  cv::Size image, input;  ///< Sizes [pixels].
   cv::Size inner;         ///< Size of the image in the input [pixels].
 
   Letterbox(cv::Size image_size, cv::Size input_size);

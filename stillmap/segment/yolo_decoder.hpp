@@ -17,7 +17,7 @@ namespace stillmap {
 struct Candidate {
   cv::Rect2f box;          ///< Box in the network's input, edge coordinates [pixels].
   float confidence = 0;    ///< Confidence of the best class [0..1].
-  int class_id = 0;        ///< its best class
+  int class_id = 0;        ///< Best class.
   std::size_t anchor = 0;  ///< Index in the network's output.
 };
 
@@ -47,7 +47,7 @@ struct YoloShape {
   /// By increasing stride; empty if the network decodes its boxes itself.
   std::vector<RawHead> raw_heads;
   std::size_t anchors = 0;       ///< Number of anchors of the boxes output; 0 with raw heads.
-  bool attributes_first = true;  ///< [1, attributes, anchors], else [1, anchors, attributes]
+  bool attributes_first = true;  ///< Order [1, attributes, anchors], else [1, anchors, attributes].
   int prototype_height = 0, prototype_width = 0;
   std::size_t boxes_output = 0, prototypes_output = 1;  ///< Indices of the outputs.
 };

@@ -11,7 +11,7 @@ namespace stillmap {
 
 /// Image properties from the header of a PNG or JPEG file.
 struct ImageHeader {
-  cv::Size size;     ///< pixels
+  cv::Size size;     ///< Image size [pixels].
   int bits = 0;      ///< Bits per channel.
   int channels = 0;  ///< Channels: 1 gray, 2 gray with alpha, 3 color, 4 color with alpha.
 };

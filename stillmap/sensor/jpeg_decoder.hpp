@@ -9,7 +9,7 @@ namespace stillmap {
 
 /// A decoded image, or the problem in words that follow the file name.
 struct JpegRead {
-  cv::Mat image;        ///< 8UC3 BGR
+  cv::Mat image;        ///< Pixels, 8UC3 BGR.
   std::string problem;  ///< Empty if there is an image.
 };
 

@@ -12,9 +12,9 @@ namespace stillmap {
 struct RgbdFrame {
   std::size_t index = 0;  ///< Index in source order 0, 1, 2, ..., without skipped frames.
   double timestamp = 0;   ///< Time of the color image [s].
-  cv::Mat color;  ///< height x width, 8UC3 BGR; gray images are replicated to three channels.
-  cv::Mat gray;   ///< height x width, 8UC1
-  cv::Mat depth;  ///< height x width, 32FC1, depth along the optical axis [m]; 0: unknown.
+  cv::Mat color;          ///< Color image, 8UC3 BGR; gray images are replicated to three channels.
+  cv::Mat gray;           ///< Gray image, 8UC1.
+  cv::Mat depth;          ///< Depth image along the optical axis, 32FC1 [m]; 0: unknown.
 };
 
 using RgbdFramePtr = std::shared_ptr<const RgbdFrame>;

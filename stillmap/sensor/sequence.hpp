@@ -15,9 +15,9 @@ struct SequencePaths {
   std::filesystem::path color_list, depth_list;
   /// Lines `t_rgb rgb_file t_depth depth_file`; if not empty, used instead of the two lists.
   std::filesystem::path associations;
-  std::filesystem::path camera;        ///< camera.yaml: see load_camera().
-  std::filesystem::path ground_truth;  ///< groundtruth.txt: see read_trajectory().
-  std::filesystem::path masks;         ///< mask/: one 8-bit PNG per color image with the same name.
+  std::filesystem::path camera;        ///< File camera.yaml: see load_camera().
+  std::filesystem::path ground_truth;  ///< File groundtruth.txt: see read_trajectory().
+  std::filesystem::path masks;  ///< Folder mask/: one 8-bit PNG per color image with the same name.
 };
 
 /// Finds the files of a sequence. The two lists are preferred; associations.txt (or associate.txt,
@@ -30,7 +30,7 @@ SequencePaths find_sequence(const std::filesystem::path& folder,
 /// One color image and its depth image.
 struct FrameFiles {
   double timestamp = 0;        ///< Time of the color image [s].
-  double depth_timestamp = 0;  ///< seconds
+  double depth_timestamp = 0;  ///< Time of the depth image [s].
   std::filesystem::path color, depth;
 };
 

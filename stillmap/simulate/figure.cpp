@@ -16,19 +16,19 @@ constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kDegree = kPi / 180;
 
 struct Arm {
-  float raise = 0, spread = 0, elbow = 0;  ///< degrees: forward, sideways, bend
-  Vector3f toward{0, -1, 0.2F};            ///< where the elbow bends to, in the torso's frame
+  float raise = 0, spread = 0, elbow = 0;  ///< Angles forward, sideways, bend [degrees].
+  Vector3f toward{0, -1, 0.2F};            ///< Bending direction of the elbow, in the torso's frame
 };
 struct Foot {
-  Vector3f ankle;    ///< world
-  Vector3f forward;  ///< world, level
-  float pitch = 0;   ///< degrees, toes down
+  Vector3f ankle;    ///< World position [m].
+  Vector3f forward;  ///< Horizontal direction, world frame.
+  float pitch = 0;   ///< Angle, toes down [degrees].
 };
 struct Posture {
-  Transform T_world_pelvis;   ///< level; faces -y
-  float lean = 0, twist = 0;  ///< degrees, of the torso: forward, to the left
-  float nod = 0, turn = 0;    ///< degrees, of the head
-  std::array<Arm, 2> arms;    ///< left, right
+  Transform T_world_pelvis;   ///< Level; faces -y.
+  float lean = 0, twist = 0;  ///< Angles of the torso forward and to the left [degrees].
+  float nod = 0, turn = 0;    ///< Angles of the head [degrees].
+  std::array<Arm, 2> arms;    ///< Left, right.
   std::array<Foot, 2> feet;
 };
 

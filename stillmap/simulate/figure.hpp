@@ -9,7 +9,7 @@ namespace stillmap::simulate {
 /// Activity of a person.
 struct Walking {
   Path path;
-  float speed = 0.8F;  ///< m/s
+  float speed = 0.8F;  ///< Walking speed [m/s].
   float start = 0;     ///< Arc length at time 0 [m].
 };
 struct Sitting {

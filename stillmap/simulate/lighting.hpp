@@ -9,7 +9,7 @@ namespace stillmap::simulate {
 /// A small lamp. Its light falls off with the cosine to `direction`; a zero direction radiates in
 /// all directions.
 struct Lamp {
-  Eigen::Vector3f position;  ///< meters, world
+  Eigen::Vector3f position;  ///< World position [m].
   Eigen::Vector3f power;     ///< Power (B G R); 1 lights a white surface 1 m below to full scale.
   Eigen::Vector3f direction = Eigen::Vector3f::Zero();
 };
@@ -21,7 +21,7 @@ struct Lighting {
 
 /// A sphere that occludes ambient light: the soft contact shadow of a moving object.
 struct ShadowBall {
-  Eigen::Vector3f center;  ///< meters, world
+  Eigen::Vector3f center;  ///< World position [m].
   float radius = 0;        ///< Radius [m].
 };
 

@@ -25,7 +25,7 @@ struct Vertex {
 struct Face {
   std::array<std::uint32_t, 3> vertices;
   std::uint16_t texture = 0;  ///< Index into Textures.
-  std::uint8_t instance = 0;  ///< 0: static; else the id of a mover.
+  std::uint8_t instance = 0;  ///< Instance, 0: static; else the id of a mover.
   bool two_sided = false;     ///< Whether it is visible from behind.
   std::uint32_t surface = 0;  ///< Equal for all facets of one smooth surface of a mesh.
 };

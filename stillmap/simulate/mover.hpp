@@ -13,8 +13,8 @@ struct Palette;
 
 /// A rigid part of a mover.
 struct RigidPart {
-  Mesh mesh;                        ///< in the part's own frame
-  std::vector<ShadowBall> shadows;  ///< in the part's own frame
+  Mesh mesh;                        ///< In the part's own frame
+  std::vector<ShadowBall> shadows;  ///< In the part's own frame
 };
 
 /// A moving object with time-dependent parts: a person, or an object of no known class.

@@ -21,32 +21,32 @@ cv::Scalar muted(Random& random);
 cv::Scalar shade(const cv::Scalar& color, double factor);
 
 // Surfaces (tileable)
-cv::Mat planks(Random& random);                           ///< oak floor, 2 m
-cv::Mat wood(const cv::Scalar& base, Random& random);     ///< veneer, 1 m, grain along u
-cv::Mat bricks(Random& random);                           ///< 1.6 m
-cv::Mat plaster(const cv::Scalar& base, Random& random);  ///< 2 m
-cv::Mat wallpaper(Random& random);                        ///< damask-like motif, 1 m
-cv::Mat ceiling_tiles(Random& random);                    ///< 1.2 m, tiles of 0.6 m
-cv::Mat fabric(const cv::Scalar& base, Random& random);   ///< woven, 0.25 m
-cv::Mat plain(const cv::Scalar& base, Random& random);    ///< speckled plastic or lacquer, 0.5 m
-cv::Mat steel(Random& random);                            ///< brushed, 0.5 m
-cv::Mat cardboard(Random& random);                        ///< parcel side with tape and label, once
-cv::Mat leaf(Random& random);                             ///< one leaf
-cv::Mat soil(Random& random);                             ///< 0.2 m
-cv::Mat pot(Random& random);                              ///< glazed pot with a band pattern, once
+cv::Mat planks(Random& random);                           ///< Oak floor, 2 m.
+cv::Mat wood(const cv::Scalar& base, Random& random);     ///< Veneer, 1 m, grain along u.
+cv::Mat bricks(Random& random);                           ///< 1.6 m.
+cv::Mat plaster(const cv::Scalar& base, Random& random);  ///< 2 m.
+cv::Mat wallpaper(Random& random);                        ///< Damask-like motif, 1 m.
+cv::Mat ceiling_tiles(Random& random);                    ///< 1.2 m, tiles of 0.6 m.
+cv::Mat fabric(const cv::Scalar& base, Random& random);   ///< Woven, 0.25 m.
+cv::Mat plain(const cv::Scalar& base, Random& random);    ///< Speckled plastic or lacquer, 0.5 m.
+cv::Mat steel(Random& random);                            ///< Brushed, 0.5 m.
+cv::Mat cardboard(Random& random);  ///< Parcel side with tape and label, once.
+cv::Mat leaf(Random& random);       ///< One leaf.
+cv::Mat soil(Random& random);       ///< 0.2 m.
+cv::Mat pot(Random& random);        ///< Glazed pot with a band pattern, once.
 
 // Prints (laid once over a face)
 cv::Mat rug(Random& random);
-cv::Mat poster(int kind, Random& random);    ///< kinds 0..5, portrait
-cv::Mat painting(int kind, Random& random);  ///< kinds 0..2, landscape format
+cv::Mat poster(int kind, Random& random);    ///< Kinds 0..5, portrait.
+cv::Mat painting(int kind, Random& random);  ///< Kinds 0..2, landscape format.
 cv::Mat world_map(Random& random);
 cv::Mat whiteboard(Random& random);
 cv::Mat pin_board(Random& random);
 cv::Mat window_view(Random& random);
-cv::Mat screen(int kind, Random& random);  ///< kinds 0..3: code, page, chart, photo
+cv::Mat screen(int kind, Random& random);  ///< Kinds 0..3: code, page, chart, photo.
 cv::Mat keyboard(Random& random);
-cv::Mat paper(Random& random);                               ///< a printed sheet
-cv::Mat book_spines(int columns, int rows, Random& random);  ///< an atlas of spines
+cv::Mat paper(Random& random);                               ///< A printed sheet.
+cv::Mat book_spines(int columns, int rows, Random& random);  ///< An atlas of spines.
 cv::Mat book_cover(Random& random);
 cv::Mat clock_face();
 cv::Mat mug(Random& random);
@@ -60,9 +60,9 @@ cv::Mat hazard_crate(Random& random);
 cv::Mat face(const cv::Scalar& skin, const cv::Scalar& hair, Random& random);
 cv::Mat hair(const cv::Scalar& color, Random& random);
 cv::Mat skin(const cv::Scalar& color, Random& random);
-cv::Mat shirt(int kind, Random& random);         ///< kinds 0..4
-cv::Mat sleeve(int kind, const cv::Mat& shirt);  ///< the same cloth without print
-cv::Mat trousers(int kind, Random& random);      ///< kinds 0..2
+cv::Mat shirt(int kind, Random& random);         ///< Kinds 0..4.
+cv::Mat sleeve(int kind, const cv::Mat& shirt);  ///< The same cloth without print.
+cv::Mat trousers(int kind, Random& random);      ///< Kinds 0..2.
 cv::Mat shoe(Random& random);
 
 }  // namespace stillmap::simulate::paint

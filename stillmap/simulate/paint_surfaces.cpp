@@ -46,7 +46,7 @@ void add_octave(cv::Mat& field, cv::Size cells, float amplitude, Random& random)
   }
 }
 
-/// Multiplies an 8UC3 picture with 1 + strength * field.
+/// Multiplies an 8UC3 image by 1 + strength * field.
 void modulate(cv::Mat& image, const cv::Mat& field, double strength) {
   for (int y = 0; y < image.rows; ++y) {
     auto* pixel = image.ptr<cv::Vec3b>(y);

@@ -17,7 +17,7 @@ struct Rendering {
   cv::Mat color;
   /// 32FC1, depth along the optical axis at the pixel center [m]; 0 without a surface.
   cv::Mat depth;
-  cv::Mat instances;  ///< 8UC1, Face::instance at the pixel center.
+  cv::Mat instances;  ///< Instance mask, 8UC1, Face::instance at the pixel center.
 };
 
 struct RenderOptions {

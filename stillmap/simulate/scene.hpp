@@ -33,7 +33,7 @@ struct SceneOptions {
 
 /// Initial camera position and target of the camera motions.
 struct Viewpoint {
-  Eigen::Vector3d position, target;  ///< meters, world
+  Eigen::Vector3d position, target;  ///< World positions [m].
 };
 
 /// A room with moving objects. World frame: meters, z up, the floor at z = 0.

@@ -24,7 +24,7 @@ class SeenSurface {
   /// Returns the mean of each voxel's pixels, ordered by voxel; world frame [m].
   std::vector<Eigen::Vector3f> points() const;
 
-  static constexpr float kFarthest = 5;  ///< [m]
+  static constexpr float kFarthest = 5;  ///< Maximum depth [m].
 
  private:
   struct Sum {

@@ -79,7 +79,8 @@ Rendering draw(const Scene& scene, const Camera& camera, const Pose& T_world_cam
 /// The parts of all movers, numbered from 1 in the order of movers and parts.
 struct LabeledParts {
   Mesh mesh;
-  std::vector<Eigen::Matrix<double, 3, 4>> velocity;  ///< per part: of [p_world, 1] in m/s
+  std::vector<Eigen::Matrix<double, 3, 4>>
+      velocity;  ///< One per part: velocity of [p_world, 1] [m/s].
 };
 
 LabeledParts labeled_parts(const Scene& scene, double seconds) {

@@ -24,14 +24,14 @@ struct SimulationOptions {
   std::string camera = "xyz";  ///< Camera motion: static, xyz, halfsphere, rpy, loop, follow.
   int frames = 300;
   double fps = 30;                ///< Frame rate [Hz].
-  int width = 640, height = 480;  ///< pixels
+  int width = 640, height = 480;  ///< Image size [pixels].
   double focal = 0;  ///< Focal length [pixels]; 0: that of a Kinect, 525 at a width of 640.
   int seed = 1;      ///< Seed of scene, hand shake and noise.
   double speed = 1;  ///< Factor on the speed of the camera motion.
   double shake = 1;  ///< Factor on the hand shake.
   /// Whether there is sensor noise; without it depth is exact, and color has no noise or drift.
   bool noise = true;
-  KinectOptions sensor = {};     ///< used with noise
+  KinectOptions sensor = {};     ///< Sensor noise, used if `noise`.
   int exposures = 1;             ///< Number of images averaged for motion blur; 1: no blur.
   double exposure_time = 0.012;  ///< Shutter time [s], used with exposures > 1.
   int threads = 2;               ///< Number of rendering threads; the images do not depend on it.
@@ -59,8 +59,8 @@ struct TruthFrame {
   std::size_t index = 0;
   double timestamp = 0;  ///< Time [s].
   Pose T_world_camera;   ///< Pose at the middle of the exposure.
-  cv::Mat depth;         ///< 32FC1, exact depth along the optical axis [m]; 0 without a surface.
-  cv::Mat instances;     ///< 8UC1: 0 static, else the id of the visible mover.
+  cv::Mat depth;         ///< Exact depth, 32FC1, along the optical axis [m]; 0 without a surface.
+  cv::Mat instances;     ///< Instance mask, 8UC1: 0 static, else the id of the visible mover.
   std::vector<MoverTruth> movers;  ///< All movers, visible or not, by id.
 };
 

@@ -5,7 +5,7 @@
 ///     build/release/.../stillmap_learn_brief_pattern > stillmap/feature/brief_pattern_table.inc
 ///
 /// After Rublee et al. 2011, section 4.3 (a greedy search for tests of high variance and low
-/// correlation), with one thing more: the training material is pairs of views of the same corner,
+/// correlation), with one addition: the training material is pairs of views of the same corner,
 /// so that tests can be ranked by how rarely their bit flips between two views, for how often it
 /// differs between two corners. Pictures are dead-leaves images; the views differ by a turn, a
 /// magnification, a tilt, noise and brightness, and by what our own detector makes of them (place,
