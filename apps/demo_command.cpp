@@ -34,7 +34,7 @@ fs::path render(const DemoArguments& arguments) {
   return folder;
 }
 
-/// Maps the rendered sequence as `stillmap run` would; the rendered masks stand for a network.
+/// Maps the rendered sequence like `stillmap run`, with the rendered masks instead of a network.
 SessionReport map(const DemoArguments& arguments, const fs::path& folder,
                   const std::string& preset) {
   const SequencePaths paths = find_sequence(folder);
@@ -57,7 +57,7 @@ SessionReport map(const DemoArguments& arguments, const fs::path& folder,
 int run(const DemoArguments& arguments) {
   make_output_folder(arguments.out);
   catch_interrupt();
-  fmt::print("1. An office in which three people walk about, rendered with a Kinect's noise\n");
+  fmt::print("1. An office with three walking people, rendered with the noise of a Kinect\n");
   const fs::path folder = render(arguments);
   const Trajectory truth = read_trajectory(folder / "groundtruth.txt");
   std::vector<RecordedRun> runs;
@@ -69,7 +69,7 @@ int run(const DemoArguments& arguments) {
     runs.push_back({preset, "demo", report.result.trajectory, truth,
                     static_cast<std::size_t>(arguments.frames)});
   }
-  fmt::print("\n{}. Side by side\n", step);
+  fmt::print("\n{}. Comparison\n", step);
   const Comparison comparison = compare_runs(runs);
   const fs::path picture = fs::path(arguments.out) / "comparison.png";
   write_comparison_picture(picture, comparison);
@@ -83,11 +83,13 @@ int run(const DemoArguments& arguments) {
 void add_demo_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<DemoArguments>();
   CLI::App* command = app.add_subcommand(
-      "demo", "render a scene with people walking about, map it with three presets, and compare");
-  command->add_option("--out", arguments->out, "folder for everything")->capture_default_str();
-  command->add_option("--frames", arguments->frames, "frames to render")->capture_default_str();
+      "demo",
+      "render a scene with walking people, map it with three presets, and compare the results");
+  command->add_option("--out", arguments->out, "output folder")->capture_default_str();
+  command->add_option("--frames", arguments->frames, "number of rendered frames")
+      ->capture_default_str();
   command->add_option("--model", arguments->model,
-                      "network (.onnx) that finds people; default: the rendered masks");
+                      "network (.onnx) that detects people; default: the rendered masks");
   command->footer("Example:\n  stillmap demo --out /tmp/demo");
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }

@@ -29,7 +29,7 @@ int run(const std::string& folder, const std::string& camera) {
   }
   switch (diagnosis.conclusion()) {
     case Severity::kOk:
-      fmt::print("This sequence looks fine.\n");
+      fmt::print("No problems were found.\n");
       break;
     case Severity::kWarning:
       fmt::print("This sequence can be mapped, but see the warnings.\n");
@@ -48,14 +48,13 @@ void add_doctor_command(CLI::App& app, int& exit_code) {
     std::string folder, camera;
   };
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* command =
-      app.add_subcommand("doctor", "say what is wrong with a data set and its camera");
+  CLI::App* command = app.add_subcommand("doctor", "check a recording and its camera for problems");
   command->add_option("folder", arguments->folder, "sequence in TUM layout")->required();
   command->add_option("--camera", arguments->camera,
                       "preset name or file; default: the sequence's camera.yaml");
   command->footer(
-      "Example:\n  stillmap doctor my_sequence --camera tum_fr3\nExit code 1 if it cannot be "
-      "mapped as it is.");
+      "Example:\n  stillmap doctor my_sequence --camera tum_fr3\nExit code 1 if the sequence "
+      "cannot be mapped as it is.");
   command->callback(
       [arguments, &exit_code] { exit_code = run(arguments->folder, arguments->camera); });
 }

@@ -3,11 +3,11 @@
 
 namespace stillmap {
 
-/// From here on Ctrl-C (and a polite kill) only asks to end: the work in hand is saved. A second
-/// Ctrl-C ends the program at once.
+/// Makes Ctrl-C (and SIGTERM) request a regular end with saved results. A second Ctrl-C ends the
+/// program immediately.
 void catch_interrupt();
 
-/// Whether the user has asked to end.
+/// Returns whether the user requested the end.
 bool interrupted();
 
 }  // namespace stillmap

@@ -4,17 +4,17 @@
 
 namespace stillmap {
 
-/// "AMD EPYC, 2 cores": what a timing was measured on.
+/// Returns a description of the CPU for timings, such as "AMD EPYC, 2 cores".
 std::string machine_description();
 
-/// The most memory this process has held so far [MiB].
+/// Returns the peak memory of this process so far [MiB].
 double peak_memory_mib();
 
-/// Since this process was started, loading its libraries included [seconds]; 0 where the system
-/// does not tell.
+/// Returns the time since the start of this process, including the loading of libraries [s]; 0 if
+/// unknown.
 double seconds_since_start();
 
-/// What all threads of this process have computed so far [milliseconds].
+/// Returns the CPU time of all threads of this process so far [ms].
 double process_cpu_ms();
 
 }  // namespace stillmap

@@ -14,8 +14,9 @@ int run(int argc, char** argv) {
   using namespace stillmap;
   int exit_code = kSuccess;
   CLI::App app(
-      "Stillmap: visual SLAM for RGB-D cameras in scenes where things move.\n"
-      "A recorded sequence goes in; trajectory, static dense map and error figures come out.");
+      "Stillmap: RGB-D SLAM for dynamic scenes.\n"
+      "It estimates the camera trajectory, a static dense map, and tracked moving objects from a "
+      "recording.");
   app.set_version_flag("--version", STILLMAP_VERSION);
   app.require_subcommand(1);
   app.footer("`stillmap COMMAND --help` shows a command's options and examples.");
@@ -40,9 +41,9 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   cv::utils::logging::setLogLevel(
-      cv::utils::logging::LOG_LEVEL_SILENT);  // what it says comes back as Error
-  // Each stage has a thread of its own already; for images as small as a camera's, OpenCV's threads
-  // wait longer for each other than they work.
+      cv::utils::logging::LOG_LEVEL_SILENT);  // Messages of OpenCV are reported as Error.
+  // Each stage has its own thread; for images of camera size OpenCV's threads mostly wait for each
+  // other.
   cv::setNumThreads(1);
   try {
     return run(argc, argv);

@@ -74,16 +74,17 @@ int export_map(const MapArguments& arguments) {
 }  // namespace
 
 void add_map_command(CLI::App& app, int& exit_code) {
-  CLI::App* map = app.add_subcommand("map", "look into a map that `run --save-map` wrote");
+  CLI::App* map =
+      app.add_subcommand("map", "describe, export or reduce a map saved by `run --save-map`");
   map->require_subcommand(1);
   auto arguments = std::make_shared<MapArguments>();
   CLI::App* info = map->add_subcommand("info", "versions, camera, counts, extent and size");
   info->add_option("file", arguments->file, "saved map")->required();
-  info->add_option("--json", arguments->json, "also write all that to this file");
+  info->add_option("--json", arguments->json, "also write this description to a JSON file");
   info->footer("Example:\n  stillmap map info office.map");
   info->callback([arguments, &exit_code] { exit_code = show(*arguments); });
   CLI::App* slimming =
-      map->add_subcommand("slim", "write the map without the views of its dense cloud");
+      map->add_subcommand("slim", "write the map without the views of its dense map");
   slimming->add_option("file", arguments->file, "saved map")->required();
   slimming->add_option("--out", arguments->out, "file to write; default: NAME.slim.map");
   slimming->footer("Example:\n  stillmap map slim office.map --out small.map");

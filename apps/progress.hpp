@@ -8,17 +8,17 @@
 
 namespace stillmap {
 
-/// Shows how far long work has come: a bar that redraws itself on a terminal, else a plain line
-/// every few seconds. Writes to standard error, so that results can be piped.
+/// Progress display: a bar on a terminal, otherwise a line every few seconds. Writes to standard
+/// error, so that results can be piped.
 class Progress {
  public:
-  /// @param total steps; none: unknown
+  /// @param total  number of steps; none: unknown
   Progress(std::string what, std::optional<std::size_t> total);
   ~Progress() { finish(); }
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// One more step done; `note` is shown at the end of the line.
+  /// Advances by one step; `note` is shown at the end of the line.
   void step(const std::string& note = "");
   void finish();
 
@@ -31,7 +31,7 @@ class Progress {
   std::string note_;
   std::size_t done_ = 0;
   bool finished_ = false;
-  double last_shown_ = 0;  // milliseconds since the start
+  double last_shown_ = 0;  // time of the last display since the start [ms]
   Stopwatch watch_;
 };
 

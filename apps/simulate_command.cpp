@@ -41,31 +41,36 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
       app.add_subcommand("simulate", "render an RGB-D sequence with known poses, masks and movers");
   command
       ->add_option("--scene", o.scene,
-                   "office (one room) or flat (four, a way of 60 m through all)")
+                   "scene: office (one room) or flat (four rooms, a path of 60 m)")
       ->capture_default_str();
-  command->add_option("--people", o.people, "how many")->capture_default_str();
+  command->add_option("--people", o.people, "number of people")->capture_default_str();
   command
-      ->add_option(
-          "--activity", o.activity,
-          "what they do: walk, sit, wave, mixed; rise (sits four seconds, then gets up and "
-          "walks), companion (walks ahead of --camera follow), crowd (--people 4 or more pass "
-          "close before the camera)")
+      ->add_option("--activity", o.activity,
+                   "activity of the people: walk, sit, wave, mixed; rise (sits four seconds, then "
+                   "gets up and walks), companion (walks ahead of --camera follow), crowd "
+                   "(--people 4 or more pass close in front of the camera)")
       ->capture_default_str();
-  command->add_option("--things", o.things, "movers of no known class")->capture_default_str();
-  command->add_flag("--near-things", o.near_things, "they move close to the camera, in its view");
+  command->add_option("--things", o.things, "number of moving objects of no known class")
+      ->capture_default_str();
+  command->add_flag("--near-things", o.near_things,
+                    "moving objects are close to the camera, in its view");
   command
-      ->add_option("--camera", o.camera, "its motion: static, xyz, halfsphere, rpy, loop, follow")
+      ->add_option("--camera", o.camera,
+                   "camera motion: static, xyz, halfsphere, rpy, loop, follow")
       ->capture_default_str();
-  command->add_option("--frames", o.frames, "how many")->capture_default_str();
+  command->add_option("--frames", o.frames, "number of frames")->capture_default_str();
   command->add_option("--fps", o.fps, "frames per second")->capture_default_str();
-  command->add_option("--width", o.width, "pixels")->capture_default_str();
-  command->add_option("--height", o.height, "pixels")->capture_default_str();
-  command->add_option("--seed", o.seed, "of scene, hand shake and noise")->capture_default_str();
-  command->add_option("--speed", o.speed, "factor on the camera's motion")->capture_default_str();
-  command->add_option("--exposures", o.exposures, "pictures averaged for motion blur; 1: none")
+  command->add_option("--width", o.width, "image width [pixels]")->capture_default_str();
+  command->add_option("--height", o.height, "image height [pixels]")->capture_default_str();
+  command->add_option("--seed", o.seed, "seed of scene, hand shake and noise")
       ->capture_default_str();
-  command->add_flag("--no-noise", arguments->no_noise, "exact depth and clean color");
-  command->add_option("--out", arguments->out, "folder, in TUM layout")->capture_default_str();
+  command->add_option("--speed", o.speed, "factor on the speed of the camera motion")
+      ->capture_default_str();
+  command->add_option("--exposures", o.exposures, "images averaged for motion blur; 1: no blur")
+      ->capture_default_str();
+  command->add_flag("--no-noise", arguments->no_noise, "exact depth and color without noise");
+  command->add_option("--out", arguments->out, "output folder, in TUM layout")
+      ->capture_default_str();
   command->footer(
       "Example:\n  stillmap simulate --scene office --people 2 --camera xyz --out office_xyz");
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });

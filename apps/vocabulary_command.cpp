@@ -25,7 +25,7 @@ struct TrainArguments {
   OrbOptions orb;
 };
 
-/// The files named, and those in the folders named, each folder's sorted.
+/// Returns the given files and the sorted files of the given folders.
 std::vector<fs::path> image_files(const std::vector<std::string>& names) {
   std::vector<fs::path> files;
   for (const std::string& name : names) {
@@ -77,22 +77,25 @@ int train(const TrainArguments& arguments) {
 
 void add_vocabulary_command(CLI::App& app, int& exit_code) {
   CLI::App* vocabulary =
-      app.add_subcommand("vocabulary", "the visual words that places are recognized by");
+      app.add_subcommand("vocabulary", "vocabulary of visual words for place recognition");
   vocabulary->require_subcommand(1);
   auto arguments = std::make_shared<TrainArguments>();
   CLI::App* command = vocabulary->add_subcommand(
-      "train", "learn a vocabulary from images (a good one is built in already)");
-  command->add_option("images", arguments->images, "image files, or folders of them")
+      "train", "train a vocabulary on images (a suitable one is built in)");
+  command->add_option("images", arguments->images, "image files or folders of images")
       ->required()
       ->check(CLI::ExistingPath);
   command->add_option("--out", arguments->out, "file to write")->capture_default_str();
-  command->add_option("--branching", arguments->options.branching, "children of a node")
+  command->add_option("--branching", arguments->options.branching, "number of children of a node")
       ->capture_default_str();
-  command->add_option("--depth", arguments->options.depth, "levels; words: branching ^ depth")
+  command
+      ->add_option("--depth", arguments->options.depth,
+                   "number of levels; there are branching ^ depth words")
       ->capture_default_str();
-  command->add_option("--seed", arguments->options.seed, "of the clustering")
+  command->add_option("--seed", arguments->options.seed, "seed of the clustering")
       ->capture_default_str();
-  command->add_option("--keypoints", arguments->orb.keypoints, "per image")->capture_default_str();
+  command->add_option("--keypoints", arguments->orb.keypoints, "keypoints per image")
+      ->capture_default_str();
   command->footer("Example:\n  stillmap vocabulary train sequence/rgb --out vocabulary.bin");
   command->callback([arguments, &exit_code] { exit_code = train(*arguments); });
 }
