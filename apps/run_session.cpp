@@ -222,7 +222,7 @@ nlohmann::json mover_summary(const SlamResult& result) {
 
 nlohmann::json refinement_json(const RefineTotals& totals) {
   return {
-      {"triangulated", totals.triangulated},         {"duplicates_fused", totals.joined},
+      {"triangulated", totals.triangulated},         {"duplicates_fused", totals.fused},
       {"repeated_pairs", totals.repeated_pairs},     {"repeated_gone", totals.repeated_gone},
       {"landmarks_culled", totals.landmarks_culled}, {"keyframes_culled", totals.keyframes_culled}};
 }

@@ -39,12 +39,11 @@ bool at_jump(const cv::Mat1f& depth, int u, int v, float max_jump) {
 }  // namespace
 
 void require_valid(const BackProjectionOptions& options) {
-  const bool valid = options.stride >= 1 && options.min_depth > 0 &&
-                     options.max_depth >= options.min_depth && options.max_jump > 0 &&
+  const bool valid = options.stride >= 1 && options.max_sigma > 0 && options.max_jump > 0 &&
                      options.mask_dilation >= 0;
   if (valid) return;
   throw Error("an option is out of range", "dense back-projection",
-              "stride >= 1, 0 < min_depth <= max_depth, max_jump > 0, mask_dilation >= 0");
+              "stride >= 1, max_sigma > 0, max_jump > 0, mask_dilation >= 0");
 }
 
 cv::Mat1b dilated(const cv::Mat1b& mask, int radius) {
@@ -63,8 +62,8 @@ PointGrid back_project(const Camera& camera, const RgbdFrame& frame, const cv::M
 
   const cv::Mat1f depth = frame.depth;
   const cv::Mat1b moving = dilated(excluded, options.mask_dilation);
-  const auto min_depth = static_cast<float>(options.min_depth);
-  const auto max_depth = static_cast<float>(options.max_depth);
+  const auto min_depth = static_cast<float>(camera.depth_sensor.min_depth);
+  const float max_depth = camera.depth_sensor.depth_at_sigma(options.max_sigma);
   const auto max_jump = static_cast<float>(options.max_jump);
   const int stride = options.stride;
 

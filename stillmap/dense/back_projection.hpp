@@ -13,9 +13,8 @@ namespace stillmap {
 /// "Surface" is counted in 5 cm voxels of the unmasked cloud at stride 2; the figures are the
 /// rendered sequence's.
 /// - stride 1 takes four times as long and shows no more surface; stride 3 loses 6 % of it;
-/// - the Kinect's depth noise grows as 1.4e-3 z^2 (Khoshelham, Elberink, Sensors 2012), at 4 m more
-/// than
-///   two voxels of 1 cm;
+/// - depths are used up to a standard deviation of two voxels of 1 cm, which a Kinect v1 reaches at
+///   4 m;
 /// - a jump of 1 % also drops 4 % of the surface (the Kinect's depth steps are 7 cm at 5 m, ibid.,
 /// and on a
 ///   slanted surface z changes by tan(slant) / f per pixel); beyond 2 % no more surface is gained;
@@ -23,12 +22,11 @@ namespace stillmap {
 /// 0.06 %
 ///   after 10; with exact masks 6 costs 0.3 %, 10 costs 0.9 % of the surface more than 4.
 struct BackProjectionOptions {
-  int stride = 2;          ///< every n-th pixel in both directions [pixels]
-  double min_depth = 0.3;  ///< nearer depths are left out [m]
-  double max_depth = 4.0;  ///< farther depths are left out (but see FarOptions) [m]
-  double max_jump = 0.02;  ///< largest relative depth step to any of the eight neighbors
-  int mask_dilation = 6;   ///< the excluded mask is grown by this much on every side [pixels]
-  STILLMAP_FIELDS(stride, min_depth, max_depth, max_jump, mask_dilation)
+  int stride = 2;             ///< every n-th pixel in both directions [pixels]
+  double max_sigma = 0.0224;  ///< Standard deviation of a depth up to which it is used [m].
+  double max_jump = 0.02;     ///< largest relative depth step to any of the eight neighbors
+  int mask_dilation = 6;      ///< the excluded mask is grown by this much on every side [pixels]
+  STILLMAP_FIELDS(stride, max_sigma, max_jump, mask_dilation)
 };
 
 /// Throws Error if an option is out of range.
@@ -45,10 +43,11 @@ struct PointGrid {
 };
 
 /// Back-projects the depth image, equation 2 of SLAM3-YOLOv8: x = (u - cx) z / fx, y = (v - cy) z /
-/// fy. Left out are pixels without a valid depth in [min_depth, max_depth], pixels within
-/// `mask_dilation` of a pixel that is not zero in `excluded`, and pixels at a depth jump: z differs
-/// from the valid depth of a neighbor in the 3 x 3 window by more than max_jump * z. Such pixels
-/// mix foreground and background.
+/// fy. Left out are pixels without a depth, pixels nearer than the sensor measures or whose
+/// depth it measures with a standard deviation above `max_sigma`, pixels within `mask_dilation` of
+/// a pixel that is not zero in `excluded`, and pixels at a depth jump: z differs from the valid
+/// depth of a neighbor in the 3 x 3 window by more than max_jump * z. Such pixels mix foreground
+/// and background.
 /// @param excluded moving pixels, height x width, any value but zero; empty for none
 /// Throws Error if the sizes of frame, mask and camera differ or an option is out of range.
 PointGrid back_project(const Camera& camera, const RgbdFrame& frame, const cv::Mat1b& excluded,

@@ -76,7 +76,8 @@ TEST(BackProjection, KeepsASurfaceSeenAtAGrazingAngle) {
   const Camera camera{.name = "full", .fx = 528, .fy = 528};
   const double slant = 75 * M_PI / 180;
   const Plane floor{Eigen::Vector3d(0, std::sin(slant), std::cos(slant)), 0.6};
-  const PointGrid grid = back_project(camera, view_of(camera, {}, floor), {}, {.max_depth = 3.5});
+  const PointGrid grid =
+      back_project(camera, view_of(camera, {}, floor), {}, {.max_sigma = 0.01715});
   EXPECT_GT(count_points(grid), 40000);
   for (int row = 0; row < grid.points.rows; ++row) {
     const double z = plane_depth(camera, {}, floor, 320, 2 * row);
@@ -89,7 +90,7 @@ TEST(BackProjection, LeavesOutDepthsThatAreNoneOrOutOfRange) {
   const Camera camera = small_camera();
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float infinity = std::numeric_limits<float>::infinity();
-  for (const float bad : {nan, 0.0F, -1.0F, 0.29F, 4.01F}) {
+  for (const float bad : {nan, 0.0F, -1.0F, 0.39F, 4.01F}) {
     const RgbdFrame frame = frame_of(camera, [&](int, int) { return bad; });
     EXPECT_EQ(count_points(back_project(camera, frame, {})), 0) << bad;
   }
@@ -98,6 +99,16 @@ TEST(BackProjection, LeavesOutDepthsThatAreNoneOrOutOfRange) {
   EXPECT_EQ(count_points(back_project(camera, wall, {}, {.stride = 1})), 160 * 120 - 1);
   wall.depth.at<float>(50, 50) = infinity;  // infinitely far is a jump
   EXPECT_EQ(count_points(back_project(camera, wall, {}, {.stride = 1})), 160 * 120 - 9);
+}
+
+TEST(BackProjection, ReachesAsFarAsTheSensorIsCertain) {
+  Camera camera = small_camera();
+  camera.depth_sensor = find_depth_sensor("realsense_d455");
+  // sqrt(0.0224 / 1.885e-3) = 3.45 m
+  for (const auto& [depth, count] : {std::pair{3.4, 80 * 60}, std::pair{3.5, 0}}) {
+    const RgbdFrame frame = frame_of(camera, [z = depth](int, int) { return z; });
+    EXPECT_EQ(count_points(back_project(camera, frame, {})), count) << depth;
+  }
 }
 
 TEST(BackProjection, RefusesWhatDoesNotFitTogether) {
@@ -111,7 +122,7 @@ TEST(BackProjection, RefusesWhatDoesNotFitTogether) {
   raw.depth = cv::Mat(120, 160, CV_16UC1, cv::Scalar(10000));
   EXPECT_THROW(back_project(camera, raw, {}), Error);
   EXPECT_THROW(back_project(camera, frame, {}, {.stride = 0}), Error);
-  EXPECT_THROW(back_project(camera, frame, {}, {.min_depth = 2, .max_depth = 1}), Error);
+  EXPECT_THROW(back_project(camera, frame, {}, {.max_sigma = 0}), Error);
   EXPECT_THROW(back_project(camera, frame, {}, {.mask_dilation = -1}), Error);
 }
 

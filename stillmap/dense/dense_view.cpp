@@ -155,7 +155,8 @@ MadeView make_dense_view(const Camera& camera, const RgbdFrame& frame, const cv:
   require_colors(frame);
   MadeView made;
   made.outliers = remove_outliers(grid, outliers);
-  const cv::Mat1f far_z = far_depths(frame.depth, movers, grid, back_projection, far);
+  const cv::Mat1f far_z =
+      far_depths(camera.depth_sensor, frame.depth, movers, grid, back_projection, far);
 
   made.view = without_kinds(camera, frame, grid.stride);
   DenseView& view = made.view;

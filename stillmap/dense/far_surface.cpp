@@ -14,14 +14,15 @@ namespace {
 /// Depths of one surface with that of a pixel, around it.
 class OneSurface {
  public:
-  OneSurface(const cv::Mat1f& depth, const FarOptions& options)
+  OneSurface(const DepthSensor& sensor, const cv::Mat1f& depth, const FarOptions& options)
       : depth_(depth),
         window_(options.window),
         deviations_(static_cast<float>(options.deviations * std::numbers::sqrt2)),
+        sigma_(sensor.tolerance<float>(1, 0)),
         support_(options.support) {}
 
   /// How far apart two measurements of one surface may be [m].
-  float reach(float z) const { return deviations_ * depth_sigma(z); }
+  float reach(float z) const { return deviations_ * sigma_.at(z); }
 
   /// Their mean; 0 where there are too few.
   float mean(int u, int v) const {
@@ -48,28 +49,30 @@ class OneSurface {
   const cv::Mat1f& depth_;
   int window_;
   float deviations_;
+  DepthPolynomial<float> sigma_;
   double support_;
 };
 
 }  // namespace
 
 void require_valid(const FarOptions& options) {
-  const bool valid = options.max_depth >= 0 && options.deviations > 0 && options.window >= 0 &&
+  const bool valid = options.max_sigma >= 0 && options.deviations > 0 && options.window >= 0 &&
                      options.window <= 16 && options.support >= 0 && options.support <= 1 &&
                      options.min_views >= 1;
   if (valid) return;
   throw Error("an option is out of range", "dense far surfaces",
-              "max_depth >= 0, deviations > 0, 0 <= window <= 16, 0 <= support <= 1, "
+              "max_sigma >= 0, deviations > 0, 0 <= window <= 16, 0 <= support <= 1, "
               "min_views >= 1");
 }
 
-cv::Mat1f far_depths(const cv::Mat1f& depth, const cv::Mat1b& excluded, const PointGrid& placed,
-                     const BackProjectionOptions& back_projection, const FarOptions& options) {
+cv::Mat1f far_depths(const DepthSensor& sensor, const cv::Mat1f& depth, const cv::Mat1b& excluded,
+                     const PointGrid& placed, const BackProjectionOptions& back_projection,
+                     const FarOptions& options) {
   const TraceScope scope("far surfaces");
   require_valid(options);
-  const auto farthest = static_cast<float>(options.max_depth);
+  const float farthest = options.max_sigma > 0 ? sensor.depth_at_sigma(options.max_sigma) : 0;
   const auto max_jump = static_cast<float>(back_projection.max_jump);
-  const OneSurface surface(depth, options);
+  const OneSurface surface(sensor, depth, options);
   const cv::Mat1b moving = dilated(excluded, back_projection.mask_dilation);
   cv::Mat1f far(placed.points.size(), 0.0F);
   for (int row = 0; row < far.rows; ++row) {

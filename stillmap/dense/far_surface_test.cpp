@@ -15,11 +15,13 @@ namespace {
 
 using namespace testing_support;  // NOLINT(google-build-using-namespace)
 
+const DepthSensor& sensor() { return find_depth_sensor("kinect_v1"); }
+
 /// What far_depths() makes of a frame behind back_project().
 cv::Mat1f far_depths_of(const RgbdFrame& frame, const FarOptions& options = {},
                         const cv::Mat1b& excluded = {}) {
   const PointGrid placed = back_project(small_camera(), frame, excluded);
-  return far_depths(frame.depth, excluded, placed, {}, options);
+  return far_depths(sensor(), frame.depth, excluded, placed, {}, options);
 }
 
 RgbdFrame noisy(const std::function<double(int u, int v)>& depth) {
@@ -27,7 +29,7 @@ RgbdFrame noisy(const std::function<double(int u, int v)>& depth) {
   std::normal_distribution<double> normal;
   return frame_of(small_camera(), [&](int u, int v) {
     const double z = depth(u, v);
-    return z + normal(random) * double{depth_sigma(static_cast<float>(z))};
+    return z + normal(random) * sensor().sigma(z);
   });
 }
 
@@ -41,7 +43,7 @@ TEST(FarSurface, IsWhereManyNoisyDepthsAgree) {
     count += 1;
   }
   EXPECT_GT(count, 0.93 * static_cast<double>(far.total()));
-  EXPECT_LT(std::sqrt(squares / count), depth_sigma(kWall) / 4);  // of 25 pixels: a fifth
+  EXPECT_LT(std::sqrt(squares / count), sensor().sigma(kWall) / 4);  // of 25 pixels: a fifth
 }
 
 TEST(FarSurface, IsNothingBetweenTwoSurfaces) {
@@ -49,7 +51,7 @@ TEST(FarSurface, IsNothingBetweenTwoSurfaces) {
   const RgbdFrame frame = frame_of(small_camera(), [](int u, int) {
     return u < 80 ? 4.5 : u == 80 ? 5.0 : 5.5;
   });
-  const cv::Mat1f far = far_depths_of(frame, {.max_depth = 6});
+  const cv::Mat1f far = far_depths_of(frame, {.max_sigma = 0.0504});
   EXPECT_EQ(cv::countNonZero(far.col(40)), 0);
   EXPECT_NEAR(far(30, 36), 4.5, 1e-5);
   EXPECT_NEAR(far(30, 44), 5.5, 1e-5);
@@ -73,11 +75,11 @@ TEST(FarSurface, IsNeitherUnderAMaskNorTooFar) {
   EXPECT_EQ(far(10, 17), 0);  // six pixels beside it
   EXPECT_NEAR(far(10, 20), 4.8, 1e-5);
   EXPECT_EQ(far(10, 60), 0);
-  EXPECT_EQ(cv::countNonZero(far_depths_of(frame, {.max_depth = 0})), 0);
+  EXPECT_EQ(cv::countNonZero(far_depths_of(frame, {.max_sigma = 0})), 0);
 }
 
 TEST(FarSurface, RefusesOptionsOutOfRange) {
-  EXPECT_THROW(require_valid(FarOptions{.max_depth = -1}), Error);
+  EXPECT_THROW(require_valid(FarOptions{.max_sigma = -1}), Error);
   EXPECT_THROW(require_valid(FarOptions{.deviations = 0}), Error);
   EXPECT_THROW(require_valid(FarOptions{.window = -1}), Error);
   EXPECT_THROW(require_valid(FarOptions{.support = 2}), Error);

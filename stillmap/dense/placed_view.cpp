@@ -22,9 +22,15 @@ float bound(float x, float near, float far, int sign, float focal, float center)
 
 }  // namespace
 
-PlacedView::PlacedView(const DenseView& view, const Pose& T_world_camera, const DepthMargin& margin)
+DepthPolynomial<float> see_through_margin(const DepthSensor& sensor) {
+  // The floor [m] is for the error of the pose, the size of the voxel, and its own noise.
+  constexpr double kSigmas = 25.0 / 7, kFloor = 0.04;
+  return sensor.tolerance<float>(kSigmas, kFloor);
+}
+
+PlacedView::PlacedView(const DenseView& view, const Pose& T_world_camera)
     : view_(&view),
-      margin_(margin),
+      margin_(see_through_margin(view.camera.depth_sensor)),
       R_world_camera_(T_world_camera.rotation()),
       t_world_camera_(T_world_camera.translation()),
       fx_(static_cast<float>(view.camera.fx)),

@@ -11,16 +11,9 @@
 
 namespace stillmap {
 
-/// How far behind a place a measurement must lie to see through it: `margin` + `growth` z^2 [m], z
-/// being the measurement.
-struct DepthMargin {
-  float margin = 0.04F;   ///< [m]
-  float growth = 0.005F;  ///< [1/m]
-  float at(float z) const { return margin + growth * z * z; }
-
-  /// Up to here z - at(z) grows with z for every depth that a DenseView can hold [1/m].
-  static constexpr double kLargestGrowth = 0.035;
-};
+/// How far behind a place a measurement must lie to see through it, as a function of the measured
+/// depth z. z less this margin grows with z for every depth that the sensor measures.
+DepthPolynomial<float> see_through_margin(const DepthSensor& sensor);
 
 /// What a view has to say on a place where it has no static surface.
 enum class Sight {
@@ -33,7 +26,7 @@ enum class Sight {
 class PlacedView {
  public:
   /// @param view must outlive it
-  PlacedView(const DenseView& view, const Pose& T_world_camera, const DepthMargin& margin);
+  PlacedView(const DenseView& view, const Pose& T_world_camera);
 
   const DenseView& view() const { return *view_; }
   /// Where the camera stands, world frame [m].
@@ -83,7 +76,7 @@ class PlacedView {
   void make_tiles();
 
   const DenseView* view_;
-  DepthMargin margin_;
+  DepthPolynomial<float> margin_;
   Eigen::Matrix3d R_world_camera_;
   Eigen::Vector3d t_world_camera_;
   Eigen::Matrix3f R_camera_world_;

@@ -27,7 +27,7 @@ DenseView cluttered_view() {
 
 TEST(PlacedView, TellsWhatLiesBeforeAtAndBehindASurface) {
   const DenseView view = cluttered_view();
-  const PlacedView placed(view, Pose(), {});
+  const PlacedView placed(view, Pose());
   const auto at = [&](int col, int row, double z) {
     return placed.at(view.camera.unproject(col, row, z).cast<float>());
   };
@@ -42,7 +42,7 @@ TEST(PlacedView, TellsWhatLiesBeforeAtAndBehindASurface) {
 
 TEST(PlacedView, SaysOfABallWhatItSaysOfEachOfItsPoints) {
   const DenseView view = cluttered_view();
-  const PlacedView placed(view, Pose(so3_exp({0.1, 0.2, 0.3}), {1, 2, 3}), {});
+  const PlacedView placed(view, Pose(so3_exp({0.1, 0.2, 0.3}), {1, 2, 3}));
   std::mt19937 random(1);
   std::uniform_real_distribution<float> side(-1.2F, 1.2F), depth(-0.2F, 3), unit(-1, 1);
   int through = 0, nothing = 0, unsure = 0;
@@ -64,10 +64,21 @@ TEST(PlacedView, SaysOfABallWhatItSaysOfEachOfItsPoints) {
   EXPECT_LT(unsure, 8000);
 }
 
+// PlacedView::within() draws on it: the nearest of several depths has the nearest margin.
+TEST(PlacedView, DepthLessItsMarginGrowsOverTheRangeOfEverySensor) {
+  for (const std::string& name : depth_sensor_names()) {
+    const DepthSensor& sensor = find_depth_sensor(name);
+    const auto margin = see_through_margin(sensor);
+    for (float z = 0.1F; z < static_cast<float>(sensor.max_depth); z += 0.1F) {
+      EXPECT_GT(z + 0.1F - margin.at(z + 0.1F), z - margin.at(z)) << name << " at " << z;
+    }
+  }
+}
+
 TEST(PlacedView, PutsItsPixelsIntoTheWorld) {
   const DenseView view = cluttered_view();
   const Pose T(so3_exp({0.1, 0.2, 0.3}), {1, 2, 3});
-  const PlacedView placed(view, T, {});
+  const PlacedView placed(view, T);
   const Eigen::Vector3d p = placed.point(10, 45);
   EXPECT_LT((p - T * view.camera.unproject(45, 10, placed.depth(10, 45))).norm(), 1e-12);
   EXPECT_LT((placed.eye() + placed.depth(10, 45) * placed.ray(10, 45) - p).norm(), 1e-12);
@@ -79,7 +90,7 @@ TEST(PlacedView, PutsItsPixelsIntoTheWorld) {
 
 TEST(PlacedView, SaysNothingOnceItIsEmpty) {
   const DenseView view;
-  const PlacedView placed(view, Pose(), {});
+  const PlacedView placed(view, Pose());
   EXPECT_EQ(placed.within({0, 0, 1}, 0.1F), Sight::kNothing);
   EXPECT_EQ(placed.at({0, 0, 1}), Sight::kNothing);
 }

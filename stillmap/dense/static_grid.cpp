@@ -23,9 +23,9 @@ float depth_weight(float z) {
   return 1 / (floor * floor * floor * floor);
 }
 
-constexpr int kFarStep = 2;        // side of far cells [voxels]
-constexpr int kSettled = 4;        // side of what is looked up for surfaces seen nearer [voxels]
-constexpr float kFarReach = 3.0F;  // standard deviations of a far pixel's depth
+constexpr int kFarStep = 2;      // side of far cells [voxels]
+constexpr int kSettled = 4;      // side of what is looked up for surfaces seen nearer [voxels]
+constexpr double kFarReach = 3;  // standard deviations of a far pixel's depth
 
 // Gains are judged by this many pixels at least, none of them too dark or saturated.
 constexpr std::size_t kEnoughForGain = 500;
@@ -46,25 +46,20 @@ Eigen::Vector3f rgb_of(const cv::Vec3b& bgr) {
 }  // namespace
 
 void require_valid(const EvidenceOptions& options) {
-  const bool valid = options.margin > 0 && options.margin_growth >= 0 && options.min_votes >= 1 &&
-                     options.share > 0 && options.vacated >= 1 &&
-                     options.margin_growth <= DepthMargin::kLargestGrowth;
+  const bool valid = options.min_votes >= 1 && options.share > 0 && options.vacated >= 1;
   if (valid) return;
   throw Error("an option is out of range", "dense evidence",
-              "margin > 0, 0 <= margin_growth <= 0.035, min_votes >= 1, share > 0, vacated >= 1");
+              "min_votes >= 1, share > 0, vacated >= 1");
 }
 
 StaticGrid::StaticGrid(double edge, const EvidenceOptions& options, std::uint32_t elders)
-    : edge_(edge),
-      options_(options),
-      elders_(elders),
-      margin_{static_cast<float>(options.margin), static_cast<float>(options.margin_growth)} {
+    : edge_(edge), options_(options), elders_(elders) {
   require_voxel_size(edge, "dense voxel size");
   require_valid(options);
 }
 
 StaticGrid::Witness StaticGrid::witness(const DenseView& view, const Pose& T_world_camera) const {
-  Witness witness{PlacedView(view, T_world_camera, margin_), {}};
+  Witness witness{PlacedView(view, T_world_camera), {}};
   const VoxelIndex::Block block{.corner = voxel_of({0, 0, 0})};
   const double middle = 0.5 * edge_ * VoxelIndex::kSide;
   for (unsigned place = 0; place < VoxelIndex::kPlaces; ++place) {
@@ -101,14 +96,15 @@ bool StaticGrid::has_surface_near(const Eigen::Vector3d& p_world,
 News StaticGrid::news_in(const DenseView& view, const Pose& T_world_camera) const {
   const TraceScope scope("look for news");
   constexpr int kStep = 3;  // pixels
-  constexpr double kFarthest =
-      2.5;  // beyond, pixels are farther apart than voxels, and noisier [m]
+  // Of a Kinect v1 at 2.5 m; beyond, pixels are farther apart than voxels, and noisier [m].
+  constexpr double kMaxSigma = 0.00875;
+  const double farthest = view.camera.depth_sensor.depth_at_sigma(kMaxSigma);
   const Witness seeing = witness(view, T_world_camera);
   const PlacedView& placed = seeing.placed;
   News news;
   for (int row = 0; row < view.depth.rows; row += kStep) {
     for (int col = 0; col < view.depth.cols; col += kStep) {
-      if (!view.is_static(row, col) || placed.depth(row, col) > kFarthest) continue;
+      if (!view.is_static(row, col) || placed.depth(row, col) > farthest) continue;
       ++news.looked_at;
       news.fresh += !has_surface_near(placed.point(row, col), placed.ray(row, col));
     }
@@ -240,7 +236,8 @@ VoxelIndex StaticGrid::settled_space() const {
 std::uint32_t StaticGrid::far_cell(const PlacedView& placed, int row, int col,
                                    const VoxelIndex& settled) {
   const Eigen::Vector3d p = placed.point(row, col), ray = placed.ray(row, col);
-  const double noise = kFarReach * depth_sigma(static_cast<float>(placed.depth(row, col)));
+  const DepthSensor& sensor = placed.view().camera.depth_sensor;
+  const double noise = kFarReach * sensor.sigma(placed.depth(row, col));
   const double coarse = kSettled * edge_, side = kFarStep * edge_;
   const int looks = 1 + static_cast<int>(2 * noise / coarse);  // two a voxel, and both ways
   for (int i = -looks; i <= looks; ++i) {

@@ -20,17 +20,11 @@ namespace stillmap {
 /// When what keyframes saw speaks against a voxel of the static map, and when that is enough.
 struct EvidenceOptions {
   bool remove_ghosts = true;  ///< false: everything that any keyframe saw stays, as in the papers
-  /// A keyframe sees through a voxel if what it measured there lies farther by more than
-  /// `margin` + `margin_growth` z^2, z being that measurement: three standard deviations of a
-  /// Kinect's depth are 4.2e-3 z^2 (Khoshelham, Elberink, Sensors 2012), the rest is for the pose,
-  /// the voxel's size, and what it holds being noisy itself.
-  double margin = 0.04;          ///< [m]
-  double margin_growth = 0.005;  ///< [1/m], at most DepthMargin::kLargestGrowth
-  int min_votes = 2;             ///< keyframes that must speak against a voxel to remove it
-  double share = 0.35;           ///< of all keyframes with a say on it that must
+  int min_votes = 2;          ///< keyframes that must speak against a voxel to remove it
+  double share = 0.35;        ///< of all keyframes with a say on it that must
   /// So many keyframes saw through it since it was last seen: what was there has left.
   int vacated = 4;
-  STILLMAP_FIELDS(remove_ghosts, margin, margin_growth, min_votes, share, vacated)
+  STILLMAP_FIELDS(remove_ghosts, min_votes, share, vacated)
 };
 
 /// Throws Error if an option is out of range.
@@ -64,9 +58,9 @@ struct News {
 /// hidden behind people is filled in later, and a ghost that a mask missed is removed by keyframes
 /// before it as well as after.
 ///
-/// Positions and colors are means weighted by 1 / sigma^2, sigma growing with z^2 as a Kinect's
-/// depth noise does. Colors of each view are scaled to those that are there already (automatic
-/// exposure and white balance change them), by the median ratio per channel.
+/// Positions and colors are means weighted by 1 / sigma^2 of the depth (depth_weight()). Colors of
+/// each view are scaled to those that are there already (automatic exposure and white balance
+/// change them), by the median ratio per channel.
 ///
 /// The result depends on the views, their poses and their order. One thread at a time.
 class StaticGrid {
@@ -149,7 +143,6 @@ class StaticGrid {
   double edge_;
   EvidenceOptions options_;
   std::uint32_t elders_;
-  DepthMargin margin_;
   VoxelIndex index_;
   std::uint32_t first_far_ = kAll;
   std::deque<StaticCell> cells_;

@@ -61,14 +61,18 @@ cv::Mat square(int radius) {
 
 /// Pixels whose depth can be trusted: known, near enough, and no jump to any of the eight
 /// neighbors.
-cv::Mat1b sound_depth(const cv::Mat& depth, const GhostOptions& options) {
+cv::Mat1b sound_depth(const cv::Mat& depth, const DepthSensor& sensor,
+                      const GhostOptions& options) {
+  // Half a voxel; a Kinect v1 measures 4 m with this standard deviation [m].
+  constexpr double kMaxSigma = 0.0224;
+  const float max_depth = sensor.depth_at_sigma(kMaxSigma);
   cv::Mat highest, lowest, far_where_unknown = depth.clone();
   far_where_unknown.setTo(1e6, depth <= 0);
   cv::dilate(depth, highest, square(1));
   cv::erode(far_where_unknown, lowest, square(1));
   const cv::Mat rise = highest - depth, fall = depth - lowest;
   const cv::Mat step = cv::max(rise, fall);
-  return (depth > 0) & (depth <= options.max_depth) & (step <= options.max_jump * depth);
+  return (depth > 0) & (depth <= max_depth) & (step <= options.max_jump * depth);
 }
 
 /// Sorts the pixels of one frame into voxels.
@@ -79,7 +83,7 @@ class FrameSorter {
 
   void add(const MaskedFrame& frame, const Pose& T_world_camera) {
     ++frame_;
-    const cv::Mat1b sound = sound_depth(frame.depth, options_);
+    const cv::Mat1b sound = sound_depth(frame.depth, camera_.depth_sensor, options_);
     cv::Mat near_mask, inside_mask;
     cv::dilate(frame.mask, near_mask, square(options_.mask_margin));
     cv::erode(frame.mask, inside_mask, square(options_.mask_margin));

@@ -42,15 +42,13 @@ struct GhostOptions {
   double voxel = 0.05;  ///< side of all voxels [m]
   int mask_margin = 6;  ///< pixels this near to the mask's outline, on either side, are left out
   double max_jump =
-      0.02;              ///< and pixels whose depth differs more from a neighbor's, relative to it
-  double max_depth = 4;  ///< and pixels farther than this, too noisy for the voxel's size [m]
-  int stride = 2;        ///< every n-th pixel in both directions is looked at
+      0.02;        ///< and pixels whose depth differs more from a neighbor's, relative to it
+  int stride = 2;  ///< every n-th pixel in both directions is looked at
   int min_surface_frames =
       15;  ///< voxels of the static surface were seen in at least so many frames
   double surface_reach =
       0.05;  ///< a surface voxel is kept if a point is this near to its center of mass [m]
-  STILLMAP_FIELDS(voxel, mask_margin, max_jump, max_depth, stride, min_surface_frames,
-                  surface_reach)
+  STILLMAP_FIELDS(voxel, mask_margin, max_jump, stride, min_surface_frames, surface_reach)
 };
 
 /// Cubes of space by their integer coordinates, 21 bits each.

@@ -29,8 +29,11 @@ Eigen::Vector3i cell_of(const Eigen::Vector3f& p, double side) {
   return (p.cast<double>() / side).array().floor().cwiseMax(-1e6).cwiseMin(1e6).cast<int>();
 }
 
-/// Depth differences up to this are one surface [m].
-double agreement(double z) { return 0.02 + 3 * 1.4e-3 * z * z; }
+/// Standard deviation of a depth up to which it counts [m].
+constexpr double kMaxSigma = 0.0224;
+/// A measured depth agrees with the true surface within so many standard deviations and a floor
+/// [m].
+constexpr double kAgreementSigmas = 3, kAgreementFloor = 0.02;
 
 /// The value below which a share of a histogram's entries lies, in bins.
 double quantile_of(const std::vector<std::uint32_t>& histogram, double share) {
@@ -136,16 +139,18 @@ void TrueSurface::look(const MaskedFrame& frame, const Pose& T_world_camera, con
   const Pose T_camera_world = T_world_camera.inverse();
   const Eigen::Matrix3f R = T_camera_world.rotation().cast<float>();
   const Eigen::Vector3f t = T_camera_world.translation().cast<float>();
+  const float max_depth = camera.depth_sensor.depth_at_sigma(kMaxSigma);
+  const auto agreement = camera.depth_sensor.tolerance<double>(kAgreementSigmas, kAgreementFloor);
   for (std::size_t i = 0; i < frames_.size(); i += static_cast<std::size_t>(options_.stride)) {
     const Eigen::Vector3f p = R * index_.points()[i] + t;
-    if (p.z() < 0.1F || p.z() > options_.max_depth) continue;
+    if (p.z() < 0.1F || p.z() > max_depth) continue;
     const Eigen::Vector2d pixel = camera.project(p.cast<double>());
     if (!camera.contains(pixel.x(), pixel.y())) continue;
     const int u = cvRound(pixel.x()), v = cvRound(pixel.y());
     const double z = frame.depth.at<float>(v, u);
     if (!(z > 0) || masked(v, u) != 0) continue;
     const double error = std::abs(z - p.z());
-    if (error > agreement(p.z())) continue;
+    if (error > agreement.at(p.z())) continue;
     if (frames_[i] < std::numeric_limits<std::uint16_t>::max()) ++frames_[i];
     const double bin = error / options_.reach * kBins;
     ++sensor_errors_[std::min(kBins - 1, static_cast<std::size_t>(bin))];

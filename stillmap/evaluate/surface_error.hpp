@@ -22,10 +22,9 @@ struct SurfaceErrorOptions {
   double reach = 0.1;    ///< a point of the cloud farther from the true surface is stray [m]
   double patch = 0.025;  ///< radius of the patch that a true point's normal is fitted to [m]
   int min_frames = 3;    ///< what fewer frames saw does not count as visible
-  double max_depth = 4;  ///< nor what was only seen from farther away [m]
   int mask_margin = 6;   ///< nor what was this near to a mask [pixels]
   int stride = 2;        ///< every n-th true point is judged for what was visible and is there
-  STILLMAP_FIELDS(reach, patch, min_frames, max_depth, mask_margin, stride)
+  STILLMAP_FIELDS(reach, patch, min_frames, mask_margin, stride)
 };
 
 /// Points and "which is nearest?".
@@ -69,8 +68,8 @@ class TrueSurface {
                        const SurfaceErrorOptions& options = {});
 
   /// Counts the points that a frame sees: they fall on a pixel outside of all masks whose measured
-  /// depth agrees within 2 cm and three standard deviations of a Kinect's noise (Khoshelham and
-  /// Elberink 2012: 1.4e-3 z^2).
+  /// depth agrees within 2 cm and three standard deviations of the sensor. Points whose depth the
+  /// sensor measures with a standard deviation above 2.2 cm, a Kinect v1's at 4 m, do not count.
   void look(const MaskedFrame& frame, const Pose& T_world_camera, const Camera& camera);
 
   /// The figures of a cloud. The distance to the surface is that to the plane through the nearest

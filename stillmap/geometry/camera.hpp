@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/geometry/depth_sensor.hpp"
+
 #include <string>
 
 #include <Eigen/Core>
@@ -18,9 +20,10 @@ struct Camera {
   Eigen::Matrix<double, 5, 1> distortion = Eigen::Matrix<double, 5, 1>::Zero();
   double depth_factor = 5000;  ///< Raw depth units per meter [1/m].
   double fps = 30;             ///< Nominal frame rate [Hz].
-  /// Baseline of the virtual second camera that converts depth to disparity [m]; default: distance
-  /// between projector and infrared camera of the Kinect.
+  /// Baseline of the virtual second camera that converts depth to disparity [m].
   double baseline = 0.075;
+  /// The sensor that measured the depth images.
+  DepthSensor depth_sensor = find_depth_sensor("kinect_v1");
 
   bool distorted() const { return !distortion.isZero(0); }
   /// Returns fx * baseline [pixels * m]: disparity = bf / depth.

@@ -84,8 +84,7 @@ MatchConsistency consistency(const Camera& camera, std::span<const ExpectedLandm
 }
 
 MatchedPose solve_matches(const Map& map, std::span<const LandmarkMatch> matches,
-                          const ImageView& image, const Pose& T_world_camera_guess,
-                          const PoseSolverOptions& options) {
+                          const ImageView& image, const Pose& T_world_camera_guess) {
   std::vector<PoseObservation> observations;
   for (const LandmarkMatch& match : matches) {
     const Keypoint& k = image.features.keypoints[match.keypoint];
@@ -97,7 +96,7 @@ MatchedPose solve_matches(const Map& map, std::span<const LandmarkMatch> matches
                             .weight = image.static_weight[match.keypoint]});
   }
   MatchedPose result;
-  result.solution = solve_pose(map.camera(), T_world_camera_guess, observations, options);
+  result.solution = solve_pose(map.camera(), T_world_camera_guess, observations);
   for (std::size_t i = 0; i < matches.size(); ++i) {
     if (!result.solution.inlier[i]) continue;
     result.inliers.push_back(matches[i]);

@@ -71,7 +71,6 @@ struct MatchedPose {
   int contradicted = 0;  ///< Number of inliers by pixel whose measured depth disagrees.
 };
 MatchedPose solve_matches(const Map& map, std::span<const LandmarkMatch> matches,
-                          const ImageView& image, const Pose& T_world_camera_guess,
-                          const PoseSolverOptions& options);
+                          const ImageView& image, const Pose& T_world_camera_guess);
 
 }  // namespace stillmap

@@ -125,7 +125,7 @@ class Verification {
       const auto found =
           search_landmarks(map_, landmarks_, image_of(query_), T_world_query_, search);
       const MatchedPose solved =
-          solve_matches(map_, found.matches, image_of(query_), T_world_query_, options_.solver);
+          solve_matches(map_, found.matches, image_of(query_), T_world_query_);
       if (!solved.solution.well_posed) return fail("the pose is not determined");
       T_world_query_ = solved.solution.T_world_camera;
       match_.information = solved.solution.information;
@@ -178,8 +178,7 @@ class Verification {
         T_world_query_ * query_.T_world_camera.inverse() * neighbor.T_world_camera;
     const auto image = image_of(neighbor);
     const auto found = search_landmarks(map_, landmarks_, image, T_world_neighbor, options_.wide);
-    const MatchedPose solved =
-        solve_matches(map_, found.matches, image, T_world_neighbor, options_.solver);
+    const MatchedPose solved = solve_matches(map_, found.matches, image, T_world_neighbor);
     // The neighbor's pose is independent, so it may differ by the tolerance of its landmarks.
     const Pose error = T_world_neighbor.inverse() * solved.solution.T_world_camera;
     constexpr double kMeters = 0.1, kRadians = 0.05;
@@ -204,12 +203,14 @@ class Verification {
 
   /// Returns whether two landmarks, one of either side, have consistent depths in the query camera.
   bool depths_agree(LandmarkId own, LandmarkId other) const {
-    const auto disparity = [&](const Pose& T_world_camera, LandmarkId id) {
-      return map_.camera().bf() / (T_world_camera.inverse() * map_.at(id).p_world).z();
+    const Camera& camera = map_.camera();
+    const auto depth = [&](const Pose& T_world_camera, LandmarkId id) {
+      return (T_world_camera.inverse() * map_.at(id).p_world).z();
     };
-    const double error = disparity(query_.T_world_camera, own) - disparity(T_world_query_, other);
-    const double sigma = options_.solver.noise.disparity_sigma;
-    return error * error <= options_.solver.disparity_chi2 * 2 * sigma * sigma;
+    const double z = depth(query_.T_world_camera, own);
+    const double error = camera.bf() / z - camera.bf() / depth(T_world_query_, other);
+    const double sigma = observation_noise(camera, z).disparity_sigma;
+    return error * error <= kDisparityChi2 * 2 * sigma * sigma;
   }
 
   void pair_landmarks() {

@@ -25,10 +25,9 @@ struct DriftLimits {
 
 struct LoopVerificationOptions {
   NodeMatchOptions matching;
-  PoseRansacOptions rigid;
+  ConsensusOptions rigid;
   GuidedSearchOptions wide{.radius = 10};   ///< Search around the pose found by RANSAC.
   GuidedSearchOptions narrow{.radius = 4};  ///< Search around the refined pose.
-  PoseSolverOptions solver;
   /// Number of the candidate's best covisible keyframes whose landmarks take part.
   int window = 10;
   int min_matches = 20;  ///< Minimum number of matches by node with a 3D position in both cameras.
@@ -47,9 +46,9 @@ struct LoopVerificationOptions {
   int min_neighbor_matches = 25;  ///< Minimum number of matched landmarks for a neighbor to agree.
   int neighbor_shared = 15;  ///< Number of landmarks shared with the query that makes a neighbor.
   DriftLimits drift;
-  STILLMAP_FIELDS(matching, rigid, wide, narrow, solver, window, min_matches, min_inliers,
-                  min_found_share, max_blank_share, neighbors, min_neighbors_agree,
-                  min_neighbor_matches, neighbor_shared, drift)
+  STILLMAP_FIELDS(matching, rigid, wide, narrow, window, min_matches, min_inliers, min_found_share,
+                  max_blank_share, neighbors, min_neighbors_agree, min_neighbor_matches,
+                  neighbor_shared, drift)
 };
 
 /// Two landmarks of the same 3D point.

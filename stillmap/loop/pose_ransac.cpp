@@ -10,21 +10,26 @@
 namespace stillmap {
 namespace {
 
+/// Reprojection error of a pose from few points, as a multiple of a keypoint's own.
+constexpr double kGuessFactor = 1.5;
+/// Inlier bound: 99 % quantile of the chi-square distribution with two degrees of freedom.
+constexpr double kChi2 = 9.21;
+
 /// Returns whether a point in the camera frame projects near a pixel.
 bool seen_at(const Camera& camera, const Eigen::Vector3d& p_camera, const Eigen::Vector2d& uv,
-             double scale, const PoseRansacOptions& options) {
+             double scale) {
   if (p_camera.z() < kNearPlane) return false;
-  const double sigma = options.pixel_sigma * scale;
-  return (camera.project(p_camera) - uv).squaredNorm() <= options.chi2 * sigma * sigma;
+  const double sigma = kGuessFactor * ObservationNoise{}.pixel_sigma * scale;
+  return (camera.project(p_camera) - uv).squaredNorm() <= kChi2 * sigma * sigma;
 }
 
 std::vector<std::uint8_t> agreeing(const Camera& camera, std::span<const RigidPair> pairs,
-                                   const Pose& T_a_b, const PoseRansacOptions& options) {
+                                   const Pose& T_a_b) {
   const Pose T_b_a = T_a_b.inverse();
   std::vector<std::uint8_t> inlier;
   for (const RigidPair& pair : pairs) {
-    inlier.push_back(seen_at(camera, T_a_b * pair.p_b, pair.uv_a, pair.scale_a, options) &&
-                     seen_at(camera, T_b_a * pair.p_a, pair.uv_b, pair.scale_b, options));
+    inlier.push_back(seen_at(camera, T_a_b * pair.p_b, pair.uv_a, pair.scale_a) &&
+                     seen_at(camera, T_b_a * pair.p_a, pair.uv_b, pair.scale_b));
   }
   return inlier;
 }
@@ -41,8 +46,7 @@ Pose fit_rigid(std::span<const RigidPair> pairs, const Indices& indices) {
 }
 
 /// Refits to all inliers as long as their number grows.
-void polish(const Camera& camera, std::span<const RigidPair> pairs,
-            const PoseRansacOptions& options, Consensus<Pose>& consensus) {
+void polish(const Camera& camera, std::span<const RigidPair> pairs, Consensus<Pose>& consensus) {
   constexpr int kRounds = 5;
   for (int round = 0; round < kRounds; ++round) {
     std::vector<std::size_t> indices;
@@ -50,7 +54,7 @@ void polish(const Camera& camera, std::span<const RigidPair> pairs,
       if (consensus.inlier[i]) indices.push_back(i);
     }
     const Pose T_a_b = fit_rigid(pairs, indices);
-    auto inlier = agreeing(camera, pairs, T_a_b, options);
+    auto inlier = agreeing(camera, pairs, T_a_b);
     const auto inliers = static_cast<int>(std::count(inlier.begin(), inlier.end(), 1));
     if (inliers < consensus.inliers) return;
     const bool same = inliers == consensus.inliers;
@@ -84,26 +88,26 @@ std::vector<Pose> three_point_poses(const Camera& camera, std::span<const Absolu
 
 std::optional<Consensus<Pose>> find_rigid_motion(const Camera& camera,
                                                  std::span<const RigidPair> pairs,
-                                                 const PoseRansacOptions& options) {
+                                                 const ConsensusOptions& options) {
   auto consensus = ransac<3, Pose>(
-      pairs.size(), options.ransac,
+      pairs.size(), options,
       [&](const auto& sample) { return std::vector<Pose>{fit_rigid(pairs, sample)}; },
-      [&](const Pose& T_a_b) { return agreeing(camera, pairs, T_a_b, options); });
-  if (consensus) polish(camera, pairs, options, *consensus);
+      [&](const Pose& T_a_b) { return agreeing(camera, pairs, T_a_b); });
+  if (consensus) polish(camera, pairs, *consensus);
   return consensus;
 }
 
 std::optional<Consensus<Pose>> find_absolute_pose(const Camera& camera,
                                                   std::span<const AbsolutePair> pairs,
-                                                  const PoseRansacOptions& options) {
+                                                  const ConsensusOptions& options) {
   return ransac<3, Pose>(
-      pairs.size(), options.ransac,
+      pairs.size(), options,
       [&](const auto& sample) { return three_point_poses(camera, pairs, sample); },
       [&](const Pose& T_world_camera) {
         const Pose T_camera_world = T_world_camera.inverse();
         std::vector<std::uint8_t> inlier;
         for (const AbsolutePair& p : pairs)
-          inlier.push_back(seen_at(camera, T_camera_world * p.p_world, p.uv, p.scale, options));
+          inlier.push_back(seen_at(camera, T_camera_world * p.p_world, p.uv, p.scale));
         return inlier;
       });
 }

@@ -26,28 +26,19 @@ struct AbsolutePair {
   double scale = 1;  ///< Scale factor of the keypoint's pyramid level.
 };
 
-struct PoseRansacOptions {
-  ConsensusOptions ransac;
-  /// Standard deviation of the reprojection error of a pose from few points [pixels at level 0].
-  double pixel_sigma = 1.5;
-  /// Inlier bound: 99 % quantile of the chi-square distribution with two degrees of freedom.
-  double chi2 = 9.21;
-  STILLMAP_FIELDS(ransac, pixel_sigma, chi2)
-};
-
 /// Returns the rigid motion T_a_b with most inliers, from samples of three pairs (Horn 1987, scale
 /// known). A pair is an inlier if both cameras see the other's point near their own pixel:
 /// reprojection is used because a depth error grows with the square of the depth. Finally fitted to
 /// all inliers.
 std::optional<Consensus<Pose>> find_rigid_motion(const Camera& camera,
                                                  std::span<const RigidPair> pairs,
-                                                 const PoseRansacOptions& options = {});
+                                                 const ConsensusOptions& options = {});
 
 /// Returns T_world_camera from pixels of known points without depth: samples of three give up to
 /// four poses (Ke and Roumeliotis, An Efficient Algebraic Solution to the Perspective-Three-Point
 /// Problem, CVPR 2017, as in OpenCV), judged by reprojection.
 std::optional<Consensus<Pose>> find_absolute_pose(const Camera& camera,
                                                   std::span<const AbsolutePair> pairs,
-                                                  const PoseRansacOptions& options = {});
+                                                  const ConsensusOptions& options = {});
 
 }  // namespace stillmap

@@ -82,7 +82,7 @@ class Attempt {
     const auto landmarks = landmarks_around(map_, candidate_.id, options_.window);
     for (const GuidedSearchOptions& search : {options_.wide, options_.narrow}) {
       const auto found = search_landmarks(map_, landmarks, image_, T_world_camera_, search);
-      solved_ = solve_matches(map_, found.matches, image_, T_world_camera_, options_.solver);
+      solved_ = solve_matches(map_, found.matches, image_, T_world_camera_);
       if (!solved_.solution.well_posed) return fail("the pose is not determined");
       T_world_camera_ = solved_.solution.T_world_camera;
     }

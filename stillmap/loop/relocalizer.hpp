@@ -15,10 +15,9 @@ namespace stillmap {
 struct RelocalizerOptions {
   PlaceQueryOptions query{.island_share = 0.4, .max_candidates = 5};
   NodeMatchOptions matching;
-  PoseRansacOptions ransac{.ransac = {.min_inliers = 12}};
+  ConsensusOptions ransac{.min_inliers = 12};
   GuidedSearchOptions wide{.radius = 10};   ///< Search around the pose found by RANSAC.
   GuidedSearchOptions narrow{.radius = 4};  ///< Search around the refined pose.
-  PoseSolverOptions solver;
   /// Number of the candidate's best covisible keyframes whose landmarks take part.
   int window = 10;
   int min_matches = 15;  ///< Minimum number of matches by node with a landmark.
@@ -29,7 +28,7 @@ struct RelocalizerOptions {
   double max_blank_share = 0.4;
   /// Maximum share of inliers with depth whose depth disagrees [0..1].
   double max_contradicted = 0.4;
-  STILLMAP_FIELDS(query, matching, ransac, wide, narrow, solver, window, min_matches, min_inliers,
+  STILLMAP_FIELDS(query, matching, ransac, wide, narrow, window, min_matches, min_inliers,
                   min_found_share, max_blank_share, max_contradicted)
 };
 

@@ -129,6 +129,7 @@ void expect_same(const MapContent& a, const MapContent& b) {
   EXPECT_EQ(a.camera.fx, b.camera.fx);
   EXPECT_EQ(a.camera.distortion, b.camera.distortion);
   EXPECT_EQ(a.camera.baseline, b.camera.baseline);
+  EXPECT_EQ(a.camera.depth_sensor.name, b.camera.depth_sensor.name);
   EXPECT_EQ(a.pyramid.levels, b.pyramid.levels);
   EXPECT_EQ(a.pyramid.scale_factor, b.pyramid.scale_factor);
 }

@@ -8,6 +8,10 @@
 namespace stillmap {
 namespace {
 
+/// Three standard deviations of the difference of two readings, which is sqrt(2) times as uncertain
+/// as one, and a floor [m] for the error of the poses and the size of the cells.
+constexpr double kToleranceSigmas = 30.0 / 7, kToleranceFloor = 0.03;
+
 bool is_depth(float z) { return z > 0 && z < 1e3F; }  // false for NaN too
 
 Camera shrunk(const Camera& camera) {
@@ -27,7 +31,8 @@ Camera shrunk(const Camera& camera) {
 CellGrid::CellGrid(const cv::Mat& full_depth, const Camera& full_camera)
     : depth(full_camera.height / kCellSide, full_camera.width / kCellSide),
       camera(shrunk(full_camera)),
-      image_camera(full_camera) {
+      image_camera(full_camera),
+      tolerance(full_camera.depth_sensor.tolerance<float>(kToleranceSigmas, kToleranceFloor)) {
   const TraceScope scope("cells");
   for (int r = 0; r < depth.rows; ++r) {
     const float* upper = full_depth.ptr<float>(r * kCellSide + 1);

@@ -20,6 +20,8 @@ struct CellGrid {
   cv::Mat1f depth;      ///< rows x columns, meters along the optical axis; 0 where unknown
   Camera camera;        ///< of the grid: its pixels are cells
   Camera image_camera;  ///< of the image
+  /// How far two depths of one surface may differ, one of them measured from another pose.
+  DepthPolynomial<float> tolerance;
 
   CellGrid() = default;
   /// Takes of each cell the first known depth of its four central pixels: no mean, which at an
@@ -33,10 +35,9 @@ struct CellGrid {
 
 using CellGridPtr = std::shared_ptr<const CellGrid>;
 
-/// Three standard deviations of the difference of two depths measured at z meters, one of them
-/// seen from elsewhere: structured light's noise, which grows with z squared (Khoshelham and
-/// Elberink, Sensors 2012, eq. 10), and a floor for the poses' error and the cells' size. [m]
-inline float depth_tolerance(float z) { return 0.03F + 0.006F * z * z; }
+/// Standard deviation of a depth up to which cues judge the surface [m]. It is that of a Kinect v1
+/// at 5 m; beyond, its depth is warped by more than its noise.
+inline constexpr double kJudgedSigma = 0.035;
 
 /// Where the cells of a grid fall in the grid of the same camera standing elsewhere. Row by row, so
 /// that a row is computed without a branch, as vectors.

@@ -68,13 +68,13 @@ void FreeSpaceCue::compare(const View& view, const MotionInput& input,
   const float agreeing =
       static_cast<float>(options_.agreeing * std::min(1.0, age / options_.full_age)) *
       agreeing_count;
-  const auto max_depth = static_cast<float>(options_.max_depth);
+  const float max_depth = input.cells->camera.depth_sensor.depth_at_sigma(kJudgedSigma);
   const Pose T_view_camera = view.T_world_camera.inverse() * input.ego_motion->T_world_camera;
   for_each_reprojected(*input.cells, T_view_camera,
                        [&](int r, int c, float z, int cell, float z_view) {
                          const DepthRange& seen = view.surface[static_cast<std::size_t>(cell)];
                          if (seen.nearest <= 0 || z > max_depth) return;
-                         const float tolerance = depth_tolerance(std::max(z, z_view));
+                         const float tolerance = input.cells->tolerance.at(std::max(z, z_view));
                          if (z_view < seen.nearest - tolerance) {
                            evidence.surface_measured(r, c) += intruding;
                            evidence.surface_observations(r, c) += intruding_count;

@@ -19,11 +19,7 @@ struct FreeSpaceCueOptions {
   /// A thing that moves slowly still covers itself after a while: agreement counts in proportion to
   /// the view's age, in full from this one on [frames].
   int full_age = 35;
-  /// Surfaces farther away are not judged: a Kinect's depth is warped there by more than its noise
-  /// [m].
-  double max_depth = 5;
-  STILLMAP_FIELDS(view_every, ages, intruding, agreeing, intruding_count, agreeing_count, full_age,
-                  max_depth)
+  STILLMAP_FIELDS(view_every, ages, intruding, agreeing, intruding_count, agreeing_count, full_age)
 };
 
 /// Surfaces where there was free space a while ago: something came there. A view saw free space

@@ -19,12 +19,13 @@ void HistoryCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
   cv::Mat1f& surfaces = evidence.surface_measured;
   if (input.ego_motion) {
     const EgoMotion& ego = *input.ego_motion;
+    const DepthPolynomial<float>& tolerance = input.cells->tolerance;
     const cv::Mat1f& depth_before = input.previous->cells->depth;
     const cv::Mat1f& measured_before = input.previous->evidence.surface_measured;
     const auto memory = static_cast<float>(options_.memory);
     for_each_reprojected(*input.cells, ego.T_world_previous.inverse() * ego.T_world_camera,
                          [&](int r, int c, float, int before, float z) {
-                           if (std::abs(depth_before(before) - z) > depth_tolerance(z)) return;
+                           if (std::abs(depth_before(before) - z) > tolerance.at(z)) return;
                            surfaces(r, c) += memory * measured_before(before);
                          });
   }

@@ -59,9 +59,10 @@ struct Surroundings {
   cv::Rect window;
   cv::Mat1f depth;  // meters; below 0 where the grid ends
   std::array<int, 4> steps;
+  DepthPolynomial<float> tolerance;
 
   Surroundings(const cv::Rect& cells, const CellGrid& grid)
-      : window(cells), depth(cells.height + 2, cells.width + 2, -1.0F) {
+      : window(cells), depth(cells.height + 2, cells.width + 2, -1.0F), tolerance(grid.tolerance) {
     const cv::Rect bounds({}, grid.size());
     const cv::Rect known = cv::Rect(cells.x - 1, cells.y - 1, depth.cols, depth.rows) & bounds;
     grid.depth(known).copyTo(depth(known - cells.tl() + cv::Point(1, 1)));
@@ -70,7 +71,7 @@ struct Surroundings {
   /// Whether a surface goes on from a cell to its neighbor.
   bool goes_on(int from, int to) const {
     const float z = depth(from), there = depth(to);
-    return z > 0 && there > 0 && std::abs(there - z) <= depth_tolerance(z);
+    return z > 0 && there > 0 && std::abs(there - z) <= tolerance.at(z);
   }
   /// What there is of a map of the grid's cells in the window; 0 in the border.
   cv::Mat1b part_of(const cv::Mat1b& map) const {

@@ -15,6 +15,7 @@ namespace stillmap {
 struct MotionInput {
   RgbdFramePtr image;
   FeaturesPtr features;
+  PyramidShape pyramid{};  ///< The scales that the levels of the keypoints stand for.
   CellGridPtr cells;
   SegmentedFramePtr instances;  ///< may be null: no network, no masks, or none has come yet
   /// Of `instances`; null where those are, or no cue speaks of surfaces.

@@ -18,12 +18,25 @@ namespace {
 constexpr int kNoInstance = -1;
 constexpr std::size_t kSpeck = 4;  // cells: fewer are noise, not even a piece of something
 
+/// Neighboring cells belong to one object while their depths differ by less than nearly six
+/// standard deviations of a reading, and a step within one object, such as from an arm to the trunk
+/// [m].
+constexpr double kJumpSigmas = 40.0 / 7, kJumpFloor = 0.12;
+
+/// Standard deviation of a depth up to which movers are detected [m]: that of a Kinect v1 at 8 m.
+constexpr double kMaxSigma = 0.0896;
+
+DepthPolynomial<double> jump_of(const Camera& camera) {
+  return camera.depth_sensor.tolerance<double>(kJumpSigmas, kJumpFloor);
+}
+
 /// What of the frame's cells is looked at.
 struct Grid {
   const CellGrid& cells;
   cv::Mat1b moves;     // 0 or 255
   cv::Mat1f depth;     // meters; 0: none, or not of interest
   cv::Mat1i instance;  // index, or kNoInstance
+  DepthPolynomial<double> jump = jump_of(cells.camera);
   const Camera& camera() const { return cells.camera; }
 };
 
@@ -96,20 +109,20 @@ Grid make_grid(const Frame& frame, const cv::Mat1b& moves, const cv::Mat1b& back
   cv::Mat1b part = moves | (grid.instance != kNoInstance);
   if (!log_odds.empty()) part |= log_odds < options.grow_below;
   part &= ~standing_within_instances(grid.instance, frame.evidence, options);
-  const cv::Mat1b too_far = grid.depth > options.max_depth;
+  const cv::Mat1b too_far = grid.depth > cells.camera.depth_sensor.depth_at_sigma(kMaxSigma);
   grid.depth.setTo(0, ~part | background | too_far);
   return grid;
 }
 
-bool same_thing(const Grid& grid, cv::Point a, cv::Point b, const MoverDetectionOptions& options) {
+bool same_thing(const Grid& grid, cv::Point a, cv::Point b) {
   const float depth_a = grid.depth(a), depth_b = grid.depth(b);
   if (depth_a == 0 || depth_b == 0) return false;
   if (grid.instance(a) != grid.instance(b)) return false;
   const double depth = std::min(depth_a, depth_b);
-  return std::abs(depth_a - depth_b) < options.jump + options.jump_growth * depth * depth;
+  return std::abs(depth_a - depth_b) < grid.jump.at(depth);
 }
 
-std::vector<Region> connected_regions(const Grid& grid, const MoverDetectionOptions& options) {
+std::vector<Region> connected_regions(const Grid& grid) {
   const int width = grid.depth.cols, height = grid.depth.rows;
   const auto number = [&](cv::Point p) { return static_cast<std::size_t>(p.y * width + p.x); };
   DisjointSets sets(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
@@ -120,7 +133,7 @@ std::vector<Region> connected_regions(const Grid& grid, const MoverDetectionOpti
       for (const cv::Point step :
            {cv::Point(1, 0), cv::Point(0, 1), cv::Point(2, 0), cv::Point(0, 2)}) {
         const cv::Point there = here + step;
-        if (there.x < width && there.y < height && same_thing(grid, here, there, options))
+        if (there.x < width && there.y < height && same_thing(grid, here, there))
           sets.unite(number(here), number(there));
       }
     }
@@ -323,8 +336,7 @@ void outline(const Region& region, const Grid& grid, MoverDetection& detection) 
 
 /// Whether a thing may go on beyond one of its cells: there the image ends, or something nearer
 /// is, if need be a few cells without a depth farther (the shadow of a structured light).
-bool goes_on_unseen(const Grid& grid, cv::Point cell, cv::Point step,
-                    const MoverDetectionOptions& options) {
+bool goes_on_unseen(const Grid& grid, cv::Point cell, cv::Point step) {
   constexpr int kShadow = 3;  // cells
   const cv::Mat1f& depth = grid.cells.depth;
   const cv::Rect image({0, 0}, depth.size());
@@ -333,21 +345,20 @@ bool goes_on_unseen(const Grid& grid, cv::Point cell, cv::Point step,
     const cv::Point beyond = cell + i * step;
     if (!image.contains(beyond)) return true;
     const double there = depth(beyond);
-    if (there > 0) return there < here - options.jump - options.jump_growth * here * here;
+    if (there > 0) return there < here - grid.jump.at(here);
   }
   return false;
 }
 
 /// Whether most of a region's last cells in a direction are not where the thing ends.
-bool hidden_toward(const Region& region, const Grid& grid, cv::Point step,
-                   const MoverDetectionOptions& options) {
+bool hidden_toward(const Region& region, const Grid& grid, cv::Point step) {
   std::map<int, cv::Point> last;  // by row or column
   for (const cv::Point& cell : region.cells) {
     const auto [found, first] = last.emplace(step.x != 0 ? cell.y : cell.x, cell);
     if (!first && (cell - found->second).dot(step) > 0) found->second = cell;
   }
   const auto hidden = std::count_if(last.begin(), last.end(), [&](const auto& entry) {
-    return goes_on_unseen(grid, entry.second, step, options);
+    return goes_on_unseen(grid, entry.second, step);
   });
   return 2 * static_cast<std::size_t>(hidden) > last.size();
 }
@@ -359,9 +370,8 @@ void measure_spans(const Region& region, const Grid& grid, const Pose& T_world_c
   for (int axis = 0; axis < 2; ++axis) {
     SeenSpan& span = detection.spans[static_cast<std::size_t>(axis)];
     const cv::Point step = steps[static_cast<std::size_t>(axis)];
-    span = {T_world_camera.rotation().col(axis), extent(axis),
-            hidden_toward(region, grid, -step, options),
-            hidden_toward(region, grid, step, options)};
+    span = {T_world_camera.rotation().col(axis), extent(axis), hidden_toward(region, grid, -step),
+            hidden_toward(region, grid, step)};
     detection.cut_off |= span.low_hidden || span.high_hidden;
   }
 }
@@ -418,7 +428,7 @@ MoverDetections MoverDetector::detect(const Frame& frame, const Pose& T_world_ca
 
   MoverDetections result;
   result.without_depth = count_without_depth(grid, options_.min_cells);
-  std::vector<Region> regions = connected_regions(grid, options_);
+  std::vector<Region> regions = connected_regions(grid);
   std::erase_if(regions, [&](const Region& region) {
     return cover_of(region, grid).instance == kNoInstance &&
            moving_share(region, grid) < options_.min_moving;
@@ -474,7 +484,7 @@ MoverDetector::Sight MoverDetector::sight(const View& view, const Eigen::Vector3
   const Eigen::Vector2d uv = view.cells->camera.project(p);
   const int x = cvRound(uv.x()), y = cvRound(uv.y());
   if (x < 1 || y < 1 || x >= depth.cols - 1 || y >= depth.rows - 1) return Sight::kNothing;
-  const double tolerance = (options_.jump + options_.jump_growth * p.z() * p.z()) / 2;
+  const double tolerance = jump_of(view.cells->camera).at(p.z()) / 2;
   bool nearer = false;
   for (int j = -1; j <= 1; ++j) {
     for (int i = -1; i <= 1; ++i) {

@@ -16,13 +16,6 @@ struct MoverDetectionOptions {
   /// Log-odds below which a surface that hangs together with a moving one belongs to it (Canny's
   /// second threshold: a trunk without texture between swinging arms).
   double grow_below = -0.3;
-  /// Neighboring cells belong to one thing while their depths differ by less than this [meters]
-  /// ...
-  double jump = 0.12;
-  /// ... plus this times the square of the depth [per meter]: a structured-light camera's noise
-  /// grows so (Khoshelham and Oude Elberink, Sensors 2012, equation 10); six of its sigmas.
-  double jump_growth = 0.008;
-  double max_depth = 8;     ///< what is farther is not measured but guessed [meters]
   int min_cells = 12;       ///< cells with depth that a mover must have
   double min_area = 0.015;  ///< and the area they cover, facing the camera [square meters]
   double min_moving = 0.3;  ///< share of a thing's cells that must move for it to be moving
@@ -36,9 +29,8 @@ struct MoverDetectionOptions {
   int views = 10;               ///< remembered, to know what was there before
   double view_interval = 0.2;   ///< seconds between two of them
   double min_core = 0.2;        ///< share of a mover's cells that have neighbors of it on all sides
-  STILLMAP_FIELDS(grow_below, jump, jump_growth, max_depth, min_cells, min_area, min_moving,
-                  piece_gap, max_width, max_length, trim, max_half_depth, views, view_interval,
-                  min_core)
+  STILLMAP_FIELDS(grow_below, min_cells, min_area, min_moving, piece_gap, max_width, max_length,
+                  trim, max_half_depth, views, view_interval, min_core)
 };
 
 /// A thing along one of the camera's axes (x to the right, y down), as far as it is seen.

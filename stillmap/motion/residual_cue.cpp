@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/motion/residual_cue.hpp"
 
+#include "stillmap/geometry/observation_noise.hpp"
+
 #include <algorithm>
 #include <cmath>
 
 namespace stillmap {
 namespace {
 
-float scale_of(const Keypoint& keypoint) {
-  return std::pow(1.2F, static_cast<float>(keypoint.level));
+float scale_of(const Keypoint& keypoint, const PyramidShape& pyramid) {
+  return std::pow(static_cast<float>(pyramid.scale_factor), static_cast<float>(keypoint.level));
 }
 
 }  // namespace
@@ -19,6 +21,7 @@ void ResidualCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
   if (input.ego_motion) {
     const EgoMotion& ego = *input.ego_motion;
     const Camera& camera = input.cells->image_camera;
+    const float max_depth = camera.depth_sensor.depth_at_sigma(kJudgedSigma);
     const Pose T_camera_world = ego.T_world_camera.inverse();
     for (std::size_t i = 0; i < keypoints.size(); ++i) {
       const Keypoint& k = keypoints[i];
@@ -27,12 +30,12 @@ void ResidualCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
       if (ego.previous[i] >= 0 && j < trails_.size()) before = trails_[j];
       if (before.valid) {
         const cv::Point cell = input.cells->cell_of(k.u, k.v);
-        evidence.surface_measured(cell) += log_odds(before, k, camera, T_camera_world);
+        evidence.surface_measured(cell) += log_odds(before, k, input, T_camera_world);
         evidence.surface_observations(cell) += 1;
       }
-      if (k.depth <= 0 || k.depth > options_.max_depth) continue;
+      if (k.depth <= 0 || k.depth > max_depth) continue;
       const Eigen::Vector3d p_world = ego.T_world_camera * camera.unproject(k.u, k.v, k.depth);
-      trails[i] = followed(before, p_world.cast<float>(), scale_of(k));
+      trails[i] = followed(before, p_world.cast<float>(), scale_of(k, input.pyramid));
     }
   }
   trails_ = std::move(trails);
@@ -48,22 +51,24 @@ ResidualCue::Trail ResidualCue::followed(const Trail& trail, const Eigen::Vector
   return next;
 }
 
-float ResidualCue::log_odds(const Trail& trail, const Keypoint& keypoint, const Camera& camera,
+float ResidualCue::log_odds(const Trail& trail, const Keypoint& keypoint, const MotionInput& input,
                             const Pose& T_camera_world) const {
+  const Camera& camera = input.cells->image_camera;
   const auto worst = static_cast<float>(options_.at_worst);
   const Eigen::Vector3d p = T_camera_world * trail.older.cast<double>();
   if (p.z() < 0.1) return worst;
   const Eigen::Vector2d uv = camera.project(p);
-  const double s = scale_of(keypoint);
+  const ObservationNoise noise = observation_noise(camera, keypoint.depth);
+  const double s = scale_of(keypoint, input.pyramid);
   const double pose_u = camera.fx * options_.pose_sigma / p.z();
   const double pose_d = camera.bf() * options_.pose_sigma / (p.z() * p.z());
-  const double variance = options_.pixel_sigma * options_.pixel_sigma *
+  const double variance = noise.pixel_sigma * noise.pixel_sigma *
                               (s * s + static_cast<double>(trail.older_scale) * trail.older_scale) +
                           pose_u * pose_u;
   double chi2 = (uv - Eigen::Vector2d(keypoint.u, keypoint.v)).squaredNorm() / variance;
   if (keypoint.depth > 0) {
     const double d = camera.bf() / p.z() - camera.bf() / keypoint.depth;
-    chi2 += d * d / (2 * options_.disparity_sigma * options_.disparity_sigma + pose_d * pose_d);
+    chi2 += d * d / (2 * noise.disparity_sigma * noise.disparity_sigma + pose_d * pose_d);
   }
   return std::max(worst, static_cast<float>(options_.at_best - chi2 / 2));
 }

@@ -12,24 +12,19 @@ struct ResidualCueOptions {
   /// Frames over which a keypoint's place is compared with where it was. Longer finds slower
   /// movers; a keypoint is not followed for ever.
   int baseline = 10;
-  double pixel_sigma = 1.0;      ///< of a keypoint on level 0 [pixels]
-  double disparity_sigma = 0.3;  ///< of bf / depth [pixels]
   /// Of the camera's own way between the two [m]: what is near seems displaced by it.
   double pose_sigma = 0.01;
-  /// Keypoints farther away are not judged: a Kinect's depth is warped there by more than its noise
-  /// [m].
-  double max_depth = 5;
   /// Log-odds of a residual that fits perfectly. The density of a mover's residuals is taken as
   /// uniform, and so low that this is the ratio at 0.
   double at_best = 1.0;
   double at_worst = -4.0;  ///< log-odds of one that fits not at all: it may be a false match
-  STILLMAP_FIELDS(baseline, pixel_sigma, disparity_sigma, pose_sigma, max_depth, at_best, at_worst)
+  STILLMAP_FIELDS(baseline, pose_sigma, at_best, at_worst)
 };
 
 /// Depth and flow against the camera's own motion: a keypoint followed from frame to frame is held
 /// against the place in the world where it was some frames ago. With the residual e = (u, v, d) of
-/// optimize's observation model (d = bf / depth) and its covariance S, that of both measurements
-/// and of the camera's way between them,
+/// the observation model (d = bf / depth, observation_noise()) and its covariance S, that of both
+/// measurements and of the camera's way between them,
 ///
 ///     log P(e | static) - log P(e | moving) = at_best - e' S^-1 e / 2,   not below at_worst,
 ///
@@ -52,7 +47,7 @@ class ResidualCue : public MotionCue {
   };
 
   Trail followed(const Trail& trail, const Eigen::Vector3f& p_world, float scale) const;
-  float log_odds(const Trail& trail, const Keypoint& keypoint, const Camera& camera,
+  float log_odds(const Trail& trail, const Keypoint& keypoint, const MotionInput& input,
                  const Pose& T_camera_world) const;
 
   ResidualCueOptions options_;

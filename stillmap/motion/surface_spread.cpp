@@ -11,20 +11,22 @@ namespace {
 /// other.
 class Passage {
  public:
-  Passage(double focal, const SpreadOptions& options)
-      : lateral_(static_cast<float>(1 / (focal * options.reach))),
+  Passage(double focal, const DepthPolynomial<float>& tolerance, const SpreadOptions& options)
+      : tolerance_(tolerance),
+        lateral_(static_cast<float>(1 / (focal * options.reach))),
         jump_(static_cast<float>(options.jump_cost / options.reach)) {}
 
   float operator()(float a, float b) const {
     if (a <= 0 || b <= 0) return 0;
     const float z = std::min(a, b);
-    const float jump = std::max(0.0F, std::abs(a - b) - depth_tolerance(z) / 2);
+    const float jump = std::max(0.0F, std::abs(a - b) - tolerance_.at(z) / 2);
     const float x = lateral_ * z + jump_ * jump;
     const float e1 = 1 / (1 + x / 8), e2 = e1 * e1, e4 = e2 * e2;
     return e4 * e4;  // exp(-x), nearly
   }
 
  private:
+  DepthPolynomial<float> tolerance_;
   float lateral_, jump_;
 };
 
@@ -62,7 +64,8 @@ void spread_columns(const cv::Mat1f& in, const cv::Mat1f& share, cv::Mat1f& out)
 
 SurfaceSpread::SurfaceSpread(const CellGrid& grid, const SpreadOptions& options)
     : from_left_(grid.size(), 0.0F), from_above_(grid.size(), 0.0F) {
-  const Passage horizontal(grid.camera.fx, options), vertical(grid.camera.fy, options);
+  const Passage horizontal(grid.camera.fx, grid.tolerance, options);
+  const Passage vertical(grid.camera.fy, grid.tolerance, options);
   for (int r = 0; r < grid.depth.rows; ++r) {
     const auto* here = grid.depth.ptr<float>(r);
     auto* left = from_left_.ptr<float>(r);

@@ -50,7 +50,7 @@ std::vector<std::uint32_t> order_by_point(const std::vector<BundleObservation>& 
   return order;
 }
 
-BundleModel make_model(const BundleProblem& problem, const ObservationNoise& noise) {
+BundleModel make_model(const BundleProblem& problem) {
   BundleModel model;
   model.camera = problem.camera;
   model.pose_free.assign(problem.T_world_camera.size(), 0);
@@ -58,6 +58,7 @@ BundleModel make_model(const BundleProblem& problem, const ObservationNoise& noi
   model.terms.reserve(problem.observations.size());
   for (const std::uint32_t i : order_by_point(problem.observations)) {
     const BundleObservation& o = problem.observations[i];
+    const ObservationNoise noise = observation_noise(problem.camera, o.depth);
     const Measurement m = make_measurement(problem.camera, noise, o.u, o.v, o.depth, o.scale);
     const bool usable = m.usable() && o.weight > 0 && std::isfinite(o.weight) &&
                         is_plausible_point(problem.points[o.point]);
@@ -78,11 +79,11 @@ BundleState make_state(const BundleProblem& problem) {
 }
 
 /// Excludes outliers from the next pass.
-void classify(const BundleState& state, const BundleOptions& options, BundleModel& model) {
+void classify(const BundleState& state, BundleModel& model) {
   for (BundleTerm& term : model.terms) {
     term.parts = inlier_parts(model.camera, term.measurement,
                               state.T_camera_world[term.pose] * state.points[term.point],
-                              options.pixel_chi2, options.disparity_chi2);
+                              kPixelChi2, kDisparityChi2);
   }
 }
 
@@ -128,14 +129,13 @@ BundleResult adjust_bundle_with(BundleMinimizer minimize, const BundleProblem& p
   validate(problem);
   Stopwatch watch;
   BundleResult result;
-  BundleModel model = make_model(problem, options.noise);
+  BundleModel model = make_model(problem);
   BundleState state = make_state(problem);
-  PassLimits limits{{{options.pixel_chi2}, {options.disparity_chi2}, true},
-                    options.robust_iterations,
-                    options.cost_tolerance};
+  PassLimits limits{
+      {{kPixelChi2}, {kDisparityChi2}, true}, options.robust_iterations, options.cost_tolerance};
   const auto run = [&] {
     const PassSummary pass = minimize(model, limits, stop, state);
-    classify(state, options, model);
+    classify(state, model);
     result.iterations += pass.iterations;
     result.interrupted = pass.interrupted;
   };

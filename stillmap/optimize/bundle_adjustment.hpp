@@ -33,7 +33,6 @@ struct BundleProblem {
 };
 
 struct BundleOptions {
-  ObservationNoise noise{};
   /// Maximum number of iterations of the first pass, with Huber kernels on all observations.
   int robust_iterations = 5;
   /// Maximum number of iterations of the second pass, plain least squares on the inliers; 0 skips
@@ -41,10 +40,7 @@ struct BundleOptions {
   int plain_iterations = 10;
   /// A pass ends when a step reduces the cost by less than this ratio.
   double cost_tolerance = 1e-6;
-  double pixel_chi2 = kPixelChi2;          ///< Inlier bound of the pixel residual [sigma^2].
-  double disparity_chi2 = kDisparityChi2;  ///< Inlier bound of the disparity residual [sigma^2].
-  STILLMAP_FIELDS(noise, robust_iterations, plain_iterations, cost_tolerance, pixel_chi2,
-                  disparity_chi2)
+  STILLMAP_FIELDS(robust_iterations, plain_iterations, cost_tolerance)
 };
 
 struct BundleResult {

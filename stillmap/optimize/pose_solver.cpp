@@ -23,7 +23,7 @@ struct Term {
   Pair pixel_information = Pair::Zero(), disparity_information = Pair::Zero();
   Pair weight = Pair::Zero();
   Pair use_pixel = Pair::Zero(), use_disparity = Pair::Zero();  // 1 for the parts in use, else 0.
-  std::array<std::uint32_t, 2> observation = {0, 0};  // Indices into the caller's list.
+  std::array<std::uint32_t, 2> observation = {0, 0};            // Indices into the caller's list.
 
   Observed<Pair> observed() const {
     return {u,
@@ -48,14 +48,15 @@ void fill(const PoseObservation& o, const Measurement& m, std::uint32_t index, s
   term.observation[lane] = index;
 }
 
-std::vector<Term> usable_terms(const Camera& camera, std::span<const PoseObservation> observations,
-                               const ObservationNoise& noise) {
+std::vector<Term> usable_terms(const Camera& camera,
+                               std::span<const PoseObservation> observations) {
   std::vector<Term> terms;
   terms.reserve(observations.size() / 2 + 1);
   std::size_t lane = 0;
   for (std::uint32_t i = 0; i < observations.size(); ++i) {
     const PoseObservation& o = observations[i];
-    const Measurement m = make_measurement(camera, noise, o.u, o.v, o.depth, o.scale);
+    const Measurement m =
+        make_measurement(camera, observation_noise(camera, o.depth), o.u, o.v, o.depth, o.scale);
     const bool usable =
         m.usable() && o.weight > 0 && std::isfinite(o.weight) && is_plausible_point(o.p_world);
     if (!usable) continue;
@@ -156,17 +157,16 @@ struct PairChi2 {
 };
 
 /// Selects the inliers at T_camera_world. Returns whether the selection changed.
-bool classify(const Camera& camera, const Pose& T_camera_world, const PoseSolverOptions& options,
-              std::span<Term> terms) {
+bool classify(const Camera& camera, const Pose& T_camera_world, std::span<Term> terms) {
   const Eigen::Matrix3d R = T_camera_world.rotation();
   const Eigen::Vector3d& t = T_camera_world.translation();
   bool changed = false;
   for (Term& term : terms) {
     const PairChi2 s(camera, PairInCamera(R, t, term), term);
     for (Eigen::Index i = 0; i < 2; ++i) {
-      const bool pixel = term.pixel_information(i) > 0 && s.pixel(i) <= options.pixel_chi2;
+      const bool pixel = term.pixel_information(i) > 0 && s.pixel(i) <= kPixelChi2;
       const bool disparity =
-          pixel && term.disparity_information(i) > 0 && s.disparity(i) <= options.disparity_chi2;
+          pixel && term.disparity_information(i) > 0 && s.disparity(i) <= kDisparityChi2;
       changed |= pixel != (term.use_pixel(i) > 0) || disparity != (term.use_disparity(i) > 0);
       term.use_pixel(i) = pixel ? 1 : 0;
       term.use_disparity(i) = disparity ? 1 : 0;
@@ -231,14 +231,14 @@ PoseSolution solve_pose(const Camera& camera, const Pose& T_world_camera_guess,
   solution.depth_inlier.assign(observations.size(), 0);
   if (!finite(T_world_camera_guess)) return solution;
 
-  std::vector<Term> terms = usable_terms(camera, observations, options.noise);
+  std::vector<Term> terms = usable_terms(camera, observations);
   if (terms.empty()) return solution;
   Pose T_camera_world = T_world_camera_guess.inverse();
-  Kernels kernels{{options.pixel_chi2}, {options.disparity_chi2}};
+  Kernels kernels{{kPixelChi2}, {kDisparityChi2}};
   for (int round = 0; round < options.robust_rounds + options.plain_rounds; ++round) {
     kernels.robust = round < options.robust_rounds;
     solution.iterations += minimize(camera, terms, kernels, options, T_camera_world);
-    const bool changed = classify(camera, T_camera_world, options, terms);
+    const bool changed = classify(camera, T_camera_world, terms);
     if (!kernels.robust && !changed) break;
   }
   if (!finite(T_camera_world)) return solution;

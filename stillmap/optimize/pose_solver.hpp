@@ -16,7 +16,7 @@ namespace stillmap {
 /// Observation of a landmark by the camera to be localized.
 struct PoseObservation {
   Eigen::Vector3d p_world = Eigen::Vector3d::Zero();  ///< Landmark position in the world frame [m].
-  float u = 0, v = 0;  ///< Keypoint position [pixels].
+  float u = 0, v = 0;                                 ///< Keypoint position [pixels].
   float depth = 0;  ///< Depth along the optical axis [m]; 0 or not finite: unknown.
   float scale = 1;  ///< Scale of the keypoint's pyramid level, scale_factor^level.
   /// Probability of being static [0..1], multiplies the information; 0: ignored.
@@ -24,24 +24,21 @@ struct PoseObservation {
 };
 
 struct PoseSolverOptions {
-  ObservationNoise noise{};
   /// Number of rounds with Huber kernels; inliers are selected again after each.
   int robust_rounds = 2;
   int plain_rounds = 2;  ///< Number of following rounds of plain least squares on the inliers.
-  int iterations = 10;  ///< Maximum number of iterations per round.
+  int iterations = 10;   ///< Maximum number of iterations per round.
   /// A round ends when a step |(v, w)| falls below it [m, rad]; a robust round at ten times this
   /// value, since it only separates inliers from outliers. The remaining error is of the order of
   /// the step squared.
   double step_tolerance = 1e-5;
-  double pixel_chi2 = kPixelChi2;  ///< Inlier bound of the pixel residual [sigma^2].
-  double disparity_chi2 = kDisparityChi2;  ///< Inlier bound of the disparity residual [sigma^2].
   int min_inliers = 6;  ///< Minimum number of inliers of a well-posed solution.
   /// Maximum predicted standard deviation in the worst direction of a well-posed solution [m].
   double max_translation_sigma = 0.1;
   /// Maximum predicted standard deviation about the worst axis of a well-posed solution [rad].
   double max_rotation_sigma = 0.05;
-  STILLMAP_FIELDS(noise, robust_rounds, plain_rounds, iterations, step_tolerance, pixel_chi2,
-                  disparity_chi2, min_inliers, max_translation_sigma, max_rotation_sigma)
+  STILLMAP_FIELDS(robust_rounds, plain_rounds, iterations, step_tolerance, min_inliers,
+                  max_translation_sigma, max_rotation_sigma)
 };
 
 struct PoseSolution {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
-#include "stillmap/geometry/camera.hpp"
+#include "stillmap/geometry/observation_noise.hpp"
 #include "stillmap/geometry/pose.hpp"
 
 #include <algorithm>
@@ -19,10 +18,10 @@
 /// Each part can also be rejected separately: at a depth edge the pixel is good and the depth is
 /// not.
 ///
-/// Structured light measures disparity with constant noise, that is depth with sigma_z = m * z^2
-/// (Khoshelham and Elberink, Sensors 2012, eq. 10; m = 1.4e-3 / m for the Kinect), so sigma_d = bf
-/// m is a constant of the sensor, independent of depth and pyramid level. The pixel error grows
-/// with the scale of the level.
+/// A triangulating sensor measures disparity with constant noise, that is depth with sigma_z = m
+/// z^2 (Khoshelham and Elberink, Sensors 2012, eq. 10), so sigma_d = bf m is independent of depth
+/// and pyramid level; that of other sensors depends on depth: observation_noise(). The pixel error
+/// grows with the scale of the level.
 namespace stillmap {
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
@@ -36,15 +35,6 @@ inline constexpr double kDisparityChi2 = 3.841;
 
 /// Points nearer than this to the camera plane count as behind the camera [m].
 inline constexpr double kNearPlane = 0.05;
-
-/// Measurement noise of a keypoint.
-struct ObservationNoise {
-  double pixel_sigma = 1.0;  ///< Standard deviation of u and v at pyramid level 0 [pixels].
-  /// Standard deviation of the disparity bf / depth, at any level [pixels]. The Kinect's own noise
-  /// is 0.06; the rest covers imperfect registration of depth and color.
-  double disparity_sigma = 0.3;
-  STILLMAP_FIELDS(pixel_sigma, disparity_sigma)
-};
 
 /// A keypoint measurement for the solvers.
 struct Measurement {

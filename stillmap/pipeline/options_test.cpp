@@ -27,12 +27,12 @@ std::string error_of(const std::string& assignment) {
 TEST(Options, AreOverriddenByName) {
   SlamOptions options;
   set_option("orb.keypoints=1500", options);
-  set_option("tracker.solver.noise.pixel_sigma=0.75", options);
+  set_option("places.relocalizer.wide.radius=7.5", options);
   set_option("motion.preset=static", options);
   set_option("dense_cloud=false", options);
   set_option("motion.semantic.classes.dynamic=person,dog", options);
   EXPECT_EQ(options.orb.keypoints, 1500);
-  EXPECT_EQ(options.tracker.solver.noise.pixel_sigma, 0.75);
+  EXPECT_EQ(options.places.relocalizer.wide.radius, 7.5);
   EXPECT_EQ(options.motion.preset, "static");
   EXPECT_FALSE(options.dense_cloud);
   EXPECT_EQ(options.motion.semantic.classes.dynamic, (std::vector<std::string>{"person", "dog"}));

@@ -122,8 +122,10 @@ std::vector<AnchoredView> get_views(ByteReader in, const MapContent& map) {
 }
 
 std::string describe(const Camera& c) {
-  return fmt::format("{}x{} pixels, fx {:.3f} fy {:.3f} cx {:.3f} cy {:.3f}, baseline {:.3f} m",
-                     c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.baseline);
+  return fmt::format(
+      "{}x{} pixels, fx {:.3f} fy {:.3f} cx {:.3f} cy {:.3f}, baseline {:.3f} m, "
+      "sensor {}",
+      c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.baseline, c.depth_sensor.name);
 }
 
 }  // namespace
@@ -163,7 +165,7 @@ void require_same_camera(const MapContent& map, const Camera& camera, const Pyra
   const auto same = [](double a, double b) { return std::abs(a - b) <= kRounding * std::abs(a); };
   if (m.width != camera.width || m.height != camera.height || !same(m.fx, camera.fx) ||
       !same(m.fy, camera.fy) || !same(m.cx, camera.cx) || !same(m.cy, camera.cy) ||
-      !same(m.baseline, camera.baseline)) {
+      !same(m.baseline, camera.baseline) || m.depth_sensor.name != camera.depth_sensor.name) {
     throw Error(fmt::format("was made with another camera ({}) than the recording's ({})",
                             describe(m), describe(camera)),
                 where, "name the map's camera with --camera, or map anew with this one");

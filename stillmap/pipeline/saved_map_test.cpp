@@ -187,7 +187,7 @@ TEST(SavedMap, WhatIsNoMapIsTold) {
   EXPECT_THAT(complaint(""), HasSubstr("is not a saved map"));
   std::string newer = saved_map_bytes(tiny_map());
   newer[8] = 9;
-  EXPECT_THAT(complaint(newer), HasSubstr("version 9, and this program reads version 1"));
+  EXPECT_THAT(complaint(newer), HasSubstr("version 9, and this program reads version 2"));
 }
 
 /// The sections of such bytes are scrambled and sealed again, so that checksums do not help.

@@ -77,6 +77,7 @@ std::optional<Pose> Slam::push(const RgbdFramePtr& image) {
 
   MotionInput input{.image = image,
                     .features = frame->features,
+                    .pyramid = options_.orb.pyramid(),
                     .cells = frame->cells,
                     .instances = nullptr,
                     .instance_cells = nullptr,

@@ -13,6 +13,12 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
+/// Standard deviation of a depth up to which it places a landmark [m]: that of a Kinect v1 at 6 m.
+/// Where depth is less certain, triangulation is better.
+constexpr double kMaxSigma = 0.0504;
+
+float max_depth(const Map& map) { return map.camera().depth_sensor.depth_at_sigma(kMaxSigma); }
+
 struct Ray {
   Eigen::Vector3d origin, direction;  // In the world frame; the direction has unit length.
 };
@@ -47,7 +53,7 @@ bool reprojects(const Map& map, const Keyframe& keyframe, std::uint32_t keypoint
 }
 
 /// Returns the keypoints without a landmark and without a usable depth.
-std::vector<std::uint32_t> unplaced(const Keyframe& keyframe, double max_depth) {
+std::vector<std::uint32_t> unplaced(const Keyframe& keyframe, float max_depth) {
   std::vector<std::uint32_t> result;
   for (std::uint32_t i = 0; i < keyframe.features->size(); ++i) {
     const float depth = keyframe.features->keypoints[i].depth;
@@ -67,7 +73,7 @@ std::vector<Descriptor> pick(const Features& features, const std::vector<std::ui
 
 int triangulate_with(Map& map, const Keyframe& a, const Keyframe& b,
                      const LandmarkCreationOptions& options) {
-  const auto from_a = unplaced(a, options.max_depth), from_b = unplaced(b, options.max_depth);
+  const auto from_a = unplaced(a, max_depth(map)), from_b = unplaced(b, max_depth(map));
   BruteForceMatchOptions matching;
   matching.max_distance = options.max_distance;
   matching.ratio = 0.8;
@@ -90,14 +96,15 @@ int triangulate_with(Map& map, const Keyframe& a, const Keyframe& b,
 
 }  // namespace
 
-int create_from_depth(Map& map, KeyframeId id, const LandmarkCreationOptions& options) {
+int create_from_depth(Map& map, KeyframeId id) {
   const TraceScope scope("landmarks from depth");
   const Keyframe& keyframe = map.at(id);
+  const float farthest = max_depth(map);
   int created = 0;
   for (std::uint32_t i = 0; i < keyframe.features->size(); ++i) {
     const Keypoint& k = keyframe.features->keypoints[i];
     if (keyframe.landmarks[i].valid() || keyframe.static_weight[i] <= 0) continue;
-    if (k.depth <= 0 || k.depth > options.max_depth) continue;
+    if (k.depth <= 0 || k.depth > farthest) continue;
     map.add_landmark(keyframe.T_world_camera * map.camera().unproject(k.u, k.v, k.depth), {id, i});
     ++created;
   }

@@ -6,19 +6,16 @@
 namespace stillmap {
 
 struct LandmarkCreationOptions {
-  /// Maximum depth of a landmark created from depth [m]; beyond, a Kinect's depth is worse than
-  /// triangulation.
-  double max_depth = 6.0;
   int triangulation_neighbors = 5;  ///< Number of covisible keyframes used for triangulation.
   double min_parallax = 1.0;        ///< Minimum angle between the two rays [degrees].
   int max_distance = 50;   ///< Maximum Hamming distance of a match across keyframes [bits].
   double max_error = 2.0;  ///< Maximum reprojection error in each view [pixels at level 0].
-  STILLMAP_FIELDS(max_depth, triangulation_neighbors, min_parallax, max_distance, max_error)
+  STILLMAP_FIELDS(triangulation_neighbors, min_parallax, max_distance, max_error)
 };
 
 /// Creates a landmark for every static keypoint with a depth and without a landmark. Returns the
 /// number of new landmarks.
-int create_from_depth(Map& map, KeyframeId keyframe, const LandmarkCreationOptions& options);
+int create_from_depth(Map& map, KeyframeId keyframe);
 
 /// Creates landmarks for keypoints without depth that a covisible keyframe with sufficient parallax
 /// shows too (midpoint of the two rays, checked by reprojection in both views; Hartley and

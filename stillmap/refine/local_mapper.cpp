@@ -58,7 +58,7 @@ KeyframeId LocalMapper::insert(const KeyframeProposal& proposal) {
     map_.set_static_log_odds(s.landmark, s.static_log_odds);
   }
   note_matches(map_, keyframe, proposal.landmarks);
-  create_from_depth(map_, keyframe.id, options_.creation);
+  create_from_depth(map_, keyframe.id);
   return keyframe.id;
 }
 

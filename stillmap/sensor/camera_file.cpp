@@ -203,12 +203,22 @@ Camera from_settings(const CameraYaml& yaml) {
 }
 
 void refuse_unknown_keys(const CameraYaml& yaml) {
-  const Keys known{"name", "width",      "height",       "fx",  "fy",      "cx",
-                   "cy",   "distortion", "depth_factor", "fps", "baseline"};
+  const Keys known{"name", "width",      "height",       "fx",  "fy",       "cx",
+                   "cy",   "distortion", "depth_factor", "fps", "baseline", "sensor"};
   for (const auto& key : yaml.keys()) {
     if (std::find(known.begin(), known.end(), key) != known.end()) continue;
     throw Error("is not a key of a camera file", yaml.where(key), suggestion(key, known));
   }
+}
+
+const DepthSensor& sensor_of(const CameraYaml& yaml) {
+  const std::string name = yaml.text("sensor");
+  const auto& known = depth_sensor_names();
+  if (std::find(known.begin(), known.end(), name) == known.end()) {
+    throw Error(fmt::format("'{}' is no known depth sensor", printable(name)), yaml.where("sensor"),
+                suggestion(name, known));
+  }
+  return find_depth_sensor(name);
 }
 
 Camera from_our_own(const CameraYaml& yaml, const fs::path& file) {
@@ -222,6 +232,8 @@ Camera from_our_own(const CameraYaml& yaml, const fs::path& file) {
   camera.cy = yaml.number({"cy"});
   camera.depth_factor = yaml.number({"depth_factor"});
   camera.fps = yaml.number_or({"fps"}, camera.fps);
+  if (yaml.find({"sensor"})) camera.depth_sensor = sensor_of(yaml);
+  if (camera.depth_sensor.baseline > 0) camera.baseline = camera.depth_sensor.baseline;
   camera.baseline = yaml.number_or({"baseline"}, camera.baseline);
   camera.name = yaml.find({"name"}) ? yaml.text("name") : file.stem().string();
   if (yaml.find({"distortion"})) {
@@ -285,6 +297,7 @@ void write_camera(const fs::path& file, const Camera& camera) {
   text += fmt::format("depth_factor: {}  # raw depth units per meter\n", camera.depth_factor);
   text += fmt::format("fps: {}  # Hz\n", camera.fps);
   text += fmt::format("baseline: {}  # meters, of the virtual second camera\n", camera.baseline);
+  text += fmt::format("sensor: {}\n", camera.depth_sensor.name);
   write_file(file, text);
 }
 

@@ -48,6 +48,7 @@ TEST_F(CameraFile, RoundTrip) {
   written.height = 960;
   written.fps = 29.97;
   written.baseline = 0.0512;
+  written.depth_sensor = find_depth_sensor("azure_kinect");
   write_camera(file_, written);
   const Camera read = load_camera(file_.string());
   EXPECT_EQ(read.name, written.name);
@@ -61,6 +62,20 @@ TEST_F(CameraFile, RoundTrip) {
   EXPECT_EQ(read.depth_factor, written.depth_factor);
   EXPECT_EQ(read.fps, written.fps);
   EXPECT_EQ(read.baseline, written.baseline);
+  EXPECT_EQ(read.depth_sensor.name, "azure_kinect");
+  EXPECT_EQ(read.depth_sensor.max_depth, written.depth_sensor.max_depth);
+}
+
+TEST_F(CameraFile, MayNameTheDepthSensor) {
+  const std::string base =
+      "width: 640\nheight: 480\nfx: 500\nfy: 501\ncx: 320\ncy: 240\ndepth_factor: 1000\n";
+  EXPECT_EQ(load(base).depth_sensor.name, "kinect_v1");
+  EXPECT_EQ(load(base).baseline, 0.075);
+  const Camera stereo = load(base + "sensor: realsense_d455\n");
+  EXPECT_EQ(stereo.depth_sensor.principle, DepthPrinciple::kActiveStereo);
+  EXPECT_EQ(stereo.baseline, 0.095);
+  EXPECT_EQ(load(base + "sensor: realsense_d455\nbaseline: 0.1\n").baseline, 0.1);
+  EXPECT_EQ(load(base + "sensor: azure_kinect\n").baseline, 0.075);  // it has no baseline itself
 }
 
 TEST_F(CameraFile, DistortionMayBeShortOrMissing) {

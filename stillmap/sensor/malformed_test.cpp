@@ -373,7 +373,7 @@ std::string ours(const std::string& key, const std::string& line) {
   std::string text;
   for (const char* good :
        {"width: 640\n", "height: 480\n", "fx: 535.4\n", "fy: 539.2\n", "cx: 320.1\n", "cy: 247.6\n",
-        "depth_factor: 5000\n", "fps: 30\n", "baseline: 0.08\n"}) {
+        "depth_factor: 5000\n", "fps: 30\n", "baseline: 0.08\n", "sensor: kinect_v1\n"}) {
     text += std::string(good).starts_with(key + ":") ? line : good;
   }
   return text;
@@ -421,6 +421,8 @@ const SpoiltCamera kInvalidCameras[] = {
     {"DepthFactorUpsideDown", ours("depth_factor", "depth_factor: 0.001\n"),
      "the depth factor is 0.001", "not meters per unit"},
     {"FrameRateZero", ours("fps", "fps: 0\n"), "fps is 0", "30"},
+    {"SensorUnknown", ours("sensor", "sensor: realsense_d435\n"), "is no known depth sensor",
+     "realsense_d435i"},
     {"BaselineZero", ours("baseline", "baseline: 0\n"), "the baseline is 0", "0.075"},
     {"DistortionAWord", ours("baseline", "distortion: none\n"), "key 'distortion': expected a list",
      "[k1, k2, p1, p2, k3]"},

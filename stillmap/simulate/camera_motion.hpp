@@ -49,7 +49,7 @@ class CameraMotion {
   Pose follow(double seconds) const;
 
   CameraMotionOptions options_;
-  Viewpoint viewpoint_;
+  CameraAnchor viewpoint_;
   Pose home_;
   std::array<Tremor, 6> tremor_;
   std::vector<Eigen::Vector2f> round_;

@@ -32,7 +32,7 @@ struct SceneOptions {
 };
 
 /// Initial camera position and target of the camera motions.
-struct Viewpoint {
+struct CameraAnchor {
   Eigen::Vector3d position, target;  ///< World positions [m].
 };
 
@@ -42,7 +42,7 @@ struct Scene {
   simulate::Textures textures;  ///< Textures of the static mesh and the movers.
   simulate::Lighting lighting;
   std::vector<simulate::Mover> movers;  ///< Movers with ids 1, 2, 3, ...
-  Viewpoint viewpoint;
+  CameraAnchor viewpoint;
   Eigen::AlignedBox3d room;  ///< Space inside walls, floor and ceiling [m].
   /// Closed path around the room for a hand-held camera at eye height [m].
   std::vector<Eigen::Vector2f> round;

@@ -13,6 +13,10 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
+/// A keypoint is near while the standard deviation of its depth is below this [m]: that of a Kinect
+/// v1 at 3 m, forty of its baselines (Mur-Artal and Tardos, ORB-SLAM2, TRO 2017, section III.A).
+constexpr double kNearSigma = 0.0126;
+
 /// Landmarks of the reference that are well established: seen by three keyframes, or by all there
 /// are.
 int established_in_reference(const LocalMap& local_map) {
@@ -41,6 +45,9 @@ double median_depth(const Features& features) {
 }
 
 }  // namespace
+
+KeyframePolicy::KeyframePolicy(const KeyframePolicyOptions& options, const DepthSensor& sensor)
+    : options_(options), near_depth_(sensor.depth_at_sigma(kNearSigma)) {}
 
 bool KeyframePolicy::wants(const Frame& frame, const Pose& T_world_camera,
                            const std::vector<LandmarkId>& landmarks, const LocalMap& local_map,
@@ -82,7 +89,7 @@ bool KeyframePolicy::sees_much_unmapped(const Frame& frame,
   int tracked = 0, untracked = 0;
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
     const float depth = frame.features->keypoints[i].depth;
-    if (depth <= 0 || depth > options_.near_depth || frame.evidence.weight[i] <= 0) continue;
+    if (depth <= 0 || depth > near_depth_ || frame.evidence.weight[i] <= 0) continue;
     ++(landmarks[i].valid() ? tracked : untracked);
   }
   return tracked < options_.min_tracked_near && untracked > options_.min_untracked_near;

@@ -17,7 +17,6 @@ struct KeyframePolicyOptions {
       0.75;  ///< keep a frame that sees less than this share of the reference's landmarks
   int min_tracked_near = 100;   ///< near landmarks seen; fewer, and
   int min_untracked_near = 70;  ///< so many near keypoints that show none: keep the frame
-  double near_depth = 3.0;      ///< meters; forty baselines of the Kinect
   double max_rotation = 15;     ///< degrees from every keyframe nearby; more: keep the frame
   double max_translation =
       0.25;  ///< share of the median depth moved away from every keyframe nearby; more: keep
@@ -26,8 +25,8 @@ struct KeyframePolicyOptions {
   double min_sharpness = 0.75;
   int sharpness_memory = 15;  ///< the median of so many frames
   int max_wait = 5;           ///< but for no more frames than this
-  STILLMAP_FIELDS(min_gap, tracked_share, min_tracked_near, min_untracked_near, near_depth,
-                  max_rotation, max_translation, min_sharpness, sharpness_memory, max_wait)
+  STILLMAP_FIELDS(min_gap, tracked_share, min_tracked_near, min_untracked_near, max_rotation,
+                  max_translation, min_sharpness, sharpness_memory, max_wait)
 };
 
 /// Decides which frames are worth keeping: those that see what the map does not hold yet, or see it
@@ -35,7 +34,8 @@ struct KeyframePolicyOptions {
 /// mapper is. It is to be asked about every frame with a pose.
 class KeyframePolicy {
  public:
-  explicit KeyframePolicy(const KeyframePolicyOptions& options) : options_(options) {}
+  /// @param sensor the sensor that measured the depths of the keypoints
+  KeyframePolicy(const KeyframePolicyOptions& options, const DepthSensor& sensor);
 
   /// @param landmarks per keypoint of `frame`: what it shows; invalid where nothing is known
   /// @param frames_since_last frames since the last one that was kept
@@ -54,6 +54,7 @@ class KeyframePolicy {
                             const LocalMap& local_map) const;
 
   KeyframePolicyOptions options_;
+  float near_depth_;              // [m]
   std::deque<double> sharpness_;  // of the last frames
   int waited_ = 0;                // frames for a sharp one
 };

@@ -38,12 +38,12 @@ bool wanted(KeyframePolicy& policy, const cv::Mat& gray) {
 }
 
 TEST(KeyframePolicy, KeepsASharpFrameFromSomewhereNew) {
-  KeyframePolicy policy({});
+  KeyframePolicy policy({}, {});
   EXPECT_TRUE(wanted(policy, scene()));
 }
 
 TEST(KeyframePolicy, WaitsForASharperFrameThanABlurredOne) {
-  KeyframePolicy policy({});
+  KeyframePolicy policy({}, {});
   for (int i = 0; i < 10; ++i) wanted(policy, scene());
   EXPECT_FALSE(wanted(policy, blurred(scene())));
   EXPECT_TRUE(wanted(policy, scene()));
@@ -51,7 +51,7 @@ TEST(KeyframePolicy, WaitsForASharperFrameThanABlurredOne) {
 
 TEST(KeyframePolicy, DoesNotWaitForEver) {
   KeyframePolicyOptions options;
-  KeyframePolicy policy(options);
+  KeyframePolicy policy(options, {});
   for (int i = 0; i < 15; ++i) wanted(policy, scene());
   for (int i = 0; i < options.max_wait; ++i) EXPECT_FALSE(wanted(policy, blurred(scene()))) << i;
   EXPECT_TRUE(wanted(policy, blurred(scene())));

@@ -98,7 +98,7 @@ Sight sight_of(const Eigen::Vector3d& p_camera, const CellGrid& grid) {
   if (p_camera.z() < kNearPlane) return Sight::kUnknown;
   const Eigen::Vector2d cell = grid.camera.project(p_camera);
   const auto z = static_cast<float>(p_camera.z());
-  const float tolerance = depth_tolerance(z);
+  const float tolerance = grid.tolerance.at(z);
   bool nearer = true, farther = true;
   for (int dy = -1; dy <= 1; ++dy) {
     for (int dx = -1; dx <= 1; ++dx) {
@@ -123,7 +123,7 @@ Tracker::Tracker(const Camera& camera, const PyramidShape& pyramid, const Tracke
       pyramid_(pyramid),
       options_(options),
       start_(start),
-      policy_(options.keyframes) {}
+      policy_(options.keyframes, camera.depth_sensor) {}
 
 std::optional<InitialPose> Tracker::follow(const Features& features, const LocalMapPtr& local_map) {
   const TraceScope scope("follow");
@@ -526,7 +526,7 @@ std::optional<Tracker::Estimate> Tracker::solve(const Features& features, const 
     observations.push_back({match.p_world, k.u, k.v, k.depth,
                             static_cast<float>(pyramid_.scale(k.level)), match.weight});
   }
-  const PoseSolution solution = solve_pose(camera_, guess, observations, options_.solver);
+  const PoseSolution solution = solve_pose(camera_, guess, observations);
   if (!solution.well_posed || solution.inliers < min_inliers) return std::nullopt;
   Estimate estimate{solution.T_world_camera, {}};
   for (std::size_t i = 0; i < matches.size(); ++i) {

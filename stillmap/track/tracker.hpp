@@ -42,12 +42,11 @@ struct TrackerOptions {
   int min_map_frames = 15;    ///< a map that held the camera for fewer is dropped when lost
   /// In a map that is not extended: go on by odometry where the camera looks past the map.
   bool tracked_by_odometry = true;
-  PoseSolverOptions solver;
   KeyframePolicyOptions keyframes;
   STILLMAP_FIELDS(min_start_points, min_start_parts, motion_radius, local_radius, max_distance,
                   ratio, min_view_cosine, min_motion_inliers, sure_inliers, landmark_memory,
                   min_inliers, patience, covered_share, covered_patience, min_map_frames,
-                  tracked_by_odometry, solver, keyframes)
+                  tracked_by_odometry, keyframes)
 };
 
 enum class TrackState {

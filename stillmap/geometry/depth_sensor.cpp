@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/geometry/depth_sensor.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/nearest_name.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace stillmap {
+namespace {
+
+/// Khoshelham and Elberink, "Accuracy and Resolution of Kinect Depth Data for Indoor Mapping
+/// Applications", Sensors 2012, equation 10: sigma(z) = (m / (f b)) sigma_d z^2 = 1.4e-3 z^2.
+/// The Asus Xtion holds the same sensor.
+DepthSensor kinect_v1() {
+  return {.name = "kinect_v1",
+          .principle = DepthPrinciple::kStructuredLight,
+          .noise = {.quadratic = 1.4e-3},
+          .min_depth = 0.4,
+          .max_depth = 10,
+          .baseline = 0.075};
+}
+
+/// Intel, "Best-Known-Methods for Tuning Intel RealSense D400 Depth Cameras for Best Performance":
+/// RMS depth error = z^2 * subpixel / (f * baseline) with f = width / (2 tan(HFOV / 2)), and the
+/// shortest depth f * baseline / 126, 126 being the largest disparity that is searched. At
+/// 848 x 480 pixels, the recommended resolution, and HFOV = 87 degrees (D400 series datasheet),
+/// f = 446.8 pixels; subpixel = 0.08 pixels is the guide's figure for a textured target.
+DepthSensor realsense(const std::string& name, double baseline) {
+  constexpr double kFocal = 446.8, kSubpixel = 0.08, kDisparities = 126;
+  return {.name = name,
+          .principle = DepthPrinciple::kActiveStereo,
+          .noise = {.quadratic = kSubpixel / (kFocal * baseline)},
+          .min_depth = kFocal * baseline / kDisparities,
+          .max_depth = 10,
+          .baseline = baseline};
+}
+
+/// Microsoft, "Azure Kinect DK hardware specifications", narrow field of view, unbinned: 0.5 m to
+/// 3.86 m, random error at most 17 mm (confirmed by Toelgyessy et al., "Evaluation of the Azure
+/// Kinect and Its Comparison to Kinect V1 and Kinect V2", Sensors 2021). The phase noise of a time
+/// of flight camera is inversely proportional to the amplitude of the light that returns, which
+/// falls with z^2 (Lange and Seitz, "Solid-State Time-of-Flight Range Camera", IEEE JQE 2001):
+/// sigma(z) = 17 mm (z / 3.86 m)^2.
+DepthSensor azure_kinect() {
+  constexpr double kWorst = 0.017, kFarthest = 3.86;
+  return {.name = "azure_kinect",
+          .principle = DepthPrinciple::kTimeOfFlight,
+          .noise = {.quadratic = kWorst / (kFarthest * kFarthest)},
+          .min_depth = 0.5,
+          .max_depth = kFarthest,
+          .baseline = 0};
+}
+
+const std::vector<DepthSensor>& sensors() {
+  static const std::vector<DepthSensor> all{kinect_v1(), realsense("realsense_d435i", 0.050),
+                                            realsense("realsense_d455", 0.095), azure_kinect(),
+                                            DepthSensor{}};
+  return all;
+}
+
+}  // namespace
+
+float DepthSensor::depth_at_sigma(double sigma) const {
+  const auto& [a, b, c] = noise;
+  double z = max_depth;
+  if (c > 0 && sigma > a) {
+    z = (-b + std::sqrt(b * b + 4 * c * (sigma - a))) / (2 * c);
+  } else if (b > 0) {
+    z = (sigma - a) / b;
+  }
+  return static_cast<float>(std::min(z, max_depth));
+}
+
+const std::vector<std::string>& depth_sensor_names() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all;
+    for (const DepthSensor& sensor : sensors()) all.push_back(sensor.name);
+    return all;
+  }();
+  return names;
+}
+
+const DepthSensor& find_depth_sensor(const std::string& name) {
+  for (const DepthSensor& sensor : sensors()) {
+    if (sensor.name == name) return sensor;
+  }
+  throw Error("is no known depth sensor", "sensor '" + name + "'",
+              suggestion(name, depth_sensor_names()));
+}
+
+}  // namespace stillmap

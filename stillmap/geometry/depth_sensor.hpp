@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <string>
+#include <vector>
+
+namespace stillmap {
+
+/// A quadratic polynomial in a depth z: constant + linear z + quadratic z^2 [m].
+template <typename T>
+struct DepthPolynomial {
+  T constant = 0;   ///< [m]
+  T linear = 0;     ///< [1]
+  T quadratic = 0;  ///< [1/m]
+  T at(T z) const { return constant + linear * z + quadratic * z * z; }
+};
+
+/// The measuring principle of a depth camera.
+enum class DepthPrinciple {
+  kStructuredLight,  ///< One camera and a projected pattern, triangulated.
+  kActiveStereo,     ///< Two cameras and a projected texture, triangulated.
+  kTimeOfFlight,     ///< The phase of modulated light.
+  kIdeal,            ///< Exact depth at every pixel.
+};
+
+/// How a depth camera measures. The default is the ideal sensor; docs/sensors.md lists the models
+/// with the sources of their figures.
+struct DepthSensor {
+  std::string name = "ideal";
+  DepthPrinciple principle = DepthPrinciple::kIdeal;
+  /// Standard deviation of a depth reading as a function of the depth.
+  DepthPolynomial<double> noise{};
+  double min_depth = 0.1;  ///< Shortest depth that the sensor measures [m].
+  double max_depth = 20;   ///< Longest depth that the sensor measures [m].
+  /// Distance between the two cameras, or camera and projector [m]; 0 where nothing is
+  /// triangulated.
+  double baseline = 0;
+
+  /// Standard deviation of a reading at depth z [m].
+  double sigma(double z) const { return noise.at(z); }
+
+  /// A tolerance for depths measured with this sensor: `floor` [m], for all that is not sensor
+  /// noise, plus `sigmas` standard deviations.
+  template <typename T>
+  DepthPolynomial<T> tolerance(double sigmas, double floor) const {
+    return {static_cast<T>(floor + sigmas * noise.constant), static_cast<T>(sigmas * noise.linear),
+            static_cast<T>(sigmas * noise.quadratic)};
+  }
+
+  /// The depth up to which the standard deviation stays below `sigma` [m], at most `max_depth`.
+  float depth_at_sigma(double sigma) const;
+};
+
+/// Names that find_depth_sensor() knows: kinect_v1 (also the Asus Xtion), realsense_d435i,
+/// realsense_d455, azure_kinect, ideal.
+const std::vector<std::string>& depth_sensor_names();
+
+/// The model of a sensor by its name. Throws Error with the nearest known name.
+const DepthSensor& find_depth_sensor(const std::string& name);
+
+}  // namespace stillmap

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/geometry/depth_sensor.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/geometry/observation_noise.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace stillmap {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(DepthSensor, OfAKinectErrsAsKhoshelhamAndElberinkMeasured) {
+  const DepthSensor& kinect = find_depth_sensor("kinect_v1");
+  EXPECT_NEAR(kinect.sigma(1), 0.0014, 1e-12);
+  EXPECT_NEAR(kinect.sigma(5), 0.035, 1e-12);
+}
+
+TEST(DepthSensor, OfARealSenseErrsAsItsDisparityDoes) {
+  const DepthSensor& d435i = find_depth_sensor("realsense_d435i");
+  const DepthSensor& d455 = find_depth_sensor("realsense_d455");
+  // z^2 * subpixel / (f * baseline)
+  EXPECT_NEAR(d435i.sigma(2), 4 * 0.08 / (446.8 * 0.050), 1e-12);
+  EXPECT_NEAR(d455.sigma(2), 4 * 0.08 / (446.8 * 0.095), 1e-12);
+  EXPECT_NEAR(d435i.min_depth, 0.177, 0.001);
+}
+
+TEST(DepthSensor, OfAnAzureKinectErrsAtItsFarEndAsMuchAsSpecified) {
+  const DepthSensor& azure = find_depth_sensor("azure_kinect");
+  EXPECT_NEAR(azure.sigma(azure.max_depth), 0.017, 1e-12);
+}
+
+TEST(DepthSensor, ThatIsIdealDoesNotErr) {
+  const DepthSensor& ideal = find_depth_sensor("ideal");
+  for (const double z : {0.3, 2.0, 15.0}) EXPECT_EQ(ideal.sigma(z), 0);
+  EXPECT_EQ(ideal.depth_at_sigma(0.01), static_cast<float>(ideal.max_depth));
+}
+
+TEST(DepthSensor, KnowsTheDepthOfASigma) {
+  for (const std::string& name : depth_sensor_names()) {
+    const DepthSensor& sensor = find_depth_sensor(name);
+    if (sensor.principle == DepthPrinciple::kIdeal) continue;
+    for (double z = 1; z < sensor.max_depth; z += 0.5) {
+      EXPECT_EQ(sensor.depth_at_sigma(sensor.sigma(z)), static_cast<float>(z)) << name;
+    }
+    EXPECT_EQ(sensor.depth_at_sigma(1e3), static_cast<float>(sensor.max_depth)) << name;
+  }
+  const DepthSensor linear{.noise = {.constant = 0.001, .linear = 0.002}};
+  EXPECT_NEAR(linear.depth_at_sigma(0.005), 2, 1e-6);
+}
+
+TEST(DepthSensor, ItsToleranceIsAFloorAndAMultipleOfItsSigma) {
+  const DepthSensor sensor{.noise = {.constant = 0.001, .linear = 0.002, .quadratic = 0.003}};
+  const auto tolerance = sensor.tolerance<double>(4, 0.05);
+  for (const double z : {0.5, 2.0}) {
+    EXPECT_NEAR(tolerance.at(z), 0.05 + 4 * sensor.sigma(z), 1e-12);
+  }
+}
+
+TEST(DepthSensor, ThatIsUnknownIsAnErrorWithTheNearestName) {
+  try {
+    find_depth_sensor("realsense_d435");
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_THAT(e.what(), HasSubstr("did you mean 'realsense_d435i'?"));
+  }
+}
+
+TEST(ObservationNoise, IsThatOfTheRegistrationOrOfTheSensorWhicheverIsLarger) {
+  Camera camera;
+  for (const double z : {0.5, 3.0, 8.0}) {
+    EXPECT_EQ(observation_noise(camera, z).disparity_sigma, 0.3);  // a Kinect alone: 0.055
+  }
+  camera.depth_sensor.noise.quadratic = 0.02;
+  EXPECT_NEAR(observation_noise(camera, 2).disparity_sigma, 525 * 0.075 * 0.02, 1e-12);
+  EXPECT_EQ(observation_noise(camera, 0).disparity_sigma, 0.3);
+}
+
+}  // namespace
+}  // namespace stillmap
