@@ -1,5 +1,5 @@
-# `cmake --install`: the command, the rooms' libraries and headers, and a CMake package for
-# find_package(Stillmap); rooms are its targets: Stillmap::pipeline, Stillmap::evaluate, ...
+# `cmake --install`: the command, libraries and headers of the modules, and a CMake package for
+# find_package(Stillmap); modules are its targets: Stillmap::pipeline, Stillmap::evaluate, ...
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/Stillmap)

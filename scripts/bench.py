@@ -37,7 +37,7 @@ STAGES = ("features", "waiting for masks carried beside", "motion", "pose")  # o
 
 
 class Failed(RuntimeError):
-    """A program that did not do what it was called for."""
+    """A program that failed."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ def arms_of(arguments):
 
 
 def processor_time():
-    """Seconds that all cores were busy with anything, and those that passed on all of them; None where it is not told."""
+    """Busy and total CPU time of all cores [s]; None if unknown."""
     try:
         ticks = [int(word) for word in Path("/proc/stat").read_text(encoding="ascii").split("\n")[0].split()[1:9]]
     except (OSError, ValueError):
@@ -93,7 +93,7 @@ def call(command, log):
 
 
 def machine():
-    """Where and when it was measured, as far as this system tells."""
+    """Machine and time of the measurement."""
     commit = subprocess.run(["git", "-C", ROOT, "describe", "--always", "--dirty"], capture_output=True, text=True,
                             check=False).stdout.strip()
     return {"system": " ".join(os.uname()[i] for i in (0, 2, 4)), "cores": os.cpu_count(),
@@ -169,7 +169,7 @@ def run(program, arm, sequence, arguments):
 
 
 def measure_orb(arguments):
-    """Milliseconds of one core for a picture's features: ours and OpenCV's; None where the benchmark is not built."""
+    """CPU time of feature extraction per image [ms]: ours and OpenCV's; None if the benchmark is not built."""
     if not arguments.orb_benchmark.is_file():
         return None
     command = [arguments.orb_benchmark, "--benchmark_filter=run_extractor/stillmap_best|run_opencv_orb",
@@ -267,7 +267,7 @@ def cell(values, digits):
 
 
 def ratio(after, before):
-    """Of what was measured in the same turn, where both have all turns; else of the medians."""
+    """Ratio within the same turns if both have all turns; otherwise of the medians."""
     if not after or not before:
         return "-"
     if len(after) == len(before):
@@ -402,13 +402,13 @@ def parse():
     parser.add_argument("--runs", type=int, default=5, help="turns; default: %(default)s")
     parser.add_argument("--out", type=Path, default=ROOT / "build/bench", help="default: %(default)s")
     parser.add_argument("--binary", type=Path, action="append", help="program to measure; may be repeated")
-    parser.add_argument("--compare", type=Path, metavar="OLD.json", help="an older bench.json to show beside")
+    parser.add_argument("--compare", type=Path, metavar="OLD.json", help="older bench.json for comparison")
     parser.add_argument("--set", action="append", default=[], metavar="ROOM.OPTION=VALUE", help="for every run")
-    parser.add_argument("--orb-benchmark", type=Path, help="default: rooms/feature/stillmap_feature_benchmark beside")
+    parser.add_argument("--orb-benchmark", type=Path, help="default: modules/feature/stillmap_feature_benchmark in the folder of")
     arguments = parser.parse_args()
     arguments.binary = arguments.binary or [ROOT / "build/release/stillmap"]
     if arguments.orb_benchmark is None:
-        arguments.orb_benchmark = arguments.binary[-1].resolve().parent / "rooms/feature/stillmap_feature_benchmark"
+        arguments.orb_benchmark = arguments.binary[-1].resolve().parent / "modules/feature/stillmap_feature_benchmark"
     for needed in [*arguments.binary, *filter(None, [arguments.model, arguments.compare])]:
         if not needed.is_file():
             parser.error(f"there is no {needed}")

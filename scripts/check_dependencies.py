@@ -31,7 +31,7 @@ TEST_FILE = re.compile(r"_(test|benchmark)\.(cpp|hpp)$|/tools/")
 
 @dataclass
 class Module:
-    """What a module's CMakeLists.txt says of it; every name with the line it stands on."""
+    """Declarations in a module's CMakeLists.txt; every name with its line number."""
 
     name: str
     cmake_file: Path
@@ -93,7 +93,7 @@ def read_modules(root):
 
 
 def declared_faults(modules, allowed):
-    """Violations in what the modules say they use."""
+    """Violations in the declared dependencies."""
     for module in modules.values():
         if module.cmake_file.parent.name != module.name:
             yield module.cmake_file, 1, f"module {module.name} lies in folder {module.cmake_file.parent.name}"
@@ -119,7 +119,7 @@ def cycle_faults(modules, allowed):
 
 
 def include_faults(modules):
-    """Violations in what the files really include."""
+    """Violations in the actual includes."""
     edges = {module.name: module.depends for module in modules.values()}
     for module in modules.values():
         own = {module.name} | reach(module.depends, edges)
@@ -140,7 +140,7 @@ def file_faults(file, module, usable):
         if parts[0] != "stillmap" or len(parts) < 3 or ".." in parts:
             yield file, number, f'"{include.group(1)}": write includes in full, "stillmap/<module>/<file>"'
         elif parts[1] not in usable:
-            yield file, number, f"{module} includes {parts[1]}, which is not among what it depends on"
+            yield file, number, f"{module} includes {parts[1]}, which is not among its dependencies"
 
 
 def find_faults(root):

@@ -25,7 +25,7 @@ INCLUDE = re.compile(r'^\s*#\s*include\s*"((?:stillmap|apps)/[^"]+)"', re.MULTIL
 
 
 def read_commands():
-    """Source -> its compile command; written anew for clang, which does not know all of GCC's flags."""
+    """Source -> its compile command, adapted to clang, which does not know all of GCC's flags."""
     entries = json.loads((BUILD / "compile_commands.json").read_text())
     for entry in entries:
         entry["command"] = " ".join(w for w in entry["command"].split() if w not in GCC_ONLY)

@@ -29,7 +29,7 @@ except ImportError as missing:
     sys.exit(f"quantize_network: {missing}; fix: pip install numpy onnx onnxruntime pillow")
 
 OPERATORS = 13  # the first with scales per channel
-GRAY = 114  # what networks are trained to see around a picture
+GRAY = 114  # padding value that networks are trained with
 SURE, SAME = 0.5, 0.7  # a score, and an overlap of boxes
 
 
@@ -42,7 +42,7 @@ def input_of(model):
 
 
 def letterboxed(file, height, width):
-    """1 x 3 x height x width, RGB, 0 to 1: the picture as large as it fits, gray around it."""
+    """1 x 3 x height x width, RGB, 0 to 1: the image scaled to fit, with gray padding."""
     picture = Image.open(file).convert("RGB")
     scale = min(width / picture.width, height / picture.height)
     size = round(picture.width * scale), round(picture.height * scale)
@@ -52,11 +52,11 @@ def letterboxed(file, height, width):
 
 
 def pictures_in(folders, count):
-    """`count` pictures, evenly spread, and half as many from between them."""
+    """`count` images, evenly distributed, and half as many others in between."""
     files = [f for d in folders for f in sorted(Path(d).iterdir()) if f.suffix.lower() in (".png", ".jpg", ".jpeg")]
     if len(files) < 16:
         named = ", ".join(map(str, folders))
-        sys.exit(f"quantize_network: {len(files)} pictures in {named}; fix: name folders of 16 or more")
+        sys.exit(f"quantize_network: {len(files)} images in {named}; fix: give folders with 16 or more")
     spread = [files[i] for i in np.linspace(0, len(files) - 1, min(3 * count // 2, len(files))).astype(int)]
     return [f for n, f in enumerate(spread) if n % 3 != 1], spread[1::3]
 
@@ -122,7 +122,7 @@ def compare(source, out, inputs):
         before, after = (sure_boxes(network.run(None, {name: x})[0][0]) for network in networks)
         kept, boxes = map(sum, zip((kept, boxes), found_again(before, after)))
         true, found = map(sum, zip((true, found), found_again(after, before)))
-    print(f"{len(inputs)} other pictures: {kept} of {boxes} sure boxes are still found, "
+    print(f"{len(inputs)} other images: {kept} of {boxes} confident boxes are still detected, "
           f"{found - true} of {found} are new (overlap {SAME})")
     return boxes == 0 or kept >= 0.9 * boxes
 
@@ -131,7 +131,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("model", type=Path)
     parser.add_argument("folders", type=Path, nargs="+", metavar="PICTURES_DIR")
-    parser.add_argument("--out", type=Path, help="default: MODEL_int8.onnx beside the model")
+    parser.add_argument("--out", type=Path, help="default: MODEL_int8.onnx in the folder of the model")
     parser.add_argument("--pictures", type=int, default=64)
     arguments = parser.parse_args()
     out = arguments.out or arguments.model.with_name(arguments.model.stem + "_int8.onnx")
@@ -143,7 +143,7 @@ def main():
     quantized(arguments.model, [letterboxed(f, height, width) for f in to_learn], out)
     print(f"written: {out} ({out.stat().st_size / 1e6:.1f} MB; {arguments.model.stat().st_size / 1e6:.1f} MB before)")
     if not compare(arguments.model, out, [letterboxed(f, height, width) for f in to_compare]):
-        sys.exit("quantize_network: more than a tenth is no longer found: do not use it; fix: more and other pictures")
+        sys.exit("quantize_network: more than a tenth is no longer found: do not use it; fix: more and different images")
 
 
 if __name__ == "__main__":
