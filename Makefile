@@ -2,7 +2,7 @@
 # `make` lists all targets; CMake builds them (see CMakePresets.json).
 #
 #   JOBS=N      number of parallel compilers and tests (default: all cores)
-#   ARGS="..."  passed to `make demo`, `make test` (ctest), `make bench` (scripts/bench.py) and `make microbench`
+#   ARGS="..."  passed to `make demo`, `make test` (ctest), `make bench` (lab/README.md) and `make microbench`
 
 JOBS ?= $(shell nproc)
 ARGS ?=
@@ -45,7 +45,7 @@ debug asan tsan: deps  ## all tests with assertions (debug) or under a sanitizer
 bench: deps  ## measure the speed of the complete system on a rendered scene or your sequences (results: build/bench)
 	@$(call configure,release)
 	$(call compile,release) --target stillmap stillmap_feature_benchmark
-	scripts/bench.py $(ARGS)
+	python3 -m lab bench $(ARGS)
 
 microbench: deps  ## run every micro benchmark
 	@$(call configure,release)

@@ -16,7 +16,6 @@ void add_compare_command(CLI::App& app, int& exit_code);
 void add_simulate_command(CLI::App& app, int& exit_code);
 void add_demo_command(CLI::App& app, int& exit_code);
 void add_doctor_command(CLI::App& app, int& exit_code);
-void add_vocabulary_command(CLI::App& app, int& exit_code);
 void add_map_command(CLI::App& app, int& exit_code);
 
 }  // namespace stillmap

@@ -5,7 +5,6 @@
 #include "stillmap/evaluate/cloud_picture.hpp"
 #include "stillmap/evaluate/ghosts.hpp"
 #include "stillmap/evaluate/label_figures.hpp"
-#include "stillmap/evaluate/measured_speed.hpp"
 #include "stillmap/evaluate/mover_error.hpp"
 #include "stillmap/evaluate/pose_at.hpp"
 #include "stillmap/evaluate/surface_error.hpp"
@@ -16,7 +15,6 @@
 #include <algorithm>
 
 #include "commands.hpp"
-#include "progress.hpp"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -24,8 +22,7 @@ namespace stillmap {
 namespace {
 
 struct EvalArguments {
-  std::string truth, estimate, json, cloud, surface, sequence, camera, picture, labels, speeds,
-      measure_speeds;
+  std::string truth, estimate, json, cloud, surface, sequence, camera, picture, labels, speeds;
   LabelFigureOptions judging;
   std::size_t frames = 0;
   bool per_frame = false, one_world = false;
@@ -86,26 +83,6 @@ CloudFigures cloud_figures(const EvalArguments& arguments, const Trajectory& tru
   result.figures = count_ghosts(reference, result.cloud.points, evaluation.ate.T_truth_estimate);
   result.ghosts = mark_ghosts(reference, result.cloud.points, evaluation.ate.T_truth_estimate);
   return result;
-}
-
-/// Measures how fast what the masks cover moves, for later judgments.
-void measure_speeds(const EvalArguments& arguments) {
-  if (arguments.sequence.empty()) {
-    throw Error("no sequence was named", "--measure-speeds", "add --sequence DIR");
-  }
-  const SequencePaths paths = find_sequence(arguments.sequence);
-  if (paths.masks.empty() || paths.ground_truth.empty()) {
-    throw Error("has no mask/ folder or no groundtruth.txt", arguments.sequence,
-                "both are needed to tell what moves through the world");
-  }
-  TumFolder source(
-      paths, load_camera(arguments.camera.empty() ? paths.camera.string() : arguments.camera));
-  Progress progress("measuring", source.size());
-  const std::size_t written =
-      write_speeds(source, StampedImages(paths.masks), read_trajectory(paths.ground_truth),
-                   arguments.measure_speeds, {}, [&] { progress.step(); });
-  progress.finish();
-  fmt::print("written: {} ({} images)\n", arguments.measure_speeds, written);
 }
 
 /// How well the movers were tracked: movers.csv of the run against the true ones.
@@ -172,12 +149,11 @@ nlohmann::json judge_trajectory(const EvalArguments& arguments) {
 
 int run(const EvalArguments& arguments) {
   if (arguments.truth.empty() != arguments.estimate.empty() ||
-      (arguments.truth.empty() && arguments.labels.empty() && arguments.measure_speeds.empty())) {
+      (arguments.truth.empty() && arguments.labels.empty())) {
     throw Error("there is nothing to evaluate", "eval",
                 "name the true and the estimated trajectory, or labels with --verdicts FILE");
   }
   nlohmann::json json = nlohmann::json::object();
-  if (!arguments.measure_speeds.empty()) measure_speeds(arguments);
   if (!arguments.truth.empty()) json = judge_trajectory(arguments);
   if (!arguments.labels.empty()) {
     const LabelFigures figures = label_figures(arguments);
@@ -224,8 +200,6 @@ void add_eval_command(CLI::App& app, int& exit_code) {
   command->add_option("--speeds", arguments->speeds,
                       "folder that says how fast what the masks cover moves; default: "
                       "SEQUENCE/speed, if there is one");
-  command->add_option("--measure-speeds", arguments->measure_speeds,
-                      "make such a folder from the sequence's pictures, masks and true poses");
   command
       ->add_option("--moving-above", arguments->judging.moving_above, "what is faster moves [m/s]")
       ->capture_default_str();

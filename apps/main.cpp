@@ -28,7 +28,6 @@ int run(int argc, char** argv) {
   add_demo_command(app, exit_code);
   add_doctor_command(app, exit_code);
   add_map_command(app, exit_code);
-  add_vocabulary_command(app, exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -4,7 +4,7 @@
 namespace stillmap {
 namespace {
 
-/// ax, ay, bx, by of each comparison, trained by tools/learn_brief_pattern.cpp.
+/// ax, ay, bx, by of each comparison, learned by `stillmap_lab brief-pattern`.
 constexpr std::int8_t kTable[256][4] = {
 #include "stillmap/feature/brief_pattern_table.inc"
 };

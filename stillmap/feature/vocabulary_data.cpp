@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Embeds vocabulary.bin into the library (created by scripts/train_vocabulary.sh). The assembler
+/// Embeds vocabulary.bin into the library (made by `python3 -m lab vocabulary`). The assembler
 /// does it, since a table of numbers in the source would take a minute to compile.
 __asm__(
     ".section .rodata\n"

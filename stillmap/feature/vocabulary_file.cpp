@@ -33,7 +33,7 @@ static_assert(std::endian::native == std::endian::little, "numbers are copied wi
 constexpr std::string_view kMagic = "STILLVOC";
 constexpr std::uint32_t kVersion = 1;
 constexpr std::size_t kHeader = 28;
-constexpr const char* kFix = "train one with: stillmap vocabulary train IMAGES... --out FILE";
+constexpr const char* kFix = "train one with: stillmap_lab vocabulary IMAGES... --out FILE";
 
 std::uint64_t fnv1a(std::string_view bytes) {
   std::uint64_t hash = 0xcbf29ce484222325;

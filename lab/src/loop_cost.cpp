@@ -1,20 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What closing loops gains, and what it costs:
-///
-///     ninja -C build/release stillmap_loop_cost
-///     build/release/rooms/pipeline/stillmap_loop_cost SEQUENCE [--lockstep N] [--realtime N]
-///                                                     [--slower FACTOR] [--out DIR]
-///
-/// A sequence with ground truth is mapped without and with loop closing, by turns: N times (1) in
-/// lockstep, which is as fast as it goes, and N times (3) as if it came from a camera. Printed: ATE
-/// and coverage; for every loop or merge what was moved, and the milliseconds for the pose graph,
-/// for all that the map's thread did then, and for the adjustment of the whole in its own thread;
-/// and tracking in the frames that came while that went on, beside the same frames without loops:
-/// milliseconds by the clock and of a processor, how often a processor was taken away, and pages
-/// fetched, in the median and at the 95th percentile. If a processor's time rises with the clock's
-/// there is more to do or memory is slow; if not, the thread waits. DIR gets the trajectories of
-/// the last runs. FACTOR: of slow motion, for a build with a sanitizer.
-#include "stillmap/base/error.hpp"
+/// Gain and cost of loop closing. A sequence with ground truth is mapped without and with loop
+/// closing in turn, in lockstep (as fast as it goes) and in real time. Printed: ATE and coverage;
+/// for every loop or merge the correction, and the milliseconds of the pose graph, of all work on
+/// the mapping thread and of the global adjustment in its own thread; and the tracking cost of the
+/// frames during loop closing, compared with the same frames of the runs without loops: wall time,
+/// CPU time, preemptions and page faults, median and 95th percentile. If CPU time rises with wall
+/// time, there is more work or memory is slow; if it does not, the thread waits.
 #include "stillmap/base/file.hpp"
 #include "stillmap/evaluate/statistics.hpp"
 #include "stillmap/evaluate/trajectory_error.hpp"
@@ -28,18 +19,19 @@
 #include <numbers>
 #include <sys/resource.h>
 
+#include "commands.hpp"
 #include <fmt/format.h>
 
-namespace stillmap {
+namespace stillmap::lab {
 namespace {
 
 struct Arguments {
   std::string sequence, out;
-  int lockstep = 1, realtime = 3;  ///< runs
-  double slower = 1;
+  int lockstep = 1, realtime = 3;  ///< numbers of runs
+  double slower = 1;               ///< factor of slow motion
 };
 
-/// What the calling thread has used so far.
+/// Resources used by the calling thread so far.
 struct Usage {
   double cpu_ms = 0, switches = 0, pages = 0;
 };
@@ -54,7 +46,7 @@ Usage used_by_this_thread() {
           static_cast<double>(r.ru_minflt)};
 }
 
-/// What one frame took of the tracking thread.
+/// Cost of one frame on the tracking thread.
 struct Effort {
   double milliseconds = 0, cpu_ms = 0, switches = 0, pages = 0;
 };
@@ -100,7 +92,7 @@ Run run(const Arguments& arguments, bool loops, bool realtime) {
   return made;
 }
 
-/// What happened at each loop, with the adjustment that followed it.
+/// One loop closure or merge, and the global adjustment that followed it.
 struct Closing {
   MapEvent event;
   double adjustment_ms = 0;
@@ -132,8 +124,9 @@ void print(const char* what, const Run& run) {
   }
 }
 
-/// The frames from a loop's keyframe until the adjustment was done, or in lockstep taken in.
-bool was_beside(const Closing& c, std::size_t frame, double fps, bool realtime) {
+/// Whether a frame came between the keyframe of a loop and the end of its global adjustment (in
+/// lockstep: the frame at which the result is applied).
+bool is_during(const Closing& c, std::size_t frame, double fps, bool realtime) {
   constexpr double kRefining = 150;  // ms from the keyframe to the loop, and from there to the copy
   if (frame < c.event.frame_index) return false;
   const auto since = static_cast<double>(frame - c.event.frame_index);
@@ -141,27 +134,27 @@ bool was_beside(const Closing& c, std::size_t frame, double fps, bool realtime) 
   return since <= (kRefining + c.event.milliseconds + c.adjustment_ms) / 1000 * fps;
 }
 
-/// Tracking in the frames that came while loops were closed in the run `closed`.
-std::vector<Effort> efforts_beside(const Run& closed, const Run& measured, bool realtime) {
+/// Tracking effort of the run `measured` in the frames during which the run `closed` closed loops.
+std::vector<Effort> efforts_during(const Run& closed, const Run& measured, bool realtime) {
   const auto all = closings(closed.result);
   std::vector<Effort> efforts;
   for (std::size_t i = 0; i < measured.efforts.size(); ++i) {
-    const auto beside = [&](const Closing& c) {
-      return was_beside(c, measured.result.frames[i].index, closed.fps, realtime);
+    const auto during = [&](const Closing& c) {
+      return is_during(c, measured.result.frames[i].index, closed.fps, realtime);
     };
-    if (std::any_of(all.begin(), all.end(), beside)) efforts.push_back(measured.efforts[i]);
+    if (std::any_of(all.begin(), all.end(), during)) efforts.push_back(measured.efforts[i]);
   }
   return efforts;
 }
 
-void print(const char* what, double Effort::*part, const std::vector<Effort>& beside,
+void print(const char* what, double Effort::*part, const std::vector<Effort>& during,
            const std::vector<Effort>& alone) {
   const auto samples = [&](const std::vector<Effort>& efforts) {
     std::vector<double> values;
     for (const Effort& effort : efforts) values.push_back(effort.*part);
     return values;
   };
-  const auto of = samples(beside), of_alone = samples(alone);
+  const auto of = samples(during), of_alone = samples(alone);
   const double p95 = quantile(of, 0.95), p95_alone = quantile(of_alone, 0.95);
   fmt::print("  {:10} {:8.2f} {:8.2f}   {:8.2f} {:8.2f}   {:+.0f} %\n", what,
              quantile(of_alone, 0.5), p95_alone, quantile(of, 0.5), p95,
@@ -174,7 +167,7 @@ void save(const Arguments& arguments, const char* name, const Run& run) {
 }
 
 void compare(const Arguments& arguments, bool realtime) {
-  std::vector<Effort> beside, alone;
+  std::vector<Effort> during, alone;
   const auto add = [](std::vector<Effort>& to, const std::vector<Effort>& more) {
     to.insert(to.end(), more.begin(), more.end());
   };
@@ -185,16 +178,16 @@ void compare(const Arguments& arguments, bool realtime) {
     const Run with = run(arguments, true, realtime);
     print("with loops", with);
     save(arguments, "with_loops.txt", with);
-    add(beside, efforts_beside(with, with, realtime));
-    add(alone, efforts_beside(with, without, realtime));
+    add(during, efforts_during(with, with, realtime));
+    add(alone, efforts_during(with, without, realtime));
   }
   if (alone.empty()) return;
-  fmt::print("  tracking in {} frames without loops, median and p95; in {} beside them\n",
-             alone.size(), beside.size());
-  print("ms", &Effort::milliseconds, beside, alone);
-  print("ms of CPU", &Effort::cpu_ms, beside, alone);
-  print("preempted", &Effort::switches, beside, alone);
-  print("pages", &Effort::pages, beside, alone);
+  fmt::print("  tracking in {} frames without loops, median and p95; in {} with loops\n",
+             alone.size(), during.size());
+  print("ms", &Effort::milliseconds, during, alone);
+  print("ms of CPU", &Effort::cpu_ms, during, alone);
+  print("preempted", &Effort::switches, during, alone);
+  print("pages", &Effort::pages, during, alone);
 }
 
 void measure(const Arguments& arguments) {
@@ -205,37 +198,24 @@ void measure(const Arguments& arguments) {
   compare(arguments, false);
 }
 
-Arguments parse(int argc, char** argv) {
-  Arguments arguments;
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
-    if (word == "--lockstep" && i + 1 < argc) {
-      arguments.lockstep = std::stoi(argv[++i]);
-    } else if (word == "--realtime" && i + 1 < argc) {
-      arguments.realtime = std::stoi(argv[++i]);
-    } else if (word == "--slower" && i + 1 < argc) {
-      arguments.slower = std::stod(argv[++i]);
-    } else if (word == "--out" && i + 1 < argc) {
-      arguments.out = argv[++i];
-    } else {
-      arguments.sequence = word;
-    }
-  }
-  if (arguments.sequence.empty())
-    throw Error("no sequence was named", "", "name a folder with groundtruth.txt");
-  return arguments;
-}
-
 }  // namespace
-}  // namespace stillmap
 
-int main(int argc, char** argv) {
-  cv::setNumThreads(1);  // as the command does
-  try {
-    stillmap::measure(stillmap::parse(argc, argv));
-  } catch (const std::exception& e) {
-    fmt::print(stderr, "{}\n", e.what());
-    return 1;
-  }
-  return 0;
+void add_loop_cost_command(CLI::App& app) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand(
+      "loop-cost", "measure what loop closing gains, and what it costs tracking");
+  command->add_option("sequence", arguments->sequence, "folder in TUM layout with groundtruth.txt")
+      ->required();
+  command->add_option("--lockstep", arguments->lockstep, "number of runs in lockstep")
+      ->capture_default_str();
+  command->add_option("--realtime", arguments->realtime, "number of runs in real time")
+      ->capture_default_str();
+  command
+      ->add_option("--slower", arguments->slower,
+                   "factor of slow motion in real time, for a build with a sanitizer")
+      ->capture_default_str();
+  command->add_option("--out", arguments->out, "folder for the trajectories of the last runs");
+  command->callback([arguments] { measure(*arguments); });
 }
+
+}  // namespace stillmap::lab

@@ -1,19 +1,21 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Evaluates dense maps with the truth of the simulator, beyond `stillmap eval --cloud`.
+"""Compares static maps with the truth of a simulator, beyond what `stillmap eval --cloud` measures.
 
-  scripts/judge_map.py walls RUN SEQUENCE    thickness of walls observed on two visits
-  scripts/judge_map.py things RUN SEQUENCE   accuracy of labels and objects
+  python3 -m lab judge walls RUN SEQUENCE      thickness of the walls that the camera saw on two visits
+  python3 -m lab judge objects RUN SEQUENCE    labels and objects against the true objects of the room
 
 RUN is a folder written by `stillmap run --out`, SEQUENCE one by `stillmap simulate`. Needs numpy (build/venv has it).
 """
-import argparse
 import csv
-import json
 from collections import Counter
 from pathlib import Path
 
-import numpy as np
+from lab import core
+
+try:
+    import numpy as np
+except ImportError:  # only this subcommand needs it
+    np = None
 
 TYPES = {"float": "<f4", "double": "<f8", "uchar": "u1", "ushort": "<u2"}
 
@@ -37,9 +39,8 @@ def positions(vertices):
     return np.stack([vertices[axis] for axis in "xyz"], 1).astype(float)
 
 
-def read_trajectory(file):
-    lines = file.read_text().splitlines()
-    return np.array([[float(x) for x in line.replace(",", " ").split()] for line in lines if line[:1] != "#"])
+def trajectory_of(file):
+    return np.array(core.read_trajectory(file))
 
 
 def rotation(q):
@@ -50,12 +51,12 @@ def rotation(q):
 
 
 def to_truth(run, sequence):
-    """R, t that bring the run's world onto the truth's: least squares over the camera's positions and axes."""
-    truth = {round(row[0], 3): row for row in read_trajectory(sequence / "groundtruth.txt")}
-    estimate = read_trajectory(run / "trajectory.txt")
+    """R, t from the run's world to the truth's: least squares over the camera's positions and axes."""
+    truth = {round(row[0], 3): row for row in trajectory_of(sequence / "groundtruth.txt")}
+    estimate = trajectory_of(run / "trajectory.txt")
     pairs = [(truth[round(row[0], 3)], row) for row in estimate if round(row[0], 3) in truth]
     if not pairs:
-        raise SystemExit("the run and the sequence share no timestamp")
+        raise core.Failed("the run and the sequence share no time stamp")
     ends = [[], []]  # positions, and points a meter along each axis: enough for a camera that only turns
     for pair in pairs:
         for side, row in zip(ends, pair):
@@ -67,7 +68,7 @@ def to_truth(run, sequence):
 
 
 class Points:
-    """Points, and which of them are near a place."""
+    """Points in a grid of cells, to find those near a place."""
 
     def __init__(self, points, cell=0.15):
         self.cell, keys = cell, self.keys(np.floor(points / cell))
@@ -95,7 +96,7 @@ class Points:
 
 
 def wall_patches(surface, spacing=0.4):
-    """Places with normals, a hand wide, where the true surface is a wall with nothing close before or behind it."""
+    """Places with normals, a hand wide, where the true surface is a wall with nothing close in front of or behind it."""
     index = Points(surface)
     _, first = np.unique(Points.keys(np.floor(surface / spacing)), return_index=True)
     for place in surface[np.sort(first)]:
@@ -131,7 +132,7 @@ def longest_absence(place, normal, trajectory, camera):
 def judge_walls(run, sequence, absence=20):
     R, t = to_truth(run, sequence)
     cloud = Points(positions(read_ply(run / "cloud.ply")[0]) @ R.T + t)
-    camera, truth = read_camera(sequence), read_trajectory(sequence / "groundtruth.txt")
+    camera, truth = read_camera(sequence), trajectory_of(sequence / "groundtruth.txt")
     thickness = []
     for place, normal in wall_patches(positions(read_ply(sequence / "surface.ply")[0])):
         if longest_absence(place, normal, truth, camera) < absence:
@@ -140,14 +141,15 @@ def judge_walls(run, sequence, absence=20):
         if len(height) >= 40:
             thickness.append(np.subtract(*np.percentile(height, [95, 5])))
     if not thickness:
-        raise SystemExit("no wall was seen on two visits")
+        raise core.Failed("no wall was seen on two visits")
     mm = 1000 * np.array(thickness)
     print(f"{len(mm)} patches of walls seen again after {absence} s or more; 5 to 95 % of the points around each within "
           f"(median) {np.median(mm):.0f} mm, (90 %) {np.percentile(mm, 90):.0f} mm, (worst) {mm.max():.0f} mm; "
           f"thicker than 60 mm: {100 * np.mean(mm > 60):.1f} %")
 
 
-def read_things(sequence):
+def true_objects(sequence):
+    """Class, lower and upper corner [m] of the objects of the room."""
     with open(sequence / "things.csv", newline="", encoding="utf-8") as lines:
         return [(row["class"], *(np.array([float(row[f"{end}_{axis}"]) for axis in "xyz"]) for end in ("min", "max")))
                 for row in csv.DictReader(lines)]
@@ -157,9 +159,7 @@ def inside(points, thing, margin):
     return np.all((points > thing[1] - margin) & (points < thing[2] + margin), axis=-1)
 
 
-def judge_things(run, sequence):
-    R, t = to_truth(run, sequence)
-    things = read_things(sequence)
+def judge_labels(run, truth, R, t):
     vertices, header = read_ply(run / "semantic.ply")
     points, right, labeled = positions(vertices) @ R.T + t, 0, 0
     for line in header.splitlines():
@@ -168,31 +168,37 @@ def judge_things(run, sequence):
         number, name = line.split(maxsplit=3)[2:]
         mine = points[vertices["label"] == int(number)]
         good = np.zeros(len(mine), bool)
-        for thing in things:
+        for thing in truth:
             good |= inside(mine, thing, 0.05) if thing[0] == name else False
-        print(f"{name:14} {len(mine):7} points, {100 * good.mean() if len(mine) else 0:5.1f} % at a true one")
+        print(f"{name:14} {len(mine):7} points, {100 * good.mean() if len(mine) else 0:5.1f} % at a true object")
         right, labeled = right + good.sum(), labeled + len(mine)
     print(f"{'all':14} {labeled:7} points, {100 * right / max(1, labeled):5.1f} %")
+
+
+def judge_objects(run, sequence):
+    R, t = to_truth(run, sequence)
+    truth = true_objects(sequence)
+    judge_labels(run, truth, R, t)
     found = Counter()
-    for thing in json.loads((run / "objects.json").read_text())["objects"]:
+    for thing in core.read_json(run / "objects.json")["objects"]:
         center = R @ np.array(thing["center"]) + t
-        match = [i for i, true in enumerate(things) if true[0] == thing["class"] and inside(center, true, 0.15)]
+        match = [i for i, true in enumerate(truth) if true[0] == thing["class"] and inside(center, true, 0.15)]
         found[match[0] if match else None] += 1
     wrong = found.pop(None, 0)
-    print(f"{len(things)} true things: {len(found)} found, {sum(found.values()) - len(found)} of them doubled; "
-          f"{wrong} objects that are none")
-    print("found of each class:", ", ".join(
-        f"{name} {sum(things[i][0] == name for i in found)}/{count}" for name, count in Counter(c for c, *_ in things).items()))
+    print(f"{len(truth)} true objects: {len(found)} found, {sum(found.values()) - len(found)} of them doubled; "
+          f"{wrong} objects without a true one")
+    print("found of each class:", ", ".join(f"{name} {sum(truth[i][0] == name for i in found)}/{count}"
+                                            for name, count in Counter(c for c, *_ in truth).items()))
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=["walls", "things"])
+def add_arguments(parser):
+    parser.add_argument("what", choices=["walls", "objects"])
     parser.add_argument("run", type=Path)
     parser.add_argument("sequence", type=Path)
-    arguments = parser.parse_args()
-    {"walls": judge_walls, "things": judge_things}[arguments.what](arguments.run, arguments.sequence)
 
 
-if __name__ == "__main__":
-    main()
+def main(arguments):
+    if np is None:
+        raise core.Failed("numpy is missing: run build/venv/bin/python -m lab judge ...")
+    {"walls": judge_walls, "objects": judge_objects}[arguments.what](arguments.run, arguments.sequence)
+    return 0

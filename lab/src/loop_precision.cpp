@@ -1,15 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How surely a place seen again is told from one that only looks alike:
-///
-///     ninja -C build/release stillmap_loop_precision
-///     build/release/rooms/pipeline/stillmap_loop_precision SEQUENCE...
-///
-/// Each sequence (with ground truth) is mapped without closing loops. Then every keyframe is held
-/// against the five places that look most like it outside of its surroundings, without the waiting
-/// for three in a row that spares loop closing most of them, and its verification is asked with
-/// more and more of its tests. A match is right if the two cameras stood to each other as it says,
-/// within 0.1 m and 3 degrees. Printed: matches right and wrong; and what share of what should be
-/// seen was, in the right and in the wrong ones.
+/// Precision of the loop verification. Each sequence (with ground truth) is mapped without loop
+/// closing. Then every keyframe is compared with the five places most similar to it outside of its
+/// covisible keyframes, without the consistency over three keyframes that loop closing asks for,
+/// and is verified with more and more of the tests. A match is right if the true relative pose of
+/// the two cameras agrees within 0.1 m and 3 degrees. Printed: right and wrong matches after each
+/// test, and the share of the expected landmarks that was found in right and in wrong matches.
 #include "stillmap/base/error.hpp"
 #include "stillmap/evaluate/pose_at.hpp"
 #include "stillmap/evaluate/statistics.hpp"
@@ -24,12 +19,13 @@
 #include <array>
 #include <numbers>
 
+#include "commands.hpp"
 #include <fmt/format.h>
 
-namespace stillmap {
+namespace stillmap::lab {
 namespace {
 
-/// The tests of verify_loop(), each with those before it.
+/// The tests of verify_loop(): each step adds one to those of the previous steps.
 struct Step {
   const char* name;
   LoopVerificationOptions options;
@@ -54,7 +50,7 @@ struct Counts {
   int right = 0, wrong = 0;
 };
 
-/// A map with its places, and where its keyframes were in truth.
+/// A map with its place index and the true trajectory.
 struct Mapped {
   Map map;
   PlaceIndex index{std::make_shared<const Vocabulary>(Vocabulary::built_in())};
@@ -88,7 +84,7 @@ Mapped map_of(const std::string& sequence) {
   return made;
 }
 
-/// The places that look most like a keyframe's, outside of its surroundings.
+/// The places most similar to a keyframe, except its covisible keyframes.
 std::vector<PlaceCandidate> alike(const Mapped& mapped, KeyframeId query) {
   std::vector<KeyframeId> surroundings = {query};
   for (const Covisible& c : mapped.map.covisible(query)) surroundings.push_back(c.keyframe);
@@ -122,8 +118,8 @@ class Tally {
       const auto& found = found_[right];
       const auto& blank = blank_[right];
       fmt::print(
-          "of the first, the {} ones: found {:.2f} to {:.2f}, median {:.2f}; where nothing "
-          "is {:.2f} to {:.2f}, median {:.2f}\n",
+          "{} matches of the first test: share found {:.2f} to {:.2f}, median {:.2f}; share where "
+          "nothing is found {:.2f} to {:.2f}, median {:.2f}\n",
           right ? "right" : "wrong", quantile(found, 0), quantile(found, 1), quantile(found, 0.5),
           quantile(blank, 0), quantile(blank, 1), quantile(blank, 0.5));
     }
@@ -150,15 +146,14 @@ class Tally {
   int candidates_ = 0;
 };
 
-void run(int argc, char** argv) {
-  if (argc < 2) throw Error("no sequence was named", "", "name folders with groundtruth.txt");
+void run(const std::vector<std::string>& sequences) {
   Tally all;
-  for (int i = 1; i < argc; ++i) {
-    const Mapped mapped = map_of(argv[i]);
+  for (const std::string& sequence : sequences) {
+    const Mapped mapped = map_of(sequence);
     Tally one;
     one.add(mapped);
     all.add(mapped);
-    fmt::print("{}: {} keyframes, ", argv[i], mapped.map.keyframe_count());
+    fmt::print("{}: {} keyframes, ", sequence, mapped.map.keyframe_count());
     one.print();
   }
   fmt::print("all: ");
@@ -166,14 +161,14 @@ void run(int argc, char** argv) {
 }
 
 }  // namespace
-}  // namespace stillmap
 
-int main(int argc, char** argv) {
-  try {
-    stillmap::run(argc, argv);
-  } catch (const std::exception& e) {
-    fmt::print(stderr, "{}\n", e.what());
-    return 1;
-  }
-  return 0;
+void add_loop_precision_command(CLI::App& app) {
+  auto sequences = std::make_shared<std::vector<std::string>>();
+  CLI::App* command = app.add_subcommand(
+      "loop-precision", "measure the precision of each test of the loop verification");
+  command->add_option("sequences", *sequences, "folders in TUM layout with groundtruth.txt")
+      ->required();
+  command->callback([sequences] { run(*sequences); });
 }
+
+}  // namespace stillmap::lab

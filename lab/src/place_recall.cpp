@@ -1,21 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Precision and recall of place recognition against ground truth:
-///
-///     ninja -C build/release stillmap_place_recall
-///     build/release/modules/loop/stillmap_place_recall [--vocabulary FILE] SEQUENCE...
-///
-/// The sequences (TUM layout, groundtruth.txt in one common world) give every 10th frame; keypoints
-/// marked in mask/ are excluded. Two frames of one sequence at least 3 s apart, or of two
-/// sequences,
-/// show the same place if the cameras are within 0.5 m and 30 degrees. Output:
-/// - pairs: all pairs by falling score; average precision (area under precision over recall);
-/// - queries: the most similar other frame of each frame; recall over the frames with a true match;
-///   precision and recall over the score relative to the neighbor's (10 frames earlier, as in
-/// DBoW2);
-/// - time [ms] to load the vocabulary, to compute a bag of words, and to query the inverted index.
+/// Precision and recall of place recognition, against ground truth. The sequences (all of one
+/// world) give every 10th frame; keypoints in their masks (mask/) are left out, as the motion cues
+/// would do. Two frames of one sequence at least 3 s apart, or of two sequences, show the same
+/// place if the cameras were within 0.5 m and 30 degrees. Printed:
+/// - pairs: average precision over all of them (area below the precision-recall curve);
+/// - queries: whether the most similar frame shows the same place; recall counts the frames for
+///   which there is such a frame. The threshold is on the score relative to that of the previous
+///   frame (the normalization of DBoW2);
+/// - milliseconds to load the vocabulary, to make a bag of words, and to query the inverted index.
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/stopwatch.hpp"
+#include "stillmap/evaluate/pose_at.hpp"
 #include "stillmap/feature/orb_extractor.hpp"
 #include "stillmap/geometry/trajectory.hpp"
 #include "stillmap/loop/place_index.hpp"
@@ -23,18 +19,18 @@
 #include "stillmap/sensor/tum_folder.hpp"
 
 #include <algorithm>
-#include <cstring>
 #include <numbers>
 #include <optional>
 
+#include "commands.hpp"
 #include <fmt/format.h>
 #include <opencv2/imgcodecs.hpp>
 
-namespace stillmap {
+namespace stillmap::lab {
 namespace {
 
 constexpr int kStride = 10;
-constexpr double kApart = 3.0;  // Minimum time between two frames of a pair [s].
+constexpr double kApart = 3.0;  // least time between two comparable frames of a sequence [s]
 constexpr double kMeters = 0.5, kRadians = 30 * std::numbers::pi / 180;
 
 struct View {
@@ -44,21 +40,6 @@ struct View {
   std::vector<Descriptor> descriptors;
   BowVector bag;
 };
-
-/// Returns the pose nearest in time, within 20 ms.
-std::optional<Pose> pose_at(const Trajectory& trajectory, double timestamp) {
-  const auto after =
-      std::lower_bound(trajectory.begin(), trajectory.end(), timestamp,
-                       [](const StampedPose& p, double t) { return p.timestamp < t; });
-  std::optional<Pose> nearest;
-  double best = 0.02;
-  for (auto it = after == trajectory.begin() ? after : after - 1;
-       it != trajectory.end() && it <= after; ++it) {
-    const double gap = std::abs(it->timestamp - timestamp);
-    if (gap < best) best = gap, nearest = it->T_world_camera;
-  }
-  return nearest;
-}
 
 std::vector<Descriptor> static_descriptors(const Features& features, const cv::Mat& mask) {
   std::vector<Descriptor> kept;
@@ -99,7 +80,7 @@ bool comparable(const View& a, const View& b) {
   return a.sequence != b.sequence || std::abs(a.timestamp - b.timestamp) >= kApart;
 }
 
-bool one_place(const View& a, const View& b) {
+bool same_place(const View& a, const View& b) {
   const Pose T_a_b = a.T_world_camera.inverse() * b.T_world_camera;
   return T_a_b.translation().norm() <= kMeters && T_a_b.angle() <= kRadians;
 }
@@ -128,7 +109,7 @@ void report_pairs(const std::vector<View>& views) {
   for (std::size_t i = 0; i < views.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
       if (comparable(views[i], views[j]))
-        answers.push_back({similarity(views[i].bag, views[j].bag), one_place(views[i], views[j])});
+        answers.push_back({similarity(views[i].bag, views[j].bag), same_place(views[i], views[j])});
     }
   }
   const auto right = std::count_if(answers.begin(), answers.end(), [](auto& a) { return a.right; });
@@ -136,7 +117,7 @@ void report_pairs(const std::vector<View>& views) {
              answers.size(), average_precision(answers));
 }
 
-/// Returns the most similar comparable view, with its score relative to the neighbor's.
+/// The most similar comparable view; its score is relative to that of the previous frame.
 std::optional<Answer> answer(const std::vector<View>& views, std::size_t query, bool& answerable) {
   const View& view = views[query];
   if (query == 0 || views[query - 1].sequence != view.sequence) return std::nullopt;
@@ -144,7 +125,7 @@ std::optional<Answer> answer(const std::vector<View>& views, std::size_t query, 
   Answer best;
   for (const View& other : views) {
     if (!comparable(view, other)) continue;
-    const bool right = one_place(view, other);
+    const bool right = same_place(view, other);
     answerable |= right;
     const double score = similarity(view.bag, other.bag) / std::max(neighbor, 1e-3);
     if (score > best.score) best = {score, right};
@@ -210,32 +191,33 @@ void report(const std::string& file, std::vector<View>& views) {
   report_times(vocabulary, views);
 }
 
-int run(int argc, char** argv) {
-  std::vector<std::string> vocabularies;
+struct RecallArguments {
+  std::vector<std::string> sequences, vocabularies;
+};
+
+void run(const RecallArguments& arguments) {
   std::vector<View> views;
-  std::size_t sequences = 0;
-  for (int i = 1; i < argc; ++i) {
-    if (std::strcmp(argv[i], "--vocabulary") == 0 && i + 1 < argc) {
-      vocabularies.emplace_back(argv[++i]);
-      continue;
-    }
-    auto more = views_of(argv[i], sequences++);
+  for (std::size_t i = 0; i < arguments.sequences.size(); ++i) {
+    auto more = views_of(arguments.sequences[i], i);
     std::move(more.begin(), more.end(), std::back_inserter(views));
   }
-  if (views.empty()) throw Error("no sequence was named", "", "name folders with groundtruth.txt");
-  if (vocabularies.empty()) vocabularies.emplace_back();
-  for (const std::string& file : vocabularies) report(file, views);
-  return 0;
+  if (views.empty())
+    throw Error("no frame has a true pose", arguments.sequences.front(), "check groundtruth.txt");
+  if (arguments.vocabularies.empty()) report("", views);
+  for (const std::string& file : arguments.vocabularies) report(file, views);
 }
 
 }  // namespace
-}  // namespace stillmap
 
-int main(int argc, char** argv) {
-  try {
-    return stillmap::run(argc, argv);
-  } catch (const std::exception& e) {
-    fmt::print(stderr, "{}\n", e.what());
-    return 1;
-  }
+void add_place_recall_command(CLI::App& app) {
+  auto arguments = std::make_shared<RecallArguments>();
+  CLI::App* command =
+      app.add_subcommand("place-recall", "measure precision and recall of place recognition");
+  command->add_option("sequences", arguments->sequences, "folders in TUM layout, of one world")
+      ->required();
+  command->add_option("--vocabulary", arguments->vocabularies,
+                      "vocabulary file; may be repeated; default: the built-in one");
+  command->callback([arguments] { run(*arguments); });
 }
+
+}  // namespace stillmap::lab

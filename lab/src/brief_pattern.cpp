@@ -1,15 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Learns the 256 comparisons of the BRIEF descriptor and prints them as brief_pattern_table.inc:
-///
-///     ninja -C build/release stillmap_learn_brief_pattern
-///     build/release/.../stillmap_learn_brief_pattern > stillmap/feature/brief_pattern_table.inc
-///
-/// After Rublee et al. 2011, section 4.3 (a greedy search for tests of high variance and low
-/// correlation), with one addition: the training material is pairs of views of the same corner,
-/// so that tests can be ranked by how rarely their bit flips between two views, for how often it
-/// differs between two corners. Pictures are dead-leaves images; the views differ by a turn, a
-/// magnification, a tilt, noise and brightness, and by what our own detector makes of them (place,
-/// level, angle). Deterministic.
+/// Learns the 256 comparisons of the BRIEF descriptor and prints them as brief_pattern_table.inc,
+/// after Rublee et al. 2011, section 4.3: a greedy search for tests of high variance and low
+/// correlation. In addition, tests are ranked by how rarely their bit flips between two views of
+/// the same corner, relative to how often it differs between two corners. The images are
+/// dead-leaves images; the views differ by rotation, scale, tilt, noise and brightness, and by the
+/// detector's own errors of position, level and angle. Deterministic.
 #include "stillmap/feature/dead_leaves.hpp"
 #include "stillmap/feature/orb_extractor.hpp"
 
@@ -20,14 +15,21 @@
 #include <set>
 #include <vector>
 
-namespace stillmap {
+#include "commands.hpp"
+
+namespace stillmap::lab {
 namespace {
 
 constexpr int kRadius = 15, kSide = 2 * kRadius + 1;
-constexpr int kPictures = 60, kCandidates = 30000, kTests = 256;
 const cv::Size kSize(640, 480);
 
-/// What the descriptor can see of a corner: the blurred patch, turned upright.
+struct PatternArguments {
+  int images = 60;                 ///< training images
+  std::size_t candidates = 30000;  ///< random tests to choose from
+  std::size_t tests = 256;         ///< tests to choose
+};
+
+/// The blurred patch around a corner, rotated upright: the input of the descriptor.
 using Patch = std::array<std::uint8_t, kSide * kSide>;
 
 struct PatchPairs {
@@ -76,7 +78,7 @@ cv::Matx33d random_warp(TestRandom& random) {
   return to_center.inv() * cv::Matx33d(c, -s, 0, s, c, 0, 0, 0, 1) * tilt * to_center;
 }
 
-/// A camera's view: other brightness, noise, at times out of focus.
+/// Simulates a camera: another brightness, noise, and in one of three images defocus.
 void photograph(cv::Mat& image, TestRandom& random) {
   if (random.below(3) == 0) cv::GaussianBlur(image, image, {0, 0}, random.uniform(0.5, 1.5));
   const double gain = random.uniform(0.3, 1), offset = random.uniform(0, 255 * (1 - gain));
@@ -90,8 +92,8 @@ void photograph(cv::Mat& image, TestRandom& random) {
   }
 }
 
-/// Keypoints of two views that lie on the same place at the same magnification.
-void add_pairs_of_picture(std::uint64_t seed, PatchPairs& pairs) {
+/// Adds the patches of keypoints that correspond in place and scale between two views.
+void add_pairs_of_image(std::uint64_t seed, PatchPairs& pairs) {
   TestRandom random(1000 + seed);
   cv::Mat first = dead_leaves(kSize, seed), second;
   const cv::Matx33d H = random_warp(random);
@@ -119,7 +121,7 @@ void add_pairs_of_picture(std::uint64_t seed, PatchPairs& pairs) {
   }
 }
 
-/// One comparison, and its outcome on all training patches.
+/// One comparison of two pixels, and its outcome on all training patches.
 struct Test {
   int ax, ay, bx, by;
   std::vector<std::uint64_t> bits;  // on the first views
@@ -131,7 +133,7 @@ struct Test {
   }
 };
 
-std::vector<Test> random_tests() {
+std::vector<Test> random_tests(std::size_t count) {
   TestRandom random(7);
   const auto point = [&] {
     for (;;) {
@@ -141,7 +143,7 @@ std::vector<Test> random_tests() {
   };
   std::set<std::array<int, 4>> seen;
   std::vector<Test> tests;
-  while (tests.size() < kCandidates) {
+  while (tests.size() < count) {
     const cv::Point a = point(), b = point();
     const int dx = a.x - b.x, dy = a.y - b.y;
     if (dx * dx + dy * dy < 4 || seen.contains({b.x, b.y, a.x, a.y})) continue;
@@ -165,7 +167,7 @@ void evaluate(Test& test, const PatchPairs& pairs) {
   test.unreliability = flips / (static_cast<double>(count) * differences + 1);
 }
 
-/// Correlation of two tests' bits (the phi coefficient), without its sign.
+/// Absolute correlation of the bits of two tests (the phi coefficient).
 double correlation(const Test& a, const Test& b, std::size_t count) {
   int both = 0;
   for (std::size_t w = 0; w < a.bits.size(); ++w) both += std::popcount(a.bits[w] & b.bits[w]);
@@ -174,8 +176,9 @@ double correlation(const Test& a, const Test& b, std::size_t count) {
   return std::abs(covariance) / std::sqrt(a.mean * (1 - a.mean) * b.mean * (1 - b.mean));
 }
 
-/// The most reliable tests of which no two are correlated more than need be.
-std::vector<const Test*> choose(const std::vector<Test>& sorted, std::size_t count) {
+/// The most reliable tests, at the lowest bound on their correlations that leaves enough of them.
+std::vector<const Test*> choose(const std::vector<Test>& sorted, std::size_t count,
+                                std::size_t wanted) {
   for (double limit = 0.2;; limit *= 1.05) {
     std::vector<const Test*> chosen;
     for (const Test& test : sorted) {
@@ -184,7 +187,7 @@ std::vector<const Test*> choose(const std::vector<Test>& sorted, std::size_t cou
         return correlation(test, *other, count) > limit;
       });
       if (fresh) chosen.push_back(&test);
-      if (chosen.size() == kTests) {
+      if (chosen.size() == wanted) {
         std::fprintf(stderr, "correlations up to %.3f\n", limit);
         return chosen;
       }
@@ -192,21 +195,32 @@ std::vector<const Test*> choose(const std::vector<Test>& sorted, std::size_t cou
   }
 }
 
-}  // namespace
-}  // namespace stillmap
-
-int main() {
-  using namespace stillmap;
-  cv::setNumThreads(1);
+void learn(const PatternArguments& arguments) {
   PatchPairs pairs;
-  for (int i = 0; i < kPictures; ++i) add_pairs_of_picture(static_cast<std::uint64_t>(i), pairs);
+  for (int i = 0; i < arguments.images; ++i)
+    add_pairs_of_image(static_cast<std::uint64_t>(i), pairs);
   std::fprintf(stderr, "%zu pairs of views\n", pairs.first.size());
-  auto tests = random_tests();
+  auto tests = random_tests(arguments.candidates);
   for (Test& test : tests) evaluate(test, pairs);
   std::stable_sort(tests.begin(), tests.end(),
                    [](const Test& a, const Test& b) { return a.unreliability < b.unreliability; });
-  std::printf("// Made by tools/learn_brief_pattern.cpp: ax, ay, bx, by of each comparison.\n");
-  for (const Test* t : choose(tests, pairs.first.size())) {
+  std::printf("// Made by stillmap_lab brief-pattern: ax, ay, bx, by of each comparison.\n");
+  for (const Test* t : choose(tests, pairs.first.size(), arguments.tests)) {
     std::printf("{%d, %d, %d, %d},\n", t->ax, t->ay, t->bx, t->by);
   }
 }
+
+}  // namespace
+
+void add_brief_pattern_command(CLI::App& app) {
+  auto arguments = std::make_shared<PatternArguments>();
+  CLI::App* command = app.add_subcommand(
+      "brief-pattern", "learn the comparisons of the descriptor: feature/brief_pattern_table.inc");
+  command->add_option("--images", arguments->images, "training images")->capture_default_str();
+  command->add_option("--candidates", arguments->candidates, "random comparisons to choose from")
+      ->capture_default_str();
+  command->add_option("--tests", arguments->tests, "comparisons to choose")->capture_default_str();
+  command->callback([arguments] { learn(*arguments); });
+}
+
+}  // namespace stillmap::lab

@@ -9,11 +9,10 @@
 #include <filesystem>
 
 #include "commands.hpp"
-#include "progress.hpp"
 #include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
 
-namespace stillmap {
+namespace stillmap::lab {
 namespace {
 
 namespace fs = std::filesystem;
@@ -25,7 +24,7 @@ struct TrainArguments {
   OrbOptions orb;
 };
 
-/// Returns the given files and the sorted files of the given folders.
+/// The given files, and the files in the given folders, sorted within each folder.
 std::vector<fs::path> image_files(const std::vector<std::string>& names) {
   std::vector<fs::path> files;
   for (const std::string& name : names) {
@@ -53,36 +52,27 @@ std::vector<Descriptor> describe_image(OrbExtractor& orb, const fs::path& file) 
   return orb.extract(gray).descriptors;
 }
 
-int train(const TrainArguments& arguments) {
+void train(const TrainArguments& arguments) {
   const auto files = image_files(arguments.images);
   OrbExtractor orb(arguments.orb);
   std::vector<std::vector<Descriptor>> images;
-  {
-    Progress progress("describing", files.size());
-    for (const fs::path& file : files) {
-      images.push_back(describe_image(orb, file));
-      progress.step();
-    }
-  }
+  images.reserve(files.size());
+  for (const fs::path& file : files) images.push_back(describe_image(orb, file));
   const Vocabulary vocabulary = train_vocabulary(images, arguments.options);
   const std::string bytes = vocabulary.bytes();
   write_file(arguments.out, bytes);
   fmt::print("written: {} ({} words of {} images, {} levels, {:.2f} MB)\n", arguments.out,
              vocabulary.words(), images.size(), vocabulary.depth(),
              static_cast<double>(bytes.size()) / 1e6);
-  return kSuccess;
 }
 
 }  // namespace
 
-void add_vocabulary_command(CLI::App& app, int& exit_code) {
-  CLI::App* vocabulary =
-      app.add_subcommand("vocabulary", "vocabulary of visual words for place recognition");
-  vocabulary->require_subcommand(1);
+void add_vocabulary_command(CLI::App& app) {
   auto arguments = std::make_shared<TrainArguments>();
-  CLI::App* command = vocabulary->add_subcommand(
-      "train", "train a vocabulary on images (a suitable one is built in)");
-  command->add_option("images", arguments->images, "image files or folders of images")
+  CLI::App* command = app.add_subcommand(
+      "vocabulary", "train the visual words of place recognition: feature/vocabulary.bin");
+  command->add_option("images", arguments->images, "image files, or folders of them")
       ->required()
       ->check(CLI::ExistingPath);
   command->add_option("--out", arguments->out, "file to write")->capture_default_str();
@@ -90,14 +80,13 @@ void add_vocabulary_command(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command
       ->add_option("--depth", arguments->options.depth,
-                   "number of levels; there are branching ^ depth words")
+                   "levels of the tree; there are branching^depth words at most")
       ->capture_default_str();
   command->add_option("--seed", arguments->options.seed, "seed of the clustering")
       ->capture_default_str();
   command->add_option("--keypoints", arguments->orb.keypoints, "keypoints per image")
       ->capture_default_str();
-  command->footer("Example:\n  stillmap vocabulary train sequence/rgb --out vocabulary.bin");
-  command->callback([arguments, &exit_code] { exit_code = train(*arguments); });
+  command->callback([arguments] { train(*arguments); });
 }
 
-}  // namespace stillmap
+}  // namespace stillmap::lab

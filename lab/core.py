@@ -1,0 +1,230 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Runs stillmap, reads summary.json, and makes tables: the core that all subcommands share."""
+import hashlib
+import json
+import os
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+PROGRAM = ROOT / "build/release/stillmap"
+LAB_PROGRAM = ROOT / "build/release/stillmap_lab"
+PRESETS = ["static", "seg-mask", "box-flow", "gated-seg", "box-epipolar", "fused", "fused-nonet"]
+BOX_PRESETS = {"box-flow", "box-epipolar"}  # their papers use boxes, not masks
+NO_NETWORK = "-nonet"
+
+
+class Failed(RuntimeError):
+    """A program failed, or its input is missing."""
+
+
+# ----------------------------------------------------------------------------------------------------- programs
+
+
+def processor_time():
+    """Busy and total seconds of all cores since the machine started; None where the system does not tell them."""
+    try:
+        ticks = [int(word) for word in Path("/proc/stat").read_text(encoding="ascii").split("\n")[0].split()[1:9]]
+    except (OSError, ValueError):
+        return None
+    per_second = os.sysconf("SC_CLK_TCK")
+    idle = ticks[3] + ticks[4]
+    return (sum(ticks) - idle) / per_second, sum(ticks) / per_second
+
+
+def call(command, log):
+    """Runs a program and writes its output to a log.
+
+    @return share of the machine that other programs used meanwhile [0..1]; None where it is not known
+    Throws Failed with the end of the log if the program fails."""
+    before = processor_time()
+    with log.open("w", encoding="utf-8") as to:
+        process = subprocess.Popen([str(word) for word in command], stdout=to, stderr=subprocess.STDOUT)
+        _, status, usage = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+    after = processor_time()
+    if process.returncode != 0:
+        end = log.read_text(encoding="utf-8", errors="replace").strip().splitlines()[-3:]
+        raise Failed(f"exit code {process.returncode}: {' / '.join(end)}")
+    if before is None or after is None or after[1] <= before[1]:
+        return None
+    others = after[0] - before[0] - usage.ru_utime - usage.ru_stime
+    return max(0.0, others / (after[1] - before[1]))
+
+
+def say(text):
+    """Prints progress to standard error, so that tables can be piped."""
+    print(text, file=sys.stderr, flush=True)
+
+
+def sha256_of(file):
+    return hashlib.sha256(file.read_bytes()).hexdigest()
+
+
+# -------------------------------------------------------------------------------------------------------- runs
+
+
+def run_command(program, sequence, out, words=(), model=None, settings=()):
+    """The command line of one run."""
+    command = [program, "run", sequence, "--out", out, *words, *(["--model", model] if model else [])]
+    for setting in settings:
+        command += ["--set", setting]
+    return [str(word) for word in command]
+
+
+def ensure_run(name, command, out, again=False, optional=(), outputs=()):
+    """Runs, unless the same program made these results with the same command line already.
+
+    @param optional  words that only add output: results made without them count if `outputs` are there
+    @return summary.json. Throws Failed."""
+    made_by = {"command": [word for word in command if word not in optional], "program": sha256_of(Path(command[0]))}
+    made = read_json(out / "run.json") == made_by and all((out / file).exists() for file in outputs)
+    if not made or again or not read_json(out / "summary.json"):
+        out.mkdir(parents=True, exist_ok=True)
+        for stale in ("run.json", "summary.json", "verdicts.json", "still.json", "ghosts.json", "error.txt"):
+            (out / stale).unlink(missing_ok=True)
+        say(f"{name} ...")
+        call(command, out / "run.log")
+        (out / "run.json").write_text(json.dumps(made_by, indent=1), encoding="utf-8")
+    summary = read_json(out / "summary.json")
+    if not summary:
+        raise Failed(f"{name}: there is no summary.json")
+    return summary
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A preset, the network and options that it runs with, and its name in tables."""
+    name: str
+    preset: str
+    model: Path | None = None
+    settings: tuple = ()
+
+
+def variant_of(name, arguments):
+    """The variant of a preset's name; "-nonet" after it means without a network."""
+    preset = name.removesuffix(NO_NETWORK)
+    if preset != name or name == "static":
+        return Variant(name, preset)
+    box_model = getattr(arguments, "box_model", None)
+    return Variant(name, preset, box_model if name in BOX_PRESETS and box_model else arguments.model)
+
+
+def sequences_of(arguments):
+    """The sequences (folders with groundtruth.txt) below a folder, by name. Throws Failed if there are none."""
+    sequences = sorted(p.parent for p in arguments.sequences.glob("*/groundtruth.txt")
+                       if not arguments.only or p.parent.name in arguments.only)
+    missing = set(arguments.only) - {sequence.name for sequence in sequences}
+    if missing or not sequences:
+        raise Failed(f"no sequence {', '.join(sorted(missing))} (a folder with groundtruth.txt) in {arguments.sequences}")
+    return sequences
+
+
+def names(text):
+    return [name for name in text.split(",") if name]
+
+
+def add_run_arguments(parser, presets):
+    """The arguments of every subcommand that runs presets on a folder of sequences."""
+    parser.add_argument("sequences", type=Path, help="folder of sequences in TUM layout, with groundtruth.txt")
+    parser.add_argument("--out", type=Path, required=True, help="folder for the results")
+    parser.add_argument("--model", type=Path, help="network with masks (.onnx)")
+    parser.add_argument("--box-model", type=Path, help="network with boxes, for box-flow and box-epipolar")
+    parser.add_argument("--presets", type=names, default=presets, help="default: " + ",".join(presets))
+    parser.add_argument("--only", type=names, default=[], help="only sequences of these names")
+    parser.add_argument("--set", action="append", default=[], metavar="OPTION=VALUE", help="option of every run")
+    parser.add_argument("--again", action="store_true", help="repeat runs that were made already")
+    parser.add_argument("--program", type=Path, default=PROGRAM, help="default: %(default)s")
+
+
+def check_run_arguments(arguments):
+    """Exits with a usage error if a program or a network is missing."""
+    lacking = [name for name in arguments.presets
+               if name != "static" and not name.endswith(NO_NETWORK) and variant_of(name, arguments).model is None]
+    if lacking:
+        arguments.error(f"--model FILE.onnx is needed for {', '.join(lacking)}")
+    if not arguments.program.is_file():
+        arguments.error(f"there is no {arguments.program}: build it, or name it with --program")
+
+
+# ----------------------------------------------------------------------------------------------------- results
+
+
+def read_json(file):
+    """Content of a JSON file; {} where it is missing or broken."""
+    try:
+        return json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+
+
+def leaf(tree, *path):
+    """The number at the first matching path; keys match by their beginning, as units follow the names."""
+    for name in path:
+        tree = next((v for k, v in tree.items() if k.startswith(name)), {}) if isinstance(tree, dict) else {}
+    return tree if isinstance(tree, (int, float)) else None
+
+
+def stage_of(summary, name):
+    """Timing of the first stage whose name begins so; {} if there is none."""
+    return next((stage for stage in summary.get("timing_ms", []) if stage["name"].startswith(name)), {})
+
+
+def figures_of(summary):
+    """The figures of a run that tables show."""
+    evaluation = summary.get("evaluation", {})
+    return {
+        "ate_rmse_m": leaf(evaluation, "ate", "translation", "rmse"),
+        "ate_sd_m": leaf(evaluation, "ate", "translation", "sd"),
+        "rpe_1s_m": leaf(evaluation, "rpe", "translation", "rmse"),
+        "rpe_1s_deg": leaf(evaluation, "rpe", "rotation", "rmse"),
+        "tracked": leaf(summary, "frames", "tracked"), "frames": leaf(summary, "frames", "total"),
+        "tracking_median_ms": stage_of(summary, "tracking").get("median_ms", leaf(summary, "tracking_median_ms")),
+        "motion_median_ms": next((stage["median_ms"] for stage in summary.get("timing_ms", [])
+                                  if stage["name"] == "motion"), None),
+        "cue_median_ms": {stage["name"].removeprefix("motion: "): stage["median_ms"]
+                          for stage in summary.get("timing_ms", []) if stage["name"].startswith("motion: ")},
+        "frames_per_second": leaf(summary, "frames_per_second"), "peak_memory_mib": leaf(summary, "peak_memory_mib"),
+        "repeated_pairs": leaf(summary, "refinement", "repeated_pairs"),
+        "repeated_gone": leaf(summary, "refinement", "repeated_gone"),
+        "maps": leaf(summary, "maps"), "keyframes": leaf(summary, "keyframes"), "landmarks": leaf(summary, "landmarks"),
+        "loops": len(summary.get("loops", [])),
+    }
+
+
+def read_trajectory(file):
+    """Rows of a file in TUM format: stamp [s], position [m], quaternion x y z w."""
+    rows = (line.replace(",", " ").split() for line in file.read_text(encoding="utf-8").splitlines())
+    return [[float(word) for word in row] for row in rows if row and not row[0].startswith("#")]
+
+
+# ------------------------------------------------------------------------------------------------------ tables
+
+
+def in_order(values):
+    """Each value once, in order of first appearance."""
+    return list(dict.fromkeys(values))
+
+
+def cell(value, digits):
+    return "-" if value is None else f"{value:.{digits}f}"
+
+
+def coverage(row):
+    """Tracked frames of all frames."""
+    return "-" if row["frames"] is None else f"{row['tracked']}/{row['frames']}"
+
+
+def markdown(head, rows, title=""):
+    lines = [head, ["---"] * len(head)] + rows
+    table = "\n".join("| " + " | ".join(str(word) for word in line) + " |" for line in lines) + "\n"
+    return f"{title}\n\n{table}" if title else table
+
+
+def write_tables(out, text, data, name="table"):
+    """Writes a table as Markdown and its data as JSON."""
+    out.mkdir(parents=True, exist_ok=True)
+    (out / f"{name}.md").write_text(text, encoding="utf-8")
+    (out / f"{name}.json").write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")

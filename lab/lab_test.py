@@ -1,0 +1,326 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tests of the laboratory with programs that only pretend to map: `python3 -m unittest lab.lab_test`."""
+import hashlib
+import json
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def call_lab(*words):
+    return subprocess.run([sys.executable, "-m", "lab", *map(str, words)], cwd=ROOT, capture_output=True, text=True,
+                          check=False)
+
+
+# Writes its command lines to calls.txt in its folder, and results as `stillmap` and `stillmap_lab` do. ATE: 0.01 for
+# static, 0.005 for fused, 0.02 without its history, and 0.001 more per first frame; fails with preset seg-mask as long
+# as there is a file `broken` in its folder.
+MAPPING_PROGRAM = r"""#!{python}
+import json, sys
+from pathlib import Path
+home, words = Path(__file__).parent, sys.argv[1:]
+with (home / "calls.txt").open("a") as calls:
+    calls.write(" ".join(words) + "\n")
+after = lambda word: words[words.index(word) + 1] if word in words else ""
+if words[0] == "speeds":
+    Path(words[2]).mkdir(parents=True)
+    sys.exit(0)
+if words[0] == "eval":
+    figures = {{"verdicts": {{"precision": {{"mean": 0.9}}, "recall": {{"mean": 0.8}}}}}}
+    Path(after("--json")).write_text(json.dumps(figures))
+    sys.exit(0)
+preset, out = after("--preset"), Path(after("--out"))
+if preset == "seg-mask" and (home / "broken").exists():
+    print("the network is no network")
+    sys.exit(3)
+ate = {{"static": 0.01, "fused": 0.005}}.get(preset, 0.03)
+if after("--set") == "motion.without=history":
+    ate = 0.02
+ate += 0.001 * int(after("--first") or 0)
+cues = ["residual", "history"] if preset == "fused" else []
+out.mkdir(parents=True, exist_ok=True)
+(out / "verdicts.bin").write_text("")
+(out / "trajectory.txt").write_text("another" if (home / "drifting").exists() else "trajectory")
+(out / "summary.json").write_text(json.dumps({{
+    "evaluation": {{"ate": {{"translation_m": {{"rmse": ate, "sd": 0.001}}}},
+                    "rpe_1s": {{"translation_m": {{"rmse": 0.011}}, "rotation_deg": {{"rmse": 0.4}}}}}},
+    "frames": {{"tracked": 9, "total": 10}}, "tracking_median_ms": 7.5, "frames_per_second": 30,
+    "peak_memory_mib": 100, "maps": 1, "landmarks": 500,
+    "timing_ms": [{{"name": "motion: " + cue, "median_ms": 0.5}} for cue in cues]}}))
+"""
+
+
+def preset_of(call):
+    words = call.split()
+    return words[words.index("--preset") + 1]
+
+
+class Mapping(unittest.TestCase):
+    """Two sequences and a program that pretends to map them."""
+
+    def setUp(self):
+        self.holder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.holder.cleanup)
+        self.home = Path(self.holder.name)
+        for name in ("one", "two"):
+            (self.home / "sequences" / name / "mask").mkdir(parents=True)
+            (self.home / "sequences" / name / "groundtruth.txt").touch()
+        self.program = self.home / "program"
+        self.program.write_text(MAPPING_PROGRAM.format(python=sys.executable))
+        self.program.chmod(0o755)
+
+    def run_lab(self, subcommand, *words):
+        """@return the finished process, and the calls of the program that it made"""
+        calls = self.home / "calls.txt"
+        calls.write_text("")
+        done = call_lab(subcommand, self.home / "sequences", "--out", self.home / "out", "--model", "net.onnx",
+                        "--program", self.program, *words)
+        return done, calls.read_text().splitlines()
+
+
+class Sequences(Mapping):
+    def run_script(self, *words):
+        """@return exit code, standard output, the rows of table.json, and the calls that this run made"""
+        done, calls = self.run_lab("sequences", "--lab-program", self.program, *words)
+        rows = json.loads((self.home / "out/table.json").read_text())["runs"]
+        return done.returncode, done.stdout, rows, calls
+
+    def test_every_sequence_is_run_with_every_preset_and_judged(self):
+        code, printed, rows, calls = self.run_script("--presets", "static,fused,fused-nonet")
+        self.assertEqual(code, 0)
+        self.assertEqual([(r["sequence"], r["preset"]) for r in rows],
+                         [(s, p) for s in ("one", "two") for p in ("static", "fused", "fused-nonet")])
+        self.assertEqual(rows[1]["ate_rmse_m"], 0.005)
+        self.assertEqual((rows[1]["rpe_1s_m"], rows[1]["rpe_1s_deg"]), (0.011, 0.4))
+        self.assertEqual((rows[1]["tracked"], rows[1]["frames"], rows[1]["tracking_median_ms"]), (9, 10, 7.5))
+        self.assertEqual((rows[1]["precision"], rows[1]["recall"]), (0.9, 0.8))
+        runs = [call for call in calls if call.startswith("run")]
+        self.assertEqual(["--model net.onnx" in call for call in runs], [False, True, False] * 2)
+        self.assertEqual(sum(call.startswith("speeds") for call in calls), 2)  # once per sequence
+        self.assertIn("| one | 0.0100 (9/10) | **0.0050** (9/10) |", printed)
+        self.assertEqual((self.home / "out/table.md").read_text() + "\n", printed)
+
+    def test_a_run_that_exists_is_not_repeated(self):
+        self.run_script("--presets", "static")
+        _, _, rows, calls = self.run_script("--presets", "static,fused")
+        self.assertEqual([preset_of(c) for c in calls if c.startswith("run")], ["fused", "fused"])
+        self.assertEqual(len(rows), 4)
+        (self.home / "out/one_static/run.json").unlink()  # what an interrupted run leaves
+        self.assertEqual(sum(c.startswith("run") for c in self.run_script("--presets", "static")[3]), 1)
+        self.assertEqual(sum(c.startswith("run") for c in self.run_script("--presets", "static", "--again")[3]), 2)
+        self.assertEqual(self.run_script("--presets", "static,fused", "--table")[3], [])
+        self.assertEqual(self.run_script("--presets", "static", "--no-verdicts")[3], [])
+        self.program.write_text(self.program.read_text() + "# another program\n")
+        self.assertEqual(sum(c.startswith("run") for c in self.run_script("--presets", "static")[3]), 2)
+
+    def test_a_failure_is_listed_and_tried_again_and_stops_no_other_run(self):
+        (self.home / "broken").touch()
+        code, printed, rows, _ = self.run_script("--presets", "seg-mask,fused")
+        self.assertEqual(code, 1)
+        self.assertEqual([r["error"] is not None for r in rows], [True, False] * 2)
+        self.assertIn("- one, seg-mask: exit code 3: the network is no network", printed)
+        self.assertEqual(self.run_script("--presets", "seg-mask,fused", "--table")[2], rows)
+        (self.home / "broken").unlink()
+        code, printed, rows, calls = self.run_script("--presets", "seg-mask,fused")
+        self.assertEqual((code, [r["error"] for r in rows]), (0, [None] * 4))
+        self.assertEqual([preset_of(c) for c in calls if c.startswith("run")], ["seg-mask", "seg-mask"])
+        self.assertNotIn("ailed", printed)
+
+    def test_a_failed_run_leaves_no_figures_of_an_older_one(self):
+        self.run_script("--presets", "seg-mask")
+        (self.home / "broken").touch()
+        self.assertIsNone(self.run_script("--presets", "seg-mask", "--again")[2][0]["ate_rmse_m"])
+
+    def test_ablation_leaves_out_each_cue_in_turn(self):
+        _, printed, rows, _ = self.run_script("--presets", "static", "--ablate", "--only", "two")
+        self.assertEqual([r["preset"] for r in rows],
+                         ["static", "fused", "fused minus residual", "fused minus history"])
+        self.assertEqual([r["ate_rmse_m"] for r in rows], [0.01, 0.005, 0.005, 0.02])
+        self.assertIn("| fused | history | 0.500 | 0.500 |", printed)
+
+    def test_figures_of_other_programs_get_columns(self):
+        (self.home / "others.json").write_text('{"one": {"Peer": 0.0123}}')
+        printed = self.run_script("--presets", "static", "--beside", str(self.home / "others.json"))[1]
+        self.assertIn("| sequence | static | Peer |", printed)
+        self.assertIn("| one | **0.0100** (9/10) | 0.0123 |", printed)
+        self.assertIn("| two | **0.0100** (9/10) | - |", printed)
+
+
+class Starts(Mapping):
+    def test_the_median_and_the_worst_of_all_starts_are_tabulated(self):
+        done, calls = self.run_lab("starts", "--presets", "fused,static", "--only", "one")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual([call.split()[call.split().index("--first") + 1] for call in calls], list("01234") * 2)
+        self.assertIn("| one | fused | 0.0070 | 0.0090 | 0.0050 0.0060 0.0070 0.0080 0.0090 | 9/10 |", done.stdout)
+        self.assertIn("| one | static | 0.0120 | 0.0140 |", done.stdout)
+        rows = json.loads((self.home / "out/starts.json").read_text())["rows"]
+        self.assertAlmostEqual(rows[0]["median_m"], 0.007)
+        self.assertEqual(len(rows[0]["ate_rmse_m"]), 5)
+        self.assertEqual(self.run_lab("starts", "--presets", "fused", "--only", "one")[1], [], "runs are kept")
+
+    def test_a_start_that_fails_is_listed(self):
+        (self.home / "broken").touch()
+        done, _ = self.run_lab("starts", "--presets", "seg-mask", "--only", "one", "--starts", "2")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("| one | seg-mask | - | - | - - | - |", done.stdout)
+        self.assertIn("- one, seg-mask: exit code 3", done.stdout)
+
+
+class Hashes(Mapping):
+    def test_a_result_that_changed_is_found(self):
+        done, _ = self.run_lab("hashes")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        digits = hashlib.sha256(b"trajectory").hexdigest()[:16]
+        self.assertIn(f"| one, fused | {digits} | - | - | - |", done.stdout)
+        old = self.home / "old.json"
+        (self.home / "out/hashes.json").rename(old)
+        done, calls = self.run_lab("hashes", "--again", "--compare", old)
+        self.assertEqual((done.returncode, len(calls)), (0, 2))
+        self.assertIn("All are the same", done.stdout)
+        (self.home / "drifting").touch()
+        done, _ = self.run_lab("hashes", "--again", "--compare", old)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("- two, fused: trajectory.txt differs", done.stdout)
+
+
+# Writes its command lines, after its own name, to calls.txt, and results as `stillmap` does. Its n-th run tracks in n
+# times the milliseconds in its file NAME.ms. A file `broken` makes profiled runs fail; `drifting` makes every
+# trajectory different.
+TIMED_PROGRAM = r"""#!{python}
+import json, sys
+from pathlib import Path
+program, words = Path(__file__), sys.argv[1:]
+home = program.parent
+with (home / "calls.txt").open("a") as calls:
+    calls.write(" ".join([program.name, *words]) + "\n")
+out = Path(words[words.index("--out") + 1])
+out.mkdir(parents=True, exist_ok=True)
+if words[0] == "simulate":
+    sys.exit(0)
+if "--profile" in words and (home / "broken").exists():
+    print("no profile today")
+    sys.exit(3)
+counter = home / (program.name + ".runs")
+n = int(counter.read_text()) + 1 if counter.exists() else 1
+counter.write_text(str(n))
+ms = n * float((home / (program.name + ".ms")).read_text())
+(out / "trajectory.txt").write_text(str(n) if (home / "drifting").exists() else str("--model" in words))
+stage = lambda name, ms: {{"name": name, "median_ms": ms, "p95_ms": 2 * ms, "p99_ms": 3 * ms, "max_ms": 4 * ms}}
+(out / "summary.json").write_text(json.dumps({{
+    "machine": "a machine, 2 cores", "timing_ms": [stage("tracking", ms), stage("features", ms / 2),
+                                                   stage("pose", ms / 4)],
+    "slowest_frame": {{"frame": 17, "ms": 4 * ms, "stages_ms": {{"features": ms / 2, "pose": 3.5 * ms}}}},
+    "frames_per_second": 100 / ms, "peak_memory_mib": 100 + n, "first_pose_s": 0.1,
+    "frames": {{"tracked": 9, "total": 10}}, "evaluation": {{"ate": {{"translation_m": {{"rmse": 0.002}}}}}}}}))
+if "--profile" in words:
+    call = lambda name, us: {{"name": name, "ph": "X", "tdur": us}}
+    (out / "trace.json").write_text(json.dumps({{"traceEvents": [
+        {{"name": "thread_name", "ph": "M"}}, call("dense map: keyframe", 11000), call("dense map: keyframe", 13000),
+        call("dense map: keyframe", 12000)]}}))
+"""
+
+
+class Bench(unittest.TestCase):
+    def setUp(self):
+        self.holder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.holder.cleanup)
+        self.home = Path(self.holder.name)
+        (self.home / "one").mkdir()
+        (self.home / "net.onnx").touch()
+        self.program = self.add_program("program", 1)
+
+    def add_program(self, name, milliseconds):
+        program = self.home / name
+        program.write_text(TIMED_PROGRAM.format(python=sys.executable))
+        program.chmod(0o755)
+        (self.home / f"{name}.ms").write_text(str(milliseconds))
+        return program
+
+    def run_script(self, *words, programs=None):
+        """@return exit code, output, bench.json, and the calls that this run made"""
+        calls = self.home / "calls.txt"
+        calls.write_text("")
+        binaries = [word for program in programs or [self.program] for word in ("--binary", program)]
+        done = call_lab("bench", *words, "--out", self.home / "out", *binaries)
+        written = self.home / "out/bench.json"
+        result = json.loads(written.read_text()) if written.exists() else None
+        return done.returncode, done.stdout + done.stderr, result, calls.read_text().splitlines()
+
+    def row(self, printed, heading):
+        line = next(line for line in printed.splitlines() if line.startswith(f"| {heading} |"))
+        return [word.strip() for word in line.strip("|").split("|")][1:]
+
+    def test_figures_are_medians_over_the_runs_with_their_range(self):
+        code, printed, result, _ = self.run_script(self.home / "one", "--runs", "3")
+        self.assertEqual(code, 0, printed)
+        # Three ways in three turns, every second turn backwards: "everything" is run 1, 6 and 7.
+        self.assertEqual(self.row(printed, "tracking, median [ms]"), ["6.00 (1.00-7.00)", "<= 10"])
+        self.assertEqual(self.row(printed, "tracking, max [ms]"), ["24.0 (4.0-28.0)", "<= 10"[:0]])
+        self.assertEqual(self.row(printed, "memory at most, no network [MiB]"), ["106 (101-107)", "<= 400"])
+        self.assertEqual(self.row(printed, "dense map, a keyframe folded in, CPU [ms]"), ["12.0", "<= 30"])
+        self.assertEqual(self.row(printed, "ATE RMSE [m]")[0], "0.0020")
+        self.assertEqual(result["sequences"]["one"]["stillmap"]["everything"][0]["tracking_p99_ms"], 3)
+        self.assertEqual(printed.strip().count("no network [ms]"), 0, "there is none: the rows would say the same")
+
+    def test_the_slowest_frame_is_shown_with_the_stage_that_caused_it(self):
+        _, printed, result, _ = self.run_script(self.home / "one", "--runs", "1")
+        self.assertIn("17 (4.0 ms: pose)", printed)
+        self.assertEqual(result["sequences"]["one"]["stillmap"]["everything"][0]["slowest"]["frame"], 17)
+
+    def test_every_turn_runs_all_arms_and_changes_their_order(self):
+        _, _, _, calls = self.run_script(self.home / "one", "--runs", "2", "--model", self.home / "net.onnx")
+        self.assertEqual(len(calls), 8)
+        kinds = [("--model" in call, "dense_cloud=false" in call, "--profile" in call) for call in calls]
+        self.assertEqual(kinds[:4], [(True, False, False), (True, True, False), (False, False, False),
+                                     (True, False, True)])
+        self.assertEqual(kinds[4:], kinds[3::-1])
+
+    def test_two_programs_run_in_turns_and_their_ratio_is_shown(self):
+        other = self.add_program("other", 2)
+        code, printed, _, calls = self.run_script(self.home / "one", "--runs", "2", programs=[self.program, other])
+        self.assertEqual(code, 0, printed)
+        self.assertEqual([call.split()[0] for call in calls], ["program", "other"] * 3 + ["other", "program"] * 3)
+        self.assertEqual(self.row(printed, "tracking, median [ms]"),
+                         ["3.50 (1.00-6.00)", "7.00 (2.00-12.00)", "2.000", "<= 10"])
+
+    def test_an_older_result_is_compared(self):
+        self.run_script(self.home / "one", "--runs", "1")
+        (self.home / "out/bench.json").rename(self.home / "old.json")
+        (self.home / "program.runs").unlink()
+        (self.home / "program.ms").write_text("0.5")
+        _, printed, _, _ = self.run_script(self.home / "one", "--runs", "1", "--compare", self.home / "old.json")
+        self.assertEqual(self.row(printed, "tracking, median [ms]"), ["0.50", "1.00", "0.500", "<= 10"])
+
+    def test_without_a_sequence_a_scene_is_rendered_once(self):
+        code, printed, result, calls = self.run_script("--runs", "1")
+        self.assertEqual(code, 0, printed)
+        self.assertEqual([call.split()[1] for call in calls], ["simulate", "run", "run", "run"])
+        self.assertEqual(list(result["sequences"]), ["office_walking"])
+        self.assertNotIn("simulate", "".join(self.run_script("--runs", "1")[3]))
+
+    def test_a_run_that_fails_is_listed_and_stops_no_other_run(self):
+        (self.home / "broken").touch()
+        code, printed, _, calls = self.run_script(self.home / "one", "--runs", "1")
+        self.assertEqual(code, 1)
+        self.assertEqual(len(calls), 3)
+        self.assertIn("one, stillmap, profiled: exit code 3: no profile today", printed)
+        self.assertEqual(self.row(printed, "tracking, median [ms]")[0], "1.00")
+
+    def test_trajectories_that_differ_are_listed(self):
+        (self.home / "drifting").touch()
+        code, printed, _, _ = self.run_script(self.home / "one", "--runs", "1")
+        self.assertEqual(code, 1)
+        self.assertIn("trajectories differ", printed)
+
+    def test_a_program_that_is_not_there_is_an_error(self):
+        code, printed, _, _ = self.run_script(self.home / "one", programs=[self.home / "none"])
+        self.assertEqual(code, 2)
+        self.assertIn("there is no", printed)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,123 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Every subcommand of the laboratory once, on a tiny rendered sequence.
+
+  lab/smoke_test.py STILLMAP STILLMAP_LAB     the two built programs
+"""
+import json
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+STILLMAP = STILLMAP_LAB = Path()
+
+
+class Smoke(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        cls.folder = Path(cls.temporary.name)
+        cls.sequences = cls.folder / "sequences"
+        cls.sequence = cls.sequences / "office"
+        done = subprocess.run([STILLMAP, "simulate", "--people", "1", "--camera", "loop", "--frames", "50", "--fps", "10",
+                               "--width", "320", "--height", "240", "--out", cls.sequence],
+                              capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.temporary.cleanup()
+
+    def output_of(self, *command):
+        done = subprocess.run([str(word) for word in command], cwd=ROOT, capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        return done.stdout
+
+    def program(self, *words):
+        """Output of a subcommand of stillmap_lab."""
+        return self.output_of(STILLMAP_LAB, *words)
+
+    def module(self, *words):
+        """Output of a subcommand of the Python module."""
+        return self.output_of(sys.executable, "-m", "lab", *words)
+
+    def test_occlusion(self):
+        printed = self.program("occlusion", "--camera", "xyz", "--share", "1", "--seconds", "1", "--frames", "45",
+                               "--from", "10")
+        self.assertRegex(printed, r"1\.0 1 +\d+ of 30 .* of 45 ")
+
+    def test_kidnap(self):
+        printed = self.program("kidnap", "--mapped", "110", "--visits", "1", "--end", "112")
+        self.assertRegex(printed, r"known +place, frame +20: ")
+        self.assertIn("uncovered frames have a pose", printed)
+
+    def test_kidnap_scattered(self):
+        self.assertRegex(self.program("kidnap", "--scattered", "--pieces", "2"), r"\d+ joins and loops, 0 wrong")
+
+    def test_loop_cost(self):
+        printed = self.program("loop-cost", self.sequence, "--realtime", "0")
+        self.assertRegex(printed, r"with loops: ATE 0\.0\d+ m, 50 of 50 frames tracked")
+
+    def test_loop_precision(self):
+        self.assertRegex(self.program("loop-precision", self.sequence), r"all: \d+ candidates")
+
+    def test_place_recall(self):
+        self.assertRegex(self.program("place-recall", self.sequence), r"pairs: \d+ of \d+ show the same place")
+
+    def test_speeds(self):
+        speeds = self.folder / "speeds"
+        self.program("speeds", self.sequence, speeds)
+        self.assertEqual(len(list(speeds.glob("*.png"))), 50)
+
+    def test_vocabulary(self):
+        out = self.folder / "vocabulary.bin"
+        printed = self.program("vocabulary", self.sequence / "rgb", "--branching", "4", "--depth", "2", "--out", out)
+        self.assertRegex(printed, r"16 words of 50 images")
+        self.assertGreater(out.stat().st_size, 16 * 32)
+
+    def test_brief_pattern(self):
+        printed = self.program("brief-pattern", "--images", "1", "--candidates", "500", "--tests", "8")
+        self.assertEqual(len([line for line in printed.splitlines() if line.startswith("{")]), 8)
+
+    def test_starts(self):
+        out = self.folder / "starts"
+        printed = self.module("starts", self.sequences, "--presets", "static", "--starts", "2", "--out", out,
+                              "--program", STILLMAP)
+        self.assertRegex(printed, r"\| office \| static \| 0\.\d{4} \| 0\.\d{4} \|")
+        row = json.loads((out / "starts.json").read_text(encoding="utf-8"))["rows"][0]
+        self.assertEqual((row["least_tracked"], len(row["ate_rmse_m"])), (row["frames"], 2))
+
+    def test_hashes_of_two_runs_are_the_same(self):
+        words = ["hashes", self.sequences, "--presets", "fused-nonet", "--count", "15", "--program", STILLMAP]
+        self.module(*words, "--out", self.folder / "first")
+        printed = self.module(*words, "--out", self.folder / "second", "--compare", self.folder / "first/hashes.json")
+        self.assertIn("All are the same", printed)
+        runs = json.loads((self.folder / "first/hashes.json").read_text(encoding="utf-8"))
+        self.assertNotIn(None, runs["office, fused-nonet"].values())
+
+    def test_sequences(self):
+        printed = self.module("sequences", self.sequences, "--presets", "static", "--out", self.folder / "sequences_out",
+                              "--ghosts", "--program", STILLMAP, "--lab-program", STILLMAP_LAB)
+        self.assertRegex(printed, r"\| office \| static \| 0\.\d{4} \|")
+        self.assertIn("ghosts [%]", printed)
+        self.assertIn("precision", printed)
+
+    def test_maps(self):
+        printed = self.module("maps", self.sequences, "office:office", "--preset", "static", "--out",
+                              self.folder / "maps", "--program", STILLMAP)
+        self.assertRegex(printed, r"\| office \| office \| \d+/50 \|")
+
+    def test_bench(self):
+        out = self.folder / "bench"
+        printed = self.module("bench", self.sequence, "--runs", "1", "--binary", STILLMAP, "--out", out)
+        for row in ("tracking, median [ms]", "of the median: pose [ms]", "dense map, a keyframe folded in, CPU [ms]"):
+            self.assertIn(f"| {row} |", printed)
+        self.assertNotIn("Failed", printed)
+
+
+if __name__ == "__main__":
+    STILLMAP, STILLMAP_LAB = (Path(word).resolve() for word in sys.argv[1:3])
+    unittest.main(argv=sys.argv[:1] + sys.argv[3:])

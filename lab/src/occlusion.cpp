@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Occlusion: a board that moves covers a share of the view of the simulated office for some
+/// seconds, while the camera is held (xyz) and while it is carried on (loop). Printed per case: the
+/// covered frames that have a pose; the frames between the end of the occlusion and the next pose;
+/// the maps begun after the first one, dropped and left at the end; the tracked frames, and the ATE
+/// of all of them.
+#include "stillmap/base/error.hpp"
+#include "stillmap/evaluate/trajectory_error.hpp"
+#include "stillmap/pipeline/slam.hpp"
+#include "stillmap/simulate/board.hpp"
+#include "stillmap/simulate/simulated_sequence.hpp"
+
+#include <algorithm>
+#include <functional>
+
+#include "commands.hpp"
+#include <fmt/format.h>
+
+namespace stillmap::lab {
+namespace {
+
+constexpr double kFps = 30;
+
+struct OcclusionArguments {
+  std::vector<std::string> cameras = {"xyz", "loop"};
+  std::vector<double> shares = {0.0, 0.6, 0.8, 1.0};  ///< of the view's width that is covered
+  std::vector<std::size_t> seconds = {1, 2, 3};
+  std::size_t frames = 300;  ///< in all
+  std::size_t from = 120;    ///< the first frame that is covered
+  bool plain = false;        ///< the board has no print
+};
+
+/// Frames that the board covers: [from, to).
+struct Covered {
+  std::size_t from = 0, to = 0;
+};
+
+SimulatedSequence sequence_of(const std::string& camera, std::size_t frames) {
+  SimulationOptions options;
+  options.people = 0;
+  options.camera = camera;
+  options.frames = static_cast<int>(frames);
+  options.width = 320;
+  options.height = 240;
+  return SimulatedSequence(options);
+}
+
+std::vector<RgbdFramePtr> frames_of(const SimulatedSequence& sequence) {
+  std::vector<RgbdFramePtr> frames;
+  for (std::size_t i = 0; i < sequence.frames(); ++i) frames.push_back(sequence.frame(i));
+  return frames;
+}
+
+SlamResult run(const std::vector<RgbdFramePtr>& frames, const Camera& camera, const Board& board,
+               const Covered& covered) {
+  SlamOptions options;
+  options.orb.keypoints = 600;
+  options.dense_cloud = false;
+  Slam slam(camera, options);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const bool is_covered = i >= covered.from && i < covered.to;
+    const double since = static_cast<double>(i - covered.from) / kFps;
+    slam.push(is_covered ? behind(board, *frames[i], camera, since) : frames[i]);
+  }
+  return slam.finish();
+}
+
+void print(const SlamResult& result, const Trajectory& truth, const Covered& covered) {
+  const auto begin = result.frames.begin();
+  const auto gone = begin + static_cast<std::ptrdiff_t>(covered.to);
+  const auto posed = std::count_if(begin + static_cast<std::ptrdiff_t>(covered.from), gone,
+                                   std::mem_fn(&FrameRecord::has_pose));
+  const auto again =
+      std::find_if(gone, result.frames.end(), std::mem_fn(&FrameRecord::has_pose)) - gone;
+  const auto begun = std::count_if(begin + 1, result.frames.end(), [](const FrameRecord& f) {
+    return f.state == TrackState::kStarted;
+  });
+  const auto dropped = std::count_if(result.events.begin(), result.events.end(), [](const auto& e) {
+    return e.kind == MapEvent::Kind::kDropped;
+  });
+  fmt::print("{:3} of {:2}   {:2}   {} {} {}   {} of {}   {:.4f}\n", posed,
+             covered.to - covered.from, again, begun, dropped, result.maps, result.tracked(),
+             result.frames.size(),
+             absolute_trajectory_error(truth, result.trajectory).translation.rmse);
+}
+
+void measure(const OcclusionArguments& arguments) {
+  for (const std::string& camera : arguments.cameras) {
+    const SimulatedSequence sequence = sequence_of(camera, arguments.frames);
+    const auto frames = frames_of(sequence);
+    fmt::print("{}\n  share seconds  posed  after  maps begun, dropped, left  tracked  ATE [m]\n",
+               camera);
+    for (const double share : arguments.shares) {
+      for (const std::size_t seconds : arguments.seconds) {
+        if (share == 0 && seconds != arguments.seconds.front()) break;
+        const Covered covered{arguments.from,
+                              arguments.from + seconds * static_cast<std::size_t>(kFps)};
+        if (covered.to >= frames.size())
+          throw Error("the board stays until the end", "--seconds", "raise --frames");
+        fmt::print("  {:.1f} {}   ", share, seconds);
+        const Board board{.share = share, .printed = !arguments.plain};
+        print(run(frames, sequence.camera(), board, covered), sequence.trajectory(), covered);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void add_occlusion_command(CLI::App& app) {
+  auto arguments = std::make_shared<OcclusionArguments>();
+  CLI::App* command = app.add_subcommand(
+      "occlusion", "measure tracking and mapping while a large moving board covers the view");
+  command->add_option("--camera", arguments->cameras, "camera motions of the simulated office")
+      ->capture_default_str();
+  command->add_option("--share", arguments->shares, "shares of the view that are covered [0..1]")
+      ->capture_default_str();
+  command->add_option("--seconds", arguments->seconds, "durations of the occlusion [s]")
+      ->capture_default_str();
+  command->add_option("--frames", arguments->frames, "frames of the sequence")
+      ->capture_default_str();
+  command->add_option("--from", arguments->from, "first frame that is covered")
+      ->capture_default_str();
+  command->add_flag("--plain", arguments->plain, "the board has no print");
+  command->callback([arguments] { measure(*arguments); });
+}
+
+}  // namespace stillmap::lab
