@@ -15,7 +15,7 @@ packages=(
   g++ make cmake ninja-build ccache git python3 python3-venv
   # libraries
   libopencv-dev libeigen3-dev libceres-dev libdeflate-dev libjpeg-dev libcli11-dev libfmt-dev
-  libyaml-cpp-dev nlohmann-json3-dev
+  libyaml-cpp-dev nlohmann-json3-dev liboctomap-dev
   # tests and benchmarks
   libgtest-dev libgmock-dev libbenchmark-dev
 )

@@ -30,7 +30,8 @@ Cloud sampled(const TriangleMesh& mesh, double spacing);
 
 /// Writes a mesh by the file's extension: .ply (binary little endian), .obj (text, colors behind
 /// the coordinates, as most programs read them) or .glb (binary glTF 2.0, COLOR_0). The same mesh
-/// gives the same bytes. Complete or not at all. Throws Error on another extension, and if the file
+/// gives the same bytes. Complete or not at all. Written by hand: tinygltf and Assimp would be
+/// large dependencies for one file header. Throws Error on another extension, and if the file
 /// cannot be written.
 void write_mesh(const std::filesystem::path& file, const TriangleMesh& mesh);
 
