@@ -1,17 +1,21 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Checks the modules against the dependency graph of the project.
+"""Checks that the modules depend on each other exactly as docs/architecture.md says.
 
-The dependencies are drawn once, in the block ```dependencies of docs/architecture.md. A module may use another only if
-the dependencies lead from that one to it. This script compares with them
+The block ```dependencies of that page has one line per module: the module, a colon, and the modules that its production
+code includes. This script compares the line with
 
-  1. what each module says it uses: stillmap_module(NAME DEPENDS ... TEST_DEPENDS ...) in its CMakeLists.txt;
-  2. what its files really include: only the module itself and what its DEPENDS reach; tests, benchmarks and
-     what lies in its folder tools/ also what its TEST_DEPENDS reach.
+  1. the DEPENDS of stillmap_module(NAME DEPENDS ... TEST_DEPENDS ...) in the module's CMakeLists.txt;
+  2. the includes of the module's production files.
+
+All three must be equal: nothing undeclared is included, and nothing is declared that is not used. Tests and benchmarks
+(*_test.cpp, *_benchmark.cpp, and headers of the module that only tests include) may include in addition whatever is reached from
+DEPENDS and TEST_DEPENDS. The block ```mermaid of the page must draw the same graph without its implied arrows.
 
 Prints file:line for every violation; exit code 1 if there is one.
 
   scripts/check_dependencies.py [ROOT]        check the tree at ROOT (default: this repository)
+  scripts/check_dependencies.py --print       print both blocks as the code is now
   scripts/check_dependencies.py --self-test   check this script on small trees with known faults
 """
 import re
@@ -20,56 +24,71 @@ import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
 
-DRAWING_FILE = "docs/architecture.md"
-DRAWING_BLOCK = re.compile(r"^```dependencies\n(.*?)^```", re.MULTILINE | re.DOTALL)
+PAGE = "docs/architecture.md"
+LIST_BLOCK = re.compile(r"^```dependencies\n(.*?)^```", re.MULTILINE | re.DOTALL)
+DRAWING_BLOCK = re.compile(r"^```mermaid\n(.*?)^```", re.MULTILINE | re.DOTALL)
 MODULE_CALL = re.compile(r"^\s*stillmap_module\s*\(([^)]*)\)", re.MULTILINE)
-MODULE_KEYWORDS = {"DEPENDS", "TEST_DEPENDS", "LINK", "TEST_LINK", "NO_PCH"}
+KEYWORD = re.compile(r"[A-Z_]+")
 INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"')
-PUBLIC_HEADER = re.compile(r"^stillmap/\w+\.hpp$")
-TEST_FILE = re.compile(r"_(test|benchmark)\.(cpp|hpp)$|/tools/")
+PUBLIC_HEADER = re.compile(r"^stillmap/\w+\.hpp$")  # every module may include these
+TEST_SOURCE = re.compile(r"_(test|benchmark)\.(cpp|hpp)$")
+
+
+@dataclass
+class Include:
+    """An #include "..." of a file."""
+
+    line: int
+    path: str
+
+    @property
+    def module(self):
+        """The included module; None where the path does not name one in full."""
+        parts = self.path.split("/")
+        return parts[1] if parts[0] == "stillmap" and len(parts) > 2 and ".." not in parts else None
 
 
 @dataclass
 class Module:
-    """Declarations in a module's CMakeLists.txt; every name with its line number."""
+    """Declarations of a module's CMakeLists.txt, with their lines, and the includes of its files."""
 
     name: str
     cmake_file: Path
     depends: dict = field(default_factory=dict)
     test_depends: dict = field(default_factory=dict)
+    includes: dict = field(default_factory=dict)  # of production files
+    test_includes: dict = field(default_factory=dict)
+
+    def used(self):
+        """Other modules that the production files include."""
+        return {i.module for includes in self.includes.values() for i in includes if i.module} - {self.name}
+
+    def used_by_tests(self):
+        return {i.module for includes in self.test_includes.values() for i in includes if i.module}
 
 
-def read_dependencies(root):
-    """Module -> set of the modules it may use, from the drawing in the documentation."""
-    text = (root / DRAWING_FILE).read_text(encoding="utf-8")
-    block = DRAWING_BLOCK.search(text)
+# ------------------------------------------------------------------------------------------------------- reading
+
+
+def read_list(root):
+    """Module -> (modules that it may include, line in the page)."""
+    text = (root / PAGE).read_text(encoding="utf-8")
+    block = LIST_BLOCK.search(text)
     if not block:
-        raise SystemExit(f"{DRAWING_FILE}: the block ```dependencies is missing")
-    edges = {}
-    for line in block.group(1).splitlines():
-        steps = [re.findall(r"\w+", step) for step in line.split("->")]
-        for modules in steps:
-            for module in modules:
-                edges.setdefault(module, set())
-        for sources, targets in zip(steps, steps[1:]):
-            for target in targets:
-                edges[target].update(sources)
-    return {module: reach(edges[module], edges) for module in edges}
+        raise SystemExit(f"{PAGE}: the block ```dependencies is missing")
+    first = text.count("\n", 0, block.start(1)) + 1
+    lines = [(number, line.split(":")) for number, line in enumerate(block.group(1).splitlines(), first) if line.strip()]
+    return {words[0].strip(): (set(words[1].split()) if len(words) > 1 else set(), number) for number, words in lines}
 
 
-def reach(modules, edges):
-    """All that can be got to from `modules` along `edges`, with themselves."""
-    reached, open_ends = set(), list(modules)
-    while open_ends:
-        module = open_ends.pop()
-        if module not in reached:
-            reached.add(module)
-            open_ends.extend(edges.get(module, ()))
-    return reached
+def read_drawing(root):
+    """Arrows of the drawing, as (used, user); None where the page has no drawing."""
+    block = DRAWING_BLOCK.search((root / PAGE).read_text(encoding="utf-8"))
+    return set(re.findall(r"(\w+)\s*-->\s*(\w+)", block.group(1))) if block else None
 
 
 def read_module(cmake_file):
-    """The stillmap_module call of one CMakeLists.txt, or None."""
+    """The stillmap_module call of one CMakeLists.txt; None if there is none."""
     text = re.sub(r"#.*", "", cmake_file.read_text(encoding="utf-8"))
     call = MODULE_CALL.search(text)
     if not call:
@@ -80,125 +99,243 @@ def read_module(cmake_file):
     lists = {"DEPENDS": module.depends, "TEST_DEPENDS": module.test_depends}
     current = {}
     for word, line in words[1:]:
-        if word in MODULE_KEYWORDS:
+        if KEYWORD.fullmatch(word):
             current = lists.get(word, {})
         else:
             current[word] = line
     return module
 
 
+def read_includes(file):
+    found = enumerate(map(INCLUDE.match, file.read_text(encoding="utf-8").splitlines()), 1)
+    return [Include(number, match.group(1)) for number, match in found if match]
+
+
+def test_files(includes, root):
+    """Tests, benchmarks, and helper headers: all their includers are such files, one of them in the same folder."""
+    tests = {file for file in includes if TEST_SOURCE.search(file.name)}
+    includers = {}
+    for file, of_file in includes.items():
+        for include in of_file:
+            includers.setdefault(root / include.path, set()).add(file)
+    while True:
+        more = {file for file in includes if file not in tests and includers.get(file, {None}) <= tests
+                and any(includer.parent == file.parent for includer in includers[file])}
+        if not more:
+            return tests
+        tests |= more
+
+
 def read_modules(root):
-    modules = [read_module(file) for file in sorted(root.glob("stillmap/*/CMakeLists.txt"))]
-    return {module.name: module for module in modules if module}
+    modules = {m.name: m for m in map(read_module, sorted(root.glob("stillmap/*/CMakeLists.txt"))) if m}
+    files = [file for top in ("stillmap", "apps", "lab") for file in (root / top).rglob("*.[ch]pp")]
+    includes = {file: read_includes(file) for file in sorted(files)}
+    tests = test_files(includes, root)
+    for module in modules.values():
+        for file in includes:
+            if file.is_relative_to(module.cmake_file.parent):
+                (module.test_includes if file in tests else module.includes)[file] = includes[file]
+    return modules
 
 
-def declared_faults(modules, allowed):
-    """Violations in the declared dependencies."""
+# ------------------------------------------------------------------------------------------------------ checking
+
+
+def reach(modules, edges):
+    """All modules that can be got to from `modules` along `edges`, with themselves."""
+    reached, open_ends = set(), list(modules)
+    while open_ends:
+        module = open_ends.pop()
+        if module not in reached:
+            reached.add(module)
+            open_ends.extend(edges.get(module, ()))
+    return reached
+
+
+def list_faults(modules, listed, page):
+    """Differences between the page, the CMake files and the includes."""
+    for name, (_, line) in listed.items():
+        if name not in modules:
+            yield page, line, f"{name} is listed, but there is no such module"
     for module in modules.values():
         if module.cmake_file.parent.name != module.name:
-            yield module.cmake_file, 1, f"module {module.name} lies in folder {module.cmake_file.parent.name}"
-        if module.name not in allowed:
-            yield module.cmake_file, 1, f"module {module.name} is not in the drawing in {DRAWING_FILE}"
+            yield module.cmake_file, 1, f"module {module.name} is in folder {module.cmake_file.parent.name}"
+        if module.name not in listed:
+            yield module.cmake_file, 1, f"module {module.name} is not listed in {PAGE}"
             continue
-        for used, line in module.depends.items():
-            if used not in allowed[module.name]:
-                yield module.cmake_file, line, f"{module.name} -> {used} is against the dependencies in {DRAWING_FILE}"
-        for used, line in {**module.depends, **module.test_depends}.items():
-            if used not in modules:
-                yield module.cmake_file, line, f"{module.name} depends on {used}, which is no module"
+        allowed, line = listed[module.name]
+        for used, at in module.depends.items():
+            if used not in allowed:
+                yield module.cmake_file, at, f"{module.name} depends on {used}, which {PAGE} does not list for it"
+        for used in sorted(allowed - set(module.depends)):
+            yield page, line, f"{module.name}: {used} is listed, but is not among its DEPENDS"
+        for used in sorted(allowed - module.used()):
+            yield page, line, f"{module.name}: {used} is listed, but no production file includes it"
+        for used, at in module.test_depends.items():
+            if used not in module.used_by_tests():
+                yield module.cmake_file, at, f"{module.name} has {used} in TEST_DEPENDS, but no test includes it"
 
 
-def cycle_faults(modules, allowed):
-    """Modules that depend on themselves, in the drawing or in the CMake files."""
+def include_faults(modules, listed):
+    """Includes of modules that the file may not use."""
     edges = {module.name: module.depends for module in modules.values()}
     for module in modules.values():
-        if module.name in allowed.get(module.name, ()):
-            yield module.cmake_file, 1, f"the dependencies in {DRAWING_FILE} lead from {module.name} back to it"
-        if module.name in reach(module.depends, edges):
-            yield module.cmake_file, 1, f"{module.name} depends on itself in the end"
+        own = {module.name} | listed.get(module.name, (set(), 0))[0]
+        with_tests = {module.name} | reach(module.depends, edges) | reach(module.test_depends, edges)
+        for includes, usable in ((module.includes, own), (module.test_includes, with_tests)):
+            for file, of_file in includes.items():
+                for include in of_file:
+                    if PUBLIC_HEADER.match(include.path):
+                        continue
+                    if include.module is None:
+                        yield file, include.line, f'"{include.path}": write includes in full, "stillmap/<module>/<file>"'
+                    elif include.module not in usable:
+                        yield file, include.line, f"{module.name} includes {include.module}, which it does not depend on"
 
 
-def include_faults(modules):
-    """Violations in the actual includes."""
-    edges = {module.name: module.depends for module in modules.values()}
-    for module in modules.values():
-        own = {module.name} | reach(module.depends, edges)
-        with_tests = own | reach(module.test_depends, edges)
-        for file in sorted(module.cmake_file.parent.rglob("*.[ch]pp")):
-            usable = with_tests if TEST_FILE.search(file.as_posix()) else own
-            yield from file_faults(file, module.name, usable)
+def cycle_faults(listed, page):
+    edges = {name: allowed for name, (allowed, _) in listed.items()}
+    for name, (allowed, line) in listed.items():
+        if name in reach(allowed, edges):
+            yield page, line, f"{name} depends on itself in the end"
 
 
-def file_faults(file, module, usable):
-    for number, line in enumerate(file.read_text(encoding="utf-8").splitlines(), 1):
-        include = INCLUDE.match(line)
-        if not include:
-            continue
-        parts = include.group(1).split("/")
-        if PUBLIC_HEADER.match(include.group(1)):
-            continue
-        if parts[0] != "stillmap" or len(parts) < 3 or ".." in parts:
-            yield file, number, f'"{include.group(1)}": write includes in full, "stillmap/<module>/<file>"'
-        elif parts[1] not in usable:
-            yield file, number, f"{module} includes {parts[1]}, which is not among its dependencies"
+def without_implied(edges):
+    """Arrows (used, user) of a graph, without those that follow from others."""
+    def implied(user, used):
+        return any(used in reach([other], edges) for other in edges[user] if other != used)
+    return {(used, user) for user in edges for used in edges[user] if not implied(user, used)}
+
+
+def drawing_faults(root, listed, page):
+    drawn = read_drawing(root)
+    if drawn is None:
+        return
+    wanted = without_implied({name: allowed for name, (allowed, _) in listed.items()})
+    for used, user in sorted(wanted - drawn):
+        yield page, 1, f"the drawing lacks {used} --> {user}"
+    for used, user in sorted(drawn - wanted):
+        yield page, 1, f"the drawing has {used} --> {user}, which is implied or not listed"
 
 
 def find_faults(root):
-    allowed, modules = read_dependencies(root), read_modules(root)
-    faults = [*declared_faults(modules, allowed), *cycle_faults(modules, allowed), *include_faults(modules)]
+    listed, modules, page = read_list(root), read_modules(root), root / PAGE
+    faults = [*list_faults(modules, listed, page), *include_faults(modules, listed), *cycle_faults(listed, page)]
+    if not faults:
+        faults = [*drawing_faults(root, listed, page)]
     return [f"{file.relative_to(root)}:{line}: {text}" for file, line, text in faults], len(modules)
 
 
+# --------------------------------------------------------------------------------------------------------- output
+
+
+def in_order(edges):
+    """Modules, each after those that it uses."""
+    ordered = []
+    while len(ordered) < len(edges):
+        ready = [name for name in edges if name not in ordered and edges[name] <= set(ordered)]
+        if not ready:
+            raise SystemExit("the modules use each other in a cycle")
+        ordered.append(ready[0])
+    return ordered
+
+
+def print_blocks(root):
+    edges = {module.name: module.used() for module in read_modules(root).values()}
+    ordered = in_order(edges)
+    print("```dependencies")
+    for name in ordered:
+        print(f"{name}: {' '.join(sorted(edges[name], key=ordered.index))}".rstrip())
+    print("```\n\n```mermaid\ngraph LR")
+    for used, user in sorted(without_implied(edges), key=lambda arrow: [ordered.index(name) for name in arrow]):
+        print(f"  {used} --> {user}")
+    print("```")
+    return 0
+
+
 def main(root):
-    faults, module_count = find_faults(root)
+    faults, count = find_faults(root)
     for fault in faults:
         print(fault)
-    print(f"dependencies: {module_count} modules, {len(faults)} violations")
-    return 1 if faults or module_count == 0 else 0
+    print(f"dependencies: {count} modules, {len(faults)} violations")
+    return 1 if faults or count == 0 else 0
 
 
-# --- Self-test: a small tree that is in order, and one fault at a time added to it. ---------------------
+# --- Self-test: a small tree without faults, and one fault at a time built into it. ------------------------------
+
+PAGE_TEXT = """```dependencies
+base:
+map: base
+track: base map
+refine: map
+simulate: base
+```
+
+```mermaid
+graph LR
+  base --> map
+  map --> track
+  map --> refine
+  base --> simulate
+```
+"""
 
 SOUND_TREE = {
-    DRAWING_FILE: "```dependencies\nbase -> map -> track, refine -> top\nbase -> simulate\n```\n",
+    PAGE: PAGE_TEXT,
     "stillmap/base/CMakeLists.txt": "stillmap_module(base)\n",
     "stillmap/base/a.hpp": "#include <vector>\n",
     "stillmap/map/CMakeLists.txt": "stillmap_module(map DEPENDS base LINK yaml-cpp TEST_DEPENDS simulate)\n",
     "stillmap/map/b.hpp": '#include "stillmap/base/a.hpp"\n',
-    "stillmap/map/b_test.cpp": '#include "stillmap/simulate/s.hpp"\n',
-    "stillmap/track/CMakeLists.txt": "stillmap_module(track  # by way of map\n  DEPENDS map)\n",
-    "stillmap/track/c.cpp": '#include "stillmap/base/a.hpp"\n#include "stillmap/map/b.hpp"\n',
+    "stillmap/map/b_test.cpp": '#include "stillmap/map/test_scene.hpp"\n',
+    "stillmap/map/test_scene.hpp": '#include "stillmap/simulate/s.hpp"\n',
+    "stillmap/track/CMakeLists.txt": "stillmap_module(track  # a comment\n  DEPENDS base map)\n",
+    "stillmap/track/c.cpp": '#include "stillmap/base/a.hpp"\n#include "stillmap/map/b.hpp"\n#include "stillmap/slam.hpp"\n',
     "stillmap/refine/CMakeLists.txt": "stillmap_module(refine DEPENDS map)\n",
+    "stillmap/refine/d.cpp": '#include "stillmap/map/b.hpp"\n',
     "stillmap/simulate/CMakeLists.txt": "stillmap_module(simulate DEPENDS base)\n",
-    "stillmap/simulate/s.hpp": "",
-    "stillmap/map/tools/t.cpp": '#include "stillmap/simulate/s.hpp"\n',
+    "stillmap/simulate/s.hpp": '#include "stillmap/base/a.hpp"\n',
 }
 
-# The change made to the sound tree, and the fault that it must be reported as (None: no fault).
+# The change to the sound tree, and the violation that must then be reported (None: nothing).
 SELF_TESTS = {
     "a sound tree": ({}, None),
     "a reversed include": (
         {"stillmap/base/a.hpp": '// hm\n#include "stillmap/map/b.hpp"\n'}, "stillmap/base/a.hpp:2: base includes map"),
     "an include of a sibling": (
-        {"stillmap/track/c.cpp": '#include "stillmap/refine/d.hpp"\n'}, "stillmap/track/c.cpp:1: track includes refine"),
-    "a test's module in a file that is no test": (
-        {"stillmap/map/b.hpp": '#include "stillmap/simulate/s.hpp"\n'}, "stillmap/map/b.hpp:1: map includes simulate"),
+        {"stillmap/track/c.hpp": '#include "stillmap/refine/d.hpp"\n'}, "stillmap/track/c.hpp:1: track includes refine"),
+    "an include of a module that is only reached through another": (
+        {"stillmap/refine/d.cpp": '#include "stillmap/map/b.hpp"\n#include "stillmap/base/a.hpp"\n'},
+        "stillmap/refine/d.cpp:2: refine includes base"),
+    "a test's module in a production file": (
+        {"stillmap/map/b.cpp": '#include "stillmap/simulate/s.hpp"\n'}, "stillmap/map/b.cpp:1: map includes simulate"),
+    "a test header that production code includes": (
+        {"stillmap/map/b.cpp": '#include "stillmap/map/test_scene.hpp"\n'},
+        "stillmap/map/test_scene.hpp:1: map includes simulate"),
     "a relative include": (
         {"stillmap/base/a.hpp": '#include "../map/b.hpp"\n'}, "stillmap/base/a.hpp:1: \"../map/b.hpp\""),
-    "DEPENDS against the dependencies": (
+    "DEPENDS that is not listed": (
         {"stillmap/base/CMakeLists.txt": "\nstillmap_module(base DEPENDS\n map)\n"},
-        "stillmap/base/CMakeLists.txt:3: base -> map is against"),
-    "DEPENDS on a sibling": (
-        {"stillmap/track/CMakeLists.txt": "stillmap_module(track DEPENDS map refine)\n"},
-        "stillmap/track/CMakeLists.txt:1: track -> refine is against"),
-    "a cycle of DEPENDS": (
-        {"stillmap/base/CMakeLists.txt": "stillmap_module(base DEPENDS map)\n"}, "map depends on itself in the end"),
-    "a cycle in the drawing": (
-        {DRAWING_FILE: "```dependencies\nbase -> map -> track, refine -> base\nbase -> simulate\n```\n"}, "lead from base back"),
-    "DEPENDS on what is no module": (
-        {"stillmap/refine/CMakeLists.txt": "stillmap_module(refine DEPENDS top)\n"}, "which is no module"),
-    "a module that the drawing lacks": (
-        {"stillmap/attic/CMakeLists.txt": "stillmap_module(attic DEPENDS base)\n"}, "module attic is not in the drawing"),
+        "stillmap/base/CMakeLists.txt:3: base depends on map, which"),
+    "a listed module that is not in DEPENDS": (
+        {"stillmap/track/CMakeLists.txt": "stillmap_module(track DEPENDS base)\n"},
+        f"{PAGE}:4: track: map is listed, but is not among its DEPENDS"),
+    "a listed module that no production file includes": (
+        {"stillmap/track/c.cpp": '#include "stillmap/map/b.hpp"\n',
+         "stillmap/track/c_test.cpp": '#include "stillmap/base/a.hpp"\n'},
+        f"{PAGE}:4: track: base is listed, but no production file includes it"),
+    "TEST_DEPENDS that no test includes": (
+        {"stillmap/map/test_scene.hpp": ""}, "stillmap/map/CMakeLists.txt:1: map has simulate in TEST_DEPENDS"),
+    "a cycle in the list": (
+        {PAGE: PAGE_TEXT.replace("base:\n", "base: track\n")}, f"{PAGE}:2: base depends on itself in the end"),
+    "a listed module that does not exist": (
+        {PAGE: PAGE_TEXT.replace("refine: map\n", "refine: map\nattic: map\n")}, "attic is listed, but there is no"),
+    "a module that the list lacks": (
+        {"stillmap/attic/CMakeLists.txt": "stillmap_module(attic DEPENDS base)\n"}, "module attic is not listed"),
+    "an arrow that the drawing lacks": (
+        {PAGE: PAGE_TEXT.replace("  map --> track\n", "")}, "the drawing lacks map --> track"),
+    "an arrow that is implied": (
+        {PAGE: PAGE_TEXT.replace("  map --> track\n", "  map --> track\n  base --> track\n")},
+        "the drawing has base --> track"),
 }
 
 
@@ -220,4 +357,6 @@ def self_test():
 if __name__ == "__main__":
     if sys.argv[1:] == ["--self-test"]:
         sys.exit(self_test())
+    if sys.argv[1:] == ["--print"]:
+        sys.exit(print_blocks(Path(__file__).resolve().parent.parent))
     sys.exit(main(Path(sys.argv[1] if len(sys.argv) > 1 else Path(__file__).parent.parent).resolve()))
