@@ -234,7 +234,7 @@ nlohmann::json slowest_frame(const SlamResult& result) {
   const auto slowest = std::max_element(tracking.begin(), tracking.end());
   const auto at = static_cast<std::size_t>(slowest - tracking.begin());
   nlohmann::json json{{"frame", result.frames[at].index}, {"ms", *slowest}};
-  for (const char* stage : {"features", "waiting for masks carried beside", "motion", "pose"}) {
+  for (const char* stage : {"features", "waiting for masks", "motion", "pose"}) {
     const auto samples = result.timing.samples(stage);
     if (samples.size() == tracking.size()) json["stages_ms"][stage] = samples[at];
   }
@@ -255,7 +255,7 @@ nlohmann::json medians_of_tenths(std::span<const double> samples) {
   return medians;
 }
 
-nlohmann::json growth(const TimingRecorder& timing) {
+nlohmann::json growth(const StageTimes& timing) {
   nlohmann::json json;
   for (const char* stage : {"tracking", "features", "motion", "pose", "keyframe insertion",
                             "map refinement", "place recognition", "dense map: keyframe"}) {
@@ -494,7 +494,7 @@ class Gallery {
   std::vector<ReportImage> pictures_;
 };
 
-void drive(Slam& slam, FrameSource& source, Outcome& outcome, LabelRecorder& labels,
+void drive(SlamSystem& slam, FrameSource& source, Outcome& outcome, LabelRecorder& labels,
            std::optional<std::size_t> total) {
   Gallery gallery(total);
   Progress progress("mapping", total);
@@ -541,7 +541,7 @@ SessionReport run_session(Session session) {
     source = std::move(wrapped);
   }
   const Stopwatch watch;
-  Slam slam(camera, session.options, std::move(session.detector), std::move(session.start));
+  SlamSystem slam(camera, session.options, std::move(session.detector), std::move(session.start));
   LabelRecorder labels(session.labels, session.out);
   drive(slam, *source, outcome, labels, session.total_frames);
   outcome.result = slam.finish();

@@ -2,7 +2,7 @@
 #pragma once
 #include "stillmap/evaluate/trajectory_error.hpp"
 #include "stillmap/geometry/trajectory.hpp"
-#include "stillmap/pipeline/slam.hpp"
+#include "stillmap/pipeline/slam_system.hpp"
 #include "stillmap/sensor/frame_source.hpp"
 
 #include <filesystem>

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/pipeline/slam.hpp"
+#include "stillmap/pipeline/slam_system.hpp"
 
 #include <memory>
 
 /// Shows two frames without a single corner to the façade: it must take them, and find no pose.
 int main() {
   const stillmap::Camera camera;
-  stillmap::Slam slam(camera, {});
+  stillmap::SlamSystem slam(camera, {});
   for (std::size_t index = 0; index < 2; ++index) {
     auto frame = std::make_shared<stillmap::RgbdFrame>();
     frame->index = index;

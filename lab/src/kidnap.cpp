@@ -13,7 +13,7 @@
 /// merge and loop, and the number of wrong ones.
 #include "stillmap/base/error.hpp"
 #include "stillmap/evaluate/trajectory_error.hpp"
-#include "stillmap/pipeline/slam.hpp"
+#include "stillmap/pipeline/slam_system.hpp"
 #include "stillmap/simulate/simulated_sequence.hpp"
 
 #include <algorithm>
@@ -137,7 +137,7 @@ Judged judge(const Visit& visit, const SlamResult& result, const Judge& by) {
 /// Pushes frames in the order in which the camera takes them, and records the truth.
 class Tour {
  public:
-  Tour(Slam& slam, Judge& judge) : slam_(slam), judge_(judge) {}
+  Tour(SlamSystem& slam, Judge& judge) : slam_(slam), judge_(judge) {}
 
   void see(const SimulatedSequence& path, std::size_t from, std::size_t count) {
     for (std::size_t i = from; i < from + count; ++i) {
@@ -155,7 +155,7 @@ class Tour {
   std::size_t seen() const { return judge_.truth.size(); }
 
  private:
-  Slam& slam_;
+  SlamSystem& slam_;
   Judge& judge_;
 };
 
@@ -235,7 +235,7 @@ void take_estimates(const SlamResult& result, Judge& judge) {
 /// Shows whole pieces of the path in no order, with the camera covered in between.
 void scatter(const KidnapArguments& arguments) {
   const SimulatedSequence path = shifted(SimulatedSequence(simulation()), arguments.people);
-  Slam slam(path.camera(), slam_options());
+  SlamSystem slam(path.camera(), slam_options());
   Judge judge;
   Tour tour(slam, judge);
   for (std::size_t i = 0; i < arguments.pieces; ++i) {
@@ -249,7 +249,7 @@ void scatter(const KidnapArguments& arguments) {
 
 void carry_away(const KidnapArguments& arguments) {
   const SimulatedSequence path(simulation()), other = shifted(path, arguments.people);
-  Slam slam(path.camera(), slam_options());
+  SlamSystem slam(path.camera(), slam_options());
   Judge judge;
   Tour tour(slam, judge);
   tour.see(path, 0, arguments.mapped);

@@ -11,7 +11,7 @@
 #include "stillmap/evaluate/trajectory_error.hpp"
 #include "stillmap/pipeline/paced_source.hpp"
 #include "stillmap/pipeline/prefetch.hpp"
-#include "stillmap/pipeline/slam.hpp"
+#include "stillmap/pipeline/slam_system.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/tum_folder.hpp"
 
@@ -73,7 +73,7 @@ Run run(const Arguments& arguments, bool loops, bool realtime) {
   SlamOptions options;
   options.places.loops = loops;
   options.schedule.mode = realtime ? "realtime" : "lockstep";
-  Slam slam(source->camera(), options);
+  SlamSystem slam(source->camera(), options);
   Run made;
   while (const auto frame = source->next()) {
     const Usage before = used_by_this_thread();
@@ -84,7 +84,7 @@ Run run(const Arguments& arguments, bool loops, bool realtime) {
   }
   made.result = slam.finish();
   for (std::size_t i = 0; i < made.efforts.size(); ++i)
-    made.efforts[i].milliseconds = made.result.frames[i].milliseconds;
+    made.efforts[i].milliseconds = made.result.frames[i].times.total();
   made.dropped = paced != nullptr ? paced->dropped() : 0;
   made.fps = source->camera().fps;
   made.ate = absolute_trajectory_error(read_trajectory(paths.ground_truth), made.result.trajectory)

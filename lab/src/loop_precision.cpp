@@ -11,7 +11,7 @@
 #include "stillmap/loop/loop_detector.hpp"
 #include "stillmap/loop/loop_verification.hpp"
 #include "stillmap/pipeline/prefetch.hpp"
-#include "stillmap/pipeline/slam.hpp"
+#include "stillmap/pipeline/slam_system.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/tum_folder.hpp"
 
@@ -70,7 +70,7 @@ Mapped map_of(const std::string& sequence) {
   options.places.loops = false;
   options.dense_cloud = false;
   options.final_adjustment = false;
-  Slam slam(source.camera(), options);
+  SlamSystem slam(source.camera(), options);
   while (const auto frame = source.next()) slam.push(frame);
   slam.finish();
   Mapped made{.map = Map(slam.saved_map("").map), .truth = read_trajectory(paths.ground_truth)};

@@ -6,7 +6,7 @@
 /// of all of them.
 #include "stillmap/base/error.hpp"
 #include "stillmap/evaluate/trajectory_error.hpp"
-#include "stillmap/pipeline/slam.hpp"
+#include "stillmap/pipeline/slam_system.hpp"
 #include "stillmap/simulate/board.hpp"
 #include "stillmap/simulate/simulated_sequence.hpp"
 
@@ -56,7 +56,7 @@ SlamResult run(const std::vector<RgbdFramePtr>& frames, const Camera& camera, co
   SlamOptions options;
   options.orb.keypoints = 600;
   options.dense_cloud = false;
-  Slam slam(camera, options);
+  SlamSystem slam(camera, options);
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const bool is_covered = i >= covered.from && i < covered.to;
     const double since = static_cast<double>(i - covered.from) / kFps;

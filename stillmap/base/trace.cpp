@@ -33,27 +33,75 @@ std::int64_t TraceTrack::cpu_at(std::int64_t now) {
 }
 
 void TraceTrack::begin(std::string_view name) {
-  const bool full = spans_.size() >= kMostSpans;
-  left_out_ += full ? 1 : 0;
-  open_.push_back(full ? -1 : static_cast<std::int32_t>(spans_.size()));
-  if (full) return;
-  const std::int32_t parent = open_.size() > 1 ? open_[open_.size() - 2] : -1;
   const std::int64_t now = trace_.now();
+  const bool kept = trace_.detail() == TraceDetail::kSpans;
+  open_.push_back({name, now, kept ? keep_span(name, now) : -1});
+}
+
+/// Returns the position of the span; -1 where there are too many.
+std::int32_t TraceTrack::keep_span(std::string_view name, std::int64_t now) {
+  if (spans_.size() >= kMostSpans) {
+    ++left_out_;
+    return -1;
+  }
+  const std::int32_t parent = open_.empty() ? -1 : open_.back().span;
   spans_.push_back({name, now, -1, cpu_at(now), parent, frame_});
+  return static_cast<std::int32_t>(spans_.size() - 1);
 }
 
 void TraceTrack::end() {
-  const std::int32_t index = open_.back();
+  const Open open = open_.back();
   open_.pop_back();
-  if (index < 0) return;
-  TraceSpan& span = spans_[static_cast<std::size_t>(index)];
   const std::int64_t now = trace_.now();
+  add_time(open.name, 1e-6 * static_cast<double>(now - open.begin));
+  if (open.span < 0) return;
+  TraceSpan& span = spans_[static_cast<std::size_t>(open.span)];
   span.wall = now - span.begin;
   span.cpu = cpu_at(now) - span.cpu;  // span.cpu held the start time until here.
 }
 
+/// Names are literals, so nearly always the same one is found by its address.
+const TraceTrack::Total* TraceTrack::find_total(std::string_view name) const {
+  for (const Total& total : totals_) {
+    if (total.name.data() == name.data() && total.name.size() == name.size()) return &total;
+  }
+  for (const Total& total : totals_) {
+    if (total.name == name) return &total;
+  }
+  return nullptr;
+}
+
+void TraceTrack::add_time(std::string_view name, double milliseconds) {
+  const Total* found = find_total(name);
+  if (found == nullptr) found = &totals_.emplace_back(Total{.name = name, .samples = {}});
+  Total& total = totals_[static_cast<std::size_t>(found - totals_.data())];
+  if (total.frame >= 0 && total.frame != frame_) {
+    total.samples.add(total.sum);
+    total.sum = 0;
+  }
+  total.frame = frame_;
+  if (frame_ < 0) {
+    total.samples.add(milliseconds);
+  } else {
+    total.sum += milliseconds;
+  }
+}
+
+StageSamples TraceTrack::times(std::string_view name) const {
+  const Total* total = find_total(name);
+  if (total == nullptr) return {};
+  StageSamples samples = total->samples;
+  if (total->frame >= 0) samples.add(total->sum);
+  return samples;
+}
+
+double TraceTrack::in_frame(std::string_view name) const {
+  const Total* total = find_total(name);
+  return total != nullptr && total->frame == frame_ ? total->sum : 0;
+}
+
 void TraceTrack::count(std::string_view name, std::size_t value) {
-  if (counts_.size() < kMostSpans)
+  if (trace_.detail() == TraceDetail::kSpans && counts_.size() < kMostSpans)
     counts_.push_back({name, trace_.now(), static_cast<std::int64_t>(value)});
 }
 

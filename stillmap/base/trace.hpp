@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/base/stage_times.hpp"
+
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -30,6 +32,12 @@ struct TraceCount {
   std::int64_t value = 0;
 };
 
+/// What a trace keeps of the spans.
+enum class TraceDetail {
+  kTimes,  ///< The times by name, in bounded memory: cheap enough to be always on.
+  kSpans,  ///< Each span and count too.
+};
+
 /// All spans of one thread. Written by that thread alone, without a lock; read while the thread is
 /// idle.
 ///
@@ -49,20 +57,44 @@ class TraceTrack {
   /// Name of the span of another thread that waits for this one.
   const std::string& waiting() const { return waiting_; }
 
+  /// Returns the time of the spans of one name [ms]: a sample per frame, which is the sum over all
+  /// of that frame, and a sample for each span of no frame. Spans that are not over do not count.
+  StageSamples times(std::string_view name) const;
+  /// Returns the time of the spans of one name that belong to the present frame, so far [ms].
+  double in_frame(std::string_view name) const;
+
   void begin(std::string_view name);
   void end();
   void count(std::string_view name, std::size_t value);
   /// Assigns the following spans to this frame.
   void set_frame(std::size_t index) { frame_ = static_cast<std::int32_t>(index); }
+  /// From here on spans are about no frame.
+  void leave_frame() { frame_ = -1; }
 
  private:
+  struct Open {
+    std::string_view name;
+    std::int64_t begin = 0;
+    std::int32_t span = -1;  // its position; -1: it is not kept
+  };
+  struct Total {
+    std::string_view name;
+    StageSamples samples;  // of the frames before `frame`, and of spans of no frame
+    double sum = 0;        // of `frame` [ms]
+    std::int32_t frame = -1;
+  };
+
   std::int64_t cpu_at(std::int64_t now);
+  std::int32_t keep_span(std::string_view name, std::int64_t now);
+  const Total* find_total(std::string_view name) const;
+  void add_time(std::string_view name, double milliseconds);
 
   Trace& trace_;
   const std::string name_, waiting_;
   std::deque<TraceSpan> spans_;
   std::deque<TraceCount> counts_;
-  std::vector<std::int32_t> open_;  // open spans, the innermost last
+  std::vector<Open> open_;  // open spans, the innermost last
+  std::vector<Total> totals_;
   std::int32_t frame_ = -1;
   // time and value of the last CPU clock reading; last returned value
   std::int64_t asked_ = 0, told_ = 0, latest_ = 0;
@@ -73,7 +105,7 @@ class TraceTrack {
 /// is read, and must end before it is destroyed.
 class Trace {
  public:
-  Trace() = default;
+  explicit Trace(TraceDetail detail = TraceDetail::kSpans) : detail_(detail) {}
   Trace(const Trace&) = delete;
   Trace& operator=(const Trace&) = delete;
 
@@ -81,9 +113,11 @@ class Trace {
   TraceTrack& add_track(std::string name);
   const std::deque<TraceTrack>& tracks() const { return tracks_; }  ///< In creation order.
   std::int64_t now() const;  ///< Time since the start of the trace [ns].
+  TraceDetail detail() const { return detail_; }
 
  private:
   using Clock = std::chrono::steady_clock;
+  const TraceDetail detail_;
   const Clock::time_point start_ = Clock::now();
   std::deque<TraceTrack> tracks_;
 };
@@ -135,6 +169,18 @@ decltype(auto) traced(std::string_view name, Call&& call) {
 /// Assigns the following work of the calling thread to this frame.
 inline void trace_frame(std::size_t index) {
   if (TraceTrack* track = bound_trace_track()) track->set_frame(index);
+}
+
+/// From here on the calling thread works on no frame in particular.
+inline void trace_no_frame() {
+  if (TraceTrack* track = bound_trace_track()) track->leave_frame();
+}
+
+/// Returns the time of the calling thread's spans of one name that belong to its present frame, so
+/// far [ms]; 0 where no track is bound.
+inline double traced_in_frame(std::string_view name) {
+  const TraceTrack* track = bound_trace_track();
+  return track != nullptr ? track->in_frame(name) : 0;
 }
 
 /// Records the value of a counter; the name as for TraceScope.

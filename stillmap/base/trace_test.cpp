@@ -107,6 +107,42 @@ TEST(Trace, EachThreadWritesToItsOwnTrack) {
   }
 }
 
+TEST(Trace, TimesAreSumsByNameAndFrame) {
+  Trace trace;
+  TraceTrack& track = trace.add_track("camera");
+  const TraceBinding binding(&track);
+  for (std::size_t frame = 0; frame < 3; ++frame) {
+    trace_frame(frame);
+    for (std::size_t i = 0; i <= frame; ++i) const TraceScope scope("solve");
+  }
+  trace_no_frame();
+  for (int i = 0; i < 2; ++i) const TraceScope scope("solve");
+  // Frames of one, two and three spans, and two spans of no frame.
+  const auto wall = [&](std::size_t i) {
+    return 1e-6 * static_cast<double>(track.spans()[i].wall);
+  };
+  const std::vector<double> expected = {wall(0), wall(1) + wall(2), wall(3) + wall(4) + wall(5),
+                                        wall(6), wall(7)};
+  const StageSamples times = track.times("solve");
+  ASSERT_EQ(times.kept().size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_DOUBLE_EQ(times.kept()[i], expected[i]) << i;
+  }
+  EXPECT_TRUE(track.times("unknown").kept().empty());
+}
+
+TEST(Trace, TheTimeInAFrameIsThatOfThePresentOne) {
+  Trace trace(TraceDetail::kTimes);
+  TraceTrack& track = trace.add_track("camera");
+  const TraceBinding binding(&track);
+  trace_frame(3);
+  traced("match", [] { sleep(2); });
+  EXPECT_GE(track.in_frame("match"), 2);
+  trace_frame(4);
+  EXPECT_EQ(track.in_frame("match"), 0);
+  EXPECT_TRUE(track.spans().empty()) << "only times are kept";
+}
+
 /// CPU time excludes sleeping and includes computing; neither may exceed the wall time.
 TEST(Trace, CpuTimeCountsOnlyComputing) {
   Trace trace;

@@ -49,7 +49,7 @@ ReportData full_report() {
   data.cloud_points = 1234567;
   data.frames_per_second = 31.4;
   data.tracking_median = 9.26;
-  TimingRecorder timing;
+  StageTimes timing;
   for (int i = 0; i < 100; ++i) timing.add("track", 8 + 0.02 * i);
   timing.add("segment <net>", 55);
   data.timing = timing.stages();

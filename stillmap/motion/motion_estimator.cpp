@@ -3,7 +3,6 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/nearest_name.hpp"
-#include "stillmap/base/stopwatch.hpp"
 #include "stillmap/base/trace.hpp"
 
 #include <algorithm>
@@ -133,6 +132,12 @@ std::set<std::string> MotionEstimator::classes() const {
   return names;
 }
 
+std::vector<std::string_view> MotionEstimator::cues() const {
+  std::vector<std::string_view> names;
+  for (const auto& cue : cues_) names.push_back(cue->name());
+  return names;
+}
+
 MotionEvidence MotionEstimator::estimate(const MotionInput& input) {
   return finish(begin(input), input);
 }
@@ -141,9 +146,7 @@ void MotionEstimator::ask(std::size_t first, std::size_t end, MotionEvidence& ev
                           const MotionInput& input) {
   for (std::size_t i = first; i < end; ++i) {
     const TraceScope scope(cues_[i]->name());
-    const Stopwatch watch;
     cues_[i]->add_to(evidence, input);
-    timing_.push_back({std::string(cues_[i]->name()), watch.milliseconds()});
   }
 }
 
@@ -156,7 +159,6 @@ MotionEvidence MotionEstimator::begin(const MotionInput& input) {
     evidence.surface_prior = cv::Mat1f::zeros(input.cells->size());
     evidence.surface_observations = cv::Mat1f::zeros(input.cells->size());
   }
-  timing_.clear();
   ask(0, first_with_instances_, evidence, input);
   return evidence;
 }

@@ -14,6 +14,7 @@
 #include <memory>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace stillmap {
@@ -35,12 +36,6 @@ struct MotionOptions {
                   free_space, surface, history)
 };
 
-/// What one cue took for one frame.
-struct CueTiming {
-  std::string cue;
-  double milliseconds = 0;
-};
-
 /// Asks every cue of a preset and adds up what they say.
 class MotionEstimator {
  public:
@@ -58,8 +53,9 @@ class MotionEstimator {
 
   /// Names of the classes that the cues look at: instances of all others may be left out.
   std::set<std::string> classes() const;
-  /// Of the newest frame, one per cue in the preset's order; empty before the first.
-  const std::vector<CueTiming>& timing() const { return timing_; }
+  /// Returns the names of the cues in the preset's order. Each is also the name of the cue's trace
+  /// spans, one per frame.
+  std::vector<std::string_view> cues() const;
 
  private:
   void ask(std::size_t first, std::size_t end, MotionEvidence& evidence, const MotionInput& input);
@@ -68,7 +64,6 @@ class MotionEstimator {
   bool judges_surfaces_ = false;
   std::vector<std::unique_ptr<MotionCue>> cues_;
   std::size_t first_with_instances_ = 0;  // in cues_
-  std::vector<CueTiming> timing_;
 };
 
 }  // namespace stillmap

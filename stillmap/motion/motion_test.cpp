@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/trace.hpp"
 #include "stillmap/motion/motion_estimator.hpp"
 
 #include <gmock/gmock.h>
@@ -128,7 +129,7 @@ TEST(Presets, ACueCanBeLeftOutByName) {
   MotionEstimator estimator(options);
   EXPECT_TRUE(left_out(estimator.estimate(input_with({instance("person", {0, 0, 200, 100}, true)})))
                   .empty());
-  EXPECT_TRUE(estimator.timing().empty());
+  EXPECT_TRUE(estimator.cues().empty());
 }
 
 TEST(Presets, ACueThatIsNotThereCannotBeLeftOut) {
@@ -144,12 +145,14 @@ TEST(Presets, ACueThatIsNotThereCannotBeLeftOut) {
 
 TEST(Presets, EveryCueIsTimedInEveryFrame) {
   MotionEstimator estimator(seg_mask());
-  EXPECT_TRUE(estimator.timing().empty());
-  for (int frame = 0; frame < 2; ++frame) {
+  ASSERT_EQ(estimator.cues(), (std::vector<std::string_view>{"semantic"}));
+  Trace trace;
+  TraceTrack& track = trace.add_track("camera");
+  const TraceBinding binding(&track);
+  for (std::size_t frame = 0; frame < 2; ++frame) {
+    trace_frame(frame);
     estimator.estimate(input_with({instance("person", {0, 0, 200, 100}, true)}));
-    ASSERT_EQ(estimator.timing().size(), 1U);
-    EXPECT_EQ(estimator.timing()[0].cue, "semantic");
-    EXPECT_GE(estimator.timing()[0].milliseconds, 0);
+    EXPECT_EQ(track.times("semantic").kept().size(), frame + 1);
   }
 }
 

@@ -108,13 +108,9 @@ void DenseStream::work(const Task& task) {
 void DenseStream::add(const TrackedFrame& tracked, const DetectedObjects& found) {
   const RgbdFrame& image = *tracked.frame->image;
   const std::vector<std::string>& classes = dense_.options().movers;
-  SegmentedFrame objects;
-  {
-    const TimedScope timed(timing_, "dense map: labels");
-    objects = objects_in(found, image, classes, propagation_);
-  }
-  const TimedScope timed(timing_,
-                         tracked.proposal ? "dense map: keyframe" : "dense map: other frame");
+  const SegmentedFrame objects =
+      traced("dense map: labels", [&] { return objects_in(found, image, classes, propagation_); });
+  const TraceScope scope(tracked.proposal ? "dense map: keyframe" : "dense map: other frame");
   const cv::Mat1b movers =
       traced("mover pixels", [&] { return mover_pixels(*tracked.frame, classes); });
   const std::uint64_t view = view_of(tracked.frame->index());
@@ -135,7 +131,7 @@ void DenseStream::settle(const std::vector<NewKeyframe>& made) {
 }
 
 void DenseStream::follow(const KeyframePoses& moved) {
-  const TimedScope timed(timing_, "dense map: all placed anew");
+  const TraceScope scope("dense map: corrected");
   dense_.follow([&](std::uint64_t view) -> std::optional<Pose> {
     const ViewPlace& place = places_.at(view);
     const auto found = moved.find(place.keyframe);
@@ -162,7 +158,6 @@ std::optional<DenseStream::ViewPlace> DenseStream::place_in(const Map& map,
 }
 
 PlacedMap DenseStream::place(const Map& map) {
-  const TimedScope timed(timing_, "dense composition");
   std::map<std::uint32_t, ViewPoses> by_component;
   for (const auto& [id, view] : dense_.views()) {
     const auto place = place_in(map, id);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/dense/dense_map.hpp"
-#include "stillmap/evaluate/timing.hpp"
 #include "stillmap/pipeline/instance_stream.hpp"
 #include "stillmap/pipeline/mapping.hpp"
 #include "stillmap/pipeline/options.hpp"
@@ -46,7 +45,6 @@ class DenseStream {
   std::vector<AnchoredView> saved_views(const Map& map) const;
 
   DenseStatistics statistics() const { return dense_.statistics(); }  ///< after finish()
-  const TimingRecorder& timing() const { return timing_; }            ///< after finish()
   /// Returns the number of frames left out because the dense map had fallen behind.
   std::size_t frames_left_out() const { return frames_left_out_; }
 
@@ -81,8 +79,7 @@ class DenseStream {
 
   // Of the stage's thread until finish().
   DenseMap dense_;
-  std::map<std::uint64_t, ViewPlace> places_;  // of all views
-  TimingRecorder timing_;
+  std::map<std::uint64_t, ViewPlace> places_;    // of all views
   std::unique_ptr<Stage<Task, Nothing>> stage_;  // last: its thread uses the above; null: disabled
 };
 

@@ -50,7 +50,7 @@ SeenInstances InstanceStream::take() {
 
 DetectedObjects InstanceStream::detect(const RgbdFramePtr& frame) {
   trace_frame(frame->index);
-  const TimedScope timed(detecting_, "segmentation");
+  const TraceScope scope("segmentation");
   auto found = std::make_shared<SegmentedFrame>();
   found->frame_index = found->source_index = frame->index;
   found->instances = detector_->detect(*frame);
@@ -60,35 +60,27 @@ DetectedObjects InstanceStream::detect(const RgbdFramePtr& frame) {
 
 SeenInstances InstanceStream::carry_to(const PropagationTask& task) {
   trace_frame(task.frame->index);
-  Stopwatch watch;
-  propagator_.push(task.frame);
-  const double waiting = collect(task.visible);
+  traced("mask propagation", [&] { propagator_.push(task.frame); });
+  collect(task.visible);
   SeenInstances seen;
-  seen.carried = propagator_.current();
-  seen.propagated_cells =
-      traced("instance cells", [&] { return instance_cells(seen.carried, *task.cells); });
+  traced("mask propagation", [&] {
+    seen.carried = propagator_.current();
+    seen.propagated_cells =
+        traced("instance cells", [&] { return instance_cells(seen.carried, *task.cells); });
+  });
   seen.found = newest_found_;
-  seen.milliseconds = watch.milliseconds() - waiting;
-  propagation_timing_.add("mask propagation", seen.milliseconds);
+  seen.milliseconds = traced_in_frame("mask propagation");
   return seen;
 }
 
-/// Milliseconds that the detector was waited for.
-double InstanceStream::collect(std::size_t visible) {
-  double waiting = 0;
+void InstanceStream::collect(std::size_t visible) {
   const bool wait = !schedule_.realtime() || taken_ == 0;
-  while (wait && taken_ < visible) {
-    const Stopwatch watch;
-    const DetectedObjects found = detect_stage_->take().value();
-    waiting += watch.milliseconds();
-    take_in(found);
-  }
+  while (wait && taken_ < visible) take_in(detect_stage_->take().value());
   while (schedule_.realtime()) {
     const auto found = detect_stage_->try_take();
     if (!found) break;
     take_in(*found);
   }
-  return waiting;
 }
 
 void InstanceStream::take_in(const DetectedObjects& found) {
@@ -110,12 +102,6 @@ void InstanceStream::finish() {
   if (propagation_stage_) propagation_stage_->drain();
   if (detect_stage_) detect_stage_->drain();
   detector_.reset();
-}
-
-TimingRecorder InstanceStream::timing() const {
-  TimingRecorder all = propagation_timing_;
-  all.merge(detecting_);
-  return all;
 }
 
 }  // namespace stillmap

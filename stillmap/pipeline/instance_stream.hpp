@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/evaluate/timing.hpp"
 #include "stillmap/motion/instance_cells.hpp"
 #include "stillmap/pipeline/options.hpp"
 #include "stillmap/pipeline/stage.hpp"
@@ -25,7 +24,7 @@ struct SeenInstances {
   SegmentedFramePtr carried;  ///< in this frame's pixels; null: none, or too old
   InstanceCellsPtr propagated_cells;
   DetectedObjects found;    ///< what they were found as: of all classes, and not carried
-  double milliseconds = 0;  ///< of carrying
+  double milliseconds = 0;  ///< time that propagating the masks took [ms], waiting not included
 };
 
 /// The detector in a thread of its own, at its own pace, and behind it another one that carries:
@@ -48,7 +47,6 @@ class InstanceStream {
   /// Waits for all that was pushed, and lets the detector go, with its memory. Nothing may be
   /// pushed any more.
   void finish();
-  TimingRecorder timing() const;                        ///< after finish()
   std::size_t segmented() const { return segmented_; }  ///< frames the detector saw; after finish()
 
  private:
@@ -60,7 +58,7 @@ class InstanceStream {
 
   DetectedObjects detect(const RgbdFramePtr& frame);
   SeenInstances carry_to(const PropagationTask& task);
-  double collect(std::size_t visible);
+  void collect(std::size_t visible);
   void take_in(const DetectedObjects& found);
   SegmentedFrame wanted_in(const SegmentedFrame& found) const;
 
@@ -71,12 +69,10 @@ class InstanceStream {
 
   // Of the detector's thread until finish().
   std::unique_ptr<Detector> detector_;
-  TimingRecorder detecting_;
   std::size_t segmented_ = 0;
 
   // Of the propagator's thread until finish().
   MaskPropagator propagator_;
-  TimingRecorder propagation_timing_;
   DetectedObjects newest_found_;
   std::size_t taken_ = 0;  // results
 

@@ -43,7 +43,7 @@ SlamOptions loop_options() {
 }
 
 SlamResult run(const SlamOptions& options) {
-  Slam slam(round().camera(), options);
+  SlamSystem slam(round().camera(), options);
   for (std::size_t i = 0; i < kFrames; ++i) slam.push(picture(i));
   return slam.finish();
 }
@@ -80,7 +80,7 @@ TEST(Loops, AreClosedTheSameInEveryRunAndTheTrajectoryIsBetterForIt) {
 
 /// Kidnapped from the first quarter of the round to its last, and on to where it began.
 TEST(Maps, AreJoinedWhenThePlaceOfTheOldOneIsSeen) {
-  Slam slam(round().camera(), loop_options());
+  SlamSystem slam(round().camera(), loop_options());
   for (std::size_t i = 0; i < kFrames; ++i) {
     if (i < 80 || i > 180) slam.push(picture(i));
   }
@@ -97,7 +97,7 @@ TEST(Maps, AreJoinedWithoutARowOfKeyframesThatShowTheOther) {
     options.places.connect_at_once = connect_at_once;
     options.places.connect_by = 0;
     options.places.detector.consistent = 1000;
-    Slam slam(round().camera(), options);
+    SlamSystem slam(round().camera(), options);
     for (std::size_t i = 0; i < kFrames; ++i) {
       if (i < 80 || i > 180) slam.push(picture(i));
     }
@@ -114,7 +114,7 @@ TEST(Maps, LeftApartAreHeldAgainstEachOtherAtTheEnd) {
     SlamOptions options = loop_options();
     options.places.connect_at_once = false;
     options.places.connect_by = connect_by;
-    Slam slam(round().camera(), options);
+    SlamSystem slam(round().camera(), options);
     for (std::size_t i = 0; i < kSeenOnce; ++i) {
       if (i < 80 || i > 180) slam.push(picture(i));
     }
@@ -130,14 +130,14 @@ TEST(Maps, LeftApartAreHeldAgainstEachOtherAtTheEnd) {
 
 /// As before, but the two maps were saved before the old place was seen.
 TEST(Maps, AreJoinedWhenTheyWereLoaded) {
-  Slam before(round().camera(), loop_options());
+  SlamSystem before(round().camera(), loop_options());
   for (std::size_t i = 0; i < 225; ++i) {
     if (i < 80 || i > 180) before.push(picture(i));
   }
   const SlamResult first = before.finish();
   ASSERT_EQ(first.maps, 2U) << (first.events.empty() ? 0 : first.events[0].frame_index);
   const SavedMap two = saved_map_from_bytes(saved_map_bytes(before.saved_map("test")), "two.map");
-  Slam slam(round().camera(), loop_options(), nullptr, StartingMap{two, true});
+  SlamSystem slam(round().camera(), loop_options(), nullptr, StartingMap{two, true});
   for (std::size_t i = 205; i < kFrames; ++i) slam.push(picture(i));
   const SlamResult result = slam.finish();
   EXPECT_GE(result.tracked(), kFrames - 205 - 5);
@@ -158,10 +158,11 @@ class TrackedByOdometry : public ::testing::Test {
   };
   /// The frames with a pose.
   static std::vector<Step> go(const SlamOptions& options, std::ptrdiff_t& beside) {
-    Slam first(round().camera(), loop_options());
+    SlamSystem first(round().camera(), loop_options());
     for (std::size_t i = 0; i < kMapped; ++i) first.push(picture(i));
     first.finish();
-    Slam slam(round().camera(), options, nullptr, StartingMap{first.saved_map("test"), false});
+    SlamSystem slam(round().camera(), options, nullptr,
+                    StartingMap{first.saved_map("test"), false});
     for (std::size_t step = 0; step < kSteps; ++step) {
       auto frame = std::make_shared<RgbdFrame>(*picture(shown_at(step)));
       frame->index = step;

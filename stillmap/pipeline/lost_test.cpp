@@ -56,7 +56,7 @@ TEST(Lost, PointsOfTheFrameBeforeHelpToHoldThePoseWhereLandmarksAreTooFew) {
   const Recording& rec = recording(0, "xyz");
   SlamOptions options = small_options("static");
   options.tracker.min_inliers = options.orb.keypoints + 1;  // they always are
-  Slam slam(rec.sequence->camera(), options);
+  SlamSystem slam(rec.sequence->camera(), options);
   for (std::size_t i = 0; i < 60; ++i) EXPECT_TRUE(slam.push(rec.frames[i])) << "frame " << i;
   const SlamResult result = slam.finish();
   for (std::size_t i = 10; i < 60; i += 10) EXPECT_LT(error_at(result, rec, i, i), 0.02);
@@ -64,7 +64,7 @@ TEST(Lost, PointsOfTheFrameBeforeHelpToHoldThePoseWhereLandmarksAreTooFew) {
 
 TEST(Lost, SecondsOfBlacknessAreBridged) {
   const Recording& rec = recording(0, "xyz");
-  Slam slam(rec.sequence->camera(), small_options("static"));
+  SlamSystem slam(rec.sequence->camera(), small_options("static"));
   for (std::size_t i = 0; i < 90; ++i) {
     const bool dark = i >= 20 && i < 70;
     const auto pose = slam.push(dark ? darkened(rec.frames[i]) : rec.frames[i]);
@@ -80,7 +80,7 @@ TEST(Lost, PeopleInTheViewDoNotHinderIt) {
   const Recording& empty = recording(0, "xyz");
   const Recording& rec = recording(3, "xyz");
   SlamOptions options = small_options("fused");
-  Slam slam(rec.sequence->camera(), options);
+  SlamSystem slam(rec.sequence->camera(), options);
   int with_pose = 0;
   for (std::size_t i = 0; i < 90; ++i) {
     const bool dark = i >= 20 && i < 60;
@@ -99,7 +99,7 @@ class BehindABoard : public ::testing::Test {
   static SlamResult run(const Board& board, const SlamOptions& options) {
     const Recording& rec = recording(0, "xyz");
     const Camera& camera = rec.sequence->camera();
-    Slam slam(camera, options);
+    SlamSystem slam(camera, options);
     for (std::size_t i = 0; i < rec.frames.size(); ++i) {
       const bool there = i >= kComes && i < kGoes;
       const double since = (static_cast<double>(i) - kComes) / 30;
@@ -150,7 +150,7 @@ TEST_F(BehindABoard, WhatStaysIsTakenForARoomAtLast) {
 TEST(Lost, ANewMapIsBegunWhereItHasNeverBeenAndTheOldPlaceIsRecognized) {
   const Recording& rec = recording(0, "xyz");
   const auto other = elsewhere(rec, 30);
-  Slam slam(rec.sequence->camera(), small_options("static"));
+  SlamSystem slam(rec.sequence->camera(), small_options("static"));
   std::size_t n = 0;
   for (std::size_t i = 0; i < 40; ++i) slam.push(numbered(rec.frames[i], n++));
   for (std::size_t i = 0; i < 30; ++i) {

@@ -2,6 +2,7 @@
 #include "stillmap/pipeline/map_maker.hpp"
 
 #include "stillmap/base/stopwatch.hpp"
+#include "stillmap/base/trace.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -18,7 +19,7 @@ MapMaker::MapMaker(Map map, const SlamOptions& options)
 }
 
 LocalMapPtr MapMaker::insert(const KeyframeProposal& proposal) {
-  const TimedScope timed(timing_, "keyframe insertion");
+  const TraceScope scope("keyframe insertion");
   newest_ = mapper_.insert(proposal);
   made_.push_back(newest_);
   const KeyframeId abandoned = map_.current_keyframe(proposal.abandoned);
@@ -28,7 +29,7 @@ LocalMapPtr MapMaker::insert(const KeyframeProposal& proposal) {
 
 LocalMapPtr MapMaker::refine(const StopRequest& hurry) {
   {
-    const TimedScope timed(timing_, "map refinement");
+    const TraceScope scope("map refinement");
     refined_.add(mapper_.refine(newest_, hurry));
   }
   index_keyframe(newest_);
@@ -38,7 +39,7 @@ LocalMapPtr MapMaker::refine(const StopRequest& hurry) {
 void MapMaker::index_keyframe(KeyframeId keyframe) {
   std::optional<LoopMatch> match;
   {
-    const TimedScope timed(timing_, "place recognition");
+    const TraceScope scope("place recognition");
     places_.add(map_, keyframe);
     match = places_.recognize(map_, keyframe);
   }
@@ -47,7 +48,7 @@ void MapMaker::index_keyframe(KeyframeId keyframe) {
 
 void MapMaker::close(const LoopMatch& match) {
   const Stopwatch watch;
-  const TimedScope timed(timing_, "loop closing");
+  const TraceScope scope("loop closing");
   const LoopCorrection done =
       match.same_component ? close_loop(map_, match, correction_) : join(match);
   pending_global_ba_ = map_.at(match.query).component;
@@ -76,7 +77,7 @@ LocalMapPtr MapMaker::snapshot_for(const KeyframeProposal& proposal) const {
 }
 
 std::optional<RelocalizationResult> MapMaker::find(const FramePtr& lost) {
-  const TimedScope timed(timing_, "relocalization");
+  const TraceScope scope("relocalization");
   const RelocalizationVerification verification = places_.find(map_, *lost);
   if (!verification.result) return std::nullopt;
   const Relocalization& r = *verification.result;
@@ -91,7 +92,7 @@ std::shared_ptr<const MapBundle> MapMaker::take_pending_global_ba() {
 }
 
 void MapMaker::apply_global_ba(const MapBundle& bundle, const BundleResult& result) {
-  const TimedScope timed(timing_, "applying global adjustment");
+  const TraceScope scope("applying global adjustment");
   apply_to_grown_map(map_, bundle, result);
   moved_ = true;
 }
@@ -118,15 +119,15 @@ std::shared_ptr<const KeyframePoses> MapMaker::take_moved() {
 }
 
 void MapMaker::merge_remaining() {
-  const Stopwatch watch;
   std::vector<std::uint32_t> components = map_.components();
+  if (components.size() < 2) return;
+  const TraceScope scope("final merging");
   std::reverse(components.begin(), components.end());
   for (const std::uint32_t component : components) {
     // Merged into another one by an earlier step.
     if (keyframes_of(map_, component).empty()) continue;
     if (const auto match = places_.connect(map_, component)) close(*match);
   }
-  if (components.size() > 1) timing_.add("final merging", watch.milliseconds());
 }
 
 void MapMaker::drop(std::uint32_t component) {
@@ -143,7 +144,7 @@ void MapMaker::drop(std::uint32_t component) {
 }
 
 void MapMaker::adjust_all(const BundleOptions& options) {
-  const TimedScope timed(timing_, "final adjustment");
+  const TraceScope scope("final adjustment");
   for (const std::uint32_t component : map_.components()) adjust_globally(map_, component, options);
 }
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/evaluate/timing.hpp"
 #include "stillmap/loop/places.hpp"
 #include "stillmap/map/relocalization_result.hpp"
 #include "stillmap/pipeline/options.hpp"
@@ -80,7 +79,6 @@ class MapMaker {
   void adjust_all(const BundleOptions& options);
 
   const Map& map() const { return map_; }
-  const TimingRecorder& timing() const { return timing_; }
   const std::vector<MapEvent>& events() const { return events_; }
   const RefineTotals& refined() const { return refined_; }
   /// Returns the keyframe inserted last; invalid before the first.
@@ -103,7 +101,6 @@ class MapMaker {
   std::vector<KeyframeId> made_;  // in this run, those included that were erased since
   std::vector<MapEvent> events_;
   RefineTotals refined_;
-  TimingRecorder timing_;
 };
 
 }  // namespace stillmap

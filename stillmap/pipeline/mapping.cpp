@@ -78,7 +78,7 @@ Mapping::MapUpdate Mapping::relocalization_update(const FramePtr& lost) {
 void Mapping::adjust(const BundlePtr& bundle, const AdjustStage::Publish& publish) {
   BundleResult result;
   {
-    const TimedScope timed(adjust_timing_, "global adjustment");
+    const TraceScope scope("global adjustment");
     result = adjust_bundle(bundle->problem, bundle_, [this] { return adjuster_->waiting() > 0; });
   }
   publish({bundle, std::move(result)});
@@ -163,12 +163,6 @@ std::vector<NewKeyframe> Mapping::drain() {
 
 void Mapping::finish() {
   if (final_adjustment_) maker_.adjust_all(bundle_);
-}
-
-TimingRecorder Mapping::timing() const {
-  TimingRecorder all = maker_.timing();
-  all.merge(adjust_timing_);
-  return all;
 }
 
 }  // namespace stillmap

@@ -59,7 +59,6 @@ class Mapping {
   void finish();
 
   const Map& map() const { return maker_.map(); }                          ///< after drain()
-  TimingRecorder timing() const;                                           ///< after drain()
   const std::vector<MapEvent>& events() const { return maker_.events(); }  ///< after drain()
   const RefineTotals& refined() const { return maker_.refined(); }         ///< after drain()
 
@@ -97,8 +96,6 @@ class Mapping {
   MapMaker maker_;
   std::size_t adjusting_ = 0;    // number of bundles without a received solution
   std::size_t adjusted_by_ = 0;  // frame from which the newest solution is applied
-
-  TimingRecorder adjust_timing_;  // used by the adjustment thread until drain()
 
   bool await_first_snapshot_ = false;     // a new map has no snapshot yet
   bool relocalizing_ = false;             // a relocalization is pending

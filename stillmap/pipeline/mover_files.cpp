@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/pipeline/mover_files.hpp"
 
-#include "stillmap/evaluate/statistics.hpp"
+#include "stillmap/base/quantile.hpp"
 
 #include <map>
 

@@ -10,7 +10,7 @@ MoverStream::MoverStream(const MoverOptions& options, bool realtime)
       8, WhenFull::kBlock,
       [this](const TrackedFramePtr& tracked, const auto& publish) {
         trace_frame(tracked->frame->index());
-        const TimedScope timed(timing_, "movers");
+        const TraceScope scope("movers");
         publish(work(*tracked));
       },
       "movers", ThreadPriority::kBackground);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/evaluate/timing.hpp"
 #include "stillmap/motion/mover_tracker.hpp"
 #include "stillmap/pipeline/options.hpp"
 #include "stillmap/pipeline/stage.hpp"
@@ -43,7 +42,6 @@ class MoverStream {
   std::vector<MoverTrack> tracks(
       const std::function<std::optional<Pose>(std::size_t frame_index)>& pose_of) const;
   const MoverStatistics& statistics() const { return statistics_; }  ///< after finish()
-  const TimingRecorder& timing() const { return timing_; }           ///< after finish()
 
  private:
   std::vector<Mover> work(const TrackedFrame& tracked);
@@ -55,7 +53,6 @@ class MoverStream {
   MoverDetector detector_;
   MoverTracker tracker_;
   MoverStatistics statistics_;
-  TimingRecorder timing_;
   std::unique_ptr<Stage<TrackedFramePtr, std::vector<Mover>>>
       stage_;  // last: its thread uses the above; null: nothing is to be done
 };

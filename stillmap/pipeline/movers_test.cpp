@@ -4,7 +4,7 @@
 #include "stillmap/evaluate/mover_error.hpp"
 #include "stillmap/motion/true_frame_test.hpp"
 #include "stillmap/pipeline/mover_files.hpp"
-#include "stillmap/pipeline/slam.hpp"
+#include "stillmap/pipeline/slam_system.hpp"
 
 #include <filesystem>
 #include <sstream>
@@ -91,7 +91,7 @@ Outcome run(const SimulationOptions& scene) {
   SlamOptions options;
   options.orb.keypoints = 600;
   options.dense_cloud = false;
-  Slam slam(sequence.camera(), options);
+  SlamSystem slam(sequence.camera(), options);
   std::vector<MoverPosition> truth;
   for (std::size_t i = 0; i < sequence.frames(); ++i) {
     const SimulatedFrame made = sequence.at(i);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/pipeline/slam.hpp"
+#include "stillmap/pipeline/slam_system.hpp"
 #include "stillmap/simulate/simulated_sequence.hpp"
 
 #include <algorithm>

@@ -6,7 +6,7 @@
 #include "stillmap/map/map_file.hpp"
 #include "stillmap/pipeline/map_description.hpp"
 #include "stillmap/pipeline/recording_test.hpp"
-#include "stillmap/pipeline/slam.hpp"
+#include "stillmap/pipeline/slam_system.hpp"
 #include "stillmap/simulate/simulated_sequence.hpp"
 
 #include <algorithm>
@@ -61,7 +61,7 @@ struct Outcome {
 
 Outcome run(const Visit& visit, std::optional<StartingMap> start = std::nullopt,
             const SlamOptions& options = recorded::small_options("static")) {
-  Slam slam(visit.camera(), options, nullptr, std::move(start));
+  SlamSystem slam(visit.camera(), options, nullptr, std::move(start));
   for (const auto& frame : visit.frames) slam.push(frame);
   Outcome outcome;
   outcome.result = slam.finish();
@@ -245,8 +245,8 @@ TEST(SavedMap, SealedNonsenseInARealMapIsAnErrorOrAMapToBeUsed) {
     if (!complaint(bytes).empty()) continue;
     ++used;
     const bool extend = round % 2 == 0;
-    Slam slam(visit("xyz").camera(), recorded::small_options("static"), nullptr,
-              StartingMap{saved_map_from_bytes(bytes, ""), extend});
+    SlamSystem slam(visit("xyz").camera(), recorded::small_options("static"), nullptr,
+                    StartingMap{saved_map_from_bytes(bytes, ""), extend});
     for (std::size_t i = 0; i < 6; ++i) slam.push(visit("xyz").frames[i]);
     slam.finish();
   }
@@ -255,7 +255,7 @@ TEST(SavedMap, SealedNonsenseInARealMapIsAnErrorOrAMapToBeUsed) {
 
 TEST(SavedMap, OfARunThatSawNothingIsEmptyAndCanBeExtended) {
   const Visit& seen = visit("xyz");
-  Slam blind(seen.camera(), recorded::small_options("static"));
+  SlamSystem blind(seen.camera(), recorded::small_options("static"));
   blind.finish();
   const SavedMap read = saved_map_from_bytes(saved_map_bytes(blind.saved_map("test")), "");
   EXPECT_EQ(complaint(saved_map_bytes(read)), "");
@@ -272,7 +272,7 @@ TEST(SavedMap, AFolderAMissingFileAndOneWithoutRoomAreErrors) {
 TEST(SavedMap, AnotherCameraOrPyramidIsAnError) {
   SlamOptions options = recorded::small_options("static");
   const auto begin = [&](const Camera& camera) {
-    Slam(camera, options, nullptr, StartingMap{first_visit().map, false});
+    SlamSystem(camera, options, nullptr, StartingMap{first_visit().map, false});
   };
   Camera camera = visit("xyz").camera();
   EXPECT_NO_THROW(begin(camera));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the dense map makes of a whole run: people kept out, things found.
-#include "stillmap/pipeline/slam.hpp"
+#include "stillmap/pipeline/slam_system.hpp"
 #include "stillmap/segment/mask_folder.hpp"
 #include "stillmap/simulate/simulated_sequence.hpp"
 
@@ -89,8 +89,8 @@ SlamResult run_office() {
   SlamOptions options;
   options.orb.keypoints = 600;
   options.dense.back_projection.stride = 1;  // the images are small
-  Slam slam(office().sequence->camera(), options,
-            std::make_unique<OfficeDetector>(office().sequence));
+  SlamSystem slam(office().sequence->camera(), options,
+                  std::make_unique<OfficeDetector>(office().sequence));
   for (const RgbdFramePtr& frame : office().frames) slam.push(frame);
   return slam.finish();
 }

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/pipeline/slam.hpp"
-
 #include "stillmap/base/error.hpp"
 #include "stillmap/evaluate/trajectory_error.hpp"
 #include "stillmap/pipeline/prefetch.hpp"
 #include "stillmap/pipeline/recording_test.hpp"
+#include "stillmap/pipeline/slam_system.hpp"
 #include "stillmap/segment/mask_folder.hpp"
 
 #include <cstring>
@@ -42,7 +41,7 @@ struct Outcome {
 Outcome run(const Recording& recording, const SlamOptions& options) {
   std::unique_ptr<Detector> detector;
   if (options.motion.preset != "static") detector = std::make_unique<TrueMasks>(recording.sequence);
-  Slam slam(recording.sequence->camera(), options, std::move(detector));
+  SlamSystem slam(recording.sequence->camera(), options, std::move(detector));
   for (const auto& frame : recording.frames) slam.push(frame);
   Outcome outcome{slam.finish()};
   if (outcome.result.tracked() >= 3) {
@@ -129,7 +128,7 @@ TEST(Realtime, TracksEveryFramePushed) {
 
 TEST(Lost, AMomentOfBlacknessIsBridged) {
   const Recording& rec = recording(0, "xyz");
-  Slam slam(rec.sequence->camera(), small_options("static"));
+  SlamSystem slam(rec.sequence->camera(), small_options("static"));
   for (std::size_t i = 0; i < 60; ++i) {
     auto frame = std::make_shared<RgbdFrame>(*rec.frames[i]);
     if (i >= 30 && i < 33) frame->gray = black(frame->gray);
@@ -163,7 +162,7 @@ TEST(Lost, WhereEverythingSeemsToMoveNoMotionIsInvented) {
   SlamOptions options = small_options("seg-mask");
   options.schedule.segment_every = 1;
   options.schedule.mask_delay = 0;
-  Slam slam(rec.sequence->camera(), options, std::make_unique<AllOnePerson>());
+  SlamSystem slam(rec.sequence->camera(), options, std::make_unique<AllOnePerson>());
   for (std::size_t i = 0; i < 30; ++i) {
     const auto pose = slam.push(rec.frames[i]);
     EXPECT_EQ(pose.has_value(), i < 10) << i;
@@ -176,7 +175,7 @@ TEST(Lost, WhereEverythingSeemsToMoveNoMotionIsInvented) {
 
 TEST(Lost, WithoutDepthThereIsNoMapAndTheReasonIsTold) {
   const Recording& rec = recording(0, "xyz");
-  Slam slam(rec.sequence->camera(), small_options("static"));
+  SlamSystem slam(rec.sequence->camera(), small_options("static"));
   for (std::size_t i = 0; i < 5; ++i) {
     auto frame = std::make_shared<RgbdFrame>(*rec.frames[i]);
     frame->depth = black(frame->depth);
@@ -190,7 +189,7 @@ TEST(Lost, WithoutDepthThereIsNoMapAndTheReasonIsTold) {
 
 TEST(SlamInput, AFrameOfAnotherSizeOrOutOfOrderIsAnError) {
   const Recording& rec = recording(0, "xyz");
-  Slam slam(rec.sequence->camera(), small_options("static"));
+  SlamSystem slam(rec.sequence->camera(), small_options("static"));
   slam.push(rec.frames[1]);
   EXPECT_THROW(slam.push(rec.frames[0]), Error) << "earlier than the one before";
   auto small = std::make_shared<RgbdFrame>(*rec.frames[2]);

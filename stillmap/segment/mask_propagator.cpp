@@ -165,7 +165,7 @@ void MaskPropagator::set(const SegmentedFrame& masks) {
 }
 
 SegmentedFramePtr MaskPropagator::current() {
-  const TraceScope scope("mask propagation");
+  const TraceScope scope("propagate");
   if (!source_ || frames_.empty()) return nullptr;
   const RgbdFrame& target = *frames_.back();
   const std::size_t found_in = source_->masks.frame_index;

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/pipeline/frame_log.hpp"
+
+#include <algorithm>
+
+namespace stillmap {
+namespace {
+
+std::optional<Pose> pose_in(const Map& map, const FrameRecord& record) {
+  if (!record.has_pose() || !map.current_keyframe(record.reference).valid()) return std::nullopt;
+  return map.resolve(record.reference, record.T_reference_camera);
+}
+
+}  // namespace
+
+void FrameLog::add(const TrackedFrame& tracked, const TrackingTimes& times) {
+  const Frame& frame = *tracked.frame;
+  FrameRecord record;
+  record.index = frame.index();
+  record.timestamp = frame.timestamp();
+  record.state = tracked.state;
+  record.reason = tracked.reason;
+  record.reference = tracked.reference;
+  record.T_reference_camera = tracked.T_reference_camera;
+  record.keypoints = static_cast<int>(frame.features->size());
+  record.moving_keypoints = static_cast<int>(
+      std::count(frame.evidence.weight.begin(), frame.evidence.weight.end(), 0.0F));
+  record.inliers = tracked.inliers;
+  if (frame.instances) record.mask_age = static_cast<int>(frame.instances->age());
+  record.relocalized = tracked.relocalized;
+  record.tracked_by_odometry = tracked.tracked_by_odometry;
+  record.keyframe = tracked.proposal.has_value() && extends_map_;
+  record.times = times;
+  records_.push_back(std::move(record));
+}
+
+void FrameLog::settle(const std::vector<NewKeyframe>& made) {
+  for (const NewKeyframe& keyframe : made) {
+    const auto frame =
+        std::lower_bound(records_.begin(), records_.end(), keyframe.frame_index,
+                         [](const FrameRecord& r, std::size_t index) { return r.index < index; });
+    frame->reference = keyframe.id;
+    frame->T_reference_camera = Pose();
+  }
+}
+
+void FrameLog::confirm(const RelocalizationResult& relocalization) {
+  const auto lost = std::find_if(records_.rbegin(), records_.rend(), [&](const FrameRecord& r) {
+    return r.index == relocalization.frame->index();
+  });
+  if (lost == records_.rend()) return;
+  lost->state = TrackState::kTracking;
+  lost->reason.clear();
+  lost->tracked_by_odometry = false;
+  lost->reference = relocalization.local_map->reference;
+  lost->T_reference_camera = relocalization.T_reference_camera;
+  lost->inliers = relocalization.inliers;
+}
+
+std::map<std::size_t, Pose> FrameLog::poses(const Map& map) const {
+  std::map<std::size_t, Pose> poses;
+  for (const FrameRecord& record : records_) {
+    if (const auto T_world_camera = pose_in(map, record))
+      poses.emplace_hint(poses.end(), record.index, *T_world_camera);
+  }
+  return poses;
+}
+
+Trajectory FrameLog::trajectory(const Map& map) const {
+  Trajectory trajectory;
+  for (const FrameRecord& record : records_) {
+    if (const auto T_world_camera = pose_in(map, record))
+      trajectory.push_back({record.timestamp, *T_world_camera});
+  }
+  return trajectory;
+}
+
+std::map<std::uint32_t, int> FrameLog::frames_by_component(const Map& map) const {
+  std::map<std::uint32_t, int> frames;
+  for (const FrameRecord& record : records_) {
+    if (pose_in(map, record)) ++frames[map.at(map.current_keyframe(record.reference)).component];
+  }
+  return frames;
+}
+
+void FrameLog::add_times_to(StageTimes& times) const {
+  const auto add = [&](std::string_view stage, auto milliseconds) {
+    for (const FrameRecord& record : records_) times.add(stage, milliseconds(record.times));
+  };
+  add("features", [](const TrackingTimes& t) { return t.features; });
+  add("waiting for masks", [](const TrackingTimes& t) { return t.masks; });
+  add("motion", [](const TrackingTimes& t) { return t.motion; });
+  add("pose", [](const TrackingTimes& t) { return t.pose; });
+  add("tracking", [](const TrackingTimes& t) { return t.total(); });
+  add("waiting for network and map", [](const TrackingTimes& t) { return t.waiting; });
+}
+
+}  // namespace stillmap

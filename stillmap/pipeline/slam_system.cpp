@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/pipeline/slam_system.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/trace.hpp"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <string_view>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace stillmap {
+namespace {
+
+// The stages of the threads beside the tracker's, by the names of their trace spans.
+constexpr std::array kStages = {"mask propagation",
+                                "segmentation",
+                                "keyframe insertion",
+                                "map refinement",
+                                "place recognition",
+                                "loop closing",
+                                "relocalization",
+                                "global adjustment",
+                                "applying global adjustment",
+                                "final merging",
+                                "final adjustment",
+                                "dense map: labels",
+                                "dense map: keyframe",
+                                "dense map: other frame",
+                                "dense map: corrected",
+                                "dense composition",
+                                "movers"};
+
+const SlamOptions& checked(const SlamOptions& options) {
+  check_options(options);
+  return options;
+}
+
+TrackerStart how_to_begin(const std::optional<StartingMap>& start) {
+  if (!start) return TrackerStart::kNewMap;
+  return start->extend ? TrackerStart::kInMap : TrackerStart::kInMapOnly;
+}
+
+Map map_to_begin_in(const std::optional<StartingMap>& start, const Camera& camera,
+                    const PyramidShape& pyramid) {
+  if (!start) return {camera, pyramid};
+  require_same_camera(start->saved.map, camera, pyramid, "the map to begin in");
+  return Map(start->saved.map);
+}
+
+std::vector<AnchoredView> views_to_begin_with(std::optional<StartingMap>& start) {
+  return start ? std::move(start->saved.views) : std::vector<AnchoredView>();
+}
+
+}  // namespace
+
+SlamSystem::SlamSystem(const Camera& camera, const SlamOptions& options,
+                       std::unique_ptr<Detector> detector, std::optional<StartingMap> start)
+    : own_trace_(bound_trace_track() != nullptr ? nullptr
+                                                : std::make_unique<Trace>(TraceDetail::kTimes)),
+      track_(own_trace_ ? own_trace_->add_track("camera") : *bound_trace_track()),
+      first_track_(track_.trace().tracks().size()),
+      construction_(std::in_place, &track_),
+      options_(checked(options)),
+      camera_(camera),
+      extend_(!start || start->extend),
+      extractor_(options.orb),
+      keypoint_budget_(options.orb.keypoints),
+      motion_(options.motion),
+      tracker_(camera, options.orb.pyramid(), options.tracker, how_to_begin(start)),
+      instances_(std::move(detector), options),
+      mapping_(map_to_begin_in(start, camera, options.orb.pyramid()), options, extend_),
+      dense_(camera, options, extend_ && options.dense_cloud, views_to_begin_with(start)),
+      movers_(options.movers, options.schedule.realtime()),
+      log_(extend_) {
+  construction_.reset();  // all threads have been made and have their tracks
+  end_track_ = track_.trace().tracks().size();
+}
+
+SlamSystem::~SlamSystem() = default;
+
+std::optional<Pose> SlamSystem::push(const RgbdFramePtr& image) {
+  check(*image);
+  const TraceBinding binding(&track_);
+  trace_frame(image->index);
+  traced("frame", [&] { track(image); });
+  if (options_.schedule.realtime()) shed_load(*image);
+  log_.add(*newest_, tracking_times(propagation_));
+  return newest_->T_world_camera;
+}
+
+/// The way of a frame. While the network's masks are propagated to it on their own threads, the
+/// frame's features, its initial pose and the cues that need no masks are found.
+void SlamSystem::track(const RgbdFramePtr& image) {
+  auto frame = std::make_shared<Frame>();
+  frame->image = image;
+  frame->cells = std::make_shared<CellGrid>(image->depth, camera_);
+  instances_.push(image, frame->cells);
+  frame->features = std::make_shared<Features>(
+      extractor_.extract(image->gray, image->depth, keypoint_budget_.keypoints()));
+
+  const MapView map = mapping_.view_for(image->index);
+  log_.settle(map.made);
+  const auto initial = tracker_.follow(*frame->features, map.local_map);
+  MotionEvidence evidence = motion_.begin(motion_input(*frame, initial));
+
+  const SeenInstances seen = instances_.take();
+  frame->instances = seen.carried;
+  frame->instance_cells = seen.propagated_cells;
+  propagation_ = seen.milliseconds;
+  frame->evidence = motion_.finish(std::move(evidence), motion_input(*frame, initial));
+
+  newest_ = tracker_.track(frame, initial, map.local_map, map.found);
+  if (newest_->relocalized) {
+    mapping_.accept_relocalization(*map.found);
+    log_.confirm(*map.found);
+  }
+  mapping_.push(newest_);
+  movers_.push(newest_);
+  dense_.push(newest_, seen.found, map);
+}
+
+MotionInput SlamSystem::motion_input(const Frame& frame,
+                                     const std::optional<InitialPose>& initial) const {
+  return {.image = frame.image,
+          .features = frame.features,
+          .pyramid = options_.orb.pyramid(),
+          .cells = frame.cells,
+          .instances = frame.instances,
+          .instance_cells = frame.instance_cells,
+          .previous = newest_ ? newest_->frame : nullptr,
+          .ego_motion = initial ? std::optional(initial->motion) : std::nullopt};
+}
+
+/// Masks are propagated while the tracker's thread does other work; the part that it has to wait
+/// for counts as tracking. Waiting for the network and for the map does not: a live camera's
+/// tracker takes what there is, and a recording's may run ahead of them.
+/// @param propagation time that propagating the masks to the frame took [ms]
+TrackingTimes SlamSystem::tracking_times(double propagation) const {
+  const double features = track_.in_frame("features");
+  const double initial_pose = track_.in_frame("follow");
+  const double motion_before_masks = track_.in_frame("motion before masks");
+  const double blocked = track_.in_frame("waiting for masks");
+  const double masks =
+      std::clamp(propagation - (features + initial_pose + motion_before_masks), 0.0, blocked);
+  const double motion = track_.in_frame("cells") + motion_before_masks + track_.in_frame("motion");
+  return {.features = static_cast<float>(features),
+          .masks = static_cast<float>(masks),
+          .motion = static_cast<float>(motion),
+          .pose = static_cast<float>(initial_pose + track_.in_frame("pose")),
+          .waiting = static_cast<float>(blocked - masks + track_.in_frame("waiting for map"))};
+}
+
+void SlamSystem::check(const RgbdFrame& frame) const {
+  const auto fits = [&](const cv::Mat& image, int type) {
+    return image.cols == camera_.width && image.rows == camera_.height && image.type() == type;
+  };
+  if (!fits(frame.gray, CV_8UC1) || !fits(frame.depth, CV_32FC1) || !fits(frame.color, CV_8UC3)) {
+    throw Error(
+        fmt::format("frame {} is no {}x{} set of 8-bit color, 8-bit gray and float depth images",
+                    frame.index, camera_.width, camera_.height),
+        "Slam::push", "make the camera's width and height those of the images");
+  }
+  if (!log_.empty() &&
+      (frame.index <= log_.back().index || frame.timestamp <= log_.back().timestamp)) {
+    throw Error(fmt::format("frame {} at {:.6f} s does not come after frame {} at {:.6f} s",
+                            frame.index, frame.timestamp, log_.back().index, log_.back().timestamp),
+                "Slam::push", "push frames in the order of their stamps, each once");
+  }
+}
+
+/// For a camera that does not wait: fewer keypoints where frames keep the tracker too long.
+void SlamSystem::shed_load(const RgbdFrame& image) {
+  const int wanted = keypoint_budget_.keypoints();
+  if (wanted < options_.orb.keypoints) ++load_shedding_.frames_of_fewer_keypoints;
+  load_shedding_.fewest_keypoints =
+      log_.empty() ? wanted : std::min(load_shedding_.fewest_keypoints, wanted);
+  if (log_.empty()) return;
+  keypoint_budget_.took(track_.in_frame("frame"), 1000 * (image.timestamp - log_.back().timestamp),
+                        newest_->inliers);
+}
+
+SlamResult SlamSystem::finish() {
+  const TraceBinding binding(&track_);
+  trace_no_frame();
+  SlamResult result;
+  traced("finish", [&] {
+    finish_streams();
+    result.trajectory = log_.trajectory(mapping_.map());
+    result.keyframes = keyframe_trajectory();
+    result.frames = log_.records();
+    result.events = mapping_.events();
+    collect_movers(result);
+    collect_dense_map(result);
+    collect_statistics(result);
+  });
+  result.timing = stage_times();
+  return result;
+}
+
+void SlamSystem::finish_streams() {
+  instances_.finish();
+  const std::vector<NewKeyframe> made = mapping_.drain();
+  log_.settle(made);
+  drop_brief_maps();
+  mapping_.finish();
+  dense_.finish(made);
+  movers_.finish();
+}
+
+/// Of several unconnected maps, those that held the camera for moments only.
+void SlamSystem::drop_brief_maps() {
+  const auto frames = log_.frames_by_component(mapping_.map());
+  for (const auto& [component, count] : frames) {
+    if (frames.size() > 1 && count < options_.tracker.min_map_frames) mapping_.drop(component);
+  }
+}
+
+/// The keyframes of this run by their timestamps.
+Trajectory SlamSystem::keyframe_trajectory() const {
+  const Map& map = mapping_.map();
+  Trajectory keyframes;
+  map.for_each_keyframe([&](const Keyframe& k) {
+    if (k.session == map.session()) keyframes.push_back({k.timestamp, k.T_world_camera});
+  });
+  std::sort(keyframes.begin(), keyframes.end(),
+            [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
+  return keyframes;
+}
+
+void SlamSystem::collect_movers(SlamResult& result) const {
+  const std::map<std::size_t, Pose> pose_of = log_.poses(mapping_.map());
+  result.movers = movers_.tracks([&](std::size_t frame) -> std::optional<Pose> {
+    const auto found = pose_of.find(frame);
+    return found == pose_of.end() ? std::nullopt : std::optional(found->second);
+  });
+  result.mover_statistics = movers_.statistics();
+}
+
+void SlamSystem::collect_dense_map(SlamResult& result) {
+  const TraceScope scope("dense composition");
+  result.placed = dense_.place(mapping_.map());
+  result.dense = cloud_of(result.placed, options_.dense.semantics);
+  result.dense_statistics = dense_.statistics();
+}
+
+void SlamSystem::collect_statistics(SlamResult& result) const {
+  const Map& map = mapping_.map();
+  result.landmarks = map.landmark_count();
+  result.maps = map.components().size();
+  result.refined = mapping_.refined();
+  result.segmented = instances_.segmented();
+  result.load_shedding = load_shedding_;
+  result.load_shedding.frames_without_view = dense_.frames_left_out();
+  result.load_shedding.frames_without_movers = movers_.passed_over();
+}
+
+/// All threads rest, so their tracks may be read.
+StageTimes SlamSystem::stage_times() const {
+  StageTimes times;
+  log_.add_times_to(times);
+  for (const std::string_view cue : motion_.cues())
+    times.append(fmt::format("motion: {}", cue), track_.times(cue));
+  const auto& tracks = track_.trace().tracks();
+  for (const std::string_view stage : kStages) {
+    times.append(stage, track_.times(stage));
+    for (std::size_t i = first_track_; i < end_track_; ++i)
+      times.append(stage, tracks[i].times(stage));
+  }
+  return times;
+}
+
+SavedMap SlamSystem::saved_map(const std::string& writer) const {
+  const Map& map = mapping_.map();
+  return {writer, map.content(), dense_.saved_views(map)};
+}
+
+}  // namespace stillmap

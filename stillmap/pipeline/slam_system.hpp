@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/base/stage_times.hpp"
+#include "stillmap/base/trace.hpp"
+#include "stillmap/geometry/trajectory.hpp"
+#include "stillmap/pipeline/dense_stream.hpp"
+#include "stillmap/pipeline/frame_log.hpp"
+#include "stillmap/pipeline/instance_stream.hpp"
+#include "stillmap/pipeline/keypoint_budget.hpp"
+#include "stillmap/pipeline/mapping.hpp"
+#include "stillmap/pipeline/mover_stream.hpp"
+#include "stillmap/pipeline/options.hpp"
+#include "stillmap/pipeline/saved_map.hpp"
+#include "stillmap/track/tracker.hpp"
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace stillmap {
+
+/// Work left out in realtime so that tracking kept up with the camera: first the network sees fewer
+/// frames and movers are looked for in fewer, then frames get fewer keypoints, and at last the
+/// source drops frames. In lockstep nothing is left out.
+struct LoadShedding {
+  std::size_t frames_without_movers = 0;      ///< frames in which no movers were looked for
+  std::size_t frames_without_view = 0;        ///< frames that were not added to the dense map
+  std::size_t frames_of_fewer_keypoints = 0;  ///< frames that got fewer keypoints than configured
+  int fewest_keypoints = 0;                   ///< smallest number of keypoints asked for
+};
+
+/// All results of a run.
+struct SlamResult {
+  Trajectory trajectory;  ///< T_world_camera of every frame with a pose, in the final map
+  Trajectory keyframes;   ///< of this run, those still in the map
+  ComposedCloud dense;    ///< colored static cloud in the world frame, and the objects in it
+  PlacedMap placed;       ///< the views and voxels of the cloud, for meshes and grids
+  DenseStatistics dense_statistics;
+  std::vector<MoverTrack> movers;  ///< by id, in the world of the trajectory; see MoverTracker
+  MoverStatistics mover_statistics;
+  std::vector<FrameRecord> frames;  ///< every frame pushed
+  StageTimes timing;                ///< milliseconds per stage
+  std::size_t landmarks = 0;        ///< number of landmarks in the final map
+  std::size_t maps = 0;          ///< number of unconnected maps; more than one if tracking was lost
+  std::vector<MapEvent> events;  ///< loops closed, maps joined and dropped, in this order
+  RefineTotals refined;          ///< statistics of local mapping
+  std::size_t segmented = 0;     ///< number of frames that the network saw
+  LoadShedding load_shedding;
+  std::size_t tracked() const { return trajectory.size(); }
+};
+
+/// A map made before, to begin in.
+struct StartingMap {
+  SavedMap saved;
+  bool extend = true;  ///< false: the camera is only found in it, and the map stays as it is
+};
+
+/// The whole system behind the public class Slam: frames in, poses out, and at the end everything
+/// else.
+///
+///     SlamSystem slam(source.camera(), options, make_detector(options.segment));
+///     while (auto frame = source.next()) slam.push(frame);
+///     SlamResult result = slam.finish();
+///
+/// Threads work behind it (network, masks, map, dense map, movers); the object itself is for one
+/// thread. Times are taken from the trace that is bound to the thread that makes it, or else from a
+/// trace of its own that keeps times only.
+class SlamSystem {
+ public:
+  /// @param detector finds instances; null for none
+  /// @param start    a map to begin in: the camera counts as lost until its place is recognized
+  /// Throws Error for options that make no sense, and for a map of another camera.
+  SlamSystem(const Camera& camera, const SlamOptions& options,
+             std::unique_ptr<Detector> detector = nullptr,
+             std::optional<StartingMap> start = std::nullopt);
+  ~SlamSystem();
+
+  /// The next frame, indices and stamps rising. T_world_camera as known now; none while there is no
+  /// map or the camera is lost. Throws Error if the frame's size is not the camera's.
+  std::optional<Pose> push(const RgbdFramePtr& frame);
+
+  /// The frame pushed last, as the tracker saw it; null before the first.
+  const TrackedFramePtr& newest() const { return newest_; }
+
+  /// What moves, by id, as known now and in the world as it is now. In lockstep at the frame pushed
+  /// last; in realtime at the newest that was worked on.
+  std::vector<Mover> movers() { return movers_.newest(!options_.schedule.realtime()); }
+
+  /// Waits for all threads, adjusts the map once more, and collects the results. Call once; no push
+  /// after it.
+  SlamResult finish();
+
+  /// The whole map, to be saved; one begun in included. After finish().
+  /// @param writer  the program, with its version
+  SavedMap saved_map(const std::string& writer) const;
+
+ private:
+  void check(const RgbdFrame& frame) const;
+  void track(const RgbdFramePtr& image);
+  MotionInput motion_input(const Frame& frame, const std::optional<InitialPose>& initial) const;
+  TrackingTimes tracking_times(double propagation) const;
+  void shed_load(const RgbdFrame& image);
+
+  void finish_streams();
+  void drop_brief_maps();
+  Trajectory keyframe_trajectory() const;
+  void collect_movers(SlamResult& result) const;
+  void collect_dense_map(SlamResult& result);
+  void collect_statistics(SlamResult& result) const;
+  StageTimes stage_times() const;
+
+  // First, since the threads of the streams write to it.
+  const std::unique_ptr<Trace> own_trace_;    // null: the thread that made this is traced
+  TraceTrack& track_;                         // of the thread that pushes
+  const std::size_t first_track_;             // of the streams' threads
+  std::size_t end_track_ = 0;                 // one beyond their last
+  std::optional<TraceBinding> construction_;  // while their threads are made
+
+  const SlamOptions options_;
+  const Camera camera_;
+  const bool extend_;
+  OrbExtractor extractor_;
+  KeypointBudget keypoint_budget_;
+  LoadShedding load_shedding_;
+  MotionEstimator motion_;
+  Tracker tracker_;
+  InstanceStream instances_;
+  Mapping mapping_;
+  DenseStream dense_;
+  MoverStream movers_;
+  FrameLog log_;
+  TrackedFramePtr newest_;
+  double propagation_ = 0;  // time that propagating the masks to the newest frame took [ms]
+};
+
+}  // namespace stillmap
