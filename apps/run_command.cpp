@@ -5,8 +5,8 @@
 #include "stillmap/pipeline/options.hpp"
 #include "stillmap/segment/make_detector.hpp"
 #include "stillmap/sensor/camera_file.hpp"
-#include "stillmap/sensor/halved.hpp"
-#include "stillmap/sensor/tum_folder.hpp"
+#include "stillmap/sensor/make_source.hpp"
+#include "stillmap/sensor/sequence.hpp"
 
 #include <algorithm>
 #include <memory>
@@ -43,14 +43,6 @@ SlamOptions options_of(const RunArguments& arguments) {
   if (arguments.localize_only) options.dense_cloud = false;  // of a map that is not extended
   check_options(options);
   return options;
-}
-
-Camera camera_of(const RunArguments& arguments, const SequencePaths& paths) {
-  if (!arguments.camera.empty()) return load_camera(arguments.camera);
-  if (!paths.camera.empty()) return load_camera(paths.camera.string());
-  throw Error("the sequence has no camera.yaml, and no camera was named", paths.folder.string(),
-              fmt::format("add --camera NAME or FILE; the names are {}",
-                          fmt::join(camera_presets(), ", ")));
 }
 
 std::optional<Trajectory> truth_of(const RunArguments& arguments, const SequencePaths& paths) {
@@ -119,11 +111,13 @@ int run(const RunArguments& arguments) {
     throw Error("no sequence was named", "run", "stillmap run SEQUENCE, a folder in TUM layout");
   }
   const SequencePaths paths = find_sequence(arguments.sequence, arguments.associations);
-  const TumFolderOptions range{
-      .first = arguments.first, .count = arguments.count, .stride = arguments.stride};
-  std::unique_ptr<FrameSource> source =
-      std::make_unique<TumFolder>(paths, camera_of(arguments, paths), range);
-  if (arguments.half) source = std::make_unique<HalvedSource>(std::move(source));
+  const SourceOptions range{.camera = arguments.camera,
+                            .associations = arguments.associations,
+                            .first = arguments.first,
+                            .count = arguments.count,
+                            .stride = arguments.stride,
+                            .half_size = arguments.half};
+  std::unique_ptr<FrameSource> source = make_source(arguments.sequence, range);
   check(arguments.dense);
   check_save_map(arguments.save_map);
   Session session;

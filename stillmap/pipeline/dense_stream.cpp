@@ -99,6 +99,7 @@ bool DenseStream::wants(const TrackedFrame& tracked) {
 
 void DenseStream::work(const Task& task) {
   settle(task.made);
+  cloud_.reset();
   if (task.tracked) trace_frame(task.tracked->frame->index());
   if (task.tracked && task.tracked->enters_world()) dense_.leave_world();
   if (task.moved) follow(*task.moved);
@@ -157,6 +158,33 @@ std::optional<DenseStream::ViewPlace> DenseStream::place_in(const Map& map,
   return ViewPlace{current, map.at(current).T_world_camera.inverse() * T_world_view};
 }
 
+std::future<std::shared_ptr<const Cloud>> DenseStream::ask() {
+  if (!stage_) {
+    const auto empty = [] { return std::make_shared<const Cloud>(); };
+    return std::async(std::launch::deferred, empty);
+  }
+  return stage_->ask([this] {
+    const TraceBinding untraced(nullptr);  // it is no work on a frame
+    return live_cloud();
+  });
+}
+
+void DenseStream::show(std::shared_ptr<const Cloud> cloud) {
+  if (stage_) stage_->ask([&] { cloud_ = std::move(cloud); }).get();
+}
+
+std::shared_ptr<const Cloud> DenseStream::live_cloud() {
+  if (cloud_) return cloud_;
+  const StaticGrid& grid = dense_.live().grid();
+  auto cloud = std::make_shared<Cloud>();
+  for (std::uint32_t cell = 0; cell < grid.index().size(); ++cell) {
+    if (grid.is_static(cell) && grid.is_confirmed(cell))
+      cloud->add(grid.mean(cell), grid.color(cell));
+  }
+  cloud_ = cloud;
+  return cloud;
+}
+
 PlacedMap DenseStream::place(const Map& map) {
   std::map<std::uint32_t, ViewPoses> by_component;
   for (const auto& [id, view] : dense_.views()) {
@@ -166,7 +194,8 @@ PlacedMap DenseStream::place(const Map& map) {
     by_component[keyframe.component][id] = keyframe.T_world_camera * place->T_keyframe_view;
   }
   const ViewPoses poses = largest_of(by_component);
-  dense_.leave_world();  // the live map is not needed any more
+  // The live map is not needed any more; until show() the cloud is empty, unless it was made.
+  if (stage_) stage_->ask([this] { dense_.leave_world(); }).get();
   return dense_.place(pose_lookup(poses));
 }
 

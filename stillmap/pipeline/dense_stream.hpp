@@ -10,6 +10,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <future>
 #include <map>
 #include <memory>
 #include <optional>
@@ -36,6 +37,13 @@ class DenseStream {
   /// Waits for all that was pushed. Nothing may be pushed after it.
   /// @param made keyframes that push() was not told of
   void finish(const std::vector<NewKeyframe>& made);
+
+  /// Returns the static surfaces as they are known now, coarser than the final cloud; or the cloud
+  /// that show() was given. May be called by any thread; the answer comes when the dense map's
+  /// thread has finished its present frame. Never null.
+  std::future<std::shared_ptr<const Cloud>> ask();
+  /// From here on ask() returns this cloud: the final one.
+  void show(std::shared_ptr<const Cloud> cloud);
 
   /// The views of the largest of the unconnected maps, put together where the map says they are.
   /// After finish().
@@ -66,6 +74,7 @@ class DenseStream {
   void add(const TrackedFrame& tracked, const DetectedObjects& found);
   void follow(const KeyframePoses& moved);
   void settle(const std::vector<NewKeyframe>& made);
+  std::shared_ptr<const Cloud> live_cloud();
   std::uint64_t view_of(std::size_t frame_index) const { return loaded_views_ + frame_index; }
   std::optional<ViewPlace> place_in(const Map& map, std::uint64_t view) const;
 
@@ -80,6 +89,7 @@ class DenseStream {
   // Of the stage's thread until finish().
   DenseMap dense_;
   std::map<std::uint64_t, ViewPlace> places_;    // of all views
+  std::shared_ptr<const Cloud> cloud_;           // made for ask(); null: the map has changed since
   std::unique_ptr<Stage<Task, Nothing>> stage_;  // last: its thread uses the above; null: disabled
 };
 

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -44,7 +45,22 @@ struct FrameRecord {
   bool has_pose() const { return state == TrackState::kStarted || state == TrackState::kTracking; }
 };
 
-/// The records of all frames of a run, and their poses in the map as it is corrected.
+/// A frame with a pose, relative to a keyframe.
+struct PlacedFrame {
+  double timestamp = 0;  ///< [s]
+  KeyframeId reference;  ///< invalid where the frame begins a map: the pose is one in the world
+  Pose T_reference_camera;
+};
+
+/// The frames pushed so far, as another thread may see them.
+struct LoggedFrames {
+  std::optional<FrameRecord> newest;
+  std::vector<PlacedFrame> placed;  ///< those with a pose
+};
+
+/// The records of all frames of a run, and their poses in the map as it is corrected. Used by the
+/// thread that pushes frames. Only copy() may be called by others, at any time; no stage owns the
+/// log, so this is the one class besides Stage with a mutex.
 class FrameLog {
  public:
   /// @param extends_map false where keyframes are proposed but the map stays as it is
@@ -56,6 +72,9 @@ class FrameLog {
   /// An earlier frame of the lost camera was recognized, and the tracker agrees: the frame has a
   /// pose after all.
   void confirm(const RelocalizationResult& relocalization);
+
+  /// Returns the frames pushed so far. May be called by any thread.
+  LoggedFrames copy() const;
 
   bool empty() const { return records_.empty(); }
   const FrameRecord& back() const { return records_.back(); }
@@ -74,7 +93,8 @@ class FrameLog {
 
  private:
   const bool extends_map_;
-  std::vector<FrameRecord> records_;
+  std::vector<FrameRecord> records_;  // changed under the mutex, by the thread that pushes
+  mutable std::mutex mutex_;
 };
 
 }  // namespace stillmap

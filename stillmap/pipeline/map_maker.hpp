@@ -5,6 +5,7 @@
 #include "stillmap/pipeline/options.hpp"
 #include "stillmap/refine/global_adjustment.hpp"
 #include "stillmap/refine/local_mapper.hpp"
+#include "stillmap/slam.hpp"
 
 #include <map>
 #include <memory>
@@ -12,26 +13,6 @@
 #include <vector>
 
 namespace stillmap {
-
-/// An event of the whole map.
-struct MapEvent {
-  enum class Kind {
-    kLoop,     ///< A loop was closed.
-    kMerge,    ///< Two components were merged.
-    kDropped,  ///< A component was dropped that had tracked the camera too briefly.
-  };
-  Kind kind = Kind::kLoop;
-  /// Frame index of the triggering keyframe, or of the first one of a dropped component.
-  std::size_t frame_index = 0;
-  double timestamp = 0;            ///< Time of this frame [s].
-  std::size_t seen_in = 0;         ///< Frame index of the keyframe that showed the place before.
-  int inliers = 0;                 ///< Number of inlier landmarks of the match.
-  int fused = 0;                   ///< Number of merged landmarks and gained observations.
-  double meters = 0, radians = 0;  ///< Correction of the camera pose [m and rad].
-  std::size_t keyframes = 0;       ///< Number of keyframes of the component then.
-  double graph_ms = 0;             ///< Time of the pose graph optimization [ms].
-  double milliseconds = 0;         ///< Total time without global bundle adjustment [ms].
-};
 
 /// T_world_camera of the keyframes of a component, by id, including erased ones.
 using KeyframePoses = std::map<KeyframeId, Pose>;

@@ -53,7 +53,7 @@ void Mapping::work(const TrackedFrame& tracked, const MapStage::Publish& publish
   apply_due_adjustment(tracked.frame->index());
   MapUpdate inserted{maker_.insert(*tracked.proposal)};
   inserted.moved = maker_.take_moved();
-  inserted.made = {tracked.frame->index(), maker_.newest()};
+  inserted.made = {tracked.frame->index(), tracked.frame->timestamp(), maker_.newest()};
   publish(std::move(inserted));
   // In realtime a newer keyframe is more important than convergence around this one.
   StopRequest hurry;
@@ -153,16 +153,40 @@ MapView Mapping::view_for(std::size_t frame_index) {
   return view;
 }
 
-std::vector<NewKeyframe> Mapping::drain() {
+MapView Mapping::drain() {
   stage_->drain();
-  std::vector<NewKeyframe> made = view_for(kAtTheEnd).made;
-  apply_due_adjustment(kAtTheEnd);
-  if (extend_) maker_.merge_remaining();
-  return made;
+  MapView view = view_for(kAtTheEnd);
+  change([this] {
+    apply_due_adjustment(kAtTheEnd);
+    if (extend_) maker_.merge_remaining();
+  });
+  return view;
+}
+
+void Mapping::drop(std::uint32_t component) {
+  change([&] { maker_.drop(component); });
 }
 
 void Mapping::finish() {
-  if (final_adjustment_) maker_.adjust_all(bundle_);
+  if (final_adjustment_) change([this] { maker_.adjust_all(bundle_); });
+}
+
+/// On the map's thread, so that the map never changes while another thread has it read.
+void Mapping::change(const std::function<void()>& work) {
+  const TraceScope waiting("waiting for map");
+  stage_
+      ->ask([&work] {
+        trace_no_frame();
+        work();
+      })
+      .get();
+}
+
+std::future<void> Mapping::ask(std::function<void(const MapMaker&)> read) {
+  return stage_->ask([this, read = std::move(read)] {
+    const TraceBinding untraced(nullptr);  // it is no work on the map
+    read(maker_);
+  });
 }
 
 }  // namespace stillmap

@@ -5,6 +5,8 @@
 #include "stillmap/track/tracker.hpp"
 
 #include <deque>
+#include <functional>
+#include <future>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -14,6 +16,7 @@ namespace stillmap {
 /// A frame that was made a keyframe.
 struct NewKeyframe {
   std::size_t frame_index = 0;
+  double timestamp = 0;  ///< [s]
   KeyframeId id;
 };
 
@@ -52,11 +55,16 @@ class Mapping {
   }
 
   /// Waits for all pending work. Afterwards the map may be read, and nothing may be pushed.
-  std::vector<NewKeyframe> drain();
+  /// Returns the view after the last frame.
+  MapView drain();
   /// Drops a component, unless it has keyframes of an earlier session. After drain().
-  void drop(std::uint32_t component) { maker_.drop(component); }
+  void drop(std::uint32_t component);
   /// Runs the final bundle adjustment if the options request it. After drain().
   void finish();
+
+  /// Has the map's thread read the map between two pieces of its work. May be called by any thread;
+  /// the future becomes ready when `read` has returned.
+  std::future<void> ask(std::function<void(const MapMaker&)> read);
 
   const Map& map() const { return maker_.map(); }                          ///< after drain()
   const std::vector<MapEvent>& events() const { return maker_.events(); }  ///< after drain()
@@ -82,6 +90,7 @@ class Mapping {
   MapUpdate relocalization_update(const FramePtr& lost);
   void adjust(const BundlePtr& bundle, const AdjustStage::Publish& publish);
   void begin_adjustment(std::size_t frame_index);
+  void change(const std::function<void()>& work);
   void apply_due_adjustment(std::size_t frame_index);
 
   void expect(std::size_t frame_index);

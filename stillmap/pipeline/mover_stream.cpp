@@ -47,6 +47,14 @@ std::vector<Mover> MoverStream::newest(bool wait) {
   return newest_;
 }
 
+std::future<std::vector<Mover>> MoverStream::ask() const {
+  const auto current = [this] {
+    const TraceBinding untraced(nullptr);  // it is no work on a frame
+    return tracker_.current();
+  };
+  return stage_ ? stage_->ask(current) : std::async(std::launch::deferred, current);
+}
+
 void MoverStream::finish() {
   if (stage_) stage_->drain();
 }

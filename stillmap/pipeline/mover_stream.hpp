@@ -6,6 +6,7 @@
 #include "stillmap/track/tracker.hpp"
 
 #include <functional>
+#include <future>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -33,6 +34,10 @@ class MoverStream {
   /// The movers at the newest frame worked on, by id.
   /// @param wait whether to wait until that is the frame pushed last
   std::vector<Mover> newest(bool wait);
+
+  /// Returns the movers at the newest frame worked on, by id. May be called by any thread; the
+  /// answer comes when the movers' thread has finished its present frame.
+  std::future<std::vector<Mover>> ask() const;
 
   /// Frames that came too fast, and were not worked on.
   std::size_t passed_over() const { return passed_over_; }

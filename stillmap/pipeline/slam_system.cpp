@@ -3,14 +3,17 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/trace.hpp"
+#include "stillmap/pipeline/snapshot.hpp"
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
+#include <opencv2/core/check.hpp>
 
 namespace stillmap {
 namespace {
@@ -83,7 +86,7 @@ SlamSystem::SlamSystem(const Camera& camera, const SlamOptions& options,
 SlamSystem::~SlamSystem() = default;
 
 std::optional<Pose> SlamSystem::push(const RgbdFramePtr& image) {
-  check(*image);
+  check(image);
   const TraceBinding binding(&track_);
   trace_frame(image->index);
   traced("frame", [&] { track(image); });
@@ -102,9 +105,9 @@ void SlamSystem::track(const RgbdFramePtr& image) {
   frame->features = std::make_shared<Features>(
       extractor_.extract(image->gray, image->depth, keypoint_budget_.keypoints()));
 
-  const MapView map = mapping_.view_for(image->index);
-  log_.settle(map.made);
-  const auto initial = tracker_.follow(*frame->features, map.local_map);
+  view_ = mapping_.view_for(image->index);
+  log_.settle(view_.made);
+  const auto initial = tracker_.follow(*frame->features, view_.local_map);
   MotionEvidence evidence = motion_.begin(motion_input(*frame, initial));
 
   const SeenInstances seen = instances_.take();
@@ -113,14 +116,14 @@ void SlamSystem::track(const RgbdFramePtr& image) {
   propagation_ = seen.milliseconds;
   frame->evidence = motion_.finish(std::move(evidence), motion_input(*frame, initial));
 
-  newest_ = tracker_.track(frame, initial, map.local_map, map.found);
+  newest_ = tracker_.track(frame, initial, view_.local_map, view_.found);
   if (newest_->relocalized) {
-    mapping_.accept_relocalization(*map.found);
-    log_.confirm(*map.found);
+    mapping_.accept_relocalization(*view_.found);
+    log_.confirm(*view_.found);
   }
   mapping_.push(newest_);
   movers_.push(newest_);
-  dense_.push(newest_, seen.found, map);
+  dense_.push(newest_, seen.found, view_);
 }
 
 MotionInput SlamSystem::motion_input(const Frame& frame,
@@ -154,21 +157,33 @@ TrackingTimes SlamSystem::tracking_times(double propagation) const {
           .waiting = static_cast<float>(blocked - masks + track_.in_frame("waiting for map"))};
 }
 
-void SlamSystem::check(const RgbdFrame& frame) const {
-  const auto fits = [&](const cv::Mat& image, int type) {
-    return image.cols == camera_.width && image.rows == camera_.height && image.type() == type;
-  };
-  if (!fits(frame.gray, CV_8UC1) || !fits(frame.depth, CV_32FC1) || !fits(frame.color, CV_8UC3)) {
-    throw Error(
-        fmt::format("frame {} is no {}x{} set of 8-bit color, 8-bit gray and float depth images",
-                    frame.index, camera_.width, camera_.height),
-        "Slam::push", "make the camera's width and height those of the images");
+void SlamSystem::check(const RgbdFramePtr& frame) const {
+  if (!frame) throw Error("the frame is null", "Slam::push", "push frames only");
+  require_image(frame->color, CV_8UC3, "color image", "8-bit BGR");
+  require_image(frame->gray, CV_8UC1, "gray image", "8-bit with one channel");
+  require_image(frame->depth, CV_32FC1, "depth image", "32-bit float in meters");
+  if (!std::isfinite(frame->timestamp)) {
+    throw Error(fmt::format("the timestamp of frame {} is not finite", frame->index), "Slam::push",
+                "give seconds");
   }
-  if (!log_.empty() &&
-      (frame.index <= log_.back().index || frame.timestamp <= log_.back().timestamp)) {
-    throw Error(fmt::format("frame {} at {:.6f} s does not come after frame {} at {:.6f} s",
-                            frame.index, frame.timestamp, log_.back().index, log_.back().timestamp),
-                "Slam::push", "push frames in the order of their stamps, each once");
+  if (log_.empty()) return;
+  const FrameRecord& last = log_.back();
+  if (frame->index > last.index && frame->timestamp > last.timestamp) return;
+  throw Error(fmt::format("frame {} at {:.6f} s does not come after frame {} at {:.6f} s",
+                          frame->index, frame->timestamp, last.index, last.timestamp),
+              "Slam::push", "push frames in the order of their timestamps, each once");
+}
+
+void SlamSystem::require_image(const cv::Mat& image, int type, const char* name,
+                               const char* type_name) const {
+  if (image.cols != camera_.width || image.rows != camera_.height) {
+    throw Error(fmt::format("the {} has {} x {} pixels, those of the camera have {} x {}", name,
+                            image.cols, image.rows, camera_.width, camera_.height),
+                "Slam::push", "make the camera's width and height those of the images");
+  }
+  if (image.type() != type) {
+    throw Error(fmt::format("the {} is of OpenCV's type {}", name, cv::typeToString(image.type())),
+                "Slam::push", fmt::format("it must be {}", type_name));
   }
 }
 
@@ -181,6 +196,21 @@ void SlamSystem::shed_load(const RgbdFrame& image) {
   if (log_.empty()) return;
   keypoint_budget_.took(track_.in_frame("frame"), 1000 * (image.timestamp - log_.back().timestamp),
                         newest_->inliers);
+}
+
+std::shared_ptr<const Snapshot> SlamSystem::snapshot() {
+  auto snapshot = std::make_shared<Snapshot>();
+  const auto frames = std::make_shared<const LoggedFrames>(log_.copy());
+  // Each thread contributes its part, all at the same time.
+  auto map = mapping_.ask(
+      [snapshot, frames](const MapMaker& maker) { add_map(maker, frames->placed, *snapshot); });
+  auto movers = movers_.ask();
+  auto cloud = dense_.ask();
+  map.get();
+  snapshot->movers = moving_objects(movers.get());
+  snapshot->cloud = cloud.get();
+  if (frames->newest) snapshot->newest = pose_update(*frames->newest, *snapshot);
+  return snapshot;
 }
 
 SlamResult SlamSystem::finish() {
@@ -203,11 +233,11 @@ SlamResult SlamSystem::finish() {
 
 void SlamSystem::finish_streams() {
   instances_.finish();
-  const std::vector<NewKeyframe> made = mapping_.drain();
-  log_.settle(made);
+  view_ = mapping_.drain();
+  log_.settle(view_.made);
   drop_brief_maps();
   mapping_.finish();
-  dense_.finish(made);
+  dense_.finish(view_.made);
   movers_.finish();
 }
 

@@ -84,6 +84,15 @@ class SlamSystem {
   /// The frame pushed last, as the tracker saw it; null before the first.
   const TrackedFramePtr& newest() const { return newest_; }
 
+  /// The state of the map at the frame pushed last, as the tracker saw it; after finish() that
+  /// after the last frame.
+  const MapView& view() const { return view_; }
+
+  /// The state of the whole system. May be called by any thread at any time. See Slam::snapshot().
+  std::shared_ptr<const Snapshot> snapshot();
+  /// From here on snapshots show this cloud.
+  void show(std::shared_ptr<const Cloud> cloud) { dense_.show(std::move(cloud)); }
+
   /// What moves, by id, as known now and in the world as it is now. In lockstep at the frame pushed
   /// last; in realtime at the newest that was worked on.
   std::vector<Mover> movers() { return movers_.newest(!options_.schedule.realtime()); }
@@ -97,7 +106,8 @@ class SlamSystem {
   SavedMap saved_map(const std::string& writer) const;
 
  private:
-  void check(const RgbdFrame& frame) const;
+  void check(const RgbdFramePtr& frame) const;
+  void require_image(const cv::Mat& image, int type, const char* name, const char* type_name) const;
   void track(const RgbdFramePtr& image);
   MotionInput motion_input(const Frame& frame, const std::optional<InitialPose>& initial) const;
   TrackingTimes tracking_times(double propagation) const;
@@ -132,6 +142,7 @@ class SlamSystem {
   MoverStream movers_;
   FrameLog log_;
   TrackedFramePtr newest_;
+  MapView view_;
   double propagation_ = 0;  // time that propagating the masks to the newest frame took [ms]
 };
 

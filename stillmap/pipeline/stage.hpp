@@ -7,12 +7,15 @@
 #include <deque>
 #include <exception>
 #include <functional>
+#include <future>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <stop_token>
 #include <string>
 #include <string_view>
 #include <thread>
+#include <type_traits>
 #include <utility>
 
 namespace stillmap {
@@ -98,6 +101,19 @@ class Stage {
     rethrow_failure();
   }
 
+  /// Runs a function on the stage's thread between two inputs, whatever waits in the queue. May be
+  /// called by any thread. The result, or what the function throws, comes with the future.
+  template <typename Function>
+  auto ask(Function function) {
+    using Result = std::invoke_result_t<Function>;
+    auto question = std::make_shared<std::packaged_task<Result()>>(std::move(function));
+    std::future<Result> answer = question->get_future();
+    std::unique_lock lock(mutex_);
+    questions_.emplace_back([question] { (*question)(); });
+    changed_.notify_all();
+    return answer;
+  }
+
   /// Inputs waiting, the one being worked on not counted.
   std::size_t waiting() const {
     std::unique_lock lock(mutex_);
@@ -133,8 +149,19 @@ class Stage {
     std::unique_lock lock(mutex_);
     working_ = false;
     changed_.notify_all();
-    if (!changed_.wait(lock, stop, [&] { return !inputs_.empty(); }) || stop.stop_requested())
-      return std::nullopt;
+    const auto has_work = [&] { return !inputs_.empty() || !questions_.empty(); };
+    while (changed_.wait(lock, stop, has_work) && !stop.stop_requested()) {
+      if (questions_.empty()) return pop_input();
+      const std::function<void()> question = std::move(questions_.front());
+      questions_.pop_front();
+      lock.unlock();
+      question();
+      lock.lock();
+    }
+    return std::nullopt;
+  }
+
+  std::optional<In> pop_input() {
     std::optional<In> input = std::move(inputs_.front());
     inputs_.pop_front();
     if (track_ != nullptr) trace_count(track_->name(), inputs_.size());
@@ -170,6 +197,7 @@ class Stage {
   std::condition_variable_any changed_;
   std::deque<In> inputs_;
   std::deque<Out> outputs_;
+  std::deque<std::function<void()>> questions_;
   bool working_ = false;
   std::size_t dropped_ = 0;
   std::exception_ptr failure_;

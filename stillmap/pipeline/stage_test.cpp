@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <future>
 #include <stdexcept>
+#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -55,6 +56,44 @@ TEST(Stage, DropsWhenFullAndCounts) {
   EXPECT_EQ(stage.take(), 0);
   EXPECT_EQ(stage.take(), 1);
   EXPECT_EQ(stage.take(), std::nullopt);
+}
+
+/// A number that only the stage's thread touches, asked for by others while it changes: the
+/// sanitizer for threads would see a race.
+TEST(Stage, AnswersQuestionsOnItsThreadBetweenTwoInputs) {
+  int sum = 0;
+  bool working = false;
+  IntStage stage(4, WhenFull::kBlock, [&](int n, const auto&) {
+    working = true;
+    sum += n;
+    working = false;
+  });
+  std::vector<int> answers;
+  bool between = true;
+  std::thread asker([&] {
+    for (int i = 0; i < 100; ++i) {
+      answers.push_back(stage
+                            .ask([&] {
+                              between &= !working;
+                              return sum;
+                            })
+                            .get());
+    }
+  });
+  for (int n = 1; n <= 100; ++n) stage.push(n);
+  asker.join();
+  stage.drain();
+  EXPECT_TRUE(between);
+  EXPECT_TRUE(std::is_sorted(answers.begin(), answers.end()));
+  EXPECT_EQ(stage.ask([&] { return sum; }).get(), 5050);
+}
+
+TEST(Stage, AQuestionsErrorComesWithItsAnswerAndTheStageGoesOn) {
+  IntStage stage(4, WhenFull::kBlock, [](int n, const auto& publish) { publish(n); });
+  auto answer = stage.ask([]() -> int { throw std::runtime_error("no answer"); });
+  EXPECT_THROW(answer.get(), std::runtime_error);
+  stage.push(1);
+  EXPECT_EQ(stage.take(), 1);
 }
 
 TEST(Stage, IsTracedWhereItsMakerIs) {

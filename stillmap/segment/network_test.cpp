@@ -97,7 +97,7 @@ INSTANTIATE_TEST_SUITE_P(All, WrongNetwork, testing::Values("openvino", "opencv"
                          [](const auto& test) { return test.param; });
 
 TEST(MakeDetector, NeitherIsValidAndBothIsAnError) {
-  EXPECT_EQ(make_detector({}), nullptr);
+  EXPECT_EQ(make_detector(SegmentOptions()), nullptr);
   SegmentOptions both = options_for("a.onnx");
   both.masks = "masks";
   EXPECT_THROW(make_detector(both), Error);

@@ -1,0 +1,17 @@
+# The headers that are installed, relative to stillmap/. They include each other and third-party headers only; the
+# test `install` compiles each of them alone.
+set(STILLMAP_PUBLIC_HEADERS
+  base/error.hpp
+  dense/cloud.hpp
+  dense/cloud_io.hpp
+  geometry/camera.hpp
+  geometry/depth_sensor.hpp
+  geometry/pose.hpp
+  geometry/trajectory.hpp
+  segment/detector.hpp
+  segment/instance.hpp
+  segment/make_detector.hpp
+  sensor/frame_source.hpp
+  sensor/make_source.hpp
+  sensor/rgbd_frame.hpp
+  slam.hpp)

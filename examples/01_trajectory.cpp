@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tracks a recorded RGB-D sequence and writes the camera trajectory.
+//
+//   01_trajectory SEQUENCE TRAJECTORY.txt [NETWORK.onnx]
+//
+// SEQUENCE is a folder in the layout of the TUM RGB-D benchmark with a camera.yaml. The trajectory
+// is written in the benchmark's format: timestamp tx ty tz qx qy qz qw.
+#include <cstdlib>
+#include <iostream>
+#include <memory>
+#include <stillmap/base/error.hpp>
+#include <stillmap/geometry/trajectory.hpp>
+#include <stillmap/segment/make_detector.hpp>
+#include <stillmap/sensor/make_source.hpp>
+#include <stillmap/slam.hpp>
+#include <utility>
+
+int main(int argc, char** argv) {
+  if (argc < 3) {
+    std::cerr << "usage: 01_trajectory SEQUENCE TRAJECTORY.txt [NETWORK.onnx]\n";
+    return EXIT_FAILURE;
+  }
+  try {
+    std::unique_ptr<stillmap::Detector> detector;  // without one, motion is detected all the same
+    if (argc > 3) detector = stillmap::make_detector(argv[3]);
+
+    const std::unique_ptr<stillmap::FrameSource> source = stillmap::make_source(argv[1]);
+    stillmap::Slam slam(source->camera(), std::move(detector));
+    while (const stillmap::RgbdFramePtr frame = source->next()) slam.push(frame);
+
+    const stillmap::Results results = slam.finish();
+    stillmap::write_trajectory(argv[2], results.trajectory);
+    std::cout << results.statistics.tracked << " of " << results.statistics.frames
+              << " frames tracked, " << results.keyframes.size() << " keyframes, "
+              << results.statistics.landmarks << " landmarks\n";
+    return results.statistics.tracked > 0 ? EXIT_SUCCESS : EXIT_FAILURE;
+  } catch (const stillmap::Error& e) {
+    std::cerr << e.what() << '\n';  // the problem, the place and the fix
+    return EXIT_FAILURE;
+  }
+}

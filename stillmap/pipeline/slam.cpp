@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/slam.hpp"
+
+#include "stillmap/base/quantile.hpp"
+#include "stillmap/pipeline/slam_system.hpp"
+#include "stillmap/pipeline/snapshot.hpp"
+#include "stillmap/segment/make_detector.hpp"
+#include "stillmap/sensor/frame_maker.hpp"
+#include "stillmap/sensor/make_source.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace stillmap {
+namespace {
+
+/// Callbacks of one kind. A subscription owns its callback, so it ends by itself.
+template <typename Event>
+class Subscribers {
+ public:
+  using Call = std::function<void(const Event&)>;
+
+  Subscription add(Call call) {
+    auto owned = std::make_shared<const Call>(std::move(call));
+    calls_.push_back(owned);
+    return owned;
+  }
+
+  /// Whether there is any; those that have ended are forgotten.
+  bool any() {
+    std::erase_if(calls_, [](const auto& call) { return call.expired(); });
+    return !calls_.empty();
+  }
+
+  void call(const Event& event) {
+    const auto calls = calls_;  // a callback may subscribe another one
+    for (const auto& subscribed : calls) {
+      if (const auto call = subscribed.lock()) (*call)(event);
+    }
+  }
+
+ private:
+  std::vector<std::weak_ptr<const Call>> calls_;
+};
+
+std::unique_ptr<Detector> detector_for(std::unique_ptr<Detector> own, const SlamOptions& options) {
+  return own ? std::move(own) : make_detector(options.segment);
+}
+
+std::optional<StartingMap> starting_map(const std::optional<StartMap>& start) {
+  if (!start) return std::nullopt;
+  return StartingMap{read_saved_map(start->file), start->extend};
+}
+
+Results results_of(SlamResult&& result) {
+  const auto details = std::make_shared<const SlamResult>(std::move(result));
+  Results results;
+  results.trajectory = details->trajectory;
+  results.keyframes = details->keyframes;
+  results.cloud = std::shared_ptr<const Cloud>(details, &details->dense.cloud);
+  results.movers = moving_object_tracks(details->movers);
+  results.events = details->events;
+  results.statistics = {.frames = details->frames.size(),
+                        .tracked = details->tracked(),
+                        .segmented = details->segmented,
+                        .maps = details->maps,
+                        .landmarks = details->landmarks,
+                        .tracking_median_ms = quantile(details->timing.samples("tracking"), 0.5)};
+  results.details = details;
+  return results;
+}
+
+}  // namespace
+
+struct Slam::Impl {
+  Impl(const Camera& camera, const SlamOptions& options, std::unique_ptr<Detector> detector,
+       const std::optional<StartMap>& start)
+      : frames(camera, SourceOptions().min_depth, SourceOptions().max_depth),
+        system(frames.camera(), options, detector_for(std::move(detector), options),
+               starting_map(start)) {}
+
+  void notify();
+  void notify_keyframes(const MapView& view);
+
+  FrameMaker frames;
+  std::size_t next_index = 0;
+  Subscribers<PoseUpdate> pose;
+  Subscribers<KeyframePose> keyframe;
+  Subscribers<MapCorrection> correction;
+  Subscribers<std::vector<MovingObject>> movers;
+  SlamSystem system;
+};
+
+/// What the frame pushed last has brought.
+void Slam::Impl::notify() {
+  const TrackedFrame& newest = *system.newest();
+  const MapView& view = system.view();
+  if (pose.any()) pose.call(pose_update(newest));
+  if (keyframe.any()) notify_keyframes(view);
+  // Without a relocalization, a recognized place only tells what an unconnected map looks like.
+  const bool moved = view.moved && (!view.found || newest.relocalized);
+  if (moved && correction.any())
+    correction.call({newest.frame->index(), newest.frame->timestamp()});
+  if (movers.any()) movers.call(moving_objects(system.movers()));
+}
+
+void Slam::Impl::notify_keyframes(const MapView& view) {
+  for (const NewKeyframe& made : view.made) {
+    const LocalKeyframe* k = view.local_map ? view.local_map->find(made.id) : nullptr;
+    if (k != nullptr) keyframe.call({made.frame_index, made.timestamp, k->T_world_camera});
+  }
+}
+
+Slam::Slam(const Camera& camera, std::unique_ptr<Detector> detector)
+    : Slam(camera, SlamOptions(), std::move(detector)) {}
+
+Slam::Slam(const Camera& camera, const SlamOptions& options, std::unique_ptr<Detector> detector,
+           const std::optional<StartMap>& start)
+    : impl_(std::make_unique<Impl>(camera, options, std::move(detector), start)) {}
+
+Slam::~Slam() = default;
+Slam::Slam(Slam&&) noexcept = default;
+Slam& Slam::operator=(Slam&&) noexcept = default;
+
+RgbdFramePtr Slam::make_frame(const cv::Mat& color, const cv::Mat& depth, double timestamp) {
+  RgbdFramePtr frame = impl_->frames.make(color, depth, timestamp, impl_->next_index);
+  ++impl_->next_index;
+  return frame;
+}
+
+std::optional<Pose> Slam::push(const RgbdFramePtr& frame) {
+  const std::optional<Pose> T_world_camera = impl_->system.push(frame);
+  impl_->next_index = std::max(impl_->next_index, frame->index + 1);
+  impl_->notify();
+  return T_world_camera;
+}
+
+std::optional<Pose> Slam::push(const cv::Mat& color, const cv::Mat& depth, double timestamp) {
+  return push(make_frame(color, depth, timestamp));
+}
+
+std::shared_ptr<const Snapshot> Slam::snapshot() const { return impl_->system.snapshot(); }
+
+Subscription Slam::on_pose(std::function<void(const PoseUpdate&)> call) {
+  return impl_->pose.add(std::move(call));
+}
+
+Subscription Slam::on_keyframe(std::function<void(const KeyframePose&)> call) {
+  return impl_->keyframe.add(std::move(call));
+}
+
+Subscription Slam::on_map_changed(std::function<void(const MapCorrection&)> call) {
+  return impl_->correction.add(std::move(call));
+}
+
+Subscription Slam::on_movers(std::function<void(const std::vector<MovingObject>&)> call) {
+  return impl_->movers.add(std::move(call));
+}
+
+Results Slam::finish() {
+  Results results = results_of(impl_->system.finish());
+  impl_->system.show(results.cloud);
+  if (impl_->keyframe.any()) impl_->notify_keyframes(impl_->system.view());
+  if (impl_->system.newest() && impl_->correction.any()) {
+    const Frame& newest = *impl_->system.newest()->frame;
+    impl_->correction.call({newest.index(), newest.timestamp()});
+  }
+  return results;
+}
+
+void Slam::save_map(const std::filesystem::path& file) const {
+  write_saved_map(file, impl_->system.saved_map("libstillmap"));
+}
+
+}  // namespace stillmap

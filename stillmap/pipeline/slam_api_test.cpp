@@ -1,0 +1,303 @@
+// SPDX-License-Identifier: Apache-2.0
+// The public face of the library, on rendered frames.
+#include "stillmap/base/error.hpp"
+#include "stillmap/pipeline/recording_test.hpp"
+#include "stillmap/segment/mask_folder.hpp"
+#include "stillmap/sensor/rectifier.hpp"
+#include "stillmap/slam.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <limits>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+namespace stillmap {
+namespace {
+
+using recorded::Recording, recorded::recording, recorded::same_bytes;
+using testing::HasSubstr;
+
+/// Finds what the simulator has drawn.
+class TrueMasks final : public Detector {
+ public:
+  explicit TrueMasks(std::shared_ptr<const SimulatedSequence> sequence)
+      : sequence_(std::move(sequence)) {}
+  std::vector<Instance> detect(const RgbdFrame& frame) override {
+    return instances_of_mask(class_mask(sequence_->truth(frame.index)));
+  }
+  std::string description() const override { return "true masks"; }
+  const std::vector<std::string>& class_names() const override { return names_; }
+
+ private:
+  std::shared_ptr<const SimulatedSequence> sequence_;
+  std::vector<std::string> names_ = {"person", "unknown"};
+};
+
+SlamOptions small_options() { return recorded::small_options("fused"); }
+
+Slam slam_for(const Recording& rec) {
+  return Slam(rec.sequence->camera(), small_options(), std::make_unique<TrueMasks>(rec.sequence));
+}
+
+/// The text of the Error that a call throws; empty if it throws none.
+template <typename Call>
+std::string error_of(Call&& call) {
+  try {
+    call();
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return {};
+}
+
+cv::Mat raw_depth(const cv::Mat& meters, double depth_factor) {
+  cv::Mat raw;
+  meters.convertTo(raw, CV_16UC1, depth_factor);
+  return raw;
+}
+
+TEST(SlamApi, ResultsAreThoseOfTheRun) {
+  const Recording& rec = recording(2, "xyz");
+  Slam slam = slam_for(rec);
+  for (const RgbdFramePtr& frame : rec.frames) slam.push(frame);
+  const Results results = slam.finish();
+  EXPECT_EQ(results.statistics.frames, rec.frames.size());
+  EXPECT_EQ(results.statistics.tracked, results.trajectory.size());
+  EXPECT_GT(results.statistics.tracked, rec.frames.size() * 9 / 10);
+  EXPECT_EQ(results.statistics.maps, 1U);
+  EXPECT_GT(results.statistics.landmarks, 100U);
+  EXPECT_GT(results.keyframes.size(), 1U);
+  EXPECT_GT(results.cloud->size(), 1000U);
+  const auto is_person = [](const MovingObjectTrack& mover) {
+    return mover.class_name == "person" && !mover.samples.empty();
+  };
+  EXPECT_TRUE(std::any_of(results.movers.begin(), results.movers.end(), is_person));
+}
+
+TEST(SlamApi, ASnapshotAfterTheEndShowsTheResults) {
+  const Recording& rec = recording(0, "xyz");
+  Slam slam = slam_for(rec);
+  for (const RgbdFramePtr& frame : rec.frames) slam.push(frame);
+  const Results results = slam.finish();
+  const auto snapshot = slam.snapshot();
+  EXPECT_TRUE(same_bytes(snapshot->trajectory, results.trajectory));
+  EXPECT_EQ(snapshot->keyframes.size(), results.keyframes.size());
+  EXPECT_EQ(snapshot->landmarks.size(), results.statistics.landmarks);
+  EXPECT_EQ(snapshot->cloud, results.cloud) << "the very same, not a copy";
+}
+
+TEST(SlamApi, ASnapshotBeforeTheFirstFrameIsEmpty) {
+  const Slam slam(recording(0, "xyz").sequence->camera(), small_options());
+  const auto snapshot = slam.snapshot();
+  EXPECT_TRUE(snapshot->trajectory.empty());
+  EXPECT_TRUE(snapshot->keyframes.empty());
+  ASSERT_NE(snapshot->cloud, nullptr);
+  EXPECT_TRUE(snapshot->cloud->empty());
+}
+
+TEST(SlamApi, SnapshotsFromAnotherThreadAreConsistentAndChangeNothing) {
+  const Recording& rec = recording(2, "xyz");
+  Slam undisturbed = slam_for(rec);
+  for (const RgbdFramePtr& frame : rec.frames) undisturbed.push(frame);
+  const Results expected = undisturbed.finish();
+
+  Slam slam = slam_for(rec);
+  std::atomic<bool> done = false;
+  std::vector<std::shared_ptr<const Snapshot>> taken;
+  std::thread watcher([&] {
+    while (!done) taken.push_back(slam.snapshot());
+  });
+  for (const RgbdFramePtr& frame : rec.frames) slam.push(frame);
+  const Results results = slam.finish();
+  done = true;
+  watcher.join();
+  EXPECT_TRUE(same_bytes(results.trajectory, expected.trajectory));
+  EXPECT_EQ(*results.cloud, *expected.cloud);
+  ASSERT_FALSE(taken.empty());
+  std::size_t frames = 0;
+  for (const auto& snapshot : taken) {
+    EXPECT_GE(snapshot->trajectory.size(), frames) << "time runs backwards";
+    frames = snapshot->trajectory.size();
+    EXPECT_LE(snapshot->keyframes.size(), std::max<std::size_t>(frames, 1));
+    for (const LandmarkPoint& landmark : snapshot->landmarks) {
+      ASSERT_TRUE(landmark.p_world.allFinite());
+      ASSERT_GE(landmark.static_probability, 0);
+      ASSERT_LE(landmark.static_probability, 1);
+      ASSERT_GE(landmark.observations, 1);
+    }
+    ASSERT_EQ(snapshot->cloud->points.size(), snapshot->cloud->colors.size());
+  }
+}
+
+TEST(SlamApi, ASnapshotStaysAsItIsWhileTheMapGoesOn) {
+  const Recording& rec = recording(0, "xyz");
+  Slam slam = slam_for(rec);
+  const std::size_t half = rec.frames.size() / 2;
+  for (std::size_t i = 0; i < half; ++i) slam.push(rec.frames[i]);
+  const auto snapshot = slam.snapshot();
+  const Snapshot copy = *snapshot;
+  const Cloud cloud = *snapshot->cloud;
+  EXPECT_EQ(snapshot->newest.frame_index, half - 1);
+  EXPECT_EQ(snapshot->trajectory.size(), half);
+  EXPECT_GT(cloud.size(), 100U) << "the live cloud";
+  for (std::size_t i = half; i < rec.frames.size(); ++i) slam.push(rec.frames[i]);
+  slam.finish();
+  EXPECT_TRUE(same_bytes(snapshot->trajectory, copy.trajectory));
+  EXPECT_EQ(snapshot->landmarks.size(), copy.landmarks.size());
+  EXPECT_EQ(*snapshot->cloud, cloud);
+}
+
+TEST(SlamApi, TheLiveCloudLiesOnTheTrueSurfaces) {
+  const Recording& rec = recording(0, "xyz");
+  Slam slam = slam_for(rec);
+  for (const RgbdFramePtr& frame : rec.frames) slam.push(frame);
+  const auto snapshot = slam.snapshot();
+  const TruthFrame truth = rec.sequence->truth(0);
+  const Pose T_camera_world = snapshot->trajectory.front().T_world_camera.inverse();
+  const Camera& camera = rec.sequence->camera();
+  std::size_t seen = 0, right = 0;
+  for (const Eigen::Vector3f& point : snapshot->cloud->points) {
+    const Eigen::Vector3d p = T_camera_world * point.cast<double>();
+    if (p.z() < 0.3) continue;
+    const Eigen::Vector2d uv = camera.project(p);
+    if (!camera.contains(uv.x(), uv.y(), 1)) continue;
+    const double depth =
+        truth.depth.at<float>(static_cast<int>(uv.y() + 0.5), static_cast<int>(uv.x() + 0.5));
+    ++seen;
+    right += p.z() > depth - 0.05;  // nothing hangs in front of what the camera saw
+  }
+  ASSERT_GT(seen, 1000U);
+  EXPECT_GT(right, seen * 95 / 100);
+}
+
+TEST(SlamApi, SubscribersHearOfPosesKeyframesAndMovers) {
+  const Recording& rec = recording(2, "xyz");
+  Slam slam = slam_for(rec);
+  std::vector<PoseUpdate> poses;
+  std::vector<KeyframePose> keyframes;
+  std::size_t movers = 0, corrections = 0;
+  const Subscription on_pose = slam.on_pose([&](const PoseUpdate& p) { poses.push_back(p); });
+  const Subscription on_keyframe =
+      slam.on_keyframe([&](const KeyframePose& k) { keyframes.push_back(k); });
+  const Subscription on_movers = slam.on_movers(
+      [&](const std::vector<MovingObject>& m) { movers = std::max(movers, m.size()); });
+  const Subscription on_map = slam.on_map_changed([&](const MapCorrection&) { ++corrections; });
+  for (const RgbdFramePtr& frame : rec.frames) {
+    const std::optional<Pose> pose = slam.push(frame);
+    ASSERT_FALSE(poses.empty());
+    EXPECT_EQ(poses.back().frame_index, frame->index);
+    EXPECT_EQ(poses.back().T_world_camera.has_value(), pose.has_value());
+  }
+  const Results results = slam.finish();
+  EXPECT_EQ(poses.size(), rec.frames.size());
+  EXPECT_GE(keyframes.size(), results.keyframes.size()) << "some are culled later";
+  EXPECT_GE(movers, 1U);
+  EXPECT_GE(corrections, 1U) << "the adjustment at the end";
+}
+
+TEST(SlamApi, ASubscriptionEndsWithItsHandle) {
+  const Recording& rec = recording(0, "xyz");
+  Slam slam = slam_for(rec);
+  int first = 0, second = 0;
+  Subscription a = slam.on_pose([&](const PoseUpdate&) { ++first; });
+  const Subscription b = slam.on_pose([&](const PoseUpdate&) { ++second; });
+  slam.push(rec.frames[0]);
+  a.reset();
+  slam.push(rec.frames[1]);
+  EXPECT_EQ(first, 1);
+  EXPECT_EQ(second, 2);
+}
+
+TEST(SlamApi, FramesOfOpenCvImagesAreTrackedAsThoseOfASource) {
+  const Recording& rec = recording(0, "xyz");
+  const Camera& camera = rec.sequence->camera();
+  Slam whole(camera, small_options());
+  Slam raw(camera, small_options()), meters(camera, small_options());
+  for (const RgbdFramePtr& frame : rec.frames) {
+    whole.push(frame);
+    // 16-bit units are those that the recording was made of, so nothing is lost.
+    raw.push(frame->color, raw_depth(frame->depth, camera.depth_factor), frame->timestamp);
+    meters.push(frame->color, frame->depth, frame->timestamp);
+  }
+  const Results expected = whole.finish();
+  EXPECT_TRUE(same_bytes(raw.finish().trajectory, expected.trajectory));
+  EXPECT_TRUE(same_bytes(meters.finish().trajectory, expected.trajectory));
+}
+
+TEST(SlamApi, GrayImagesAreEnough) {
+  const Recording& rec = recording(0, "xyz");
+  Slam slam(rec.sequence->camera(), small_options());
+  for (const RgbdFramePtr& frame : rec.frames)
+    slam.push(frame->gray, frame->depth, frame->timestamp);
+  EXPECT_EQ(slam.finish().statistics.tracked, rec.frames.size());
+}
+
+/// What a camera with this distortion would record is not known, but rectifying it is a fixed
+/// function of the pixels: the trajectory must be that of images rectified beforehand.
+TEST(SlamApi, ADistortedCameraIsRectified) {
+  const Recording& rec = recording(0, "xyz");
+  Camera distorted = rec.sequence->camera();
+  distorted.distortion << 0.1, -0.05, 0.001, 0, 0;
+  const Rectifier rectifier(distorted);
+  Slam whole(distorted, small_options()), rectified(rectifier.camera(), small_options());
+  Slam ignored(rectifier.camera(), small_options());
+  for (const RgbdFramePtr& frame : rec.frames) {
+    whole.push(frame->color, frame->depth, frame->timestamp);
+    rectified.push(rectifier.image(frame->color), rectifier.nearest(frame->depth),
+                   frame->timestamp);
+    ignored.push(frame->color, frame->depth, frame->timestamp);
+  }
+  const Trajectory trajectory = whole.finish().trajectory;
+  EXPECT_TRUE(same_bytes(trajectory, rectified.finish().trajectory));
+  EXPECT_FALSE(same_bytes(trajectory, ignored.finish().trajectory));
+}
+
+TEST(SlamApi, FramesGetRisingIndices) {
+  const Recording& rec = recording(0, "xyz");
+  Slam slam = slam_for(rec);
+  const RgbdFrame& f = *rec.frames[0];
+  const RgbdFramePtr a = slam.make_frame(f.color, f.depth, 1),
+                     b = slam.make_frame(f.color, f.depth, 2);
+  EXPECT_EQ(a->index, 0U);
+  EXPECT_EQ(b->index, 1U);
+  slam.push(b);
+  EXPECT_THAT(error_of([&] { slam.push(a); }), HasSubstr("does not come after frame 1"));
+}
+
+TEST(SlamApi, AWrongFrameIsAnErrorThatNamesIt) {
+  const Recording& rec = recording(0, "xyz");
+  Slam slam = slam_for(rec);
+  const RgbdFrame& f = *rec.frames[0];
+  const cv::Mat small = f.color(cv::Rect(0, 0, 100, 80));
+  EXPECT_THAT(error_of([&] { slam.push(nullptr); }), HasSubstr("frame is null"));
+  EXPECT_THAT(error_of([&] { slam.push(cv::Mat(), f.depth, 1); }),
+              HasSubstr("color image is empty"));
+  EXPECT_THAT(error_of([&] { slam.push(f.color, cv::Mat(), 1); }),
+              HasSubstr("depth image is empty"));
+  EXPECT_THAT(error_of([&] { slam.push(small, f.depth, 1); }),
+              HasSubstr("color image has 100 x 80 pixels"));
+  EXPECT_THAT(error_of([&] { slam.push(f.depth, f.depth, 1); }), HasSubstr("CV_32FC1"));
+  EXPECT_THAT(error_of([&] { slam.push(f.color, f.gray, 1); }), HasSubstr("CV_8UC1"));
+  EXPECT_THAT(
+      error_of([&] { slam.push(f.color, f.depth, std::numeric_limits<double>::quiet_NaN()); }),
+      HasSubstr("timestamp is not finite"));
+  auto half = std::make_shared<RgbdFrame>(f);
+  half->depth = cv::Mat();
+  EXPECT_THAT(error_of([&] { slam.push(half); }), HasSubstr("depth image has 0 x 0 pixels"));
+  slam.push(f.color, f.depth, 1);
+  EXPECT_THAT(error_of([&] { slam.push(f.color, f.depth, 1); }), HasSubstr("does not come after"));
+  EXPECT_EQ(slam.finish().statistics.frames, 1U) << "wrong frames leave nothing behind";
+}
+
+TEST(SlamApi, ACameraOutOfRangeIsAnError) {
+  Camera camera = recording(0, "xyz").sequence->camera();
+  camera.fx = -1;
+  EXPECT_THAT(error_of([&] { Slam slam(camera); }), HasSubstr("fx"));
+}
+
+}  // namespace
+}  // namespace stillmap

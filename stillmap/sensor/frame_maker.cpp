@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/sensor/frame_maker.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/sensor/camera_file.hpp"
+#include "stillmap/sensor/tum_folder.hpp"
+
+#include <cmath>
+#include <memory>
+
+#include <fmt/format.h>
+#include <opencv2/core/check.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace stillmap {
+namespace {
+
+constexpr const char* kWhere = "make_frame";
+
+/// A copy as 8-bit BGR.
+cv::Mat bgr_of(const cv::Mat& color) {
+  cv::Mat bgr;
+  switch (color.type()) {
+    case CV_8UC3:
+      return color.clone();
+    case CV_8UC1:
+      cv::cvtColor(color, bgr, cv::COLOR_GRAY2BGR);
+      return bgr;
+    case CV_8UC4:
+      cv::cvtColor(color, bgr, cv::COLOR_BGRA2BGR);
+      return bgr;
+    default:
+      throw Error(
+          fmt::format("the color image is of OpenCV's type {}", cv::typeToString(color.type())),
+          kWhere, "give an 8-bit image: BGR (CV_8UC3) or gray (CV_8UC1)");
+  }
+}
+
+}  // namespace
+
+FrameMaker::FrameMaker(const Camera& recorded, double min_depth, double max_depth)
+    : rectifier_(recorded), min_depth_(min_depth), max_depth_(max_depth) {
+  check_camera(recorded, "camera '" + recorded.name + "'");
+}
+
+RgbdFramePtr FrameMaker::make(const cv::Mat& color, const cv::Mat& depth, double timestamp,
+                              std::size_t index) const {
+  require_size(color, "color image");
+  require_size(depth, "depth image");
+  if (!std::isfinite(timestamp)) throw Error("the timestamp is not finite", kWhere, "give seconds");
+  auto frame = std::make_shared<RgbdFrame>();
+  frame->index = index;
+  frame->timestamp = timestamp;
+  frame->color = rectifier_.image(bgr_of(color));
+  cv::cvtColor(frame->color, frame->gray, cv::COLOR_BGR2GRAY);
+  frame->depth = meters_of(rectifier_.nearest(depth));
+  return frame;
+}
+
+void FrameMaker::require_size(const cv::Mat& image, const char* name) const {
+  if (image.empty()) throw Error(fmt::format("the {} is empty", name), kWhere, "give an image");
+  if (image.cols == camera().width && image.rows == camera().height) return;
+  throw Error(fmt::format("the {} has {} x {} pixels, those of the camera have {} x {}", name,
+                          image.cols, image.rows, camera().width, camera().height),
+              kWhere, "make the camera's width and height those of the images");
+}
+
+/// Always a copy: the caller's image may change.
+cv::Mat FrameMaker::meters_of(const cv::Mat& depth) const {
+  if (depth.type() == CV_16UC1)
+    return depth_in_meters(depth, camera().depth_factor, min_depth_, max_depth_);
+  if (depth.type() != CV_32FC1) {
+    throw Error(
+        fmt::format("the depth image is of OpenCV's type {}", cv::typeToString(depth.type())),
+        kWhere, "give 16-bit (CV_16UC1) or 32-bit float in meters (CV_32FC1)");
+  }
+  cv::Mat1f meters(depth.size());
+  const float nearest = static_cast<float>(min_depth_), farthest = static_cast<float>(max_depth_);
+  for (int y = 0; y < depth.rows; ++y) {
+    for (int x = 0; x < depth.cols; ++x) {
+      const float z = depth.at<float>(y, x);
+      meters(y, x) = z >= nearest && z <= farthest ? z : 0.0F;  // not-a-number is neither
+    }
+  }
+  return meters;
+}
+
+}  // namespace stillmap
