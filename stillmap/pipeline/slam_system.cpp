@@ -107,7 +107,7 @@ void SlamSystem::track(const RgbdFramePtr& image) {
 
   view_ = mapping_.view_for(image->index);
   log_.settle(view_.made);
-  const auto initial = tracker_.follow(*frame->features, view_.local_map);
+  const auto initial = tracker_.predict_pose(*frame->features, view_.local_map);
   MotionEvidence evidence = motion_.begin(motion_input(*frame, initial));
 
   const SeenInstances seen = instances_.take();
