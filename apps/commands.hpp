@@ -4,11 +4,13 @@
 
 namespace stillmap {
 
+struct DenseOutputs;
+
 /// Exit codes of the command.
 enum ExitCode { kSuccess = 0, kFailure = 1, kUsage = 2, kInterrupted = 130 };
 
-/// Each adds one command, with its help and examples; the callback leaves its exit code in
-/// `exit_code` or throws Error.
+/// Each adds one command, with its help and examples; the callback sets `exit_code` or throws
+/// Error.
 void add_run_command(CLI::App& app, int& exit_code);
 void add_dense_command(CLI::App& app, int& exit_code);
 void add_eval_command(CLI::App& app, int& exit_code);
@@ -17,5 +19,12 @@ void add_simulate_command(CLI::App& app, int& exit_code);
 void add_demo_command(CLI::App& app, int& exit_code);
 void add_doctor_command(CLI::App& app, int& exit_code);
 void add_map_command(CLI::App& app, int& exit_code);
+
+/// Adds --mesh and --planner to a command.
+void add_dense_options(CLI::App& command, DenseOutputs& outputs);
+/// The files of the dense map, for the help of a command.
+std::string dense_files_help();
+/// Adds --force to a command that writes a folder of results.
+void add_force_option(CLI::App& command, bool& force);
 
 }  // namespace stillmap

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
-#include "stillmap/evaluate/compare.hpp"
-
-#include <fstream>
+#include "stillmap/report/comparison_chart.hpp"
+#include "stillmap/report/result_folder.hpp"
 
 #include "commands.hpp"
 #include <fmt/format.h>
@@ -16,9 +14,10 @@ namespace fs = std::filesystem;
 struct CompareArguments {
   std::vector<std::string> runs;
   std::string truth, out = "comparison";
+  bool force = false;
 };
 
-/// "name=path" or just "path"; the path is a trajectory, or a folder that `stillmap run` wrote.
+/// Reads "name=path" or "path": a trajectory, or a folder written by `stillmap run`.
 RecordedRun read_run(const std::string& argument, const Trajectory& truth) {
   const auto equals = argument.find('=');
   const fs::path path = equals == std::string::npos ? argument : argument.substr(equals + 1);
@@ -44,15 +43,13 @@ int run(const CompareArguments& arguments) {
   for (const std::string& argument : arguments.runs) runs.push_back(read_run(argument, truth));
   const Comparison comparison = compare_runs(runs);
   fmt::print("{}", comparison_text(comparison));
-  make_output_folder(arguments.out);
-  const fs::path out = arguments.out;
-  write_comparison_picture(out / "comparison.png", comparison);
-  write_file(out / "comparison.json", nlohmann::json(comparison).dump(2) + "\n");
-  write_file(out / "comparison.txt", comparison_text(comparison));
-  fmt::print("written:\n");
-  for (const char* name : {"comparison.png", "comparison.json", "comparison.txt"}) {
-    fmt::print("  {}\n", (out / name).string());
-  }
+  ResultFolder folder(arguments.out, arguments.force ? ResultFolder::Foreign::kOverwrite
+                                                     : ResultFolder::Foreign::kKeep);
+  folder.write_text("comparison.svg", comparison_chart(comparison).file());
+  folder.write_text("comparison.json", nlohmann::json(comparison).dump(2) + "\n");
+  folder.write_text("comparison.txt", comparison_text(comparison));
+  folder.require_all();
+  fmt::print("{}", folder.written_text());
   return kSuccess;
 }
 
@@ -61,14 +58,16 @@ int run(const CompareArguments& arguments) {
 void add_compare_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<CompareArguments>();
   CLI::App* command =
-      app.add_subcommand("compare", "several runs of one sequence side by side, against the truth");
-  command->add_option("--truth", arguments->truth, "true trajectory, TUM format")->required();
+      app.add_subcommand("compare", "compare several runs of one sequence with the ground truth");
+  command->add_option("--truth", arguments->truth, "ground truth trajectory, TUM format")
+      ->required();
   command
       ->add_option("runs", arguments->runs,
                    "result folders or trajectories, NAME=PATH or PATH; the first is the baseline")
       ->required();
-  command->add_option("--out", arguments->out, "folder for table and picture")
+  command->add_option("--out", arguments->out, "output folder: table and chart")
       ->capture_default_str();
+  add_force_option(*command, arguments->force);
   command->footer(
       "Example:\n"
       "  stillmap compare --truth seq/groundtruth.txt static=out_static seg-mask=out_masks "

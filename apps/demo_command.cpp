@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/file.hpp"
-#include "stillmap/evaluate/compare.hpp"
+#include "stillmap/report/comparison_chart.hpp"
 #include "stillmap/segment/make_detector.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/tum_folder.hpp"
@@ -34,9 +34,8 @@ fs::path render(const DemoArguments& arguments) {
   return folder;
 }
 
-/// Maps the rendered sequence like `stillmap run`, with the rendered masks instead of a network.
-SessionReport map(const DemoArguments& arguments, const fs::path& folder,
-                  const std::string& preset) {
+/// Maps the rendered sequence as `stillmap run` does; the rendered masks replace a network.
+RunRecord map(const DemoArguments& arguments, const fs::path& folder, const std::string& preset) {
   const SequencePaths paths = find_sequence(folder);
   Session session;
   session.sequence = "demo, preset " + preset;
@@ -57,23 +56,24 @@ SessionReport map(const DemoArguments& arguments, const fs::path& folder,
 int run(const DemoArguments& arguments) {
   make_output_folder(arguments.out);
   catch_interrupt();
-  fmt::print("1. An office with three walking people, rendered with the noise of a Kinect\n");
+  fmt::print("1. Render an office with three walking people and the noise of a Kinect\n");
   const fs::path folder = render(arguments);
   const Trajectory truth = read_trajectory(folder / "groundtruth.txt");
   std::vector<RecordedRun> runs;
   int step = 2;
   for (const char* preset : {"static", "seg-mask", "fused"}) {
-    fmt::print("\n{}. Mapped with preset {}\n", step++, preset);
-    SessionReport report = map(arguments, folder, preset);
-    if (report.interrupted) return kInterrupted;
-    runs.push_back({preset, "demo", report.result.trajectory, truth,
+    fmt::print("\n{}. Map it with preset {}\n", step++, preset);
+    RunRecord record = map(arguments, folder, preset);
+    if (record.interrupted) return kInterrupted;
+    runs.push_back({preset, "demo", record.result.trajectory, truth,
                     static_cast<std::size_t>(arguments.frames)});
   }
-  fmt::print("\n{}. Comparison\n", step);
+  fmt::print("\n{}. Compare\n", step);
   const Comparison comparison = compare_runs(runs);
-  const fs::path picture = fs::path(arguments.out) / "comparison.png";
-  write_comparison_picture(picture, comparison);
-  fmt::print("{}\nwritten:\n  {}\nSee {}\n", comparison_text(comparison), picture.string(),
+  ResultFolder results(arguments.out);
+  results.write_text("comparison.svg", comparison_chart(comparison).file());
+  results.require_all();
+  fmt::print("{}\n{}Open {}\n", comparison_text(comparison), results.written_text(),
              (fs::path(arguments.out) / "fused" / "report.html").string());
   return kSuccess;
 }
@@ -83,10 +83,9 @@ int run(const DemoArguments& arguments) {
 void add_demo_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<DemoArguments>();
   CLI::App* command = app.add_subcommand(
-      "demo",
-      "render a scene with walking people, map it with three presets, and compare the results");
+      "demo", "render a scene with walking people, map it with three presets, and compare");
   command->add_option("--out", arguments->out, "output folder")->capture_default_str();
-  command->add_option("--frames", arguments->frames, "number of rendered frames")
+  command->add_option("--frames", arguments->frames, "number of frames to render")
       ->capture_default_str();
   command->add_option("--model", arguments->model,
                       "network (.onnx) that detects people; default: the rendered masks");

@@ -5,12 +5,12 @@
 #include "stillmap/pipeline/map_description.hpp"
 #include "stillmap/pipeline/options.hpp"
 #include "stillmap/pipeline/saved_views.hpp"
+#include "stillmap/report/mover_files.hpp"
+#include "stillmap/report/run_folder.hpp"
 
 #include <memory>
 
 #include "commands.hpp"
-#include "dense_outputs.hpp"
-#include "run_session.hpp"
 #include <fmt/format.h>
 
 namespace stillmap {
@@ -22,34 +22,35 @@ struct DenseArguments {
   std::vector<std::string> settings;
   double voxel = 0, mesh_voxel = 0;
   DenseOutputs outputs;
+  bool force = false;
 };
 
-/// Where everything comes from and goes to: a run's folder holds all of it, a saved map stands for
-/// itself.
-struct DensePlaces {
+/// Input files and the output folder. The folder of a run holds all inputs; for a saved map only
+/// the map itself is known.
+struct DensePaths {
   fs::path map, options, trajectory, movers, out;
 };
 
-DensePlaces places_of(const DenseArguments& arguments) {
+DensePaths paths_of(const DenseArguments& arguments) {
   const fs::path source = arguments.source;
-  DensePlaces places{source, arguments.config, {}, {}, arguments.out};
+  DensePaths paths{source, arguments.config, {}, {}, arguments.out};
   if (!fs::is_directory(source)) {
-    if (places.out.empty()) places.out = source.stem().string() + "_dense";
-    return places;
+    if (paths.out.empty()) paths.out = source.stem().string() + "_dense";
+    return paths;
   }
-  places.map = source / kRunMap;
-  if (!fs::exists(places.map)) {
-    throw Error("holds no run.map: no run's folder, or one without a dense map", source.string(),
-                "name the folder that `stillmap run --out` wrote, or a saved map");
+  paths.map = source / kRunMap;
+  if (!fs::exists(paths.map)) {
+    throw Error("contains no run.map: it is not the folder of a run with a dense map",
+                source.string(), "name the folder that `stillmap run --out` wrote, or a saved map");
   }
-  if (places.options.empty()) places.options = source / kRunOptions;
-  places.trajectory = source / "trajectory.txt";
-  places.movers = source / "movers.jsonl";
-  if (places.out.empty()) places.out = source;
-  return places;
+  if (paths.options.empty()) paths.options = source / kRunOptions;
+  paths.trajectory = source / "trajectory.txt";
+  paths.movers = source / "movers.csv";
+  if (paths.out.empty()) paths.out = source;
+  return paths;
 }
 
-/// The run's own options, then what the command line says.
+/// The options of the run, overridden by those of the command line.
 DenseOptions options_of(const DenseArguments& arguments, const fs::path& file) {
   SlamOptions options;
   if (!file.empty()) load_options(file, options);
@@ -62,74 +63,95 @@ DenseOptions options_of(const DenseArguments& arguments, const fs::path& file) {
   return options.dense;
 }
 
-/// The camera's way: the run's, or that of the newest session's keyframes.
-DenseContext context_of(const DensePlaces& places, const SavedMap& saved) {
-  DenseContext context;
-  if (fs::exists(places.trajectory)) {
-    context.trajectory = read_trajectory(places.trajectory);
-  } else if (const auto sessions = keyframe_trajectories(saved.map); !sessions.empty()) {
-    context.trajectory = sessions.rbegin()->second;
-  }
-  if (fs::exists(places.movers)) context.movers_jsonl = read_file(places.movers);
-  return context;
+/// The trajectory of the run, or of the keyframes of the newest session in the map.
+Trajectory trajectory_of(const DensePaths& paths, const SavedMap& saved) {
+  if (fs::exists(paths.trajectory)) return read_trajectory(paths.trajectory);
+  const auto sessions = keyframe_trajectories(saved.map);
+  return sessions.empty() ? Trajectory() : sessions.rbegin()->second;
 }
 
 int run(const DenseArguments& arguments) {
   check(arguments.outputs);
-  const DensePlaces places = places_of(arguments);
-  const DenseOptions options = options_of(arguments, places.options);
+  const DensePaths paths = paths_of(arguments);
+  const DenseOptions options = options_of(arguments, paths.options);
   Stopwatch watch;
-  const SavedMap saved = read_saved_map(places.map);
+  const SavedMap saved = read_saved_map(paths.map);
   if (saved.views.empty()) {
-    throw Error("holds nothing of the dense map: it was saved with --slim-map", places.map.string(),
-                "save it without");
+    throw Error("contains no dense map: it was saved with --slim-map", paths.map.string(),
+                "save the map without --slim-map");
   }
-  make_output_folder(places.out);
+  ResultFolder folder(paths.out, arguments.force ? ResultFolder::Foreign::kOverwrite
+                                                 : ResultFolder::Foreign::kKeep);
   const double reading = watch.lap();
   const PlacedMap placed = place_views(saved, options);
   const ComposedCloud cloud = cloud_of(placed, options.semantics);
   fmt::print(
-      "{} views, {} points, {} voxels removed, {} static things; read in {:.0f} ms, put "
-      "together in {:.0f} ms\n",
+      "{} views, {} points, {} voxels removed, {} static objects; read in {:.0f} ms, composed in "
+      "{:.0f} ms\n",
       cloud.keyframes, cloud.cloud.size(), cloud.voxels_removed, cloud.semantics.objects.size(),
       reading, watch.lap());
 
-  ResultFiles files;
-  write_dense(places.out, cloud, placed, context_of(places, saved), options, arguments.outputs,
-              files);
-  fmt::print("written:\n");
-  for (const fs::path& file : files.written()) fmt::print("  {}\n", file.string());
-  files.require_all();
+  const Trajectory trajectory = trajectory_of(paths, saved);
+  const std::vector<MoverTrack> movers =
+      fs::exists(paths.movers) ? read_mover_tracks(paths.movers) : std::vector<MoverTrack>();
+  write_dense_files({cloud, placed, trajectory, movers}, options, arguments.outputs, folder);
+  fmt::print("{}", folder.written_text());
+  folder.require_all();
   return kSuccess;
 }
 
 }  // namespace
 
+void add_dense_options(CLI::App& command, DenseOutputs& outputs) {
+  command
+      .add_option(
+          "--mesh", outputs.mesh,
+          "also write a colored triangle mesh: ply (default), obj, glb; several with commas")
+      ->expected(0, -1)
+      ->delimiter(',')
+      ->default_str("ply");
+  command.add_flag("--planner", outputs.planner,
+                   "also write maps for planners: octomap.bt, grid.pgm and grid.yaml, obstacles");
+}
+
+void add_force_option(CLI::App& command, bool& force) {
+  command.add_flag("--force", force,
+                   "overwrite files in the output folder that Stillmap did not write");
+}
+
+std::string dense_files_help() {
+  return "  if a network found objects: semantic.ply (object, label and confidence per point), "
+         "semantic_classes.ply, semantic_legend.png, objects.json\n"
+         "  --mesh: mesh.ply, mesh.obj or mesh.glb, and mesh.png\n"
+         "  --planner: octomap.bt; grid.pgm and grid.yaml for map servers; obstacles.json; "
+         "obstacles.jsonl (static obstacles and movers, once per second)";
+}
+
 void add_dense_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<DenseArguments>();
   CLI::App* command = app.add_subcommand(
-      "dense", "make the static map of a run or a saved map again, finer or as a mesh, untracked");
+      "dense", "make the dense map of a run or of a saved map again, with other settings");
   command
       ->add_option("source", arguments->source,
-                   "folder that stillmap run --out wrote, or file that --save-map wrote")
+                   "folder written by stillmap run, or file written by --save-map")
       ->required();
-  command->add_option("--voxel", arguments->voxel,
-                      "side of the cloud's voxels [m]; default: the run's");
+  command->add_option("--voxel", arguments->voxel, "voxel size of the cloud [m]; default: as run");
   command->add_option("--mesh-voxel", arguments->mesh_voxel,
-                      "side of the mesh's voxels [m]; default: the run's");
+                      "voxel size of the mesh [m]; default: as run");
   add_dense_options(*command, arguments->outputs);
   command->add_option("--config", arguments->config,
-                      "YAML file with options; default: the run's, for a saved map the usual ones");
+                      "YAML file with options; default: those of the run, or the defaults for a "
+                      "saved map");
   command->add_option("--set", arguments->settings,
-                      "override one of the options, dense.option=value; may be repeated");
+                      "override one option, dense.option=value; may be repeated");
   command->add_option("--out", arguments->out,
-                      "folder for the results; default: the run's, or NAME_dense for a saved map");
+                      "output folder; default: that of the run, or NAME_dense for a saved map");
+  add_force_option(*command, arguments->force);
   command->footer(
       "Examples:\n"
       "  stillmap dense out --mesh ply,glb\n"
       "  stillmap dense office.map --voxel 0.005 --planner --out fine\n"
-      "Written: cloud.ply, cloud.png; with the run's options the very ones it wrote. "
-      "And\n" +
+      "Files: cloud.ply, cloud.png; with unchanged options the same as those of the run;\n" +
       dense_files_help());
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }

@@ -2,14 +2,15 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/dense/cloud_io.hpp"
-#include "stillmap/evaluate/cloud_picture.hpp"
 #include "stillmap/evaluate/ghosts.hpp"
 #include "stillmap/evaluate/label_figures.hpp"
 #include "stillmap/evaluate/mover_error.hpp"
 #include "stillmap/evaluate/pose_at.hpp"
 #include "stillmap/evaluate/surface_error.hpp"
 #include "stillmap/evaluate/trajectory_error.hpp"
+#include "stillmap/report/cloud_image.hpp"
 #include "stillmap/sensor/camera_file.hpp"
+#include "stillmap/sensor/image_file.hpp"
 #include "stillmap/sensor/tum_folder.hpp"
 
 #include <algorithm>
@@ -36,7 +37,7 @@ struct CloudFigures {
   std::vector<std::uint8_t> ghosts;
 };
 
-/// The true static surface: the file named, or the one that lies beside a simulated sequence.
+/// The true static surface: the named file, or that of a simulated sequence.
 std::optional<TrueSurface> true_surface(const EvalArguments& arguments) {
   const std::filesystem::path beside = std::filesystem::path(arguments.sequence) / "surface.ply";
   if (arguments.surface.empty() && !std::filesystem::exists(beside)) return std::nullopt;
@@ -45,7 +46,7 @@ std::optional<TrueSurface> true_surface(const EvalArguments& arguments) {
   return TrueSurface(read_ply(file).points);
 }
 
-/// The same frames, each shown to the surface as it passes.
+/// The same frames; each is also passed to the surface.
 MaskedFrames shown_to(TrueSurface& surface, MaskedFrames frames, const Trajectory& truth,
                       const Camera& camera) {
   return [&surface, frames = std::move(frames), &truth, &camera]() {
@@ -58,17 +59,17 @@ MaskedFrames shown_to(TrueSurface& surface, MaskedFrames frames, const Trajector
   };
 }
 
-/// How many of the cloud's points are ghosts, by the true masks of the sequence it was made from.
+/// Ghosts in the cloud by the true masks of its sequence; surface errors where the truth is known.
 CloudFigures cloud_figures(const EvalArguments& arguments, const Trajectory& truth,
                            const Evaluation& evaluation) {
   if (arguments.sequence.empty()) {
-    throw Error("a cloud is judged by the true masks of its sequence, and none was named",
+    throw Error("ghosts are measured with the true masks of the sequence, and none was named",
                 "--cloud", "add --sequence DIR");
   }
   const SequencePaths paths = find_sequence(arguments.sequence);
   if (paths.masks.empty()) {
     throw Error("the sequence has no mask/ folder", arguments.sequence,
-                "masks are what ghosts are told by");
+                "ghosts are measured with true masks");
   }
   TumFolder source(
       paths, load_camera(arguments.camera.empty() ? paths.camera.string() : arguments.camera));
@@ -85,7 +86,7 @@ CloudFigures cloud_figures(const EvalArguments& arguments, const Trajectory& tru
   return result;
 }
 
-/// How well the movers were tracked: movers.csv of the run against the true ones.
+/// Errors of the movers in movers.csv of the run.
 MoverErrors mover_figures(const EvalArguments& arguments, const Trajectory& truth,
                           const Trajectory& estimate) {
   const auto& [first, last] = std::minmax_element(
@@ -97,14 +98,15 @@ MoverErrors mover_figures(const EvalArguments& arguments, const Trajectory& trut
 
 LabelFigures label_figures(const EvalArguments& arguments) {
   if (arguments.sequence.empty()) {
-    throw Error("labels are judged by the true masks of their sequence, and none was named",
-                "--verdicts", "add --sequence DIR");
+    throw Error(
+        "motion labels are evaluated with the true masks of the sequence, and none was named",
+        "--verdicts", "add --sequence DIR");
   }
   const MotionTruthFolder truth(arguments.sequence, arguments.speeds);
   return evaluate_labels(read_labels(arguments.labels), truth, arguments.judging);
 }
 
-/// How the estimate's world lies in the truth's, where that is not to be found from the two.
+/// The alignment, unless it is to be estimated from the two trajectories.
 AteOptions alignment(const EvalArguments& arguments) {
   AteOptions options;
   if (arguments.one_world) options.T_truth_estimate = Pose();
@@ -116,8 +118,8 @@ AteOptions alignment(const EvalArguments& arguments) {
   return options;
 }
 
-/// Error figures of the trajectory, and ghosts in the cloud where one was named.
-nlohmann::json judge_trajectory(const EvalArguments& arguments) {
+/// Errors of the trajectory, and of cloud and movers where they were named.
+nlohmann::json trajectory_figures(const EvalArguments& arguments) {
   const Trajectory truth = read_trajectory(arguments.truth);
   const Trajectory estimate = read_trajectory(arguments.estimate);
   const auto frames = arguments.frames > 0 ? std::optional(arguments.frames) : std::nullopt;
@@ -134,8 +136,8 @@ nlohmann::json judge_trajectory(const EvalArguments& arguments) {
       json["surface"] = *cloud.surface;
     }
     if (!arguments.picture.empty()) {
-      write_cloud_picture(arguments.picture, {cloud.cloud.points, cloud.cloud.colors, cloud.ghosts},
-                          estimate);
+      write_png(arguments.picture,
+                draw_cloud({cloud.cloud.points, cloud.cloud.colors, cloud.ghosts}, estimate));
       fmt::print("written: {}\n", arguments.picture);
     }
   }
@@ -154,7 +156,7 @@ int run(const EvalArguments& arguments) {
                 "name the true and the estimated trajectory, or labels with --verdicts FILE");
   }
   nlohmann::json json = nlohmann::json::object();
-  if (!arguments.truth.empty()) json = judge_trajectory(arguments);
+  if (!arguments.truth.empty()) json = trajectory_figures(arguments);
   if (!arguments.labels.empty()) {
     const LabelFigures figures = label_figures(arguments);
     fmt::print("{}", label_text(figures));
@@ -167,62 +169,75 @@ int run(const EvalArguments& arguments) {
   return kSuccess;
 }
 
+void add_trajectory_options(CLI::App& command, EvalArguments& arguments) {
+  command.add_option("--frames", arguments.frames,
+                     "number of frames of the sequence, for the coverage; default: estimated");
+  command.add_flag("--per-frame", arguments.per_frame, "also compute the RPE from frame to frame");
+  CLI::Option* one_world =
+      command.add_flag("--one-world", arguments.one_world,
+                       "do not align: both trajectories are in the same world frame");
+  command
+      .add_option("--aligned-like", arguments.aligned_like,
+                  "use the alignment of this TRUTH and ESTIMATE, for a run that was localized in "
+                  "the map of that run")
+      ->expected(2)
+      ->excludes(one_world);
+}
+
+void add_map_options(CLI::App& command, EvalArguments& arguments) {
+  command.add_option("--cloud", arguments.cloud, "also measure the ghosts in this cloud (.ply)");
+  command.add_option("--sequence", arguments.sequence,
+                     "sequence of the cloud or the labels, with depth/ and true masks in mask/");
+  command.add_option("--surface", arguments.surface,
+                     "points of the true static surface (.ply), for accuracy and "
+                     "completeness of the cloud; default: SEQUENCE/surface.ply, if it exists");
+  command.add_option("--camera", arguments.camera,
+                     "camera of the sequence; default: its camera.yaml");
+  command.add_option("--image,--picture", arguments.picture,
+                     "image (.png) of the cloud with its ghosts in red");
+  command
+      .add_option("--movers", arguments.movers,
+                  "also evaluate the movers: movers.csv of the run, then the true ones "
+                  "(truth_movers.csv of a simulated sequence)")
+      ->expected(2);
+}
+
+void add_label_options(CLI::App& command, EvalArguments& arguments) {
+  command.add_option("--verdicts", arguments.labels,
+                     "also evaluate these motion labels (verdicts.bin of stillmap run "
+                     "--save-verdicts): precision and recall of \"moving\"");
+  command.add_option("--speeds", arguments.speeds,
+                     "folder with speed images of the masked regions; default: "
+                     "SEQUENCE/speed, if it exists");
+  command
+      .add_option("--moving-above", arguments.judging.moving_above,
+                  "minimum speed of moving pixels [m/s]")
+      ->capture_default_str();
+  command
+      .add_option("--still-below", arguments.judging.still_below,
+                  "maximum speed of static pixels [m/s]; pixels between the two are ignored")
+      ->capture_default_str();
+  command
+      .add_option("--outline-margin", arguments.judging.outline_margin,
+                  "keypoints this close to the outline of a mover are ignored [pixels]")
+      ->capture_default_str();
+  command.add_flag("--still-people", arguments.judging.still_people,
+                   "without true speeds: people count as static, not as moving");
+}
+
 }  // namespace
 
 void add_eval_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<EvalArguments>();
   CLI::App* command = app.add_subcommand(
-      "eval", "error figures of a trajectory (ATE, RPE), by the TUM benchmark's rules");
+      "eval",
+      "trajectory errors (ATE, RPE) by the rules of the TUM benchmark; map and mover errors");
   command->add_option("truth", arguments->truth, "true trajectory, TUM format");
   command->add_option("estimate", arguments->estimate, "estimated trajectory, TUM format");
-  command->add_option("--frames", arguments->frames,
-                      "frames of the sequence, for the coverage; default: reckoned");
-  command->add_flag("--per-frame", arguments->per_frame, "RPE from each pose to the next as well");
-  CLI::Option* one_world =
-      command->add_flag("--one-world", arguments->one_world,
-                        "both trajectories are of one world already: align nothing");
-  command
-      ->add_option(
-          "--aligned-like", arguments->aligned_like,
-          "align as this TRUTH and this ESTIMATE are aligned: for a run that was localized "
-          "in the map of that one")
-      ->expected(2)
-      ->excludes(one_world);
-  command->add_option("--cloud", arguments->cloud, "also count the ghosts in this cloud (.ply)");
-  command->add_option("--sequence", arguments->sequence,
-                      "the cloud's or the labels' sequence, with depth/ and true masks in mask/");
-  command->add_option("--surface", arguments->surface,
-                      "points of the true static surface (.ply), to judge the cloud's "
-                      "accuracy and completeness by; default: SEQUENCE/surface.ply, if there");
-  command->add_option("--verdicts", arguments->labels,
-                      "also judge these labels on keypoints (verdicts.bin of stillmap run "
-                      "--save-verdicts): precision and recall of \"moving\"");
-  command->add_option("--speeds", arguments->speeds,
-                      "folder that says how fast what the masks cover moves; default: "
-                      "SEQUENCE/speed, if there is one");
-  command
-      ->add_option("--moving-above", arguments->judging.moving_above, "what is faster moves [m/s]")
-      ->capture_default_str();
-  command
-      ->add_option("--still-below", arguments->judging.still_below,
-                   "what is slower stands still [m/s]; between the two counts neither way")
-      ->capture_default_str();
-  command
-      ->add_option("--outline-margin", arguments->judging.outline_margin,
-                   "keypoints this near to a mover's outline count neither way [pixels]")
-      ->capture_default_str();
-  command->add_flag("--still-people", arguments->judging.still_people,
-                    "where the truth has no speeds: people stand still, instead of moving");
-  command->add_option("--camera", arguments->camera,
-                      "the sequence's camera; default: its camera.yaml");
-  command->add_option("--picture", arguments->picture,
-                      "picture (.png) of the cloud with its ghosts in red");
-  command
-      ->add_option("--movers", arguments->movers,
-                   "also judge the movers: movers.csv of the run, then the true ones "
-                   "(truth_movers.csv of a simulated sequence)")
-      ->expected(2);
-  command->add_option("--json", arguments->json, "write the figures to this file too");
+  add_trajectory_options(*command, *arguments);
+  add_map_options(*command, *arguments);
+  add_label_options(*command, *arguments);
+  command->add_option("--json", arguments->json, "also write the figures to this file");
   command->footer(
       "Examples:\n"
       "  stillmap eval groundtruth.txt trajectory.txt\n"

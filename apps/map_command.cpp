@@ -2,6 +2,7 @@
 #include "stillmap/base/file.hpp"
 #include "stillmap/dense/cloud_io.hpp"
 #include "stillmap/pipeline/map_description.hpp"
+#include "stillmap/report/result_folder.hpp"
 
 #include <filesystem>
 
@@ -16,6 +17,7 @@ namespace fs = std::filesystem;
 
 struct MapArguments {
   std::string file, json, out;
+  bool force = false;
 };
 
 int show(const MapArguments& arguments) {
@@ -48,26 +50,22 @@ int slim(const MapArguments& arguments) {
 
 int export_map(const MapArguments& arguments) {
   const SavedMap saved = read_saved_map(arguments.file);
-  const fs::path out = arguments.out.empty()
-                           ? fs::path(fs::path(arguments.file).stem().string() + "_export")
-                           : fs::path(arguments.out);
-  make_output_folder(out);
-  std::vector<fs::path> files = {out / "landmarks.ply", out / "graph.json"};
-  write_ply(files[0], landmark_cloud(saved.map));
-  write_file(files[1], map_graph(saved).dump(1) + "\n");
+  ResultFolder folder(
+      arguments.out.empty() ? fs::path(arguments.file).stem().string() + "_export" : arguments.out,
+      arguments.force ? ResultFolder::Foreign::kOverwrite : ResultFolder::Foreign::kKeep);
+  folder.write("landmarks.ply",
+               [&](const fs::path& file) { write_ply(file, landmark_cloud(saved.map)); });
+  folder.write_text("graph.json", map_graph(saved).dump(1) + "\n");
   const auto sessions = keyframe_trajectories(saved.map);
   for (const auto& [number, keyframes] : sessions) {
     const bool only = sessions.size() == 1;
-    files.push_back(out /
-                    (only ? "keyframes.txt" : fmt::format("keyframes_session_{}.txt", number)));
-    write_trajectory(files.back(), keyframes);
+    folder.write(only ? "keyframes.txt" : fmt::format("keyframes_session_{}.txt", number),
+                 [&](const fs::path& file) { write_trajectory(file, keyframes); });
   }
-  if (!saved.views.empty()) {
-    files.push_back(out / "cloud.ply");
-    write_ply(files.back(), dense_cloud(saved));
-  }
-  fmt::print("written:\n");
-  for (const fs::path& file : files) fmt::print("  {}\n", file.string());
+  if (!saved.views.empty())
+    folder.write("cloud.ply", [&](const fs::path& file) { write_ply(file, dense_cloud(saved)); });
+  fmt::print("{}", folder.written_text());
+  folder.require_all();
   return kSuccess;
 }
 
@@ -92,7 +90,8 @@ void add_map_command(CLI::App& app, int& exit_code) {
   CLI::App* exporting = map->add_subcommand(
       "export", "write landmarks.ply, keyframes.txt (TUM format), graph.json and cloud.ply");
   exporting->add_option("file", arguments->file, "saved map")->required();
-  exporting->add_option("--out", arguments->out, "folder to write to; default: NAME_export");
+  exporting->add_option("--out", arguments->out, "output folder; default: NAME_export");
+  add_force_option(*exporting, arguments->force);
   exporting->footer("Example:\n  stillmap map export office.map --out office");
   exporting->callback([arguments, &exit_code] { exit_code = export_map(*arguments); });
 }

@@ -2,6 +2,7 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/stopwatch.hpp"
+#include "stillmap/map/map_file.hpp"
 #include "stillmap/pipeline/options.hpp"
 #include "stillmap/segment/make_detector.hpp"
 #include "stillmap/sensor/camera_file.hpp"
@@ -9,6 +10,7 @@
 #include "stillmap/sensor/sequence.hpp"
 
 #include <algorithm>
+#include <fstream>
 #include <memory>
 
 #include "commands.hpp"
@@ -24,14 +26,12 @@ struct RunArguments {
   std::vector<std::string> settings;
   int first = 0, count = 0, stride = 1;
   bool half = false;
-  LabelRecording labels;
-  std::string save_map, load_map;
-  bool localize_only = false, slim_map = false;
-  DenseOutputs dense;
-  bool profile = false;
+  std::string load_map, save_map;
+  bool localize_only = false, force = false;
+  RunOutputs outputs;
 };
 
-/// Defaults, then the file, then the named options, then --set: what comes later wins.
+/// Precedence, from low to high: defaults, --config, named options, --set.
 SlamOptions options_of(const RunArguments& arguments) {
   SlamOptions options;
   if (!arguments.config.empty()) load_options(arguments.config, options);
@@ -52,7 +52,7 @@ std::optional<Trajectory> truth_of(const RunArguments& arguments, const Sequence
   return read_trajectory(file);
 }
 
-bool looks_at_instances_only(const MotionOptions& options) {
+bool uses_instances_only(const MotionOptions& options) {
   const MotionCues cues = make_cues(options);
   return std::all_of(cues.begin(), cues.end(),
                      [](const auto& cue) { return !cue->classes().empty(); });
@@ -63,12 +63,12 @@ std::unique_ptr<Detector> detector_of(const SlamOptions& options) {
   auto detector = make_detector(options.segment);
   if (!detector) {
     fmt::print(stderr,
-               "stillmap: preset {} has neither a network nor masks to go by, so {};\n"
-               "  name a network with --model FILE.onnx, or a folder of masks with --masks DIR\n",
+               "stillmap: preset {} runs without a network and without masks: {};\n"
+               "  give a network with --model FILE.onnx, or a folder of masks with --masks DIR\n",
                options.motion.preset,
-               looks_at_instances_only(options.motion)
-                   ? "nothing is taken for moving"
-                   : "only what is seen to move is taken for moving");
+               uses_instances_only(options.motion)
+                   ? "nothing is detected as moving"
+                   : "only objects that are seen to move are detected as moving");
   }
   return detector;
 }
@@ -78,7 +78,7 @@ std::string sequence_name(const std::filesystem::path& folder) {
   return (absolute.has_filename() ? absolute : absolute.parent_path()).filename().string();
 }
 
-/// The map to begin in, if one was named; it must be this camera's.
+/// The map to start from, if one was named. Throws Error if it is of another camera.
 std::optional<StartingMap> start_of(const RunArguments& arguments, const SlamOptions& options,
                                     const Camera& camera) {
   if (arguments.load_map.empty()) return std::nullopt;
@@ -87,11 +87,22 @@ std::optional<StartingMap> start_of(const RunArguments& arguments, const SlamOpt
   return start;
 }
 
-/// Finds out before the run, not after it, whether a map can be saved there.
-void check_save_map(const std::filesystem::path& file) {
+bool is_saved_map(const std::filesystem::path& file) {
+  std::string start(kMapFormat.magic.size(), ' ');
+  std::ifstream(file, std::ios::binary)
+      .read(start.data(), static_cast<std::streamsize>(start.size()));
+  return start == kMapFormat.magic;
+}
+
+/// Checks before the run that the map can be saved there.
+void check_save_map(const std::filesystem::path& file, bool force) {
   if (file.empty()) return;
   if (std::filesystem::is_directory(file)) {
     throw Error("is a folder", file.string(), "name a file with --save-map FILE");
+  }
+  if (std::filesystem::exists(file) && !force && !is_saved_map(file)) {
+    throw Error("exists already, and is not a saved map", file.string(),
+                "name another file with --save-map, or add --force to overwrite it");
   }
   make_output_folder(file.has_parent_path() ? file.parent_path() : ".");
 }
@@ -118,14 +129,16 @@ int run(const RunArguments& arguments) {
                             .stride = arguments.stride,
                             .half_size = arguments.half};
   std::unique_ptr<FrameSource> source = make_source(arguments.sequence, range);
-  check(arguments.dense);
-  check_save_map(arguments.save_map);
+  check(arguments.outputs.dense);
+  check_save_map(arguments.save_map, arguments.force);
   Session session;
-  session.dense = arguments.dense;
+  session.outputs = arguments.outputs;
+  session.outputs.save_map = arguments.save_map;
   const Stopwatch loading;
   session.start = start_of(arguments, options, source->camera());
-  session.maps = {arguments.load_map, arguments.save_map, arguments.slim_map,
-                  loading.milliseconds() / 1000};
+  if (session.start)
+    session.loaded =
+        LoadedMap{arguments.load_map, session.start->extend, loading.milliseconds() / 1000};
   session.sequence = sequence_name(arguments.sequence);
   session.total_frames = source->size();
   session.source = std::move(source);
@@ -133,9 +146,55 @@ int run(const RunArguments& arguments) {
   session.detector = detector_of(options);
   session.options = options;
   session.out = arguments.out.empty() ? "stillmap_" + session.sequence : arguments.out;
-  session.labels = arguments.labels;
-  session.profile = arguments.profile;
+  if (arguments.force) session.foreign = ResultFolder::Foreign::kOverwrite;
   return run_session(std::move(session)).interrupted ? kInterrupted : kSuccess;
+}
+
+void add_input_options(CLI::App& command, RunArguments& arguments) {
+  command.add_option("--truth", arguments.truth,
+                     "ground truth trajectory (TUM format); default: SEQUENCE/groundtruth.txt");
+  command.add_option("--associations", arguments.associations,
+                     "file that pairs color and depth images");
+  command.add_option("--first", arguments.first, "number of frames to skip at the start");
+  command.add_option("--count", arguments.count, "maximum number of frames; 0: all");
+  command.add_option("--stride", arguments.stride, "use every n-th frame");
+  command.add_flag("--half", arguments.half,
+                   "use images of half the width and height, for slow computers");
+}
+
+void add_output_options(CLI::App& command, RunArguments& arguments) {
+  command.add_option("--out", arguments.out, "output folder; default: stillmap_SEQUENCE");
+  add_force_option(command, arguments.force);
+  add_dense_options(command, arguments.outputs.dense);
+  command.add_flag("--save-verdicts", arguments.outputs.labels.save,
+                   "also write verdicts.bin: the motion label of every keypoint, for stillmap eval "
+                   "--verdicts");
+  command
+      .add_option("--draw-verdicts", arguments.outputs.labels.draw_every,
+                  "also draw every n-th frame (30) with its motion labels into OUT/verdicts")
+      ->expected(0, 1)
+      ->default_str("30");
+  command.add_flag("--profile", arguments.outputs.profile,
+                   "also write the computing time per thread and function: profile.txt, "
+                   "profile.svg, and trace.json for ui.perfetto.dev or chrome://tracing");
+}
+
+void add_map_options(CLI::App& command, RunArguments& arguments) {
+  CLI::Option* save_map =
+      command.add_option("--save-map", arguments.save_map,
+                         "also save the map to this file, for --load-map and stillmap map");
+  command
+      .add_flag("--slim-map", arguments.outputs.slim_map,
+                "save the map without its dense views: a third of the size")
+      ->needs(save_map);
+  CLI::Option* load_map =
+      command.add_option("--load-map", arguments.load_map,
+                         "start from this saved map: localize the camera in it, and extend it");
+  command
+      .add_flag("--localize-only", arguments.localize_only,
+                "only localize the camera in the loaded map; the map is not changed")
+      ->needs(load_map)
+      ->excludes(save_map);
 }
 
 }  // namespace
@@ -149,57 +208,21 @@ void add_run_command(CLI::App& app, int& exit_code) {
       "--camera", arguments->camera,
       "preset name, camera.yaml or an ORB-SLAM settings file; default: SEQUENCE/camera.yaml");
   command->add_option("--preset", arguments->preset,
-                      "how motion is told from rest: see below; default fused");
+                      "motion detection preset, see below; default fused");
   command->add_option("--model", arguments->model,
-                      "YOLOv7, YOLOv8 or YOLO11 network (.onnx) that finds people");
+                      "segmentation network (.onnx): YOLOv7, YOLOv8 or YOLO11");
   command->add_option("--masks", arguments->masks,
-                      "folder with one mask (8-bit PNG) per frame, made offline");
+                      "folder with one precomputed mask (8-bit PNG) per frame");
   command->add_option("--schedule", arguments->schedule,
-                      "lockstep (default; repeatable) or realtime");
+                      "lockstep (default; reproducible) or realtime");
   command->add_option("--config", arguments->config, "YAML file with options; see --dump-config");
   command->add_option("--set", arguments->settings,
-                      "override one option, room.option=value; may be repeated");
-  command->add_option("--truth", arguments->truth,
-                      "true trajectory (TUM format); default: SEQUENCE/groundtruth.txt");
-  command->add_option("--associations", arguments->associations,
-                      "file that pairs color and depth images");
-  command->add_option("--first", arguments->first, "frames to leave out at the start");
-  command->add_option("--count", arguments->count, "frames to use at most; 0: all");
-  command->add_option("--stride", arguments->stride, "use every n-th frame");
-  command->add_flag(
-      "--half", arguments->half,
-      "work on pictures of half the width and height: for computers with little time");
-  command->add_option("--out", arguments->out,
-                      "folder for the results; default: stillmap_SEQUENCE");
-  add_dense_options(*command, arguments->dense);
-  command->add_flag("--save-verdicts", arguments->labels.save,
-                    "also write verdicts.bin: what is thought of every keypoint; stillmap eval "
-                    "--verdicts judges it");
-  command
-      ->add_option("--draw-verdicts", arguments->labels.draw_every,
-                   "also draw every n-th frame (30) with the labels into OUT/verdicts")
-      ->expected(0, 1)
-      ->default_str("30");
-  command->add_flag("--profile", arguments->profile,
-                    "also tell where the time goes, per thread and function: profile.txt, "
-                    "profile.png, and trace.json for chrome://tracing and ui.perfetto.dev");
-  CLI::Option* save_map = command->add_option(
-      "--save-map", arguments->save_map,
-      "also save the map to this file: for --load-map, and for stillmap map info and export");
-  command
-      ->add_flag("--slim-map", arguments->slim_map,
-                 "leave the dense cloud out of the saved map: a third of the size")
-      ->needs(save_map);
-  CLI::Option* load_map =
-      command->add_option("--load-map", arguments->load_map,
-                          "begin in this saved map: find the camera there, and extend it");
-  command
-      ->add_flag("--localize-only", arguments->localize_only,
-                 "only find the camera in the loaded map, and leave the map as it is")
-      ->needs(load_map)
-      ->excludes(save_map);
+                      "override one option, group.option=value; may be repeated");
+  add_input_options(*command, *arguments);
+  add_output_options(*command, *arguments);
+  add_map_options(*command, *arguments);
   command->add_option("--dump-config", arguments->dump_config,
-                      "write all options in force to this file (- for the screen), and stop");
+                      "write all options in force to this file (- for standard output) and exit");
   command->footer(
       "Presets:\n" + describe_presets() +
       "Examples:\n"
@@ -211,9 +234,9 @@ void add_run_command(CLI::App& app, int& exit_code) {
       "  stillmap run second_visit --load-map office.map --save-map office.map\n"
       "  stillmap run third_visit --load-map office.map --localize-only\n"
       "  stillmap run --dump-config options.yaml\n"
-      "Written: trajectory.txt, keyframes.txt, cloud.ply, cloud.png, movers.csv, "
+      "Files: trajectory.txt, keyframes.txt, cloud.ply, cloud.png, movers.csv, "
       "movers.jsonl, movers.png, timing.txt, summary.json, report.html; run.map and options.yaml, "
-      "from which `stillmap dense` makes the static map again; and\n" +
+      "from which `stillmap dense` makes the dense map again;\n" +
       dense_files_help());
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }

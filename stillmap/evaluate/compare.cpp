@@ -2,7 +2,6 @@
 #include "stillmap/evaluate/compare.hpp"
 
 #include "stillmap/base/error.hpp"
-#include "stillmap/evaluate/chart_axes.hpp"
 
 #include <algorithm>
 #include <array>
@@ -53,8 +52,7 @@ ComparedRun evaluate_run(const RecordedRun& run, std::size_t baseline) {
   result.name = run.name;
   result.sequence = run.sequence;
   result.baseline = baseline;
-  result.up_axis = up_axis(run.truth);
-  for (const auto& [stamp, T] : run.truth) result.p_truth.push_back(T.translation());
+  result.truth = run.truth;
   try {
     result.evaluation = evaluate_trajectory(run.truth, run.estimate, run.total_frames);
   } catch (const Error& error) {

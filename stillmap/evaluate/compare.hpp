@@ -2,14 +2,12 @@
 #pragma once
 #include "stillmap/evaluate/trajectory_error.hpp"
 
-#include <filesystem>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
-#include <opencv2/core.hpp>
 
 namespace stillmap {
 
@@ -28,8 +26,7 @@ struct ComparedRun {
   std::optional<Evaluation> evaluation;
   std::string problem;
   std::size_t baseline = 0;  ///< index of the run it is compared with; its own for a baseline
-  Eigen::Vector3d up_axis = Eigen::Vector3d::UnitZ();  ///< of the truth's world, for drawing
-  std::vector<Eigen::Vector3d> p_truth;                ///< the whole true path, for drawing [m]
+  Trajectory truth;
 };
 
 struct Comparison {
@@ -50,14 +47,5 @@ std::string comparison_text(const Comparison& comparison);
 
 /// Everything in the text tables, per run: evaluation, improvement_percent by figure, or problem.
 void to_json(nlohmann::json& json, const Comparison& comparison);
-
-/// Each run's path (blue) against the truth (black), from above, with red lines between
-/// corresponding points, as in figure 5 of SLAM3-YOLOv8; one panel per run. With several sequences
-/// and several systems: one row per sequence, one column per system. 8UC3 BGR.
-/// @param panel_width pixels; a panel is nearly square
-cv::Mat draw_comparison(const Comparison& comparison, int panel_width = 640);
-
-/// draw_comparison as a PNG. Throws Error if it cannot be written.
-void write_comparison_picture(const std::filesystem::path& file, const Comparison& comparison);
 
 }  // namespace stillmap

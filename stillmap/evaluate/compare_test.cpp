@@ -1,16 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/evaluate/compare.hpp"
 
-#include "stillmap/base/error.hpp"
-#include "stillmap/base/test_path.hpp"
-
 #include <cmath>
-#include <filesystem>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 namespace stillmap {
 namespace {
@@ -41,13 +36,6 @@ Trajectory wobbling(double size) {
 std::vector<RecordedRun> two_systems() {
   return {{"static", "walk", wobbling(0.08), loop(), 200},
           {"seg-mask", "walk", wobbling(0.02), loop(), 200}};
-}
-
-int pixels_of_color(const cv::Mat& image, const cv::Vec3b& color) {
-  cv::Mat mask;
-  cv::inRange(image, cv::Scalar(color) - cv::Scalar::all(40),
-              cv::Scalar(color) + cv::Scalar::all(40), mask);
-  return cv::countNonZero(mask);
 }
 
 TEST(ImprovementRate, IsEquation4) {
@@ -93,38 +81,6 @@ TEST(Compare, ARunThatCannotBeEvaluatedKeepsItsPlaceWithTheReason) {
   EXPECT_FALSE(comparison.runs[1].evaluation.has_value());
   EXPECT_THAT(comparison_text(comparison), HasSubstr("do not overlap in time"));
   EXPECT_TRUE(nlohmann::json(comparison).at("runs").at(1).contains("problem"));
-  EXPECT_NO_THROW(draw_comparison(comparison, 200));
-}
-
-TEST(ComparisonPicture, ShowsTruthEstimateAndErrorInTheirColors) {
-  const cv::Mat picture = draw_comparison(compare_runs(two_systems()), 500);
-  EXPECT_EQ(picture.cols, 1000);
-  const cv::Mat left = picture.colRange(0, 500), right = picture.colRange(500, 1000);
-  const cv::Vec3b blue(200, 90, 20), red(60, 55, 225);
-  EXPECT_GT(pixels_of_color(left, blue), 300);
-  EXPECT_GT(pixels_of_color(right, blue), 300);
-  // The left run errs four times as much, so its red lines are longer.
-  EXPECT_GT(pixels_of_color(left, red), 2 * pixels_of_color(right, red));
-}
-
-TEST(ComparisonPicture, PutsSequencesInRowsAndSystemsInColumns) {
-  std::vector<RecordedRun> runs = two_systems();
-  runs.push_back({"seg-mask", "sit", wobbling(0.02), loop(), 200});
-  const cv::Mat picture = draw_comparison(compare_runs(runs), 300);
-  EXPECT_EQ(picture.cols, 600);
-  EXPECT_GT(picture.rows, 560);
-  // Nothing was run for "static" on "sit": that cell stays paper.
-  const cv::Mat empty = picture(cv::Rect(0, 290, 300, 270));
-  EXPECT_EQ(pixels_of_color(empty, {255, 255, 255}), empty.rows * empty.cols);
-}
-
-TEST(ComparisonPicture, IsWrittenOrSaysWhyNot) {
-  const auto file = test::own_path("comparison.png");
-  write_comparison_picture(file, compare_runs(two_systems()));
-  EXPECT_EQ(cv::imread(file.string()).cols, 1280);
-  std::filesystem::remove(file);
-  EXPECT_THROW(write_comparison_picture("/nonexistent/a.png", compare_runs(two_systems())), Error);
-  EXPECT_THROW(draw_comparison({}), Error);
 }
 
 }  // namespace

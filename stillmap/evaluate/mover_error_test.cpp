@@ -4,12 +4,10 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/test_path.hpp"
-#include "stillmap/evaluate/mover_picture.hpp"
 
 #include <filesystem>
 
 #include <gtest/gtest.h>
-#include <opencv2/imgproc.hpp>
 
 namespace stillmap {
 namespace {
@@ -145,23 +143,6 @@ TEST_F(MoverFile, WhatIsNoTableIsAnError) {
   write_file(file_, "timestamp,id,class,x,y,z,vx,vy,vz\n1,1,person,1,2,nan,4,5,6\n");
   EXPECT_THROW(read_movers(file_), Error);
 }
-
-TEST(MoverPicture, DrawsWaysWhereTheyWent) {
-  std::vector<MoverPosition> movers;
-  for (int i = 0; i < kFrames; ++i) movers.push_back(thing(i, 1, 0));
-  Trajectory cameras;  // y down: from above one sees x to the right and z upwards
-  for (int i = 0; i < kFrames; ++i) cameras.push_back({stamp(i), Pose()});
-  const cv::Mat picture = draw_movers(movers, cameras, {}, 600);
-  ASSERT_EQ(picture.type(), CV_8UC3);
-  ASSERT_EQ(picture.cols, 600);
-  cv::Mat blue;
-  cv::inRange(picture, cv::Scalar(150, 80, 0), cv::Scalar(200, 140, 40), blue);
-  const cv::Rect where = cv::boundingRect(blue);
-  ASSERT_GT(where.area(), 0);
-  EXPECT_LT(where.br().y, picture.rows / 2) << "3 m ahead of the camera, so in the upper half";
-}
-
-TEST(MoverPicture, TakesNothing) { EXPECT_FALSE(draw_movers({}, {}, {}).empty()); }
 
 }  // namespace
 }  // namespace stillmap

@@ -101,6 +101,7 @@ SegmentedFrame InstanceStream::wanted_in(const SegmentedFrame& found) const {
 void InstanceStream::finish() {
   if (propagation_stage_) propagation_stage_->drain();
   if (detect_stage_) detect_stage_->drain();
+  if (detector_) skipped_ = detector_->skipped();
   detector_.reset();
 }
 

@@ -48,6 +48,8 @@ class InstanceStream {
   /// pushed any more.
   void finish();
   std::size_t segmented() const { return segmented_; }  ///< frames the detector saw; after finish()
+  /// Detector::skipped() at the end; after finish().
+  const std::string& skipped() const { return skipped_; }
 
  private:
   struct PropagationTask {
@@ -70,6 +72,7 @@ class InstanceStream {
   // Of the detector's thread until finish().
   std::unique_ptr<Detector> detector_;
   std::size_t segmented_ = 0;
+  std::string skipped_;
 
   // Of the propagator's thread until finish().
   MaskPropagator propagator_;

@@ -283,6 +283,7 @@ void SlamSystem::collect_statistics(SlamResult& result) const {
   result.maps = map.components().size();
   result.refined = mapping_.refined();
   result.segmented = instances_.segmented();
+  result.detector_skipped = instances_.skipped();
   result.load_shedding = load_shedding_;
   result.load_shedding.frames_without_view = dense_.frames_left_out();
   result.load_shedding.frames_without_movers = movers_.passed_over();

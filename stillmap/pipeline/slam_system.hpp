@@ -47,6 +47,7 @@ struct SlamResult {
   std::vector<MapEvent> events;  ///< loops closed, maps joined and dropped, in this order
   RefineTotals refined;          ///< statistics of local mapping
   std::size_t segmented = 0;     ///< number of frames that the network saw
+  std::string detector_skipped;  ///< Frames without a usable mask, in one line; empty: none.
   LoadShedding load_shedding;
   std::size_t tracked() const { return trajectory.size(); }
 };

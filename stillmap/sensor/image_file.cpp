@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/sensor/image_file.hpp"
 
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/file.hpp"
 #include "stillmap/base/trace.hpp"
 #include "stillmap/sensor/jpeg_decoder.hpp"
 #include "stillmap/sensor/png_decoder.hpp"
@@ -251,6 +253,14 @@ ImageRead read_depth_image(const fs::path& file, cv::Size wanted) {
   if (loaded.problem.empty()) loaded.problem = size_problem(loaded.header, wanted);
   if (!loaded.problem.empty()) return {{}, loaded.problem};
   return decode(loaded.bytes, cv::IMREAD_ANYDEPTH, CV_16UC1);
+}
+
+void write_png(const std::filesystem::path& file, const cv::Mat& image,
+               const std::vector<int>& parameters) {
+  std::vector<std::uint8_t> png;
+  if (!cv::imencode(".png", image, png, parameters))
+    throw Error("the image cannot be encoded as PNG", file.string(), "");
+  write_file(file, std::string_view(reinterpret_cast<const char*>(png.data()), png.size()));
 }
 
 }  // namespace stillmap

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <vector>
 
 #include <opencv2/core.hpp>
 
@@ -45,5 +46,10 @@ ImageRead read_color_image(const std::filesystem::path& file, cv::Size wanted);
 
 /// Decodes a 16-bit single-channel PNG file to 16UC1 [raw units]; otherwise as read_color_image().
 ImageRead read_depth_image(const std::filesystem::path& file, cv::Size wanted);
+
+/// Writes an image (8 or 16 bits per channel) as a PNG file. Throws Error if that fails.
+/// @param parameters  of cv::imencode
+void write_png(const std::filesystem::path& file, const cv::Mat& image,
+               const std::vector<int>& parameters = {});
 
 }  // namespace stillmap

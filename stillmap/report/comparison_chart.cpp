@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/report/comparison_chart.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/report/chart.hpp"
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace stillmap {
+namespace {
+
+constexpr double kPanelWidth = 640, kPanelHeight = 620, kLegendHeight = 48;  // pixels
+constexpr double kLeft = 74, kRight = 18, kTop = 70, kBottom = 56;  // margins of a panel [pixels]
+
+ChartArea area_of(const ComparedRun& run, const ProjectionPlane& plane,
+                  const Eigen::Vector2d& corner) {
+  ChartArea area{corner.x() + kLeft,
+                 corner.y() + kTop,
+                 kPanelWidth - kLeft - kRight,
+                 kPanelHeight - kTop - kBottom,
+                 {},
+                 {}};
+  const auto include = [&](const Eigen::Vector3d& p) {
+    area.x.include(plane(p).x());
+    area.y.include(plane(p).y());
+  };
+  for (const auto& [stamp, T] : run.truth) include(T.translation());
+  if (run.evaluation) {
+    for (const AtePair& pair : run.evaluation->ate.pairs) include(pair.p_estimate);
+  }
+  if (area.x.empty()) area.x = area.y = {-1, 1};
+  area.fit_equal_scale();
+  return area;
+}
+
+void draw_estimate(Svg& svg, const ChartArea& area, const ProjectionPlane& plane,
+                   const std::vector<AtePair>& pairs) {
+  std::vector<double> stamps;
+  std::vector<Eigen::Vector2d> path;
+  for (const AtePair& pair : pairs) {
+    stamps.push_back(pair.timestamp);
+    path.push_back(area.pixel(plane(pair.p_estimate)));
+    svg.line(area.pixel(plane(pair.p_truth)), path.back(), "error");
+  }
+  for (const auto& [first, end] : continuous_ranges(stamps))
+    svg.polyline(std::span(path).subspan(first, end - first), "path");
+}
+
+void draw_titles(Svg& svg, const ComparedRun& run, const Eigen::Vector2d& corner) {
+  const double middle = corner.x() + kLeft + (kPanelWidth - kLeft - kRight) / 2;
+  const std::string title = run.sequence.empty() ? run.name : run.name + ", " + run.sequence;
+  svg.text({middle, corner.y() + 32}, title, "middle", "heading");
+  std::string figures = "not evaluated";
+  if (run.evaluation) {
+    const Coverage& coverage = run.evaluation->coverage;
+    figures = fmt::format("ATE RMSE {:.4f} m, {}/{} frames", run.evaluation->ate.translation.rmse,
+                          coverage.tracked, coverage.total);
+  }
+  svg.text({middle, corner.y() + 56}, figures, "middle");
+}
+
+void draw_panel(Svg& svg, const ComparedRun& run, const Eigen::Vector2d& corner) {
+  const ProjectionPlane plane = plane_from_above(up_axis(run.truth));
+  const ChartArea area = area_of(run, plane, corner);
+  draw_titles(svg, run, corner);
+  draw_axes(svg, area, plane);
+  svg.begin_clip(area.left, area.top, area.width, area.height);
+  std::vector<Eigen::Vector2d> truth;
+  for (const auto& [stamp, T] : run.truth) truth.push_back(area.pixel(plane(T.translation())));
+  svg.polyline(truth, "truth");
+  if (run.evaluation) draw_estimate(svg, area, plane, run.evaluation->ate.pairs);
+  svg.end_clip();
+  svg.rectangle(area.left, area.top, area.width, area.height, "frame");
+}
+
+void draw_legend(Svg& svg, double width, double y) {
+  constexpr std::array<std::array<const char*, 2>, 3> kEntries{
+      {{"truth", "ground truth"}, {"path", "estimate, aligned"}, {"error", "error"}}};
+  constexpr double kEntryWidth = 190, kStroke = 40;
+  double x = std::max(kLeft, (width - kEntryWidth * kEntries.size()) / 2);
+  for (const auto& [css_class, name] : kEntries) {
+    svg.line({x, y - 4}, {x + kStroke, y - 4}, css_class);
+    svg.text({x + kStroke + 10, y}, name, "start");
+    x += kEntryWidth;
+  }
+}
+
+std::vector<std::string> distinct(const Comparison& comparison, std::string ComparedRun::*member) {
+  std::vector<std::string> values;
+  for (const ComparedRun& run : comparison.runs) {
+    if (std::find(values.begin(), values.end(), run.*member) == values.end()) {
+      values.push_back(run.*member);
+    }
+  }
+  return values;
+}
+
+struct Cell {
+  int row = 0, column = 0;
+};
+
+/// Position of each run's panel: one row per sequence and one column per system where there are
+/// several of both and no pair occurs twice; else row by row, with at most three columns.
+std::vector<Cell> lay_out(const Comparison& comparison) {
+  const auto names = distinct(comparison, &ComparedRun::name);
+  const auto sequences = distinct(comparison, &ComparedRun::sequence);
+  const auto position = [](const std::vector<std::string>& values, const std::string& value) {
+    return static_cast<int>(std::find(values.begin(), values.end(), value) - values.begin());
+  };
+  std::vector<Cell> cells;
+  if (names.size() > 1 && sequences.size() > 1) {
+    for (const ComparedRun& run : comparison.runs) {
+      cells.push_back({position(sequences, run.sequence), position(names, run.name)});
+    }
+    auto sorted = cells;
+    const auto order = [](Cell a, Cell b) {
+      return std::pair(a.row, a.column) < std::pair(b.row, b.column);
+    };
+    std::sort(sorted.begin(), sorted.end(), order);
+    const auto twice = std::adjacent_find(sorted.begin(), sorted.end(), [](Cell a, Cell b) {
+      return a.row == b.row && a.column == b.column;
+    });
+    if (twice == sorted.end()) return cells;
+    cells.clear();
+  }
+  const int count = static_cast<int>(comparison.runs.size());
+  const int columns = count == 4 ? 2 : std::min(count, 3);
+  for (int i = 0; i < count; ++i) cells.push_back({i / columns, i % columns});
+  return cells;
+}
+
+}  // namespace
+
+Svg comparison_chart(const Comparison& comparison) {
+  if (comparison.runs.empty()) {
+    throw Error("there is no run to draw", "comparison", "name at least one trajectory");
+  }
+  const std::vector<Cell> cells = lay_out(comparison);
+  Cell last;
+  for (const Cell& cell : cells) {
+    last = {std::max(last.row, cell.row), std::max(last.column, cell.column)};
+  }
+  const double width = (last.column + 1) * kPanelWidth;
+  const double height = (last.row + 1) * kPanelHeight + kLegendHeight;
+  Svg svg(width, height, "estimated and true paths from above");
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    draw_panel(svg, comparison.runs[i],
+               {cells[i].column * kPanelWidth, cells[i].row * kPanelHeight});
+  }
+  draw_legend(svg, width, height - kLegendHeight / 2);
+  return svg;
+}
+
+}  // namespace stillmap

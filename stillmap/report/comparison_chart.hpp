@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/evaluate/compare.hpp"
+#include "stillmap/report/svg.hpp"
+
+namespace stillmap {
+
+/// The path of each run (blue) against the truth (gray), from above, with red lines between
+/// corresponding points, as in figure 5 of SLAM3-YOLOv8; one panel per run. With several sequences
+/// and several systems: one row per sequence, one column per system. Throws Error without a run.
+Svg comparison_chart(const Comparison& comparison);
+
+}  // namespace stillmap

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/report/dense_files.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/dense/cloud_io.hpp"
+#include "stillmap/dense/floor.hpp"
+#include "stillmap/dense/floor_plan.hpp"
+#include "stillmap/dense/map_mesh.hpp"
+#include "stillmap/dense/map_server_files.hpp"
+#include "stillmap/dense/mesh.hpp"
+#include "stillmap/dense/octomap.hpp"
+#include "stillmap/dense/semantic_files.hpp"
+#include "stillmap/report/chart.hpp"
+#include "stillmap/report/cloud_image.hpp"
+#include "stillmap/report/obstacle_files.hpp"
+#include "stillmap/sensor/image_file.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace stillmap {
+namespace {
+namespace fs = std::filesystem;
+
+constexpr std::array kMeshFormats{"ply", "obj", "glb"};
+
+cv::Mat image_of(const Cloud& cloud, const Trajectory& trajectory, const CloudView& view) {
+  return draw_cloud({cloud.points, cloud.colors, {}}, trajectory, view);
+}
+
+void write_image(ResultFolder& folder, const std::string& name, const cv::Mat& image) {
+  folder.write(name, [&](const fs::path& file) { write_png(file, image); });
+}
+
+/// The cloud of all measurements and the static cloud, side by side.
+cv::Mat before_and_after(const DenseResults& results, const CloudView& view, const cv::Mat& after) {
+  cv::Mat both, half;
+  cv::hconcat(image_of(raw_cloud(results.placed), results.trajectory, view), after, both);
+  cv::resize(both, half, {}, 0.5, 0.5, cv::INTER_AREA);
+  return half;
+}
+
+/// Writes the objects in the cloud; returns their image, with the legend in a corner.
+CaptionedImage write_semantics(const DenseResults& results, const CloudView& view,
+                               ResultFolder& folder) {
+  const Cloud& cloud = results.cloud.cloud;
+  const SemanticMap& objects = results.cloud.semantics;
+  const Cloud classes = colored_by_class(cloud, objects);
+  const cv::Mat legend = legend_picture(class_colors(objects));
+  folder.write_text("semantic.ply", semantic_ply(cloud, objects));
+  folder.write("semantic_classes.ply", [&](const fs::path& file) { write_ply(file, classes); });
+  write_image(folder, "semantic_legend.png", legend);
+  folder.write_text("objects.json", objects_json(objects).dump(2) + "\n");
+  cv::Mat image = image_of(classes, results.trajectory, view);
+  const cv::Rect corner(0, 0, std::min(legend.cols, image.cols), std::min(legend.rows, image.rows));
+  legend(corner).copyTo(image(corner));
+  write_image(folder, "semantic.png", image);
+  return {image, fmt::format("{} static objects of {} classes", objects.objects.size(),
+                             class_colors(objects).size())};
+}
+
+CaptionedImage write_meshes(const DenseResults& results, const CloudView& view,
+                            const MeshOptions& options, const std::vector<std::string>& formats,
+                            ResultFolder& folder) {
+  const TriangleMesh mesh = make_mesh(results.placed, options);
+  for (const std::string& format : formats)
+    folder.write("mesh." + format, [&](const fs::path& file) { write_mesh(file, mesh); });
+  const cv::Mat image = image_of(sampled(mesh, 0.25 * options.voxel), results.trajectory, view);
+  write_image(folder, "mesh.png", image);
+  return {image, fmt::format("mesh of {} triangles, voxel size {} m", mesh.triangles.size(),
+                             options.voxel)};
+}
+
+void write_planner_files(const DenseResults& results, const OccupancyOptions& options,
+                         ResultFolder& folder) {
+  const PlacedMap& placed = results.placed;
+  if (placed.views.empty()) return;
+  const auto floor = find_floor(results.cloud.cloud.points, mean_up(results.trajectory));
+  if (!floor) {
+    fmt::print("no floor was found in the cloud: no planner files are written\n");
+    return;
+  }
+  const Pose T_map_world = map_frame(*floor, placed.views.front().T_world_camera);
+  const OccupiedSpace space = occupied_space(placed, T_map_world, options);
+  const FloorPlan plan = floor_plan(space, options);
+  folder.write_text("octomap.bt", octomap_bytes(space));
+  folder.write_text("grid.pgm", grid_pgm(plan.grid));
+  folder.write_text("grid.yaml", grid_yaml(plan.grid, "grid.pgm", T_map_world));
+  folder.write_text("obstacles.json", obstacles_json(plan, T_map_world).dump(2) + "\n");
+  folder.write_text("obstacles.jsonl",
+                    obstacles_by_second(plan, T_map_world, results.trajectory, results.movers));
+}
+
+}  // namespace
+
+void check(const DenseOutputs& outputs) {
+  for (const std::string& format : outputs.mesh) {
+    if (std::find(kMeshFormats.begin(), kMeshFormats.end(), format) != kMeshFormats.end()) continue;
+    throw Error("a mesh cannot be written as '" + format + "'", "--mesh", "use ply, obj or glb");
+  }
+}
+
+std::vector<CaptionedImage> write_dense_files(const DenseResults& results,
+                                              const DenseOptions& options,
+                                              const DenseOutputs& outputs, ResultFolder& folder) {
+  const Cloud& cloud = results.cloud.cloud;
+  folder.write("cloud.ply", [&](const fs::path& file) { write_ply(file, cloud); });
+  std::vector<CaptionedImage> images;
+  if (cloud.empty()) return images;
+  const CloudView view = choose_cloud_view({cloud.points, cloud.colors, {}}, results.trajectory);
+  images.push_back({image_of(cloud, results.trajectory, view),
+                    fmt::format("{} points, with camera poses; {} voxels removed because other "
+                                "views saw through them",
+                                cloud.size(), results.cloud.voxels_removed)});
+  write_image(folder, "cloud.png", images.front().image);
+  images.push_back({before_and_after(results, view, images.front().image),
+                    "all measurements (left) and the static cloud (right)"});
+  write_image(folder, "cloud_before_after.png", images.back().image);
+  if (!results.cloud.semantics.empty()) images.push_back(write_semantics(results, view, folder));
+  if (!outputs.mesh.empty())
+    images.push_back(write_meshes(results, view, options.mesh, outputs.mesh, folder));
+  if (outputs.planner) write_planner_files(results, options.occupancy, folder);
+  return images;
+}
+
+}  // namespace stillmap

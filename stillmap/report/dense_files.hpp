@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/dense/dense_map.hpp"
+#include "stillmap/geometry/trajectory.hpp"
+#include "stillmap/motion/mover_tracker.hpp"
+#include "stillmap/report/captioned_image.hpp"
+#include "stillmap/report/result_folder.hpp"
+
+#include <string>
+#include <vector>
+
+namespace stillmap {
+
+/// Which files are made from the dense map in addition to its cloud.
+struct DenseOutputs {
+  std::vector<std::string> mesh;  ///< File formats of the mesh: ply, obj, glb; empty: no mesh.
+  bool planner = false;  ///< Whether to write octomap.bt, grid.pgm/.yaml, obstacles.json(l).
+};
+
+/// Throws Error for a mesh format that does not exist.
+void check(const DenseOutputs& outputs);
+
+/// A dense map with the data of the run that its files also show.
+struct DenseResults {
+  const ComposedCloud& cloud;    ///< static cloud with object labels, world frame
+  const PlacedMap& placed;       ///< the views that it was made of
+  const Trajectory& trajectory;  ///< T_world_camera; defines up, and the view of the images
+  const std::vector<MoverTrack>& movers;  ///< for the obstacles; world frame
+};
+
+/// Writes cloud.ply and cloud.png; semantic*.ply/.png and objects.json where a network found
+/// objects; mesh.* and the planner's files if wanted.
+/// @returns images of cloud, classes and mesh for the report, the cloud first
+std::vector<CaptionedImage> write_dense_files(const DenseResults& results,
+                                              const DenseOptions& options,
+                                              const DenseOutputs& outputs, ResultFolder& folder);
+
+}  // namespace stillmap

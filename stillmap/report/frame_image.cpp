@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/report/frame_image.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <opencv2/imgproc.hpp>
+
+namespace stillmap {
+namespace {
+
+const cv::Scalar kMoving(60, 60, 235), kAgreeing(90, 220, 70), kOther(60, 210, 240),
+    kText(255, 255, 255);
+
+void tint_moving(cv::Mat& image, const cv::Mat& moving) {
+  if (moving.empty()) return;
+  cv::Mat red(image.size(), image.type(), kMoving), mixed;
+  cv::addWeighted(image, 0.6, red, 0.4, 0, mixed);
+  mixed.copyTo(image, moving);
+}
+
+void write_text(cv::Mat& image, const std::string& text, const cv::Point& at) {
+  cv::putText(image, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.42, cv::Scalar(0, 0, 0), 3, cv::LINE_AA);
+  cv::putText(image, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.42, kText, 1, cv::LINE_AA);
+}
+
+void outline_instances(cv::Mat& image, const SegmentedFrame& segmented) {
+  for (const Instance& instance : segmented.instances) {
+    if (!instance.mask.empty()) {
+      std::vector<std::vector<cv::Point>> contours;
+      cv::findContours(instance.mask.clone(), contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE,
+                       instance.box.tl());
+      cv::drawContours(image, contours, -1, kText, 1, cv::LINE_AA);
+    }
+    const std::string label = fmt::format("{} {:.2f}", instance.class_name, instance.confidence);
+    write_text(image, label, {instance.box.x + 3, instance.box.y + 14});
+  }
+}
+
+void draw_keypoints(cv::Mat& image, const TrackedFrame& tracked) {
+  const Frame& frame = *tracked.frame;
+  for (std::size_t i = 0; i < frame.features->size(); ++i) {
+    const Keypoint& k = frame.features->keypoints[i];
+    const cv::Point2f at(k.u, k.v);
+    if (frame.evidence.weight[i] <= 0) {
+      cv::drawMarker(image, at, kMoving, cv::MARKER_TILTED_CROSS, 6, 1, cv::LINE_AA);
+    } else if (tracked.landmarks[i].valid()) {
+      cv::circle(image, at, 3, kAgreeing, 1, cv::LINE_AA);
+    } else {
+      cv::circle(image, at, 1, kOther, 1, cv::LINE_AA);
+    }
+  }
+}
+
+/// Red at 0, yellow at one half, green at 1.
+cv::Scalar probability_color(float p) {
+  const double red = std::min(1.0F, 2 - 2 * p), green = std::min(1.0F, 2 * p);
+  return {40, 40 + 190 * green, 40 + 200 * red};
+}
+
+void draw_motion_labels(cv::Mat& image, const Frame& frame) {
+  for (std::size_t i = 0; i < frame.features->size(); ++i) {
+    const Keypoint& k = frame.features->keypoints[i];
+    const cv::Point2f at(k.u, k.v);
+    if (frame.evidence.weight[i] <= 0) {
+      cv::drawMarker(image, at, kMoving, cv::MARKER_TILTED_CROSS, 6, 1, cv::LINE_AA);
+    } else {
+      const float p = static_probability(frame.evidence.static_log_odds[i]);
+      cv::circle(image, at, 2, probability_color(p), 1, cv::LINE_AA);
+    }
+  }
+}
+
+/// The image with little color, so that colored marks stand out.
+cv::Mat grayed(const cv::Mat& color) {
+  cv::Mat gray, image, mixed;
+  cv::cvtColor(color, gray, cv::COLOR_BGR2GRAY);
+  cv::cvtColor(gray, image, cv::COLOR_GRAY2BGR);
+  cv::addWeighted(color, 0.35, image, 0.55, 0, mixed);
+  return mixed;
+}
+
+std::string label_line(const TrackedFrame& tracked) {
+  const auto& weights = tracked.frame->evidence.weight;
+  const auto moving = std::count(weights.begin(), weights.end(), 0.0F);
+  return fmt::format("frame {}: {} of {} keypoints move, {} landmarks agree {}",
+                     tracked.frame->index(), moving, weights.size(), tracked.inliers,
+                     tracked.reason);
+}
+
+}  // namespace
+
+cv::Mat draw_labels(const TrackedFrame& tracked) {
+  const Frame& frame = *tracked.frame;
+  cv::Mat image = grayed(frame.image->color);
+  tint_moving(image, frame.evidence.moving_pixels);
+  if (frame.instances) outline_instances(image, *frame.instances);
+  draw_motion_labels(image, frame);
+  write_text(image, label_line(tracked), {6, image.rows - 8});
+  return image;
+}
+
+cv::Mat draw_frame(const TrackedFrame& tracked) {
+  const Frame& frame = *tracked.frame;
+  cv::Mat image = frame.image->color.clone();
+  tint_moving(image, frame.evidence.moving_pixels);
+  if (frame.instances) outline_instances(image, *frame.instances);
+  draw_keypoints(image, tracked);
+  return image;
+}
+
+}  // namespace stillmap

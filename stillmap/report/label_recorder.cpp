@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/report/label_recorder.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/report/frame_image.hpp"
+#include "stillmap/report/labeled_frame.hpp"
+#include "stillmap/sensor/image_file.hpp"
+
+#include <fmt/format.h>
+
+namespace stillmap {
+
+LabelRecorder::LabelRecorder(const LabelRecording& wanted, ResultFolder& folder)
+    : wanted_(wanted), folder_(folder) {
+  if (wanted_.draw_every < 0)
+    throw Error("must be 1 or more", "--draw-verdicts",
+                "give the interval between images [frames]");
+}
+
+void LabelRecorder::record(const TrackedFrame& tracked) {
+  const Frame& frame = *tracked.frame;
+  if (wanted_.save) file_.add(labeled_frame(frame));
+  if (wanted_.draw_every == 0 || frame.index() % static_cast<std::size_t>(wanted_.draw_every) != 0)
+    return;
+  folder_.write(fmt::format("verdicts/{:06}.png", frame.index()),
+                [&](const auto& file) { write_png(file, draw_labels(tracked)); });
+}
+
+void LabelRecorder::finish() {
+  if (wanted_.save) folder_.write_text("verdicts.bin", file_.bytes());
+}
+
+}  // namespace stillmap

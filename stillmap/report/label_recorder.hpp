@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/evaluate/motion_labels.hpp"
+#include "stillmap/report/result_folder.hpp"
+#include "stillmap/track/tracker.hpp"
+
+namespace stillmap {
+
+/// Which motion labels of a run are saved.
+struct LabelRecording {
+  bool save = false;   ///< Whether to save the label of every keypoint, about 10 kB per frame.
+  int draw_every = 0;  ///< Every n-th frame is drawn with its labels; 0: none.
+};
+
+/// Saves the motion labels of a run: verdicts.bin and verdicts/FRAME.png.
+class LabelRecorder {
+ public:
+  /// @param folder  must outlive this object
+  /// Throws Error for a negative interval.
+  LabelRecorder(const LabelRecording& wanted, ResultFolder& folder);
+  /// Records one frame; draws it if it is one of those to be drawn.
+  void record(const TrackedFrame& tracked);
+  /// Writes verdicts.bin, if wanted.
+  void finish();
+
+ private:
+  LabelRecording wanted_;
+  ResultFolder& folder_;
+  LabelFile file_;
+};
+
+}  // namespace stillmap

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <string>
+
+namespace stillmap {
+
+/// Processor and number of cores: "AMD EPYC, 2 cores".
+std::string machine_description();
+
+/// Peak memory of this process so far [MiB].
+double peak_memory_mib();
+
+/// Time since the start of this process, including the loading of libraries [s]; 0 if the system
+/// does not provide it.
+double seconds_since_start();
+
+/// CPU time of all threads of this process so far [ms].
+double process_cpu_ms();
+
+}  // namespace stillmap

@@ -1,0 +1,366 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/report/report_page.hpp"
+
+#include "stillmap/report/machine.hpp"
+#include "stillmap/report/mover_files.hpp"
+#include "stillmap/report/page_style.hpp"
+#include "stillmap/report/report_charts.hpp"
+#include "stillmap/report/svg.hpp"
+
+#include <algorithm>
+#include <map>
+
+#include <fmt/format.h>
+#include <opencv2/imgcodecs.hpp>
+
+namespace stillmap {
+namespace {
+
+constexpr std::size_t kListed = 12;  // rows of a list before the rest is only counted
+constexpr std::size_t kListedMovers = 36;
+constexpr int kJpegQuality = 86;
+
+std::string e(std::string_view text) { return escape_markup(text); }
+
+/// Groups of three digits, with thin spaces between: 18 204.
+std::string grouped(std::size_t number) {
+  const std::string digits = std::to_string(number);
+  std::string text;
+  for (std::size_t i = 0; i < digits.size(); ++i) {
+    if (i > 0 && (digits.size() - i) % 3 == 0) text += "\u202f";
+    text += digits[i];
+  }
+  return text;
+}
+
+/// Three digits: 950, 18.2 k, 1.23 M.
+std::string rounded(std::size_t number) {
+  const auto value = static_cast<double>(number);
+  if (number < 1000) return std::to_string(number);
+  return number < 999500 ? fmt::format("{:.3g}\u2009k", value / 1e3)
+                         : fmt::format("{:.3g}\u2009M", value / 1e6);
+}
+
+/// RFC 4648.
+std::string base64(const std::vector<unsigned char>& bytes) {
+  constexpr char kAlphabet[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve(bytes.size() * 4 / 3 + 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t left = std::min<std::size_t>(3, bytes.size() - i);
+    unsigned group = 0;
+    for (std::size_t k = 0; k < 3; ++k) group = group << 8 | (k < left ? bytes[i + k] : 0U);
+    for (std::size_t k = 0; k < 4; ++k) {
+      text += k <= left ? kAlphabet[group >> (18 - 6 * k) & 63] : '=';
+    }
+  }
+  return text;
+}
+
+std::string figure(const CaptionedImage& image) {
+  if (image.image.empty()) return "";
+  std::vector<unsigned char> jpeg;
+  cv::imencode(".jpg", image.image, jpeg, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
+  return fmt::format(
+      "<figure><img alt=\"{0}\" width=\"{1}\" height=\"{2}\" src=\"data:image/jpeg;base64,{3}\">"
+      "<figcaption>{0}</figcaption></figure>\n",
+      e(image.caption), image.image.cols, image.image.rows, base64(jpeg));
+}
+
+/// A chart as wide as the page, which on a narrow screen is scrolled rather than shrunk.
+std::string wide(const std::string& chart) {
+  return chart.empty() ? "" : "<div class=\"scroll\">" + chart + "</div>\n";
+}
+
+/// A card with a heading; empty text if there is no content.
+std::string section(const std::string& heading, const std::string& content,
+                    const std::string& note = "") {
+  if (content.empty()) return "";
+  return fmt::format("<section><h2>{}</h2>\n{}{}</section>\n", heading,
+                     note.empty() ? "" : "<p class=\"note\">" + note + "</p>\n", content);
+}
+
+struct Tile {
+  std::string name, value, unit, detail;
+  std::string css_class = {};
+};
+
+std::string tile_html(const Tile& tile) {
+  return fmt::format(
+      "<div class=\"tile {}\"><div class=\"name\">{}</div><div class=\"value\">{}"
+      "<span class=\"unit\">{}</span></div><div class=\"detail\">{}</div></div>\n",
+      tile.css_class, tile.name, tile.value, tile.unit, tile.detail);
+}
+
+void add_error_tiles(const RunRecord& record, std::vector<Tile>& tiles) {
+  if (!record.evaluation) return;
+  const Statistics& ate = record.evaluation->ate.translation;
+  const RpeResult& rpe = record.evaluation->rpe;
+  tiles.push_back({"Absolute error, RMSE", fmt::format("{:.1f}", 1000 * ate.rmse), "mm",
+                   fmt::format("SD {:.1f}, max {:.1f} mm", 1000 * ate.sd, 1000 * ate.max)});
+  if (rpe.pairs.empty()) return;
+  tiles.push_back({"Drift per second, RMSE", fmt::format("{:.1f}", 1000 * rpe.translation.rmse),
+                   "mm", fmt::format("{:.3f}\u00b0 rotation", rpe.rotation.rmse)});
+}
+
+void add_coverage_tile(const RunRecord& record, std::vector<Tile>& tiles) {
+  const Coverage coverage = compute_coverage(record.result.trajectory, record.total_frames());
+  if (coverage.total == 0) return;
+  const double share = coverage.share();
+  tiles.push_back({"Coverage", fmt::format("{:.1f}", 100 * share), "%",
+                   fmt::format("{} of {} frames tracked", coverage.tracked, coverage.total),
+                   coverage.tracked >= coverage.total ? "good"
+                   : share < 0.95                     ? "bad"
+                                                      : ""});
+}
+
+void add_speed_tiles(const RunRecord& record, std::vector<Tile>& tiles) {
+  if (const double median = record.tracking_median(); median > 0) {
+    tiles.push_back(
+        {"Tracking, median", fmt::format("{:.1f}", median), "ms", "per frame, critical path"});
+  }
+  if (const double fps = record.frames_per_second(); fps > 0)
+    tiles.push_back({"Speed", fmt::format("{:.1f}", fps), "fps", "whole run, all outputs"});
+}
+
+std::string tiles(const RunRecord& record) {
+  const SlamResult& result = record.result;
+  std::vector<Tile> tiles;
+  add_error_tiles(record, tiles);
+  add_coverage_tile(record, tiles);
+  add_speed_tiles(record, tiles);
+  if (!result.keyframes.empty()) {
+    tiles.push_back({"Map", grouped(result.keyframes.size()), "keyframes",
+                     grouped(result.landmarks) + " landmarks"});
+  }
+  if (const std::size_t points = result.dense.cloud.size(); points > 0)
+    tiles.push_back({"Static cloud", rounded(points), "points", grouped(points) + " in total"});
+  std::string html;
+  for (const Tile& tile : tiles) html += tile_html(tile);
+  return html.empty() ? "" : "<div class=\"tiles\">\n" + html + "</div>\n";
+}
+
+std::string chip(std::string_view name, std::string_view value) {
+  if (value.empty()) return "";
+  return fmt::format("<span class=\"chip\">{} <b>{}</b></span>", name, e(value));
+}
+
+std::string header(const RunRecord& record) {
+  return fmt::format("<header><h1>{}</h1>\n<div class=\"chips\">{}{}{}{}</div></header>\n",
+                     e(record.sequence.empty() ? "Stillmap" : record.sequence),
+                     chip("preset", record.options.motion.preset),
+                     chip("schedule", record.options.schedule.mode),
+                     chip("machine", record.machine), chip("version", STILLMAP_VERSION));
+}
+
+std::string trajectory_legend(const RunRecord& record) {
+  std::string html = "<div class=\"legend\">";
+  if (record.evaluation && record.truth) {
+    html += "<span><i style=\"color:var(--truth)\"></i>ground truth</span>";
+    html += "<span>estimate, colored by its error in mm</span><div class=\"colorbar\">" +
+            error_color_bar(record) + "</div>";
+  } else {
+    html += "<span><i style=\"color:var(--accent)\"></i>estimate</span>";
+  }
+  return html +
+         "<span><i class=\"dot\"></i>start</span><span><i class=\"square\"></i>end</span></div>\n";
+}
+
+std::string trajectory_section(const RunRecord& record) {
+  const std::string above = trajectory_chart(record, PathView::kFromAbove);
+  if (above.empty()) return "";
+  return section("Trajectory", "<div class=\"pair\"><div><h3>from above</h3>" + above +
+                                   "</div><div><h3>from the side</h3>" +
+                                   trajectory_chart(record, PathView::kFromTheSide) +
+                                   "</div></div>\n" + trajectory_legend(record));
+}
+
+std::string statistics_row(const std::string& name, const Statistics& s) {
+  const auto cell = [](double value) { return fmt::format("{:.4f}", value); };
+  std::string row = "<tr><td>" + name + "</td><td><b>" + cell(s.rmse) + "</b></td>";
+  for (const double value : {s.mean, s.median, s.sd, s.min, s.max}) {
+    row += "<td>" + cell(value) + "</td>";
+  }
+  return row + fmt::format("<td>{}</td></tr>\n", s.count);
+}
+
+std::string error_table(const RunRecord& record) {
+  if (!record.evaluation) return "";
+  const Evaluation& evaluation = *record.evaluation;
+  std::string html =
+      "<div "
+      "class=\"scroll\"><table><tr><th></th><th>RMSE</th><th>mean</th><th>median</th><th>SD</th>"
+      "<th>min</th><th>max</th><th>pairs</th></tr>\n";
+  html += statistics_row("ATE [m]", evaluation.ate.translation);
+  if (!evaluation.rpe.pairs.empty()) {
+    html += statistics_row("RPE over 1 s [m]", evaluation.rpe.translation);
+    html += statistics_row("RPE over 1 s [\u00b0]", evaluation.rpe.rotation);
+  }
+  if (evaluation.rpe_frame) {
+    html += statistics_row("RPE per frame [m]", evaluation.rpe_frame->translation);
+    html += statistics_row("RPE per frame [\u00b0]", evaluation.rpe_frame->rotation);
+  }
+  return html + "</table></div>\n";
+}
+
+std::string error_section(const RunRecord& record) {
+  if (!record.evaluation) return "";
+  return section(
+      "Error over time", wide(error_chart(record)) + error_table(record),
+      "As in the TUM RGB-D benchmark: rigid alignment without scale, time stamps matched "
+      "within 20 ms.");
+}
+
+std::string coverage_section(const RunRecord& record) {
+  return section(
+      "Coverage",
+      wide(coverage_strip(record)) +
+          (record.result.frames.size() < 2
+               ? ""
+               : "<div class=\"legend\"><span><i class=\"block\" "
+                 "style=\"background:var(--good)\"></i>"
+                 "tracked</span><span><i class=\"block\" "
+                 "style=\"background:var(--bad)\"></i>lost</span>"
+                 "<span><i style=\"color:var(--warn);border-top-style:dotted\"></i>event (hover "
+                 "for "
+                 "details)</span></div>\n"));
+}
+
+std::string timing_section(const RunRecord& record) {
+  return section(
+      "Time per stage", wide(timing_chart(record)),
+      "Solid bar and first number: median; light bar and second number: 95th percentile. "
+      "Stages run in parallel, so the times do not add up.");
+}
+
+std::string gallery(const std::vector<CaptionedImage>& images) {
+  std::string html;
+  for (const CaptionedImage& image : images) html += figure(image);
+  return html.empty() ? "" : "<div class=\"gallery\">\n" + html + "</div>\n";
+}
+
+std::string table(const std::vector<std::string>& heads,
+                  const std::vector<std::vector<std::string>>& rows) {
+  if (rows.empty()) return "";
+  std::string html = "<div class=\"scroll\"><table>";
+  if (!heads.empty()) html += "<tr>";
+  for (const std::string& head : heads) html += "<th class=\"text\">" + head + "</th>";
+  if (!heads.empty()) html += "</tr>\n";
+  for (const auto& row : rows) {
+    html += "<tr>";
+    for (const std::string& cell : row) html += "<td class=\"text\">" + e(cell) + "</td>";
+    html += "</tr>\n";
+  }
+  return html + "</table></div>\n";
+}
+
+std::string summary_section(const RunRecord& record) {
+  const SlamResult& result = record.result;
+  const auto or_none = [](const std::string& text) { return text.empty() ? "none" : text; };
+  std::vector<std::vector<std::string>> rows{
+      {"detector", or_none(record.detector)},
+      {"frames segmented", std::to_string(result.segmented)},
+      {"frames skipped", std::to_string(record.skipped.size())},
+      {"frames dropped late", std::to_string(record.dropped)},
+      {"frames with fewer keypoints",
+       std::to_string(result.load_shedding.frames_of_fewer_keypoints)},
+      {"maps", std::to_string(result.maps)},
+      {"loops and losses", or_none(map_events_text(result))},
+      {"peak memory", fmt::format("{:.0f} MiB", peak_memory_mib())}};
+  if (!result.detector_skipped.empty()) rows.push_back({"masks", result.detector_skipped});
+  return section("Summary", table({}, rows));
+}
+
+double start_of(const RunRecord& record) {
+  return record.result.frames.empty() ? 0 : record.result.frames.front().timestamp;
+}
+
+std::string events_section(const RunRecord& record) {
+  const std::vector<RunEvent> events = run_events(record.result);
+  std::vector<std::vector<std::string>> rows;
+  for (const RunEvent& event : events) {
+    if (rows.size() == kListed) {
+      rows.push_back({"", fmt::format("and {} more", events.size() - kListed)});
+      break;
+    }
+    rows.push_back({fmt::format("{:.2f} s", event.timestamp - start_of(record)), event.text});
+  }
+  return section("Events", table({"time", "event"}, rows));
+}
+
+/// Skipped frames, grouped by reason.
+std::string skipped_section(const RunRecord& record) {
+  std::map<std::string, std::vector<double>> by_reason;
+  for (const SkippedFrame& skipped : record.skipped)
+    by_reason[skipped.reason].push_back(skipped.timestamp);
+  std::vector<std::vector<std::string>> rows;
+  for (const auto& [reason, stamps] : by_reason) {
+    if (rows.size() == kListed) {
+      rows.push_back({"", fmt::format("and {} more reasons", by_reason.size() - kListed), ""});
+      break;
+    }
+    rows.push_back({std::to_string(stamps.size()), reason, fmt::format("{:.6f}", stamps.front())});
+  }
+  return section(fmt::format("Skipped frames: {}", record.skipped.size()),
+                 table({"frames", "reason", "first at [s]"}, rows));
+}
+
+std::string movers_section(const RunRecord& record, const ReportImages& images) {
+  const std::vector<MoverTrack>& movers = record.result.movers;
+  std::vector<std::vector<std::string>> rows;
+  for (const MoverTrack& track : movers) {
+    if (rows.size() == kListedMovers) {
+      rows.push_back({"", fmt::format("and {} more", movers.size() - kListedMovers)});
+      break;
+    }
+    const MoverPath path = path_of(track);
+    const double start = start_of(record);
+    rows.push_back(
+        {std::to_string(track.id), track.class_name,
+         fmt::format("{:.2f} to {:.2f} s", track.first_seen - start, track.last_seen - start),
+         fmt::format("{} observed, {} predicted", path.observed, path.predicted),
+         fmt::format("{:.2f} m", path.length), fmt::format("{:.2f} m/s", path.mean_speed)});
+  }
+  if (rows.empty()) return "";
+  return section(fmt::format("Moving objects: {}", movers.size()),
+                 (images.movers ? figure(*images.movers) : "") +
+                     table({"id", "class", "time", "frames", "path length", "mean speed"}, rows));
+}
+
+std::string options_section(const RunRecord& record) {
+  return "<section><details><summary>Options in force</summary>\n<pre>" +
+         e(options_yaml(record.options)) + "</pre></details></section>\n";
+}
+
+std::string page_style() {
+  return fmt::format(
+      ":root {{ color-scheme: light dark; {0} }}\n{1}{2}@media print {{ :root {{ {0} --shadow: "
+      "none; "
+      "}} }}\n",
+      kLightColors, kPageStyle, kChartStyle);
+}
+
+std::string body(const RunRecord& record, const ReportImages& images) {
+  return header(record) + tiles(record) + trajectory_section(record) + error_section(record) +
+         coverage_section(record) +
+         (images.cloud ? section("Static map", figure(*images.cloud)) : "") +
+         movers_section(record, images) + section("Example frames", gallery(record.gallery)) +
+         section("More images of the map", gallery(images.more)) + timing_section(record) +
+         summary_section(record) + events_section(record) + skipped_section(record) +
+         options_section(record);
+}
+
+}  // namespace
+
+std::string report_html(const RunRecord& record, const ReportImages& images) {
+  return fmt::format(
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+      "<title>{}</title>\n<style>{}</style>\n</head>\n<body>\n<main>\n{}"
+      "<footer>Made by Stillmap. Error figures cover tracked frames only: compare them together "
+      "with the coverage.</footer>\n</main>\n</body>\n</html>\n",
+      e(record.sequence.empty() ? "Stillmap" : "Stillmap: " + record.sequence), page_style(),
+      body(record, images));
+}
+
+}  // namespace stillmap

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/report/result_folder.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <map>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace stillmap {
+namespace fs = std::filesystem;
+namespace {
+
+/// Names of the results of versions without a manifest.
+constexpr std::array kNamesBeforeManifest{"trajectory.txt",
+                                          "keyframes.txt",
+                                          "cloud.ply",
+                                          "cloud.pcd",
+                                          "cloud.png",
+                                          "cloud_before_after.png",
+                                          "movers.csv",
+                                          "movers.jsonl",
+                                          "movers.png",
+                                          "semantic.ply",
+                                          "semantic_classes.ply",
+                                          "semantic_legend.png",
+                                          "semantic.png",
+                                          "objects.json",
+                                          "mesh.ply",
+                                          "mesh.obj",
+                                          "mesh.glb",
+                                          "mesh.png",
+                                          "octomap.bt",
+                                          "grid.pgm",
+                                          "grid.yaml",
+                                          "obstacles.json",
+                                          "obstacles.jsonl",
+                                          "run.map",
+                                          "options.yaml",
+                                          "timing.txt",
+                                          "summary.json",
+                                          "report.html",
+                                          "profile.txt",
+                                          "profile.png",
+                                          "trace.json",
+                                          "verdicts.bin"};
+
+/// Whether the name is of a file inside the folder: a manifest that was tampered with must not
+/// reach any other file.
+bool stays_inside(const fs::path& name) {
+  return !name.empty() && name.is_relative() && name == name.lexically_normal() &&
+         std::none_of(name.begin(), name.end(), [](const fs::path& part) { return part == ".."; });
+}
+
+nlohmann::json parsed(const fs::path& file) {
+  return nlohmann::json::parse(read_file(file), nullptr, /*allow_exceptions=*/false);
+}
+
+std::set<std::string> names_in_manifest(const fs::path& file) {
+  const nlohmann::json manifest = parsed(file);
+  const Error damaged("is damaged", file.string(),
+                      "remove it, and add --force to replace the results in its folder");
+  if (!manifest.is_object() || !manifest.contains("files")) throw damaged;
+  std::set<std::string> names;
+  for (const nlohmann::json& name : manifest["files"]) {
+    if (!name.is_string() || !stays_inside(name.get<std::string>())) throw damaged;
+    names.insert(name.get<std::string>());
+  }
+  return names;
+}
+
+std::set<std::string> own_names(const fs::path& folder) {
+  if (fs::exists(folder / kManifestName)) return names_in_manifest(folder / kManifestName);
+  const fs::path summary = folder / "summary.json";
+  if (!fs::is_regular_file(summary)) return {};
+  const nlohmann::json json = parsed(summary);
+  if (!json.is_object() || !json.contains("stillmap")) return {};
+  std::set<std::string> names;
+  for (const char* name : kNamesBeforeManifest)
+    if (fs::exists(folder / name)) names.insert(name);
+  return names;
+}
+
+Error foreign_file(const fs::path& file) {
+  return {"exists already, and Stillmap did not write it", file.string(),
+          "name another folder with --out DIR, or add --force to overwrite the file"};
+}
+
+}  // namespace
+
+ResultFolder::ResultFolder(fs::path folder, Foreign foreign)
+    : folder_(std::move(folder)), foreign_(foreign) {
+  make_output_folder(folder_);
+  own_ = own_names(folder_);
+}
+
+bool ResultFolder::is_foreign(const std::string& name) const {
+  return foreign_ == Foreign::kKeep && !own_.contains(name) &&
+         fs::exists(fs::symlink_status(folder_ / name));
+}
+
+void ResultFolder::require_free(std::span<const std::string> names) const {
+  for (const std::string& name : names)
+    if (is_foreign(name)) throw foreign_file(folder_ / name);
+}
+
+void ResultFolder::write(const std::string& name,
+                         const std::function<void(const fs::path&)>& writer) {
+  const fs::path file = folder_ / name;
+  try {
+    if (is_foreign(name)) throw foreign_file(file);
+    if (file.has_parent_path()) fs::create_directories(file.parent_path());
+    // First the manifest, then the file: whatever happens in between, no file of Stillmap's is
+    // taken for a foreign one later.
+    if (own_.insert(name).second) save_manifest();
+    writer(file);
+    current_.insert(name);
+    written_.push_back(file);
+  } catch (const Error& e) {
+    problems_ += std::string(e.what()) + "\n";
+  } catch (const fs::filesystem_error& e) {
+    problems_ += std::string(e.what()) + "\n";
+  }
+}
+
+void ResultFolder::write_text(const std::string& name, std::string_view content) {
+  write(name, [&](const fs::path& file) { write_file(file, content); });
+}
+
+void ResultFolder::write_elsewhere(const fs::path& file,
+                                   const std::function<void(const fs::path&)>& writer) {
+  try {
+    writer(file);
+    written_.push_back(file);
+  } catch (const Error& e) {
+    problems_ += std::string(e.what()) + "\n";
+  }
+}
+
+void ResultFolder::remove_stale() {
+  if (!problems_.empty()) return;
+  for (const std::string& name : own_) {
+    if (current_.contains(name)) continue;
+    std::error_code failed;
+    fs::remove(folder_ / name, failed);
+    if (failed) {
+      problems_ += (folder_ / name).string() + " cannot be removed: " + failed.message() + "\n";
+      continue;
+    }
+    const fs::path parent = fs::path(name).parent_path();
+    if (!parent.empty()) fs::remove(folder_ / parent, failed);  // fails unless it is empty now
+  }
+  own_ = current_;
+  save_manifest();
+}
+
+void ResultFolder::save_manifest() const {
+  const nlohmann::json manifest{{"stillmap", STILLMAP_VERSION}, {"files", own_}};
+  write_file(folder_ / kManifestName, manifest.dump(1) + "\n");
+}
+
+std::string ResultFolder::written_text() const {
+  std::string text = "written:\n";
+  std::map<fs::path, int> subfolders;
+  for (const fs::path& file : written_) {
+    const fs::path parent = file.lexically_relative(folder_).parent_path();
+    const bool below = !parent.empty() && *parent.begin() != "..";
+    if (below) ++subfolders[folder_ / parent];
+    if (!below) text += fmt::format("  {}\n", file.string());
+  }
+  for (const auto& [subfolder, files] : subfolders)
+    text += fmt::format("  {} ({} files)\n", subfolder.string(), files);
+  return text;
+}
+
+void ResultFolder::require_all() const {
+  if (!problems_.empty()) throw Error("not all results could be saved:\n" + problems_, "", "");
+}
+
+}  // namespace stillmap

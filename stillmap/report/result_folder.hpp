@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <filesystem>
+#include <functional>
+#include <set>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace stillmap {
+
+/// The file in a folder of results that lists the files which Stillmap wrote there.
+constexpr const char* kManifestName = ".stillmap-manifest.json";
+
+/// A folder that results are written to. Its manifest tells Stillmap's own files, which may be
+/// replaced and removed, from foreign ones, which are left alone. In a folder that an older version
+/// wrote (no manifest, but a summary.json of Stillmap), files with the names of results are taken
+/// for Stillmap's own.
+class ResultFolder {
+ public:
+  enum class Foreign {
+    kKeep,       ///< A foreign file is never overwritten: an Error that names it.
+    kOverwrite,  ///< Foreign files of the same name are overwritten (--force).
+  };
+
+  /// Creates the folder if it does not exist. Throws Error if it cannot be written to, or if the
+  /// manifest is damaged.
+  explicit ResultFolder(std::filesystem::path folder, Foreign foreign = Foreign::kKeep);
+
+  const std::filesystem::path& path() const { return folder_; }
+
+  /// Throws Error for the first of these files that exists and is foreign. Names are relative to
+  /// the folder. For a check before a long computation.
+  void require_free(std::span<const std::string> names) const;
+
+  /// Writes one file of the folder by calling `writer` with its path; parent folders are created.
+  /// An Error of the writer, or for a foreign file in the way, is kept for require_all(), so that
+  /// it does not prevent the other files from being written.
+  void write(const std::string& name,
+             const std::function<void(const std::filesystem::path&)>& writer);
+  void write_text(const std::string& name, std::string_view content);
+  /// Writes one file outside the folder, which the user named explicitly; errors as above.
+  void write_elsewhere(const std::filesystem::path& file,
+                       const std::function<void(const std::filesystem::path&)>& writer);
+
+  /// Removes the files of the manifest that were not written through this object. After a problem
+  /// nothing is removed.
+  void remove_stale();
+
+  /// The list of the written files for the user; files of a subfolder are summarized in one line.
+  std::string written_text() const;
+
+  /// Files written, in this order.
+  const std::vector<std::filesystem::path>& written() const { return written_; }
+
+  /// Throws Error, with all problems, if a file could not be written.
+  void require_all() const;
+
+ private:
+  bool is_foreign(const std::string& name) const;
+  void save_manifest() const;
+
+  const std::filesystem::path folder_;
+  const Foreign foreign_;
+  std::set<std::string> own_;      // relative names of all files that Stillmap wrote, now or before
+  std::set<std::string> current_;  // those written through this object
+  std::vector<std::filesystem::path> written_;
+  std::string problems_;
+};
+
+}  // namespace stillmap

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/report/run_folder.hpp"
+
+#include "stillmap/base/file.hpp"
+#include "stillmap/base/stopwatch.hpp"
+#include "stillmap/report/machine.hpp"
+#include "stillmap/report/mover_files.hpp"
+#include "stillmap/report/mover_image.hpp"
+#include "stillmap/report/profile.hpp"
+#include "stillmap/report/report_page.hpp"
+#include "stillmap/sensor/image_file.hpp"
+
+#include <nlohmann/json.hpp>
+
+namespace stillmap {
+namespace {
+namespace fs = std::filesystem;
+
+/// Writes the map for `stillmap dense`, and the one that the user wants saved.
+/// @returns time taken [s]
+double write_maps(const RunRecord& record, const RunOutputs& outputs, ResultFolder& folder) {
+  if (!record.map) return 0;
+  const Stopwatch watch;
+  std::string bytes;
+  if (!record.map->views.empty()) {
+    bytes = saved_map_bytes(*record.map);
+    folder.write_text(kRunMap, bytes);
+    folder.write_text(kRunOptions, options_yaml(record.options));
+  }
+  if (outputs.save_map.empty()) return 0;
+  if (outputs.slim_map) bytes = saved_map_bytes({record.map->writer, record.map->map, {}});
+  if (bytes.empty()) bytes = saved_map_bytes(*record.map);
+  folder.write_elsewhere(outputs.save_map, [&](const fs::path& file) { write_file(file, bytes); });
+  return watch.milliseconds() / 1000;
+}
+
+void write_summary(const RunRecord& record, const RunOutputs& outputs, double saving_seconds,
+                   ResultFolder& folder) {
+  nlohmann::json summary = run_summary_json(record);
+  if (!outputs.save_map.empty())
+    summary["saved_map"] = {{"file", outputs.save_map.string()}, {"seconds", saving_seconds}};
+  folder.write_text("summary.json", summary.dump(2) + "\n");
+}
+
+ReportImages write_dense_map(const RunRecord& record, const DenseOutputs& outputs,
+                             ResultFolder& folder) {
+  const SlamResult& result = record.result;
+  ReportImages images;
+  images.more = write_dense_files({result.dense, result.placed, result.trajectory, result.movers},
+                                  record.options.dense, outputs, folder);
+  if (images.more.empty()) return images;
+  images.cloud = images.more.front();
+  images.more.erase(images.more.begin());
+  return images;
+}
+
+CaptionedImage movers_image(const SlamResult& result) {
+  const Cloud& cloud = result.dense.cloud;
+  return {draw_movers(result.movers, result.trajectory, {cloud.points, cloud.colors, {}}),
+          "Paths from above, from the first position (disc) to the last one (box; the arrow is the "
+          "path of one second); dotted where the position was predicted"};
+}
+
+}  // namespace
+
+std::vector<std::string> possible_run_files(const SlamOptions& options, const RunOutputs& outputs) {
+  std::vector<std::string> names{"trajectory.txt", "keyframes.txt", "timing.txt", "summary.json",
+                                 "report.html"};
+  const auto add = [&](bool wanted, std::initializer_list<const char*> more) {
+    if (wanted) names.insert(names.end(), more.begin(), more.end());
+  };
+  add(options.movers.enabled, {"movers.csv", "movers.jsonl", "movers.png"});
+  add(options.dense_cloud,
+      {"cloud.ply", "cloud.png", "cloud_before_after.png", "semantic.ply", "semantic_classes.ply",
+       "semantic_legend.png", "semantic.png", "objects.json", kRunMap, kRunOptions});
+  for (const std::string& format : outputs.dense.mesh) names.push_back("mesh." + format);
+  add(!outputs.dense.mesh.empty(), {"mesh.png"});
+  add(outputs.dense.planner,
+      {"octomap.bt", "grid.pgm", "grid.yaml", "obstacles.json", "obstacles.jsonl"});
+  add(outputs.labels.save, {"verdicts.bin"});
+  add(outputs.profile, {"profile.txt", "profile.svg", "trace.json"});
+  return names;
+}
+
+void write_run_files(const RunRecord& record, const RunOutputs& outputs, ResultFolder& folder) {
+  const SlamResult& result = record.result;
+  folder.write("trajectory.txt",
+               [&](const fs::path& file) { write_trajectory(file, result.trajectory); });
+  folder.write("keyframes.txt",
+               [&](const fs::path& file) { write_trajectory(file, result.keyframes); });
+  if (record.options.movers.enabled) {
+    folder.write_text("movers.csv", movers_csv(result.movers));
+    folder.write_text("movers.jsonl", movers_jsonl(result.movers));
+  }
+  const double saving_seconds = write_maps(record, outputs, folder);
+  ReportImages images;
+  if (record.options.dense_cloud) images = write_dense_map(record, outputs.dense, folder);
+  if (!result.movers.empty()) {
+    images.movers = movers_image(result);
+    folder.write("movers.png",
+                 [&](const fs::path& file) { write_png(file, images.movers->image); });
+  }
+  folder.write_text("timing.txt", timing_text(result.timing.stages()));
+  write_summary(record, outputs, saving_seconds, folder);
+  folder.write_text("report.html", report_html(record, images));
+}
+
+std::string write_profile(const Trace& trace, double process_cpu_ms, ResultFolder& folder) {
+  const Profile profile = make_profile(trace, process_cpu_ms);
+  folder.write_text("profile.txt", machine_description() + "\n" + profile_text(profile));
+  folder.write_text("profile.svg", profile_chart(trace).file());
+  folder.write_text("trace.json", trace_json(trace));
+  return profile_in_brief(profile);
+}
+
+std::vector<std::filesystem::path> write_run_folder(const RunRecord& record,
+                                                    const std::filesystem::path& folder,
+                                                    const RunOutputs& outputs,
+                                                    ResultFolder::Foreign foreign) {
+  ResultFolder files(folder, foreign);
+  files.require_free(possible_run_files(record.options, outputs));
+  write_run_files(record, outputs, files);
+  files.remove_stale();
+  files.require_all();
+  return files.written();
+}
+
+}  // namespace stillmap

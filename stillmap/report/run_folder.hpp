@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/base/trace.hpp"
+#include "stillmap/report/dense_files.hpp"
+#include "stillmap/report/label_recorder.hpp"
+#include "stillmap/report/result_folder.hpp"
+#include "stillmap/report/run_record.hpp"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace stillmap {
+
+/// Files of a run's folder from which `stillmap dense` makes the dense map again: the map and the
+/// options of the run.
+constexpr const char* kRunMap = "run.map";
+constexpr const char* kRunOptions = "options.yaml";
+
+/// Which files are written for a run besides the standard ones.
+struct RunOutputs {
+  DenseOutputs dense;
+  std::filesystem::path save_map;  ///< File that the map is saved to; empty: none.
+  bool slim_map = false;           ///< Whether the saved map is without the views of the dense map.
+  LabelRecording labels;
+  bool profile = false;  ///< Whether to write where the computing time was spent.
+};
+
+/// Names of the files that a run with these options may write, for ResultFolder::require_free().
+std::vector<std::string> possible_run_files(const SlamOptions& options, const RunOutputs& outputs);
+
+/// Writes the files of a run: trajectory.txt, keyframes.txt (TUM format), movers.csv, movers.jsonl,
+/// movers.png, the files of the dense map, run.map, options.yaml, timing.txt, summary.json and
+/// report.html; and saves the map, if wanted. Problems are kept in the folder: see
+/// ResultFolder::require_all().
+void write_run_files(const RunRecord& record, const RunOutputs& outputs, ResultFolder& folder);
+
+/// Writes profile.txt, profile.svg and trace.json. All other threads of the trace must be idle.
+/// @param process_cpu_ms  CPU time of the process in the time of the trace [ms]
+/// @returns a few lines of text: the utilization of the threads and the most expensive functions
+std::string write_profile(const Trace& trace, double process_cpu_ms, ResultFolder& folder);
+
+/// Writes the folder of a run. Files that Stillmap wrote there before and that this run does not
+/// write are removed. Throws Error if a file cannot be written, or, unless `foreign` allows it, if
+/// that would overwrite a file of somebody else.
+/// @returns the files written
+std::vector<std::filesystem::path> write_run_folder(
+    const RunRecord& record, const std::filesystem::path& folder, const RunOutputs& outputs = {},
+    ResultFolder::Foreign foreign = ResultFolder::Foreign::kKeep);
+
+}  // namespace stillmap

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/report/run_folder.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/file.hpp"
+#include "stillmap/base/test_path.hpp"
+#include "stillmap/report/machine.hpp"
+#include "stillmap/simulate/simulated_sequence.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace stillmap {
+namespace {
+namespace fs = std::filesystem;
+
+using ::testing::HasSubstr;
+
+/// The record of a short run on a rendered scene without movers.
+const RunRecord& small_run() {
+  static const RunRecord record = [] {
+    SimulationOptions scene;
+    scene.people = 0;
+    scene.frames = 12;
+    scene.width = 320;
+    scene.height = 240;
+    const SimulatedSequence sequence(scene);
+    RunRecord made;
+    made.sequence = "rendered";
+    made.machine = machine_description();
+    made.options.orb.keypoints = 500;
+    made.truth = sequence.trajectory();
+    SlamSystem slam(sequence.camera(), made.options);
+    for (std::size_t i = 0; i < sequence.frames(); ++i) slam.push(sequence.at(i).frame);
+    made.result = slam.finish();
+    made.map = slam.saved_map("test");
+    made.frames = sequence.frames();
+    made.seconds = 0.5;
+    evaluate_run(made);
+    return made;
+  }();
+  return record;
+}
+
+/// A temporary folder, removed at the end.
+class RunFolder : public ::testing::Test {
+ protected:
+  ~RunFolder() override { fs::remove_all(folder_); }
+  bool has(const std::string& name) { return fs::exists(folder_ / name); }
+  const fs::path folder_ = test::own_path("run_folder");
+};
+
+TEST_F(RunFolder, HoldsAllFilesOfARun) {
+  RunOutputs outputs;
+  outputs.dense.mesh = {"ply", "glb"};
+  outputs.save_map = folder_ / "kept.map";
+  const auto written = write_run_folder(small_run(), folder_, outputs);
+  for (const char* name :
+       {"trajectory.txt", "keyframes.txt", "movers.csv", "movers.jsonl", "cloud.ply", "cloud.png",
+        "cloud_before_after.png", "mesh.ply", "mesh.glb", "mesh.png", "run.map", "options.yaml",
+        "timing.txt", "summary.json", "report.html", "kept.map"}) {
+    EXPECT_TRUE(has(name)) << name;
+    EXPECT_NE(std::find(written.begin(), written.end(), folder_ / name), written.end()) << name;
+  }
+  EXPECT_EQ(read_trajectory(folder_ / "trajectory.txt").size(),
+            small_run().result.trajectory.size());
+  EXPECT_EQ(read_saved_map(folder_ / "run.map").views.size(), small_run().map->views.size());
+  EXPECT_THAT(read_file(folder_ / "report.html"), HasSubstr("Error over time"));
+}
+
+TEST_F(RunFolder, TheNamesKnownBeforeTheRunAreThoseWritten) {
+  RunOutputs outputs;
+  outputs.dense.mesh = {"obj"};
+  outputs.dense.planner = true;
+  const auto possible = possible_run_files(small_run().options, outputs);
+  for (const fs::path& file : write_run_folder(small_run(), folder_, outputs)) {
+    const std::string name = file.lexically_relative(folder_).string();
+    EXPECT_NE(std::find(possible.begin(), possible.end(), name), possible.end()) << name;
+  }
+}
+
+TEST_F(RunFolder, ASlimMapHasNoViews) {
+  RunOutputs outputs;
+  outputs.save_map = folder_ / "slim.map";
+  outputs.slim_map = true;
+  write_run_folder(small_run(), folder_, outputs);
+  EXPECT_TRUE(read_saved_map(outputs.save_map).views.empty());
+  EXPECT_FALSE(read_saved_map(folder_ / "run.map").views.empty());
+}
+
+TEST_F(RunFolder, AnotherRunReplacesAllFiles) {
+  RunOutputs outputs;
+  outputs.dense.mesh = {"ply"};
+  write_run_folder(small_run(), folder_, outputs);
+  ASSERT_TRUE(has("mesh.ply"));
+  write_run_folder(small_run(), folder_);
+  EXPECT_FALSE(has("mesh.ply"));
+  EXPECT_FALSE(has("mesh.png"));
+  EXPECT_TRUE(has("cloud.ply"));
+}
+
+TEST_F(RunFolder, AForeignFileIsLeftAloneWithoutForce) {
+  fs::create_directories(folder_);
+  write_file(folder_ / "trajectory.txt", "mine");
+  EXPECT_THROW(write_run_folder(small_run(), folder_), Error);
+  EXPECT_EQ(read_file(folder_ / "trajectory.txt"), "mine");
+  EXPECT_FALSE(has("cloud.ply")) << "nothing is written";
+  write_run_folder(small_run(), folder_, {}, ResultFolder::Foreign::kOverwrite);
+  EXPECT_NE(read_file(folder_ / "trajectory.txt"), "mine");
+}
+
+TEST(RunSummary, HasTheFiguresOfTheRecord) {
+  RunRecord record = small_run();
+  record.result.detector_skipped = "3 frames without a mask";
+  record.loaded = LoadedMap{"office.map", false, 0.25};
+  const nlohmann::json json = run_summary_json(record);
+  for (const char* key : {"stillmap",        "machine",
+                          "sequence",        "preset",
+                          "schedule",        "detector",
+                          "interrupted",     "maps",
+                          "loops",           "merges",
+                          "dropped_maps",    "relocalizations",
+                          "landmarks",       "refinement",
+                          "movers",          "cloud_points",
+                          "seconds",         "tracking_median_ms",
+                          "slowest_frame",   "medians_of_tenths_ms",
+                          "first_pose_s",    "mapping_memory_mib",
+                          "peak_memory_mib", "timing_ms",
+                          "options"}) {
+    EXPECT_TRUE(json.contains(key)) << key;
+  }
+  EXPECT_EQ(json["frames"]["total"], 12);
+  EXPECT_EQ(json["frames"]["tracked"], record.result.trajectory.size());
+  EXPECT_EQ(json["keyframes"], record.result.keyframes.size());
+  EXPECT_EQ(json["frames_per_second"], 24);
+  EXPECT_EQ(json["frames_without_masks"], "3 frames without a mask");
+  EXPECT_EQ(json["loaded_map"]["extended"], false);
+  EXPECT_EQ(json["evaluation"], nlohmann::json(*record.evaluation));
+}
+
+TEST(RunSummary, TheTextNamesFramesWithoutMasks) {
+  RunRecord record = small_run();
+  EXPECT_THAT(run_summary_text(record), HasSubstr("12 of 12 frames tracked (100.0 %)"));
+  EXPECT_THAT(run_summary_text(record), ::testing::Not(HasSubstr("without a mask")));
+  record.result.detector_skipped = "3 frames without a mask";
+  EXPECT_THAT(run_summary_text(record), HasSubstr("3 frames without a mask"));
+}
+
+TEST(RunEvents, AreByTimeAndTellLossesAndLoops) {
+  SlamResult result;
+  for (int i = 0; i < 6; ++i) {
+    FrameRecord frame;
+    frame.index = static_cast<std::size_t>(i);
+    frame.timestamp = i;
+    frame.state = i == 0   ? TrackState::kStarted
+                  : i == 3 ? TrackState::kLost
+                           : TrackState::kTracking;
+    frame.reason = "too dark";
+    result.frames.push_back(frame);
+  }
+  MapEvent loop;
+  loop.timestamp = 2;
+  result.events = {loop};
+  const std::vector<RunEvent> events = run_events(result);
+  ASSERT_EQ(events.size(), 3U);
+  EXPECT_THAT(events[0].text, HasSubstr("loop closed"));
+  EXPECT_EQ(events[1].text, "lost: too dark");
+  EXPECT_EQ(events[2].text, "tracking again");
+  EXPECT_EQ(map_events_text(result), "1 loop closed");
+}
+
+}  // namespace
+}  // namespace stillmap

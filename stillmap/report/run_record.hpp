@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/evaluate/trajectory_error.hpp"
+#include "stillmap/pipeline/slam_system.hpp"
+#include "stillmap/report/captioned_image.hpp"
+#include "stillmap/sensor/frame_source.hpp"
+
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace stillmap {
+
+/// A saved map that a run started from.
+struct LoadedMap {
+  std::filesystem::path file;
+  bool extended = true;  ///< Whether the run added to the map; false: it only localized the camera.
+  double seconds = 0;    ///< Time taken to read the file [s].
+};
+
+/// Everything known about a finished run. All result files, the report page and the printed summary
+/// are made from it.
+struct RunRecord {
+  std::string sequence;             ///< Name of the sequence, for headings.
+  std::string machine;              ///< Processor and number of cores.
+  SlamOptions options;              ///< All options in force.
+  SlamResult result;                ///< Trajectory, map, movers and timing.
+  std::string detector;             ///< Description of the object detector; empty: none.
+  std::optional<SavedMap> map;      ///< The map to be saved; includes the views of the dense map.
+  std::optional<LoadedMap> loaded;  ///< The map that the run started from.
+  std::optional<Trajectory> truth;  ///< True trajectory, T_world_camera.
+  std::optional<Evaluation> evaluation;  ///< Errors against the truth.
+  std::string evaluation_problem;        ///< Why there is no evaluation despite a truth.
+  std::vector<SkippedFrame> skipped;     ///< Frames that the source could not read.
+  std::vector<CaptionedImage> gallery;   ///< Example frames with keypoints and masks.
+  std::size_t frames = 0;                ///< Number of frames passed to the tracker.
+  std::size_t dropped = 0;  ///< Number of frames dropped because tracking was late (realtime).
+  double seconds = 0;       ///< Wall time of the run, without writing files [s].
+  std::optional<double> first_pose_seconds;  ///< Time from program start to the first pose [s].
+  double mapping_memory_mib = 0;             ///< Peak memory before files are written [MiB].
+  bool interrupted = false;                  ///< Whether the user stopped the run early.
+
+  /// Number of frames of the sequence: processed, dropped and unreadable ones.
+  std::size_t total_frames() const { return frames + dropped + skipped.size(); }
+  double frames_per_second() const;
+  /// Median of the tracking time per frame [ms]; 0 for no frame.
+  double tracking_median() const;
+};
+
+/// An event on the time line of a run: "lost", "new map", "loop closed", ...
+struct RunEvent {
+  double timestamp = 0;  ///< [s]
+  std::string text;
+};
+
+/// Events of tracking and mapping, by time.
+std::vector<RunEvent> run_events(const SlamResult& result);
+
+/// Compares the trajectory with the truth, if there is one: fills `evaluation`, or
+/// `evaluation_problem` where that fails.
+void evaluate_run(RunRecord& record);
+
+/// "2 loops closed, 1 relocalization"; empty if there was no such event.
+std::string map_events_text(const SlamResult& result);
+
+/// The summary printed at the end of a run: coverage, map size, speed and errors; several lines.
+std::string run_summary_text(const RunRecord& record);
+
+/// The content of summary.json: counts, events, timing, errors and all options; units are part of
+/// the key names.
+nlohmann::json run_summary_json(const RunRecord& record);
+
+}  // namespace stillmap
