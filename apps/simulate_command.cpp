@@ -8,6 +8,7 @@
 #include "interrupt.hpp"
 #include "progress.hpp"
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace stillmap {
 namespace {
@@ -67,6 +68,11 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
   command->add_option("--speed", o.speed, "factor on the speed of the camera motion")
       ->capture_default_str();
   command->add_option("--exposures", o.exposures, "images averaged for motion blur; 1: no blur")
+      ->capture_default_str();
+  command
+      ->add_option("--sensor", o.sensor,
+                   fmt::format("depth sensor, by its noise, range and holes: {}",
+                               fmt::join(depth_sensor_names(), ", ")))
       ->capture_default_str();
   command->add_flag("--no-noise", arguments->no_noise, "exact depth and color without noise");
   command->add_option("--out", arguments->out, "output folder, in TUM layout")

@@ -13,7 +13,7 @@ namespace stillmap {
 /// "Surface" is counted in 5 cm voxels of the unmasked cloud at stride 2; the figures are the
 /// rendered sequence's.
 /// - stride 1 takes four times as long and shows no more surface; stride 3 loses 6 % of it;
-/// - depths are used up to a standard deviation of two voxels of 1 cm, which a Kinect v1 reaches at
+/// - depths are used up to a standard deviation of 2.6 voxels of 1 cm, which a Kinect v1 reaches at
 ///   4 m;
 /// - a jump of 1 % also drops 4 % of the surface (the Kinect's depth steps are 7 cm at 5 m, ibid.,
 /// and on a
@@ -22,10 +22,10 @@ namespace stillmap {
 /// 0.06 %
 ///   after 10; with exact masks 6 costs 0.3 %, 10 costs 0.9 % of the surface more than 4.
 struct BackProjectionOptions {
-  int stride = 2;             ///< every n-th pixel in both directions [pixels]
-  double max_sigma = 0.0224;  ///< Standard deviation of a depth up to which it is used [m].
-  double max_jump = 0.02;     ///< largest relative depth step to any of the eight neighbors
-  int mask_dilation = 6;      ///< the excluded mask is grown by this much on every side [pixels]
+  int stride = 2;               ///< every n-th pixel in both directions [pixels]
+  double max_sigma = 0.025824;  ///< Standard deviation of a depth up to which it is used [m].
+  double max_jump = 0.02;       ///< largest relative depth step to any of the eight neighbors
+  int mask_dilation = 6;        ///< the excluded mask is grown by this much on every side [pixels]
   STILLMAP_FIELDS(stride, max_sigma, max_jump, mask_dilation)
 };
 

@@ -12,8 +12,8 @@ namespace stillmap {
 struct FarOptions {
   /// Standard deviation of a depth up to which it is used [m]; 0 for no far surfaces at all. The
   /// default is that of a Kinect v1 at 5 m.
-  double max_sigma = 0.035;
-  double deviations = 4.0;  ///< depths of one surface differ by at most so many standard deviations
+  double max_sigma = 0.041404;
+  double deviations = 3.5;  ///< depths of one surface differ by at most so many standard deviations
   int window = 2;           ///< pixels around that a depth is averaged over
   double support = 0.4;     ///< share of those measured that must be of one surface with it
   int min_views = 1;        ///< voxels of far surfaces that fewer views show are dropped

@@ -51,7 +51,7 @@ TEST(FarSurface, IsNothingBetweenTwoSurfaces) {
   const RgbdFrame frame = frame_of(small_camera(), [](int u, int) {
     return u < 80 ? 4.5 : u == 80 ? 5.0 : 5.5;
   });
-  const cv::Mat1f far = far_depths_of(frame, {.max_sigma = 0.0504});
+  const cv::Mat1f far = far_depths_of(frame, {.max_sigma = 0.060784});
   EXPECT_EQ(cv::countNonZero(far.col(40)), 0);
   EXPECT_NEAR(far(30, 36), 4.5, 1e-5);
   EXPECT_NEAR(far(30, 44), 5.5, 1e-5);

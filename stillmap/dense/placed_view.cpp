@@ -24,7 +24,7 @@ float bound(float x, float near, float far, int sign, float focal, float center)
 
 DepthPolynomial<float> see_through_margin(const DepthSensor& sensor) {
   // The floor [m] is for the error of the pose, the size of the voxel, and its own noise.
-  constexpr double kSigmas = 25.0 / 7, kFloor = 0.04;
+  constexpr double kSigmas = 3, kFloor = 0.04;
   return sensor.tolerance<float>(kSigmas, kFloor);
 }
 

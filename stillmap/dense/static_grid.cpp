@@ -17,12 +17,6 @@ constexpr std::uint32_t kNone = VoxelIndex::kNone;
 
 constexpr int kRegionSide = 8 * VoxelIndex::kSide;  // voxels
 
-// 1 / sigma^2 of a depth, in units of that at one meter.
-float depth_weight(float z) {
-  const float floor = std::max(z, 0.5F);  // nearer, the noise is that of quantization and poses
-  return 1 / (floor * floor * floor * floor);
-}
-
 constexpr int kFarStep = 2;      // side of far cells [voxels]
 constexpr int kSettled = 4;      // side of what is looked up for surfaces seen nearer [voxels]
 constexpr double kFarReach = 3;  // standard deviations of a far pixel's depth
@@ -59,7 +53,7 @@ StaticGrid::StaticGrid(double edge, const EvidenceOptions& options, std::uint32_
 }
 
 StaticGrid::Witness StaticGrid::witness(const DenseView& view, const Pose& T_world_camera) const {
-  Witness witness{PlacedView(view, T_world_camera), {}};
+  Witness witness{PlacedView(view, T_world_camera), DepthWeight(view.camera.depth_sensor), {}};
   const VoxelIndex::Block block{.corner = voxel_of({0, 0, 0})};
   const double middle = 0.5 * edge_ * VoxelIndex::kSide;
   for (unsigned place = 0; place < VoxelIndex::kPlaces; ++place) {
@@ -97,7 +91,7 @@ News StaticGrid::news_in(const DenseView& view, const Pose& T_world_camera) cons
   const TraceScope scope("look for news");
   constexpr int kStep = 3;  // pixels
   // Of a Kinect v1 at 2.5 m; beyond, pixels are farther apart than voxels, and noisier [m].
-  constexpr double kMaxSigma = 0.00875;
+  constexpr double kMaxSigma = 0.009579;
   const double farthest = view.camera.depth_sensor.depth_at_sigma(kMaxSigma);
   const Witness seeing = witness(view, T_world_camera);
   const PlacedView& placed = seeing.placed;
@@ -202,11 +196,12 @@ void StaticGrid::insert(const PlacedView& placed) {
 }
 
 void StaticGrid::add_pixel(std::uint32_t view_number, int row, int col, std::uint32_t number) {
-  const PlacedView& placed = witnesses_[view_number - 1].placed;
+  const Witness& witness = witnesses_[view_number - 1];
+  const PlacedView& placed = witness.placed;
   const Eigen::Vector3f& gain = gains_[view_number - 1];
   const DenseView& view = placed.view();
   const Eigen::Vector3d p_world = placed.point(row, col);
-  const float weight = depth_weight(static_cast<float>(placed.depth(row, col)));
+  const float weight = witness.weight.at(static_cast<float>(placed.depth(row, col)));
   StaticCell& cell = cells_[number];
   cell.offset_sum += weight * (p_world - corner_of(index_.voxel(number), edge_)).cast<float>();
   cell.color_sum += weight * rgb_of(view.color(row, col)).cwiseProduct(gain).cwiseMin(255.0F);
@@ -324,7 +319,7 @@ void StaticGrid::vote_on_new(Range views, Range cells) {
 }
 
 void StaticGrid::vote(std::uint32_t view, std::uint32_t number, Range cells) {
-  const auto& [placed, steps] = witnesses_[view - 1];
+  const auto& [placed, weight, steps] = witnesses_[view - 1];
   const Eigen::Vector3f middle = placed.in_camera(block_centers_[number]);
   const std::optional<Sight> whole = placed.within(middle, block_radius());
   if (whole == Sight::kNothing) return;

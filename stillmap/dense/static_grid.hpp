@@ -3,6 +3,7 @@
 #include "stillmap/base/fields.hpp"
 #include "stillmap/dense/cloud.hpp"
 #include "stillmap/dense/dense_view.hpp"
+#include "stillmap/dense/depth_weight.hpp"
 #include "stillmap/dense/placed_view.hpp"
 #include "stillmap/dense/voxel_index.hpp"
 #include "stillmap/geometry/pose.hpp"
@@ -58,7 +59,7 @@ struct News {
 /// hidden behind people is filled in later, and a ghost that a mask missed is removed by keyframes
 /// before it as well as after.
 ///
-/// Positions and colors are means weighted by 1 / sigma^2 of the depth (depth_weight()). Colors of
+/// Positions and colors are means weighted by 1 / sigma^2 of the depth (DepthWeight). Colors of
 /// each view are scaled to those that are there already (automatic exposure and white balance
 /// change them), by the median ratio per channel.
 ///
@@ -106,6 +107,7 @@ class StaticGrid {
   /// A view, and where the voxels of a block lie as seen from it.
   struct Witness {
     PlacedView placed;
+    DepthWeight weight;                                      // of its pixels
     std::array<Eigen::Vector3f, VoxelIndex::kPlaces> steps;  // from the block's middle to each
   };
   /// A cube of blocks: views that do not reach it need not be asked about each.

@@ -2,6 +2,7 @@
 #include "stillmap/dense/tsdf_volume.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/dense/depth_weight.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -22,12 +23,6 @@ int block_of(int i) { return i >= 0 ? i / kSide : -((kSide - 1 - i) / kSide); }
 
 Lattice block_of(const Lattice& voxel) {
   return {block_of(voxel.x()), block_of(voxel.y()), block_of(voxel.z())};
-}
-
-// 1 / sigma^2 of a depth, 1 at one meter (see StaticGrid).
-float weight_at(float z) {
-  const float far = std::max(z, 0.5F);
-  return 1 / (far * far * far * far);
 }
 
 std::uint8_t mixed(std::uint8_t old, float now, float share) {
@@ -87,6 +82,7 @@ void TsdfVolume::update(Block& block, const Eigen::Vector3d& corner, const Dense
                         const Pose& T_camera_world, const cv::Mat1b& surface,
                         const Eigen::Vector3f& gain) {
   const Camera& camera = view.camera;
+  const DepthWeight weight(camera.depth_sensor);
   const Eigen::Matrix3f R = T_camera_world.rotation().cast<float>();
   const Eigen::Vector3f origin = (T_camera_world * corner).cast<float>();
   const auto edge = static_cast<float>(options_.voxel);
@@ -108,17 +104,19 @@ void TsdfVolume::update(Block& block, const Eigen::Vector3d& corner, const Dense
     const Eigen::Vector3f color(gain[0] * static_cast<float>(bgr[2]),
                                 gain[1] * static_cast<float>(bgr[1]),
                                 gain[2] * static_cast<float>(bgr[0]));
-    update_voxel(block[static_cast<std::size_t>(i)], z - p.z(), z, surface(row, col) != 0, color);
+    update_voxel(block[static_cast<std::size_t>(i)], z - p.z(), weight.at(z),
+                 surface(row, col) != 0, color);
   }
 }
 
-// `ahead`: how far the voxel lies before what was measured at depth z on its ray.
-void TsdfVolume::update_voxel(Voxel8& voxel, float ahead, float z, bool on_surface,
+// `ahead`: how far the voxel lies in front of what was measured on its ray [m]; `weight`: of that
+// measurement.
+void TsdfVolume::update_voxel(Voxel8& voxel, float ahead, float weight, bool on_surface,
                               const Eigen::Vector3f& color) const {
   const auto truncation = static_cast<float>(options_.truncation);
   const bool free = ahead > truncation;
   if (ahead < -truncation || (!free && !on_surface)) return;
-  const float weight = weight_at(z) * (free ? kFreeWeight : 1.0F);
+  if (free) weight *= kFreeWeight;
   const float share = weight / (voxel.weight + weight);
   voxel.distance += share * (std::min(1.0F, ahead / truncation) - voxel.distance);
   voxel.weight = std::min(kMaxWeight, voxel.weight + weight);

@@ -17,7 +17,7 @@ namespace stillmap {
 
 /// A truncated signed distance field (Curless and Levoy 1996) in blocks of 8^3 voxels where there
 /// is surface: every view says of the voxels in its sight how far before (+) or behind (-) the
-/// surface on their ray they lie, and the mean, weighted by 1 / sigma^2 of a Kinect's depth, is
+/// surface on their ray they lie, and the mean, weighted by 1 / sigma^2 of the depth, is
 /// zero on the surface. So noise averages out, and what lies in front of a surface that was seen is
 /// carved away.
 ///
@@ -59,7 +59,7 @@ class TsdfVolume {
   void allocate(const DenseView& view, const Pose& T_world_camera, const cv::Mat1b& surface);
   void update(Block& block, const Eigen::Vector3d& corner, const DenseView& view,
               const Pose& T_camera_world, const cv::Mat1b& surface, const Eigen::Vector3f& gain);
-  void update_voxel(Voxel8& voxel, float ahead, float z, bool on_surface,
+  void update_voxel(Voxel8& voxel, float ahead, float weight, bool on_surface,
                     const Eigen::Vector3f& color) const;
   const Voxel8* at(const Lattice& voxel) const;
 

@@ -64,7 +64,7 @@ cv::Mat square(int radius) {
 cv::Mat1b sound_depth(const cv::Mat& depth, const DepthSensor& sensor,
                       const GhostOptions& options) {
   // Half a voxel; a Kinect v1 measures 4 m with this standard deviation [m].
-  constexpr double kMaxSigma = 0.0224;
+  constexpr double kMaxSigma = 0.025824;
   const float max_depth = sensor.depth_at_sigma(kMaxSigma);
   cv::Mat highest, lowest, far_where_unknown = depth.clone();
   far_where_unknown.setTo(1e6, depth <= 0);

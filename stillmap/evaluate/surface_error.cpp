@@ -30,7 +30,7 @@ Eigen::Vector3i cell_of(const Eigen::Vector3f& p, double side) {
 }
 
 /// Standard deviation of a depth up to which it counts [m].
-constexpr double kMaxSigma = 0.0224;
+constexpr double kMaxSigma = 0.025824;
 /// A measured depth agrees with the true surface within so many standard deviations and a floor
 /// [m].
 constexpr double kAgreementSigmas = 3, kAgreementFloor = 0.02;

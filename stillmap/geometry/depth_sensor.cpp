@@ -10,23 +10,32 @@
 namespace stillmap {
 namespace {
 
-/// Khoshelham and Elberink, "Accuracy and Resolution of Kinect Depth Data for Indoor Mapping
-/// Applications", Sensors 2012, equation 10: sigma(z) = (m / (f b)) sigma_d z^2 = 1.4e-3 z^2.
-/// The Asus Xtion holds the same sensor.
+/// Noise: Nguyen, Izadi and Lovell, "Modeling Kinect Sensor Noise for Improved 3D Reconstruction
+/// and Tracking", 3DIMPVT 2012, equation 4: 0.0012 + 0.0019 (z - 0.4)^2, multiplied out. It agrees
+/// with the 1.4e-3 z^2 of Khoshelham and Elberink (Sensors 2012, equation 10) within 20 % from 1.3
+/// m to 5 m. Steps of 1/8 pixel of disparity: ibid., section 2.2. The Asus Xtion holds the same
+/// sensor.
 DepthSensor kinect_v1() {
   return {.name = "kinect_v1",
           .principle = DepthPrinciple::kStructuredLight,
-          .noise = {.quadratic = 1.4e-3},
-          .min_depth = 0.4,
-          .max_depth = 10,
-          .baseline = 0.075};
+          .noise = {.constant = 0.001504, .linear = -0.00152, .quadratic = 0.0019},
+          .min_depth = 0.45,
+          .max_depth = 7.5,
+          .baseline = 0.075,
+          .focal = 580,
+          .disparity_step = 0.125,
+          .lateral_sigma = 0.5,
+          .grazing = 80,
+          .edge_loss = 0.4};
 }
 
 /// Intel, "Best-Known-Methods for Tuning Intel RealSense D400 Depth Cameras for Best Performance":
 /// RMS depth error = z^2 * subpixel / (f * baseline) with f = width / (2 tan(HFOV / 2)), and the
 /// shortest depth f * baseline / 126, 126 being the largest disparity that is searched. At
 /// 848 x 480 pixels, the recommended resolution, and HFOV = 87 degrees (D400 series datasheet),
-/// f = 446.8 pixels; subpixel = 0.08 pixels is the guide's figure for a textured target.
+/// f = 446.8 pixels; subpixel = 0.08 pixels is the guide's figure for a textured target. Steps of
+/// 1/32 pixel: disparities are integers of that unit (librealsense, disparity transform). The
+/// longest depth is our choice: sigma(10 m) = 0.36 m for the D435i, 0.19 m for the D455.
 DepthSensor realsense(const std::string& name, double baseline) {
   constexpr double kFocal = 446.8, kSubpixel = 0.08, kDisparities = 126;
   return {.name = name,
@@ -34,13 +43,17 @@ DepthSensor realsense(const std::string& name, double baseline) {
           .noise = {.quadratic = kSubpixel / (kFocal * baseline)},
           .min_depth = kFocal * baseline / kDisparities,
           .max_depth = 10,
-          .baseline = baseline};
+          .baseline = baseline,
+          .focal = kFocal,
+          .disparity_step = 1.0 / 32,
+          .lateral_sigma = 0.5,
+          .grazing = 80,
+          .edge_loss = 0.4};
 }
 
 /// Microsoft, "Azure Kinect DK hardware specifications", narrow field of view, unbinned: 0.5 m to
-/// 3.86 m, random error at most 17 mm (confirmed by Toelgyessy et al., "Evaluation of the Azure
-/// Kinect and Its Comparison to Kinect V1 and Kinect V2", Sensors 2021). The phase noise of a time
-/// of flight camera is inversely proportional to the amplitude of the light that returns, which
+/// 3.86 m, random error at most 17 mm. The phase noise of a time of flight camera is inversely
+/// proportional to the amplitude of the light that returns, which
 /// falls with z^2 (Lange and Seitz, "Solid-State Time-of-Flight Range Camera", IEEE JQE 2001):
 /// sigma(z) = 17 mm (z / 3.86 m)^2.
 DepthSensor azure_kinect() {
@@ -50,7 +63,10 @@ DepthSensor azure_kinect() {
           .noise = {.quadratic = kWorst / (kFarthest * kFarthest)},
           .min_depth = 0.5,
           .max_depth = kFarthest,
-          .baseline = 0};
+          .depth_step = 0.001,
+          .lateral_sigma = 0.5,
+          .grazing = 80,
+          .edge_loss = 0.4};
 }
 
 const std::vector<DepthSensor>& sensors() {
@@ -64,13 +80,14 @@ const std::vector<DepthSensor>& sensors() {
 
 float DepthSensor::depth_at_sigma(double sigma) const {
   const auto& [a, b, c] = noise;
-  double z = max_depth;
-  if (c > 0 && sigma > a) {
-    z = (-b + std::sqrt(b * b + 4 * c * (sigma - a))) / (2 * c);
+  double z = sigma >= a ? max_depth : 0;
+  if (c > 0) {  // the larger root of sigma(z) = sigma; none where sigma(z) is larger everywhere
+    const double discriminant = b * b + 4 * c * (sigma - a);
+    z = discriminant < 0 ? 0 : (-b + std::sqrt(discriminant)) / (2 * c);
   } else if (b > 0) {
     z = (sigma - a) / b;
   }
-  return static_cast<float>(std::min(z, max_depth));
+  return static_cast<float>(std::clamp(z, 0.0, max_depth));
 }
 
 const std::vector<std::string>& depth_sensor_names() {

@@ -35,6 +35,14 @@ struct DepthSensor {
   /// triangulated.
   double baseline = 0;
 
+  /// Focal length of the image whose disparities are measured [pixels], and the smallest step of
+  /// these disparities [pixels]; 0: no steps.
+  double focal = 0, disparity_step = 0;
+  double depth_step = 0;     ///< Smallest step of the depth where nothing is triangulated [m].
+  double lateral_sigma = 0;  ///< Standard deviation of the place that a depth is read at [pixels].
+  double grazing = 90;   ///< Surfaces at a larger angle to the image plane give no depth [degrees].
+  double edge_loss = 0;  ///< Share of the pixels at depth edges that give no depth [0..1].
+
   /// Standard deviation of a reading at depth z [m].
   double sigma(double z) const { return noise.at(z); }
 

@@ -12,10 +12,14 @@ namespace {
 
 using testing::HasSubstr;
 
-TEST(DepthSensor, OfAKinectErrsAsKhoshelhamAndElberinkMeasured) {
+TEST(DepthSensor, OfAKinectErrsAsNguyenMeasuredAndAboutAsKhoshelhamDid) {
   const DepthSensor& kinect = find_depth_sensor("kinect_v1");
-  EXPECT_NEAR(kinect.sigma(1), 0.0014, 1e-12);
-  EXPECT_NEAR(kinect.sigma(5), 0.035, 1e-12);
+  for (const double z : {0.5, 1.0, 2.0, 4.0, 7.0}) {
+    EXPECT_NEAR(kinect.sigma(z), 0.0012 + 0.0019 * (z - 0.4) * (z - 0.4), 1e-12) << z;
+  }
+  for (const double z : {1.3, 2.0, 3.0, 5.0}) {
+    EXPECT_NEAR(kinect.sigma(z), 1.4e-3 * z * z, 0.2 * 1.4e-3 * z * z) << z;
+  }
 }
 
 TEST(DepthSensor, OfARealSenseErrsAsItsDisparityDoes) {
@@ -47,6 +51,7 @@ TEST(DepthSensor, KnowsTheDepthOfASigma) {
     }
     EXPECT_EQ(sensor.depth_at_sigma(1e3), static_cast<float>(sensor.max_depth)) << name;
   }
+  EXPECT_EQ(find_depth_sensor("kinect_v1").depth_at_sigma(0.001), 0);  // it never errs so little
   const DepthSensor linear{.noise = {.constant = 0.001, .linear = 0.002}};
   EXPECT_NEAR(linear.depth_at_sigma(0.005), 2, 1e-6);
 }

@@ -8,9 +8,9 @@
 namespace stillmap {
 namespace {
 
-/// Three standard deviations of the difference of two readings, which is sqrt(2) times as uncertain
-/// as one, and a floor [m] for the error of the poses and the size of the cells.
-constexpr double kToleranceSigmas = 30.0 / 7, kToleranceFloor = 0.03;
+/// Nearly three standard deviations of the difference of two readings, which is sqrt(2) times as
+/// uncertain as one, and a floor [m] for the error of the poses and the size of the cells.
+constexpr double kToleranceSigmas = 3.75, kToleranceFloor = 0.03;
 
 bool is_depth(float z) { return z > 0 && z < 1e3F; }  // false for NaN too
 

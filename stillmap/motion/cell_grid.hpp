@@ -37,7 +37,7 @@ using CellGridPtr = std::shared_ptr<const CellGrid>;
 
 /// Standard deviation of a depth up to which cues judge the surface [m]. It is that of a Kinect v1
 /// at 5 m; beyond, its depth is warped by more than its noise.
-inline constexpr double kJudgedSigma = 0.035;
+inline constexpr double kJudgedSigma = 0.041404;
 
 /// Where the cells of a grid fall in the grid of the same camera standing elsewhere. Row by row, so
 /// that a row is computed without a branch, as vectors.

@@ -18,13 +18,14 @@ namespace {
 constexpr int kNoInstance = -1;
 constexpr std::size_t kSpeck = 4;  // cells: fewer are noise, not even a piece of something
 
-/// Neighboring cells belong to one object while their depths differ by less than nearly six
+/// Neighboring cells belong to one object while their depths differ by less than five
 /// standard deviations of a reading, and a step within one object, such as from an arm to the trunk
 /// [m].
-constexpr double kJumpSigmas = 40.0 / 7, kJumpFloor = 0.12;
+constexpr double kJumpSigmas = 5, kJumpFloor = 0.12;
 
-/// Standard deviation of a depth up to which movers are detected [m]: that of a Kinect v1 at 8 m.
-constexpr double kMaxSigma = 0.0896;
+/// Standard deviation of a depth up to which movers are detected [m]: that of a Kinect v1 at the
+/// end of its range.
+constexpr double kMaxSigma = 0.1;
 
 DepthPolynomial<double> jump_of(const Camera& camera) {
   return camera.depth_sensor.tolerance<double>(kJumpSigmas, kJumpFloor);

@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <tuple>
 #include <vector>
 
 /// Small rendered sequences with known poses, for the tests of this room.
@@ -18,13 +19,15 @@ struct Recording {
   std::vector<RgbdFramePtr> frames;
 };
 
-inline const Recording& recording(int people, const std::string& camera) {
-  static std::map<std::pair<int, std::string>, Recording> made;
-  Recording& r = made[{people, camera}];
+inline const Recording& recording(int people, const std::string& camera,
+                                  const std::string& sensor = "kinect_v1") {
+  static std::map<std::tuple<int, std::string, std::string>, Recording> made;
+  Recording& r = made[{people, camera, sensor}];
   if (!r.sequence) {
     SimulationOptions options;
     options.people = people;
     options.camera = camera;
+    options.sensor = sensor;
     options.frames = 90;
     options.width = 320;
     options.height = 240;

@@ -61,6 +61,14 @@ TEST(SlamOnAStillScene, FollowsTheCameraToMillimeters) {
   }
 }
 
+TEST(SlamOnAStillScene, FollowsACameraWithAnotherDepthSensor) {
+  for (const char* sensor : {"realsense_d435i", "azure_kinect", "ideal"}) {
+    const Outcome r = run(recording(0, "xyz", sensor), small_options("static"));
+    EXPECT_EQ(r.result.tracked(), 90U) << sensor;
+    EXPECT_LT(r.ate, 0.012) << sensor;
+  }
+}
+
 TEST(SlamOnAStillScene, TheCloudLiesOnTheTrueSurfaces) {
   const Recording& rec = recording(0, "xyz");
   const Outcome r = run(rec, small_options("static"));

@@ -15,7 +15,7 @@ constexpr double kDegree = std::numbers::pi / 180;
 
 /// Standard deviation of a depth up to which it places a landmark [m]: that of a Kinect v1 at 6 m.
 /// Where depth is less certain, triangulation is better.
-constexpr double kMaxSigma = 0.0504;
+constexpr double kMaxSigma = 0.060784;
 
 float max_depth(const Map& map) { return map.camera().depth_sensor.depth_at_sigma(kMaxSigma); }
 

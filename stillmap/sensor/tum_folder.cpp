@@ -26,8 +26,6 @@ void check_options(const TumFolderOptions& options) {
   expect(options.first >= 0, "first", "give the number of frames to leave out: 0 or more");
   expect(options.count >= 0, "count", "give the number of frames to use, 0 for all");
   expect(options.stride >= 1, "stride", "give 1 for every frame, 2 for every second ...");
-  expect(options.min_depth >= 0 && options.min_depth < options.max_depth, "min_depth, max_depth",
-         "give meters, the smaller one first");
 }
 
 std::string describe(const fs::path& file, const std::string& problem) {
@@ -120,7 +118,7 @@ RgbdFramePtr TumFolder::load(const FrameFiles& files) {
   frame->color = rectifier_.image(color.image);
   traced("gray", [&] { cv::cvtColor(frame->color, frame->gray, cv::COLOR_BGR2GRAY); });
   frame->depth = depth_in_meters(rectifier_.nearest(depth.image), camera().depth_factor,
-                                 options_.min_depth, options_.max_depth);
+                                 camera().depth_sensor);
   return frame;
 }
 
@@ -130,12 +128,12 @@ RgbdFramePtr TumFolder::skip(const FrameFiles& files, const fs::path& culprit,
   return nullptr;
 }
 
-cv::Mat depth_in_meters(const cv::Mat& raw, double depth_factor, double min_depth,
-                        double max_depth) {
+cv::Mat depth_in_meters(const cv::Mat& raw, double depth_factor, const DepthSensor& sensor) {
   const TraceScope scope("depth in meters");
   cv::Mat meters(raw.size(), CV_32FC1);
   const auto factor = static_cast<float>(depth_factor);
-  const float nearest = static_cast<float>(min_depth), farthest = static_cast<float>(max_depth);
+  const auto nearest = static_cast<float>(sensor.min_depth);
+  const auto farthest = static_cast<float>(sensor.max_depth);
   for (int y = 0; y < raw.rows; ++y) {
     const auto* from = raw.ptr<std::uint16_t>(y);
     auto* to = meters.ptr<float>(y);

@@ -13,12 +13,10 @@
 namespace stillmap {
 
 struct TumFolderOptions {
-  int first = 0;           ///< Number of pairs skipped at the start.
-  int count = 0;           ///< Maximum number of pairs, counted before the stride; 0: all.
-  int stride = 1;          ///< Every n-th pair is used.
-  double min_depth = 0.1;  ///< Minimum depth [m]; nearer readings are unknown.
-  double max_depth = 20;   ///< Maximum depth [m]; farther readings are unknown.
-  STILLMAP_FIELDS(first, count, stride, min_depth, max_depth)
+  int first = 0;   ///< Number of pairs skipped at the start.
+  int count = 0;   ///< Maximum number of pairs, counted before the stride; 0: all.
+  int stride = 1;  ///< Every n-th pair is used.
+  STILLMAP_FIELDS(first, count, stride)
 };
 
 /// A recorded sequence in the layout of the TUM RGB-D benchmark (Sturm et al., IROS 2012).
@@ -52,8 +50,7 @@ class TumFolder : public FrameSource {
 };
 
 /// Converts raw 16-bit depth to 32FC1 [m]; 0 (unknown) for raw 0, saturated readings (65535), and
-/// depths outside [min_depth, max_depth] [m].
-cv::Mat depth_in_meters(const cv::Mat& raw, double depth_factor, double min_depth,
-                        double max_depth);
+/// depths outside the sensor's range.
+cv::Mat depth_in_meters(const cv::Mat& raw, double depth_factor, const DepthSensor& sensor);
 
 }  // namespace stillmap

@@ -57,19 +57,19 @@ TEST(TumFolder, AcceptsGrayImagesJpegsAndAlpha) {
 TEST(TumFolder, DepthOutOfRangeOrSaturatedIsUnknown) {
   const TestSequence sequence(1);
   cv::Mat depth = TestSequence::depth_image();
-  const std::vector<std::uint16_t> raw{0, 400, 499, 500, 50000, 50001, 65534, 65535};
+  const std::vector<std::uint16_t> raw{0, 400, 2249, 2250, 37500, 37501, 65534, 65535};
   for (int i = 0; i < 8; ++i) depth.at<std::uint16_t>(0, i) = raw[i];
   sequence.write_image("depth/0.png", depth);
-  TumFolder source = sequence.open({.min_depth = 0.1, .max_depth = 10});
+  TumFolder source = sequence.open();  // of a Kinect: 0.45 m to 7.5 m
   const auto frame = source.next();
   ASSERT_NE(frame, nullptr);
-  const std::vector<float> expected{0, 0, 0, 0.1F, 10, 0, 0, 0};
+  const std::vector<float> expected{0, 0, 0, 0.45F, 7.5F, 0, 0, 0};
   for (int i = 0; i < 8; ++i) EXPECT_FLOAT_EQ(frame->depth.at<float>(0, i), expected[i]) << raw[i];
 }
 
 TEST(TumFolder, SaturationIsUnknownEvenWithinTheRange) {
   const cv::Mat raw = (cv::Mat_<std::uint16_t>(1, 2) << 65534, 65535);
-  const cv::Mat meters = depth_in_meters(raw, 10000, 0.1, 20);
+  const cv::Mat meters = depth_in_meters(raw, 10000, find_depth_sensor("ideal"));
   EXPECT_FLOAT_EQ(meters.at<float>(0), 6.5534F);
   EXPECT_EQ(meters.at<float>(1), 0);
 }

@@ -35,6 +35,8 @@ Camera camera_of(const SimulationOptions& options) {
   camera.cx = (options.width - 1) / 2.0;
   camera.cy = (options.height - 1) / 2.0;
   camera.fps = options.fps;
+  camera.depth_sensor = find_depth_sensor(options.sensor);
+  if (camera.depth_sensor.baseline > 0) camera.baseline = camera.depth_sensor.baseline;
   return camera;
 }
 
@@ -241,8 +243,8 @@ SimulatedFrame SimulatedSequence::at(std::size_t index) const {
   frame->timestamp = t;
   const auto seed = static_cast<std::uint64_t>(options_.seed);
   if (options_.noise) {
-    frame->depth = measure_depth(rendering.depth, camera_, options_.sensor, seed, index);
-    frame->color = measure_color(rendering.color, t, options_.sensor, seed, index);
+    frame->depth = measure_depth(rendering.depth, camera_, seed, index);
+    frame->color = measure_color(rendering.color, t, options_.color_noise, seed, index);
   } else {
     frame->depth = rendering.depth.clone();
     rendering.color.convertTo(frame->color, CV_8UC3);

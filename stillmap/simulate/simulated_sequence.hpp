@@ -4,7 +4,7 @@
 #include "stillmap/geometry/trajectory.hpp"
 #include "stillmap/sensor/frame_source.hpp"
 #include "stillmap/simulate/camera_motion.hpp"
-#include "stillmap/simulate/kinect.hpp"
+#include "stillmap/simulate/depth_camera.hpp"
 #include "stillmap/simulate/scene.hpp"
 
 #include <memory>
@@ -25,16 +25,17 @@ struct SimulationOptions {
   int frames = 300;
   double fps = 30;                ///< Frame rate [Hz].
   int width = 640, height = 480;  ///< Image size [pixels].
-  double focal = 0;  ///< Focal length [pixels]; 0: that of a Kinect, 525 at a width of 640.
-  int seed = 1;      ///< Seed of scene, hand shake and noise.
-  double speed = 1;  ///< Factor on the speed of the camera motion.
-  double shake = 1;  ///< Factor on the hand shake.
+  double focal = 0;               ///< Focal length [pixels]; 0: 525 at a width of 640.
+  int seed = 1;                   ///< Seed of scene, hand shake and noise.
+  double speed = 1;               ///< Factor on the speed of the camera motion.
+  double shake = 1;               ///< Factor on the hand shake.
   /// Whether there is sensor noise; without it depth is exact, and color has no noise or drift.
   bool noise = true;
-  KinectOptions sensor = {};     ///< Sensor noise, used if `noise`.
-  int exposures = 1;             ///< Number of images averaged for motion blur; 1: no blur.
-  double exposure_time = 0.012;  ///< Shutter time [s], used with exposures > 1.
-  int threads = 2;               ///< Number of rendering threads; the images do not depend on it.
+  std::string sensor = "kinect_v1";  ///< Depth sensor by a name that find_depth_sensor() knows.
+  ColorNoise color_noise = {};       ///< Noise of the color images, used if `noise`.
+  int exposures = 1;                 ///< Number of images averaged for motion blur; 1: no blur.
+  double exposure_time = 0.012;      ///< Shutter time [s], used with exposures > 1.
+  int threads = 2;  ///< Number of rendering threads; the images do not depend on it.
   STILLMAP_FIELDS(scene, people, activity, things, near_things, camera, frames, fps, width, height,
                   focal, seed, speed, shake, noise, sensor, exposures, exposure_time, threads)
 };
@@ -83,11 +84,11 @@ struct SimulatedFrame {
 /// All const members are thread-safe.
 class SimulatedSequence : public FrameSource {
  public:
-  /// Camera: width x height, principal point in the center. Throws Error for an option out of
-  /// range.
+  /// Camera: width x height, principal point in the center, the sensor named. Throws Error for an
+  /// option out of range.
   explicit SimulatedSequence(const SimulationOptions& options);
-  /// Uses another camera (without its distortion). Options width, height, focal and fps are
-  /// ignored.
+  /// Uses another camera (without its distortion). Options width, height, focal, fps and
+  /// sensor are ignored.
   SimulatedSequence(const SimulationOptions& options, const Camera& camera);
   /// Shares a scene between sequences, since making it dominates the cost of a short sequence.
   /// Options scene, people, activity and things are ignored.

@@ -112,6 +112,20 @@ TEST(SimulatedSequence, TruthMatchesTheFrame) {
   EXPECT_EQ(truth.timestamp, made.frame->timestamp);
 }
 
+TEST(SimulatedSequence, ItsCameraHasTheSensorThatIsNamed) {
+  SimulationOptions options = small();
+  options.noise = true;
+  options.sensor = "ideal";
+  const SimulatedFrame exact = SimulatedSequence(options).at(3);
+  EXPECT_EQ(difference(exact.frame->depth, exact.truth.depth), 0);
+  options.sensor = "realsense_d455";
+  const SimulatedSequence stereo(options);
+  EXPECT_EQ(stereo.camera().depth_sensor.name, "realsense_d455");
+  EXPECT_EQ(stereo.camera().baseline, 0.095);
+  options.sensor = "realsense";
+  EXPECT_THROW(SimulatedSequence{options}, Error);
+}
+
 TEST(SimulatedSequence, NextGivesEveryFrameOnce) {
   SimulationOptions options = small();
   options.width = 80;

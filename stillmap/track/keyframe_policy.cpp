@@ -20,7 +20,7 @@ constexpr double kTrackedShare = 0.75;
 constexpr int kMinTrackedNear = 100, kMinUntrackedNear = 70;
 /// A keypoint is near while the standard deviation of its depth is below this [m]: that of a Kinect
 /// v1 at 3 m, forty of its baselines (Mur-Artal and Tardos, ORB-SLAM2, TRO 2017, section III.A).
-constexpr double kNearSigma = 0.0126;
+constexpr double kNearSigma = 0.014044;
 /// A frame is blurred if its sharpness is below this share of the median of the last frames: its
 /// keypoints are few and displaced, and would stay in the map [0..1].
 constexpr double kMinSharpness = 0.75;

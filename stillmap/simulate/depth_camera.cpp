@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/simulate/kinect.hpp"
+#include "stillmap/simulate/depth_camera.hpp"
 
 #include "stillmap/simulate/random.hpp"
 
@@ -48,9 +48,9 @@ class NormalNoise {
   std::uint64_t key_;
 };
 
-/// Pixels the projector does not light: seen from it, something nearer lies in the same direction.
-/// The projector is `baseline` to the right, so a pixel (u, z) has the projector column u - f b /
-/// z.
+/// Pixels that the projector does not light, or that the second camera does not see: something
+/// nearer lies in the same direction from there. It is one baseline to the right, so a pixel (u, z)
+/// has the column u - f b / z there.
 void cast_shadow(const float* z, int width, double bf, std::vector<std::uint8_t>& lit) {
   double front = std::numeric_limits<double>::infinity();
   for (int u = width - 1; u >= 0; --u) {
@@ -82,58 +82,59 @@ Neighborhood look_around(const cv::Mat& depth, int y, int x, double focal) {
   return {std::max({left, right, up, down}) > kJump * z, (gx * gx + gy * gy) * scale * scale};
 }
 
-double quantize(double z, double bf, double step) {
-  if (step <= 0) return z;
+/// The nearest depth that the sensor can tell; 0 where there is none.
+double quantized(double z, const DepthSensor& sensor) {
+  if (sensor.depth_step > 0) return std::round(z / sensor.depth_step) * sensor.depth_step;
+  if (sensor.disparity_step <= 0) return z;
+  const double bf = sensor.focal * sensor.baseline, step = sensor.disparity_step;
   const double disparity = static_cast<int>(bf / (z * step) + 0.5) * step;
   return disparity > 0 ? bf / disparity : 0;
 }
 
 }  // namespace
 
-double kinect_sigma(double z) { return 0.0012 + 0.0019 * (z - 0.4) * (z - 0.4); }
-
-cv::Mat measure_depth(const cv::Mat& depth, const Camera& camera, const KinectOptions& options,
-                      std::uint64_t seed, std::uint64_t frame) {
+cv::Mat measure_depth(const cv::Mat& depth, const Camera& camera, std::uint64_t seed,
+                      std::uint64_t frame) {
+  const DepthSensor& sensor = camera.depth_sensor;
+  if (sensor.principle == DepthPrinciple::kIdeal) return depth.clone();
   cv::Mat measured = cv::Mat::zeros(depth.size(), CV_32FC1);
   const NormalNoise axial(seed, frame, 0), lateral(seed, frame, 1);
-  const double steepest = std::tan(std::min(options.grazing, 89.9) * std::numbers::pi / 180);
-  const double infrared_bf = options.focal * camera.baseline;
+  const double steepest = std::tan(std::min(sensor.grazing, 89.9) * std::numbers::pi / 180);
   std::vector<std::uint8_t> lit(static_cast<std::size_t>(depth.cols), 1);
   for (int y = 0; y < depth.rows; ++y) {
-    if (options.shadow) cast_shadow(depth.ptr<float>(y), depth.cols, camera.bf(), lit);
+    if (sensor.baseline > 0)
+      cast_shadow(depth.ptr<float>(y), depth.cols, camera.fx * sensor.baseline, lit);
     auto axial_row = axial.row(y), lateral_row = lateral.row(y);
     Random loss(seed ^ scramble(frame), static_cast<std::uint64_t>(y));
     auto* out = measured.ptr<float>(y);
     for (int x = 0; x < depth.cols; ++x) {
-      const double du = options.lateral * static_cast<double>(lateral_row.next());
-      const double dv = options.lateral * static_cast<double>(lateral_row.next());
+      const double du = sensor.lateral_sigma * static_cast<double>(lateral_row.next());
+      const double dv = sensor.lateral_sigma * static_cast<double>(lateral_row.next());
       const double deviate = static_cast<double>(axial_row.next());
       const int u = std::clamp(static_cast<int>(x + du + 0.5), 0, depth.cols - 1);
       const int v = std::clamp(static_cast<int>(y + dv + 0.5), 0, depth.rows - 1);
       const double z = depth.at<float>(v, u);
-      if (z < options.nearest || z > options.farthest || lit[static_cast<std::size_t>(x)] == 0)
+      if (z < sensor.min_depth || z > sensor.max_depth || lit[static_cast<std::size_t>(x)] == 0)
         continue;
       const Neighborhood around = look_around(depth, v, u, camera.fx);
       if (around.slope2 > steepest * steepest) continue;
-      if (around.edge && loss.chance(options.edge_loss)) continue;
-      const double noisy = z + options.axial * kinect_sigma(z) * deviate;
-      out[x] = static_cast<float>(quantize(noisy, infrared_bf, options.disparity_step));
+      if (around.edge && loss.chance(sensor.edge_loss)) continue;
+      out[x] = static_cast<float>(quantized(z + sensor.sigma(z) * deviate, sensor));
     }
   }
   return measured;
 }
 
-cv::Mat measure_color(const cv::Mat& color, double seconds, const KinectOptions& options,
+cv::Mat measure_color(const cv::Mat& color, double seconds, const ColorNoise& model,
                       std::uint64_t seed, std::uint64_t frame) {
   cv::Mat measured(color.size(), CV_8UC3);
   const NormalNoise noise(seed, frame, 2);
   const double tau = 2 * std::numbers::pi;
   const auto gain = static_cast<float>(
-      1 + options.exposure_drift * 0.5 *
+      1 + model.exposure_drift * 0.5 *
               (std::sin(tau * seconds / 6.7) + std::sin(tau * seconds / 15.1 + 1)));
   const auto sigma = [&](int value) {
-    return static_cast<float>(
-        std::sqrt(options.color_sigma * options.color_sigma + options.color_gain * value));
+    return static_cast<float>(std::sqrt(model.sigma * model.sigma + model.gain * value));
   };
   std::array<float, 256> sigmas{};
   for (std::size_t i = 0; i < 256; ++i) sigmas[i] = sigma(static_cast<int>(i));

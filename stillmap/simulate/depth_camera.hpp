@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/geometry/camera.hpp"
+
+#include <cstdint>
+
+#include <opencv2/core.hpp>
+
+namespace stillmap {
+
+/// How the color camera of a simulated sensor errs.
+struct ColorNoise {
+  double sigma = 1.5;            ///< Noise of a black pixel [gray levels].
+  double gain = 0.02;            ///< Growth of its variance with the value [gray levels].
+  double exposure_drift = 0.03;  ///< Amplitude of the slow change of brightness, as a share.
+};
+
+/// Depth as the camera's depth sensor measures it: axial and lateral noise, quantization, range,
+/// and no depth on grazing surfaces, at some of the depth edges, and where something nearer hides
+/// the surface from the projector or second camera, `DepthSensor::baseline` to the right. An ideal
+/// sensor gives the depth as it is. The noise depends on `seed` and `frame` only.
+/// @param depth 32FC1 [m], exact; 0 where nothing is
+cv::Mat measure_depth(const cv::Mat& depth, const Camera& camera, std::uint64_t seed,
+                      std::uint64_t frame);
+
+/// Color as the sensor delivers it: 8UC3.
+/// @param color 32FC3, 0..255
+cv::Mat measure_color(const cv::Mat& color, double seconds, const ColorNoise& noise,
+                      std::uint64_t seed, std::uint64_t frame);
+
+}  // namespace stillmap
