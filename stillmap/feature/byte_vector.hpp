@@ -7,9 +7,6 @@
 
 /// Byte vectors in the compiler's notation (GCC and Clang vector extensions): the same source gives
 /// SSE2, AVX2 or NEON code and, with std::uint8_t as the "vector", the scalar reference.
-// GCC warns that vectors wider than a register change the calling convention; everything here is
-// inlined.
-#pragma GCC diagnostic ignored "-Wpsabi"
 
 namespace stillmap {
 
