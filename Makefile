@@ -62,9 +62,9 @@ lint: check-format  ## check format, names and clang-tidy's findings; unchanged 
 	@cmake --preset lint >build/configure_lint.log || { cat build/configure_lint.log; exit 1; }
 	@scripts/lint.py --jobs $(JOBS)
 
-install: deps  ## install the command, libraries and headers to PREFIX (/usr/local)
+install: deps  ## install the command, its library and headers to PREFIX (/usr/local)
 	@$(call configure,release)
-	$(call compile,release)
+	$(call compile,release) --target stillmap_installed
 	cmake --install build/release --prefix $(or $(PREFIX),/usr/local)
 
 clean:  ## remove all build results except downloaded wheels

@@ -26,5 +26,9 @@ void add_dense_options(CLI::App& command, DenseOutputs& outputs);
 std::string dense_files_help();
 /// Adds --force to a command that writes a folder of results.
 void add_force_option(CLI::App& command, bool& force);
+/// Each adds a hidden command that prints what `make install` installs beside the program. They
+/// read the commands of `app`, which must outlive the call of parse().
+void add_man_command(CLI::App& app);
+void add_completion_command(CLI::App& app);
 
 }  // namespace stillmap

@@ -28,6 +28,8 @@ int run(int argc, char** argv) {
   add_demo_command(app, exit_code);
   add_doctor_command(app, exit_code);
   add_map_command(app, exit_code);
+  add_man_command(app);
+  add_completion_command(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

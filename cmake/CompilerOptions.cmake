@@ -26,9 +26,8 @@ set(warnings -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-v
              -Wno-array-bounds -Wno-restrict $<$<BOOL:${STILLMAP_WARNINGS_AS_ERRORS}>:-Werror>)
 target_compile_features(stillmap_options INTERFACE cxx_std_20)
 target_compile_options(stillmap_options INTERFACE
-  "$<BUILD_INTERFACE:${warnings};-fno-math-errno;-fpch-preprocess>")
-target_include_directories(stillmap_options INTERFACE
-  $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:include>)
+  ${warnings} -fno-math-errno -fpch-preprocess)
+target_include_directories(stillmap_options INTERFACE "${PROJECT_SOURCE_DIR}")
 
 set(STILLMAP_SANITIZE "" CACHE STRING "Sanitizers, as for -fsanitize= (address,undefined or thread)")
 if(STILLMAP_SANITIZE)

@@ -34,6 +34,9 @@ if(STILLMAP_WITH_OPENVINO)
       OUTPUT_VARIABLE openvino_cmake_path OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
   endif()
   find_package(OpenVINO QUIET COMPONENTS Runtime HINTS "${openvino_cmake_path}")
+  # What reading ONNX networks and running them on the CPU takes; `make install` copies these.
+  set(STILLMAP_OPENVINO_LIBRARIES libopenvino.so.* libopenvino_onnx_frontend.so.* libopenvino_intel_cpu_plugin.so
+      libtbb*.so* libhwloc.so*)
   if(OpenVINO_FOUND)
     message(STATUS "OpenVINO ${OpenVINO_VERSION}: ${OpenVINO_DIR}")
   else()

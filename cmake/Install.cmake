@@ -1,15 +1,75 @@
-# `cmake --install`: the command, libraries and headers of the modules, and a CMake package for
-# find_package(Stillmap); modules are its targets: Stillmap::pipeline, Stillmap::evaluate, ...
+# `cmake --install` installs
+#   - the command with its manual page, shell completion, presets and license,
+#   - the OpenVINO plug-in with the libraries of OpenVINO that it needs,
+#   - for other projects: one library, the public headers, and a CMake package for find_package(Stillmap).
+# The target stillmap_installed builds all that is installed and nothing else.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
+include(PublicHeaders)
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/Stillmap)
+set(plugin_folder ${CMAKE_INSTALL_LIBDIR}/stillmap)
 
-if(TARGET stillmap)
-  set_target_properties(stillmap PROPERTIES INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR}/stillmap")
-  install(TARGETS stillmap)
+# --- The command ---
+set_target_properties(stillmap PROPERTIES INSTALL_RPATH "$ORIGIN/../${plugin_folder}")
+install(TARGETS stillmap)
+install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(DIRECTORY "${PROJECT_SOURCE_DIR}/presets" DESTINATION ${CMAKE_INSTALL_DATADIR}/stillmap
+        FILES_MATCHING PATTERN *.yaml)
+
+# The program itself writes its manual page and completion, so that they always list the options it has.
+set(man_page "${PROJECT_BINARY_DIR}/stillmap.1")
+set(completion "${PROJECT_BINARY_DIR}/stillmap.bash")
+add_custom_command(OUTPUT "${man_page}" "${completion}"
+                   COMMAND stillmap man >"${man_page}"
+                   COMMAND stillmap completion bash >"${completion}"
+                   DEPENDS stillmap VERBATIM)
+add_custom_target(stillmap_manual ALL DEPENDS "${man_page}" "${completion}")
+install(FILES "${man_page}" DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+install(FILES "${completion}" DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME stillmap)
+
+# --- The OpenVINO plug-in ---
+# A wheel's libraries are copied beside the plug-in; those in the folders of the system are found by themselves.
+if(TARGET stillmap_openvino)
+  install(TARGETS stillmap_openvino LIBRARY DESTINATION ${plugin_folder})
+  get_target_property(openvino_library openvino::runtime IMPORTED_LOCATION_RELEASE)
+  cmake_path(GET openvino_library PARENT_PATH openvino_folder)
+  if(NOT openvino_folder IN_LIST CMAKE_CXX_IMPLICIT_LINK_DIRECTORIES)
+    list(TRANSFORM STILLMAP_OPENVINO_LIBRARIES PREPEND "${openvino_folder}/" OUTPUT_VARIABLE patterns)
+    file(GLOB openvino_files ${patterns})
+    install(FILES ${openvino_files} DESTINATION ${plugin_folder})
+    file(GLOB openvino_licenses "${openvino_folder}/../../openvino-*.dist-info/licenses/*")
+    foreach(license IN LISTS openvino_licenses)
+      if(IS_DIRECTORY "${license}")
+        install(DIRECTORY "${license}" DESTINATION ${CMAKE_INSTALL_DOCDIR}/openvino)
+      else()
+        install(FILES "${license}" DESTINATION ${CMAKE_INSTALL_DOCDIR}/openvino)
+      endif()
+    endforeach()
+  endif()
 endif()
-install(TARGETS stillmap_options EXPORT StillmapTargets)
+
+# --- The library: the objects of all modules in one archive, Stillmap::stillmap ---
+get_property(modules GLOBAL PROPERTY STILLMAP_MODULES)
+get_property(module_libraries GLOBAL PROPERTY STILLMAP_MODULE_LIBRARIES)
+list(REMOVE_DUPLICATES module_libraries)
+list(REMOVE_ITEM module_libraries nlohmann_json::nlohmann_json)  # headers only, in no public header
+add_library(stillmap_library STATIC)
+foreach(module IN LISTS modules)
+  target_sources(stillmap_library PRIVATE $<TARGET_OBJECTS:${module}>)
+endforeach()
+target_compile_features(stillmap_library PUBLIC cxx_std_20)
+target_include_directories(stillmap_library PUBLIC $<INSTALL_INTERFACE:include>)
+target_link_libraries(stillmap_library PUBLIC Eigen3::Eigen opencv_core PRIVATE ${module_libraries})
+# Programs that link the library find the plug-in in its folder.
+target_link_options(stillmap_library INTERFACE
+                    $<INSTALL_INTERFACE:LINKER:-rpath,$<INSTALL_PREFIX>/${plugin_folder}>)
+set_target_properties(stillmap_library PROPERTIES OUTPUT_NAME stillmap EXPORT_NAME stillmap LINKER_LANGUAGE CXX)
+install(TARGETS stillmap_library EXPORT StillmapTargets)
 install(EXPORT StillmapTargets NAMESPACE Stillmap:: DESTINATION ${package_folder})
+foreach(header IN LISTS STILLMAP_PUBLIC_HEADERS)
+  cmake_path(GET header PARENT_PATH header_folder)
+  install(FILES "${PROJECT_SOURCE_DIR}/stillmap/${header}" DESTINATION include/stillmap/${header_folder})
+endforeach()
 
 configure_package_config_file(cmake/StillmapConfig.cmake.in StillmapConfig.cmake
                               INSTALL_DESTINATION ${package_folder})
@@ -18,18 +78,16 @@ install(FILES "${PROJECT_BINARY_DIR}/StillmapConfig.cmake"
               "${PROJECT_BINARY_DIR}/StillmapConfigVersion.cmake"
         DESTINATION ${package_folder})
 
-# Builds and runs a project that uses the installed package. Not with sanitizers, since that
-# project would have to be built with them too.
+add_custom_target(stillmap_installed DEPENDS stillmap stillmap_library stillmap_manual)
+
+# Installs into a fresh folder and uses the result with source and build folders hidden. Not with sanitizers:
+# the other project of that test would have to be built with them too.
 if(STILLMAP_BUILD_TESTS AND NOT STILLMAP_SANITIZE)
-  set(prefix "${PROJECT_BINARY_DIR}/installed")
-  add_test(NAME install COMMAND "${CMAKE_COMMAND}" --install "${PROJECT_BINARY_DIR}" --prefix "${prefix}")
-  add_test(NAME installed_package
-           COMMAND "${CMAKE_CTEST_COMMAND}"
-                   --build-and-test "${PROJECT_SOURCE_DIR}/cmake/installed_package_test"
-                                    "${PROJECT_BINARY_DIR}/installed_package_test"
-                   --build-generator "${CMAKE_GENERATOR}"
-                   --build-options "-DCMAKE_PREFIX_PATH=${prefix}" "-DCMAKE_BUILD_TYPE=${CMAKE_BUILD_TYPE}"
-                   --test-command installed_package_test)
-  set_tests_properties(install PROPERTIES FIXTURES_SETUP installed)
-  set_tests_properties(installed_package PROPERTIES FIXTURES_REQUIRED installed)
+  find_package(Python3 REQUIRED COMPONENTS Interpreter)
+  add_test(NAME install
+           COMMAND "${Python3_EXECUTABLE}" "${PROJECT_SOURCE_DIR}/cmake/installed_package_test/install_test.py"
+                   --source "${PROJECT_SOURCE_DIR}" --build "${PROJECT_BINARY_DIR}" --cmake "${CMAKE_COMMAND}"
+                   --build-type "${CMAKE_BUILD_TYPE}" --version "${PROJECT_VERSION}"
+                   --libdir "${CMAKE_INSTALL_LIBDIR}" --openvino "$<TARGET_EXISTS:stillmap_openvino>"
+                   --headers "${STILLMAP_PUBLIC_HEADERS}")
 endif()

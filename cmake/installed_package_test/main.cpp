@@ -1,21 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/pipeline/slam_system.hpp"
+// Loads the network named on the command line, shows it a gray frame, and prints its description.
+#include "stillmap/base/error.hpp"
+#include "stillmap/segment/make_detector.hpp"
 
-#include <memory>
+#include <iostream>
 
-/// Shows two frames without a single corner to the façade: it must take them, and find no pose.
-int main() {
-  const stillmap::Camera camera;
-  stillmap::SlamSystem slam(camera, {});
-  for (std::size_t index = 0; index < 2; ++index) {
-    auto frame = std::make_shared<stillmap::RgbdFrame>();
-    frame->index = index;
-    frame->timestamp = static_cast<double>(index) / camera.fps;
-    frame->color = cv::Mat(camera.height, camera.width, CV_8UC3, cv::Scalar::all(128));
-    frame->gray = cv::Mat(camera.height, camera.width, CV_8UC1, cv::Scalar(128));
-    frame->depth = cv::Mat(camera.height, camera.width, CV_32FC1, cv::Scalar(2));
-    if (slam.push(frame)) return 1;
+int main(int argc, char** argv) {
+  stillmap::SegmentOptions options;
+  options.model = argc > 1 ? argv[1] : "";
+  stillmap::RgbdFrame frame;
+  frame.color = cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(128));
+  frame.gray = cv::Mat(48, 64, CV_8UC1, cv::Scalar(128));
+  frame.depth = cv::Mat(48, 64, CV_32FC1, cv::Scalar(2));
+  try {
+    const auto detector = stillmap::make_detector(options);
+    if (!detector || !detector->detect(frame).empty()) return 1;
+    std::cout << detector->description() << '\n';
+  } catch (const stillmap::Error& e) {
+    std::cerr << e.what() << '\n';
+    return 1;
   }
-  const stillmap::SlamResult result = slam.finish();
-  return result.frames.size() == 2 && result.tracked() == 0 ? 0 : 1;
 }

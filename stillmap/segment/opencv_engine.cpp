@@ -40,7 +40,9 @@ class OpenCvEngine final : public InferenceEngine {
 
  private:
   static TensorView view(const cv::Mat& tensor) {
-    CV_Assert(tensor.isContinuous() && tensor.type() == CV_32F);
+    if (!tensor.isContinuous() || tensor.type() != CV_32F)
+      throw Error("OpenCV returned an output that is not a dense float tensor", "",
+                  export_advice());
     return {{tensor.size.p, tensor.size.p + tensor.dims}, {tensor.ptr<float>(), tensor.total()}};
   }
 

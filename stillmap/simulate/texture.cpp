@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <stdexcept>
 
 #include <opencv2/imgproc.hpp>
 
@@ -26,7 +27,8 @@ Texture::Level pack(const cv::Mat& bgr) {
 }  // namespace
 
 Texture::Texture(const cv::Mat& bgr) {
-  CV_Assert(bgr.type() == CV_8UC3 && !bgr.empty());
+  if (bgr.empty() || bgr.type() != CV_8UC3)
+    throw std::invalid_argument("a texture needs a color image of three bytes per pixel");
   const cv::Size size(1 << log2_of_at_least(bgr.cols), 1 << log2_of_at_least(bgr.rows));
   cv::Mat level = bgr;
   if (level.size() != size) cv::resize(bgr, level, size, 0, 0, cv::INTER_CUBIC);

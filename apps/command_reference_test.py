@@ -1,0 +1,106 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""The manual page and the shell completion that the command writes name every command and option of its help.
+
+  apps/command_reference_test.py PROGRAM     PROGRAM: the built command
+"""
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+PROGRAM = ""
+
+
+def stillmap(*arguments):
+    result = subprocess.run([PROGRAM, *arguments], capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
+    return result.stdout
+
+
+def section(help_text, title):
+    """The lines of one section of a help text."""
+    match = re.search(rf"^{title}:\n((?:  .*\n)*)", help_text, re.MULTILINE)
+    return match.group(1).splitlines() if match else []
+
+
+def commands(*path):
+    """(path, help) of a command and of all below it, by what --help says."""
+    help_text = stillmap(*path, "--help")
+    yield path, help_text
+    for line in section(help_text, "Subcommands"):
+        name = re.match(r"  (\S+)", line)
+        if name:
+            yield from commands(*path, name.group(1))
+
+
+def option_names(help_text):
+    for line in section(help_text, "Options"):
+        match = re.match(r"  (-\S+)", line)
+        if match:
+            yield from match.group(1).split(",")
+
+
+def complete(script, *words):
+    """What bash offers for a command line whose last word is being typed."""
+    line = " ".join(f"'{word}'" for word in words)
+    program = f'source "{script}"; COMP_WORDS=({line}); COMP_CWORD={len(words) - 1}; _stillmap; printf "%s\\n" "${{COMPREPLY[@]}}"'
+    result = subprocess.run(["bash", "--norc", "-uec", program], capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
+    return result.stdout.split()
+
+
+class ManualPage(unittest.TestCase):
+    def test_names_every_command_and_option(self):
+        page = stillmap("man").replace("\\-", "-")
+        for path, help_text in commands():
+            title = "\\fB" + " ".join(("stillmap", *path)) + "\\fR"
+            self.assertIn(".SS " + title, page)
+            text = page.split(".SS " + title)[1].split(".SS ")[0]
+            for name in option_names(help_text):
+                self.assertIn(f"\\fB{name}\\fR", text, path)
+
+    def test_roff_finds_no_fault(self):
+        groff = shutil.which("groff")
+        if not groff:
+            self.skipTest("there is no groff")
+        result = subprocess.run([groff, "-man", "-Tutf8", "-ww", "-z"], input=stillmap("man"), capture_output=True,
+                                text=True, check=False)
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+
+
+class BashCompletion(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.script = Path(cls.folder.name) / "stillmap"
+        cls.script.write_text(stillmap("completion", "bash"), encoding="utf-8")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def test_offers_every_command_and_option(self):
+        for path, help_text in commands():
+            with self.subTest(path=path):
+                offered = complete(self.script, "stillmap", *path, "-")
+                self.assertEqual(sorted(offered), sorted(option_names(help_text)))
+                names = [re.match(r"  (\S+)", line).group(1) for line in section(help_text, "Subcommands")]
+                offered = [word for word in complete(self.script, "stillmap", *path, "") if word[0] != "-"]
+                self.assertEqual(sorted(offered), sorted(names))
+
+    def test_completes_what_is_begun(self):
+        self.assertEqual(complete(self.script, "stillmap", "sim"), ["simulate"])
+        self.assertIn("--load-map", complete(self.script, "stillmap", "run", "folder", "--load"))
+
+    def test_leaves_values_and_arguments_to_file_names(self):
+        self.assertEqual(complete(self.script, "stillmap", "run", "--camera", ""), [])
+        self.assertEqual(complete(self.script, "stillmap", "run", ""), [])
+
+
+if __name__ == "__main__":
+    PROGRAM = str(Path(sys.argv.pop()).resolve())
+    unittest.main()
