@@ -75,7 +75,7 @@ Results results_of(SlamResult&& result) {
 struct Slam::Impl {
   Impl(const Camera& camera, const SlamOptions& options, std::unique_ptr<Detector> detector,
        const std::optional<StartMap>& start)
-      : frames(camera, SourceOptions().min_depth, SourceOptions().max_depth),
+      : frames(camera),
         system(frames.camera(), options, detector_for(std::move(detector), options),
                starting_map(start)) {}
 

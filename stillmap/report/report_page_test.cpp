@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "stillmap/report/report_page.hpp"
+
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/test_path.hpp"
-#include "stillmap/evaluate/report.hpp"
-#include "stillmap/evaluate/svg.hpp"
+#include "stillmap/report/svg.hpp"
 
 #include <cmath>
 #include <regex>

@@ -3,6 +3,7 @@
 
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/stopwatch.hpp"
+#include "stillmap/evaluate/timing.hpp"
 #include "stillmap/report/machine.hpp"
 #include "stillmap/report/mover_files.hpp"
 #include "stillmap/report/mover_image.hpp"

@@ -62,24 +62,26 @@ double RunRecord::tracking_median() const {
 
 std::vector<RunEvent> run_events(const SlamResult& result) {
   std::vector<RunEvent> events;
+  const auto add = [&](double timestamp, std::string text) {
+    events.push_back({timestamp, std::move(text)});
+  };
   bool any_map = false;
   bool was_lost = false, was_odometry = false;
   for (const FrameRecord& f : result.frames) {
     const bool lost = f.state == TrackState::kLost;
-    if (lost && !was_lost) events.push_back({f.timestamp, "lost: " + f.reason});
-    if (f.state == TrackState::kStarted && any_map) events.push_back({f.timestamp, "new map"});
+    if (lost && !was_lost) add(f.timestamp, "lost: " + f.reason);
+    if (f.state == TrackState::kStarted && any_map) add(f.timestamp, "new map");
     if (f.relocalized) {
-      events.push_back({f.timestamp, "relocalized"});
+      add(f.timestamp, "relocalized");
     } else if (f.state == TrackState::kTracking && was_lost) {
-      events.push_back({f.timestamp, "tracking again"});
+      add(f.timestamp, "tracking again");
     }
-    if (f.tracked_by_odometry && !was_odometry)
-      events.push_back({f.timestamp, "left the map: visual odometry"});
+    if (f.tracked_by_odometry && !was_odometry) add(f.timestamp, "left the map");
     any_map |= f.state == TrackState::kStarted;
     was_odometry = f.tracked_by_odometry;
     was_lost = lost;
   }
-  for (const MapEvent& e : result.events) events.push_back({e.timestamp, text_of(e)});
+  for (const MapEvent& e : result.events) add(e.timestamp, text_of(e));
   std::stable_sort(events.begin(), events.end(),
                    [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
   return events;

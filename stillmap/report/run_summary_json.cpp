@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "stillmap/evaluate/timing.hpp"
 #include "stillmap/report/machine.hpp"
 #include "stillmap/report/mover_files.hpp"
 #include "stillmap/report/run_record.hpp"

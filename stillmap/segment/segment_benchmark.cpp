@@ -11,6 +11,7 @@
 #include "stillmap/segment/make_detector.hpp"
 #include "stillmap/segment/mask_folder.hpp"
 #include "stillmap/segment/mask_propagator.hpp"
+#include "stillmap/segment/segment_options.hpp"
 
 #include <cstdlib>
 #include <filesystem>

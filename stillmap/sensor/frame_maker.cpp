@@ -38,8 +38,7 @@ cv::Mat bgr_of(const cv::Mat& color) {
 
 }  // namespace
 
-FrameMaker::FrameMaker(const Camera& recorded, double min_depth, double max_depth)
-    : rectifier_(recorded), min_depth_(min_depth), max_depth_(max_depth) {
+FrameMaker::FrameMaker(const Camera& recorded) : rectifier_(recorded) {
   check_camera(recorded, "camera '" + recorded.name + "'");
 }
 
@@ -67,15 +66,16 @@ void FrameMaker::require_size(const cv::Mat& image, const char* name) const {
 
 /// Always a copy: the caller's image may change.
 cv::Mat FrameMaker::meters_of(const cv::Mat& depth) const {
-  if (depth.type() == CV_16UC1)
-    return depth_in_meters(depth, camera().depth_factor, min_depth_, max_depth_);
+  const DepthSensor& sensor = camera().depth_sensor;
+  if (depth.type() == CV_16UC1) return depth_in_meters(depth, camera().depth_factor, sensor);
   if (depth.type() != CV_32FC1) {
     throw Error(
         fmt::format("the depth image is of OpenCV's type {}", cv::typeToString(depth.type())),
         kWhere, "give 16-bit (CV_16UC1) or 32-bit float in meters (CV_32FC1)");
   }
   cv::Mat1f meters(depth.size());
-  const float nearest = static_cast<float>(min_depth_), farthest = static_cast<float>(max_depth_);
+  const auto nearest = static_cast<float>(sensor.min_depth);
+  const auto farthest = static_cast<float>(sensor.max_depth);
   for (int y = 0; y < depth.rows; ++y) {
     for (int x = 0; x < depth.cols; ++x) {
       const float z = depth.at<float>(y, x);

@@ -13,11 +13,9 @@ namespace stillmap {
 /// Makes frames of images as OpenCV users have them; those of a distorted camera are rectified.
 class FrameMaker {
  public:
-  /// @param recorded  the camera of the images
-  /// @param min_depth nearer readings count as unknown [m]
-  /// @param max_depth farther readings count as unknown [m]
+  /// @param recorded  the camera of the images; depths outside the range of its sensor are unknown
   /// Throws Error if the values are no camera's.
-  FrameMaker(const Camera& recorded, double min_depth, double max_depth);
+  explicit FrameMaker(const Camera& recorded);
 
   /// Returns the ideal pinhole of the frames.
   const Camera& camera() const { return rectifier_.camera(); }
@@ -35,7 +33,6 @@ class FrameMaker {
   cv::Mat meters_of(const cv::Mat& depth) const;
 
   Rectifier rectifier_;
-  double min_depth_, max_depth_;
 };
 
 }  // namespace stillmap

@@ -47,9 +47,7 @@ std::unique_ptr<FrameSource> make_source(const std::string& text, const SourceOp
   const SequencePaths paths = find_sequence(folder_of(text), options.associations);
   const TumFolderOptions range{.first = options.first,
                                .count = options.count,
-                               .stride = options.stride,
-                               .min_depth = options.min_depth,
-                               .max_depth = options.max_depth};
+                               .stride = options.stride};
   std::unique_ptr<FrameSource> source =
       std::make_unique<TumFolder>(paths, camera_of(options, paths), range);
   if (options.half_size) source = std::make_unique<HalvedSource>(std::move(source));

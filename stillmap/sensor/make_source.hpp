@@ -16,8 +16,6 @@ struct SourceOptions {
   int first = 0;             ///< number of frames skipped at the start
   int count = 0;             ///< maximum number of frames used, counted before the stride; 0: all
   int stride = 1;            ///< every n-th frame is used
-  double min_depth = 0.1;    ///< nearer readings count as unknown [m]
-  double max_depth = 20;     ///< farther readings count as unknown [m]
   bool half_size = false;    ///< whether images are processed at half their width and height
 };
 
