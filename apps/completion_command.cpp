@@ -61,7 +61,7 @@ std::string word_case(const CommandNode& command) {
     for (const std::string& name : names_of(*option)) words.push_back(name);
   }
   return fmt::format("    \"{}\") {}words=\"{}\" ;;\n", command.path,
-                     leaf ? "[[ $current == -* ]] || return; " : "", fmt::join(words, " "));
+                     leaf ? "[[ $current == -* ]] || return 0; " : "", fmt::join(words, " "));
 }
 
 std::string bash_completion(const CLI::App& program) {

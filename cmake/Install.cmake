@@ -20,8 +20,8 @@ install(DIRECTORY "${PROJECT_SOURCE_DIR}/presets" DESTINATION ${CMAKE_INSTALL_DA
 set(man_page "${PROJECT_BINARY_DIR}/stillmap.1")
 set(completion "${PROJECT_BINARY_DIR}/stillmap.bash")
 add_custom_command(OUTPUT "${man_page}" "${completion}"
-                   COMMAND stillmap man >"${man_page}"
-                   COMMAND stillmap completion bash >"${completion}"
+                   COMMAND sh -c "'$<TARGET_FILE:stillmap>' man >'${man_page}'"
+                   COMMAND sh -c "'$<TARGET_FILE:stillmap>' completion bash >'${completion}'"
                    DEPENDS stillmap VERBATIM)
 add_custom_target(stillmap_manual ALL DEPENDS "${man_page}" "${completion}")
 install(FILES "${man_page}" DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)

@@ -91,7 +91,7 @@ class Quantized(unittest.TestCase):
 
     def test_few_pictures_or_an_open_size_are_errors_that_say_what_to_do(self):
         (self.folder / "few").mkdir()
-        with self.assertRaisesRegex(SystemExit, "0 pictures.*fix: name folders"):
+        with self.assertRaisesRegex(SystemExit, "0 images.*fix: give folders"):
             self.run_script(self.model, self.folder / "few")
         network(self.model, height=None)
         with self.assertRaisesRegex(SystemExit, "size open; fix: export"):

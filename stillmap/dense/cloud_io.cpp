@@ -119,8 +119,9 @@ Cloud read_records(const HeaderLines& header, const RecordLayout& layout) {
   if (!complete(layout.position)) header.fail("its points lack x, y or z as float or double");
   const std::string_view data = header.rest();
   if (layout.records > data.size() / layout.record_size) {
-    header.fail(fmt::format("it is truncated: the header declares {} points of {} bytes, but {} bytes are present",
-                            layout.records, layout.record_size, data.size()));
+    header.fail(fmt::format(
+        "it is truncated: the header declares {} points of {} bytes, but {} bytes are present",
+        layout.records, layout.record_size, data.size()));
   }
   const bool colored = complete(layout.color);
   Cloud cloud;

@@ -44,7 +44,7 @@ std::size_t nearer_than_wall(const StaticGrid& grid) {
 }
 
 TEST(StaticGrid, KeepsTheWeightedMeanOfAVoxel) {
-  // Two depths in one voxel of a meter: the nearer one counts (1.8 / 1.2)^4 times as much.
+  // Two depths in one voxel of a meter: each counts by 1 / sigma^2 of its depth.
   const auto at = [](double z) {
     return view_of_frame(frame_of(small_camera(), [=](int, int) { return z; }));
   };
@@ -54,7 +54,8 @@ TEST(StaticGrid, KeepsTheWeightedMeanOfAVoxel) {
   grid.add(far, Pose());
   const std::uint32_t cell = grid.index().find(voxel_at({0.1, 0.1, 1}, 10).value());
   ASSERT_NE(cell, VoxelIndex::kNone);
-  const double ratio = std::pow(1.8 / 1.2, 4);
+  const DepthSensor& sensor = small_camera().depth_sensor;
+  const double ratio = std::pow(sensor.sigma(1.8) / sensor.sigma(1.2), 2);
   EXPECT_NEAR(grid.mean(cell).z(), (ratio * 1.2 + 1.8) / (ratio + 1), 2e-4);
   EXPECT_EQ(grid.cell(cell).views, 2);
 }

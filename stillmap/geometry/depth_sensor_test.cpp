@@ -78,7 +78,7 @@ TEST(ObservationNoise, IsThatOfTheRegistrationOrOfTheSensorWhicheverIsLarger) {
   for (const double z : {0.5, 3.0, 8.0}) {
     EXPECT_EQ(observation_noise(camera, z).disparity_sigma, 0.3);  // a Kinect alone: 0.055
   }
-  camera.depth_sensor.noise.quadratic = 0.02;
+  camera.depth_sensor.noise = {.quadratic = 0.02};
   EXPECT_NEAR(observation_noise(camera, 2).disparity_sigma, 525 * 0.075 * 0.02, 1e-12);
   EXPECT_EQ(observation_noise(camera, 0).disparity_sigma, 0.3);
 }

@@ -43,8 +43,9 @@ inline double observation_cost(const Camera& camera, const Measurement& m, Parts
 }
 
 /// Returns whether the pixel and, if it does, the disparity are inliers at p_camera.
-inline Parts inlier_parts(const Camera& camera, const Measurement& m, const Eigen::Vector3d& p_camera,
-                       double pixel_chi2, double disparity_chi2) {
+inline Parts inlier_parts(const Camera& camera, const Measurement& m,
+                          const Eigen::Vector3d& p_camera, double pixel_chi2,
+                          double disparity_chi2) {
   if (!(p_camera.z() >= kNearPlane)) return {false, false};
   const Chi2 s = chi2(m, predict(camera, p_camera));
   const bool pixel = s.pixel <= pixel_chi2;

@@ -73,7 +73,8 @@ void check(const PoseGraphProblem& problem) {
                 "give one flag per node, and edges between nodes");
   }
   if (std::find(problem.fixed.begin(), problem.fixed.end(), 1) == problem.fixed.end()) {
-    throw Error("no node is fixed", "solve_pose_graph", "fix the node that defines the world frame");
+    throw Error("no node is fixed", "solve_pose_graph",
+                "fix the node that defines the world frame");
   }
 }
 

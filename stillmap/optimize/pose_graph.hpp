@@ -16,22 +16,22 @@ struct PoseGraphEdge {
 };
 
 struct PoseGraphProblem {
-  std::vector<Pose> T_world_node;  ///< Initial poses.
-  std::vector<std::uint8_t> fixed;  ///< One per node; at least one must be set.
+  std::vector<Pose> T_world_node;    ///< Initial poses.
+  std::vector<std::uint8_t> fixed;   ///< One per node; at least one must be set.
   std::vector<PoseGraphEdge> edges;  ///< Every node must be connected to a fixed node.
 };
 
 struct PoseGraphOptions {
   double translation_sigma = 0.01;  ///< Translation standard deviation of an edge of weight 1 [m].
-  double rotation_sigma = 0.005;  ///< Rotation standard deviation of an edge of weight 1 [rad].
-  int iterations = 50;  ///< Maximum number of iterations.
+  double rotation_sigma = 0.005;    ///< Rotation standard deviation of an edge of weight 1 [rad].
+  int iterations = 50;              ///< Maximum number of iterations.
   /// Optimization ends when a step reduces the cost by less than this ratio.
   double cost_tolerance = 1e-8;
   STILLMAP_FIELDS(translation_sigma, rotation_sigma, iterations, cost_tolerance)
 };
 
 struct PoseGraphResult {
-  std::vector<Pose> T_world_node;  ///< Fixed poses are returned bit-exactly.
+  std::vector<Pose> T_world_node;          ///< Fixed poses are returned bit-exactly.
   double cost_before = 0, cost_after = 0;  ///< Half the sum of squared residuals [sigma^2].
   int iterations = 0;
 };

@@ -89,7 +89,7 @@ TEST(SolvePose, FindsOutliersAmongNoise) {
       wrongly_dropped += !scene.corruption[i].pixel && !solution.inlier[i];
       good += !scene.corruption[i].pixel;
     }
-    EXPECT_LE(wrongly_kept, 2) << seed;  // An outlier may hit the right pixel.
+    EXPECT_LE(wrongly_kept, 2) << seed;               // An outlier may hit the right pixel.
     EXPECT_LT(wrongly_dropped, 0.12 * good) << seed;  // The chi-square test itself drops 5 %.
   }
 }

@@ -39,8 +39,8 @@ struct PointPart {
   bool free;
   std::uint32_t first_term, last_term;
   std::uint32_t first_coupling, last_coupling;
-  Eigen::Matrix3d V = Eigen::Matrix3d::Zero();  // Diagonal block of H.
-  Eigen::Vector3d g = Eigen::Vector3d::Zero();  // Part of the gradient.
+  Eigen::Matrix3d V = Eigen::Matrix3d::Zero();          // Diagonal block of H.
+  Eigen::Vector3d g = Eigen::Vector3d::Zero();          // Part of the gradient.
   Eigen::Matrix3d V_inverse = Eigen::Matrix3d::Zero();  // Inverse of the damped V.
 };
 
@@ -76,8 +76,8 @@ class SchurSolver {
   const BundleModel& model_;
   const Kernels& kernels_;
   BundleState& state_;
-  std::vector<BundleTerm> terms_;  // terms in use
-  std::vector<std::int32_t> slot_;  // slot of each pose, or kFixed
+  std::vector<BundleTerm> terms_;          // terms in use
+  std::vector<std::int32_t> slot_;         // slot of each pose, or kFixed
   std::vector<std::uint32_t> free_poses_;  // pose of each slot
   std::vector<PointPart> parts_;
   std::vector<Coupling> couplings_;

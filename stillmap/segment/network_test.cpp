@@ -80,7 +80,7 @@ TEST_P(WrongNetwork, WrongInput) {
 
 TEST_P(WrongNetwork, WrongOutputs) {
   EXPECT_THAT(error_of(test::tiny_model("Relu", {1, 3, 8, 8}, {1, 3, 8, 8})),
-              testing::HasSubstr("not the outputs of a YOLOv7, YOLOv8"));
+              testing::HasSubstr("the outputs are not those of a YOLOv7, YOLOv8"));
 }
 
 TEST_P(WrongNetwork, WrongTask) {

@@ -147,7 +147,7 @@ TEST_F(Doctor, ChecksTheImages) {
   for (int i = 0; i < 12; ++i) {
     sequence_.write_image(TestSequence::depth_name(i), cv::Mat(48, 64, CV_16UC1, cv::Scalar(0)));
   }
-  EXPECT_THAT(errors(), HasSubstr("no depth at all"));
+  EXPECT_THAT(errors(), HasSubstr("contain no depth"));
 }
 
 TEST_F(Doctor, ComparesTheGroundTruthWithTheImages) {

@@ -45,9 +45,8 @@ Camera camera_of(const SourceOptions& options, const SequencePaths& paths) {
 
 std::unique_ptr<FrameSource> make_source(const std::string& text, const SourceOptions& options) {
   const SequencePaths paths = find_sequence(folder_of(text), options.associations);
-  const TumFolderOptions range{.first = options.first,
-                               .count = options.count,
-                               .stride = options.stride};
+  const TumFolderOptions range{
+      .first = options.first, .count = options.count, .stride = options.stride};
   std::unique_ptr<FrameSource> source =
       std::make_unique<TumFolder>(paths, camera_of(options, paths), range);
   if (options.half_size) source = std::make_unique<HalvedSource>(std::move(source));

@@ -401,7 +401,7 @@ const SpoiltCamera kInvalidCameras[] = {
     {"DepthFactorMissing", ours("depth_factor", ""), "the key 'depth_factor' is missing",
      "depth_factor"},
     {"KeyMisspelled", ours("fy", "fY: 539.2\n"), "key 'fY'", "did you mean 'f"},
-    {"KeyTwice", ours("fx", "fx: 500\nfx: 600\n"), "key 'fx': is given twice", "leave only"},
+    {"KeyTwice", ours("fx", "fx: 500\nfx: 600\n"), "key 'fx': is given twice", "keep only"},
     {"WordForANumber", ours("fx", "fx: wide\n"), "key 'fx': expected a number, found 'wide'",
      "decimal"},
     {"ListForANumber", ours("fx", "fx: [535.4]\n"), "key 'fx': expected a number", "decimal"},

@@ -62,10 +62,15 @@ inline FramePtr blank(std::size_t index) {
   return frame_of(image);
 }
 
-/// Returns a frame of another office, with the index of frame `index`.
+/// Returns a frame of another place, with the index of frame `index`.
 inline FramePtr elsewhere(std::size_t index) {
-  static const SimulatedSequence other(
-      {.people = 0, .camera = "xyz", .frames = 40, .width = 320, .height = 240, .seed = 77});
+  static const SimulatedSequence other({.scene = "flat",
+                                        .people = 0,
+                                        .camera = "xyz",
+                                        .frames = 40,
+                                        .width = 320,
+                                        .height = 240,
+                                        .seed = 77});
   auto image = std::make_shared<RgbdFrame>(*other.frame(index));
   return frame_of(image);
 }

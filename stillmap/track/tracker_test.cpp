@@ -141,11 +141,11 @@ TEST_F(TrackerTest, StartsNoMapWhileANearSurfaceOccludesTheCamera) {
   push(t, frame(1), map);
   for (std::size_t i = 2; i < 9; ++i) {
     const auto image =
-        behind({.share = 1, .distance = 0.5}, *frame(i)->image, sequence().camera(), 0);
+        behind({.share = 1, .distance = 0.6}, *frame(i)->image, sequence().camera(), 0);
     EXPECT_EQ(push(t, frame_of(image), map)->state, TrackState::kLost) << i;
   }
   const auto image =
-      behind({.share = 1, .distance = 0.5}, *frame(9)->image, sequence().camera(), 0);
+      behind({.share = 1, .distance = 0.6}, *frame(9)->image, sequence().camera(), 0);
   EXPECT_EQ(push(t, frame_of(image), map)->state, TrackState::kStarted) << "it stayed";
 }
 
