@@ -2,7 +2,6 @@
 # test `install` compiles each of them alone.
 set(STILLMAP_PUBLIC_HEADERS
   base/error.hpp
-  base/fields.hpp
   dense/cloud.hpp
   dense/cloud_io.hpp
   geometry/camera.hpp
@@ -13,7 +12,6 @@ set(STILLMAP_PUBLIC_HEADERS
   segment/detector.hpp
   segment/instance.hpp
   segment/make_detector.hpp
-  segment/segment_options.hpp
   sensor/frame_source.hpp
   sensor/make_source.hpp
   sensor/rgbd_frame.hpp

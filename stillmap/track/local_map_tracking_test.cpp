@@ -69,21 +69,6 @@ LocalMap thinned(std::size_t n) {
   return map;
 }
 
-TEST(LocalMapTracking, PointsOfThePreviousFrameSupportFewLandmarks) {
-  const LocalMap few = thinned(4);
-  const auto alone = refine_in_local_map(model(), few, *frame(1), {true_pose(1), {}}, 1);
-  ASSERT_TRUE(alone);
-  const int needed = static_cast<int>(alone->estimate.matches.size()) + 5;
-  ASSERT_GE(needed, 20);
-  EXPECT_FALSE(refine_in_local_map(model(), few, *frame(1), {true_pose(1), {}}, needed));
-  const auto pose =
-      refine_in_local_map(model(), few, *frame(1), {true_pose(1), own_points(1)}, needed);
-  ASSERT_TRUE(pose);
-  expect_pose(pose->estimate.T_world_camera, 1, 0.01, 0.004);
-  EXPECT_TRUE(std::ranges::all_of(pose->estimate.matches,
-                                  [](const PointMatch& m) { return m.landmark.valid(); }));
-}
-
 TEST(LocalMapTracking, PointsOfThePreviousFrameDoNotSufficeAlone) {
   const LocalMap none = thinned(1000);
   EXPECT_FALSE(

@@ -62,7 +62,8 @@ inline FramePtr blank(std::size_t index) {
   return frame_of(image);
 }
 
-/// Returns a frame of another place, with the index of frame `index`.
+/// Returns a frame of another place, with the index of frame `index`. It is mirrored, since the
+/// scenes share textures.
 inline FramePtr elsewhere(std::size_t index) {
   static const SimulatedSequence other({.scene = "flat",
                                         .people = 0,
@@ -72,6 +73,11 @@ inline FramePtr elsewhere(std::size_t index) {
                                         .height = 240,
                                         .seed = 77});
   auto image = std::make_shared<RgbdFrame>(*other.frame(index));
+  for (cv::Mat* channel : {&image->color, &image->gray, &image->depth}) {
+    cv::Mat mirrored;
+    cv::flip(*channel, mirrored, 1);
+    *channel = mirrored;
+  }
   return frame_of(image);
 }
 
