@@ -19,6 +19,8 @@ void add_simulate_command(CLI::App& app, int& exit_code);
 void add_demo_command(CLI::App& app, int& exit_code);
 void add_doctor_command(CLI::App& app, int& exit_code);
 void add_map_command(CLI::App& app, int& exit_code);
+void add_options_command(CLI::App& app, int& exit_code);
+void add_presets_command(CLI::App& app, int& exit_code);
 
 /// Adds --mesh and --planner to a command.
 void add_dense_options(CLI::App& command, DenseOutputs& outputs);

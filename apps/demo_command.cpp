@@ -39,11 +39,12 @@ RunRecord map(const DemoArguments& arguments, const fs::path& folder, const std:
   const SequencePaths paths = find_sequence(folder);
   Session session;
   session.sequence = "demo, preset " + preset;
-  session.options.motion.preset = preset;
+  session.options = read_options(preset);
   if (preset != "static") {
-    (arguments.model.empty() ? session.options.segment.masks : session.options.segment.model) =
-        arguments.model.empty() ? paths.masks.string() : arguments.model;
-    session.detector = make_detector(session.options.segment);
+    Options::Network& network = session.options.network;
+    network.model = arguments.model;
+    if (arguments.model.empty()) network.masks = paths.masks.string();
+    session.detector = make_detector(parameters_of(session.options).segment);
   }
   auto source = std::make_unique<TumFolder>(paths, load_camera(paths.camera.string()));
   session.total_frames = source->size();

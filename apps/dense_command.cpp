@@ -3,8 +3,8 @@
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/pipeline/map_description.hpp"
-#include "stillmap/pipeline/options.hpp"
 #include "stillmap/pipeline/saved_views.hpp"
+#include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/report/mover_files.hpp"
 #include "stillmap/report/run_folder.hpp"
 
@@ -52,15 +52,11 @@ DensePaths paths_of(const DenseArguments& arguments) {
 
 /// The options of the run, overridden by those of the command line.
 DenseOptions options_of(const DenseArguments& arguments, const fs::path& file) {
-  SlamOptions options;
-  if (!file.empty()) load_options(file, options);
+  Options options = read_options("", file);
   if (arguments.voxel > 0) options.dense.voxel = arguments.voxel;
-  if (arguments.mesh_voxel > 0) {
-    options.dense.mesh.voxel = arguments.mesh_voxel;
-    options.dense.mesh.truncation = 4 * arguments.mesh_voxel;
-  }
+  if (arguments.mesh_voxel > 0) options.outputs.mesh_voxel = arguments.mesh_voxel;
   for (const std::string& setting : arguments.settings) set_option(setting, options);
-  return options.dense;
+  return parameters_of(options).dense;
 }
 
 /// The trajectory of the run, or of the keyframes of the newest session in the map.
@@ -143,7 +139,8 @@ void add_dense_command(CLI::App& app, int& exit_code) {
                       "YAML file with options; default: those of the run, or the defaults for a "
                       "saved map");
   command->add_option("--set", arguments->settings,
-                      "override one option, dense.option=value; may be repeated");
+                      "override one of the options, dense.name=value or outputs.name=value; may be "
+                      "repeated");
   command->add_option("--out", arguments->out,
                       "output folder; default: that of the run, or NAME_dense for a saved map");
   add_force_option(*command, arguments->force);

@@ -28,6 +28,8 @@ int run(int argc, char** argv) {
   add_demo_command(app, exit_code);
   add_doctor_command(app, exit_code);
   add_map_command(app, exit_code);
+  add_presets_command(app, exit_code);
+  add_options_command(app, exit_code);
   add_man_command(app);
   add_completion_command(app);
   try {
@@ -52,7 +54,8 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "stillmap: {}\n", e.what());
   } catch (const std::bad_alloc&) {
     fmt::print(stderr,
-               "stillmap: out of memory\n  fix: map fewer frames, or set dense.max_pixels lower\n");
+               "stillmap: out of memory\n  fix: map fewer frames, or use fewer pixels: --set "
+               "dense.stride=4\n");
   } catch (const std::exception& e) {
     fmt::print(stderr, "stillmap: unexpected: {}\n  fix: this is a defect; please report it\n",
                e.what());

@@ -2,8 +2,9 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/stopwatch.hpp"
+#include "stillmap/config/write_options.hpp"
 #include "stillmap/map/map_file.hpp"
-#include "stillmap/pipeline/options.hpp"
+#include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/segment/make_detector.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/make_source.hpp"
@@ -12,6 +13,7 @@
 #include <algorithm>
 #include <fstream>
 #include <memory>
+#include <optional>
 
 #include "commands.hpp"
 #include "run_session.hpp"
@@ -24,23 +26,25 @@ struct RunArguments {
   std::string sequence, camera, preset, model, masks, schedule, config, truth, associations, out,
       dump_config;
   std::vector<std::string> settings;
-  int first = 0, count = 0, stride = 1;
-  bool half = false;
+  std::optional<int> first, count, stride;
+  bool half_size = false;
   std::string load_map, save_map;
   bool localize_only = false, force = false;
   RunOutputs outputs;
 };
 
-/// Precedence, from low to high: defaults, --config, named options, --set.
-SlamOptions options_of(const RunArguments& arguments) {
-  SlamOptions options;
-  if (!arguments.config.empty()) load_options(arguments.config, options);
-  if (!arguments.preset.empty()) options.motion.preset = arguments.preset;
-  if (!arguments.model.empty()) options.segment.model = arguments.model;
-  if (!arguments.masks.empty()) options.segment.masks = arguments.masks;
+/// Precedence, from low to high: defaults, preset, --config, named options, --set.
+Options options_of(const RunArguments& arguments) {
+  Options options = read_options(arguments.preset, arguments.config);
+  if (!arguments.model.empty()) options.network.model = arguments.model;
+  if (!arguments.masks.empty()) options.network.masks = arguments.masks;
   if (!arguments.schedule.empty()) options.schedule.mode = arguments.schedule;
+  options.input.first = arguments.first.value_or(options.input.first);
+  options.input.count = arguments.count.value_or(options.input.count);
+  options.input.stride = arguments.stride.value_or(options.input.stride);
+  if (arguments.half_size) options.input.half_size = true;
   for (const std::string& setting : arguments.settings) set_option(setting, options);
-  if (arguments.localize_only) options.dense_cloud = false;  // of a map that is not extended
+  if (arguments.localize_only) options.dense.enabled = false;  // of a map that is not extended
   check_options(options);
   return options;
 }
@@ -52,21 +56,22 @@ std::optional<Trajectory> truth_of(const RunArguments& arguments, const Sequence
   return read_trajectory(file);
 }
 
-bool uses_instances_only(const MotionOptions& options) {
-  const MotionCues cues = make_cues(options);
+bool use_instances_only(const MotionCues& cues) {
   return std::all_of(cues.begin(), cues.end(),
                      [](const auto& cue) { return !cue->classes().empty(); });
 }
 
-std::unique_ptr<Detector> detector_of(const SlamOptions& options) {
-  if (!find_preset(options.motion.preset).wants_instances) return nullptr;
-  auto detector = make_detector(options.segment);
+std::unique_ptr<Detector> detector_of(const Options& options) {
+  const SlamParameters parameters = parameters_of(options);
+  const MotionCues cues = make_cues(parameters.motion);
+  if (!use_instances(cues)) return nullptr;
+  auto detector = make_detector(parameters.segment);
   if (!detector) {
     fmt::print(stderr,
                "stillmap: preset {} runs without a network and without masks: {};\n"
                "  give a network with --model FILE.onnx, or a folder of masks with --masks DIR\n",
-               options.motion.preset,
-               uses_instances_only(options.motion)
+               options.preset,
+               use_instances_only(cues)
                    ? "nothing is detected as moving"
                    : "only objects that are seen to move are detected as moving");
   }
@@ -79,11 +84,12 @@ std::string sequence_name(const std::filesystem::path& folder) {
 }
 
 /// The map to start from, if one was named. Throws Error if it is of another camera.
-std::optional<StartingMap> start_of(const RunArguments& arguments, const SlamOptions& options,
+std::optional<StartingMap> start_of(const RunArguments& arguments, const Options& options,
                                     const Camera& camera) {
   if (arguments.load_map.empty()) return std::nullopt;
   StartingMap start{read_saved_map(arguments.load_map), !arguments.localize_only};
-  require_same_camera(start.saved.map, camera, options.orb.pyramid(), arguments.load_map);
+  require_same_camera(start.saved.map, camera, parameters_of(options).orb.pyramid(),
+                      arguments.load_map);
   return start;
 }
 
@@ -108,7 +114,7 @@ void check_save_map(const std::filesystem::path& file, bool force) {
 }
 
 int run(const RunArguments& arguments) {
-  const SlamOptions options = options_of(arguments);
+  const Options options = options_of(arguments);
   if (!arguments.dump_config.empty()) {
     if (arguments.dump_config == "-") {
       fmt::print("{}", options_yaml(options));
@@ -124,10 +130,10 @@ int run(const RunArguments& arguments) {
   const SequencePaths paths = find_sequence(arguments.sequence, arguments.associations);
   const SourceOptions range{.camera = arguments.camera,
                             .associations = arguments.associations,
-                            .first = arguments.first,
-                            .count = arguments.count,
-                            .stride = arguments.stride,
-                            .half_size = arguments.half};
+                            .first = options.input.first,
+                            .count = options.input.count,
+                            .stride = options.input.stride,
+                            .half_size = options.input.half_size};
   std::unique_ptr<FrameSource> source = make_source(arguments.sequence, range);
   check(arguments.outputs.dense);
   check_save_map(arguments.save_map, arguments.force);
@@ -158,7 +164,7 @@ void add_input_options(CLI::App& command, RunArguments& arguments) {
   command.add_option("--first", arguments.first, "number of frames to skip at the start");
   command.add_option("--count", arguments.count, "maximum number of frames; 0: all");
   command.add_option("--stride", arguments.stride, "use every n-th frame");
-  command.add_flag("--half", arguments.half,
+  command.add_flag("--half", arguments.half_size,
                    "use images of half the width and height, for slow computers");
 }
 
@@ -208,28 +214,29 @@ void add_run_command(CLI::App& app, int& exit_code) {
       "--camera", arguments->camera,
       "preset name, camera.yaml or an ORB-SLAM settings file; default: SEQUENCE/camera.yaml");
   command->add_option("--preset", arguments->preset,
-                      "motion detection preset, see below; default fused");
+                      "name of a preset (see below) or YAML file; default fused");
   command->add_option("--model", arguments->model,
                       "segmentation network (.onnx): YOLOv7, YOLOv8 or YOLO11");
   command->add_option("--masks", arguments->masks,
                       "folder with one precomputed mask (8-bit PNG) per frame");
   command->add_option("--schedule", arguments->schedule,
                       "lockstep (default; reproducible) or realtime");
-  command->add_option("--config", arguments->config, "YAML file with options; see --dump-config");
+  command->add_option("--config", arguments->config,
+                      "YAML file with options; see --dump-config and docs/options.md");
   command->add_option("--set", arguments->settings,
-                      "override one option, group.option=value; may be repeated");
+                      "override one option, group.name=value; may be repeated");
   add_input_options(*command, *arguments);
   add_output_options(*command, *arguments);
   add_map_options(*command, *arguments);
   command->add_option("--dump-config", arguments->dump_config,
                       "write all options in force to this file (- for standard output) and exit");
   command->footer(
-      "Presets:\n" + describe_presets() +
+      "Presets:\n" + presets_text() +
       "Examples:\n"
       "  stillmap run rgbd_dataset_freiburg3_walking_xyz --camera tum_fr3 --model "
       "yolov8n-seg.onnx\n"
       "  stillmap run my_sequence --camera TUM3.yaml --masks my_sequence/mask --out results\n"
-      "  stillmap run my_sequence --preset static --set orb.keypoints=1500\n"
+      "  stillmap run my_sequence --preset static --set features.keypoints=1500\n"
       "  stillmap run first_visit --save-map office.map\n"
       "  stillmap run second_visit --load-map office.map --save-map office.map\n"
       "  stillmap run third_visit --load-map office.map --localize-only\n"

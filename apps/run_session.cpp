@@ -5,6 +5,7 @@
 #include "stillmap/base/trace.hpp"
 #include "stillmap/pipeline/paced_source.hpp"
 #include "stillmap/pipeline/prefetch.hpp"
+#include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/report/gallery.hpp"
 #include "stillmap/report/machine.hpp"
 
@@ -39,7 +40,7 @@ void drive(SlamSystem& slam, FrameSource& source, std::optional<std::size_t> tot
 /// Runs the system on the sequence; everything in the record but the evaluation.
 void map_sequence(Session& session, LabelRecorder& labels, RunRecord& record) {
   const Camera camera = session.source->camera();
-  const bool realtime = record.options.schedule.realtime();
+  const bool realtime = record.options.realtime();
   std::unique_ptr<FrameSource> source =
       std::make_unique<Prefetch>(std::move(session.source), kReadAhead,
                                  realtime ? ThreadPriority::kNone : ThreadPriority::kBackground);
@@ -50,12 +51,13 @@ void map_sequence(Session& session, LabelRecorder& labels, RunRecord& record) {
     source = std::move(wrapped);
   }
   const Stopwatch watch;
-  SlamSystem slam(camera, record.options, std::move(session.detector), std::move(session.start));
+  SlamSystem slam(camera, parameters_of(record.options), std::move(session.detector),
+                  std::move(session.start));
   drive(slam, *source, session.total_frames, labels, record);
   record.result = slam.finish();
   record.seconds = watch.milliseconds() / 1000;
   record.mapping_memory_mib = peak_memory_mib();
-  if (!session.outputs.save_map.empty() || record.options.dense_cloud)
+  if (!session.outputs.save_map.empty() || record.options.dense.enabled)
     record.map = slam.saved_map("stillmap " STILLMAP_VERSION);
   record.skipped = source->skipped();
   if (paced != nullptr) record.dropped = paced->dropped();

@@ -17,7 +17,7 @@ struct Session {
   std::optional<std::size_t> total_frames;  ///< Length of the sequence, if known.
   std::unique_ptr<Detector> detector;       ///< Null: none.
   std::optional<Trajectory> truth;          ///< True trajectory, T_world_camera.
-  SlamOptions options;
+  Options options;
   std::optional<StartingMap> start;  ///< Map to start from.
   std::optional<LoadedMap> loaded;   ///< Where that map comes from.
   std::filesystem::path out;         ///< Folder of the results.

@@ -135,8 +135,8 @@ class SavedMaps(unittest.TestCase):
         camera.write_text("\n".join("fx: 300" if line.startswith("fx:") else line for line in lines) + "\n")
         self.refused(self.run_sequence("y", "--load-map", self.map, "--camera", camera), 1,
                      "another camera", "fx 300.000", "fix:")
-        self.refused(self.run_sequence("y", "--load-map", self.map, "--set", "orb.levels=5"), 1,
-                     "pyramid levels", "--set orb.levels=8")
+        self.refused(self.run_sequence("y", "--load-map", self.map, "--set", "features.levels=5"), 1,
+                     "pyramid levels", "--set features.levels=8")
 
     def test_command_lines_that_make_no_sense(self):
         self.refused(self.run_sequence("z", "--localize-only"), 2, "--load-map")

@@ -10,10 +10,8 @@
 #include <memory>
 #include <stillmap/base/error.hpp>
 #include <stillmap/geometry/trajectory.hpp>
-#include <stillmap/segment/make_detector.hpp>
 #include <stillmap/sensor/make_source.hpp>
 #include <stillmap/slam.hpp>
-#include <utility>
 
 int main(int argc, char** argv) {
   if (argc < 3) {
@@ -21,11 +19,11 @@ int main(int argc, char** argv) {
     return EXIT_FAILURE;
   }
   try {
-    std::unique_ptr<stillmap::Detector> detector;  // without one, motion is detected all the same
-    if (argc > 3) detector = stillmap::make_detector(argv[3]);
+    stillmap::Options options;  // those of preset "fused"
+    if (argc > 3) options.network.model = argv[3];
 
     const std::unique_ptr<stillmap::FrameSource> source = stillmap::make_source(argv[1]);
-    stillmap::Slam slam(source->camera(), std::move(detector));
+    stillmap::Slam slam(source->camera(), options);
     while (const stillmap::RgbdFramePtr frame = source->next()) slam.push(frame);
 
     const stillmap::Results results = slam.finish();

@@ -44,7 +44,7 @@ class Arm:
 
 
 EVERYTHING = Arm("everything")
-SPARSE = Arm("no dense map, no movers", ("--set", "dense_cloud=false", "--set", "movers.enabled=false"))
+SPARSE = Arm("no dense map, no movers", ("--set", "dense.enabled=false", "--set", "movers.enabled=false"))
 NO_NETWORK = Arm("no network", network=False)
 PROFILED = Arm("profiled", ("--profile",))
 

@@ -38,7 +38,7 @@ if preset == "seg-mask" and (home / "broken").exists():
     print("the network is no network")
     sys.exit(3)
 ate = {{"static": 0.01, "fused": 0.005}}.get(preset, 0.03)
-if after("--set") == "motion.without=history":
+if after("--set") == "motion.cues=residual,free-space,surface,semantic":
     ate = 0.02
 ate += 0.001 * int(after("--first") or 0)
 cues = ["residual", "history"] if preset == "fused" else []
@@ -274,7 +274,7 @@ class Bench(unittest.TestCase):
     def test_every_turn_runs_all_arms_and_changes_their_order(self):
         _, _, _, calls = self.run_script(self.home / "one", "--runs", "2", "--model", self.home / "net.onnx")
         self.assertEqual(len(calls), 8)
-        kinds = [("--model" in call, "dense_cloud=false" in call, "--profile" in call) for call in calls]
+        kinds = [("--model" in call, "dense.enabled=false" in call, "--profile" in call) for call in calls]
         self.assertEqual(kinds[:4], [(True, False, False), (True, True, False), (False, False, False),
                                      (True, False, True)])
         self.assertEqual(kinds[4:], kinds[3::-1])

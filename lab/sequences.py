@@ -22,9 +22,12 @@ from pathlib import Path
 from lab import core
 from lab.core import cell, coverage, in_order, leaf, markdown, read_json
 
+FUSED_CUES = ["residual", "free-space", "surface", "history", "semantic"]  # of presets/fused.yaml
+
 
 def without(cue, arguments):
-    return core.Variant(f"fused minus {cue}", "fused", arguments.model, (f"motion.without={cue}",))
+    others = ",".join(name for name in FUSED_CUES if name != cue)
+    return core.Variant(f"fused minus {cue}", "fused", arguments.model, (f"motion.cues={others}",))
 
 
 def folder_of(variant, sequence, arguments):

@@ -31,6 +31,7 @@ MODULE_CALL = re.compile(r"^\s*stillmap_module\s*\(([^)]*)\)", re.MULTILINE)
 KEYWORD = re.compile(r"[A-Z_]+")
 INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"')
 PUBLIC_HEADER = re.compile(r"^stillmap/\w+\.hpp$")  # every module may include these
+PUBLIC_HEADERS_OF = {"stillmap/options.hpp": "config"}  # unless a module implements them
 TEST_SOURCE = re.compile(r"_(test|benchmark)\.(cpp|hpp)$")
 
 
@@ -44,6 +45,8 @@ class Include:
     @property
     def module(self):
         """The included module; None where the path does not name one in full."""
+        if self.path in PUBLIC_HEADERS_OF:
+            return PUBLIC_HEADERS_OF[self.path]
         parts = self.path.split("/")
         return parts[1] if parts[0] == "stillmap" and len(parts) > 2 and ".." not in parts else None
 
@@ -185,7 +188,7 @@ def include_faults(modules, listed):
         for includes, usable in ((module.includes, own), (module.test_includes, with_tests)):
             for file, of_file in includes.items():
                 for include in of_file:
-                    if PUBLIC_HEADER.match(include.path):
+                    if include.module is None and PUBLIC_HEADER.match(include.path):
                         continue
                     if include.module is None:
                         yield file, include.line, f'"{include.path}": write includes in full, "stillmap/<module>/<file>"'

@@ -24,13 +24,6 @@ struct Options {
     /// Whether images are processed at half their width and height.
     bool half_size = false;
   };
-  /// The depth camera.
-  struct Sensor {
-    /// Depth readings below this distance are ignored.
-    double min_depth = 0.1;  // [m]
-    /// Depth readings beyond this distance are ignored.
-    double max_depth = 20;  // [m]
-  };
   /// ORB keypoints.
   struct Features {
     /// Maximum number of keypoints per image, over all pyramid levels.
@@ -133,10 +126,12 @@ struct Options {
     double voxel = 0.01;  // [m]
     /// Every n-th pixel of a view is used, in both directions.
     int stride = 2;  // [pixels]
-    /// Depths beyond this distance are left out, except those of far surfaces.
-    double max_depth = 4;  // [m]
-    /// Smooth surfaces are averaged and used up to this distance; 0 leaves far surfaces out.
-    double far_depth = 5;  // [m]
+    /// Depths of a larger standard deviation are left out, except those of far surfaces. The
+    /// default is that of a Kinect v1 at 4 m.
+    double max_sigma = 0.025824;  // [m]
+    /// Smooth surfaces are averaged and used up to this standard deviation of a depth; 0 leaves far
+    /// surfaces out. The default is that of a Kinect v1 at 5 m.
+    double far_sigma = 0.041404;  // [m]
     /// A frame that is no keyframe is considered after this many frames; 0 uses keyframes only.
     int every = 15;  // [frames]
     /// Whether voxels that later views see through are removed.
@@ -175,7 +170,6 @@ struct Options {
   };
 
   Input input;
-  Sensor sensor;
   Features features;
   Network network;
   Motion motion;

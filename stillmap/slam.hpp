@@ -4,6 +4,7 @@
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/geometry/pose.hpp"
 #include "stillmap/geometry/trajectory.hpp"
+#include "stillmap/options.hpp"
 #include "stillmap/segment/detector.hpp"
 #include "stillmap/sensor/rgbd_frame.hpp"
 
@@ -21,7 +22,8 @@
 
 /// RGB-D SLAM for dynamic scenes: frames in, poses out, and at any time a snapshot of the map.
 ///
-///     stillmap::Slam slam(camera, stillmap::make_detector("yolo11n-seg.onnx"));
+///     stillmap::Options options = stillmap::read_options("fused");
+///     stillmap::Slam slam(camera, options);
 ///     while (camera_delivers(color, depth, timestamp)) slam.push(color, depth, timestamp);
 ///     stillmap::Results results = slam.finish();
 ///
@@ -123,7 +125,6 @@ struct RunStatistics {
   double tracking_median_ms = 0;  ///< median time of the tracker per frame [ms]
 };
 
-struct SlamOptions;
 struct SlamResult;
 
 /// All results of a run. Copies share the cloud.
@@ -152,15 +153,12 @@ class Slam {
  public:
   /// @param camera   intrinsics of the images; if it is distorted, push(color, depth, timestamp)
   ///                 rectifies them
-  /// @param detector finds objects; null for none
-  /// Throws Error for a camera out of range.
-  explicit Slam(const Camera& camera, std::unique_ptr<Detector> detector = nullptr);
-  /// @param detector null for the network or the masks that the options name, if any
+  /// @param detector finds objects; null for the network or the masks that the options name, if any
   /// @param start    a saved map of this camera: the camera counts as lost until its place is found
   /// Throws Error for options or a camera out of range, and for a map that cannot be used.
-  Slam(const Camera& camera, const SlamOptions& options,
-       std::unique_ptr<Detector> detector = nullptr,
-       const std::optional<StartMap>& start = std::nullopt);
+  explicit Slam(const Camera& camera, const Options& options = {},
+                std::unique_ptr<Detector> detector = nullptr,
+                const std::optional<StartMap>& start = std::nullopt);
   ~Slam();
   Slam(Slam&&) noexcept;
   Slam& operator=(Slam&&) noexcept;

@@ -12,7 +12,7 @@ int main(int argc, char** argv) {
   frame.depth = cv::Mat(48, 64, CV_32FC1, cv::Scalar(2));
   try {
     const auto detector = stillmap::make_detector(argc > 1 ? argv[1] : "");
-    if (!detector || !detector->detect(frame).empty()) return 1;
+    if (!detector->detect(frame).empty()) return 1;
     std::cout << detector->description() << '\n';
   } catch (const stillmap::Error& e) {
     std::cerr << e.what() << '\n';

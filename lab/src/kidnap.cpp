@@ -218,8 +218,8 @@ void print_maps(const SlamResult& result, const Judge& by) {
              absolute_trajectory_error(truth, result.trajectory).translation.rmse);
 }
 
-SlamOptions slam_options() {
-  SlamOptions options;
+SlamParameters slam_options() {
+  SlamParameters options;
   options.orb.keypoints = 600;
   options.dense_cloud = false;
   return options;

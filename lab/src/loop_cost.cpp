@@ -70,9 +70,9 @@ Run run(const Arguments& arguments, bool loops, bool realtime) {
     paced = wrapped.get();
     source = std::move(wrapped);
   }
-  SlamOptions options;
+  SlamParameters options;
   options.places.loops = loops;
-  options.schedule.mode = realtime ? "realtime" : "lockstep";
+  options.schedule.realtime = realtime;
   SlamSystem slam(source->camera(), options);
   Run made;
   while (const auto frame = source->next()) {

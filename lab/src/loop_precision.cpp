@@ -66,7 +66,7 @@ struct Mapped {
 Mapped map_of(const std::string& sequence) {
   const SequencePaths paths = find_sequence(sequence);
   Prefetch source(std::make_unique<TumFolder>(paths, load_camera(paths.camera.string())));
-  SlamOptions options;
+  SlamParameters options;
   options.places.loops = false;
   options.dense_cloud = false;
   options.final_adjustment = false;

@@ -53,7 +53,7 @@ std::vector<RgbdFramePtr> frames_of(const SimulatedSequence& sequence) {
 
 SlamResult run(const std::vector<RgbdFramePtr>& frames, const Camera& camera, const Board& board,
                const Covered& covered) {
-  SlamOptions options;
+  SlamParameters options;
   options.orb.keypoints = 600;
   options.dense_cloud = false;
   SlamSystem slam(camera, options);

@@ -45,12 +45,6 @@ void visit_options(AnyOptions& options, Visitor&& visitor) {
   visit({"input.half_size", "", {}, "Whether images are processed at half their width and height."},
         input.half_size);
 
-  auto& sensor = options.sensor;
-  visit({"sensor.min_depth", "m", {0, 100}, "Depth readings below this distance are ignored."},
-        sensor.min_depth);
-  visit({"sensor.max_depth", "m", {0.1, 1000}, "Depth readings beyond this distance are ignored."},
-        sensor.max_depth);
-
   auto& features = options.features;
   visit({"features.keypoints",
          "",
@@ -84,7 +78,7 @@ void visit_options(AnyOptions& options, Visitor&& visitor) {
          "",
          {},
          "Inference library; auto takes the first one that is available.",
-         {"auto", "openvino", "onnxruntime", "opencv"}},
+         {"auto", "openvino", "opencv"}},
         network.backend);
   visit({"network.threads", "", {1, 256}, "Number of threads of the network."}, network.threads);
   visit({"network.confidence", "", {0.001, 1}, "Detections of lower confidence are dropped."},
@@ -238,16 +232,18 @@ void visit_options(AnyOptions& options, Visitor&& visitor) {
          {1, 32},
          "Every n-th pixel of a view is used, in both directions."},
         dense.stride);
-  visit({"dense.max_depth",
+  visit({"dense.max_sigma",
          "m",
-         {0.5, 100},
-         "Depths beyond this distance are left out, except those of far surfaces."},
-        dense.max_depth);
-  visit({"dense.far_depth",
+         {0.001, 1},
+         "Depths of a larger standard deviation are left out, except those of far surfaces. The "
+         "default is that of a Kinect v1 at 4 m."},
+        dense.max_sigma);
+  visit({"dense.far_sigma",
          "m",
-         {0, 100},
-         "Smooth surfaces are averaged and used up to this distance; 0 leaves far surfaces out."},
-        dense.far_depth);
+         {0, 1},
+         "Smooth surfaces are averaged and used up to this standard deviation of a depth; 0 leaves "
+         "far surfaces out. The default is that of a Kinect v1 at 5 m."},
+        dense.far_sigma);
   visit({"dense.every",
          "frames",
          {0, kMany},
@@ -280,12 +276,12 @@ void visit_options(AnyOptions& options, Visitor&& visitor) {
         outputs.planner_cell);
   visit({"outputs.planner_lowest",
          "m",
-         {-10, 100},
+         {0, 100},
          "Lower end of the height band of the floor plan, above the floor."},
         outputs.planner_lowest);
   visit({"outputs.planner_highest",
          "m",
-         {-10, 100},
+         {0, 100},
          "Upper end of the height band of the floor plan, above the floor."},
         outputs.planner_highest);
 

@@ -132,9 +132,6 @@ TEST(Options, AreAllCheckedWhereTheyWereNotRead) {
 }
 
 TEST(Options, ThatContradictEachOtherAreRefused) {
-  Options depths;
-  depths.sensor.min_depth = 5, depths.sensor.max_depth = 4;
-  EXPECT_THAT(error_of([&] { check_options(depths); }), HasSubstr("less than sensor.max_depth"));
   Options heights;
   heights.outputs.planner_lowest = heights.outputs.planner_highest;
   EXPECT_THAT(error_of([&] { check_options(heights); }), HasSubstr("planner_highest"));

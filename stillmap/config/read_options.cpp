@@ -225,8 +225,6 @@ void check_options(const Options& options) {
       throw Error(*problem, "", "give a value in this range");
     }
   });
-  require(options.sensor.min_depth < options.sensor.max_depth,
-          "sensor.min_depth must be less than sensor.max_depth");
   require(options.outputs.planner_lowest < options.outputs.planner_highest,
           "outputs.planner_lowest must be less than outputs.planner_highest");
   require(options.schedule.insert_delay <= options.schedule.refine_delay,

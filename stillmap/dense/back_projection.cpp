@@ -38,14 +38,6 @@ bool at_jump(const cv::Mat1f& depth, int u, int v, float max_jump) {
 
 }  // namespace
 
-void require_valid(const BackProjectionOptions& options) {
-  const bool valid = options.stride >= 1 && options.max_sigma > 0 && options.max_jump > 0 &&
-                     options.mask_dilation >= 0;
-  if (valid) return;
-  throw Error("an option is out of range", "dense back-projection",
-              "stride >= 1, max_sigma > 0, max_jump > 0, mask_dilation >= 0");
-}
-
 cv::Mat1b dilated(const cv::Mat1b& mask, int radius) {
   if (mask.empty() || radius == 0) return mask;
   cv::Mat1b grown;
@@ -56,7 +48,6 @@ cv::Mat1b dilated(const cv::Mat1b& mask, int radius) {
 
 PointGrid back_project(const Camera& camera, const RgbdFrame& frame, const cv::Mat1b& excluded,
                        const BackProjectionOptions& options) {
-  require_valid(options);
   require_size(frame.depth, CV_32FC1, camera, "depth");
   if (!excluded.empty()) require_size(excluded, CV_8UC1, camera, "mask");
 

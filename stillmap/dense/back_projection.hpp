@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/sensor/rgbd_frame.hpp"
 
@@ -26,11 +25,7 @@ struct BackProjectionOptions {
   double max_sigma = 0.025824;  ///< Standard deviation of a depth up to which it is used [m].
   double max_jump = 0.02;       ///< largest relative depth step to any of the eight neighbors
   int mask_dilation = 6;        ///< the excluded mask is grown by this much on every side [pixels]
-  STILLMAP_FIELDS(stride, max_sigma, max_jump, mask_dilation)
 };
-
-/// Throws Error if an option is out of range.
-void require_valid(const BackProjectionOptions& options);
 
 /// A mask grown by a square of this many pixels on every side.
 cv::Mat1b dilated(const cv::Mat1b& mask, int radius);

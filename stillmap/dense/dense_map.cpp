@@ -9,28 +9,13 @@
 namespace stillmap {
 namespace {
 
+/// Minimum share of a view that must be new for a frame that is no keyframe to be kept [0..1].
+constexpr double kMinNews = 0.02;
+/// Such a frame is also kept if it sees through this many voxels of the map.
+constexpr std::size_t kMinRefuted = 100;
+
 // A view this coarse has no shape left: it is emptied instead [pixels].
 constexpr int kCoarsest = 64;
-// Around a corner of the lattice a few remain, however large they are.
-constexpr int kFewestVoxels = 1000;
-
-void require_valid(const DenseOptions& options) {
-  const bool valid = options.min_samples >= 1 && options.min_keyframes >= 1 &&
-                     options.max_pixels >= 1 && options.max_voxels >= kFewestVoxels &&
-                     options.every >= 0 && options.min_news >= 0 && options.min_refuted >= 1;
-  require_valid(options.back_projection);
-  require_valid(options.outliers);
-  require_valid(options.far);
-  require_valid(options.evidence);
-  require_valid(options.semantics);
-  require_valid(options.mesh);
-  require_valid(options.occupancy);
-  require_voxel_size(options.voxel, "dense.voxel");
-  if (valid) return;
-  throw Error("an option is out of range", "dense map",
-              "min_samples, min_keyframes, max_pixels, min_refuted >= 1, max_voxels >= 1000, "
-              "every, min_news >= 0");
-}
 
 bool is_finite(const Pose& pose) {
   return pose.quaternion().coeffs().allFinite() && pose.translation().allFinite();
@@ -47,7 +32,6 @@ PoseLookup pose_lookup(const std::map<std::uint64_t, Pose>& poses) {
 
 DenseMap::DenseMap(const Camera& camera, const DenseOptions& options)
     : camera_(camera), options_(options) {
-  require_valid(options_);
   leave_world();
 }
 
@@ -65,10 +49,9 @@ bool DenseMap::add_if_new(std::uint64_t id, const RgbdFrame& frame, const cv::Ma
                                   options_.outliers, options_.far, things);
   if (is_finite(T_world_camera)) {
     const News news = live_->news_in(made.view, T_world_camera);
-    const bool fresh =
-        static_cast<double>(news.fresh) >=
-        options_.min_news * static_cast<double>(std::max<std::size_t>(1, news.looked_at));
-    if (!fresh && news.refuted < static_cast<std::size_t>(options_.min_refuted)) return false;
+    const bool fresh = static_cast<double>(news.fresh) >=
+                       kMinNews * static_cast<double>(std::max<std::size_t>(1, news.looked_at));
+    if (!fresh && news.refuted < kMinRefuted) return false;
   }
   outliers_ += made.outliers;
   add(id, std::move(made.view), T_world_camera);
@@ -150,7 +133,7 @@ PlacedMap DenseMap::place(const PoseLookup& T_world_camera) const {
     const int fewest = placed.grid->is_far(number)
                            ? std::max(options_.min_keyframes, options_.far.min_views)
                            : options_.min_keyframes;
-    const bool enough = cell.pixels >= options_.min_samples && cell.views >= fewest;
+    const bool enough = cell.views >= fewest;
     if (!enough) {
       ++placed.voxels_left_out;
     } else if (!placed.grid->is_static(number) || !placed.grid->is_confirmed(number)) {

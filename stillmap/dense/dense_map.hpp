@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/dense/back_projection.hpp"
 #include "stillmap/dense/cloud.hpp"
 #include "stillmap/dense/dense_view.hpp"
@@ -39,20 +38,14 @@ struct DenseOptions {
   /// still get up some time. "unknown" is what a folder of masks calls the things in it.
   std::vector<std::string> movers = {"person", "unknown", "bird", "cat", "dog", "horse"};
   double voxel = 0.01;    ///< side of the voxels of the composed cloud [m]
-  int min_samples = 1;    ///< voxels of the composed cloud with fewer pixels are dropped
   int min_keyframes = 1;  ///< voxels of the composed cloud seen by fewer keyframes are dropped
   int every = 15;         ///< frames after which one that is no keyframe is looked at too; 0: never
-  double min_news = 0.02;  ///< of what it sees must be new for it to be kept,
-  int min_refuted = 100;   ///< or so many voxels of the map be none, as it saw through them
   /// Pixels kept over all keyframes, six bytes each; beyond, views are thinned. 24 million are 300
   /// keyframes of 640 x 480 at stride 2.
   int max_pixels = 24000000;
   /// Voxels kept, about seventy bytes each while the cloud is made; where there would be more, all
   /// have twice the side.
   int max_voxels = 6000000;
-  STILLMAP_FIELDS(back_projection, outliers, far, evidence, semantics, mesh, occupancy, movers,
-                  voxel, min_samples, min_keyframes, every, min_news, min_refuted, max_pixels,
-                  max_voxels)
 };
 
 /// What a DenseMap holds and what it had to leave out, since it was made.

@@ -297,20 +297,5 @@ TEST(DenseMap, IsUnchangedByAFrameItRefuses) {
   EXPECT_EQ(compose(map, lookup_in(poses)).cloud, before);
 }
 
-TEST(DenseMap, ChecksItsOptionsAtOnce) {
-  DenseOptions options;
-  options.voxel = 0;
-  EXPECT_THROW(DenseMap(small_camera(), options), Error);
-  options = {};
-  options.back_projection.stride = 0;
-  EXPECT_THROW(DenseMap(small_camera(), options), Error);
-  options = {};
-  options.max_pixels = 0;
-  EXPECT_THROW(DenseMap(small_camera(), options), Error);
-  options = {};
-  options.max_voxels = 8;
-  EXPECT_THROW(DenseMap(small_camera(), options), Error);
-}
-
 }  // namespace
 }  // namespace stillmap

@@ -55,21 +55,10 @@ class OneSurface {
 
 }  // namespace
 
-void require_valid(const FarOptions& options) {
-  const bool valid = options.max_sigma >= 0 && options.deviations > 0 && options.window >= 0 &&
-                     options.window <= 16 && options.support >= 0 && options.support <= 1 &&
-                     options.min_views >= 1;
-  if (valid) return;
-  throw Error("an option is out of range", "dense far surfaces",
-              "max_sigma >= 0, deviations > 0, 0 <= window <= 16, 0 <= support <= 1, "
-              "min_views >= 1");
-}
-
 cv::Mat1f far_depths(const DepthSensor& sensor, const cv::Mat1f& depth, const cv::Mat1b& excluded,
                      const PointGrid& placed, const BackProjectionOptions& back_projection,
                      const FarOptions& options) {
   const TraceScope scope("far surfaces");
-  require_valid(options);
   const float farthest = options.max_sigma > 0 ? sensor.depth_at_sigma(options.max_sigma) : 0;
   const auto max_jump = static_cast<float>(back_projection.max_jump);
   const OneSurface surface(sensor, depth, options);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/dense/back_projection.hpp"
 
 #include <opencv2/core.hpp>
@@ -17,11 +16,7 @@ struct FarOptions {
   int window = 2;           ///< pixels around that a depth is averaged over
   double support = 0.4;     ///< share of those measured that must be of one surface with it
   int min_views = 1;        ///< voxels of far surfaces that fewer views show are dropped
-  STILLMAP_FIELDS(max_sigma, deviations, window, support, min_views)
 };
-
-/// Throws Error if an option is out of range.
-void require_valid(const FarOptions& options);
 
 /// Depths of far surfaces on the lattice of `placed` [m], 0 where there is none: of pixels that
 /// have no point there, are not within its mask's dilation, and lie so far away that the noise

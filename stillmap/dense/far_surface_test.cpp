@@ -78,13 +78,5 @@ TEST(FarSurface, IsNeitherUnderAMaskNorTooFar) {
   EXPECT_EQ(cv::countNonZero(far_depths_of(frame, {.max_sigma = 0})), 0);
 }
 
-TEST(FarSurface, RefusesOptionsOutOfRange) {
-  EXPECT_THROW(require_valid(FarOptions{.max_sigma = -1}), Error);
-  EXPECT_THROW(require_valid(FarOptions{.deviations = 0}), Error);
-  EXPECT_THROW(require_valid(FarOptions{.window = -1}), Error);
-  EXPECT_THROW(require_valid(FarOptions{.support = 2}), Error);
-  EXPECT_THROW(require_valid(FarOptions{.min_views = 0}), Error);
-}
-
 }  // namespace
 }  // namespace stillmap

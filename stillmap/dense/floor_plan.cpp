@@ -13,6 +13,9 @@
 namespace stillmap {
 namespace {
 
+/// Obstacles that are smaller than this in all directions are left out [m].
+constexpr double kMinObstacle = 0.15;
+
 constexpr std::uint8_t kGridOccupied = 0, kGridUnknown = 205, kGridFree = 254;  // of map_server
 
 struct Column {
@@ -97,10 +100,9 @@ std::vector<StaticObstacle> obstacles_in(const Columns& columns, const Occupancy
 }  // namespace
 
 FloorPlan floor_plan(const OccupiedSpace& space, const OccupancyOptions& options) {
-  require_valid(options);
   const Columns columns = columns_of(space, options);
   FloorPlan plan{.grid = drawn(columns, options.cell), .obstacles = {}};
-  plan.obstacles = obstacles_in(columns, plan.grid, options.min_obstacle);
+  plan.obstacles = obstacles_in(columns, plan.grid, kMinObstacle);
   return plan;
 }
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 
 namespace stillmap {
 
@@ -9,10 +8,6 @@ struct MeshOptions {
   double truncation = 0.08;  ///< distances from a surface are known up to this [m]
   double min_weight = 0.01;  ///< of a voxel in the mesh; a view from one meter weighs 1
   int min_triangles = 200;   ///< connected parts of fewer are left out
-  STILLMAP_FIELDS(voxel, truncation, min_weight, min_triangles)
 };
-
-/// Throws Error if an option is out of range.
-void require_valid(const MeshOptions& options);
 
 }  // namespace stillmap

@@ -8,6 +8,9 @@
 namespace stillmap {
 namespace {
 
+/// Minimum number of points of the cloud in an occupied voxel.
+constexpr int kMinPoints = 3;
+
 constexpr int kRayStride = 4;  // every n-th pixel of a view casts a ray
 constexpr int kFarViews = 2;   // least number of views of a cell that only far pixels measured
 
@@ -36,19 +39,8 @@ void cast_rays(const ViewAtPlace& placed, double edge, VoxelIndex& crossed) {
 
 }  // namespace
 
-void require_valid(const OccupancyOptions& options) {
-  require_voxel_size(options.cell, "dense.occupancy.cell");
-  if (options.min_points >= 1 && options.lowest >= 0 && options.highest > options.lowest &&
-      options.min_obstacle >= 0) {
-    return;
-  }
-  throw Error("an option is out of range", "dense occupancy",
-              "min_points >= 1, 0 <= lowest < highest, min_obstacle >= 0");
-}
-
 OccupiedSpace occupied_space(const PlacedMap& placed, const Pose& T_map_world,
                              const OccupancyOptions& options) {
-  require_valid(options);
   OccupiedSpace space{.edge = options.cell, .occupied = {}, .free = {}};
   VoxelIndex index;
   std::vector<int> points;
@@ -65,11 +57,11 @@ OccupiedSpace occupied_space(const PlacedMap& placed, const Pose& T_map_world,
     cast_rays({view.view, T_map_world * view.T_world_camera}, options.cell, crossed);
   }
   for (const std::uint32_t i : index.sorted()) {
-    if (points[i] >= options.min_points) space.occupied.push_back(index.voxel(i));
+    if (points[i] >= kMinPoints) space.occupied.push_back(index.voxel(i));
   }
   for (const std::uint32_t i : crossed.sorted()) {
     const std::uint32_t number = index.find(crossed.voxel(i));
-    const bool taken = number != VoxelIndex::kNone && points[number] >= options.min_points;
+    const bool taken = number != VoxelIndex::kNone && points[number] >= kMinPoints;
     if (!taken) space.free.push_back(crossed.voxel(i));
   }
   return space;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/dense/occupancy.hpp"
 
-#include "stillmap/base/error.hpp"
 #include "stillmap/dense/synthetic_room.hpp"
 
 #include <algorithm>
@@ -26,11 +25,6 @@ TEST(Occupancy, IsFreeUpToTheSurfaceAndUnknownBehindIt) {
   EXPECT_TRUE(contains(space.occupied, box - half_voxel) ||
               contains(space.occupied, box + half_voxel));  // the surface lies between voxels
   EXPECT_FALSE(contains(space.free, behind) || contains(space.occupied, behind));
-}
-
-TEST(Occupancy, ChecksItsOptions) {
-  EXPECT_THROW(require_valid(OccupancyOptions{.cell = 0}), Error);
-  EXPECT_THROW(require_valid(OccupancyOptions{.lowest = 1, .highest = 1}), Error);
 }
 
 }  // namespace

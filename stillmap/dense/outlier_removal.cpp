@@ -123,18 +123,8 @@ float outlier_threshold(const cv::Mat1f& distances, double deviations) {
 
 }  // namespace
 
-void require_valid(const OutlierOptions& options) {
-  const int cells = (2 * options.window + 1) * (2 * options.window + 1) - 1;
-  const bool valid = options.neighbors >= 0 && options.window >= 1 && options.window <= 8 &&
-                     options.neighbors <= cells && options.deviations >= 0;
-  if (valid) return;
-  throw Error("an option is out of range", "dense outlier removal",
-              "1 <= window <= 8, 0 <= neighbors < (2 window + 1)^2, deviations >= 0");
-}
-
 std::size_t remove_outliers(PointGrid& grid, const OutlierOptions& options) {
   const TraceScope scope("outliers");
-  require_valid(options);
   if (options.neighbors == 0) return 0;
   const cv::Mat1f distances = neighbor_distances(grid.points, options);
   const float threshold = outlier_threshold(distances, options.deviations);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/dense/back_projection.hpp"
 
 #include <cstddef>
@@ -14,11 +13,7 @@ struct OutlierOptions {
   int neighbors = 8;        ///< nearest neighbors looked at; 0 turns the removal off
   int window = 2;           ///< they are searched this far around on the grid [grid cells]
   double deviations = 2.0;  ///< points beyond mean + this many standard deviations are dropped
-  STILLMAP_FIELDS(neighbors, window, deviations)
 };
-
-/// Throws Error if an option is out of range.
-void require_valid(const OutlierOptions& options);
 
 /// Clears (z = 0) the points that stand apart from their neighbors: those whose mean distance to
 /// their k nearest neighbors exceeds mean + deviations * standard deviation of that figure over

@@ -15,6 +15,20 @@
 namespace stillmap {
 namespace {
 
+/// Two detections of one class are one object if they share this part of the smaller one, since
+/// each may show a part of it from another side [0..1].
+constexpr double kSameClassOverlap = 0.35;
+/// Two detections of different classes are one object if they share this part of their union: the
+/// network is unsure about the class. An object on or in another one shares much of the smaller one
+/// only [0..1].
+constexpr double kOtherClassOverlap = 0.5;
+/// Minimum share of the keyframes that saw an object's surface in which it was detected [0..1].
+constexpr double kMinDetectionRate = 0.25;
+/// A point of lower confidence gets no label [0..1].
+constexpr double kMinConfidence = 0.15;
+/// Minimum number of points of an object.
+constexpr std::size_t kMinPoints = 60;
+
 // A voxel with fewer pixels of an instance is chance: the outline's, or noise.
 constexpr int kLeastPixels = 3;
 
@@ -142,8 +156,8 @@ class Association {
 
   /// Whether two sets of voxels, `common` of which are shared, are one thing.
   double likeness(std::size_t common, std::size_t a, std::size_t b, bool same_class) const {
-    if (same_class) return share(common, std::min(a, b)) / options_.same_class_overlap;
-    return share(common, a + b - common) / options_.other_class_overlap;
+    if (same_class) return share(common, std::min(a, b)) / kSameClassOverlap;
+    return share(common, a + b - common) / kOtherClassOverlap;
   }
 
   void take_in(std::size_t number) {
@@ -218,7 +232,7 @@ class Association {
 
   bool is_believed(const Thing& thing) const {
     return thing.fragments.size() >= static_cast<std::size_t>(options_.min_views) &&
-           share(thing.fragments.size(), thing.visible) >= options_.min_detection_rate;
+           share(thing.fragments.size(), thing.visible) >= kMinDetectionRate;
   }
 
   std::span<const ViewAtPlace> views_;
@@ -352,28 +366,17 @@ StaticObject object_of(const Thing& thing, const std::vector<Eigen::Vector3d>& p
 
 }  // namespace
 
-void require_valid(const SemanticOptions& options) {
-  const bool valid = options.same_class_overlap > 0 && options.other_class_overlap > 0 &&
-                     options.min_views >= 1 && options.min_detection_rate >= 0 &&
-                     options.min_confidence >= 0 && options.min_points >= 1;
-  require_voxel_size(options.cell, "dense.semantics.cell");
-  if (valid) return;
-  throw Error("an option is out of range", "dense semantics",
-              "overlaps > 0, min_views >= 1, min_points >= 1, shares >= 0");
-}
-
 SemanticMap make_semantic_map(const StaticGrid& grid, std::span<const ViewAtPlace> views,
                               std::span<const std::uint32_t> cells,
                               const SemanticOptions& options) {
   const TraceScope scope("semantics");
-  require_valid(options);
   Association association(views, grid, options);
   const std::vector<Thing> things = association.things();
   SemanticMap map;
   if (things.empty()) return map;
   const std::vector<Vote> votes =
       collect_votes(views, grid, association.fragments(), things, options);
-  const std::vector<Vote> best = filled(grid, cells, winners(votes, grid, options.min_confidence));
+  const std::vector<Vote> best = filled(grid, cells, winners(votes, grid, kMinConfidence));
 
   std::vector<std::vector<Eigen::Vector3d>> points(things.size() + 1);
   for (const std::uint32_t cell : cells) {
@@ -381,7 +384,7 @@ SemanticMap make_semantic_map(const StaticGrid& grid, std::span<const ViewAtPlac
   }
   std::vector<std::uint16_t> id_of(things.size() + 1, 0);
   for (std::size_t t = 1; t < points.size(); ++t) {
-    if (points[t].size() < static_cast<std::size_t>(options.min_points)) continue;
+    if (points[t].size() < kMinPoints) continue;
     map.objects.push_back(object_of(things[t - 1], points[t]));
     map.objects.back().id = static_cast<int>(map.objects.size());
     id_of[t] = static_cast<std::uint16_t>(map.objects.size());

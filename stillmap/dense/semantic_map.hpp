@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/dense/dense_view.hpp"
 #include "stillmap/dense/static_grid.hpp"
 #include "stillmap/geometry/pose.hpp"
@@ -18,22 +17,8 @@ namespace stillmap {
 /// How detections in single keyframes become things in the map.
 struct SemanticOptions {
   double cell = 0.05;  ///< side of the voxels that detections are compared in [m]
-  /// Two detections of one class are one thing if they share this much of the smaller one, each
-  /// seen from elsewhere and perhaps in part.
-  double same_class_overlap = 0.35;
-  /// Of two classes, if they share this much of both together: the network doubts what it is.
-  /// What lies on or in another thing shares much of the smaller one only.
-  double other_class_overlap = 0.5;
-  int min_views = 2;                 ///< keyframes that must have found a thing
-  double min_detection_rate = 0.25;  ///< of the keyframes that saw its surface that must have
-  double min_confidence = 0.15;      ///< below, a point stays without a label
-  int min_points = 60;               ///< a thing of fewer points of the cloud is none
-  STILLMAP_FIELDS(cell, same_class_overlap, other_class_overlap, min_views, min_detection_rate,
-                  min_confidence, min_points)
+  int min_views = 2;   ///< keyframes that must have found a thing
 };
-
-/// Throws Error if an option is out of range.
-void require_valid(const SemanticOptions& options);
 
 /// A static thing in the map.
 struct StaticObject {

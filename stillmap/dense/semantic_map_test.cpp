@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/dense/semantic_map.hpp"
 
-#include "stillmap/base/error.hpp"
 #include "stillmap/dense/synthetic_frame.hpp"
 
 #include <algorithm>
@@ -174,11 +173,6 @@ TEST(SemanticMap, IsEmptyWithoutDetections) {
   world.add(0, {});
   EXPECT_TRUE(map_of(world).semantics.empty());
   EXPECT_TRUE(map_of(world).semantics.object.empty());
-}
-
-TEST(SemanticMap, ChecksItsOptions) {
-  EXPECT_THROW(require_valid(SemanticOptions{.cell = 0}), Error);
-  EXPECT_THROW(require_valid(SemanticOptions{.min_views = 0}), Error);
 }
 
 }  // namespace

@@ -13,6 +13,11 @@
 namespace stillmap {
 namespace {
 
+/// Share of the keyframes with a vote on a voxel that must vote against it to remove it [0..1].
+constexpr double kRemovalShare = 0.35;
+/// A voxel that this many keyframes saw through since it was last seen has become free.
+constexpr int kVacated = 4;
+
 constexpr std::uint32_t kNone = VoxelIndex::kNone;
 
 constexpr int kRegionSide = 8 * VoxelIndex::kSide;  // voxels
@@ -39,17 +44,9 @@ Eigen::Vector3f rgb_of(const cv::Vec3b& bgr) {
 
 }  // namespace
 
-void require_valid(const EvidenceOptions& options) {
-  const bool valid = options.min_votes >= 1 && options.share > 0 && options.vacated >= 1;
-  if (valid) return;
-  throw Error("an option is out of range", "dense evidence",
-              "min_votes >= 1, share > 0, vacated >= 1");
-}
-
 StaticGrid::StaticGrid(double edge, const EvidenceOptions& options, std::uint32_t elders)
     : edge_(edge), options_(options), elders_(elders) {
   require_voxel_size(edge, "dense voxel size");
-  require_valid(options);
 }
 
 StaticGrid::Witness StaticGrid::witness(const DenseView& view, const Pose& T_world_camera) const {
@@ -346,8 +343,8 @@ bool StaticGrid::is_static(const StaticCell& cell) const {
   const int against = cell.free + cell.movers;
   const int votes = against + cell.views;
   const bool outvoted =
-      against >= options_.min_votes && against >= options_.share * static_cast<double>(votes);
-  return !outvoted && cell.free_since < options_.vacated;
+      against >= options_.min_votes && against >= kRemovalShare * static_cast<double>(votes);
+  return !outvoted && cell.free_since < kVacated;
 }
 
 bool StaticGrid::is_confirmed(std::uint32_t number) const {

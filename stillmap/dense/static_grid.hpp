@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/dense/cloud.hpp"
 #include "stillmap/dense/dense_view.hpp"
 #include "stillmap/dense/depth_weight.hpp"
@@ -22,14 +21,7 @@ namespace stillmap {
 struct EvidenceOptions {
   bool remove_ghosts = true;  ///< false: everything that any keyframe saw stays, as in the papers
   int min_votes = 2;          ///< keyframes that must speak against a voxel to remove it
-  double share = 0.35;        ///< of all keyframes with a say on it that must
-  /// So many keyframes saw through it since it was last seen: what was there has left.
-  int vacated = 4;
-  STILLMAP_FIELDS(remove_ghosts, min_votes, share, vacated)
 };
-
-/// Throws Error if an option is out of range.
-void require_valid(const EvidenceOptions& options);
 
 /// What a voxel of the static map is made of, and what is known for and against it.
 struct StaticCell {

@@ -11,6 +11,11 @@
 namespace stillmap {
 namespace {
 
+/// Minimum weight of a voxel of the mesh; a view from a distance of z meters weighs 1 / z^4.
+constexpr double kMinWeight = 0.01;
+/// Connected parts of the mesh with fewer triangles are left out.
+constexpr std::size_t kMinTriangles = 200;
+
 constexpr int kSide = TsdfVolume::kSide;
 constexpr float kMaxWeight = 200;     // beyond, a voxel goes on learning at this rate
 constexpr float kFreeWeight = 0.25F;  // of free space against surface: it need not be exact
@@ -32,16 +37,7 @@ std::uint8_t mixed(std::uint8_t old, float now, float share) {
 
 }  // namespace
 
-void require_valid(const MeshOptions& options) {
-  require_voxel_size(options.voxel, "dense.mesh.voxel");
-  const bool valid = options.truncation >= 2 * options.voxel && options.min_weight >= 0 &&
-                     options.min_triangles >= 0;
-  if (valid) return;
-  throw Error("an option is out of range", "dense mesh",
-              "truncation >= 2 voxel, min_weight >= 0, min_triangles >= 0");
-}
-
-TsdfVolume::TsdfVolume(const MeshOptions& options) : options_(options) { require_valid(options); }
+TsdfVolume::TsdfVolume(const MeshOptions& options) : options_(options) {}
 
 void TsdfVolume::integrate(const DenseView& view, const Pose& T_world_camera,
                            const cv::Mat1b& surface, const Eigen::Vector3f& gain) {
@@ -162,7 +158,7 @@ class SurfaceNets {
     for (int corner = 0; corner < 8; ++corner) {
       const auto* sample =
           volume_.at(voxel + Lattice(corner & 1, corner >> 1 & 1, corner >> 2 & 1));
-      if (sample == nullptr || sample->weight < volume_.options_.min_weight) return false;
+      if (sample == nullptr || sample->weight < kMinWeight) return false;
       cube[static_cast<std::size_t>(corner)] = sample;
     }
     return true;
@@ -270,8 +266,7 @@ class SurfaceNets {
 };
 
 TriangleMesh TsdfVolume::mesh() const {
-  return without_specks(SurfaceNets(*this).mesh(),
-                        static_cast<std::size_t>(options_.min_triangles));
+  return without_specks(SurfaceNets(*this).mesh(), kMinTriangles);
 }
 
 }  // namespace stillmap

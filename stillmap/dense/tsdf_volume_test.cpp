@@ -106,11 +106,6 @@ TEST(TsdfVolume, AveragesNoiseOut) {
 
 TEST(TsdfVolume, IsTheSameEveryTime) { EXPECT_EQ(mesh_of_sphere(0.005), mesh_of_sphere(0.005)); }
 
-TEST(TsdfVolume, ChecksItsOptions) {
-  EXPECT_THROW(TsdfVolume({.voxel = 0}), Error);
-  EXPECT_THROW(TsdfVolume({.voxel = 0.05, .truncation = 0.05}), Error);
-}
-
 // A wall, and before it somebody who stands in one view of four, without any mask.
 TEST(MapMesh, HasNoGhostsAndFollowsPoses) {
   const Plane wall{Eigen::Vector3d(0.05, -0.1, 1).normalized(), 2.2};

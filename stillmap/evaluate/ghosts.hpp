@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/geometry/trajectory.hpp"
 #include "stillmap/sensor/frame_source.hpp"
@@ -48,7 +47,6 @@ struct GhostOptions {
       15;  ///< voxels of the static surface were seen in at least so many frames
   double surface_reach =
       0.05;  ///< a surface voxel is kept if a point is this near to its center of mass [m]
-  STILLMAP_FIELDS(voxel, mask_margin, max_jump, stride, min_surface_frames, surface_reach)
 };
 
 /// Cubes of space by their integer coordinates, 21 bits each.

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/evaluate/motion_labels.hpp"
 #include "stillmap/evaluate/motion_truth.hpp"
 
@@ -27,8 +26,6 @@ struct LabelFigureOptions {
   bool still_people = false;
   /// Keypoints of a kind that a frame must have to count in the means over frames.
   int min_keypoints = 10;
-  STILLMAP_FIELDS(outline_margin, moving_above, still_below, still_share, still_people,
-                  min_keypoints)
 };
 
 /// What a pixel truly shows.

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/evaluate/stamped_images.hpp"
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/geometry/trajectory.hpp"
@@ -22,7 +21,6 @@ struct SpeedOptions {
   int outline_margin = 4;     ///< displacements this near to a mask's outline are not used [pixels]
   double max_speed = 4;       ///< faster ones are slips of the flow [m/s]
   double min_support = 0.1;   ///< share of a window that must have displacements
-  STILLMAP_FIELDS(lapse, second_lapse, window, outline_margin, max_speed, min_support)
 };
 
 /// A picture with its true mask and pose.

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/evaluate/ghosts.hpp"
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/geometry/pose.hpp"
@@ -24,7 +23,6 @@ struct SurfaceErrorOptions {
   int min_frames = 3;    ///< what fewer frames saw does not count as visible
   int mask_margin = 6;   ///< nor what was this near to a mask [pixels]
   int stride = 2;        ///< every n-th true point is judged for what was visible and is there
-  STILLMAP_FIELDS(reach, patch, min_frames, mask_margin, stride)
 };
 
 /// Points and "which is nearest?".

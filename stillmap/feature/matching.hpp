@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/feature/cpu.hpp"
 #include "stillmap/feature/features.hpp"
 
@@ -43,7 +42,6 @@ struct BruteForceMatchOptions {
   /// The best distance must be < ratio * second best (Lowe 2004); 1 or more disables the test.
   double ratio = 0.8;
   bool cross_check = true;  ///< Whether a must also be the best match of b.
-  STILLMAP_FIELDS(max_distance, ratio, cross_check)
 };
 
 /// Returns for each a its nearest b that passes the tests, ordered by a. Without cross_check one b
@@ -74,7 +72,6 @@ struct ProjectionMatchOptions {
   int max_distance = 100;  ///< Hamming, inclusive
   double ratio = 1;  ///< Ratio test bound: see match_by_projection(); 1 or more disables the test.
   bool check_rotation = false;  ///< Whether matches with a rare change of angle are rejected.
-  STILLMAP_FIELDS(max_distance, ratio, check_rotation)
 };
 
 /// Returns one result per query, in order: the index of a keypoint or nothing.

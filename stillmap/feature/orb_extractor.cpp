@@ -12,26 +12,14 @@
 namespace stillmap {
 namespace {
 
+/// Relative depth step around a keypoint that makes it lie on a depth edge.
+constexpr double kDepthJump = 0.05;
+/// Side of the cells in which corners are searched again with the low threshold [pixels of the
+/// level].
+constexpr int kCell = 30;
+
 void require(bool condition, const char* what, const char* where, const char* fix) {
   if (!condition) throw Error(what, where, fix);
-}
-
-const OrbOptions& checked(const OrbOptions& o) {
-  require(o.keypoints >= 0, "the number of keypoints is negative", "orb.keypoints",
-          "set it to 1000");
-  require(o.levels >= 1 && o.levels <= 16, "the number of levels must be 1 to 16", "orb.levels",
-          "set it to 8");
-  require(o.scale_factor > 1 && o.scale_factor <= 2, "the scale factor must be above 1, at most 2",
-          "orb.scale_factor", "set it to 1.2");
-  require(o.fast_threshold >= 1 && o.fast_threshold <= 254, "the threshold must be 1 to 254",
-          "orb.fast_threshold", "set it to 20");
-  require(o.fast_threshold_low >= 1 && o.fast_threshold_low <= o.fast_threshold,
-          "the second threshold must be 1 to fast_threshold", "orb.fast_threshold_low",
-          "set it to 7");
-  require(o.cell >= 4, "the cells must be at least 4 pixels wide", "orb.cell", "set it to 30");
-  require(o.border >= kPatchMargin, "the border must be at least 16 pixels", "orb.border",
-          "set it to 16");
-  return o;
 }
 
 /// Returns a geometric series with ratio 1 / scale_factor from level to level and the sum
@@ -84,11 +72,10 @@ float depth_at(const cv::Mat& depth, float u, float v, double jump) {
 }
 
 OrbExtractor::OrbExtractor(const OrbOptions& options, CpuPath path)
-    : options_(checked(options)),
+    : options_(options),
       path_(path),
       pyramid_(path),
-      detector_(options.fast_threshold, options.fast_threshold_low, options.cell, options.border,
-                path),
+      detector_(options.fast_threshold, options.fast_threshold_low, kCell, options.border, path),
       blur_(path) {}
 
 Features OrbExtractor::extract(const cv::Mat& gray, const cv::Mat& depth,
@@ -111,7 +98,7 @@ Features OrbExtractor::extract(const cv::Mat& gray, const cv::Mat& depth,
     wanted -= static_cast<int>(features.size() - before);
   }
   const TraceScope depths("depth");
-  for (Keypoint& k : features.keypoints) k.depth = depth_at(depth, k.u, k.v, options_.depth_jump);
+  for (Keypoint& k : features.keypoints) k.depth = depth_at(depth, k.u, k.v, kDepthJump);
   features.grid = KeypointGrid(features.keypoints, gray.cols, gray.rows);
   return features;
 }

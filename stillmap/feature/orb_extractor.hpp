@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/feature/brief.hpp"
 #include "stillmap/feature/cpu.hpp"
 #include "stillmap/feature/fast.hpp"
@@ -22,13 +21,9 @@ struct OrbOptions {
   int fast_threshold = 20;    ///< FAST threshold [gray values].
   /// FAST threshold in cells without a corner at fast_threshold [gray values].
   int fast_threshold_low = 7;
-  int cell = 30;  ///< Side of the cells for the second threshold [pixels of the level].
   /// Minimum distance of corners from the border, at least 16 [pixels of the level].
   int border = 16;
   bool subpixel = true;  ///< Whether corners are refined to sub-pixel accuracy (see subpixel.hpp).
-  double depth_jump = 0.05;  ///< Relative depth step around a keypoint that counts as a depth edge.
-  STILLMAP_FIELDS(keypoints, levels, scale_factor, fast_threshold, fast_threshold_low, cell, border,
-                  subpixel, depth_jump)
 
   PyramidShape pyramid() const { return {levels, scale_factor}; }
 };

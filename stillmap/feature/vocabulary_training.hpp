@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/feature/vocabulary.hpp"
 
 #include <cstdint>
@@ -14,7 +13,6 @@ struct VocabularyTrainingOptions {
   int depth = 4;        ///< Number of levels below the root, 1 to 12.
   int iterations = 12;  ///< Maximum number of clustering iterations of one node.
   int seed = 1;         ///< Seed of the initial centers.
-  STILLMAP_FIELDS(branching, depth, iterations, seed)
 };
 
 /// Trains a vocabulary from the descriptors of images, one vector per image: hierarchical

@@ -61,15 +61,14 @@ void EssentialGraph::add(KeyframeId a, KeyframeId b, const Pose& T_a_b, double w
   edges_.push_back({node(a), node(b), T_a_b, weight});
 }
 
-std::map<KeyframeId, Pose> EssentialGraph::relaxed(const std::map<KeyframeId, Pose>& held,
-                                                   const PoseGraphOptions& options) const {
+std::map<KeyframeId, Pose> EssentialGraph::relaxed(const std::map<KeyframeId, Pose>& held) const {
   PoseGraphProblem problem{T_world_keyframe_, std::vector<std::uint8_t>(keyframes_.size(), 0),
                            edges_};
   for (const auto& [id, T] : held) {
     problem.T_world_node[node(id)] = T;
     problem.fixed[node(id)] = 1;
   }
-  const PoseGraphResult result = solve_pose_graph(problem, options);
+  const PoseGraphResult result = solve_pose_graph(problem);
   std::map<KeyframeId, Pose> poses;
   for (std::size_t i = 0; i < keyframes_.size(); ++i) poses[keyframes_[i]] = result.T_world_node[i];
   return poses;

@@ -8,6 +8,10 @@
 
 namespace stillmap {
 
+/// Number of shared landmarks that makes an edge of the essential graph (Mur-Artal, Montiel and
+/// Tardos, TRO 2015, section III.D).
+constexpr int kStrongEdge = 100;
+
 /// Essential graph of a component (Mur-Artal, Montiel and Tardos, TRO 2015, section III.D): a
 /// maximum spanning tree by shared landmarks, so that all keyframes are connected; every pair that
 /// shares at least `strong` landmarks; and the loops closed earlier. Relative poses are taken from
@@ -15,15 +19,14 @@ namespace stillmap {
 class EssentialGraph {
  public:
   /// @param strong  number of shared landmarks that makes an edge in addition to the tree
-  EssentialGraph(const Map& map, std::uint32_t component, int strong);
+  EssentialGraph(const Map& map, std::uint32_t component, int strong = kStrongEdge);
 
   /// Adds a measured edge: T_a_b maps coordinates of keyframe b to keyframe a.
   void add(KeyframeId a, KeyframeId b, const Pose& T_a_b, double weight);
 
   /// Returns the poses that minimize the error of all edges.
   /// @param held  keyframes with fixed poses; all others are optimized
-  std::map<KeyframeId, Pose> relaxed(const std::map<KeyframeId, Pose>& held,
-                                     const PoseGraphOptions& options) const;
+  std::map<KeyframeId, Pose> relaxed(const std::map<KeyframeId, Pose>& held) const;
 
   /// In creation order.
   const std::vector<KeyframeId>& keyframes() const { return keyframes_; }

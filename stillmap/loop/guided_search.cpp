@@ -9,6 +9,13 @@
 namespace stillmap {
 namespace {
 
+/// Maximum Hamming distance of a match, inclusive [bits].
+constexpr int kMaxDistance = 60;
+/// Ratio test between the best and the second best match: see ProjectionMatchOptions.
+constexpr double kRatio = 0.9;
+/// Minimum cosine of the angle between a landmark's mean and current viewing direction.
+constexpr double kMinViewCosine = 0.5;
+
 /// Returns whether a point expected at `depth` [m] is occluded: a keypoint near its projection is
 /// clearly closer, or moving.
 bool hidden(const ImageView& image, const ProjectionQuery& query, double depth) {
@@ -33,22 +40,21 @@ std::vector<std::uint8_t> unusable(const ImageView& image) {
 }  // namespace
 
 GuidedSearch search_landmarks(const Map& map, std::span<const LandmarkId> landmarks,
-                              const ImageView& image, const Pose& T_world_camera,
-                              const GuidedSearchOptions& options) {
+                              const ImageView& image, const Pose& T_world_camera, double radius) {
   const LandmarkProjector view(map.camera(), map.pyramid(), T_world_camera);
   std::vector<ProjectionQuery> queries;
   std::vector<const Landmark*> searched;
   for (const LandmarkId id : landmarks) {
     const Landmark* landmark = map.find(id);
     if (landmark == nullptr) continue;
-    if (const auto query = view.expect(*landmark, options.radius, options.min_view_cosine)) {
+    if (const auto query = view.expect(*landmark, radius, kMinViewCosine)) {
       queries.push_back(*query);
       searched.push_back(landmark);
     }
   }
   ProjectionMatchOptions matching;
-  matching.max_distance = options.max_distance;
-  matching.ratio = options.ratio;
+  matching.max_distance = kMaxDistance;
+  matching.ratio = kRatio;
   const auto found = match_by_projection(queries, image.features, matching, unusable(image));
   GuidedSearch result;
   for (std::size_t q = 0; q < queries.size(); ++q) {

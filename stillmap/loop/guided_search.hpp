@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/map/map.hpp"
 #include "stillmap/optimize/pose_solver.hpp"
 
@@ -15,15 +14,6 @@ struct ImageView {
   const Features& features;
   /// One per keypoint; keypoints with weight 0 or less are excluded.
   std::span<const float> static_weight;
-};
-
-struct GuidedSearchOptions {
-  double radius = 8;      ///< Search radius at level 0 [pixels].
-  int max_distance = 60;  ///< Maximum Hamming distance, inclusive [bits].
-  double ratio = 0.9;     ///< Ratio test bound: see ProjectionMatchOptions.
-  /// Minimum cosine of the angle between mean and current viewing direction.
-  double min_view_cosine = 0.5;
-  STILLMAP_FIELDS(radius, max_distance, ratio, min_view_cosine)
 };
 
 /// A match between keypoint `keypoint` and a landmark.
@@ -50,9 +40,9 @@ struct GuidedSearch {
 /// Matches landmarks around their projections.
 /// @param landmarks       sorted by id; unknown ids are ignored
 /// @param T_world_camera  assumed pose in the landmarks' world frame
+/// @param radius          search radius around each projection [pixels at level 0]
 GuidedSearch search_landmarks(const Map& map, std::span<const LandmarkId> landmarks,
-                              const ImageView& image, const Pose& T_world_camera,
-                              const GuidedSearchOptions& options);
+                              const ImageView& image, const Pose& T_world_camera, double radius);
 
 /// Agreement between the expected and the matched landmarks of an image.
 struct MatchConsistency {

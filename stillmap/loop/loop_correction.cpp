@@ -9,12 +9,19 @@
 namespace stillmap {
 namespace {
 
+/// Search options for welding the landmarks of both sides.
+constexpr FusionOptions kFusion{.radius = 4};
+/// Number of landmarks shared with the query or candidate from which a keyframe takes part in
+/// welding, and maximum number of such keyframes of either side.
+constexpr int kWeldShared = 15, kWeldMost = 15;
+/// Weight of the loop's edge; all other edges have weight 1.
+constexpr double kLoopWeight = 100;
+
 /// Returns a keyframe and its most covisible keyframes within the component.
-std::vector<KeyframeId> side_of(const Map& map, KeyframeId center,
-                                const LoopCorrectionOptions& options) {
+std::vector<KeyframeId> side_of(const Map& map, KeyframeId center) {
   std::vector<KeyframeId> side = {center};
-  for (const Covisible& c : map.covisible(center, options.weld_shared)) {
-    if (static_cast<int>(side.size()) <= options.weld_most) side.push_back(c.keyframe);
+  for (const Covisible& c : map.covisible(center, kWeldShared)) {
+    if (static_cast<int>(side.size()) <= kWeldMost) side.push_back(c.keyframe);
   }
   return side;
 }
@@ -29,23 +36,23 @@ std::vector<KeyframeId> without(std::vector<KeyframeId> side, std::vector<Keyfra
 
 /// Welds both sides: searches the landmarks of each side in the keyframes of the other.
 int weld(Map& map, const std::vector<KeyframeId>& query_side,
-         const std::vector<KeyframeId>& candidate_side, const FusionOptions& options) {
+         const std::vector<KeyframeId>& candidate_side) {
   const TraceScope scope("weld");
   int fused = 0;
   for (const KeyframeId id : query_side)
-    fused += fuse_into(map, id, landmarks_seen_by(map, candidate_side), options);
+    fused += fuse_into(map, id, landmarks_seen_by(map, candidate_side), kFusion);
   for (const KeyframeId id : candidate_side)
-    fused += fuse_into(map, id, landmarks_seen_by(map, query_side), options);
+    fused += fuse_into(map, id, landmarks_seen_by(map, query_side), kFusion);
   return fused;
 }
 
 }  // namespace
 
-LoopCorrection close_loop(Map& map, const LoopMatch& match, const LoopCorrectionOptions& options) {
+LoopCorrection close_loop(Map& map, const LoopMatch& match) {
   const std::uint32_t component = map.at(match.query).component;
-  EssentialGraph graph(map, component, options.strong);
-  const auto candidate_side = side_of(map, match.candidate, options);
-  const auto query_side = without(side_of(map, match.query, options), candidate_side);
+  EssentialGraph graph(map, component);
+  const auto candidate_side = side_of(map, match.candidate);
+  const auto query_side = without(side_of(map, match.query), candidate_side);
 
   const Pose T_world_candidate = map.at(match.candidate).T_world_camera;
   const Pose T_wrong = map.at(match.query).T_world_camera;
@@ -53,16 +60,15 @@ LoopCorrection close_loop(Map& map, const LoopMatch& match, const LoopCorrection
   std::map<KeyframeId, Pose> corrected;
   for (const KeyframeId id : query_side) {
     corrected[id] = correction * map.at(id).T_world_camera;
-    graph.add(match.candidate, id, T_world_candidate.inverse() * corrected[id],
-              options.loop_weight);
+    graph.add(match.candidate, id, T_world_candidate.inverse() * corrected[id], kLoopWeight);
   }
   move_keyframes(map, corrected);
   LoopCorrection done;
-  done.fused = weld(map, query_side, candidate_side, options.fusion);
+  done.fused = weld(map, query_side, candidate_side);
 
   const Stopwatch watch;
   const KeyframeId first = graph.keyframes().front();
-  move_keyframes(map, graph.relaxed({{first, map.at(first).T_world_camera}}, options.graph));
+  move_keyframes(map, graph.relaxed({{first, map.at(first).T_world_camera}}));
   done.graph_ms = watch.milliseconds();
   map.add_loop(match.candidate, match.query);
   const Pose moved = map.at(match.query).T_world_camera * T_wrong.inverse();
@@ -72,9 +78,9 @@ LoopCorrection close_loop(Map& map, const LoopMatch& match, const LoopCorrection
   return done;
 }
 
-LoopCorrection join_maps(Map& map, const LoopMatch& match, const LoopCorrectionOptions& options) {
-  const auto query_side = side_of(map, match.query, options);
-  const auto candidate_side = side_of(map, match.candidate, options);
+LoopCorrection join_maps(Map& map, const LoopMatch& match) {
+  const auto query_side = side_of(map, match.query);
+  const auto candidate_side = side_of(map, match.candidate);
   const std::uint32_t of_query = map.at(match.query).component;
   const std::uint32_t of_candidate = map.at(match.candidate).component;
   const Pose T_wrong = map.at(match.query).T_world_camera;
@@ -88,7 +94,7 @@ LoopCorrection join_maps(Map& map, const LoopMatch& match, const LoopCorrectionO
   map.join_components(std::min(of_query, of_candidate), std::max(of_query, of_candidate));
 
   LoopCorrection done;
-  done.fused = weld(map, query_side, candidate_side, options.fusion);
+  done.fused = weld(map, query_side, candidate_side);
   map.add_loop(match.candidate, match.query);
   done.meters = ((to_candidates_world * T_wrong).translation() - T_wrong.translation()).norm();
   done.radians = to_candidates_world.angle();
@@ -96,7 +102,7 @@ LoopCorrection join_maps(Map& map, const LoopMatch& match, const LoopCorrectionO
   return done;
 }
 
-void propagate_correction(Map& map, const EssentialGraph& before, const PoseGraphOptions& options) {
+void propagate_correction(Map& map, const EssentialGraph& before) {
   constexpr double kMoved = 1e-9;  // Larger changes than this are no rounding error [m and rad].
   std::map<KeyframeId, Pose> held;
   for (const KeyframeId id : before.keyframes()) {
@@ -105,7 +111,7 @@ void propagate_correction(Map& map, const EssentialGraph& before, const PoseGrap
     const bool moved = (before.pose(id).inverse() * T).log().norm() > kMoved;
     if (moved || id == before.keyframes().front()) held[id] = T;
   }
-  std::map<KeyframeId, Pose> relaxed = before.relaxed(held, options);
+  std::map<KeyframeId, Pose> relaxed = before.relaxed(held);
   std::erase_if(relaxed, [&](const auto& entry) { return held.contains(entry.first); });
   std::erase_if(relaxed, [&](const auto& entry) { return map.find(entry.first) == nullptr; });
   move_keyframes(map, relaxed);

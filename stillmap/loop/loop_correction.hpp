@@ -1,23 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/loop/essential_graph.hpp"
 #include "stillmap/loop/loop_verification.hpp"
 #include "stillmap/map/fusion.hpp"
 
 namespace stillmap {
-
-struct LoopCorrectionOptions {
-  FusionOptions fusion{.radius = 4};  ///< Search options for welding the landmarks of both sides.
-  /// Number of landmarks shared with the query or candidate from which a keyframe takes part in
-  /// welding.
-  int weld_shared = 15;
-  int weld_most = 15;  ///< Maximum number of keyframes of either side that take part in welding.
-  int strong = 100;    ///< Number of shared landmarks that makes an edge of the essential graph.
-  double loop_weight = 100;  ///< Weight of the loop's edge; all other edges have weight 1.
-  PoseGraphOptions graph;
-  STILLMAP_FIELDS(fusion, weld_shared, weld_most, strong, loop_weight, graph)
-};
 
 /// Summary of a loop closure or merge, for log and run summary.
 struct LoopCorrection {
@@ -33,18 +20,16 @@ struct LoopCorrection {
 /// optimization of the essential graph (Mur-Artal, Montiel and Tardos, TRO 2015, section VII.C-D;
 /// in SE(3), since the scale is known). The component's first keyframe stays fixed. The caller runs
 /// global bundle adjustment: see whole_component().
-LoopCorrection close_loop(Map& map, const LoopMatch& match,
-                          const LoopCorrectionOptions& options = {});
+LoopCorrection close_loop(Map& map, const LoopMatch& match);
 
 /// Merges two components: the younger one moves rigidly to the matched pose, becomes part of the
 /// older one, and landmarks of both are welded. The caller adjusts the seam and then calls
 /// propagate_correction().
-LoopCorrection join_maps(Map& map, const LoopMatch& match,
-                         const LoopCorrectionOptions& options = {});
+LoopCorrection join_maps(Map& map, const LoopMatch& match);
 
 /// Propagates a correction: keyframes that were moved and the first keyframe stay fixed, all others
 /// are optimized by the essential graph.
 /// @param before  essential graph from before the correction
-void propagate_correction(Map& map, const EssentialGraph& before, const PoseGraphOptions& options);
+void propagate_correction(Map& map, const EssentialGraph& before);
 
 }  // namespace stillmap

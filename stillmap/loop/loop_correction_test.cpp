@@ -169,7 +169,7 @@ TEST(PropagateCorrection, MovedKeyframesStayAndTheRestFollows) {
   const Pose there =
       Pose(Eigen::Quaterniond::Identity(), {0.5, 0, 0}) * m.at(map.keyframes[last]).T_world_camera;
   m.set_pose(map.keyframes[last], there);
-  propagate_correction(m, before, {});
+  propagate_correction(m, before);
   EXPECT_EQ(m.at(map.keyframes[last]).T_world_camera.translation(), there.translation());
   const auto moved = [&](std::size_t i) {
     return (m.at(map.keyframes[i]).T_world_camera.translation() -

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/loop/place_index.hpp"
 
 #include <vector>
@@ -19,7 +18,6 @@ struct LoopDetectorOptions {
   /// Number of shared landmarks that makes a keyframe part of a candidate's group.
   int group_shared = 15;
   PlaceQueryOptions query;
-  STILLMAP_FIELDS(relative_score, neighbor_shared, consistent, group_shared, query)
 };
 
 /// Detects loop candidates. A candidate is accepted if the preceding keyframes found places that

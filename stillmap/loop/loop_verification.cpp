@@ -10,6 +10,18 @@
 namespace stillmap {
 namespace {
 
+/// Search radius around the pose found by RANSAC, and around the refined pose [pixels at level 0].
+constexpr double kWideRadius = 10, kNarrowRadius = 4;
+/// Number of the candidate's best covisible keyframes whose landmarks take part.
+constexpr int kWindow = 10;
+/// Minimum number of matches by node with a 3D position in both cameras.
+constexpr int kMinMatches = 20;
+/// Minimum number of landmarks of the candidate's side that the query keyframe observes.
+constexpr int kMinInliers = 50;
+/// Maximum number of neighbors of the query that are checked, and minimum number of landmarks that
+/// each shares with it.
+constexpr int kNeighbors = 5, kNeighborShared = 15;
+
 ImageView image_of(const Keyframe& keyframe) {
   return {*keyframe.features, keyframe.static_weight};
 }
@@ -27,11 +39,10 @@ std::optional<Eigen::Vector3d> position_of(const Map& map, const Keyframe& keyfr
 
 /// Returns pairs with the candidate as a and the query as b.
 std::vector<RigidPair> rigid_pairs(const Map& map, const PlaceIndex& index,
-                                   const Keyframe& candidate, const Keyframe& query,
-                                   const NodeMatchOptions& options) {
+                                   const Keyframe& candidate, const Keyframe& query) {
   std::vector<RigidPair> pairs;
   const auto matches = match_by_node(*index.find(candidate.id), *candidate.features,
-                                     *index.find(query.id), *query.features, options);
+                                     *index.find(query.id), *query.features);
   for (const DescriptorMatch& m : matches) {
     const auto p_a = position_of(map, candidate, m.a), p_b = position_of(map, query, m.b);
     if (!p_a || !p_b) continue;
@@ -73,9 +84,9 @@ std::vector<LandmarkId> confirmed_landmarks(const Map& map, KeyframeId keyframe)
 
 /// Returns how well a keyframe, at an estimated pose, shows the landmarks of another one.
 MatchConsistency consistency_of(const Map& map, KeyframeId seen_by, const Keyframe& looked_for_in,
-                                const Pose& T_world_camera, const GuidedSearchOptions& options) {
+                                const Pose& T_world_camera, double radius) {
   const GuidedSearch search = search_landmarks(map, confirmed_landmarks(map, seen_by),
-                                               image_of(looked_for_in), T_world_camera, options);
+                                               image_of(looked_for_in), T_world_camera, radius);
   return consistency(map.camera(), search.expected);
 }
 
@@ -89,7 +100,7 @@ class Verification {
         options_(options),
         query_(map.at(query)),
         candidate_(map.at(candidate)),
-        landmarks_(landmarks_around(map, candidate, options.window, query_)) {
+        landmarks_(landmarks_around(map, candidate, kWindow, query_)) {
     match_.query = query;
     match_.candidate = candidate;
     match_.same_component = query_.component == candidate_.component;
@@ -111,8 +122,8 @@ class Verification {
   }
 
   bool estimate() {
-    const auto pairs = rigid_pairs(map_, index_, candidate_, query_, options_.matching);
-    if (static_cast<int>(pairs.size()) < options_.min_matches)
+    const auto pairs = rigid_pairs(map_, index_, candidate_, query_);
+    if (static_cast<int>(pairs.size()) < kMinMatches)
       return fail(fmt::format("{} matches", pairs.size()));
     const auto consensus = find_rigid_motion(map_.camera(), pairs, options_.rigid);
     if (!consensus) return fail(fmt::format("no rigid motion fits the {} matches", pairs.size()));
@@ -121,9 +132,9 @@ class Verification {
   }
 
   bool refine() {
-    for (const GuidedSearchOptions& search : {options_.wide, options_.narrow}) {
+    for (const double radius : {kWideRadius, kNarrowRadius}) {
       const auto found =
-          search_landmarks(map_, landmarks_, image_of(query_), T_world_query_, search);
+          search_landmarks(map_, landmarks_, image_of(query_), T_world_query_, radius);
       const MatchedPose solved =
           solve_matches(map_, found.matches, image_of(query_), T_world_query_);
       if (!solved.solution.well_posed) return fail("the pose is not determined");
@@ -133,7 +144,7 @@ class Verification {
     }
     match_.inliers = static_cast<int>(match_.matches.size());
     match_.T_candidate_query = candidate_.T_world_camera.inverse() * T_world_query_;
-    if (match_.inliers < options_.min_inliers)
+    if (match_.inliers < kMinInliers)
       return fail(fmt::format("{} landmarks agree", match_.inliers));
     return true;
   }
@@ -142,9 +153,9 @@ class Verification {
     // The query's landmarks lie on its own side, so the candidate is moved to that side.
     const Pose T_world_candidate = query_.T_world_camera * match_.T_candidate_query.inverse();
     const MatchConsistency there =
-        consistency_of(map_, candidate_.id, query_, T_world_query_, options_.narrow);
+        consistency_of(map_, candidate_.id, query_, T_world_query_, kNarrowRadius);
     const MatchConsistency here =
-        consistency_of(map_, query_.id, candidate_, T_world_candidate, options_.narrow);
+        consistency_of(map_, query_.id, candidate_, T_world_candidate, kNarrowRadius);
     match_.found_share = std::min(there.found, here.found);
     match_.blank_share = std::max(there.blank, here.blank);
     if (match_.found_share < options_.min_found_share ||
@@ -177,7 +188,7 @@ class Verification {
     const Pose T_world_neighbor =
         T_world_query_ * query_.T_world_camera.inverse() * neighbor.T_world_camera;
     const auto image = image_of(neighbor);
-    const auto found = search_landmarks(map_, landmarks_, image, T_world_neighbor, options_.wide);
+    const auto found = search_landmarks(map_, landmarks_, image, T_world_neighbor, kWideRadius);
     const MatchedPose solved = solve_matches(map_, found.matches, image, T_world_neighbor);
     // The neighbor's pose is independent, so it may differ by the tolerance of its landmarks.
     const Pose error = T_world_neighbor.inverse() * solved.solution.T_world_camera;
@@ -189,8 +200,8 @@ class Verification {
 
   bool neighbors_agree() {
     int asked = 0;
-    for (const Covisible& c : map_.covisible(query_.id, options_.neighbor_shared)) {
-      if (asked == options_.neighbors) break;
+    for (const Covisible& c : map_.covisible(query_.id, kNeighborShared)) {
+      if (asked == kNeighbors) break;
       ++asked;
       match_.neighbors_agree += agrees(map_.at(c.keyframe));
     }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/loop/guided_search.hpp"
 #include "stillmap/loop/node_matching.hpp"
 #include "stillmap/loop/place_index.hpp"
@@ -20,35 +19,21 @@ struct DriftLimits {
   double meters = 0.3, meters_per_meter = 0.06;
   /// Constant part [rad] and part per path length [rad/m].
   double radians = 0.15, radians_per_meter = 0.04;
-  STILLMAP_FIELDS(meters, meters_per_meter, radians, radians_per_meter)
 };
 
 struct LoopVerificationOptions {
-  NodeMatchOptions matching;
   ConsensusOptions rigid;
-  GuidedSearchOptions wide{.radius = 10};   ///< Search around the pose found by RANSAC.
-  GuidedSearchOptions narrow{.radius = 4};  ///< Search around the refined pose.
-  /// Number of the candidate's best covisible keyframes whose landmarks take part.
-  int window = 10;
-  int min_matches = 20;  ///< Minimum number of matches by node with a 3D position in both cameras.
-  /// Minimum number of landmarks of the candidate's side that the query keyframe observes.
-  int min_inliers = 50;
   /// Minimum share of expected landmarks that are matched, in both directions [0..1]. Two identical
   /// desks match each other but not each other's surroundings. Chosen by measurement, see
   /// docs/results.md.
   double min_found_share = 0.25;
   /// Maximum share of expected landmarks in blank regions: see MatchConsistency::blank [0..1].
   double max_blank_share = 0.3;
-  int neighbors = 5;  ///< Maximum number of neighbors of the query that are checked.
   /// Minimum number of neighbors that must confirm the matched pose; when merging with fewer
   /// neighbors: all of them, at least one.
   int min_neighbors_agree = 3;
   int min_neighbor_matches = 25;  ///< Minimum number of matched landmarks for a neighbor to agree.
-  int neighbor_shared = 15;  ///< Number of landmarks shared with the query that makes a neighbor.
   DriftLimits drift;
-  STILLMAP_FIELDS(matching, rigid, wide, narrow, window, min_matches, min_inliers, min_found_share,
-                  max_blank_share, neighbors, min_neighbors_agree, min_neighbor_matches,
-                  neighbor_shared, drift)
 };
 
 /// Two landmarks of the same 3D point.

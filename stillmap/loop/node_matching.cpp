@@ -7,6 +7,11 @@
 namespace stillmap {
 namespace {
 
+/// Maximum Hamming distance of a match, inclusive [bits].
+constexpr int kMaxDistance = 60;
+/// The best distance must be less than this times the second best within the node (Lowe 2004).
+constexpr double kRatio = 0.8;
+
 using Nodes = std::span<const NodeKeypoint>;
 
 /// Removes and returns the entries of the first node of the direct index.
@@ -19,13 +24,13 @@ Nodes take_node(Nodes& rest) {
 }
 
 void match_within(Nodes in_a, const Features& a, Nodes in_b, const Features& b,
-                  const NodeMatchOptions& options, std::vector<DescriptorMatch>& matches) {
+                  std::vector<DescriptorMatch>& matches) {
   std::vector<std::uint32_t> candidates;
   for (const NodeKeypoint& n : in_b) candidates.push_back(n.keypoint);
   for (const NodeKeypoint& n : in_a) {
     const NearestTwo two = nearest_two(a.descriptors[n.keypoint], b.descriptors, candidates);
-    if (two.best == kNoMatch || two.best_distance > options.max_distance) continue;
-    if (two.best_distance >= options.ratio * two.second_distance) continue;
+    if (two.best == kNoMatch || two.best_distance > kMaxDistance) continue;
+    if (two.best_distance >= kRatio * two.second_distance) continue;
     matches.push_back({n.keypoint, two.best, two.best_distance});
   }
 }
@@ -46,8 +51,7 @@ void keep_nearest(std::vector<DescriptorMatch>& matches) {
 }  // namespace
 
 std::vector<DescriptorMatch> match_by_node(const BagOfWords& bag_a, const Features& a,
-                                           const BagOfWords& bag_b, const Features& b,
-                                           const NodeMatchOptions& options) {
+                                           const BagOfWords& bag_b, const Features& b) {
   std::vector<DescriptorMatch> matches;
   Nodes rest_a = bag_a.nodes, rest_b = bag_b.nodes;
   while (!rest_a.empty() && !rest_b.empty()) {
@@ -57,11 +61,10 @@ std::vector<DescriptorMatch> match_by_node(const BagOfWords& bag_a, const Featur
       take_node(rest_b);
     } else {
       const Nodes node_a = take_node(rest_a), node_b = take_node(rest_b);
-      match_within(node_a, a, node_b, b, options, matches);
+      match_within(node_a, a, node_b, b, matches);
     }
   }
   keep_nearest(matches);
-  if (!options.check_rotation) return matches;
   return keep_consistent_rotations(matches, a.keypoints, b.keypoints);
 }
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/feature/matching.hpp"
 #include "stillmap/feature/vocabulary.hpp"
 
@@ -8,20 +7,11 @@
 
 namespace stillmap {
 
-struct NodeMatchOptions {
-  int max_distance = 60;  ///< Maximum Hamming distance, inclusive [bits].
-  /// The best distance must be < ratio * second best within the node (Lowe 2004).
-  double ratio = 0.8;
-  bool check_rotation = true;  ///< Whether only matches with a dominant change of angle are kept.
-  STILLMAP_FIELDS(max_distance, ratio, check_rotation)
-};
-
 /// Matches two images without a pose estimate: each keypoint of `a` with the nearest of `b` in the
 /// same node of the vocabulary tree (Galvez-Lopez and Tardos, TRO 2012, section V.E). Only
-/// keypoints in the bags take part. Every keypoint is matched at most once, to the nearest, the
-/// first of equals. Ordered by a.
+/// keypoints in the bags take part, and only matches with a dominant change of angle are kept.
+/// Every keypoint is matched at most once, to the nearest, the first of equals. Ordered by a.
 std::vector<DescriptorMatch> match_by_node(const BagOfWords& bag_a, const Features& a,
-                                           const BagOfWords& bag_b, const Features& b,
-                                           const NodeMatchOptions& options = {});
+                                           const BagOfWords& bag_b, const Features& b);
 
 }  // namespace stillmap

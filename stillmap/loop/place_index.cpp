@@ -6,6 +6,13 @@
 namespace stillmap {
 namespace {
 
+/// Number of best covisible keyframes that form an island with a keyframe.
+constexpr int kGroup = 10;
+/// Maximum number of candidates of all components together.
+constexpr std::size_t kMaxOfAll = 15;
+/// Maximum number of keyframes that are evaluated, those of highest score.
+constexpr int kMaxScored = 60;
+
 bool contains(std::span<const KeyframeId> sorted, KeyframeId id) {
   return std::binary_search(sorted.begin(), sorted.end(), id);
 }
@@ -165,11 +172,11 @@ std::vector<PlaceCandidate> find_places(const Map& map, const PlaceIndex& index,
                                         const PlaceQueryOptions& options) {
   const ScoreOf scores = eligible_scores(map, index, query, excluded);
   std::vector<Island> islands;
-  for (const PlaceScore& center : best_of(map, scores, min_score, options.max_scored))
-    islands.push_back(island_around(map, center, scores, options.group));
+  for (const PlaceScore& center : best_of(map, scores, min_score, kMaxScored))
+    islands.push_back(island_around(map, center, scores, kGroup));
   std::vector<PlaceCandidate> places =
       interleaved(of_each_component(map, separate(map, std::move(islands)), options));
-  places.resize(std::min(places.size(), static_cast<std::size_t>(options.max_of_all)));
+  places.resize(std::min(places.size(), kMaxOfAll));
   return places;
 }
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/feature/vocabulary.hpp"
 #include "stillmap/map/map.hpp"
 
@@ -57,13 +56,9 @@ class PlaceIndex {
 };
 
 struct PlaceQueryOptions {
-  int group = 10;  ///< Number of best covisible keyframes that form an island with a keyframe.
   /// Minimum ratio of an island's score to the best island of its component [0..1].
   double island_share = 0.75;
   int max_candidates = 5;  ///< Maximum number of candidates of one component.
-  int max_of_all = 15;     ///< Maximum number of candidates of all components together.
-  int max_scored = 60;     ///< Maximum number of keyframes evaluated, those of highest score.
-  STILLMAP_FIELDS(group, island_share, max_candidates, max_of_all, max_scored)
 };
 
 /// A candidate for the place of the query.

@@ -90,7 +90,7 @@ std::optional<LoopMatch> Places::connect(const Map& map, std::uint32_t component
 }
 
 RelocalizationVerification Places::find(const Map& map, const Frame& frame) const {
-  return relocalize(map, index_, {*frame.features, frame.evidence.weight}, options_.relocalizer);
+  return relocalize(map, index_, {*frame.features, frame.evidence.weight});
 }
 
 }  // namespace stillmap

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/loop/loop_correction.hpp"
 #include "stillmap/loop/loop_detector.hpp"
 #include "stillmap/loop/loop_verification.hpp"
@@ -12,18 +11,14 @@ namespace stillmap {
 
 struct PlaceOptions {
   bool loops = true;  ///< Whether loops are closed and components merged.
-  RelocalizerOptions relocalizer;
   LoopDetectorOptions detector;
   LoopVerificationOptions verification;
-  LoopCorrectionOptions correction;
   /// Whether every single keyframe is compared with the other components, without requiring
   /// consecutive detections.
   bool connect_at_once = true;
   /// Number of keyframes of each separate component that are compared with the others at the end of
   /// the run.
   int connect_by = 20;
-  STILLMAP_FIELDS(loops, relocalizer, detector, verification, correction, connect_at_once,
-                  connect_by)
 };
 
 /// Place recognition for loop closing, merging and relocalization. Used by the thread that owns the

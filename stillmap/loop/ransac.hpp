@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 
 #include <algorithm>
 #include <array>
@@ -19,7 +18,6 @@ struct ConsensusOptions {
   double confidence = 0.999;
   int min_inliers = 15;  ///< Minimum number of inliers of a result.
   int seed = 1;          ///< Seed of the random generator.
-  STILLMAP_FIELDS(max_iterations, confidence, min_inliers, seed)
 };
 
 /// Model with the most inliers.

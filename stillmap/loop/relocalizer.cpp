@@ -8,6 +8,22 @@
 namespace stillmap {
 namespace {
 
+constexpr PlaceQueryOptions kQuery{.island_share = 0.4, .max_candidates = 5};
+constexpr ConsensusOptions kRansac{.min_inliers = 12};
+/// Search radius around the pose found by RANSAC, and around the refined pose [pixels at level 0].
+constexpr double kWideRadius = 10, kNarrowRadius = 4;
+/// Number of the candidate's best covisible keyframes whose landmarks take part.
+constexpr int kWindow = 10;
+/// Minimum number of matches by node with a landmark.
+constexpr int kMinMatches = 15;
+/// Minimum number of inlier landmarks.
+constexpr int kMinInliers = 40;
+/// Bounds on MatchConsistency [0..1]; looser than for a loop, since people may cover a large part
+/// of the view.
+constexpr double kMinFoundShare = 0.2, kMaxBlankShare = 0.4;
+/// Maximum share of inliers with depth whose depth disagrees [0..1].
+constexpr double kMaxContradicted = 0.4;
+
 /// Returns the keyframes of all other components, sorted by id.
 std::vector<KeyframeId> outside(const Map& map, std::optional<std::uint32_t> component) {
   std::vector<KeyframeId> ids;
@@ -30,13 +46,11 @@ std::vector<LandmarkId> landmarks_around(const Map& map, KeyframeId center, int 
 /// One relocalization attempt in steps; a failed step sets its reason.
 class Attempt {
  public:
-  Attempt(const Map& map, const ImageView& image, const Keyframe& candidate,
-          const RelocalizerOptions& options)
-      : map_(map), image_(image), candidate_(candidate), options_(options) {}
+  Attempt(const Map& map, const ImageView& image, const Keyframe& candidate)
+      : map_(map), image_(image), candidate_(candidate) {}
 
   RelocalizationVerification run(const BagOfWords& bag, const BagOfWords& candidate_bag) {
-    const auto matches =
-        match_by_node(bag, image_.features, candidate_bag, *candidate_.features, options_.matching);
+    const auto matches = match_by_node(bag, image_.features, candidate_bag, *candidate_.features);
     if (estimate(matches) && refine() && surroundings_agree()) return {result(), ""};
     return {std::nullopt, reason_};
   }
@@ -66,30 +80,30 @@ class Attempt {
                        map_.pyramid().scale(seen.level),
                        scale});
     }
-    if (static_cast<int>(pixels.size()) < options_.min_matches)
+    if (static_cast<int>(pixels.size()) < kMinMatches)
       return fail(fmt::format("{} matches", pixels.size()));
-    if (const auto rigid = find_rigid_motion(map_.camera(), solid, options_.ransac)) {
+    if (const auto rigid = find_rigid_motion(map_.camera(), solid, kRansac)) {
       T_world_camera_ = candidate_.T_world_camera * rigid->model;
       return true;
     }
-    const auto absolute = find_absolute_pose(map_.camera(), pixels, options_.ransac);
+    const auto absolute = find_absolute_pose(map_.camera(), pixels, kRansac);
     if (!absolute) return fail(fmt::format("no pose fits the {} matches", pixels.size()));
     T_world_camera_ = absolute->model;
     return true;
   }
 
   bool refine() {
-    const auto landmarks = landmarks_around(map_, candidate_.id, options_.window);
-    for (const GuidedSearchOptions& search : {options_.wide, options_.narrow}) {
-      const auto found = search_landmarks(map_, landmarks, image_, T_world_camera_, search);
+    const auto landmarks = landmarks_around(map_, candidate_.id, kWindow);
+    for (const double radius : {kWideRadius, kNarrowRadius}) {
+      const auto found = search_landmarks(map_, landmarks, image_, T_world_camera_, radius);
       solved_ = solve_matches(map_, found.matches, image_, T_world_camera_);
       if (!solved_.solution.well_posed) return fail("the pose is not determined");
       T_world_camera_ = solved_.solution.T_world_camera;
     }
     const auto inliers = static_cast<int>(solved_.inliers.size());
-    if (inliers < options_.min_inliers) return fail(fmt::format("{} landmarks agree", inliers));
+    if (inliers < kMinInliers) return fail(fmt::format("{} landmarks agree", inliers));
     const int with_depth = solved_.solution.depth_inliers + solved_.contradicted;
-    if (solved_.contradicted > options_.max_contradicted * with_depth)
+    if (solved_.contradicted > kMaxContradicted * with_depth)
       return fail(fmt::format("{} of {} depths disagree", solved_.contradicted, with_depth));
     return true;
   }
@@ -97,10 +111,9 @@ class Attempt {
   bool surroundings_agree() {
     std::vector<LandmarkId> known = landmarks_seen_by(map_, std::span(&candidate_.id, 1));
     std::erase_if(known, [&](LandmarkId id) { return map_.at(id).observations.size() < 2; });
-    const auto search = search_landmarks(map_, known, image_, T_world_camera_, options_.narrow);
+    const auto search = search_landmarks(map_, known, image_, T_world_camera_, kNarrowRadius);
     consistency_ = consistency(map_.camera(), search.expected);
-    if (consistency_.found >= options_.min_found_share &&
-        consistency_.blank <= options_.max_blank_share) {
+    if (consistency_.found >= kMinFoundShare && consistency_.blank <= kMaxBlankShare) {
       return true;
     }
     return fail(fmt::format("{:.0f} % of the expected landmarks matched, {:.0f} % in blank regions",
@@ -124,7 +137,6 @@ class Attempt {
   const Map& map_;
   const ImageView& image_;
   const Keyframe& candidate_;
-  const RelocalizerOptions& options_;
   Pose T_world_camera_;
   MatchedPose solved_;
   MatchConsistency consistency_;
@@ -134,15 +146,15 @@ class Attempt {
 }  // namespace
 
 RelocalizationVerification relocalize(const Map& map, const PlaceIndex& index,
-                                      const ImageView& image, const RelocalizerOptions& options,
+                                      const ImageView& image,
                                       std::optional<std::uint32_t> component) {
   const BagOfWords bag =
       index.vocabulary().transform(image.features.descriptors, image.static_weight);
   RelocalizationVerification verification{std::nullopt, "no similar keyframe"};
   for (const PlaceCandidate& place :
-       find_places(map, index, bag.words, outside(map, component), 0, options.query)) {
+       find_places(map, index, bag.words, outside(map, component), 0, kQuery)) {
     verification =
-        Attempt(map, image, map.at(place.keyframe), options).run(bag, *index.find(place.keyframe));
+        Attempt(map, image, map.at(place.keyframe)).run(bag, *index.find(place.keyframe));
     if (verification.result) break;
   }
   return verification;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/loop/guided_search.hpp"
 #include "stillmap/loop/node_matching.hpp"
 #include "stillmap/loop/place_index.hpp"
@@ -11,26 +10,6 @@
 #include <vector>
 
 namespace stillmap {
-
-struct RelocalizerOptions {
-  PlaceQueryOptions query{.island_share = 0.4, .max_candidates = 5};
-  NodeMatchOptions matching;
-  ConsensusOptions ransac{.min_inliers = 12};
-  GuidedSearchOptions wide{.radius = 10};   ///< Search around the pose found by RANSAC.
-  GuidedSearchOptions narrow{.radius = 4};  ///< Search around the refined pose.
-  /// Number of the candidate's best covisible keyframes whose landmarks take part.
-  int window = 10;
-  int min_matches = 15;  ///< Minimum number of matches by node with a landmark.
-  int min_inliers = 40;  ///< Minimum number of inlier landmarks.
-  /// Bounds on MatchConsistency [0..1]; looser than for a loop, since people may cover a large part
-  /// of the view.
-  double min_found_share = 0.2;
-  double max_blank_share = 0.4;
-  /// Maximum share of inliers with depth whose depth disagrees [0..1].
-  double max_contradicted = 0.4;
-  STILLMAP_FIELDS(query, matching, ransac, wide, narrow, window, min_matches, min_inliers,
-                  min_found_share, max_blank_share, max_contradicted)
-};
 
 /// Result of a relocalization.
 struct Relocalization {
@@ -64,7 +43,6 @@ struct RelocalizationVerification {
 /// @param component  if given, only its keyframes are considered
 RelocalizationVerification relocalize(const Map& map, const PlaceIndex& index,
                                       const ImageView& image,
-                                      const RelocalizerOptions& options = {},
                                       std::optional<std::uint32_t> component = std::nullopt);
 
 }  // namespace stillmap

@@ -44,10 +44,10 @@ class Relocalize : public ::testing::Test {
     return made;
   }
 
-  static RelocalizationVerification find(const Features& features, std::vector<float> weights = {},
-                                         const RelocalizerOptions& options = {}) {
+  static RelocalizationVerification find(const Features& features,
+                                         std::vector<float> weights = {}) {
     if (weights.empty()) weights.assign(features.size(), 1);
-    return relocalize(world().built.map, world().built.index, {features, weights}, options);
+    return relocalize(world().built.map, world().built.index, {features, weights});
   }
 
   /// Landmark errors are a few millimeters (depth noise), averaged over many.
@@ -143,8 +143,8 @@ TEST_F(Relocalize, UsesOnlyTheRequestedComponent) {
   const Features features = rendered::extract(*f.frame);
   const std::vector<float> weights(features.size(), 1);
   const MapBuilder& built = world().built;
-  EXPECT_TRUE(relocalize(built.map, built.index, {features, weights}, {}, 0).result);
-  EXPECT_FALSE(relocalize(built.map, built.index, {features, weights}, {}, 1).result);
+  EXPECT_TRUE(relocalize(built.map, built.index, {features, weights}, 0).result);
+  EXPECT_FALSE(relocalize(built.map, built.index, {features, weights}, 1).result);
 }
 
 }  // namespace

@@ -59,8 +59,9 @@ class MapBuilder {
     const std::size_t first = recent_.size() > 4 ? recent_.size() - 4 : 0;
     const auto known = landmarks_seen_by(map, std::span(recent_).subspan(first));
     const Keyframe& k = map.at(id);
-    const auto found = search_landmarks(map, known, {*k.features, k.static_weight},
-                                        k.T_world_camera, {.radius = 3});
+    constexpr double kRadius = 3;  // pixels
+    const auto found =
+        search_landmarks(map, known, {*k.features, k.static_weight}, k.T_world_camera, kRadius);
     for (const LandmarkMatch& s : found.matches) {
       if (map.observe(s.landmark, {id, s.keypoint})) map.refresh(s.landmark);
     }

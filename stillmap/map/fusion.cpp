@@ -9,17 +9,23 @@
 namespace stillmap {
 namespace {
 
+/// Maximum Hamming distance between two descriptors of one landmark [bits].
+constexpr int kMaxDistance = 50;
+/// Maximum difference between measured and predicted disparity [pixels].
+constexpr double kMaxDisparity = 1.0;
+/// Minimum cosine of the angle between mean and current viewing direction.
+constexpr double kMinViewCosine = 0.5;
+
 bool observed_by(const Landmark& landmark, KeyframeId keyframe) {
   return std::any_of(landmark.observations.begin(), landmark.observations.end(),
                      [&](const Observation& o) { return o.keyframe == keyframe; });
 }
 
 /// Returns whether the keypoint has no depth or its disparity agrees with the landmark's.
-bool depth_agrees(const Map& map, const Keypoint& keypoint, double depth,
-                  const FusionOptions& options) {
+bool depth_agrees(const Map& map, const Keypoint& keypoint, double depth) {
   if (keypoint.depth <= 0) return true;
   const double bf = map.camera().bf();
-  return std::abs(bf / keypoint.depth - bf / depth) < options.max_disparity;
+  return std::abs(bf / keypoint.depth - bf / depth) < kMaxDisparity;
 }
 
 /// Adds the observation of the landmark by keypoint i, or merges it with the landmark that this
@@ -48,13 +54,13 @@ int fuse_into(Map& map, KeyframeId target, std::span<const LandmarkId> landmarks
   for (const LandmarkId id : landmarks) {
     const Landmark* landmark = map.find(id);
     if (landmark == nullptr || observed_by(*landmark, target)) continue;
-    if (const auto query = view.expect(*landmark, options.radius, options.min_view_cosine)) {
+    if (const auto query = view.expect(*landmark, options.radius, kMinViewCosine)) {
       queries.push_back(*query);
       ids.push_back(id);
     }
   }
   ProjectionMatchOptions matching;
-  matching.max_distance = options.max_distance;
+  matching.max_distance = kMaxDistance;
   // A second match of equal distance is probably the same corner at another level.
   matching.ratio = 1;
   const auto found = match_by_projection(queries, *keyframe.features, matching);
@@ -64,7 +70,7 @@ int fuse_into(Map& map, KeyframeId target, std::span<const LandmarkId> landmarks
     if (!found[q] || landmark == nullptr) continue;
     const std::uint32_t keypoint = *found[q];
     const double depth = view.depth(landmark->p_world);
-    if (!depth_agrees(map, keyframe.features->keypoints[keypoint], depth, options)) continue;
+    if (!depth_agrees(map, keyframe.features->keypoints[keypoint], depth)) continue;
     joined += join(map, keyframe, keypoint, ids[q]);
   }
   return joined;

@@ -10,12 +10,16 @@
 namespace stillmap {
 namespace {
 
+/// Maximum number of keyframes: those covisible with the reference, then their neighbors.
+constexpr std::size_t kMaxKeyframes = 60;
+/// Number of best neighbors whose own neighbors are added.
+constexpr std::size_t kSecondNeighbors = 10;
+/// Minimum number of shared landmarks that makes two keyframes neighbors.
+constexpr int kMinShared = 10;
+
 /// Returns the reference, its neighbors, and the neighbors of its best neighbors, each once.
-std::vector<KeyframeId> neighborhood(const Map& map, KeyframeId reference,
-                                     const LocalMapOptions& options) {
-  const auto full = [&](const auto& chosen) {
-    return chosen.size() >= static_cast<std::size_t>(options.max_keyframes);
-  };
+std::vector<KeyframeId> neighborhood(const Map& map, KeyframeId reference) {
+  const auto full = [&](const auto& chosen) { return chosen.size() >= kMaxKeyframes; };
   std::vector<KeyframeId> chosen = {reference};
   std::vector<char> taken(1, 0);
   const auto take = [&](KeyframeId id) {
@@ -28,11 +32,11 @@ std::vector<KeyframeId> neighborhood(const Map& map, KeyframeId reference,
   if (reference.slot >= taken.size()) taken.resize(reference.slot + 1, 0);
   taken[reference.slot] = 1;
 
-  const auto first = map.covisible(reference, options.min_shared);
+  const auto first = map.covisible(reference, kMinShared);
   for (const Covisible& neighbor : first) take(neighbor.keyframe);
   for (std::size_t i = 0; i < first.size() && !full(chosen); ++i) {
-    if (i >= static_cast<std::size_t>(options.second_neighbors)) break;
-    for (const Covisible& second : map.covisible(first[i].keyframe, options.min_shared)) {
+    if (i >= kSecondNeighbors) break;
+    for (const Covisible& second : map.covisible(first[i].keyframe, kMinShared)) {
       take(second.keyframe);
     }
   }
@@ -71,14 +75,14 @@ KeyframeId best_view(const Map& map, std::span<const LandmarkId> landmarks) {
   return best.second;
 }
 
-LocalMapPtr make_local_map(const Map& map, KeyframeId reference, const LocalMapOptions& options) {
+LocalMapPtr make_local_map(const Map& map, KeyframeId reference) {
   const TraceScope scope("snapshot");
   auto local = std::make_shared<LocalMap>();
   local->reference = reference;
   const Keyframe& center = map.at(reference);
   local->component = center.component;
   local->made_for_frame = center.session == map.session() ? center.frame_index : 0;
-  const auto keyframes = neighborhood(map, reference, options);
+  const auto keyframes = neighborhood(map, reference);
   for (const KeyframeId id : keyframes) {
     const Keyframe& keyframe = map.at(id);
     local->keyframes.push_back(

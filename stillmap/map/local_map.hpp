@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/map/map.hpp"
 
 #include <memory>
@@ -48,19 +47,11 @@ struct LocalMap {
 
 using LocalMapPtr = std::shared_ptr<const LocalMap>;
 
-struct LocalMapOptions {
-  /// Maximum number of keyframes: those covisible with the reference, then their neighbors.
-  int max_keyframes = 60;
-  int second_neighbors = 10;  ///< Number of best neighbors whose own neighbors are added.
-  int min_shared = 10;  ///< Minimum number of shared landmarks that makes two keyframes neighbors.
-  STILLMAP_FIELDS(max_keyframes, second_neighbors, min_shared)
-};
-
 /// Returns the keyframe that observes most of these landmarks, the newest of equals; invalid if
 /// none does. Invalid ids are ignored.
 KeyframeId best_view(const Map& map, std::span<const LandmarkId> landmarks);
 
 /// Copies the part of the map that a camera near keyframe `reference` can see.
-LocalMapPtr make_local_map(const Map& map, KeyframeId reference, const LocalMapOptions& options);
+LocalMapPtr make_local_map(const Map& map, KeyframeId reference);
 
 }  // namespace stillmap

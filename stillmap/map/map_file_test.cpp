@@ -148,7 +148,7 @@ void expect_usable(Map& map) {
       ASSERT_TRUE(!id.valid() || map.find(id) != nullptr);
     }
     map.is_first(k.id);
-    make_local_map(map, k.id, {});
+    make_local_map(map, k.id);
   });
   for (const LandmarkId id : landmarks) map.refresh(id);
 }
@@ -180,8 +180,8 @@ TEST_F(MapFile, LoadedMapContinuesInANewSession) {
   const Keyframe& added = read.add_keyframe(before.keyframes.front());
   EXPECT_EQ(added.sequence, before.keyframes.back().sequence + 1);
   EXPECT_EQ(added.session, 1U) << "the loaded keyframes belong to session 0";
-  EXPECT_EQ(make_local_map(read, added.id, {})->made_for_frame, added.frame_index);
-  EXPECT_EQ(make_local_map(read, before.keyframes.back().id, {})->made_for_frame, 0U)
+  EXPECT_EQ(make_local_map(read, added.id)->made_for_frame, added.frame_index);
+  EXPECT_EQ(make_local_map(read, before.keyframes.back().id)->made_for_frame, 0U)
       << "frames of another run are not comparable";
 }
 

@@ -174,7 +174,7 @@ TEST_F(MapTest, ALocalMapHoldsOnlyTheNeighbors) {
   }
   const auto only_b = landmark(b, 15);
   const auto elsewhere = landmark(far, 0);
-  const auto local = make_local_map(map_, a, {});
+  const auto local = make_local_map(map_, a);
   EXPECT_EQ(local->reference, a);
   ASSERT_EQ(local->keyframes.size(), 2U);
   EXPECT_EQ(local->keyframes[0].id, a);

@@ -71,7 +71,7 @@ void BoxFlowCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
   judge_by_flow(sets, flow_.of_this_frame(input), options_.factor, options_.least_flow);
   for (std::size_t i = 0; i < sets.size(); ++i) {
     if (sets[i] == FlowSet::kDynamic) {
-      evidence.static_log_odds[i] -= static_cast<float>(options_.certainty);
+      evidence.static_log_odds[i] -= kCertainlyMoving;
     }
   }
   for (const cv::Rect& box : boxes) {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/motion/class_sets.hpp"
 #include "stillmap/motion/keypoint_flow.hpp"
 #include "stillmap/motion/motion_cue.hpp"
@@ -16,8 +15,6 @@ struct BoxFlowOptions {
   FlowOptions flow;                      ///< the paper's window is 5 x 5
   double factor = 0.5;    ///< l of equation 9, in units of the background's mean flow
   double least_flow = 0;  ///< l is never smaller [pixels]; the paper has no such floor: 0
-  double certainty = 6;   ///< log-odds against "static" of a keypoint in D: 1 in e^6 = 400 is wrong
-  STILLMAP_FIELDS(classes, flow, factor, least_flow, certainty)
 };
 
 /// The three sets of keypoints.

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/motion/frame.hpp"
 #include "stillmap/segment/instance.hpp"
 
@@ -25,7 +24,6 @@ struct ClassSets {
   std::vector<std::string> dynamic;         ///< of ClassRole::kDynamic
   std::vector<std::string> potential;       ///< of ClassRole::kPotential
   std::vector<std::string> standing_still;  ///< of ClassRole::kStatic
-  STILLMAP_FIELDS(dynamic, potential, standing_still)
 
   ClassRole role_of(const std::string& class_name) const;
 };

@@ -61,25 +61,25 @@ TEST(ClassSets, MarkedBoxesEndAtTheImage) {
   EXPECT_EQ(cv::countNonZero(evidence.moving_pixels), 5 * 5);
 }
 
-MotionEstimator estimator_of(const std::string& preset) {
+MotionEstimator estimator_of(const std::vector<std::string>& cues) {
   MotionOptions options;
-  options.preset = preset;
+  options.cues = cues;
   return MotionEstimator(options);
 }
 
-TEST(Classes, ArePassedOnAsFarAsACueOfThePresetLooksAtThem) {
-  EXPECT_THAT(estimator_of("static").classes(), IsEmpty());
-  EXPECT_THAT(estimator_of("seg-mask").classes(), ElementsAre("person", "unknown"));
-  EXPECT_THAT(estimator_of("gated-seg").classes(), ElementsAre("person", "unknown"));
-  EXPECT_EQ(estimator_of("box-flow").classes().count("dog"), 1U);
-  EXPECT_EQ(estimator_of("box-flow").classes().count("chair"), 0U);
-  EXPECT_EQ(estimator_of("box-epipolar").classes().count("chair"), 1U);
-  EXPECT_EQ(estimator_of("box-epipolar").classes().count("sink"), 0U);
+TEST(Classes, ArePassedOnAsFarAsACueLooksAtThem) {
+  EXPECT_THAT(estimator_of({}).classes(), IsEmpty());
+  EXPECT_THAT(estimator_of({"semantic"}).classes(), ElementsAre("person", "unknown"));
+  EXPECT_THAT(estimator_of({"gated-semantic"}).classes(), ElementsAre("person", "unknown"));
+  EXPECT_EQ(estimator_of({"box-flow"}).classes().count("dog"), 1U);
+  EXPECT_EQ(estimator_of({"box-flow"}).classes().count("chair"), 0U);
+  EXPECT_EQ(estimator_of({"epipolar"}).classes().count("chair"), 1U);
+  EXPECT_EQ(estimator_of({"epipolar"}).classes().count("sink"), 0U);
 }
 
 TEST(Classes, ThatStandStillArePassedOnWhereTheyAreNotTested) {
   MotionOptions options;
-  options.preset = "box-epipolar";
+  options.cues = {"epipolar"};
   options.epipolar.test_standing_still = false;
   EXPECT_EQ(MotionEstimator(options).classes().count("sink"), 1U);
 }

@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/motion/dynamics_gate.hpp"
 
-#include "stillmap/base/error.hpp"
-
 #include <algorithm>
 
 namespace stillmap {
 namespace {
 
-const DynamicsGateOptions& checked(const DynamicsGateOptions& o) {
-  if (o.window < 1) throw Error("must be at least 1", "motion.gate.window", "the paper has 10");
-  return o;
-}
+/// Number of frames of which more than half must be marked (equation 8).
+constexpr int kWindow = 10;
+/// Minimum number of followed keypoints for a frame to be judged.
+constexpr std::size_t kMinPoints = 20;
 
 PointPairs followed_pairs(const KeypointFlow& flow) {
   PointPairs pairs;
@@ -26,7 +24,7 @@ PointPairs followed_pairs(const KeypointFlow& flow) {
 std::optional<double> share_off_homography(const KeypointFlow& flow,
                                            const DynamicsGateOptions& options) {
   const PointPairs pairs = followed_pairs(flow);
-  if (pairs.size() < static_cast<std::size_t>(std::max(1, options.min_points))) return std::nullopt;
+  if (pairs.size() < kMinPoints) return std::nullopt;
   const auto H = find_homography(pairs, options.ransac);
   if (!H) return std::nullopt;
   int marked = 0;
@@ -37,26 +35,26 @@ std::optional<double> share_off_homography(const KeypointFlow& flow,
 }
 
 DynamicsGate::DynamicsGate(const DynamicsGateOptions& options)
-    : options_(checked(options)), flow_(options.flow) {}
+    : options_(options), flow_(options.flow) {}
 
 bool DynamicsGate::push(const MotionInput& input) {
   return push(share_off_homography(flow_.of_frame_before(input), options_));
 }
 
 bool DynamicsGate::push(std::optional<double> marked_share) {
-  frames_ = std::min(frames_ + 1, options_.window);
+  frames_ = std::min(frames_ + 1, kWindow);
   if (marked_share) marked_.push_back(*marked_share > options_.marked_share);
-  if (marked_.size() > static_cast<std::size_t>(options_.window)) marked_.pop_front();
+  if (marked_.size() > static_cast<std::size_t>(kWindow)) marked_.pop_front();
   return highly_dynamic();
 }
 
 bool DynamicsGate::highly_dynamic() const {
   const auto votes = std::count(marked_.begin(), marked_.end(), true);
-  return frames_ < options_.window || 2 * votes > options_.window;
+  return frames_ < kWindow || 2 * votes > kWindow;
 }
 
 GatedCue::GatedCue(const DynamicsGateOptions& options, std::unique_ptr<MotionCue> cue)
-    : gate_(options), cue_(std::move(cue)), name_("gated " + std::string(cue_->name())) {}
+    : gate_(options), cue_(std::move(cue)), name_("gated-" + std::string(cue_->name())) {}
 
 void GatedCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
   if (gate_.push(input)) cue_->add_to(evidence, input);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/motion/keypoint_flow.hpp"
 #include "stillmap/motion/motion_cue.hpp"
 #include "stillmap/motion/two_view.hpp"
@@ -20,9 +19,6 @@ struct DynamicsGateOptions {
   RansacOptions ransac = {.threshold = 3};
   double warp_error = 1.7;    ///< a keypoint further off than this is marked [pixels] (equation 6)
   double marked_share = 0.1;  ///< a frame with more marked keypoints is marked (equation 7)
-  int window = 10;            ///< frames of which more than half must be marked (equation 8)
-  int min_points = 20;        ///< keypoints that must be followed for a frame to be judged at all
-  STILLMAP_FIELDS(flow, ransac, warp_error, marked_share, window, min_points)
 };
 
 /// Share of the pairs that a RANSAC homography between the two frames misses by more than

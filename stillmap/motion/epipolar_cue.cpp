@@ -6,6 +6,9 @@
 namespace stillmap {
 namespace {
 
+/// Minimum number of followed static points for a fundamental matrix.
+constexpr std::size_t kMinPoints = 30;
+
 /// Strongest claim first: a keypoint in several boxes takes the first.
 ClassRole role_at(const Keypoint& k, const std::vector<cv::Rect>& dynamic,
                   const std::vector<cv::Rect>& potential, const std::vector<cv::Rect>& still) {
@@ -40,12 +43,11 @@ PointPairs pairs_without(const KeypointFlow& flow, const std::vector<ClassRole>&
 std::optional<cv::Matx33d> fundamental_of(const KeypointFlow& flow,
                                           const std::vector<ClassRole>& roles,
                                           const EpipolarOptions& options) {
-  const auto enough = static_cast<std::size_t>(std::max(8, options.min_points));
   PointPairs pairs = pairs_without(flow, roles, ClassRole::kDynamic, ClassRole::kPotential);
-  if (pairs.size() < enough) {
+  if (pairs.size() < kMinPoints) {
     pairs = pairs_without(flow, roles, ClassRole::kDynamic, ClassRole::kDynamic);
   }
-  if (pairs.size() < enough) return std::nullopt;
+  if (pairs.size() < kMinPoints) return std::nullopt;
   return find_fundamental(pairs, options.ransac);
 }
 
@@ -84,7 +86,7 @@ void EpipolarCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
                                                         flow_.of_this_frame(input), options_);
   for (std::size_t i = 0; i < labels.moving.size(); ++i) {
     if (labels.moving[i] != 0) {
-      evidence.static_log_odds[i] -= static_cast<float>(options_.certainty);
+      evidence.static_log_odds[i] -= kCertainlyMoving;
     }
   }
   for (const cv::Rect& box :

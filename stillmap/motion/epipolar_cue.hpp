@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/motion/class_sets.hpp"
 #include "stillmap/motion/keypoint_flow.hpp"
 #include "stillmap/motion/motion_cue.hpp"
@@ -22,11 +21,7 @@ struct EpipolarOptions {
   /// this is the 95 % quantile of the distance for an error of 1 pixel, sqrt(3.84), as Mur-Artal et
   /// al. (ORB-SLAM, TRO 2015, section IV) have it for fundamental matrices.
   double threshold = 1.96;
-  int min_points = 30;  ///< static points that must be followed for a fundamental matrix
   bool test_standing_still = true;  ///< whether things that stay where they are are tested, too
-  double certainty =
-      6;  ///< log-odds against "static" of a dropped keypoint: 1 in e^6 = 400 is wrong
-  STILLMAP_FIELDS(classes, flow, ransac, threshold, min_points, test_standing_still, certainty)
 };
 
 /// The motion test of the improved-YOLOv7 system. Keypoints in the boxes of things that move by
@@ -35,7 +30,7 @@ struct EpipolarOptions {
 /// camera's motion since the frame before allows: see epipolar_distance().
 ///
 /// The fundamental matrix comes from points followed by Lucas-Kanade that lie in no box of a moving
-/// or potentially moving thing; where those are fewer than min_points, from all outside of moving
+/// or potentially moving thing; where those are fewer than 30, from all outside of moving
 /// things' boxes; where these are too few as well, or in the first frame, nothing is tested. Points
 /// without flow are kept.
 ///

@@ -19,7 +19,7 @@ struct MotionEvidence {
   std::vector<float> static_log_odds;
   /// Per keypoint, what its residuals count for in every optimization, 0 to 1: 1 where nothing
   /// speaks against it, falling with the probability of being static, and 0, left out, below
-  /// MotionOptions::exclude_below.
+  /// kExcludeBelow in motion_estimator.cpp.
   std::vector<float> weight;
   /// Per keypoint, what was measured of its surface, by this frame and those before it: of the
   /// above what later frames may go on from. A class's prior and a landmark's own history are no

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/motion/motion_cue.hpp"
 
 #include <deque>
@@ -19,7 +18,6 @@ struct FreeSpaceCueOptions {
   /// A thing that moves slowly still covers itself after a while: agreement counts in proportion to
   /// the view's age, in full from this one on [frames].
   int full_age = 35;
-  STILLMAP_FIELDS(view_every, ages, intruding, agreeing, intruding_count, agreeing_count, full_age)
 };
 
 /// Surfaces where there was free space a while ago: something came there. A view saw free space

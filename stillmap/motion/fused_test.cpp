@@ -22,10 +22,9 @@ Camera small_camera() {
 /// Frames follow each other as in the pipeline.
 class Watch {
  public:
-  explicit Watch(const std::vector<std::string>& without = {}) {
+  explicit Watch(const std::vector<std::string>& cues = MotionOptions().cues) {
     MotionOptions options;
-    options.preset = "fused";
-    options.without = without;
+    options.cues = cues;
     estimator_ = std::make_unique<MotionEstimator>(options);
   }
 
@@ -138,7 +137,7 @@ TEST(Fused, FindsAThingOfNoClassWhereThereWasFreeSpace) {
 }
 
 TEST(Fused, WithoutResidualsAndFreeSpaceSuchAThingIsMissed) {
-  Watch watch({"residual", "free-space"});
+  Watch watch({"surface", "history", "semantic"});
   watch.after(20, false);
   const FramePtr frame = watch.after(3, true);
   EXPECT_TRUE(frame->evidence.moving_pixels.empty());
@@ -177,7 +176,7 @@ TEST(Spread, GoesAlongSurfacesAndNotOverDepthEdges) {
   const CellGrid grid(depth, small_camera());
   cv::Mat1f values = cv::Mat1f::zeros(grid.size());
   values(30, 38) = 1;  // two cells left of the edge
-  const cv::Mat1f spread = SurfaceSpread(grid, {})(values);
+  const cv::Mat1f spread = SurfaceSpread(grid)(values);
   EXPECT_NEAR(spread(30, 38), 1, 1e-5);
   EXPECT_GT(spread(30, 36), 0.5);
   EXPECT_NEAR(spread(28, 38), spread(32, 38), 1e-5);

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/motion/keypoint_flow.hpp"
 
-#include "stillmap/base/error.hpp"
-
 #include <utility>
 
 #include <opencv2/video/tracking.hpp>
@@ -10,13 +8,10 @@
 namespace stillmap {
 namespace {
 
-const FlowOptions& checked(const FlowOptions& o) {
-  if (o.window < 3 || o.levels < 0 || o.iterations < 1) {
-    throw Error("optical flow needs a window of 3 or more, levels of 0 or more and an iteration",
-                "motion.*.flow", "window 5, levels 3 and iterations 10 are usual");
-  }
-  return o;
-}
+/// An iteration that moves a point by less than this is the last one [pixels].
+constexpr double kPrecision = 0.03;
+/// Smallest eigenvalue of the gradient matrix at which a point is followed, as OpenCV scales it.
+constexpr double kMinTexture = 1e-4;
 
 std::vector<cv::Point2f> positions(const Features& features) {
   std::vector<cv::Point2f> points;
@@ -32,7 +27,7 @@ bool inside(const cv::Point2f& p, cv::Size size) {
 
 }  // namespace
 
-FlowTracker::FlowTracker(const FlowOptions& options) : options_(checked(options)) {}
+FlowTracker::FlowTracker(const FlowOptions& options) : options_(options) {}
 
 FlowTracker::PyramidPtr FlowTracker::pyramid_of(const RgbdFramePtr& image) {
   if (newest_ && newest_->image == image) return newest_;
@@ -51,8 +46,8 @@ FlowTracker::Followed FlowTracker::follow(const Pyramid& from, const Pyramid& to
   cv::calcOpticalFlowPyrLK(
       from.levels, to.levels, points, result.points, result.found, cv::noArray(),
       cv::Size(options_.window, options_.window), options_.levels,
-      {cv::TermCriteria::COUNT + cv::TermCriteria::EPS, options_.iterations, options_.precision}, 0,
-      options_.texture);
+      {cv::TermCriteria::COUNT + cv::TermCriteria::EPS, options_.iterations, kPrecision}, 0,
+      kMinTexture);
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!inside(result.points[i], to.image->gray.size())) result.found[i] = 0;
   }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/motion/motion_cue.hpp"
 
 #include <cstdint>
@@ -14,14 +13,11 @@ namespace stillmap {
 /// Sparse pyramidal Lucas-Kanade (Bouguet, Pyramidal implementation of the affine Lucas Kanade
 /// feature tracker, Intel 2001).
 struct FlowOptions {
-  int window = 5;           ///< side of the square that is compared [pixels of each level]
-  int levels = 3;           ///< of the pyramid above the full image; each halves the size
-  int iterations = 5;       ///< at most, per level: more finds no more
-  double precision = 0.03;  ///< an iteration that moves the point by less is the last [pixels]
-  double texture = 1e-4;    ///< least eigenvalue of the gradient matrix, as OpenCV scales it
-  double check_back = 0;    ///< a point that does not come back to within this is lost; 0: no check
-                            ///< [pixels]
-  STILLMAP_FIELDS(window, levels, iterations, precision, texture, check_back)
+  int window = 5;         ///< side of the square that is compared [pixels of each level]
+  int levels = 3;         ///< of the pyramid above the full image; each halves the size
+  int iterations = 5;     ///< at most, per level: more finds no more
+  double check_back = 0;  ///< a point that does not come back to within this is lost; 0: no check
+                          ///< [pixels]
 };
 
 /// Where points of the frame before and of this frame belong together. Pixels of the full image.
@@ -39,7 +35,6 @@ struct KeypointFlow {
 /// at a time; the result does not depend on OpenCV's number of threads.
 class FlowTracker {
  public:
-  /// Throws Error for options that make no sense.
   explicit FlowTracker(const FlowOptions& options);
 
   /// Every keypoint of this frame followed back to the frame before: one entry per keypoint of

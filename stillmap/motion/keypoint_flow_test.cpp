@@ -132,11 +132,5 @@ TEST(FlowTracker, FlatPicturesAndOtherSizesHaveNoFlow) {
   EXPECT_TRUE(lost_all(test::texture({400, 300}, 1)));
 }
 
-TEST(FlowTracker, OptionsThatMakeNoSenseAreRefused) {
-  EXPECT_THROW(FlowTracker({.window = 2}), Error);
-  EXPECT_THROW(FlowTracker({.levels = -1}), Error);
-  EXPECT_THROW(FlowTracker({.iterations = 0}), Error);
-}
-
 }  // namespace
 }  // namespace stillmap

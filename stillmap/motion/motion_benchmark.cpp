@@ -48,11 +48,11 @@ std::vector<FramePtr> make_frames(std::size_t count) {
 }
 
 /// All of motion, frame after frame as a run has it: each image's pyramid is built once.
-void run_preset(benchmark::State& state, const char* preset) {
+void run_cue(benchmark::State& state, const char* cue) {
   cv::setNumThreads(1);
   const auto frames = make_frames(8);
   MotionOptions options;
-  options.preset = preset;
+  options.cues = {cue};
   MotionEstimator estimator(options);
   FramePtr previous;
   std::size_t i = 0, step = 1, dropped = 0;
@@ -75,10 +75,10 @@ void run_preset(benchmark::State& state, const char* preset) {
   state.counters["keypoints"] = static_cast<double>(frames[0]->features->size());
   state.counters["dropped"] = static_cast<double>(dropped);
 }
-BENCHMARK_CAPTURE(run_preset, seg_mask, "seg-mask")->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(run_preset, box_flow, "box-flow")->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(run_preset, gated_seg, "gated-seg")->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(run_preset, box_epipolar, "box-epipolar")->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(run_cue, semantic, "semantic")->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(run_cue, box_flow, "box-flow")->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(run_cue, gated_semantic, "gated-semantic")->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(run_cue, epipolar, "epipolar")->Unit(benchmark::kMillisecond);
 
 /// Optical flow alone, both pyramids included: window, levels.
 void run_flow(benchmark::State& state) {

@@ -25,7 +25,11 @@ struct MotionInput {
   std::optional<EgoMotion> ego_motion;
 };
 
-/// One reason to believe that something moves. A preset is a list of cues, and nothing else.
+/// Log-odds against "static" of a keypoint that a cue without probabilities takes for moving: one
+/// such decision in e^6 = 400 is wrong.
+constexpr float kCertainlyMoving = 6;
+
+/// One reason to believe that something moves.
 class MotionCue {
  public:
   virtual ~MotionCue() = default;

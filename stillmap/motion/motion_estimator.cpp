@@ -1,35 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/motion/motion_estimator.hpp"
 
-#include "stillmap/base/error.hpp"
-#include "stillmap/base/nearest_name.hpp"
 #include "stillmap/base/trace.hpp"
 
 #include <algorithm>
 #include <utility>
 
-#include <fmt/format.h>
-
 namespace stillmap {
 namespace {
 
-/// Even odds (nothing is known) count in full; from there the weight falls with the probability.
-float residual_weight(float static_log_odds, double exclude_below) {
-  const float p = static_probability(static_log_odds);
-  return p < exclude_below ? 0.0f : std::min(1.0f, 2 * p);
-}
+/// Probability of being static below which a keypoint is not used.
+constexpr float kExcludeBelow = 0.25F;
 
-/// Takes cues out of a preset by name.
-void leave_out(const std::vector<std::string>& names, const std::string& preset, MotionCues& cues) {
-  std::vector<std::string> known;
-  for (const auto& cue : cues) known.emplace_back(cue->name());
-  for (const std::string& name : names) {
-    if (std::find(known.begin(), known.end(), name) == known.end()) {
-      throw Error(fmt::format("preset '{}' has no cue '{}'", preset, name), "motion.without",
-                  known.empty() ? "it has no cues at all" : suggestion(name, known));
-    }
-    std::erase_if(cues, [&](const auto& cue) { return cue->name() == name; });
-  }
+/// Even odds (nothing is known) count in full; from there the weight falls with the probability.
+float residual_weight(float static_log_odds) {
+  const float p = static_probability(static_log_odds);
+  return p < kExcludeBelow ? 0.0f : std::min(1.0f, 2 * p);
 }
 
 /// Takes the cells that hang together with a first one (8-neighbors) out of those that are left.
@@ -116,9 +102,7 @@ void judge_surfaces(MotionEvidence& evidence, const MotionInput& input) {
 
 }  // namespace
 
-MotionEstimator::MotionEstimator(const MotionOptions& options)
-    : exclude_below_(options.exclude_below), cues_(make_cues(options)) {
-  leave_out(options.without, options.preset, cues_);
+MotionEstimator::MotionEstimator(const MotionOptions& options) : cues_(make_cues(options)) {
   judges_surfaces_ = std::any_of(cues_.begin(), cues_.end(),
                                  [](const auto& cue) { return cue->provides_surface_evidence(); });
   const auto looks_at_instances = [](const auto& cue) { return !cue->classes().empty(); };
@@ -170,7 +154,7 @@ MotionEvidence MotionEstimator::finish(MotionEvidence begun, const MotionInput& 
   if (judges_surfaces_) judge_surfaces(evidence, input);
   evidence.weight.reserve(evidence.static_log_odds.size());
   for (const float log_odds : evidence.static_log_odds) {
-    evidence.weight.push_back(residual_weight(log_odds, exclude_below_));
+    evidence.weight.push_back(residual_weight(log_odds));
   }
   return evidence;
 }

@@ -47,7 +47,7 @@ std::vector<int> left_out(const MotionEvidence& evidence) {
 
 MotionOptions seg_mask(int dilation = 0) {
   MotionOptions options;
-  options.preset = "seg-mask";
+  options.cues = {"semantic"};
   options.semantic.dilation = dilation;
   return options;
 }
@@ -108,33 +108,15 @@ TEST(SegMask, NothingIsKnownToMoveWithoutInstances) {
 
 TEST(Static, TakesEverythingForStatic) {
   MotionOptions options;
-  options.preset = "static";
+  options.cues.clear();
   MotionEstimator estimator(options);
   EXPECT_TRUE(left_out(estimator.estimate(input_with({instance("person", {0, 0, 200, 100}, true)})))
                   .empty());
 }
 
-TEST(Presets, AnUnknownNameSuggestsTheNearest) {
-  try {
-    find_preset("seg_mask");
-    FAIL() << "no error";
-  } catch (const Error& e) {
-    EXPECT_THAT(e.what(), HasSubstr("did you mean 'seg-mask'?"));
-  }
-}
-
-TEST(Presets, ACueCanBeLeftOutByName) {
-  MotionOptions options = seg_mask();
-  options.without = {"semantic"};
-  MotionEstimator estimator(options);
-  EXPECT_TRUE(left_out(estimator.estimate(input_with({instance("person", {0, 0, 200, 100}, true)})))
-                  .empty());
-  EXPECT_TRUE(estimator.cues().empty());
-}
-
-TEST(Presets, ACueThatIsNotThereCannotBeLeftOut) {
-  MotionOptions options = seg_mask();
-  options.without = {"semantics"};
+TEST(Cues, AnUnknownNameSuggestsTheNearest) {
+  MotionOptions options;
+  options.cues = {"semantics"};
   try {
     MotionEstimator estimator(options);
     FAIL() << "no error";
@@ -143,7 +125,23 @@ TEST(Presets, ACueThatIsNotThereCannotBeLeftOut) {
   }
 }
 
-TEST(Presets, EveryCueIsTimedInEveryFrame) {
+TEST(Cues, AreMadeInTheGivenOrder) {
+  MotionOptions options;
+  options.cues = {"epipolar", "gated-semantic", "history"};
+  const MotionCues cues = make_cues(options);
+  ASSERT_EQ(cues.size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(cues[i]->name(), options.cues[i]);
+}
+
+TEST(Cues, UseInstancesWhereOneLooksAtClasses) {
+  MotionOptions options;
+  options.cues = {"residual", "history"};
+  EXPECT_FALSE(use_instances(make_cues(options)));
+  options.cues.push_back("semantic");
+  EXPECT_TRUE(use_instances(make_cues(options)));
+}
+
+TEST(Cues, EveryCueIsTimedInEveryFrame) {
   MotionEstimator estimator(seg_mask());
   ASSERT_EQ(estimator.cues(), (std::vector<std::string_view>{"semantic"}));
   Trace trace;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/geometry/pose.hpp"
 #include "stillmap/motion/frame.hpp"
@@ -29,8 +28,6 @@ struct MoverDetectionOptions {
   int views = 10;               ///< remembered, to know what was there before
   double view_interval = 0.2;   ///< seconds between two of them
   double min_core = 0.2;        ///< share of a mover's cells that have neighbors of it on all sides
-  STILLMAP_FIELDS(grow_below, min_cells, min_area, min_moving, piece_gap, max_width, max_length,
-                  trim, max_half_depth, views, view_interval, min_core)
 };
 
 /// A thing along one of the camera's axes (x to the right, y down), as far as it is seen.

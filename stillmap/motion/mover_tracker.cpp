@@ -10,6 +10,33 @@
 namespace stillmap {
 namespace {
 
+/// Spectral density of the acceleration [m^2/s^3]: within one second the velocity changes by its
+/// square root, 0.9 m/s. A person who walks at 0.8 m/s and turns around within two seconds does so.
+constexpr double kAcceleration = 0.8;
+/// Standard deviation of a detection's centroid, because of swinging limbs [m].
+constexpr double kPositionNoise = 0.05;
+/// Standard deviation of the centroid of a detection that is cut off by the image border [m].
+constexpr double kCutOffNoise = 0.2;
+/// Standard deviation of the speed of a new track [m/s].
+constexpr double kInitialSpeed = 1;
+/// Largest squared Mahalanobis distance of an assignment: 99.9 % of a chi-square distribution with
+/// three degrees of freedom.
+constexpr double kGate = 16.3;
+/// Largest distance of an assignment, whatever the uncertainty [m].
+constexpr double kReach = 0.8;
+/// Number of detections in a row that make a track.
+constexpr int kBirths = 3;
+/// Time that a track lives without a detection [s].
+constexpr double kSurvival = 1.5;
+/// Share of an object's remembered extent that lasts over one more detection.
+constexpr double kExtentMemory = 0.9;
+/// Time in which the velocity of an unseen object falls to 1 / e [s].
+constexpr double kSlowing = 0.7;
+/// A detection this close to the box of a track starts no track of its own [m].
+constexpr double kFragment = 0.15;
+/// Number of frames in a row in the box of another track after which two tracks become one.
+constexpr int kMergeAfter = 8;
+
 const std::string kUnknown = "unknown";
 
 double square(double x) { return x * x; }
@@ -25,8 +52,8 @@ Eigen::AlignedBox3d moved(const Eigen::AlignedBox3d& box, const Pose& T) {
   return {middle - half, middle + half};
 }
 
-double noise_of(const MoverDetection& detection, const MoverTrackerOptions& options) {
-  return square(detection.cut_off ? options.cut_off_noise : options.position_noise);
+double noise_of(const MoverDetection& detection) {
+  return square(detection.cut_off ? kCutOffNoise : kPositionNoise);
 }
 
 }  // namespace
@@ -47,8 +74,6 @@ double MoverTracker::Track::last_seen() const {
                                  [](const MoverSample& sample) { return sample.observed; });
   return last == samples.rend() ? 0 : last->timestamp;
 }
-
-MoverTracker::MoverTracker(const MoverTrackerOptions& options) : options_(options) {}
 
 void MoverTracker::update(std::size_t frame_index, double timestamp, const Pose& T_world_camera,
                           const std::vector<MoverDetection>& detections) {
@@ -73,7 +98,7 @@ void MoverTracker::update(std::size_t frame_index, double timestamp, const Pose&
   retire();
   merge();
   for (Track& track : tracks_) {
-    if (track.id == 0 && track.detections >= options_.births) track.id = ++newest_id_;
+    if (track.id == 0 && track.detections >= kBirths) track.id = ++newest_id_;
   }
   if (!tracks_.empty()) T_world_camera_[frame_index] = T_world_camera;
 }
@@ -82,12 +107,12 @@ void MoverTracker::update(std::size_t frame_index, double timestamp, const Pose&
 void MoverTracker::predict(Track& track, double timestamp) const {
   const double dt = timestamp - *timestamp_;
   const bool unseen = !track.samples.empty() && !track.samples.back().observed;
-  if (unseen) track.v *= std::exp(-dt / options_.slowing);
+  if (unseen) track.v *= std::exp(-dt / kSlowing);
   track.p += track.v * dt;
   Eigen::Matrix2d F, Q;
   F << 1, dt, 0, 1;
   Q << dt * dt * dt / 3, dt * dt / 2, dt * dt / 2, dt;
-  track.P = F * track.P * F.transpose() + options_.acceleration * Q;
+  track.P = F * track.P * F.transpose() + kAcceleration * Q;
 }
 
 /// The detection with what is hidden of it, as far as the track knows how far it goes on. Things of
@@ -117,10 +142,10 @@ double MoverTracker::cost(const Track& track, const MoverDetection& detection) c
   const std::string name = track.class_name();
   if (name != kUnknown && detection.class_name != kUnknown && name != detection.class_name)
     return kNever;
-  const double S = track.P(0, 0) + noise_of(detection, options_);
+  const double S = track.P(0, 0) + noise_of(detection);
   const double distance = (detection.centroid - track.p).squaredNorm();
-  if (distance > square(options_.reach) || distance > options_.gate * S) return kNever;
-  return distance / S + 3 * std::log(S / square(options_.position_noise));
+  if (distance > square(kReach) || distance > kGate * S) return kNever;
+  return distance / S + 3 * std::log(S / square(kPositionNoise));
 }
 
 /// Per detection the track that it belongs to, -1 for none.
@@ -146,7 +171,7 @@ std::vector<int> MoverTracker::assigned_tracks(
 }
 
 void MoverTracker::correct(Track& track, const MoverDetection& detection) const {
-  const Eigen::Vector2d K = track.P.col(0) / (track.P(0, 0) + noise_of(detection, options_));
+  const Eigen::Vector2d K = track.P.col(0) / (track.P(0, 0) + noise_of(detection));
   const Eigen::Vector3d innovation = detection.centroid - track.p;
   track.p += K(0) * innovation;
   track.v += K(1) * innovation;
@@ -162,7 +187,7 @@ void MoverTracker::observe(Track& track, const MoverDetection& detection) const 
     const SeenSpan& span = detection.spans[i];
     if (span.low_hidden || span.high_hidden) continue;
     const double before = track.extent[i].value_or(span.extent);
-    track.extent[i] = options_.remembering * before + (1 - options_.remembering) * span.extent;
+    track.extent[i] = kExtentMemory * before + (1 - kExtentMemory) * span.extent;
   }
   track.box_offset = detection.box.translated(-track.p);
   track.surface_offset = detection.surface.translated(-track.p);
@@ -172,7 +197,7 @@ MoverTracker::Track MoverTracker::begin(const MoverDetection& detection) const {
   Track track;
   track.p = detection.centroid;
   track.v = Eigen::Vector3d::Zero();
-  track.P << noise_of(detection, options_), 0, 0, square(options_.initial_speed);
+  track.P << noise_of(detection), 0, 0, square(kInitialSpeed);
   observe(track, detection);
   return track;
 }
@@ -181,8 +206,7 @@ MoverTracker::Track MoverTracker::begin(const MoverDetection& detection) const {
 bool MoverTracker::is_fragment(const MoverDetection& detection) const {
   return std::any_of(tracks_.begin(), tracks_.end(), [&](const Track& track) {
     return track.id != 0 && track.samples.back().observed &&
-           grown(track.box_offset.translated(track.p), options_.fragment)
-               .contains(detection.centroid);
+           grown(track.box_offset.translated(track.p), kFragment).contains(detection.centroid);
   });
 }
 
@@ -197,7 +221,7 @@ void MoverTracker::note(Track& track, const MoverDetection* seen) const {
 void MoverTracker::retire() {
   std::vector<Track> alive;
   for (Track& track : tracks_) {
-    const double patience = track.id == 0 ? 0 : options_.survival;
+    const double patience = track.id == 0 ? 0 : kSurvival;
     if (*timestamp_ - track.last_seen() <= patience) {
       alive.push_back(std::move(track));
     } else {
@@ -225,7 +249,7 @@ void MoverTracker::merge() {
                           older.samples.back().observed && younger.samples.back().observed;
       int& frames = younger.inside[older.id];
       frames = within ? frames + 1 : 0;
-      if (frames < options_.merge_after) continue;
+      if (frames < kMergeAfter) continue;
       absorb(older, younger);
       tracks_.erase(tracks_.begin() + static_cast<std::ptrdiff_t>(k));
       --k;

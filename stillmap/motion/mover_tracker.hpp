@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/geometry/pose.hpp"
 #include "stillmap/motion/mover_detection.hpp"
 
@@ -12,25 +11,6 @@
 #include <vector>
 
 namespace stillmap {
-
-struct MoverTrackerOptions {
-  /// Spectral density of the acceleration [m^2/s^3]: over one second the velocity changes by its
-  /// root, 0.9 m/s. Someone who walks at 0.8 m/s and turns round within two seconds does that.
-  double acceleration = 0.8;
-  double position_noise = 0.05;  ///< of a detection's centroid: limbs that swing [m]
-  double cut_off_noise = 0.2;    ///< of one that the image's border cuts off [m]
-  double initial_speed = 1;      ///< standard deviation before any is measured [m/s]
-  double gate = 16.3;  ///< squared Mahalanobis distance: 99.9 % of a chi-square with 3 freedoms
-  double reach = 0.8;  ///< meters beyond which nothing is taken for the same thing, gate or no gate
-  int births = 3;      ///< detections in a row that make a track
-  double survival = 1.5;     ///< seconds that a track lives without a detection
-  double remembering = 0.9;  ///< share of a thing's remembered extent that one more look leaves
-  double slowing = 0.7;      ///< seconds in which an unseen thing's velocity falls to 37 %
-  double fragment = 0.15;    ///< a detection this near a track's box starts no track [m]
-  int merge_after = 8;       ///< frames in a row that one track lies in another's box: they are one
-  STILLMAP_FIELDS(acceleration, position_noise, cut_off_noise, initial_speed, gate, reach, births,
-                  survival, remembering, slowing, fragment, merge_after)
-};
 
 /// A mover in one frame. Meters, meters per second, world frame.
 struct MoverSample {
@@ -75,16 +55,14 @@ struct MoverTrack {
 /// on: the centroid and the box are completed by that (somebody who walks behind a table does not
 /// rise by half a leg).
 ///
-/// A track is born by `births` detections in a row that move; detections that stand still keep it
+/// A track is born by three detections in a row that move; detections that stand still keep it
 /// alive: somebody who stops stays a track, his velocity near zero, as long as an instance shows
 /// him. (What stops without a network to know it has no detections any more; it becomes part of
-/// the static world.) A track survives `survival` seconds unseen (going on
+/// the static world.) A track survives 1.5 seconds unseen (going on
 /// ever more slowly), and is found again within that time. Two tracks that stay within each other
 /// are one thing; the older id stays. Synchronous and deterministic: ids follow from the input.
 class MoverTracker {
  public:
-  explicit MoverTracker(const MoverTrackerOptions& options = {});
-
   /// The next frame with a pose; indices and stamps rise.
   void update(std::size_t frame_index, double timestamp, const Pose& T_world_camera,
               const std::vector<MoverDetection>& detections);
@@ -134,7 +112,6 @@ class MoverTracker {
   void archive(Track&& track);
   Mover mover(const Track& track) const;
 
-  MoverTrackerOptions options_;
   std::vector<Track> tracks_;                   // alive, in the order of their birth
   std::vector<Track> ended_;                    // those that were born
   std::map<std::size_t, Pose> T_world_camera_;  // of frames with a sample, as it was then

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/motion/motion_cue.hpp"
 
@@ -18,7 +17,6 @@ struct ResidualCueOptions {
   /// uniform, and so low that this is the ratio at 0.
   double at_best = 1.0;
   double at_worst = -4.0;  ///< log-odds of one that fits not at all: it may be a false match
-  STILLMAP_FIELDS(baseline, pose_sigma, at_best, at_worst)
 };
 
 /// Depth and flow against the camera's own motion: a keypoint followed from frame to frame is held

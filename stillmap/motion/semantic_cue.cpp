@@ -64,7 +64,7 @@ void SemanticCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
     const int u = std::clamp(cvRound(keypoints[i].u), 0, moving.cols - 1);
     const int v = std::clamp(cvRound(keypoints[i].v), 0, moving.rows - 1);
     if (moving.at<std::uint8_t>(v, u) != 0) {
-      evidence.static_log_odds[i] -= static_cast<float>(options_.certainty);
+      evidence.static_log_odds[i] -= kCertainlyMoving;
     }
   }
 }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/motion/class_sets.hpp"
 #include "stillmap/motion/motion_cue.hpp"
 
@@ -14,13 +13,9 @@ struct SemanticCueOptions {
   /// A keypoint's descriptor covers a disc around it; one this close to a mask is partly on the
   /// mover.
   int dilation = 5;  ///< pixels
-  /// Log-odds against "static" that a detection of confidence 1 counts for: 1 in e^6 = 400 is
-  /// wrong.
-  double certainty = 6;
   /// The same where other cues speak of surfaces too: a prior only, which what is measured may
   /// overrule.
   double prior = 4;
-  STILLMAP_FIELDS(classes, dilation, certainty, prior)
 };
 
 /// Keypoints inside the mask (or box, where there is no mask) of a thing whose class moves by

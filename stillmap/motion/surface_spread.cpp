@@ -7,14 +7,17 @@
 namespace stillmap {
 namespace {
 
+/// Distance along a surface that one meter of depth jump counts for [m].
+constexpr double kJumpCost = 10;
+
 /// Of two neighboring cells at depths a and b, the share of the one's value that reaches the
 /// other.
 class Passage {
  public:
-  Passage(double focal, const DepthPolynomial<float>& tolerance, const SpreadOptions& options)
+  Passage(double focal, const DepthPolynomial<float>& tolerance)
       : tolerance_(tolerance),
-        lateral_(static_cast<float>(1 / (focal * options.reach))),
-        jump_(static_cast<float>(options.jump_cost / options.reach)) {}
+        lateral_(static_cast<float>(1 / (focal * SurfaceSpread::kReach))),
+        jump_(static_cast<float>(kJumpCost / SurfaceSpread::kReach)) {}
 
   float operator()(float a, float b) const {
     if (a <= 0 || b <= 0) return 0;
@@ -62,10 +65,10 @@ void spread_columns(const cv::Mat1f& in, const cv::Mat1f& share, cv::Mat1f& out)
 
 }  // namespace
 
-SurfaceSpread::SurfaceSpread(const CellGrid& grid, const SpreadOptions& options)
+SurfaceSpread::SurfaceSpread(const CellGrid& grid)
     : from_left_(grid.size(), 0.0F), from_above_(grid.size(), 0.0F) {
-  const Passage horizontal(grid.camera.fx, grid.tolerance, options);
-  const Passage vertical(grid.camera.fy, grid.tolerance, options);
+  const Passage horizontal(grid.camera.fx, grid.tolerance);
+  const Passage vertical(grid.camera.fy, grid.tolerance);
   for (int r = 0; r < grid.depth.rows; ++r) {
     const auto* here = grid.depth.ptr<float>(r);
     auto* left = from_left_.ptr<float>(r);

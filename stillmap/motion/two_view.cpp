@@ -9,14 +9,21 @@
 namespace stillmap {
 namespace {
 
+/// Probability of having drawn one sample without outliers at which the search ends.
+constexpr double kConfidence = 0.99;
+/// Maximum number of samples.
+constexpr int kMaxIterations = 500;
+/// Seed of the generator in every call.
+constexpr int kSeed = 1;
+
 /// OpenCV's USAC framework (Raguram et al., TPAMI 2013), on one thread: MSAC's score, local
 /// optimization, and a generator of its own that starts from the seed.
 cv::UsacParams usac_params(const RansacOptions& options) {
   cv::UsacParams params;
   params.threshold = options.threshold;
-  params.confidence = options.confidence;
-  params.maxIterations = options.iterations;
-  params.randomGeneratorState = options.seed;
+  params.confidence = kConfidence;
+  params.maxIterations = kMaxIterations;
+  params.randomGeneratorState = kSeed;
   params.isParallel = false;
   params.sampler = cv::SAMPLING_UNIFORM;
   params.score = cv::SCORE_METHOD_MSAC;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 
 #include <optional>
 #include <vector>
@@ -22,11 +21,7 @@ struct PointPairs {
 /// Random sample consensus (Fischler and Bolles, CACM 1981). The generator is seeded afresh for
 /// every call, so equal pairs give equal bits, whatever else runs.
 struct RansacOptions {
-  double threshold = 1.5;    ///< a pair off by less supports the model [pixels]
-  double confidence = 0.99;  ///< that a sample without outliers was drawn
-  int iterations = 500;      ///< samples drawn at most
-  int seed = 1;
-  STILLMAP_FIELDS(threshold, confidence, iterations, seed)
+  double threshold = 1.5;  ///< a pair off by less supports the model [pixels]
 };
 
 /// H with p_now ~ H * p_before for most pairs; none with fewer than 4 pairs or where no model is

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/geometry/pose.hpp"
 #include "stillmap/optimize/residual.hpp"
@@ -40,7 +39,6 @@ struct BundleOptions {
   int plain_iterations = 10;
   /// A pass ends when a step reduces the cost by less than this ratio.
   double cost_tolerance = 1e-6;
-  STILLMAP_FIELDS(robust_iterations, plain_iterations, cost_tolerance)
 };
 
 struct BundleResult {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/geometry/pose.hpp"
 
 #include <cstdint>
@@ -27,7 +26,6 @@ struct PoseGraphOptions {
   int iterations = 50;              ///< Maximum number of iterations.
   /// Optimization ends when a step reduces the cost by less than this ratio.
   double cost_tolerance = 1e-8;
-  STILLMAP_FIELDS(translation_sigma, rotation_sigma, iterations, cost_tolerance)
 };
 
 struct PoseGraphResult {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/geometry/pose.hpp"
 #include "stillmap/optimize/residual.hpp"
@@ -37,8 +36,6 @@ struct PoseSolverOptions {
   double max_translation_sigma = 0.1;
   /// Maximum predicted standard deviation about the worst axis of a well-posed solution [rad].
   double max_rotation_sigma = 0.05;
-  STILLMAP_FIELDS(robust_rounds, plain_rounds, iterations, step_tolerance, min_inliers,
-                  max_translation_sigma, max_rotation_sigma)
 };
 
 struct PoseSolution {

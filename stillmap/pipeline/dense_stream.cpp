@@ -51,11 +51,11 @@ SegmentedFrame objects_in(const DetectedObjects& found, const RgbdFrame& image,
 
 }  // namespace
 
-DenseStream::DenseStream(const Camera& camera, const SlamOptions& options, bool enabled,
+DenseStream::DenseStream(const Camera& camera, const SlamParameters& options, bool enabled,
                          std::vector<AnchoredView> loaded)
     : propagation_(options.carry),
       every_(static_cast<std::size_t>(options.dense.every)),
-      realtime_(options.schedule.realtime()),
+      realtime_(options.schedule.realtime),
       dense_(camera, options.dense) {
   if (!enabled) return;
   for (AnchoredView& view : loaded) {

@@ -3,8 +3,8 @@
 #include "stillmap/dense/dense_map.hpp"
 #include "stillmap/pipeline/instance_stream.hpp"
 #include "stillmap/pipeline/mapping.hpp"
-#include "stillmap/pipeline/options.hpp"
 #include "stillmap/pipeline/saved_map.hpp"
+#include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/pipeline/stage.hpp"
 #include "stillmap/track/tracker.hpp"
 
@@ -25,7 +25,7 @@ class DenseStream {
  public:
   /// @param enabled whether frames are added; without it the dense map stays empty
   /// @param loaded  views of a map made before; they get poses when the camera is found in that map
-  DenseStream(const Camera& camera, const SlamOptions& options, bool enabled,
+  DenseStream(const Camera& camera, const SlamParameters& options, bool enabled,
               std::vector<AnchoredView> loaded);
 
   /// Hands over a frame, with the objects that the detector found last and the state of the map at

@@ -5,7 +5,7 @@ namespace stillmap {
 namespace {
 
 /// What the cues look at, and what the dense map keeps out.
-std::set<std::string> wanted_classes(const SlamOptions& options) {
+std::set<std::string> wanted_classes(const SlamParameters& options) {
   std::set<std::string> classes = MotionEstimator(options.motion).classes();
   if (options.dense_cloud) classes.insert(options.dense.movers.begin(), options.dense.movers.end());
   return classes;
@@ -13,14 +13,14 @@ std::set<std::string> wanted_classes(const SlamOptions& options) {
 
 }  // namespace
 
-InstanceStream::InstanceStream(std::unique_ptr<Detector> detector, const SlamOptions& options)
+InstanceStream::InstanceStream(std::unique_ptr<Detector> detector, const SlamParameters& options)
     : schedule_(options.schedule),
       wanted_classes_(wanted_classes(options)),
       detector_(std::move(detector)),
       propagator_(options.carry) {
   if (!detector_) return;
   // In realtime the detector gets the newest frame whenever it is free, so one frame may wait.
-  const bool realtime = schedule_.realtime();
+  const bool realtime = schedule_.realtime;
   detect_stage_ = std::make_unique<Stage<RgbdFramePtr, DetectedObjects>>(
       realtime ? 1 : 8, realtime ? WhenFull::kDrop : WhenFull::kBlock,
       [this](const RgbdFramePtr& frame, const auto& publish) { publish(detect(frame)); }, "network",
@@ -74,9 +74,9 @@ SeenInstances InstanceStream::carry_to(const PropagationTask& task) {
 }
 
 void InstanceStream::collect(std::size_t visible) {
-  const bool wait = !schedule_.realtime() || taken_ == 0;
+  const bool wait = !schedule_.realtime || taken_ == 0;
   while (wait && taken_ < visible) take_in(detect_stage_->take().value());
-  while (schedule_.realtime()) {
+  while (schedule_.realtime) {
     const auto found = detect_stage_->try_take();
     if (!found) break;
     take_in(*found);

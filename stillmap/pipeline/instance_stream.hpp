@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/motion/instance_cells.hpp"
-#include "stillmap/pipeline/options.hpp"
+#include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/pipeline/stage.hpp"
 #include "stillmap/segment/detector.hpp"
 #include "stillmap/segment/mask_propagator.hpp"
@@ -33,7 +33,7 @@ struct SeenInstances {
 class InstanceStream {
  public:
   /// @param detector null: no frame ever gets instances
-  InstanceStream(std::unique_ptr<Detector> detector, const SlamOptions& options);
+  InstanceStream(std::unique_ptr<Detector> detector, const SlamParameters& options);
 
   /// Shows the detector a frame, if it is one of those it is to see, and begins to carry to it what
   /// is due by then: in lockstep that is waited for, in realtime it is what there is. Only the

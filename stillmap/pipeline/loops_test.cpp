@@ -36,13 +36,13 @@ const RgbdFramePtr& picture(std::size_t index) {
   return made[index];
 }
 
-SlamOptions loop_options() {
-  SlamOptions options = small_options("static");
+SlamParameters loop_options() {
+  SlamParameters options = small_options("static");
   options.dense_cloud = false;
   return options;
 }
 
-SlamResult run(const SlamOptions& options) {
+SlamResult run(const SlamParameters& options) {
   SlamSystem slam(round().camera(), options);
   for (std::size_t i = 0; i < kFrames; ++i) slam.push(picture(i));
   return slam.finish();
@@ -58,7 +58,7 @@ int count(const SlamResult& result, MapEvent::Kind kind) {
 }
 
 TEST(Loops, AreClosedTheSameInEveryRunAndTheTrajectoryIsBetterForIt) {
-  SlamOptions options = loop_options();
+  SlamParameters options = loop_options();
   options.dense_cloud = true;
   const SlamResult closed = run(options), again = run(options);
   EXPECT_EQ(closed.dense.cloud, again.dense.cloud);
@@ -73,7 +73,7 @@ TEST(Loops, AreClosedTheSameInEveryRunAndTheTrajectoryIsBetterForIt) {
   EXPECT_EQ(closed.tracked(), kFrames);
   EXPECT_LT(ate(closed), 0.5 * ate(open));
   options.places.loops = true;
-  options.schedule.mode = "realtime";
+  options.schedule.realtime = true;
   // How well depends on the machine, for the frames come as fast as they are tracked.
   EXPECT_GT(run(options).tracked(), kFrames / 2) << "the tracker goes on while the map is bent";
 }
@@ -93,7 +93,7 @@ TEST(Maps, AreJoinedWhenThePlaceOfTheOldOneIsSeen) {
 /// One keyframe that shows the other map is enough, for there may be no row of them.
 TEST(Maps, AreJoinedWithoutARowOfKeyframesThatShowTheOther) {
   const auto maps_with = [](bool connect_at_once) {
-    SlamOptions options = loop_options();
+    SlamParameters options = loop_options();
     options.places.connect_at_once = connect_at_once;
     options.places.connect_by = 0;
     options.places.detector.consistent = 1000;
@@ -111,7 +111,7 @@ TEST(Maps, AreJoinedWithoutARowOfKeyframesThatShowTheOther) {
 /// row of them could.
 TEST(Maps, LeftApartAreHeldAgainstEachOtherAtTheEnd) {
   const auto maps_with = [](int connect_by) {
-    SlamOptions options = loop_options();
+    SlamParameters options = loop_options();
     options.places.connect_at_once = false;
     options.places.connect_by = connect_by;
     SlamSystem slam(round().camera(), options);
@@ -157,7 +157,7 @@ class TrackedByOdometry : public ::testing::Test {
     double error;       ///< meters, in the map's world; nothing is aligned
   };
   /// The frames with a pose.
-  static std::vector<Step> go(const SlamOptions& options, std::ptrdiff_t& beside) {
+  static std::vector<Step> go(const SlamParameters& options, std::ptrdiff_t& beside) {
     SlamSystem first(round().camera(), loop_options());
     for (std::size_t i = 0; i < kMapped; ++i) first.push(picture(i));
     first.finish();
@@ -199,7 +199,7 @@ TEST_F(TrackedByOdometry, OdometryGoesOnUntilTheMapIsSeenAgain) {
 }
 
 TEST_F(TrackedByOdometry, WithoutItTheCameraIsLostThere) {
-  SlamOptions options = loop_options();
+  SlamParameters options = loop_options();
   options.tracker.tracked_by_odometry = false;
   std::ptrdiff_t beside = 0;
   EXPECT_LT(go(options, beside).size(), kSteps - 50);

@@ -54,7 +54,7 @@ double error_at(const SlamResult& result, const Recording& recording, std::size_
 
 TEST(Lost, PointsOfTheFrameBeforeHelpToHoldThePoseWhereLandmarksAreTooFew) {
   const Recording& rec = recording(0, "xyz");
-  SlamOptions options = small_options("static");
+  SlamParameters options = small_options("static");
   options.tracker.min_inliers = options.orb.keypoints + 1;  // they always are
   SlamSystem slam(rec.sequence->camera(), options);
   for (std::size_t i = 0; i < 60; ++i) EXPECT_TRUE(slam.push(rec.frames[i])) << "frame " << i;
@@ -79,7 +79,7 @@ TEST(Lost, SecondsOfBlacknessAreBridged) {
 TEST(Lost, PeopleInTheViewDoNotHinderIt) {
   const Recording& empty = recording(0, "xyz");
   const Recording& rec = recording(3, "xyz");
-  SlamOptions options = small_options("fused");
+  SlamParameters options = small_options("fused");
   SlamSystem slam(rec.sequence->camera(), options);
   int with_pose = 0;
   for (std::size_t i = 0; i < 90; ++i) {
@@ -96,7 +96,7 @@ TEST(Lost, PeopleInTheViewDoNotHinderIt) {
 class BehindABoard : public ::testing::Test {
  protected:
   static constexpr std::size_t kComes = 20, kGoes = 65;
-  static SlamResult run(const Board& board, const SlamOptions& options) {
+  static SlamResult run(const Board& board, const SlamParameters& options) {
     const Recording& rec = recording(0, "xyz");
     const Camera& camera = rec.sequence->camera();
     SlamSystem slam(camera, options);
@@ -138,7 +138,7 @@ TEST_F(BehindABoard, NoMapIsBegunOnWhatCoversAllOfIt) {
 }
 
 TEST_F(BehindABoard, WhatStaysIsTakenForARoomAtLast) {
-  SlamOptions options = small_options("fused");
+  SlamParameters options = small_options("fused");
   options.tracker.occluded_patience = 15;
   options.tracker.patience = 5;
   const SlamResult result = run({.share = 1, .speed = 0}, options);

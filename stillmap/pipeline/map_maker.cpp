@@ -9,9 +9,8 @@
 
 namespace stillmap {
 
-MapMaker::MapMaker(Map map, const SlamOptions& options)
+MapMaker::MapMaker(Map map, const SlamParameters& options)
     : options_(options.mapper),
-      correction_(options.places.correction),
       map_(std::move(map)),
       mapper_(map_, options.mapper),
       places_(options.places) {
@@ -49,8 +48,7 @@ void MapMaker::index_keyframe(KeyframeId keyframe) {
 void MapMaker::close(const LoopMatch& match) {
   const Stopwatch watch;
   const TraceScope scope("loop closing");
-  const LoopCorrection done =
-      match.same_component ? close_loop(map_, match, correction_) : join(match);
+  const LoopCorrection done = match.same_component ? close_loop(map_, match) : join(match);
   pending_global_ba_ = map_.at(match.query).component;
   moved_ = true;
   const Keyframe& query = map_.at(match.query);
@@ -62,11 +60,11 @@ void MapMaker::close(const LoopMatch& match) {
 
 /// Merges the components, adjusts the seam, and propagates the correction.
 LoopCorrection MapMaker::join(const LoopMatch& match) {
-  LoopCorrection done = join_maps(map_, match, correction_);
-  const EssentialGraph before(map_, map_.at(match.query).component, correction_.strong);
+  LoopCorrection done = join_maps(map_, match);
+  const EssentialGraph before(map_, map_.at(match.query).component);
   adjust_locally(map_, match.query, options_.adjustment);
   const Stopwatch watch;
-  propagate_correction(map_, before, correction_.graph);
+  propagate_correction(map_, before);
   done.graph_ms = watch.milliseconds();
   return done;
 }

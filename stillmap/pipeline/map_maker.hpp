@@ -2,7 +2,7 @@
 #pragma once
 #include "stillmap/loop/places.hpp"
 #include "stillmap/map/relocalization_result.hpp"
-#include "stillmap/pipeline/options.hpp"
+#include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/refine/global_adjustment.hpp"
 #include "stillmap/refine/local_mapper.hpp"
 #include "stillmap/slam.hpp"
@@ -21,7 +21,7 @@ using KeyframePoses = std::map<KeyframeId, Pose>;
 class MapMaker {
  public:
   /// @param map  empty, or loaded
-  MapMaker(Map map, const SlamOptions& options);
+  MapMaker(Map map, const SlamParameters& options);
 
   /// Adds a keyframe with its landmarks. Returns the new local map snapshot.
   LocalMapPtr insert(const KeyframeProposal& proposal);
@@ -71,7 +71,6 @@ class MapMaker {
   LoopCorrection join(const LoopMatch& match);
 
   const MapperOptions options_;
-  const LoopCorrectionOptions correction_;
   Map map_;
   LocalMapper mapper_;
   Places places_;

@@ -21,7 +21,7 @@ constexpr std::size_t kAtTheEnd = std::numeric_limits<std::size_t>::max();
 
 }  // namespace
 
-Mapping::Mapping(Map map, const SlamOptions& options, bool extend)
+Mapping::Mapping(Map map, const SlamParameters& options, bool extend)
     : schedule_(options.schedule),
       extend_(extend),
       final_adjustment_(extend && options.final_adjustment),
@@ -57,7 +57,7 @@ void Mapping::work(const TrackedFrame& tracked, const MapStage::Publish& publish
   publish(std::move(inserted));
   // In realtime a newer keyframe is more important than convergence around this one.
   StopRequest hurry;
-  if (schedule_.realtime()) hurry = [this] { return stage_->waiting() > 0; };
+  if (schedule_.realtime) hurry = [this] { return stage_->waiting() > 0; };
   MapUpdate refined{maker_.refine(hurry)};
   refined.moved = maker_.take_moved();
   publish(std::move(refined));
@@ -93,8 +93,8 @@ void Mapping::begin_adjustment(std::size_t frame_index) {
 }
 
 void Mapping::apply_due_adjustment(std::size_t frame_index) {
-  if (!schedule_.realtime() && frame_index < adjusted_by_) return;
-  const bool wait = !schedule_.realtime() || frame_index == kAtTheEnd;
+  if (!schedule_.realtime && frame_index < adjusted_by_) return;
+  const bool wait = !schedule_.realtime || frame_index == kAtTheEnd;
   while (adjusting_ > 0) {
     const auto adjusted = wait ? adjuster_->take() : adjuster_->try_take();
     if (!adjusted) return;
@@ -128,9 +128,9 @@ void Mapping::expect(std::size_t frame_index) {
 }
 
 std::optional<Mapping::MapUpdate> Mapping::next_update(std::size_t frame_index) {
-  if (due_.empty() || (!schedule_.realtime() && due_.front() > frame_index)) return std::nullopt;
+  if (due_.empty() || (!schedule_.realtime && due_.front() > frame_index)) return std::nullopt;
   const bool wait =
-      !schedule_.realtime() || await_first_snapshot_ || due_.size() > kMaxPendingUpdates;
+      !schedule_.realtime || await_first_snapshot_ || due_.size() > kMaxPendingUpdates;
   auto update = wait ? stage_->take() : stage_->try_take();
   if (update) due_.pop_front();
   return update;

@@ -36,7 +36,7 @@ class Mapping {
  public:
   /// @param map     empty, or loaded
   /// @param extend  false: the map is only read and stays unchanged
-  Mapping(Map map, const SlamOptions& options, bool extend = true);
+  Mapping(Map map, const SlamParameters& options, bool extend = true);
 
   /// Passes a tracked frame to mapping; frames without a task are ignored. A keyframe proposal
   /// gives two snapshots: with its landmarks, and refined; or, if the map is not extended, twice

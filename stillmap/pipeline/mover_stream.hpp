@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/motion/mover_tracker.hpp"
-#include "stillmap/pipeline/options.hpp"
+#include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/pipeline/stage.hpp"
 #include "stillmap/track/tracker.hpp"
 

@@ -33,7 +33,7 @@ struct Outcome {
 /// The whole system without a network on a rendered scene.
 Outcome run(const SimulationOptions& scene) {
   const SimulatedSequence sequence(scene);
-  SlamOptions options;
+  SlamParameters options;
   options.orb.keypoints = 600;
   options.dense_cloud = false;
   SlamSystem slam(sequence.camera(), options);

@@ -37,11 +37,10 @@ inline const Recording& recording(int people, const std::string& camera,
   return r;
 }
 
-inline SlamOptions small_options(const std::string& preset) {
-  SlamOptions options;
-  options.motion.preset = preset;
-  options.orb.keypoints = 600;
-  return options;
+inline SlamParameters small_options(const std::string& preset) {
+  Options options = read_options(preset);
+  options.features.keypoints = 600;
+  return parameters_of(options);
 }
 
 /// A new image (cv::Mat::zeros would be written into the recording's own).

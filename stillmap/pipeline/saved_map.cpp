@@ -176,8 +176,8 @@ void require_same_camera(const MapContent& map, const Camera& camera, const Pyra
                             map.pyramid.levels, map.pyramid.scale_factor, pyramid.levels,
                             pyramid.scale_factor),
                 where,
-                fmt::format("add --set orb.levels={} --set orb.scale_factor={}", map.pyramid.levels,
-                            map.pyramid.scale_factor));
+                fmt::format("add --set features.levels={} --set features.scale_factor={}",
+                            map.pyramid.levels, map.pyramid.scale_factor));
   }
 }
 

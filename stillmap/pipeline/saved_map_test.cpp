@@ -60,7 +60,7 @@ struct Outcome {
 };
 
 Outcome run(const Visit& visit, std::optional<StartingMap> start = std::nullopt,
-            const SlamOptions& options = recorded::small_options("static")) {
+            const SlamParameters& options = recorded::small_options("static")) {
   SlamSystem slam(visit.camera(), options, nullptr, std::move(start));
   for (const auto& frame : visit.frames) slam.push(frame);
   Outcome outcome;
@@ -270,7 +270,7 @@ TEST(SavedMap, AFolderAMissingFileAndOneWithoutRoomAreErrors) {
 }
 
 TEST(SavedMap, AnotherCameraOrPyramidIsAnError) {
-  SlamOptions options = recorded::small_options("static");
+  SlamParameters options = recorded::small_options("static");
   const auto begin = [&](const Camera& camera) {
     SlamSystem(camera, options, nullptr, StartingMap{first_visit().map, false});
   };
@@ -326,8 +326,8 @@ TEST(Localizing, WhereItHasNeverBeenNothingIsRecognized) {
 }
 
 TEST(Localizing, WorksInRealTimeToo) {
-  SlamOptions options = recorded::small_options("static");
-  options.schedule.mode = "realtime";
+  SlamParameters options = recorded::small_options("static");
+  options.schedule.realtime = true;
   const Visit& second = visit("slower");
   const Outcome r = run(second, StartingMap{first_visit().map, false}, options);
   EXPECT_GE(r.result.tracked(), 1U);

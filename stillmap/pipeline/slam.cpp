@@ -2,6 +2,7 @@
 #include "stillmap/slam.hpp"
 
 #include "stillmap/base/quantile.hpp"
+#include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/pipeline/slam_system.hpp"
 #include "stillmap/pipeline/snapshot.hpp"
 #include "stillmap/segment/make_detector.hpp"
@@ -43,8 +44,8 @@ class Subscribers {
   std::vector<std::weak_ptr<const Call>> calls_;
 };
 
-std::unique_ptr<Detector> detector_for(std::unique_ptr<Detector> own, const SlamOptions& options) {
-  return own ? std::move(own) : make_detector(options.segment);
+std::unique_ptr<Detector> detector_for(std::unique_ptr<Detector> own, const Options& options) {
+  return own ? std::move(own) : make_detector(parameters_of(options).segment);
 }
 
 std::optional<StartingMap> starting_map(const std::optional<StartMap>& start) {
@@ -73,10 +74,10 @@ Results results_of(SlamResult&& result) {
 }  // namespace
 
 struct Slam::Impl {
-  Impl(const Camera& camera, const SlamOptions& options, std::unique_ptr<Detector> detector,
+  Impl(const Camera& camera, const Options& options, std::unique_ptr<Detector> detector,
        const std::optional<StartMap>& start)
       : frames(camera),
-        system(frames.camera(), options, detector_for(std::move(detector), options),
+        system(frames.camera(), parameters_of(options), detector_for(std::move(detector), options),
                starting_map(start)) {}
 
   void notify();
@@ -111,10 +112,7 @@ void Slam::Impl::notify_keyframes(const MapView& view) {
   }
 }
 
-Slam::Slam(const Camera& camera, std::unique_ptr<Detector> detector)
-    : Slam(camera, SlamOptions(), std::move(detector)) {}
-
-Slam::Slam(const Camera& camera, const SlamOptions& options, std::unique_ptr<Detector> detector,
+Slam::Slam(const Camera& camera, const Options& options, std::unique_ptr<Detector> detector,
            const std::optional<StartMap>& start)
     : impl_(std::make_unique<Impl>(camera, options, std::move(detector), start)) {}
 

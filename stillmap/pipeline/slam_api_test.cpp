@@ -37,7 +37,11 @@ class TrueMasks final : public Detector {
   std::vector<std::string> names_ = {"person", "unknown"};
 };
 
-SlamOptions small_options() { return recorded::small_options("fused"); }
+Options small_options() {
+  Options options;
+  options.features.keypoints = 600;
+  return options;
+}
 
 Slam slam_for(const Recording& rec) {
   return Slam(rec.sequence->camera(), small_options(), std::make_unique<TrueMasks>(rec.sequence));

@@ -86,7 +86,7 @@ const Office& office() {
 }
 
 SlamResult run_office() {
-  SlamOptions options;
+  SlamParameters options;
   options.orb.keypoints = 600;
   options.dense.back_projection.stride = 1;  // the images are small
   SlamSystem slam(office().sequence->camera(), options,

@@ -37,11 +37,6 @@ constexpr std::array kStages = {"mask propagation",
                                 "dense composition",
                                 "movers"};
 
-const SlamOptions& checked(const SlamOptions& options) {
-  check_options(options);
-  return options;
-}
-
 TrackerStart how_to_begin(const std::optional<StartingMap>& start) {
   if (!start) return TrackerStart::kNewMap;
   return start->extend ? TrackerStart::kInMap : TrackerStart::kInMapOnly;
@@ -60,14 +55,14 @@ std::vector<AnchoredView> views_to_begin_with(std::optional<StartingMap>& start)
 
 }  // namespace
 
-SlamSystem::SlamSystem(const Camera& camera, const SlamOptions& options,
+SlamSystem::SlamSystem(const Camera& camera, const SlamParameters& options,
                        std::unique_ptr<Detector> detector, std::optional<StartingMap> start)
     : own_trace_(bound_trace_track() != nullptr ? nullptr
                                                 : std::make_unique<Trace>(TraceDetail::kTimes)),
       track_(own_trace_ ? own_trace_->add_track("camera") : *bound_trace_track()),
       first_track_(track_.trace().tracks().size()),
       construction_(std::in_place, &track_),
-      options_(checked(options)),
+      options_(options),
       camera_(camera),
       extend_(!start || start->extend),
       extractor_(options.orb),
@@ -77,7 +72,7 @@ SlamSystem::SlamSystem(const Camera& camera, const SlamOptions& options,
       instances_(std::move(detector), options),
       mapping_(map_to_begin_in(start, camera, options.orb.pyramid()), options, extend_),
       dense_(camera, options, extend_ && options.dense_cloud, views_to_begin_with(start)),
-      movers_(options.movers, options.schedule.realtime()),
+      movers_(options.movers, options.schedule.realtime),
       log_(extend_) {
   construction_.reset();  // all threads have been made and have their tracks
   end_track_ = track_.trace().tracks().size();
@@ -90,7 +85,7 @@ std::optional<Pose> SlamSystem::push(const RgbdFramePtr& image) {
   const TraceBinding binding(&track_);
   trace_frame(image->index);
   traced("frame", [&] { track(image); });
-  if (options_.schedule.realtime()) shed_load(*image);
+  if (options_.schedule.realtime) shed_load(*image);
   log_.add(*newest_, tracking_times(propagation_));
   return newest_->T_world_camera;
 }

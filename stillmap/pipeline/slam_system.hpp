@@ -9,8 +9,8 @@
 #include "stillmap/pipeline/keypoint_budget.hpp"
 #include "stillmap/pipeline/mapping.hpp"
 #include "stillmap/pipeline/mover_stream.hpp"
-#include "stillmap/pipeline/options.hpp"
 #include "stillmap/pipeline/saved_map.hpp"
+#include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/track/tracker.hpp"
 
 #include <map>
@@ -72,8 +72,8 @@ class SlamSystem {
  public:
   /// @param detector finds instances; null for none
   /// @param start    a map to begin in: the camera counts as lost until its place is recognized
-  /// Throws Error for options that make no sense, and for a map of another camera.
-  SlamSystem(const Camera& camera, const SlamOptions& options,
+  /// Throws Error for a map of another camera.
+  SlamSystem(const Camera& camera, const SlamParameters& options,
              std::unique_ptr<Detector> detector = nullptr,
              std::optional<StartingMap> start = std::nullopt);
   ~SlamSystem();
@@ -96,7 +96,7 @@ class SlamSystem {
 
   /// What moves, by id, as known now and in the world as it is now. In lockstep at the frame pushed
   /// last; in realtime at the newest that was worked on.
-  std::vector<Mover> movers() { return movers_.newest(!options_.schedule.realtime()); }
+  std::vector<Mover> movers() { return movers_.newest(!options_.schedule.realtime); }
 
   /// Waits for all threads, adjusts the map once more, and collects the results. Call once; no push
   /// after it.
@@ -129,7 +129,7 @@ class SlamSystem {
   std::size_t end_track_ = 0;                 // one beyond their last
   std::optional<TraceBinding> construction_;  // while their threads are made
 
-  const SlamOptions options_;
+  const SlamParameters options_;
   const Camera camera_;
   const bool extend_;
   OrbExtractor extractor_;

@@ -38,9 +38,9 @@ struct Outcome {
   double ate = 0;  // meters
 };
 
-Outcome run(const Recording& recording, const SlamOptions& options) {
+Outcome run(const Recording& recording, const SlamParameters& options) {
   std::unique_ptr<Detector> detector;
-  if (options.motion.preset != "static") detector = std::make_unique<TrueMasks>(recording.sequence);
+  if (!options.motion.cues.empty()) detector = std::make_unique<TrueMasks>(recording.sequence);
   SlamSystem slam(recording.sequence->camera(), options, std::move(detector));
   for (const auto& frame : recording.frames) slam.push(frame);
   Outcome outcome{slam.finish()};
@@ -106,7 +106,7 @@ TEST(SlamWithPeople, TheStaticPresetLosesNoFrameAndDoesNotCrash) {
 }
 
 TEST(Lockstep, TwoRunsAreIdenticalToTheLastBit) {
-  const SlamOptions options = small_options("seg-mask");
+  const SlamParameters options = small_options("seg-mask");
   const Outcome first = run(recording(3, "xyz"), options),
                 second = run(recording(3, "xyz"), options);
   EXPECT_TRUE(same_bytes(first.result.trajectory, second.result.trajectory));
@@ -115,7 +115,7 @@ TEST(Lockstep, TwoRunsAreIdenticalToTheLastBit) {
 }
 
 TEST(Lockstep, OneThreadForOpenCvGivesTheSame) {
-  const SlamOptions options = small_options("seg-mask");
+  const SlamParameters options = small_options("seg-mask");
   const Outcome many = run(recording(3, "xyz"), options);
   const int threads = cv::getNumThreads();
   cv::setNumThreads(1);
@@ -126,8 +126,8 @@ TEST(Lockstep, OneThreadForOpenCvGivesTheSame) {
 }
 
 TEST(Realtime, TracksEveryFramePushed) {
-  SlamOptions options = small_options("seg-mask");
-  options.schedule.mode = "realtime";
+  SlamParameters options = small_options("seg-mask");
+  options.schedule.realtime = true;
   const Outcome r = run(recording(3, "xyz"), options);
   EXPECT_EQ(r.result.tracked(), 90U);
   // Frames come as fast as they are tracked, so how late masks and map are depends on the machine.
@@ -167,7 +167,7 @@ class AllOnePerson final : public Detector {
 
 TEST(Lost, WhereEverythingSeemsToMoveNoMotionIsInvented) {
   const Recording& rec = recording(0, "xyz");
-  SlamOptions options = small_options("seg-mask");
+  SlamParameters options = small_options("seg-mask");
   options.schedule.segment_every = 1;
   options.schedule.mask_delay = 0;
   SlamSystem slam(rec.sequence->camera(), options, std::make_unique<AllOnePerson>());

@@ -8,36 +8,51 @@
 namespace stillmap {
 namespace {
 
+/// Minimum share of the frames that expected a landmark in which it was matched [0..1].
+constexpr double kMinFoundShare = 0.25;
+/// Landmarks with lower static log-odds, P(static) < 1/4, are culled.
+constexpr double kMinStaticLogOdds = -1.1;
+/// Minimum number of observations of a landmark after the trial period.
+constexpr std::size_t kMinObservations = 2;
+/// Share of a keyframe's landmarks observed as closely by kRedundantObservers others above which it
+/// is culled [0..1], and that number of others (Mur-Artal, Montiel and Tardos, TRO 2015, section
+/// VI.E).
+constexpr double kRedundantShare = 0.9;
+constexpr int kRedundantObservers = 3;
+/// Number of newest keyframes that are never culled.
+constexpr std::uint32_t kKeepNewest = 3;
+/// Number of landmarks shared with the newest keyframe from which a keyframe is examined.
+constexpr int kNearbyShared = 5;
+
 bool proved_itself(const Landmark& landmark, std::uint32_t now, const CullingOptions& options) {
-  if (landmark.found < options.min_found_share * landmark.predicted) return false;
-  if (landmark.static_log_odds < options.min_static_log_odds) return false;
+  if (landmark.found < kMinFoundShare * landmark.predicted) return false;
+  if (landmark.static_log_odds < kMinStaticLogOdds) return false;
   const bool on_trial =
       now < landmark.first_sequence + static_cast<std::uint32_t>(options.trial_keyframes);
-  return on_trial ||
-         landmark.observations.size() >= static_cast<std::size_t>(options.min_observations);
+  return on_trial || landmark.observations.size() >= kMinObservations;
 }
 
 /// Returns whether enough other keyframes observe the landmark at the same or a finer level, that
 /// is as closely.
 bool observed_as_closely_by_others(const Map& map, const Landmark& landmark, KeyframeId keyframe,
-                                   int level, const CullingOptions& options) {
+                                   int level) {
   int others = 0;
   for (const Observation& o : landmark.observations) {
     if (o.keyframe == keyframe) continue;
     others += map.at(o.keyframe).features->keypoints[o.keypoint].level <= level + 1;
   }
-  return others >= options.redundant_observers;
+  return others >= kRedundantObservers;
 }
 
-bool redundant(const Map& map, const Keyframe& keyframe, const CullingOptions& options) {
+bool redundant(const Map& map, const Keyframe& keyframe) {
   int all = 0, seen_elsewhere = 0;
   for (std::size_t i = 0; i < keyframe.landmarks.size(); ++i) {
     if (!keyframe.landmarks[i].valid()) continue;
     ++all;
     seen_elsewhere += observed_as_closely_by_others(map, map.at(keyframe.landmarks[i]), keyframe.id,
-                                                    keyframe.features->keypoints[i].level, options);
+                                                    keyframe.features->keypoints[i].level);
   }
-  return seen_elsewhere > options.redundant_share * all;
+  return seen_elsewhere > kRedundantShare * all;
 }
 
 }  // namespace
@@ -45,7 +60,7 @@ bool redundant(const Map& map, const Keyframe& keyframe, const CullingOptions& o
 int cull_landmarks(Map& map, KeyframeId newest, const CullingOptions& options) {
   const TraceScope scope("culling");
   std::vector<KeyframeId> nearby = {newest};
-  for (const Covisible& c : map.covisible(newest, 5)) nearby.push_back(c.keyframe);
+  for (const Covisible& c : map.covisible(newest, kNearbyShared)) nearby.push_back(c.keyframe);
   const std::uint32_t now = map.at(newest).sequence;
   int culled = 0;
   for (const LandmarkId id : landmarks_seen_by(map, nearby)) {
@@ -56,14 +71,14 @@ int cull_landmarks(Map& map, KeyframeId newest, const CullingOptions& options) {
   return culled;
 }
 
-int cull_keyframes(Map& map, KeyframeId newest, const CullingOptions& options) {
+int cull_keyframes(Map& map, KeyframeId newest) {
   const TraceScope scope("culling");
   const std::uint32_t now = map.at(newest).sequence;
   int culled = 0;
-  for (const Covisible& c : map.covisible(newest, 5)) {
+  for (const Covisible& c : map.covisible(newest, kNearbyShared)) {
     const Keyframe& keyframe = map.at(c.keyframe);
-    const bool recent = keyframe.sequence + static_cast<std::uint32_t>(options.keep_newest) > now;
-    if (recent || map.is_first(c.keyframe) || !redundant(map, keyframe, options)) continue;
+    const bool recent = keyframe.sequence + kKeepNewest > now;
+    if (recent || map.is_first(c.keyframe) || !redundant(map, keyframe)) continue;
     map.erase(c.keyframe, map.covisible(c.keyframe).front().keyframe);
     ++culled;
   }

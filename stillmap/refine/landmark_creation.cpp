@@ -11,6 +11,18 @@
 namespace stillmap {
 namespace {
 
+/// Maximum number of covisible keyframes used for triangulation, and minimum number of landmarks
+/// that they share with the newest one.
+constexpr int kTriangulationNeighbors = 5, kMinShared = 15;
+/// Minimum angle between the two rays [degrees].
+constexpr double kMinParallax = 1.0;
+/// Maximum Hamming distance of a match across keyframes [bits].
+constexpr int kMaxDistance = 50;
+/// Ratio test between the nearest and the second nearest descriptor (Lowe 2004).
+constexpr double kRatio = 0.8;
+/// Maximum reprojection error in each view [pixels at level 0].
+constexpr double kMaxError = 2.0;
+
 constexpr double kDegree = std::numbers::pi / 180;
 
 /// Standard deviation of a depth up to which it places a landmark [m]: that of a Kinect v1 at 6 m.
@@ -31,9 +43,9 @@ Ray ray_of(const Map& map, const Keyframe& keyframe, std::uint32_t keypoint) {
 }
 
 /// Returns the midpoint of the closest points of two rays; nothing if they are nearly parallel.
-std::optional<Eigen::Vector3d> midpoint(const Ray& a, const Ray& b, double min_parallax) {
+std::optional<Eigen::Vector3d> midpoint(const Ray& a, const Ray& b) {
   const double c = a.direction.dot(b.direction);
-  if (c > std::cos(min_parallax * kDegree)) return std::nullopt;
+  if (c > std::cos(kMinParallax * kDegree)) return std::nullopt;
   const Eigen::Vector3d w = b.origin - a.origin;
   const double s = 1 - c * c;
   const double along_a = (w.dot(a.direction) - c * w.dot(b.direction)) / s;
@@ -44,12 +56,12 @@ std::optional<Eigen::Vector3d> midpoint(const Ray& a, const Ray& b, double min_p
 
 /// Returns whether the point lies in front of the camera and projects near the keypoint.
 bool reprojects(const Map& map, const Keyframe& keyframe, std::uint32_t keypoint,
-                const Eigen::Vector3d& p_world, double max_error) {
+                const Eigen::Vector3d& p_world) {
   const Eigen::Vector3d p = keyframe.T_world_camera.inverse() * p_world;
   if (p.z() < 0.05) return false;
   const Keypoint& k = keyframe.features->keypoints[keypoint];
   const double error = (map.camera().project(p) - Eigen::Vector2d(k.u, k.v)).norm();
-  return error < max_error * map.pyramid().scale(k.level);
+  return error < kMaxError * map.pyramid().scale(k.level);
 }
 
 /// Returns the keypoints without a landmark and without a usable depth.
@@ -71,20 +83,18 @@ std::vector<Descriptor> pick(const Features& features, const std::vector<std::ui
   return picked;
 }
 
-int triangulate_with(Map& map, const Keyframe& a, const Keyframe& b,
-                     const LandmarkCreationOptions& options) {
+int triangulate_with(Map& map, const Keyframe& a, const Keyframe& b) {
   const auto from_a = unplaced(a, max_depth(map)), from_b = unplaced(b, max_depth(map));
   BruteForceMatchOptions matching;
-  matching.max_distance = options.max_distance;
-  matching.ratio = 0.8;
+  matching.max_distance = kMaxDistance;
+  matching.ratio = kRatio;
   int created = 0;
   for (const auto& pair :
        match_brute_force(pick(*a.features, from_a), pick(*b.features, from_b), matching)) {
     const std::uint32_t ia = from_a[pair.a];
     const std::uint32_t ib = from_b[pair.b];
-    const auto p_world = midpoint(ray_of(map, a, ia), ray_of(map, b, ib), options.min_parallax);
-    if (!p_world || !reprojects(map, a, ia, *p_world, options.max_error) ||
-        !reprojects(map, b, ib, *p_world, options.max_error)) {
+    const auto p_world = midpoint(ray_of(map, a, ia), ray_of(map, b, ib));
+    if (!p_world || !reprojects(map, a, ia, *p_world) || !reprojects(map, b, ib, *p_world)) {
       continue;
     }
     const LandmarkId id = map.add_landmark(*p_world, {a.id, ia}).id;
@@ -111,12 +121,12 @@ int create_from_depth(Map& map, KeyframeId id) {
   return created;
 }
 
-int create_by_triangulation(Map& map, KeyframeId id, const LandmarkCreationOptions& options) {
+int create_by_triangulation(Map& map, KeyframeId id) {
   const TraceScope scope("triangulation");
   int created = 0, tried = 0;
-  for (const Covisible& neighbor : map.covisible(id, 15)) {
-    if (tried++ >= options.triangulation_neighbors) break;
-    created += triangulate_with(map, map.at(id), map.at(neighbor.keyframe), options);
+  for (const Covisible& neighbor : map.covisible(id, kMinShared)) {
+    if (tried++ >= kTriangulationNeighbors) break;
+    created += triangulate_with(map, map.at(id), map.at(neighbor.keyframe));
   }
   return created;
 }

@@ -9,6 +9,11 @@
 namespace stillmap {
 namespace {
 
+/// Maximum number of fixed keyframes that observe the same landmarks.
+constexpr int kMaxFixed = 30;
+/// Minimum number of landmarks that a neighbor shares with the newest keyframe.
+constexpr int kMinShared = 15;
+
 /// The part of the map that is optimized; list indices are those of the solver.
 struct Window {
   std::vector<KeyframeId> keyframes;  ///< Optimized keyframes first, then fixed ones.
@@ -53,15 +58,14 @@ void move_anchor_out_of_free(const Map& map, Window& window) {
 Window local_window(const Map& map, KeyframeId newest, const LocalAdjustmentOptions& options) {
   Window window;
   window.keyframes = {newest};
-  for (const Covisible& c : map.covisible(newest, options.min_shared)) {
+  for (const Covisible& c : map.covisible(newest, kMinShared)) {
     if (window.keyframes.size() < static_cast<std::size_t>(options.max_free)) {
       window.keyframes.push_back(c.keyframe);
     }
   }
   window.free = window.keyframes.size();
   window.landmarks = landmarks_seen_by(map, window.keyframes);
-  const auto fixed =
-      observing_keyframes(map, window.landmarks, window.keyframes, options.max_fixed);
+  const auto fixed = observing_keyframes(map, window.landmarks, window.keyframes, kMaxFixed);
   window.keyframes.insert(window.keyframes.end(), fixed.begin(), fixed.end());
   move_anchor_out_of_free(map, window);
   return window;

@@ -36,7 +36,6 @@ void RefineTotals::add(const RefineReport& report) {
 
 LocalMapper::LocalMapper(Map& map, const MapperOptions& options)
     : map_(map), options_(options), next_component_(next_component(map)) {
-  check_rule(options.repeated);
   if (options.repeated.rule == "node-median") vocabulary_ = Vocabulary::built_in();
 }
 
@@ -65,11 +64,11 @@ KeyframeId LocalMapper::insert(const KeyframeProposal& proposal) {
 RefineReport LocalMapper::refine(KeyframeId newest, const StopRequest& stop) {
   RefineReport report;
   report.landmarks_culled = cull_landmarks(map_, newest, options_.culling);
-  report.triangulated = create_by_triangulation(map_, newest, options_.creation);
+  report.triangulated = create_by_triangulation(map_, newest);
   report.fused = fuse_duplicates(map_, newest, options_.fusion);
   report.repeated = remove_repeated(newest);
   report.adjustment = adjust_locally(map_, newest, options_.adjustment, stop);
-  report.keyframes_culled = cull_keyframes(map_, newest, options_.culling);
+  report.keyframes_culled = cull_keyframes(map_, newest);
   return report;
 }
 
@@ -78,7 +77,7 @@ RepeatedReport LocalMapper::remove_repeated(KeyframeId newest) {
   if (options_.repeated.rule == "none") return {};
   const auto local = local_landmarks(*local_map(newest));
   return vocabulary_ ? remove_repeated_by_node(map_, newest, local, *vocabulary_)
-                     : join_repeated_by_place(map_, newest, local, options_.repeated);
+                     : join_repeated_by_place(map_, newest, local);
 }
 
 }  // namespace stillmap

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/map/keyframe_proposal.hpp"
 #include "stillmap/map/local_map.hpp"
 #include "stillmap/refine/culling.hpp"
@@ -14,13 +13,10 @@
 namespace stillmap {
 
 struct MapperOptions {
-  LandmarkCreationOptions creation;
   FusionOptions fusion;
   RepeatedOptions repeated;
   LocalAdjustmentOptions adjustment;
   CullingOptions culling;
-  LocalMapOptions local_map;
-  STILLMAP_FIELDS(creation, fusion, repeated, adjustment, culling, local_map)
 };
 
 /// Summary of the refinement of one keyframe, for log and run summary.
@@ -40,7 +36,7 @@ struct RefineTotals {
 /// Maintains the map around the newest keyframe. Synchronous: the pipeline runs it in a thread.
 class LocalMapper {
  public:
-  /// The map may already contain components. Throws Error for invalid options.
+  /// The map may already contain components.
   LocalMapper(Map& map, const MapperOptions& options);
 
   /// Adds the keyframe with the tracker's matches and creates landmarks from the depth of the other
@@ -52,9 +48,7 @@ class LocalMapper {
   RefineReport refine(KeyframeId newest, const StopRequest& stop = {});
 
   /// Returns the local map snapshot around a keyframe.
-  LocalMapPtr local_map(KeyframeId reference) const {
-    return make_local_map(map_, reference, options_.local_map);
-  }
+  LocalMapPtr local_map(KeyframeId reference) const { return make_local_map(map_, reference); }
 
  private:
   RepeatedReport remove_repeated(KeyframeId newest);

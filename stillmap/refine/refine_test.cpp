@@ -127,7 +127,7 @@ TEST_F(RefineTest, PointsWithoutDepthAreTriangulated) {
   for (std::uint32_t i = 0; i < 20; ++i) {  // Twenty shared points make the keyframes neighbors.
     map_.observe(map_.add_landmark(points_[i], {a, i}).id, {b, i});
   }
-  EXPECT_GT(create_by_triangulation(map_, b, {}), 100);
+  EXPECT_GT(create_by_triangulation(map_, b), 100);
   map_.for_each_landmark([&](const Landmark& l) {
     EXPECT_LT((l.p_world - points_[l.observations.front().keypoint]).norm(), 1e-3);
   });
@@ -193,7 +193,7 @@ TEST_F(RefineTest, ARedundantKeyframeIsCulledButNeverTheFirst) {
     ids.push_back(mapper.insert(p));
   }
   const Pose before = map_.at(ids[3]).T_world_camera;
-  EXPECT_GT(cull_keyframes(map_, ids.back(), {}), 0);
+  EXPECT_GT(cull_keyframes(map_, ids.back()), 0);
   EXPECT_NE(map_.find(a), nullptr);
   EXPECT_NE(map_.find(ids.back()), nullptr);
   EXPECT_LT((map_.resolve(ids[3], Pose()).inverse() * before).log().norm(), 1e-12)

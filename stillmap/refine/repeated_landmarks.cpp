@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/refine/repeated_landmarks.hpp"
 
-#include "stillmap/base/error.hpp"
-#include "stillmap/base/nearest_name.hpp"
 #include "stillmap/map/visibility.hpp"
 
 #include <algorithm>
@@ -13,6 +11,15 @@
 
 namespace stillmap {
 namespace {
+
+/// Maximum distance of the two projections [pixels at level 0].
+constexpr double kRadius = 2.0;
+/// Maximum difference of the two predicted disparities [pixels].
+constexpr double kMaxDisparity = 1.0;
+/// Maximum Hamming distance of the two descriptors [bits].
+constexpr int kMaxDistance = 50;
+/// Minimum cosine between the two mean viewing directions.
+constexpr double kMinNormalCosine = 0.5;
 
 bool sees(const Landmark& landmark, KeyframeId keyframe) {
   return std::any_of(landmark.observations.begin(), landmark.observations.end(),
@@ -89,15 +96,14 @@ struct Appearance {
 };
 
 std::vector<Appearance> appearances(const Map& map, KeyframeId keyframe,
-                                    std::span<const LandmarkId> local,
-                                    const RepeatedOptions& options) {
+                                    std::span<const LandmarkId> local) {
   constexpr double kAnyDirection = -1;
   const LandmarkProjector view(map.camera(), map.pyramid(), map.at(keyframe).T_world_camera);
   std::vector<Appearance> all;
   for (const LandmarkId id : local) {
     const Landmark* landmark = map.find(id);
     if (landmark == nullptr) continue;
-    const auto query = view.expect(*landmark, options.radius, kAnyDirection);
+    const auto query = view.expect(*landmark, kRadius, kAnyDirection);
     if (!query) continue;
     all.push_back({id, query->u, query->v, map.camera().bf() / view.depth(landmark->p_world),
                    query->min_level + 1, query->radius});
@@ -108,11 +114,10 @@ std::vector<Appearance> appearances(const Map& map, KeyframeId keyframe,
   return all;
 }
 
-bool one_place(const Appearance& a, const Appearance& b, const RepeatedOptions& options) {
+bool one_place(const Appearance& a, const Appearance& b) {
   const double radius = std::min(a.radius, b.radius);
   return std::abs(a.u - b.u) <= radius && std::abs(a.v - b.v) <= radius &&
-         std::abs(a.disparity - b.disparity) <= options.max_disparity &&
-         std::abs(a.level - b.level) <= 1;
+         std::abs(a.disparity - b.disparity) <= kMaxDisparity && std::abs(a.level - b.level) <= 1;
 }
 
 struct Twins {
@@ -121,22 +126,21 @@ struct Twins {
   auto operator<=>(const Twins&) const = default;
 };
 
-std::optional<Twins> twins(const Landmark& a, const Landmark& b, const RepeatedOptions& options) {
+std::optional<Twins> twins(const Landmark& a, const Landmark& b) {
   const int d = distance(a.descriptor, b.descriptor);
-  if (d > options.max_distance || a.normal.dot(b.normal) < options.min_normal_cosine) {
+  if (d > kMaxDistance || a.normal.dot(b.normal) < kMinNormalCosine) {
     return std::nullopt;
   }
   return Twins{d, std::min(a.id, b.id), std::max(a.id, b.id)};
 }
 
 /// Returns all pairs that agree in place and appearance, most similar first.
-std::vector<Twins> find_twins(const Map& map, const std::vector<Appearance>& all,
-                              const RepeatedOptions& options) {
+std::vector<Twins> find_twins(const Map& map, const std::vector<Appearance>& all) {
   std::vector<Twins> found;
   for (auto a = all.begin(); a != all.end(); ++a) {
     for (auto b = a + 1; b != all.end() && b->u - a->u <= a->radius; ++b) {
-      if (!one_place(*a, *b, options)) continue;
-      if (const auto pair = twins(map.at(a->id), map.at(b->id), options)) found.push_back(*pair);
+      if (!one_place(*a, *b)) continue;
+      if (const auto pair = twins(map.at(a->id), map.at(b->id))) found.push_back(*pair);
     }
   }
   std::sort(found.begin(), found.end());
@@ -144,13 +148,6 @@ std::vector<Twins> find_twins(const Map& map, const std::vector<Appearance>& all
 }
 
 }  // namespace
-
-void check_rule(const RepeatedOptions& options) {
-  const std::vector<std::string> known = {"none", "node-median", "place"};
-  if (std::find(known.begin(), known.end(), options.rule) != known.end()) return;
-  throw Error("unknown rule '" + options.rule + "'", "mapper.repeated.rule",
-              suggestion(options.rule, known));
-}
 
 RepeatedReport remove_repeated_by_node(Map& map, KeyframeId keyframe,
                                        std::span<const LandmarkId> local,
@@ -174,9 +171,8 @@ RepeatedReport remove_repeated_by_node(Map& map, KeyframeId keyframe,
 }
 
 RepeatedReport join_repeated_by_place(Map& map, KeyframeId keyframe,
-                                      std::span<const LandmarkId> local,
-                                      const RepeatedOptions& options) {
-  const auto found = find_twins(map, appearances(map, keyframe, local, options), options);
+                                      std::span<const LandmarkId> local) {
+  const auto found = find_twins(map, appearances(map, keyframe, local));
   RepeatedReport report{.pairs = static_cast<int>(found.size())};
   for (const Twins& pair : found) {
     const Landmark* a = map.find(pair.a);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/feature/vocabulary.hpp"
 #include "stillmap/map/map.hpp"
 
@@ -12,16 +11,8 @@ namespace stillmap {
 /// Handling of duplicate landmarks in addition to fuse_duplicates().
 struct RepeatedOptions {
   /// Rule: "none"; "node-median": remove_repeated_by_node(), as in the high/low-dynamics system;
-  /// "place": join_repeated_by_place().
+  /// "place": join_repeated_by_place(). The option map.repeated_landmarks allows no other.
   std::string rule = "none";
-  /// Rule "place": maximum distance of the two projections [pixels at level 0].
-  double radius = 2.0;
-  /// Rule "place": maximum difference of the two predicted disparities [pixels].
-  double max_disparity = 1.0;
-  int max_distance = 50;  ///< Rule "place": maximum Hamming distance of the two descriptors [bits].
-  /// Rule "place": minimum cosine between the two mean viewing directions.
-  double min_normal_cosine = 0.5;
-  STILLMAP_FIELDS(rule, radius, max_disparity, max_distance, min_normal_cosine)
 };
 
 /// Result of the removal of duplicates.
@@ -30,9 +21,6 @@ struct RepeatedReport {
   int pairs = 0;
   int gone = 0;  ///< Number of landmarks erased or merged into others.
 };
-
-/// Throws Error for an unknown rule.
-void check_rule(const RepeatedOptions& options);
 
 /// Removal of repeated map points of the high/low-dynamics system (equation 9), by descriptor
 /// alone. Each landmark that the keyframe observes is compared with the landmarks of `local` that
@@ -57,7 +45,6 @@ RepeatedReport remove_repeated_by_node(Map& map, KeyframeId keyframe,
 /// the projection, so it also finds landmarks whose corner is not detected in each other's
 /// keyframes. The most similar pairs are merged first; the landmark with more observations stays.
 RepeatedReport join_repeated_by_place(Map& map, KeyframeId keyframe,
-                                      std::span<const LandmarkId> local,
-                                      const RepeatedOptions& options);
+                                      std::span<const LandmarkId> local);
 
 }  // namespace stillmap

@@ -165,9 +165,7 @@ class ByPlace : public RepeatedLandmarks {
     other.p_world = second_view_.translation() + ray * (bf / (bf / z - pixels));
     return other;
   }
-  int join(KeyframeId newest) {
-    return join_repeated_by_place(map_, newest, everything(), {.rule = "place"}).gone;
-  }
+  int join(KeyframeId newest) { return join_repeated_by_place(map_, newest, everything()).gone; }
   /// Returns the number of merges when one keyframe created a landmark from the corner and another
   /// keyframe one from `other`.
   int merges_with(const Point& other, const Pose& from) {
@@ -293,19 +291,6 @@ std::size_t landmarks_after_refining(const std::string& rule) {
 TEST(RepeatedRule, SelectsTheTreatmentInTheMapper) {
   EXPECT_EQ(landmarks_after_refining("none"), 22U);
   EXPECT_EQ(landmarks_after_refining("place"), 21U);
-}
-
-TEST(RepeatedRule, AnUnknownRuleSuggestsTheNearest) {
-  const Camera camera;
-  Map map(camera, PyramidShape{});
-  MapperOptions options;
-  options.repeated.rule = "node_median";
-  try {
-    LocalMapper mapper(map, options);
-    FAIL() << "no error";
-  } catch (const Error& e) {
-    EXPECT_THAT(e.what(), HasSubstr("did you mean 'node-median'?"));
-  }
 }
 
 }  // namespace

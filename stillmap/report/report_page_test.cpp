@@ -37,8 +37,8 @@ RunRecord full_record() {
   RunRecord record;
   record.sequence = "rooms/<kitchen> & co";
   record.machine = "AMD EPYC, 2 cores";
-  record.options.motion.preset = "seg-mask";
-  record.options.segment.model = "<b>&.onnx";
+  record.options.preset = "seg-mask";
+  record.options.network.model = "<b>&.onnx";
   record.truth = path(0);
   SlamResult& result = record.result;
   result.trajectory = path(0.01);

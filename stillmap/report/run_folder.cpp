@@ -4,6 +4,7 @@
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/evaluate/timing.hpp"
+#include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/report/machine.hpp"
 #include "stillmap/report/mover_files.hpp"
 #include "stillmap/report/mover_image.hpp"
@@ -48,7 +49,7 @@ ReportImages write_dense_map(const RunRecord& record, const DenseOutputs& output
   const SlamResult& result = record.result;
   ReportImages images;
   images.more = write_dense_files({result.dense, result.placed, result.trajectory, result.movers},
-                                  record.options.dense, outputs, folder);
+                                  parameters_of(record.options).dense, outputs, folder);
   if (images.more.empty()) return images;
   images.cloud = images.more.front();
   images.more.erase(images.more.begin());
@@ -64,14 +65,14 @@ CaptionedImage movers_image(const SlamResult& result) {
 
 }  // namespace
 
-std::vector<std::string> possible_run_files(const SlamOptions& options, const RunOutputs& outputs) {
+std::vector<std::string> possible_run_files(const Options& options, const RunOutputs& outputs) {
   std::vector<std::string> names{"trajectory.txt", "keyframes.txt", "timing.txt", "summary.json",
                                  "report.html"};
   const auto add = [&](bool wanted, std::initializer_list<const char*> more) {
     if (wanted) names.insert(names.end(), more.begin(), more.end());
   };
   add(options.movers.enabled, {"movers.csv", "movers.jsonl", "movers.png"});
-  add(options.dense_cloud,
+  add(options.dense.enabled,
       {"cloud.ply", "cloud.png", "cloud_before_after.png", "semantic.ply", "semantic_classes.ply",
        "semantic_legend.png", "semantic.png", "objects.json", kRunMap, kRunOptions});
   for (const std::string& format : outputs.dense.mesh) names.push_back("mesh." + format);
@@ -95,7 +96,7 @@ void write_run_files(const RunRecord& record, const RunOutputs& outputs, ResultF
   }
   const double saving_seconds = write_maps(record, outputs, folder);
   ReportImages images;
-  if (record.options.dense_cloud) images = write_dense_map(record, outputs.dense, folder);
+  if (record.options.dense.enabled) images = write_dense_map(record, outputs.dense, folder);
   if (!result.movers.empty()) {
     images.movers = movers_image(result);
     folder.write("movers.png",

@@ -27,7 +27,7 @@ struct RunOutputs {
 };
 
 /// Names of the files that a run with these options may write, for ResultFolder::require_free().
-std::vector<std::string> possible_run_files(const SlamOptions& options, const RunOutputs& outputs);
+std::vector<std::string> possible_run_files(const Options& options, const RunOutputs& outputs);
 
 /// Writes the files of a run: trajectory.txt, keyframes.txt (TUM format), movers.csv, movers.jsonl,
 /// movers.png, the files of the dense map, run.map, options.yaml, timing.txt, summary.json and

@@ -29,9 +29,9 @@ const RunRecord& small_run() {
     RunRecord made;
     made.sequence = "rendered";
     made.machine = machine_description();
-    made.options.orb.keypoints = 500;
+    made.options.features.keypoints = 500;
     made.truth = sequence.trajectory();
-    SlamSystem slam(sequence.camera(), made.options);
+    SlamSystem slam(sequence.camera(), parameters_of(made.options));
     for (std::size_t i = 0; i < sequence.frames(); ++i) slam.push(sequence.at(i).frame);
     made.result = slam.finish();
     made.map = slam.saved_map("test");

@@ -38,7 +38,7 @@ std::string load_shedding_text(const RunRecord& record) {
     text += fmt::format(
         "network run every {:.1f} frames ({} requested), ",
         static_cast<double>(record.frames) / static_cast<double>(record.result.segmented),
-        record.options.schedule.segment_every);
+        record.options.network.every);
   }
   if (record.options.movers.enabled)
     text += fmt::format("mover detection skipped in {} frames, ", less.frames_without_movers);
@@ -138,7 +138,7 @@ std::string run_summary_text(const RunRecord& record) {
   }
   if (!record.result.detector_skipped.empty())
     text += "masks: " + record.result.detector_skipped + "\n";
-  if (record.options.schedule.realtime()) text += load_shedding_text(record) + "\n";
+  if (record.options.realtime()) text += load_shedding_text(record) + "\n";
   if (record.evaluation) text += evaluation_text(*record.evaluation);
   if (!record.evaluation_problem.empty())
     text += "no error figures: " + record.evaluation_problem + "\n";

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/evaluate/trajectory_error.hpp"
+#include "stillmap/options.hpp"
 #include "stillmap/pipeline/slam_system.hpp"
 #include "stillmap/report/captioned_image.hpp"
 #include "stillmap/sensor/frame_source.hpp"
@@ -27,7 +28,7 @@ struct LoadedMap {
 struct RunRecord {
   std::string sequence;             ///< Name of the sequence, for headings.
   std::string machine;              ///< Processor and number of cores.
-  SlamOptions options;              ///< All options in force.
+  Options options;                  ///< All options in force.
   SlamResult result;                ///< Trajectory, map, movers and timing.
   std::string detector;             ///< Description of the object detector; empty: none.
   std::optional<SavedMap> map;      ///< The map to be saved; includes the views of the dense map.

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "stillmap/config/write_options.hpp"
 #include "stillmap/evaluate/timing.hpp"
 #include "stillmap/report/machine.hpp"
 #include "stillmap/report/mover_files.hpp"
@@ -169,7 +170,7 @@ nlohmann::json run_summary_json(const RunRecord& record) {
   json["stillmap"] = STILLMAP_VERSION;
   json["machine"] = record.machine;
   json["sequence"] = record.sequence;
-  json["preset"] = record.options.motion.preset;
+  json["preset"] = record.options.preset;
   json["schedule"] = record.options.schedule.mode;
   json["detector"] = text_or_null(record.detector);
   json["frames_without_masks"] = text_or_null(record.result.detector_skipped);

@@ -37,7 +37,7 @@ std::unique_ptr<InferenceEngine> start_opencv(const EngineOptions& options) {
 std::unique_ptr<InferenceEngine> start_openvino(const EngineOptions& options) {
   const OpenVinoPlugin& plugin = OpenVinoPlugin::instance();
   if (!plugin.loaded()) {
-    throw Error("the OpenVINO back end is not installed: " + plugin.problem(), "segment.backend",
+    throw Error("the OpenVINO back end is not installed: " + plugin.problem(), "network.backend",
                 std::string(kInstallOpenVino) + ", or take the back end opencv or auto");
   }
   try {
@@ -85,7 +85,7 @@ std::unique_ptr<InferenceEngine> make_engine(const std::string& backend,
   if (backend == "auto") return start_fastest(options);
   if (backend == "openvino") return start_openvino(options);
   if (backend == "opencv") return start_opencv(options);
-  throw Error(fmt::format("unknown inference back end \"{}\"", backend), "segment.backend",
+  throw Error(fmt::format("unknown inference back end \"{}\"", backend), "network.backend",
               "take one of: auto, openvino, opencv");
 }
 

@@ -25,7 +25,7 @@ std::unique_ptr<Detector> make_detector(const std::string& text) {
 
 std::unique_ptr<Detector> make_detector(const SegmentOptions& options) {
   if (!options.model.empty() && !options.masks.empty()) {
-    throw Error("both a network and a folder of masks are given", "segment.model, segment.masks",
+    throw Error("both a network and a folder of masks are given", "network.model, network.masks",
                 "give one of them");
   }
   if (!options.model.empty()) return std::make_unique<YoloDetector>(options);

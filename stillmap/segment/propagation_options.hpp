@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 
 namespace stillmap {
 
@@ -17,7 +16,6 @@ struct PropagationOptions {
   /// Depth difference beyond which a pixel belongs to another object [m].
   double depth_apart = 0.3;
   int max_age = 30;  ///< Maximum age of propagated masks [frames].
-  STILLMAP_FIELDS(grid, window, growth, base_growth, filling, depth_step, depth_apart, max_age)
 };
 
 }  // namespace stillmap

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 
 #include <string>
 #include <vector>
@@ -21,7 +20,6 @@ struct SegmentOptions {
   float iou = 0.7F;
   int max_instances = 100;  ///< Maximum number of instances per frame, the most confident ones.
   std::vector<std::string> classes;  ///< Names of the reported classes; empty for all.
-  STILLMAP_FIELDS(model, masks, backend, threads, confidence, iou, max_instances, classes)
 };
 
 }  // namespace stillmap

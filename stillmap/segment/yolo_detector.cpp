@@ -13,20 +13,6 @@ namespace {
 // Input size for networks with dynamic size [pixels].
 constexpr int kDynamicHeight = 480, kDynamicWidth = 640;
 
-void check_options(const SegmentOptions& options) {
-  const auto within = [](float x, float low, float high) { return x >= low && x <= high; };
-  if (!within(options.confidence, 0.001F, 1)) {
-    throw Error("must lie in 0.001 to 1", "segment.confidence", "0.25 is usual");
-  }
-  if (!within(options.iou, 0, 1)) throw Error("must lie in 0 to 1", "segment.iou", "0.7 is usual");
-  if (options.threads < 1 || options.threads > 256) {
-    throw Error("must lie in 1 to 256", "segment.threads", "take the number of free cores");
-  }
-  if (options.max_instances < 1) {
-    throw Error("must be at least 1", "segment.max_instances", "100 is usual");
-  }
-}
-
 /// Returns 1 x 3 x height x width with dynamic sizes filled in; throws Error if the input is not an
 /// image.
 std::array<int, 4> input_shape_of(const OnnxInfo& info, const std::string& file) {
@@ -74,7 +60,7 @@ std::vector<bool> wanted_classes(const std::vector<std::string>& wanted,
   for (const auto& name : wanted) {
     const auto found = std::find(names.begin(), names.end(), name);
     if (found == names.end()) {
-      throw Error(fmt::format("the network has no class \"{}\"", name), "segment.classes",
+      throw Error(fmt::format("the network has no class \"{}\"", name), "SegmentOptions::classes",
                   fmt::format("its classes: {}", fmt::join(names, ", ")));
     }
     flags[static_cast<std::size_t>(found - names.begin())] = true;
@@ -100,7 +86,6 @@ void check_task(const OnnxInfo& info, const std::string& file) {
 }  // namespace
 
 YoloDetector::YoloDetector(const SegmentOptions& options) : options_(options) {
-  check_options(options);
   const OnnxInfo info = read_onnx(options.model);
   check_task(info, options.model);
   engine_ = make_engine(options.backend, {.model = options.model,

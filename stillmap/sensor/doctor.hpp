@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/geometry/camera.hpp"
 
 #include <cstddef>
@@ -33,8 +32,6 @@ struct DoctorOptions {
   double bright = 235;  ///< Mean gray value above which an image is overexposed [0..255].
   double blurred = 15;  ///< Variance of the Laplacian of the gray image below which it is blurred.
   double max_speed = 3;  ///< Camera speed of the ground truth above which there is a jump [m/s].
-  STILLMAP_FIELDS(sample, near_median, far_median, nearest, farthest, least_share, dark, bright,
-                  blurred, max_speed)
 };
 
 /// Measurements and findings. Values are 0 where nothing could be measured.

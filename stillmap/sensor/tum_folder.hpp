@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/sensor/frame_source.hpp"
 #include "stillmap/sensor/rectifier.hpp"
 #include "stillmap/sensor/sequence.hpp"
@@ -16,7 +15,6 @@ struct TumFolderOptions {
   int first = 0;   ///< Number of pairs skipped at the start.
   int count = 0;   ///< Maximum number of pairs, counted before the stride; 0: all.
   int stride = 1;  ///< Every n-th pair is used.
-  STILLMAP_FIELDS(first, count, stride)
 };
 
 /// A recorded sequence in the layout of the TUM RGB-D benchmark (Sturm et al., IROS 2012).

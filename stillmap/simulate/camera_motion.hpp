@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/geometry/pose.hpp"
 #include "stillmap/simulate/scene.hpp"
 
@@ -19,7 +18,6 @@ struct CameraMotionOptions {
   double shake_position = 0.0010;  ///< RMS hand shake per axis [m].
   double shake_rotation = 0.0018;  ///< RMS hand shake per axis [rad].
   int seed = 1;                    ///< Seed of the hand shake.
-  STILLMAP_FIELDS(motion, speed, shake_position, shake_rotation, seed)
 };
 
 /// Returns the names for CameraMotionOptions::motion.

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/simulate/lighting.hpp"
 #include "stillmap/simulate/mesh.hpp"
 #include "stillmap/simulate/mover.hpp"
@@ -28,7 +27,6 @@ struct SceneOptions {
   /// Whether they move within two or three meters of the viewpoint, in its view.
   bool near_things = false;
   double pace = 1;  ///< Factor on a companion's speed, equal to that of the camera.
-  STILLMAP_FIELDS(scene, people, activity, things, seed, near_things, pace)
 };
 
 /// Initial camera position and target of the camera motions.

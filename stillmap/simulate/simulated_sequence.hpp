@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/geometry/trajectory.hpp"
 #include "stillmap/sensor/frame_source.hpp"
 #include "stillmap/simulate/camera_motion.hpp"
@@ -36,8 +35,6 @@ struct SimulationOptions {
   int exposures = 1;                 ///< Number of images averaged for motion blur; 1: no blur.
   double exposure_time = 0.012;      ///< Shutter time [s], used with exposures > 1.
   int threads = 2;  ///< Number of rendering threads; the images do not depend on it.
-  STILLMAP_FIELDS(scene, people, activity, things, near_things, camera, frames, fps, width, height,
-                  focal, seed, speed, shake, noise, sensor, exposures, exposure_time, threads)
 };
 
 /// One mover at the time of a frame; world frame [m].

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/map/local_map.hpp"
 #include "stillmap/motion/frame.hpp"
@@ -17,7 +16,6 @@ struct KeyframePolicyOptions {
       15;  ///< A frame rotated by more from every keyframe around is kept [degrees].
   /// A frame further away from every keyframe around is kept [share of its median depth].
   double max_translation = 0.25;
-  STILLMAP_FIELDS(min_gap, max_rotation, max_translation)
 };
 
 /// Decides which tracked frames become keyframes: sharp ones that observe unmapped parts of the

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/fields.hpp"
 #include "stillmap/map/relocalization_result.hpp"
 #include "stillmap/motion/ego_motion.hpp"
 #include "stillmap/track/keyframe_policy.hpp"
@@ -30,8 +29,6 @@ struct TrackerOptions {
   /// Fall back to visual odometry in a map that is not extended where the map is out of view.
   bool tracked_by_odometry = true;
   KeyframePolicyOptions keyframes;
-  STILLMAP_FIELDS(min_inliers, patience, occluded_patience, min_map_frames, tracked_by_odometry,
-                  keyframes)
 };
 
 /// Pose of a frame before its moving parts are known.

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/pipeline/slam_parameters.hpp"
+
+namespace stillmap {
+namespace {
+
+/// Voxel sides over which the mesh's distances reach: four, as usual for truncated signed distances
+/// (Newcombe et al., KinectFusion, ISMAR 2011).
+constexpr double kMeshTruncation = 4;
+
+void set_features(const Options::Features& from, OrbOptions& to) {
+  to.keypoints = from.keypoints;
+  to.levels = from.levels;
+  to.scale_factor = from.scale_factor;
+  to.fast_threshold = from.fast_threshold;
+}
+
+void set_network(const Options::Network& from, SlamParameters& to) {
+  to.segment.model = from.model;
+  to.segment.masks = from.masks;
+  to.segment.backend = from.backend;
+  to.segment.threads = from.threads;
+  to.segment.confidence = static_cast<float>(from.confidence);
+  to.segment.iou = static_cast<float>(from.nms_iou);
+  to.schedule.segment_every = from.every;
+  to.schedule.mask_delay = from.mask_delay;
+  to.carry.max_age = from.max_mask_age;
+}
+
+void set_motion(const Options::Motion& from, MotionOptions& to) {
+  to.cues = from.cues;
+  to.semantic.classes.dynamic = from.moving_classes;
+  to.box_flow.classes.dynamic = from.moving_classes;
+  to.epipolar.classes.dynamic = from.moving_classes;
+  to.epipolar.classes.potential = from.potential_classes;
+  to.semantic.dilation = from.mask_dilation;
+  to.semantic.prior = from.semantic_prior;
+  to.box_flow.factor = from.box_flow_threshold;
+  to.gate.warp_error = from.gate_warp_error;
+  to.gate.marked_share = from.gate_marked_share;
+  to.epipolar.threshold = from.epipolar_threshold;
+}
+
+void set_tracking(const Options::Tracking& from, TrackerOptions& to) {
+  to.min_inliers = from.min_inliers;
+  to.patience = from.new_map_after;
+  to.tracked_by_odometry = from.odometry_fallback;
+  to.keyframes.min_gap = from.keyframe_gap;
+  to.keyframes.max_rotation = from.keyframe_rotation;
+  to.keyframes.max_translation = from.keyframe_translation;
+}
+
+void set_map(const Options::Map& from, SlamParameters& to) {
+  to.mapper.adjustment.max_free = from.local_window;
+  to.mapper.fusion.neighbors = from.fusion_keyframes;
+  to.mapper.repeated.rule = from.repeated_landmarks;
+  to.places.loops = from.loops;
+  to.final_adjustment = from.final_adjustment;
+}
+
+void set_dense(const Options::Dense& from, SlamParameters& to) {
+  DenseOptions& dense = to.dense;
+  to.dense_cloud = from.enabled;
+  dense.voxel = from.voxel;
+  dense.back_projection.stride = from.stride;
+  dense.back_projection.max_sigma = from.max_sigma;
+  dense.back_projection.mask_dilation = from.mask_dilation;
+  dense.far.max_sigma = from.far_sigma;
+  dense.every = from.every;
+  dense.evidence.remove_ghosts = from.free_space;
+  dense.outliers.deviations = from.outlier_deviations;
+  if (from.outlier_deviations == 0) dense.outliers.neighbors = 0;
+  dense.movers = from.excluded_classes;
+}
+
+void set_outputs(const Options::Outputs& from, DenseOptions& to) {
+  to.mesh.voxel = from.mesh_voxel;
+  to.mesh.truncation = kMeshTruncation * from.mesh_voxel;
+  to.occupancy.cell = from.planner_cell;
+  to.occupancy.lowest = from.planner_lowest;
+  to.occupancy.highest = from.planner_highest;
+}
+
+void set_schedule(const Options& from, ScheduleOptions& to) {
+  to.realtime = from.realtime();
+  to.insert_delay = from.schedule.insert_delay;
+  to.refine_delay = from.schedule.refine_delay;
+  to.global_delay = from.schedule.global_delay;
+}
+
+}  // namespace
+
+SlamParameters parameters_of(const Options& options) {
+  check_options(options);
+  SlamParameters parameters;
+  set_features(options.features, parameters.orb);
+  set_network(options.network, parameters);
+  set_motion(options.motion, parameters.motion);
+  set_tracking(options.tracking, parameters.tracker);
+  set_map(options.map, parameters);
+  parameters.movers.enabled = options.movers.enabled;
+  set_dense(options.dense, parameters);
+  set_outputs(options.outputs, parameters.dense);
+  set_schedule(options, parameters.schedule);
+  return parameters;
+}
+
+}  // namespace stillmap

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/pipeline/slam_parameters.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/config/option_values.hpp"
+
+#include <gtest/gtest.h>
+
+namespace stillmap {
+namespace {
+
+SlamParameters parameters_of_preset(const std::string& name) {
+  return parameters_of(read_options(name));
+}
+
+TEST(SlamParameters, OfEveryPresetMakeTheCuesThatItNames) {
+  for (const Preset& preset : presets()) {
+    const Options options = read_options(preset.name);
+    const MotionCues cues = make_cues(parameters_of(options).motion);
+    ASSERT_EQ(cues.size(), options.motion.cues.size()) << preset.name;
+    for (std::size_t i = 0; i < cues.size(); ++i) {
+      EXPECT_EQ(cues[i]->name(), options.motion.cues[i]) << preset.name;
+    }
+  }
+}
+
+TEST(SlamParameters, MakeEveryCueThatTheOptionsKnow) {
+  Options options;
+  visit_options(options, [](const OptionInfo& info, auto& cues) {
+    if constexpr (is_list<std::decay_t<decltype(cues)>>) {
+      if (info.path == "motion.cues") cues = info.words;
+    }
+  });
+  EXPECT_EQ(make_cues(parameters_of(options).motion).size(), options.motion.cues.size());
+  EXPECT_GE(options.motion.cues.size(), 8U);
+}
+
+/// The defaults stand twice: for the user, and beside each algorithm, where tests rely on them.
+TEST(SlamParameters, OfTheDefaultOptionsAreTheAlgorithmsDefaults) {
+  const SlamParameters made = parameters_of(Options()), defaults;
+  EXPECT_EQ(made.orb.keypoints, defaults.orb.keypoints);
+  EXPECT_EQ(made.orb.levels, defaults.orb.levels);
+  EXPECT_EQ(made.orb.scale_factor, defaults.orb.scale_factor);
+  EXPECT_EQ(made.orb.fast_threshold, defaults.orb.fast_threshold);
+  EXPECT_EQ(made.segment.backend, defaults.segment.backend);
+  EXPECT_EQ(made.segment.threads, defaults.segment.threads);
+  EXPECT_EQ(made.segment.confidence, defaults.segment.confidence);
+  EXPECT_EQ(made.segment.iou, defaults.segment.iou);
+  EXPECT_EQ(made.carry.max_age, defaults.carry.max_age);
+  EXPECT_EQ(made.motion.cues, defaults.motion.cues);
+  EXPECT_EQ(made.motion.semantic.classes.dynamic, defaults.motion.semantic.classes.dynamic);
+  EXPECT_EQ(made.motion.semantic.dilation, defaults.motion.semantic.dilation);
+  EXPECT_EQ(made.motion.semantic.prior, defaults.motion.semantic.prior);
+  EXPECT_EQ(made.motion.box_flow.factor, defaults.motion.box_flow.factor);
+  EXPECT_EQ(made.motion.gate.warp_error, defaults.motion.gate.warp_error);
+  EXPECT_EQ(made.motion.gate.marked_share, defaults.motion.gate.marked_share);
+  EXPECT_EQ(made.motion.epipolar.threshold, defaults.motion.epipolar.threshold);
+  EXPECT_EQ(made.tracker.min_inliers, defaults.tracker.min_inliers);
+  EXPECT_EQ(made.tracker.patience, defaults.tracker.patience);
+  EXPECT_EQ(made.tracker.tracked_by_odometry, defaults.tracker.tracked_by_odometry);
+  EXPECT_EQ(made.tracker.keyframes.min_gap, defaults.tracker.keyframes.min_gap);
+  EXPECT_EQ(made.tracker.keyframes.max_rotation, defaults.tracker.keyframes.max_rotation);
+  EXPECT_EQ(made.tracker.keyframes.max_translation, defaults.tracker.keyframes.max_translation);
+  EXPECT_EQ(made.mapper.adjustment.max_free, defaults.mapper.adjustment.max_free);
+  EXPECT_EQ(made.mapper.fusion.neighbors, defaults.mapper.fusion.neighbors);
+  EXPECT_EQ(made.mapper.repeated.rule, defaults.mapper.repeated.rule);
+  EXPECT_EQ(made.places.loops, defaults.places.loops);
+  EXPECT_EQ(made.final_adjustment, defaults.final_adjustment);
+  EXPECT_EQ(made.movers.enabled, defaults.movers.enabled);
+  EXPECT_EQ(made.dense_cloud, defaults.dense_cloud);
+  EXPECT_EQ(made.dense.voxel, defaults.dense.voxel);
+  EXPECT_EQ(made.dense.back_projection.stride, defaults.dense.back_projection.stride);
+  EXPECT_EQ(made.dense.back_projection.max_sigma, defaults.dense.back_projection.max_sigma);
+  EXPECT_EQ(made.dense.back_projection.mask_dilation, defaults.dense.back_projection.mask_dilation);
+  EXPECT_EQ(made.dense.far.max_sigma, defaults.dense.far.max_sigma);
+  EXPECT_EQ(made.dense.every, defaults.dense.every);
+  EXPECT_EQ(made.dense.evidence.remove_ghosts, defaults.dense.evidence.remove_ghosts);
+  EXPECT_EQ(made.dense.outliers.deviations, defaults.dense.outliers.deviations);
+  EXPECT_EQ(made.dense.outliers.neighbors, defaults.dense.outliers.neighbors);
+  EXPECT_EQ(made.dense.movers, defaults.dense.movers);
+  EXPECT_EQ(made.dense.mesh.voxel, defaults.dense.mesh.voxel);
+  EXPECT_EQ(made.dense.mesh.truncation, defaults.dense.mesh.truncation);
+  EXPECT_EQ(made.dense.occupancy.cell, defaults.dense.occupancy.cell);
+  EXPECT_EQ(made.dense.occupancy.lowest, defaults.dense.occupancy.lowest);
+  EXPECT_EQ(made.dense.occupancy.highest, defaults.dense.occupancy.highest);
+  EXPECT_EQ(made.schedule.realtime, defaults.schedule.realtime);
+  EXPECT_EQ(made.schedule.insert_delay, defaults.schedule.insert_delay);
+  EXPECT_EQ(made.schedule.refine_delay, defaults.schedule.refine_delay);
+  EXPECT_EQ(made.schedule.global_delay, defaults.schedule.global_delay);
+  EXPECT_EQ(made.schedule.segment_every, defaults.schedule.segment_every);
+  EXPECT_EQ(made.schedule.mask_delay, defaults.schedule.mask_delay);
+}
+
+TEST(SlamParameters, OfBoxPresetsListTheClassesOfTheirPapers) {
+  const ClassSets indoor = indoor_classes();
+  EXPECT_EQ(parameters_of_preset("box-flow").motion.box_flow.classes.dynamic, indoor.dynamic);
+  const ClassSets epipolar = parameters_of_preset("box-epipolar").motion.epipolar.classes;
+  EXPECT_EQ(epipolar.dynamic, indoor.dynamic);
+  EXPECT_EQ(epipolar.potential, indoor.potential);
+}
+
+TEST(SlamParameters, NoDeviationsTurnOutlierRemovalOff) {
+  Options options;
+  options.dense.outlier_deviations = 0;
+  EXPECT_EQ(parameters_of(options).dense.outliers.neighbors, 0);
+}
+
+TEST(SlamParameters, OfOptionsOutOfRangeAreAnError) {
+  Options options;
+  options.features.keypoints = 5;
+  EXPECT_THROW(parameters_of(options), Error);
+}
+
+}  // namespace
+}  // namespace stillmap
