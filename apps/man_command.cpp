@@ -62,7 +62,7 @@ std::string closing_text(const std::string& footer) {
   bool indented = false;
   std::istringstream lines(footer);
   for (std::string line; std::getline(lines, line);) {
-    const bool indent = line.rfind("  ", 0) == 0;
+    const bool indent = line.starts_with("  ");
     if (indent != indented) page += indent ? ".nf\n" : ".fi\n";
     if (!indent && !line.empty()) page += ".PP\n";
     if (!line.empty()) page += roff(line) + "\n";

@@ -116,7 +116,7 @@ void DenseStream::add(const TrackedFrame& tracked, const DetectedObjects& found)
       traced("mover pixels", [&] { return mover_pixels(*tracked.frame, classes); });
   const std::uint64_t view = view_of(tracked.frame->index());
   if (tracked.proposal) {
-    dense_.add(view, image, movers, *tracked.T_world_camera, &objects);
+    dense_.add(view, image, movers, tracked.T_world_camera, &objects);
   } else if (!dense_.add_if_new(view, image, movers, *tracked.T_world_camera, &objects)) {
     return;
   }

@@ -31,12 +31,12 @@ void FrameLog::add(const TrackedFrame& tracked, const TrackingTimes& times) {
   record.tracked_by_odometry = tracked.tracked_by_odometry;
   record.keyframe = tracked.proposal.has_value() && extends_map_;
   record.times = times;
-  const std::lock_guard lock(mutex_);
+  const std::scoped_lock lock(mutex_);
   records_.push_back(std::move(record));
 }
 
 void FrameLog::settle(const std::vector<NewKeyframe>& made) {
-  const std::lock_guard lock(mutex_);
+  const std::scoped_lock lock(mutex_);
   for (const NewKeyframe& keyframe : made) {
     const auto frame =
         std::lower_bound(records_.begin(), records_.end(), keyframe.frame_index,
@@ -51,7 +51,7 @@ void FrameLog::confirm(const RelocalizationResult& relocalization) {
     return r.index == relocalization.frame->index();
   });
   if (lost == records_.rend()) return;
-  const std::lock_guard lock(mutex_);
+  const std::scoped_lock lock(mutex_);
   lost->state = TrackState::kTracking;
   lost->reason.clear();
   lost->tracked_by_odometry = false;
@@ -61,7 +61,7 @@ void FrameLog::confirm(const RelocalizationResult& relocalization) {
 }
 
 LoggedFrames FrameLog::copy() const {
-  const std::lock_guard lock(mutex_);
+  const std::scoped_lock lock(mutex_);
   LoggedFrames frames;
   if (!records_.empty()) frames.newest = records_.back();
   frames.placed.reserve(records_.size());
