@@ -96,7 +96,7 @@ inline LocalMapPtr map_of(const FramePtr& keyframe, const Pose& T_world_camera) 
     if (k.depth <= 0) continue;
     map.add_landmark(T_world_camera * map.camera().unproject(k.u, k.v, k.depth), {id, i});
   }
-  return make_local_map(map, id, {});
+  return make_local_map(map, id);
 }
 
 inline LocalMapPtr local_map() {
