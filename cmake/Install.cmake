@@ -65,8 +65,6 @@ target_link_options(stillmap_library INTERFACE
                     $<INSTALL_INTERFACE:LINKER:-rpath,$<INSTALL_PREFIX>/${plugin_folder}>)
 set_target_properties(stillmap_library PROPERTIES OUTPUT_NAME stillmap EXPORT_NAME stillmap LINKER_LANGUAGE CXX)
 install(TARGETS stillmap_library EXPORT StillmapTargets)
-# The presets to read and to start from; those in use are compiled into the library.
-install(DIRECTORY presets DESTINATION ${CMAKE_INSTALL_DATADIR}/stillmap)
 install(EXPORT StillmapTargets NAMESPACE Stillmap:: DESTINATION ${package_folder})
 foreach(header IN LISTS STILLMAP_PUBLIC_HEADERS)
   cmake_path(GET header PARENT_PATH header_folder)

@@ -140,7 +140,7 @@ TEST(GatedCue, IsSilentWhereEverythingMovesAlikeOnceTenFramesWereSeen) {
 TEST(GatedCue, LooksAtTheClassesOfItsCue) {
   const GatedCue cue({}, std::make_unique<Alarm>());
   EXPECT_THAT(cue.classes(), ::testing::ElementsAre("dog"));
-  EXPECT_EQ(cue.name(), "gated alarm");
+  EXPECT_EQ(cue.name(), "gated-alarm");
 }
 
 }  // namespace
