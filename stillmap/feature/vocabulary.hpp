@@ -48,6 +48,7 @@ inline constexpr int kDirectIndexLevel = 2;
 /// A tree of binary descriptors (Nister and Stewenius, Scalable Recognition with a Vocabulary Tree,
 /// CVPR 2006): from the root a descriptor follows the nearest child to a leaf, its word. Words are
 /// weighted by TF-IDF (Sivic and Zisserman, Video Google, ICCV 2003). Immutable and thread-safe.
+/// Written by hand: Debian packages neither DBoW2 nor FBoW.
 class Vocabulary {
  public:
   /// One node, in level order; children of a node are consecutive.
