@@ -134,7 +134,7 @@ class Installed(unittest.TestCase):
         for library in plugins.glob("libopenvino.so*"):
             library.unlink()
         missing = "libopenvino.so" if ARGUMENTS.openvino == "1" else "libstillmap_openvino.so"
-        result, _ = self.map_with_network(prefix / "bin" / "stillmap", "--set", "segment.backend=openvino")
+        result, _ = self.map_with_network(prefix / "bin" / "stillmap", "--set", "network.backend=openvino")
         self.assertEqual(result.returncode, 1, result.text)
         self.assertIn(missing, result.stderr)
         self.assertIn("fix: ", result.stderr)
