@@ -139,7 +139,7 @@ TEST_F(BehindABoard, NoMapIsBegunOnWhatCoversAllOfIt) {
 
 TEST_F(BehindABoard, WhatStaysIsTakenForARoomAtLast) {
   SlamOptions options = small_options("fused");
-  options.tracker.covered_patience = 15;
+  options.tracker.occluded_patience = 15;
   options.tracker.patience = 5;
   const SlamResult result = run({.share = 1, .speed = 0}, options);
   EXPECT_EQ(result.frames[kComes + 15 + 5 - 1].state, TrackState::kLost);

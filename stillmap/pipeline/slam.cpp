@@ -72,7 +72,7 @@ std::optional<Pose> Slam::push(const RgbdFramePtr& image) {
   double waiting = watch.lap();
   record(map.made);
 
-  const auto initial = tracker_.follow(*frame->features, map.local_map);
+  const auto initial = tracker_.predict_pose(*frame->features, map.local_map);
   const double following = watch.lap();
 
   MotionInput input{.image = image,

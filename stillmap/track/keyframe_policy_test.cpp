@@ -33,8 +33,8 @@ bool wanted(KeyframePolicy& policy, const cv::Mat& gray) {
   frame.evidence.weight = {1};
   LocalMap map;
   map.keyframes.emplace_back();
-  return policy.wants(frame, Pose(Eigen::Quaterniond::Identity(), {1, 0, 0}), {LandmarkId{}}, map,
-                      100);
+  return policy.wants_keyframe(frame, Pose(Eigen::Quaterniond::Identity(), {1, 0, 0}),
+                               {LandmarkId{}}, map, 100);
 }
 
 TEST(KeyframePolicy, KeepsASharpFrameFromSomewhereNew) {
@@ -50,10 +50,10 @@ TEST(KeyframePolicy, WaitsForASharperFrameThanABlurredOne) {
 }
 
 TEST(KeyframePolicy, DoesNotWaitForEver) {
-  KeyframePolicyOptions options;
-  KeyframePolicy policy(options, {});
+  KeyframePolicy policy({}, {});
   for (int i = 0; i < 15; ++i) wanted(policy, scene());
-  for (int i = 0; i < options.max_wait; ++i) EXPECT_FALSE(wanted(policy, blurred(scene()))) << i;
+  for (int i = 0; i < KeyframePolicy::kMaxWait; ++i)
+    EXPECT_FALSE(wanted(policy, blurred(scene()))) << i;
   EXPECT_TRUE(wanted(policy, blurred(scene())));
 }
 

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/track/landmark_statistics.hpp"
+
+#include "stillmap/base/trace.hpp"
+#include "stillmap/optimize/residual.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace stillmap {
+namespace {
+
+/// Per-frame decay factor of a landmark's log-odds. They are an average over frames and no sum,
+/// because the measurements of consecutive frames are far from independent.
+constexpr float kMemory = 0.95F;
+/// Log-odds that a landmark is static if the depth image sees through its position.
+constexpr float kSeenThroughLogOdds = -3;
+/// Bound of the log-odds of a single frame.
+constexpr float kMaxLogOdds = 6;
+
+enum class Sight { kUnknown, kCovered, kSeenThrough };
+
+/// What lies where a point should be seen. One that nothing is known of is on its surface, or where
+/// there is no depth.
+Sight sight_of(const Eigen::Vector3d& p_camera, const CellGrid& grid) {
+  if (p_camera.z() < kNearPlane) return Sight::kUnknown;
+  const Eigen::Vector2d cell = grid.camera.project(p_camera);
+  const auto z = static_cast<float>(p_camera.z());
+  const float tolerance = grid.tolerance.at(z);
+  bool nearer = true, farther = true;
+  for (int dy = -1; dy <= 1; ++dy) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      const int c = static_cast<int>(std::lround(cell.x())) + dx;
+      const int r = static_cast<int>(std::lround(cell.y())) + dy;
+      if (c < 0 || r < 0 || c >= grid.depth.cols || r >= grid.depth.rows) return Sight::kUnknown;
+      const float seen = grid.depth(r, c);
+      if (seen <= 0) return Sight::kUnknown;
+      nearer = nearer && seen < z - tolerance;
+      farther = farther && seen > z + tolerance;
+    }
+  }
+  if (nearer) return Sight::kCovered;
+  return farther ? Sight::kSeenThrough : Sight::kUnknown;
+}
+
+}  // namespace
+
+void LandmarkStatistics::adopt(const LocalMapPtr& local_map) {
+  auto counts = take();
+  std::vector<float> log_odds;
+  for (const LocalLandmark& landmark : local_map->landmarks) {
+    const LocalLandmark* known = local_map_ ? local_map_->find(landmark.id) : nullptr;
+    log_odds.push_back(known != nullptr ? static_log_odds(landmark.id) : landmark.static_log_odds);
+  }
+  static_log_odds_ = std::move(log_odds);
+  counts_of_old_maps_ = std::move(counts);
+  local_map_ = local_map;
+  predicted_.assign(local_map->landmarks.size(), 0);
+  found_.assign(local_map->landmarks.size(), 0);
+}
+
+void LandmarkStatistics::update(std::size_t landmark, float log_odds) {
+  float& mean = static_log_odds_[landmark];
+  mean += (1 - kMemory) * (std::clamp(log_odds, -kMaxLogOdds, kMaxLogOdds) - mean);
+}
+
+void LandmarkStatistics::count(const Frame& frame, const LocalMapPose& pose) {
+  const TraceScope scope("visibility_counts");
+  const Pose T_camera_world = pose.estimate.T_world_camera.inverse();
+  for (std::size_t i = 0; i < pose.expected.size(); ++i) {
+    if (!pose.expected[i]) continue;
+    const Sight sight = sight_of(T_camera_world * local_map_->landmarks[i].p_world, *frame.cells);
+    predicted_[i] += sight != Sight::kCovered;
+    if (sight == Sight::kSeenThrough) update(i, kSeenThroughLogOdds);
+  }
+  const auto& measured = frame.evidence.measured_log_odds.empty()
+                             ? frame.evidence.static_log_odds
+                             : frame.evidence.measured_log_odds;
+  for (const PointMatch& match : pose.estimate.matches) {
+    const std::size_t i = local_map_->index(match.landmark);
+    ++found_[i];
+    update(i, measured[match.keypoint]);
+  }
+}
+
+std::vector<VisibilityCount> LandmarkStatistics::take() {
+  std::vector<VisibilityCount> counts = std::exchange(counts_of_old_maps_, {});
+  for (std::size_t i = 0; i < predicted_.size(); ++i) {
+    if (predicted_[i] > 0) {
+      counts.push_back(
+          {local_map_->landmarks[i].id, predicted_[i], found_[i], static_log_odds_[i]});
+      predicted_[i] = found_[i] = 0;
+    }
+  }
+  return counts;
+}
+
+}  // namespace stillmap

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/track/pose_estimate.hpp"
+
+namespace stillmap {
+
+std::optional<PoseEstimate> estimate_pose(const TrackingModel& model, const Features& features,
+                                          const Pose& T_world_camera_guess,
+                                          const std::vector<PointMatch>& matches, int min_inliers) {
+  std::vector<PoseObservation> observations;
+  observations.reserve(matches.size());
+  for (const PointMatch& match : matches) {
+    const Keypoint& k = features.keypoints[match.keypoint];
+    observations.push_back({match.p_world, k.u, k.v, k.depth,
+                            static_cast<float>(model.pyramid.scale(k.level)), match.weight});
+  }
+  const PoseSolution solution = solve_pose(model.camera, T_world_camera_guess, observations);
+  if (!solution.well_posed || solution.inliers < min_inliers) return std::nullopt;
+  PoseEstimate estimate{solution.T_world_camera, {}};
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    if (solution.inlier[i]) estimate.matches.push_back(matches[i]);
+  }
+  return estimate;
+}
+
+}  // namespace stillmap

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/track/previous_frame_tracking.hpp"
+
+#include "stillmap/base/trace.hpp"
+#include "stillmap/feature/matching.hpp"
+
+namespace stillmap {
+namespace {
+
+/// Search radius around a predicted keypoint of level 0 [pixels], as in ORB-SLAM2. It is doubled
+/// if the first search fails.
+constexpr double kSearchRadius = 15;
+
+/// Returns the world position [m] of a keypoint of the previous frame: that of its landmark, of its
+/// odometry point, or its own depth's. Returns none for a keypoint without any of them.
+std::optional<Eigen::Vector3d> point_of_previous(const TrackingModel& model,
+                                                 const TrackerState& state, std::size_t keypoint,
+                                                 const LocalLandmark* landmark) {
+  if (landmark != nullptr) return landmark->p_world;
+  if (keypoint < state.odometry_points.size() && state.odometry_points[keypoint])
+    return state.odometry_points[keypoint];
+  const Keypoint& k = state.previous->frame->features->keypoints[keypoint];
+  if (k.depth <= 0) return std::nullopt;
+  return state.T_world_previous * model.camera.unproject(k.u, k.v, k.depth);
+}
+
+std::vector<FrameMatch> match_previous(const TrackingModel& model, const TrackerState& state,
+                                       const Features& features, const Pose& T_world_camera,
+                                       double radius) {
+  const TraceScope scope("match");
+  const Frame& previous = *state.previous->frame;
+  const Pose T_camera_world = T_world_camera.inverse();
+  std::vector<FrameMatch> points;
+  std::vector<ProjectionQuery> queries;
+  for (std::size_t i = 0; i < previous.features->size(); ++i) {
+    const Keypoint& k = previous.features->keypoints[i];
+    const LandmarkId id = state.previous->landmarks[i];
+    const LocalLandmark* landmark = id.valid() ? state.local_map->find(id) : nullptr;
+    const auto p_world = point_of_previous(model, state, i, landmark);
+    if (!p_world) continue;
+    const Eigen::Vector3d p = T_camera_world * *p_world;
+    if (p.z() < kNearPlane) continue;
+    const Eigen::Vector2d uv = model.camera.project(p);
+    if (!model.camera.contains(uv.x(), uv.y())) continue;
+    queries.push_back({.u = static_cast<float>(uv.x()),
+                       .v = static_cast<float>(uv.y()),
+                       .radius = static_cast<float>(radius * model.pyramid.scale(k.level)),
+                       .min_level = k.level - 1,
+                       .max_level = k.level + 1,
+                       .descriptor = previous.features->descriptors[i],
+                       .angle = k.angle});
+    points.push_back(
+        {static_cast<std::uint32_t>(i),
+         {0, landmark != nullptr ? id : LandmarkId{}, *p_world, previous.evidence.weight[i]}});
+  }
+  ProjectionMatchOptions matching;
+  matching.max_distance = kMaxMatchDistance;
+  matching.ratio = 1;  // no ratio test between consecutive frames
+  const auto found = match_by_projection(queries, features, matching, {});
+  std::vector<FrameMatch> matches;
+  for (std::size_t q = 0; q < queries.size(); ++q) {
+    if (!found[q]) continue;
+    points[q].match.keypoint = *found[q];
+    matches.push_back(points[q]);
+  }
+  return matches;
+}
+
+/// Landmarks have been static for a while, whereas a point of a single frame may move. So other
+/// points are used only where landmarks are too few.
+std::optional<PoseEstimate> estimate_from(const TrackingModel& model, const Features& features,
+                                          const std::vector<FrameMatch>& matches,
+                                          const Pose& guess) {
+  std::vector<PointMatch> landmarks, all;
+  for (const FrameMatch& m : matches) {
+    if (m.match.weight <= 0) continue;
+    all.push_back(m.match);
+    if (m.match.landmark.valid()) landmarks.push_back(m.match);
+  }
+  auto estimate = estimate_pose(model, features, guess, landmarks, kSureInliers);
+  if (!estimate) estimate = estimate_pose(model, features, guess, all, kMinInliers);
+  return estimate;
+}
+
+}  // namespace
+
+std::optional<PreviousFramePose> track_previous_frame(const TrackingModel& model,
+                                                      const TrackerState& state,
+                                                      const Features& features) {
+  const Pose guess = state.T_world_previous * state.T_previous_next;
+  for (const double radius : {kSearchRadius, 2 * kSearchRadius}) {
+    auto matches = match_previous(model, state, features, guess, radius);
+    auto estimate = estimate_from(model, features, matches, guess);
+    if (estimate) return PreviousFramePose{std::move(*estimate), std::move(matches)};
+  }
+  return std::nullopt;
+}
+
+}  // namespace stillmap

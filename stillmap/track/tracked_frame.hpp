@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/map/keyframe_proposal.hpp"
+#include "stillmap/motion/frame.hpp"
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace stillmap {
+
+enum class TrackState {
+  kWaiting,   ///< There is no map yet, and the frame has too few points to start one.
+  kStarted,   ///< The frame starts a map.
+  kTracking,  ///< The frame has a pose in the map.
+  kLost,      ///< The frame has no pose.
+};
+
+/// Result of tracking one frame. Never changed once made.
+struct TrackedFrame {
+  FramePtr frame;
+  TrackState state = TrackState::kWaiting;
+  std::string reason;                  ///< why there is no pose; empty if there is one
+  std::optional<Pose> T_world_camera;  ///< in the world of the local map at that time
+  KeyframeId reference;     ///< keyframe the pose is relative to; invalid if the frame starts a map
+  Pose T_reference_camera;  ///< stays valid when the map is corrected
+  std::vector<LandmarkId> landmarks;  ///< matched landmark of each keypoint, or invalid
+  int inliers = 0;                    ///< number of landmarks that agree with the pose
+  bool relocalized = false;  ///< The camera was lost, and this frame confirmed a relocalization.
+  bool tracked_by_odometry = false;  ///< The pose comes from the previous frame, not from the map.
+  std::optional<KeyframeProposal> proposal;
+
+  bool has_pose() const { return T_world_camera.has_value(); }
+  /// Returns whether its world may differ from that of the previous frames.
+  bool enters_world() const { return state == TrackState::kStarted || relocalized; }
+};
+
+using TrackedFramePtr = std::shared_ptr<const TrackedFrame>;
+
+}  // namespace stillmap

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/map/local_map.hpp"
+#include "stillmap/track/tracked_frame.hpp"
+
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace stillmap {
+
+/// The previous frame and its place in the local map: input of the next frame's pose.
+struct TrackerState {
+  LocalMapPtr local_map;     ///< newest snapshot; null while there is no map
+  TrackedFramePtr previous;  ///< newest frame with a pose; null before the first
+  Pose T_world_previous;     ///< pose of `previous` in the world of `local_map`
+  Pose T_previous_next;      ///< predicted motion to the next frame (constant velocity)
+  /// Per keypoint of `previous` if that was tracked by odometry, else empty: world position [m] at
+  /// which its point was first observed. So errors accumulate per point and not per frame.
+  std::vector<std::optional<Eigen::Vector3d>> odometry_points;
+};
+
+/// Returns the pose of a tracked frame in the world of a local map, or none if the map does not
+/// contain the frame's reference keyframe.
+std::optional<Pose> pose_in(const LocalMap& local_map, const TrackedFrame& tracked);
+
+}  // namespace stillmap
