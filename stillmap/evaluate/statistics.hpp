@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/base/statistics.hpp"
+
 #include <cstddef>
 #include <span>
 
@@ -19,10 +21,6 @@ struct Statistics {
 };
 
 Statistics compute_statistics(std::span<const double> errors);
-
-/// The q-quantile (q from 0 to 1) of values in any order, interpolated linearly between the two
-/// nearest; 0 for none. Linear time.
-double quantile(std::span<const double> values, double q);
 
 /// For nlohmann::json: rmse, mean, median, sd, min, max, count.
 void to_json(nlohmann::json& json, const Statistics& statistics);
