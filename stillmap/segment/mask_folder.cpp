@@ -7,6 +7,7 @@
 #include <charconv>
 #include <set>
 
+#include <fmt/format.h>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
