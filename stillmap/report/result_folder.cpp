@@ -62,12 +62,15 @@ nlohmann::json parsed(const fs::path& file) {
 
 std::set<std::string> names_in_manifest(const fs::path& file) {
   const nlohmann::json manifest = parsed(file);
-  const Error damaged("is damaged", file.string(),
-                      "remove it, and add --force to replace the results in its folder");
-  if (!manifest.is_object() || !manifest.contains("files")) throw damaged;
+  const auto require = [&](bool valid) {
+    if (valid) return;
+    throw Error("is damaged", file.string(),
+                "remove it, and add --force to replace the results in its folder");
+  };
+  require(manifest.is_object() && manifest.contains("files"));
   std::set<std::string> names;
   for (const nlohmann::json& name : manifest["files"]) {
-    if (!name.is_string() || !stays_inside(name.get<std::string>())) throw damaged;
+    require(name.is_string() && stays_inside(name.get<std::string>()));
     names.insert(name.get<std::string>());
   }
   return names;

@@ -154,7 +154,7 @@ TEST_F(Results, AManifestReachesNoFileOutsideTheFolder) {
 
 TEST_F(Results, ADamagedManifestIsNamed) {
   run({"a.txt"});
-  put(kManifestName, "{\"files\": [\"a.t");
+  put(kManifestName, R"({"files": ["a.t)");
   try {
     run({"a.txt"});
     FAIL() << "no Error";

@@ -37,6 +37,7 @@ struct ErrorManager {
 };
 
 // An exception must not pass through libjpeg's C code, so longjmp is used as its authors intend.
+// NOLINTBEGIN(modernize-avoid-setjmp-longjmp)
 [[noreturn]] void jump_back(j_common_ptr decoder) {
   std::longjmp(reinterpret_cast<ErrorManager*>(decoder->err)->back, 1);
 }
