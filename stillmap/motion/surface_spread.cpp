@@ -15,9 +15,7 @@ constexpr double kJumpCost = 10;
 class Passage {
  public:
   Passage(double focal, const DepthPolynomial<float>& tolerance)
-      : tolerance_(tolerance),
-        lateral_(static_cast<float>(1 / (focal * SurfaceSpread::kReach))),
-        jump_(static_cast<float>(kJumpCost / SurfaceSpread::kReach)) {}
+      : tolerance_(tolerance), lateral_(static_cast<float>(1 / (focal * SurfaceSpread::kReach))) {}
 
   float operator()(float a, float b) const {
     if (a <= 0 || b <= 0) return 0;
@@ -30,7 +28,8 @@ class Passage {
 
  private:
   DepthPolynomial<float> tolerance_;
-  float lateral_, jump_;
+  float lateral_;
+  float jump_ = static_cast<float>(kJumpCost / SurfaceSpread::kReach);
 };
 
 /// One pass forth and one back along a line of cells; `share(i)` is what cell i gets of i - 1.
