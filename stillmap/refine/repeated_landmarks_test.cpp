@@ -10,8 +10,6 @@
 namespace stillmap {
 namespace {
 
-using ::testing::HasSubstr;
-
 /// Returns a zero descriptor with bits first .. first + count - 1 set.
 Descriptor bits(int first, int count) {
   Descriptor d{};
