@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/dense/mesh.hpp"
 
+#include "stillmap/base/bytes.hpp"
 #include "stillmap/base/disjoint_sets.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <cstring>
 #include <limits>
+#include <span>
 #include <string>
 
 #include <fmt/format.h>
@@ -19,32 +19,24 @@ namespace stillmap {
 namespace fs = std::filesystem;
 namespace {
 
-static_assert(std::endian::native == std::endian::little,
-              "mesh files are written as they lie in memory");
-
-template <typename T>
-void append(std::string& bytes, const T& value) {
-  char raw[sizeof(T)];
-  std::memcpy(raw, &value, sizeof(T));
-  bytes.append(raw, sizeof(T));
-}
-
 std::string ply_bytes(const TriangleMesh& mesh) {
-  std::string bytes = fmt::format(
+  const std::string header = fmt::format(
       "ply\nformat binary_little_endian 1.0\ncomment meters, world frame\n"
       "element vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
       "property uchar red\nproperty uchar green\nproperty uchar blue\n"
       "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
       mesh.vertices.size(), mesh.triangles.size());
+  ByteWriter bytes;
+  bytes.put_list(std::span<const char>(header));
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
-    for (const float x : mesh.vertices[i]) append(bytes, x);
-    for (const std::uint8_t c : mesh.colors[i]) append(bytes, c);
+    for (const float x : mesh.vertices[i]) bytes.put(x);
+    for (const std::uint8_t c : mesh.colors[i]) bytes.put(c);
   }
   for (const auto& triangle : mesh.triangles) {
-    append(bytes, std::uint8_t{3});
-    for (const std::uint32_t vertex : triangle) append(bytes, vertex);
+    bytes.put(std::uint8_t{3});
+    for (const std::uint32_t vertex : triangle) bytes.put(vertex);
   }
-  return bytes;
+  return bytes.take();
 }
 
 std::string obj_text(const TriangleMesh& mesh) {
@@ -61,24 +53,24 @@ std::string obj_text(const TriangleMesh& mesh) {
   return text;
 }
 
-// glTF's bytes of a kind must begin at multiples of four; so do chunks.
+/// Pads to a multiple of four bytes, as glTF wants it of buffer views and chunks.
 void pad(std::string& bytes, char with) {
   while (bytes.size() % 4 != 0) bytes.push_back(with);
 }
 
 std::string glb_buffer(const TriangleMesh& mesh) {
-  std::string buffer;
+  ByteWriter buffer;
   for (const auto& triangle : mesh.triangles) {
-    for (const std::uint32_t vertex : triangle) append(buffer, vertex);
+    for (const std::uint32_t vertex : triangle) buffer.put(vertex);
   }
   for (const Eigen::Vector3f& p : mesh.vertices) {
-    for (const float x : p) append(buffer, x);
+    for (const float x : p) buffer.put(x);
   }
   for (const Rgb& color : mesh.colors) {
-    for (const std::uint8_t c : color) append(buffer, c);
-    append(buffer, std::uint8_t{255});
+    for (const std::uint8_t c : color) buffer.put(c);
+    buffer.put(std::uint8_t{255});
   }
-  return buffer;
+  return buffer.take();
 }
 
 /// What the buffer holds, by glTF 2.0, sections 3.6 and 3.7: 5125 is unsigned int, 5126 float, 5121
@@ -131,16 +123,17 @@ std::string glb_bytes(const TriangleMesh& mesh) {
   std::string header = glb_header(mesh).dump(), buffer = glb_buffer(mesh);
   pad(header, ' ');
   pad(buffer, '\0');
-  std::string bytes;
+  ByteWriter bytes;
   const std::size_t size = 12 + 8 + header.size() + 8 + buffer.size();
   for (const std::uint32_t word : {kMagic, std::uint32_t{2}, static_cast<std::uint32_t>(size),
                                    static_cast<std::uint32_t>(header.size()), kJson}) {
-    append(bytes, word);
+    bytes.put(word);
   }
-  bytes += header;
-  append(bytes, static_cast<std::uint32_t>(buffer.size()));
-  append(bytes, kBin);
-  return bytes + buffer;
+  bytes.put_list(std::span<const char>(header));
+  bytes.put(static_cast<std::uint32_t>(buffer.size()));
+  bytes.put(kBin);
+  bytes.put_list(std::span<const char>(buffer));
+  return bytes.take();
 }
 
 }  // namespace

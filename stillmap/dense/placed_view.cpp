@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/dense/placed_view.hpp"
 
+#include "stillmap/geometry/depth_visibility.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -71,15 +73,21 @@ Sight PlacedView::at(const Eigen::Vector3f& p) const {
 
   const int col = static_cast<int>(u + 0.5F), row = static_cast<int>(v + 0.5F);
   const float z = view.depth(row, col) * DenseView::kDepthUnit;
-  if (z <= 0 || z + margin_.at(z) < p.z()) return Sight::kNothing;
-  if (z - margin_.at(z) <= p.z()) {
-    return view.kind(row, col) == kMoverSurface ? Sight::kMover : Sight::kNothing;
+  switch (visibility_of(p.z(), z, margin_.at(z))) {
+    case Visibility::kUnknown:
+    case Visibility::kOccluded:
+      return Sight::kNothing;
+    case Visibility::kOnSurface:
+      return view.kind(row, col) == kMoverSurface ? Sight::kMover : Sight::kNothing;
+    case Visibility::kSeenThrough:
+      break;
   }
   // An edge or something thin may be half a pixel away: all nine around must agree.
   for (int r = row - 1; r <= row + 1; ++r) {
     for (int c = col - 1; c <= col + 1; ++c) {
       const float around = view.depth(r, c) * DenseView::kDepthUnit;
-      if (around - margin_.at(around) <= p.z()) return Sight::kNothing;
+      if (visibility_of(p.z(), around, margin_.at(around)) != Visibility::kSeenThrough)
+        return Sight::kNothing;
     }
   }
   return Sight::kThrough;

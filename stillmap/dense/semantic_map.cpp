@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/trace.hpp"
+#include "stillmap/geometry/trimmed_box.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -335,22 +336,6 @@ std::vector<Vote> filled(const StaticGrid& grid, std::span<const std::uint32_t> 
   return all;
 }
 
-Eigen::AlignedBox3d box_around(const std::vector<Eigen::Vector3d>& points) {
-  Eigen::AlignedBox3d box;
-  Eigen::Vector3d low, high;
-  for (int axis = 0; axis < 3; ++axis) {
-    std::vector<double> values;
-    for (const Eigen::Vector3d& p : points) values.push_back(p[axis]);
-    std::sort(values.begin(), values.end());
-    const std::size_t margin = values.size() / 100;
-    low[axis] = values[margin];
-    high[axis] = values[values.size() - 1 - margin];
-  }
-  box.extend(low);
-  box.extend(high);
-  return box;
-}
-
 StaticObject object_of(const Thing& thing, const std::vector<Eigen::Vector3d>& points) {
   StaticObject object;
   object.class_name = thing.class_name();
@@ -359,7 +344,7 @@ StaticObject object_of(const Thing& thing, const std::vector<Eigen::Vector3d>& p
   object.confidence =
       static_cast<float>(thing.scores.at(object.class_name) / std::max(1, object.visible));
   object.points = points.size();
-  object.box = box_around(points);
+  object.box = trimmed_box(points, points.size() / 100);
   object.center = object.box.center();
   return object;
 }

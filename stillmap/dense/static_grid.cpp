@@ -2,6 +2,7 @@
 #include "stillmap/dense/static_grid.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/statistics.hpp"
 #include "stillmap/base/trace.hpp"
 
 #include <algorithm>
@@ -31,12 +32,6 @@ constexpr std::size_t kEnoughForGain = 500;
 constexpr float kDarkest = 16, kBrightest = 240, kLargestGain = 2;
 
 bool exposed(float value) { return value >= kDarkest && value <= kBrightest; }
-
-float median_of(std::vector<float>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 Eigen::Vector3f rgb_of(const cv::Vec3b& bgr) {
   return {static_cast<float>(bgr[2]), static_cast<float>(bgr[1]), static_cast<float>(bgr[0])};
@@ -176,7 +171,7 @@ Eigen::Vector3f StaticGrid::gain_for(const DenseView& view,
   for (int c = 0; c < 3; ++c) {
     auto& values = ratios[static_cast<std::size_t>(c)];
     if (values.size() < kEnoughForGain) return Eigen::Vector3f::Ones();
-    gain[c] = std::clamp(median_of(values), 1 / kLargestGain, kLargestGain);
+    gain[c] = std::clamp(upper_median(values), 1 / kLargestGain, kLargestGain);
   }
   return gain;
 }

@@ -12,9 +12,7 @@
 namespace stillmap {
 namespace {
 
-constexpr int kBits = 21;
-constexpr std::int64_t kBias = std::int64_t{1} << (kBits - 1);  // negatives sort below positives
-constexpr std::uint64_t kLowBits = (std::uint64_t{1} << kBits) - 1;
+constexpr int kBits = kVoxelBits;
 
 // The lowest two bits of each coordinate tell the place in the block.
 constexpr std::uint64_t kWithin = 3 | std::uint64_t{3} << kBits | std::uint64_t{3} << 2 * kBits;
@@ -42,38 +40,6 @@ Iterator end_of_group(Iterator begin, Iterator end, int bits) {
 }
 
 }  // namespace
-
-Voxel voxel_of(const Lattice& lattice) {
-  Voxel voxel = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    voxel = voxel << kBits | (static_cast<std::uint64_t>(lattice[axis] + kBias) & kLowBits);
-  }
-  return voxel;
-}
-
-Lattice lattice_of(Voxel voxel) {
-  const auto axis = [&](int shift) {
-    return static_cast<int>(static_cast<std::int64_t>(voxel >> shift & kLowBits) - kBias);
-  };
-  return {axis(2 * kBits), axis(kBits), axis(0)};
-}
-
-std::optional<Voxel> voxel_at(const Eigen::Vector3d& p, double edge) {
-  const Eigen::Array3d scaled = p.array() / edge;
-  const bool inside = (scaled.abs() < static_cast<double>(kBias - 1)).all();  // false for NaN
-  if (!inside) return std::nullopt;
-  Lattice lattice = scaled.cast<int>();  // toward zero
-  for (int axis = 0; axis < 3; ++axis) lattice[axis] -= scaled[axis] < lattice[axis];
-  return voxel_of(lattice);
-}
-
-Eigen::Vector3d corner_of(Voxel voxel, double edge) {
-  return lattice_of(voxel).cast<double>() * edge;
-}
-
-Eigen::Vector3d center_of(Voxel voxel, double edge) {
-  return (lattice_of(voxel).cast<double>().array() + 0.5) * edge;
-}
 
 // Where a block is, or the free slot where it would be.
 std::size_t VoxelIndex::slot_of(Voxel corner) const {

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/geometry/voxel_key.hpp"
+
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -10,21 +12,6 @@
 #include <Eigen/Core>
 
 namespace stillmap {
-
-/// A cube of space: its three lattice coordinates in one number, 21 bits each, x highest, so that
-/// the order of the numbers is the order of the lattice. Never zero or all ones.
-using Voxel = std::uint64_t;
-
-/// Lattice coordinates of a voxel, each between -2^20 and 2^20.
-using Lattice = Eigen::Vector3i;
-
-Voxel voxel_of(const Lattice& lattice);
-Lattice lattice_of(Voxel voxel);
-/// The voxel of side `edge` [m] that holds a point; none if the point is not finite or lies more
-/// than 2^20 voxels from the origin.
-std::optional<Voxel> voxel_at(const Eigen::Vector3d& p, double edge);
-Eigen::Vector3d corner_of(Voxel voxel, double edge);  ///< lower corner [m]
-Eigen::Vector3d center_of(Voxel voxel, double edge);  ///< [m]
 
 /// Numbers voxels 0, 1, 2 ... in the order in which they are first met. Memory follows the surface
 /// seen: blocks of 4^3 voxels, a hash table over them, and in each a list of numbers; about 20

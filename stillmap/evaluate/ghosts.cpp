@@ -17,18 +17,8 @@ namespace stillmap {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::int64_t kKeyOffset = 1 << 20;  // makes voxel coordinates positive
-
-VoxelKey key_of(std::int64_t x, std::int64_t y, std::int64_t z) {
-  const auto part = [](std::int64_t i) { return static_cast<VoxelKey>(i + kKeyOffset) & 0x1fffff; };
-  return part(x) << 42 | part(y) << 21 | part(z);
-}
-
-VoxelKey key_of(const Eigen::Vector3d& p, double voxel) {
-  constexpr double kFarthest = 1e6;  // cells; beyond, all share the outermost
-  const Eigen::Vector3d cell = (p / voxel).array().floor().cwiseMax(-kFarthest).cwiseMin(kFarthest);
-  return key_of(static_cast<std::int64_t>(cell.x()), static_cast<std::int64_t>(cell.y()),
-                static_cast<std::int64_t>(cell.z()));
+Voxel voxel_near(const Eigen::Vector3d& p, double edge) {
+  return voxel_of(clamped_lattice_at(p, edge));
 }
 
 /// What is known of a voxel after all frames.
@@ -40,7 +30,7 @@ struct Evidence {
   bool moving = false;
 };
 
-using EvidenceGrid = std::unordered_map<VoxelKey, Evidence>;
+using EvidenceGrid = std::unordered_map<Voxel, Evidence>;
 
 void check_frame(const MaskedFrame& frame, const Camera& camera) {
   const cv::Size size(camera.width, camera.height);
@@ -101,7 +91,7 @@ class FrameSorter {
 
  private:
   void add_pixel(const Eigen::Vector3d& p_world, bool moving) {
-    const VoxelKey key = key_of(p_world, options_.voxel);
+    const Voxel key = voxel_near(p_world, options_.voxel);
     if (last_ == nullptr || key != last_key_) {  // neighbors mostly share a voxel
       last_ = &grid_[key];
       last_key_ = key;
@@ -120,13 +110,13 @@ class FrameSorter {
   const Camera& camera_;
   const GhostOptions& options_;
   std::uint32_t frame_ = 0;
-  VoxelKey last_key_ = 0;
+  Voxel last_key_ = 0;
   Evidence* last_ = nullptr;
 };
 
 /// Draws the conclusion from the evidence; ordered by voxel, so that nothing depends on hashing.
 void conclude(const EvidenceGrid& grid, GhostReference& reference) {
-  std::vector<std::pair<VoxelKey, Eigen::Vector3f>> surface;
+  std::vector<std::pair<Voxel, Eigen::Vector3f>> surface;
   const auto enough = static_cast<std::uint32_t>(reference.options.min_surface_frames);
   for (const auto& [key, evidence] : grid) {
     if (evidence.moving && evidence.static_pixels == 0) reference.swept.insert(key);
@@ -145,14 +135,15 @@ class PointIndex {
   PointIndex(std::vector<Eigen::Vector3d> points, double reach)
       : points_(std::move(points)), reach_(reach) {
     for (std::uint32_t i = 0; i < points_.size(); ++i) {
-      if (points_[i].allFinite()) cells_[key_of(points_[i], reach_)].push_back(i);
+      if (points_[i].allFinite()) cells_[voxel_near(points_[i], reach_)].push_back(i);
     }
   }
   bool any_near(const Eigen::Vector3d& p) const {
     for (int dx = -1; dx <= 1; ++dx) {
       for (int dy = -1; dy <= 1; ++dy) {
         for (int dz = -1; dz <= 1; ++dz) {
-          if (any_near(p, key_of(p + reach_ * Eigen::Vector3d(dx, dy, dz), reach_))) return true;
+          if (any_near(p, voxel_near(p + reach_ * Eigen::Vector3d(dx, dy, dz), reach_)))
+            return true;
         }
       }
     }
@@ -160,7 +151,7 @@ class PointIndex {
   }
 
  private:
-  bool any_near(const Eigen::Vector3d& p, VoxelKey cell) const {
+  bool any_near(const Eigen::Vector3d& p, Voxel cell) const {
     const auto found = cells_.find(cell);
     return found != cells_.end() &&
            std::any_of(found->second.begin(), found->second.end(), [&](std::uint32_t i) {
@@ -170,7 +161,7 @@ class PointIndex {
 
   std::vector<Eigen::Vector3d> points_;
   double reach_;
-  std::unordered_map<VoxelKey, std::vector<std::uint32_t>> cells_;
+  std::unordered_map<Voxel, std::vector<std::uint32_t>> cells_;
 };
 
 std::vector<Eigen::Vector3d> transformed(std::span<const Eigen::Vector3f> points, const Pose& T) {
@@ -193,7 +184,7 @@ MaskedFrames frames_with_masks(FrameSource& source, const fs::path& mask_folder)
 }
 
 bool GhostReference::is_swept(const Eigen::Vector3d& p_truth) const {
-  return p_truth.allFinite() && swept.contains(key_of(p_truth, options.voxel));
+  return p_truth.allFinite() && swept.contains(voxel_near(p_truth, options.voxel));
 }
 
 GhostReference make_ghost_reference(const MaskedFrames& frames, const Trajectory& truth,

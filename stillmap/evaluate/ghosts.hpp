@@ -2,6 +2,7 @@
 #pragma once
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/geometry/trajectory.hpp"
+#include "stillmap/geometry/voxel_key.hpp"
 #include "stillmap/sensor/frame_source.hpp"
 
 #include <array>
@@ -49,15 +50,12 @@ struct GhostOptions {
       0.05;  ///< a surface voxel is kept if a point is this near to its center of mass [m]
 };
 
-/// Cubes of space by their integer coordinates, 21 bits each.
-using VoxelKey = std::uint64_t;
-
 /// What clouds of one sequence are measured against, in the truth's world: the volume swept by what
 /// moved, and the static surface.
 struct GhostReference {
   GhostOptions options;
   /// Voxels that masked pixels of any frame fall into and no static pixel does.
-  std::unordered_set<VoxelKey> swept;
+  std::unordered_set<Voxel> swept;
   /// Centers of mass of the static pixels in each voxel that enough frames saw, ordered by voxel
   /// [m].
   std::vector<Eigen::Vector3f> surface;

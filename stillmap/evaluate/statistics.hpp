@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/base/quantile.hpp"
+#include "stillmap/base/statistics.hpp"
 
 #include <cstddef>
 #include <span>

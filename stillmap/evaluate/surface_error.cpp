@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/evaluate/statistics.hpp"
+#include "stillmap/geometry/voxel_key.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -19,15 +20,6 @@ namespace {
 constexpr double kIndexCell = 0.025;  // side of the cells that points are looked up in [m]
 constexpr double kFar = 0.05;         // farthest that completeness asks for [m]
 constexpr std::size_t kBins = 1000;   // of the histogram of sensor errors
-
-std::uint64_t key_of(int x, int y, int z) {
-  const auto part = [](int i) { return static_cast<std::uint64_t>(i + (1 << 20)) & 0x1fffff; };
-  return part(x) << 42 | part(y) << 21 | part(z);
-}
-
-Eigen::Vector3i cell_of(const Eigen::Vector3f& p, double side) {
-  return (p.cast<double>() / side).array().floor().cwiseMax(-1e6).cwiseMin(1e6).cast<int>();
-}
 
 /// Standard deviation of a depth up to which it counts [m].
 constexpr double kMaxSigma = 0.025824;
@@ -63,19 +55,19 @@ NearestPoint::NearestPoint(std::vector<Eigen::Vector3f> points, double reach)
     : points_(std::move(points)), reach_(reach), cell_(std::min(reach, kIndexCell)) {
   for (std::uint32_t i = 0; i < points_.size(); ++i) {
     if (!points_[i].allFinite()) continue;
-    const Eigen::Vector3i cell = cell_of(points_[i], cell_);
-    cells_[key_of(cell.x(), cell.y(), cell.z())].push_back(i);
+    cells_[voxel_of(clamped_lattice_at(points_[i].cast<double>(), cell_))].push_back(i);
   }
 }
 
 std::vector<std::uint32_t> NearestPoint::around(const Eigen::Vector3f& p, float radius) const {
   std::vector<std::uint32_t> found;
   const auto edge = Eigen::Vector3f::Constant(radius);
-  const Eigen::Vector3i low = cell_of(p - edge, cell_), high = cell_of(p + edge, cell_);
+  const Lattice low = clamped_lattice_at((p - edge).cast<double>(), cell_);
+  const Lattice high = clamped_lattice_at((p + edge).cast<double>(), cell_);
   for (int x = low.x(); x <= high.x(); ++x) {
     for (int y = low.y(); y <= high.y(); ++y) {
       for (int z = low.z(); z <= high.z(); ++z) {
-        const auto cell = cells_.find(key_of(x, y, z));
+        const auto cell = cells_.find(voxel_of({x, y, z}));
         if (cell == cells_.end()) continue;
         for (const std::uint32_t i : cell->second) {
           if ((points_[i] - p).squaredNorm() <= radius * radius) found.push_back(i);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/motion/free_space_cue.hpp"
 
+#include "stillmap/geometry/depth_visibility.hpp"
+
 #include <algorithm>
 
 #include <opencv2/imgproc.hpp>
@@ -70,19 +72,21 @@ void FreeSpaceCue::compare(const View& view, const MotionInput& input,
       agreeing_count;
   const float max_depth = input.cells->camera.depth_sensor.depth_at_sigma(kJudgedSigma);
   const Pose T_view_camera = view.T_world_camera.inverse() * input.ego_motion->T_world_camera;
-  for_each_reprojected(*input.cells, T_view_camera,
-                       [&](int r, int c, float z, int cell, float z_view) {
-                         const DepthRange& seen = view.surface[static_cast<std::size_t>(cell)];
-                         if (seen.nearest <= 0 || z > max_depth) return;
-                         const float tolerance = input.cells->tolerance.at(std::max(z, z_view));
-                         if (z_view < seen.nearest - tolerance) {
-                           evidence.surface_measured(r, c) += intruding;
-                           evidence.surface_observations(r, c) += intruding_count;
-                         } else if (z_view < seen.farthest + tolerance) {
-                           evidence.surface_measured(r, c) += agreeing;
-                           evidence.surface_observations(r, c) += agreeing_count;
-                         }
-                       });
+  for_each_reprojected(
+      *input.cells, T_view_camera, [&](int r, int c, float z, int cell, float z_view) {
+        const DepthRange& seen = view.surface[static_cast<std::size_t>(cell)];
+        if (seen.nearest <= 0 || z > max_depth) return;
+        const float tolerance = input.cells->tolerance.at(std::max(z, z_view));
+        const Visibility near = visibility_of(z_view, seen.nearest, tolerance);
+        const Visibility far = visibility_of(z_view, seen.farthest, tolerance);
+        if (near == Visibility::kSeenThrough) {
+          evidence.surface_measured(r, c) += intruding;
+          evidence.surface_observations(r, c) += intruding_count;
+        } else if (far == Visibility::kOnSurface || far == Visibility::kSeenThrough) {
+          evidence.surface_measured(r, c) += agreeing;
+          evidence.surface_observations(r, c) += agreeing_count;
+        }
+      });
 }
 
 }  // namespace stillmap

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/motion/instance_cells.hpp"
 
+#include "stillmap/base/statistics.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -48,9 +50,7 @@ cv::Mat1b middle_of_box(const cv::Rect& box, const CellGrid& grid) {
   std::copy_if(depth.begin(), depth.end(), std::back_inserter(known),
                [](float z) { return z > 0; });
   if (known.empty()) return core;
-  const auto median = known.begin() + static_cast<std::ptrdiff_t>(known.size() / 2);
-  std::nth_element(known.begin(), median, known.end());
-  core(middle) = cv::abs(depth - *median) < kHalfDepth;
+  core(middle) = cv::abs(depth - upper_median(known)) < kHalfDepth;
   return core;
 }
 

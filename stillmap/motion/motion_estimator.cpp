@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <utility>
 
+#include <opencv2/imgproc.hpp>
+
 namespace stillmap {
 namespace {
 
@@ -18,34 +20,17 @@ float residual_weight(float static_log_odds) {
   return p < kExcludeBelow ? 0.0f : std::min(1.0f, 2 * p);
 }
 
-/// Takes the cells that hang together with a first one (8-neighbors) out of those that are left.
-void take_region(cv::Point first, cv::Mat1b& left, std::vector<cv::Point>& region) {
-  const cv::Rect bounds({}, left.size());
-  region.assign(1, first);
-  left(first) = 0;
-  for (std::size_t next = 0; next < region.size(); ++next) {
-    const cv::Rect around = cv::Rect(region[next] - cv::Point(1, 1), cv::Size(3, 3)) & bounds;
-    for (int r = around.y; r < around.br().y; ++r) {
-      for (int c = around.x; c < around.br().x; ++c) {
-        if (left(r, c) == 0) continue;
-        left(r, c) = 0;
-        region.emplace_back(c, r);
-      }
-    }
-  }
-}
-
-/// Takes regions of moving cells that are too small to be a thing for what they are: noise.
+/// Resets moving regions (8-neighbors) that are too small to be an object to unknown: noise.
 void drop_specks(cv::Mat1f& log_odds) {
-  constexpr std::size_t kLeast = 16;
-  cv::Mat1b left = log_odds < kMovingSurface;
-  std::vector<cv::Point> region;
-  for (int r = 0; r < left.rows; ++r) {
-    for (int c = 0; c < left.cols; ++c) {
-      if (left(r, c) == 0) continue;
-      take_region({c, r}, left, region);
-      if (region.size() >= kLeast) continue;
-      for (const cv::Point cell : region) log_odds(cell) = 0;
+  constexpr int kMinCells = 16;
+  const cv::Mat1b moving = log_odds < kMovingSurface;
+  cv::Mat1i labels, regions;
+  cv::Mat centroids;
+  cv::connectedComponentsWithStats(moving, labels, regions, centroids, 8, CV_32S);
+  for (int r = 0; r < labels.rows; ++r) {
+    for (int c = 0; c < labels.cols; ++c) {
+      const int label = labels(r, c);
+      if (label != 0 && regions(label, cv::CC_STAT_AREA) < kMinCells) log_odds(r, c) = 0;
     }
   }
 }

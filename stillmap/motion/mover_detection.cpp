@@ -3,6 +3,7 @@
 
 #include "stillmap/base/disjoint_sets.hpp"
 #include "stillmap/base/trace.hpp"
+#include "stillmap/geometry/depth_visibility.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -16,6 +17,7 @@ namespace stillmap {
 namespace {
 
 constexpr int kNoInstance = -1;
+constexpr double kNearest = 0.1;   // least depth at which a view is compared with a point [m]
 constexpr std::size_t kSpeck = 4;  // cells: fewer are noise, not even a piece of something
 
 /// Neighboring cells belong to one object while their depths differ by less than five
@@ -480,22 +482,20 @@ void MoverDetector::remember(View view) {
 /// A surface within the tolerance of the point, else what lies beyond it, or nothing that tells.
 MoverDetector::Sight MoverDetector::sight(const View& view, const Eigen::Vector3d& p_world) const {
   const Eigen::Vector3d p = view.T_camera_world * p_world;
-  if (p.z() < 0.1) return Sight::kNothing;
   const cv::Mat1f& depth = view.cells->depth;
-  const Eigen::Vector2d uv = view.cells->camera.project(p);
-  const int x = cvRound(uv.x()), y = cvRound(uv.y());
-  if (x < 1 || y < 1 || x >= depth.cols - 1 || y >= depth.rows - 1) return Sight::kNothing;
+  const auto pixel = DepthView{depth, view.cells->camera}.inner_pixel(p, kNearest);
+  if (!pixel) return Sight::kNothing;
   const double tolerance = jump_of(view.cells->camera).at(p.z()) / 2;
-  bool nearer = false;
-  for (int j = -1; j <= 1; ++j) {
-    for (int i = -1; i <= 1; ++i) {
-      const double beyond = depth(y + j, x + i) - p.z();
-      if (std::abs(beyond) < tolerance)
-        return view.moves(y + j, x + i) != 0 ? Sight::kMoving : Sight::kStanding;
-      nearer |= beyond < 0;  // also where there is no depth
+  bool free = true;
+  for (int y = pixel->y - 1; y <= pixel->y + 1; ++y) {
+    for (int x = pixel->x - 1; x <= pixel->x + 1; ++x) {
+      const Visibility visibility = visibility_of(p.z(), double{depth(y, x)}, tolerance);
+      if (visibility == Visibility::kOnSurface)
+        return view.moves(y, x) != 0 ? Sight::kMoving : Sight::kStanding;
+      free = free && visibility == Visibility::kSeenThrough;
     }
   }
-  return nearer ? Sight::kNothing : Sight::kBeyond;
+  return free ? Sight::kBeyond : Sight::kNothing;
 }
 
 /// Whether more views saw a standing surface there than saw it moving, or saw beyond it.

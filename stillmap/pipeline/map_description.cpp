@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/pipeline/map_description.hpp"
 
+#include "stillmap/geometry/trimmed_box.hpp"
 #include "stillmap/map/map_file.hpp"
 #include "stillmap/pipeline/saved_views.hpp"
 
@@ -26,21 +27,6 @@ std::uint32_t component_of(const MapContent& map, const Landmark& landmark) {
   return map.keyframes[landmark.observations.front().keyframe.slot].component;
 }
 
-/// The box around points, without the outermost ones along each axis.
-Eigen::AlignedBox3d extent_of(std::vector<Eigen::Vector3d> points) {
-  Eigen::AlignedBox3d box;
-  if (points.empty()) return box;
-  const auto outer = static_cast<std::ptrdiff_t>(kOutermost * static_cast<double>(points.size()));
-  const auto last = static_cast<std::ptrdiff_t>(points.size()) - 1;
-  for (int axis = 0; axis < 3; ++axis) {
-    std::sort(points.begin(), points.end(),
-              [axis](const auto& a, const auto& b) { return a[axis] < b[axis]; });
-    box.min()[axis] = points[outer][axis];
-    box.max()[axis] = points[last - outer][axis];
-  }
-  return box;
-}
-
 std::string extent_text(const Eigen::AlignedBox3d& box) {
   Eigen::Vector3d size = Eigen::Vector3d::Zero();
   if (!box.isEmpty()) size = box.sizes();
@@ -54,7 +40,8 @@ std::vector<ComponentDescription> describe_components(const MapContent& map) {
   for (const Landmark& l : map.landmarks) points[component_of(map, l)].push_back(l.p_world);
   for (std::size_t i = 0; i < components.size(); ++i) {
     components[i].landmarks = points[i].size();
-    components[i].extent = extent_of(std::move(points[i]));
+    const double outermost = kOutermost * static_cast<double>(points[i].size());
+    components[i].extent = trimmed_box(points[i], static_cast<std::size_t>(outermost));
   }
   return components;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/segment/mask_depth.hpp"
 
+#include "stillmap/base/statistics.hpp"
 #include "stillmap/base/trace.hpp"
 
 #include <opencv2/imgproc.hpp>
@@ -85,9 +86,7 @@ void drop_background(SmallMask& mask, const SmallFrame& frame, const Propagation
     for (int x = 0; x < all.width; x += kTile) {
       collect_depths(mask, depth, {x - kTile, y - kTile, 3 * kTile, 3 * kTile}, depths);
       if (depths.empty()) continue;
-      const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-      std::nth_element(depths.begin(), middle, depths.end());
-      const float limit = *middle + static_cast<float>(options.depth_apart);
+      const float limit = upper_median(depths) + static_cast<float>(options.depth_apart);
       drop_behind(mask, depth, cv::Rect(x, y, kTile, kTile) & all, limit, kept);
     }
   }

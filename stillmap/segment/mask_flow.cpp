@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/segment/mask_flow.hpp"
 
+#include "stillmap/base/statistics.hpp"
 #include "stillmap/base/trace.hpp"
 
 #include <optional>
@@ -49,12 +50,6 @@ float depth_at(const cv::Mat1f& depth, cv::Point2f p) {
   return cv::Rect(cv::Point(), depth.size()).contains(at) ? depth(at) : 0.0F;
 }
 
-float median_of(std::vector<float>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// Returns the component-wise median of the measured flows within `reach` cells; nothing if there
 /// are too few.
 std::optional<cv::Point2f> median_flow(const MaskGrid& grid, int row, int column, int reach) {
@@ -69,7 +64,7 @@ std::optional<cv::Point2f> median_flow(const MaskGrid& grid, int row, int column
     }
   }
   if (x.size() < kEnough) return std::nullopt;
-  return cv::Point2f(median_of(x), median_of(y));
+  return cv::Point2f(upper_median(x), upper_median(y));
 }
 
 /// Sets every cell to the median of the smallest sufficient neighborhood.
@@ -196,7 +191,7 @@ cv::Point2f common_flow(const MaskGrid& grid) {
     x.push_back(cell.flow.x);
     y.push_back(cell.flow.y);
   }
-  return x.empty() ? cv::Point2f() : cv::Point2f(median_of(x), median_of(y));
+  return x.empty() ? cv::Point2f() : cv::Point2f(upper_median(x), upper_median(y));
 }
 
 }  // namespace stillmap

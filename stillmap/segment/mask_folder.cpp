@@ -2,6 +2,7 @@
 #include "stillmap/segment/mask_folder.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/statistics.hpp"
 #include "stillmap/base/warning.hpp"
 
 #include <charconv>
@@ -50,9 +51,7 @@ std::vector<std::filesystem::path> pngs_in(const std::filesystem::path& folder) 
 double median_interval(const std::vector<double>& stamps) {
   std::vector<double> gaps;
   for (std::size_t i = 1; i < stamps.size(); ++i) gaps.push_back(stamps[i] - stamps[i - 1]);
-  const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
-  std::nth_element(gaps.begin(), middle, gaps.end());
-  return *middle;
+  return upper_median(gaps);
 }
 
 std::set<int> values_in(const cv::Mat1b& mask) {

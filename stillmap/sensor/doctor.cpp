@@ -2,6 +2,7 @@
 #include "stillmap/sensor/doctor.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/statistics.hpp"
 #include "stillmap/geometry/association.hpp"
 #include "stillmap/geometry/trajectory.hpp"
 #include "stillmap/sensor/camera_file.hpp"
@@ -29,9 +30,8 @@ std::string short_name(const fs::path& file) {
 template <typename T>
 T percentile(std::vector<T>& values, double share) {
   if (values.empty()) return T{};
-  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<std::size_t>(at)];
+  const double rank = share * static_cast<double>(values.size() - 1);
+  return value_of_rank(values, static_cast<std::size_t>(rank));
 }
 
 void add_error(Diagnosis& diagnosis, const Error& error, Severity severity = Severity::kError) {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/simulate/lighting.hpp"
 
+#include "stillmap/base/parallel_for.hpp"
+
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <numbers>
-#include <thread>
 
 namespace stillmap::simulate {
 namespace {
@@ -122,22 +122,17 @@ void bake(const Lighting& lighting, const std::vector<Vector3f>& directions,
 
 }  // namespace
 
-void bake_light(const Lighting& lighting, Mesh& mesh) {
+void bake_light(const Lighting& lighting, Mesh& mesh, int threads) {
   const auto directions = cosine_directions();
   constexpr std::size_t kBlock = 512;  // vertices
-  std::atomic<std::size_t> next{0};
-  const auto work = [&] {
-    Surroundings surroundings(mesh.occluders);
-    for (std::size_t i = next.fetch_add(kBlock); i < mesh.vertices.size();
-         i = next.fetch_add(kBlock)) {
-      const std::size_t end = std::min(i + kBlock, mesh.vertices.size());
-      for (std::size_t k = i; k < end; ++k)
+  const std::size_t blocks = (mesh.vertices.size() + kBlock - 1) / kBlock;
+  parallel_for(blocks, threads, [&] {
+    return [&, surroundings = Surroundings(mesh.occluders)](std::size_t block) mutable {
+      const std::size_t end = std::min((block + 1) * kBlock, mesh.vertices.size());
+      for (std::size_t k = block * kBlock; k < end; ++k)
         bake(lighting, directions, surroundings, mesh.vertices[k]);
-    }
-  };
-  std::vector<std::jthread> helpers;
-  for (unsigned i = 1; i < std::thread::hardware_concurrency(); ++i) helpers.emplace_back(work);
-  work();
+    };
+  });
 }
 
 void light_mover(const Lighting& lighting, Mesh& mesh) {

@@ -28,7 +28,8 @@ struct ShadowBall {
 /// Computes the light of every vertex: lamps with shadows and ambient light with occlusion, both
 /// from the mesh's own occluders. Light is stored as its square root: textures contain display
 /// values, and with a display gamma of 2 the square roots multiply like light.
-void bake_light(const Lighting& lighting, Mesh& mesh);
+/// @param threads number of threads; the result does not depend on it
+void bake_light(const Lighting& lighting, Mesh& mesh, int threads = 1);
 
 /// Computes the light of a moving object, without shadows.
 void light_mover(const Lighting& lighting, Mesh& mesh);

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/simulate/renderer.hpp"
 
+#include "stillmap/base/parallel_for.hpp"
 #include "stillmap/simulate/texture_filter.hpp"
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <limits>
-#include <thread>
 #include <vector>
 
 namespace stillmap::simulate {
@@ -281,14 +280,10 @@ class Painter {
   }
 
   void run(int threads) {
-    std::atomic<int> next{0};
-    const auto work = [&] {
-      VisibilityBuffer buffer(grid_.columns, 2 * kBandRows + 1);
-      for (int band = next++; band < bands_; band = next++) paint(band, buffer);
-    };
-    std::vector<std::jthread> helpers;
-    for (int i = 1; i < threads; ++i) helpers.emplace_back(work);
-    work();
+    parallel_for(static_cast<std::size_t>(bands_), threads, [&] {
+      return [this, buffer = VisibilityBuffer(grid_.columns, 2 * kBandRows + 1)](
+                 std::size_t band) mutable { paint(static_cast<int>(band), buffer); };
+    });
   }
 
  private:

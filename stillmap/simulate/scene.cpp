@@ -141,7 +141,7 @@ Scene make_scene(const SceneOptions& options) {
   Palette palette(scene.textures, random);
   const RoomPlan plan =
       options.scene == "flat" ? build_flat(palette, scene) : build_office(palette, scene);
-  bake_light(scene.lighting, scene.statics);
+  bake_light(scene.lighting, scene.statics, options.threads);
   scene.round = plan.walk;
   if (options.activity == "crowd") scene.viewpoint.position.z() = plan.crowd_height;
   add_people(options, plan, palette, scene);

@@ -27,6 +27,7 @@ struct SceneOptions {
   /// Whether they move within two or three meters of the viewpoint, in its view.
   bool near_things = false;
   double pace = 1;  ///< Factor on a companion's speed, equal to that of the camera.
+  int threads = 2;  ///< Number of threads that compute the light; it does not depend on them.
 };
 
 /// Initial camera position and target of the camera motions.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/simulate/seen_surface.hpp"
 
+#include "stillmap/geometry/voxel_key.hpp"
+
 #include <algorithm>
 #include <cstring>
 
@@ -10,20 +12,12 @@ namespace stillmap {
 
 void SeenSurface::add(const TruthFrame& truth) {
   const Eigen::Matrix3d R = truth.T_world_camera.rotation();
-  const auto key = [&](const Eigen::Vector3d& p) {
-    std::uint64_t k = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto cell = static_cast<std::int64_t>(std::floor(p[axis] / edge_));
-      k = k << 21 | (static_cast<std::uint64_t>(cell + (1 << 20)) & 0x1fffff);
-    }
-    return k;
-  };
   for (int v = 0; v < truth.depth.rows; v += 2) {
     for (int u = 0; u < truth.depth.cols; u += 2) {
       const float z = truth.depth.at<float>(v, u);
       if (!(z > 0 && z <= kFarthest) || truth.instances.at<std::uint8_t>(v, u) != 0) continue;
       const Eigen::Vector3d p = R * camera_.unproject(u, v, z) + truth.T_world_camera.translation();
-      Sum& voxel = voxels_[key(p)];
+      Sum& voxel = voxels_[voxel_of(clamped_lattice_at(p, edge_))];
       voxel.sum += p;
       ++voxel.count;
     }

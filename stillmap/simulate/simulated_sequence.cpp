@@ -47,7 +47,8 @@ std::shared_ptr<const Scene> scene_of(const SimulationOptions& options) {
                                                    .things = options.things,
                                                    .seed = options.seed,
                                                    .near_things = options.near_things,
-                                                   .pace = options.speed}));
+                                                   .pace = options.speed,
+                                                   .threads = options.threads}));
 }
 
 CameraMotionOptions motion_of(const SimulationOptions& options) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/track/keyframe_policy.hpp"
 
+#include "stillmap/base/statistics.hpp"
 #include "stillmap/base/trace.hpp"
 #include "stillmap/feature/sharpness.hpp"
 
@@ -40,19 +41,11 @@ int established_in_reference(const LocalMap& local_map) {
   return count;
 }
 
-/// @param values at least one
-template <typename Values>
-double median(Values values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 double median_depth(const Features& features) {
   std::vector<float> depths;
   for (const Keypoint& k : features.keypoints)
     if (k.depth > 0) depths.push_back(k.depth);
-  return depths.empty() ? 0 : median(std::move(depths));
+  return depths.empty() ? 0 : upper_median(depths);
 }
 
 bool loses_reference(const std::vector<LandmarkId>& landmarks, const LocalMap& local_map) {
@@ -95,7 +88,8 @@ bool KeyframePolicy::is_blurred(const Frame& frame) {
   const double here = sharpness(frame.image->gray);
   sharpness_.push_back(here);
   if (sharpness_.size() > kSharpnessMemory) sharpness_.pop_front();
-  return here < kMinSharpness * median(sharpness_);
+  std::vector<double> last(sharpness_.begin(), sharpness_.end());
+  return here < kMinSharpness * upper_median(last);
 }
 
 bool KeyframePolicy::has_new_viewpoint(const Frame& frame, const Pose& T_world_camera,

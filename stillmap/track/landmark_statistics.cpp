@@ -2,6 +2,7 @@
 #include "stillmap/track/landmark_statistics.hpp"
 
 #include "stillmap/base/trace.hpp"
+#include "stillmap/geometry/depth_visibility.hpp"
 #include "stillmap/optimize/residual.hpp"
 
 #include <algorithm>
@@ -19,29 +20,13 @@ constexpr float kSeenThroughLogOdds = -3;
 /// Bound of the log-odds of a single frame.
 constexpr float kMaxLogOdds = 6;
 
-enum class Sight { kUnknown, kCovered, kSeenThrough };
-
-/// What lies where a point should be seen. One that nothing is known of is on its surface, or where
-/// there is no depth.
-Sight sight_of(const Eigen::Vector3d& p_camera, const CellGrid& grid) {
-  if (p_camera.z() < kNearPlane) return Sight::kUnknown;
-  const Eigen::Vector2d cell = grid.camera.project(p_camera);
+/// Returns the visibility of a landmark: occluded or seen through only if the depth around agrees.
+Visibility landmark_visibility(const Eigen::Vector3d& p_camera, const CellGrid& grid) {
+  const DepthView view{grid.depth, grid.camera};
+  const auto cell = view.inner_pixel(p_camera, kNearPlane);
+  if (!cell) return Visibility::kUnknown;
   const auto z = static_cast<float>(p_camera.z());
-  const float tolerance = grid.tolerance.at(z);
-  bool nearer = true, farther = true;
-  for (int dy = -1; dy <= 1; ++dy) {
-    for (int dx = -1; dx <= 1; ++dx) {
-      const int c = static_cast<int>(std::lround(cell.x())) + dx;
-      const int r = static_cast<int>(std::lround(cell.y())) + dy;
-      if (c < 0 || r < 0 || c >= grid.depth.cols || r >= grid.depth.rows) return Sight::kUnknown;
-      const float seen = grid.depth(r, c);
-      if (seen <= 0) return Sight::kUnknown;
-      nearer = nearer && seen < z - tolerance;
-      farther = farther && seen > z + tolerance;
-    }
-  }
-  if (nearer) return Sight::kCovered;
-  return farther ? Sight::kSeenThrough : Sight::kUnknown;
+  return view.visibility_around(*cell, z, grid.tolerance.at(z));
 }
 
 }  // namespace
@@ -70,9 +55,10 @@ void LandmarkStatistics::count(const Frame& frame, const LocalMapPose& pose) {
   const Pose T_camera_world = pose.estimate.T_world_camera.inverse();
   for (std::size_t i = 0; i < pose.expected.size(); ++i) {
     if (!pose.expected[i]) continue;
-    const Sight sight = sight_of(T_camera_world * local_map_->landmarks[i].p_world, *frame.cells);
-    predicted_[i] += sight != Sight::kCovered;
-    if (sight == Sight::kSeenThrough) update(i, kSeenThroughLogOdds);
+    const Visibility visibility =
+        landmark_visibility(T_camera_world * local_map_->landmarks[i].p_world, *frame.cells);
+    predicted_[i] += visibility != Visibility::kOccluded;
+    if (visibility == Visibility::kSeenThrough) update(i, kSeenThroughLogOdds);
   }
   const auto& measured = frame.evidence.measured_log_odds.empty()
                              ? frame.evidence.static_log_odds

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <thread>
+#include <vector>
+
+namespace stillmap {
+
+/// Calls a worker for every index below `count`, on several threads. The order of the calls is
+/// open, so a result must not depend on it. The calls must not throw.
+/// @param threads     number of threads, the caller's included; less than 2: the caller's alone
+/// @param make_worker called once per thread; its result is called with the indices, so that it can
+///                    own buffers
+template <typename MakeWorker>
+void parallel_for(std::size_t count, int threads, const MakeWorker& make_worker) {
+  std::atomic<std::size_t> next{0};
+  const auto work = [&] {
+    auto worker = make_worker();
+    for (std::size_t i = next++; i < count; i = next++) worker(i);
+  };
+  std::vector<std::jthread> helpers;
+  for (int i = 1; i < std::min(threads, static_cast<int>(count)); ++i) helpers.emplace_back(work);
+  work();
+}
+
+}  // namespace stillmap
