@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/stage_times.hpp"
 
-#include "stillmap/base/quantile.hpp"
+#include "stillmap/base/statistics.hpp"
 
 #include <algorithm>
 

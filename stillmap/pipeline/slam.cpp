@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/slam.hpp"
 
-#include "stillmap/base/quantile.hpp"
+#include "stillmap/base/statistics.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/pipeline/slam_system.hpp"
 #include "stillmap/pipeline/snapshot.hpp"
