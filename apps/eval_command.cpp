@@ -8,6 +8,7 @@
 #include "stillmap/evaluate/pose_at.hpp"
 #include "stillmap/evaluate/surface_error.hpp"
 #include "stillmap/evaluate/trajectory_error.hpp"
+#include "stillmap/evaluate/truth_frame.hpp"
 #include "stillmap/report/cloud_image.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/image_file.hpp"
@@ -23,10 +24,11 @@ namespace stillmap {
 namespace {
 
 struct EvalArguments {
-  std::string truth, estimate, json, cloud, surface, sequence, camera, picture, labels, speeds;
+  std::string truth, estimate, json, cloud, surface, sequence, camera, picture, labels, speeds,
+      truth_frame;
   LabelFigureOptions judging;
   std::size_t frames = 0;
-  bool per_frame = false, one_world = false;
+  bool per_frame = false, one_world = false, with_scale = false;
   std::vector<std::string> movers, aligned_like;
 };
 
@@ -118,13 +120,22 @@ AteOptions alignment(const EvalArguments& arguments) {
   return options;
 }
 
+/// The true poses of the camera.
+Trajectory true_trajectory(const EvalArguments& arguments) {
+  const Trajectory truth = read_trajectory(arguments.truth);
+  if (arguments.truth_frame.empty()) return truth;
+  return in_camera_frame(truth, read_truth_frame(arguments.truth_frame));
+}
+
 /// Errors of the trajectory, and of cloud and movers where they were named.
 nlohmann::json trajectory_figures(const EvalArguments& arguments) {
-  const Trajectory truth = read_trajectory(arguments.truth);
+  const Trajectory truth = true_trajectory(arguments);
   const Trajectory estimate = read_trajectory(arguments.estimate);
-  const auto frames = arguments.frames > 0 ? std::optional(arguments.frames) : std::nullopt;
-  const Evaluation evaluation =
-      evaluate_trajectory(truth, estimate, frames, arguments.per_frame, alignment(arguments));
+  EvaluationOptions options{.per_frame = arguments.per_frame,
+                            .with_scale = arguments.with_scale,
+                            .ate = alignment(arguments)};
+  if (arguments.frames > 0) options.total_frames = arguments.frames;
+  const Evaluation evaluation = evaluate_trajectory(truth, estimate, options);
   fmt::print("{}", evaluation_text(evaluation));
   nlohmann::json json = evaluation;
   if (!arguments.cloud.empty()) {
@@ -173,6 +184,12 @@ void add_trajectory_options(CLI::App& command, EvalArguments& arguments) {
   command.add_option("--frames", arguments.frames,
                      "number of frames of the sequence, for the coverage; default: estimated");
   command.add_flag("--per-frame", arguments.per_frame, "also compute the RPE from frame to frame");
+  command.add_option(
+      "--truth-frame", arguments.truth_frame,
+      "the truth is the pose of a marker or robot, not of the camera: file with "
+      "T_body_camera as 4 x 4 numbers, or 'bonn' for the Bonn RGB-D Dynamic Dataset");
+  CLI::Option* with_scale = command.add_flag(
+      "--scale", arguments.with_scale, "also compute the ATE after alignment with scale, Sim(3)");
   CLI::Option* one_world =
       command.add_flag("--one-world", arguments.one_world,
                        "do not align: both trajectories are in the same world frame");
@@ -181,7 +198,9 @@ void add_trajectory_options(CLI::App& command, EvalArguments& arguments) {
                   "use the alignment of this TRUTH and ESTIMATE, for a run that was localized in "
                   "the map of that run")
       ->expected(2)
-      ->excludes(one_world);
+      ->excludes(one_world)
+      ->excludes(with_scale);
+  one_world->excludes(with_scale);
 }
 
 void add_map_options(CLI::App& command, EvalArguments& arguments) {

@@ -54,7 +54,7 @@ ComparedRun evaluate_run(const RecordedRun& run, std::size_t baseline) {
   result.baseline = baseline;
   result.truth = run.truth;
   try {
-    result.evaluation = evaluate_trajectory(run.truth, run.estimate, run.total_frames);
+    result.evaluation = evaluate_trajectory(run.truth, run.estimate, {.total_frames = run.total_frames});
   } catch (const Error& error) {
     result.problem = error.what();
   }

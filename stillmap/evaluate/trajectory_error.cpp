@@ -2,12 +2,14 @@
 #include "stillmap/evaluate/trajectory_error.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/evaluate/pose_at.hpp"
 #include "stillmap/geometry/association.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <tuple>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -105,6 +107,27 @@ std::vector<AtePair> associate_poses(const Trajectory& truth, const Trajectory& 
   return pairs;
 }
 
+/// Rotation, translation and factor of the similarity that aligns b to a (Umeyama 1991).
+std::pair<Pose, double> similarity(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) {
+  const Eigen::Matrix4d T = Eigen::umeyama(b, a, true);
+  const double scale = std::cbrt(T.topLeftCorner<3, 3>().determinant());
+  const Eigen::Matrix3d R = T.topLeftCorner<3, 3>() / scale;
+  return {Pose(R, T.topRightCorner<3, 1>()), scale};
+}
+
+/// Sets the alignment of positions that are paired.
+void align(const AteOptions& options, AteResult& result) {
+  const Eigen::Matrix3Xd truth = positions_of(result.pairs, &AtePair::p_truth);
+  const Eigen::Matrix3Xd estimate = positions_of(result.pairs, &AtePair::p_estimate);
+  if (options.T_truth_estimate) {
+    result.T_truth_estimate = *options.T_truth_estimate;
+  } else if (options.with_scale) {
+    std::tie(result.T_truth_estimate, result.scale) = similarity(truth, estimate);
+  } else {
+    result.T_truth_estimate = align_points(truth, estimate);
+  }
+}
+
 /// Motion from pose j to pose i seen from j: T_j^-1 T_i.
 Pose motion(const Trajectory& trajectory, std::size_t i, std::size_t j) {
   return trajectory[j].T_world_camera.inverse() * trajectory[i].T_world_camera;
@@ -193,12 +216,9 @@ AteResult absolute_trajectory_error(const Trajectory& truth, const Trajectory& e
   if (result.pairs.size() < 3) {
     throw_too_few_pairs(gt, est, result.pairs.size(), options.max_difference);
   }
-  result.T_truth_estimate = options.T_truth_estimate
-                                ? *options.T_truth_estimate
-                                : align_points(positions_of(result.pairs, &AtePair::p_truth),
-                                               positions_of(result.pairs, &AtePair::p_estimate));
+  align(options, result);
   for (AtePair& pair : result.pairs) {
-    pair.p_estimate = result.T_truth_estimate * pair.p_estimate;
+    pair.p_estimate = result.T_truth_estimate * (result.scale * pair.p_estimate);
     pair.error = (pair.p_estimate - pair.p_truth).norm();
   }
   result.translation = statistics_of(result.pairs, &AtePair::error);
@@ -218,15 +238,47 @@ RpeResult relative_pose_error(const Trajectory& truth, const Trajectory& estimat
   return result;
 }
 
+DisplacementResult displacement_error(const Trajectory& truth, const Trajectory& estimate,
+                                      const Pose& T_truth_estimate) {
+  const Trajectory gt = one_pose_per_stamp(truth), est = one_pose_per_stamp(estimate);
+  const double max_interval = 1.5 * quantile(intervals(stamps_of(est)), 0.5);
+  DisplacementResult result;
+  std::vector<double> errors, true_lengths, lengths;
+  for (std::size_t i = 1; i < est.size(); ++i) {
+    if (est[i].timestamp - est[i - 1].timestamp > max_interval) continue;
+    const Eigen::Vector3d moved =
+        T_truth_estimate.quaternion() *
+        (est[i].T_world_camera.translation() - est[i - 1].T_world_camera.translation());
+    if (lengths.empty() || moved.norm() > *std::max_element(lengths.begin(), lengths.end()))
+      result.largest_step_at = est[i].timestamp;
+    lengths.push_back(moved.norm());
+    const auto before = pose_at(gt, est[i - 1].timestamp), after = pose_at(gt, est[i].timestamp);
+    if (!before || !after) continue;
+    const Eigen::Vector3d truly = after->translation() - before->translation();
+    true_lengths.push_back(truly.norm());
+    errors.push_back((moved - truly).norm());
+  }
+  result.error = compute_statistics(errors);
+  result.truth = compute_statistics(true_lengths);
+  result.estimate = compute_statistics(lengths);
+  return result;
+}
+
 Evaluation evaluate_trajectory(const Trajectory& truth, const Trajectory& estimate,
-                               std::optional<std::size_t> total_frames, bool per_frame,
-                               const AteOptions& ate) {
+                               const EvaluationOptions& options) {
   Evaluation result;
-  result.ate = absolute_trajectory_error(truth, estimate, ate);
+  result.ate = absolute_trajectory_error(truth, estimate, options.ate);
+  if (options.with_scale) {
+    AteOptions with_scale = options.ate;
+    with_scale.with_scale = true;
+    result.ate_with_scale = absolute_trajectory_error(truth, estimate, with_scale);
+  }
+  result.displacement = displacement_error(truth, estimate, result.ate.T_truth_estimate);
   result.rpe = errors_over(truth, estimate, {});
-  if (per_frame) result.rpe_frame = relative_pose_error(truth, estimate, {1, DeltaUnit::kFrames});
-  result.coverage =
-      total_frames ? compute_coverage(estimate, *total_frames) : estimate_coverage(estimate, truth);
+  if (options.per_frame)
+    result.rpe_frame = relative_pose_error(truth, estimate, {1, DeltaUnit::kFrames});
+  result.coverage = options.total_frames ? compute_coverage(estimate, *options.total_frames)
+                                         : estimate_coverage(estimate, truth);
   return result;
 }
 
@@ -242,11 +294,23 @@ std::string evaluation_text(const Evaluation& evaluation) {
                         s.rmse, s.mean, s.median, s.sd, s.min, s.max, s.count);
   };
   line("ATE translation [m]", evaluation.ate.translation);
+  if (evaluation.ate_with_scale) line("ATE, Sim(3) [m]", evaluation.ate_with_scale->translation);
   line("RPE 1 s translation [m]", evaluation.rpe.translation);
   line("RPE 1 s rotation [deg]", evaluation.rpe.rotation);
   if (evaluation.rpe_frame) {
     line("RPE frame translation [m]", evaluation.rpe_frame->translation);
     line("RPE frame rotation [deg]", evaluation.rpe_frame->rotation);
+  }
+  if (evaluation.displacement.error.count > 0) {
+    line("displacement error [m]", evaluation.displacement.error);
+    line("true displacement [m]", evaluation.displacement.truth);
+  }
+  const Statistics& steps = evaluation.displacement.estimate;
+  text += fmt::format("largest step from frame to frame {:.4f} m at {:.6f} s\n", steps.max,
+                      evaluation.displacement.largest_step_at);
+  if (evaluation.ate_with_scale) {
+    text +=
+        fmt::format("scale of the estimate for Sim(3) {:.4f}\n", evaluation.ate_with_scale->scale);
   }
   const Coverage& coverage = evaluation.coverage;
   text += fmt::format("coverage {}/{} frames = {:.1f} %{}\n", coverage.tracked, coverage.total,
@@ -267,6 +331,7 @@ void to_json(nlohmann::json& json, const AteResult& ate) {
   const Eigen::Vector3d& t = ate.T_truth_estimate.translation();
   json = {{"translation_m", ate.translation},
           {"pairs", ate.pairs.size()},
+          {"scale", ate.scale},
           {"T_truth_estimate",
            {{"translation_m", {t.x(), t.y(), t.z()}},
             {"quaternion_xyzw", {q.x(), q.y(), q.z(), q.w()}}}}};
@@ -278,8 +343,19 @@ void to_json(nlohmann::json& json, const RpeResult& rpe) {
           {"pairs", rpe.pairs.size()}};
 }
 
+void to_json(nlohmann::json& json, const DisplacementResult& displacement) {
+  json = {{"error_m", displacement.error},
+          {"truth_m", displacement.truth},
+          {"estimate_m", displacement.estimate},
+          {"largest_step_at_s", displacement.largest_step_at}};
+}
+
 void to_json(nlohmann::json& json, const Evaluation& evaluation) {
-  json = {{"ate", evaluation.ate}, {"rpe_1s", nullptr}, {"coverage", evaluation.coverage}};
+  json = {{"ate", evaluation.ate},
+          {"rpe_1s", nullptr},
+          {"displacement", evaluation.displacement},
+          {"coverage", evaluation.coverage}};
+  if (evaluation.ate_with_scale) json["ate_with_scale"] = *evaluation.ate_with_scale;
   if (!evaluation.rpe.pairs.empty()) json["rpe_1s"] = evaluation.rpe;
   if (evaluation.rpe_frame) json["rpe_frame"] = *evaluation.rpe_frame;
 }

@@ -40,6 +40,8 @@ struct AteOptions {
   double max_difference = 0.02;  ///< stamps this far apart or further do not pair [s]
   /// Estimate's world to truth's world, where that is known; nothing is aligned then.
   std::optional<Pose> T_truth_estimate = std::nullopt;
+  /// Aligns by a similarity, Sim(3): rotation, translation and scale. Not with T_truth_estimate.
+  bool with_scale = false;
 };
 
 /// A pose of the estimate, the pose of the truth paired with it, and how far apart they are.
@@ -56,12 +58,14 @@ struct AteResult {
   Statistics translation;      ///< [m]
   std::vector<AtePair> pairs;  ///< by the estimate's stamp
   Pose T_truth_estimate;       ///< the rigid alignment: estimate's world to truth's world
+  /// Factor on the estimate's positions before T_truth_estimate: 1 unless aligned with scale.
+  double scale = 1;
 };
 
 /// Absolute trajectory error: stamps are associated (closest pairs first, one to one), positions
-/// aligned by the rigid motion without scale that minimizes the squared distances (Horn 1987), and
-/// the distances that remain are the errors. Throws Error where a trajectory is empty, the time
-/// spans do not overlap (naming both) or fewer than three pairs are found.
+/// aligned by the rigid motion (Horn 1987), or similarity (Umeyama 1991), that minimizes the
+/// squared distances, and the distances that remain are the errors. Throws Error where a trajectory
+/// is empty, the time spans do not overlap (naming both) or fewer than three pairs are found.
 AteResult absolute_trajectory_error(const Trajectory& truth, const Trajectory& estimate,
                                     const AteOptions& options = {});
 
@@ -97,19 +101,47 @@ struct RpeResult {
 RpeResult relative_pose_error(const Trajectory& truth, const Trajectory& estimate,
                               const RpeOptions& options = {});
 
+/// The motion of the camera from each frame to the next against the true one: the figure for
+/// jitter.
+struct DisplacementResult {
+  Statistics error;  ///< |estimated - true displacement| in the truth's world [m]
+  Statistics truth;  ///< true displacement from frame to frame [m]
+  Statistics
+      estimate;  ///< estimated displacement from frame to frame [m]; its max is the largest step
+  double largest_step_at = 0;  ///< timestamp of the frame after the largest estimated step [s]
+};
+
+/// Displacement error from frame to frame: the estimate is rotated into the truth's world, the
+/// truth interpolated at its timestamps, so that the error is not that of pairing stamps. Two poses
+/// of the estimate count as successive frames if they are at most 1.5 median intervals apart.
+/// Everything is zero where no pair of frames has true poses.
+/// @param T_truth_estimate alignment of the two worlds, as found by the ATE
+DisplacementResult displacement_error(const Trajectory& truth, const Trajectory& estimate,
+                                      const Pose& T_truth_estimate);
+
+/// What `stillmap eval` computes besides the ATE and the RPE over one second.
+struct EvaluationOptions {
+  /// Number of frames of the sequence, for the coverage; estimated if unknown.
+  std::optional<std::size_t> total_frames = std::nullopt;
+  bool per_frame = false;   ///< Also the RPE from frame to frame.
+  bool with_scale = false;  ///< Also the ATE after alignment by a similarity.
+  AteOptions ate = {};
+};
+
 /// All that `stillmap eval` shows of one run.
 struct Evaluation {
   AteResult ate;
+  std::optional<AteResult> ate_with_scale;  ///< after alignment by a similarity, where asked for
+  DisplacementResult displacement;
   RpeResult rpe;  ///< over one second; without pairs where no two poses are that far apart
   std::optional<RpeResult> rpe_frame;  ///< per frame, where asked for
   Coverage coverage;
 };
 
-/// ATE, RPE over one second and, on demand, RPE per frame; coverage from `total_frames` where that
-/// is known. Throws Error as the two do, but not for a recording shorter than a second.
+/// Returns ATE, RPE over one second, displacement error and coverage, and the figures asked for.
+/// Throws Error as the two errors do, but not for a recording shorter than a second.
 Evaluation evaluate_trajectory(const Trajectory& truth, const Trajectory& estimate,
-                               std::optional<std::size_t> total_frames = std::nullopt,
-                               bool per_frame = false, const AteOptions& ate = {});
+                               const EvaluationOptions& options = {});
 
 /// The evaluation as a text table: one line per error, one column per statistic; coverage beneath.
 std::string evaluation_text(const Evaluation& evaluation);
@@ -120,6 +152,7 @@ std::string evaluation_text(const Evaluation& evaluation);
 void to_json(nlohmann::json& json, const Coverage& coverage);
 void to_json(nlohmann::json& json, const AteResult& ate);
 void to_json(nlohmann::json& json, const RpeResult& rpe);
+void to_json(nlohmann::json& json, const DisplacementResult& displacement);
 void to_json(nlohmann::json& json, const Evaluation& evaluation);
 
 }  // namespace stillmap

@@ -130,6 +130,50 @@ TEST(AbsoluteTrajectoryError, DoesNotForgiveAWrongScale) {
   EXPECT_GT(absolute_trajectory_error(truth, estimate).translation.rmse, 0.1);
 }
 
+TEST(AbsoluteTrajectoryError, ASimilarityFindsTheScale) {
+  const Trajectory truth = line(0, 0.1, 40);
+  Trajectory estimate = seen_from(Pose(so3_exp({0.3, -2, 0.4}), {5, -6, 7}), truth);
+  for (StampedPose& pose : estimate) {
+    pose.T_world_camera =
+        Pose(pose.T_world_camera.quaternion(), 0.8 * pose.T_world_camera.translation());
+  }
+  const Evaluation evaluation = evaluate_trajectory(truth, estimate, {.with_scale = true});
+  EXPECT_NEAR(evaluation.ate_with_scale->scale, 1.25, 1e-9);
+  EXPECT_LT(evaluation.ate_with_scale->translation.max, 1e-9);
+  EXPECT_EQ(evaluation.ate.scale, 1);
+  EXPECT_GT(evaluation.ate.translation.rmse, 0.05);
+  EXPECT_NEAR(Json(evaluation).at("ate_with_scale").at("scale").get<double>(), 1.25, 1e-9);
+}
+
+TEST(DisplacementError, MeasuresASingleJumpAndNotTheDriftAfterIt) {
+  const Trajectory truth = line(0, 0.1, 40);
+  Trajectory estimate = truth;
+  for (std::size_t i = 20; i < estimate.size(); ++i) {
+    estimate[i].T_world_camera =
+        Pose(estimate[i].T_world_camera.quaternion(),
+             estimate[i].T_world_camera.translation() + Eigen::Vector3d(0, 2, 0));
+  }
+  const DisplacementResult result = displacement_error(truth, estimate, Pose());
+  EXPECT_EQ(result.error.count, 39u);
+  EXPECT_NEAR(result.error.max, 2, 1e-12);
+  EXPECT_NEAR(result.error.mean, 2.0 / 39, 1e-12);
+  EXPECT_EQ(result.largest_step_at, estimate[20].timestamp);
+}
+
+TEST(DisplacementError, PassesOverLostFramesAndInterpolatesTheTruth) {
+  // The truth moves evenly, so that interpolation at other timestamps is exact.
+  Trajectory truth, estimate;
+  for (int i = 0; i <= 100; ++i) truth.push_back({0.04 * i, Pose(so3_exp({}), {0.01 * i, 0, 0})});
+  for (int i = 0; i < 100; ++i) {
+    if (i >= 40 && i < 60) continue;
+    const double t = 0.033 * i + 0.013;
+    estimate.push_back({t, Pose(so3_exp({}), {0.25 * t, 0, 0})});
+  }
+  const DisplacementResult result = displacement_error(truth, estimate, Pose());
+  EXPECT_EQ(result.error.count, 78u);
+  EXPECT_LT(result.error.max, 1e-12);
+}
+
 TEST(AbsoluteTrajectoryError, SaysWhyThereIsNone) {
   const Trajectory truth = line(10, 0.1, 40);
   const std::string apart =
@@ -218,7 +262,8 @@ TEST(Coverage, IsReckonedFromTheTruthWhereTheLengthIsUnknown) {
 TEST(EvaluationReport, GivesTheSameFiguresAsTextAndAsJson) {
   const Trajectory truth = line(0, 0.1, 40);
   const Evaluation evaluation =
-      evaluate_trajectory(truth, seen_from(Pose::exp({1, 2, 3, 0.1, 0.2, 0.3}), truth), 50, true);
+      evaluate_trajectory(truth, seen_from(Pose::exp({1, 2, 3, 0.1, 0.2, 0.3}), truth),
+                          {.total_frames = 50, .per_frame = true});
   const Json json = evaluation;
   EXPECT_EQ(json.at("ate").at("pairs"), 40);
   EXPECT_NEAR(json.at("ate").at("translation_m").at("rmse").get<double>(), 0, 1e-12);

@@ -200,6 +200,11 @@ std::string error_table(const RunRecord& record) {
     html += statistics_row("RPE per frame [m]", evaluation.rpe_frame->translation);
     html += statistics_row("RPE per frame [\u00b0]", evaluation.rpe_frame->rotation);
   }
+  if (evaluation.displacement.error.count > 0) {
+    html += statistics_row("displacement error per frame [m]", evaluation.displacement.error);
+    html +=
+        statistics_row("estimated displacement per frame [m]", evaluation.displacement.estimate);
+  }
   return html + "</table></div>\n";
 }
 

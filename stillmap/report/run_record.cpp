@@ -90,8 +90,8 @@ std::vector<RunEvent> run_events(const SlamResult& result) {
 void evaluate_run(RunRecord& record) {
   if (!record.truth) return;
   try {
-    record.evaluation =
-        evaluate_trajectory(*record.truth, record.result.trajectory, record.total_frames());
+    record.evaluation = evaluate_trajectory(*record.truth, record.result.trajectory,
+                                            {.total_frames = record.total_frames()});
   } catch (const Error& e) {
     record.evaluation_problem = e.what();
   }
