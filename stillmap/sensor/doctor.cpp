@@ -137,7 +137,19 @@ void check_offsets(const std::vector<FrameFiles>& frames, Diagnosis& diagnosis) 
   // Depth delay that gives a warning [s]: half of the limit of TUM's rule.
   constexpr double kLate = 0.010;
   std::vector<double> offsets;
-  for (const auto& files : frames) offsets.push_back(files.depth_timestamp - files.timestamp);
+  for (const auto& files : frames) {
+    if (!files.depth.empty()) offsets.push_back(files.depth_timestamp - files.timestamp);
+  }
+  if (const std::size_t without = frames.size() - offsets.size(); without > 0) {
+    const bool many = 10 * without > frames.size();
+    diagnosis.add(many ? Severity::kWarning : Severity::kOk,
+                  fmt::format("{} of {} color images have no depth image of their own", without,
+                              frames.size()),
+                  many
+                      ? "they are tracked by the landmarks of the other frames alone; record depth "
+                        "at the rate of the color images"
+                      : "");
+  }
   diagnosis.median_offset = percentile(offsets, 0.5);
   const auto [least, most] = std::minmax_element(offsets.begin(), offsets.end());
   const std::string text =
@@ -202,7 +214,9 @@ std::vector<FrameFiles> check_files(const std::vector<FrameFiles>& frames,
   };
   std::vector<FrameFiles> usable;
   for (const auto& files : frames) {
-    const bool color = fine(files.color, color_problem), depth = fine(files.depth, depth_problem);
+    const bool color = fine(files.color, color_problem);
+    if (files.depth.empty()) continue;
+    const bool depth = fine(files.depth, depth_problem);
     if (color && depth) usable.push_back(files);
   }
   diagnosis.usable_frames = usable.size();

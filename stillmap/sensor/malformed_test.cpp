@@ -219,10 +219,13 @@ const DamagedList kDamagedLists[] = {
      [](const auto& s) {
        s.write("depth.txt", "100.005 depth/0.png\n100.005 depth/1.png\n100.071 depth/2.png\n");
      },
-     2, 2, "depth.txt: the timestamp 100.005000 repeats"},
+     3, 1, "depth.txt: the timestamp 100.005000 repeats"},
     {"NoDepthNearOneImage",
-     [](const auto& s) { s.write("depth.txt", "100.005 depth/0.png\n100.071 depth/2.png\n"); }, 2,
-     1, "1.png: no depth image within 0.02 s"},
+     [](const auto& s) { s.write("depth.txt", "100.005 depth/0.png\n100.071 depth/2.png\n"); }, 3,
+     0, ""},
+    {"NoDepthNearTheFirstImage",
+     [](const auto& s) { s.write("depth.txt", "100.038 depth/1.png\n100.071 depth/2.png\n"); }, 2,
+     1, "0.png: no depth image within 0.02 s, and none before"},
     {"SeparatedByCommas",
      [](const auto& s) {
        s.write("rgb.txt", "100.000000,rgb/0.png\n100.033333, rgb/1.png\n100.066667 ,rgb/2.png\n");

@@ -14,7 +14,7 @@ struct RgbdFrame {
   double timestamp = 0;   ///< Time of the color image [s].
   cv::Mat color;          ///< Color image, 8UC3 BGR; gray images are replicated to three channels.
   cv::Mat gray;           ///< Gray image, 8UC1.
-  cv::Mat depth;          ///< Depth image along the optical axis, 32FC1 [m]; 0: unknown.
+  cv::Mat depth;  ///< Depth along the optical axis, 32FC1 [m]; 0: unknown, all: no depth image.
 };
 
 using RgbdFramePtr = std::shared_ptr<const RgbdFrame>;

@@ -263,6 +263,18 @@ Error no_pair(const ImageList& color, const ImageList& depth, const fs::path& fo
       "check that both lists are of one recording and in seconds, or give an associations file");
 }
 
+// No map can start without depth.
+void skip_before_first_depth(FrameList& list) {
+  const auto first = std::find_if(list.frames.begin(), list.frames.end(),
+                                  [](const FrameFiles& files) { return !files.depth.empty(); });
+  for (auto files = list.frames.begin(); files != first; ++files) {
+    list.skipped.push_back(
+        {files->timestamp, fmt::format("{}: no depth image within {} s, and none before",
+                                       files->color.filename().string(), kMaxDifference)});
+  }
+  list.frames.erase(list.frames.begin(), first);
+}
+
 FrameList pair_lists(const SequencePaths& paths) {
   ImageList color = read_image_list(paths.color_list), depth = read_image_list(paths.depth_list);
   keep_increasing(color.images, color.skipped, paths.color_list.filename().string());
@@ -273,18 +285,13 @@ FrameList pair_lists(const SequencePaths& paths) {
   FrameList list;
   list.skipped = std::move(color.skipped);
   list.skipped.insert(list.skipped.end(), depth.skipped.begin(), depth.skipped.end());
-  std::vector<bool> paired(color.images.size());
+  for (const ImageLine& c : color.images)
+    list.frames.push_back({c.timestamp, c.timestamp, c.file, {}});
   for (const auto& [i, j] : pairs) {
-    const ImageLine &c = color.images[i], &d = depth.images[j];
-    list.frames.push_back({c.timestamp, d.timestamp, c.file, d.file});
-    paired[i] = true;
+    list.frames[i].depth_timestamp = depth.images[j].timestamp;
+    list.frames[i].depth = depth.images[j].file;
   }
-  for (std::size_t i = 0; i < paired.size(); ++i) {
-    if (paired[i]) continue;
-    list.skipped.push_back({color.images[i].timestamp,
-                            fmt::format("{}: no depth image within {} s",
-                                        color.images[i].file.filename().string(), kMaxDifference)});
-  }
+  skip_before_first_depth(list);
   return list;
 }
 

@@ -27,11 +27,13 @@ struct SequencePaths {
 SequencePaths find_sequence(const std::filesystem::path& folder,
                             const std::filesystem::path& associations = {});
 
-/// One color image and its depth image.
+/// One color image and its depth image, if it has one.
 struct FrameFiles {
-  double timestamp = 0;        ///< Time of the color image [s].
-  double depth_timestamp = 0;  ///< Time of the depth image [s].
-  std::filesystem::path color, depth;
+  double timestamp = 0;  ///< Time of the color image [s].
+  double depth_timestamp =
+      0;  ///< Time of the depth image [s]; that of the color image without one.
+  std::filesystem::path color;  ///< File of the color image.
+  std::filesystem::path depth;  ///< File of the depth image; empty: the frame has no depth.
 };
 
 /// The frames of the lists (with strictly increasing timestamps) and the skipped lines.
@@ -43,9 +45,10 @@ struct FrameList {
 /// Reads the lists and associates them by TUM's rule (associate()), or reads the associations file.
 /// Fields are separated by blanks, tabs or commas; # starts a comment; any line endings. Invalid
 /// lines, timestamps that are not finite, repeated or decreasing (the smallest number of lines is
-/// skipped that leaves the rest increasing), and color images without depth are skipped and listed.
-/// Images are not opened. Throws Error for an unreadable list, a list without valid lines, and if
-/// there is no pair.
+/// skipped that leaves the rest increasing), and color images before the first depth image are
+/// skipped and listed. Later color images without a depth image of their own become frames without
+/// depth. Images are not opened. Throws Error for an unreadable list, a list without valid lines,
+/// and if there is no pair.
 FrameList list_frames(const SequencePaths& paths);
 
 }  // namespace stillmap

@@ -35,6 +35,7 @@ std::string describe(const fs::path& file, const std::string& problem) {
 
 // Returns why this pair is unusable, judged by the headers; empty if no problem is found.
 std::string header_problem(const FrameFiles& files, cv::Size size) {
+  if (files.depth.empty()) return describe(files.color, "has no depth image");
   for (const bool is_depth : {false, true}) {
     const fs::path& file = is_depth ? files.depth : files.color;
     auto [header, problem] = read_image_header(file);
@@ -109,16 +110,19 @@ RgbdFramePtr TumFolder::load(const FrameFiles& files) {
   const cv::Size size(camera().width, camera().height);
   const ImageRead color = read_color_image(files.color, size);
   if (!color.problem.empty()) return skip(files, files.color, color.problem);
-  const ImageRead depth = read_depth_image(files.depth, size);
-  if (!depth.problem.empty()) return skip(files, files.depth, depth.problem);
-
+  cv::Mat depth = cv::Mat::zeros(size, CV_32FC1);
+  if (!files.depth.empty()) {
+    const ImageRead raw = read_depth_image(files.depth, size);
+    if (!raw.problem.empty()) return skip(files, files.depth, raw.problem);
+    depth = depth_in_meters(rectifier_.nearest(raw.image), camera().depth_factor,
+                            camera().depth_sensor);
+  }
   auto frame = std::make_shared<RgbdFrame>();
   frame->index = next_index_++;
   frame->timestamp = files.timestamp;
   frame->color = rectifier_.image(color.image);
   traced("gray", [&] { cv::cvtColor(frame->color, frame->gray, cv::COLOR_BGR2GRAY); });
-  frame->depth = depth_in_meters(rectifier_.nearest(depth.image), camera().depth_factor,
-                                 camera().depth_sensor);
+  frame->depth = depth;
   return frame;
 }
 

@@ -123,9 +123,25 @@ TEST(ListFrames, PairsTheClosestTimestampsAndListsTheRest) {
   sequence.write("rgb.txt", "1.00 rgb/a.png\n1.03 rgb/b.png\n1.06 rgb/c.png\n");
   sequence.write("depth.txt", "1.07 depth/z.png\n1.005 depth/x.png\n");
   const FrameList list = list_frames(find_sequence(sequence.folder()));
-  ASSERT_THAT(list.frames, SizeIs(1));  // depth.txt decreases, so one of its lines is dropped.
-  ASSERT_THAT(list.skipped, SizeIs(3));
-  EXPECT_THAT(list.skipped[2].reason, HasSubstr("out of order"));
+  ASSERT_THAT(list.skipped, SizeIs(1));  // depth.txt decreases, so one of its lines is dropped.
+  EXPECT_THAT(list.skipped[0].reason, HasSubstr("out of order"));
+  ASSERT_THAT(list.frames, SizeIs(3));
+  EXPECT_EQ(list.frames[0].depth.filename(), "x.png");
+  EXPECT_TRUE(list.frames[1].depth.empty() && list.frames[2].depth.empty());
+}
+
+TEST(TumFolder, AColorImageWithoutDepthImageGivesAFrameWithoutDepth) {
+  const TestSequence sequence(3);
+  sequence.write("depth.txt", fmt::format("{:.6f} depth/0.png\n{:.6f} depth/2.png\n",
+                                          TestSequence::stamp(0), TestSequence::stamp(2)));
+  TumFolder source = sequence.open();
+  const auto frames = all_frames(source);
+  ASSERT_THAT(frames, SizeIs(3));
+  EXPECT_THAT(source.skipped(), IsEmpty());
+  EXPECT_EQ(cv::countNonZero(frames[1]->depth), 0);
+  EXPECT_EQ(frames[1]->depth.size(), frames[0]->depth.size());
+  EXPECT_GT(cv::countNonZero(frames[0]->depth), 0);
+  EXPECT_NEAR(frames[1]->timestamp, TestSequence::stamp(1), 1e-6);
 }
 
 TEST(ListFrames, AnAssociationsFileIsUsedAsGiven) {

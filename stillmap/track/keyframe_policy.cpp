@@ -75,6 +75,7 @@ bool KeyframePolicy::wants_keyframe(const Frame& frame, const Pose& T_world_came
                                     const LocalMap& local_map, std::size_t frames_since_last) {
   const TraceScope scope("keyframe decision");
   const bool blurred = is_blurred(frame);
+  if (median_depth(*frame.features) <= 0) return false;  // no landmark could be made of it
   const bool wanted = frames_since_last >= static_cast<std::size_t>(options_.min_gap) &&
                       (loses_reference(landmarks, local_map) ||
                        observes_unmapped_points(frame, landmarks, near_depth_) ||
