@@ -70,6 +70,26 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
   command->add_option("--exposures", o.exposures, "images averaged for motion blur; 1: no blur")
       ->capture_default_str();
   command
+      ->add_option("--readout", o.readout,
+                   "rolling shutter of the color camera: time from first to last row [s]")
+      ->capture_default_str();
+  command
+      ->add_option("--depth-delay", o.depth_delay,
+                   "time from the color image to the depth image [s], not in its timestamp")
+      ->capture_default_str();
+  command
+      ->add_option("--disparity-offset", o.depth_bias.offset,
+                   "systematic error of the depth [pixels of disparity]")
+      ->capture_default_str();
+  command
+      ->add_option("--disparity-bow", o.depth_bias.bow,
+                   "the same, growing to this value in the corners of the image [pixels]")
+      ->capture_default_str();
+  command
+      ->add_option("--auto-exposure", o.color_noise.auto_exposure,
+                   "strength of the automatic exposure [0..1]")
+      ->capture_default_str();
+  command
       ->add_option("--sensor", o.sensor,
                    fmt::format("depth sensor, by its noise, range and holes: {}",
                                fmt::join(depth_sensor_names(), ", ")))

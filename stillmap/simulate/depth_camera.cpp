@@ -13,6 +13,9 @@
 namespace stillmap {
 namespace {
 
+/// Mean brightness that an automatic exposure aims at [gray levels].
+constexpr double kMeanGray = 110;
+
 using simulate::Random, simulate::scramble;
 constexpr double kJump = 0.05;  // of the depth: a larger step between neighbors is an edge
 
@@ -91,10 +94,19 @@ double quantized(double z, const DepthSensor& sensor) {
   return disparity > 0 ? bf / disparity : 0;
 }
 
+/// The depth that the sensor measures at a pixel without noise.
+double biased(double z, double x, double y, const Camera& camera, const DepthBias& bias) {
+  const double bf = camera.depth_sensor.focal * camera.depth_sensor.baseline;
+  if (bf <= 0 || (bias.offset == 0 && bias.bow == 0)) return z;
+  const double dx = x - camera.cx, dy = y - camera.cy;
+  const double corner2 = (camera.width * camera.width + camera.height * camera.height) / 4.0;
+  return bf / (bf / z + bias.offset + bias.bow * (dx * dx + dy * dy) / corner2);
+}
+
 }  // namespace
 
 cv::Mat measure_depth(const cv::Mat& depth, const Camera& camera, std::uint64_t seed,
-                      std::uint64_t frame) {
+                      std::uint64_t frame, const DepthBias& bias) {
   const DepthSensor& sensor = camera.depth_sensor;
   if (sensor.principle == DepthPrinciple::kIdeal) return depth.clone();
   cv::Mat measured = cv::Mat::zeros(depth.size(), CV_32FC1);
@@ -113,7 +125,7 @@ cv::Mat measure_depth(const cv::Mat& depth, const Camera& camera, std::uint64_t 
       const double deviate = static_cast<double>(axial_row.next());
       const int u = std::clamp(static_cast<int>(x + du + 0.5), 0, depth.cols - 1);
       const int v = std::clamp(static_cast<int>(y + dv + 0.5), 0, depth.rows - 1);
-      const double z = depth.at<float>(v, u);
+      const double z = biased(depth.at<float>(v, u), u, v, camera, bias);
       if (z < sensor.min_depth || z > sensor.max_depth || lit[static_cast<std::size_t>(x)] == 0)
         continue;
       const Neighborhood around = look_around(depth, v, u, camera.fx);
@@ -130,9 +142,13 @@ cv::Mat measure_color(const cv::Mat& color, double seconds, const ColorNoise& mo
   cv::Mat measured(color.size(), CV_8UC3);
   const NormalNoise noise(seed, frame, 2);
   const double tau = 2 * std::numbers::pi;
+  const cv::Scalar channels = cv::mean(color);
+  const double mean = (channels[0] + channels[1] + channels[2]) / 3;
+  const double exposure =
+      model.auto_exposure > 0 ? std::pow(kMeanGray / std::max(1.0, mean), model.auto_exposure) : 1;
   const auto gain = static_cast<float>(
-      1 + model.exposure_drift * 0.5 *
-              (std::sin(tau * seconds / 6.7) + std::sin(tau * seconds / 15.1 + 1)));
+      exposure * (1 + model.exposure_drift * 0.5 *
+                          (std::sin(tau * seconds / 6.7) + std::sin(tau * seconds / 15.1 + 1))));
   const auto sigma = [&](int value) {
     return static_cast<float>(std::sqrt(model.sigma * model.sigma + model.gain * value));
   };

@@ -13,6 +13,18 @@ struct ColorNoise {
   double sigma = 1.5;            ///< Noise of a black pixel [gray levels].
   double gain = 0.02;            ///< Growth of its variance with the value [gray levels].
   double exposure_drift = 0.03;  ///< Amplitude of the slow change of brightness, as a share.
+  /// Strength of the automatic exposure: 0 keeps the brightness of the scene, 1 brings the mean of
+  /// every image to 110 gray levels.
+  double auto_exposure = 0;
+};
+
+/// Systematic error of the measured disparity, as poorly calibrated sensors have it: an offset over
+/// the whole image and an offset that grows with the squared distance from the center (Teichman,
+/// Miller, Thrun, Unsupervised intrinsic calibration of depth sensors via SLAM, RSS 2013). Positive
+/// values make depth read short. No effect on sensors without baseline.
+struct DepthBias {
+  double offset = 0;  ///< Everywhere [pixels of the sensor's own disparity].
+  double bow = 0;     ///< Added in the corners of the image [pixels of disparity].
 };
 
 /// Depth as the camera's depth sensor measures it: axial and lateral noise, quantization, range,
@@ -21,7 +33,7 @@ struct ColorNoise {
 /// sensor gives the depth as it is. The noise depends on `seed` and `frame` only.
 /// @param depth 32FC1 [m], exact; 0 where nothing is
 cv::Mat measure_depth(const cv::Mat& depth, const Camera& camera, std::uint64_t seed,
-                      std::uint64_t frame);
+                      std::uint64_t frame, const DepthBias& bias = {});
 
 /// Color as the sensor delivers it: 8UC3.
 /// @param color 32FC3, 0..255

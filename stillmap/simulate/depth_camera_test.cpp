@@ -38,6 +38,27 @@ TEST(DepthCamera, WithoutNoiseDepthIsExact) {
   EXPECT_EQ(cv::norm(measure_depth(depth, perfect(), kSeed, 0), depth, cv::NORM_INF), 0);
 }
 
+TEST(DepthCamera, BiasIsAnOffsetOfTheDisparity) {
+  Camera camera = perfect();
+  camera.depth_sensor.baseline = 0.075;
+  const double bf = camera.depth_sensor.focal * 0.075;
+  const auto depth_with = [&](const DepthBias& bias, int v, int u) {
+    return static_cast<double>(measure_depth(wall(3), camera, kSeed, 0, bias).at<float>(v, u));
+  };
+  EXPECT_NEAR(depth_with({.offset = 0.5}, 240, 320), bf / (bf / 3 + 0.5), 1e-4);
+  EXPECT_NEAR(depth_with({.bow = 0.5}, 240, 320), 3, 1e-4);
+  EXPECT_NEAR(depth_with({.bow = 0.5}, 0, 639), bf / (bf / 3 + 0.5), 2e-3);
+  EXPECT_LT(depth_with({.offset = 0.5}, 240, 320), 2.91);
+}
+
+TEST(ColorCamera, AutomaticExposureBringsTheMeanToMiddleGray) {
+  const cv::Mat dark(60, 80, CV_32FC3, cv::Scalar(20, 30, 40));
+  const ColorNoise fixed{.sigma = 0, .gain = 0, .exposure_drift = 0},
+      automatic{.sigma = 0, .gain = 0, .exposure_drift = 0, .auto_exposure = 1};
+  EXPECT_NEAR(cv::mean(measure_color(dark, 0, fixed, kSeed, 0))[1], 30, 1e-9);
+  EXPECT_NEAR(cv::mean(measure_color(dark, 0, automatic, kSeed, 0))[1], 110, 0.5);
+}
+
 TEST(DepthCamera, ThatIsIdealIsExactEverywhere) {
   Camera camera;
   camera.depth_sensor = find_depth_sensor("ideal");

@@ -24,6 +24,10 @@ struct RenderOptions {
   /// Whether color is rendered; depth and instances alone are several times faster.
   bool color = true;
   int threads = 1;  ///< Number of threads; the result does not depend on it.
+  /// Rolling shutter: twist (translation [m], rotation [rad]; see Pose::exp) of the camera from the
+  /// first to the last row, in the frame of the camera at the middle row, to which the pose
+  /// belongs. Applied at the vertices: edges of large faces remain straight. Zero: global shutter.
+  Eigen::Matrix<double, 6, 1> motion = Eigen::Matrix<double, 6, 1>::Zero();
 };
 
 /// Renders meshes for an ideal pinhole camera with a z-buffer, in two passes: visible triangles at

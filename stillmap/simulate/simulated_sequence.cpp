@@ -5,6 +5,7 @@
 #include "stillmap/simulate/renderer.hpp"
 
 #include <array>
+#include <cmath>
 
 #include <opencv2/imgproc.hpp>
 
@@ -21,6 +22,8 @@ void check(const SimulationOptions& options) {
   require(options.fps > 0, "must be positive", "fps");
   require(options.width > 0 && options.height > 0, "must be positive", "width, height");
   require(options.focal >= 0, "must not be negative", "focal");
+  require(options.readout >= 0 && options.readout < 1, "must be from 0 to 1 s", "readout");
+  require(std::abs(options.depth_delay) < 1, "must be below 1 s", "depth-delay");
   require(options.exposures > 0, "must be positive", "exposures");
   require(options.threads > 0, "must be positive", "threads");
 }
@@ -200,7 +203,7 @@ std::vector<MoverTruth> SimulatedSequence::movers(std::size_t index) const {
 TruthFrame SimulatedSequence::truth(std::size_t index) const {
   const Pose T = T_world_camera(index);
   const Rendering rendering =
-      draw(*scene_, camera_, T, timestamp(index), {.color = false, .threads = options_.threads});
+      draw(*scene_, camera_, T, timestamp(index), render_options(timestamp(index), false));
   TruthFrame truth{index, timestamp(index), T, rendering.depth, rendering.instances, {}};
   truth.movers = seen_movers(*scene_, camera_, truth.timestamp, truth);
   return truth;
@@ -211,7 +214,7 @@ cv::Mat SimulatedSequence::speed(std::size_t index) const {
   const Pose T = T_world_camera(index);
   const std::vector<const Mesh*> meshes{&scene_->statics, &parts.mesh};
   const Rendering rendering =
-      render(camera_, T, meshes, scene_->textures, {.color = false, .threads = options_.threads});
+      render(camera_, T, meshes, scene_->textures, render_options(timestamp(index), false));
   cv::Mat speed = cv::Mat::zeros(rendering.depth.size(), CV_32FC1);
   for (int v = 0; v < speed.rows; ++v) {
     for (int u = 0; u < speed.cols; ++u) {
@@ -225,17 +228,35 @@ cv::Mat SimulatedSequence::speed(std::size_t index) const {
   return speed;
 }
 
+RenderOptions SimulatedSequence::render_options(double seconds, bool color) const {
+  RenderOptions options{.color = color, .threads = options_.threads};
+  if (options_.readout > 0) {
+    const double half = options_.readout / 2;
+    options.motion =
+        (motion_.T_world_camera(seconds - half).inverse() * motion_.T_world_camera(seconds + half))
+            .log();
+  }
+  return options;
+}
+
+/// The depth camera has a global shutter and its own time.
+cv::Mat SimulatedSequence::delayed_depth(double seconds) const {
+  return draw(*scene_, camera_, motion_.T_world_camera(seconds), seconds,
+              {.color = false, .threads = options_.threads})
+      .depth;
+}
+
 SimulatedFrame SimulatedSequence::at(std::size_t index) const {
   const double t = timestamp(index);
   const Pose T = T_world_camera(index);
-  const RenderOptions drawing{.color = true, .threads = options_.threads};
-  Rendering rendering = draw(*scene_, camera_, T, t, drawing);
+  Rendering rendering = draw(*scene_, camera_, T, t, render_options(t, true));
   // The middle exposure exists; the others are around it.
   for (int i = 1; i < options_.exposures; ++i) {
     const int side = (i + 1) / 2 * (i % 2 == 0 ? 1 : -1);
     const double moment = t + options_.exposure_time * side / options_.exposures;
     rendering.color +=
-        draw(*scene_, camera_, motion_.T_world_camera(moment), moment, drawing).color;
+        draw(*scene_, camera_, motion_.T_world_camera(moment), moment, render_options(moment, true))
+            .color;
   }
   if (options_.exposures > 1) rendering.color *= 1.0 / options_.exposures;
 
@@ -243,11 +264,13 @@ SimulatedFrame SimulatedSequence::at(std::size_t index) const {
   frame->index = index;
   frame->timestamp = t;
   const auto seed = static_cast<std::uint64_t>(options_.seed);
+  const bool delayed = options_.readout > 0 || options_.depth_delay != 0;
+  const cv::Mat depth = delayed ? delayed_depth(t + options_.depth_delay) : rendering.depth;
   if (options_.noise) {
-    frame->depth = measure_depth(rendering.depth, camera_, seed, index);
+    frame->depth = measure_depth(depth, camera_, seed, index, options_.depth_bias);
     frame->color = measure_color(rendering.color, t, options_.color_noise, seed, index);
   } else {
-    frame->depth = rendering.depth.clone();
+    frame->depth = depth.clone();
     rendering.color.convertTo(frame->color, CV_8UC3);
   }
   cv::cvtColor(frame->color, frame->gray, cv::COLOR_BGR2GRAY);

@@ -4,6 +4,7 @@
 #include "stillmap/sensor/frame_source.hpp"
 #include "stillmap/simulate/camera_motion.hpp"
 #include "stillmap/simulate/depth_camera.hpp"
+#include "stillmap/simulate/renderer.hpp"
 #include "stillmap/simulate/scene.hpp"
 
 #include <memory>
@@ -34,7 +35,12 @@ struct SimulationOptions {
   ColorNoise color_noise = {};       ///< Noise of the color images, used if `noise`.
   int exposures = 1;                 ///< Number of images averaged for motion blur; 1: no blur.
   double exposure_time = 0.012;      ///< Shutter time [s], used with exposures > 1.
-  int threads = 2;  ///< Number of rendering threads; the images do not depend on it.
+  /// Rolling shutter of the color camera: time from the first to the last row [s]; 0: global.
+  /// Movers are shown as they are at the middle row.
+  double readout = 0;
+  double depth_delay = 0;  ///< Time from the color image to the depth image [s], not in its stamp.
+  DepthBias depth_bias = {};  ///< Systematic error of the depth, used if `noise`.
+  int threads = 2;            ///< Number of rendering threads; the images do not depend on it.
 };
 
 /// One mover at the time of a frame; world frame [m].
@@ -56,9 +62,10 @@ struct MoverTruth {
 struct TruthFrame {
   std::size_t index = 0;
   double timestamp = 0;  ///< Time [s].
-  Pose T_world_camera;   ///< Pose at the middle of the exposure.
-  cv::Mat depth;         ///< Exact depth, 32FC1, along the optical axis [m]; 0 without a surface.
-  cv::Mat instances;     ///< Instance mask, 8UC1: 0 static, else the id of the visible mover.
+  Pose T_world_camera;   ///< Pose at the middle of exposure and readout.
+  cv::Mat depth;  ///< Exact depth of the color image, 32FC1, along the optical axis [m]; 0 without
+                  ///< a surface.
+  cv::Mat instances;  ///< Instance mask, 8UC1: 0 static, else the id of the visible mover.
   std::vector<MoverTruth> movers;  ///< All movers, visible or not, by id.
 };
 
@@ -120,6 +127,9 @@ class SimulatedSequence : public FrameSource {
   const SimulationOptions& options() const { return options_; }
 
  private:
+  simulate::RenderOptions render_options(double seconds, bool color) const;
+  cv::Mat delayed_depth(double seconds) const;
+
   SimulationOptions options_;
   Camera camera_;
   std::shared_ptr<const Scene> scene_;

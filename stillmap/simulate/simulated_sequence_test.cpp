@@ -126,6 +126,44 @@ TEST(SimulatedSequence, ItsCameraHasTheSensorThatIsNamed) {
   EXPECT_THROW(SimulatedSequence{options}, Error);
 }
 
+TEST(SimulatedSequence, ARollingShutterShowsEachRowAtItsOwnTime) {
+  SimulationOptions options = small("rpy");
+  options.people = 0;
+  options.readout = 1 / 30.0;
+  options.speed = 2;
+  const SimulatedSequence rolling(options);
+  options.readout = 0;
+  options.fps = 240;  // eight frames for each of the other sequence
+  const SimulatedSequence global(options, [&] {
+    Camera camera = rolling.camera();
+    camera.fps = options.fps;
+    return camera;
+  }());
+  const std::size_t index = 20;
+  const cv::Mat shown = rolling.at(index).truth.depth;
+  for (const int quarter : {-1, 1}) {
+    const int row = 120 + quarter * 60;  // read a quarter of the readout before or after the middle
+    const auto shift = static_cast<std::size_t>(8 * static_cast<int>(index) + 2 * quarter);
+    const cv::Mat then = global.truth(shift).depth, middle = global.truth(8 * index).depth;
+    std::vector<double> errors, changes;
+    for (int u = 0; u < 320; ++u) {
+      errors.push_back(std::abs(shown.at<float>(row, u) - then.at<float>(row, u)));
+      changes.push_back(std::abs(middle.at<float>(row, u) - then.at<float>(row, u)));
+    }
+    EXPECT_GT(median(changes), 0.002);
+    EXPECT_LT(median(errors), 0.15 * median(changes));  // the rest: half a row, uneven motion
+  }
+}
+
+TEST(SimulatedSequence, DelayedDepthIsThatOfALaterTime) {
+  SimulationOptions options = small();
+  options.depth_delay = 1 / options.fps;
+  const SimulatedSequence delayed(options);
+  const SimulatedFrame frame = delayed.at(30);
+  EXPECT_EQ(difference(frame.frame->depth, delayed.truth(31).depth), 0);
+  EXPECT_EQ(difference(frame.truth.depth, delayed.truth(30).depth), 0);
+}
+
 TEST(SimulatedSequence, NextGivesEveryFrameOnce) {
   SimulationOptions options = small();
   options.width = 80;
