@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/motion/box_flow_cue.hpp"
 
-#include <algorithm>
 #include <optional>
 
 namespace stillmap {
 namespace {
 
-/// (U, V) of equation 8; none where no point of S has flow.
+/// Side of the Lucas-Kanade window in the paper [pixels].
+constexpr int kFlowWindow = 5;
+
+/// Returns (U, V) of equation 8; none if no point of S has flow.
 std::optional<cv::Point2d> mean_static_flow(const std::vector<FlowSet>& sets,
                                             const KeypointFlow& flow) {
   cv::Point2d sum;
@@ -21,7 +23,7 @@ std::optional<cv::Point2d> mean_static_flow(const std::vector<FlowSet>& sets,
   return sum / count;
 }
 
-/// Whether at least half of the keypoints in the box are in D.
+/// Returns whether at least half of the keypoints in the box are in D.
 bool moves(const cv::Rect& box, const std::vector<Keypoint>& keypoints,
            const std::vector<FlowSet>& sets) {
   int inside = 0, dynamic = 0;
@@ -45,19 +47,18 @@ std::vector<FlowSet> divide_by_boxes(const std::vector<Keypoint>& keypoints,
   return sets;
 }
 
-void judge_by_flow(std::vector<FlowSet>& sets, const KeypointFlow& flow, double factor,
-                   double least_flow) {
+void divide_by_flow(std::vector<FlowSet>& sets, const KeypointFlow& flow, double factor) {
   const auto mean = mean_static_flow(sets, flow);
-  const double l = mean ? std::max(factor * cv::norm(*mean), least_flow) : 0;
+  const double l = mean ? factor * cv::norm(*mean) : 0;
   for (std::size_t i = 0; i < sets.size(); ++i) {
     if (sets[i] != FlowSet::kDoubtful) continue;
-    const bool stands =
+    const bool is_static =
         mean && flow.found[i] != 0 && cv::norm(cv::Point2d(flow.flow(i)) - *mean) <= l;
-    sets[i] = stands ? FlowSet::kStatic : FlowSet::kDynamic;
+    sets[i] = is_static ? FlowSet::kStatic : FlowSet::kDynamic;
   }
 }
 
-BoxFlowCue::BoxFlowCue(const BoxFlowOptions& options) : options_(options), flow_(options.flow) {}
+BoxFlowCue::BoxFlowCue(const BoxFlowOptions& options) : options_(options), flow_(kFlowWindow) {}
 
 std::set<std::string> BoxFlowCue::classes() const {
   return {options_.classes.dynamic.begin(), options_.classes.dynamic.end()};
@@ -68,11 +69,9 @@ void BoxFlowCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
   if (boxes.empty()) return;
   const auto& keypoints = input.features->keypoints;
   std::vector<FlowSet> sets = divide_by_boxes(keypoints, boxes);
-  judge_by_flow(sets, flow_.of_this_frame(input), options_.factor, options_.least_flow);
+  divide_by_flow(sets, flow_.to_previous(input), options_.factor);
   for (std::size_t i = 0; i < sets.size(); ++i) {
-    if (sets[i] == FlowSet::kDynamic) {
-      evidence.static_log_odds[i] -= kCertainlyMoving;
-    }
+    if (sets[i] == FlowSet::kDynamic) evidence.static_log_odds[i] -= kCertainlyMoving;
   }
   for (const cv::Rect& box : boxes) {
     if (moves(box, keypoints, sets)) mark_moving(box, input.image->gray.size(), evidence);

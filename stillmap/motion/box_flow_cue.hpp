@@ -11,45 +11,43 @@
 namespace stillmap {
 
 struct BoxFlowOptions {
-  ClassSets classes = indoor_classes();  ///< the dynamic ones' boxes are looked into
-  FlowOptions flow;                      ///< the paper's window is 5 x 5
-  double factor = 0.5;    ///< l of equation 9, in units of the background's mean flow
-  double least_flow = 0;  ///< l is never smaller [pixels]; the paper has no such floor: 0
+  ClassSets classes = indoor_classes();  ///< Keypoints in boxes of dynamic classes are tested.
+  double factor = 0.5;  ///< Limit l of equation 9, in units of the background's mean flow.
 };
 
 /// The three sets of keypoints.
 enum class FlowSet : std::uint8_t {
-  kStatic,    ///< S: outside all boxes, or returned to it from F
-  kDoubtful,  ///< F: inside a box, and not judged yet
-  kDynamic,   ///< D: on the moving thing
+  kStatic,    ///< S: outside all boxes, or returned from F
+  kDoubtful,  ///< F: inside a box, without a label yet
+  kDynamic,   ///< D: on the moving object
 };
 
-/// F where a keypoint lies inside one of the boxes, else S.
+/// Returns F for a keypoint inside one of the boxes, else S.
 std::vector<FlowSet> divide_by_boxes(const std::vector<Keypoint>& keypoints,
                                      const std::vector<cv::Rect>& boxes);
 
-/// Empties F by the flow. With (u, v) a point's flow and n points of S that have one:
+/// Moves each point of F to S or D by the flow. With (u, v) a point's flow and n points of S that
+/// have one:
 ///
 ///     (U, V) = 1/n * sum over S of (u, v)                              (equation 8)
 ///     |(u, v) - (U, V)| > l = factor * |(U, V)|  =>  D, else S         (equation 9)
 ///
 /// A point of S without flow stays in S and is not counted in the mean; a point of F without flow
-/// joins D, as all of F does where no point of S has flow: what cannot be shown to stand still
-/// inside a person's box is taken for the person.
-void judge_by_flow(std::vector<FlowSet>& sets, const KeypointFlow& flow, double factor,
-                   double least_flow);
+/// joins D, as does all of F if no point of S has flow: a point inside a person's box that cannot
+/// be shown to be static counts as the person's.
+void divide_by_flow(std::vector<FlowSet>& sets, const KeypointFlow& flow, double factor);
 
-/// The motion test of the YOLO11n + Lucas-Kanade system: keypoints in the boxes of things that move
-/// by themselves are dropped where their flow since the frame before differs from the background's
-/// mean flow. Masks are not looked at. The points followed are this frame's keypoints, back into
-/// the frame before, as it is they that are judged; in the first frame all of F is dropped.
+/// The motion test of the YOLO11n + Lucas-Kanade system: keypoints in the boxes of dynamic objects
+/// are excluded if their flow since the previous frame differs from the background's mean flow.
+/// Masks are not used. This frame's keypoints are tracked back into the previous frame; in the
+/// first frame all of F is excluded.
 ///
-/// Known from the formulas: where the camera stands still, l comes to nothing and the noise of the
-/// flow decides, so that nearly all of F is dropped, sitting people included (least_flow = 1 mends
-/// that); a turn about the optical axis or a movement along it has flows without a common mean,
-/// with the same effect; and where the camera moves fast, slow movers pass.
+/// Limits of the formulas: for a camera at rest, l approaches 0 and the noise of the flow decides,
+/// so that nearly all of F is excluded, sitting people included; a rotation about the optical axis
+/// or a translation along it has flows without a common mean, with the same effect; and for a fast
+/// camera, slow movers are kept.
 ///
-/// Pixels of a box count as moving where at least half of its keypoints are in D, or it has none.
+/// The pixels of a box count as moving if at least half of its keypoints are in D or it has none.
 class BoxFlowCue : public MotionCue {
  public:
   explicit BoxFlowCue(const BoxFlowOptions& options);

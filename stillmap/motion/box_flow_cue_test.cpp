@@ -13,7 +13,7 @@ using ::testing::Each;
 using ::testing::ElementsAre;
 constexpr FlowSet kS = FlowSet::kStatic, kF = FlowSet::kDoubtful, kD = FlowSet::kDynamic;
 
-/// Sets before the flow is looked at, and each point's flow.
+/// The sets of some points by their boxes, and the flow of each.
 struct Points {
   std::vector<FlowSet> sets;
   KeypointFlow flow;
@@ -23,8 +23,8 @@ struct Points {
     flow.now.push_back(flow.before.back() + moved);
     flow.found.push_back(found ? 1 : 0);
   }
-  std::vector<FlowSet> judged(double factor = 0.5, double least_flow = 0) {
-    judge_by_flow(sets, flow, factor, least_flow);
+  std::vector<FlowSet> divided(double factor = 0.5) {
+    divide_by_flow(sets, flow, factor);
     return sets;
   }
 };
@@ -44,15 +44,15 @@ TEST(FlowSets, HalfTheMeanFlowOfTheBackgroundIsTheLimit) {
   points.add(kF, {6, 13.1F});
   points.add(kF, {9, 12});  // 3, 4 off: exactly l, which does not exceed it
   points.add(kF, {0, 0});
-  EXPECT_THAT(points.judged(), ElementsAre(kS, kS, kS, kS, kD, kS, kD));
+  EXPECT_THAT(points.divided(), ElementsAre(kS, kS, kS, kS, kD, kS, kD));
 }
 
 TEST(FlowSets, TheFactorIsAnOption) {
   Points points;
   points.add(kS, {10, 0});
   points.add(kF, {13, 0});
-  EXPECT_THAT(Points(points).judged(0.5), ElementsAre(kS, kS));
-  EXPECT_THAT(Points(points).judged(0.2), ElementsAre(kS, kD));
+  EXPECT_THAT(Points(points).divided(0.5), ElementsAre(kS, kS));
+  EXPECT_THAT(Points(points).divided(0.2), ElementsAre(kS, kD));
 }
 
 TEST(FlowSets, PointsWithoutFlowDoNotEnterTheMeanAndStayWhereTheyAre) {
@@ -60,55 +60,55 @@ TEST(FlowSets, PointsWithoutFlowDoNotEnterTheMeanAndStayWhereTheyAre) {
   points.add(kS, {4, 0});
   points.add(kS, {100, 0}, false);
   points.add(kF, {5, 0});
-  points.add(kF, {4, 0}, false);  // inside a person's box and nothing speaks for it
-  EXPECT_THAT(points.judged(), ElementsAre(kS, kS, kS, kD));
+  points.add(kF, {4, 0}, false);  // inside a person's box and without evidence for being static
+  EXPECT_THAT(points.divided(), ElementsAre(kS, kS, kS, kD));
 }
 
 TEST(FlowSets, WithoutABackgroundTheWholeBoxMoves) {
   Points points;
   points.add(kS, {0, 0}, false);
   points.add(kF, {0, 0});
-  EXPECT_THAT(points.judged(), ElementsAre(kS, kD));
+  EXPECT_THAT(points.divided(), ElementsAre(kS, kD));
 }
 
-TEST(FlowSets, AStandingCameraDropsAllButWhatStandsExactly) {
+TEST(FlowSets, ACameraAtRestExcludesAllPointsWithAnyFlow) {
   Points points;
   points.add(kS, {0.02F, 0});
   points.add(kS, {-0.02F, 0});
   points.add(kF, {0.1F, 0});
   points.add(kF, {0, 0});
-  EXPECT_THAT(Points(points).judged(), ElementsAre(kS, kS, kD, kS));
-  EXPECT_THAT(Points(points).judged(0.5, 1), ElementsAre(kS, kS, kS, kS));  // with the floor
+  EXPECT_THAT(points.divided(), ElementsAre(kS, kS, kD, kS));
 }
 
-/// A background that moves by (8, 0), and in it a thing that moves by (-6, 0) on the left half of
-/// its box.
+/// A background that moves by (8, 0) pixels, and in front of it a person who moves by (-6, 0)
+/// pixels in the left half of its box.
 struct WalkingPerson : testing::Test {
   const cv::Size size{320, 240};
-  const cv::Rect box{120, 60, 100, 120}, thing{120, 60, 50, 120};
+  const cv::Rect box{120, 60, 100, 120}, person{120, 60, 50, 120};
   RgbdFramePtr first, second;
-  std::vector<cv::Point2f> outside, on_thing, beside;
+  std::vector<cv::Point2f> outside, on_person, in_box;
   MotionInput input;
 
   WalkingPerson() {
     cv::Mat1b before = test::moved_texture(size, 1, 0, 0), now = test::moved_texture(size, 1, 8, 0);
-    const cv::Mat1b looks = test::texture(thing.size(), 2);
-    looks.copyTo(before(thing + cv::Point(6, 0)));
-    looks.copyTo(now(thing));
+    const cv::Mat1b shirt = test::texture(person.size(), 2);
+    shirt.copyTo(before(person + cv::Point(6, 0)));
+    shirt.copyTo(now(person));
     first = test::image_of(0, before);
     second = test::image_of(1, now);
     outside = test::lattice({10, 10, 90, 200}, 12);
-    on_thing = test::lattice(thing, 9, 10);
-    beside = test::lattice({192, 70, 28, 100}, 9);  // clear of what the thing has just uncovered
+    on_person = test::lattice(person, 9, 10);
+    in_box = test::lattice({192, 70, 28, 100},
+                           9);  // right of the background that the person has just uncovered
     std::vector<cv::Point2f> all = outside;
-    all.insert(all.end(), on_thing.begin(), on_thing.end());
-    all.insert(all.end(), beside.begin(), beside.end());
+    all.insert(all.end(), on_person.begin(), on_person.end());
+    all.insert(all.end(), in_box.begin(), in_box.end());
     input = test::input_of(second, test::keypoints_at(all),
                            test::segmented({test::box_of("person", box)}),
                            test::frame_of(first, test::keypoints_at({})));
   }
-  /// Share of points first..first + count - 1 that were dropped.
-  static double dropped(const MotionEvidence& evidence, std::size_t first, std::size_t count) {
+  /// Returns the share of points first..first + count - 1 that were excluded.
+  static double excluded(const MotionEvidence& evidence, std::size_t first, std::size_t count) {
     const auto begin = evidence.static_log_odds.begin() + static_cast<std::ptrdiff_t>(first);
     const auto n = std::count_if(begin, begin + static_cast<std::ptrdiff_t>(count),
                                  [](float x) { return x < 0; });
@@ -116,26 +116,26 @@ struct WalkingPerson : testing::Test {
   }
 };
 
-TEST_F(WalkingPerson, IsDroppedAndTheWallInItsBoxIsNot) {
+TEST_F(WalkingPerson, IsExcludedAndTheWallInItsBoxIsNot) {
   BoxFlowCue cue({});
   MotionEvidence evidence = test::no_evidence(input.features->size());
   cue.add_to(evidence, input);
-  EXPECT_EQ(dropped(evidence, 0, outside.size()), 0);
-  EXPECT_GT(dropped(evidence, outside.size(), on_thing.size()), 0.95);
-  EXPECT_LT(dropped(evidence, outside.size() + on_thing.size(), beside.size()), 0.1);
+  EXPECT_EQ(excluded(evidence, 0, outside.size()), 0);
+  EXPECT_GT(excluded(evidence, outside.size(), on_person.size()), 0.95);
+  EXPECT_LT(excluded(evidence, outside.size() + on_person.size(), in_box.size()), 0.1);
   EXPECT_EQ(cv::countNonZero(evidence.moving_pixels), box.area());
 }
 
-TEST_F(WalkingPerson, IsDroppedWithItsBoxInTheFirstFrame) {
+TEST_F(WalkingPerson, IsExcludedWithItsBoxInTheFirstFrame) {
   input.previous = nullptr;
   BoxFlowCue cue({});
   MotionEvidence evidence = test::no_evidence(input.features->size());
   cue.add_to(evidence, input);
-  EXPECT_EQ(dropped(evidence, 0, outside.size()), 0);
-  EXPECT_EQ(dropped(evidence, outside.size(), on_thing.size() + beside.size()), 1);
+  EXPECT_EQ(excluded(evidence, 0, outside.size()), 0);
+  EXPECT_EQ(excluded(evidence, outside.size(), on_person.size() + in_box.size()), 1);
 }
 
-TEST_F(WalkingPerson, OfAnotherClassIsNotLookedAt) {
+TEST_F(WalkingPerson, OfAnotherClassIsNotTested) {
   input.instances = test::segmented({test::box_of("chair", box)});
   BoxFlowCue cue({});
   MotionEvidence evidence = test::no_evidence(input.features->size());
@@ -145,25 +145,25 @@ TEST_F(WalkingPerson, OfAnotherClassIsNotLookedAt) {
 }
 
 TEST_F(WalkingPerson, HasItsMaskIgnored) {
-  Instance person = test::box_of("person", box);
-  person.mask = cv::Mat::zeros(box.size(), CV_8UC1);
-  person.mask(cv::Rect(90, 0, 10, 120)).setTo(255);  // not where the thing is
+  Instance masked = test::box_of("person", box);
+  masked.mask = cv::Mat::zeros(box.size(), CV_8UC1);
+  masked.mask(cv::Rect(90, 0, 10, 120)).setTo(255);  // the background of the box
   BoxFlowCue with_box({}), with_mask({});
   MotionEvidence a = test::no_evidence(input.features->size()), b = a;
   with_box.add_to(a, input);
-  input.instances = test::segmented({person});
+  input.instances = test::segmented({masked});
   with_mask.add_to(b, input);
   EXPECT_EQ(a.static_log_odds, b.static_log_odds);
 }
 
-TEST_F(WalkingPerson, WhoMovesWithTheBackgroundKeepsPointsAndPixels) {
+TEST_F(WalkingPerson, MovingWithTheBackgroundKeepsPointsAndPixels) {
   cv::Mat1b now = test::moved_texture(size, 1, 8, 0);
-  test::texture(thing.size(), 2).copyTo(now(thing + cv::Point(6 + 8, 0)));
+  test::texture(person.size(), 2).copyTo(now(person + cv::Point(6 + 8, 0)));
   input.image = test::image_of(1, now);
   BoxFlowCue cue({});
   MotionEvidence evidence = test::no_evidence(input.features->size());
   cue.add_to(evidence, input);
-  EXPECT_LT(dropped(evidence, outside.size(), on_thing.size() + beside.size()), 0.3);
+  EXPECT_LT(excluded(evidence, outside.size(), on_person.size() + in_box.size()), 0.3);
   EXPECT_TRUE(evidence.moving_pixels.empty());
 }
 

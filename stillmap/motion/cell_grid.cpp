@@ -8,13 +8,14 @@
 namespace stillmap {
 namespace {
 
-/// Nearly three standard deviations of the difference of two readings, which is sqrt(2) times as
-/// uncertain as one, and a floor [m] for the error of the poses and the size of the cells.
+/// Tolerance of depths: nearly three standard deviations of the difference of two readings, which
+/// is sqrt(2) times that of one, and a floor [m] for the error of the poses and the size of the
+/// cells.
 constexpr double kToleranceSigmas = 3.75, kToleranceFloor = 0.03;
 
 bool is_depth(float z) { return z > 0 && z < 1e3F; }  // false for NaN too
 
-Camera shrunk(const Camera& camera) {
+Camera grid_camera(const Camera& camera) {
   Camera small = camera;
   constexpr double kShift = (kCellSide - 1) / 2.0;  // a cell's center in the full image
   small.width = camera.width / kCellSide;
@@ -30,7 +31,7 @@ Camera shrunk(const Camera& camera) {
 
 CellGrid::CellGrid(const cv::Mat& full_depth, const Camera& full_camera)
     : depth(full_camera.height / kCellSide, full_camera.width / kCellSide),
-      camera(shrunk(full_camera)),
+      camera(grid_camera(full_camera)),
       image_camera(full_camera),
       tolerance(full_camera.depth_sensor.tolerance<float>(kToleranceSigmas, kToleranceFloor)) {
   const TraceScope scope("cells");
@@ -80,15 +81,15 @@ void Reprojection::to_row(int row) {
   int* cells = cells_.data();
   for (int c = 0; c < columns; ++c) {
     const float z = depth[c];
-    const float there = (ray.z() + step.z() * x[c]) * z + t.z();
-    const float u = fx * ((ray.x() + step.x() * x[c]) * z + t.x()) / there + cx;
-    const float v = fy * ((ray.y() + step.y() * x[c]) * z + t.y()) / there + cy;
-    // What is no number, or out of sight, is brought to -0.5 before it is made an integer.
+    const float z_other = (ray.z() + step.z() * x[c]) * z + t.z();
+    const float u = fx * ((ray.x() + step.x() * x[c]) * z + t.x()) / z_other + cx;
+    const float v = fy * ((ray.y() + step.y() * x[c]) * z + t.y()) / z_other + cy;
+    // NaN and pixels outside the view become -0.5 before the conversion to an integer.
     const bool seen =
-        (z > 0) & (there >= 0.1F) & (u >= -0.5F) & (v >= -0.5F) & (u < width) & (v < height);
+        (z > 0) & (z_other >= 0.1F) & (u >= -0.5F) & (v >= -0.5F) & (u < width) & (v < height);
     const int r = static_cast<int>((seen ? v : -0.5F) + 0.5F);
     const int k = static_cast<int>((seen ? u : -0.5F) + 0.5F);
-    depths[c] = there;
+    depths[c] = z_other;
     cells[c] = seen ? r * columns + k : -1;
   }
 }

@@ -15,13 +15,10 @@ bool contains(const std::vector<std::string>& names, const std::string& name) {
 ClassRole ClassSets::role_of(const std::string& class_name) const {
   if (contains(dynamic, class_name)) return ClassRole::kDynamic;
   if (contains(potential, class_name)) return ClassRole::kPotential;
-  if (contains(standing_still, class_name)) return ClassRole::kStatic;
   return ClassRole::kUnlisted;
 }
 
-ClassSets people_classes() {
-  return {.dynamic = {"person", "unknown"}, .potential = {}, .standing_still = {}};
-}
+ClassSets people_classes() { return {.dynamic = {"person", "unknown"}, .potential = {}}; }
 
 ClassSets indoor_classes() {
   return {.dynamic = {"person", "unknown", "bird",  "cat",     "dog",        "horse",   "sheep",
@@ -31,10 +28,7 @@ ClassSets indoor_classes() {
                         "suitcase",   "bottle",    "wine glass",  "cup",        "bowl",
                         "laptop",     "mouse",     "keyboard",    "remote",     "cell phone",
                         "skateboard", "frisbee",   "sports ball", "teddy bear", "scissors",
-                        "vase",       "hair drier"},
-          .standing_still = {"bench", "couch", "bed", "dining table", "toilet", "tv", "microwave",
-                             "oven", "toaster", "sink", "refrigerator", "clock", "potted plant",
-                             "traffic light", "parking meter", "stop sign", "fire hydrant"}};
+                        "vase",       "hair drier"}};
 }
 
 std::vector<cv::Rect> boxes_with_role(const SegmentedFramePtr& frame, const ClassSets& classes,

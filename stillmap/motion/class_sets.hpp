@@ -10,41 +10,38 @@
 
 namespace stillmap {
 
-/// What a thing's class says about its moving.
+/// Evidence for motion from the class of an object.
 enum class ClassRole {
-  kDynamic,    ///< moves by itself: taken for moving when it is seen
-  kPotential,  ///< stands until somebody moves it: to be tested
-  kStatic,     ///< stays where it is: not in doubt
-  kUnlisted,   ///< on no list: says nothing
+  kDynamic,    ///< Moves by itself and counts as moving whenever it is detected.
+  kPotential,  ///< May be moved by somebody and is tested.
+  kUnlisted,   ///< Gives no evidence.
 };
 
-/// Which classes play which role, by the names that the network (or a folder of masks) gives them.
-/// A class on several lists has the first one's role.
+/// The classes of each role, by the names of the network or of a folder of masks. A class in both
+/// lists is dynamic.
 struct ClassSets {
-  std::vector<std::string> dynamic;         ///< of ClassRole::kDynamic
-  std::vector<std::string> potential;       ///< of ClassRole::kPotential
-  std::vector<std::string> standing_still;  ///< of ClassRole::kStatic
+  std::vector<std::string> dynamic;    ///< Classes of ClassRole::kDynamic.
+  std::vector<std::string> potential;  ///< Classes of ClassRole::kPotential.
 
   ClassRole role_of(const std::string& class_name) const;
 };
 
-/// People, and "unknown", which is what a folder of masks calls the things in it.
+/// Returns people as dynamic, and "unknown", the class of the objects in a folder of masks.
 ClassSets people_classes();
 
-/// COCO's classes as the box-based systems sort them: people, animals and vehicles move; what is
-/// carried and pushed about (chair, book, cup, ...) may; furniture and kitchen machines do not.
+/// Returns COCO's classes as sorted by the box-based systems: people, animals and vehicles are
+/// dynamic, portable objects (chair, book, cup, ...) potentially moving.
 ClassSets indoor_classes();
 
-/// Boxes of the instances whose class plays that role, in the order of the instances; masks do not
-/// matter. `frame` may be null.
+/// Returns the boxes of the instances whose class has a role, in the order of the instances.
+/// `frame` may be null.
 std::vector<cv::Rect> boxes_with_role(const SegmentedFramePtr& frame, const ClassSets& classes,
                                       ClassRole role);
 
-/// Whether pixel (u, v) lies in one of the boxes. Pixel i is the stretch i - 1/2 to i + 1/2.
+/// Returns whether pixel (u, v) is in one of the boxes. Pixel i extends from i - 1/2 to i + 1/2.
 bool in_any_box(const std::vector<cv::Rect>& boxes, float u, float v);
 
-/// Marks the box, as far as it lies inside the image, in evidence.moving_pixels, which is made if
-/// it is empty.
+/// Marks the part of the box inside the image in evidence.moving_pixels, which is created if empty.
 void mark_moving(const cv::Rect& box, cv::Size image, MotionEvidence& evidence);
 
 }  // namespace stillmap

@@ -14,19 +14,17 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-TEST(ClassSets, TheFirstListThatNamesAClassDecides) {
-  const ClassSets sets{
-      .dynamic = {"dog"}, .potential = {"dog", "cup"}, .standing_still = {"cup", "sink"}};
+TEST(ClassSets, AClassInBothListsIsDynamic) {
+  const ClassSets sets{.dynamic = {"dog"}, .potential = {"dog", "cup"}};
   EXPECT_EQ(sets.role_of("dog"), ClassRole::kDynamic);
   EXPECT_EQ(sets.role_of("cup"), ClassRole::kPotential);
-  EXPECT_EQ(sets.role_of("sink"), ClassRole::kStatic);
   EXPECT_EQ(sets.role_of("crane"), ClassRole::kUnlisted);
 }
 
 TEST(ClassSets, IndoorClassesAreSpelledAsTheNetworkSpellsThem) {
   const auto& coco = coco_class_names();
   const ClassSets sets = indoor_classes();
-  for (const auto& list : {sets.dynamic, sets.potential, sets.standing_still}) {
+  for (const auto& list : {sets.dynamic, sets.potential}) {
     for (const std::string& name : list) {
       if (name == "unknown") continue;
       EXPECT_NE(std::find(coco.begin(), coco.end(), name), coco.end()) << name;
@@ -67,7 +65,7 @@ MotionEstimator estimator_of(const std::vector<std::string>& cues) {
   return MotionEstimator(options);
 }
 
-TEST(Classes, ArePassedOnAsFarAsACueLooksAtThem) {
+TEST(Classes, AreThoseThatTheCuesUse) {
   EXPECT_THAT(estimator_of({}).classes(), IsEmpty());
   EXPECT_THAT(estimator_of({"semantic"}).classes(), ElementsAre("person", "unknown"));
   EXPECT_THAT(estimator_of({"gated-semantic"}).classes(), ElementsAre("person", "unknown"));
@@ -75,13 +73,6 @@ TEST(Classes, ArePassedOnAsFarAsACueLooksAtThem) {
   EXPECT_EQ(estimator_of({"box-flow"}).classes().count("chair"), 0U);
   EXPECT_EQ(estimator_of({"epipolar"}).classes().count("chair"), 1U);
   EXPECT_EQ(estimator_of({"epipolar"}).classes().count("sink"), 0U);
-}
-
-TEST(Classes, ThatStandStillArePassedOnWhereTheyAreNotTested) {
-  MotionOptions options;
-  options.cues = {"epipolar"};
-  options.epipolar.test_standing_still = false;
-  EXPECT_EQ(MotionEstimator(options).classes().count("sink"), 1U);
 }
 
 }  // namespace

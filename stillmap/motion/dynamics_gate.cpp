@@ -8,10 +8,15 @@ namespace {
 
 /// Number of frames of which more than half must be marked (equation 8).
 constexpr int kWindow = 10;
-/// Minimum number of followed keypoints for a frame to be judged.
+/// Minimum number of tracked keypoints of a frame with a vote.
 constexpr std::size_t kMinPoints = 20;
+/// Side of the Lucas-Kanade window [pixels]. The paper names none; 9 takes as long as 5 and loses
+/// fewer points.
+constexpr int kFlowWindow = 9;
+/// Inlier threshold of the homography [pixels]: OpenCV's default, as the paper names none.
+constexpr double kRansacThreshold = 3;
 
-PointPairs followed_pairs(const KeypointFlow& flow) {
+PointPairs tracked_pairs(const KeypointFlow& flow) {
   PointPairs pairs;
   for (std::size_t i = 0; i < flow.size(); ++i) {
     if (flow.found[i] != 0) pairs.add(flow.before[i], flow.now[i]);
@@ -21,24 +26,23 @@ PointPairs followed_pairs(const KeypointFlow& flow) {
 
 }  // namespace
 
-std::optional<double> share_off_homography(const KeypointFlow& flow,
-                                           const DynamicsGateOptions& options) {
-  const PointPairs pairs = followed_pairs(flow);
+std::optional<double> share_off_homography(const KeypointFlow& flow, double warp_error_limit) {
+  const PointPairs pairs = tracked_pairs(flow);
   if (pairs.size() < kMinPoints) return std::nullopt;
-  const auto H = find_homography(pairs, options.ransac);
+  const auto H = find_homography(pairs, kRansacThreshold);
   if (!H) return std::nullopt;
   int marked = 0;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    if (warp_error(*H, pairs.before[i], pairs.now[i]) > options.warp_error) ++marked;
+    if (warp_error(*H, pairs.before[i], pairs.now[i]) > warp_error_limit) ++marked;
   }
   return static_cast<double>(marked) / static_cast<double>(pairs.size());
 }
 
 DynamicsGate::DynamicsGate(const DynamicsGateOptions& options)
-    : options_(options), flow_(options.flow) {}
+    : options_(options), flow_(kFlowWindow) {}
 
 bool DynamicsGate::push(const MotionInput& input) {
-  return push(share_off_homography(flow_.of_frame_before(input), options_));
+  return push(share_off_homography(flow_.from_previous(input), options_.warp_error));
 }
 
 bool DynamicsGate::push(std::optional<double> marked_share) {

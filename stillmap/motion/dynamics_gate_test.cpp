@@ -13,8 +13,8 @@ namespace {
 
 constexpr double kMarked = 0.5, kUnmarked = 0.05;
 
-/// The gate's labels on frames written as a text: x marked, . unmarked, - not to be judged. The
-/// labels likewise: H high, l low.
+/// Returns the gate's labels (H high, l low) of a text with one character per frame: x marked,
+/// . unmarked, - without a share.
 std::string labels(const std::string& frames) {
   DynamicsGate gate({});
   std::string result;
@@ -38,7 +38,7 @@ TEST(DynamicsGate, MoreThanHalfOfTheLastTenFramesMakeItHigh) {
   EXPECT_EQ(labels("xxxxxxxxxx......."), "HHHHHHHHHHHHHHlll");
 }
 
-TEST(DynamicsGate, FramesThatCannotBeJudgedHaveNoVote) {
+TEST(DynamicsGate, FramesWithoutAShareHaveNoVote) {
   EXPECT_EQ(labels("-.........."), "HHHHHHHHHll");
   EXPECT_EQ(labels("xxxxxxxxxx-------"), "HHHHHHHHHHHHHHHHH");
   EXPECT_EQ(labels("..........----"), "HHHHHHHHHlllll");
@@ -54,42 +54,40 @@ TEST(DynamicsGate, ATenthOfTheKeypointsDoesNotMarkAFrame) {
   EXPECT_TRUE(label_of_ten(0.1001));
 }
 
-/// 100 points of a plane, of which `off` are moved by `by` pixels across.
+/// Returns the flow of 100 points of a plane, of which the first `off` are moved by `by` pixels.
 KeypointFlow plane_flow(std::size_t off, float by) {
   const test::TwoViews views;
   const auto plane = views.plane(100, 3);
   std::vector<cv::Point2f> before, now;
   for (std::size_t i = 0; i < plane.size(); ++i) {
     before.push_back(views.in_first(plane[i]));
-    const float sign = i % 2 == 0 ? 1.0F : -1.0F;  // so that no homography can follow them
+    const float sign = i % 2 == 0 ? 1.0F : -1.0F;  // so that no homography fits them
     now.push_back(views.in_second(plane[i]) + cv::Point2f(0, i < off ? sign * by : 0));
   }
   return test::flow_between(before, now);
 }
 
 TEST(ShareOffHomography, CountsPointsFurtherOffThanTheLimit) {
-  EXPECT_EQ(share_off_homography(plane_flow(0, 0), {}), 0.0);
-  EXPECT_EQ(share_off_homography(plane_flow(20, 8), {}), 0.2);
-  EXPECT_EQ(share_off_homography(plane_flow(11, 5), {}), 0.11);
+  EXPECT_EQ(share_off_homography(plane_flow(0, 0), 1.7), 0.0);
+  EXPECT_EQ(share_off_homography(plane_flow(20, 8), 1.7), 0.2);
+  EXPECT_EQ(share_off_homography(plane_flow(11, 5), 1.7), 0.11);
 }
 
 TEST(ShareOffHomography, TheLimitIsOnePointSevenPixels) {
-  // Within the RANSAC threshold of 1 pixel none of the moved points takes part in the fit.
-  DynamicsGateOptions options;
-  options.ransac.threshold = 1;
-  EXPECT_EQ(share_off_homography(plane_flow(10, 1.8F), options), 0.1);
-  EXPECT_EQ(share_off_homography(plane_flow(10, 1.6F), options), 0.0);
+  const double limit = DynamicsGateOptions().warp_error;
+  EXPECT_EQ(share_off_homography(plane_flow(10, 1.9F), limit), 0.1);
+  EXPECT_EQ(share_off_homography(plane_flow(10, 1.5F), limit), 0.0);
 }
 
-TEST(ShareOffHomography, LostPointsDoNotCountAndTooFewAreNoVerdict) {
+TEST(ShareOffHomography, LostPointsDoNotCountAndTooFewGiveNoShare) {
   KeypointFlow flow = plane_flow(20, 8);
   for (std::size_t i = 0; i < 10; ++i) flow.found[i] = 0;
-  EXPECT_NEAR(*share_off_homography(flow, {}), 10.0 / 90, 1e-12);
+  EXPECT_NEAR(*share_off_homography(flow, 1.7), 10.0 / 90, 1e-12);
   for (std::size_t i = 0; i < 81; ++i) flow.found[i] = 0;
-  EXPECT_FALSE(share_off_homography(flow, {}));
+  EXPECT_FALSE(share_off_homography(flow, 1.7));
 }
 
-/// Says of every keypoint that it moves.
+/// A cue with evidence for motion of every keypoint.
 struct Alarm : MotionCue {
   std::string_view name() const override { return "alarm"; }
   std::set<std::string> classes() const override { return {"dog"}; }
@@ -98,46 +96,46 @@ struct Alarm : MotionCue {
   }
 };
 
-/// A wall that moves by (4, 1) a frame, and a thing before it, a third of the keypoints, that
-/// moves by `own` besides.
+/// A wall that moves by (4, 1) pixels a frame, and an object in front of it with a third of the
+/// keypoints that moves by `own` pixels more.
 struct Film {
   cv::Point2d own;
   cv::Size size{320, 240};
   std::vector<cv::Point2f> points = test::lattice({0, 0, 320, 240}, 14, 12);
 
   RgbdFramePtr image(int i) const {
-    cv::Mat1b picture = test::moved_texture(size, 1, 4 * (i % 8), i % 8);
-    const cv::Rect thing(100, 20, 120, 200);
-    test::moved_texture(size, 2, (4 + own.x) * (i % 8), (1 + own.y) * (i % 8))(thing).copyTo(
-        picture(thing));
-    return test::image_of(static_cast<std::size_t>(i), picture);
+    cv::Mat1b gray = test::moved_texture(size, 1, 4 * (i % 8), i % 8);
+    const cv::Rect object(100, 20, 120, 200);
+    test::moved_texture(size, 2, (4 + own.x) * (i % 8), (1 + own.y) * (i % 8))(object).copyTo(
+        gray(object));
+    return test::image_of(static_cast<std::size_t>(i), gray);
   }
-  /// Which frames the gate let the cue speak in.
-  std::string spoken(int frames) const {
+  /// Returns the frames in which the gate applied the cue (H) or not (l).
+  std::string applied(int frames) const {
     GatedCue cue({}, std::make_unique<Alarm>());
     FramePtr previous;
     std::string result;
     for (int i = 0; i < frames; ++i) {
       const auto features = test::keypoints_at(points);
-      const auto picture = image(i);
+      const auto frame = image(i);
       MotionEvidence evidence = test::no_evidence(points.size());
-      cue.add_to(evidence, test::input_of(picture, features, nullptr, previous));
+      cue.add_to(evidence, test::input_of(frame, features, nullptr, previous));
       result += evidence.static_log_odds[0] < 0 ? 'H' : 'l';
-      previous = test::frame_of(picture, features);
+      previous = test::frame_of(frame, features);
     }
     return result;
   }
 };
 
-TEST(GatedCue, SpeaksWhileAThirdOfThePictureMovesOnItsOwn) {
-  EXPECT_EQ(Film({{-6, 2}}).spoken(14), "HHHHHHHHHHHHHH");
+TEST(GatedCue, IsAppliedWhileAThirdOfTheImageMovesOnItsOwn) {
+  EXPECT_EQ(Film({{-6, 2}}).applied(14), "HHHHHHHHHHHHHH");
 }
 
-TEST(GatedCue, IsSilentWhereEverythingMovesAlikeOnceTenFramesWereSeen) {
-  EXPECT_EQ(Film({{0, 0}}).spoken(14), "HHHHHHHHHlllll");
+TEST(GatedCue, IsNotAppliedIfEverythingMovesAlikeAfterTenFrames) {
+  EXPECT_EQ(Film({{0, 0}}).applied(14), "HHHHHHHHHlllll");
 }
 
-TEST(GatedCue, LooksAtTheClassesOfItsCue) {
+TEST(GatedCue, UsesTheClassesOfItsCue) {
   const GatedCue cue({}, std::make_unique<Alarm>());
   EXPECT_THAT(cue.classes(), ::testing::ElementsAre("dog"));
   EXPECT_EQ(cue.name(), "gated-alarm");

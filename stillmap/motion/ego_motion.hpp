@@ -7,16 +7,15 @@
 
 namespace stillmap {
 
-/// The camera's motion before it is known what moves in the newest frame: from what was static up
-/// to the frame before. And how that frame's keypoints go on.
+/// The camera's motion as estimated from the keypoints that were static up to the previous frame,
+/// before the newest frame has motion labels.
 struct EgoMotion {
-  Pose T_world_camera;    ///< of the newest frame, roughly
-  Pose T_world_previous;  ///< of the frame before, in the same world
-  /// Per keypoint of the newest frame: the keypoint of the frame before that it goes on from,
-  /// moving or not; -1: none.
+  Pose T_world_camera;    ///< Initial pose of the newest frame.
+  Pose T_world_previous;  ///< Pose of the previous frame, in the same world.
+  /// Per keypoint of the newest frame: index of the matched keypoint of the previous frame, static
+  /// or moving; -1 for none.
   std::vector<std::int32_t> previous;
-  /// Per keypoint: what earlier frames say of the landmark it is believed to show, as log-odds of
-  /// being static; 0: it shows none.
+  /// Per keypoint: static log-odds of the matched landmark from earlier frames; 0 for none.
   std::vector<float> landmark_log_odds;
 };
 

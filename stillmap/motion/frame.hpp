@@ -12,43 +12,42 @@
 
 namespace stillmap {
 
-/// What is known about which parts of a frame move.
+/// Evidence for the motion of the parts of a frame. All log-odds are static log-odds,
+/// log P(static) / P(moving); 0 means unknown.
 struct MotionEvidence {
-  /// Per keypoint, the log-odds that it lies on something static: the sum of what each cue says,
-  /// log P(observation | static) - log P(observation | moving). 0 = nothing is known.
+  /// Per keypoint: sum of all cues' log P(observation | static) - log P(observation | moving).
   std::vector<float> static_log_odds;
-  /// Per keypoint, what its residuals count for in every optimization, 0 to 1: 1 where nothing
-  /// speaks against it, falling with the probability of being static, and 0, left out, below
-  /// kExcludeBelow in motion_estimator.cpp.
+  /// Per keypoint: weight of its residuals in every optimization [0..1]; 1 without evidence for
+  /// motion, falling with the probability of being static, and 0 below kExcludeBelow in
+  /// motion_estimator.cpp.
   std::vector<float> weight;
-  /// Per keypoint, what was measured of its surface, by this frame and those before it: of the
-  /// above what later frames may go on from. A class's prior and a landmark's own history are no
-  /// measurements, and would be counted anew in each frame. Empty where no cue speaks of surfaces.
+  /// Per keypoint: log-odds of its surface from the measurements of this and earlier frames, which
+  /// later frames may build on. Class priors and a landmark's own history are not included, as they
+  /// would be counted again in each frame. Empty if no cue provides surface evidence.
   std::vector<float> measured_log_odds;
-  /// The same of surfaces, per cell of the frame's CellGrid (rows x columns), or empty:
-  /// log-odds from all that is known,
+  /// Per cell of the frame's CellGrid (rows x columns), or empty: log-odds from measurements and
+  /// priors.
   cv::Mat1f surface_log_odds;
-  cv::Mat1f surface_measured;      ///< from what was measured only,
-  cv::Mat1f surface_prior;         ///< from what is expected of things of that class,
-  cv::Mat1f surface_observations;  ///< and what the present frame's measurements count for.
-  /// Height x width, 8UC1: 255 where a pixel is taken for moving. Empty: no pixel is.
+  cv::Mat1f surface_measured;      ///< Per cell: log-odds from measurements.
+  cv::Mat1f surface_prior;         ///< Per cell: log-odds from the class of the object.
+  cv::Mat1f surface_observations;  ///< Per cell: weight of this frame's measurements.
+  /// Height x width, 8UC1: 255 for a pixel labeled as moving. Empty if there is none.
   cv::Mat moving_pixels;
 };
 
-/// Log-odds below which a surface is taken for moving: one in four to be static.
+/// Static log-odds below which a surface is labeled as moving: a probability of one in four.
 inline constexpr float kMovingSurface = -1.0986F;
 
-/// Probability that something is static, of its log-odds.
+/// Returns the probability of being static from its log-odds.
 inline float static_probability(float log_odds) { return 1.0f / (1.0f + std::exp(-log_odds)); }
 
-/// A frame as the front end sees it, before it has a pose. Never changed once made.
+/// A frame in the front end, before it has a pose. Immutable once made.
 struct Frame {
   RgbdFramePtr image;
   FeaturesPtr features;
   CellGridPtr cells;
-  SegmentedFramePtr
-      instances;  ///< null where there is neither a network nor masks, or none has come yet
-  InstanceCellsPtr instance_cells;  ///< of `instances`; null where those are
+  SegmentedFramePtr instances;  ///< Null without a network or masks, or before the first result.
+  InstanceCellsPtr instance_cells;  ///< Cells of `instances`; null if those are null.
   MotionEvidence evidence;
 
   std::size_t index() const { return image->index; }

@@ -4,13 +4,30 @@
 #include "stillmap/geometry/depth_visibility.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include <opencv2/imgproc.hpp>
 
 namespace stillmap {
+namespace {
+
+/// Interval of the remembered views, and ages of the views that a frame is compared with [frames];
+/// chosen on simulated scenes.
+constexpr int kViewInterval = 5;
+constexpr std::array kAges = {5, 15, 35, 75, 150};
+/// Log-odds of a surface that a view saw through, and of one that a view had in the same place
+/// without motion evidence; chosen on simulated scenes.
+constexpr double kFreeLogOdds = -3.0, kAgreeingLogOdds = 1.0;
+/// Weights of a cell of such a surface relative to a tracked keypoint; chosen on simulated scenes.
+constexpr float kFreeWeight = 0.2F, kAgreeingWeight = 0.1F;
+/// An object that moves slowly overlaps itself for a while: agreement counts in proportion to the
+/// age of the view, in full from this age on [frames].
+constexpr int kFullAge = 35;
+
+}  // namespace
 
 void FreeSpaceCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
-  if (!input.ego_motion) {  // the world may be another from here on
+  if (!input.ego_motion) {  // The frame may start another world.
     views_.clear();
     return;
   }
@@ -19,16 +36,14 @@ void FreeSpaceCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
 }
 
 void FreeSpaceCue::remember(const Frame& frame, const Pose& T_world_camera) {
-  const auto every = static_cast<std::size_t>(options_.view_every);
-  if (!views_.empty() && frame.index() < views_.back().frame_index + every) return;
+  if (!views_.empty() && frame.index() < views_.back().frame_index + kViewInterval) return;
   views_.push_back({frame.index(), T_world_camera, surface_of(frame)});
-  const auto oldest = static_cast<std::size_t>(
-      *std::max_element(options_.ages.begin(), options_.ages.end()) + options_.view_every);
-  while (views_.front().frame_index + oldest < frame.index()) views_.pop_front();
+  constexpr std::size_t kOldest = kAges.back() + kViewInterval;
+  while (views_.front().frame_index + kOldest < frame.index()) views_.pop_front();
 }
 
 std::vector<FreeSpaceCue::DepthRange> FreeSpaceCue::surface_of(const Frame& frame) {
-  constexpr float kFar = 1e3F, kNowhere = -1e3F;
+  constexpr float kFar = 1e3F, kBehindCamera = -1e3F;
   const cv::Mat1f& depth = frame.cells->depth;
   const cv::Mat1f& measured = frame.evidence.surface_measured;
   cv::Mat1f known = depth.clone(), nearest, farthest;
@@ -39,37 +54,33 @@ std::vector<FreeSpaceCue::DepthRange> FreeSpaceCue::surface_of(const Frame& fram
   for (int i = 0; i < static_cast<int>(surface.size()); ++i) {
     const bool moving = !measured.empty() && measured(i) < kMovingSurface;
     if (depth(i) > 0) {
-      surface[static_cast<std::size_t>(i)] = {nearest(i), moving ? kNowhere : farthest(i)};
+      surface[static_cast<std::size_t>(i)] = {nearest(i), moving ? kBehindCamera : farthest(i)};
     }
   }
   return surface;
 }
 
-/// For each age the view that comes nearest to it, each view once.
+/// Returns the view closest to each age, each view once.
 std::vector<const FreeSpaceCue::View*> FreeSpaceCue::chosen(std::size_t frame_index) const {
   std::vector<const View*> result;
-  for (const int age : options_.ages) {
+  for (const int age : kAges) {
     const auto misfit = [&](const View& view) {
       return std::abs(static_cast<int>(frame_index - view.frame_index) - age);
     };
     const auto best =
         std::min_element(views_.begin(), views_.end(),
                          [&](const View& a, const View& b) { return misfit(a) < misfit(b); });
-    if (best == views_.end() || misfit(*best) > std::max(options_.view_every, age / 3)) continue;
+    if (best == views_.end() || misfit(*best) > std::max(kViewInterval, age / 3)) continue;
     if (result.empty() || result.back() != &*best) result.push_back(&*best);
   }
   return result;
 }
 
-void FreeSpaceCue::compare(const View& view, const MotionInput& input,
-                           MotionEvidence& evidence) const {
-  const auto intruding_count = static_cast<float>(options_.intruding_count);
+void FreeSpaceCue::compare(const View& view, const MotionInput& input, MotionEvidence& evidence) {
   const auto age = static_cast<double>(input.image->index - view.frame_index);
-  const auto agreeing_count = static_cast<float>(options_.agreeing_count);
-  const float intruding = static_cast<float>(options_.intruding) * intruding_count;
+  constexpr float kFree = static_cast<float>(kFreeLogOdds) * kFreeWeight;
   const float agreeing =
-      static_cast<float>(options_.agreeing * std::min(1.0, age / options_.full_age)) *
-      agreeing_count;
+      static_cast<float>(kAgreeingLogOdds * std::min(1.0, age / kFullAge)) * kAgreeingWeight;
   const float max_depth = input.cells->camera.depth_sensor.depth_at_sigma(kJudgedSigma);
   const Pose T_view_camera = view.T_world_camera.inverse() * input.ego_motion->T_world_camera;
   for_each_reprojected(
@@ -80,11 +91,11 @@ void FreeSpaceCue::compare(const View& view, const MotionInput& input,
         const Visibility near = visibility_of(z_view, seen.nearest, tolerance);
         const Visibility far = visibility_of(z_view, seen.farthest, tolerance);
         if (near == Visibility::kSeenThrough) {
-          evidence.surface_measured(r, c) += intruding;
-          evidence.surface_observations(r, c) += intruding_count;
+          evidence.surface_measured(r, c) += kFree;
+          evidence.surface_observations(r, c) += kFreeWeight;
         } else if (far == Visibility::kOnSurface || far == Visibility::kSeenThrough) {
           evidence.surface_measured(r, c) += agreeing;
-          evidence.surface_observations(r, c) += agreeing_count;
+          evidence.surface_observations(r, c) += kAgreeingWeight;
         }
       });
 }

@@ -6,7 +6,7 @@
 namespace stillmap {
 namespace {
 
-const cv::Rect kThing(120, 80, 80, 80);  // pixels, where something stands or comes
+const cv::Rect kObject(120, 80, 80, 80);  // image box of the object [pixels]
 
 Camera small_camera() {
   Camera camera;
@@ -18,19 +18,19 @@ Camera small_camera() {
   return camera;
 }
 
-/// A wall 3 m away before a camera that stands still, and, where asked for, a thing at 1.5 m.
-/// Frames follow each other as in the pipeline.
-class Watch {
+/// Consecutive frames, as in the pipeline, of a camera at rest with a wall at 3 m and optionally an
+/// object at 1.5 m.
+class FrameSequence {
  public:
-  explicit Watch(const std::vector<std::string>& cues = MotionOptions().cues) {
+  explicit FrameSequence(const std::vector<std::string>& cues = MotionOptions().cues) {
     MotionOptions options;
     options.cues = cues;
     estimator_ = std::make_unique<MotionEstimator>(options);
   }
 
-  FramePtr next(bool thing, const std::vector<Instance>& instances = {}) {
+  FramePtr next(bool object, const std::vector<Instance>& instances = {}) {
     cv::Mat1f depth(240, 320, 3.0F);
-    if (thing) depth(kThing) = 1.5F;
+    if (object) depth(kObject) = 1.5F;
     auto image = std::make_shared<RgbdFrame>();
     image->index = previous_ ? previous_->index() + 1 : 0;
     image->gray = cv::Mat::zeros(240, 320, CV_8UC1);
@@ -57,7 +57,7 @@ class Watch {
                       .instance_cells = frame->instance_cells,
                       .previous = previous_,
                       .ego_motion = {}};
-    if (previous_) input.ego_motion = standing_still(features->size());
+    if (previous_) input.ego_motion = at_rest(features->size());
     frame->evidence = masks_late_ ? evidence_with_late_masks(input) : estimator_->estimate(input);
     previous_ = frame;
     return frame;
@@ -65,13 +65,13 @@ class Watch {
 
   void let_masks_come_late() { masks_late_ = true; }
 
-  FramePtr after(int frames, bool thing, const std::vector<Instance>& instances = {}) {
-    for (int i = 1; i < frames; ++i) next(thing, instances);
-    return next(thing, instances);
+  FramePtr after(int frames, bool object, const std::vector<Instance>& instances = {}) {
+    for (int i = 1; i < frames; ++i) next(object, instances);
+    return next(object, instances);
   }
 
  private:
-  static EgoMotion standing_still(std::size_t keypoints) {
+  static EgoMotion at_rest(std::size_t keypoints) {
     EgoMotion ego;
     for (std::size_t i = 0; i < keypoints; ++i) ego.previous.push_back(static_cast<int>(i));
     ego.landmark_log_odds.assign(keypoints, 0.0F);
@@ -90,15 +90,15 @@ class Watch {
   bool masks_late_ = false;
 };
 
-struct LeftOut {
+struct ExcludedKeypoints {
   int inside = 0, outside = 0;
 };
 
-/// Keypoints on the thing and off it that are left out; those near its outline count as neither.
-LeftOut left_out(const Frame& frame) {
-  const cv::Rect core(kThing.x + 8, kThing.y + 8, kThing.width - 16, kThing.height - 16);
-  const cv::Rect rim(kThing.x - 8, kThing.y - 8, kThing.width + 16, kThing.height + 16);
-  LeftOut result;
+/// Returns the numbers of excluded keypoints inside and outside the object, not near its outline.
+ExcludedKeypoints excluded(const Frame& frame) {
+  const cv::Rect core(kObject.x + 8, kObject.y + 8, kObject.width - 16, kObject.height - 16);
+  const cv::Rect rim(kObject.x - 8, kObject.y - 8, kObject.width + 16, kObject.height + 16);
+  ExcludedKeypoints result;
   for (std::size_t i = 0; i < frame.features->size(); ++i) {
     if (frame.evidence.weight[i] > 0) continue;
     const cv::Point2f p(frame.features->keypoints[i].u, frame.features->keypoints[i].v);
@@ -111,55 +111,55 @@ LeftOut left_out(const Frame& frame) {
 Instance person() {
   Instance made;
   made.class_name = "person";
-  made.box = kThing;
-  made.mask = cv::Mat(kThing.size(), CV_8UC1, cv::Scalar(255));
+  made.box = kObject;
+  made.mask = cv::Mat(kObject.size(), CV_8UC1, cv::Scalar(255));
   return made;
 }
 
-constexpr int kInside = 9;  // keypoints of the raster within the thing, off its outline
+constexpr int kInside = 9;  // number of keypoints inside the object, not near its outline
 
-TEST(Fused, TakesAnEmptyRoomForStatic) {
-  Watch watch;
-  const FramePtr frame = watch.after(20, false);
-  EXPECT_EQ(left_out(*frame).outside, 0);
+TEST(Fused, LabelsAnEmptyRoomAsStatic) {
+  FrameSequence frames;
+  const FramePtr frame = frames.after(20, false);
+  EXPECT_EQ(excluded(*frame).outside, 0);
   EXPECT_TRUE(frame->evidence.moving_pixels.empty());
 }
 
-TEST(Fused, FindsAThingOfNoClassWhereThereWasFreeSpace) {
-  Watch watch;
-  watch.after(20, false);
-  const FramePtr frame = watch.after(3, true);
-  EXPECT_EQ(left_out(*frame).inside, kInside);
-  EXPECT_EQ(left_out(*frame).outside, 0);
+TEST(Fused, FindsAnObjectOfUnknownClassInFreeSpace) {
+  FrameSequence frames;
+  frames.after(20, false);
+  const FramePtr frame = frames.after(3, true);
+  EXPECT_EQ(excluded(*frame).inside, kInside);
+  EXPECT_EQ(excluded(*frame).outside, 0);
   const cv::Mat& moving = frame->evidence.moving_pixels;
-  EXPECT_NEAR(cv::countNonZero(moving), kThing.area(), 0.1 * kThing.area());
-  EXPECT_NEAR(cv::countNonZero(moving(kThing)), kThing.area(), 0.1 * kThing.area());
+  EXPECT_NEAR(cv::countNonZero(moving), kObject.area(), 0.1 * kObject.area());
+  EXPECT_NEAR(cv::countNonZero(moving(kObject)), kObject.area(), 0.1 * kObject.area());
 }
 
-TEST(Fused, WithoutResidualsAndFreeSpaceSuchAThingIsMissed) {
-  Watch watch({"surface", "history", "semantic"});
-  watch.after(20, false);
-  const FramePtr frame = watch.after(3, true);
+TEST(Fused, WithoutResidualsAndFreeSpaceSuchAnObjectIsMissed) {
+  FrameSequence frames({"surface", "history", "semantic"});
+  frames.after(20, false);
+  const FramePtr frame = frames.after(3, true);
   EXPECT_TRUE(frame->evidence.moving_pixels.empty());
 }
 
-TEST(Fused, TakesAThingThatStoodThereFromTheStartForStatic) {
-  Watch watch;
-  const FramePtr frame = watch.after(30, true);
-  EXPECT_EQ(left_out(*frame).inside, 0);
+TEST(Fused, LabelsAnObjectThatIsThereFromTheStartAsStatic) {
+  FrameSequence frames;
+  const FramePtr frame = frames.after(30, true);
+  EXPECT_EQ(excluded(*frame).inside, 0);
 }
 
-TEST(Fused, LeavesPeopleOutUntilTheyAreSeenToSitStill) {
-  Watch watch;
-  const FramePtr first = watch.next(true, {person()});
-  EXPECT_EQ(left_out(*first).inside, kInside);
-  EXPECT_EQ(left_out(*first).outside, 0);
-  const FramePtr later = watch.after(60, true, {person()});
-  EXPECT_EQ(left_out(*later).inside, 0);
+TEST(Fused, ExcludesPeopleUntilTheyAreMeasuredToSitStill) {
+  FrameSequence frames;
+  const FramePtr first = frames.next(true, {person()});
+  EXPECT_EQ(excluded(*first).inside, kInside);
+  EXPECT_EQ(excluded(*first).outside, 0);
+  const FramePtr later = frames.after(60, true, {person()});
+  EXPECT_EQ(excluded(*later).inside, 0);
 }
 
-TEST(Fused, SaysTheSameWhereMasksComeLate) {
-  Watch at_once, late;
+TEST(Fused, IsTheSameForLateMasks) {
+  FrameSequence at_once, late;
   late.let_masks_come_late();
   for (int i = 0; i < 12; ++i) {
     const MotionEvidence a = at_once.next(i > 5, {person()})->evidence;
@@ -170,7 +170,7 @@ TEST(Fused, SaysTheSameWhereMasksComeLate) {
   }
 }
 
-TEST(Spread, GoesAlongSurfacesAndNotOverDepthEdges) {
+TEST(Spread, FollowsSurfacesAndStopsAtDepthEdges) {
   cv::Mat1f depth(240, 320, 2.0F);
   depth(cv::Rect(160, 0, 160, 240)) = 3.0F;
   const CellGrid grid(depth, small_camera());
@@ -183,7 +183,7 @@ TEST(Spread, GoesAlongSurfacesAndNotOverDepthEdges) {
   EXPECT_LT(spread(30, 40), 1e-4);
 }
 
-TEST(Reprojection, AStandingCameraSeesEveryCellInItsPlace) {
+TEST(Reprojection, ACameraAtRestSeesEveryCellInItsPlace) {
   const CellGrid grid(cv::Mat(cv::Mat1f(240, 320, 2.5F)), small_camera());
   int seen = 0;
   for_each_reprojected(grid, Pose(), [&](int r, int c, float z, int cell, float z2) {
@@ -194,7 +194,7 @@ TEST(Reprojection, AStandingCameraSeesEveryCellInItsPlace) {
   EXPECT_EQ(seen, grid.depth.rows * grid.depth.cols);
 }
 
-TEST(Reprojection, AMovedCameraSeesTheCellsWhereTheyProject) {
+TEST(Reprojection, AMovedCameraSeesTheCellsAtTheirProjections) {
   cv::Mat1f depth(240, 320, 2.5F);
   depth(cv::Rect(0, 0, 40, 40)) = 0;  // unknown
   depth(cv::Rect(160, 100, 60, 60)) = 0.3F;

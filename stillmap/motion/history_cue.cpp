@@ -8,7 +8,7 @@ namespace {
 
 /// Number of uninformative observations that are added to those of each surface.
 constexpr double kDoubt = 1.0;
-/// Share of a surface's log-odds that lasts to the next frame.
+/// Share of a surface's log-odds that is kept for the next frame; chosen on simulated scenes.
 constexpr double kMemory = 0.8;
 /// Bounds of the log-odds of a surface and of a landmark.
 constexpr double kHighestLogOdds = 3, kLowestLogOdds = -6;

@@ -5,9 +5,9 @@
 
 namespace stillmap {
 
-/// Whole things move, not single points: what the cues before it say of cells is spread along the
-/// surfaces, and each cell takes the mean log-odds of the observations that reach it,
-/// sum / (doubt + count). After it a cell counts as one observation.
+/// Spreads the evidence of the preceding cues along the surfaces, as objects move as a whole: each
+/// cell gets the mean log-odds of the observations that reach it, sum / (kDoubt + count), and
+/// counts as one observation from then on.
 class SurfaceCue : public MotionCue {
  public:
   std::string_view name() const override { return "surface"; }
@@ -15,10 +15,10 @@ class SurfaceCue : public MotionCue {
   void add_to(MotionEvidence& evidence, const MotionInput& input) override;
 };
 
-/// What was static stays static until something speaks against it: a recursive estimate of each
-/// surface's log-odds, l = memory * l' + what the cues before it say of this frame, where l' is
-/// that of the cell of the frame before which the surface lies in; and for keypoints that show a
-/// landmark what earlier frames said of it, which lasts while it is hidden.
+/// Recursive estimate of each surface's log-odds, l = kMemory * l' + evidence of the preceding cues
+/// for this frame, where l' belongs to the cell of the previous frame that shows the same surface.
+/// Keypoints matched to a landmark also get its log-odds from earlier frames, which persist while
+/// it is occluded.
 class HistoryCue : public MotionCue {
  public:
   std::string_view name() const override { return "history"; }

@@ -13,12 +13,13 @@
 namespace stillmap {
 namespace {
 
-/// Half the depth of a thing that stands in its box [m].
+/// Largest difference of depth from the median in the center of a box: half the depth of an object
+/// [m].
 constexpr float kHalfDepth = 0.3F;
-/// Cells that a mask may be too small by.
+/// Error by which a mask may be too small [cells].
 constexpr int kMargin = 2;
 
-/// The cells whose middle lies in a rectangle of pixels.
+/// Returns the cells whose center is in a rectangle of pixels.
 cv::Rect cells_within(const cv::Rect& pixels, const CellGrid& grid) {
   const auto first = [](int pixel) { return (pixel + kCellSide / 2 - 1) / kCellSide; };
   const cv::Point from(first(std::max(pixels.x, 0)), first(std::max(pixels.y, 0)));
@@ -40,24 +41,24 @@ cv::Mat1b inside_mask(const Instance& instance, const CellGrid& grid) {
   return inside;
 }
 
-/// The cells in the middle half of a box that lie about as deep as most of them do.
-cv::Mat1b middle_of_box(const cv::Rect& box, const CellGrid& grid) {
-  const cv::Rect middle = cells_within(
+/// Returns the cells in the central half of a box at about its median depth.
+cv::Mat1b center_of_box(const cv::Rect& box, const CellGrid& grid) {
+  const cv::Rect center = cells_within(
       {box.x + box.width / 4, box.y + box.height / 4, box.width / 2, box.height / 2}, grid);
   cv::Mat1b core = cv::Mat1b::zeros(grid.size());
-  const cv::Mat1f depth = grid.depth(middle);
+  const cv::Mat1f depth = grid.depth(center);
   std::vector<float> known;
   std::copy_if(depth.begin(), depth.end(), std::back_inserter(known),
                [](float z) { return z > 0; });
   if (known.empty()) return core;
-  core(middle) = cv::abs(depth - upper_median(known)) < kHalfDepth;
+  core(center) = cv::abs(depth - upper_median(known)) < kHalfDepth;
   return core;
 }
 
 /// A window of the grid with a border around it: all four neighbors of its cells exist.
 struct Surroundings {
   cv::Rect window;
-  cv::Mat1f depth;  // meters; below 0 where the grid ends
+  cv::Mat1f depth;  // [m]; 0 where unknown, negative outside the grid
   std::array<int, 4> steps;
   DepthPolynomial<float> tolerance;
 
@@ -68,12 +69,12 @@ struct Surroundings {
     grid.depth(known).copyTo(depth(known - cells.tl() + cv::Point(1, 1)));
     steps = {1, -1, depth.cols, -depth.cols};
   }
-  /// Whether a surface goes on from a cell to its neighbor.
-  bool goes_on(int from, int to) const {
+  /// Returns whether a cell and its neighbor are on one surface.
+  bool connected(int from, int to) const {
     const float z = depth(from), there = depth(to);
     return z > 0 && there > 0 && std::abs(there - z) <= tolerance.at(z);
   }
-  /// What there is of a map of the grid's cells in the window; 0 in the border.
+  /// Returns the window of an image of the grid's cells; 0 in the border.
   cv::Mat1b part_of(const cv::Mat1b& map) const {
     cv::Mat1b part = cv::Mat1b::zeros(depth.size());
     map(window).copyTo(part(inner()));
@@ -82,7 +83,7 @@ struct Surroundings {
   cv::Rect inner() const { return {cv::Point(1, 1), window.size()}; }
 };
 
-/// Adds to `cells` what hangs together with them in depth, as far as `reach` goes.
+/// Adds to `cells` the cells within `reach` that are connected with them in depth.
 void grow(cv::Mat1b& cells, const cv::Rect& reach, const CellGrid& grid) {
   if (reach.empty()) return;
   const Surroundings near(reach, grid);
@@ -98,7 +99,7 @@ void grow(cv::Mat1b& cells, const cv::Rect& reach, const CellGrid& grid) {
     front.pop_back();
     for (const int step : near.steps) {
       const int to = from + step;
-      if (open(to) == 0 || grown(to) != 0 || !near.goes_on(from, to)) continue;
+      if (open(to) == 0 || grown(to) != 0 || !near.connected(from, to)) continue;
       grown(to) = 255;
       front.push_back(to);
     }
@@ -106,17 +107,17 @@ void grow(cv::Mat1b& cells, const cv::Rect& reach, const CellGrid& grid) {
   grown(near.inner()).copyTo(cells(reach));
 }
 
-/// A surface that hangs together in depth, within the reach of a mask.
+/// A surface connected in depth, within the reach of a mask.
 struct Piece {
   std::vector<int> cells;
-  int in_mask = 0;
-  int open = 0;    ///< neighbors beyond the reach that the surface goes on to
-  int closed = 0;  ///< neighbors anywhere that it ends at
+  int in_mask = 0;  ///< Number of its cells in the mask.
+  int open = 0;     ///< Number of neighbors beyond the reach that continue the surface.
+  int closed = 0;   ///< Number of neighbors that do not continue the surface.
 };
 
-/// Takes the piece around `start` out of what is `left` of the reach.
-Piece take_piece(int start, const cv::Mat1b& inside, const cv::Mat1b& reach, cv::Mat1b& left,
-                 const Surroundings& near) {
+/// Returns the piece around `start` and removes it from `left`, the rest of the reach.
+Piece extract_piece(int start, const cv::Mat1b& inside, const cv::Mat1b& reach, cv::Mat1b& left,
+                    const Surroundings& near) {
   Piece piece;
   piece.cells.push_back(start);
   left(start) = 0;
@@ -126,7 +127,7 @@ Piece take_piece(int start, const cv::Mat1b& inside, const cv::Mat1b& reach, cv:
     for (const int step : near.steps) {
       const int to = from + step;
       if (near.depth(to) < 0) continue;
-      if (!near.goes_on(from, to)) {
+      if (!near.connected(from, to)) {
         ++piece.closed;
       } else if (reach(to) == 0) {
         ++piece.open;
@@ -139,11 +140,12 @@ Piece take_piece(int start, const cv::Mat1b& inside, const cv::Mat1b& reach, cv:
   return piece;
 }
 
-/// A thing ends where its mask does, but where it stands or leans on something. What lies behind it
-/// goes on, on the far side of the strip that a mask too large, or late, takes of it.
-bool goes_on_beyond(const Piece& piece) { return 4 * piece.open > piece.open + piece.closed; }
+/// Returns whether a surface mostly continues beyond the mask, as the background does in the strip
+/// that a mask that is too large or late includes. An object ends with its mask, except at its
+/// support.
+bool continues_beyond(const Piece& piece) { return 4 * piece.open > piece.open + piece.closed; }
 
-/// The pieces of surface that a mask covers, without those that lie behind the thing.
+/// Returns the surfaces in a mask without those behind the object.
 cv::Mat1b cells_of_mask(const Instance& instance, const CellGrid& grid) {
   cv::Mat1b cells = inside_mask(instance, grid);
   const cv::Rect box = cells_within(instance.box, grid);
@@ -160,7 +162,7 @@ cv::Mat1b cells_of_mask(const Instance& instance, const CellGrid& grid) {
   std::vector<Piece> pieces;
   for (int start = 0; start < static_cast<int>(left.total()); ++start) {
     if (left(start) != 0 && inside(start) != 0) {
-      pieces.push_back(take_piece(start, inside, reach, left, near));
+      pieces.push_back(extract_piece(start, inside, reach, left, near));
     }
   }
   const auto largest =
@@ -168,7 +170,7 @@ cv::Mat1b cells_of_mask(const Instance& instance, const CellGrid& grid) {
                        [](const Piece& a, const Piece& b) { return a.in_mask < b.in_mask; });
   cv::Mat1b kept = inside & (near.depth <= 0);
   for (auto piece = pieces.begin(); piece != pieces.end(); ++piece) {
-    if (piece != largest && goes_on_beyond(*piece)) continue;
+    if (piece != largest && continues_beyond(*piece)) continue;
     for (const int cell : piece->cells) kept(cell) = 255;
   }
   kept(near.inner()).copyTo(cells(window));
@@ -176,7 +178,7 @@ cv::Mat1b cells_of_mask(const Instance& instance, const CellGrid& grid) {
 }
 
 cv::Mat1b cells_of_box(const Instance& instance, const CellGrid& grid) {
-  cv::Mat1b cells = middle_of_box(instance.box, grid);
+  cv::Mat1b cells = center_of_box(instance.box, grid);
   grow(cells, cells_within(instance.box, grid), grid);
   return cells;
 }

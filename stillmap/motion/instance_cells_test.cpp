@@ -6,11 +6,11 @@
 namespace stillmap {
 namespace {
 
-const cv::Rect kThing(120, 80, 80, 80);  // pixels, on the borders of cells
-const cv::Rect kThingCells(30, 20, 20, 20);
+const cv::Rect kObject(120, 80, 80, 80);  // pixels, on the borders of cells
+const cv::Rect kObjectCells(30, 20, 20, 20);
 
-/// A thing 1.5 m away before a wall at 3 m.
-CellGrid thing_before_wall() {
+/// Returns an object at 1.5 m in front of a wall at 3 m.
+CellGrid object_and_wall() {
   Camera camera;
   camera.width = 320;
   camera.height = 240;
@@ -18,7 +18,7 @@ CellGrid thing_before_wall() {
   camera.cx = 159.5;
   camera.cy = 119.5;
   cv::Mat1f depth(240, 320, 3.0F);
-  depth(kThing) = 1.5F;
+  depth(kObject) = 1.5F;
   return {depth, camera};
 }
 
@@ -30,39 +30,39 @@ Instance person(const cv::Rect& box, bool mask) {
   return made;
 }
 
-/// Cells that are the thing's in truth and by `cells`.
+/// Expects the true cells of the object and no others.
 void expect_all_and_only(const cv::Mat1b& cells, const cv::Rect& truth) {
   EXPECT_EQ(cv::countNonZero(cells(truth)), truth.area());
   EXPECT_EQ(cv::countNonZero(cells), truth.area());
 }
 
-TEST(InstanceCells, AMaskTooLargeKeepsToTheThing) {
-  const cv::Rect large(kThing.x - 12, kThing.y - 12, kThing.width + 24, kThing.height + 24);
-  expect_all_and_only(instance_cells(person(large, true), thing_before_wall()), kThingCells);
+TEST(InstanceCells, AMaskTooLargeIsReducedToTheObject) {
+  const cv::Rect large(kObject.x - 12, kObject.y - 12, kObject.width + 24, kObject.height + 24);
+  expect_all_and_only(instance_cells(person(large, true), object_and_wall()), kObjectCells);
 }
 
 TEST(InstanceCells, AMaskTooSmallGrowsByTwoCells) {
-  const cv::Rect small(kThing.x + 8, kThing.y + 8, kThing.width - 16, kThing.height - 16);
-  const cv::Mat1b cells = instance_cells(person(small, true), thing_before_wall());
-  EXPECT_EQ(cv::countNonZero(cells(kThingCells)), kThingCells.area());
+  const cv::Rect small(kObject.x + 8, kObject.y + 8, kObject.width - 16, kObject.height - 16);
+  const cv::Mat1b cells = instance_cells(person(small, true), object_and_wall());
+  EXPECT_EQ(cv::countNonZero(cells(kObjectCells)), kObjectCells.area());
 }
 
-TEST(InstanceCells, ALateMaskTakesNothingOfWhatIsBehind) {
-  const cv::Rect late = kThing + cv::Point(24, 0);
-  const cv::Mat1b cells = instance_cells(person(late, true), thing_before_wall());
-  EXPECT_EQ(cv::countNonZero(cells), cv::countNonZero(cells(kThingCells)));
-  EXPECT_GE(cv::countNonZero(cells), 14 * 20);  // the columns under it, but for its six first
+TEST(InstanceCells, ALateMaskIncludesNoBackground) {
+  const cv::Rect late = kObject + cv::Point(24, 0);
+  const cv::Mat1b cells = instance_cells(person(late, true), object_and_wall());
+  EXPECT_EQ(cv::countNonZero(cells), cv::countNonZero(cells(kObjectCells)));
+  EXPECT_GE(cv::countNonZero(cells), 14 * 20);  // the columns under the mask without the first six
 }
 
-TEST(InstanceCells, OfABoxWhatLiesAsDeepAsItsMiddle) {
-  const cv::Rect box(kThing.x - 20, kThing.y - 20, kThing.width + 40, kThing.height + 40);
-  expect_all_and_only(instance_cells(person(box, false), thing_before_wall()), kThingCells);
+TEST(InstanceCells, ABoxIncludesTheSurfaceAtTheDepthOfItsCenter) {
+  const cv::Rect box(kObject.x - 20, kObject.y - 20, kObject.width + 40, kObject.height + 40);
+  expect_all_and_only(instance_cells(person(box, false), object_and_wall()), kObjectCells);
 }
 
-TEST(InstanceCells, CellsWithoutDepthUnderTheMaskAreTheThings) {
-  CellGrid grid = thing_before_wall();
+TEST(InstanceCells, CellsWithoutDepthInTheMaskBelongToTheObject) {
+  CellGrid grid = object_and_wall();
   grid.depth(cv::Rect(38, 28, 4, 4)) = 0;
-  expect_all_and_only(instance_cells(person(kThing, true), grid), kThingCells);
+  expect_all_and_only(instance_cells(person(kObject, true), grid), kObjectCells);
 }
 
 }  // namespace

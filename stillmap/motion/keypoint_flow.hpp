@@ -10,39 +10,31 @@
 
 namespace stillmap {
 
-/// Sparse pyramidal Lucas-Kanade (Bouguet, Pyramidal implementation of the affine Lucas Kanade
-/// feature tracker, Intel 2001).
-struct FlowOptions {
-  int window = 5;         ///< side of the square that is compared [pixels of each level]
-  int levels = 3;         ///< of the pyramid above the full image; each halves the size
-  int iterations = 5;     ///< at most, per level: more finds no more
-  double check_back = 0;  ///< a point that does not come back to within this is lost; 0: no check
-                          ///< [pixels]
-};
-
-/// Where points of the frame before and of this frame belong together. Pixels of the full image.
+/// Matched points of the previous frame and this frame [pixels of the full image].
 struct KeypointFlow {
-  std::vector<cv::Point2f> before, now;  ///< one per keypoint that was followed
-  std::vector<std::uint8_t> found;       ///< 1 where the other end was found inside the image
+  std::vector<cv::Point2f> before, now;  ///< One per tracked keypoint.
+  std::vector<std::uint8_t> found;       ///< 1 if the other end was found inside the image.
 
   std::size_t size() const { return found.size(); }
-  /// Movement from the frame before to this one. Pixels.
+  /// Returns the movement from the previous frame to this one [pixels].
   cv::Point2f flow(std::size_t i) const { return now[i] - before[i]; }
 };
 
-/// Optical flow between the frame before and this one. What it returns is a function of the two
-/// frames alone; it only keeps the newest pyramids, so that each image's is built once. One thread
-/// at a time; the result does not depend on OpenCV's number of threads.
+/// Optical flow between the previous frame and this one by sparse pyramidal Lucas-Kanade (Bouguet,
+/// Pyramidal implementation of the affine Lucas Kanade feature tracker, Intel 2001). The results
+/// depend on the two frames alone, and not on OpenCV's number of threads; the newest pyramids are
+/// kept, so that each image's is built once. One thread at a time.
 class FlowTracker {
  public:
-  explicit FlowTracker(const FlowOptions& options);
+  /// @param window side of the compared square [pixels of each level]
+  explicit FlowTracker(int window) : window_(window) {}
 
-  /// Every keypoint of this frame followed back to the frame before: one entry per keypoint of
-  /// input.features, `now` being the keypoint. All lost where there is no frame before.
-  KeypointFlow of_this_frame(const MotionInput& input);
-  /// Every keypoint of the frame before followed to this one: one entry per keypoint of
-  /// input.previous->features, `before` being the keypoint. Empty where there is no frame before.
-  KeypointFlow of_frame_before(const MotionInput& input);
+  /// Tracks every keypoint of this frame back to the previous one: one entry per keypoint of
+  /// input.features, which is `now`. All are lost without a previous frame.
+  KeypointFlow to_previous(const MotionInput& input);
+  /// Tracks every keypoint of the previous frame to this one: one entry per keypoint of
+  /// input.previous->features, which is `before`. Empty without a previous frame.
+  KeypointFlow from_previous(const MotionInput& input);
 
  private:
   struct Pyramid {
@@ -50,18 +42,16 @@ class FlowTracker {
     std::vector<cv::Mat> levels;
   };
   using PyramidPtr = std::shared_ptr<const Pyramid>;
-  struct Followed {
+  struct Tracked {
     std::vector<cv::Point2f> points;
     std::vector<std::uint8_t> found;
   };
   PyramidPtr pyramid_of(const RgbdFramePtr& image);
-  Followed follow(const Pyramid& from, const Pyramid& to,
-                  const std::vector<cv::Point2f>& points) const;
-  Followed follow_checked(const RgbdFramePtr& from, const RgbdFramePtr& to,
-                          const std::vector<cv::Point2f>& points);
+  Tracked track(const RgbdFramePtr& from, const RgbdFramePtr& to,
+                const std::vector<cv::Point2f>& points);
 
-  FlowOptions options_;
-  PyramidPtr newest_, second_;  // of the last two images asked for
+  int window_;
+  PyramidPtr newest_, second_;  // of the last two images
 };
 
 }  // namespace stillmap

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/motion/keypoint_flow.hpp"
 
-#include "stillmap/base/error.hpp"
 #include "stillmap/motion/test_frames.hpp"
 
 #include <cstring>
@@ -40,56 +39,39 @@ void expect_flow(const KeypointFlow& flow, cv::Point2f truth) {
 TEST(FlowTracker, MeasuresAKnownMovementInBothDirections) {
   const cv::Point2f moved(7.4F, -3.2F);
   const Pair pair(moved.x, moved.y);
-  FlowTracker tracker({.window = 9});
+  FlowTracker tracker(9);
   const auto input = pair.input(kInner, kInner);
-  const KeypointFlow back = tracker.of_this_frame(input);
+  const KeypointFlow back = tracker.to_previous(input);
   expect_flow(back, moved);
   EXPECT_EQ(back.now, kInner);
-  const KeypointFlow ahead = tracker.of_frame_before(input);
+  const KeypointFlow ahead = tracker.from_previous(input);
   expect_flow(ahead, moved);
   EXPECT_EQ(ahead.before, kInner);
 }
 
 TEST(FlowTracker, PointsThatCameFromOutsideAreLost) {
   const Pair pair(12, 0);
-  FlowTracker tracker(FlowOptions{});
-  std::vector<cv::Point2f> at_the_border;  // up to 12 pixels outside before
+  FlowTracker tracker(5);
+  std::vector<cv::Point2f> at_the_border;  // up to 12 pixels outside in the first frame
   for (int i = 0; i < 110; ++i) {
     at_the_border.emplace_back(static_cast<float>(i % 11), 10.0F + 2.0F * static_cast<float>(i));
   }
-  const KeypointFlow border = tracker.of_this_frame(pair.input({}, at_the_border));
+  const KeypointFlow border = tracker.to_previous(pair.input({}, at_the_border));
   for (std::size_t i = 0; i < border.size(); ++i) {
     EXPECT_TRUE(border.found[i] == 0 || border.before[i].x >= 0) << i;
   }
   EXPECT_GT(std::count(border.found.begin(), border.found.end(), 0), 50);
-  EXPECT_EQ(tracker.of_this_frame(pair.input({}, {{160, 120}})).found[0], 1);
+  EXPECT_EQ(tracker.to_previous(pair.input({}, {{160, 120}})).found[0], 1);
 }
 
-TEST(FlowTracker, WithoutAFrameBeforeAllAreLost) {
-  FlowTracker tracker(FlowOptions{});
+TEST(FlowTracker, WithoutAPreviousFrameAllAreLost) {
+  FlowTracker tracker(5);
   const MotionInput input =
       test::input_of(test::image_of(0, test::texture(kSize, 1)), test::keypoints_at(kInner));
-  const KeypointFlow flow = tracker.of_this_frame(input);
+  const KeypointFlow flow = tracker.to_previous(input);
   EXPECT_EQ(std::count(flow.found.begin(), flow.found.end(), 0),
             static_cast<std::ptrdiff_t>(kInner.size()));
-  EXPECT_EQ(tracker.of_frame_before(input).size(), 0U);
-}
-
-TEST(FlowTracker, APointThatDoesNotComeBackIsLostWhereThatIsChecked) {
-  Pair pair(3, 0);
-  auto hidden = std::make_shared<RgbdFrame>(*pair.second);
-  hidden->gray = pair.second->gray.clone();
-  const cv::Rect cover(100, 80, 80, 80);
-  test::texture(cover.size(), 9).copyTo(hidden->gray(cover));
-  pair.second = hidden;
-  const auto covered = test::lattice(cover, 8, 16);
-  const auto lost = [&](double check_back) {
-    FlowTracker tracker({.window = 9, .check_back = check_back});
-    const KeypointFlow flow = tracker.of_frame_before(pair.input(covered, {}));
-    return std::count(flow.found.begin(), flow.found.end(), 0);
-  };
-  EXPECT_EQ(lost(0), 0);
-  EXPECT_GT(lost(0.5), static_cast<std::ptrdiff_t>(covered.size() * 8 / 10));
+  EXPECT_EQ(tracker.from_previous(input).size(), 0U);
 }
 
 bool same_bits(const std::vector<cv::Point2f>& a, const std::vector<cv::Point2f>& b) {
@@ -101,31 +83,31 @@ TEST(FlowTracker, GivesTheSameBitsForOneThreadAndMany) {
   const auto input = pair.input(kInner, kInner);
   const int threads = cv::getNumThreads();
   cv::setNumThreads(1);
-  const auto one = FlowTracker(FlowOptions{}).of_this_frame(input);
+  const auto one = FlowTracker(5).to_previous(input);
   cv::setNumThreads(4);
-  const auto many = FlowTracker(FlowOptions{}).of_this_frame(input);
+  const auto many = FlowTracker(5).to_previous(input);
   cv::setNumThreads(threads);
   EXPECT_TRUE(same_bits(one.before, many.before));
   EXPECT_EQ(one.found, many.found);
 }
 
-TEST(FlowTracker, DoesNotDependOnWhatItWasAskedBefore) {
+TEST(FlowTracker, DoesNotDependOnEarlierCalls) {
   const Pair pair(5.5, 2.5), other(-4, 9);
   const auto input = pair.input(kInner, kInner);
-  FlowTracker used(FlowOptions{});
-  used.of_this_frame(other.input(kInner, kInner));
-  used.of_frame_before(input);
-  const auto again = used.of_this_frame(input);
-  EXPECT_TRUE(same_bits(again.before, FlowTracker(FlowOptions{}).of_this_frame(input).before));
+  FlowTracker used(5);
+  used.to_previous(other.input(kInner, kInner));
+  used.from_previous(input);
+  const auto again = used.to_previous(input);
+  EXPECT_TRUE(same_bits(again.before, FlowTracker(5).to_previous(input).before));
 }
 
-TEST(FlowTracker, FlatPicturesAndOtherSizesHaveNoFlow) {
-  FlowTracker tracker(FlowOptions{});
+TEST(FlowTracker, FlatImagesAndOtherSizesHaveNoFlow) {
+  FlowTracker tracker(5);
   const cv::Mat1b flat(kSize, static_cast<std::uint8_t>(90));
   const auto before = test::frame_of(test::image_of(0, flat), test::keypoints_at(kInner));
-  const auto lost_all = [&](const cv::Mat1b& picture) {
-    const auto flow = tracker.of_this_frame(
-        test::input_of(test::image_of(1, picture), test::keypoints_at(kInner), nullptr, before));
+  const auto lost_all = [&](const cv::Mat1b& gray) {
+    const auto flow = tracker.to_previous(
+        test::input_of(test::image_of(1, gray), test::keypoints_at(kInner), nullptr, before));
     return std::count(flow.found.begin(), flow.found.end(), 1) == 0;
   };
   EXPECT_TRUE(lost_all(flat.clone()));

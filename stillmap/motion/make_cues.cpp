@@ -14,7 +14,7 @@ namespace {
 
 using MakeCue = std::unique_ptr<MotionCue> (*)(const MotionOptions&);
 
-/// Makes a cue with its member of the options.
+/// Returns a cue with its member of the options.
 template <typename Cue, auto Member>
 std::unique_ptr<MotionCue> make(const MotionOptions& options) {
   return std::make_unique<Cue>(options.*Member);
@@ -31,8 +31,8 @@ std::unique_ptr<MotionCue> make_gated_semantic(const MotionOptions& options) {
 
 const std::map<std::string, MakeCue>& cue_makers() {
   static const std::map<std::string, MakeCue> all = {
-      {"residual", make<ResidualCue, &MotionOptions::residual>},
-      {"free-space", make<FreeSpaceCue, &MotionOptions::free_space>},
+      {"residual", make<ResidualCue>},
+      {"free-space", make<FreeSpaceCue>},
       {"surface", make<SurfaceCue>},
       {"history", make<HistoryCue>},
       {"semantic", make<SemanticCue, &MotionOptions::semantic>},

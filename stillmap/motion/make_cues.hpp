@@ -11,11 +11,11 @@ struct MotionOptions;
 
 using MotionCues = std::vector<std::unique_ptr<MotionCue>>;
 
-/// The cues that options.cues names, in that order and with their options. Throws Error for an
-/// unknown name.
+/// Returns the cues named in options.cues, in that order and with their options. Throws Error for
+/// an unknown name.
 MotionCues make_cues(const MotionOptions& options);
 
-/// Whether any cue looks at detected objects, so that a network or a folder of masks is of use.
+/// Returns whether any cue uses detected objects, from a network or a folder of masks.
 bool use_instances(const MotionCues& cues);
 
 }  // namespace stillmap

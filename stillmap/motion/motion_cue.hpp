@@ -11,36 +11,35 @@
 
 namespace stillmap {
 
-/// What a cue may look at. Pointers that may be null say so.
+/// The input of the cues for one frame.
 struct MotionInput {
   RgbdFramePtr image;
   FeaturesPtr features;
-  PyramidShape pyramid{};  ///< The scales that the levels of the keypoints stand for.
+  PyramidShape pyramid{};  ///< Scales of the keypoints' pyramid levels.
   CellGridPtr cells;
-  SegmentedFramePtr instances;  ///< may be null: no network, no masks, or none has come yet
-  /// Of `instances`; null where those are, or no cue speaks of surfaces.
+  SegmentedFramePtr instances;  ///< Null without a network or masks, or before the first result.
+  /// Cells of `instances`; null if those are null or no cue provides surface evidence.
   InstanceCellsPtr instance_cells;
-  FramePtr previous;  ///< the frame before, with its evidence; null for the first
-  /// None for a first frame, and where the camera is lost.
-  std::optional<EgoMotion> ego_motion;
+  FramePtr previous;  ///< Previous frame with its evidence; null for the first frame.
+  std::optional<EgoMotion> ego_motion;  ///< None for a first frame and for a lost camera.
 };
 
-/// Log-odds against "static" of a keypoint that a cue without probabilities takes for moving: one
-/// such decision in e^6 = 400 is wrong.
+/// Decrease of the static log-odds of a keypoint that a cue without probabilities labels as moving:
+/// one of e^6 = 400 such decisions is wrong.
 constexpr float kCertainlyMoving = 6;
 
-/// One reason to believe that something moves.
+/// One source of evidence for motion.
 class MotionCue {
  public:
   virtual ~MotionCue() = default;
   virtual std::string_view name() const = 0;
-  /// Names of the classes whose instances it looks at; none for a cue that needs no instances.
+  /// Returns the names of the classes whose instances it uses; none for a cue without instances.
   virtual std::set<std::string> classes() const { return {}; }
-  /// Whether it speaks of surfaces, evidence.surface_measured or .surface_prior, too.
+  /// Returns whether it adds to evidence.surface_measured or evidence.surface_prior.
   virtual bool provides_surface_evidence() const { return false; }
   /// Adds this cue's log-likelihood ratios to `evidence.static_log_odds` (already sized, one per
-  /// keypoint) and marks the pixels it takes for moving in `evidence.moving_pixels` (empty or
-  /// image-sized); or, where surfaces are judged, adds to what is known of those.
+  /// keypoint) and marks the pixels it labels as moving in `evidence.moving_pixels` (empty or
+  /// image-sized). A cue with surface evidence adds to the surface fields instead.
   virtual void add_to(MotionEvidence& evidence, const MotionInput& input) = 0;
 };
 

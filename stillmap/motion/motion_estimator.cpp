@@ -14,13 +14,13 @@ namespace {
 /// Probability of being static below which a keypoint is not used.
 constexpr float kExcludeBelow = 0.25F;
 
-/// Even odds (nothing is known) count in full; from there the weight falls with the probability.
+/// Returns the weight of a keypoint [0..1]: 1 for even odds and above, else twice the probability.
 float residual_weight(float static_log_odds) {
   const float p = static_probability(static_log_odds);
   return p < kExcludeBelow ? 0.0f : std::min(1.0f, 2 * p);
 }
 
-/// Resets moving regions (8-neighbors) that are too small to be an object to unknown: noise.
+/// Resets moving regions (8-neighbors) that are too small to be an object to unknown.
 void drop_specks(cv::Mat1f& log_odds) {
   constexpr int kMinCells = 16;
   const cv::Mat1b moving = log_odds < kMovingSurface;
@@ -35,7 +35,7 @@ void drop_specks(cv::Mat1f& log_odds) {
   }
 }
 
-/// The least of a cell and its neighbors.
+/// Returns the minimum over a cell and its neighbors.
 float least_around(const cv::Mat1f& surfaces, cv::Point cell) {
   const cv::Rect around = cv::Rect(cell.x - 1, cell.y - 1, 3, 3) & cv::Rect({}, surfaces.size());
   float least = surfaces(cell);
@@ -45,7 +45,8 @@ float least_around(const cv::Mat1f& surfaces, cv::Point cell) {
   return least;
 }
 
-/// A keypoint's patch reaches the cells around: half of what speaks against them counts for it.
+/// Returns the log-odds of the keypoints: the mean of their cell and of the minimum around it, as a
+/// keypoint's patch covers neighboring cells.
 std::vector<float> at_keypoints(const cv::Mat1f& surfaces, const MotionInput& input) {
   std::vector<float> result;
   result.reserve(input.features->size());
@@ -56,7 +57,7 @@ std::vector<float> at_keypoints(const cv::Mat1f& surfaces, const MotionInput& in
   return result;
 }
 
-/// A map of cells as one of pixels; what the grid leaves of the image takes the last cells.
+/// Returns an image of the cells' values; pixels beyond the grid have the value of the last cell.
 cv::Mat1b pixels_of(const cv::Mat1b& cells, cv::Size image) {
   cv::Mat1b pixels(image);
   for (int v = 0; v < image.height; ++v) {
@@ -72,8 +73,8 @@ cv::Mat1b pixels_of(const cv::Mat1b& cells, cv::Size image) {
   return pixels;
 }
 
-/// Brings what is known of surfaces together: for keypoints, which lie on them, and for pixels.
-void judge_surfaces(MotionEvidence& evidence, const MotionInput& input) {
+/// Combines the evidence for surfaces and transfers it to keypoints and pixels.
+void combine_surfaces(MotionEvidence& evidence, const MotionInput& input) {
   const TraceScope scope("surfaces");
   evidence.measured_log_odds = at_keypoints(evidence.surface_measured, input);
   evidence.surface_log_odds = evidence.surface_measured + evidence.surface_prior;
@@ -88,11 +89,11 @@ void judge_surfaces(MotionEvidence& evidence, const MotionInput& input) {
 }  // namespace
 
 MotionEstimator::MotionEstimator(const MotionOptions& options) : cues_(make_cues(options)) {
-  judges_surfaces_ = std::any_of(cues_.begin(), cues_.end(),
-                                 [](const auto& cue) { return cue->provides_surface_evidence(); });
-  const auto looks_at_instances = [](const auto& cue) { return !cue->classes().empty(); };
+  has_surface_evidence_ = std::any_of(
+      cues_.begin(), cues_.end(), [](const auto& cue) { return cue->provides_surface_evidence(); });
+  const auto uses_instances = [](const auto& cue) { return !cue->classes().empty(); };
   first_with_instances_ = static_cast<std::size_t>(
-      std::find_if(cues_.begin(), cues_.end(), looks_at_instances) - cues_.begin());
+      std::find_if(cues_.begin(), cues_.end(), uses_instances) - cues_.begin());
 }
 
 std::set<std::string> MotionEstimator::classes() const {
@@ -111,8 +112,8 @@ MotionEvidence MotionEstimator::estimate(const MotionInput& input) {
   return finish(begin(input), input);
 }
 
-void MotionEstimator::ask(std::size_t first, std::size_t end, MotionEvidence& evidence,
-                          const MotionInput& input) {
+void MotionEstimator::add_cues(std::size_t first, std::size_t end, MotionEvidence& evidence,
+                               const MotionInput& input) {
   for (std::size_t i = first; i < end; ++i) {
     const TraceScope scope(cues_[i]->name());
     cues_[i]->add_to(evidence, input);
@@ -123,20 +124,20 @@ MotionEvidence MotionEstimator::begin(const MotionInput& input) {
   const TraceScope scope("motion before masks");
   MotionEvidence evidence;
   evidence.static_log_odds.assign(input.features->size(), 0.0f);
-  if (judges_surfaces_) {
+  if (has_surface_evidence_) {
     evidence.surface_measured = cv::Mat1f::zeros(input.cells->size());
     evidence.surface_prior = cv::Mat1f::zeros(input.cells->size());
     evidence.surface_observations = cv::Mat1f::zeros(input.cells->size());
   }
-  ask(0, first_with_instances_, evidence, input);
+  add_cues(0, first_with_instances_, evidence, input);
   return evidence;
 }
 
 MotionEvidence MotionEstimator::finish(MotionEvidence begun, const MotionInput& input) {
   const TraceScope scope("motion");
   MotionEvidence evidence = std::move(begun);
-  ask(first_with_instances_, cues_.size(), evidence, input);
-  if (judges_surfaces_) judge_surfaces(evidence, input);
+  add_cues(first_with_instances_, cues_.size(), evidence, input);
+  if (has_surface_evidence_) combine_surfaces(evidence, input);
   evidence.weight.reserve(evidence.static_log_odds.size());
   for (const float log_odds : evidence.static_log_odds) {
     evidence.weight.push_back(residual_weight(log_odds));

@@ -19,42 +19,42 @@
 namespace stillmap {
 
 struct MotionOptions {
-  /// Names of the cues that are combined, in this order; see make_cues().
+  /// Names of the combined cues, in this order; see make_cues().
   std::vector<std::string> cues = {"residual", "free-space", "surface", "history", "semantic"};
   SemanticCueOptions semantic;
   BoxFlowOptions box_flow;
   DynamicsGateOptions gate;
   EpipolarOptions epipolar;
-  ResidualCueOptions residual;
-  FreeSpaceCueOptions free_space;
 };
 
-/// Asks every cue and adds up their evidence.
+/// Sums the evidence of all cues.
 class MotionEstimator {
  public:
   /// Throws Error for an unknown cue.
   explicit MotionEstimator(const MotionOptions& options);
-  /// finish(begin(input), input).
+  /// Returns finish(begin(input), input).
   MotionEvidence estimate(const MotionInput& input);
 
-  /// What the cues say up to the first that looks at instances: `input` need not have any
-  /// yet, so this can be done while they are waited for.
+  /// Returns the evidence of the cues before the first that uses instances. `input` need not have
+  /// instances yet, so this can run while they are computed.
   MotionEvidence begin(const MotionInput& input);
-  /// What the other cues say too, of the same input with its instances, and what follows from all.
+  /// Returns the evidence of all cues. `begun` is the result of begin() for the same input without
+  /// instances.
   MotionEvidence finish(MotionEvidence begun, const MotionInput& input);
 
-  /// Names of the classes that the cues look at: instances of all others may be left out.
+  /// Returns the names of the classes that the cues use; instances of others may be left out.
   std::set<std::string> classes() const;
   /// Returns the names of the cues in their order. Each is also the name of the cue's trace
   /// spans, one per frame.
   std::vector<std::string_view> cues() const;
 
  private:
-  void ask(std::size_t first, std::size_t end, MotionEvidence& evidence, const MotionInput& input);
+  void add_cues(std::size_t first, std::size_t end, MotionEvidence& evidence,
+                const MotionInput& input);
 
-  bool judges_surfaces_ = false;
+  bool has_surface_evidence_ = false;
   std::vector<std::unique_ptr<MotionCue>> cues_;
-  std::size_t first_with_instances_ = 0;  // in cues_
+  std::size_t first_with_instances_ = 0;  // index into cues_
 };
 
 }  // namespace stillmap

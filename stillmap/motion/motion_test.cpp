@@ -11,7 +11,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// Keypoints on a row at y = 50, every 10 pixels, in a 200 x 100 image.
+/// Returns keypoints in a row at y = 50, every 10 pixels, in an image of 200 x 100 pixels.
 MotionInput input_with(std::vector<Instance> instances) {
   auto image = std::make_shared<RgbdFrame>();
   image->gray = cv::Mat::zeros(100, 200, CV_8UC1);
@@ -37,7 +37,7 @@ Instance instance(const std::string& name, const cv::Rect& box, bool with_mask) 
   return made;
 }
 
-std::vector<int> left_out(const MotionEvidence& evidence) {
+std::vector<int> excluded(const MotionEvidence& evidence) {
   std::vector<int> result;
   for (std::size_t i = 0; i < evidence.weight.size(); ++i) {
     if (evidence.weight[i] == 0) result.push_back(static_cast<int>(i) * 10);
@@ -52,65 +52,65 @@ MotionOptions seg_mask(int dilation = 0) {
   return options;
 }
 
-TEST(SegMask, LeavesOutExactlyTheKeypointsOnThePerson) {
+TEST(SegMask, ExcludesExactlyTheKeypointsOnThePerson) {
   MotionEstimator estimator(seg_mask());
   const auto evidence =
       estimator.estimate(input_with({instance("person", {55, 20, 30, 60}, true)}));
-  EXPECT_EQ(left_out(evidence), (std::vector<int>{60, 70, 80}));
+  EXPECT_EQ(excluded(evidence), (std::vector<int>{60, 70, 80}));
   EXPECT_EQ(cv::countNonZero(evidence.moving_pixels), 30 * 60);
 }
 
-TEST(SegMask, GrowsTheMaskByTheDilation) {
+TEST(SegMask, DilatesTheMask) {
   MotionEstimator estimator(seg_mask(6));
   const auto evidence =
       estimator.estimate(input_with({instance("person", {55, 20, 30, 60}, true)}));
-  EXPECT_EQ(left_out(evidence), (std::vector<int>{50, 60, 70, 80, 90}));
+  EXPECT_EQ(excluded(evidence), (std::vector<int>{50, 60, 70, 80, 90}));
 }
 
-TEST(SegMask, TakesTheBoxWhereThereIsNoMask) {
+TEST(SegMask, UsesTheBoxWithoutAMask) {
   MotionEstimator estimator(seg_mask());
   const auto evidence =
       estimator.estimate(input_with({instance("person", {95, 0, 10, 100}, false)}));
-  EXPECT_EQ(left_out(evidence), (std::vector<int>{100}));
+  EXPECT_EQ(excluded(evidence), (std::vector<int>{100}));
 }
 
 TEST(SegMask, HolesInTheMaskStayStatic) {
   Instance person = instance("person", {40, 20, 60, 60}, true);
   person.mask(cv::Rect(15, 0, 20, 60)).setTo(0);  // 55..74
   MotionEstimator estimator(seg_mask());
-  EXPECT_EQ(left_out(estimator.estimate(input_with({person}))), (std::vector<int>{40, 50, 80, 90}));
+  EXPECT_EQ(excluded(estimator.estimate(input_with({person}))), (std::vector<int>{40, 50, 80, 90}));
 }
 
-TEST(SegMask, ChairsStandStill) {
+TEST(SegMask, ChairsAreStatic) {
   MotionEstimator estimator(seg_mask());
   const auto evidence = estimator.estimate(input_with({instance("chair", {55, 20, 30, 60}, true)}));
-  EXPECT_TRUE(left_out(evidence).empty());
+  EXPECT_TRUE(excluded(evidence).empty());
   EXPECT_TRUE(evidence.moving_pixels.empty());
 }
 
-TEST(SegMask, TheClassesThatMoveAreAnOption) {
+TEST(SegMask, TheDynamicClassesAreAnOption) {
   MotionOptions options = seg_mask();
   options.semantic.classes.dynamic = {"chair"};
   MotionEstimator estimator(options);
   const auto evidence = estimator.estimate(input_with(
       {instance("chair", {5, 0, 10, 100}, true), instance("person", {95, 0, 10, 100}, true)}));
-  EXPECT_EQ(left_out(evidence), (std::vector<int>{10}));
+  EXPECT_EQ(excluded(evidence), (std::vector<int>{10}));
 }
 
-TEST(SegMask, NothingIsKnownToMoveWithoutInstances) {
+TEST(SegMask, NothingIsExcludedWithoutInstances) {
   MotionEstimator estimator(seg_mask());
   MotionInput input = input_with({});
   input.instances = nullptr;
   const auto evidence = estimator.estimate(input);
-  EXPECT_TRUE(left_out(evidence).empty());
+  EXPECT_TRUE(excluded(evidence).empty());
   EXPECT_THAT(evidence.weight, ::testing::Each(1.0F));
 }
 
-TEST(Static, TakesEverythingForStatic) {
+TEST(Static, LabelsEverythingAsStatic) {
   MotionOptions options;
   options.cues.clear();
   MotionEstimator estimator(options);
-  EXPECT_TRUE(left_out(estimator.estimate(input_with({instance("person", {0, 0, 200, 100}, true)})))
+  EXPECT_TRUE(excluded(estimator.estimate(input_with({instance("person", {0, 0, 200, 100}, true)})))
                   .empty());
 }
 
@@ -133,7 +133,7 @@ TEST(Cues, AreMadeInTheGivenOrder) {
   for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(cues[i]->name(), options.cues[i]);
 }
 
-TEST(Cues, UseInstancesWhereOneLooksAtClasses) {
+TEST(Cues, UseInstancesIfOneUsesClasses) {
   MotionOptions options;
   options.cues = {"residual", "history"};
   EXPECT_FALSE(use_instances(make_cues(options)));

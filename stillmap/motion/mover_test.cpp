@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/statistics.hpp"
 #include "stillmap/motion/mover_tracker.hpp"
 #include "stillmap/motion/true_frame_test.hpp"
 
@@ -17,7 +18,7 @@ using ::testing::SizeIs;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
-/// A camera of 320 x 240 that sees a wall 5 m ahead, and upright slabs before it.
+/// A camera of 320 x 240 pixels with a wall at 5 m and upright slabs in front of it.
 struct Stage {
   Camera camera;
   std::shared_ptr<RgbdFrame> image = std::make_shared<RgbdFrame>();
@@ -61,7 +62,7 @@ struct Stage {
   }
 };
 
-TEST(MoverDetector, PlacesASlabHalfItsDepthBehindItsSurface) {
+TEST(MoverDetector, EstimatesTheCentroidOfASlabBehindItsSurface) {
   Stage stage;
   stage.put({140, 60, 40, 120}, 2);  // 0.30 m wide, 0.91 m high
   const Pose T_world_camera(so3_exp({0.1, -0.4, 0.2}), {1, 2, 3});
@@ -80,15 +81,13 @@ TEST(MoverDetector, PlacesASlabHalfItsDepthBehindItsSurface) {
 TEST(MoverDetector, SplitsAtDepthJumpsAndBetweenInstances) {
   Stage stage;
   stage.put({40, 60, 40, 120}, 2);
-  stage.put({80, 60, 40, 120}, 3);   // beside it in the image, but behind it
-  stage.put({200, 60, 40, 120}, 2);  // two of them, shoulder to shoulder ...
+  stage.put({80, 60, 40, 120}, 3);   // next to it in the image, but behind it
+  stage.put({200, 60, 40, 120}, 2);  // two slabs side by side
   stage.put({240, 60, 40, 120}, 2.05F);
   EXPECT_THAT(stage.find().movers, SizeIs(3));
   stage.name({200, 60, 40, 120}, "person");
-  stage.name({240, 60, 40, 120}, "chair");  // ... told apart by their instances, though near
-  MoverDetectionOptions options;
-  options.max_width = 0.5;  // both together are 0.6 m wide
-  MoverDetector detector(options);
+  stage.name({240, 60, 40, 120}, "chair");  // divided by its instance although it is near
+  MoverDetector detector;
   const auto found = detector.detect(stage.frame(), Pose()).movers;
   ASSERT_THAT(found, SizeIs(4));
   std::multiset<std::string> names;
@@ -104,9 +103,9 @@ TEST(MoverDetector, JoinsAPersonCutInTwoByATable) {
   EXPECT_THAT(stage.find().movers, SizeIs(1));
 }
 
-TEST(MoverDetector, KnowsAtWhichEndsAThingGoesOnUnseen) {
+TEST(MoverDetector, FindsTheEndsAtWhichAnObjectIsHidden) {
   Stage stage;
-  stage.image->depth(cv::Rect(80, 140, 160, 40)).setTo(1.5F);  // a table before it
+  stage.image->depth(cv::Rect(80, 140, 160, 40)).setTo(1.5F);  // a table in front of the object
   stage.image->depth(cv::Rect(140, 80, 40, 60)).setTo(2.5F);
   Frame frame = stage.frame();
   frame.evidence.moving_pixels = stage.image->depth == 2.5F;
@@ -114,7 +113,7 @@ TEST(MoverDetector, KnowsAtWhichEndsAThingGoesOnUnseen) {
   MoverDetector detector;
   const auto found = detector.detect(frame, Pose(so3_exp({0, 0, 0.5}), {0, 0, 0})).movers;
   ASSERT_THAT(found, SizeIs(1));
-  const SeenSpan &across = found[0].spans[0], &down = found[0].spans[1];
+  const VisibleSpan &across = found[0].spans[0], &down = found[0].spans[1];
   EXPECT_FALSE(across.low_hidden || across.high_hidden || down.low_hidden);
   EXPECT_TRUE(down.high_hidden);
   EXPECT_TRUE(found[0].cut_off);
@@ -123,10 +122,11 @@ TEST(MoverDetector, KnowsAtWhichEndsAThingGoesOnUnseen) {
   EXPECT_LT((down.axis - so3_exp({0, 0, 0.5}) * Eigen::Vector3d::UnitY()).norm(), 1e-12);
 }
 
-TEST(MoverDetector, LeavesOutOfAMovingInstanceWhatWasMeasuredToStand) {
+TEST(MoverDetector, LeavesOutOfAMovingInstanceWhatIsMeasuredStatic) {
   Stage stage;
   stage.put({140, 60, 40, 120}, 2);
-  stage.image->depth(cv::Rect(180, 60, 20, 120)).setTo(2.05F);  // stands beside it, in its mask
+  stage.image->depth(cv::Rect(180, 60, 20, 120))
+      .setTo(2.05F);  // static, next to the person in its mask
   stage.name({140, 60, 60, 120}, "person");
   Frame frame = stage.frame();
   frame.evidence.surface_measured = cv::Mat1f(frame.cells->size(), 2.0F);
@@ -138,12 +138,12 @@ TEST(MoverDetector, LeavesOutOfAMovingInstanceWhatWasMeasuredToStand) {
   const auto found = detector.detect(frame, Pose()).movers;
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_NEAR(found[0].surface_mean.x(), 0, 0.03);
-  frame.evidence.surface_measured.setTo(2);  // nothing of it moves: somebody who stands
+  frame.evidence.surface_measured.setTo(2);  // No part of it moves: a person who stands still.
   frame.evidence.surface_log_odds = frame.evidence.surface_measured;
   MoverDetector again;
-  const auto standing = again.detect(frame, Pose()).movers;
-  ASSERT_THAT(standing, SizeIs(1));
-  EXPECT_NEAR(standing[0].surface.sizes().x(), 60 * 2 / 262.5, 0.06);
+  const auto resting = again.detect(frame, Pose()).movers;
+  ASSERT_THAT(resting, SizeIs(1));
+  EXPECT_NEAR(resting[0].surface.sizes().x(), 60 * 2 / 262.5, 0.06);
 }
 
 TEST(MoverDetector, TakesTheClassAndConfidenceOfTheInstance) {
@@ -156,7 +156,7 @@ TEST(MoverDetector, TakesTheClassAndConfidenceOfTheInstance) {
   EXPECT_NEAR(found[0].class_confidence, 0.8, 0.01);
 }
 
-TEST(MoverDetector, LeavesOutSpecksRimsAndWhatHasNoDepth) {
+TEST(MoverDetector, LeavesOutSpecksRimsAndRegionsWithoutDepth) {
   Stage stage;
   stage.put({20, 20, 10, 10}, 2);
   stage.put({100, 60, 40, 120}, 0);
@@ -173,7 +173,7 @@ TEST(MoverDetector, LeavesOutSpecksRimsAndWhatHasNoDepth) {
   EXPECT_NEAR(one[0].surface_mean.z(), 2, 0.01);
 }
 
-TEST(MoverDetector, NothingMovingIsNothingFound) {
+TEST(MoverDetector, FindsNothingIfNothingMoves) {
   Stage stage;
   EXPECT_TRUE(stage.find().movers.empty());
   stage.moving = cv::Mat();
@@ -184,12 +184,12 @@ TEST(MoverDetector, NothingMovingIsNothingFound) {
   EXPECT_TRUE(stage.find().movers.empty());
 }
 
-TEST(MoverDetector, KnowsBackgroundThatAMaskCoversFromBefore) {
+TEST(MoverDetector, RecognizesBackgroundInAMaskByEarlierViews) {
   Stage stage;
   MoverDetector detector;
   detector.detect(stage.frame(), Pose());  // the wall alone
   stage.put({140, 60, 40, 120}, 2);
-  stage.moving(cv::Rect(180, 60, 60, 120)).setTo(255);  // a mask that trails far behind the slab
+  stage.moving(cv::Rect(180, 60, 60, 120)).setTo(255);  // a mask that is far behind the slab
   const auto shifted = std::make_shared<RgbdFrame>(*stage.image);
   shifted->timestamp = 1;
   stage.image = shifted;
@@ -198,8 +198,8 @@ TEST(MoverDetector, KnowsBackgroundThatAMaskCoversFromBefore) {
   EXPECT_NEAR(found[0].surface_mean.z(), 2, 0.01);
 }
 
-/// The stage with surfaces judged, as the preset fused does.
-Frame judged(const Stage& stage, double seconds) {
+/// Returns a frame with surface evidence, as in the preset fused.
+Frame frame_with_surfaces(const Stage& stage, double seconds) {
   Frame frame = stage.frame();
   const auto image = std::make_shared<RgbdFrame>(*frame.image);
   image->timestamp = seconds;
@@ -208,41 +208,41 @@ Frame judged(const Stage& stage, double seconds) {
   return frame;
 }
 
-TEST(MoverDetector, WhatWasThereBeforeDoesNotMoveWhateverTheEvidenceSays) {
+TEST(MoverDetector, ARegionOnAnEarlierSurfaceDoesNotMoveDespiteTheEvidence) {
   Stage stage;
   stage.put({140, 60, 40, 120}, 2);
   MoverDetector detector;
-  for (int i = 0; i < 10; ++i) detector.detect(judged(stage, 0.1 * i), Pose());
-  const auto stood = detector.detect(judged(stage, 1), Pose()).movers;
-  ASSERT_THAT(stood, SizeIs(1));
-  EXPECT_FALSE(stood[0].moves);
+  for (int i = 0; i < 10; ++i) detector.detect(frame_with_surfaces(stage, 0.1 * i), Pose());
+  const auto resting = detector.detect(frame_with_surfaces(stage, 1), Pose()).movers;
+  ASSERT_THAT(resting, SizeIs(1));
+  EXPECT_FALSE(resting[0].moves);
   Stage later;
-  later.put({200, 60, 40, 120}, 2);  // it has gone where the wall was seen before
-  const auto gone = detector.detect(judged(later, 1.1), Pose()).movers;
-  ASSERT_THAT(gone, SizeIs(1));
-  EXPECT_TRUE(gone[0].moves);
+  later.put({200, 60, 40, 120}, 2);  // It has moved to a place where the wall was visible.
+  const auto moved = detector.detect(frame_with_surfaces(later, 1.1), Pose()).movers;
+  ASSERT_THAT(moved, SizeIs(1));
+  EXPECT_TRUE(moved[0].moves);
 }
 
 TEST(MoverDetector, AnInstanceIsAsLargeAsItsMaskAndMayStandStill) {
   Stage stage;
   stage.put({140, 60, 40, 120}, 2, false);
   stage.name({140, 60, 40, 120}, "person");
-  stage.moving(cv::Rect(140, 60, 40, 60)).setTo(255);  // only his upper half moves
-  const auto half = MoverDetector().detect(judged(stage, 0), Pose()).movers;
+  stage.moving(cv::Rect(140, 60, 40, 60)).setTo(255);  // Only the upper half moves.
+  const auto half = MoverDetector().detect(frame_with_surfaces(stage, 0), Pose()).movers;
   ASSERT_THAT(half, SizeIs(1));
   EXPECT_TRUE(half[0].moves);
   EXPECT_NEAR(half[0].surface.sizes().y(), 120 * 2 / 262.5, 0.05);
   stage.moving.setTo(0);
-  const auto still = MoverDetector().detect(judged(stage, 0), Pose()).movers;
+  const auto still = MoverDetector().detect(frame_with_surfaces(stage, 0), Pose()).movers;
   ASSERT_THAT(still, SizeIs(1));
   EXPECT_FALSE(still[0].moves);
 }
 
-TEST(MoverDetector, GrowsOverTheUndecidedPartsOfAThing) {
+TEST(MoverDetector, GrowsOverTheUndecidedPartsOfAnObject) {
   Stage stage;
   stage.put({140, 60, 40, 120}, 2, false);
   stage.moving(cv::Rect(140, 60, 40, 60)).setTo(255);
-  Frame frame = judged(stage, 0);
+  Frame frame = frame_with_surfaces(stage, 0);
   EXPECT_NEAR(MoverDetector().detect(frame, Pose()).movers.at(0).surface.sizes().y(),
               60 * 2 / 262.5, 0.05);
   frame.evidence.surface_log_odds(cv::Rect(35, 15, 10, 30)) = -0.5F;
@@ -250,7 +250,7 @@ TEST(MoverDetector, GrowsOverTheUndecidedPartsOfAThing) {
               120 * 2 / 262.5, 0.05);
 }
 
-/// A detection of something of 0.4 m x 0.4 m x 1.6 m.
+/// Returns a detection of an object of 0.4 m x 1.6 m x 0.4 m.
 MoverDetection detection(const Eigen::Vector3d& p, const std::string& name = "person") {
   MoverDetection made;
   made.class_name = name;
@@ -267,7 +267,7 @@ void step(MoverTracker& tracker, std::size_t frame, const std::vector<MoverDetec
   tracker.update(frame, static_cast<double>(frame) * kInterval, Pose(), seen);
 }
 
-std::optional<Pose> stays(std::size_t) { return Pose(); }
+std::optional<Pose> same_pose(std::size_t) { return Pose(); }
 
 TEST(MoverTracker, ATrackIsBornOfThreeDetectionsAndLearnsTheVelocity) {
   MoverTracker tracker;
@@ -285,7 +285,7 @@ TEST(MoverTracker, ATrackIsBornOfThreeDetectionsAndLearnsTheVelocity) {
   EXPECT_NEAR(mover.last_seen, 59 * kInterval, 1e-12);
 }
 
-TEST(MoverTracker, SomethingHiddenForASecondIsFoundAgain) {
+TEST(MoverTracker, AnObjectHiddenForASecondIsFoundAgain) {
   MoverTracker tracker;
   const auto at = [](std::size_t i) {
     return detection({-1 + 0.02 * static_cast<double>(i), 0, 3});
@@ -298,20 +298,20 @@ TEST(MoverTracker, SomethingHiddenForASecondIsFoundAgain) {
       EXPECT_FALSE(tracker.current()[0].now.observed);
     }
   }
-  const auto tracks = tracker.tracks(stays);
+  const auto tracks = tracker.tracks(same_pose);
   ASSERT_THAT(tracks, SizeIs(1));
   EXPECT_THAT(tracks[0].samples, SizeIs(90));
   EXPECT_LT((tracks[0].samples[50].centroid - at(50).centroid).norm(), 0.1);
 }
 
-TEST(MoverTracker, SomebodyWhoWalksBehindATableDoesNotRise) {
+TEST(MoverTracker, APersonWalkingBehindATableDoesNotRise) {
   MoverTracker tracker;
   for (std::size_t i = 0; i < 90; ++i) {
     const Eigen::Vector3d p(0.02 * static_cast<double>(i), 0, 3);
     MoverDetection seen = detection(p);
     seen.spans[0] = {Eigen::Vector3d::UnitX(), 0.4, false, false};
     seen.spans[1] = {Eigen::Vector3d::UnitY(), 1.6, false, false};
-    if (i >= 45) {  // y is down: of 1.6 m the lower 0.8 are hidden
+    if (i >= 45) {  // y is down: the lower 0.8 m of 1.6 m are hidden
       seen.spans[1] = {Eigen::Vector3d::UnitY(), 0.8, false, true};
       seen.cut_off = true;
       seen.centroid.y() -= 0.4;
@@ -328,19 +328,19 @@ TEST(MoverTracker, SomebodyWhoWalksBehindATableDoesNotRise) {
   }
 }
 
-TEST(MoverTracker, WhatStaysAwayEndsWhereItWasSeenLast) {
+TEST(MoverTracker, ATrackEndsAtItsLastDetection) {
   MoverTracker tracker;
   for (std::size_t i = 0; i < 100; ++i) {
     step(tracker, i, i < 20 ? std::vector{detection({0, 0, 3})} : std::vector<MoverDetection>{});
   }
   EXPECT_TRUE(tracker.current().empty());
-  const auto tracks = tracker.tracks(stays);
+  const auto tracks = tracker.tracks(same_pose);
   ASSERT_THAT(tracks, SizeIs(1));
   EXPECT_THAT(tracks[0].samples, SizeIs(20));
   EXPECT_NEAR(tracks[0].last_seen, 19 * kInterval, 1e-12);
 }
 
-TEST(MoverTracker, TwoThatPassEachOtherKeepTheirIds) {
+TEST(MoverTracker, TwoPassingEachOtherKeepTheirIds) {
   MoverTracker tracker;
   for (std::size_t i = 0; i < 90; ++i) {
     const double x = 0.03 * (static_cast<double>(i) - 45);
@@ -351,13 +351,13 @@ TEST(MoverTracker, TwoThatPassEachOtherKeepTheirIds) {
   }
   const auto movers = tracker.current();
   ASSERT_THAT(movers, SizeIs(2));
-  for (const MoverTrack& track : tracker.tracks(stays)) {
-    const double way = track.samples.back().centroid.x() - track.samples.front().centroid.x();
-    EXPECT_NEAR(std::abs(way), 89 * 0.03, 0.05) << "the id went back with the other one";
+  for (const MoverTrack& track : tracker.tracks(same_pose)) {
+    const double distance = track.samples.back().centroid.x() - track.samples.front().centroid.x();
+    EXPECT_NEAR(std::abs(distance), 89 * 0.03, 0.05) << "the id went back with the other one";
   }
 }
 
-TEST(MoverTracker, SomebodyWhoStopsStaysAsLongAsHeIsSeenAndNobodyIsBornStanding) {
+TEST(MoverTracker, APersonWhoStopsKeepsItsTrackAndNoTrackIsBornAtRest) {
   MoverTracker tracker;
   MoverDetection other = detection({2, 0, 3});
   other.moves = false;
@@ -374,7 +374,7 @@ TEST(MoverTracker, SomebodyWhoStopsStaysAsLongAsHeIsSeenAndNobodyIsBornStanding)
   EXPECT_FALSE(movers[0].now.moves);
 }
 
-TEST(MoverTracker, WhoComesBackSoonIsHimselfAndLaterSomebodyNew) {
+TEST(MoverTracker, AReturningPersonKeepsItsIdOnlyForAShortTime) {
   for (const std::size_t away : {20U, 120U}) {  // frames; the track lives for 45
     MoverTracker tracker;
     for (std::size_t i = 0; i < 30; ++i)
@@ -387,7 +387,7 @@ TEST(MoverTracker, WhoComesBackSoonIsHimselfAndLaterSomebodyNew) {
   }
 }
 
-TEST(MoverTracker, ClassesDoNotMixButTheUnknownMayGetAName) {
+TEST(MoverTracker, ClassesDoNotMixButAnUnknownObjectMayGetAClass) {
   MoverTracker tracker;
   for (std::size_t i = 0; i < 10; ++i) {
     step(tracker, i, {detection({0, 0, 3}, i < 5 ? "unknown" : "person")});
@@ -406,16 +406,16 @@ TEST(MoverTracker, AFragmentStartsNoTrackAndDoubledTracksBecomeOne) {
     if (i > 10) seen.push_back(detection({0, 0.6, 3}));
     step(fragments, i, seen);
   }
-  EXPECT_THAT(fragments.tracks(stays), SizeIs(1));
+  EXPECT_THAT(fragments.tracks(same_pose), SizeIs(1));
 
-  MoverTracker doubled;  // both there from the start: both are born
+  MoverTracker doubled;  // Both are detected from the start, so both are born.
   for (std::size_t i = 0; i < 30; ++i)
     step(doubled, i, {detection({0, 0, 3}), detection({0, 0.6, 3})});
   EXPECT_THAT(doubled.current(), SizeIs(1));
   EXPECT_EQ(doubled.current()[0].id, 1);
 }
 
-TEST(MoverTracker, ResultsFollowThePosesAsTheyAreInTheEnd) {
+TEST(MoverTracker, TracksFollowTheFinalPoses) {
   MoverTracker tracker;
   for (std::size_t i = 0; i < 10; ++i) {
     tracker.update(i, static_cast<double>(i) * kInterval, Pose(so3_exp({0, 0.2, 0}), {1, 0, 0}),
@@ -438,48 +438,48 @@ TEST(MoverTracker, ANewWorldEndsAllTracks) {
   tracker.restart();
   EXPECT_TRUE(tracker.current().empty());
   for (std::size_t i = 50; i < 55; ++i) step(tracker, i, {detection({0, 0, 3})});
-  EXPECT_THAT(tracker.tracks(stays), SizeIs(2));
+  EXPECT_THAT(tracker.tracks(same_pose), SizeIs(2));
   EXPECT_EQ(tracker.current()[0].id, 2);
 }
 
-TEST(MoverTracker, TakesNothing) {
+TEST(MoverTracker, AcceptsFramesWithoutDetections) {
   MoverTracker tracker;
   step(tracker, 0, {});
   step(tracker, 1, {});
   EXPECT_TRUE(tracker.current().empty());
-  EXPECT_TRUE(tracker.tracks(stays).empty());
+  EXPECT_TRUE(tracker.tracks(same_pose).empty());
 }
 
-/// What the tracks are worth: true masks as evidence on surfaces, exact depth, true poses.
-struct Followed {
-  std::vector<double> position, velocity;  // errors [m], [m/s]
-  std::map<int, int> id;                   // of each thing, when it was last followed
-  int switches = 0;                        // another id than a second before
+/// Errors of tracks from true masks as surface evidence, true depth and true poses.
+struct Evaluation {
+  std::vector<double> position, velocity;  // errors [m] and [m/s]
+  std::map<int, int> id;                   // last track id by the true id
+  int switches = 0;                        // number of changes of the id within a second
   std::vector<MoverTrack> tracks;
 };
 
-Followed follow(const SimulatedSequence& sequence) {
+Evaluation evaluate(const SimulatedSequence& sequence) {
   MoverDetector detector;
   MoverTracker tracker;
-  Followed result;
+  Evaluation result;
   std::map<int, double> seen;
   for (std::size_t i = 0; i < sequence.frames(); ++i) {
     const TruthFrame truth = sequence.truth(i);
     const MoverDetections found =
         detector.detect(*test::true_frame(sequence, truth), truth.T_world_camera);
     tracker.update(i, truth.timestamp, truth.T_world_camera, found.movers);
-    for (const MoverTruth& thing : truth.movers) {
-      if (thing.shown < 0.8) continue;
+    for (const MoverTruth& truth_mover : truth.movers) {
+      if (truth_mover.shown < 0.8) continue;
       for (const Mover& mover : tracker.current()) {
-        const double error = (mover.now.centroid - thing.centroid).norm();
+        const double error = (mover.now.centroid - truth_mover.centroid).norm();
         if (!mover.now.observed || error > 0.5) continue;
         result.position.push_back(error);
-        result.velocity.push_back((mover.now.velocity - thing.velocity).norm());
-        if (seen.contains(thing.id) && truth.timestamp - seen[thing.id] < 1) {
-          result.switches += result.id[thing.id] != mover.id;
+        result.velocity.push_back((mover.now.velocity - truth_mover.velocity).norm());
+        if (seen.contains(truth_mover.id) && truth.timestamp - seen[truth_mover.id] < 1) {
+          result.switches += result.id[truth_mover.id] != mover.id;
         }
-        result.id[thing.id] = mover.id;
-        seen[thing.id] = truth.timestamp;
+        result.id[truth_mover.id] = mover.id;
+        seen[truth_mover.id] = truth.timestamp;
       }
     }
   }
@@ -487,44 +487,38 @@ Followed follow(const SimulatedSequence& sequence) {
   return result;
 }
 
-/// Without noise.
-SimulatedSequence scene(int people, int things) {
-  SimulationOptions options = test::near_movers(people, things);
+/// Returns a sequence without noise.
+SimulatedSequence scene(int people, int objects) {
+  SimulationOptions options = test::near_movers(people, objects);
   options.noise = false;
   return SimulatedSequence(options);
 }
 
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
-                   values.end());
-  return values[values.size() / 2];
+TEST(MoversOfASimulatedScene, WalkersAreTrackedWithOneIdEach) {
+  Evaluation result = evaluate(scene(2, 0));
+  ASSERT_GT(result.position.size(), 20U);
+  EXPECT_LT(upper_median(result.position), 0.12);
+  EXPECT_LT(upper_median(result.velocity), 0.4) << "limbs swing faster";
+  EXPECT_EQ(result.id.size(), 2U);
+  EXPECT_EQ(result.switches, 0);
 }
 
-TEST(MoversOfASimulatedScene, WalkersAreFollowedUnderOneIdEach) {
-  const Followed followed = follow(scene(2, 0));
-  ASSERT_GT(followed.position.size(), 20U);
-  EXPECT_LT(median(followed.position), 0.12);
-  EXPECT_LT(median(followed.velocity), 0.4) << "limbs swing at more than that";
-  EXPECT_EQ(followed.id.size(), 2U);
-  EXPECT_EQ(followed.switches, 0);
+TEST(MoversOfASimulatedScene, ObjectsOfUnknownClassAreTrackedWithOneIdEach) {
+  Evaluation result = evaluate(scene(0, 3));
+  ASSERT_GT(result.position.size(), 50U);
+  EXPECT_LT(upper_median(result.position), 0.12);
+  EXPECT_LT(upper_median(result.velocity), 0.4) << "the crate swings, and turns at its ends";
+  EXPECT_EQ(result.id.size(), 2U) << "the third object is rarely fully in the image";
+  EXPECT_EQ(result.switches, 0);
+  for (const MoverTrack& track : result.tracks) EXPECT_EQ(track.class_name, "unknown");
 }
 
-TEST(MoversOfASimulatedScene, ThingsOfNoClassAreFollowedUnderOneIdEach) {
-  const Followed followed = follow(scene(0, 3));
-  ASSERT_GT(followed.position.size(), 50U);
-  EXPECT_LT(median(followed.position), 0.12);
-  EXPECT_LT(median(followed.velocity), 0.4) << "the crate swings, and turns at its ends";
-  EXPECT_EQ(followed.id.size(), 2U) << "the third thing is hardly ever wholly in the picture";
-  EXPECT_EQ(followed.switches, 0);
-  for (const MoverTrack& track : followed.tracks) EXPECT_EQ(track.class_name, "unknown");
-}
-
-TEST(MoversOfASimulatedScene, NothingMovesNothingIsFollowed) {
-  EXPECT_TRUE(follow(scene(0, 0)).tracks.empty());
+TEST(MoversOfASimulatedScene, NoTrackIsMadeIfNothingMoves) {
+  EXPECT_TRUE(evaluate(scene(0, 0)).tracks.empty());
 }
 
 TEST(MoversOfASimulatedScene, TwoRunsAreIdenticalToTheLastBit) {
-  const Followed a = follow(scene(2, 1)), b = follow(scene(2, 1));
+  const Evaluation a = evaluate(scene(2, 1)), b = evaluate(scene(2, 1));
   EXPECT_EQ(a.position, b.position);
   EXPECT_EQ(a.velocity, b.velocity);
   ASSERT_EQ(a.tracks.size(), b.tracks.size());

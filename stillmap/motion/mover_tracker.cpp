@@ -45,14 +45,14 @@ Eigen::AlignedBox3d grown(const Eigen::AlignedBox3d& box, double margin) {
   return {box.min().array() - margin, box.max().array() + margin};
 }
 
-/// The box around a turned box.
-Eigen::AlignedBox3d moved(const Eigen::AlignedBox3d& box, const Pose& T) {
+/// Returns the axis-aligned box around a transformed box.
+Eigen::AlignedBox3d transformed(const Eigen::AlignedBox3d& box, const Pose& T) {
   const Eigen::Vector3d half = T.rotation().cwiseAbs() * (box.sizes() / 2);
   const Eigen::Vector3d middle = T * box.center();
   return {middle - half, middle + half};
 }
 
-double noise_of(const MoverDetection& detection) {
+double variance_of(const MoverDetection& detection) {
   return square(detection.cut_off ? kCutOffNoise : kPositionNoise);
 }
 
@@ -89,11 +89,11 @@ void MoverTracker::update(std::size_t frame_index, double timestamp, const Pose&
     correct(tracks_[k], completed(tracks_[k], detections[i]));
     seen[k] = &detections[i];
   }
-  for (std::size_t k = 0; k < tracks_.size(); ++k) note(tracks_[k], seen[k]);
+  for (std::size_t k = 0; k < tracks_.size(); ++k) add_sample(tracks_[k], seen[k]);
   for (std::size_t i = 0; i < detections.size(); ++i) {
     if (track_of[i] >= 0 || !detections[i].moves || is_fragment(detections[i])) continue;
     tracks_.push_back(begin(detections[i]));
-    note(tracks_.back(), &detections[i]);
+    add_sample(tracks_.back(), &detections[i]);
   }
   retire();
   merge();
@@ -103,7 +103,7 @@ void MoverTracker::update(std::size_t frame_index, double timestamp, const Pose&
   if (!tracks_.empty()) T_world_camera_[frame_index] = T_world_camera;
 }
 
-/// x <- F x, P <- F P F' + Q for a time step; a thing unseen goes on ever more slowly.
+/// Predicts a track by x <- F x, P <- F P F' + Q; the velocity of an unseen object decays.
 void MoverTracker::predict(Track& track, double timestamp) const {
   const double dt = timestamp - *timestamp_;
   const bool unseen = !track.samples.empty() && !track.samples.back().observed;
@@ -115,43 +115,43 @@ void MoverTracker::predict(Track& track, double timestamp) const {
   track.P = F * track.P * F.transpose() + kAcceleration * Q;
 }
 
-/// The detection with what is hidden of it, as far as the track knows how far it goes on. Things of
-/// no class swing and turn, which changes their extent, so nothing is added to them.
+/// Returns the detection completed by its hidden parts, if the track remembers the full extent.
+/// Objects of unknown class swing and turn, which changes their extent, and stay unchanged.
 MoverDetection MoverTracker::completed(const Track& track, const MoverDetection& detection) const {
   MoverDetection whole = detection;
   if (track.class_name() == kUnknown) return whole;
   bool all_known = true;
   for (std::size_t i = 0; i < detection.spans.size(); ++i) {
-    const SeenSpan& span = detection.spans[i];
+    const VisibleSpan& span = detection.spans[i];
     if (!span.low_hidden && !span.high_hidden) continue;
     const bool known = track.extent[i] && span.low_hidden != span.high_hidden;
     all_known &= known;
     if (!known || *track.extent[i] <= span.extent) continue;
-    const Eigen::Vector3d unseen =
+    const Eigen::Vector3d hidden =
         (span.high_hidden ? 1 : -1) * (*track.extent[i] - span.extent) * span.axis;
-    whole.centroid += unseen / 2;
-    whole.box.extend(whole.box.translated(unseen));
+    whole.centroid += hidden / 2;
+    whole.box.extend(whole.box.translated(hidden));
   }
   whole.cut_off &= !all_known;
   return whole;
 }
 
-/// Infinite where the two cannot be the same.
+/// Returns the cost of an assignment; infinite if the two cannot be one object.
 double MoverTracker::cost(const Track& track, const MoverDetection& detection) const {
   constexpr double kNever = std::numeric_limits<double>::infinity();
   const std::string name = track.class_name();
   if (name != kUnknown && detection.class_name != kUnknown && name != detection.class_name)
     return kNever;
-  const double S = track.P(0, 0) + noise_of(detection);
+  const double S = track.P(0, 0) + variance_of(detection);
   const double distance = (detection.centroid - track.p).squaredNorm();
   if (distance > square(kReach) || distance > kGate * S) return kNever;
   return distance / S + 3 * std::log(S / square(kPositionNoise));
 }
 
-/// Per detection the track that it belongs to, -1 for none.
+/// Returns per detection the index of its track, or -1 for none.
 std::vector<int> MoverTracker::assigned_tracks(
     const std::vector<MoverDetection>& detections) const {
-  constexpr double kForbidden = 1e6;  // more than all sums of costs within the gate
+  constexpr double kForbidden = 1e6;  // more than any sum of costs within the gate
   const auto rows = static_cast<Eigen::Index>(detections.size());
   const auto columns = static_cast<Eigen::Index>(tracks_.size());
   Eigen::MatrixXd costs(rows, columns);
@@ -171,7 +171,7 @@ std::vector<int> MoverTracker::assigned_tracks(
 }
 
 void MoverTracker::correct(Track& track, const MoverDetection& detection) const {
-  const Eigen::Vector2d K = track.P.col(0) / (track.P(0, 0) + noise_of(detection));
+  const Eigen::Vector2d K = track.P.col(0) / (track.P(0, 0) + variance_of(detection));
   const Eigen::Vector3d innovation = detection.centroid - track.p;
   track.p += K(0) * innovation;
   track.v += K(1) * innovation;
@@ -184,7 +184,7 @@ void MoverTracker::observe(Track& track, const MoverDetection& detection) const 
   if (detection.class_name != kUnknown)
     track.votes[detection.class_name] += detection.class_confidence;
   for (std::size_t i = 0; i < detection.spans.size(); ++i) {
-    const SeenSpan& span = detection.spans[i];
+    const VisibleSpan& span = detection.spans[i];
     if (span.low_hidden || span.high_hidden) continue;
     const double before = track.extent[i].value_or(span.extent);
     track.extent[i] = kExtentMemory * before + (1 - kExtentMemory) * span.extent;
@@ -197,12 +197,13 @@ MoverTracker::Track MoverTracker::begin(const MoverDetection& detection) const {
   Track track;
   track.p = detection.centroid;
   track.v = Eigen::Vector3d::Zero();
-  track.P << noise_of(detection), 0, 0, square(kInitialSpeed);
+  track.P << variance_of(detection), 0, 0, square(kInitialSpeed);
   observe(track, detection);
   return track;
 }
 
-/// A piece of something that is tracked already: an arm, or what an occluder cut off.
+/// Returns whether a detection is part of a tracked object, such as an arm or a piece cut off by an
+/// occluder.
 bool MoverTracker::is_fragment(const MoverDetection& detection) const {
   return std::any_of(tracks_.begin(), tracks_.end(), [&](const Track& track) {
     return track.id != 0 && track.samples.back().observed &&
@@ -210,14 +211,16 @@ bool MoverTracker::is_fragment(const MoverDetection& detection) const {
   });
 }
 
-/// @param seen the track's detection in this frame; null: none
-void MoverTracker::note(Track& track, const MoverDetection* seen) const {
-  track.samples.push_back(
-      {frame_index_, *timestamp_, seen != nullptr, seen != nullptr && seen->moves, track.p, track.v,
-       track.box_offset.translated(track.p), track.surface_offset.translated(track.p)});
+/// Adds this frame's sample to a track.
+/// @param detection the track's detection in this frame, or null
+void MoverTracker::add_sample(Track& track, const MoverDetection* detection) const {
+  track.samples.push_back({frame_index_, *timestamp_, detection != nullptr,
+                           detection != nullptr && detection->moves, track.p, track.v,
+                           track.box_offset.translated(track.p),
+                           track.surface_offset.translated(track.p)});
 }
 
-/// Ends the tracks that were not seen for too long; one that is not born yet must be seen always.
+/// Ends the tracks without detections for too long; before its birth a track needs one per frame.
 void MoverTracker::retire() {
   std::vector<Track> alive;
   for (Track& track : tracks_) {
@@ -231,15 +234,15 @@ void MoverTracker::retire() {
   tracks_ = std::move(alive);
 }
 
-/// Keeps a track that was born, up to where it was seen last.
+/// Keeps a track up to its last detection, if it was born.
 void MoverTracker::archive(Track&& track) {
   if (track.id == 0) return;
   while (!track.samples.back().observed) track.samples.pop_back();
   ended_.push_back(std::move(track));
 }
 
-/// Tracks that lie within one another for long, both seen, are one: nobody walks through another.
-/// One that is hidden behind another is not seen, and stays itself.
+/// Merges tracks that stay within one another while both are detected, as two people cannot be at
+/// one place. A track hidden behind another one is not detected and stays separate.
 void MoverTracker::merge() {
   for (std::size_t k = 1; k < tracks_.size(); ++k) {
     for (std::size_t i = 0; i < k; ++i) {
@@ -258,8 +261,7 @@ void MoverTracker::merge() {
   }
 }
 
-/// The older track goes on; where it was not seen itself, the younger one's samples take the place
-/// of predictions.
+/// Continues the older track; samples of the younger one replace its predictions.
 void MoverTracker::absorb(Track& older, const Track& younger) const {
   for (MoverSample& sample : older.samples) {
     if (sample.observed) continue;
@@ -305,21 +307,21 @@ std::vector<MoverTrack> MoverTracker::tracks(
             [](const Track& a, const Track& b) { return a.id < b.id; });
   std::vector<MoverTrack> result;
   for (const Track& track : done.ended_) {
-    MoverTrack made{track.id, track.class_name(), track.class_confidence(), 0, 0, {}};
+    MoverTrack corrected{track.id, track.class_name(), track.class_confidence(), 0, 0, {}};
     for (MoverSample sample : track.samples) {
       const auto T_world_camera = pose_of(sample.frame_index);
       if (!T_world_camera) continue;
       const Pose correction = *T_world_camera * T_world_camera_.at(sample.frame_index).inverse();
       sample.centroid = correction * sample.centroid;
       sample.velocity = correction.quaternion() * sample.velocity;
-      sample.box = moved(sample.box, correction);
-      sample.surface = moved(sample.surface, correction);
-      made.samples.push_back(sample);
+      sample.box = transformed(sample.box, correction);
+      sample.surface = transformed(sample.surface, correction);
+      corrected.samples.push_back(sample);
     }
-    if (made.samples.empty()) continue;
-    made.first_seen = made.samples.front().timestamp;
-    made.last_seen = made.samples.back().timestamp;
-    result.push_back(std::move(made));
+    if (corrected.samples.empty()) continue;
+    corrected.first_seen = corrected.samples.front().timestamp;
+    corrected.last_seen = corrected.samples.back().timestamp;
+    result.push_back(std::move(corrected));
   }
   return result;
 }

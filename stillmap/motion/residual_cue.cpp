@@ -9,6 +9,13 @@
 namespace stillmap {
 namespace {
 
+/// Number of frames over which positions are compared: more detect slower movers, but fewer
+/// keypoints are tracked that long. Chosen on simulated scenes.
+constexpr int kBaseline = 10;
+/// Log-odds of a residual that does not fit at all, as it may be a false match; chosen on simulated
+/// scenes.
+constexpr float kWorstLogOdds = -4;
+
 float scale_of(const Keypoint& keypoint, const PyramidShape& pyramid) {
   return std::pow(static_cast<float>(pyramid.scale_factor), static_cast<float>(keypoint.level));
 }
@@ -35,33 +42,32 @@ void ResidualCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
       }
       if (k.depth <= 0 || k.depth > max_depth) continue;
       const Eigen::Vector3d p_world = ego.T_world_camera * camera.unproject(k.u, k.v, k.depth);
-      trails[i] = followed(before, p_world.cast<float>(), scale_of(k, input.pyramid));
+      trails[i] = extended(before, p_world.cast<float>(), scale_of(k, input.pyramid));
     }
   }
   trails_ = std::move(trails);
 }
 
-ResidualCue::Trail ResidualCue::followed(const Trail& trail, const Eigen::Vector3f& p_world,
-                                         float scale) const {
+ResidualCue::Trail ResidualCue::extended(const Trail& trail, const Eigen::Vector3f& p_world,
+                                         float scale) {
   if (!trail.valid) return {p_world, p_world, scale, scale, 0, true};
   Trail next = trail;
-  if (++next.age >= options_.baseline) {
+  if (++next.age >= kBaseline) {
     next = {trail.newer, p_world, trail.newer_scale, scale, 0, true};
   }
   return next;
 }
 
 float ResidualCue::log_odds(const Trail& trail, const Keypoint& keypoint, const MotionInput& input,
-                            const Pose& T_camera_world) const {
+                            const Pose& T_camera_world) {
   const Camera& camera = input.cells->image_camera;
-  const auto worst = static_cast<float>(options_.at_worst);
   const Eigen::Vector3d p = T_camera_world * trail.older.cast<double>();
-  if (p.z() < 0.1) return worst;
+  if (p.z() < 0.1) return kWorstLogOdds;
   const Eigen::Vector2d uv = camera.project(p);
   const ObservationNoise noise = observation_noise(camera, keypoint.depth);
   const double s = scale_of(keypoint, input.pyramid);
-  const double pose_u = camera.fx * options_.pose_sigma / p.z();
-  const double pose_d = camera.bf() * options_.pose_sigma / (p.z() * p.z());
+  const double pose_u = camera.fx * kPoseSigma / p.z();
+  const double pose_d = camera.bf() * kPoseSigma / (p.z() * p.z());
   const double variance = noise.pixel_sigma * noise.pixel_sigma *
                               (s * s + static_cast<double>(trail.older_scale) * trail.older_scale) +
                           pose_u * pose_u;
@@ -70,7 +76,7 @@ float ResidualCue::log_odds(const Trail& trail, const Keypoint& keypoint, const 
     const double d = camera.bf() / p.z() - camera.bf() / keypoint.depth;
     chi2 += d * d / (2 * noise.disparity_sigma * noise.disparity_sigma + pose_d * pose_d);
   }
-  return std::max(worst, static_cast<float>(options_.at_best - chi2 / 2));
+  return std::max(kWorstLogOdds, static_cast<float>(kBestLogOdds - chi2 / 2));
 }
 
 }  // namespace stillmap

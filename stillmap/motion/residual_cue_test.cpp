@@ -10,10 +10,10 @@ namespace {
 
 constexpr double kStep = 6;  // pixels between two frames
 
-/// The log-odds of a keypoint on level 3 that has moved by kStep pixels before a standing camera.
-double log_odds_of_a_step(const PyramidShape& pyramid, const ResidualCueOptions& options) {
+/// Returns the log-odds of a keypoint on level 3 that moved by kStep pixels for a camera at rest.
+double log_odds_of_a_step(const PyramidShape& pyramid) {
   const Camera camera;
-  ResidualCue cue(options);
+  ResidualCue cue;
   MotionEvidence evidence;
   for (const double u : {300.0, 300 + kStep}) {
     auto features = std::make_shared<Features>();
@@ -33,13 +33,12 @@ double log_odds_of_a_step(const PyramidShape& pyramid, const ResidualCueOptions&
 }
 
 TEST(ResidualCue, ExpectsErrorsAsLargeAsThePyramidsLevelsAreCoarse) {
-  const ResidualCueOptions options;
   for (const double scale_factor : {1.2, 1.5}) {
     const double scale = std::pow(scale_factor, 3);
-    const double pose_sigma = Camera{}.fx * options.pose_sigma / 2;  // pixels at 2 m
+    const double pose_sigma = Camera{}.fx * ResidualCue::kPoseSigma / 2;  // pixels at 2 m
     const double variance = 2 * scale * scale + pose_sigma * pose_sigma;
-    EXPECT_NEAR(log_odds_of_a_step({8, scale_factor}, options),
-                options.at_best - kStep * kStep / variance / 2, 1e-4)
+    EXPECT_NEAR(log_odds_of_a_step({8, scale_factor}),
+                ResidualCue::kBestLogOdds - kStep * kStep / variance / 2, 1e-4)
         << scale_factor;
   }
 }

@@ -8,9 +8,9 @@
 namespace stillmap {
 namespace {
 
-/// Draws the instance (its mask, else its whole box) into a full-size mask, grown by `dilation`
+/// Draws the instance (its mask, else its whole box) into a full-size mask, dilated by `dilation`
 /// pixels.
-void draw_grown(const Instance& instance, int dilation, cv::Mat& pixels) {
+void draw_dilated(const Instance& instance, int dilation, cv::Mat& pixels) {
   const cv::Rect image(0, 0, pixels.cols, pixels.rows);
   const cv::Rect grown =
       cv::Rect(instance.box.x - dilation, instance.box.y - dilation,
@@ -57,15 +57,13 @@ void SemanticCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
   }
   cv::Mat& moving = evidence.moving_pixels;
   for (const Instance& instance : instances) {
-    if (is_dynamic(instance)) draw_grown(instance, options_.dilation, moving);
+    if (is_dynamic(instance)) draw_dilated(instance, options_.dilation, moving);
   }
   const auto& keypoints = input.features->keypoints;
   for (std::size_t i = 0; i < keypoints.size(); ++i) {
     const int u = std::clamp(cvRound(keypoints[i].u), 0, moving.cols - 1);
     const int v = std::clamp(cvRound(keypoints[i].v), 0, moving.rows - 1);
-    if (moving.at<std::uint8_t>(v, u) != 0) {
-      evidence.static_log_odds[i] -= kCertainlyMoving;
-    }
+    if (moving.at<std::uint8_t>(v, u) != 0) evidence.static_log_odds[i] -= kCertainlyMoving;
   }
 }
 

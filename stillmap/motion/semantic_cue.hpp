@@ -9,17 +9,16 @@
 namespace stillmap {
 
 struct SemanticCueOptions {
-  ClassSets classes = people_classes();  ///< the dynamic ones count, the others do not
-  /// A keypoint's descriptor covers a disc around it; one this close to a mask is partly on the
-  /// mover.
-  int dilation = 5;  ///< pixels
-  /// The same where other cues speak of surfaces too: a prior only, which what is measured may
-  /// overrule.
+  ClassSets classes = people_classes();  ///< Only the dynamic ones are used.
+  /// Dilation of the masks [pixels], as a descriptor covers a disc around its keypoint.
+  int dilation = 5;
+  /// Decrease of a surface's log-odds with surface evidence from other cues, whose measurements may
+  /// outweigh it.
   double prior = 4;
 };
 
-/// Keypoints inside the mask (or box, where there is no mask) of a thing whose class moves by
-/// itself. The whole of SLAM3-YOLOv8's motion test.
+/// Labels keypoints inside the mask, or else the box, of an object of a dynamic class as moving:
+/// the whole motion test of SLAM3-YOLOv8.
 class SemanticCue : public MotionCue {
  public:
   explicit SemanticCue(const SemanticCueOptions& options);

@@ -7,11 +7,10 @@
 namespace stillmap {
 namespace {
 
-/// Distance along a surface that one meter of depth jump counts for [m].
+/// Distance along a surface that a depth jump of one meter counts as [m].
 constexpr double kJumpCost = 10;
 
-/// Of two neighboring cells at depths a and b, the share of the one's value that reaches the
-/// other.
+/// Share of a cell's value that reaches a neighboring cell [0..1], by their depths a and b.
 class Passage {
  public:
   Passage(double focal, const DepthPolynomial<float>& tolerance)
@@ -23,7 +22,7 @@ class Passage {
     const float jump = std::max(0.0F, std::abs(a - b) - tolerance_.at(z) / 2);
     const float x = lateral_ * z + jump_ * jump;
     const float e1 = 1 / (1 + x / 8), e2 = e1 * e1, e4 = e2 * e2;
-    return e4 * e4;  // exp(-x), nearly
+    return e4 * e4;  // approximates exp(-x)
   }
 
  private:
@@ -32,32 +31,34 @@ class Passage {
   float jump_ = static_cast<float>(kJumpCost / SurfaceSpread::kReach);
 };
 
-/// One pass forth and one back along a line of cells; `share(i)` is what cell i gets of i - 1.
+/// One forward and one backward pass along a line of cells; share[i] is the share that reaches cell
+/// i from i - 1.
 void spread_row(const float* in, const float* share, int count, float* out) {
-  float carried = 0;
-  for (int i = 0; i < count; ++i) out[i] = carried = in[i] + share[i] * carried;
-  carried = 0;
+  float propagated = 0;
+  for (int i = 0; i < count; ++i) out[i] = propagated = in[i] + share[i] * propagated;
+  propagated = 0;
   for (int i = count - 1; i >= 0; --i) {
-    out[i] += carried;
-    carried = share[i] * (in[i] + carried);
+    out[i] += propagated;
+    propagated = share[i] * (in[i] + propagated);
   }
 }
 
 void spread_columns(const cv::Mat1f& in, const cv::Mat1f& share, cv::Mat1f& out) {
   const int columns = in.cols;
-  std::vector<float> carried(static_cast<std::size_t>(columns), 0.0F);
+  std::vector<float> propagated(static_cast<std::size_t>(columns), 0.0F);
   for (int r = 0; r < in.rows; ++r) {
-    const float *value = in.ptr<float>(r), *passed = share.ptr<float>(r);
+    const float *value = in.ptr<float>(r), *shares = share.ptr<float>(r);
     auto* result = out.ptr<float>(r);
-    for (int c = 0; c < columns; ++c) result[c] = carried[c] = value[c] + passed[c] * carried[c];
+    for (int c = 0; c < columns; ++c)
+      result[c] = propagated[c] = value[c] + shares[c] * propagated[c];
   }
-  std::fill(carried.begin(), carried.end(), 0.0F);
+  std::fill(propagated.begin(), propagated.end(), 0.0F);
   for (int r = in.rows - 1; r >= 0; --r) {
-    const float *value = in.ptr<float>(r), *passed = share.ptr<float>(r);
+    const float *value = in.ptr<float>(r), *shares = share.ptr<float>(r);
     auto* result = out.ptr<float>(r);
     for (int c = 0; c < columns; ++c) {
-      result[c] += carried[c];
-      carried[c] = passed[c] * (value[c] + carried[c]);
+      result[c] += propagated[c];
+      propagated[c] = shares[c] * (value[c] + propagated[c]);
     }
   }
 }

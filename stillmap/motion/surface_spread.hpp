@@ -4,8 +4,8 @@
 
 namespace stillmap {
 
-/// Sums each cell's value with those of the cells around it, weighted by exp(-d / kReach), where d
-/// is the distance to them along the surface, so that evidence spreads over objects and not over
+/// Sums each cell's value with those of the cells around it, weighted by exp(-d / kReach) of their
+/// distance d along the surface, so that evidence spreads over objects and not over
 /// depth edges: the recursive filter in the transformed domain of Gastal and Oliveira (SIGGRAPH
 /// 2011, section 4), once along the rows and once along the columns, unnormalized. Deterministic.
 class SurfaceSpread {
@@ -17,7 +17,7 @@ class SurfaceSpread {
   cv::Mat1f operator()(const cv::Mat1f& values) const;
 
  private:
-  cv::Mat1f from_left_, from_above_;  // what is passed on by the neighbor, 0 to 1
+  cv::Mat1f from_left_, from_above_;  // share that the neighbor passes on [0..1]
 };
 
 }  // namespace stillmap

@@ -11,7 +11,7 @@
 
 namespace stillmap::test {
 
-/// Blurred noise that optical flow can follow, the same for the same seed.
+/// Returns blurred noise suited to optical flow, the same for the same seed.
 inline cv::Mat1b texture(cv::Size size, std::uint64_t seed) {
   cv::Mat1b noise(size);
   cv::RNG rng(seed);
@@ -21,7 +21,7 @@ inline cv::Mat1b texture(cv::Size size, std::uint64_t seed) {
   return noise;
 }
 
-/// `size` pixels of a texture, moved by (dx, dy): what was at p is at p + (dx, dy).
+/// Returns `size` pixels of a texture moved by (dx, dy) pixels.
 inline cv::Mat1b moved_texture(cv::Size size, std::uint64_t seed, double dx, double dy) {
   constexpr int kMargin = 40;
   const cv::Mat1b world = texture({size.width + 2 * kMargin, size.height + 2 * kMargin}, seed);
@@ -37,7 +37,7 @@ inline FeaturesPtr keypoints_at(const std::vector<cv::Point2f>& points) {
   return features;
 }
 
-/// Points every `step` pixels, `margin` away from the border of the area.
+/// Returns points every `step` pixels, at least `margin` pixels inside the area.
 inline std::vector<cv::Point2f> lattice(const cv::Rect& area, int step, int margin = 0) {
   std::vector<cv::Point2f> points;
   for (int y = area.y + margin; y < area.br().y - margin; y += step) {
@@ -75,8 +75,7 @@ inline FramePtr frame_of(RgbdFramePtr image, FeaturesPtr features) {
   return frame;
 }
 
-/// What a cue that looks at pictures, keypoints and instances may look at; null where there is
-/// none.
+/// Returns the input of a cue that uses images, keypoints and instances.
 inline MotionInput input_of(RgbdFramePtr image, FeaturesPtr features,
                             SegmentedFramePtr instances = nullptr, FramePtr previous = nullptr) {
   return {.image = std::move(image),
@@ -88,13 +87,13 @@ inline MotionInput input_of(RgbdFramePtr image, FeaturesPtr features,
           .ego_motion = {}};
 }
 
-/// Optical flow as if it had been measured: one entry per pair.
+/// Returns the optical flow of given point pairs.
 inline KeypointFlow flow_between(const std::vector<cv::Point2f>& before,
                                  const std::vector<cv::Point2f>& now) {
   return {before, now, std::vector<std::uint8_t>(now.size(), 1)};
 }
 
-/// Evidence about nothing yet.
+/// Returns evidence with log-odds of 0.
 inline MotionEvidence no_evidence(std::size_t keypoints) {
   MotionEvidence evidence;
   evidence.static_log_odds.assign(keypoints, 0.0F);

@@ -7,7 +7,7 @@
 
 namespace stillmap::test {
 
-/// Two views of an ideal pinhole camera, 640 x 480, that moves and turns a little between them.
+/// Two views of an ideal pinhole camera of 640 x 480 pixels with a small motion between them.
 struct TwoViews {
   double f = 525, cx = 320, cy = 240;
   Eigen::Matrix3d R =
@@ -20,7 +20,7 @@ struct TwoViews {
   cv::Point2f in_first(const Eigen::Vector3d& p) const { return project(p); }
   cv::Point2f in_second(const Eigen::Vector3d& p) const { return project(R * p + t); }
 
-  /// The fundamental matrix, of K and the motion (Hartley and Zisserman, 9.2).
+  /// Returns the fundamental matrix of K and the motion (Hartley and Zisserman, 9.2).
   cv::Matx33d F() const {
     Eigen::Matrix3d K, t_cross;
     K << f, 0, cx, 0, f, cy, 0, 0, 1;
@@ -29,11 +29,11 @@ struct TwoViews {
     return {m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1), m(2, 2)};
   }
 
-  /// Points 1 to 4 m ahead, all over the first image, 40 pixels from its border.
+  /// Returns points at 1 to 4 m depth all over the first image, 40 pixels from its border.
   std::vector<Eigen::Vector3d> cloud(int count, std::uint64_t seed) const {
     return points(count, seed, 1, 4);
   }
-  /// The same on the plane 2 m ahead.
+  /// Returns such points on the plane at 2 m depth.
   std::vector<Eigen::Vector3d> plane(int count, std::uint64_t seed) const {
     return points(count, seed, 2, 2);
   }

@@ -5,14 +5,14 @@
 
 #include <memory>
 
-/// For tests of what follows movers: small scenes, and frames of which the truth is known.
+/// Small simulated scenes and true frames for tests of mover tracking.
 namespace stillmap::test {
 
-/// Five seconds with movers close before the camera.
-inline SimulationOptions near_movers(int people, int things) {
+/// Returns a sequence of five seconds with movers close to the camera.
+inline SimulationOptions near_movers(int people, int objects) {
   SimulationOptions options;
   options.people = people;
-  options.things = things;
+  options.things = objects;
   options.near_things = true;
   options.frames = 100;
   options.fps = 20;
@@ -21,7 +21,7 @@ inline SimulationOptions near_movers(int people, int things) {
   return options;
 }
 
-/// True masks as evidence on surfaces, and the true depth.
+/// Returns a frame with the true depth and the true masks as surface evidence.
 inline std::shared_ptr<Frame> true_frame(const SimulatedSequence& sequence,
                                          const TruthFrame& truth) {
   auto image = std::make_shared<RgbdFrame>();

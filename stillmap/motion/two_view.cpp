@@ -9,7 +9,7 @@
 namespace stillmap {
 namespace {
 
-/// Probability of having drawn one sample without outliers at which the search ends.
+/// Probability of at least one sample without outliers at which the search ends.
 constexpr double kConfidence = 0.99;
 /// Maximum number of samples.
 constexpr int kMaxIterations = 500;
@@ -18,9 +18,9 @@ constexpr int kSeed = 1;
 
 /// OpenCV's USAC framework (Raguram et al., TPAMI 2013), on one thread: MSAC's score, local
 /// optimization, and a generator of its own that starts from the seed.
-cv::UsacParams usac_params(const RansacOptions& options) {
+cv::UsacParams usac_params(double threshold) {
   cv::UsacParams params;
-  params.threshold = options.threshold;
+  params.threshold = threshold;
   params.confidence = kConfidence;
   params.maxIterations = kMaxIterations;
   params.randomGeneratorState = kSeed;
@@ -38,18 +38,18 @@ std::optional<cv::Matx33d> as_model(const cv::Mat& model) {
 
 }  // namespace
 
-std::optional<cv::Matx33d> find_homography(const PointPairs& pairs, const RansacOptions& options) {
+std::optional<cv::Matx33d> find_homography(const PointPairs& pairs, double threshold) {
   constexpr std::size_t kFewest = 4;
   if (pairs.size() < kFewest) return std::nullopt;
   cv::Mat mask;
-  return as_model(cv::findHomography(pairs.before, pairs.now, mask, usac_params(options)));
+  return as_model(cv::findHomography(pairs.before, pairs.now, mask, usac_params(threshold)));
 }
 
-std::optional<cv::Matx33d> find_fundamental(const PointPairs& pairs, const RansacOptions& options) {
+std::optional<cv::Matx33d> find_fundamental(const PointPairs& pairs, double threshold) {
   constexpr std::size_t kFewest = 8;
   if (pairs.size() < kFewest) return std::nullopt;
   cv::Mat mask;
-  return as_model(cv::findFundamentalMat(pairs.before, pairs.now, mask, usac_params(options)));
+  return as_model(cv::findFundamentalMat(pairs.before, pairs.now, mask, usac_params(threshold)));
 }
 
 double warp_error(const cv::Matx33d& H, cv::Point2f before, cv::Point2f now) {

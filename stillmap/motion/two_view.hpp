@@ -8,7 +8,7 @@
 
 namespace stillmap {
 
-/// Points of two images that show the same, index by index. Pixels.
+/// Matched points of two images, index by index [pixels].
 struct PointPairs {
   std::vector<cv::Point2f> before, now;
   std::size_t size() const { return before.size(); }
@@ -18,27 +18,23 @@ struct PointPairs {
   }
 };
 
-/// Random sample consensus (Fischler and Bolles, CACM 1981). The generator is seeded afresh for
-/// every call, so equal pairs give equal bits, whatever else runs.
-struct RansacOptions {
-  double threshold = 1.5;  ///< a pair off by less supports the model [pixels]
-};
+/// Returns H with p_now ~ H * p_before for most pairs by random sample consensus (Fischler and
+/// Bolles, CACM 1981), or none with fewer than 4 pairs or without a supported model. Deterministic:
+/// the generator starts from the same seed in every call.
+/// @param threshold largest error of an inlier [pixels]
+std::optional<cv::Matx33d> find_homography(const PointPairs& pairs, double threshold);
 
-/// H with p_now ~ H * p_before for most pairs; none with fewer than 4 pairs or where no model is
-/// supported.
-std::optional<cv::Matx33d> find_homography(const PointPairs& pairs, const RansacOptions& options);
+/// Returns F with p_now' F p_before = 0 for most pairs, like find_homography(), or none with fewer
+/// than 8 pairs or without a supported model.
+std::optional<cv::Matx33d> find_fundamental(const PointPairs& pairs, double threshold);
 
-/// F with p_now' F p_before = 0 for most pairs; none with fewer than 8 pairs or where no model is
-/// supported.
-std::optional<cv::Matx33d> find_fundamental(const PointPairs& pairs, const RansacOptions& options);
-
-/// |p_now - H * p_before| after the division by the third coordinate; infinite where that is 0.
-/// Pixels.
+/// Returns |p_now - H * p_before| after the division by the third coordinate [pixels]; infinite if
+/// that is 0.
 double warp_error(const cv::Matx33d& H, cv::Point2f before, cv::Point2f now);
 
-/// Distance of p_now from the epipolar line (A, B, C)' = F * p_before, in pixels:
-/// |p_now' F p_before| / sqrt(A^2 + B^2) (equation 4 of the improved-YOLOv7 system's paper); 0
-/// where the line is undefined, at the epipole.
+/// Returns the distance of p_now from the epipolar line (A, B, C)' = F * p_before [pixels]:
+/// |p_now' F p_before| / sqrt(A^2 + B^2) (equation 4 of the improved-YOLOv7 system's paper); 0 at
+/// the epipole, where the line is undefined.
 double epipolar_distance(const cv::Matx33d& F, cv::Point2f before, cv::Point2f now);
 
 }  // namespace stillmap

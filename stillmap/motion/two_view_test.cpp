@@ -11,7 +11,7 @@ namespace {
 using test::TwoViews;
 
 TEST(EpipolarDistance, IsThatOfAPointFromALine) {
-  // F * (1, 2, 1)' = (3, 4, 10)', whatever else it does: 3 x + 4 y + 10 = 0.
+  // F * (1, 2, 1)' = (3, 4, 10)' is the line 3 x + 4 y + 10 = 0.
   const cv::Matx33d F(3, 0, 0, 0, 2, 0, 4, 3, 0);
   EXPECT_NEAR(epipolar_distance(F, {1, 2}, {0, 0}), 2, 1e-6);
   EXPECT_NEAR(epipolar_distance(F, {1, 2}, {-2, -1}), 0, 1e-6);
@@ -20,7 +20,7 @@ TEST(EpipolarDistance, IsThatOfAPointFromALine) {
   EXPECT_EQ(epipolar_distance(cv::Matx33d::zeros(), {1, 2}, {5, 10}), 0);
 }
 
-TEST(EpipolarDistance, IsNothingForWhatStandsAndTheStepAcrossTheLineForWhatMoves) {
+TEST(EpipolarDistance, IsZeroForStaticPointsAndTheStepAcrossTheLineForMovingOnes) {
   const TwoViews views;
   for (const Eigen::Vector3d& p : views.cloud(50, 1)) {
     const cv::Point2f before = views.in_first(p), now = views.in_second(p);
@@ -40,11 +40,11 @@ TEST(WarpError, IsTheDistanceAfterTheDivision) {
   EXPECT_TRUE(std::isinf(warp_error(to_infinity, {10, 5}, {0, 0})));
 }
 
-/// Pairs of a cloud (or a plane), the first 40 % of them replaced by chance.
-struct Spoilt {
+/// Pairs of a cloud or a plane, the first 40 % of them replaced by random ones.
+struct PairsWithOutliers {
   PointPairs pairs;
   std::size_t outliers = 0;
-  Spoilt(const TwoViews& views, const std::vector<Eigen::Vector3d>& cloud) {
+  PairsWithOutliers(const TwoViews& views, const std::vector<Eigen::Vector3d>& cloud) {
     cv::RNG rng(5);
     outliers = cloud.size() * 4 / 10;
     for (std::size_t i = 0; i < cloud.size(); ++i) {
@@ -57,44 +57,44 @@ struct Spoilt {
   }
 };
 
-TEST(FindFundamental, BearsFortyPercentOutliers) {
+TEST(FindFundamental, ToleratesFortyPercentOutliers) {
   const TwoViews views;
   const auto cloud = views.cloud(300, 2);
-  const auto F = find_fundamental(Spoilt(views, cloud).pairs, {.threshold = 1});
+  const auto F = find_fundamental(PairsWithOutliers(views, cloud).pairs, 1);
   ASSERT_TRUE(F);
-  // Judged on points it never saw, without noise: the noise of 0.2 pixels is averaged, not copied.
+  // Tested on other points without noise, as the noise of 0.2 pixels must be averaged.
   double sum = 0;
   const auto fresh = views.cloud(200, 3);
   for (const auto& p : fresh) sum += epipolar_distance(*F, views.in_first(p), views.in_second(p));
   EXPECT_LT(sum / static_cast<double>(fresh.size()), 0.2);
 }
 
-TEST(FindHomography, BearsFortyPercentOutliers) {
+TEST(FindHomography, ToleratesFortyPercentOutliers) {
   const TwoViews views;
-  const auto H = find_homography(Spoilt(views, views.plane(300, 2)).pairs, {.threshold = 1.5});
+  const auto H = find_homography(PairsWithOutliers(views, views.plane(300, 2)).pairs, 1.5);
   ASSERT_TRUE(H);
   for (const auto& p : views.plane(200, 3)) {
     EXPECT_LT(warp_error(*H, views.in_first(p), views.in_second(p)), 0.3);
   }
 }
 
-TEST(Ransac, GivesTheSameBitsWhateverElseRuns) {
+TEST(Ransac, IsDeterministic) {
   const TwoViews views;
-  const Spoilt spoilt(views, views.cloud(200, 2));
-  const auto F = find_fundamental(spoilt.pairs, {});
-  const auto H = find_homography(spoilt.pairs, {});
+  const PairsWithOutliers pairs_with_outliers(views, views.cloud(200, 2));
+  const auto F = find_fundamental(pairs_with_outliers.pairs, 1.5);
+  const auto H = find_homography(pairs_with_outliers.pairs, 1.5);
   ASSERT_TRUE(F && H);
   const int threads = cv::getNumThreads();
   for (const int n : {1, 2, 7}) {
     cv::setNumThreads(n);
     cv::setRNGSeed(n + 100);
-    EXPECT_EQ(cv::norm(*find_fundamental(spoilt.pairs, {}), *F, cv::NORM_INF), 0);
-    EXPECT_EQ(cv::norm(*find_homography(spoilt.pairs, {}), *H, cv::NORM_INF), 0);
+    EXPECT_EQ(cv::norm(*find_fundamental(pairs_with_outliers.pairs, 1.5), *F, cv::NORM_INF), 0);
+    EXPECT_EQ(cv::norm(*find_homography(pairs_with_outliers.pairs, 1.5), *H, cv::NORM_INF), 0);
   }
   cv::setNumThreads(threads);
 }
 
-TEST(Ransac, PairsThatDetermineNothingDoNoHarm) {
+TEST(Ransac, DegeneratePairsGiveNoModelOrAFiniteOne) {
   PointPairs none, few, equal, line;
   for (int i = 0; i < 50; ++i) {
     if (i < 3) few.add({10.0F * static_cast<float>(i), 5}, {3, 4});
@@ -102,12 +102,12 @@ TEST(Ransac, PairsThatDetermineNothingDoNoHarm) {
     line.add({static_cast<float>(10 * i), 7}, {static_cast<float>(10 * i), 9});
   }
   for (const PointPairs& pairs : {none, few}) {
-    EXPECT_FALSE(find_fundamental(pairs, {}));
-    EXPECT_FALSE(find_homography(pairs, {}));
+    EXPECT_FALSE(find_fundamental(pairs, 1.5));
+    EXPECT_FALSE(find_homography(pairs, 1.5));
   }
   for (const PointPairs& pairs : {equal, line}) {
-    const auto F = find_fundamental(pairs, {});
-    const auto H = find_homography(pairs, {});
+    const auto F = find_fundamental(pairs, 1.5);
+    const auto H = find_homography(pairs, 1.5);
     EXPECT_TRUE(!F || cv::checkRange(*F));
     EXPECT_TRUE(!H || cv::checkRange(*H));
   }

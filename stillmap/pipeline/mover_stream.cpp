@@ -4,7 +4,7 @@
 namespace stillmap {
 
 MoverStream::MoverStream(const MoverOptions& options, bool realtime)
-    : realtime_(realtime), detector_(options.detection) {
+    : realtime_(realtime) {
   if (!options.enabled) return;
   stage_ = std::make_unique<Stage<TrackedFramePtr, std::vector<Mover>>>(
       8, WhenFull::kBlock,

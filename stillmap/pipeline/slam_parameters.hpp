@@ -4,7 +4,6 @@
 #include "stillmap/feature/orb_extractor.hpp"
 #include "stillmap/loop/places.hpp"
 #include "stillmap/motion/motion_estimator.hpp"
-#include "stillmap/motion/mover_detection.hpp"
 #include "stillmap/options.hpp"
 #include "stillmap/refine/local_mapper.hpp"
 #include "stillmap/segment/mask_propagator.hpp"
@@ -29,7 +28,6 @@ struct ScheduleOptions {
 /// Detection and tracking of moving objects.
 struct MoverOptions {
   bool enabled = true;  ///< Whether moving objects are tracked.
-  MoverDetectionOptions detection;
 };
 
 /// The parameters of all algorithms, module by module. A user sets Options; this is what they come
