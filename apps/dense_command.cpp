@@ -80,7 +80,7 @@ int run(const DenseArguments& arguments) {
                                                  : ResultFolder::Foreign::kKeep);
   const double reading = watch.lap();
   const PlacedMap placed = place_views(saved, options);
-  const ComposedCloud cloud = cloud_of(placed, options.semantics);
+  const ComposedCloud cloud = cloud_of(placed);
   fmt::print(
       "{} views, {} points, {} voxels removed, {} static objects; read in {:.0f} ms, composed in "
       "{:.0f} ms\n",

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 #include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
@@ -18,11 +17,11 @@ void require_size(const cv::Mat& image, int type, const Camera& camera, const ch
   throw Error(
       fmt::format("the {} image is {} x {} of OpenCV type {}, expected {} x {} of type {}", name,
                   image.cols, image.rows, image.type(), camera.width, camera.height, type),
-      "dense back-projection", "give images of the size and kind the camera describes");
+      "dense back-projection", "give images of the camera's size and of the expected type");
 }
 
-// Whether a valid neighbor in the 3 x 3 window is more than max_jump * z nearer or farther.
-// Unknown depth (zero, negative, not finite) is no neighbor.
+// Returns whether a neighbor in the 3 x 3 window with known depth is more than max_jump * z nearer
+// or farther.
 bool at_jump(const cv::Mat1f& depth, int u, int v, float max_jump) {
   const float z = depth(v, u);
   const float limit = max_jump * z;

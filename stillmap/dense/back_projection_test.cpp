@@ -24,7 +24,7 @@ int count_points(const PointGrid& grid) {
   return count;
 }
 
-TEST(BackProjection, PutsEveryPixelOfATiltedPlaneOnThePlane) {
+TEST(BackProjection, PlacesEveryPixelOfATiltedPlaneOnThePlane) {
   const Camera camera = small_camera();
   const Plane plane{Eigen::Vector3d(0.3, -0.2, 1).normalized(), 2};
   const PointGrid grid = back_project(camera, view_of(camera, {}, plane), {}, {.stride = 3});
@@ -45,7 +45,7 @@ TEST(BackProjection, LeavesNoPointOnTheMaskOrItsDilatedBorder) {
   const RgbdFrame wall = frame_of(camera, [](int, int) { return 2.0; });
   const cv::Rect person(60, 40, 30, 50);
   cv::Mat1b mask(camera.height, camera.width, uchar{0});
-  mask(person).setTo(1);  // any value but zero
+  mask(person).setTo(1);  // any value except zero
   const PointGrid grid = back_project(camera, wall, mask, {.stride = 1, .mask_dilation = 5});
   const cv::Rect grown(person.x - 5, person.y - 5, person.width + 10, person.height + 10);
   for (int v = 0; v < camera.height; ++v) {
@@ -57,7 +57,7 @@ TEST(BackProjection, LeavesNoPointOnTheMaskOrItsDilatedBorder) {
 
 TEST(BackProjection, LeavesNoFlyingPixelsAtADepthJump) {
   const Camera camera = small_camera();
-  // A box at 1 m before a wall at 2 m; the sensor smears the edge over two columns.
+  // A box at 1 m in front of a wall at 2 m; the sensor smears the edge over two columns.
   const RgbdFrame frame = frame_of(camera, [](int u, int) {
     if (u < 80) return 1.0;
     return u == 80 ? 1.3 : u == 81 ? 1.7 : 2.0;
@@ -66,8 +66,8 @@ TEST(BackProjection, LeavesNoFlyingPixelsAtADepthJump) {
   for (int v = 0; v < camera.height; ++v) {
     for (int u = 0; u < camera.width; ++u) {
       const float z = grid.points(v, u)[2];
-      const bool beside_the_edge = u >= 79 && u <= 82;
-      EXPECT_EQ(z, beside_the_edge ? 0.0F : u < 80 ? 1.0F : 2.0F) << u << " " << v;
+      const bool at_the_edge = u >= 79 && u <= 82;
+      EXPECT_EQ(z, at_the_edge ? 0.0F : u < 80 ? 1.0F : 2.0F) << u << " " << v;
     }
   }
 }
@@ -86,7 +86,7 @@ TEST(BackProjection, KeepsASurfaceSeenAtAGrazingAngle) {
   }
 }
 
-TEST(BackProjection, LeavesOutDepthsThatAreNoneOrOutOfRange) {
+TEST(BackProjection, LeavesOutUnknownDepthsAndThoseOutOfRange) {
   const Camera camera = small_camera();
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float infinity = std::numeric_limits<float>::infinity();
@@ -95,13 +95,13 @@ TEST(BackProjection, LeavesOutDepthsThatAreNoneOrOutOfRange) {
     EXPECT_EQ(count_points(back_project(camera, frame, {})), 0) << bad;
   }
   RgbdFrame wall = frame_of(camera, [](int, int) { return 2.0; });
-  wall.depth.at<float>(50, 50) = nan;  // unknown depth is no jump: its neighbors stay
+  wall.depth.at<float>(50, 50) = nan;  // Unknown depth is no jump, so its neighbors stay.
   EXPECT_EQ(count_points(back_project(camera, wall, {}, {.stride = 1})), 160 * 120 - 1);
-  wall.depth.at<float>(50, 50) = infinity;  // infinitely far is a jump
+  wall.depth.at<float>(50, 50) = infinity;  // Infinite depth is a jump.
   EXPECT_EQ(count_points(back_project(camera, wall, {}, {.stride = 1})), 160 * 120 - 9);
 }
 
-TEST(BackProjection, ReachesAsFarAsTheSensorIsCertain) {
+TEST(BackProjection, UsesDepthsUpToTheLargestDeviation) {
   Camera camera = small_camera();
   camera.depth_sensor = find_depth_sensor("realsense_d455");
   // sqrt(0.025824 / 1.885e-3) = 3.70 m
@@ -111,7 +111,7 @@ TEST(BackProjection, ReachesAsFarAsTheSensorIsCertain) {
   }
 }
 
-TEST(BackProjection, RefusesWhatDoesNotFitTogether) {
+TEST(BackProjection, RefusesImagesOfOtherSizes) {
   const Camera camera = small_camera();
   const RgbdFrame frame = frame_of(camera, [](int, int) { return 2.0; });
   Camera other = camera;

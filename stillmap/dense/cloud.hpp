@@ -14,7 +14,7 @@ using Rgb = std::array<std::uint8_t, 3>;
 
 /// A colored point cloud. `points` and `colors` have the same length.
 struct Cloud {
-  std::vector<Eigen::Vector3f> points;  ///< meters, world frame unless a function says otherwise
+  std::vector<Eigen::Vector3f> points;  ///< [m]; world frame unless stated otherwise.
   std::vector<Rgb> colors;
 
   std::size_t size() const { return points.size(); }

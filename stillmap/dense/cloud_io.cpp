@@ -7,9 +7,7 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <cstring>
-#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -26,8 +24,6 @@ namespace {
 
 constexpr Rgb kWhite = {255, 255, 255};
 
-// ---- Bytes ------------------------------------------------------------------------------------
-
 template <typename T>
 T load(const char* bytes) {
   T value;
@@ -35,9 +31,7 @@ T load(const char* bytes) {
   return value;
 }
 
-// ---- Header text ------------------------------------------------------------------------------
-
-// The words of a line, parted by blanks.
+// Returns the words of a line, separated by blanks.
 std::vector<std::string_view> words_of(std::string_view line) {
   constexpr std::string_view kBlanks = " \t\r";
   std::vector<std::string_view> words;
@@ -57,12 +51,12 @@ std::optional<std::size_t> parse_count(std::string_view word) {
   return value;
 }
 
-// Takes the text of a header line by line off the front of a file.
+// Reads the header of a file line by line.
 class HeaderLines {
  public:
   HeaderLines(std::string_view bytes, std::string file) : bytes_(bytes), file_(std::move(file)) {}
 
-  // The words of the next line that is not empty. Throws Error at the end of the file.
+  // Returns the words of the next line that is not empty. Throws Error at the end of the file.
   std::vector<std::string_view> next() {
     while (true) {
       const std::size_t end = bytes_.find('\n', position_);
@@ -72,12 +66,12 @@ class HeaderLines {
       if (auto words = words_of(line); !words.empty()) return words;
     }
   }
-  // What follows the lines taken so far.
+  // Returns the bytes after the lines read so far.
   std::string_view rest() const { return bytes_.substr(position_); }
 
   std::size_t count(std::string_view word) const {
     const auto value = parse_count(word);
-    if (!value) fail(fmt::format("its header has '{}' where a number belongs", word));
+    if (!value) fail(fmt::format("its header has '{}' instead of a number", word));
     return *value;
   }
 
@@ -90,8 +84,6 @@ class HeaderLines {
   std::size_t position_ = 0;
   std::string file_;
 };
-
-// ---- Records ------------------------------------------------------------------------------------
 
 // Position of a field inside a record [bytes].
 struct Field {
@@ -110,7 +102,7 @@ float coordinate(const char* record, const Field& field) {
   return field.size == sizeof(float) ? load<float>(bytes) : static_cast<float>(load<double>(bytes));
 }
 
-// Whether all three are there.
+// Returns whether all three fields exist.
 bool complete(const std::array<std::optional<Field>, 3>& fields) {
   return fields[0] && fields[1] && fields[2];
 }
@@ -146,9 +138,7 @@ void require_colors(const Cloud& cloud, const fs::path& file) {
               file.string(), "give every point one color");
 }
 
-// ---- PLY ----------------------------------------------------------------------------------------
-
-// Bytes of a PLY scalar type under its old or its sized name; 0 for an unknown one.
+// Returns the size of a PLY scalar type by its old or its sized name [bytes]; 0 for an unknown one.
 std::size_t ply_size(std::string_view type) {
   struct Named {
     std::string_view name, sized_name;
@@ -168,7 +158,7 @@ std::size_t ply_size(std::string_view type) {
   return 0;
 }
 
-// Puts a field at `index` of `fields` where the name is one of three.
+// Sets the field of `fields` whose name in `names` matches.
 void assign_named(std::string_view name, const std::array<std::string_view, 3>& names,
                   const Field& field, std::array<std::optional<Field>, 3>& fields) {
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -176,7 +166,7 @@ void assign_named(std::string_view name, const std::array<std::string_view, 3>& 
   }
 }
 
-// One `property TYPE NAME` line of the element vertex.
+// Adds a line `property TYPE NAME` of the element vertex.
 void add_ply_property(const HeaderLines& header, const std::vector<std::string_view>& words,
                       RecordLayout& layout) {
   if (words.size() != 3) header.fail("its vertices have a property that is no plain number");

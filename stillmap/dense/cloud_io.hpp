@@ -13,7 +13,7 @@ void write_ply(const std::filesystem::path& file, const Cloud& cloud);
 
 /// Reads the vertices of a binary little endian PLY whose first element is `vertex` with x, y, z
 /// and, optionally, red, green, blue (or diffuse_red ...) of type uchar; points without color
-/// become white. Further properties and elements are passed over; vertices that are not finite are
+/// become white. Other properties and elements are ignored; vertices that are not finite are
 /// left out. Throws Error, naming the file and the fix, if it is anything else or cut short.
 Cloud read_ply(const std::filesystem::path& file);
 

@@ -55,7 +55,7 @@ class CloudIo : public ::testing::Test {
   }
   void TearDown() override { fs::remove_all(folder_); }
 
-  // What the reader of `name` says about a file of this content; "" if it takes it.
+  // Returns the error of the reader for a file of this content, or "".
   std::string complaint(const std::string& name, const std::string& content) const {
     write_file(folder_ / name, content);
     try {
@@ -71,13 +71,13 @@ class CloudIo : public ::testing::Test {
   fs::path folder_;
 };
 
-TEST_F(CloudIo, PlyComesBackAsItWent) {
+TEST_F(CloudIo, PlyReadsBackAsItWasWritten) {
   const Cloud cloud = random_cloud(1234);
   write_ply(folder_ / "cloud.ply", cloud);
   EXPECT_EQ(read_ply(folder_ / "cloud.ply"), cloud);
 }
 
-TEST_F(CloudIo, AnEmptyCloudIsAFileToo) {
+TEST_F(CloudIo, AnEmptyCloudReadsBack) {
   write_ply(folder_ / "empty.ply", {});
   EXPECT_TRUE(read_ply(folder_ / "empty.ply").empty());
 }
@@ -122,7 +122,7 @@ TEST_F(CloudIo, ReadsPointsWithoutColorAsWhiteAndLeavesOutNotFiniteOnes) {
   EXPECT_EQ(cloud.colors[0], (Rgb{255, 255, 255}));
 }
 
-TEST_F(CloudIo, SaysWhatIsWrongWithAPly) {
+TEST_F(CloudIo, NamesTheProblemOfAPly) {
   const std::string start = "ply\nformat binary_little_endian 1.0\n";
   const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
   const auto says = [&](const std::string& content) { return complaint("bad.ply", content); };
@@ -148,13 +148,13 @@ TEST_F(CloudIo, SaysWhatIsWrongWithAPly) {
               HasSubstr("first element"));
 }
 
-TEST_F(CloudIo, RefusesMissingFilesAndHalfClouds) {
+TEST_F(CloudIo, RefusesMissingFilesAndMissingColors) {
   Cloud cloud = random_cloud(3);
   EXPECT_THROW(read_ply(folder_ / "missing.ply"), Error);
   EXPECT_THROW(write_ply(folder_ / "no_such_folder" / "cloud.ply", cloud), Error);
   cloud.colors.pop_back();
   EXPECT_THROW(write_ply(folder_ / "half.ply", cloud), Error);
-  EXPECT_TRUE(fs::is_empty(folder_)) << "nothing half-written is left behind";
+  EXPECT_TRUE(fs::is_empty(folder_)) << "no partly written file remains";
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One keyframe of 640 x 480 folded into the dense map, whole and in parts, on one thread.
+// Addition of one keyframe of 640 x 480 pixels to the dense map, whole and in parts, on one thread.
 #include "stillmap/dense/dense_map.hpp"
 
 #include <memory>
@@ -10,7 +10,7 @@
 namespace stillmap {
 namespace {
 
-// A wavy wall with a box in front, 5 mm of noise, and a mask over a quarter of the width.
+// Returns a wavy wall with a box in front, 5 mm of noise, and a mask over a quarter of the width.
 RgbdFrame wall_and_box() {
   RgbdFrame frame;
   frame.color = cv::Mat(480, 640, CV_8UC3);
@@ -65,7 +65,7 @@ void BM_RemoveOutliers(benchmark::State& state) {
 }
 BENCHMARK(BM_RemoveOutliers)->Unit(benchmark::kMillisecond);
 
-// The live map takes in one more keyframe that overlaps the others by nine tenths.
+// Addition of one more keyframe, which overlaps the others by nine tenths, to the live map.
 void BM_LiveMapGrown(benchmark::State& state) {
   const RgbdFrame frame = wall_and_box();
   const auto keyframes = static_cast<std::uint64_t>(state.range(0));

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/dense/dense_map.hpp"
 
-#include "stillmap/base/error.hpp"
-
 #include <algorithm>
 #include <utility>
 
@@ -10,11 +8,11 @@ namespace stillmap {
 namespace {
 
 /// Minimum share of a view that must be new for a frame that is no keyframe to be kept [0..1].
-constexpr double kMinNews = 0.02;
-/// Such a frame is also kept if it sees through this many voxels of the map.
+constexpr double kMinNovelty = 0.02;
+/// Number of voxels seen through above which such a frame is kept too.
 constexpr std::size_t kMinRefuted = 100;
 
-// A view this coarse has no shape left: it is emptied instead [pixels].
+/// Stride at which a view is emptied instead of thinned [pixels].
 constexpr int kCoarsest = 64;
 
 bool is_finite(const Pose& pose) {
@@ -32,26 +30,27 @@ PoseLookup pose_lookup(const std::map<std::uint64_t, Pose>& poses) {
 
 DenseMap::DenseMap(const Camera& camera, const DenseOptions& options)
     : camera_(camera), options_(options) {
-  leave_world();
+  start_new_world();
 }
 
 void DenseMap::add(std::uint64_t id, const RgbdFrame& frame, const cv::Mat1b& movers,
-                   const std::optional<Pose>& T_world_camera, const SegmentedFrame* things) {
+                   const std::optional<Pose>& T_world_camera, const SegmentedFrame* objects) {
   MadeView made = make_dense_view(camera_, frame, movers, options_.back_projection,
-                                  options_.outliers, options_.far, things);
+                                  options_.outliers, options_.far, objects);
   outliers_ += made.outliers;
   add(id, std::move(made.view), T_world_camera);
 }
 
 bool DenseMap::add_if_new(std::uint64_t id, const RgbdFrame& frame, const cv::Mat1b& movers,
-                          const Pose& T_world_camera, const SegmentedFrame* things) {
+                          const Pose& T_world_camera, const SegmentedFrame* objects) {
   MadeView made = make_dense_view(camera_, frame, movers, options_.back_projection,
-                                  options_.outliers, options_.far, things);
+                                  options_.outliers, options_.far, objects);
   if (is_finite(T_world_camera)) {
-    const News news = live_->news_in(made.view, T_world_camera);
-    const bool fresh = static_cast<double>(news.fresh) >=
-                       kMinNews * static_cast<double>(std::max<std::size_t>(1, news.looked_at));
-    if (!fresh && news.refuted < kMinRefuted) return false;
+    const Novelty novelty = live_->novelty_of(made.view, T_world_camera);
+    const bool is_new =
+        static_cast<double>(novelty.new_pixels) >=
+        kMinNovelty * static_cast<double>(std::max<std::size_t>(1, novelty.pixels_examined));
+    if (!is_new && novelty.refuted_voxels < kMinRefuted) return false;
   }
   outliers_ += made.outliers;
   add(id, std::move(made.view), T_world_camera);
@@ -74,21 +73,21 @@ void DenseMap::remove(std::uint64_t id) {
   live_->remove(id);
 }
 
-void DenseMap::follow(const PoseLookup& T_world_camera) {
-  replacements_ += live_->follow(views_, [&](std::uint64_t id) {
+void DenseMap::update_poses(const PoseLookup& T_world_camera) {
+  replacements_ += live_->update_poses(views_, [&](std::uint64_t id) {
     const std::optional<Pose> pose = T_world_camera(id);
     return pose && is_finite(*pose) ? pose : std::nullopt;
   });
 }
 
-void DenseMap::leave_world() {
+void DenseMap::start_new_world() {
   // A surface has a quarter as many voxels of twice the side.
   live_ = std::make_unique<LiveMap>(options_.voxel, options_.evidence,
                                     static_cast<std::size_t>(options_.max_voxels) / 4);
 }
 
-// The finest view is thinned first, the oldest (lowest id) of equally fine ones: so detail is lost
-// evenly, and latest where the camera is.
+// Thins the finest view first, the oldest (lowest id) of equally fine ones, so that detail is lost
+// evenly, and last near the camera.
 void DenseMap::thin_to_bound() {
   const auto finer = [](const auto& a, const auto& b) {
     const bool a_empty = a.second->depth.empty(), b_empty = b.second->depth.empty();
@@ -104,8 +103,8 @@ void DenseMap::thin_to_bound() {
   }
 }
 
-// As fine as is wished for, or as the bound allows.
-std::shared_ptr<const StaticGrid> DenseMap::grid_of(const std::vector<ViewAtPlace>& views) const {
+// Returns the grid with the voxel size of the options, or larger voxels to stay below the bound.
+std::shared_ptr<const StaticGrid> DenseMap::grid_of(const std::vector<PosedView>& views) const {
   const auto bound = static_cast<std::size_t>(options_.max_voxels);
   for (double edge = options_.voxel;; edge *= 2) {
     const auto grid = std::make_shared<StaticGrid>(edge, options_.evidence);
@@ -130,11 +129,7 @@ PlacedMap DenseMap::place(const PoseLookup& T_world_camera) const {
   placed.grid = grid_of(placed.views);
   for (const std::uint32_t number : placed.grid->index().sorted()) {
     const StaticCell& cell = placed.grid->cell(number);
-    const int fewest = placed.grid->is_far(number)
-                           ? std::max(options_.min_keyframes, options_.far.min_views)
-                           : options_.min_keyframes;
-    const bool enough = cell.views >= fewest;
-    if (!enough) {
+    if (cell.views < options_.min_keyframes) {
       ++placed.voxels_left_out;
     } else if (!placed.grid->is_static(number) || !placed.grid->is_confirmed(number)) {
       ++placed.voxels_removed;
@@ -147,7 +142,7 @@ PlacedMap DenseMap::place(const PoseLookup& T_world_camera) const {
 
 Cloud raw_cloud(const PlacedMap& placed) {
   Cloud cloud;
-  VoxelIndex met;
+  VoxelIndex seen;
   for (const auto& [view, T_world_camera] : placed.views) {
     for (int row = 0; row < view->depth.rows; ++row) {
       for (int col = 0; col < view->depth.cols; ++col) {
@@ -155,7 +150,7 @@ Cloud raw_cloud(const PlacedMap& placed) {
         const double z = view->depth(row, col) * double{DenseView::kDepthUnit};
         const Eigen::Vector3d p = T_world_camera * view->camera.unproject(col, row, z);
         const auto voxel = voxel_at(p, placed.grid->edge());
-        if (z <= 0 || !voxel || met.add(*voxel) < cloud.size()) continue;
+        if (z <= 0 || !voxel || seen.add(*voxel) < cloud.size()) continue;
         const cv::Vec3b& bgr = view->color(row, col);
         cloud.add(p.cast<float>(), {bgr[2], bgr[1], bgr[0]});
       }
@@ -164,7 +159,7 @@ Cloud raw_cloud(const PlacedMap& placed) {
   return cloud;
 }
 
-ComposedCloud cloud_of(const PlacedMap& placed, const SemanticOptions& options) {
+ComposedCloud cloud_of(const PlacedMap& placed) {
   ComposedCloud result;
   result.keyframes = placed.views.size();
   result.keyframes_left_out = placed.keyframes_left_out;
@@ -174,7 +169,7 @@ ComposedCloud cloud_of(const PlacedMap& placed, const SemanticOptions& options) 
   for (const std::uint32_t cell : placed.cells) {
     result.cloud.add(placed.grid->mean(cell), placed.grid->color(cell));
   }
-  result.semantics = make_semantic_map(*placed.grid, placed.views, placed.cells, options);
+  result.semantics = make_semantic_map(*placed.grid, placed.views, placed.cells);
   return result;
 }
 
@@ -184,12 +179,6 @@ DenseStatistics DenseMap::statistics() const {
           .outliers = outliers_,
           .thinnings = thinnings_,
           .replacements = replacements_};
-}
-
-std::size_t DenseMap::bytes() const {
-  std::size_t bytes = live_->bytes();
-  for (const auto& [id, view] : views_) bytes += sizeof(id) + view->bytes();
-  return bytes;
 }
 
 }  // namespace stillmap

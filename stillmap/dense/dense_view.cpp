@@ -51,7 +51,7 @@ Camera on_lattice(Camera camera, cv::Size size, int stride) {
   return camera;
 }
 
-/// Depth and color of a frame on its lattice.
+/// Returns depth and color of a frame on its lattice.
 DenseView without_kinds(const Camera& camera, const RgbdFrame& frame, int stride) {
   const cv::Size size((frame.depth.cols + stride - 1) / stride,
                       (frame.depth.rows + stride - 1) / stride);
@@ -68,11 +68,11 @@ DenseView without_kinds(const Camera& camera, const RgbdFrame& frame, int stride
   return view;
 }
 
-// Marks static pixels close to a mover's whose depth lies between those of the mover's pixels
-// nearby; what is far besides is left out.
+// Marks static pixels near a mover's pixels with a depth in the range of theirs as doubtful, and
+// far surfaces as no surface.
 void mark_doubtful(DenseView& view) {
-  constexpr int kReach = 24;     // pixels of the image
-  constexpr float kAway = 0.2F;  // meters
+  constexpr int kReach = 24;       // [pixels of the image]
+  constexpr float kMargin = 0.2F;  // of the range of depths [m]
   const cv::Mat1b movers = view.kind == kMoverSurface;
   if (cv::countNonZero(movers) == 0) return;
   const int side = 2 * (kReach / view.stride) + 1;
@@ -82,20 +82,20 @@ void mark_doubtful(DenseView& view) {
   nearest.setTo(65535, (movers == 0) | (view.depth == 0));
   cv::dilate(farthest, farthest, window);
   cv::erode(nearest, nearest, window);
-  const int away = cvRound(kAway / DenseView::kDepthUnit);
+  const int margin = cvRound(kMargin / DenseView::kDepthUnit);
   for (int row = 0; row < view.kind.rows; ++row) {
     for (int col = 0; col < view.kind.cols; ++col) {
       const int z = view.depth(row, col);
-      const bool beside = z > nearest(row, col) - away && z < farthest(row, col) + away;
+      const bool near_mover = z > nearest(row, col) - margin && z < farthest(row, col) + margin;
       std::uint8_t& kind = view.kind(row, col);
-      if (kind == kStaticSurface && beside) kind = kDoubtfulSurface;
-      if (kind == kFarSurface && beside) kind = kNoSurface;
+      if (kind == kStaticSurface && near_mover) kind = kDoubtfulSurface;
+      if (kind == kFarSurface && near_mover) kind = kNoSurface;
     }
   }
 }
 
-// Numbers into `instances` by falling size: what is painted last is in front.
-std::vector<std::size_t> by_falling_area(const std::vector<Instance>& instances) {
+// Returns the indices of the instances by decreasing area, so that small ones are drawn last.
+std::vector<std::size_t> by_decreasing_area(const std::vector<Instance>& instances) {
   std::vector<std::size_t> order(instances.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   const auto area = [&](std::size_t i) {
@@ -117,9 +117,9 @@ void label(const Instance& instance, const cv::Mat1f& depth, DenseView& view) {
   view.instances.push_back({instance.class_name, instance.confidence});
   for (int row = (box.y + view.stride - 1) / view.stride; row * view.stride < box.br().y; ++row) {
     for (int col = (box.x + view.stride - 1) / view.stride; col * view.stride < box.br().x; ++col) {
-      const bool on_it = mask(row * view.stride - box.y, col * view.stride - box.x) != 0;
-      const bool free_for_it = view.is_static(row, col) && view.kind(row, col) != kDoubtfulSurface;
-      if (on_it && free_for_it) view.kind(row, col) = value;
+      const bool in_mask = mask(row * view.stride - box.y, col * view.stride - box.x) != 0;
+      const bool unlabeled = view.is_static(row, col) && view.kind(row, col) != kDoubtfulSurface;
+      if (in_mask && unlabeled) view.kind(row, col) = value;
     }
   }
 }
@@ -127,11 +127,11 @@ void label(const Instance& instance, const cv::Mat1f& depth, DenseView& view) {
 }  // namespace
 
 cv::Mat1b cluster_in_box(const cv::Mat1f& depth, const cv::Rect& box) {
-  constexpr float kGap = 0.1F;  // meters
-  const cv::Rect middle(box.x + box.width / 5, box.y + box.height / 5,
+  constexpr float kGap = 0.1F;  // [m]
+  const cv::Rect center(box.x + box.width / 5, box.y + box.height / 5,
                         std::max(1, 3 * box.width / 5), std::max(1, 3 * box.height / 5));
   std::vector<float> depths;
-  for (const float z : cv::Mat1f(depth(middle))) {
+  for (const float z : cv::Mat1f(depth(center))) {
     if (z > 0 && std::isfinite(z)) depths.push_back(z);
   }
   std::sort(depths.begin(), depths.end());
@@ -149,7 +149,7 @@ cv::Mat1b cluster_in_box(const cv::Mat1f& depth, const cv::Rect& box) {
 MadeView make_dense_view(const Camera& camera, const RgbdFrame& frame, const cv::Mat1b& movers,
                          const BackProjectionOptions& back_projection,
                          const OutlierOptions& outliers, const FarOptions& far,
-                         const SegmentedFrame* things) {
+                         const SegmentedFrame* objects) {
   const TraceScope scope("view");
   PointGrid grid = back_project(camera, frame, movers, back_projection);
   require_colors(frame);
@@ -168,9 +168,9 @@ MadeView make_dense_view(const Camera& camera, const RgbdFrame& frame, const cv:
     }
   }
   mark_doubtful(view);
-  if (things == nullptr) return made;
-  for (const std::size_t i : by_falling_area(things->instances)) {
-    label(things->instances[i], frame.depth, view);
+  if (objects == nullptr) return made;
+  for (const std::size_t i : by_decreasing_area(objects->instances)) {
+    label(objects->instances[i], frame.depth, view);
   }
   return made;
 }

@@ -27,26 +27,26 @@ TEST(DenseView, KeepsEveryNthPixelAsItWas) {
       const float z = view.depth(row, col) * DenseView::kDepthUnit;
       EXPECT_NEAR(z, frame.depth.at<float>(3 * row, 3 * col), 1.01e-4);
       EXPECT_EQ(view.color(row, col), frame.color.at<cv::Vec3b>(3 * row, 3 * col));
-      // The lattice's camera sees what the image's does.
+      // The cameras of the lattice and of the image have the same rays.
       EXPECT_LT((view.camera.unproject(col, row, 2) - camera.unproject(3 * col, 3 * row, 2)).norm(),
                 1e-12);
     }
   }
 }
 
-TEST(DenseView, TellsSurfacesFromMoversAndFromNothing) {
+TEST(DenseView, DistinguishesSurfacesMoversAndMissingDepth) {
   RgbdFrame frame = frame_of(small_camera(), [](int u, int) { return u < 40 ? 9.0 : 2.0; });
   frame.depth.at<float>(60, 100) = std::numeric_limits<float>::quiet_NaN();
   cv::Mat1b movers = cv::Mat1b::zeros(frame.depth.size());
   movers(cv::Rect(120, 0, 40, 120)).setTo(1);
   const DenseView view = view_of_frame(frame, movers);
-  EXPECT_EQ(view.kind(30, 10), kNoSurface);                          // too far to be placed
-  EXPECT_NEAR(view.depth(30, 10) * DenseView::kDepthUnit, 9, 2e-4);  // but known all the same
+  EXPECT_EQ(view.kind(30, 10), kNoSurface);                          // too far for a surface
+  EXPECT_NEAR(view.depth(30, 10) * DenseView::kDepthUnit, 9, 2e-4);  // with its depth
   EXPECT_EQ(view.kind(30, 40), kStaticSurface);
   EXPECT_EQ(view.kind(30, 50), kNoSurface);  // no depth
   EXPECT_EQ(view.depth(30, 50), 0);
   EXPECT_EQ(view.kind(30, 58), kNoSurface);        // near the mask's outline
-  EXPECT_EQ(view.kind(30, 52), kDoubtfulSurface);  // not far from it, and as far away
+  EXPECT_EQ(view.kind(30, 52), kDoubtfulSurface);  // near the mover and at its depth
   EXPECT_EQ(view.kind(30, 70), kMoverSurface);
 }
 
@@ -63,7 +63,7 @@ TEST(DenseView, BecomesCoarserOnTheSameRays) {
   }
 }
 
-TEST(DenseView, RefusesImagesThatDoNotFit) {
+TEST(DenseView, RefusesImagesOfOtherSizes) {
   RgbdFrame frame = frame_of(small_camera(), [](int, int) { return 2.0; });
   EXPECT_THROW(view_of_frame(frame, cv::Mat1b(3, 3)), Error);
   frame.color = cv::Mat();

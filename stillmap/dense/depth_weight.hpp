@@ -6,7 +6,8 @@
 
 namespace stillmap {
 
-/// 1 / sigma^2 of a depth, in units of that at one meter. Every depth of an ideal sensor weighs 1.
+/// Weight 1 / sigma^2 of a depth relative to that at one meter; 1 for every depth of an ideal
+/// sensor.
 class DepthWeight {
  public:
   explicit DepthWeight(const DepthSensor& sensor)
@@ -14,7 +15,7 @@ class DepthWeight {
                                    : DepthPolynomial<float>{.constant = 1}) {}
 
   float at(float z) const {
-    constexpr float kNearest = 0.5F;  // nearer, the error is that of the pose [m]
+    constexpr float kNearest = 0.5F;  // Nearer, the error of the pose dominates [m].
     const float ratio = ratio_.at(std::max(z, kNearest));
     return 1 / (ratio * ratio);
   }

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <map>
 #include <numbers>
 #include <random>
@@ -14,9 +13,13 @@
 namespace stillmap {
 namespace {
 
-constexpr std::size_t kFloorSamples = 20000;  // points that the plane is searched in
-constexpr double kOnPlane = 0.03;             // largest distance of a point from its plane [m]
-constexpr double kFloorShare = 0.15;  // least share of the points on the fullest level plane
+/// Number of points that the plane is searched in.
+constexpr std::size_t kFloorSamples = 20000;
+/// Largest distance of a point from its plane [m].
+constexpr double kOnPlane = 0.03;
+/// Minimum number of points on the floor relative to the fullest level plane [0..1].
+constexpr double kFloorShare = 0.15;
+/// Cosine of the largest angle between the floor's normal and the upward direction.
 const double kLargestTilt = std::cos(20 * std::numbers::pi / 180);
 
 std::vector<Eigen::Vector3d> thinned(std::span<const Eigen::Vector3f> points) {
@@ -71,7 +74,7 @@ double lowest_level(const std::vector<Eigen::Vector3d>& points, const Eigen::Vec
   return 0;
 }
 
-/// Returns the least-squares plane through the points that lie on the given one.
+/// Returns the least-squares plane through the points on the given one.
 Floor refined(const std::vector<Eigen::Vector3d>& points, Floor floor) {
   for (int round = 0; round < 3; ++round) {
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();

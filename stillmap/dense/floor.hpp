@@ -12,9 +12,9 @@ namespace stillmap {
 
 /// The plane of the floor.
 struct Floor {
-  Eigen::Vector3d up;      ///< unit normal, world frame
-  double height = 0;       ///< up . p of its points [m]
-  std::size_t points = 0;  ///< number of points of the cloud on it
+  Eigen::Vector3d up;      ///< Unit normal, world frame.
+  double height = 0;       ///< Value of up . p for its points p [m].
+  std::size_t points = 0;  ///< Number of points of the cloud on it.
 };
 
 /// Finds the floor: the lowest of the planes that are level, to within 20 degrees of `up`, and hold

@@ -11,15 +11,15 @@ namespace stillmap {
 
 /// Two-dimensional occupancy grid for a robot on the floor.
 struct OccupancyGrid {
-  double resolution = 0;                             ///< side of a cell [m]
-  Eigen::Vector2d origin = Eigen::Vector2d::Zero();  ///< lower left corner in frame `map` [m]
-  cv::Mat1b image;  ///< upper row: highest y; 0 occupied, 254 free, 205 unknown
+  double resolution = 0;                             ///< Side of a cell [m].
+  Eigen::Vector2d origin = Eigen::Vector2d::Zero();  ///< Lower left corner in frame `map` [m].
+  cv::Mat1b image;  ///< 0 occupied, 254 free, 205 unknown; the upper row has the highest y.
 };
 
 /// An obstacle of the static world: connected occupied cells of the grid.
 struct StaticObstacle {
-  int id = 0;               ///< 1, 2, 3 ... by decreasing area
-  Eigen::AlignedBox3d box;  ///< frame `map` [m]
+  int id = 0;               ///< 1, 2, 3 ... by decreasing area.
+  Eigen::AlignedBox3d box;  ///< Box in frame `map` [m].
 };
 
 struct FloorPlan {

@@ -13,7 +13,7 @@ namespace {
 
 using namespace testing_support;  // NOLINT(google-build-using-namespace)
 
-// Value of the grid at a place of frame `map`.
+// Returns the value of the grid at a point of frame `map` [m].
 int value_at(const OccupancyGrid& grid, double x, double y) {
   const int col = static_cast<int>(std::floor((x - grid.origin.x()) / grid.resolution));
   const int row =
@@ -22,12 +22,12 @@ int value_at(const OccupancyGrid& grid, double x, double y) {
   return inside ? grid.image(row, col) : 205;
 }
 
-TEST(FloorPlan, TellsOccupiedFromFreeAndUnknown) {
+TEST(FloorPlan, DistinguishesOccupiedFreeAndUnknown) {
   const OccupancyGrid grid = planner_maps().plan.grid;
   EXPECT_EQ(value_at(grid, 2.02, 0.0), 0);    // the box's front
   EXPECT_EQ(value_at(grid, 3.02, 0.6), 0);    // the wall
   EXPECT_EQ(value_at(grid, 1.5, 0.0), 254);   // floor in front of the box
-  EXPECT_EQ(value_at(grid, 1.8, 0.6), 254);   // floor beside it
+  EXPECT_EQ(value_at(grid, 1.8, 0.6), 254);   // floor next to the box
   EXPECT_EQ(value_at(grid, 4.0, 0.0), 205);   // behind the wall
   EXPECT_EQ(value_at(grid, -1.0, 0.0), 205);  // behind the camera
 }
@@ -39,7 +39,7 @@ TEST(FloorPlan, MeasuresTheBoxAsAnObstacle) {
   };
   const auto found = std::find_if(m.plan.obstacles.begin(), m.plan.obstacles.end(), is_box);
   ASSERT_NE(found, m.plan.obstacles.end());
-  EXPECT_NEAR(found->box.sizes().y(), 0.4, 0.11);  // two cells
+  EXPECT_NEAR(found->box.sizes().y(), 0.4, 0.11);  // tolerance of two cells
   EXPECT_NEAR(found->box.max().z(), kFloorY - kBoxTop, 0.06);
 }
 

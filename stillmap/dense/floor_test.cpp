@@ -25,12 +25,12 @@ TEST(Floor, FindsNoFloorInAWall) {
     wall.emplace_back(0.01F * static_cast<float>(i % 100), 0.01F * static_cast<float>(i / 100), 2);
   }
   const auto floor = find_floor(wall, {0, -1, 0});
-  // At best the lowest strip of it, which is no floor to speak of.
+  // At most the lowest strip of the wall may be found.
   EXPECT_LT(floor ? floor->points : 0, 800U);
   EXPECT_FALSE(find_floor({}, {0, -1, 0}));
 }
 
-TEST(Floor, PutsTheMapOnTheFloorBelowTheCamera) {
+TEST(Floor, MapFrameIsOnTheFloorBelowTheCamera) {
   const PlannerMaps m = planner_maps();
   EXPECT_LT((m.T_map_world * Eigen::Vector3d(0, 0, 0) - Eigen::Vector3d(0, 0, kFloorY)).norm(),
             0.01);

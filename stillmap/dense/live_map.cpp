@@ -7,17 +7,20 @@
 namespace stillmap {
 namespace {
 
-constexpr int kCoarser = 2;           // than the final map, both voxels and pixels
-constexpr int kCoarsest = 4;          // views are not made coarser than every fourth pixel
-constexpr std::uint32_t kElders = 8;  // views that vote on what a new one adds
+/// Factor of the sides of voxels and pixels relative to the final map.
+constexpr int kCoarser = 2;
+/// Stride above which views are not made coarser [pixels].
+constexpr int kCoarsest = 4;
+/// Number of previous views that vote on the surfaces that a new one adds.
+constexpr std::uint32_t kVotingViews = 8;
 
-// How far a point two meters ahead of the camera moves from one pose to the other [m].
+// Returns the distance that a point two meters ahead of the camera moves between two poses [m].
 double displacement(const Pose& a, const Pose& b) {
   const Eigen::Vector3d ahead(0, 0, 2), aside(1, 0, 1);
   return std::max((a * ahead - b * ahead).norm(), (a * aside - b * aside).norm());
 }
 
-DenseView coarse_one(const DenseView& view) {
+DenseView coarse_view(const DenseView& view) {
   return view.stride >= kCoarsest ? view : coarser(view);
 }
 
@@ -27,44 +30,44 @@ LiveMap::LiveMap(double voxel, const EvidenceOptions& options, std::size_t max_v
     : edge_(kCoarser * voxel),
       options_(options),
       max_voxels_(max_voxels),
-      grid_(std::make_unique<StaticGrid>(edge_, options_, kElders)) {}
+      grid_(std::make_unique<StaticGrid>(edge_, options_, kVotingViews)) {}
 
 void LiveMap::add(std::uint64_t id, std::shared_ptr<const DenseView> view,
                   const Pose& T_world_camera) {
   remove(id);
-  const auto held = views_.emplace(id, Held{std::move(view), T_world_camera, {}}).first;
+  const auto held = views_.emplace(id, Entry{std::move(view), T_world_camera, {}}).first;
   place(held->second);
   place_some();
 }
 
 void LiveMap::remove(std::uint64_t id) {
-  if (views_.erase(id) > 0) begin_anew();
+  if (views_.erase(id) > 0) rebuild();
 }
 
-bool LiveMap::follow(const std::map<std::uint64_t, std::shared_ptr<DenseView>>& views,
-                     const PoseLookup& T_world_camera) {
+bool LiveMap::update_poses(const std::map<std::uint64_t, std::shared_ptr<DenseView>>& views,
+                           const PoseLookup& T_world_camera) {
   bool moved = false;
-  std::map<std::uint64_t, Held> told;
+  std::map<std::uint64_t, Entry> updated;
   for (const auto& [id, view] : views) {
     const std::optional<Pose> pose = T_world_camera(id);
     if (!pose) continue;
     const auto held = views_.find(id);
     moved |=
         held == views_.end() || displacement(held->second.T_world_camera, *pose) > kReplacement;
-    told.emplace(id, Held{view, *pose, {}});
+    updated.emplace(id, Entry{view, *pose, {}});
   }
   if (moved) {
-    told.merge(views_);
-    views_ = std::move(told);
-    begin_anew();
+    updated.merge(views_);
+    views_ = std::move(updated);
+    rebuild();
   }
   place_some();
   return moved;
 }
 
-// The newest view stands where the camera is.
-void LiveMap::begin_anew() {
-  grid_ = std::make_unique<StaticGrid>(edge_, options_, kElders);
+// Views are placed in the order of their distance from the newest one.
+void LiveMap::rebuild() {
+  grid_ = std::make_unique<StaticGrid>(edge_, options_, kVotingViews);
   waiting_.clear();
   if (views_.empty()) return;
   const Pose here = views_.rbegin()->second.T_world_camera;
@@ -77,12 +80,12 @@ void LiveMap::begin_anew() {
   for (const auto& [distance, id] : by_distance) waiting_.push_back(id);
 }
 
-void LiveMap::place(Held& held) {
-  held.coarse = coarse_one(*held.view);
-  grid_->add(held.coarse, held.T_world_camera);
+void LiveMap::place(Entry& entry) {
+  entry.coarse = coarse_view(*entry.view);
+  grid_->add(entry.coarse, entry.T_world_camera);
   if (grid_->index().size() <= max_voxels_) return;
   edge_ *= 2;
-  begin_anew();
+  rebuild();
 }
 
 void LiveMap::place_some() {
@@ -93,16 +96,11 @@ void LiveMap::place_some() {
   }
 }
 
-News LiveMap::news_in(const DenseView& view, const Pose& T_world_camera) const {
-  News news = grid_->news_in(coarse_one(view), T_world_camera);
-  news.refuted *= kCoarser * kCoarser;  // a surface has so many more voxels in the final map
-  return news;
-}
-
-std::size_t LiveMap::bytes() const {
-  std::size_t bytes = grid_->bytes();
-  for (const auto& [id, held] : views_) bytes += sizeof(id) + held.coarse.bytes();
-  return bytes;
+Novelty LiveMap::novelty_of(const DenseView& view, const Pose& T_world_camera) const {
+  Novelty novelty = grid_->novelty_of(coarse_view(view), T_world_camera);
+  novelty.refuted_voxels *=
+      kCoarser * kCoarser;  // The final map has that many more voxels per surface.
+  return novelty;
 }
 
 }  // namespace stillmap

@@ -6,8 +6,8 @@
 namespace stillmap {
 namespace {
 
-/// Pixels of a view whose voxel is in the static map.
-cv::Mat1b static_pixels(const ViewAtPlace& placed, const StaticGrid& grid) {
+/// Returns 255 for each pixel of a view whose voxel is in the static map.
+cv::Mat1b static_pixels(const PosedView& placed, const StaticGrid& grid) {
   const DenseView& view = *placed.view;
   const Eigen::Matrix3d R = placed.T_world_camera.rotation();
   cv::Mat1b pixels = cv::Mat1b::zeros(view.depth.size());
@@ -31,7 +31,7 @@ cv::Mat1b static_pixels(const ViewAtPlace& placed, const StaticGrid& grid) {
 TriangleMesh make_mesh(const PlacedMap& placed, const MeshOptions& options) {
   TsdfVolume volume(options);
   for (std::size_t i = 0; i < placed.views.size(); ++i) {
-    const ViewAtPlace& view = placed.views[i];
+    const PosedView& view = placed.views[i];
     volume.integrate(*view.view, view.T_world_camera, static_pixels(view, *placed.grid),
                      placed.grid->gains()[i]);
   }

@@ -6,8 +6,8 @@
 
 namespace stillmap {
 
-/// The mesh of a placed map: all its views integrated where the static grid holds that what they
-/// saw is static, with the colors scaled as the grid's are.
+/// Returns the mesh of a placed map from the surfaces of its views that the grid holds as static,
+/// with the grid's color gains.
 TriangleMesh make_mesh(const PlacedMap& placed, const MeshOptions& options = {});
 
 }  // namespace stillmap

@@ -53,7 +53,7 @@ std::string obj_text(const TriangleMesh& mesh) {
   return text;
 }
 
-/// Pads to a multiple of four bytes, as glTF wants it of buffer views and chunks.
+/// Pads to a multiple of four bytes, as glTF requires of buffer views and chunks.
 void pad(std::string& bytes, char with) {
   while (bytes.size() % 4 != 0) bytes.push_back(with);
 }
@@ -73,8 +73,8 @@ std::string glb_buffer(const TriangleMesh& mesh) {
   return buffer.take();
 }
 
-/// What the buffer holds, by glTF 2.0, sections 3.6 and 3.7: 5125 is unsigned int, 5126 float, 5121
-/// unsigned byte; 34963 an index buffer, 34962 a vertex buffer.
+/// Returns the description of the buffer by glTF 2.0, sections 3.6 and 3.7: 5125 is unsigned int,
+/// 5126 float, 5121 unsigned byte; 34963 an index buffer, 34962 a vertex buffer.
 nlohmann::json glb_header(const TriangleMesh& mesh) {
   const std::size_t vertices = mesh.vertices.size(), indices = 3 * mesh.triangles.size();
   Eigen::Vector3f low = Eigen::Vector3f::Constant(std::numeric_limits<float>::max()), high = -low;

@@ -14,18 +14,18 @@ namespace stillmap {
 
 /// A triangle mesh with a color per vertex.
 struct TriangleMesh {
-  std::vector<Eigen::Vector3f> vertices;                ///< world frame [m]
-  std::vector<Rgb> colors;                              ///< as many as vertices
-  std::vector<std::array<std::uint32_t, 3>> triangles;  ///< counter-clockwise from outside
+  std::vector<Eigen::Vector3f> vertices;                ///< World frame [m].
+  std::vector<Rgb> colors;                              ///< One per vertex.
+  std::vector<std::array<std::uint32_t, 3>> triangles;  ///< Counterclockwise from outside.
   bool empty() const { return triangles.empty(); }
   bool operator==(const TriangleMesh&) const = default;
 };
 
-/// The mesh without connected parts of fewer triangles, and without vertices that no triangle uses.
+/// Returns the mesh without connected parts of fewer triangles and without unused vertices.
 TriangleMesh without_specks(const TriangleMesh& mesh, std::size_t min_triangles);
 
-/// Points on the mesh, no farther apart than `spacing` [m], with the colors between the corners':
-/// a picture of the mesh can be drawn from them.
+/// Returns points on the mesh at most `spacing` [m] apart with interpolated colors, for images of
+/// the mesh.
 Cloud sampled(const TriangleMesh& mesh, double spacing);
 
 /// Writes a mesh by the file's extension: .ply (binary little endian), .obj (text, colors behind

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A square of two triangles, one lone triangle, and a vertex that nobody uses.
+// Returns a square of two triangles, a separate triangle, and an unused vertex.
 TriangleMesh small_mesh() {
   TriangleMesh mesh;
   mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
@@ -30,7 +30,7 @@ TriangleMesh small_mesh() {
 
 fs::path temporary(const std::string& name) { return test::own_path("mesh_test_" + name); }
 
-TEST(Mesh, LosesSpecksAndLooseVertices) {
+TEST(Mesh, LosesSpecksAndUnusedVertices) {
   const TriangleMesh kept = without_specks(small_mesh(), 2);
   EXPECT_EQ(kept.triangles.size(), 2U);
   EXPECT_EQ(kept.vertices.size(), 4U);
@@ -39,7 +39,7 @@ TEST(Mesh, LosesSpecksAndLooseVertices) {
   EXPECT_TRUE(without_specks(small_mesh(), 3).empty());
 }
 
-TEST(Mesh, IsSampledNoFartherApartThanAsked) {
+TEST(Mesh, IsSampledAtTheGivenSpacing) {
   const Cloud cloud = sampled(without_specks(small_mesh(), 2), 0.1);
   for (double x = 0.03; x < 1; x += 0.11) {
     for (double y = 0.02; y < 1; y += 0.13) {
@@ -78,7 +78,7 @@ TEST(Mesh, IsWrittenAsObjCountedFromOne) {
   fs::remove(file);
 }
 
-TEST(Mesh, IsWrittenAsGlbWhosePartsFit) {
+TEST(Mesh, IsWrittenAsConsistentGlb) {
   const fs::path file = temporary("a.glb");
   write_mesh(file, small_mesh());
   const std::string bytes = read_file(file);
@@ -106,7 +106,9 @@ TEST(Mesh, IsWrittenAsGlbWhosePartsFit) {
   fs::remove(file);
 }
 
-TEST(Mesh, KnowsThreeFormats) { EXPECT_THROW(write_mesh(temporary("a.stl"), small_mesh()), Error); }
+TEST(Mesh, RefusesOtherFormats) {
+  EXPECT_THROW(write_mesh(temporary("a.stl"), small_mesh()), Error);
+}
 
 }  // namespace
 }  // namespace stillmap

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/dense/occupancy.hpp"
 
-#include "stillmap/base/error.hpp"
-
 #include <cstdint>
 
 namespace stillmap {
@@ -11,21 +9,23 @@ namespace {
 /// Minimum number of points of the cloud in an occupied voxel.
 constexpr int kMinPoints = 3;
 
-constexpr int kRayStride = 4;  // every n-th pixel of a view casts a ray
-constexpr int kFarViews = 2;   // least number of views of a cell that only far pixels measured
+/// Distance of the pixels of a view that cast a ray [pixels].
+constexpr int kRayStride = 4;
+/// Minimum number of views of a cell that consists of far pixels only.
+constexpr int kFarViews = 2;
 
 /// Marks the voxels between the camera center and a measured point, without the last one.
 void cast_ray(const Eigen::Vector3d& eye, const Eigen::Vector3d& end, double edge,
               VoxelIndex& crossed) {
-  const Eigen::Vector3d way = end - eye;
-  const double length = way.norm() - edge;  // the surface may lie half a voxel nearer
+  const Eigen::Vector3d path = end - eye;
+  const double length = path.norm() - edge;  // The surface may be half a voxel nearer.
   const double step = 0.5 * edge;
   for (double s = 0; s < length; s += step) {
-    if (const auto voxel = voxel_at(eye + way * (s / way.norm()), edge)) crossed.add(*voxel);
+    if (const auto voxel = voxel_at(eye + path * (s / path.norm()), edge)) crossed.add(*voxel);
   }
 }
 
-void cast_rays(const ViewAtPlace& placed, double edge, VoxelIndex& crossed) {
+void cast_rays(const PosedView& placed, double edge, VoxelIndex& crossed) {
   const DenseView& view = *placed.view;
   for (int row = 0; row < view.depth.rows; row += kRayStride) {
     for (int col = 0; col < view.depth.cols; col += kRayStride) {
@@ -53,7 +53,7 @@ OccupiedSpace occupied_space(const PlacedMap& placed, const Pose& T_map_world,
     ++points[number];
   }
   VoxelIndex crossed;
-  for (const ViewAtPlace& view : placed.views) {
+  for (const PosedView& view : placed.views) {
     cast_rays({view.view, T_map_world * view.T_world_camera}, options.cell, crossed);
   }
   for (const std::uint32_t i : index.sorted()) {
@@ -61,8 +61,8 @@ OccupiedSpace occupied_space(const PlacedMap& placed, const Pose& T_map_world,
   }
   for (const std::uint32_t i : crossed.sorted()) {
     const std::uint32_t number = index.find(crossed.voxel(i));
-    const bool taken = number != VoxelIndex::kNone && points[number] >= kMinPoints;
-    if (!taken) space.free.push_back(crossed.voxel(i));
+    const bool occupied = number != VoxelIndex::kNone && points[number] >= kMinPoints;
+    if (!occupied) space.free.push_back(crossed.voxel(i));
   }
   return space;
 }

@@ -9,11 +9,11 @@
 
 namespace stillmap {
 
-/// Space in voxels: occupied, free, or, where neither, unknown.
+/// Space in voxels: occupied, free, or unknown.
 struct OccupiedSpace {
-  double edge = 0;              ///< side of a voxel [m]
-  std::vector<Voxel> occupied;  ///< sorted; frame `map`
-  std::vector<Voxel> free;      ///< sorted, none of them occupied
+  double edge = 0;              ///< Side of a voxel [m].
+  std::vector<Voxel> occupied;  ///< Sorted; frame `map`.
+  std::vector<Voxel> free;      ///< Sorted, none of them occupied; frame `map`.
 };
 
 /// Returns the space that the views measured. Voxels with enough points of the cloud are occupied.

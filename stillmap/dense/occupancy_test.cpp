@@ -3,8 +3,6 @@
 
 #include "stillmap/dense/synthetic_room.hpp"
 
-#include <algorithm>
-
 #include <gtest/gtest.h>
 
 namespace stillmap {

@@ -10,12 +10,13 @@
 namespace stillmap {
 namespace {
 
-constexpr int kCenter = 1 << 15;  // key of the voxel at the origin: an OctoMap has 16 levels
+/// Key of the voxel at the origin, as an OctoMap has 16 levels.
+constexpr int kCenter = 1 << 15;
 
 octomap::OcTreeKey key_of(const Lattice& lattice) {
   if ((lattice.array() < -kCenter).any() || (lattice.array() >= kCenter).any()) {
     throw Error("the map is too wide for an OctoMap of this resolution", "octomap",
-                "set dense.occupancy.cell higher");
+                "set outputs.planner_cell higher");
   }
   const auto key = [&](int axis) {
     return static_cast<octomap::key_type>(lattice[axis] + kCenter);
@@ -24,11 +25,11 @@ octomap::OcTreeKey key_of(const Lattice& lattice) {
 }
 
 void set(octomap::OcTree& tree, const std::vector<Voxel>& voxels, float log_odds) {
-  constexpr bool kLazy = true;  // inner nodes are updated once, at the end
+  constexpr bool kLazy = true;  // Inner nodes are updated once at the end.
   for (const Voxel voxel : voxels) tree.setNodeValue(key_of(lattice_of(voxel)), log_odds, kLazy);
 }
 
-/// The octree of a space: free and occupied voxels are as certain as OctoMap allows.
+/// Returns the octree of a space with free and occupied voxels as certain as OctoMap allows.
 octomap::OcTree tree_of(const OccupiedSpace& space) {
   octomap::OcTree tree(space.edge);
   set(tree, space.free, tree.getClampingThresMinLog());

@@ -7,14 +7,13 @@
 #include <random>
 #include <set>
 #include <sstream>
-#include <string>
 
 #include <gtest/gtest.h>
 
 namespace stillmap {
 namespace {
 
-/// The node at the center of a voxel; null where the tree says nothing.
+/// Returns the node at the center of a voxel, or null for unknown space.
 const octomap::OcTreeNode* node_at(const octomap::OcTree& tree, Voxel voxel) {
   const Eigen::Vector3d center =
       (lattice_of(voxel).cast<double>() + Eigen::Vector3d::Constant(0.5)) * tree.getResolution();
@@ -27,7 +26,7 @@ OccupiedSpace random_space() {
   std::uniform_int_distribution<int> place(-20, 20);
   for (int i = 0; i < 500; ++i)
     occupied.insert(voxel_of({place(random), place(random), place(random)}));
-  for (int x = 0; x < 16; ++x) {  // a block that can be pruned to one leaf
+  for (int x = 0; x < 16; ++x) {  // A block of equal voxels is pruned to one leaf.
     for (int y = 0; y < 16; ++y) {
       for (int z = 32; z < 48; ++z) free.insert(voxel_of({x, y, z}));
     }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/dense/outlier_removal.hpp"
 
-#include "stillmap/base/error.hpp"
 #include "stillmap/base/trace.hpp"
 
 #include <algorithm>
@@ -17,7 +16,7 @@ namespace {
 constexpr float kNoPoint = -1;
 constexpr float kAlone = std::numeric_limits<float>::infinity();
 
-// The points as one plane a coordinate, with a border of absent points (z = 0) as wide as the
+// The points as one plane per coordinate, with a border of empty points (z = 0) as wide as the
 // window.
 struct Planes {
   cv::Mat1f x, y, z;
@@ -31,21 +30,21 @@ Planes padded_planes(const cv::Mat3f& points, int border) {
   return {.x = planes[0], .y = planes[1], .z = planes[2]};
 }
 
-// Of every point of one grid row, the k smallest squared distances seen, as k rows in ascending
-// order. All loops run along the row, so that the compiler turns them into vector instructions.
+// The k smallest squared distances of every point of one grid row, as k rows in ascending order.
+// All loops run along the row, so that the compiler turns them into vector instructions.
 class NearestOfRow {
  public:
   NearestOfRow(int cols, int k) : distance_(1, cols), nearest_(k, cols) {}
 
   void reset() { nearest_.setTo(kAlone); }
 
-  // Looks at the points that lie (d_row, d_col) away from those of `row`.
-  void look_at(const Planes& p, int window, int row, int d_row, int d_col) {
+  // Adds the distances from the points of `row` to those at an offset of (d_row, d_col).
+  void add_offset(const Planes& p, int window, int row, int d_row, int d_col) {
     measure(p, window, row, d_row, d_col);
     insert();
   }
 
-  // Mean distance to the k nearest; infinite where there are fewer.
+  // Writes the mean distance to the k nearest points, infinite for fewer.
   void write_means(float* mean) const {
     std::fill(mean, mean + nearest_.cols, 0.0F);
     for (int i = 0; i < nearest_.rows; ++i) {
@@ -70,12 +69,12 @@ class NearestOfRow {
 
   // One step of insertion sort in every column.
   void insert() {
-    float* carried = distance_[0];
+    float* inserted = distance_[0];
     for (int i = 0; i < nearest_.rows; ++i) {
       float* kept = nearest_[i];
       for (int c = 0; c < nearest_.cols; ++c) {
-        const float smaller = std::min(kept[c], carried[c]);
-        carried[c] = std::max(kept[c], carried[c]);
+        const float smaller = std::min(kept[c], inserted[c]);
+        inserted[c] = std::max(kept[c], inserted[c]);
         kept[c] = smaller;
       }
     }
@@ -84,7 +83,8 @@ class NearestOfRow {
   cv::Mat1f distance_, nearest_;
 };
 
-// Per grid cell: mean distance to the k nearest neighbors over depth; kAlone or kNoPoint.
+// Returns per grid cell the mean distance to the k nearest neighbors over depth, kAlone or
+// kNoPoint.
 cv::Mat1f neighbor_distances(const cv::Mat3f& points, const OutlierOptions& options) {
   const int window = options.window;
   const Planes planes = padded_planes(points, window);
@@ -94,7 +94,7 @@ cv::Mat1f neighbor_distances(const cv::Mat3f& points, const OutlierOptions& opti
     nearest.reset();
     for (int d_row = -window; d_row <= window; ++d_row) {
       for (int d_col = -window; d_col <= window; ++d_col) {
-        if (d_row != 0 || d_col != 0) nearest.look_at(planes, window, row, d_row, d_col);
+        if (d_row != 0 || d_col != 0) nearest.add_offset(planes, window, row, d_row, d_col);
       }
     }
     nearest.write_means(distances[row]);
@@ -106,7 +106,7 @@ cv::Mat1f neighbor_distances(const cv::Mat3f& points, const OutlierOptions& opti
   return distances;
 }
 
-// mean + deviations * standard deviation of the finite distances.
+// Returns mean + deviations * standard deviation of the finite distances.
 float outlier_threshold(const cv::Mat1f& distances, double deviations) {
   double sum = 0, sum_of_squares = 0, n = 0;
   for (const float d : distances) {

@@ -15,7 +15,7 @@ namespace {
 
 using namespace testing_support;  // NOLINT(google-build-using-namespace)
 
-// A wall 2 m ahead with noise along the rays, as a grid of camera points.
+// Returns the camera points of a wall at 2 m with noise along the rays.
 PointGrid noisy_wall(double noise, unsigned seed) {
   const Camera camera = small_camera();
   std::mt19937 random(seed);
@@ -31,7 +31,7 @@ PointGrid noisy_wall(double noise, unsigned seed) {
   return grid;
 }
 
-// Mean distance to the k nearest of *all* points, by trying each: the definition.
+// Returns the mean distance to the k nearest of all points, by comparing each.
 double mean_nearest(const cv::Mat3f& points, const cv::Vec3f& p, int k) {
   std::vector<double> distances;
   for (const cv::Vec3f& q : points) distances.push_back(cv::norm(p - q));
@@ -74,7 +74,7 @@ TEST(OutlierRemoval, AgreesWithTheDefinitionOverTheWholeCloud) {
   EXPECT_GT(removed, 10U);
   for (int r = 0; r < before.rows; ++r) {
     for (int c = 0; c < before.cols; ++c) {
-      if (std::abs(expected(r, c) - threshold) < 1e-6) continue;  // too close to call in float
+      if (std::abs(expected(r, c) - threshold) < 1e-6) continue;  // undecided in single precision
       EXPECT_EQ(grid.points(r, c)[2] == 0, expected(r, c) > threshold) << r << " " << c;
     }
   }
@@ -91,8 +91,8 @@ TEST(OutlierRemoval, RemovesIslandsTooSmallToHaveNeighbors) {
   for (int i = 22; i < 48; ++i) EXPECT_GT(grid.points(i, i)[2], 0) << i;
 }
 
-TEST(OutlierRemoval, DoesNotTakeFarForFalse) {
-  // A near and a far wall, half the image each: the far one's points lie four times as far apart.
+TEST(OutlierRemoval, KeepsFarPoints) {
+  // The points of the far wall are four times as far apart as those of the near one.
   PointGrid grid = noisy_wall(0.0, 4);
   grid.points.colRange(80, 160) *= 2;
   grid.points.colRange(0, 80) *= 0.5;
@@ -106,7 +106,7 @@ TEST(OutlierRemoval, CanBeTurnedOff) {
   EXPECT_EQ(remove_outliers(grid, {.neighbors = 0}), 0U);
 }
 
-TEST(OutlierRemoval, TakesAnEmptyGrid) {
+TEST(OutlierRemoval, AcceptsAnEmptyGrid) {
   PointGrid grid{.points = cv::Mat3f(20, 20, cv::Vec3f(0, 0, 0)), .stride = 1};
   EXPECT_EQ(remove_outliers(grid), 0U);
 }

@@ -9,13 +9,16 @@
 namespace stillmap {
 namespace {
 
-constexpr float kNearest = 0.1F;    // nothing nearer to a camera is looked at [m]
-constexpr int kTile = 8;            // side of a tile [pixels]
-constexpr float kRounding = 1e-4F;  // far above that of floats, far below the margin [m]
+/// Minimum depth of a point with a vote [m].
+constexpr float kNearest = 0.1F;
+/// Side of a tile [pixels].
+constexpr int kTile = 8;
+/// Bound of the rounding errors [m], far below the margin.
+constexpr float kRounding = 1e-4F;
 
 int tiles_over(int pixels) { return (pixels + kTile - 1) / kTile; }
 
-// Pixel coordinate of x / z at its least (sign -1) or largest (sign 1) over a range of z.
+// Returns the minimum (sign -1) or maximum (sign 1) pixel coordinate of x / z over a range of z.
 float bound(float x, float near, float far, int sign, float focal, float center) {
   constexpr float kFarOutside = 1e6F;
   const bool outwards = (x > 0) == (sign > 0);
@@ -25,7 +28,7 @@ float bound(float x, float near, float far, int sign, float focal, float center)
 }  // namespace
 
 DepthPolynomial<float> see_through_margin(const DepthSensor& sensor) {
-  // The floor [m] is for the error of the pose, the size of the voxel, and its own noise.
+  // The floor [m] covers the error of the pose, the size of the voxel, and its own noise.
   constexpr double kSigmas = 3, kFloor = 0.04;
   return sensor.tolerance<float>(kSigmas, kFloor);
 }
@@ -62,38 +65,38 @@ void PlacedView::make_tiles() {
   }
 }
 
-Sight PlacedView::at(const Eigen::Vector3f& p) const {
+VoxelVote PlacedView::at(const Eigen::Vector3f& p) const {
   const DenseView& view = *view_;
-  if (p.z() < kNearest) return Sight::kNothing;
+  if (p.z() < kNearest) return VoxelVote::kNone;
   const float scale = 1 / p.z();
   const float u = fx_ * p.x() * scale + cx_, v = fy_ * p.y() * scale + cy_;
   const auto right = static_cast<float>(view.depth.cols) - 1.5F;
   const auto bottom = static_cast<float>(view.depth.rows) - 1.5F;
-  if (!(u >= 0.5F && v >= 0.5F && u < right && v < bottom)) return Sight::kNothing;
+  if (!(u >= 0.5F && v >= 0.5F && u < right && v < bottom)) return VoxelVote::kNone;
 
   const int col = static_cast<int>(u + 0.5F), row = static_cast<int>(v + 0.5F);
   const float z = view.depth(row, col) * DenseView::kDepthUnit;
   switch (visibility_of(p.z(), z, margin_.at(z))) {
     case Visibility::kUnknown:
     case Visibility::kOccluded:
-      return Sight::kNothing;
+      return VoxelVote::kNone;
     case Visibility::kOnSurface:
-      return view.kind(row, col) == kMoverSurface ? Sight::kMover : Sight::kNothing;
+      return view.kind(row, col) == kMoverSurface ? VoxelVote::kMover : VoxelVote::kNone;
     case Visibility::kSeenThrough:
       break;
   }
-  // An edge or something thin may be half a pixel away: all nine around must agree.
+  // All nine pixels around must agree, as an edge may be half a pixel away.
   for (int r = row - 1; r <= row + 1; ++r) {
     for (int c = col - 1; c <= col + 1; ++c) {
       const float around = view.depth(r, c) * DenseView::kDepthUnit;
       if (visibility_of(p.z(), around, margin_.at(around)) != Visibility::kSeenThrough)
-        return Sight::kNothing;
+        return VoxelVote::kNone;
     }
   }
-  return Sight::kThrough;
+  return VoxelVote::kSeenThrough;
 }
 
-// All pixels that at() looks at for a point of the ball, and a few more.
+// Returns bounds of the pixels that at() reads for the points of the ball.
 PlacedView::Window PlacedView::window_around(const Eigen::Vector3f& p, float radius) const {
   const float near = p.z() - radius, far = p.z() + radius;
   const auto low = [&](float x, float focal, float center) {
@@ -121,21 +124,21 @@ PlacedView::Extremes PlacedView::extremes_in(const Window& window) const {
           static_cast<float>(farthest) * DenseView::kDepthUnit, movers};
 }
 
-std::optional<Sight> PlacedView::within(const Eigen::Vector3f& p, float radius) const {
+std::optional<VoxelVote> PlacedView::within(const Eigen::Vector3f& p, float radius) const {
   radius += kRounding;
   const float near = p.z() - radius, far = p.z() + radius;
-  if (far < kNearest || view_->depth.empty()) return Sight::kNothing;
+  if (far < kNearest || view_->depth.empty()) return VoxelVote::kNone;
   if (near < kNearest) return std::nullopt;
   const Window window = window_around(p, radius);
   const int cols = view_->depth.cols, rows = view_->depth.rows;
   if (window.right < 0 || window.left >= cols || window.bottom < 0 || window.top >= rows)
-    return Sight::kNothing;
+    return VoxelVote::kNone;
   const Extremes z = extremes_in(window);
-  if (z.farthest + margin_.at(z.farthest) < near) return Sight::kNothing;
-  if (!z.movers && z.farthest - margin_.at(z.farthest) <= near) return Sight::kNothing;
+  if (z.farthest + margin_.at(z.farthest) < near) return VoxelVote::kNone;
+  if (!z.movers && z.farthest - margin_.at(z.farthest) <= near) return VoxelVote::kNone;
   const bool in_view =
       window.left >= 0 && window.right < cols && window.top >= 0 && window.bottom < rows;
-  if (in_view && z.nearest - margin_.at(z.nearest) > far) return Sight::kThrough;
+  if (in_view && z.nearest - margin_.at(z.nearest) > far) return VoxelVote::kSeenThrough;
   return std::nullopt;
 }
 

@@ -3,7 +3,6 @@
 #include "stillmap/dense/dense_view.hpp"
 #include "stillmap/geometry/pose.hpp"
 
-#include <cstdint>
 #include <optional>
 
 #include <Eigen/Core>
@@ -11,35 +10,35 @@
 
 namespace stillmap {
 
-/// How far behind a place a measurement must lie to see through it, as a function of the measured
-/// depth z. z less this margin grows with z for every depth that the sensor measures.
+/// Returns the minimum distance of a measured depth z behind a point to see through it [m], as a
+/// function of z. The difference of z and this margin increases with z over the sensor's range.
 DepthPolynomial<float> see_through_margin(const DepthSensor& sensor);
 
-/// What a view has to say on a place where it has no static surface.
-enum class Sight {
-  kNothing,  ///< the place is hidden, out of view, just before a surface, or there is no depth
-  kThrough,  ///< it sees through it
-  kMover,    ///< a mover's surface is there
+/// Vote of a view on a voxel without a static surface of that view.
+enum class VoxelVote {
+  kNone,         ///< The voxel is occluded, out of view or close to a surface, or has no depth.
+  kSeenThrough,  ///< The view sees through it.
+  kMover,        ///< A mover's surface is in it.
 };
 
-/// A view at its place in the world: its pixels as points, and what it says on places.
+/// A view with its pose in the world: its pixels as points, and its votes.
 class PlacedView {
  public:
-  /// @param view must outlive it
+  /// @param view must outlive the object
   PlacedView(const DenseView& view, const Pose& T_world_camera);
 
   const DenseView& view() const { return *view_; }
-  /// Where the camera stands, world frame [m].
+  /// Returns the camera center, world frame [m].
   const Eigen::Vector3d& eye() const { return t_world_camera_; }
-  /// From the eye to a pixel at a depth of one meter, world frame.
+  /// Returns the vector from the camera center to a pixel at a depth of 1 m, world frame [m].
   Eigen::Vector3d ray(int row, int col) const {
     return R_world_camera_ * view_->camera.unproject(col, row, 1);
   }
-  /// Depth of a pixel [m]; 0 unknown.
+  /// Returns the depth of a pixel [m]; 0 if unknown.
   double depth(int row, int col) const {
     return view_->depth(row, col) * double{DenseView::kDepthUnit};
   }
-  /// A pixel with a depth as a point, world frame [m].
+  /// Returns the point of a pixel with depth, world frame [m].
   Eigen::Vector3d point(int row, int col) const {
     return R_world_camera_ * view_->camera.unproject(col, row, depth(row, col)) + t_world_camera_;
   }
@@ -47,26 +46,28 @@ class PlacedView {
   Eigen::Vector3f in_camera(const Eigen::Vector3f& p_world) const {
     return R_camera_world_ * p_world + t_camera_world_;
   }
-  /// A direction, world frame, in that of the camera.
-  Eigen::Vector3f turned(const Eigen::Vector3f& d_world) const { return R_camera_world_ * d_world; }
+  /// Returns a world-frame vector in the camera frame.
+  Eigen::Vector3f rotated(const Eigen::Vector3f& d_world) const {
+    return R_camera_world_ * d_world;
+  }
 
-  /// On a point, camera frame [m].
-  Sight at(const Eigen::Vector3f& p_camera) const;
-  /// On all points of a ball at once, if it is sure to be the same on each; kMover never is.
-  /// Costs as much as at() on a few of them.
-  std::optional<Sight> within(const Eigen::Vector3f& center_camera, float radius) const;
+  /// Returns the vote on a point, camera frame [m].
+  VoxelVote at(const Eigen::Vector3f& p_camera) const;
+  /// Returns the vote on all points of a ball if it is certain to be the same on each, which it
+  /// never is for kMover. Takes as long as at() for a few points.
+  std::optional<VoxelVote> within(const Eigen::Vector3f& center_camera, float radius) const;
 
  private:
-  /// Extremes over squares of pixels.
+  /// Minima and maxima over squares of pixels.
   struct Tiles {
-    cv::Mat1w nearest, farthest;  // in units of DenseView::kDepthUnit; 0 where one is unknown
-    cv::Mat1b movers;             // whether there are any
+    cv::Mat1w nearest, farthest;  // in units of DenseView::kDepthUnit; 0 if one is unknown
+    cv::Mat1b movers;             // not 0 if there are any
   };
   struct Extremes {
     float nearest, farthest;  // [m]
     bool movers;
   };
-  /// Pixels from low to high, ends included.
+  /// Pixel bounds, inclusive.
   struct Window {
     int left, right, top, bottom;
   };

@@ -14,7 +14,8 @@ namespace {
 
 using namespace testing_support;  // NOLINT(google-build-using-namespace)
 
-// A wall with a thing in front of it, a mover in front of that, and a patch without depth.
+// Returns a wall with an object in front of it, a mover in front of both, and a patch without
+// depth.
 DenseView cluttered_view() {
   const RgbdFrame frame = frame_of(small_camera(), [](int u, int v) {
     if (u > 120 && v > 90) return 0.0;
@@ -25,22 +26,22 @@ DenseView cluttered_view() {
   return make_dense_view(small_camera(), frame, mover, {}, {}).view;
 }
 
-TEST(PlacedView, TellsWhatLiesBeforeAtAndBehindASurface) {
+TEST(PlacedView, VotesInFrontOfAtAndBehindASurface) {
   const DenseView view = cluttered_view();
   const PlacedView placed(view, Pose());
   const auto at = [&](int col, int row, double z) {
     return placed.at(view.camera.unproject(col, row, z).cast<float>());
   };
-  const int mover = 40 / view.stride, thing = 90 / view.stride, row = 40 / view.stride;
-  EXPECT_EQ(at(mover, row, 0.5), Sight::kThrough);
-  EXPECT_EQ(at(mover, row, 1.0), Sight::kMover);
-  EXPECT_EQ(at(mover, row, 1.5), Sight::kNothing);
-  EXPECT_EQ(at(thing, row, 1.3), Sight::kThrough);
-  EXPECT_EQ(at(thing, row, 1.48), Sight::kNothing);
-  EXPECT_EQ(at(thing, row, 2.0), Sight::kNothing);
+  const int mover = 40 / view.stride, object = 90 / view.stride, row = 40 / view.stride;
+  EXPECT_EQ(at(mover, row, 0.5), VoxelVote::kSeenThrough);
+  EXPECT_EQ(at(mover, row, 1.0), VoxelVote::kMover);
+  EXPECT_EQ(at(mover, row, 1.5), VoxelVote::kNone);
+  EXPECT_EQ(at(object, row, 1.3), VoxelVote::kSeenThrough);
+  EXPECT_EQ(at(object, row, 1.48), VoxelVote::kNone);
+  EXPECT_EQ(at(object, row, 2.0), VoxelVote::kNone);
 }
 
-TEST(PlacedView, SaysOfABallWhatItSaysOfEachOfItsPoints) {
+TEST(PlacedView, VotesOnABallAsOnEachOfItsPoints) {
   const DenseView view = cluttered_view();
   const PlacedView placed(view, Pose(so3_exp({0.1, 0.2, 0.3}), {1, 2, 3}));
   std::mt19937 random(1);
@@ -49,22 +50,22 @@ TEST(PlacedView, SaysOfABallWhatItSaysOfEachOfItsPoints) {
   for (int i = 0; i < 20000; ++i) {
     const Eigen::Vector3f center(side(random), side(random), depth(random));
     const float radius = 0.05F * (1.1F + unit(random));
-    const std::optional<Sight> whole = placed.within(center, radius);
+    const std::optional<VoxelVote> whole = placed.within(center, radius);
     unsure += !whole;
-    through += whole == Sight::kThrough;
-    nothing += whole == Sight::kNothing;
+    through += whole == VoxelVote::kSeenThrough;
+    nothing += whole == VoxelVote::kNone;
     for (int n = 0; whole && n < 10; ++n) {
       const Eigen::Vector3f d = Eigen::Vector3f(unit(random), unit(random), unit(random));
       EXPECT_EQ(placed.at(center + radius / std::max(1.0F, d.norm()) * d), *whole);
     }
   }
-  // Two thirds of the space are told at once.
+  // Two thirds of the balls have one vote.
   EXPECT_GT(through, 500);
   EXPECT_GT(nothing, 5000);
   EXPECT_LT(unsure, 8000);
 }
 
-// PlacedView::within() draws on it: the nearest of several depths has the nearest margin.
+// PlacedView::within() relies on this: the nearest of several depths has the nearest margin.
 TEST(PlacedView, DepthLessItsMarginGrowsOverTheRangeOfEverySensor) {
   for (const std::string& name : depth_sensor_names()) {
     const DepthSensor& sensor = find_depth_sensor(name);
@@ -75,7 +76,7 @@ TEST(PlacedView, DepthLessItsMarginGrowsOverTheRangeOfEverySensor) {
   }
 }
 
-TEST(PlacedView, PutsItsPixelsIntoTheWorld) {
+TEST(PlacedView, TransformsItsPixelsToTheWorld) {
   const DenseView view = cluttered_view();
   const Pose T(so3_exp({0.1, 0.2, 0.3}), {1, 2, 3});
   const PlacedView placed(view, T);
@@ -88,11 +89,11 @@ TEST(PlacedView, PutsItsPixelsIntoTheWorld) {
             1e-5);
 }
 
-TEST(PlacedView, SaysNothingOnceItIsEmpty) {
+TEST(PlacedView, HasNoVotesIfItIsEmpty) {
   const DenseView view;
   const PlacedView placed(view, Pose());
-  EXPECT_EQ(placed.within({0, 0, 1}, 0.1F), Sight::kNothing);
-  EXPECT_EQ(placed.at({0, 0, 1}), Sight::kNothing);
+  EXPECT_EQ(placed.within({0, 0, 1}, 0.1F), VoxelVote::kNone);
+  EXPECT_EQ(placed.at({0, 0, 1}), VoxelVote::kNone);
 }
 
 }  // namespace

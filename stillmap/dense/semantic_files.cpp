@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/dense/semantic_files.hpp"
 
+#include "stillmap/base/bytes.hpp"
+
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <map>
+#include <span>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -13,14 +15,7 @@
 namespace stillmap {
 namespace {
 
-template <typename T>
-void append(std::string& bytes, const T& value) {
-  char raw[sizeof(T)];
-  std::memcpy(raw, &value, sizeof(T));
-  bytes.append(raw, sizeof(T));
-}
-
-/// A color of full saturation, hue in turns.
+/// Returns a color of full saturation. The hue is in turns [0..1].
 Rgb of_hue(double hue) {
   const auto channel = [&](double shift) {
     const double x = std::abs(std::fmod(hue + shift, 1.0) * 6 - 3) - 1;
@@ -29,7 +24,7 @@ Rgb of_hue(double hue) {
   return {channel(1), channel(2.0 / 3), channel(1.0 / 3)};
 }
 
-/// Place of each object's class in class_colors(), by id.
+/// Returns the index of each object's class in class_colors(), by object id.
 std::vector<std::size_t> labels_of(const SemanticMap& semantics,
                                    const std::vector<ClassColor>& classes) {
   std::vector<std::size_t> labels{classes.size()};
@@ -82,41 +77,43 @@ Cloud colored_by_class(const Cloud& cloud, const SemanticMap& semantics) {
 std::string semantic_ply(const Cloud& cloud, const SemanticMap& semantics) {
   const std::vector<ClassColor> classes = class_colors(semantics);
   const std::vector<std::size_t> labels = labels_of(semantics, classes);
-  std::string bytes = "ply\nformat binary_little_endian 1.0\ncomment meters, world frame\n";
+  std::string header = "ply\nformat binary_little_endian 1.0\ncomment meters, world frame\n";
   for (std::size_t i = 0; i < classes.size(); ++i) {
-    bytes += fmt::format("comment label {} {}\n", i + 1, classes[i].class_name);
+    header += fmt::format("comment label {} {}\n", i + 1, classes[i].class_name);
   }
-  bytes += fmt::format(
+  header += fmt::format(
       "element vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
       "property uchar red\nproperty uchar green\nproperty uchar blue\n"
       "property ushort object\nproperty uchar label\nproperty float confidence\nend_header\n",
       cloud.size());
+  ByteWriter bytes;
+  bytes.put_list(std::span<const char>(header));
   for (std::size_t i = 0; i < cloud.size(); ++i) {
-    for (const float x : cloud.points[i]) append(bytes, x);
-    for (const std::uint8_t c : cloud.colors[i]) append(bytes, c);
+    for (const float x : cloud.points[i]) bytes.put(x);
+    bytes.put(cloud.colors[i]);
     const std::uint16_t object = semantics.empty() ? std::uint16_t{0} : semantics.object[i];
-    append(bytes, object);
-    append(bytes, static_cast<std::uint8_t>(object > 0 ? labels[object] + 1 : 0));
-    append(bytes, semantics.empty() ? 0.0F : semantics.confidence[i]);
+    bytes.put(object);
+    bytes.put(static_cast<std::uint8_t>(object > 0 ? labels[object] + 1 : 0));
+    bytes.put(semantics.empty() ? 0.0F : semantics.confidence[i]);
   }
-  return bytes;
+  return bytes.take();
 }
 
-cv::Mat legend_picture(const std::vector<ClassColor>& classes) {
+cv::Mat legend_image(const std::vector<ClassColor>& classes) {
   constexpr int kLine = 30, kWidth = 420;
   const int lines = static_cast<int>(classes.size());
-  cv::Mat picture(std::max(1, lines) * kLine + 10, kWidth, CV_8UC3, cv::Scalar(34, 27, 22));
+  cv::Mat image(std::max(1, lines) * kLine + 10, kWidth, CV_8UC3, cv::Scalar(34, 27, 22));
   for (int i = 0; i < lines; ++i) {
     const ClassColor& entry = classes[static_cast<std::size_t>(i)];
     const cv::Scalar color(entry.color[2], entry.color[1], entry.color[0]);
-    cv::rectangle(picture, cv::Rect(10, i * kLine + 10, 30, kLine - 10), color, cv::FILLED);
-    cv::putText(picture,
+    cv::rectangle(image, cv::Rect(10, i * kLine + 10, 30, kLine - 10), color, cv::FILLED);
+    cv::putText(image,
                 fmt::format("{}: {} object{}, {} points", entry.class_name, entry.objects,
                             entry.objects == 1 ? "" : "s", entry.points),
                 {50, i * kLine + 26}, cv::FONT_HERSHEY_SIMPLEX, 0.5, cv::Scalar(230, 230, 230), 1,
                 cv::LINE_AA);
   }
-  return picture;
+  return image;
 }
 
 nlohmann::json objects_json(const SemanticMap& semantics) {

@@ -12,29 +12,29 @@
 
 namespace stillmap {
 
-/// A class in the map, and the color it is drawn in.
+/// A class in the map with its color.
 struct ClassColor {
   std::string class_name;
   Rgb color = {};
   std::size_t objects = 0, points = 0;
 };
 
-/// The classes of a map by name, in colors as far apart as can be.
+/// Returns the classes of a map by name, in evenly spaced hues.
 std::vector<ClassColor> class_colors(const SemanticMap& semantics);
 
-/// The cloud in the colors of its classes; what has none is gray, dark or light as it was.
+/// Returns the cloud in the colors of its classes; points without a class are gray.
 Cloud colored_by_class(const Cloud& cloud, const SemanticMap& semantics);
 
-/// The cloud as PLY with, per vertex and after x y z red green blue: ushort object (id in
+/// Returns the cloud as PLY with, per vertex and after x y z red green blue: ushort object (id in
 /// objects.json, 0 for none), uchar label (0 for none) and float confidence. Comments in the header
 /// name the labels: `comment label 3 tv`.
 std::string semantic_ply(const Cloud& cloud, const SemanticMap& semantics);
 
-/// A picture that says which color is which class.
-cv::Mat legend_picture(const std::vector<ClassColor>& classes);
+/// Returns an image of the colors and names of the classes.
+cv::Mat legend_image(const std::vector<ClassColor>& classes);
 
-/// The objects: {"objects": [{"id", "class", "confidence", "views", "visible", "points", "center",
-/// "box": {"min", "max"}}]}, meters, world frame.
+/// Returns the objects: {"objects": [{"id", "class", "confidence", "views", "visible", "points",
+/// "center", "box": {"min", "max"}}]}, meters, world frame.
 nlohmann::json objects_json(const SemanticMap& semantics);
 
 }  // namespace stillmap

@@ -14,7 +14,7 @@
 namespace stillmap {
 namespace {
 
-// Four points: of a tv, of nothing, of a chair, of another tv.
+// Returns four points: of a tv, of no object, of a chair and of another tv.
 Cloud cloud() {
   Cloud c;
   for (int i = 0; i < 4; ++i) {
@@ -40,7 +40,7 @@ SemanticMap semantics() {
   return map;
 }
 
-TEST(SemanticFiles, SayInThePlyWhatEachPointIs) {
+TEST(SemanticFiles, LabelEachPointInThePly) {
   const std::string bytes = semantic_ply(cloud(), semantics());
   EXPECT_NE(bytes.find("comment label 1 chair\ncomment label 2 tv\n"), std::string::npos);
   constexpr std::size_t kRecord = 12 + 3 + 2 + 1 + 4;
@@ -52,14 +52,14 @@ TEST(SemanticFiles, SayInThePlyWhatEachPointIs) {
   EXPECT_EQ(object, 3);
   EXPECT_EQ(last[17], 2);
   EXPECT_EQ(confidence, 0.75F);
-  // Whoever reads points and colors only can read it.
+  // A reader of points and colors can read it.
   const auto file = std::filesystem::temp_directory_path() / "stillmap_semantic_test.ply";
   write_file(file, bytes);
   EXPECT_EQ(read_ply(file), cloud());
   std::filesystem::remove(file);
 }
 
-TEST(SemanticFiles, ColorClassesApartAndTheRestGray) {
+TEST(SemanticFiles, ColorClassesAndLeaveTheRestGray) {
   const Cloud colored = colored_by_class(cloud(), semantics());
   EXPECT_EQ(colored.points, cloud().points);
   EXPECT_EQ(colored.colors[0], colored.colors[3]);
@@ -68,7 +68,7 @@ TEST(SemanticFiles, ColorClassesApartAndTheRestGray) {
   const auto classes = class_colors(semantics());
   ASSERT_EQ(classes.size(), 2U);
   EXPECT_EQ(classes[1].objects, 2U);
-  EXPECT_GT(legend_picture(classes).rows, 60);
+  EXPECT_GT(legend_image(classes).rows, 60);
 }
 
 TEST(SemanticFiles, ListEachObjectOnce) {
@@ -79,7 +79,7 @@ TEST(SemanticFiles, ListEachObjectOnce) {
   EXPECT_EQ(json["objects"][1]["box"]["max"], (nlohmann::json{1.0, 3.0, 5.0}));
 }
 
-TEST(SemanticFiles, TakeAMapWithoutAnyThing) {
+TEST(SemanticFiles, AcceptAMapWithoutObjects) {
   EXPECT_TRUE(objects_json({})["objects"].empty());
   EXPECT_TRUE(class_colors({}).empty());
   EXPECT_EQ(colored_by_class(cloud(), {}).size(), 4U);

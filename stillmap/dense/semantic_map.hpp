@@ -14,48 +14,41 @@
 
 namespace stillmap {
 
-/// How detections in single keyframes become things in the map.
-struct SemanticOptions {
-  double cell = 0.05;  ///< side of the voxels that detections are compared in [m]
-  int min_views = 2;   ///< keyframes that must have found a thing
-};
-
-/// A static thing in the map.
+/// A static object in the map.
 struct StaticObject {
-  int id = 0;              ///< 1, 2, 3 ... in the order in which they were first seen
-  std::string class_name;  ///< the one that the detections speak for most
-  float confidence = 0;    ///< sum of their confidences over the keyframes that saw its surface
-  int views = 0;           ///< keyframes that found it
-  int visible = 0;         ///< keyframes that saw its surface
-  std::size_t points = 0;  ///< of the cloud
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();  ///< of the box [m]
-  /// Along the world's axes, around all but the outermost hundredth of its points on each side [m].
+  int id = 0;              ///< 1, 2, 3 ... in the order of their first detections.
+  std::string class_name;  ///< Class with the largest sum of confidences.
+  float confidence = 0;    ///< That sum over the number of keyframes that saw its surface [0..1].
+  int views = 0;           ///< Number of keyframes that detected it.
+  int visible = 0;         ///< Number of keyframes that saw its surface.
+  std::size_t points = 0;  ///< Number of its points in the cloud.
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();  ///< Center of the box [m].
+  /// Box along the world's axes around its points without the outermost 1 % on each side [m].
   Eigen::AlignedBox3d box;
 };
 
-/// The things in a cloud.
+/// The objects in a cloud.
 struct SemanticMap {
-  std::vector<StaticObject> objects;  ///< by id
-  std::vector<std::uint16_t> object;  ///< per point of the cloud: its id; 0 for none
-  std::vector<float> confidence;      ///< per point, 0 to 1: of that label
+  std::vector<StaticObject> objects;  ///< By id.
+  std::vector<std::uint16_t> object;  ///< Id of the object of each point of the cloud; 0 for none.
+  std::vector<float> confidence;      ///< Confidence of that label of each point [0..1].
   bool empty() const { return objects.empty(); }
 };
 
-/// A view, and where it was.
-struct ViewAtPlace {
+/// A view with its pose.
+struct PosedView {
   const DenseView* view;
   Pose T_world_camera;
 };
 
-/// Joins the instances of all views into things, and gives every point of the cloud the thing that
-/// most views speak for: each view that saw it as part of an instance votes for that instance's
-/// thing with the detector's confidence, and the confidence of the label is the sum of the votes
-/// over the number of views that saw the point. (YOLO11n and Lucas-Kanade's semantic map, where the
-/// last detection wins, and things are not told from each other.)
-/// @param views those that the grid is made of
-/// @param cells per point of the cloud, the number of its voxel in the grid
-SemanticMap make_semantic_map(const StaticGrid& grid, std::span<const ViewAtPlace> views,
-                              std::span<const std::uint32_t> cells,
-                              const SemanticOptions& options = {});
+/// Merges the instances of all views into objects, and labels every point of the cloud by votes:
+/// each view with the point in an instance votes for that instance's object with the detector's
+/// confidence, and the confidence of the label is the sum of the votes over the number of views
+/// that saw the point. (In the semantic map of the YOLO11n + Lucas-Kanade system the last detection
+/// wins, and objects of one class are not distinguished.)
+/// @param views views of the grid
+/// @param cells number of the voxel in the grid of each point of the cloud
+SemanticMap make_semantic_map(const StaticGrid& grid, std::span<const PosedView> views,
+                              std::span<const std::uint32_t> cells);
 
 }  // namespace stillmap

@@ -3,7 +3,6 @@
 
 #include "stillmap/dense/synthetic_frame.hpp"
 
-#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -14,7 +13,7 @@ namespace {
 
 using namespace testing_support;  // NOLINT(google-build-using-namespace)
 
-// A wall 2.5 m away and two boxes half a meter wide before it, one meter apart: known surfaces.
+// A wall at 2.5 m and two boxes half a meter wide in front of it, one meter apart.
 struct Box {
   double left, right, front;  // x from, x to, z [m]
 };
@@ -55,9 +54,9 @@ struct World {
   std::vector<DenseView> views;
   std::vector<Pose> poses;
 
-  void add(double x, const std::vector<Instance>& things) {
+  void add(double x, const std::vector<Instance>& instances) {
     const Eigen::Vector3d eye(x, 0, 0);
-    const SegmentedFrame segmented{.instances = things};
+    const SegmentedFrame segmented{.instances = instances};
     views.push_back(
         make_dense_view(small_camera(), frame_at(eye), {}, {.stride = 1}, {}, {}, &segmented).view);
     poses.emplace_back(Eigen::Quaterniond::Identity(), eye);
@@ -69,9 +68,9 @@ struct Result {
   SemanticMap semantics;
 };
 
-Result map_of(const World& world, const SemanticOptions& options = {}) {
+Result map_of(const World& world) {
   StaticGrid grid(0.02);
-  std::vector<ViewAtPlace> places;
+  std::vector<PosedView> places;
   for (std::size_t i = 0; i < world.views.size(); ++i) {
     grid.add(world.views[i], world.poses[i]);
     places.push_back({&world.views[i], world.poses[i]});
@@ -79,13 +78,13 @@ Result map_of(const World& world, const SemanticOptions& options = {}) {
   const std::vector<std::uint32_t> cells = grid.index().sorted();
   Result result;
   for (const std::uint32_t cell : cells) result.points.push_back(grid.mean(cell));
-  result.semantics = make_semantic_map(grid, places, cells, options);
+  result.semantics = make_semantic_map(grid, places, cells);
   return result;
 }
 
 Eigen::Vector3d eye_at(double x) { return {x, 0, 0}; }
 
-TEST(SemanticMap, FindsEachThingOnceWithItsPoints) {
+TEST(SemanticMap, FindsEachObjectOnceWithItsPoints) {
   World world;
   for (const double x : {-0.3, -0.15, 0.0, 0.15, 0.3}) {
     world.add(x, {instance_of(kLeft, eye_at(x), "tv", 0.8F),
@@ -97,7 +96,7 @@ TEST(SemanticMap, FindsEachThingOnceWithItsPoints) {
     const Box& truth = object.class_name == "tv" ? kLeft : kRight;
     EXPECT_NEAR(object.confidence, object.class_name == "tv" ? 0.8 : 0.6, 1e-4);
     EXPECT_EQ(object.views, 5);
-    // Three pixels of the mask's and the surface's border are 3.5 cm.
+    // Three pixels between the borders of the mask and of the surface are 3.5 cm.
     EXPECT_LT((object.center -
                Eigen::Vector3d((truth.left + truth.right) / 2, (kTop + kBottom) / 2, truth.front))
                   .norm(),
@@ -119,7 +118,7 @@ TEST(SemanticMap, FindsEachThingOnceWithItsPoints) {
   EXPECT_EQ(wrong, 0U);
 }
 
-TEST(SemanticMap, JoinsWhatTheNetworkCallsDifferently) {
+TEST(SemanticMap, MergesDetectionsOfDifferentClasses) {
   World world;
   for (const double x : {-0.3, -0.1, 0.1, 0.3}) {
     const bool doubtful = x > 0.2;
@@ -131,7 +130,7 @@ TEST(SemanticMap, JoinsWhatTheNetworkCallsDifferently) {
   EXPECT_EQ(semantics.objects[0].views, 4);
 }
 
-TEST(SemanticMap, KeepsTwoOfAKindApart) {
+TEST(SemanticMap, KeepsTwoObjectsOfOneClassApart) {
   World world;
   for (const double x : {-0.2, 0.0, 0.2}) {
     world.add(x, {instance_of(kLeft, eye_at(x), "chair", 0.7F),
@@ -140,7 +139,7 @@ TEST(SemanticMap, KeepsTwoOfAKindApart) {
   EXPECT_EQ(map_of(world).semantics.objects.size(), 2U);
 }
 
-TEST(SemanticMap, DoesNotBelieveASingleDetection) {
+TEST(SemanticMap, IgnoresASingleDetection) {
   World world;
   world.add(0, {instance_of(kLeft, eye_at(0), "toilet", 0.4F),
                 instance_of(kRight, eye_at(0), "chair", 0.7F)});
@@ -152,8 +151,8 @@ TEST(SemanticMap, DoesNotBelieveASingleDetection) {
   EXPECT_EQ(semantics.objects[0].class_name, "chair");
 }
 
-TEST(SemanticMap, FindsTheThingInABox) {
-  // Boxes alone, which hold the wall behind as well; widened, so that they hold much of it.
+TEST(SemanticMap, FindsTheObjectInABox) {
+  // Detections without masks, in boxes widened so that they include much of the wall.
   World world;
   for (const double x : {-0.2, 0.0, 0.2}) {
     Instance boxed = instance_of(kLeft, eye_at(x), "tv", 0.8F, false);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/dense/static_grid.hpp"
 
-#include "stillmap/base/error.hpp"
 #include "stillmap/base/statistics.hpp"
 #include "stillmap/base/trace.hpp"
 
@@ -14,21 +13,27 @@
 namespace stillmap {
 namespace {
 
-/// Share of the keyframes with a vote on a voxel that must vote against it to remove it [0..1].
+/// Minimum number of votes against a voxel to remove it; chosen on simulated scenes.
+constexpr int kMinVotes = 2;
+/// Share of the keyframes with a vote on a voxel that must vote against it to remove it [0..1];
+/// chosen on simulated scenes.
 constexpr double kRemovalShare = 0.35;
-/// A voxel that this many keyframes saw through since it was last seen has become free.
+/// Number of keyframes seeing through a voxel since its last surface after which it is free.
 constexpr int kVacated = 4;
 
 constexpr std::uint32_t kNone = VoxelIndex::kNone;
 
-constexpr int kRegionSide = 8 * VoxelIndex::kSide;  // voxels
+/// Side of a region [voxels].
+constexpr int kRegionSide = 8 * VoxelIndex::kSide;
 
-constexpr int kFarStep = 2;      // side of far cells [voxels]
-constexpr int kSettled = 4;      // side of what is looked up for surfaces seen nearer [voxels]
-constexpr double kFarReach = 3;  // standard deviations of a far pixel's depth
+/// Sides of the cells of far surfaces, and of the cubes that mark nearer surfaces [voxels].
+constexpr int kFarStep = 2, kNearSurfaceSide = 4;
+/// Reach of a far pixel along its ray, in standard deviations of its depth.
+constexpr double kFarReach = 3;
 
-// Gains are judged by this many pixels at least, none of them too dark or saturated.
-constexpr std::size_t kEnoughForGain = 500;
+/// Minimum number of pixels for a color gain, their range of intensities [0..255], and the largest
+/// gain.
+constexpr std::size_t kMinGainPixels = 500;
 constexpr float kDarkest = 16, kBrightest = 240, kLargestGain = 2;
 
 bool exposed(float value) { return value >= kDarkest && value <= kBrightest; }
@@ -39,37 +44,38 @@ Eigen::Vector3f rgb_of(const cv::Vec3b& bgr) {
 
 }  // namespace
 
-StaticGrid::StaticGrid(double edge, const EvidenceOptions& options, std::uint32_t elders)
-    : edge_(edge), options_(options), elders_(elders) {
+StaticGrid::StaticGrid(double edge, const EvidenceOptions& options, std::uint32_t previous_views)
+    : edge_(edge), options_(options), previous_views_(previous_views) {
   require_voxel_size(edge, "dense voxel size");
 }
 
-StaticGrid::Witness StaticGrid::witness(const DenseView& view, const Pose& T_world_camera) const {
-  Witness witness{PlacedView(view, T_world_camera), DepthWeight(view.camera.depth_sensor), {}};
+StaticGrid::VotingView StaticGrid::voting_view(const DenseView& view,
+                                               const Pose& T_world_camera) const {
+  VotingView voter{PlacedView(view, T_world_camera), DepthWeight(view.camera.depth_sensor), {}};
   const VoxelIndex::Block block{.corner = voxel_of({0, 0, 0})};
   const double middle = 0.5 * edge_ * VoxelIndex::kSide;
   for (unsigned place = 0; place < VoxelIndex::kPlaces; ++place) {
     const Eigen::Vector3d center = center_of(VoxelIndex::voxel_in(block, place), edge_);
-    witness.steps[place] = witness.placed.turned((center.array() - middle).matrix().cast<float>());
+    voter.steps[place] = voter.placed.rotated((center.array() - middle).matrix().cast<float>());
   }
-  return witness;
+  return voter;
 }
 
-// The new view votes on the cells that were there, the views before it on the new ones.
+// The new view votes on the existing cells, and the previous views on the new ones.
 void StaticGrid::add(const DenseView& view, const Pose& T_world_camera) {
   const TraceScope scope("evidence");
-  witnesses_.push_back(witness(view, T_world_camera));
+  voting_views_.push_back(voting_view(view, T_world_camera));
   const auto known = static_cast<std::uint32_t>(index_.size());
-  insert(witnesses_.back().placed);
+  insert(voting_views_.back().placed);
   if (!options_.remove_ghosts) return;
   const std::uint32_t newest = newest_view();
-  for (const std::uint32_t b : blocks_in_reach(witnesses_.back().placed)) {
+  for (const std::uint32_t b : blocks_in_reach(voting_views_.back().placed)) {
     vote(newest, b, {0, known});
   }
-  vote_on_new({newest > elders_ ? newest - elders_ : 1, newest}, {known, kNone});
+  vote_on_new({newest > previous_views_ ? newest - previous_views_ : 1, newest}, {known, kNone});
 }
 
-// Whether there is surface where this point lies, or within its noise before or behind it.
+// Returns whether there is a surface at a point or within one voxel of it along its ray.
 bool StaticGrid::has_surface_near(const Eigen::Vector3d& p_world,
                                   const Eigen::Vector3d& ray) const {
   for (const int steps : {0, 1, -1}) {
@@ -79,37 +85,39 @@ bool StaticGrid::has_surface_near(const Eigen::Vector3d& p_world,
   return false;
 }
 
-News StaticGrid::news_in(const DenseView& view, const Pose& T_world_camera) const {
-  const TraceScope scope("look for news");
+Novelty StaticGrid::novelty_of(const DenseView& view, const Pose& T_world_camera) const {
+  const TraceScope scope("novelty");
   constexpr int kStep = 3;  // pixels
-  // Of a Kinect v1 at 2.5 m; beyond, pixels are farther apart than voxels, and noisier [m].
+  // Largest standard deviation of a depth [m]: that of a Kinect v1 at 2.5 m, beyond which pixels
+  // are farther apart than voxels.
   constexpr double kMaxSigma = 0.009579;
   const double farthest = view.camera.depth_sensor.depth_at_sigma(kMaxSigma);
-  const Witness seeing = witness(view, T_world_camera);
-  const PlacedView& placed = seeing.placed;
-  News news;
+  const VotingView voter = voting_view(view, T_world_camera);
+  const PlacedView& placed = voter.placed;
+  Novelty novelty;
   for (int row = 0; row < view.depth.rows; row += kStep) {
     for (int col = 0; col < view.depth.cols; col += kStep) {
       if (!view.is_static(row, col) || placed.depth(row, col) > farthest) continue;
-      ++news.looked_at;
-      news.fresh += !has_surface_near(placed.point(row, col), placed.ray(row, col));
+      ++novelty.pixels_examined;
+      novelty.new_pixels += !has_surface_near(placed.point(row, col), placed.ray(row, col));
     }
   }
-  for (const std::uint32_t b : blocks_in_reach(placed)) news.refuted += refuted_in(seeing, b);
-  return news;
+  for (const std::uint32_t b : blocks_in_reach(placed))
+    novelty.refuted_voxels += refuted_in(voter, b);
+  return novelty;
 }
 
-// Cells of the static map in a block that a view sees through.
-std::size_t StaticGrid::refuted_in(const Witness& witness, std::uint32_t number) const {
-  const PlacedView& placed = witness.placed;
+// Returns the number of static cells in a block that a view sees through.
+std::size_t StaticGrid::refuted_in(const VotingView& voter, std::uint32_t number) const {
+  const PlacedView& placed = voter.placed;
   const Eigen::Vector3f middle = placed.in_camera(block_centers_[number]);
-  const std::optional<Sight> whole = placed.within(middle, block_radius());
-  if (whole == Sight::kNothing) return 0;
+  const std::optional<VoxelVote> whole = placed.within(middle, block_radius());
+  if (whole == VoxelVote::kNone) return 0;
   const VoxelIndex::Block& block = index_.block(number);
   std::size_t refuted = 0;
   for (std::uint64_t left = block.occupied; left != 0; left &= left - 1) {
     const auto place = static_cast<std::size_t>(std::countr_zero(left));
-    const bool through = whole || placed.at(middle + witness.steps[place]) == Sight::kThrough;
+    const bool through = whole || placed.at(middle + voter.steps[place]) == VoxelVote::kSeenThrough;
     refuted += through && is_static(block.numbers[place]);
   }
   return refuted;
@@ -121,12 +129,12 @@ std::uint32_t StaticGrid::cell_of(const Eigen::Vector3d& p_world) {
   const std::uint32_t cell = index_.add(*voxel);
   if (cell == cells_.size()) cells_.emplace_back();
   if (index_.block_count() > block_centers_.size()) {
-    enter_block(index_.block(index_.block_of(cell)));
+    add_block(index_.block(index_.block_of(cell)));
   }
   return cell;
 }
 
-void StaticGrid::enter_block(const VoxelIndex::Block& block) {
+void StaticGrid::add_block(const VoxelIndex::Block& block) {
   const double half = 0.5 * edge_ * VoxelIndex::kSide;
   const Eigen::Vector3d center = (corner_of(block.corner, edge_).array() + half).matrix();
   const Voxel voxel = *voxel_at(center, kRegionSide * edge_);
@@ -139,7 +147,7 @@ void StaticGrid::enter_block(const VoxelIndex::Block& block) {
   block_centers_.push_back(center.cast<float>());
 }
 
-// Per pixel, kNone where there is no static surface.
+// Returns the cell of each pixel, or kNone without a static surface.
 std::vector<std::uint32_t> StaticGrid::cells_under(const PlacedView& placed) {
   const DenseView& view = placed.view();
   std::vector<std::uint32_t> cells(view.depth.total(), kNone);
@@ -152,11 +160,11 @@ std::vector<std::uint32_t> StaticGrid::cells_under(const PlacedView& placed) {
   return cells;
 }
 
-// The factors that make the view's colors those of the cells, medians of the ratios.
+// Returns the factors from the view's colors to those of the cells, medians of the ratios.
 Eigen::Vector3f StaticGrid::gain_for(const DenseView& view,
                                      const std::vector<std::uint32_t>& cells) const {
   std::array<std::vector<float>, 3> ratios;
-  constexpr std::size_t kStep = 5;  // a fifth of the pixels is plenty
+  constexpr std::size_t kStep = 5;  // a fifth of the pixels suffices
   for (std::size_t i = 0; i < cells.size(); i += kStep) {
     if (cells[i] == kNone || cells_[cells[i]].weight <= 0) continue;
     const StaticCell& cell = cells_[cells[i]];
@@ -170,7 +178,7 @@ Eigen::Vector3f StaticGrid::gain_for(const DenseView& view,
   Eigen::Vector3f gain = Eigen::Vector3f::Ones();
   for (int c = 0; c < 3; ++c) {
     auto& values = ratios[static_cast<std::size_t>(c)];
-    if (values.size() < kEnoughForGain) return Eigen::Vector3f::Ones();
+    if (values.size() < kMinGainPixels) return Eigen::Vector3f::Ones();
     gain[c] = std::clamp(upper_median(values), 1 / kLargestGain, kLargestGain);
   }
   return gain;
@@ -188,12 +196,12 @@ void StaticGrid::insert(const PlacedView& placed) {
 }
 
 void StaticGrid::add_pixel(std::uint32_t view_number, int row, int col, std::uint32_t number) {
-  const Witness& witness = witnesses_[view_number - 1];
-  const PlacedView& placed = witness.placed;
+  const VotingView& voter = voting_views_[view_number - 1];
+  const PlacedView& placed = voter.placed;
   const Eigen::Vector3f& gain = gains_[view_number - 1];
   const DenseView& view = placed.view();
   const Eigen::Vector3d p_world = placed.point(row, col);
-  const float weight = witness.weight.at(static_cast<float>(placed.depth(row, col)));
+  const float weight = voter.weight.at(static_cast<float>(placed.depth(row, col)));
   StaticCell& cell = cells_[number];
   cell.offset_sum += weight * (p_world - corner_of(index_.voxel(number), edge_)).cast<float>();
   cell.color_sum += weight * rgb_of(view.color(row, col)).cwiseProduct(gain).cwiseMin(255.0F);
@@ -206,69 +214,69 @@ void StaticGrid::add_pixel(std::uint32_t view_number, int row, int col, std::uin
   cell.free_since = 0;
 }
 
-// Where there is a static surface, in voxels so large that its pixels leave no gaps.
-VoxelIndex StaticGrid::settled_space() const {
-  VoxelIndex settled;
+// Returns the static surfaces in cubes so large that the pixels leave no gaps.
+VoxelIndex StaticGrid::find_near_surfaces() const {
+  VoxelIndex near_surfaces;
   for (std::uint32_t cell = 0; cell < cells_.size(); ++cell) {
     if (!is_static(cell)) continue;
-    if (const auto voxel = voxel_at(mean(cell).cast<double>(), kSettled * edge_)) {
-      settled.add(*voxel);
+    if (const auto voxel = voxel_at(mean(cell).cast<double>(), kNearSurfaceSide * edge_)) {
+      near_surfaces.add(*voxel);
     }
   }
-  return settled;
+  return near_surfaces;
 }
 
-// The cell that a far pixel belongs to; kNone where a nearer view has seen what it shows. Those of
-// far surfaces lie on a lattice of every kFarStep-th voxel, as its pixels do.
+// Returns the cell of a far pixel, or kNone if a nearer view has a surface there. Cells of far
+// surfaces are on a lattice of every kFarStep-th voxel, matching the distance of the pixels.
 std::uint32_t StaticGrid::far_cell(const PlacedView& placed, int row, int col,
-                                   const VoxelIndex& settled) {
+                                   const VoxelIndex& near_surfaces) {
   const Eigen::Vector3d p = placed.point(row, col), ray = placed.ray(row, col);
   const DepthSensor& sensor = placed.view().camera.depth_sensor;
   const double noise = kFarReach * sensor.sigma(placed.depth(row, col));
-  const double coarse = kSettled * edge_, side = kFarStep * edge_;
-  const int looks = 1 + static_cast<int>(2 * noise / coarse);  // two a voxel, and both ways
-  for (int i = -looks; i <= looks; ++i) {
+  const double coarse = kNearSurfaceSide * edge_, side = kFarStep * edge_;
+  const int probes = 1 + static_cast<int>(2 * noise / coarse);  // two per cube in both directions
+  for (int i = -probes; i <= probes; ++i) {
     const auto voxel = voxel_at(p + 0.5 * i * coarse * ray, coarse);
-    if (!voxel || settled.find(*voxel) != kNone) return kNone;
+    if (!voxel || near_surfaces.find(*voxel) != kNone) return kNone;
   }
-  const auto home_of = [&](const Eigen::Vector3d& place) -> std::optional<Voxel> {
-    const auto voxel = voxel_at(place, side);
+  const auto lattice_voxel = [&](const Eigen::Vector3d& point) -> std::optional<Voxel> {
+    const auto voxel = voxel_at(point, side);
     return voxel ? std::optional(voxel_of(kFarStep * lattice_of(*voxel))) : std::nullopt;
   };
   const int steps = 1 + static_cast<int>(2 * noise / side);
   for (int i = 0; i <= 2 * steps; ++i) {  // 0, 1, -1, 2, -2 ...
     const int step = i % 2 == 0 ? -i / 2 : (i + 1) / 2;
-    const auto home = home_of(p + 0.5 * step * side * ray);
-    const std::uint32_t cell = home ? index_.find(*home) : kNone;
+    const auto corner = lattice_voxel(p + 0.5 * step * side * ray);
+    const std::uint32_t cell = corner ? index_.find(*corner) : kNone;
     if (cell != kNone && is_far(cell)) return cell;
   }
-  const auto home = home_of(p);
-  const std::uint32_t cell = home ? cell_of(center_of(*home, edge_)) : kNone;
+  const auto corner = lattice_voxel(p);
+  const std::uint32_t cell = corner ? cell_of(center_of(*corner, edge_)) : kNone;
   return is_far(cell) ? cell : kNone;
 }
 
 void StaticGrid::fill_far() {
   const TraceScope scope("far surfaces");
   first_far_ = static_cast<std::uint32_t>(index_.size());
-  const VoxelIndex settled = settled_space();
-  for (std::uint32_t number = 1; number <= newest_view(); ++number) fill_far(number, settled);
+  const VoxelIndex near_surfaces = find_near_surfaces();
+  for (std::uint32_t number = 1; number <= newest_view(); ++number) fill_far(number, near_surfaces);
   if (!options_.remove_ghosts) return;
   vote_on_new({1, newest_view() + 1}, {first_far_, kNone});
 }
 
-void StaticGrid::fill_far(std::uint32_t number, const VoxelIndex& settled) {
-  const PlacedView& placed = witnesses_[number - 1].placed;
+void StaticGrid::fill_far(std::uint32_t number, const VoxelIndex& near_surfaces) {
+  const PlacedView& placed = voting_views_[number - 1].placed;
   const cv::Mat1b& kind = placed.view().kind;
   for (int row = 0; row < kind.rows; ++row) {
     for (int col = 0; col < kind.cols; ++col) {
       if (kind(row, col) != kFarSurface) continue;
-      const std::uint32_t cell = far_cell(placed, row, col, settled);
+      const std::uint32_t cell = far_cell(placed, row, col, near_surfaces);
       if (cell != kNone) add_pixel(number, row, col, cell);
     }
   }
 }
 
-// The blocks that hold some cells, in rising order.
+// Returns the numbers of the blocks of some cells in ascending order.
 std::vector<std::uint32_t> StaticGrid::blocks_of(Range cells) const {
   std::vector<std::uint32_t> blocks;
   const auto last = std::min(cells.last, static_cast<std::uint32_t>(index_.size()));
@@ -279,15 +287,15 @@ std::vector<std::uint32_t> StaticGrid::blocks_of(Range cells) const {
   return blocks;
 }
 
-// Of a ball around a block that holds the centers of its cells.
+// Returns the radius [m] of a ball around the centers of a block's cells.
 float StaticGrid::block_radius() const {
   return static_cast<float>(edge_) * (VoxelIndex::kSide - 1) * 0.8661F;  // half a diagonal
 }
 
-// A region's blocks lie wholly in it: their lattices fit into each other.
+// Returns whether a view may vote on cells of a region, whose blocks are all inside it.
 bool StaticGrid::reaches(const PlacedView& placed, const Region& region) const {
   const auto radius = static_cast<float>(edge_) * kRegionSide * 0.8661F;  // half a diagonal
-  return placed.within(placed.in_camera(region.center), radius) != Sight::kNothing;
+  return placed.within(placed.in_camera(region.center), radius) != VoxelVote::kNone;
 }
 
 std::vector<std::uint32_t> StaticGrid::blocks_in_reach(const PlacedView& placed) const {
@@ -304,31 +312,31 @@ void StaticGrid::vote_on_new(Range views, Range cells) {
   for (const std::uint32_t b : blocks_of(cells)) by_region[region_of_block_[b]].push_back(b);
   for (const auto& [region, blocks] : by_region) {
     for (std::uint32_t view = views.first; view < views.last; ++view) {
-      if (!reaches(witnesses_[view - 1].placed, regions_[region])) continue;
+      if (!reaches(voting_views_[view - 1].placed, regions_[region])) continue;
       for (const std::uint32_t b : blocks) vote(view, b, cells);
     }
   }
 }
 
 void StaticGrid::vote(std::uint32_t view, std::uint32_t number, Range cells) {
-  const auto& [placed, weight, steps] = witnesses_[view - 1];
+  const auto& [placed, weight, steps] = voting_views_[view - 1];
   const Eigen::Vector3f middle = placed.in_camera(block_centers_[number]);
-  const std::optional<Sight> whole = placed.within(middle, block_radius());
-  if (whole == Sight::kNothing) return;
+  const std::optional<VoxelVote> whole = placed.within(middle, block_radius());
+  if (whole == VoxelVote::kNone) return;
   const VoxelIndex::Block& block = index_.block(number);
   for (std::uint64_t left = block.occupied; left != 0; left &= left - 1) {
     const auto place = static_cast<std::size_t>(std::countr_zero(left));
     const std::uint32_t cell = block.numbers[place];
     if (cell < cells.first || cell >= cells.last) continue;
-    const Sight sight = whole ? *whole : placed.at(middle + steps[place]);
-    if (sight != Sight::kNothing) count(sight, view, cells_[cell]);
+    const VoxelVote vote = whole ? *whole : placed.at(middle + steps[place]);
+    if (vote != VoxelVote::kNone) count(vote, view, cells_[cell]);
   }
 }
 
-void StaticGrid::count(Sight sight, std::uint32_t view, StaticCell& cell) const {
-  if (cell.last_view == view) return;  // it saw a static surface there itself
-  if (sight == Sight::kMover) ++cell.movers;
-  if (sight != Sight::kThrough) return;
+void StaticGrid::count(VoxelVote vote, std::uint32_t view, StaticCell& cell) {
+  if (cell.last_view == view) return;  // It has a static surface there itself.
+  if (vote == VoxelVote::kMover) ++cell.movers;
+  if (vote != VoxelVote::kSeenThrough) return;
   ++cell.free;
   if (view > cell.last_view) ++cell.free_since;
 }
@@ -338,7 +346,7 @@ bool StaticGrid::is_static(const StaticCell& cell) const {
   const int against = cell.free + cell.movers;
   const int votes = against + cell.views;
   const bool outvoted =
-      against >= options_.min_votes && against >= kRemovalShare * static_cast<double>(votes);
+      against >= kMinVotes && against >= kRemovalShare * static_cast<double>(votes);
   return !outvoted && cell.free_since < kVacated;
 }
 
@@ -372,11 +380,6 @@ Rgb StaticGrid::color(std::uint32_t number) const {
     return static_cast<std::uint8_t>(std::clamp(std::round(color[c]), 0.0F, 255.0F));
   };
   return {channel(0), channel(1), channel(2)};
-}
-
-std::size_t StaticGrid::bytes() const {
-  return index_.bytes() + cells_.size() * sizeof(StaticCell) +
-         block_centers_.capacity() * (sizeof(Eigen::Vector3f) + 2 * sizeof(std::uint32_t));
 }
 
 }  // namespace stillmap

@@ -17,43 +17,41 @@
 
 namespace stillmap {
 
-/// When what keyframes saw speaks against a voxel of the static map, and when that is enough.
+/// Removal of voxels of the static map.
 struct EvidenceOptions {
-  bool remove_ghosts = true;  ///< false: everything that any keyframe saw stays, as in the papers
-  int min_votes = 2;          ///< keyframes that must speak against a voxel to remove it
+  bool remove_ghosts = true;  ///< Whether votes remove voxels; the papers keep all of them.
 };
 
-/// What a voxel of the static map is made of, and what is known for and against it.
+/// The surface in a voxel of the static map, and the votes on it.
 struct StaticCell {
-  Eigen::Vector3f offset_sum = Eigen::Vector3f::Zero();  ///< weighted, from the lower corner [m]
-  Eigen::Vector3f color_sum = Eigen::Vector3f::Zero();   ///< weighted, R G B
+  Eigen::Vector3f offset_sum = Eigen::Vector3f::Zero();  ///< Weighted, from the lower corner [m].
+  Eigen::Vector3f color_sum = Eigen::Vector3f::Zero();   ///< Weighted, R G B.
   float weight = 0;
-  std::uint32_t last_view = 0;   ///< the newest view with a static surface in it, counted from 1
-  std::uint16_t pixels = 0;      ///< that fell into it, at most 65535
-  std::uint16_t views = 0;       ///< with a static surface in it
-  std::uint16_t free = 0;        ///< views that saw through it
-  std::uint16_t free_since = 0;  ///< of these, after `last_view`
-  std::uint16_t movers = 0;      ///< views with a mover's surface in it
-  std::uint16_t doubtful = 0;    ///< of `views`, those that saw a mover right beside it
+  std::uint32_t last_view = 0;   ///< Newest view with a static surface in it, counted from 1.
+  std::uint16_t pixels = 0;      ///< Number of pixels in it, at most 65535.
+  std::uint16_t views = 0;       ///< Number of views with a static surface in it.
+  std::uint16_t free = 0;        ///< Number of views that saw through it.
+  std::uint16_t free_since = 0;  ///< Number of views that saw through it after `last_view`.
+  std::uint16_t movers = 0;      ///< Number of views with a mover's surface in it.
+  std::uint16_t doubtful = 0;    ///< Number of `views` with a mover next to it.
 };
 
-/// What a view would tell a grid that it does not hold yet.
-struct News {
-  std::size_t looked_at = 0;  ///< pixels with a static surface near enough to be judged
-  std::size_t fresh = 0;      ///< of these, where the grid has no surface
-  std::size_t refuted = 0;    ///< voxels of the static map that the view sees through
+/// The change of a grid that a new view would cause.
+struct Novelty {
+  std::size_t pixels_examined = 0;  ///< Number of pixels with a static surface within range.
+  std::size_t new_pixels = 0;       ///< Number of these without a surface in the grid.
+  std::size_t refuted_voxels = 0;   ///< Number of static voxels that the view sees through.
 };
 
-/// The static surface in voxels, with votes for and against each: every keyframe either hits a
-/// voxel, sees through it (free space: whatever was seen there by another keyframe was not there
-/// then), finds a mover's surface in it, or says nothing (it is hidden, out of view, or there is no
-/// depth). Each pair of voxel and keyframe is looked at once, whichever came first, so what is
-/// hidden behind people is filled in later, and a ghost that a mask missed is removed by keyframes
-/// before it as well as after.
+/// The static surface in voxels, with votes for and against each: every keyframe has a surface in a
+/// voxel, sees through it (free space: surfaces of other keyframes there have moved), has a mover's
+/// surface in it, or has no vote (the voxel is occluded or out of view, or there is no depth). Each
+/// pair of voxel and keyframe is processed once in either order, so surfaces behind people are
+/// added later, and a ghost without a mask is removed by earlier as well as later keyframes.
 ///
-/// Positions and colors are means weighted by 1 / sigma^2 of the depth (DepthWeight). Colors of
-/// each view are scaled to those that are there already (automatic exposure and white balance
-/// change them), by the median ratio per channel.
+/// Positions and colors are means weighted by 1 / sigma^2 of the depth (DepthWeight). The colors of
+/// each view are scaled to those of the grid by the median ratio per channel, as automatic exposure
+/// and white balance change them.
 ///
 /// The result depends on the views, their poses and their order. One thread at a time.
 class StaticGrid {
@@ -61,82 +59,81 @@ class StaticGrid {
   static constexpr std::uint32_t kAll = 0xffffffff;
 
   /// @param edge   side of a voxel [m]
-  /// @param elders how many of the views before a new one vote on the cells that it adds: the
-  ///               newest of them
+  /// @param previous_views number of views before a new one that vote on the cells that it adds
   /// Throws Error if `edge` or an option is out of range.
   explicit StaticGrid(double edge, const EvidenceOptions& options = {},
-                      std::uint32_t elders = kAll);
+                      std::uint32_t previous_views = kAll);
 
-  /// Adds what a keyframe saw. The view must outlive the grid.
+  /// Adds a keyframe's view, which must outlive the grid.
   void add(const DenseView& view, const Pose& T_world_camera);
 
-  /// Fills in what no view has placed with the far surfaces of all of them (kFarSurface). A far
-  /// pixel counts where its ray meets no static surface within its noise; it joins the cell of
-  /// another view's that its ray meets there, so that what lies scattered along the rays becomes
-  /// one surface, and every view votes on it as on any other. Once, after the last add().
+  /// Adds the far surfaces of all views (kFarSurface) where the grid has no surface. A far pixel is
+  /// used if its ray meets no static surface within its noise; it joins the cell of another view on
+  /// its ray, so that scattered points become one surface, and every view votes on it as on any
+  /// other. Call it once, after the last add().
   void fill_far();
 
-  /// What add() with this view would change.
-  News news_in(const DenseView& view, const Pose& T_world_camera) const;
+  /// Returns the change that add() of this view would cause.
+  Novelty novelty_of(const DenseView& view, const Pose& T_world_camera) const;
 
   double edge() const { return edge_; }
   const VoxelIndex& index() const { return index_; }
   const StaticCell& cell(std::uint32_t number) const { return cells_[number]; }
-  /// Whether what speaks against a voxel is not enough.
+  /// Returns whether the votes against a voxel do not suffice to remove it.
   bool is_static(std::uint32_t number) const { return is_static(cells_[number]); }
-  /// Whether nothing but far pixels tells of it.
+  /// Returns whether a voxel consists of far pixels only.
   bool is_far(std::uint32_t number) const { return number >= first_far_; }
-  /// Whether somebody else than a view that saw a mover right beside it saw it too, or its
-  /// neighborhood of two voxels.
+  /// Returns whether a second view has a surface in a voxel, or in its neighborhood of two voxels,
+  /// if the first one has a mover next to it.
   bool is_confirmed(std::uint32_t number) const;
-  Eigen::Vector3f mean(std::uint32_t number) const;  ///< world frame [m]
+  Eigen::Vector3f mean(std::uint32_t number) const;  ///< World frame [m].
   Rgb color(std::uint32_t number) const;
-  /// Views added so far, and the factors that their colors were scaled with, R G B.
+  /// Returns the factors of the views' colors, R G B, one per added view.
   const std::vector<Eigen::Vector3f>& gains() const { return gains_; }
-  std::size_t bytes() const;
 
  private:
-  /// A view, and where the voxels of a block lie as seen from it.
-  struct Witness {
+  /// A view, and the positions of the voxels of a block in its camera frame.
+  struct VotingView {
     PlacedView placed;
     DepthWeight weight;                                      // of its pixels
-    std::array<Eigen::Vector3f, VoxelIndex::kPlaces> steps;  // from the block's middle to each
+    std::array<Eigen::Vector3f, VoxelIndex::kPlaces> steps;  // from the block's center [m]
   };
-  /// A cube of blocks: views that do not reach it need not be asked about each.
+  /// A cube of blocks, which are skipped together by views that do not reach it.
   struct Region {
     Eigen::Vector3f center;  // world frame
     std::vector<std::uint32_t> blocks;
   };
   bool is_static(const StaticCell& cell) const;
-  /// Numbers of cells, or of views, from `first` on, and before `last`.
+  /// Numbers of cells or views from `first` to `last`, without `last`.
   struct Range {
     std::uint32_t first, last;
   };
 
   bool has_surface_near(const Eigen::Vector3d& p_world, const Eigen::Vector3d& ray) const;
-  Witness witness(const DenseView& view, const Pose& T_world_camera) const;
-  std::size_t refuted_in(const Witness& witness, std::uint32_t block) const;
+  VotingView voting_view(const DenseView& view, const Pose& T_world_camera) const;
+  std::size_t refuted_in(const VotingView& voting_view, std::uint32_t block) const;
   std::vector<std::uint32_t> cells_under(const PlacedView& placed);
   std::uint32_t cell_of(const Eigen::Vector3d& p_world);
   void insert(const PlacedView& placed);
   void add_pixel(std::uint32_t view, int row, int col, std::uint32_t number);
-  void fill_far(std::uint32_t view, const VoxelIndex& settled);
-  std::uint32_t far_cell(const PlacedView& placed, int row, int col, const VoxelIndex& settled);
-  VoxelIndex settled_space() const;
+  void fill_far(std::uint32_t view, const VoxelIndex& near_surfaces);
+  std::uint32_t far_cell(const PlacedView& placed, int row, int col,
+                         const VoxelIndex& near_surfaces);
+  VoxelIndex find_near_surfaces() const;
   Eigen::Vector3f gain_for(const DenseView& view, const std::vector<std::uint32_t>& cells) const;
-  void enter_block(const VoxelIndex::Block& block);
+  void add_block(const VoxelIndex::Block& block);
   std::vector<std::uint32_t> blocks_of(Range cells) const;
   std::vector<std::uint32_t> blocks_in_reach(const PlacedView& placed) const;
   bool reaches(const PlacedView& placed, const Region& region) const;
   void vote_on_new(Range views, Range cells);
   void vote(std::uint32_t view, std::uint32_t block, Range cells);
-  void count(Sight sight, std::uint32_t view, StaticCell& cell) const;
+  static void count(VoxelVote vote, std::uint32_t view, StaticCell& cell);
   float block_radius() const;
-  std::uint32_t newest_view() const { return static_cast<std::uint32_t>(witnesses_.size()); }
+  std::uint32_t newest_view() const { return static_cast<std::uint32_t>(voting_views_.size()); }
 
   double edge_;
   EvidenceOptions options_;
-  std::uint32_t elders_;
+  std::uint32_t previous_views_;
   VoxelIndex index_;
   std::uint32_t first_far_ = kAll;
   std::deque<StaticCell> cells_;
@@ -144,7 +141,7 @@ class StaticGrid {
   VoxelIndex region_index_;
   std::vector<Region> regions_;
   std::vector<std::uint32_t> region_of_block_;
-  std::vector<Witness> witnesses_;
+  std::vector<VotingView> voting_views_;
   std::vector<Eigen::Vector3f> gains_;
 };
 

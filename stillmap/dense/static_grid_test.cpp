@@ -16,16 +16,16 @@ namespace {
 
 using namespace testing_support;  // NOLINT(google-build-using-namespace)
 
-constexpr double kWallDepth = 2.5, kThingDepth = 1.5;
+constexpr double kWallDepth = 2.5, kObjectDepth = 1.5;
 
 DenseView view_of_frame(const RgbdFrame& frame, const cv::Mat1b& movers = {}) {
   return make_dense_view(small_camera(), frame, movers, {}, {}).view;
 }
 
-// A wall with a thing 20 pixels wide in front of it, around column `at`; none if negative.
-DenseView wall_with_thing(int at) {
+// Returns a wall with an object 20 pixels wide in front of it around column `at`; none if negative.
+DenseView wall_with_object(int at) {
   return view_of_frame(frame_of(small_camera(), [=](int u, int v) {
-    return at >= 0 && std::abs(u - at) <= 10 && v > 30 ? kThingDepth : kWallDepth;
+    return at >= 0 && std::abs(u - at) <= 10 && v > 30 ? kObjectDepth : kWallDepth;
   }));
 }
 
@@ -44,7 +44,7 @@ std::size_t nearer_than_wall(const StaticGrid& grid) {
 }
 
 TEST(StaticGrid, KeepsTheWeightedMeanOfAVoxel) {
-  // Two depths in one voxel of a meter: each counts by 1 / sigma^2 of its depth.
+  // Two depths in one voxel of 10 m have weights 1 / sigma^2 of their depths.
   const auto at = [](double z) {
     return view_of_frame(frame_of(small_camera(), [=](int, int) { return z; }));
   };
@@ -60,8 +60,8 @@ TEST(StaticGrid, KeepsTheWeightedMeanOfAVoxel) {
   EXPECT_EQ(grid.cell(cell).views, 2);
 }
 
-TEST(StaticGrid, ForgetsWhatLaterViewsSeeThrough) {
-  const DenseView with = wall_with_thing(80), without = wall_with_thing(-1);
+TEST(StaticGrid, RemovesSurfacesThatLaterViewsSeeThrough) {
+  const DenseView with = wall_with_object(80), without = wall_with_object(-1);
   StaticGrid grid(0.01);
   grid.add(with, Pose());
   EXPECT_GT(nearer_than_wall(grid), 200U);
@@ -70,8 +70,8 @@ TEST(StaticGrid, ForgetsWhatLaterViewsSeeThrough) {
   EXPECT_EQ(nearer_than_wall(grid), 0U);
 }
 
-TEST(StaticGrid, ForgetsWhatEarlierViewsSawThrough) {
-  const DenseView with = wall_with_thing(80), without = wall_with_thing(-1);
+TEST(StaticGrid, RemovesSurfacesThatEarlierViewsSawThrough) {
+  const DenseView with = wall_with_object(80), without = wall_with_object(-1);
   StaticGrid grid(0.01);
   grid.add(without, Pose());
   grid.add(without, Pose());
@@ -79,20 +79,20 @@ TEST(StaticGrid, ForgetsWhatEarlierViewsSawThrough) {
   EXPECT_EQ(nearer_than_wall(grid), 0U);
 }
 
-TEST(StaticGrid, FillsInWhatWasHidden) {
-  const DenseView with = wall_with_thing(80), without = wall_with_thing(-1);
+TEST(StaticGrid, AddsSurfacesThatWereOccluded) {
+  const DenseView with = wall_with_object(80), without = wall_with_object(-1);
   StaticGrid once(0.01), filled(0.01);
   once.add(without, Pose());
   filled.add(with, Pose());
   filled.add(without, Pose());
   filled.add(without, Pose());
-  // All of the wall is there, and nothing else: as if the thing never had been.
+  // The wall is complete without the object.
   EXPECT_EQ(static_points(filled).size(), static_points(once).size());
 }
 
-TEST(StaticGrid, LeavesNothingOfAWalkerWithoutAnyMask) {
+TEST(StaticGrid, RemovesAWalkerWithoutAnyMask) {
   std::vector<DenseView> views;
-  for (const int at : {10, 40, 70, 100, 130}) views.push_back(wall_with_thing(at));
+  for (const int at : {10, 40, 70, 100, 130}) views.push_back(wall_with_object(at));
   StaticGrid voting(0.01), plain(0.01, {.remove_ghosts = false});
   for (const DenseView& view : views) {
     voting.add(view, Pose());
@@ -102,8 +102,9 @@ TEST(StaticGrid, LeavesNothingOfAWalkerWithoutAnyMask) {
   EXPECT_EQ(nearer_than_wall(voting), 0U);
 }
 
-TEST(StaticGrid, KeepsAThinThingThatStandsStill) {
-  // Two pixels wide, seen from five places; half a millimeter of pose error and noise of a Kinect.
+TEST(StaticGrid, KeepsAThinStaticObject) {
+  // The object is two pixels wide in five views with 0.5 mm of pose error and the noise of a
+  // Kinect.
   std::vector<DenseView> views;
   std::vector<Pose> poses;
   std::mt19937 random(3);
@@ -111,14 +112,14 @@ TEST(StaticGrid, KeepsAThinThingThatStandsStill) {
   for (int i = 0; i < 5; ++i) {
     const double x = 0.05 * i;
     views.push_back(view_of_frame(frame_of(small_camera(), [&](int u, int) {
-      const double column = 79.5 + 132 * (0.1 - x) / kThingDepth;
-      const double z = std::abs(u - column) <= 1.5 ? kThingDepth : kWallDepth;
+      const double column = 79.5 + 132 * (0.1 - x) / kObjectDepth;
+      const double z = std::abs(u - column) <= 1.5 ? kObjectDepth : kWallDepth;
       return z + 1.4e-3 * z * z * gauss(random);
     })));
     poses.emplace_back(Eigen::Quaterniond::Identity(),
                        Eigen::Vector3d(x + 5e-4 * gauss(random), 0, 0));
   }
-  // At this width back-projection finds depth jumps all over it, so its points are given by hand.
+  // Back-projection finds depth jumps at each pixel of so thin an object, so its kind is set here.
   for (DenseView& view : views) {
     for (int row = 0; row < view.kind.rows; ++row) {
       for (int col = 0; col < view.kind.cols; ++col) {
@@ -136,10 +137,11 @@ TEST(StaticGrid, KeepsAThinThingThatStandsStill) {
   EXPECT_GT(nearer_than_wall(voting), 0.95 * static_cast<double>(nearer_than_wall(plain)));
 }
 
-TEST(StaticGrid, BelievesMasksOverASingleMissingOne) {
-  // Somebody sits still all the time; the network misses them in one of four keyframes.
-  const RgbdFrame frame = frame_of(
-      small_camera(), [](int u, int) { return std::abs(u - 80) <= 15 ? kThingDepth : kWallDepth; });
+TEST(StaticGrid, RemovesAMaskedPersonDespiteASingleMissingMask) {
+  // A person sits still all the time; the network misses the person in one of four keyframes.
+  const RgbdFrame frame = frame_of(small_camera(), [](int u, int) {
+    return std::abs(u - 80) <= 15 ? kObjectDepth : kWallDepth;
+  });
   const cv::Mat1b mask = cv::Mat(frame.depth < 2);
   const DenseView masked = view_of_frame(frame, mask), missed = view_of_frame(frame);
   StaticGrid grid(0.01);
@@ -147,11 +149,11 @@ TEST(StaticGrid, BelievesMasksOverASingleMissingOne) {
   EXPECT_EQ(nearer_than_wall(grid), 0U);
 }
 
-TEST(StaticGrid, WantsWhatLiesBesideAMoverConfirmed) {
-  // A mask that covers half of somebody who is seen once, at the border of what is known.
-  const auto frame_with = [](bool somebody) {
+TEST(StaticGrid, ConfirmsSurfacesNextToAMoverByASecondView) {
+  // A mask covers half of a person who is in one view only, at the border of the known surface.
+  const auto frame_with = [](bool person) {
     return frame_of(small_camera(), [=](int u, int) {
-      if (u > 100) return somebody && u <= 140 ? kThingDepth : 0.0;  // behind, nothing is measured
+      if (u > 100) return person && u <= 140 ? kObjectDepth : 0.0;  // no depth behind the person
       return kWallDepth;
     });
   };
@@ -161,25 +163,25 @@ TEST(StaticGrid, WantsWhatLiesBesideAMoverConfirmed) {
                   without = view_of_frame(frame_with(false));
   StaticGrid grid(0.01);
   for (const DenseView* view : {&without, &with, &without}) grid.add(*view, Pose());
-  std::size_t ghosts = 0, believed = 0;
+  std::size_t ghosts = 0, confirmed = 0;
   for (std::uint32_t i = 0; i < grid.index().size(); ++i) {
     const bool ghost = grid.mean(i).z() < kWallDepth - 0.1;
     ghosts += ghost;
-    believed += ghost && grid.is_static(i) && grid.is_confirmed(i);
+    confirmed += ghost && grid.is_static(i) && grid.is_confirmed(i);
   }
   EXPECT_GT(ghosts, 200U);
-  EXPECT_EQ(believed, 0U);
-  // Somebody who sits there all the time beside a chair: the chair is confirmed.
+  EXPECT_EQ(confirmed, 0U);
+  // A second view with the same surface confirms it.
   grid.add(with, Pose(Eigen::Quaterniond::Identity(), {0.004, 0, 0}));
   for (std::uint32_t i = 0; i < grid.index().size(); ++i) {
     if (grid.mean(i).z() < kWallDepth - 0.1 && grid.cell(i).views > 1)
-      believed += grid.is_confirmed(i);
+      confirmed += grid.is_confirmed(i);
   }
-  EXPECT_GT(believed, 50U);
+  EXPECT_GT(confirmed, 50U);
 }
 
-TEST(StaticGrid, NoticesThatSomethingHasLeftForGood) {
-  const DenseView with = wall_with_thing(80), without = wall_with_thing(-1);
+TEST(StaticGrid, RemovesAnObjectThatHasLeft) {
+  const DenseView with = wall_with_object(80), without = wall_with_object(-1);
   StaticGrid grid(0.01);
   for (int i = 0; i < 20; ++i) grid.add(with, Pose());
   EXPECT_GT(nearer_than_wall(grid), 200U);
@@ -187,7 +189,7 @@ TEST(StaticGrid, NoticesThatSomethingHasLeftForGood) {
   EXPECT_EQ(nearer_than_wall(grid), 0U);
 }
 
-TEST(StaticGrid, ScalesColorsToThoseThatAreThere) {
+TEST(StaticGrid, ScalesColorsToThoseOfTheGrid) {
   RgbdFrame frame = frame_of(small_camera(), [](int, int) { return kWallDepth; });
   frame.color.setTo(cv::Scalar(80, 120, 160));
   const DenseView first = view_of_frame(frame);
@@ -203,11 +205,10 @@ TEST(StaticGrid, ScalesColorsToThoseThatAreThere) {
   }
 }
 
-// Beyond what is placed with certainty [m].
+// Depth beyond the surfaces of certain depth [m].
 constexpr double kFarWall = 4.7;
 
 DenseView far_wall(unsigned seed) {
-  // With a Kinect's noise.
   std::mt19937 random(seed);
   std::normal_distribution<double> gauss;
   return view_of_frame(frame_of(small_camera(), [&](int, int) {
@@ -215,7 +216,7 @@ DenseView far_wall(unsigned seed) {
   }));
 }
 
-// Root mean square distance of the static cells to the wall.
+// Returns the root mean square distance of the static cells from the wall [m].
 double thickness(const StaticGrid& grid) {
   double squares = 0;
   const auto points = static_points(grid);
@@ -223,21 +224,21 @@ double thickness(const StaticGrid& grid) {
   return std::sqrt(squares / static_cast<double>(points.size()));
 }
 
-TEST(StaticGrid, MakesOneSurfaceOfWhatManySawFarAway) {
+TEST(StaticGrid, FusesTheFarSurfacesOfManyViews) {
   std::vector<DenseView> views;
   for (unsigned seed = 1; seed <= 12; ++seed) views.push_back(far_wall(seed));
   StaticGrid one(0.01), many(0.01);
   one.add(views.front(), Pose());
   one.fill_far();
   for (const DenseView& view : views) many.add(view, Pose());
-  EXPECT_TRUE(static_points(many).empty());  // nothing is certain
+  EXPECT_TRUE(static_points(many).empty());  // There are no surfaces of certain depth.
   many.fill_far();
   EXPECT_LT(static_points(many).size(), 1.2 * static_cast<double>(static_points(one).size()));
   EXPECT_LT(thickness(many), 0.5 * thickness(one));
   EXPECT_TRUE(many.is_far(many.index().sorted().front()));
 }
 
-TEST(StaticGrid, BelievesTheNearerView) {
+TEST(StaticGrid, PrefersTheNearerView) {
   const DenseView far = far_wall(1);
   const DenseView near = view_of_frame(frame_of(small_camera(), [](int, int) { return 2.0; }));
   const Pose nearer(Eigen::Quaterniond::Identity(), {0, 0, kFarWall - 2});
@@ -246,7 +247,7 @@ TEST(StaticGrid, BelievesTheNearerView) {
   both.add(far, Pose());
   both.add(near, nearer);
   both.fill_far();
-  // Where the nearer camera looked nothing has changed; it saw two fifths of the other's view.
+  // Nothing has changed in the nearer view, which covers two fifths of the other one.
   const auto certain = static_points(alone), all = static_points(both);
   EXPECT_GT(all.size(), certain.size() + 1000);
   const auto in_its_view = std::count_if(all.begin(), all.end(), [](const auto& p) {
@@ -258,24 +259,24 @@ TEST(StaticGrid, BelievesTheNearerView) {
   EXPECT_EQ(in_its_view, seen_by_it);
 }
 
-TEST(StaticGrid, ForgetsFarThingsThatOthersSeeThrough) {
+TEST(StaticGrid, RemovesFarSurfacesThatOthersSeeThrough) {
   const auto at = [](double z) {
     return view_of_frame(frame_of(small_camera(), [=](int u, int v) {
       return std::abs(u - 80) <= 10 && std::abs(v - 60) < 40 ? z : 4.9;
     }));
   };
   const DenseView with = at(4.2), without = at(4.9);
-  const auto before_the_wall = [](const StaticGrid& grid) {
+  const auto in_front_of_wall = [](const StaticGrid& grid) {
     const auto points = static_points(grid);
     return std::count_if(points.begin(), points.end(), [](const auto& p) { return p.z() < 4.5; });
   };
   StaticGrid alone(0.01), voted(0.01);
   alone.add(with, Pose());
   alone.fill_far();
-  EXPECT_GT(before_the_wall(alone), 100);
+  EXPECT_GT(in_front_of_wall(alone), 100);
   for (const DenseView* view : {&without, &with, &without}) voted.add(*view, Pose());
   voted.fill_far();
-  EXPECT_EQ(before_the_wall(voted), 0);
+  EXPECT_EQ(in_front_of_wall(voted), 0);
 }
 
 TEST(StaticGrid, RefusesVoxelsWithoutSize) { EXPECT_THROW(StaticGrid(0), Error); }

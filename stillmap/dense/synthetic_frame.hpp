@@ -11,21 +11,20 @@
 
 namespace stillmap::testing_support {
 
-/// A small camera for tests of this room.
+/// Returns a small camera for tests of this module.
 inline Camera small_camera() {
   return {
       .name = "test", .width = 160, .height = 120, .fx = 132, .fy = 132, .cx = 79.5, .cy = 59.5};
 }
 
-/// A plane n . p = d, |n| = 1, in the frame it is spoken of in [m].
+/// A plane n . p = d with |n| = 1 [m].
 struct Plane {
   Eigen::Vector3d n;
   double d;
   double distance(const Eigen::Vector3d& p) const { return std::abs(n.dot(p) - d); }
 };
 
-/// A frame whose depth is given pixel by pixel [m], and whose color tells the pixel: BGR (u, v,
-/// 7).
+/// Returns a frame with a given depth of each pixel [m] and the color BGR (u, v, 7).
 inline RgbdFrame frame_of(const Camera& camera, const std::function<double(int u, int v)>& depth) {
   RgbdFrame frame;
   frame.color = cv::Mat(camera.height, camera.width, CV_8UC3);
@@ -39,7 +38,7 @@ inline RgbdFrame frame_of(const Camera& camera, const std::function<double(int u
   return frame;
 }
 
-/// Depth of a world plane behind a pixel; 0 where the ray misses it.
+/// Returns the depth of a world plane at a pixel [m]; 0 if the ray misses it.
 inline double plane_depth(const Camera& camera, const Pose& T_world_camera, const Plane& plane,
                           int u, int v) {
   const Eigen::Vector3d ray = T_world_camera.quaternion() * camera.unproject(u, v, 1);
@@ -47,7 +46,7 @@ inline double plane_depth(const Camera& camera, const Pose& T_world_camera, cons
   return std::isfinite(z) && z > 0 ? z : 0;
 }
 
-/// What a camera at a pose sees of a world plane.
+/// Returns the frame of a world plane from a pose.
 inline RgbdFrame view_of(const Camera& camera, const Pose& T_world_camera, const Plane& plane) {
   return frame_of(camera,
                   [&](int u, int v) { return plane_depth(camera, T_world_camera, plane, u, v); });

@@ -10,10 +10,10 @@
 
 namespace stillmap::testing_support {
 
-/// World frame: x right, y down, origin at the camera. The floor is 1.2 m below, a wall 3 m ahead.
-/// A box of 40 cm stands on the floor, its front 2 m ahead.
+/// A room in the world frame (x right, y down, origin at the camera) with a floor 1.2 m below the
+/// camera, a wall 3 m ahead, and a box of 40 cm on the floor with its front 2 m ahead.
 inline constexpr double kFloorY = 1.2, kWallZ = 3, kBoxFront = 2, kBoxTop = 0.8;
-inline const Pose kRoomCamera(so3_exp({-0.35, 0, 0}), {0, 0, 0});  // looks 20 degrees down
+inline const Pose kRoomCamera(so3_exp({-0.35, 0, 0}), {0, 0, 0});  // pitched down by 20 degrees
 
 inline double room_depth(int u, int v) {
   const Eigen::Vector3d ray = kRoomCamera.quaternion() * small_camera().unproject(u, v, 1);
@@ -27,10 +27,10 @@ inline double room_depth(int u, int v) {
   if (ray.y() > 0 && std::abs(top.x()) < 0.2 && top.z() > kBoxFront && top.z() < kBoxFront + 0.4) {
     s = std::min(s, kBoxTop / ray.y());
   }
-  return s;  // camera depth: the ray has z = 1 in the camera's frame
+  return s;  // The ray has z = 1 in the camera frame, so this is the depth.
 }
 
-/// The maps for planners made of one view of the room.
+/// The maps for planners from one view of the room.
 struct PlannerMaps {
   ComposedCloud cloud;
   Floor floor;
@@ -46,7 +46,7 @@ inline PlannerMaps planner_maps() {
   map.add(0, frame_of(small_camera(), room_depth), {});
   const PlacedMap placed = map.place([](std::uint64_t) { return std::optional(kRoomCamera); });
   PlannerMaps result;
-  result.cloud = cloud_of(placed, {});
+  result.cloud = cloud_of(placed);
   result.floor = find_floor(result.cloud.cloud.points, {0.1, -1, 0.05}).value();
   result.T_map_world = map_frame(result.floor, kRoomCamera);
   result.space = occupied_space(placed, result.T_map_world);

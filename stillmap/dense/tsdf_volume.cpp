@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/dense/tsdf_volume.hpp"
 
-#include "stillmap/base/error.hpp"
 #include "stillmap/dense/depth_weight.hpp"
 
 #include <algorithm>
@@ -17,13 +16,15 @@ constexpr double kMinWeight = 0.01;
 constexpr std::size_t kMinTriangles = 200;
 
 constexpr int kSide = TsdfVolume::kSide;
-constexpr float kMaxWeight = 200;     // beyond, a voxel goes on learning at this rate
-constexpr float kFreeWeight = 0.25F;  // of free space against surface: it need not be exact
+/// Maximum weight of a voxel, so that new views keep changing it.
+constexpr float kMaxWeight = 200;
+/// Weight of free space relative to a surface, as its distance need not be exact.
+constexpr float kFreeWeight = 0.25F;
 constexpr std::uint32_t kNoVertex = std::numeric_limits<std::uint32_t>::max();
 
 constexpr int place(int x, int y, int z) { return x + kSide * (y + kSide * z); }
 
-// Division that rounds down: the block of a voxel.
+// Returns the block of a voxel along one axis, by a division that rounds down.
 int block_of(int i) { return i >= 0 ? i / kSide : -((kSide - 1 - i) / kSide); }
 
 Lattice block_of(const Lattice& voxel) {
@@ -55,7 +56,7 @@ void TsdfVolume::integrate(const DenseView& view, const Pose& T_world_camera,
   }
 }
 
-// Blocks along the rays to all surfaces, as far as distances are known.
+// Adds blocks along the rays to all surfaces, up to the truncation distance.
 void TsdfVolume::allocate(const DenseView& view, const Pose& T_world_camera,
                           const cv::Mat1b& surface) {
   const Eigen::Matrix3d R = T_world_camera.rotation();
@@ -88,7 +89,7 @@ void TsdfVolume::update(Block& block, const Eigen::Vector3d& corner, const Dense
     const Eigen::Vector3f offset(static_cast<float>(i % kSide),
                                  static_cast<float>(i / kSide % kSide),
                                  static_cast<float>(i / kSide / kSide));
-    const Eigen::Vector3f p = origin + R * (edge * offset);  // samples lie at lower corners
+    const Eigen::Vector3f p = origin + R * (edge * offset);  // Samples are at the lower corners.
     if (p.z() < 0.1F) continue;
     const float u = fx * p.x() / p.z() + cx, v = fy * p.y() / p.z() + cy;
     if (!(u > -0.5F && v > -0.5F)) continue;
@@ -105,8 +106,8 @@ void TsdfVolume::update(Block& block, const Eigen::Vector3d& corner, const Dense
   }
 }
 
-// `ahead`: how far the voxel lies in front of what was measured on its ray [m]; `weight`: of that
-// measurement.
+// Updates a voxel that is `ahead` [m] in front of the depth measured on its ray, which has
+// `weight`.
 void TsdfVolume::update_voxel(Voxel8& voxel, float ahead, float weight, bool on_surface,
                               const Eigen::Vector3f& color) const {
   const auto truncation = static_cast<float>(options_.truncation);
@@ -133,11 +134,7 @@ const TsdfVolume::Voxel8* TsdfVolume::at(const Lattice& voxel) const {
   return &blocks_[number][static_cast<std::size_t>(place(inner.x(), inner.y(), inner.z()))];
 }
 
-std::size_t TsdfVolume::bytes() const {
-  return index_.bytes() + blocks_.capacity() * sizeof(Block);
-}
-
-/// One extraction of the surface.
+/// Extracts the surface of a volume.
 class SurfaceNets {
  public:
   explicit SurfaceNets(const TsdfVolume& volume) : volume_(volume) {}
@@ -153,7 +150,7 @@ class SurfaceNets {
  private:
   using Cube = std::array<const TsdfVolume::Voxel8*, 8>;  // corner i: x bit 0, y bit 1, z bit 2
 
-  /// The eight voxels from `voxel` on; false if one of them is not known well enough.
+  /// Sets the eight voxels from `voxel` on; returns false if one of them has too little weight.
   bool cube_at(const Lattice& voxel, Cube& cube) const {
     for (int corner = 0; corner < 8; ++corner) {
       const auto* sample =
@@ -176,7 +173,8 @@ class SurfaceNets {
     const auto& block = volume_.blocks_[number];
     for (int i = 0; i < static_cast<int>(block.size()); ++i) {
       const auto& sample = block[static_cast<std::size_t>(i)];
-      if (sample.weight <= 0 || std::abs(sample.distance) > 0.95F) continue;  // no surface near
+      if (sample.weight <= 0 || std::abs(sample.distance) > 0.95F)
+        continue;  // There is no surface near.
       const Lattice voxel = corner + Lattice(i % kSide, i / kSide % kSide, i / kSide / kSide);
       Cube cube;
       if (!cube_at(voxel, cube) || !is_crossed(cube)) continue;
@@ -228,8 +226,8 @@ class SurfaceNets {
     return vertices_of_[number][static_cast<std::size_t>(place(inner.x(), inner.y(), inner.z()))];
   }
 
-  /// Around each edge that begins in the block and is crossed, the vertices of the four cubes that
-  /// share it.
+  /// Adds the faces around the crossed edges that begin in the block, from the vertices of the four
+  /// cubes that share an edge.
   void make_faces(std::uint32_t number) {
     const Lattice corner = kSide * lattice_of(volume_.index_.voxel(number));
     const auto& block = volume_.blocks_[number];

@@ -16,14 +16,13 @@
 namespace stillmap {
 
 /// A truncated signed distance field (Curless and Levoy 1996) in blocks of 8^3 voxels where there
-/// is surface: every view says of the voxels in its sight how far before (+) or behind (-) the
-/// surface on their ray they lie, and the mean, weighted by 1 / sigma^2 of the depth, is
-/// zero on the surface. So noise averages out, and what lies in front of a surface that was seen is
-/// carved away.
+/// is surface: every view gives the voxels in view their distance in front of (+) or behind (-) the
+/// surface on their ray, and the mean, weighted by 1 / sigma^2 of the depth, is zero on the
+/// surface. So noise averages out, and the space in front of an observed surface becomes free.
 ///
-/// Not Open3D's ScalableTSDFVolume, which is the same idea: it knows no weights that fall with
-/// depth, takes no view whose surface is known in part only, hands its triangles out in the order
-/// of a std::unordered_map, and brings VTK, Filament, Embree and a second C++ library with it.
+/// Not Open3D's ScalableTSDFVolume, which has no weights that fall with depth, accepts no views
+/// with partly known surfaces, returns its triangles in the order of a std::unordered_map, and
+/// depends on VTK, Filament, Embree and a second C++ library.
 ///
 /// The result depends on the views, their poses and their order. One thread at a time.
 class TsdfVolume {
@@ -31,25 +30,23 @@ class TsdfVolume {
   /// Throws Error if an option is out of range.
   explicit TsdfVolume(const MeshOptions& options = {});
 
-  /// @param surface of the view's size: not zero where the view's depth is that of a surface to be
-  ///   kept; the depth of other pixels only tells that space is free before it
-  /// @param gain what colors are multiplied with, R G B
+  /// Adds a view.
+  /// @param surface image of the view's size, not zero for pixels of a surface to be kept; other
+  ///   pixels only give the free space in front of their depth
+  /// @param gain factors of the colors, R G B
   void integrate(const DenseView& view, const Pose& T_world_camera, const cv::Mat1b& surface,
                  const Eigen::Vector3f& gain = Eigen::Vector3f::Ones());
 
-  /// The surface where the distance is zero, by surface nets (Gibson, MERL TR-99-24, 1999): a
-  /// vertex in every cube of eight voxels that it crosses, at the mean of where it crosses the
-  /// cube's edges, and a quadrangle, cut in two, around every edge that it crosses.
+  /// Returns the surface of distance zero by surface nets (Gibson, MERL TR-99-24, 1999): a vertex
+  /// in every cube of eight voxels that it crosses, at the mean of its intersections with the
+  /// cube's edges, and a quadrangle of two triangles around every edge that it crosses.
   TriangleMesh mesh() const;
 
-  std::size_t blocks() const { return blocks_.size(); }
-  std::size_t bytes() const;
-
-  static constexpr int kSide = 8;  ///< voxels along a block
+  static constexpr int kSide = 8;  ///< Side of a block [voxels].
 
  private:
   struct Voxel8 {
-    float distance = 0;  // in truncations
+    float distance = 0;  // [truncation distances]
     float weight = 0;
     std::array<std::uint8_t, 3> color = {};  // R G B
     std::uint8_t colored = 0;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/dense/tsdf_volume.hpp"
 
-#include "stillmap/base/error.hpp"
 #include "stillmap/dense/map_mesh.hpp"
 #include "stillmap/dense/synthetic_frame.hpp"
 
@@ -24,7 +23,7 @@ constexpr double kQuarter = std::numbers::pi / 2;
 const Eigen::Vector3d kCenter(0, 0, 2);
 constexpr double kRadius = 0.5;
 
-// Depth of a sphere; 0 beside it.
+// Returns the depth of a sphere at a pixel [m]; 0 if the ray misses it.
 double sphere_depth(const Pose& T_world_camera, int u, int v) {
   const Eigen::Vector3d ray = T_world_camera.quaternion() * small_camera().unproject(u, v, 1);
   const Eigen::Vector3d to = kCenter - T_world_camera.translation();
@@ -33,7 +32,7 @@ double sphere_depth(const Pose& T_world_camera, int u, int v) {
   return discriminant > 0 ? (b - std::sqrt(discriminant)) / a : 0;
 }
 
-// Cameras around the sphere, all looking at it: from its six sides, and from eight corners.
+// Returns camera poses that face the sphere from its six sides and from eight corners.
 std::vector<Pose> around() {
   std::vector<Pose> poses;
   for (int corner = 0; corner < 8; ++corner) {
@@ -68,13 +67,13 @@ TriangleMesh mesh_of_sphere(double noise, const MeshOptions& options = {}) {
   return volume.mesh();
 }
 
-TEST(TsdfVolume, MakesAClosedSphereOfASphere) {
+TEST(TsdfVolume, GivesAClosedMeshOfASphere) {
   const TriangleMesh mesh = mesh_of_sphere(0);
   ASSERT_GT(mesh.triangles.size(), 5000U);
   for (const Eigen::Vector3f& p : mesh.vertices) {
     EXPECT_NEAR((p.cast<double>() - kCenter).norm(), kRadius, 0.01);  // half a voxel
   }
-  // Closed: every edge belongs to one triangle in each direction.
+  // In a closed mesh every edge belongs to one triangle in each direction.
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
   double volume = 0;
   for (const auto& [a, b, c] : mesh.triangles) {
@@ -89,11 +88,11 @@ TEST(TsdfVolume, MakesAClosedSphereOfASphere) {
     open += count != 1 || !edges.contains({edge.second, edge.first});
   }
   EXPECT_LT(open, edges.size() / 200);
-  // Facing outwards: the volume is positive, and the sphere's.
+  // Triangles that face outward give the positive volume of the sphere.
   EXPECT_NEAR(volume, 4.0 / 3 * 3.14159 * std::pow(kRadius, 3), 0.02);
 }
 
-TEST(TsdfVolume, AveragesNoiseOut) {
+TEST(TsdfVolume, AveragesNoise) {
   const TriangleMesh mesh = mesh_of_sphere(0.01);
   ASSERT_GT(mesh.triangles.size(), 5000U);
   double sum = 0;
@@ -104,10 +103,10 @@ TEST(TsdfVolume, AveragesNoiseOut) {
   EXPECT_LT(std::sqrt(sum / static_cast<double>(mesh.vertices.size())), 0.008);
 }
 
-TEST(TsdfVolume, IsTheSameEveryTime) { EXPECT_EQ(mesh_of_sphere(0.005), mesh_of_sphere(0.005)); }
+TEST(TsdfVolume, IsDeterministic) { EXPECT_EQ(mesh_of_sphere(0.005), mesh_of_sphere(0.005)); }
 
-// A wall, and before it somebody who stands in one view of four, without any mask.
-TEST(MapMesh, HasNoGhostsAndFollowsPoses) {
+// A wall with a person in front of it in one view of four, without a mask.
+TEST(MapMesh, HasNoGhostsAndUsesTheGivenPoses) {
   const Plane wall{Eigen::Vector3d(0.05, -0.1, 1).normalized(), 2.2};
   DenseMap map(small_camera());
   std::vector<Pose> poses;

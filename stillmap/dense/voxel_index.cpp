@@ -7,17 +7,16 @@
 #include <bit>
 #include <cmath>
 #include <string>
-#include <utility>
 
 namespace stillmap {
 namespace {
 
 constexpr int kBits = kVoxelBits;
 
-// The lowest two bits of each coordinate tell the place in the block.
+// The lowest two bits of each coordinate are the place in the block.
 constexpr std::uint64_t kWithin = 3 | std::uint64_t{3} << kBits | std::uint64_t{3} << 2 * kBits;
 
-// As good as random (finaliser of MurmurHash3, Appleby, public domain).
+// Returns a hash by the finalizer of MurmurHash3 (Appleby, public domain).
 std::size_t hash(Voxel corner, std::size_t slots) {
   corner = (corner ^ corner >> 33) * 0xFF51AFD7ED558CCDU;
   corner = (corner ^ corner >> 33) * 0xC4CEB9FE1A85EC53U;
@@ -31,7 +30,8 @@ unsigned place_of(Voxel voxel) {
 
 std::uint64_t bit(unsigned place) { return std::uint64_t{1} << place; }
 
-// The blocks from `begin` on that share the coordinates above the lowest `bits` bits end here.
+// Returns the end of the blocks from `begin` on with equal coordinates above the lowest `bits`
+// bits.
 template <typename Iterator>
 Iterator end_of_group(Iterator begin, Iterator end, int bits) {
   return std::find_if(begin, end, [&](const auto* block) {
@@ -41,7 +41,7 @@ Iterator end_of_group(Iterator begin, Iterator end, int bits) {
 
 }  // namespace
 
-// Where a block is, or the free slot where it would be.
+// Returns the slot of a block, or the free slot for it.
 std::size_t VoxelIndex::slot_of(Voxel corner) const {
   std::size_t slot = hash(corner, slots_.size());
   while (slots_[slot].block != 0 && slots_[slot].corner != corner) {
@@ -98,8 +98,8 @@ void VoxelIndex::grow() {
   }
 }
 
-// Slabs of blocks with one x, in them rows of blocks with one y: voxels of one x lie in one slab,
-// those of one x and y in one row.
+// Sorts by slabs of blocks with one x and rows of blocks with one x and y: voxels of one x are in
+// one slab, and those of one x and y in one row.
 std::vector<std::uint32_t> VoxelIndex::sorted() const {
   std::vector<const Block*> order;
   order.reserve(blocks_.size());
@@ -127,11 +127,6 @@ std::vector<std::uint32_t> VoxelIndex::sorted() const {
     slab = slab_end;
   }
   return numbers;
-}
-
-std::size_t VoxelIndex::bytes() const {
-  return blocks_.size() * sizeof(Block) + homes_.size() * sizeof(std::uint32_t) +
-         slots_.capacity() * sizeof(Slot);
 }
 
 void require_voxel_size(double edge, const char* option) {

@@ -12,8 +12,8 @@
 namespace stillmap {
 namespace {
 
-// A block of 12^3 voxels around the origin, in the order of the lattice: more than the table
-// begins with.
+// Returns 12^3 voxels around the origin in the order of the lattice, more than the initial table
+// holds.
 std::vector<Lattice> block() {
   std::vector<Lattice> lattices;
   for (int x = -6; x < 6; ++x) {
@@ -24,7 +24,7 @@ std::vector<Lattice> block() {
   return lattices;
 }
 
-TEST(VoxelIndex, NumbersVoxelsInTheOrderTheyAreMet) {
+TEST(VoxelIndex, NumbersVoxelsInTheOrderOfAddition) {
   VoxelIndex index;
   const std::vector<Lattice> lattices = block();
   for (std::uint32_t i = 0; i < lattices.size(); ++i) {
@@ -39,7 +39,7 @@ TEST(VoxelIndex, NumbersVoxelsInTheOrderTheyAreMet) {
   EXPECT_EQ(index.size(), lattices.size());
 }
 
-TEST(VoxelIndex, SortsByLatticeWhateverTheOrderOfMeeting) {
+TEST(VoxelIndex, SortsByLatticeForAnyOrderOfAddition) {
   VoxelIndex backwards;
   const std::vector<Lattice> lattices = block();
   for (const Lattice& lattice : std::views::reverse(lattices)) backwards.add(voxel_of(lattice));
@@ -50,14 +50,14 @@ TEST(VoxelIndex, SortsByLatticeWhateverTheOrderOfMeeting) {
   }
 }
 
-TEST(Voxel, HoldsThePointsBetweenItsCorners) {
+TEST(Voxel, ContainsThePointsBetweenItsCorners) {
   const Voxel voxel = voxel_at({0.019, -0.001, 1.0}, 0.01).value();
   EXPECT_EQ(lattice_of(voxel), Lattice(1, -1, 100));
   EXPECT_LT((corner_of(voxel, 0.01) - Eigen::Vector3d(0.01, -0.01, 1.0)).norm(), 1e-12);
   EXPECT_LT((center_of(voxel, 0.01) - Eigen::Vector3d(0.015, -0.005, 1.005)).norm(), 1e-12);
 }
 
-TEST(Voxel, IsNotThereForPointsThatAreNone) {
+TEST(Voxel, DoesNotExistForInvalidPoints) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double infinity = std::numeric_limits<double>::infinity();
   for (const double bad : {nan, infinity, -infinity, 1e5, -1e300}) {
@@ -66,7 +66,7 @@ TEST(Voxel, IsNotThereForPointsThatAreNone) {
   EXPECT_TRUE(voxel_at({1e4, -1e4, 0}, 0.01));
 }
 
-TEST(Voxel, HasASize) {
+TEST(Voxel, MustHaveAPositiveSize) {
   for (const double edge : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
     EXPECT_THROW(require_voxel_size(edge, "test"), Error);
   }

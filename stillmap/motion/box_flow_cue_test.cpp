@@ -107,6 +107,12 @@ struct WalkingPerson : testing::Test {
                            test::segmented({test::box_of("person", box)}),
                            test::frame_of(first, test::keypoints_at({})));
   }
+  MotionEvidence evidence_of_cue() const {
+    BoxFlowCue cue({});
+    MotionEvidence evidence = test::no_evidence(input.features->size());
+    cue.add_to(evidence, input);
+    return evidence;
+  }
   /// Returns the share of points first..first + count - 1 that were excluded.
   static double excluded(const MotionEvidence& evidence, std::size_t first, std::size_t count) {
     const auto begin = evidence.static_log_odds.begin() + static_cast<std::ptrdiff_t>(first);
@@ -117,9 +123,7 @@ struct WalkingPerson : testing::Test {
 };
 
 TEST_F(WalkingPerson, IsExcludedAndTheWallInItsBoxIsNot) {
-  BoxFlowCue cue({});
-  MotionEvidence evidence = test::no_evidence(input.features->size());
-  cue.add_to(evidence, input);
+  const MotionEvidence evidence = evidence_of_cue();
   EXPECT_EQ(excluded(evidence, 0, outside.size()), 0);
   EXPECT_GT(excluded(evidence, outside.size(), on_person.size()), 0.95);
   EXPECT_LT(excluded(evidence, outside.size() + on_person.size(), in_box.size()), 0.1);
@@ -128,18 +132,14 @@ TEST_F(WalkingPerson, IsExcludedAndTheWallInItsBoxIsNot) {
 
 TEST_F(WalkingPerson, IsExcludedWithItsBoxInTheFirstFrame) {
   input.previous = nullptr;
-  BoxFlowCue cue({});
-  MotionEvidence evidence = test::no_evidence(input.features->size());
-  cue.add_to(evidence, input);
+  const MotionEvidence evidence = evidence_of_cue();
   EXPECT_EQ(excluded(evidence, 0, outside.size()), 0);
   EXPECT_EQ(excluded(evidence, outside.size(), on_person.size() + in_box.size()), 1);
 }
 
 TEST_F(WalkingPerson, OfAnotherClassIsNotTested) {
   input.instances = test::segmented({test::box_of("chair", box)});
-  BoxFlowCue cue({});
-  MotionEvidence evidence = test::no_evidence(input.features->size());
-  cue.add_to(evidence, input);
+  const MotionEvidence evidence = evidence_of_cue();
   EXPECT_THAT(evidence.static_log_odds, Each(0.0F));
   EXPECT_TRUE(evidence.moving_pixels.empty());
 }
@@ -148,21 +148,16 @@ TEST_F(WalkingPerson, HasItsMaskIgnored) {
   Instance masked = test::box_of("person", box);
   masked.mask = cv::Mat::zeros(box.size(), CV_8UC1);
   masked.mask(cv::Rect(90, 0, 10, 120)).setTo(255);  // the background of the box
-  BoxFlowCue with_box({}), with_mask({});
-  MotionEvidence a = test::no_evidence(input.features->size()), b = a;
-  with_box.add_to(a, input);
+  const MotionEvidence with_box = evidence_of_cue();
   input.instances = test::segmented({masked});
-  with_mask.add_to(b, input);
-  EXPECT_EQ(a.static_log_odds, b.static_log_odds);
+  EXPECT_EQ(evidence_of_cue().static_log_odds, with_box.static_log_odds);
 }
 
 TEST_F(WalkingPerson, MovingWithTheBackgroundKeepsPointsAndPixels) {
   cv::Mat1b now = test::moved_texture(size, 1, 8, 0);
   test::texture(person.size(), 2).copyTo(now(person + cv::Point(6 + 8, 0)));
   input.image = test::image_of(1, now);
-  BoxFlowCue cue({});
-  MotionEvidence evidence = test::no_evidence(input.features->size());
-  cue.add_to(evidence, input);
+  const MotionEvidence evidence = evidence_of_cue();
   EXPECT_LT(excluded(evidence, outside.size(), on_person.size() + in_box.size()), 0.3);
   EXPECT_TRUE(evidence.moving_pixels.empty());
 }

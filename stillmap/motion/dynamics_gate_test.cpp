@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/motion/dynamics_gate.hpp"
 
-#include "stillmap/base/error.hpp"
 #include "stillmap/motion/test_frames.hpp"
 #include "stillmap/motion/test_two_view.hpp"
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/motion/epipolar_cue.hpp"
 
-#include <algorithm>
-
 namespace stillmap {
 namespace {
 

@@ -5,7 +5,6 @@
 #include "stillmap/motion/motion_cue.hpp"
 #include "stillmap/motion/two_view.hpp"
 
-#include <optional>
 #include <set>
 #include <string>
 #include <vector>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/motion/motion_estimator.hpp"
+#include "stillmap/motion/test_frames.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,16 +8,6 @@ namespace stillmap {
 namespace {
 
 const cv::Rect kObject(120, 80, 80, 80);  // image box of the object [pixels]
-
-Camera small_camera() {
-  Camera camera;
-  camera.width = 320;
-  camera.height = 240;
-  camera.fx = camera.fy = 262.5;
-  camera.cx = 159.5;
-  camera.cy = 119.5;
-  return camera;
-}
 
 /// Consecutive frames, as in the pipeline, of a camera at rest with a wall at 3 m and optionally an
 /// object at 1.5 m.
@@ -45,7 +36,7 @@ class FrameSequence {
     auto frame = std::make_shared<Frame>();
     frame->image = image;
     frame->features = features;
-    frame->cells = std::make_shared<CellGrid>(depth, small_camera());
+    frame->cells = std::make_shared<CellGrid>(depth, test::small_camera());
     auto segmented = std::make_shared<SegmentedFrame>();
     segmented->instances = instances;
     frame->instances = segmented;
@@ -109,9 +100,7 @@ ExcludedKeypoints excluded(const Frame& frame) {
 }
 
 Instance person() {
-  Instance made;
-  made.class_name = "person";
-  made.box = kObject;
+  Instance made = test::box_of("person", kObject);
   made.mask = cv::Mat(kObject.size(), CV_8UC1, cv::Scalar(255));
   return made;
 }
@@ -173,7 +162,7 @@ TEST(Fused, IsTheSameForLateMasks) {
 TEST(Spread, FollowsSurfacesAndStopsAtDepthEdges) {
   cv::Mat1f depth(240, 320, 2.0F);
   depth(cv::Rect(160, 0, 160, 240)) = 3.0F;
-  const CellGrid grid(depth, small_camera());
+  const CellGrid grid(depth, test::small_camera());
   cv::Mat1f values = cv::Mat1f::zeros(grid.size());
   values(30, 38) = 1;  // two cells left of the edge
   const cv::Mat1f spread = SurfaceSpread(grid)(values);
@@ -184,7 +173,7 @@ TEST(Spread, FollowsSurfacesAndStopsAtDepthEdges) {
 }
 
 TEST(Reprojection, ACameraAtRestSeesEveryCellInItsPlace) {
-  const CellGrid grid(cv::Mat(cv::Mat1f(240, 320, 2.5F)), small_camera());
+  const CellGrid grid(cv::Mat(cv::Mat1f(240, 320, 2.5F)), test::small_camera());
   int seen = 0;
   for_each_reprojected(grid, Pose(), [&](int r, int c, float z, int cell, float z2) {
     EXPECT_EQ(r * grid.depth.cols + c, cell);
@@ -198,7 +187,7 @@ TEST(Reprojection, AMovedCameraSeesTheCellsAtTheirProjections) {
   cv::Mat1f depth(240, 320, 2.5F);
   depth(cv::Rect(0, 0, 40, 40)) = 0;  // unknown
   depth(cv::Rect(160, 100, 60, 60)) = 0.3F;
-  const CellGrid grid(cv::Mat(depth), small_camera());
+  const CellGrid grid(cv::Mat(depth), test::small_camera());
   const Eigen::AngleAxisd turn(0.2, Eigen::Vector3d(0.1, 1, 0.2).normalized());
   const Pose T_other_camera(Eigen::Quaterniond(turn), Eigen::Vector3d(0.3, -0.2, -0.25));
   cv::Mat1i expected(grid.size(), -1), found(grid.size(), -1);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/motion/instance_cells.hpp"
 
+#include "stillmap/motion/test_frames.hpp"
+
 #include <gtest/gtest.h>
 
 namespace stillmap {
@@ -11,21 +13,13 @@ const cv::Rect kObjectCells(30, 20, 20, 20);
 
 /// Returns an object at 1.5 m in front of a wall at 3 m.
 CellGrid object_and_wall() {
-  Camera camera;
-  camera.width = 320;
-  camera.height = 240;
-  camera.fx = camera.fy = 262.5;
-  camera.cx = 159.5;
-  camera.cy = 119.5;
   cv::Mat1f depth(240, 320, 3.0F);
   depth(kObject) = 1.5F;
-  return {depth, camera};
+  return {depth, test::small_camera()};
 }
 
 Instance person(const cv::Rect& box, bool mask) {
-  Instance made;
-  made.class_name = "person";
-  made.box = box;
+  Instance made = test::box_of("person", box);
   if (mask) made.mask = cv::Mat(box.size(), CV_8UC1, cv::Scalar(255));
   return made;
 }

@@ -2,6 +2,7 @@
 #include "stillmap/feature/dead_leaves.hpp"
 #include "stillmap/feature/orb_extractor.hpp"
 #include "stillmap/motion/motion_estimator.hpp"
+#include "stillmap/motion/test_frames.hpp"
 
 #include <benchmark/benchmark.h>
 #include <opencv2/imgproc.hpp>
@@ -36,12 +37,7 @@ std::vector<FramePtr> make_frames(std::size_t count) {
     frame->image = frame_at(i);
     frame->features =
         std::make_shared<Features>(extractor.extract(frame->image->gray, frame->image->depth));
-    auto seen = std::make_shared<SegmentedFrame>();
-    Instance person;
-    person.class_name = "person";
-    person.box = {160, 120, 240, 360};
-    seen->instances.push_back(person);
-    frame->instances = seen;
+    frame->instances = test::segmented({test::box_of("person", {160, 120, 240, 360})});
     frames.push_back(frame);
   }
   return frames;
@@ -58,13 +54,8 @@ void run_cue(benchmark::State& state, const char* cue) {
   std::size_t i = 0, step = 1, dropped = 0;
   for (auto _ : state) {
     const FramePtr& frame = frames[i];
-    const auto evidence = estimator.estimate({.image = frame->image,
-                                              .features = frame->features,
-                                              .cells = frame->cells,
-                                              .instances = frame->instances,
-                                              .instance_cells = nullptr,
-                                              .previous = previous,
-                                              .ego_motion = {}});
+    const auto evidence = estimator.estimate(
+        test::input_of(frame->image, frame->features, frame->instances, previous));
     dropped =
         static_cast<std::size_t>(std::count(evidence.weight.begin(), evidence.weight.end(), 0.0F));
     previous = frame;
@@ -87,13 +78,8 @@ void run_flow(benchmark::State& state) {
   KeypointFlow flow;
   for (auto _ : state) {
     FlowTracker tracker(static_cast<int>(state.range(0)));
-    flow = tracker.to_previous({.image = frames[1]->image,
-                                .features = frames[1]->features,
-                                .cells = nullptr,
-                                .instances = nullptr,
-                                .instance_cells = nullptr,
-                                .previous = frames[0],
-                                .ego_motion = {}});
+    flow = tracker.to_previous(
+        test::input_of(frames[1]->image, frames[1]->features, nullptr, frames[0]));
   }
   state.counters["found"] =
       static_cast<double>(std::count(flow.found.begin(), flow.found.end(), 1));
@@ -102,13 +88,8 @@ BENCHMARK(run_flow)->ArgName("window")->Arg(5)->Arg(9)->Arg(13)->Unit(benchmark:
 
 PointPairs pairs_of(const std::vector<FramePtr>& frames) {
   FlowTracker tracker(5);
-  const KeypointFlow flow = tracker.to_previous({.image = frames[1]->image,
-                                                 .features = frames[1]->features,
-                                                 .cells = nullptr,
-                                                 .instances = nullptr,
-                                                 .instance_cells = nullptr,
-                                                 .previous = frames[0],
-                                                 .ego_motion = {}});
+  const KeypointFlow flow = tracker.to_previous(
+      test::input_of(frames[1]->image, frames[1]->features, nullptr, frames[0]));
   PointPairs pairs;
   for (std::size_t i = 0; i < flow.size(); ++i) {
     if (flow.found[i] != 0) pairs.add(flow.before[i], flow.now[i]);

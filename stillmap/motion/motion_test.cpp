@@ -2,6 +2,7 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/trace.hpp"
 #include "stillmap/motion/motion_estimator.hpp"
+#include "stillmap/motion/test_frames.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -18,21 +19,11 @@ MotionInput input_with(std::vector<Instance> instances) {
   auto features = std::make_shared<Features>();
   for (int x = 0; x < 200; x += 10)
     features->keypoints.push_back({.u = static_cast<float>(x), .v = 50});
-  auto segmented = std::make_shared<SegmentedFrame>();
-  segmented->instances = std::move(instances);
-  return {.image = image,
-          .features = features,
-          .cells = nullptr,
-          .instances = segmented,
-          .instance_cells = nullptr,
-          .previous = nullptr,
-          .ego_motion = {}};
+  return test::input_of(image, features, test::segmented(std::move(instances)));
 }
 
 Instance instance(const std::string& name, const cv::Rect& box, bool with_mask) {
-  Instance made;
-  made.class_name = name;
-  made.box = box;
+  Instance made = test::box_of(name, box);
   if (with_mask) made.mask = cv::Mat(box.size(), CV_8UC1, cv::Scalar(255));
   return made;
 }

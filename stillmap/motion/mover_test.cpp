@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/statistics.hpp"
 #include "stillmap/motion/mover_tracker.hpp"
+#include "stillmap/motion/test_frames.hpp"
 #include "stillmap/motion/true_frame_test.hpp"
 
 #include <cmath>
@@ -20,17 +21,12 @@ constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
 /// A camera of 320 x 240 pixels with a wall at 5 m and upright slabs in front of it.
 struct Stage {
-  Camera camera;
+  Camera camera = test::small_camera();
   std::shared_ptr<RgbdFrame> image = std::make_shared<RgbdFrame>();
   cv::Mat moving;
   std::shared_ptr<SegmentedFrame> instances = std::make_shared<SegmentedFrame>();
 
   Stage() {
-    camera.width = 320;
-    camera.height = 240;
-    camera.fx = camera.fy = 262.5;
-    camera.cx = 159.5;
-    camera.cy = 119.5;
     image->depth = cv::Mat(240, 320, CV_32FC1, cv::Scalar(5));
     image->gray = cv::Mat(240, 320, CV_8UC1, cv::Scalar(0));
     moving = cv::Mat(240, 320, CV_8UC1, cv::Scalar(0));

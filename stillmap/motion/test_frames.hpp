@@ -11,6 +11,17 @@
 
 namespace stillmap::test {
 
+/// Returns a camera of 320 x 240 pixels with the field of view of a Kinect.
+inline Camera small_camera() {
+  return {.name = "test",
+          .width = 320,
+          .height = 240,
+          .fx = 262.5,
+          .fy = 262.5,
+          .cx = 159.5,
+          .cy = 119.5};
+}
+
 /// Returns blurred noise suited to optical flow, the same for the same seed.
 inline cv::Mat1b texture(cv::Size size, std::uint64_t seed) {
   cv::Mat1b noise(size);

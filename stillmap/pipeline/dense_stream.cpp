@@ -101,7 +101,7 @@ void DenseStream::work(const Task& task) {
   settle(task.made);
   cloud_.reset();
   if (task.tracked) trace_frame(task.tracked->frame->index());
-  if (task.tracked && task.tracked->enters_world()) dense_.leave_world();
+  if (task.tracked && task.tracked->enters_world()) dense_.start_new_world();
   if (task.moved) follow(*task.moved);
   if (task.tracked) add(*task.tracked, task.found);
 }
@@ -133,7 +133,7 @@ void DenseStream::settle(const std::vector<NewKeyframe>& made) {
 
 void DenseStream::follow(const KeyframePoses& moved) {
   const TraceScope scope("dense map: corrected");
-  dense_.follow([&](std::uint64_t view) -> std::optional<Pose> {
+  dense_.update_poses([&](std::uint64_t view) -> std::optional<Pose> {
     const ViewPlace& place = places_.at(view);
     const auto found = moved.find(place.keyframe);
     if (found == moved.end()) return std::nullopt;
@@ -195,7 +195,7 @@ PlacedMap DenseStream::place(const Map& map) {
   }
   const ViewPoses poses = largest_of(by_component);
   // The live map is not needed any more; until show() the cloud is empty, unless it was made.
-  if (stage_) stage_->ask([this] { dense_.leave_world(); }).get();
+  if (stage_) stage_->ask([this] { dense_.start_new_world(); }).get();
   return dense_.place(pose_lookup(poses));
 }
 

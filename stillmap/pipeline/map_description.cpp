@@ -165,7 +165,7 @@ nlohmann::json map_graph(const SavedMap& saved, int min_shared) {
 
 Cloud dense_cloud(const SavedMap& saved) {
   const DenseOptions options;
-  return cloud_of(place_views(saved, options), options.semantics).cloud;
+  return cloud_of(place_views(saved, options)).cloud;
 }
 
 }  // namespace stillmap

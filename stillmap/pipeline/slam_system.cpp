@@ -268,7 +268,7 @@ void SlamSystem::collect_movers(SlamResult& result) const {
 void SlamSystem::collect_dense_map(SlamResult& result) {
   const TraceScope scope("dense composition");
   result.placed = dense_.place(mapping_.map());
-  result.dense = cloud_of(result.placed, options_.dense.semantics);
+  result.dense = cloud_of(result.placed);
   result.dense_statistics = dense_.statistics();
 }
 

@@ -50,7 +50,7 @@ CaptionedImage write_semantics(const DenseResults& results, const CloudView& vie
   const Cloud& cloud = results.cloud.cloud;
   const SemanticMap& objects = results.cloud.semantics;
   const Cloud classes = colored_by_class(cloud, objects);
-  const cv::Mat legend = legend_picture(class_colors(objects));
+  const cv::Mat legend = legend_image(class_colors(objects));
   folder.write_text("semantic.ply", semantic_ply(cloud, objects));
   folder.write("semantic_classes.ply", [&](const fs::path& file) { write_ply(file, classes); });
   write_image(folder, "semantic_legend.png", legend);
