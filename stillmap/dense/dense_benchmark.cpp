@@ -99,7 +99,7 @@ void BM_ComposeTwentyKeyframes(benchmark::State& state) {
     return Pose(Eigen::Quaterniond::Identity(), {0.1 * static_cast<double>(id), 0, 0});
   };
   for (auto _ : state) {
-    benchmark::DoNotOptimize(cloud_of(map.place(sideways), map.options().semantics));
+    benchmark::DoNotOptimize(cloud_of(map.place(sideways)));
   }
 }
 BENCHMARK(BM_ComposeTwentyKeyframes)->Unit(benchmark::kMillisecond);

@@ -35,8 +35,8 @@ LiveMap::LiveMap(double voxel, const EvidenceOptions& options, std::size_t max_v
 void LiveMap::add(std::uint64_t id, std::shared_ptr<const DenseView> view,
                   const Pose& T_world_camera) {
   remove(id);
-  const auto held = views_.emplace(id, Entry{std::move(view), T_world_camera, {}}).first;
-  place(held->second);
+  const auto entry = views_.emplace(id, Entry{std::move(view), T_world_camera, {}}).first;
+  place(entry->second);
   place_some();
 }
 
@@ -51,9 +51,9 @@ bool LiveMap::update_poses(const std::map<std::uint64_t, std::shared_ptr<DenseVi
   for (const auto& [id, view] : views) {
     const std::optional<Pose> pose = T_world_camera(id);
     if (!pose) continue;
-    const auto held = views_.find(id);
+    const auto entry = views_.find(id);
     moved |=
-        held == views_.end() || displacement(held->second.T_world_camera, *pose) > kReplacement;
+        entry == views_.end() || displacement(entry->second.T_world_camera, *pose) > kReplacement;
     updated.emplace(id, Entry{view, *pose, {}});
   }
   if (moved) {
@@ -72,9 +72,9 @@ void LiveMap::rebuild() {
   if (views_.empty()) return;
   const Pose here = views_.rbegin()->second.T_world_camera;
   std::vector<std::pair<double, std::uint64_t>> by_distance;
-  for (auto& [id, held] : views_) {
-    held.coarse = {};
-    by_distance.emplace_back(displacement(here, held.T_world_camera), id);
+  for (auto& [id, entry] : views_) {
+    entry.coarse = {};
+    by_distance.emplace_back(displacement(here, entry.T_world_camera), id);
   }
   std::sort(by_distance.rbegin(), by_distance.rend());
   for (const auto& [distance, id] : by_distance) waiting_.push_back(id);

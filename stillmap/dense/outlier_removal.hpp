@@ -21,7 +21,7 @@ struct OutlierOptions {
 /// for household environments", RAS 2008), and those with fewer than k neighbors in
 /// the window.
 ///
-/// Two things differ from the paper. Neighbors come from the (2 window + 1)^2 grid cells around
+/// Two steps differ from the paper. Neighbors come from the (2 window + 1)^2 grid cells around
 /// the point: on a depth image the points near in space are near on the grid, and a point whose k
 /// nearest lie outside the window is alone on its surface. And distances are divided by the point's
 /// depth, because the pixel spacing grows with depth and a plain threshold would drop distant

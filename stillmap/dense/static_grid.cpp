@@ -169,10 +169,10 @@ Eigen::Vector3f StaticGrid::gain_for(const DenseView& view,
     if (cells[i] == kNone || cells_[cells[i]].weight <= 0) continue;
     const StaticCell& cell = cells_[cells[i]];
     const Eigen::Vector3f seen = rgb_of(view.color(static_cast<int>(i)));
-    const Eigen::Vector3f held = cell.color_sum / cell.weight;
+    const Eigen::Vector3f stored = cell.color_sum / cell.weight;
     for (int c = 0; c < 3; ++c) {
-      if (exposed(seen[c]) && exposed(held[c]))
-        ratios[static_cast<std::size_t>(c)].push_back(held[c] / seen[c]);
+      if (exposed(seen[c]) && exposed(stored[c]))
+        ratios[static_cast<std::size_t>(c)].push_back(stored[c] / seen[c]);
     }
   }
   Eigen::Vector3f gain = Eigen::Vector3f::Ones();

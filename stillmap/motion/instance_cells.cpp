@@ -71,8 +71,8 @@ struct Surroundings {
   }
   /// Returns whether a cell and its neighbor are on one surface.
   bool connected(int from, int to) const {
-    const float z = depth(from), there = depth(to);
-    return z > 0 && there > 0 && std::abs(there - z) <= tolerance.at(z);
+    const float z = depth(from), z_to = depth(to);
+    return z > 0 && z_to > 0 && std::abs(z_to - z) <= tolerance.at(z);
   }
   /// Returns the window of an image of the grid's cells; 0 in the border.
   cv::Mat1b part_of(const cv::Mat1b& map) const {
