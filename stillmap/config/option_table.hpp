@@ -7,45 +7,43 @@
 
 namespace stillmap {
 
-/// Inclusive.
+/// The values that a number may have, both ends included.
 struct OptionRange {
   double lowest = 0, highest = 0;
 };
 
-/// Everything about one option but its type, its default and its value, which its member tells.
+/// The description of one option. Type, default and value are those of its member of Options.
 struct OptionInfo {
-  std::string path;      ///< group.name
-  std::string unit;      ///< empty for none
-  OptionRange range;     ///< of a number
-  std::string sentence;  ///< its meaning; also its comment in options.hpp
-  /// The words that a text, or an item of a list, may be; empty for any.
+  std::string path;      ///< Group and name: "group.name".
+  std::string unit;      ///< Unit of the value; empty: none.
+  OptionRange range;     ///< Range of a number.
+  std::string sentence;  ///< Meaning of the option; also its comment in options.hpp.
+  /// Accepted words of a text or of the items of a list; empty: any.
   std::vector<std::string> words = {};
 };
 
-/// Calls visitor(const OptionInfo&, Member&) for every option, in the order of the documentation.
-/// This is the only list of them: reading, checking, writing and documentation all use it.
-/// @param options  Options or const Options
-template <typename AnyOptions, typename Visitor>
-void visit_options(AnyOptions& options, Visitor&& visitor) {
-  const auto visit = [&](const OptionInfo& info, auto& member) { visitor(info, member); };
-  constexpr double kMany = 1e6;
+/// Number of frames above every recording, for options without a natural upper bound.
+constexpr double kManyFrames = 1e6;
 
-  auto& input = options.input;
+template <typename Group, typename Visitor>
+void visit_input_options(Group& input, const Visitor& visit) {
   visit({"input.first",
          "frames",
-         {0, kMany},
+         {0, kManyFrames},
          "Number of frames skipped at the start of the recording."},
         input.first);
   visit({"input.count",
          "frames",
-         {0, kMany},
+         {0, kManyFrames},
          "Maximum number of frames used, counted before the stride; 0 uses all."},
         input.count);
   visit({"input.stride", "frames", {1, 1000}, "Every n-th frame is used."}, input.stride);
   visit({"input.half_size", "", {}, "Whether images are processed at half their width and height."},
         input.half_size);
+}
 
-  auto& features = options.features;
+template <typename Group, typename Visitor>
+void visit_features_options(Group& features, const Visitor& visit) {
   visit({"features.keypoints",
          "",
          {50, 10000},
@@ -61,8 +59,10 @@ void visit_options(AnyOptions& options, Visitor&& visitor) {
          {7, 254},
          "FAST corner threshold; cells without such a corner are searched again with threshold 7."},
         features.fast_threshold);
+}
 
-  auto& network = options.network;
+template <typename Group, typename Visitor>
+void visit_network_options(Group& network, const Visitor& visit) {
   visit({"network.model",
          "",
          {},
@@ -104,8 +104,10 @@ void visit_options(AnyOptions& options, Visitor&& visitor) {
          {0, 1000},
          "Masks are propagated to newer frames up to this age."},
         network.max_mask_age);
+}
 
-  auto& motion = options.motion;
+template <typename Group, typename Visitor>
+void visit_motion_options(Group& motion, const Visitor& visit) {
   visit({"motion.cues",
          "",
          {},
@@ -157,8 +159,10 @@ void visit_options(AnyOptions& options, Visitor&& visitor) {
          {0, 100},
          "A keypoint moves if it is farther than this from its epipolar line (cue epipolar)."},
         motion.epipolar_threshold);
+}
 
-  auto& tracking = options.tracking;
+template <typename Group, typename Visitor>
+void visit_tracking_options(Group& tracking, const Visitor& visit) {
   visit({"tracking.min_inliers",
          "",
          {6, 10000},
@@ -166,7 +170,7 @@ void visit_options(AnyOptions& options, Visitor&& visitor) {
         tracking.min_inliers);
   visit({"tracking.new_map_after",
          "frames",
-         {0, kMany},
+         {0, kManyFrames},
          "Number of frames without a pose after which a new map is started."},
         tracking.new_map_after);
   visit({"tracking.odometry_fallback",
@@ -190,8 +194,10 @@ void visit_options(AnyOptions& options, Visitor&& visitor) {
          "A keyframe is added at a distance beyond this share of the median depth from every "
          "keyframe nearby."},
         tracking.keyframe_translation);
+}
 
-  auto& map = options.map;
+template <typename Group, typename Visitor>
+void visit_map_options(Group& map, const Visitor& visit) {
   visit({"map.local_window",
          "keyframes",
          {1, 200},
@@ -217,14 +223,19 @@ void visit_options(AnyOptions& options, Visitor&& visitor) {
          {},
          "Whether the whole map is adjusted once more at the end of a run."},
         map.final_adjustment);
+}
 
+template <typename Group, typename Visitor>
+void visit_movers_options(Group& movers, const Visitor& visit) {
   visit({"movers.enabled",
          "",
          {},
          "Whether moving objects are detected and tracked in the world frame."},
-        options.movers.enabled);
+        movers.enabled);
+}
 
-  auto& dense = options.dense;
+template <typename Group, typename Visitor>
+void visit_dense_options(Group& dense, const Visitor& visit) {
   visit({"dense.enabled", "", {}, "Whether the dense map is made."}, dense.enabled);
   visit({"dense.voxel", "m", {0.001, 1}, "Side of the voxels of the dense cloud."}, dense.voxel);
   visit({"dense.stride",
@@ -246,7 +257,7 @@ void visit_options(AnyOptions& options, Visitor&& visitor) {
         dense.far_sigma);
   visit({"dense.every",
          "frames",
-         {0, kMany},
+         {0, kManyFrames},
          "A frame that is no keyframe is considered after this many frames; 0 uses keyframes "
          "only."},
         dense.every);
@@ -268,8 +279,10 @@ void visit_options(AnyOptions& options, Visitor&& visitor) {
          {},
          "Classes of objects that are left out of the dense map, whether they move or not."},
         dense.excluded_classes);
+}
 
-  auto& outputs = options.outputs;
+template <typename Group, typename Visitor>
+void visit_outputs_options(Group& outputs, const Visitor& visit) {
   visit({"outputs.mesh_voxel", "m", {0.002, 1}, "Side of the voxels of the mesh."},
         outputs.mesh_voxel);
   visit({"outputs.planner_cell", "m", {0.005, 1}, "Side of the cells of the occupancy grids."},
@@ -284,8 +297,10 @@ void visit_options(AnyOptions& options, Visitor&& visitor) {
          {0, 100},
          "Upper end of the height band of the floor plan, above the floor."},
         outputs.planner_highest);
+}
 
-  auto& schedule = options.schedule;
+template <typename Group, typename Visitor>
+void visit_schedule_options(Group& schedule, const Visitor& visit) {
   visit({"schedule.mode",
          "",
          {},
@@ -306,10 +321,29 @@ void visit_options(AnyOptions& options, Visitor&& visitor) {
         schedule.refine_delay);
   visit({"schedule.global_delay",
          "frames",
-         {1, kMany},
+         {1, kManyFrames},
          "Number of frames after which the map adjusted as a whole replaces the old one "
          "(lockstep)."},
         schedule.global_delay);
+}
+
+/// Calls visitor(const OptionInfo&, Member&) for every option, in the order of the documentation.
+/// This is the only list of options: reading, checking, writing and documentation all use it.
+/// @param options  Options or const Options
+template <typename AnyOptions, typename Visitor>
+void visit_options(AnyOptions& options, Visitor&& visitor) {
+  // With a parameter of a named type, the functions above can give an OptionInfo as a braced list.
+  const auto visit = [&](const OptionInfo& info, auto& member) { visitor(info, member); };
+  visit_input_options(options.input, visit);
+  visit_features_options(options.features, visit);
+  visit_network_options(options.network, visit);
+  visit_motion_options(options.motion, visit);
+  visit_tracking_options(options.tracking, visit);
+  visit_map_options(options.map, visit);
+  visit_movers_options(options.movers, visit);
+  visit_dense_options(options.dense, visit);
+  visit_outputs_options(options.outputs, visit);
+  visit_schedule_options(options.schedule, visit);
 }
 
 }  // namespace stillmap
