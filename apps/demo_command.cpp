@@ -44,8 +44,9 @@ RunRecord map(const DemoArguments& arguments, const fs::path& folder, const std:
     Options::Network& network = session.options.network;
     network.model = arguments.model;
     if (arguments.model.empty()) network.masks = paths.masks.string();
-    session.detector = make_detector(parameters_of(session.options).segment);
   }
+  session.parameters = parameters_of(session.options);
+  session.detector = make_detector(session.parameters.segment);
   auto source = std::make_unique<TumFolder>(paths, load_camera(paths.camera.string()));
   session.total_frames = source->size();
   session.source = std::move(source);

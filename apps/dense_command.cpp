@@ -56,7 +56,7 @@ DenseOptions options_of(const DenseArguments& arguments, const fs::path& file) {
   if (arguments.voxel > 0) options.dense.voxel = arguments.voxel;
   if (arguments.mesh_voxel > 0) options.outputs.mesh_voxel = arguments.mesh_voxel;
   for (const std::string& setting : arguments.settings) set_option(setting, options);
-  return parameters_of(options).dense;
+  return dense_parameters_of(options);
 }
 
 /// The trajectory of the run, or of the keyframes of the newest session in the map.

@@ -61,8 +61,7 @@ bool use_instances_only(const MotionCues& cues) {
                      [](const auto& cue) { return !cue->classes().empty(); });
 }
 
-std::unique_ptr<Detector> detector_of(const Options& options) {
-  const SlamParameters parameters = parameters_of(options);
+std::unique_ptr<Detector> detector_of(const std::string& preset, const SlamParameters& parameters) {
   const MotionCues cues = make_cues(parameters.motion);
   if (!use_instances(cues)) return nullptr;
   auto detector = make_detector(parameters.segment);
@@ -70,7 +69,7 @@ std::unique_ptr<Detector> detector_of(const Options& options) {
     fmt::print(stderr,
                "stillmap: preset {} runs without a network and without masks: {};\n"
                "  give a network with --model FILE.onnx, or a folder of masks with --masks DIR\n",
-               options.preset,
+               preset,
                use_instances_only(cues)
                    ? "nothing is detected as moving"
                    : "only objects that are seen to move are detected as moving");
@@ -84,12 +83,11 @@ std::string sequence_name(const std::filesystem::path& folder) {
 }
 
 /// The map to start from, if one was named. Throws Error if it is of another camera.
-std::optional<StartingMap> start_of(const RunArguments& arguments, const Options& options,
+std::optional<StartingMap> start_of(const RunArguments& arguments, const PyramidShape& pyramid,
                                     const Camera& camera) {
   if (arguments.load_map.empty()) return std::nullopt;
   StartingMap start{read_saved_map(arguments.load_map), !arguments.localize_only};
-  require_same_camera(start.saved.map, camera, parameters_of(options).orb.pyramid(),
-                      arguments.load_map);
+  require_same_camera(start.saved.map, camera, pyramid, arguments.load_map);
   return start;
 }
 
@@ -138,10 +136,12 @@ int run(const RunArguments& arguments) {
   check(arguments.outputs.dense);
   check_save_map(arguments.save_map, arguments.force);
   Session session;
+  session.options = options;
+  session.parameters = parameters_of(options);
   session.outputs = arguments.outputs;
   session.outputs.save_map = arguments.save_map;
   const Stopwatch loading;
-  session.start = start_of(arguments, options, source->camera());
+  session.start = start_of(arguments, session.parameters.orb.pyramid(), source->camera());
   if (session.start)
     session.loaded =
         LoadedMap{arguments.load_map, session.start->extend, loading.milliseconds() / 1000};
@@ -149,8 +149,7 @@ int run(const RunArguments& arguments) {
   session.total_frames = source->size();
   session.source = std::move(source);
   session.truth = truth_of(arguments, paths);
-  session.detector = detector_of(options);
-  session.options = options;
+  session.detector = detector_of(options.preset, session.parameters);
   session.out = arguments.out.empty() ? "stillmap_" + session.sequence : arguments.out;
   if (arguments.force) session.foreign = ResultFolder::Foreign::kOverwrite;
   return run_session(std::move(session)).interrupted ? kInterrupted : kSuccess;

@@ -51,7 +51,7 @@ void map_sequence(Session& session, LabelRecorder& labels, RunRecord& record) {
     source = std::move(wrapped);
   }
   const Stopwatch watch;
-  SlamSystem slam(camera, parameters_of(record.options), std::move(session.detector),
+  SlamSystem slam(camera, session.parameters, std::move(session.detector),
                   std::move(session.start));
   drive(slam, *source, session.total_frames, labels, record);
   record.result = slam.finish();

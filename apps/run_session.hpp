@@ -18,6 +18,7 @@ struct Session {
   std::unique_ptr<Detector> detector;       ///< Null: none.
   std::optional<Trajectory> truth;          ///< True trajectory, T_world_camera.
   Options options;
+  SlamParameters parameters;         ///< The parameters that follow from the options.
   std::optional<StartingMap> start;  ///< Map to start from.
   std::optional<LoadedMap> loaded;   ///< Where that map comes from.
   std::filesystem::path out;         ///< Folder of the results.

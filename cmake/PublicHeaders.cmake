@@ -11,8 +11,8 @@ set(STILLMAP_PUBLIC_HEADERS
   options.hpp
   segment/detector.hpp
   segment/instance.hpp
-  segment/make_detector.hpp
   sensor/frame_source.hpp
   sensor/make_source.hpp
   sensor/rgbd_frame.hpp
-  slam.hpp)
+  slam.hpp
+  write_results.hpp)

@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tracks a recorded RGB-D sequence and writes the camera trajectory.
+// Tracks a recorded RGB-D sequence and writes the camera trajectory with all other results.
 //
-//   01_trajectory SEQUENCE TRAJECTORY.txt [NETWORK.onnx]
+//   01_trajectory SEQUENCE RESULTS [NETWORK.onnx]
 //
-// SEQUENCE is a folder in the layout of the TUM RGB-D benchmark with a camera.yaml. The trajectory
-// is written in the benchmark's format: timestamp tx ty tz qx qy qz qw.
+// SEQUENCE is a folder in the layout of the TUM RGB-D benchmark with a camera.yaml. The folder
+// RESULTS gets the files of `stillmap run --out`, among them trajectory.txt in the benchmark's
+// format (timestamp tx ty tz qx qy qz qw), cloud.ply and report.html.
 #include <cstdlib>
 #include <iostream>
 #include <memory>
 #include <stillmap/base/error.hpp>
-#include <stillmap/geometry/trajectory.hpp>
 #include <stillmap/sensor/make_source.hpp>
 #include <stillmap/slam.hpp>
+#include <stillmap/write_results.hpp>
 
 int main(int argc, char** argv) {
   if (argc < 3) {
-    std::cerr << "usage: 01_trajectory SEQUENCE TRAJECTORY.txt [NETWORK.onnx]\n";
+    std::cerr << "usage: 01_trajectory SEQUENCE RESULTS [NETWORK.onnx]\n";
     return EXIT_FAILURE;
   }
   try {
@@ -27,7 +28,7 @@ int main(int argc, char** argv) {
     while (const stillmap::RgbdFramePtr frame = source->next()) slam.push(frame);
 
     const stillmap::Results results = slam.finish();
-    stillmap::write_trajectory(argv[2], results.trajectory);
+    stillmap::write_results(results, argv[2]);
     std::cout << results.statistics.tracked << " of " << results.statistics.frames
               << " frames tracked, " << results.keyframes.size() << " keyframes, "
               << results.statistics.landmarks << " landmarks\n";

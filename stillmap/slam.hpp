@@ -26,6 +26,7 @@
 ///     stillmap::Slam slam(camera, options);
 ///     while (camera_delivers(color, depth, timestamp)) slam.push(color, depth, timestamp);
 ///     stillmap::Results results = slam.finish();
+///     stillmap::write_results(results, "results");  // stillmap/write_results.hpp
 ///
 /// World frame: the camera frame of the first frame of a map (x right, y down, z ahead), meters.
 namespace stillmap {
@@ -125,7 +126,7 @@ struct RunStatistics {
   double tracking_median_ms = 0;  ///< median time of the tracker per frame [ms]
 };
 
-struct SlamResult;
+struct RunDetails;
 
 /// All results of a run. Copies share the cloud.
 struct Results {
@@ -135,7 +136,7 @@ struct Results {
   std::vector<MovingObjectTrack> movers;
   std::vector<MapEvent> events;
   RunStatistics statistics;
-  std::shared_ptr<const SlamResult> details;  ///< for the functions of the library that write files
+  std::shared_ptr<const RunDetails> details;  ///< for write_results()
 };
 
 /// A saved map to begin in.

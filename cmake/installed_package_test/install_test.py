@@ -147,9 +147,12 @@ class Installed(unittest.TestCase):
         self.assertNotIn("Warning", configured.text)
         built = run(ARGUMENTS.cmake, "--build", build)
         self.assertEqual(built.returncode, 0, built.text)
-        result = run(build / "installed_package_test", self.network)
+        results = FOLDER / "project_results"
+        result = run(build / "installed_package_test", self.network, results)
         self.assertEqual(result.returncode, 0, result.text)
         self.assertIn("OpenVINO" if ARGUMENTS.openvino == "1" else "OpenCV", result.stdout)
+        self.assertEqual(json.loads((results / "summary.json").read_text())["frames"]["total"], 1)
+        self.assertTrue((results / "report.html").is_file())
 
 
 def install(arguments, folder):

@@ -19,8 +19,10 @@ std::int64_t thread_cpu() {
 
 }  // namespace
 
+std::string waiting_span(std::string_view thread) { return "waiting for " + std::string(thread); }
+
 TraceTrack::TraceTrack(Trace& trace, std::string name)
-    : trace_(trace), name_(std::move(name)), waiting_("waiting for " + name_) {}
+    : trace_(trace), name_(std::move(name)), waiting_(waiting_span(name_)) {}
 
 /// Returns the CPU time; it never runs backwards and never faster than the wall clock.
 std::int64_t TraceTrack::cpu_at(std::int64_t now) {

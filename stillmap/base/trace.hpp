@@ -15,6 +15,9 @@ namespace stillmap {
 
 class Trace;
 
+/// Returns the name of the span of a thread that waits for the thread of this name.
+std::string waiting_span(std::string_view thread);
+
 /// An interval of work of a thread. Times are nanoseconds since the start of the trace.
 struct TraceSpan {
   std::string_view name;
@@ -54,7 +57,7 @@ class TraceTrack {
   /// Number of spans dropped by the memory bound.
   std::size_t left_out() const { return left_out_; }
   Trace& trace() const { return trace_; }
-  /// Name of the span of another thread that waits for this one.
+  /// Returns waiting_span() of this thread.
   const std::string& waiting() const { return waiting_; }
 
   /// Returns the time of the spans of one name [ms]: a sample per frame, which is the sum over all

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/test_error.hpp"
 #include "stillmap/base/test_path.hpp"
 #include "stillmap/config/option_values.hpp"
 #include "stillmap/config/preset_files.hpp"
@@ -19,21 +19,11 @@
 namespace stillmap {
 namespace {
 
+using test::error_of;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 constexpr int kMostOptions = 60;
-
-/// What the error of a call says; empty where it throws none.
-template <typename Call>
-std::string error_of(Call&& call) {
-  try {
-    call();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
-}
 
 std::string error_of_setting(const std::string& assignment) {
   Options options;

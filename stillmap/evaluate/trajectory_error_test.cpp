@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/evaluate/trajectory_error.hpp"
 
-#include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/test_error.hpp"
 
 #include <cmath>
 #include <filesystem>
@@ -14,6 +14,7 @@
 namespace stillmap {
 namespace {
 
+using test::error_of;
 using Json = nlohmann::json;
 
 // The digits below come from golden/make_golden.py: an evaluation of its own, written with numpy
@@ -99,16 +100,6 @@ Trajectory line(double start, double step, int count) {
 Trajectory seen_from(const Pose& T_new_world, Trajectory trajectory) {
   for (StampedPose& pose : trajectory) pose.T_world_camera = T_new_world * pose.T_world_camera;
   return trajectory;
-}
-
-template <typename F>
-std::string error_of(F&& f) {
-  try {
-    f();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
 }
 
 TEST(AbsoluteTrajectoryError, IsZeroInAnotherWorldAndFindsTheAlignment) {

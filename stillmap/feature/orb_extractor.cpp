@@ -2,6 +2,7 @@
 #include "stillmap/feature/orb_extractor.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/span_names.hpp"
 #include "stillmap/base/trace.hpp"
 #include "stillmap/feature/subpixel.hpp"
 
@@ -80,7 +81,7 @@ OrbExtractor::OrbExtractor(const OrbOptions& options, CpuPath path)
 
 Features OrbExtractor::extract(const cv::Mat& gray, const cv::Mat& depth,
                                std::optional<int> keypoints) {
-  const TraceScope scope("features");
+  const TraceScope scope(span::kFeatures);
   check_images(gray, depth);
   const int most = keypoints.value_or(options_.keypoints);
   Features features;

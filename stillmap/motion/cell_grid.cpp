@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/motion/cell_grid.hpp"
 
+#include "stillmap/base/span_names.hpp"
 #include "stillmap/base/trace.hpp"
 
 #include <algorithm>
@@ -34,7 +35,7 @@ CellGrid::CellGrid(const cv::Mat& full_depth, const Camera& full_camera)
       camera(grid_camera(full_camera)),
       image_camera(full_camera),
       tolerance(full_camera.depth_sensor.tolerance<float>(kToleranceSigmas, kToleranceFloor)) {
-  const TraceScope scope("cells");
+  const TraceScope scope(span::kCells);
   for (int r = 0; r < depth.rows; ++r) {
     const float* upper = full_depth.ptr<float>(r * kCellSide + 1);
     const float* lower = full_depth.ptr<float>(r * kCellSide + 2);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/motion/motion_estimator.hpp"
 
+#include "stillmap/base/span_names.hpp"
 #include "stillmap/base/trace.hpp"
 
 #include <algorithm>
@@ -121,7 +122,7 @@ void MotionEstimator::add_cues(std::size_t first, std::size_t end, MotionEvidenc
 }
 
 MotionEvidence MotionEstimator::begin(const MotionInput& input) {
-  const TraceScope scope("motion before masks");
+  const TraceScope scope(span::kMotionBeforeMasks);
   MotionEvidence evidence;
   evidence.static_log_odds.assign(input.features->size(), 0.0f);
   if (has_surface_evidence_) {
@@ -134,7 +135,7 @@ MotionEvidence MotionEstimator::begin(const MotionInput& input) {
 }
 
 MotionEvidence MotionEstimator::finish(MotionEvidence begun, const MotionInput& input) {
-  const TraceScope scope("motion");
+  const TraceScope scope(span::kMotion);
   MotionEvidence evidence = std::move(begun);
   add_cues(first_with_instances_, cues_.size(), evidence, input);
   if (has_surface_evidence_) combine_surfaces(evidence, input);

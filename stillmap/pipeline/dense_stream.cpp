@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/pipeline/dense_stream.hpp"
 
+#include "stillmap/base/span_names.hpp"
 #include "stillmap/base/trace.hpp"
 #include "stillmap/pipeline/saved_views.hpp"
 #include "stillmap/segment/dynamic_mask.hpp"
@@ -53,7 +54,7 @@ SegmentedFrame objects_in(const DetectedObjects& found, const RgbdFrame& image,
 
 DenseStream::DenseStream(const Camera& camera, const SlamParameters& options, bool enabled,
                          std::vector<AnchoredView> loaded)
-    : propagation_(options.carry),
+    : propagation_(options.propagation),
       every_(static_cast<std::size_t>(options.dense.every)),
       realtime_(options.schedule.realtime),
       dense_(camera, options.dense) {
@@ -110,8 +111,8 @@ void DenseStream::add(const TrackedFrame& tracked, const DetectedObjects& found)
   const RgbdFrame& image = *tracked.frame->image;
   const std::vector<std::string>& classes = dense_.options().movers;
   const SegmentedFrame objects =
-      traced("dense map: labels", [&] { return objects_in(found, image, classes, propagation_); });
-  const TraceScope scope(tracked.proposal ? "dense map: keyframe" : "dense map: other frame");
+      traced(span::kDenseLabels, [&] { return objects_in(found, image, classes, propagation_); });
+  const TraceScope scope(tracked.proposal ? span::kDenseKeyframe : span::kDenseOtherFrame);
   const cv::Mat1b movers =
       traced("mover pixels", [&] { return mover_pixels(*tracked.frame, classes); });
   const std::uint64_t view = view_of(tracked.frame->index());
@@ -132,7 +133,7 @@ void DenseStream::settle(const std::vector<NewKeyframe>& made) {
 }
 
 void DenseStream::follow(const KeyframePoses& moved) {
-  const TraceScope scope("dense map: corrected");
+  const TraceScope scope(span::kDenseCorrected);
   dense_.update_poses([&](std::uint64_t view) -> std::optional<Pose> {
     const ViewPlace& place = places_.at(view);
     const auto found = moved.find(place.keyframe);

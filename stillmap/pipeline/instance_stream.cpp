@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/pipeline/instance_stream.hpp"
 
+#include "stillmap/base/span_names.hpp"
+
 namespace stillmap {
 namespace {
 
-/// What the cues look at, and what the dense map keeps out.
+/// Returns the classes that a motion cue uses or that the dense map leaves out.
 std::set<std::string> wanted_classes(const SlamParameters& options) {
   std::set<std::string> classes = MotionEstimator(options.motion).classes();
   if (options.dense_cloud) classes.insert(options.dense.movers.begin(), options.dense.movers.end());
@@ -17,7 +19,7 @@ InstanceStream::InstanceStream(std::unique_ptr<Detector> detector, const SlamPar
     : schedule_(options.schedule),
       wanted_classes_(wanted_classes(options)),
       detector_(std::move(detector)),
-      propagator_(options.carry) {
+      propagator_(options.propagation) {
   if (!detector_) return;
   // In realtime the detector gets the newest frame whenever it is free, so one frame may wait.
   const bool realtime = schedule_.realtime;
@@ -25,10 +27,10 @@ InstanceStream::InstanceStream(std::unique_ptr<Detector> detector, const SlamPar
       realtime ? 1 : 8, realtime ? WhenFull::kDrop : WhenFull::kBlock,
       [this](const RgbdFramePtr& frame, const auto& publish) { publish(detect(frame)); }, "network",
       ThreadPriority::kNetwork);
-  propagation_stage_ = std::make_unique<Stage<PropagationTask, SeenInstances>>(
+  propagation_stage_ = std::make_unique<Stage<PropagationTask, FrameInstances>>(
       1, WhenFull::kBlock,
-      [this](const PropagationTask& task, const auto& publish) { publish(carry_to(task)); },
-      "masks");
+      [this](const PropagationTask& task, const auto& publish) { publish(propagate(task)); },
+      kThread);
 }
 
 void InstanceStream::push(const RgbdFramePtr& frame, const CellGridPtr& cells) {
@@ -43,14 +45,14 @@ void InstanceStream::push(const RgbdFramePtr& frame, const CellGridPtr& cells) {
   propagation_stage_->push({frame, cells, visible_});
 }
 
-SeenInstances InstanceStream::take() {
+FrameInstances InstanceStream::wait() {
   if (!detector_) return {};
-  return propagation_stage_->take().value();
+  return propagation_stage_->pop().value();
 }
 
 DetectedObjects InstanceStream::detect(const RgbdFramePtr& frame) {
   trace_frame(frame->index);
-  const TraceScope scope("segmentation");
+  const TraceScope scope(span::kSegmentation);
   auto found = std::make_shared<SegmentedFrame>();
   found->frame_index = found->source_index = frame->index;
   found->instances = detector_->detect(*frame);
@@ -58,38 +60,38 @@ DetectedObjects InstanceStream::detect(const RgbdFramePtr& frame) {
   return {frame, found};
 }
 
-SeenInstances InstanceStream::carry_to(const PropagationTask& task) {
+FrameInstances InstanceStream::propagate(const PropagationTask& task) {
   trace_frame(task.frame->index);
-  traced("mask propagation", [&] { propagator_.push(task.frame); });
+  traced(span::kMaskPropagation, [&] { propagator_.push(task.frame); });
   collect(task.visible);
-  SeenInstances seen;
-  traced("mask propagation", [&] {
-    seen.carried = propagator_.current();
-    seen.propagated_cells =
-        traced("instance cells", [&] { return instance_cells(seen.carried, *task.cells); });
+  FrameInstances known;
+  traced(span::kMaskPropagation, [&] {
+    known.propagated = propagator_.current();
+    known.propagated_cells =
+        traced("instance cells", [&] { return instance_cells(known.propagated, *task.cells); });
   });
-  seen.found = newest_found_;
-  seen.milliseconds = traced_in_frame("mask propagation");
-  return seen;
+  known.detected = newest_;
+  known.milliseconds = traced_in_frame(span::kMaskPropagation);
+  return known;
 }
 
 void InstanceStream::collect(std::size_t visible) {
-  const bool wait = !schedule_.realtime || taken_ == 0;
-  while (wait && taken_ < visible) take_in(detect_stage_->take().value());
+  const bool wait = !schedule_.realtime || accepted_ == 0;
+  while (wait && accepted_ < visible) accept(detect_stage_->pop().value());
   while (schedule_.realtime) {
-    const auto found = detect_stage_->try_take();
-    if (!found) break;
-    take_in(*found);
+    const auto detected = detect_stage_->try_pop();
+    if (!detected) break;
+    accept(*detected);
   }
 }
 
-void InstanceStream::take_in(const DetectedObjects& found) {
-  propagator_.set(wanted_in(*found.instances));
-  newest_found_ = found;
-  ++taken_;
+void InstanceStream::accept(const DetectedObjects& detected) {
+  propagator_.set(wanted_in(*detected.instances));
+  newest_ = detected;
+  ++accepted_;
 }
 
-/// Only what a cue or the dense map asks for is carried on: the rest costs time.
+/// Returns the instances that a cue or the dense map uses; only these are propagated, to save time.
 SegmentedFrame InstanceStream::wanted_in(const SegmentedFrame& found) const {
   SegmentedFrame wanted = found;
   std::erase_if(wanted.instances, [this](const Instance& instance) {

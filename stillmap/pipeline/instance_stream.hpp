@@ -13,75 +13,79 @@
 
 namespace stillmap {
 
-/// All that the detector found in one frame, as it found it.
+/// All instances that the detector found in one frame.
 struct DetectedObjects {
-  RgbdFramePtr image;  ///< null: nothing was looked at yet
+  RgbdFramePtr image;  ///< Frame that was segmented; null: none yet.
   SegmentedFramePtr instances;
 };
 
-/// What is known of instances by one frame.
-struct SeenInstances {
-  SegmentedFramePtr carried;  ///< in this frame's pixels; null: none, or too old
-  InstanceCellsPtr propagated_cells;
-  DetectedObjects found;    ///< what they were found as: of all classes, and not carried
-  double milliseconds = 0;  ///< time that propagating the masks took [ms], waiting not included
+/// Instances that are known when a frame is tracked.
+struct FrameInstances {
+  /// Instances propagated to this frame; null: none, or the newest are too old.
+  SegmentedFramePtr propagated;
+  InstanceCellsPtr propagated_cells;  ///< The cells that the propagated masks cover.
+  DetectedObjects detected;           ///< Newest detections, of all classes and in their own frame.
+  double milliseconds = 0;            ///< Time taken by the propagation, without waiting [ms].
 };
 
-/// The detector in a thread of its own, at its own pace, and behind it another one that carries:
-/// frames go in, and every frame gets the newest instances that are visible by then, carried
-/// forward to it. Meanwhile the caller may do what needs no masks.
+/// Detection and mask propagation on a thread each. Every frame that is pushed gets the newest
+/// instances that are visible to it, propagated to it, while the caller does other work.
 class InstanceStream {
  public:
+  /// Name of the thread that propagates masks.
+  static constexpr const char* kThread = "masks";
+
   /// @param detector null: no frame ever gets instances
   InstanceStream(std::unique_ptr<Detector> detector, const SlamParameters& options);
 
-  /// Shows the detector a frame, if it is one of those it is to see, and begins to carry to it what
-  /// is due by then: in lockstep that is waited for, in realtime it is what there is. Only the
-  /// instances of the very first frame are always waited for: nothing may be mapped before it is
-  /// known what moves.
+  /// Passes the frame to the detector, if it is one of those to be segmented, and starts to
+  /// propagate the visible instances to it. In lockstep these are waited for; in realtime they are
+  /// the newest available. The instances of the very first frame are always waited for, so that no
+  /// moving object gets into the map.
   void push(const RgbdFramePtr& frame, const CellGridPtr& cells);
 
-  /// Waits for the instances in the frame pushed last. Call once for each.
-  SeenInstances take();
+  /// Waits for the instances in the frame pushed last and returns them. Called once per frame.
+  FrameInstances wait();
 
-  /// Waits for all that was pushed, and lets the detector go, with its memory. Nothing may be
-  /// pushed any more.
+  /// Waits for all frames pushed and destroys the detector, which frees its memory. Nothing may be
+  /// pushed after it.
   void finish();
-  std::size_t segmented() const { return segmented_; }  ///< frames the detector saw; after finish()
-  /// Detector::skipped() at the end; after finish().
+  /// Returns the number of frames segmented. Called after finish().
+  std::size_t segmented() const { return segmented_; }
+  /// Returns Detector::skipped() at the end of the run. Called after finish().
   const std::string& skipped() const { return skipped_; }
 
  private:
   struct PropagationTask {
     RgbdFramePtr frame;
     CellGridPtr cells;
-    std::size_t visible = 0;  // how many results there are by then, since the beginning
+    std::size_t visible = 0;  // number of segmented frames that are visible to this frame
   };
 
   DetectedObjects detect(const RgbdFramePtr& frame);
-  SeenInstances carry_to(const PropagationTask& task);
+  FrameInstances propagate(const PropagationTask& task);
   void collect(std::size_t visible);
-  void take_in(const DetectedObjects& found);
+  void accept(const DetectedObjects& detected);
   SegmentedFrame wanted_in(const SegmentedFrame& found) const;
 
   const ScheduleOptions schedule_;
   const std::set<std::string> wanted_classes_;
-  std::deque<std::size_t> due_;  // frame from which each result still to come is visible
-  std::size_t visible_ = 0;      // results that are
+  std::deque<std::size_t> due_;  // first frame to which each pending segmentation is visible
+  std::size_t visible_ = 0;      // number of segmented frames that are visible by now
 
-  // Of the detector's thread until finish().
+  // Used by the detector's thread until finish().
   std::unique_ptr<Detector> detector_;
   std::size_t segmented_ = 0;
   std::string skipped_;
 
-  // Of the propagator's thread until finish().
+  // Used by the propagation thread until finish().
   MaskPropagator propagator_;
-  DetectedObjects newest_found_;
-  std::size_t taken_ = 0;  // results
+  DetectedObjects newest_;
+  std::size_t accepted_ = 0;  // number of segmented frames accepted
 
-  // Last, for their threads use the above, and the second one the first.
+  // The threads are last, since they use the members above; the second one uses the first.
   std::unique_ptr<Stage<RgbdFramePtr, DetectedObjects>> detect_stage_;
-  std::unique_ptr<Stage<PropagationTask, SeenInstances>> propagation_stage_;
+  std::unique_ptr<Stage<PropagationTask, FrameInstances>> propagation_stage_;
 };
 
 }  // namespace stillmap

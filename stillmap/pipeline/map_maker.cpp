@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/pipeline/map_maker.hpp"
 
+#include "stillmap/base/span_names.hpp"
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/base/trace.hpp"
 
@@ -18,7 +19,7 @@ MapMaker::MapMaker(Map map, const SlamParameters& options)
 }
 
 LocalMapPtr MapMaker::insert(const KeyframeProposal& proposal) {
-  const TraceScope scope("keyframe insertion");
+  const TraceScope scope(span::kKeyframeInsertion);
   newest_ = mapper_.insert(proposal);
   made_.push_back(newest_);
   const KeyframeId abandoned = map_.current_keyframe(proposal.abandoned);
@@ -28,7 +29,7 @@ LocalMapPtr MapMaker::insert(const KeyframeProposal& proposal) {
 
 LocalMapPtr MapMaker::refine(const StopRequest& hurry) {
   {
-    const TraceScope scope("map refinement");
+    const TraceScope scope(span::kMapRefinement);
     refined_.add(mapper_.refine(newest_, hurry));
   }
   index_keyframe(newest_);
@@ -38,7 +39,7 @@ LocalMapPtr MapMaker::refine(const StopRequest& hurry) {
 void MapMaker::index_keyframe(KeyframeId keyframe) {
   std::optional<LoopMatch> match;
   {
-    const TraceScope scope("place recognition");
+    const TraceScope scope(span::kPlaceRecognition);
     places_.add(map_, keyframe);
     match = places_.recognize(map_, keyframe);
   }
@@ -47,7 +48,7 @@ void MapMaker::index_keyframe(KeyframeId keyframe) {
 
 void MapMaker::close(const LoopMatch& match) {
   const Stopwatch watch;
-  const TraceScope scope("loop closing");
+  const TraceScope scope(span::kLoopClosing);
   const LoopCorrection done = match.same_component ? close_loop(map_, match) : join(match);
   pending_global_ba_ = map_.at(match.query).component;
   moved_ = true;
@@ -75,7 +76,7 @@ LocalMapPtr MapMaker::snapshot_for(const KeyframeProposal& proposal) const {
 }
 
 std::optional<RelocalizationResult> MapMaker::find(const FramePtr& lost) {
-  const TraceScope scope("relocalization");
+  const TraceScope scope(span::kRelocalization);
   const RelocalizationVerification verification = places_.find(map_, *lost);
   if (!verification.result) return std::nullopt;
   const Relocalization& r = *verification.result;
@@ -90,7 +91,7 @@ std::shared_ptr<const MapBundle> MapMaker::take_pending_global_ba() {
 }
 
 void MapMaker::apply_global_ba(const MapBundle& bundle, const BundleResult& result) {
-  const TraceScope scope("applying global adjustment");
+  const TraceScope scope(span::kApplyingGlobalAdjustment);
   apply_to_grown_map(map_, bundle, result);
   moved_ = true;
 }
@@ -119,7 +120,7 @@ std::shared_ptr<const KeyframePoses> MapMaker::take_moved() {
 void MapMaker::merge_remaining() {
   std::vector<std::uint32_t> components = map_.components();
   if (components.size() < 2) return;
-  const TraceScope scope("final merging");
+  const TraceScope scope(span::kFinalMerging);
   std::reverse(components.begin(), components.end());
   for (const std::uint32_t component : components) {
     // Merged into another one by an earlier step.
@@ -142,7 +143,7 @@ void MapMaker::drop(std::uint32_t component) {
 }
 
 void MapMaker::adjust_all(const BundleOptions& options) {
-  const TraceScope scope("final adjustment");
+  const TraceScope scope(span::kFinalAdjustment);
   for (const std::uint32_t component : map_.components()) adjust_globally(map_, component, options);
 }
 

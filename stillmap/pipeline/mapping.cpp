@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/pipeline/mapping.hpp"
 
+#include "stillmap/base/span_names.hpp"
+
 #include <algorithm>
 #include <limits>
 #include <utility>
@@ -78,7 +80,7 @@ Mapping::MapUpdate Mapping::relocalization_update(const FramePtr& lost) {
 void Mapping::adjust(const BundlePtr& bundle, const AdjustStage::Publish& publish) {
   BundleResult result;
   {
-    const TraceScope scope("global adjustment");
+    const TraceScope scope(span::kGlobalAdjustment);
     result = adjust_bundle(bundle->problem, bundle_, [this] { return adjuster_->waiting() > 0; });
   }
   publish({bundle, std::move(result)});
@@ -96,7 +98,7 @@ void Mapping::apply_due_adjustment(std::size_t frame_index) {
   if (!schedule_.realtime && frame_index < adjusted_by_) return;
   const bool wait = !schedule_.realtime || frame_index == kAtTheEnd;
   while (adjusting_ > 0) {
-    const auto adjusted = wait ? adjuster_->take() : adjuster_->try_take();
+    const auto adjusted = wait ? adjuster_->pop() : adjuster_->try_pop();
     if (!adjusted) return;
     if (--adjusting_ == 0) maker_.apply_global_ba(*adjusted->bundle, adjusted->result);
   }
@@ -131,7 +133,7 @@ std::optional<Mapping::MapUpdate> Mapping::next_update(std::size_t frame_index) 
   if (due_.empty() || (!schedule_.realtime && due_.front() > frame_index)) return std::nullopt;
   const bool wait =
       !schedule_.realtime || await_first_snapshot_ || due_.size() > kMaxPendingUpdates;
-  auto update = wait ? stage_->take() : stage_->try_take();
+  auto update = wait ? stage_->pop() : stage_->try_pop();
   if (update) due_.pop_front();
   return update;
 }
@@ -173,7 +175,7 @@ void Mapping::finish() {
 
 /// On the map's thread, so that the map never changes while another thread has it read.
 void Mapping::change(const std::function<void()>& work) {
-  const TraceScope waiting("waiting for map");
+  const TraceScope waiting(span::kWaitingForMap);
   stage_
       ->ask([&work] {
         trace_no_frame();

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/pipeline/mover_stream.hpp"
 
+#include "stillmap/base/span_names.hpp"
+
 namespace stillmap {
 
 MoverStream::MoverStream(const MoverOptions& options, bool realtime)
@@ -10,7 +12,7 @@ MoverStream::MoverStream(const MoverOptions& options, bool realtime)
       8, WhenFull::kBlock,
       [this](const TrackedFramePtr& tracked, const auto& publish) {
         trace_frame(tracked->frame->index());
-        const TraceScope scope("movers");
+        const TraceScope scope(span::kMovers);
         publish(work(*tracked));
       },
       "movers", ThreadPriority::kBackground);
@@ -43,7 +45,7 @@ std::vector<Mover> MoverStream::work(const TrackedFrame& tracked) {
 std::vector<Mover> MoverStream::newest(bool wait) {
   if (!stage_) return {};
   if (wait) stage_->drain();
-  while (auto movers = stage_->try_take()) newest_ = std::move(*movers);
+  while (auto movers = stage_->try_pop()) newest_ = std::move(*movers);
   return newest_;
 }
 

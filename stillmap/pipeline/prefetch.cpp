@@ -13,7 +13,7 @@ Prefetch::Prefetch(std::unique_ptr<FrameSource> source, int ahead, ThreadPriorit
 
 RgbdFramePtr Prefetch::next() {
   if (at_end_) return nullptr;
-  RgbdFramePtr frame = stage_->take().value();
+  RgbdFramePtr frame = stage_->pop().value();
   if (frame) {
     stage_->push({});
   } else {

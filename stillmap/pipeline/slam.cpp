@@ -2,18 +2,21 @@
 #include "stillmap/slam.hpp"
 
 #include "stillmap/base/statistics.hpp"
+#include "stillmap/base/stopwatch.hpp"
+#include "stillmap/pipeline/run_details.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/pipeline/slam_system.hpp"
 #include "stillmap/pipeline/snapshot.hpp"
 #include "stillmap/segment/make_detector.hpp"
 #include "stillmap/sensor/frame_maker.hpp"
-#include "stillmap/sensor/make_source.hpp"
 
 #include <algorithm>
 #include <utility>
 
 namespace stillmap {
 namespace {
+
+constexpr const char* kWriter = "libstillmap";  // the writer that a saved map names
 
 /// Callbacks of one kind. A subscription owns its callback, so it ends by itself.
 template <typename Event>
@@ -44,29 +47,25 @@ class Subscribers {
   std::vector<std::weak_ptr<const Call>> calls_;
 };
 
-std::unique_ptr<Detector> detector_for(std::unique_ptr<Detector> own, const Options& options) {
-  return own ? std::move(own) : make_detector(parameters_of(options).segment);
-}
-
 std::optional<StartingMap> starting_map(const std::optional<StartMap>& start) {
   if (!start) return std::nullopt;
   return StartingMap{read_saved_map(start->file), start->extend};
 }
 
-Results results_of(SlamResult&& result) {
-  const auto details = std::make_shared<const SlamResult>(std::move(result));
+Results results_of(const std::shared_ptr<const RunDetails>& details) {
+  const SlamResult& result = details->result;
   Results results;
-  results.trajectory = details->trajectory;
-  results.keyframes = details->keyframes;
-  results.cloud = std::shared_ptr<const Cloud>(details, &details->dense.cloud);
-  results.movers = moving_object_tracks(details->movers);
-  results.events = details->events;
-  results.statistics = {.frames = details->frames.size(),
-                        .tracked = details->tracked(),
-                        .segmented = details->segmented,
-                        .maps = details->maps,
-                        .landmarks = details->landmarks,
-                        .tracking_median_ms = quantile(details->timing.samples("tracking"), 0.5)};
+  results.trajectory = result.trajectory;
+  results.keyframes = result.keyframes;
+  results.cloud = std::shared_ptr<const Cloud>(details, &result.dense.cloud);
+  results.movers = moving_object_tracks(result.movers);
+  results.events = result.events;
+  results.statistics = {.frames = result.frames.size(),
+                        .tracked = result.tracked(),
+                        .segmented = result.segmented,
+                        .maps = result.maps,
+                        .landmarks = result.landmarks,
+                        .tracking_median_ms = quantile(result.timing.samples("tracking"), 0.5)};
   results.details = details;
   return results;
 }
@@ -74,15 +73,19 @@ Results results_of(SlamResult&& result) {
 }  // namespace
 
 struct Slam::Impl {
-  Impl(const Camera& camera, const Options& options, std::unique_ptr<Detector> detector,
-       const std::optional<StartMap>& start)
-      : frames(camera),
-        system(frames.camera(), parameters_of(options), detector_for(std::move(detector), options),
-               starting_map(start)) {}
+  Impl(const Camera& camera, const Options& chosen, const SlamParameters& parameters,
+       std::unique_ptr<Detector> detector, const std::optional<StartMap>& start)
+      : options(chosen),
+        detector_description(detector ? detector->description() : ""),
+        frames(camera),
+        system(frames.camera(), parameters, std::move(detector), starting_map(start)) {}
 
   void notify();
   void notify_keyframes(const MapView& view);
 
+  const Stopwatch watch;
+  const Options options;
+  const std::string detector_description;
   FrameMaker frames;
   std::size_t next_index = 0;
   Subscribers<PoseUpdate> pose;
@@ -92,13 +95,13 @@ struct Slam::Impl {
   SlamSystem system;
 };
 
-/// What the frame pushed last has brought.
+/// Calls the subscribers of all events of the frame pushed last.
 void Slam::Impl::notify() {
   const TrackedFrame& newest = *system.newest();
   const MapView& view = system.view();
   if (pose.any()) pose.call(pose_update(newest));
   if (keyframe.any()) notify_keyframes(view);
-  // Without a relocalization, a recognized place only tells what an unconnected map looks like.
+  // Without a relocalization, a recognized place only adds an unconnected map to the view.
   const bool moved = view.moved && (!view.found || newest.relocalized);
   if (moved && correction.any())
     correction.call({newest.frame->index(), newest.frame->timestamp()});
@@ -113,8 +116,11 @@ void Slam::Impl::notify_keyframes(const MapView& view) {
 }
 
 Slam::Slam(const Camera& camera, const Options& options, std::unique_ptr<Detector> detector,
-           const std::optional<StartMap>& start)
-    : impl_(std::make_unique<Impl>(camera, options, std::move(detector), start)) {}
+           const std::optional<StartMap>& start) {
+  const SlamParameters parameters = parameters_of(options);
+  if (!detector) detector = make_detector(parameters.segment);
+  impl_ = std::make_unique<Impl>(camera, options, parameters, std::move(detector), start);
+}
 
 Slam::~Slam() = default;
 Slam::Slam(Slam&&) noexcept = default;
@@ -156,7 +162,13 @@ Subscription Slam::on_movers(std::function<void(const std::vector<MovingObject>&
 }
 
 Results Slam::finish() {
-  Results results = results_of(impl_->system.finish());
+  const auto details = std::make_shared<RunDetails>();
+  details->result = impl_->system.finish();
+  details->options = impl_->options;
+  details->detector = impl_->detector_description;
+  if (impl_->options.dense.enabled) details->map = impl_->system.saved_map(kWriter);
+  details->seconds = impl_->watch.milliseconds() / 1000;
+  Results results = results_of(details);
   impl_->system.show(results.cloud);
   if (impl_->keyframe.any()) impl_->notify_keyframes(impl_->system.view());
   if (impl_->system.newest() && impl_->correction.any()) {
@@ -167,7 +179,7 @@ Results Slam::finish() {
 }
 
 void Slam::save_map(const std::filesystem::path& file) const {
-  write_saved_map(file, impl_->system.saved_map("libstillmap"));
+  write_saved_map(file, impl_->system.saved_map(kWriter));
 }
 
 }  // namespace stillmap

@@ -24,7 +24,7 @@ void set_network(const Options::Network& from, SlamParameters& to) {
   to.segment.iou = static_cast<float>(from.nms_iou);
   to.schedule.segment_every = from.every;
   to.schedule.mask_delay = from.mask_delay;
-  to.carry.max_age = from.max_mask_age;
+  to.propagation.max_age = from.max_mask_age;
 }
 
 void set_motion(const Options::Motion& from, MotionOptions& to) {
@@ -58,19 +58,17 @@ void set_map(const Options::Map& from, SlamParameters& to) {
   to.final_adjustment = from.final_adjustment;
 }
 
-void set_dense(const Options::Dense& from, SlamParameters& to) {
-  DenseOptions& dense = to.dense;
-  to.dense_cloud = from.enabled;
-  dense.voxel = from.voxel;
-  dense.back_projection.stride = from.stride;
-  dense.back_projection.max_sigma = from.max_sigma;
-  dense.back_projection.mask_dilation = from.mask_dilation;
-  dense.far.max_sigma = from.far_sigma;
-  dense.every = from.every;
-  dense.evidence.remove_ghosts = from.free_space;
-  dense.outliers.deviations = from.outlier_deviations;
-  if (from.outlier_deviations == 0) dense.outliers.neighbors = 0;
-  dense.movers = from.excluded_classes;
+void set_dense(const Options::Dense& from, DenseOptions& to) {
+  to.voxel = from.voxel;
+  to.back_projection.stride = from.stride;
+  to.back_projection.max_sigma = from.max_sigma;
+  to.back_projection.mask_dilation = from.mask_dilation;
+  to.far.max_sigma = from.far_sigma;
+  to.every = from.every;
+  to.evidence.remove_ghosts = from.free_space;
+  to.outliers.deviations = from.outlier_deviations;
+  if (from.outlier_deviations == 0) to.outliers.neighbors = 0;
+  to.movers = from.excluded_classes;
 }
 
 void set_outputs(const Options::Outputs& from, DenseOptions& to) {
@@ -99,9 +97,17 @@ SlamParameters parameters_of(const Options& options) {
   set_tracking(options.tracking, parameters.tracker);
   set_map(options.map, parameters);
   parameters.movers.enabled = options.movers.enabled;
-  set_dense(options.dense, parameters);
-  set_outputs(options.outputs, parameters.dense);
+  parameters.dense_cloud = options.dense.enabled;
+  parameters.dense = dense_parameters_of(options);
   set_schedule(options, parameters.schedule);
+  return parameters;
+}
+
+DenseOptions dense_parameters_of(const Options& options) {
+  check_options(options);
+  DenseOptions parameters;
+  set_dense(options.dense, parameters);
+  set_outputs(options.outputs, parameters);
   return parameters;
 }
 

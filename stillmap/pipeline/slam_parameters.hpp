@@ -30,12 +30,12 @@ struct MoverOptions {
   bool enabled = true;  ///< Whether moving objects are tracked.
 };
 
-/// The parameters of all algorithms, module by module. A user sets Options; this is what they come
-/// down to.
+/// The parameters of all algorithms, module by module; parameters_of() derives them from the
+/// user's Options.
 struct SlamParameters {
   OrbOptions orb;
   SegmentOptions segment;
-  PropagationOptions carry;
+  PropagationOptions propagation;
   MotionOptions motion;
   TrackerOptions tracker;
   MapperOptions mapper;
@@ -50,5 +50,8 @@ struct SlamParameters {
 /// The parameters that follow from the user's options; the others keep their defaults. Throws Error
 /// for an option outside its range.
 SlamParameters parameters_of(const Options& options);
+
+/// The parameters of the dense map alone; options as in parameters_of().
+DenseOptions dense_parameters_of(const Options& options);
 
 }  // namespace stillmap

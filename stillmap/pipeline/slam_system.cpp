@@ -2,40 +2,23 @@
 #include "stillmap/pipeline/slam_system.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/span_names.hpp"
 #include "stillmap/base/trace.hpp"
 #include "stillmap/pipeline/snapshot.hpp"
+#include "stillmap/sensor/require_image.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
-#include <opencv2/core/check.hpp>
 
 namespace stillmap {
 namespace {
 
-// The stages of the threads beside the tracker's, by the names of their trace spans.
-constexpr std::array kStages = {"mask propagation",
-                                "segmentation",
-                                "keyframe insertion",
-                                "map refinement",
-                                "place recognition",
-                                "loop closing",
-                                "relocalization",
-                                "global adjustment",
-                                "applying global adjustment",
-                                "final merging",
-                                "final adjustment",
-                                "dense map: labels",
-                                "dense map: keyframe",
-                                "dense map: other frame",
-                                "dense map: corrected",
-                                "dense composition",
-                                "movers"};
+constexpr const char* kWhere = "Slam::push";  // the place that errors of a frame name
 
 TrackerStart how_to_begin(const std::optional<StartingMap>& start) {
   if (!start) return TrackerStart::kNewMap;
@@ -84,7 +67,7 @@ std::optional<Pose> SlamSystem::push(const RgbdFramePtr& image) {
   check(image);
   const TraceBinding binding(&track_);
   trace_frame(image->index);
-  traced("frame", [&] { track(image); });
+  traced(span::kFrame, [&] { track(image); });
   if (options_.schedule.realtime) shed_load(*image);
   log_.add(*newest_, tracking_times(propagation_));
   return newest_->T_world_camera;
@@ -105,10 +88,10 @@ void SlamSystem::track(const RgbdFramePtr& image) {
   const auto initial = tracker_.predict_pose(*frame->features, view_.local_map);
   MotionEvidence evidence = motion_.begin(motion_input(*frame, initial));
 
-  const SeenInstances seen = instances_.take();
-  frame->instances = seen.carried;
-  frame->instance_cells = seen.propagated_cells;
-  propagation_ = seen.milliseconds;
+  const FrameInstances known = instances_.wait();
+  frame->instances = known.propagated;
+  frame->instance_cells = known.propagated_cells;
+  propagation_ = known.milliseconds;
   frame->evidence = motion_.finish(std::move(evidence), motion_input(*frame, initial));
 
   newest_ = tracker_.track(frame, initial, view_.local_map, view_.found);
@@ -118,7 +101,7 @@ void SlamSystem::track(const RgbdFramePtr& image) {
   }
   mapping_.push(newest_);
   movers_.push(newest_);
-  dense_.push(newest_, seen.found, view_);
+  dense_.push(newest_, known.detected, view_);
 }
 
 MotionInput SlamSystem::motion_input(const Frame& frame,
@@ -138,27 +121,32 @@ MotionInput SlamSystem::motion_input(const Frame& frame,
 /// tracker takes what there is, and a recording's may run ahead of them.
 /// @param propagation time that propagating the masks to the frame took [ms]
 TrackingTimes SlamSystem::tracking_times(double propagation) const {
-  const double features = track_.in_frame("features");
-  const double initial_pose = track_.in_frame("follow");
-  const double motion_before_masks = track_.in_frame("motion before masks");
-  const double blocked = track_.in_frame("waiting for masks");
+  const double features = track_.in_frame(span::kFeatures);
+  const double initial_pose = track_.in_frame(span::kInitialPose);
+  const double motion_before_masks = track_.in_frame(span::kMotionBeforeMasks);
+  const double blocked = track_.in_frame(waiting_span(InstanceStream::kThread));
   const double masks =
       std::clamp(propagation - (features + initial_pose + motion_before_masks), 0.0, blocked);
-  const double motion = track_.in_frame("cells") + motion_before_masks + track_.in_frame("motion");
+  const double motion =
+      track_.in_frame(span::kCells) + motion_before_masks + track_.in_frame(span::kMotion);
   return {.features = static_cast<float>(features),
           .masks = static_cast<float>(masks),
           .motion = static_cast<float>(motion),
-          .pose = static_cast<float>(initial_pose + track_.in_frame("pose")),
-          .waiting = static_cast<float>(blocked - masks + track_.in_frame("waiting for map"))};
+          .pose = static_cast<float>(initial_pose + track_.in_frame(span::kPose)),
+          .waiting = static_cast<float>(blocked - masks + track_.in_frame(span::kWaitingForMap))};
 }
 
 void SlamSystem::check(const RgbdFramePtr& frame) const {
-  if (!frame) throw Error("the frame is null", "Slam::push", "push frames only");
-  require_image(frame->color, CV_8UC3, "color image", "8-bit BGR");
-  require_image(frame->gray, CV_8UC1, "gray image", "8-bit with one channel");
-  require_image(frame->depth, CV_32FC1, "depth image", "32-bit float in meters");
+  if (!frame) throw Error("the frame is null", kWhere, "push frames only");
+  const auto require = [&](const cv::Mat& image, int type, const char* name, const char* fix) {
+    require_size(image, camera_, name, kWhere);
+    if (image.type() != type) refuse_type(image, name, kWhere, fix);
+  };
+  require(frame->color, CV_8UC3, "color image", "it must be 8-bit BGR");
+  require(frame->gray, CV_8UC1, "gray image", "it must be 8-bit with one channel");
+  require(frame->depth, CV_32FC1, "depth image", "it must be 32-bit float in meters");
   if (!std::isfinite(frame->timestamp)) {
-    throw Error(fmt::format("the timestamp of frame {} is not finite", frame->index), "Slam::push",
+    throw Error(fmt::format("the timestamp of frame {} is not finite", frame->index), kWhere,
                 "give seconds");
   }
   if (log_.empty()) return;
@@ -166,20 +154,7 @@ void SlamSystem::check(const RgbdFramePtr& frame) const {
   if (frame->index > last.index && frame->timestamp > last.timestamp) return;
   throw Error(fmt::format("frame {} at {:.6f} s does not come after frame {} at {:.6f} s",
                           frame->index, frame->timestamp, last.index, last.timestamp),
-              "Slam::push", "push frames in the order of their timestamps, each once");
-}
-
-void SlamSystem::require_image(const cv::Mat& image, int type, const char* name,
-                               const char* type_name) const {
-  if (image.cols != camera_.width || image.rows != camera_.height) {
-    throw Error(fmt::format("the {} has {} x {} pixels, those of the camera have {} x {}", name,
-                            image.cols, image.rows, camera_.width, camera_.height),
-                "Slam::push", "make the camera's width and height those of the images");
-  }
-  if (image.type() != type) {
-    throw Error(fmt::format("the {} is of OpenCV's type {}", name, cv::typeToString(image.type())),
-                "Slam::push", fmt::format("it must be {}", type_name));
-  }
+              kWhere, "push frames in the order of their timestamps, each once");
 }
 
 /// For a camera that does not wait: fewer keypoints where frames keep the tracker too long.
@@ -189,8 +164,8 @@ void SlamSystem::shed_load(const RgbdFrame& image) {
   load_shedding_.fewest_keypoints =
       log_.empty() ? wanted : std::min(load_shedding_.fewest_keypoints, wanted);
   if (log_.empty()) return;
-  keypoint_budget_.took(track_.in_frame("frame"), 1000 * (image.timestamp - log_.back().timestamp),
-                        newest_->inliers);
+  keypoint_budget_.took(track_.in_frame(span::kFrame),
+                        1000 * (image.timestamp - log_.back().timestamp), newest_->inliers);
 }
 
 std::shared_ptr<const Snapshot> SlamSystem::snapshot() {
@@ -266,7 +241,7 @@ void SlamSystem::collect_movers(SlamResult& result) const {
 }
 
 void SlamSystem::collect_dense_map(SlamResult& result) {
-  const TraceScope scope("dense composition");
+  const TraceScope scope(span::kDenseComposition);
   result.placed = dense_.place(mapping_.map());
   result.dense = cloud_of(result.placed);
   result.dense_statistics = dense_.statistics();
@@ -291,7 +266,7 @@ StageTimes SlamSystem::stage_times() const {
   for (const std::string_view cue : motion_.cues())
     times.append(fmt::format("motion: {}", cue), track_.times(cue));
   const auto& tracks = track_.trace().tracks();
-  for (const std::string_view stage : kStages) {
+  for (const std::string_view stage : span::kStages) {
     times.append(stage, track_.times(stage));
     for (std::size_t i = first_track_; i < end_track_; ++i)
       times.append(stage, tracks[i].times(stage));

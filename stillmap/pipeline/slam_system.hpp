@@ -108,7 +108,6 @@ class SlamSystem {
 
  private:
   void check(const RgbdFramePtr& frame) const;
-  void require_image(const cv::Mat& image, int type, const char* name, const char* type_name) const;
   void track(const RgbdFramePtr& image);
   MotionInput motion_input(const Frame& frame, const std::optional<InitialPose>& initial) const;
   TrackingTimes tracking_times(double propagation) const;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/statistics.hpp"
 #include "stillmap/evaluate/trajectory_error.hpp"
 #include "stillmap/pipeline/prefetch.hpp"
 #include "stillmap/pipeline/recording_test.hpp"
 #include "stillmap/pipeline/slam_system.hpp"
-#include "stillmap/segment/mask_folder.hpp"
 
 #include <cstring>
 
@@ -15,23 +15,7 @@ namespace stillmap {
 namespace {
 
 using recorded::Recording, recorded::recording, recorded::small_options, recorded::black,
-    recorded::same_bytes;
-
-/// A detector that knows the truth: the simulator's masks.
-class TrueMasks final : public Detector {
- public:
-  explicit TrueMasks(std::shared_ptr<const SimulatedSequence> sequence)
-      : sequence_(std::move(sequence)) {}
-  std::vector<Instance> detect(const RgbdFrame& frame) override {
-    return instances_of_mask(class_mask(sequence_->truth(frame.index)));
-  }
-  std::string description() const override { return "true masks"; }
-  const std::vector<std::string>& class_names() const override { return names_; }
-
- private:
-  std::shared_ptr<const SimulatedSequence> sequence_;
-  std::vector<std::string> names_ = {"person", "unknown"};
-};
+    recorded::same_bytes, recorded::TrueMasks;
 
 struct Outcome {
   SlamResult result;
@@ -73,24 +57,11 @@ TEST(SlamOnAStillScene, TheCloudLiesOnTheTrueSurfaces) {
   const Recording& rec = recording(0, "xyz");
   const Outcome r = run(rec, small_options("static"));
   ASSERT_GT(r.result.dense.cloud.size(), 5000U);
-  // Seen from the first pose, points that fall on a pixel lie where the exact depth says.
-  const TruthFrame truth = rec.sequence->truth(0);
-  const Pose T_camera_estimate = r.result.trajectory.front().T_world_camera.inverse();
-  const Camera& camera = rec.sequence->camera();
-  std::vector<double> errors;
-  for (const auto& point : r.result.dense.cloud.points) {
-    const Eigen::Vector3d p = T_camera_estimate * point.cast<double>();
-    if (p.z() < 0.3) continue;
-    const Eigen::Vector2d uv = camera.project(p);
-    if (!camera.contains(uv.x(), uv.y(), 1)) continue;
-    const float depth =
-        truth.depth.at<float>(static_cast<int>(uv.y() + 0.5), static_cast<int>(uv.x() + 0.5));
-    if (depth > 0) errors.push_back(std::abs(depth - p.z()));
-  }
+  const Pose T_camera_world = r.result.trajectory.front().T_world_camera.inverse();
+  std::vector<double> errors = recorded::depth_errors(r.result.dense.cloud, rec, T_camera_world);
   ASSERT_GT(errors.size(), 3000U);
-  std::nth_element(errors.begin(), errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2),
-                   errors.end());
-  EXPECT_LT(errors[errors.size() / 2], 0.02) << "median distance along the ray, meters";
+  for (double& error : errors) error = std::abs(error);
+  EXPECT_LT(quantile(errors, 0.5), 0.02) << "median distance along the ray [m]";
 }
 
 TEST(SlamWithPeople, MasksKeepTheTrajectoryAsIfNobodyWereThere) {

@@ -22,29 +22,29 @@ namespace stillmap {
 
 /// What push() does when the queue is full.
 enum class WhenFull {
-  kBlock,  ///< waits for room: nothing is lost
-  kDrop,   ///< refuses, and counts it: the caller never waits
+  kBlock,  ///< Waits for a free place, so that nothing is lost.
+  kDrop,   ///< Drops the input and counts it, so that the caller never waits.
 };
 
-/// How far a stage's thread stands back where there are fewer cores than work: nice values, of
-/// which each is worth a fifth of a core's time. What the camera waits for stands first; the last,
-/// kIdle, takes only what all others leave, and gives way at once to any that wakes (SCHED_IDLE).
+/// Priority of a stage's thread, as a nice value: with each step a thread gets about a fifth less
+/// time than its competitors. Threads that the tracker waits for have the highest priority. A
+/// thread of priority kIdle runs only on cores that are idle (SCHED_IDLE).
 enum class ThreadPriority : int { kNone = 0, kMap = 5, kNetwork = 5, kBackground = 10, kIdle = 19 };
 
-/// Makes the calling thread stand back; without effect where the system knows no nice threads.
+/// Lowers the priority of the calling thread; without effect on systems without nice values.
 void lower_priority(ThreadPriority priority);
 
-/// A thread around a synchronous algorithm: a bounded queue in, an unbounded one out, and the only
-/// mutex of the house. Inputs are worked on in the order they were pushed, one at a time; each may
-/// publish any number of outputs. What the work throws is thrown again by the caller's next push,
-/// take or drain.
+/// A thread around a synchronous algorithm, with a bounded queue of inputs, an unbounded queue of
+/// outputs and the only mutex of the program. Inputs are processed in the order they were pushed,
+/// one at a time; each may publish any number of outputs. An exception of the work is thrown again
+/// by the caller's next push, pop or drain.
 ///
-/// If the thread that makes it is traced, so is its own, on a track of the stage's name, which also
-/// tells how long the queue is; and whoever waits for it is seen waiting.
+/// If the constructing thread is traced, the stage's thread gets a track of the stage's name, which
+/// also records the length of the input queue, and threads that wait for the stage get a span.
 template <typename In, typename Out>
 class Stage {
  public:
-  /// Hands on one output; for the work to call.
+  /// Called by the work to publish one output.
   using Publish = std::function<void(Out)>;
   using Work = std::function<void(In, const Publish&)>;
 
@@ -57,12 +57,12 @@ class Stage {
       run(stop);
     });
   }
-  /// Ends after the input being worked on; queued ones are dropped. drain() first to keep them.
+  /// Ends after the input in progress. Queued inputs are dropped, unless drain() was called first.
   ~Stage() = default;
   Stage(const Stage&) = delete;
   Stage& operator=(const Stage&) = delete;
 
-  /// False if the input was dropped.
+  /// Adds an input. Returns false if it was dropped.
   bool push(In input) {
     std::unique_lock lock(mutex_);
     if (when_full_ == WhenFull::kBlock) {
@@ -79,30 +79,31 @@ class Stage {
     return true;
   }
 
-  /// The next output, waiting for it; none once everything pushed has been worked on and taken.
-  std::optional<Out> take() {
+  /// Waits for the next output and returns it; none once all inputs are processed and all outputs
+  /// returned.
+  std::optional<Out> pop() {
     std::unique_lock lock(mutex_);
     wait(lock, [&] { return !outputs_.empty() || idle() || failure_; });
     rethrow_failure();
-    return pop();
+    return pop_output();
   }
 
-  /// The next output if there is one already.
-  std::optional<Out> try_take() {
+  /// Returns the next output if it is available.
+  std::optional<Out> try_pop() {
     std::unique_lock lock(mutex_);
     rethrow_failure();
-    return pop();
+    return pop_output();
   }
 
-  /// Waits until everything pushed has been worked on.
+  /// Waits until all inputs are processed.
   void drain() {
     std::unique_lock lock(mutex_);
     wait(lock, [&] { return idle() || failure_; });
     rethrow_failure();
   }
 
-  /// Runs a function on the stage's thread between two inputs, whatever waits in the queue. May be
-  /// called by any thread. The result, or what the function throws, comes with the future.
+  /// Runs a function on the stage's thread between two inputs, before the queued ones. May be
+  /// called by any thread. The future holds the result or the exception of the function.
   template <typename Function>
   auto ask(Function function) {
     using Result = std::invoke_result_t<Function>;
@@ -114,11 +115,12 @@ class Stage {
     return answer;
   }
 
-  /// Inputs waiting, the one being worked on not counted.
+  /// Returns the number of queued inputs, without the one in progress.
   std::size_t waiting() const {
     std::unique_lock lock(mutex_);
     return inputs_.size();
   }
+  /// Returns the number of dropped inputs.
   std::size_t dropped() const {
     std::unique_lock lock(mutex_);
     return dropped_;
@@ -134,7 +136,7 @@ class Stage {
 
   bool idle() const { return inputs_.empty() && !working_; }
 
-  std::optional<Out> pop() {
+  std::optional<Out> pop_output() {
     if (outputs_.empty()) return std::nullopt;
     std::optional<Out> output = std::move(outputs_.front());
     outputs_.pop_front();
@@ -191,7 +193,7 @@ class Stage {
   const std::size_t capacity_;
   const WhenFull when_full_;
   const Work work_;
-  TraceTrack* track_ = nullptr;  // null: nobody listens
+  TraceTrack* track_ = nullptr;  // null: the stage is not traced
 
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;
@@ -201,7 +203,7 @@ class Stage {
   bool working_ = false;
   std::size_t dropped_ = 0;
   std::exception_ptr failure_;
-  std::jthread thread_;  // last: it ends before the rest goes
+  std::jthread thread_;  // last, so that it ends before the other members are destroyed
 };
 
 }  // namespace stillmap

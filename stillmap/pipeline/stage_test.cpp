@@ -24,7 +24,7 @@ TEST(Stage, WorksInOrderAndPublishesAnyNumberOfOutputs) {
   });
   for (const int n : {1, 0, 3}) stage.push(n);
   std::vector<int> outputs;
-  while (const auto output = stage.take()) outputs.push_back(*output);
+  while (const auto output = stage.pop()) outputs.push_back(*output);
   EXPECT_EQ(outputs, (std::vector<int>{10, 30, 31, 32}));
 }
 
@@ -32,8 +32,8 @@ TEST(Stage, BlocksWhenFullAndLosesNothing) {
   IntStage stage(1, WhenFull::kBlock, [](int n, const auto& publish) { publish(n); });
   for (int n = 0; n < 500; ++n) EXPECT_TRUE(stage.push(n));
   stage.drain();
-  for (int n = 0; n < 500; ++n) EXPECT_EQ(stage.take(), n);
-  EXPECT_EQ(stage.take(), std::nullopt);
+  for (int n = 0; n < 500; ++n) EXPECT_EQ(stage.pop(), n);
+  EXPECT_EQ(stage.pop(), std::nullopt);
   EXPECT_EQ(stage.dropped(), 0U);
 }
 
@@ -51,11 +51,11 @@ TEST(Stage, DropsWhenFullAndCounts) {
   EXPECT_TRUE(stage.push(1));
   EXPECT_FALSE(stage.push(2));
   EXPECT_EQ(stage.dropped(), 1U);
-  EXPECT_EQ(stage.try_take(), std::nullopt);
+  EXPECT_EQ(stage.try_pop(), std::nullopt);
   open.set_value();
-  EXPECT_EQ(stage.take(), 0);
-  EXPECT_EQ(stage.take(), 1);
-  EXPECT_EQ(stage.take(), std::nullopt);
+  EXPECT_EQ(stage.pop(), 0);
+  EXPECT_EQ(stage.pop(), 1);
+  EXPECT_EQ(stage.pop(), std::nullopt);
 }
 
 /// A number that only the stage's thread touches, asked for by others while it changes: the
@@ -93,7 +93,7 @@ TEST(Stage, AQuestionsErrorComesWithItsAnswerAndTheStageGoesOn) {
   auto answer = stage.ask([]() -> int { throw std::runtime_error("no answer"); });
   EXPECT_THROW(answer.get(), std::runtime_error);
   stage.push(1);
-  EXPECT_EQ(stage.take(), 1);
+  EXPECT_EQ(stage.pop(), 1);
 }
 
 TEST(Stage, IsTracedWhereItsMakerIs) {
@@ -135,7 +135,7 @@ TEST(Stage, WhatTheWorkThrowsReachesTheCallerAndTheStageLivesOn) {
   stage.push(-1);
   EXPECT_THROW(stage.drain(), std::runtime_error);
   stage.push(5);
-  EXPECT_EQ(stage.take(), 5);
+  EXPECT_EQ(stage.pop(), 5);
 }
 
 TEST(Stage, EndsWithoutWorkingOffTheQueue) {

@@ -49,7 +49,7 @@ ReportImages write_dense_map(const RunRecord& record, const DenseOutputs& output
   const SlamResult& result = record.result;
   ReportImages images;
   images.more = write_dense_files({result.dense, result.placed, result.trajectory, result.movers},
-                                  parameters_of(record.options).dense, outputs, folder);
+                                  dense_parameters_of(record.options), outputs, folder);
   if (images.more.empty()) return images;
   images.cloud = images.more.front();
   images.more.erase(images.more.begin());

@@ -6,6 +6,7 @@
 #include "stillmap/base/test_path.hpp"
 #include "stillmap/report/machine.hpp"
 #include "stillmap/simulate/simulated_sequence.hpp"
+#include "stillmap/write_results.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -17,19 +18,33 @@ namespace fs = std::filesystem;
 
 using ::testing::HasSubstr;
 
-/// The record of a short run on a rendered scene without movers.
-const RunRecord& small_run() {
-  static const RunRecord record = [] {
+/// A short sequence of a rendered scene without movers.
+const SimulatedSequence& small_sequence() {
+  static const SimulatedSequence sequence = [] {
     SimulationOptions scene;
     scene.people = 0;
     scene.frames = 12;
     scene.width = 320;
     scene.height = 240;
-    const SimulatedSequence sequence(scene);
+    return SimulatedSequence(scene);
+  }();
+  return sequence;
+}
+
+Options small_options() {
+  Options options;
+  options.features.keypoints = 500;
+  return options;
+}
+
+/// The record of a run on the short sequence.
+const RunRecord& small_run() {
+  static const RunRecord record = [] {
+    const SimulatedSequence& sequence = small_sequence();
     RunRecord made;
     made.sequence = "rendered";
     made.machine = machine_description();
-    made.options.features.keypoints = 500;
+    made.options = small_options();
     made.truth = sequence.trajectory();
     SlamSystem slam(sequence.camera(), parameters_of(made.options));
     for (std::size_t i = 0; i < sequence.frames(); ++i) slam.push(sequence.at(i).frame);
@@ -108,6 +123,32 @@ TEST_F(RunFolder, AForeignFileIsLeftAloneWithoutForce) {
   EXPECT_FALSE(has("cloud.ply")) << "nothing is written";
   write_run_folder(small_run(), folder_, {}, ResultFolder::Foreign::kOverwrite);
   EXPECT_NE(read_file(folder_ / "trajectory.txt"), "mine");
+}
+
+TEST_F(RunFolder, ThatALibraryUserWritesHasTheFilesOfTheCommand) {
+  Slam slam(small_sequence().camera(), small_options());
+  for (std::size_t i = 0; i < small_sequence().frames(); ++i)
+    slam.push(small_sequence().at(i).frame);
+  const Results results = slam.finish();
+  const auto written = write_results(results, folder_, "My <room>");
+  EXPECT_EQ(written, write_run_folder(small_run(), folder_));
+  EXPECT_EQ(write_results(results, folder_), written);
+  EXPECT_EQ(read_trajectory(folder_ / "trajectory.txt").size(), results.trajectory.size());
+  const auto summary = nlohmann::json::parse(read_file(folder_ / "summary.json"));
+  EXPECT_EQ(summary["sequence"], folder_.filename().string());
+  EXPECT_EQ(summary["frames"]["total"], 12);
+  EXPECT_EQ(summary["options"]["features"]["keypoints"], 500);
+  EXPECT_GT(summary["seconds"], 0);
+  EXPECT_FALSE(read_saved_map(folder_ / kRunMap).views.empty());
+}
+
+TEST_F(RunFolder, ThatALibraryUserWritesKeepsForeignFiles) {
+  fs::create_directories(folder_);
+  write_file(folder_ / "report.html", "mine");
+  Slam slam(small_sequence().camera(), small_options());
+  slam.push(small_sequence().at(0).frame);
+  EXPECT_THROW(write_results(slam.finish(), folder_), Error);
+  EXPECT_EQ(read_file(folder_ / "report.html"), "mine");
 }
 
 TEST(RunSummary, HasTheFiguresOfTheRecord) {

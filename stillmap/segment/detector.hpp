@@ -3,6 +3,7 @@
 #include "stillmap/segment/instance.hpp"
 #include "stillmap/sensor/rgbd_frame.hpp"
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -22,5 +23,9 @@ class Detector {
   /// Returns the class names by class id.
   virtual const std::vector<std::string>& class_names() const = 0;
 };
+
+/// Makes the detector that a text names: a network (a file NAME.onnx) or a folder with one mask per
+/// frame. Throws Error that lists the known forms for any other text, and if it cannot be used.
+std::unique_ptr<Detector> make_detector(const std::string& text);
 
 }  // namespace stillmap

@@ -3,7 +3,6 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/segment/mask_folder.hpp"
-#include "stillmap/segment/segment_options.hpp"
 #include "stillmap/segment/yolo_detector.hpp"
 
 #include <filesystem>

@@ -3,19 +3,20 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/sensor/camera_file.hpp"
+#include "stillmap/sensor/require_image.hpp"
 #include "stillmap/sensor/tum_folder.hpp"
 
 #include <cmath>
 #include <memory>
 
-#include <fmt/format.h>
-#include <opencv2/core/check.hpp>
 #include <opencv2/imgproc.hpp>
 
 namespace stillmap {
 namespace {
 
 constexpr const char* kWhere = "make_frame";
+constexpr const char* kColorImage = "color image";
+constexpr const char* kDepthImage = "depth image";
 
 /// A copy as 8-bit BGR.
 cv::Mat bgr_of(const cv::Mat& color) {
@@ -30,9 +31,8 @@ cv::Mat bgr_of(const cv::Mat& color) {
       cv::cvtColor(color, bgr, cv::COLOR_BGRA2BGR);
       return bgr;
     default:
-      throw Error(
-          fmt::format("the color image is of OpenCV's type {}", cv::typeToString(color.type())),
-          kWhere, "give an 8-bit image: BGR (CV_8UC3) or gray (CV_8UC1)");
+      refuse_type(color, kColorImage, kWhere,
+                  "give an 8-bit image: BGR (CV_8UC3) or gray (CV_8UC1)");
   }
 }
 
@@ -44,8 +44,8 @@ FrameMaker::FrameMaker(const Camera& recorded) : rectifier_(recorded) {
 
 RgbdFramePtr FrameMaker::make(const cv::Mat& color, const cv::Mat& depth, double timestamp,
                               std::size_t index) const {
-  require_size(color, "color image");
-  require_size(depth, "depth image");
+  require_size(color, camera(), kColorImage, kWhere);
+  require_size(depth, camera(), kDepthImage, kWhere);
   if (!std::isfinite(timestamp)) throw Error("the timestamp is not finite", kWhere, "give seconds");
   auto frame = std::make_shared<RgbdFrame>();
   frame->index = index;
@@ -56,22 +56,13 @@ RgbdFramePtr FrameMaker::make(const cv::Mat& color, const cv::Mat& depth, double
   return frame;
 }
 
-void FrameMaker::require_size(const cv::Mat& image, const char* name) const {
-  if (image.empty()) throw Error(fmt::format("the {} is empty", name), kWhere, "give an image");
-  if (image.cols == camera().width && image.rows == camera().height) return;
-  throw Error(fmt::format("the {} has {} x {} pixels, those of the camera have {} x {}", name,
-                          image.cols, image.rows, camera().width, camera().height),
-              kWhere, "make the camera's width and height those of the images");
-}
-
-/// Always a copy: the caller's image may change.
+/// Returns a copy, since the caller may change its image later.
 cv::Mat FrameMaker::meters_of(const cv::Mat& depth) const {
   const DepthSensor& sensor = camera().depth_sensor;
   if (depth.type() == CV_16UC1) return depth_in_meters(depth, camera().depth_factor, sensor);
   if (depth.type() != CV_32FC1) {
-    throw Error(
-        fmt::format("the depth image is of OpenCV's type {}", cv::typeToString(depth.type())),
-        kWhere, "give 16-bit (CV_16UC1) or 32-bit float in meters (CV_32FC1)");
+    refuse_type(depth, kDepthImage, kWhere,
+                "give 16-bit (CV_16UC1) or 32-bit float in meters (CV_32FC1)");
   }
   cv::Mat1f meters(depth.size());
   const auto nearest = static_cast<float>(sensor.min_depth);

@@ -29,7 +29,6 @@ class FrameMaker {
                     std::size_t index) const;
 
  private:
-  void require_size(const cv::Mat& image, const char* name) const;
   cv::Mat meters_of(const cv::Mat& depth) const;
 
   Rectifier rectifier_;

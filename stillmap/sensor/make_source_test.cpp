@@ -10,6 +10,7 @@
 namespace stillmap {
 namespace {
 
+using test::error_of;
 using testing::HasSubstr;
 
 TEST(MakeSource, AFolderIsASource) {

@@ -2,6 +2,7 @@
 #pragma once
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/test_error.hpp"
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/sensor/sequence.hpp"
 #include "stillmap/sensor/tum_folder.hpp"
@@ -97,17 +98,6 @@ inline std::vector<RgbdFramePtr> all_frames(FrameSource& source) {
   std::vector<RgbdFramePtr> frames;
   while (RgbdFramePtr frame = source.next()) frames.push_back(frame);
   return frames;
-}
-
-/// Returns the text of the Error that `action` throws; empty if it throws none.
-template <typename Action>
-std::string error_of(const Action& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
 }
 
 }  // namespace stillmap

@@ -12,6 +12,8 @@
 namespace stillmap {
 namespace {
 
+using test::error_of;
+
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/track/tracker.hpp"
 
+#include "stillmap/base/span_names.hpp"
 #include "stillmap/base/trace.hpp"
 #include "stillmap/track/odometry.hpp"
 #include "stillmap/track/reference_keyframe_tracking.hpp"
@@ -35,7 +36,7 @@ Tracker::Tracker(const Camera& camera, const PyramidShape& pyramid, const Tracke
 
 std::optional<InitialPose> Tracker::predict_pose(const Features& features,
                                                  const LocalMapPtr& local_map) {
-  const TraceScope scope("follow");
+  const TraceScope scope(span::kInitialPose);
   if (!local_map || !state_.previous) return std::nullopt;
   if (local_map != state_.local_map) adopt(local_map);
   if (frames_lost_ > 0) return std::nullopt;
@@ -48,7 +49,7 @@ std::optional<InitialPose> Tracker::predict_pose(const Features& features,
 TrackedFramePtr Tracker::track(const FramePtr& frame, const std::optional<InitialPose>& initial,
                                const LocalMapPtr& local_map,
                                const std::optional<RelocalizationResult>& found) {
-  const TraceScope scope("pose");
+  const TraceScope scope(span::kPose);
   if (!local_map || !state_.previous) return track_without_map(frame, found);
   if (local_map != state_.local_map) adopt(local_map);
 

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/write_results.hpp"
+
+#include "stillmap/pipeline/run_details.hpp"
+#include "stillmap/report/machine.hpp"
+#include "stillmap/report/run_folder.hpp"
+
+namespace stillmap {
+namespace {
+
+/// Returns the name of a folder without a trailing slash.
+std::string name_of(const std::filesystem::path& folder) {
+  const auto path = std::filesystem::absolute(folder).lexically_normal();
+  return (path.has_filename() ? path : path.parent_path()).filename().string();
+}
+
+}  // namespace
+
+std::vector<std::filesystem::path> write_results(const Results& results,
+                                                 const std::filesystem::path& folder,
+                                                 const std::string& title) {
+  const RunDetails& details = *results.details;
+  RunRecord record;
+  record.sequence = title.empty() ? name_of(folder) : title;
+  record.machine = machine_description();
+  record.options = details.options;
+  record.result = details.result;
+  record.detector = details.detector;
+  record.map = details.map;
+  record.frames = details.result.frames.size();
+  record.seconds = details.seconds;
+  record.mapping_memory_mib = peak_memory_mib();
+  return write_run_folder(record, folder);
+}
+
+}  // namespace stillmap
