@@ -44,13 +44,26 @@ def option_names(help_text):
             yield from match.group(1).split(",")
 
 
-def complete(script, *words):
-    """What bash offers for a command line whose last word is being typed."""
+def complete_in_bash(script, *words):
+    """The words that bash offers for a command line whose last word is being typed."""
     line = " ".join(f"'{word}'" for word in words)
     program = f'source "{script}"; COMP_WORDS=({line}); COMP_CWORD={len(words) - 1}; _stillmap; printf "%s\\n" "${{COMPREPLY[@]}}"'
     result = subprocess.run(["bash", "--norc", "-uec", program], capture_output=True, text=True, check=False)
     assert result.returncode == 0, result.stderr
     return result.stdout.split()
+
+
+def complete_in_zsh(script, *words):
+    """The words that zsh offers. The functions of its completion system are replaced by ones that print the words."""
+    line = " ".join(f"'{word}'" for word in words)
+    program = f'''
+        _describe() {{ local entry; for entry in "${{(@P)argv[-1]}}"; do print -r -- "${{entry%%:*}}"; done }}
+        compadd() {{ shift; print -rl -- "$@" }}
+        _files() {{ }}
+        source "{script}"; words=({line}); CURRENT={len(words)}; _stillmap'''
+    result = subprocess.run(["zsh", "-fec", program], capture_output=True, text=True, check=False)
+    assert (result.returncode, result.stderr) == (0, ""), result.stderr
+    return [word for word in result.stdout.split() if word.startswith(words[-1])]
 
 
 class ManualPage(unittest.TestCase):
@@ -72,33 +85,53 @@ class ManualPage(unittest.TestCase):
         self.assertEqual((result.returncode, result.stderr), (0, ""))
 
 
-class BashCompletion(unittest.TestCase):
+class Completion:
+    """Tests of the completion of one shell."""
+    shell = ""
+
     @classmethod
     def setUpClass(cls):
+        if not shutil.which(cls.shell):
+            raise unittest.SkipTest(f"there is no {cls.shell}")
         cls.folder = tempfile.TemporaryDirectory()
         cls.script = Path(cls.folder.name) / "stillmap"
-        cls.script.write_text(stillmap("completion", "bash"), encoding="utf-8")
+        cls.script.write_text(stillmap("completion", cls.shell), encoding="utf-8")
 
     @classmethod
     def tearDownClass(cls):
-        cls.folder.cleanup()
+        if hasattr(cls, "folder"):
+            cls.folder.cleanup()
+
+    def complete(self, *words):
+        return {"bash": complete_in_bash, "zsh": complete_in_zsh}[self.shell](self.script, *words)
 
     def test_offers_every_command_and_option(self):
         for path, help_text in commands():
             with self.subTest(path=path):
-                offered = complete(self.script, "stillmap", *path, "-")
+                offered = self.complete("stillmap", *path, "-")
                 self.assertEqual(sorted(offered), sorted(option_names(help_text)))
                 names = [re.match(r"  (\S+)", line).group(1) for line in section(help_text, "Subcommands")]
-                offered = [word for word in complete(self.script, "stillmap", *path, "") if word[0] != "-"]
+                offered = [word for word in self.complete("stillmap", *path, "") if word[0] != "-"]
                 self.assertEqual(sorted(offered), sorted(names))
 
-    def test_completes_what_is_begun(self):
-        self.assertEqual(complete(self.script, "stillmap", "sim"), ["simulate"])
-        self.assertIn("--load-map", complete(self.script, "stillmap", "run", "folder", "--load"))
+    def test_completes_a_partial_word(self):
+        self.assertEqual(self.complete("stillmap", "sim"), ["simulate"])
+        self.assertIn("--load-map", self.complete("stillmap", "run", "folder", "--load"))
 
     def test_leaves_values_and_arguments_to_file_names(self):
-        self.assertEqual(complete(self.script, "stillmap", "run", "--camera", ""), [])
-        self.assertEqual(complete(self.script, "stillmap", "run", ""), [])
+        self.assertEqual(self.complete("stillmap", "run", "--camera", ""), [])
+        self.assertEqual(self.complete("stillmap", "run", ""), [])
+
+    def test_offers_the_values_of_a_list(self):
+        self.assertEqual(self.complete("stillmap", "run", "--schedule", ""), ["lockstep", "realtime"])
+
+
+class BashCompletion(Completion, unittest.TestCase):
+    shell = "bash"
+
+
+class ZshCompletion(Completion, unittest.TestCase):
+    shell = "zsh"
 
 
 if __name__ == "__main__":

@@ -18,14 +18,17 @@ install(DIRECTORY "${PROJECT_SOURCE_DIR}/presets" DESTINATION ${CMAKE_INSTALL_DA
 
 # The program itself writes its manual page and completion, so that they always list the options it has.
 set(man_page "${PROJECT_BINARY_DIR}/stillmap.1")
-set(completion "${PROJECT_BINARY_DIR}/stillmap.bash")
-add_custom_command(OUTPUT "${man_page}" "${completion}"
+set(bash_completion "${PROJECT_BINARY_DIR}/stillmap.bash")
+set(zsh_completion "${PROJECT_BINARY_DIR}/stillmap.zsh")
+add_custom_command(OUTPUT "${man_page}" "${bash_completion}" "${zsh_completion}"
                    COMMAND sh -c "'$<TARGET_FILE:stillmap>' man >'${man_page}'"
-                   COMMAND sh -c "'$<TARGET_FILE:stillmap>' completion bash >'${completion}'"
+                   COMMAND sh -c "'$<TARGET_FILE:stillmap>' completion bash >'${bash_completion}'"
+                   COMMAND sh -c "'$<TARGET_FILE:stillmap>' completion zsh >'${zsh_completion}'"
                    DEPENDS stillmap VERBATIM)
-add_custom_target(stillmap_manual ALL DEPENDS "${man_page}" "${completion}")
+add_custom_target(stillmap_manual ALL DEPENDS "${man_page}" "${bash_completion}" "${zsh_completion}")
 install(FILES "${man_page}" DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
-install(FILES "${completion}" DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME stillmap)
+install(FILES "${bash_completion}" DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME stillmap)
+install(FILES "${zsh_completion}" DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions RENAME _stillmap)
 
 # --- The OpenVINO plug-in ---
 # A wheel's libraries are copied beside the plug-in; those in the folders of the system are found by themselves.

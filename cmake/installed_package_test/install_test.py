@@ -80,6 +80,7 @@ class Installed(unittest.TestCase):
 
     def test_all_files_are_there(self):
         for name in ("bin/stillmap", "share/man/man1/stillmap.1", "share/bash-completion/completions/stillmap",
+                     "share/zsh/site-functions/_stillmap",
                      "share/doc/stillmap/LICENSE", "share/stillmap/presets/fused.yaml",
                      f"{ARGUMENTS.libdir}/cmake/Stillmap/StillmapConfig.cmake"):
             self.assertTrue((self.prefix / name).is_file(), name)
