@@ -218,8 +218,10 @@ void add_run_command(CLI::App& app, int& exit_code) {
                       "segmentation network (.onnx): YOLOv7, YOLOv8 or YOLO11");
   command->add_option("--masks", arguments->masks,
                       "folder with one precomputed mask (8-bit PNG) per frame");
-  command->add_option("--schedule", arguments->schedule,
-                      "lockstep (default; reproducible) or realtime");
+  command
+      ->add_option("--schedule", arguments->schedule,
+                   "schedule; lockstep is reproducible, and the default")
+      ->type_name("{lockstep,realtime}");
   command->add_option("--config", arguments->config,
                       "YAML file with options; see --dump-config and docs/options.md");
   command->add_option("--set", arguments->settings,

@@ -43,6 +43,7 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
   command
       ->add_option("--scene", o.scene,
                    "scene: office (one room) or flat (four rooms, a path of 60 m)")
+      ->type_name("{office,flat}")
       ->capture_default_str();
   command->add_option("--people", o.people, "number of people")->capture_default_str();
   command
@@ -55,9 +56,8 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_flag("--near-things", o.near_things,
                     "moving objects are close to the camera, in its view");
-  command
-      ->add_option("--camera", o.camera,
-                   "camera motion: static, xyz, halfsphere, rpy, loop, follow")
+  command->add_option("--camera", o.camera, "camera motion")
+      ->type_name("{static,xyz,halfsphere,rpy,loop,follow}")
       ->capture_default_str();
   command->add_option("--frames", o.frames, "number of frames")->capture_default_str();
   command->add_option("--fps", o.fps, "frames per second")->capture_default_str();
@@ -89,10 +89,8 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
       ->add_option("--auto-exposure", o.color_noise.auto_exposure,
                    "strength of the automatic exposure [0..1]")
       ->capture_default_str();
-  command
-      ->add_option("--sensor", o.sensor,
-                   fmt::format("depth sensor, by its noise, range and holes: {}",
-                               fmt::join(depth_sensor_names(), ", ")))
+  command->add_option("--sensor", o.sensor, "depth sensor, by its noise, range and holes")
+      ->type_name(fmt::format("{{{}}}", fmt::join(depth_sensor_names(), ",")))
       ->capture_default_str();
   command->add_flag("--no-noise", arguments->no_noise, "exact depth and color without noise");
   command->add_option("--out", arguments->out, "output folder, in TUM layout")
