@@ -14,7 +14,7 @@
 namespace stillmap {
 namespace {
 
-/// An error that is compared: where it is found, and how it is called.
+/// One compared error: its name, and its place in the evaluation.
 struct Measure {
   const char* title;
   const char* key;
@@ -54,14 +54,16 @@ ComparedRun evaluate_run(const RecordedRun& run, std::size_t baseline) {
   result.baseline = baseline;
   result.truth = run.truth;
   try {
-    result.evaluation = evaluate_trajectory(run.truth, run.estimate, {.total_frames = run.total_frames});
+    result.evaluation =
+        evaluate_trajectory(run.truth, run.estimate, {.total_frames = run.total_frames});
   } catch (const Error& error) {
     result.problem = error.what();
   }
   return result;
 }
 
-/// The baseline's evaluation; null for a baseline itself or one that could not be evaluated.
+/// Returns the evaluation of the run's baseline; null if the run is a baseline itself, or its
+/// baseline could not be evaluated.
 const Evaluation* baseline_of(const Comparison& comparison, std::size_t index) {
   const std::size_t baseline = comparison.runs[index].baseline;
   const auto& evaluation = comparison.runs[baseline].evaluation;
@@ -72,7 +74,8 @@ std::string full_name(const ComparedRun& run) {
   return run.sequence.empty() ? run.name : run.name + "  " + run.sequence;
 }
 
-/// NaN where either has no errors, or the baseline's is zero.
+/// Returns the improvement rate [%]; NaN if one of the two has no errors, or the baseline's is
+/// zero.
 double improvement(const Statistics& baseline, const Statistics& statistics, const Figure& figure) {
   if (baseline.count == 0 || statistics.count == 0) return NAN;
   return improvement_rate(baseline.*figure.value, statistics.*figure.value);

@@ -13,19 +13,19 @@ namespace stillmap {
 
 /// One run of one system on one sequence.
 struct RecordedRun {
-  std::string name;      ///< system or preset
-  std::string sequence;  ///< may be empty where all runs are of the same
+  std::string name;      ///< Name of the system or preset.
+  std::string sequence;  ///< Name of the sequence; may be empty if all runs use the same one.
   Trajectory estimate;
   Trajectory truth;
-  std::optional<std::size_t> total_frames;  ///< length of the sequence, where known
+  std::optional<std::size_t> total_frames;  ///< Number of frames of the sequence, if known.
 };
 
-/// A run's figures; where it could not be evaluated, the reason instead.
+/// Figures of a run, or the reason if it could not be evaluated.
 struct ComparedRun {
   std::string name, sequence;
   std::optional<Evaluation> evaluation;
   std::string problem;
-  std::size_t baseline = 0;  ///< index of the run it is compared with; its own for a baseline
+  std::size_t baseline = 0;  ///< Index of the run it is compared with; its own for a baseline.
   Trajectory truth;
 };
 
@@ -33,19 +33,21 @@ struct Comparison {
   std::vector<ComparedRun> runs;
 };
 
-/// Improvement rate in per cent, (alpha - beta) / alpha * 100, with alpha the baseline's figure and
-/// beta the other's: equation 4 of SLAM3-YOLOv8. NaN where the baseline is zero.
+/// Returns the improvement rate (alpha - beta) / alpha * 100 [%], with alpha the figure of the
+/// baseline and beta that of the other run: equation 4 of SLAM3-YOLOv8. NaN if the baseline is
+/// zero.
 double improvement_rate(double alpha, double beta);
 
 /// Evaluates every run; the first run of each sequence is the baseline of the others on it. A run
 /// that cannot be evaluated (no overlap, too few poses) keeps its place with the reason.
 Comparison compare_runs(std::span<const RecordedRun> runs);
 
-/// Three text tables (ATE, RPE translation, RPE rotation over 1 s): RMSE, mean, median and SD, each
-/// with its improvement rate over the baseline, pairs and coverage.
+/// Returns three text tables (ATE, RPE translation, RPE rotation over 1 s) with RMSE, mean, median
+/// and SD, each with its improvement rate over the baseline, and with pairs and coverage.
 std::string comparison_text(const Comparison& comparison);
 
-/// Everything in the text tables, per run: evaluation, improvement_percent by figure, or problem.
+/// Writes the figures of the text tables by run: evaluation and improvement_percent by figure, or
+/// problem.
 void to_json(nlohmann::json& json, const Comparison& comparison);
 
 }  // namespace stillmap

@@ -12,7 +12,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// A loop in the x-z plane of a world with y down.
+/// Returns a loop in the x-z plane of a world with y down.
 Trajectory loop() {
   Trajectory trajectory;
   for (int i = 0; i < 200; ++i) {
@@ -23,7 +23,7 @@ Trajectory loop() {
   return trajectory;
 }
 
-/// The loop with a wobble of the given size: errors grow in proportion.
+/// Returns the loop with a wobble of the given size; errors grow in proportion to it.
 Trajectory wobbling(double size) {
   Trajectory trajectory = loop();
   for (auto& [t, T] : trajectory) {

@@ -21,7 +21,7 @@ Voxel voxel_near(const Eigen::Vector3d& p, double edge) {
   return voxel_of(clamped_lattice_at(p, edge));
 }
 
-/// What is known of a voxel after all frames.
+/// Accumulated evidence of one voxel.
 struct Evidence {
   Eigen::Vector3d static_sum = Eigen::Vector3d::Zero();  // of static pixels' positions
   std::uint32_t static_pixels = 0;
@@ -49,8 +49,8 @@ cv::Mat square(int radius) {
   return cv::getStructuringElement(cv::MORPH_RECT, cv::Size(2 * radius + 1, 2 * radius + 1));
 }
 
-/// Pixels whose depth can be trusted: known, near enough, and no jump to any of the eight
-/// neighbors.
+/// Returns the pixels with reliable depth: known, near enough, and without a jump to any of the
+/// eight neighbors.
 cv::Mat1b sound_depth(const cv::Mat& depth, const DepthSensor& sensor,
                       const GhostOptions& options) {
   // Half a voxel; a Kinect v1 measures 4 m with this standard deviation [m].
@@ -65,7 +65,7 @@ cv::Mat1b sound_depth(const cv::Mat& depth, const DepthSensor& sensor,
   return (depth > 0) & (depth <= max_depth) & (step <= options.max_jump * depth);
 }
 
-/// Sorts the pixels of one frame into voxels.
+/// Adds the pixels of frames to the evidence of their voxels.
 class FrameSorter {
  public:
   FrameSorter(EvidenceGrid& grid, const Camera& camera, const GhostOptions& options)
@@ -114,7 +114,8 @@ class FrameSorter {
   Evidence* last_ = nullptr;
 };
 
-/// Draws the conclusion from the evidence; ordered by voxel, so that nothing depends on hashing.
+/// Derives the swept volume and the static surface from the evidence. The surface is ordered by
+/// voxel, so that the result does not depend on hashing.
 void conclude(const EvidenceGrid& grid, GhostReference& reference) {
   std::vector<std::pair<Voxel, Eigen::Vector3f>> surface;
   const auto enough = static_cast<std::uint32_t>(reference.options.min_surface_frames);
@@ -129,7 +130,7 @@ void conclude(const EvidenceGrid& grid, GhostReference& reference) {
   for (const auto& [key, center] : surface) reference.surface.push_back(center);
 }
 
-/// Points by voxel, for "is there one within reach?".
+/// Points by voxel, for queries of whether a point lies within reach.
 class PointIndex {
  public:
   PointIndex(std::vector<Eigen::Vector3d> points, double reach)
@@ -237,7 +238,7 @@ GhostFigures count_ghosts(const GhostReference& reference, std::span<const Eigen
 
 std::string ghost_text(const GhostFigures& figures) {
   return fmt::format(
-      "ghosts: {} of {} points in the volume swept by what moved = {:.4f} %\n"
+      "ghosts: {} of {} points in the volume swept by moving objects = {:.4f} %\n"
       "static surface: {} of {} voxels kept = {:.2f} %\n",
       figures.ghosts, figures.points, 100 * figures.ghost_share(), figures.kept, figures.surface,
       100 * figures.surface_share());

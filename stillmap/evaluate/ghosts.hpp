@@ -23,63 +23,65 @@ namespace stillmap {
 
 /// One frame with its true mask.
 struct MaskedFrame {
-  double timestamp = 0;  ///< seconds
-  cv::Mat depth;         ///< height x width, 32FC1 meters along the optical axis; 0 where unknown
-  cv::Mat mask;  ///< height x width, 8UC1: not zero on what moves (255 person, 128 other thing)
+  double timestamp = 0;  ///< Time of the frame [s].
+  cv::Mat depth;  ///< Depth along the optical axis, height x width, 32FC1 [m]; 0 means unknown.
+  /// Mask of the moving objects, height x width, 8UC1: 255 person, 128 other object, 0 static.
+  cv::Mat mask;
 };
 
-/// Hands out one frame after the other, then nothing.
+/// Returns the next frame at each call; none after the last frame.
 using MaskedFrames = std::function<std::optional<MaskedFrame>()>;
 
-/// Frames of `source` with the masks of a folder of 8-bit PNGs whose names are the frames' stamps
-/// in seconds
-/// ("1000.033333.png"; the nearest within 10 ms). Frames without a mask are passed over. Both
-/// arguments must outlive the result. Throws Error where the folder holds no such PNG or, while
-/// reading, a mask is broken.
+/// Returns the frames of `source` that have a mask in a folder of 8-bit PNGs named by timestamp in
+/// seconds ("1000.033333.png"; the nearest within 10 ms). Frames without a mask are skipped.
+/// `source` must outlive the result. Throws Error if the folder contains no such PNG or, while
+/// reading, if a mask is unreadable.
 MaskedFrames frames_with_masks(FrameSource& source, const std::filesystem::path& mask_folder);
 
 struct GhostOptions {
-  double voxel = 0.05;  ///< side of all voxels [m]
-  int mask_margin = 6;  ///< pixels this near to the mask's outline, on either side, are left out
-  double max_jump =
-      0.02;        ///< and pixels whose depth differs more from a neighbor's, relative to it
-  int stride = 2;  ///< every n-th pixel in both directions is looked at
-  int min_surface_frames =
-      15;  ///< voxels of the static surface were seen in at least so many frames
-  double surface_reach =
-      0.05;  ///< a surface voxel is kept if a point is this near to its center of mass [m]
+  double voxel = 0.05;  ///< Edge length of the voxels [m].
+  int mask_margin = 6;  ///< Width of the excluded band on both sides of mask outlines [pixels].
+  /// Largest depth difference between a pixel and its neighbors, relative to its depth; pixels with
+  /// a larger one are excluded.
+  double max_jump = 0.02;
+  int stride = 2;  ///< Distance between the evaluated pixels along both axes [pixels].
+  /// Number of frames that must observe a voxel before it counts as static surface.
+  int min_surface_frames = 15;
+  /// Largest distance between a point of the cloud and the center of mass of a kept voxel [m].
+  double surface_reach = 0.05;
 };
 
-/// What clouds of one sequence are measured against, in the truth's world: the volume swept by what
-/// moved, and the static surface.
+/// Ground truth for the clouds of one sequence, in the truth's world: the volume swept by moving
+/// objects, and the static surface.
 struct GhostReference {
   GhostOptions options;
-  /// Voxels that masked pixels of any frame fall into and no static pixel does.
+  /// Voxels that contain masked pixels of at least one frame and no static pixels.
   std::unordered_set<Voxel> swept;
-  /// Centers of mass of the static pixels in each voxel that enough frames saw, ordered by voxel
-  /// [m].
+  /// Centers of mass of the static pixels in the voxels observed by enough frames [m], ordered by
+  /// voxel.
   std::vector<Eigen::Vector3f> surface;
-  std::size_t frames = 0;               ///< used
-  std::size_t frames_without_pose = 0;  ///< left out
+  std::size_t frames = 0;               ///< Number of frames used.
+  std::size_t frames_without_pose = 0;  ///< Number of frames skipped for lack of a true pose.
 
+  /// Returns whether a point in the truth's world [m] lies in the swept volume.
   bool is_swept(const Eigen::Vector3d& p_truth) const;
 };
 
-/// Puts all pixels of all frames into the world with the true poses and sorts them into voxels.
-/// Pixels near the outline of a mask and at depth jumps count neither as moving nor as static:
-/// sensors mix foreground and background there and masks are a pixel or two off, so that people
-/// would turn up in walls and walls in people. True poses are interpolated between stamps at most
-/// 0.1 s apart; frames without one are counted. Throws Error where depth, mask and camera do not
-/// fit together, or no frame could be used.
+/// Transforms the pixels of all frames into the world with the true poses and assigns them to
+/// voxels. Pixels near the outline of a mask and at depth jumps count neither as moving nor as
+/// static: sensors mix foreground and background there and masks are one or two pixels off, so that
+/// people would appear in walls and walls in people. True poses are interpolated between timestamps
+/// at most 0.1 s apart; frames without one are counted. Throws Error if depth, mask and camera
+/// differ in size, or no frame could be used.
 GhostReference make_ghost_reference(const MaskedFrames& frames, const Trajectory& truth,
                                     const Camera& camera, const GhostOptions& options = {});
 
-/// How many ghosts a cloud holds, and how much of the static surface.
+/// Share of ghosts in a cloud, and share of the static surface that the cloud contains.
 struct GhostFigures {
-  std::size_t points = 0;   ///< of the cloud
-  std::size_t ghosts = 0;   ///< of these inside the swept volume
-  std::size_t surface = 0;  ///< voxels of the static surface
-  std::size_t kept = 0;     ///< of these with a point of the cloud within reach
+  std::size_t points = 0;   ///< Number of points in the cloud.
+  std::size_t ghosts = 0;   ///< Number of points inside the swept volume.
+  std::size_t surface = 0;  ///< Number of voxels of the static surface.
+  std::size_t kept = 0;     ///< Number of surface voxels with a point of the cloud within reach.
   double ghost_share() const {
     return points == 0 ? 0 : static_cast<double>(ghosts) / static_cast<double>(points);
   }
@@ -88,20 +90,21 @@ struct GhostFigures {
   }
 };
 
-/// Which points are ghosts: 1 for those inside the swept volume, else 0.
-/// @param points           in the estimate's world [m]
-/// @param T_truth_estimate the estimate's world in the truth's, as AteResult gives it
+/// Returns 1 for each point inside the swept volume (a ghost), else 0.
+/// @param points           points in the estimate's world [m]
+/// @param T_truth_estimate transform from the estimate's world to the truth's, as in AteResult
 std::vector<std::uint8_t> mark_ghosts(const GhostReference& reference,
                                       std::span<const Eigen::Vector3f> points,
                                       const Pose& T_truth_estimate);
 
-/// The figures of a cloud; arguments as in mark_ghosts. The static surface counts as kept where a
-/// point lies within `surface_reach` of a voxel's center of mass, so that a surface at the border
-/// of two voxels is not lost in the one that the cloud's own filter happened to leave empty.
+/// Returns the figures of a cloud; the arguments are those of mark_ghosts(). A voxel of the static
+/// surface counts as kept if a point lies within `surface_reach` of its center of mass, so that a
+/// surface at the border of two voxels is not lost in the one that the cloud's own filter left
+/// empty.
 GhostFigures count_ghosts(const GhostReference& reference, std::span<const Eigen::Vector3f> points,
                           const Pose& T_truth_estimate);
 
-/// One line of text per figure.
+/// Returns one line of text per figure.
 std::string ghost_text(const GhostFigures& figures);
 void to_json(nlohmann::json& json, const GhostFigures& figures);
 

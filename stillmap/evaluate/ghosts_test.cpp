@@ -71,7 +71,7 @@ GhostOptions options() {
   return options;
 }
 
-/// Points of one frame in the world: of the board, or of the wall.
+/// Returns the points of the board or of the wall in one frame, in the world [m].
 std::vector<Eigen::Vector3f> points_of_frame(int i, bool board) {
   const Camera camera = small_camera();
   const MaskedFrame f = frame(i);
@@ -106,8 +106,8 @@ TEST(Ghosts, ThePointsOfTheMoverAreGhostsAndThoseOfTheWallAreNot) {
 }
 
 TEST(Ghosts, AVoxelWithAStaticPixelIsNotSwept) {
-  // The same scene, but whatever crosses is marked static in one frame: its voxels are no ghosts
-  // any more.
+  // The same scene with the crossing board marked static in one frame: its voxels are no longer
+  // ghosts.
   int i = 0;
   const MaskedFrames frames = [&]() -> std::optional<MaskedFrame> {
     if (i == 2 * kFrames) return std::nullopt;
@@ -148,8 +148,8 @@ TEST(Ghosts, TheCloudsWorldIsAlignedWithTheTruths) {
 }
 
 TEST(Ghosts, PixelsAtTheMasksOutlineCountNeitherWay) {
-  // Masks drawn 2 pixels too small call the mover's rim static, and as it moves, its rim is
-  // everywhere in the volume it sweeps. The margin keeps the rim out.
+  // Masks that are 2 pixels too small mark the mover's rim as static, and as the mover moves, its
+  // rim covers the whole swept volume. The margin excludes the rim.
   const auto ghost_share = [](int margin) {
     const MaskedFrames frames = [i = 0]() mutable -> std::optional<MaskedFrame> {
       if (i == kFrames) return std::nullopt;
@@ -193,7 +193,7 @@ TEST(Ghosts, PointsThatAreNotFiniteAreNoGhosts) {
   EXPECT_EQ(nlohmann::json(figures).at("points"), 3);
 }
 
-/// Hands out the synthetic frames as a sequence on disk would.
+/// Source of the synthetic frames, like a sequence on disk.
 class Frames : public FrameSource {
  public:
   const Camera& camera() const override { return camera_; }

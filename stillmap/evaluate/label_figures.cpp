@@ -13,11 +13,12 @@
 namespace stillmap {
 namespace {
 
-constexpr int kPerson = 255;  // in masks
+constexpr int kPerson = 255;  // value of people in masks
 
 std::uint8_t value(PixelTruth truth) { return static_cast<std::uint8_t>(truth); }
 
-/// Which mover each pixel belongs to, 32SC1: by instance, or by connected piece of the mask.
+/// Returns the number of the mover of each pixel, 32SC1: its instance, or its connected piece of
+/// the mask if there are no instances.
 cv::Mat1i movers_of(const MotionTruth& truth) {
   cv::Mat1i movers;
   if (truth.instances.empty()) {
@@ -28,7 +29,7 @@ cv::Mat1i movers_of(const MotionTruth& truth) {
   return movers;
 }
 
-/// 255 where a mover (or another one) begins within `margin` pixels.
+/// Returns 255 at pixels within `margin` pixels of an outline of a mover, else 0.
 cv::Mat1b near_outlines(const cv::Mat1i& movers, const cv::Mat& mask, int margin) {
   cv::Mat ids, highest, lowest;
   movers.convertTo(ids, CV_16U);
@@ -40,7 +41,7 @@ cv::Mat1b near_outlines(const cv::Mat1i& movers, const cv::Mat& mask, int margin
   return highest != lowest;
 }
 
-/// Per mover, the share of its pixels that moves.
+/// Returns the share of moving pixels [0..1] of each mover.
 std::vector<double> moving_shares(const cv::Mat1i& movers, const cv::Mat1b& moving) {
   double most = 0;
   cv::minMaxLoc(movers, nullptr, &most);
@@ -56,12 +57,12 @@ std::vector<double> moving_shares(const cv::Mat1i& movers, const cv::Mat1b& movi
   return share;
 }
 
-/// Which pixels of the movers move, and which stand still; 255 or 0. Neither where it is unclear.
+/// Moving and static pixels of the movers, 255 or 0. Pixels of unclear motion are in neither image.
 struct MovingAndStill {
   cv::Mat1b moving, still;
 };
 
-MovingAndStill tell_apart(const MotionTruth& truth, const LabelFigureOptions& options) {
+MovingAndStill split_by_motion(const MotionTruth& truth, const LabelFigureOptions& options) {
   const cv::Mat mover = truth.mask != 0;
   if (!truth.speed.empty()) {
     return {mover & (truth.speed > options.moving_above),
@@ -71,7 +72,7 @@ MovingAndStill tell_apart(const MotionTruth& truth, const LabelFigureOptions& op
   return {mover & ~still, still};
 }
 
-/// The tally that a kind of pixel belongs to; null for those left out.
+/// Returns the tally of a kind of pixel; null for excluded pixels.
 LabelTally* tally_of(PixelTruth truth, LabelCounts& counts) {
   switch (truth) {
     case PixelTruth::kStatic:
@@ -140,11 +141,11 @@ nlohmann::json json_of(const FrameMean& mean) {
           {"frames", mean.frames}};
 }
 
-std::string share_line(const char* what, const FrameMean& mean, const LabelTally& tally) {
+std::string share_line(const char* name, const FrameMean& mean, const LabelTally& tally) {
   if (tally.total == 0) return "";
   const std::string by_frame =
       mean.frames == 0 ? "-" : fmt::format("{:.4f} ({} frames)", mean.mean, mean.frames);
-  return fmt::format("{:<34}{:>22}{:>10.4f}{:>12}\n", what, by_frame, tally.share(), tally.total);
+  return fmt::format("{:<34}{:>22}{:>10.4f}{:>12}\n", name, by_frame, tally.share(), tally.total);
 }
 
 }  // namespace
@@ -158,7 +159,7 @@ double LabelCounts::precision() const {
 cv::Mat1b label_pixels(const MotionTruth& truth, const LabelFigureOptions& options) {
   const cv::Mat1i movers = movers_of(truth);
   const cv::Mat1b outlines = near_outlines(movers, truth.mask, options.outline_margin);
-  const MovingAndStill known = tell_apart(truth, options);
+  const MovingAndStill known = split_by_motion(truth, options);
   const std::vector<double> shares = moving_shares(movers, known.moving);
   cv::Mat1b labels(truth.mask.size(), value(PixelTruth::kLeftOut));
   for (int v = 0; v < labels.rows; ++v) {
@@ -208,7 +209,7 @@ LabelFigures evaluate_labels(std::span<const LabeledFrame> frames, const MotionT
   const LabelFigures figures = judge.figures();
   if (figures.frames == 0) {
     throw Error(fmt::format("none of {} frames has a true mask", frames.size()), "verdicts",
-                "check that labels and masks are of the same sequence");
+                "check that labels and masks belong to the same sequence");
   }
   return figures;
 }
@@ -216,7 +217,7 @@ LabelFigures evaluate_labels(std::span<const LabeledFrame> frames, const MotionT
 std::string label_text(const LabelFigures& f) {
   std::string text = fmt::format(
       "labels of {} frames ({} without truth); {}\n", f.frames, f.frames_without_truth,
-      f.knows_speed ? "what moves is told by its speed" : "what can move counts as moving");
+      f.knows_speed ? "truth from measured speeds" : "every movable object counts as moving");
   text += fmt::format("{:<34}{:>22}{:>10}{:>12}\n", "", "mean over frames", "pooled", "keypoints");
   if (f.pooled.moving.total > 0) {
     text += fmt::format("{:<34}{:>22}{:>10.4f}{:>12}\n", "precision of \"moving\"",
@@ -225,10 +226,10 @@ std::string label_text(const LabelFigures& f) {
   }
   text += share_line("recall of \"moving\"", f.recall, f.pooled.moving);
   text += share_line("false \"moving\": static world", f.static_world, f.pooled.static_world);
-  text += share_line("false \"moving\": still people", f.still_people, f.pooled.still_people);
-  text += share_line("false \"moving\": still things", f.still_things, f.pooled.still_things);
+  text += share_line("false \"moving\": static people", f.still_people, f.pooled.still_people);
+  text += share_line("false \"moving\": static objects", f.still_things, f.pooled.still_things);
   text += share_line("\"moving\": resting parts of movers", {}, f.pooled.resting);
-  return text + fmt::format("keypoints left out (outlines, unclear): {}\n", f.pooled.left_out);
+  return text + fmt::format("excluded keypoints (outlines, unclear): {}\n", f.pooled.left_out);
 }
 
 void to_json(nlohmann::json& json, const LabelFigures& f) {

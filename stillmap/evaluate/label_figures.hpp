@@ -13,75 +13,78 @@
 namespace stillmap {
 
 struct LabelFigureOptions {
-  /// Pixels this near to the outline of a mover count neither way: a keypoint's patch covers both
-  /// sides there, and masks are a pixel or two off.
+  /// Width of the band on both sides of a mover's outline in which pixels are excluded: a
+  /// keypoint's patch covers both sides there, and masks are one or two pixels off [pixels].
   int outline_margin = 6;
-  /// A surface that moves faster than this moves [m/s], ...
+  /// Surfaces with a higher speed are moving [m/s].
   double moving_above = 0.02;
-  /// ... one that moves at most so fast stands still [m/s]; between the two it counts neither way.
+  /// Surfaces with this speed or less are static [m/s]. Speeds between the two are excluded.
   double still_below = 0.02;
-  /// A mover stands still as a whole if no more than this share of its pixels moves.
+  /// A mover is static as a whole if at most this share of its pixels is moving [0..1].
   double still_share = 0.1;
-  /// Where speeds are not known: whether people are taken for still, instead of for moving.
+  /// Treats people as static instead of moving if the speeds are unknown.
   bool still_people = false;
-  /// Keypoints of a kind that a frame must have to count in the means over frames.
+  /// Number of keypoints of one kind that a frame needs to enter the mean over frames.
   int min_keypoints = 10;
 };
 
-/// What a pixel truly shows.
+/// Ground truth of one pixel.
 enum class PixelTruth : std::uint8_t {
-  kLeftOut,       ///< too near to an outline, or neither clearly moving nor clearly still
-  kStatic,        ///< the static world
-  kMoving,        ///< part of a mover, and it moves
-  kStillPerson,   ///< part of a person who stands still as a whole
-  kStaticObject,  ///< part of another mover that stands still as a whole
-  kResting,       ///< a part at rest of a mover that moves otherwise: the foot on the floor
+  kLeftOut,       ///< Excluded: near an outline, or neither clearly moving nor clearly static.
+  kStatic,        ///< Static world.
+  kMoving,        ///< Moving part of a mover.
+  kStillPerson,   ///< Part of a person who is static as a whole.
+  kStaticObject,  ///< Part of another mover that is static as a whole.
+  kResting,       ///< Resting part of a moving mover, such as the foot on the floor.
 };
 
-/// PixelTruth of every pixel, 8UC1.
+/// Returns the PixelTruth of every pixel, 8UC1.
 cv::Mat1b label_pixels(const MotionTruth& truth, const LabelFigureOptions& options);
 
-/// Keypoints of one kind, and how many of them were said to move.
+/// Number of keypoints of one kind, and number of those labeled as moving.
 struct LabelTally {
   std::size_t total = 0, said_moving = 0;
-  double share() const {  ///< 0 where there are none
+  /// Returns the share of keypoints labeled as moving [0..1]; 0 without keypoints.
+  double share() const {
     return total == 0 ? 0 : static_cast<double>(said_moving) / static_cast<double>(total);
   }
 };
 
-/// Keypoints by what they truly show. Those on resting parts are neither right nor wrong.
+/// Keypoints by ground truth. Labels on resting parts count neither as correct nor as wrong.
 struct LabelCounts {
   LabelTally static_world, moving, still_people, still_things, resting;
-  std::size_t left_out = 0;          ///< keypoints near outlines, unclear, or off the image
-  std::size_t said_moving() const {  ///< of those that are right or wrong
+  std::size_t left_out = 0;  ///< Number of keypoints near outlines, unclear, or outside the image.
+  /// Returns the number of keypoints labeled as moving, except those on resting parts.
+  std::size_t said_moving() const {
     return static_world.said_moving + moving.said_moving + still_people.said_moving +
            still_things.said_moving;
   }
-  /// Of the keypoints said to move, the share that does; 1 where none was said to.
+  /// Returns the share of the keypoints labeled as moving that move [0..1]; 1 if there are none.
   double precision() const;
-  /// Of the keypoints that move, the share said to; 0 where none does.
+  /// Returns the share of the moving keypoints that are labeled as moving [0..1]; 0 if there are
+  /// none.
   double recall() const { return moving.share(); }
 };
 
-/// Mean of a figure over those frames that have it.
+/// Mean of a figure over the frames that have it.
 struct FrameMean {
   double mean = 0;
   std::size_t frames = 0;
 };
 
 struct LabelFigures {
-  std::size_t frames = 0;                ///< judged
-  std::size_t frames_without_truth = 0;  ///< left out
-  bool knows_speed = false;  ///< whether the truth says what moves, and not only what can
-  LabelCounts pooled;        ///< all keypoints of all frames
-  FrameMean precision;       ///< over frames where something moves and something was said to
-  FrameMean recall;          ///< over frames where something moves
-  FrameMean still_people;    ///< share falsely said to move, over frames with still people
-  FrameMean still_things;    ///< the same of other movers
-  FrameMean static_world;    ///< the same of the static world, over all frames
+  std::size_t frames = 0;                ///< Number of evaluated frames.
+  std::size_t frames_without_truth = 0;  ///< Number of frames without ground truth.
+  bool knows_speed = false;  ///< The truth contains speeds, not only masks of movable objects.
+  LabelCounts pooled;        ///< Counts over all keypoints of all frames.
+  FrameMean precision;  ///< Mean precision over frames with moving keypoints and labels "moving".
+  FrameMean recall;     ///< Mean recall over frames with moving keypoints.
+  FrameMean still_people;  ///< Mean share of false labels "moving" on static people.
+  FrameMean still_things;  ///< Mean share of false labels "moving" on other static movers.
+  FrameMean static_world;  ///< Mean share of false labels "moving" on the static world.
 };
 
-/// Judges labels frame by frame.
+/// Evaluates motion labels frame by frame.
 class LabelEvaluator {
  public:
   explicit LabelEvaluator(const LabelFigureOptions& options = {}) : options_(options) {}
@@ -94,11 +97,12 @@ class LabelEvaluator {
   LabelFigures figures_;
 };
 
-/// Judges all frames by the truth beside their sequence. Throws Error where no frame has truth.
+/// Evaluates all frames with the ground truth of their sequence. Throws Error if no frame has
+/// ground truth.
 LabelFigures evaluate_labels(std::span<const LabeledFrame> frames, const MotionTruthFolder& truth,
                              const LabelFigureOptions& options = {});
 
-/// A few lines of text.
+/// Returns the figures as a few lines of text.
 std::string label_text(const LabelFigures& figures);
 void to_json(nlohmann::json& json, const LabelFigures& figures);
 

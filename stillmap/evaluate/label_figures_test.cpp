@@ -18,23 +18,23 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-const cv::Rect kPerson(20, 20, 60, 60), kThing(120, 20, 60, 60);
+const cv::Rect kPerson(20, 20, 60, 60), kObject(120, 20, 60, 60);
 
-/// A person and a thing before a wall; 200 x 100 pixels.
-MotionTruth person_and_thing() {
+/// Returns the masks of a person and an object in front of a wall; 200 x 100 pixels.
+MotionTruth person_and_object() {
   MotionTruth truth;
   truth.mask = cv::Mat::zeros(100, 200, CV_8UC1);
   truth.mask(kPerson) = 255;
-  truth.mask(kThing) = 128;
+  truth.mask(kObject) = 128;
   return truth;
 }
 
-/// The same, with the speeds of the two.
-MotionTruth person_and_thing(float person, float thing) {
-  MotionTruth truth = person_and_thing();
+/// Returns the same masks with the speeds of both [m/s].
+MotionTruth person_and_object(float person, float object) {
+  MotionTruth truth = person_and_object();
   truth.speed = cv::Mat::zeros(100, 200, CV_32FC1);
   truth.speed(kPerson) = person;
-  truth.speed(kThing) = thing;
+  truth.speed(kObject) = object;
   return truth;
 }
 
@@ -42,35 +42,36 @@ PixelTruth at(const cv::Mat1b& labels, int u, int v) {
   return static_cast<PixelTruth>(labels(v, u));
 }
 
-/// `count` keypoints at one place, of which the first `moving` are said to move.
+/// Adds `count` keypoints at one pixel; the first `moving` of them are labeled as moving.
 void put(LabeledFrame& frame, float u, float v, int count, int moving) {
   for (int i = 0; i < count; ++i) frame.keypoints.push_back({u, v, 1, 0, i < moving ? 0.0F : 1.0F});
 }
 
-/// 10 on the person, 20 on the thing and 30 on the wall, of which so many are said to move.
-LabeledFrame labels(int on_person, int on_thing, int on_wall) {
+/// Returns 10 keypoints on the person, 20 on the object and 30 on the wall; the arguments are the
+/// numbers labeled as moving.
+LabeledFrame labels(int on_person, int on_object, int on_wall) {
   LabeledFrame frame;
   put(frame, 50, 50, 10, on_person);
-  put(frame, 150, 50, 20, on_thing);
+  put(frame, 150, 50, 20, on_object);
   put(frame, 100, 50, 30, on_wall);
   return frame;
 }
 
-TEST(PixelTruth, WhatCanMoveDoesWhereSpeedsAreNotKnown) {
-  const cv::Mat1b labels = label_pixels(person_and_thing(), {});
+TEST(PixelTruth, MovableObjectsMoveIfSpeedsAreUnknown) {
+  const cv::Mat1b labels = label_pixels(person_and_object(), {});
   EXPECT_EQ(at(labels, 50, 50), PixelTruth::kMoving);
   EXPECT_EQ(at(labels, 150, 50), PixelTruth::kMoving);
   EXPECT_EQ(at(labels, 100, 50), PixelTruth::kStatic);
 }
 
 TEST(PixelTruth, PeopleCanBeTakenForStill) {
-  const cv::Mat1b labels = label_pixels(person_and_thing(), {.still_people = true});
+  const cv::Mat1b labels = label_pixels(person_and_object(), {.still_people = true});
   EXPECT_EQ(at(labels, 50, 50), PixelTruth::kStillPerson);
   EXPECT_EQ(at(labels, 150, 50), PixelTruth::kMoving);
 }
 
 TEST(PixelTruth, NearAnOutlineCountsNeitherWay) {
-  const cv::Mat1b labels = label_pixels(person_and_thing(), {.outline_margin = 3});
+  const cv::Mat1b labels = label_pixels(person_and_object(), {.outline_margin = 3});
   EXPECT_EQ(at(labels, 16, 50), PixelTruth::kStatic);  // the mask begins at 20
   EXPECT_EQ(at(labels, 17, 50), PixelTruth::kLeftOut);
   EXPECT_EQ(at(labels, 22, 50), PixelTruth::kLeftOut);
@@ -78,11 +79,11 @@ TEST(PixelTruth, NearAnOutlineCountsNeitherWay) {
 }
 
 TEST(PixelTruth, TheOutlineBetweenTwoMoversCountsToo) {
-  MotionTruth truth = person_and_thing();
+  MotionTruth truth = person_and_object();
   truth.instances = cv::Mat::zeros(100, 200, CV_8UC1);
   truth.instances(kPerson) = 1;
   truth.instances(cv::Rect(20, 20, 30, 60)) = 2;  // another one in front of its left half
-  truth.instances(kThing) = 3;
+  truth.instances(kObject) = 3;
   const cv::Mat1b labels = label_pixels(truth, {.outline_margin = 3});
   EXPECT_EQ(at(labels, 46, 50), PixelTruth::kMoving);
   EXPECT_EQ(at(labels, 47, 50), PixelTruth::kLeftOut);
@@ -90,24 +91,24 @@ TEST(PixelTruth, TheOutlineBetweenTwoMoversCountsToo) {
   EXPECT_EQ(at(labels, 53, 50), PixelTruth::kMoving);
 }
 
-TEST(PixelTruth, SpeedsTellWhatMoves) {
-  const cv::Mat1b labels = label_pixels(person_and_thing(0.019F, 0.021F), {});
+TEST(PixelTruth, SpeedsDecideBetweenMovingAndStatic) {
+  const cv::Mat1b labels = label_pixels(person_and_object(0.019F, 0.021F), {});
   EXPECT_EQ(at(labels, 50, 50), PixelTruth::kStillPerson);
   EXPECT_EQ(at(labels, 150, 50), PixelTruth::kMoving);
-  const cv::Mat1b others = label_pixels(person_and_thing(0.021F, 0.019F), {});
+  const cv::Mat1b others = label_pixels(person_and_object(0.021F, 0.019F), {});
   EXPECT_EQ(at(others, 50, 50), PixelTruth::kMoving);
   EXPECT_EQ(at(others, 150, 50), PixelTruth::kStaticObject);
 }
 
 TEST(PixelTruth, SpeedsInBetweenCountNeitherWay) {
   const cv::Mat1b labels =
-      label_pixels(person_and_thing(0.03F, 0.06F), {.moving_above = 0.05, .still_below = 0.02});
+      label_pixels(person_and_object(0.03F, 0.06F), {.moving_above = 0.05, .still_below = 0.02});
   EXPECT_EQ(at(labels, 50, 50), PixelTruth::kLeftOut);
   EXPECT_EQ(at(labels, 150, 50), PixelTruth::kMoving);
 }
 
-TEST(PixelTruth, PartsAtRestOfWhatMovesAreToldApart) {
-  MotionTruth truth = person_and_thing(0, 0);
+TEST(PixelTruth, RestingPartsOfMoversAreDistinguished) {
+  MotionTruth truth = person_and_object(0, 0);
   truth.speed(cv::Rect(20, 20, 60, 12)) = 1;  // a fifth of the person
   const cv::Mat1b labels = label_pixels(truth, {.still_share = 0.15});
   EXPECT_EQ(at(labels, 50, 28), PixelTruth::kMoving);
@@ -116,12 +117,12 @@ TEST(PixelTruth, PartsAtRestOfWhatMovesAreToldApart) {
   EXPECT_EQ(at(label_pixels(truth, {.still_share = 0.25}), 50, 50), PixelTruth::kStillPerson);
 }
 
-TEST(LabelEvaluator, CountsByWhatTheKeypointsShow) {
+TEST(LabelEvaluator, CountsKeypointsByGroundTruth) {
   LabelEvaluator judge;
   LabeledFrame frame = labels(8, 3, 6);
   put(frame, 22, 50, 5, 5);   // near the person's outline
   put(frame, 250, 50, 1, 1);  // off the image
-  const LabelCounts counts = judge.add(frame, person_and_thing(1, 0));
+  const LabelCounts counts = judge.add(frame, person_and_object(1, 0));
   EXPECT_EQ(counts.moving.total, 10U);
   EXPECT_EQ(counts.moving.said_moving, 8U);
   EXPECT_EQ(counts.still_things.total, 20U);
@@ -136,10 +137,10 @@ TEST(LabelEvaluator, CountsByWhatTheKeypointsShow) {
 
 TEST(LabelEvaluator, MeansAreOverTheFramesThatHaveTheFigure) {
   LabelEvaluator judge;
-  judge.add(labels(10, 0, 0), person_and_thing(1, 0));  // precision 1, recall 1
-  judge.add(labels(2, 0, 6), person_and_thing(1, 0));   // precision 2 / 8, recall 0.2
-  judge.add(labels(0, 0, 0), person_and_thing(1, 0));   // nothing said: recall 0, no precision
-  judge.add(labels(3, 0, 0), person_and_thing(0, 0));   // nothing moves
+  judge.add(labels(10, 0, 0), person_and_object(1, 0));  // precision 1, recall 1
+  judge.add(labels(2, 0, 6), person_and_object(1, 0));   // precision 2 / 8, recall 0.2
+  judge.add(labels(0, 0, 0), person_and_object(1, 0));  // no label "moving": recall 0, no precision
+  judge.add(labels(3, 0, 0), person_and_object(0, 0));  // nothing moves
   judge.add_without_truth();
   const LabelFigures figures = judge.figures();
   EXPECT_EQ(figures.frames, 4U);
@@ -158,8 +159,8 @@ TEST(LabelEvaluator, MeansAreOverTheFramesThatHaveTheFigure) {
 
 TEST(LabelEvaluator, FramesWithFewKeypointsOfAKindDoNotSwayItsMean) {
   LabelEvaluator judge({.min_keypoints = 11});
-  judge.add(labels(1, 20, 0), person_and_thing());     // 30 that move
-  judge.add(labels(0, 0, 0), person_and_thing(1, 0));  // 10 that move
+  judge.add(labels(1, 20, 0), person_and_object());     // 30 that move
+  judge.add(labels(0, 0, 0), person_and_object(1, 0));  // 10 that move
   EXPECT_EQ(judge.figures().recall.frames, 1U);
   EXPECT_DOUBLE_EQ(judge.figures().recall.mean, 0.7);
   EXPECT_EQ(judge.figures().pooled.moving.total, 40U);
@@ -169,7 +170,7 @@ TEST(LabelEvaluator, FiguresThatDoNotExistAreNullInJson) {
   LabelEvaluator judge;
   LabeledFrame frame;
   put(frame, 100, 50, 30, 0);
-  judge.add(frame, person_and_thing());
+  judge.add(frame, person_and_object());
   const nlohmann::json json = judge.figures();
   EXPECT_TRUE(json["recall"]["mean"].is_null());
   EXPECT_TRUE(json["pooled"]["precision"].is_null());
@@ -190,7 +191,7 @@ class TruthFiles : public ::testing::Test {
 };
 
 TEST_F(TruthFiles, AreJudgedByStamp) {
-  write("mask", "5.000000", person_and_thing().mask);
+  write("mask", "5.000000", person_and_object().mask);
   write("mask", "5.033333", cv::Mat::zeros(100, 200, CV_8UC1));
   std::vector<LabeledFrame> frames(3, labels(9, 20, 0));
   frames[0].timestamp = 5.000001;
@@ -206,8 +207,8 @@ TEST_F(TruthFiles, AreJudgedByStamp) {
   EXPECT_THROW(evaluate_labels(frames, MotionTruthFolder(folder_)), Error);
 }
 
-TEST_F(TruthFiles, SpeedsAndInstancesAreReadWhereTheyAre) {
-  const MotionTruth truth = person_and_thing(0.5F, 2.0F);
+TEST_F(TruthFiles, SpeedsAndInstancesAreReadIfPresent) {
+  const MotionTruth truth = person_and_object(0.5F, 2.0F);
   write("mask", "5.0", truth.mask);
   write("instance", "5.0", truth.mask / 64);
   write("speed", "5.0", speed_image(truth.speed));
@@ -238,7 +239,7 @@ TEST_F(TruthFiles, OfTheSimulatorAreUnderstood) {
 
 TEST_F(TruthFiles, MissingOrMismatchedOnesAreNamed) {
   EXPECT_THROW(MotionTruthFolder(folder_ / "elsewhere"), Error);
-  write("mask", "5.0", person_and_thing().mask);
+  write("mask", "5.0", person_and_object().mask);
   write("speed", "5.0", cv::Mat::zeros(10, 10, CV_8UC1));
   try {
     MotionTruthFolder(folder_).at(5);

@@ -27,7 +27,7 @@ cv::Mat flow_between(const cv::Mat& from, const cv::Mat& to) {
   return flow;
 }
 
-/// Pixels well inside the mask.
+/// Returns the pixels inside the mask that are more than `margin` pixels from its outline.
 cv::Mat inside(const cv::Mat& mask, int margin) {
   cv::Mat eroded;
   const cv::Size square(2 * margin + 1, 2 * margin + 1);
@@ -35,14 +35,15 @@ cv::Mat inside(const cv::Mat& mask, int margin) {
   return eroded;
 }
 
-/// World displacement of pixels, 32FC3 [m], and where there is one, 8UC1.
+/// Displacements of pixels in the world.
 struct Displacements {
-  cv::Mat3f vectors;
-  cv::Mat1b known;
+  cv::Mat3f vectors;  // [m]
+  cv::Mat1b known;    // 255 at pixels with a displacement, else 0
 };
 
-/// Where the pixel (u, v) of one picture was seen in the other; none where that cannot be said.
-std::optional<Eigen::Vector3d> displacement(const PosedPicture& from, const PosedPicture& to,
+/// Returns the displacement in the world [m] of pixel (u, v) between the two images; none if a
+/// depth is unknown, or the pixel leaves the image or the mask.
+std::optional<Eigen::Vector3d> displacement(const PosedImage& from, const PosedImage& to,
                                             const Camera& camera, const cv::Mat& sound_in_to, int u,
                                             int v, const cv::Vec2f& flow) {
   const float x = static_cast<float>(u) + flow[0], y = static_cast<float>(v) + flow[1];
@@ -54,7 +55,7 @@ std::optional<Eigen::Vector3d> displacement(const PosedPicture& from, const Pose
          from.T_world_camera * camera.unproject(u, v, depth);
 }
 
-Displacements displacements(const PosedPicture& from, const PosedPicture& to, const Camera& camera,
+Displacements displacements(const PosedImage& from, const PosedImage& to, const Camera& camera,
                             const SpeedOptions& options, double seconds) {
   const cv::Mat flow = flow_between(from.image->gray, to.image->gray);
   const cv::Mat sound = inside(from.mask, options.outline_margin),
@@ -73,8 +74,8 @@ Displacements displacements(const PosedPicture& from, const PosedPicture& to, co
   return found;
 }
 
-/// Length of the mean displacement [m] in the window around each pixel; negative where too few are
-/// known.
+/// Returns the length of the mean displacement [m] in the window around each pixel; negative if too
+/// few are known.
 cv::Mat1f local_lengths(const Displacements& d, const SpeedOptions& options) {
   const cv::Size window(options.window, options.window);
   cv::Mat3f sums;
@@ -91,7 +92,8 @@ cv::Mat1f local_lengths(const Displacements& d, const SpeedOptions& options) {
   return lengths;
 }
 
-/// The length of the mean displacement of each piece of the mask; negative where there is none.
+/// Returns the length of the mean displacement [m] of each piece of the mask; negative if the piece
+/// has none.
 std::vector<double> piece_lengths(const Displacements& d, const cv::Mat1i& pieces, int count) {
   std::vector<cv::Vec3d> sums(static_cast<std::size_t>(count));
   std::vector<double> known(sums.size()), lengths(sums.size(), -1);
@@ -109,10 +111,10 @@ std::vector<double> piece_lengths(const Displacements& d, const cv::Mat1i& piece
   return lengths;
 }
 
-/// A picture of the sequence, where it has a mask and a true pose.
+/// An image of the sequence, with mask and true pose if it has both.
 struct Candidate {
   RgbdFramePtr image;
-  std::optional<PosedPicture> picture;
+  std::optional<PosedImage> posed;
 };
 
 Candidate candidate(const RgbdFramePtr& image, const StampedImages& masks,
@@ -120,31 +122,31 @@ Candidate candidate(const RgbdFramePtr& image, const StampedImages& masks,
   Candidate made{image, std::nullopt};
   const cv::Mat mask = masks.at(image->timestamp);
   const auto pose = pose_at(truth, image->timestamp);
-  if (!mask.empty() && pose) made.picture = PosedPicture{image, mask, *pose};
+  if (!mask.empty() && pose) made.posed = PosedImage{image, mask, *pose};
   return made;
 }
 
-/// Keeps the pictures around the one to be measured next, and measures it as soon as its partners
-/// are there.
+/// Keeps the images around the next one to be measured, and measures it as soon as the images to
+/// compare it with have arrived.
 class SpeedWriter {
  public:
   SpeedWriter(const Camera& camera, const SpeedOptions& options, fs::path folder)
       : camera_(camera), options_(options), folder_(std::move(folder)) {}
 
   void push(Candidate newest) {
-    pictures_.push_back(std::move(newest));
+    candidates_.push_back(std::move(newest));
     const double needed = std::max(options_.lapse, options_.second_lapse);
-    while (lapse(pictures_[next_], pictures_.back()) >= needed) {
-      measure(pictures_[next_++]);
-      while (lapse(pictures_.front(), pictures_[next_]) > 2 * needed) {
-        pictures_.pop_front();
+    while (lapse(candidates_[next_], candidates_.back()) >= needed) {
+      measure(candidates_[next_++]);
+      while (lapse(candidates_.front(), candidates_[next_]) > 2 * needed) {
+        candidates_.pop_front();
         --next_;
       }
     }
   }
-  /// The last pictures, against earlier ones.
+  /// Measures the last images, which are compared with earlier ones.
   void finish() {
-    for (; next_ < pictures_.size(); ++next_) measure(pictures_[next_]);
+    for (; next_ < candidates_.size(); ++next_) measure(candidates_[next_]);
   }
   std::size_t written() const { return written_; }
 
@@ -153,34 +155,35 @@ class SpeedWriter {
     constexpr double kRounding = 1e-3;  // of stamps [s]
     return b.image->timestamp - a.image->timestamp + kRounding;
   }
-  /// The first picture so much later, else the last one so much earlier, else (in the middle of a
-  /// short sequence) the same for half the time; null if there is none.
-  const PosedPicture* partner(const Candidate& of, double seconds) const {
+  /// Returns the first image at least `seconds` later, else the last one at least `seconds`
+  /// earlier, else (in the middle of a short sequence) the same for half the time; null if there is
+  /// none.
+  const PosedImage* partner(const Candidate& of, double seconds) const {
     for (const double least : {seconds, seconds / 2}) {
-      if (const PosedPicture* later = first_later(of, least)) return later;
-      if (const PosedPicture* earlier = last_earlier(of, least)) return earlier;
+      if (const PosedImage* later = first_later(of, least)) return later;
+      if (const PosedImage* earlier = last_earlier(of, least)) return earlier;
     }
     return nullptr;
   }
-  const PosedPicture* first_later(const Candidate& of, double seconds) const {
-    const auto found = std::find_if(pictures_.begin(), pictures_.end(), [&](const Candidate& c) {
-      return c.picture && lapse(of, c) >= seconds;
-    });
-    return found != pictures_.end() ? &*found->picture : nullptr;
+  const PosedImage* first_later(const Candidate& of, double seconds) const {
+    const auto found =
+        std::find_if(candidates_.begin(), candidates_.end(),
+                     [&](const Candidate& c) { return c.posed && lapse(of, c) >= seconds; });
+    return found != candidates_.end() ? &*found->posed : nullptr;
   }
-  const PosedPicture* last_earlier(const Candidate& of, double seconds) const {
-    const auto found = std::find_if(pictures_.rbegin(), pictures_.rend(), [&](const Candidate& c) {
-      return c.picture && lapse(c, of) >= seconds;
-    });
-    return found != pictures_.rend() ? &*found->picture : nullptr;
+  const PosedImage* last_earlier(const Candidate& of, double seconds) const {
+    const auto found =
+        std::find_if(candidates_.rbegin(), candidates_.rend(),
+                     [&](const Candidate& c) { return c.posed && lapse(c, of) >= seconds; });
+    return found != candidates_.rend() ? &*found->posed : nullptr;
   }
   void measure(const Candidate& of) {
-    if (!of.picture) return;
+    if (!of.posed) return;
     cv::Mat speed;
     for (const double seconds : {options_.lapse, options_.second_lapse}) {
-      const PosedPicture* other = partner(of, seconds);
+      const PosedImage* other = partner(of, seconds);
       if (other == nullptr) continue;
-      const cv::Mat one = measure_speed(*of.picture, *other, camera_, options_);
+      const cv::Mat one = measure_speed(*of.posed, *other, camera_, options_);
       speed = speed.empty() ? one : cv::Mat(cv::max(speed, one));
     }
     if (!speed.empty()) write(of.image->timestamp, speed);
@@ -196,14 +199,14 @@ class SpeedWriter {
   const Camera camera_;
   const SpeedOptions options_;
   const fs::path folder_;
-  std::deque<Candidate> pictures_;
-  std::size_t next_ = 0;  // of `pictures_`, to be measured
+  std::deque<Candidate> candidates_;
+  std::size_t next_ = 0;  // index in candidates_ of the image to be measured next
   std::size_t written_ = 0;
 };
 
 }  // namespace
 
-cv::Mat measure_speed(const PosedPicture& from, const PosedPicture& to, const Camera& camera,
+cv::Mat measure_speed(const PosedImage& from, const PosedImage& to, const Camera& camera,
                       const SpeedOptions& options) {
   cv::Mat1f speed = cv::Mat1f::zeros(from.mask.size());
   if (cv::countNonZero(from.mask) == 0) return speed;
@@ -227,7 +230,7 @@ cv::Mat measure_speed(const PosedPicture& from, const PosedPicture& to, const Ca
 std::size_t write_speeds(FrameSource& source, const StampedImages& masks, const Trajectory& truth,
                          const fs::path& folder, const SpeedOptions& options,
                          const std::function<void()>& done) {
-  constexpr double kShortest = 0.01;  // [s]: noise divided by less says nothing
+  constexpr double kShortest = 0.01;  // [s]; over shorter times the noise exceeds the motion
   if (std::min(options.lapse, options.second_lapse) < kShortest) {
     throw Error("lapses must be at least 0.01 s", "SpeedOptions", "0.2 and 0.3 s are usual");
   }

@@ -14,38 +14,39 @@
 namespace stillmap {
 
 struct SpeedOptions {
-  double lapse = 0.2;         ///< between the two pictures that are compared [s]
-  double second_lapse = 0.3;  ///< and between two others; the higher speed counts, so that what
-                              ///< swings back to its place meanwhile does not pass for still
-  int window = 25;            ///< side of the square over which displacements are averaged [pixels]
-  int outline_margin = 4;     ///< displacements this near to a mask's outline are not used [pixels]
-  double max_speed = 4;       ///< faster ones are slips of the flow [m/s]
-  double min_support = 0.1;   ///< share of a window that must have displacements
+  double lapse = 0.2;  ///< Time between the two images that are compared [s].
+  /// Time between a second pair of images [s]. The higher speed of both pairs counts, so that an
+  /// object that swings back within one lapse is not taken for static.
+  double second_lapse = 0.3;
+  int window = 25;           ///< Side of the square over which displacements are averaged [pixels].
+  int outline_margin = 4;    ///< Width of the band at mask outlines without displacements [pixels].
+  double max_speed = 4;      ///< Faster displacements are rejected as errors of the flow [m/s].
+  double min_support = 0.1;  ///< Share of a window that must have displacements [0..1].
 };
 
-/// A picture with its true mask and pose.
-struct PosedPicture {
+/// A frame with its true mask and pose.
+struct PosedImage {
   RgbdFramePtr image;
-  cv::Mat mask;  ///< 8UC1: not zero on what can move
-  Pose T_world_camera;
+  cv::Mat mask;         ///< Mask of the movable objects, 8UC1: not zero on them.
+  Pose T_world_camera;  ///< True pose of the camera, translation in meters.
 };
 
-/// How fast what a mask covers moves through the world, by what can be seen: optical flow (DIS;
-/// Kroeger et al., ECCV 2016) from one picture to the other tells where each pixel went, depth and
-/// true poses how far that is in the world. The displacement vectors are averaged over a window of
-/// the same mask, so that their noise (some millimeters each) does not pass for motion. 32FC1 m/s;
-/// 0 outside the mask. Where the mask is too thin for a displacement, that of the whole piece of
-/// mask counts; where there is none at all (the thing has left the picture): max_speed. Independent
-/// of everything that the systems judged by it estimate.
-cv::Mat measure_speed(const PosedPicture& from, const PosedPicture& to, const Camera& camera,
+/// Returns the speed of the surfaces under the mask of `from` in the world, 32FC1 [m/s], 0 outside
+/// the mask. Optical flow (DIS; Kroeger et al., ECCV 2016) finds each pixel in the other image;
+/// depth and true poses give its displacement in the world. The displacements are averaged over a
+/// window of the same mask, so that their noise (some millimeters each) does not look like motion.
+/// Where the mask is too thin for displacements, the mean of the connected piece of the mask is
+/// used; where the piece has none (the object has left the image), max_speed. The result is
+/// independent of all quantities estimated by the evaluated systems.
+cv::Mat measure_speed(const PosedImage& from, const PosedImage& to, const Camera& camera,
                       const SpeedOptions& options = {});
 
-/// Measures the speeds in all frames of a sequence that have a mask and a true pose, each against
-/// the pictures one lapse and the other later (toward the end: earlier), and writes them as PNGs
-/// named by stamps, in units of kSpeedUnit: what MotionTruthFolder reads. The folder comes into
-/// being when all are written.
+/// Measures the speeds in all frames of a sequence that have a mask and a true pose. Each frame is
+/// compared with the frames one lapse and the second lapse later (near the end: earlier). The
+/// speeds are written as PNGs named by timestamp, in units of kSpeedUnit, as MotionTruthFolder
+/// reads them. The folder gets its name after all images are written.
 /// @param done called after each frame; may be empty
-/// @return images written. Throws Error where there is none to write, or a file cannot be written.
+/// @return number of images written. Throws Error if there is none, or a file cannot be written.
 std::size_t write_speeds(FrameSource& source, const StampedImages& masks, const Trajectory& truth,
                          const std::filesystem::path& folder, const SpeedOptions& options = {},
                          const std::function<void()>& done = {});

@@ -33,12 +33,12 @@ SimulationOptions half_size(const std::string& activity, int people, int things)
   return options;  // with a Kinect's noise, and a camera in motion
 }
 
-PosedPicture picture(const SimulatedSequence& sequence, std::size_t index) {
+PosedImage image_at(const SimulatedSequence& sequence, std::size_t index) {
   const SimulatedFrame made = sequence.at(index);
   return {made.frame, class_mask(made.truth), made.truth.T_world_camera};
 }
 
-/// Values of an image inside a mask, by size.
+/// Returns the values of an image inside a mask, sorted.
 std::vector<float> sorted(const cv::Mat& image, const cv::Mat& mask) {
   std::vector<float> values;
   for (int v = 0; v < image.rows; ++v) {
@@ -50,10 +50,11 @@ std::vector<float> sorted(const cv::Mat& image, const cv::Mat& mask) {
   return values;
 }
 
-/// Measures one frame against the one 0.2 s later; what it says on one mover, without its outline.
+/// Returns the speeds [m/s] of one mover, without its outline, measured between a frame and the one
+/// 0.2 s later.
 std::vector<float> measured(const SimulatedSequence& sequence, std::size_t index, int mover) {
   const cv::Mat speed =
-      measure_speed(picture(sequence, index), picture(sequence, index + 6), sequence.camera());
+      measure_speed(image_at(sequence, index), image_at(sequence, index + 6), sequence.camera());
   cv::Mat seen;
   cv::erode(sequence.truth(index).instances == mover, seen, cv::Mat::ones(9, 9, CV_8U));
   return sorted(speed, seen);
@@ -70,7 +71,7 @@ TEST(MeasuredSpeed, OfAPushedChairIsThatOfTheTruth) {
   EXPECT_GT(speeds[speeds.size() / 10], 0.5 * truth);
 }
 
-TEST(MeasuredSpeed, OfSomebodyWhoSitsStillIsSmallThoughTheCameraMoves) {
+TEST(MeasuredSpeed, OfASittingPersonIsSmallWhileTheCameraMoves) {
   const SimulatedSequence sequence(half_size("rise", 1, 0));
   for (const std::size_t frame : {5U, 40U, 80U}) {
     const auto speeds = measured(sequence, frame, 1);
@@ -82,21 +83,21 @@ TEST(MeasuredSpeed, OfSomebodyWhoSitsStillIsSmallThoughTheCameraMoves) {
 
 TEST(MeasuredSpeed, IsZeroOutsideTheMask) {
   const SimulatedSequence sequence(half_size("walk", 1, 1));
-  const PosedPicture from = picture(sequence, 3), to = picture(sequence, 9);
+  const PosedImage from = image_at(sequence, 3), to = image_at(sequence, 9);
   const cv::Mat speed = measure_speed(from, to, sequence.camera());
   EXPECT_EQ(cv::countNonZero((speed != 0) & (from.mask == 0)), 0);
 }
 
-TEST(MeasuredSpeed, WhatIsGoneInTheOtherPictureMoves) {
+TEST(MeasuredSpeed, AnObjectMissingInTheOtherImageMoves) {
   const SimulatedSequence sequence(half_size("walk", 0, 1));
-  const PosedPicture from = picture(sequence, 3);
-  PosedPicture to = picture(sequence, 9);
+  const PosedImage from = image_at(sequence, 3);
+  PosedImage to = image_at(sequence, 9);
   to.mask = cv::Mat::zeros(to.mask.size(), CV_8UC1);
   const cv::Mat speed = measure_speed(from, to, sequence.camera());
   EXPECT_EQ(cv::countNonZero((speed < 1) & (from.mask != 0)), 0);
 }
 
-TEST(MeasuredSpeed, WhatSwingsBackMeanwhileMoves) {
+TEST(MeasuredSpeed, AnObjectThatSwingsBackMoves) {
   // A board that moves by 20 pixels and back, at the same place again every 0.2 s.
   const fs::path folder =
       fs::temp_directory_path() / ("stillmap_swing_" + std::to_string(::getpid()));

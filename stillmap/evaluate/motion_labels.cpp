@@ -30,7 +30,7 @@ struct PackedKeypoint {
 };
 static_assert(sizeof(PackedKeypoint) == 10);
 
-/// Rounded to whole units; clipped to what fits; not a number counts as 0.
+/// Returns the value rounded to whole units and clipped to the range of Integer; 0 for NaN.
 template <typename Integer>
 Integer in_units(double value, double units) {
   using Limits = std::numeric_limits<Integer>;
@@ -62,7 +62,7 @@ void append(std::string& bytes, const T& value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof(T));
 }
 
-/// Takes values from the front of some bytes.
+/// Reads values one after the other from a string of bytes.
 class Reader {
  public:
   explicit Reader(std::string_view bytes) : bytes_(bytes) {}
@@ -108,7 +108,7 @@ void LabelFile::add(const LabeledFrame& frame) {
 std::vector<LabeledFrame> read_labels(const std::filesystem::path& file) {
   const std::string bytes = read_file(file);
   if (!bytes.starts_with(kHeader)) {
-    throw Error("is no file of labels", file.string(),
+    throw Error("is not a file of motion labels", file.string(),
                 "stillmap run --save-verdicts writes one: verdicts.bin");
   }
   Reader reader(std::string_view(bytes).substr(kHeader.size()));

@@ -7,23 +7,24 @@
 
 namespace stillmap {
 
-/// What a system thought of one keypoint.
+/// Motion label of one keypoint.
 struct KeypointLabel {
-  float u = 0, v = 0;                          ///< pixels
-  float depth = 0;                             ///< meters along the optical axis; 0 where unknown
-  float static_log_odds = 0;                   ///< that it lies on something static
-  float weight = 1;                            ///< what its residuals count for, 0 to 1
-  bool moving() const { return weight <= 0; }  ///< left out because it moves
+  float u = 0, v = 0;         ///< Position in the image [pixels].
+  float depth = 0;            ///< Depth along the optical axis [m]; 0 means unknown.
+  float static_log_odds = 0;  ///< Log-odds that the keypoint lies on a static surface.
+  float weight = 1;           ///< Weight of its residuals in the pose optimization [0..1].
+  /// Returns whether the keypoint is labeled as moving, so that it does not count for the pose.
+  bool moving() const { return weight <= 0; }
 };
 
-/// What a system thought of the keypoints of one frame.
+/// Motion labels of the keypoints of one frame.
 struct LabeledFrame {
-  std::size_t index = 0;
-  double timestamp = 0;  ///< seconds
+  std::size_t index = 0;  ///< Index of the frame in the sequence.
+  double timestamp = 0;   ///< Time of the frame [s].
   std::vector<KeypointLabel> keypoints;
 };
 
-/// Verdicts of a whole sequence as a small binary file, 10 bytes a keypoint: little endian, packed.
+/// Motion labels of a sequence as a binary file with 10 bytes per keypoint, little endian, packed.
 ///
 ///     "stillmap labels 1\n"
 ///     per frame:     uint32 index, float64 timestamp [s], uint32 number of keypoints, and
@@ -43,8 +44,8 @@ class LabelFile {
   std::string bytes_;
 };
 
-/// Reads what LabelFile made. Throws Error for a file that cannot be read, is none, or ends
-/// within a frame.
+/// Reads a file written by LabelFile. Throws Error for a file that cannot be read, is not a file of
+/// labels, or ends within a frame.
 std::vector<LabeledFrame> read_labels(const std::filesystem::path& file);
 
 }  // namespace stillmap

@@ -12,7 +12,7 @@ namespace {
 StampedImages masks_of(const fs::path& sequence) {
   if (!fs::is_directory(sequence / "mask")) {
     throw Error("has no mask/ folder", sequence.string(),
-                "name a sequence with true masks: labels are judged by them");
+                "name a sequence with true masks, which the evaluation of labels needs");
   }
   return StampedImages(sequence / "mask");
 }
@@ -21,11 +21,11 @@ std::optional<StampedImages> images_in(const fs::path& folder) {
   return fs::is_directory(folder) ? std::optional(StampedImages(folder)) : std::nullopt;
 }
 
-void require_size(const cv::Mat& image, const cv::Mat& mask, const char* what, double timestamp) {
+void require_size(const cv::Mat& image, const cv::Mat& mask, const char* kind, double timestamp) {
   if (image.size() == mask.size()) return;
-  throw Error(fmt::format("the {} image is {} x {}, the mask {} x {} pixels", what, image.cols,
+  throw Error(fmt::format("the {} image is {} x {}, the mask {} x {} pixels", kind, image.cols,
                           image.rows, mask.cols, mask.rows),
-              fmt::format("frame {:.6f}", timestamp), "give truth of one and the same sequence");
+              fmt::format("frame {:.6f}", timestamp), "use the ground truth of one sequence");
 }
 
 }  // namespace

@@ -15,54 +15,54 @@
 namespace stillmap {
 namespace {
 
-/// One moment: what is there, and what is said to be there (in the truth's world).
-struct Moment {
+/// True and estimated objects of one frame, both in the truth's world.
+struct FrameMovers {
   std::vector<MoverPosition> truth, estimate;
 };
 
 using ByStamp = std::map<double, std::vector<MoverPosition>>;
 
-/// Puts the estimates of one frame beside the truth of that frame.
-std::vector<Moment> moments_of(const ByStamp& truth, const ByStamp& estimate,
-                               double max_difference) {
+/// Returns the frames of the truth, each with the estimates of the nearest timestamp.
+std::vector<FrameMovers> frames_of(const ByStamp& truth, const ByStamp& estimate,
+                                   double max_difference) {
   std::vector<double> true_stamps, stamps;
   for (const auto& [stamp, positions] : truth) true_stamps.push_back(stamp);
   for (const auto& [stamp, positions] : estimate) stamps.push_back(stamp);
-  std::vector<Moment> moments;
-  for (const auto& [stamp, positions] : truth) moments.push_back({positions, {}});
+  std::vector<FrameMovers> frames;
+  for (const auto& [stamp, positions] : truth) frames.push_back({positions, {}});
   for (const auto& [i, k] : associate(true_stamps, stamps, max_difference))
-    moments[i].estimate = estimate.at(stamps[k]);
-  return moments;
+    frames[i].estimate = estimate.at(stamps[k]);
+  return frames;
 }
 
 class Comparison {
  public:
   explicit Comparison(const MoverErrorOptions& options) : options_(options) {}
 
-  void add(const Moment& moment) {
+  void add(const FrameMovers& frame) {
     ++errors_.frames;
-    const std::vector<int> estimate_of = match(moment);
-    std::vector<char> used(moment.estimate.size(), 0);
-    for (std::size_t i = 0; i < moment.truth.size(); ++i) {
+    const std::vector<int> estimate_of = match(frame);
+    std::vector<char> used(frame.estimate.size(), 0);
+    for (std::size_t i = 0; i < frame.truth.size(); ++i) {
       const MoverPosition* estimate = nullptr;
       if (estimate_of[i] >= 0) {
         used[static_cast<std::size_t>(estimate_of[i])] = 1;
-        estimate = &moment.estimate[static_cast<std::size_t>(estimate_of[i])];
+        estimate = &frame.estimate[static_cast<std::size_t>(estimate_of[i])];
       }
-      count(moment.truth[i], estimate);
+      count(frame.truth[i], estimate);
     }
     for (std::size_t k = 0; k < used.size(); ++k) {
-      ids_.insert(moment.estimate[k].id);
+      ids_.insert(frame.estimate[k].id);
       if (used[k] == 0) {
         ++errors_.false_positives;
         ++estimates_;
       }
     }
-    count_pairs(moment);
+    count_pairs(frame);
   }
 
   MoverErrors finished() {
-    errors_.things = things_.size();
+    errors_.things = objects_.size();
     errors_.tracks = ids_.size();
     errors_.false_tracks = ids_.size() - matched_ids_.size();
     errors_.position = compute_statistics(position_);
@@ -82,47 +82,50 @@ class Comparison {
   }
 
  private:
-  bool counts(const MoverPosition& truth) const {
+  /// Returns whether the object is visible and moves, so that it must be found.
+  bool required(const MoverPosition& truth) const {
     return truth.pixels >= options_.min_pixels && truth.velocity.norm() >= options_.min_speed;
   }
 
-  /// Per thing the estimate matched to it, -1 for none: things that count first, as an estimate is
-  /// no mistake only if nothing that counts wants it.
-  std::vector<int> match(const Moment& moment) {
-    std::vector<int> estimate_of(moment.truth.size(), -1);
-    std::vector<char> free(moment.estimate.size(), 1);
-    keep_matches(moment, estimate_of, free);
-    for (const bool counting : {true, false}) match_rest(moment, counting, estimate_of, free);
+  /// Returns the index of the estimate matched to each true object, -1 for none. Required objects
+  /// are matched first, so that objects which are not required get only the remaining estimates.
+  std::vector<int> match(const FrameMovers& frame) {
+    std::vector<int> estimate_of(frame.truth.size(), -1);
+    std::vector<char> free(frame.estimate.size(), 1);
+    keep_matches(frame, estimate_of, free);
+    for (const bool are_required : {true, false})
+      match_rest(frame, are_required, estimate_of, free);
     return estimate_of;
   }
 
-  void keep_matches(const Moment& moment, std::vector<int>& estimate_of, std::vector<char>& free) {
-    for (std::size_t i = 0; i < moment.truth.size(); ++i) {
-      const auto before = id_of_.find(moment.truth[i].id);
+  void keep_matches(const FrameMovers& frame, std::vector<int>& estimate_of,
+                    std::vector<char>& free) {
+    for (std::size_t i = 0; i < frame.truth.size(); ++i) {
+      const auto before = id_of_.find(frame.truth[i].id);
       if (before == id_of_.end()) continue;
-      for (std::size_t k = 0; k < moment.estimate.size(); ++k) {
-        if (moment.estimate[k].id != before->second || !free[k]) continue;
-        if (!near(moment.truth[i], moment.estimate[k])) continue;
+      for (std::size_t k = 0; k < frame.estimate.size(); ++k) {
+        if (frame.estimate[k].id != before->second || !free[k]) continue;
+        if (!near(frame.truth[i], frame.estimate[k])) continue;
         estimate_of[i] = static_cast<int>(k);
         free[k] = 0;
       }
     }
   }
 
-  void match_rest(const Moment& moment, bool counting, std::vector<int>& estimate_of,
+  void match_rest(const FrameMovers& frame, bool are_required, std::vector<int>& estimate_of,
                   std::vector<char>& free) const {
     constexpr double kForbidden = 1e6;
     std::vector<std::size_t> rows, columns;
-    for (std::size_t i = 0; i < moment.truth.size(); ++i)
-      if (estimate_of[i] < 0 && counts(moment.truth[i]) == counting) rows.push_back(i);
-    for (std::size_t k = 0; k < moment.estimate.size(); ++k)
+    for (std::size_t i = 0; i < frame.truth.size(); ++i)
+      if (estimate_of[i] < 0 && required(frame.truth[i]) == are_required) rows.push_back(i);
+    for (std::size_t k = 0; k < frame.estimate.size(); ++k)
       if (free[k]) columns.push_back(k);
     Eigen::MatrixXd cost(static_cast<Eigen::Index>(rows.size()),
                          static_cast<Eigen::Index>(columns.size()));
     for (Eigen::Index r = 0; r < cost.rows(); ++r) {
       for (Eigen::Index c = 0; c < cost.cols(); ++c) {
-        const MoverPosition& truth = moment.truth[rows[static_cast<std::size_t>(r)]];
-        const MoverPosition& estimate = moment.estimate[columns[static_cast<std::size_t>(c)]];
+        const MoverPosition& truth = frame.truth[rows[static_cast<std::size_t>(r)]];
+        const MoverPosition& estimate = frame.estimate[columns[static_cast<std::size_t>(c)]];
         cost(r, c) = near(truth, estimate) ? distance(truth, estimate) : kForbidden;
       }
     }
@@ -138,8 +141,8 @@ class Comparison {
 
   void count(const MoverPosition& truth, const MoverPosition* estimate) {
     if (estimate != nullptr) matched_ids_.insert(estimate->id);
-    if (!counts(truth)) return;
-    things_.insert(truth.id);
+    if (!required(truth)) return;
+    objects_.insert(truth.id);
     ++errors_.positions;
     if (estimate == nullptr) {
       ++errors_.misses;
@@ -157,23 +160,23 @@ class Comparison {
     right_class_ += truth.class_name == estimate->class_name ? 1U : 0U;
   }
 
-  /// Which ids could have stood for which thing in this frame.
-  void count_pairs(const Moment& moment) {
-    for (const MoverPosition& truth : moment.truth) {
-      if (!counts(truth)) continue;
-      for (const MoverPosition& estimate : moment.estimate) {
+  /// Counts, for every pair of a required object and an id, the frames in which they could match.
+  void count_pairs(const FrameMovers& frame) {
+    for (const MoverPosition& truth : frame.truth) {
+      if (!required(truth)) continue;
+      for (const MoverPosition& estimate : frame.estimate) {
         if (near(truth, estimate)) ++together_[{truth.id, estimate.id}];
       }
     }
   }
 
-  /// IDTP: the most matches that one id per thing can give.
+  /// Returns IDTP: the largest number of matches with one id per object.
   std::size_t lasting_matches() const {
-    const std::vector<int> things(things_.begin(), things_.end()), ids(ids_.begin(), ids_.end());
-    Eigen::MatrixXd gain = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(things.size()),
+    const std::vector<int> objects(objects_.begin(), objects_.end()), ids(ids_.begin(), ids_.end());
+    Eigen::MatrixXd gain = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(objects.size()),
                                                  static_cast<Eigen::Index>(ids.size()));
     for (const auto& [pair, frames] : together_) {
-      gain(std::lower_bound(things.begin(), things.end(), pair.first) - things.begin(),
+      gain(std::lower_bound(objects.begin(), objects.end(), pair.first) - objects.begin(),
            std::lower_bound(ids.begin(), ids.end(), pair.second) - ids.begin()) =
           static_cast<double>(frames);
     }
@@ -188,17 +191,17 @@ class Comparison {
     return (a.centroid - b.centroid).norm();
   }
 
-  /// Whether the estimate may be of that thing.
+  /// Returns whether the estimate may belong to the true object.
   bool near(const MoverPosition& truth, const MoverPosition& estimate) const {
     return distance(truth, estimate) <= options_.max_distance ||
            (!truth.box.isEmpty() && truth.box.contains(estimate.centroid));
   }
 
-  static constexpr double kWhole = 0.8;
+  static constexpr double kWhole = 0.8;  // visible share of an object that counts as whole
   const MoverErrorOptions options_;
   MoverErrors errors_;
-  std::set<int> things_, ids_, matched_ids_;
-  std::map<int, int> id_of_;  // thing: the id matched last
+  std::set<int> objects_, ids_, matched_ids_;
+  std::map<int, int> id_of_;  // last matched id by object
   std::map<std::pair<int, int>, std::size_t> together_;
   std::vector<double> position_, shown_, ground_, velocity_;
   std::size_t right_class_ = 0, estimates_ = 0;
@@ -243,14 +246,14 @@ MoverErrors compare_movers(const std::vector<MoverPosition>& truth,
     by_stamp[position.timestamp].push_back(position);
   }
   Comparison comparison(options);
-  for (const Moment& moment : moments_of(true_by_stamp, by_stamp, options.max_difference))
-    comparison.add(moment);
+  for (const FrameMovers& frame : frames_of(true_by_stamp, by_stamp, options.max_difference))
+    comparison.add(frame);
   return comparison.finished();
 }
 
 std::string mover_error_text(const MoverErrors& e) {
   std::string text = fmt::format(
-      "movers: {} things in {} frames, {} tracks ({} false)\n"
+      "movers: {} objects in {} frames, {} tracks ({} false)\n"
       "  position error  median {:.3f}  p95 {:.3f}  mean {:.3f} m;  shown nearly whole: median "
       "{:.3f} m;  along the ground: median {:.3f} m\n"
       "  velocity error  median {:.3f}  p95 {:.3f}  mean {:.3f} m/s\n",

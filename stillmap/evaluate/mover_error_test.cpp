@@ -15,8 +15,8 @@ namespace {
 constexpr int kFrames = 40;
 double stamp(int frame) { return frame / 30.0; }
 
-/// Something that goes along x at 0.6 m/s, from `x` on.
-MoverPosition thing(int frame, int id, double x, double z = 3) {
+/// Returns an object that moves along x at 0.6 m/s and starts at `x` [m].
+MoverPosition object_at(int frame, int id, double x, double z = 3) {
   MoverPosition p;
   p.timestamp = stamp(frame);
   p.id = id;
@@ -36,7 +36,7 @@ TEST(MoverErrors, MeasuresPositionAndVelocityInTheTruthsWorld) {
   const Pose T_truth_estimate(so3_exp({0.1, 0.7, -0.3}), {4, 5, 6});
   std::vector<MoverPosition> truth, estimate;
   for (int i = 0; i < kFrames; ++i) {
-    truth.push_back(thing(i, 1, 0));
+    truth.push_back(object_at(i, 1, 0));
     MoverPosition e = truth.back();
     e.id = 7;
     e.centroid += Eigen::Vector3d(0, 0.03, 0.04);
@@ -56,7 +56,7 @@ TEST(MoverErrors, MeasuresPositionAndVelocityInTheTruthsWorld) {
   EXPECT_EQ(errors.idf1, 1);
 }
 
-TEST(AlignPoses, FindsTheWorldOfACameraThatStandsStill) {
+TEST(AlignPoses, FindsTheWorldOfACameraAtRest) {
   const Pose T_truth_estimate(so3_exp({0.1, 0.7, -0.3}), {4, 5, 6});
   Trajectory truth, estimate;
   for (int i = 0; i < kFrames; ++i) {
@@ -74,11 +74,11 @@ TEST(AlignPoses, FindsTheWorldOfACameraThatStandsStill) {
 TEST(MoverErrors, CountsSwitchesMissesAndFalseTracks) {
   std::vector<MoverPosition> truth, estimate;
   for (int i = 0; i < kFrames; ++i) {
-    truth.push_back(thing(i, 1, 0));
-    truth.push_back(thing(i, 2, 0, 5));
-    estimate.push_back(thing(i, i < 20 ? 1 : 2, 0));  // two that have changed their ids ...
-    if (i >= 10) estimate.push_back(thing(i, i < 20 ? 2 : 1, 0, 5));  // ... one found late
-    if (i >= 35) estimate.push_back(thing(i, 3, -9));                 // and nothing is there
+    truth.push_back(object_at(i, 1, 0));
+    truth.push_back(object_at(i, 2, 0, 5));
+    estimate.push_back(object_at(i, i < 20 ? 1 : 2, 0));  // Two objects swap their ids,
+    if (i >= 10) estimate.push_back(object_at(i, i < 20 ? 2 : 1, 0, 5));  // one is found late,
+    if (i >= 35) estimate.push_back(object_at(i, 3, -9));  // and one estimate is false.
   }
   const MoverErrors errors = compare(truth, estimate);
   EXPECT_EQ(errors.switches, 2U);
@@ -88,23 +88,23 @@ TEST(MoverErrors, CountsSwitchesMissesAndFalseTracks) {
   EXPECT_NEAR(errors.mota, 1 - 17.0 / 80, 1e-12);
 }
 
-TEST(MoverErrors, WhatIsHiddenOrAtRestIsNeitherMissedNorWrong) {
+TEST(MoverErrors, OccludedAndRestingObjectsAreNeitherMissedNorFalse) {
   std::vector<MoverPosition> truth, estimate;
   for (int i = 0; i < kFrames; ++i) {
-    truth.push_back(thing(i, 1, 0));
+    truth.push_back(object_at(i, 1, 0));
     truth.back().pixels = 10;
-    truth.push_back(thing(i, 2, 2));
+    truth.push_back(object_at(i, 2, 2));
     truth.back().velocity.setZero();
-    if (i < 20) estimate.push_back(thing(i, 1, 0));
-    if (i >= 20) estimate.push_back(thing(i, 2, 2));
+    if (i < 20) estimate.push_back(object_at(i, 1, 0));
+    if (i >= 20) estimate.push_back(object_at(i, 2, 2));
   }
   const MoverErrors errors = compare(truth, estimate);
   EXPECT_EQ(errors.positions, 0U);
   EXPECT_EQ(errors.misses + errors.false_positives + errors.false_tracks, 0U);
 }
 
-TEST(MoverErrors, APartWithinTheBoxIsOfTheThing) {
-  MoverPosition truth = thing(0, 1, 0), estimate = thing(0, 1, 0);
+TEST(MoverErrors, AnEstimateInsideTheBoxMatchesTheObject) {
+  MoverPosition truth = object_at(0, 1, 0), estimate = object_at(0, 1, 0);
   estimate.centroid.y() -= 0.7;  // a head
   EXPECT_EQ(compare({truth}, {estimate}).matches, 0U);
   truth.box = {truth.centroid - Eigen::Vector3d(0.3, 0.9, 0.3),
@@ -133,7 +133,7 @@ TEST_F(MoverFile, ColumnsAreFoundByTheirNames) {
   EXPECT_TRUE(movers[0].box.isEmpty());
 }
 
-TEST_F(MoverFile, WhatIsNoTableIsAnError) {
+TEST_F(MoverFile, AMalformedTableIsAnError) {
   write_file(file_, "");
   EXPECT_THROW(read_movers(file_), Error);
   write_file(file_, "timestamp,id,class,x,y,z\n");

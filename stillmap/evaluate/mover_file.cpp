@@ -21,7 +21,7 @@ std::vector<std::string> cells_of(std::string line) {
   return cells;
 }
 
-/// One line of the table, its cells by the names of their columns.
+/// One line of the table; its cells are found by the names of their columns.
 class Row {
  public:
   Row(const std::map<std::string, std::size_t>& columns, std::vector<std::string> cells,
@@ -41,7 +41,7 @@ class Row {
     const auto [end, failure] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
     if (failure != std::errc() || end != cell.data() + cell.size() || !std::isfinite(value)) {
       throw Error(fmt::format("'{}' in column {} is no number", cell, name), where_,
-                  "see the table's first line for what belongs there");
+                  "the first line of the table names the columns");
     }
     return value;
   }

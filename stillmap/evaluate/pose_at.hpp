@@ -6,7 +6,8 @@
 
 namespace stillmap {
 
-/// T_world_camera at a time [s], interpolated between stamps at most 0.1 s apart; none elsewhere.
+/// Returns T_world_camera at a time [s], interpolated between poses at most 0.1 s apart; none if
+/// there are no such poses.
 std::optional<Pose> pose_at(const Trajectory& trajectory, double timestamp);
 
 }  // namespace stillmap

@@ -8,14 +8,14 @@
 
 namespace stillmap {
 
-/// A folder of 8-bit PNGs whose names are stamps in seconds ("1000.033333.png"), one per frame:
-/// masks, instance numbers, speeds.
+/// A folder with one 8-bit PNG per frame, named by its timestamp in seconds ("1000.033333.png"):
+/// masks, instance numbers or speeds.
 class StampedImages {
  public:
-  /// Throws Error where the folder holds no such PNG.
+  /// Throws Error if the folder contains no such PNG.
   explicit StampedImages(const std::filesystem::path& folder);
-  /// The image nearest in time, within 10 ms, 8UC1; empty where there is none. Throws Error for a
-  /// file that is no image.
+  /// Returns the image nearest in time, within 10 ms, 8UC1; empty if there is none. Throws Error
+  /// for a file that is not an image.
   cv::Mat at(double timestamp) const;
 
  private:

@@ -9,12 +9,12 @@
 
 namespace stillmap {
 
-/// The usual figures of a set of errors, in the errors' own unit; all zero for an empty set.
+/// Summary statistics of a set of errors, in the unit of the errors; all zero for an empty set.
 struct Statistics {
   double rmse = 0;
   double mean = 0;
-  double median = 0;  ///< mean of the middle two where the count is even
-  double sd = 0;      ///< population standard deviation (division by count)
+  double median = 0;  ///< Median; the mean of the middle two if the count is even.
+  double sd = 0;      ///< Population standard deviation (division by count).
   double min = 0;
   double max = 0;
   std::size_t count = 0;
@@ -22,7 +22,7 @@ struct Statistics {
 
 Statistics compute_statistics(std::span<const double> errors);
 
-/// For nlohmann::json: rmse, mean, median, sd, min, max, count.
+/// Writes rmse, mean, median, sd, min, max and count (for nlohmann::json).
 void to_json(nlohmann::json& json, const Statistics& statistics);
 
 }  // namespace stillmap

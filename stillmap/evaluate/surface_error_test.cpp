@@ -57,10 +57,10 @@ TEST(NearestPoint, FindsTheNearestWithinReach) {
 }
 
 TEST(TrueSurface, MeasuresAlongTheNormalWhateverTheSpacing) {
-  // The cloud's points lie 7 mm before the wall, and between the wall's points.
+  // The cloud's points lie 7 mm in front of the wall, and between the wall's points.
   const SurfaceFigures figures = seen_wall(5).judge(wall(kDepth - 0.007F, 0.005F), Pose());
   EXPECT_NEAR(figures.median, 0.007, 1e-5);
-  EXPECT_NEAR(figures.p95, 0.007, 1e-3);  // a row stands out over the wall's border
+  EXPECT_NEAR(figures.p95, 0.007, 1e-3);  // one row lies beyond the wall's border
   EXPECT_EQ(figures.stray_share, 0);
   EXPECT_EQ(figures.complete_2cm, 1);
 }

@@ -9,7 +9,8 @@
 
 namespace stillmap {
 
-/// A text table: one line per stage, columns count, median, p95, p99, max [ms] and total [s].
+/// Returns a text table with one line per stage and columns count, median, p95, p99, max [ms] and
+/// total [s].
 std::string timing_text(std::span<const StageTiming> stages);
 
 void to_json(nlohmann::json& json, const StageTiming& timing);

@@ -17,7 +17,7 @@
 namespace stillmap {
 namespace {
 
-/// In order of the stamps; of several poses with one stamp the last.
+/// Returns the poses in order of their timestamps; of several poses with one timestamp the last.
 Trajectory one_pose_per_stamp(Trajectory trajectory) {
   std::stable_sort(trajectory.begin(), trajectory.end(),
                    [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
@@ -42,7 +42,8 @@ std::vector<double> intervals(std::span<const double> stamps) {
   return result;
 }
 
-/// Index of the stamp nearest to t (sorted, not empty), by halving: what is met first wins a tie.
+/// Returns the index of the timestamp nearest to t [s], by bisection; the first visited wins a tie.
+/// The timestamps are sorted and not empty.
 std::size_t nearest(std::span<const double> stamps, double t) {
   std::size_t best = 0, first = 0, last = stamps.size();
   while (first < last) {
@@ -93,7 +94,7 @@ Eigen::Matrix3Xd positions_of(const std::vector<AtePair>& pairs, Eigen::Vector3d
   return positions;
 }
 
-/// Pairs by stamp, not aligned yet.
+/// Returns the pairs in order of their timestamps, before alignment.
 std::vector<AtePair> associate_poses(const Trajectory& truth, const Trajectory& estimate,
                                      double max_difference) {
   std::vector<AtePair> pairs;
@@ -107,7 +108,7 @@ std::vector<AtePair> associate_poses(const Trajectory& truth, const Trajectory& 
   return pairs;
 }
 
-/// Rotation, translation and factor of the similarity that aligns b to a (Umeyama 1991).
+/// Returns rotation, translation and scale of the similarity that aligns b to a (Umeyama 1991).
 std::pair<Pose, double> similarity(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) {
   const Eigen::Matrix4d T = Eigen::umeyama(b, a, true);
   const double scale = std::cbrt(T.topLeftCorner<3, 3>().determinant());
@@ -115,7 +116,7 @@ std::pair<Pose, double> similarity(const Eigen::Matrix3Xd& a, const Eigen::Matri
   return {Pose(R, T.topRightCorner<3, 1>()), scale};
 }
 
-/// Sets the alignment of positions that are paired.
+/// Sets the alignment of the paired positions.
 void align(const AteOptions& options, AteResult& result) {
   const Eigen::Matrix3Xd truth = positions_of(result.pairs, &AtePair::p_truth);
   const Eigen::Matrix3Xd estimate = positions_of(result.pairs, &AtePair::p_estimate);
@@ -128,7 +129,7 @@ void align(const AteOptions& options, AteResult& result) {
   }
 }
 
-/// Motion from pose j to pose i seen from j: T_j^-1 T_i.
+/// Returns the motion from pose j to pose i in the frame of j: T_j^-1 T_i.
 Pose motion(const Trajectory& trajectory, std::size_t i, std::size_t j) {
   return trajectory[j].T_world_camera.inverse() * trajectory[i].T_world_camera;
 }
@@ -138,7 +139,7 @@ double rotation_degrees(const Pose& T) {
   return std::acos(cosine) * 180 / std::numbers::pi;
 }
 
-/// Indices (i, j) of the estimate's poses that are delta apart.
+/// Returns the indices (i, j) of the estimate's poses that are delta apart.
 std::vector<std::pair<std::size_t, std::size_t>> fixed_delta_pairs(std::span<const double> stamps,
                                                                    const RpeOptions& options) {
   std::vector<double> clock(stamps.begin(), stamps.end());
@@ -159,7 +160,7 @@ Statistics statistics_of(const std::vector<Pair>& pairs, double Pair::*member) {
   return compute_statistics(errors);
 }
 
-/// The errors of all pairs that are delta apart; there may be none.
+/// Returns the errors of all pairs that are delta apart; there may be none.
 RpeResult errors_over(const Trajectory& truth, const Trajectory& estimate,
                       const RpeOptions& options) {
   require_poses(truth, estimate, 2);

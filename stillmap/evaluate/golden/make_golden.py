@@ -4,7 +4,7 @@
 
 An evaluation of its own, written from the TUM benchmark's rules and not from the C++ code: brute force where
 the C++ is clever, 4x4 matrices where the C++ has quaternions. Writes CASE_truth.txt, CASE_estimate.txt (TUM
-format) and expected.json beside itself. Seeds are fixed: same bytes each time.
+format) and expected.json into its own folder. Seeds are fixed: same bytes each time.
 
     python3 -m pip install numpy && python3 make_golden.py
 """
@@ -80,7 +80,7 @@ def ate(gt_stamps, gt, est_stamps, est):
 
 
 def nearest(stamps, t, low=0, high=None, best=0):
-    """Index of the stamp nearest to t; halves the range, and what is met first wins a tie."""
+    """Index of the timestamp nearest to t [s], by bisection; the first visited wins a tie."""
     high = len(stamps) if high is None else high
     if low >= high:
         return best
