@@ -87,7 +87,7 @@ TEST_F(LabelFiles, StaySmall) {
 }
 
 TEST_F(LabelFiles, ThatAreNoneOrCutShortAreNamed) {
-  EXPECT_THAT(problem_with("timestamp,u,v\n"), HasSubstr("is no file of labels"));
+  EXPECT_THAT(problem_with("timestamp,u,v\n"), HasSubstr("is not a file of motion labels"));
   LabelFile file;
   file.add({0, 0, {{}, {}}});
   file.add({1, 0.1, {{}, {}}});
