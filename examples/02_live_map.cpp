@@ -19,7 +19,7 @@
 
 namespace {
 
-/// Prints twice a second what a viewer would draw, until it is asked to stop.
+/// Prints the state of the map twice a second, as a viewer would draw it, until it is stopped.
 void watch(const stillmap::Slam& slam, const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     std::this_thread::sleep_for(std::chrono::milliseconds(500));
