@@ -2,21 +2,22 @@
 """Speed of the whole system on sequences: every figure is a median over runs, with its range.
 
   python3 -m lab bench [SEQUENCE...] [--model NETWORK.onnx] [--runs 5]
-  python3 -m lab bench --compare build/bench/old.json                  before and now, and their ratio
-  python3 -m lab bench --binary OLD/stillmap --binary NEW/stillmap     two programs in turn, and the ratio within a turn
+  python3 -m lab bench --compare build/bench/old.json                  an older result and this one, with their ratio
+  python3 -m lab bench --binary OLD/stillmap --binary NEW/stillmap     two programs in turn, with the ratio per turn
 
 A sequence is a folder in TUM layout. Without one, a simulated scene with walking people is rendered once.
-`make bench ARGS="..."` builds first. Written to --out (build/bench): bench.md, which is also printed, and bench.json.
+`make bench ARGS="..."` builds first. The results are written to --out (build/bench): bench.md, which is also printed,
+and bench.json.
 
 In each turn every program maps every sequence in several ways, one run after the other, in an order that changes from
 turn to turn:
-  everything              lockstep, all defaults: dense map, movers and all
-  no dense map, no movers only the camera's poses and the map that they need
-  no network              where --model is given; else "everything" is that
+  everything              lockstep, all defaults, including dense map and movers
+  no dense map, no movers only the camera's poses and the sparse map
+  no network              like "everything" without the network; only if --model is given
   profiled                everything, with --profile: CPU times, and the cost of the profile
 
-The share of other programs is the part of the machine that they used meanwhile. Where it is large, times are too long;
-ratios within one turn, and CPU times, remain meaningful. The trajectories of all runs must be the same bytes; runs
+The share of other programs is the part of the machine that they used meanwhile. If it is large, times are too long;
+ratios within one turn and CPU times remain meaningful. The trajectories of all runs must be the same bytes; runs
 that differ are listed.
 """
 import json
@@ -31,7 +32,7 @@ from lab import core
 from lab.core import Failed, markdown, stage_of
 
 SCENE = ["--scene", "office", "--people", "3", "--camera", "xyz", "--frames", "300"]
-BUSY = 0.1  # share of other programs from which times are doubtful
+BUSY = 0.1  # share of other programs above which times are unreliable
 STAGES = {"features": "features", "waiting": "waiting for", "motion": "motion", "pose": "pose"}  # of tracking
 
 
@@ -54,7 +55,7 @@ def arms_of(arguments):
 
 
 def machine():
-    """Where and when it was measured, as far as the system tells."""
+    """Returns the machine, commit and time of the measurement, as far as the system provides them."""
     commit = subprocess.run(["git", "-C", core.ROOT, "describe", "--always", "--dirty"], capture_output=True, text=True,
                             check=False).stdout.strip()
     return {"system": " ".join(os.uname()[i] for i in (0, 2, 4)), "cores": os.cpu_count(),
@@ -65,7 +66,7 @@ def machine():
 
 
 def slowest_of(summary):
-    """The slowest frame, its milliseconds, and the stage that exceeded its own median most."""
+    """Returns the slowest frame, its time [ms], and the stage that exceeded its own median most."""
     slowest = summary.get("slowest_frame")
     if not slowest:
         return None
@@ -74,13 +75,13 @@ def slowest_of(summary):
 
 
 def cpu_per_call(trace, name):
-    """Median CPU time of a function's calls [ms]; None where there was none."""
+    """Returns the median CPU time of a function's calls [ms]; None without calls."""
     times = [event["tdur"] / 1000 for event in trace["traceEvents"] if event.get("ph") == "X" and event["name"] == name]
     return statistics.median(times) if times else None
 
 
 def timing_figures(out, others):
-    """The figures of one run that the tables show."""
+    """Figures of one run that the tables show."""
     summary = core.read_json(out / "summary.json")
     of_run, tracking = core.figures_of(summary), stage_of(summary, "tracking")
     figures = {name: of_run[name] for name in ("frames_per_second", "peak_memory_mib", "ate_rmse_m", "tracked",
@@ -102,7 +103,7 @@ def timing_figures(out, others):
 
 
 def run(program, arm, sequence, arguments):
-    """Figures of one run, or {"error": reason}."""
+    """Returns the figures of one run, or {"error": reason}."""
     out = arguments.out / "run"
     shutil.rmtree(out, ignore_errors=True)
     out.mkdir(parents=True)
@@ -115,7 +116,7 @@ def run(program, arm, sequence, arguments):
 
 
 def measure_orb(arguments):
-    """Milliseconds of one core for an image's features, ours and OpenCV's; None where the benchmark is not built."""
+    """Returns the CPU times for an image's features [ms], ours and OpenCV's; None if the benchmark is not built."""
     if not arguments.orb_benchmark.is_file():
         return None
     command = [arguments.orb_benchmark, "--benchmark_filter=run_extractor/stillmap_best|run_opencv_orb",
@@ -133,7 +134,7 @@ def measure_orb(arguments):
 
 
 def rendered_sequence(arguments):
-    """The simulator's scene, rendered if it is not there yet."""
+    """Returns the folder of the simulated scene, which is rendered if it does not exist."""
     sequence = arguments.out / "office_walking"
     if not sequence.is_dir():
         partial = arguments.out / "office_walking.partial"
@@ -145,7 +146,7 @@ def rendered_sequence(arguments):
 
 
 def measure(arguments):
-    """All runs: by sequence, program and arm, a list with one entry per turn."""
+    """Makes all runs; returns by sequence, program and arm a list with one entry per turn."""
     programs = names_of(arguments.binary)
     result = {sequence.name: {name: {arm.name: [] for arm in arms_of(arguments)} for name in programs}
               for sequence in arguments.sequences}
@@ -159,7 +160,7 @@ def measure(arguments):
 
 
 def names_of(binaries):
-    """The programs by their names in the table: A, B ... where there are several."""
+    """Returns the programs by their names in the table: A, B ... if there are several."""
     if len(binaries) == 1:
         return {"stillmap": binaries[0]}
     return {chr(ord("A") + i): binary for i, binary in enumerate(binaries)}
@@ -167,7 +168,7 @@ def names_of(binaries):
 
 # ----------------------------------------------------------------------------------------------------------- tables
 
-# The rows: heading, arm, key, digits, target. "no network" falls back to "everything" where there is no network.
+# The rows: heading, arm, key, digits, target. "no network" falls back to "everything" if there is no network.
 ROWS = [
     ("tracking, median [ms]", "everything", "tracking_median_ms", 2, "<= 10"),
     ("tracking, p95 [ms]", "everything", "tracking_p95_ms", 2, ""),
@@ -204,7 +205,7 @@ def values_of(arms, arm, key):
 
 
 def range_cell(values, digits):
-    """The median, and the range where there is one."""
+    """Returns the median, with the range if there are several values."""
     if not values:
         return "-"
     median, low, high = (f"{value:.{digits}f}" for value in (statistics.median(values), min(values), max(values)))
@@ -212,7 +213,7 @@ def range_cell(values, digits):
 
 
 def ratio(after, before):
-    """The median ratio within a turn where both have all turns; else the ratio of the medians."""
+    """Returns the median ratio within a turn if both have all turns; else the ratio of the medians."""
     if not after or not before:
         return "-"
     if len(after) == len(before):
@@ -228,7 +229,7 @@ def median_ratio(after, before):
 
 
 def sequence_table(programs, old):
-    """A line a figure, a column a program; with two, or with an older result, their ratio."""
+    """Returns a table with a row per figure and a column per program; the ratio of two programs or results is added."""
     head = ["", *programs, *(["B / A"] if len(programs) == 2 else []), *(["before", "now / before"] if old else []),
             "target"]
     rows = []
@@ -237,7 +238,7 @@ def sequence_table(programs, old):
         if not any(of_program) or (arm == "no network" and not all("no network" in a for a in programs.values())
                                    and key in ("tracking_median_ms", "tracking_p95_ms", "tracking_max_ms",
                                                "frames_per_second", "ate_rmse_m")):
-            continue  # or it would say the same as "everything"
+            continue  # it would repeat "everything"
         line = [heading, *(range_cell(values, digits) for values in of_program)]
         line += [ratio(of_program[1], of_program[0])] if len(programs) == 2 else []
         if old:
@@ -248,13 +249,13 @@ def sequence_table(programs, old):
 
 
 def slowest_text(runs):
-    """The slowest frame of each run: whether it is always the same one."""
+    """Returns the slowest frame of each run, which shows whether it is always the same one."""
     slowest = [run["slowest"] for run in runs if run.get("slowest")]
     return ", ".join(f"{s['frame']} ({s['ms']:.1f} ms: {s['stage']})" for s in slowest) or "-"
 
 
 def overview_table(sequences):
-    """Tracking by sequence."""
+    """Returns the table of the tracking times by sequence."""
     rows = []
     for sequence, programs in sequences.items():
         for name, arms in programs.items():
@@ -296,7 +297,7 @@ def machine_text(result):
 
 
 def differing(result):
-    """Trajectories depend on the data and the options alone; and the dense map, the movers and a profile change none."""
+    """Returns lines that name the sequences whose trajectories differ between runs, which must not happen."""
     lines = []
     for sequence, programs in result["sequences"].items():
         for network, arms in ((True, ("everything", "no dense map, no movers", "profiled")), (False, ("no network",))):
@@ -305,8 +306,8 @@ def differing(result):
                 if runs.get("trajectory"):
                     hashes.setdefault(runs["trajectory"], set()).add(name)
             if len(hashes) > 1:
-                told = "; ".join(f"{key} by {', '.join(sorted(names))}" for key, names in hashes.items())
-                lines.append(f"- {sequence}{'' if network else ', no network'}: trajectories differ: {told}")
+                groups = "; ".join(f"{key} by {', '.join(sorted(names))}" for key, names in hashes.items())
+                lines.append(f"- {sequence}{'' if network else ', no network'}: trajectories differ: {groups}")
     return lines
 
 

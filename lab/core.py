@@ -24,7 +24,7 @@ class Failed(RuntimeError):
 
 
 def processor_time():
-    """Busy and total seconds of all cores since the machine started; None where the system does not tell them."""
+    """Returns busy and total time of all cores since system start [s]; None if the system does not provide them."""
     try:
         ticks = [int(word) for word in Path("/proc/stat").read_text(encoding="ascii").split("\n")[0].split()[1:9]]
     except (OSError, ValueError):
@@ -67,7 +67,7 @@ def sha256_of(file):
 
 
 def run_command(program, sequence, out, words=(), model=None, settings=()):
-    """The command line of one run."""
+    """Returns the command line of one run."""
     command = [program, "run", sequence, "--out", out, *words, *(["--model", model] if model else [])]
     for setting in settings:
         command += ["--set", setting]
@@ -75,7 +75,7 @@ def run_command(program, sequence, out, words=(), model=None, settings=()):
 
 
 def ensure_run(name, command, out, again=False, optional=(), outputs=()):
-    """Runs, unless the same program made these results with the same command line already.
+    """Runs the program, unless the same program already made these results with the same command line.
 
     @param optional  words that only add output: results made without them count if `outputs` are there
     @return summary.json. Throws Failed."""
@@ -96,7 +96,7 @@ def ensure_run(name, command, out, again=False, optional=(), outputs=()):
 
 @dataclass(frozen=True)
 class Variant:
-    """A preset, the network and options that it runs with, and its name in tables."""
+    """Preset with its network, its options, and its name in tables."""
     name: str
     preset: str
     model: Path | None = None
@@ -104,7 +104,7 @@ class Variant:
 
 
 def variant_of(name, arguments):
-    """The variant of a preset's name; "-nonet" after it means without a network."""
+    """Returns the variant of a preset's name; "-nonet" after it means without a network."""
     preset = name.removesuffix(NO_NETWORK)
     if preset != name or name == "static":
         return Variant(name, preset)
@@ -113,7 +113,7 @@ def variant_of(name, arguments):
 
 
 def sequences_of(arguments):
-    """The sequences (folders with groundtruth.txt) below a folder, by name. Throws Failed if there are none."""
+    """Returns the sequences (folders with groundtruth.txt) in a folder by name. Throws Failed if there are none."""
     sequences = sorted(p.parent for p in arguments.sequences.glob("*/groundtruth.txt")
                        if not arguments.only or p.parent.name in arguments.only)
     missing = set(arguments.only) - {sequence.name for sequence in sequences}
@@ -127,7 +127,7 @@ def names(text):
 
 
 def add_run_arguments(parser, presets):
-    """The arguments of every subcommand that runs presets on a folder of sequences."""
+    """Adds the arguments of all subcommands that run presets on a folder of sequences."""
     parser.add_argument("sequences", type=Path, help="folder of sequences in TUM layout, with groundtruth.txt")
     parser.add_argument("--out", type=Path, required=True, help="folder for the results")
     parser.add_argument("--model", type=Path, help="network with masks (.onnx)")
@@ -153,7 +153,7 @@ def check_run_arguments(arguments):
 
 
 def read_json(file):
-    """Content of a JSON file; {} where it is missing or broken."""
+    """Returns the content of a JSON file; {} if it is missing or invalid."""
     try:
         return json.loads(file.read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -161,19 +161,19 @@ def read_json(file):
 
 
 def leaf(tree, *path):
-    """The number at the first matching path; keys match by their beginning, as units follow the names."""
+    """Returns the number at the first matching path; keys match by their beginning, since units follow the names."""
     for name in path:
         tree = next((v for k, v in tree.items() if k.startswith(name)), {}) if isinstance(tree, dict) else {}
     return tree if isinstance(tree, (int, float)) else None
 
 
 def stage_of(summary, name):
-    """Timing of the first stage whose name begins so; {} if there is none."""
+    """Returns the timing of the first stage whose name has this prefix; {} if there is none."""
     return next((stage for stage in summary.get("timing_ms", []) if stage["name"].startswith(name)), {})
 
 
 def figures_of(summary):
-    """The figures of a run that tables show."""
+    """Returns the figures of a run that the tables show."""
     evaluation = summary.get("evaluation", {})
     return {
         "ate_rmse_m": leaf(evaluation, "ate", "translation", "rmse"),
@@ -195,7 +195,7 @@ def figures_of(summary):
 
 
 def read_trajectory(file):
-    """Rows of a file in TUM format: stamp [s], position [m], quaternion x y z w."""
+    """Returns the rows of a file in TUM format: timestamp [s], position [m], quaternion x y z w."""
     rows = (line.replace(",", " ").split() for line in file.read_text(encoding="utf-8").splitlines())
     return [[float(word) for word in row] for row in rows if row and not row[0].startswith("#")]
 
@@ -204,7 +204,7 @@ def read_trajectory(file):
 
 
 def in_order(values):
-    """Each value once, in order of first appearance."""
+    """Returns each value once, in order of first appearance."""
     return list(dict.fromkeys(values))
 
 
@@ -213,7 +213,7 @@ def cell(value, digits):
 
 
 def coverage(row):
-    """Tracked frames of all frames."""
+    """Returns the number of tracked frames and of all frames as text."""
     return "-" if row["frames"] is None else f"{row['tracked']}/{row['frames']}"
 
 

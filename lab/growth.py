@@ -25,7 +25,7 @@ def distance(a, b):
 
 
 def round_length(sequence):
-    """Number of frames until the camera is back where it began."""
+    """Returns the number of frames until the camera is back at its start."""
     path = [row[1:4] for row in core.read_trajectory(sequence / "groundtruth.txt")]
     away = next(i for i, p in enumerate(path) if distance(p, path[0]) > 1)
     near = [i for i in range(away, len(path)) if distance(path[i], path[0]) < 0.5]

@@ -2,7 +2,7 @@
 """SHA-256 of trajectory, keyframes, cloud and movers of every sequence.
 
   python3 -m lab hashes SEQUENCES_DIR --out RESULTS_DIR --model yolov8n-seg.onnx [--presets fused] [--count N]
-  python3 -m lab hashes ... --compare OLD/hashes.json      tells which files differ; exit code 1 if any does
+  python3 -m lab hashes ... --compare OLD/hashes.json      names the files that differ; exit code 1 if any does
 
 In lockstep the results depend on the data and the options alone, so a change that must not change results must not
 change these. Written to RESULTS_DIR: hashes.md (printed at the end), hashes.json, and a folder per run.
@@ -22,7 +22,7 @@ def add_arguments(parser):
 
 
 def hashes_of(variant, sequence, arguments):
-    """File name -> SHA-256 of one run; None for a file that the run does not have."""
+    """Returns file name -> SHA-256 of one run; None for a file that the run does not have."""
     out = arguments.out / f"{sequence.name}_{variant.name}"
     words = ["--preset", variant.preset, *(["--count", arguments.count] if arguments.count else [])]
     command = core.run_command(arguments.program, sequence, out, words, variant.model,
@@ -32,7 +32,7 @@ def hashes_of(variant, sequence, arguments):
 
 
 def differing(runs, old):
-    """Lines that name the files which differ from an older list, or which it lacks."""
+    """Returns lines that name the files which differ from an older list, or which it lacks."""
     return [f"- {run}: {file} differs" for run, hashes in runs.items() for file in FILES
             if hashes[file] != old.get(run, {}).get(file)]
 

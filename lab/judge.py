@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compares static maps with the truth of a simulator, beyond what `stillmap eval --cloud` measures.
 
-  python3 -m lab judge walls RUN SEQUENCE      thickness of the walls that the camera saw on two visits
-  python3 -m lab judge objects RUN SEQUENCE    labels and objects against the true objects of the room
+  python3 -m lab judge walls RUN SEQUENCE      thickness of walls that the camera observed on two visits
+  python3 -m lab judge objects RUN SEQUENCE    labels and objects compared with the true objects of the room
 
 RUN is a folder written by `stillmap run --out`, SEQUENCE one by `stillmap simulate`. Needs numpy (build/venv has it).
 """
@@ -21,7 +21,7 @@ TYPES = {"float": "<f4", "double": "<f8", "uchar": "u1", "ushort": "<u2"}
 
 
 def read_ply(file):
-    """Vertices of a binary PLY as a structured array, and its header."""
+    """Returns the vertices of a binary PLY as a structured array, and its header."""
     data = file.read_bytes()
     begin = data.index(b"end_header\n") + len(b"end_header\n")
     header, count, fields, in_vertices = data[:begin].decode(), 0, [], False
@@ -51,13 +51,13 @@ def rotation(q):
 
 
 def to_truth(run, sequence):
-    """R, t from the run's world to the truth's: least squares over the camera's positions and axes."""
+    """Returns R, t from the run's world to the truth's, by least squares over the camera's positions and axes."""
     truth = {round(row[0], 3): row for row in trajectory_of(sequence / "groundtruth.txt")}
     estimate = trajectory_of(run / "trajectory.txt")
     pairs = [(truth[round(row[0], 3)], row) for row in estimate if round(row[0], 3) in truth]
     if not pairs:
         raise core.Failed("the run and the sequence share no time stamp")
-    ends = [[], []]  # positions, and points a meter along each axis: enough for a camera that only turns
+    ends = [[], []]  # positions, and points 1 m along each axis, so that a rotating camera suffices
     for pair in pairs:
         for side, row in zip(ends, pair):
             side.extend([row[1:4], *(row[1:4] + rotation(row[4:8]).T)])
@@ -68,7 +68,7 @@ def to_truth(run, sequence):
 
 
 class Points:
-    """Points in a grid of cells, to find those near a place."""
+    """Index of points in a grid of cells, to find those near a place."""
 
     def __init__(self, points, cell=0.15):
         self.cell, keys = cell, self.keys(np.floor(points / cell))
@@ -89,14 +89,14 @@ class Points:
         return points[np.linalg.norm(points - place, axis=1) < radius]
 
     def along(self, place, normal, radius, reach=0.45):
-        """Signed distances along a normal of the points within a cylinder around it."""
+        """Returns the signed distances along a normal of the points within a cylinder around it [m]."""
         offset = self.near(place, reach) - place
         height = offset @ normal
         return height[np.linalg.norm(offset - np.outer(height, normal), axis=1) < radius]
 
 
 def wall_patches(surface, spacing=0.4):
-    """Places with normals, a hand wide, where the true surface is a wall with nothing close in front of or behind it."""
+    """Returns places and normals of true walls without other surfaces close in front of or behind them."""
     index = Points(surface)
     _, first = np.unique(Points.keys(np.floor(surface / spacing)), return_index=True)
     for place in surface[np.sort(first)]:
@@ -117,7 +117,7 @@ def read_camera(sequence):
 
 
 def longest_absence(place, normal, trajectory, camera):
-    """Seconds between two visits: the longest time the place was out of view, from first to last seen."""
+    """Returns the time between two visits [s]: the longest time that the place was out of view."""
     seen = []
     for row in trajectory[::10]:
         x, y, z = rotation(row[4:8]).T @ (place - row[1:4])
@@ -141,22 +141,23 @@ def judge_walls(run, sequence, absence=20):
         if len(height) >= 40:
             thickness.append(np.subtract(*np.percentile(height, [95, 5])))
     if not thickness:
-        raise core.Failed("no wall was seen on two visits")
+        raise core.Failed("no wall was observed on two visits")
     mm = 1000 * np.array(thickness)
-    print(f"{len(mm)} patches of walls seen again after {absence} s or more; 5 to 95 % of the points around each within "
+    print(f"{len(mm)} wall patches seen again after {absence} s or more; 5 to 95 % of the points around each within "
           f"(median) {np.median(mm):.0f} mm, (90 %) {np.percentile(mm, 90):.0f} mm, (worst) {mm.max():.0f} mm; "
           f"thicker than 60 mm: {100 * np.mean(mm > 60):.1f} %")
 
 
 def true_objects(sequence):
-    """Class, lower and upper corner [m] of the objects of the room."""
+    """Returns class, lower and upper corner [m] of the objects of the room."""
     with open(sequence / "things.csv", newline="", encoding="utf-8") as lines:
         return [(row["class"], *(np.array([float(row[f"{end}_{axis}"]) for axis in "xyz"]) for end in ("min", "max")))
                 for row in csv.DictReader(lines)]
 
 
-def inside(points, thing, margin):
-    return np.all((points > thing[1] - margin) & (points < thing[2] + margin), axis=-1)
+def inside(points, true_object, margin):
+    """Returns whether points lie inside the box of an object, extended by a margin [m]."""
+    return np.all((points > true_object[1] - margin) & (points < true_object[2] + margin), axis=-1)
 
 
 def judge_labels(run, truth, R, t):
@@ -168,8 +169,8 @@ def judge_labels(run, truth, R, t):
         number, name = line.split(maxsplit=3)[2:]
         mine = points[vertices["label"] == int(number)]
         good = np.zeros(len(mine), bool)
-        for thing in truth:
-            good |= inside(mine, thing, 0.05) if thing[0] == name else False
+        for true_object in truth:
+            good |= inside(mine, true_object, 0.05) if true_object[0] == name else False
         print(f"{name:14} {len(mine):7} points, {100 * good.mean() if len(mine) else 0:5.1f} % at a true object")
         right, labeled = right + good.sum(), labeled + len(mine)
     print(f"{'all':14} {labeled:7} points, {100 * right / max(1, labeled):5.1f} %")
@@ -180,9 +181,9 @@ def judge_objects(run, sequence):
     truth = true_objects(sequence)
     judge_labels(run, truth, R, t)
     found = Counter()
-    for thing in core.read_json(run / "objects.json")["objects"]:
-        center = R @ np.array(thing["center"]) + t
-        match = [i for i, true in enumerate(truth) if true[0] == thing["class"] and inside(center, true, 0.15)]
+    for detected in core.read_json(run / "objects.json")["objects"]:
+        center = R @ np.array(detected["center"]) + t
+        match = [i for i, true in enumerate(truth) if true[0] == detected["class"] and inside(center, true, 0.15)]
         found[match[0] if match else None] += 1
     wrong = found.pop(None, 0)
     print(f"{len(truth)} true objects: {len(found)} found, {sum(found.values()) - len(found)} of them doubled; "
@@ -192,7 +193,7 @@ def judge_objects(run, sequence):
 
 
 def add_arguments(parser):
-    parser.add_argument("what", choices=["walls", "objects"])
+    parser.add_argument("subject", choices=["walls", "objects"])
     parser.add_argument("run", type=Path)
     parser.add_argument("sequence", type=Path)
 
@@ -200,5 +201,5 @@ def add_arguments(parser):
 def main(arguments):
     if np is None:
         raise core.Failed("numpy is missing: run build/venv/bin/python -m lab judge ...")
-    {"walls": judge_walls, "objects": judge_objects}[arguments.what](arguments.run, arguments.sequence)
+    {"walls": judge_walls, "objects": judge_objects}[arguments.subject](arguments.run, arguments.sequence)
     return 0

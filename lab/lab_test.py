@@ -109,7 +109,7 @@ class Sequences(Mapping):
         _, _, rows, calls = self.run_script("--presets", "static,fused")
         self.assertEqual([preset_of(c) for c in calls if c.startswith("run")], ["fused", "fused"])
         self.assertEqual(len(rows), 4)
-        (self.home / "out/one_static/run.json").unlink()  # what an interrupted run leaves
+        (self.home / "out/one_static/run.json").unlink()  # as after an interrupted run
         self.assertEqual(sum(c.startswith("run") for c in self.run_script("--presets", "static")[3]), 1)
         self.assertEqual(sum(c.startswith("run") for c in self.run_script("--presets", "static", "--again")[3]), 2)
         self.assertEqual(self.run_script("--presets", "static,fused", "--table")[3], [])

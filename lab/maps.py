@@ -35,7 +35,7 @@ class Measurement:
         self.load_seconds = {}
 
     def run(self, name, sequence, *more):
-        """The folder of a run, and its summary."""
+        """Returns the folder of a run and its summary."""
         words = ["--preset", self.arguments.preset, *more]
         command = core.run_command(self.arguments.program, self.arguments.sequences / sequence, self.out / name, words,
                                    self.arguments.model)
@@ -56,14 +56,14 @@ class Measurement:
         return self.arguments.sequences / sequence / "groundtruth.txt"
 
     def first_pose(self, sequence, poses):
-        """Index of the first frame that has a pose."""
+        """Returns the index of the first frame with a pose."""
         first = core.read_trajectory(poses)[0][0]
         images = (self.arguments.sequences / sequence / "rgb.txt").read_text(encoding="utf-8").splitlines()
         stamps = [float(line.split()[0]) for line in images if line and not line.startswith("#")]
         return next(i for i, stamp in enumerate(stamps) if abs(stamp - first) < 1e-4)
 
     def localized(self, mapped, sequence, extend):
-        """A line of the table of localized runs."""
+        """Returns a line of the table of localized runs."""
         file, first, _ = self.map_of(mapped)
         name = f"{sequence}_{'extending' if extend else 'in'}_{mapped}"
         out, summary = self.run(name, sequence, "--load-map", file, *([] if extend else ["--localize-only"]))
@@ -82,7 +82,7 @@ class Measurement:
                 same]
 
     def file_line(self, mapped):
-        """A line of the table of files."""
+        """Returns a line of the table of files."""
         file, _, summary = self.map_of(mapped)
         shown, slim = self.out / f"{mapped}_info.json", self.out / f"{mapped}_slim.map"
         core.call([self.arguments.program, "map", "info", file, "--json", shown], self.out / f"{mapped}_info.log")

@@ -47,7 +47,7 @@ def ensure_run(variant, sequence, arguments):
 
 
 def speeds_of(sequence, arguments):
-    """The folder with the speeds of the masked objects, which are measured where the sequence has none."""
+    """Returns the folder with the speeds of the masked objects, which are measured if the sequence has none."""
     if (sequence / "speed").is_dir():
         return sequence / "speed"
     speeds = arguments.out / "speeds" / sequence.name
@@ -59,7 +59,7 @@ def speeds_of(sequence, arguments):
 
 
 def evaluate(out, name, arguments, *words):
-    """`stillmap eval` into OUT/name.json, unless it is there already."""
+    """Runs `stillmap eval` into OUT/name.json, unless the file exists."""
     if not read_json(out / f"{name}.json"):
         core.call([arguments.program, "eval", *words, "--json", out / f"{name}.json"], out / f"{name}.log")
 
@@ -71,7 +71,7 @@ def ensure_evaluated(variant, sequence, arguments):
     if arguments.verdicts:
         labels = ("--verdicts", out / "verdicts.bin", "--sequence", sequence)
         evaluate(out, "verdicts", arguments, *labels, "--speeds", speeds_of(sequence, arguments))
-        # Sitting people never keep quite still: this counts the labels against people who are taken for still.
+        # Sitting people are never quite still; here they count as static, against which the labels are counted.
         if any(part in sequence.name for part in arguments.sitting):
             evaluate(out, "still", arguments, *labels, "--still-people")
     if arguments.ghosts:
@@ -80,7 +80,7 @@ def ensure_evaluated(variant, sequence, arguments):
 
 
 def ensure_row(variant, sequence, arguments):
-    """Runs and evaluates where it is not done yet, and returns the row of the tables; None if there is none."""
+    """Runs and evaluates unless the results exist, and returns the row of the tables; None if there is none."""
     error = folder_of(variant, sequence, arguments) / "error.txt"
     if not arguments.table:
         try:
@@ -140,7 +140,7 @@ GHOSTS = [("ghosts [%]", "ghosts_percent", 2), ("surface kept [%]", "surface_kep
 
 
 def ate_cell(row, best):
-    """The ATE, bold if it is the best; with the coverage where it is not complete, and with failures."""
+    """Returns the ATE, bold if it is the best, with the coverage if it is incomplete, or the failure."""
     if row is None:
         return "-"
     text = cell(row["ate_rmse_m"], 4)
@@ -152,7 +152,7 @@ def ate_cell(row, best):
 
 
 def ate_table(rows, others):
-    """One line per sequence, one column per preset, then the columns of other programs."""
+    """Returns a table with one line per sequence, one column per preset, and the columns of other programs."""
     presets, columns = in_order(r["preset"] for r in rows), in_order(c for figures in others.values() for c in figures)
     lines = []
     for sequence in in_order(r["sequence"] for r in rows):
@@ -175,7 +175,7 @@ def run_table(rows):
 
 
 def cue_table(rows):
-    """Milliseconds per cue: the median over the frames, and of that the median over the sequences."""
+    """Returns the time per cue [ms]: the median over the sequences of the median over the frames."""
     lines = []
     for preset in in_order(r["preset"] for r in rows):
         cues = [r["cue_median_ms"] for r in rows if r["preset"] == preset]

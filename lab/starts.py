@@ -33,7 +33,7 @@ def run_from(first, variant, sequence, arguments):
 
 
 def row_of(sequence, preset, runs):
-    """One line of the table: what the runs of all starts have in common."""
+    """Returns one line of the table: sequence and preset, with the figures over the runs of all starts."""
     ates = [run.get("ate_rmse_m") for run in runs]
     known = [ate for ate in ates if ate is not None]
     least = min((run for run in runs if run.get("frames")), default=None, key=lambda run: run["tracked"] / run["frames"])
