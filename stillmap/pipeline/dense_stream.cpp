@@ -12,15 +12,15 @@
 namespace stillmap {
 namespace {
 
-// Frames that wait for the dense map; in realtime enough for all views to be placed anew while the
-// camera goes on.
+// Length of the queue of frames; in realtime it is long enough for all views to be integrated again
+// while the camera goes on.
 constexpr std::size_t kQueue = 8, kRealtimeQueue = 24;
-// In realtime no more than this may wait when a frame that is no keyframe is added, and this much
-// room is kept free, so that the camera never waits for the dense map.
+// In realtime a frame that is not a keyframe is only added if at most kBusy frames wait, and
+// kReserve places of the queue are kept free, so that the camera never waits for the dense map.
 constexpr std::size_t kBusy = 2, kReserve = 4;
 
-/// Pixels of a frame that move, and those of classes that may move: they have no place in a static
-/// map even while they keep still.
+/// Returns the moving pixels of a frame and those of movable classes, which do not belong into a
+/// static map even while they are at rest.
 cv::Mat1b mover_pixels(const Frame& frame, const std::vector<std::string>& classes) {
   cv::Mat1b movers = frame.evidence.moving_pixels;
   if (!frame.instances || frame.instances->instances.empty() || classes.empty()) return movers;
@@ -29,8 +29,8 @@ cv::Mat1b mover_pixels(const Frame& frame, const std::vector<std::string>& class
   return movers | masks;
 }
 
-/// The static objects that the detector found last, in the pixels of `image`; none where that was
-/// too long ago.
+/// Returns the newest detections of static objects, in the pixels of `image`; none if they are too
+/// old.
 SegmentedFrame objects_in(const DetectedObjects& found, const RgbdFrame& image,
                           const std::vector<std::string>& movers,
                           const PropagationOptions& options) {
@@ -74,8 +74,8 @@ void DenseStream::push(const TrackedFramePtr& tracked, const DetectedObjects& fo
   if (!stage_) return;
   made_.insert(made_.end(), map.made.begin(), map.made.end());
   Task task;
-  // The poses are those around the place where a lost camera was found. Where the tracker did not
-  // go on from there, its world is another one.
+  // The moved poses may be those around a relocalization result. If the tracker did not accept it,
+  // its world is another one.
   if (!map.found || tracked->relocalized) task.moved = map.moved;
   if (wants(*tracked)) {
     task.tracked = tracked;
@@ -124,7 +124,7 @@ void DenseStream::add(const TrackedFrame& tracked, const DetectedObjects& found)
   places_[view] = {tracked.reference, tracked.T_reference_camera};
 }
 
-/// The view of a frame that became a keyframe stands where that keyframe stands.
+/// The view of a frame that became a keyframe has the pose of that keyframe.
 void DenseStream::settle(const std::vector<NewKeyframe>& made) {
   for (const NewKeyframe& keyframe : made) {
     const auto view = places_.find(view_of(keyframe.frame_index));
@@ -148,7 +148,8 @@ void DenseStream::finish(const std::vector<NewKeyframe>& made) {
   settle(made);
 }
 
-/// Relative to a keyframe that is still in the map; nothing where the map was dropped.
+/// Returns the place of a view relative to a keyframe that is still in the map; none if its map was
+/// dropped.
 std::optional<DenseStream::ViewPlace> DenseStream::place_in(const Map& map,
                                                             std::uint64_t view) const {
   const ViewPlace& place = places_.at(view);
@@ -165,7 +166,7 @@ std::future<std::shared_ptr<const Cloud>> DenseStream::ask() {
     return std::async(std::launch::deferred, empty);
   }
   return stage_->ask([this] {
-    const TraceBinding untraced(nullptr);  // it is no work on a frame
+    const TraceBinding untraced(nullptr);  // the query is not work on a frame
     return live_cloud();
   });
 }
@@ -195,7 +196,7 @@ PlacedMap DenseStream::place(const Map& map) {
     by_component[keyframe.component][id] = keyframe.T_world_camera * place->T_keyframe_view;
   }
   const ViewPoses poses = largest_of(by_component);
-  // The live map is not needed any more; until show() the cloud is empty, unless it was made.
+  // The live map is no longer needed; until show() ask() returns the cached cloud or an empty one.
   if (stage_) stage_->ask([this] { dense_.start_new_world(); }).get();
   return dense_.place(pose_lookup(poses));
 }

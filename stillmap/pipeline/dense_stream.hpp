@@ -18,54 +18,55 @@
 
 namespace stillmap {
 
-/// The dense map in a thread of its own, beside the camera's critical path. Tracked frames go in,
-/// in their order; keyframes and, now and then, a frame between them become views of the dense map.
-/// Each view stands relative to a keyframe, so it follows when the map is corrected.
+/// Dense mapping on a thread of its own, off the tracker's critical path. Tracked frames are pushed
+/// in order; keyframes and, occasionally, frames between them become views of the dense map. The
+/// pose of each view is relative to a keyframe, so the view follows corrections of the map.
 class DenseStream {
  public:
-  /// @param enabled whether frames are added; without it the dense map stays empty
-  /// @param loaded  views of a map made before; they get poses when the camera is found in that map
+  /// @param enabled whether frames are added; if not, the dense map stays empty
+  /// @param loaded  views of a loaded map; they get poses when the camera is localized in that map
   DenseStream(const Camera& camera, const SlamParameters& options, bool enabled,
               std::vector<AnchoredView> loaded);
 
-  /// Hands over a frame, with the objects that the detector found last and the state of the map at
-  /// that frame. Frames without a pose only tell what has moved. In lockstep every keyframe is
-  /// added, so that the dense map depends on the data alone; in realtime some are left out where
-  /// the dense map falls behind the camera.
+  /// Adds a frame, with the newest detections and the state of the map at that frame. Frames
+  /// without a pose only pass on the poses of corrected keyframes. In lockstep every keyframe is
+  /// added, so that the dense map depends on the data alone; in realtime some are skipped if the
+  /// dense map falls behind the camera.
   void push(const TrackedFramePtr& tracked, const DetectedObjects& found, const MapView& map);
 
-  /// Waits for all that was pushed. Nothing may be pushed after it.
-  /// @param made keyframes that push() was not told of
+  /// Waits for all pushed frames. Nothing may be pushed after it.
+  /// @param made keyframes that were made after the last push()
   void finish(const std::vector<NewKeyframe>& made);
 
-  /// Returns the static surfaces as they are known now, coarser than the final cloud; or the cloud
-  /// that show() was given. May be called by any thread; the answer comes when the dense map's
-  /// thread has finished its present frame. Never null.
+  /// Returns the current static surfaces, coarser than the final cloud, or the cloud that show()
+  /// set. May be called by any thread; the future becomes ready when the dense map's thread has
+  /// finished its current frame. Never null.
   std::future<std::shared_ptr<const Cloud>> ask();
-  /// From here on ask() returns this cloud: the final one.
+  /// Sets the final cloud, which ask() returns from now on.
   void show(std::shared_ptr<const Cloud> cloud);
 
-  /// The views of the largest of the unconnected maps, put together where the map says they are.
-  /// After finish().
+  /// Returns the dense map of the component with most views, with their poses in the map. Called
+  /// after finish().
   PlacedMap place(const Map& map);
-  /// The views of all maps, relative to the keyframes as Map::content() numbers them. After
-  /// finish().
+  /// Returns the views of all components, relative to keyframes numbered as in Map::content().
+  /// Called after finish().
   std::vector<AnchoredView> saved_views(const Map& map) const;
 
-  DenseStatistics statistics() const { return dense_.statistics(); }  ///< after finish()
-  /// Returns the number of frames left out because the dense map had fallen behind.
+  /// Returns the statistics of the dense map. Called after finish().
+  DenseStatistics statistics() const { return dense_.statistics(); }
+  /// Returns the number of frames skipped because the dense map had fallen behind.
   std::size_t frames_left_out() const { return frames_left_out_; }
 
  private:
   struct ViewPlace {
-    KeyframeId keyframe;  // invalid until the keyframe that begins a map has been made
+    KeyframeId keyframe;  // invalid until the first keyframe of a map has been made
     Pose T_keyframe_view;
   };
   struct Task {
-    TrackedFramePtr tracked;                     // null: no frame to be added
-    DetectedObjects found;                       // see push()
-    std::vector<NewKeyframe> made;               // since the task before
-    std::shared_ptr<const KeyframePoses> moved;  // null: no keyframe has moved
+    TrackedFramePtr tracked;                     // null: no frame is added
+    DetectedObjects found;                       // newest detections
+    std::vector<NewKeyframe> made;               // keyframes made since the previous task
+    std::shared_ptr<const KeyframePoses> moved;  // null: no keyframe was moved
   };
   struct Nothing {};
 
@@ -79,17 +80,18 @@ class DenseStream {
   std::optional<ViewPlace> place_in(const Map& map, std::uint64_t view) const;
 
   const PropagationOptions propagation_;
-  const std::size_t every_;  // frames between two that are no keyframes; 0: none of these is added
+  // number of frames between two added frames that are not keyframes; 0: only keyframes are added
+  const std::size_t every_;
   const bool realtime_;
-  std::size_t loaded_views_ = 0;  // have the first ids in the dense map, frames follow
-  std::size_t last_frame_ = 0;    // added last
+  std::size_t loaded_views_ = 0;  // number of loaded views; they have the first ids
+  std::size_t last_frame_ = 0;    // index of the last added frame
   std::size_t frames_left_out_ = 0;
-  std::vector<NewKeyframe> made_;  // not handed to the thread yet
+  std::vector<NewKeyframe> made_;  // keyframes that are not passed to the thread yet
 
-  // Of the stage's thread until finish().
+  // Used by the stage's thread until finish().
   DenseMap dense_;
-  std::map<std::uint64_t, ViewPlace> places_;    // of all views
-  std::shared_ptr<const Cloud> cloud_;           // made for ask(); null: the map has changed since
+  std::map<std::uint64_t, ViewPlace> places_;    // place of each view by its id
+  std::shared_ptr<const Cloud> cloud_;           // cached answer of ask(); null: out of date
   std::unique_ptr<Stage<Task, Nothing>> stage_;  // last: its thread uses the above; null: disabled
 };
 

@@ -28,8 +28,8 @@ struct FrameInstances {
   double milliseconds = 0;            ///< Time taken by the propagation, without waiting [ms].
 };
 
-/// Detection and mask propagation on a thread each. Every frame that is pushed gets the newest
-/// instances that are visible to it, propagated to it, while the caller does other work.
+/// Detection and mask propagation, each on its own thread. Every pushed frame gets the newest
+/// instances that are visible to it, propagated to its image, while the caller does other work.
 class InstanceStream {
  public:
   /// Name of the thread that propagates masks.
@@ -38,10 +38,10 @@ class InstanceStream {
   /// @param detector null: no frame ever gets instances
   InstanceStream(std::unique_ptr<Detector> detector, const SlamParameters& options);
 
-  /// Passes the frame to the detector, if it is one of those to be segmented, and starts to
-  /// propagate the visible instances to it. In lockstep these are waited for; in realtime they are
-  /// the newest available. The instances of the very first frame are always waited for, so that no
-  /// moving object gets into the map.
+  /// Passes the frame to the detector, if it is to be segmented, and starts to propagate the
+  /// visible instances to it. In lockstep the stream waits for these; in realtime they are the
+  /// newest available. The stream always waits for the instances of the very first frame, so that
+  /// no moving object gets into the map.
   void push(const RgbdFramePtr& frame, const CellGridPtr& cells);
 
   /// Waits for the instances in the frame pushed last and returns them. Called once per frame.

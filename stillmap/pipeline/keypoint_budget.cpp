@@ -7,10 +7,12 @@
 namespace stillmap {
 namespace {
 
-constexpr double kMemory = 0.8;                // of the load, from frame to frame
-constexpr double kTooBusy = 0.9, kIdle = 0.6;  // of the camera's interval
-constexpr double kLess = 0.95, kMore = 1.02;   // a third of the keypoints is gone after 8 frames
-constexpr int kEnough = 120, kFew = 80;        // landmarks, of the tracker's least 25
+constexpr double kMemory = 0.8;                // weight of the previous load in the smoothed load
+constexpr double kTooBusy = 0.9, kIdle = 0.6;  // thresholds of the load, of the camera's interval
+constexpr double kLess = 0.95, kMore = 1.02;   // factors per frame; 8 frames remove a third
+// Numbers of landmarks with which the budget may shrink, and below which it grows; the tracker
+// needs 25.
+constexpr int kEnough = 120, kFew = 80;
 
 }  // namespace
 

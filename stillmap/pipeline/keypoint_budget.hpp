@@ -3,27 +3,30 @@
 
 namespace stillmap {
 
-/// How many keypoints the next frame may have where time is real: as many as are wanted while the
-/// tracker keeps up with the camera, fewer while it does not, and more again once it does, or once
-/// few landmarks are left to hold on to (things that move may have most of the keypoints): a frame
-/// dropped costs less than a track lost.
+/// Number of keypoints to extract from the next frame in the realtime schedule. The budget shrinks
+/// while the tracker is slower than the camera, and grows again once it keeps up, or if few
+/// landmarks are tracked (most keypoints may lie on moving objects): a dropped frame costs less
+/// than a lost track.
 class KeypointBudget {
  public:
-  /// @param most   keypoints wanted where there is time
-  /// @param least  share of them that is never gone below
+  /// @param most   number of keypoints without load
+  /// @param least  smallest share of `most` [0..1]
   explicit KeypointBudget(int most, double least = 0.4);
 
-  /// A frame kept the tracker busy for so long, it came so much later than the one before [ms], and
-  /// so many landmarks agreed on its pose.
+  /// Adds the load of one frame.
+  /// @param milliseconds time of the tracker for the frame [ms]
+  /// @param interval     time since the previous frame of the camera [ms]
+  /// @param landmarks    number of landmarks that agree with its pose
   void took(double milliseconds, double interval, int landmarks);
 
+  /// Returns the number of keypoints for the next frame.
   int keypoints() const;
 
  private:
   int most_;
   double least_;
-  double share_ = 1;  // of most_
-  double load_ = 0;   // of the interval, smoothed
+  double share_ = 1;  // current share of most_ [0..1]
+  double load_ = 0;   // smoothed time of the tracker, relative to the camera's interval
 };
 
 }  // namespace stillmap

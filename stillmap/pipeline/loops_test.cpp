@@ -10,10 +10,11 @@ namespace {
 using recorded::small_options, recorded::same_bytes;
 
 constexpr std::size_t kFrames = 330;
-/// Frames until a first keyframe shows the place where the round began.
+/// Number of frames until the first keyframe shows the start of the path again.
 constexpr std::size_t kSeenOnce = 240;
 
-/// A camera carried around the office in small, quick pictures, and a little farther.
+/// Returns a sequence of a camera that is carried once around the office and a little farther, with
+/// small images that are quick to render.
 const SimulatedSequence& round() {
   static const SimulatedSequence made([] {
     SimulationOptions options;
@@ -29,8 +30,8 @@ const SimulatedSequence& round() {
   return made;
 }
 
-/// Rendered when first asked for.
-const RgbdFramePtr& picture(std::size_t index) {
+/// Returns a frame of the sequence, which is rendered at the first request.
+const RgbdFramePtr& frame_at(std::size_t index) {
   static std::vector<RgbdFramePtr> made(kFrames);
   if (!made[index]) made[index] = round().frame(index);
   return made[index];
@@ -44,7 +45,7 @@ SlamParameters loop_options() {
 
 SlamResult run(const SlamParameters& options) {
   SlamSystem slam(round().camera(), options);
-  for (std::size_t i = 0; i < kFrames; ++i) slam.push(picture(i));
+  for (std::size_t i = 0; i < kFrames; ++i) slam.push(frame_at(i));
   return slam.finish();
 }
 
@@ -57,7 +58,7 @@ int count(const SlamResult& result, MapEvent::Kind kind) {
                                         [&](const MapEvent& e) { return e.kind == kind; }));
 }
 
-TEST(Loops, AreClosedTheSameInEveryRunAndTheTrajectoryIsBetterForIt) {
+TEST(Loops, AreClosedDeterministicallyAndReduceTheError) {
   SlamParameters options = loop_options();
   options.dense_cloud = true;
   const SlamResult closed = run(options), again = run(options);
@@ -74,15 +75,16 @@ TEST(Loops, AreClosedTheSameInEveryRunAndTheTrajectoryIsBetterForIt) {
   EXPECT_LT(ate(closed), 0.5 * ate(open));
   options.places.loops = true;
   options.schedule.realtime = true;
-  // How well depends on the machine, for the frames come as fast as they are tracked.
-  EXPECT_GT(run(options).tracked(), kFrames / 2) << "the tracker goes on while the map is bent";
+  // The accuracy depends on the machine, since frames are pushed as fast as they are tracked.
+  EXPECT_GT(run(options).tracked(), kFrames / 2) << "tracking continues during loop correction";
 }
 
-/// Kidnapped from the first quarter of the round to its last, and on to where it began.
-TEST(Maps, AreJoinedWhenThePlaceOfTheOldOneIsSeen) {
+/// The camera is kidnapped from the first quarter of the path to the last one, and goes on to the
+/// start.
+TEST(Maps, AreMergedWhenAPlaceOfTheOldMapIsRecognized) {
   SlamSystem slam(round().camera(), loop_options());
   for (std::size_t i = 0; i < kFrames; ++i) {
-    if (i < 80 || i > 180) slam.push(picture(i));
+    if (i < 80 || i > 180) slam.push(frame_at(i));
   }
   const SlamResult result = slam.finish();
   EXPECT_EQ(count(result, MapEvent::Kind::kMerge), 1);
@@ -90,8 +92,8 @@ TEST(Maps, AreJoinedWhenThePlaceOfTheOldOneIsSeen) {
   EXPECT_LT(ate(result), 0.05) << "meters, of one consistent path";
 }
 
-/// One keyframe that shows the other map is enough, for there may be no row of them.
-TEST(Maps, AreJoinedWithoutARowOfKeyframesThatShowTheOther) {
+/// One keyframe that shows the other map is enough, since there may be no consecutive ones.
+TEST(Maps, AreMergedWithoutConsecutiveKeyframesThatShowTheOther) {
   const auto maps_with = [](bool connect_at_once) {
     SlamParameters options = loop_options();
     options.places.connect_at_once = connect_at_once;
@@ -99,7 +101,7 @@ TEST(Maps, AreJoinedWithoutARowOfKeyframesThatShowTheOther) {
     options.places.detector.consistent = 1000;
     SlamSystem slam(round().camera(), options);
     for (std::size_t i = 0; i < kFrames; ++i) {
-      if (i < 80 || i > 180) slam.push(picture(i));
+      if (i < 80 || i > 180) slam.push(frame_at(i));
     }
     return slam.finish().maps;
   };
@@ -107,16 +109,16 @@ TEST(Maps, AreJoinedWithoutARowOfKeyframesThatShowTheOther) {
   EXPECT_EQ(maps_with(true), 1U);
 }
 
-/// As before, but the camera is switched off where a first keyframe shows the old place, before a
-/// row of them could.
-TEST(Maps, LeftApartAreHeldAgainstEachOtherAtTheEnd) {
+/// The camera is kidnapped as above, but the sequence ends at the first keyframe that shows the old
+/// place, before consecutive ones do.
+TEST(Maps, LeftSeparateAreComparedAtTheEnd) {
   const auto maps_with = [](int connect_by) {
     SlamParameters options = loop_options();
     options.places.connect_at_once = false;
     options.places.connect_by = connect_by;
     SlamSystem slam(round().camera(), options);
     for (std::size_t i = 0; i < kSeenOnce; ++i) {
-      if (i < 80 || i > 180) slam.push(picture(i));
+      if (i < 80 || i > 180) slam.push(frame_at(i));
     }
     return slam.finish();
   };
@@ -128,17 +130,17 @@ TEST(Maps, LeftApartAreHeldAgainstEachOtherAtTheEnd) {
   EXPECT_GT(ate(apart), 2 * ate(joined));
 }
 
-/// As before, but the two maps were saved before the old place was seen.
-TEST(Maps, AreJoinedWhenTheyWereLoaded) {
+/// The camera is kidnapped as above, but the two maps are saved before the old place is observed.
+TEST(Maps, AreMergedAfterLoading) {
   SlamSystem before(round().camera(), loop_options());
   for (std::size_t i = 0; i < 225; ++i) {
-    if (i < 80 || i > 180) before.push(picture(i));
+    if (i < 80 || i > 180) before.push(frame_at(i));
   }
   const SlamResult first = before.finish();
   ASSERT_EQ(first.maps, 2U) << (first.events.empty() ? 0 : first.events[0].frame_index);
   const SavedMap two = saved_map_from_bytes(saved_map_bytes(before.saved_map("test")), "two.map");
   SlamSystem slam(round().camera(), loop_options(), nullptr, StartingMap{two, true});
-  for (std::size_t i = 205; i < kFrames; ++i) slam.push(picture(i));
+  for (std::size_t i = 205; i < kFrames; ++i) slam.push(frame_at(i));
   const SlamResult result = slam.finish();
   EXPECT_GE(result.tracked(), kFrames - 205 - 5);
   EXPECT_EQ(count(result, MapEvent::Kind::kMerge), 1);
@@ -148,30 +150,30 @@ TEST(Maps, AreJoinedWhenTheyWereLoaded) {
   EXPECT_LT(ate(result), 0.05);
 }
 
-/// On along the round and back to where it began: out of the map of its first part, and into it
-/// again.
+/// The camera leaves the map of the first part of the path, turns around, and comes back into it.
 class TrackedByOdometry : public ::testing::Test {
  protected:
   struct Step {
-    std::size_t shown;  ///< frame of the round
-    double error;       ///< meters, in the map's world; nothing is aligned
+    std::size_t shown;  ///< Index of the frame in the sequence.
+    double error;       ///< Position error in the map's world, without alignment [m].
   };
-  /// The frames with a pose.
-  static std::vector<Step> go(const SlamParameters& options, std::ptrdiff_t& beside) {
+  /// Returns the frames with a pose, and in `by_odometry` the number of those tracked by odometry.
+  static std::vector<Step> run_localized(const SlamParameters& options,
+                                         std::ptrdiff_t& by_odometry) {
     SlamSystem first(round().camera(), loop_options());
-    for (std::size_t i = 0; i < kMapped; ++i) first.push(picture(i));
+    for (std::size_t i = 0; i < kMapped; ++i) first.push(frame_at(i));
     first.finish();
     SlamSystem slam(round().camera(), options, nullptr,
                     StartingMap{first.saved_map("test"), false});
     for (std::size_t step = 0; step < kSteps; ++step) {
-      auto frame = std::make_shared<RgbdFrame>(*picture(shown_at(step)));
+      auto frame = std::make_shared<RgbdFrame>(*frame_at(shown_at(step)));
       frame->index = step;
       frame->timestamp = static_cast<double>(step);
       slam.push(frame);
     }
     const SlamResult result = slam.finish();
-    beside = std::count_if(result.frames.begin(), result.frames.end(),
-                           [](const FrameRecord& f) { return f.tracked_by_odometry; });
+    by_odometry = std::count_if(result.frames.begin(), result.frames.end(),
+                                [](const FrameRecord& f) { return f.tracked_by_odometry; });
     std::vector<Step> steps;
     for (const auto& [stamp, T] : result.trajectory) {
       const std::size_t shown = shown_at(static_cast<std::size_t>(stamp));
@@ -187,11 +189,11 @@ class TrackedByOdometry : public ::testing::Test {
   }
 };
 
-TEST_F(TrackedByOdometry, OdometryGoesOnUntilTheMapIsSeenAgain) {
-  std::ptrdiff_t beside = 0;
-  const auto steps = go(loop_options(), beside);
+TEST_F(TrackedByOdometry, OdometryContinuesUntilTheMapIsObservedAgain) {
+  std::ptrdiff_t by_odometry = 0;
+  const auto steps = run_localized(loop_options(), by_odometry);
   EXPECT_GE(steps.size(), kSteps - 3) << "all but those before the place was recognized";
-  EXPECT_GT(beside, 50);
+  EXPECT_GT(by_odometry, 50);
   for (const Step& step : steps) {
     EXPECT_LT(step.error, step.shown < kMapped ? 0.03 : 0.1) << step.shown;
   }
@@ -201,9 +203,9 @@ TEST_F(TrackedByOdometry, OdometryGoesOnUntilTheMapIsSeenAgain) {
 TEST_F(TrackedByOdometry, WithoutItTheCameraIsLostThere) {
   SlamParameters options = loop_options();
   options.tracker.tracked_by_odometry = false;
-  std::ptrdiff_t beside = 0;
-  EXPECT_LT(go(options, beside).size(), kSteps - 50);
-  EXPECT_EQ(beside, 0);
+  std::ptrdiff_t by_odometry = 0;
+  EXPECT_LT(run_localized(options, by_odometry).size(), kSteps - 50);
+  EXPECT_EQ(by_odometry, 0);
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ RgbdFramePtr darkened(const RgbdFramePtr& frame) {
   return dark;
 }
 
-/// The frame with another number and stamp.
+/// Returns the frame with another index and timestamp.
 RgbdFramePtr numbered(const RgbdFramePtr& frame, std::size_t index) {
   auto copy = std::make_shared<RgbdFrame>(*frame);
   copy->index = index;
@@ -24,7 +24,7 @@ RgbdFramePtr numbered(const RgbdFramePtr& frame, std::size_t index) {
   return copy;
 }
 
-/// Frames of another corner of the room, of which the usual motions see nothing.
+/// Returns frames of another corner of the room, which the usual motions do not show.
 std::vector<RgbdFramePtr> elsewhere(const Recording& recording, int frames) {
   auto scene = std::make_shared<Scene>(recording.sequence->scene());
   scene->viewpoint.position = {5.2, 1.0, 1.45};
@@ -37,8 +37,8 @@ std::vector<RgbdFramePtr> elsewhere(const Recording& recording, int frames) {
   return made;
 }
 
-/// How far the pose of frame `frame` is from the truth of frame `shown`, in the world of frame 0
-/// [m].
+/// Returns the distance between the pose of frame `frame` and the true pose of frame `shown`, in
+/// the world of frame 0 [m].
 double error_at(const SlamResult& result, const Recording& recording, std::size_t frame,
                 std::size_t shown) {
   const double stamp = static_cast<double>(frame) / 30;
@@ -52,10 +52,10 @@ double error_at(const SlamResult& result, const Recording& recording, std::size_
   return (truth.inverse() * estimate).translation().norm();
 }
 
-TEST(Lost, PointsOfTheFrameBeforeHelpToHoldThePoseWhereLandmarksAreTooFew) {
+TEST(Lost, PointsOfThePreviousFrameConstrainThePoseIfLandmarksAreTooFew) {
   const Recording& rec = recording(0, "xyz");
   SlamParameters options = small_options("static");
-  options.tracker.min_inliers = options.orb.keypoints + 1;  // they always are
+  options.tracker.min_inliers = options.orb.keypoints + 1;  // more than a frame can have
   SlamSystem slam(rec.sequence->camera(), options);
   for (std::size_t i = 0; i < 60; ++i) EXPECT_TRUE(slam.push(rec.frames[i])) << "frame " << i;
   const SlamResult result = slam.finish();
@@ -76,7 +76,7 @@ TEST(Lost, SecondsOfBlacknessAreBridged) {
   for (std::size_t i = 70; i < 90; ++i) EXPECT_LT(error_at(result, rec, i, i), 0.02) << i;
 }
 
-TEST(Lost, PeopleInTheViewDoNotHinderIt) {
+TEST(Lost, PeopleInTheViewDoNotPreventRelocalization) {
   const Recording& empty = recording(0, "xyz");
   const Recording& rec = recording(3, "xyz");
   SlamParameters options = small_options("fused");
@@ -92,7 +92,7 @@ TEST(Lost, PeopleInTheViewDoNotHinderIt) {
   for (std::size_t i = 66; i < 90; ++i) EXPECT_LT(error_at(result, rec, i, i), 0.03) << i;
 }
 
-/// Something printed is carried past before the camera, in frames [kComes, kGoes).
+/// A printed board is carried past in front of the camera, in frames [kComes, kGoes).
 class BehindABoard : public ::testing::Test {
  protected:
   static constexpr std::size_t kComes = 20, kGoes = 65;
@@ -119,16 +119,16 @@ class BehindABoard : public ::testing::Test {
   }
 };
 
-TEST_F(BehindABoard, WhatIsLeftOfTheViewIsEnough) {
+TEST_F(BehindABoard, TheRestOfTheViewIsEnough) {
   const SlamResult result = run({.share = 0.6}, small_options("fused"));
   EXPECT_EQ(result.tracked(), 90U);
   EXPECT_EQ(maps_begun(result), 1);
   expect_true_poses(result, 0.035);
 }
 
-TEST_F(BehindABoard, NoMapIsBegunOnWhatCoversAllOfIt) {
+TEST_F(BehindABoard, NoMapIsBegunOnABoardThatCoversTheWholeView) {
   const SlamResult result = run({.share = 1}, small_options("fused"));
-  EXPECT_EQ(maps_begun(result), 1) << "though there is enough to begin one with";
+  EXPECT_EQ(maps_begun(result), 1) << "the board has enough keypoints for a map";
   EXPECT_EQ(result.maps, 1U);
   for (const FrameRecord& f : result.frames) {
     const bool covered = f.index >= kComes && f.index < kGoes;
@@ -137,7 +137,7 @@ TEST_F(BehindABoard, NoMapIsBegunOnWhatCoversAllOfIt) {
   expect_true_poses(result, 0.03);
 }
 
-TEST_F(BehindABoard, WhatStaysIsTakenForARoomAtLast) {
+TEST_F(BehindABoard, ABoardThatStaysBeginsAMap) {
   SlamParameters options = small_options("fused");
   options.tracker.occluded_patience = 15;
   options.tracker.patience = 5;
@@ -146,8 +146,8 @@ TEST_F(BehindABoard, WhatStaysIsTakenForARoomAtLast) {
   EXPECT_EQ(result.frames[kComes + 15 + 5].state, TrackState::kStarted);
 }
 
-/// Carried away in the dark to where it has never been, and back again.
-TEST(Lost, ANewMapIsBegunWhereItHasNeverBeenAndTheOldPlaceIsRecognized) {
+/// The camera is carried to an unknown place in the dark, and back again.
+TEST(Lost, ANewMapIsBegunAtAnUnknownPlaceAndTheOldPlaceIsRecognized) {
   const Recording& rec = recording(0, "xyz");
   const auto other = elsewhere(rec, 30);
   SlamSystem slam(rec.sequence->camera(), small_options("static"));
@@ -155,7 +155,7 @@ TEST(Lost, ANewMapIsBegunWhereItHasNeverBeenAndTheOldPlaceIsRecognized) {
   for (std::size_t i = 0; i < 40; ++i) slam.push(numbered(rec.frames[i], n++));
   for (std::size_t i = 0; i < 30; ++i) {
     const bool pose = slam.push(numbered(other[i], n++)).has_value();
-    EXPECT_EQ(pose, i >= 10) << i << ": after so many frames that are recognized nowhere";
+    EXPECT_EQ(pose, i >= 10) << i << ": a map begins after ten frames without recognition";
   }
   for (std::size_t i = 60; i < 90; ++i) slam.push(numbered(rec.frames[i], n++));
   const SlamResult result = slam.finish();

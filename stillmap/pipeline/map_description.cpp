@@ -13,9 +13,9 @@
 namespace stillmap {
 namespace {
 
-constexpr double kOutermost = 0.01;  // share of the landmarks that is left out at either end
+constexpr double kOutermost = 0.01;  // share of the landmarks excluded at either end
 
-/// By component: what a person would call different colors.
+/// Clearly different colors, by component.
 constexpr std::array<Rgb, 6> kColors = {{{255, 255, 255},
                                          {255, 165, 0},
                                          {80, 160, 255},

@@ -16,37 +16,39 @@ namespace stillmap {
 /// One of the unconnected maps.
 struct ComponentDescription {
   std::size_t keyframes = 0, landmarks = 0;
-  Eigen::AlignedBox3d
-      extent;  ///< of the landmarks without the outermost hundredth on each side [m]
+  Eigen::AlignedBox3d extent;  ///< Box of the landmarks between their 1 % and 99 % quantiles [m].
 };
 
-/// What there is to say about a saved map.
+/// Summary of a saved map.
 struct MapDescription {
-  std::uint32_t version = 0;  ///< of the file's layout
+  std::uint32_t version = 0;  ///< Version of the file layout.
   std::string writer;
   Camera camera;
   PyramidShape pyramid;
   std::size_t sessions = 0, keyframes = 0, keypoints = 0, landmarks = 0, observations = 0;
   std::vector<ComponentDescription> components;
-  std::size_t views = 0, view_pixels = 0;  ///< of the dense map
+  std::size_t views = 0, view_pixels = 0;  ///< Number of views of the dense map and their pixels.
 };
 
+/// Returns the summary of a saved map.
 MapDescription describe_map(const SavedMap& saved);
-/// In lines for the screen.
+/// Returns the summary as lines of text.
 std::string description_text(const MapDescription& description);
+/// Returns the summary as JSON.
 nlohmann::json description_json(const MapDescription& description);
 
-/// The landmarks in the world, colored by component: 0 white, then one color after the other.
+/// Returns the landmarks in the world [m], colored by component; component 0 is white.
 Cloud landmark_cloud(const MapContent& map);
 
-/// By session: its keyframes, in the order of their stamps.
+/// Returns the keyframe poses of each session, in order of their timestamps.
 std::map<std::uint32_t, Trajectory> keyframe_trajectories(const MapContent& map);
 
-/// Keyframes with their poses, and which of them share at least `min_shared` landmarks.
+/// Returns the keyframes with their poses, and the pairs that share at least `min_shared`
+/// landmarks.
 nlohmann::json map_graph(const SavedMap& saved, int min_shared = 15);
 
-/// The saved views put together as at the end of a run: those of the component with most of them.
-/// Empty if there are none.
+/// Returns the cloud of the saved views, made as at the end of a run from the component with most
+/// views. Empty if there are none.
 Cloud dense_cloud(const SavedMap& saved);
 
 }  // namespace stillmap

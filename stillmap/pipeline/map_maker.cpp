@@ -123,7 +123,7 @@ void MapMaker::merge_remaining() {
   const TraceScope scope(span::kFinalMerging);
   std::reverse(components.begin(), components.end());
   for (const std::uint32_t component : components) {
-    // Merged into another one by an earlier step.
+    // An earlier step may have merged the component into another one.
     if (keyframes_of(map_, component).empty()) continue;
     if (const auto match = places_.connect(map_, component)) close(*match);
   }

@@ -13,12 +13,11 @@ namespace {
 /// Length of the queue of keyframes; at a few per second, mapping is seconds behind if it is full.
 constexpr std::size_t kQueue = 16;
 
-/// Updates that the tracker may be ahead of in realtime, two for each keyframe. One that ran
-/// further ahead would leave the part of the map that it knows; it waits, and lets frames of the
-/// camera pass.
+/// Largest number of pending updates in realtime, two for each keyframe. With more of them the
+/// tracker would leave the part of the map that it knows, so it waits and drops frames.
 constexpr std::size_t kMaxPendingUpdates = 6;
 
-/// A frame index after all others.
+/// Frame index after all others.
 constexpr std::size_t kAtTheEnd = std::numeric_limits<std::size_t>::max();
 
 }  // namespace
@@ -76,7 +75,7 @@ Mapping::MapUpdate Mapping::relocalization_update(const FramePtr& lost) {
   return answer;
 }
 
-/// A solution that a newer loop invalidates is not applied, so it need not be finished.
+/// Runs global bundle adjustment on a copy. It stops early if a newer loop invalidates the result.
 void Mapping::adjust(const BundlePtr& bundle, const AdjustStage::Publish& publish) {
   BundleResult result;
   {
@@ -123,8 +122,8 @@ void Mapping::push(const TrackedFramePtr& tracked) {
   }
 }
 
-/// Updates come in the order in which they were asked for, so none is visible before an earlier
-/// one.
+/// Adds an expected update. Updates arrive in the order of their requests, so none becomes visible
+/// before an earlier one.
 void Mapping::expect(std::size_t frame_index) {
   due_.push_back(due_.empty() ? frame_index : std::max(due_.back(), frame_index));
 }
@@ -173,7 +172,7 @@ void Mapping::finish() {
   if (final_adjustment_) change([this] { maker_.adjust_all(bundle_); });
 }
 
-/// On the map's thread, so that the map never changes while another thread has it read.
+/// Changes the map on its own thread, so that it never changes during ask().
 void Mapping::change(const std::function<void()>& work) {
   const TraceScope waiting(span::kWaitingForMap);
   stage_
@@ -186,7 +185,7 @@ void Mapping::change(const std::function<void()>& work) {
 
 std::future<void> Mapping::ask(std::function<void(const MapMaker&)> read) {
   return stage_->ask([this, read = std::move(read)] {
-    const TraceBinding untraced(nullptr);  // it is no work on the map
+    const TraceBinding untraced(nullptr);  // the query is not work on the map
     read(maker_);
   });
 }

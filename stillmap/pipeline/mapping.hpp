@@ -23,15 +23,15 @@ struct NewKeyframe {
 /// The state of the map at a frame, as the tracker may see it.
 struct MapView {
   LocalMapPtr local_map;                      ///< Null while there is no map.
-  std::optional<RelocalizationResult> found;  ///< the place of the lost camera, if just recognized
+  std::optional<RelocalizationResult> found;  ///< Result of a relocalization, if one succeeded.
   /// Poses of the keyframes around the camera if they were moved; otherwise null.
   std::shared_ptr<const KeyframePoses> moved;
-  std::vector<NewKeyframe> made;  ///< since the view before
+  std::vector<NewKeyframe> made;  ///< Keyframes made since the previous view.
 };
 
-/// Mapping in threads of its own: keyframe proposals and frames of a lost camera go in; local map
-/// snapshots and relocalization results come out. One thread owns the map; a second one runs global
-/// bundle adjustment on a copy, whose result the first applies when it is due.
+/// Mapping on its own threads. Its inputs are keyframe proposals and frames of a lost camera, its
+/// outputs local map snapshots and relocalization results. One thread owns the map; a second one
+/// runs global bundle adjustment on a copy, and the first applies the result when it is due.
 class Mapping {
  public:
   /// @param map     empty, or loaded
@@ -46,10 +46,10 @@ class Mapping {
   void push(const TrackedFramePtr& tracked);
 
   /// Returns the map data for a frame: in lockstep the newest that is due, waiting if necessary; in
-  /// realtime the newest available. The first snapshot of a new map is waited for in both.
+  /// realtime the newest available. Both schedules wait for the first snapshot of a new map.
   MapView view_for(std::size_t frame_index);
 
-  /// The tracker accepted a relocalization: its snapshot becomes the newest.
+  /// Makes the snapshot of a relocalization that the tracker accepted the newest one.
   void accept_relocalization(const RelocalizationResult& relocalization) {
     newest_ = relocalization.local_map;
   }
@@ -57,26 +57,27 @@ class Mapping {
   /// Waits for all pending work. Afterwards the map may be read, and nothing may be pushed.
   /// Returns the view after the last frame.
   MapView drain();
-  /// Drops a component, unless it has keyframes of an earlier session. After drain().
+  /// Drops a component, unless it has keyframes of an earlier session. Called after drain().
   void drop(std::uint32_t component);
-  /// Runs the final bundle adjustment if the options request it. After drain().
+  /// Runs the final bundle adjustment if the options request it. Called after drain().
   void finish();
 
-  /// Has the map's thread read the map between two pieces of its work. May be called by any thread;
-  /// the future becomes ready when `read` has returned.
+  /// Calls `read` on the map's thread between two of its tasks. May be called by any thread; the
+  /// future becomes ready when `read` has returned.
   std::future<void> ask(std::function<void(const MapMaker&)> read);
 
-  const Map& map() const { return maker_.map(); }                          ///< after drain()
-  const std::vector<MapEvent>& events() const { return maker_.events(); }  ///< after drain()
-  const RefineTotals& refined() const { return maker_.refined(); }         ///< after drain()
+  // The map and its history may be read after drain().
+  const Map& map() const { return maker_.map(); }
+  const std::vector<MapEvent>& events() const { return maker_.events(); }
+  const RefineTotals& refined() const { return maker_.refined(); }
 
  private:
-  /// An output of the map's thread: a snapshot, or the answer where a lost camera was.
+  /// Output of the map's thread: a snapshot, or the result of a relocalization.
   struct MapUpdate {
     LocalMapPtr local_map;                                 // Null for a relocalization result.
     std::optional<RelocalizationResult> found = {};        // Nothing if relocalization failed.
     std::shared_ptr<const KeyframePoses> moved = nullptr;  // See MapView.
-    NewKeyframe made = {};                                 // invalid id: no keyframe was inserted
+    NewKeyframe made = {};                                 // Invalid id if none was inserted.
   };
   struct Adjusted {
     std::shared_ptr<const MapBundle> bundle;

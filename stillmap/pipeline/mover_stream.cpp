@@ -5,8 +5,7 @@
 
 namespace stillmap {
 
-MoverStream::MoverStream(const MoverOptions& options, bool realtime)
-    : realtime_(realtime) {
+MoverStream::MoverStream(const MoverOptions& options, bool realtime) : realtime_(realtime) {
   if (!options.enabled) return;
   stage_ = std::make_unique<Stage<TrackedFramePtr, std::vector<Mover>>>(
       8, WhenFull::kBlock,
@@ -25,7 +24,7 @@ void MoverStream::push(const TrackedFramePtr& tracked) {
   } else {
     stage_->push(tracked);
   }
-  newest(false);  // so that what nobody asks for does not pile up
+  newest(false);  // takes the outputs, so that they do not accumulate
 }
 
 std::vector<Mover> MoverStream::work(const TrackedFrame& tracked) {
@@ -51,7 +50,7 @@ std::vector<Mover> MoverStream::newest(bool wait) {
 
 std::future<std::vector<Mover>> MoverStream::ask() const {
   const auto current = [this] {
-    const TraceBinding untraced(nullptr);  // it is no work on a frame
+    const TraceBinding untraced(nullptr);  // the query is not work on a frame
     return tracker_.current();
   };
   return stage_ ? stage_->ask(current) : std::async(std::launch::deferred, current);

@@ -13,40 +13,42 @@
 
 namespace stillmap {
 
-/// What was left out on the way to the tracks, over all frames.
+/// Number of detected and rejected regions over all frames.
 struct MoverStatistics {
-  std::size_t detections = 0;
-  std::size_t too_small = 0;      ///< regions smaller than a mover must be
-  std::size_t without_depth = 0;  ///< regions of which nearly no pixel has a depth
+  std::size_t detections = 0;     ///< Number of detected movers.
+  std::size_t too_small = 0;      ///< Number of regions smaller than the smallest mover.
+  std::size_t without_depth = 0;  ///< Number of regions with hardly any depth.
 };
 
-/// The movers' detection and tracking in a thread of its own, beside the camera's critical path.
-/// Tracked frames go in, in their order; in lockstep each is worked on, so that the tracks depend
-/// on the data alone; in realtime some are passed over where the movers fall behind the camera.
+/// Detection and tracking of movers on a thread of its own, off the tracker's critical path.
+/// Tracked frames are pushed in order. In lockstep each is processed, so that the tracks depend on
+/// the data alone; in realtime some are skipped if the movers fall behind the camera.
 class MoverStream {
  public:
   MoverStream(const MoverOptions& options, bool realtime);
 
-  /// Hands over a frame. Those without a pose are passed over; one that begins a map, or in which
-  /// the camera was recognized after it was lost, ends all tracks, as its world may be another.
+  /// Adds a frame. Frames without a pose are ignored. A frame that starts a map, or in which the
+  /// camera was relocalized, ends all tracks, since its world may be another one.
   void push(const TrackedFramePtr& tracked);
 
-  /// The movers at the newest frame worked on, by id.
-  /// @param wait whether to wait until that is the frame pushed last
+  /// Returns the movers at the newest processed frame, in order of their ids.
+  /// @param wait waits until the frame pushed last is processed
   std::vector<Mover> newest(bool wait);
 
-  /// Returns the movers at the newest frame worked on, by id. May be called by any thread; the
-  /// answer comes when the movers' thread has finished its present frame.
+  /// Returns the movers at the newest processed frame, in order of their ids. May be called by any
+  /// thread; the future becomes ready when the movers' thread has finished its current frame.
   std::future<std::vector<Mover>> ask() const;
 
-  /// Frames that came too fast, and were not worked on.
+  /// Returns the number of frames skipped because the movers had fallen behind.
   std::size_t passed_over() const { return passed_over_; }
 
+  /// Waits for all pushed frames. Nothing may be pushed after it.
   void finish();
-  /// After finish(): all tracks, see MoverTracker::tracks().
+  /// Returns all tracks, see MoverTracker::tracks(). Called after finish().
   std::vector<MoverTrack> tracks(
       const std::function<std::optional<Pose>(std::size_t frame_index)>& pose_of) const;
-  const MoverStatistics& statistics() const { return statistics_; }  ///< after finish()
+  /// Returns the statistics of the run. Called after finish().
+  const MoverStatistics& statistics() const { return statistics_; }
 
  private:
   std::vector<Mover> work(const TrackedFrame& tracked);
@@ -54,12 +56,12 @@ class MoverStream {
   const bool realtime_;
   std::vector<Mover> newest_;
   std::size_t passed_over_ = 0;
-  // Of the stage's thread until finish().
+  // Used by the stage's thread until finish().
   MoverDetector detector_;
   MoverTracker tracker_;
   MoverStatistics statistics_;
-  std::unique_ptr<Stage<TrackedFramePtr, std::vector<Mover>>>
-      stage_;  // last: its thread uses the above; null: nothing is to be done
+  // last: its thread uses the above; null: movers are disabled
+  std::unique_ptr<Stage<TrackedFramePtr, std::vector<Mover>>> stage_;
 };
 
 }  // namespace stillmap

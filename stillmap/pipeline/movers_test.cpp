@@ -8,7 +8,7 @@
 namespace stillmap {
 namespace {
 
-/// All samples of the tracks, as the evaluation takes them.
+/// Returns all samples of the tracks in the form of the evaluation.
 std::vector<MoverPosition> positions_of(const std::vector<MoverTrack>& tracks) {
   std::vector<MoverPosition> positions;
   for (const MoverTrack& track : tracks) {
@@ -30,7 +30,7 @@ struct Outcome {
   MoverErrors errors;
 };
 
-/// The whole system without a network on a rendered scene.
+/// Runs the whole system without a network on a rendered scene.
 Outcome run(const SimulationOptions& scene) {
   const SimulatedSequence sequence(scene);
   SlamParameters options;
@@ -53,22 +53,22 @@ Outcome run(const SimulationOptions& scene) {
   return outcome;
 }
 
-TEST(Movers, ThingsOfNoClassAreTrackedWithoutANetwork) {
+TEST(Movers, ObjectsOfUnknownClassAreTrackedWithoutANetwork) {
   const Outcome done = run(test::near_movers(0, 3));
   ASSERT_GT(done.errors.matches, 100U);
   EXPECT_LT(done.errors.position_shown.median, 0.12);
-  EXPECT_LT(done.errors.position.median, 0.2) << "parts of them are hidden or out of the picture";
+  EXPECT_LT(done.errors.position.median, 0.2) << "parts of them are occluded or out of the image";
   EXPECT_LT(done.errors.velocity.median, 0.5);
   EXPECT_LE(done.errors.switches, 3U);
   EXPECT_LE(done.errors.false_tracks, 1U);
   for (const MoverTrack& track : done.result.movers) EXPECT_EQ(track.class_name, "unknown");
 }
 
-TEST(Movers, NothingMovesNoMovers) {
+TEST(Movers, AStaticSceneHasNoMovers) {
   EXPECT_TRUE(run(test::near_movers(0, 0)).result.movers.empty());
 }
 
-/// A frame of which the truth is known: what moves, and where the camera is.
+/// Returns a tracked frame with the true pose and the true motion labels.
 TrackedFramePtr true_frame(const SimulatedSequence& sequence, std::size_t index, TrackState state) {
   const TruthFrame truth = sequence.truth(index);
   auto tracked = std::make_shared<TrackedFrame>();

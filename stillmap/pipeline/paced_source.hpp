@@ -7,8 +7,8 @@
 
 namespace stillmap {
 
-/// A recording played at the rate it was recorded: frames come when they are due, and a frame that
-/// is more than one frame interval late when it is asked for is dropped and counted, as a live
+/// Source that replays a recording at its original rate. next() waits until the frame is due; a
+/// frame that is requested more than one frame interval late is dropped and counted, as a live
 /// camera would drop it.
 class PacedSource final : public FrameSource {
  public:

@@ -18,7 +18,7 @@ RgbdFramePtr Prefetch::next() {
     stage_->push({});
   } else {
     at_end_ = true;
-    stage_->drain();  // the source rests from here on, so what it skipped can be read
+    stage_->drain();  // no other thread uses the source from now on, so skipped() can be read
   }
   return frame;
 }

@@ -7,19 +7,20 @@
 
 namespace stillmap {
 
-/// Reads and decodes ahead in a thread of its own: a source around another source.
+/// Source that reads and decodes the frames of another source in advance, on its own thread.
 class Prefetch final : public FrameSource {
  public:
-  /// @param ahead    frames decoded before they are asked for, at most
-  /// @param priority of the reading thread: kNone where the source plays a camera, whose frames do
-  ///                 not wait for the network
+  /// @param ahead    largest number of frames decoded in advance
+  /// @param priority priority of the reading thread: kNone for a source that replays a camera,
+  /// whose
+  ///                 frames do not wait for the network
   Prefetch(std::unique_ptr<FrameSource> source, int ahead = 4,
            ThreadPriority priority = ThreadPriority::kBackground);
 
   const Camera& camera() const override { return camera_; }
   RgbdFramePtr next() override;
   std::optional<std::size_t> size() const override { return size_; }
-  /// Complete once next() has yielded null.
+  /// Returns the skipped frames. The list is complete once next() has returned null.
   const std::vector<SkippedFrame>& skipped() const override;
 
  private:

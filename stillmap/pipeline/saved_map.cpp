@@ -19,7 +19,7 @@ constexpr std::array<char, 4> kDense = {'D', 'E', 'N', 'S'};
 
 using Bgr = std::array<std::uint8_t, 3>;  // as cv::Vec3b lies in memory
 
-/// The pixels of an image of a view (which are continuous), one `Pixel` each.
+/// Returns the pixels of an image of a view, which is stored continuously.
 template <typename Pixel>
 std::span<const Pixel> pixels_of(const cv::Mat& image) {
   return {reinterpret_cast<const Pixel*>(image.data), image.total()};
@@ -50,7 +50,7 @@ void put_view(ByteWriter& out, const DenseView& view) {
   }
 }
 
-/// The lattice: no finer than the images of `camera`.
+/// Reads the lattice of a view, which is at most as fine as the images of `camera`.
 DenseView get_lattice(ByteReader& in, const Camera& camera) {
   DenseView view;
   view.camera = camera;
@@ -59,12 +59,12 @@ DenseView get_lattice(ByteReader& in, const Camera& camera) {
   }
   for (double* x : {&view.camera.fx, &view.camera.fy, &view.camera.cx, &view.camera.cy}) {
     *x = in.get<double>();
-    if (!std::isfinite(*x)) in.fail("a view's camera makes no sense");
+    if (!std::isfinite(*x)) in.fail("the camera of a view has a value that is not finite");
   }
   if (view.stride < 1 || view.camera.width < 0 || view.camera.width > camera.width ||
       view.camera.height < 0 || view.camera.height > camera.height || view.camera.fx <= 0 ||
       view.camera.fy <= 0) {
-    in.fail("a view's camera makes no sense");
+    in.fail("the camera of a view is out of range");
   }
   return view;
 }
@@ -73,7 +73,7 @@ DenseView get_view(ByteReader& in, const Camera& camera) {
   DenseView view = get_lattice(in, camera);
   const auto cols = in.get<std::int32_t>(), rows = in.get<std::int32_t>();
   const bool whole = cols == view.camera.width && rows == view.camera.height;
-  if (!whole && (cols != 0 || rows != 0)) in.fail("a view is not of its camera's size");
+  if (!whole && (cols != 0 || rows != 0)) in.fail("a view has another size than its camera");
   view.depth = get_image<std::uint16_t>(in, {cols, rows}, CV_16UC1);
   view.color = get_image<Bgr>(in, {cols, rows}, CV_8UC3);
   view.kind = get_image<std::uint8_t>(in, {cols, rows}, CV_8UC1);
@@ -86,13 +86,13 @@ DenseView get_view(ByteReader& in, const Camera& camera) {
   for (const std::uint8_t kind : view.kind) {
     const bool instance = kind >= kFirstInstance && kind < kFarSurface;
     if (instance && kind - kFirstInstance >= static_cast<int>(instances))
-      in.fail("a pixel is part of no thing");
+      in.fail("a pixel belongs to no instance");
   }
   return view;
 }
 
 std::string dense_bytes(const std::vector<AnchoredView>& views) {
-  constexpr std::size_t kOthers = 1000;  // bytes of a view besides its pixels, plenty
+  constexpr std::size_t kOthers = 1000;  // upper bound of a view's size without its pixels [bytes]
   ByteWriter out;
   std::size_t bytes = 0;
   for (const AnchoredView& v : views) bytes += v.view.bytes() + kOthers;
@@ -161,7 +161,7 @@ SavedMap read_saved_map(const std::filesystem::path& file) {
 void require_same_camera(const MapContent& map, const Camera& camera, const PyramidShape& pyramid,
                          const std::string& where) {
   const Camera& m = map.camera;
-  constexpr double kRounding = 1e-6;  // of the decimals in a camera file
+  constexpr double kRounding = 1e-6;  // relative rounding error of the values in a camera file
   const auto same = [](double a, double b) { return std::abs(a - b) <= kRounding * std::abs(a); };
   if (m.width != camera.width || m.height != camera.height || !same(m.fx, camera.fx) ||
       !same(m.fy, camera.fy) || !same(m.cx, camera.cx) || !same(m.cy, camera.cy) ||

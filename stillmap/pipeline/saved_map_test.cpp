@@ -21,7 +21,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// Frames of a way through the office. Rendered once and kept.
+/// Frames of a path through the office, rendered once for all tests.
 struct Visit {
   std::shared_ptr<const SimulatedSequence> sequence;
   std::vector<RgbdFramePtr> frames;
@@ -35,15 +35,15 @@ std::shared_ptr<const SimulatedSequence> sequence_of(const std::string& name) {
   options.width = 320;
   options.height = 240;
   if (name == "rpy") options.camera = "rpy";
-  if (name == "slower") options.speed = 0.8, options.shake = 3;  // and another hand
+  if (name == "slower") options.speed = 0.8, options.shake = 3;  // with another hand shake
   const auto sequence = std::make_shared<SimulatedSequence>(options);
   if (name != "corner") return sequence;
   auto scene = std::make_shared<Scene>(sequence->scene());
-  scene->viewpoint = {{5.2, 1.0, 1.45}, {3.0, 0.1, 0.9}};  // of which the others see nothing
+  scene->viewpoint = {{5.2, 1.0, 1.45}, {3.0, 0.1, 0.9}};  // a view that the others do not show
   return std::make_shared<SimulatedSequence>(options, sequence->camera(), scene);
 }
 
-/// @param name  xyz, slower (nearly the same way), rpy (the same place), corner (another one)
+/// @param name  xyz, slower (nearly the same path), rpy (the same place), corner (another place)
 const Visit& visit(const std::string& name) {
   static std::map<std::string, Visit> made;
   Visit& v = made[name];
@@ -69,13 +69,14 @@ Outcome run(const Visit& visit, std::optional<StartingMap> start = std::nullopt,
   return outcome;
 }
 
-/// The map of the first visit: its world is the camera of that visit's first frame.
+/// Returns the map of the first visit; its world is the camera of that visit's first frame.
 const Outcome& first_visit() {
   static const Outcome made = run(visit("xyz"));
   return made;
 }
 
-/// The distance of each pose from the truth, in the world of the first visit; nothing is aligned.
+/// Returns the distance of each pose from the truth in the world of the first visit, without
+/// alignment [m].
 std::vector<double> errors_in_first_world(const Visit& visited, const Trajectory& estimate) {
   const Pose T_world_truth = visit("xyz").sequence->T_world_camera(0).inverse();
   std::vector<double> errors;
@@ -87,7 +88,7 @@ std::vector<double> errors_in_first_world(const Visit& visited, const Trajectory
   return errors;
 }
 
-/// Some frames of one visit, and then all of another one, as if they were one recording.
+/// Returns some frames of one visit followed by all frames of another one, as one recording.
 Visit one_after_the_other(const Visit& first, std::size_t frames, const Visit& second) {
   Visit both{first.sequence, {}};
   const auto add = [&](const RgbdFramePtr& frame) {
@@ -101,7 +102,7 @@ Visit one_after_the_other(const Visit& first, std::size_t frames, const Visit& s
   return both;
 }
 
-/// A map of a few dozen numbers, so that every byte can be tried.
+/// Returns a map of a few dozen numbers, so that every byte can be altered.
 SavedMap tiny_map() {
   SavedMap saved;
   saved.writer = "a test";
@@ -129,8 +130,9 @@ SavedMap tiny_map() {
   return saved;
 }
 
-/// Reads such bytes and puts the map to every use; yields what the user would be told.
-std::string complaint(const std::string& bytes) {
+/// Reads the bytes and calls every function on the map. Returns the error message; empty if there
+/// is none.
+std::string error_of(const std::string& bytes) {
   try {
     const SavedMap read = saved_map_from_bytes(bytes, "some.map");
     description_text(describe_map(read));
@@ -170,28 +172,28 @@ TEST(SavedMap, TheCloudIsTheOneOfTheRunToTheLastBit) {
 
 TEST(SavedMap, EveryAlteredByteAndEveryOtherLengthIsNoticed) {
   const std::string bytes = saved_map_bytes(tiny_map());
-  ASSERT_EQ(complaint(bytes), "");
+  ASSERT_EQ(error_of(bytes), "");
   for (std::size_t i = 0; i < bytes.size(); ++i) {
     for (const int bits : {0x01, 0x80, 0xff}) {
       std::string altered = bytes;
       altered[i] = static_cast<char>(altered[i] ^ bits);
-      EXPECT_NE(complaint(altered), "") << "byte " << i;
+      EXPECT_NE(error_of(altered), "") << "byte " << i;
     }
-    EXPECT_NE(complaint(bytes.substr(0, i)), "") << "cut to " << i;
+    EXPECT_NE(error_of(bytes.substr(0, i)), "") << "cut to " << i;
   }
-  EXPECT_THAT(complaint(bytes + bytes), HasSubstr("bytes too many"));
+  EXPECT_THAT(error_of(bytes + bytes), HasSubstr("bytes too many"));
 }
 
-TEST(SavedMap, WhatIsNoMapIsTold) {
-  EXPECT_THAT(complaint("ply\nformat binary_little_endian 1.0\n"), HasSubstr("is not a saved map"));
-  EXPECT_THAT(complaint(""), HasSubstr("is not a saved map"));
+TEST(SavedMap, BytesOfNoMapAreAnError) {
+  EXPECT_THAT(error_of("ply\nformat binary_little_endian 1.0\n"), HasSubstr("is not a saved map"));
+  EXPECT_THAT(error_of(""), HasSubstr("is not a saved map"));
   std::string newer = saved_map_bytes(tiny_map());
   newer[8] = 9;
-  EXPECT_THAT(complaint(newer), HasSubstr("version 9, and this program reads version 2"));
+  EXPECT_THAT(error_of(newer), HasSubstr("version 9, and this program reads version 2"));
 }
 
-/// The sections of such bytes are scrambled and sealed again, so that checksums do not help.
-TEST(SavedMap, NoSealedNonsenseMakesABrokenMap) {
+/// The sections are corrupted and get new checksums, so that checksums do not reveal it.
+TEST(SavedMap, CorruptionWithValidChecksumsNeverGivesABrokenMap) {
   const auto sections = unpack_sections(kMapFormat, saved_map_bytes(tiny_map()), "");
   std::mt19937_64 random(7);
   for (std::size_t s = 0; s < sections.size(); ++s) {
@@ -199,13 +201,13 @@ TEST(SavedMap, NoSealedNonsenseMakesABrokenMap) {
       for (int round = 0; round < 4; ++round) {
         auto altered = sections;
         altered[s].bytes[i] = static_cast<char>(random());
-        complaint(pack_sections(kMapFormat, altered));
+        error_of(pack_sections(kMapFormat, altered));
       }
     }
   }
 }
 
-/// Bytes altered, cut off or added at random places of a section.
+/// Alters, removes or adds bytes at random positions of a section.
 void scramble(std::string& bytes, std::mt19937_64& random) {
   const auto place = [&] { return bytes.empty() ? 0 : random() % bytes.size(); };
   switch (random() % 4) {
@@ -233,8 +235,8 @@ TEST(SavedMap, ARealMapDamagedAtRandomIsAnErrorAndNeverACrash) {
   }
 }
 
-/// Checksums do not help here: what is read all the same must be a map that can be used.
-TEST(SavedMap, SealedNonsenseInARealMapIsAnErrorOrAMapToBeUsed) {
+/// Checksums are valid here: every map that is read without an error must be usable.
+TEST(SavedMap, CorruptionOfARealMapIsAnErrorOrAUsableMap) {
   const auto sections = unpack_sections(kMapFormat, saved_map_bytes(first_visit().map), "");
   std::mt19937_64 random(13);
   int used = 0;
@@ -242,7 +244,7 @@ TEST(SavedMap, SealedNonsenseInARealMapIsAnErrorOrAMapToBeUsed) {
     auto altered = sections;
     scramble(altered[random() % altered.size()].bytes, random);
     const std::string bytes = pack_sections(kMapFormat, altered);
-    if (!complaint(bytes).empty()) continue;
+    if (!error_of(bytes).empty()) continue;
     ++used;
     const bool extend = round % 2 == 0;
     SlamSystem slam(visit("xyz").camera(), recorded::small_options("static"), nullptr,
@@ -253,12 +255,12 @@ TEST(SavedMap, SealedNonsenseInARealMapIsAnErrorOrAMapToBeUsed) {
   EXPECT_GT(used, 5);
 }
 
-TEST(SavedMap, OfARunThatSawNothingIsEmptyAndCanBeExtended) {
+TEST(SavedMap, OfARunWithoutFramesIsEmptyAndCanBeExtended) {
   const Visit& seen = visit("xyz");
   SlamSystem blind(seen.camera(), recorded::small_options("static"));
   blind.finish();
   const SavedMap read = saved_map_from_bytes(saved_map_bytes(blind.saved_map("test")), "");
-  EXPECT_EQ(complaint(saved_map_bytes(read)), "");
+  EXPECT_EQ(error_of(saved_map_bytes(read)), "");
   const Outcome r = run(seen, StartingMap{read, true});
   EXPECT_GE(r.result.tracked(), seen.frames.size() - 15);
 }
@@ -278,7 +280,7 @@ TEST(SavedMap, AnotherCameraOrPyramidIsAnError) {
   EXPECT_NO_THROW(begin(camera));
   camera.distortion[0] = 0.1;
   camera.depth_factor = 1000;
-  EXPECT_NO_THROW(begin(camera)) << "what the images were before they were rectified";
+  EXPECT_NO_THROW(begin(camera)) << "the distortion before rectification does not matter";
   camera.fx += 1;
   EXPECT_THROW(begin(camera), Error);
   camera = visit("xyz").camera();
@@ -313,12 +315,12 @@ TEST(Localizing, AnotherWayThroughTheMapIsWithinACentimeterOfTheTruth) {
 TEST(Localizing, LeavesTheMapAsItIs) {
   const SavedMap before = saved_map_from_bytes(saved_map_bytes(first_visit().map), "");
   SavedMap after = run(visit("slower"), StartingMap{before, false}).map;
-  EXPECT_TRUE(after.views.empty()) << "not even looked at";
+  EXPECT_TRUE(after.views.empty()) << "views are not loaded for localization";
   after.views = before.views;
   EXPECT_EQ(saved_map_bytes(after), saved_map_bytes(first_visit().map));
 }
 
-TEST(Localizing, WhereItHasNeverBeenNothingIsRecognized) {
+TEST(Localizing, RecognizesNothingAtAnUnknownPlace) {
   const Outcome r = run(visit("corner"), StartingMap{first_visit().map, false});
   EXPECT_EQ(r.result.tracked(), 0U);
   EXPECT_EQ(r.result.maps, 1U) << "none is begun";
@@ -354,7 +356,7 @@ TEST(Extending, AddsASessionInTheSameWorld) {
 TEST(Extending, ANewPlaceBecomesAComponentOfItsOwn) {
   const Visit& elsewhere = visit("corner");
   const Outcome r = run(elsewhere, StartingMap{first_visit().map, true});
-  EXPECT_GE(r.result.tracked(), 75U) << "all but those in which the place was looked for";
+  EXPECT_GE(r.result.tracked(), 75U) << "all but those during relocalization";
   EXPECT_EQ(r.map.map.first.size(), 2U);
   const SavedMap read = saved_map_from_bytes(saved_map_bytes(r.map), "");
   EXPECT_EQ(describe_map(read).components.size(), 2U) << "both are kept";
@@ -362,19 +364,19 @@ TEST(Extending, ANewPlaceBecomesAComponentOfItsOwn) {
   EXPECT_GE(back.result.tracked(), 88U) << "and recognized";
 }
 
-TEST(Extending, WhatWasLoadedIsKeptHoweverBrieflyItHeldTheCamera) {
+TEST(Extending, KeepsALoadedMapThatTrackedOnlyAFewFrames) {
   const std::size_t moments = 8;
   ASSERT_LT(moments, static_cast<std::size_t>(TrackerOptions().min_map_frames));
   const Visit briefly = one_after_the_other(visit("xyz"), moments, visit("corner"));
   const Outcome r = run(briefly, StartingMap{first_visit().map, true});
   EXPECT_EQ(r.map.map.first.size(), 2U);
-  EXPECT_TRUE(r.result.events.empty()) << "nothing is dropped, nothing is joined";
+  EXPECT_TRUE(r.result.events.empty()) << "no map is dropped or merged";
   EXPECT_GE(describe_map(r.map).components[0].keyframes,
             describe_map(first_visit().map).components[0].keyframes);
   EXPECT_GE(r.result.tracked(), briefly.frames.size() - 20);
 }
 
-TEST(MapDescription, CountsWhatThereIs) {
+TEST(MapDescription, CountsTheContent) {
   const MapDescription d = describe_map(first_visit().map);
   EXPECT_EQ(d.sessions, 1U);
   EXPECT_EQ(d.keyframes, first_visit().result.keyframes.size());
@@ -385,7 +387,7 @@ TEST(MapDescription, CountsWhatThereIs) {
   EXPECT_LT(d.components[0].extent.sizes().maxCoeff(), 20);
   const auto graph = map_graph(first_visit().map);
   EXPECT_EQ(graph["keyframes"].size(), d.keyframes);
-  EXPECT_GE(graph["covisible"].size(), d.keyframes - 1) << "it hangs together";
+  EXPECT_GE(graph["covisible"].size(), d.keyframes - 1) << "the covisibility graph is connected";
   EXPECT_THAT(description_text(d), HasSubstr("written by test"));
 }
 

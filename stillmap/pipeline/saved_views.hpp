@@ -11,15 +11,16 @@ namespace stillmap {
 /// T_world_camera of views of the dense map, by their ids.
 using ViewPoses = std::map<std::uint64_t, Pose>;
 
-/// Of unconnected maps the one with most views, the first of equals: the others have worlds of
-/// their own, and must not be held against it.
+/// Returns the poses of the component with most views, the first of equals. The views of the other
+/// components have other worlds, so they cannot be fused with these.
 ViewPoses largest_of(const std::map<std::uint32_t, ViewPoses>& by_component);
 
-/// Where the views of a saved map are, by their place in its list: those of its largest component.
+/// Returns the poses of the views in the largest component of a saved map, by their index in its
+/// list.
 ViewPoses view_poses(const SavedMap& saved);
 
-/// The views of a saved map put together. With the options of the run that saved it this is the
-/// run's own map, to the last bit.
+/// Returns the dense map of the saved views. With the options of the run that saved them it is
+/// identical to the run's own map, bit for bit.
 PlacedMap place_views(const SavedMap& saved, const DenseOptions& options = {});
 
 }  // namespace stillmap

@@ -18,7 +18,7 @@ namespace {
 
 constexpr const char* kWriter = "libstillmap";  // the writer that a saved map names
 
-/// Callbacks of one kind. A subscription owns its callback, so it ends by itself.
+/// Callbacks for one type of event. A subscription owns its callback and ends with it.
 template <typename Event>
 class Subscribers {
  public:
@@ -30,7 +30,7 @@ class Subscribers {
     return owned;
   }
 
-  /// Whether there is any; those that have ended are forgotten.
+  /// Returns whether there are any subscriptions, after removing those that have ended.
   bool any() {
     std::erase_if(calls_, [](const auto& call) { return call.expired(); });
     return !calls_.empty();
@@ -101,7 +101,8 @@ void Slam::Impl::notify() {
   const MapView& view = system.view();
   if (pose.any()) pose.call(pose_update(newest));
   if (keyframe.any()) notify_keyframes(view);
-  // Without a relocalization, a recognized place only adds an unconnected map to the view.
+  // A relocalization result that the tracker did not accept only adds another component to the
+  // view.
   const bool moved = view.moved && (!view.found || newest.relocalized);
   if (moved && correction.any())
     correction.call({newest.frame->index(), newest.frame->timestamp()});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the dense map makes of a whole run: people kept out, things found.
+// Tests of the dense map of a whole run: people are left out, static objects are found.
 #include "stillmap/pipeline/slam_system.hpp"
 #include "stillmap/segment/mask_folder.hpp"
 #include "stillmap/simulate/simulated_sequence.hpp"
@@ -15,7 +15,7 @@
 namespace stillmap {
 namespace {
 
-/// Sees people by their true masks, and the scene's monitors as boxes of class tv.
+/// Detects people by their true masks, and the scene's monitors as boxes of class tv.
 class OfficeDetector final : public Detector {
  public:
   explicit OfficeDetector(std::shared_ptr<const SimulatedSequence> sequence)
@@ -24,9 +24,9 @@ class OfficeDetector final : public Detector {
   std::vector<Instance> detect(const RgbdFrame& frame) override {
     const TruthFrame truth = sequence_->truth(frame.index);
     std::vector<Instance> found = instances_of_mask(class_mask(truth));
-    for (const auto& thing : sequence_->scene().statics.things) {
-      if (thing.class_name != "tv") continue;
-      const cv::Rect box = seen(thing.box.cast<double>(), truth);
+    for (const auto& object : sequence_->scene().statics.things) {
+      if (object.class_name != "tv") continue;
+      const cv::Rect box = seen(object.box.cast<double>(), truth);
       if (box.area() > 100) {
         found.push_back(
             {.class_id = 62, .class_name = "tv", .confidence = 0.7F, .box = box, .mask = {}});
@@ -38,7 +38,8 @@ class OfficeDetector final : public Detector {
   const std::vector<std::string>& class_names() const override { return names_; }
 
  private:
-  /// The box in the image of a box in the world, if all of it is in view and most of it is seen.
+  /// Returns the image box [pixels] of a box in the world, empty unless all of it is in view and
+  /// its center is not occluded.
   cv::Rect seen(const Eigen::AlignedBox3d& box, const TruthFrame& truth) const {
     const Camera& camera = sequence_->camera();
     const Pose T_camera_world = truth.T_world_camera.inverse();
@@ -99,11 +100,11 @@ Pose T_truth_world(const SlamResult& result) {
   return office().sequence->T_world_camera(0) * result.trajectory.front().T_world_camera.inverse();
 }
 
-TEST(SlamDense, KeepsPeopleOutWhoSitStill) {
+TEST(SlamDense, LeavesOutPeopleWhoSitStill) {
   const SlamResult result = run_office();
   ASSERT_GT(result.dense.cloud.size(), 5000U);
   const Pose T = T_truth_world(result);
-  // The upper part of those who sit: below, boxes hold chairs too.
+  // Only the upper parts of sitting people are tested, since their lower parts contain chairs.
   std::size_t inside = 0;
   for (const MoverTruth& person : office().sequence->movers(30)) {
     Eigen::AlignedBox3d box = person.box;
@@ -115,20 +116,21 @@ TEST(SlamDense, KeepsPeopleOutWhoSitStill) {
   EXPECT_LT(inside, result.dense.cloud.size() / 1000);
 }
 
-TEST(SlamDense, FindsEachMonitorWhereItStands) {
+TEST(SlamDense, FindsMonitorsAtTheirTruePositions) {
   const SlamResult result = run_office();
   const Pose T = T_truth_world(result);
-  const auto& things = office().sequence->scene().statics.things;
+  const auto& true_objects = office().sequence->scene().statics.things;
   ASSERT_FALSE(result.dense.semantics.empty());
   ASSERT_EQ(result.dense.semantics.object.size(), result.dense.cloud.size());
   for (const StaticObject& object : result.dense.semantics.objects) {
     EXPECT_EQ(object.class_name, "tv");
-    const auto around = std::count_if(things.begin(), things.end(), [&](const auto& thing) {
-      Eigen::AlignedBox3d box = thing.box.template cast<double>();
+    const auto contains_center = [&](const auto& true_object) {
+      Eigen::AlignedBox3d box = true_object.box.template cast<double>();
       box.min().array() -= 0.1;
       box.max().array() += 0.1;
-      return thing.class_name == "tv" && box.contains(T * object.center);
-    });
+      return true_object.class_name == "tv" && box.contains(T * object.center);
+    };
+    const auto around = std::count_if(true_objects.begin(), true_objects.end(), contains_center);
     EXPECT_GE(around, 1) << object.id;
   }
 }

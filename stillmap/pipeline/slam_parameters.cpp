@@ -4,8 +4,8 @@
 namespace stillmap {
 namespace {
 
-/// Voxel sides over which the mesh's distances reach: four, as usual for truncated signed distances
-/// (Newcombe et al., KinectFusion, ISMAR 2011).
+/// Truncation distance of the mesh's signed distances [voxels], as usual for KinectFusion (Newcombe
+/// et al., ISMAR 2011).
 constexpr double kMeshTruncation = 4;
 
 void set_features(const Options::Features& from, OrbOptions& to) {

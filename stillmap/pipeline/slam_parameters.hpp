@@ -12,15 +12,16 @@
 
 namespace stillmap {
 
-/// When the results of other threads become visible to the tracker. In lockstep each does at a
-/// fixed later frame and is waited for if it is late, so that the output depends on the data alone;
-/// in realtime each does as soon as it is ready. All times are in frames.
+/// Rules for when the results of other threads become visible to the tracker. In lockstep each
+/// becomes visible at a fixed later frame, and the tracker waits for it if it is late, so that the
+/// output depends on the data alone; in realtime it becomes visible as soon as it is ready. All
+/// delays and intervals are in frames.
 struct ScheduleOptions {
   bool realtime = false;     ///< Whether the schedule is realtime instead of lockstep.
   int insert_delay = 1;      ///< Delay of a new keyframe's landmarks (lockstep).
   int refine_delay = 5;      ///< Delay of the refined map around a new keyframe (lockstep).
-  int relocalize_delay = 1;  ///< Delay of the answer whether a place was recognized (lockstep).
-  int global_delay = 90;     ///< Delay of the map adjusted as a whole after a loop (lockstep).
+  int relocalize_delay = 1;  ///< Delay of a relocalization result (lockstep).
+  int global_delay = 90;     ///< Delay of global bundle adjustment after a loop (lockstep).
   int segment_every = 3;     ///< Interval of the network's frames; in realtime the shortest one.
   int mask_delay = 2;        ///< Delay of a frame's masks (lockstep).
 };
@@ -43,15 +44,15 @@ struct SlamParameters {
   DenseOptions dense;
   MoverOptions movers;
   ScheduleOptions schedule;
-  bool dense_cloud = true;       ///< Whether the dense map is made.
-  bool final_adjustment = true;  ///< Whether the whole map is adjusted at the end.
+  bool dense_cloud = true;       ///< Makes the dense map.
+  bool final_adjustment = true;  ///< Runs bundle adjustment on the whole map at the end.
 };
 
-/// The parameters that follow from the user's options; the others keep their defaults. Throws Error
-/// for an option outside its range.
+/// Returns the parameters that follow from the user's options; the others keep their defaults.
+/// Throws Error for an option outside its range.
 SlamParameters parameters_of(const Options& options);
 
-/// The parameters of the dense map alone; options as in parameters_of().
+/// Returns the parameters of the dense map alone, from the same options as parameters_of().
 DenseOptions dense_parameters_of(const Options& options);
 
 }  // namespace stillmap

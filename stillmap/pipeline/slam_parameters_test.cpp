@@ -35,7 +35,8 @@ TEST(SlamParameters, MakeEveryCueThatTheOptionsKnow) {
   EXPECT_GE(options.motion.cues.size(), 8U);
 }
 
-/// The defaults stand twice: for the user, and beside each algorithm, where tests rely on them.
+/// The defaults are written twice: in the user's options, and in the parameters of each algorithm,
+/// on which its tests rely.
 TEST(SlamParameters, OfTheDefaultOptionsAreTheAlgorithmsDefaults) {
   const SlamParameters made = parameters_of(Options()), defaults;
   EXPECT_EQ(made.orb.keypoints, defaults.orb.keypoints);

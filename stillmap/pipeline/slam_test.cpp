@@ -64,7 +64,7 @@ TEST(SlamOnAStillScene, TheCloudLiesOnTheTrueSurfaces) {
   EXPECT_LT(quantile(errors, 0.5), 0.02) << "median distance along the ray [m]";
 }
 
-TEST(SlamWithPeople, MasksKeepTheTrajectoryAsIfNobodyWereThere) {
+TEST(SlamWithPeople, MasksKeepTheAccuracyOfAnEmptyScene) {
   const Outcome masked = run(recording(3, "xyz"), small_options("seg-mask"));
   EXPECT_EQ(masked.result.tracked(), 90U);
   EXPECT_LT(masked.ate, 0.012);
@@ -101,7 +101,8 @@ TEST(Realtime, TracksEveryFramePushed) {
   options.schedule.realtime = true;
   const Outcome r = run(recording(3, "xyz"), options);
   EXPECT_EQ(r.result.tracked(), 90U);
-  // Frames come as fast as they are tracked, so how late masks and map are depends on the machine.
+  // Frames are pushed as fast as they are tracked, so the delay of masks and map depends on the
+  // machine.
   EXPECT_LT(r.ate, 0.1);
 }
 
@@ -118,7 +119,7 @@ TEST(Lost, AMomentOfBlacknessIsBridged) {
   EXPECT_EQ(result.tracked(), 57U);
 }
 
-/// A detector that from frame 10 on sees one person, over all of the picture.
+/// Detector that reports one person over the whole image from frame 10 on.
 class AllOnePerson final : public Detector {
  public:
   std::vector<Instance> detect(const RgbdFrame& frame) override {
@@ -136,7 +137,7 @@ class AllOnePerson final : public Detector {
   std::vector<std::string> names_ = {"person"};
 };
 
-TEST(Lost, WhereEverythingSeemsToMoveNoMotionIsInvented) {
+TEST(Lost, NoPoseIsEstimatedIfEverythingSeemsToMove) {
   const Recording& rec = recording(0, "xyz");
   SlamParameters options = small_options("seg-mask");
   options.schedule.segment_every = 1;
@@ -152,7 +153,7 @@ TEST(Lost, WhereEverythingSeemsToMoveNoMotionIsInvented) {
       << result.frames[20].reason;
 }
 
-TEST(Lost, WithoutDepthThereIsNoMapAndTheReasonIsTold) {
+TEST(Lost, WithoutDepthThereIsNoMapAndTheReasonIsReported) {
   const Recording& rec = recording(0, "xyz");
   SlamSystem slam(rec.sequence->camera(), small_options("static"));
   for (std::size_t i = 0; i < 5; ++i) {

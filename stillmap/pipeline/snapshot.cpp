@@ -8,7 +8,7 @@
 namespace stillmap {
 namespace {
 
-/// The map that the newest frame is in; none where it has no keyframe yet.
+/// Returns the component that the newest frame is in; none if it has no keyframe yet.
 std::optional<std::uint32_t> component_of_newest(const Map& map,
                                                  const std::vector<PlacedFrame>& frames) {
   if (frames.empty()) return std::nullopt;
@@ -44,7 +44,7 @@ void add_map(const MapMaker& maker, const std::vector<PlacedFrame>& frames, Snap
   snapshot.events = maker.events();
   const Map& map = maker.map();
   const auto component = component_of_newest(map, frames);
-  if (!component) {  // a map that was just begun: its frame is all there is
+  if (!component) {  // A new map consists of its first frame.
     if (!frames.empty())
       snapshot.trajectory = {{frames.back().timestamp, frames.back().T_reference_camera}};
     return;

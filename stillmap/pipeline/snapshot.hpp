@@ -7,16 +7,16 @@
 
 #include <vector>
 
-/// The parts of a Snapshot, as plain structs made of the system's own types.
+/// Conversion of the system's own types to the plain structs of a Snapshot.
 namespace stillmap {
 
-/// Adds trajectory, keyframes, landmarks and events: those of the map that the newest of the frames
-/// is in. On the map's thread.
+/// Adds trajectory, keyframes, landmarks and events of the component that the newest frame is in.
+/// Called on the map's thread.
 void add_map(const MapMaker& maker, const std::vector<PlacedFrame>& frames, Snapshot& snapshot);
 
-/// The tracking result of a frame; its pose is the last one of the snapshot's trajectory.
+/// Returns the tracking result of a frame; its pose is the last one of the snapshot's trajectory.
 PoseUpdate pose_update(const FrameRecord& newest, const Snapshot& snapshot);
-/// The tracking result of a frame, in the map as the tracker saw it.
+/// Returns the tracking result of a frame, with its pose in the tracker's map.
 PoseUpdate pose_update(const TrackedFrame& tracked);
 
 std::vector<MovingObject> moving_objects(const std::vector<Mover>& movers);

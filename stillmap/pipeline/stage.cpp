@@ -12,7 +12,8 @@ namespace stillmap {
 void lower_priority(ThreadPriority priority) {
   if (priority == ThreadPriority::kNone) return;
 #if defined(__linux__)
-  // Linux counts a thread as a process here, in spite of POSIX; and added to what the whole has.
+  // On Linux the nice value belongs to the thread and not, as in POSIX, to the process. The
+  // priority is relative to the nice value that the thread inherits.
   const pid_t thread = gettid();
   const auto id = static_cast<id_t>(thread);
   setpriority(PRIO_PROCESS, id, getpriority(PRIO_PROCESS, id) + static_cast<int>(priority));

@@ -58,8 +58,8 @@ TEST(Stage, DropsWhenFullAndCounts) {
   EXPECT_EQ(stage.pop(), std::nullopt);
 }
 
-/// A number that only the stage's thread touches, asked for by others while it changes: the
-/// sanitizer for threads would see a race.
+/// Other threads query a number that only the stage's thread changes; the thread sanitizer would
+/// report a race.
 TEST(Stage, AnswersQuestionsOnItsThreadBetweenTwoInputs) {
   int sum = 0;
   bool working = false;
@@ -127,7 +127,7 @@ TEST(Stage, IsTracedWhereItsMakerIs) {
   EXPECT_EQ(own.counts()[0].value, 0) << "taken";
 }
 
-TEST(Stage, WhatTheWorkThrowsReachesTheCallerAndTheStageLivesOn) {
+TEST(Stage, AnExceptionOfTheWorkReachesTheCallerAndTheStageContinues) {
   IntStage stage(4, WhenFull::kBlock, [](int n, const auto& publish) {
     if (n < 0) throw std::runtime_error("negative");
     publish(n);
@@ -153,15 +153,18 @@ TEST(Stage, EndsWithoutWorkingOffTheQueue) {
 }
 
 #ifdef __linux__
-/// ThreadPriority and policy of the calling thread.
-std::pair<int, int> manners() { return {getpriority(PRIO_PROCESS, 0), sched_getscheduler(0)}; }
+/// Returns the nice value and the scheduling policy of the calling thread.
+std::pair<int, int> priority_and_policy() {
+  return {getpriority(PRIO_PROCESS, 0), sched_getscheduler(0)};
+}
 
-TEST(Stage, StandsBackAsFarAsItIsTold) {
-  const auto before = manners();
+TEST(Stage, RunsWithItsPriority) {
+  const auto before = priority_and_policy();
   const auto inside = [](ThreadPriority priority) {
     std::pair<int, int> seen;
     IntStage stage(
-        1, WhenFull::kBlock, [&](int, const auto&) { seen = manners(); }, "stage", priority);
+        1, WhenFull::kBlock, [&](int, const auto&) { seen = priority_and_policy(); }, "stage",
+        priority);
     stage.push(0);
     stage.drain();
     return seen;
@@ -171,7 +174,7 @@ TEST(Stage, StandsBackAsFarAsItIsTold) {
   EXPECT_EQ(inside(ThreadPriority::kMap).first, nice(5));
   EXPECT_EQ(inside(ThreadPriority::kBackground).first, nice(10));
   EXPECT_EQ(inside(ThreadPriority::kIdle).second, SCHED_IDLE);
-  EXPECT_EQ(manners(), before) << "the caller's thread stays as it was";
+  EXPECT_EQ(priority_and_policy(), before) << "the caller's thread stays as it was";
 }
 #endif
 
