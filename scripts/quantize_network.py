@@ -42,17 +42,17 @@ def input_of(model):
 
 
 def letterboxed(file, height, width):
-    """1 x 3 x height x width, RGB, 0 to 1: the image scaled to fit, with gray padding."""
-    picture = Image.open(file).convert("RGB")
-    scale = min(width / picture.width, height / picture.height)
-    size = round(picture.width * scale), round(picture.height * scale)
+    """Returns the image scaled to fit, with gray padding: 1 x 3 x height x width, RGB, 0 to 1."""
+    image = Image.open(file).convert("RGB")
+    scale = min(width / image.width, height / image.height)
+    size = round(image.width * scale), round(image.height * scale)
     canvas = Image.new("RGB", (width, height), (GRAY, GRAY, GRAY))
-    canvas.paste(picture.resize(size, Image.BILINEAR), ((width - size[0]) // 2, (height - size[1]) // 2))
+    canvas.paste(image.resize(size, Image.BILINEAR), ((width - size[0]) // 2, (height - size[1]) // 2))
     return (np.asarray(canvas, np.float32) / 255).transpose(2, 0, 1)[None]
 
 
-def pictures_in(folders, count):
-    """`count` images, evenly distributed, and half as many others in between."""
+def images_in(folders, count):
+    """Returns `count` image files, evenly distributed, and half as many others in between."""
     files = [f for d in folders for f in sorted(Path(d).iterdir()) if f.suffix.lower() in (".png", ".jpg", ".jpeg")]
     if len(files) < 16:
         named = ", ".join(map(str, folders))
@@ -67,7 +67,7 @@ def convolutions_to_leave(model):
     return [n.name for n in model.graph.node if n.op_type == "Conv" and n.output[0] not in activated]
 
 
-class Pictures(CalibrationDataReader):
+class CalibrationImages(CalibrationDataReader):
     def __init__(self, name, inputs):
         self.inputs = ({name: x} for x in inputs)
 
@@ -83,7 +83,7 @@ def quantized(source, inputs, out):
     name, _, _ = input_of(converted)
     with tempfile.TemporaryDirectory() as folder:
         onnx.save(converted, f"{folder}/float.onnx")
-        quantize_static(f"{folder}/float.onnx", f"{folder}/int8.onnx", Pictures(name, inputs),
+        quantize_static(f"{folder}/float.onnx", f"{folder}/int8.onnx", CalibrationImages(name, inputs),
                         quant_format=QuantFormat.QDQ, op_types_to_quantize=["Conv"], per_channel=True,
                         reduce_range=True, activation_type=QuantType.QUInt8, weight_type=QuantType.QInt8,
                         nodes_to_exclude=convolutions_to_leave(converted))
@@ -109,7 +109,7 @@ def overlaps(box, boxes):
 
 
 def found_again(before, after):
-    """How many boxes of the one network are the other's, too, and how many there are."""
+    """Returns the number of boxes of one network that the other one finds too, and the number of all its boxes."""
     best = [overlaps(box, after).max() for box in before]
     return sum(o > SAME for o in best), len(best)
 
@@ -139,7 +139,7 @@ def main():
         if not path.exists():
             sys.exit(f"quantize_network: {path} is missing")
     _, height, width = input_of(onnx.load(arguments.model))
-    to_learn, to_compare = pictures_in(arguments.folders, arguments.pictures)
+    to_learn, to_compare = images_in(arguments.folders, arguments.pictures)
     quantized(arguments.model, [letterboxed(f, height, width) for f in to_learn], out)
     print(f"written: {out} ({out.stat().st_size / 1e6:.1f} MB; {arguments.model.stat().st_size / 1e6:.1f} MB before)")
     if not compare(arguments.model, out, [letterboxed(f, height, width) for f in to_compare]):

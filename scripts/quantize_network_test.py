@@ -63,9 +63,9 @@ class Quantized(unittest.TestCase):
 
     def run_script(self, *words):
         sys.argv = ["quantize_network.py", *map(str, words)]
-        with contextlib.redirect_stdout(io.StringIO()) as told:
+        with contextlib.redirect_stdout(io.StringIO()) as printed:
             quantize_network.main()
-        return told.getvalue()
+        return printed.getvalue()
 
     def producers(self, model):
         return {output: node for node in model.graph.node for output in node.output}
@@ -80,16 +80,16 @@ class Quantized(unittest.TestCase):
 
     def test_it_computes_nearly_the_same(self):
         self.run_script(self.model, self.folder, "--out", self.out)
-        picture = quantize_network.letterboxed(self.folder / "03.png", 48, 64)
+        image = quantize_network.letterboxed(self.folder / "03.png", 48, 64)
         before, after = (onnxruntime.InferenceSession(str(f), providers=["CPUExecutionProvider"]).run(
-            None, {"images": picture})[0] for f in (self.model, self.out))
+            None, {"images": image})[0] for f in (self.model, self.out))
         self.assertLess(np.abs(after - before).mean(), 0.1 * np.abs(before).mean())
 
     def test_the_classes_names_are_kept(self):
         self.run_script(self.model, self.folder)
         self.assertEqual([(p.key, p.value) for p in onnx.load(self.out).metadata_props], [("names", "{0: 'person'}")])
 
-    def test_few_pictures_or_an_open_size_are_errors_that_say_what_to_do(self):
+    def test_few_images_or_an_open_size_are_errors_with_a_fix(self):
         (self.folder / "few").mkdir()
         with self.assertRaisesRegex(SystemExit, "0 images.*fix: give folders"):
             self.run_script(self.model, self.folder / "few")
@@ -101,7 +101,7 @@ class Quantized(unittest.TestCase):
 
 
 class Parts(unittest.TestCase):
-    def test_a_picture_lies_in_the_middle_of_gray(self):
+    def test_an_image_is_centered_in_gray(self):
         with tempfile.NamedTemporaryFile(suffix=".png") as file:
             Image.new("RGB", (640, 480), (255, 0, 0)).save(file.name)
             x = quantize_network.letterboxed(file.name, 256, 320)
@@ -109,8 +109,8 @@ class Parts(unittest.TestCase):
         np.testing.assert_allclose(x[0, 0, :, 7], [114 / 255] * 8 + [1] * 240 + [114 / 255] * 8, rtol=1e-6)
 
     def test_boxes_are_counted_that_both_networks_find(self):
-        box, beside, elsewhere = (np.array([[x, 0, x + 10.0, 10]]) for x in (0, 1, 50))
-        self.assertEqual(quantize_network.found_again(box, np.concatenate([elsewhere, beside])), (1, 1))
+        box, shifted, elsewhere = (np.array([[x, 0, x + 10.0, 10]]) for x in (0, 1, 50))
+        self.assertEqual(quantize_network.found_again(box, np.concatenate([elsewhere, shifted])), (1, 1))
         self.assertEqual(quantize_network.found_again(box, elsewhere), (0, 1))
         self.assertEqual(quantize_network.found_again(box, np.empty((0, 4))), (0, 1))
 

@@ -109,9 +109,9 @@ class ByteReader {
   void expect_end() const {
     if (left() != 0) fail(fmt::format("{} bytes too many", left()));
   }
-  /// Throws Error: `what` is wrong about the bytes read last.
-  [[noreturn]] void fail(const std::string& what) const {
-    throw Error(what, fmt::format("{}, byte {}", where_, at_), fix_);
+  /// Throws Error with a problem of the bytes read last.
+  [[noreturn]] void fail(const std::string& problem) const {
+    throw Error(problem, fmt::format("{}, byte {}", where_, at_), fix_);
   }
 
  private:

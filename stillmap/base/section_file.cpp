@@ -62,8 +62,8 @@ class Unpacker {
   }
 
  private:
-  [[noreturn]] void fail(const std::string& what) const {
-    throw Error(what, where_, fmt::format("copy the file again, or {}", format_.remake));
+  [[noreturn]] void fail(const std::string& problem) const {
+    throw Error(problem, where_, fmt::format("copy the file again, or {}", format_.remake));
   }
   [[noreturn]] void fail_short(std::uint64_t wanted) const {
     fail(fmt::format("is truncated: {} of {} bytes are present", bytes_.size(), wanted));

@@ -40,7 +40,7 @@ void TraceTrack::begin(std::string_view name) {
   open_.push_back({name, now, kept ? keep_span(name, now) : -1});
 }
 
-/// Returns the position of the span; -1 where there are too many.
+/// Returns the index of the span; -1 if there are too many.
 std::int32_t TraceTrack::keep_span(std::string_view name, std::int64_t now) {
   if (spans_.size() >= kMostSpans) {
     ++left_out_;
@@ -62,7 +62,7 @@ void TraceTrack::end() {
   span.cpu = cpu_at(now) - span.cpu;  // span.cpu held the start time until here.
 }
 
-/// Names are literals, so nearly always the same one is found by its address.
+/// Compares addresses first, since names are literals and nearly always the same one.
 const TraceTrack::Total* TraceTrack::find_total(std::string_view name) const {
   for (const Total& total : totals_) {
     if (total.name.data() == name.data() && total.name.size() == name.size()) return &total;

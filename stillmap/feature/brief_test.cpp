@@ -118,11 +118,11 @@ TEST(Brief, RecognizesARotatedPatch) {
   const cv::Mat image = dead_leaves({201, 201}, 5);
   const std::vector<Corner> corners = {{100, 100, 0}, {60, 90, 0}};
   Blur blur;
-  const auto described = [&](const cv::Mat& picture) {
+  const auto described = [&](const cv::Mat& view) {
     std::vector<PatchMoments> moments(2);
     std::vector<Descriptor> descriptors(2);
-    patch_moments(picture, corners, moments, best_cpu_path());
-    describe(blur(picture), corners, moments, descriptors, best_cpu_path());
+    patch_moments(view, corners, moments, best_cpu_path());
+    describe(blur(view), corners, moments, descriptors, best_cpu_path());
     return descriptors;
   };
   const auto before = described(image);

@@ -19,8 +19,8 @@ constexpr double kDepthJump = 0.05;
 /// level].
 constexpr int kCell = 30;
 
-void require(bool condition, const char* what, const char* where, const char* fix) {
-  if (!condition) throw Error(what, where, fix);
+void require(bool condition, const char* problem, const char* where, const char* fix) {
+  if (!condition) throw Error(problem, where, fix);
 }
 
 /// Returns a geometric series with ratio 1 / scale_factor from level to level and the sum

@@ -31,15 +31,15 @@ struct ViewPair {
 
 ViewPair make_views(const cv::Matx33d& H, std::uint64_t seed) {
   constexpr double kFiner = 2;
-  cv::Mat picture = dead_leaves({2 * 2 * kSize.width, 2 * 2 * kSize.height}, seed);
-  cv::GaussianBlur(picture, picture, {0, 0}, 1);
+  cv::Mat source = dead_leaves({2 * 2 * kSize.width, 2 * 2 * kSize.height}, seed);
+  cv::GaussianBlur(source, source, {0, 0}, 1);
   // Pixel p of `a` is pixel 2 p + (kSize / 2) * 2 of the source: `a` shows its center.
-  const cv::Matx33d picture_from_a(kFiner, 0, kSize.width, 0, kFiner, kSize.height, 0, 0, 1);
+  const cv::Matx33d source_from_a(kFiner, 0, kSize.width, 0, kFiner, kSize.height, 0, 0, 1);
   ViewPair views;
   views.H = H;
   const int how = cv::INTER_CUBIC | cv::WARP_INVERSE_MAP;
-  cv::warpPerspective(picture, views.a, picture_from_a, kSize, how);
-  cv::warpPerspective(picture, views.b, picture_from_a * H.inv(), kSize, how);
+  cv::warpPerspective(source, views.a, source_from_a, kSize, how);
+  cv::warpPerspective(source, views.b, source_from_a * H.inv(), kSize, how);
   return views;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The vocabulary's file, all numbers little-endian:
 ///
-///     offset  size       what
+///     offset  size       content
 ///     0       8          "STILLVOC"
 ///     8       4          version, 1
 ///     12      4          nodes N, the root among them

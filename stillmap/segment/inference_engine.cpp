@@ -48,14 +48,14 @@ std::unique_ptr<InferenceEngine> start_openvino(const EngineOptions& options) {
 }
 
 void warn_of_missing_openvino() {
-  static const bool told = [] {
+  static const bool warned = [] {
     warn(fmt::format(
              "the network runs on OpenCV, which is slower, since OpenVINO cannot be loaded ({})",
              OpenVinoPlugin::instance().problem()),
          kInstallOpenVino);
     return true;
   }();
-  (void)told;
+  (void)warned;
 }
 
 /// Starts OpenVINO if it is installed and supports all operators of the network, OpenCV otherwise.

@@ -28,7 +28,7 @@ fs::path shared() {
   return folder != nullptr ? folder : STILLMAP_SHARED_DEFAULT;
 }
 
-RgbdFrame picture(const std::string& name) {
+RgbdFrame image_frame(const std::string& name) {
   RgbdFrame frame;
   frame.color = cv::imread((shared() / "models/img" / name).string());
   cv::cvtColor(frame.color, frame.gray, cv::COLOR_BGR2GRAY);
@@ -142,7 +142,7 @@ std::vector<std::string> classes_in(const std::vector<Instance>& instances) {
 }
 
 TEST_P(Network, FindsThePersonsAndTheBus) {
-  const auto found = make_detector(options_for(model(), backend()))->detect(picture("bus.jpg"));
+  const auto found = make_detector(options_for(model(), backend()))->detect(image_frame("bus.jpg"));
   EXPECT_THAT(classes_in(found), testing::IsSupersetOf({"bus", "person", "person", "person"}));
   const cv::Rect image(0, 0, 810, 1080);
   for (const auto& i : found) {
@@ -152,7 +152,7 @@ TEST_P(Network, FindsThePersonsAndTheBus) {
 }
 
 TEST_P(Network, AgreesWithOpenCv) {
-  const RgbdFrame frame = picture("zidane.jpg");
+  const RgbdFrame frame = image_frame("zidane.jpg");
   const auto found = make_detector(options_for(model(), backend()))->detect(frame);
   const auto reference = make_detector(options_for(model(), "opencv"))->detect(frame);
   ASSERT_EQ(classes_in(found), classes_in(reference));
@@ -169,11 +169,11 @@ TEST_P(Network, AgreesWithOpenCv) {
 }
 
 TEST_P(Network, ResultDoesNotDependOnRunOrThreads) {
-  const RgbdFrame frame = picture("zidane.jpg");
+  const RgbdFrame frame = image_frame("zidane.jpg");
   SegmentOptions options = options_for(model(), backend());
   const auto detector = make_detector(options);
   const auto once = detector->detect(frame);
-  (void)detector->detect(picture("bus.jpg"));
+  (void)detector->detect(image_frame("bus.jpg"));
   const auto twice = detector->detect(frame);
   options.threads = 2;
   const auto threads = make_detector(options)->detect(frame);
@@ -191,7 +191,7 @@ TEST_P(Network, ResultDoesNotDependOnRunOrThreads) {
 TEST_P(Network, ReportsOnlyWantedClasses) {
   SegmentOptions options = options_for(model(), backend());
   options.classes = {"bus"};
-  EXPECT_THAT(classes_in(make_detector(options)->detect(picture("bus.jpg"))),
+  EXPECT_THAT(classes_in(make_detector(options)->detect(image_frame("bus.jpg"))),
               testing::ElementsAre("bus"));
   options.classes = {"dragon"};
   EXPECT_THROW(make_detector(options), Error);

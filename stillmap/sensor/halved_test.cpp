@@ -25,7 +25,7 @@ double plane_depth(const Camera& camera, double u, double v) {
   return 2 / (1 - 0.3 * ray.x() + 0.2 * ray.y());
 }
 
-RgbdFrame picture(const Camera& camera) {
+RgbdFrame frame_of(const Camera& camera) {
   RgbdFrame frame;
   frame.index = 7;
   frame.timestamp = 1.5;
@@ -46,7 +46,7 @@ class Frames : public FrameSource {
   Frames(const Camera& camera, int count) : camera_(camera), left_(count) {}
   const Camera& camera() const override { return camera_; }
   RgbdFramePtr next() override {
-    return left_-- > 0 ? std::make_shared<RgbdFrame>(picture(camera_)) : nullptr;
+    return left_-- > 0 ? std::make_shared<RgbdFrame>(frame_of(camera_)) : nullptr;
   }
   std::optional<std::size_t> size() const override { return left_; }
   const std::vector<SkippedFrame>& skipped() const override { return skipped_; }
@@ -67,7 +67,7 @@ TEST(Halved, APointProjectsToTheCenterOfItsPixels) {
 
 TEST(Halved, ThePlaneIsUnchanged) {
   const Camera camera = recorded(), half = halved(camera);
-  const RgbdFrame small = halved(picture(camera));
+  const RgbdFrame small = halved(frame_of(camera));
   ASSERT_EQ(small.depth.size(), cv::Size(80, 60));
   for (int y = 0; y < 60; ++y) {
     for (int x = 0; x < 80; ++x) {
@@ -81,7 +81,7 @@ TEST(Halved, ThePlaneIsUnchanged) {
 }
 
 TEST(Halved, ReadingsOfTwoSurfacesAreNotMixed) {
-  RgbdFrame frame = picture(recorded());
+  RgbdFrame frame = frame_of(recorded());
   cv::Mat(cv::Matx22f(1, 3, 0, 1.02F)).copyTo(frame.depth({2, 2, 2, 2}));
   frame.depth({4, 2, 2, 2}).setTo(0);
   const RgbdFrame small = halved(frame);

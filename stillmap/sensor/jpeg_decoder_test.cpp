@@ -12,7 +12,7 @@ namespace stillmap {
 namespace {
 
 /// Noise on a gradient, so that every block has content.
-cv::Mat picture(int type) {
+cv::Mat gradient(int type) {
   cv::Mat noise(120, 161, type), image(120, 161, type);
   cv::theRNG().state = 11;
   cv::randu(noise, 0, 60);
@@ -22,7 +22,7 @@ cv::Mat picture(int type) {
 
 std::vector<unsigned char> encoded(int type, const std::vector<int>& how = {}) {
   std::vector<unsigned char> bytes;
-  cv::imencode(".jpg", picture(type), bytes, how);
+  cv::imencode(".jpg", gradient(type), bytes, how);
   return bytes;
 }
 

@@ -7,7 +7,7 @@
 
 namespace stillmap {
 
-/// The part of a recording that is used, and what the recording does not say itself.
+/// Part of a recording to use, and settings that the recording does not contain.
 struct SourceOptions {
   /// Preset name (tum_fr1, tum_fr2, tum_fr3, kitchen), camera.yaml or an ORB-SLAM settings file;
   /// empty for the recording's own camera.yaml.
