@@ -11,7 +11,7 @@
 namespace stillmap {
 namespace {
 
-/// The smallest of 1, 2, 5, 10 times a power of ten that is not below `step`.
+/// Returns the smallest of 1, 2, 5, 10 times a power of ten that is not below `step`.
 double round_up_to_nice(double step) {
   const double power = std::pow(10.0, std::floor(std::log10(step)));
   for (const double factor : {1.0, 2.0, 5.0}) {

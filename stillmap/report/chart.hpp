@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-/// The parts that all charts share: value ranges, axes, and the planes that 3D paths are drawn in.
+/// Common parts of all charts: value ranges, axes, and the planes in which 3D paths are drawn.
 namespace stillmap {
 
 /// A closed interval of values; empty while low > high.
@@ -19,15 +19,16 @@ struct ValueRange {
   double size() const { return empty() ? 0 : high - low; }
   /// Extends the range to a value; values that are not finite are ignored.
   void include(double value);
-  /// The range extended by `margin` on both sides.
+  /// Returns the range extended by `margin` on both sides.
   ValueRange grown(double margin) const { return {low - margin, high + margin}; }
 };
 
-/// Round values (1, 2 or 5 times a power of ten apart) inside the range, about `count` of them.
+/// Returns about `count` round values inside the range, 1, 2 or 5 times a power of ten apart.
 std::vector<double> nice_ticks(const ValueRange& range, int count);
 
-/// Labels of the ticks with the decimals needed to tell them apart: 0.0, 0.5, 1.0. A reversed axis
-/// has ticks at negated values; with `reversed` the labels show the values themselves.
+/// Returns the labels of the ticks with the decimals needed to distinguish them: 0.0, 0.5, 1.0. A
+/// reversed axis has ticks at negated values; with `reversed` the labels show the values
+/// themselves.
 std::vector<std::string> tick_labels(std::span<const double> ticks, bool reversed = false);
 
 /// The data area of a chart: a rectangle of the drawing [pixels] and the values that it shows.
@@ -43,14 +44,14 @@ struct ChartArea {
   void fit_equal_scale();
 };
 
-/// Grid lines, tick labels and the title of an axis.
+/// Draws grid lines, tick labels and the title of an axis.
 /// @param ticks  approximate number of ticks
 void draw_x_axis(Svg& svg, const ChartArea& area, int ticks, std::string_view title);
 void draw_y_axis(Svg& svg, const ChartArea& area, int ticks, std::string_view title,
                  bool reversed = false);
 
-/// Splits samples where the time step exceeds 3.5 times the median step, that is, where tracking
-/// was lost: [first, end) indices of each part.
+/// Returns the [first, end) indices of the parts of the samples without gaps. A gap is a time step
+/// longer than 3.5 times the median step, because tracking was lost.
 std::vector<std::pair<std::size_t, std::size_t>> continuous_ranges(
     std::span<const double> timestamps);
 
@@ -59,7 +60,7 @@ struct PlaneAxis {
   int axis = 0;           ///< 0 x, 1 y, 2 z
   bool reversed = false;  ///< values decrease to the right (or upwards)
   double of(const Eigen::Vector3d& p) const { return reversed ? -p(axis) : p(axis); }
-  /// "x [m]"
+  /// Returns the label of the axis, such as "x [m]".
   std::string label() const { return std::string(1, "xyz"[axis]) + " [m]"; }
 };
 
@@ -69,17 +70,17 @@ struct ProjectionPlane {
   Eigen::Vector2d operator()(const Eigen::Vector3d& p) const { return {right.of(p), up.of(p)}; }
 };
 
-/// Mean upward direction of the cameras (unit vector, world frame): hand-held and mounted cameras
-/// are upright on average. +z for an empty trajectory.
+/// Returns the mean upward direction of the cameras (unit vector, world frame): hand-held and
+/// mounted cameras are upright on average. +z for an empty trajectory.
 Eigen::Vector3d mean_up(const Trajectory& trajectory);
 
-/// The world axis (a signed unit vector) nearest to mean_up().
+/// Returns the world axis (a signed unit vector) nearest to mean_up().
 Eigen::Vector3d up_axis(const Trajectory& trajectory);
 
-/// The world from above: right x up points to the viewer.
+/// Returns the view of the world from above: right x up points to the viewer.
 ProjectionPlane plane_from_above(const Eigen::Vector3d& up_axis);
-/// The world from the side, its up axis upwards; the horizontal axis is the one along which the
-/// points spread more.
+/// Returns the view of the world from the side, its up axis upwards; the horizontal axis is the one
+/// along which the points spread more.
 ProjectionPlane plane_from_the_side(const Eigen::Vector3d& up_axis,
                                     std::span<const Eigen::Vector3d> points);
 

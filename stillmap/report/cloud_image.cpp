@@ -16,19 +16,19 @@
 namespace stillmap {
 namespace {
 
-constexpr double kElevation = 32 * std::numbers::pi / 180;    // of the viewer above the horizon
-constexpr double kAzimuth = 24 * std::numbers::pi / 180;      // beside the cameras' mean direction
-constexpr double kFieldOfView = 42 * std::numbers::pi / 180;  // horizontal
-constexpr double kHeadroom = 0.9;                             // shown above the highest camera [m]
-constexpr double kFilled = 0.94;         // share of the image's width or height
-constexpr double kOutermost = 0.01;      // share of the points on each side that need not be in it
-constexpr int kFramingRounds = 12;       // until nothing moves any more
-constexpr double kNear = 0.05;           // nothing nearer to the viewer is drawn [m]
-constexpr std::size_t kSamples = 20000;  // points looked at to choose the view
+constexpr double kElevation = 32 * std::numbers::pi / 180;  // angle of the viewer above the horizon
+constexpr double kAzimuth = 24 * std::numbers::pi / 180;    // angle to the cameras' mean direction
+constexpr double kFieldOfView = 42 * std::numbers::pi / 180;  // horizontal field of view
+constexpr double kHeadroom = 0.9;        // height shown above the highest camera [m]
+constexpr double kFilled = 0.94;         // share of the image's width or height filled by the cloud
+constexpr double kOutermost = 0.01;      // share of the points on each side that may be outside
+constexpr int kFramingRounds = 12;       // number of iterations, enough for convergence
+constexpr double kNear = 0.05;           // smallest depth that is drawn [m]
+constexpr std::size_t kSamples = 20000;  // number of points used to choose the view
 constexpr double kLighting = 1.25;       // strength of the eye-dome lighting
-constexpr double kDeepest = 0.06;        // steps in depth deeper than this look the same [log m]
-constexpr int kFrusta = 7;
-constexpr int kBandRows = 256;  // drawn at once: what lighting needs besides is many times a image
+constexpr double kDeepest = 0.06;        // depth step beyond which the shade is constant [log m]
+constexpr int kFrusta = 7;               // number of camera frusta
+constexpr int kBandRows = 256;  // rows drawn at once, since lighting takes many images of memory
 
 void check(const CloudSpan& cloud) {
   const bool fits = cloud.colors.size() == cloud.points.size() &&
@@ -43,7 +43,8 @@ Eigen::Vector3d normalized_or(const Eigen::Vector3d& v, const Eigen::Vector3d& o
   return v.norm() > 1e-6 ? Eigen::Vector3d(v.normalized()) : otherwise;
 }
 
-/// Rotation of a viewer that looks along `ahead` with the world's up upwards in the image.
+/// Returns the rotation of a viewer that looks along `ahead`, with the world's up upwards in the
+/// image.
 Eigen::Matrix3d look_along(const Eigen::Vector3d& ahead, const Eigen::Vector3d& up) {
   Eigen::Matrix3d R;
   R.col(2) = ahead;
@@ -67,7 +68,7 @@ double cut_height(const Trajectory& cameras, const Eigen::Vector3d& up) {
   return highest + kHeadroom;
 }
 
-/// Some of the points that will be drawn, in the viewer's axes.
+/// Returns a sample of the points to be drawn, in the viewer's axes.
 std::vector<Eigen::Vector3d> sample(const CloudSpan& cloud, const CloudView& view,
                                     const Eigen::Matrix3d& R_world_viewer) {
   std::vector<Eigen::Vector3d> samples;
@@ -91,18 +92,18 @@ Eigen::Vector3d middle_of(const std::vector<Eigen::Vector3d>& samples) {
   return middle;
 }
 
-/// Radius around the middle that holds nearly all samples.
+/// Returns the radius around the middle that contains nearly all samples [m].
 double spread_of(const std::vector<Eigen::Vector3d>& samples, const Eigen::Vector3d& middle) {
   std::vector<double> radii;
   for (const Eigen::Vector3d& p : samples) radii.push_back((p - middle).norm());
   return quantile(radii, 1 - kOutermost);
 }
 
-/// Where the samples fall in the image of a viewer at `eye` (in the viewer's axes): their middle,
-/// and how much of the image they take up. The outermost samples do not count, cameras always do.
+/// Position and size of the samples in the image of a viewer at `eye` (in the viewer's axes). The
+/// outermost samples do not count, cameras always do.
 struct Framing {
-  Eigen::Vector2d middle;  // pixels
-  double share = 0;        // 1: just fits
+  Eigen::Vector2d middle;  // middle of the samples [pixels]
+  double share = 0;        // share of the image's width or height; 1: the samples just fit
 };
 
 Framing framing_of(const std::vector<Eigen::Vector3d>& samples,
@@ -130,8 +131,8 @@ Framing framing_of(const std::vector<Eigen::Vector3d>& samples,
   return {(low + high) / 2, part.maxCoeff()};
 }
 
-/// The eye, in the viewer's axes, from which everything just fits. Moving sideways and back changes
-/// the perspective, so it takes a few rounds from far away.
+/// Returns the eye, in the viewer's axes, from which all samples just fit. Its motion changes the
+/// perspective, so the solution is iterated from far away.
 Eigen::Vector3d eye_that_sees(const std::vector<Eigen::Vector3d>& samples,
                               const std::vector<Eigen::Vector3d>& cameras, const Camera& viewer) {
   const Eigen::Vector3d middle = middle_of(samples);
@@ -157,17 +158,17 @@ Camera viewer_camera(const CloudImageOptions& options) {
   return viewer;
 }
 
-/// Some rows of the image, supersampled.
+/// A band of rows of the supersampled image.
 struct Band {
-  int first;        // row of the whole image
-  cv::Mat3b color;  // as wide as the whole
-  cv::Mat1f depth;  // along the optical axis; infinite where nothing is
+  int first;        // its first row in the whole image
+  cv::Mat3b color;  // as wide as the whole image
+  cv::Mat1f depth;  // depth along the optical axis [m]; infinite for the background
 };
 
 cv::Vec3b color_of(const CloudSpan& cloud, std::size_t i) {
   const auto& [red, green, blue] = cloud.colors[i];
   if (cloud.marked.empty() || cloud.marked[i] == 0) return {blue, green, red};
-  const double gray = (red + 2 * green + blue) / 4.0;  // some of the texture stays to be seen
+  const double gray = (red + 2 * green + blue) / 4.0;  // keeps some of the texture visible
   return {cv::saturate_cast<std::uint8_t>(15 + 0.2 * gray),
           cv::saturate_cast<std::uint8_t>(5 + 0.2 * gray),
           cv::saturate_cast<std::uint8_t>(115 + 0.55 * gray)};
@@ -210,10 +211,11 @@ void draw_points(Band& band, const CloudSpan& cloud, const CloudView& view,
   }
 }
 
-/// How far around a pixel lighting looks [pixels].
+/// Returns the radius of the neighborhood that lighting uses [pixels].
 int lighting_reach(int supersampling) { return 3 * supersampling; }
 
-/// Eye-dome lighting: how far, in logarithms, a pixel lies behind its neighbors on two rings.
+/// Applies eye-dome lighting: darkens a pixel by the logarithm of its depth relative to that of its
+/// neighbors on two rings.
 void light(Band& band, int supersampling) {
   const int margin = lighting_reach(supersampling);
   cv::Mat1f log_depth, padded;
@@ -237,7 +239,7 @@ void light(Band& band, int supersampling) {
   }
 }
 
-/// A vertical gradient behind everything.
+/// Draws a vertical gradient as background.
 void draw_background(Band& band, int rows_of_all, bool dark) {
   const cv::Vec3d top = dark ? cv::Vec3d(34, 27, 22) : cv::Vec3d(252, 251, 250);
   const cv::Vec3d bottom = dark ? cv::Vec3d(58, 48, 42) : cv::Vec3d(232, 228, 224);
@@ -250,7 +252,7 @@ void draw_background(Band& band, int rows_of_all, bool dark) {
   }
 }
 
-/// Rows first .. last - 1 of the image, of `size` in all.
+/// Returns the rows first .. last - 1 of an image of `size`.
 cv::Mat3b draw_rows(int first, int last, const cv::Size& size, const CloudSpan& cloud,
                     const CloudView& view, const CloudImageOptions& options) {
   const int reach = lighting_reach(options.supersampling);
@@ -263,7 +265,7 @@ cv::Mat3b draw_rows(int first, int last, const cv::Size& size, const CloudSpan& 
   return band.color.rowRange(first - top, last - top);
 }
 
-/// Lines in the world, drawn over the image.
+/// Draws lines of the world over the image.
 class Overlay {
  public:
   Overlay(cv::Mat3b& image, const CloudView& view, int supersampling)
@@ -280,7 +282,8 @@ class Overlay {
              cv::LINE_AA, kShift);
   }
 
-  /// The pyramid a camera sees, `depth` meters long; 4:3, 57 degrees wide like a Kinect's.
+  /// Draws the viewing pyramid of a camera, `depth` meters long; 4:3, 57 degrees wide like that of
+  /// a Kinect.
   void frustum(const Pose& T_world_camera, double depth, const cv::Scalar& color) {
     const double w = 0.54 * depth, h = 0.41 * depth;
     const std::array<Eigen::Vector3d, 4> corners{T_world_camera * Eigen::Vector3d(-w, -h, depth),

@@ -14,10 +14,9 @@ namespace stillmap {
 
 /// Points to be drawn; the spans have equal length, `marked` may be empty.
 struct CloudSpan {
-  std::span<const Eigen::Vector3f>
-      points;  ///< world frame [m]; points that are not finite are skipped
-  std::span<const std::array<std::uint8_t, 3>> colors;  ///< red, green, blue
-  std::span<const std::uint8_t> marked;                 ///< Not zero: drawn in red (ghosts).
+  std::span<const Eigen::Vector3f> points;  ///< World frame [m]; non-finite points are skipped.
+  std::span<const std::array<std::uint8_t, 3>> colors;  ///< Red, green and blue of each point.
+  std::span<const std::uint8_t> marked;  ///< Not zero for points drawn in red (ghosts).
 };
 
 struct CloudImageOptions {
@@ -37,9 +36,9 @@ struct CloudView {
       std::numeric_limits<double>::infinity();  ///< Points above this height are skipped [m].
 };
 
-/// A view from behind and above the cameras along their mean viewing direction, so that surfaces
-/// are seen from the recorded side. Points well above the cameras are cut off, so that ceilings do
-/// not hide the room. The distance is such that nearly all points fill the image.
+/// Returns a view from behind and above the cameras along their mean viewing direction, so that
+/// surfaces are shown from the recorded side. Points well above the cameras are cut off, so that
+/// ceilings do not hide the room. The distance is such that nearly all points fill the image.
 CloudView choose_cloud_view(const CloudSpan& cloud, const Trajectory& cameras,
                             const CloudImageOptions& options = {});
 

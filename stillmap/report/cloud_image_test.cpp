@@ -33,7 +33,7 @@ struct Points {
 
 constexpr Rgb kGreen{20, 200, 40}, kBlue{30, 60, 220};
 
-/// A green wall at z = 2, a blue ceiling 1.6 m above the cameras; y points down.
+/// Returns a green wall at z = 2 and a blue ceiling 1.6 m above the cameras; y points down.
 Points room() {
   Points room;
   room.add_square({-1, -1, 2}, {2, 0, 0}, {0, 2, 0}, kGreen);
@@ -51,7 +51,7 @@ CloudImageOptions small() {
   return options;
 }
 
-/// Pixels in which a channel (0 blue, 1 green, 2 red) stands out.
+/// Returns the number of pixels in which a channel (0 blue, 1 green, 2 red) dominates.
 int pixels_of(const cv::Mat& image, int channel) {
   int count = 0;
   for (const cv::Vec3b& pixel : cv::Mat3b(image)) {

@@ -103,8 +103,9 @@ struct Cell {
   int row = 0, column = 0;
 };
 
-/// Position of each run's panel: one row per sequence and one column per system where there are
-/// several of both and no pair occurs twice; else row by row, with at most three columns.
+/// Returns the position of each run's panel: one row per sequence and one column per system if
+/// there are several of both and no pair occurs twice; otherwise row by row, with at most three
+/// columns.
 std::vector<Cell> lay_out(const Comparison& comparison) {
   const auto names = distinct(comparison, &ComparedRun::name);
   const auto sequences = distinct(comparison, &ComparedRun::sequence);

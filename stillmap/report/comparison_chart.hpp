@@ -5,9 +5,10 @@
 
 namespace stillmap {
 
-/// The path of each run (blue) against the truth (gray), from above, with red lines between
+/// Draws the path of each run (blue) and the truth (gray) from above, with red lines between
 /// corresponding points, as in figure 5 of SLAM3-YOLOv8; one panel per run. With several sequences
-/// and several systems: one row per sequence, one column per system. Throws Error without a run.
+/// and several systems there is one row per sequence and one column per system. Throws Error
+/// without a run.
 Svg comparison_chart(const Comparison& comparison);
 
 }  // namespace stillmap

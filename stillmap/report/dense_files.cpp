@@ -36,7 +36,7 @@ void write_image(ResultFolder& folder, const std::string& name, const cv::Mat& i
   folder.write(name, [&](const fs::path& file) { write_png(file, image); });
 }
 
-/// The cloud of all measurements and the static cloud, side by side.
+/// Returns an image of the cloud of all measurements and the static cloud, side by side.
 cv::Mat before_and_after(const DenseResults& results, const CloudView& view, const cv::Mat& after) {
   cv::Mat both, half;
   cv::hconcat(image_of(raw_cloud(results.placed), results.trajectory, view), after, both);

@@ -22,14 +22,14 @@ void check(const DenseOutputs& outputs);
 
 /// A dense map with the data of the run that its files also show.
 struct DenseResults {
-  const ComposedCloud& cloud;    ///< static cloud with object labels, world frame
-  const PlacedMap& placed;       ///< the views that it was made of
-  const Trajectory& trajectory;  ///< T_world_camera; defines up, and the view of the images
-  const std::vector<MoverTrack>& movers;  ///< for the obstacles; world frame
+  const ComposedCloud& cloud;    ///< Static cloud with object labels, world frame.
+  const PlacedMap& placed;       ///< Views of which the cloud was made.
+  const Trajectory& trajectory;  ///< T_world_camera; defines up and the view of the images.
+  const std::vector<MoverTrack>& movers;  ///< Movers in the world frame, for the obstacles.
 };
 
-/// Writes cloud.ply and cloud.png; semantic*.ply/.png and objects.json where a network found
-/// objects; mesh.* and the planner's files if wanted.
+/// Writes cloud.ply and cloud.png; semantic*.ply/.png and objects.json if a network found objects;
+/// mesh.* and the planner's files if wanted.
 /// @returns images of cloud, classes and mesh for the report, the cloud first
 std::vector<CaptionedImage> write_dense_files(const DenseResults& results,
                                               const DenseOptions& options,

@@ -52,7 +52,7 @@ void draw_keypoints(cv::Mat& image, const TrackedFrame& tracked) {
   }
 }
 
-/// Red at 0, yellow at one half, green at 1.
+/// Returns a color between red (0), yellow (0.5) and green (1).
 cv::Scalar probability_color(float p) {
   const double red = std::min(1.0F, 2 - 2 * p), green = std::min(1.0F, 2 * p);
   return {40, 40 + 190 * green, 40 + 200 * red};
@@ -71,7 +71,7 @@ void draw_motion_labels(cv::Mat& image, const Frame& frame) {
   }
 }
 
-/// The image with little color, so that colored marks stand out.
+/// Returns the image with little color, so that colored marks are easy to see.
 cv::Mat grayed(const cv::Mat& color) {
   cv::Mat gray, image, mixed;
   cv::cvtColor(color, gray, cv::COLOR_BGR2GRAY);

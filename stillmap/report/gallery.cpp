@@ -11,7 +11,8 @@ namespace stillmap {
 namespace {
 
 constexpr std::size_t kImages = 6;
-constexpr std::size_t kUsualLength = 600;  // of a sequence of unknown length [frames]
+constexpr std::size_t kUsualLength =
+    600;  // assumed length of a sequence of unknown length [frames]
 
 }  // namespace
 

@@ -12,11 +12,12 @@ namespace stillmap {
 /// Collects example frames for the report, spread evenly over the sequence.
 class Gallery {
  public:
-  /// @param total_frames  length of the sequence, if known
+  /// @param total_frames  number of frames of the sequence, if known
   explicit Gallery(std::optional<std::size_t> total_frames);
 
   /// Draws the frame if it is one of the examples.
   void record(const TrackedFrame& tracked);
+  /// Returns the drawn examples, once.
   std::vector<CaptionedImage> take() { return std::move(images_); }
 
  private:

@@ -9,7 +9,7 @@ namespace stillmap {
 /// Which motion labels of a run are saved.
 struct LabelRecording {
   bool save = false;   ///< Whether to save the label of every keypoint, about 10 kB per frame.
-  int draw_every = 0;  ///< Every n-th frame is drawn with its labels; 0: none.
+  int draw_every = 0;  ///< Draws every n-th frame with its labels; 0: none.
 };
 
 /// Saves the motion labels of a run: verdicts.bin and verdicts/FRAME.png.

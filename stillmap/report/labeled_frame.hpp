@@ -5,7 +5,7 @@
 
 namespace stillmap {
 
-/// The motion labels of a frame's keypoints, in the form that the evaluation reads.
+/// Returns the motion labels of a frame's keypoints, in the form that the evaluation reads.
 LabeledFrame labeled_frame(const Frame& frame);
 
 }  // namespace stillmap

@@ -4,17 +4,17 @@
 
 namespace stillmap {
 
-/// Processor and number of cores: "AMD EPYC, 2 cores".
+/// Returns the processor and the number of cores: "AMD EPYC, 2 cores".
 std::string machine_description();
 
-/// Peak memory of this process so far [MiB].
+/// Returns the peak memory of this process so far [MiB].
 double peak_memory_mib();
 
-/// Time since the start of this process, including the loading of libraries [s]; 0 if the system
-/// does not provide it.
+/// Returns the time since the start of this process, including the loading of libraries [s]; 0 if
+/// the system does not provide it.
 double seconds_since_start();
 
-/// CPU time of all threads of this process so far [ms].
+/// Returns the CPU time of all threads of this process so far [ms].
 double process_cpu_ms();
 
 }  // namespace stillmap

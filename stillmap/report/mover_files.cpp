@@ -17,7 +17,7 @@ struct Entry {
   const MoverSample* sample;
 };
 
-/// By frame; within a frame by id, as the tracks are.
+/// Returns the samples by frame; within a frame in order of the ids, as the tracks are.
 std::map<std::size_t, std::vector<Entry>> by_frame(const std::vector<MoverTrack>& tracks) {
   std::map<std::size_t, std::vector<Entry>> frames;
   for (const MoverTrack& track : tracks) {
@@ -36,7 +36,7 @@ std::string triple(const Eigen::Vector3d& v) {
   return fmt::format("{:.4f},{:.4f},{:.4f}", v.x(), v.y(), v.z());
 }
 
-/// Rounded to 0.1 mm: further digits would carry no information.
+/// Rounds to 0.1 mm, since further digits contain no information.
 double rounded(double value) { return std::round(value * 1e4) / 1e4; }
 
 nlohmann::json json_of(const Eigen::Vector3d& v) {
@@ -66,12 +66,12 @@ nlohmann::json json_of(const Entry& entry) {
 
 std::string movers_csv(const std::vector<MoverTrack>& tracks) {
   std::string text =
-      "# What moves, one line per mover and frame. World frame of trajectory.txt; meters, seconds, "
-      "meters per second.\n"
-      "# state: moving; standing (seen, not known to move); predicted (not seen). x y z: centroid, "
-      "put behind the surface\n"
-      "# that is seen by what a thing as deep as wide would need. min, max: box along the world's "
-      "axes, deepened likewise.\n"
+      "# Moving objects, one line per mover and frame. World frame of trajectory.txt; meters, "
+      "seconds, meters per second.\n"
+      "# state: moving; standing (observed, not known to move); predicted (not observed).\n"
+      "# x y z: centroid of an object as deep as wide behind the observed surface. min, max: box "
+      "of "
+      "this object along the world's axes.\n"
       "timestamp,id,class,state,x,y,z,vx,vy,vz,min_x,min_y,min_z,max_x,max_y,max_z,first_seen,last_"
       "seen\n";
   for (const auto& [frame, entries] : by_frame(tracks)) {
@@ -117,7 +117,7 @@ std::vector<MoverTrack> read_mover_tracks(const std::filesystem::path& file) {
 }
 
 MoverPath path_of(const MoverTrack& track) {
-  constexpr double kStep = 0.5;  // seconds
+  constexpr double kStep = 0.5;  // time between two samples of the path [s]
   MoverPath path;
   std::vector<double> speeds;
   const MoverSample* from = nullptr;

@@ -8,17 +8,17 @@
 
 namespace stillmap {
 
-/// Tracks as a table for movers.csv, one line per mover and frame, by frame, then id. Comment lines
-/// (#) say what the columns are and in which unit; then a line with their names:
-/// timestamp [s], id, class ("unknown" for none), state (moving, standing or predicted), x y z
-/// (centroid) [m], vx vy vz [m/s], min_x ... max_z (box along the world's axes) [m], first_seen,
-/// last_seen [s]. World: the trajectory's.
+/// Returns the content of movers.csv: one line per mover and frame, ordered by frame, then id.
+/// Comment lines (#) describe the columns and their units, and one line names them: timestamp [s],
+/// id, class ("unknown" for none), state (moving, standing or predicted), x y z (centroid) [m],
+/// vx vy vz [m/s], min_x ... max_z (box along the world's axes) [m], first_seen, last_seen [s]. The
+/// world frame is that of the trajectory.
 std::string movers_csv(const std::vector<MoverTrack>& tracks);
 
-/// The same for movers.jsonl: one JSON object per frame that has any mover, {"timestamp", "movers":
-/// [{"id", "class", "class_confidence", "state", "centroid", "velocity", "box": [min, max],
-/// "surface": [min, max], "first_seen", "last_seen"}]}. "surface" is around what was measured,
-/// "box" adds what the camera cannot see behind it.
+/// Returns the content of movers.jsonl: one JSON object per frame with movers, {"timestamp",
+/// "movers": [{"id", "class", "class_confidence", "state", "centroid", "velocity", "box": [min,
+/// max], "surface": [min, max], "first_seen", "last_seen"}]}. "surface" encloses the measured
+/// points, "box" also the hidden part of the object behind them.
 std::string movers_jsonl(const std::vector<MoverTrack>& tracks);
 
 /// Reads movers.csv. The tracks have the columns of the file only: no surface, no class confidence,
@@ -33,6 +33,7 @@ struct MoverPath {
   std::size_t observed = 0;   ///< Number of frames in which it was observed.
   std::size_t predicted = 0;  ///< Number of frames in which it was predicted.
 };
+/// Returns the figures of a track.
 MoverPath path_of(const MoverTrack& track);
 
 }  // namespace stillmap

@@ -86,7 +86,7 @@ TEST(MoverFiles, EachLineIsAFrame) {
   EXPECT_EQ(mover["box"][1].size(), 3U);
 }
 
-TEST(MoverFiles, NothingMovesNoLines) {
+TEST(MoverFiles, WithoutMoversThereAreNoLines) {
   EXPECT_EQ(movers_jsonl({}), "");
   const std::filesystem::path file = test::own_path("no_movers.csv");
   write_file(file, movers_csv({}));

@@ -16,10 +16,10 @@ namespace {
 
 const cv::Scalar kWhite(255, 255, 255), kInk(110, 102, 96), kCameras(150, 140, 130);
 constexpr double kHeadroom = 0.3;  // points shown above the highest camera [m]
-constexpr double kPale = 0.45;     // share of the cloud's colors that is left
-constexpr int kScale = 2;          // drawn this many times larger, then averaged
+constexpr double kPale = 0.45;     // remaining share of the cloud's colors
+constexpr int kScale = 2;          // factor by which the image is drawn larger before averaging
 
-/// Colors for a white background that color-blind readers can tell apart (after Okabe and Ito,
+/// Colors for a white background that color-blind readers can distinguish (after Okabe and Ito,
 /// Color Universal Design, 2008).
 cv::Scalar color_of(int id) {
   static const std::array<cv::Scalar, 7> kColors{cv::Scalar(178, 114, 0),  cv::Scalar(0, 94, 213),
@@ -29,7 +29,7 @@ cv::Scalar color_of(int id) {
   return kColors[static_cast<std::size_t>(id - 1) % kColors.size()];
 }
 
-/// The points of the cloud that are not higher than the cameras.
+/// Points of the cloud that are not higher than the cameras.
 struct FloorPoints {
   std::vector<Eigen::Vector2d> at;  // in the plane of the drawing [m]
   std::vector<double> height;       // [m]
@@ -51,7 +51,8 @@ FloorPoints floor_of(const CloudSpan& cloud, const Trajectory& cameras,
   return floor;
 }
 
-/// Ranges of the drawing: all movers and cameras, and nearly all of the cloud [m].
+/// Returns the ranges of the drawing, which include all movers and cameras, and nearly all of the
+/// cloud [m].
 std::array<ValueRange, 2> extent_of(const std::vector<MoverTrack>& movers,
                                     const Trajectory& cameras, const FloorPoints& floor,
                                     const ProjectionPlane& plane) {
@@ -74,7 +75,7 @@ std::array<ValueRange, 2> extent_of(const std::vector<MoverTrack>& movers,
   return extent;
 }
 
-/// A drawing of the world from above. Sizes are pixels of the finished image.
+/// Drawing of the world from above. Sizes are in pixels of the final image.
 class Overhead {
  public:
   Overhead(const ProjectionPlane& plane, const std::array<ValueRange, 2>& extent, int width)
@@ -86,7 +87,7 @@ class Overhead {
     image_ = cv::Mat3b(cvRound(area_.height) * kScale, width * kScale, cv::Vec3b(255, 255, 255));
   }
 
-  /// The highest point in every pixel, pale; each point covers two by two pixels.
+  /// Draws the highest point of every pixel, pale; each point covers two by two pixels.
   void draw(const FloorPoints& floor) {
     const cv::Size size(cvRound(area_.width), cvRound(area_.height));
     cv::Mat1f highest(size, -std::numeric_limits<float>::infinity());
@@ -112,12 +113,12 @@ class Overhead {
            kCameras, 2);
     if (cameras.empty()) return;
     const Pose& T = cameras.back().T_world_camera;
-    for (const double side : {-0.54, 0.54})  // borders of the image, 57 degrees apart
+    for (const double side : {-0.54, 0.54})  // tangents of the image borders, 57 degrees apart
       line(T.translation(), T * (0.4 * Eigen::Vector3d(side, 0, 1)), kCameras, 1.4);
   }
 
   void draw_path(const MoverTrack& mover) {
-    constexpr std::size_t kDots = 3;  // frames from one dot to the next
+    constexpr std::size_t kDots = 3;  // number of frames from one dot to the next
     const cv::Scalar color = color_of(mover.id);
     const std::vector<MoverSample>& path = mover.samples;
     for (std::size_t i = 1; i < path.size(); ++i) {
@@ -127,7 +128,7 @@ class Overhead {
     disc(path.front().centroid, 4.5, color);
   }
 
-  /// Box, velocity and label at the last position.
+  /// Draws box, velocity and label at the last position.
   void draw_end(const MoverTrack& mover) {
     const MoverSample& last = mover.samples.back();
     const cv::Scalar color = color_of(mover.id);
@@ -143,7 +144,7 @@ class Overhead {
     label(fmt::format("{} {}", mover.id, mover.class_name), from + cv::Point2d(8, -8), color);
   }
 
-  /// A bar of a round length in the lower left corner.
+  /// Draws a scale bar of a round length in the lower left corner.
   void draw_scale() {
     const double length = nice_ticks({0, area_.x.size() / 5}, 3).back();  // [m]
     const cv::Point2d from(16, area_.height - 14);
@@ -182,7 +183,7 @@ class Overhead {
                cv::FILLED, cv::LINE_AA, kShift);
   }
 
-  /// Text on white, moved into the image. @param at  left end of the base line
+  /// Draws text on white, moved into the image. @param at  left end of the baseline [pixels]
   void label(const std::string& text, cv::Point2d at, const cv::Scalar& color) {
     constexpr double kSize = 0.5 * kScale;
     int below = 0;

@@ -7,16 +7,16 @@
 
 namespace stillmap {
 
-/// The paths of the movers from above, over the static cloud (pale; points above the cameras are
-/// cut off) and the camera's path. A line per mover, dotted while it was hidden, from a disc at its
-/// first position to its box at the last one, with an arrow for its velocity (length: path of one
-/// second) and a label with id and class. A bar in a corner gives the scale. 8UC3 BGR; the height
-/// follows from the extent of what is drawn.
+/// Draws the paths of the movers from above, over the camera's path and the static cloud (pale,
+/// without points above the cameras). Each mover has a line, dotted while it was predicted, from a
+/// disc at its first position to its box at the last one, with an arrow for its velocity (length:
+/// path of one second) and a label with id and class. A bar in a corner gives the scale. Returns
+/// 8UC3 BGR; the height follows from the extent of the paths and the cloud.
 ///
-/// @param movers   world frame
-/// @param cameras  the trajectory, world frame; defines the direction "from above"
-/// @param cloud    static cloud, world frame; may be empty
-/// @param width    of the image [pixels]
+/// @param movers   tracks in the world frame
+/// @param cameras  trajectory in the world frame; defines the direction "from above"
+/// @param cloud    static cloud in the world frame; may be empty
+/// @param width    width of the image [pixels]
 cv::Mat draw_movers(const std::vector<MoverTrack>& movers, const Trajectory& cameras,
                     const CloudSpan& cloud, int width = 1200);
 

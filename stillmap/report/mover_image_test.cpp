@@ -7,7 +7,7 @@
 namespace stillmap {
 namespace {
 
-/// A mover that goes along x, 3 m in front of the camera; y points down.
+/// Returns a mover that moves along x, 3 m in front of the camera; y points down.
 MoverTrack walker() {
   MoverTrack track;
   track.id = 1;

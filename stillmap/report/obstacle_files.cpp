@@ -44,7 +44,7 @@ nlohmann::json mover_in_map(const MoverTrack& track, const MoverSample& sample,
 
 long second_of(double timestamp) { return static_cast<long>(std::floor(timestamp)); }
 
-/// The movers of the first frame of each second that has any, by id.
+/// Returns the movers of the first frame with movers in each second, in order of their ids.
 std::map<long, nlohmann::json> movers_by_second(const std::vector<MoverTrack>& tracks,
                                                 const Pose& T_map_world) {
   std::map<long, double> first;  // time stamp of the first frame with movers, by second

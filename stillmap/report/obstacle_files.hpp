@@ -11,16 +11,16 @@
 
 namespace stillmap {
 
-/// The static obstacles: {"T_map_world": [tx, ty, tz, qx, qy, qz, qw], "obstacles": [{"id", "box":
-/// {"min", "max"}}]}; meters, frame `map` (z up from the floor).
+/// Returns the static obstacles: {"T_map_world": [tx, ty, tz, qx, qy, qz, qw], "obstacles": [{"id",
+/// "box": {"min", "max"}}]}; meters, frame `map` (z up from the floor).
 nlohmann::json obstacles_json(const FloorPlan& plan, const Pose& T_map_world);
 
-/// Static and moving obstacles over time, for a safety system: one JSON object per line and second
-/// of the trajectory: {"timestamp", "camera": [x, y, z], "static": [as above], "movers": [{"id",
-/// "class", "centroid", "velocity", "box": {"min", "max"}}]}; meters and m/s, frame `map`. The
-/// movers are those of the first frame in the second that has any; a mover's box is the bounding
-/// box of its box in the world after rotation.
-/// @param movers  in the trajectory's world; may be empty
+/// Returns the static and moving obstacles over time, for a safety system: one JSON object per line
+/// and second of the trajectory: {"timestamp", "camera": [x, y, z], "static": [as in
+/// obstacles_json()], "movers": [{"id", "class", "centroid", "velocity", "box": {"min", "max"}}]};
+/// meters and m/s, frame `map`. The movers are those of the first frame in the second that has any;
+/// the box of a mover is the bounding box of its rotated box in the world.
+/// @param movers  tracks in the trajectory's world; may be empty
 std::string obstacles_by_second(const FloorPlan& plan, const Pose& T_map_world,
                                 const Trajectory& trajectory,
                                 const std::vector<MoverTrack>& movers);

@@ -38,7 +38,7 @@ std::vector<nlohmann::json> lines_of(const std::string& text) {
   return lines;
 }
 
-/// A person who is seen at 101.35 s and 101.45 s.
+/// Returns a person who is observed at 101.35 s and 101.45 s.
 std::vector<MoverTrack> one_person() {
   MoverTrack person;
   person.id = 7;

@@ -16,16 +16,16 @@ namespace {
 
 double milliseconds(std::int64_t nanoseconds) { return static_cast<double>(nanoseconds) * 1e-6; }
 
-/// All calls of one function from one place.
+/// All calls of one function by one caller.
 struct Called {
   std::string_view name;
   int depth = 0;
   std::vector<std::size_t> callees;
-  std::vector<double> wall;              // milliseconds each
-  std::int64_t cpu = 0, in_callees = 0;  // nanoseconds
+  std::vector<double> wall;              // wall time of each call [ms]
+  std::int64_t cpu = 0, in_callees = 0;  // CPU time, and that of the callees [ns]
 };
 
-/// The tree of calls on one track; the first is the thread itself.
+/// Tree of the calls on one track; the first node is the thread itself.
 class CallTree {
  public:
   explicit CallTree(const TraceTrack& track) : nodes_(1), node_of_(track.spans().size()) {
@@ -78,7 +78,7 @@ class CallTree {
   }
 
   std::vector<Called> nodes_;
-  std::vector<std::size_t> node_of_;  // by span
+  std::vector<std::size_t> node_of_;  // node of each span
 };
 
 ThreadProfile profile_of(const TraceTrack& track) {
@@ -90,7 +90,7 @@ ThreadProfile profile_of(const TraceTrack& track) {
   return thread;
 }
 
-/// Seconds from the first span to the end of the last one.
+/// Returns the time from the first span to the end of the last one [s].
 double duration_of(const Trace& trace) {
   std::int64_t first = std::numeric_limits<std::int64_t>::max(), last = 0;
   for (const TraceTrack& track : trace.tracks()) {
@@ -105,11 +105,11 @@ double duration_of(const Trace& trace) {
 double percent(double part, double whole) { return whole > 0 ? 100 * part / whole : 0; }
 
 std::string cpu_of_others(const Profile& profile) {
-  return fmt::format("other threads, and what is in no span: {:.2f} s of {:.2f} s CPU\n",
+  return fmt::format("other threads and code outside of spans: {:.2f} s of {:.2f} s CPU\n",
                      (profile.process_cpu - profile.cpu()) / 1000, profile.process_cpu / 1000);
 }
 
-/// The same function called from several places counts once.
+/// CPU time of one function without its callees, summed over all callers [ms].
 struct SelfTime {
   std::string thread, name;
   double cpu = 0;
@@ -172,12 +172,12 @@ std::string profile_text(const Profile& profile) {
 
 std::string profile_in_brief(const Profile& profile) {
   constexpr std::size_t kFunctions = 12;
-  std::string text = "CPU of the threads, of one core:";
+  std::string text = "CPU time of the threads, relative to one core:";
   for (const ThreadProfile& thread : profile.threads) {
     text += fmt::format(" {} {:.0f} %,", thread.name, percent(thread.cpu / 1000, profile.seconds));
   }
   text.back() = '\n';
-  text += cpu_of_others(profile) + "most of it, less what they call:\n";
+  text += cpu_of_others(profile) + "functions with the largest CPU time, without callees:\n";
   const std::vector<SelfTime> functions = by_self_time(profile);
   for (std::size_t i = 0; i < std::min(kFunctions, functions.size()); ++i) {
     const SelfTime& f = functions[i];

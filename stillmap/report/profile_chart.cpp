@@ -37,7 +37,7 @@ struct Lane {
 
 bool is_waiting(const TraceSpan& span) { return span.name.starts_with("waiting"); }
 
-/// CPU time of the span inside the window [ns], as if it was spread evenly over the span.
+/// Returns the CPU time of the span inside the window [ns], assuming a constant rate.
 double cpu_within(const TraceSpan& span, const Window& window) {
   const std::int64_t inside =
       std::min(span.begin + span.wall, window.end) - std::max(span.begin, window.begin);
@@ -63,7 +63,7 @@ Lane lane_of(const TraceTrack& track, const Window& window, int most_rows) {
   return lane;
 }
 
-/// Threads without a span in the window have no lane.
+/// Returns the lanes of the threads that have a span in the window.
 std::vector<Lane> lanes_of(const Trace& trace, const Window& window, int most_rows) {
   std::vector<Lane> lanes;
   for (const TraceTrack& track : trace.tracks()) {
@@ -82,7 +82,7 @@ std::vector<TraceSpan> frames_of(const Trace& trace, std::string_view name) {
   return frames;
 }
 
-/// Fill color of a span, light enough for dark text; the same function has the same color
+/// Returns the fill color of a span, light enough for dark text; a function has the same color
 /// everywhere.
 const char* color_of(const Box& box) {
   static constexpr std::array kColors{"#a0cdf0", "#fac896", "#b4e1af", "#f5e196", "#e1b9e1",
@@ -100,7 +100,7 @@ double height_of(const std::vector<Lane>& lanes) {
   });
 }
 
-/// One time window: its lanes below each other.
+/// Panel of one time window, with its lanes below each other.
 class Panel {
  public:
   Panel(Svg& svg, const Window& window, double top, const std::vector<Lane>& lanes)
@@ -115,7 +115,7 @@ class Panel {
     }
   }
 
-  /// Lines at the beginnings of frames, with their numbers.
+  /// Draws lines at the beginnings of frames, with their numbers.
   void draw_frames(const std::vector<TraceSpan>& frames) {
     for (const TraceSpan& frame : frames) {
       if (frame.begin < window_.begin || frame.begin >= window_.end) continue;
@@ -165,7 +165,7 @@ class Panel {
   ChartArea area_;
 };
 
-/// One second (or all, if the run is shorter) in the middle of the run.
+/// Returns one second in the middle of the run, or the whole run if it is shorter.
 Window middle_second(const std::vector<TraceSpan>& frames) {
   Window second{0, kSecond};
   if (frames.empty()) return second;
@@ -175,7 +175,7 @@ Window middle_second(const std::vector<TraceSpan>& frames) {
   return second;
 }
 
-/// An eighth of a second within it that begins with a frame.
+/// Returns an eighth of a second of the window that begins with a frame.
 Window close_up_of(const Window& second, const std::vector<TraceSpan>& frames) {
   Window close_up{second.begin + second.size() / 2, second.end};
   const auto frame = std::find_if(frames.begin(), frames.end(), [&](const TraceSpan& f) {

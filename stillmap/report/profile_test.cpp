@@ -11,7 +11,7 @@
 namespace stillmap {
 namespace {
 
-constexpr double kReading = 0.05;  // milliseconds that a CPU time may be wrong by
+constexpr double kReading = 0.05;  // largest error of a CPU time [ms]
 
 void compute() {
   const auto end = std::chrono::steady_clock::now() + std::chrono::microseconds(300);
@@ -19,8 +19,8 @@ void compute() {
   }
 }
 
-/// Three frames with two functions each, one of which calls another that the first calls, too; and
-/// a second thread.
+/// Records three frames with two functions each, one of which calls a third function that the frame
+/// calls as well; and a second thread.
 class ProfileOfARun : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -82,7 +82,7 @@ TEST_F(ProfileOfARun, TimesAddUp) {
   }
 }
 
-TEST_F(ProfileOfARun, WhatIsNotOverIsLeftOut) {
+TEST_F(ProfileOfARun, UnfinishedSpansAreIgnored) {
   const TraceBinding binding(&trace_.add_track("open"));
   const TraceScope open("open");
   traced("closed", compute);

@@ -24,7 +24,8 @@ constexpr double kPanelHeight = 430;
 constexpr int kColors = 16;      // steps of the error scale
 constexpr double kMatch = 1e-4;  // maximum difference of time stamps of one frame [s]
 
-/// Color scale from blue over teal and amber to red, legible on white and on black.
+/// Returns a color of the scale from blue over teal and amber to red, legible on white and on
+/// black.
 std::string error_color(double share) {
   constexpr std::array<std::array<double, 3>, 4> kStops{
       {{46, 116, 196}, {54, 172, 150}, {238, 178, 52}, {216, 52, 52}}};
@@ -45,7 +46,8 @@ int color_step(double error, double highest) {
 
 std::string color_of_step(int step) { return error_color((step + 0.5) / kColors); }
 
-/// The scale ends at the 99th percentile, so that one outlier does not turn all else blue.
+/// Returns the end of the error scale [m]: the 99th percentile, so that an outlier does not make
+/// all other errors blue.
 double highest_shown_error(const Evaluation& evaluation) {
   std::vector<double> errors;
   for (const AtePair& pair : evaluation.ate.pairs) errors.push_back(pair.error);
@@ -59,7 +61,7 @@ struct PathPoint {
   double error = 0;
 };
 
-/// The estimated path: with an evaluation aligned to the truth and with errors, else as it is.
+/// Returns the estimated path, aligned to the truth and with errors if there is an evaluation.
 std::vector<PathPoint> path_of(const RunRecord& record) {
   std::vector<PathPoint> path;
   if (record.evaluation) {
@@ -133,13 +135,13 @@ void draw_ends(Svg& svg, const std::vector<Eigen::Vector2d>& pixels) {
   svg.rectangle(pixels.back().x() - 4, pixels.back().y() - 4, 8, 8, "end", "end");
 }
 
-/// Time zero of the charts: the first frame [s].
+/// Returns time zero of the charts: the timestamp of the first frame [s].
 double start_of(const RunRecord& record) {
   if (!record.result.frames.empty()) return record.result.frames.front().timestamp;
   return record.result.trajectory.empty() ? 0 : record.result.trajectory.front().timestamp;
 }
 
-/// Length of the time axis [s].
+/// Returns the length of the time axis [s].
 double duration_of(const RunRecord& record) {
   const SlamResult& result = record.result;
   double end = start_of(record);
@@ -172,7 +174,7 @@ void draw_error_curve(Svg& svg, const RunRecord& record, const ChartArea& area) 
   }
 }
 
-/// For each frame, whether it has a pose in the final trajectory.
+/// Returns for each frame whether it has a pose in the final trajectory.
 std::vector<bool> tracked_flags(const SlamResult& result) {
   std::vector<bool> tracked;
   auto next = result.trajectory.begin();

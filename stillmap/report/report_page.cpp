@@ -22,7 +22,7 @@ constexpr int kJpegQuality = 86;
 
 std::string e(std::string_view text) { return escape_markup(text); }
 
-/// Groups of three digits, with thin spaces between: 18 204.
+/// Returns a number in groups of three digits, with thin spaces between them: 18 204.
 std::string grouped(std::size_t number) {
   const std::string digits = std::to_string(number);
   std::string text;
@@ -33,7 +33,7 @@ std::string grouped(std::size_t number) {
   return text;
 }
 
-/// Three digits: 950, 18.2 k, 1.23 M.
+/// Returns a number with three digits: 950, 18.2 k, 1.23 M.
 std::string rounded(std::size_t number) {
   const auto value = static_cast<double>(number);
   if (number < 1000) return std::to_string(number);
@@ -41,7 +41,7 @@ std::string rounded(std::size_t number) {
                          : fmt::format("{:.3g}\u2009M", value / 1e6);
 }
 
-/// RFC 4648.
+/// Returns the base64 code of some bytes (RFC 4648).
 std::string base64(const std::vector<unsigned char>& bytes) {
   constexpr char kAlphabet[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   std::string text;
@@ -67,12 +67,12 @@ std::string figure(const CaptionedImage& image) {
       e(image.caption), image.image.cols, image.image.rows, base64(jpeg));
 }
 
-/// A chart as wide as the page, which on a narrow screen is scrolled rather than shrunk.
+/// Returns a chart as wide as the page, which is scrolled on a narrow screen instead of shrunk.
 std::string wide(const std::string& chart) {
   return chart.empty() ? "" : "<div class=\"scroll\">" + chart + "</div>\n";
 }
 
-/// A card with a heading; empty text if there is no content.
+/// Returns a card with a heading; empty text if there is no content.
 std::string section(const std::string& heading, const std::string& content,
                     const std::string& note = "") {
   if (content.empty()) return "";
@@ -293,7 +293,7 @@ std::string events_section(const RunRecord& record) {
   return section("Events", table({"time", "event"}, rows));
 }
 
-/// Skipped frames, grouped by reason.
+/// Returns the list of skipped frames, grouped by reason.
 std::string skipped_section(const RunRecord& record) {
   std::map<std::string, std::vector<double>> by_reason;
   for (const SkippedFrame& skipped : record.skipped)

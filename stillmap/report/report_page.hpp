@@ -9,16 +9,16 @@
 
 namespace stillmap {
 
-/// Images that the report page shows besides the record's gallery.
+/// Images that the report page shows in addition to the record's gallery.
 struct ReportImages {
   std::optional<CaptionedImage> cloud;   ///< The static cloud.
   std::optional<CaptionedImage> movers;  ///< Paths of the movers from above.
   std::vector<CaptionedImage> more;      ///< Further images of the dense map.
 };
 
-/// The report as one self-contained HTML page: inline CSS and SVG, images as base64 JPEG, no
-/// script, no external resource. It follows the reader's light or dark setting and prints on A4.
-/// All text from the data is escaped. Parts without data are left out.
+/// Returns the report as one self-contained HTML page: inline CSS and SVG, images as base64 JPEG,
+/// no scripts, no external resources. It follows the reader's light or dark setting and prints on
+/// A4. All text from the data is escaped. Parts without data are omitted.
 std::string report_html(const RunRecord& record, const ReportImages& images = {});
 
 }  // namespace stillmap

@@ -32,7 +32,7 @@ Trajectory path(double wobble) {
 
 cv::Mat small_image() { return {60, 80, CV_8UC3, cv::Scalar(40, 120, 200)}; }
 
-/// A run that lost frames 40 to 59, with everything that a report shows.
+/// Returns the record of a run that lost frames 40 to 59, with all parts of a report.
 RunRecord full_record() {
   RunRecord record;
   record.sequence = "rooms/<kitchen> & co";
@@ -77,7 +77,7 @@ ReportImages all_images() {
           {{small_image(), "ghosts"}}};
 }
 
-/// Whether every opened element is closed in order; void elements aside.
+/// Returns whether every opened element is closed in order, except void elements.
 std::string unbalanced_element(const std::string& html) {
   std::vector<std::string> open;
   const std::regex tag("<(/?)([a-zA-Z][a-zA-Z0-9]*)([^>]*)>");
@@ -138,7 +138,7 @@ TEST(Report, ShowsTheErrorOfTheEvaluation) {
   EXPECT_THAT(report_html(record), HasSubstr(fmt::format("<b>{:.4f}</b>", rmse)));
 }
 
-TEST(Report, EscapesWhatComesFromOutside) {
+TEST(Report, EscapesTextFromTheData) {
   const std::string html = report_html(full_record(), all_images());
   EXPECT_THAT(html, Not(HasSubstr("<kitchen>")));
   EXPECT_THAT(html, HasSubstr("&lt;kitchen&gt; &amp; co"));

@@ -49,8 +49,8 @@ constexpr std::array kNamesBeforeManifest{"trajectory.txt",
                                           "trace.json",
                                           "verdicts.bin"};
 
-/// Whether the name is of a file inside the folder: a manifest that was tampered with must not
-/// reach any other file.
+/// Returns whether the name is that of a file inside the folder: a manifest that was tampered with
+/// must not affect any other file.
 bool stays_inside(const fs::path& name) {
   return !name.empty() && name.is_relative() && name == name.lexically_normal() &&
          std::none_of(name.begin(), name.end(), [](const fs::path& part) { return part == ".."; });
@@ -117,8 +117,8 @@ void ResultFolder::write(const std::string& name,
   try {
     if (is_foreign(name)) throw foreign_file(file);
     if (file.has_parent_path()) fs::create_directories(file.parent_path());
-    // First the manifest, then the file: whatever happens in between, no file of Stillmap's is
-    // taken for a foreign one later.
+    // The manifest is written before the file, so that after an interruption no file of Stillmap's
+    // is taken for a foreign one.
     if (own_.insert(name).second) save_manifest();
     writer(file);
     current_.insert(name);

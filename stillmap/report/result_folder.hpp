@@ -13,14 +13,14 @@ namespace stillmap {
 /// The file in a folder of results that lists the files which Stillmap wrote there.
 constexpr const char* kManifestName = ".stillmap-manifest.json";
 
-/// A folder that results are written to. Its manifest tells Stillmap's own files, which may be
-/// replaced and removed, from foreign ones, which are left alone. In a folder that an older version
-/// wrote (no manifest, but a summary.json of Stillmap), files with the names of results are taken
-/// for Stillmap's own.
+/// Folder for results. Its manifest distinguishes Stillmap's own files, which may be replaced and
+/// removed, from foreign ones, which are never changed. In a folder written by an older version (no
+/// manifest, but a summary.json of Stillmap), files with the names of results count as Stillmap's
+/// own.
 class ResultFolder {
  public:
   enum class Foreign {
-    kKeep,       ///< A foreign file is never overwritten: an Error that names it.
+    kKeep,       ///< Foreign files are never overwritten; an Error names the file.
     kOverwrite,  ///< Foreign files of the same name are overwritten (--force).
   };
 
@@ -40,7 +40,7 @@ class ResultFolder {
   void write(const std::string& name,
              const std::function<void(const std::filesystem::path&)>& writer);
   void write_text(const std::string& name, std::string_view content);
-  /// Writes one file outside the folder, which the user named explicitly; errors as above.
+  /// Writes one file outside the folder, which the user named explicitly; errors as in write().
   void write_elsewhere(const std::filesystem::path& file,
                        const std::function<void(const std::filesystem::path&)>& writer);
 
@@ -48,10 +48,11 @@ class ResultFolder {
   /// nothing is removed.
   void remove_stale();
 
-  /// The list of the written files for the user; files of a subfolder are summarized in one line.
+  /// Returns the list of the written files for the user; files of a subfolder are summarized in one
+  /// line.
   std::string written_text() const;
 
-  /// Files written, in this order.
+  /// Returns the written files, in the order of writing.
   const std::vector<std::filesystem::path>& written() const { return written_; }
 
   /// Throws Error, with all problems, if a file could not be written.
@@ -63,8 +64,8 @@ class ResultFolder {
 
   const std::filesystem::path folder_;
   const Foreign foreign_;
-  std::set<std::string> own_;      // relative names of all files that Stillmap wrote, now or before
-  std::set<std::string> current_;  // those written through this object
+  std::set<std::string> own_;      // relative names of all files that Stillmap ever wrote here
+  std::set<std::string> current_;  // relative names of the files written through this object
   std::vector<std::filesystem::path> written_;
   std::string problems_;
 };

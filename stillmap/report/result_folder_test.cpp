@@ -21,7 +21,7 @@ class Results : public ::testing::Test {
  protected:
   ~Results() override { fs::remove_all(folder_.parent_path()); }
 
-  /// A run that writes these files and finishes.
+  /// Simulates a run that writes these files and finishes.
   void run(const std::vector<std::string>& names,
            ResultFolder::Foreign foreign = ResultFolder::Foreign::kKeep) {
     ResultFolder results(folder_, foreign);

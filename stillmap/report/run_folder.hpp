@@ -23,10 +23,11 @@ struct RunOutputs {
   std::filesystem::path save_map;  ///< File that the map is saved to; empty: none.
   bool slim_map = false;           ///< Whether the saved map is without the views of the dense map.
   LabelRecording labels;
-  bool profile = false;  ///< Whether to write where the computing time was spent.
+  bool profile = false;  ///< Whether to write the profile of the computing time.
 };
 
-/// Names of the files that a run with these options may write, for ResultFolder::require_free().
+/// Returns the names of the files that a run with these options may write, for
+/// ResultFolder::require_free().
 std::vector<std::string> possible_run_files(const Options& options, const RunOutputs& outputs);
 
 /// Writes the files of a run: trajectory.txt, keyframes.txt (TUM format), movers.csv, movers.jsonl,
@@ -42,7 +43,7 @@ std::string write_profile(const Trace& trace, double process_cpu_ms, ResultFolde
 
 /// Writes the folder of a run. Files that Stillmap wrote there before and that this run does not
 /// write are removed. Throws Error if a file cannot be written, or, unless `foreign` allows it, if
-/// that would overwrite a file of somebody else.
+/// that would overwrite a foreign file.
 /// @returns the files written
 std::vector<std::filesystem::path> write_run_folder(
     const RunRecord& record, const std::filesystem::path& folder, const RunOutputs& outputs = {},

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 using ::testing::HasSubstr;
 
-/// A short sequence of a rendered scene without movers.
+/// Returns a short sequence of a rendered scene without movers.
 const SimulatedSequence& small_sequence() {
   static const SimulatedSequence sequence = [] {
     SimulationOptions scene;
@@ -37,7 +37,7 @@ Options small_options() {
   return options;
 }
 
-/// The record of a run on the short sequence.
+/// Returns the record of a run on the short sequence.
 const RunRecord& small_run() {
   static const RunRecord record = [] {
     const SimulatedSequence& sequence = small_sequence();
@@ -188,7 +188,7 @@ TEST(RunSummary, TheTextNamesFramesWithoutMasks) {
   EXPECT_THAT(run_summary_text(record), HasSubstr("3 frames without a mask"));
 }
 
-TEST(RunEvents, AreByTimeAndTellLossesAndLoops) {
+TEST(RunEvents, AreOrderedByTimeWithLossesAndLoops) {
   SlamResult result;
   for (int i = 0; i < 6; ++i) {
     FrameRecord frame;

@@ -30,7 +30,7 @@ std::string text_of(const MapEvent& e) {
   return fmt::format("map of frame {} dropped: tracking was lost again too soon", e.frame_index);
 }
 
-/// Load shedding, in the order in which work is skipped.
+/// Returns a description of load shedding, in the order in which work is skipped.
 std::string load_shedding_text(const RunRecord& record) {
   const LoadShedding& less = record.result.load_shedding;
   std::string text = "realtime: ";

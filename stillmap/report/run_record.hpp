@@ -23,8 +23,8 @@ struct LoadedMap {
   double seconds = 0;    ///< Time taken to read the file [s].
 };
 
-/// Everything known about a finished run. All result files, the report page and the printed summary
-/// are made from it.
+/// All data of a finished run. All result files, the report page and the printed summary are made
+/// from it.
 struct RunRecord {
   std::string sequence;             ///< Name of the sequence, for headings.
   std::string machine;              ///< Processor and number of cores.
@@ -35,7 +35,7 @@ struct RunRecord {
   std::optional<LoadedMap> loaded;  ///< The map that the run started from.
   std::optional<Trajectory> truth;  ///< True trajectory, T_world_camera.
   std::optional<Evaluation> evaluation;  ///< Errors against the truth.
-  std::string evaluation_problem;        ///< Why there is no evaluation despite a truth.
+  std::string evaluation_problem;        ///< Reason why there is no evaluation despite a truth.
   std::vector<SkippedFrame> skipped;     ///< Frames that the source could not read.
   std::vector<CaptionedImage> gallery;   ///< Example frames with keypoints and masks.
   std::size_t frames = 0;                ///< Number of frames passed to the tracker.
@@ -45,34 +45,36 @@ struct RunRecord {
   double mapping_memory_mib = 0;             ///< Peak memory before files are written [MiB].
   bool interrupted = false;                  ///< Whether the user stopped the run early.
 
-  /// Number of frames of the sequence: processed, dropped and unreadable ones.
+  /// Returns the number of frames of the sequence: processed, dropped and unreadable ones.
   std::size_t total_frames() const { return frames + dropped + skipped.size(); }
+  /// Returns the number of frames per second of wall time [1/s].
   double frames_per_second() const;
-  /// Median of the tracking time per frame [ms]; 0 for no frame.
+  /// Returns the median of the tracking time per frame [ms]; 0 without frames.
   double tracking_median() const;
 };
 
 /// An event on the time line of a run: "lost", "new map", "loop closed", ...
 struct RunEvent {
-  double timestamp = 0;  ///< [s]
-  std::string text;
+  double timestamp = 0;  ///< Time of the event [s].
+  std::string text;      ///< Name of the event.
 };
 
-/// Events of tracking and mapping, by time.
+/// Returns the events of tracking and mapping, in order of time.
 std::vector<RunEvent> run_events(const SlamResult& result);
 
-/// Compares the trajectory with the truth, if there is one: fills `evaluation`, or
-/// `evaluation_problem` where that fails.
+/// Compares the trajectory with the truth, if there is one: sets `evaluation`, or
+/// `evaluation_problem` if that fails.
 void evaluate_run(RunRecord& record);
 
-/// "2 loops closed, 1 relocalization"; empty if there was no such event.
+/// Returns the numbers of events, such as "2 loops closed, 1 relocalization"; empty without events.
 std::string map_events_text(const SlamResult& result);
 
-/// The summary printed at the end of a run: coverage, map size, speed and errors; several lines.
+/// Returns the summary printed at the end of a run: coverage, map size, speed and errors; several
+/// lines.
 std::string run_summary_text(const RunRecord& record);
 
-/// The content of summary.json: counts, events, timing, errors and all options; units are part of
-/// the key names.
+/// Returns the content of summary.json: counts, events, timing, errors and all options; units are
+/// part of the key names.
 nlohmann::json run_summary_json(const RunRecord& record);
 
 }  // namespace stillmap

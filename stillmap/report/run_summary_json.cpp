@@ -23,7 +23,7 @@ nlohmann::json json_of(const MapEvent& e) {
       {"milliseconds", e.milliseconds}};
 }
 
-/// Loops, merges, dropped maps and relocalizations.
+/// Returns loops, merges, dropped maps and relocalizations.
 nlohmann::json map_events_json(const SlamResult& result) {
   nlohmann::json json = {{"loops", nlohmann::json::array()},
                          {"merges", nlohmann::json::array()},
@@ -90,7 +90,7 @@ nlohmann::json refinement_json(const RefineTotals& totals) {
       {"landmarks_culled", totals.landmarks_culled}, {"keyframes_culled", totals.keyframes_culled}};
 }
 
-/// The frame with the longest tracking time, with the times of its stages.
+/// Returns the frame with the longest tracking time, with the times of its stages [ms].
 nlohmann::json slowest_frame(const SlamResult& result) {
   const auto tracking = result.timing.samples("tracking");
   if (tracking.empty() || tracking.size() != result.frames.size()) return nullptr;
@@ -104,8 +104,8 @@ nlohmann::json slowest_frame(const SlamResult& result) {
   return json;
 }
 
-/// Medians of ten consecutive parts of the run: they show whether a stage slows down as the run
-/// gets longer. Null for fewer than 100 calls.
+/// Returns the medians of ten consecutive parts of the run [ms], which show whether a stage becomes
+/// slower during the run. Null for fewer than 100 calls.
 nlohmann::json medians_of_tenths(std::span<const double> samples) {
   constexpr std::size_t kParts = 10, kFewest = 100;
   if (samples.size() < kFewest) return nullptr;

@@ -57,8 +57,8 @@ std::string hint_element(std::string_view hint) {
   return hint.empty() ? "" : fmt::format("<title>{}</title>", escape_markup(hint));
 }
 
-/// The style sheet with every var(--name) replaced by its light color: most viewers other than
-/// browsers know no variables.
+/// Returns the style sheet with every var(--name) replaced by its light color, since most viewers
+/// other than browsers do not support variables.
 std::string in_light_colors(std::string style) {
   std::string_view rest = kLightColors;
   for (auto name = rest.find("--"); name != rest.npos; name = rest.find("--")) {

@@ -8,8 +8,8 @@
 
 namespace stillmap {
 
-/// Escapes text for HTML and XML, attributes included. Control characters become blanks, bytes that
-/// are not valid UTF-8 become question marks.
+/// Escapes text for HTML and XML, including attributes. Control characters become blanks, bytes
+/// that are not valid UTF-8 become question marks.
 std::string escape_markup(std::string_view text);
 
 /// An SVG drawing. Colors and strokes come from CSS classes (see page_style.hpp), so that the
@@ -33,13 +33,13 @@ class Svg {
   void text(const Eigen::Vector2d& at, std::string_view content, std::string_view anchor,
             std::string_view css_class = "label");
   void text_upwards(const Eigen::Vector2d& at, std::string_view content);
-  /// Everything until end_clip() is clipped to the rectangle.
+  /// Clips all drawing until end_clip() to the rectangle.
   void begin_clip(double x, double y, double width, double height);
   void end_clip();
 
-  /// The drawing as an element of an HTML page that has the style sheet.
+  /// Returns the drawing as an element of an HTML page that has the style sheet.
   std::string element() const;
-  /// The drawing as a file of its own, with the style sheet inside.
+  /// Returns the drawing as a separate file, with the style sheet inside.
   std::string file() const;
 
  private:
