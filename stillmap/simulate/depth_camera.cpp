@@ -13,20 +13,20 @@
 namespace stillmap {
 namespace {
 
-/// Mean brightness that an automatic exposure aims at [gray levels].
+/// Target brightness of the automatic exposure [gray levels].
 constexpr double kMeanGray = 110;
 
 using simulate::Random, simulate::scramble;
-constexpr double kJump = 0.05;  // of the depth: a larger step between neighbors is an edge
+constexpr double kJump = 0.05;  // relative depth step between neighbors that makes an edge
 
-/// Normal deviates from a table, read from a place that depends on seed, frame, row and channel:
-/// fast, and independent of the order in which rows are made.
+/// Normal deviates from a table, read from a position that depends on seed, frame, row and channel,
+/// so that they are fast and independent of the order of the rows.
 class NormalNoise {
  public:
   NormalNoise(std::uint64_t seed, std::uint64_t frame, std::uint64_t channel)
       : key_(scramble(seed) ^ scramble(frame * 16 + channel + 1)) {}
 
-  /// Deviates for one row: consecutive entries from a random place on.
+  /// Returns the deviates of one row: consecutive entries from a random position on.
   class Row {
    public:
     explicit Row(std::uint64_t start) : index_(start) {}
@@ -51,9 +51,9 @@ class NormalNoise {
   std::uint64_t key_;
 };
 
-/// Pixels that the projector does not light, or that the second camera does not see: something
-/// nearer lies in the same direction from there. It is one baseline to the right, so a pixel (u, z)
-/// has the column u - f b / z there.
+/// Returns the pixels in the shadow of the projector or the second camera, where a nearer surface
+/// lies in the same direction. It is one baseline to the right, so a pixel (u, z) has the column
+/// u - f b / z there.
 void cast_shadow(const float* z, int width, double bf, std::vector<std::uint8_t>& lit) {
   double front = std::numeric_limits<double>::infinity();
   for (int u = width - 1; u >= 0; --u) {
@@ -64,7 +64,7 @@ void cast_shadow(const float* z, int width, double bf, std::vector<std::uint8_t>
   }
 }
 
-/// How the surface at a pixel goes on to its four neighbors.
+/// Relation of the surface at a pixel to its four neighbors.
 struct Neighborhood {
   bool edge = false;  // a jump to one of them
   double slope2 =
@@ -79,13 +79,12 @@ Neighborhood look_around(const cv::Mat& depth, int y, int x, double focal) {
   const double z = at(y, x);
   const double left = std::abs(at(y, x - 1) - z), right = std::abs(at(y, x + 1) - z);
   const double up = std::abs(at(y - 1, x) - z), down = std::abs(at(y + 1, x) - z);
-  const double gx = std::min(left, right),
-               gy = std::min(up, down);  // the side that goes on smoothly
+  const double gx = std::min(left, right), gy = std::min(up, down);  // the smoother side
   const double scale = focal / z;
   return {std::max({left, right, up, down}) > kJump * z, (gx * gx + gy * gy) * scale * scale};
 }
 
-/// The nearest depth that the sensor can tell; 0 where there is none.
+/// Returns the depth rounded to the resolution of the sensor [m]; 0 if it has no such reading.
 double quantized(double z, const DepthSensor& sensor) {
   if (sensor.depth_step > 0) return std::round(z / sensor.depth_step) * sensor.depth_step;
   if (sensor.disparity_step <= 0) return z;
@@ -94,7 +93,7 @@ double quantized(double z, const DepthSensor& sensor) {
   return disparity > 0 ? bf / disparity : 0;
 }
 
-/// The depth that the sensor measures at a pixel without noise.
+/// Returns the depth with the systematic error of the sensor [m].
 double biased(double z, double x, double y, const Camera& camera, const DepthBias& bias) {
   const double bf = camera.depth_sensor.focal * camera.depth_sensor.baseline;
   if (bf <= 0 || (bias.offset == 0 && bias.bow == 0)) return z;

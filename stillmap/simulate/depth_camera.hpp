@@ -8,7 +8,7 @@
 
 namespace stillmap {
 
-/// How the color camera of a simulated sensor errs.
+/// Noise and exposure of the color camera of a simulated sensor.
 struct ColorNoise {
   double sigma = 1.5;            ///< Noise of a black pixel [gray levels].
   double gain = 0.02;            ///< Growth of its variance with the value [gray levels].
@@ -23,19 +23,20 @@ struct ColorNoise {
 /// Miller, Thrun, Unsupervised intrinsic calibration of depth sensors via SLAM, RSS 2013). Positive
 /// values make depth read short. No effect on sensors without baseline.
 struct DepthBias {
-  double offset = 0;  ///< Everywhere [pixels of the sensor's own disparity].
-  double bow = 0;     ///< Added in the corners of the image [pixels of disparity].
+  double offset = 0;  ///< Error in the whole image [pixels of the sensor's own disparity].
+  double bow = 0;     ///< Additional error in the corners of the image [pixels of disparity].
 };
 
-/// Depth as the camera's depth sensor measures it: axial and lateral noise, quantization, range,
-/// and no depth on grazing surfaces, at some of the depth edges, and where something nearer hides
-/// the surface from the projector or second camera, `DepthSensor::baseline` to the right. An ideal
-/// sensor gives the depth as it is. The noise depends on `seed` and `frame` only.
-/// @param depth 32FC1 [m], exact; 0 where nothing is
+/// Returns the depth that the camera's depth sensor measures: with axial and lateral noise,
+/// quantization and limited range, and without depth on grazing surfaces, at some of the depth
+/// edges, and on surfaces that a nearer one occludes for the projector or second camera,
+/// `DepthSensor::baseline` to the right. An ideal sensor returns the exact depth. The noise depends
+/// on `seed` and `frame` only.
+/// @param depth exact depth, 32FC1 [m]; 0 without a surface
 cv::Mat measure_depth(const cv::Mat& depth, const Camera& camera, std::uint64_t seed,
                       std::uint64_t frame, const DepthBias& bias = {});
 
-/// Color as the sensor delivers it: 8UC3.
+/// Returns the color image of the sensor, 8UC3.
 /// @param color 32FC3, 0..255
 cv::Mat measure_color(const cv::Mat& color, double seconds, const ColorNoise& noise,
                       std::uint64_t seed, std::uint64_t frame);

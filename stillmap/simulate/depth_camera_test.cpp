@@ -13,7 +13,7 @@ constexpr std::uint64_t kSeed = 5;
 
 cv::Mat wall(double z) { return cv::Mat(480, 640, CV_32FC1, cv::Scalar(z)); }
 
-/// A camera with this sensor, but without its noise, its shadow and its losses.
+/// Returns a camera with this sensor, but without its noise, shadow and missing depth.
 Camera perfect(const std::string& sensor = "kinect_v1") {
   Camera camera;
   camera.depth_sensor = find_depth_sensor(sensor);
@@ -129,7 +129,7 @@ TEST(DepthCamera, AnObjectThrowsAShadowToItsLeft) {
   cv::Mat depth = wall(3);
   depth.colRange(300, 400).setTo(1.5);
   const cv::Mat measured = measure_depth(depth, camera, kSeed, 0);
-  // What the projector, 7.5 cm to the right, cannot light: as wide as the disparities differ.
+  // The shadow of the projector, 7.5 cm to the right, is as wide as the difference of disparities.
   const double width = camera.bf() * (1 / 1.5 - 1 / 3.0);
   const cv::Mat row = measured.row(200);
   EXPECT_NEAR(cv::countNonZero(row.colRange(0, 300) == 0), width, 1.0);

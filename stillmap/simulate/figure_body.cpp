@@ -55,7 +55,7 @@ class Tailor {
   }
 
  private:
-  /// height, half width, half depth, shift forward
+  /// Sections of a body part: height, half width, half depth, shift forward [m].
   using Profile = std::vector<std::array<float, 4>>;
 
   void loft(MeshBuilder& to, const Profile& profile, const Material& material,

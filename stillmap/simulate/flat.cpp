@@ -15,7 +15,7 @@ constexpr float kLength = 7.4F, kWidth = 6.4F, kHeight = 2.7F;
 constexpr float kWall = 0.14F, kGap = 1.3F;  // Thickness of the walls and width of a passage [m].
 constexpr float kAlong = 1.25F;  // Distance of the path and the passages from the walls [m].
 
-/// Floor, ceiling and outer walls.
+/// Adds floor, ceiling and outer walls.
 void build_shell(MeshBuilder& to, const std::array<Palette*, 4>& rooms) {
   // Walls overlap at the corners, so that no ray passes between them.
   constexpr float kOver = 0.1F;
@@ -34,7 +34,7 @@ void build_shell(MeshBuilder& to, const std::array<Palette*, 4>& rooms) {
   }
 }
 
-/// A wall between two rooms along x from `from` to `to_x`, with a passage around `gap`.
+/// Adds a wall between two rooms along x from `from` to `to_x`, with a passage around `gap` [m].
 void part(MeshBuilder& to, const Transform& T, float length, float gap, const Material& front,
           const Material& back, const Material& edge) {
   BoxSkin skin(edge);
@@ -119,7 +119,7 @@ void furnish_walls(MeshBuilder& to, Palette& p, float x, float y, int room) {
   furnish_wall(to, p, place(x + off, middle_y, 0, 90), (room + 3) % 4);
 }
 
-/// Two desks face to face, around the origin.
+/// Adds two desks face to face around the origin.
 Mesh desk_group(Palette& p) {
   MeshBuilder to;
   f::set_desk(to, p, place(0, -0.38F, 0), 0);

@@ -15,7 +15,7 @@ Transform tilted(const Transform& T, float degrees, const Vector3f& axis) {
   return T * Eigen::AngleAxisf(degrees * kPi / 180, axis);
 }
 
-/// A thin rod from a to b.
+/// Adds a thin rod from a to b.
 void rod(MeshBuilder& to, const Transform& T, const Vector3f& a, const Vector3f& b, float radius,
          const Material& material, int sides = 8) {
   Transform local = T;

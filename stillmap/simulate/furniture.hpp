@@ -2,8 +2,8 @@
 #pragma once
 #include "stillmap/simulate/palette.hpp"
 
-/// Furniture. Every piece is placed by `T`: it stands on the origin of the frame, centered in x and
-/// y, and faces -y; lengths in meters.
+/// Furniture. Every piece is placed by `T`: its base is at the origin of the frame, centered in x
+/// and y, and its front faces -y; lengths are in meters.
 namespace stillmap::simulate::furniture {
 
 constexpr float kDeskHeight = 0.74F;

@@ -15,14 +15,15 @@ int pieces(float length, float grid) {
   return std::max(1, static_cast<int>(std::ceil(length / grid - 1e-3F)));
 }
 
-/// Texture coordinates of a fraction (s, t) of a face of the given extent.
+/// Returns the texture coordinates of a fraction (s, t) of a face of the given extent [m].
 Vector2f coordinates(const Material& material, float s, float t, float width, float height) {
   if (material.meters > 0) return {s * width / material.meters, t * height / material.meters};
   const auto& w = material.window;
   return {w[0] + s * (w[2] - w[0]), w[1] + t * (w[3] - w[1])};
 }
 
-/// Outward normal of a loft at ring i: across the ring's tangent and the line to the next ring.
+/// Returns the outward normal of a loft at ring i: normal to the ring's tangent and to the line to
+/// the next ring.
 Vector3f loft_normal(std::span<const Ring> rings, std::size_t i, float angle) {
   const auto at = [&](std::size_t k) -> Vector3f {
     const Ring& r = rings[k];
@@ -31,7 +32,7 @@ Vector3f loft_normal(std::span<const Ring> rings, std::size_t i, float angle) {
   const Vector3f up = at(std::min(i + 1, rings.size() - 1)) - at(i == 0 ? 0 : i - 1);
   const Ring& widest = rings[i].radius_x > 1e-4F
                            ? rings[i]
-                           : rings[i == 0 ? 1 : i - 1];  // a tip borrows its neighbor's
+                           : rings[i == 0 ? 1 : i - 1];  // a tip uses the normal of its neighbor
   const Vector3f around(widest.radius_x * std::cos(angle), widest.radius_y * std::sin(angle), 0);
   const Vector3f normal = around.cross(up);
   return normal.squaredNorm() > 1e-12F ? Vector3f(normal.normalized()) : Vector3f::UnitZ();
@@ -139,7 +140,8 @@ void MeshBuilder::loft(const Transform& T, std::span<const Ring> rings, const Ma
   }
   const int rows = static_cast<int>(rings.size()) - 1;
   for (int r = 0; r <= rows; ++r) {
-    const auto i = static_cast<std::size_t>(rows - r);  // from the top down, as textures go
+    const auto i =
+        static_cast<std::size_t>(rows - r);  // from the top down, like texture coordinates
     for (int c = 0; c <= sides; ++c) {
       const float s = static_cast<float>(c) / static_cast<float>(sides);
       const float angle = 2 * kPi * (s - 0.5F);
@@ -173,11 +175,11 @@ void MeshBuilder::patch(const Transform& T, std::span<const Vector3f> left,
 }
 
 void MeshBuilder::name_since(std::size_t first, const char* class_name) {
-  NamedObject thing{class_name, {}};
+  NamedObject object{class_name, {}};
   for (std::size_t i = first; i < mesh_.vertices.size(); ++i) {
-    thing.box.extend(mesh_.vertices[i].position);
+    object.box.extend(mesh_.vertices[i].position);
   }
-  mesh_.things.push_back(thing);
+  mesh_.things.push_back(object);
 }
 
 void append_transformed(const Mesh& mesh, const Transform& T, std::uint8_t instance, Mesh& to) {

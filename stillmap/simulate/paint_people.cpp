@@ -10,7 +10,7 @@
 namespace stillmap::simulate::paint {
 namespace {
 
-/// Multiplies with the light and dark of woven cloth and its folds.
+/// Multiplies an image by the brightness pattern of woven cloth and its folds.
 void weave(cv::Mat& image, double strength, Random& random) {
   const cv::Mat threads = noise(image.size(), {64, 64}, 3, random);
   const cv::Mat folds = noise(image.size(), {3, 6}, 4, random);

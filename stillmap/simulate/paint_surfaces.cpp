@@ -60,7 +60,7 @@ void modulate(cv::Mat& image, const cv::Mat& field, double strength) {
   }
 }
 
-/// Dots of random size: the small marks of real surfaces.
+/// Draws dots of random size, like the small marks of real surfaces.
 void speckle(cv::Mat& image, int count, double low, double high, int radius, Random& random) {
   for (int i = 0; i < count; ++i) {
     const cv::Point at(random.integer(0, image.cols - 1), random.integer(0, image.rows - 1));
@@ -70,7 +70,7 @@ void speckle(cv::Mat& image, int count, double low, double high, int radius, Ran
   }
 }
 
-/// Long, wavy grain along x.
+/// Draws long, wavy wood grain along x.
 cv::Mat grain(cv::Size size, Random& random) {
   cv::Mat field = noise(size, {2, size.height / 16}, 3, random);
   const cv::Mat bend = noise(size, {3, 2}, 2, random);

@@ -6,7 +6,7 @@ namespace {
 
 constexpr int kSpineColumns = 16, kSpineRows = 4;
 
-/// One material per spine of an atlas, a little inside its borders.
+/// Returns one material per spine of an atlas, slightly inside its borders.
 std::vector<Material> cut_spines(const Material& atlas) {
   std::vector<Material> spines;
   const float width = 1.0F / kSpineColumns, height = 1.0F / kSpineRows, inset = 0.02F;

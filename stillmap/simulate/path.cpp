@@ -8,7 +8,7 @@ namespace {
 
 using Eigen::Vector2f;
 
-/// A point on the Catmull-Rom spline between b and c.
+/// Returns a point on the Catmull-Rom spline between b and c.
 Vector2f catmull_rom(const Vector2f& a, const Vector2f& b, const Vector2f& c, const Vector2f& d,
                      float s) {
   return 0.5F * (2 * b + (c - a) * s + (2 * a - 5 * b + 4 * c - d) * s * s +

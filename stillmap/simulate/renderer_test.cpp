@@ -20,7 +20,7 @@ Camera small_camera() {
   return camera;
 }
 
-/// Left red, right blue, upper edge green.
+/// Returns a texture that is red on the left, blue on the right and green at the upper edge.
 Textures flag() {
   cv::Mat image(64, 64, CV_8UC3, cv::Scalar(0, 0, 200));
   image.colRange(32, 64).setTo(cv::Scalar(200, 0, 0));
@@ -32,7 +32,7 @@ void light_fully(Mesh& mesh) {
   for (Vertex& vertex : mesh.vertices) vertex.light.setOnes();
 }
 
-/// A square of 2 m, upright in the plane y = 2, seen from the origin.
+/// Returns a square of 2 m, upright in the plane y = 2, that faces the origin.
 Mesh square(float grid = 0.3F) {
   MeshBuilder builder(grid);
   builder.quad(Transform::Identity(), {-1, 2, 1}, {2, 0, 0}, {0, 0, -2}, {});
@@ -127,13 +127,13 @@ TEST(Lighting, OccludersDarkenNearbySurfaces) {
   builder.occluder(place(0, 0, 0.3F), {0.5F, 0.5F, 0.6F});
   Mesh floor = builder.take();
   bake_light({{0.5F, 0.5F, 0.5F}, {}}, floor);
-  float beside = 0, away = 0;
+  float near_object = 0, away = 0;
   for (const Vertex& v : floor.vertices) {
-    if ((v.position - Eigen::Vector3f(0.4F, 0, 0)).norm() < 0.06F) beside = v.light.x();
+    if ((v.position - Eigen::Vector3f(0.4F, 0, 0)).norm() < 0.06F) near_object = v.light.x();
     if ((v.position - Eigen::Vector3f(1.9F, 1.9F, 0)).norm() < 0.06F) away = v.light.x();
   }
   EXPECT_NEAR(away * away, 0.5, 1e-3);
-  EXPECT_LT(beside, 0.95F * away);
+  EXPECT_LT(near_object, 0.95F * away);
 }
 
 TEST(Lighting, LampsCastShadows) {

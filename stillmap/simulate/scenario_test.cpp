@@ -134,7 +134,8 @@ TEST(Scenario, NearObjectsAreWellVisible) {
   }
 }
 
-/// Once around, 60 m: through four rooms, never into a wall, and back to the start.
+/// The camera moves once around, 60 m, through four rooms, never into a wall, and back to the
+/// start.
 TEST(Flat, ThePathLeadsThroughAllRoomsAndBack) {
   SimulationOptions options = tiny("walk", "loop", 0);
   options.scene = "flat";

@@ -13,8 +13,8 @@ namespace stillmap {
 namespace {
 
 using namespace simulate;
-void require(bool holds, const char* what, const char* option) {
-  if (!holds) throw Error(what, option, "");
+void require(bool holds, const char* problem, const char* option) {
+  if (!holds) throw Error(problem, option, "");
 }
 
 void check(const SimulationOptions& options) {
@@ -62,7 +62,7 @@ CameraMotionOptions motion_of(const SimulationOptions& options) {
   return motion;
 }
 
-/// Renders the scene at one time.
+/// Renders the scene at one time [s].
 Rendering draw(const Scene& scene, const Camera& camera, const Pose& T_world_camera, double seconds,
                const RenderOptions& options) {
   std::vector<PosedMover> movers;
@@ -239,7 +239,7 @@ RenderOptions SimulatedSequence::render_options(double seconds, bool color) cons
   return options;
 }
 
-/// The depth camera has a global shutter and its own time.
+/// Renders the depth image, which has a global shutter and its own delay.
 cv::Mat SimulatedSequence::delayed_depth(double seconds) const {
   return draw(*scene_, camera_, motion_.T_world_camera(seconds), seconds,
               {.color = false, .threads = options_.threads})

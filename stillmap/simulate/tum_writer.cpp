@@ -17,7 +17,8 @@
 namespace stillmap {
 namespace {
 
-const std::vector<int> kPngParameters{cv::IMWRITE_PNG_COMPRESSION, 1};  // fast: noise is random
+const std::vector<int> kPngParameters{cv::IMWRITE_PNG_COMPRESSION,
+                                      1};  // lowest effort, since noise is hardly compressible
 
 cv::Mat raw_depth(const cv::Mat& meters, double factor) {
   cv::Mat raw;
@@ -46,17 +47,17 @@ std::string mover_lines(const TruthFrame& truth) {
   return lines;
 }
 
-std::string thing_lines(const std::vector<simulate::NamedObject>& things) {
+std::string object_lines(const std::vector<simulate::NamedObject>& objects) {
   std::string lines = "class,min_x,min_y,min_z,max_x,max_y,max_z\n";
-  for (const simulate::NamedObject& thing : things) {
-    const auto &low = thing.box.min(), &high = thing.box.max();
-    lines += fmt::format("{},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f}\n", thing.class_name,
+  for (const simulate::NamedObject& object : objects) {
+    const auto &low = object.box.min(), &high = object.box.max();
+    lines += fmt::format("{},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f}\n", object.class_name,
                          low.x(), low.y(), low.z(), high.x(), high.y(), high.z());
   }
   return lines;
 }
 
-/// The text files with one line per frame.
+/// Text files with one line per frame.
 struct Lists {
   std::string rgb = "# color images\n# timestamp filename\n";
   std::string depth = "# depth images\n# timestamp filename\n";
@@ -104,7 +105,7 @@ void write_tum_layout(const SimulatedSequence& sequence, const std::filesystem::
   write_camera(folder / "camera.yaml", sequence.camera());
   write_trajectory(folder / "groundtruth.txt", sequence.trajectory());
   write_file(folder / "surface.ply", points_ply(surface.points()));
-  write_file(folder / "things.csv", thing_lines(sequence.scene().statics.things));
+  write_file(folder / "things.csv", object_lines(sequence.scene().statics.things));
   lists.write(folder);
 }
 
