@@ -106,7 +106,7 @@ class FrameSorter {
     last_->last_static_frame = frame_;
   }
 
-  EvidenceGrid& grid_;  // its elements stay where they are when it grows
+  EvidenceGrid& grid_;  // addresses of its elements stay valid when it grows
   const Camera& camera_;
   const GhostOptions& options_;
   std::uint32_t frame_ = 0;

@@ -99,7 +99,7 @@ TEST(Ghosts, ThePointsOfTheMoverAreGhostsAndThoseOfTheWallAreNot) {
   const auto board = points_of_frame(kFrames / 2, true);
   const GhostFigures mover = count_ghosts(reference, board, Pose());
   EXPECT_EQ(mover.points, board.size());
-  EXPECT_GT(mover.ghost_share(), 0.95);  // all but the board's outline, which is left out
+  EXPECT_GT(mover.ghost_share(), 0.95);  // all but the board's outline, which is excluded
   const GhostFigures wall = count_ghosts(reference, wall_points(), Pose());
   EXPECT_EQ(wall.ghosts, 0u);
   EXPECT_GT(wall.surface_share(), 0.99);

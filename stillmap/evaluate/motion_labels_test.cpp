@@ -66,7 +66,7 @@ TEST_F(LabelFiles, OnlyAWeightOfZeroMeansMoving) {
   EXPECT_FALSE(frames[0].keypoints[1].moving());
 }
 
-TEST_F(LabelFiles, ClipWhatDoesNotFit) {
+TEST_F(LabelFiles, ClipValuesOutOfRange) {
   constexpr float kMany = std::numeric_limits<float>::infinity();
   LabelFile file;
   file.add({0, 0, {{-3, 1e6F, 100, -kMany, 2}, {0, 0, std::nanf(""), kMany, 1}}});

@@ -56,7 +56,7 @@ TEST(NearestPoint, FindsTheNearestWithinReach) {
   EXPECT_EQ(index.around({0, 0, 2}, 0.0101F).size(), 5U);
 }
 
-TEST(TrueSurface, MeasuresAlongTheNormalWhateverTheSpacing) {
+TEST(TrueSurface, DistanceAlongTheNormalIsIndependentOfTheSpacing) {
   // The cloud's points lie 7 mm in front of the wall, and between the wall's points.
   const SurfaceFigures figures = seen_wall(5).judge(wall(kDepth - 0.007F, 0.005F), Pose());
   EXPECT_NEAR(figures.median, 0.007, 1e-5);
@@ -74,7 +74,7 @@ TEST(TrueSurface, BringsTheCloudIntoTheTruthsWorld) {
   EXPECT_LT(seen_wall(5).judge(cloud, T_truth_estimate).p95, 1e-5);
 }
 
-TEST(TrueSurface, CountsWhatIsMissingAndWhatIsTooMuch) {
+TEST(TrueSurface, CountsMissingAndSuperfluousPoints) {
   std::vector<Eigen::Vector3f> cloud = wall(kDepth);
   std::erase_if(cloud, [](const auto& p) { return p.x() > 0; });
   const std::size_t half = cloud.size();
@@ -85,7 +85,7 @@ TEST(TrueSurface, CountsWhatIsMissingAndWhatIsTooMuch) {
   EXPECT_NEAR(figures.stray_share, 100.0 / static_cast<double>(half + 100), 1e-9);
 }
 
-TEST(TrueSurface, AsksOnlyForWhatWasVisible) {
+TEST(TrueSurface, CompletenessCountsVisiblePointsOnly) {
   const std::vector<Eigen::Vector3f> nothing;
   const auto visible = [&](const TrueSurface& surface) {
     return surface.judge(nothing, Pose()).visible;
@@ -98,7 +98,7 @@ TEST(TrueSurface, AsksOnlyForWhatWasVisible) {
   EXPECT_LT(visible(seen_wall(5, kDepth, {0, 0, 80, 120})), 0.6 * static_cast<double>(all));
 }
 
-TEST(TrueSurface, TellsTheSensorsOwnError) {
+TEST(TrueSurface, ReportsTheErrorOfTheSensor) {
   const SurfaceFigures figures = seen_wall(3, kDepth + 0.0123).judge({}, Pose());
   EXPECT_NEAR(figures.sensor_median, 0.0123, 1e-3);
 }

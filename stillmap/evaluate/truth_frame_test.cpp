@@ -66,7 +66,7 @@ TEST(TruthFrame, BonnKeepsDistancesAndIsRigid) {
   }
 }
 
-TEST(TruthFrame, RefusesWhatIsNoRigidTransform) {
+TEST(TruthFrame, RejectsTransformsThatAreNotRigid) {
   EXPECT_NE(message_for("1 2 3").find("has 3 numbers instead of 16"), std::string::npos);
   EXPECT_NE(message_for("1 0 0 0 0 1 0 0 0 0 one 0 0 0 0 1").find("'one' is not a number"),
             std::string::npos);
