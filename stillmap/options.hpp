@@ -186,19 +186,19 @@ struct Options {
 /// A preset: a YAML file of options that differ from the defaults.
 struct Preset {
   std::string name;
-  std::string description;  ///< first comment line of its file
-  std::string text;         ///< its whole file
+  std::string description;  ///< First comment line of its file.
+  std::string text;         ///< Content of its file.
 };
 
-/// All presets by name: those that come with the program, and those in the folder that the
-/// environment variable STILLMAP_PRESETS names. A file there replaces the preset of the same name.
+/// Returns all presets by name: the built-in ones, and those in the folder that the environment
+/// variable STILLMAP_PRESETS names. A file there replaces the preset of the same name.
 std::vector<Preset> presets();
 
-/// The options of a preset, overridden by those of a YAML file.
+/// Returns the options of a preset, overridden by those of a YAML file.
 /// @param preset  name or file; empty for the one that the YAML file names under `preset`, or fused
 /// @param file    empty for none
 /// Throws Error with file, line and the nearest known name for an unknown option, for a value of
-/// the wrong type or outside its range, and where `preset` and `file` name different presets.
+/// the wrong type or outside its range, and if `preset` and `file` name different presets.
 Options read_options(const std::string& preset = {}, const std::filesystem::path& file = {});
 
 /// Overrides one option by an assignment "group.name=value"; the items of a list are separated by
@@ -208,8 +208,8 @@ void set_option(const std::string& assignment, Options& options);
 /// Throws Error for an option outside its range, and names the range.
 void check_options(const Options& options);
 
-/// All options as YAML that read_options() reads back, with sentence, unit, range and default of
-/// each as comments.
+/// Returns all options as YAML that read_options() reads back, with description, unit, range and
+/// default of each as comments.
 std::string options_yaml(const Options& options);
 
 }  // namespace stillmap

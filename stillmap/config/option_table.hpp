@@ -7,12 +7,12 @@
 
 namespace stillmap {
 
-/// The values that a number may have, both ends included.
+/// Range of a number, both ends included.
 struct OptionRange {
   double lowest = 0, highest = 0;
 };
 
-/// The description of one option. Type, default and value are those of its member of Options.
+/// Description of one option. Type, default and value are those of its member of Options.
 struct OptionInfo {
   std::string path;      ///< Group and name: "group.name".
   std::string unit;      ///< Unit of the value; empty: none.

@@ -7,7 +7,7 @@
 #include <type_traits>
 #include <vector>
 
-/// Options as text: what each type is called, what its range is, and which values it refuses.
+/// Options as text: the name of each type, its range, and the values that it accepts.
 namespace stillmap {
 
 template <typename T>
@@ -17,7 +17,7 @@ constexpr bool is_list = std::is_same_v<T, std::vector<std::string>>;
 template <typename T>
 constexpr bool is_number = std::is_arithmetic_v<T> && !std::is_same_v<T, bool>;
 
-/// The name of an option's type in messages and documentation.
+/// Returns the name of an option's type in messages and documentation.
 template <typename T>
 constexpr const char* type_name() {
   if constexpr (std::is_same_v<T, bool>) return "true or false";
@@ -27,12 +27,12 @@ constexpr const char* type_name() {
   return "list";
 }
 
-/// The values that a number, text or list may have, "50 to 10000" or "lockstep, realtime"; empty
-/// where all are allowed.
+/// Returns the values that a number, text or list may have, "50 to 10000" or "lockstep, realtime";
+/// empty if all are allowed.
 std::string range_text(const OptionInfo& info);
 
-/// Why an option may not have a value: "option features.keypoints is 5: it must be from 50 to
-/// 10000"; none where it may.
+/// Returns the reason why an option may not have a value: "option features.keypoints is 5: it must
+/// be from 50 to 10000"; none if it may.
 std::optional<std::string> range_problem(const OptionInfo& info, bool value);
 std::optional<std::string> range_problem(const OptionInfo& info, int value);
 std::optional<std::string> range_problem(const OptionInfo& info, double value);
@@ -40,7 +40,7 @@ std::optional<std::string> range_problem(const OptionInfo& info, const std::stri
 std::optional<std::string> range_problem(const OptionInfo& info,
                                          const std::vector<std::string>& value);
 
-/// A value as YAML reads it back to the last bit: a list stands on one line.
+/// Returns a value as YAML that is read back without loss; a list is on one line.
 std::string value_text(bool value);
 std::string value_text(int value);
 std::string value_text(double value);

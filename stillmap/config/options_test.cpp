@@ -79,7 +79,7 @@ TEST(OptionTable, HasARangeForEveryNumberThatContainsTheDefault) {
   });
 }
 
-TEST(OptionTable, SaysWhatThePublicHeaderSays) {
+TEST(OptionTable, AgreesWithThePublicHeader) {
   const std::string header = flattened(read_source("stillmap/options.hpp"));
   const Options options;
   visit_options(options, [&](const OptionInfo& info, const auto&) {
@@ -207,7 +207,7 @@ TEST_F(OptionFile, ThatIsNoYamlIsAnError) {
   EXPECT_THROW(read_options("", "/nonexistent.yaml"), Error);
 }
 
-TEST_F(OptionFile, StandsOnThePresetThatItNames) {
+TEST_F(OptionFile, StartsFromThePresetThatItNames) {
   write_file(file_, "preset: seg-mask\nfeatures:\n  keypoints: 500\n");
   const Options options = read_options("", file_);
   EXPECT_EQ(options.preset, "seg-mask");
@@ -235,7 +235,7 @@ TEST_F(OptionFile, ThatSetsEverythingNeedsNoPreset) {
   EXPECT_THAT(error_of_reading("preset: gone.yaml\n"), HasSubstr("gone.yaml"));
 }
 
-TEST(Presets, ThatAreShippedAllLoadAndSayWhatTheyAre) {
+TEST(Presets, ThatAreInstalledLoadAndHaveADescription) {
   EXPECT_EQ(shipped_presets().size(), 6U);
   for (const Preset& preset : presets()) {
     EXPECT_FALSE(preset.description.empty()) << preset.name;

@@ -28,7 +28,7 @@ std::vector<std::string> paths() {
 std::string group_of(const std::string& path) { return path.substr(0, path.find('.')); }
 std::string name_of(const std::string& path) { return path.substr(path.find('.') + 1); }
 
-/// The names in a group; empty where there is no such group.
+/// Returns the names in a group; empty if there is no such group.
 std::vector<std::string> names_in(const std::string& group) {
   std::vector<std::string> names;
   for (const std::string& path : paths()) {
@@ -79,7 +79,7 @@ T converted(const YAML::Node& node, const std::string& path, const std::string& 
   }
 }
 
-/// Assigns a value to the option at `path`. Throws Error where there is no such option, and for a
+/// Assigns a value to the option at `path`. Throws Error if there is no such option, and for a
 /// value that it refuses.
 void assign(const std::string& path, const YAML::Node& value, const std::string& source,
             Options& options) {
@@ -159,7 +159,7 @@ Options options_of(const PresetFile& preset, const std::string& name) {
   return options;
 }
 
-/// The preset that a file of options names; empty where it names none.
+/// Returns the preset that a file of options names; empty if it names none.
 std::string preset_named_in(const YAML::Node& file, const std::string& source) {
   const YAML::Node named = file.IsMap() ? file[kPresetKey] : YAML::Node();
   return named.IsDefined() && !named.IsNull() ? converted<std::string>(named, kPresetKey, source)

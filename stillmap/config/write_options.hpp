@@ -8,13 +8,13 @@
 
 namespace stillmap {
 
-/// All options by group and name, and the preset.
+/// Returns all options by group and name, and the preset.
 nlohmann::json options_json(const Options& options);
 
-/// The reference of all options: the text of docs/options.md.
+/// Returns the reference of all options, the text of docs/options.md.
 std::string options_markdown();
 
-/// One line for each of presets(): name and description.
+/// Returns one line with name and description for each of presets().
 std::string presets_text();
 
 }  // namespace stillmap

@@ -10,20 +10,21 @@
 
 namespace stillmap {
 
-/// Makes frames of images as OpenCV users have them; those of a distorted camera are rectified.
+/// Makes frames of OpenCV images; those of a distorted camera are rectified.
 class FrameMaker {
  public:
-  /// @param recorded  the camera of the images; depths outside the range of its sensor are unknown
-  /// Throws Error if the values are no camera's.
+  /// @param recorded  camera of the images; depths outside the range of its sensor become unknown
+  /// Throws Error if its values are impossible.
   explicit FrameMaker(const Camera& recorded);
 
   /// Returns the ideal pinhole of the frames.
   const Camera& camera() const { return rectifier_.camera(); }
 
+  /// Returns a frame made of a color and a depth image.
   /// @param color     8-bit BGR or gray, of the camera's size
-  /// @param depth     16-bit in units of 1 / depth_factor meters, or 32-bit float in meters; 0, and
-  ///                  not-a-number, where unknown
-  /// @param timestamp of the color image [s]
+  /// @param depth     16-bit in units of 1 / depth_factor meters, or 32-bit float in meters; 0 or
+  ///                  NaN where the depth is unknown
+  /// @param timestamp time of the color image [s]
   /// Throws Error that names the argument, and its type or size, if it is wrong.
   RgbdFramePtr make(const cv::Mat& color, const cv::Mat& depth, double timestamp,
                     std::size_t index) const;

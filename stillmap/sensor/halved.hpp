@@ -6,13 +6,9 @@
 
 namespace stillmap {
 
-/// Reduction to half the width and height, for slow computers: a quarter of the pixels. An odd last
-/// row or column is dropped.
-/// Returns the ideal pinhole camera of the halved images: pixel (u, v) covers pixels 2u, 2u + 1 and
-/// 2v, 2v + 1 of the full image, so its center is at (2u + 0.5, 2v + 0.5).
-
-/// The ideal pinhole that sees them: pixel (u, v) covers pixels 2u, 2u + 1 and 2v, 2v + 1 of the
-/// recorded one, so its center lies at (2u + 0.5, 2v + 0.5).
+/// Returns the ideal pinhole camera of images reduced to half their width and height, for slow
+/// computers. Pixel (u, v) covers pixels 2u, 2u + 1 and 2v, 2v + 1 of the full image, so its center
+/// is at (2u + 0.5, 2v + 0.5). An odd last row or column is dropped.
 Camera halved(const Camera& camera);
 
 /// Returns the halved frame. Color and gray: mean of four pixels. Depth: mean of those of the four
