@@ -28,7 +28,7 @@ def section(help_text, title):
 
 
 def commands(*path):
-    """(path, help) of a command and of all below it, by what --help says."""
+    """Returns (path, help) of a command and of all its subcommands, as listed by --help."""
     help_text = stillmap(*path, "--help")
     yield path, help_text
     for line in section(help_text, "Subcommands"):

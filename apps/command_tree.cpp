@@ -42,7 +42,7 @@ std::vector<std::string> names_of(const CLI::Option& option) {
 }
 
 std::vector<std::string> choices_of(const CLI::Option& option) {
-  // The name of the type lists them: "{lockstep,realtime}".
+  // The name of the option's type lists the values: "{lockstep,realtime}".
   const std::string type = option.get_type_name();
   const auto open = type.find('{'), close = type.find('}');
   if (open == std::string::npos || close == std::string::npos || close < open) return {};

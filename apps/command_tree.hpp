@@ -7,10 +7,10 @@
 
 namespace stillmap {
 
-/// A command of the program as a user calls it.
+/// A command of the program, with its path on the command line.
 struct CommandNode {
   std::string path;     ///< "stillmap map info"
-  const CLI::App* app;  ///< never null; owned by the program
+  const CLI::App* app;  ///< The command; never null, owned by the program.
 };
 
 /// Returns the program itself and all commands that its help lists, each before its subcommands.
@@ -22,7 +22,7 @@ std::vector<const CLI::App*> visible_subcommands(const CLI::App& command);
 /// Returns the options and flags of a command that begin with a dash, without hidden ones.
 std::vector<const CLI::Option*> named_options(const CLI::App& command);
 
-/// Returns the arguments of a command that have a position instead of a name.
+/// Returns the positional arguments of a command.
 std::vector<const CLI::Option*> positional_arguments(const CLI::App& command);
 
 /// Returns the names of an option with their dashes, short ones first: "-h", "--help".

@@ -9,8 +9,8 @@ struct DenseOutputs;
 /// Exit codes of the command.
 enum ExitCode { kSuccess = 0, kFailure = 1, kUsage = 2, kInterrupted = 130 };
 
-/// Each adds one command, with its help and examples; the callback sets `exit_code` or throws
-/// Error.
+/// Each function adds one command, with its help and examples; the callback sets `exit_code` or
+/// throws Error.
 void add_run_command(CLI::App& app, int& exit_code);
 void add_dense_command(CLI::App& app, int& exit_code);
 void add_eval_command(CLI::App& app, int& exit_code);
@@ -24,12 +24,12 @@ void add_presets_command(CLI::App& app, int& exit_code);
 
 /// Adds --mesh and --planner to a command.
 void add_dense_options(CLI::App& command, DenseOutputs& outputs);
-/// The files of the dense map, for the help of a command.
+/// Returns the list of the files of the dense map, for the help of a command.
 std::string dense_files_help();
 /// Adds --force to a command that writes a folder of results.
 void add_force_option(CLI::App& command, bool& force);
-/// Each adds a hidden command that prints what `make install` installs beside the program. They
-/// read the commands of `app`, which must outlive the call of parse().
+/// Each function adds a hidden command that prints a file which `make install` installs with the
+/// program. It reads the commands of `app`, which must outlive the call of parse().
 void add_man_command(CLI::App& app);
 void add_completion_command(CLI::App& app);
 

@@ -8,7 +8,7 @@
 namespace stillmap {
 namespace {
 
-/// The parts of a completion script in which the shells differ. The patterns of their `case`
+/// Parts of a completion script that differ between the shells. The patterns of their `case`
 /// commands are the same.
 struct Shell {
   const char* begin;    ///< Up to the first pattern, which is that of a path and the next word.

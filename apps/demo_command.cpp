@@ -34,7 +34,7 @@ fs::path render(const DemoArguments& arguments) {
   return folder;
 }
 
-/// Maps the rendered sequence as `stillmap run` does; the rendered masks replace a network.
+/// Maps the rendered sequence like `stillmap run`, with the rendered masks instead of a network.
 RunRecord map(const DemoArguments& arguments, const fs::path& folder, const std::string& preset) {
   const SequencePaths paths = find_sequence(folder);
   Session session;

@@ -25,7 +25,7 @@ struct DenseArguments {
   bool force = false;
 };
 
-/// Input files and the output folder. The folder of a run holds all inputs; for a saved map only
+/// Input files and the output folder. The folder of a run contains all inputs; for a saved map only
 /// the map itself is known.
 struct DensePaths {
   fs::path map, options, trajectory, movers, out;
@@ -50,7 +50,7 @@ DensePaths paths_of(const DenseArguments& arguments) {
   return paths;
 }
 
-/// The options of the run, overridden by those of the command line.
+/// Returns the parameters from the options of the run, overridden by those of the command line.
 DenseOptions options_of(const DenseArguments& arguments, const fs::path& file) {
   Options options = read_options("", file);
   if (arguments.voxel > 0) options.dense.voxel = arguments.voxel;
@@ -59,7 +59,7 @@ DenseOptions options_of(const DenseArguments& arguments, const fs::path& file) {
   return dense_parameters_of(options);
 }
 
-/// The trajectory of the run, or of the keyframes of the newest session in the map.
+/// Returns the trajectory of the run, or of the keyframes of the newest session in the map.
 Trajectory trajectory_of(const DensePaths& paths, const SavedMap& saved) {
   if (fs::exists(paths.trajectory)) return read_trajectory(paths.trajectory);
   const auto sessions = keyframe_trajectories(saved.map);

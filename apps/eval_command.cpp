@@ -24,7 +24,7 @@ namespace stillmap {
 namespace {
 
 struct EvalArguments {
-  std::string truth, estimate, json, cloud, surface, sequence, camera, picture, labels, speeds,
+  std::string truth, estimate, json, cloud, surface, sequence, camera, image, labels, speeds,
       truth_frame;
   LabelFigureOptions judging;
   std::size_t frames = 0;
@@ -34,21 +34,23 @@ struct EvalArguments {
 
 struct CloudFigures {
   GhostFigures figures;
-  std::optional<SurfaceFigures> surface;  ///< where the true surface is known
+  std::optional<SurfaceFigures> surface;  ///< None if the true surface is unknown.
   Cloud cloud;
   std::vector<std::uint8_t> ghosts;
 };
 
-/// The true static surface: the named file, or that of a simulated sequence.
+/// Returns the true static surface from the named file or the folder of a simulated sequence; none
+/// if there is no such file.
 std::optional<TrueSurface> true_surface(const EvalArguments& arguments) {
-  const std::filesystem::path beside = std::filesystem::path(arguments.sequence) / "surface.ply";
-  if (arguments.surface.empty() && !std::filesystem::exists(beside)) return std::nullopt;
+  const std::filesystem::path in_sequence =
+      std::filesystem::path(arguments.sequence) / "surface.ply";
+  if (arguments.surface.empty() && !std::filesystem::exists(in_sequence)) return std::nullopt;
   const std::filesystem::path file =
-      arguments.surface.empty() ? beside : std::filesystem::path(arguments.surface);
+      arguments.surface.empty() ? in_sequence : std::filesystem::path(arguments.surface);
   return TrueSurface(read_ply(file).points);
 }
 
-/// The same frames; each is also passed to the surface.
+/// Returns the same frames, each of which is also passed to the surface.
 MaskedFrames shown_to(TrueSurface& surface, MaskedFrames frames, const Trajectory& truth,
                       const Camera& camera) {
   return [&surface, frames = std::move(frames), &truth, &camera]() {
@@ -61,7 +63,8 @@ MaskedFrames shown_to(TrueSurface& surface, MaskedFrames frames, const Trajector
   };
 }
 
-/// Ghosts in the cloud by the true masks of its sequence; surface errors where the truth is known.
+/// Returns the ghosts in the cloud, from the true masks of its sequence, and the surface errors if
+/// the true surface is known.
 CloudFigures cloud_figures(const EvalArguments& arguments, const Trajectory& truth,
                            const Evaluation& evaluation) {
   if (arguments.sequence.empty()) {
@@ -88,7 +91,7 @@ CloudFigures cloud_figures(const EvalArguments& arguments, const Trajectory& tru
   return result;
 }
 
-/// Errors of the movers in movers.csv of the run.
+/// Returns the errors of the movers in movers.csv of the run.
 MoverErrors mover_figures(const EvalArguments& arguments, const Trajectory& truth,
                           const Trajectory& estimate) {
   const auto& [first, last] = std::minmax_element(
@@ -108,7 +111,7 @@ LabelFigures label_figures(const EvalArguments& arguments) {
   return evaluate_labels(read_labels(arguments.labels), truth, arguments.judging);
 }
 
-/// The alignment, unless it is to be estimated from the two trajectories.
+/// Returns the options with the known alignment, if it is not estimated from the two trajectories.
 AteOptions alignment(const EvalArguments& arguments) {
   AteOptions options;
   if (arguments.one_world) options.T_truth_estimate = Pose();
@@ -120,14 +123,15 @@ AteOptions alignment(const EvalArguments& arguments) {
   return options;
 }
 
-/// The true poses of the camera.
+/// Returns the true poses of the camera.
 Trajectory true_trajectory(const EvalArguments& arguments) {
   const Trajectory truth = read_trajectory(arguments.truth);
   if (arguments.truth_frame.empty()) return truth;
   return in_camera_frame(truth, read_truth_frame(arguments.truth_frame));
 }
 
-/// Errors of the trajectory, and of cloud and movers where they were named.
+/// Prints and returns the errors of the trajectory, and those of the cloud and the movers if they
+/// were named.
 nlohmann::json trajectory_figures(const EvalArguments& arguments) {
   const Trajectory truth = true_trajectory(arguments);
   const Trajectory estimate = read_trajectory(arguments.estimate);
@@ -146,10 +150,10 @@ nlohmann::json trajectory_figures(const EvalArguments& arguments) {
       fmt::print("{}", surface_text(*cloud.surface));
       json["surface"] = *cloud.surface;
     }
-    if (!arguments.picture.empty()) {
-      write_png(arguments.picture,
+    if (!arguments.image.empty()) {
+      write_png(arguments.image,
                 draw_cloud({cloud.cloud.points, cloud.cloud.colors, cloud.ghosts}, estimate));
-      fmt::print("written: {}\n", arguments.picture);
+      fmt::print("written: {}\n", arguments.image);
     }
   }
   if (!arguments.movers.empty()) {
@@ -212,7 +216,7 @@ void add_map_options(CLI::App& command, EvalArguments& arguments) {
                      "completeness of the cloud; default: SEQUENCE/surface.ply, if it exists");
   command.add_option("--camera", arguments.camera,
                      "camera of the sequence; default: its camera.yaml");
-  command.add_option("--image,--picture", arguments.picture,
+  command.add_option("--image,--picture", arguments.image,
                      "image (.png) of the cloud with its ghosts in red");
   command
       .add_option("--movers", arguments.movers,

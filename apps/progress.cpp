@@ -19,8 +19,8 @@ std::string duration_text(double seconds) {
 
 }  // namespace
 
-Progress::Progress(std::string what, std::optional<std::size_t> total)
-    : what_(std::move(what)), total_(total), terminal_(isatty(STDERR_FILENO) != 0) {}
+Progress::Progress(std::string title, std::optional<std::size_t> total)
+    : title_(std::move(title)), total_(total), terminal_(isatty(STDERR_FILENO) != 0) {}
 
 void Progress::step(const std::string& note) {
   ++done_;
@@ -34,7 +34,7 @@ void Progress::step(const std::string& note) {
 void Progress::show() {
   const double seconds = watch_.milliseconds() / 1000;
   const double rate = seconds > 0 ? static_cast<double>(done_) / seconds : 0;
-  std::string line = what_ + " ";
+  std::string line = title_ + " ";
   if (total_ && *total_ > 0) {
     const std::size_t filled = std::min(kBarWidth, kBarWidth * done_ / *total_);
     if (terminal_)

@@ -12,8 +12,9 @@ namespace stillmap {
 /// error, so that results can be piped.
 class Progress {
  public:
-  /// @param total  number of steps; none: unknown
-  Progress(std::string what, std::optional<std::size_t> total);
+  /// @param title  text in front of the bar
+  /// @param total  number of steps; none if unknown
+  Progress(std::string title, std::optional<std::size_t> total);
   ~Progress() { finish(); }
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
@@ -25,7 +26,7 @@ class Progress {
  private:
   void show();
 
-  const std::string what_;
+  const std::string title_;
   const std::optional<std::size_t> total_;
   const bool terminal_;
   std::string note_;

@@ -33,7 +33,8 @@ struct RunArguments {
   RunOutputs outputs;
 };
 
-/// Precedence, from low to high: defaults, preset, --config, named options, --set.
+/// Returns all options in force. Precedence from low to high: defaults, preset, --config, named
+/// options, --set.
 Options options_of(const RunArguments& arguments) {
   Options options = read_options(arguments.preset, arguments.config);
   if (!arguments.model.empty()) options.network.model = arguments.model;
@@ -44,7 +45,7 @@ Options options_of(const RunArguments& arguments) {
   options.input.stride = arguments.stride.value_or(options.input.stride);
   if (arguments.half_size) options.input.half_size = true;
   for (const std::string& setting : arguments.settings) set_option(setting, options);
-  if (arguments.localize_only) options.dense.enabled = false;  // of a map that is not extended
+  if (arguments.localize_only) options.dense.enabled = false;  // the map is not extended
   check_options(options);
   return options;
 }
@@ -70,9 +71,8 @@ std::unique_ptr<Detector> detector_of(const std::string& preset, const SlamParam
                "stillmap: preset {} runs without a network and without masks: {};\n"
                "  give a network with --model FILE.onnx, or a folder of masks with --masks DIR\n",
                preset,
-               use_instances_only(cues)
-                   ? "nothing is detected as moving"
-                   : "only objects that are seen to move are detected as moving");
+               use_instances_only(cues) ? "nothing is detected as moving"
+                                        : "only observed motion is detected");
   }
   return detector;
 }
@@ -82,7 +82,8 @@ std::string sequence_name(const std::filesystem::path& folder) {
   return (absolute.has_filename() ? absolute : absolute.parent_path()).filename().string();
 }
 
-/// The map to start from, if one was named. Throws Error if it is of another camera.
+/// Returns the map to start from, if one was named. Throws Error if it was made with another
+/// camera.
 std::optional<StartingMap> start_of(const RunArguments& arguments, const PyramidShape& pyramid,
                                     const Camera& camera) {
   if (arguments.load_map.empty()) return std::nullopt;
@@ -98,7 +99,7 @@ bool is_saved_map(const std::filesystem::path& file) {
   return start == kMapFormat.magic;
 }
 
-/// Checks before the run that the map can be saved there.
+/// Throws Error before the run if the map cannot be saved to the file.
 void check_save_map(const std::filesystem::path& file, bool force) {
   if (file.empty()) return;
   if (std::filesystem::is_directory(file)) {

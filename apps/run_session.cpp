@@ -16,7 +16,7 @@
 namespace stillmap {
 namespace {
 
-constexpr int kReadAhead = 4;  // frames
+constexpr int kReadAhead = 4;  // number of frames decoded in advance
 
 /// Passes all frames to the system, and collects example images and motion labels.
 void drive(SlamSystem& slam, FrameSource& source, std::optional<std::size_t> total_frames,
@@ -37,7 +37,7 @@ void drive(SlamSystem& slam, FrameSource& source, std::optional<std::size_t> tot
   record.gallery = gallery.take();
 }
 
-/// Runs the system on the sequence; everything in the record but the evaluation.
+/// Runs the system on the sequence and returns its record without the evaluation.
 void map_sequence(Session& session, LabelRecorder& labels, RunRecord& record) {
   const Camera camera = session.source->camera();
   const bool realtime = record.options.realtime();

@@ -27,7 +27,7 @@ struct Session {
 };
 
 /// Runs the sequence to its end, or until Ctrl-C; writes the results and prints a summary with the
-/// names of the files. Throws Error where a file cannot be written, after all others were.
+/// names of the files. Throws Error if a file cannot be written, after writing all others.
 RunRecord run_session(Session session);
 
 }  // namespace stillmap

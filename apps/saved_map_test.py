@@ -45,10 +45,10 @@ class SavedMaps(unittest.TestCase):
             self.assertIn(word, result.stdout + result.stderr)
 
     def test_info_says_what_the_run_said(self):
-        told = self.folder / "info.json"
-        shown = stillmap("map", "info", self.map, "--json", told)
+        json_file = self.folder / "info.json"
+        shown = stillmap("map", "info", self.map, "--json", json_file)
         self.assertEqual(shown.returncode, 0, shown.stderr)
-        info = json.loads(told.read_text())
+        info = json.loads(json_file.read_text())
         summary = json.loads((self.folder / "first" / "summary.json").read_text())
         self.assertEqual(info["keyframes"], summary["keyframes"])
         self.assertEqual(info["landmarks"], summary["landmarks"])

@@ -31,7 +31,7 @@ install(FILES "${bash_completion}" DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-com
 install(FILES "${zsh_completion}" DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions RENAME _stillmap)
 
 # --- The OpenVINO plug-in ---
-# A wheel's libraries are copied beside the plug-in; those in the folders of the system are found by themselves.
+# The libraries of a wheel are copied next to the plug-in; the loader finds those in system folders itself.
 if(TARGET stillmap_openvino)
   install(TARGETS stillmap_openvino LIBRARY DESTINATION ${plugin_folder})
   get_target_property(openvino_library openvino::runtime IMPORTED_LOCATION_RELEASE)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compares static maps with the truth of a simulator, beyond what `stillmap eval --cloud` measures.
+"""Compares static maps with the truth of a simulator, in addition to `stillmap eval --cloud`.
 
   python3 -m lab judge walls RUN SEQUENCE      thickness of walls that the camera observed on two visits
   python3 -m lab judge objects RUN SEQUENCE    labels and objects compared with the true objects of the room

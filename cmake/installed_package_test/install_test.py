@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Installs into a fresh folder, hides source and build folders, and uses what was installed.
+"""Installs into a fresh folder, hides source and build folders, and uses the installed files.
 
 The folders are hidden by mounts in a mount namespace of this test, if the system permits that (as root). Without
 that right the test still checks that no installed program names them.
@@ -69,7 +69,7 @@ class Installed(unittest.TestCase):
         return result, detector
 
     def moved_prefix(self, name):
-        """A copy of what was installed, in another place."""
+        """Copies the installed files to another folder and returns it."""
         copy = FOLDER / name
         shutil.copytree(self.prefix, copy, symlinks=True)
         self.addCleanup(shutil.rmtree, copy)

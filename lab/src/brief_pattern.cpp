@@ -29,7 +29,7 @@ struct PatternArguments {
   std::size_t tests = 256;         ///< tests to choose
 };
 
-/// The blurred patch around a corner, rotated upright: the input of the descriptor.
+/// Blurred patch around a corner, rotated upright: the input of the descriptor.
 using Patch = std::array<std::uint8_t, kSide * kSide>;
 
 struct PatchPairs {
@@ -50,7 +50,7 @@ Patch upright_patch(const cv::Mat& blurred, cv::Point center, double angle) {
   return patch;
 }
 
-/// The patches of all keypoints of an image.
+/// Returns the patches of all keypoints of an image.
 std::vector<Patch> patches_of(const cv::Mat& image, const Features& features,
                               const OrbOptions& options) {
   ImagePyramid pyramid;
@@ -78,7 +78,7 @@ cv::Matx33d random_warp(TestRandom& random) {
   return to_center.inv() * cv::Matx33d(c, -s, 0, s, c, 0, 0, 0, 1) * tilt * to_center;
 }
 
-/// Simulates a camera: another brightness, noise, and in one of three images defocus.
+/// Simulates a camera: changes the brightness, adds noise, and defocuses one of three images.
 void photograph(cv::Mat& image, TestRandom& random) {
   if (random.below(3) == 0) cv::GaussianBlur(image, image, {0, 0}, random.uniform(0.5, 1.5));
   const double gain = random.uniform(0.3, 1), offset = random.uniform(0, 255 * (1 - gain));
@@ -167,7 +167,7 @@ void evaluate(Test& test, const PatchPairs& pairs) {
   test.unreliability = flips / (static_cast<double>(count) * differences + 1);
 }
 
-/// Absolute correlation of the bits of two tests (the phi coefficient).
+/// Returns the absolute correlation of the bits of two tests (the phi coefficient).
 double correlation(const Test& a, const Test& b, std::size_t count) {
   int both = 0;
   for (std::size_t w = 0; w < a.bits.size(); ++w) both += std::popcount(a.bits[w] & b.bits[w]);
@@ -176,7 +176,8 @@ double correlation(const Test& a, const Test& b, std::size_t count) {
   return std::abs(covariance) / std::sqrt(a.mean * (1 - a.mean) * b.mean * (1 - b.mean));
 }
 
-/// The most reliable tests, at the lowest bound on their correlations that leaves enough of them.
+/// Returns the most reliable tests, with the lowest bound on their correlations that leaves enough
+/// of them.
 std::vector<const Test*> choose(const std::vector<Test>& sorted, std::size_t count,
                                 std::size_t wanted) {
   for (double limit = 0.2;; limit *= 1.05) {

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Relocalization of a camera that was carried away while covered, and merging of its maps. Two
 /// rooms of the simulated flat are mapped. Then the camera is, time after time, covered for three
-/// seconds and uncovered elsewhere for two: at 20 places of those rooms, on a path shifted by a
-/// hand's breadth, and at 5 places of rooms that it has not seen, where it begins new maps. At last
-/// it is covered once more and goes on through the other rooms, past those 5 places, and home.
-/// While it is carried away, people walk about on the same path. Printed per place: the frames
-/// until the first pose, whether the place was recognized, and the error of the pose relative to
-/// the frames mapped nearby; at the end, the recognized and the wrong ones, and the merged maps.
+/// seconds and uncovered elsewhere for two: at 20 places of those rooms, on a path shifted by 16
+/// cm, and at 5 places of unknown rooms, where it begins new maps. Finally it is covered once more
+/// and moves through the other rooms, past those 5 places, and back to the start. People walk about
+/// while it is carried away. Printed per place: the number of frames until the first pose, whether
+/// the place was recognized, and the error of the pose relative to the frames mapped nearby; at the
+/// end, the numbers of recognized and wrong places and of merged maps.
 ///
-/// --scattered: the whole path in pieces of two seconds, in no order, covered in between. Nearly
-/// every piece begins a map, and overlapping pieces are to be merged. Printed: the error of every
-/// merge and loop, and the number of wrong ones.
+/// --scattered: the whole path in pieces of two seconds, in random order, covered in between.
+/// Nearly every piece begins a map, and overlapping pieces should be merged. Printed: the error of
+/// every merge and loop, and the number of wrong ones.
 #include "stillmap/base/error.hpp"
 #include "stillmap/evaluate/trajectory_error.hpp"
 #include "stillmap/pipeline/slam_system.hpp"
@@ -35,11 +35,11 @@ constexpr double kRight = 0.1;                      // a pose with a larger erro
 
 struct KidnapArguments {
   int people = 0;
-  std::size_t mapped = 1050;  ///< frames mapped at first: 28 m of the path, two rooms
-  std::size_t visits = 25;    ///< places at which the camera is uncovered; every fifth is unknown
-  std::size_t end = 2400;     ///< frame of the path at which the way home ends
-  bool scattered = false;
-  std::size_t pieces = 80;  ///< number of pieces of the path, where it is scattered
+  std::size_t mapped = 1050;  ///< Number of frames mapped first: 28 m of the path, two rooms.
+  std::size_t visits = 25;    ///< Number of places of uncovering; every fifth is unknown.
+  std::size_t end = 2400;     ///< Frame of the path at which the sequence ends.
+  bool scattered = false;     ///< Shows the path in pieces in random order.
+  std::size_t pieces = 80;    ///< Number of pieces of the scattered path.
 };
 
 /// A place at which the camera is uncovered.
@@ -61,7 +61,7 @@ SimulationOptions simulation() {
   return options;
 }
 
-/// The same rooms on a path shifted by 16 cm, with another hand shake.
+/// Returns the same rooms on a path shifted by 16 cm, with another hand shake.
 SimulatedSequence shifted(const SimulatedSequence& path, int people) {
   auto scene = std::make_shared<Scene>(make_scene({.scene = "flat", .people = people}));
   for (Eigen::Vector2f& corner : scene->round) corner += Eigen::Vector2f(0.1F, 0.12F);
@@ -76,7 +76,7 @@ std::vector<Visit> visits(const KidnapArguments& arguments) {
   std::size_t known = 0, unknown = 0;
   for (std::size_t i = 0; i < arguments.visits; ++i) {
     const bool is_known = i % 5 != 4;
-    // Spread over the path in no order: steps of 377 frames, which share no divisor with 950.
+    // Steps of 377 frames, coprime to 950, distribute the places over the path without order.
     const std::size_t at =
         is_known ? 20 + (known++ * 377) % (arguments.mapped - kOverlap) : 1280 + unknown++ * 190;
     made.push_back({at, is_known, 0});
@@ -106,8 +106,8 @@ struct Judge {
   std::map<std::size_t, Pose> estimate;
   std::vector<std::optional<Pose>> truth;  ///< none while the camera was covered
 
-  /// Error of a frame relative to the frames mapped nearby before a visit, in the map that agrees
-  /// best [m]. Relative, because the map as a whole may have drifted.
+  /// Returns the error of a frame relative to the frames mapped nearby before a visit, in the map
+  /// that agrees best [m]. It is relative because the map as a whole may have drifted.
   double error(std::size_t frame, std::size_t visited_from) const {
     constexpr double kNearby = 3, kAlike = 1;  // meters, radians
     double least = 1e9;
@@ -186,7 +186,7 @@ const char* name_of(MapEvent::Kind kind) {
   return kind == MapEvent::Kind::kMerge ? "maps joined" : "map dropped";
 }
 
-/// Error of the relative pose of two frames that were matched [m]; none where either has no pose.
+/// Returns the error of the relative pose of two matched frames [m]; none if one has no pose.
 std::optional<double> relative_error(const Judge& by, std::size_t frame, std::size_t seen_in) {
   if (!by.estimate.contains(frame) || !by.estimate.contains(seen_in)) return std::nullopt;
   const Pose truth = by.truth[seen_in]->inverse() * *by.truth[frame];
@@ -232,7 +232,7 @@ void take_estimates(const SlamResult& result, Judge& judge) {
   }
 }
 
-/// Shows whole pieces of the path in no order, with the camera covered in between.
+/// Pushes whole pieces of the path in random order, with the camera covered in between.
 void scatter(const KidnapArguments& arguments) {
   const SimulatedSequence path = shifted(SimulatedSequence(simulation()), arguments.people);
   SlamSystem slam(path.camera(), slam_options());

@@ -108,9 +108,9 @@ std::vector<Closing> closings(const SlamResult& result) {
   return made;
 }
 
-void print(const char* what, const Run& run) {
+void print(const char* name, const Run& run) {
   fmt::print("{}: ATE {:.4f} m, {} of {} frames tracked, {} dropped late, {} keyframes, {} maps\n",
-             what, run.ate, run.result.tracked(), run.result.frames.size() + run.dropped,
+             name, run.ate, run.result.tracked(), run.result.frames.size() + run.dropped,
              run.dropped, run.result.keyframes.size(), run.result.maps);
   for (const Closing& c : closings(run.result)) {
     const MapEvent& e = c.event;
@@ -124,8 +124,8 @@ void print(const char* what, const Run& run) {
   }
 }
 
-/// Whether a frame came between the keyframe of a loop and the end of its global adjustment (in
-/// lockstep: the frame at which the result is applied).
+/// Returns whether a frame was tracked between the keyframe of a loop and the end of its global
+/// adjustment (in lockstep: the frame at which the result is applied).
 bool is_during(const Closing& c, std::size_t frame, double fps, bool realtime) {
   constexpr double kRefining = 150;  // ms from the keyframe to the loop, and from there to the copy
   if (frame < c.event.frame_index) return false;
@@ -134,7 +134,8 @@ bool is_during(const Closing& c, std::size_t frame, double fps, bool realtime) {
   return since <= (kRefining + c.event.milliseconds + c.adjustment_ms) / 1000 * fps;
 }
 
-/// Tracking effort of the run `measured` in the frames during which the run `closed` closed loops.
+/// Returns the tracking effort of the run `measured` in the frames during which the run `closed`
+/// closed loops.
 std::vector<Effort> efforts_during(const Run& closed, const Run& measured, bool realtime) {
   const auto all = closings(closed.result);
   std::vector<Effort> efforts;
@@ -147,7 +148,7 @@ std::vector<Effort> efforts_during(const Run& closed, const Run& measured, bool 
   return efforts;
 }
 
-void print(const char* what, double Effort::*part, const std::vector<Effort>& during,
+void print(const char* name, double Effort::*part, const std::vector<Effort>& during,
            const std::vector<Effort>& alone) {
   const auto samples = [&](const std::vector<Effort>& efforts) {
     std::vector<double> values;
@@ -156,7 +157,7 @@ void print(const char* what, double Effort::*part, const std::vector<Effort>& du
   };
   const auto of = samples(during), of_alone = samples(alone);
   const double p95 = quantile(of, 0.95), p95_alone = quantile(of_alone, 0.95);
-  fmt::print("  {:10} {:8.2f} {:8.2f}   {:8.2f} {:8.2f}   {:+.0f} %\n", what,
+  fmt::print("  {:10} {:8.2f} {:8.2f}   {:8.2f} {:8.2f}   {:+.0f} %\n", name,
              quantile(of_alone, 0.5), p95_alone, quantile(of, 0.5), p95,
              100 * (p95 / p95_alone - 1));
 }
@@ -202,8 +203,8 @@ void measure(const Arguments& arguments) {
 
 void add_loop_cost_command(CLI::App& app) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand(
-      "loop-cost", "measure what loop closing gains, and what it costs tracking");
+  CLI::App* command =
+      app.add_subcommand("loop-cost", "measure the gain of loop closing and its cost for tracking");
   command->add_option("sequence", arguments->sequence, "folder in TUM layout with groundtruth.txt")
       ->required();
   command->add_option("--lockstep", arguments->lockstep, "number of runs in lockstep")

@@ -25,7 +25,7 @@
 namespace stillmap::lab {
 namespace {
 
-/// The tests of verify_loop(): each step adds one to those of the previous steps.
+/// Tests of verify_loop(); each step adds one test to those of the previous steps.
 struct Step {
   const char* name;
   LoopVerificationOptions options;
@@ -50,7 +50,7 @@ struct Counts {
   int right = 0, wrong = 0;
 };
 
-/// A map with its place index and the true trajectory.
+/// Map with its place index and the true trajectory.
 struct Mapped {
   Map map;
   PlaceIndex index{std::make_shared<const Vocabulary>(Vocabulary::built_in())};
@@ -84,7 +84,7 @@ Mapped map_of(const std::string& sequence) {
   return made;
 }
 
-/// The places most similar to a keyframe, except its covisible keyframes.
+/// Returns the places most similar to a keyframe, except its covisible keyframes.
 std::vector<PlaceCandidate> alike(const Mapped& mapped, KeyframeId query) {
   std::vector<KeyframeId> surroundings = {query};
   for (const Covisible& c : mapped.map.covisible(query)) surroundings.push_back(c.keyframe);

@@ -30,7 +30,7 @@ struct OcclusionArguments {
   bool plain = false;        ///< the board has no print
 };
 
-/// Frames that the board covers: [from, to).
+/// Range of the frames that the board covers, [from, to).
 struct Covered {
   std::size_t from = 0, to = 0;
 };

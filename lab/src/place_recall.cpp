@@ -117,7 +117,7 @@ void report_pairs(const std::vector<View>& views) {
              answers.size(), average_precision(answers));
 }
 
-/// The most similar comparable view; its score is relative to that of the previous frame.
+/// Returns the most similar comparable view; its score is relative to that of the previous frame.
 std::optional<Answer> answer(const std::vector<View>& views, std::size_t query, bool& answerable) {
   const View& view = views[query];
   if (query == 0 || views[query - 1].sequence != view.sequence) return std::nullopt;

@@ -24,7 +24,7 @@ struct TrainArguments {
   OrbOptions orb;
 };
 
-/// The given files, and the files in the given folders, sorted within each folder.
+/// Returns the given files and the files in the given folders, sorted within each folder.
 std::vector<fs::path> image_files(const std::vector<std::string>& names) {
   std::vector<fs::path> files;
   for (const std::string& name : names) {
