@@ -13,8 +13,6 @@
 namespace stillmap {
 namespace {
 
-/// Relative depth step around a keypoint that makes it lie on a depth edge.
-constexpr double kDepthJump = 0.05;
 /// Side of the cells in which corners are searched again with the low threshold [pixels of the
 /// level].
 constexpr int kCell = 30;

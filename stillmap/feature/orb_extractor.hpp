@@ -61,6 +61,9 @@ class OrbExtractor {
   std::vector<PatchMoments> moments_;
 };
 
+/// Relative depth step around a keypoint that makes it lie on a depth edge.
+inline constexpr double kDepthJump = 0.05;
+
 /// Returns the depth of a keypoint's surface [m], 0 if unknown: the value at the nearest pixel; at
 /// a depth edge (the 3 x 3 neighborhood differs by more than `jump`, relative) that of the nearer
 /// side, since such a corner belongs to the object in front.

@@ -120,6 +120,7 @@ RgbdFramePtr TumFolder::load(const FrameFiles& files) {
   auto frame = std::make_shared<RgbdFrame>();
   frame->index = next_index_++;
   frame->timestamp = files.timestamp;
+  frame->depth_delay = files.depth_timestamp - files.timestamp;
   frame->color = rectifier_.image(color.image);
   traced("gray", [&] { cv::cvtColor(frame->color, frame->gray, cv::COLOR_BGR2GRAY); });
   frame->depth = depth;

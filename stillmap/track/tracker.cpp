@@ -8,6 +8,7 @@
 #include "stillmap/track/relocalization_tracking.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 #include <utility>
 
 #include <fmt/format.h>
@@ -32,7 +33,22 @@ Tracker::Tracker(const Camera& camera, const PyramidShape& pyramid, const Tracke
       options_(options),
       start_(start),
       keyframe_policy_(options.keyframes, camera.depth_sensor),
-      new_map_policy_({options.patience, options.occluded_patience}) {}
+      new_map_policy_({options.patience, options.occluded_patience}) {
+  if (const char* x = std::getenv("SM_READOUT")) timing_.readout = std::atof(x);
+  if (const char* x = std::getenv("SM_DELAY")) timing_.depth_delay = std::atof(x);
+}
+
+FeaturesPtr Tracker::compensated(const FeaturesPtr& raw, const RgbdFrame& image,
+                                 const std::optional<InitialPose>& initial) const {
+  if (std::getenv("SM_OFF")) return raw;
+  if (!state_.previous || frames_lost_ > 0) return raw;
+  Vector6d twist = state_.twist;
+  if (initial) {
+    const double dt = image.timestamp - state_.previous->frame->timestamp();
+    twist = (state_.T_world_previous.inverse() * initial->estimate.T_world_camera).log() / dt;
+  }
+  return std::make_shared<Features>(compensate_motion(*raw, image, model_.camera, timing_, twist));
+}
 
 std::optional<InitialPose> Tracker::predict_pose(const Features& features,
                                                  const LocalMapPtr& local_map) {
@@ -106,6 +122,7 @@ TrackedFramePtr Tracker::start_map(const FramePtr& frame) {
   frames_in_map_ = 1;
   state_.previous = result;
   state_.T_previous_next = Pose();
+  state_.twist.setZero();
   frames_lost_ = 0;
   new_map_policy_.reset();
   return result;
@@ -178,6 +195,8 @@ void Tracker::set_previous(const TrackedFramePtr& tracked) {
       frames_lost_ == 0 && tracked->frame->index() == state_.previous->frame->index() + 1;
   state_.T_previous_next =
       consecutive ? state_.T_world_previous.inverse() * *tracked->T_world_camera : Pose();
+  const double dt = tracked->frame->timestamp() - state_.previous->frame->timestamp();
+  state_.twist = state_.T_previous_next.log() / dt;
   state_.T_world_previous = *tracked->T_world_camera;
   state_.previous = tracked;
   frames_lost_ = 0;
