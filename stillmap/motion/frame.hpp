@@ -10,6 +10,8 @@
 #include <memory>
 #include <vector>
 
+#include <Eigen/Core>
+
 namespace stillmap {
 
 /// Evidence for the motion of the parts of a frame. All log-odds are static log-odds,
@@ -44,7 +46,10 @@ inline float static_probability(float log_odds) { return 1.0f / (1.0f + std::exp
 /// A frame in the front end, before it has a pose. Immutable once made.
 struct Frame {
   RgbdFramePtr image;
-  FeaturesPtr features;
+  FeaturesPtr features;           ///< after motion compensation
+  FeaturesPtr recorded_features;  ///< of the image as recorded
+  /// Velocity (v, w) of the camera in its own frame, for which they were compensated [m/s, rad/s].
+  Eigen::Matrix<double, 6, 1> twist = Eigen::Matrix<double, 6, 1>::Zero();
   CellGridPtr cells;
   SegmentedFramePtr instances;  ///< Null without a network or masks, or before the first result.
   InstanceCellsPtr instance_cells;  ///< Cells of `instances`; null if those are null.

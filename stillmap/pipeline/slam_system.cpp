@@ -80,14 +80,14 @@ void SlamSystem::track(const RgbdFramePtr& image) {
   frame->image = image;
   frame->cells = std::make_shared<CellGrid>(image->depth, camera_);
   instances_.push(image, frame->cells);
-  const auto raw = std::make_shared<Features>(
+  frame->recorded_features = std::make_shared<Features>(
       extractor_.extract(image->gray, image->depth, keypoint_budget_.keypoints()));
 
   view_ = mapping_.view_for(image->index);
   log_.settle(view_.made);
-  frame->features = tracker_.compensated(raw, *image, std::nullopt);
+  tracker_.compensate_motion(*frame, std::nullopt);
   const auto initial = tracker_.predict_pose(*frame->features, view_.local_map);
-  if (initial) frame->features = tracker_.compensated(raw, *image, initial);
+  if (initial) tracker_.compensate_motion(*frame, initial);
   MotionEvidence evidence = motion_.begin(motion_input(*frame, initial));
 
   const FrameInstances known = instances_.wait();

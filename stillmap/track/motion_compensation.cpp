@@ -7,60 +7,53 @@
 namespace stillmap {
 namespace {
 
-/// Depth assumed of a keypoint without depth [m]. Its rotation needs none.
+/// Depth assumed for the translation of a keypoint without depth [m]. Rotation needs none.
 constexpr double kTypicalDepth = 2;
-
-/// Constant velocity of a camera over the time of a frame.
-class ConstantVelocity {
- public:
-  explicit ConstantVelocity(const Vector6d& twist) : v_(twist.head<3>()), w_(twist.tail<3>()) {}
-
-  /// Maps a point of the camera frame `dt` [s] after a moment to the camera frame of that moment:
-  /// exp(twist dt) p to second order. The next term is below 0.1 pixels at 3 rad/s and 20 ms.
-  Eigen::Vector3d at_moment(const Eigen::Vector3d& p, double dt) const {
-    const Eigen::Vector3d velocity = v_ + w_.cross(p);
-    return p + dt * velocity + 0.5 * dt * dt * w_.cross(velocity);
-  }
-
- private:
-  Eigen::Vector3d v_, w_;
-};
 
 }  // namespace
 
-Features compensate_motion(const Features& raw, const RgbdFrame& image, const Camera& camera,
-                           const ShutterTiming& timing, const Vector6d& twist) {
-  const TraceScope scope("motion compensation");
-  const ConstantVelocity motion(twist);
-  const double depth_delay = image.depth_delay + timing.depth_delay;
-  Features result = raw;
-  for (Keypoint& k : result.keypoints) {
-    const double row_time = (k.v / camera.height - 0.5) * timing.readout;
-    const double guess = k.depth > 0 ? k.depth : kTypicalDepth;
-    Eigen::Vector3d p = camera.unproject(k.u, k.v, guess);
-    bool known = k.depth > 0;
-    if (depth_delay != 0) {
-      const Eigen::Vector3d p_depth = motion.at_moment(p, -depth_delay);
-      const Eigen::Vector2d uv = camera.project(p_depth);
-      const float z =
-          camera.contains(uv.x(), uv.y())
-              ? depth_at(image.depth, static_cast<float>(uv.x()), static_cast<float>(uv.y()),
-                         kDepthJump)
-              : 0.0F;
-      known = z > 0;
-      if (known) {
-        const double z_color =
-            motion.at_moment(camera.unproject(uv.x(), uv.y(), z), depth_delay).z();
-        p *= z_color / p.z();
-      }
-    }
-    p = motion.at_moment(p, row_time);
-    const Eigen::Vector2d uv = camera.project(p);
-    k.u = static_cast<float>(uv.x());
-    k.v = static_cast<float>(uv.y());
-    k.depth = known ? static_cast<float>(p.z()) : 0.0F;
+/// Maps a point of the camera frame `dt` [s] after a moment to the camera frame of that moment:
+/// exp(xi dt) p to second order. The next term is below 0.1 pixels at 3 rad/s and 20 ms.
+Eigen::Vector3d MotionCompensation::at_moment(const Eigen::Vector3d& p, double dt) const {
+  const Eigen::Vector3d velocity = v_ + w_.cross(p);
+  return p + dt * velocity + 0.5 * dt * dt * w_.cross(velocity);
+}
+
+/// Returns the depth of a point of the color image, read from the depth image that was exposed
+/// `depth_delay` [s] later [m]; 0 if unknown.
+double MotionCompensation::depth_seen_from(const Eigen::Vector3d& p, double depth_delay) const {
+  const Eigen::Vector2d uv = camera_.project(at_moment(p, -depth_delay));
+  if (!camera_.contains(uv.x(), uv.y())) return 0;
+  const float z = depth_at(image_.depth, static_cast<float>(uv.x()), static_cast<float>(uv.y()),
+                           kDepthJump);
+  return z > 0 ? at_moment(camera_.unproject(uv.x(), uv.y(), z), depth_delay).z() : 0;
+}
+
+Keypoint MotionCompensation::keypoint(const Keypoint& recorded, const ShutterTiming& timing) const {
+  const double depth_delay = image_.depth_delay + timing.depth_delay;
+  double z = recorded.depth;
+  if (depth_delay != 0) {
+    const double guess = z > 0 ? z : kTypicalDepth;
+    z = depth_seen_from(camera_.unproject(recorded.u, recorded.v, guess), depth_delay);
   }
-  result.grid = KeypointGrid(result.keypoints, camera.width, camera.height);
+  const double row_time = (recorded.v / camera_.height - 0.5) * timing.readout;
+  const Eigen::Vector3d p = at_moment(
+      camera_.unproject(recorded.u, recorded.v, z > 0 ? z : kTypicalDepth), row_time);
+  const Eigen::Vector2d uv = camera_.project(p);
+  Keypoint result = recorded;
+  result.u = static_cast<float>(uv.x());
+  result.v = static_cast<float>(uv.y());
+  result.depth = z > 0 ? static_cast<float>(p.z()) : 0.0F;
+  return result;
+}
+
+Features MotionCompensation::features(const Features& recorded, const ShutterTiming& timing) const {
+  const TraceScope scope("motion compensation");
+  Features result;
+  result.keypoints.reserve(recorded.size());
+  for (const Keypoint& k : recorded.keypoints) result.keypoints.push_back(keypoint(k, timing));
+  result.descriptors = recorded.descriptors;
+  result.grid = KeypointGrid(result.keypoints, camera_.width, camera_.height);
   return result;
 }
 

@@ -13,17 +13,30 @@ struct ShutterTiming {
   double depth_delay = 0;  ///< Time of the depth image minus its timestamp [s].
 };
 
-/// Returns the features as a camera would observe them that exposes all rows of the color and the
-/// depth image at the timestamp of the frame.
+/// Removes the effects of the camera's motion during the exposure of a frame.
 ///
 /// Row v of an image of height h is exposed (v / h - 1/2) * readout after the middle of the image.
 /// A point p in the camera frame of that moment is at exp(xi dt) p in the camera frame of the
-/// timestamp, for the camera's twist xi. The depth of a keypoint is read where its point lies in
-/// the depth image, which is exposed at another time.
-///
-/// @param raw   features of the image as recorded
-/// @param twist velocity (v, w) of the camera in its own frame [m/s, rad/s]
-Features compensate_motion(const Features& raw, const RgbdFrame& image, const Camera& camera,
-                           const ShutterTiming& timing, const Vector6d& twist);
+/// timestamp, for the twist xi of the camera. The depth of a keypoint is read where its point lies
+/// in the depth image, which is exposed at another time.
+class MotionCompensation {
+ public:
+  /// @param twist velocity (v, w) of the camera in its own frame [m/s, rad/s]
+  MotionCompensation(const RgbdFrame& image, const Camera& camera, const Vector6d& twist)
+      : image_(image), camera_(camera), v_(twist.head<3>()), w_(twist.tail<3>()) {}
+
+  /// Returns a recorded keypoint as a camera would observe it that exposes all rows of the color
+  /// and the depth image at the timestamp of the frame.
+  Keypoint keypoint(const Keypoint& recorded, const ShutterTiming& timing) const;
+  Features features(const Features& recorded, const ShutterTiming& timing) const;
+
+ private:
+  Eigen::Vector3d at_moment(const Eigen::Vector3d& p, double dt) const;
+  double depth_seen_from(const Eigen::Vector3d& p, double depth_delay) const;
+
+  const RgbdFrame& image_;
+  const Camera& camera_;
+  Eigen::Vector3d v_, w_;
+};
 
 }  // namespace stillmap

@@ -33,21 +33,20 @@ Tracker::Tracker(const Camera& camera, const PyramidShape& pyramid, const Tracke
       options_(options),
       start_(start),
       keyframe_policy_(options.keyframes, camera.depth_sensor),
-      new_map_policy_({options.patience, options.occluded_patience}) {
-  if (const char* x = std::getenv("SM_READOUT")) timing_.readout = std::atof(x);
-  if (const char* x = std::getenv("SM_DELAY")) timing_.depth_delay = std::atof(x);
+      new_map_policy_({options.patience, options.occluded_patience}) {}
+
+Vector6d Tracker::twist_of(const RgbdFrame& image, const std::optional<InitialPose>& initial) const {
+  if (!state_.previous || frames_lost_ > 0) return Vector6d::Zero();
+  if (!initial) return state_.twist;
+  const double dt = image.timestamp - state_.previous->frame->timestamp();
+  return (state_.T_world_previous.inverse() * initial->estimate.T_world_camera).log() / dt;
 }
 
-FeaturesPtr Tracker::compensated(const FeaturesPtr& raw, const RgbdFrame& image,
-                                 const std::optional<InitialPose>& initial) const {
-  if (std::getenv("SM_OFF")) return raw;
-  if (!state_.previous || frames_lost_ > 0) return raw;
-  Vector6d twist = state_.twist;
-  if (initial) {
-    const double dt = image.timestamp - state_.previous->frame->timestamp();
-    twist = (state_.T_world_previous.inverse() * initial->estimate.T_world_camera).log() / dt;
-  }
-  return std::make_shared<Features>(compensate_motion(*raw, image, model_.camera, timing_, twist));
+void Tracker::compensate_motion(Frame& frame, const std::optional<InitialPose>& initial) const {
+  frame.twist = twist_of(*frame.image, initial);
+  const MotionCompensation compensation(*frame.image, model_.camera, frame.twist);
+  frame.features = std::make_shared<Features>(
+      compensation.features(*frame.recorded_features, calibration_.timing()));
 }
 
 std::optional<InitialPose> Tracker::predict_pose(const Features& features,
@@ -163,6 +162,8 @@ std::shared_ptr<TrackedFrame> Tracker::frame_at(const FramePtr& frame,
 TrackedFramePtr Tracker::tracked(const FramePtr& frame, const LocalMapPose& pose,
                                  bool relocalized) {
   statistics_.count(*frame, pose);
+  if (frame->recorded_features && !std::getenv("SM_NOCAL"))
+    calibration_.add(model_, *frame->image, *frame->recorded_features, frame->twist, pose.estimate);
   const LocalMap& local_map = *state_.local_map;
   const auto result = frame_at(frame, pose.estimate);
   result->relocalized = relocalized;

@@ -5,7 +5,7 @@
 #include "stillmap/track/keyframe_policy.hpp"
 #include "stillmap/track/landmark_statistics.hpp"
 #include "stillmap/track/local_map_tracking.hpp"
-#include "stillmap/track/motion_compensation.hpp"
+#include "stillmap/track/shutter_calibration.hpp"
 #include "stillmap/track/new_map_policy.hpp"
 #include "stillmap/track/pose_estimate.hpp"
 #include "stillmap/track/previous_frame_tracking.hpp"
@@ -55,11 +55,10 @@ class Tracker {
   Tracker(const Camera& camera, const PyramidShape& pyramid, const TrackerOptions& options,
           TrackerStart start = TrackerStart::kNewMap);
 
-  /// Returns the features of the next frame without the effects of the camera's motion during the
-  /// exposure of its images: see compensate_motion().
+  /// Sets the features of the next frame to those recorded without the effects of the camera's
+  /// motion during the exposure: see MotionCompensation.
   /// @param initial result of predict_pose() for the frame, or none before it is known
-  FeaturesPtr compensated(const FeaturesPtr& raw, const RgbdFrame& image,
-                          const std::optional<InitialPose>& initial) const;
+  void compensate_motion(Frame& frame, const std::optional<InitialPose>& initial) const;
 
   /// First pass, before the motion evidence: returns the pose from the points that were static up
   /// to the previous frame, or none for a first frame and where too few points are found again.
@@ -76,6 +75,7 @@ class Tracker {
                         const std::optional<RelocalizationResult>& found = {});
 
  private:
+  Vector6d twist_of(const RgbdFrame& image, const std::optional<InitialPose>& initial) const;
   TrackedFramePtr track_without_map(const FramePtr& frame,
                                     const std::optional<RelocalizationResult>& found);
   TrackedFramePtr relocalized(const FramePtr& frame, const RelocalizationResult& found);
@@ -88,7 +88,7 @@ class Tracker {
   void set_previous(const TrackedFramePtr& tracked);
   void adopt(const LocalMapPtr& local_map);
 
-  ShutterTiming timing_;
+  ShutterCalibration calibration_;
   TrackingModel model_;
   TrackerOptions options_;
   TrackerStart start_;
