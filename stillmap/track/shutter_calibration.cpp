@@ -2,6 +2,7 @@
 #include "stillmap/track/shutter_calibration.hpp"
 
 #include "stillmap/base/trace.hpp"
+#include "stillmap/feature/orb_extractor.hpp"
 #include "stillmap/optimize/residual.hpp"
 
 #include <algorithm>
@@ -23,6 +24,13 @@ using Vector8d = Eigen::Matrix<double, 8, 1>;
 constexpr double kReadoutStep = 0.001, kDelayStep = 0.010;
 /// Least number of landmarks of a frame that is used.
 constexpr int kMinLandmarks = 50;
+/// Number of frames between the two frames of a pair. The velocity changes in the meantime.
+const std::size_t kGap = std::getenv("SM_GAP") ? std::atoi(std::getenv("SM_GAP")) : 4;
+/// Number of Gauss-Newton iterations per pair.
+constexpr int kIterations = 3;
+/// Information of the assumption that the timing is right, of a standard deviation of 0.1 s
+/// [1/s^2].
+constexpr double kPrior = 100;
 /// Number of consecutive frames whose errors are alike, because they observe the same landmarks.
 constexpr double kCorrelatedFrames = 10;
 /// Number of frames after which the timing may change.
@@ -35,83 +43,124 @@ constexpr double kMinReadoutChange = 0.003, kMinDelayChange = 0.003;
 /// Longest plausible times [s].
 constexpr double kMaxReadout = 0.040, kMaxDelay = 0.050;
 
-/// A measurement (u, v, d) and its derivatives by readout time and depth delay.
-struct TimedMeasurement {
-  Measurement value;
-  Eigen::Matrix<double, 3, 2> derivative = Eigen::Matrix<double, 3, 2>::Zero();
-};
-
 Eigen::Vector3d uvd_of(const Camera& camera, const Keypoint& k) {
   return {k.u, k.v, k.depth > 0 ? camera.bf() / k.depth : 0};
 }
 
-TimedMeasurement timed_measurement(const TrackingModel& model,
-                                   const MotionCompensation& compensation, const Keypoint& recorded,
-                                   const ShutterTiming& timing) {
-  const Camera& camera = model.camera;
-  const Keypoint k = compensation.keypoint(recorded, timing);
-  const double scale = model.pyramid.scale(k.level);
-  TimedMeasurement m;
-  m.value = make_measurement(camera, observation_noise(camera, k.depth), k.u, k.v, k.depth, scale);
-  const Keypoint other =
-      compensation.keypoint(recorded, {timing.readout + kReadoutStep, timing.depth_delay});
-  m.derivative.col(0) = (uvd_of(camera, other) - uvd_of(camera, k)) / kReadoutStep;
-  const Keypoint before =
-      compensation.keypoint(recorded, {timing.readout, timing.depth_delay - kDelayStep});
-  const Keypoint after =
-      compensation.keypoint(recorded, {timing.readout, timing.depth_delay + kDelayStep});
-  const double change = std::abs(after.depth - before.depth);
-  const bool edge = before.depth <= 0 || after.depth <= 0 || change > 0.1 * k.depth;
-  if (k.depth <= 0 || edge) {
-    m.value.disparity_information = 0;
-    m.derivative.row(2).setZero();
-  } else {
-    m.derivative(2, 1) =
-        (camera.bf() / after.depth - camera.bf() / before.depth) / (2 * kDelayStep);
-  }
-  return m;
+Eigen::Vector3d point_of(const Camera& camera, const Keypoint& k) {
+  return camera.unproject(k.u, k.v, k.depth);
 }
 
 }  // namespace
 
-void ShutterCalibration::add(const TrackingModel& model, const RgbdFrame& image,
-                             const Features& recorded, const Vector6d& twist,
-                             const PoseEstimate& estimate) {
-  const TraceScope scope("shutter calibration");
-  if (static_cast<int>(estimate.matches.size()) < kMinLandmarks) return;
-  const MotionCompensation compensation(image, model.camera, twist);
-  const Pose T_camera_world = estimate.T_world_camera.inverse();
+ShutterCalibration::TimedPoint ShutterCalibration::timed_point(
+    const TrackingModel& model, const MotionCompensation& compensation,
+    const Keypoint& recorded) const {
+  const Camera& camera = model.camera;
+  const auto at = [&](double readout, double delay) {
+    return compensation.keypoint(recorded,
+                                 {timing_.readout + readout, timing_.depth_delay + delay});
+  };
+  const Keypoint k = at(0, 0), read_later = at(kReadoutStep, 0);
+  const Keypoint before = at(0, -kDelayStep), after = at(0, kDelayStep);
+  TimedPoint point;
+  const bool edge = before.depth <= 0 || after.depth <= 0 ||
+                    std::abs(after.depth - before.depth) > kDepthJump * k.depth;
+  point.measurement =
+      make_measurement(camera, observation_noise(camera, k.depth), k.u, k.v, edge ? 0 : k.depth,
+                       model.pyramid.scale(k.level));
+  point.d_measurement.col(0) = (uvd_of(camera, read_later) - uvd_of(camera, k)) / kReadoutStep;
+  if (k.depth <= 0 || edge) return point;
+  point.p_camera = point_of(camera, k);
+  point.d_measurement.col(1) = (uvd_of(camera, after) - uvd_of(camera, before)) / (2 * kDelayStep);
+  point.d_point.col(0) = (point_of(camera, read_later) - point.p_camera) / kReadoutStep;
+  point.d_point.col(1) = (point_of(camera, after) - point_of(camera, before)) / (2 * kDelayStep);
+  return point;
+}
+
+std::optional<ShutterCalibration::Evidence> ShutterCalibration::evidence(const Camera& camera,
+                                                                         const View& from,
+                                                                         const View& to) {
   const HuberKernel pixel_kernel{kPixelChi2}, disparity_kernel{kDisparityChi2};
-  Matrix8d H = Matrix8d::Zero();
-  Vector8d g = Vector8d::Zero();
-  for (const PointMatch& match : estimate.matches) {
-    const TimedMeasurement m =
-        timed_measurement(model, compensation, recorded.keypoints[match.keypoint], timing_);
-    const Eigen::Vector3d p = T_camera_world * match.p_world;
-    if (p.z() < kNearPlane || !m.value.usable()) continue;
-    const Eigen::Vector3d predicted = predict(model.camera, p);
-    const Chi2 s = chi2(m.value, predicted);
-    Eigen::Matrix<double, 3, 8> J;
-    J.leftCols<6>() = pose_jacobian(projection_jacobian(model.camera, p), p);
-    J.rightCols<2>() = -m.derivative;
-    const Eigen::Vector3d information =
-        match.weight *
-        Eigen::Vector3d(m.value.pixel_information * pixel_kernel.weight(s.pixel),
-                        m.value.pixel_information * pixel_kernel.weight(s.pixel),
-                        m.value.disparity_information * disparity_kernel.weight(s.disparity));
-    H += J.transpose() * information.asDiagonal() * J;
-    g -= J.transpose() * information.asDiagonal() * (predicted - m.value.uvd);
+  Pose T_to_from = to.T_world_camera.inverse() * from.T_world_camera;
+  Eigen::Vector2d correction = Eigen::Vector2d::Zero();
+  Evidence result;
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    Matrix8d H = Matrix8d::Zero();
+    Vector8d g = Vector8d::Zero();
+    int common = 0;
+    auto a = from.points.begin();
+    for (const TimedPoint& b : to.points) {
+      while (a != from.points.end() && a->track < b.track) ++a;
+      if (a == from.points.end()) break;
+      if (a->track != b.track || a->p_camera.z() <= 0) continue;
+      const Eigen::Vector3d p = T_to_from * (a->p_camera + a->d_point * correction);
+      if (p.z() < kNearPlane) continue;
+      Measurement m = b.measurement;
+      m.uvd += b.d_measurement * correction;
+      m.pixel_information = 1 / (1 / m.pixel_information + 1 / a->measurement.pixel_information);
+      m.disparity_information /= 2;
+      const Eigen::Vector3d predicted = predict(camera, p);
+      const Chi2 s = chi2(m, predicted);
+      const Eigen::Matrix3d J_projection = projection_jacobian(camera, p);
+      Eigen::Matrix<double, 3, 8> J;
+      J.leftCols<6>() = pose_jacobian(J_projection, p);
+      J.rightCols<2>() = J_projection * T_to_from.rotation() * a->d_point - b.d_measurement;
+      const double weight = b.weight * a->weight;
+      const double pixel = weight * m.pixel_information * pixel_kernel.weight(s.pixel);
+      const double disparity =
+          weight * m.disparity_information * disparity_kernel.weight(s.disparity);
+      const Eigen::Vector3d information(pixel, pixel, disparity);
+      H += J.transpose() * information.asDiagonal() * J;
+      g -= J.transpose() * information.asDiagonal() * (predicted - m.uvd);
+      ++common;
+    }
+    if (common < kMinLandmarks) return std::nullopt;
+    const Eigen::LDLT<Matrix6d> pose(H.topLeftCorner<6, 6>());
+    if (!pose.isPositive() || pose.rcond() < 1e-14) return std::nullopt;
+    const Eigen::Matrix<double, 6, 2> cross = H.topRightCorner<6, 2>();
+    result.information = H.bottomRightCorner<2, 2>() - cross.transpose() * pose.solve(cross);
+    const Eigen::Vector2d vector = g.tail<2>() - cross.transpose() * pose.solve(g.head<6>());
+    const Eigen::Matrix2d regular = result.information + kPrior * Eigen::Matrix2d::Identity();
+    const Eigen::Vector2d step = regular.ldlt().solve(vector - kPrior * correction);
+    result.vector = result.information * correction + vector;
+    correction += step;
+    T_to_from = Pose::exp(pose.solve(g.head<6>() - cross * step)) * T_to_from;
   }
-  const Eigen::LDLT<Matrix6d> pose(H.topLeftCorner<6, 6>());
-  if (!pose.isPositive() || pose.rcond() < 1e-14) return;
-  const Eigen::Matrix<double, 6, 2> cross = H.topRightCorner<6, 2>();
-  const Eigen::Matrix2d information =
-      H.bottomRightCorner<2, 2>() - cross.transpose() * pose.solve(cross);
-  const Eigen::Vector2d vector = g.tail<2>() - cross.transpose() * pose.solve(g.head<6>());
-  const Eigen::Matrix2d regular = information + Eigen::Vector2d(1.0, 1.0).asDiagonal().toDenseMatrix();
-  squares_ += vector.dot(regular.ldlt().solve(vector));
-  information_ += information;
-  weighted_sum_ += vector;
+  return result;
+}
+
+void ShutterCalibration::add(const TrackingModel& model, const Frame& frame,
+                             const Pose& T_world_camera,
+                             const std::vector<std::int32_t>& previous) {
+  const TraceScope scope("shutter calibration");
+  const Features& recorded = *frame.recorded_features;
+  const MotionCompensation compensation(*frame.image, model.camera, frame.twist);
+  std::vector<std::uint32_t> tracks(recorded.size());
+  View view{T_world_camera, {}};
+  for (std::size_t i = 0; i < recorded.size(); ++i) {
+    const bool continues =
+        previous[i] >= 0 && static_cast<std::size_t>(previous[i]) < tracks_.size();
+    tracks[i] = continues ? tracks_[static_cast<std::size_t>(previous[i])] : next_track_++;
+    if (frame.evidence.weight[i] <= 0) continue;
+    TimedPoint point = timed_point(model, compensation, recorded.keypoints[i]);
+    if (!point.measurement.usable()) continue;
+    point.track = tracks[i];
+    point.weight = frame.evidence.weight[i];
+    view.points.push_back(point);
+  }
+  tracks_ = std::move(tracks);
+  std::sort(view.points.begin(), view.points.end(),
+            [](const auto& a, const auto& b) { return a.track < b.track; });
+  views_.push_back(std::move(view));
+  if (views_.size() <= kGap) return;
+  const auto found = evidence(model.camera, views_.front(), views_.back());
+  views_.pop_front();
+  if (!found) return;
+  const Eigen::Matrix2d regular = found->information + kPrior * Eigen::Matrix2d::Identity();
+  squares_ += found->vector.dot(regular.ldlt().solve(found->vector));
+  information_ += found->information;
+  weighted_sum_ += found->vector;
   ++frames_;
   update();
 }
@@ -120,7 +169,7 @@ void ShutterCalibration::add(const TrackingModel& model, const RgbdFrame& image,
 void ShutterCalibration::update() {
   if (frames_ < kMinFrames) return;
   const Eigen::Matrix2d regular =
-      information_ + Eigen::Vector2d(1.0, 1.0).asDiagonal().toDenseMatrix();  // 1 s standard deviation
+      information_ + kPrior * Eigen::Matrix2d::Identity();
   const Eigen::Matrix2d covariance = regular.inverse();
   const Eigen::Vector2d mean = covariance * weighted_sum_;
   // Frames that scatter more than their information says make the mean less certain.
@@ -143,6 +192,7 @@ void ShutterCalibration::update() {
   weighted_sum_.setZero();
   squares_ = 0;
   frames_ = 0;
+  views_.clear();  // They were compensated with the previous timing.
 }
 
 }  // namespace stillmap

@@ -1,7 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/motion/frame.hpp"
 #include "stillmap/track/motion_compensation.hpp"
 #include "stillmap/track/pose_estimate.hpp"
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -9,26 +15,59 @@ namespace stillmap {
 
 /// Estimates the timing of a camera's shutters from tracked frames.
 ///
-/// Landmarks at rest project to rows that are exposed at different times. The residuals of a frame
-/// that are proportional to the camera's velocity and to the row show the readout time; those of
-/// the depth proportional to its change along the image motion show the delay of the depth image.
-/// Both are estimated together with the frame's pose (8 unknowns), and the estimates of all frames
-/// are averaged by their information. The timing is used once it is certain.
+/// Points at rest that two frames observe are exposed at other times than the middle of the images.
+/// Residuals between the frames that are proportional to the velocity of the camera and to the row
+/// show the readout time; those of the depth that are proportional to its change along the image
+/// motion show the delay of the depth image. Both are estimated together with the relative pose of
+/// the frames (8 unknowns), and the estimates of all pairs are averaged by their information. The
+/// map is not used, because its landmarks bear the errors of a wrong timing. The timing is used
+/// once it is certain.
 class ShutterCalibration {
  public:
-  /// Adds a tracked frame.
-  /// @param recorded features before motion compensation
-  /// @param estimate pose of the frame, whose features were compensated with timing()
-  void add(const TrackingModel& model, const RgbdFrame& image, const Features& recorded,
-           const Vector6d& twist, const PoseEstimate& estimate);
+  /// Adds a tracked frame, whose features were compensated with timing().
+  /// @param previous per keypoint of the frame: its keypoint in the previous frame, or -1. These
+  ///        matches must not have been selected by their residuals.
+  void add(const TrackingModel& model, const Frame& frame, const Pose& T_world_camera,
+           const std::vector<std::int32_t>& previous);
+  /// Forgets the previous frames, after which the camera was lost.
+  void interrupt() {
+    views_.clear();
+    tracks_.clear();
+  }
 
   /// Returns the timing in use.
   const ShutterTiming& timing() const { return timing_; }
 
  private:
+  /// A tracked point in a frame: measurement (u, v, d), point in the camera frame [m], and their
+  /// derivatives by readout time and depth delay.
+  struct TimedPoint {
+    std::uint32_t track = 0;
+    float weight = 0;
+    Measurement measurement;
+    Eigen::Vector3d p_camera = Eigen::Vector3d::Zero();
+    Eigen::Matrix<double, 3, 2> d_measurement = Eigen::Matrix<double, 3, 2>::Zero();
+    Eigen::Matrix<double, 3, 2> d_point = Eigen::Matrix<double, 3, 2>::Zero();
+  };
+  struct View {
+    Pose T_world_camera;
+    std::vector<TimedPoint> points;  ///< by ascending track
+  };
+  /// Information matrix and vector of a correction of the timing.
+  struct Evidence {
+    Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
+    Eigen::Vector2d vector = Eigen::Vector2d::Zero();
+  };
+
+  TimedPoint timed_point(const TrackingModel& model, const MotionCompensation& compensation,
+                         const Keypoint& recorded) const;
+  static std::optional<Evidence> evidence(const Camera& camera, const View& from, const View& to);
   void update();
 
   ShutterTiming timing_;
+  std::deque<View> views_;
+  std::vector<std::uint32_t> tracks_;  // per keypoint of the previous frame
+  std::uint32_t next_track_ = 0;
   // Of the corrections of the timing since it changed.
   Eigen::Matrix2d information_ = Eigen::Matrix2d::Zero();
   Eigen::Vector2d weighted_sum_ = Eigen::Vector2d::Zero();

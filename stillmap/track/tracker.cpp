@@ -73,7 +73,14 @@ TrackedFramePtr Tracker::track(const FramePtr& frame, const std::optional<Initia
               : track_reference_keyframe(model_, *local_map, state_.T_world_previous, *frame);
   if (first) {
     const auto pose = refine_in_local_map(model_, *local_map, *frame, *first, options_.min_inliers);
-    if (pose) return tracked(frame, *pose, false);
+    if (pose) {
+      if (initial && frame->recorded_features && !std::getenv("SM_NOCAL")) {
+        calibration_.add(model_, *frame, pose->estimate.T_world_camera, initial->motion.previous);
+      } else {
+        calibration_.interrupt();
+      }
+      return tracked(frame, *pose, false);
+    }
   }
   if (found) {
     if (auto result = relocalized(frame, *found)) return result;
@@ -162,8 +169,6 @@ std::shared_ptr<TrackedFrame> Tracker::frame_at(const FramePtr& frame,
 TrackedFramePtr Tracker::tracked(const FramePtr& frame, const LocalMapPose& pose,
                                  bool relocalized) {
   statistics_.count(*frame, pose);
-  if (frame->recorded_features && !std::getenv("SM_NOCAL"))
-    calibration_.add(model_, *frame->image, *frame->recorded_features, frame->twist, pose.estimate);
   const LocalMap& local_map = *state_.local_map;
   const auto result = frame_at(frame, pose.estimate);
   result->relocalized = relocalized;
