@@ -4,6 +4,7 @@
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/config/write_options.hpp"
 #include "stillmap/map/map_file.hpp"
+#include "stillmap/pipeline/calibrate_shutter.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/segment/make_detector.hpp"
 #include "stillmap/sensor/camera_file.hpp"
@@ -112,6 +113,21 @@ void check_save_map(const std::filesystem::path& file, bool force) {
   make_output_folder(file.has_parent_path() ? file.parent_path() : ".");
 }
 
+/// Returns the timing of a recording's shutters if the camera file does not tell it and the first
+/// frames show that they roll or that depth is delayed.
+std::optional<ShutterTiming> shutter_of(const std::string& sequence, SourceOptions range,
+                                        const Options& options, const Camera& camera) {
+  if (camera.shutter || options.realtime() || range.stride != 1) return std::nullopt;
+  const int frames = range.count;
+  range.count = frames > 0 ? std::min(frames, kShutterFrames) : kShutterFrames;
+  const ShutterTiming timing =
+      calibrate_shutter([&] { return make_source(sequence, range); }, parameters_of(options));
+  if (timing == ShutterTiming{}) return std::nullopt;
+  fmt::print("shutter: readout {:.1f} ms, depth delay {:.1f} ms\n", 1000 * timing.readout,
+             1000 * timing.depth_delay);
+  return timing;
+}
+
 int run(const RunArguments& arguments) {
   const Options options = options_of(arguments);
   if (!arguments.dump_config.empty()) {
@@ -148,6 +164,7 @@ int run(const RunArguments& arguments) {
         LoadedMap{arguments.load_map, session.start->extend, loading.milliseconds() / 1000};
   session.sequence = sequence_name(arguments.sequence);
   session.total_frames = source->size();
+  session.shutter = shutter_of(arguments.sequence, range, options, source->camera());
   session.source = std::move(source);
   session.truth = truth_of(arguments, paths);
   session.detector = detector_of(options.preset, session.parameters);

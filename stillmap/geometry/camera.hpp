@@ -2,11 +2,19 @@
 #pragma once
 #include "stillmap/geometry/depth_sensor.hpp"
 
+#include <optional>
 #include <string>
 
 #include <Eigen/Core>
 
 namespace stillmap {
+
+/// Times at which the rows of a frame are exposed. Zero: all at the timestamps of the images.
+struct ShutterTiming {
+  double readout = 0;      ///< Time from the first to the last row of an image [s].
+  double depth_delay = 0;  ///< Exposure of the depth image minus its timestamp [s].
+  bool operator==(const ShutterTiming&) const = default;
+};
 
 /// A pinhole camera. Pixel (0, 0) is the center of the upper left pixel; x right, y down, z
 /// forward. Module `sensor` rectifies all frames, so every other module uses an ideal pinhole
@@ -24,6 +32,8 @@ struct Camera {
   double baseline = 0.075;
   /// The sensor that measured the depth images.
   DepthSensor depth_sensor = find_depth_sensor("kinect_v1");
+  /// Timing of the shutters; if not known, it is estimated from the frames.
+  std::optional<ShutterTiming> shutter;
 
   bool distorted() const { return !distortion.isZero(0); }
   /// Returns fx * baseline [pixels * m]: disparity = bf / depth.

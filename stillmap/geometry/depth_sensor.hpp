@@ -41,6 +41,9 @@ struct DepthSensor {
   double depth_step = 0;     ///< Smallest step of the depth where nothing is triangulated [m].
   double lateral_sigma = 0;  ///< Standard deviation of the place that a depth is read at [pixels].
   double grazing = 90;   ///< Surfaces at a larger angle to the image plane give no depth [degrees].
+  /// Time from the first to the last row of the images if the shutter rolls [s]; 0: not known. A
+  /// recording need not come from such a camera; its frames decide.
+  double readout = 0;
   double edge_loss = 0;  ///< Share of the pixels at depth edges that give no depth [0..1].
 
   /// Standard deviation of a reading at depth z [m].

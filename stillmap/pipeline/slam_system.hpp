@@ -85,6 +85,9 @@ class SlamSystem {
   /// The frame pushed last, as the tracker saw it; null before the first.
   const TrackedFramePtr& newest() const { return newest_; }
 
+  /// The timing of the camera's shutters that is in use.
+  const ShutterTiming& shutter() const { return tracker_.shutter(); }
+
   /// The state of the map at the frame pushed last, as the tracker saw it; after finish() that
   /// after the last frame.
   const MapView& view() const { return view_; }

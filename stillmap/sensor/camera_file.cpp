@@ -204,7 +204,8 @@ Camera from_settings(const CameraYaml& yaml) {
 
 void refuse_unknown_keys(const CameraYaml& yaml) {
   const Keys known{"name", "width",      "height",       "fx",  "fy",       "cx",
-                   "cy",   "distortion", "depth_factor", "fps", "baseline", "sensor"};
+                   "cy",   "distortion", "depth_factor", "fps", "baseline", "sensor",
+                   "readout", "depth_delay"};
   for (const auto& key : yaml.keys()) {
     if (std::find(known.begin(), known.end(), key) != known.end()) continue;
     throw Error("is not a key of a camera file", yaml.where(key), suggestion(key, known));
@@ -235,6 +236,10 @@ Camera from_our_own(const CameraYaml& yaml, const fs::path& file) {
   if (yaml.find({"sensor"})) camera.depth_sensor = sensor_of(yaml);
   if (camera.depth_sensor.baseline > 0) camera.baseline = camera.depth_sensor.baseline;
   camera.baseline = yaml.number_or({"baseline"}, camera.baseline);
+  if (yaml.find({"readout"}) || yaml.find({"depth_delay"})) {
+    camera.shutter = {.readout = yaml.number_or({"readout"}, 0),
+                      .depth_delay = yaml.number_or({"depth_delay"}, 0)};
+  }
   camera.name = yaml.find({"name"}) ? yaml.text("name") : file.stem().string();
   if (yaml.find({"distortion"})) {
     const auto values = yaml.numbers("distortion");
@@ -298,6 +303,12 @@ void write_camera(const fs::path& file, const Camera& camera) {
   text += fmt::format("fps: {}  # Hz\n", camera.fps);
   text += fmt::format("baseline: {}  # meters, of the virtual second camera\n", camera.baseline);
   text += fmt::format("sensor: {}\n", camera.depth_sensor.name);
+  if (camera.shutter) {
+    text += fmt::format("readout: {}  # seconds from the first to the last row\n",
+                        camera.shutter->readout);
+    text += fmt::format("depth_delay: {}  # seconds after the timestamps of the depth images\n",
+                        camera.shutter->depth_delay);
+  }
   write_file(file, text);
 }
 
@@ -331,6 +342,11 @@ void check_camera(const Camera& camera, const std::string& where) {
   expect(camera.fps > 0 && camera.fps <= 1000, "fps", camera.fps, "frames per second, such as 30");
   expect(camera.baseline > 0 && camera.baseline < 10, "the baseline", camera.baseline,
          "meters, such as 0.075 (Camera.bf is fx times that)");
+  if (!camera.shutter) return;
+  expect(std::abs(camera.shutter->readout) < 0.2, "the readout time", camera.shutter->readout,
+         "seconds from the first to the last row, such as 0.027");
+  expect(std::abs(camera.shutter->depth_delay) < 0.2, "the depth delay",
+         camera.shutter->depth_delay, "seconds, such as -0.015");
 }
 
 }  // namespace stillmap

@@ -16,8 +16,9 @@ const std::vector<std::string>& camera_presets();
 /// Loads a camera by preset name or from a file:
 /// - our YAML format (see write_camera()): name, width, height, fx, fy, cx, cy,
 ///   distortion [k1, k2, p1, p2, k3], depth_factor, fps, baseline, sensor (a name that
-///   find_depth_sensor() knows). Name, distortion, fps, baseline and sensor are optional; the
-///   default sensor is kinect_v1, the default baseline that of a triangulating sensor;
+///   find_depth_sensor() knows), readout and depth_delay (ShutterTiming). Name, distortion, fps,
+///   baseline, sensor and timing are optional; the default sensor is kinect_v1, the default
+///   baseline that of a triangulating sensor;
 /// - an ORB-SLAM settings file: `%YAML:1.0`, Camera.fx or Camera1.fx ..., Camera.k1 ...,
 ///   Camera.width, Camera.fps, Camera.bf or Stereo.b, DepthMapFactor or RGBD.DepthMapFactor. All
 ///   other keys of such a file (matrices, ORBextractor.*, Viewer.*) are ignored.

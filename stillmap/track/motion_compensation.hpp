@@ -7,12 +7,6 @@
 
 namespace stillmap {
 
-/// Times at which the rows of a frame are exposed.
-struct ShutterTiming {
-  double readout = 0;      ///< Time from the first to the last row of an image [s].
-  double depth_delay = 0;  ///< Time of the depth image minus its timestamp [s].
-};
-
 /// Removes the effects of the camera's motion during the exposure of a frame.
 ///
 /// Row v of an image of height h is exposed (v / h - 1/2) * readout after the middle of the image.

@@ -31,15 +31,15 @@ constexpr int kIterations = 3;
 /// Information of the assumption that the timing is right, of a standard deviation of 0.1 s
 /// [1/s^2].
 constexpr double kPrior = 100;
-/// Number of consecutive frames whose errors are alike, because they observe the same landmarks.
-constexpr double kCorrelatedFrames = 10;
+/// Number of consecutive pairs whose errors are alike, because they overlap.
+const double kCorrelatedFrames = std::getenv("SM_CORR") ? std::atof(std::getenv("SM_CORR")) : 4;
 /// Number of frames after which the timing may change.
 constexpr int kMinFrames = 20;
 /// Standard deviations by which a correction must differ from zero.
-constexpr double kCertain = 4;
+constexpr double kCertain = 3;
 /// Smallest corrections that are applied [s]. A readout time of 3 ms moves the outermost rows by
 /// 0.8 pixels at 1 rad/s.
-constexpr double kMinReadoutChange = 0.003, kMinDelayChange = 0.003;
+constexpr double kMinReadoutChange = 0.002, kMinDelayChange = 0.002;
 /// Longest plausible times [s].
 constexpr double kMaxReadout = 0.040, kMaxDelay = 0.050;
 
@@ -85,10 +85,12 @@ std::optional<ShutterCalibration::Evidence> ShutterCalibration::evidence(const C
   Pose T_to_from = to.T_world_camera.inverse() * from.T_world_camera;
   Eigen::Vector2d correction = Eigen::Vector2d::Zero();
   Evidence result;
+  double variance = 1;  // of the residuals, relative to that expected
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     Matrix8d H = Matrix8d::Zero();
     Vector8d g = Vector8d::Zero();
     int common = 0;
+    double squares = 0, components = 0;
     auto a = from.points.begin();
     for (const TimedPoint& b : to.points) {
       while (a != from.points.end() && a->track < b.track) ++a;
@@ -110,6 +112,12 @@ std::optional<ShutterCalibration::Evidence> ShutterCalibration::evidence(const C
       const double pixel = weight * m.pixel_information * pixel_kernel.weight(s.pixel);
       const double disparity =
           weight * m.disparity_information * disparity_kernel.weight(s.disparity);
+      squares += pixel * s.pixel / m.pixel_information;
+      components += 2 * weight;
+      if (m.has_depth()) {
+        squares += disparity * s.disparity / m.disparity_information;
+        components += weight;
+      }
       const Eigen::Vector3d information(pixel, pixel, disparity);
       H += J.transpose() * information.asDiagonal() * J;
       g -= J.transpose() * information.asDiagonal() * (predicted - m.uvd);
@@ -125,8 +133,11 @@ std::optional<ShutterCalibration::Evidence> ShutterCalibration::evidence(const C
     const Eigen::Vector2d step = regular.ldlt().solve(vector - kPrior * correction);
     result.vector = result.information * correction + vector;
     correction += step;
+    variance = std::max(1.0, squares / components);
     T_to_from = Pose::exp(pose.solve(g.head<6>() - cross * step)) * T_to_from;
   }
+  result.information /= variance;
+  result.vector /= variance;
   return result;
 }
 
@@ -162,11 +173,11 @@ void ShutterCalibration::add(const TrackingModel& model, const Frame& frame,
   information_ += found->information;
   weighted_sum_ += found->vector;
   ++frames_;
-  update();
+  update(model.camera.depth_sensor);
 }
 
 /// Changes the timing if the mean correction is certain.
-void ShutterCalibration::update() {
+void ShutterCalibration::update(const DepthSensor& sensor) {
   if (frames_ < kMinFrames) return;
   const Eigen::Matrix2d regular =
       information_ + kPrior * Eigen::Matrix2d::Identity();
@@ -184,7 +195,12 @@ void ShutterCalibration::update() {
   const bool readout = std::abs(mean(0)) > std::max(kCertain * sigma(0), kMinReadoutChange);
   const bool delay = std::abs(mean(1)) > std::max(kCertain * sigma(1), kMinDelayChange);
   if (!readout && !delay) return;
-  if (readout)
+  // Points move further between rows than the search for matches expects, so the first estimate of
+  // a long readout time is too short. That of the sensor is a better start.
+  const bool begins_to_roll = timing_.readout == 0 && mean(0) > 0 && sensor.readout > 0;
+  if (readout && begins_to_roll)
+    timing_.readout = sensor.readout;
+  else if (readout)
     timing_.readout = std::clamp(timing_.readout + mean(0), -kMaxReadout, kMaxReadout);
   if (delay)
     timing_.depth_delay = std::clamp(timing_.depth_delay + mean(1), -kMaxDelay, kMaxDelay);

@@ -24,6 +24,9 @@ namespace stillmap {
 /// once it is certain.
 class ShutterCalibration {
  public:
+  /// @param start timing in use until another one is certain
+  explicit ShutterCalibration(const ShutterTiming& start = {}) : timing_(start) {}
+
   /// Adds a tracked frame, whose features were compensated with timing().
   /// @param previous per keypoint of the frame: its keypoint in the previous frame, or -1. These
   ///        matches must not have been selected by their residuals.
@@ -62,7 +65,7 @@ class ShutterCalibration {
   TimedPoint timed_point(const TrackingModel& model, const MotionCompensation& compensation,
                          const Keypoint& recorded) const;
   static std::optional<Evidence> evidence(const Camera& camera, const View& from, const View& to);
-  void update();
+  void update(const DepthSensor& sensor);
 
   ShutterTiming timing_;
   std::deque<View> views_;

@@ -8,7 +8,6 @@
 #include "stillmap/track/relocalization_tracking.hpp"
 
 #include <algorithm>
-#include <cstdlib>
 #include <utility>
 
 #include <fmt/format.h>
@@ -32,8 +31,10 @@ Tracker::Tracker(const Camera& camera, const PyramidShape& pyramid, const Tracke
     : model_{camera, pyramid},
       options_(options),
       start_(start),
+      calibration_(camera.shutter.value_or(options.shutter)),
       keyframe_policy_(options.keyframes, camera.depth_sensor),
-      new_map_policy_({options.patience, options.occluded_patience}) {}
+      new_map_policy_({options.patience, options.occluded_patience}) {
+}
 
 Vector6d Tracker::twist_of(const RgbdFrame& image, const std::optional<InitialPose>& initial) const {
   if (!state_.previous || frames_lost_ > 0) return Vector6d::Zero();
@@ -74,11 +75,7 @@ TrackedFramePtr Tracker::track(const FramePtr& frame, const std::optional<Initia
   if (first) {
     const auto pose = refine_in_local_map(model_, *local_map, *frame, *first, options_.min_inliers);
     if (pose) {
-      if (initial && frame->recorded_features && !std::getenv("SM_NOCAL")) {
-        calibration_.add(model_, *frame, pose->estimate.T_world_camera, initial->motion.previous);
-      } else {
-        calibration_.interrupt();
-      }
+      calibrate_shutter(*frame, initial, *pose);
       return tracked(frame, *pose, false);
     }
   }
@@ -93,6 +90,17 @@ TrackedFramePtr Tracker::track(const FramePtr& frame, const std::optional<Initia
       first ? fmt::format("fewer than {} landmarks agree on a pose", options_.min_inliers)
             : "too few keypoints match the previous frame and the newest keyframe";
   return lost(frame, explain_loss(reason, *frame));
+}
+
+/// Does nothing if the timing is known, or for a frame that does not continue the previous one.
+void Tracker::calibrate_shutter(const Frame& frame, const std::optional<InitialPose>& initial,
+                                const LocalMapPose& pose) {
+  if (model_.camera.shutter || !frame.recorded_features) return;
+  if (initial) {
+    calibration_.add(model_, frame, pose.estimate.T_world_camera, initial->motion.previous);
+  } else {
+    calibration_.interrupt();
+  }
 }
 
 TrackedFramePtr Tracker::track_without_map(const FramePtr& frame,

@@ -30,6 +30,8 @@ struct TrackerOptions {
   /// Fall back to visual odometry in a map that is not extended where the map is out of view.
   bool tracked_by_odometry = true;
   KeyframePolicyOptions keyframes;
+  /// Timing of the camera's shutters until the frames show another one, if the camera's is unknown.
+  ShutterTiming shutter;
 };
 
 /// Pose of a frame before its moving parts are known.
@@ -60,6 +62,9 @@ class Tracker {
   /// @param initial result of predict_pose() for the frame, or none before it is known
   void compensate_motion(Frame& frame, const std::optional<InitialPose>& initial) const;
 
+  /// Returns the timing of the camera's shutters that is in use.
+  const ShutterTiming& shutter() const { return calibration_.timing(); }
+
   /// First pass, before the motion evidence: returns the pose from the points that were static up
   /// to the previous frame, or none for a first frame and where too few points are found again.
   /// @param local_map the newest snapshot; null while there is no map. After a frame that starts a
@@ -76,6 +81,8 @@ class Tracker {
 
  private:
   Vector6d twist_of(const RgbdFrame& image, const std::optional<InitialPose>& initial) const;
+  void calibrate_shutter(const Frame& frame, const std::optional<InitialPose>& initial,
+                         const LocalMapPose& pose);
   TrackedFramePtr track_without_map(const FramePtr& frame,
                                     const std::optional<RelocalizationResult>& found);
   TrackedFramePtr relocalized(const FramePtr& frame, const RelocalizationResult& found);
@@ -88,10 +95,10 @@ class Tracker {
   void set_previous(const TrackedFramePtr& tracked);
   void adopt(const LocalMapPtr& local_map);
 
-  ShutterCalibration calibration_;
   TrackingModel model_;
   TrackerOptions options_;
   TrackerStart start_;
+  ShutterCalibration calibration_;
   KeyframePolicy keyframe_policy_;
   NewMapPolicy new_map_policy_;
 
