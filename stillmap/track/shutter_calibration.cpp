@@ -27,7 +27,7 @@ constexpr int kMinLandmarks = 50;
 /// Number of frames between the two frames of a pair. The velocity changes in the meantime.
 const std::size_t kGap = std::getenv("SM_GAP") ? std::atoi(std::getenv("SM_GAP")) : 4;
 /// Number of Gauss-Newton iterations per pair.
-constexpr int kIterations = 3;
+constexpr int kIterations = 5;
 /// Information of the assumption that the timing is right, of a standard deviation of 0.1 s
 /// [1/s^2].
 constexpr double kPrior = 100;
@@ -42,6 +42,12 @@ constexpr double kCertain = 3;
 constexpr double kMinReadoutChange = 0.002, kMinDelayChange = 0.002;
 /// Longest plausible times [s].
 constexpr double kMaxReadout = 0.040, kMaxDelay = 0.050;
+
+/// Cauchy kernel on a squared residual: rho(s) = k^2 log(1 + s / k^2). Wrong matches count little.
+struct CauchyKernel {
+  double bound = 1;  ///< Bound k^2 [sigma^2].
+  double weight(double s) const { return bound / (bound + s); }
+};
 
 Eigen::Vector3d uvd_of(const Camera& camera, const Keypoint& k) {
   return {k.u, k.v, k.depth > 0 ? camera.bf() / k.depth : 0};
@@ -81,7 +87,7 @@ ShutterCalibration::TimedPoint ShutterCalibration::timed_point(
 std::optional<ShutterCalibration::Evidence> ShutterCalibration::evidence(const Camera& camera,
                                                                          const View& from,
                                                                          const View& to) {
-  const HuberKernel pixel_kernel{kPixelChi2}, disparity_kernel{kDisparityChi2};
+  const CauchyKernel pixel_kernel{kPixelChi2}, disparity_kernel{kDisparityChi2};
   Pose T_to_from = to.T_world_camera.inverse() * from.T_world_camera;
   Eigen::Vector2d correction = Eigen::Vector2d::Zero();
   Evidence result;
@@ -141,29 +147,41 @@ std::optional<ShutterCalibration::Evidence> ShutterCalibration::evidence(const C
   return result;
 }
 
-void ShutterCalibration::add(const TrackingModel& model, const Frame& frame,
+/// Returns the second of the last three frames, with the velocity between the first and the third.
+ShutterCalibration::View ShutterCalibration::view_of_middle(const TrackingModel& model) const {
+  const Tracked &before = newest_[0], &middle = newest_[1], &after = newest_[2];
+  const double dt = after.frame->timestamp() - before.frame->timestamp();
+  const Vector6d twist = (before.T_world_camera.inverse() * after.T_world_camera).log() / dt;
+  const Features& recorded = *middle.frame->recorded_features;
+  const MotionCompensation compensation(*middle.frame->image, model.camera, twist);
+  View view{middle.T_world_camera, {}};
+  for (std::size_t i = 0; i < recorded.size(); ++i) {
+    if (middle.frame->evidence.weight[i] <= 0) continue;
+    TimedPoint point = timed_point(model, compensation, recorded.keypoints[i]);
+    if (!point.measurement.usable()) continue;
+    point.track = middle.tracks[i];
+    point.weight = middle.frame->evidence.weight[i];
+    view.points.push_back(point);
+  }
+  std::sort(view.points.begin(), view.points.end(),
+            [](const auto& a, const auto& b) { return a.track < b.track; });
+  return view;
+}
+
+void ShutterCalibration::add(const TrackingModel& model, const FramePtr& frame,
                              const Pose& T_world_camera,
                              const std::vector<std::int32_t>& previous) {
   const TraceScope scope("shutter calibration");
-  const Features& recorded = *frame.recorded_features;
-  const MotionCompensation compensation(*frame.image, model.camera, frame.twist);
-  std::vector<std::uint32_t> tracks(recorded.size());
-  View view{T_world_camera, {}};
-  for (std::size_t i = 0; i < recorded.size(); ++i) {
-    const bool continues =
-        previous[i] >= 0 && static_cast<std::size_t>(previous[i]) < tracks_.size();
-    tracks[i] = continues ? tracks_[static_cast<std::size_t>(previous[i])] : next_track_++;
-    if (frame.evidence.weight[i] <= 0) continue;
-    TimedPoint point = timed_point(model, compensation, recorded.keypoints[i]);
-    if (!point.measurement.usable()) continue;
-    point.track = tracks[i];
-    point.weight = frame.evidence.weight[i];
-    view.points.push_back(point);
+  std::vector<std::uint32_t> tracks(previous.size());
+  for (std::size_t i = 0; i < tracks.size(); ++i) {
+    const auto j = static_cast<std::size_t>(previous[i]);
+    tracks[i] = previous[i] >= 0 && j < tracks_.size() ? tracks_[j] : next_track_++;
   }
-  tracks_ = std::move(tracks);
-  std::sort(view.points.begin(), view.points.end(),
-            [](const auto& a, const auto& b) { return a.track < b.track; });
-  views_.push_back(std::move(view));
+  tracks_ = tracks;
+  newest_.push_back({frame, T_world_camera, std::move(tracks)});
+  if (newest_.size() < 3) return;
+  views_.push_back(view_of_middle(model));
+  newest_.pop_front();
   if (views_.size() <= kGap) return;
   const auto found = evidence(model.camera, views_.front(), views_.back());
   views_.pop_front();
@@ -208,7 +226,7 @@ void ShutterCalibration::update(const DepthSensor& sensor) {
   weighted_sum_.setZero();
   squares_ = 0;
   frames_ = 0;
-  views_.clear();  // They were compensated with the previous timing.
+  interrupt();  // They were compensated with the previous timing.
 }
 
 }  // namespace stillmap

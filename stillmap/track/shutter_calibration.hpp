@@ -30,12 +30,13 @@ class ShutterCalibration {
   /// Adds a tracked frame, whose features were compensated with timing().
   /// @param previous per keypoint of the frame: its keypoint in the previous frame, or -1. These
   ///        matches must not have been selected by their residuals.
-  void add(const TrackingModel& model, const Frame& frame, const Pose& T_world_camera,
+  void add(const TrackingModel& model, const FramePtr& frame, const Pose& T_world_camera,
            const std::vector<std::int32_t>& previous);
   /// Forgets the previous frames, after which the camera was lost.
   void interrupt() {
     views_.clear();
     tracks_.clear();
+    newest_.clear();
   }
 
   /// Returns the timing in use.
@@ -52,6 +53,12 @@ class ShutterCalibration {
     Eigen::Matrix<double, 3, 2> d_measurement = Eigen::Matrix<double, 3, 2>::Zero();
     Eigen::Matrix<double, 3, 2> d_point = Eigen::Matrix<double, 3, 2>::Zero();
   };
+  /// A tracked frame.
+  struct Tracked {
+    FramePtr frame;
+    Pose T_world_camera;
+    std::vector<std::uint32_t> tracks;  ///< per keypoint
+  };
   struct View {
     Pose T_world_camera;
     std::vector<TimedPoint> points;  ///< by ascending track
@@ -65,11 +72,13 @@ class ShutterCalibration {
   TimedPoint timed_point(const TrackingModel& model, const MotionCompensation& compensation,
                          const Keypoint& recorded) const;
   static std::optional<Evidence> evidence(const Camera& camera, const View& from, const View& to);
+  View view_of_middle(const TrackingModel& model) const;
   void update(const DepthSensor& sensor);
 
   ShutterTiming timing_;
   std::deque<View> views_;
   std::vector<std::uint32_t> tracks_;  // per keypoint of the previous frame
+  std::deque<Tracked> newest_;         // the last three frames
   std::uint32_t next_track_ = 0;
   // Of the corrections of the timing since it changed.
   Eigen::Matrix2d information_ = Eigen::Matrix2d::Zero();

@@ -75,7 +75,7 @@ TrackedFramePtr Tracker::track(const FramePtr& frame, const std::optional<Initia
   if (first) {
     const auto pose = refine_in_local_map(model_, *local_map, *frame, *first, options_.min_inliers);
     if (pose) {
-      calibrate_shutter(*frame, initial, *pose);
+      calibrate_shutter(frame, initial, *pose);
       return tracked(frame, *pose, false);
     }
   }
@@ -93,9 +93,9 @@ TrackedFramePtr Tracker::track(const FramePtr& frame, const std::optional<Initia
 }
 
 /// Does nothing if the timing is known, or for a frame that does not continue the previous one.
-void Tracker::calibrate_shutter(const Frame& frame, const std::optional<InitialPose>& initial,
+void Tracker::calibrate_shutter(const FramePtr& frame, const std::optional<InitialPose>& initial,
                                 const LocalMapPose& pose) {
-  if (model_.camera.shutter || !frame.recorded_features) return;
+  if (model_.camera.shutter || !frame->recorded_features) return;
   if (initial) {
     calibration_.add(model_, frame, pose.estimate.T_world_camera, initial->motion.previous);
   } else {

@@ -81,7 +81,7 @@ class Tracker {
 
  private:
   Vector6d twist_of(const RgbdFrame& image, const std::optional<InitialPose>& initial) const;
-  void calibrate_shutter(const Frame& frame, const std::optional<InitialPose>& initial,
+  void calibrate_shutter(const FramePtr& frame, const std::optional<InitialPose>& initial,
                          const LocalMapPose& pose);
   TrackedFramePtr track_without_map(const FramePtr& frame,
                                     const std::optional<RelocalizationResult>& found);
