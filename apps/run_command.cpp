@@ -113,17 +113,17 @@ void check_save_map(const std::filesystem::path& file, bool force) {
   make_output_folder(file.has_parent_path() ? file.parent_path() : ".");
 }
 
-/// Returns the timing of a recording's shutters if the camera file does not tell it and the first
-/// frames show that they roll or that depth is delayed.
-std::optional<ShutterTiming> shutter_of(const std::string& sequence, SourceOptions range,
-                                        const Options& options, const Camera& camera) {
-  if (camera.shutter || options.realtime() || range.stride != 1) return std::nullopt;
+/// Returns the timing of a recording's shutters as its first frames show it. Unused if the camera
+/// file tells the timing.
+ShutterTiming shutter_of(const std::string& sequence, SourceOptions range, const Options& options,
+                         const Camera& camera) {
+  if (camera.shutter || options.realtime() || range.stride != 1) return {};
   const int frames = range.count;
   range.count = frames > 0 ? std::min(frames, kShutterFrames) : kShutterFrames;
   const ShutterTiming timing =
       calibrate_shutter([&] { return make_source(sequence, range); }, parameters_of(options));
-  if (timing == ShutterTiming{}) return std::nullopt;
-  fmt::print("shutter: readout {:.1f} ms, depth delay {:.1f} ms\n", 1000 * timing.readout,
+  if (timing == ShutterTiming{}) return timing;
+  fmt::print("shutters: readout {:.1f} ms, depth delay {:.1f} ms\n", 1000 * timing.readout,
              1000 * timing.depth_delay);
   return timing;
 }

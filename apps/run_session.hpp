@@ -14,7 +14,7 @@ namespace stillmap {
 struct Session {
   std::string sequence;  ///< Name of the sequence, for headings.
   std::unique_ptr<FrameSource> source;
-  std::optional<ShutterTiming> shutter;  ///< Timing of the shutters if not that of the camera.
+  ShutterTiming shutter;  ///< Timing of the shutters, as estimated before the run.
   std::optional<std::size_t> total_frames;  ///< Length of the sequence, if known.
   std::unique_ptr<Detector> detector;       ///< Null: none.
   std::optional<Trajectory> truth;          ///< True trajectory, T_world_camera.

@@ -40,7 +40,7 @@ struct DepthSensor {
   double focal = 0, disparity_step = 0;
   double depth_step = 0;     ///< Smallest step of the depth where nothing is triangulated [m].
   double lateral_sigma = 0;  ///< Standard deviation of the place that a depth is read at [pixels].
-  double grazing = 90;   ///< Surfaces at a larger angle to the image plane give no depth [degrees].
+  double grazing = 90;  ///< Surfaces at a larger angle to the image plane give no depth [degrees].
   /// Time from the first to the last row of the images if the shutter rolls [s]; 0: not known. A
   /// recording need not come from such a camera; its frames decide.
   double readout = 0;

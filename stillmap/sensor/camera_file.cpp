@@ -203,9 +203,9 @@ Camera from_settings(const CameraYaml& yaml) {
 }
 
 void refuse_unknown_keys(const CameraYaml& yaml) {
-  const Keys known{"name", "width",      "height",       "fx",  "fy",       "cx",
-                   "cy",   "distortion", "depth_factor", "fps", "baseline", "sensor",
-                   "readout", "depth_delay"};
+  const Keys known{"name",     "width",  "height",     "fx",           "fy",
+                   "cx",       "cy",     "distortion", "depth_factor", "fps",
+                   "baseline", "sensor", "readout",    "depth_delay"};
   for (const auto& key : yaml.keys()) {
     if (std::find(known.begin(), known.end(), key) != known.end()) continue;
     throw Error("is not a key of a camera file", yaml.where(key), suggestion(key, known));

@@ -24,8 +24,8 @@ Eigen::Vector3d MotionCompensation::at_moment(const Eigen::Vector3d& p, double d
 double MotionCompensation::depth_seen_from(const Eigen::Vector3d& p, double depth_delay) const {
   const Eigen::Vector2d uv = camera_.project(at_moment(p, -depth_delay));
   if (!camera_.contains(uv.x(), uv.y())) return 0;
-  const float z = depth_at(image_.depth, static_cast<float>(uv.x()), static_cast<float>(uv.y()),
-                           kDepthJump);
+  const float z =
+      depth_at(image_.depth, static_cast<float>(uv.x()), static_cast<float>(uv.y()), kDepthJump);
   return z > 0 ? at_moment(camera_.unproject(uv.x(), uv.y(), z), depth_delay).z() : 0;
 }
 
@@ -37,8 +37,8 @@ Keypoint MotionCompensation::keypoint(const Keypoint& recorded, const ShutterTim
     z = depth_seen_from(camera_.unproject(recorded.u, recorded.v, guess), depth_delay);
   }
   const double row_time = (recorded.v / camera_.height - 0.5) * timing.readout;
-  const Eigen::Vector3d p = at_moment(
-      camera_.unproject(recorded.u, recorded.v, z > 0 ? z : kTypicalDepth), row_time);
+  const Eigen::Vector3d p =
+      at_moment(camera_.unproject(recorded.u, recorded.v, z > 0 ? z : kTypicalDepth), row_time);
   const Eigen::Vector2d uv = camera_.project(p);
   Keypoint result = recorded;
   result.u = static_cast<float>(uv.x());

@@ -7,8 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -25,14 +23,14 @@ constexpr double kReadoutStep = 0.001, kDelayStep = 0.010;
 /// Least number of landmarks of a frame that is used.
 constexpr int kMinLandmarks = 50;
 /// Number of frames between the two frames of a pair. The velocity changes in the meantime.
-const std::size_t kGap = std::getenv("SM_GAP") ? std::atoi(std::getenv("SM_GAP")) : 4;
+constexpr std::size_t kGap = 4;
 /// Number of Gauss-Newton iterations per pair.
 constexpr int kIterations = 5;
 /// Information of the assumption that the timing is right, of a standard deviation of 0.1 s
 /// [1/s^2].
 constexpr double kPrior = 100;
 /// Number of consecutive pairs whose errors are alike, because they overlap.
-const double kCorrelatedFrames = std::getenv("SM_CORR") ? std::atof(std::getenv("SM_CORR")) : 4;
+constexpr double kCorrelatedFrames = 4;
 /// Number of frames after which the timing may change.
 constexpr int kMinFrames = 20;
 /// Standard deviations by which a correction must differ from zero.
@@ -72,9 +70,8 @@ ShutterCalibration::TimedPoint ShutterCalibration::timed_point(
   TimedPoint point;
   const bool edge = before.depth <= 0 || after.depth <= 0 ||
                     std::abs(after.depth - before.depth) > kDepthJump * k.depth;
-  point.measurement =
-      make_measurement(camera, observation_noise(camera, k.depth), k.u, k.v, edge ? 0 : k.depth,
-                       model.pyramid.scale(k.level));
+  point.measurement = make_measurement(camera, observation_noise(camera, k.depth), k.u, k.v,
+                                       edge ? 0 : k.depth, model.pyramid.scale(k.level));
   point.d_measurement.col(0) = (uvd_of(camera, read_later) - uvd_of(camera, k)) / kReadoutStep;
   if (k.depth <= 0 || edge) return point;
   point.p_camera = point_of(camera, k);
@@ -197,19 +194,13 @@ void ShutterCalibration::add(const TrackingModel& model, const FramePtr& frame,
 /// Changes the timing if the mean correction is certain.
 void ShutterCalibration::update(const DepthSensor& sensor) {
   if (frames_ < kMinFrames) return;
-  const Eigen::Matrix2d regular =
-      information_ + kPrior * Eigen::Matrix2d::Identity();
+  const Eigen::Matrix2d regular = information_ + kPrior * Eigen::Matrix2d::Identity();
   const Eigen::Matrix2d covariance = regular.inverse();
   const Eigen::Vector2d mean = covariance * weighted_sum_;
   // Frames that scatter more than their information says make the mean less certain.
   const double scatter =
       std::max(1.0, (squares_ - mean.dot(weighted_sum_)) / (2.0 * (frames_ - 1)));
-  const Eigen::Vector2d sigma =
-      (kCorrelatedFrames * scatter * covariance.diagonal()).cwiseSqrt();
-  if (std::getenv("SM_PRINT") && frames_ % 20 == 0)
-    std::fprintf(stderr, "calib n %d used %.1f %.1f mean %.2f %.2f sigma %.2f %.2f ms scatter %.1f\n",
-                 frames_, 1e3 * timing_.readout, 1e3 * timing_.depth_delay, 1e3 * mean(0),
-                 1e3 * mean(1), 1e3 * sigma(0), 1e3 * sigma(1), scatter);
+  const Eigen::Vector2d sigma = (kCorrelatedFrames * scatter * covariance.diagonal()).cwiseSqrt();
   const bool readout = std::abs(mean(0)) > std::max(kCertain * sigma(0), kMinReadoutChange);
   const bool delay = std::abs(mean(1)) > std::max(kCertain * sigma(1), kMinDelayChange);
   if (!readout && !delay) return;
@@ -220,8 +211,7 @@ void ShutterCalibration::update(const DepthSensor& sensor) {
     timing_.readout = sensor.readout;
   else if (readout)
     timing_.readout = std::clamp(timing_.readout + mean(0), -kMaxReadout, kMaxReadout);
-  if (delay)
-    timing_.depth_delay = std::clamp(timing_.depth_delay + mean(1), -kMaxDelay, kMaxDelay);
+  if (delay) timing_.depth_delay = std::clamp(timing_.depth_delay + mean(1), -kMaxDelay, kMaxDelay);
   information_.setZero();
   weighted_sum_.setZero();
   squares_ = 0;

@@ -33,10 +33,10 @@ Tracker::Tracker(const Camera& camera, const PyramidShape& pyramid, const Tracke
       start_(start),
       calibration_(camera.shutter.value_or(options.shutter)),
       keyframe_policy_(options.keyframes, camera.depth_sensor),
-      new_map_policy_({options.patience, options.occluded_patience}) {
-}
+      new_map_policy_({options.patience, options.occluded_patience}) {}
 
-Vector6d Tracker::twist_of(const RgbdFrame& image, const std::optional<InitialPose>& initial) const {
+Vector6d Tracker::twist_of(const RgbdFrame& image,
+                           const std::optional<InitialPose>& initial) const {
   if (!state_.previous || frames_lost_ > 0) return Vector6d::Zero();
   if (!initial) return state_.twist;
   const double dt = image.timestamp - state_.previous->frame->timestamp();

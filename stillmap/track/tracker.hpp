@@ -5,10 +5,10 @@
 #include "stillmap/track/keyframe_policy.hpp"
 #include "stillmap/track/landmark_statistics.hpp"
 #include "stillmap/track/local_map_tracking.hpp"
-#include "stillmap/track/shutter_calibration.hpp"
 #include "stillmap/track/new_map_policy.hpp"
 #include "stillmap/track/pose_estimate.hpp"
 #include "stillmap/track/previous_frame_tracking.hpp"
+#include "stillmap/track/shutter_calibration.hpp"
 #include "stillmap/track/tracked_frame.hpp"
 #include "stillmap/track/tracker_state.hpp"
 

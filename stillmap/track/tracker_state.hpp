@@ -16,7 +16,8 @@ struct TrackerState {
   TrackedFramePtr previous;  ///< newest frame with a pose; null before the first
   Pose T_world_previous;     ///< pose of `previous` in the world of `local_map`
   Pose T_previous_next;      ///< predicted motion to the next frame (constant velocity)
-  Eigen::Matrix<double, 6, 1> twist = Eigen::Matrix<double, 6, 1>::Zero();  ///< velocity of the camera in its frame [m/s, rad/s]
+  Eigen::Matrix<double, 6, 1> twist =
+      Eigen::Matrix<double, 6, 1>::Zero();  ///< velocity of the camera in its frame [m/s, rad/s]
   /// Per keypoint of `previous` if that was tracked by odometry, else empty: world position [m] at
   /// which its point was first observed. So errors accumulate per point and not per frame.
   std::vector<std::optional<Eigen::Vector3d>> odometry_points;
