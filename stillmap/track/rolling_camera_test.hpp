@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/feature/orb_extractor.hpp"
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/motion/frame.hpp"
 
@@ -67,25 +68,26 @@ struct RollingCamera {
     return image;
   }
 
-  /// The frame whose images both have timestamp t; keypoint i shows point i.
+  /// The frame whose images both have timestamp t. Keypoint i shows point i; those outside the
+  /// image have weight 0.
   std::shared_ptr<Frame> frame(std::size_t index, double t) const {
     auto image = std::make_shared<RgbdFrame>();
     image->index = index;
     image->timestamp = t;
     image->depth = depth(t);
     auto features = std::make_shared<Features>();
+    auto result = std::make_shared<Frame>();
     for (const Eigen::Vector3d& p : points) {
       Keypoint k = recorded(p, t);
-      k.depth = image->depth.at<float>(
-          cv::Point(static_cast<int>(std::lround(k.u)), static_cast<int>(std::lround(k.v))));
+      const bool inside = camera.contains(k.u, k.v, 1);
+      if (inside) k.depth = depth_at(image->depth, k.u, k.v, kDepthJump);
       features->keypoints.push_back(k);
+      result->evidence.weight.push_back(inside ? 1 : 0);
     }
     features->descriptors.resize(features->keypoints.size());
-    auto result = std::make_shared<Frame>();
     result->image = image;
     result->recorded_features = features;
     result->features = features;
-    result->evidence.weight.assign(points.size(), 1);
     return result;
   }
 };
