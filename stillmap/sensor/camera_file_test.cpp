@@ -49,6 +49,7 @@ TEST_F(CameraFile, RoundTrip) {
   written.fps = 29.97;
   written.baseline = 0.0512;
   written.depth_sensor = find_depth_sensor("azure_kinect");
+  written.shutter = {.readout = 0.0271, .depth_delay = -0.0153};
   write_camera(file_, written);
   const Camera read = load_camera(file_.string());
   EXPECT_EQ(read.name, written.name);
@@ -63,6 +64,7 @@ TEST_F(CameraFile, RoundTrip) {
   EXPECT_EQ(read.fps, written.fps);
   EXPECT_EQ(read.baseline, written.baseline);
   EXPECT_EQ(read.depth_sensor.name, "azure_kinect");
+  EXPECT_EQ(read.shutter, written.shutter);
   EXPECT_EQ(read.depth_sensor.max_depth, written.depth_sensor.max_depth);
 }
 
