@@ -115,13 +115,13 @@ void check_save_map(const std::filesystem::path& file, bool force) {
 
 /// Returns the timing of a recording's shutters as its first frames show it. Unused if the camera
 /// file tells the timing.
-ShutterTiming shutter_of(const std::string& sequence, SourceOptions range, const Options& options,
-                         const Camera& camera) {
-  if (camera.shutter || options.realtime() || range.stride != 1) return {};
+ShutterTiming shutter_of(const std::string& sequence, SourceOptions range,
+                         const SlamParameters& parameters, const Camera& camera) {
+  if (camera.shutter || parameters.schedule.realtime || range.stride != 1) return {};
   const int frames = range.count;
   range.count = frames > 0 ? std::min(frames, kShutterFrames) : kShutterFrames;
   const ShutterTiming timing =
-      calibrate_shutter([&] { return make_source(sequence, range); }, parameters_of(options));
+      calibrate_shutter([&] { return make_source(sequence, range); }, parameters);
   if (timing == ShutterTiming{}) return timing;
   fmt::print("shutters: readout {:.1f} ms, depth delay {:.1f} ms\n", 1000 * timing.readout,
              1000 * timing.depth_delay);
@@ -164,7 +164,8 @@ int run(const RunArguments& arguments) {
         LoadedMap{arguments.load_map, session.start->extend, loading.milliseconds() / 1000};
   session.sequence = sequence_name(arguments.sequence);
   session.total_frames = source->size();
-  session.shutter = shutter_of(arguments.sequence, range, options, source->camera());
+  session.parameters.tracker.shutter =
+      shutter_of(arguments.sequence, range, session.parameters, source->camera());
   session.source = std::move(source);
   session.truth = truth_of(arguments, paths);
   session.detector = detector_of(options.preset, session.parameters);

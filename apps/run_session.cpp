@@ -40,8 +40,6 @@ void drive(SlamSystem& slam, FrameSource& source, std::optional<std::size_t> tot
 /// Runs the system on the sequence and returns its record without the evaluation.
 void map_sequence(Session& session, LabelRecorder& labels, RunRecord& record) {
   const Camera camera = session.source->camera();
-  SlamParameters parameters = parameters_of(record.options);
-  parameters.tracker.shutter = session.shutter;
   const bool realtime = record.options.realtime();
   std::unique_ptr<FrameSource> source =
       std::make_unique<Prefetch>(std::move(session.source), kReadAhead,

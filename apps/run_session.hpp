@@ -14,7 +14,6 @@ namespace stillmap {
 struct Session {
   std::string sequence;  ///< Name of the sequence, for headings.
   std::unique_ptr<FrameSource> source;
-  ShutterTiming shutter;  ///< Timing of the shutters, as estimated before the run.
   std::optional<std::size_t> total_frames;  ///< Length of the sequence, if known.
   std::unique_ptr<Detector> detector;       ///< Null: none.
   std::optional<Trajectory> truth;          ///< True trajectory, T_world_camera.

@@ -13,8 +13,8 @@ struct RgbdFrame {
   std::size_t index = 0;   ///< Index in source order 0, 1, 2, ..., without skipped frames.
   double timestamp = 0;    ///< Time of the color image [s].
   double depth_delay = 0;  ///< Time of the depth image minus that of the color image [s].
-  cv::Mat color;          ///< Color image, 8UC3 BGR; gray images are replicated to three channels.
-  cv::Mat gray;           ///< Gray image, 8UC1.
+  cv::Mat color;           ///< Color image, 8UC3 BGR; gray images are replicated to three channels.
+  cv::Mat gray;            ///< Gray image, 8UC1.
   cv::Mat depth;  ///< Depth along the optical axis, 32FC1 [m]; 0: unknown, all: no depth image.
 };
 
