@@ -112,6 +112,9 @@ struct Options {
     bool loops = true;
     /// Whether the whole map is adjusted once more at the end of a run.
     bool final_adjustment = true;
+    /// Whether the trajectory is smoothed at the end of a run, with noise levels estimated from the
+    /// run; the poses returned during the run are not.
+    bool smooth_trajectory = true;
   };
   /// Moving objects.
   struct Movers {

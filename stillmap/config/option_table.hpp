@@ -223,6 +223,12 @@ void visit_map_options(Group& map, const Visitor& visit) {
          {},
          "Whether the whole map is adjusted once more at the end of a run."},
         map.final_adjustment);
+  visit({"map.smooth_trajectory",
+         "",
+         {},
+         "Whether the trajectory is smoothed at the end of a run, with noise levels estimated from "
+         "the run; the poses returned during the run are not."},
+        map.smooth_trajectory);
 }
 
 template <typename Group, typename Visitor>

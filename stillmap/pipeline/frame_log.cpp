@@ -6,6 +6,9 @@
 namespace stillmap {
 namespace {
 
+/// Longest time without a pose on an uninterrupted path [s].
+constexpr double kMaxPause = 0.5;
+
 std::optional<Pose> pose_in(const Map& map, const FrameRecord& record) {
   if (!record.has_pose() || !map.current_keyframe(record.reference).valid()) return std::nullopt;
   return map.resolve(record.reference, record.T_reference_camera);
@@ -80,13 +83,20 @@ std::map<std::size_t, Pose> FrameLog::poses(const Map& map) const {
   return poses;
 }
 
-Trajectory FrameLog::trajectory(const Map& map) const {
-  Trajectory trajectory;
+std::vector<Trajectory> FrameLog::paths(const Map& map) const {
+  std::vector<Trajectory> paths;
+  std::uint32_t component = 0;  // of the last path
   for (const FrameRecord& record : records_) {
-    if (const auto T_world_camera = pose_in(map, record))
-      trajectory.push_back({record.timestamp, *T_world_camera});
+    const auto T_world_camera = pose_in(map, record);
+    if (!T_world_camera) continue;
+    const std::uint32_t here = map.at(map.current_keyframe(record.reference)).component;
+    const bool goes_on = !paths.empty() && here == component &&
+                         record.timestamp - paths.back().back().timestamp <= kMaxPause;
+    if (!goes_on) paths.emplace_back();
+    paths.back().push_back({record.timestamp, *T_world_camera});
+    component = here;
   }
-  return trajectory;
+  return paths;
 }
 
 std::map<std::uint32_t, int> FrameLog::frames_by_component(const Map& map) const {

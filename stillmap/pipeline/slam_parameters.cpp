@@ -56,6 +56,7 @@ void set_map(const Options::Map& from, SlamParameters& to) {
   to.mapper.repeated.rule = from.repeated_landmarks;
   to.places.loops = from.loops;
   to.final_adjustment = from.final_adjustment;
+  to.smooth_trajectory = from.smooth_trajectory;
 }
 
 void set_dense(const Options::Dense& from, DenseOptions& to) {

@@ -46,6 +46,8 @@ struct SlamParameters {
   ScheduleOptions schedule;
   bool dense_cloud = true;       ///< Makes the dense map.
   bool final_adjustment = true;  ///< Runs bundle adjustment on the whole map at the end.
+  /// Whether the trajectory is smoothed at the end.
+  bool smooth_trajectory = true;
 };
 
 /// Returns the parameters that follow from the user's options; the others keep their defaults.

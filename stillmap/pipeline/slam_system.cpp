@@ -4,6 +4,7 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/span_names.hpp"
 #include "stillmap/base/trace.hpp"
+#include "stillmap/optimize/trajectory_smoother.hpp"
 #include "stillmap/pipeline/snapshot.hpp"
 #include "stillmap/sensor/require_image.hpp"
 
@@ -191,7 +192,7 @@ SlamResult SlamSystem::finish() {
   SlamResult result;
   traced("finish", [&] {
     finish_streams();
-    result.trajectory = log_.trajectory(mapping_.map());
+    result.trajectory = camera_trajectory();
     result.keyframes = keyframe_trajectory();
     result.frames = log_.records();
     result.events = mapping_.events();
@@ -219,6 +220,16 @@ void SlamSystem::drop_brief_maps() {
   for (const auto& [component, count] : frames) {
     if (frames.size() > 1 && count < options_.tracker.min_map_frames) mapping_.drop(component);
   }
+}
+
+Trajectory SlamSystem::camera_trajectory() const {
+  const TraceScope scope("smoothing");
+  Trajectory trajectory;
+  for (const Trajectory& path : log_.paths(mapping_.map())) {
+    const Trajectory poses = options_.smooth_trajectory ? smooth_trajectory(path) : path;
+    trajectory.insert(trajectory.end(), poses.begin(), poses.end());
+  }
+  return trajectory;
 }
 
 /// The keyframes of this run by their timestamps.

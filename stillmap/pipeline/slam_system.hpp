@@ -118,6 +118,7 @@ class SlamSystem {
 
   void finish_streams();
   void drop_brief_maps();
+  Trajectory camera_trajectory() const;
   Trajectory keyframe_trajectory() const;
   void collect_movers(SlamResult& result) const;
   void collect_dense_map(SlamResult& result);
