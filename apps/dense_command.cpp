@@ -138,9 +138,11 @@ void add_dense_command(CLI::App& app, int& exit_code) {
   command->add_option("--config", arguments->config,
                       "YAML file with options; default: those of the run, or the defaults for a "
                       "saved map");
-  command->add_option("--set", arguments->settings,
-                      "override one of the options, dense.name=value or outputs.name=value; may be "
-                      "repeated");
+  command
+      ->add_option("--set", arguments->settings,
+                   "override one of the options, dense.name=value or outputs.name=value; may be "
+                   "repeated")
+      ->allow_extra_args(false);
   command->add_option("--out", arguments->out,
                       "output folder; default: that of the run, or NAME_dense for a saved map");
   add_force_option(*command, arguments->force);

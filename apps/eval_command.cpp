@@ -185,8 +185,10 @@ int run(const EvalArguments& arguments) {
 }
 
 void add_trajectory_options(CLI::App& command, EvalArguments& arguments) {
-  command.add_option("--frames", arguments.frames,
-                     "number of frames of the sequence, for the coverage; default: estimated");
+  command
+      .add_option("--frames", arguments.frames,
+                  "number of frames of the sequence, for the coverage; default: estimated")
+      ->check(CLI::NonNegativeNumber);
   command.add_flag("--per-frame", arguments.per_frame, "also compute the RPE from frame to frame");
   command.add_option(
       "--truth-frame", arguments.truth_frame,

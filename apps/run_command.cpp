@@ -243,8 +243,10 @@ void add_run_command(CLI::App& app, int& exit_code) {
       ->type_name("{lockstep,realtime}");
   command->add_option("--config", arguments->config,
                       "YAML file with options; see --dump-config and docs/options.md");
-  command->add_option("--set", arguments->settings,
-                      "override one option, group.name=value; may be repeated");
+  command
+      ->add_option("--set", arguments->settings,
+                   "override one option, group.name=value; may be repeated")
+      ->allow_extra_args(false);
   add_input_options(*command, *arguments);
   add_output_options(*command, *arguments);
   add_map_options(*command, *arguments);

@@ -33,6 +33,32 @@ int run(const SimulateArguments& arguments) {
   return kSuccess;
 }
 
+void add_sensor_options(CLI::App& command, SimulationOptions& o) {
+  command
+      .add_option("--readout", o.readout,
+                  "rolling shutter of the color camera: time from first to last row [s]")
+      ->capture_default_str();
+  command
+      .add_option("--depth-delay", o.depth_delay,
+                  "time from the color image to the depth image [s], not in its timestamp")
+      ->capture_default_str();
+  command
+      .add_option("--disparity-offset", o.depth_bias.offset,
+                  "systematic error of the depth [pixels of disparity]")
+      ->capture_default_str();
+  command
+      .add_option("--disparity-bow", o.depth_bias.bow,
+                  "the same, growing to this value in the corners of the image [pixels]")
+      ->capture_default_str();
+  command
+      .add_option("--auto-exposure", o.color_noise.auto_exposure,
+                  "strength of the automatic exposure [0..1]")
+      ->capture_default_str();
+  command.add_option("--sensor", o.sensor, "depth sensor, by its noise, range and holes")
+      ->type_name(fmt::format("{{{}}}", fmt::join(depth_sensor_names(), ",")))
+      ->capture_default_str();
+}
+
 }  // namespace
 
 void add_simulate_command(CLI::App& app, int& exit_code) {
@@ -69,29 +95,7 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_option("--exposures", o.exposures, "images averaged for motion blur; 1: no blur")
       ->capture_default_str();
-  command
-      ->add_option("--readout", o.readout,
-                   "rolling shutter of the color camera: time from first to last row [s]")
-      ->capture_default_str();
-  command
-      ->add_option("--depth-delay", o.depth_delay,
-                   "time from the color image to the depth image [s], not in its timestamp")
-      ->capture_default_str();
-  command
-      ->add_option("--disparity-offset", o.depth_bias.offset,
-                   "systematic error of the depth [pixels of disparity]")
-      ->capture_default_str();
-  command
-      ->add_option("--disparity-bow", o.depth_bias.bow,
-                   "the same, growing to this value in the corners of the image [pixels]")
-      ->capture_default_str();
-  command
-      ->add_option("--auto-exposure", o.color_noise.auto_exposure,
-                   "strength of the automatic exposure [0..1]")
-      ->capture_default_str();
-  command->add_option("--sensor", o.sensor, "depth sensor, by its noise, range and holes")
-      ->type_name(fmt::format("{{{}}}", fmt::join(depth_sensor_names(), ",")))
-      ->capture_default_str();
+  add_sensor_options(*command, o);
   command->add_flag("--no-noise", arguments->no_noise, "exact depth and color without noise");
   command->add_option("--out", arguments->out, "output folder, in TUM layout")
       ->capture_default_str();

@@ -84,7 +84,8 @@ struct Options {
   };
   /// Camera tracking and the choice of keyframes.
   struct Tracking {
-    /// Minimum number of matched landmarks for a frame to count as tracked.
+    /// Number of landmarks from which a pose needs no further support; with fewer, points of the
+    /// previous frame must agree with it.
     int min_inliers = 25;
     /// Number of frames without a pose after which a new map is started.
     int new_map_after = 10;  // [frames]

@@ -163,11 +163,13 @@ void visit_motion_options(Group& motion, const Visitor& visit) {
 
 template <typename Group, typename Visitor>
 void visit_tracking_options(Group& tracking, const Visitor& visit) {
-  visit({"tracking.min_inliers",
-         "",
-         {6, 10000},
-         "Minimum number of matched landmarks for a frame to count as tracked."},
-        tracking.min_inliers);
+  visit(
+      {"tracking.min_inliers",
+       "",
+       {6, 10000},
+       "Number of landmarks from which a pose needs no further support; with fewer, points of the "
+       "previous frame must agree with it."},
+      tracking.min_inliers);
   visit({"tracking.new_map_after",
          "frames",
          {0, kManyFrames},

@@ -72,9 +72,17 @@ T converted(const YAML::Node& node, const std::string& path, const std::string& 
     if constexpr (is_text<T>) {
       if (node.IsNull()) return {};
     }
+    if constexpr (std::is_integral_v<T> && !std::is_same_v<T, bool>) {
+      // YAML reads 010 as octal and 0x10 as hexadecimal.
+      const std::string& text = node.Scalar();
+      const std::size_t first = text.find_first_of("0123456789");
+      if (first != std::string::npos && text[first] == '0' && text.size() > first + 1)
+        throw YAML::Exception(node.Mark(), "not decimal");
+    }
     return node.as<T>();
   } catch (const YAML::Exception&) {
-    throw Error(fmt::format("option {} takes a {} as value", path, type_name<T>()),
+    throw Error(fmt::format("option {} takes a {} as value, not '{}'", path, type_name<T>(),
+                            node.IsScalar() ? node.Scalar() : std::string("a list")),
                 place(node, source), "see --dump-config for the options and their values");
   }
 }

@@ -33,7 +33,7 @@ struct Camera {
   /// The sensor that measured the depth images.
   DepthSensor depth_sensor = find_depth_sensor("kinect_v1");
   /// Timing of the shutters; if not known, it is estimated from the frames.
-  std::optional<ShutterTiming> shutter;
+  std::optional<ShutterTiming> shutter = std::nullopt;
 
   bool distorted() const { return !distortion.isZero(0); }
   /// Returns fx * baseline [pixels * m]: disparity = bf / depth.

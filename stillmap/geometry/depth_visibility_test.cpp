@@ -16,14 +16,7 @@ TEST(DepthVisibility, ComparesAPointWithTheSurface) {
 
 class DepthViewTest : public ::testing::Test {
  protected:
-  static Camera small_camera() {
-    Camera camera;
-    camera.width = 8, camera.height = 6;
-    camera.fx = camera.fy = 8;
-    camera.cx = 3.5, camera.cy = 2.5;
-    return camera;
-  }
-  Camera camera_ = small_camera();
+  Camera camera_{.name = "test", .width = 8, .height = 6, .fx = 8, .fy = 8, .cx = 3.5, .cy = 2.5};
   cv::Mat1f depth_ = cv::Mat1f(6, 8, 2.0F);
   DepthView view_{depth_, camera_};
 };

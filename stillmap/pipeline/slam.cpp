@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/slam.hpp"
 
+#include "stillmap/base/error.hpp"
 #include "stillmap/base/statistics.hpp"
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/pipeline/run_details.hpp"
@@ -93,6 +94,12 @@ struct Slam::Impl {
   Subscribers<MapCorrection> correction;
   Subscribers<std::vector<MovingObject>> movers;
   SlamSystem system;
+  bool finished = false;
+
+  /// Throws Error if the run has ended.
+  void require_running(const char* where) const {
+    if (finished) throw Error("the run has ended with finish()", where, "make another Slam");
+  }
 };
 
 /// Calls the subscribers of all events of the frame pushed last.
@@ -134,6 +141,7 @@ RgbdFramePtr Slam::make_frame(const cv::Mat& color, const cv::Mat& depth, double
 }
 
 std::optional<Pose> Slam::push(const RgbdFramePtr& frame) {
+  impl_->require_running("Slam::push");
   const std::optional<Pose> T_world_camera = impl_->system.push(frame);
   impl_->next_index = std::max(impl_->next_index, frame->index + 1);
   impl_->notify();
@@ -163,6 +171,8 @@ Subscription Slam::on_movers(std::function<void(const std::vector<MovingObject>&
 }
 
 Results Slam::finish() {
+  impl_->require_running("Slam::finish");
+  impl_->finished = true;
   const auto details = std::make_shared<RunDetails>();
   details->result = impl_->system.finish();
   details->options = impl_->options;
@@ -180,6 +190,7 @@ Results Slam::finish() {
 }
 
 void Slam::save_map(const std::filesystem::path& file) const {
+  if (!impl_->finished) throw Error("the run goes on", "Slam::save_map", "call finish() first");
   write_saved_map(file, impl_->system.saved_map(kWriter));
 }
 

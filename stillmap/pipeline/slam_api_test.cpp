@@ -271,6 +271,16 @@ TEST(SlamApi, AWrongFrameIsAnErrorThatNamesIt) {
   EXPECT_EQ(slam.finish().statistics.frames, 1U) << "wrong frames leave nothing behind";
 }
 
+TEST(SlamApi, CallsInTheWrongOrderAreErrors) {
+  const Recording rec = recording(0, "xyz");
+  Slam slam = slam_for(rec);
+  slam.push(rec.sequence->frame(0));
+  EXPECT_THAT(error_of([&] { slam.save_map("never.map"); }), HasSubstr("finish() first"));
+  slam.finish();
+  EXPECT_THAT(error_of([&] { slam.push(rec.sequence->frame(1)); }), HasSubstr("has ended"));
+  EXPECT_THAT(error_of([&] { slam.finish(); }), HasSubstr("has ended"));
+}
+
 TEST(SlamApi, ACameraOutOfRangeIsAnError) {
   Camera camera = recording(0, "xyz").sequence->camera();
   camera.fx = -1;

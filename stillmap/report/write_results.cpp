@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/write_results.hpp"
 
+#include "stillmap/base/error.hpp"
 #include "stillmap/pipeline/run_details.hpp"
 #include "stillmap/report/machine.hpp"
 #include "stillmap/report/run_folder.hpp"
@@ -19,6 +20,10 @@ std::string name_of(const std::filesystem::path& folder) {
 std::vector<std::filesystem::path> write_results(const Results& results,
                                                  const std::filesystem::path& folder,
                                                  const std::string& title) {
+  if (!results.details) {
+    throw Error("the results are empty", "write_results", "pass the results of Slam::finish()");
+  }
+  if (folder.empty()) throw Error("the name of the folder is empty", "write_results", "name one");
   const RunDetails& details = *results.details;
   RunRecord record;
   record.sequence = title.empty() ? name_of(folder) : title;

@@ -24,6 +24,10 @@ void check(const SimulationOptions& options) {
   require(options.focal >= 0, "must not be negative", "focal");
   require(options.readout >= 0 && options.readout < 1, "must be from 0 to 1 s", "readout");
   require(std::abs(options.depth_delay) < 1, "must be below 1 s", "depth-delay");
+  require(options.speed > 0, "must be positive", "speed");
+  require(options.width <= 8192 && options.height <= 8192, "must be at most 8192", "width, height");
+  const double auto_exposure = options.color_noise.auto_exposure;
+  require(auto_exposure >= 0 && auto_exposure <= 1, "must be from 0 to 1", "auto-exposure");
   require(options.exposures > 0, "must be positive", "exposures");
   require(options.threads > 0, "must be positive", "threads");
 }

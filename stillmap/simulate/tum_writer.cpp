@@ -17,6 +17,9 @@
 namespace stillmap {
 namespace {
 
+/// File with the static objects; only simulated sequences have one.
+constexpr const char* kMarker = "things.csv";
+
 const std::vector<int> kPngParameters{cv::IMWRITE_PNG_COMPRESSION,
                                       1};  // lowest effort, since noise is hardly compressible
 
@@ -81,12 +84,29 @@ struct Lists {
   }
 };
 
+/// Makes the folder of a sequence, without the files of an earlier one. Throws Error for a folder
+/// with other files: things.csv marks the folders of simulated sequences.
+void make_sequence_folder(const std::filesystem::path& folder) {
+  make_output_folder(folder);
+  const bool is_simulated = std::filesystem::exists(folder / kMarker);
+  if (!is_simulated && !std::filesystem::is_empty(folder)) {
+    throw Error("is not empty, and not the folder of a simulated sequence", folder.string(),
+                "name a new or an empty folder");
+  }
+  write_file(folder / kMarker, "");
+  for (const char* list : {"rgb.txt", "depth.txt", "associations.txt"})
+    std::filesystem::remove(folder / list);
+  for (const char* name : {"rgb", "depth", "mask", "instance", "speed"}) {
+    std::filesystem::remove_all(folder / name);
+    make_output_folder(folder / name);
+  }
+}
+
 }  // namespace
 
 void write_tum_layout(const SimulatedSequence& sequence, const std::filesystem::path& folder,
                       const std::function<void(std::size_t)>& done) {
-  for (const char* name : {"", "rgb", "depth", "mask", "instance", "speed"})
-    make_output_folder(folder / name);
+  make_sequence_folder(folder);
   Lists lists;
   SeenSurface surface(sequence.camera());
   for (std::size_t i = 0; i < sequence.frames(); ++i) {
@@ -105,7 +125,7 @@ void write_tum_layout(const SimulatedSequence& sequence, const std::filesystem::
   write_camera(folder / "camera.yaml", sequence.camera());
   write_trajectory(folder / "groundtruth.txt", sequence.trajectory());
   write_file(folder / "surface.ply", points_ply(surface.points()));
-  write_file(folder / "things.csv", object_lines(sequence.scene().statics.things));
+  write_file(folder / kMarker, object_lines(sequence.scene().statics.things));
   lists.write(folder);
 }
 

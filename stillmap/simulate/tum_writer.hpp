@@ -24,7 +24,8 @@ namespace stillmap {
 ///   borders, and its share that is also not occluded;
 /// - things.csv: static objects of COCO classes (boxes, world frame [m]).
 /// @param done  called after each frame with the number of frames written so far; may be empty
-/// Throws Error with the file name if a file cannot be written (folder not writable, disk full);
+/// Throws Error for a folder with files that are not those of a simulated sequence, which it would
+/// replace, and with the file name if a file cannot be written (folder not writable, disk full);
 /// lists are written last, so an incomplete sequence has none.
 void write_tum_layout(const SimulatedSequence& sequence, const std::filesystem::path& folder,
                       const std::function<void(std::size_t)>& done = {});

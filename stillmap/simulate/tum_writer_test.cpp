@@ -36,6 +36,22 @@ class TumWriter : public testing::Test {
   fs::path folder_;
 };
 
+TEST_F(TumWriter, RefusesAFolderWithFilesOfItsUser) {
+  fs::create_directories(folder_);
+  write_file(folder_ / "rgb.txt", "mine");
+  EXPECT_THROW(write_tum_layout(SimulatedSequence(tiny()), folder_), Error);
+  EXPECT_EQ(read_file(folder_ / "rgb.txt"), "mine");
+}
+
+TEST_F(TumWriter, ReplacesAnEarlierSequenceAsAWhole) {
+  write_tum_layout(SimulatedSequence(tiny()), folder_);
+  SimulationOptions shorter = tiny();
+  shorter.frames = 1;
+  write_tum_layout(SimulatedSequence(shorter), folder_);
+  const fs::directory_iterator images(folder_ / "rgb");
+  EXPECT_EQ(std::distance(fs::begin(images), fs::end(images)), 1);
+}
+
 TEST_F(TumWriter, FilesEqualTheSequence) {
   const SimulatedSequence sequence(tiny());
   std::vector<std::size_t> steps;

@@ -14,9 +14,6 @@
 namespace stillmap {
 namespace {
 
-using Matrix8d = Eigen::Matrix<double, 8, 8>;
-using Vector8d = Eigen::Matrix<double, 8, 1>;
-
 /// Steps for the derivatives by the timing [s]. That of the depth delay moves the place where a
 /// depth is read to other pixels, whose noise is independent.
 constexpr double kReadoutStep = 0.001, kDelayStep = 0.010;
@@ -81,63 +78,73 @@ ShutterCalibration::TimedPoint ShutterCalibration::timed_point(
   return point;
 }
 
+/// Adds a point that both frames observe. Its residual is that of the second frame's measurement.
+void ShutterCalibration::PairNormal::add(const Camera& camera, const TimedPoint& a,
+                                         const TimedPoint& b, const Pose& T_to_from,
+                                         const Eigen::Vector2d& correction) {
+  const CauchyKernel pixel_kernel{kPixelChi2}, disparity_kernel{kDisparityChi2};
+  const Eigen::Vector3d p = T_to_from * (a.p_camera + a.d_point * correction);
+  if (p.z() < kNearPlane) return;
+  Measurement m = b.measurement;
+  m.uvd += b.d_measurement * correction;
+  m.pixel_information = 1 / (1 / m.pixel_information + 1 / a.measurement.pixel_information);
+  m.disparity_information /= 2;
+  const Eigen::Vector3d predicted = predict(camera, p);
+  const Chi2 s = chi2(m, predicted);
+  const Eigen::Matrix3d J_projection = projection_jacobian(camera, p);
+  Eigen::Matrix<double, 3, 8> J;
+  J.leftCols<6>() = pose_jacobian(J_projection, p);
+  J.rightCols<2>() = J_projection * T_to_from.rotation() * a.d_point - b.d_measurement;
+  const double weight = b.weight * a.weight;
+  const double pixel = weight * m.pixel_information * pixel_kernel.weight(s.pixel);
+  const double disparity = weight * m.disparity_information * disparity_kernel.weight(s.disparity);
+  squares += pixel * s.pixel / m.pixel_information;
+  components += 2 * weight;
+  if (m.has_depth()) {
+    squares += disparity * s.disparity / m.disparity_information;
+    components += weight;
+  }
+  const Eigen::Vector3d information(pixel, pixel, disparity);
+  H += J.transpose() * information.asDiagonal() * J;
+  g -= J.transpose() * information.asDiagonal() * (predicted - m.uvd);
+  ++common;
+}
+
+ShutterCalibration::PairNormal ShutterCalibration::normal_of(const Camera& camera, const View& from,
+                                                             const View& to, const Pose& T_to_from,
+                                                             const Eigen::Vector2d& correction) {
+  PairNormal sum;
+  auto a = from.points.begin();
+  for (const TimedPoint& b : to.points) {
+    while (a != from.points.end() && a->track < b.track) ++a;
+    if (a == from.points.end()) break;
+    if (a->track == b.track && a->p_camera.z() > 0) sum.add(camera, *a, b, T_to_from, correction);
+  }
+  return sum;
+}
+
 std::optional<ShutterCalibration::Evidence> ShutterCalibration::evidence(const Camera& camera,
                                                                          const View& from,
                                                                          const View& to) {
-  const CauchyKernel pixel_kernel{kPixelChi2}, disparity_kernel{kDisparityChi2};
   Pose T_to_from = to.T_world_camera.inverse() * from.T_world_camera;
   Eigen::Vector2d correction = Eigen::Vector2d::Zero();
   Evidence result;
   double variance = 1;  // of the residuals, relative to that expected
   for (int iteration = 0; iteration < kIterations; ++iteration) {
-    Matrix8d H = Matrix8d::Zero();
-    Vector8d g = Vector8d::Zero();
-    int common = 0;
-    double squares = 0, components = 0;
-    auto a = from.points.begin();
-    for (const TimedPoint& b : to.points) {
-      while (a != from.points.end() && a->track < b.track) ++a;
-      if (a == from.points.end()) break;
-      if (a->track != b.track || a->p_camera.z() <= 0) continue;
-      const Eigen::Vector3d p = T_to_from * (a->p_camera + a->d_point * correction);
-      if (p.z() < kNearPlane) continue;
-      Measurement m = b.measurement;
-      m.uvd += b.d_measurement * correction;
-      m.pixel_information = 1 / (1 / m.pixel_information + 1 / a->measurement.pixel_information);
-      m.disparity_information /= 2;
-      const Eigen::Vector3d predicted = predict(camera, p);
-      const Chi2 s = chi2(m, predicted);
-      const Eigen::Matrix3d J_projection = projection_jacobian(camera, p);
-      Eigen::Matrix<double, 3, 8> J;
-      J.leftCols<6>() = pose_jacobian(J_projection, p);
-      J.rightCols<2>() = J_projection * T_to_from.rotation() * a->d_point - b.d_measurement;
-      const double weight = b.weight * a->weight;
-      const double pixel = weight * m.pixel_information * pixel_kernel.weight(s.pixel);
-      const double disparity =
-          weight * m.disparity_information * disparity_kernel.weight(s.disparity);
-      squares += pixel * s.pixel / m.pixel_information;
-      components += 2 * weight;
-      if (m.has_depth()) {
-        squares += disparity * s.disparity / m.disparity_information;
-        components += weight;
-      }
-      const Eigen::Vector3d information(pixel, pixel, disparity);
-      H += J.transpose() * information.asDiagonal() * J;
-      g -= J.transpose() * information.asDiagonal() * (predicted - m.uvd);
-      ++common;
-    }
-    if (common < kMinLandmarks) return std::nullopt;
-    const Eigen::LDLT<Matrix6d> pose(H.topLeftCorner<6, 6>());
+    const PairNormal sum = normal_of(camera, from, to, T_to_from, correction);
+    if (sum.common < kMinLandmarks) return std::nullopt;
+    const Eigen::LDLT<Matrix6d> pose(sum.H.topLeftCorner<6, 6>());
     if (!pose.isPositive() || pose.rcond() < 1e-14) return std::nullopt;
-    const Eigen::Matrix<double, 6, 2> cross = H.topRightCorner<6, 2>();
-    result.information = H.bottomRightCorner<2, 2>() - cross.transpose() * pose.solve(cross);
-    const Eigen::Vector2d vector = g.tail<2>() - cross.transpose() * pose.solve(g.head<6>());
+    const Eigen::Matrix<double, 6, 2> cross = sum.H.topRightCorner<6, 2>();
+    result.information = sum.H.bottomRightCorner<2, 2>() - cross.transpose() * pose.solve(cross);
+    const Eigen::Vector2d vector =
+        sum.g.tail<2>() - cross.transpose() * pose.solve(sum.g.head<6>());
     const Eigen::Matrix2d regular = result.information + kPrior * Eigen::Matrix2d::Identity();
     const Eigen::Vector2d step = regular.ldlt().solve(vector - kPrior * correction);
     result.vector = result.information * correction + vector;
     correction += step;
-    variance = std::max(1.0, squares / components);
-    T_to_from = Pose::exp(pose.solve(g.head<6>() - cross * step)) * T_to_from;
+    variance = std::max(1.0, sum.squares / sum.components);
+    T_to_from = Pose::exp(pose.solve(sum.g.head<6>() - cross * step)) * T_to_from;
   }
   result.information /= variance;
   result.vector /= variance;

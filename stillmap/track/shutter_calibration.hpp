@@ -63,6 +63,15 @@ class ShutterCalibration {
     Pose T_world_camera;
     std::vector<TimedPoint> points;  ///< by ascending track
   };
+  /// Normal equations of the relative pose and the timing (8 unknowns) of two frames.
+  struct PairNormal {
+    Eigen::Matrix<double, 8, 8> H = Eigen::Matrix<double, 8, 8>::Zero();
+    Eigen::Matrix<double, 8, 1> g = Eigen::Matrix<double, 8, 1>::Zero();
+    int common = 0;                      ///< Number of points.
+    double squares = 0, components = 0;  ///< Weighted residuals [sigma^2] and their number.
+    void add(const Camera& camera, const TimedPoint& a, const TimedPoint& b, const Pose& T_to_from,
+             const Eigen::Vector2d& correction);
+  };
   /// Information matrix and vector of a correction of the timing.
   struct Evidence {
     Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
@@ -71,6 +80,8 @@ class ShutterCalibration {
 
   TimedPoint timed_point(const TrackingModel& model, const MotionCompensation& compensation,
                          const Keypoint& recorded) const;
+  static PairNormal normal_of(const Camera& camera, const View& from, const View& to,
+                              const Pose& T_to_from, const Eigen::Vector2d& correction);
   static std::optional<Evidence> evidence(const Camera& camera, const View& from, const View& to);
   View view_of_middle(const TrackingModel& model) const;
   void update(const DepthSensor& sensor);
