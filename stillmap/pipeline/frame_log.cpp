@@ -2,6 +2,7 @@
 #include "stillmap/pipeline/frame_log.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace stillmap {
 namespace {
@@ -63,9 +64,15 @@ void FrameLog::confirm(const RelocalizationResult& relocalization) {
   lost->inliers = relocalization.inliers;
 }
 
+void FrameLog::set_final_poses(Trajectory poses) {
+  const std::scoped_lock lock(mutex_);
+  final_poses_ = std::make_shared<const Trajectory>(std::move(poses));
+}
+
 LoggedFrames FrameLog::copy() const {
   const std::scoped_lock lock(mutex_);
   LoggedFrames frames;
+  frames.final_poses = final_poses_;
   if (!records_.empty()) frames.newest = records_.back();
   frames.placed.reserve(records_.size());
   for (const FrameRecord& r : records_) {

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -57,6 +58,8 @@ struct PlacedFrame {
 struct LoggedFrames {
   std::optional<FrameRecord> newest;
   std::vector<PlacedFrame> placed;  ///< Frames with a pose.
+  /// Final poses by ascending timestamps, once there are any; null before.
+  std::shared_ptr<const Trajectory> final_poses;
 };
 
 /// The records of all frames of a run, and their poses in the corrected map. Used by the thread
@@ -74,6 +77,9 @@ class FrameLog {
   /// Adds the pose of an earlier frame of the lost camera, whose relocalization the tracker
   /// accepted.
   void confirm(const RelocalizationResult& relocalization);
+
+  /// Sets the final poses for copy().
+  void set_final_poses(Trajectory poses);
 
   /// Returns the frames pushed so far. May be called by any thread.
   LoggedFrames copy() const;
@@ -96,6 +102,7 @@ class FrameLog {
 
  private:
   const bool extends_map_;
+  std::shared_ptr<const Trajectory> final_poses_;  // under the mutex
   std::vector<FrameRecord> records_;  // changed by the pushing thread only, under the mutex
   mutable std::mutex mutex_;
 };

@@ -21,6 +21,15 @@ namespace {
 
 constexpr const char* kWhere = "Slam::push";  // the place that errors of a frame name
 
+/// Replaces the poses whose timestamps are in another trajectory; both by ascending timestamps.
+void replace_poses(const Trajectory& by, Trajectory& trajectory) {
+  auto other = by.begin();
+  for (StampedPose& pose : trajectory) {
+    while (other != by.end() && other->timestamp < pose.timestamp) ++other;
+    if (other != by.end() && other->timestamp == pose.timestamp) pose = *other;
+  }
+}
+
 TrackerStart how_to_begin(const std::optional<StartingMap>& start) {
   if (!start) return TrackerStart::kNewMap;
   return start->extend ? TrackerStart::kInMap : TrackerStart::kInMapOnly;
@@ -180,6 +189,7 @@ std::shared_ptr<const Snapshot> SlamSystem::snapshot() {
   auto movers = movers_.ask();
   auto cloud = dense_.ask();
   map.get();
+  if (frames->final_poses) replace_poses(*frames->final_poses, snapshot->trajectory);
   snapshot->movers = moving_objects(movers.get());
   snapshot->cloud = cloud.get();
   if (frames->newest) snapshot->newest = pose_update(*frames->newest, *snapshot);
@@ -193,6 +203,7 @@ SlamResult SlamSystem::finish() {
   traced("finish", [&] {
     finish_streams();
     result.trajectory = camera_trajectory();
+    log_.set_final_poses(result.trajectory);
     result.keyframes = keyframe_trajectory();
     result.frames = log_.records();
     result.events = mapping_.events();
