@@ -22,7 +22,7 @@ struct Shell {
 
 std::string bash_values(const std::vector<std::string>& choices) {
   if (choices.empty()) return "return";
-  return fmt::format("COMPREPLY=($(compgen -W \"{}\" -- \"$current\")); return",
+  return fmt::format(R"(COMPREPLY=($(compgen -W "{}" -- "$current")); return)",
                      fmt::join(choices, " "));
 }
 

@@ -125,7 +125,7 @@ AteOptions alignment(const EvalArguments& arguments) {
 
 /// Returns the true poses of the camera.
 Trajectory true_trajectory(const EvalArguments& arguments) {
-  const Trajectory truth = read_trajectory(arguments.truth);
+  Trajectory truth = read_trajectory(arguments.truth);
   if (arguments.truth_frame.empty()) return truth;
   return in_camera_frame(truth, read_truth_frame(arguments.truth_frame));
 }

@@ -5,6 +5,7 @@
 #include "stillmap/base/file.hpp"
 
 #include <cmath>
+#include <cstdlib>
 #include <sstream>
 #include <vector>
 
@@ -24,13 +25,9 @@ std::vector<double> numbers_in(const std::string& text, const std::string& name)
   for (std::string line; std::getline(lines, line);) {
     std::istringstream words(line.substr(0, line.find('#')));
     for (std::string word; words >> word;) {
-      std::size_t length = 0;
-      double number = NAN;
-      try {
-        number = std::stod(word, &length);
-      } catch (const std::exception&) {
-      }
-      if (length != word.size() || !std::isfinite(number)) {
+      char* end = nullptr;
+      const double number = std::strtod(word.c_str(), &end);
+      if (*end != '\0' || !std::isfinite(number)) {
         throw Error(fmt::format("'{}' is not a number", word), name,
                     "write T_body_camera as 4 x 4 numbers");
       }

@@ -35,6 +35,9 @@ constexpr double kCertain = 3;
 /// Smallest corrections that are applied [s]. A readout time of 3 ms moves the outermost rows by
 /// 0.8 pixels at 1 rad/s.
 constexpr double kMinReadoutChange = 0.002, kMinDelayChange = 0.002;
+/// Shortest first estimate that shows a rolling shutter [s]: real ones take 10 to 35 ms, and the
+/// first estimate is too short.
+constexpr double kMinRolling = 0.005;
 /// Longest plausible times [s].
 constexpr double kMaxReadout = 0.040, kMaxDelay = 0.050;
 
@@ -208,16 +211,19 @@ void ShutterCalibration::update(const DepthSensor& sensor) {
   const double scatter =
       std::max(1.0, (squares_ - mean.dot(weighted_sum_)) / (2.0 * (frames_ - 1)));
   const Eigen::Vector2d sigma = (kCorrelatedFrames * scatter * covariance.diagonal()).cwiseSqrt();
-  const bool readout = std::abs(mean(0)) > std::max(kCertain * sigma(0), kMinReadoutChange);
+  // A shutter cannot take less than no time: such estimates come from other errors.
+  const double least = timing_.readout == 0 ? kMinRolling : kMinReadoutChange;
+  const bool readout =
+      std::abs(mean(0)) > std::max(kCertain * sigma(0), least) && timing_.readout + mean(0) > 0;
   const bool delay = std::abs(mean(1)) > std::max(kCertain * sigma(1), kMinDelayChange);
   if (!readout && !delay) return;
   // Points move further between rows than the search for matches expects, so the first estimate of
   // a long readout time is too short. That of the sensor is a better start.
-  const bool begins_to_roll = timing_.readout == 0 && mean(0) > 0 && sensor.readout > 0;
+  const bool begins_to_roll = timing_.readout == 0 && sensor.readout > 0;
   if (readout && begins_to_roll)
     timing_.readout = sensor.readout;
   else if (readout)
-    timing_.readout = std::clamp(timing_.readout + mean(0), -kMaxReadout, kMaxReadout);
+    timing_.readout = std::min(timing_.readout + mean(0), kMaxReadout);
   if (delay) timing_.depth_delay = std::clamp(timing_.depth_delay + mean(1), -kMaxDelay, kMaxDelay);
   information_.setZero();
   weighted_sum_.setZero();
