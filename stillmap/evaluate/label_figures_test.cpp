@@ -227,8 +227,9 @@ TEST_F(TruthFiles, OfTheSimulatorAreUnderstood) {
   options.height = 72;
   options.frames = 2;
   const SimulatedSequence sequence(options);
-  write_tum_layout(sequence, folder_);
-  const auto truth = MotionTruthFolder(folder_).at(sequence.timestamp(1));
+  const fs::path folder = folder_ / "simulated";
+  write_tum_layout(sequence, folder);
+  const auto truth = MotionTruthFolder(folder).at(sequence.timestamp(1));
   ASSERT_TRUE(truth.has_value());
   const TruthFrame made = sequence.truth(1);
   EXPECT_EQ(cv::norm(truth->mask, class_mask(made), cv::NORM_INF), 0);
