@@ -245,13 +245,16 @@ DisplacementResult displacement_error(const Trajectory& truth, const Trajectory&
   const double max_interval = 1.5 * quantile(intervals(stamps_of(est)), 0.5);
   DisplacementResult result;
   std::vector<double> errors, true_lengths, lengths;
+  double largest = -1;  // step so far [m]
   for (std::size_t i = 1; i < est.size(); ++i) {
     if (est[i].timestamp - est[i - 1].timestamp > max_interval) continue;
     const Eigen::Vector3d moved =
         T_truth_estimate.quaternion() *
         (est[i].T_world_camera.translation() - est[i - 1].T_world_camera.translation());
-    if (lengths.empty() || moved.norm() > *std::max_element(lengths.begin(), lengths.end()))
+    if (moved.norm() > largest) {
+      largest = moved.norm();
       result.largest_step_at = est[i].timestamp;
+    }
     lengths.push_back(moved.norm());
     const auto before = pose_at(gt, est[i - 1].timestamp), after = pose_at(gt, est[i].timestamp);
     if (!before || !after) continue;

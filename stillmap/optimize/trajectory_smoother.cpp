@@ -117,8 +117,8 @@ double log_likelihood(const std::vector<Step>& steps, double variance) {
 Noise estimated_noise(const std::vector<Sample>& samples) {
   Noise best;
   double most = -std::numeric_limits<double>::infinity();
+  const std::vector<double> equal(samples.size(), 1);
   for (double ratio = kMinRatio; ratio <= kMaxRatio; ratio *= kRatioStep) {
-    const std::vector<double> equal(samples.size(), 1);
     const double first = variance_of(filtered(samples, ratio, equal, 1));
     const std::vector<Step> steps = filtered(samples, ratio, {}, first);
     const double variance = variance_of(steps);

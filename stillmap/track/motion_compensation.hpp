@@ -19,6 +19,11 @@ class MotionCompensation {
   MotionCompensation(const RgbdFrame& image, const Camera& camera, const Vector6d& twist)
       : image_(image), camera_(camera), v_(twist.head<3>()), w_(twist.tail<3>()) {}
 
+  /// Returns whether keypoints change at all: not for a global shutter and depth of the same time.
+  bool has_effect(const ShutterTiming& timing) const {
+    return timing.readout != 0 || image_.depth_delay + timing.depth_delay != 0;
+  }
+
   /// Returns a recorded keypoint as a camera would observe it that exposes all rows of the color
   /// and the depth image at the timestamp of the frame.
   Keypoint keypoint(const Keypoint& recorded, const ShutterTiming& timing) const;

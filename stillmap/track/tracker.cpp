@@ -46,8 +46,10 @@ Vector6d Tracker::twist_of(const RgbdFrame& image,
 void Tracker::compensate_motion(Frame& frame, const std::optional<InitialPose>& initial) const {
   frame.twist = twist_of(*frame.image, initial);
   const MotionCompensation compensation(*frame.image, model_.camera, frame.twist);
-  frame.features = std::make_shared<Features>(
-      compensation.features(*frame.recorded_features, calibration_.timing()));
+  frame.features = compensation.has_effect(calibration_.timing())
+                       ? std::make_shared<Features>(
+                             compensation.features(*frame.recorded_features, calibration_.timing()))
+                       : frame.recorded_features;
 }
 
 std::optional<InitialPose> Tracker::predict_pose(const Features& features,
