@@ -17,6 +17,23 @@ namespace stillmap {
 namespace fs = std::filesystem;
 namespace {
 
+/// Edge length of the voxels of the swept volume and of the static surface [m].
+constexpr double kVoxel = 0.05;
+/// Width of the excluded band on both sides of mask outlines [pixels].
+constexpr int kMaskMargin = 6;
+/// Largest depth difference between a pixel and its neighbors, relative to its depth; pixels with a
+/// larger one are excluded.
+constexpr double kMaxJump = 0.02;
+/// Largest standard deviation of a depth that counts [m]: half a voxel, and that of a Kinect v1 at
+/// 4 m.
+constexpr double kMaxSigma = 0.025824;
+/// Distance between the evaluated pixels along both axes [pixels].
+constexpr int kStride = 2;
+/// Number of frames that must observe a voxel before it counts as static surface.
+constexpr std::uint32_t kMinSurfaceFrames = 15;
+/// Largest distance between a point of the cloud and the center of mass of a kept voxel [m].
+constexpr double kSurfaceReach = 0.05;
+
 Voxel voxel_near(const Eigen::Vector3d& p, double edge) {
   return voxel_of(clamped_lattice_at(p, edge));
 }
@@ -51,10 +68,7 @@ cv::Mat square(int radius) {
 
 /// Returns the pixels with reliable depth: known, near enough, and without a jump to any of the
 /// eight neighbors.
-cv::Mat1b sound_depth(const cv::Mat& depth, const DepthSensor& sensor,
-                      const GhostOptions& options) {
-  // Half a voxel; a Kinect v1 measures 4 m with this standard deviation [m].
-  constexpr double kMaxSigma = 0.025824;
+cv::Mat1b sound_depth(const cv::Mat& depth, const DepthSensor& sensor) {
   const float max_depth = sensor.depth_at_sigma(kMaxSigma);
   cv::Mat highest, lowest, far_where_unknown = depth.clone();
   far_where_unknown.setTo(1e6, depth <= 0);
@@ -62,24 +76,23 @@ cv::Mat1b sound_depth(const cv::Mat& depth, const DepthSensor& sensor,
   cv::erode(far_where_unknown, lowest, square(1));
   const cv::Mat rise = highest - depth, fall = depth - lowest;
   const cv::Mat step = cv::max(rise, fall);
-  return (depth > 0) & (depth <= max_depth) & (step <= options.max_jump * depth);
+  return (depth > 0) & (depth <= max_depth) & (step <= kMaxJump * depth);
 }
 
 /// Adds the pixels of frames to the evidence of their voxels.
 class FrameSorter {
  public:
-  FrameSorter(EvidenceGrid& grid, const Camera& camera, const GhostOptions& options)
-      : grid_(grid), camera_(camera), options_(options) {}
+  FrameSorter(EvidenceGrid& grid, const Camera& camera) : grid_(grid), camera_(camera) {}
 
   void add(const MaskedFrame& frame, const Pose& T_world_camera) {
     ++frame_;
-    const cv::Mat1b sound = sound_depth(frame.depth, camera_.depth_sensor, options_);
+    const cv::Mat1b sound = sound_depth(frame.depth, camera_.depth_sensor);
     cv::Mat near_mask, inside_mask;
-    cv::dilate(frame.mask, near_mask, square(options_.mask_margin));
-    cv::erode(frame.mask, inside_mask, square(options_.mask_margin));
+    cv::dilate(frame.mask, near_mask, square(kMaskMargin));
+    cv::erode(frame.mask, inside_mask, square(kMaskMargin));
     const Eigen::Matrix3d R = T_world_camera.rotation();
-    for (int v = 0; v < camera_.height; v += options_.stride) {
-      for (int u = 0; u < camera_.width; u += options_.stride) {
+    for (int v = 0; v < camera_.height; v += kStride) {
+      for (int u = 0; u < camera_.width; u += kStride) {
         const bool moving = inside_mask.at<std::uint8_t>(v, u) != 0;
         const bool still = near_mask.at<std::uint8_t>(v, u) == 0;
         if (!sound(v, u) || (!moving && !still)) continue;
@@ -91,7 +104,7 @@ class FrameSorter {
 
  private:
   void add_pixel(const Eigen::Vector3d& p_world, bool moving) {
-    const Voxel key = voxel_near(p_world, options_.voxel);
+    const Voxel key = voxel_near(p_world, kVoxel);
     if (last_ == nullptr || key != last_key_) {  // neighbors mostly share a voxel
       last_ = &grid_[key];
       last_key_ = key;
@@ -108,7 +121,6 @@ class FrameSorter {
 
   EvidenceGrid& grid_;  // addresses of its elements stay valid when it grows
   const Camera& camera_;
-  const GhostOptions& options_;
   std::uint32_t frame_ = 0;
   Voxel last_key_ = 0;
   Evidence* last_ = nullptr;
@@ -118,10 +130,9 @@ class FrameSorter {
 /// voxel, so that the result does not depend on hashing.
 void conclude(const EvidenceGrid& grid, GhostReference& reference) {
   std::vector<std::pair<Voxel, Eigen::Vector3f>> surface;
-  const auto enough = static_cast<std::uint32_t>(reference.options.min_surface_frames);
   for (const auto& [key, evidence] : grid) {
     if (evidence.moving && evidence.static_pixels == 0) reference.swept.insert(key);
-    if (evidence.static_pixels > 0 && evidence.static_frames >= enough) {
+    if (evidence.static_pixels > 0 && evidence.static_frames >= kMinSurfaceFrames) {
       surface.emplace_back(key, (evidence.static_sum / evidence.static_pixels).cast<float>());
     }
   }
@@ -130,20 +141,20 @@ void conclude(const EvidenceGrid& grid, GhostReference& reference) {
   for (const auto& [key, center] : surface) reference.surface.push_back(center);
 }
 
-/// Points by voxel, for queries of whether a point lies within reach.
+/// Points by cell, for queries of whether a point lies within kSurfaceReach.
 class PointIndex {
  public:
-  PointIndex(std::vector<Eigen::Vector3d> points, double reach)
-      : points_(std::move(points)), reach_(reach) {
+  explicit PointIndex(std::vector<Eigen::Vector3d> points) : points_(std::move(points)) {
     for (std::uint32_t i = 0; i < points_.size(); ++i) {
-      if (points_[i].allFinite()) cells_[voxel_near(points_[i], reach_)].push_back(i);
+      if (points_[i].allFinite()) cells_[voxel_near(points_[i], kSurfaceReach)].push_back(i);
     }
   }
   bool any_near(const Eigen::Vector3d& p) const {
     for (int dx = -1; dx <= 1; ++dx) {
       for (int dy = -1; dy <= 1; ++dy) {
         for (int dz = -1; dz <= 1; ++dz) {
-          if (any_near(p, voxel_near(p + reach_ * Eigen::Vector3d(dx, dy, dz), reach_)))
+          if (any_near(p,
+                       voxel_near(p + kSurfaceReach * Eigen::Vector3d(dx, dy, dz), kSurfaceReach)))
             return true;
         }
       }
@@ -156,12 +167,11 @@ class PointIndex {
     const auto found = cells_.find(cell);
     return found != cells_.end() &&
            std::any_of(found->second.begin(), found->second.end(), [&](std::uint32_t i) {
-             return (points_[i] - p).squaredNorm() <= reach_ * reach_;
+             return (points_[i] - p).squaredNorm() <= kSurfaceReach * kSurfaceReach;
            });
   }
 
   std::vector<Eigen::Vector3d> points_;
-  double reach_;
   std::unordered_map<Voxel, std::vector<std::uint32_t>> cells_;
 };
 
@@ -185,15 +195,14 @@ MaskedFrames frames_with_masks(FrameSource& source, const fs::path& mask_folder)
 }
 
 bool GhostReference::is_swept(const Eigen::Vector3d& p_truth) const {
-  return p_truth.allFinite() && swept.contains(voxel_near(p_truth, options.voxel));
+  return p_truth.allFinite() && swept.contains(voxel_near(p_truth, kVoxel));
 }
 
 GhostReference make_ghost_reference(const MaskedFrames& frames, const Trajectory& truth,
-                                    const Camera& camera, const GhostOptions& options) {
+                                    const Camera& camera) {
   GhostReference reference;
-  reference.options = options;
   EvidenceGrid grid;
-  FrameSorter sorter(grid, camera, options);
+  FrameSorter sorter(grid, camera);
   while (const std::optional<MaskedFrame> frame = frames()) {
     check_frame(*frame, camera);
     if (const std::optional<Pose> pose = pose_at(truth, frame->timestamp)) {
@@ -224,7 +233,7 @@ std::vector<std::uint8_t> mark_ghosts(const GhostReference& reference,
 
 GhostFigures count_ghosts(const GhostReference& reference, std::span<const Eigen::Vector3f> points,
                           const Pose& T_truth_estimate) {
-  const PointIndex index(transformed(points, T_truth_estimate), reference.options.surface_reach);
+  const PointIndex index(transformed(points, T_truth_estimate));
   const auto marks = mark_ghosts(reference, points, T_truth_estimate);
   GhostFigures figures;
   figures.points = points.size();

@@ -38,27 +38,13 @@ using MaskedFrames = std::function<std::optional<MaskedFrame>()>;
 /// reading, if a mask is unreadable.
 MaskedFrames frames_with_masks(FrameSource& source, const std::filesystem::path& mask_folder);
 
-struct GhostOptions {
-  double voxel = 0.05;  ///< Edge length of the voxels [m].
-  int mask_margin = 6;  ///< Width of the excluded band on both sides of mask outlines [pixels].
-  /// Largest depth difference between a pixel and its neighbors, relative to its depth; pixels with
-  /// a larger one are excluded.
-  double max_jump = 0.02;
-  int stride = 2;  ///< Distance between the evaluated pixels along both axes [pixels].
-  /// Number of frames that must observe a voxel before it counts as static surface.
-  int min_surface_frames = 15;
-  /// Largest distance between a point of the cloud and the center of mass of a kept voxel [m].
-  double surface_reach = 0.05;
-};
-
 /// Ground truth for the clouds of one sequence, in the truth's world: the volume swept by moving
-/// objects, and the static surface.
+/// objects, and the static surface, in voxels of 5 cm.
 struct GhostReference {
-  GhostOptions options;
   /// Voxels that contain masked pixels of at least one frame and no static pixels.
   std::unordered_set<Voxel> swept;
-  /// Centers of mass of the static pixels in the voxels observed by enough frames [m], ordered by
-  /// voxel.
+  /// Centers of mass of the static pixels in the voxels observed by at least 15 frames [m], ordered
+  /// by voxel.
   std::vector<Eigen::Vector3f> surface;
   std::size_t frames = 0;               ///< Number of frames used.
   std::size_t frames_without_pose = 0;  ///< Number of frames skipped for lack of a true pose.
@@ -74,7 +60,7 @@ struct GhostReference {
 /// at most 0.1 s apart; frames without one are counted. Throws Error if depth, mask and camera
 /// differ in size, or no frame could be used.
 GhostReference make_ghost_reference(const MaskedFrames& frames, const Trajectory& truth,
-                                    const Camera& camera, const GhostOptions& options = {});
+                                    const Camera& camera);
 
 /// Share of ghosts in a cloud, and share of the static surface that the cloud contains.
 struct GhostFigures {
@@ -98,9 +84,8 @@ std::vector<std::uint8_t> mark_ghosts(const GhostReference& reference,
                                       const Pose& T_truth_estimate);
 
 /// Returns the figures of a cloud; the arguments are those of mark_ghosts(). A voxel of the static
-/// surface counts as kept if a point lies within `surface_reach` of its center of mass, so that a
-/// surface at the border of two voxels is not lost in the one that the cloud's own filter left
-/// empty.
+/// surface counts as kept if a point lies within 5 cm of its center of mass, so that a surface at
+/// the border of two voxels is not lost in the one that the cloud's own filter left empty.
 GhostFigures count_ghosts(const GhostReference& reference, std::span<const Eigen::Vector3f> points,
                           const Pose& T_truth_estimate);
 

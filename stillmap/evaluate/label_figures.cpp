@@ -13,7 +13,12 @@
 namespace stillmap {
 namespace {
 
-constexpr int kPerson = 255;  // value of people in masks
+/// Value of people in masks.
+constexpr int kPerson = 255;
+/// A mover is static as a whole if at most this share of its pixels is moving [0..1].
+constexpr double kStillShare = 0.1;
+/// Number of keypoints of one kind that a frame needs to enter the mean over frames.
+constexpr std::size_t kMinKeypoints = 10;
 
 std::uint8_t value(PixelTruth truth) { return static_cast<std::uint8_t>(truth); }
 
@@ -126,8 +131,8 @@ void average(double value, FrameMean& mean) {
   mean.mean += (value - mean.mean) / static_cast<double>(mean.frames);
 }
 
-void average_share(const LabelTally& tally, std::size_t least, FrameMean& mean) {
-  if (tally.total >= least) average(tally.share(), mean);
+void average_share(const LabelTally& tally, FrameMean& mean) {
+  if (tally.total >= kMinKeypoints) average(tally.share(), mean);
 }
 
 nlohmann::json json_of(const LabelTally& tally) {
@@ -171,7 +176,7 @@ cv::Mat1b label_pixels(const MotionTruth& truth, const LabelFigureOptions& optio
       } else if (known.moving(v, u) != 0) {
         labels(v, u) = value(PixelTruth::kMoving);
       } else if (known.still(v, u) != 0) {
-        const bool rests = shares[static_cast<std::size_t>(movers(v, u))] > options.still_share;
+        const bool rests = shares[static_cast<std::size_t>(movers(v, u))] > kStillShare;
         const auto still = kind == kPerson ? PixelTruth::kStillPerson : PixelTruth::kStaticObject;
         labels(v, u) = value(rests ? PixelTruth::kResting : still);
       }
@@ -185,14 +190,13 @@ LabelCounts LabelEvaluator::add(const LabeledFrame& frame, const MotionTruth& tr
   pool(counts, figures_.pooled);
   ++figures_.frames;
   figures_.knows_speed |= !truth.speed.empty();
-  const auto least = static_cast<std::size_t>(options_.min_keypoints);
-  average_share(counts.moving, least, figures_.recall);
-  if (counts.moving.total >= least && counts.said_moving() > 0) {
+  average_share(counts.moving, figures_.recall);
+  if (counts.moving.total >= kMinKeypoints && counts.said_moving() > 0) {
     average(counts.precision(), figures_.precision);
   }
-  average_share(counts.still_people, least, figures_.still_people);
-  average_share(counts.still_things, least, figures_.still_things);
-  average_share(counts.static_world, least, figures_.static_world);
+  average_share(counts.still_people, figures_.still_people);
+  average_share(counts.still_things, figures_.still_things);
+  average_share(counts.static_world, figures_.static_world);
   return counts;
 }
 

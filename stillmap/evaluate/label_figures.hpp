@@ -20,12 +20,8 @@ struct LabelFigureOptions {
   double moving_above = 0.02;
   /// Surfaces with this speed or less are static [m/s]. Speeds between the two are excluded.
   double still_below = 0.02;
-  /// A mover is static as a whole if at most this share of its pixels is moving [0..1].
-  double still_share = 0.1;
   /// Treats people as static instead of moving if the speeds are unknown.
   bool still_people = false;
-  /// Number of keypoints of one kind that a frame needs to enter the mean over frames.
-  int min_keypoints = 10;
 };
 
 /// Ground truth of one pixel.
@@ -66,7 +62,7 @@ struct LabelCounts {
   double recall() const { return moving.share(); }
 };
 
-/// Mean of a figure over the frames that have it.
+/// Mean of a figure over the frames that have it and at least ten keypoints of its kind.
 struct FrameMean {
   double mean = 0;
   std::size_t frames = 0;

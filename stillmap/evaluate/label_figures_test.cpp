@@ -110,11 +110,12 @@ TEST(PixelTruth, SpeedsInBetweenCountNeitherWay) {
 TEST(PixelTruth, RestingPartsOfMoversAreDistinguished) {
   MotionTruth truth = person_and_object(0, 0);
   truth.speed(cv::Rect(20, 20, 60, 12)) = 1;  // a fifth of the person
-  const cv::Mat1b labels = label_pixels(truth, {.still_share = 0.15});
+  const cv::Mat1b labels = label_pixels(truth, {});
   EXPECT_EQ(at(labels, 50, 28), PixelTruth::kMoving);
   EXPECT_EQ(at(labels, 50, 50), PixelTruth::kResting);
   EXPECT_EQ(at(labels, 150, 50), PixelTruth::kStaticObject);  // another mover altogether
-  EXPECT_EQ(at(label_pixels(truth, {.still_share = 0.25}), 50, 50), PixelTruth::kStillPerson);
+  truth.speed(cv::Rect(20, 23, 60, 9)) = 0;                   // a twentieth of the person is left
+  EXPECT_EQ(at(label_pixels(truth, {}), 50, 50), PixelTruth::kStillPerson);
 }
 
 TEST(LabelEvaluator, CountsKeypointsByGroundTruth) {
@@ -158,12 +159,14 @@ TEST(LabelEvaluator, MeansAreOverTheFramesThatHaveTheFigure) {
 }
 
 TEST(LabelEvaluator, FramesWithFewKeypointsOfAKindDoNotSwayItsMean) {
-  LabelEvaluator judge({.min_keypoints = 11});
-  judge.add(labels(1, 20, 0), person_and_object());     // 30 that move
-  judge.add(labels(0, 0, 0), person_and_object(1, 0));  // 10 that move
+  LabelEvaluator judge;
+  judge.add(labels(1, 20, 0), person_and_object());  // 30 that move
+  LabeledFrame few;
+  put(few, 50, 50, 9, 0);
+  judge.add(few, person_and_object());  // 9 that move
   EXPECT_EQ(judge.figures().recall.frames, 1U);
   EXPECT_DOUBLE_EQ(judge.figures().recall.mean, 0.7);
-  EXPECT_EQ(judge.figures().pooled.moving.total, 40U);
+  EXPECT_EQ(judge.figures().pooled.moving.total, 39U);
 }
 
 TEST(LabelEvaluator, FiguresThatDoNotExistAreNullInJson) {

@@ -21,6 +21,20 @@ namespace stillmap {
 namespace fs = std::filesystem;
 namespace {
 
+/// Times between the two images that are compared [s]. The higher speed of both pairs counts, so
+/// that an object that swings back within one lapse is not taken for static.
+constexpr double kLapse = 0.2, kSecondLapse = 0.3;
+/// Side of the square over which displacements are averaged [pixels].
+constexpr int kWindow = 25;
+/// Width of the band at mask outlines without displacements [pixels].
+constexpr int kOutlineMargin = 4;
+/// Faster displacements are rejected as errors of the flow [m/s].
+constexpr double kMaxSpeed = 4;
+/// Share of a window that must have displacements [0..1].
+constexpr double kMinSupport = 0.1;
+/// Rounding error of timestamps [s].
+constexpr double kRounding = 1e-3;
+
 cv::Mat flow_between(const cv::Mat& from, const cv::Mat& to) {
   cv::Mat flow;
   cv::DISOpticalFlow::create(cv::DISOpticalFlow::PRESET_MEDIUM)->calc(from, to, flow);
@@ -56,16 +70,16 @@ std::optional<Eigen::Vector3d> displacement(const PosedImage& from, const PosedI
 }
 
 Displacements displacements(const PosedImage& from, const PosedImage& to, const Camera& camera,
-                            const SpeedOptions& options, double seconds) {
+                            double seconds) {
   const cv::Mat flow = flow_between(from.image->gray, to.image->gray);
-  const cv::Mat sound = inside(from.mask, options.outline_margin),
-                sound_in_to = inside(to.mask, options.outline_margin);
+  const cv::Mat sound = inside(from.mask, kOutlineMargin),
+                sound_in_to = inside(to.mask, kOutlineMargin);
   Displacements found{cv::Mat3f::zeros(flow.size()), cv::Mat1b::zeros(flow.size())};
   for (int v = 0; v < flow.rows; ++v) {
     for (int u = 0; u < flow.cols; ++u) {
       if (sound.at<std::uint8_t>(v, u) == 0) continue;
       const auto d = displacement(from, to, camera, sound_in_to, u, v, flow.at<cv::Vec2f>(v, u));
-      if (!d || d->norm() > options.max_speed * seconds) continue;
+      if (!d || d->norm() > kMaxSpeed * seconds) continue;
       found.vectors(v, u) = {static_cast<float>(d->x()), static_cast<float>(d->y()),
                              static_cast<float>(d->z())};
       found.known(v, u) = 255;
@@ -76,8 +90,8 @@ Displacements displacements(const PosedImage& from, const PosedImage& to, const 
 
 /// Returns the length of the mean displacement [m] in the window around each pixel; negative if too
 /// few are known.
-cv::Mat1f local_lengths(const Displacements& d, const SpeedOptions& options) {
-  const cv::Size window(options.window, options.window);
+cv::Mat1f local_lengths(const Displacements& d) {
+  const cv::Size window(kWindow, kWindow);
   cv::Mat3f sums;
   cv::Mat1f support;
   cv::blur(d.vectors, sums, window);
@@ -85,7 +99,7 @@ cv::Mat1f local_lengths(const Displacements& d, const SpeedOptions& options) {
   cv::Mat1f lengths(support.size(), -1);
   for (int v = 0; v < lengths.rows; ++v) {
     for (int u = 0; u < lengths.cols; ++u) {
-      if (support(v, u) < options.min_support) continue;
+      if (support(v, u) < kMinSupport) continue;
       lengths(v, u) = static_cast<float>(cv::norm(sums(v, u)) / support(v, u));
     }
   }
@@ -130,15 +144,15 @@ Candidate candidate(const RgbdFramePtr& image, const StampedImages& masks,
 /// compare it with have arrived.
 class SpeedWriter {
  public:
-  SpeedWriter(const Camera& camera, const SpeedOptions& options, fs::path folder)
-      : camera_(camera), options_(options), folder_(std::move(folder)) {}
+  SpeedWriter(const Camera& camera, fs::path folder)
+      : camera_(camera), folder_(std::move(folder)) {}
 
   void push(Candidate newest) {
     candidates_.push_back(std::move(newest));
-    const double needed = std::max(options_.lapse, options_.second_lapse);
-    while (lapse(candidates_[next_], candidates_.back()) >= needed) {
+    constexpr double kNeeded = std::max(kLapse, kSecondLapse);
+    while (lapse(candidates_[next_], candidates_.back()) >= kNeeded) {
       measure(candidates_[next_++]);
-      while (lapse(candidates_.front(), candidates_[next_]) > 2 * needed) {
+      while (lapse(candidates_.front(), candidates_[next_]) > 2 * kNeeded) {
         candidates_.pop_front();
         --next_;
       }
@@ -152,7 +166,6 @@ class SpeedWriter {
 
  private:
   static double lapse(const Candidate& a, const Candidate& b) {
-    constexpr double kRounding = 1e-3;  // of stamps [s]
     return b.image->timestamp - a.image->timestamp + kRounding;
   }
   /// Returns the first image at least `seconds` later, else the last one at least `seconds`
@@ -180,10 +193,10 @@ class SpeedWriter {
   void measure(const Candidate& of) {
     if (!of.posed) return;
     cv::Mat speed;
-    for (const double seconds : {options_.lapse, options_.second_lapse}) {
+    for (const double seconds : {kLapse, kSecondLapse}) {
       const PosedImage* other = partner(of, seconds);
       if (other == nullptr) continue;
-      const cv::Mat one = measure_speed(*of.posed, *other, camera_, options_);
+      const cv::Mat one = measure_speed(*of.posed, *other, camera_);
       speed = speed.empty() ? one : cv::Mat(cv::max(speed, one));
     }
     if (!speed.empty()) write(of.image->timestamp, speed);
@@ -197,7 +210,6 @@ class SpeedWriter {
   }
 
   const Camera camera_;
-  const SpeedOptions options_;
   const fs::path folder_;
   std::deque<Candidate> candidates_;
   std::size_t next_ = 0;  // index in candidates_ of the image to be measured next
@@ -206,13 +218,12 @@ class SpeedWriter {
 
 }  // namespace
 
-cv::Mat measure_speed(const PosedImage& from, const PosedImage& to, const Camera& camera,
-                      const SpeedOptions& options) {
+cv::Mat measure_speed(const PosedImage& from, const PosedImage& to, const Camera& camera) {
   cv::Mat1f speed = cv::Mat1f::zeros(from.mask.size());
   if (cv::countNonZero(from.mask) == 0) return speed;
   const double seconds = std::abs(to.image->timestamp - from.image->timestamp);
-  const Displacements found = displacements(from, to, camera, options, seconds);
-  const cv::Mat1f local = local_lengths(found, options);
+  const Displacements found = displacements(from, to, camera, seconds);
+  const cv::Mat1f local = local_lengths(found);
   cv::Mat1i pieces;
   const int count = cv::connectedComponents(from.mask != 0, pieces, 8, CV_32S);
   const std::vector<double> whole = piece_lengths(found, pieces, count);
@@ -221,22 +232,17 @@ cv::Mat measure_speed(const PosedImage& from, const PosedImage& to, const Camera
       if (pieces(v, u) == 0) continue;
       const double piece = whole[static_cast<std::size_t>(pieces(v, u))];
       const double length = local(v, u) >= 0 ? local(v, u) : piece;
-      speed(v, u) = static_cast<float>(length >= 0 ? length / seconds : options.max_speed);
+      speed(v, u) = static_cast<float>(length >= 0 ? length / seconds : kMaxSpeed);
     }
   }
   return speed;
 }
 
 std::size_t write_speeds(FrameSource& source, const StampedImages& masks, const Trajectory& truth,
-                         const fs::path& folder, const SpeedOptions& options,
-                         const std::function<void()>& done) {
-  constexpr double kShortest = 0.01;  // [s]; over shorter times the noise exceeds the motion
-  if (std::min(options.lapse, options.second_lapse) < kShortest) {
-    throw Error("lapses must be at least 0.01 s", "SpeedOptions", "0.2 and 0.3 s are usual");
-  }
+                         const fs::path& folder, const std::function<void()>& done) {
   const fs::path unfinished = folder.string() + ".part";
   make_output_folder(unfinished);
-  SpeedWriter writer(source.camera(), options, unfinished);
+  SpeedWriter writer(source.camera(), unfinished);
   while (const RgbdFramePtr image = source.next()) {
     writer.push(candidate(image, masks, truth));
     if (done) done();

@@ -13,17 +13,6 @@
 
 namespace stillmap {
 
-struct SpeedOptions {
-  double lapse = 0.2;  ///< Time between the two images that are compared [s].
-  /// Time between a second pair of images [s]. The higher speed of both pairs counts, so that an
-  /// object that swings back within one lapse is not taken for static.
-  double second_lapse = 0.3;
-  int window = 25;           ///< Side of the square over which displacements are averaged [pixels].
-  int outline_margin = 4;    ///< Width of the band at mask outlines without displacements [pixels].
-  double max_speed = 4;      ///< Faster displacements are rejected as errors of the flow [m/s].
-  double min_support = 0.1;  ///< Share of a window that must have displacements [0..1].
-};
-
 /// A frame with its true mask and pose.
 struct PosedImage {
   RgbdFramePtr image;
@@ -36,19 +25,18 @@ struct PosedImage {
 /// depth and true poses give its displacement in the world. The displacements are averaged over a
 /// window of the same mask, so that their noise (some millimeters each) does not look like motion.
 /// Where the mask is too thin for displacements, the mean of the connected piece of the mask is
-/// used; where the piece has none (the object has left the image), max_speed. The result is
+/// used; where the piece has none (the object has left the image), 4 m/s. The result is
 /// independent of all quantities estimated by the evaluated systems.
-cv::Mat measure_speed(const PosedImage& from, const PosedImage& to, const Camera& camera,
-                      const SpeedOptions& options = {});
+cv::Mat measure_speed(const PosedImage& from, const PosedImage& to, const Camera& camera);
 
 /// Measures the speeds in all frames of a sequence that have a mask and a true pose. Each frame is
-/// compared with the frames one lapse and the second lapse later (near the end: earlier). The
-/// speeds are written as PNGs named by timestamp, in units of kSpeedUnit, as MotionTruthFolder
-/// reads them. The folder gets its name after all images are written.
+/// compared with the frames 0.2 s and 0.3 s later (near the end: earlier), and the higher speed
+/// counts. The speeds are written as PNGs named by timestamp, in units of kSpeedUnit, as
+/// MotionTruthFolder reads them. The folder gets its name after all images are written.
 /// @param done called after each frame; may be empty
 /// @return number of images written. Throws Error if there is none, or a file cannot be written.
 std::size_t write_speeds(FrameSource& source, const StampedImages& masks, const Trajectory& truth,
-                         const std::filesystem::path& folder, const SpeedOptions& options = {},
+                         const std::filesystem::path& folder,
                          const std::function<void()>& done = {});
 
 }  // namespace stillmap

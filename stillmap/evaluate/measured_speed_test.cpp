@@ -172,8 +172,6 @@ TEST(MeasuredSpeed, IsWrittenForEveryFrameAndReadAsTruth) {
   }
   sequence.rewind();
   EXPECT_THROW(write_speeds(sequence, masks, {}, folder / "none"), Error);
-  EXPECT_THROW(write_speeds(sequence, masks, sequence.trajectory(), folder / "none", {.lapse = 0}),
-               Error);
   fs::remove_all(folder);
 }
 

@@ -15,6 +15,19 @@
 namespace stillmap {
 namespace {
 
+/// Largest distance between the centroid of an object and an estimate that matches it [m]
+/// (Bernardin: 500 mm). An estimate inside the object's box matches as well, because the camera
+/// observes only a part of an object close to it.
+constexpr double kMaxDistance = 0.5;
+/// Objects shown by fewer pixels do not count as visible.
+constexpr int kMinPixels = 600;
+/// Objects with a slower centroid count as being at rest [m/s].
+constexpr double kMinSpeed = 0.1;
+/// Largest difference between the timestamps of one frame [s].
+constexpr double kMaxDifference = 0.01;
+/// Visible share of an object that counts as whole [0..1].
+constexpr double kWhole = 0.8;
+
 /// True and estimated objects of one frame, both in the truth's world.
 struct FrameMovers {
   std::vector<MoverPosition> truth, estimate;
@@ -23,22 +36,19 @@ struct FrameMovers {
 using ByStamp = std::map<double, std::vector<MoverPosition>>;
 
 /// Returns the frames of the truth, each with the estimates of the nearest timestamp.
-std::vector<FrameMovers> frames_of(const ByStamp& truth, const ByStamp& estimate,
-                                   double max_difference) {
+std::vector<FrameMovers> frames_of(const ByStamp& truth, const ByStamp& estimate) {
   std::vector<double> true_stamps, stamps;
   for (const auto& [stamp, positions] : truth) true_stamps.push_back(stamp);
   for (const auto& [stamp, positions] : estimate) stamps.push_back(stamp);
   std::vector<FrameMovers> frames;
   for (const auto& [stamp, positions] : truth) frames.push_back({positions, {}});
-  for (const auto& [i, k] : associate(true_stamps, stamps, max_difference))
+  for (const auto& [i, k] : associate(true_stamps, stamps, kMaxDifference))
     frames[i].estimate = estimate.at(stamps[k]);
   return frames;
 }
 
 class Comparison {
  public:
-  explicit Comparison(const MoverErrorOptions& options) : options_(options) {}
-
   void add(const FrameMovers& frame) {
     ++errors_.frames;
     const std::vector<int> estimate_of = match(frame);
@@ -83,8 +93,8 @@ class Comparison {
 
  private:
   /// Returns whether the object is visible and moves, so that it must be found.
-  bool required(const MoverPosition& truth) const {
-    return truth.pixels >= options_.min_pixels && truth.velocity.norm() >= options_.min_speed;
+  static bool required(const MoverPosition& truth) {
+    return truth.pixels >= kMinPixels && truth.velocity.norm() >= kMinSpeed;
   }
 
   /// Returns the index of the estimate matched to each true object, -1 for none. Required objects
@@ -112,8 +122,8 @@ class Comparison {
     }
   }
 
-  void match_rest(const FrameMovers& frame, bool are_required, std::vector<int>& estimate_of,
-                  std::vector<char>& free) const {
+  static void match_rest(const FrameMovers& frame, bool are_required, std::vector<int>& estimate_of,
+                         std::vector<char>& free) {
     constexpr double kForbidden = 1e6;
     std::vector<std::size_t> rows, columns;
     for (std::size_t i = 0; i < frame.truth.size(); ++i)
@@ -192,13 +202,11 @@ class Comparison {
   }
 
   /// Returns whether the estimate may belong to the true object.
-  bool near(const MoverPosition& truth, const MoverPosition& estimate) const {
-    return distance(truth, estimate) <= options_.max_distance ||
+  static bool near(const MoverPosition& truth, const MoverPosition& estimate) {
+    return distance(truth, estimate) <= kMaxDistance ||
            (!truth.box.isEmpty() && truth.box.contains(estimate.centroid));
   }
 
-  static constexpr double kWhole = 0.8;  // visible share of an object that counts as whole
-  const MoverErrorOptions options_;
   MoverErrors errors_;
   std::set<int> objects_, ids_, matched_ids_;
   std::map<int, int> id_of_;  // last matched id by object
@@ -232,22 +240,20 @@ Pose align_poses(const Trajectory& truth, const Trajectory& estimate) {
 
 MoverErrors compare_movers(const std::vector<MoverPosition>& truth,
                            const std::vector<MoverPosition>& estimate, const Pose& T_truth_estimate,
-                           double first, double last, const MoverErrorOptions& options) {
+                           double first, double last) {
   ByStamp true_by_stamp, by_stamp;
   for (const MoverPosition& position : truth) {
-    if (position.timestamp >= first - options.max_difference &&
-        position.timestamp <= last + options.max_difference)
+    if (position.timestamp >= first - kMaxDifference && position.timestamp <= last + kMaxDifference)
       true_by_stamp[position.timestamp].push_back(position);
   }
   for (MoverPosition position : estimate) {
-    if (!position.observed && !options.predicted) continue;
+    if (!position.observed) continue;
     position.centroid = T_truth_estimate * position.centroid;
     position.velocity = T_truth_estimate.quaternion() * position.velocity;
     by_stamp[position.timestamp].push_back(position);
   }
-  Comparison comparison(options);
-  for (const FrameMovers& frame : frames_of(true_by_stamp, by_stamp, options.max_difference))
-    comparison.add(frame);
+  Comparison comparison;
+  for (const FrameMovers& frame : frames_of(true_by_stamp, by_stamp)) comparison.add(frame);
   return comparison.finished();
 }
 

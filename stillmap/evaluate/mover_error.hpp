@@ -35,21 +35,11 @@ struct MoverPosition {
 /// are ignored. Throws Error with file and line for a malformed file.
 std::vector<MoverPosition> read_movers(const std::filesystem::path& file);
 
-struct MoverErrorOptions {
-  /// Largest distance between the centroid of an object and an estimate that matches it (Bernardin:
-  /// 500 mm) [m]. An estimate inside the object's box matches as well, because the camera sees only
-  /// a part of an object close to it.
-  double max_distance = 0.5;
-  int min_pixels = 600;          ///< Objects shown by fewer pixels do not count as visible.
-  double min_speed = 0.1;        ///< Objects with a slower centroid count as being at rest [m/s].
-  double max_difference = 0.01;  ///< Largest difference between the timestamps of one frame [s].
-  bool predicted = false;        ///< Evaluates predicted positions as well as observed ones.
-};
-
-/// Figures over all frames. A true object is *required* in a frame if it is visible and moves. A
-/// frame's *misses* are required objects without a matched estimate; its *false positives* are
-/// estimates that match no object. Objects that are not required (nearly or fully occluded, or at
-/// rest) may be matched, but this counts neither as correct nor as wrong.
+/// Figures over all frames. A true object is *required* in a frame if at least 600 pixels show it
+/// and its centroid moves at 0.1 m/s or more. A frame's *misses* are required objects without a
+/// matched estimate; its *false positives* are estimates that match no object. Objects that are not
+/// required (nearly or fully occluded, or at rest) may be matched, but this counts neither as
+/// correct nor as wrong.
 struct MoverErrors {
   std::size_t frames = 0;           ///< Number of ground truth frames within the evaluated time.
   std::size_t things = 0;           ///< Number of objects required in at least one frame.
@@ -80,16 +70,17 @@ struct MoverErrors {
 /// moves along a line. Throws Error if no timestamps pair.
 Pose align_poses(const Trajectory& truth, const Trajectory& estimate);
 
-/// Compares tracks with the truth, frame by frame: a match of the previous frame is kept while it
-/// is within `max_distance`; the remaining objects and estimates are matched with the smallest sum
-/// of distances.
+/// Compares tracks with the truth, frame by frame: a match of the previous frame is kept while
+/// the two centroids are within 0.5 m or the estimate is inside the object's box; the remaining
+/// objects and estimates are matched with the smallest sum of distances. Predicted positions do not
+/// count as estimates.
 ///
 /// @param T_truth_estimate transform from the estimate's world to the truth's: see align_poses()
 /// @param first, last      first and last timestamp of the trajectory; frames outside do not count
 /// [s]
 MoverErrors compare_movers(const std::vector<MoverPosition>& truth,
                            const std::vector<MoverPosition>& estimate, const Pose& T_truth_estimate,
-                           double first, double last, const MoverErrorOptions& options = {});
+                           double first, double last);
 
 /// Returns the figures as a few lines of text.
 std::string mover_error_text(const MoverErrors& errors);

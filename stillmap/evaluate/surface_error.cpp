@@ -17,9 +17,22 @@
 namespace stillmap {
 namespace {
 
-constexpr double kIndexCell = 0.025;  // side of the cells of the point index [m]
-constexpr double kFar = 0.05;         // largest distance of a completeness query [m]
-constexpr std::size_t kBins = 1000;   // number of bins of the histogram of sensor errors
+/// Distance to the true surface beyond which a point is stray [m].
+constexpr double kReach = 0.1;
+/// Radius of the patch for the normal of a true point [m].
+constexpr double kPatch = 0.025;
+/// Number of frames that must observe a true point to make it visible.
+constexpr std::uint16_t kMinFrames = 3;
+/// Width of the excluded band around masks [pixels].
+constexpr int kMaskMargin = 6;
+/// Every kStride-th true point is evaluated for completeness.
+constexpr std::size_t kStride = 2;
+/// Side of the cells of the point index [m].
+constexpr double kIndexCell = 0.025;
+/// Largest distance of a completeness query [m].
+constexpr double kFar = 0.05;
+/// Number of bins of the histogram of sensor errors.
+constexpr std::size_t kBins = 1000;
 
 /// Largest standard deviation of a depth that counts [m]: half a voxel of the ghost figure, and
 /// that of a Kinect v1 at 4 m.
@@ -95,9 +108,8 @@ std::optional<NearestPoint::Found> NearestPoint::find(const Eigen::Vector3f& p) 
   }
 }
 
-TrueSurface::TrueSurface(std::vector<Eigen::Vector3f> points, const SurfaceErrorOptions& options)
-    : options_(options),
-      index_(std::move(points), options.reach),
+TrueSurface::TrueSurface(std::vector<Eigen::Vector3f> points)
+    : index_(std::move(points), kReach),
       frames_(index_.points().size(), 0),
       sensor_errors_(kBins, 0) {
   if (index_.points().empty()) {
@@ -112,7 +124,7 @@ TrueSurface::TrueSurface(std::vector<Eigen::Vector3f> points, const SurfaceError
 /// five.
 Eigen::Vector3f TrueSurface::normal(std::uint32_t index) const {
   const Eigen::Vector3f& center = index_.points()[index];
-  const auto patch = index_.around(center, static_cast<float>(options_.patch));
+  const auto patch = index_.around(center, static_cast<float>(kPatch));
   if (patch.size() < 5) return Eigen::Vector3f::Zero();
   Eigen::Vector3f mean = Eigen::Vector3f::Zero();
   for (const std::uint32_t i : patch) mean += index_.points()[i] - center;
@@ -127,7 +139,7 @@ Eigen::Vector3f TrueSurface::normal(std::uint32_t index) const {
 }
 
 void TrueSurface::look(const MaskedFrame& frame, const Pose& T_world_camera, const Camera& camera) {
-  const int side = 2 * options_.mask_margin + 1;
+  const int side = 2 * kMaskMargin + 1;
   cv::Mat1b masked;
   cv::dilate(frame.mask, masked, cv::getStructuringElement(cv::MORPH_RECT, {side, side}));
   const Pose T_camera_world = T_world_camera.inverse();
@@ -135,7 +147,7 @@ void TrueSurface::look(const MaskedFrame& frame, const Pose& T_world_camera, con
   const Eigen::Vector3f t = T_camera_world.translation().cast<float>();
   const float max_depth = camera.depth_sensor.depth_at_sigma(kMaxSigma);
   const auto agreement = camera.depth_sensor.tolerance<double>(kAgreementSigmas, kAgreementFloor);
-  for (std::size_t i = 0; i < frames_.size(); i += static_cast<std::size_t>(options_.stride)) {
+  for (std::size_t i = 0; i < frames_.size(); i += kStride) {
     const Eigen::Vector3f p = R * index_.points()[i] + t;
     if (p.z() < 0.1F || p.z() > max_depth) continue;
     const Eigen::Vector2d pixel = camera.project(p.cast<double>());
@@ -146,18 +158,18 @@ void TrueSurface::look(const MaskedFrame& frame, const Pose& T_world_camera, con
     const double error = std::abs(z - p.z());
     if (error > agreement.at(p.z())) continue;
     if (frames_[i] < std::numeric_limits<std::uint16_t>::max()) ++frames_[i];
-    const double bin = error / options_.reach * kBins;
+    const double bin = error / kReach * kBins;
     ++sensor_errors_[std::min(kBins - 1, static_cast<std::size_t>(bin))];
   }
 }
 
 double TrueSurface::distance(const Eigen::Vector3f& p) const {
   const auto nearest = index_.find(p);
-  if (!nearest) return options_.reach;
+  if (!nearest) return kReach;
   const Eigen::Vector3f d = p - index_.points()[nearest->index];
   const float along = std::abs(normals_[nearest->index].dot(d));
   const float aside = std::sqrt(std::max(0.0F, d.squaredNorm() - along * along));
-  return aside < 0.6 * options_.patch ? along : nearest->distance;
+  return aside < 0.6 * kPatch ? along : nearest->distance;
 }
 
 SurfaceFigures TrueSurface::judge(std::span<const Eigen::Vector3f> points,
@@ -168,10 +180,10 @@ SurfaceFigures TrueSurface::judge(std::span<const Eigen::Vector3f> points,
   std::size_t stray = 0, complete_2cm = 0, complete_5cm = 0;
   for (const Eigen::Vector3f& p : cloud.points()) {
     distances.push_back(distance(p));
-    stray += distances.back() >= options_.reach;
+    stray += distances.back() >= kReach;
   }
   for (std::size_t i = 0; i < frames_.size(); ++i) {
-    if (frames_[i] < options_.min_frames) continue;
+    if (frames_[i] < kMinFrames) continue;
     ++figures.visible;
     const auto nearest = cloud.find(index_.points()[i]);
     complete_2cm += nearest && nearest->distance <= 0.02F;
@@ -184,7 +196,7 @@ SurfaceFigures TrueSurface::judge(std::span<const Eigen::Vector3f> points,
   figures.stray_share = share_of(stray, figures.points);
   figures.complete_2cm = share_of(complete_2cm, figures.visible);
   figures.complete_5cm = share_of(complete_5cm, figures.visible);
-  const double bin = options_.reach / static_cast<double>(kBins);
+  const double bin = kReach / static_cast<double>(kBins);
   figures.sensor_median = quantile_of(sensor_errors_, 0.5) * bin;
   figures.sensor_p95 = quantile_of(sensor_errors_, 0.95) * bin;
   return figures;

@@ -17,14 +17,6 @@
 
 namespace stillmap {
 
-struct SurfaceErrorOptions {
-  double reach = 0.1;    ///< Distance to the true surface beyond which a point is stray [m].
-  double patch = 0.025;  ///< Radius of the patch for the normal of a true point [m].
-  int min_frames = 3;    ///< Number of frames that must observe a true point to make it visible.
-  int mask_margin = 6;   ///< Width of the excluded band around masks [pixels].
-  int stride = 2;        ///< Every stride-th true point is evaluated for completeness.
-};
-
 /// Index of points for nearest neighbor queries.
 class NearestPoint {
  public:
@@ -50,7 +42,7 @@ class NearestPoint {
 struct SurfaceFigures {
   std::size_t points = 0;      ///< Number of points in the cloud.
   double median = 0, p95 = 0;  ///< Distance of the cloud's points to the true surface [m].
-  double stray_share = 0;      ///< Share of the points farther than `reach` from it [0..1].
+  double stray_share = 0;      ///< Share of the points farther than 0.1 m from it [0..1].
   std::size_t visible = 0;     ///< Number of evaluated true points that were visible.
   double complete_2cm = 0;     ///< Share of these with a point of the cloud within 2 cm [0..1].
   double complete_5cm = 0;     ///< Share of these with a point of the cloud within 5 cm [0..1].
@@ -62,8 +54,7 @@ struct SurfaceFigures {
 class TrueSurface {
  public:
   /// @param points points in the truth's world [m]; throws Error if there are none
-  explicit TrueSurface(std::vector<Eigen::Vector3f> points,
-                       const SurfaceErrorOptions& options = {});
+  explicit TrueSurface(std::vector<Eigen::Vector3f> points);
 
   /// Counts the frame for the points that it observes: they fall on a pixel outside of all masks
   /// whose measured depth agrees within 2 cm and three standard deviations of the sensor. Points
@@ -74,7 +65,7 @@ class TrueSurface {
   /// Returns the figures of a cloud. The distance to the surface is the distance to the plane
   /// through the nearest true point along its normal, so that it does not depend on the density of
   /// the true points; outside a border of the surface it is the distance to the point. Stray points
-  /// count with `reach`.
+  /// count with 0.1 m.
   /// @param points           points in the estimate's world [m]
   /// @param T_truth_estimate transform from the estimate's world to the truth's, as in AteResult
   SurfaceFigures judge(std::span<const Eigen::Vector3f> points, const Pose& T_truth_estimate) const;
@@ -83,11 +74,10 @@ class TrueSurface {
   double distance(const Eigen::Vector3f& p) const;
   Eigen::Vector3f normal(std::uint32_t index) const;
 
-  SurfaceErrorOptions options_;
   NearestPoint index_;
   std::vector<Eigen::Vector3f> normals_;
   std::vector<std::uint16_t> frames_;         // number of frames that observed each point
-  std::vector<std::uint32_t> sensor_errors_;  // histogram of |measured - true|, kBins per reach
+  std::vector<std::uint32_t> sensor_errors_;  // histogram of |measured - true|, kBins in kReach
 };
 
 /// Returns one line of text per figure.

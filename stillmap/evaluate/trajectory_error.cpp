@@ -17,6 +17,9 @@
 namespace stillmap {
 namespace {
 
+/// Timestamps with this difference or more do not pair [s], as in the benchmark's own tool.
+constexpr double kMaxDifference = 0.02;
+
 /// Returns the poses in order of their timestamps; of several poses with one timestamp the last.
 Trajectory one_pose_per_stamp(Trajectory trajectory) {
   std::stable_sort(trajectory.begin(), trajectory.end(),
@@ -75,12 +78,12 @@ void require_poses(const Trajectory& truth, const Trajectory& estimate, std::siz
 }
 
 [[noreturn]] void throw_too_few_pairs(const Trajectory& truth, const Trajectory& estimate,
-                                      std::size_t pairs, double max_difference) {
-  const bool overlap = estimate.front().timestamp < truth.back().timestamp + max_difference &&
-                       truth.front().timestamp < estimate.back().timestamp + max_difference;
+                                      std::size_t pairs) {
+  const bool overlap = estimate.front().timestamp < truth.back().timestamp + kMaxDifference &&
+                       truth.front().timestamp < estimate.back().timestamp + kMaxDifference;
   throw Error(
       overlap ? fmt::format("only {} pairs of stamps lie within {} s of each other; 3 are needed",
-                            pairs, max_difference)
+                            pairs, kMaxDifference)
               : std::string("the two trajectories do not overlap in time"),
       fmt::format("truth {}, estimate {}", time_span(truth), time_span(estimate)),
       "check that both files belong to the same recording and count seconds on the same clock");
@@ -95,10 +98,9 @@ Eigen::Matrix3Xd positions_of(const std::vector<AtePair>& pairs, Eigen::Vector3d
 }
 
 /// Returns the pairs in order of their timestamps, before alignment.
-std::vector<AtePair> associate_poses(const Trajectory& truth, const Trajectory& estimate,
-                                     double max_difference) {
+std::vector<AtePair> associate_poses(const Trajectory& truth, const Trajectory& estimate) {
   std::vector<AtePair> pairs;
-  for (const auto& [i, j] : associate(stamps_of(truth), stamps_of(estimate), max_difference)) {
+  for (const auto& [i, j] : associate(stamps_of(truth), stamps_of(estimate), kMaxDifference)) {
     pairs.push_back({estimate[j].timestamp, truth[i].timestamp,
                      truth[i].T_world_camera.translation(),
                      estimate[j].T_world_camera.translation(), 0});
@@ -139,14 +141,14 @@ double rotation_degrees(const Pose& T) {
   return std::acos(cosine) * 180 / std::numbers::pi;
 }
 
-/// Returns the indices (i, j) of the estimate's poses that are delta apart.
+/// Returns the indices (i, j) of the estimate's poses that are one second or one pose apart.
 std::vector<std::pair<std::size_t, std::size_t>> fixed_delta_pairs(std::span<const double> stamps,
-                                                                   const RpeOptions& options) {
+                                                                   RpeDelta delta) {
   std::vector<double> clock(stamps.begin(), stamps.end());
-  if (options.unit == DeltaUnit::kFrames) std::iota(clock.begin(), clock.end(), 0.0);
+  if (delta == RpeDelta::kFrame) std::iota(clock.begin(), clock.end(), 0.0);
   std::vector<std::pair<std::size_t, std::size_t>> pairs;
   for (std::size_t i = 0; i < clock.size(); ++i) {
-    const std::size_t j = nearest(clock, clock[i] + options.delta);
+    const std::size_t j = nearest(clock, clock[i] + 1);
     if (j + 1 != clock.size()) pairs.emplace_back(i, j);
   }
   return pairs;
@@ -161,8 +163,7 @@ Statistics statistics_of(const std::vector<Pair>& pairs, double Pair::*member) {
 }
 
 /// Returns the errors of all pairs that are delta apart; there may be none.
-RpeResult errors_over(const Trajectory& truth, const Trajectory& estimate,
-                      const RpeOptions& options) {
+RpeResult errors_over(const Trajectory& truth, const Trajectory& estimate, RpeDelta delta) {
   require_poses(truth, estimate, 2);
   const Trajectory gt = one_pose_per_stamp(truth), est = one_pose_per_stamp(estimate);
   require_poses(gt, est, 2);
@@ -170,7 +171,7 @@ RpeResult errors_over(const Trajectory& truth, const Trajectory& estimate,
   const double max_gap = 2 * quantile(intervals(gt_stamps), 0.5);
 
   RpeResult result;
-  for (const auto& [i, j] : fixed_delta_pairs(est_stamps, options)) {
+  for (const auto& [i, j] : fixed_delta_pairs(est_stamps, delta)) {
     const std::size_t gt_i = nearest(gt_stamps, est_stamps[i]);
     const std::size_t gt_j = nearest(gt_stamps, est_stamps[j]);
     if (std::abs(gt_stamps[gt_i] - est_stamps[i]) > max_gap) continue;
@@ -213,10 +214,8 @@ AteResult absolute_trajectory_error(const Trajectory& truth, const Trajectory& e
   require_poses(truth, estimate, 1);
   const Trajectory gt = one_pose_per_stamp(truth), est = one_pose_per_stamp(estimate);
   AteResult result;
-  result.pairs = associate_poses(gt, est, options.max_difference);
-  if (result.pairs.size() < 3) {
-    throw_too_few_pairs(gt, est, result.pairs.size(), options.max_difference);
-  }
+  result.pairs = associate_poses(gt, est);
+  if (result.pairs.size() < 3) throw_too_few_pairs(gt, est, result.pairs.size());
   align(options, result);
   for (AtePair& pair : result.pairs) {
     pair.p_estimate = result.T_truth_estimate * (result.scale * pair.p_estimate);
@@ -226,15 +225,14 @@ AteResult absolute_trajectory_error(const Trajectory& truth, const Trajectory& e
   return result;
 }
 
-RpeResult relative_pose_error(const Trajectory& truth, const Trajectory& estimate,
-                              const RpeOptions& options) {
-  RpeResult result = errors_over(truth, estimate, options);
+RpeResult relative_pose_error(const Trajectory& truth, const Trajectory& estimate, RpeDelta delta) {
+  RpeResult result = errors_over(truth, estimate, delta);
   if (result.pairs.empty()) {
-    throw Error(fmt::format("no two poses {} {} apart have a true pose near enough", options.delta,
-                            options.unit == DeltaUnit::kSeconds ? "s" : "frames"),
+    throw Error(fmt::format("no two poses 1 {} apart have a true pose near enough",
+                            delta == RpeDelta::kSecond ? "s" : "frame"),
                 fmt::format("truth {}, estimate {}", time_span(one_pose_per_stamp(truth)),
                             time_span(one_pose_per_stamp(estimate))),
-                "check that both belong to the same recording, or choose a smaller delta");
+                "check that both belong to the same recording");
   }
   return result;
 }
@@ -278,9 +276,8 @@ Evaluation evaluate_trajectory(const Trajectory& truth, const Trajectory& estima
     result.ate_with_scale = absolute_trajectory_error(truth, estimate, with_scale);
   }
   result.displacement = displacement_error(truth, estimate, result.ate.T_truth_estimate);
-  result.rpe = errors_over(truth, estimate, {});
-  if (options.per_frame)
-    result.rpe_frame = relative_pose_error(truth, estimate, {1, DeltaUnit::kFrames});
+  result.rpe = errors_over(truth, estimate, RpeDelta::kSecond);
+  if (options.per_frame) result.rpe_frame = relative_pose_error(truth, estimate, RpeDelta::kFrame);
   result.coverage = options.total_frames ? compute_coverage(estimate, *options.total_frames)
                                          : estimate_coverage(estimate, truth);
   return result;

@@ -37,7 +37,6 @@ Coverage compute_coverage(const Trajectory& estimate, std::size_t total_frames);
 Coverage estimate_coverage(const Trajectory& estimate, const Trajectory& truth);
 
 struct AteOptions {
-  double max_difference = 0.02;  ///< Timestamps with this difference or more do not pair [s].
   /// Known transform from the estimate's world to the truth's; it replaces the alignment.
   std::optional<Pose> T_truth_estimate = std::nullopt;
   /// Aligns by a similarity, Sim(3): rotation, translation and scale. Excludes T_truth_estimate.
@@ -62,20 +61,17 @@ struct AteResult {
   double scale = 1;
 };
 
-/// Returns the absolute trajectory error: timestamps are associated (closest pairs first, one to
-/// one), positions aligned by the rigid motion (Horn 1987), or similarity (Umeyama 1991), that
-/// minimizes the squared distances, and the remaining distances are the errors. Throws Error if a
-/// trajectory is empty, the time spans do not overlap (naming both) or fewer than three pairs are
-/// found.
+/// Returns the absolute trajectory error: timestamps less than 0.02 s apart are associated (closest
+/// pairs first, one to one), positions aligned by the rigid motion (Horn 1987), or similarity
+/// (Umeyama 1991), that minimizes the squared distances, and the remaining distances are the
+/// errors. Throws Error if a trajectory is empty, the time spans do not overlap (naming both) or
+/// fewer than three pairs are found.
 AteResult absolute_trajectory_error(const Trajectory& truth, const Trajectory& estimate,
                                     const AteOptions& options = {});
 
-enum class DeltaUnit { kSeconds, kFrames };
-
-struct RpeOptions {
-  double delta = 1;                      ///< Distance between the two compared poses, in `unit`.
-  DeltaUnit unit = DeltaUnit::kSeconds;  ///< Unit of delta: seconds, or poses of the estimate.
-};
+/// Distance between the two compared poses of the relative pose error: one second, or one pose of
+/// the estimate.
+enum class RpeDelta { kSecond, kFrame };
 
 /// Difference between the estimated and the true motion between two poses of the estimate.
 struct RpePair {
@@ -101,7 +97,7 @@ struct RpeResult {
 /// the first visited wins, as in the benchmark's own tool. Throws Error if a trajectory has fewer
 /// than two poses or no pair is left.
 RpeResult relative_pose_error(const Trajectory& truth, const Trajectory& estimate,
-                              const RpeOptions& options = {});
+                              RpeDelta delta = RpeDelta::kSecond);
 
 /// Error of the camera's displacement from each frame to the next, which measures jitter.
 struct DisplacementResult {

@@ -76,8 +76,7 @@ TEST_P(Golden, RelativePoseErrorOverOneSecond) {
 }
 
 TEST_P(Golden, RelativePoseErrorPerFrame) {
-  expect_equal(relative_pose_error(truth_, estimate_, {1, DeltaUnit::kFrames}),
-               expected_.at("rpe_frame"));
+  expect_equal(relative_pose_error(truth_, estimate_, RpeDelta::kFrame), expected_.at("rpe_frame"));
 }
 
 INSTANTIATE_TEST_SUITE_P(Cases, Golden, ::testing::Values("drift", "ties", "holes", "mirrored"),
