@@ -8,10 +8,15 @@
 #include "stillmap/report/mover_files.hpp"
 #include "stillmap/report/run_folder.hpp"
 
+#include <algorithm>
+#include <array>
 #include <memory>
+#include <optional>
+#include <string_view>
 
 #include "commands.hpp"
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace stillmap {
 namespace {
@@ -20,10 +25,25 @@ namespace fs = std::filesystem;
 struct DenseArguments {
   std::string source, config, out;
   std::vector<std::string> settings;
-  double voxel = 0, mesh_voxel = 0;
+  std::optional<double> voxel, mesh_voxel;
   DenseOutputs outputs;
   bool force = false;
 };
+
+/// The options that act on the views of a saved map. The other options of a run act while it makes
+/// these views, or have nothing to do with the dense map.
+constexpr std::array<std::string_view, 6> kOptionsInUse{
+    "dense.voxel",          "dense.free_space",       "outputs.mesh_voxel",
+    "outputs.planner_cell", "outputs.planner_lowest", "outputs.planner_highest"};
+
+/// Throws Error for an assignment of an option that has no effect here.
+void require_in_use(const std::string& setting) {
+  const std::string path = setting.substr(0, setting.find('='));
+  if (std::find(kOptionsInUse.begin(), kOptionsInUse.end(), path) != kOptionsInUse.end()) return;
+  throw Error("has no effect on the views of a saved map", "--set " + setting,
+              fmt::format("stillmap dense uses {}; for all others run `stillmap run` again",
+                          fmt::join(kOptionsInUse, ", ")));
+}
 
 /// Input files and the output folder. The folder of a run contains all inputs; for a saved map only
 /// the map itself is known.
@@ -53,9 +73,12 @@ DensePaths paths_of(const DenseArguments& arguments) {
 /// Returns the parameters from the options of the run, overridden by those of the command line.
 DenseOptions options_of(const DenseArguments& arguments, const fs::path& file) {
   Options options = read_options("", file);
-  if (arguments.voxel > 0) options.dense.voxel = arguments.voxel;
-  if (arguments.mesh_voxel > 0) options.outputs.mesh_voxel = arguments.mesh_voxel;
-  for (const std::string& setting : arguments.settings) set_option(setting, options);
+  options.dense.voxel = arguments.voxel.value_or(options.dense.voxel);
+  options.outputs.mesh_voxel = arguments.mesh_voxel.value_or(options.outputs.mesh_voxel);
+  for (const std::string& setting : arguments.settings) {
+    set_option(setting, options);
+    require_in_use(setting);
+  }
   return dense_parameters_of(options);
 }
 
@@ -140,8 +163,8 @@ void add_dense_command(CLI::App& app, int& exit_code) {
                       "saved map");
   command
       ->add_option("--set", arguments->settings,
-                   "override one of the options, dense.name=value or outputs.name=value; may be "
-                   "repeated")
+                   fmt::format("override one of the options {}; may be repeated",
+                               fmt::join(kOptionsInUse, ", ")))
       ->allow_extra_args(false);
   command->add_option("--out", arguments->out,
                       "output folder; default: that of the run, or NAME_dense for a saved map");

@@ -4,7 +4,9 @@
 
   apps/saved_map_test.py PROGRAM     PROGRAM: the built command
 """
+import hashlib
 import json
+import re
 import subprocess
 import sys
 import tempfile
@@ -89,6 +91,36 @@ class SavedMaps(unittest.TestCase):
         coarse = self.folder / "coarse"
         self.assertEqual(stillmap("dense", run, "--out", coarse, "--voxel", 0.05).returncode, 0)
         self.assertLess((coarse / "cloud.ply").stat().st_size, 0.3 * (run / "cloud.ply").stat().st_size)
+
+    def test_dense_uses_the_options_that_it_names_and_refuses_all_others(self):
+        run, in_use = self.folder / "first", {}
+        refused = stillmap("dense", run, "--set", "dense.stride=4", "--out", self.folder / "refused")
+        self.refused(refused, 1, "--set dense.stride=4", "has no effect", "fix:")
+        self.assertFalse((self.folder / "refused").exists())
+        for setting in ("dense.voxel=0.05", "dense.free_space=false", "outputs.mesh_voxel=0.1",
+                        "outputs.planner_cell=0.2", "outputs.planner_lowest=1.5", "outputs.planner_highest=0.3"):
+            in_use[setting.split("=")[0]] = setting
+        self.assertEqual(set(re.findall(r"(?:dense|outputs)\.\w+", refused.stderr.split("fix:")[1])), set(in_use))
+        for line in stillmap("options").stdout.splitlines():
+            if re.match(r"\w+:$", line):
+                group = line[:-1]
+            name = re.match(r"  (\w+): ?(.*)", line)
+            if name and f"{group}.{name[1]}" not in in_use:
+                value = name[2].strip('"[]') or "x"
+                self.refused(stillmap("dense", run, "--set", f"{group}.{name[1]}={value}"), 1, "has no effect")
+        plain = self.dense_files("plain")
+        for name, setting in in_use.items():
+            changed = self.dense_files(name, "--set", setting) != plain
+            self.assertEqual(changed, name != "dense.free_space", f"{setting}; nothing moves in this scene")
+        self.refused(stillmap("dense", run, "--voxel", -1), 1, "dense.voxel", "0.001 to 1")
+
+    def dense_files(self, out, *more):
+        """Hashes of the files that `stillmap dense` makes of the map with these arguments."""
+        folder = self.folder / f"dense_{out}"
+        made = stillmap("dense", self.map, "--mesh=ply", "--planner", "--out", folder, *more)
+        self.assertEqual(made.returncode, 0, made.stderr)
+        return {file.name: hashlib.sha256(file.read_bytes()).hexdigest()
+                for file in folder.iterdir() if not file.name.startswith(".")}
 
     def test_what_holds_no_static_map_is_refused(self):
         self.refused(stillmap("dense", self.sequence), 1, "no run.map", "fix:")
