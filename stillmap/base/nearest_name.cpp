@@ -7,6 +7,9 @@
 namespace stillmap {
 namespace {
 
+/// Maximum number of known names that a message lists; of more, it lists the nearest.
+constexpr std::size_t kMostListed = 16, kNearestListed = 5;
+
 std::size_t edit_distance(const std::string& a, const std::string& b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), 0);
@@ -25,16 +28,19 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
 }  // namespace
 
 std::string suggestion(const std::string& name, const std::vector<std::string>& known) {
+  std::vector<std::string> nearest = known;
+  std::stable_sort(nearest.begin(), nearest.end(), [&](const auto& a, const auto& b) {
+    return edit_distance(name, a) < edit_distance(name, b);
+  });
   std::string text;
-  const auto nearest =
-      std::min_element(known.begin(), known.end(), [&](const auto& a, const auto& b) {
-        return edit_distance(name, a) < edit_distance(name, b);
-      });
-  if (nearest != known.end() && edit_distance(name, *nearest) <= 1 + name.size() / 3) {
-    text = "did you mean '" + *nearest + "'? ";
+  if (!nearest.empty() && edit_distance(name, nearest.front()) <= 1 + name.size() / 3) {
+    text = "did you mean '" + nearest.front() + "'? ";
   }
-  text += "Known: ";
-  for (std::size_t i = 0; i < known.size(); ++i) text += (i ? ", " : "") + known[i];
+  const bool all = known.size() <= kMostListed;
+  if (!all) nearest.resize(kNearestListed);
+  const std::vector<std::string>& listed = all ? known : nearest;
+  text += all ? "Known: " : "The nearest are: ";
+  for (std::size_t i = 0; i < listed.size(); ++i) text += (i ? ", " : "") + listed[i];
   return text;
 }
 

@@ -223,7 +223,7 @@ void visit_map_options(Group& map, const Visitor& visit) {
   visit({"map.final_adjustment",
          "",
          {},
-         "Whether the whole map is adjusted once more at the end of a run."},
+         "Whether global bundle adjustment is applied at the end of a run."},
         map.final_adjustment);
   visit({"map.smooth_trajectory",
          "",
@@ -330,7 +330,7 @@ void visit_schedule_options(Group& schedule, const Visitor& visit) {
   visit({"schedule.global_delay",
          "frames",
          {1, kManyFrames},
-         "Number of frames after which the map adjusted as a whole replaces the old one "
+         "Number of frames after which the result of global bundle adjustment replaces the map "
          "(lockstep)."},
         schedule.global_delay);
 }

@@ -146,6 +146,18 @@ TEST(Options, AreSetByName) {
   EXPECT_TRUE(options.motion.cues.empty());
 }
 
+TEST(Options, AListIsAYamlListOrItsItemsWithCommas) {
+  const std::vector<std::string> expected{"person", "dining table"};
+  for (const char* list : {"[person, dining table]", " [ person, 'dining table' ]",
+                           "person, dining table", "person,dining table"}) {
+    Options options;
+    set_option(std::string("motion.moving_classes=") + list, options);
+    EXPECT_EQ(options.motion.moving_classes, expected) << list;
+  }
+  EXPECT_THAT(error_of_setting("motion.moving_classes=[person"), HasSubstr("is not a YAML list"));
+  EXPECT_THAT(error_of_setting("motion.moving_classes=[[person]]"), HasSubstr("takes a list"));
+}
+
 TEST(Options, AnUnknownNameSuggestsTheNearest) {
   EXPECT_THAT(error_of_setting("features.keypoint=1"),
               AllOf(HasSubstr("there is no option 'features.keypoint'"),
@@ -161,6 +173,8 @@ TEST(Options, AValueOfTheWrongTypeIsAnError) {
   EXPECT_THAT(error_of_setting("features=3"), HasSubstr("features is a group of options"));
   EXPECT_THAT(error_of_setting("features.keypoints"), HasSubstr("is no assignment"));
   EXPECT_THAT(error_of_setting("preset=static"), HasSubstr("--preset NAME"));
+  EXPECT_THAT(error_of_setting("features.keypoints=many"),
+              HasSubstr("option 'features.keypoints=many': "));
 }
 
 class OptionFile : public ::testing::Test {
@@ -201,6 +215,21 @@ TEST_F(OptionFile, NamesTheLineOfAMistake) {
   EXPECT_THAT(error_of_reading("features: 3\n"), HasSubstr("features is a group of options"));
 }
 
+TEST_F(OptionFile, WithARepeatedKeyIsAnErrorThatNamesItsLine) {
+  EXPECT_THAT(error_of_reading("features:\n  levels: 4\n  keypoints: 500\n  levels: 5\n"),
+              HasSubstr("options.yaml:4: the key 'levels' is given twice"));
+  EXPECT_THAT(error_of_reading("features:\n  levels: 4\nfeatures:\n  keypoints: 500\n"),
+              HasSubstr("options.yaml:3: the key 'features' is given twice"));
+  EXPECT_THAT(error_of_reading("preset: fused\npreset: static\n"),
+              HasSubstr("options.yaml:2: the key 'preset' is given twice"));
+}
+
+TEST_F(OptionFile, WithAFlatNameOfAnOptionSaysHowToNestIt) {
+  EXPECT_THAT(error_of_reading("features.keypoints: 500\n"),
+              AllOf(HasSubstr("options.yaml:1: option features.keypoints is outside its group"),
+                    HasSubstr("write 'features:' and in the next line '  keypoints: VALUE'")));
+}
+
 TEST_F(OptionFile, ThatIsNoYamlIsAnError) {
   EXPECT_THAT(error_of_reading("features: [1, 2\n"), HasSubstr("is not YAML"));
   EXPECT_THAT(error_of_reading("just words\n"), HasSubstr("holds no groups of options"));
@@ -210,7 +239,7 @@ TEST_F(OptionFile, ThatIsNoYamlIsAnError) {
 TEST_F(OptionFile, StartsFromThePresetThatItNames) {
   write_file(file_, "preset: seg-mask\nfeatures:\n  keypoints: 500\n");
   const Options options = read_options("", file_);
-  EXPECT_EQ(options.preset, "seg-mask");
+  EXPECT_EQ(options.preset(), "seg-mask");
   EXPECT_EQ(options.motion.cues, (std::vector<std::string>{"semantic"}));
   EXPECT_EQ(options.features.keypoints, 500);
 }
@@ -218,7 +247,7 @@ TEST_F(OptionFile, StartsFromThePresetThatItNames) {
 TEST_F(OptionFile, OverridesThePresetThatWasChosen) {
   write_file(file_, "motion:\n  cues: [epipolar]\n");
   const Options options = read_options("seg-mask", file_);
-  EXPECT_EQ(options.preset, "seg-mask");
+  EXPECT_EQ(options.preset(), "seg-mask");
   EXPECT_EQ(options.motion.cues, (std::vector<std::string>{"epipolar"}));
 }
 
@@ -228,10 +257,11 @@ TEST_F(OptionFile, WithAnotherPresetThanTheChosenOneIsAnError) {
 }
 
 TEST_F(OptionFile, ThatSetsEverythingNeedsNoPreset) {
-  Options options;
-  options.preset = "gone.yaml";
-  write_file(file_, options_yaml(options));
-  EXPECT_EQ(read_options("", file_).preset, "gone.yaml");
+  std::string text = options_yaml(Options());
+  const std::string line = "preset: fused\n";
+  text.replace(text.find(line), line.size(), "preset: gone.yaml\n");
+  write_file(file_, text);
+  EXPECT_EQ(read_options("", file_).preset(), "gone.yaml");
   EXPECT_THAT(error_of_reading("preset: gone.yaml\n"), HasSubstr("gone.yaml"));
 }
 
@@ -239,7 +269,7 @@ TEST(Presets, ThatAreInstalledLoadAndHaveADescription) {
   EXPECT_EQ(shipped_presets().size(), 6U);
   for (const Preset& preset : presets()) {
     EXPECT_FALSE(preset.description.empty()) << preset.name;
-    EXPECT_EQ(read_options(preset.name).preset, preset.name);
+    EXPECT_EQ(read_options(preset.name).preset(), preset.name);
   }
 }
 
@@ -248,7 +278,9 @@ TEST(Presets, FusedIsTheDefault) {
 }
 
 TEST(Presets, AnUnknownNameSuggestsTheNearest) {
-  EXPECT_THAT(error_of([] { read_options("segmask"); }), HasSubstr("did you mean 'seg-mask'?"));
+  const std::string error = error_of([] { read_options("segmask"); });
+  EXPECT_THAT(error, AllOf(HasSubstr("preset 'segmask': "), HasSubstr("did you mean 'seg-mask'?")));
+  EXPECT_THAT(error, testing::Not(HasSubstr("--preset")));
 }
 
 TEST_F(OptionFile, MayBeAPreset) {

@@ -70,7 +70,7 @@ PresetFile find_preset_file(const std::string& name_or_file) {
     names.emplace_back(preset.name);
   }
   for (const auto& [name, file] : own) names.push_back(name);
-  throw Error("there is no preset '" + name_or_file + "'", "--preset",
+  throw Error("there is no preset of this name", "preset '" + name_or_file + "'",
               suggestion(name_or_file, names));
 }
 

@@ -16,7 +16,8 @@ namespace stillmap {
 namespace {
 
 constexpr const char* kPresetKey = "preset";
-constexpr const char* kSetFlag = "--set";
+constexpr const char* kOptionsFix = "docs/options.md and `stillmap options` list all options";
+constexpr char kListBegin = '[';
 
 std::vector<std::string> paths() {
   std::vector<std::string> all;
@@ -45,7 +46,7 @@ std::vector<std::string> groups() {
   return all;
 }
 
-/// Advice for an unknown option: the same name in another group, or the nearest name.
+/// Returns the advice for an unknown option: the same name in another group, or the nearest name.
 std::string advice(const std::string& path) {
   const std::string group = group_of(path);
   const std::string name = path.substr(path.rfind('.') + 1);
@@ -56,14 +57,20 @@ std::string advice(const std::string& path) {
   return siblings.empty() ? suggestion(group, groups()) : suggestion(name, siblings);
 }
 
-/// Where a value was read: "file.yaml:12" or "--set".
-std::string place(const YAML::Node& node, const std::string& source) {
+/// Where options were read, for messages.
+struct Source {
+  std::string name;       ///< Name of a file, or an assignment.
+  bool has_lines = true;  ///< Whether it is a file, so that lines can be named.
+};
+
+/// Returns the place of a value: "file.yaml:12", or the assignment.
+std::string place(const YAML::Node& node, const Source& source) {
   const int line = node.Mark().line;
-  return source == kSetFlag || line < 0 ? source : fmt::format("{}:{}", source, line + 1);
+  return !source.has_lines || line < 0 ? source.name : fmt::format("{}:{}", source.name, line + 1);
 }
 
 template <typename T>
-T converted(const YAML::Node& node, const std::string& path, const std::string& source) {
+T converted(const YAML::Node& node, const std::string& path, const Source& source) {
   try {
     if constexpr (is_list<T>) {
       if (node.IsNull()) return {};
@@ -83,13 +90,13 @@ T converted(const YAML::Node& node, const std::string& path, const std::string& 
   } catch (const YAML::Exception&) {
     throw Error(fmt::format("option {} takes a {} as value, not '{}'", path, type_name<T>(),
                             node.IsScalar() ? node.Scalar() : std::string("a list")),
-                place(node, source), "see --dump-config for the options and their values");
+                place(node, source), kOptionsFix);
   }
 }
 
 /// Assigns a value to the option at `path`. Throws Error if there is no such option, and for a
 /// value that it refuses.
-void assign(const std::string& path, const YAML::Node& value, const std::string& source,
+void assign(const std::string& path, const YAML::Node& value, const Source& source,
             Options& options) {
   bool known = false;
   visit_options(options, [&](const OptionInfo& info, auto& member) {
@@ -106,6 +113,29 @@ void assign(const std::string& path, const YAML::Node& value, const std::string&
   }
 }
 
+/// Throws Error for a key that a map of a file holds twice: YAML would use either of the values.
+void require_unique_keys(const YAML::Node& map, const Source& source) {
+  std::set<std::string> keys;
+  for (const auto& entry : map) {
+    const auto key = entry.first.as<std::string>("");
+    if (keys.insert(key).second) continue;
+    throw Error("the key '" + key + "' is given twice", place(entry.first, source),
+                "keep only the valid one");
+  }
+}
+
+/// Throws Error for a key of the top level that is no group.
+[[noreturn]] void refuse_group(const YAML::Node& key, const Source& source) {
+  const auto group = key.as<std::string>("");
+  const auto known = paths();
+  if (std::find(known.begin(), known.end(), group) != known.end()) {
+    throw Error("option " + group + " is outside its group", place(key, source),
+                fmt::format("write '{}:' and in the next line '  {}: VALUE'", group_of(group),
+                            name_of(group)));
+  }
+  throw Error("there is no option '" + group + "'", place(key, source), advice(group));
+}
+
 [[noreturn]] void refuse_value_for_group(const std::string& group, const std::string& where) {
   throw Error(group + " is a group of options and takes no value itself", where,
               "its options are " + fmt::format("{}", fmt::join(names_in(group), ", ")));
@@ -114,10 +144,11 @@ void assign(const std::string& path, const YAML::Node& value, const std::string&
 /// Assigns all options of one group of a file.
 /// @returns their paths
 std::vector<std::string> assign_group(const std::string& group, const YAML::Node& node,
-                                      const std::string& source, Options& options) {
+                                      const Source& source, Options& options) {
   std::vector<std::string> assigned;
   if (node.IsNull()) return assigned;
   if (!node.IsMap()) refuse_value_for_group(group, place(node, source));
+  require_unique_keys(node, source);
   for (const auto& entry : node) {
     assigned.push_back(group + "." + entry.first.as<std::string>());
     assign(assigned.back(), entry.second, source, options);
@@ -127,104 +158,119 @@ std::vector<std::string> assign_group(const std::string& group, const YAML::Node
 
 /// Assigns all options of a file but its preset.
 /// @returns whether the file sets every option there is
-bool assign_file(const YAML::Node& file, const std::string& source, Options& options) {
+bool assign_file(const YAML::Node& file, const Source& source, Options& options) {
   std::set<std::string> assigned;
+  require_unique_keys(file, source);
   for (const auto& entry : file) {
-    const auto group = entry.first.as<std::string>();
+    const auto group = entry.first.as<std::string>("");
     if (group == kPresetKey) continue;
-    if (names_in(group).empty()) {
-      throw Error("there is no option '" + group + "'", place(entry.first, source), advice(group));
-    }
+    if (names_in(group).empty()) refuse_group(entry.first, source);
     const auto paths = assign_group(group, entry.second, source, options);
     assigned.insert(paths.begin(), paths.end());
   }
   return assigned.size() == paths().size();
 }
 
-YAML::Node parsed(const std::string& text, const std::string& source) {
+YAML::Node parsed(const std::string& text, const Source& source) {
   YAML::Node file;
   try {
     file = YAML::Load(text);
   } catch (const YAML::Exception& e) {
-    throw Error(std::string("is not YAML: ") + e.what(), source,
-                "compare it with the output of --dump-config");
+    throw Error("is not YAML: " + e.msg, fmt::format("{}:{}", source.name, e.mark.line + 1),
+                kOptionsFix);
   }
   if (!file.IsNull() && !file.IsMap()) {
-    throw Error("holds no groups of options", source, suggestion("", groups()));
+    throw Error("holds no groups of options", source.name, suggestion("", groups()));
   }
   return file;
 }
 
-Options options_of(const PresetFile& preset, const std::string& name) {
-  Options options;
-  options.preset = name;
-  const YAML::Node file = parsed(preset.text, preset.source);
+/// Assigns the options of a preset.
+void assign_preset(const PresetFile& preset, Options& options) {
+  const Source source{preset.source};
+  const YAML::Node file = parsed(preset.text, source);
   if (file[kPresetKey]) {
-    throw Error("a preset cannot be based on another one", place(file[kPresetKey], preset.source),
+    throw Error("a preset cannot be based on another one", place(file[kPresetKey], source),
                 "list all options that differ from the defaults");
   }
-  assign_file(file, preset.source, options);
-  return options;
+  assign_file(file, source, options);
 }
 
 /// Returns the preset that a file of options names; empty if it names none.
-std::string preset_named_in(const YAML::Node& file, const std::string& source) {
+std::string preset_named_in(const YAML::Node& file, const Source& source) {
   const YAML::Node named = file.IsMap() ? file[kPresetKey] : YAML::Node();
   return named.IsDefined() && !named.IsNull() ? converted<std::string>(named, kPresetKey, source)
                                               : "";
 }
 
-/// The value of an assignment on the command line.
-YAML::Node value_node(const std::string& path, const std::string& text) {
+bool is_list_option(const std::string& path) {
   bool list = false;
   const Options options;
   visit_options(options, [&](const OptionInfo& info, const auto& member) {
     if (info.path == path) list = is_list<std::decay_t<decltype(member)>>;
   });
-  if (!list) return YAML::Node(text);
+  return list;
+}
+
+std::string trimmed(const std::string& text) {
+  const auto first = text.find_first_not_of(" \t"), last = text.find_last_not_of(" \t");
+  return first == std::string::npos ? "" : text.substr(first, last - first + 1);
+}
+
+YAML::Node list_node(const std::string& text, const Source& source) {
+  if (trimmed(text).starts_with(kListBegin)) {
+    try {
+      return YAML::Load(text);
+    } catch (const YAML::Exception& e) {
+      throw Error("is not a YAML list: " + e.msg, source.name, "write [a, b] or a,b");
+    }
+  }
   YAML::Node items(YAML::NodeType::Sequence);
   std::istringstream parts(text);
-  for (std::string part; std::getline(parts, part, ',');) items.push_back(part);
+  for (std::string part; std::getline(parts, part, ',');) items.push_back(trimmed(part));
   return items;
 }
 
 void require(bool holds, const std::string& problem) {
-  if (!holds) throw Error(problem, "", "see --dump-config for the options and their values");
+  if (!holds) throw Error(problem, "", kOptionsFix);
 }
 
 }  // namespace
 
 Options read_options(const std::string& preset, const std::filesystem::path& file) {
-  const std::string source = file.string();
+  const Source source{file.string()};
   const YAML::Node overrides = file.empty() ? YAML::Node() : parsed(read_file(file), source);
   const std::string named = preset_named_in(overrides, source);
   if (!preset.empty() && !named.empty() && preset != named) {
     throw Error(fmt::format("is based on preset {}, but preset {} was chosen", named, preset),
-                source, "remove the line 'preset' from the file, or the choice of another one");
+                source.name,
+                "remove the line 'preset' from the file, or the choice of another one");
   }
-  const std::string name = !preset.empty() ? preset : !named.empty() ? named : Options().preset;
+  const std::string name = !preset.empty() ? preset : !named.empty() ? named : Options().preset();
   Options options;
-  options.preset = name;
   if (!assign_file(overrides, source, options)) {  // a complete file needs no preset
-    options = options_of(find_preset_file(name), name);
+    options = Options();
+    assign_preset(find_preset_file(name), options);
     assign_file(overrides, source, options);
   }
+  options.preset_ = name;
   check_options(options);
   return options;
 }
 
 void set_option(const std::string& assignment, Options& options) {
+  const Source source{"option '" + assignment + "'", /*has_lines=*/false};
   const auto equals = assignment.find('=');
   if (equals == std::string::npos || equals == 0) {
-    throw Error("'" + assignment + "' is no assignment", kSetFlag,
-                "write --set group.option=value");
+    throw Error("is no assignment", source.name, "write group.name=value");
   }
-  const std::string path = assignment.substr(0, equals);
+  const std::string path = assignment.substr(0, equals), text = assignment.substr(equals + 1);
   if (path == kPresetKey) {
-    throw Error("a preset is no single option", kSetFlag, "choose it with --preset NAME");
+    throw Error("a preset is no single option", source.name,
+                "choose it with --preset NAME, or in read_options()");
   }
-  if (!names_in(path).empty()) refuse_value_for_group(path, kSetFlag);
-  assign(path, value_node(path, assignment.substr(equals + 1)), kSetFlag, options);
+  if (!names_in(path).empty()) refuse_value_for_group(path, source.name);
+  assign(path, is_list_option(path) ? list_node(text, source) : YAML::Node(text), source, options);
 }
 
 void check_options(const Options& options) {

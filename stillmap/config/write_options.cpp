@@ -67,7 +67,7 @@ std::string options_yaml(const Options& options) {
   const auto defaults = option_lines(Options());
   const auto values = option_lines(options);
   std::string text = "# The options of Stillmap: for stillmap run --config FILE.\n";
-  text += "preset: " + value_text(options.preset) + "\n";
+  text += "preset: " + value_text(options.preset()) + "\n";
   std::string group;
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (group_of(values[i].info) != group) {
@@ -81,7 +81,7 @@ std::string options_yaml(const Options& options) {
 }
 
 nlohmann::json options_json(const Options& options) {
-  nlohmann::json json = {{"preset", options.preset}};
+  nlohmann::json json = {{"preset", options.preset()}};
   visit_options(options, [&](const OptionInfo& info, const auto& member) {
     json[group_of(info)][name_of(info)] = member;
   });
@@ -93,11 +93,13 @@ std::string options_markdown() {
       "# Options\n\n"
       "<!-- Made by `stillmap options --markdown`; do not edit. -->\n\n"
       "Each option is `group.name`: in a YAML file (`stillmap run --config FILE`) as a nested map, "
-      "on the command line as\n`--set group.name=value`; the items of a list are separated by "
-      "commas. `stillmap run --dump-config FILE` writes all\noptions in force with these "
+      "on the command line as\n`--set group.name=value`; a list is written `[a, b]` or `a,b`. "
+      "`stillmap run --dump-config FILE` writes all\noptions in force with these "
       "explanations. Later sources override earlier ones: defaults, preset (`--preset NAME` or\n"
       "`--preset FILE`, or the key `preset` of the YAML file), YAML file, named flags such as "
-      "`--model`, `--set`.\nA value outside its range is an error.\n";
+      "`--model`, `--set`.\nA value outside its range, an unknown name and a repeated key are "
+      "errors.\n\nLists of classes take the class names of the network; those of COCO and "
+      "`unknown`, the class of mask folders, are\nalways known.\n";
   std::string group;
   for (const OptionLine& line : option_lines(Options())) {
     if (group_of(line.info) != group) {
