@@ -47,7 +47,7 @@ RunRecord map(const DemoArguments& arguments, const fs::path& folder, const std:
   }
   session.parameters = parameters_of(session.options);
   session.detector = make_detector(session.parameters.segment);
-  auto source = std::make_unique<TumFolder>(paths, load_camera(paths.camera.string()));
+  auto source = std::make_unique<TumFolder>(paths, read_camera(paths.camera.string()));
   session.total_frames = source->size();
   session.source = std::move(source);
   session.truth = read_trajectory(paths.ground_truth);

@@ -22,7 +22,7 @@ const char* label(Severity severity) {
 
 int run(const std::string& folder, const std::string& camera) {
   const Diagnosis diagnosis =
-      diagnose(folder, camera.empty() ? std::nullopt : std::optional(load_camera(camera)));
+      diagnose(folder, camera.empty() ? std::nullopt : std::optional(read_camera(camera)));
   for (const Finding& finding : diagnosis.findings) {
     fmt::print("{}{}\n", label(finding.severity), finding.what);
     if (!finding.fix.empty()) fmt::print("        fix: {}\n", finding.fix);

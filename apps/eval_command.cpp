@@ -77,7 +77,7 @@ CloudFigures cloud_figures(const EvalArguments& arguments, const Trajectory& tru
                 "ghosts are measured with true masks");
   }
   TumFolder source(
-      paths, load_camera(arguments.camera.empty() ? paths.camera.string() : arguments.camera));
+      paths, read_camera(arguments.camera.empty() ? paths.camera.string() : arguments.camera));
   MaskedFrames frames = frames_with_masks(source, paths.masks);
   std::optional<TrueSurface> surface = true_surface(arguments);
   if (surface) frames = shown_to(*surface, std::move(frames), truth, source.camera());

@@ -168,7 +168,8 @@ int run(const RunArguments& arguments) {
       shutter_of(arguments.sequence, range, session.parameters, source->camera());
   session.source = std::move(source);
   session.truth = truth_of(arguments, paths);
-  session.detector = detector_of(options.preset, session.parameters);
+  session.detector = detector_of(options.preset(), session.parameters);
+  check_classes(options, session.detector.get());
   session.out = arguments.out.empty() ? "stillmap_" + session.sequence : arguments.out;
   if (arguments.force) session.foreign = ResultFolder::Foreign::kOverwrite;
   return run_session(std::move(session)).interrupted ? kInterrupted : kSuccess;

@@ -10,10 +10,8 @@ namespace stillmap {
 /// addressed as group.name in a YAML file and in `--set group.name=value`; docs/options.md lists
 /// all of them with their ranges. Values outside their range are refused by check_options().
 struct Options {
-  /// Name or file of the preset that the options are based on.
-  std::string preset = "fused";
-
-  /// The part of a recording that is processed.
+  /// The part of a recording that is processed: `stillmap run` applies it to the recording, and
+  /// Slam to the frames that are pushed.
   struct Input {
     /// Number of frames skipped at the start of the recording.
     int first = 0;
@@ -111,7 +109,7 @@ struct Options {
     std::string repeated_landmarks = "none";
     /// Whether loops are closed and maps are merged.
     bool loops = true;
-    /// Whether the whole map is adjusted once more at the end of a run.
+    /// Whether global bundle adjustment is applied at the end of a run.
     bool final_adjustment = true;
     /// Whether the trajectory is smoothed at the end of a run, with noise levels estimated from the
     /// run; the poses returned during the run are not.
@@ -169,7 +167,8 @@ struct Options {
     int insert_delay = 1;  // [frames]
     /// Number of frames after which the refined map around a new keyframe is visible (lockstep).
     int refine_delay = 5;  // [frames]
-    /// Number of frames after which the map adjusted as a whole replaces the old one (lockstep).
+    /// Number of frames after which the result of global bundle adjustment replaces the map
+    /// (lockstep).
     int global_delay = 90;  // [frames]
   };
 
@@ -185,6 +184,15 @@ struct Options {
   Schedule schedule;
 
   bool realtime() const { return schedule.mode == "realtime"; }
+
+  /// Returns the name or file of the preset that the options are based on. Only read_options()
+  /// chooses a preset.
+  const std::string& preset() const { return preset_; }
+
+ private:
+  friend Options read_options(const std::string& preset, const std::filesystem::path& file);
+
+  std::string preset_ = "fused";
 };
 
 /// A preset: a YAML file of options that differ from the defaults.
@@ -205,8 +213,8 @@ std::vector<Preset> presets();
 /// the wrong type or outside its range, and if `preset` and `file` name different presets.
 Options read_options(const std::string& preset = {}, const std::filesystem::path& file = {});
 
-/// Overrides one option by an assignment "group.name=value"; the items of a list are separated by
-/// commas. Throws Error as read_options() does.
+/// Overrides one option by an assignment "group.name=value". A list is a YAML list, "[a, b]", or
+/// its items separated by commas, "a, b". Throws Error as read_options() does.
 void set_option(const std::string& assignment, Options& options);
 
 /// Throws Error for an option outside its range, and names the range.

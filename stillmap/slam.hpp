@@ -153,11 +153,14 @@ using Subscription = std::shared_ptr<const void>;
 /// which pushes the frames. Only snapshot() may be called by any thread at any time.
 class Slam {
  public:
-  /// @param camera   intrinsics of the images; if it is distorted, push(color, depth, timestamp)
-  ///                 rectifies them
+  /// @param camera   intrinsics of the images, such as read_camera(file) of
+  ///                 stillmap/sensor/make_source.hpp; if it is distorted, make_frame() and
+  ///                 push(color, depth, timestamp) rectify them
+  /// @param options  options.input selects the frames that are used, and whether they are halved
   /// @param detector object detector; null for the network or the masks that the options name
   /// @param start    saved map of this camera; the camera counts as lost until it is relocalized
-  /// Throws Error for options or a camera out of range, and for a map that cannot be used.
+  /// Throws Error for options or a camera out of range, for classes of objects that neither COCO
+  /// nor the detector has, and for a map that cannot be used.
   explicit Slam(const Camera& camera, const Options& options = {},
                 std::unique_ptr<Detector> detector = nullptr,
                 const std::optional<StartMap>& start = std::nullopt);
@@ -170,12 +173,14 @@ class Slam {
   /// @param depth     16-bit in units of 1 / camera.depth_factor meters, or 32-bit float in meters,
   ///                  registered to the color image; 0 or NaN where the depth is unknown
   /// @param timestamp time of the color image [s]
-  /// Throws Error that names the argument and its type or size, if it is wrong.
+  /// Throws Error that names the argument and its type, size or unit, if it is wrong.
   RgbdFramePtr make_frame(const cv::Mat& color, const cv::Mat& depth, double timestamp);
 
-  /// Tracks a frame. Returns its pose in the current map; none while there is no map or the camera
-  /// is lost. Throws Error for a frame that is null, not of the camera's size or the wrong type,
-  /// and if its index or timestamp is not greater than that of the previous frame.
+  /// Tracks a frame. Returns its pose in the current map; none while there is no map, the camera
+  /// is lost, or options.input skips the frame.
+  /// Throws Error for a frame that is null, not of the camera's size or the wrong type, for one
+  /// that make_frame() did not make if the camera is distorted (it would not be rectified), and if
+  /// its index or timestamp is not greater than that of the previous frame.
   std::optional<Pose> push(const RgbdFramePtr& frame);
   /// Tracks a frame made of OpenCV images; the arguments are those of make_frame().
   std::optional<Pose> push(const cv::Mat& color, const cv::Mat& depth, double timestamp);
@@ -187,7 +192,7 @@ class Slam {
 
   // Subscriptions to events, which end when the returned handle is destroyed. The callbacks run on
   // the thread that pushes, within push() and finish(), and block the tracker while they run.
-  // Subscriptions are made by the same thread.
+  // Subscriptions are made by the same thread. An empty function is an Error.
 
   /// Calls a function after every frame.
   [[nodiscard]] Subscription on_pose(std::function<void(const PoseUpdate&)> call);

@@ -62,7 +62,7 @@ struct Run {
 Run run(const Arguments& arguments, bool loops, bool realtime) {
   const SequencePaths paths = find_sequence(arguments.sequence);
   std::unique_ptr<FrameSource> source = std::make_unique<Prefetch>(
-      std::make_unique<TumFolder>(paths, load_camera(paths.camera.string())), 4,
+      std::make_unique<TumFolder>(paths, read_camera(paths.camera.string())), 4,
       realtime ? ThreadPriority::kNone : ThreadPriority::kBackground);
   PacedSource* paced = nullptr;
   if (realtime) {

@@ -65,7 +65,7 @@ struct Mapped {
 
 Mapped map_of(const std::string& sequence) {
   const SequencePaths paths = find_sequence(sequence);
-  Prefetch source(std::make_unique<TumFolder>(paths, load_camera(paths.camera.string())));
+  Prefetch source(std::make_unique<TumFolder>(paths, read_camera(paths.camera.string())));
   SlamParameters options;
   options.places.loops = false;
   options.dense_cloud = false;

@@ -56,7 +56,7 @@ std::vector<View> views_of(const std::string& folder, std::size_t sequence) {
   const Trajectory truth = read_trajectory(paths.ground_truth);
   TumFolderOptions options;
   options.stride = kStride;
-  TumFolder source(paths, load_camera(paths.camera.string()), options);
+  TumFolder source(paths, read_camera(paths.camera.string()), options);
   OrbExtractor orb;
   std::vector<View> views;
   while (const auto frame = source.next()) {

@@ -22,7 +22,7 @@ void measure(const SpeedArguments& arguments) {
                 "both are needed to measure the speed of objects in the world");
   }
   TumFolder source(
-      paths, load_camera(arguments.camera.empty() ? paths.camera.string() : arguments.camera));
+      paths, read_camera(arguments.camera.empty() ? paths.camera.string() : arguments.camera));
   const std::size_t written = write_speeds(source, StampedImages(paths.masks),
                                            read_trajectory(paths.ground_truth), arguments.folder);
   fmt::print("written: {} ({} images)\n", arguments.folder, written);

@@ -10,9 +10,13 @@
 #include "stillmap/pipeline/snapshot.hpp"
 #include "stillmap/segment/make_detector.hpp"
 #include "stillmap/sensor/frame_maker.hpp"
+#include "stillmap/sensor/halved.hpp"
+#include "stillmap/sensor/require_image.hpp"
 
 #include <algorithm>
 #include <utility>
+
+#include <fmt/format.h>
 
 namespace stillmap {
 namespace {
@@ -25,7 +29,9 @@ class Subscribers {
  public:
   using Call = std::function<void(const Event&)>;
 
-  Subscription add(Call call) {
+  /// Throws Error for an empty function.
+  Subscription add(Call call, const char* where) {
+    if (!call) throw Error("the function is empty", where, "give a function to call");
     auto owned = std::make_shared<const Call>(std::move(call));
     calls_.push_back(owned);
     return owned;
@@ -47,6 +53,28 @@ class Subscribers {
  private:
   std::vector<std::weak_ptr<const Call>> calls_;
 };
+
+/// Decides which of the pushed frames are used, as a source does for a recording.
+class FrameSelection {
+ public:
+  explicit FrameSelection(const Options::Input& input) : input_(input) {}
+
+  bool uses_next() const {
+    const int after_first = pushed_ - input_.first;
+    return after_first >= 0 && (input_.count == 0 || after_first < input_.count) &&
+           after_first % input_.stride == 0;
+  }
+  void advance() { ++pushed_; }
+
+ private:
+  const Options::Input input_;
+  int pushed_ = 0;  // number of frames pushed
+};
+
+/// Returns the camera of the frames that are tracked.
+Camera tracked_camera(const Camera& pushed, const Options& options) {
+  return options.input.half_size ? halved(pushed) : pushed;
+}
 
 std::optional<StartingMap> starting_map(const std::optional<StartMap>& start) {
   if (!start) return std::nullopt;
@@ -79,8 +107,12 @@ struct Slam::Impl {
       : options(chosen),
         detector_description(detector ? detector->description() : ""),
         frames(camera),
-        system(frames.camera(), parameters, std::move(detector), starting_map(start)) {}
+        rectifies(camera.distorted()),
+        selection(chosen.input),
+        system(tracked_camera(frames.camera(), chosen), parameters, std::move(detector),
+               starting_map(start)) {}
 
+  void require_pushable(const RgbdFramePtr& frame);
   void notify();
   void notify_keyframes(const MapView& view);
 
@@ -88,6 +120,9 @@ struct Slam::Impl {
   const Options options;
   const std::string detector_description;
   FrameMaker frames;
+  const bool rectifies;  // whether the images of the camera are distorted
+  std::vector<std::weak_ptr<const RgbdFrame>> rectified;  // frames made but not pushed yet
+  FrameSelection selection;
   std::size_t next_index = 0;
   Subscribers<PoseUpdate> pose;
   Subscribers<KeyframePose> keyframe;
@@ -101,6 +136,24 @@ struct Slam::Impl {
     if (finished) throw Error("the run has ended with finish()", where, "make another Slam");
   }
 };
+
+/// Throws Error for a frame that is null, not of the camera's size, or not rectified.
+void Slam::Impl::require_pushable(const RgbdFramePtr& frame) {
+  constexpr const char* kWhere = "Slam::push";
+  if (!frame) throw Error("the frame is null", kWhere, "push frames only");
+  require_size(frame->color, frames.camera(), "color image", kWhere);
+  require_size(frame->gray, frames.camera(), "gray image", kWhere);
+  require_size(frame->depth, frames.camera(), "depth image", kWhere);
+  if (!rectifies) return;
+  const auto made = std::find_if(rectified.begin(), rectified.end(),
+                                 [&](const auto& other) { return other.lock() == frame; });
+  if (made != rectified.end()) return;
+  throw Error(fmt::format("camera '{}' is distorted, and make_frame() did not make this frame",
+                          frames.camera().name),
+              kWhere,
+              "push the images, or the frame that make_frame() makes of them; for the rectified "
+              "frames of a FrameSource, construct Slam with its camera()");
+}
 
 /// Calls the subscribers of all events of the frame pushed last.
 void Slam::Impl::notify() {
@@ -127,6 +180,7 @@ Slam::Slam(const Camera& camera, const Options& options, std::unique_ptr<Detecto
            const std::optional<StartMap>& start) {
   const SlamParameters parameters = parameters_of(options);
   if (!detector) detector = make_detector(parameters.segment);
+  check_classes(options, detector.get());
   impl_ = std::make_unique<Impl>(camera, options, parameters, std::move(detector), start);
 }
 
@@ -137,14 +191,26 @@ Slam& Slam::operator=(Slam&&) noexcept = default;
 RgbdFramePtr Slam::make_frame(const cv::Mat& color, const cv::Mat& depth, double timestamp) {
   RgbdFramePtr frame = impl_->frames.make(color, depth, timestamp, impl_->next_index);
   ++impl_->next_index;
+  if (impl_->rectifies) {
+    std::erase_if(impl_->rectified, [](const auto& other) { return other.expired(); });
+    impl_->rectified.push_back(frame);
+  }
   return frame;
 }
 
 std::optional<Pose> Slam::push(const RgbdFramePtr& frame) {
   impl_->require_running("Slam::push");
-  const std::optional<Pose> T_world_camera = impl_->system.push(frame);
+  impl_->require_pushable(frame);
+  std::optional<Pose> T_world_camera;
+  const bool used = impl_->selection.uses_next();
+  if (used) {
+    const bool half = impl_->options.input.half_size;
+    T_world_camera =
+        impl_->system.push(half ? std::make_shared<const RgbdFrame>(halved(*frame)) : frame);
+  }
+  impl_->selection.advance();
   impl_->next_index = std::max(impl_->next_index, frame->index + 1);
-  impl_->notify();
+  if (used) impl_->notify();
   return T_world_camera;
 }
 
@@ -155,19 +221,19 @@ std::optional<Pose> Slam::push(const cv::Mat& color, const cv::Mat& depth, doubl
 std::shared_ptr<const Snapshot> Slam::snapshot() const { return impl_->system.snapshot(); }
 
 Subscription Slam::on_pose(std::function<void(const PoseUpdate&)> call) {
-  return impl_->pose.add(std::move(call));
+  return impl_->pose.add(std::move(call), "Slam::on_pose");
 }
 
 Subscription Slam::on_keyframe(std::function<void(const KeyframePose&)> call) {
-  return impl_->keyframe.add(std::move(call));
+  return impl_->keyframe.add(std::move(call), "Slam::on_keyframe");
 }
 
 Subscription Slam::on_map_changed(std::function<void(const MapCorrection&)> call) {
-  return impl_->correction.add(std::move(call));
+  return impl_->correction.add(std::move(call), "Slam::on_map_changed");
 }
 
 Subscription Slam::on_movers(std::function<void(const std::vector<MovingObject>&)> call) {
-  return impl_->movers.add(std::move(call));
+  return impl_->movers.add(std::move(call), "Slam::on_movers");
 }
 
 Results Slam::finish() {

@@ -19,6 +19,7 @@ namespace {
 
 using recorded::Recording, recorded::recording, recorded::same_bytes, recorded::TrueMasks;
 using test::error_of;
+using testing::AllOf;
 using testing::HasSubstr;
 
 Options small_options() {
@@ -266,9 +267,72 @@ TEST(SlamApi, AWrongFrameIsAnErrorThatNamesIt) {
   auto half = std::make_shared<RgbdFrame>(f);
   half->depth = cv::Mat();
   EXPECT_THAT(error_of([&] { slam.push(half); }), HasSubstr("depth image is empty"));
+  auto cropped = std::make_shared<RgbdFrame>(f);
+  cropped->gray = f.gray(cv::Rect(0, 0, 100, 80));
+  EXPECT_THAT(error_of([&] { slam.push(cropped); }), HasSubstr("gray image has 100 x 80 pixels"));
   slam.push(f.color, f.depth, 1);
   EXPECT_THAT(error_of([&] { slam.push(f.color, f.depth, 1); }), HasSubstr("does not come after"));
   EXPECT_EQ(slam.finish().statistics.frames, 1U) << "wrong frames leave nothing behind";
+}
+
+TEST(SlamApi, DepthInMillimetersIsAnErrorThatNamesMeters) {
+  const Recording& rec = recording(0, "xyz");
+  const RgbdFrame& f = *rec.frames[0];
+  Slam slam = slam_for(rec);
+  const cv::Mat millimeters = f.depth * 1000;
+  EXPECT_THAT(error_of([&] { slam.make_frame(f.color, millimeters, 1); }),
+              AllOf(HasSubstr("depth in meters is expected"), HasSubstr("divide millimeters")));
+  Camera camera = rec.sequence->camera();
+  camera.depth_factor = 1;
+  Slam wrong_unit(camera, small_options());
+  EXPECT_THAT(error_of([&] { wrong_unit.make_frame(f.color, raw_depth(f.depth, 1000), 1); }),
+              HasSubstr("camera.depth_factor is 1: set it to the raw units per meter"));
+  const cv::Mat unknown = cv::Mat::zeros(f.depth.size(), CV_32FC1);
+  EXPECT_NO_THROW(slam.make_frame(f.color, unknown, 2)) << "a frame without any depth is possible";
+}
+
+TEST(SlamApi, AFrameThatIsNotRectifiedIsAnError) {
+  const Recording& rec = recording(0, "xyz");
+  Camera distorted = rec.sequence->camera();
+  distorted.distortion << 0.1, -0.05, 0.001, 0, 0;
+  Slam slam(distorted, small_options());
+  const RgbdFrame& f = *rec.frames[0];
+  EXPECT_THAT(error_of([&] { slam.push(rec.frames[0]); }),
+              AllOf(HasSubstr("is distorted"), HasSubstr("make_frame()")));
+  EXPECT_NO_THROW(slam.push(slam.make_frame(f.color, f.depth, f.timestamp)));
+}
+
+TEST(SlamApi, AnEmptyFunctionCannotSubscribe) {
+  Slam slam = slam_for(recording(0, "xyz"));
+  const auto expected = [](const char* name) { return HasSubstr(std::string("Slam::") + name); };
+  EXPECT_THAT(error_of([&] { auto s = slam.on_pose(nullptr); }), expected("on_pose"));
+  EXPECT_THAT(error_of([&] { auto s = slam.on_keyframe(nullptr); }), expected("on_keyframe"));
+  EXPECT_THAT(error_of([&] { auto s = slam.on_map_changed(nullptr); }), expected("on_map_changed"));
+  EXPECT_THAT(error_of([&] { auto s = slam.on_movers(nullptr); }), expected("on_movers"));
+}
+
+/// Frames 2, 4 and 6 of eight, as TumFolder selects them.
+TEST(SlamApi, TheInputOptionsSelectAndHalveTheFrames) {
+  const Recording& rec = recording(0, "xyz");
+  Options options = small_options();
+  options.input = {.first = 2, .count = 6, .stride = 2, .half_size = true};
+  Slam slam(rec.sequence->camera(), options);
+  std::vector<std::size_t> used;
+  const Subscription on_pose =
+      slam.on_pose([&](const PoseUpdate& p) { used.push_back(p.frame_index); });
+  for (std::size_t i = 0; i < 10; ++i) slam.push(rec.frames[i]);
+  EXPECT_EQ(used, (std::vector<std::size_t>{2, 4, 6}));
+  const Results results = slam.finish();
+  EXPECT_EQ(results.statistics.frames, 3U);
+  EXPECT_EQ(results.statistics.tracked, 3U) << "with the intrinsics of the halved images";
+}
+
+TEST(SlamApi, AClassThatDoesNotExistIsAnError) {
+  Options options = small_options();
+  options.motion.moving_classes = {"persn"};
+  EXPECT_THAT(error_of([&] { Slam slam(recording(0, "xyz").sequence->camera(), options); }),
+              AllOf(HasSubstr("option motion.moving_classes: there is no class 'persn'"),
+                    HasSubstr("did you mean 'person'?")));
 }
 
 TEST(SlamApi, CallsInTheWrongOrderAreErrors) {

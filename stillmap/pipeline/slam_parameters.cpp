@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/pipeline/slam_parameters.hpp"
 
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/nearest_name.hpp"
+#include "stillmap/segment/coco.hpp"
+
+#include <algorithm>
+
 namespace stillmap {
 namespace {
 
@@ -87,6 +93,15 @@ void set_schedule(const Options& from, ScheduleOptions& to) {
   to.global_delay = from.schedule.global_delay;
 }
 
+/// Throws Error for a class of an option that is not among the known ones.
+void require_known(const std::vector<std::string>& classes, const std::string& option,
+                   const std::vector<std::string>& known) {
+  for (const std::string& name : classes) {
+    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+    throw Error("there is no class '" + name + "'", "option " + option, suggestion(name, known));
+  }
+}
+
 }  // namespace
 
 SlamParameters parameters_of(const Options& options) {
@@ -110,6 +125,18 @@ DenseOptions dense_parameters_of(const Options& options) {
   set_dense(options.dense, parameters);
   set_outputs(options.outputs, parameters);
   return parameters;
+}
+
+void check_classes(const Options& options, const Detector* detector) {
+  std::vector<std::string> known = coco_class_names();
+  known.emplace_back("unknown");
+  if (detector != nullptr) {
+    const auto& names = detector->class_names();
+    known.insert(known.end(), names.begin(), names.end());
+  }
+  require_known(options.motion.moving_classes, "motion.moving_classes", known);
+  require_known(options.motion.potential_classes, "motion.potential_classes", known);
+  require_known(options.dense.excluded_classes, "dense.excluded_classes", known);
 }
 
 }  // namespace stillmap

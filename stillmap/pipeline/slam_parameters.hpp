@@ -6,6 +6,7 @@
 #include "stillmap/motion/motion_estimator.hpp"
 #include "stillmap/options.hpp"
 #include "stillmap/refine/local_mapper.hpp"
+#include "stillmap/segment/detector.hpp"
 #include "stillmap/segment/mask_propagator.hpp"
 #include "stillmap/segment/segment_options.hpp"
 #include "stillmap/track/tracker.hpp"
@@ -56,5 +57,9 @@ SlamParameters parameters_of(const Options& options);
 
 /// Returns the parameters of the dense map alone, from the same options as parameters_of().
 DenseOptions dense_parameters_of(const Options& options);
+
+/// Throws Error for a class of objects in the options that does not exist, and names the nearest
+/// ones. The classes of COCO and "unknown" exist always, those of the detector if there is one.
+void check_classes(const Options& options, const Detector* detector);
 
 }  // namespace stillmap

@@ -37,7 +37,7 @@ RunRecord full_record() {
   RunRecord record;
   record.sequence = "rooms/<kitchen> & co";
   record.machine = "AMD EPYC, 2 cores";
-  record.options.preset = "seg-mask";
+  record.options = read_options("seg-mask");
   record.options.network.model = "<b>&.onnx";
   record.truth = path(0);
   SlamResult& result = record.result;

@@ -170,7 +170,7 @@ nlohmann::json run_summary_json(const RunRecord& record) {
   json["stillmap"] = STILLMAP_VERSION;
   json["machine"] = record.machine;
   json["sequence"] = record.sequence;
-  json["preset"] = record.options.preset;
+  json["preset"] = record.options.preset();
   json["schedule"] = record.options.schedule.mode;
   json["detector"] = text_or_null(record.detector);
   json["frames_without_masks"] = text_or_null(record.result.detector_skipped);

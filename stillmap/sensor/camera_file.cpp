@@ -252,7 +252,7 @@ Camera from_our_own(const CameraYaml& yaml, const fs::path& file) {
   return camera;
 }
 
-Camera read_camera(const fs::path& file) {
+Camera camera_in(const fs::path& file) {
   const CameraYaml yaml(file);
   Camera camera = is_settings_file(yaml) ? from_settings(yaml) : from_our_own(yaml, file);
   if (camera.name == Camera().name) camera.name = file.stem().string();
@@ -271,22 +271,22 @@ const std::vector<std::string>& camera_presets() {
   return names;
 }
 
-Camera load_camera(const std::string& name_or_path) {
+Camera read_camera(const std::string& name_or_file) {
   for (const auto& camera : presets()) {
-    if (camera.name == name_or_path) return camera;
+    if (camera.name == name_or_file) return camera;
   }
   std::error_code ignored;
-  if (fs::is_directory(name_or_path, ignored)) {
-    throw Error("is a folder, not a camera", name_or_path,
+  if (fs::is_directory(name_or_file, ignored)) {
+    throw Error("is a folder, not a camera", name_or_file,
                 "name the camera file itself, such as " +
-                    (fs::path(name_or_path) / "camera.yaml").string());
+                    (fs::path(name_or_file) / "camera.yaml").string());
   }
-  if (!fs::exists(name_or_path, ignored)) {
+  if (!fs::exists(name_or_file, ignored)) {
     throw Error(
-        "is neither a known camera nor a file", "camera '" + name_or_path + "'",
-        "give the path of a camera file or a name: " + suggestion(name_or_path, camera_presets()));
+        "is neither a known camera nor a file", "camera '" + name_or_file + "'",
+        "give the path of a camera file or a name: " + suggestion(name_or_file, camera_presets()));
   }
-  return read_camera(name_or_path);
+  return camera_in(name_or_file);
 }
 
 void write_camera(const fs::path& file, const Camera& camera) {
@@ -312,7 +312,28 @@ void write_camera(const fs::path& file, const Camera& camera) {
   write_file(file, text);
 }
 
+namespace {
+
+/// Throws Error unless files can name the depth sensor, and its figures are those of a sensor.
+void check_depth_sensor(const DepthSensor& sensor, const std::string& where) {
+  const auto& known = depth_sensor_names();
+  if (std::find(known.begin(), known.end(), sensor.name) == known.end()) {
+    throw Error(fmt::format("'{}' is no known depth sensor", printable(sensor.name)), where,
+                suggestion(sensor.name, known));
+  }
+  const bool range = sensor.min_depth >= 0 && sensor.min_depth < sensor.max_depth;
+  if (range && sensor.sigma(sensor.min_depth) >= 0 && sensor.sigma(sensor.max_depth) >= 0) return;
+  throw Error(fmt::format("the depth sensor measures from {} m to {} m with standard deviations "
+                          "from {} m to {} m",
+                          sensor.min_depth, sensor.max_depth, sensor.sigma(sensor.min_depth),
+                          sensor.sigma(sensor.max_depth)),
+              where, fmt::format("take find_depth_sensor() of one of {}", fmt::join(known, ", ")));
+}
+
+}  // namespace
+
 void check_camera(const Camera& camera, const std::string& where) {
+  check_depth_sensor(camera.depth_sensor, where);
   const auto expect = [&](bool holds, const std::string& key, double found,
                           const std::string& wanted) {
     if (!holds) {

@@ -2,6 +2,7 @@
 #include "stillmap/sensor/camera_file.hpp"
 
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/test_error.hpp"
 #include "stillmap/base/test_path.hpp"
 
 #include <fstream>
@@ -12,36 +13,53 @@
 namespace stillmap {
 namespace {
 
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
 class CameraFile : public ::testing::Test {
  protected:
   std::filesystem::path file_ = test::own_path("camera.yaml");
   Camera load(const std::string& text) {
     std::ofstream(file_) << text;
-    return load_camera(file_.string());
+    return read_camera(file_.string());
   }
   void TearDown() override { std::filesystem::remove(file_); }
 };
 
 TEST(CameraPresets, HaveThePublishedCalibration) {
-  const Camera fr1 = load_camera("tum_fr1");
+  const Camera fr1 = read_camera("tum_fr1");
   EXPECT_EQ(fr1.name, "tum_fr1");
   EXPECT_EQ(fr1.fx, 517.3);
   EXPECT_EQ(fr1.cy, 255.3);
   EXPECT_TRUE(fr1.distorted());
   EXPECT_EQ(fr1.distortion(4), 1.1633);
-  const Camera fr3 = load_camera("tum_fr3");
+  const Camera fr3 = read_camera("tum_fr3");
   EXPECT_EQ(fr3.fy, 539.2);
   EXPECT_FALSE(fr3.distorted());
   EXPECT_EQ(fr3.depth_factor, 5000);
-  EXPECT_EQ(load_camera("kitchen").cx, 321);
+  EXPECT_EQ(read_camera("kitchen").cx, 321);
 }
 
 TEST(CameraPresets, AllPassTheirOwnCheck) {
-  for (const auto& name : camera_presets()) EXPECT_NO_THROW(check_camera(load_camera(name), name));
+  for (const auto& name : camera_presets()) EXPECT_NO_THROW(check_camera(read_camera(name), name));
+}
+
+TEST(Camera, WithAnImpossibleDepthSensorIsAnErrorThatListsTheModels) {
+  Camera camera;
+  camera.depth_sensor.name = "kinect_v2";
+  EXPECT_THAT(test::error_of([&] { check_camera(camera, "camera"); }),
+              AllOf(HasSubstr("'kinect_v2' is no known depth sensor"), HasSubstr("azure_kinect")));
+  camera.depth_sensor = find_depth_sensor("kinect_v1");
+  camera.depth_sensor.max_depth = camera.depth_sensor.min_depth;
+  EXPECT_THAT(test::error_of([&] { check_camera(camera, "camera"); }),
+              AllOf(HasSubstr("measures from 0.45 m to 0.45 m"), HasSubstr("azure_kinect")));
+  camera.depth_sensor = find_depth_sensor("kinect_v1");
+  camera.depth_sensor.noise.quadratic = -1;
+  EXPECT_THAT(test::error_of([&] { check_camera(camera, "camera"); }), HasSubstr("deviations"));
 }
 
 TEST_F(CameraFile, RoundTrip) {
-  Camera written = load_camera("tum_fr2");
+  Camera written = read_camera("tum_fr2");
   written.name = "my \"odd\" camera: 2";
   written.fx = 520.123456789012;
   written.width = 1280;
@@ -51,7 +69,7 @@ TEST_F(CameraFile, RoundTrip) {
   written.depth_sensor = find_depth_sensor("azure_kinect");
   written.shutter = {.readout = 0.0271, .depth_delay = -0.0153};
   write_camera(file_, written);
-  const Camera read = load_camera(file_.string());
+  const Camera read = read_camera(file_.string());
   EXPECT_EQ(read.name, written.name);
   EXPECT_EQ(read.width, 1280);
   EXPECT_EQ(read.height, 960);
@@ -135,7 +153,7 @@ TEST_F(CameraFile, ReadsFilesOfTheBenchmarkTool) {
       "239.5\nCamera.k1: 0.0\n"
       "Camera.k2: 0.0\nCamera.p1: 0.0\nCamera.p2: 0.0\nCamera.width: 640\nCamera.height: 480\n"
       "Camera.fps: 30.0\nDepthMapFactor: 5000.0\n");
-  const Camera kitchen = load_camera("kitchen");
+  const Camera kitchen = read_camera("kitchen");
   EXPECT_EQ(camera.fx, kitchen.fx);
   EXPECT_EQ(camera.cx, kitchen.cx);
   EXPECT_FALSE(camera.distorted());

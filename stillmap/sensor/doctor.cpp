@@ -52,7 +52,7 @@ std::optional<Camera> choose_camera(const SequencePaths& paths, const std::optio
           "name one with --camera, or put its parameters into camera.yaml in the folder");
       return std::nullopt;
     }
-    Camera camera = named ? *named : load_camera(paths.camera.string());
+    Camera camera = named ? *named : read_camera(paths.camera.string());
     check_camera(camera, "camera '" + camera.name + "'");
     diagnosis.add(
         Severity::kOk,

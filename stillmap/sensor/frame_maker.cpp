@@ -2,13 +2,18 @@
 #include "stillmap/sensor/frame_maker.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/statistics.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/require_image.hpp"
 #include "stillmap/sensor/tum_folder.hpp"
 
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <memory>
+#include <vector>
 
+#include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
 
 namespace stillmap {
@@ -18,7 +23,36 @@ constexpr const char* kWhere = "make_frame";
 constexpr const char* kColorImage = "color image";
 constexpr const char* kDepthImage = "depth image";
 
-/// A copy as 8-bit BGR.
+/// Median depth above which the unit of an image must be wrong [m]. No sensor of
+/// depth_sensor_names() measures beyond 20 m; the median of an image in millimeters is several
+/// hundred.
+constexpr double kMostPlausibleMedian = 100;
+/// Interval of the rows and columns whose pixels enter the median [pixels].
+constexpr int kMedianStride = 8;
+
+/// Returns the median of the known readings, in the unit of the image; 0 if there are none.
+template <typename T>
+double median_reading(const cv::Mat& depth) {
+  std::vector<double> known;
+  for (int y = 0; y < depth.rows; y += kMedianStride) {
+    for (int x = 0; x < depth.cols; x += kMedianStride) {
+      const T reading = depth.at<T>(y, x);
+      if (reading > 0 && reading < std::numeric_limits<T>::max())
+        known.push_back(static_cast<double>(reading));
+    }
+  }
+  return known.empty() ? 0 : upper_median(known);
+}
+
+/// Throws Error if the median depth of an image shows that its unit is wrong.
+void require_plausible(double median_meters, const std::string& fix) {
+  if (median_meters <= kMostPlausibleMedian) return;
+  throw Error(fmt::format("the median of the {} is {:.0f} m: depth in meters is expected",
+                          kDepthImage, median_meters),
+              kWhere, fix);
+}
+
+/// Returns a copy as 8-bit BGR.
 cv::Mat bgr_of(const cv::Mat& color) {
   cv::Mat bgr;
   switch (color.type()) {
@@ -59,11 +93,19 @@ RgbdFramePtr FrameMaker::make(const cv::Mat& color, const cv::Mat& depth, double
 /// Returns a copy, since the caller may change its image later.
 cv::Mat FrameMaker::meters_of(const cv::Mat& depth) const {
   const DepthSensor& sensor = camera().depth_sensor;
-  if (depth.type() == CV_16UC1) return depth_in_meters(depth, camera().depth_factor, sensor);
+  if (depth.type() == CV_16UC1) {
+    require_plausible(median_reading<std::uint16_t>(depth) / camera().depth_factor,
+                      fmt::format("camera.depth_factor is {}: set it to the raw units per meter, "
+                                  "1000 for millimeters",
+                                  camera().depth_factor));
+    return depth_in_meters(depth, camera().depth_factor, sensor);
+  }
   if (depth.type() != CV_32FC1) {
     refuse_type(depth, kDepthImage, kWhere,
                 "give 16-bit (CV_16UC1) or 32-bit float in meters (CV_32FC1)");
   }
+  require_plausible(median_reading<float>(depth),
+                    "divide millimeters by 1000, or give the camera's 16-bit image");
   cv::Mat1f meters(depth.size());
   const auto nearest = static_cast<float>(sensor.min_depth);
   const auto farthest = static_cast<float>(sensor.max_depth);

@@ -25,7 +25,8 @@ class FrameMaker {
   /// @param depth     16-bit in units of 1 / depth_factor meters, or 32-bit float in meters; 0 or
   ///                  NaN where the depth is unknown
   /// @param timestamp time of the color image [s]
-  /// Throws Error that names the argument, and its type or size, if it is wrong.
+  /// Throws Error that names the argument, and its type or size, if it is wrong; also if the known
+  /// depths are so large that their unit must be wrong.
   RgbdFramePtr make(const cv::Mat& color, const cv::Mat& depth, double timestamp,
                     std::size_t index) const;
 

@@ -54,6 +54,11 @@ cv::Mat halved_depth(const cv::Mat& depth) {
 }  // namespace
 
 Camera halved(const Camera& camera) {
+  if (camera.width < kLeastWidth || camera.height < kLeastHeight) {
+    throw Error(fmt::format("has images of {} x {} pixels, too small to be halved", camera.width,
+                            camera.height),
+                "camera '" + camera.name + "'", "leave --half and input.half_size out");
+  }
   Camera half = camera;
   half.width /= 2;
   half.height /= 2;
@@ -73,14 +78,7 @@ RgbdFrame halved(const RgbdFrame& frame) {
 }
 
 HalvedSource::HalvedSource(std::unique_ptr<FrameSource> whole)
-    : whole_(std::move(whole)), camera_(halved(whole_->camera())) {
-  const Camera& recorded = whole_->camera();
-  if (recorded.width < kLeastWidth || recorded.height < kLeastHeight) {
-    throw Error(fmt::format("has images of {} x {} pixels, too small to be halved", recorded.width,
-                            recorded.height),
-                "camera '" + recorded.name + "'", "leave --half out");
-  }
-}
+    : whole_(std::move(whole)), camera_(halved(whole_->camera())) {}
 
 RgbdFramePtr HalvedSource::next() {
   const RgbdFramePtr whole = whole_->next();

@@ -8,7 +8,8 @@ namespace stillmap {
 
 /// Returns the ideal pinhole camera of images reduced to half their width and height, for slow
 /// computers. Pixel (u, v) covers pixels 2u, 2u + 1 and 2v, 2v + 1 of the full image, so its center
-/// is at (2u + 0.5, 2v + 0.5). An odd last row or column is dropped.
+/// is at (2u + 0.5, 2v + 0.5). An odd last row or column is dropped. Throws Error if the images are
+/// too small: less than 128 x 96 pixels.
 Camera halved(const Camera& camera);
 
 /// Returns the halved frame. Color and gray: mean of four pixels. Depth: mean of those of the four
@@ -18,7 +19,7 @@ RgbdFrame halved(const RgbdFrame& frame);
 /// A source of the halved frames of another source.
 class HalvedSource : public FrameSource {
  public:
-  /// Throws Error if the camera's images are too small: less than 128 x 96 pixels.
+  /// Throws Error if the camera's images are too small to be halved.
   explicit HalvedSource(std::unique_ptr<FrameSource> whole);
 
   const Camera& camera() const override { return camera_; }

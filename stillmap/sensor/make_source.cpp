@@ -34,8 +34,8 @@ std::string folder_of(const std::string& text) {
 }
 
 Camera camera_of(const SourceOptions& options, const SequencePaths& paths) {
-  if (!options.camera.empty()) return load_camera(options.camera);
-  if (!paths.camera.empty()) return load_camera(paths.camera.string());
+  if (!options.camera.empty()) return read_camera(options.camera);
+  if (!paths.camera.empty()) return read_camera(paths.camera.string());
   throw Error("the sequence has no camera.yaml, and no camera was named", paths.folder.string(),
               fmt::format("add --camera NAME or FILE; the names are {}",
                           fmt::join(camera_presets(), ", ")));

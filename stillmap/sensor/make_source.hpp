@@ -7,10 +7,23 @@
 
 namespace stillmap {
 
+/// Returns the camera of a preset (tum_fr1, tum_fr2, tum_fr3, kitchen) or of a file:
+/// - our YAML format: name, width, height, fx, fy, cx, cy, distortion [k1, k2, p1, p2, k3],
+///   depth_factor, fps, baseline, sensor (a name that find_depth_sensor() knows), readout and
+///   depth_delay (ShutterTiming). Name, distortion, fps, baseline, sensor and timing are optional;
+///   the default sensor is kinect_v1, the default baseline that of a triangulating sensor;
+/// - an ORB-SLAM settings file: `%YAML:1.0`, Camera.fx or Camera1.fx ..., Camera.k1 ...,
+///   Camera.width, Camera.fps, Camera.bf or Stereo.b, DepthMapFactor or RGBD.DepthMapFactor. All
+///   other keys of such a file (matrices, ORBextractor.*, Viewer.*) are ignored.
+///
+/// Throws Error with file, key and fix for an unknown name, a missing, repeated, misspelled or
+/// mistyped key, and an impossible value (focal length or depth factor not positive, principal
+/// point outside the image, a number that is not finite, a fisheye model).
+Camera read_camera(const std::string& name_or_file);
+
 /// Part of a recording to use, and settings that the recording does not contain.
 struct SourceOptions {
-  /// Preset name (tum_fr1, tum_fr2, tum_fr3, kitchen), camera.yaml or an ORB-SLAM settings file;
-  /// empty for the recording's own camera.yaml.
+  /// Preset name or file, as for read_camera(); empty for the recording's own camera.yaml.
   std::string camera;
   std::string associations;  ///< File that pairs color and depth images; empty for the lists.
   int first = 0;             ///< Number of frames skipped at the start.

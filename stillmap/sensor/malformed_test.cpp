@@ -366,7 +366,7 @@ class OneInvalidCamera : public ::testing::TestWithParam<SpoiltCamera> {};
 TEST_P(OneInvalidCamera, IsAnErrorWithFileKeyAndFix) {
   const TestSequence sequence(0);
   sequence.write("camera.yaml", GetParam().text);
-  const std::string error = error_of([&] { load_camera(sequence.path("camera.yaml").string()); });
+  const std::string error = error_of([&] { read_camera(sequence.path("camera.yaml").string()); });
   EXPECT_THAT(error, HasSubstr(sequence.path("camera.yaml").string()));
   EXPECT_THAT(error, HasSubstr(GetParam().problem));
   EXPECT_THAT(error, HasSubstr("fix: "));
@@ -449,7 +449,7 @@ INSTANTIATE_TEST_SUITE_P(Cameras, OneInvalidCamera, ::testing::ValuesIn(kInvalid
                          [](const auto& row) { return row.param.name; });
 
 TEST(MalformedArguments, AnUnknownCameraNameSuggestsTheNearest) {
-  const std::string error = error_of([] { load_camera("tum_fr4"); });
+  const std::string error = error_of([] { read_camera("tum_fr4"); });
   EXPECT_THAT(error, HasSubstr("camera 'tum_fr4': is neither a known camera nor a file"));
   EXPECT_THAT(error,
               HasSubstr("did you mean 'tum_fr1'? Known: tum_fr1, tum_fr2, tum_fr3, kitchen"));
@@ -457,7 +457,7 @@ TEST(MalformedArguments, AnUnknownCameraNameSuggestsTheNearest) {
 
 TEST(MalformedArguments, AFolderInsteadOfACamera) {
   const TestSequence sequence(0);
-  const std::string error = error_of([&] { load_camera(sequence.folder().string()); });
+  const std::string error = error_of([&] { read_camera(sequence.folder().string()); });
   EXPECT_THAT(error, HasSubstr("is a folder, not a camera"));
   EXPECT_THAT(error, HasSubstr("camera.yaml"));
 }

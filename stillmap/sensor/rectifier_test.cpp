@@ -45,7 +45,7 @@ cv::Point2d center_of_dot(const cv::Mat& image, const Eigen::Vector2d& expected)
 class DistortedCamera : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(DistortedCamera, DotsAreMovedToThePinholePosition) {
-  const Camera camera = load_camera(GetParam());
+  const Camera camera = read_camera(GetParam());
   ASSERT_TRUE(camera.distorted());
   Camera pinhole = camera;
   pinhole.distortion.setZero();
@@ -75,7 +75,7 @@ TEST_P(DistortedCamera, DotsAreMovedToThePinholePosition) {
 }
 
 TEST_P(DistortedCamera, DepthIsMovedWithoutInterpolation) {
-  const Camera camera = load_camera(GetParam());
+  const Camera camera = read_camera(GetParam());
   const Rectifier rectifier(camera);
   cv::Mat recorded(camera.height, camera.width, CV_16UC1);
   for (int y = 0; y < recorded.rows;
@@ -108,7 +108,7 @@ TEST_P(DistortedCamera, DepthIsMovedWithoutInterpolation) {
 INSTANTIATE_TEST_SUITE_P(Presets, DistortedCamera, ::testing::Values("tum_fr1", "tum_fr2"));
 
 TEST(Rectifier, DoesNotCopyImagesOfAnIdealCamera) {
-  const Rectifier rectifier(load_camera("tum_fr3"));
+  const Rectifier rectifier(read_camera("tum_fr3"));
   EXPECT_FALSE(rectifier.active());
   const cv::Mat image(480, 640, CV_8UC3);
   EXPECT_EQ(rectifier.image(image).data, image.data);
@@ -116,12 +116,12 @@ TEST(Rectifier, DoesNotCopyImagesOfAnIdealCamera) {
 }
 
 TEST(Rectifier, RefusesAnotherSize) {
-  const Rectifier rectifier(load_camera("tum_fr1"));
+  const Rectifier rectifier(read_camera("tum_fr1"));
   EXPECT_THROW(rectifier.image(cv::Mat(240, 320, CV_8UC1)), Error);
 }
 
 TEST(Rectifier, PixelsOutsideTheRecordingHaveNoDepthAndNoEdge) {
-  Camera camera = load_camera("tum_fr3");
+  Camera camera = read_camera("tum_fr3");
   camera.distortion(0) = 0.3;  // The ideal view is wider than the recorded one.
   const Rectifier rectifier(camera);
   EXPECT_EQ(rectifier.nearest(cv::Mat(480, 640, CV_16UC1, cv::Scalar(7))).at<std::uint16_t>(0, 0),

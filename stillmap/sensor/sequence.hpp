@@ -15,7 +15,7 @@ struct SequencePaths {
   std::filesystem::path color_list, depth_list;
   /// Lines `t_rgb rgb_file t_depth depth_file`; if not empty, used instead of the two lists.
   std::filesystem::path associations;
-  std::filesystem::path camera;        ///< File camera.yaml: see load_camera().
+  std::filesystem::path camera;        ///< File camera.yaml: see read_camera().
   std::filesystem::path ground_truth;  ///< File groundtruth.txt: see read_trajectory().
   std::filesystem::path masks;  ///< Folder mask/: one 8-bit PNG per color image with the same name.
 };

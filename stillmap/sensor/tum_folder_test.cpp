@@ -223,7 +223,7 @@ TEST(TumFolder, ReadsARealRecording) {
   const fs::path folder =
       fs::path(shared ? shared : STILLMAP_SHARED_DEFAULT) / "bench/tum_walking_halfsphere_first50";
   if (!fs::exists(folder)) GTEST_SKIP() << folder << " is not there";
-  TumFolder source(find_sequence(folder), load_camera("tum_fr3"), {.count = 5});
+  TumFolder source(find_sequence(folder), read_camera("tum_fr3"), {.count = 5});
   const auto frames = all_frames(source);
   ASSERT_THAT(frames, SizeIs(5));
   EXPECT_THAT(source.skipped(), IsEmpty());

@@ -12,7 +12,7 @@ namespace stillmap {
 /// - rgb/, depth/ (16-bit PNG, Camera::depth_factor units per meter), listed in rgb.txt, depth.txt
 ///   and associations.txt;
 /// - groundtruth.txt: T_world_camera of every frame, TUM format;
-/// - camera.yaml: read by load_camera();
+/// - camera.yaml: read by read_camera();
 /// - mask/: 8-bit PNG, 255 person, 128 mover of no known class, 0 static; named like the color
 ///   images;
 /// - instance/: 8-bit PNG, the id of the visible mover, 0 static;

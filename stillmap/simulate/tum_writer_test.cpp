@@ -78,8 +78,8 @@ TEST_F(TumWriter, FilesEqualTheSequence) {
   const Trajectory truth = read_trajectory(folder_ / "groundtruth.txt");
   ASSERT_EQ(truth.size(), 3U);
   EXPECT_LT((truth[2].T_world_camera.inverse() * sequence.T_world_camera(2)).log().norm(), 1e-7);
-  EXPECT_DOUBLE_EQ(load_camera(folder_ / "camera.yaml").fx, sequence.camera().fx);
-  EXPECT_EQ(load_camera(folder_ / "camera.yaml").depth_sensor.name, "kinect_v1");
+  EXPECT_DOUBLE_EQ(read_camera(folder_ / "camera.yaml").fx, sequence.camera().fx);
+  EXPECT_EQ(read_camera(folder_ / "camera.yaml").depth_sensor.name, "kinect_v1");
 }
 
 TEST_F(TumWriter, ListsNameEveryFrame) {
