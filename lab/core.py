@@ -11,9 +11,9 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = ROOT / "build/release/stillmap"
 LAB_PROGRAM = ROOT / "build/release/stillmap_lab"
-PRESETS = ["static", "seg-mask", "box-flow", "gated-seg", "box-epipolar", "fused", "fused-nonet"]
+PRESETS = ["static", "seg-mask", "box-flow", "gated-seg", "box-epipolar", "fused", "fused-no-network"]
 BOX_PRESETS = {"box-flow", "box-epipolar"}  # their papers use boxes, not masks
-NO_NETWORK = "-nonet"
+NO_NETWORK = "-no-network"
 
 
 class Failed(RuntimeError):
@@ -83,7 +83,7 @@ def ensure_run(name, command, out, again=False, optional=(), outputs=()):
     made = read_json(out / "run.json") == made_by and all((out / file).exists() for file in outputs)
     if not made or again or not read_json(out / "summary.json"):
         out.mkdir(parents=True, exist_ok=True)
-        for stale in ("run.json", "summary.json", "verdicts.json", "still.json", "ghosts.json", "error.txt"):
+        for stale in ("run.json", "summary.json", "labels.json", "still.json", "ghosts.json", "error.txt"):
             (out / stale).unlink(missing_ok=True)
         say(f"{name} ...")
         call(command, out / "run.log")
@@ -104,12 +104,20 @@ class Variant:
 
 
 def variant_of(name, arguments):
-    """Returns the variant of a preset's name; "-nonet" after it means without a network."""
+    """Returns the variant of a preset's name. It has no network if the name says so, or if none was named; its own name
+    then says so, too."""
     preset = name.removesuffix(NO_NETWORK)
-    if preset != name or name == "static":
-        return Variant(name, preset)
-    box_model = getattr(arguments, "box_model", None)
-    return Variant(name, preset, box_model if name in BOX_PRESETS and box_model else arguments.model)
+    if preset == "static":
+        return Variant(preset, preset)
+    model = arguments.box_model if preset in BOX_PRESETS and arguments.box_model else arguments.model
+    if preset != name or model is None:
+        return Variant(preset + NO_NETWORK, preset)
+    return Variant(name, preset, model)
+
+
+def variants_of(arguments):
+    """Returns the variants of all named presets, each once."""
+    return in_order(variant_of(name, arguments) for name in arguments.presets)
 
 
 def sequences_of(arguments):
@@ -130,9 +138,10 @@ def add_run_arguments(parser, presets):
     """Adds the arguments of all subcommands that run presets on a folder of sequences."""
     parser.add_argument("sequences", type=Path, help="folder of sequences in TUM layout, with groundtruth.txt")
     parser.add_argument("--out", type=Path, required=True, help="folder for the results")
-    parser.add_argument("--model", type=Path, help="network with masks (.onnx)")
+    parser.add_argument("--model", type=Path, help="network with masks (.onnx); without it all presets run without a network")
     parser.add_argument("--box-model", type=Path, help="network with boxes, for box-flow and box-epipolar")
-    parser.add_argument("--presets", type=names, default=presets, help="default: " + ",".join(presets))
+    parser.add_argument("--presets", type=names, default=presets,
+                        help=f"NAME{NO_NETWORK} is preset NAME without the network; default: " + ",".join(presets))
     parser.add_argument("--only", type=names, default=[], help="only sequences of these names")
     parser.add_argument("--set", action="append", default=[], metavar="OPTION=VALUE", help="option of every run")
     parser.add_argument("--again", action="store_true", help="repeat runs that were made already")
@@ -141,10 +150,9 @@ def add_run_arguments(parser, presets):
 
 def check_run_arguments(arguments):
     """Exits with a usage error if a program or a network is missing."""
-    lacking = [name for name in arguments.presets
-               if name != "static" and not name.endswith(NO_NETWORK) and variant_of(name, arguments).model is None]
-    if lacking:
-        arguments.error(f"--model FILE.onnx is needed for {', '.join(lacking)}")
+    for network in (arguments.model, arguments.box_model):
+        if network is not None and not network.exists():
+            arguments.error(f"there is no network {network}: name another one, or none")
     if not arguments.program.is_file():
         arguments.error(f"there is no {arguments.program}: build it, or name it with --program")
 

@@ -4,7 +4,9 @@
   python3 -m lab growth --out DIR [--rounds 10] [--people N]
 
 Renders a camera that is carried around the simulated office (once; kept in DIR), and maps the first round, the first
-two rounds, and so on. Printed as a table: keyframes and landmarks of the map, peak memory, milliseconds, ATE.
+two rounds, and so on. The table has keyframes and landmarks of the map, peak memory, milliseconds and ATE.
+
+Written to DIR: growth.md (printed at the end), growth.json, and a folder per run.
 """
 from pathlib import Path
 
@@ -58,6 +60,9 @@ def main(arguments):
     length = round_length(render(arguments, 450, f"once_{arguments.people}"))
     sequence = render(arguments, arguments.rounds * length, f"rounds_{arguments.people}_{arguments.rounds}")
     lines = [[rounds, *line_of(arguments, sequence, rounds * length)] for rounds in range(1, arguments.rounds + 1)]
-    print(core.markdown(["rounds", "keyframes", "landmarks", "memory [MiB]", "tracking, median [ms]",
-                         "refinement, median [ms]", "loops", "tracked", "ATE [m]"], lines, f"{length} frames a round"))
+    head = ["rounds", "keyframes", "landmarks", "memory [MiB]", "tracking, median [ms]", "refinement, median [ms]",
+            "loops", "tracked", "ATE [m]"]
+    text = core.markdown(head, lines, f"{length} frames a round")
+    core.write_tables(arguments.out, text, [dict(zip(head, line)) for line in lines], "growth")
+    print(text)
     return 0

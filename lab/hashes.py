@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """SHA-256 of trajectory, keyframes, cloud and movers of every sequence.
 
-  python3 -m lab hashes SEQUENCES_DIR --out RESULTS_DIR --model yolov8n-seg.onnx [--presets fused] [--count N]
+  python3 -m lab hashes SEQUENCES_DIR --out RESULTS_DIR [--model yolov8n-seg.onnx] [--presets fused] [--count N]
   python3 -m lab hashes ... --compare OLD/hashes.json      names the files that differ; exit code 1 if any does
 
 In lockstep the results depend on the data and the options alone, so a change that must not change results must not
@@ -39,8 +39,8 @@ def differing(runs, old):
 
 def main(arguments):
     core.check_run_arguments(arguments)
-    runs = {f"{sequence.name}, {name}": hashes_of(core.variant_of(name, arguments), sequence, arguments)
-            for sequence in core.sequences_of(arguments) for name in arguments.presets}
+    runs = {f"{sequence.name}, {variant.name}": hashes_of(variant, sequence, arguments)
+            for sequence in core.sequences_of(arguments) for variant in core.variants_of(arguments)}
     lines = [[run, *((hashes[file] or "-")[:SHOWN] for file in FILES)] for run, hashes in runs.items()]
     text = core.markdown(["run", *FILES], lines, "SHA-256, first digits")
     changed = differing(runs, core.read_json(arguments.compare)) if arguments.compare else []

@@ -192,6 +192,21 @@ def judge_objects(run, sequence):
                                             for name, count in Counter(c for c, *_ in truth).items()))
 
 
+# The files of a run and of a sequence that each subject reads.
+NEEDED = {"walls": (["trajectory.txt", "cloud.ply"], ["groundtruth.txt", "camera.yaml", "surface.ply"]),
+          "objects": (["trajectory.txt", "semantic.ply", "objects.json"], ["groundtruth.txt", "things.csv"])}
+
+
+def require_files(subject, run, sequence):
+    """Throws Failed for the first file that is missing."""
+    in_run, in_sequence = NEEDED[subject]
+    for folder, names, maker in ((run, in_run, "stillmap run --out" + (" with a network" if subject == "objects" else "")),
+                                 (sequence, in_sequence, "stillmap simulate --out")):
+        for name in names:
+            if not (folder / name).is_file():
+                raise core.Failed(f"there is no {folder / name}: name a folder that `{maker}` wrote")
+
+
 def add_arguments(parser):
     parser.add_argument("subject", choices=["walls", "objects"])
     parser.add_argument("run", type=Path)
@@ -199,7 +214,11 @@ def add_arguments(parser):
 
 
 def main(arguments):
+    require_files(arguments.subject, arguments.run, arguments.sequence)
     if np is None:
         raise core.Failed("numpy is missing: run build/venv/bin/python -m lab judge ...")
-    {"walls": judge_walls, "objects": judge_objects}[arguments.subject](arguments.run, arguments.sequence)
+    try:
+        {"walls": judge_walls, "objects": judge_objects}[arguments.subject](arguments.run, arguments.sequence)
+    except (ValueError, KeyError, IndexError) as problem:
+        raise core.Failed(f"a file in {arguments.run} or {arguments.sequence} is damaged: {problem!r}") from problem
     return 0

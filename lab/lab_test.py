@@ -30,7 +30,7 @@ if words[0] == "speeds":
     Path(words[2]).mkdir(parents=True)
     sys.exit(0)
 if words[0] == "eval":
-    figures = {{"verdicts": {{"precision": {{"mean": 0.9}}, "recall": {{"mean": 0.8}}}}}}
+    figures = {{"motion_labels": {{"precision": {{"mean": 0.9}}, "recall": {{"mean": 0.8}}}}}}
     Path(after("--json")).write_text(json.dumps(figures))
     sys.exit(0)
 preset, out = after("--preset"), Path(after("--out"))
@@ -43,7 +43,7 @@ if after("--set") == "motion.cues=residual,free-space,surface,semantic":
 ate += 0.001 * int(after("--first") or 0)
 cues = ["residual", "history"] if preset == "fused" else []
 out.mkdir(parents=True, exist_ok=True)
-(out / "verdicts.bin").write_text("")
+(out / "labels.bin").write_text("")
 (out / "trajectory.txt").write_text("another" if (home / "drifting").exists() else "trajectory")
 (out / "summary.json").write_text(json.dumps({{
     "evaluation": {{"ate": {{"translation_m": {{"rmse": ate, "sd": 0.001}}}},
@@ -72,13 +72,16 @@ class Mapping(unittest.TestCase):
         self.program = self.home / "program"
         self.program.write_text(MAPPING_PROGRAM.format(python=sys.executable))
         self.program.chmod(0o755)
+        self.model = self.home / "net.onnx"
+        self.model.touch()
 
     def run_lab(self, subcommand, *words):
         """@return the finished process, and the calls of the program that it made"""
         calls = self.home / "calls.txt"
         calls.write_text("")
-        done = call_lab(subcommand, self.home / "sequences", "--out", self.home / "out", "--model", "net.onnx",
-                        "--program", self.program, *words)
+        model = ["--model", self.model] if self.model else []
+        done = call_lab(subcommand, self.home / "sequences", "--out", self.home / "out", *model, "--program",
+                        self.program, *words)
         return done, calls.read_text().splitlines()
 
 
@@ -90,16 +93,16 @@ class Sequences(Mapping):
         return done.returncode, done.stdout, rows, calls
 
     def test_every_sequence_is_run_with_every_preset_and_judged(self):
-        code, printed, rows, calls = self.run_script("--presets", "static,fused,fused-nonet")
+        code, printed, rows, calls = self.run_script("--presets", "static,fused,fused-no-network")
         self.assertEqual(code, 0)
         self.assertEqual([(r["sequence"], r["preset"]) for r in rows],
-                         [(s, p) for s in ("one", "two") for p in ("static", "fused", "fused-nonet")])
+                         [(s, p) for s in ("one", "two") for p in ("static", "fused", "fused-no-network")])
         self.assertEqual(rows[1]["ate_rmse_m"], 0.005)
         self.assertEqual((rows[1]["rpe_1s_m"], rows[1]["rpe_1s_deg"]), (0.011, 0.4))
         self.assertEqual((rows[1]["tracked"], rows[1]["frames"], rows[1]["tracking_median_ms"]), (9, 10, 7.5))
         self.assertEqual((rows[1]["precision"], rows[1]["recall"]), (0.9, 0.8))
         runs = [call for call in calls if call.startswith("run")]
-        self.assertEqual(["--model net.onnx" in call for call in runs], [False, True, False] * 2)
+        self.assertEqual([f"--model {self.model}" in call for call in runs], [False, True, False] * 2)
         self.assertEqual(sum(call.startswith("speeds") for call in calls), 2)  # once per sequence
         self.assertIn("| one | 0.0100 (9/10) | **0.0050** (9/10) |", printed)
         self.assertEqual((self.home / "out/table.md").read_text() + "\n", printed)
@@ -113,7 +116,7 @@ class Sequences(Mapping):
         self.assertEqual(sum(c.startswith("run") for c in self.run_script("--presets", "static")[3]), 1)
         self.assertEqual(sum(c.startswith("run") for c in self.run_script("--presets", "static", "--again")[3]), 2)
         self.assertEqual(self.run_script("--presets", "static,fused", "--table")[3], [])
-        self.assertEqual(self.run_script("--presets", "static", "--no-verdicts")[3], [])
+        self.assertEqual(self.run_script("--presets", "static", "--no-labels")[3], [])
         self.program.write_text(self.program.read_text() + "# another program\n")
         self.assertEqual(sum(c.startswith("run") for c in self.run_script("--presets", "static")[3]), 2)
 
@@ -168,6 +171,48 @@ class Starts(Mapping):
         self.assertEqual(done.returncode, 1)
         self.assertIn("| one | seg-mask | - | - | - - | - |", done.stdout)
         self.assertIn("- one, seg-mask: exit code 3", done.stdout)
+
+
+class NoNetwork(Mapping):
+    """Without --model the presets run without a network, and the tables say so."""
+
+    def test_the_tables_name_the_runs_without_a_network(self):
+        self.model = None
+        for subcommand in ("starts", "hashes", "sequences"):
+            words = ["--lab-program", self.program] if subcommand == "sequences" else []
+            done, calls = self.run_lab(subcommand, "--presets", "fused,fused-no-network,static", "--only", "one", *words)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn("fused-no-network", done.stdout)
+            self.assertNotIn(" fused ", done.stdout)
+            self.assertNotIn("--model", " ".join(calls))
+            self.assertLessEqual({preset_of(call) for call in calls if call.startswith("run")}, {"fused", "static"})
+
+    def test_a_network_that_is_missing_is_an_error(self):
+        self.model.unlink()
+        done, calls = self.run_lab("starts", "--presets", "fused")
+        self.assertEqual((done.returncode, calls), (2, []))
+        self.assertIn("there is no network", done.stderr)
+
+
+class Judge(unittest.TestCase):
+    def test_a_missing_file_is_named_with_the_command_that_writes_it(self):
+        with tempfile.TemporaryDirectory() as folder:
+            home = Path(folder)
+            for subject in ("walls", "objects"):
+                done = call_lab("judge", subject, home / "run", home)
+                self.assertEqual(done.returncode, 1)
+                self.assertIn("run/trajectory.txt: name a folder that `stillmap run --out", done.stderr)
+                self.assertNotIn("Traceback", done.stderr)
+
+    def test_damaged_files_are_an_error(self):
+        with tempfile.TemporaryDirectory() as folder:
+            home = Path(folder)
+            for name in ("trajectory.txt", "semantic.ply", "objects.json", "groundtruth.txt", "things.csv"):
+                (home / name).write_text("1 2 three\n")
+            done = call_lab("judge", "objects", home, home)
+            self.assertEqual(done.returncode, 1)
+            self.assertRegex(done.stderr, "damaged|numpy is missing")
+            self.assertNotIn("Traceback", done.stderr)
 
 
 class Hashes(Mapping):

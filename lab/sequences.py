@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Maps every sequence with every preset, evaluates the results, and writes one table of all figures.
 
-  python3 -m lab sequences SEQUENCES_DIR --out RESULTS_DIR --model yolov8n-seg.onnx [--box-model yolo11n.onnx]
+  python3 -m lab sequences SEQUENCES_DIR --out RESULTS_DIR [--model yolov8n-seg.onnx] [--box-model yolo11n.onnx]
 
-A sequence is a folder in TUM layout with groundtruth.txt. Besides the presets of `stillmap run --preset` there is
-fused-nonet: preset fused without a network. --ablate adds runs of preset fused without each of its cues in turn.
+A sequence is a folder in TUM layout with groundtruth.txt. NAME-no-network is preset NAME of `stillmap run --preset`
+without the network; without --model all presets run so. --ablate adds runs of preset fused without each of its cues.
 
 Where a sequence has true masks, the motion label of every keypoint is compared with them: precision and recall of
-"moving". Where the sequence has no speeds of the masked objects, they are measured first, once (--no-verdicts leaves
+"moving". Where the sequence has no speeds of the masked objects, they are measured first, once (--no-labels leaves
 out both). --ghosts counts the ghosts in the clouds, too.
 
 One run follows the other. A run that was made by the same command line and the same program is not repeated, so
@@ -27,7 +27,8 @@ FUSED_CUES = ["residual", "free-space", "surface", "history", "semantic"]  # of 
 
 def without(cue, arguments):
     others = ",".join(name for name in FUSED_CUES if name != cue)
-    return core.Variant(f"fused minus {cue}", "fused", arguments.model, (f"motion.cues={others}",))
+    fused = core.variant_of("fused", arguments)
+    return core.Variant(f"{fused.name} minus {cue}", "fused", fused.model, (f"motion.cues={others}",))
 
 
 def folder_of(variant, sequence, arguments):
@@ -39,11 +40,11 @@ def folder_of(variant, sequence, arguments):
 
 def ensure_run(variant, sequence, arguments):
     out = folder_of(variant, sequence, arguments)
-    labels = ("--save-verdicts",) if arguments.verdicts else ()
+    labels = ("--save-labels",) if arguments.labels else ()
     command = core.run_command(arguments.program, sequence, out, ["--preset", variant.preset, *labels], variant.model,
                                variant.settings + tuple(arguments.set))
     core.ensure_run(f"{sequence.name}, {variant.name}", command, out, arguments.again, labels,
-                    ["verdicts.bin"] if labels else [])
+                    ["labels.bin"] if labels else [])
 
 
 def speeds_of(sequence, arguments):
@@ -68,9 +69,9 @@ def ensure_evaluated(variant, sequence, arguments):
     out = folder_of(variant, sequence, arguments)
     if not (sequence / "mask").is_dir():
         return
-    if arguments.verdicts:
-        labels = ("--verdicts", out / "verdicts.bin", "--sequence", sequence)
-        evaluate(out, "verdicts", arguments, *labels, "--speeds", speeds_of(sequence, arguments))
+    if arguments.labels:
+        labels = ("--labels", out / "labels.bin", "--sequence", sequence)
+        evaluate(out, "labels", arguments, *labels, "--speeds", speeds_of(sequence, arguments))
         # Sitting people are never quite still; here they count as static, against which the labels are counted.
         if any(part in sequence.name for part in arguments.sitting):
             evaluate(out, "still", arguments, *labels, "--still-people")
@@ -121,8 +122,8 @@ def row_of(variant, sequence, arguments):
     if not summary and error is None:
         return None
     return {"sequence": sequence.name, "preset": variant.name, "error": error, **core.figures_of(summary),
-            **label_figures(read_json(out / "verdicts.json").get("verdicts", {}),
-                            read_json(out / "still.json").get("verdicts", {})),
+            **label_figures(read_json(out / "labels.json").get("motion_labels", {}),
+                            read_json(out / "still.json").get("motion_labels", {})),
             **ghost_figures(read_json(out / "ghosts.json"))}
 
 
@@ -206,7 +207,7 @@ def add_arguments(parser):
     parser.add_argument("--without", type=core.names, default=[], help="also fused without these cues, one at a time")
     parser.add_argument("--sitting", type=core.names, default=["sitting"],
                         help="sequences with this in their name: also count the labels against people taken for still")
-    parser.add_argument("--no-verdicts", dest="verdicts", action="store_false", help="do not evaluate motion labels")
+    parser.add_argument("--no-labels", dest="labels", action="store_false", help="do not evaluate motion labels")
     parser.add_argument("--ghosts", action="store_true", help="count ghosts in the clouds")
     parser.add_argument("--beside", type=Path, help="JSON, {sequence: {column: ATE in meters}}: columns of the ATE table")
     parser.add_argument("--table", action="store_true", help="run nothing, show the results that exist")
@@ -228,9 +229,9 @@ def main(arguments):
         return row or {}
 
     for sequence in core.sequences_of(arguments):
-        for name in arguments.presets:
-            row = add(core.variant_of(name, arguments), sequence)
-            if arguments.ablate and name == "fused":  # its summary names its cues
+        for variant in core.variants_of(arguments):
+            row = add(variant, sequence)
+            if arguments.ablate and variant == core.variant_of("fused", arguments):  # its summary names its cues
                 cues = in_order(cues + list(row.get("cue_median_ms", {})))
         for cue in cues:
             add(without(cue, arguments), sequence)

@@ -91,12 +91,12 @@ class Smoke(unittest.TestCase):
         self.assertEqual((row["least_tracked"], len(row["ate_rmse_m"])), (row["frames"], 2))
 
     def test_hashes_of_two_runs_are_the_same(self):
-        words = ["hashes", self.sequences, "--presets", "fused-nonet", "--count", "15", "--program", STILLMAP]
+        words = ["hashes", self.sequences, "--presets", "fused", "--count", "15", "--program", STILLMAP]
         self.module(*words, "--out", self.folder / "first")
         printed = self.module(*words, "--out", self.folder / "second", "--compare", self.folder / "first/hashes.json")
         self.assertIn("All are the same", printed)
         runs = json.loads((self.folder / "first/hashes.json").read_text(encoding="utf-8"))
-        self.assertNotIn(None, runs["office, fused-nonet"].values())
+        self.assertNotIn(None, runs["office, fused-no-network"].values())
 
     def test_sequences(self):
         printed = self.module("sequences", self.sequences, "--presets", "static", "--out", self.folder / "sequences_out",
@@ -104,6 +104,12 @@ class Smoke(unittest.TestCase):
         self.assertRegex(printed, r"\| office \| static \| 0\.\d{4} \|")
         self.assertIn("ghosts [%]", printed)
         self.assertIn("precision", printed)
+
+    def test_growth(self):
+        out = self.folder / "growth"
+        printed = self.module("growth", "--out", out, "--rounds", "1", "--program", STILLMAP)
+        self.assertEqual((out / "growth.md").read_text(encoding="utf-8") + "\n", printed)
+        self.assertEqual(json.loads((out / "growth.json").read_text(encoding="utf-8"))[0]["rounds"], 1)
 
     def test_maps(self):
         printed = self.module("maps", self.sequences, "office:office", "--preset", "static", "--out",

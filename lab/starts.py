@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Median and worst ATE over runs that start at different frames.
 
-  python3 -m lab starts SEQUENCES_DIR --out RESULTS_DIR --model yolov8n-seg.onnx [--presets fused,static] [--starts 5]
+  python3 -m lab starts SEQUENCES_DIR --out RESULTS_DIR [--model yolov8n-seg.onnx] [--presets fused,static] [--starts 5]
 
 One run is one sample: which frame comes first decides which keyframes are made, and so moves the ATE. Every sequence
 (a folder with groundtruth.txt) is mapped from frames 0 to N-1 on (`stillmap run --first`), and the accuracy is given
@@ -59,10 +59,9 @@ def main(arguments):
         arguments.error("--starts must be 1 or more")
     rows = []
     for sequence in core.sequences_of(arguments):
-        for name in arguments.presets:
-            variant = core.variant_of(name, arguments)
+        for variant in core.variants_of(arguments):
             runs = [run_from(first, variant, sequence, arguments) for first in range(arguments.starts)]
-            rows.append(row_of(sequence.name, name, runs))
+            rows.append(row_of(sequence.name, variant.name, runs))
             core.write_tables(arguments.out, text_of(rows, arguments.starts),
                               {"starts": arguments.starts, "rows": rows}, "starts")
     print(text_of(rows, arguments.starts))

@@ -18,6 +18,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+PACKAGES = ["numpy", "onnx", "onnxruntime", "pillow"]
+
 try:
     import numpy as np
     import onnx
@@ -26,7 +28,7 @@ try:
     from onnxruntime.quantization import CalibrationDataReader, QuantFormat, QuantType, quantize_static
     from PIL import Image
 except ImportError as missing:
-    sys.exit(f"quantize_network: {missing}; fix: pip install numpy onnx onnxruntime pillow")
+    sys.exit(f"quantize_network: {missing}; fix: pip install {' '.join(PACKAGES)}")
 
 OPERATORS = 13  # the first with scales per channel
 GRAY = 114  # padding value that networks are trained with
