@@ -119,11 +119,15 @@ class Completion:
         self.assertIn("--load-map", self.complete("stillmap", "run", "folder", "--load"))
 
     def test_leaves_values_and_arguments_to_file_names(self):
-        self.assertEqual(self.complete("stillmap", "run", "--camera", ""), [])
+        self.assertEqual(self.complete("stillmap", "run", "--config", ""), [])
         self.assertEqual(self.complete("stillmap", "run", ""), [])
 
     def test_offers_the_values_of_a_list(self):
         self.assertEqual(self.complete("stillmap", "run", "--schedule", ""), ["lockstep", "realtime"])
+        self.assertEqual(self.complete("stillmap", "run", "--preset", "box"), ["box-epipolar", "box-flow"])
+        self.assertEqual(self.complete("stillmap", "simulate", "--activity", "w"), ["walk", "wave"])
+        for command in ("run", "doctor", "eval"):
+            self.assertEqual(self.complete("stillmap", command, "--camera", "tum_fr"), ["tum_fr1", "tum_fr2", "tum_fr3"])
 
 
 class BashCompletion(Completion, unittest.TestCase):

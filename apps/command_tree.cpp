@@ -1,15 +1,37 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "command_tree.hpp"
 
+#include "stillmap/base/nearest_name.hpp"
+
+#include <algorithm>
 #include <sstream>
 
 namespace stillmap {
 namespace {
 
+constexpr const char* kOrFile = " or FILE";
+
 void append(const std::string& path, const CLI::App& app, std::vector<CommandNode>& nodes) {
   nodes.push_back({path, &app});
   for (const CLI::App* child : visible_subcommands(app))
     append(path + " " + child->get_name(), *child, nodes);
+}
+
+/// Returns the names with two dashes of the options that a command lists.
+std::vector<std::string> long_names(const CLI::App& command) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : named_options(command)) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  return names;
+}
+
+/// Returns the subcommand of this name, hidden or not; null if there is none.
+const CLI::App* find_subcommand(const CLI::App& command, const std::string& name) {
+  const auto all = command.get_subcommands([](const CLI::App*) { return true; });
+  const auto found = std::find_if(all.begin(), all.end(),
+                                  [&](const CLI::App* app) { return app->get_name() == name; });
+  return found == all.end() ? nullptr : *found;
 }
 
 }  // namespace
@@ -41,6 +63,14 @@ std::vector<std::string> names_of(const CLI::Option& option) {
   return names;
 }
 
+std::string names_or_file(const std::vector<std::string>& names) {
+  std::string type;
+  for (const std::string& name : names) type += (type.empty() ? "{" : ",") + name;
+  return type + "}" + kOrFile;
+}
+
+bool takes_file(const CLI::Option& option) { return option.get_type_name().ends_with(kOrFile); }
+
 std::vector<std::string> choices_of(const CLI::Option& option) {
   // The name of the option's type lists the values: "{lockstep,realtime}".
   const std::string type = option.get_type_name();
@@ -50,6 +80,30 @@ std::vector<std::string> choices_of(const CLI::Option& option) {
   std::istringstream list(type.substr(open + 1, close - open - 1));
   for (std::string choice; std::getline(list, choice, ',');) choices.push_back(choice);
   return choices;
+}
+
+std::optional<Error> unknown_word(const CLI::App& program, const std::vector<std::string>& words) {
+  const CLI::App* command = &program;
+  std::string path = "stillmap";
+  for (const std::string& word : words) {
+    if (word.starts_with("--") && word.size() > 2) {
+      const std::string name = word.substr(0, word.find('='));
+      if (command->get_option_no_throw(name) != nullptr) continue;
+      return Error("there is no option '" + name + "'", path,
+                   suggestion(name, long_names(*command)));
+    }
+    if (word.starts_with("-") || command->get_require_subcommand_min() == 0) continue;
+    const CLI::App* subcommand = find_subcommand(*command, word);
+    if (subcommand == nullptr) {
+      std::vector<std::string> names;
+      for (const CLI::App* child : visible_subcommands(*command))
+        names.push_back(child->get_name());
+      return Error("there is no command '" + word + "'", path, suggestion(word, names));
+    }
+    command = subcommand;
+    path += " " + word;
+  }
+  return std::nullopt;
 }
 
 }  // namespace stillmap

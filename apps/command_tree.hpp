@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/base/error.hpp"
+
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,7 +31,17 @@ std::vector<const CLI::Option*> positional_arguments(const CLI::App& command);
 /// Returns the names of an option with their dashes, short ones first: "-h", "--help".
 std::vector<std::string> names_of(const CLI::Option& option);
 
-/// Returns the values that an option accepts if they are a closed list; empty otherwise.
+/// Type of an option that takes a name of a list or a file: "{a,b} or FILE".
+std::string names_or_file(const std::vector<std::string>& names);
+
+/// Returns whether the option takes the name of a file besides those of its list.
+bool takes_file(const CLI::Option& option);
+
+/// Returns the values that the type of an option lists; empty if it lists none.
 std::vector<std::string> choices_of(const CLI::Option& option);
+
+/// Returns the message for the first word of a command line that is no command or option where one
+/// is expected, with the nearest known names; none if there is no such word.
+std::optional<Error> unknown_word(const CLI::App& program, const std::vector<std::string>& words);
 
 }  // namespace stillmap

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/report/run_folder.hpp"
+
+#include <string>
+
 #include <CLI/CLI.hpp>
 
 namespace stillmap {
-
-struct DenseOutputs;
 
 /// Exit codes of the command.
 enum ExitCode { kSuccess = 0, kFailure = 1, kUsage = 2, kInterrupted = 130 };
@@ -24,7 +26,9 @@ void add_presets_command(CLI::App& app, int& exit_code);
 
 /// Adds --mesh and --planner to a command.
 void add_dense_options(CLI::App& command, DenseOutputs& outputs);
-/// Returns the list of the files of the dense map, for the help of a command.
+/// Returns a line with the files of a part of a run, for the help of a command.
+std::string files_help(const std::string& condition, RunPart part);
+/// Returns the lines with the files that are made of the dense map besides its cloud.
 std::string dense_files_help();
 /// Adds --force to a command that writes a folder of results.
 void add_force_option(CLI::App& command, bool& force);

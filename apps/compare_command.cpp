@@ -3,6 +3,8 @@
 #include "stillmap/report/comparison_chart.hpp"
 #include "stillmap/report/result_folder.hpp"
 
+#include <array>
+
 #include "commands.hpp"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -10,6 +12,11 @@
 namespace stillmap {
 namespace {
 namespace fs = std::filesystem;
+
+// Files of the output folder.
+constexpr const char* kChart = "comparison.svg";
+constexpr const char* kFigures = "comparison.json";
+constexpr const char* kTable = "comparison.txt";
 
 struct CompareArguments {
   std::vector<std::string> runs;
@@ -38,16 +45,17 @@ RecordedRun read_run(const std::string& argument, const Trajectory& truth) {
 }
 
 int run(const CompareArguments& arguments) {
+  ResultFolder folder(arguments.out, arguments.force ? ResultFolder::Foreign::kOverwrite
+                                                     : ResultFolder::Foreign::kKeep);
+  folder.require_free(std::array<std::string, 3>{kChart, kFigures, kTable});
   std::vector<RecordedRun> runs;
   const Trajectory truth = read_trajectory(arguments.truth);
   for (const std::string& argument : arguments.runs) runs.push_back(read_run(argument, truth));
   const Comparison comparison = compare_runs(runs);
   fmt::print("{}", comparison_text(comparison));
-  ResultFolder folder(arguments.out, arguments.force ? ResultFolder::Foreign::kOverwrite
-                                                     : ResultFolder::Foreign::kKeep);
-  folder.write_text("comparison.svg", comparison_chart(comparison).file());
-  folder.write_text("comparison.json", nlohmann::json(comparison).dump(2) + "\n");
-  folder.write_text("comparison.txt", comparison_text(comparison));
+  folder.write_text(kChart, comparison_chart(comparison).file());
+  folder.write_text(kFigures, nlohmann::json(comparison).dump(2) + "\n");
+  folder.write_text(kTable, comparison_text(comparison));
   folder.require_all();
   fmt::print("{}", folder.written_text());
   return kSuccess;

@@ -14,13 +14,15 @@ struct Shell {
   const char* begin;    ///< Up to the first pattern, which is that of a path and the next word.
   const char* advance;  ///< Command that appends the next word to the path.
   const char* end;
-  /// Returns the command that offers the values of an option; file names if the list is empty.
-  std::string (*offer_values)(const std::vector<std::string>& choices);
+  /// Returns the command that offers the values of an option; file names if it lists none.
+  std::string (*offer_values)(const CLI::Option& option);
   /// Returns the command that offers the subcommands and options of a command.
   std::string (*offer_words)(const CLI::App& command);
 };
 
-std::string bash_values(const std::vector<std::string>& choices) {
+/// Bash completes file names by itself where no listed value matches.
+std::string bash_values(const CLI::Option& option) {
+  const std::vector<std::string> choices = choices_of(option);
   if (choices.empty()) return "return";
   return fmt::format(R"(COMPREPLY=($(compgen -W "{}" -- "$current")); return)",
                      fmt::join(choices, " "));
@@ -56,9 +58,11 @@ complete -o default -F _stillmap stillmap
 )",
     bash_values, bash_words};
 
-std::string zsh_values(const std::vector<std::string>& choices) {
+std::string zsh_values(const CLI::Option& option) {
+  const std::vector<std::string> choices = choices_of(option);
   if (choices.empty()) return "_files; return";
-  return fmt::format("compadd -- {}; return", fmt::join(choices, " "));
+  return fmt::format("compadd -- {};{} return", fmt::join(choices, " "),
+                     takes_file(option) ? " _files;" : "");
 }
 
 /// Returns 'NAME:DESCRIPTION' in quotes, an entry of an array for _describe.
@@ -109,7 +113,7 @@ std::string value_cases(const CommandNode& command, const Shell& shell) {
   std::string text;
   for (const CLI::Option* option : named_options(*command.app)) {
     if (option->get_items_expected_max() == 0) continue;  // a flag
-    const std::string offer = shell.offer_values(choices_of(*option));
+    const std::string offer = shell.offer_values(*option);
     for (const std::string& name : names_of(*option))
       text += fmt::format("    \"{} {}\") {} ;;\n", command.path, name, offer);
   }

@@ -7,6 +7,8 @@
 #include "stillmap/simulate/simulated_sequence.hpp"
 #include "stillmap/simulate/tum_writer.hpp"
 
+#include <array>
+
 #include "commands.hpp"
 #include "interrupt.hpp"
 #include "progress.hpp"
@@ -20,7 +22,26 @@ namespace fs = std::filesystem;
 struct DemoArguments {
   std::string out = "stillmap_demo", model;
   int frames = 240;
+  bool force = false;
+
+  ResultFolder::Foreign foreign() const {
+    return force ? ResultFolder::Foreign::kOverwrite : ResultFolder::Foreign::kKeep;
+  }
 };
+
+constexpr std::array<const char*, 3> kPresets{"static", "seg-mask", "fused"};
+constexpr const char* kChart = "comparison.svg";
+
+/// Throws Error before the rendering if a foreign file would be overwritten. The folder of the
+/// sequence is checked by write_tum_layout().
+void require_free(const DemoArguments& arguments) {
+  const fs::path out = arguments.out;
+  ResultFolder(out, arguments.foreign()).require_free(std::array<std::string, 1>{kChart});
+  for (const char* preset : kPresets) {
+    ResultFolder(out / preset, arguments.foreign())
+        .require_free(possible_run_files(read_options(preset), {}));
+  }
+}
 
 fs::path render(const DemoArguments& arguments) {
   SimulationOptions options;
@@ -52,18 +73,19 @@ RunRecord map(const DemoArguments& arguments, const fs::path& folder, const std:
   session.source = std::move(source);
   session.truth = read_trajectory(paths.ground_truth);
   session.out = fs::path(arguments.out) / preset;
+  session.foreign = arguments.foreign();
   return run_session(std::move(session));
 }
 
 int run(const DemoArguments& arguments) {
-  make_output_folder(arguments.out);
+  require_free(arguments);
   catch_interrupt();
   fmt::print("1. Render an office with three walking people and the noise of a Kinect\n");
   const fs::path folder = render(arguments);
   const Trajectory truth = read_trajectory(folder / "groundtruth.txt");
   std::vector<RecordedRun> runs;
   int step = 2;
-  for (const char* preset : {"static", "seg-mask", "fused"}) {
+  for (const char* preset : kPresets) {
     fmt::print("\n{}. Map it with preset {}\n", step++, preset);
     RunRecord record = map(arguments, folder, preset);
     if (record.interrupted) return kInterrupted;
@@ -72,8 +94,8 @@ int run(const DemoArguments& arguments) {
   }
   fmt::print("\n{}. Compare\n", step);
   const Comparison comparison = compare_runs(runs);
-  ResultFolder results(arguments.out);
-  results.write_text("comparison.svg", comparison_chart(comparison).file());
+  ResultFolder results(arguments.out, arguments.foreign());
+  results.write_text(kChart, comparison_chart(comparison).file());
   results.require_all();
   fmt::print("{}\n{}Open {}\n", comparison_text(comparison), results.written_text(),
              (fs::path(arguments.out) / "fused" / "report.html").string());
@@ -91,6 +113,7 @@ void add_demo_command(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_option("--model", arguments->model,
                       "network (.onnx) that detects people; default: the rendered masks");
+  add_force_option(*command, arguments->force);
   command->footer("Example:\n  stillmap demo --out /tmp/demo");
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }

@@ -12,6 +12,7 @@
 #include <array>
 #include <memory>
 #include <optional>
+#include <sstream>
 #include <string_view>
 
 #include "commands.hpp"
@@ -121,29 +122,41 @@ int run(const DenseArguments& arguments) {
 
 }  // namespace
 
+namespace {
+
+/// Returns the parts of a text between its commas.
+std::vector<std::string> split(const std::string& text) {
+  std::vector<std::string> parts;
+  std::istringstream stream(text);
+  for (std::string part; std::getline(stream, part, ',');) parts.push_back(part);
+  return parts;
+}
+
+}  // namespace
+
 void add_dense_options(CLI::App& command, DenseOutputs& outputs) {
   command
-      .add_option(
-          "--mesh", outputs.mesh,
-          "also write a colored triangle mesh: ply (default), obj, glb; several with commas")
-      ->expected(0, -1)
-      ->delimiter(',')
+      .add_option_function<std::string>(
+          "--mesh", [&outputs](const std::string& formats) { outputs.mesh = split(formats); },
+          "also write a colored triangle mesh; several formats with commas")
+      ->expected(0, 1)
+      ->type_name("{ply,obj,glb}")
       ->default_str("ply");
   command.add_flag("--planner", outputs.planner,
                    "also write maps for planners: octomap.bt, grid.pgm and grid.yaml, obstacles");
 }
 
 void add_force_option(CLI::App& command, bool& force) {
-  command.add_flag("--force", force,
-                   "overwrite files in the output folder that Stillmap did not write");
+  command.add_flag("--force", force, "overwrite files that Stillmap did not write");
+}
+
+std::string files_help(const std::string& condition, RunPart part) {
+  return fmt::format("  {}: {}\n", condition, fmt::join(file_names(part), ", "));
 }
 
 std::string dense_files_help() {
-  return "  if a network found objects: semantic.ply (object, label and confidence per point), "
-         "semantic_classes.ply, semantic_legend.png, objects.json\n"
-         "  --mesh: mesh.ply, mesh.obj or mesh.glb, and mesh.png\n"
-         "  --planner: octomap.bt; grid.pgm and grid.yaml for map servers; obstacles.json; "
-         "obstacles.jsonl (static obstacles and movers, once per second)";
+  return files_help("if a network found objects", RunPart::kObjects) +
+         files_help("--mesh", RunPart::kMesh) + files_help("--planner", RunPart::kPlanner);
 }
 
 void add_dense_command(CLI::App& app, int& exit_code) {
@@ -173,8 +186,10 @@ void add_dense_command(CLI::App& app, int& exit_code) {
       "Examples:\n"
       "  stillmap dense out --mesh ply,glb\n"
       "  stillmap dense office.map --voxel 0.005 --planner --out fine\n"
-      "Files: cloud.ply, cloud.png; with unchanged options the same as those of the run;\n" +
-      dense_files_help());
+      "Files: cloud.ply, cloud.png, cloud_before_after.png; with unchanged options the same as "
+      "those "
+      "of the run\n" +
+      dense_files_help() + "docs/dense_map.md explains them.");
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/error.hpp"
-#include "stillmap/base/file.hpp"
 #include "stillmap/dense/cloud_io.hpp"
 #include "stillmap/evaluate/ghosts.hpp"
 #include "stillmap/evaluate/label_figures.hpp"
@@ -8,7 +7,6 @@
 #include "stillmap/evaluate/pose_at.hpp"
 #include "stillmap/evaluate/surface_error.hpp"
 #include "stillmap/evaluate/trajectory_error.hpp"
-#include "stillmap/evaluate/truth_frame.hpp"
 #include "stillmap/report/cloud_image.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/image_file.hpp"
@@ -16,7 +14,10 @@
 
 #include <algorithm>
 
+#include "command_tree.hpp"
 #include "commands.hpp"
+#include "output_file.hpp"
+#include "truth.hpp"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -24,12 +25,19 @@ namespace stillmap {
 namespace {
 
 struct EvalArguments {
-  std::string truth, estimate, json, cloud, surface, sequence, camera, image, labels, speeds,
-      truth_frame;
+  std::string truth, estimate, json, cloud, surface, sequence, camera, image, labels, verdicts,
+      speeds, truth_frame;
   LabelFigureOptions judging;
   std::size_t frames = 0;
-  bool per_frame = false, one_world = false, with_scale = false;
+  bool per_frame = false, one_world = false, with_scale = false, force = false;
   std::vector<std::string> movers, aligned_like;
+
+  /// Returns the file of motion labels, by either name of the option; empty: none.
+  const std::string& label_file() const { return labels.empty() ? verdicts : labels; }
+  /// Returns the key of their figures in JSON, which has the name of the option.
+  const char* label_key() const { return labels.empty() ? "verdicts" : "motion_labels"; }
+  /// Returns the stream of the figures as text; standard error if JSON takes standard output.
+  std::FILE* text() const { return json == kStandardOutput ? stderr : stdout; }
 };
 
 struct CloudFigures {
@@ -105,10 +113,10 @@ LabelFigures label_figures(const EvalArguments& arguments) {
   if (arguments.sequence.empty()) {
     throw Error(
         "motion labels are evaluated with the true masks of the sequence, and none was named",
-        "--verdicts", "add --sequence DIR");
+        "--labels", "add --sequence DIR");
   }
   const MotionTruthFolder truth(arguments.sequence, arguments.speeds);
-  return evaluate_labels(read_labels(arguments.labels), truth, arguments.judging);
+  return evaluate_labels(read_labels(arguments.label_file()), truth, arguments.judging);
 }
 
 /// Returns the options with the known alignment, if it is not estimated from the two trajectories.
@@ -123,42 +131,36 @@ AteOptions alignment(const EvalArguments& arguments) {
   return options;
 }
 
-/// Returns the true poses of the camera.
-Trajectory true_trajectory(const EvalArguments& arguments) {
-  Trajectory truth = read_trajectory(arguments.truth);
-  if (arguments.truth_frame.empty()) return truth;
-  return in_camera_frame(truth, read_truth_frame(arguments.truth_frame));
-}
-
 /// Prints and returns the errors of the trajectory, and those of the cloud and the movers if they
 /// were named.
 nlohmann::json trajectory_figures(const EvalArguments& arguments) {
-  const Trajectory truth = true_trajectory(arguments);
+  note_marker_truth(arguments.truth, arguments.truth_frame);
+  const Trajectory truth = true_camera_trajectory(arguments.truth, arguments.truth_frame);
   const Trajectory estimate = read_trajectory(arguments.estimate);
   EvaluationOptions options{.per_frame = arguments.per_frame,
                             .with_scale = arguments.with_scale,
                             .ate = alignment(arguments)};
   if (arguments.frames > 0) options.total_frames = arguments.frames;
   const Evaluation evaluation = evaluate_trajectory(truth, estimate, options);
-  fmt::print("{}", evaluation_text(evaluation));
+  fmt::print(arguments.text(), "{}", evaluation_text(evaluation));
   nlohmann::json json = evaluation;
   if (!arguments.cloud.empty()) {
     const CloudFigures cloud = cloud_figures(arguments, truth, evaluation);
-    fmt::print("{}", ghost_text(cloud.figures));
+    fmt::print(arguments.text(), "{}", ghost_text(cloud.figures));
     json["ghosts"] = cloud.figures;
     if (cloud.surface) {
-      fmt::print("{}", surface_text(*cloud.surface));
+      fmt::print(arguments.text(), "{}", surface_text(*cloud.surface));
       json["surface"] = *cloud.surface;
     }
     if (!arguments.image.empty()) {
       write_png(arguments.image,
                 draw_cloud({cloud.cloud.points, cloud.cloud.colors, cloud.ghosts}, estimate));
-      fmt::print("written: {}\n", arguments.image);
+      fmt::print(arguments.text(), "written: {}\n", arguments.image);
     }
   }
   if (!arguments.movers.empty()) {
     const MoverErrors errors = mover_figures(arguments, truth, estimate);
-    fmt::print("{}", mover_error_text(errors));
+    fmt::print(arguments.text(), "{}", mover_error_text(errors));
     json["movers"] = errors;
   }
   return json;
@@ -166,21 +168,21 @@ nlohmann::json trajectory_figures(const EvalArguments& arguments) {
 
 int run(const EvalArguments& arguments) {
   if (arguments.truth.empty() != arguments.estimate.empty() ||
-      (arguments.truth.empty() && arguments.labels.empty())) {
+      (arguments.truth.empty() && arguments.label_file().empty())) {
     throw Error("there is nothing to evaluate", "eval",
-                "name the true and the estimated trajectory, or labels with --verdicts FILE");
+                "name the true and the estimated trajectory, or labels with --labels FILE");
   }
+  require_replaceable(arguments.json, is_figures_file, arguments.force);
   nlohmann::json json = nlohmann::json::object();
   if (!arguments.truth.empty()) json = trajectory_figures(arguments);
-  if (!arguments.labels.empty()) {
+  if (!arguments.label_file().empty()) {
     const LabelFigures figures = label_figures(arguments);
-    fmt::print("{}", label_text(figures));
-    json["verdicts"] = figures;
+    fmt::print(arguments.text(), "{}", label_text(figures));
+    json[arguments.label_key()] = figures;
   }
-  if (!arguments.json.empty()) {
-    write_file(arguments.json, json.dump(2) + "\n");
-    fmt::print("written: {}\n", arguments.json);
-  }
+  json["stillmap"] = STILLMAP_VERSION;
+  if (!arguments.json.empty())
+    write_named(arguments.json, json.dump(2) + "\n", is_figures_file, arguments.force);
   return kSuccess;
 }
 
@@ -190,10 +192,7 @@ void add_trajectory_options(CLI::App& command, EvalArguments& arguments) {
                   "number of frames of the sequence, for the coverage; default: estimated")
       ->check(CLI::NonNegativeNumber);
   command.add_flag("--per-frame", arguments.per_frame, "also compute the RPE from frame to frame");
-  command.add_option(
-      "--truth-frame", arguments.truth_frame,
-      "the truth is the pose of a marker or robot, not of the camera: file with "
-      "T_body_camera as 4 x 4 numbers, or 'bonn' for the Bonn RGB-D Dynamic Dataset");
+  add_truth_frame_option(command, arguments.truth_frame);
   CLI::Option* with_scale = command.add_flag(
       "--scale", arguments.with_scale, "also compute the ATE after alignment with scale, Sim(3)");
   CLI::Option* one_world =
@@ -216,8 +215,9 @@ void add_map_options(CLI::App& command, EvalArguments& arguments) {
   command.add_option("--surface", arguments.surface,
                      "points of the true static surface (.ply), for accuracy and "
                      "completeness of the cloud; default: SEQUENCE/surface.ply, if it exists");
-  command.add_option("--camera", arguments.camera,
-                     "camera of the sequence; default: its camera.yaml");
+  command
+      .add_option("--camera", arguments.camera, "camera of the sequence; default: its camera.yaml")
+      ->type_name(names_or_file(camera_presets()));
   command.add_option("--image,--picture", arguments.image,
                      "image (.png) of the cloud with its ghosts in red");
   command
@@ -228,9 +228,13 @@ void add_map_options(CLI::App& command, EvalArguments& arguments) {
 }
 
 void add_label_options(CLI::App& command, EvalArguments& arguments) {
-  command.add_option("--verdicts", arguments.labels,
-                     "also evaluate these motion labels (verdicts.bin of stillmap run "
-                     "--save-verdicts): precision and recall of \"moving\"");
+  CLI::Option* labels =
+      command.add_option("--labels", arguments.labels,
+                         "also evaluate these motion labels (labels.bin of stillmap run "
+                         "--save-labels): precision and recall of \"moving\"");
+  command.add_option("--verdicts", arguments.verdicts, "former name of --labels")
+      ->excludes(labels)
+      ->group("");
   command.add_option("--speeds", arguments.speeds,
                      "folder with speed images of the masked regions; default: "
                      "SEQUENCE/speed, if it exists");
@@ -262,7 +266,9 @@ void add_eval_command(CLI::App& app, int& exit_code) {
   add_trajectory_options(*command, *arguments);
   add_map_options(*command, *arguments);
   add_label_options(*command, *arguments);
-  command->add_option("--json", arguments->json, "also write the figures to this file");
+  command->add_option("--json", arguments->json,
+                      "also write the figures to this file (- for standard output)");
+  add_force_option(*command, arguments->force);
   command->footer(
       "Examples:\n"
       "  stillmap eval groundtruth.txt trajectory.txt\n"
@@ -270,7 +276,7 @@ void add_eval_command(CLI::App& app, int& exit_code) {
       "seq\n"
       "  stillmap eval second/groundtruth.txt localized/trajectory.txt --aligned-like "
       "first/groundtruth.txt mapped/trajectory.txt\n"
-      "  stillmap eval --verdicts out/verdicts.bin --sequence seq\n"
+      "  stillmap eval --labels out/labels.bin --sequence seq\n"
       "  stillmap eval seq/groundtruth.txt out/trajectory.txt --movers out/movers.csv "
       "seq/truth_movers.csv");
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });

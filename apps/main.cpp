@@ -3,6 +3,7 @@
 
 #include <new>
 
+#include "command_tree.hpp"
 #include "commands.hpp"
 #include <fmt/format.h>
 #include <opencv2/core/utility.hpp>
@@ -35,7 +36,11 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? kSuccess : kUsage;
+    if (e.get_exit_code() == 0) return app.exit(e);
+    const auto unknown = unknown_word(app, {argv + 1, argv + argc});
+    if (!unknown) return app.exit(e) == 0 ? kSuccess : kUsage;
+    fmt::print(stderr, "{}\n", unknown->what());
+    return kUsage;
   }
   return exit_code;
 }

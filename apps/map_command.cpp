@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/dense/cloud_io.hpp"
 #include "stillmap/pipeline/map_description.hpp"
@@ -7,6 +8,7 @@
 #include <filesystem>
 
 #include "commands.hpp"
+#include "output_file.hpp"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -21,25 +23,31 @@ struct MapArguments {
 };
 
 int show(const MapArguments& arguments) {
+  require_replaceable(arguments.json, is_figures_file, arguments.force);
   const MapDescription description = describe_map(read_saved_map(arguments.file));
   const auto bytes = fs::file_size(arguments.file);
-  fmt::print("{}: {:.2f} MB\n{}", arguments.file, static_cast<double>(bytes) / 1e6,
-             description_text(description));
+  fmt::print(arguments.json == kStandardOutput ? stderr : stdout, "{}: {:.2f} MB\n{}",
+             arguments.file, static_cast<double>(bytes) / 1e6, description_text(description));
   if (arguments.json.empty()) return kSuccess;
   nlohmann::json json = description_json(description);
   json["file"] = arguments.file;
   json["bytes"] = bytes;
-  write_file(arguments.json, json.dump(2) + "\n");
-  fmt::print("written: {}\n", arguments.json);
+  json["stillmap"] = STILLMAP_VERSION;
+  write_named(arguments.json, json.dump(2) + "\n", is_figures_file, arguments.force);
   return kSuccess;
 }
 
 int slim(const MapArguments& arguments) {
-  SavedMap saved = read_saved_map(arguments.file);
-  saved.views.clear();
   const fs::path out = arguments.out.empty()
                            ? fs::path(arguments.file).replace_extension("slim.map")
                            : fs::path(arguments.out);
+  require_replaceable(out, is_saved_map, arguments.force);
+  if (!arguments.force && fs::exists(out) && fs::equivalent(out, arguments.file)) {
+    throw Error("is the map itself, which would lose the views of its dense map", out.string(),
+                "name another file with --out, or add --force");
+  }
+  SavedMap saved = read_saved_map(arguments.file);
+  saved.views.clear();
   if (out.has_parent_path()) make_output_folder(out.parent_path());
   write_saved_map(out, saved);
   fmt::print("written: {} ({:.2f} MB of {:.2f})\n", out.string(),
@@ -78,13 +86,16 @@ void add_map_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<MapArguments>();
   CLI::App* info = map->add_subcommand("info", "versions, camera, counts, extent and size");
   info->add_option("file", arguments->file, "saved map")->required();
-  info->add_option("--json", arguments->json, "also write this description to a JSON file");
+  info->add_option("--json", arguments->json,
+                   "also write this description to a JSON file (- for standard output)");
+  add_force_option(*info, arguments->force);
   info->footer("Example:\n  stillmap map info office.map");
   info->callback([arguments, &exit_code] { exit_code = show(*arguments); });
   CLI::App* slimming =
       map->add_subcommand("slim", "write the map without the views of its dense map");
   slimming->add_option("file", arguments->file, "saved map")->required();
   slimming->add_option("--out", arguments->out, "file to write; default: NAME.slim.map");
+  add_force_option(*slimming, arguments->force);
   slimming->footer("Example:\n  stillmap map slim office.map --out small.map");
   slimming->callback([arguments, &exit_code] { exit_code = slim(*arguments); });
   CLI::App* exporting = map->add_subcommand(

@@ -3,7 +3,6 @@
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/config/write_options.hpp"
-#include "stillmap/map/map_file.hpp"
 #include "stillmap/pipeline/calibrate_shutter.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/segment/make_detector.hpp"
@@ -12,20 +11,22 @@
 #include "stillmap/sensor/sequence.hpp"
 
 #include <algorithm>
-#include <fstream>
 #include <memory>
 #include <optional>
 
+#include "command_tree.hpp"
 #include "commands.hpp"
+#include "output_file.hpp"
 #include "run_session.hpp"
+#include "truth.hpp"
 #include <fmt/format.h>
 
 namespace stillmap {
 namespace {
 
 struct RunArguments {
-  std::string sequence, camera, preset, model, masks, schedule, config, truth, associations, out,
-      dump_config;
+  std::string sequence, camera, preset, model, masks, schedule, config, truth, truth_frame,
+      associations, out, dump_config;
   std::vector<std::string> settings;
   std::optional<int> first, count, stride;
   bool half_size = false;
@@ -55,7 +56,8 @@ std::optional<Trajectory> truth_of(const RunArguments& arguments, const Sequence
   const std::filesystem::path file =
       arguments.truth.empty() ? paths.ground_truth : std::filesystem::path(arguments.truth);
   if (file.empty()) return std::nullopt;
-  return read_trajectory(file);
+  note_marker_truth(file, arguments.truth_frame);
+  return true_camera_trajectory(file, arguments.truth_frame);
 }
 
 bool use_instances_only(const MotionCues& cues) {
@@ -93,23 +95,10 @@ std::optional<StartingMap> start_of(const RunArguments& arguments, const Pyramid
   return start;
 }
 
-bool is_saved_map(const std::filesystem::path& file) {
-  std::string start(kMapFormat.magic.size(), ' ');
-  std::ifstream(file, std::ios::binary)
-      .read(start.data(), static_cast<std::streamsize>(start.size()));
-  return start == kMapFormat.magic;
-}
-
 /// Throws Error before the run if the map cannot be saved to the file.
 void check_save_map(const std::filesystem::path& file, bool force) {
   if (file.empty()) return;
-  if (std::filesystem::is_directory(file)) {
-    throw Error("is a folder", file.string(), "name a file with --save-map FILE");
-  }
-  if (std::filesystem::exists(file) && !force && !is_saved_map(file)) {
-    throw Error("exists already, and is not a saved map", file.string(),
-                "name another file with --save-map, or add --force to overwrite it");
-  }
+  require_replaceable(file, is_saved_map, force);
   make_output_folder(file.has_parent_path() ? file.parent_path() : ".");
 }
 
@@ -131,14 +120,10 @@ ShutterTiming shutter_of(const std::string& sequence, SourceOptions range,
 int run(const RunArguments& arguments) {
   const Options options = options_of(arguments);
   if (!arguments.dump_config.empty()) {
-    if (arguments.dump_config == "-") {
-      fmt::print("{}", options_yaml(options));
-    } else {
-      write_file(arguments.dump_config, options_yaml(options));
-      fmt::print("written: {}\n", arguments.dump_config);
-    }
+    write_named(arguments.dump_config, options_yaml(options), is_options_file, arguments.force);
     return kSuccess;
   }
+  check(arguments.outputs.dense);
   if (arguments.sequence.empty()) {
     throw Error("no sequence was named", "run", "stillmap run SEQUENCE, a folder in TUM layout");
   }
@@ -150,7 +135,6 @@ int run(const RunArguments& arguments) {
                             .stride = options.input.stride,
                             .half_size = options.input.half_size};
   std::unique_ptr<FrameSource> source = make_source(arguments.sequence, range);
-  check(arguments.outputs.dense);
   check_save_map(arguments.save_map, arguments.force);
   Session session;
   session.options = options;
@@ -163,21 +147,23 @@ int run(const RunArguments& arguments) {
     session.loaded =
         LoadedMap{arguments.load_map, session.start->extend, loading.milliseconds() / 1000};
   session.sequence = sequence_name(arguments.sequence);
+  session.out = arguments.out.empty() ? "stillmap_" + session.sequence : arguments.out;
+  if (arguments.force) session.foreign = ResultFolder::Foreign::kOverwrite;
   session.total_frames = source->size();
-  session.parameters.tracker.shutter =
-      shutter_of(arguments.sequence, range, session.parameters, source->camera());
-  session.source = std::move(source);
   session.truth = truth_of(arguments, paths);
   session.detector = detector_of(options.preset(), session.parameters);
   check_classes(options, session.detector.get());
-  session.out = arguments.out.empty() ? "stillmap_" + session.sequence : arguments.out;
-  if (arguments.force) session.foreign = ResultFolder::Foreign::kOverwrite;
+  require_free_outputs(session);
+  session.parameters.tracker.shutter =
+      shutter_of(arguments.sequence, range, session.parameters, source->camera());
+  session.source = std::move(source);
   return run_session(std::move(session)).interrupted ? kInterrupted : kSuccess;
 }
 
 void add_input_options(CLI::App& command, RunArguments& arguments) {
   command.add_option("--truth", arguments.truth,
                      "ground truth trajectory (TUM format); default: SEQUENCE/groundtruth.txt");
+  add_truth_frame_option(command, arguments.truth_frame);
   command.add_option("--associations", arguments.associations,
                      "file that pairs color and depth images");
   command.add_option("--first", arguments.first, "number of frames to skip at the start");
@@ -191,14 +177,33 @@ void add_output_options(CLI::App& command, RunArguments& arguments) {
   command.add_option("--out", arguments.out, "output folder; default: stillmap_SEQUENCE");
   add_force_option(command, arguments.force);
   add_dense_options(command, arguments.outputs.dense);
-  command.add_flag("--save-verdicts", arguments.outputs.labels.save,
-                   "also write verdicts.bin: the motion label of every keypoint, for stillmap eval "
-                   "--verdicts");
+  LabelRecording& labels = arguments.outputs.labels;
+  command.add_flag("--save-labels", labels.save,
+                   "also write labels.bin: the motion label of every keypoint, for stillmap eval "
+                   "--labels");
   command
-      .add_option("--draw-verdicts", arguments.outputs.labels.draw_every,
-                  "also draw every n-th frame (30) with its motion labels into OUT/verdicts")
+      .add_option("--draw-labels", labels.draw_every,
+                  "also draw every n-th frame (30) with its motion labels into OUT/labels")
       ->expected(0, 1)
       ->default_str("30");
+  // The former names of the two options, and of their files.
+  const auto rename = [&labels] { labels.name = "verdicts"; };
+  command
+      .add_flag_callback("--save-verdicts",
+                         [&labels, rename] {
+                           labels.save = true;
+                           rename();
+                         })
+      ->group("");
+  command
+      .add_option_function<int>("--draw-verdicts",
+                                [&labels, rename](int every) {
+                                  labels.draw_every = every;
+                                  rename();
+                                })
+      ->expected(0, 1)
+      ->default_str("30")
+      ->group("");
   command.add_flag("--profile", arguments.outputs.profile,
                    "also write the computing time per thread and function: profile.txt, "
                    "profile.svg, and trace.json for ui.perfetto.dev or chrome://tracing");
@@ -229,11 +234,17 @@ void add_run_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("run", "map a recorded RGB-D sequence");
   command->add_option("sequence", arguments->sequence,
                       "folder in TUM layout: rgb/, depth/, rgb.txt, depth.txt");
-  command->add_option(
-      "--camera", arguments->camera,
-      "preset name, camera.yaml or an ORB-SLAM settings file; default: SEQUENCE/camera.yaml");
-  command->add_option("--preset", arguments->preset,
-                      "name of a preset (see below) or YAML file; default fused");
+  command
+      ->add_option(
+          "--camera", arguments->camera,
+          "preset name, camera.yaml or an ORB-SLAM settings file; default: SEQUENCE/camera.yaml")
+      ->type_name(names_or_file(camera_presets()));
+  std::vector<std::string> preset_names;
+  for (const Preset& preset : presets()) preset_names.push_back(preset.name);
+  command
+      ->add_option("--preset", arguments->preset,
+                   "name of a preset (see below) or YAML file; default fused")
+      ->type_name(names_or_file(preset_names));
   command->add_option("--model", arguments->model,
                       "segmentation network (.onnx): YOLOv7, YOLOv8 or YOLO11");
   command->add_option("--masks", arguments->masks,
@@ -264,10 +275,14 @@ void add_run_command(CLI::App& app, int& exit_code) {
       "  stillmap run second_visit --load-map office.map --save-map office.map\n"
       "  stillmap run third_visit --load-map office.map --localize-only\n"
       "  stillmap run --dump-config options.yaml\n"
-      "Files: trajectory.txt, keyframes.txt, cloud.ply, cloud.png, movers.csv, "
-      "movers.jsonl, movers.png, timing.txt, summary.json, report.html; run.map and options.yaml, "
-      "from which `stillmap dense` makes the dense map again;\n" +
-      dense_files_help());
+      "Files:\n" +
+      files_help("always", RunPart::kAlways) +
+      files_help("unless movers.enabled is false", RunPart::kMovers) +
+      files_help("unless dense.enabled is false", RunPart::kDense) + dense_files_help() +
+      files_help("--save-labels", RunPart::kLabels) + files_help("--profile", RunPart::kProfile) +
+      "docs/dense_map.md explains them; `stillmap dense` makes the dense map again from run.map "
+      "and "
+      "options.yaml.");
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }
 

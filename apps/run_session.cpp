@@ -65,9 +65,14 @@ void map_sequence(Session& session, LabelRecorder& labels, RunRecord& record) {
 
 }  // namespace
 
+void require_free_outputs(const Session& session) {
+  ResultFolder(session.out, session.foreign)
+      .require_free(possible_run_files(session.options, session.outputs));
+}
+
 RunRecord run_session(Session session) {
+  require_free_outputs(session);
   ResultFolder folder(session.out, session.foreign);
-  folder.require_free(possible_run_files(session.options, session.outputs));
   catch_interrupt();
   Trace trace;
   const double cpu_before = process_cpu_ms();

@@ -26,6 +26,10 @@ struct Session {
   RunOutputs outputs;
 };
 
+/// Throws Error if the run would overwrite a file that Stillmap did not write. For a check before
+/// the first computation.
+void require_free_outputs(const Session& session);
+
 /// Runs the sequence to its end, or until Ctrl-C; writes the results and prints a summary with the
 /// names of the files. Throws Error if a file cannot be written, after writing all others.
 RunRecord run_session(Session session);

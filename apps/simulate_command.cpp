@@ -22,6 +22,7 @@ struct SimulateArguments {
 int run(const SimulateArguments& arguments) {
   SimulationOptions options = arguments.options;
   options.noise = !arguments.no_noise;
+  if (arguments.no_noise) options.sensor = "ideal";
   make_output_folder(arguments.out);
   const SimulatedSequence sequence(options);
   {
@@ -33,7 +34,8 @@ int run(const SimulateArguments& arguments) {
   return kSuccess;
 }
 
-void add_sensor_options(CLI::App& command, SimulationOptions& o) {
+void add_sensor_options(CLI::App& command, SimulateArguments& arguments) {
+  SimulationOptions& o = arguments.options;
   command
       .add_option("--readout", o.readout,
                   "rolling shutter of the color camera: time from first to last row [s]")
@@ -54,9 +56,14 @@ void add_sensor_options(CLI::App& command, SimulationOptions& o) {
       .add_option("--auto-exposure", o.color_noise.auto_exposure,
                   "strength of the automatic exposure [0..1]")
       ->capture_default_str();
-  command.add_option("--sensor", o.sensor, "depth sensor, by its noise, range and holes")
-      ->type_name(fmt::format("{{{}}}", fmt::join(depth_sensor_names(), ",")))
-      ->capture_default_str();
+  CLI::Option* sensor =
+      command.add_option("--sensor", o.sensor, "depth sensor, by its noise, range and holes")
+          ->type_name(fmt::format("{{{}}}", fmt::join(depth_sensor_names(), ",")))
+          ->capture_default_str();
+  command
+      .add_flag("--no-noise", arguments.no_noise,
+                "exact depth of sensor ideal, and color without noise")
+      ->excludes(sensor);
 }
 
 }  // namespace
@@ -73,10 +80,12 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_option("--people", o.people, "number of people")->capture_default_str();
   command
-      ->add_option("--activity", o.activity,
-                   "activity of the people: walk, sit, wave, mixed; rise (sits four seconds, then "
-                   "gets up and walks), companion (walks ahead of --camera follow), crowd "
-                   "(--people 4 or more pass close in front of the camera)")
+      ->add_option(
+          "--activity", o.activity,
+          "activity of the people; rise: sits four seconds, then gets up and walks; "
+          "companion: walks ahead of --camera follow; crowd: --people 4 or more pass close "
+          "in front of the camera")
+      ->type_name("{walk,sit,wave,mixed,rise,companion,crowd}")
       ->capture_default_str();
   command->add_option("--things", o.things, "number of moving objects of no known class")
       ->capture_default_str();
@@ -95,8 +104,7 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_option("--exposures", o.exposures, "images averaged for motion blur; 1: no blur")
       ->capture_default_str();
-  add_sensor_options(*command, o);
-  command->add_flag("--no-noise", arguments->no_noise, "exact depth and color without noise");
+  add_sensor_options(*command, *arguments);
   command->add_option("--out", arguments->out, "output folder, in TUM layout")
       ->capture_default_str();
   command->footer(

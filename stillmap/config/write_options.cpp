@@ -66,7 +66,7 @@ std::string table_row(const OptionLine& line) {
 std::string options_yaml(const Options& options) {
   const auto defaults = option_lines(Options());
   const auto values = option_lines(options);
-  std::string text = "# The options of Stillmap: for stillmap run --config FILE.\n";
+  std::string text = std::string(kOptionsFileTitle) + "\n";
   text += "preset: " + value_text(options.preset()) + "\n";
   std::string group;
   for (std::size_t i = 0; i < values.size(); ++i) {

@@ -8,6 +8,10 @@
 
 namespace stillmap {
 
+/// First line of options_yaml().
+constexpr const char* kOptionsFileTitle =
+    "# The options of Stillmap: for stillmap run --config FILE.";
+
 /// Returns all options by group and name, and the preset.
 nlohmann::json options_json(const Options& options);
 

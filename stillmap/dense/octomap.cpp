@@ -41,9 +41,15 @@ octomap::OcTree tree_of(const OccupiedSpace& space) {
 
 }  // namespace
 
+/// As OcTree::writeBinaryConst(), which also prints its progress to standard error.
 std::string octomap_bytes(const OccupiedSpace& space) {
+  const octomap::OcTree tree = tree_of(space);
   std::ostringstream bytes;
-  tree_of(space).writeBinaryConst(bytes);
+  bytes << "# Octomap OcTree binary file\n"
+           "# (feel free to add / change comments, but leave the first line as it is!)\n#\n"
+        << "id " << tree.getTreeType() << "\nsize " << tree.size() << "\nres "
+        << tree.getResolution() << "\ndata\n";
+  tree.writeBinaryData(bytes);
   return bytes.str();
 }
 

@@ -212,7 +212,7 @@ LabelFigures evaluate_labels(std::span<const LabeledFrame> frames, const MotionT
   }
   const LabelFigures figures = judge.figures();
   if (figures.frames == 0) {
-    throw Error(fmt::format("none of {} frames has a true mask", frames.size()), "verdicts",
+    throw Error(fmt::format("none of {} frames has a true mask", frames.size()), "motion labels",
                 "check that labels and masks belong to the same sequence");
   }
   return figures;

@@ -109,7 +109,7 @@ std::vector<LabeledFrame> read_labels(const std::filesystem::path& file) {
   const std::string bytes = read_file(file);
   if (!bytes.starts_with(kHeader)) {
     throw Error("is not a file of motion labels", file.string(),
-                "stillmap run --save-verdicts writes one: verdicts.bin");
+                "stillmap run --save-labels writes one: labels.bin");
   }
   Reader reader(std::string_view(bytes).substr(kHeader.size()));
   std::vector<LabeledFrame> frames;
@@ -117,7 +117,7 @@ std::vector<LabeledFrame> read_labels(const std::filesystem::path& file) {
     auto frame = take_frame(reader);
     if (!frame) {
       throw Error(fmt::format("ends within frame number {}", frames.size() + 1), file.string(),
-                  "write it again: stillmap run --save-verdicts");
+                  "write it again: stillmap run --save-labels");
     }
     frames.push_back(std::move(*frame));
   }

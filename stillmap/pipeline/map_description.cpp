@@ -80,13 +80,14 @@ std::string description_text(const MapDescription& d) {
   std::string text = fmt::format(
       "layout      version {}, written by {}\n"
       "camera      {}: {} x {} pixels, fx {:.2f} fy {:.2f} cx {:.2f} cy {:.2f}\n"
+      "sensor      {}\n"
       "pyramid     {} levels of factor {}\n"
       "sessions    {}\n"
       "keyframes   {} with {} keypoints\n"
       "landmarks   {}, seen {:.1f} times each\n",
       d.version, d.writer, d.camera.name, d.camera.width, d.camera.height, d.camera.fx, d.camera.fy,
-      d.camera.cx, d.camera.cy, d.pyramid.levels, d.pyramid.scale_factor, d.sessions, d.keyframes,
-      d.keypoints, d.landmarks,
+      d.camera.cx, d.camera.cy, d.camera.depth_sensor.name, d.pyramid.levels,
+      d.pyramid.scale_factor, d.sessions, d.keyframes, d.keypoints, d.landmarks,
       d.landmarks == 0 ? 0.0
                        : static_cast<double>(d.observations) / static_cast<double>(d.landmarks));
   text += fmt::format("components  {}\n", d.components.size());
@@ -104,9 +105,10 @@ nlohmann::json description_json(const MapDescription& d) {
       {"version", d.version},           {"writer", d.writer},       {"sessions", d.sessions},
       {"keyframes", d.keyframes},       {"keypoints", d.keypoints}, {"landmarks", d.landmarks},
       {"observations", d.observations}, {"views", d.views},         {"view_pixels", d.view_pixels}};
-  json["camera"] = {{"name", d.camera.name}, {"width", d.camera.width}, {"height", d.camera.height},
-                    {"fx", d.camera.fx},     {"fy", d.camera.fy},       {"cx", d.camera.cx},
-                    {"cy", d.camera.cy}};
+  json["camera"] = {{"name", d.camera.name},     {"width", d.camera.width},
+                    {"height", d.camera.height}, {"fx", d.camera.fx},
+                    {"fy", d.camera.fy},         {"cx", d.camera.cx},
+                    {"cy", d.camera.cy},         {"sensor", d.camera.depth_sensor.name}};
   json["pyramid"] = {{"levels", d.pyramid.levels}, {"scale_factor", d.pyramid.scale_factor}};
   json["components"] = nlohmann::json::array();
   for (const ComponentDescription& c : d.components) {

@@ -100,7 +100,8 @@ void write_planner_files(const DenseResults& results, const OccupancyOptions& op
 void check(const DenseOutputs& outputs) {
   for (const std::string& format : outputs.mesh) {
     if (std::find(kMeshFormats.begin(), kMeshFormats.end(), format) != kMeshFormats.end()) continue;
-    throw Error("a mesh cannot be written as '" + format + "'", "--mesh", "use ply, obj or glb");
+    throw Error("there is no mesh format '" + format + "'", "--mesh",
+                "use ply, obj or glb; write --mesh=FORMAT in front of another argument");
   }
 }
 

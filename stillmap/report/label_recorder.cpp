@@ -13,8 +13,8 @@ namespace stillmap {
 LabelRecorder::LabelRecorder(const LabelRecording& wanted, ResultFolder& folder)
     : wanted_(wanted), folder_(folder) {
   if (wanted_.draw_every < 0)
-    throw Error("must be 1 or more", "--draw-verdicts",
-                "give the interval between images [frames]");
+    throw Error(fmt::format("the interval of the drawn frames is {}", wanted_.draw_every),
+                "motion labels", "give a number of frames of 1 or more");
 }
 
 void LabelRecorder::record(const TrackedFrame& tracked) {
@@ -22,12 +22,12 @@ void LabelRecorder::record(const TrackedFrame& tracked) {
   if (wanted_.save) file_.add(labeled_frame(frame));
   if (wanted_.draw_every == 0 || frame.index() % static_cast<std::size_t>(wanted_.draw_every) != 0)
     return;
-  folder_.write(fmt::format("verdicts/{:06}.png", frame.index()),
+  folder_.write(fmt::format("{}/{:06}.png", wanted_.name, frame.index()),
                 [&](const auto& file) { write_png(file, draw_labels(tracked)); });
 }
 
 void LabelRecorder::finish() {
-  if (wanted_.save) folder_.write_text("verdicts.bin", file_.bytes());
+  if (wanted_.save) folder_.write_text(wanted_.file(), file_.bytes());
 }
 
 }  // namespace stillmap

@@ -10,9 +10,12 @@ namespace stillmap {
 struct LabelRecording {
   bool save = false;   ///< Whether to save the label of every keypoint, about 10 kB per frame.
   int draw_every = 0;  ///< Draws every n-th frame with its labels; 0: none.
+  /// Name of the file, without the extension .bin, and of the folder of the images.
+  std::string name = "labels";
+  std::string file() const { return name + ".bin"; }
 };
 
-/// Saves the motion labels of a run: verdicts.bin and verdicts/FRAME.png.
+/// Saves the motion labels of a run: labels.bin and labels/FRAME.png.
 class LabelRecorder {
  public:
   /// @param folder  must outlive this object
@@ -20,7 +23,7 @@ class LabelRecorder {
   LabelRecorder(const LabelRecording& wanted, ResultFolder& folder);
   /// Records one frame; draws it if it is one of those to be drawn.
   void record(const TrackedFrame& tracked);
-  /// Writes verdicts.bin, if wanted.
+  /// Writes labels.bin, if wanted.
   void finish();
 
  private:

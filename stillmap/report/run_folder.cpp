@@ -65,22 +65,44 @@ CaptionedImage movers_image(const SlamResult& result) {
 
 }  // namespace
 
+std::vector<std::string> file_names(RunPart part) {
+  switch (part) {
+    case RunPart::kAlways:
+      return {"trajectory.txt", "keyframes.txt", "timing.txt", "summary.json", "report.html"};
+    case RunPart::kMovers:
+      return {"movers.csv", "movers.jsonl", "movers.png"};
+    case RunPart::kDense:
+      return {"cloud.ply", "cloud.png", "cloud_before_after.png", kRunMap, kRunOptions};
+    case RunPart::kObjects:
+      return {"semantic.ply", "semantic_classes.ply", "semantic_legend.png", "semantic.png",
+              "objects.json"};
+    case RunPart::kMesh:
+      return {"mesh.ply", "mesh.obj", "mesh.glb", "mesh.png"};
+    case RunPart::kPlanner:
+      return {"octomap.bt", "grid.pgm", "grid.yaml", "obstacles.json", "obstacles.jsonl"};
+    case RunPart::kLabels:
+      return {LabelRecording().file()};
+    case RunPart::kProfile:
+      return {"profile.txt", "profile.svg", "trace.json"};
+  }
+  return {};
+}
+
 std::vector<std::string> possible_run_files(const Options& options, const RunOutputs& outputs) {
-  std::vector<std::string> names{"trajectory.txt", "keyframes.txt", "timing.txt", "summary.json",
-                                 "report.html"};
-  const auto add = [&](bool wanted, std::initializer_list<const char*> more) {
-    if (wanted) names.insert(names.end(), more.begin(), more.end());
+  std::vector<std::string> names = file_names(RunPart::kAlways);
+  const auto add = [&](bool wanted, RunPart part) {
+    if (!wanted) return;
+    const auto more = file_names(part);
+    names.insert(names.end(), more.begin(), more.end());
   };
-  add(options.movers.enabled, {"movers.csv", "movers.jsonl", "movers.png"});
-  add(options.dense.enabled,
-      {"cloud.ply", "cloud.png", "cloud_before_after.png", "semantic.ply", "semantic_classes.ply",
-       "semantic_legend.png", "semantic.png", "objects.json", kRunMap, kRunOptions});
+  add(options.movers.enabled, RunPart::kMovers);
+  add(options.dense.enabled, RunPart::kDense);
+  add(options.dense.enabled, RunPart::kObjects);
+  add(outputs.dense.planner, RunPart::kPlanner);
+  add(outputs.profile, RunPart::kProfile);
   for (const std::string& format : outputs.dense.mesh) names.push_back("mesh." + format);
-  add(!outputs.dense.mesh.empty(), {"mesh.png"});
-  add(outputs.dense.planner,
-      {"octomap.bt", "grid.pgm", "grid.yaml", "obstacles.json", "obstacles.jsonl"});
-  add(outputs.labels.save, {"verdicts.bin"});
-  add(outputs.profile, {"profile.txt", "profile.svg", "trace.json"});
+  if (!outputs.dense.mesh.empty()) names.push_back("mesh.png");
+  if (outputs.labels.save) names.push_back(outputs.labels.file());
   return names;
 }
 

@@ -17,6 +17,22 @@ namespace stillmap {
 constexpr const char* kRunMap = "run.map";
 constexpr const char* kRunOptions = "options.yaml";
 
+/// Part of a run that writes files into its folder.
+enum class RunPart {
+  kAlways,
+  kMovers,   ///< The moving objects (movers.enabled).
+  kDense,    ///< The dense map (dense.enabled).
+  kObjects,  ///< The static objects that a network found in the dense map.
+  kMesh,     ///< The mesh (--mesh); one of mesh.ply, mesh.obj, mesh.glb per wanted format.
+  kPlanner,  ///< The files for planners (--planner).
+  kLabels,   ///< The motion labels (--save-labels).
+  kProfile,  ///< The profile of the computing time (--profile).
+};
+
+/// Returns the names of all files that a part may write. The list of files in the help texts is
+/// made from it, and docs/dense_map.md is tested against it.
+std::vector<std::string> file_names(RunPart part);
+
 /// Which files are written for a run besides the standard ones.
 struct RunOutputs {
   DenseOutputs dense;

@@ -449,9 +449,8 @@ void check_masks(const SequencePaths& paths, const std::vector<FrameFiles>& fram
                 all ? "" : "name each mask like its color image, with the ending .png");
 }
 
-void examine(const fs::path& folder, const std::optional<Camera>& named,
+void examine(const SequencePaths& paths, const std::optional<Camera>& named,
              const DoctorOptions& options, Diagnosis& diagnosis) {
-  const SequencePaths paths = find_sequence(folder);
   const auto camera = choose_camera(paths, named, diagnosis);
   const FrameList list = list_frames(paths);
   check_lists(list, diagnosis);
@@ -479,10 +478,10 @@ void Diagnosis::add(Severity severity, std::string what, std::string fix) {
 }
 
 Diagnosis diagnose(const fs::path& folder, const std::optional<Camera>& camera,
-                   const DoctorOptions& options) {
+                   const fs::path& associations, const DoctorOptions& options) {
   Diagnosis diagnosis;
   try {
-    examine(folder, camera, options, diagnosis);
+    examine(find_sequence(folder, associations), camera, options, diagnosis);
   } catch (const Error& error) {
     add_error(diagnosis, error);
   }

@@ -54,8 +54,10 @@ struct Diagnosis {
 /// Checks a sequence and its camera: lists and pairs, every file's existence, type, size and end, a
 /// sample of decoded images, timestamps, depth scale, ground truth. Problems are returned as
 /// findings, never thrown.
-/// @param camera  the user's camera; without it the sequence's camera.yaml is used
+/// @param camera       the user's camera; without it the sequence's camera.yaml is used
+/// @param associations file that pairs color and depth images; empty: see find_sequence()
 Diagnosis diagnose(const std::filesystem::path& folder, const std::optional<Camera>& camera = {},
+                   const std::filesystem::path& associations = {},
                    const DoctorOptions& options = {});
 
 }  // namespace stillmap

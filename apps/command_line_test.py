@@ -1,0 +1,188 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Command lines that must be refused with a fix, files that must not be overwritten, and the documented lists of files.
+
+  apps/command_line_test.py PROGRAM     PROGRAM: the built command
+"""
+import json
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+PROGRAM = ""
+
+
+def stillmap(*arguments, cwd=None):
+    return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, check=False, cwd=cwd)
+
+
+class CommandLine(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        cls.folder = Path(cls.temporary.name)
+        cls.sequence = cls.folder / "sequence"
+        made = stillmap("simulate", "--people", 1, "--frames", 20, "--width", 320, "--height", 240, "--out", cls.sequence)
+        assert made.returncode == 0, made.stderr
+        cls.run_folder = cls.folder / "run"
+        cls.map = cls.folder / "office.map"
+        done = stillmap("run", cls.sequence, "--mesh=ply,obj", "--planner", "--save-labels", "--profile", "--out",
+                        cls.run_folder, "--save-map", cls.map)
+        assert done.returncode == 0, done.stderr
+        cls.run_stderr = done.stderr
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.temporary.cleanup()
+
+    def refused(self, result, code, *words):
+        self.assertEqual(result.returncode, code, result.stdout + result.stderr)
+        for word in words:
+            self.assertIn(word, result.stderr)
+
+    def succeeded(self, result):
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        return result
+
+    def foreign(self, name, text="mine"):
+        file = self.folder / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text)
+        return file
+
+    # ------------------------------------------------------------------------------------------- unknown words
+
+    def test_an_unknown_command_or_option_names_the_nearest(self):
+        self.refused(stillmap("simulat"), 2, "there is no command 'simulat'", "did you mean 'simulate'?")
+        self.refused(stillmap("map", "inf", self.map), 2, "stillmap map: there is no command 'inf'", "'info'")
+        for command in ("run", "dense", "eval", "compare", "simulate", "demo", "doctor", "presets", "options"):
+            self.refused(stillmap(command, "--hepl"), 2, f"stillmap {command}: there is no option '--hepl'",
+                         "did you mean '--help'?")
+        self.refused(stillmap("run", self.sequence, "--prest=static"), 2, "did you mean '--preset'?")
+
+    def test_an_unknown_preset_or_class_names_the_nearest(self):
+        self.refused(stillmap("run", self.sequence, "--preset", "segmask"), 1, "preset 'segmask'", "'seg-mask'")
+        unknown = stillmap("run", self.sequence, "--set", "motion.moving_classes=[persn]", "--out", self.folder / "x")
+        self.refused(unknown, 1, "no class 'persn'", "did you mean 'person'?")
+        self.assertFalse((self.folder / "x").exists())
+
+    def test_a_recording_behind_mesh_is_not_taken_for_a_format(self):
+        self.refused(stillmap("run", "--mesh", self.sequence), 1, "there is no mesh format", "--mesh=FORMAT")
+        done = stillmap("run", "--mesh=obj", self.sequence, "--preset", "static", "--out", self.folder / "mesh_first")
+        self.succeeded(done)
+        self.assertTrue((self.folder / "mesh_first/mesh.obj").exists())
+
+    # -------------------------------------------------------------------------------------------- foreign files
+
+    def test_a_run_is_refused_before_it_computes(self):
+        file = self.foreign("run_out/report.html")
+        result = stillmap("run", self.sequence, "--out", file.parent)
+        self.refused(result, 1, "report.html", "--force")
+        self.assertNotIn("mapping", result.stderr)
+        self.assertEqual(file.read_text(), "mine")
+
+    def test_a_demo_is_refused_before_it_renders(self):
+        for name in ("comparison.svg", "seg-mask/cloud.ply"):
+            file = self.foreign(f"demo_{name[0]}/{name}")
+            out = self.folder / f"demo_{name[0]}"
+            result = stillmap("demo", "--frames", 10, "--out", out)
+            self.refused(result, 1, name, "--force")
+            self.assertFalse((out / "sequence").exists())
+            self.assertEqual(file.read_text(), "mine")
+
+    def test_a_comparison_is_refused_before_it_reads_the_runs(self):
+        file = self.foreign("compared/comparison.txt")
+        truth = self.sequence / "groundtruth.txt"
+        words = ["compare", "--truth", truth, self.run_folder, "--out", file.parent]
+        self.refused(stillmap(*words), 1, "comparison.txt", "--force")
+        self.assertFalse((file.parent / "comparison.svg").exists())
+        self.succeeded(stillmap(*words, "--force"))
+        self.succeeded(stillmap(*words))
+
+    def test_a_named_file_is_only_replaced_if_stillmap_wrote_it(self):
+        truth, estimate = self.sequence / "groundtruth.txt", self.run_folder / "trajectory.txt"
+        for words in (["eval", truth, estimate, "--json"], ["map", "info", self.map, "--json"], ["run", "--dump-config"],
+                      ["map", "slim", self.map, "--out"]):
+            file = self.foreign("named")
+            self.refused(stillmap(*words, file), 1, "named", "--force")
+            self.assertEqual(file.read_text(), "mine")
+            self.succeeded(stillmap(*words, file, "--force"))
+            self.assertNotEqual(file.read_bytes(), b"mine")
+            self.succeeded(stillmap(*words, file))
+        self.refused(stillmap("map", "slim", self.map, "--out", self.map), 1, "is the map itself")
+
+    def test_a_dash_writes_to_standard_output_and_nothing_else(self):
+        truth, estimate = self.sequence / "groundtruth.txt", self.run_folder / "trajectory.txt"
+        self.assertIn("ate", json.loads(self.succeeded(stillmap("eval", truth, estimate, "--json", "-")).stdout))
+        self.assertIn("keyframes", json.loads(self.succeeded(stillmap("map", "info", self.map, "--json", "-")).stdout))
+        self.assertTrue(stillmap("run", "--dump-config", "-").stdout.startswith("# The options"))
+
+    # ---------------------------------------------------------------------------------------------------- files
+
+    def documented(self, text):
+        return set(re.findall(r"[a-z_]+\.(?:txt|csv|jsonl?|png|ply|obj|glb|bt|pgm|yaml|map|html|svg|bin)\b", text))
+
+    def test_help_and_documents_name_the_files_of_a_run(self):
+        in_help = self.documented(stillmap("run", "--help").stdout.split("Files:")[1].split("docs/dense_map.md")[0])
+        table = (ROOT / "docs/dense_map.md").read_text().split("## Files")[1].split("\n## ")[0]
+        rows = "\n".join(line.split("|")[1] for line in table.splitlines() if line.startswith("| `"))
+        self.assertEqual(self.documented(rows), in_help)
+        written = {file.name for file in self.run_folder.iterdir() if not file.name.startswith(".")}
+        self.assertLessEqual(written, in_help)
+        self.assertLessEqual(in_help - written, {"mesh.glb", "objects.json", "semantic.ply", "semantic.png",
+                                                 "semantic_classes.ply", "semantic_legend.png", "movers.png"})
+        readme = (ROOT / "README.md").read_text()
+        results = next(line for line in readme.splitlines() if line.startswith("| results |"))
+        self.assertLessEqual(self.documented(results) - {"dense_map.md"}, in_help)
+
+    def test_the_former_names_of_the_motion_labels_still_work(self):
+        out = self.folder / "former"
+        self.succeeded(stillmap("run", self.sequence, "--preset", "static", "--count", 10, "--save-verdicts",
+                                "--draw-verdicts=5", "--out", out))
+        self.assertTrue((out / "verdicts.bin").exists() and (out / "verdicts/000005.png").exists())
+        figures = {}
+        for option, file, key in (("--verdicts", out / "verdicts.bin", "verdicts"),
+                                  ("--labels", self.run_folder / "labels.bin", "motion_labels")):
+            shown = self.succeeded(stillmap("eval", option, file, "--sequence", self.sequence, "--json", "-"))
+            figures[option] = json.loads(shown.stdout)[key]
+        self.assertEqual(figures["--verdicts"].keys(), figures["--labels"].keys())
+        self.assertNotIn("verdicts", stillmap("run", "--help").stdout + stillmap("eval", "--help").stdout)
+
+    # ---------------------------------------------------------------------------------------------------- notes
+
+    def test_a_truth_of_the_bonn_data_set_gets_a_note(self):
+        bonn = self.folder / "rgbd_bonn_crowd"
+        bonn.mkdir()
+        truth = shutil.copy(self.sequence / "groundtruth.txt", bonn)
+        words = ["eval", truth, self.run_folder / "trajectory.txt"]
+        self.assertIn("--truth-frame bonn", self.succeeded(stillmap(*words)).stderr)
+        self.assertNotIn("note:", self.succeeded(stillmap(*words, "--truth-frame", "bonn")).stderr)
+        plain = stillmap("eval", self.sequence / "groundtruth.txt", self.run_folder / "trajectory.txt")
+        self.assertNotIn("note:", self.succeeded(plain).stderr)
+
+    def test_the_sensor_is_named(self):
+        self.assertRegex(stillmap("map", "info", self.map).stdout, r"sensor +kinect_v1")
+        exact = self.folder / "exact"
+        self.succeeded(stillmap("simulate", "--no-noise", "--people", 0, "--frames", 2, "--width", 160, "--height", 120,
+                                "--out", exact))
+        self.assertIn("sensor: ideal", (exact / "camera.yaml").read_text())
+        self.refused(stillmap("simulate", "--no-noise", "--sensor", "kinect_v1"), 2, "--no-noise")
+
+    def test_doctor_checks_the_named_associations(self):
+        lines = (self.sequence / "associations.txt").read_text().splitlines()
+        few = self.foreign("few.txt", "\n".join(lines[:5]) + "\n")
+        shown = stillmap("doctor", self.sequence, "--associations", few).stdout
+        self.assertIn("5 pairs of color and depth", shown)
+
+    def test_the_octomap_is_written_without_messages_of_its_library(self):
+        self.assertNotIn("nodes", self.run_stderr)
+
+
+if __name__ == "__main__":
+    PROGRAM = str(Path(sys.argv.pop()).resolve())
+    unittest.main()
