@@ -29,14 +29,13 @@ cv::Mat1b mover_pixels(const Frame& frame, const std::vector<std::string>& class
   return movers | masks;
 }
 
-/// Returns the newest detections of static objects, in the pixels of `image`; none if they are too
-/// old.
+/// Returns the newest detections of static objects, in the pixels of `image`; none if they are more
+/// than `max_age` frames old.
 SegmentedFrame objects_in(const DetectedObjects& found, const RgbdFrame& image,
-                          const std::vector<std::string>& movers,
-                          const PropagationOptions& options) {
+                          const std::vector<std::string>& movers, std::size_t max_age) {
   SegmentedFrame objects{.frame_index = image.index, .source_index = image.index, .instances = {}};
   if (!found.image || found.image->index > image.index ||
-      image.index - found.image->index > static_cast<std::size_t>(options.max_age)) {
+      image.index - found.image->index > max_age) {
     return objects;
   }
   for (Instance instance : found.instances->instances) {
@@ -46,15 +45,15 @@ SegmentedFrame objects_in(const DetectedObjects& found, const RgbdFrame& image,
   }
   if (objects.instances.empty()) return objects;
   objects.frame_index = objects.source_index = found.image->index;
-  if (found.image->index == image.index) return trim_by_depth(objects, image, options);
-  return propagate_masks(objects, *found.image, image, options);
+  if (found.image->index == image.index) return trim_by_depth(objects, image);
+  return propagate_masks(objects, *found.image, image);
 }
 
 }  // namespace
 
 DenseStream::DenseStream(const Camera& camera, const SlamParameters& options, bool enabled,
                          std::vector<AnchoredView> loaded)
-    : propagation_(options.propagation),
+    : max_mask_age_(static_cast<std::size_t>(options.schedule.max_mask_age)),
       every_(static_cast<std::size_t>(options.dense.every)),
       realtime_(options.schedule.realtime),
       dense_(camera, options.dense) {
@@ -111,7 +110,7 @@ void DenseStream::add(const TrackedFrame& tracked, const DetectedObjects& found)
   const RgbdFrame& image = *tracked.frame->image;
   const std::vector<std::string>& classes = dense_.options().movers;
   const SegmentedFrame objects =
-      traced(span::kDenseLabels, [&] { return objects_in(found, image, classes, propagation_); });
+      traced(span::kDenseLabels, [&] { return objects_in(found, image, classes, max_mask_age_); });
   const TraceScope scope(tracked.proposal ? span::kDenseKeyframe : span::kDenseOtherFrame);
   const cv::Mat1b movers =
       traced("mover pixels", [&] { return mover_pixels(*tracked.frame, classes); });

@@ -19,7 +19,7 @@ InstanceStream::InstanceStream(std::unique_ptr<Detector> detector, const SlamPar
     : schedule_(options.schedule),
       wanted_classes_(wanted_classes(options)),
       detector_(std::move(detector)),
-      propagator_(options.propagation) {
+      propagator_(options.schedule.max_mask_age) {
   if (!detector_) return;
   // In realtime the detector gets the newest frame whenever it is free, so one frame may wait.
   const bool realtime = schedule_.realtime;

@@ -30,7 +30,7 @@ void set_network(const Options::Network& from, SlamParameters& to) {
   to.segment.iou = static_cast<float>(from.nms_iou);
   to.schedule.segment_every = from.every;
   to.schedule.mask_delay = from.mask_delay;
-  to.propagation.max_age = from.max_mask_age;
+  to.schedule.max_mask_age = from.max_mask_age;
 }
 
 void set_motion(const Options::Motion& from, MotionOptions& to) {

@@ -7,7 +7,6 @@
 #include "stillmap/options.hpp"
 #include "stillmap/refine/local_mapper.hpp"
 #include "stillmap/segment/detector.hpp"
-#include "stillmap/segment/mask_propagator.hpp"
 #include "stillmap/segment/segment_options.hpp"
 #include "stillmap/track/tracker.hpp"
 
@@ -25,6 +24,7 @@ struct ScheduleOptions {
   int global_delay = 90;     ///< Delay of global bundle adjustment after a loop (lockstep).
   int segment_every = 3;     ///< Interval of the network's frames; in realtime the shortest one.
   int mask_delay = 2;        ///< Delay of a frame's masks (lockstep).
+  int max_mask_age = 30;     ///< Maximum age of propagated masks.
 };
 
 /// Detection and tracking of moving objects.
@@ -37,7 +37,6 @@ struct MoverOptions {
 struct SlamParameters {
   OrbOptions orb;
   SegmentOptions segment;
-  PropagationOptions propagation;
   MotionOptions motion;
   TrackerOptions tracker;
   MapperOptions mapper;

@@ -25,13 +25,8 @@ TEST(DynamicMask, DrawsTheMaskOrTheBoxOfTheNamedClasses) {
   const auto frame = person_and_chair();
   EXPECT_EQ(cv::norm(dynamic_mask(frame, {"person"}, size), person), 0);
   EXPECT_EQ(cv::norm(dynamic_mask(frame, {"person", "chair"}, size), both), 0);
-  EXPECT_EQ(cv::norm(dynamic_mask(frame, std::vector<std::string>{}, size), both), 0);
+  EXPECT_EQ(cv::countNonZero(dynamic_mask(frame, {}, size)), 0);
   EXPECT_EQ(cv::countNonZero(dynamic_mask(frame, {"cat"}, size)), 0);
-}
-
-TEST(DynamicMask, DilationGrowsByTheRadius) {
-  const auto mask = dynamic_mask(person_and_chair(), {"person"}, {100, 100}, 3);
-  EXPECT_EQ(cv::boundingRect(mask), cv::Rect(32, 37, 11, 16));
 }
 
 TEST(DynamicMask, BoxesThatLeaveTheImageAreClipped) {

@@ -9,7 +9,13 @@
 namespace stillmap {
 namespace {
 
-constexpr int kTile = 8;  // small pixels
+/// Side of the tiles with a median depth each [small pixels].
+constexpr int kTile = 8;
+/// Maximum depth difference of neighbors on one surface at kStepDepth [m]; tuned on people at 1 to
+/// 4 m, against true masks.
+constexpr float kDepthStep = 0.06F;
+/// Depth at which kDepthStep applies [m]; a Kinect's noise grows with z^2.
+constexpr float kStepDepth = 2;
 
 /// Returns the known depths of masked pixels in a square around a tile; every second pixel
 /// suffices.
@@ -75,7 +81,7 @@ std::vector<int> front_of(const SmallMask& mask, const Field& field) {
 
 }  // namespace
 
-void drop_background(SmallMask& mask, const SmallFrame& frame, const PropagationOptions& options) {
+void drop_background(SmallMask& mask, const SmallFrame& frame) {
   const TraceScope scope("trimming");
   if (mask.window.empty()) return;
   const cv::Mat1f depth = frame.depth(mask.window);
@@ -86,15 +92,15 @@ void drop_background(SmallMask& mask, const SmallFrame& frame, const Propagation
     for (int x = 0; x < all.width; x += kTile) {
       collect_depths(mask, depth, {x - kTile, y - kTile, 3 * kTile, 3 * kTile}, depths);
       if (depths.empty()) continue;
-      const float limit = upper_median(depths) + static_cast<float>(options.depth_apart);
+      const float limit = upper_median(depths) + static_cast<float>(kDepthApart);
       drop_behind(mask, depth, cv::Rect(x, y, kTile, kTile) & all, limit, kept);
     }
   }
   mask.mask = kept;
 }
 
-void drop_others(MovedMask& moved, const SmallFrame& target, const PropagationOptions& options) {
-  const auto apart = static_cast<float>(options.depth_apart);
+void drop_others(MovedMask& moved, const SmallFrame& target) {
+  const auto apart = static_cast<float>(kDepthApart);
   const cv::Rect& window = moved.small.window;
   for (int y = 0; y < window.height; ++y) {
     auto* mask = moved.small.mask.ptr<std::uint8_t>(y);
@@ -108,12 +114,9 @@ void drop_others(MovedMask& moved, const SmallFrame& target, const PropagationOp
   }
 }
 
-void grow_on_surface(SmallMask& mask, const SmallFrame& frame, int rounds, const cv::Mat1b& allowed,
-                     const PropagationOptions& options) {
+void grow_on_surface(SmallMask& mask, const SmallFrame& frame, int rounds,
+                     const cv::Mat1b& allowed) {
   const TraceScope scope("growing");
-  // Depth at which depth_step applies [m]; a Kinect's noise grows with z^2.
-  constexpr float kAt = 2;
-  const auto step = static_cast<float>(options.depth_step);
   Field field(mask, frame, allowed);
   auto* closed = field.closed.ptr<std::uint8_t>();
   const auto* depth = field.depth.ptr<float>();
@@ -123,7 +126,7 @@ void grow_on_surface(SmallMask& mask, const SmallFrame& frame, int rounds, const
     next.clear();
     for (const int p : front) {
       const float z = depth[p];
-      const float tolerance = step * std::max(1.0F, z * z / (kAt * kAt));
+      const float tolerance = kDepthStep * std::max(1.0F, z * z / (kStepDepth * kStepDepth));
       for (const int direction : around) {
         const int q = p + direction;
         if (closed[q] != 0 || std::abs(depth[q] - z) >= tolerance) continue;

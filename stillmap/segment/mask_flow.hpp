@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/segment/propagation_options.hpp"
 #include "stillmap/segment/small_frame.hpp"
 
 #include <vector>
@@ -8,6 +7,10 @@
 #include <opencv2/core.hpp>
 
 namespace stillmap {
+
+/// Depth difference beyond which a pixel belongs to another object [m]; tuned on people at 1 to 4
+/// m, against true masks.
+inline constexpr double kDepthApart = 0.3;
 
 /// One square of a mask's grid and its flow.
 struct MaskCell {
@@ -35,19 +38,19 @@ struct FlowFrame {
   enum class Role { kSource, kTarget };
   SmallFrame small;
   std::vector<cv::Mat> pyramid;
-  FlowFrame(const RgbdFrame& frame, Role role, const PropagationOptions& options);
+  FlowFrame(const RgbdFrame& frame, Role role);
 };
 
-/// Divides a mask into squares of `options.grid`.
-MaskGrid cut_into_cells(const SmallMask& mask, int spacing);
+/// Divides a mask of a frame reduced by the factor `shrink` into cells.
+MaskGrid cut_into_cells(const SmallMask& mask, int shrink);
 
 /// Measures the flow of each cell by pyramidal Lucas-Kanade (Bouguet 2001) at its center. A grid
 /// with earlier flow starts from a constant-velocity prediction, which halves the number of levels.
-/// A flow that ends on another surface (depth differs by more than options.depth_apart) is
+/// A flow that ends on another surface (depth differs by more than kDepthApart) is
 /// rejected. Then each cell takes the median flow of its neighborhood, which removes outliers.
 /// @param age  number of frames from the source to the target
-void follow_cells(MaskGrid& grid, const FlowFrame& source, const FlowFrame& target, std::size_t age,
-                  const PropagationOptions& options);
+void follow_cells(MaskGrid& grid, const FlowFrame& source, const FlowFrame& target,
+                  std::size_t age);
 
 /// A moved mask and the depth expected in it.
 struct MovedMask {

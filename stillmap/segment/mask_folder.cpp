@@ -15,9 +15,14 @@
 namespace stillmap {
 namespace {
 
-constexpr double kLoneTolerance = 0.02;  // Association limit of TUM's tools [s].
+/// Time tolerance of a single mask [s]: the association limit of TUM's tools.
+constexpr double kLoneTolerance = 0.02;
+/// Value of people in masks.
 constexpr int kPersonValue = 255;
+/// Class ids of the instances.
 constexpr int kPersonClass = 0, kUnknownClass = 1;
+/// Smaller regions are ignored as specks [pixels].
+constexpr int kMinPixels = 16;
 
 std::optional<double> number_of(const std::string& text) {
   double value = 0;
@@ -73,14 +78,13 @@ Instance make_instance(int value, const cv::Rect& box, const cv::Mat1i& labels, 
           .mask = labels(box) == label};
 }
 
-void append_pieces(const cv::Mat1b& mask, int value, int smallest,
-                   std::vector<std::pair<int, Instance>>& sized) {
+void append_pieces(const cv::Mat1b& mask, int value, std::vector<std::pair<int, Instance>>& sized) {
   cv::Mat1i labels, stats;
   cv::Mat1d centers;
   const int count = cv::connectedComponentsWithStats(mask == value, labels, stats, centers, 8);
   for (int label = 1; label < count; ++label) {
     const int area = stats(label, cv::CC_STAT_AREA);
-    if (area < smallest) continue;
+    if (area < kMinPixels) continue;
     const cv::Rect box(stats(label, cv::CC_STAT_LEFT), stats(label, cv::CC_STAT_TOP),
                        stats(label, cv::CC_STAT_WIDTH), stats(label, cv::CC_STAT_HEIGHT));
     sized.emplace_back(area, make_instance(value, box, labels, label));
@@ -97,9 +101,9 @@ cv::Mat halved_if_twice(const cv::Mat& mask, const cv::Size& size) {
 
 }  // namespace
 
-std::vector<Instance> instances_of_mask(const cv::Mat1b& mask, int smallest) {
+std::vector<Instance> instances_of_mask(const cv::Mat1b& mask) {
   std::vector<std::pair<int, Instance>> sized;
-  for (const int value : values_in(mask)) append_pieces(mask, value, smallest, sized);
+  for (const int value : values_in(mask)) append_pieces(mask, value, sized);
   std::stable_sort(sized.begin(), sized.end(),
                    [](const auto& a, const auto& b) { return a.first > b.first; });
   std::vector<Instance> instances;

@@ -30,10 +30,10 @@ class MaskFolder final : public Detector {
   std::string skipped() const override;
   const std::vector<std::string>& class_names() const override;
 
-  std::size_t missing() const { return missing_; }  ///< Number of frames without a mask so far.
-  std::size_t unusable() const {
-    return unusable_;
-  }  ///< Number of damaged masks and masks of a wrong size so far.
+  /// Returns the number of frames without a mask so far.
+  std::size_t missing() const { return missing_; }
+  /// Returns the number of damaged masks and masks of a wrong size so far.
+  std::size_t unusable() const { return unusable_; }
 
  private:
   struct Entry {
@@ -50,7 +50,7 @@ class MaskFolder final : public Detector {
 };
 
 /// Returns the instances of a mask image with MaskFolder's values, by descending size, without
-/// regions of fewer than `smallest` pixels.
-std::vector<Instance> instances_of_mask(const cv::Mat1b& mask, int smallest = 16);
+/// regions of fewer than 16 pixels.
+std::vector<Instance> instances_of_mask(const cv::Mat1b& mask);
 
 }  // namespace stillmap

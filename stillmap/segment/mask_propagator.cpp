@@ -8,6 +8,19 @@
 #include <opencv2/imgproc.hpp>
 
 namespace stillmap {
+namespace {
+
+// The lengths below are in pixels of the full image and were tuned on people at 1 to 4 m in
+// 640 x 480 images, against true masks.
+
+/// Growth of the outline's uncertainty per frame of age [pixels].
+constexpr double kGrowth = 1.5;
+/// Uncertainty of the outline at age 0 [pixels].
+constexpr double kBaseGrowth = 2;
+/// Width up to which holes and bays may be filled again [pixels].
+constexpr int kFilling = 16;
+
+}  // namespace
 
 /// The part of the source that does not depend on the target, and the last flow.
 struct PropagationSource {
@@ -20,13 +33,12 @@ struct PropagationSource {
   FlowFrame frame;
   std::vector<TrackedInstance> tracked;  // One per instance.
 
-  PropagationSource(const SegmentedFrame& segmented, const RgbdFrame& rgbd,
-                    const PropagationOptions& options)
-      : masks(segmented), frame(rgbd, FlowFrame::Role::kSource, options) {
+  PropagationSource(const SegmentedFrame& segmented, const RgbdFrame& rgbd)
+      : masks(segmented), frame(rgbd, FlowFrame::Role::kSource) {
     for (const Instance& instance : masks.instances) {
       SmallMask mask = shrink_mask(instance, frame.small);
-      drop_background(mask, frame.small, options);
-      MaskGrid grid = cut_into_cells(mask, std::max(2, options.grid / frame.small.shrink));
+      drop_background(mask, frame.small);
+      MaskGrid grid = cut_into_cells(mask, frame.small.shrink);
       tracked.push_back({std::move(mask), std::move(grid), instance.mask.empty()});
     }
   }
@@ -36,10 +48,9 @@ namespace {
 
 /// Returns where a moved mask may grow beyond the uncertainty of its outline: into its own holes
 /// and bays, and into regions outside the source image.
-cv::Mat1b open_ground(const SmallMask& moved, cv::Point2f flow, const SmallFrame& frame,
-                      const PropagationOptions& options) {
+cv::Mat1b open_ground(const SmallMask& moved, cv::Point2f flow, const SmallFrame& frame) {
   const TraceScope scope("open ground");
-  const int radius = std::max(1, options.filling / frame.shrink / 2);
+  const int radius = std::max(1, kFilling / frame.shrink / 2);
   const cv::Size kernel(2 * radius + 1, 2 * radius + 1);
   cv::Mat1b open;
   cv::morphologyEx(moved.mask, open, cv::MORPH_CLOSE,
@@ -54,12 +65,11 @@ cv::Mat1b open_ground(const SmallMask& moved, cv::Point2f flow, const SmallFrame
 
 /// Returns the maximum growth of a mask beyond its moved outline. A mask that was cut off by the
 /// image border may extend where the image now shows more.
-int reach_of(const SmallMask& mask, cv::Point2f flow, int margin, const SmallFrame& source,
-             const PropagationOptions& options) {
+int reach_of(const SmallMask& mask, cv::Point2f flow, int margin, const SmallFrame& source) {
   const cv::Rect inner(1, 1, source.size().width - 2, source.size().height - 2);
   const bool cut = (mask.window & inner) != mask.window;
   const int come_in = cut ? cvCeil(std::max(std::abs(flow.x), std::abs(flow.y))) : 0;
-  return margin + std::max(options.filling / source.shrink, come_in);
+  return margin + std::max(kFilling / source.shrink, come_in);
 }
 
 /// Returns the bounds of the moved box. A side on the border of the source image is open, since the
@@ -87,36 +97,34 @@ void clip(MovedMask& moved, const cv::Rect& limits) {
 /// If only a box is known, the propagated mask must not grow beyond it, since wall and floor near a
 /// person belong to the surfaces in the box.
 SmallMask propagate_instance(PropagationSource::TrackedInstance& instance, const FlowFrame& source,
-                             const FlowFrame& target, std::size_t age,
-                             const PropagationOptions& options) {
+                             const FlowFrame& target, std::size_t age) {
   const int shrink = source.small.shrink;
-  const double uncertainty = options.base_growth + options.growth * static_cast<double>(age);
+  const double uncertainty = kBaseGrowth + kGrowth * static_cast<double>(age);
   const int margin = cvCeil(uncertainty / shrink);
-  follow_cells(instance.grid, source, target, age, options);
+  follow_cells(instance.grid, source, target, age);
   const cv::Point2f flow = common_flow(instance.grid);
   MovedMask moved = move_mask(instance.mask, instance.grid, source.small,
-                              reach_of(instance.mask, flow, margin, source.small, options));
+                              reach_of(instance.mask, flow, margin, source.small));
   if (instance.is_box) {
     clip(moved, moved_box(instance.mask.window, flow, margin, source.small.bounds()));
   }
   if (moved.small.window.empty()) return {};
-  const cv::Mat1b open = open_ground(moved.small, flow, target.small, options);
-  drop_others(moved, target.small, options);
-  grow_on_surface(moved.small, target.small, margin, {}, options);
-  grow_on_surface(moved.small, target.small, target.small.size().width, open, options);
+  const cv::Mat1b open = open_ground(moved.small, flow, target.small);
+  drop_others(moved, target.small);
+  grow_on_surface(moved.small, target.small, margin, {});
+  grow_on_surface(moved.small, target.small, target.small.size().width, open);
   return moved.small;
 }
 
-SegmentedFrame propagate(PropagationSource& source, const RgbdFrame& target_frame,
-                         const PropagationOptions& options) {
+SegmentedFrame propagate(PropagationSource& source, const RgbdFrame& target_frame) {
   SegmentedFrame propagated{.frame_index = target_frame.index,
                             .source_index = source.masks.source_index,
                             .instances = {}};
   if (source.masks.instances.empty()) return propagated;
-  const FlowFrame target(target_frame, FlowFrame::Role::kTarget, options);
+  const FlowFrame target(target_frame, FlowFrame::Role::kTarget);
   for (std::size_t i = 0; i < source.tracked.size(); ++i) {
     const SmallMask mask =
-        propagate_instance(source.tracked[i], source.frame, target, propagated.age(), options);
+        propagate_instance(source.tracked[i], source.frame, target, propagated.age());
     Instance instance = enlarge_mask(mask, target.small, source.masks.instances[i]);
     if (!instance.box.empty()) propagated.instances.push_back(std::move(instance));
   }
@@ -126,33 +134,32 @@ SegmentedFrame propagate(PropagationSource& source, const RgbdFrame& target_fram
 }  // namespace
 
 SegmentedFrame propagate_masks(const SegmentedFrame& source, const RgbdFrame& source_frame,
-                               const RgbdFrame& target_frame, const PropagationOptions& options) {
-  PropagationSource made_ready(source, source_frame, options);
-  return propagate(made_ready, target_frame, options);
+                               const RgbdFrame& target_frame) {
+  PropagationSource prepared(source, source_frame);
+  return propagate(prepared, target_frame);
 }
 
-SegmentedFrame trim_by_depth(const SegmentedFrame& masks, const RgbdFrame& frame,
-                             const PropagationOptions& options) {
+SegmentedFrame trim_by_depth(const SegmentedFrame& masks, const RgbdFrame& frame) {
   const SmallFrame small(frame);
   SegmentedFrame trimmed{
       .frame_index = masks.frame_index, .source_index = masks.source_index, .instances = {}};
   for (const Instance& instance : masks.instances) {
     SmallMask mask = shrink_mask(instance, small);
-    drop_background(mask, small, options);
+    drop_background(mask, small);
     Instance result = enlarge_mask(mask, small, instance);
     if (!result.box.empty()) trimmed.instances.push_back(std::move(result));
   }
   return trimmed;
 }
 
-MaskPropagator::MaskPropagator(const PropagationOptions& options) : options_(options) {}
+MaskPropagator::MaskPropagator(int max_age) : max_age_(static_cast<std::size_t>(max_age)) {}
 MaskPropagator::~MaskPropagator() = default;
 MaskPropagator::MaskPropagator(MaskPropagator&&) noexcept = default;
 MaskPropagator& MaskPropagator::operator=(MaskPropagator&&) noexcept = default;
 
 void MaskPropagator::push(RgbdFramePtr frame) {
   frames_.push_back(std::move(frame));
-  while (frames_.size() > static_cast<std::size_t>(options_.max_age) + 1) frames_.pop_front();
+  while (frames_.size() > max_age_ + 1) frames_.pop_front();
 }
 
 void MaskPropagator::set(const SegmentedFrame& masks) {
@@ -161,7 +168,7 @@ void MaskPropagator::set(const SegmentedFrame& masks) {
   const auto is_source = [&](const auto& frame) { return frame->index == masks.frame_index; };
   const auto frame = std::find_if(frames_.begin(), frames_.end(), is_source);
   if (frame == frames_.end()) return;
-  source_ = std::make_unique<PropagationSource>(masks, **frame, options_);
+  source_ = std::make_unique<PropagationSource>(masks, **frame);
 }
 
 SegmentedFramePtr MaskPropagator::current() {
@@ -170,8 +177,8 @@ SegmentedFramePtr MaskPropagator::current() {
   const RgbdFrame& target = *frames_.back();
   const std::size_t found_in = source_->masks.frame_index;
   if (target.index == found_in) return std::make_shared<SegmentedFrame>(source_->masks);
-  if (target.index - found_in > static_cast<std::size_t>(options_.max_age)) return nullptr;
-  return std::make_shared<SegmentedFrame>(propagate(*source_, target, options_));
+  if (target.index - found_in > max_age_) return nullptr;
+  return std::make_shared<SegmentedFrame>(propagate(*source_, target));
 }
 
 }  // namespace stillmap

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/segment/instance.hpp"
-#include "stillmap/segment/propagation_options.hpp"
 #include "stillmap/sensor/rgbd_frame.hpp"
 
 #include <deque>
@@ -18,13 +17,11 @@ namespace stillmap {
 /// `source.frame_index` is `source_frame.index`; the result is in pixels of `target_frame` and
 /// keeps `source.source_index`, so its age is known. Both frames have the same size.
 SegmentedFrame propagate_masks(const SegmentedFrame& source, const RgbdFrame& source_frame,
-                               const RgbdFrame& target_frame,
-                               const PropagationOptions& options = {});
+                               const RgbdFrame& target_frame);
 
 /// Removes background from each mask by depth: see drop_background(). propagate_masks() applies it
 /// to its source first; also useful for new masks.
-SegmentedFrame trim_by_depth(const SegmentedFrame& masks, const RgbdFrame& frame,
-                             const PropagationOptions& options = {});
+SegmentedFrame trim_by_depth(const SegmentedFrame& masks, const RgbdFrame& frame);
 
 struct PropagationSource;  // A segmented frame prepared for propagation.
 
@@ -34,7 +31,8 @@ struct PropagationSource;  // A segmented frame prepared for propagation.
 /// current(), since flow continues from its last result. One thread at a time.
 class MaskPropagator {
  public:
-  explicit MaskPropagator(const PropagationOptions& options = {});
+  /// @param max_age maximum age of propagated masks [frames]
+  explicit MaskPropagator(int max_age);
   ~MaskPropagator();
   MaskPropagator(MaskPropagator&&) noexcept;
   MaskPropagator& operator=(MaskPropagator&&) noexcept;
@@ -48,7 +46,7 @@ class MaskPropagator {
   SegmentedFramePtr current();
 
  private:
-  PropagationOptions options_;
+  std::size_t max_age_;
   std::deque<RgbdFramePtr> frames_;  // the last max_age + 1 frames
   std::unique_ptr<PropagationSource> source_;
 };

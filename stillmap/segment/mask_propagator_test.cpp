@@ -153,7 +153,7 @@ TEST(TrimByDepth, KeepsTheObjectAndRemovesTheWall) {
 }
 
 TEST(MaskPropagator, PropagatesTheNewestMasksToTheNewestFrame) {
-  MaskPropagator propagator;
+  MaskPropagator propagator(30);
   const auto at = [](std::size_t i) {
     return cv::Rect(200, 100, 120, 250) + cv::Point(9, 2) * static_cast<int>(i);
   };
@@ -173,9 +173,7 @@ TEST(MaskPropagator, PropagatesTheNewestMasksToTheNewestFrame) {
 }
 
 TEST(MaskPropagator, DropsMasksThatAreTooOld) {
-  PropagationOptions options;
-  options.max_age = 2;
-  MaskPropagator propagator(options);
+  MaskPropagator propagator(2);
   const cv::Rect object(200, 100, 120, 250);
   propagator.push(scene(0, object));
   propagator.set(masks_at(0, object));

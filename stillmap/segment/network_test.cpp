@@ -188,15 +188,6 @@ TEST_P(Network, ResultDoesNotDependOnRunOrThreads) {
   }
 }
 
-TEST_P(Network, ReportsOnlyWantedClasses) {
-  SegmentOptions options = options_for(model(), backend());
-  options.classes = {"bus"};
-  EXPECT_THAT(classes_in(make_detector(options)->detect(image_frame("bus.jpg"))),
-              testing::ElementsAre("bus"));
-  options.classes = {"dragon"};
-  EXPECT_THROW(make_detector(options), Error);
-}
-
 INSTANTIATE_TEST_SUITE_P(
     All, Network,
     testing::Combine(testing::Values("yolo11n-seg_480x640.onnx", "yolov8n-seg_480x640.onnx",

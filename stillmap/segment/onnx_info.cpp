@@ -146,7 +146,6 @@ void parse_graph(std::string_view bytes, OnnxInfo& info) {
 OnnxInfo parse_model(std::string_view bytes) {
   OnnxInfo info;
   for_each_field_of(bytes, [&](const Field& f) {
-    if (f.id == 2) info.producer = f.bytes;
     if (f.id == 7) parse_graph(f.bytes, info);
     if (f.id == 14) info.metadata.insert(parse_entry(f.bytes));
   });

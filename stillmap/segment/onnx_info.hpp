@@ -17,9 +17,8 @@ struct OnnxValue {
 
 /// Metadata of a network file, read without running the network.
 struct OnnxInfo {
-  std::string producer;  ///< "pytorch", ...
-  std::map<std::string, std::string>
-      metadata;                   ///< Entries of metadata_props: "names", "stride", ...
+  /// Entries of metadata_props: "names", "stride", ...
+  std::map<std::string, std::string> metadata;
   std::vector<OnnxValue> inputs;  ///< Without the weights.
   std::vector<OnnxValue> outputs;
   std::size_t nodes = 0;  ///< Number of operators in the graph.

@@ -197,7 +197,7 @@ void run_carry(benchmark::State& state, const std::string& model, std::size_t ag
     for (std::size_t r = 0; r < masks.size(); ++r) {
       const auto& run = propagation_samples()[r];
       const Sample& target = run.at(age);
-      MaskPropagator propagator;
+      MaskPropagator propagator(30);
       propagator.push(run.front().frame);
       propagator.set(*masks[r]);
       const Stopwatch watch;

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
 namespace stillmap {
 
@@ -18,8 +17,6 @@ struct SegmentOptions {
   float confidence = 0.25F;  ///< Minimum confidence of a detection [0..1].
   /// IoU of two boxes of one class above which the less confident is dropped [0..1].
   float iou = 0.7F;
-  int max_instances = 100;  ///< Maximum number of instances per frame, the most confident ones.
-  std::vector<std::string> classes;  ///< Names of the reported classes; empty for all.
 };
 
 }  // namespace stillmap

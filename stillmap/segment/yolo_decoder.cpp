@@ -12,6 +12,9 @@
 namespace stillmap {
 namespace {
 
+/// Maximum number of instances per frame: the most confident ones.
+constexpr std::size_t kMaxInstances = 100;
+
 float intersection_over_union(const cv::Rect2f& a, const cv::Rect2f& b) {
   const float shared = (a & b).area();
   const float either = a.area() + b.area() - shared;
@@ -176,8 +179,6 @@ YoloShape find_outputs(const std::vector<std::vector<std::int64_t>>& shapes,
   if (prototypes) {
     shape.prototypes_output = *prototypes;
     shape.mask_coefficients = static_cast<int>(shapes[*prototypes][1]);
-    shape.prototype_height = static_cast<int>(shapes[*prototypes][2]);
-    shape.prototype_width = static_cast<int>(shapes[*prototypes][3]);
   }
   return shape;
 }
@@ -242,12 +243,6 @@ bool looks_like_objectness(const std::vector<std::int64_t>& boxes, cv::Size inpu
   return boxes[1] == 3 * cells;
 }
 
-/// Returns false for NaN.
-bool is_wanted(float confidence, int class_id, const DecodeOptions& options) {
-  if (!(confidence >= options.confidence)) return false;
-  return options.wanted.empty() || options.wanted[static_cast<std::size_t>(class_id)];
-}
-
 /// A box in the format of the network.
 struct CenteredBox {
   float x, y, w, h;
@@ -265,15 +260,15 @@ float logistic(float t) { return 1 / (1 + std::exp(-t)); }
 /// @param values  attributes of one anchor: logits of x, y, w, h, objectness, classes
 /// @param cell    position in the head: anchor box, row and column
 void add_raw_candidate(std::span<const float> values, const RawHead& head, std::size_t cell,
-                       std::size_t anchor, const DecodeOptions& options,
+                       std::size_t anchor, float min_confidence,
                        std::vector<Candidate>& candidates) {
   const float objectness = logistic(values[4]);
-  if (!(objectness >= options.confidence)) return;  // The score cannot exceed the objectness.
+  if (!(objectness >= min_confidence)) return;  // The score cannot exceed the objectness.
   const auto scores = values.subspan(5);
   const auto top = std::max_element(scores.begin(), scores.end());
   const int class_id = static_cast<int>(top - scores.begin());
   const float confidence = objectness * logistic(*top);
-  if (!is_wanted(confidence, class_id, options)) return;
+  if (!(confidence >= min_confidence)) return;  // also for NaN
   const auto width = static_cast<std::size_t>(head.width);
   const std::size_t plane = width * static_cast<std::size_t>(head.height);
   const cv::Size2f size = head.sizes[cell / plane];
@@ -353,14 +348,14 @@ YoloShape recognize_yolo(const std::vector<std::vector<std::int64_t>>& output_sh
 }
 
 std::vector<Candidate> read_candidates(const TensorView& boxes, const YoloShape& shape,
-                                       const DecodeOptions& options) {
+                                       float min_confidence) {
   const BestClasses best = shape.attributes_first ? best_classes_by_row(boxes, shape)
                                                   : best_classes_by_anchor(boxes, shape);
   std::vector<Candidate> candidates;
   for (std::size_t i = 0; i < shape.anchors; ++i) {
     const float confidence =
         shape.objectness ? best.score[i] * attribute(boxes, shape, i, 4) : best.score[i];
-    if (!is_wanted(confidence, best.id[i], options)) continue;
+    if (!(confidence >= min_confidence)) continue;  // also for NaN
     const float x = attribute(boxes, shape, i, 0), y = attribute(boxes, shape, i, 1);
     const float w = attribute(boxes, shape, i, 2), h = attribute(boxes, shape, i, 3);
     add_candidate({x, y, w, h}, confidence, best.id[i], i, candidates);
@@ -369,7 +364,7 @@ std::vector<Candidate> read_candidates(const TensorView& boxes, const YoloShape&
 }
 
 std::vector<Candidate> read_raw_candidates(std::span<const TensorView> outputs,
-                                           const YoloShape& shape, const DecodeOptions& options) {
+                                           const YoloShape& shape, float min_confidence) {
   std::vector<Candidate> candidates;
   const std::size_t attributes = attribute_count(shape);
   std::size_t anchor = 0;
@@ -378,7 +373,7 @@ std::vector<Candidate> read_raw_candidates(std::span<const TensorView> outputs,
     const std::size_t cells = head.sizes.size() * static_cast<std::size_t>(head.height) *
                               static_cast<std::size_t>(head.width);
     for (std::size_t i = 0; i < cells; ++i, ++anchor) {
-      add_raw_candidate(values.subspan(i * attributes, attributes), head, i, anchor, options,
+      add_raw_candidate(values.subspan(i * attributes, attributes), head, i, anchor, min_confidence,
                         candidates);
     }
   }
@@ -411,9 +406,9 @@ std::vector<Instance> decode_yolo(std::span<const TensorView> outputs, const Yol
                                   const std::vector<std::string>& class_names) {
   const TraceScope scope("decode");
   auto candidates = shape.raw_heads.empty()
-                        ? read_candidates(outputs[shape.boxes_output], shape, options)
-                        : read_raw_candidates(outputs, shape, options);
-  const auto kept = suppress_overlaps(std::move(candidates), options.iou, options.max_instances);
+                        ? read_candidates(outputs[shape.boxes_output], shape, options.confidence)
+                        : read_raw_candidates(outputs, shape, options.confidence);
+  const auto kept = suppress_overlaps(std::move(candidates), options.iou, kMaxInstances);
   std::vector<Instance> instances;
   for (const Candidate& candidate : kept) {
     Instance instance = to_instance(candidate, outputs, shape, letterbox, class_names);

@@ -48,7 +48,6 @@ struct YoloShape {
   std::vector<RawHead> raw_heads;
   std::size_t anchors = 0;       ///< Number of anchors of the boxes output; 0 with raw heads.
   bool attributes_first = true;  ///< Order [1, attributes, anchors], else [1, anchors, attributes].
-  int prototype_height = 0, prototype_width = 0;
   std::size_t boxes_output = 0, prototypes_output = 1;  ///< Indices of the outputs.
 };
 
@@ -75,16 +74,14 @@ YoloShape recognize_yolo(const std::vector<std::vector<std::int64_t>>& output_sh
 
 /// Thresholds of the decoder.
 struct DecodeOptions {
-  float confidence = 0.25F;         ///< Minimum confidence of a candidate [0..1].
-  float iou = 0.7F;                 ///< See suppress_overlaps().
-  std::size_t max_instances = 100;  ///< Maximum number of instances per frame.
-  std::vector<bool> wanted;         ///< By class id; empty for all.
+  float confidence = 0.25F;  ///< Minimum confidence of a candidate [0..1].
+  float iou = 0.7F;          ///< See suppress_overlaps().
 };
 
-/// Returns the candidates above the threshold whose best class is wanted, in anchor order. The
-/// confidence is the score of the best class, times the objectness if there is one.
+/// Returns the candidates with at least `min_confidence` [0..1], in anchor order. The confidence is
+/// the score of the best class, times the objectness if there is one.
 std::vector<Candidate> read_candidates(const TensorView& boxes, const YoloShape& shape,
-                                       const DecodeOptions& options);
+                                       float min_confidence);
 
 /// The same for raw heads (Wang, Bochkovskiy and Liao, YOLOv7, CVPR 2023, with the box equations of
 /// YOLOv5): with the logistic function s, the cell (i, j) and the anchor box (a, b),
@@ -94,7 +91,7 @@ std::vector<Candidate> read_candidates(const TensorView& boxes, const YoloShape&
 ///
 /// Anchors are numbered by head, anchor box, row and column.
 std::vector<Candidate> read_raw_candidates(std::span<const TensorView> outputs,
-                                           const YoloShape& shape, const DecodeOptions& options);
+                                           const YoloShape& shape, float min_confidence);
 
 /// Returns the mask of one candidate inside `box` (pixels of the full image): the prototypes
 /// weighted by the candidate's coefficients, interpolated bilinearly, 255 where the sum is positive
@@ -102,7 +99,8 @@ std::vector<Candidate> read_raw_candidates(std::span<const TensorView> outputs,
 cv::Mat assemble_mask(const TensorView& prototypes, std::span<const float> coefficients,
                       const Letterbox& letterbox, const cv::Rect& box);
 
-/// Decodes the outputs of a network to instances in image pixels, by descending confidence.
+/// Decodes the outputs of a network to instances in image pixels, by descending confidence: at most
+/// 100.
 std::vector<Instance> decode_yolo(std::span<const TensorView> outputs, const YoloShape& shape,
                                   const Letterbox& letterbox, const DecodeOptions& options,
                                   const std::vector<std::string>& class_names);

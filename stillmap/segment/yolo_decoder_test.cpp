@@ -40,10 +40,8 @@ struct FakeOutput {
   std::vector<TensorView> views() const {
     return {{shapes()[0], values}, {shapes()[1], prototypes}};
   }
-  std::vector<Instance> decode(const Letterbox& letterbox,
-                               const DecodeOptions& options = {}) const {
-    return decode_yolo(views(), recognize_yolo(shapes(), kClasses, "test"), letterbox, options,
-                       kNames);
+  std::vector<Instance> decode(const Letterbox& letterbox) const {
+    return decode_yolo(views(), recognize_yolo(shapes(), kClasses, "test"), letterbox, {}, kNames);
   }
 };
 
@@ -101,18 +99,15 @@ TEST_P(Layouts, MaskIsTheWeightedSumOfPrototypesCutAtZero) {
   }
 }
 
-TEST_P(Layouts, WeakUnwantedAndInvalidCandidatesAreIgnored) {
+TEST_P(Layouts, WeakAndInvalidCandidatesAreIgnored) {
   std::fill_n(output.prototypes.begin(), 256, 1.0F);
   for (int a = 0; a < kAnchors; ++a) output.at(a, 7) = 1;
   output.propose(0, {0, 10, 10, 10}, 0, 0.24F);
-  output.propose(1, {20, 10, 10, 10}, 1, 0.9F);
   output.propose(2, {40, 10, 10, 10}, 0, 0.9F);
   output.at(2, 0) = std::numeric_limits<float>::quiet_NaN();
   output.propose(3, {40, 30, 10, 10}, 0, std::numeric_limits<float>::quiet_NaN());
   output.propose(4, {20, 40, 10, 10}, 0, 0.5F);
-  DecodeOptions options;
-  options.wanted = {true, false, true};
-  const auto found = output.decode(letterbox, options);
+  const auto found = output.decode(letterbox);
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].box, cv::Rect(40, 64, 20, 20));
 }

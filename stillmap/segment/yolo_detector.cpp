@@ -51,23 +51,6 @@ std::vector<std::string> numbered_names(int classes) {
   return names;
 }
 
-/// Returns the class ids to report; empty for all. Throws Error for names that the network does not
-/// have.
-std::vector<bool> wanted_classes(const std::vector<std::string>& wanted,
-                                 const std::vector<std::string>& names) {
-  if (wanted.empty()) return {};
-  std::vector<bool> flags(names.size(), false);
-  for (const auto& name : wanted) {
-    const auto found = std::find(names.begin(), names.end(), name);
-    if (found == names.end()) {
-      throw Error(fmt::format("the network has no class \"{}\"", name), "SegmentOptions::classes",
-                  fmt::format("its classes: {}", fmt::join(names, ", ")));
-    }
-    flags[static_cast<std::size_t>(found - names.begin())] = true;
-  }
-  return flags;
-}
-
 std::vector<std::vector<std::int64_t>> shapes_of(const std::vector<TensorView>& outputs) {
   std::vector<std::vector<std::int64_t>> shapes;
   for (const auto& output : outputs) shapes.push_back(output.shape);
@@ -93,10 +76,7 @@ YoloDetector::YoloDetector(const SegmentOptions& options) : options_(options) {
                                           .outputs = output_names(info),
                                           .threads = options.threads});
   check_outputs(info);
-  decode_ = {.confidence = options.confidence,
-             .iou = options.iou,
-             .max_instances = static_cast<std::size_t>(options.max_instances),
-             .wanted = wanted_classes(options.classes, class_names_)};
+  decode_ = {.confidence = options.confidence, .iou = options.iou};
 }
 
 /// Uses the shapes of a real run, since back ends and dynamic files differ from the declared ones.
