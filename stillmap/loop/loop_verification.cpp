@@ -16,11 +16,15 @@ constexpr double kWideRadius = 10, kNarrowRadius = 4;
 constexpr int kWindow = 10;
 /// Minimum number of matches by node with a 3D position in both cameras.
 constexpr int kMinMatches = 20;
+/// Minimum number of inliers of the rigid motion found by RANSAC.
+constexpr int kMinRansacInliers = 15;
 /// Minimum number of landmarks of the candidate's side that the query keyframe observes.
 constexpr int kMinInliers = 50;
 /// Maximum number of neighbors of the query that are checked, and minimum number of landmarks that
 /// each shares with it.
 constexpr int kNeighbors = 5, kNeighborShared = 15;
+/// Minimum number of matched landmarks for a neighbor to agree.
+constexpr int kMinNeighborMatches = 25;
 
 ImageView image_of(const Keyframe& keyframe) {
   return {*keyframe.features, keyframe.static_weight};
@@ -125,7 +129,7 @@ class Verification {
     const auto pairs = rigid_pairs(map_, index_, candidate_, query_);
     if (static_cast<int>(pairs.size()) < kMinMatches)
       return fail(fmt::format("{} matches", pairs.size()));
-    const auto consensus = find_rigid_motion(map_.camera(), pairs, options_.rigid);
+    const auto consensus = find_rigid_motion(map_.camera(), pairs, kMinRansacInliers);
     if (!consensus) return fail(fmt::format("no rigid motion fits the {} matches", pairs.size()));
     T_world_query_ = candidate_.T_world_camera * consensus->model;
     return true;
@@ -195,7 +199,7 @@ class Verification {
     constexpr double kMeters = 0.1, kRadians = 0.05;
     return solved.solution.well_posed && error.translation().norm() < kMeters &&
            error.angle() < kRadians &&
-           static_cast<int>(solved.inliers.size()) >= options_.min_neighbor_matches;
+           static_cast<int>(solved.inliers.size()) >= kMinNeighborMatches;
   }
 
   bool neighbors_agree() {

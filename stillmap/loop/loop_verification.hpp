@@ -22,7 +22,6 @@ struct DriftLimits {
 };
 
 struct LoopVerificationOptions {
-  ConsensusOptions rigid;
   /// Minimum share of expected landmarks that are matched, in both directions [0..1]. Two identical
   /// desks match each other but not each other's surroundings. Chosen by measurement, see
   /// docs/results.md.
@@ -32,7 +31,6 @@ struct LoopVerificationOptions {
   /// Minimum number of neighbors that must confirm the matched pose; when merging with fewer
   /// neighbors: all of them, at least one.
   int min_neighbors_agree = 3;
-  int min_neighbor_matches = 25;  ///< Minimum number of matched landmarks for a neighbor to agree.
   DriftLimits drift;
 };
 

@@ -138,7 +138,7 @@ TEST_F(VerifyLoop, IsDeterministic) {
 
 TEST_F(VerifyLoop, RequiresAgreementOfTheQuerysNeighbors) {
   LoopVerificationOptions options;
-  options.min_neighbor_matches = 10000;
+  options.min_neighbors_agree = 6;  // one more than are checked
   const LoopVerification verification = revisit().verify(3, 3, options);
   EXPECT_FALSE(verification.match);
   EXPECT_NE(verification.reason.find("neighbors"), std::string::npos) << verification.reason;

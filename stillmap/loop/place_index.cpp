@@ -8,6 +8,8 @@ namespace {
 
 /// Number of best covisible keyframes that form an island with a keyframe.
 constexpr int kGroup = 10;
+/// Maximum number of candidates of one component.
+constexpr int kMaxOfComponent = 5;
 /// Maximum number of candidates of all components together.
 constexpr std::size_t kMaxOfAll = 15;
 /// Maximum number of keyframes that are evaluated, those of highest score.
@@ -90,13 +92,13 @@ std::vector<PlaceCandidate> separate(const Map& map, std::vector<Island> islands
 /// best keyframe.
 std::vector<std::vector<PlaceCandidate>> of_each_component(const Map& map,
                                                            const std::vector<PlaceCandidate>& all,
-                                                           const PlaceQueryOptions& options) {
+                                                           double island_share) {
   std::map<std::uint32_t, std::vector<PlaceCandidate>> by_component;
   for (const PlaceCandidate& place : all) {
     auto& kept = by_component[map.at(place.keyframe).component];
     const bool alike =
-        kept.empty() || place.island_score >= options.island_share * kept.front().island_score;
-    if (alike && std::ssize(kept) < options.max_candidates) kept.push_back(place);
+        kept.empty() || place.island_score >= island_share * kept.front().island_score;
+    if (alike && std::ssize(kept) < kMaxOfComponent) kept.push_back(place);
   }
   std::vector<std::vector<PlaceCandidate>> components;
   for (auto& [component, kept] : by_component) components.push_back(std::move(kept));
@@ -169,13 +171,13 @@ std::vector<PlaceScore> PlaceIndex::scores(const BowVector& query) const {
 std::vector<PlaceCandidate> find_places(const Map& map, const PlaceIndex& index,
                                         const BowVector& query,
                                         std::span<const KeyframeId> excluded, double min_score,
-                                        const PlaceQueryOptions& options) {
+                                        double island_share) {
   const ScoreOf scores = eligible_scores(map, index, query, excluded);
   std::vector<Island> islands;
   for (const PlaceScore& center : best_of(map, scores, min_score, kMaxScored))
     islands.push_back(island_around(map, center, scores, kGroup));
   std::vector<PlaceCandidate> places =
-      interleaved(of_each_component(map, separate(map, std::move(islands)), options));
+      interleaved(of_each_component(map, separate(map, std::move(islands)), island_share));
   places.resize(std::min(places.size(), kMaxOfAll));
   return places;
 }

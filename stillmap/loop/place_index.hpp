@@ -55,11 +55,9 @@ class PlaceIndex {
   std::vector<std::vector<Entry>> keyframes_with_;  // by word; sorted by keyframe
 };
 
-struct PlaceQueryOptions {
-  /// Minimum ratio of an island's score to the best island of its component [0..1].
-  double island_share = 0.75;
-  int max_candidates = 5;  ///< Maximum number of candidates of one component.
-};
+/// Minimum ratio of an island's score to the best island of its component, for loop candidates
+/// [0..1] (Mur-Artal, Montiel and Tardos, TRO 2015, section V.E).
+inline constexpr double kLoopIslandShare = 0.75;
 
 /// A candidate for the place of the query.
 struct PlaceCandidate {
@@ -69,17 +67,20 @@ struct PlaceCandidate {
 };
 
 /// Returns the places most similar to the query, best first (ties by sequence); candidates of
-/// several components alternate, beginning with the component of the most similar keyframe.
+/// several components alternate, beginning with the component of the most similar keyframe. A
+/// component has at most five candidates.
 /// Keyframes of one place share the score between them, so islands are scored: a keyframe with its
 /// covisible keyframes (islands in time: Galvez-Lopez and Tardos, TRO 2012, section V.C; in
 /// covisibility: Mur-Artal, Montiel and Tardos, TRO 2015, section V.E). The best keyframe of each
 /// island is the candidate. Islands compete within their component only, since islands of a new
 /// component are small.
-/// @param excluded   sorted by id; neither candidates nor part of an island
-/// @param min_score  minimum score of a keyframe for its island to be evaluated
+/// @param excluded     sorted by id; neither candidates nor part of an island
+/// @param min_score    minimum score of a keyframe for its island to be evaluated
+/// @param island_share minimum ratio of an island's score to the best island of its component
+/// [0..1]
 std::vector<PlaceCandidate> find_places(const Map& map, const PlaceIndex& index,
                                         const BowVector& query,
                                         std::span<const KeyframeId> excluded, double min_score,
-                                        const PlaceQueryOptions& options = {});
+                                        double island_share = kLoopIslandShare);
 
 }  // namespace stillmap

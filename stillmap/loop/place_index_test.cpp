@@ -157,24 +157,25 @@ class LoopDetectorTest : public PlaceIndexTest {
     before_ = KeyframeId{};  // Later keyframes share no landmark with earlier ones.
   }
 
+  /// Adds a keyframe with eight words, each at three keypoints, that shares 18 landmarks with the
+  /// one before.
   KeyframeId walk(const std::vector<std::size_t>& words) {
-    const auto id = add(words);
-    if (before_.valid()) share(before_, id, 6);
+    std::vector<std::size_t> keypoints;
+    for (const std::size_t w : words) keypoints.insert(keypoints.end(), 3, w);
+    const auto id = add(keypoints);
+    if (before_.valid()) share(before_, id, kShared);
     return before_ = id;
   }
 
-  LoopDetectorOptions options() const {
-    LoopDetectorOptions o;
-    o.neighbor_shared = o.group_shared = 2;
-    return o;
-  }
+  static constexpr std::uint32_t kShared = 18;
+  static constexpr int kConsistent = 3;
 
   std::vector<KeyframeId> old_;
   KeyframeId before_;
 };
 
 TEST_F(LoopDetectorTest, APlaceIsAcceptedAfterThreeConsecutiveDetections) {
-  LoopDetector detector(options());
+  LoopDetector detector(kConsistent);
   EXPECT_THAT(detector.detect(map_, index_, walk({1, 2, 3, 4, 5, 6, 10, 60})), IsEmpty());
   EXPECT_THAT(detector.detect(map_, index_, walk({1, 2, 3, 4, 5, 6, 11, 61})), IsEmpty());
   const auto found = detector.detect(map_, index_, walk({1, 2, 3, 4, 5, 6, 12, 62}));
@@ -183,7 +184,7 @@ TEST_F(LoopDetectorTest, APlaceIsAcceptedAfterThreeConsecutiveDetections) {
 }
 
 TEST_F(LoopDetectorTest, APlaceFoundWithAGapIsNotAccepted) {
-  LoopDetector detector(options());
+  LoopDetector detector(kConsistent);
   detector.detect(map_, index_, walk({1, 2, 3, 4, 5, 6, 10, 60}));
   detector.detect(map_, index_, walk({1, 2, 3, 4, 5, 6, 11, 61}));
   EXPECT_THAT(detector.detect(map_, index_, walk({55, 56, 57, 58, 59, 60, 61, 62})), IsEmpty());
@@ -191,25 +192,23 @@ TEST_F(LoopDetectorTest, APlaceFoundWithAGapIsNotAccepted) {
 }
 
 TEST_F(LoopDetectorTest, CovisibleKeyframesAreNoLoop) {
-  LoopDetectorOptions at_once = options();
-  at_once.consistent = 1;
-  LoopDetector detector(at_once);
+  LoopDetector detector(1);
   const auto query = walk({1, 2, 3, 4, 5, 6, 10, 60});
   EXPECT_FALSE(detector.detect(map_, index_, query).empty());
-  for (const KeyframeId id : old_) share(id, query, 6);
+  for (const KeyframeId id : old_) share(id, query, kShared);
   EXPECT_THAT(detector.detect(map_, index_, query), IsEmpty())
       << "the old place is now covisible with the query";
 }
 
 TEST_F(LoopDetectorTest, ACandidateLessSimilarThanTheNeighborIsRejected) {
-  LoopDetectorOptions at_once = options();
-  at_once.consistent = 1;
-  at_once.relative_score = 0.8;
+  // Two or four common words of eight, against seven with the neighbor.
   walk({1, 2, 30, 31, 32, 33, 34, 35});
-  const auto query = walk({1, 2, 30, 31, 32, 33, 34, 36});
-  EXPECT_THAT(LoopDetector(at_once).detect(map_, index_, query), IsEmpty());
-  at_once.relative_score = 0.2;  // Two common words of eight, against seven with the neighbor.
-  EXPECT_FALSE(LoopDetector(at_once).detect(map_, index_, query).empty());
+  const auto unlike = walk({1, 2, 30, 31, 32, 33, 34, 36});
+  EXPECT_THAT(LoopDetector(1).detect(map_, index_, unlike), IsEmpty());
+  before_ = KeyframeId{};
+  walk({1, 2, 3, 4, 50, 51, 52, 53});
+  const auto alike = walk({1, 2, 3, 4, 50, 51, 52, 54});
+  EXPECT_FALSE(LoopDetector(1).detect(map_, index_, alike).empty());
 }
 
 }  // namespace

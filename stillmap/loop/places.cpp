@@ -41,7 +41,7 @@ std::vector<KeyframeId> richest(const Map& map, std::uint32_t component, int mos
 Places::Places(const PlaceOptions& options)
     : options_(options),
       index_(std::make_shared<const Vocabulary>(Vocabulary::built_in())),
-      detector_(options.detector) {}
+      detector_(options.consistent) {}
 
 void Places::add(const Map& map, KeyframeId id) {
   const TraceScope scope("index");
@@ -55,7 +55,7 @@ std::optional<LoopMatch> Places::recognize(const Map& map, KeyframeId newest) {
   const std::uint32_t component = map.at(newest).component;
   if (component != std::exchange(component_, component)) detector_.reset();
   for (const PlaceCandidate& place : detector_.detect(map, index_, newest)) {
-    auto verification = verify_loop(map, index_, newest, place.keyframe, options_.verification);
+    auto verification = verify_loop(map, index_, newest, place.keyframe);
     if (!verification.match) continue;
     detector_.reset();
     return std::move(verification.match);
@@ -73,9 +73,8 @@ std::optional<LoopMatch> Places::match_other_component(const Map& map, KeyframeI
   std::vector<KeyframeId> own = keyframes_of(map, map.at(query).component);
   if (own.size() == map.keyframe_count()) return std::nullopt;
   std::sort(own.begin(), own.end());
-  for (const PlaceCandidate& place :
-       find_places(map, index_, bag->words, own, 0, options_.detector.query)) {
-    auto verification = verify_loop(map, index_, query, place.keyframe, options_.verification);
+  for (const PlaceCandidate& place : find_places(map, index_, bag->words, own, 0)) {
+    auto verification = verify_loop(map, index_, query, place.keyframe);
     if (verification.match) return std::move(verification.match);
   }
   return std::nullopt;

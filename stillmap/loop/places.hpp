@@ -11,8 +11,8 @@ namespace stillmap {
 
 struct PlaceOptions {
   bool loops = true;  ///< Whether loops are closed and components merged.
-  LoopDetectorOptions detector;
-  LoopVerificationOptions verification;
+  /// Number of consecutive keyframes that must find the same place: see LoopDetector.
+  int consistent = 3;
   /// Whether every single keyframe is compared with the other components, without requiring
   /// consecutive detections.
   bool connect_at_once = true;

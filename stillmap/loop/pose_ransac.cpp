@@ -88,9 +88,9 @@ std::vector<Pose> three_point_poses(const Camera& camera, std::span<const Absolu
 
 std::optional<Consensus<Pose>> find_rigid_motion(const Camera& camera,
                                                  std::span<const RigidPair> pairs,
-                                                 const ConsensusOptions& options) {
+                                                 int min_inliers) {
   auto consensus = ransac<3, Pose>(
-      pairs.size(), options,
+      pairs.size(), min_inliers,
       [&](const auto& sample) { return std::vector<Pose>{fit_rigid(pairs, sample)}; },
       [&](const Pose& T_a_b) { return agreeing(camera, pairs, T_a_b); });
   if (consensus) polish(camera, pairs, *consensus);
@@ -99,9 +99,9 @@ std::optional<Consensus<Pose>> find_rigid_motion(const Camera& camera,
 
 std::optional<Consensus<Pose>> find_absolute_pose(const Camera& camera,
                                                   std::span<const AbsolutePair> pairs,
-                                                  const ConsensusOptions& options) {
+                                                  int min_inliers) {
   return ransac<3, Pose>(
-      pairs.size(), options,
+      pairs.size(), min_inliers,
       [&](const auto& sample) { return three_point_poses(camera, pairs, sample); },
       [&](const Pose& T_world_camera) {
         const Pose T_camera_world = T_world_camera.inverse();

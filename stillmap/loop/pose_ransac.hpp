@@ -26,19 +26,18 @@ struct AbsolutePair {
   double scale = 1;  ///< Scale factor of the keypoint's pyramid level.
 };
 
-/// Returns the rigid motion T_a_b with most inliers, from samples of three pairs (Horn 1987, scale
-/// known). A pair is an inlier if both cameras see the other's point near their own pixel:
-/// reprojection is used because a depth error grows with the square of the depth. Finally fitted to
-/// all inliers.
+/// Returns the rigid motion T_a_b with most inliers (at least `min_inliers`), from samples of three
+/// pairs (Horn 1987, scale known). A pair is an inlier if both cameras see the other's point near
+/// their own pixel: reprojection is used because a depth error grows with the square of the depth.
+/// Finally fitted to all inliers.
 std::optional<Consensus<Pose>> find_rigid_motion(const Camera& camera,
-                                                 std::span<const RigidPair> pairs,
-                                                 const ConsensusOptions& options = {});
+                                                 std::span<const RigidPair> pairs, int min_inliers);
 
 /// Returns T_world_camera from pixels of known points without depth: samples of three give up to
 /// four poses (Ke and Roumeliotis, An Efficient Algebraic Solution to the Perspective-Three-Point
-/// Problem, CVPR 2017, as in OpenCV), judged by reprojection.
+/// Problem, CVPR 2017, as in OpenCV), judged by reprojection; at least `min_inliers`.
 std::optional<Consensus<Pose>> find_absolute_pose(const Camera& camera,
                                                   std::span<const AbsolutePair> pairs,
-                                                  const ConsensusOptions& options = {});
+                                                  int min_inliers);
 
 }  // namespace stillmap

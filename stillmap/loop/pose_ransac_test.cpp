@@ -8,6 +8,8 @@
 namespace stillmap {
 namespace {
 
+constexpr int kMinInliers = 15;
+
 double meters(const Pose& a, const Pose& b) { return (a.inverse() * b).translation().norm(); }
 double radians(const Pose& a, const Pose& b) { return (a.inverse() * b).angle(); }
 
@@ -64,7 +66,7 @@ int wrong_inliers(const TwoViews& views, const Consensus<Pose>& found) {
 TEST(FindRigidMotion, IsExactWithoutNoise) {
   for (unsigned seed = 0; seed < 10; ++seed) {
     const TwoViews views = two_views(seed, 100, 0.5, 0, 0);
-    const auto found = find_rigid_motion(views.camera, views.pairs);
+    const auto found = find_rigid_motion(views.camera, views.pairs, kMinInliers);
     ASSERT_TRUE(found) << seed;
     EXPECT_LT(meters(found->model, views.T_a_b), 1e-9);
     EXPECT_LE(wrong_inliers(views, *found), 1);
@@ -76,7 +78,7 @@ TEST(FindRigidMotion, IsExactWithoutNoise) {
 TEST(FindRigidMotion, ToleratesSeventyPercentWrongPairs) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     const TwoViews views = two_views(seed, 100, 0.7, 0.7, 0.01);
-    const auto found = find_rigid_motion(views.camera, views.pairs);
+    const auto found = find_rigid_motion(views.camera, views.pairs, kMinInliers);
     ASSERT_TRUE(found) << seed;
     EXPECT_LT(meters(found->model, views.T_a_b), 0.06) << seed;
     EXPECT_LT(radians(found->model, views.T_a_b), 0.03) << seed;
@@ -87,15 +89,15 @@ TEST(FindRigidMotion, ToleratesSeventyPercentWrongPairs) {
 TEST(FindRigidMotion, ReturnsNothingWithoutConsensus) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     const TwoViews views = two_views(seed, 100, 1, 0.7, 0.01);
-    EXPECT_FALSE(find_rigid_motion(views.camera, views.pairs)) << seed;
+    EXPECT_FALSE(find_rigid_motion(views.camera, views.pairs, kMinInliers)) << seed;
   }
-  EXPECT_FALSE(find_rigid_motion(Camera{}, {}));
+  EXPECT_FALSE(find_rigid_motion(Camera{}, {}, kMinInliers));
 }
 
 TEST(FindRigidMotion, DrawsFewerSamplesWithMoreInliers) {
   const auto samples = [](double wrong) {
     const TwoViews views = two_views(3, 200, wrong, 0.5, 0.005);
-    return find_rigid_motion(views.camera, views.pairs)->iterations;
+    return find_rigid_motion(views.camera, views.pairs, kMinInliers)->iterations;
   };
   EXPECT_LT(samples(0.1), 30);
   EXPECT_GT(samples(0.7), samples(0.1));
@@ -103,8 +105,8 @@ TEST(FindRigidMotion, DrawsFewerSamplesWithMoreInliers) {
 
 TEST(FindRigidMotion, TheSameSeedGivesTheSameResult) {
   const TwoViews views = two_views(4, 150, 0.6, 0.7, 0.01);
-  const auto first = find_rigid_motion(views.camera, views.pairs);
-  const auto second = find_rigid_motion(views.camera, views.pairs);
+  const auto first = find_rigid_motion(views.camera, views.pairs, kMinInliers);
+  const auto second = find_rigid_motion(views.camera, views.pairs, kMinInliers);
   EXPECT_EQ(first->inlier, second->inlier);
   EXPECT_EQ(first->model.translation(), second->model.translation());
 }
@@ -112,7 +114,7 @@ TEST(FindRigidMotion, TheSameSeedGivesTheSameResult) {
 TEST(FindAbsolutePose, NeedsNoDepth) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     const TwoViews views = two_views(seed, 120, 0.5, 0.5, 0);
-    const auto found = find_absolute_pose(views.camera, views.pixels);
+    const auto found = find_absolute_pose(views.camera, views.pixels, kMinInliers);
     ASSERT_TRUE(found) << seed;
     EXPECT_LT(meters(found->model, views.T_a_b.inverse()), 0.08)
         << seed;  // The pose comes from three pixels, not from all.
@@ -124,7 +126,7 @@ TEST(FindAbsolutePose, NeedsNoDepth) {
 TEST(FindAbsolutePose, ReturnsNothingWithoutConsensus) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     const TwoViews views = two_views(seed, 100, 1, 0.7, 0.01);
-    EXPECT_FALSE(find_absolute_pose(views.camera, views.pixels)) << seed;
+    EXPECT_FALSE(find_absolute_pose(views.camera, views.pixels, kMinInliers)) << seed;
   }
 }
 

@@ -12,13 +12,10 @@
 
 namespace stillmap {
 
-struct ConsensusOptions {
-  int max_iterations = 500;  ///< Maximum number of samples.
-  /// Probability of at least one sample without outliers at which sampling stops [0..1].
-  double confidence = 0.999;
-  int min_inliers = 15;  ///< Minimum number of inliers of a result.
-  int seed = 1;          ///< Seed of the random generator.
-};
+/// Maximum number of samples.
+inline constexpr int kMaxSamples = 500;
+/// Probability of at least one sample without outliers at which sampling stops [0..1].
+inline constexpr double kRansacConfidence = 0.999;
 
 /// Model with the most inliers.
 template <typename Model>
@@ -44,40 +41,39 @@ std::array<std::size_t, Size> draw(std::size_t count, std::mt19937_64& random) {
   return sample;
 }
 
-/// Returns the number of samples needed to draw one without outliers at the given confidence
+/// Returns the number of samples needed to draw one without outliers with kRansacConfidence
 /// (Fischler and Bolles 1981).
-inline double samples_needed(double inlier_share, std::size_t size, double confidence) {
+inline double samples_needed(double inlier_share, std::size_t size) {
   const double good = std::pow(inlier_share, static_cast<double>(size));
   if (good >= 1) return 1;
   if (good <= 0) return 1e12;
-  return std::log(1 - confidence) / std::log1p(-good);
+  return std::log(1 - kRansacConfidence) / std::log1p(-good);
 }
 
 }  // namespace ransac_detail
 
-/// Random sample consensus (Fischler and Bolles, CACM 1981), seeded, with an adaptive number of
-/// samples. Returns nothing if no model has options.min_inliers.
+/// Random sample consensus (Fischler and Bolles, CACM 1981), with a fixed seed and an
+/// adaptive number of samples. Returns nothing if no model has `min_inliers`.
 /// @param count    number of data
 /// @param propose  sample of `Size` indices -> models that fit it, std::vector<Model>
 /// @param judge    model -> inlier flag per datum, std::vector<std::uint8_t>
 template <std::size_t Size, typename Model, typename Propose, typename Judge>
-std::optional<Consensus<Model>> ransac(std::size_t count, const ConsensusOptions& options,
-                                       Propose&& propose, Judge&& judge) {
-  if (count < Size || count < static_cast<std::size_t>(options.min_inliers)) return std::nullopt;
-  std::mt19937_64 random(static_cast<std::uint64_t>(options.seed));
+std::optional<Consensus<Model>> ransac(std::size_t count, int min_inliers, Propose&& propose,
+                                       Judge&& judge) {
+  if (count < Size || count < static_cast<std::size_t>(min_inliers)) return std::nullopt;
+  std::mt19937_64 random(1);
   std::optional<Consensus<Model>> best;
-  double wanted = options.max_iterations;
+  double wanted = kMaxSamples;
   int drawn = 0;
   for (; drawn < wanted; ++drawn) {
     for (const Model& model : propose(ransac_detail::draw<Size>(count, random))) {
       std::vector<std::uint8_t> inlier = judge(model);
       const auto inliers = static_cast<int>(std::count(inlier.begin(), inlier.end(), 1));
-      if (inliers < options.min_inliers || (best && inliers <= best->inliers)) continue;
+      if (inliers < min_inliers || (best && inliers <= best->inliers)) continue;
       best = Consensus<Model>{model, std::move(inlier), inliers, 0};
       wanted = std::min<double>(
-          options.max_iterations,
-          ransac_detail::samples_needed(static_cast<double>(inliers) / static_cast<double>(count),
-                                        Size, options.confidence));
+          kMaxSamples, ransac_detail::samples_needed(
+                           static_cast<double>(inliers) / static_cast<double>(count), Size));
     }
   }
   if (best) best->iterations = drawn;

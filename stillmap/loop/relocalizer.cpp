@@ -8,8 +8,11 @@
 namespace stillmap {
 namespace {
 
-constexpr PlaceQueryOptions kQuery{.island_share = 0.4, .max_candidates = 5};
-constexpr ConsensusOptions kRansac{.min_inliers = 12};
+/// Minimum ratio of an island's score to the best island of its component [0..1]; lower than for
+/// loops, since people may cover a large part of the view.
+constexpr double kIslandShare = 0.4;
+/// Minimum number of inliers of the pose found by RANSAC.
+constexpr int kMinRansacInliers = 12;
 /// Search radius around the pose found by RANSAC, and around the refined pose [pixels at level 0].
 constexpr double kWideRadius = 10, kNarrowRadius = 4;
 /// Number of the candidate's best covisible keyframes whose landmarks take part.
@@ -82,11 +85,11 @@ class Attempt {
     }
     if (static_cast<int>(pixels.size()) < kMinMatches)
       return fail(fmt::format("{} matches", pixels.size()));
-    if (const auto rigid = find_rigid_motion(map_.camera(), solid, kRansac)) {
+    if (const auto rigid = find_rigid_motion(map_.camera(), solid, kMinRansacInliers)) {
       T_world_camera_ = candidate_.T_world_camera * rigid->model;
       return true;
     }
-    const auto absolute = find_absolute_pose(map_.camera(), pixels, kRansac);
+    const auto absolute = find_absolute_pose(map_.camera(), pixels, kMinRansacInliers);
     if (!absolute) return fail(fmt::format("no pose fits the {} matches", pixels.size()));
     T_world_camera_ = absolute->model;
     return true;
@@ -152,7 +155,7 @@ RelocalizationVerification relocalize(const Map& map, const PlaceIndex& index,
       index.vocabulary().transform(image.features.descriptors, image.static_weight);
   RelocalizationVerification verification{std::nullopt, "no similar keyframe"};
   for (const PlaceCandidate& place :
-       find_places(map, index, bag.words, outside(map, component), 0, kQuery)) {
+       find_places(map, index, bag.words, outside(map, component), 0, kIslandShare)) {
     verification =
         Attempt(map, image, map.at(place.keyframe)).run(bag, *index.find(place.keyframe));
     if (verification.result) break;

@@ -98,7 +98,7 @@ TEST(Maps, AreMergedWithoutConsecutiveKeyframesThatShowTheOther) {
     SlamParameters options = loop_options();
     options.places.connect_at_once = connect_at_once;
     options.places.connect_by = 0;
-    options.places.detector.consistent = 1000;
+    options.places.consistent = 1000;
     SlamSystem slam(round().camera(), options);
     for (std::size_t i = 0; i < kFrames; ++i) {
       if (i < 80 || i > 180) slam.push(frame_at(i));
