@@ -3,14 +3,15 @@
 
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/base/trace.hpp"
+#include "stillmap/map/fusion.hpp"
 
 #include <algorithm>
 
 namespace stillmap {
 namespace {
 
-/// Search options for welding the landmarks of both sides.
-constexpr FusionOptions kFusion{.radius = 4};
+/// Search radius for welding the landmarks of both sides [pixels at level 0].
+constexpr double kWeldRadius = 4;
 /// Number of landmarks shared with the query or candidate from which a keyframe takes part in
 /// welding, and maximum number of such keyframes of either side.
 constexpr int kWeldShared = 15, kWeldMost = 15;
@@ -40,9 +41,9 @@ int weld(Map& map, const std::vector<KeyframeId>& query_side,
   const TraceScope scope("weld");
   int fused = 0;
   for (const KeyframeId id : query_side)
-    fused += fuse_into(map, id, landmarks_seen_by(map, candidate_side), kFusion);
+    fused += fuse_into(map, id, landmarks_seen_by(map, candidate_side), kWeldRadius);
   for (const KeyframeId id : candidate_side)
-    fused += fuse_into(map, id, landmarks_seen_by(map, query_side), kFusion);
+    fused += fuse_into(map, id, landmarks_seen_by(map, query_side), kWeldRadius);
   return fused;
 }
 

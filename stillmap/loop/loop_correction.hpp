@@ -2,7 +2,6 @@
 #pragma once
 #include "stillmap/loop/essential_graph.hpp"
 #include "stillmap/loop/loop_verification.hpp"
-#include "stillmap/map/fusion.hpp"
 
 namespace stillmap {
 

@@ -45,8 +45,7 @@ int join(Map& map, const Keyframe& keyframe, std::uint32_t i, LandmarkId id) {
 
 }  // namespace
 
-int fuse_into(Map& map, KeyframeId target, std::span<const LandmarkId> landmarks,
-              const FusionOptions& options) {
+int fuse_into(Map& map, KeyframeId target, std::span<const LandmarkId> landmarks, double radius) {
   const Keyframe& keyframe = map.at(target);
   const LandmarkProjector view(map.camera(), map.pyramid(), keyframe.T_world_camera);
   std::vector<ProjectionQuery> queries;
@@ -54,7 +53,7 @@ int fuse_into(Map& map, KeyframeId target, std::span<const LandmarkId> landmarks
   for (const LandmarkId id : landmarks) {
     const Landmark* landmark = map.find(id);
     if (landmark == nullptr || observed_by(*landmark, target)) continue;
-    if (const auto query = view.expect(*landmark, options.radius, kMinViewCosine)) {
+    if (const auto query = view.expect(*landmark, radius, kMinViewCosine)) {
       queries.push_back(*query);
       ids.push_back(id);
     }

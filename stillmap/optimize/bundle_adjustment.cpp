@@ -124,38 +124,35 @@ double bundle_cost(const BundleModel& model, const BundleState& state, const Ker
 }
 
 BundleResult adjust_bundle_with(BundleMinimizer minimize, const BundleProblem& problem,
-                                const BundleOptions& options, const StopRequest& stop) {
+                                const BundleLimits& limits, const StopRequest& stop) {
   const TraceScope scope("solve");
   validate(problem);
   Stopwatch watch;
   BundleResult result;
   BundleModel model = make_model(problem);
   BundleState state = make_state(problem);
-  PassLimits limits{
-      {{kPixelChi2}, {kDisparityChi2}, true}, options.robust_iterations, options.cost_tolerance};
-  const auto run = [&] {
-    const PassSummary pass = minimize(model, limits, stop, state);
+  const auto run = [&](const Kernels& kernels, int iterations) {
+    const PassSummary pass =
+        minimize(model, {kernels, iterations, limits.cost_tolerance}, stop, state);
     classify(state, model);
     result.iterations += pass.iterations;
     result.interrupted = pass.interrupted;
   };
-  const Kernels robust = limits.kernels;
+  const Kernels robust{{kPixelChi2}, {kDisparityChi2}, true};
+  const Kernels plain{{kPixelChi2}, {kDisparityChi2}, false};
   result.cost_before = robust_cost(model, state, robust);
   result.setup_ms = watch.lap();
-  run();
+  run(robust, limits.robust_iterations);
   result.robust_ms = watch.lap();
-  limits.kernels.robust = false;
-  limits.iterations = options.plain_iterations;
-  if (options.plain_iterations > 0 && !result.interrupted) run();
+  if (!result.interrupted) run(plain, limits.plain_iterations);
   result.cost_after = robust_cost(model, state, robust);
   write(problem, model, std::move(state), result);
   result.plain_ms = watch.lap();
   return result;
 }
 
-BundleResult adjust_bundle(const BundleProblem& problem, const BundleOptions& options,
-                           const StopRequest& stop) {
-  return adjust_bundle_with(minimize_with_schur, problem, options, stop);
+BundleResult adjust_bundle(const BundleProblem& problem, const StopRequest& stop) {
+  return adjust_bundle_with(minimize_with_schur, problem, {}, stop);
 }
 
 }  // namespace stillmap

@@ -31,16 +31,6 @@ struct BundleProblem {
   std::vector<BundleObservation> observations;
 };
 
-struct BundleOptions {
-  /// Maximum number of iterations of the first pass, with Huber kernels on all observations.
-  int robust_iterations = 5;
-  /// Maximum number of iterations of the second pass, plain least squares on the inliers; 0 skips
-  /// it.
-  int plain_iterations = 10;
-  /// A pass ends when a step reduces the cost by less than this ratio.
-  double cost_tolerance = 1e-6;
-};
-
 struct BundleResult {
   std::vector<Pose> T_world_camera;     ///< One per pose; fixed poses are returned bit-exactly.
   std::vector<Eigen::Vector3d> points;  ///< One per point, world frame [m].
@@ -64,7 +54,6 @@ using StopRequest = std::function<bool()>;
 /// Deterministic and single-threaded: equal input gives equal bits. Poses and points without usable
 /// observations stay unchanged. Throws Error if sizes or indices are inconsistent, if a pose is not
 /// finite, or if no pose is fixed (the gauge would be free).
-BundleResult adjust_bundle(const BundleProblem& problem, const BundleOptions& options = {},
-                           const StopRequest& stop = {});
+BundleResult adjust_bundle(const BundleProblem& problem, const StopRequest& stop = {});
 
 }  // namespace stillmap

@@ -53,10 +53,9 @@ bool same_bits(const BundleResult& a, const BundleResult& b) {
 class AdjustBundle : public ::testing::TestWithParam<bool> {
  protected:
   BundleResult adjust(const BundleProblem& problem, const StopRequest& stop = {}) const {
-    return GetParam() ? adjust_bundle_with(ceres_bundle::minimize, problem, options_, stop)
-                      : adjust_bundle(problem, options_, stop);
+    return GetParam() ? adjust_bundle_with(ceres_bundle::minimize, problem, {}, stop)
+                      : adjust_bundle(problem, stop);
   }
-  BundleOptions options_;
 };
 
 /// Pixels are floats, rounded to 3e-5 px, which is 1e-7 m here; averages are more precise.
@@ -260,10 +259,10 @@ INSTANTIATE_TEST_SUITE_P(Solver, AdjustBundle, ::testing::Bool(),
 
 /// At convergence and without outliers both solvers must reach the same minimum.
 void expect_same_minimum(const BundleProblem& problem) {
-  const BundleOptions options{
+  const BundleLimits limits{
       .robust_iterations = 50, .plain_iterations = 50, .cost_tolerance = 1e-14};
-  const BundleResult schur = adjust_bundle(problem, options);
-  const BundleResult ceres = adjust_bundle_with(ceres_bundle::minimize, problem, options);
+  const BundleResult schur = adjust_bundle_with(minimize_with_schur, problem, limits);
+  const BundleResult ceres = adjust_bundle_with(ceres_bundle::minimize, problem, limits);
   EXPECT_EQ(schur.pixel_outlier, ceres.pixel_outlier);
   EXPECT_EQ(schur.depth_outlier, ceres.depth_outlier);
   EXPECT_NEAR(schur.cost_after, ceres.cost_after, 1e-6 * ceres.cost_after);

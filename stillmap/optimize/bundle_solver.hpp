@@ -32,10 +32,23 @@ struct BundleState {
   std::vector<Eigen::Vector3d> points;
 };
 
+/// End of the two passes of bundle adjustment; tests iterate further to compare minima.
+struct BundleLimits {
+  /// Maximum number of iterations of the first pass, with Huber kernels on all observations (as in
+  /// ORB-SLAM2).
+  int robust_iterations = 5;
+  /// Maximum number of iterations of the second pass, plain least squares on the inliers (as in
+  /// ORB-SLAM2).
+  int plain_iterations = 10;
+  /// A pass ends when a step reduces the cost by less than this ratio.
+  double cost_tolerance = 1e-6;
+};
+
+/// Kernels and end of one pass.
 struct PassLimits {
   Kernels kernels;
-  int iterations = 10;
-  double cost_tolerance = 1e-6;
+  int iterations;         ///< Maximum number of iterations.
+  double cost_tolerance;  ///< See BundleLimits.
 };
 
 struct PassSummary {
@@ -56,6 +69,6 @@ using BundleMinimizer = PassSummary (*)(const BundleModel& model, const PassLimi
 
 /// adjust_bundle() with another minimizer, for comparison in tests and benchmarks.
 BundleResult adjust_bundle_with(BundleMinimizer minimize, const BundleProblem& problem,
-                                const BundleOptions& options, const StopRequest& stop = {});
+                                const BundleLimits& limits, const StopRequest& stop = {});
 
 }  // namespace stillmap

@@ -10,6 +10,15 @@
 namespace stillmap {
 namespace {
 
+/// Translation standard deviation of an edge of weight 1 [m].
+constexpr double kTranslationSigma = 0.01;
+/// Rotation standard deviation of an edge of weight 1 [rad].
+constexpr double kRotationSigma = 0.005;
+/// Maximum number of iterations.
+constexpr int kIterations = 50;
+/// Optimization ends when a step reduces the cost by less than this ratio.
+constexpr double kCostTolerance = 1e-8;
+
 /// Returns Ad(T), which maps a twist from T's source frame to its target frame: T exp(x) =
 /// exp(Ad(T) x) T.
 Matrix6d adjoint(const Pose& T) {
@@ -35,11 +44,10 @@ Matrix6d inverse_right_jacobian(const Vector6d& x) {
 /// One edge as a Ceres cost of two poses.
 class EdgeCost final : public ceres::SizedCostFunction<6, 7, 7> {
  public:
-  EdgeCost(const PoseGraphEdge& edge, const PoseGraphOptions& options)
-      : T_b_a_measured_(edge.T_a_b.inverse()) {
+  explicit EdgeCost(const PoseGraphEdge& edge) : T_b_a_measured_(edge.T_a_b.inverse()) {
     const double root = std::sqrt(edge.weight);
-    scale_.head<3>().setConstant(root / options.translation_sigma);
-    scale_.tail<3>().setConstant(root / options.rotation_sigma);
+    scale_.head<3>().setConstant(root / kTranslationSigma);
+    scale_.tail<3>().setConstant(root / kRotationSigma);
   }
 
   /// Both poses are perturbed on the left, and T_a^-1 exp(d) T_b = T_a^-1 T_b exp(Ad(T_b^-1) d).
@@ -78,13 +86,13 @@ void check(const PoseGraphProblem& problem) {
   }
 }
 
-ceres::Solver::Options solver_options(const PoseGraphOptions& options) {
+ceres::Solver::Options solver_options() {
   ceres::Solver::Options solver;
   solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   // Single-threaded, so that sums are reproducible.
   solver.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
-  solver.max_num_iterations = options.iterations;
-  solver.function_tolerance = options.cost_tolerance;
+  solver.max_num_iterations = kIterations;
+  solver.function_tolerance = kCostTolerance;
   solver.num_threads = 1;
   solver.logging_type = ceres::SILENT;
   return solver;
@@ -92,7 +100,7 @@ ceres::Solver::Options solver_options(const PoseGraphOptions& options) {
 
 }  // namespace
 
-PoseGraphResult solve_pose_graph(const PoseGraphProblem& problem, const PoseGraphOptions& options) {
+PoseGraphResult solve_pose_graph(const PoseGraphProblem& problem) {
   const TraceScope scope("pose graph");
   check(problem);
   PoseGraphResult result{problem.T_world_node};
@@ -101,7 +109,7 @@ PoseGraphResult solve_pose_graph(const PoseGraphProblem& problem, const PoseGrap
   ceres::Problem graph;
   for (const PoseGraphEdge& edge : problem.edges) {
     if (problem.fixed[edge.a] && problem.fixed[edge.b]) continue;
-    graph.AddResidualBlock(new EdgeCost(edge, options), nullptr, blocks[edge.a].data(),
+    graph.AddResidualBlock(new EdgeCost(edge), nullptr, blocks[edge.a].data(),
                            blocks[edge.b].data());
   }
   for (std::size_t i = 0; i < blocks.size(); ++i) {
@@ -111,7 +119,7 @@ PoseGraphResult solve_pose_graph(const PoseGraphProblem& problem, const PoseGrap
   }
   if (graph.NumResidualBlocks() == 0) return result;
   ceres::Solver::Summary summary;
-  ceres::Solve(solver_options(options), &graph, &summary);
+  ceres::Solve(solver_options(), &graph, &summary);
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     if (!problem.fixed[i] && graph.HasParameterBlock(blocks[i].data()))
       result.T_world_node[i] = to_pose(blocks[i].data());

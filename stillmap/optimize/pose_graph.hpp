@@ -11,21 +11,13 @@ namespace stillmap {
 struct PoseGraphEdge {
   std::uint32_t a = 0, b = 0;
   Pose T_a_b;
-  double weight = 1;  ///< Factor of the information.
+  double weight = 1;  ///< Factor of the information; at 1 the error is 1 cm and 0.005 rad.
 };
 
 struct PoseGraphProblem {
   std::vector<Pose> T_world_node;    ///< Initial poses.
   std::vector<std::uint8_t> fixed;   ///< One per node; at least one must be set.
   std::vector<PoseGraphEdge> edges;  ///< Every node must be connected to a fixed node.
-};
-
-struct PoseGraphOptions {
-  double translation_sigma = 0.01;  ///< Translation standard deviation of an edge of weight 1 [m].
-  double rotation_sigma = 0.005;    ///< Rotation standard deviation of an edge of weight 1 [rad].
-  int iterations = 50;              ///< Maximum number of iterations.
-  /// Optimization ends when a step reduces the cost by less than this ratio.
-  double cost_tolerance = 1e-8;
 };
 
 struct PoseGraphResult {
@@ -38,7 +30,6 @@ struct PoseGraphResult {
 /// (Grisetti et al., A Tutorial on Graph-Based SLAM, 2010; SE(3), since the scale is known) by
 /// Levenberg-Marquardt with Ceres. Deterministic: one thread, equal input gives equal bits. Throws
 /// Error if sizes or indices are inconsistent, or if no pose is fixed.
-PoseGraphResult solve_pose_graph(const PoseGraphProblem& problem,
-                                 const PoseGraphOptions& options = {});
+PoseGraphResult solve_pose_graph(const PoseGraphProblem& problem);
 
 }  // namespace stillmap

@@ -15,6 +15,24 @@
 namespace stillmap {
 namespace {
 
+/// Number of rounds with Huber kernels; inliers are selected again after each.
+constexpr int kRobustRounds = 2;
+/// Number of following rounds of plain least squares on the inliers.
+constexpr int kPlainRounds = 2;
+/// Maximum number of iterations per round.
+constexpr int kIterations = 10;
+/// A round ends when a step |(v, w)| falls below this [m, rad]. The remaining error is of the order
+/// of the step squared.
+constexpr double kStepTolerance = 1e-5;
+/// Factor of kStepTolerance in a robust round, which only separates inliers from outliers.
+constexpr double kRobustStepFactor = 10;
+/// Minimum number of inliers of a well-posed solution.
+constexpr int kMinInliers = 6;
+/// Maximum predicted standard deviation in the worst direction of a well-posed solution [m].
+constexpr double kMaxTranslationSigma = 0.1;
+/// Maximum predicted standard deviation about the worst axis of a well-posed solution [rad].
+constexpr double kMaxRotationSigma = 0.05;
+
 /// Two usable observations. The second lane of an odd last one is empty: information and weight 0,
 /// never used.
 struct Term {
@@ -111,12 +129,12 @@ PoseNormal linearize(const Camera& camera, const Pose& T_camera_world, std::span
 /// Levenberg-Marquardt on T_camera_world (Marquardt 1963, scaled by the diagonal of H). Returns the
 /// number of linear systems solved.
 int minimize(const Camera& camera, std::span<const Term> terms, const Kernels& kernels,
-             const PoseSolverOptions& options, Pose& T_camera_world) {
-  const double step_tolerance = (kernels.robust ? 10 : 1) * options.step_tolerance;
+             Pose& T_camera_world) {
+  const double step_tolerance = (kernels.robust ? kRobustStepFactor : 1) * kStepTolerance;
   double lambda = 1e-7;
   PoseNormal now = linearize(camera, T_camera_world, terms, kernels);
   int iteration = 0;
-  while (iteration < options.iterations) {
+  while (iteration < kIterations) {
     ++iteration;
     Matrix6d H = now.H;
     H.diagonal() *= 1 + lambda;
@@ -181,18 +199,18 @@ bool within(const Eigen::Matrix3d& covariance, double bound) {
   return eigen.eigenvalues().z() <= bound * bound;
 }
 
-bool well_posed(const PoseSolution& solution, const PoseSolverOptions& options) {
-  if (solution.inliers < options.min_inliers || !solution.information.allFinite()) return false;
+bool well_posed(const PoseSolution& solution) {
+  if (solution.inliers < kMinInliers || !solution.information.allFinite()) return false;
   const Eigen::LDLT<Matrix6d> ldlt(solution.information);
   if (!ldlt.isPositive() || ldlt.rcond() < 1e-14) return false;
   const Matrix6d covariance = ldlt.solve(Matrix6d::Identity());
-  return within(covariance.topLeftCorner<3, 3>(), options.max_translation_sigma) &&
-         within(covariance.bottomRightCorner<3, 3>(), options.max_rotation_sigma);
+  return within(covariance.topLeftCorner<3, 3>(), kMaxTranslationSigma) &&
+         within(covariance.bottomRightCorner<3, 3>(), kMaxRotationSigma);
 }
 
 /// Sets the inlier flags, counts and quality measures of the final pose.
 void describe(const Camera& camera, const Pose& T_camera_world, std::span<const Term> terms,
-              const PoseSolverOptions& options, PoseSolution& solution) {
+              PoseSolution& solution) {
   const Eigen::Matrix3d R = T_camera_world.rotation();
   const Eigen::Vector3d& t = T_camera_world.translation();
   double sum = 0;
@@ -212,7 +230,7 @@ void describe(const Camera& camera, const Pose& T_camera_world, std::span<const 
   const int components = 2 * solution.inliers + solution.depth_inliers;
   solution.rms = components > 0 ? std::sqrt(sum / components) : 0;
   solution.information = linearize(camera, T_camera_world, terms, Kernels{.robust = false}).H;
-  solution.well_posed = well_posed(solution, options);
+  solution.well_posed = well_posed(solution);
 }
 
 bool finite(const Pose& pose) {
@@ -222,8 +240,7 @@ bool finite(const Pose& pose) {
 }  // namespace
 
 PoseSolution solve_pose(const Camera& camera, const Pose& T_world_camera_guess,
-                        std::span<const PoseObservation> observations,
-                        const PoseSolverOptions& options) {
+                        std::span<const PoseObservation> observations) {
   const TraceScope scope("solve");
   PoseSolution solution;
   solution.T_world_camera = T_world_camera_guess;
@@ -235,15 +252,15 @@ PoseSolution solve_pose(const Camera& camera, const Pose& T_world_camera_guess,
   if (terms.empty()) return solution;
   Pose T_camera_world = T_world_camera_guess.inverse();
   Kernels kernels{{kPixelChi2}, {kDisparityChi2}};
-  for (int round = 0; round < options.robust_rounds + options.plain_rounds; ++round) {
-    kernels.robust = round < options.robust_rounds;
-    solution.iterations += minimize(camera, terms, kernels, options, T_camera_world);
+  for (int round = 0; round < kRobustRounds + kPlainRounds; ++round) {
+    kernels.robust = round < kRobustRounds;
+    solution.iterations += minimize(camera, terms, kernels, T_camera_world);
     const bool changed = classify(camera, T_camera_world, terms);
     if (!kernels.robust && !changed) break;
   }
   if (!finite(T_camera_world)) return solution;
   solution.T_world_camera = T_camera_world.inverse();
-  describe(camera, T_camera_world, terms, options, solution);
+  describe(camera, T_camera_world, terms, solution);
   return solution;
 }
 

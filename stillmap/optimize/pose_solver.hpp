@@ -22,22 +22,6 @@ struct PoseObservation {
   float weight = 1;
 };
 
-struct PoseSolverOptions {
-  /// Number of rounds with Huber kernels; inliers are selected again after each.
-  int robust_rounds = 2;
-  int plain_rounds = 2;  ///< Number of following rounds of plain least squares on the inliers.
-  int iterations = 10;   ///< Maximum number of iterations per round.
-  /// A round ends when a step |(v, w)| falls below it [m, rad]; a robust round at ten times this
-  /// value, since it only separates inliers from outliers. The remaining error is of the order of
-  /// the step squared.
-  double step_tolerance = 1e-5;
-  int min_inliers = 6;  ///< Minimum number of inliers of a well-posed solution.
-  /// Maximum predicted standard deviation in the worst direction of a well-posed solution [m].
-  double max_translation_sigma = 0.1;
-  /// Maximum predicted standard deviation about the worst axis of a well-posed solution [rad].
-  double max_rotation_sigma = 0.05;
-};
-
 struct PoseSolution {
   Pose T_world_camera;  ///< The initial guess if there is no solution.
   /// One per observation: the pixel is an inlier. Unusable observations (weight 0, not finite) are
@@ -64,7 +48,6 @@ struct PoseSolution {
 /// point. Never throws; unsolvable input returns the guess, not well posed. Deterministic and
 /// single-threaded.
 PoseSolution solve_pose(const Camera& camera, const Pose& T_world_camera_guess,
-                        std::span<const PoseObservation> observations,
-                        const PoseSolverOptions& options = {});
+                        std::span<const PoseObservation> observations);
 
 }  // namespace stillmap

@@ -63,7 +63,7 @@ void MapMaker::close(const LoopMatch& match) {
 LoopCorrection MapMaker::join(const LoopMatch& match) {
   LoopCorrection done = join_maps(map_, match);
   const EssentialGraph before(map_, map_.at(match.query).component);
-  adjust_locally(map_, match.query, options_.adjustment);
+  adjust_locally(map_, match.query, options_.local_window);
   const Stopwatch watch;
   propagate_correction(map_, before);
   done.graph_ms = watch.milliseconds();
@@ -142,9 +142,9 @@ void MapMaker::drop(std::uint32_t component) {
   map_.erase_component(component);
 }
 
-void MapMaker::adjust_all(const BundleOptions& options) {
+void MapMaker::adjust_all() {
   const TraceScope scope(span::kFinalAdjustment);
-  for (const std::uint32_t component : map_.components()) adjust_globally(map_, component, options);
+  for (const std::uint32_t component : map_.components()) adjust_globally(map_, component);
 }
 
 }  // namespace stillmap

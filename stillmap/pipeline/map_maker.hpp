@@ -57,7 +57,7 @@ class MapMaker {
   /// Drops a component, unless it has keyframes of an earlier session.
   void drop(std::uint32_t component);
   /// Runs bundle adjustment on every component.
-  void adjust_all(const BundleOptions& options);
+  void adjust_all();
 
   const Map& map() const { return map_; }
   const std::vector<MapEvent>& events() const { return events_; }

@@ -26,7 +26,6 @@ Mapping::Mapping(Map map, const SlamParameters& options, bool extend)
     : schedule_(options.schedule),
       extend_(extend),
       final_adjustment_(extend && options.final_adjustment),
-      bundle_(options.mapper.adjustment.bundle),
       components_started_(next_component(map)),
       maker_(std::move(map), options) {
   adjuster_ = std::make_unique<AdjustStage>(
@@ -80,7 +79,7 @@ void Mapping::adjust(const BundlePtr& bundle, const AdjustStage::Publish& publis
   BundleResult result;
   {
     const TraceScope scope(span::kGlobalAdjustment);
-    result = adjust_bundle(bundle->problem, bundle_, [this] { return adjuster_->waiting() > 0; });
+    result = adjust_bundle(bundle->problem, [this] { return adjuster_->waiting() > 0; });
   }
   publish({bundle, std::move(result)});
 }
@@ -169,7 +168,7 @@ void Mapping::drop(std::uint32_t component) {
 }
 
 void Mapping::finish() {
-  if (final_adjustment_) change([this] { maker_.adjust_all(bundle_); });
+  if (final_adjustment_) change([this] { maker_.adjust_all(); });
 }
 
 /// Changes the map on its own thread, so that it never changes during ask().

@@ -99,7 +99,6 @@ class Mapping {
 
   const ScheduleOptions schedule_;
   const bool extend_, final_adjustment_;
-  const BundleOptions bundle_;
   std::uint32_t components_started_ = 0;  // number of components so far
 
   // used by the mapping thread until drain()

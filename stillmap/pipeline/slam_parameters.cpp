@@ -57,9 +57,9 @@ void set_tracking(const Options::Tracking& from, TrackerOptions& to) {
 }
 
 void set_map(const Options::Map& from, SlamParameters& to) {
-  to.mapper.adjustment.max_free = from.local_window;
-  to.mapper.fusion.neighbors = from.fusion_keyframes;
-  to.mapper.repeated.rule = from.repeated_landmarks;
+  to.mapper.local_window = from.local_window;
+  to.mapper.fusion_keyframes = from.fusion_keyframes;
+  to.mapper.repeated_landmarks = from.repeated_landmarks;
   to.places.loops = from.loops;
   to.final_adjustment = from.final_adjustment;
   to.smooth_trajectory = from.smooth_trajectory;

@@ -62,9 +62,9 @@ TEST(SlamParameters, OfTheDefaultOptionsAreTheAlgorithmsDefaults) {
   EXPECT_EQ(made.tracker.keyframes.min_gap, defaults.tracker.keyframes.min_gap);
   EXPECT_EQ(made.tracker.keyframes.max_rotation, defaults.tracker.keyframes.max_rotation);
   EXPECT_EQ(made.tracker.keyframes.max_translation, defaults.tracker.keyframes.max_translation);
-  EXPECT_EQ(made.mapper.adjustment.max_free, defaults.mapper.adjustment.max_free);
-  EXPECT_EQ(made.mapper.fusion.neighbors, defaults.mapper.fusion.neighbors);
-  EXPECT_EQ(made.mapper.repeated.rule, defaults.mapper.repeated.rule);
+  EXPECT_EQ(made.mapper.local_window, defaults.mapper.local_window);
+  EXPECT_EQ(made.mapper.fusion_keyframes, defaults.mapper.fusion_keyframes);
+  EXPECT_EQ(made.mapper.repeated_landmarks, defaults.mapper.repeated_landmarks);
   EXPECT_EQ(made.places.loops, defaults.places.loops);
   EXPECT_EQ(made.final_adjustment, defaults.final_adjustment);
   EXPECT_EQ(made.smooth_trajectory, defaults.smooth_trajectory);

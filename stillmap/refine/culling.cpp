@@ -12,7 +12,9 @@ namespace {
 constexpr double kMinFoundShare = 0.25;
 /// Landmarks with lower static log-odds, P(static) < 1/4, are culled.
 constexpr double kMinStaticLogOdds = -1.1;
-/// Minimum number of observations of a landmark after the trial period.
+/// Number of keyframes after which a new landmark needs kMinObservations (Mur-Artal, Montiel and
+/// Tardos, TRO 2015, section VI.B, with two observations instead of three).
+constexpr std::uint32_t kTrialKeyframes = 2;
 constexpr std::size_t kMinObservations = 2;
 /// Share of a keyframe's landmarks observed as closely by kRedundantObservers others above which it
 /// is culled [0..1], and that number of others (Mur-Artal, Montiel and Tardos, TRO 2015, section
@@ -24,11 +26,10 @@ constexpr std::uint32_t kKeepNewest = 3;
 /// Number of landmarks shared with the newest keyframe from which a keyframe is examined.
 constexpr int kNearbyShared = 5;
 
-bool proved_itself(const Landmark& landmark, std::uint32_t now, const CullingOptions& options) {
+bool proved_itself(const Landmark& landmark, std::uint32_t now) {
   if (landmark.found < kMinFoundShare * landmark.predicted) return false;
   if (landmark.static_log_odds < kMinStaticLogOdds) return false;
-  const bool on_trial =
-      now < landmark.first_sequence + static_cast<std::uint32_t>(options.trial_keyframes);
+  const bool on_trial = now < landmark.first_sequence + kTrialKeyframes;
   return on_trial || landmark.observations.size() >= kMinObservations;
 }
 
@@ -57,14 +58,14 @@ bool redundant(const Map& map, const Keyframe& keyframe) {
 
 }  // namespace
 
-int cull_landmarks(Map& map, KeyframeId newest, const CullingOptions& options) {
+int cull_landmarks(Map& map, KeyframeId newest) {
   const TraceScope scope("culling");
   std::vector<KeyframeId> nearby = {newest};
   for (const Covisible& c : map.covisible(newest, kNearbyShared)) nearby.push_back(c.keyframe);
   const std::uint32_t now = map.at(newest).sequence;
   int culled = 0;
   for (const LandmarkId id : landmarks_seen_by(map, nearby)) {
-    if (proved_itself(map.at(id), now, options)) continue;
+    if (proved_itself(map.at(id), now)) continue;
     map.erase(id);
     ++culled;
   }

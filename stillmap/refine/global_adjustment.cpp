@@ -54,11 +54,10 @@ void apply_to_grown_map(Map& map, const MapBundle& bundle, const BundleResult& r
   apply(map, bundle, result);
 }
 
-BundleResult adjust_globally(Map& map, std::uint32_t component, const BundleOptions& options,
-                             const StopRequest& stop) {
+BundleResult adjust_globally(Map& map, std::uint32_t component) {
   const MapBundle bundle = whole_component(map, component);
   if (bundle.free == 0) return {};
-  BundleResult result = adjust_bundle(bundle.problem, options, stop);
+  BundleResult result = adjust_bundle(bundle.problem);
   apply_to_grown_map(map, bundle, result);
   return result;
 }

@@ -15,7 +15,6 @@ MapBundle whole_component(const Map& map, std::uint32_t component);
 void apply_to_grown_map(Map& map, const MapBundle& bundle, const BundleResult& result);
 
 /// Optimizes a whole component at once, in a map that does not change meanwhile.
-BundleResult adjust_globally(Map& map, std::uint32_t component, const BundleOptions& options,
-                             const StopRequest& stop = {});
+BundleResult adjust_globally(Map& map, std::uint32_t component);
 
 }  // namespace stillmap

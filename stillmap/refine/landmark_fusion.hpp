@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/map/fusion.hpp"
+#include "stillmap/map/map.hpp"
 
 namespace stillmap {
 
@@ -8,6 +8,7 @@ namespace stillmap {
 /// keyframe's in its neighbors. A keypoint without a landmark gains an observation; a keypoint that
 /// shows another landmark causes a merge into the landmark with more observations. Returns the
 /// number of gained observations and merged landmarks.
-int fuse_duplicates(Map& map, KeyframeId keyframe, const FusionOptions& options);
+/// @param most maximum number of neighbors: the covisible keyframes that share most landmarks
+int fuse_duplicates(Map& map, KeyframeId keyframe, int most);
 
 }  // namespace stillmap

@@ -55,11 +55,11 @@ void move_anchor_out_of_free(const Map& map, Window& window) {
   --window.free;
 }
 
-Window local_window(const Map& map, KeyframeId newest, const LocalAdjustmentOptions& options) {
+Window local_window(const Map& map, KeyframeId newest, int max_free) {
   Window window;
   window.keyframes = {newest};
   for (const Covisible& c : map.covisible(newest, kMinShared)) {
-    if (window.keyframes.size() < static_cast<std::size_t>(options.max_free)) {
+    if (window.keyframes.size() < static_cast<std::size_t>(max_free)) {
       window.keyframes.push_back(c.keyframe);
     }
   }
@@ -73,13 +73,12 @@ Window local_window(const Map& map, KeyframeId newest, const LocalAdjustmentOpti
 
 }  // namespace
 
-BundleResult adjust_locally(Map& map, KeyframeId newest, const LocalAdjustmentOptions& options,
-                            const StopRequest& stop) {
+BundleResult adjust_locally(Map& map, KeyframeId newest, int max_free, const StopRequest& stop) {
   const TraceScope scope("local adjustment");
-  const Window window = local_window(map, newest, options);
+  const Window window = local_window(map, newest, max_free);
   if (window.free == 0) return {};
   const MapBundle bundle = make_bundle(map, window.keyframes, window.free, window.landmarks);
-  BundleResult result = adjust_bundle(bundle.problem, options.bundle, stop);
+  BundleResult result = adjust_bundle(bundle.problem, stop);
   apply(map, bundle, result);
   return result;
 }

@@ -5,15 +5,11 @@
 
 namespace stillmap {
 
-struct LocalAdjustmentOptions {
-  int max_free = 15;  ///< Maximum number of optimized keyframes: the newest and its best neighbors.
-  BundleOptions bundle;
-};
-
 /// Local bundle adjustment of the newest keyframe, its neighbors and all their landmarks. Removes
 /// outlier observations and refreshes the landmarks. The rest of the map stays unchanged. Returns
 /// the solver's result.
-BundleResult adjust_locally(Map& map, KeyframeId newest, const LocalAdjustmentOptions& options,
+/// @param max_free maximum number of optimized keyframes: the newest and its best neighbors
+BundleResult adjust_locally(Map& map, KeyframeId newest, int max_free,
                             const StopRequest& stop = {});
 
 }  // namespace stillmap

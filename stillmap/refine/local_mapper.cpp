@@ -36,7 +36,7 @@ void RefineTotals::add(const RefineReport& report) {
 
 LocalMapper::LocalMapper(Map& map, const MapperOptions& options)
     : map_(map), options_(options), next_component_(next_component(map)) {
-  if (options.repeated.rule == "node-median") vocabulary_ = Vocabulary::built_in();
+  if (options.repeated_landmarks == "node-median") vocabulary_ = Vocabulary::built_in();
 }
 
 KeyframeId LocalMapper::insert(const KeyframeProposal& proposal) {
@@ -63,18 +63,18 @@ KeyframeId LocalMapper::insert(const KeyframeProposal& proposal) {
 
 RefineReport LocalMapper::refine(KeyframeId newest, const StopRequest& stop) {
   RefineReport report;
-  report.landmarks_culled = cull_landmarks(map_, newest, options_.culling);
+  report.landmarks_culled = cull_landmarks(map_, newest);
   report.triangulated = create_by_triangulation(map_, newest);
-  report.fused = fuse_duplicates(map_, newest, options_.fusion);
+  report.fused = fuse_duplicates(map_, newest, options_.fusion_keyframes);
   report.repeated = remove_repeated(newest);
-  report.adjustment = adjust_locally(map_, newest, options_.adjustment, stop);
+  report.adjustment = adjust_locally(map_, newest, options_.local_window, stop);
   report.keyframes_culled = cull_keyframes(map_, newest);
   return report;
 }
 
 RepeatedReport LocalMapper::remove_repeated(KeyframeId newest) {
   const TraceScope scope("repeated landmarks");
-  if (options_.repeated.rule == "none") return {};
+  if (options_.repeated_landmarks == "none") return {};
   const auto local = local_landmarks(*local_map(newest));
   return vocabulary_ ? remove_repeated_by_node(map_, newest, local, *vocabulary_)
                      : join_repeated_by_place(map_, newest, local);

@@ -9,20 +9,23 @@
 #include "stillmap/refine/repeated_landmarks.hpp"
 
 #include <optional>
+#include <string>
 
 namespace stillmap {
 
 struct MapperOptions {
-  FusionOptions fusion;
-  RepeatedOptions repeated;
-  LocalAdjustmentOptions adjustment;
-  CullingOptions culling;
+  int local_window = 15;      ///< Maximum number of keyframes that local adjustment optimizes.
+  int fusion_keyframes = 10;  ///< Maximum number of neighbors for fuse_duplicates().
+  /// Rule for duplicate landmarks in addition to fuse_duplicates(): "none"; "node-median":
+  /// remove_repeated_by_node(), as in the high/low-dynamics system; "place":
+  /// join_repeated_by_place(). The option map.repeated_landmarks allows no other.
+  std::string repeated_landmarks = "none";
 };
 
 /// Summary of the refinement of one keyframe, for log and run summary.
 struct RefineReport {
   int triangulated = 0, fused = 0, landmarks_culled = 0, keyframes_culled = 0;
-  RepeatedReport repeated;  ///< Result of the rule in MapperOptions::repeated.
+  RepeatedReport repeated;  ///< Result of the rule in MapperOptions::repeated_landmarks.
   BundleResult adjustment;
 };
 

@@ -103,7 +103,7 @@ TEST_F(RefineTest, DuplicatesAreFused) {
   // The first 20 points are shared, so that the keyframes are neighbors.
   for (std::uint32_t i = 0; i < 20; ++i)
     map_.merge(map_.at(a).landmarks[i], map_.at(b).landmarks[i]);
-  fuse_duplicates(map_, b, {});
+  fuse_duplicates(map_, b, 10);
   int shared = 0, in_both_images = 0;
   for (std::size_t i = 0; i < points_.size(); ++i) {
     const auto& ka = map_.at(a).features->keypoints[i];
@@ -143,7 +143,7 @@ TEST_F(RefineTest, LocalAdjustmentMovesADisplacedKeyframeBack) {
   p.T_reference_camera = map_.at(a).T_world_camera.inverse() * true_pose(1) * Pose::exp(error);
   p.landmarks = map_.at(a).landmarks;
   const auto b = mapper.insert(p);
-  const auto result = adjust_locally(map_, b, {});
+  const auto result = adjust_locally(map_, b, 15);
   EXPECT_LT(result.cost_after, result.cost_before);
   EXPECT_LT((map_.at(b).T_world_camera.inverse() * true_pose(1)).log().norm(), 1e-3);
   EXPECT_LT((map_.at(a).T_world_camera.inverse() * true_pose(0)).log().norm(), 1e-12)
@@ -160,7 +160,7 @@ TEST_F(RefineTest, AWrongMatchIsRemoved) {
   std::swap(p.landmarks[10], p.landmarks[90]);
   const auto wrong_at_10 = p.landmarks[10], wrong_at_90 = p.landmarks[90], right = p.landmarks[11];
   const auto b = mapper.insert(p);
-  adjust_locally(map_, b, {});
+  adjust_locally(map_, b, 15);
   // Each wrong landmark has two contradictory observations and cannot keep both.
   const auto both_see = [&](LandmarkId id) {
     return map_.find(id) != nullptr && map_.at(id).observations.size() == 2;
@@ -176,7 +176,7 @@ TEST_F(RefineTest, LandmarksRarelyMatchedAreCulled) {
   const auto ghost = map_.at(a).landmarks[5], solid = map_.at(a).landmarks[6];
   map_.count_visibility(ghost, 20, 2);
   map_.count_visibility(solid, 20, 15);
-  cull_landmarks(map_, a, {});
+  cull_landmarks(map_, a);
   EXPECT_EQ(map_.find(ghost), nullptr);
   EXPECT_NE(map_.find(solid), nullptr);
 }

@@ -4,16 +4,8 @@
 #include "stillmap/map/map.hpp"
 
 #include <span>
-#include <string>
 
 namespace stillmap {
-
-/// Handling of duplicate landmarks in addition to fuse_duplicates().
-struct RepeatedOptions {
-  /// Rule: "none"; "node-median": remove_repeated_by_node(), as in the high/low-dynamics system;
-  /// "place": join_repeated_by_place(). The option map.repeated_landmarks allows no other.
-  std::string rule = "none";
-};
 
 /// Result of the removal of duplicates.
 struct RepeatedReport {

@@ -252,9 +252,8 @@ std::size_t landmarks_after_refining(const std::string& rule) {
   const Camera camera;
   Map map(camera, PyramidShape{});
   MapperOptions options;
-  options.repeated.rule = rule;
-  options.fusion.neighbors = 0;
-  options.culling.trial_keyframes = 10;
+  options.repeated_landmarks = rule;
+  options.fusion_keyframes = 0;
   LocalMapper mapper(map, options);
   const auto propose = [&](std::size_t index) {
     auto features = std::make_shared<Features>();
