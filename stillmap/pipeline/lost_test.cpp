@@ -123,7 +123,7 @@ TEST_F(BehindABoard, TheRestOfTheViewIsEnough) {
   const SlamResult result = run({.share = 0.6}, small_options("fused"));
   EXPECT_EQ(result.tracked(), 90U);
   EXPECT_EQ(maps_begun(result), 1);
-  expect_true_poses(result, 0.035);
+  expect_true_poses(result, 0.03);
 }
 
 TEST_F(BehindABoard, NoMapIsBegunOnABoardThatCoversTheWholeView) {
@@ -139,8 +139,8 @@ TEST_F(BehindABoard, NoMapIsBegunOnABoardThatCoversTheWholeView) {
 
 TEST_F(BehindABoard, ABoardThatStaysBeginsAMap) {
   SlamParameters options = small_options("fused");
-  options.tracker.occluded_patience = 15;
-  options.tracker.patience = 5;
+  options.tracker.new_map.occluded_patience = 15;
+  options.tracker.new_map.patience = 5;
   const SlamResult result = run({.share = 1, .speed = 0}, options);
   EXPECT_EQ(result.frames[kComes + 15 + 5 - 1].state, TrackState::kLost);
   EXPECT_EQ(result.frames[kComes + 15 + 5].state, TrackState::kStarted);

@@ -366,7 +366,7 @@ TEST(Extending, ANewPlaceBecomesAComponentOfItsOwn) {
 
 TEST(Extending, KeepsALoadedMapThatTrackedOnlyAFewFrames) {
   const std::size_t moments = 8;
-  ASSERT_LT(moments, static_cast<std::size_t>(TrackerOptions().min_map_frames));
+  ASSERT_LT(moments, static_cast<std::size_t>(kMinMapFrames));
   const Visit briefly = one_after_the_other(visit("xyz"), moments, visit("corner"));
   const Outcome r = run(briefly, StartingMap{first_visit().map, true});
   EXPECT_EQ(r.map.map.first.size(), 2U);

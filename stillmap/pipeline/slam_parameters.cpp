@@ -49,7 +49,7 @@ void set_motion(const Options::Motion& from, MotionOptions& to) {
 
 void set_tracking(const Options::Tracking& from, TrackerOptions& to) {
   to.min_inliers = from.min_inliers;
-  to.patience = from.new_map_after;
+  to.new_map.patience = from.new_map_after;
   to.tracked_by_odometry = from.odometry_fallback;
   to.keyframes.min_gap = from.keyframe_gap;
   to.keyframes.max_rotation = from.keyframe_rotation;

@@ -57,7 +57,7 @@ TEST(SlamParameters, OfTheDefaultOptionsAreTheAlgorithmsDefaults) {
   EXPECT_EQ(made.motion.gate.marked_share, defaults.motion.gate.marked_share);
   EXPECT_EQ(made.motion.epipolar.threshold, defaults.motion.epipolar.threshold);
   EXPECT_EQ(made.tracker.min_inliers, defaults.tracker.min_inliers);
-  EXPECT_EQ(made.tracker.patience, defaults.tracker.patience);
+  EXPECT_EQ(made.tracker.new_map.patience, defaults.tracker.new_map.patience);
   EXPECT_EQ(made.tracker.tracked_by_odometry, defaults.tracker.tracked_by_odometry);
   EXPECT_EQ(made.tracker.keyframes.min_gap, defaults.tracker.keyframes.min_gap);
   EXPECT_EQ(made.tracker.keyframes.max_rotation, defaults.tracker.keyframes.max_rotation);

@@ -229,7 +229,7 @@ void SlamSystem::finish_streams() {
 void SlamSystem::drop_brief_maps() {
   const auto frames = log_.frames_by_component(mapping_.map());
   for (const auto& [component, count] : frames) {
-    if (frames.size() > 1 && count < options_.tracker.min_map_frames) mapping_.drop(component);
+    if (frames.size() > 1 && count < kMinMapFrames) mapping_.drop(component);
   }
 }
 

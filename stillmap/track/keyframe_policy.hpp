@@ -11,9 +11,9 @@
 namespace stillmap {
 
 struct KeyframePolicyOptions {
-  int min_gap = 5;  ///< Least number of frames between keyframes.
-  double max_rotation =
-      15;  ///< A frame rotated by more from every keyframe around is kept [degrees].
+  int min_gap = 5;  ///< Minimum number of frames between keyframes.
+  /// A frame rotated by more from every keyframe around is kept [degrees].
+  double max_rotation = 15;
   /// A frame further away from every keyframe around is kept [share of its median depth].
   double max_translation = 0.25;
 };

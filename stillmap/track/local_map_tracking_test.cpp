@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/track/local_map_tracking.hpp"
 
+#include "stillmap/track/previous_frame_tracking.hpp"
 #include "stillmap/track/rendered_track_test.hpp"
 
 #include <algorithm>
@@ -67,6 +68,36 @@ LocalMap thinned(std::size_t n) {
   for (std::size_t i = 0; i < local_map()->landmarks.size(); i += n)
     map.landmarks.push_back(local_map()->landmarks[i]);
   return map;
+}
+
+/// Returns the pose of frame 1 from the frame before, none of whose points is a landmark.
+PoseEstimate from_previous_frame() {
+  TrackerState state = state_at_reference();
+  auto previous = std::make_shared<TrackedFrame>(*state.previous);
+  previous->landmarks.assign(previous->frame->features->size(), LandmarkId{});
+  state.previous = previous;
+  return track_previous_frame(model(), state, *frame(1)->features).value().estimate;
+}
+
+int matched_landmarks(const PoseEstimate& estimate) {
+  return static_cast<int>(std::ranges::count_if(
+      estimate.matches, [](const PointMatch& match) { return match.landmark.valid(); }));
+}
+
+TEST(LocalMapTracking, PointsOfThePreviousFrameSupportFewLandmarks) {
+  const LocalMap few = thinned(20);
+  const PoseEstimate first = from_previous_frame();
+  ASSERT_EQ(matched_landmarks(first), 0);
+  const PoseEstimate without_points{first.T_world_camera, {}};
+  const auto alone = refine_in_local_map(model(), few, *frame(1), without_points, kMinInliers);
+  ASSERT_TRUE(alone);
+  ASSERT_LT(matched_landmarks(alone->estimate), kMinLandmarks) << "too few for a pose alone";
+  EXPECT_FALSE(refine_in_local_map(model(), few, *frame(1), without_points, kMinLandmarks));
+  const auto pose = refine_in_local_map(model(), few, *frame(1), first, kMinLandmarks);
+  ASSERT_TRUE(pose);
+  expect_pose(pose->estimate.T_world_camera, 1);
+  EXPECT_EQ(matched_landmarks(pose->estimate), std::ssize(pose->estimate.matches))
+      << "the points of the previous frame are no matches with the map";
 }
 
 TEST(LocalMapTracking, PointsOfThePreviousFrameDoNotSufficeAlone) {

@@ -33,7 +33,7 @@ Tracker::Tracker(const Camera& camera, const PyramidShape& pyramid, const Tracke
       start_(start),
       calibration_(camera.shutter.value_or(options.shutter)),
       keyframe_policy_(options.keyframes, camera.depth_sensor),
-      new_map_policy_({options.patience, options.occluded_patience}) {}
+      new_map_policy_(options.new_map) {}
 
 Vector6d Tracker::twist_of(const RgbdFrame& image,
                            const std::optional<InitialPose>& initial) const {
@@ -133,7 +133,7 @@ TrackedFramePtr Tracker::start_map(const FramePtr& frame) {
   result->T_world_camera = state_.T_world_previous;  // the pose at which the old map was lost
   result->proposal =
       KeyframeProposal{frame, KeyframeId{}, *result->T_world_camera, result->landmarks, {}};
-  if (state_.local_map && frames_in_map_ < options_.min_map_frames)
+  if (state_.local_map && frames_in_map_ < kMinMapFrames)
     result->proposal->abandoned = state_.local_map->reference;
   frames_in_map_ = 1;
   state_.previous = result;
@@ -182,7 +182,7 @@ TrackedFramePtr Tracker::tracked(const FramePtr& frame, const LocalMapPose& pose
   const LocalMap& local_map = *state_.local_map;
   const auto result = frame_at(frame, pose.estimate);
   result->relocalized = relocalized;
-  frames_in_map_ = relocalized ? options_.min_map_frames : frames_in_map_ + 1;
+  frames_in_map_ = relocalized ? kMinMapFrames : frames_in_map_ + 1;
 
   const std::size_t newest = std::max(last_proposed_, local_map.made_for_frame);
   if (keyframe_policy_.wants_keyframe(*frame, pose.estimate.T_world_camera, result->landmarks,

@@ -19,16 +19,15 @@
 
 namespace stillmap {
 
+/// A map that tracked the camera for fewer frames is dropped when the camera is lost.
+inline constexpr int kMinMapFrames = 15;
+
 struct TrackerOptions {
-  int min_inliers = 25;  ///< Least number of landmarks that agree with the pose of a tracked frame.
-  /// Number of frames without a pose, each able to start a map, before one does.
-  int patience = 10;
-  /// Number of frames occluded by a near surface before these too may start a map.
-  int occluded_patience = 90;
-  /// A map that tracked the camera for fewer frames is dropped when the camera is lost.
-  int min_map_frames = 15;
-  /// Fall back to visual odometry in a map that is not extended where the map is out of view.
+  /// Minimum number of landmarks that agree with the pose of a tracked frame.
+  int min_inliers = 25;
+  /// Whether visual odometry takes over where a map that is not extended is out of view.
   bool tracked_by_odometry = true;
+  NewMapOptions new_map;
   KeyframePolicyOptions keyframes;
   /// Timing of the camera's shutters until the frames show another one, if the camera's is unknown.
   ShutterTiming shutter;
@@ -105,7 +104,7 @@ class Tracker {
   TrackerState state_;
   LandmarkStatistics statistics_;
   int frames_lost_ = 0;
-  int frames_in_map_ = 0;          // since its start; at least min_map_frames after relocalization
+  int frames_in_map_ = 0;          // since its start; at least kMinMapFrames after relocalization
   std::size_t last_proposed_ = 0;  // frame index
 };
 

@@ -116,7 +116,7 @@ TEST_F(TrackerTest, FollowsACorrectionOfTheMap) {
 
 TEST_F(TrackerTest, StartsANewMapWhereTheOldOneWasLost) {
   TrackerOptions options;
-  options.patience = 2;
+  options.new_map.patience = 2;
   Tracker t = tracker(TrackerStart::kNewMap, options);
   push(t, frame(0), nullptr);
   const LocalMapPtr map = started_map();
@@ -133,8 +133,8 @@ TEST_F(TrackerTest, StartsANewMapWhereTheOldOneWasLost) {
 
 TEST_F(TrackerTest, StartsNoMapWhileANearSurfaceOccludesTheCamera) {
   TrackerOptions options;
-  options.patience = 2;
-  options.occluded_patience = 5;
+  options.new_map.patience = 2;
+  options.new_map.occluded_patience = 5;
   Tracker t = tracker(TrackerStart::kNewMap, options);
   push(t, frame(0), nullptr);
   const LocalMapPtr map = started_map();
@@ -185,7 +185,7 @@ TEST_F(TrackerTest, FallsBackToOdometryInAMapThatIsOnlyLocalizedIn) {
 
 TEST_F(TrackerTest, NeverStartsAMapInAMapThatIsOnlyLocalizedIn) {
   TrackerOptions options;
-  options.patience = 1;
+  options.new_map.patience = 1;
   Tracker t = tracker(TrackerStart::kInMapOnly, options);
   for (std::size_t i = 0; i < 5; ++i)
     EXPECT_EQ(push(t, frame(i), nullptr)->state, TrackState::kLost) << i;
