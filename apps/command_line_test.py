@@ -153,6 +153,17 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(figures["--verdicts"].keys(), figures["--labels"].keys())
         self.assertNotIn("verdicts", stillmap("run", "--help").stdout + stillmap("eval", "--help").stdout)
 
+    def test_the_former_names_of_simulated_objects_still_work(self):
+        masks = []
+        for words in (["--objects", 1, "--near-objects"], ["--things", 1, "--near-things"]):
+            out = self.folder / f"simulated{words[0]}"
+            self.succeeded(stillmap("simulate", "--people", 0, *words, "--frames", 2, "--width", 160, "--height", 120,
+                                    "--out", out))
+            masks.append((out / "truth_movers.csv").read_text())
+        self.assertEqual(*masks)
+        self.assertIn("unknown", masks[0])
+        self.assertNotIn("things", stillmap("simulate", "--help").stdout)
+
     # ---------------------------------------------------------------------------------------------------- notes
 
     def test_a_truth_of_the_bonn_data_set_gets_a_note(self):

@@ -87,10 +87,13 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
           "in front of the camera")
       ->type_name("{walk,sit,wave,mixed,rise,companion,crowd}")
       ->capture_default_str();
-  command->add_option("--things", o.things, "number of moving objects of no known class")
+  command->add_option("--objects", o.things, "number of moving objects of no known class")
       ->capture_default_str();
-  command->add_flag("--near-things", o.near_things,
+  command->add_flag("--near-objects", o.near_things,
                     "moving objects are close to the camera, in its view");
+  // The former names of the two options.
+  command->add_option("--things", o.things)->group("");
+  command->add_flag("--near-things", o.near_things)->group("");
   command->add_option("--camera", o.camera, "camera motion")
       ->type_name("{static,xyz,halfsphere,rpy,loop,follow}")
       ->capture_default_str();

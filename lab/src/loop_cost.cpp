@@ -117,7 +117,7 @@ void print(const char* name, const Run& run) {
     fmt::print(
         "  {}: frame {} shows the place of frame {}: {} landmarks agree, {} fused, moved by "
         "{:.3f} m and {:.2f} degrees; {} keyframes: pose graph {:.0f} ms, in all {:.0f} ms, "
-        "adjustment of the whole {:.0f} ms\n",
+        "global bundle adjustment {:.0f} ms\n",
         e.kind == MapEvent::Kind::kLoop ? "loop" : "merge", e.frame_index, e.seen_in, e.inliers,
         e.fused, e.meters, e.radians * 180 / std::numbers::pi, e.keyframes, e.graph_ms,
         e.milliseconds, c.adjustment_ms);

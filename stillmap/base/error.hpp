@@ -5,8 +5,8 @@
 
 namespace stillmap {
 
-/// The exception for users: what is wrong, where, and how to fix it. The command line prints what()
-/// and ends with exit code 1; library users catch it around calls of the public API.
+/// An error that the user can fix. It names the problem, the place and the fix. The command line
+/// prints what() and ends with exit code 1; library users catch it around calls of the public API.
 class Error : public std::runtime_error {
  public:
   /// @param what  one sentence with the expected and the found value

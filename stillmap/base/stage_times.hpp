@@ -16,9 +16,9 @@ struct StageTiming {
   double median = 0, mean = 0, p95 = 0, p99 = 0, max = 0, total = 0;
 };
 
-/// Times of one stage [ms] in the order they were added, in bounded memory: count, total and
-/// maximum are exact; beyond kMost samples every second one is forgotten, and from then on only
-/// every second one is kept, so that those kept stay spread evenly over the run.
+/// Times of one stage [ms] in the order of adding, in bounded memory. Count, total and maximum are
+/// exact. Beyond kMost samples every second one is removed, and of the following ones every second
+/// one is dropped, so that the kept samples stay evenly spread over the run.
 class StageSamples {
  public:
   static constexpr std::size_t kMost = 1 << 14;
@@ -31,7 +31,7 @@ class StageSamples {
 
  private:
   std::vector<double> kept_;
-  std::size_t every_ = 1;  // of so many samples one is kept
+  std::size_t every_ = 1;  // interval of the kept samples
   std::size_t count_ = 0;
   double total_ = 0, max_ = 0;
 };
@@ -41,10 +41,10 @@ class StageTimes {
  public:
   /// Adds one sample [ms].
   void add(std::string_view stage, double milliseconds);
-  /// Adds samples; nothing happens where there are none.
+  /// Adds samples. A stage without samples is not added.
   void append(std::string_view stage, const StageSamples& samples);
-  /// Returns the samples kept of a stage in the order they were added [ms]; none for an unknown
-  /// one.
+  /// Returns the kept samples of a stage in the order of adding [ms]; empty for an unknown
+  /// stage.
   std::span<const double> samples(std::string_view stage) const;
   /// Returns one summary per stage, in the order in which the stages were first added.
   std::vector<StageTiming> stages() const;

@@ -35,10 +35,10 @@ struct TraceCount {
   std::int64_t value = 0;
 };
 
-/// What a trace keeps of the spans.
+/// Data that a trace keeps.
 enum class TraceDetail {
   kTimes,  ///< The times by name, in bounded memory: cheap enough to be always on.
-  kSpans,  ///< Each span and count too.
+  kSpans,  ///< Also each span and count.
 };
 
 /// All spans of one thread. Written by that thread alone, without a lock; read while the thread is
@@ -60,10 +60,10 @@ class TraceTrack {
   /// Returns waiting_span() of this thread.
   const std::string& waiting() const { return waiting_; }
 
-  /// Returns the time of the spans of one name [ms]: a sample per frame, which is the sum over all
-  /// of that frame, and a sample for each span of no frame. Spans that are not over do not count.
+  /// Returns the times of the spans of one name [ms]: a sample per frame, the sum over its spans,
+  /// and a sample for each span without a frame. Spans that have not ended are left out.
   StageSamples times(std::string_view name) const;
-  /// Returns the time of the spans of one name that belong to the present frame, so far [ms].
+  /// Returns the total time of the ended spans of one name in the current frame [ms].
   double in_frame(std::string_view name) const;
 
   void begin(std::string_view name);
@@ -71,19 +71,19 @@ class TraceTrack {
   void count(std::string_view name, std::size_t value);
   /// Assigns the following spans to this frame.
   void set_frame(std::size_t index) { frame_ = static_cast<std::int32_t>(index); }
-  /// From here on spans are about no frame.
+  /// Assigns the following spans to no frame.
   void leave_frame() { frame_ = -1; }
 
  private:
   struct Open {
     std::string_view name;
     std::int64_t begin = 0;
-    std::int32_t span = -1;  // its position; -1: it is not kept
+    std::int32_t span = -1;  // its index in spans_; -1: not kept
   };
   struct Total {
     std::string_view name;
-    StageSamples samples;  // of the frames before `frame`, and of spans of no frame
-    double sum = 0;        // of `frame` [ms]
+    StageSamples samples;  // times of earlier frames, and of spans without a frame
+    double sum = 0;        // total time within `frame` [ms]
     std::int32_t frame = -1;
   };
 
@@ -99,7 +99,7 @@ class TraceTrack {
   std::vector<Open> open_;  // open spans, the innermost last
   std::vector<Total> totals_;
   std::int32_t frame_ = -1;
-  // time and value of the last CPU clock reading; last returned value
+  // Wall time and value of the last reading of the CPU clock; last returned value [ns].
   std::int64_t asked_ = 0, told_ = 0, latest_ = 0;
   std::size_t left_out_ = 0;
 };
@@ -174,13 +174,13 @@ inline void trace_frame(std::size_t index) {
   if (TraceTrack* track = bound_trace_track()) track->set_frame(index);
 }
 
-/// From here on the calling thread works on no frame in particular.
+/// Assigns the following work of the calling thread to no frame.
 inline void trace_no_frame() {
   if (TraceTrack* track = bound_trace_track()) track->leave_frame();
 }
 
-/// Returns the time of the calling thread's spans of one name that belong to its present frame, so
-/// far [ms]; 0 where no track is bound.
+/// Returns the total time of the calling thread's ended spans of one name in its current frame
+/// [ms]; 0 if no track is bound.
 inline double traced_in_frame(std::string_view name) {
   const TraceTrack* track = bound_trace_track();
   return track != nullptr ? track->in_frame(name) : 0;

@@ -22,8 +22,8 @@ enum class DepthPrinciple {
   kIdeal,            ///< Exact depth at every pixel.
 };
 
-/// How a depth camera measures. The default is the ideal sensor; docs/sensors.md lists the models
-/// with the sources of their figures.
+/// Noise and range of a depth camera. The default is the ideal sensor; docs/sensors.md lists the
+/// models with the sources of their figures.
 struct DepthSensor {
   std::string name = "ideal";
   DepthPrinciple principle = DepthPrinciple::kIdeal;
@@ -35,37 +35,37 @@ struct DepthSensor {
   /// triangulated.
   double baseline = 0;
 
-  /// Focal length of the image whose disparities are measured [pixels], and the smallest step of
-  /// these disparities [pixels]; 0: no steps.
+  /// Focal length of the sensor's disparity image [pixels], and the smallest step of its
+  /// disparities [pixels]; 0: no steps.
   double focal = 0, disparity_step = 0;
-  double depth_step = 0;     ///< Smallest step of the depth where nothing is triangulated [m].
-  double lateral_sigma = 0;  ///< Standard deviation of the place that a depth is read at [pixels].
+  double depth_step = 0;     ///< Smallest step of the depth of a sensor without disparities [m].
+  double lateral_sigma = 0;  ///< Standard deviation of a reading's position [pixels].
   double grazing = 90;  ///< Surfaces at a larger angle to the image plane give no depth [degrees].
-  /// Time from the first to the last row of the images if the shutter rolls [s]; 0: not known. A
-  /// recording need not come from such a camera; its frames decide.
+  /// Readout time of a rolling shutter from the first to the last row [s]; 0: not known. It is the
+  /// first guess for a recording, whose frames decide.
   double readout = 0;
   double edge_loss = 0;  ///< Share of the pixels at depth edges that give no depth [0..1].
 
-  /// Standard deviation of a reading at depth z [m].
+  /// Returns the standard deviation of a reading at depth z [m].
   double sigma(double z) const { return noise.at(z); }
 
-  /// A tolerance for depths measured with this sensor: `floor` [m], for all that is not sensor
-  /// noise, plus `sigmas` standard deviations.
+  /// Returns a tolerance for measured depths: `sigmas` standard deviations plus `floor` [m], which
+  /// is for errors other than sensor noise.
   template <typename T>
   DepthPolynomial<T> tolerance(double sigmas, double floor) const {
     return {static_cast<T>(floor + sigmas * noise.constant), static_cast<T>(sigmas * noise.linear),
             static_cast<T>(sigmas * noise.quadratic)};
   }
 
-  /// The depth up to which the standard deviation stays below `sigma` [m], at most `max_depth`.
+  /// Returns the depth up to which the standard deviation is below `sigma` [m], at most max_depth.
   float depth_at_sigma(double sigma) const;
 };
 
-/// Names that find_depth_sensor() knows: kinect_v1 (also the Asus Xtion), realsense_d435i,
+/// Returns the names of all models: kinect_v1 (also the Asus Xtion), realsense_d435i,
 /// realsense_d455, azure_kinect, ideal.
 const std::vector<std::string>& depth_sensor_names();
 
-/// The model of a sensor by its name. Throws Error with the nearest known name.
+/// Returns the model of a sensor. Throws Error with the nearest known name for an unknown one.
 const DepthSensor& find_depth_sensor(const std::string& name);
 
 }  // namespace stillmap

@@ -19,7 +19,7 @@ enum class Visibility : std::uint8_t {
 };
 
 /// Returns the visibility of a point at a depth where another depth was measured.
-/// @param depth     of the point along the optical axis [m]
+/// @param depth     depth of the point along the optical axis [m]
 /// @param measured  depth along the same ray [m]; 0 or less: none
 /// @param tolerance largest difference on the same surface [m]
 template <typename T>
@@ -31,12 +31,12 @@ constexpr Visibility visibility_of(T depth, T measured, T tolerance) {
 
 /// A depth image and its camera.
 struct DepthView {
-  const cv::Mat1f& depth;  ///< [m]; 0 where unknown
-  const Camera& camera;    ///< of `depth`
+  const cv::Mat1f& depth;  ///< Depth image [m]; 0 where unknown.
+  const Camera& camera;    ///< Camera of the depth image.
 
   /// Returns the pixel that a point projects to, if the point is in front of the camera and all
   /// neighbors of the pixel are in the image.
-  /// @param nearest least depth of the point [m]
+  /// @param nearest minimum depth of the point [m]
   std::optional<cv::Point> inner_pixel(const Eigen::Vector3d& p_camera, double nearest) const {
     if (p_camera.z() < nearest) return std::nullopt;
     const Eigen::Vector2d uv = camera.project(p_camera);

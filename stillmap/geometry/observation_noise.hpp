@@ -8,15 +8,15 @@ namespace stillmap {
 
 /// Standard deviations of a keypoint's measurement.
 struct ObservationNoise {
-  /// Of u and of v at pyramid level 0 [pixels]; it grows with the scale of the level.
+  /// Standard deviation of u and v at pyramid level 0 [pixels]; it grows with the level's scale.
   double pixel_sigma = 1.0;
-  /// Of the disparity bf / depth at every level [pixels], where the sensor itself is better: depth
-  /// and color images do not lie exactly on each other. The noise of a Kinect v1 alone is 0.06.
+  /// Minimum standard deviation of the disparity bf / depth at every level [pixels], due to the
+  /// registration of depth and color images. The sensor noise of a Kinect v1 is 0.06 pixels.
   double disparity_sigma = 0.3;
 };
 
-/// Noise of a keypoint with this depth [m] in images of this camera. The disparity's part is that
-/// of the depth sensor, bf sigma(z) / z^2, or of the registration, whichever is larger.
+/// Returns the noise of a keypoint with this depth [m] in images of this camera. The disparity
+/// noise is that of the depth sensor, bf sigma(z) / z^2, or of the registration if that is larger.
 inline ObservationNoise observation_noise(const Camera& camera, double depth) {
   ObservationNoise noise;
   if (depth > 0) {

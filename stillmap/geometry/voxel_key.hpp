@@ -49,8 +49,8 @@ inline std::optional<Voxel> voxel_at(const Eigen::Vector3d& p, double edge) {
   return voxel_of(lattice);
 }
 
-/// Returns the lattice coordinates of the voxel of side `edge` [m] that contains a finite point;
-/// the outermost at 10^6 voxels for points beyond.
+/// Returns the lattice coordinates of the voxel of side `edge` [m] that contains a finite point,
+/// clamped to 10^6 voxels from the origin.
 inline Lattice clamped_lattice_at(const Eigen::Vector3d& p, double edge) {
   constexpr double kOutermost = 1e6;
   return (p / edge).array().floor().cwiseMax(-kOutermost).cwiseMin(kOutermost).cast<int>();

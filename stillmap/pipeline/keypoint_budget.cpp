@@ -18,7 +18,7 @@ constexpr int kEnough = 120, kFew = 80;
 
 KeypointBudget::KeypointBudget(int most, double least) : most_(most), least_(least) {}
 
-void KeypointBudget::took(double milliseconds, double interval, int landmarks) {
+void KeypointBudget::add_frame(double milliseconds, double interval, int landmarks) {
   if (interval <= 0) return;
   load_ = kMemory * load_ + (1 - kMemory) * milliseconds / interval;
   if (load_ > kTooBusy && landmarks > kEnough) share_ *= kLess;

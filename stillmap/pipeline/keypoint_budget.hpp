@@ -17,7 +17,7 @@ class KeypointBudget {
   /// @param milliseconds time of the tracker for the frame [ms]
   /// @param interval     time since the previous frame of the camera [ms]
   /// @param landmarks    number of landmarks that agree with its pose
-  void took(double milliseconds, double interval, int landmarks);
+  void add_frame(double milliseconds, double interval, int landmarks);
 
   /// Returns the number of keypoints for the next frame.
   int keypoints() const;

@@ -7,7 +7,7 @@ namespace stillmap {
 namespace {
 
 void take(KeypointBudget& budget, int frames, double milliseconds, int landmarks = 300) {
-  for (int i = 0; i < frames; ++i) budget.took(milliseconds, 33, landmarks);
+  for (int i = 0; i < frames; ++i) budget.add_frame(milliseconds, 33, landmarks);
 }
 
 TEST(KeypointBudget, WantsAllWhileThereIsTime) {

@@ -20,7 +20,7 @@ MoverStream::MoverStream(const MoverOptions& options, bool realtime) : realtime_
 void MoverStream::push(const TrackedFramePtr& tracked) {
   if (!stage_ || !tracked->has_pose()) return;
   if (realtime_ && !tracked->enters_world() && stage_->waiting() >= 2) {
-    ++passed_over_;
+    ++frames_skipped_;
   } else {
     stage_->push(tracked);
   }

@@ -40,7 +40,7 @@ class MoverStream {
   std::future<std::vector<Mover>> ask() const;
 
   /// Returns the number of frames skipped because the movers had fallen behind.
-  std::size_t passed_over() const { return passed_over_; }
+  std::size_t frames_skipped() const { return frames_skipped_; }
 
   /// Waits for all pushed frames. Nothing may be pushed after it.
   void finish();
@@ -55,7 +55,7 @@ class MoverStream {
 
   const bool realtime_;
   std::vector<Mover> newest_;
-  std::size_t passed_over_ = 0;
+  std::size_t frames_skipped_ = 0;
   // Used by the stage's thread until finish().
   MoverDetector detector_;
   MoverTracker tracker_;

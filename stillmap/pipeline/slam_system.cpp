@@ -176,8 +176,8 @@ void SlamSystem::shed_load(const RgbdFrame& image) {
   load_shedding_.fewest_keypoints =
       log_.empty() ? wanted : std::min(load_shedding_.fewest_keypoints, wanted);
   if (log_.empty()) return;
-  keypoint_budget_.took(track_.in_frame(span::kFrame),
-                        1000 * (image.timestamp - log_.back().timestamp), newest_->inliers);
+  keypoint_budget_.add_frame(track_.in_frame(span::kFrame),
+                             1000 * (image.timestamp - log_.back().timestamp), newest_->inliers);
 }
 
 std::shared_ptr<const Snapshot> SlamSystem::snapshot() {
@@ -280,7 +280,7 @@ void SlamSystem::collect_statistics(SlamResult& result) const {
   result.detector_skipped = instances_.skipped();
   result.load_shedding = load_shedding_;
   result.load_shedding.frames_without_view = dense_.frames_left_out();
-  result.load_shedding.frames_without_movers = movers_.passed_over();
+  result.load_shedding.frames_without_movers = movers_.frames_skipped();
 }
 
 /// All threads rest, so their tracks may be read.

@@ -66,7 +66,7 @@ std::optional<Camera> choose_camera(const SequencePaths& paths, const std::optio
   }
 }
 
-// ---- lists and stamps -------------------------------------------------------------------------
+// ---- lists and timestamps ---------------------------------------------------------------------
 
 void check_lists(const FrameList& list, Diagnosis& diagnosis) {
   diagnosis.frames = list.frames.size();
@@ -104,7 +104,7 @@ void check_gaps(const std::vector<FrameFiles>& frames, double median, Diagnosis&
   }
   if (gaps == 0) return;
   diagnosis.add(Severity::kWarning,
-                fmt::format("gaps in the stamps: {}, the longest {:.3f} s after {:.6f}", gaps,
+                fmt::format("gaps in the timestamps: {}, the longest {:.3f} s after {:.6f}", gaps,
                             intervals[largest], frames[largest].timestamp),
                 "record again with less load, or expect tracking loss there");
 }
@@ -117,16 +117,17 @@ void check_rate(const std::vector<FrameFiles>& frames, const std::optional<Camer
   diagnosis.duration = frames.back().timestamp - frames.front().timestamp;
   diagnosis.frame_rate = 1 / median;
   if (const std::string unit = unit_of(median); !unit.empty()) {
-    diagnosis.add(Severity::kError,
-                  fmt::format("frames are {:g} s apart: the stamps seem to be in {}", median, unit),
-                  "write the stamps of the lists in seconds");
+    diagnosis.add(
+        Severity::kError,
+        fmt::format("frames are {:g} s apart: the timestamps seem to be in {}", median, unit),
+        "write the timestamps of the lists in seconds");
     return;
   }
   diagnosis.add(Severity::kOk,
                 fmt::format("{:.1f} s at {:.1f} Hz", diagnosis.duration, diagnosis.frame_rate));
   if (camera && std::abs(diagnosis.frame_rate / camera->fps - 1) > 0.2) {
     diagnosis.add(Severity::kWarning,
-                  fmt::format("the camera says {:g} frames per second, the stamps {:.1f}",
+                  fmt::format("the camera file gives {:g} frames per second, the timestamps {:.1f}",
                               camera->fps, diagnosis.frame_rate),
                   fmt::format("set fps to {:.0f} in the camera file", diagnosis.frame_rate));
   }
@@ -143,12 +144,10 @@ void check_offsets(const std::vector<FrameFiles>& frames, Diagnosis& diagnosis) 
   if (const std::size_t without = frames.size() - offsets.size(); without > 0) {
     const bool many = 10 * without > frames.size();
     diagnosis.add(many ? Severity::kWarning : Severity::kOk,
-                  fmt::format("{} of {} color images have no depth image of their own", without,
-                              frames.size()),
-                  many
-                      ? "they are tracked by the landmarks of the other frames alone; record depth "
-                        "at the rate of the color images"
-                      : "");
+                  fmt::format("{} of {} color images have no depth image", without, frames.size()),
+                  many ? "these frames add no landmarks; record depth "
+                         "at the rate of the color images"
+                       : "");
   }
   diagnosis.median_offset = percentile(offsets, 0.5);
   const auto [least, most] = std::minmax_element(offsets.begin(), offsets.end());
@@ -157,11 +156,10 @@ void check_offsets(const std::vector<FrameFiles>& frames, Diagnosis& diagnosis) 
                   1e3 * std::abs(diagnosis.median_offset),
                   diagnosis.median_offset < 0 ? "before" : "after", 1e3 * *least, 1e3 * *most);
   const bool late = std::abs(diagnosis.median_offset) > kLate;
-  diagnosis.add(
-      late ? Severity::kWarning : Severity::kOk, text,
-      late ? "correct the stamps if this is a constant delay; where it is real, fast motion "
-             "blurs the map"
-           : "");
+  diagnosis.add(late ? Severity::kWarning : Severity::kOk, text,
+                late ? "correct the timestamps if this is a constant error; if the delay is real, "
+                       "fast motion blurs the map"
+                     : "");
 }
 
 // ---- files ------------------------------------------------------------------------------------
@@ -176,7 +174,8 @@ std::string similar_file(const fs::path& file) {
   return "";
 }
 
-struct Trouble {
+// Files with the same problem.
+struct BadFiles {
   std::size_t count = 0;
   fs::path first;
 };
@@ -199,8 +198,8 @@ std::string fix_for(const std::string& problem, const fs::path& file) {
 // Checks the header and the end of every file; returns the frames with two valid files.
 std::vector<FrameFiles> check_files(const std::vector<FrameFiles>& frames,
                                     std::optional<cv::Size> size, Diagnosis& diagnosis) {
-  std::map<std::string, Trouble> troubles;
-  const auto fine = [&](const fs::path& file, auto kind_problem) {
+  std::map<std::string, BadFiles> by_problem;
+  const auto is_usable = [&](const fs::path& file, auto kind_problem) {
     auto [header, problem] = read_image_header(file);
     if (problem.empty()) problem = kind_problem(header);
     if (problem.empty()) {
@@ -208,27 +207,26 @@ std::vector<FrameFiles> check_files(const std::vector<FrameFiles>& frames,
       problem = size_problem(header, *size);
     }
     if (problem.empty()) return true;
-    Trouble& trouble = troubles[problem];
-    if (trouble.count++ == 0) trouble.first = file;
+    BadFiles& bad = by_problem[problem];
+    if (bad.count++ == 0) bad.first = file;
     return false;
   };
   std::vector<FrameFiles> usable;
   for (const auto& files : frames) {
-    const bool color = fine(files.color, color_problem);
+    const bool color = is_usable(files.color, color_problem);
     if (files.depth.empty()) continue;
-    const bool depth = fine(files.depth, depth_problem);
+    const bool depth = is_usable(files.depth, depth_problem);
     if (color && depth) usable.push_back(files);
   }
   diagnosis.usable_frames = usable.size();
   const Severity severity = usable.empty() ? Severity::kError : Severity::kWarning;
-  for (const auto& [problem, trouble] : troubles) {
-    diagnosis.add(
-        severity,
-        fmt::format("{} file{}: {} {}", trouble.count, trouble.count == 1 ? "" : "s, the first",
-                    short_name(trouble.first), problem),
-        fix_for(problem, trouble.first));
+  for (const auto& [problem, bad] : by_problem) {
+    diagnosis.add(severity,
+                  fmt::format("{} file{}: {} {}", bad.count, bad.count == 1 ? "" : "s, the first",
+                              short_name(bad.first), problem),
+                  fix_for(problem, bad.first));
   }
-  if (troubles.empty()) {
+  if (by_problem.empty()) {
     diagnosis.add(
         Severity::kOk,
         fmt::format("all {} image files are present, complete and of one size", 2 * frames.size()));
@@ -236,8 +234,7 @@ std::vector<FrameFiles> check_files(const std::vector<FrameFiles>& frames,
   return usable;
 }
 
-// ---- images
-// --------------------------------------------------------------------------------------
+// ---- images -----------------------------------------------------------------------------------
 
 struct Sample {
   std::size_t decoded = 0, dark = 0, bright = 0, blurred = 0, without_depth = 0;
@@ -296,16 +293,16 @@ Sample take_sample(const std::vector<FrameFiles>& usable, const DoctorOptions& o
 }
 
 void check_light(const Sample& sample, Diagnosis& diagnosis) {
-  const auto complain = [&](std::size_t count, const char* what, const char* fix) {
+  const auto warn_if_many = [&](std::size_t count, const char* what, const char* fix) {
     if (10 * count < sample.decoded || count == 0) return;  // Up to one in ten is acceptable.
     diagnosis.add(Severity::kWarning,
                   fmt::format("{} of {} sampled color images are {}", count, sample.decoded, what),
                   fix);
   };
-  complain(sample.dark, "nearly black", "record with more light or a longer exposure");
-  complain(sample.bright, "nearly white", "record with a shorter exposure");
-  complain(sample.blurred, "blurred or without texture",
-           "move more slowly, shorten the exposure, clean the lens");
+  warn_if_many(sample.dark, "nearly black", "record with more light or a longer exposure");
+  warn_if_many(sample.bright, "nearly white", "record with a shorter exposure");
+  warn_if_many(sample.blurred, "blurred or without texture",
+               "move more slowly, shorten the exposure, clean the lens");
 }
 
 struct DepthSpread {
@@ -368,8 +365,8 @@ void check_depth(Sample& sample, double factor, const DoctorOptions& options,
       enough ? "" : "stay within the sensor's range, away from sunlight, glass and black surfaces");
   if (sample.without_depth > 0) {
     diagnosis.add(Severity::kWarning,
-                  fmt::format("{} of {} sampled depth images are all unknown", sample.without_depth,
-                              sample.decoded),
+                  fmt::format("{} of {} sampled depth images contain no depth",
+                              sample.without_depth, sample.decoded),
                   "keep the sensor uncovered and farther than its nearest range");
   }
   check_scale(spread, factor, options, diagnosis);
@@ -397,7 +394,8 @@ void check_jumps(const Trajectory& truth, const DoctorOptions& options, Diagnosi
         "errors measured there are errors of the ground truth");
   }
   if (repeats > 0) {
-    diagnosis.add(Severity::kWarning, fmt::format("{} stamps of the ground truth repeat", repeats),
+    diagnosis.add(Severity::kWarning,
+                  fmt::format("{} timestamps of the ground truth repeat", repeats),
                   "keep one pose per timestamp");
   }
 }
@@ -425,7 +423,7 @@ void check_ground_truth(const SequencePaths& paths, const std::vector<FrameFiles
           fmt::format("{}: it runs from {:.3f} to {:.3f} s, the images from {:.3f} to {:.3f} s",
                       text, truth_stamps.front(), truth_stamps.back(), stamps.front(),
                       stamps.back()),
-          "use the ground truth of this recording, with stamps of the same clock in seconds");
+          "use the ground truth of this recording, with timestamps of the same clock in seconds");
     } else {
       diagnosis.add(share < 0.9 ? Severity::kWarning : Severity::kOk, text,
                     share < 0.9 ? "errors will be measured on these frames only" : "");
@@ -440,13 +438,13 @@ void check_masks(const SequencePaths& paths, const std::vector<FrameFiles>& fram
                  Diagnosis& diagnosis) {
   if (paths.masks.empty()) return;
   std::error_code ignored;
-  const auto there = std::count_if(frames.begin(), frames.end(), [&](const FrameFiles& files) {
+  const auto present = std::count_if(frames.begin(), frames.end(), [&](const FrameFiles& files) {
     return fs::exists(paths.masks / files.color.stem().concat(".png"), ignored);
   });
-  const bool all = static_cast<std::size_t>(there) == frames.size();
+  const bool all = static_cast<std::size_t>(present) == frames.size();
   diagnosis.add(all ? Severity::kOk : Severity::kWarning,
-                fmt::format("mask/ holds masks for {} of {} frames", there, frames.size()),
-                all ? "" : "name each mask like its color image, with the ending .png");
+                fmt::format("mask/ holds masks for {} of {} frames", present, frames.size()),
+                all ? "" : "give each mask the name of its color image, with the extension .png");
 }
 
 void examine(const SequencePaths& paths, const std::optional<Camera>& named,

@@ -12,15 +12,15 @@ namespace stillmap {
 
 enum class Severity { kOk, kWarning, kError };
 
-/// The result of one check, in plain words.
+/// The result of one check.
 struct Finding {
   Severity severity = Severity::kOk;
-  std::string what;  ///< Description of the finding.
+  std::string what;  ///< Description of the finding, for the user.
   std::string fix;   ///< Advice; empty if no action is needed.
 };
 
-/// Thresholds for warnings; measured on indoor Kinect recordings, where the sensor measures 0.4 m
-/// to 10 m.
+/// Thresholds for warnings, chosen on indoor recordings of a Kinect, whose depths are 0.4 m to
+/// 10 m.
 struct DoctorOptions {
   int sample = 40;            ///< Number of decoded frames, spread evenly over the sequence.
   double near_median = 0.3;   ///< Median depth of the sample below which a warning is given [m].

@@ -121,7 +121,7 @@ TEST_F(Doctor, DetectsOtherTimeUnitsGapsAndRates) {
   const auto with_gap = [](double t) { return t < 100.2 ? t : t + 1; };
   restamp("rgb.txt", "rgb", with_gap);
   restamp("depth.txt", "depth", with_gap);
-  EXPECT_THAT(warnings(), HasSubstr("gaps in the stamps: 1, the longest 1.033 s"));
+  EXPECT_THAT(warnings(), HasSubstr("gaps in the timestamps: 1, the longest 1.033 s"));
   const auto slow = [](double t) { return 100 + 3 * (t - 100); };
   restamp("rgb.txt", "rgb", slow);
   restamp("depth.txt", "depth", slow);
