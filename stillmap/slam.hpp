@@ -203,7 +203,7 @@ class Slam {
   /// Calls a function with the moving objects after every frame.
   [[nodiscard]] Subscription on_movers(std::function<void(const std::vector<MovingObject>&)> call);
 
-  /// Waits for all threads, adjusts the whole map once more and returns the results. Called once;
+  /// Waits for all threads, applies global bundle adjustment and returns the results. Called once;
   /// nothing may be pushed after it.
   Results finish();
 
