@@ -172,8 +172,8 @@ void add_dense_command(CLI::App& app, int& exit_code) {
                       "voxel size of the mesh [m]; default: as run");
   add_dense_options(*command, arguments->outputs);
   command->add_option("--config", arguments->config,
-                      "YAML file with options; default: those of the run, or the defaults for a "
-                      "saved map");
+                      "YAML file with options, of which those of --set act; default: those of the "
+                      "run, or the defaults for a saved map");
   command
       ->add_option("--set", arguments->settings,
                    fmt::format("override one of the options {}; may be repeated",

@@ -16,6 +16,7 @@ in the tables and tried again next time; the exit code is then 1.
 
 Written to RESULTS_DIR after every run: table.md (printed at the end), table.json, and SEQUENCE_PRESET/ with results.
 """
+import argparse
 import statistics
 from pathlib import Path
 
@@ -208,6 +209,7 @@ def add_arguments(parser):
     parser.add_argument("--sitting", type=core.names, default=["sitting"],
                         help="sequences with this in their name: also count the labels against people taken for still")
     parser.add_argument("--no-labels", dest="labels", action="store_false", help="do not evaluate motion labels")
+    parser.add_argument("--no-verdicts", dest="labels", action="store_false", help=argparse.SUPPRESS)  # former name
     parser.add_argument("--ghosts", action="store_true", help="count ghosts in the clouds")
     parser.add_argument("--beside", type=Path, help="JSON, {sequence: {column: ATE in meters}}: columns of the ATE table")
     parser.add_argument("--table", action="store_true", help="run nothing, show the results that exist")
