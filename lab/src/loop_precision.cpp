@@ -89,7 +89,8 @@ std::vector<PlaceCandidate> alike(const Mapped& mapped, KeyframeId query) {
   std::vector<KeyframeId> surroundings = {query};
   for (const Covisible& c : mapped.map.covisible(query)) surroundings.push_back(c.keyframe);
   std::sort(surroundings.begin(), surroundings.end());
-  return find_places(mapped.map, mapped.index, mapped.index.find(query)->words, surroundings, 0, 0);
+  return find_places(mapped.map, mapped.index, mapped.index.find(query)->words, surroundings, 0,
+                     /*island_share=*/0);
 }
 
 bool is_right(const Mapped& mapped, const LoopMatch& match) {

@@ -27,17 +27,6 @@ constexpr double kMinFoundShare = 0.2, kMaxBlankShare = 0.4;
 /// Maximum share of inliers with depth whose depth disagrees [0..1].
 constexpr double kMaxContradicted = 0.4;
 
-/// Returns the keyframes of all other components, sorted by id.
-std::vector<KeyframeId> outside(const Map& map, std::optional<std::uint32_t> component) {
-  std::vector<KeyframeId> ids;
-  if (!component) return ids;
-  map.for_each_keyframe([&](const Keyframe& k) {
-    if (k.component != *component) ids.push_back(k.id);
-  });
-  std::sort(ids.begin(), ids.end());
-  return ids;
-}
-
 std::vector<LandmarkId> landmarks_around(const Map& map, KeyframeId center, int window) {
   std::vector<KeyframeId> keyframes = {center};
   for (const Covisible& c : map.covisible(center)) {
@@ -149,13 +138,11 @@ class Attempt {
 }  // namespace
 
 RelocalizationVerification relocalize(const Map& map, const PlaceIndex& index,
-                                      const ImageView& image,
-                                      std::optional<std::uint32_t> component) {
+                                      const ImageView& image) {
   const BagOfWords bag =
       index.vocabulary().transform(image.features.descriptors, image.static_weight);
   RelocalizationVerification verification{std::nullopt, "no similar keyframe"};
-  for (const PlaceCandidate& place :
-       find_places(map, index, bag.words, outside(map, component), 0, kIslandShare)) {
+  for (const PlaceCandidate& place : find_places(map, index, bag.words, {}, 0, kIslandShare)) {
     verification =
         Attempt(map, image, map.at(place.keyframe)).run(bag, *index.find(place.keyframe));
     if (verification.result) break;

@@ -40,9 +40,7 @@ struct RelocalizationVerification {
 /// frame (an immutable message) and receives this result with the snapshot make_local_map(map,
 /// result.reference); the map may change in between, since T_reference_camera is relative to a
 /// keyframe.
-/// @param component  if given, only its keyframes are considered
 RelocalizationVerification relocalize(const Map& map, const PlaceIndex& index,
-                                      const ImageView& image,
-                                      std::optional<std::uint32_t> component = std::nullopt);
+                                      const ImageView& image);
 
 }  // namespace stillmap

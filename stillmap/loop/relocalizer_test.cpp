@@ -138,14 +138,5 @@ TEST_F(Relocalize, FailsInAnUnknownPlace) {
   EXPECT_FALSE(find(Features{}).result);
 }
 
-TEST_F(Relocalize, UsesOnlyTheRequestedComponent) {
-  const auto f = sequence(world().scene, 77).at(22);
-  const Features features = rendered::extract(*f.frame);
-  const std::vector<float> weights(features.size(), 1);
-  const MapBuilder& built = world().built;
-  EXPECT_TRUE(relocalize(built.map, built.index, {features, weights}, 0).result);
-  EXPECT_FALSE(relocalize(built.map, built.index, {features, weights}, 1).result);
-}
-
 }  // namespace
 }  // namespace stillmap

@@ -111,10 +111,11 @@ class BehindABoard : public ::testing::Test {
     return std::count_if(result.frames.begin(), result.frames.end(),
                          [](const FrameRecord& f) { return f.state == TrackState::kStarted; });
   }
-  static void expect_true_poses(const SlamResult& result, double bound) {
+  static void expect_true_poses(const SlamResult& result) {
+    constexpr double kMaxError = 0.03;  // [m]
     for (const FrameRecord& f : result.frames) {
       if (!f.has_pose()) continue;
-      EXPECT_LT(error_at(result, recording(0, "xyz"), f.index, f.index), bound) << f.index;
+      EXPECT_LT(error_at(result, recording(0, "xyz"), f.index, f.index), kMaxError) << f.index;
     }
   }
 };
@@ -123,7 +124,7 @@ TEST_F(BehindABoard, TheRestOfTheViewIsEnough) {
   const SlamResult result = run({.share = 0.6}, small_options("fused"));
   EXPECT_EQ(result.tracked(), 90U);
   EXPECT_EQ(maps_begun(result), 1);
-  expect_true_poses(result, 0.03);
+  expect_true_poses(result);
 }
 
 TEST_F(BehindABoard, NoMapIsBegunOnABoardThatCoversTheWholeView) {
@@ -134,7 +135,7 @@ TEST_F(BehindABoard, NoMapIsBegunOnABoardThatCoversTheWholeView) {
     const bool covered = f.index >= kComes && f.index < kGoes;
     EXPECT_EQ(f.has_pose(), !covered) << f.index << ' ' << f.reason;
   }
-  expect_true_poses(result, 0.03);
+  expect_true_poses(result);
 }
 
 TEST_F(BehindABoard, ABoardThatStaysBeginsAMap) {
