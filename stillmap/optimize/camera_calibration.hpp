@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/optimize/bundle_adjustment.hpp"
+#include "stillmap/optimize/residual.hpp"
+
+#include <cstddef>
+
+namespace stillmap {
+
+/// Indices of the calibrated parameters: focal lengths and principal point [pixels], and the error
+/// of the disparity, 1 / measured depth = 1 / depth + offset + bow r^2 + slope_x x + slope_y y
+/// [1/m], at the position (x, y) relative to the principal point, over half the diagonal of the
+/// image (Teichman, Miller, Thrun, Unsupervised intrinsic calibration of depth sensors via SLAM,
+/// RSS 2013).
+enum CameraParameter {
+  kFx,
+  kFy,
+  kCx,
+  kCy,
+  kDisparityOffset,
+  kDisparityBow,
+  kDisparitySlopeX,
+  kDisparitySlopeY
+};
+inline constexpr int kCameraParameters = 8;
+using CameraVector = Eigen::Matrix<double, kCameraParameters, 1>;
+
+/// Errors of a camera's parameters, estimated from a map.
+struct CameraCalibration {
+  /// Estimated minus given value of each parameter.
+  CameraVector correction = CameraVector::Zero();
+  /// Standard deviation of each correction.
+  CameraVector sigma = CameraVector::Zero();
+  std::size_t observations = 0;  ///< Number of observations in use.
+};
+
+/// Estimates the errors of a camera's intrinsics and of its depth by bundle adjustment in which
+/// they are variables, too. Landmarks are eliminated by the Schur complement, and the parameters
+/// are the last block of the reduced system. A uniform scale of the depth cannot be observed: it is
+/// that of the map. An error of the disparity is found where triangulation and depth disagree
+/// differently at different depths.
+///
+/// The standard deviations are the larger of two estimates: the inverse of the reduced Hessian,
+/// scaled by the variance of the residuals, and the jackknife over groups of consecutive poses
+/// (Efron and Stein, The Jackknife Estimate of Variance, 1981), whose errors are not independent.
+/// A parameter without information keeps the standard deviation of a weak prior.
+///
+/// @param problem poses in temporal order; pose_fixed and point_fixed are not used: the pose with
+///                most observations is fixed, since the cost does not depend on the world frame
+/// Throws Error as adjust_bundle().
+CameraCalibration calibrate_camera(const BundleProblem& problem);
+
+}  // namespace stillmap
