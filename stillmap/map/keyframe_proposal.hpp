@@ -28,6 +28,10 @@ struct KeyframeProposal {
   /// For the first keyframe of a new component: a keyframe of the previous component if that one
   /// tracked the camera too briefly to be kept; otherwise invalid.
   KeyframeId abandoned = {};
+  /// For the first keyframe of a new component: a keyframe of the component that it replaces, which
+  /// was made from the previous frame before the velocity of the camera was known; otherwise
+  /// invalid.
+  KeyframeId replaced = {};
 };
 
 }  // namespace stillmap

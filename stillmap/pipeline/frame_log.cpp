@@ -30,23 +30,36 @@ void FrameLog::add(const TrackedFrame& tracked, const TrackingTimes& times) {
   record.moving_keypoints = static_cast<int>(
       std::count(frame.evidence.weight.begin(), frame.evidence.weight.end(), 0.0F));
   record.inliers = tracked.inliers;
+  record.covariance = tracked.covariance;
   if (frame.instances) record.mask_age = static_cast<int>(frame.instances->age());
   record.relocalized = tracked.relocalized;
   record.tracked_by_odometry = tracked.tracked_by_odometry;
   record.keyframe = tracked.proposal.has_value() && extends_map_;
   record.times = times;
   const std::scoped_lock lock(mutex_);
+  if (tracked.earlier) {
+    record_of(tracked.earlier->frame_index).state = TrackState::kTracking;
+    earlier_[record.index] = *tracked.earlier;
+  }
   records_.push_back(std::move(record));
+}
+
+FrameRecord& FrameLog::record_of(std::size_t frame_index) {
+  return *std::lower_bound(records_.begin(), records_.end(), frame_index,
+                           [](const FrameRecord& r, std::size_t index) { return r.index < index; });
 }
 
 void FrameLog::settle(const std::vector<NewKeyframe>& made) {
   const std::scoped_lock lock(mutex_);
   for (const NewKeyframe& keyframe : made) {
-    const auto frame =
-        std::lower_bound(records_.begin(), records_.end(), keyframe.frame_index,
-                         [](const FrameRecord& r, std::size_t index) { return r.index < index; });
-    frame->reference = keyframe.id;
-    frame->T_reference_camera = Pose();
+    FrameRecord& frame = record_of(keyframe.frame_index);
+    frame.reference = keyframe.id;
+    frame.T_reference_camera = Pose();
+    if (const auto found = earlier_.find(keyframe.frame_index); found != earlier_.end()) {
+      FrameRecord& earlier = record_of(found->second.frame_index);
+      earlier.reference = keyframe.id;
+      earlier.T_reference_camera = found->second.T_camera_earlier;
+    }
   }
 }
 

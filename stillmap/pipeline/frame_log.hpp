@@ -32,16 +32,17 @@ struct FrameRecord {
   std::size_t index = 0;                    ///< Index of the frame in the run.
   double timestamp = 0;                     ///< Time of the frame [s].
   TrackState state = TrackState::kWaiting;  ///< State of the tracker after the frame.
-  std::string reason;                ///< Reason why the frame has no pose; empty if it has one.
-  KeyframeId reference;              ///< Keyframe that the pose is relative to.
-  Pose T_reference_camera;           ///< Relative pose, valid while the map is corrected.
-  int keypoints = 0;                 ///< Number of keypoints.
-  int moving_keypoints = 0;          ///< Number of keypoints labeled as moving.
-  int inliers = 0;                   ///< Number of landmarks that agree with the pose.
-  int mask_age = -1;                 ///< Age of the masks [frames]; -1 without masks.
-  bool relocalized = false;          ///< The lost camera was relocalized in this frame.
-  bool tracked_by_odometry = false;  ///< See TrackedFrame::tracked_by_odometry.
-  bool keyframe = false;             ///< The frame was proposed as a keyframe.
+  std::string reason;       ///< Reason why the frame has no pose; empty if it has one.
+  KeyframeId reference;     ///< Keyframe that the pose is relative to.
+  Pose T_reference_camera;  ///< Relative pose, valid while the map is corrected.
+  Matrix6d covariance = Matrix6d::Zero();  ///< See TrackedFrame::covariance.
+  int keypoints = 0;                       ///< Number of keypoints.
+  int moving_keypoints = 0;                ///< Number of keypoints labeled as moving.
+  int inliers = 0;                         ///< Number of landmarks that agree with the pose.
+  int mask_age = -1;                       ///< Age of the masks [frames]; -1 without masks.
+  bool relocalized = false;                ///< The lost camera was relocalized in this frame.
+  bool tracked_by_odometry = false;        ///< See TrackedFrame::tracked_by_odometry.
+  bool keyframe = false;                   ///< The frame was proposed as a keyframe.
   TrackingTimes times;
 
   bool has_pose() const { return state == TrackState::kStarted || state == TrackState::kTracking; }
@@ -101,8 +102,13 @@ class FrameLog {
   void add_times_to(StageTimes& times) const;
 
  private:
+  FrameRecord& record_of(std::size_t frame_index);
+
   const bool extends_map_;
   std::shared_ptr<const Trajectory> final_poses_;  // under the mutex
+  /// Frames whose maps were started again by the next frame, until that is a keyframe: index of
+  /// that frame, and the relative pose.
+  std::map<std::size_t, TrackedFrame::Earlier> earlier_;
   std::vector<FrameRecord> records_;  // changed by the pushing thread only, under the mutex
   mutable std::mutex mutex_;
 };

@@ -24,6 +24,8 @@ LocalMapPtr MapMaker::insert(const KeyframeProposal& proposal) {
   made_.push_back(newest_);
   const KeyframeId abandoned = map_.current_keyframe(proposal.abandoned);
   if (abandoned.valid()) drop(map_.at(abandoned).component);
+  const KeyframeId replaced = map_.current_keyframe(proposal.replaced);
+  if (replaced.valid()) map_.erase_component(map_.at(replaced).component);
   return mapper_.local_map(newest_);
 }
 

@@ -106,7 +106,11 @@ void Mapping::push(const TrackedFramePtr& tracked) {
   const std::size_t now = tracked->frame->index();
   if (tracked->proposal) {
     stage_->push(tracked);
-    expect(now + static_cast<std::size_t>(schedule_.insert_delay));
+    const std::size_t inserted = now + static_cast<std::size_t>(schedule_.insert_delay);
+    // The snapshot of a new map does not wait for pending updates of the previous one.
+    if (tracked->state == TrackState::kStarted)
+      for (std::size_t& due : due_) due = std::min(due, inserted);
+    expect(inserted);
     expect(now + static_cast<std::size_t>(schedule_.refine_delay));
     if (tracked->state == TrackState::kStarted) {
       ++components_started_;

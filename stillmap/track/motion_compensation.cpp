@@ -4,6 +4,9 @@
 #include "stillmap/base/trace.hpp"
 #include "stillmap/feature/orb_extractor.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 namespace stillmap {
 namespace {
 
@@ -55,6 +58,15 @@ Features MotionCompensation::features(const Features& recorded, const ShutterTim
   result.descriptors = recorded.descriptors;
   result.grid = KeypointGrid(result.keypoints, camera_.width, camera_.height);
   return result;
+}
+
+double MotionCompensation::rms(const Features& recorded, const ShutterTiming& timing) const {
+  double squares = 0;
+  for (const Keypoint& k : recorded.keypoints) {
+    const Keypoint moved = keypoint(k, timing);
+    squares += std::pow(moved.u - k.u, 2) + std::pow(moved.v - k.v, 2);
+  }
+  return std::sqrt(squares / static_cast<double>(std::max<std::size_t>(recorded.size(), 1)));
 }
 
 }  // namespace stillmap

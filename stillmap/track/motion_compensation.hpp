@@ -29,6 +29,9 @@ class MotionCompensation {
   Keypoint keypoint(const Keypoint& recorded, const ShutterTiming& timing) const;
   Features features(const Features& recorded, const ShutterTiming& timing) const;
 
+  /// Returns the root mean square distance by which keypoints are moved [pixels].
+  double rms(const Features& recorded, const ShutterTiming& timing) const;
+
  private:
   Eigen::Vector3d at_moment(const Eigen::Vector3d& p, double dt) const;
   double depth_seen_from(const Eigen::Vector3d& p, double depth_delay) const;

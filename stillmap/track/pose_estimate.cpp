@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/track/pose_estimate.hpp"
 
+#include <Eigen/LU>
+
 namespace stillmap {
 
 std::optional<PoseEstimate> estimate_pose(const TrackingModel& model, const Features& features,
@@ -15,7 +17,7 @@ std::optional<PoseEstimate> estimate_pose(const TrackingModel& model, const Feat
   }
   const PoseSolution solution = solve_pose(model.camera, T_world_camera_guess, observations);
   if (!solution.well_posed || solution.inliers < min_inliers) return std::nullopt;
-  PoseEstimate estimate{solution.T_world_camera, {}};
+  PoseEstimate estimate{solution.T_world_camera, {}, solution.information.inverse()};
   for (std::size_t i = 0; i < matches.size(); ++i) {
     if (solution.inlier[i]) estimate.matches.push_back(matches[i]);
   }

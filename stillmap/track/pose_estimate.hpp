@@ -26,6 +26,9 @@ struct PointMatch {
 struct PoseEstimate {
   Pose T_world_camera;
   std::vector<PointMatch> matches;  ///< inliers only
+  /// Covariance of the perturbation (v, w) in T_world_camera exp(v, w), of the measurements alone:
+  /// the landmarks are taken as known [m^2, rad^2].
+  Matrix6d covariance = Matrix6d::Zero();
 };
 
 /// Camera and feature pyramid of a sequence.

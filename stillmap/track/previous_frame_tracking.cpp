@@ -10,6 +10,9 @@ namespace {
 /// Search radius around a predicted keypoint of level 0 [pixels], as in ORB-SLAM2. It is doubled
 /// if the first search fails.
 constexpr double kSearchRadius = 15;
+/// Search radius where the velocity of the camera is not known [pixels]: a turn of 180 degrees/s
+/// at 30 Hz and a focal length of 525 pixels.
+constexpr double kStartSearchRadius = 60;
 
 /// Returns the world position [m] of a keypoint of the previous frame: that of its landmark, of its
 /// odometry point, or its own depth's. Returns none for a keypoint without any of them.
@@ -82,12 +85,22 @@ std::optional<PoseEstimate> estimate_from(const TrackingModel& model, const Feat
   return estimate;
 }
 
+/// Returns the pose after the first frame of a map, whose velocity is not known.
+Pose pose_after_start(const TrackingModel& model, const TrackerState& state,
+                      const Features& features) {
+  const auto matches =
+      match_previous(model, state, features, state.T_world_previous, kStartSearchRadius);
+  const auto estimate = estimate_from(model, features, matches, state.T_world_previous);
+  return estimate ? estimate->T_world_camera : state.T_world_previous;
+}
+
 }  // namespace
 
 std::optional<PreviousFramePose> track_previous_frame(const TrackingModel& model,
                                                       const TrackerState& state,
                                                       const Features& features) {
-  const Pose guess = state.T_world_previous * state.T_previous_next;
+  const Pose guess = state.velocity_known() ? state.T_world_previous * state.T_previous_next
+                                            : pose_after_start(model, state, features);
   for (const double radius : {kSearchRadius, 2 * kSearchRadius}) {
     auto matches = match_previous(model, state, features, guess, radius);
     auto estimate = estimate_from(model, features, matches, guess);

@@ -2,6 +2,7 @@
 #pragma once
 #include "stillmap/map/keyframe_proposal.hpp"
 #include "stillmap/motion/frame.hpp"
+#include "stillmap/optimize/residual.hpp"
 
 #include <memory>
 #include <optional>
@@ -25,11 +26,19 @@ struct TrackedFrame {
   std::optional<Pose> T_world_camera;  ///< in the world of the local map at that time
   KeyframeId reference;     ///< keyframe the pose is relative to; invalid if the frame starts a map
   Pose T_reference_camera;  ///< stays valid when the map is corrected
-  std::vector<LandmarkId> landmarks;  ///< matched landmark of each keypoint, or invalid
-  int inliers = 0;                    ///< number of landmarks that agree with the pose
+  std::vector<LandmarkId> landmarks;       ///< matched landmark of each keypoint, or invalid
+  Matrix6d covariance = Matrix6d::Zero();  ///< see PoseEstimate::covariance
+  int inliers = 0;                         ///< number of landmarks that agree with the pose
   bool relocalized = false;  ///< The camera was lost, and this frame confirmed a relocalization.
   bool tracked_by_odometry = false;  ///< The pose comes from the previous frame, not from the map.
   std::optional<KeyframeProposal> proposal;
+  /// Only of a frame that starts a map again: index and relative pose of the frame that started it
+  /// first.
+  struct Earlier {
+    std::size_t frame_index = 0;
+    Pose T_camera_earlier;
+  };
+  std::optional<Earlier> earlier;
 
   bool has_pose() const { return T_world_camera.has_value(); }
   /// Returns whether its world may differ from that of the previous frames.

@@ -24,6 +24,28 @@ std::string explain_loss(const std::string& reason, const Frame& frame) {
                      reason);
 }
 
+std::shared_ptr<TrackedFrame> without_pose(const FramePtr& frame, TrackState state,
+                                           std::string reason) {
+  auto result = std::make_shared<TrackedFrame>();
+  result->frame = frame;
+  result->state = state;
+  result->reason = std::move(reason);
+  result->landmarks.assign(frame->features->size(), LandmarkId{});
+  return result;
+}
+
+/// Returns a frame that starts a map.
+std::shared_ptr<TrackedFrame> starting_frame(const FramePtr& frame, const Pose& T_world_camera) {
+  auto result = without_pose(frame, TrackState::kStarted, "");
+  result->T_world_camera = T_world_camera;
+  result->proposal = KeyframeProposal{frame, KeyframeId{}, T_world_camera, result->landmarks, {}};
+  return result;
+}
+
+/// Root mean square motion of the first frame's keypoints during its exposure up to which a map is
+/// kept [pixels]: the accuracy of a keypoint.
+constexpr double kMaxStartMotion = 1;
+
 }  // namespace
 
 Tracker::Tracker(const Camera& camera, const PyramidShape& pyramid, const TrackerOptions& options,
@@ -70,6 +92,7 @@ TrackedFramePtr Tracker::track(const FramePtr& frame, const std::optional<Initia
   const TraceScope scope(span::kPose);
   if (!local_map || !state_.previous) return track_without_map(frame, found);
   if (local_map != state_.local_map) adopt(local_map);
+  if (initial && started_in_motion(*frame)) return restart_map(frame, *initial);
 
   const std::optional<PoseEstimate> first =
       initial ? initial->estimate
@@ -124,15 +147,10 @@ TrackedFramePtr Tracker::relocalized(const FramePtr& frame, const Relocalization
 }
 
 TrackedFramePtr Tracker::start_map(const FramePtr& frame) {
-  auto result = std::make_shared<TrackedFrame>();
-  result->frame = frame;
-  result->landmarks.assign(frame->features->size(), LandmarkId{});
-  result->reason = reason_against_new_map(*frame, model_.camera);
-  if (!result->reason.empty()) return result;
-  result->state = TrackState::kStarted;
-  result->T_world_camera = state_.T_world_previous;  // the pose at which the old map was lost
-  result->proposal =
-      KeyframeProposal{frame, KeyframeId{}, *result->T_world_camera, result->landmarks, {}};
+  std::string reason = reason_against_new_map(*frame, model_.camera);
+  if (!reason.empty()) return without_pose(frame, TrackState::kWaiting, std::move(reason));
+  // The world continues from the pose at which the previous map was lost.
+  auto result = starting_frame(frame, state_.T_world_previous);
   if (state_.local_map && frames_in_map_ < kMinMapFrames)
     result->proposal->abandoned = state_.local_map->reference;
   frames_in_map_ = 1;
@@ -144,6 +162,49 @@ TrackedFramePtr Tracker::start_map(const FramePtr& frame) {
   return result;
 }
 
+/// Returns whether the previous frame started the map, and the motion of the camera, known since
+/// this frame, moved the keypoints from which it was made.
+bool Tracker::started_in_motion(const Frame& frame) const {
+  const Frame& first = *state_.previous->frame;
+  return first.recorded_features && !state_.velocity_known() &&
+         frame.index() == first.index() + 1 &&
+         reason_against_new_map(frame, model_.camera).empty() &&
+         MotionCompensation(*first.image, model_.camera, frame.twist)
+                 .rms(*first.recorded_features, calibration_.timing()) > kMaxStartMotion;
+}
+
+/// Returns the pose T_newest_earlier of a frame, tracked backward from the newest one with the
+/// newest velocity.
+Pose Tracker::tracked_backward(const Frame& earlier, const Pose& T_world_earlier) const {
+  TrackerState state = state_;
+  const Pose T_newest_world = state.T_world_previous.inverse();
+  state.T_previous_next = T_newest_world * T_world_earlier;
+  const MotionCompensation compensation(*earlier.image, model_.camera, state.twist);
+  const auto pose = track_previous_frame(
+      model_, state, compensation.features(*earlier.recorded_features, calibration_.timing()));
+  return pose ? T_newest_world * pose->estimate.T_world_camera : state.T_previous_next;
+}
+
+/// Starts the map again at its second frame, whose keypoints are compensated for the camera's
+/// motion, unlike those of the first. The first frame is tracked backward.
+TrackedFramePtr Tracker::restart_map(const FramePtr& frame, const InitialPose& initial) {
+  const TrackedFramePtr first = state_.previous;
+  const Pose T_world_first = state_.T_world_previous;
+  auto result = starting_frame(frame, initial.estimate.T_world_camera);
+  result->proposal->replaced = state_.local_map->reference;
+  state_.previous = result;
+  state_.T_world_previous = *result->T_world_camera;
+  state_.twist = frame->twist;
+  const Pose T_newest_first = tracked_backward(*first->frame, T_world_first);
+  result->earlier = {first->frame->index(), T_newest_first};
+  state_.T_previous_next = T_newest_first.inverse();
+  // The first frame keeps its pose in the world.
+  state_.T_world_previous = T_world_first * state_.T_previous_next;
+  result->T_world_camera = state_.T_world_previous;
+  result->proposal->T_reference_camera = state_.T_world_previous;
+  return result;
+}
+
 TrackedFramePtr Tracker::lost(const FramePtr& frame, const std::string& reason) {
   ++frames_lost_;
   const bool may_start = start_ != TrackerStart::kInMapOnly;
@@ -151,12 +212,7 @@ TrackedFramePtr Tracker::lost(const FramePtr& frame, const std::string& reason) 
       new_map_policy_.wants_map(model_, state_.local_map, state_.T_world_previous, *frame)) {
     return start_map(frame);
   }
-  auto result = std::make_shared<TrackedFrame>();
-  result->frame = frame;
-  result->state = TrackState::kLost;
-  result->reason = reason;
-  result->landmarks.assign(frame->features->size(), LandmarkId{});
-  return result;
+  return without_pose(frame, TrackState::kLost, reason);
 }
 
 /// Returns a frame with a pose and the landmarks that agree with it.
@@ -173,6 +229,7 @@ std::shared_ptr<TrackedFrame> Tracker::frame_at(const FramePtr& frame,
   for (const PointMatch& match : estimate.matches)
     result->landmarks[match.keypoint] = match.landmark;
   result->inliers = static_cast<int>(estimate.matches.size());
+  result->covariance = estimate.covariance;
   return result;
 }
 

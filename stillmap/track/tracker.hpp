@@ -86,6 +86,9 @@ class Tracker {
                                     const std::optional<RelocalizationResult>& found);
   TrackedFramePtr relocalized(const FramePtr& frame, const RelocalizationResult& found);
   TrackedFramePtr start_map(const FramePtr& frame);
+  bool started_in_motion(const Frame& frame) const;
+  Pose tracked_backward(const Frame& earlier, const Pose& T_world_earlier) const;
+  TrackedFramePtr restart_map(const FramePtr& frame, const InitialPose& initial);
   TrackedFramePtr lost(const FramePtr& frame, const std::string& reason);
   TrackedFramePtr tracked(const FramePtr& frame, const LocalMapPose& pose, bool relocalized);
   TrackedFramePtr tracked_by_odometry(const FramePtr& frame, const PoseEstimate& estimate);

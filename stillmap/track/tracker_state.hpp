@@ -21,6 +21,12 @@ struct TrackerState {
   /// Per keypoint of `previous` if that was tracked by odometry, else empty: world position [m] at
   /// which its point was first observed. So errors accumulate per point and not per frame.
   std::vector<std::optional<Eigen::Vector3d>> odometry_points;
+
+  /// Returns false after a frame whose velocity was not known, so that its keypoints are not
+  /// compensated either: the first one of a map.
+  bool velocity_known() const {
+    return previous->state != TrackState::kStarted || !previous->frame->twist.isZero();
+  }
 };
 
 /// Returns the pose of a tracked frame in the world of a local map, or none if the map does not
