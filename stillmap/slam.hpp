@@ -39,6 +39,12 @@ struct PoseUpdate {
   std::string reason;                  ///< Reason why there is no pose; empty if there is one.
   int inliers = 0;                     ///< Number of landmarks that agree with the pose.
   bool relocalized = false;            ///< The lost camera was relocalized in this frame.
+  /// False if the pose contradicts the motion of the camera in the frames before; its covariance is
+  /// then enlarged by the contradiction.
+  bool certain = true;
+  /// Covariance of the pose within the map, as UncertainPose::covariance; zero without a pose and
+  /// for the first frame of a map.
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 
 /// A keyframe of the sparse map.
@@ -132,7 +138,8 @@ struct RunDetails;
 /// All results of a run. Copies share the cloud.
 struct Results {
   Trajectory trajectory;  ///< T_world_camera of every frame with a pose, in the final map.
-  Trajectory keyframes;   ///< T_world_camera of the keyframes of this run, in the final map.
+  std::vector<UncertainPose> poses;  ///< The same poses with the covariances of their errors.
+  Trajectory keyframes;  ///< T_world_camera of the keyframes of this run, in the final map.
   std::shared_ptr<const Cloud> cloud;  ///< Static cloud in the world frame; never null.
   std::vector<MovingObjectTrack> movers;
   std::vector<MapEvent> events;

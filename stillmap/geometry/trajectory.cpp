@@ -74,6 +74,21 @@ void write_trajectory(const std::filesystem::path& file, const Trajectory& traje
   write_file(file, text);
 }
 
+void write_covariances(const std::filesystem::path& file, const std::vector<UncertainPose>& poses) {
+  std::string text =
+      "# Covariance of the pose of each frame of trajectory.txt. True pose = T_world_camera "
+      "exp(v, w), in the camera frame; upper triangle, rows vx vy vz wx wy wz [m^2, m rad, "
+      "rad^2]\n";
+  for (const UncertainPose& pose : poses) {
+    text += fmt::format("{:.6f}", pose.timestamp);
+    for (Eigen::Index row = 0; row < 6; ++row)
+      for (Eigen::Index column = row; column < 6; ++column)
+        text += fmt::format(" {:.6e}", pose.covariance(row, column));
+    text += '\n';
+  }
+  write_file(file, text);
+}
+
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& W) {
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(W, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Vector3d signs(1, 1, 1);

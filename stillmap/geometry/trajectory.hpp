@@ -15,6 +15,15 @@ struct StampedPose {
 /// Camera poses in the order of their timestamps.
 using Trajectory = std::vector<StampedPose>;
 
+/// A camera pose with the covariance of its error.
+struct UncertainPose {
+  double timestamp = 0;  ///< Time [s].
+  Pose T_world_camera;
+  /// Covariance of the perturbation (v, w) in the camera frame: the true pose is T_world_camera
+  /// exp(v, w), translation first [m^2, m rad, rad^2].
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+};
+
 /// Reads TUM format: lines `timestamp tx ty tz qx qy qz qw` separated by blanks or commas; # starts
 /// a comment. Sorted by timestamp. Throws Error with file and line for an invalid line, values that
 /// are not finite or a zero quaternion, and for a file that cannot be opened or contains no pose.
@@ -22,6 +31,10 @@ Trajectory read_trajectory(const std::filesystem::path& file);
 
 /// Writes TUM format with 9 decimals, atomically (temporary name, then renamed). Throws Error.
 void write_trajectory(const std::filesystem::path& file, const Trajectory& trajectory);
+
+/// Writes lines `timestamp` and the 21 entries of the upper triangle of the covariance, row by row,
+/// atomically. Throws Error.
+void write_covariances(const std::filesystem::path& file, const std::vector<UncertainPose>& poses);
 
 /// Returns the rotation R that maximizes trace(R^T W): for W = sum a_i b_i^T the rotation that best
 /// aligns b_i to a_i, for a sum of rotations their chordal mean. Uses the singular value

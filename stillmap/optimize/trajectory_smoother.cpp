@@ -4,191 +4,300 @@
 #include "stillmap/base/statistics.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
+#include <cstddef>
+#include <span>
 #include <vector>
 
-#include <Eigen/LU>
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
 
 namespace stillmap {
 namespace {
 
 /// Least number of poses from which noise can be estimated.
 constexpr std::size_t kMinPoses = 10;
-/// Degrees of freedom of Student's t distribution of the errors: heavy tails with finite variance
-/// (Lange, Little, Taylor, JASA 1989).
+/// Degrees of freedom of Student's t distribution of errors and accelerations: heavy tails with
+/// finite variance (Lange, Little, Taylor, JASA 1989).
 constexpr double kFreedom = 4;
-/// Median of a chi-square distribution with three degrees of freedom.
-constexpr double kMedianChi2 = 2.366;
-/// Variance of the first velocity, relative to that of a measurement [1/s^2]: unknown.
-constexpr double kInitialVelocity = 1e6;
-/// Candidates for the ratio of the spectral density of the acceleration to the variance of a
-/// measurement [1/s^3]: from a camera at rest to one without noise.
-constexpr double kMinRatio = 1e1, kMaxRatio = 1e9, kRatioStep = 2;
-/// Number of times that the weights of the measurements are computed again.
-constexpr int kRounds = 4;
+/// Standard deviations of the first velocity: unknown [m/s, rad/s].
+constexpr double kInitialVelocity = 1;
+/// Number of times that the weights of the measurements and accelerations are computed.
+constexpr int kRounds = 12;
+/// Logarithms of the noise at which the search for the maximum likelihood begins, their bounds, and
+/// the first and the last step of the search.
+constexpr double kFirstStep = 2, kLastStep = 0.2, kMaxLog = 16;
+/// Poses from which the noise is estimated, in sections spread evenly over a longer path.
+constexpr std::size_t kSection = 300, kMaxSections = 5;
 
-/// Values and velocities, one column per axis.
-using State = Eigen::Matrix<double, 2, 3>;
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+using Vector12d = Eigen::Matrix<double, 12, 1>;
+using Matrix12d = Eigen::Matrix<double, 12, 12>;
 
-/// A measured vector at a time.
+/// A measured position [m] and rotation vector [rad].
 struct Sample {
   double timestamp = 0;
-  Eigen::Vector3d value = Eigen::Vector3d::Zero();
+  Vector6d value = Vector6d::Zero();
+  Matrix6d covariance = Matrix6d::Zero();
 };
 
-/// State of the filter at one sample; the three axes share a covariance.
-struct Step {
-  State predicted, x;
-  Eigen::Matrix2d P_predicted, P;
-  Eigen::Matrix2d F = Eigen::Matrix2d::Identity();
-  double innovation2 = 0;  ///< Squared innovation over its variance.
-};
-
-Eigen::Matrix2d transition(double dt) {
-  Eigen::Matrix2d F;
-  F << 1, dt, 0, 1;
-  return F;
-}
-
-Eigen::Matrix2d process_noise(double dt, double density) {
-  Eigen::Matrix2d Q;
-  Q << dt * dt * dt / 3, dt * dt / 2, dt * dt / 2, dt;
-  return density * Q;
-}
-
-/// Weight of a measurement whose squared residual, over its variance, is `chi2`.
-double student_weight(double chi2) { return (kFreedom + 3) / (kFreedom + chi2); }
-
-/// Kalman filter with measurements of unit variance.
-/// @param ratio   density of the acceleration, relative to the variance of a measurement [1/s^3]
-/// @param weights one per sample, divide the variance; empty: weights from the innovations, scaled
-///   by `variance`
-std::vector<Step> filtered(const std::vector<Sample>& samples, double ratio,
-                           const std::vector<double>& weights, double variance) {
-  std::vector<Step> steps(samples.size());
-  for (std::size_t k = 0; k < samples.size(); ++k) {
-    Step& step = steps[k];
-    if (k == 0) {
-      step.predicted.setZero();
-      step.predicted.row(0) = samples[0].value.transpose();
-      step.P_predicted << 1, 0, 0, kInitialVelocity;
-    } else {
-      const double dt = samples[k].timestamp - samples[k - 1].timestamp;
-      step.F = transition(dt);
-      step.predicted = step.F * steps[k - 1].x;
-      step.P_predicted = step.F * steps[k - 1].P * step.F.transpose() + process_noise(dt, ratio);
-    }
-    const Eigen::RowVector3d innovation = samples[k].value.transpose() - step.predicted.row(0);
-    const double S = step.P_predicted(0, 0) + 1;
-    step.innovation2 = innovation.squaredNorm() / S;
-    const double weight =
-        weights.empty() ? std::min(1.0, student_weight(step.innovation2 / variance)) : weights[k];
-    const Eigen::Vector2d K = step.P_predicted.col(0) / (step.P_predicted(0, 0) + 1 / weight);
-    step.x = step.predicted + K * innovation;
-    step.P = step.P_predicted - K * step.P_predicted.row(0);
-  }
-  return steps;
-}
-
-/// Noise of a sequence of samples.
+/// Noise of a path.
 struct Noise {
-  double ratio = 0;     ///< Density of the acceleration over the variance [1/s^3].
-  double variance = 1;  ///< Of a measurement, in squared units of the samples.
+  double factor = 1;      ///< Of the covariances of the measurements.
+  Vector6d acceleration;  ///< Spectral densities [m^2/s^3, rad^2/s^3].
 };
 
-/// Variance of the measurements that the median of the innovations shows.
-double variance_of(const std::vector<Step>& steps) {
-  std::vector<double> squares;
-  for (std::size_t k = 2; k < steps.size(); ++k) squares.push_back(steps[k].innovation2);
-  return std::max(upper_median(squares) / kMedianChi2, std::numeric_limits<double>::min());
+/// Weights of one sample: they divide covariances.
+struct Weights {
+  double measurement = 1;
+  Vector6d acceleration = Vector6d::Ones();  ///< Of the acceleration since the previous sample.
+};
+
+/// Positions with rotations, then velocities; with their covariance.
+struct Estimate {
+  Vector12d x = Vector12d::Zero();
+  Matrix12d P = Matrix12d::Zero();
+};
+
+/// State of the filter at one sample.
+struct Step {
+  double dt = 0;  ///< Time since the previous sample [s].
+  Estimate predicted, updated;
+};
+
+Estimate initial_estimate(const Sample& first, double factor) {
+  Estimate estimate;
+  estimate.x.head<6>() = first.value;
+  estimate.P.diagonal().head<6>() = factor * first.covariance.diagonal();
+  estimate.P.diagonal().tail<6>().setConstant(kInitialVelocity * kInitialVelocity);
+  return estimate;
 }
 
-double log_likelihood(const std::vector<Step>& steps, double variance) {
+/// Constant velocity for `dt` [s], with accelerations of spectral density `density`.
+Estimate predict(const Estimate& from, double dt, const Vector6d& density) {
+  Estimate to;
+  to.x.head<6>() = from.x.head<6>() + dt * from.x.tail<6>();
+  to.x.tail<6>() = from.x.tail<6>();
+  const auto A = from.P.topLeftCorner<6, 6>(), B = from.P.topRightCorner<6, 6>(),
+             D = from.P.bottomRightCorner<6, 6>();
+  to.P.topLeftCorner<6, 6>() = A + dt * (B + B.transpose()) + dt * dt * D;
+  to.P.topRightCorner<6, 6>() = B + dt * D;
+  to.P.bottomRightCorner<6, 6>() = D;
+  to.P.topLeftCorner<6, 6>().diagonal() += dt * dt * dt / 3 * density;
+  to.P.topRightCorner<6, 6>().diagonal() += dt * dt / 2 * density;
+  to.P.bottomRightCorner<6, 6>().diagonal() += dt * density;
+  to.P.bottomLeftCorner<6, 6>() = to.P.topRightCorner<6, 6>().transpose();
+  return to;
+}
+
+Estimate update(const Estimate& predicted, const Vector6d& innovation, const Matrix6d& R) {
+  const Eigen::LLT<Matrix6d> S(predicted.P.topLeftCorner<6, 6>() + R);
+  const Eigen::Matrix<double, 6, 12> gain = S.solve(predicted.P.topRows<6>());
+  Estimate updated;
+  updated.x = predicted.x + gain.transpose() * innovation;
+  updated.P = predicted.P - gain.transpose() * predicted.P.topRows<6>();
+  updated.P = (0.5 * (updated.P + updated.P.transpose())).eval();
+  return updated;
+}
+
+/// Weight of a six-dimensional vector whose squared length, over its variance, is `chi2`.
+double student_weight(double chi2) { return (kFreedom + 6) / (kFreedom + chi2); }
+
+/// Returns the logarithm of the likelihood of a section. An improbable sample is taken for a wrong
+/// measurement.
+double log_likelihood(std::span<const Sample> samples, const Noise& noise) {
   double sum = 0;
-  for (std::size_t k = 2; k < steps.size(); ++k) {
-    sum -= 1.5 * std::log(variance * (steps[k].P_predicted(0, 0) + 1)) +
-           0.5 * (kFreedom + 3) * std::log1p(steps[k].innovation2 / variance / kFreedom);
+  Estimate estimate = initial_estimate(samples.front(), noise.factor);
+  for (std::size_t k = 1; k < samples.size(); ++k) {
+    const double dt = samples[k].timestamp - samples[k - 1].timestamp;
+    const Estimate predicted = predict(estimate, dt, noise.acceleration);
+    const Vector6d innovation = samples[k].value - predicted.x.head<6>();
+    const Matrix6d R = noise.factor * samples[k].covariance;
+    const Eigen::LLT<Matrix6d> S(predicted.P.topLeftCorner<6, 6>() + R);
+    const double chi2 = innovation.dot(S.solve(innovation));
+    const double log_determinant = 2 * S.matrixLLT().diagonal().array().log().sum();
+    sum -= 0.5 * log_determinant + 0.5 * (kFreedom + 6) * std::log1p(chi2 / kFreedom);
+    estimate = update(predicted, innovation, R / std::min(1.0, student_weight(chi2)));
   }
   return sum;
 }
 
-/// Returns the most likely noise.
-Noise estimated_noise(const std::vector<Sample>& samples) {
-  Noise best;
-  double most = -std::numeric_limits<double>::infinity();
-  const std::vector<double> equal(samples.size(), 1);
-  for (double ratio = kMinRatio; ratio <= kMaxRatio; ratio *= kRatioStep) {
-    const double first = variance_of(filtered(samples, ratio, equal, 1));
-    const std::vector<Step> steps = filtered(samples, ratio, {}, first);
-    const double variance = variance_of(steps);
-    const double likelihood = log_likelihood(steps, variance);
-    if (likelihood <= most) continue;
-    most = likelihood;
-    best = {ratio, variance};
-  }
-  return best;
+std::vector<std::span<const Sample>> sections_of(std::span<const Sample> samples) {
+  const std::size_t count = std::min(kMaxSections, samples.size() / kSection);
+  if (count < kMaxSections) return {samples};
+  std::vector<std::span<const Sample>> sections;
+  for (std::size_t i = 0; i < count; ++i)
+    sections.push_back(samples.subspan(i * (samples.size() - kSection) / (count - 1), kSection));
+  return sections;
 }
 
-/// Backward recursion of Rauch, Tung and Striebel. Returns the smoothed values.
-std::vector<Eigen::Vector3d> smoothed_values(const std::vector<Step>& steps) {
-  std::vector<Eigen::Vector3d> values(steps.size());
-  State x = steps.back().x;
-  values.back() = x.row(0).transpose();
-  for (std::size_t k = steps.size() - 1; k-- > 0;) {
-    const Step &now = steps[k], &next = steps[k + 1];
-    const Eigen::Matrix2d gain = now.P * next.F.transpose() * next.P_predicted.inverse();
-    x = now.x + gain * (x - next.predicted);
-    values[k] = x.row(0).transpose();
-  }
-  return values;
-}
-
-/// Returns the corrections that make the samples smooth.
-std::vector<Eigen::Vector3d> smoothing_corrections(const std::vector<Sample>& samples) {
-  const Noise noise = estimated_noise(samples);
-  std::vector<double> weights(samples.size(), 1);
-  std::vector<Eigen::Vector3d> corrections(samples.size());
-  for (int round = 0; round < kRounds; ++round) {
-    const auto values = smoothed_values(filtered(samples, noise.ratio, weights, noise.variance));
-    for (std::size_t k = 0; k < samples.size(); ++k) {
-      corrections[k] = values[k] - samples[k].value;
-      weights[k] = std::min(1.0, student_weight(corrections[k].squaredNorm() / noise.variance));
+/// Returns the most likely noise: of the factor and of the accelerations of positions and
+/// rotations, one logarithm at a time.
+Noise estimated_noise(std::span<const Sample> samples) {
+  using Logs = std::array<double, 3>;
+  const auto sections = sections_of(samples);
+  const auto noise_of = [](const Logs& logs) {
+    Noise noise{std::exp(logs[0]), {}};
+    noise.acceleration.head<3>().setConstant(std::exp(logs[1]));
+    noise.acceleration.tail<3>().setConstant(std::exp(logs[2]));
+    return noise;
+  };
+  const auto likelihood_of = [&](const Logs& logs) {
+    double sum = 0;
+    for (const auto& section : sections) sum += log_likelihood(section, noise_of(logs));
+    return sum;
+  };
+  Logs best = {0, 0, 0}, step = {kFirstStep, kFirstStep, kFirstStep};
+  double most = likelihood_of(best);
+  while (*std::max_element(step.begin(), step.end()) > kLastStep) {
+    for (std::size_t i = 0; i < best.size(); ++i) {
+      bool moved = false;
+      for (const double sign : {1.0, -1.0}) {
+        Logs trial = best;
+        trial[i] = std::clamp(trial[i] + sign * step[i], -kMaxLog, kMaxLog);
+        const double likelihood = likelihood_of(trial);
+        if (!(likelihood > most)) continue;
+        most = likelihood, best = trial, moved = true;
+        break;
+      }
+      if (!moved) step[i] /= 2;
     }
   }
-  return corrections;
+  return noise_of(best);
 }
 
-std::vector<Sample> positions_of(const Trajectory& poses) {
+std::vector<Step> filtered(std::span<const Sample> samples, const Noise& noise,
+                           const std::vector<Weights>& weights) {
+  std::vector<Step> steps(samples.size());
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    Step& step = steps[k];
+    if (k == 0) {
+      step.predicted = initial_estimate(samples[0], noise.factor);
+    } else {
+      step.dt = samples[k].timestamp - samples[k - 1].timestamp;
+      step.predicted = predict(steps[k - 1].updated, step.dt,
+                               noise.acceleration.cwiseQuotient(weights[k].acceleration));
+    }
+    step.updated = update(step.predicted, samples[k].value - step.predicted.x.head<6>(),
+                          noise.factor / weights[k].measurement * samples[k].covariance);
+  }
+  return steps;
+}
+
+/// Backward recursion of Rauch, Tung and Striebel.
+std::vector<Estimate> smoothed(const std::vector<Step>& steps) {
+  std::vector<Estimate> estimates(steps.size());
+  estimates.back() = steps.back().updated;
+  for (std::size_t k = steps.size() - 1; k-- > 0;) {
+    const Estimate &now = steps[k].updated, &next = steps[k + 1].predicted;
+    Matrix12d FP = now.P;
+    FP.topRows<6>() += steps[k + 1].dt * now.P.bottomRows<6>();
+    const Matrix12d gain = next.P.ldlt().solve(FP).transpose();
+    estimates[k].x = now.x + gain * (estimates[k + 1].x - next.x);
+    estimates[k].P = now.P + gain * (estimates[k + 1].P - next.P) * gain.transpose();
+  }
+  return estimates;
+}
+
+double measurement_weight(const Sample& sample, const Estimate& estimate, double factor) {
+  const Vector6d e = estimate.x.head<6>() - sample.value;
+  return student_weight(e.dot(sample.covariance.llt().solve(e)) / factor);
+}
+
+/// Weights of the acceleration between two samples, of positions and of rotations separately, since
+/// a hand jerks in either.
+Vector6d acceleration_weights(const Estimate& from, const Estimate& to, double dt,
+                              const Vector6d& density) {
+  const Vector6d position = to.x.head<6>() - from.x.head<6>() - dt * from.x.tail<6>();
+  const Vector6d velocity = to.x.tail<6>() - from.x.tail<6>();
+  // The inverse of the covariance of white noise integrated once and twice.
+  const Vector6d chi2 =
+      (12 / (dt * dt * dt) * position.cwiseAbs2() -
+       12 / (dt * dt) * position.cwiseProduct(velocity) + 4 / dt * velocity.cwiseAbs2())
+          .cwiseQuotient(density);
+  Vector6d weights;
+  weights.head<3>().setConstant(student_weight(chi2.head<3>().sum()));
+  weights.tail<3>().setConstant(student_weight(chi2.tail<3>().sum()));
+  return weights;
+}
+
+std::vector<Estimate> most_likely(std::span<const Sample> samples, const Noise& noise) {
+  std::vector<Weights> weights(samples.size());
+  std::vector<Estimate> estimates;
+  for (int round = 0; round < kRounds; ++round) {
+    estimates = smoothed(filtered(samples, noise, weights));
+    for (std::size_t k = 0; k < samples.size(); ++k) {
+      weights[k].measurement = measurement_weight(samples[k], estimates[k], noise.factor);
+      if (k == 0) continue;
+      weights[k].acceleration =
+          acceleration_weights(estimates[k - 1], estimates[k],
+                               samples[k].timestamp - samples[k - 1].timestamp, noise.acceleration);
+    }
+  }
+  return estimates;
+}
+
+/// Derivative of (position in the world, rotation vector) by a perturbation in the camera frame.
+Matrix6d to_world(const Pose& T_world_camera) {
+  Matrix6d J = Matrix6d::Identity();
+  J.topLeftCorner<3, 3>() = T_world_camera.rotation();
+  return J;
+}
+
+/// Returns the positions, and the sums of the rotation vectors from pose to pose.
+std::vector<Sample> samples_of(const std::vector<UncertainPose>& poses) {
   std::vector<Sample> samples;
-  for (const StampedPose& pose : poses)
-    samples.push_back({pose.timestamp, pose.T_world_camera.translation()});
-  return samples;
-}
-
-/// Returns the sums of the rotation vectors from pose to pose.
-std::vector<Sample> rotations_of(const Trajectory& poses) {
-  std::vector<Sample> samples{{poses.front().timestamp, Eigen::Vector3d::Zero()}};
-  for (std::size_t k = 1; k < poses.size(); ++k) {
-    const Eigen::Quaterniond turned =
-        poses[k - 1].T_world_camera.quaternion().conjugate() * poses[k].T_world_camera.quaternion();
-    samples.push_back({poses[k].timestamp, samples.back().value + so3_log(turned)});
+  Eigen::Vector3d rotation = Eigen::Vector3d::Zero();
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    const Pose& T = poses[k].T_world_camera;
+    if (k > 0) {
+      rotation += so3_log(poses[k - 1].T_world_camera.quaternion().conjugate() * T.quaternion());
+    }
+    const Matrix6d J = to_world(T);
+    Sample sample{poses[k].timestamp, {}, J * poses[k].covariance * J.transpose()};
+    sample.value << T.translation(), rotation;
+    samples.push_back(sample);
   }
   return samples;
+}
+
+/// Returns the median variances of the poses that have a covariance; zero if there is none.
+Matrix6d typical_covariance(const std::vector<UncertainPose>& poses) {
+  Matrix6d typical = Matrix6d::Zero();
+  for (Eigen::Index i = 0; i < 6; ++i) {
+    std::vector<double> variances;
+    for (const UncertainPose& pose : poses)
+      if (pose.covariance(i, i) > 0) variances.push_back(pose.covariance(i, i));
+    if (!variances.empty()) typical(i, i) = upper_median(variances);
+  }
+  return typical;
 }
 
 }  // namespace
 
-Trajectory smooth_trajectory(const Trajectory& poses) {
-  if (poses.size() < kMinPoses) return poses;
-  const auto translation = smoothing_corrections(positions_of(poses));
-  const auto rotation = smoothing_corrections(rotations_of(poses));
-  Trajectory smooth = poses;
-  for (std::size_t k = 0; k < smooth.size(); ++k) {
-    Pose& T = smooth[k].T_world_camera;
-    T = Pose(T.quaternion() * so3_exp(rotation[k]), T.translation() + translation[k]);
+std::vector<UncertainPose> smooth_trajectory(std::vector<UncertainPose> poses) {
+  const Matrix6d typical = typical_covariance(poses);
+  for (UncertainPose& pose : poses)
+    if (!(pose.covariance.trace() > 0)) pose.covariance = typical;
+  if (poses.size() < kMinPoses || !(typical.trace() > 0)) return poses;
+
+  const std::vector<Sample> samples = samples_of(poses);
+  const Noise noise = estimated_noise(samples);
+  const std::vector<Estimate> estimates = most_likely(samples, noise);
+  const double slow = std::max(0.0, 1 - noise.factor);
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    const Vector6d correction = estimates[k].x.head<6>() - samples[k].value;
+    const Pose T = poses[k].T_world_camera;
+    const Matrix6d J = to_world(T);
+    poses[k].T_world_camera = Pose(T.quaternion() * so3_exp(correction.tail<3>()),
+                                   T.translation() + correction.head<3>());
+    poses[k].covariance =
+        (slow * poses[k].covariance + J.transpose() * estimates[k].P.topLeftCorner<6, 6>() * J)
+            .eval();
   }
-  return smooth;
+  return poses;
 }
 
 }  // namespace stillmap

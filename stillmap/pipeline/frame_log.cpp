@@ -34,6 +34,7 @@ void FrameLog::add(const TrackedFrame& tracked, const TrackingTimes& times) {
   if (frame.instances) record.mask_age = static_cast<int>(frame.instances->age());
   record.relocalized = tracked.relocalized;
   record.tracked_by_odometry = tracked.tracked_by_odometry;
+  record.contradicts_motion = tracked.contradicts_motion;
   record.keyframe = tracked.proposal.has_value() && extends_map_;
   record.times = times;
   const std::scoped_lock lock(mutex_);
@@ -103,8 +104,8 @@ std::map<std::size_t, Pose> FrameLog::poses(const Map& map) const {
   return poses;
 }
 
-std::vector<Trajectory> FrameLog::paths(const Map& map) const {
-  std::vector<Trajectory> paths;
+std::vector<std::vector<UncertainPose>> FrameLog::paths(const Map& map) const {
+  std::vector<std::vector<UncertainPose>> paths;
   std::uint32_t component = 0;  // of the last path
   for (const FrameRecord& record : records_) {
     const auto T_world_camera = pose_in(map, record);
@@ -113,7 +114,7 @@ std::vector<Trajectory> FrameLog::paths(const Map& map) const {
     const bool goes_on = !paths.empty() && here == component &&
                          record.timestamp - paths.back().back().timestamp <= kMaxPause;
     if (!goes_on) paths.emplace_back();
-    paths.back().push_back({record.timestamp, *T_world_camera});
+    paths.back().push_back({record.timestamp, *T_world_camera, record.covariance});
     component = here;
   }
   return paths;

@@ -42,6 +42,7 @@ struct FrameRecord {
   int mask_age = -1;                       ///< Age of the masks [frames]; -1 without masks.
   bool relocalized = false;                ///< The lost camera was relocalized in this frame.
   bool tracked_by_odometry = false;        ///< See TrackedFrame::tracked_by_odometry.
+  bool contradicts_motion = false;         ///< See TrackedFrame::contradicts_motion.
   bool keyframe = false;                   ///< The frame was proposed as a keyframe.
   TrackingTimes times;
 
@@ -92,9 +93,9 @@ class FrameLog {
   /// Returns T_world_camera by frame index in the current map, without frames that have no pose or
   /// belong to a dropped map.
   std::map<std::size_t, Pose> poses(const Map& map) const;
-  /// Returns the same poses with their timestamps, as uninterrupted paths: one ends where the next
-  /// pose is in another component of the map or more than half a second later.
-  std::vector<Trajectory> paths(const Map& map) const;
+  /// Returns the same poses with their timestamps and covariances, as uninterrupted paths: one ends
+  /// where the next pose is in another component of the map or more than half a second later.
+  std::vector<std::vector<UncertainPose>> paths(const Map& map) const;
   /// Returns the number of frames in each of the unconnected maps.
   std::map<std::uint32_t, int> frames_by_component(const Map& map) const;
   /// Adds one sample per frame for each stage of the tracker's thread, in the order of

@@ -85,6 +85,7 @@ Results results_of(const std::shared_ptr<const RunDetails>& details) {
   const SlamResult& result = details->result;
   Results results;
   results.trajectory = result.trajectory;
+  results.poses = result.poses;
   results.keyframes = result.keyframes;
   results.cloud = std::shared_ptr<const Cloud>(details, &result.dense.cloud);
   results.movers = moving_object_tracks(result.movers);

@@ -202,7 +202,9 @@ SlamResult SlamSystem::finish() {
   SlamResult result;
   traced("finish", [&] {
     finish_streams();
-    result.trajectory = camera_trajectory();
+    result.poses = camera_poses();
+    for (const UncertainPose& pose : result.poses)
+      result.trajectory.push_back({pose.timestamp, pose.T_world_camera});
     log_.set_final_poses(result.trajectory);
     result.keyframes = keyframe_trajectory();
     result.frames = log_.records();
@@ -233,14 +235,14 @@ void SlamSystem::drop_brief_maps() {
   }
 }
 
-Trajectory SlamSystem::camera_trajectory() const {
+std::vector<UncertainPose> SlamSystem::camera_poses() const {
   const TraceScope scope("smoothing");
-  Trajectory trajectory;
-  for (const Trajectory& path : log_.paths(mapping_.map())) {
-    const Trajectory poses = options_.smooth_trajectory ? smooth_trajectory(path) : path;
-    trajectory.insert(trajectory.end(), poses.begin(), poses.end());
+  std::vector<UncertainPose> poses;
+  for (const auto& path : log_.paths(mapping_.map())) {
+    const auto part = options_.smooth_trajectory ? smooth_trajectory(path) : path;
+    poses.insert(poses.end(), part.begin(), part.end());
   }
-  return trajectory;
+  return poses;
 }
 
 /// The keyframes of this run by their timestamps.

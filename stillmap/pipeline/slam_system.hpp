@@ -34,9 +34,10 @@ struct LoadShedding {
 /// All results of a run.
 struct SlamResult {
   Trajectory trajectory;  ///< T_world_camera of every frame with a pose, in the final map
-  Trajectory keyframes;   ///< of this run, those still in the map
-  ComposedCloud dense;    ///< colored static cloud in the world frame, and the objects in it
-  PlacedMap placed;       ///< the views and voxels of the cloud, for meshes and grids
+  std::vector<UncertainPose> poses;  ///< the same with their covariances
+  Trajectory keyframes;              ///< of this run, those still in the map
+  ComposedCloud dense;  ///< colored static cloud in the world frame, and the objects in it
+  PlacedMap placed;     ///< the views and voxels of the cloud, for meshes and grids
   DenseStatistics dense_statistics;
   std::vector<MoverTrack> movers;  ///< by id, in the world of the trajectory; see MoverTracker
   MoverStatistics mover_statistics;
@@ -118,7 +119,7 @@ class SlamSystem {
 
   void finish_streams();
   void drop_brief_maps();
-  Trajectory camera_trajectory() const;
+  std::vector<UncertainPose> camera_poses() const;
   Trajectory keyframe_trajectory() const;
   void collect_movers(SlamResult& result) const;
   void collect_dense_map(SlamResult& result);

@@ -67,7 +67,9 @@ PoseUpdate pose_update(const FrameRecord& newest, const Snapshot& snapshot) {
                     .T_world_camera = std::nullopt,
                     .reason = newest.reason,
                     .inliers = newest.inliers,
-                    .relocalized = newest.relocalized};
+                    .relocalized = newest.relocalized,
+                    .certain = !newest.contradicts_motion,
+                    .covariance = newest.covariance};
   if (newest.has_pose() && !snapshot.trajectory.empty())
     update.T_world_camera = snapshot.trajectory.back().T_world_camera;
   return update;
@@ -79,7 +81,9 @@ PoseUpdate pose_update(const TrackedFrame& tracked) {
           .T_world_camera = tracked.T_world_camera,
           .reason = tracked.reason,
           .inliers = tracked.inliers,
-          .relocalized = tracked.relocalized};
+          .relocalized = tracked.relocalized,
+          .certain = !tracked.contradicts_motion,
+          .covariance = tracked.covariance};
 }
 
 std::vector<MovingObject> moving_objects(const std::vector<Mover>& movers) {

@@ -68,7 +68,9 @@ CaptionedImage movers_image(const SlamResult& result) {
 std::vector<std::string> file_names(RunPart part) {
   switch (part) {
     case RunPart::kAlways:
-      return {"trajectory.txt", "keyframes.txt", "timing.txt", "summary.json", "report.html"};
+      return {"trajectory.txt", "trajectory_covariance.txt",
+              "keyframes.txt",  "timing.txt",
+              "summary.json",   "report.html"};
     case RunPart::kMovers:
       return {"movers.csv", "movers.jsonl", "movers.png"};
     case RunPart::kDense:
@@ -110,6 +112,8 @@ void write_run_files(const RunRecord& record, const RunOutputs& outputs, ResultF
   const SlamResult& result = record.result;
   folder.write("trajectory.txt",
                [&](const fs::path& file) { write_trajectory(file, result.trajectory); });
+  folder.write("trajectory_covariance.txt",
+               [&](const fs::path& file) { write_covariances(file, result.poses); });
   folder.write("keyframes.txt",
                [&](const fs::path& file) { write_trajectory(file, result.keyframes); });
   if (record.options.movers.enabled) {

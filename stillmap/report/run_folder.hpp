@@ -46,9 +46,9 @@ struct RunOutputs {
 /// ResultFolder::require_free().
 std::vector<std::string> possible_run_files(const Options& options, const RunOutputs& outputs);
 
-/// Writes the files of a run: trajectory.txt, keyframes.txt (TUM format), movers.csv, movers.jsonl,
-/// movers.png, the files of the dense map, run.map, options.yaml, timing.txt, summary.json and
-/// report.html; and saves the map, if wanted. Problems are kept in the folder: see
+/// Writes the files of a run: trajectory.txt, trajectory_covariance.txt, keyframes.txt, movers.csv,
+/// movers.jsonl, movers.png, the files of the dense map, run.map, options.yaml, timing.txt,
+/// summary.json and report.html; and saves the map, if wanted. Problems are kept in the folder: see
 /// ResultFolder::require_all().
 void write_run_files(const RunRecord& record, const RunOutputs& outputs, ResultFolder& folder);
 

@@ -115,6 +115,7 @@ std::string map_events_text(const SlamResult& result) {
   add(of(MapEvent::Kind::kMerge), "map merged", "maps merged");
   add(of(MapEvent::Kind::kDropped), "short map dropped", "short maps dropped");
   add(frames_with(&FrameRecord::relocalized), "relocalization", "relocalizations");
+  add(frames_with(&FrameRecord::contradicts_motion), "uncertain pose", "uncertain poses");
   add(frames_with(&FrameRecord::tracked_by_odometry), "frame tracked by visual odometry",
       "frames tracked by visual odometry");
   return text;

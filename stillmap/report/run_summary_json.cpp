@@ -53,6 +53,8 @@ nlohmann::json frames_json(const RunRecord& record) {
           {"fewer_keypoints", less.frames_of_fewer_keypoints},
           {"without_movers", less.frames_without_movers},
           {"without_view", less.frames_without_view},
+          {"uncertain", std::count_if(record.result.frames.begin(), record.result.frames.end(),
+                                      [](const FrameRecord& f) { return f.contradicts_motion; })},
           {"tracked_by_odometry",
            std::count_if(record.result.frames.begin(), record.result.frames.end(),
                          [](const FrameRecord& f) { return f.tracked_by_odometry; })}};

@@ -26,9 +26,11 @@ struct TrackedFrame {
   std::optional<Pose> T_world_camera;  ///< in the world of the local map at that time
   KeyframeId reference;     ///< keyframe the pose is relative to; invalid if the frame starts a map
   Pose T_reference_camera;  ///< stays valid when the map is corrected
-  std::vector<LandmarkId> landmarks;       ///< matched landmark of each keypoint, or invalid
-  Matrix6d covariance = Matrix6d::Zero();  ///< see PoseEstimate::covariance
-  int inliers = 0;                         ///< number of landmarks that agree with the pose
+  std::vector<LandmarkId> landmarks;  ///< matched landmark of each keypoint, or invalid
+  /// see PoseEstimate::covariance; enlarged if the pose contradicts the motion
+  Matrix6d covariance = Matrix6d::Zero();
+  bool contradicts_motion = false;  ///< see MotionConsistency
+  int inliers = 0;                  ///< number of landmarks that agree with the pose
   bool relocalized = false;  ///< The camera was lost, and this frame confirmed a relocalization.
   bool tracked_by_odometry = false;  ///< The pose comes from the previous frame, not from the map.
   std::optional<KeyframeProposal> proposal;

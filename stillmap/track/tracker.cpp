@@ -154,6 +154,7 @@ TrackedFramePtr Tracker::start_map(const FramePtr& frame) {
   if (state_.local_map && frames_in_map_ < kMinMapFrames)
     result->proposal->abandoned = state_.local_map->reference;
   frames_in_map_ = 1;
+  consistency_.reset();
   state_.previous = result;
   state_.T_previous_next = Pose();
   state_.twist.setZero();
@@ -239,10 +240,12 @@ TrackedFramePtr Tracker::tracked(const FramePtr& frame, const LocalMapPose& pose
   const LocalMap& local_map = *state_.local_map;
   const auto result = frame_at(frame, pose.estimate);
   result->relocalized = relocalized;
+  judge(*result);
   frames_in_map_ = relocalized ? kMinMapFrames : frames_in_map_ + 1;
 
   const std::size_t newest = std::max(last_proposed_, local_map.made_for_frame);
-  if (keyframe_policy_.wants_keyframe(*frame, pose.estimate.T_world_camera, result->landmarks,
+  if (!result->contradicts_motion &&
+      keyframe_policy_.wants_keyframe(*frame, pose.estimate.T_world_camera, result->landmarks,
                                       local_map, frame->index() - newest)) {
     result->proposal = KeyframeProposal{frame, result->reference, result->T_reference_camera,
                                         result->landmarks, statistics_.take()};
@@ -256,11 +259,22 @@ TrackedFramePtr Tracker::tracked(const FramePtr& frame, const LocalMapPose& pose
 TrackedFramePtr Tracker::tracked_by_odometry(const FramePtr& frame, const PoseEstimate& estimate) {
   const auto result = frame_at(frame, estimate);
   result->tracked_by_odometry = true;
+  judge(*result);
   state_.odometry_points.assign(frame->features->size(), std::nullopt);
   for (const PointMatch& match : estimate.matches)
     state_.odometry_points[match.keypoint] = match.p_world;
   set_previous(result);
   return result;
+}
+
+/// Compares a pose with the motion of the camera before it.
+void Tracker::judge(TrackedFrame& tracked) {
+  if (tracked.relocalized) consistency_.reset();
+  const auto enlarged = consistency_.contradiction(
+      {tracked.frame->timestamp(), *tracked.T_world_camera, tracked.covariance});
+  if (!enlarged) return;
+  tracked.covariance = *enlarged;
+  tracked.contradicts_motion = true;
 }
 
 void Tracker::set_previous(const TrackedFramePtr& tracked) {
@@ -281,7 +295,10 @@ void Tracker::adopt(const LocalMapPtr& local_map) {
   const TraceScope scope("new snapshot");
   statistics_.adopt(local_map);
   state_.local_map = local_map;
-  if (const auto pose = pose_in(*local_map, *state_.previous)) state_.T_world_previous = *pose;
+  const auto pose = pose_in(*local_map, *state_.previous);
+  if (!pose) return;
+  consistency_.move(*pose * state_.T_world_previous.inverse());
+  state_.T_world_previous = *pose;
 }
 
 EgoMotion Tracker::ego_motion(const Features& features, const PreviousFramePose& pose) const {

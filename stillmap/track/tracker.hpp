@@ -5,6 +5,7 @@
 #include "stillmap/track/keyframe_policy.hpp"
 #include "stillmap/track/landmark_statistics.hpp"
 #include "stillmap/track/local_map_tracking.hpp"
+#include "stillmap/track/motion_consistency.hpp"
 #include "stillmap/track/new_map_policy.hpp"
 #include "stillmap/track/pose_estimate.hpp"
 #include "stillmap/track/previous_frame_tracking.hpp"
@@ -94,6 +95,7 @@ class Tracker {
   TrackedFramePtr tracked_by_odometry(const FramePtr& frame, const PoseEstimate& estimate);
   std::shared_ptr<TrackedFrame> frame_at(const FramePtr& frame, const PoseEstimate& estimate) const;
   EgoMotion ego_motion(const Features& features, const PreviousFramePose& pose) const;
+  void judge(TrackedFrame& tracked);
   void set_previous(const TrackedFramePtr& tracked);
   void adopt(const LocalMapPtr& local_map);
 
@@ -106,6 +108,7 @@ class Tracker {
 
   TrackerState state_;
   LandmarkStatistics statistics_;
+  MotionConsistency consistency_;
   int frames_lost_ = 0;
   int frames_in_map_ = 0;          // since its start; at least kMinMapFrames after relocalization
   std::size_t last_proposed_ = 0;  // frame index
