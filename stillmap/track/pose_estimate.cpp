@@ -4,6 +4,18 @@
 #include <Eigen/LU>
 
 namespace stillmap {
+namespace {
+
+/// Variance of a landmark relative to that of a keypoint: landmarks are made of keypoints, most of
+/// them of few.
+constexpr double kLandmarkVariance = 1;
+
+/// Inverse information times the a posteriori variance of unit weight.
+Matrix6d covariance_of(const PoseSolution& solution) {
+  return (1 + kLandmarkVariance) * solution.rms * solution.rms * solution.information.inverse();
+}
+
+}  // namespace
 
 std::optional<PoseEstimate> estimate_pose(const TrackingModel& model, const Features& features,
                                           const Pose& T_world_camera_guess,
@@ -17,7 +29,7 @@ std::optional<PoseEstimate> estimate_pose(const TrackingModel& model, const Feat
   }
   const PoseSolution solution = solve_pose(model.camera, T_world_camera_guess, observations);
   if (!solution.well_posed || solution.inliers < min_inliers) return std::nullopt;
-  PoseEstimate estimate{solution.T_world_camera, {}, solution.information.inverse()};
+  PoseEstimate estimate{solution.T_world_camera, {}, covariance_of(solution)};
   for (std::size_t i = 0; i < matches.size(); ++i) {
     if (solution.inlier[i]) estimate.matches.push_back(matches[i]);
   }

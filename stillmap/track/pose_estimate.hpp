@@ -26,8 +26,8 @@ struct PointMatch {
 struct PoseEstimate {
   Pose T_world_camera;
   std::vector<PointMatch> matches;  ///< inliers only
-  /// Covariance of the perturbation (v, w) in T_world_camera exp(v, w), of the measurements alone:
-  /// the landmarks are taken as known [m^2, rad^2].
+  /// Covariance of the perturbation (v, w) in T_world_camera exp(v, w), from the residuals of the
+  /// inliers; landmarks are taken to be as uncertain as keypoints [m^2, rad^2].
   Matrix6d covariance = Matrix6d::Zero();
 };
 
