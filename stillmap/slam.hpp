@@ -103,8 +103,10 @@ struct MovingObjectTrack {
   int id = 0;
   std::string class_name = "unknown";
   double class_confidence = 0;  ///< Mean confidence of its detections [0..1].
-  std::vector<MovingObject>
-      samples;  ///< One sample per frame from the first to the last detection.
+  /// One sample per frame from the first to the last detection; none while the object was unseen
+  /// for long. Tracks of an object that was unseen are joined at the end of the run, with the id of
+  /// the first.
+  std::vector<MovingObject> samples;
 };
 
 /// The state of the system at one time. It is immutable, so any thread may read it.

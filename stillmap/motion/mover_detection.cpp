@@ -16,6 +16,9 @@ constexpr double kMaxSigma = 0.1;
 constexpr double kGrowBelow = -0.3;
 /// Minimum share of a region that an instance must cover to name it [0..1].
 constexpr double kMinNamedShare = 0.3;
+/// Length of the upper part of an object, and start of its lower part, from its upper end [m]: a
+/// person's waist is 0.7 to 0.9 m below the top of the head.
+constexpr double kUpperLength = 0.7, kLowerStart = 0.9;
 
 /// Returns the index of the instance that covers each cell, the first of several.
 cv::Mat1i instance_of_cells(const InstanceCellsPtr& cells, cv::Size grid) {
@@ -96,6 +99,22 @@ void set_class(const InstanceCover& cover, const Frame& frame, MoverDetection& d
   detection.class_confidence = cover.share * instance.confidence;
 }
 
+/// Returns the colors of the pixels at the centers of a region's cells. Parts are measured from the
+/// upper end of the object, so that a person whose legs are hidden has the same upper part.
+Appearance appearance_of(const MoverRegion& region, const VisibleSpan& down, const cv::Mat& bgr) {
+  Appearance appearance;
+  if (bgr.empty() || down.low_hidden) return appearance;
+  const double top = box_without_flying_pixels(region.points).min().y();
+  for (std::size_t i = 0; i < region.cells.size(); ++i) {
+    const double below = region.points[i].y() - top;
+    if (below > kUpperLength && below < kLowerStart) continue;
+    const cv::Point pixel = kCellSide * region.cells[i] + cv::Point(kCellSide / 2, kCellSide / 2);
+    appearance.add(below < kLowerStart ? Appearance::Part::kUpper : Appearance::Part::kLower,
+                   bgr.at<cv::Vec3b>(pixel));
+  }
+  return appearance;
+}
+
 }  // namespace
 
 MoverDetections MoverDetector::detect(const Frame& frame, const Pose& T_world_camera) {
@@ -121,6 +140,7 @@ MoverDetections MoverDetector::detect(const Frame& frame, const Pose& T_world_ca
     }
     measure_shape(region, grid, T_world_camera, detection);
     set_class(cover, frame, detection);
+    detection.appearance = appearance_of(region, detection.spans[1], frame.image->color);
     result.movers.push_back(std::move(detection));
   }
   views_.add({frame.timestamp(), T_world_camera.inverse(), frame.cells, moves});

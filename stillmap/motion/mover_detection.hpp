@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/geometry/pose.hpp"
+#include "stillmap/motion/appearance.hpp"
 #include "stillmap/motion/frame.hpp"
 #include "stillmap/motion/recent_views.hpp"
 
@@ -35,7 +36,8 @@ struct MoverDetection {
   int cells = 0;                ///< Number of grid cells with depth.
   cv::Rect image_box;           ///< Box in the image [pixels].
   std::array<VisibleSpan, 2> spans;  ///< Along the camera's x and y axes.
-  bool cut_off = false;  ///< Whether the image border or a nearer surface may hide a part of it.
+  bool cut_off = false;   ///< Whether the image border or a nearer surface may hide a part of it.
+  Appearance appearance;  ///< Colors of its cells; empty if its upper end is hidden.
 };
 
 struct MoverDetections {

@@ -181,6 +181,7 @@ void MoverTracker::correct(Track& track, const MoverDetection& detection) const 
 
 void MoverTracker::observe(Track& track, const MoverDetection& detection) const {
   ++track.detections;
+  track.appearance.add(detection.appearance);
   if (detection.class_name != kUnknown)
     track.votes[detection.class_name] += detection.class_confidence;
   for (std::size_t i = 0; i < detection.spans.size(); ++i) {
@@ -195,6 +196,7 @@ void MoverTracker::observe(Track& track, const MoverDetection& detection) const 
 
 MoverTracker::Track MoverTracker::begin(const MoverDetection& detection) const {
   Track track;
+  track.world = world_;
   track.p = detection.centroid;
   track.v = Eigen::Vector3d::Zero();
   track.P << variance_of(detection), 0, 0, square(kInitialSpeed);
@@ -272,12 +274,14 @@ void MoverTracker::absorb(Track& older, const Track& younger) const {
   }
   for (const auto& [name, vote] : younger.votes) older.votes[name] += vote;
   older.detections += younger.detections;
+  older.appearance.add(younger.appearance);
 }
 
 void MoverTracker::restart() {
   for (Track& track : tracks_) archive(std::move(track));
   tracks_.clear();
   timestamp_.reset();
+  ++world_;
 }
 
 Mover MoverTracker::mover(const Track& track) const {
@@ -307,7 +311,12 @@ std::vector<MoverTrack> MoverTracker::tracks(
             [](const Track& a, const Track& b) { return a.id < b.id; });
   std::vector<MoverTrack> result;
   for (const Track& track : done.ended_) {
-    MoverTrack corrected{track.id, track.class_name(), track.class_confidence(), 0, 0, {}};
+    MoverTrack corrected;
+    corrected.id = track.id;
+    corrected.class_name = track.class_name();
+    corrected.class_confidence = track.class_confidence();
+    corrected.world = track.world;
+    corrected.appearance = track.appearance;
     for (MoverSample sample : track.samples) {
       const auto T_world_camera = pose_of(sample.frame_index);
       if (!T_world_camera) continue;

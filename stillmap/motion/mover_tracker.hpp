@@ -39,8 +39,11 @@ struct MoverTrack {
   std::string class_name = "unknown";
   double class_confidence = 0;
   double first_seen = 0, last_seen = 0;  ///< [s]
-  /// One per frame with a pose in this time; frames without a detection have predictions.
+  /// One per frame with a pose in this time; frames without a detection have predictions. Frames
+  /// between two joined tracks have none; see joined_movers().
   std::vector<MoverSample> samples;
+  int world = 0;          ///< Number of restarts before; see MoverTracker::restart().
+  Appearance appearance;  ///< Colors, over all detections.
 };
 
 /// Tracks detections over time: one Kalman filter per object in the world frame (constant velocity,
@@ -59,7 +62,8 @@ struct MoverTrack {
 /// who stops stays a track with a velocity near zero as long as an instance is detected. (Without a
 /// network, an object that stops has no detections any more and becomes part of the static world.)
 /// A track survives 1.5 seconds without a detection, with a decaying velocity, and is found again
-/// within that time. Two tracks that stay within each other are one object with the older id.
+/// within that time; one that returns later gets a new track, which joined_movers() may join at the
+/// end of the run. Two tracks that stay within each other are one object with the older id.
 /// Synchronous and deterministic: ids follow from the input.
 class MoverTracker {
  public:
@@ -88,6 +92,8 @@ class MoverTracker {
     Eigen::AlignedBox3d box_offset, surface_offset;  // relative to p [m]
     std::array<std::optional<double>, 2> extent;  // along the camera's axes when fully visible [m]
     int detections = 0;
+    int world = 0;
+    Appearance appearance;
     std::map<std::string, double> votes;  // sum of confidences by class
     std::vector<MoverSample> samples;
     std::map<int, int>
@@ -119,6 +125,7 @@ class MoverTracker {
   std::size_t frame_index_ = 0;
   std::optional<double> timestamp_;
   int newest_id_ = 0;
+  int world_ = 0;  // number of restarts
 };
 
 }  // namespace stillmap

@@ -2,6 +2,7 @@
 #include "stillmap/pipeline/mover_stream.hpp"
 
 #include "stillmap/base/span_names.hpp"
+#include "stillmap/motion/mover_joining.hpp"
 
 namespace stillmap {
 
@@ -62,7 +63,7 @@ void MoverStream::finish() {
 
 std::vector<MoverTrack> MoverStream::tracks(
     const std::function<std::optional<Pose>(std::size_t)>& pose_of) const {
-  return tracker_.tracks(pose_of);
+  return joined_movers(tracker_.tracks(pose_of));
 }
 
 }  // namespace stillmap

@@ -44,7 +44,8 @@ class MoverStream {
 
   /// Waits for all pushed frames. Nothing may be pushed after it.
   void finish();
-  /// Returns all tracks, see MoverTracker::tracks(). Called after finish().
+  /// Returns the tracks of the run by id, one per object; see MoverTracker::tracks() and
+  /// joined_movers(). Called after finish().
   std::vector<MoverTrack> tracks(
       const std::function<std::optional<Pose>(std::size_t frame_index)>& pose_of) const;
   /// Returns the statistics of the run. Called after finish().
