@@ -42,8 +42,8 @@ struct MoverTrack {
   /// One per frame with a pose in this time; frames without a detection have predictions. Frames
   /// between two joined tracks have none; see joined_movers().
   std::vector<MoverSample> samples;
-  int world = 0;          ///< Number of restarts before; see MoverTracker::restart().
-  Appearance appearance;  ///< Colors, over all detections.
+  int world = 0;               ///< Number of restarts before; see MoverTracker::restart().
+  Appearance appearance = {};  ///< Colors, over all detections.
 };
 
 /// Tracks detections over time: one Kalman filter per object in the world frame (constant velocity,
