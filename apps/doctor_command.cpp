@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/error.hpp"
+#include "stillmap/pipeline/calibrate_recording.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/doctor.hpp"
+#include "stillmap/sensor/make_source.hpp"
+
+#include <memory>
+#include <string>
 
 #include "command_tree.hpp"
 #include "commands.hpp"
@@ -25,11 +31,38 @@ struct DoctorArguments {
   std::string folder, camera, associations;
 };
 
+/// Number of frames from which the camera is checked; some seconds of work.
+constexpr int kCalibrationFrames = 300;
+
+/// Adds what the recording shows about the errors of its camera.
+void check_calibration(const DoctorArguments& arguments, Diagnosis& diagnosis) {
+  const std::string& folder = arguments.folder;
+  SourceOptions range;
+  range.camera = arguments.camera;
+  range.associations = arguments.associations;
+  range.count = kCalibrationFrames;
+  const auto open = [&](const Camera& recorded) {
+    range.recorded = recorded;
+    return make_source(folder, range);
+  };
+  try {
+    const auto report =
+        calibrate_recording(open, recorded_camera(folder, range), parameters_of(read_options("")));
+    for (const std::string& finding : calibration_findings(report)) {
+      diagnosis.add(Severity::kWarning, finding,
+                    "write a corrected camera file with: stillmap calibrate " + folder);
+    }
+  } catch (const Error& error) {
+    diagnosis.add(Severity::kWarning, error.what());
+  }
+}
+
 int run(const DoctorArguments& arguments) {
   const std::string& camera = arguments.camera;
-  const Diagnosis diagnosis =
+  Diagnosis diagnosis =
       diagnose(arguments.folder, camera.empty() ? std::nullopt : std::optional(read_camera(camera)),
                arguments.associations);
+  if (diagnosis.conclusion() != Severity::kError) check_calibration(arguments, diagnosis);
   for (const Finding& finding : diagnosis.findings) {
     fmt::print("{}{}\n", label(finding.severity), finding.what);
     if (!finding.fix.empty()) fmt::print("        fix: {}\n", finding.fix);

@@ -27,6 +27,7 @@ int run(int argc, char** argv) {
   add_compare_command(app, exit_code);
   add_simulate_command(app, exit_code);
   add_demo_command(app, exit_code);
+  add_calibrate_command(app, exit_code);
   add_doctor_command(app, exit_code);
   add_map_command(app, exit_code);
   add_presets_command(app, exit_code);

@@ -16,9 +16,19 @@ struct ShutterTiming {
   bool operator==(const ShutterTiming&) const = default;
 };
 
+/// Systematic error of the measured disparity, as structured light and stereo sensors have it:
+/// 1 / measured depth = 1 / depth + offset + bow r^2, where r is the distance from the principal
+/// point, and 1 in the corners of the image (Teichman, Miller, Thrun, Unsupervised intrinsic
+/// calibration of depth sensors via SLAM, RSS 2013). Positive values make depth read short.
+struct DisparityBias {
+  double offset = 0;  ///< [1/m]
+  double bow = 0;     ///< [1/m]
+  bool operator==(const DisparityBias&) const = default;
+};
+
 /// A pinhole camera. Pixel (0, 0) is the center of the upper left pixel; x right, y down, z
 /// forward. Module `sensor` rectifies all frames, so every other module uses an ideal pinhole
-/// camera; `distortion` describes the *recorded* images.
+/// camera; `distortion` and `disparity_bias` describe the *recorded* images.
 struct Camera {
   std::string name = "unnamed";
   int width = 640, height = 480;  ///< Image size [pixels].
@@ -34,6 +44,7 @@ struct Camera {
   DepthSensor depth_sensor = find_depth_sensor("kinect_v1");
   /// Timing of the shutters; if not known, it is estimated from the frames.
   std::optional<ShutterTiming> shutter = std::nullopt;
+  DisparityBias disparity_bias = {};  ///< Systematic error of the recorded depth.
 
   bool distorted() const { return !distortion.isZero(0); }
   /// Returns fx * baseline [pixels * m]: disparity = bf / depth.
@@ -47,6 +58,12 @@ struct Camera {
   /// Returns the point at pixel (u, v) and depth z [m], in the camera frame [m].
   Eigen::Vector3d unproject(double u, double v, double z) const {
     return {(u - cx) / fx * z, (v - cy) / fy * z, z};
+  }
+  /// Returns the squared distance of a pixel from the principal point, over that of half the
+  /// diagonal of the image: see DisparityBias.
+  double squared_radius(double u, double v) const {
+    const double x = u - cx, y = v - cy;
+    return 4 * (x * x + y * y) / (width * width + height * height);
   }
   /// Returns whether pixel (u, v) lies at least `margin` pixels inside the image.
   bool contains(double u, double v, double margin = 0) const {

@@ -105,8 +105,11 @@ Calibrator::Calibrator(const BundleProblem& problem)
     const Measurement m = make_measurement(given_, noise, o.u, o.v, o.depth, o.scale);
     if (!m.usable() || !(o.weight > 0) || !std::isfinite(o.weight)) continue;
     const double corner = std::hypot(given_.width, given_.height) / 2;
-    const double x = (o.u - given_.cx) / corner, y = (o.v - given_.cy) / corner;
-    terms_[o.point].push_back({o.pose, m, o.weight, {1, x * x + y * y, x, y}});
+    terms_[o.point].push_back({o.pose,
+                               m,
+                               o.weight,
+                               {1, given_.squared_radius(o.u, o.v), (o.u - given_.cx) / corner,
+                                (o.v - given_.cy) / corner}});
     ++seen[o.pose];
     ++observations_;
   }

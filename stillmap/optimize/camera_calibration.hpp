@@ -7,11 +7,9 @@
 
 namespace stillmap {
 
-/// Indices of the calibrated parameters: focal lengths and principal point [pixels], and the error
-/// of the disparity, 1 / measured depth = 1 / depth + offset + bow r^2 + slope_x x + slope_y y
-/// [1/m], at the position (x, y) relative to the principal point, over half the diagonal of the
-/// image (Teichman, Miller, Thrun, Unsupervised intrinsic calibration of depth sensors via SLAM,
-/// RSS 2013).
+/// Indices of the calibrated parameters: focal lengths and principal point [pixels], disparity
+/// offset and bow [1/m] (DisparityBias), and the slopes of the disparity error over the columns and
+/// rows of the image, in the corners [1/m].
 enum CameraParameter {
   kFx,
   kFy,

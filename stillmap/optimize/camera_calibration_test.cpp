@@ -20,10 +20,8 @@ BundleProblem recorded() { return synthetic::bundle_scene(1, kShape, kNoise).pro
 /// corners.
 void bias_depth(double offset, double bow, BundleProblem& problem) {
   const Camera& camera = problem.camera;
-  const double corner = std::hypot(camera.width, camera.height) / 2;
   for (BundleObservation& o : problem.observations) {
-    const double x = o.u - camera.cx, y = o.v - camera.cy;
-    const double error = offset + bow * (x * x + y * y) / (corner * corner);
+    const double error = offset + bow * camera.squared_radius(o.u, o.v);
     if (o.depth > 0) o.depth = static_cast<float>(1 / (1 / o.depth + error));
   }
 }

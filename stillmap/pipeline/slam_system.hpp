@@ -88,6 +88,7 @@ class SlamSystem {
 
   /// The timing of the camera's shutters that is in use.
   const ShutterTiming& shutter() const { return tracker_.shutter(); }
+  const ShutterCalibration& shutter_calibration() const { return tracker_.shutter_calibration(); }
 
   /// The state of the map at the frame pushed last, as the tracker saw it; after finish() that
   /// after the last frame.
@@ -105,6 +106,9 @@ class SlamSystem {
   /// Waits for all threads, adjusts the map once more, and collects the results. Call once; no push
   /// after it.
   SlamResult finish();
+
+  /// The map of the keyframes and landmarks, after finish().
+  const Map& map() const { return mapping_.map(); }
 
   /// The whole map, to be saved; one begun in included. After finish().
   /// @param writer  the program, with its version

@@ -203,9 +203,10 @@ Camera from_settings(const CameraYaml& yaml) {
 }
 
 void refuse_unknown_keys(const CameraYaml& yaml) {
-  const Keys known{"name",     "width",  "height",     "fx",           "fy",
-                   "cx",       "cy",     "distortion", "depth_factor", "fps",
-                   "baseline", "sensor", "readout",    "depth_delay"};
+  const Keys known{"name",         "width",  "height",     "fx",           "fy",
+                   "cx",           "cy",     "distortion", "depth_factor", "fps",
+                   "baseline",     "sensor", "readout",    "depth_delay",  "disparity_offset",
+                   "disparity_bow"};
   for (const auto& key : yaml.keys()) {
     if (std::find(known.begin(), known.end(), key) != known.end()) continue;
     throw Error("is not a key of a camera file", yaml.where(key), suggestion(key, known));
@@ -240,6 +241,8 @@ Camera from_our_own(const CameraYaml& yaml, const fs::path& file) {
     camera.shutter = {.readout = yaml.number_or({"readout"}, 0),
                       .depth_delay = yaml.number_or({"depth_delay"}, 0)};
   }
+  camera.disparity_bias = {.offset = yaml.number_or({"disparity_offset"}, 0),
+                           .bow = yaml.number_or({"disparity_bow"}, 0)};
   camera.name = yaml.find({"name"}) ? yaml.text("name") : file.stem().string();
   if (yaml.find({"distortion"})) {
     const auto values = yaml.numbers("distortion");
@@ -309,6 +312,12 @@ void write_camera(const fs::path& file, const Camera& camera) {
     text += fmt::format("depth_delay: {}  # seconds after the timestamps of the depth images\n",
                         camera.shutter->depth_delay);
   }
+  if (camera.disparity_bias != DisparityBias{}) {
+    text += fmt::format("disparity_offset: {}  # 1/m, 1 / measured depth - 1 / depth\n",
+                        camera.disparity_bias.offset);
+    text += fmt::format("disparity_bow: {}  # 1/m, the same in the corners of the image\n",
+                        camera.disparity_bias.bow);
+  }
   write_file(file, text);
 }
 
@@ -363,6 +372,10 @@ void check_camera(const Camera& camera, const std::string& where) {
   expect(camera.fps > 0 && camera.fps <= 1000, "fps", camera.fps, "frames per second, such as 30");
   expect(camera.baseline > 0 && camera.baseline < 10, "the baseline", camera.baseline,
          "meters, such as 0.075 (Camera.bf is fx times that)");
+  for (const double error : {camera.disparity_bias.offset, camera.disparity_bias.bow}) {
+    expect(std::abs(error) < 0.2, "the disparity offset or bow", error,
+           "1/m, such as 0.01: 1 / measured depth minus 1 / depth");
+  }
   if (!camera.shutter) return;
   expect(std::abs(camera.shutter->readout) < 0.2, "the readout time", camera.shutter->readout,
          "seconds from the first to the last row, such as 0.027");

@@ -72,7 +72,8 @@ cv::Mat bgr_of(const cv::Mat& color) {
 
 }  // namespace
 
-FrameMaker::FrameMaker(const Camera& recorded) : rectifier_(recorded) {
+FrameMaker::FrameMaker(const Camera& recorded)
+    : rectifier_(recorded), disparity_bias_(recorded.disparity_bias) {
   check_camera(recorded, "camera '" + recorded.name + "'");
 }
 
@@ -87,6 +88,7 @@ RgbdFramePtr FrameMaker::make(const cv::Mat& color, const cv::Mat& depth, double
   frame->color = rectifier_.image(bgr_of(color));
   cv::cvtColor(frame->color, frame->gray, cv::COLOR_BGR2GRAY);
   frame->depth = meters_of(rectifier_.nearest(depth));
+  correct_disparity(disparity_bias_, camera(), frame->depth);
   return frame;
 }
 

@@ -34,6 +34,7 @@ class FrameMaker {
   cv::Mat meters_of(const cv::Mat& depth) const;
 
   Rectifier rectifier_;
+  DisparityBias disparity_bias_;
 };
 
 }  // namespace stillmap

@@ -34,6 +34,7 @@ std::string folder_of(const std::string& text) {
 }
 
 Camera camera_of(const SourceOptions& options, const SequencePaths& paths) {
+  if (options.recorded) return *options.recorded;
   if (!options.camera.empty()) return read_camera(options.camera);
   if (!paths.camera.empty()) return read_camera(paths.camera.string());
   throw Error("the sequence has no camera.yaml, and no camera was named", paths.folder.string(),
@@ -51,6 +52,10 @@ std::unique_ptr<FrameSource> make_source(const std::string& text, const SourceOp
       std::make_unique<TumFolder>(paths, camera_of(options, paths), range);
   if (options.half_size) source = std::make_unique<HalvedSource>(std::move(source));
   return source;
+}
+
+Camera recorded_camera(const std::string& text, const SourceOptions& options) {
+  return camera_of(options, find_sequence(folder_of(text), options.associations));
 }
 
 }  // namespace stillmap

@@ -3,6 +3,7 @@
 #include "stillmap/sensor/frame_source.hpp"
 
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace stillmap {
@@ -25,6 +26,8 @@ Camera read_camera(const std::string& name_or_file);
 struct SourceOptions {
   /// Preset name or file, as for read_camera(); empty for the recording's own camera.yaml.
   std::string camera;
+  /// Camera of the recorded images; if given, `camera` is not used.
+  std::optional<Camera> recorded = {};
   std::string associations;  ///< File that pairs color and depth images; empty for the lists.
   int first = 0;             ///< Number of frames skipped at the start.
   int count = 0;             ///< Maximum number of frames used, counted before the stride; 0: all.
@@ -37,5 +40,9 @@ struct SourceOptions {
 /// Error that lists the known forms for any other text, and if the source cannot be used.
 std::unique_ptr<FrameSource> make_source(const std::string& text,
                                          const SourceOptions& options = {});
+
+/// Returns the camera of the recorded images, with which make_source() would make frames. Throws
+/// Error if there is none.
+Camera recorded_camera(const std::string& text, const SourceOptions& options = {});
 
 }  // namespace stillmap

@@ -11,6 +11,7 @@ namespace stillmap {
 
 Rectifier::Rectifier(const Camera& recorded) : camera_(recorded) {
   camera_.distortion.setZero();
+  camera_.disparity_bias = {};
   if (!recorded.distorted()) return;
   const cv::Matx33d K(recorded.fx, 0, recorded.cx, 0, recorded.fy, recorded.cy, 0, 0, 1);
   const auto& d = recorded.distortion;

@@ -13,7 +13,8 @@ class Rectifier {
  public:
   explicit Rectifier(const Camera& recorded);
 
-  /// Returns the ideal pinhole camera: the recorded camera without distortion.
+  /// Returns the ideal pinhole camera: the recorded camera without distortion and without an error
+  /// of the depth.
   const Camera& camera() const { return camera_; }
   bool active() const { return !nearest_map_.empty(); }
 

@@ -50,7 +50,10 @@ std::string header_problem(const FrameFiles& files, cv::Size size) {
 
 TumFolder::TumFolder(const SequencePaths& paths, const Camera& camera,
                      const TumFolderOptions& options)
-    : options_(options), rectifier_(camera), list_(list_frames(paths)) {
+    : options_(options),
+      rectifier_(camera),
+      disparity_bias_(camera.disparity_bias),
+      list_(list_frames(paths)) {
   check_options(options);
   check_camera(camera, "camera '" + camera.name + "'");
   choose_range();
@@ -116,6 +119,7 @@ RgbdFramePtr TumFolder::load(const FrameFiles& files) {
     if (!raw.problem.empty()) return skip(files, files.depth, raw.problem);
     depth = depth_in_meters(rectifier_.nearest(raw.image), camera().depth_factor,
                             camera().depth_sensor);
+    correct_disparity(disparity_bias_, camera(), depth);
   }
   auto frame = std::make_shared<RgbdFrame>();
   frame->index = next_index_++;
@@ -149,6 +153,20 @@ cv::Mat depth_in_meters(const cv::Mat& raw, double depth_factor, const DepthSens
     }
   }
   return meters;
+}
+
+void correct_disparity(const DisparityBias& bias, const Camera& camera, cv::Mat& depth) {
+  if (bias == DisparityBias{}) return;
+  const TraceScope scope("disparity correction");
+  const DepthSensor& sensor = camera.depth_sensor;
+  for (int y = 0; y < depth.rows; ++y) {
+    auto* row = depth.ptr<float>(y);
+    for (int x = 0; x < depth.cols; ++x) {
+      if (row[x] <= 0) continue;
+      const double z = 1 / (1 / row[x] - bias.offset - bias.bow * camera.squared_radius(x, y));
+      row[x] = z >= sensor.min_depth && z <= sensor.max_depth ? static_cast<float>(z) : 0.0F;
+    }
+  }
 }
 
 }  // namespace stillmap

@@ -42,6 +42,7 @@ class TumFolder : public FrameSource {
 
   TumFolderOptions options_;
   Rectifier rectifier_;
+  DisparityBias disparity_bias_;
   FrameList list_;
   std::size_t position_ = 0;    // index of the next pair in list_.frames
   std::size_t next_index_ = 0;  // index of the next returned frame
@@ -50,5 +51,9 @@ class TumFolder : public FrameSource {
 /// Converts raw 16-bit depth to 32FC1 [m]; 0 (unknown) for raw 0, saturated readings (65535), and
 /// depths outside the sensor's range.
 cv::Mat depth_in_meters(const cv::Mat& raw, double depth_factor, const DepthSensor& sensor);
+
+/// Removes the systematic error of the disparity from a rectified depth image, 32FC1 [m]: z = 1 /
+/// (1 / measured - error). Depths that leave the range of the camera's sensor become unknown.
+void correct_disparity(const DisparityBias& bias, const Camera& camera, cv::Mat& depth);
 
 }  // namespace stillmap

@@ -201,16 +201,22 @@ void ShutterCalibration::add(const TrackingModel& model, const FramePtr& frame,
   update(model.camera.depth_sensor);
 }
 
-/// Changes the timing if the mean correction is certain.
-void ShutterCalibration::update(const DepthSensor& sensor) {
-  if (frames_ < kMinFrames) return;
+std::optional<ShutterCalibration::Correction> ShutterCalibration::correction() const {
+  if (frames_ < kMinFrames) return std::nullopt;
   const Eigen::Matrix2d regular = information_ + kPrior * Eigen::Matrix2d::Identity();
   const Eigen::Matrix2d covariance = regular.inverse();
   const Eigen::Vector2d mean = covariance * weighted_sum_;
   // Frames that scatter more than their information says make the mean less certain.
   const double scatter =
       std::max(1.0, (squares_ - mean.dot(weighted_sum_)) / (2.0 * (frames_ - 1)));
-  const Eigen::Vector2d sigma = (kCorrelatedFrames * scatter * covariance.diagonal()).cwiseSqrt();
+  return Correction{mean, (kCorrelatedFrames * scatter * covariance.diagonal()).cwiseSqrt()};
+}
+
+/// Changes the timing if the mean correction is certain.
+void ShutterCalibration::update(const DepthSensor& sensor) {
+  const auto found = correction();
+  if (!found) return;
+  const auto& [mean, sigma] = *found;
   // A shutter cannot take less than no time: such estimates come from other errors.
   const double least = timing_.readout == 0 ? kMinRolling : kMinReadoutChange;
   const bool readout =

@@ -39,6 +39,15 @@ class ShutterCalibration {
     newest_.clear();
   }
 
+  /// Correction of the timing in use that the frames since its last change show: readout time and
+  /// depth delay [s].
+  struct Correction {
+    Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+    Eigen::Vector2d sigma = Eigen::Vector2d::Zero();  ///< Standard deviations.
+  };
+  /// Returns nothing before enough frames were added.
+  std::optional<Correction> correction() const;
+
   /// Returns the timing in use.
   const ShutterTiming& timing() const { return timing_; }
 

@@ -64,6 +64,7 @@ class Tracker {
 
   /// Returns the timing of the camera's shutters that is in use.
   const ShutterTiming& shutter() const { return calibration_.timing(); }
+  const ShutterCalibration& shutter_calibration() const { return calibration_; }
 
   /// First pass, before the motion evidence: returns the pose from the points that were static up
   /// to the previous frame, or none for a first frame and where too few points are found again.

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/pipeline/calibrate_recording.hpp"
+
+#include "stillmap/sensor/tum_folder.hpp"
+#include "stillmap/simulate/simulated_sequence.hpp"
+
+#include <algorithm>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace stillmap {
+namespace {
+
+/// Disparity offset of the rendered sensor [pixels], and [1/m].
+constexpr double kOffsetPixels = 1.5;
+double offset() {
+  const DepthSensor& sensor = find_depth_sensor("kinect_v1");
+  return kOffsetPixels / (sensor.focal * sensor.baseline);
+}
+
+/// Frames of a rendered sequence as a recording: the depth is corrected as the camera says.
+class RenderedSource final : public FrameSource {
+ public:
+  RenderedSource(const std::vector<RgbdFramePtr>& frames, const Camera& recorded)
+      : frames_(frames), bias_(recorded.disparity_bias), camera_(recorded) {
+    camera_.disparity_bias = {};
+  }
+  const Camera& camera() const override { return camera_; }
+  RgbdFramePtr next() override {
+    if (next_ == frames_.size()) return nullptr;
+    auto frame = std::make_shared<RgbdFrame>(*frames_[next_++]);
+    frame->depth = frame->depth.clone();
+    correct_disparity(bias_, camera_, frame->depth);
+    return frame;
+  }
+  std::optional<std::size_t> size() const override { return frames_.size() - next_; }
+  const std::vector<SkippedFrame>& skipped() const override { return skipped_; }
+
+ private:
+  const std::vector<RgbdFramePtr>& frames_;
+  DisparityBias bias_;
+  Camera camera_;
+  std::size_t next_ = 0;
+  std::vector<SkippedFrame> skipped_;
+};
+
+struct Rendered {
+  Camera camera;
+  std::vector<RgbdFramePtr> frames;
+};
+
+Rendered rendered(const std::string& motion, double offset_pixels) {
+  SimulationOptions options;
+  options.people = 0;
+  options.camera = motion;
+  options.frames = 120;
+  options.width = 320;
+  options.height = 240;
+  options.depth_bias.offset = offset_pixels;
+  const SimulatedSequence sequence(options);
+  Rendered result{sequence.camera(), {}};
+  for (std::size_t i = 0; i < sequence.frames(); ++i) result.frames.push_back(sequence.frame(i));
+  return result;
+}
+
+CalibrationReport calibrate(const Rendered& recording, const Camera& given) {
+  const auto open = [&](const Camera& camera) {
+    return std::make_unique<RenderedSource>(recording.frames, camera);
+  };
+  return calibrate_recording(open, given, parameters_of(read_options("static")));
+}
+
+const CalibratedParameter& find(const CalibrationReport& report, const std::string& key) {
+  return *std::find_if(report.parameters.begin(), report.parameters.end(),
+                       [&](const auto& p) { return p.key == key; });
+}
+
+TEST(CalibrateRecording, FindsTheDisparityOffset) {
+  const Rendered recording = rendered("loop", kOffsetPixels);
+  const CalibrationReport report = calibrate(recording, recording.camera);
+  const CalibratedParameter& p = find(report, "disparity_offset");
+  EXPECT_EQ(p.verdict, CalibrationVerdict::kCorrected);
+  EXPECT_NEAR(p.estimated, offset(), 3 * p.sigma);
+  EXPECT_LT(p.sigma, 0.2 * offset());
+  EXPECT_EQ(report.camera.disparity_bias.offset, p.estimated);
+  EXPECT_THAT(calibration_findings(report),
+              testing::Contains(testing::HasSubstr("% short at 4 m")));
+}
+
+TEST(CalibrateRecording, FindsIntrinsicsOffByOnePercent) {
+  const Rendered recording = rendered("rpy", 0);
+  Camera given = recording.camera;
+  given.fx *= 1.01, given.fy *= 1.01;
+  const CalibrationReport report = calibrate(recording, given);
+  for (const char* key : {"fx", "fy"}) {
+    const CalibratedParameter& p = find(report, key);
+    EXPECT_NEAR(p.estimated, recording.camera.fx, 3 * p.sigma) << key;
+    EXPECT_LT(p.sigma, 0.005 * recording.camera.fx) << key;
+  }
+}
+
+TEST(CalibrateRecording, KeepsThePerfectCamera) {
+  const Rendered recording = rendered("loop", 0);
+  const CalibrationReport report = calibrate(recording, recording.camera);
+  EXPECT_EQ(report.camera.fx, recording.camera.fx);
+  EXPECT_EQ(report.camera.cx, recording.camera.cx);
+  EXPECT_EQ(report.camera.disparity_bias, DisparityBias{});
+  EXPECT_EQ(report.camera.shutter, recording.camera.shutter);
+  EXPECT_EQ(find(report, "cx").verdict, CalibrationVerdict::kKept);
+  EXPECT_TRUE(calibration_findings(report).empty());
+}
+
+TEST(CalibrateRecording, ACameraAtRestShowsNoIntrinsics) {
+  const Rendered recording = rendered("static", kOffsetPixels);
+  const CalibrationReport report = calibrate(recording, recording.camera);
+  for (const char* key : {"fx", "fy", "cx", "cy", "disparity_offset"})
+    EXPECT_EQ(find(report, key).verdict, CalibrationVerdict::kNotObservable) << key;
+}
+
+}  // namespace
+}  // namespace stillmap
