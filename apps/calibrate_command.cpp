@@ -8,6 +8,7 @@
 #include <memory>
 #include <utility>
 
+#include "command_tree.hpp"
 #include "commands.hpp"
 #include "progress.hpp"
 #include <fmt/format.h>
@@ -104,9 +105,11 @@ void add_calibrate_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand(
       "calibrate", "estimate intrinsics, depth error and shutter timing from a recording");
   command->add_option("recording", arguments->recording, "folder in TUM layout")->required();
-  command->add_option(
-      "--camera", arguments->camera,
-      "camera to start with: preset name or file; default: the recording's camera.yaml");
+  command
+      ->add_option(
+          "--camera", arguments->camera,
+          "camera to start with: preset name or file; default: the recording's camera.yaml")
+      ->type_name(names_or_file(camera_presets()));
   command->add_option("--out", arguments->out, "camera file to write")->capture_default_str();
   command->add_flag("--force", arguments->force, "overwrite the file if it exists");
   command->add_option("--first", arguments->first, "number of frames to skip at the start")

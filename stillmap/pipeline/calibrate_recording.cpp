@@ -221,6 +221,11 @@ void add_timing(const Camera& given, const Pass& pass, CalibrationReport& report
   };
   add("readout", before.readout, pass.timing.readout, 0);
   add("depth_delay", before.depth_delay, pass.timing.depth_delay, 1);
+  // The change of the depth along the image motion is measured with noise, which draws the estimate
+  // towards zero: no delay may be concluded from a small one.
+  CalibratedParameter& delay = report.parameters.back();
+  if (delay.verdict == CalibrationVerdict::kKept)
+    delay.verdict = CalibrationVerdict::kNotObservable;
 }
 
 SlamParameters mapping_only(SlamParameters parameters) {

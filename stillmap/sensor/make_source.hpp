@@ -11,7 +11,8 @@ namespace stillmap {
 /// Returns the camera of a preset (tum_fr1, tum_fr2, tum_fr3, kitchen) or of a file:
 /// - our YAML format: name, width, height, fx, fy, cx, cy, distortion [k1, k2, p1, p2, k3],
 ///   depth_factor, fps, baseline, sensor (a name that find_depth_sensor() knows), readout and
-///   depth_delay (ShutterTiming). Name, distortion, fps, baseline, sensor and timing are optional;
+///   depth_delay (ShutterTiming), disparity_offset and disparity_bow (DisparityBias). Name,
+///   distortion, fps, baseline, sensor, timing and disparity bias are optional;
 ///   the default sensor is kinect_v1, the default baseline that of a triangulating sensor;
 /// - an ORB-SLAM settings file: `%YAML:1.0`, Camera.fx or Camera1.fx ..., Camera.k1 ...,
 ///   Camera.width, Camera.fps, Camera.bf or Stereo.b, DepthMapFactor or RGBD.DepthMapFactor. All
