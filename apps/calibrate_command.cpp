@@ -6,11 +6,10 @@
 
 #include <filesystem>
 #include <memory>
-#include <utility>
 
 #include "command_tree.hpp"
 #include "commands.hpp"
-#include "progress.hpp"
+#include "source_with_progress.hpp"
 #include <fmt/format.h>
 
 namespace stillmap {
@@ -20,25 +19,6 @@ struct CalibrateArguments {
   std::string recording, camera, out = "camera.yaml";
   int first = 0, count = 600;
   bool force = false;
-};
-
-/// A source that shows how many frames were read.
-class SourceWithProgress final : public FrameSource {
- public:
-  SourceWithProgress(std::unique_ptr<FrameSource> source, int pass)
-      : source_(std::move(source)), progress_(fmt::format("pass {}", pass), source_->size()) {}
-  const Camera& camera() const override { return source_->camera(); }
-  RgbdFramePtr next() override {
-    RgbdFramePtr frame = source_->next();
-    if (frame) progress_.step();
-    return frame;
-  }
-  std::optional<std::size_t> size() const override { return source_->size(); }
-  const std::vector<SkippedFrame>& skipped() const override { return source_->skipped(); }
-
- private:
-  std::unique_ptr<FrameSource> source_;
-  Progress progress_;
 };
 
 const char* text_of(CalibrationVerdict verdict) {

@@ -10,6 +10,7 @@
 
 #include "command_tree.hpp"
 #include "commands.hpp"
+#include "source_with_progress.hpp"
 #include <fmt/format.h>
 
 namespace stillmap {
@@ -41,9 +42,10 @@ void check_calibration(const DoctorArguments& arguments, Diagnosis& diagnosis) {
   range.camera = arguments.camera;
   range.associations = arguments.associations;
   range.count = kCalibrationFrames;
-  const auto open = [&](const Camera& recorded) {
+  int pass = 0;
+  const auto open = [&](const Camera& recorded) -> std::unique_ptr<FrameSource> {
     range.recorded = recorded;
-    return make_source(folder, range);
+    return std::make_unique<SourceWithProgress>(make_source(folder, range), ++pass);
   };
   try {
     const auto report =

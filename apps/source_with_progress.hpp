@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/sensor/frame_source.hpp"
+
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "progress.hpp"
+#include <fmt/format.h>
+
+namespace stillmap {
+
+/// A source that shows how many frames were read.
+class SourceWithProgress final : public FrameSource {
+ public:
+  SourceWithProgress(std::unique_ptr<FrameSource> source, int pass)
+      : source_(std::move(source)), progress_(fmt::format("pass {}", pass), source_->size()) {}
+  const Camera& camera() const override { return source_->camera(); }
+  RgbdFramePtr next() override {
+    RgbdFramePtr frame = source_->next();
+    if (frame) progress_.step();
+    return frame;
+  }
+  std::optional<std::size_t> size() const override { return source_->size(); }
+  const std::vector<SkippedFrame>& skipped() const override { return source_->skipped(); }
+
+ private:
+  std::unique_ptr<FrameSource> source_;
+  Progress progress_;
+};
+
+}  // namespace stillmap
