@@ -175,18 +175,18 @@ PointNormals Calibrator::eliminate(std::size_t point, const Camera& camera,
     n.g.noalias() += l->J_point.transpose() * l->information.cwiseProduct(l->residual);
   }
   n.V_inverse = n.V.llt().solve(Eigen::Matrix3d::Identity());
-  const Camera3d camera_V = n.W_camera * n.V_inverse;
+  const Camera3d camera_v = n.W_camera * n.V_inverse;
   reduced.H.block<kCameraParameters, kCameraParameters>(c, c).noalias() -=
-      camera_V * n.W_camera.transpose();
-  reduced.g.tail<kCameraParameters>().noalias() -= camera_V * n.g;
+      camera_v * n.W_camera.transpose();
+  reduced.g.tail<kCameraParameters>().noalias() -= camera_v * n.g;
   for (std::size_t i = 0; i < terms.size(); ++i) {
     const Eigen::Index p = block(terms[i].pose);
-    const Matrix63d pose_V = n.W[i] * n.V_inverse;
-    reduced.g.segment<6>(p).noalias() -= pose_V * n.g;
-    reduced.H.block<kCameraParameters, 6>(c, p).noalias() -= camera_V * n.W[i].transpose();
+    const Matrix63d pose_v = n.W[i] * n.V_inverse;
+    reduced.g.segment<6>(p).noalias() -= pose_v * n.g;
+    reduced.H.block<kCameraParameters, 6>(c, p).noalias() -= camera_v * n.W[i].transpose();
     for (std::size_t j = 0; j < terms.size(); ++j) {  // the lower triangle
       if (terms[j].pose > terms[i].pose) continue;
-      reduced.H.block<6, 6>(p, block(terms[j].pose)).noalias() -= pose_V * n.W[j].transpose();
+      reduced.H.block<6, 6>(p, block(terms[j].pose)).noalias() -= pose_v * n.W[j].transpose();
     }
   }
   return n;
