@@ -2,6 +2,7 @@
 #include "stillmap/optimize/trajectory_smoother.hpp"
 
 #include "stillmap/base/statistics.hpp"
+#include "stillmap/optimize/residual.hpp"
 
 #include <algorithm>
 #include <array>
@@ -31,8 +32,6 @@ constexpr double kFirstStep = 2, kLastStep = 0.2, kMaxLog = 16;
 /// Poses from which the noise is estimated, in sections spread evenly over a longer path.
 constexpr std::size_t kSection = 300, kMaxSections = 5;
 
-using Vector6d = Eigen::Matrix<double, 6, 1>;
-using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Vector12d = Eigen::Matrix<double, 12, 1>;
 using Matrix12d = Eigen::Matrix<double, 12, 12>;
 

@@ -3,6 +3,7 @@
 
 #include "stillmap/base/trace.hpp"
 #include "stillmap/optimize/camera_calibration.hpp"
+#include "stillmap/pipeline/calibrate_shutter.hpp"
 #include "stillmap/pipeline/prefetch.hpp"
 #include "stillmap/pipeline/slam_system.hpp"
 
@@ -228,13 +229,13 @@ void add_timing(const Camera& given, const Pass& pass, CalibrationReport& report
     delay.verdict = CalibrationVerdict::kNotObservable;
 }
 
-SlamParameters mapping_only(SlamParameters parameters) {
-  parameters.dense_cloud = false;
-  parameters.final_adjustment = false;
-  parameters.smooth_trajectory = false;
-  parameters.movers.enabled = false;
-  parameters.schedule.realtime = false;
-  return parameters;
+/// Returns the effect of an error of the disparity on the depth, such as "depth reads 3.0 % short
+/// at 4 m".
+std::string depth_error_text(const CalibratedParameter& p) {
+  constexpr double kDepth = 4;  // depth at which the error is told [m]
+  const double share = 1 / (1 + (p.estimated - p.given) * kDepth) - 1;
+  return fmt::format("depth reads {:.1f} % {} at {:g} m", 100 * std::abs(share),
+                     share < 0 ? "short" : "long", kDepth);
 }
 
 }  // namespace
@@ -243,7 +244,7 @@ CalibrationReport calibrate_recording(
     const std::function<std::unique_ptr<FrameSource>(const Camera& recorded)>& open,
     const Camera& recorded, const SlamParameters& parameters) {
   const TraceScope scope("calibration of the recording");
-  SlamParameters mapping = mapping_only(parameters);
+  SlamParameters mapping = tracking_only(parameters);
   Camera camera = recorded;  // with the best values known so far
   Pass timed = track(open(camera), mapping);
   for (int i = 1; !timed.complete && i < kMaxTimingPasses; ++i) {
@@ -274,19 +275,14 @@ CalibrationReport calibrate_recording(
 }
 
 std::vector<std::string> calibration_findings(const CalibrationReport& report) {
-  constexpr double kDepth = 4;  // depth at which the error of the depth is told [m]
   std::vector<std::string> findings;
   for (const CalibratedParameter& p : report.parameters) {
     if (p.verdict != CalibrationVerdict::kCorrected) continue;
     if (p.key == "disparity_offset") {
-      const double share = 1 / (1 + (p.estimated - p.given) * kDepth) - 1;
-      findings.push_back(fmt::format("depth reads {:.1f} % {} at {:g} m", 100 * std::abs(share),
-                                     share < 0 ? "short" : "long", kDepth));
+      findings.push_back(depth_error_text(p));
     } else if (p.key == "disparity_bow") {
-      const double share = 1 / (1 + (p.estimated - p.given) * kDepth) - 1;
-      findings.push_back(fmt::format(
-          "depth reads {:.1f} % {} at {:g} m in the corners of the image, compared with its center",
-          100 * std::abs(share), share < 0 ? "short" : "long", kDepth));
+      findings.push_back(depth_error_text(p) +
+                         " in the corners of the image, compared with its center");
     } else if (p.key == "readout" || p.key == "depth_delay") {
       findings.push_back(fmt::format("{} is {:.1f} ms", p.key, 1000 * p.estimated));
     } else {

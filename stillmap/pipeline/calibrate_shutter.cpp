@@ -13,15 +13,6 @@ namespace {
 /// Maximum number of times that the frames are tracked. Each halves the remaining error at least.
 constexpr int kRounds = 5;
 
-/// Returns the parameters of a system that only tracks.
-SlamParameters tracking_only(SlamParameters parameters) {
-  parameters.dense_cloud = false;
-  parameters.final_adjustment = false;
-  parameters.movers.enabled = false;
-  parameters.schedule.realtime = false;
-  return parameters;
-}
-
 /// Tracks the frames until they show another timing than that of the parameters. Returns it, or
 /// that of the parameters.
 ShutterTiming next_timing(std::unique_ptr<FrameSource> source, const SlamParameters& parameters) {
@@ -35,6 +26,15 @@ ShutterTiming next_timing(std::unique_ptr<FrameSource> source, const SlamParamet
 }
 
 }  // namespace
+
+SlamParameters tracking_only(SlamParameters parameters) {
+  parameters.dense_cloud = false;
+  parameters.final_adjustment = false;
+  parameters.smooth_trajectory = false;
+  parameters.movers.enabled = false;
+  parameters.schedule.realtime = false;
+  return parameters;
+}
 
 ShutterTiming calibrate_shutter(const std::function<std::unique_ptr<FrameSource>()>& open,
                                 const SlamParameters& parameters) {

@@ -19,4 +19,7 @@ inline constexpr int kShutterFrames = 120;
 ShutterTiming calibrate_shutter(const std::function<std::unique_ptr<FrameSource>()>& open,
                                 const SlamParameters& parameters);
 
+/// Returns the parameters of a system that tracks and maps the camera's motion and nothing more.
+SlamParameters tracking_only(SlamParameters parameters);
+
 }  // namespace stillmap
