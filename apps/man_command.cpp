@@ -98,7 +98,12 @@ std::string man_page(const CLI::App& program) {
          ".SH FILES\n"
          ".TP\n\\fIPREFIX\\fR/lib/stillmap\n"
          "The plug\\-in for OpenVINO with OpenVINO's libraries. Without them networks run on "
-         "OpenCV.\n";
+         "ONNX Runtime, if it is installed, or OpenCV.\n"
+         ".SH ENVIRONMENT\n"
+         ".TP\n\\fBSTILLMAP_ONNXRUNTIME\\fR\n"
+         "The library of ONNX Runtime or its folder; without it pip's and the system's is used.\n"
+         ".TP\n\\fBSTILLMAP_PRESETS\\fR\n"
+         "A folder with further presets.\n";
 }
 
 }  // namespace

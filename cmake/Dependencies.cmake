@@ -24,9 +24,9 @@ endif()
 # OpenVINO, the fast back end for segmentation, is optional. Debian has no package; the wheel that
 # scripts/install_dependencies.sh puts into build/venv carries headers, libraries and a CMake package, and
 # its Python package returns their path. A given or cached OpenVINO_DIR is preferred.
+set(STILLMAP_VENV "${PROJECT_SOURCE_DIR}/build/venv" CACHE PATH
+    "Virtual environment in which the wheels of OpenVINO and ONNX Runtime are looked for")
 if(STILLMAP_WITH_OPENVINO)
-  set(STILLMAP_VENV "${PROJECT_SOURCE_DIR}/build/venv" CACHE PATH
-      "Virtual environment in which the OpenVINO wheel is looked for")
   if(NOT OpenVINO_DIR AND EXISTS "${STILLMAP_VENV}/bin/python")
     execute_process(
       COMMAND "${STILLMAP_VENV}/bin/python" -c
@@ -34,12 +34,22 @@ if(STILLMAP_WITH_OPENVINO)
       OUTPUT_VARIABLE openvino_cmake_path OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
   endif()
   find_package(OpenVINO QUIET COMPONENTS Runtime HINTS "${openvino_cmake_path}")
-  # What reading ONNX networks and running them on the CPU takes; `make install` copies these.
+  # What reading ONNX networks and running them on the CPU, on Intel's GPUs (cache.json: tuned kernels) and
+  # NPUs takes; `make install` copies these.
   set(STILLMAP_OPENVINO_LIBRARIES libopenvino.so.* libopenvino_onnx_frontend.so.* libopenvino_intel_cpu_plugin.so
-      libtbb*.so* libhwloc.so*)
+      libopenvino_intel_gpu_plugin.so cache.json libopenvino_intel_npu_plugin.so libtbb*.so* libhwloc.so*)
   if(OpenVINO_FOUND)
     message(STATUS "OpenVINO ${OpenVINO_VERSION}: ${OpenVINO_DIR}")
   else()
     message(STATUS "OpenVINO: not found, segmentation uses OpenCV's networks")
   endif()
 endif()
+
+# ONNX Runtime is opened at run time only. Programs in the build folder find the one in the virtual environment
+# by these links.
+file(GLOB onnxruntime_files "${STILLMAP_VENV}/lib/python3*/site-packages/onnxruntime/capi/libonnxruntime*.so*")
+foreach(file IN LISTS onnxruntime_files)
+  cmake_path(GET file FILENAME name)
+  string(REGEX REPLACE "^libonnxruntime[.]so.*" "libonnxruntime.so.1" name "${name}")
+  file(CREATE_LINK "${file}" "${PROJECT_BINARY_DIR}/${name}" SYMBOLIC)
+endforeach()

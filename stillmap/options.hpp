@@ -39,8 +39,10 @@ struct Options {
     std::string model;
     /// Folder with one mask (8-bit PNG) per frame, used instead of a network; empty for none.
     std::string masks;
-    /// Inference library; auto takes the first one that is available.
+    /// Inference library; auto takes the fastest one that is installed.
     std::string backend = "auto";
+    /// Device of the network; auto takes the first of these that works, and cpu otherwise.
+    std::string device = "auto";
     /// Number of threads of the network.
     int threads = 1;
     /// Detections of lower confidence are dropped.
@@ -48,10 +50,13 @@ struct Options {
     /// Non-maximum suppression drops the less confident of two boxes of one class that overlap by
     /// more than this IoU.
     double nms_iou = 0.7;
-    /// The network runs on every n-th frame; in realtime it runs on at most every n-th.
-    int every = 3;
-    /// Number of frames after which the masks of a frame reach the tracker (lockstep).
-    int mask_delay = 2;  // [frames]
+    /// The network runs on every n-th frame; in realtime it runs on at most every n-th. 0 stands
+    /// for 1 on the devices cuda and tensorrt, and for 3 on others.
+    int every = 0;
+    /// Number of frames after which the masks of a frame reach the tracker (lockstep). With 0 the
+    /// tracker waits for them, also in realtime. -1 stands for 0 on the devices cuda and tensorrt,
+    /// and for 2 on others.
+    int mask_delay = -1;  // [frames]
     /// Masks are propagated to newer frames up to this age.
     int max_mask_age = 30;  // [frames]
   };

@@ -40,8 +40,9 @@ def hidden_folders(arguments):
 
 
 def run(*command, **more):
+    environment = os.environ | {"STILLMAP_ONNXRUNTIME": "/nowhere"}  # there may be one on this computer
     result = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False, cwd="/",
-                            **more)
+                            env=environment, **more)
     result.text = result.stdout + result.stderr
     return result
 
@@ -139,6 +140,12 @@ class Installed(unittest.TestCase):
         self.assertEqual(result.returncode, 1, result.text)
         self.assertIn(missing, result.stderr)
         self.assertIn("fix: ", result.stderr)
+
+    def test_the_back_end_onnxruntime_without_its_library_is_an_error_that_says_how_to_install_it(self):
+        result, _ = self.map_with_network(self.program, "--set", "network.backend=onnxruntime")
+        self.assertEqual(result.returncode, 1, result.text)
+        self.assertIn("/nowhere", result.stderr)
+        self.assertIn("pip install onnxruntime", result.stderr)
 
     def test_another_project_builds_with_the_library_and_runs(self):
         build = FOLDER / "project_build"

@@ -77,9 +77,15 @@ void visit_network_options(Group& network, const Visitor& visit) {
   visit({"network.backend",
          "",
          {},
-         "Inference library; auto takes the first one that is available.",
-         {"auto", "openvino", "opencv"}},
+         "Inference library; auto takes the fastest one that is installed.",
+         {"auto", "openvino", "onnxruntime", "opencv"}},
         network.backend);
+  visit({"network.device",
+         "",
+         {},
+         "Device of the network; auto takes the first of these that works, and cpu otherwise.",
+         {"auto", "tensorrt", "cuda", "intel-gpu", "npu", "cpu"}},
+        network.device);
   visit({"network.threads", "", {1, 256}, "Number of threads of the network."}, network.threads);
   visit({"network.confidence", "", {0.001, 1}, "Detections of lower confidence are dropped."},
         network.confidence);
@@ -89,15 +95,19 @@ void visit_network_options(Group& network, const Visitor& visit) {
          "Non-maximum suppression drops the less confident of two boxes of one class that overlap "
          "by more than this IoU."},
         network.nms_iou);
-  visit({"network.every",
-         "frames",
-         {1, 1000},
-         "The network runs on every n-th frame; in realtime it runs on at most every n-th."},
-        network.every);
+  visit(
+      {"network.every",
+       "frames",
+       {0, 1000},
+       "The network runs on every n-th frame; in realtime it runs on at most every n-th. 0 stands "
+       "for 1 on the devices cuda and tensorrt, and for 3 on others."},
+      network.every);
   visit({"network.mask_delay",
          "frames",
-         {0, 1000},
-         "Number of frames after which the masks of a frame reach the tracker (lockstep)."},
+         {-1, 1000},
+         "Number of frames after which the masks of a frame reach the tracker (lockstep). With 0 "
+         "the tracker waits for them, also in realtime. -1 stands for 0 on the devices cuda and "
+         "tensorrt, and for 2 on others."},
         network.mask_delay);
   visit({"network.max_mask_age",
          "frames",

@@ -13,18 +13,25 @@ std::set<std::string> wanted_classes(const SlamParameters& options) {
   return classes;
 }
 
+ScheduleOptions schedule_for(const Detector* detector, ScheduleOptions schedule) {
+  const bool immediate = detector != nullptr && detector->immediate();
+  if (schedule.segment_every == 0) schedule.segment_every = immediate ? 1 : 3;
+  if (schedule.mask_delay < 0) schedule.mask_delay = immediate ? 0 : 2;
+  return schedule;
+}
+
 }  // namespace
 
 InstanceStream::InstanceStream(std::unique_ptr<Detector> detector, const SlamParameters& options)
-    : schedule_(options.schedule),
+    : schedule_(schedule_for(detector.get(), options.schedule)),
+      waits_(!schedule_.realtime || schedule_.mask_delay == 0),
       wanted_classes_(wanted_classes(options)),
       detector_(std::move(detector)),
       propagator_(options.schedule.max_mask_age) {
   if (!detector_) return;
-  // In realtime the detector gets the newest frame whenever it is free, so one frame may wait.
-  const bool realtime = schedule_.realtime;
+  // A detector that nobody waits for gets the newest frame whenever it is free, so one may wait.
   detect_stage_ = std::make_unique<Stage<RgbdFramePtr, DetectedObjects>>(
-      realtime ? 1 : 8, realtime ? WhenFull::kDrop : WhenFull::kBlock,
+      waits_ ? 8 : 1, waits_ ? WhenFull::kBlock : WhenFull::kDrop,
       [this](const RgbdFramePtr& frame, const auto& publish) { publish(detect(frame)); }, "network",
       ThreadPriority::kNetwork);
   propagation_stage_ = std::make_unique<Stage<PropagationTask, FrameInstances>>(
@@ -76,9 +83,9 @@ FrameInstances InstanceStream::propagate(const PropagationTask& task) {
 }
 
 void InstanceStream::collect(std::size_t visible) {
-  const bool wait = !schedule_.realtime || accepted_ == 0;
+  const bool wait = waits_ || accepted_ == 0;
   while (wait && accepted_ < visible) accept(detect_stage_->pop().value());
-  while (schedule_.realtime) {
+  while (!waits_) {
     const auto detected = detect_stage_->try_pop();
     if (!detected) break;
     accept(*detected);

@@ -39,9 +39,9 @@ class InstanceStream {
   InstanceStream(std::unique_ptr<Detector> detector, const SlamParameters& options);
 
   /// Passes the frame to the detector, if it is to be segmented, and starts to propagate the
-  /// visible instances to it. In lockstep the stream waits for these; in realtime they are the
-  /// newest available. The stream always waits for the instances of the very first frame, so that
-  /// no moving object gets into the map.
+  /// visible instances to it. In lockstep, and with a mask delay of 0, the stream waits for these;
+  /// otherwise they are the newest available. The stream always waits for the instances of the very
+  /// first frame, so that no moving object gets into the map.
   void push(const RgbdFramePtr& frame, const CellGridPtr& cells);
 
   /// Waits for the instances in the frame pushed last and returns them. Called once per frame.
@@ -69,6 +69,7 @@ class InstanceStream {
   SegmentedFrame wanted_in(const SegmentedFrame& found) const;
 
   const ScheduleOptions schedule_;
+  const bool waits_;  // whether frames wait for the instances that are visible to them
   const std::set<std::string> wanted_classes_;
   std::deque<std::size_t> due_;  // first frame to which each pending segmentation is visible
   std::size_t visible_ = 0;      // number of segmented frames that are visible by now

@@ -25,6 +25,7 @@ void set_network(const Options::Network& from, SlamParameters& to) {
   to.segment.model = from.model;
   to.segment.masks = from.masks;
   to.segment.backend = from.backend;
+  to.segment.device = from.device;
   to.segment.threads = from.threads;
   to.segment.confidence = static_cast<float>(from.confidence);
   to.segment.iou = static_cast<float>(from.nms_iou);

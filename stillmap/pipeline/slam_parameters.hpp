@@ -22,9 +22,13 @@ struct ScheduleOptions {
   int refine_delay = 5;      ///< Delay of the refined map around a new keyframe (lockstep).
   int relocalize_delay = 1;  ///< Delay of a relocalization result (lockstep).
   int global_delay = 90;     ///< Delay of global bundle adjustment after a loop (lockstep).
-  int segment_every = 3;     ///< Interval of the network's frames; in realtime the shortest one.
-  int mask_delay = 2;        ///< Delay of a frame's masks (lockstep).
-  int max_mask_age = 30;     ///< Maximum age of propagated masks.
+  /// Interval of the network's frames; in realtime the shortest one. 0: 1 if the detector is
+  /// immediate, otherwise 3.
+  int segment_every = 0;
+  /// Delay of a frame's masks (lockstep); with 0 the tracker also waits for them in realtime. -1: 0
+  /// if the detector is immediate, otherwise 2.
+  int mask_delay = -1;
+  int max_mask_age = 30;  ///< Maximum age of propagated masks.
 };
 
 /// Detection and tracking of moving objects.

@@ -36,9 +36,8 @@ std::string load_shedding_text(const RunRecord& record) {
   std::string text = "realtime: ";
   if (record.result.segmented > 0) {
     text += fmt::format(
-        "network run every {:.1f} frames ({} requested), ",
-        static_cast<double>(record.frames) / static_cast<double>(record.result.segmented),
-        record.options.network.every);
+        "network run every {:.1f} frames, ",
+        static_cast<double>(record.frames) / static_cast<double>(record.result.segmented));
   }
   if (record.options.movers.enabled)
     text += fmt::format("mover detection skipped in {} frames, ", less.frames_without_movers);

@@ -16,8 +16,10 @@ class Detector {
   virtual ~Detector() = default;
   /// Returns the instances of the frame by descending confidence; deterministic for equal pixels.
   virtual std::vector<Instance> detect(const RgbdFrame& frame) = 0;
-  /// Returns one line for logs and the summary: model, back end, input size, threads.
+  /// Returns one line for logs and the summary: model, input size, back end, device, threads.
   virtual std::string description() const = 0;
+  /// Returns whether detection is so fast that the tracker can wait for it in every frame.
+  virtual bool immediate() const { return false; }
   /// Returns one line about skipped frames for the summary; empty if there are none.
   virtual std::string skipped() const { return {}; }
   /// Returns the class names by class id.

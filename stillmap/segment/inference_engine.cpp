@@ -3,10 +3,15 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/warning.hpp"
+#include "stillmap/segment/accelerator.hpp"
+#include "stillmap/segment/onnxruntime_engine.hpp"
 #include "stillmap/segment/opencv_engine.hpp"
 #include "stillmap/segment/openvino_plugin.hpp"
 
+#include <algorithm>
+
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace stillmap {
 namespace {
@@ -14,79 +19,172 @@ namespace {
 constexpr const char* kInstallOpenVino =
     "run scripts/install_dependencies.sh in the source folder, then build and install again";
 
+using EnginePtr = std::unique_ptr<InferenceEngine>;
+using Names = std::vector<std::string>;
+
+/// A device and the back ends that run networks on it, the fastest first.
+struct Device {
+  std::string name;
+  Names backends;
+};
+
+/// Returns the devices, the fastest first.
+const std::vector<Device>& devices() {
+  static const std::vector<Device> all = {{"tensorrt", {"onnxruntime"}},
+                                          {"cuda", {"onnxruntime"}},
+                                          {"intel-gpu", {"openvino"}},
+                                          {"npu", {"openvino"}},
+                                          {"cpu", {"openvino", "onnxruntime", "opencv"}}};
+  return all;
+}
+
+bool contains(const Names& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
 /// Returns the first line of a library's message; the others name its source files.
 std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
 
 Error cannot_load(const std::string& backend, const EngineOptions& options,
                   const std::exception& reason) {
-  return {fmt::format("the {} back end cannot load this network: {}", backend,
+  const std::string place = options.device == "cpu" ? "" : " on the device " + options.device;
+  return {fmt::format("the {} back end cannot load this network{}: {}", backend, place,
                       first_line(reason.what())),
-          options.model, export_advice() + ", or choose another back end"};
+          options.model, export_advice() + ", or choose another back end or device"};
 }
 
-std::unique_ptr<InferenceEngine> start_opencv(const EngineOptions& options) {
-  try {
-    return make_opencv_engine(options);
-  } catch (const Error&) {
-    throw;
-  } catch (const std::exception& e) {
-    throw cannot_load("opencv", options, e);
-  }
-}
-
-std::unique_ptr<InferenceEngine> start_openvino(const EngineOptions& options) {
+EnginePtr start_openvino(const EngineOptions& options) {
   const OpenVinoPlugin& plugin = OpenVinoPlugin::instance();
   if (!plugin.loaded()) {
     throw Error("the OpenVINO back end is not installed: " + plugin.problem(), "network.backend",
                 std::string(kInstallOpenVino) + ", or take the back end opencv or auto");
   }
+  return plugin.make_engine(options);
+}
+
+EnginePtr start_backend(const std::string& backend, const EngineOptions& options) {
   try {
-    return plugin.make_engine(options);
+    if (backend == "openvino") return start_openvino(options);
+    if (backend == "onnxruntime") return make_onnxruntime_engine(options);
+    return make_opencv_engine(options);
+  } catch (const Error&) {
+    throw;
   } catch (const std::exception& e) {
-    throw cannot_load("openvino", options, e);
+    throw cannot_load(backend, options, e);
   }
 }
 
-void warn_of_missing_openvino() {
-  static const bool warned = [] {
-    warn(fmt::format(
-             "the network runs on OpenCV, which is slower, since OpenVINO cannot be loaded ({})",
-             OpenVinoPlugin::instance().problem()),
-         kInstallOpenVino);
+void warn_of_missing_openvino(const std::string& backend) {
+  static const bool warned = [&] {
+    warn(
+        fmt::format("the network runs on {}, which is slower, since OpenVINO cannot be loaded ({})",
+                    backend, OpenVinoPlugin::instance().problem()),
+        kInstallOpenVino);
     return true;
   }();
   (void)warned;
 }
 
-/// Starts OpenVINO if it is installed and supports all operators of the network, OpenCV otherwise.
-std::unique_ptr<InferenceEngine> start_fastest(const EngineOptions& options) {
-  if (!OpenVinoPlugin::instance().loaded()) {
-    warn_of_missing_openvino();
-    return start_opencv(options);
+/// Starts the fastest back end that is installed and supports all operators of the network.
+EnginePtr start_on_cpu(const EngineOptions& options) {
+  const Names backends = available_backends();
+  if (backends.front() != "openvino") warn_of_missing_openvino(backends.front());
+  std::string problem;
+  for (const std::string& backend : backends) {
+    try {
+      EnginePtr engine = start_backend(backend, options);
+      if (!problem.empty())
+        warn(fmt::format("{}; it runs on {}", problem, engine->name()), export_advice());
+      return engine;
+    } catch (const Error& e) {
+      if (backend == backends.back()) throw;
+      if (problem.empty()) problem = e.problem();
+    }
   }
+  return nullptr;
+}
+
+/// Runs the network once, since accelerators finish loading in the first run.
+void warm_up(const std::string& backend, const EngineOptions& options, InferenceEngine& engine) {
+  const auto& shape = options.input_shape;
+  const std::vector<float> black(3 * static_cast<std::size_t>(shape[2]) *
+                                 static_cast<std::size_t>(shape[3]));
   try {
-    return start_openvino(options);
-  } catch (const Error& e) {
-    auto engine = start_opencv(options);
-    warn(e.problem() + "; it runs on OpenCV, which is slower", export_advice());
-    return engine;
+    engine.run(black);
+  } catch (const std::exception& e) {
+    throw cannot_load(backend, options, e);
   }
+}
+
+EnginePtr start_on_accelerator(const std::string& backend, const EngineOptions& options) {
+  if (const auto problem = missing_hardware(options.device); !problem.empty()) {
+    throw Error(fmt::format("the device {} is missing: {}", options.device, problem),
+                "network.device",
+                driver_advice(options.device) + ", or take the device cpu or auto");
+  }
+  EnginePtr engine = start_backend(backend, options);
+  warm_up(backend, options, *engine);
+  return engine;
+}
+
+/// Starts a device that was asked for by name.
+EnginePtr start_device(const Device& device, const std::string& backend,
+                       const EngineOptions& options) {
+  if (backend != "auto" && !contains(device.backends, backend)) {
+    throw Error(fmt::format("the back end {} does not run on the device {}", backend, device.name),
+                "network.backend, network.device",
+                "take the back end auto or " + device.backends.front());
+  }
+  if (device.name != "cpu")
+    return start_on_accelerator(backend == "auto" ? device.backends.front() : backend, options);
+  return backend == "auto" ? start_on_cpu(options) : start_backend(backend, options);
+}
+
+/// Starts the fastest device that runs the network.
+ChosenEngine start_fastest(const std::string& backend, EngineOptions options) {
+  Names missing;
+  for (const Device& device : devices()) {
+    if (backend != "auto" && !contains(device.backends, backend)) continue;
+    options.device = device.name;
+    if (const auto problem = missing_hardware(device.name); !problem.empty()) {
+      if (!contains(missing, problem)) missing.push_back(problem);
+      continue;
+    }
+    try {
+      EnginePtr engine = start_device(device, backend, options);
+      return {std::move(engine), device.name, fmt::format("{}", fmt::join(missing, ", "))};
+    } catch (const Error& e) {
+      if (device.name == "cpu") throw;
+      missing.push_back(e.problem());
+      if (device.name == "cuda") warn(e.problem() + "; the network runs elsewhere", e.fix());
+    }
+  }
+  return {};
 }
 
 }  // namespace
 
 std::vector<std::string> available_backends() {
-  if (!OpenVinoPlugin::instance().loaded()) return {"opencv"};
-  return {"openvino", "opencv"};
+  Names names;
+  if (OpenVinoPlugin::instance().loaded()) names.emplace_back("openvino");
+  if (OnnxRuntimeLibrary::instance().loaded()) names.emplace_back("onnxruntime");
+  names.emplace_back("opencv");
+  return names;
 }
 
-std::unique_ptr<InferenceEngine> make_engine(const std::string& backend,
-                                             const EngineOptions& options) {
-  if (backend == "auto") return start_fastest(options);
-  if (backend == "openvino") return start_openvino(options);
-  if (backend == "opencv") return start_opencv(options);
-  throw Error(fmt::format("unknown inference back end \"{}\"", backend), "network.backend",
-              "take one of: auto, openvino, opencv");
+ChosenEngine choose_engine(const std::string& backend, const EngineOptions& options) {
+  const Names& known = devices().back().backends;
+  if (backend != "auto" && !contains(known, backend)) {
+    throw Error(fmt::format("unknown inference back end \"{}\"", backend), "network.backend",
+                fmt::format("take one of: auto, {}", fmt::join(known, ", ")));
+  }
+  if (options.device == "auto") return start_fastest(backend, options);
+  for (const Device& device : devices()) {
+    if (device.name == options.device)
+      return {start_device(device, backend, options), device.name, ""};
+  }
+  throw Error(fmt::format("unknown device \"{}\"", options.device), "network.device",
+              "take one of: auto, tensorrt, cuda, intel-gpu, npu, cpu");
 }
 
 }  // namespace stillmap

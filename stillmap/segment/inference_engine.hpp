@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -18,7 +19,7 @@ struct TensorView {
 };
 
 /// Runs one network on one image. Synchronous; one thread at a time per object. Equal inputs give
-/// equal outputs, in every run and for any number of threads.
+/// equal outputs on the same device, in every run and for any number of threads.
 class InferenceEngine {
  public:
   virtual ~InferenceEngine() = default;
@@ -27,26 +28,41 @@ class InferenceEngine {
   /// Runs the network. `input` holds the product of input_shape() values.
   /// @return the outputs in the order of the file; valid until the next call
   virtual std::vector<TensorView> run(std::span<const float> input) = 0;
-  /// Returns the back end and its version for logs: "OpenVINO 2026.4", "OpenCV 4.6.0", ...
+  /// Returns back end, version and device for logs: "OpenVINO 2026.4 on the CPU", ...
   virtual std::string name() const = 0;
 };
 
-/// Network file and number of threads of an engine.
+/// Network file, device and number of threads of an engine.
 struct EngineOptions {
   std::string model;                 ///< Path of the .onnx file.
+  std::string input;                 ///< Name of the input.
   std::array<int, 4> input_shape{};  ///< Shape 1 x 3 x height x width, all positive.
+  /// Sizes of the dynamic dimensions of the input by their names in the file.
+  std::map<std::string, int> dynamic_dimensions;
   std::vector<std::string> outputs;  ///< Names of the outputs in the order of the file.
-  int threads = 1;                   ///< Number of threads of the network.
+  std::string device = "cpu";        ///< tensorrt, cuda, intel-gpu, npu, cpu, or auto.
+  int threads = 1;                   ///< Number of threads of the network (CPU).
 };
 
-/// Returns the available back ends, fastest first: "openvino" if its plug-in is installed, and
-/// "opencv".
+/// An engine, and the reason for its device.
+struct ChosenEngine {
+  std::unique_ptr<InferenceEngine> engine;
+  std::string device;  ///< The device on which it runs; not auto.
+  std::string reason;  ///< What faster devices lack; empty if the device was asked for by name.
+};
+
+/// Returns the back ends that are installed, the fastest on the CPU first: "openvino",
+/// "onnxruntime", and always "opencv".
 std::vector<std::string> available_backends();
 
-/// Starts an engine. `backend` is "openvino", "opencv", or "auto": OpenVINO if its plug-in is
-/// installed and loads the network, otherwise OpenCV with a warning. Throws Error if the back end
-/// is unknown, if it is "openvino" and a library is missing, or if the network does not load.
-std::unique_ptr<InferenceEngine> make_engine(const std::string& backend,
-                                             const EngineOptions& options);
+/// Starts an engine and runs it once if it is not on the CPU.
+///
+/// The device auto takes the first one that runs the network, in the order of
+/// EngineOptions::device; a computer with a GPU but without the libraries for it gets a warning.
+/// The back end auto takes the first of available_backends() that runs the network, with a warning
+/// if that is not OpenVINO, which is the fastest on the CPU. Throws Error if the back end or the
+/// device is unknown, if one that is asked for by name lacks a library or hardware, or if the
+/// network does not load.
+ChosenEngine choose_engine(const std::string& backend, const EngineOptions& options);
 
 }  // namespace stillmap

@@ -93,7 +93,7 @@ TEST_P(WrongNetwork, UnknownOperator) {
               testing::HasSubstr("cannot load"));
 }
 
-INSTANTIATE_TEST_SUITE_P(All, WrongNetwork, testing::Values("openvino", "opencv"),
+INSTANTIATE_TEST_SUITE_P(All, WrongNetwork, testing::Values("openvino", "onnxruntime", "opencv"),
                          [](const auto& test) { return test.param; });
 
 TEST(MakeDetector, NeitherIsValidAndBothIsAnError) {
@@ -103,7 +103,7 @@ TEST(MakeDetector, NeitherIsValidAndBothIsAnError) {
   EXPECT_THROW(make_detector(both), Error);
 }
 
-TEST(MakeDetector, UnknownBackEndsAreErrors) {
+TEST(MakeDetector, UnknownBackEndsAndDevicesAreErrors) {
   const fs::path file = test::own_path("fine.onnx");
   write_file(file, test::tiny_model("Relu", {1, 3, 8, 8}, {1, 3, 8, 8}));
   const auto where = [&](auto&& change) -> std::string {
@@ -117,6 +117,7 @@ TEST(MakeDetector, UnknownBackEndsAreErrors) {
     return "no error";
   };
   EXPECT_THAT(where([](auto& o) { o.backend = "tpu"; }), testing::HasSubstr("auto, "));
+  EXPECT_THAT(where([](auto& o) { o.device = "tpu"; }), testing::HasSubstr("auto, tensorrt, cuda"));
   fs::remove(file);
 }
 
@@ -192,7 +193,7 @@ INSTANTIATE_TEST_SUITE_P(
     All, Network,
     testing::Combine(testing::Values("yolo11n-seg_480x640.onnx", "yolov8n-seg_480x640.onnx",
                                      "yolo11n_256x320.onnx"),
-                     testing::Values("openvino", "opencv")),
+                     testing::Values("openvino", "onnxruntime", "opencv")),
     [](const auto& test) {
       return fs::path(std::get<0>(test.param)).stem().string().substr(0, 7).append("_") +
              std::get<1>(test.param) + "_" + std::to_string(test.index);

@@ -85,16 +85,16 @@ std::pair<std::string, std::string> parse_entry(std::string_view bytes) {
   return entry;
 }
 
-std::vector<std::int64_t> parse_shape(std::string_view bytes) {
-  std::vector<std::int64_t> shape;
+void parse_shape(std::string_view bytes, OnnxValue& value) {
   for_each_field_of(bytes, [&](const Field& dimension) {
     if (dimension.id != 1) return;
-    shape.push_back(-1);
+    value.shape.push_back(-1);
+    value.names.emplace_back();
     for_each_field_of(dimension.bytes, [&](const Field& f) {
-      if (f.id == 1 && f.number > 0) shape.back() = static_cast<std::int64_t>(f.number);
+      if (f.id == 1 && f.number > 0) value.shape.back() = static_cast<std::int64_t>(f.number);
+      if (f.id == 2) value.names.back() = f.bytes;
     });
   });
-  return shape;
 }
 
 OnnxValue parse_value(std::string_view bytes) {
@@ -105,7 +105,7 @@ OnnxValue parse_value(std::string_view bytes) {
     for_each_field_of(f.bytes, [&](const Field& type) {
       if (type.id != 1) return;  // its tensor_type
       for_each_field_of(type.bytes, [&](const Field& tensor) {
-        if (tensor.id == 2) value.shape = parse_shape(tensor.bytes);
+        if (tensor.id == 2) parse_shape(tensor.bytes, value);
       });
     });
   });

@@ -13,6 +13,7 @@ namespace stillmap {
 struct OnnxValue {
   std::string name;
   std::vector<std::int64_t> shape;  ///< -1 for a dynamic size.
+  std::vector<std::string> names;   ///< Name of each dimension; empty where it has none.
 };
 
 /// Metadata of a network file, read without running the network.

@@ -1,11 +1,13 @@
-// Two tables. `network/...`: back end x network x threads with the time per frame (all of detect(),
-// median) [ms] and the coverage of people compared with true masks. `propagation/...`: the same for
-// masks propagated over a number of frames.
+// Two tables. `network/...`: back end or device x network x threads with the time per frame of detection
+// and mask (median) [ms], the coverage of people compared with true masks, and the IoU with the masks of
+// the same network on the fastest back end of the CPU ("same"). `propagate/...`: the same for masks
+// propagated over a number of frames.
 //
 // Networks are read from $STILLMAP_SHARED/models, sequences in TUM layout with a folder `mask` (255
 // = person) from $STILLMAP_BENCH; missing ones are skipped.
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/stopwatch.hpp"
+#include "stillmap/segment/accelerator.hpp"
 #include "stillmap/segment/dynamic_mask.hpp"
 #include "stillmap/segment/inference_engine.hpp"
 #include "stillmap/segment/make_detector.hpp"
@@ -58,8 +60,9 @@ struct Overlap {
     state.counters["poor"] = poor / frames;
     state.counters["recall"] = both / truth;
     state.counters["precision"] = both / found;
-    state.counters["IoU"] = both / (found + truth - both);
+    state.counters["IoU"] = iou();
   }
+  double iou() const { return both / (found + truth - both); }
 };
 
 /// A frame with its true mask of people.
@@ -123,42 +126,74 @@ const std::vector<std::vector<Sample>>& network_samples() {
   return kRuns;
 }
 
+cv::Mat1b mask_of_people(Detector& detector, const Sample& sample) {
+  SegmentedFrame found;
+  found.instances = detector.detect(*sample.frame);
+  return dynamic_mask(found, {"person"}, sample.truth.size());
+}
+
+/// Returns the masks of all samples by a network on the fastest back end of the CPU.
+const std::vector<cv::Mat1b>& reference_masks(const std::string& model) {
+  static std::map<std::string, std::vector<cv::Mat1b>> made;
+  auto& masks = made[model];
+  if (!masks.empty()) return masks;
+  SegmentOptions options;
+  options.model = model;
+  options.device = "cpu";
+  const auto detector = make_detector(options);
+  for (const auto& run : network_samples()) masks.push_back(mask_of_people(*detector, run.front()));
+  return masks;
+}
+
 void run_network(benchmark::State& state, const SegmentOptions& options) {
   if (network_samples().empty()) return state.SkipWithError("no sequences with masks");
   try {
     cv::setNumThreads(options.threads);  // Thread pool of the OpenCV back end.
     const auto detector = make_detector(options);
+    const auto& reference = reference_masks(options.model);
     std::vector<double> times;
-    Overlap overlap;
+    Overlap overlap, same;
     for (auto _ : state) {
-      for (const auto& run : network_samples()) {
+      for (std::size_t i = 0; i < reference.size(); ++i) {
+        const Sample& sample = network_samples()[i].front();
         const Stopwatch watch;
-        SegmentedFrame found;
-        found.instances = detector->detect(*run.front().frame);
+        const cv::Mat1b mask = mask_of_people(*detector, sample);
         times.push_back(watch.milliseconds());
-        overlap.add(dynamic_mask(found, {"person"}, run.front().truth.size()), run.front().truth);
+        overlap.add(mask, sample.truth);
+        same.add(mask, reference[i]);
       }
     }
     report_times(state, times);
     overlap.report(state);
+    state.counters["same"] = same.iou();
   } catch (const Error& e) {
     state.SkipWithError(e.problem().c_str());
   }
 }
 
+void register_network(const std::string& name, const SegmentOptions& options) {
+  const std::string full_name = "network/" + name + "/" + fs::path(options.model).stem().string() +
+                                "/threads:" + std::to_string(options.threads);
+  benchmark::RegisterBenchmark(full_name.c_str(), run_network, options)->Iterations(1);
+}
+
 void register_networks() {
   const fs::path shared = folder_from("STILLMAP_SHARED", STILLMAP_SHARED_DEFAULT);
-  for (const auto& backend : available_backends()) {
-    for (const auto& model : files_in(shared / "models", ".onnx")) {
-      for (const int threads : {1, 2}) {
-        SegmentOptions options;
-        options.model = model;
+  for (const auto& model : files_in(shared / "models", ".onnx")) {
+    SegmentOptions options;
+    options.model = model;
+    for (options.threads = 1; options.threads <= 2; ++options.threads) {
+      options.device = "cpu";
+      for (const auto& backend : available_backends()) {
         options.backend = backend;
-        options.threads = threads;
-        const auto name = "network/" + backend + "/" + model.stem().string() +
-                          "/threads:" + std::to_string(threads);
-        benchmark::RegisterBenchmark(name.c_str(), run_network, options)->Iterations(1);
+        register_network(backend, options);
       }
+    }
+    options.threads = 1;
+    options.backend = "auto";
+    for (const char* device : {"tensorrt", "cuda", "intel-gpu", "npu"}) {
+      options.device = device;
+      if (missing_hardware(device).empty()) register_network(device, options);
     }
   }
 }

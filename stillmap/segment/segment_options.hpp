@@ -10,8 +10,10 @@ namespace stillmap {
 struct SegmentOptions {
   std::string model;  ///< YOLOv7, YOLOv8 or YOLO11 network for detection or segmentation (.onnx).
   std::string masks;  ///< Folder with one 8-bit PNG per frame.
-  /// Inference back end: auto, openvino or opencv; auto uses OpenVINO if it is installed.
+  /// Inference library: auto, openvino, onnxruntime or opencv; auto uses the fastest installed one.
   std::string backend = "auto";
+  /// Device: auto, tensorrt, cuda, intel-gpu, npu or cpu; auto uses the first one that works.
+  std::string device = "auto";
   /// Number of threads of the network; the back end opencv uses OpenCV's own pool.
   int threads = 1;
   float confidence = 0.25F;  ///< Minimum confidence of a detection [0..1].

@@ -5,6 +5,9 @@
 #include "stillmap/base/trace.hpp"
 #include "stillmap/segment/coco.hpp"
 
+#include <map>
+#include <set>
+
 #include <fmt/format.h>
 
 namespace stillmap {
@@ -31,6 +34,19 @@ std::array<int, 4> input_shape_of(const OnnxInfo& info, const std::string& file)
                 export_advice());
   }
   return {1, 3, static_cast<int>(height), static_cast<int>(width)};
+}
+
+/// Returns the sizes of the named dynamic dimensions; a name with two sizes is left out.
+std::map<std::string, int> dynamic_dimensions(const OnnxValue& input,
+                                              const std::array<int, 4>& shape) {
+  std::map<std::string, int> sizes;
+  std::set<std::string> ambiguous = {""};
+  for (std::size_t i = 0; i < shape.size(); ++i) {
+    const auto [known, added] = sizes.emplace(input.names[i], shape[i]);
+    if (!added && known->second != shape[i]) ambiguous.insert(known->first);
+  }
+  for (const std::string& name : ambiguous) sizes.erase(name);
+  return sizes;
 }
 
 std::vector<std::string> output_names(const OnnxInfo& info) {
@@ -71,10 +87,15 @@ void check_task(const OnnxInfo& info, const std::string& file) {
 YoloDetector::YoloDetector(const SegmentOptions& options) : options_(options) {
   const OnnxInfo info = read_onnx(options.model);
   check_task(info, options.model);
-  engine_ = make_engine(options.backend, {.model = options.model,
-                                          .input_shape = input_shape_of(info, options.model),
-                                          .outputs = output_names(info),
-                                          .threads = options.threads});
+  const auto shape = input_shape_of(info, options.model);
+  engine_ = choose_engine(options.backend,
+                          {.model = options.model,
+                           .input = info.inputs.front().name,
+                           .input_shape = shape,
+                           .dynamic_dimensions = dynamic_dimensions(info.inputs.front(), shape),
+                           .outputs = output_names(info),
+                           .device = options.device,
+                           .threads = options.threads});
   check_outputs(info);
   decode_ = {.confidence = options.confidence, .iou = options.iou};
 }
@@ -85,7 +106,7 @@ void YoloDetector::check_outputs(const OnnxInfo& info) {
   input_.assign(3 * static_cast<std::size_t>(input_size().area()), 0.0F);
   std::vector<std::vector<std::int64_t>> shapes;
   try {
-    shapes = shapes_of(engine_->run(input_));
+    shapes = shapes_of(engine_.engine->run(input_));
   } catch (const std::exception& e) {
     throw Error(std::string("the network loads but does not run: ") + e.what(), options_.model,
                 export_advice());
@@ -98,7 +119,7 @@ void YoloDetector::check_outputs(const OnnxInfo& info) {
 }
 
 cv::Size YoloDetector::input_size() const {
-  const auto shape = engine_->input_shape();
+  const auto shape = engine_.engine->input_shape();
   return {shape[3], shape[2]};
 }
 
@@ -108,16 +129,19 @@ std::vector<Instance> YoloDetector::detect(const RgbdFrame& frame) {
   }
   const Letterbox letterbox(frame.color.size(), input_size());
   letterbox.fill(frame.color, input_);
-  const auto outputs = traced("inference", [&] { return engine_->run(input_); });
+  const auto outputs = traced("inference", [&] { return engine_.engine->run(input_); });
   return decode_yolo(outputs, shape_, letterbox, decode_, class_names_);
 }
 
 std::string YoloDetector::description() const {
   const cv::Size size = input_size();
-  return fmt::format("{} ({}, {} classes), {} x {}, {}, {} thread{}",
-                     std::filesystem::path(options_.model).filename().string(),
-                     segments() ? "masks" : "boxes", class_names_.size(), size.width, size.height,
-                     engine_->name(), options_.threads, options_.threads == 1 ? "" : "s");
+  std::string text = fmt::format("{} ({}, {} classes), {} x {}, {}",
+                                 std::filesystem::path(options_.model).filename().string(),
+                                 segments() ? "masks" : "boxes", class_names_.size(), size.width,
+                                 size.height, engine_.engine->name());
+  if (engine_.device == "cpu")
+    text += fmt::format(", {} thread{}", options_.threads, options_.threads == 1 ? "" : "s");
+  return engine_.reason.empty() ? text : text + "; faster devices: " + engine_.reason;
 }
 
 }  // namespace stillmap

@@ -21,6 +21,9 @@ class YoloDetector final : public Detector {
 
   std::vector<Instance> detect(const RgbdFrame& frame) override;
   std::string description() const override;
+  bool immediate() const override {
+    return engine_.device == "tensorrt" || engine_.device == "cuda";
+  }
   const std::vector<std::string>& class_names() const override { return class_names_; }
 
   /// Returns the size of the network's input [pixels].
@@ -33,7 +36,7 @@ class YoloDetector final : public Detector {
 
   SegmentOptions options_;
   std::vector<std::string> class_names_;
-  std::unique_ptr<InferenceEngine> engine_;
+  ChosenEngine engine_;
   YoloShape shape_;
   DecodeOptions decode_;
   std::vector<float> input_;

@@ -4,6 +4,7 @@
 #include "stillmap/segment/openvino_plugin.hpp"
 
 #include <algorithm>
+#include <stdexcept>
 
 #include <openvino/openvino.hpp>
 
@@ -13,9 +14,12 @@ namespace {
 class OpenVinoEngine final : public InferenceEngine {
  public:
   explicit OpenVinoEngine(const EngineOptions& options) : shape_(options.input_shape) {
+    const std::string device = device_of(options.device);
     auto model = core_.read_model(options.model);
     if (model->is_dynamic()) model->reshape(ov::Shape(shape_.begin(), shape_.end()));
-    compiled_ = core_.compile_model(model, "CPU", settings(options.threads));
+    compiled_ = core_.compile_model(model, device, settings(device, options.threads));
+    name_ = std::string("OpenVINO ") + ov::get_openvino_version().buildNumber + " on " +
+            (device == "CPU" ? "the CPU" : core_.get_property(device, ov::device::full_name));
     request_ = compiled_.create_infer_request();
   }
 
@@ -31,14 +35,24 @@ class OpenVinoEngine final : public InferenceEngine {
     return views;
   }
 
-  std::string name() const override {
-    return std::string("OpenVINO ") + ov::get_openvino_version().buildNumber;
-  }
+  std::string name() const override { return name_; }
 
  private:
-  /// One stream, unpinned because the tracker shares the cores, in 32-bit floats: results then
-  /// depend neither on the short formats of the processor nor on the number of threads.
-  static ov::AnyMap settings(int threads) {
+  /// Returns OpenVINO's name of a device; throws std::runtime_error if its plug-in does not find
+  /// it.
+  std::string device_of(const std::string& device) const {
+    if (device == "cpu") return "CPU";
+    const std::string name = device == "npu" ? "NPU" : "GPU";
+    for (const std::string& found : core_.get_available_devices()) {
+      if (found.starts_with(name)) return found;
+    }
+    throw std::runtime_error("OpenVINO finds no " + name + " that its plug-in supports");
+  }
+  /// On the CPU one stream, unpinned because the tracker shares the cores, in 32-bit floats:
+  /// results then depend neither on the short formats of the processor nor on the number of
+  /// threads. Other devices choose their fastest format, which is 16-bit floats.
+  static ov::AnyMap settings(const std::string& device, int threads) {
+    if (device != "CPU") return {ov::hint::performance_mode(ov::hint::PerformanceMode::LATENCY)};
     return {ov::hint::performance_mode(ov::hint::PerformanceMode::LATENCY),
             ov::inference_num_threads(threads), ov::num_streams(1),
             ov::hint::inference_precision(ov::element::f32), ov::hint::enable_cpu_pinning(false)};
@@ -49,6 +63,7 @@ class OpenVinoEngine final : public InferenceEngine {
   }
 
   std::array<int, 4> shape_;
+  std::string name_;
   ov::Core core_;
   ov::CompiledModel compiled_;
   ov::InferRequest request_;

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+/// The part of ONNX Runtime's C interface that Stillmap calls, so that neither its headers nor its
+/// library are needed to build. The library returns a table of functions, OrtApi, which only grows
+/// at its end (onnxruntime_c_api.h of github.com/microsoft/onnxruntime).
+namespace stillmap::ort {
+
+/// Version of the table in which all functions below exist: ONNX Runtime 1.17.
+constexpr std::uint32_t kApiVersion = 17;
+
+constexpr int kLogFatal = 4;       ///< ORT_LOGGING_LEVEL_FATAL
+constexpr int kFloatTensor = 1;    ///< ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT
+constexpr int kArena = 1;          ///< OrtArenaAllocator
+constexpr int kDefaultMemory = 0;  ///< OrtMemTypeDefault
+
+// Objects of the library, known by their addresses only.
+struct Status;
+struct Env;
+struct SessionOptions;
+struct Session;
+struct RunOptions;
+struct MemoryInfo;
+struct Value;
+struct TensorShape;
+struct CudaOptions;
+struct TensorRtOptions;
+
+using Text = const char*;
+template <std::size_t N>
+using Unused = std::array<void (*)(), N>;
+/// Changes the options of an execution provider.
+template <typename Options>
+using Update = Status* (*)(Options*, const Text* keys, const Text* values, std::size_t count);
+
+/// OrtApi. A function returns null or a Status that describes its failure.
+struct Api {
+  Unused<2> unused_0;
+  Text (*message)(const Status*);
+  Status* (*create_env)(int log_level, Text log_name, Env** made);
+  Unused<3> unused_4;
+  Status* (*create_session)(const Env*, Text file, const SessionOptions*, Session** made);
+  Unused<1> unused_8;
+  Status* (*run)(Session*, const RunOptions*, const Text* input_names, const Value* const* inputs,
+                 std::size_t input_count, const Text* output_names, std::size_t output_count,
+                 Value** outputs);
+  Status* (*create_session_options)(SessionOptions** made);
+  Unused<13> unused_11;
+  Status* (*set_threads)(SessionOptions*, int threads);
+  Unused<24> unused_25;
+  Status* (*create_tensor)(const MemoryInfo*, void* data, std::size_t bytes,
+                           const std::int64_t* shape, std::size_t dimensions, int type,
+                           Value** made);
+  Unused<1> unused_50;
+  Status* (*tensor_data)(Value*, void** data);
+  Unused<8> unused_52;
+  Status* (*element_type)(const TensorShape*, int* type);
+  Status* (*dimension_count)(const TensorShape*, std::size_t* count);
+  Status* (*dimensions)(const TensorShape*, std::int64_t* sizes, std::size_t count);
+  Unused<2> unused_63;
+  Status* (*tensor_shape)(const Value*, TensorShape** made);
+  Unused<3> unused_66;
+  Status* (*create_cpu_memory)(int allocator, int memory, MemoryInfo** made);
+  Unused<23> unused_70;
+  void (*release_status)(Status*);
+  void (*release_memory)(MemoryInfo*);
+  void (*release_session)(Session*);
+  void (*release_value)(Value*);
+  Unused<2> unused_97;
+  void (*release_shape)(TensorShape*);
+  void (*release_session_options)(SessionOptions*);
+  Unused<23> unused_101;
+  Status* (*fix_dimension)(SessionOptions*, Text name, std::int64_t size);
+  Unused<5> unused_125;
+  Status* (*set_entry)(SessionOptions*, Text key, Text value);
+  Unused<39> unused_131;
+  Status* (*append_tensorrt)(SessionOptions*, const TensorRtOptions*);
+  Status* (*create_tensorrt_options)(TensorRtOptions** made);
+  Update<TensorRtOptions> update_tensorrt_options;
+  Unused<1> unused_173;
+  void (*release_tensorrt_options)(TensorRtOptions*);
+  Unused<29> unused_175;
+  Status* (*append_cuda)(SessionOptions*, const CudaOptions*);
+  Status* (*create_cuda_options)(CudaOptions** made);
+  Update<CudaOptions> update_cuda_options;
+  Unused<1> unused_207;
+  void (*release_cuda_options)(CudaOptions*);
+  Unused<64> unused_209;
+  Status* (*set_deterministic)(SessionOptions*, bool deterministic);
+};
+
+/// Result of OrtGetApiBase(), the only function that the library exports by name.
+struct ApiBase {
+  const Api* (*api)(std::uint32_t version);  ///< Null if the library is older.
+  Text (*version)();
+};
+
+// The places of the functions, by their order in onnxruntime_c_api.h.
+#define STILLMAP_ORT_PLACE(member, place) \
+  static_assert(offsetof(Api, member) == (place) * sizeof(void (*)()))
+STILLMAP_ORT_PLACE(message, 2);                    // GetErrorMessage
+STILLMAP_ORT_PLACE(create_env, 3);                 // CreateEnv
+STILLMAP_ORT_PLACE(create_session, 7);             // CreateSession
+STILLMAP_ORT_PLACE(run, 9);                        // Run
+STILLMAP_ORT_PLACE(create_session_options, 10);    // CreateSessionOptions
+STILLMAP_ORT_PLACE(set_threads, 24);               // SetIntraOpNumThreads
+STILLMAP_ORT_PLACE(create_tensor, 49);             // CreateTensorWithDataAsOrtValue
+STILLMAP_ORT_PLACE(tensor_data, 51);               // GetTensorMutableData
+STILLMAP_ORT_PLACE(element_type, 60);              // GetTensorElementType
+STILLMAP_ORT_PLACE(dimension_count, 61);           // GetDimensionsCount
+STILLMAP_ORT_PLACE(dimensions, 62);                // GetDimensions
+STILLMAP_ORT_PLACE(tensor_shape, 65);              // GetTensorTypeAndShape
+STILLMAP_ORT_PLACE(create_cpu_memory, 69);         // CreateCpuMemoryInfo
+STILLMAP_ORT_PLACE(release_status, 93);            // ReleaseStatus
+STILLMAP_ORT_PLACE(release_memory, 94);            // ReleaseMemoryInfo
+STILLMAP_ORT_PLACE(release_session, 95);           // ReleaseSession
+STILLMAP_ORT_PLACE(release_value, 96);             // ReleaseValue
+STILLMAP_ORT_PLACE(release_shape, 99);             // ReleaseTensorTypeAndShapeInfo
+STILLMAP_ORT_PLACE(release_session_options, 100);  // ReleaseSessionOptions
+STILLMAP_ORT_PLACE(fix_dimension, 124);            // AddFreeDimensionOverrideByName
+STILLMAP_ORT_PLACE(set_entry, 130);                // AddSessionConfigEntry
+STILLMAP_ORT_PLACE(append_tensorrt, 170);  // SessionOptionsAppendExecutionProvider_TensorRT_V2
+STILLMAP_ORT_PLACE(create_tensorrt_options, 171);   // CreateTensorRTProviderOptions
+STILLMAP_ORT_PLACE(update_tensorrt_options, 172);   // UpdateTensorRTProviderOptions
+STILLMAP_ORT_PLACE(release_tensorrt_options, 174);  // ReleaseTensorRTProviderOptions
+STILLMAP_ORT_PLACE(append_cuda, 204);               // SessionOptionsAppendExecutionProvider_CUDA_V2
+STILLMAP_ORT_PLACE(create_cuda_options, 205);       // CreateCUDAProviderOptions
+STILLMAP_ORT_PLACE(update_cuda_options, 206);       // UpdateCUDAProviderOptions
+STILLMAP_ORT_PLACE(release_cuda_options, 208);      // ReleaseCUDAProviderOptions
+STILLMAP_ORT_PLACE(set_deterministic, 273);         // SetDeterministicCompute
+#undef STILLMAP_ORT_PLACE
+
+}  // namespace stillmap::ort

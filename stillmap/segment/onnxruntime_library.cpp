@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/segment/onnxruntime_library.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <dlfcn.h>
+#include <optional>
+
+#include <fmt/format.h>
+
+namespace stillmap {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kSystemLibrary = "libonnxruntime.so.1";
+
+/// Returns the entries of a folder whose names begin with `prefix`, by name; none if it cannot be
+/// read.
+std::vector<fs::path> entries(const fs::path& folder, const std::string& prefix = "") {
+  std::vector<fs::path> found;
+  std::error_code error;
+  for (fs::directory_iterator i(folder, error), end; !error && i != end; i.increment(error)) {
+    if (i->path().filename().string().starts_with(prefix)) found.push_back(i->path());
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+void append(const std::vector<fs::path>& more, std::vector<fs::path>& files) {
+  files.insert(files.end(), more.begin(), more.end());
+}
+
+/// Returns the libraries in the Python packages below PREFIX/lib.
+std::vector<fs::path> packaged_files(const char* prefix) {
+  std::vector<fs::path> files;
+  if (prefix == nullptr || *prefix == '\0') return files;
+  for (const fs::path& python : entries(fs::path(prefix) / "lib", "python3")) {
+    for (const char* packages : {"site-packages", "dist-packages"})
+      append(entries(python / packages / "onnxruntime" / "capi", "libonnxruntime.so"), files);
+  }
+  return files;
+}
+
+bool has_cuda(const fs::path& file) {
+  return fs::exists(file.parent_path() / "libonnxruntime_providers_cuda.so");
+}
+
+std::optional<std::string> environment(const char* variable) {
+  const char* value = std::getenv(variable);
+  return value == nullptr ? std::nullopt : std::optional<std::string>(value);
+}
+
+std::string loader_problem() {
+  const char* problem = dlerror();
+  return problem != nullptr ? problem : "unknown problem of the dynamic loader";
+}
+
+}  // namespace
+
+OnnxRuntimeLibrary::OnnxRuntimeLibrary(const std::vector<fs::path>& files) {
+  for (const fs::path& file : files) {
+    const std::string problem = open(file);
+    if (loaded()) {
+      problem_.clear();
+      return;
+    }
+    if (problem_.empty() || fs::exists(file)) problem_ = problem;  // a file rather than the loader
+  }
+}
+
+std::string OnnxRuntimeLibrary::open(const fs::path& file) {
+  void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (library == nullptr) return loader_problem();
+  const auto base = reinterpret_cast<const ort::ApiBase* (*)()>(dlsym(library, "OrtGetApiBase"));
+  if (base == nullptr) return loader_problem();
+  version_ = base()->version();
+  Dl_info place{};
+  if (dladdr(reinterpret_cast<void*>(base), &place) != 0)
+    folder_ = fs::weakly_canonical(place.dli_fname).parent_path();
+  api_ = base()->api(ort::kApiVersion);
+  if (api_ != nullptr) return {};
+  return fmt::format("{} is ONNX Runtime {}, which is older than 1.{}", file.string(), version_,
+                     ort::kApiVersion);
+}
+
+const OnnxRuntimeLibrary& OnnxRuntimeLibrary::instance() {
+  static const OnnxRuntimeLibrary library(onnxruntime_files());
+  return library;
+}
+
+std::vector<fs::path> onnxruntime_files() {
+  if (const auto given = environment("STILLMAP_ONNXRUNTIME")) {
+    const auto inside = entries(*given, "libonnxruntime.so");
+    return inside.empty() ? std::vector<fs::path>{*given} : inside;
+  }
+  std::vector<fs::path> files = packaged_files(std::getenv("VIRTUAL_ENV"));
+  append(packaged_files(std::getenv("CONDA_PREFIX")), files);
+  files.emplace_back(kSystemLibrary);
+  if (const auto home = environment("HOME"))
+    append(packaged_files((*home + "/.local").c_str()), files);
+  append(packaged_files("/usr/local"), files);
+  append(packaged_files("/usr"), files);
+  std::stable_partition(files.begin(), files.end(), has_cuda);
+  return files;
+}
+
+void open_nvidia_packages(const OnnxRuntimeLibrary& library) {
+  const fs::path packages = library.folder() / ".." / "..";
+  std::vector<fs::path> folders = {packages / "tensorrt_libs"};
+  for (const fs::path& package : entries(packages / "nvidia")) folders.push_back(package / "lib");
+  // Each library comes behind those that it needs.
+  for (const char* name : {"libcudart.so", "libcublasLt.so", "libcublas.so", "libnvrtc.so",
+                           "libcurand.so", "libcufft.so", "libcudnn.so", "libnvinfer.so",
+                           "libnvinfer_plugin.so", "libnvonnxparser.so"}) {
+    for (const fs::path& folder : folders) {
+      for (const fs::path& file : entries(folder, name))
+        dlopen(file.c_str(), RTLD_LAZY | RTLD_GLOBAL);
+    }
+  }
+}
+
+}  // namespace stillmap
