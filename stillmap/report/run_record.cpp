@@ -136,6 +136,7 @@ std::string run_summary_text(const RunRecord& record) {
         fmt::format("{} frames could not be read; the first: {:.6f}: {}\n", record.skipped.size(),
                     record.skipped.front().timestamp, record.skipped.front().reason);
   }
+  if (!record.detector.empty()) text += "detector: " + record.detector + "\n";
   if (!record.result.detector_skipped.empty())
     text += "masks: " + record.result.detector_skipped + "\n";
   if (record.options.realtime()) text += load_shedding_text(record) + "\n";

@@ -74,12 +74,17 @@ EnginePtr start_backend(const std::string& backend, const EngineOptions& options
   }
 }
 
-void warn_of_missing_openvino(const std::string& backend) {
+bool installed(const std::string& backend) {
+  if (backend == "openvino") return OpenVinoPlugin::instance().loaded();
+  return backend == "opencv" || OnnxRuntimeLibrary::instance().loaded();
+}
+
+void warn_of_missing_openvino(const std::string& engine) {
   static const bool warned = [&] {
-    warn(
-        fmt::format("the network runs on {}, which is slower, since OpenVINO cannot be loaded ({})",
-                    backend, OpenVinoPlugin::instance().problem()),
-        kInstallOpenVino);
+    warn(fmt::format(
+             "the network runs on {}, since OpenVINO, which is faster, cannot be loaded ({})",
+             engine, OpenVinoPlugin::instance().problem()),
+         kInstallOpenVino);
     return true;
   }();
   (void)warned;
@@ -87,17 +92,17 @@ void warn_of_missing_openvino(const std::string& backend) {
 
 /// Starts the fastest back end that is installed and supports all operators of the network.
 EnginePtr start_on_cpu(const EngineOptions& options) {
-  const Names backends = available_backends();
-  if (backends.front() != "openvino") warn_of_missing_openvino(backends.front());
   std::string problem;
-  for (const std::string& backend : backends) {
+  for (const std::string& backend : devices().back().backends) {
+    if (!installed(backend)) continue;
     try {
       EnginePtr engine = start_backend(backend, options);
+      if (!installed("openvino")) warn_of_missing_openvino(engine->name());
       if (!problem.empty())
         warn(fmt::format("{}; it runs on {}", problem, engine->name()), export_advice());
       return engine;
     } catch (const Error& e) {
-      if (backend == backends.back()) throw;
+      if (backend == devices().back().backends.back()) throw;
       if (problem.empty()) problem = e.problem();
     }
   }
@@ -146,18 +151,18 @@ ChosenEngine start_fastest(const std::string& backend, EngineOptions options) {
   for (const Device& device : devices()) {
     if (backend != "auto" && !contains(device.backends, backend)) continue;
     options.device = device.name;
-    if (const auto problem = missing_hardware(device.name); !problem.empty()) {
-      if (!contains(missing, problem)) missing.push_back(problem);
-      continue;
+    std::string problem = missing_hardware(device.name);
+    if (problem.empty()) {
+      try {
+        EnginePtr engine = start_device(device, backend, options);
+        return {std::move(engine), device.name, fmt::format("{}", fmt::join(missing, ", "))};
+      } catch (const Error& e) {
+        if (device.name == "cpu") throw;
+        if (device.name == "cuda") warn(e.problem() + "; the network runs elsewhere", e.fix());
+        problem = e.problem();
+      }
     }
-    try {
-      EnginePtr engine = start_device(device, backend, options);
-      return {std::move(engine), device.name, fmt::format("{}", fmt::join(missing, ", "))};
-    } catch (const Error& e) {
-      if (device.name == "cpu") throw;
-      missing.push_back(e.problem());
-      if (device.name == "cuda") warn(e.problem() + "; the network runs elsewhere", e.fix());
-    }
+    if (!contains(missing, problem)) missing.push_back(problem);
   }
   return {};
 }
@@ -166,9 +171,9 @@ ChosenEngine start_fastest(const std::string& backend, EngineOptions options) {
 
 std::vector<std::string> available_backends() {
   Names names;
-  if (OpenVinoPlugin::instance().loaded()) names.emplace_back("openvino");
-  if (OnnxRuntimeLibrary::instance().loaded()) names.emplace_back("onnxruntime");
-  names.emplace_back("opencv");
+  for (const std::string& backend : devices().back().backends) {
+    if (installed(backend)) names.push_back(backend);
+  }
   return names;
 }
 

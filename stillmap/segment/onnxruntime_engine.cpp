@@ -259,8 +259,10 @@ class OnnxRuntimeEngine final : public InferenceEngine {
 std::unique_ptr<InferenceEngine> make_onnxruntime_engine(const EngineOptions& options,
                                                          const OnnxRuntimeLibrary& library) {
   if (!library.loaded()) {
-    throw Error("the ONNX Runtime back end is not installed: " + library.problem(),
-                "network.backend, network.device", install_advice(options.device));
+    throw Error("ONNX Runtime cannot be loaded: " + library.problem(),
+                "network.backend, network.device",
+                std::string(install_advice(options.device)) +
+                    ", or let the environment variable STILLMAP_ONNXRUNTIME name its folder");
   }
   return std::make_unique<OnnxRuntimeEngine>(options, library);
 }

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstdlib>
 #include <dlfcn.h>
-#include <optional>
 
 #include <fmt/format.h>
 
@@ -32,10 +31,10 @@ void append(const std::vector<fs::path>& more, std::vector<fs::path>& files) {
 }
 
 /// Returns the libraries in the Python packages below PREFIX/lib.
-std::vector<fs::path> packaged_files(const char* prefix) {
+std::vector<fs::path> packaged_files(const fs::path& prefix) {
   std::vector<fs::path> files;
-  if (prefix == nullptr || *prefix == '\0') return files;
-  for (const fs::path& python : entries(fs::path(prefix) / "lib", "python3")) {
+  if (prefix.empty()) return files;
+  for (const fs::path& python : entries(prefix / "lib", "python3")) {
     for (const char* packages : {"site-packages", "dist-packages"})
       append(entries(python / packages / "onnxruntime" / "capi", "libonnxruntime.so"), files);
   }
@@ -46,9 +45,10 @@ bool has_cuda(const fs::path& file) {
   return fs::exists(file.parent_path() / "libonnxruntime_providers_cuda.so");
 }
 
-std::optional<std::string> environment(const char* variable) {
+/// Returns the value of an environment variable; empty if it is not set.
+std::string environment(const char* variable) {
   const char* value = std::getenv(variable);
-  return value == nullptr ? std::nullopt : std::optional<std::string>(value);
+  return value == nullptr ? "" : value;
 }
 
 std::string loader_problem() {
@@ -90,15 +90,14 @@ const OnnxRuntimeLibrary& OnnxRuntimeLibrary::instance() {
 }
 
 std::vector<fs::path> onnxruntime_files() {
-  if (const auto given = environment("STILLMAP_ONNXRUNTIME")) {
-    const auto inside = entries(*given, "libonnxruntime.so");
-    return inside.empty() ? std::vector<fs::path>{*given} : inside;
+  if (const fs::path given = environment("STILLMAP_ONNXRUNTIME"); !given.empty()) {
+    const auto inside = entries(given, "libonnxruntime.so");
+    return inside.empty() ? std::vector<fs::path>{given} : inside;
   }
-  std::vector<fs::path> files = packaged_files(std::getenv("VIRTUAL_ENV"));
-  append(packaged_files(std::getenv("CONDA_PREFIX")), files);
+  std::vector<fs::path> files = packaged_files(environment("VIRTUAL_ENV"));
+  append(packaged_files(environment("CONDA_PREFIX")), files);
   files.emplace_back(kSystemLibrary);
-  if (const auto home = environment("HOME"))
-    append(packaged_files((*home + "/.local").c_str()), files);
+  append(packaged_files(environment("HOME") + "/.local"), files);
   append(packaged_files("/usr/local"), files);
   append(packaged_files("/usr"), files);
   std::stable_partition(files.begin(), files.end(), has_cuda);

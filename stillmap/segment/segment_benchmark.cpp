@@ -1,7 +1,7 @@
-// Two tables. `network/...`: back end or device x network x threads with the time per frame of detection
-// and mask (median) [ms], the coverage of people compared with true masks, and the IoU with the masks of
-// the same network on the fastest back end of the CPU ("same"). `propagate/...`: the same for masks
-// propagated over a number of frames.
+// Two tables. `network/...`: back end or device x network x threads with the time per frame of
+// detection and mask (median) [ms], the coverage of people compared with true masks, and the IoU
+// with the masks of the same network on the fastest back end of the CPU ("same"). `propagate/...`:
+// the same for masks propagated over a number of frames.
 //
 // Networks are read from $STILLMAP_SHARED/models, sequences in TUM layout with a folder `mask` (255
 // = person) from $STILLMAP_BENCH; missing ones are skipped.

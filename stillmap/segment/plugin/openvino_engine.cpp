@@ -18,7 +18,8 @@ class OpenVinoEngine final : public InferenceEngine {
     auto model = core_.read_model(options.model);
     if (model->is_dynamic()) model->reshape(ov::Shape(shape_.begin(), shape_.end()));
     compiled_ = core_.compile_model(model, device, settings(device, options.threads));
-    name_ = std::string("OpenVINO ") + ov::get_openvino_version().buildNumber + " on " +
+    const std::string version = ov::get_openvino_version().buildNumber;
+    name_ = "OpenVINO " + version.substr(0, version.find('-')) + " on " +
             (device == "CPU" ? "the CPU" : core_.get_property(device, ov::device::full_name));
     request_ = compiled_.create_infer_request();
   }
