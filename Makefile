@@ -12,7 +12,7 @@ compile = cmake --build --preset $(1) --parallel $(JOBS)
 run_tests = ctest --preset $(1) --parallel $(JOBS) $(ARGS)
 
 .DEFAULT_GOAL := help
-.PHONY: help deps tools build demo test bench microbench format check-format lint debug asan tsan install clean
+.PHONY: help deps tools networks-env build demo test bench microbench format check-format lint debug asan tsan install clean
 
 help:  ## this list
 	@sed -nE 's/^([a-z -]+):.*## (.*)/  make \1\t\2/p' Makefile | expand -t 26
@@ -36,6 +36,11 @@ test: deps  ## build everything and run all tests
 	@$(call configure,release)
 	$(call compile,release)
 	$(call run_tests,release)
+
+networks-env:  ## the environment of networks/ (PyTorch, several GB) in build/networks_venv
+	@mkdir -p build
+	python3 -m venv build/networks_venv
+	build/networks_venv/bin/pip install -r networks/requirements.txt
 
 debug asan tsan: deps  ## all tests with assertions (debug) or under a sanitizer (asan, tsan)
 	@$(call configure,$@)

@@ -72,6 +72,12 @@ class Smoke(unittest.TestCase):
         self.program("speeds", self.sequence, speeds)
         self.assertEqual(len(list(speeds.glob("*.png"))), 50)
 
+    def test_detect_without_a_network(self):  # with one: networks/export_test.py
+        done = subprocess.run([STILLMAP_LAB, "detect", self.sequence / "rgb/0.000000.png", "--model", "gone.onnx"],
+                              capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("gone.onnx: there is no such network file", done.stderr)
+
     def test_vocabulary(self):
         out = self.folder / "vocabulary.bin"
         printed = self.program("vocabulary", self.sequence / "rgb", "--branching", "4", "--depth", "2", "--out", out)

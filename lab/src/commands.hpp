@@ -7,6 +7,7 @@ namespace stillmap::lab {
 /// Each function adds one subcommand with its help; its callback does the work and prints the
 /// figures, or throws Error.
 void add_brief_pattern_command(CLI::App& app);
+void add_detect_command(CLI::App& app);
 void add_kidnap_command(CLI::App& app);
 void add_loop_cost_command(CLI::App& app);
 void add_loop_precision_command(CLI::App& app);

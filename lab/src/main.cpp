@@ -19,6 +19,7 @@ int main(int argc, char** argv) {
   add_place_recall_command(app);
   add_speeds_command(app);
   add_vocabulary_command(app);
+  add_detect_command(app);
   add_brief_pattern_command(app);
   try {
     app.parse(argc, argv);

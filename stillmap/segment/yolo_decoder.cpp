@@ -401,16 +401,20 @@ cv::Mat assemble_mask(const TensorView& prototypes, std::span<const float> coeff
                           steps_along(box.height, window.height, row));
 }
 
+std::vector<Candidate> decode_candidates(std::span<const TensorView> outputs,
+                                         const YoloShape& shape, const DecodeOptions& options) {
+  auto candidates = shape.raw_heads.empty()
+                        ? read_candidates(outputs[shape.boxes_output], shape, options.confidence)
+                        : read_raw_candidates(outputs, shape, options.confidence);
+  return suppress_overlaps(std::move(candidates), options.iou, kMaxInstances);
+}
+
 std::vector<Instance> decode_yolo(std::span<const TensorView> outputs, const YoloShape& shape,
                                   const Letterbox& letterbox, const DecodeOptions& options,
                                   const std::vector<std::string>& class_names) {
   const TraceScope scope("decode");
-  auto candidates = shape.raw_heads.empty()
-                        ? read_candidates(outputs[shape.boxes_output], shape, options.confidence)
-                        : read_raw_candidates(outputs, shape, options.confidence);
-  const auto kept = suppress_overlaps(std::move(candidates), options.iou, kMaxInstances);
   std::vector<Instance> instances;
-  for (const Candidate& candidate : kept) {
+  for (const Candidate& candidate : decode_candidates(outputs, shape, options)) {
     Instance instance = to_instance(candidate, outputs, shape, letterbox, class_names);
     if (!is_void(instance)) instances.push_back(std::move(instance));
   }

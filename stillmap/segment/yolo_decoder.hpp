@@ -56,13 +56,12 @@ struct YoloShape {
 /// - YOLOv8 and YOLO11: one output of 3 dimensions with 4 box coordinates, class scores and mask
 ///   coefficients per anchor, in either order, and (segmentation) one of 4 dimensions with the mask
 ///   prototypes [1, coefficients, height, width];
-/// - YOLOv7 (and v5) exported with its grid: the same with the objectness after the box, 5 +
-/// classes
-///   + coefficients per anchor, normally [1, anchors, 85]; additional raw heads are ignored;
+/// - YOLOv7 (and v5) exported with its grid: the same with the objectness after the box,
+///   5 + classes + coefficients per anchor, normally [1, anchors, 85]; additional raw heads are
+///   ignored;
 /// - YOLOv7 exported without its grid: three outputs [1, 3, height, width, 5 + classes], logits,
 ///   decoded with the standard anchor boxes (cfg/training/yolov7.yaml). Networks with other
-/// anchors,
-///   such as YOLOv7-tiny, must be exported with their grid.
+///   anchors, such as YOLOv7-tiny, must be exported with their grid.
 ///
 /// @param class_count  from the metadata; 0 if unknown: then the shorter axis contains the
 /// attributes, and there is an objectness if there are three anchors per cell of the input's grids
@@ -99,8 +98,13 @@ std::vector<Candidate> read_raw_candidates(std::span<const TensorView> outputs,
 cv::Mat assemble_mask(const TensorView& prototypes, std::span<const float> coefficients,
                       const Letterbox& letterbox, const cv::Rect& box);
 
+/// Returns the candidates that are confident enough and that non-maximum suppression keeps, by
+/// descending confidence: at most 100.
+std::vector<Candidate> decode_candidates(std::span<const TensorView> outputs,
+                                         const YoloShape& shape, const DecodeOptions& options);
+
 /// Decodes the outputs of a network to instances in image pixels, by descending confidence: at most
-/// 100.
+/// 100. The boxes of decode_candidates() are widened to whole pixels.
 std::vector<Instance> decode_yolo(std::span<const TensorView> outputs, const YoloShape& shape,
                                   const Letterbox& letterbox, const DecodeOptions& options,
                                   const std::vector<std::string>& class_names);

@@ -82,6 +82,11 @@ void check_task(const OnnxInfo& info, const std::string& file) {
       file, export_advice());
 }
 
+void check_color(const cv::Mat& color) {
+  if (!color.empty() && color.type() == CV_8UC3) return;
+  throw Error("a detector needs a color image of three bytes per pixel", "frame", "");
+}
+
 }  // namespace
 
 YoloDetector::YoloDetector(const SegmentOptions& options) : options_(options) {
@@ -123,14 +128,21 @@ cv::Size YoloDetector::input_size() const {
   return {shape[3], shape[2]};
 }
 
+std::vector<TensorView> YoloDetector::run_on(const cv::Mat& color, const Letterbox& letterbox) {
+  letterbox.fill(color, input_);
+  return traced("inference", [&] { return engine_.engine->run(input_); });
+}
+
+std::vector<Candidate> YoloDetector::detect_candidates(const cv::Mat& color) {
+  check_color(color);
+  const Letterbox letterbox(color.size(), input_size());
+  return decode_candidates(run_on(color, letterbox), shape_, decode_);
+}
+
 std::vector<Instance> YoloDetector::detect(const RgbdFrame& frame) {
-  if (frame.color.empty() || frame.color.type() != CV_8UC3) {
-    throw Error("a detector needs a color image of three bytes per pixel", "frame", "");
-  }
+  check_color(frame.color);
   const Letterbox letterbox(frame.color.size(), input_size());
-  letterbox.fill(frame.color, input_);
-  const auto outputs = traced("inference", [&] { return engine_.engine->run(input_); });
-  return decode_yolo(outputs, shape_, letterbox, decode_, class_names_);
+  return decode_yolo(run_on(frame.color, letterbox), shape_, letterbox, decode_, class_names_);
 }
 
 std::string YoloDetector::description() const {

@@ -26,6 +26,10 @@ class YoloDetector final : public Detector {
   }
   const std::vector<std::string>& class_names() const override { return class_names_; }
 
+  /// Returns the detections before their boxes are widened to whole pixels: boxes in the network's
+  /// input, see Letterbox. `color` is 8UC3 BGR.
+  std::vector<Candidate> detect_candidates(const cv::Mat& color);
+
   /// Returns the size of the network's input [pixels].
   cv::Size input_size() const;
   /// Returns whether the network computes masks, not only boxes.
@@ -33,6 +37,7 @@ class YoloDetector final : public Detector {
 
  private:
   void check_outputs(const OnnxInfo& info);
+  std::vector<TensorView> run_on(const cv::Mat& color, const Letterbox& letterbox);
 
   SegmentOptions options_;
   std::vector<std::string> class_names_;
