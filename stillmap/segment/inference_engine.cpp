@@ -45,12 +45,16 @@ bool contains(const Names& names, const std::string& name) {
 /// Returns the first line of a library's message; the others name its source files.
 std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
 
+/// Returns the error about a network, or about a device whose driver is then the usual cause.
 Error cannot_load(const std::string& backend, const EngineOptions& options,
                   const std::exception& reason) {
-  const std::string place = options.device == "cpu" ? "" : " on the device " + options.device;
+  const bool cpu = options.device == "cpu";
+  const std::string place = cpu ? "" : " on the device " + options.device;
   return {fmt::format("the {} back end cannot load this network{}: {}", backend, place,
                       first_line(reason.what())),
-          options.model, export_advice() + ", or choose another back end or device"};
+          options.model,
+          (cpu ? export_advice() : driver_advice(options.device)) + ", or choose another " +
+              (cpu ? "back end" : "device")};
 }
 
 EnginePtr start_openvino(const EngineOptions& options) {
