@@ -91,8 +91,9 @@ const OnnxRuntimeLibrary& OnnxRuntimeLibrary::instance() {
 
 std::vector<fs::path> onnxruntime_files() {
   if (const fs::path given = environment("STILLMAP_ONNXRUNTIME"); !given.empty()) {
+    if (!fs::is_directory(given)) return {given};
     const auto inside = entries(given, "libonnxruntime.so");
-    return inside.empty() ? std::vector<fs::path>{given} : inside;
+    return inside.empty() ? std::vector<fs::path>{given / kSystemLibrary} : inside;
   }
   std::vector<fs::path> files = packaged_files(environment("VIRTUAL_ENV"));
   append(packaged_files(environment("CONDA_PREFIX")), files);

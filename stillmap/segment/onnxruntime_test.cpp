@@ -140,6 +140,9 @@ TEST_F(OnnxRuntime, TheEnvironmentVariableNamesAFileOrAFolder) {
     setenv("STILLMAP_ONNXRUNTIME", given.c_str(), 1);
     EXPECT_THAT(onnxruntime_files(), ElementsAre(library));
   }
+  setenv("STILLMAP_ONNXRUNTIME", folder.c_str(), 1);
+  fs::remove(library);
+  EXPECT_THAT(onnxruntime_files(), ElementsAre(folder / "libonnxruntime.so.1"));
   unsetenv("STILLMAP_ONNXRUNTIME");
   fs::remove_all(folder);
 }
