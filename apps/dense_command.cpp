@@ -33,9 +33,9 @@ struct DenseArguments {
 
 /// The options that act on the views of a saved map. The other options of a run act while it makes
 /// these views, or have nothing to do with the dense map.
-constexpr std::array<std::string_view, 6> kOptionsInUse{
-    "dense.voxel",          "dense.free_space",       "outputs.mesh_voxel",
-    "outputs.planner_cell", "outputs.planner_lowest", "outputs.planner_highest"};
+constexpr std::array<std::string_view, 5> kOptionsInUse{
+    "dense.voxel", "outputs.mesh_voxel", "outputs.planner_cell", "outputs.planner_lowest",
+    "outputs.planner_highest"};
 
 /// Throws Error for an assignment of an option that has no effect here.
 void require_in_use(const std::string& setting) {

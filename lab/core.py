@@ -11,7 +11,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = ROOT / "build/release/stillmap"
 LAB_PROGRAM = ROOT / "build/release/stillmap_lab"
-PRESETS = ["static", "seg-mask", "box-flow", "gated-seg", "box-epipolar", "fused", "fused-no-network"]
+PRESETS = ["orb-rgbd", "static", "seg-mask", "box-flow", "gated-seg", "box-epipolar", "fused", "fused-no-network"]
 BOX_PRESETS = {"box-flow", "box-epipolar"}  # their papers use boxes, not masks
 NO_NETWORK = "-no-network"
 
@@ -195,8 +195,7 @@ def figures_of(summary):
         "cue_median_ms": {stage["name"].removeprefix("motion: "): stage["median_ms"]
                           for stage in summary.get("timing_ms", []) if stage["name"].startswith("motion: ")},
         "frames_per_second": leaf(summary, "frames_per_second"), "peak_memory_mib": leaf(summary, "peak_memory_mib"),
-        "repeated_pairs": leaf(summary, "refinement", "repeated_pairs"),
-        "repeated_gone": leaf(summary, "refinement", "repeated_gone"),
+        "repeated_erased": leaf(summary, "refinement", "repeated_erased"),
         "maps": leaf(summary, "maps"), "keyframes": leaf(summary, "keyframes"), "landmarks": leaf(summary, "landmarks"),
         "loops": len(summary.get("loops", [])),
     }

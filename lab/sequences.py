@@ -135,7 +135,7 @@ ERRORS = [("ATE RMSE [m]", "ate_rmse_m", 4), ("ATE SD [m]", "ate_sd_m", 4), ("RP
           ("RPE 1 s [deg]", "rpe_1s_deg", 3)]
 COSTS = [("tracking [ms]", "tracking_median_ms", 1), ("motion [ms]", "motion_median_ms", 2),
          ("frames/s", "frames_per_second", 1), ("memory [MiB]", "peak_memory_mib", 0), ("landmarks", "landmarks", 0)]
-REPEATED = [("repeated pairs", "repeated_pairs", 0), ("repeated removed", "repeated_gone", 0)]
+REPEATED = [("repeated erased", "repeated_erased", 0)]
 LABELS = [("precision", "precision", 3), ("recall", "recall", 3), ("false, still people", "false_still_people", 3),
           ("labeled moving, sitting people", "said_sitting_people", 3), ("false, static world", "false_static_world", 4)]
 GHOSTS = [("ghosts [%]", "ghosts_percent", 2), ("surface kept [%]", "surface_kept_percent", 2)]
@@ -168,7 +168,7 @@ def ate_table(rows, others):
 def run_table(rows):
     def shown(group):
         return [c for c in group if any(r[key] is not None for _, key, _ in group for r in rows)]
-    repeated = REPEATED if any(r["repeated_pairs"] for r in rows) else []
+    repeated = REPEATED if any(r["repeated_erased"] for r in rows) else []
     after = COSTS + repeated + shown(LABELS) + shown(GHOSTS)
     lines = [[r["sequence"], r["preset"], *(cell(r[key], digits) for _, key, digits in ERRORS), coverage(r),
               *(cell(r[key], digits) for _, key, digits in after)] for r in rows]

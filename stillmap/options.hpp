@@ -66,7 +66,8 @@ struct Options {
     std::vector<std::string> cues = {"residual", "free-space", "surface", "history", "semantic"};
     /// Classes of objects that move by themselves; "unknown" is the class of mask folders.
     std::vector<std::string> moving_classes = {"person", "unknown"};
-    /// Classes of objects that may be moved by somebody and are tested by cue epipolar.
+    /// Classes of objects that may be moved by somebody and are tested by the cues box-flow and
+    /// epipolar.
     std::vector<std::string> potential_classes;
     /// Masks are grown by this margin before keypoints are looked up in them, where no cue judges
     /// whole surfaces.
@@ -77,7 +78,13 @@ struct Options {
     /// A keypoint moves if its optical flow differs from the mean background flow by more than this
     /// multiple of the mean flow's norm (cue box-flow).
     double box_flow_threshold = 0.5;
-    /// A keypoint is marked if the homography between two frames misses it by more than this (cue
+    /// A keypoint on an object of a moving class stays excluded for this many frames after it moved
+    /// (cue box-flow).
+    int box_flow_memory = 10;  // [frames]
+    /// Transformation between two frames that keypoints are compared with: se2 (rotation and
+    /// translation in the image, equation 6 of the paper) or homography (cue gated-semantic).
+    std::string gate_transform = "se2";
+    /// A keypoint is marked if the transformation between two frames misses it by this or more (cue
     /// gated-semantic).
     double gate_warp_error = 1.7;  // [pixels]
     /// A frame is marked if more than this share of its keypoints is (cue gated-semantic).
@@ -109,9 +116,10 @@ struct Options {
     /// Number of covisible keyframes with which the landmarks of a new keyframe are fused; 0 turns
     /// fusion off.
     int fusion_keyframes = 10;
-    /// Rule for landmarks that show the same point: none, node-median (removal within a vocabulary
-    /// node, as in the high/low-dynamics system) or place (fusion of landmarks that coincide).
-    std::string repeated_landmarks = "none";
+    /// Rules that erase landmarks in addition to those of ORB-SLAM: seen-through (the depth image
+    /// sees through them: their surface has left) and node-median (equation 9 of the
+    /// high/low-dynamics system).
+    std::vector<std::string> landmark_rules = {"seen-through"};
     /// Whether loops are closed and maps are merged.
     bool loops = true;
     /// Whether global bundle adjustment is applied at the end of a run.
@@ -141,8 +149,10 @@ struct Options {
     double far_sigma = 0.041404;  // [m]
     /// A frame that is no keyframe is considered after this many frames; 0 uses keyframes only.
     int every = 15;  // [frames]
-    /// Whether voxels that later views see through are removed.
-    bool free_space = true;
+    /// Way of making the dense map: votes (voxels that other views see through are removed),
+    /// keyframes (the clouds of the keyframes are stitched, as in the papers) or registered (each
+    /// cloud is first registered to those before it by ICP).
+    std::string method = "votes";
     /// Points are dropped whose distance to their neighbors exceeds the mean by this many standard
     /// deviations; 0 keeps all points.
     double outlier_deviations = 2;

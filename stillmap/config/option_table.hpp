@@ -123,7 +123,7 @@ void visit_motion_options(Group& motion, const Visitor& visit) {
          {},
          "Motion cues that are combined, in this order; an empty list treats the world as static.",
          {"residual", "free-space", "surface", "history", "semantic", "box-flow", "gated-semantic",
-          "epipolar"}},
+          "epipolar", "epipolar-everywhere"}},
         motion.cues);
   visit({"motion.moving_classes",
          "",
@@ -133,7 +133,8 @@ void visit_motion_options(Group& motion, const Visitor& visit) {
   visit({"motion.potential_classes",
          "",
          {},
-         "Classes of objects that may be moved by somebody and are tested by cue epipolar."},
+         "Classes of objects that may be moved by somebody and are tested by the cues box-flow and "
+         "epipolar."},
         motion.potential_classes);
   visit({"motion.mask_dilation",
          "pixels",
@@ -153,10 +154,23 @@ void visit_motion_options(Group& motion, const Visitor& visit) {
          "A keypoint moves if its optical flow differs from the mean background flow by more than "
          "this multiple of the mean flow's norm (cue box-flow)."},
         motion.box_flow_threshold);
+  visit({"motion.box_flow_memory",
+         "frames",
+         {0, 1000},
+         "A keypoint on an object of a moving class stays excluded for this many frames after it "
+         "moved (cue box-flow)."},
+        motion.box_flow_memory);
+  visit({"motion.gate_transform",
+         "",
+         {},
+         "Transformation between two frames that keypoints are compared with: se2 (rotation and "
+         "translation in the image, equation 6 of the paper) or homography (cue gated-semantic).",
+         {"se2", "homography"}},
+        motion.gate_transform);
   visit({"motion.gate_warp_error",
          "pixels",
          {0, 100},
-         "A keypoint is marked if the homography between two frames misses it by more than this "
+         "A keypoint is marked if the transformation between two frames misses it by this or more "
          "(cue gated-semantic)."},
         motion.gate_warp_error);
   visit({"motion.gate_marked_share",
@@ -221,14 +235,14 @@ void visit_map_options(Group& map, const Visitor& visit) {
          "Number of covisible keyframes with which the landmarks of a new keyframe are fused; 0 "
          "turns fusion off."},
         map.fusion_keyframes);
-  visit({"map.repeated_landmarks",
+  visit({"map.landmark_rules",
          "",
          {},
-         "Rule for landmarks that show the same point: none, node-median (removal within a "
-         "vocabulary node, as in the high/low-dynamics system) or place (fusion of landmarks that "
-         "coincide).",
-         {"none", "node-median", "place"}},
-        map.repeated_landmarks);
+         "Rules that erase landmarks in addition to those of ORB-SLAM: seen-through (the depth "
+         "image sees through them: their surface has left) and node-median (equation 9 of the "
+         "high/low-dynamics system).",
+         {"seen-through", "node-median"}},
+        map.landmark_rules);
   visit({"map.loops", "", {}, "Whether loops are closed and maps are merged."}, map.loops);
   visit({"map.final_adjustment",
          "",
@@ -279,8 +293,14 @@ void visit_dense_options(Group& dense, const Visitor& visit) {
          "A frame that is no keyframe is considered after this many frames; 0 uses keyframes "
          "only."},
         dense.every);
-  visit({"dense.free_space", "", {}, "Whether voxels that later views see through are removed."},
-        dense.free_space);
+  visit({"dense.method",
+         "",
+         {},
+         "Way of making the dense map: votes (voxels that other views see through are removed), "
+         "keyframes (the clouds of the keyframes are stitched, as in the papers) or registered "
+         "(each cloud is first registered to those before it by ICP).",
+         {"votes", "keyframes", "registered"}},
+        dense.method);
   visit({"dense.outlier_deviations",
          "",
          {0, 100},

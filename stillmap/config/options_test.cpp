@@ -266,7 +266,7 @@ TEST_F(OptionFile, ThatSetsEverythingNeedsNoPreset) {
 }
 
 TEST(Presets, ThatAreInstalledLoadAndHaveADescription) {
-  EXPECT_EQ(shipped_presets().size(), 6U);
+  EXPECT_EQ(shipped_presets().size(), 7U);
   for (const Preset& preset : presets()) {
     EXPECT_FALSE(preset.description.empty()) << preset.name;
     EXPECT_EQ(read_options(preset.name).preset(), preset.name);
@@ -299,7 +299,7 @@ TEST(Presets, OfTheUsersOwnFolderComeFirst) {
   setenv("STILLMAP_PRESETS", folder.c_str(), 1);
   EXPECT_EQ(read_options("static").features.levels, 4);
   EXPECT_EQ(read_options("crane").features.levels, 5);
-  EXPECT_EQ(presets().size(), 7U);
+  EXPECT_EQ(presets().size(), 8U);
   EXPECT_THAT(presets_text(), HasSubstr("High up."));
   unsetenv("STILLMAP_PRESETS");
   EXPECT_EQ(read_options("static").features.levels, 8);

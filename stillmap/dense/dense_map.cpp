@@ -125,6 +125,7 @@ PlacedMap DenseMap::place(const PoseLookup& T_world_camera) const {
     placed.held.push_back(view);
     placed.views.push_back({view.get(), *pose});
   }
+  if (options_.registration) placed.views = registered(placed.views);
   placed.keyframes_left_out = views_.size() - placed.views.size();
   placed.grid = grid_of(placed.views);
   for (const std::uint32_t number : placed.grid->index().sorted()) {

@@ -7,6 +7,7 @@
 #include "stillmap/dense/mesh_options.hpp"
 #include "stillmap/dense/occupancy_options.hpp"
 #include "stillmap/dense/outlier_removal.hpp"
+#include "stillmap/dense/registration.hpp"
 #include "stillmap/dense/semantic_map.hpp"
 #include "stillmap/dense/static_grid.hpp"
 #include "stillmap/geometry/camera.hpp"
@@ -31,6 +32,7 @@ struct DenseOptions {
   OutlierOptions outliers;
   FarOptions far;
   EvidenceOptions evidence;
+  bool registration = false;  ///< Whether place() corrects the poses by registered().
   MeshOptions mesh;
   OccupancyOptions occupancy;
   /// Classes whose instances are left out even while they are still, such as people who sit.

@@ -58,23 +58,76 @@ void divide_by_flow(std::vector<FlowSet>& sets, const KeypointFlow& flow, double
   }
 }
 
-BoxFlowCue::BoxFlowCue(const BoxFlowOptions& options) : options_(options), flow_(kFlowWindow) {}
+void MovedKeypoints::divide(std::vector<FlowSet>& sets, const KeypointFlow& flow,
+                            const std::vector<char>& on_bodies) {
+  frames_ago_.assign(sets.size(), -1);
+  for (std::size_t i = 0; i < sets.size(); ++i) {
+    if (sets[i] != FlowSet::kDoubtful || on_bodies[i] == 0 || flow.found[i] == 0) continue;
+    for (const Moved& moved : moved_) {
+      if (cv::norm(moved.at - flow.before[i]) > kSameSurface) continue;
+      const int frames_ago = moved.frames_ago + 1;
+      if (frames_ago > memory_ || (frames_ago_[i] >= 0 && frames_ago_[i] <= frames_ago)) continue;
+      frames_ago_[i] = frames_ago;
+      sets[i] = FlowSet::kDynamic;
+    }
+  }
+}
+
+void MovedKeypoints::add(const KeypointFlow& flow, const std::vector<char>& moving) {
+  moved_.clear();
+  for (std::size_t i = 0; i < moving.size(); ++i) {
+    const int frames_ago = moving[i] != 0 ? 0 : frames_ago_[i];
+    if (frames_ago >= 0) moved_.push_back({flow.now[i], frames_ago});
+  }
+}
+
+BoxFlowCue::BoxFlowCue(const BoxFlowOptions& options)
+    : options_(options), flow_(kFlowWindow), moved_(options.memory) {}
 
 std::set<std::string> BoxFlowCue::classes() const {
-  return {options_.classes.dynamic.begin(), options_.classes.dynamic.end()};
+  std::set<std::string> names(options_.classes.dynamic.begin(), options_.classes.dynamic.end());
+  names.insert(options_.classes.potential.begin(), options_.classes.potential.end());
+  return names;
+}
+
+/// Returns the set of each keypoint.
+/// @param bodies boxes of dynamic classes
+/// @param boxes  all boxes
+std::vector<FlowSet> BoxFlowCue::sets_of(const MotionInput& input,
+                                         const std::vector<cv::Rect>& bodies,
+                                         const std::vector<cv::Rect>& boxes) {
+  const auto& keypoints = input.features->keypoints;
+  const KeypointFlow flow = flow_.to_previous(input);
+  std::vector<FlowSet> by_flow = divide_by_boxes(keypoints, boxes), sets = by_flow;
+  std::vector<char> on_bodies;
+  on_bodies.reserve(keypoints.size());
+  for (const Keypoint& k : keypoints) on_bodies.push_back(in_any_box(bodies, k.u, k.v) ? 1 : 0);
+  moved_.divide(sets, flow, on_bodies);
+  divide_by_flow(sets, flow, options_.factor);
+  divide_by_flow(by_flow, flow, options_.factor);
+  for (std::size_t i = 0; i < on_bodies.size(); ++i) {
+    const bool moves = by_flow[i] == FlowSet::kDynamic && flow.found[i] != 0;
+    on_bodies[i] = on_bodies[i] != 0 && moves ? 1 : 0;
+  }
+  moved_.add(flow, on_bodies);
+  return sets;
 }
 
 void BoxFlowCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
-  const auto boxes = boxes_with_role(input.instances, options_.classes, ClassRole::kDynamic);
-  if (boxes.empty()) return;
-  const auto& keypoints = input.features->keypoints;
-  std::vector<FlowSet> sets = divide_by_boxes(keypoints, boxes);
-  divide_by_flow(sets, flow_.to_previous(input), options_.factor);
+  const auto bodies = boxes_with_role(input.instances, options_.classes, ClassRole::kDynamic);
+  auto boxes = boxes_with_role(input.instances, options_.classes, ClassRole::kPotential);
+  boxes.insert(boxes.end(), bodies.begin(), bodies.end());
+  if (boxes.empty()) {
+    moved_.forget();
+    return;
+  }
+  const std::vector<FlowSet> sets = sets_of(input, bodies, boxes);
   for (std::size_t i = 0; i < sets.size(); ++i) {
     if (sets[i] == FlowSet::kDynamic) evidence.static_log_odds[i] -= kCertainlyMoving;
   }
-  for (const cv::Rect& box : boxes) {
-    if (moves(box, keypoints, sets)) mark_moving(box, input.image->gray.size(), evidence);
+  for (const cv::Rect& box : bodies) {
+    if (moves(box, input.features->keypoints, sets))
+      mark_moving(box, input.image->gray.size(), evidence);
   }
 }
 

@@ -80,6 +80,45 @@ TEST(FlowSets, ACameraAtRestExcludesAllPointsWithAnyFlow) {
   EXPECT_THAT(points.divided(), ElementsAre(kS, kS, kD, kS));
 }
 
+/// A keypoint on a body that moved in frame 0 and pauses from frame 1 on, in F of every frame.
+std::vector<bool> in_body_while_pausing(int memory, int frames, cv::Point2f step = {0, 0}) {
+  MovedKeypoints moved(memory);
+  std::vector<bool> in_body;
+  cv::Point2f at(50, 60);
+  for (int i = 0; i < frames; ++i) {
+    Points points;
+    points.add(kF, step);
+    points.flow.before[0] = at;
+    points.flow.now[0] = at = at + step;
+    moved.divide(points.sets, points.flow, {1});
+    in_body.push_back(points.sets[0] == kD);
+    moved.add(points.flow, {i == 0 ? char{1} : char{0}});
+  }
+  return in_body;
+}
+
+TEST(MovedKeypoints, ShowTheBodyForSomeFramesAfterItMoved) {
+  EXPECT_THAT(in_body_while_pausing(2, 5), ElementsAre(false, true, true, false, false));
+  EXPECT_THAT(in_body_while_pausing(2, 5, {7, 0}), ElementsAre(false, true, true, false, false))
+      << "with the flow";
+  EXPECT_THAT(in_body_while_pausing(0, 3), Each(false));
+}
+
+TEST(MovedKeypoints, ShowTheBodyWithinThreePixelsAndInTheBoxesOfMovingClasses) {
+  MovedKeypoints moved(10);
+  Points first;
+  first.add(kF, {0, 0});
+  moved.divide(first.sets, first.flow, {1});
+  moved.add(first.flow, {1});
+  Points second;
+  for (const float x : {50.0F, 52.9F, 53.1F, 50.0F}) {
+    second.add(kF, {0, 0});
+    second.flow.before.back().x = x;
+  }
+  moved.divide(second.sets, second.flow, {1, 1, 1, 0});
+  EXPECT_THAT(second.sets, ElementsAre(kD, kD, kF, kF));
+}
+
 /// A background that moves by (8, 0) pixels, and in front of it a person who moves by (-6, 0)
 /// pixels in the left half of its box.
 struct WalkingPerson : testing::Test {
@@ -137,8 +176,16 @@ TEST_F(WalkingPerson, IsExcludedWithItsBoxInTheFirstFrame) {
   EXPECT_EQ(excluded(evidence, outside.size(), on_person.size() + in_box.size()), 1);
 }
 
-TEST_F(WalkingPerson, OfAnotherClassIsNotTested) {
+TEST_F(WalkingPerson, IsTestedAlikeWithTheBoxOfAPotentiallyMovingObject) {
+  const MotionEvidence person_evidence = evidence_of_cue();
   input.instances = test::segmented({test::box_of("chair", box)});
+  const MotionEvidence evidence = evidence_of_cue();
+  EXPECT_EQ(evidence.static_log_odds, person_evidence.static_log_odds);
+  EXPECT_TRUE(evidence.moving_pixels.empty()) << "chairs belong to the map";
+}
+
+TEST_F(WalkingPerson, OfAnotherClassIsNotTested) {
+  input.instances = test::segmented({test::box_of("tv", box)});
   const MotionEvidence evidence = evidence_of_cue();
   EXPECT_THAT(evidence.static_log_odds, Each(0.0F));
   EXPECT_TRUE(evidence.moving_pixels.empty());

@@ -6,7 +6,7 @@
 namespace stillmap {
 namespace {
 
-/// Number of frames of which more than half must be marked (equation 8).
+/// Number of frames of which more than half must be marked (section 1.1, step 3).
 constexpr int kWindow = 10;
 /// Minimum number of tracked keypoints of a frame with a vote.
 constexpr std::size_t kMinPoints = 20;
@@ -26,23 +26,24 @@ PointPairs tracked_pairs(const KeypointFlow& flow) {
 
 }  // namespace
 
-std::optional<double> share_off_homography(const KeypointFlow& flow, double warp_error_limit) {
+std::optional<double> marked_share(const KeypointFlow& flow, std::size_t keypoints,
+                                   const DynamicsGateOptions& options) {
   const PointPairs pairs = tracked_pairs(flow);
-  if (pairs.size() < kMinPoints) return std::nullopt;
+  if (pairs.size() < kMinPoints || keypoints == 0) return std::nullopt;
   const auto H = find_homography(pairs, kRansacThreshold);
   if (!H) return std::nullopt;
+  const cv::Matx33d T = options.in_se2 ? nearest_rigid(*H, pairs.before) : *H;
   int marked = 0;
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    if (warp_error(*H, pairs.before[i], pairs.now[i]) > warp_error_limit) ++marked;
-  }
-  return static_cast<double>(marked) / static_cast<double>(pairs.size());
+  for (std::size_t i = 0; i < pairs.size(); ++i)
+    marked += warp_error(T, pairs.before[i], pairs.now[i]) >= options.warp_error ? 1 : 0;
+  return marked / static_cast<double>(keypoints);
 }
 
 DynamicsGate::DynamicsGate(const DynamicsGateOptions& options)
     : options_(options), flow_(kFlowWindow) {}
 
 bool DynamicsGate::push(const MotionInput& input) {
-  return push(share_off_homography(flow_.from_previous(input), options_.warp_error));
+  return push(stillmap::marked_share(flow_.from_previous(input), input.features->size(), options_));
 }
 
 bool DynamicsGate::push(std::optional<double> marked_share) {
@@ -60,8 +61,13 @@ bool DynamicsGate::highly_dynamic() const {
 GatedCue::GatedCue(const DynamicsGateOptions& options, std::unique_ptr<MotionCue> cue)
     : gate_(options), cue_(std::move(cue)), name_("gated-" + std::string(cue_->name())) {}
 
+void GatedCue::begin(const MotionInput& input) {
+  highly_dynamic_ = std::async(std::launch::async, [this, input] { return gate_.push(input); });
+}
+
 void GatedCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
-  if (gate_.push(input)) cue_->add_to(evidence, input);
+  if (!highly_dynamic_.valid()) begin(input);
+  if (highly_dynamic_.get()) cue_->add_to(evidence, input);
 }
 
 }  // namespace stillmap

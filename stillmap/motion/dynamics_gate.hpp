@@ -4,7 +4,9 @@
 #include "stillmap/motion/motion_cue.hpp"
 #include "stillmap/motion/two_view.hpp"
 
+#include <cstddef>
 #include <deque>
+#include <future>
 #include <memory>
 #include <optional>
 #include <set>
@@ -13,19 +15,25 @@
 namespace stillmap {
 
 struct DynamicsGateOptions {
-  double warp_error = 1.7;    ///< A keypoint with a larger error is marked [pixels] (equation 6).
-  double marked_share = 0.1;  ///< A frame with a larger share of them is marked (equation 7).
+  /// Whether the transformation of equation 6 is the one in SE(2) nearest to the homography, as in
+  /// the paper, or the homography itself.
+  bool in_se2 = true;
+  double warp_error = 1.7;    ///< Limit a of equation 7: a larger error marks a keypoint [pixels].
+  double marked_share = 0.1;  ///< Limit b of equation 8: a larger share of them marks a frame.
 };
 
-/// Returns the share of the pairs whose error under a RANSAC homography between the two frames
-/// exceeds `warp_error` [pixels]; none if too few keypoints were tracked or no homography fits.
-std::optional<double> share_off_homography(const KeypointFlow& flow, double warp_error);
+/// Returns the share of a frame's keypoints that are marked, equations 6 to 8: their error under
+/// the transformation between the two frames is `warp_error` or more. Keypoints without flow are
+/// not marked. None if too few keypoints were tracked or no homography fits.
+/// @param keypoints number of all keypoints of the frame, W of equation 8
+std::optional<double> marked_share(const KeypointFlow& flow, std::size_t keypoints,
+                                   const DynamicsGateOptions& options);
 
 /// Decides whether the scene is highly dynamic: the stage of that name in the high/low-dynamics
-/// system. Keypoints of the previous frame are tracked by Lucas-Kanade and compared with their
-/// positions under a homography (equation 6); a frame with more than a tenth of large errors is
-/// marked (equation 7); the scene is highly dynamic while more than half of the last ten frames are
-/// marked (equation 8).
+/// system (Fu et al. 2024, section 1.1). Keypoints of the previous frame are tracked by
+/// Lucas-Kanade and compared with their positions under a transformation of the image (equations 6
+/// and 7); a frame is marked if they are more than a tenth of its keypoints (equation 8); the scene
+/// is highly dynamic while more than half of the last ten frames are marked.
 ///
 /// In the paper the first ten frames take the label of the tenth. A live stream cannot wait for it,
 /// so here they count as highly dynamic, and nothing is mapped from people before the label is
@@ -47,18 +55,22 @@ class DynamicsGate {
   std::deque<bool> marked_;  // of the last frames with a share, at most kWindow
 };
 
-/// Applies another cue only while the scene is highly dynamic.
+/// Applies another cue only while the scene is highly dynamic. The gate works on a thread of its
+/// own from begin() to add_to(), beside the network's; as add_to() waits for it, the result does
+/// not depend on their speeds.
 class GatedCue : public MotionCue {
  public:
   GatedCue(const DynamicsGateOptions& options, std::unique_ptr<MotionCue> cue);
   std::string_view name() const override { return name_; }
   std::set<std::string> classes() const override { return cue_->classes(); }
+  void begin(const MotionInput& input) override;
   void add_to(MotionEvidence& evidence, const MotionInput& input) override;
 
  private:
   DynamicsGate gate_;
   std::unique_ptr<MotionCue> cue_;
   std::string name_;
+  std::future<bool> highly_dynamic_;  // of the frame of begin(); last, as its thread uses the gate
 };
 
 }  // namespace stillmap

@@ -66,24 +66,45 @@ KeypointFlow plane_flow(std::size_t off, float by) {
   return test::flow_between(before, now);
 }
 
-TEST(ShareOffHomography, CountsPointsFurtherOffThanTheLimit) {
-  EXPECT_EQ(share_off_homography(plane_flow(0, 0), 1.7), 0.0);
-  EXPECT_EQ(share_off_homography(plane_flow(20, 8), 1.7), 0.2);
-  EXPECT_EQ(share_off_homography(plane_flow(11, 5), 1.7), 0.11);
+/// Returns the share of marked keypoints among 100, by the homography itself.
+double share_of(const KeypointFlow& flow, double warp_error = DynamicsGateOptions().warp_error) {
+  return marked_share(flow, 100, {.in_se2 = false, .warp_error = warp_error}).value();
 }
 
-TEST(ShareOffHomography, TheLimitIsOnePointSevenPixels) {
-  const double limit = DynamicsGateOptions().warp_error;
-  EXPECT_EQ(share_off_homography(plane_flow(10, 1.9F), limit), 0.1);
-  EXPECT_EQ(share_off_homography(plane_flow(10, 1.5F), limit), 0.0);
+TEST(MarkedShare, CountsPointsFurtherOffThanTheLimit) {
+  EXPECT_EQ(share_of(plane_flow(0, 0)), 0.0);
+  EXPECT_EQ(share_of(plane_flow(20, 8)), 0.2);
+  EXPECT_EQ(share_of(plane_flow(11, 5)), 0.11);
 }
 
-TEST(ShareOffHomography, LostPointsDoNotCountAndTooFewGiveNoShare) {
+TEST(MarkedShare, TheLimitIsOnePointSevenPixels) {
+  EXPECT_EQ(share_of(plane_flow(10, 1.9F)), 0.1);
+  EXPECT_EQ(share_of(plane_flow(10, 1.5F)), 0.0);
+}
+
+TEST(MarkedShare, IsThatOfAllKeypointsOfTheFrame) {
   KeypointFlow flow = plane_flow(20, 8);
   for (std::size_t i = 0; i < 10; ++i) flow.found[i] = 0;
-  EXPECT_NEAR(*share_off_homography(flow, 1.7), 10.0 / 90, 1e-12);
+  EXPECT_NEAR(share_of(flow), 0.1, 1e-12) << "10 of the 20 were lost";
+  EXPECT_NEAR(marked_share(flow, 200, {.in_se2 = false}).value(), 0.05, 1e-12);
+}
+
+TEST(MarkedShare, NeedsTwentyTrackedKeypoints) {
+  KeypointFlow flow = plane_flow(20, 8);
   for (std::size_t i = 0; i < 81; ++i) flow.found[i] = 0;
-  EXPECT_FALSE(share_off_homography(flow, 1.7));
+  EXPECT_FALSE(marked_share(flow, 100, {}));
+}
+
+/// A homography explains an image that grows by a tenth; a rotation and a translation do not.
+TEST(MarkedShare, InSe2NoScaleIsExplained) {
+  KeypointFlow flow;
+  for (const cv::Point2f& p : test::lattice({0, 0, 320, 240}, 20)) {
+    flow.before.push_back(p);
+    flow.now.push_back(1.1F * p);
+    flow.found.push_back(1);
+  }
+  EXPECT_EQ(marked_share(flow, flow.size(), {.in_se2 = false}), 0.0);
+  EXPECT_GT(marked_share(flow, flow.size(), {.in_se2 = true}).value(), 0.9);
 }
 
 /// A cue with evidence for motion of every keypoint.

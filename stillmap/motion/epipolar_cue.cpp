@@ -58,7 +58,8 @@ EpipolarLabels labels_by_epipolar_lines(const std::vector<Keypoint>& keypoints,
   const auto F = fundamental_of(flow, roles);
   EpipolarLabels labels{std::vector<char>(keypoints.size(), 0), F.has_value()};
   for (std::size_t i = 0; i < keypoints.size(); ++i) {
-    const bool off = F && flow.found[i] != 0 &&
+    const bool tested = options.everywhere || roles[i] == ClassRole::kPotential;
+    const bool off = tested && F && flow.found[i] != 0 &&
                      epipolar_distance(*F, flow.before[i], flow.now[i]) > options.threshold;
     labels.moving[i] = off || roles[i] == ClassRole::kDynamic ? 1 : 0;
   }

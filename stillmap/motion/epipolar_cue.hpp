@@ -13,16 +13,20 @@ namespace stillmap {
 
 struct EpipolarOptions {
   ClassSets classes = indoor_classes();
+  /// Whether keypoints outside all boxes and on objects of other classes are tested as well, which
+  /// the paper does not do (cue epipolar-everywhere).
+  bool everywhere = false;
   /// A keypoint further from its epipolar line than this moves [pixels]. The paper names no value;
   /// this is the 95 % quantile of the distance for an error of 1 pixel, sqrt(3.84), as used by
   /// Mur-Artal et al. (ORB-SLAM, TRO 2015, section IV) for fundamental matrices.
   double threshold = 1.96;
 };
 
-/// The motion test of the improved-YOLOv7 system. Keypoints in the boxes of dynamic objects are
-/// excluded at once. All others, on potentially moving objects (a chair, a book) or on none, are
-/// excluded if they are off the epipolar line of the camera's motion since the previous frame: see
-/// epipolar_distance().
+/// The motion test of the improved-YOLOv7 system (Shi et al. 2024, section 1.3). Keypoints in the
+/// boxes of objects that move by themselves are excluded at once. Keypoints on objects that
+/// somebody may move (a chair, a book) are excluded if they are off the epipolar line of the
+/// camera's motion since the previous frame: see epipolar_distance(). Keypoints on static objects
+/// and on unrecognized surroundings are kept.
 ///
 /// The fundamental matrix comes from points tracked by Lucas-Kanade outside the boxes of dynamic
 /// and potentially moving objects; with fewer than 30 of them, from all outside the boxes of
@@ -35,7 +39,9 @@ struct EpipolarOptions {
 class EpipolarCue : public MotionCue {
  public:
   explicit EpipolarCue(const EpipolarOptions& options);
-  std::string_view name() const override { return "epipolar"; }
+  std::string_view name() const override {
+    return options_.everywhere ? "epipolar-everywhere" : "epipolar";
+  }
   std::set<std::string> classes() const override;
   void add_to(MotionEvidence& evidence, const MotionInput& input) override;
 

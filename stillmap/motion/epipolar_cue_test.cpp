@@ -34,8 +34,9 @@ struct Scene {
     return keypoints.size() - 1;
   }
   std::size_t add_at(double u, double v, float across) { return add(views.ahead(u, v, 2), across); }
-  EpipolarLabels labels(const std::vector<Instance>& instances) const {
-    return labels_by_epipolar_lines(keypoints, test::segmented(instances), flow, {});
+  EpipolarLabels labels(const std::vector<Instance>& instances, bool everywhere = false) const {
+    return labels_by_epipolar_lines(keypoints, test::segmented(instances), flow,
+                                    {.everywhere = everywhere});
   }
 };
 
@@ -63,9 +64,18 @@ TEST(EpipolarTest, ExcludesExactlyTheKeypointsBeyondTheThreshold) {
   const auto fast = scene.add_at(100, 100, 8);
   scene.add_at(200, 300, 1.6F);
   const auto slow = scene.add_at(500, 200, -2.4F);
-  const auto labels = scene.labels({});
+  const auto labels = scene.labels({}, true);
   EXPECT_TRUE(labels.tested);
   EXPECT_THAT(moving(labels), ::testing::ElementsAre(fast, slow));
+}
+
+TEST(EpipolarTest, KeepsStaticObjectsAndUnrecognizedSurroundings) {
+  Scene scene;
+  const auto on_tv = scene.add_at(100, 100, 8), on_nothing = scene.add_at(500, 200, 8);
+  const Instance tv = test::box_of("tv", box_around(scene, on_tv, on_tv));
+  EXPECT_TRUE(scene.labels({tv}).tested);
+  EXPECT_THAT(moving(scene.labels({tv})), ::testing::IsEmpty());
+  EXPECT_THAT(moving(scene.labels({tv}, true)), ::testing::ElementsAre(on_tv, on_nothing));
 }
 
 TEST(EpipolarTest, DynamicObjectsAreExcludedAtOnce) {
@@ -95,7 +105,7 @@ TEST(EpipolarTest, AMoverThatOutnumbersTheRestDoesNotBendTheGeometry) {
       scene.flow.now[last].y -= 12;
     }
     const cv::Rect box = box_around(scene, still, last);
-    const auto labels = scene.labels({test::box_of(name, box)});
+    const auto labels = scene.labels({test::box_of(name, box)}, true);
     ASSERT_TRUE(labels.tested);
     for (std::size_t i = 0; i < still; ++i) {
       if (in_any_box({box}, scene.keypoints[i].u, scene.keypoints[i].v)) continue;
@@ -118,7 +128,7 @@ TEST(EpipolarTest, PointsWithoutFlowAreKept) {
   Scene scene;
   const auto lost = scene.add_at(320, 240, 30);
   scene.flow.found[lost] = 0;
-  EXPECT_THAT(moving(scene.labels({})), ::testing::IsEmpty());
+  EXPECT_THAT(moving(scene.labels({}, true)), ::testing::IsEmpty());
 }
 
 TEST(EpipolarCue, ExcludesOnlyBoxesInTheFirstFrame) {

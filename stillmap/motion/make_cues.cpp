@@ -29,6 +29,12 @@ std::unique_ptr<MotionCue> make_gated_semantic(const MotionOptions& options) {
   return std::make_unique<GatedCue>(options.gate, std::make_unique<SemanticCue>(options.semantic));
 }
 
+std::unique_ptr<MotionCue> make_epipolar_everywhere(const MotionOptions& options) {
+  EpipolarOptions everywhere = options.epipolar;
+  everywhere.everywhere = true;
+  return std::make_unique<EpipolarCue>(everywhere);
+}
+
 const std::map<std::string, MakeCue>& cue_makers() {
   static const std::map<std::string, MakeCue> all = {
       {"residual", make<ResidualCue>},
@@ -39,6 +45,7 @@ const std::map<std::string, MakeCue>& cue_makers() {
       {"box-flow", make<BoxFlowCue, &MotionOptions::box_flow>},
       {"gated-semantic", make_gated_semantic},
       {"epipolar", make<EpipolarCue, &MotionOptions::epipolar>},
+      {"epipolar-everywhere", make_epipolar_everywhere},
   };
   return all;
 }

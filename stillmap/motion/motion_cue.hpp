@@ -37,6 +37,9 @@ class MotionCue {
   virtual std::set<std::string> classes() const { return {}; }
   /// Returns whether it adds to evidence.surface_measured or evidence.surface_prior.
   virtual bool provides_surface_evidence() const { return false; }
+  /// Starts the work of the frame that needs no instances, before add_to() of the same frame, while
+  /// the network may still be at work. `input` has no instances yet.
+  virtual void begin(const MotionInput& /*input*/) {}
   /// Adds this cue's log-likelihood ratios to `evidence.static_log_odds` (already sized, one per
   /// keypoint) and marks the pixels it labels as moving in `evidence.moving_pixels` (empty or
   /// image-sized). A cue with surface evidence adds to the surface fields instead.

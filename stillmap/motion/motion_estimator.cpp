@@ -130,6 +130,7 @@ MotionEvidence MotionEstimator::begin(const MotionInput& input) {
     evidence.surface_prior = cv::Mat1f::zeros(input.cells->size());
     evidence.surface_observations = cv::Mat1f::zeros(input.cells->size());
   }
+  for (const auto& cue : cues_) cue->begin(input);
   add_cues(0, first_with_instances_, evidence, input);
   return evidence;
 }

@@ -42,6 +42,8 @@ class MotionEstimator {
   /// instances.
   MotionEvidence finish(MotionEvidence begun, const MotionInput& input);
 
+  /// Returns whether a cue uses MotionInput::ego_motion, as those of surfaces do.
+  bool needs_pose() const { return has_surface_evidence_; }
   /// Returns the names of the classes that the cues use; instances of others may be left out.
   std::set<std::string> classes() const;
   /// Returns the names of the cues in their order. Each is also the name of the cue's trace

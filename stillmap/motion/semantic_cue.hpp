@@ -10,15 +10,16 @@ namespace stillmap {
 
 struct SemanticCueOptions {
   ClassSets classes = people_classes();  ///< Only the dynamic ones are used.
-  /// Dilation of the masks [pixels], as a descriptor covers a disc around its keypoint.
+  /// Dilation of the masks [pixels], as a descriptor covers a disc around its keypoint. The papers
+  /// name none; their presets set it to 0.
   int dilation = 5;
   /// Decrease of a surface's log-odds with surface evidence from other cues, whose measurements may
   /// outweigh it.
   double prior = 4;
 };
 
-/// Labels keypoints inside the mask, or else the box, of an object of a dynamic class as moving:
-/// the whole motion test of SLAM3-YOLOv8.
+/// Labels keypoints inside the dilated mask, or else the box, of an object of a dynamic class as
+/// moving: without dilation the whole motion test of SLAM3-YOLOv8 (Xie et al. 2025, section 2.2).
 class SemanticCue : public MotionCue {
  public:
   explicit SemanticCue(const SemanticCueOptions& options);

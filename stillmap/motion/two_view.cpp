@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include <opencv2/calib3d.hpp>
 
@@ -43,6 +44,32 @@ std::optional<cv::Matx33d> find_homography(const PointPairs& pairs, double thres
   if (pairs.size() < kFewest) return std::nullopt;
   cv::Mat mask;
   return as_model(cv::findHomography(pairs.before, pairs.now, mask, usac_params(threshold)));
+}
+
+cv::Matx33d nearest_rigid(const cv::Matx33d& H, const std::vector<cv::Point2f>& points) {
+  std::vector<std::pair<cv::Point2d, cv::Point2d>> pairs;  // p and H p
+  cv::Point2d mean, mean_mapped;
+  for (const cv::Point2f& point : points) {
+    const cv::Vec3d mapped = H * cv::Vec3d(point.x, point.y, 1);
+    if (mapped[2] == 0) continue;
+    pairs.emplace_back(point, cv::Point2d(mapped[0] / mapped[2], mapped[1] / mapped[2]));
+    mean += pairs.back().first;
+    mean_mapped += pairs.back().second;
+  }
+  if (pairs.empty()) return cv::Matx33d::eye();
+  mean /= static_cast<double>(pairs.size());
+  mean_mapped /= static_cast<double>(pairs.size());
+  double dot = 0, cross = 0;
+  for (const auto& [point, mapped] : pairs) {
+    const cv::Point2d a = point - mean, b = mapped - mean_mapped;
+    dot += a.dot(b);
+    cross += a.cross(b);
+  }
+  const double angle = std::atan2(cross, dot);
+  const double c = std::cos(angle), s = std::sin(angle);
+  return {c, -s, mean_mapped.x - c * mean.x + s * mean.y,
+          s, c,  mean_mapped.y - s * mean.x - c * mean.y,
+          0, 0,  1};
 }
 
 std::optional<cv::Matx33d> find_fundamental(const PointPairs& pairs, double threshold) {

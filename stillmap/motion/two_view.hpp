@@ -24,6 +24,11 @@ struct PointPairs {
 /// @param threshold largest error of an inlier [pixels]
 std::optional<cv::Matx33d> find_homography(const PointPairs& pairs, double threshold);
 
+/// Returns the matrix of the rotation and translation of the image that is nearest to a homography:
+/// T in SE(2) with the least sum of |T p - H p|^2 over the points [pixels] (Umeyama, TPAMI 1991,
+/// without scale). Points at infinity under H are ignored; the identity without any other.
+cv::Matx33d nearest_rigid(const cv::Matx33d& H, const std::vector<cv::Point2f>& points);
+
 /// Returns F with p_now' F p_before = 0 for most pairs, like find_homography(), or none with fewer
 /// than 8 pairs or without a supported model.
 std::optional<cv::Matx33d> find_fundamental(const PointPairs& pairs, double threshold);
@@ -33,7 +38,7 @@ std::optional<cv::Matx33d> find_fundamental(const PointPairs& pairs, double thre
 double warp_error(const cv::Matx33d& H, cv::Point2f before, cv::Point2f now);
 
 /// Returns the distance of p_now from the epipolar line (A, B, C)' = F * p_before [pixels]:
-/// |p_now' F p_before| / sqrt(A^2 + B^2) (equation 4 of the improved-YOLOv7 system's paper); 0 at
+/// |p_now' F p_before| / sqrt(A^2 + B^2) (Shi et al. 2024, equations 3 and 4); 0 at
 /// the epipole, where the line is undefined.
 double epipolar_distance(const cv::Matx33d& F, cv::Point2f before, cv::Point2f now);
 

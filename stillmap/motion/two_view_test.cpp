@@ -40,6 +40,20 @@ TEST(WarpError, IsTheDistanceAfterTheDivision) {
   EXPECT_TRUE(std::isinf(warp_error(to_infinity, {10, 5}, {0, 0})));
 }
 
+TEST(NearestRigid, IsTheHomographyItselfIfThatIsARotationAndATranslation) {
+  const double c = std::cos(0.3), s = std::sin(0.3);
+  const cv::Matx33d rigid(c, -s, 12, s, c, -7, 0, 0, 1);
+  const std::vector<cv::Point2f> points{{0, 0}, {300, 10}, {200, 200}, {40, 180}};
+  EXPECT_LT(cv::norm(nearest_rigid(-2 * rigid, points) - rigid), 1e-5);
+}
+
+TEST(NearestRigid, OfAScaleKeepsTheMeanOfThePoints) {
+  const std::vector<cv::Point2f> points{{0, 0}, {100, 0}, {0, 100}, {100, 100}};
+  const cv::Matx33d twice(2, 0, 5, 0, 2, 6, 0, 0, 1);
+  EXPECT_LT(cv::norm(nearest_rigid(twice, points) - cv::Matx33d(1, 0, 55, 0, 1, 56, 0, 0, 1)),
+            1e-5);
+}
+
 /// Pairs of a cloud or a plane, the first 40 % of them replaced by random ones.
 struct PairsWithOutliers {
   PointPairs pairs;

@@ -6,6 +6,7 @@
 #include "stillmap/segment/coco.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace stillmap {
 namespace {
@@ -13,6 +14,12 @@ namespace {
 /// Truncation distance of the mesh's signed distances [voxels], as usual for KinectFusion (Newcombe
 /// et al., ISMAR 2011).
 constexpr double kMeshTruncation = 4;
+/// Largest relative depth step where pixels at depth edges are used, as in the papers.
+constexpr double kAnyJump = std::numeric_limits<double>::infinity();
+
+bool contains(const std::vector<std::string>& words, const std::string& word) {
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
 
 void set_features(const Options::Features& from, OrbOptions& to) {
   to.keypoints = from.keypoints;
@@ -37,12 +44,13 @@ void set_network(const Options::Network& from, SlamParameters& to) {
 void set_motion(const Options::Motion& from, MotionOptions& to) {
   to.cues = from.cues;
   to.semantic.classes.dynamic = from.moving_classes;
-  to.box_flow.classes.dynamic = from.moving_classes;
-  to.epipolar.classes.dynamic = from.moving_classes;
-  to.epipolar.classes.potential = from.potential_classes;
+  to.box_flow.classes = {from.moving_classes, from.potential_classes};
+  to.epipolar.classes = {from.moving_classes, from.potential_classes};
   to.semantic.dilation = from.mask_dilation;
   to.semantic.prior = from.semantic_prior;
   to.box_flow.factor = from.box_flow_threshold;
+  to.box_flow.memory = from.box_flow_memory;
+  to.gate.in_se2 = from.gate_transform == "se2";
   to.gate.warp_error = from.gate_warp_error;
   to.gate.marked_share = from.gate_marked_share;
   to.epipolar.threshold = from.epipolar_threshold;
@@ -60,7 +68,8 @@ void set_tracking(const Options::Tracking& from, TrackerOptions& to) {
 void set_map(const Options::Map& from, SlamParameters& to) {
   to.mapper.local_window = from.local_window;
   to.mapper.fusion_keyframes = from.fusion_keyframes;
-  to.mapper.repeated_landmarks = from.repeated_landmarks;
+  to.tracker.erase_seen_through = contains(from.landmark_rules, "seen-through");
+  to.tracker.erase_repeated = contains(from.landmark_rules, "node-median");
   to.places.loops = from.loops;
   to.final_adjustment = from.final_adjustment;
   to.smooth_trajectory = from.smooth_trajectory;
@@ -73,7 +82,9 @@ void set_dense(const Options::Dense& from, DenseOptions& to) {
   to.back_projection.mask_dilation = from.mask_dilation;
   to.far.max_sigma = from.far_sigma;
   to.every = from.every;
-  to.evidence.remove_ghosts = from.free_space;
+  to.evidence.remove_ghosts = from.method == "votes";
+  to.registration = from.method == "registered";
+  if (from.method != "votes") to.back_projection.max_jump = kAnyJump;
   to.outliers.deviations = from.outlier_deviations;
   if (from.outlier_deviations == 0) to.outliers.neighbors = 0;
   to.movers = from.excluded_classes;
@@ -98,7 +109,7 @@ void set_schedule(const Options& from, ScheduleOptions& to) {
 void require_known(const std::vector<std::string>& classes, const std::string& option,
                    const std::vector<std::string>& known) {
   for (const std::string& name : classes) {
-    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+    if (contains(known, name)) continue;
     throw Error("there is no class '" + name + "'", "option " + option, suggestion(name, known));
   }
 }

@@ -53,6 +53,8 @@ TEST(SlamParameters, OfTheDefaultOptionsAreTheAlgorithmsDefaults) {
   EXPECT_EQ(made.motion.semantic.dilation, defaults.motion.semantic.dilation);
   EXPECT_EQ(made.motion.semantic.prior, defaults.motion.semantic.prior);
   EXPECT_EQ(made.motion.box_flow.factor, defaults.motion.box_flow.factor);
+  EXPECT_EQ(made.motion.box_flow.memory, defaults.motion.box_flow.memory);
+  EXPECT_EQ(made.motion.gate.in_se2, defaults.motion.gate.in_se2);
   EXPECT_EQ(made.motion.gate.warp_error, defaults.motion.gate.warp_error);
   EXPECT_EQ(made.motion.gate.marked_share, defaults.motion.gate.marked_share);
   EXPECT_EQ(made.motion.epipolar.threshold, defaults.motion.epipolar.threshold);
@@ -64,7 +66,8 @@ TEST(SlamParameters, OfTheDefaultOptionsAreTheAlgorithmsDefaults) {
   EXPECT_EQ(made.tracker.keyframes.max_translation, defaults.tracker.keyframes.max_translation);
   EXPECT_EQ(made.mapper.local_window, defaults.mapper.local_window);
   EXPECT_EQ(made.mapper.fusion_keyframes, defaults.mapper.fusion_keyframes);
-  EXPECT_EQ(made.mapper.repeated_landmarks, defaults.mapper.repeated_landmarks);
+  EXPECT_EQ(made.tracker.erase_seen_through, defaults.tracker.erase_seen_through);
+  EXPECT_EQ(made.tracker.erase_repeated, defaults.tracker.erase_repeated);
   EXPECT_EQ(made.places.loops, defaults.places.loops);
   EXPECT_EQ(made.final_adjustment, defaults.final_adjustment);
   EXPECT_EQ(made.smooth_trajectory, defaults.smooth_trajectory);
@@ -77,6 +80,8 @@ TEST(SlamParameters, OfTheDefaultOptionsAreTheAlgorithmsDefaults) {
   EXPECT_EQ(made.dense.far.max_sigma, defaults.dense.far.max_sigma);
   EXPECT_EQ(made.dense.every, defaults.dense.every);
   EXPECT_EQ(made.dense.evidence.remove_ghosts, defaults.dense.evidence.remove_ghosts);
+  EXPECT_EQ(made.dense.registration, defaults.dense.registration);
+  EXPECT_EQ(made.dense.back_projection.max_jump, defaults.dense.back_projection.max_jump);
   EXPECT_EQ(made.dense.outliers.deviations, defaults.dense.outliers.deviations);
   EXPECT_EQ(made.dense.outliers.neighbors, defaults.dense.outliers.neighbors);
   EXPECT_EQ(made.dense.movers, defaults.dense.movers);
@@ -95,7 +100,9 @@ TEST(SlamParameters, OfTheDefaultOptionsAreTheAlgorithmsDefaults) {
 
 TEST(SlamParameters, OfBoxPresetsListTheClassesOfTheirPapers) {
   const ClassSets indoor = indoor_classes();
-  EXPECT_EQ(parameters_of_preset("box-flow").motion.box_flow.classes.dynamic, indoor.dynamic);
+  const ClassSets flow = parameters_of_preset("box-flow").motion.box_flow.classes;
+  EXPECT_EQ(flow.dynamic, indoor.dynamic);
+  EXPECT_EQ(flow.potential, indoor.potential);
   const ClassSets epipolar = parameters_of_preset("box-epipolar").motion.epipolar.classes;
   EXPECT_EQ(epipolar.dynamic, indoor.dynamic);
   EXPECT_EQ(epipolar.potential, indoor.potential);

@@ -84,7 +84,8 @@ std::optional<Pose> SlamSystem::push(const RgbdFramePtr& image) {
 }
 
 /// The way of a frame. While the network's masks are propagated to it on their own threads, the
-/// frame's features, its initial pose and the cues that need no masks are found.
+/// frame's features, its initial pose and the cues that need no masks are found. If no cue needs
+/// the initial pose, the keypoints are labeled first, and moving ones are never matched.
 void SlamSystem::track(const RgbdFramePtr& image) {
   auto frame = std::make_shared<Frame>();
   frame->image = image;
@@ -96,8 +97,12 @@ void SlamSystem::track(const RgbdFramePtr& image) {
   view_ = mapping_.view_for(image->index);
   log_.settle(view_.made);
   tracker_.compensate_motion(*frame, std::nullopt);
-  const auto initial = tracker_.predict_pose(*frame->features, view_.local_map);
-  if (initial) tracker_.compensate_motion(*frame, initial);
+  std::optional<InitialPose> initial;
+  const auto predict_pose = [&] {
+    initial = tracker_.predict_pose(*frame->features, view_.local_map, frame->evidence.weight);
+    if (initial) tracker_.compensate_motion(*frame, initial);
+  };
+  if (motion_.needs_pose()) predict_pose();
   MotionEvidence evidence = motion_.begin(motion_input(*frame, initial));
 
   const FrameInstances known = instances_.wait();
@@ -105,6 +110,7 @@ void SlamSystem::track(const RgbdFramePtr& image) {
   frame->instance_cells = known.propagated_cells;
   propagation_ = known.milliseconds;
   frame->evidence = motion_.finish(std::move(evidence), motion_input(*frame, initial));
+  if (!motion_.needs_pose()) predict_pose();
 
   newest_ = tracker_.track(frame, initial, view_.local_map, view_.found);
   if (newest_->relocalized) {

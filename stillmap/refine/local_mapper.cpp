@@ -4,6 +4,7 @@
 #include "stillmap/base/trace.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace stillmap {
 namespace {
@@ -15,14 +16,6 @@ void note_matches(Map& map, const Keyframe& keyframe, const std::vector<Landmark
   }
 }
 
-/// Returns the ids of the landmarks of a local map.
-std::vector<LandmarkId> local_landmarks(const LocalMap& local) {
-  std::vector<LandmarkId> ids;
-  ids.reserve(local.landmarks.size());
-  for (const LocalLandmark& landmark : local.landmarks) ids.push_back(landmark.id);
-  return ids;
-}
-
 }  // namespace
 
 void RefineTotals::add(const RefineReport& report) {
@@ -30,14 +23,11 @@ void RefineTotals::add(const RefineReport& report) {
   fused += report.fused;
   landmarks_culled += report.landmarks_culled;
   keyframes_culled += report.keyframes_culled;
-  repeated_pairs += report.repeated.pairs;
-  repeated_gone += report.repeated.gone;
+  repeated += report.repeated;
 }
 
 LocalMapper::LocalMapper(Map& map, const MapperOptions& options)
-    : map_(map), options_(options), next_component_(next_component(map)) {
-  if (options.repeated_landmarks == "node-median") vocabulary_ = Vocabulary::built_in();
-}
+    : map_(map), options_(options), next_component_(next_component(map)) {}
 
 KeyframeId LocalMapper::insert(const KeyframeProposal& proposal) {
   const bool begins_component = !proposal.reference.valid();
@@ -57,6 +47,7 @@ KeyframeId LocalMapper::insert(const KeyframeProposal& proposal) {
     map_.set_static_log_odds(s.landmark, s.static_log_odds);
   }
   note_matches(map_, keyframe, proposal.landmarks);
+  erase_repeated(proposal);
   create_from_depth(map_, keyframe.id);
   return keyframe.id;
 }
@@ -66,18 +57,21 @@ RefineReport LocalMapper::refine(KeyframeId newest, const StopRequest& stop) {
   report.landmarks_culled = cull_landmarks(map_, newest);
   report.triangulated = create_by_triangulation(map_, newest);
   report.fused = fuse_duplicates(map_, newest, options_.fusion_keyframes);
-  report.repeated = remove_repeated(newest);
+  report.repeated = std::exchange(repeated_, 0);
   report.adjustment = adjust_locally(map_, newest, options_.local_window, stop);
   report.keyframes_culled = cull_keyframes(map_, newest);
   return report;
 }
 
-RepeatedReport LocalMapper::remove_repeated(KeyframeId newest) {
-  const TraceScope scope("repeated landmarks");
-  if (options_.repeated_landmarks == "none") return {};
-  const auto local = local_landmarks(*local_map(newest));
-  return vocabulary_ ? remove_repeated_by_node(map_, newest, local, *vocabulary_)
-                     : join_repeated_by_place(map_, newest, local);
+/// Erases the landmarks that repeat others, except those that the keyframe itself shows.
+void LocalMapper::erase_repeated(const KeyframeProposal& proposal) {
+  for (const LandmarkId id : proposal.repeated) {
+    const auto& shown = proposal.landmarks;
+    if (map_.find(id) == nullptr || std::find(shown.begin(), shown.end(), id) != shown.end())
+      continue;
+    map_.erase(id);
+    ++repeated_;
+  }
 }
 
 }  // namespace stillmap

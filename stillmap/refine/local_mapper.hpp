@@ -6,33 +6,25 @@
 #include "stillmap/refine/landmark_creation.hpp"
 #include "stillmap/refine/landmark_fusion.hpp"
 #include "stillmap/refine/local_adjustment.hpp"
-#include "stillmap/refine/repeated_landmarks.hpp"
-
-#include <optional>
-#include <string>
 
 namespace stillmap {
 
 struct MapperOptions {
   int local_window = 15;      ///< Maximum number of keyframes that local adjustment optimizes.
   int fusion_keyframes = 10;  ///< Maximum number of neighbors for fuse_duplicates().
-  /// Rule for duplicate landmarks in addition to fuse_duplicates(): "none"; "node-median":
-  /// remove_repeated_by_node(), as in the high/low-dynamics system; "place":
-  /// join_repeated_by_place(). The option map.repeated_landmarks allows no other.
-  std::string repeated_landmarks = "none";
 };
 
 /// Summary of the refinement of one keyframe, for log and run summary.
 struct RefineReport {
   int triangulated = 0, fused = 0, landmarks_culled = 0, keyframes_culled = 0;
-  RepeatedReport repeated;  ///< Result of the rule in MapperOptions::repeated_landmarks.
+  int repeated = 0;  ///< Number of landmarks erased as KeyframeProposal::repeated.
   BundleResult adjustment;
 };
 
 /// Sum of the reports of all keyframes.
 struct RefineTotals {
   long triangulated = 0, fused = 0, landmarks_culled = 0, keyframes_culled = 0;
-  long repeated_pairs = 0, repeated_gone = 0;
+  long repeated = 0;
   void add(const RefineReport& report);
 };
 
@@ -42,8 +34,9 @@ class LocalMapper {
   /// The map may already contain components.
   LocalMapper(Map& map, const MapperOptions& options);
 
-  /// Adds the keyframe with the tracker's matches and creates landmarks from the depth of the other
-  /// keypoints. A proposal without reference starts a new component. Returns the new keyframe.
+  /// Adds the keyframe with the tracker's matches, erases the landmarks that repeat others, and
+  /// creates landmarks from the depth of the other keypoints. A proposal without reference starts a
+  /// new component. Returns the new keyframe.
   KeyframeId insert(const KeyframeProposal& proposal);
 
   /// Refines the map around the keyframe: triangulation, fusion of duplicates, local bundle
@@ -54,11 +47,11 @@ class LocalMapper {
   LocalMapPtr local_map(KeyframeId reference) const { return make_local_map(map_, reference); }
 
  private:
-  RepeatedReport remove_repeated(KeyframeId newest);
+  void erase_repeated(const KeyframeProposal& proposal);
 
   Map& map_;
   MapperOptions options_;
-  std::optional<Vocabulary> vocabulary_;  // Only if the rule for repeated landmarks needs it.
+  int repeated_ = 0;  // number of landmarks erased since the last refine()
   std::uint32_t next_component_ = 0;
 };
 

@@ -86,10 +86,11 @@ nlohmann::json movers_json(const SlamResult& result) {
 }
 
 nlohmann::json refinement_json(const RefineTotals& totals) {
-  return {
-      {"triangulated", totals.triangulated},         {"duplicates_fused", totals.fused},
-      {"repeated_pairs", totals.repeated_pairs},     {"repeated_gone", totals.repeated_gone},
-      {"landmarks_culled", totals.landmarks_culled}, {"keyframes_culled", totals.keyframes_culled}};
+  return {{"triangulated", totals.triangulated},
+          {"duplicates_fused", totals.fused},
+          {"repeated_erased", totals.repeated},
+          {"landmarks_culled", totals.landmarks_culled},
+          {"keyframes_culled", totals.keyframes_culled}};
 }
 
 /// Returns the frame with the longest tracking time, with the times of its stages [ms].

@@ -58,7 +58,7 @@ void LandmarkStatistics::count(const Frame& frame, const LocalMapPose& pose) {
     const Visibility visibility =
         landmark_visibility(T_camera_world * local_map_->landmarks[i].p_world, *frame.cells);
     predicted_[i] += visibility != Visibility::kOccluded;
-    if (visibility == Visibility::kSeenThrough) update(i, kSeenThroughLogOdds);
+    if (seen_through_ && visibility == Visibility::kSeenThrough) update(i, kSeenThroughLogOdds);
   }
   const auto& measured = frame.evidence.measured_log_odds.empty()
                              ? frame.evidence.static_log_odds

@@ -13,6 +13,9 @@ namespace stillmap {
 /// log-odds that it is static.
 class LandmarkStatistics {
  public:
+  /// @param seen_through whether a landmark that the depth image sees through counts as moving
+  explicit LandmarkStatistics(bool seen_through = true) : seen_through_(seen_through) {}
+
   /// Changes to a new local map. Keeps the log-odds of landmarks that the old one contained and the
   /// counts that were not taken yet.
   void adopt(const LocalMapPtr& local_map);
@@ -21,7 +24,8 @@ class LandmarkStatistics {
   float static_log_odds(LandmarkId id) const { return static_log_odds_[local_map_->index(id)]; }
 
   /// Adds the observations of a frame. A landmark that a nearer surface occludes is not counted as
-  /// expected. One that the depth image sees through is probably moving.
+  /// expected. One that the depth image sees through is probably moving: it gets log-odds of -3, by
+  /// which cull_landmarks() erases it after 9 frames in a row.
   void count(const Frame& frame, const LocalMapPose& pose);
 
   /// Returns the counts since the last call and resets them.
@@ -30,6 +34,7 @@ class LandmarkStatistics {
  private:
   void update(std::size_t landmark, float log_odds);
 
+  bool seen_through_;
   LocalMapPtr local_map_;
   std::vector<VisibilityCount> counts_of_old_maps_;
   std::vector<std::uint32_t> predicted_, found_;  // per landmark of local_map_ [frames]

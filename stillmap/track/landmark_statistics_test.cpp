@@ -64,6 +64,13 @@ TEST(LandmarkStatistics, ALandmarkThatTheDepthSeesThroughIsProbablyMoving) {
   EXPECT_LT(mean_log_odds(statistics.take()), -1);
 }
 
+TEST(LandmarkStatistics, NothingFollowsFromDepthIfThatIsTurnedOff) {
+  LandmarkStatistics statistics(false);
+  statistics.adopt(local_map());
+  for (int i = 0; i < 50; ++i) statistics.count(*scaled_depth(2), all_expected());
+  EXPECT_EQ(mean_log_odds(statistics.take()), 0);
+}
+
 TEST(LandmarkStatistics, KeepsCountsAndLogOddsInANewSnapshot) {
   LandmarkStatistics statistics;
   statistics.adopt(local_map());

@@ -3,6 +3,7 @@
 #include "stillmap/map/local_map.hpp"
 #include "stillmap/motion/frame.hpp"
 #include "stillmap/track/pose_estimate.hpp"
+#include "stillmap/track/repeated_landmarks.hpp"
 
 #include <optional>
 #include <vector>
@@ -27,8 +28,10 @@ struct LocalMapPose {
 /// @param first         approximate pose, and matches with landmarks and points of the previous
 /// frame
 /// @param min_landmarks least number of inliers among the landmarks
+/// @param repeated      landmarks that are not searched; null for none
 std::optional<LocalMapPose> refine_in_local_map(const TrackingModel& model,
                                                 const LocalMap& local_map, const Frame& frame,
-                                                const PoseEstimate& first, int min_landmarks);
+                                                const PoseEstimate& first, int min_landmarks,
+                                                const RepeatedLandmarks* repeated = nullptr);
 
 }  // namespace stillmap

@@ -27,9 +27,11 @@ std::optional<Eigen::Vector3d> point_of_previous(const TrackingModel& model,
   return state.T_world_previous * model.camera.unproject(k.u, k.v, k.depth);
 }
 
+/// @param excluded 1 for each keypoint that is not matched; empty for none
 std::vector<FrameMatch> match_previous(const TrackingModel& model, const TrackerState& state,
-                                       const Features& features, const Pose& T_world_camera,
-                                       double radius) {
+                                       const Features& features,
+                                       const std::vector<std::uint8_t>& excluded,
+                                       const Pose& T_world_camera, double radius) {
   const TraceScope scope("match");
   const Frame& previous = *state.previous->frame;
   const Pose T_camera_world = T_world_camera.inverse();
@@ -59,7 +61,7 @@ std::vector<FrameMatch> match_previous(const TrackingModel& model, const Tracker
   ProjectionMatchOptions matching;
   matching.max_distance = kMaxMatchDistance;
   matching.ratio = 1;  // no ratio test between consecutive frames
-  const auto found = match_by_projection(queries, features, matching, {});
+  const auto found = match_by_projection(queries, features, matching, excluded);
   std::vector<FrameMatch> matches;
   for (std::size_t q = 0; q < queries.size(); ++q) {
     if (!found[q]) continue;
@@ -87,9 +89,9 @@ std::optional<PoseEstimate> estimate_from(const TrackingModel& model, const Feat
 
 /// Returns the pose after the first frame of a map, whose velocity is not known.
 Pose pose_after_start(const TrackingModel& model, const TrackerState& state,
-                      const Features& features) {
+                      const Features& features, const std::vector<std::uint8_t>& excluded) {
   const auto matches =
-      match_previous(model, state, features, state.T_world_previous, kStartSearchRadius);
+      match_previous(model, state, features, excluded, state.T_world_previous, kStartSearchRadius);
   const auto estimate = estimate_from(model, features, matches, state.T_world_previous);
   return estimate ? estimate->T_world_camera : state.T_world_previous;
 }
@@ -98,11 +100,14 @@ Pose pose_after_start(const TrackingModel& model, const TrackerState& state,
 
 std::optional<PreviousFramePose> track_previous_frame(const TrackingModel& model,
                                                       const TrackerState& state,
-                                                      const Features& features) {
+                                                      const Features& features,
+                                                      const std::vector<float>& weights) {
+  std::vector<std::uint8_t> excluded;
+  for (const float weight : weights) excluded.push_back(weight <= 0);
   const Pose guess = state.velocity_known() ? state.T_world_previous * state.T_previous_next
-                                            : pose_after_start(model, state, features);
+                                            : pose_after_start(model, state, features, excluded);
   for (const double radius : {kSearchRadius, 2 * kSearchRadius}) {
-    auto matches = match_previous(model, state, features, guess, radius);
+    auto matches = match_previous(model, state, features, excluded, guess, radius);
     auto estimate = estimate_from(model, features, matches, guess);
     if (estimate) return PreviousFramePose{std::move(*estimate), std::move(matches)};
   }

@@ -23,8 +23,10 @@ struct PreviousFramePose {
 /// Tracks the camera from the previous frame: predicts its pose by constant velocity, searches the
 /// points of the previous frame near their predicted pixels and solves for the pose. Landmarks
 /// alone are used if enough of them agree. Returns none if too few points are found.
+/// @param weights of the keypoints of `features`; those of weight 0 are not matched; empty: all are
 std::optional<PreviousFramePose> track_previous_frame(const TrackingModel& model,
                                                       const TrackerState& state,
-                                                      const Features& features);
+                                                      const Features& features,
+                                                      const std::vector<float>& weights = {});
 
 }  // namespace stillmap

@@ -77,6 +77,17 @@ TEST(PreviousFrameTracking, IgnoresPointsThatMove) {
   EXPECT_FALSE(track_previous_frame(model(), state, *frame(1)->features));
 }
 
+TEST(PreviousFrameTracking, MatchesNoKeypointThatIsKnownToMove) {
+  const Features& features = *frame(1)->features;
+  std::vector<float> weights(features.size(), 1);
+  for (std::size_t i = 0; i < weights.size(); i += 2) weights[i] = 0;
+  const auto pose = track_previous_frame(model(), state_at_reference(), features, weights);
+  ASSERT_TRUE(pose);
+  for (const FrameMatch& m : pose->matches) EXPECT_EQ(m.match.keypoint % 2, 1U);
+  weights.assign(features.size(), 0);
+  EXPECT_FALSE(track_previous_frame(model(), state_at_reference(), features, weights));
+}
+
 TEST(PreviousFrameTracking, FailsOnABlankImageAndElsewhere) {
   EXPECT_FALSE(track_previous_frame(model(), state_at_reference(), *blank(1)->features));
   EXPECT_FALSE(track_previous_frame(model(), state_at_reference(), *elsewhere(1)->features));

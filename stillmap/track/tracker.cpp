@@ -55,7 +55,10 @@ Tracker::Tracker(const Camera& camera, const PyramidShape& pyramid, const Tracke
       start_(start),
       calibration_(camera.shutter.value_or(options.shutter)),
       keyframe_policy_(options.keyframes, camera.depth_sensor),
-      new_map_policy_(options.new_map) {}
+      new_map_policy_(options.new_map),
+      statistics_(options.erase_seen_through) {
+  if (options.erase_repeated) repeated_.emplace();
+}
 
 Vector6d Tracker::twist_of(const RgbdFrame& image,
                            const std::optional<InitialPose>& initial) const {
@@ -75,12 +78,13 @@ void Tracker::compensate_motion(Frame& frame, const std::optional<InitialPose>& 
 }
 
 std::optional<InitialPose> Tracker::predict_pose(const Features& features,
-                                                 const LocalMapPtr& local_map) {
+                                                 const LocalMapPtr& local_map,
+                                                 const std::vector<float>& weights) {
   const TraceScope scope(span::kInitialPose);
   if (!local_map || !state_.previous) return std::nullopt;
   if (local_map != state_.local_map) adopt(local_map);
   if (frames_lost_ > 0) return std::nullopt;
-  auto pose = track_previous_frame(model_, state_, features);
+  auto pose = track_previous_frame(model_, state_, features, weights);
   if (!pose) return std::nullopt;
   EgoMotion motion = ego_motion(features, *pose);
   return InitialPose{std::move(pose->estimate), std::move(motion)};
@@ -98,7 +102,9 @@ TrackedFramePtr Tracker::track(const FramePtr& frame, const std::optional<Initia
       initial ? initial->estimate
               : track_reference_keyframe(model_, *local_map, state_.T_world_previous, *frame);
   if (first) {
-    const auto pose = refine_in_local_map(model_, *local_map, *frame, *first, options_.min_inliers);
+    if (repeated_) repeated_->find(*local_map, first->matches);
+    const auto pose = refine_in_local_map(model_, *local_map, *frame, *first, options_.min_inliers,
+                                          repeated_ ? &*repeated_ : nullptr);
     if (pose) {
       calibrate_shutter(frame, initial, *pose);
       return tracked(frame, *pose, false);
@@ -249,6 +255,7 @@ TrackedFramePtr Tracker::tracked(const FramePtr& frame, const LocalMapPose& pose
                                       local_map, frame->index() - newest)) {
     result->proposal = KeyframeProposal{frame, result->reference, result->T_reference_camera,
                                         result->landmarks, statistics_.take()};
+    if (repeated_) result->proposal->repeated = repeated_->take();
     last_proposed_ = frame->index();
   }
   state_.odometry_points.clear();

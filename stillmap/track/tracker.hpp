@@ -9,6 +9,7 @@
 #include "stillmap/track/new_map_policy.hpp"
 #include "stillmap/track/pose_estimate.hpp"
 #include "stillmap/track/previous_frame_tracking.hpp"
+#include "stillmap/track/repeated_landmarks.hpp"
 #include "stillmap/track/shutter_calibration.hpp"
 #include "stillmap/track/tracked_frame.hpp"
 #include "stillmap/track/tracker_state.hpp"
@@ -17,6 +18,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace stillmap {
 
@@ -28,6 +30,10 @@ struct TrackerOptions {
   int min_inliers = 25;
   /// Whether visual odometry takes over where a map that is not extended is out of view.
   bool tracked_by_odometry = true;
+  /// Whether landmarks that the depth image sees through are erased.
+  bool erase_seen_through = true;
+  /// Whether landmarks that repeat others are erased: see RepeatedLandmarks.
+  bool erase_repeated = false;
   NewMapOptions new_map;
   KeyframePolicyOptions keyframes;
   /// Timing of the camera's shutters until the frames show another one, if the camera's is unknown.
@@ -66,11 +72,14 @@ class Tracker {
   const ShutterTiming& shutter() const { return calibration_.timing(); }
   const ShutterCalibration& shutter_calibration() const { return calibration_; }
 
-  /// First pass, before the motion evidence: returns the pose from the points that were static up
-  /// to the previous frame, or none for a first frame and where too few points are found again.
+  /// First pass: returns the pose from the points that were static up to the previous frame, or
+  /// none for a first frame and where too few points are found again.
   /// @param local_map the newest snapshot; null while there is no map. After a frame that starts a
   ///        map (TrackState::kStarted) the next call must pass the snapshot made for it.
-  std::optional<InitialPose> predict_pose(const Features& features, const LocalMapPtr& local_map);
+  /// @param weights of the keypoints, if the frame's evidence is known already: keypoints of weight
+  ///        0 are not matched; empty before the evidence is known
+  std::optional<InitialPose> predict_pose(const Features& features, const LocalMapPtr& local_map,
+                                          const std::vector<float>& weights = {});
 
   /// Second pass: returns the frame with its pose from the points that its evidence leaves.
   /// @param initial   result of predict_pose() for the frame's features
@@ -109,6 +118,7 @@ class Tracker {
 
   TrackerState state_;
   LandmarkStatistics statistics_;
+  std::optional<RepeatedLandmarks> repeated_;  // none: they are not erased
   MotionConsistency consistency_;
   int frames_lost_ = 0;
   int frames_in_map_ = 0;          // since its start; at least kMinMapFrames after relocalization
