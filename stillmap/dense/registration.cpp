@@ -20,18 +20,18 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 constexpr double kEdge = 0.05;  ///< Side of the surface's voxels [m].
 /// Distance of the used pixels in both directions: of points of the surface, and of points that are
 /// registered [pixels of the view].
-constexpr int kSurfaceStep = 2, kPointStep = 4;
+constexpr int kSurfaceStep = 2, kPointStep = 3;
 /// Distance of the pixels from which a normal is computed [pixels of the view].
-constexpr int kNormalReach = 2;
-/// Largest distance of the points from which a normal is computed, in units of the depth: beyond it
-/// they belong to two surfaces, or to one at a grazing angle.
-constexpr double kMaxSpan = 0.06;
+constexpr int kNormalReach = 3;
+/// Largest second difference of the points from which a normal is computed, in units of the depth:
+/// beyond it they belong to two surfaces.
+constexpr double kMaxBend = 0.03;
 /// Smallest length of the mean of a voxel's unit normals for a plane, and smallest cosine between
 /// the normals of a point and its plane.
-constexpr double kFlat = 0.9, kMinCosine = 0.9;
+constexpr double kFlat = 0.8, kMinCosine = 0.8;
 constexpr int kIterations = 10;
 constexpr double kConverged = 1e-5;  ///< Change of the pose that ends the iterations [m, rad].
-constexpr int kMinPoints = 300;
+constexpr int kMinPoints = 50;
 /// Largest correction of a pose [m], [rad].
 constexpr double kMaxShift = 0.1, kMaxTurn = 0.087;
 /// Standard deviations of a correction step [m], [rad]: they keep a pose where the surface does not
@@ -59,10 +59,12 @@ std::optional<SurfacePoint> surface_point(const DenseView& view, int row, int co
     const bool usable = view.is_static(row + d_row, col + d_col);
     if (!usable || view.depth(row + d_row, col + d_col) == 0) return std::nullopt;
   }
-  const Eigen::Vector3d across = point_at(view, row, col + r) - point_at(view, row, col - r);
-  const Eigen::Vector3d down = point_at(view, row + r, col) - point_at(view, row - r, col);
   const Eigen::Vector3d p = point_at(view, row, col);
-  if (std::max(across.norm(), down.norm()) > kMaxSpan * p.z()) return std::nullopt;
+  const Eigen::Vector3d left = point_at(view, row, col - r), right = point_at(view, row, col + r);
+  const Eigen::Vector3d above = point_at(view, row - r, col), below = point_at(view, row + r, col);
+  const double bend = std::max((left + right - 2 * p).norm(), (above + below - 2 * p).norm());
+  if (bend > kMaxBend * p.z()) return std::nullopt;
+  const Eigen::Vector3d across = right - left, down = below - above;
   return SurfacePoint{p, down.cross(across).normalized(), view.camera.depth_sensor.sigma(p.z())};
 }
 
@@ -97,15 +99,21 @@ class Surface {
     }
   }
 
-  /// Returns the plane of the voxel at a point; none if there is none, or its surface is not flat.
-  std::optional<Plane> plane_at(const Eigen::Vector3d& p_world) const {
-    const auto voxel = voxel_at(p_world, kEdge);
-    const std::uint32_t number = voxel ? index_.find(*voxel) : VoxelIndex::kNone;
-    if (number == VoxelIndex::kNone) return std::nullopt;
-    const Cell& cell = cells_[number];
-    const double length = cell.normals.norm();
-    if (length < kFlat * cell.count) return std::nullopt;
-    return Plane{cell.points / cell.count, cell.normals / length};
+  /// Returns the plane of the voxel at a point, or of the nearest one in front of or behind it up
+  /// to one side away; none if there is none, or its surface is not flat.
+  /// @param normal of the point, world frame
+  std::optional<Plane> plane_near(const Eigen::Vector3d& p_world,
+                                  const Eigen::Vector3d& normal) const {
+    for (const double offset : {0.0, 0.5, -0.5, 1.0, -1.0}) {
+      const auto voxel = voxel_at(p_world + offset * kEdge * normal, kEdge);
+      const std::uint32_t number = voxel ? index_.find(*voxel) : VoxelIndex::kNone;
+      if (number == VoxelIndex::kNone) continue;
+      const Cell& cell = cells_[number];
+      const double length = cell.normals.norm();
+      if (length >= kFlat * cell.count)
+        return Plane{cell.points / cell.count, cell.normals / length};
+    }
+    return std::nullopt;
   }
 
  private:
@@ -129,7 +137,7 @@ std::optional<Vector6d> correction(const Surface& surface, const std::vector<Sur
   int count = 0;
   for (const SurfacePoint& point : points) {
     const Eigen::Vector3d p_world = T_world_camera * point.p;
-    const auto plane = surface.plane_at(p_world);
+    const auto plane = surface.plane_near(p_world, T_world_camera.quaternion() * point.normal);
     if (!plane) continue;
     const Eigen::Vector3d n = q_camera_world * plane->normal;
     if (n.dot(point.normal) < kMinCosine) continue;

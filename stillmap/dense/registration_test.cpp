@@ -28,6 +28,7 @@ DenseView view_of_planes(const std::vector<Plane>& planes, const Pose& T_world_c
   });
   BackProjectionOptions every_pixel;
   every_pixel.stride = 1;
+  every_pixel.max_jump = 1;  // as the floor is seen at a grazing angle
   return make_dense_view(small_camera(), frame, {}, every_pixel).view;
 }
 

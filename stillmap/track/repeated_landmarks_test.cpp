@@ -29,6 +29,8 @@ LocalMap map_of(std::initializer_list<int> bits) {
   for (const int count : bits) {
     LocalLandmark landmark{};
     landmark.id = {static_cast<std::uint32_t>(map.landmarks.size()), 0};
+    landmark.p_world.setZero();
+    landmark.normal.setZero();
     landmark.descriptor = ones(count);
     map.landmarks.push_back(landmark);
   }
