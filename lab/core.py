@@ -107,7 +107,7 @@ def variant_of(name, arguments):
     """Returns the variant of a preset's name. It has no network if the name says so, or if none was named; its own name
     then says so, too."""
     preset = name.removesuffix(NO_NETWORK)
-    if preset == "static":
+    if preset in ("orb-rgbd", "static"):
         return Variant(preset, preset)
     model = arguments.box_model if preset in BOX_PRESETS and arguments.box_model else arguments.model
     if preset != name or model is None:
