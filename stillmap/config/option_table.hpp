@@ -247,7 +247,8 @@ void visit_map_options(Group& map, const Visitor& visit) {
   visit({"map.final_adjustment",
          "",
          {},
-         "Whether global bundle adjustment is applied at the end of a run."},
+         "Whether global bundle adjustment is applied at the end of a run, and lost frames are tracked "
+         "again in its map."},
         map.final_adjustment);
   visit({"map.smooth_trajectory",
          "",

@@ -3,7 +3,7 @@
 #include "stillmap/loop/guided_search.hpp"
 #include "stillmap/loop/node_matching.hpp"
 #include "stillmap/loop/place_index.hpp"
-#include "stillmap/loop/pose_ransac.hpp"
+#include "stillmap/optimize/pose_ransac.hpp"
 
 #include <optional>
 #include <string>

@@ -31,7 +31,7 @@ struct KeyframeProposal {
   /// tracked the camera too briefly to be kept; otherwise invalid.
   KeyframeId abandoned = {};
   /// For the first keyframe of a new component: a keyframe of the component that it replaces, which
-  /// was made from the previous frame before the velocity of the camera was known; otherwise
+  /// was made before the velocity of the camera was known or from moving objects; otherwise
   /// invalid.
   KeyframeId replaced = {};
 };

@@ -10,12 +10,12 @@ namespace {
 /// Longest time without a pose on an uninterrupted path [s].
 constexpr double kMaxPause = 0.5;
 
+}  // namespace
+
 std::optional<Pose> pose_in(const Map& map, const FrameRecord& record) {
   if (!record.has_pose() || !map.current_keyframe(record.reference).valid()) return std::nullopt;
   return map.resolve(record.reference, record.T_reference_camera);
 }
-
-}  // namespace
 
 void FrameLog::add(const TrackedFrame& tracked, const TrackingTimes& times) {
   const Frame& frame = *tracked.frame;
@@ -45,9 +45,11 @@ void FrameLog::add(const TrackedFrame& tracked, const TrackingTimes& times) {
   records_.push_back(std::move(record));
 }
 
-FrameRecord& FrameLog::record_of(std::size_t frame_index) {
-  return *std::lower_bound(records_.begin(), records_.end(), frame_index,
-                           [](const FrameRecord& r, std::size_t index) { return r.index < index; });
+std::size_t FrameLog::position(std::size_t frame_index) const {
+  const auto found =
+      std::lower_bound(records_.begin(), records_.end(), frame_index,
+                       [](const FrameRecord& r, std::size_t index) { return r.index < index; });
+  return static_cast<std::size_t>(found - records_.begin());
 }
 
 void FrameLog::settle(const std::vector<NewKeyframe>& made) {
@@ -65,17 +67,26 @@ void FrameLog::settle(const std::vector<NewKeyframe>& made) {
 }
 
 void FrameLog::confirm(const RelocalizationResult& relocalization) {
-  const auto lost = std::find_if(records_.rbegin(), records_.rend(), [&](const FrameRecord& r) {
-    return r.index == relocalization.frame->index();
-  });
-  if (lost == records_.rend()) return;
   const std::scoped_lock lock(mutex_);
-  lost->state = TrackState::kTracking;
-  lost->reason.clear();
-  lost->tracked_by_odometry = false;
-  lost->reference = relocalization.local_map->reference;
-  lost->T_reference_camera = relocalization.T_reference_camera;
-  lost->inliers = relocalization.inliers;
+  FrameRecord& lost = record_of(relocalization.frame->index());
+  lost.state = TrackState::kTracking;
+  lost.reason.clear();
+  lost.tracked_by_odometry = false;
+  lost.reference = relocalization.local_map->reference;
+  lost.T_reference_camera = relocalization.T_reference_camera;
+  lost.inliers = relocalization.inliers;
+}
+
+void FrameLog::place(std::size_t frame_index, KeyframeId reference, const Pose& T_reference_camera,
+                     const PoseEstimate& estimate) {
+  const std::scoped_lock lock(mutex_);
+  FrameRecord& frame = record_of(frame_index);
+  frame.tracked_late = !frame.has_pose();
+  frame.state = TrackState::kTracking;
+  frame.reference = reference;
+  frame.T_reference_camera = T_reference_camera;
+  frame.inliers = static_cast<int>(estimate.matches.size());
+  frame.covariance = estimate.covariance;
 }
 
 void FrameLog::set_final_poses(Trajectory poses) {

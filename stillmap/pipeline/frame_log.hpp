@@ -32,9 +32,9 @@ struct FrameRecord {
   std::size_t index = 0;                    ///< Index of the frame in the run.
   double timestamp = 0;                     ///< Time of the frame [s].
   TrackState state = TrackState::kWaiting;  ///< State of the tracker after the frame.
-  std::string reason;       ///< Reason why the frame has no pose; empty if it has one.
-  KeyframeId reference;     ///< Keyframe that the pose is relative to.
-  Pose T_reference_camera;  ///< Relative pose, valid while the map is corrected.
+  std::string reason;                      ///< Reason why the camera was lost; empty if it was not.
+  KeyframeId reference;                    ///< Keyframe that the pose is relative to.
+  Pose T_reference_camera;                 ///< Relative pose, valid while the map is corrected.
   Matrix6d covariance = Matrix6d::Zero();  ///< See TrackedFrame::covariance.
   int keypoints = 0;                       ///< Number of keypoints.
   int moving_keypoints = 0;                ///< Number of keypoints labeled as moving.
@@ -42,12 +42,16 @@ struct FrameRecord {
   int mask_age = -1;                       ///< Age of the masks [frames]; -1 without masks.
   bool relocalized = false;                ///< The lost camera was relocalized in this frame.
   bool tracked_by_odometry = false;        ///< See TrackedFrame::tracked_by_odometry.
+  bool tracked_late = false;               ///< The pose was found at the end: see LostFrames.
   bool contradicts_motion = false;         ///< See TrackedFrame::contradicts_motion.
   bool keyframe = false;                   ///< The frame was proposed as a keyframe.
   TrackingTimes times;
 
   bool has_pose() const { return state == TrackState::kStarted || state == TrackState::kTracking; }
 };
+
+/// Returns T_world_camera of a frame in the map; none without a pose or in a dropped map.
+std::optional<Pose> pose_in(const Map& map, const FrameRecord& record);
 
 /// A frame with a pose, relative to a keyframe.
 struct PlacedFrame {
@@ -79,6 +83,9 @@ class FrameLog {
   /// Adds the pose of an earlier frame of the lost camera, whose relocalization the tracker
   /// accepted.
   void confirm(const RelocalizationResult& relocalization);
+  /// Adds or replaces the pose of a frame, found at the end of the run.
+  void place(std::size_t frame_index, KeyframeId reference, const Pose& T_reference_camera,
+             const PoseEstimate& estimate);
 
   /// Sets the final poses for copy().
   void set_final_poses(Trajectory poses);
@@ -89,6 +96,8 @@ class FrameLog {
   bool empty() const { return records_.empty(); }
   const FrameRecord& back() const { return records_.back(); }
   const std::vector<FrameRecord>& records() const { return records_; }
+  /// Returns the position in records() of a frame that was added.
+  std::size_t position(std::size_t frame_index) const;
 
   /// Returns T_world_camera by frame index in the current map, without frames that have no pose or
   /// belong to a dropped map.
@@ -103,7 +112,7 @@ class FrameLog {
   void add_times_to(StageTimes& times) const;
 
  private:
-  FrameRecord& record_of(std::size_t frame_index);
+  FrameRecord& record_of(std::size_t frame_index) { return records_[position(frame_index)]; }
 
   const bool extends_map_;
   std::shared_ptr<const Trajectory> final_poses_;  // under the mutex

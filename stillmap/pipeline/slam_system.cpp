@@ -80,6 +80,7 @@ std::optional<Pose> SlamSystem::push(const RgbdFramePtr& image) {
   traced(span::kFrame, [&] { track(image); });
   if (options_.schedule.realtime) shed_load(*image);
   log_.add(*newest_, tracking_times(propagation_));
+  lost_.add(*newest_);
   return newest_->T_world_camera;
 }
 
@@ -124,6 +125,8 @@ void SlamSystem::track(const RgbdFramePtr& image) {
 
 MotionInput SlamSystem::motion_input(const Frame& frame,
                                      const std::optional<InitialPose>& initial) const {
+  // Earlier evidence was derived from the poses of a map that was replaced.
+  const bool first_evidence = newest_ && newest_->proposal && newest_->proposal->replaced.valid();
   return {.image = frame.image,
           .features = frame.features,
           .pyramid = options_.orb.pyramid(),
@@ -131,7 +134,7 @@ MotionInput SlamSystem::motion_input(const Frame& frame,
           .instances = frame.instances,
           .instance_cells = frame.instance_cells,
           .previous = newest_ ? newest_->frame : nullptr,
-          .ego_motion = initial ? std::optional(initial->motion) : std::nullopt};
+          .ego_motion = initial && !first_evidence ? std::optional(initial->motion) : std::nullopt};
 }
 
 /// Masks are propagated while the tracker's thread does other work; the part that it has to wait
@@ -229,6 +232,10 @@ void SlamSystem::finish_streams() {
   log_.settle(view_.made);
   drop_brief_maps();
   mapping_.finish();
+  if (options_.final_adjustment) {
+    lost_.track_again({camera_, options_.orb.pyramid()}, mapping_.map(),
+                      options_.tracker.min_inliers, log_);
+  }
   dense_.finish(view_.made);
   movers_.finish();
 }

@@ -7,6 +7,7 @@
 #include "stillmap/pipeline/frame_log.hpp"
 #include "stillmap/pipeline/instance_stream.hpp"
 #include "stillmap/pipeline/keypoint_budget.hpp"
+#include "stillmap/pipeline/lost_frames.hpp"
 #include "stillmap/pipeline/mapping.hpp"
 #include "stillmap/pipeline/mover_stream.hpp"
 #include "stillmap/pipeline/saved_map.hpp"
@@ -150,6 +151,7 @@ class SlamSystem {
   DenseStream dense_;
   MoverStream movers_;
   FrameLog log_;
+  LostFrames lost_;
   TrackedFramePtr newest_;
   MapView view_;
   double propagation_ = 0;  // time that propagating the masks to the newest frame took [ms]

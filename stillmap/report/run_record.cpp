@@ -67,12 +67,12 @@ std::vector<RunEvent> run_events(const SlamResult& result) {
   bool any_map = false;
   bool was_lost = false, was_odometry = false;
   for (const FrameRecord& f : result.frames) {
-    const bool lost = f.state == TrackState::kLost;
+    const bool lost = f.state == TrackState::kLost || (f.tracked_late && !f.reason.empty());
     if (lost && !was_lost) add(f.timestamp, "lost: " + f.reason);
     if (f.state == TrackState::kStarted && any_map) add(f.timestamp, "new map");
     if (f.relocalized) {
       add(f.timestamp, "relocalized");
-    } else if (f.state == TrackState::kTracking && was_lost) {
+    } else if (f.state == TrackState::kTracking && was_lost && !lost) {
       add(f.timestamp, "tracking again");
     }
     if (f.tracked_by_odometry && !was_odometry) add(f.timestamp, "left the map");
@@ -114,6 +114,8 @@ std::string map_events_text(const SlamResult& result) {
   add(of(MapEvent::Kind::kMerge), "map merged", "maps merged");
   add(of(MapEvent::Kind::kDropped), "short map dropped", "short maps dropped");
   add(frames_with(&FrameRecord::relocalized), "relocalization", "relocalizations");
+  add(frames_with(&FrameRecord::tracked_late), "lost frame tracked at the end",
+      "lost frames tracked at the end");
   add(frames_with(&FrameRecord::contradicts_motion), "uncertain pose", "uncertain poses");
   add(frames_with(&FrameRecord::tracked_by_odometry), "frame tracked by visual odometry",
       "frames tracked by visual odometry");

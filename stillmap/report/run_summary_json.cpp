@@ -37,13 +37,17 @@ nlohmann::json map_events_json(const SlamResult& result) {
     if (f.relocalized)
       json["relocalizations"].push_back(
           {{"frame", f.index}, {"timestamp", f.timestamp}, {"frames_lost", lost}});
-    lost = f.state == TrackState::kLost ? lost + 1 : 0;
+    lost = f.state == TrackState::kLost || f.tracked_late ? lost + 1 : 0;
   }
   return json;
 }
 
 nlohmann::json frames_json(const RunRecord& record) {
   const LoadShedding& less = record.result.load_shedding;
+  const auto frames_with = [&](bool FrameRecord::*property) {
+    return std::count_if(record.result.frames.begin(), record.result.frames.end(),
+                         [&](const FrameRecord& f) { return f.*property; });
+  };
   return {{"total", record.total_frames()},
           {"handed_in", record.frames},
           {"tracked", record.result.tracked()},
@@ -53,11 +57,9 @@ nlohmann::json frames_json(const RunRecord& record) {
           {"fewer_keypoints", less.frames_of_fewer_keypoints},
           {"without_movers", less.frames_without_movers},
           {"without_view", less.frames_without_view},
-          {"uncertain", std::count_if(record.result.frames.begin(), record.result.frames.end(),
-                                      [](const FrameRecord& f) { return f.contradicts_motion; })},
-          {"tracked_by_odometry",
-           std::count_if(record.result.frames.begin(), record.result.frames.end(),
-                         [](const FrameRecord& f) { return f.tracked_by_odometry; })}};
+          {"uncertain", frames_with(&FrameRecord::contradicts_motion)},
+          {"tracked_late", frames_with(&FrameRecord::tracked_late)},
+          {"tracked_by_odometry", frames_with(&FrameRecord::tracked_by_odometry)}};
 }
 
 nlohmann::json movers_json(const SlamResult& result) {

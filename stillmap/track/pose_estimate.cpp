@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/track/pose_estimate.hpp"
 
+#include <limits>
+
 #include <Eigen/LU>
 
 namespace stillmap {
@@ -34,6 +36,18 @@ std::optional<PoseEstimate> estimate_pose(const TrackingModel& model, const Feat
     if (solution.inlier[i]) estimate.matches.push_back(matches[i]);
   }
   return estimate;
+}
+
+Chi2 chi2_of(const TrackingModel& model, const Features& features, const Pose& T_world_camera,
+             const PointMatch& match) {
+  constexpr double kNever = std::numeric_limits<double>::infinity();
+  const Keypoint& k = features.keypoints[match.keypoint];
+  const Eigen::Vector3d p = T_world_camera.inverse() * match.p_world;
+  if (p.z() < kNearPlane) return {kNever, kNever};
+  const ObservationNoise noise = observation_noise(model.camera, k.depth);
+  return chi2(
+      make_measurement(model.camera, noise, k.u, k.v, k.depth, model.pyramid.scale(k.level)),
+      predict(model.camera, p));
 }
 
 }  // namespace stillmap

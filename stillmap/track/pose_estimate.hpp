@@ -52,4 +52,8 @@ std::optional<PoseEstimate> estimate_pose(const TrackingModel& model, const Feat
                                           const Pose& T_world_camera_guess,
                                           const std::vector<PointMatch>& matches, int min_inliers);
 
+/// Returns the squared residuals of a match at a pose; infinite for a point behind the camera.
+Chi2 chi2_of(const TrackingModel& model, const Features& features, const Pose& T_world_camera,
+             const PointMatch& match);
+
 }  // namespace stillmap

@@ -14,6 +14,10 @@ constexpr double kSearchRadius = 15;
 /// at 30 Hz and a focal length of 525 pixels.
 constexpr double kStartSearchRadius = 60;
 
+/// Bound of the squared pixel residual of a point that agrees roughly with a guess: 3 sigma
+/// [sigma^2].
+constexpr double kNearChi2 = 9;
+
 /// Returns the world position [m] of a keypoint of the previous frame: that of its landmark, of its
 /// odometry point, or its own depth's. Returns none for a keypoint without any of them.
 std::optional<Eigen::Vector3d> point_of_previous(const TrackingModel& model,
@@ -71,6 +75,28 @@ std::vector<FrameMatch> match_previous(const TrackingModel& model, const Tracker
   return matches;
 }
 
+/// Returns the matches whose pixels lie near their projections at a pose.
+std::vector<PointMatch> matches_near(const TrackingModel& model, const Features& features,
+                                     const Pose& T_world_camera,
+                                     const std::vector<PointMatch>& matches) {
+  std::vector<PointMatch> near;
+  for (const PointMatch& match : matches) {
+    if (chi2_of(model, features, T_world_camera, match).pixel <= kNearChi2) near.push_back(match);
+  }
+  return near;
+}
+
+/// Returns the pose from points that may move. Points of somebody near the camera pull the most,
+/// and a robust kernel only limits their influence, so those that agree roughly with the guess are
+/// preferred.
+std::optional<PoseEstimate> estimate_from_points(const TrackingModel& model,
+                                                 const Features& features, const Pose& guess,
+                                                 const std::vector<PointMatch>& points) {
+  auto near = estimate_pose(model, features, guess, matches_near(model, features, guess, points),
+                            kSureInliers);
+  return near ? near : estimate_pose(model, features, guess, points, kMinInliers);
+}
+
 /// Landmarks have been static for a while, whereas a point of a single frame may move. So other
 /// points are used only where landmarks are too few.
 std::optional<PoseEstimate> estimate_from(const TrackingModel& model, const Features& features,
@@ -83,8 +109,7 @@ std::optional<PoseEstimate> estimate_from(const TrackingModel& model, const Feat
     if (m.match.landmark.valid()) landmarks.push_back(m.match);
   }
   auto estimate = estimate_pose(model, features, guess, landmarks, kSureInliers);
-  if (!estimate) estimate = estimate_pose(model, features, guess, all, kMinInliers);
-  return estimate;
+  return estimate ? estimate : estimate_from_points(model, features, guess, all);
 }
 
 /// Returns the pose after the first frame of a map, whose velocity is not known.

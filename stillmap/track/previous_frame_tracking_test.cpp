@@ -67,6 +67,40 @@ TEST(PreviousFrameTracking, AppliesTheMotionModel) {
   expect_pose(pose->estimate.T_world_camera, 20);
 }
 
+/// Returns the state after a map was started with a frame: no velocity is known.
+TrackerState state_after_start(const FramePtr& frame, const Pose& T_world_camera) {
+  auto tracked = std::make_shared<TrackedFrame>();
+  tracked->frame = frame;
+  tracked->state = TrackState::kStarted;
+  tracked->T_world_camera = T_world_camera;
+  tracked->landmarks.assign(frame->features->size(), LandmarkId{});
+  TrackerState state;
+  state.local_map = map_of(frame, T_world_camera);
+  state.previous = tracked;
+  state.T_world_previous = T_world_camera;
+  return state;
+}
+
+TEST(PreviousFrameTracking, DoesNotFollowSomebodyNearAtTheStart) {
+  // People walk past close to the camera; every frame of the sequence starts a map once.
+  const SimulatedSequence people({.people = 3,
+                                  .activity = "crowd",
+                                  .camera = "xyz",
+                                  .frames = 40,
+                                  .width = 320,
+                                  .height = 240,
+                                  .seed = 5});
+  const TrackingModel model{people.camera(), PyramidShape{}};
+  for (std::size_t i = 0; i + 1 < people.frames(); ++i) {
+    const TrackerState state =
+        state_after_start(frame_of(people.frame(i)), people.T_world_camera(i));
+    const auto pose = track_previous_frame(model, state, *frame_of(people.frame(i + 1))->features);
+    ASSERT_TRUE(pose) << i;
+    const Pose error = people.T_world_camera(i + 1).inverse() * pose->estimate.T_world_camera;
+    EXPECT_LT(error.translation().norm(), 0.015) << i;
+  }
+}
+
 TEST(PreviousFrameTracking, IgnoresPointsThatMove) {
   TrackerState state = state_at_reference();
   auto moving = changeable(kReference);

@@ -106,6 +106,8 @@ TrackedFramePtr Tracker::track(const FramePtr& frame, const std::optional<Initia
     const auto pose = refine_in_local_map(model_, *local_map, *frame, *first, options_.min_inliers,
                                           repeated_ ? &*repeated_ : nullptr);
     if (pose) {
+      if (const auto motion = motion_against_map(*frame, *pose))
+        return replace_map(*frame, *motion);
       calibrate_shutter(frame, initial, *pose);
       return tracked(frame, *pose, false);
     }
@@ -161,6 +163,7 @@ TrackedFramePtr Tracker::start_map(const FramePtr& frame) {
     result->proposal->abandoned = state_.local_map->reference;
   frames_in_map_ = 1;
   consistency_.reset();
+  start_verification_.begin(frame, *result->T_world_camera);
   state_.previous = result;
   state_.T_previous_next = Pose();
   state_.twist.setZero();
@@ -209,6 +212,38 @@ TrackedFramePtr Tracker::restart_map(const FramePtr& frame, const InitialPose& i
   state_.T_world_previous = T_world_first * state_.T_previous_next;
   result->T_world_camera = state_.T_world_previous;
   result->proposal->T_reference_camera = state_.T_world_previous;
+  start_verification_.begin(frame, state_.T_world_previous);
+  return result;
+}
+
+/// Returns T_first_frame, the motion since the first frame of the map, if that was started on
+/// moving objects.
+std::optional<Pose> Tracker::motion_against_map(const Frame& frame, const LocalMapPose& pose) {
+  if (!options_.erase_seen_through) return std::nullopt;
+  return start_verification_.contradiction(model_, frame, pose.estimate.T_world_camera);
+}
+
+/// Replaces a map that was started on moving objects by one that starts with this frame.
+/// @param T_first_frame motion of the camera since the first frame of the map
+TrackedFramePtr Tracker::replace_map(const Frame& frame, const Pose& T_first_frame) {
+  const int frames = start_verification_.frames();
+  auto unlabeled = std::make_shared<Frame>(frame);  // the labels are those of the wrong motion
+  MotionEvidence& evidence = unlabeled->evidence;
+  evidence.weight.assign(frame.features->size(), 1);
+  evidence.static_log_odds.assign(frame.features->size(), 0);
+  evidence.measured_log_odds.assign(evidence.measured_log_odds.size(), 0);
+  for (cv::Mat1f* surface : {&evidence.surface_log_odds, &evidence.surface_measured})
+    *surface = cv::Mat1f::zeros(surface->size());
+  evidence.moving_pixels = cv::Mat();
+  auto result = starting_frame(unlabeled, start_verification_.T_world_first() * T_first_frame);
+  result->proposal->replaced = state_.local_map->reference;
+  state_.previous = result;
+  state_.T_world_previous = *result->T_world_camera;
+  state_.T_previous_next = Pose::exp(T_first_frame.log() / frames);
+  state_.twist.setZero();
+  frames_in_map_ = 1;
+  consistency_.reset();
+  start_verification_.begin(unlabeled, state_.T_world_previous);
   return result;
 }
 

@@ -11,6 +11,7 @@
 #include "stillmap/track/previous_frame_tracking.hpp"
 #include "stillmap/track/repeated_landmarks.hpp"
 #include "stillmap/track/shutter_calibration.hpp"
+#include "stillmap/track/start_verification.hpp"
 #include "stillmap/track/tracked_frame.hpp"
 #include "stillmap/track/tracker_state.hpp"
 
@@ -30,7 +31,8 @@ struct TrackerOptions {
   int min_inliers = 25;
   /// Whether visual odometry takes over where a map that is not extended is out of view.
   bool tracked_by_odometry = true;
-  /// Whether landmarks that the depth image sees through are erased.
+  /// Whether landmarks that the depth image sees through are erased, and a map that was started on
+  /// moving objects is replaced.
   bool erase_seen_through = true;
   /// Whether landmarks that repeat others are erased: see RepeatedLandmarks.
   bool erase_repeated = false;
@@ -100,6 +102,8 @@ class Tracker {
   bool started_in_motion(const Frame& frame) const;
   Pose tracked_backward(const Frame& earlier, const Pose& T_world_earlier) const;
   TrackedFramePtr restart_map(const FramePtr& frame, const InitialPose& initial);
+  std::optional<Pose> motion_against_map(const Frame& frame, const LocalMapPose& pose);
+  TrackedFramePtr replace_map(const Frame& frame, const Pose& T_first_frame);
   TrackedFramePtr lost(const FramePtr& frame, const std::string& reason);
   TrackedFramePtr tracked(const FramePtr& frame, const LocalMapPose& pose, bool relocalized);
   TrackedFramePtr tracked_by_odometry(const FramePtr& frame, const PoseEstimate& estimate);
@@ -120,6 +124,7 @@ class Tracker {
   LandmarkStatistics statistics_;
   std::optional<RepeatedLandmarks> repeated_;  // none: they are not erased
   MotionConsistency consistency_;
+  StartVerification start_verification_;
   int frames_lost_ = 0;
   int frames_in_map_ = 0;          // since its start; at least kMinMapFrames after relocalization
   std::size_t last_proposed_ = 0;  // frame index

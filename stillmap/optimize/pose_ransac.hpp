@@ -2,7 +2,7 @@
 #pragma once
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/geometry/pose.hpp"
-#include "stillmap/loop/ransac.hpp"
+#include "stillmap/optimize/ransac.hpp"
 #include "stillmap/optimize/residual.hpp"
 
 #include <optional>
@@ -32,6 +32,9 @@ struct AbsolutePair {
 /// Finally fitted to all inliers.
 std::optional<Consensus<Pose>> find_rigid_motion(const Camera& camera,
                                                  std::span<const RigidPair> pairs, int min_inliers);
+
+/// Returns the number of pairs that agree with T_a_b, as in find_rigid_motion().
+int count_agreeing(const Camera& camera, std::span<const RigidPair> pairs, const Pose& T_a_b);
 
 /// Returns T_world_camera from pixels of known points without depth: samples of three give up to
 /// four poses (Ke and Roumeliotis, An Efficient Algebraic Solution to the Perspective-Three-Point

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/loop/pose_ransac.hpp"
+#include "stillmap/optimize/pose_ransac.hpp"
 
 #include "stillmap/geometry/trajectory.hpp"
 
@@ -95,6 +95,11 @@ std::optional<Consensus<Pose>> find_rigid_motion(const Camera& camera,
       [&](const Pose& T_a_b) { return agreeing(camera, pairs, T_a_b); });
   if (consensus) polish(camera, pairs, *consensus);
   return consensus;
+}
+
+int count_agreeing(const Camera& camera, std::span<const RigidPair> pairs, const Pose& T_a_b) {
+  const auto inlier = agreeing(camera, pairs, T_a_b);
+  return static_cast<int>(std::count(inlier.begin(), inlier.end(), 1));
 }
 
 std::optional<Consensus<Pose>> find_absolute_pose(const Camera& camera,

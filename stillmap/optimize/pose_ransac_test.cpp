@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/loop/pose_ransac.hpp"
+#include "stillmap/optimize/pose_ransac.hpp"
 
 #include "stillmap/optimize/synthetic.hpp"
 

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/pipeline/recording_test.hpp"
+
+#include <gtest/gtest.h>
+
+namespace stillmap {
+namespace {
+
+using recorded::Recording, recorded::recording, recorded::small_options, recorded::black;
+
+/// Number of frames at the start without depth, from which no map can be started.
+constexpr std::size_t kWithoutDepth = 8;
+constexpr std::size_t kFrames = 40;
+
+enum class Start { kNoDepth, kDark };
+
+/// Returns the result for a recording whose first frames are incomplete.
+SlamResult result_of(Start start, bool final_adjustment) {
+  const Recording& rec = recording(0, "xyz");
+  SlamParameters options = small_options("static");
+  options.final_adjustment = final_adjustment;
+  SlamSystem slam(rec.sequence->camera(), options);
+  for (std::size_t i = 0; i < kFrames; ++i) {
+    auto frame = std::make_shared<RgbdFrame>(*rec.frames[i]);
+    if (i < kWithoutDepth) frame->depth = black(frame->depth);
+    if (i < kWithoutDepth && start == Start::kDark) {
+      frame->gray = black(frame->gray);
+      frame->color = black(frame->color);
+    }
+    EXPECT_EQ(slam.push(frame).has_value(), i >= kWithoutDepth) << i;
+  }
+  return slam.finish();
+}
+
+TEST(LostFrames, FramesBeforeTheMapAreTrackedInItAtTheEnd) {
+  const SlamResult result = result_of(Start::kNoDepth, true);
+  ASSERT_EQ(result.trajectory.size(), kFrames);
+  const SimulatedSequence& sequence = *recording(0, "xyz").sequence;
+  for (std::size_t i = 0; i < kWithoutDepth; ++i) {
+    EXPECT_TRUE(result.frames[i].tracked_late) << i;
+    const Pose truth = sequence.T_world_camera(kFrames - 1).inverse() * sequence.T_world_camera(i);
+    const Pose estimate =
+        result.trajectory.back().T_world_camera.inverse() * result.trajectory[i].T_world_camera;
+    EXPECT_LT((truth.inverse() * estimate).translation().norm(), 0.01) << i;
+    EXPECT_LT((truth.inverse() * estimate).angle(), 0.005) << i;
+    EXPECT_GT(result.poses[i].covariance.trace(), 0) << i;
+  }
+  EXPECT_FALSE(result.frames[kWithoutDepth].tracked_late);
+}
+
+TEST(LostFrames, FramesWithoutKeypointsStayWithoutAPose) {
+  const SlamResult result = result_of(Start::kDark, true);
+  EXPECT_EQ(result.trajectory.size(), kFrames - kWithoutDepth);
+}
+
+TEST(LostFrames, NothingIsTrackedAgainWithoutTheFinalAdjustment) {
+  const SlamResult result = result_of(Start::kNoDepth, false);
+  EXPECT_EQ(result.trajectory.size(), kFrames - kWithoutDepth);
+}
+
+}  // namespace
+}  // namespace stillmap
