@@ -122,7 +122,8 @@ struct Options {
     std::vector<std::string> landmark_rules = {"seen-through"};
     /// Whether loops are closed and maps are merged.
     bool loops = true;
-    /// Whether global bundle adjustment is applied at the end of a run.
+    /// Whether global bundle adjustment is applied at the end of a run, and lost frames are tracked
+    /// again in its map.
     bool final_adjustment = true;
     /// Whether the trajectory is smoothed at the end of a run, with noise levels estimated from the
     /// run; the poses returned during the run are not.
