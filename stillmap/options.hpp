@@ -117,8 +117,8 @@ struct Options {
     /// fusion off.
     int fusion_keyframes = 10;
     /// Rules that erase landmarks in addition to those of ORB-SLAM: seen-through (the depth image
-    /// sees through them: their surface has left) and node-median (equation 9 of the
-    /// high/low-dynamics system).
+    /// sees through them: their surface has left; also all of a map that was started on moving
+    /// objects) and node-median (equation 9 of the high/low-dynamics system).
     std::vector<std::string> landmark_rules = {"seen-through"};
     /// Whether loops are closed and maps are merged.
     bool loops = true;

@@ -239,7 +239,8 @@ void visit_map_options(Group& map, const Visitor& visit) {
          "",
          {},
          "Rules that erase landmarks in addition to those of ORB-SLAM: seen-through (the depth "
-         "image sees through them: their surface has left) and node-median (equation 9 of the "
+         "image sees through them: their surface has left; also all of a map that was started on "
+         "moving objects) and node-median (equation 9 of the "
          "high/low-dynamics system).",
          {"seen-through", "node-median"}},
         map.landmark_rules);
@@ -247,7 +248,8 @@ void visit_map_options(Group& map, const Visitor& visit) {
   visit({"map.final_adjustment",
          "",
          {},
-         "Whether global bundle adjustment is applied at the end of a run, and lost frames are tracked "
+         "Whether global bundle adjustment is applied at the end of a run, and lost frames are "
+         "tracked "
          "again in its map."},
         map.final_adjustment);
   visit({"map.smooth_trajectory",
