@@ -47,6 +47,9 @@ std::string line_of(const CalibratedParameter& p) {
 void check_output(const std::filesystem::path& file, bool force) {
   if (std::filesystem::is_directory(file))
     throw Error("is a folder", file.string(), "name a file with --out FILE");
+  const std::filesystem::path folder = std::filesystem::absolute(file).parent_path();
+  if (!std::filesystem::is_directory(folder))
+    throw Error("does not exist", folder.string(), "create the folder, or name another with --out");
   if (std::filesystem::exists(file) && !force) {
     throw Error("exists already", file.string(),
                 "name another file with --out, or add --force to overwrite it");

@@ -52,7 +52,8 @@ void check_calibration(const DoctorArguments& arguments, Diagnosis& diagnosis) {
         calibrate_recording(open, recorded_camera(folder, range), parameters_of(read_options("")));
     for (const std::string& finding : calibration_findings(report)) {
       diagnosis.add(Severity::kWarning, finding,
-                    "write a corrected camera file with: stillmap calibrate " + folder);
+                    "write a corrected camera file with: stillmap calibrate " + folder +
+                        (arguments.camera.empty() ? "" : " --camera " + arguments.camera));
     }
   } catch (const Error& error) {
     diagnosis.add(Severity::kWarning, error.what());

@@ -118,6 +118,7 @@ BundleProblem ObservationLog::problem(const Map& map) const {
 /// Results of tracking and mapping the frames once.
 struct Pass {
   ShutterTiming timing;
+  /// Correction of the timing that the frames showed last, before it was applied.
   std::optional<ShutterCalibration::Correction> timing_correction;
   bool complete = false;  ///< Whether the timing stayed the same to the last frame.
   BundleProblem problem;  ///< Empty if not complete.
@@ -134,11 +135,12 @@ Pass track(std::unique_ptr<FrameSource> source, const SlamParameters& parameters
     slam.push(frame);
     pass.timing = slam.shutter();
     if (pass.timing != start) return pass;
+    if (const auto correction = slam.shutter_calibration().correction())
+      pass.timing_correction = correction;
     if (frame->index % stride == 0) log.add(*slam.newest(), parameters.orb.pyramid());
   }
   pass.timing = start;
   pass.complete = true;
-  pass.timing_correction = slam.shutter_calibration().correction();
   slam.finish();
   pass.problem = log.problem(slam.map());
   return pass;
@@ -283,8 +285,13 @@ std::vector<std::string> calibration_findings(const CalibrationReport& report) {
     } else if (p.key == "disparity_bow") {
       findings.push_back(depth_error_text(p) +
                          " in the corners of the image, compared with its center");
-    } else if (p.key == "readout" || p.key == "depth_delay") {
-      findings.push_back(fmt::format("{} is {:.1f} ms", p.key, 1000 * p.estimated));
+    } else if (p.key == "readout") {
+      findings.push_back(
+          fmt::format("readout is {:.1f} +- {:.1f} ms", 1000 * p.estimated, 1000 * p.sigma));
+    } else if (p.key == "depth_delay") {
+      findings.push_back(fmt::format(
+          "depth_delay is {:.1f} ms or more (noise of the depth draws the estimate towards zero)",
+          1000 * p.estimated));
     } else {
       findings.push_back(
           fmt::format("intrinsics disagree with the depth: {} {:.1f} +- {:.1f} "

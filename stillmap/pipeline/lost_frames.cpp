@@ -8,6 +8,7 @@
 
 #include <cmath>
 #include <iterator>
+#include <ranges>
 #include <utility>
 #include <vector>
 
@@ -126,11 +127,11 @@ void LostFrames::track_again(const TrackingModel& model, const Map& map, int min
   const TraceScope scope("lost frames");
   // From the frames after each gap, then from those before it.
   std::vector<FramePtr> left;
-  for (auto frame = frames_.rbegin(); frame != frames_.rend(); ++frame) {
-    if (!track_one(model, map, min_inliers, **frame, log)) left.push_back(*frame);
+  for (const FramePtr& frame : std::views::reverse(frames_)) {
+    if (!track_one(model, map, min_inliers, *frame, log)) left.push_back(frame);
   }
-  for (auto frame = left.rbegin(); frame != left.rend(); ++frame)
-    track_one(model, map, min_inliers, **frame, log);
+  for (const FramePtr& frame : std::views::reverse(left))
+    track_one(model, map, min_inliers, *frame, log);
 }
 
 }  // namespace stillmap
