@@ -2,8 +2,11 @@
 #include "stillmap/segment/onnxruntime_library.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <cstdlib>
 #include <dlfcn.h>
+#include <elf.h>
+#include <fstream>
 
 #include <fmt/format.h>
 
@@ -51,6 +54,21 @@ std::string environment(const char* variable) {
   return value == nullptr ? "" : value;
 }
 
+/// Returns why the loader must not open a file; empty if it may. Opening an incomplete library
+/// would end the program with a bus error.
+std::string file_problem(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  Elf64_Ehdr header{};
+  if (!in.read(reinterpret_cast<char*>(&header), sizeof(header))) return {};
+  if (!std::equal(header.e_ident, header.e_ident + SELFMAG, ELFMAG)) return {};
+  std::uintmax_t needed = header.e_shoff;
+  needed += std::uintmax_t{header.e_shnum} * header.e_shentsize;
+  std::error_code error;
+  const std::uintmax_t size = fs::file_size(file, error);
+  if (error || size >= needed) return {};
+  return fmt::format("{} is incomplete: it has {} of {} bytes", file.string(), size, needed);
+}
+
 std::string loader_problem() {
   const char* problem = dlerror();
   return problem != nullptr ? problem : "unknown problem of the dynamic loader";
@@ -70,6 +88,7 @@ OnnxRuntimeLibrary::OnnxRuntimeLibrary(const std::vector<fs::path>& files) {
 }
 
 std::string OnnxRuntimeLibrary::open(const fs::path& file) {
+  if (std::string problem = file_problem(file); !problem.empty()) return problem;
   void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (library == nullptr) return loader_problem();
   const auto base = reinterpret_cast<const ort::ApiBase* (*)()>(dlsym(library, "OrtGetApiBase"));
@@ -92,7 +111,9 @@ const OnnxRuntimeLibrary& OnnxRuntimeLibrary::instance() {
 std::vector<fs::path> onnxruntime_files() {
   if (const fs::path given = environment("STILLMAP_ONNXRUNTIME"); !given.empty()) {
     if (!fs::is_directory(given)) return {given};
-    const auto inside = entries(given, "libonnxruntime.so");
+    std::vector<fs::path> inside = entries(given, "libonnxruntime.so");
+    append(entries(given / "capi", "libonnxruntime.so"), inside);
+    append(packaged_files(given), inside);
     return inside.empty() ? std::vector<fs::path>{given / kSystemLibrary} : inside;
   }
   std::vector<fs::path> files = packaged_files(environment("VIRTUAL_ENV"));

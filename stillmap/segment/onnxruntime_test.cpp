@@ -9,6 +9,7 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -129,6 +130,31 @@ TEST_F(OnnxRuntime, AnUnusableLibraryIsAnErrorThatNamesIt) {
     }
   }
   fs::remove(broken);
+}
+
+TEST_F(OnnxRuntime, AnIncompleteLibraryIsNotOpened) {
+  const fs::path cut = test::own_path("libonnxruntime_cut.so");
+  std::vector<char> start(4096);
+  std::ifstream("/proc/self/exe", std::ios::binary).read(start.data(), std::ssize(start));
+  write_file(cut, std::string(start.begin(), start.end()));
+  const OnnxRuntimeLibrary library({cut});
+  EXPECT_FALSE(library.loaded());
+  EXPECT_THAT(library.problem(), HasSubstr("is incomplete: it has 4096 of"));
+  fs::remove(cut);
+}
+
+TEST_F(OnnxRuntime, TheEnvironmentVariableMayNameAPackageOrAnEnvironment) {
+  const fs::path environment = test::own_path("environment");
+  const fs::path package = environment / "lib/python3.11/site-packages/onnxruntime";
+  fs::create_directories(package / "capi");
+  const fs::path library = package / "capi" / "libonnxruntime.so.1.2.3";
+  write_file(library, "");
+  for (const fs::path& given : {package, environment}) {
+    setenv("STILLMAP_ONNXRUNTIME", given.c_str(), 1);
+    EXPECT_THAT(onnxruntime_files(), ElementsAre(library)) << given;
+  }
+  unsetenv("STILLMAP_ONNXRUNTIME");
+  fs::remove_all(environment);
 }
 
 TEST_F(OnnxRuntime, TheEnvironmentVariableNamesAFileOrAFolder) {
