@@ -116,38 +116,9 @@ void visit_network_options(Group& network, const Visitor& visit) {
         network.max_mask_age);
 }
 
+/// The thresholds of the cues that follow the papers.
 template <typename Group, typename Visitor>
-void visit_motion_options(Group& motion, const Visitor& visit) {
-  visit({"motion.cues",
-         "",
-         {},
-         "Motion cues that are combined, in this order; an empty list treats the world as static.",
-         {"residual", "free-space", "surface", "history", "semantic", "box-flow", "gated-semantic",
-          "epipolar", "epipolar-everywhere"}},
-        motion.cues);
-  visit({"motion.moving_classes",
-         "",
-         {},
-         "Classes of objects that move by themselves; \"unknown\" is the class of mask folders."},
-        motion.moving_classes);
-  visit({"motion.potential_classes",
-         "",
-         {},
-         "Classes of objects that may be moved by somebody and are tested by the cues box-flow and "
-         "epipolar."},
-        motion.potential_classes);
-  visit({"motion.mask_dilation",
-         "pixels",
-         {0, 100},
-         "Masks are grown by this margin before keypoints are looked up in them, where no cue "
-         "judges whole surfaces."},
-        motion.mask_dilation);
-  visit({"motion.semantic_prior",
-         "",
-         {0, 100},
-         "Log-odds against \"static\" of a detection of confidence 1, where a cue also measures "
-         "the motion of surfaces."},
-        motion.semantic_prior);
+void visit_paper_cue_options(Group& motion, const Visitor& visit) {
   visit({"motion.box_flow_threshold",
          "",
          {0, 100},
@@ -183,6 +154,41 @@ void visit_motion_options(Group& motion, const Visitor& visit) {
          {0, 100},
          "A keypoint moves if it is farther than this from its epipolar line (cue epipolar)."},
         motion.epipolar_threshold);
+}
+
+template <typename Group, typename Visitor>
+void visit_motion_options(Group& motion, const Visitor& visit) {
+  visit({"motion.cues",
+         "",
+         {},
+         "Motion cues that are combined, in this order; an empty list treats the world as static.",
+         {"residual", "free-space", "surface", "history", "semantic", "box-flow", "gated-semantic",
+          "epipolar", "epipolar-everywhere"}},
+        motion.cues);
+  visit({"motion.moving_classes",
+         "",
+         {},
+         "Classes of objects that move by themselves; \"unknown\" is the class of mask folders."},
+        motion.moving_classes);
+  visit({"motion.potential_classes",
+         "",
+         {},
+         "Classes of objects that may be moved by somebody and are tested by the cues box-flow and "
+         "epipolar."},
+        motion.potential_classes);
+  visit({"motion.mask_dilation",
+         "pixels",
+         {0, 100},
+         "Masks are grown by this margin before keypoints are looked up in them, where no cue "
+         "judges whole surfaces."},
+        motion.mask_dilation);
+  visit({"motion.semantic_prior",
+         "",
+         {0, 100},
+         "Log-odds against \"static\" of a detection of confidence 1, where a cue also measures "
+         "the motion of surfaces."},
+        motion.semantic_prior);
+  visit_paper_cue_options(motion, visit);
 }
 
 template <typename Group, typename Visitor>
