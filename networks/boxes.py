@@ -26,7 +26,7 @@ class Letterbox:
         self.pad = tuple((limit - n) // 2 for n, limit in zip(self.inner, input_size))
 
     def fill(self, image):
-        """Returns the 8-bit input picture of an 8-bit image [height, width, 3]."""
+        """Returns the 8-bit image [height, width, 3], scaled and padded to the size of the input."""
         method = cv2.INTER_AREA if self.inner[1] < self.image[1] else cv2.INTER_LINEAR
         canvas = np.full((*self.input, 3), GRAY, np.uint8)
         (top, left), (height, width) = self.pad, self.inner
@@ -46,9 +46,9 @@ class Letterbox:
         return (boxes - pad) / scale
 
 
-def to_tensor(pictures):
-    """8-bit BGR pictures [batch, height, width, 3] -> images for the network, RGB, 0 to 1."""
-    return torch.from_numpy(np.ascontiguousarray(pictures[..., ::-1].transpose(0, 3, 1, 2))).float() / 255
+def to_tensor(images):
+    """Returns 8-bit BGR images [batch, height, width, 3] as a float tensor [batch, 3, height, width], RGB, 0 to 1."""
+    return torch.from_numpy(np.ascontiguousarray(images[..., ::-1].transpose(0, 3, 1, 2))).float() / 255
 
 
 class AnchorGrid:

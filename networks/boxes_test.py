@@ -45,8 +45,8 @@ def test_letterbox_moves_boxes_to_the_input_and_back():
     corners = np.array([[0.0, 0, 640, 480]])
     assert place.to_input(corners).tolist() == [[0, 8, 320, 248]]
     assert place.to_image(place.to_input(corners)).tolist() == corners.tolist()
-    picture = place.fill(np.zeros((480, 640, 3), np.uint8))
-    assert picture[7, 0, 0] == boxes.GRAY and picture[8, 0, 0] == 0
+    image = place.fill(np.zeros((480, 640, 3), np.uint8))
+    assert image[7, 0, 0] == boxes.GRAY and image[8, 0, 0] == 0
 
 
 def test_candidates_are_the_cell_of_the_center_and_its_two_nearest_neighbors():

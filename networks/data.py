@@ -100,16 +100,16 @@ def read_samples(source, split):
     return [sample for folder in folders for sample in simulated_samples(folder)], ["person"]
 
 
-def change_colors(picture, generator, strength):
+def change_colors(image, generator, strength):
     """Random factors of hue, saturation and value; with strength 1 the ranges are those of YOLOv7."""
     gains = 1 + strength * np.array([0.015, 0.7, 0.4]) * [generator.uniform(-1, 1) for _ in range(3)]
-    hsv = cv2.cvtColor(picture, cv2.COLOR_BGR2HSV).astype(np.float32) * gains
+    hsv = cv2.cvtColor(image, cv2.COLOR_BGR2HSV).astype(np.float32) * gains
     hsv[..., 0] %= 180
     return cv2.cvtColor(hsv.clip(0, 255).astype(np.uint8), cv2.COLOR_HSV2BGR)
 
 
 def keep_inside(boxes, classes, shape, min_share=0.2):
-    """Clips boxes to the picture; drops those with less than `min_share` of their area or 4 pixels left."""
+    """Clips boxes to the image; drops those with less than `min_share` of their area or 4 pixels left."""
     size = np.array([shape[1], shape[0]] * 2)
     clipped = boxes.clip(0, size)
     sides, full = clipped[:, 2:] - clipped[:, :2], boxes[:, 2:] - boxes[:, :2]
@@ -117,7 +117,7 @@ def keep_inside(boxes, classes, shape, min_share=0.2):
     return clipped[good], classes[good]
 
 
-class Pictures(Dataset):
+class ImageDataset(Dataset):
     """Samples as network inputs.
 
     @param size     (height, width) of the input [pixels]
@@ -153,11 +153,11 @@ class Pictures(Dataset):
             self.cache[i] = result
         return result
 
-    def placed(self, picture, boxes, scale, x, y, canvas):
-        """Draws the scaled picture with its corner at (x, y); returns its boxes there."""
+    def placed(self, image, boxes, scale, x, y, canvas):
+        """Draws the scaled image with its corner at (x, y); returns its boxes there."""
         matrix = np.array([[scale, 0, x], [0, scale, y]], float)
         matrix[:, 2] += (scale - 1) / 2  # warpAffine has pixel centers at integers
-        cv2.warpAffine(picture, matrix, canvas.shape[1::-1], canvas, cv2.INTER_LINEAR, cv2.BORDER_TRANSPARENT)
+        cv2.warpAffine(image, matrix, canvas.shape[1::-1], canvas, cv2.INTER_LINEAR, cv2.BORDER_TRANSPARENT)
         return boxes * scale + [x, y, x, y]
 
     def mosaic_of(self, i):
@@ -165,7 +165,7 @@ class Pictures(Dataset):
         height, width = self.size
         random_number = self.generator.uniform
         center = int(width * random_number(0.3, 0.7)), int(height * random_number(0.3, 0.7))
-        picture = np.full((height, width, 3), GRAY, np.uint8)
+        image = np.full((height, width, 3), GRAY, np.uint8)
         all_boxes, all_classes = [], []
         for quarter in range(4):
             source, boxes, classes = self.scaled(i if quarter == 0 else self.generator.randrange(len(self)))
@@ -177,12 +177,12 @@ class Pictures(Dataset):
             h, w = source.shape[0] * scale, source.shape[1] * scale
             x = (x1 - x0 - w if left else 0) + random_number(-0.1, 0.1) * w
             y = (y1 - y0 - h if top else 0) + random_number(-0.1, 0.1) * h
-            part = picture[y0:y1, x0:x1].copy()
+            part = image[y0:y1, x0:x1].copy()
             boxes, classes = keep_inside(self.placed(source, boxes, scale, x, y, part), classes, part.shape)
-            picture[y0:y1, x0:x1] = part
+            image[y0:y1, x0:x1] = part
             all_boxes.append(boxes + [x0, y0, x0, y0])
             all_classes.append(classes)
-        return picture, np.concatenate(all_boxes), np.concatenate(all_classes)
+        return image, np.concatenate(all_boxes), np.concatenate(all_classes)
 
     def single(self, i):
         """One image with random scale and translation."""
@@ -193,26 +193,26 @@ class Pictures(Dataset):
         if self.augment:
             x += self.generator.uniform(-1, 1) * self.translation * width
             y += self.generator.uniform(-1, 1) * self.translation * height
-        picture = np.full((height, width, 3), GRAY, np.uint8)
-        boxes = self.placed(source, boxes, scale, x, y, picture)
-        return picture, *keep_inside(boxes, classes, picture.shape)
+        image = np.full((height, width, 3), GRAY, np.uint8)
+        boxes = self.placed(source, boxes, scale, x, y, image)
+        return image, *keep_inside(boxes, classes, image.shape)
 
     def __getitem__(self, i):
         mosaic = self.augment and self.generator.random() < self.mosaic
-        picture, boxes, classes = self.mosaic_of(i) if mosaic else self.single(i)
+        image, boxes, classes = self.mosaic_of(i) if mosaic else self.single(i)
         if self.augment:
-            picture = change_colors(picture, self.generator, self.strength)
+            image = change_colors(image, self.generator, self.strength)
             if self.generator.random() < 0.5:
-                picture = picture[:, ::-1]
+                image = image[:, ::-1]
                 boxes = boxes[:, [2, 1, 0, 3]] * [-1, 1, -1, 1] + [self.size[1], 0, self.size[1], 0]
-        return np.ascontiguousarray(picture), boxes, classes
+        return np.ascontiguousarray(image), boxes, classes
 
 
 def collate(batch):
     """Returns the images as one tensor, and per image its boxes and classes."""
-    pictures, boxes, classes = zip(*batch)
+    images, boxes, classes = zip(*batch)
     targets = [(torch.from_numpy(b).float(), torch.from_numpy(c).long()) for b, c in zip(boxes, classes)]
-    return to_tensor(np.stack(pictures)), targets
+    return to_tensor(np.stack(images)), targets
 
 
 def seed_worker(number):

@@ -10,7 +10,7 @@ import pytest
 import torch
 
 from networks import evaluate, export, fine_tune, train
-from networks.data import Pictures, read_samples
+from networks.data import ImageDataset, read_samples
 
 BOXES = {0: (20, 10, 60, 70), 1: (70, 30, 110, 90)}  # of the person in the sequences
 
@@ -71,13 +71,13 @@ def test_a_folder_without_data_is_an_error_with_a_fix(tmp_path):
 
 
 def test_augmented_boxes_enclose_the_person(sequences):
-    pictures = Pictures(read_samples(sequences, "train")[0], (96, 128), augment=True, cache=True)
+    dataset = ImageDataset(read_samples(sequences, "train")[0], (96, 128), augment=True, cache=True)
     compared = 0
     for i in range(40):
-        picture, boxes, _ = pictures[i % 4]
-        bright = picture.min(2) > 140  # the person; the padding is 114 and is changed by at most 40 %
+        image, boxes, _ = dataset[i % 4]
+        bright = image.min(2) > 140  # the person; the padding is 114 and is changed by at most 40 %
         for x0, y0, x1, y1 in boxes.round().astype(int):
-            assert bright[y0 + 1:y1 - 1, x0 + 1:x1 - 1].mean() > 0.9 or picture.max() < 200
+            assert bright[y0 + 1:y1 - 1, x0 + 1:x1 - 1].mean() > 0.9 or image.max() < 200
             bright[max(y0 - 1, 0):y1 + 1, max(x0 - 1, 0):x1 + 1] = False
             compared += 1
     assert compared > 40

@@ -18,7 +18,7 @@ from pycocotools.cocoeval import COCOeval
 
 from networks import yolov7
 from networks.boxes import Decoded, Letterbox, detections, to_tensor
-from networks.data import Pictures, read_samples
+from networks.data import ImageDataset, read_samples
 
 CONFIDENCE, IOU, MOST = 0.001, 0.65, 300  # of YOLOv7's evaluation
 
@@ -44,10 +44,10 @@ def results_of(network, samples, size, device, batch=16):
     """Returns the detections in COCO's format of results, in image pixels."""
     decoder = Decoded(network, *size).eval().to(device)
     decoder.grid.to(device)
-    pictures, results = Pictures(samples, size), []
+    dataset, results = ImageDataset(samples, size), []
     for first in range(0, len(samples), batch):
         numbers = range(first, min(first + batch, len(samples)))
-        decoded = decoder(to_tensor(np.stack([pictures[i][0] for i in numbers])).to(device)).cpu()
+        decoded = decoder(to_tensor(np.stack([dataset[i][0] for i in numbers])).to(device)).cpu()
         for number, output in zip(numbers, decoded):
             place = Letterbox(cv2.imread(str(samples[number].file)).shape[:2], size)
             boxes, scores, classes = detections(output, CONFIDENCE, IOU, MOST)

@@ -20,7 +20,7 @@ import torch
 from torch.utils.data import DataLoader
 
 from networks import fine_tune, yolov7
-from networks.data import Pictures, collate, read_samples, seed_worker
+from networks.data import ImageDataset, collate, read_samples, seed_worker
 from networks.evaluate import evaluate
 from networks.loss import Loss
 
@@ -31,7 +31,7 @@ EMA_DECAY, EMA_RAMP = 0.9999, 2000
 
 
 class MovingAverage:
-    """Exponential moving average of the weights, which is what is evaluated and saved."""
+    """Exponential moving average of the weights; the averaged weights are evaluated and saved."""
 
     def __init__(self, network):
         self.network, self.updates = copy.deepcopy(network).eval().requires_grad_(False), 0
@@ -125,9 +125,9 @@ def train(settings):
     settings.out.mkdir(parents=True, exist_ok=True)
     samples, names = read_samples(settings.data, "train")
     held_out, _ = read_samples(settings.data, "val")
-    pictures = Pictures(samples, settings.size, augment=True, cache=settings.cache, mosaic=settings.mosaic,
+    dataset = ImageDataset(samples, settings.size, augment=True, cache=settings.cache, mosaic=settings.mosaic,
                         strength=settings.augmentation)
-    loader = DataLoader(pictures, settings.batch, shuffle=True, drop_last=True, collate_fn=collate,
+    loader = DataLoader(dataset, settings.batch, shuffle=True, drop_last=True, collate_fn=collate,
                         num_workers=settings.workers, worker_init_fn=seed_worker)
     network = yolov7.load(settings.weights)[0] if settings.weights else yolov7.YOLOv7(
         len(names), ghost=settings.improved, attention=settings.improved, width=settings.width)
