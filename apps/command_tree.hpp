@@ -34,7 +34,7 @@ std::vector<std::string> names_of(const CLI::Option& option);
 /// Type of an option that takes a name of a list or a file: "{a,b} or FILE".
 std::string names_or_file(const std::vector<std::string>& names);
 
-/// Returns whether the option takes the name of a file besides those of its list.
+/// Returns whether the option takes the name of a file as well as those of its list.
 bool takes_file(const CLI::Option& option);
 
 /// Returns the values that the type of an option lists; empty if it lists none.

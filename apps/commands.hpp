@@ -29,7 +29,7 @@ void add_presets_command(CLI::App& app, int& exit_code);
 void add_dense_options(CLI::App& command, DenseOutputs& outputs);
 /// Returns a line with the files of a part of a run, for the help of a command.
 std::string files_help(const std::string& condition, RunPart part);
-/// Returns the lines with the files that are made of the dense map besides its cloud.
+/// Returns the lines with the files that are made of the dense map in addition to its cloud.
 std::string dense_files_help();
 /// Adds --force to a command that writes a folder of results.
 void add_force_option(CLI::App& command, bool& force);

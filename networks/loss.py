@@ -2,8 +2,8 @@
 """The loss of YOLOv7 and its assignment of anchors to objects.
 
 Candidates of an object are the anchors of its cell and of the two nearest neighbor cells whose size differs by less
-than a factor of 4 (YOLOv5). Of these, dynamic-k selection keeps the cheapest ones (SimOTA; Ge et al., YOLOX, 2021). The box
-loss is one less CIoU.
+than a factor of 4 (YOLOv5). Of these, dynamic-k selection keeps the cheapest ones (SimOTA; Ge et al., YOLOX,
+2021). The box loss is one less CIoU.
 The objectness is trained towards the IoU of the predicted box.
 """
 import torch

@@ -50,12 +50,12 @@ struct Options {
     /// Non-maximum suppression drops the less confident of two boxes of one class that overlap by
     /// more than this IoU.
     double nms_iou = 0.7;
-    /// The network runs on every n-th frame; in realtime it runs on at most every n-th. 0 stands
-    /// for 1 on the devices cuda and tensorrt, and for 3 on others.
+    /// The network runs on every n-th frame; in realtime it runs on at most every n-th. 0 means 1
+    /// on the devices cuda and tensorrt, and 3 on others.
     int every = 0;
     /// Number of frames after which the masks of a frame reach the tracker (lockstep). With 0 the
-    /// tracker waits for them, also in realtime. -1 stands for 0 on the devices cuda and tensorrt,
-    /// and for 2 on others.
+    /// tracker waits for them in both schedules. -1 means 0 on the devices cuda and tensorrt, and 2
+    /// on others.
     int mask_delay = -1;  // [frames]
     /// Masks are propagated to newer frames up to this age.
     int max_mask_age = 30;  // [frames]

@@ -99,15 +99,15 @@ void visit_network_options(Group& network, const Visitor& visit) {
       {"network.every",
        "frames",
        {0, 1000},
-       "The network runs on every n-th frame; in realtime it runs on at most every n-th. 0 stands "
-       "for 1 on the devices cuda and tensorrt, and for 3 on others."},
+       "The network runs on every n-th frame; in realtime it runs on at most every n-th. 0 means 1 "
+       "on the devices cuda and tensorrt, and 3 on others."},
       network.every);
   visit({"network.mask_delay",
          "frames",
          {-1, 1000},
          "Number of frames after which the masks of a frame reach the tracker (lockstep). With 0 "
-         "the tracker waits for them, also in realtime. -1 stands for 0 on the devices cuda and "
-         "tensorrt, and for 2 on others."},
+         "the tracker waits for them in both schedules. -1 means 0 on the devices cuda and "
+         "tensorrt, and 2 on others."},
         network.mask_delay);
   visit({"network.max_mask_age",
          "frames",

@@ -65,9 +65,9 @@ TEST(Registration, MovesViewsOntoTheSurfaceOfThoseBeforeThem) {
 TEST(Registration, LeavesAPoseAsItIsAlongAWall) {
   const std::vector<Plane> wall{{{0, 0, 1}, 2}};
   const DenseView first = view_of_planes(wall, Pose()), second = view_of_planes(wall, Pose());
-  const Pose beside =
+  const Pose displaced =
       Pose::exp((Eigen::Matrix<double, 6, 1>() << 0.02, 0, 0.01, 0, 0, 0).finished());
-  const Pose result = registered({{&first, Pose()}, {&second, beside}})[1].T_world_camera;
+  const Pose result = registered({{&first, Pose()}, {&second, displaced}})[1].T_world_camera;
   EXPECT_NEAR(result.translation().x(), 0.02, 0.001);
   EXPECT_NEAR(result.translation().z(), 0, 0.001);
 }

@@ -75,10 +75,10 @@ class MovedKeypoints {
 /// keypoints are tracked back into the previous frame; in the first frame all of F is excluded.
 ///
 /// The paper puts the points on a person's body into D at once and tests only the rest of the box,
-/// F, but does not say how a box tells the body; it speaks of optical flow and consistency over
-/// time. Here the body is what moved before: a keypoint on a surface that equation 9 found moving
-/// in one of the last `memory` frames is in D, also while it pauses. With a memory of 0, D starts
-/// empty.
+/// F. It does not say how the body is found within a box, only that optical flow and consistency
+/// over time are used. Here the body is every surface that moved before: a keypoint on a surface
+/// that equation 9 found moving in one of the last `memory` frames is in D, even while it pauses.
+/// With a memory of 0, D starts empty.
 ///
 /// Limits of the formulas: for a camera at rest, l approaches 0 and the noise of the flow decides,
 /// so that nearly all of F is excluded, sitting people included; a rotation about the optical axis

@@ -55,9 +55,9 @@ class DynamicsGate {
   std::deque<bool> marked_;  // of the last frames with a share, at most kWindow
 };
 
-/// Applies another cue only while the scene is highly dynamic. The gate works on a thread of its
-/// own from begin() to add_to(), beside the network's; as add_to() waits for it, the result does
-/// not depend on their speeds.
+/// Applies another cue only while the scene is highly dynamic. From begin() to add_to() the gate
+/// runs on its own thread, parallel to the network. add_to() waits for it, so the result does not
+/// depend on timing.
 class GatedCue : public MotionCue {
  public:
   GatedCue(const DynamicsGateOptions& options, std::unique_ptr<MotionCue> cue);

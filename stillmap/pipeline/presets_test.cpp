@@ -42,8 +42,8 @@ const Scene& scene(const std::string& activity, int people, const std::string& c
   return s;
 }
 
-/// Returns the true objects of a frame, with masks or boxes. Things are called chairs, of which
-/// somebody may move one.
+/// Returns the true objects of a frame, with masks or boxes. Objects other than people get the
+/// class chair, a potentially moving one.
 std::vector<Instance> true_objects(const TruthFrame& truth, bool masks) {
   std::vector<Instance> objects;
   for (const MoverTruth& mover : truth.movers) {
@@ -86,11 +86,11 @@ struct Share {
 struct Outcome {
   SlamResult result;
   double ate = 0;  // [m]
-  Share on_people, on_chairs, beside_people, beside_chairs, elsewhere;
+  Share on_people, on_chairs, around_people, around_chairs, elsewhere;
   std::vector<std::size_t> live_points;  // points of the live cloud after every tenth frame
   float lowest_log_odds = 0;             // of the landmarks at the end
 
-  /// Adds the keypoints of a frame. "Beside" is inside a box, but not on the object.
+  /// Adds the keypoints of a frame. "Around" is inside a box, but not on the object.
   void add(const Frame& frame, const TruthFrame& truth) {
     const auto objects = true_objects(truth, true);
     for (std::size_t i = 0; i < frame.features->size(); ++i) {
@@ -104,7 +104,7 @@ struct Outcome {
           place = person ? &on_people : &on_chairs;
           break;
         }
-        if (place == &elsewhere || person) place = person ? &beside_people : &beside_chairs;
+        if (place == &elsewhere || person) place = person ? &around_people : &around_chairs;
       }
       place->add(frame.evidence.weight[i] <= 0);
     }
@@ -190,7 +190,7 @@ TEST(SegMask, DropsExactlyTheKeypointsInTheMasksOfTheirFrame) {
   EXPECT_EQ(masked.result.tracked(), 60U);
   ASSERT_GT(masked.on_people.all, 1000);
   EXPECT_EQ(masked.on_people.value(), 1);
-  EXPECT_EQ(masked.beside_people.dropped + masked.elsewhere.dropped, 0);
+  EXPECT_EQ(masked.around_people.dropped + masked.elsewhere.dropped, 0);
 }
 
 TEST(SegMask, LateOrDilatedMasksDropOthers) {
@@ -198,9 +198,9 @@ TEST(SegMask, LateOrDilatedMasksDropOthers) {
   const Outcome late = run(walking, {"seg-mask", {"network.every=3", "network.mask_delay=2"}});
   const Outcome dilated = run(walking, {"seg-mask", {"motion.mask_dilation=5"}});
   EXPECT_LT(late.on_people.value(), 1);
-  EXPECT_GT(late.elsewhere.dropped + late.beside_people.dropped, 0);
+  EXPECT_GT(late.elsewhere.dropped + late.around_people.dropped, 0);
   EXPECT_EQ(dilated.on_people.value(), 1);
-  EXPECT_GT(dilated.beside_people.dropped, 0);
+  EXPECT_GT(dilated.around_people.dropped, 0);
 }
 
 TEST(SegMask, IsAsAccurateAsWithoutPeopleAndTheBaselineIsNot) {
@@ -230,8 +230,8 @@ TEST(BoxFlow, DropsWhoMovesAndKeepsTheBackgroundOfTheirBoxes) {
   EXPECT_EQ(flow.result.segmented, 60U);
   EXPECT_EQ(flow.elsewhere.dropped, 0) << "outside all boxes nothing is tested";
   EXPECT_GT(flow.on_people.value(), 0.7);
-  ASSERT_GT(flow.beside_people.all, 1000);
-  EXPECT_LT(flow.beside_people.value(), 0.9) << "a system without the test drops all of them";
+  ASSERT_GT(flow.around_people.all, 1000);
+  EXPECT_LT(flow.around_people.value(), 0.9) << "a system without the test drops all of them";
 }
 
 TEST(BoxFlow, TheBodyIsKnownByWhatMovedBefore) {
@@ -307,11 +307,11 @@ TEST(BoxEpipolar, DropsPeopleTestsChairsAndKeepsTheRest) {
   const Scene& pushed = scene("walk", 2, "xyz", 3);
   const Outcome tested = run(pushed, {"box-epipolar", {}, false, 1});
   EXPECT_EQ(tested.on_people.value(), 1);
-  EXPECT_EQ(tested.beside_people.value(), 1) << "whole boxes";
+  EXPECT_EQ(tested.around_people.value(), 1) << "whole boxes";
   ASSERT_GT(tested.on_chairs.all, 100);
   EXPECT_GT(tested.on_chairs.value(), 0.15) << "those off their epipolar line";
   EXPECT_LT(tested.on_chairs.value(), 1);
-  EXPECT_EQ(tested.elsewhere.dropped, 0) << "static things and unrecognized surroundings";
+  EXPECT_EQ(tested.elsewhere.dropped, 0) << "static objects and unrecognized surroundings";
 }
 
 TEST(BoxEpipolar, TheWidenedTestDropsBackgroundToo) {

@@ -49,6 +49,15 @@ inline cv::Mat black(const cv::Mat& like) {
   return cv::Mat(like.size(), like.type(), cv::Scalar::all(0));
 }
 
+/// Returns a person whose mask covers the whole image of the frame.
+inline Instance person_everywhere(const RgbdFrame& frame) {
+  Instance person;
+  person.class_name = "person";
+  person.box = cv::Rect({}, frame.gray.size());
+  person.mask = cv::Mat(frame.gray.size(), CV_8UC1, cv::Scalar(255));
+  return person;
+}
+
 inline bool same_bytes(const Trajectory& a, const Trajectory& b) {
   return a.size() == b.size() &&
          std::equal(a.begin(), a.end(), b.begin(), [](const auto& x, const auto& y) {

@@ -294,6 +294,8 @@ void SlamSystem::collect_statistics(SlamResult& result) const {
   result.segmented = instances_.segmented();
   result.detector_skipped = instances_.skipped();
   result.load_shedding = load_shedding_;
+  result.camera = camera_;
+  result.shutter = tracker_.shutter();
   result.load_shedding.frames_without_view = dense_.frames_left_out();
   result.load_shedding.frames_without_movers = movers_.frames_skipped();
 }

@@ -51,6 +51,8 @@ struct SlamResult {
   std::size_t segmented = 0;     ///< number of frames that the network saw
   std::string detector_skipped;  ///< Frames without a usable mask, in one line; empty: none.
   LoadShedding load_shedding;
+  Camera camera;          ///< of the frames, without distortion
+  ShutterTiming shutter;  ///< timing of the camera's shutters that was in use at the end
   std::size_t tracked() const { return trajectory.size(); }
 };
 

@@ -265,7 +265,8 @@ std::string summary_section(const RunRecord& record) {
   std::vector<std::vector<std::string>> rows{
       {"detector", or_none(record.detector)},
       {"frames segmented", std::to_string(result.segmented)},
-      {"frames skipped", std::to_string(record.skipped.size())},
+      {"frames skipped", std::to_string(record.frames_skipped())},
+      {"depth images skipped", std::to_string(record.skipped.size() - record.frames_skipped())},
       {"frames dropped late", std::to_string(record.dropped)},
       {"frames with fewer keypoints",
        std::to_string(result.load_shedding.frames_of_fewer_keypoints)},
@@ -306,8 +307,8 @@ std::string skipped_section(const RunRecord& record) {
     }
     rows.push_back({std::to_string(stamps.size()), reason, fmt::format("{:.6f}", stamps.front())});
   }
-  return section(fmt::format("Skipped frames: {}", record.skipped.size()),
-                 table({"frames", "reason", "first at [s]"}, rows));
+  return section(fmt::format("Skipped images and lines: {}", record.skipped.size()),
+                 table({"count", "reason", "first at [s]"}, rows));
 }
 
 std::string movers_section(const RunRecord& record, const ReportImages& images) {

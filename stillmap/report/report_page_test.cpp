@@ -119,7 +119,7 @@ TEST(Report, ShowsEverythingThatItIsGiven) {
                            "900 inlier landmarks",
                            "2 frames without a mask",
                            "ghosts",
-                           "Skipped frames: 2",
+                           "Skipped images and lines: 2",
                            "depth image missing",
                            "Options in force",
                            "1\u202f234\u202f567",

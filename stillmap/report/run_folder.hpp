@@ -33,7 +33,7 @@ enum class RunPart {
 /// made from it, and docs/dense_map.md is tested against it.
 std::vector<std::string> file_names(RunPart part);
 
-/// Which files are written for a run besides the standard ones.
+/// Which files are written for a run in addition to the standard ones.
 struct RunOutputs {
   DenseOutputs dense;
   std::filesystem::path save_map;  ///< File that the map is saved to; empty: none.

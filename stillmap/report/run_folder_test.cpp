@@ -169,7 +169,7 @@ TEST(RunSummary, HasTheFiguresOfTheRecord) {
                           "slowest_frame",   "medians_of_tenths_ms",
                           "first_pose_s",    "mapping_memory_mib",
                           "peak_memory_mib", "timing_ms",
-                          "options"}) {
+                          "options",         "camera"}) {
     EXPECT_TRUE(json.contains(key)) << key;
   }
   EXPECT_EQ(json["frames"]["total"], 12);
@@ -179,6 +179,35 @@ TEST(RunSummary, HasTheFiguresOfTheRecord) {
   EXPECT_EQ(json["frames_without_masks"], "3 frames without a mask");
   EXPECT_EQ(json["loaded_map"]["extended"], false);
   EXPECT_EQ(json["evaluation"], nlohmann::json(*record.evaluation));
+}
+
+TEST(RunSummary, TellsTheTimingOfTheShuttersAndItsOrigin) {
+  RunRecord record = small_run();
+  EXPECT_EQ(run_summary_json(record)["camera"]["shutter"]["origin"], "none found");
+  EXPECT_EQ(run_summary_json(record)["camera"]["size"][0], small_sequence().camera().width);
+  EXPECT_THAT(run_summary_text(record), ::testing::Not(HasSubstr("rolling shutter")));
+  record.result.shutter = {.readout = 0.027, .depth_delay = 0.004};
+  EXPECT_EQ(run_summary_json(record)["camera"]["shutter"]["origin"],
+            "estimated from the recording");
+  EXPECT_THAT(run_summary_text(record),
+              HasSubstr("rolling shutter found: readout 27.0 ms, depth 4.0 ms later"));
+  record.result.camera.shutter = record.result.shutter;
+  EXPECT_EQ(run_summary_json(record)["camera"]["shutter"]["origin"], "camera file");
+  EXPECT_THAT(run_summary_text(record), ::testing::Not(HasSubstr("rolling shutter")));
+}
+
+TEST(RunSummary, CountsDepthImagesThatCouldNotBeReadApartFromFrames) {
+  RunRecord record = small_run();
+  record.result.frames[3].contradicts_motion = true;
+  record.skipped = {{1.0, "rgb/1.png is missing"},
+                    {.timestamp = 2.0, .reason = "depth/2.png is empty", .frame_lost = false}};
+  EXPECT_EQ(record.total_frames(), 13);
+  EXPECT_EQ(run_summary_json(record)["frames"]["skipped"], 1);
+  EXPECT_EQ(run_summary_json(record)["frames"]["depth_images_skipped"], 1);
+  EXPECT_EQ(run_summary_json(record)["frames"]["uncertain_at"],
+            nlohmann::json({record.result.frames[3].timestamp}));
+  EXPECT_THAT(run_summary_text(record), HasSubstr("1 frames could not be read; the first: 1.0"));
+  EXPECT_THAT(run_summary_text(record), HasSubstr("1 depth images or their lines could not"));
 }
 
 TEST(RunSummary, TheTextNamesFramesWithoutMasks) {

@@ -122,6 +122,34 @@ std::string map_events_text(const SlamResult& result) {
   return text;
 }
 
+namespace {
+
+/// Returns a line about frames and a line about depth images that could not be read, if any.
+std::string skipped_text(const RunRecord& record) {
+  std::string text;
+  for (const bool lost : {true, false}) {
+    const auto concerns = [&](const SkippedFrame& s) { return s.frame_lost == lost; };
+    const auto first = std::find_if(record.skipped.begin(), record.skipped.end(), concerns);
+    if (first == record.skipped.end()) continue;
+    text += fmt::format("{} {} could not be read; the first: {:.6f}: {}\n",
+                        std::count_if(first, record.skipped.end(), concerns),
+                        lost ? "frames" : "depth images or their lines", first->timestamp,
+                        first->reason);
+  }
+  return text;
+}
+
+/// Returns a line about a timing of the shutters that was estimated; otherwise an empty text.
+std::string shutter_text(const RunRecord& record) {
+  const ShutterTiming& shutter = record.result.shutter;
+  if (record.result.camera.shutter || shutter == ShutterTiming{}) return "";
+  return fmt::format(
+      "rolling shutter found: readout {:.1f} ms, depth {:.1f} ms later than its timestamp\n",
+      shutter.readout * 1e3, shutter.depth_delay * 1e3);
+}
+
+}  // namespace
+
 std::string run_summary_text(const RunRecord& record) {
   const SlamResult& result = record.result;
   std::string text = fmt::format("{}: {} of {} frames tracked ({}), {} keyframes, {} landmarks",
@@ -133,11 +161,7 @@ std::string run_summary_text(const RunRecord& record) {
   if (const auto events = map_events_text(result); !events.empty()) text += "; " + events;
   text += fmt::format("\n{:.1f} frames/s overall, tracking {:.1f} ms (median), {:.0f} MiB peak\n",
                       record.frames_per_second(), record.tracking_median(), peak_memory_mib());
-  if (!record.skipped.empty()) {
-    text +=
-        fmt::format("{} frames could not be read; the first: {:.6f}: {}\n", record.skipped.size(),
-                    record.skipped.front().timestamp, record.skipped.front().reason);
-  }
+  text += skipped_text(record) + shutter_text(record);
   if (!record.detector.empty()) text += "detector: " + record.detector + "\n";
   if (!record.result.detector_skipped.empty())
     text += "masks: " + record.result.detector_skipped + "\n";

@@ -6,6 +6,7 @@
 #include "stillmap/report/captioned_image.hpp"
 #include "stillmap/sensor/frame_source.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <filesystem>
 #include <optional>
@@ -46,7 +47,12 @@ struct RunRecord {
   bool interrupted = false;                  ///< Whether the user stopped the run early.
 
   /// Returns the number of frames of the sequence: processed, dropped and unreadable ones.
-  std::size_t total_frames() const { return frames + dropped + skipped.size(); }
+  std::size_t total_frames() const { return frames + dropped + frames_skipped(); }
+  /// Returns the number of frames that the source could not read.
+  std::size_t frames_skipped() const {
+    return static_cast<std::size_t>(
+        std::count_if(skipped.begin(), skipped.end(), [](const auto& s) { return s.frame_lost; }));
+  }
   /// Returns the number of frames per second of wall time [1/s].
   double frames_per_second() const;
   /// Returns the median of the tracking time per frame [ms]; 0 without frames.

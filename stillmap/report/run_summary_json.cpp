@@ -48,18 +48,48 @@ nlohmann::json frames_json(const RunRecord& record) {
     return std::count_if(record.result.frames.begin(), record.result.frames.end(),
                          [&](const FrameRecord& f) { return f.*property; });
   };
+  auto uncertain_at = nlohmann::json::array();
+  for (const FrameRecord& f : record.result.frames) {
+    if (f.contradicts_motion) uncertain_at.push_back(f.timestamp);
+  }
   return {{"total", record.total_frames()},
           {"handed_in", record.frames},
           {"tracked", record.result.tracked()},
-          {"skipped", record.skipped.size()},
+          {"skipped", record.frames_skipped()},
+          {"depth_images_skipped", record.skipped.size() - record.frames_skipped()},
           {"dropped_late", record.dropped},
           {"segmented", record.result.segmented},
           {"fewer_keypoints", less.frames_of_fewer_keypoints},
           {"without_movers", less.frames_without_movers},
           {"without_view", less.frames_without_view},
           {"uncertain", frames_with(&FrameRecord::contradicts_motion)},
+          {"uncertain_at", uncertain_at},
           {"tracked_late", frames_with(&FrameRecord::tracked_late)},
           {"tracked_by_odometry", frames_with(&FrameRecord::tracked_by_odometry)}};
+}
+
+/// Returns the camera with the timing of its shutters [s], and where the timing comes from.
+nlohmann::json camera_json(const SlamResult& result) {
+  const Camera& c = result.camera;
+  const ShutterTiming& shutter = result.shutter;
+  const char* origin = "none found";
+  if (c.shutter) {
+    origin = "camera file";
+  } else if (shutter != ShutterTiming{}) {
+    origin = "estimated from the recording";
+  }
+  return {{"name", c.name},
+          {"size", {c.width, c.height}},
+          {"focal_lengths", {c.fx, c.fy}},
+          {"principal_point", {c.cx, c.cy}},
+          {"depth_factor", c.depth_factor},
+          {"depth_sensor", c.depth_sensor.name},
+          {"disparity_offset", c.disparity_bias.offset},
+          {"disparity_bow", c.disparity_bias.bow},
+          {"shutter",
+           {{"readout_s", shutter.readout},
+            {"depth_delay_s", shutter.depth_delay},
+            {"origin", origin}}}};
 }
 
 nlohmann::json movers_json(const SlamResult& result) {
@@ -177,12 +207,14 @@ nlohmann::json run_summary_json(const RunRecord& record) {
   json["sequence"] = record.sequence;
   json["preset"] = record.options.preset();
   json["schedule"] = record.options.schedule.mode;
+  json["camera"] = camera_json(record.result);
   json["detector"] = text_or_null(record.detector);
   json["frames_without_masks"] = text_or_null(record.result.detector_skipped);
   json["interrupted"] = record.interrupted;
   json["frames"] = frames_json(record);
   for (const SkippedFrame& s : record.skipped)
-    json["skipped"].push_back({{"timestamp", s.timestamp}, {"reason", s.reason}});
+    json["skipped"].push_back(
+        {{"timestamp", s.timestamp}, {"reason", s.reason}, {"frame_lost", s.frame_lost}});
   for (const RunEvent& e : run_events(record.result))
     json["events"].push_back({{"timestamp", e.timestamp}, {"text", e.text}});
   add_map(record, json);

@@ -192,7 +192,9 @@ std::string fix_for(const std::string& problem, const fs::path& file) {
   if (problem.find("bits") != std::string::npos) {
     return "write color as 8-bit PNG or JPEG and depth as 16-bit PNG with one channel";
   }
-  return "copy or record these files again; they are skipped";
+  return "copy or record these files again; they are skipped (a frame without its depth image is "
+         "tracked "
+         "by the landmarks alone)";
 }
 
 // Checks the header and the end of every file; returns the frames with two valid files.

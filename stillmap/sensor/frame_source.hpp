@@ -10,10 +10,12 @@
 
 namespace stillmap {
 
-/// A skipped frame and the reason: one line per unusable frame.
+/// An image, or a line of a list, that was skipped.
 struct SkippedFrame {
-  double timestamp = 0;
+  double timestamp = 0;  ///< Of the frame [s]; 0 for a line without a timestamp.
   std::string reason;
+  /// False if only a depth image was skipped: its color image is a frame without depth.
+  bool frame_lost = true;
 };
 
 /// A source of frames (pull style). One thread at a time.
@@ -22,8 +24,10 @@ class FrameSource {
   virtual ~FrameSource() = default;
   /// Returns the ideal pinhole camera of the returned frames (rectified: no distortion).
   virtual const Camera& camera() const = 0;
-  /// Returns the next usable frame; null at the end. An unusable frame (missing, truncated, wrong
-  /// size) is skipped and recorded, never thrown; timestamps of returned frames increase strictly.
+  /// Returns the next usable frame; null at the end. An unusable image (missing, truncated, wrong
+  /// size) is skipped and recorded, never thrown: without its color image the frame is lost,
+  /// without its depth image the frame has depth 0 everywhere. Timestamps of returned frames
+  /// increase strictly.
   virtual RgbdFramePtr next() = 0;
   /// Returns the maximum number of remaining frames, if known, for progress output.
   virtual std::optional<std::size_t> size() const = 0;

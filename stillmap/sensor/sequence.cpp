@@ -284,7 +284,10 @@ FrameList pair_lists(const SequencePaths& paths) {
 
   FrameList list;
   list.skipped = std::move(color.skipped);
-  list.skipped.insert(list.skipped.end(), depth.skipped.begin(), depth.skipped.end());
+  for (SkippedFrame& line : depth.skipped) {
+    line.frame_lost = false;
+    list.skipped.push_back(std::move(line));
+  }
   for (const ImageLine& c : color.images)
     list.frames.push_back({c.timestamp, c.timestamp, c.file, {}});
   for (const auto& [i, j] : pairs) {

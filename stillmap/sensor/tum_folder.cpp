@@ -112,29 +112,38 @@ RgbdFramePtr TumFolder::load(const FrameFiles& files) {
   const TraceScope scope("read frame");
   const cv::Size size(camera().width, camera().height);
   const ImageRead color = read_color_image(files.color, size);
-  if (!color.problem.empty()) return skip(files, files.color, color.problem);
-  cv::Mat depth = cv::Mat::zeros(size, CV_32FC1);
-  if (!files.depth.empty()) {
-    const ImageRead raw = read_depth_image(files.depth, size);
-    if (!raw.problem.empty()) return skip(files, files.depth, raw.problem);
-    depth = depth_in_meters(rectifier_.nearest(raw.image), camera().depth_factor,
-                            camera().depth_sensor);
-    correct_disparity(disparity_bias_, camera(), depth);
+  if (!color.problem.empty()) {
+    list_.skipped.push_back({files.timestamp, describe(files.color, color.problem)});
+    return nullptr;
   }
   auto frame = std::make_shared<RgbdFrame>();
   frame->index = next_index_++;
   frame->timestamp = files.timestamp;
-  frame->depth_delay = files.depth_timestamp - files.timestamp;
   frame->color = rectifier_.image(color.image);
   traced("gray", [&] { cv::cvtColor(frame->color, frame->gray, cv::COLOR_BGR2GRAY); });
-  frame->depth = depth;
+  frame->depth = load_depth(files);
+  if (!frame->depth.empty()) {
+    frame->depth_delay = files.depth_timestamp - files.timestamp;
+  } else {
+    frame->depth = cv::Mat::zeros(size, CV_32FC1);
+  }
   return frame;
 }
 
-RgbdFramePtr TumFolder::skip(const FrameFiles& files, const fs::path& culprit,
-                             const std::string& problem) {
-  list_.skipped.push_back({files.timestamp, describe(culprit, problem)});
-  return nullptr;
+/// Returns the depth image of a frame, 32FC1 [m]; an empty one if it has none that can be used.
+cv::Mat TumFolder::load_depth(const FrameFiles& files) {
+  if (files.depth.empty()) return {};
+  const ImageRead raw = read_depth_image(files.depth, {camera().width, camera().height});
+  if (!raw.problem.empty()) {
+    list_.skipped.push_back({.timestamp = files.timestamp,
+                             .reason = describe(files.depth, raw.problem),
+                             .frame_lost = false});
+    return {};
+  }
+  cv::Mat depth =
+      depth_in_meters(rectifier_.nearest(raw.image), camera().depth_factor, camera().depth_sensor);
+  correct_disparity(disparity_bias_, camera(), depth);
+  return depth;
 }
 
 cv::Mat depth_in_meters(const cv::Mat& raw, double depth_factor, const DepthSensor& sensor) {

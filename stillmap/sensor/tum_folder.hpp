@@ -37,8 +37,7 @@ class TumFolder : public FrameSource {
   void choose_range();
   void require_one_usable_frame() const;
   RgbdFramePtr load(const FrameFiles& files);
-  RgbdFramePtr skip(const FrameFiles& files, const std::filesystem::path& culprit,
-                    const std::string& problem);
+  cv::Mat load_depth(const FrameFiles& files);
 
   TumFolderOptions options_;
   Rectifier rectifier_;

@@ -161,12 +161,7 @@ TrackedFramePtr Tracker::start_map(const FramePtr& frame) {
   auto result = starting_frame(frame, state_.T_world_previous);
   if (state_.local_map && frames_in_map_ < kMinMapFrames)
     result->proposal->abandoned = state_.local_map->reference;
-  frames_in_map_ = 1;
-  consistency_.reset();
-  start_verification_.begin(frame, *result->T_world_camera);
-  state_.previous = result;
-  state_.T_previous_next = Pose();
-  state_.twist.setZero();
+  begin_map(frame, result, Pose());
   frames_lost_ = 0;
   new_map_policy_.reset();
   return result;
@@ -237,14 +232,20 @@ TrackedFramePtr Tracker::replace_map(const Frame& frame, const Pose& T_first_fra
   evidence.moving_pixels = cv::Mat();
   auto result = starting_frame(unlabeled, start_verification_.T_world_first() * T_first_frame);
   result->proposal->replaced = state_.local_map->reference;
-  state_.previous = result;
-  state_.T_world_previous = *result->T_world_camera;
-  state_.T_previous_next = Pose::exp(T_first_frame.log() / frames);
+  begin_map(unlabeled, result, Pose::exp(T_first_frame.log() / frames));
+  return result;
+}
+
+/// Takes the frame as the first of its map.
+void Tracker::begin_map(const FramePtr& frame, const TrackedFramePtr& first,
+                        const Pose& T_previous_next) {
+  state_.previous = first;
+  state_.T_world_previous = *first->T_world_camera;
+  state_.T_previous_next = T_previous_next;
   state_.twist.setZero();
   frames_in_map_ = 1;
   consistency_.reset();
-  start_verification_.begin(unlabeled, state_.T_world_previous);
-  return result;
+  start_verification_.begin(frame, state_.T_world_previous);
 }
 
 TrackedFramePtr Tracker::lost(const FramePtr& frame, const std::string& reason) {

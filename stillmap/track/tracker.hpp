@@ -104,6 +104,7 @@ class Tracker {
   TrackedFramePtr restart_map(const FramePtr& frame, const InitialPose& initial);
   std::optional<Pose> motion_against_map(const Frame& frame, const LocalMapPose& pose);
   TrackedFramePtr replace_map(const Frame& frame, const Pose& T_first_frame);
+  void begin_map(const FramePtr& frame, const TrackedFramePtr& first, const Pose& T_previous_next);
   TrackedFramePtr lost(const FramePtr& frame, const std::string& reason);
   TrackedFramePtr tracked(const FramePtr& frame, const LocalMapPose& pose, bool relocalized);
   TrackedFramePtr tracked_by_odometry(const FramePtr& frame, const PoseEstimate& estimate);
