@@ -1,121 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/base/error.hpp"
-#include "stillmap/base/file.hpp"
-#include "stillmap/base/stopwatch.hpp"
 #include "stillmap/config/write_options.hpp"
-#include "stillmap/pipeline/calibrate_shutter.hpp"
-#include "stillmap/pipeline/slam_parameters.hpp"
-#include "stillmap/segment/make_detector.hpp"
 #include "stillmap/sensor/camera_file.hpp"
-#include "stillmap/sensor/make_source.hpp"
-#include "stillmap/sensor/sequence.hpp"
 
-#include <algorithm>
 #include <memory>
-#include <optional>
 
 #include "command_tree.hpp"
 #include "commands.hpp"
 #include "output_file.hpp"
-#include "run_session.hpp"
+#include "run_request.hpp"
 #include "truth.hpp"
-#include <fmt/format.h>
 
 namespace stillmap {
 namespace {
 
-struct RunArguments {
-  std::string sequence, camera, preset, model, masks, schedule, config, truth, truth_frame,
-      associations, out, dump_config;
-  std::vector<std::string> settings;
-  std::optional<int> first, count, stride;
-  bool half_size = false;
-  std::string load_map, save_map;
-  bool localize_only = false, force = false;
-  RunOutputs outputs;
+struct RunArguments : RunRequest {
+  std::string dump_config;
 };
-
-/// Returns all options in force. Precedence from low to high: defaults, preset, --config, named
-/// options, --set.
-Options options_of(const RunArguments& arguments) {
-  Options options = read_options(arguments.preset, arguments.config);
-  if (!arguments.model.empty()) options.network.model = arguments.model;
-  if (!arguments.masks.empty()) options.network.masks = arguments.masks;
-  if (!arguments.schedule.empty()) options.schedule.mode = arguments.schedule;
-  options.input.first = arguments.first.value_or(options.input.first);
-  options.input.count = arguments.count.value_or(options.input.count);
-  options.input.stride = arguments.stride.value_or(options.input.stride);
-  if (arguments.half_size) options.input.half_size = true;
-  for (const std::string& setting : arguments.settings) set_option(setting, options);
-  if (arguments.localize_only) options.dense.enabled = false;  // the map is not extended
-  check_options(options);
-  return options;
-}
-
-std::optional<Trajectory> truth_of(const RunArguments& arguments, const SequencePaths& paths) {
-  const std::filesystem::path file =
-      arguments.truth.empty() ? paths.ground_truth : std::filesystem::path(arguments.truth);
-  if (file.empty()) return std::nullopt;
-  note_marker_truth(file, arguments.truth_frame);
-  return true_camera_trajectory(file, arguments.truth_frame);
-}
-
-bool use_instances_only(const MotionCues& cues) {
-  return std::all_of(cues.begin(), cues.end(),
-                     [](const auto& cue) { return !cue->classes().empty(); });
-}
-
-std::unique_ptr<Detector> detector_of(const std::string& preset, const SlamParameters& parameters) {
-  const MotionCues cues = make_cues(parameters.motion);
-  if (!use_instances(cues)) return nullptr;
-  auto detector = make_detector(parameters.segment);
-  if (!detector) {
-    fmt::print(stderr,
-               "stillmap: preset {} runs without a network and without masks: {};\n"
-               "  give a network with --model FILE.onnx, or a folder of masks with --masks DIR\n",
-               preset,
-               use_instances_only(cues) ? "nothing is detected as moving"
-                                        : "only observed motion is detected");
-  }
-  return detector;
-}
-
-std::string sequence_name(const std::filesystem::path& folder) {
-  const auto absolute = std::filesystem::absolute(folder).lexically_normal();
-  return (absolute.has_filename() ? absolute : absolute.parent_path()).filename().string();
-}
-
-/// Returns the map to start from, if one was named. Throws Error if it was made with another
-/// camera.
-std::optional<StartingMap> start_of(const RunArguments& arguments, const PyramidShape& pyramid,
-                                    const Camera& camera) {
-  if (arguments.load_map.empty()) return std::nullopt;
-  StartingMap start{read_saved_map(arguments.load_map), !arguments.localize_only};
-  require_same_camera(start.saved.map, camera, pyramid, arguments.load_map);
-  return start;
-}
-
-/// Throws Error before the run if the map cannot be saved to the file.
-void check_save_map(const std::filesystem::path& file, bool force) {
-  if (file.empty()) return;
-  require_replaceable(file, is_saved_map, force);
-  make_output_folder(file.has_parent_path() ? file.parent_path() : ".");
-}
-
-/// Returns the timing of a recording's shutters as its first frames show it. Unused if the camera
-/// file tells the timing.
-ShutterTiming shutter_of(const std::string& sequence, SourceOptions range,
-                         const SlamParameters& parameters, const Camera& camera) {
-  if (camera.shutter || parameters.schedule.realtime || range.stride != 1) return {};
-  const int frames = range.count;
-  range.count = frames > 0 ? std::min(frames, kShutterFrames) : kShutterFrames;
-  const ShutterTiming timing =
-      calibrate_shutter([&] { return make_source(sequence, range); }, parameters);
-  if (timing == ShutterTiming{}) return timing;
-  fmt::print("shutters: readout {:.1f} ms, depth delay {:.1f} ms\n", 1000 * timing.readout,
-             1000 * timing.depth_delay);
-  return timing;
-}
 
 int run(const RunArguments& arguments) {
   const Options options = options_of(arguments);
@@ -123,41 +23,7 @@ int run(const RunArguments& arguments) {
     write_named(arguments.dump_config, options_yaml(options), is_options_file, arguments.force);
     return kSuccess;
   }
-  check(arguments.outputs.dense);
-  if (arguments.sequence.empty()) {
-    throw Error("no sequence was named", "run", "stillmap run SEQUENCE, a folder in TUM layout");
-  }
-  const SequencePaths paths = find_sequence(arguments.sequence, arguments.associations);
-  const SourceOptions range{.camera = arguments.camera,
-                            .associations = arguments.associations,
-                            .first = options.input.first,
-                            .count = options.input.count,
-                            .stride = options.input.stride,
-                            .half_size = options.input.half_size};
-  std::unique_ptr<FrameSource> source = make_source(arguments.sequence, range);
-  check_save_map(arguments.save_map, arguments.force);
-  Session session;
-  session.options = options;
-  session.parameters = parameters_of(options);
-  session.outputs = arguments.outputs;
-  session.outputs.save_map = arguments.save_map;
-  const Stopwatch loading;
-  session.start = start_of(arguments, session.parameters.orb.pyramid(), source->camera());
-  if (session.start)
-    session.loaded =
-        LoadedMap{arguments.load_map, session.start->extend, loading.milliseconds() / 1000};
-  session.sequence = sequence_name(arguments.sequence);
-  session.out = arguments.out.empty() ? "stillmap_" + session.sequence : arguments.out;
-  if (arguments.force) session.foreign = ResultFolder::Foreign::kOverwrite;
-  session.total_frames = source->size();
-  session.truth = truth_of(arguments, paths);
-  session.detector = detector_of(options.preset(), session.parameters);
-  check_classes(options, session.detector.get());
-  require_free_outputs(session);
-  session.parameters.tracker.shutter =
-      shutter_of(arguments.sequence, range, session.parameters, source->camera());
-  session.source = std::move(source);
-  return run_session(std::move(session)).interrupted ? kInterrupted : kSuccess;
+  return run_session(session_of(arguments, options)).interrupted ? kInterrupted : kSuccess;
 }
 
 void add_input_options(CLI::App& command, RunArguments& arguments) {

@@ -91,13 +91,13 @@ RunRecord run_session(Session session) {
     fmt::print("interrupted after {} frames; the results so far are saved\n", record.frames);
 
   evaluate_run(record);
-  fmt::print("{}", run_summary_text(record));
+  if (!session.quiet) fmt::print("{}", run_summary_text(record));
   traced("files", [&] { write_run_files(record, session.outputs, folder); });
   labels.finish();
   if (session.outputs.profile)
     fmt::print("{}", write_profile(trace, process_cpu_ms() - cpu_before, folder));
   folder.remove_stale();
-  fmt::print("{}", folder.written_text());
+  if (!session.quiet) fmt::print("{}", folder.written_text());
   folder.require_all();
   return record;
 }

@@ -24,6 +24,7 @@ struct Session {
   std::filesystem::path out;         ///< Folder of the results.
   ResultFolder::Foreign foreign = ResultFolder::Foreign::kKeep;
   RunOutputs outputs;
+  bool quiet = false;  ///< Whether summary and names of files are not printed.
 };
 
 /// Throws Error if the run would overwrite a file that Stillmap did not write. For a check before

@@ -62,32 +62,32 @@ void ChartArea::fit_equal_scale() {
   y = y.grown((height / scale - y.size()) / 2);
 }
 
-void draw_x_axis(Svg& svg, const ChartArea& area, int ticks, std::string_view title) {
+void draw_x_axis(Canvas& canvas, const ChartArea& area, int ticks, std::string_view title) {
   const std::vector<double> values = nice_ticks(area.x, ticks);
   const std::vector<std::string> labels = tick_labels(values);
   for (std::size_t i = 0; i < values.size(); ++i) {
     const double x = area.px(values[i]);
-    svg.line({x, area.top}, {x, area.bottom()}, "grid");
-    svg.text({x, area.bottom() + 18}, labels[i], "middle", "tick");
+    canvas.line({x, area.top}, {x, area.bottom()}, "grid");
+    canvas.text({x, area.bottom() + 18}, labels[i], "middle", "tick");
   }
-  svg.text({area.left + area.width / 2, area.bottom() + 38}, title, "middle");
+  canvas.text({area.left + area.width / 2, area.bottom() + 38}, title, "middle");
 }
 
-void draw_y_axis(Svg& svg, const ChartArea& area, int ticks, std::string_view title,
+void draw_y_axis(Canvas& canvas, const ChartArea& area, int ticks, std::string_view title,
                  bool reversed) {
   const std::vector<double> values = nice_ticks(area.y, ticks);
   const std::vector<std::string> labels = tick_labels(values, reversed);
   for (std::size_t i = 0; i < values.size(); ++i) {
     const double y = area.py(values[i]);
-    svg.line({area.left, y}, {area.right(), y}, "grid");
-    svg.text({area.left - 8, y + 4}, labels[i], "end", "tick");
+    canvas.line({area.left, y}, {area.right(), y}, "grid");
+    canvas.text({area.left - 8, y + 4}, labels[i], "end", "tick");
   }
-  svg.text_upwards({area.left - 46, area.top + area.height / 2}, title);
+  canvas.text_upwards({area.left - 46, area.top + area.height / 2}, title);
 }
 
-void draw_axes(Svg& svg, const ChartArea& area, const ProjectionPlane& plane) {
-  draw_x_axis(svg, area, 6, plane.right.label());
-  draw_y_axis(svg, area, 6, plane.up.label(), plane.up.reversed);
+void draw_axes(Canvas& canvas, const ChartArea& area, const ProjectionPlane& plane) {
+  draw_x_axis(canvas, area, 6, plane.right.label());
+  draw_y_axis(canvas, area, 6, plane.up.label(), plane.up.reversed);
 }
 
 std::vector<std::pair<std::size_t, std::size_t>> continuous_ranges(

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/geometry/trajectory.hpp"
-#include "stillmap/report/svg.hpp"
+#include "stillmap/report/canvas.hpp"
 
 #include <array>
 #include <span>
@@ -46,8 +46,8 @@ struct ChartArea {
 
 /// Draws grid lines, tick labels and the title of an axis.
 /// @param ticks  approximate number of ticks
-void draw_x_axis(Svg& svg, const ChartArea& area, int ticks, std::string_view title);
-void draw_y_axis(Svg& svg, const ChartArea& area, int ticks, std::string_view title,
+void draw_x_axis(Canvas& canvas, const ChartArea& area, int ticks, std::string_view title);
+void draw_y_axis(Canvas& canvas, const ChartArea& area, int ticks, std::string_view title,
                  bool reversed = false);
 
 /// Returns the [first, end) indices of the parts of the samples without gaps. A gap is a time step
@@ -85,6 +85,6 @@ ProjectionPlane plane_from_the_side(const Eigen::Vector3d& up_axis,
                                     std::span<const Eigen::Vector3d> points);
 
 /// Draws the axes of a projection.
-void draw_axes(Svg& svg, const ChartArea& area, const ProjectionPlane& plane);
+void draw_axes(Canvas& canvas, const ChartArea& area, const ProjectionPlane& plane);
 
 }  // namespace stillmap

@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/report/chart.hpp"
+#include "stillmap/report/raster.hpp"
 
 #include <algorithm>
 #include <array>
@@ -37,54 +38,54 @@ ChartArea area_of(const ComparedRun& run, const ProjectionPlane& plane,
   return area;
 }
 
-void draw_estimate(Svg& svg, const ChartArea& area, const ProjectionPlane& plane,
+void draw_estimate(Canvas& canvas, const ChartArea& area, const ProjectionPlane& plane,
                    const std::vector<AtePair>& pairs) {
   std::vector<double> stamps;
   std::vector<Eigen::Vector2d> path;
   for (const AtePair& pair : pairs) {
     stamps.push_back(pair.timestamp);
     path.push_back(area.pixel(plane(pair.p_estimate)));
-    svg.line(area.pixel(plane(pair.p_truth)), path.back(), "error");
+    canvas.line(area.pixel(plane(pair.p_truth)), path.back(), "error");
   }
   for (const auto& [first, end] : continuous_ranges(stamps))
-    svg.polyline(std::span(path).subspan(first, end - first), "path");
+    canvas.polyline(std::span(path).subspan(first, end - first), "path");
 }
 
-void draw_titles(Svg& svg, const ComparedRun& run, const Eigen::Vector2d& corner) {
+void draw_titles(Canvas& canvas, const ComparedRun& run, const Eigen::Vector2d& corner) {
   const double middle = corner.x() + kLeft + (kPanelWidth - kLeft - kRight) / 2;
   const std::string title = run.sequence.empty() ? run.name : run.name + ", " + run.sequence;
-  svg.text({middle, corner.y() + 32}, title, "middle", "heading");
+  canvas.text({middle, corner.y() + 32}, title, "middle", "heading");
   std::string figures = "not evaluated";
   if (run.evaluation) {
     const Coverage& coverage = run.evaluation->coverage;
     figures = fmt::format("ATE RMSE {:.4f} m, {}/{} frames", run.evaluation->ate.translation.rmse,
                           coverage.tracked, coverage.total);
   }
-  svg.text({middle, corner.y() + 56}, figures, "middle");
+  canvas.text({middle, corner.y() + 56}, figures, "middle");
 }
 
-void draw_panel(Svg& svg, const ComparedRun& run, const Eigen::Vector2d& corner) {
+void draw_panel(Canvas& canvas, const ComparedRun& run, const Eigen::Vector2d& corner) {
   const ProjectionPlane plane = plane_from_above(up_axis(run.truth));
   const ChartArea area = area_of(run, plane, corner);
-  draw_titles(svg, run, corner);
-  draw_axes(svg, area, plane);
-  svg.begin_clip(area.left, area.top, area.width, area.height);
+  draw_titles(canvas, run, corner);
+  draw_axes(canvas, area, plane);
+  canvas.begin_clip(area.left, area.top, area.width, area.height);
   std::vector<Eigen::Vector2d> truth;
   for (const auto& [stamp, T] : run.truth) truth.push_back(area.pixel(plane(T.translation())));
-  svg.polyline(truth, "truth");
-  if (run.evaluation) draw_estimate(svg, area, plane, run.evaluation->ate.pairs);
-  svg.end_clip();
-  svg.rectangle(area.left, area.top, area.width, area.height, "frame");
+  canvas.polyline(truth, "truth");
+  if (run.evaluation) draw_estimate(canvas, area, plane, run.evaluation->ate.pairs);
+  canvas.end_clip();
+  canvas.rectangle(area.left, area.top, area.width, area.height, "frame");
 }
 
-void draw_legend(Svg& svg, double width, double y) {
+void draw_legend(Canvas& canvas, double width, double y) {
   constexpr std::array<std::array<const char*, 2>, 3> kEntries{
       {{"truth", "ground truth"}, {"path", "estimate, aligned"}, {"error", "error"}}};
   constexpr double kEntryWidth = 190, kStroke = 40;
   double x = std::max(kLeft, (width - kEntryWidth * kEntries.size()) / 2);
   for (const auto& [css_class, name] : kEntries) {
-    svg.line({x, y - 4}, {x + kStroke, y - 4}, css_class);
-    svg.text({x + kStroke + 10, y}, name, "start");
+    canvas.line({x, y - 4}, {x + kStroke, y - 4}, css_class);
+    canvas.text({x + kStroke + 10, y}, name, "start");
     x += kEntryWidth;
   }
 }
@@ -134,26 +135,47 @@ std::vector<Cell> lay_out(const Comparison& comparison) {
   return cells;
 }
 
-}  // namespace
+/// Size of a drawing [pixels].
+struct DrawingSize {
+  double width = 0, height = 0;
+};
 
-Svg comparison_chart(const Comparison& comparison) {
-  if (comparison.runs.empty()) {
+DrawingSize size_of(const std::vector<Cell>& cells) {
+  if (cells.empty()) {
     throw Error("there is no run to draw", "comparison", "name at least one trajectory");
   }
-  const std::vector<Cell> cells = lay_out(comparison);
   Cell last;
   for (const Cell& cell : cells) {
     last = {std::max(last.row, cell.row), std::max(last.column, cell.column)};
   }
-  const double width = (last.column + 1) * kPanelWidth;
-  const double height = (last.row + 1) * kPanelHeight + kLegendHeight;
-  Svg svg(width, height, "estimated and true paths from above");
+  return {(last.column + 1) * kPanelWidth, (last.row + 1) * kPanelHeight + kLegendHeight};
+}
+
+void draw(const Comparison& comparison, const std::vector<Cell>& cells, Canvas& canvas) {
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    draw_panel(svg, comparison.runs[i],
+    draw_panel(canvas, comparison.runs[i],
                {cells[i].column * kPanelWidth, cells[i].row * kPanelHeight});
   }
-  draw_legend(svg, width, height - kLegendHeight / 2);
+  const DrawingSize size = size_of(cells);
+  draw_legend(canvas, size.width, size.height - kLegendHeight / 2);
+}
+
+}  // namespace
+
+Svg comparison_chart(const Comparison& comparison) {
+  const std::vector<Cell> cells = lay_out(comparison);
+  const DrawingSize size = size_of(cells);
+  Svg svg(size.width, size.height, "estimated and true paths from above");
+  draw(comparison, cells, svg);
   return svg;
+}
+
+cv::Mat comparison_image(const Comparison& comparison) {
+  const std::vector<Cell> cells = lay_out(comparison);
+  const DrawingSize size = size_of(cells);
+  Raster raster(size.width, size.height);
+  draw(comparison, cells, raster);
+  return raster.image();
 }
 
 }  // namespace stillmap

@@ -3,6 +3,8 @@
 #include "stillmap/evaluate/compare.hpp"
 #include "stillmap/report/svg.hpp"
 
+#include <opencv2/core.hpp>
+
 namespace stillmap {
 
 /// Draws the path of each run (blue) and the truth (gray) from above, with red lines between
@@ -10,5 +12,8 @@ namespace stillmap {
 /// and several systems there is one row per sequence and one column per system. Throws Error
 /// without a run.
 Svg comparison_chart(const Comparison& comparison);
+
+/// Returns the same drawing as an image, 8UC3 BGR.
+cv::Mat comparison_image(const Comparison& comparison);
 
 }  // namespace stillmap

@@ -57,21 +57,6 @@ std::string hint_element(std::string_view hint) {
   return hint.empty() ? "" : fmt::format("<title>{}</title>", escape_markup(hint));
 }
 
-/// Returns the style sheet with every var(--name) replaced by its light color, since most viewers
-/// other than browsers do not support variables.
-std::string in_light_colors(std::string style) {
-  std::string_view rest = kLightColors;
-  for (auto name = rest.find("--"); name != rest.npos; name = rest.find("--")) {
-    const auto colon = rest.find(':', name), end = rest.find(';', colon);
-    const std::string variable = fmt::format("var({})", rest.substr(name, colon - name));
-    const std::string_view value = rest.substr(colon + 2, end - colon - 2);
-    for (auto at = style.find(variable); at != style.npos; at = style.find(variable))
-      style.replace(at, variable.size(), value);
-    rest.remove_prefix(end);
-  }
-  return style;
-}
-
 std::string points_attribute(std::span<const Eigen::Vector2d> points) {
   std::string text;
   for (const Eigen::Vector2d& p : points) {
@@ -94,6 +79,20 @@ std::string escape_markup(std::string_view text) {
     text.remove_prefix(std::max<std::size_t>(length, 1));
   }
   return escaped;
+}
+
+std::string light_chart_style() {
+  std::string style(kChartStyle);
+  std::string_view rest = kLightColors;
+  for (auto name = rest.find("--"); name != rest.npos; name = rest.find("--")) {
+    const auto colon = rest.find(':', name), end = rest.find(';', colon);
+    const std::string variable = fmt::format("var({})", rest.substr(name, colon - name));
+    const std::string_view value = rest.substr(colon + 2, end - colon - 2);
+    for (auto at = style.find(variable); at != style.npos; at = style.find(variable))
+      style.replace(at, variable.size(), value);
+    rest.remove_prefix(end);
+  }
+  return style;
 }
 
 Svg::Svg(double width, double height, std::string_view label)
@@ -167,7 +166,7 @@ std::string Svg::file() const {
       "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:g}\" height=\"{1:g}\" "
       "viewBox=\"0 0 {0:g} {1:g}\" role=\"img\" aria-label=\"{2}\">\n<style>{3}</style>\n"
       "<rect width=\"100%\" height=\"100%\" class=\"paper\"/>\n{4}</svg>\n",
-      width_, height_, label_, in_light_colors(std::string(kChartStyle)), body_);
+      width_, height_, label_, light_chart_style(), body_);
 }
 
 }  // namespace stillmap

@@ -1,0 +1,108 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""The experiments of the papers on a small simulated recording with the name of one of their sequences.
+
+  apps/reproduce_test.py PROGRAM     PROGRAM: the built command
+"""
+import json
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+PROGRAM = ""
+
+
+def stillmap(*arguments):
+    return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, check=False)
+
+
+class Reproduce(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        cls.folder = Path(cls.temporary.name)
+        cls.data = cls.folder / "data"
+        cls.sequence = cls.data / "fr3_walking_xyz"
+        made = stillmap("simulate", "--people", 1, "--frames", 12, "--width", 320, "--height", 240, "--out", cls.sequence)
+        assert made.returncode == 0, made.stderr
+        cls.out = cls.folder / "out"
+        cls.done = stillmap("reproduce", "all", "--data", cls.data, "--true-masks", "--runs", 2, "--out", cls.out)
+        assert cls.done.returncode == 0, cls.done.stderr
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.temporary.cleanup()
+
+    def refused(self, code, *words, arguments):
+        result = stillmap("reproduce", *arguments, "--out", self.folder / "refused")
+        self.assertEqual(result.returncode, code, result.stdout + result.stderr)
+        for word in words:
+            self.assertIn(word, result.stderr)
+
+    def figures(self, paper, out=None):
+        return json.loads(((out or self.out) / f"{paper}.json").read_text())
+
+    def test_every_preset_runs_as_often_as_wanted_and_only_once_for_all_papers(self):
+        runs = sorted(run.name for run in (self.out / "runs").iterdir())
+        presets = ("box-epipolar", "box-flow", "fused", "gated-seg", "orb-rgbd", "seg-mask")
+        self.assertEqual(runs, [f"walking_xyz_{preset}_{first}" for preset in presets for first in (0, 1)])
+
+    def test_the_figures_are_those_of_eval_averaged_over_the_runs(self):
+        errors = []
+        for first in (0, 1):
+            run = self.out / f"runs/walking_xyz_seg-mask_{first}/trajectory.txt"
+            shown = stillmap("eval", self.sequence / "groundtruth.txt", run, "--json", "-")
+            errors.append(json.loads(shown.stdout)["ate"]["translation_m"]["rmse"])
+        table = self.figures("seg-mask")["tables"][0]
+        row = next(row for row in table["rows"] if (row["sequence"], row["statistic"]) == ("walking_xyz", "RMSE"))
+        self.assertAlmostEqual(row["seg-mask"], sum(errors) / 2, delta=1e-7)
+        improved = 100 * (row["orb-rgbd"] - row["seg-mask"]) / row["orb-rgbd"]
+        self.assertAlmostEqual(row["seg-mask improved [%]"], improved, delta=1e-6)
+        self.assertEqual(row["published: SLAM3-YOLOv8"], 0.013)
+
+    def test_tables_are_written_in_three_formats_and_printed(self):
+        for paper in ("seg-mask", "box-flow", "gated-seg", "box-epipolar"):
+            markdown = (self.out / f"{paper}.md").read_text()
+            latex = (self.out / f"{paper}.tex").read_text()
+            for table in self.figures(paper)["tables"]:
+                self.assertIn(f"**{table['title']}**", markdown)
+                self.assertIn(f"**{table['title']}**", self.done.stdout)
+            self.assertEqual(latex.count("\\begin{tabular}"), latex.count("\\end{tabular}"))
+            self.assertEqual(latex.count("\\begin{tabular}"), len(self.figures(paper)["tables"]))
+
+    def test_the_figure_of_the_trajectories_is_an_image(self):
+        image = (self.out / "seg-mask_trajectories.png").read_bytes()
+        self.assertEqual(image[:8], b"\x89PNG\r\n\x1a\n")
+        self.assertEqual(int.from_bytes(image[16:20], "big"), 3 * 640)  # one panel per preset
+        self.assertIn("orb-rgbd, walking_xyz", (self.out / "seg-mask_trajectories.svg").read_text())
+
+    def test_missing_sequences_are_listed_with_their_origin(self):
+        missing = self.figures("box-flow")["missing_sequences"]
+        self.assertEqual(missing, ["sitting_xyz", "walking_halfsphere"])
+        self.assertIn("rgbd_dataset_freiburg3_sitting_xyz, https://", self.done.stdout)
+
+    def test_presets_that_need_a_network_are_left_out_without_one(self):
+        out = self.folder / "without"
+        done = stillmap("reproduce", "seg-mask", "--data", self.data, "--runs", 1, "--frames", 6, "--out", out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("none was named (--model FILE.onnx, or --model PRESET=FILE.onnx): seg-mask\n", done.stdout)
+        figures = self.figures("seg-mask", out)
+        self.assertEqual(figures["presets_left_out"], ["seg-mask"])
+        self.assertEqual([run["preset"] for run in figures["runs"]], ["orb-rgbd", "fused"])
+        self.assertEqual([run["coverage"]["total"] for run in figures["runs"]], [6, 6])
+
+    def test_what_cannot_be_reproduced_is_refused(self):
+        self.refused(2, "seg-msk", arguments=["seg-msk", "--data", self.data])
+        empty = self.folder / "empty"
+        empty.mkdir(exist_ok=True)
+        self.refused(1, "contains no sequence", "rgbd_dataset_freiburg3_walking_xyz",
+                     arguments=["seg-mask", "--data", empty])
+        self.refused(1, "there is no recording 'walking_xy'", "'walking_xyz'",
+                     arguments=["seg-mask", "--data", self.data, "--sequences", "walking_xy"])
+
+
+if __name__ == "__main__":
+    PROGRAM = str(Path(sys.argv.pop()).resolve())
+    unittest.main()

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "run_request.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/file.hpp"
+#include "stillmap/base/stopwatch.hpp"
+#include "stillmap/pipeline/calibrate_shutter.hpp"
+#include "stillmap/pipeline/slam_parameters.hpp"
+#include "stillmap/segment/make_detector.hpp"
+#include "stillmap/sensor/make_source.hpp"
+#include "stillmap/sensor/sequence.hpp"
+
+#include <algorithm>
+#include <memory>
+
+#include "output_file.hpp"
+#include "truth.hpp"
+#include <fmt/format.h>
+
+namespace stillmap {
+namespace {
+
+std::optional<Trajectory> truth_of(const RunRequest& request, const SequencePaths& paths) {
+  const std::filesystem::path file =
+      request.truth.empty() ? paths.ground_truth : std::filesystem::path(request.truth);
+  if (file.empty()) return std::nullopt;
+  note_marker_truth(file, request.truth_frame);
+  return true_camera_trajectory(file, request.truth_frame);
+}
+
+bool use_instances_only(const MotionCues& cues) {
+  return std::all_of(cues.begin(), cues.end(),
+                     [](const auto& cue) { return !cue->classes().empty(); });
+}
+
+std::unique_ptr<Detector> detector_of(const std::string& preset, const SlamParameters& parameters,
+                                      bool quiet) {
+  const MotionCues cues = make_cues(parameters.motion);
+  if (!use_instances(cues)) return nullptr;
+  auto detector = make_detector(parameters.segment);
+  if (!detector && !quiet) {
+    fmt::print(stderr,
+               "stillmap: preset {} runs without a network and without masks: {};\n"
+               "  give a network with --model FILE.onnx, or a folder of masks with --masks DIR\n",
+               preset,
+               use_instances_only(cues) ? "nothing is detected as moving"
+                                        : "only observed motion is detected");
+  }
+  return detector;
+}
+
+std::string sequence_name(const std::filesystem::path& folder) {
+  const auto absolute = std::filesystem::absolute(folder).lexically_normal();
+  return (absolute.has_filename() ? absolute : absolute.parent_path()).filename().string();
+}
+
+/// Returns the map to start from, if one was named. Throws Error if it was made with another
+/// camera.
+std::optional<StartingMap> start_of(const RunRequest& request, const PyramidShape& pyramid,
+                                    const Camera& camera) {
+  if (request.load_map.empty()) return std::nullopt;
+  StartingMap start{read_saved_map(request.load_map), !request.localize_only};
+  require_same_camera(start.saved.map, camera, pyramid, request.load_map);
+  return start;
+}
+
+/// Throws Error before the run if the map cannot be saved to the file.
+void check_save_map(const std::filesystem::path& file, bool force) {
+  if (file.empty()) return;
+  require_replaceable(file, is_saved_map, force);
+  make_output_folder(file.has_parent_path() ? file.parent_path() : ".");
+}
+
+/// Returns the timing of a recording's shutters as its first frames show it. Unused if the camera
+/// file tells the timing.
+ShutterTiming shutter_of(const RunRequest& request, SourceOptions range,
+                         const SlamParameters& parameters, const Camera& camera) {
+  if (camera.shutter || parameters.schedule.realtime || range.stride != 1) return {};
+  const int frames = range.count;
+  range.count = frames > 0 ? std::min(frames, kShutterFrames) : kShutterFrames;
+  const ShutterTiming timing =
+      calibrate_shutter([&] { return make_source(request.sequence, range); }, parameters);
+  if (timing == ShutterTiming{} || request.quiet) return timing;
+  fmt::print("shutters: readout {:.1f} ms, depth delay {:.1f} ms\n", 1000 * timing.readout,
+             1000 * timing.depth_delay);
+  return timing;
+}
+
+}  // namespace
+
+Options options_of(const RunRequest& request) {
+  Options options = read_options(request.preset, request.config);
+  if (!request.model.empty()) options.network.model = request.model;
+  if (!request.masks.empty()) options.network.masks = request.masks;
+  if (!request.schedule.empty()) options.schedule.mode = request.schedule;
+  options.input.first = request.first.value_or(options.input.first);
+  options.input.count = request.count.value_or(options.input.count);
+  options.input.stride = request.stride.value_or(options.input.stride);
+  if (request.half_size) options.input.half_size = true;
+  for (const std::string& setting : request.settings) set_option(setting, options);
+  if (request.localize_only) options.dense.enabled = false;  // the map is not extended
+  check_options(options);
+  return options;
+}
+
+bool needs_instances(const Options& options) {
+  const MotionCues cues = make_cues(parameters_of(options).motion);
+  return use_instances(cues) && use_instances_only(cues);
+}
+
+Session session_of(const RunRequest& request, const Options& options) {
+  check(request.outputs.dense);
+  if (request.sequence.empty()) {
+    throw Error("no sequence was named", "run", "stillmap run SEQUENCE, a folder in TUM layout");
+  }
+  const SequencePaths paths = find_sequence(request.sequence, request.associations);
+  const SourceOptions range{.camera = request.camera,
+                            .associations = request.associations,
+                            .first = options.input.first,
+                            .count = options.input.count,
+                            .stride = options.input.stride,
+                            .half_size = options.input.half_size};
+  std::unique_ptr<FrameSource> source = make_source(request.sequence, range);
+  check_save_map(request.save_map, request.force);
+  Session session;
+  session.options = options;
+  session.parameters = parameters_of(options);
+  session.outputs = request.outputs;
+  session.outputs.save_map = request.save_map;
+  const Stopwatch loading;
+  session.start = start_of(request, session.parameters.orb.pyramid(), source->camera());
+  if (session.start)
+    session.loaded =
+        LoadedMap{request.load_map, session.start->extend, loading.milliseconds() / 1000};
+  session.sequence = sequence_name(request.sequence);
+  session.out = request.out.empty() ? "stillmap_" + session.sequence : request.out;
+  if (request.force) session.foreign = ResultFolder::Foreign::kOverwrite;
+  session.quiet = request.quiet;
+  session.total_frames = source->size();
+  session.truth = truth_of(request, paths);
+  session.detector = detector_of(options.preset(), session.parameters, request.quiet);
+  check_classes(options, session.detector.get());
+  require_free_outputs(session);
+  session.parameters.tracker.shutter =
+      shutter_of(request, range, session.parameters, source->camera());
+  session.source = std::move(source);
+  return session;
+}
+
+}  // namespace stillmap

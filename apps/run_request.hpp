@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "run_session.hpp"
+
+namespace stillmap {
+
+/// A recording to be mapped, and how: the command line of `stillmap run`. Empty texts stand for the
+/// defaults.
+struct RunRequest {
+  std::string sequence, camera, preset, model, masks, schedule, config, truth, truth_frame,
+      associations, out;
+  std::vector<std::string> settings;  ///< "group.name=value"
+  std::optional<int> first, count, stride;
+  bool half_size = false;
+  std::string load_map, save_map;
+  bool localize_only = false, force = false;
+  bool quiet = false;  ///< Whether nothing but problems is printed.
+  RunOutputs outputs;
+};
+
+/// Returns all options in force. Precedence from low to high: defaults, preset, config, named
+/// options, settings.
+Options options_of(const RunRequest& request);
+
+/// Returns whether nothing is detected as moving without a network or masks, although the options
+/// have motion cues.
+bool needs_instances(const Options& options);
+
+/// Opens recording, network and map, and checks the outputs. Throws Error for anything that would
+/// end the run early.
+/// @param options  as returned by options_of()
+Session session_of(const RunRequest& request, const Options& options);
+
+}  // namespace stillmap

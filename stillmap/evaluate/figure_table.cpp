@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/evaluate/figure_table.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+namespace stillmap {
+namespace {
+
+/// Returns the width of each column [characters].
+std::vector<std::size_t> widths_of(const FigureTable& table) {
+  std::vector<std::size_t> widths;
+  for (const std::string& column : table.columns) widths.push_back(column.size());
+  for (const auto& row : table.rows) {
+    for (std::size_t i = 0; i < row.size(); ++i)
+      widths[i] = std::max(widths[i], row[i].shown().size());
+  }
+  return widths;
+}
+
+/// Returns whether a column contains numbers, which are aligned to the right.
+bool is_numeric(const FigureTable& table, std::size_t column) {
+  return std::any_of(table.rows.begin(), table.rows.end(),
+                     [&](const auto& row) { return row[column].value.has_value(); });
+}
+
+std::string in_latex(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) {
+    if (c == '%' || c == '_' || c == '&' || c == '#' || c == '$') escaped += '\\';
+    escaped += c;
+  }
+  return escaped;
+}
+
+}  // namespace
+
+FigureCell::FigureCell(std::optional<double> figure, int digits) : decimals(digits) {
+  if (figure && std::isfinite(*figure)) value = figure;
+}
+
+std::string FigureCell::shown() const {
+  if (value) return fmt::format("{:.{}f}", *value, decimals);
+  return text.empty() ? "-" : text;
+}
+
+std::string table_markdown(const FigureTable& table) {
+  const std::vector<std::size_t> widths = widths_of(table);
+  std::string text = fmt::format("**{}**\n\n|", table.title), rule = "|";
+  for (std::size_t i = 0; i < widths.size(); ++i) {
+    text += fmt::format(" {:<{}} |", table.columns[i], widths[i]);
+    const bool numeric = is_numeric(table, i);
+    rule += fmt::format("{:-<{}}{}", "", widths[i] + (numeric ? 1 : 2), numeric ? ":|" : "|");
+  }
+  text += "\n" + rule + "\n";
+  for (const auto& row : table.rows) {
+    text += "|";
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      text += is_numeric(table, i) ? fmt::format(" {:>{}} |", row[i].shown(), widths[i])
+                                   : fmt::format(" {:<{}} |", row[i].shown(), widths[i]);
+    }
+    text += "\n";
+  }
+  for (const std::string& note : table.notes) text += fmt::format("\n{}\n", note);
+  return text;
+}
+
+std::string table_latex(const FigureTable& table) {
+  std::string alignment;
+  std::vector<std::string> head;
+  for (std::size_t i = 0; i < table.columns.size(); ++i) {
+    alignment += is_numeric(table, i) ? 'r' : 'l';
+    head.push_back(in_latex(table.columns[i]));
+  }
+  std::string text = fmt::format(
+      "\\begin{{table}}\n\\caption{{{}}}\n\\begin{{tabular}}{{{}}}\n\\hline\n{} \\\\\n\\hline\n",
+      in_latex(table.title), alignment, fmt::join(head, " & "));
+  for (const auto& row : table.rows) {
+    std::vector<std::string> cells;
+    for (const FigureCell& cell : row) cells.push_back(in_latex(cell.shown()));
+    text += fmt::format("{} \\\\\n", fmt::join(cells, " & "));
+  }
+  text += "\\hline\n\\end{tabular}\n";
+  for (const std::string& note : table.notes) text += fmt::format("\n{}\n", in_latex(note));
+  return text + "\\end{table}\n";
+}
+
+void to_json(nlohmann::json& json, const FigureTable& table) {
+  json = {{"title", table.title}, {"columns", table.columns}, {"notes", table.notes}};
+  json["rows"] = nlohmann::json::array();
+  for (const auto& row : table.rows) {
+    nlohmann::json entry = nlohmann::json::object();
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      nlohmann::json& cell = entry[table.columns[i]];
+      if (row[i].value) {
+        cell = *row[i].value;
+      } else if (!row[i].text.empty()) {
+        cell = row[i].text;
+      }
+    }
+    json["rows"].push_back(std::move(entry));
+  }
+}
+
+}  // namespace stillmap

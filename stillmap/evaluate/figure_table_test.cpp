@@ -1,0 +1,50 @@
+#include "stillmap/evaluate/figure_table.hpp"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace stillmap {
+namespace {
+
+FigureTable small_table() {
+  return {"errors [m]",
+          {"sequence", "gain [%]"},
+          {{"walking_xyz", {95.418, 2}}, {"still", {std::nullopt, 2}}},
+          {"Mean of 3 runs."}};
+}
+
+TEST(FigureTable, IsAlignedInMarkdown) {
+  EXPECT_EQ(table_markdown(small_table()),
+            "**errors [m]**\n\n"
+            "| sequence    | gain [%] |\n"
+            "|-------------|---------:|\n"
+            "| walking_xyz |    95.42 |\n"
+            "| still       |        - |\n"
+            "\nMean of 3 runs.\n");
+}
+
+TEST(FigureTable, IsEscapedInLatex) {
+  EXPECT_EQ(table_latex(small_table()),
+            "\\begin{table}\n\\caption{errors [m]}\n\\begin{tabular}{lr}\n\\hline\n"
+            "sequence & gain [\\%] \\\\\n\\hline\n"
+            "walking\\_xyz & 95.42 \\\\\nstill & - \\\\\n\\hline\n\\end{tabular}\n"
+            "\nMean of 3 runs.\n\\end{table}\n");
+}
+
+TEST(FigureTable, KeepsAllDigitsInJson) {
+  const nlohmann::json json = small_table();
+  EXPECT_EQ(json["rows"][0]["gain [%]"], 95.418);
+  EXPECT_EQ(json["rows"][0]["sequence"], "walking_xyz");
+  EXPECT_TRUE(json["rows"][1]["gain [%]"].is_null());
+  EXPECT_EQ(json["notes"][0], "Mean of 3 runs.");
+}
+
+TEST(FigureCell, IsADashForAValueThatIsNotFinite) {
+  EXPECT_EQ(FigureCell(NAN, 2).shown(), "-");
+  EXPECT_EQ(FigureCell(0.00194, 4).shown(), "0.0019");
+}
+
+}  // namespace
+}  // namespace stillmap

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/evaluate/figure_table.hpp"
+#include "stillmap/evaluate/published_figures.hpp"
+#include "stillmap/evaluate/trajectory_error.hpp"
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace stillmap {
+
+/// The preset that takes the place of the papers' baselines, and our own system.
+constexpr const char* kPaperBaseline = "orb-rgbd";
+constexpr const char* kOwnSystem = "fused";
+
+/// A run of a preset on a sequence, from which the papers' tables are computed.
+struct PaperRun {
+  std::string preset, sequence;
+  int first = 0;                         ///< First frame of the run.
+  std::optional<Evaluation> evaluation;  ///< Errors, with the RPE from frame to frame.
+  double tracking_ms = 0;                ///< Mean tracking time per frame [ms].
+  std::string problem;                   ///< Reason why there is no evaluation.
+};
+
+/// Returns the mean over all evaluated runs of a preset on a sequence; none without such a run, or
+/// for a measure that compares two presets.
+/// @param statistic  "rmse", "mean", "median" or "sd"
+std::optional<double> mean_over_runs(std::span<const PaperRun> runs, const std::string& preset,
+                                     const std::string& sequence, PaperMeasure measure,
+                                     const std::string& statistic);
+
+/// Returns the tables of a paper with the figures of the runs and the published ones, and a table
+/// with the share of tracked frames: one row per sequence and statistic. First the sequences of
+/// the paper, measured or not, then all others. Figures of several runs are averaged, as in the
+/// papers, before the improvement rate is computed.
+std::vector<FigureTable> paper_tables(const Paper& paper, std::span<const PaperRun> runs);
+
+/// Writes the figures of one run (for nlohmann::json).
+void to_json(nlohmann::json& json, const PaperRun& run);
+
+}  // namespace stillmap
