@@ -54,6 +54,10 @@ std::optional<std::string> range_problem(const OptionInfo& info,
   return std::nullopt;
 }
 
+std::string range_advice(const OptionInfo& info) {
+  return is_numeric(info) ? "give a value in this range" : "give one of these words";
+}
+
 std::string value_text(bool value) { return value ? "true" : "false"; }
 std::string value_text(int value) { return std::to_string(value); }
 std::string value_text(double value) { return fmt::format("{}", value); }

@@ -40,6 +40,9 @@ std::optional<std::string> range_problem(const OptionInfo& info, const std::stri
 std::optional<std::string> range_problem(const OptionInfo& info,
                                          const std::vector<std::string>& value);
 
+/// Returns the fix of that problem.
+std::string range_advice(const OptionInfo& info);
+
 /// Returns a value as YAML that is read back without loss; a list is on one line.
 std::string value_text(bool value);
 std::string value_text(int value);

@@ -98,7 +98,8 @@ TEST(Options, OutsideTheirRangeAreRefusedWithTheRange) {
   EXPECT_THAT(error_of_setting("dense.voxel=0"), HasSubstr("it must be from 0.001 to 1 [m]"));
   EXPECT_THAT(error_of_setting("dense.voxel=.nan"), HasSubstr("it must be from 0.001 to 1 [m]"));
   EXPECT_THAT(error_of_setting("schedule.mode=sometimes"),
-              HasSubstr("is 'sometimes': it must be one of lockstep, realtime"));
+              AllOf(HasSubstr("is 'sometimes': it must be one of lockstep, realtime"),
+                    HasSubstr("fix: give one of these words")));
   EXPECT_THAT(error_of_setting("motion.cues=semantic,magic"),
               AllOf(HasSubstr("has the item 'magic'"), HasSubstr("epipolar")));
 }

@@ -104,7 +104,7 @@ void assign(const std::string& path, const YAML::Node& value, const Source& sour
     known = true;
     auto read = converted<std::decay_t<decltype(member)>>(value, path, source);
     if (const auto problem = range_problem(info, read)) {
-      throw Error(*problem, place(value, source), "give a value in this range");
+      throw Error(*problem, place(value, source), range_advice(info));
     }
     member = std::move(read);
   });
@@ -276,7 +276,7 @@ void set_option(const std::string& assignment, Options& options) {
 void check_options(const Options& options) {
   visit_options(options, [](const OptionInfo& info, const auto& member) {
     if (const auto problem = range_problem(info, member)) {
-      throw Error(*problem, "", "give a value in this range");
+      throw Error(*problem, "", range_advice(info));
     }
   });
   require(options.outputs.planner_lowest < options.outputs.planner_highest,

@@ -20,10 +20,16 @@ ScheduleOptions schedule_for(const Detector* detector, ScheduleOptions schedule)
   return schedule;
 }
 
+std::optional<DetectorUse> use_of(const Detector* detector, const ScheduleOptions& schedule) {
+  if (detector == nullptr) return std::nullopt;
+  return DetectorUse{detector->inference(), schedule.segment_every, schedule.mask_delay};
+}
+
 }  // namespace
 
 InstanceStream::InstanceStream(std::unique_ptr<Detector> detector, const SlamParameters& options)
     : schedule_(schedule_for(detector.get(), options.schedule)),
+      use_(use_of(detector.get(), schedule_)),
       waits_(!schedule_.realtime || schedule_.mask_delay == 0),
       wanted_classes_(wanted_classes(options)),
       detector_(std::move(detector)),

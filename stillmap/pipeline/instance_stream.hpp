@@ -8,6 +8,7 @@
 
 #include <deque>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 
@@ -17,6 +18,13 @@ namespace stillmap {
 struct DetectedObjects {
   RgbdFramePtr image;  ///< Frame that was segmented; null: none yet.
   SegmentedFramePtr instances;
+};
+
+/// The detector of a run and the schedule of its masks.
+struct DetectorUse {
+  std::optional<InferenceInfo> inference;  ///< Library and device; none for a folder of masks.
+  int every = 0;                           ///< Interval of the frames that are segmented [frames].
+  int mask_delay = 0;  ///< ScheduleOptions::mask_delay as it is in force [frames].
 };
 
 /// Instances that are known when a frame is tracked.
@@ -50,6 +58,8 @@ class InstanceStream {
   /// Waits for all frames pushed and destroys the detector, which frees its memory. Nothing may be
   /// pushed after it.
   void finish();
+  /// Returns the detector and its schedule; none without a detector.
+  const std::optional<DetectorUse>& use() const { return use_; }
   /// Returns the number of frames segmented. Called after finish().
   std::size_t segmented() const { return segmented_; }
   /// Returns Detector::skipped() at the end of the run. Called after finish().
@@ -69,6 +79,7 @@ class InstanceStream {
   SegmentedFrame wanted_in(const SegmentedFrame& found) const;
 
   const ScheduleOptions schedule_;
+  const std::optional<DetectorUse> use_;
   const bool waits_;  // whether frames wait for the instances that are visible to them
   const std::set<std::string> wanted_classes_;
   std::deque<std::size_t> due_;  // first frame to which each pending segmentation is visible

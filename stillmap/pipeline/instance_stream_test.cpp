@@ -63,5 +63,19 @@ TEST(InstanceStream, GivesTheMasksOfOtherDetectorsTwoFramesLater) {
   EXPECT_THAT(sources(false, {}), testing::ElementsAre(0, 0, 0, 0, 0, 3, 3));
 }
 
+TEST(InstanceStream, NamesTheScheduleInForce) {
+  SlamParameters options = recorded::small_options("seg-mask");
+  options.schedule = {};
+  EXPECT_FALSE(InstanceStream(nullptr, options).use());
+  for (const bool immediate : {false, true}) {
+    InstanceStream stream(std::make_unique<LatePerson>(immediate), options);
+    stream.finish();
+    ASSERT_TRUE(stream.use());
+    EXPECT_EQ(stream.use()->every, immediate ? 1 : 3);
+    EXPECT_EQ(stream.use()->mask_delay, immediate ? 0 : 2);
+    EXPECT_FALSE(stream.use()->inference);
+  }
+}
+
 }  // namespace
 }  // namespace stillmap

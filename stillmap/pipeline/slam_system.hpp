@@ -49,7 +49,8 @@ struct SlamResult {
   std::vector<MapEvent> events;  ///< loops closed, maps joined and dropped, in this order
   RefineTotals refined;          ///< statistics of local mapping
   std::size_t segmented = 0;     ///< number of frames that the network saw
-  std::string detector_skipped;  ///< Frames without a usable mask, in one line; empty: none.
+  std::optional<DetectorUse> detector;  ///< The detector and its schedule; none without one.
+  std::string detector_skipped;         ///< Frames without a usable mask, in one line; empty: none.
   LoadShedding load_shedding;
   Camera camera;          ///< of the frames, without distortion
   ShutterTiming shutter;  ///< timing of the camera's shutters that was in use at the end

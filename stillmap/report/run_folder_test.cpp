@@ -210,6 +210,22 @@ TEST(RunSummary, CountsDepthImagesThatCouldNotBeReadApartFromFrames) {
   EXPECT_THAT(run_summary_text(record), HasSubstr("1 depth images or their lines could not"));
 }
 
+TEST(RunSummary, NamesLibraryDeviceAndScheduleOfTheNetwork) {
+  RunRecord record = small_run();
+  record.result.detector = std::nullopt;
+  EXPECT_TRUE(run_summary_json(record)["network"].is_null());
+  record.result.detector = DetectorUse{InferenceInfo{"ONNX Runtime", "1.31.1", "cuda"}, 1, 0};
+  EXPECT_EQ(run_summary_json(record)["network"], nlohmann::json({{"backend", "ONNX Runtime"},
+                                                                 {"version", "1.31.1"},
+                                                                 {"device", "cuda"},
+                                                                 {"every", 1},
+                                                                 {"mask_delay", 0}}));
+  record.result.detector = DetectorUse{std::nullopt, 3, 2};
+  const nlohmann::json masks = run_summary_json(record)["network"];
+  EXPECT_TRUE(masks["backend"].is_null());
+  EXPECT_EQ(masks["every"], 3);
+}
+
 TEST(RunSummary, TheTextNamesFramesWithoutMasks) {
   RunRecord record = small_run();
   EXPECT_THAT(run_summary_text(record), HasSubstr("12 of 12 frames tracked (100.0 %)"));

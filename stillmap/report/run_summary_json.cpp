@@ -166,6 +166,17 @@ nlohmann::json text_or_null(const std::string& text) {
   return text.empty() ? nlohmann::json() : nlohmann::json(text);
 }
 
+/// Returns library, device and schedule of the detector; null without one.
+nlohmann::json network_json(const std::optional<DetectorUse>& use) {
+  if (!use) return {};
+  const InferenceInfo inference = use->inference.value_or(InferenceInfo{});
+  return {{"backend", text_or_null(inference.backend)},
+          {"version", text_or_null(inference.version)},
+          {"device", text_or_null(inference.device)},
+          {"every", use->every},
+          {"mask_delay", use->mask_delay}};
+}
+
 void add_map(const RunRecord& record, nlohmann::json& json) {
   const SlamResult& result = record.result;
   json["maps"] = result.maps;
@@ -209,6 +220,7 @@ nlohmann::json run_summary_json(const RunRecord& record) {
   json["schedule"] = record.options.schedule.mode;
   json["camera"] = camera_json(record.result);
   json["detector"] = text_or_null(record.detector);
+  json["network"] = network_json(record.result.detector);
   json["frames_without_masks"] = text_or_null(record.result.detector_skipped);
   json["interrupted"] = record.interrupted;
   json["frames"] = frames_json(record);

@@ -10,10 +10,13 @@
 namespace stillmap {
 namespace {
 
-/// The first GPU as NVIDIA's driver describes it, or the reason why there is none.
+/// The first NVIDIA GPU.
 struct NvidiaGpu {
-  std::string name, problem;
+  std::string name;     ///< Name from the driver; empty if there is no GPU.
+  std::string problem;  ///< Reason why there is no GPU; empty if there is one.
 };
+
+/// Calls a function of a library by its name. Returns whether it exists and returned 0.
 
 template <typename... Arguments>
 bool succeeds(void* library, const char* function, Arguments... arguments) {
@@ -21,7 +24,7 @@ bool succeeds(void* library, const char* function, Arguments... arguments) {
   return address != nullptr && address(arguments...) == 0;
 }
 
-/// Asks the library of the driver (CUDA Driver API, whose functions return 0 for success).
+/// Queries the driver's library (CUDA Driver API, whose functions return 0 for success).
 NvidiaGpu find_nvidia_gpu() {
   void* driver = dlopen("libcuda.so.1", RTLD_NOW | RTLD_LOCAL);
   if (driver == nullptr) return {"", "no libcuda.so.1 (NVIDIA driver)"};
@@ -30,7 +33,7 @@ NvidiaGpu find_nvidia_gpu() {
   if (!succeeds(driver, "cuInit", 0U) || !succeeds(driver, "cuDeviceGetCount", &count) ||
       count == 0 ||
       !succeeds(driver, "cuDeviceGetName", name.data(), static_cast<int>(name.size()) - 1, 0))
-    return {"", "no GPU that the NVIDIA driver finds"};
+    return {"", "the NVIDIA driver finds no GPU"};
   return {name.data(), ""};
 }
 
@@ -39,8 +42,9 @@ const NvidiaGpu& nvidia_gpu() {
   return gpu;
 }
 
-/// Returns the missing one of a folder of device files and the library that drivers are found with.
-std::string missing_of(const char* folder, const char* library, const char* device) {
+/// Returns what is missing: the folder of the device files, or the library that loads the driver.
+/// Empty if both exist.
+std::string missing_part(const char* folder, const char* library, const char* device) {
   if (!std::filesystem::exists(folder)) return fmt::format("no {} ({})", folder, device);
   if (dlopen(library, RTLD_LAZY | RTLD_LOCAL) == nullptr)
     return fmt::format("no {} ({} driver)", library, device);
@@ -51,8 +55,8 @@ std::string missing_of(const char* folder, const char* library, const char* devi
 
 std::string missing_hardware(const std::string& device) {
   if (device == "tensorrt" || device == "cuda") return nvidia_gpu().problem;
-  if (device == "intel-gpu") return missing_of("/dev/dri", "libOpenCL.so.1", "Intel GPU");
-  if (device == "npu") return missing_of("/dev/accel", "libze_loader.so.1", "NPU");
+  if (device == "intel-gpu") return missing_part("/dev/dri", "libOpenCL.so.1", "Intel GPU");
+  if (device == "npu") return missing_part("/dev/accel", "libze_loader.so.1", "NPU");
   return {};
 }
 

@@ -4,14 +4,15 @@
 
 namespace stillmap {
 
-/// Returns which part of the computer or of its driver the device lacks, such as "no libcuda.so.1
-/// (NVIDIA driver)". Empty if all seem present, and for the cpu.
+/// Returns the hardware or driver that is missing for the device (EngineOptions::device), such as
+/// "no libcuda.so.1 (NVIDIA driver)". Empty if nothing is known to be missing, and for cpu.
 std::string missing_hardware(const std::string& device);
 
-/// Returns the command that installs the driver of a device; empty for the cpu.
+/// Returns how to install the driver of the device, as a phrase for the fix of an Error; empty for
+/// cpu.
 std::string driver_advice(const std::string& device);
 
-/// Returns the name of the first NVIDIA GPU; empty if there is none.
+/// Returns the name of the first NVIDIA GPU as its driver reports it; empty if there is none.
 std::string nvidia_gpu_name();
 
 }  // namespace stillmap

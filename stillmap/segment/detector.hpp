@@ -4,10 +4,18 @@
 #include "stillmap/sensor/rgbd_frame.hpp"
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace stillmap {
+
+/// Inference library and device of a network.
+struct InferenceInfo {
+  std::string backend;  ///< Library: OpenVINO, ONNX Runtime or OpenCV.
+  std::string version;  ///< Version of the library.
+  std::string device;   ///< tensorrt, cuda, intel-gpu, npu or cpu.
+};
 
 /// Detects instances in single frames, by a network or from a folder of masks. Synchronous; one
 /// thread at a time per object.
@@ -18,6 +26,8 @@ class Detector {
   virtual std::vector<Instance> detect(const RgbdFrame& frame) = 0;
   /// Returns one line for logs and the summary: model, input size, back end, device, threads.
   virtual std::string description() const = 0;
+  /// Returns library and device of the network; none for a detector that is not a network.
+  virtual std::optional<InferenceInfo> inference() const { return std::nullopt; }
   /// Returns whether detection is so fast that the tracker can wait for it in every frame.
   virtual bool immediate() const { return false; }
   /// Returns one line about skipped frames for the summary; empty if there are none.

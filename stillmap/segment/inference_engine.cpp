@@ -101,9 +101,9 @@ EnginePtr start_on_cpu(const EngineOptions& options) {
     if (!installed(backend)) continue;
     try {
       EnginePtr engine = start_backend(backend, options);
-      if (!installed("openvino")) warn_of_missing_openvino(engine->name());
+      if (!installed("openvino")) warn_of_missing_openvino(engine->name().text());
       if (!problem.empty())
-        warn(fmt::format("{}; it runs on {}", problem, engine->name()), export_advice());
+        warn(fmt::format("{}; it runs on {}", problem, engine->name().text()), export_advice());
       return engine;
     } catch (const Error& e) {
       if (backend == devices().back().backends.back()) throw;

@@ -18,6 +18,15 @@ struct TensorView {
   std::span<const float> values;  ///< Product of `shape` values.
 };
 
+/// Library and device of an engine, for logs and the summary.
+struct EngineName {
+  std::string library;  ///< "OpenVINO", ...
+  std::string version;  ///< Version of the library.
+  std::string place;    ///< Device as a phrase: "on the CPU", ...
+
+  std::string text() const { return library + " " + version + " " + place; }
+};
+
 /// Runs one network on one image. Synchronous; one thread at a time per object. Equal inputs give
 /// equal outputs on the same device, in every run and for any number of threads.
 class InferenceEngine {
@@ -28,8 +37,7 @@ class InferenceEngine {
   /// Runs the network. `input` holds the product of input_shape() values.
   /// @return the outputs in the order of the file; valid until the next call
   virtual std::vector<TensorView> run(std::span<const float> input) = 0;
-  /// Returns back end, version and device for logs: "OpenVINO 2026.4 on the CPU", ...
-  virtual std::string name() const = 0;
+  virtual EngineName name() const = 0;
 };
 
 /// Network file, device and number of threads of an engine.

@@ -2,12 +2,30 @@
 #include "stillmap/segment/make_detector.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/warning.hpp"
 #include "stillmap/segment/mask_folder.hpp"
 #include "stillmap/segment/yolo_detector.hpp"
 
 #include <filesystem>
 
+#include <fmt/format.h>
+
 namespace stillmap {
+namespace {
+
+/// Warns of a device or back end that has no effect, since there is no network.
+void warn_of_unused(const SegmentOptions& options) {
+  const SegmentOptions defaults;
+  const auto check = [](const char* option, const std::string& value, const std::string& unset) {
+    if (value == unset) return;
+    warn(fmt::format("option {} is '{}', but no network is given", option, value),
+         fmt::format("give one (--model FILE.onnx), or leave {} at {}", option, unset));
+  };
+  check("network.device", options.device, defaults.device);
+  check("network.backend", options.backend, defaults.backend);
+}
+
+}  // namespace
 
 std::unique_ptr<Detector> make_detector(const std::string& text) {
   SegmentOptions options;
@@ -28,6 +46,7 @@ std::unique_ptr<Detector> make_detector(const SegmentOptions& options) {
                 "give one of them");
   }
   if (!options.model.empty()) return std::make_unique<YoloDetector>(options);
+  warn_of_unused(options);
   if (!options.masks.empty()) return std::make_unique<MaskFolder>(options.masks);
   return nullptr;
 }

@@ -103,6 +103,19 @@ TEST(MakeDetector, NeitherIsValidAndBothIsAnError) {
   EXPECT_THROW(make_detector(both), Error);
 }
 
+TEST(MakeDetector, ADeviceWithoutANetworkGivesAWarning) {
+  SegmentOptions options;
+  options.device = "cuda";
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(make_detector(options), nullptr);
+  EXPECT_THAT(testing::internal::GetCapturedStderr(),
+              testing::AllOf(testing::HasSubstr("network.device is 'cuda', but no network"),
+                             testing::HasSubstr("--model FILE.onnx")));
+  testing::internal::CaptureStderr();
+  make_detector(SegmentOptions());
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
 TEST(MakeDetector, UnknownBackEndsAndDevicesAreErrors) {
   const fs::path file = test::own_path("fine.onnx");
   write_file(file, test::tiny_model("Relu", {1, 3, 8, 8}, {1, 3, 8, 8}));

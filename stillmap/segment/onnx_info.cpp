@@ -200,6 +200,19 @@ std::vector<std::string> list_of(const std::map<int, std::string>& names) {
   return list;
 }
 
+/// Returns the advice for a folder that is given instead of a network: the first network in it, by
+/// name, if there is one.
+std::string network_in(const std::filesystem::path& folder) {
+  std::filesystem::path first;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    const std::filesystem::path& file = entry.path();
+    if (file.extension() == ".onnx" && (first.empty() || file < first)) first = file;
+  }
+  return first.empty() ? "name a file (.onnx), or pass a folder of masks with --masks"
+                       : "name a file, such as " + first.string();
+}
+
 }  // namespace
 
 OnnxInfo parse_onnx(std::string_view bytes, const std::string& where) {
@@ -217,6 +230,8 @@ OnnxInfo parse_onnx(std::string_view bytes, const std::string& where) {
 }
 
 OnnxInfo read_onnx(const std::filesystem::path& file) {
+  if (std::filesystem::is_directory(file))
+    throw Error("this is a folder, not a network file", file.string(), network_in(file));
   if (!std::filesystem::is_regular_file(file)) {
     throw Error("there is no such network file", file.string(), export_advice());
   }

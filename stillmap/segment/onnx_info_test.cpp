@@ -2,6 +2,8 @@
 #include "stillmap/segment/onnx_info.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/file.hpp"
+#include "stillmap/base/test_path.hpp"
 #include "stillmap/segment/test_onnx.hpp"
 
 #include <gmock/gmock.h>
@@ -67,6 +69,27 @@ TEST(ReadOnnx, MissingFileIsAnErrorThatNamesIt) {
     EXPECT_EQ(e.where(), "/nowhere/yolo.onnx");
     EXPECT_THAT(e.fix(), testing::HasSubstr("yolo export"));
   }
+}
+
+TEST(ReadOnnx, AFolderIsAnErrorThatNamesANetworkInIt) {
+  const std::filesystem::path folder = test::own_path("networks");
+  std::filesystem::create_directories(folder);
+  const auto error_of = [&] {
+    try {
+      read_onnx(folder);
+    } catch (const Error& e) {
+      return e.problem() + "; " + e.fix();
+    }
+    return std::string("no error");
+  };
+  EXPECT_EQ(error_of(),
+            "this is a folder, not a network file; name a file (.onnx), or pass a "
+            "folder of masks with --masks");
+  write_file(folder / "b.onnx", "");
+  write_file(folder / "a.onnx", "");
+  EXPECT_EQ(error_of(), "this is a folder, not a network file; name a file, such as " +
+                            (folder / "a.onnx").string());
+  std::filesystem::remove_all(folder);
 }
 
 TEST(ParseClassNames, ReadsPythonDicts) {

@@ -4,12 +4,13 @@
 #include <cstddef>
 #include <cstdint>
 
-/// The part of ONNX Runtime's C interface that Stillmap calls, so that neither its headers nor its
-/// library are needed to build. The library returns a table of functions, OrtApi, which only grows
-/// at its end (onnxruntime_c_api.h of github.com/microsoft/onnxruntime).
+/// The part of ONNX Runtime's C API that Stillmap calls. It is declared here so that Stillmap is
+/// built without ONNX Runtime's headers and library. The library returns a table of functions,
+/// OrtApi; newer versions only append to it (onnxruntime_c_api.h of
+/// github.com/microsoft/onnxruntime).
 namespace stillmap::ort {
 
-/// Version of the table in which all functions below exist: ONNX Runtime 1.17.
+/// First version of the table that has all functions below: that of ONNX Runtime 1.17.
 constexpr std::uint32_t kApiVersion = 17;
 
 constexpr int kLogFatal = 4;       ///< ORT_LOGGING_LEVEL_FATAL
@@ -17,7 +18,7 @@ constexpr int kFloatTensor = 1;    ///< ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT
 constexpr int kArena = 1;          ///< OrtArenaAllocator
 constexpr int kDefaultMemory = 0;  ///< OrtMemTypeDefault
 
-// Objects of the library, known by their addresses only.
+// Opaque types of the library.
 struct Status;
 struct Env;
 struct SessionOptions;
@@ -98,39 +99,39 @@ struct ApiBase {
   Text (*version)();
 };
 
-// The places of the functions, by their order in onnxruntime_c_api.h.
-#define STILLMAP_ORT_PLACE(member, place) \
-  static_assert(offsetof(Api, member) == (place) * sizeof(void (*)()))
-STILLMAP_ORT_PLACE(message, 2);                    // GetErrorMessage
-STILLMAP_ORT_PLACE(create_env, 3);                 // CreateEnv
-STILLMAP_ORT_PLACE(create_session, 7);             // CreateSession
-STILLMAP_ORT_PLACE(run, 9);                        // Run
-STILLMAP_ORT_PLACE(create_session_options, 10);    // CreateSessionOptions
-STILLMAP_ORT_PLACE(set_threads, 24);               // SetIntraOpNumThreads
-STILLMAP_ORT_PLACE(create_tensor, 49);             // CreateTensorWithDataAsOrtValue
-STILLMAP_ORT_PLACE(tensor_data, 51);               // GetTensorMutableData
-STILLMAP_ORT_PLACE(element_type, 60);              // GetTensorElementType
-STILLMAP_ORT_PLACE(dimension_count, 61);           // GetDimensionsCount
-STILLMAP_ORT_PLACE(dimensions, 62);                // GetDimensions
-STILLMAP_ORT_PLACE(tensor_shape, 65);              // GetTensorTypeAndShape
-STILLMAP_ORT_PLACE(create_cpu_memory, 69);         // CreateCpuMemoryInfo
-STILLMAP_ORT_PLACE(release_status, 93);            // ReleaseStatus
-STILLMAP_ORT_PLACE(release_memory, 94);            // ReleaseMemoryInfo
-STILLMAP_ORT_PLACE(release_session, 95);           // ReleaseSession
-STILLMAP_ORT_PLACE(release_value, 96);             // ReleaseValue
-STILLMAP_ORT_PLACE(release_shape, 99);             // ReleaseTensorTypeAndShapeInfo
-STILLMAP_ORT_PLACE(release_session_options, 100);  // ReleaseSessionOptions
-STILLMAP_ORT_PLACE(fix_dimension, 124);            // AddFreeDimensionOverrideByName
-STILLMAP_ORT_PLACE(set_entry, 130);                // AddSessionConfigEntry
-STILLMAP_ORT_PLACE(append_tensorrt, 170);  // SessionOptionsAppendExecutionProvider_TensorRT_V2
-STILLMAP_ORT_PLACE(create_tensorrt_options, 171);   // CreateTensorRTProviderOptions
-STILLMAP_ORT_PLACE(update_tensorrt_options, 172);   // UpdateTensorRTProviderOptions
-STILLMAP_ORT_PLACE(release_tensorrt_options, 174);  // ReleaseTensorRTProviderOptions
-STILLMAP_ORT_PLACE(append_cuda, 204);               // SessionOptionsAppendExecutionProvider_CUDA_V2
-STILLMAP_ORT_PLACE(create_cuda_options, 205);       // CreateCUDAProviderOptions
-STILLMAP_ORT_PLACE(update_cuda_options, 206);       // UpdateCUDAProviderOptions
-STILLMAP_ORT_PLACE(release_cuda_options, 208);      // ReleaseCUDAProviderOptions
-STILLMAP_ORT_PLACE(set_deterministic, 273);         // SetDeterministicCompute
-#undef STILLMAP_ORT_PLACE
+// The positions of the functions, by their order in onnxruntime_c_api.h.
+#define STILLMAP_ORT_POSITION(member, position) \
+  static_assert(offsetof(Api, member) == (position) * sizeof(void (*)()))
+STILLMAP_ORT_POSITION(message, 2);                    // GetErrorMessage
+STILLMAP_ORT_POSITION(create_env, 3);                 // CreateEnv
+STILLMAP_ORT_POSITION(create_session, 7);             // CreateSession
+STILLMAP_ORT_POSITION(run, 9);                        // Run
+STILLMAP_ORT_POSITION(create_session_options, 10);    // CreateSessionOptions
+STILLMAP_ORT_POSITION(set_threads, 24);               // SetIntraOpNumThreads
+STILLMAP_ORT_POSITION(create_tensor, 49);             // CreateTensorWithDataAsOrtValue
+STILLMAP_ORT_POSITION(tensor_data, 51);               // GetTensorMutableData
+STILLMAP_ORT_POSITION(element_type, 60);              // GetTensorElementType
+STILLMAP_ORT_POSITION(dimension_count, 61);           // GetDimensionsCount
+STILLMAP_ORT_POSITION(dimensions, 62);                // GetDimensions
+STILLMAP_ORT_POSITION(tensor_shape, 65);              // GetTensorTypeAndShape
+STILLMAP_ORT_POSITION(create_cpu_memory, 69);         // CreateCpuMemoryInfo
+STILLMAP_ORT_POSITION(release_status, 93);            // ReleaseStatus
+STILLMAP_ORT_POSITION(release_memory, 94);            // ReleaseMemoryInfo
+STILLMAP_ORT_POSITION(release_session, 95);           // ReleaseSession
+STILLMAP_ORT_POSITION(release_value, 96);             // ReleaseValue
+STILLMAP_ORT_POSITION(release_shape, 99);             // ReleaseTensorTypeAndShapeInfo
+STILLMAP_ORT_POSITION(release_session_options, 100);  // ReleaseSessionOptions
+STILLMAP_ORT_POSITION(fix_dimension, 124);            // AddFreeDimensionOverrideByName
+STILLMAP_ORT_POSITION(set_entry, 130);                // AddSessionConfigEntry
+STILLMAP_ORT_POSITION(append_tensorrt, 170);  // SessionOptionsAppendExecutionProvider_TensorRT_V2
+STILLMAP_ORT_POSITION(create_tensorrt_options, 171);   // CreateTensorRTProviderOptions
+STILLMAP_ORT_POSITION(update_tensorrt_options, 172);   // UpdateTensorRTProviderOptions
+STILLMAP_ORT_POSITION(release_tensorrt_options, 174);  // ReleaseTensorRTProviderOptions
+STILLMAP_ORT_POSITION(append_cuda, 204);           // SessionOptionsAppendExecutionProvider_CUDA_V2
+STILLMAP_ORT_POSITION(create_cuda_options, 205);   // CreateCUDAProviderOptions
+STILLMAP_ORT_POSITION(update_cuda_options, 206);   // UpdateCUDAProviderOptions
+STILLMAP_ORT_POSITION(release_cuda_options, 208);  // ReleaseCUDAProviderOptions
+STILLMAP_ORT_POSITION(set_deterministic, 273);     // SetDeterministicCompute
+#undef STILLMAP_ORT_POSITION
 
 }  // namespace stillmap::ort

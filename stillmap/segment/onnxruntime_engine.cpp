@@ -27,9 +27,18 @@ const char* install_advice(const std::string& device) {
 
 constexpr const char* kCudaFailure = "CUDA failure";
 
+/// Returns how to get a library that runs on the device. An installed package has no effect while
+/// the environment variable names another library.
+std::string library_advice(const std::string& device) {
+  const std::string given = given_onnxruntime().string();
+  if (given.empty()) return install_advice(device);
+  return fmt::format("correct or unset the environment variable {}, which is '{}'; without it, {}",
+                     kOnnxRuntimeVariable, given, install_advice(device));
+}
+
 Error missing(const EngineOptions& options, const std::string& problem) {
   const std::string fix = problem.starts_with(kCudaFailure) ? driver_advice(options.device)
-                                                            : install_advice(options.device);
+                                                            : library_advice(options.device);
   return {fmt::format("ONNX Runtime cannot use the device {}: {}", options.device, problem),
           "network.device", fix + ", or take another device"};
 }
@@ -97,8 +106,8 @@ const ort::Env* environment_of(const Caller& call) {
   return made;
 }
 
-/// Returns the folder beside the model for TensorRT's engine and timings, which take minutes to
-/// make; empty if it cannot be written.
+/// Returns the folder, next to the model, of TensorRT's engine and timing cache, which take minutes
+/// to build; empty if it cannot be written.
 std::string tensorrt_cache(const std::string& model) {
   const fs::path folder = model + ".tensorrt";
   std::error_code error;
@@ -126,8 +135,8 @@ Settings tensorrt_settings(const std::string& cache) {
   return settings;
 }
 
-/// Runs what TensorRT does not support on CUDA, whose convolutions are chosen by rules: a choice by
-/// measured times would differ from run to run, and with it the results.
+/// Operators that TensorRT does not support run on CUDA. CUDA's convolution algorithms are chosen
+/// by rules: a choice by measured times, and with it the results, would differ from run to run.
 void append_providers(const Caller& call, const EngineOptions& options,
                       ort::SessionOptions* session) {
   const ort::Api& api = call.api();
@@ -193,14 +202,16 @@ class OnnxRuntimeEngine final : public InferenceEngine {
     return views;
   }
 
-  std::string name() const override { return name_; }
+  EngineName name() const override { return name_; }
 
  private:
-  static std::string name_of(const EngineOptions& options, const OnnxRuntimeLibrary& library) {
-    const std::string name = "ONNX Runtime " + library.version();
-    if (options.device == "cpu") return name + " on the CPU";
-    return fmt::format("{} with {} on {}", name, options.device == "cuda" ? "CUDA" : "TensorRT",
-                       nvidia_gpu_name());
+  static EngineName name_of(const EngineOptions& options, const OnnxRuntimeLibrary& library) {
+    EngineName name = {"ONNX Runtime", library.version(), "on the CPU"};
+    if (options.device != "cpu") {
+      name.place = fmt::format("with {} on {}", options.device == "cuda" ? "CUDA" : "TensorRT",
+                               nvidia_gpu_name());
+    }
+    return name;
   }
 
   Owned<ort::Session> start(const OnnxRuntimeLibrary& library) const {
@@ -247,7 +258,7 @@ class OnnxRuntimeEngine final : public InferenceEngine {
 
   Caller call_;
   EngineOptions options_;
-  std::string name_;
+  EngineName name_;
   Owned<ort::MemoryInfo> memory_;
   Owned<ort::Session> session_;
   std::vector<ort::Text> output_names_;
@@ -261,8 +272,10 @@ std::unique_ptr<InferenceEngine> make_onnxruntime_engine(const EngineOptions& op
   if (!library.loaded()) {
     throw Error("ONNX Runtime cannot be loaded: " + library.problem(),
                 "network.backend, network.device",
-                std::string(install_advice(options.device)) +
-                    ", or let the environment variable STILLMAP_ONNXRUNTIME name its folder");
+                given_onnxruntime().empty()
+                    ? fmt::format("{}, or let the environment variable {} name its folder",
+                                  install_advice(options.device), kOnnxRuntimeVariable)
+                    : library_advice(options.device));
   }
   return std::make_unique<OnnxRuntimeEngine>(options, library);
 }

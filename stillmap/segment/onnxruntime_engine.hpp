@@ -7,9 +7,9 @@
 
 namespace stillmap {
 
-/// Starts ONNX Runtime on the device cpu, cuda or tensorrt. Throws Error that names the missing
-/// library and its remedy if it lacks the device, and std::runtime_error if the network does not
-/// load. `library` must outlive the engine.
+/// Loads the network into ONNX Runtime on the device cpu, cuda or tensorrt. Throws Error that names
+/// the missing library and the command that installs it if the device cannot be used, and
+/// std::runtime_error if the network does not load. `library` must outlive the engine.
 std::unique_ptr<InferenceEngine> make_onnxruntime_engine(
     const EngineOptions& options,
     const OnnxRuntimeLibrary& library = OnnxRuntimeLibrary::instance());

@@ -7,6 +7,7 @@
 #include <dlfcn.h>
 #include <elf.h>
 #include <fstream>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -54,13 +55,42 @@ std::string environment(const char* variable) {
   return value == nullptr ? "" : value;
 }
 
-/// Returns why the loader must not open a file; empty if it may. Opening an incomplete library
-/// would end the program with a bus error.
-std::string file_problem(const fs::path& file) {
+/// Returns the start of an ELF file (a program or library of Linux); none if it is not one. The
+/// fields up to e_machine are the same in 32-bit files.
+std::optional<Elf64_Ehdr> elf_header(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
   Elf64_Ehdr header{};
-  if (!in.read(reinterpret_cast<char*>(&header), sizeof(header))) return {};
-  if (!std::equal(header.e_ident, header.e_ident + SELFMAG, ELFMAG)) return {};
+  if (!in.read(reinterpret_cast<char*>(&header), sizeof(header))) return std::nullopt;
+  if (!std::equal(header.e_ident, header.e_ident + SELFMAG, ELFMAG)) return std::nullopt;
+  return header;
+}
+
+std::string processor_name(const Elf64_Ehdr& header) {
+  switch (header.e_machine) {
+    case EM_386:
+      return "32-bit x86";
+    case EM_X86_64:
+      return "x86-64";
+    case EM_ARM:
+      return "32-bit ARM";
+    case EM_AARCH64:
+      return "64-bit ARM (aarch64)";
+    default:
+      return fmt::format("ELF machine {}", header.e_machine);
+  }
+}
+
+/// Returns why the loader must not open a file; empty if it may. The loader calls a library for
+/// another processor missing, and opening an incomplete one would end the program with a bus error.
+std::string file_problem(const fs::path& file) {
+  const std::optional<Elf64_Ehdr> found = elf_header(file);
+  if (!found) return {};
+  const Elf64_Ehdr& header = *found;
+  const std::optional<Elf64_Ehdr> own = elf_header("/proc/self/exe");
+  if (own && header.e_machine != own->e_machine) {
+    return fmt::format("{} is a library for {} processors; this program runs on {}", file.string(),
+                       processor_name(header), processor_name(*own));
+  }
   std::uintmax_t needed = header.e_shoff;
   needed += std::uintmax_t{header.e_shnum} * header.e_shentsize;
   std::error_code error;
@@ -108,8 +138,10 @@ const OnnxRuntimeLibrary& OnnxRuntimeLibrary::instance() {
   return library;
 }
 
+fs::path given_onnxruntime() { return environment(kOnnxRuntimeVariable); }
+
 std::vector<fs::path> onnxruntime_files() {
-  if (const fs::path given = environment("STILLMAP_ONNXRUNTIME"); !given.empty()) {
+  if (const fs::path given = given_onnxruntime(); !given.empty()) {
     if (!fs::is_directory(given)) return {given};
     std::vector<fs::path> inside = entries(given, "libonnxruntime.so");
     append(entries(given / "capi", "libonnxruntime.so"), inside);
@@ -130,7 +162,7 @@ void open_nvidia_packages(const OnnxRuntimeLibrary& library) {
   const fs::path packages = library.folder() / ".." / "..";
   std::vector<fs::path> folders = {packages / "tensorrt_libs"};
   for (const fs::path& package : entries(packages / "nvidia")) folders.push_back(package / "lib");
-  // Each library comes behind those that it needs.
+  // A library follows those that it depends on.
   for (const char* name : {"libcudart.so", "libcublasLt.so", "libcublas.so", "libnvrtc.so",
                            "libcurand.so", "libcufft.so", "libcudnn.so", "libnvinfer.so",
                            "libnvinfer_plugin.so", "libnvonnxparser.so"}) {

@@ -36,16 +36,23 @@ class OnnxRuntimeLibrary {
   std::filesystem::path folder_;
 };
 
-/// Returns where the library is looked for, in this order: only the file or folder that the
-/// environment variable STILLMAP_ONNXRUNTIME names, if it is set; otherwise the Python packages
+/// Environment variable that names the library, its folder, its Python package or a Python
+/// environment.
+constexpr const char* kOnnxRuntimeVariable = "STILLMAP_ONNXRUNTIME";
+
+/// Returns the value of that variable; empty if it is not set.
+std::filesystem::path given_onnxruntime();
+
+/// Returns the files that may be the library, in the order in which they are tried. If the
+/// environment variable is set, these are the ones that it names; otherwise the Python packages
 /// onnxruntime and onnxruntime-gpu of the active environment (VIRTUAL_ENV, CONDA_PREFIX), the
-/// places of the dynamic loader, and the Python packages of the user and of the system. Libraries
-/// with CUDA come first.
+/// search path of the dynamic loader, and the Python packages of the user and of the system.
+/// Libraries with CUDA come first.
 std::vector<std::filesystem::path> onnxruntime_files();
 
-/// Opens the libraries of CUDA, cuDNN and TensorRT that pip installed beside ONNX Runtime, which
-/// the dynamic loader would not find itself. Missing ones are skipped; ONNX Runtime then names
-/// them.
+/// Opens the libraries of CUDA, cuDNN and TensorRT in the Python environment of ONNX Runtime, which
+/// the dynamic loader would not find itself. Missing ones are skipped; ONNX Runtime names them
+/// later.
 void open_nvidia_packages(const OnnxRuntimeLibrary& library);
 
 }  // namespace stillmap

@@ -76,7 +76,7 @@ TEST_F(OnnxRuntime, NamesItsVersionAndTheDevice) {
   if (missing()) GTEST_SKIP() << "no ONNX Runtime";
   const ChosenEngine chosen = choose_engine("onnxruntime", options);
   EXPECT_EQ(chosen.device, "cpu");
-  EXPECT_EQ(chosen.engine->name(),
+  EXPECT_EQ(chosen.engine->name().text(),
             "ONNX Runtime " + OnnxRuntimeLibrary::instance().version() + " on the CPU");
 }
 
@@ -141,6 +141,45 @@ TEST_F(OnnxRuntime, AnIncompleteLibraryIsNotOpened) {
   EXPECT_FALSE(library.loaded());
   EXPECT_THAT(library.problem(), HasSubstr("is incomplete: it has 4096 of"));
   fs::remove(cut);
+}
+
+/// Returns the problem of a copy of this program's start, marked as one for another processor.
+std::string problem_of_library_for(unsigned char elf_class, unsigned char machine) {
+  constexpr std::size_t kClass = 4, kMachine = 18;  // e_ident[EI_CLASS], e_machine
+  const fs::path file = test::own_path("libonnxruntime_other.so");
+  std::string start(4096, '\0');
+  std::ifstream("/proc/self/exe", std::ios::binary).read(start.data(), std::ssize(start));
+  start[kClass] = static_cast<char>(elf_class);
+  start[kMachine] = static_cast<char>(machine);
+  write_file(file, start);
+  const OnnxRuntimeLibrary library({file});
+  EXPECT_FALSE(library.loaded());
+  fs::remove(file);
+  return library.problem();
+}
+
+TEST_F(OnnxRuntime, ALibraryForAnotherProcessorIsAnErrorThatNamesBoth) {
+#if defined(__x86_64__)
+  EXPECT_THAT(problem_of_library_for(2, 183), HasSubstr("for 64-bit ARM (aarch64) processors; "
+                                                        "this program runs on x86-64"));
+  EXPECT_THAT(problem_of_library_for(1, 3), HasSubstr("for 32-bit x86 processors"));
+  EXPECT_THAT(problem_of_library_for(1, 40), HasSubstr("for 32-bit ARM processors"));
+#else
+  EXPECT_THAT(problem_of_library_for(2, 62), HasSubstr("for x86-64 processors"));
+#endif
+}
+
+TEST_F(OnnxRuntime, AnEnvironmentVariableThatIsTheCauseIsInTheFix) {
+  const OnnxRuntimeLibrary library({"/nowhere/libonnxruntime.so"});
+  setenv("STILLMAP_ONNXRUNTIME", "/nowhere", 1);
+  try {
+    make_onnxruntime_engine(options, library);
+    ADD_FAILURE() << "no error";
+  } catch (const Error& e) {
+    EXPECT_THAT(e.fix(), HasSubstr("correct or unset the environment variable "
+                                   "STILLMAP_ONNXRUNTIME, which is '/nowhere'"));
+  }
+  unsetenv("STILLMAP_ONNXRUNTIME");
 }
 
 TEST_F(OnnxRuntime, TheEnvironmentVariableMayNameAPackageOrAnEnvironment) {

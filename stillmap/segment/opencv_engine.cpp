@@ -36,7 +36,7 @@ class OpenCvEngine final : public InferenceEngine {
     return views;
   }
 
-  std::string name() const override { return "OpenCV " CV_VERSION " on the CPU"; }
+  EngineName name() const override { return {"OpenCV", CV_VERSION, "on the CPU"}; }
 
  private:
   static TensorView view(const cv::Mat& tensor) {

@@ -145,12 +145,17 @@ std::vector<Instance> YoloDetector::detect(const RgbdFrame& frame) {
   return decode_yolo(run_on(frame.color, letterbox), shape_, letterbox, decode_, class_names_);
 }
 
+std::optional<InferenceInfo> YoloDetector::inference() const {
+  const EngineName name = engine_.engine->name();
+  return InferenceInfo{name.library, name.version, engine_.device};
+}
+
 std::string YoloDetector::description() const {
   const cv::Size size = input_size();
   std::string text = fmt::format("{} ({}, {} classes), {} x {}, {}",
                                  std::filesystem::path(options_.model).filename().string(),
                                  segments() ? "masks" : "boxes", class_names_.size(), size.width,
-                                 size.height, engine_.engine->name());
+                                 size.height, engine_.engine->name().text());
   if (engine_.device == "cpu")
     text += fmt::format(", {} thread{}", options_.threads, options_.threads == 1 ? "" : "s");
   return engine_.reason.empty() ? text : text + "; faster devices: " + engine_.reason;

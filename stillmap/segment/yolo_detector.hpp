@@ -21,6 +21,7 @@ class YoloDetector final : public Detector {
 
   std::vector<Instance> detect(const RgbdFrame& frame) override;
   std::string description() const override;
+  std::optional<InferenceInfo> inference() const override;
   bool immediate() const override {
     return engine_.device == "tensorrt" || engine_.device == "cuda";
   }

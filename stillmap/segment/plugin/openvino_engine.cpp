@@ -19,8 +19,9 @@ class OpenVinoEngine final : public InferenceEngine {
     if (model->is_dynamic()) model->reshape(ov::Shape(shape_.begin(), shape_.end()));
     compiled_ = core_.compile_model(model, device, settings(device, options.threads));
     const std::string version = ov::get_openvino_version().buildNumber;
-    name_ = "OpenVINO " + version.substr(0, version.find('-')) + " on " +
-            (device == "CPU" ? "the CPU" : core_.get_property(device, ov::device::full_name));
+    name_ = {
+        "OpenVINO", version.substr(0, version.find('-')),
+        "on " + (device == "CPU" ? "the CPU" : core_.get_property(device, ov::device::full_name))};
     request_ = compiled_.create_infer_request();
   }
 
@@ -36,7 +37,7 @@ class OpenVinoEngine final : public InferenceEngine {
     return views;
   }
 
-  std::string name() const override { return name_; }
+  EngineName name() const override { return name_; }
 
  private:
   /// Returns OpenVINO's name of a device; throws std::runtime_error if its plug-in does not find
@@ -64,7 +65,7 @@ class OpenVinoEngine final : public InferenceEngine {
   }
 
   std::array<int, 4> shape_;
-  std::string name_;
+  EngineName name_;
   ov::Core core_;
   ov::CompiledModel compiled_;
   ov::InferRequest request_;
