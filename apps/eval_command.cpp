@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/error.hpp"
-#include "stillmap/dense/cloud_io.hpp"
+#include "stillmap/dense/cloud.hpp"
 #include "stillmap/evaluate/ghosts.hpp"
 #include "stillmap/evaluate/label_figures.hpp"
 #include "stillmap/evaluate/mover_error.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
-#include "stillmap/dense/cloud_io.hpp"
+#include "stillmap/dense/cloud.hpp"
 #include "stillmap/pipeline/map_description.hpp"
 #include "stillmap/report/result_folder.hpp"
 

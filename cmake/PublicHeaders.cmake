@@ -3,7 +3,7 @@
 set(STILLMAP_PUBLIC_HEADERS
   base/error.hpp
   dense/cloud.hpp
-  dense/cloud_io.hpp
+  evaluate.hpp
   geometry/camera.hpp
   geometry/depth_sensor.hpp
   geometry/pose.hpp

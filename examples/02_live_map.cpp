@@ -11,7 +11,7 @@
 #include <iostream>
 #include <memory>
 #include <stillmap/base/error.hpp>
-#include <stillmap/dense/cloud_io.hpp>
+#include <stillmap/dense/cloud.hpp>
 #include <stillmap/sensor/make_source.hpp>
 #include <stillmap/slam.hpp>
 #include <stop_token>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/dense/cloud_io.hpp"
+#include "stillmap/dense/cloud.hpp"
 
 #include "stillmap/base/bytes.hpp"
 #include "stillmap/base/error.hpp"

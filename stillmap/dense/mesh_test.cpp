@@ -4,7 +4,7 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/test_path.hpp"
-#include "stillmap/dense/cloud_io.hpp"
+#include "stillmap/dense/cloud.hpp"
 
 #include <cstring>
 #include <filesystem>

@@ -2,7 +2,7 @@
 #include "stillmap/dense/semantic_files.hpp"
 
 #include "stillmap/base/file.hpp"
-#include "stillmap/dense/cloud_io.hpp"
+#include "stillmap/dense/cloud.hpp"
 
 #include <cstring>
 #include <filesystem>

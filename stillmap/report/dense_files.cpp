@@ -2,7 +2,7 @@
 #include "stillmap/report/dense_files.hpp"
 
 #include "stillmap/base/error.hpp"
-#include "stillmap/dense/cloud_io.hpp"
+#include "stillmap/dense/cloud.hpp"
 #include "stillmap/dense/floor.hpp"
 #include "stillmap/dense/floor_plan.hpp"
 #include "stillmap/dense/map_mesh.hpp"

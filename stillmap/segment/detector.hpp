@@ -36,6 +36,12 @@ class Detector {
   virtual const std::vector<std::string>& class_names() const = 0;
 };
 
+/// Returns the instances in a mask image, by descending size. Values: 0 is static or unknown; 255
+/// is a person (class id 0); every other value is the class "unknown" (class id 1), a moving object
+/// without class name. Each connected component (8-neighbors) of one value is one instance;
+/// components of fewer than 16 pixels are ignored.
+std::vector<Instance> instances_of_mask(const cv::Mat1b& mask);
+
 /// Makes the detector that a text names: a network (a file NAME.onnx) or a folder with one mask per
 /// frame. Throws Error that lists the known forms for any other text, and if it cannot be used.
 std::unique_ptr<Detector> make_detector(const std::string& text);

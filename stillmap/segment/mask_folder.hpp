@@ -11,9 +11,7 @@ namespace stillmap {
 
 /// Masks from a folder with one 8-bit gray PNG per frame, of the size of the frames or twice that.
 ///
-/// Values: 0 is static or unknown; 255 is a person; every other value is the class "unknown", a
-/// moving object without class name. Each connected component (8-neighbors) of one value is one
-/// instance.
+/// Values and instances: see instances_of_mask().
 ///
 /// Assignment: if all file names (without extension) are numbers, they are timestamps [s], and a
 /// frame takes the nearest within half of the median interval of the masks (or 20 ms if there is
@@ -48,9 +46,5 @@ class MaskFolder final : public Detector {
   double tolerance_ = 0;  // seconds
   std::size_t missing_ = 0, unusable_ = 0;
 };
-
-/// Returns the instances of a mask image with MaskFolder's values, by descending size, without
-/// regions of fewer than 16 pixels.
-std::vector<Instance> instances_of_mask(const cv::Mat1b& mask);
 
 }  // namespace stillmap
