@@ -16,11 +16,17 @@ packages=(
   # libraries
   libopencv-dev libeigen3-dev libceres-dev libdeflate-dev libjpeg-dev libcli11-dev libfmt-dev
   libyaml-cpp-dev nlohmann-json3-dev liboctomap-dev
+  # Python module
+  python3-dev pybind11-dev
   # tests and benchmarks
   libgtest-dev libgmock-dev libbenchmark-dev
 )
 # OpenVINO runs the networks fast; its C++ package is part of the wheel. Optional: without it OpenCV runs them.
 openvino=(openvino==2026.4.1 numpy)
+# The tests of the Python module. Optional: without them they are skipped.
+python_tests=(pytest==8.4.2)
+# The packages that examples of the Python module use, as far as they are small. Optional, as above.
+examples=(evo==1.38.1 viser==1.1.1 pyrealsense2==2.59.1.11053)
 # Wheels, not packages, so that every distribution formats alike and finds the same faults; and what
 # scripts/quantize_network.py needs.
 tools=(clang-format==14.0.6 clang-tidy==22.1.8 onnx==1.23.2 onnxruntime==1.31.1 pillow)
@@ -80,7 +86,12 @@ install_wheels "${openvino[@]}" || {
   echo "warning: OpenVINO could not be installed; segmentation will use OpenCV's slower networks" >&2
   echo "  fix: run scripts/install_dependencies.sh again when there is a network" >&2
 }
+install_wheels "${python_tests[@]}" || {
+  echo "warning: pytest could not be installed; the tests of the Python module are skipped" >&2
+  echo "  fix: run scripts/install_dependencies.sh again when there is a network" >&2
+}
 if [ "${1:-}" = --tools ]; then
+  install_wheels "${examples[@]}" || echo "warning: ${examples[*]} could not be installed" >&2
   install_wheels "${tools[@]}" || {
     echo "error: ${tools[*]} could not be installed" >&2
     echo "  fix: run this again when there is a network" >&2

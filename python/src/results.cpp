@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/error.hpp"
+#include "stillmap/write_results.hpp"
+
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include "arrays.hpp"
+#include "bindings.hpp"
+
+namespace stillmap::python {
+namespace {
+
+namespace py = pybind11;
+using CloudPtr = std::shared_ptr<Cloud>;
+
+py::object vector_of(const Eigen::Vector3d& v) { return array_of({v.x(), v.y(), v.z()}, {3}); }
+
+py::object points_of(const CloudPtr& cloud) {
+  constexpr py::ssize_t kItem = sizeof(float), kPoint = sizeof(Eigen::Vector3f);
+  static_assert(kPoint == 3 * kItem);
+  const auto count = static_cast<py::ssize_t>(cloud->size());
+  static const Eigen::Vector3f kNone = Eigen::Vector3f::Zero();
+  const void* data = cloud->empty() ? &kNone : cloud->points.data();
+  return array_of(Memory{cloud, data, "f", kItem, {count, 3}, {kPoint, kItem}});
+}
+
+py::object colors_of(const CloudPtr& cloud) {
+  static_assert(sizeof(Rgb) == 3);
+  const auto count = static_cast<py::ssize_t>(cloud->size());
+  static const Rgb kNone = {};
+  const void* data = cloud->empty() ? &kNone : cloud->colors.data();
+  return array_of(Memory{cloud, data, "B", 1, {count, 3}, {3, 1}});
+}
+
+/// Python's types know no const; nothing writes to a cloud, whose arrays are read-only.
+CloudPtr mutable_cloud(const std::shared_ptr<const Cloud>& cloud) {
+  return std::const_pointer_cast<Cloud>(cloud);
+}
+
+/// Returns the covariances of poses, N x 6 x 6.
+py::object covariances_of(const std::vector<UncertainPose>& poses) {
+  std::vector<double> values;
+  for (const UncertainPose& pose : poses)
+    values.insert(values.end(), pose.covariance.data(), pose.covariance.data() + 36);
+  return array_of(std::move(values), {static_cast<py::ssize_t>(poses.size()), 6, 6});
+}
+
+py::object box_of(const MovingObject& mover) {
+  const Eigen::Vector3d &a = mover.box.min(), &b = mover.box.max();
+  return array_of({a.x(), a.y(), a.z(), b.x(), b.y(), b.z()}, {2, 3});
+}
+
+const char* name_of(MapEvent::Kind kind) {
+  switch (kind) {
+    case MapEvent::Kind::kLoop:
+      return "loop";
+    case MapEvent::Kind::kMerge:
+      return "merge";
+    case MapEvent::Kind::kDropped:
+      return "dropped";
+  }
+  return "";
+}
+
+Trajectory keyframes_of(const Snapshot& snapshot) {
+  Trajectory trajectory;
+  for (const KeyframePose& k : snapshot.keyframes)
+    trajectory.push_back({k.timestamp, k.T_world_camera});
+  return trajectory;
+}
+
+py::object landmarks_of(const Snapshot& snapshot) {
+  std::vector<double> values;
+  for (const LandmarkPoint& l : snapshot.landmarks)
+    values.insert(values.end(), {l.p_world.x(), l.p_world.y(), l.p_world.z()});
+  return array_of(std::move(values), {static_cast<py::ssize_t>(snapshot.landmarks.size()), 3});
+}
+
+py::object static_probabilities_of(const Snapshot& snapshot) {
+  std::vector<double> values;
+  for (const LandmarkPoint& l : snapshot.landmarks) values.push_back(l.static_probability);
+  return array_of(std::move(values), {static_cast<py::ssize_t>(snapshot.landmarks.size())});
+}
+
+py::dict statistics_of(const RunStatistics& s) {
+  using namespace py::literals;
+  return py::dict("frames"_a = s.frames, "tracked"_a = s.tracked, "segmented"_a = s.segmented,
+                  "maps"_a = s.maps, "landmarks"_a = s.landmarks,
+                  "tracking_median_ms"_a = s.tracking_median_ms);
+}
+
+void bind_cloud(py::module_& module) {
+  py::class_<Cloud, CloudPtr>(module, "Cloud",
+                              "A colored point cloud. Its arrays are read-only views, not copies.")
+      .def_property_readonly("points", &points_of, "Points, N x 3 float32 [m], world frame.")
+      .def_property_readonly("colors", &colors_of, "Colors, N x 3 uint8 RGB.")
+      .def("__len__", &Cloud::size)
+      .def(
+          "write",
+          [](const Cloud& cloud, const std::filesystem::path& file) { write_ply(file, cloud); },
+          py::arg("file"), py::call_guard<py::gil_scoped_release>(), "Writes a binary PLY file.");
+  module.def(
+      "read_ply",
+      [](const std::filesystem::path& file) { return std::make_shared<Cloud>(read_ply(file)); },
+      py::arg("file"), py::call_guard<py::gil_scoped_release>(), "Reads the points of a PLY file.");
+}
+
+void bind_movers(py::module_& module) {
+  py::class_<MovingObject>(module, "Mover", "A moving object at one time, in the world frame.")
+      .def_readonly("id", &MovingObject::id, "1, 2, 3 ... in the order of appearance.")
+      .def_readonly("class_name", &MovingObject::class_name, "\"unknown\" without a known class.")
+      .def_readonly("stamp", &MovingObject::timestamp, "Time of the frame [s].")
+      .def_readonly("observed", &MovingObject::observed,
+                    "Whether it was observed in this frame, not predicted.")
+      .def_property_readonly(
+          "centroid", [](const MovingObject& m) { return vector_of(m.centroid); },
+          "Position, 3 float64 [m].")
+      .def_property_readonly(
+          "velocity", [](const MovingObject& m) { return vector_of(m.velocity); },
+          "Velocity, 3 float64 [m/s].")
+      .def_property_readonly("box", &box_of, "Lower and upper corner, 2x3 float64 [m].")
+      .def("__repr__", [](const MovingObject& m) {
+        return "stillmap.Mover(" + std::to_string(m.id) + ", '" + m.class_name + "')";
+      });
+  py::class_<MovingObjectTrack>(module, "MoverTrack", "A moving object over the whole run.")
+      .def_readonly("id", &MovingObjectTrack::id)
+      .def_readonly("class_name", &MovingObjectTrack::class_name)
+      .def_readonly("class_confidence", &MovingObjectTrack::class_confidence,
+                    "Mean confidence of its detections [0..1].")
+      .def_readonly("samples", &MovingObjectTrack::samples,
+                    "A Mover per frame from the first to the last detection.");
+}
+
+void bind_updates(py::module_& module) {
+  py::class_<PoseUpdate>(module, "PoseUpdate", "The tracking result of one frame.")
+      .def_readonly("index", &PoseUpdate::frame_index)
+      .def_readonly("stamp", &PoseUpdate::timestamp, "Time of the frame [s].")
+      .def_property_readonly(
+          "T_world_camera",
+          [](const PoseUpdate& u) -> py::object {
+            if (!u.T_world_camera) return py::none();
+            return matrix_of(*u.T_world_camera);
+          },
+          "Pose, 4x4 float64 [m]; None while there is no map or the camera is lost.")
+      .def_readonly("reason", &PoseUpdate::reason, "Reason why there is no pose; or empty.")
+      .def_readonly("inliers", &PoseUpdate::inliers, "Landmarks that agree with the pose.")
+      .def_readonly("relocalized", &PoseUpdate::relocalized)
+      .def_readonly("certain", &PoseUpdate::certain,
+                    "False if the pose contradicts the motion of the camera before.")
+      .def_property_readonly(
+          "covariance",
+          [](const PoseUpdate& u) {
+            return array_of({u.covariance.data(), u.covariance.data() + 36}, {6, 6});
+          },
+          "Covariance of the perturbation (v, w) in the camera frame, 6x6 [m^2, m rad, rad^2].");
+  py::class_<MapEvent>(module, "MapEvent", "A loop closed, two maps merged, or a map dropped.")
+      .def_property_readonly(
+          "kind", [](const MapEvent& e) { return name_of(e.kind); }, "loop, merge or dropped.")
+      .def_readonly("index", &MapEvent::frame_index)
+      .def_readonly("stamp", &MapEvent::timestamp, "[s]")
+      .def_readonly("meters", &MapEvent::meters, "Correction of the camera's position [m].")
+      .def_readonly("radians", &MapEvent::radians, "Correction of its rotation [rad].");
+}
+
+void bind_snapshot(py::module_& module) {
+  using Class = py::class_<Snapshot, std::shared_ptr<Snapshot>>;
+  Class(module, "Snapshot", "The state of the system at one time. It does not change.")
+      .def_readonly("newest", &Snapshot::newest, "Result of the frame pushed last (PoseUpdate).")
+      .def_property_readonly(
+          "trajectory", [](const Snapshot& s) { return rows_of(s.trajectory); },
+          "Poses in the current map, N x 8: stamp [s], translation [m], quaternion x y z w.")
+      .def_property_readonly(
+          "keyframes", [](const Snapshot& s) { return rows_of(keyframes_of(s)); },
+          "Poses of the keyframes, N x 8.")
+      .def_property_readonly("landmarks", &landmarks_of, "Positions, N x 3 float64 [m].")
+      .def_property_readonly("static_probabilities", &static_probabilities_of,
+                             "Probability of each landmark that it is static, N float64 [0..1].")
+      .def_readonly("events", &Snapshot::events)
+      .def_readonly("movers", &Snapshot::movers, "Moving objects in order of their ids.")
+      .def_property_readonly(
+          "cloud", [](const Snapshot& s) { return mutable_cloud(s.cloud); },
+          "Static surfaces, coarser than the final cloud while frames are pushed.");
+}
+
+}  // namespace
+
+void bind_results(py::module_& module) {
+  bind_cloud(module);
+  bind_movers(module);
+  bind_updates(module);
+  bind_snapshot(module);
+  py::class_<Results, std::shared_ptr<Results>>(module, "Results", "All results of a run.")
+      .def_property_readonly(
+          "trajectory", [](const Results& r) { return rows_of(r.trajectory); },
+          "T_world_camera of every frame with a pose, N x 8: stamp [s], translation [m], "
+          "quaternion x y z w.")
+      .def_property_readonly(
+          "covariances", [](const Results& r) { return covariances_of(r.poses); },
+          "Covariances of the poses, N x 6 x 6 [m^2, m rad, rad^2]; see PoseUpdate.covariance.")
+      .def_property_readonly(
+          "keyframes", [](const Results& r) { return rows_of(r.keyframes); },
+          "Poses of the keyframes, N x 8.")
+      .def_property_readonly(
+          "cloud", [](const Results& r) { return mutable_cloud(r.cloud); },
+          "Static cloud in the world frame.")
+      .def_readonly("movers", &Results::movers, "Moving objects (MoverTrack).")
+      .def_readonly("events", &Results::events)
+      .def_property_readonly(
+          "statistics", [](const Results& r) { return statistics_of(r.statistics); },
+          "frames, tracked, segmented, maps, landmarks, tracking_median_ms [ms].")
+      .def(
+          "write",
+          [](const Results& results, const std::filesystem::path& folder,
+             const std::string& title) { return write_results(results, folder, title); },
+          py::arg("folder"), py::arg("title") = "", py::call_guard<py::gil_scoped_release>(),
+          "Writes the folder that `stillmap run --out` writes; returns the files.");
+}
+
+}  // namespace stillmap::python

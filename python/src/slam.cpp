@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/slam.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/sensor/make_source.hpp"
+
+#include <map>
+#include <mutex>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include "arrays.hpp"
+#include "bindings.hpp"
+#include "sources.hpp"
+#include <opencv2/imgproc.hpp>
+
+namespace stillmap::python {
+namespace {
+
+namespace py = pybind11;
+
+constexpr const char* kPush = "push";
+
+/// Masks that are pushed with the frames, until the detector's thread has used them.
+class PushedMasks {
+ public:
+  void add(std::size_t frame, cv::Mat1b mask) {
+    const std::lock_guard lock(mutex_);
+    masks_[frame] = std::move(mask);
+  }
+  /// Returns the mask of a frame; empty if it has none. Those of earlier frames are forgotten.
+  cv::Mat1b take(std::size_t frame) {
+    const std::lock_guard lock(mutex_);
+    masks_.erase(masks_.begin(), masks_.lower_bound(frame));
+    const auto found = masks_.find(frame);
+    return found == masks_.end() ? cv::Mat1b() : found->second;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::map<std::size_t, cv::Mat1b> masks_;
+};
+
+/// Returns the objects in the masks that are pushed with the frames.
+class MaskDetector final : public Detector {
+ public:
+  explicit MaskDetector(std::shared_ptr<PushedMasks> masks) : masks_(std::move(masks)) {}
+
+  std::vector<Instance> detect(const RgbdFrame& frame) override {
+    cv::Mat1b mask = masks_->take(frame.index);
+    if (mask.empty()) return {};
+    if (mask.size() != frame.gray.size())  // frames of half the size
+      cv::resize(mask, mask, frame.gray.size(), 0, 0, cv::INTER_NEAREST);
+    return instances_of_mask(mask);
+  }
+  std::string description() const override { return "masks pushed with the frames"; }
+  bool immediate() const override { return true; }
+  const std::vector<std::string>& class_names() const override { return names_; }
+
+ private:
+  const std::shared_ptr<PushedMasks> masks_;
+  const std::vector<std::string> names_ = {"person", "unknown"};
+};
+
+/// stillmap.Slam: Slam for any number of Python threads, whose calls wait for each other.
+class PythonSlam {
+ public:
+  PythonSlam(const Camera& camera, const Options& options, bool masks,
+             const std::optional<StartMap>& start)
+      : camera_(camera),
+        masks_(masks ? std::make_shared<PushedMasks>() : nullptr),
+        slam_(camera, options, masks ? std::make_unique<MaskDetector>(masks_) : nullptr, start) {}
+
+  /// Needs no GIL.
+  std::optional<Pose> push(const LentImage& rgb, const LentImage& depth, double stamp,
+                           const std::optional<LentImage>& mask) {
+    const std::lock_guard lock(mutex_);
+    return push_masked(slam_.make_frame(rgb.mat(), depth.mat(), stamp), mask);
+  }
+  std::optional<Pose> push(const RgbdFramePtr& frame, const std::optional<LentImage>& mask) {
+    const std::lock_guard lock(mutex_);
+    return push_masked(frame, mask);
+  }
+  std::shared_ptr<const Snapshot> snapshot() const { return slam_.snapshot(); }
+  std::shared_ptr<Results> finish() {
+    const std::lock_guard lock(mutex_);
+    results_ = std::make_shared<Results>(slam_.finish());
+    return results_;
+  }
+  /// Returns the results of finish(); null before.
+  std::shared_ptr<Results> results() const {
+    const std::lock_guard lock(mutex_);
+    return results_;
+  }
+  void save_map(const std::filesystem::path& file) const {
+    const std::lock_guard lock(mutex_);
+    slam_.save_map(file);
+  }
+
+ private:
+  std::optional<Pose> push_masked(const RgbdFramePtr& frame, const std::optional<LentImage>& mask) {
+    if (mask) {
+      require_masks();
+      const cv::Mat1b lent = mask->mat();
+      if (lent.cols != camera_.width || lent.rows != camera_.height) {
+        throw Error("the mask has another size than the images", kPush,
+                    "give an array of (height, width)");
+      }
+      // The detector's thread uses the mask later, when Python may have changed it.
+      masks_->add(frame->index, lent.clone());
+    }
+    return slam_.push(frame);
+  }
+  void require_masks() const {
+    if (masks_ == nullptr) {
+      throw Error("this Slam expects no masks", kPush, "make it with Slam(camera, masks=True)");
+    }
+    if (camera_.distorted()) {
+      throw Error("masks of a distorted camera are not rectified", kPush,
+                  "push rectified images and masks of a camera without distortion");
+    }
+  }
+
+  const Camera camera_;
+  const std::shared_ptr<PushedMasks> masks_;  // null: no masks are expected
+  mutable std::mutex mutex_;
+  Slam slam_;
+  std::shared_ptr<Results> results_;
+};
+
+std::unique_ptr<PythonSlam> make_slam(const py::object& camera, const py::object& options,
+                                      const std::string& preset, bool masks,
+                                      const std::optional<std::filesystem::path>& load_map,
+                                      bool extend_map, const py::kwargs& groups) {
+  const bool known = py::isinstance<Camera>(camera);
+  const Camera chosen =
+      known ? camera.cast<Camera>() : read_camera(camera.cast<std::filesystem::path>().string());
+  const Options all = options_of(options, preset, groups);
+  if (masks && !(all.network.model.empty() && all.network.masks.empty())) {
+    throw Error("masks are expected besides network.model or network.masks", "Slam",
+                "choose one of them");
+  }
+  std::optional<StartMap> start;
+  if (load_map) start = StartMap{*load_map, extend_map};
+  const py::gil_scoped_release release;
+  return std::make_unique<PythonSlam>(chosen, all, masks, start);
+}
+
+std::optional<LentImage> mask_of(const py::object& mask) {
+  if (mask.is_none()) return std::nullopt;
+  return LentImage::mask(mask);
+}
+
+py::object matrix_or_none(const std::optional<Pose>& pose) {
+  if (!pose) return py::none();
+  return matrix_of(*pose);
+}
+
+py::object push_images(PythonSlam& slam, const py::object& rgb, const py::object& depth,
+                       double stamp, const py::object& mask) {
+  const LentImage color = LentImage::color(rgb), depths = LentImage::depth(depth);
+  const std::optional<LentImage> lent_mask = mask_of(mask);
+  std::optional<Pose> pose;
+  {
+    const py::gil_scoped_release release;
+    pose = slam.push(color, depths, stamp, lent_mask);
+  }
+  return matrix_or_none(pose);
+}
+
+py::object push_frame(PythonSlam& slam, const Frame& frame, const py::object& mask) {
+  const std::optional<LentImage> lent_mask = mask_of(mask);
+  std::optional<Pose> pose;
+  {
+    const py::gil_scoped_release release;
+    pose = slam.push(frame.data, lent_mask);
+  }
+  return matrix_or_none(pose);
+}
+
+std::shared_ptr<Snapshot> snapshot_of(const PythonSlam& slam) {
+  const py::gil_scoped_release release;
+  return std::const_pointer_cast<Snapshot>(slam.snapshot());  // nothing in it can be assigned
+}
+
+std::shared_ptr<Results> results_of(const PythonSlam& slam) {
+  const py::gil_scoped_release release;
+  return slam.results();
+}
+
+/// Returns a property of the results; before finish() that of a snapshot.
+template <const char* name>
+py::object newest(const PythonSlam& slam) {
+  const std::shared_ptr<Results> results = results_of(slam);
+  return results ? py::cast(results).attr(name) : py::cast(snapshot_of(slam)).attr(name);
+}
+constexpr char kTrajectory[] = "trajectory", kCloud[] = "cloud", kMovers[] = "movers";
+
+}  // namespace
+
+void bind_slam(py::module_& module) {
+  using WithoutGil = py::call_guard<py::gil_scoped_release>;
+  py::class_<PythonSlam>(
+      module, "Slam",
+      "RGB-D SLAM for dynamic scenes. The world frame is the camera frame of the first frame (x "
+      "right, y down, z ahead) [m]. All methods may be called by any thread; calls of push() wait "
+      "for each other.")
+      .def(py::init(&make_slam), py::arg("camera"), py::arg("options") = py::none(), py::kw_only(),
+           py::arg("preset") = "", py::arg("masks") = false, py::arg("load_map") = py::none(),
+           py::arg("extend_map") = true,
+           "camera: Camera, or a preset or file for Camera.read(). options: Options, or a dict of "
+           "the command's option names; groups of options also as keywords, network={\"model\": "
+           "FILE}. preset: such as \"orb-rgbd\". masks: whether masks are pushed with the frames. "
+           "load_map: saved map of this camera to start from; extend_map=False only localizes the "
+           "camera in it.")
+      .def("push", &push_frame, py::arg("frame"), py::arg("mask") = py::none(),
+           "Tracks a frame of a source. Returns as the other form does.")
+      .def("push", &push_images, py::arg("rgb"), py::arg("depth"), py::arg("stamp"),
+           py::arg("mask") = py::none(),
+           "Tracks a frame. Returns T_world_camera, 4x4 float64 [m], or None while there is no map "
+           "or the camera is lost. rgb: H x W x 3 uint8 RGB, or H x W gray; depth: H x W, uint16 "
+           "in units of 1 / camera.depth_factor meters or float32 [m], registered to the color "
+           "image; 0 or NaN where unknown; stamp: time of the color image [s], rising; mask: H x W "
+           "uint8 or bool; 0 static, 255 person, other values another moving object. The GIL is "
+           "released; the arrays must not be changed until push() returns, and are not used "
+           "afterwards.")
+      .def("snapshot", &snapshot_of, "State of the system (Snapshot), at any time.")
+      .def_property_readonly("trajectory", &newest<kTrajectory>,
+                             "Trajectory of the results, or of a snapshot before finish().")
+      .def_property_readonly("cloud", &newest<kCloud>,
+                             "Cloud of the results, or of a snapshot before finish().")
+      .def_property_readonly("movers", &newest<kMovers>,
+                             "Moving objects now (Mover); after finish() over the whole run "
+                             "(MoverTrack).")
+      .def("finish", &PythonSlam::finish, WithoutGil(),
+           "Waits for all threads, applies global bundle adjustment and returns the Results. "
+           "Called once; nothing may be pushed after it.")
+      .def("save_map", &PythonSlam::save_map, py::arg("file"), WithoutGil(),
+           "Saves the map for load_map. Called after finish().");
+}
+
+}  // namespace stillmap::python

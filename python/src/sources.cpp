@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sources.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/sensor/make_source.hpp"
+
+#include <mutex>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+#include <tuple>
+
+#include "arrays.hpp"
+#include "bindings.hpp"
+
+namespace stillmap::python {
+namespace {
+
+namespace py = pybind11;
+using WithoutGil = py::call_guard<py::gil_scoped_release>;
+using OptionalPath = std::optional<std::filesystem::path>;
+
+/// A source of frames as a Python iterator, which any thread may advance.
+class Source {
+ public:
+  explicit Source(std::unique_ptr<FrameSource> source) : source_(std::move(source)) {}
+
+  Frame next() {
+    RgbdFramePtr frame;
+    {
+      const py::gil_scoped_release release;
+      const std::lock_guard lock(mutex_);
+      frame = source_->next();
+    }
+    if (!frame) throw py::stop_iteration();
+    return {frame};
+  }
+  Camera camera() {
+    const std::lock_guard lock(mutex_);
+    return source_->camera();
+  }
+  std::size_t remaining() {
+    const std::lock_guard lock(mutex_);
+    const auto size = source_->size();
+    if (!size) throw py::type_error("the number of remaining frames is not known");
+    return *size;
+  }
+  std::vector<std::tuple<double, std::string>> skipped() {
+    const std::lock_guard lock(mutex_);
+    std::vector<std::tuple<double, std::string>> found;
+    for (const SkippedFrame& frame : source_->skipped())
+      found.emplace_back(frame.timestamp, frame.reason);
+    return found;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::unique_ptr<FrameSource> source_;
+};
+
+Camera make_camera(int width, int height, double fx, double fy, double cx, double cy,
+                   const std::array<double, 5>& distortion, double depth_factor, double fps,
+                   const std::string& sensor, std::optional<double> baseline,
+                   const std::string& name) {
+  Camera camera;
+  camera.name = name;
+  camera.width = width;
+  camera.height = height;
+  camera.fx = fx;
+  camera.fy = fy;
+  camera.cx = cx;
+  camera.cy = cy;
+  camera.distortion = Eigen::Map<const Eigen::Matrix<double, 5, 1>>(distortion.data());
+  camera.depth_factor = depth_factor;
+  camera.fps = fps;
+  camera.depth_sensor = find_depth_sensor(sensor);
+  if (camera.depth_sensor.baseline > 0) camera.baseline = camera.depth_sensor.baseline;
+  if (baseline) camera.baseline = *baseline;
+  return camera;
+}
+
+py::object intrinsic_matrix(const Camera& c) {
+  return array_of({c.fx, 0, c.cx, 0, c.fy, c.cy, 0, 0, 1}, {3, 3});
+}
+
+std::string description(const Camera& c) {
+  return "stillmap.Camera('" + c.name + "', " + std::to_string(c.width) + " x " +
+         std::to_string(c.height) + ")";
+}
+
+void bind_camera(py::module_& module) {
+  const Camera defaults;
+  py::class_<Camera>(module, "Camera",
+                     "A pinhole camera: intrinsics [pixels] and distortion of the recorded images. "
+                     "Pixel (0, 0) is the center of the upper left pixel; x right, y down, z "
+                     "forward.")
+      .def(py::init(&make_camera), py::arg("width"), py::arg("height"), py::arg("fx"),
+           py::arg("fy"), py::arg("cx"), py::arg("cy"), py::kw_only(),
+           py::arg("distortion") = std::array<double, 5>{},
+           py::arg("depth_factor") = defaults.depth_factor, py::arg("fps") = defaults.fps,
+           py::arg("sensor") = defaults.depth_sensor.name, py::arg("baseline") = py::none(),
+           py::arg("name") = defaults.name,
+           "width, height, fx, fy, cx, cy [pixels]; distortion k1 k2 p1 p2 k3 (Brown, in OpenCV's "
+           "order); depth_factor: raw depth units per meter, 1000 for millimeters; fps [Hz]; "
+           "sensor: kinect_v1, realsense_d435i, realsense_d455, azure_kinect or ideal; baseline "
+           "[m], that of the sensor by default.")
+      .def_static("read", &read_camera, py::arg("name_or_file"),
+                  "The camera of a preset (tum_fr1, tum_fr2, tum_fr3, kitchen), of a YAML file or "
+                  "of an ORB-SLAM settings file.")
+      .def_readwrite("name", &Camera::name)
+      .def_readwrite("width", &Camera::width, "[pixels]")
+      .def_readwrite("height", &Camera::height, "[pixels]")
+      .def_readwrite("fx", &Camera::fx, "[pixels]")
+      .def_readwrite("fy", &Camera::fy, "[pixels]")
+      .def_readwrite("cx", &Camera::cx, "[pixels]")
+      .def_readwrite("cy", &Camera::cy, "[pixels]")
+      .def_readwrite("depth_factor", &Camera::depth_factor, "Raw depth units per meter [1/m].")
+      .def_readwrite("fps", &Camera::fps, "Nominal frame rate [Hz].")
+      .def_readwrite("baseline", &Camera::baseline, "[m]")
+      .def_property_readonly("distorted", &Camera::distorted)
+      .def_property_readonly("matrix", &intrinsic_matrix, "Intrinsic matrix, 3x3 float64 [pixels].")
+      .def("__repr__", &description);
+}
+
+void bind_frame(py::module_& module) {
+  py::class_<Frame>(module, "Frame",
+                    "A rectified frame of a source. Its arrays are read-only views, not copies.")
+      .def_property_readonly("index", [](const Frame& f) { return f.data->index; })
+      .def_property_readonly(
+          "stamp", [](const Frame& f) { return f.data->timestamp; }, "Time of the color image [s].")
+      .def_property_readonly(
+          "rgb", [](const Frame& f) { return view_of(f.data->color, f.data); },
+          "Color image, H x W x 3 uint8 RGB (a view of BGR memory).")
+      .def_property_readonly(
+          "gray", [](const Frame& f) { return view_of(f.data->gray, f.data); },
+          "Gray image, H x W uint8.")
+      .def_property_readonly(
+          "depth", [](const Frame& f) { return view_of(f.data->depth, f.data); },
+          "Depth along the optical axis, H x W float32 [m]; 0: unknown.");
+}
+
+}  // namespace
+
+void bind_sources(py::module_& module) {
+  bind_camera(module);
+  bind_frame(module);
+  py::class_<Source>(module, "Source", "Iterator of the frames of a recording.")
+      .def("__iter__", [](const py::object& self) { return self; })
+      .def("__next__", &Source::next)
+      .def("__len__", &Source::remaining, "Maximum number of remaining frames.")
+      .def_property_readonly("camera", &Source::camera, "Camera of the frames, rectified.")
+      .def_property_readonly("skipped", &Source::skipped,
+                             "Unusable frames so far: list of (timestamp [s], reason).");
+  module.def(
+      "source",
+      [](const std::filesystem::path& folder, const OptionalPath& camera,
+         const OptionalPath& associations, int first, int count, int stride, bool half_size) {
+        const SourceOptions options{.camera = camera.value_or("").string(),
+                                    .associations = associations.value_or("").string(),
+                                    .first = first,
+                                    .count = count,
+                                    .stride = stride,
+                                    .half_size = half_size};
+        return std::make_unique<Source>(make_source(folder.string(), options));
+      },
+      py::arg("text"), py::kw_only(), py::arg("camera") = py::none(),
+      py::arg("associations") = py::none(), py::arg("first") = 0, py::arg("count") = 0,
+      py::arg("stride") = 1, py::arg("half_size") = false, WithoutGil(),
+      "The frames of a recording, a folder in the layout of the TUM RGB-D benchmark. camera: "
+      "preset or file, instead of the folder's camera.yaml; first: frames skipped; count: maximum "
+      "number of frames, 0 for all; stride: every n-th frame; half_size: images of half the size.");
+}
+
+}  // namespace stillmap::python

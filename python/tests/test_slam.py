@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The class Slam against the command, and its results."""
+import numpy as np
+import pytest
+
+import stillmap
+
+
+def read_masks(recording):
+    """The masks of the recording by the timestamps in their names; needs an image reader."""
+    image = pytest.importorskip("PIL.Image", reason="skipped: Pillow is missing")
+    return {float(file.stem): np.array(image.open(file)) for file in (recording / "mask").glob("*.png")}
+
+
+def same_files(first, second, names):
+    for name in names:
+        assert (first / name).read_bytes() == (second / name).read_bytes(), name
+
+
+def test_frames_of_a_source_give_the_bytes_of_the_command(recording, command, tmp_path):
+    command("run", recording, "--out", tmp_path / "command")
+    source = stillmap.source(recording)
+    slam = stillmap.Slam(source.camera)
+    for frame in source:
+        slam.push(frame)
+    slam.finish().write(tmp_path / "python")
+    same_files(tmp_path / "command", tmp_path / "python",
+               ["trajectory.txt", "trajectory_covariance.txt", "keyframes.txt", "cloud.ply", "movers.csv"])
+
+
+@pytest.mark.parametrize("layout", ["copied RGB", "view of BGR", "strided"])
+def test_arrays_give_the_bytes_of_the_command(recording, frames, camera, command, tmp_path, layout):
+    command("run", recording, "--out", tmp_path / "command", "--set", "dense.enabled=false", "--preset", "orb-rgbd")
+    slam = stillmap.Slam(camera, {"dense.enabled": False}, preset="orb-rgbd")
+    for frame in frames:
+        rgb, depth = frame.rgb, frame.depth
+        if layout == "copied RGB":
+            rgb, depth = np.ascontiguousarray(rgb), depth.copy()
+        elif layout == "strided":
+            rgb = np.dstack([rgb, rgb])[:, :, :3]  # six bytes from pixel to pixel
+            depth = np.asfortranarray(depth)
+        slam.push(rgb, depth, frame.stamp)
+    slam.finish().write(tmp_path / "python")
+    same_files(tmp_path / "command", tmp_path / "python", ["trajectory.txt", "keyframes.txt"])
+
+
+def test_depth_in_raw_units_gives_the_same_poses_as_in_meters(frames, camera):
+    trajectories = []
+    for raw in (False, True):
+        slam = stillmap.Slam(camera, dense={"enabled": False}, movers={"enabled": False})
+        for frame in frames[:6]:
+            depth = np.round(frame.depth * camera.depth_factor).astype(np.uint16) if raw else frame.depth
+            slam.push(frame.rgb, depth, frame.stamp)
+        trajectories.append(slam.finish().trajectory)
+    np.testing.assert_array_equal(*trajectories)
+
+
+def test_pushed_masks_give_the_bytes_of_a_folder_of_masks(recording, frames, camera, command, tmp_path):
+    masks = read_masks(recording)
+    command("run", recording, "--out", tmp_path / "command", "--masks", recording / "mask")
+    slam = stillmap.Slam(camera, {"network.every": 3, "network.mask_delay": 2}, masks=True)
+    for frame in frames:
+        slam.push(frame, masks[min(masks, key=lambda stamp: abs(stamp - frame.stamp))])
+    slam.finish().write(tmp_path / "python")
+    same_files(tmp_path / "command", tmp_path / "python", ["trajectory.txt", "cloud.ply"])
+
+
+def test_a_pose_is_a_matrix_and_agrees_with_the_truth(recording, frames, slam):
+    poses = [slam.push(frame) for frame in frames]
+    assert all(pose.shape == (4, 4) and pose.dtype == np.float64 for pose in poses)
+    np.testing.assert_allclose(poses[0], np.eye(4), atol=1e-9)
+    np.testing.assert_allclose(poses[-1][:3, :3] @ poses[-1][:3, :3].T, np.eye(3), atol=1e-9)
+    results = slam.finish()
+    ate = stillmap.ate(recording / "groundtruth.txt", results.trajectory)
+    assert ate.translation.rmse < 0.02
+    assert ate.translation.count == len(frames)
+    assert ate.scale == 1
+
+
+def test_a_snapshot_has_the_state_of_the_newest_frame(frames, camera):
+    slam = stillmap.Slam(camera)
+    for frame in frames:
+        pose = slam.push(frame)
+    snapshot = slam.snapshot()
+    np.testing.assert_allclose(snapshot.newest.T_world_camera, pose, atol=1e-12)
+    assert snapshot.newest.index == len(frames) - 1
+    assert snapshot.newest.covariance.shape == (6, 6)
+    assert snapshot.trajectory.shape == (len(frames), 8)
+    assert snapshot.landmarks.shape == (len(snapshot.static_probabilities), 3)
+    assert len(slam.trajectory) == len(frames)
+    assert all(mover.box.shape == (2, 3) for mover in slam.movers)
+
+
+def test_clouds_are_views_that_outlive_the_system(frames, camera, tmp_path):
+    slam = stillmap.Slam(camera)
+    for frame in frames:
+        slam.push(frame)
+    cloud = slam.finish().cloud
+    points, colors = cloud.points, cloud.colors
+    cloud.write(tmp_path / "cloud.ply")
+    del slam, cloud
+    assert points.dtype == np.float32 and points.shape[1] == 3 and len(points) > 1000
+    assert colors.dtype == np.uint8 and colors.shape == points.shape
+    assert not points.flags.writeable
+    read = stillmap.read_ply(tmp_path / "cloud.ply")
+    np.testing.assert_array_equal(read.points, points)
+    np.testing.assert_array_equal(read.colors, colors)
+
+
+def test_without_frames_all_arrays_are_empty(slam):
+    assert slam.trajectory.shape == (0, 8)
+    assert slam.cloud.points.shape == (0, 3)
+    assert slam.snapshot().newest.T_world_camera is None
+    assert slam.finish().covariances.shape == (0, 6, 6)
+
+
+def test_a_saved_map_is_a_start_for_another_run(frames, camera, tmp_path):
+    slam = stillmap.Slam(camera)
+    with pytest.raises(stillmap.Error, match="call finish"):
+        slam.save_map(tmp_path / "office.map")
+    for frame in frames:
+        slam.push(frame)
+    slam.finish()
+    slam.save_map(tmp_path / "office.map")
+    again = stillmap.Slam(camera, load_map=tmp_path / "office.map", extend_map=False)
+    poses = [again.push(frame) for frame in frames]
+    assert poses[-1] is not None
+    with pytest.raises(stillmap.Error, match="nowhere.map"):
+        stillmap.Slam(camera, load_map="/nowhere.map")
+
+
+def test_nothing_is_pushed_after_the_end(frames, slam):
+    slam.finish()
+    with pytest.raises(stillmap.Error) as caught:
+        slam.push(frames[0])
+    assert caught.value.problem == "the run has ended with finish()"
+    assert caught.value.where == "Slam::push"
+    assert str(caught.value) == "Slam::push: the run has ended with finish()\n  fix: make another Slam"
+    with pytest.raises(stillmap.Error, match="has ended"):
+        slam.finish()
