@@ -31,7 +31,7 @@ class CommandLine(unittest.TestCase):
         assert made.returncode == 0, made.stderr
         cls.run_folder = cls.folder / "run"
         cls.map = cls.folder / "office.map"
-        done = stillmap("run", cls.sequence, "--mesh=ply,obj", "--planner", "--save-labels", "--profile", "--out",
+        done = stillmap("run", cls.sequence, "--mesh=ply,obj", "--planner", "--camera-height", 1.35, "--save-labels", "--profile", "--out",
                         cls.run_folder, "--save-map", cls.map)
         assert done.returncode == 0, done.stderr
         cls.run_stderr = done.stderr
@@ -189,6 +189,50 @@ class CommandLine(unittest.TestCase):
         few = self.foreign("few.txt", "\n".join(lines[:5]) + "\n")
         shown = stillmap("doctor", self.sequence, "--associations", few).stdout
         self.assertIn("5 pairs of color and depth", shown)
+
+    # ------------------------------------------------------------------------------------------- doubtful results
+
+    def doubtful(self, result, *words):
+        self.refused(result, 3, "DO NOT TRUST THIS RESULT", *words)
+
+    def test_a_run_that_loses_most_frames_is_doubtful(self):
+        wrong = self.folder / "wrong_depth.yaml"
+        camera = (self.sequence / "camera.yaml").read_text()
+        self.assertIn("depth_factor", camera)
+        wrong.write_text(re.sub("depth_factor:.*", "depth_factor: 500", camera))
+        out = self.folder / "doubtful"
+        self.doubtful(stillmap("run", self.sequence, "--camera", wrong, "--out", out), "of 20 frames have a pose", "doctor")
+        summary = json.loads((out / "summary.json").read_text())
+        self.assertEqual(len(summary["doubts"]), 1)
+        self.assertIn("Do not trust this result", (out / "report.html").read_text())
+
+    def test_masks_of_another_recording_are_doubtful(self):
+        masks = self.folder / "other_masks"
+        masks.mkdir()
+        for file in (self.sequence / "mask").iterdir():
+            shutil.copy(file, masks / f"{float(file.stem) + 5000:.6f}.png")
+        self.doubtful(stillmap("run", self.sequence, "--masks", masks, "--out", self.folder / "masked"), "no usable mask")
+
+    def test_the_floor_is_told_or_unknown(self):
+        sequence, out = self.folder / "sharp", self.folder / "floor"
+        self.succeeded(stillmap("simulate", "--people", 0, "--frames", 5, "--out", sequence))
+        self.succeeded(stillmap("run", sequence, "--planner", "--out", out))
+        floor = json.loads((out / "floor.json").read_text())
+        self.assertEqual(floor["frame"], "map", floor)
+        truth = (sequence / "groundtruth.txt").read_text().splitlines()[1].split()
+        self.assertAlmostEqual(floor["evidence"]["camera_height_m"], float(truth[3]), delta=0.03)
+        given = stillmap("dense", self.run_folder, "--planner", "--up", "0,-1,0", "--camera-height", "2.5", "--out", out)
+        self.succeeded(given)
+        floor = json.loads((out / "floor.json").read_text())
+        self.assertEqual(floor["floor"], {"up": [0.0, -1.0, 0.0], "height": -2.5})
+        again = self.folder / "floor_again"
+        self.succeeded(stillmap("dense", self.run_folder, "--planner", "--floor", out / "floor.json", "--out", again))
+        self.assertEqual((again / "grid.pgm").read_bytes(), (out / "grid.pgm").read_bytes())
+        # In the direction of the optical axis there is only the wall behind the camera, which was not seen.
+        unknown = stillmap("dense", self.run_folder, "--planner", "--up", "0,0,1", "--out", out)
+        self.doubtful(unknown, "the floor is unknown", "--camera-height")
+        self.assertEqual(json.loads((out / "floor.json").read_text())["frame"], "first camera")
+        self.refused(stillmap("dense", self.run_folder, "--planner", "--floor", self.map, "--out", out), 1, "contains no floor")
 
     def test_the_octomap_is_written_without_messages_of_its_library(self):
         self.assertNotIn("nodes", self.run_stderr)

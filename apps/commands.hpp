@@ -3,13 +3,20 @@
 #include "stillmap/report/run_folder.hpp"
 
 #include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
 namespace stillmap {
 
 /// Exit codes of the command.
-enum ExitCode { kSuccess = 0, kFailure = 1, kUsage = 2, kInterrupted = 130 };
+enum ExitCode {
+  kSuccess = 0,
+  kFailure = 1,   ///< No result, or not all files could be written.
+  kUsage = 2,     ///< The arguments are wrong.
+  kDoubtful = 3,  ///< All files were written, but the results should not be trusted.
+  kInterrupted = 130
+};
 
 /// Each function adds one command, with its help and examples; the callback sets `exit_code` or
 /// throws Error.
@@ -26,7 +33,10 @@ void add_map_command(CLI::App& app, int& exit_code);
 void add_options_command(CLI::App& app, int& exit_code);
 void add_presets_command(CLI::App& app, int& exit_code);
 
-/// Adds --mesh and --planner to a command.
+/// Prints the reasons not to trust a result.
+void print_doubts(const std::vector<std::string>& doubts);
+
+/// Adds --mesh, --planner and the options of the floor to a command.
 void add_dense_options(CLI::App& command, DenseOutputs& outputs);
 /// Returns a line with the files of a part of a run, for the help of a command.
 std::string files_help(const std::string& condition, RunPart part);

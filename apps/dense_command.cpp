@@ -6,6 +6,7 @@
 #include "stillmap/pipeline/saved_views.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/report/mover_files.hpp"
+#include "stillmap/report/planner_files.hpp"
 #include "stillmap/report/run_folder.hpp"
 
 #include <algorithm>
@@ -114,13 +115,21 @@ int run(const DenseArguments& arguments) {
   const Trajectory trajectory = trajectory_of(paths, saved);
   const std::vector<MoverTrack> movers =
       fs::exists(paths.movers) ? read_mover_tracks(paths.movers) : std::vector<MoverTrack>();
-  write_dense_files({cloud, placed, trajectory, movers}, options, arguments.outputs, folder);
+  const DenseFiles files =
+      write_dense_files({cloud, placed, trajectory, movers}, options, arguments.outputs, folder);
   fmt::print("{}", folder.written_text());
   folder.require_all();
-  return kSuccess;
+  if (files.floor_problem.empty()) return kSuccess;
+  print_doubts({unknown_floor_text(files.floor_problem)});
+  return kDoubtful;
 }
 
 }  // namespace
+
+void print_doubts(const std::vector<std::string>& doubts) {
+  for (const std::string& doubt : doubts)
+    fmt::print(stderr, "DO NOT TRUST THIS RESULT: {}\n", doubt);
+}
 
 namespace {
 
@@ -134,6 +143,30 @@ std::vector<std::string> split(const std::string& text) {
 
 }  // namespace
 
+/// Adds the options that replace the estimate of the floor.
+void add_floor_options(CLI::App& command, FloorHints& floor) {
+  command
+      .add_option_function<std::vector<double>>(
+          "--up",
+          [&floor](const std::vector<double>& up) { floor.up = Eigen::Vector3d(up.data()); },
+          "upward direction in the frame of the first camera (x right, y down, z forward), for "
+          "--planner; 0,-1,0 for a level camera")
+      ->delimiter(',')
+      ->expected(3)
+      ->type_name("X,Y,Z")
+      ->check(CLI::Number);
+  command
+      .add_option("--camera-height", floor.camera_height,
+                  "height of the first camera above the floor [m], for --planner")
+      ->type_name("METERS")
+      ->check(CLI::PositiveNumber);
+  command
+      .add_option_function<std::string>(
+          "--floor", [&floor](const std::string& file) { floor.floor = read_floor(file); },
+          "floor.json of a run in the same map, for --planner")
+      ->type_name("FILE");
+}
+
 void add_dense_options(CLI::App& command, DenseOutputs& outputs) {
   command
       .add_option_function<std::string>(
@@ -144,6 +177,7 @@ void add_dense_options(CLI::App& command, DenseOutputs& outputs) {
       ->default_str("ply");
   command.add_flag("--planner", outputs.planner,
                    "also write maps for planners: octomap.bt, grid.pgm and grid.yaml, obstacles");
+  add_floor_options(command, outputs.floor);
 }
 
 void add_force_option(CLI::App& command, bool& force) {

@@ -94,6 +94,8 @@ std::string man_page(const CLI::App& program) {
          ".TP\n0\nThe command succeeded.\n"
          ".TP\n1\nThe command failed; the message names the cause and the fix.\n"
          ".TP\n2\nThe command line is wrong.\n"
+         ".TP\n3\nAll files were written, but the result should not be trusted; the message says "
+         "why.\n"
          ".TP\n130\nThe command was interrupted; the results so far are saved.\n"
          ".SH FILES\n"
          ".TP\n\\fIPREFIX\\fR/lib/stillmap\n"

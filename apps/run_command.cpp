@@ -23,7 +23,10 @@ int run(const RunArguments& arguments) {
     write_named(arguments.dump_config, options_yaml(options), is_options_file, arguments.force);
     return kSuccess;
   }
-  return run_session(session_of(arguments, options)).interrupted ? kInterrupted : kSuccess;
+  const RunRecord record = run_session(session_of(arguments, options));
+  if (record.interrupted) return kInterrupted;
+  print_doubts(record.doubts);
+  return record.doubts.empty() ? kSuccess : kDoubtful;
 }
 
 void add_input_options(CLI::App& command, RunArguments& arguments) {

@@ -84,7 +84,10 @@ RunRecord run_session(Session session) {
   record.options = session.options;
   record.truth = std::move(session.truth);
   record.loaded = session.loaded;
-  if (session.detector) record.detector = session.detector->description();
+  if (session.detector) {
+    record.detector = session.detector->description();
+    record.detector_gives_boxes_only = !session.detector->gives_masks();
+  }
   LabelRecorder labels(session.outputs.labels, folder);
   map_sequence(session, labels, record);
   if (record.interrupted)

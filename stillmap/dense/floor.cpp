@@ -1,117 +1,309 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/dense/floor.hpp"
 
+#include "stillmap/base/statistics.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <random>
-#include <vector>
 
 #include <Eigen/Eigenvalues>
+#include <fmt/format.h>
 
 namespace stillmap {
 namespace {
 
-/// Number of points that the plane is searched in.
-constexpr std::size_t kFloorSamples = 20000;
-/// Largest distance of a point from its plane [m].
-constexpr double kOnPlane = 0.03;
-/// Minimum number of points on the floor relative to the fullest level plane [0..1].
-constexpr double kFloorShare = 0.15;
-/// Cosine of the largest angle between the floor's normal and the upward direction.
-const double kLargestTilt = std::cos(20 * std::numbers::pi / 180);
+constexpr double kDegree = std::numbers::pi / 180;
+/// Area of a surfel [m^2].
+constexpr double kSurfelArea = kFloorSurfel * kFloorSurfel;
 
-std::vector<Eigen::Vector3d> thinned(std::span<const Eigen::Vector3f> points) {
-  std::vector<Eigen::Vector3d> some;
-  const std::size_t step = std::max<std::size_t>(1, points.size() / kFloorSamples);
-  for (std::size_t i = 0; i < points.size(); i += step) some.push_back(points[i].cast<double>());
-  return some;
+/// Largest angle between the mean upward direction of the images and that of the world.
+constexpr double kLargestPitch = 50 * kDegree;
+/// Largest mean angle by which the cameras look up; beyond it hardly any floor is in view.
+constexpr double kLargestUpwardView = 20 * kDegree;
+/// Angle between neighboring directions of the search.
+constexpr double kSearchStep = 4 * kDegree;
+/// Standard deviation of the roll of hand-held and mounted cameras.
+constexpr double kRollSigma = 15 * kDegree;
+/// Angle from horizontal or vertical at which a surface stops to support a direction in the search,
+/// and in the rounds of its refinement.
+constexpr double kSearchGate = 10 * kDegree;
+constexpr double kGates[] = {10 * kDegree, 5 * kDegree, 3 * kDegree, 3 * kDegree};
+/// Weights of horizontal and of vertical surfaces in the search: the negative logarithm of the
+/// chance that a surface of random direction is within kSearchGate of them.
+const double kLevelWeight = -std::log(1 - std::cos(kSearchGate));
+const double kPlumbWeight = -std::log(std::sin(kSearchGate));
+/// Maximum number of surfels in the search.
+constexpr std::size_t kSearchSurfels = 4000;
+
+/// Height of a level above and below its middle: noise of the depth and of the poses [m].
+constexpr double kLevel = 0.03;
+/// Surfaces lower than this under a level are below it [m].
+constexpr double kBelow = 0.10;
+/// Largest tilt of a surfel of a level.
+constexpr double kLevelTilt = 15 * kDegree;
+/// Smallest area of a level that counts [m^2].
+constexpr double kMinLevelArea = 0.15;
+
+/// Largest standard deviation of the upward direction.
+constexpr double kLargestSigma = 0.5 * kDegree;
+/// Minimum confidence of a floor.
+constexpr double kCertain = 0.5;
+/// Area of a floor of which half is believed [m^2].
+constexpr double kHalfCertainArea = 0.3;
+/// Tables are narrower than this [m]. Where the camera is lower than kHigh [m] above a level, that
+/// must be wider to be the floor; otherwise kMinWidth [m] is enough.
+constexpr double kWiderThanATable = 1.2, kHigh = 1.1, kMinWidth = 0.6;
+/// Decay of the confidence with the area below a level, relative to the area of the level.
+constexpr double kBelowWeight = 3;
+
+using Directions = std::vector<Eigen::Vector3d>;
+
+/// Returns the angle between a surface and the nearest of horizontal and vertical.
+double angle_from_level_or_plumb(const Eigen::Vector3d& normal, const Eigen::Vector3d& up) {
+  const double c = std::min(1.0, std::abs(normal.dot(up)));
+  return std::min(std::acos(c), std::asin(c));
 }
 
-std::size_t points_on(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& up,
-                      double height) {
-  return static_cast<std::size_t>(std::count_if(points.begin(), points.end(), [&](const auto& p) {
-    return std::abs(up.dot(p) - height) < kOnPlane;
-  }));
+/// Returns unit vectors at up to `largest` from a direction, kSearchStep apart.
+Directions directions_around(const Eigen::Vector3d& middle, double largest) {
+  const Eigen::Vector3d x = middle.unitOrthogonal(), y = middle.cross(x);
+  Directions directions{middle};
+  for (double tilt = kSearchStep; tilt <= largest; tilt += kSearchStep) {
+    const int count =
+        std::max(6, static_cast<int>(2 * std::numbers::pi * std::sin(tilt) / kSearchStep));
+    for (int i = 0; i < count; ++i) {
+      const double azimuth = 2 * std::numbers::pi * i / count;
+      directions.push_back(std::cos(tilt) * middle +
+                           std::sin(tilt) * (std::cos(azimuth) * x + std::sin(azimuth) * y));
+    }
+  }
+  return directions;
 }
 
-/// Returns the normal of the level plane with the most points, by RANSAC, or `up` if there is none.
-Eigen::Vector3d level_normal(const std::vector<Eigen::Vector3d>& points,
-                             const Eigen::Vector3d& up) {
-  constexpr int kTries = 300;
-  std::mt19937_64 random(1);
-  Eigen::Vector3d best = up;
-  std::size_t most = 0;
-  for (int i = 0; i < kTries; ++i) {
-    const auto& a = points[random() % points.size()];
-    const auto& b = points[random() % points.size()];
-    const auto& c = points[random() % points.size()];
-    Eigen::Vector3d normal = (b - a).cross(c - a);
-    if (normal.norm() < 1e-4) continue;
-    normal.normalize();
-    if (normal.dot(up) < 0) normal = -normal;
-    if (normal.dot(up) < kLargestTilt) continue;
-    const std::size_t count = points_on(points, normal, normal.dot(a));
-    if (count > most) most = count, best = normal;
+Eigen::Vector3d mean_image_up(const std::vector<Pose>& cameras) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const Pose& T : cameras) sum -= T.rotation().col(1);  // image y points down
+  return sum.norm() > 1e-6 ? Eigen::Vector3d(sum.normalized()) : Eigen::Vector3d(0, -1, 0);
+}
+
+/// Returns the probability density of the cameras' roll, relative to its maximum.
+double roll_prior(const Eigen::Vector3d& up, const std::vector<Pose>& cameras) {
+  double squares = 0;
+  for (const Pose& T : cameras) {
+    const double roll = std::asin(std::clamp(up.dot(T.rotation().col(0)), -1.0, 1.0));
+    squares += roll * roll / (kRollSigma * kRollSigma);
+  }
+  return std::exp(-0.5 * squares / static_cast<double>(std::max<std::size_t>(1, cameras.size())));
+}
+
+/// Returns the mean viewing direction.
+Eigen::Vector3d mean_view(const std::vector<Pose>& cameras) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const Pose& T : cameras) sum += T.rotation().col(2);
+  return sum / static_cast<double>(std::max<std::size_t>(1, cameras.size()));
+}
+
+/// Returns the direction of the search that most surfaces support.
+Eigen::Vector3d best_direction(const std::vector<Surfel>& surfels,
+                               const std::vector<Pose>& cameras) {
+  const std::size_t step = 1 + surfels.size() / kSearchSurfels;
+  Eigen::Vector3d best = mean_image_up(cameras);
+  const Eigen::Vector3d view = mean_view(cameras);
+  double most = -1;
+  for (const Eigen::Vector3d& up : directions_around(best, kLargestPitch)) {
+    if (up.dot(view) > std::sin(kLargestUpwardView)) continue;
+    double support = 0;
+    for (std::size_t i = 0; i < surfels.size(); i += step) {
+      const double relative = angle_from_level_or_plumb(surfels[i].normal, up) / kSearchGate;
+      const bool level = std::abs(surfels[i].normal.dot(up)) > 0.7;
+      support += (level ? kLevelWeight : kPlumbWeight) * std::max(0.0, 1 - relative * relative);
+    }
+    support *= roll_prior(up, cameras);
+    if (support > most) most = support, best = up;
   }
   return best;
 }
 
-/// Returns the lowest height [m] with at least kFloorShare of the points of the fullest one.
-double lowest_level(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& up) {
-  std::map<int, std::size_t> histogram;  // over heights, bins of kOnPlane
-  for (const auto& p : points) ++histogram[static_cast<int>(std::floor(up.dot(p) / kOnPlane))];
-  std::size_t most = 0;
-  for (const auto& [bin, count] : histogram) most = std::max(most, count);
-  for (auto bin = histogram.begin(); bin != histogram.end(); ++bin) {
-    if (static_cast<double>(bin->second) < kFloorShare * static_cast<double>(most)) continue;
-    const auto next = std::next(bin);  // the plane may straddle two bins
-    const bool higher =
-        next != histogram.end() && next->first == bin->first + 1 && next->second > bin->second;
-    return ((higher ? next : bin)->first + 0.5) * kOnPlane;
+/// The upward direction and its standard deviation [rad].
+struct Upward {
+  Eigen::Vector3d up;
+  double sigma = std::numbers::pi;
+};
+
+/// Returns the direction to which the surfaces near horizontal are perpendicular and those near
+/// vertical are parallel, by least squares.
+Upward refined(const std::vector<Surfel>& surfels, Upward upward) {
+  for (const double gate : kGates) {
+    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+    double squares = 0;
+    int count = 0;
+    for (const Surfel& s : surfels) {
+      const double c = s.normal.dot(upward.up);
+      const double angle = angle_from_level_or_plumb(s.normal, upward.up);
+      if (angle > gate) continue;
+      const Eigen::Matrix3d outer = s.normal * s.normal.transpose();
+      normal += std::abs(c) > 0.7 ? Eigen::Matrix3d(Eigen::Matrix3d::Identity() - outer) : outer;
+      squares += angle * angle;
+      ++count;
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(normal);
+    Eigen::Vector3d up = solver.eigenvectors().col(0);
+    if (up.dot(upward.up) < 0) up = -up;
+    if (count < 10 || up.dot(upward.up) < std::cos(2 * gate)) return {upward.up};
+    const double certain = std::max(1e-9, solver.eigenvalues()(1) - solver.eigenvalues()(0));
+    upward = {up, std::sqrt(squares / count / certain)};
   }
-  return 0;
+  return upward;
 }
 
-/// Returns the least-squares plane through the points on the given one.
-Floor refined(const std::vector<Eigen::Vector3d>& points, Floor floor) {
-  for (int round = 0; round < 3; ++round) {
-    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-    std::vector<Eigen::Vector3d> on;
-    for (const auto& p : points) {
-      if (std::abs(floor.up.dot(p) - floor.height) < kOnPlane) on.push_back(p);
-    }
-    if (on.size() < 10) break;
-    for (const auto& p : on) mean += p;
-    mean /= static_cast<double>(on.size());
-    Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
-    for (const auto& p : on) moments += (p - mean) * (p - mean).transpose();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(moments);
-    Eigen::Vector3d normal = solver.eigenvectors().col(0);
-    if (normal.dot(floor.up) < 0) normal = -normal;
-    if (normal.dot(floor.up) < kLargestTilt) break;  // the points form a strip, not a plane
-    floor.up = normal;
-    floor.height = normal.dot(mean);
+/// Returns the sum of the counts of the bins up to `reach` from a bin.
+int count_around(const std::map<int, int>& histogram, int bin, int reach) {
+  int count = 0;
+  for (auto i = histogram.lower_bound(bin - reach); i != histogram.end() && i->first <= bin + reach;
+       ++i)
+    count += i->second;
+  return count;
+}
+
+bool faces_up(const Surfel& surfel, const Eigen::Vector3d& up) {
+  return surfel.normal.dot(up) > std::cos(kLevelTilt);
+}
+
+/// Returns the heights of the horizontal surfaces that face upwards, ascending [m].
+std::vector<double> levels_of(const std::vector<Surfel>& surfels, const Eigen::Vector3d& up) {
+  constexpr double kBin = 0.01;
+  const int reach = static_cast<int>(std::lround(kLevel / kBin));
+  std::map<int, int> histogram;
+  for (const Surfel& s : surfels) {
+    if (faces_up(s, up)) ++histogram[static_cast<int>(std::floor(up.dot(s.point) / kBin))];
   }
-  return floor;
+  std::vector<double> levels;
+  for (const auto& [bin, unused] : histogram) {
+    const int count = count_around(histogram, bin, reach);
+    if (count * kSurfelArea < kMinLevelArea) continue;
+    // The fullest one of the bins around it; of equal ones the lowest.
+    bool highest = true;
+    for (auto other = histogram.lower_bound(bin - 2 * reach);
+         other != histogram.end() && other->first <= bin + 2 * reach && highest; ++other) {
+      const int others = count_around(histogram, other->first, reach);
+      highest = others < count || (others == count && other->first >= bin);
+    }
+    if (highest) levels.push_back((bin + 0.5) * kBin);
+  }
+  return levels;
+}
+
+/// Returns the extent of points of a plane in its narrow direction, as if they filled a rectangle
+/// evenly [m].
+double width_of(const Directions& points, const Eigen::Vector3d& up) {
+  const Eigen::Vector3d x = up.unitOrthogonal(), y = up.cross(x);
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d moments = Eigen::Matrix2d::Zero();
+  for (const auto& p : points) {
+    const Eigen::Vector2d q(x.dot(p), y.dot(p));
+    mean += q;
+    moments += q * q.transpose();
+  }
+  mean /= static_cast<double>(points.size());
+  moments = moments / static_cast<double>(points.size()) - mean * mean.transpose();
+  return std::sqrt(12 * std::max(0.0, moments.selfadjointView<Eigen::Lower>().eigenvalues()(0)));
+}
+
+/// Returns the level at a height with its evidence.
+FloorFinding measured(const std::vector<Surfel>& surfels, const Eigen::Vector3d& up, double height,
+                      const Pose& camera) {
+  Directions on;
+  std::vector<double> heights;
+  std::size_t below = 0;
+  for (const Surfel& s : surfels) {
+    const double above = up.dot(s.point) - height;
+    if (above < -kBelow) ++below;
+    if (std::abs(above) > kLevel || !faces_up(s, up)) continue;
+    on.push_back(s.point);
+    heights.push_back(up.dot(s.point));
+  }
+  const double middle = upper_median(heights);
+  FloorFinding finding{.floor = Floor{up, middle}, .up = up};
+  finding.evidence = {.area = static_cast<double>(on.size()) * kSurfelArea,
+                      .width = width_of(on, up),
+                      .area_below = static_cast<double>(below) * kSurfelArea,
+                      .camera_height = up.dot(camera.translation()) - middle};
+  return finding;
+}
+
+/// Returns the confidence of a floor [0..1]: the product of one term for each kind of evidence.
+double confidence_of(const FloorEvidence& evidence) {
+  const double wanted = evidence.camera_height < kHigh ? kWiderThanATable : kMinWidth;
+  const double by_area = evidence.area / (evidence.area + kHalfCertainArea);
+  const double by_width = std::min(1.0, evidence.width / wanted);
+  const double by_depth = std::exp(-kBelowWeight * evidence.area_below / evidence.area);
+  return by_area * by_width * by_width * by_depth;
+}
+
+std::string reason_against(const FloorFinding& finding) {
+  const FloorEvidence& e = finding.evidence;
+  return fmt::format(
+      "the lowest large horizontal surface ({:.2f} m below the first camera) is no certain floor: "
+      "confidence {:.2f}; {:.2f} m^2 of it were observed, {:.1f} m wide, and {:.2f} m^2 of other "
+      "surfaces lie below it",
+      e.camera_height, finding.confidence, e.area, e.width, e.area_below);
+}
+
+/// Returns the level of the highest confidence, or the reason why none is the floor.
+FloorFinding most_certain_level(const std::vector<Surfel>& surfels, const Eigen::Vector3d& up,
+                                const Pose& camera) {
+  FloorFinding best{.up = up, .reason = "no large horizontal surface was observed"};
+  for (const double height : levels_of(surfels, up)) {
+    FloorFinding level = measured(surfels, up, height, camera);
+    if (level.evidence.camera_height <= 0) continue;
+    level.confidence = confidence_of(level.evidence);
+    if (!best.floor || level.confidence > best.confidence) best = std::move(level);
+  }
+  if (best.floor && best.confidence < kCertain) {
+    best.reason = reason_against(best);
+    best.floor.reset();
+  }
+  return best;
+}
+
+/// Returns the upward direction, given or estimated; none if it is not certain.
+std::optional<Eigen::Vector3d> upward(const std::vector<Surfel>& surfels,
+                                      const std::vector<Pose>& cameras, const FloorHints& hints) {
+  if (hints.up) return (cameras.front().quaternion() * *hints.up).normalized();
+  const Upward found = refined(surfels, {best_direction(surfels, cameras)});
+  return found.sigma < kLargestSigma ? std::optional(found.up) : std::nullopt;
 }
 
 }  // namespace
 
-std::optional<Floor> find_floor(std::span<const Eigen::Vector3f> points,
-                                const Eigen::Vector3d& up) {
-  constexpr std::size_t kLeast = 100;
-  const std::vector<Eigen::Vector3d> some = thinned(points);
-  if (some.size() < kLeast || !(up.norm() > 0)) return std::nullopt;
-  Floor floor;
-  floor.up = level_normal(some, up.normalized());
-  floor.height = lowest_level(some, floor.up);
-  floor = refined(some, floor);
-  for (const Eigen::Vector3f& p : points) {
-    floor.points += std::abs(floor.up.dot(p.cast<double>()) - floor.height) < kOnPlane;
+FloorFinding find_floor(const std::vector<Surfel>& surfels, const std::vector<Pose>& cameras,
+                        const FloorHints& hints) {
+  if (hints.floor) return {.floor = hints.floor, .up = hints.floor->up, .confidence = 1};
+  if (cameras.empty()) return {.reason = "there is no view"};
+  const auto up = upward(surfels, cameras, hints);
+  if (!up) return {.reason = "too few walls and horizontal surfaces show the upward direction"};
+  const Eigen::Vector3d& eye = cameras.front().translation();
+  if (hints.camera_height) {
+    FloorFinding given{.up = up, .confidence = 1};
+    given.floor = Floor{*up, up->dot(eye) - *hints.camera_height};
+    given.evidence.camera_height = *hints.camera_height;
+    return given;
   }
-  return floor.points >= kLeast ? std::optional(floor) : std::nullopt;
+  return most_certain_level(surfels, *up, cameras.front());
+}
+
+double wall_direction(const std::vector<Surfel>& surfels, const Pose& T_map_world) {
+  // The mean of angles that repeat every 90 degrees.
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (const Surfel& s : surfels) {
+    const Eigen::Vector3d n = T_map_world.quaternion() * s.normal;
+    if (std::abs(n.z()) > std::sin(kLevelTilt)) continue;
+    const double angle = 4 * std::atan2(n.y(), n.x());
+    sum += Eigen::Vector2d(std::cos(angle), std::sin(angle));
+  }
+  return sum.norm() > 0 ? std::atan2(sum.y(), sum.x()) / 4 : 0;
 }
 
 Pose map_frame(const Floor& floor, const Pose& T_world_camera) {

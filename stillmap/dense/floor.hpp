@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/dense/surfels.hpp"
 #include "stillmap/geometry/pose.hpp"
 
-#include <cstddef>
 #include <optional>
-#include <span>
+#include <string>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -12,19 +13,58 @@ namespace stillmap {
 
 /// The plane of the floor.
 struct Floor {
-  Eigen::Vector3d up;      ///< Unit normal, world frame.
-  double height = 0;       ///< Value of up . p for its points p [m].
-  std::size_t points = 0;  ///< Number of points of the cloud on it.
+  Eigen::Vector3d up = {0, -1, 0};  ///< Unit normal, world frame.
+  double height = 0;                ///< Value of up . p for its points p [m].
 };
 
-/// Finds the floor: the lowest of the planes that are level, to within 20 degrees of `up`, and hold
-/// a sufficient share of the points. Returns none if the cloud has no such plane.
-/// @param points world frame [m]
-/// @param up     approximate upward direction, such as the negative mean y axis of the cameras
-std::optional<Floor> find_floor(std::span<const Eigen::Vector3f> points, const Eigen::Vector3d& up);
+/// Measurements that support a floor.
+struct FloorEvidence {
+  double area = 0;           ///< Observed area of the floor [m^2].
+  double width = 0;          ///< Extent of that area in its narrow direction [m].
+  double area_below = 0;     ///< Area of surfaces more than 0.1 m below the floor [m^2].
+  double camera_height = 0;  ///< Height of the first camera above the floor [m].
+};
+
+/// A floor, or the reason why it is unknown.
+struct FloorFinding {
+  std::optional<Floor> floor = std::nullopt;
+  /// Upward direction, world frame; may be known without the floor.
+  std::optional<Eigen::Vector3d> up = std::nullopt;
+  double confidence = 0;  ///< [0..1]; 1 if the floor was given.
+  FloorEvidence evidence = {};
+  std::string reason = {};  ///< Why the floor is unknown; empty if it is known.
+};
+
+/// Knowledge about the floor that replaces what is estimated.
+struct FloorHints {
+  /// Upward direction in the frame of the first camera.
+  std::optional<Eigen::Vector3d> up = std::nullopt;
+  /// Height of the first camera above the floor [m].
+  std::optional<double> camera_height = std::nullopt;
+  /// The floor itself, world frame.
+  std::optional<Floor> floor = std::nullopt;
+};
+
+/// Finds the floor: the lowest large horizontal surface with nothing below it.
+///
+/// The upward direction is the one to which most surfaces are parallel or perpendicular, within 50
+/// degrees of the mean upward direction of the images, such that the cameras do not look up, and
+/// perpendicular to the rows of the images (cameras are seldom rolled). A floor of low confidence is unknown: one of which little was observed, that is
+/// as narrow as a table and near the camera, or that has other surfaces below.
+/// @param surfels of the static world, with sides of kFloorSurfel
+/// @param cameras T_world_camera of the views, the first camera first
+FloorFinding find_floor(const std::vector<Surfel>& surfels, const std::vector<Pose>& cameras,
+                        const FloorHints& hints = {});
+
+/// Side of the cubes of the surfels that the floor is searched in [m].
+inline constexpr double kFloorSurfel = 0.05;
 
 /// Returns T_map_world of frame `map`, in which planners get their maps: z up from the floor, the
 /// camera above the origin, x along its horizontal viewing direction.
 Pose map_frame(const Floor& floor, const Pose& T_world_camera);
+
+/// Returns the angle from the x axis of frame `map` to the direction along or across which most
+/// walls run, in [-45, 45) degrees [rad]; 0 without walls.
+double wall_direction(const std::vector<Surfel>& surfels, const Pose& T_map_world);
 
 }  // namespace stillmap

@@ -8,19 +8,13 @@
 #include <map>
 #include <utility>
 
-#include <opencv2/imgproc.hpp>
-
 namespace stillmap {
 namespace {
-
-/// Obstacles that are smaller than this in all directions are left out [m].
-constexpr double kMinObstacle = 0.15;
 
 constexpr std::uint8_t kGridOccupied = 0, kGridUnknown = 205, kGridFree = 254;  // of map_server
 
 struct Column {
   bool occupied = false, free = false, floor = false;
-  double low = std::numeric_limits<double>::infinity(), high = -low;  // of occupied voxels [m]
 };
 
 /// Columns of voxels by the coordinates of their cell in frame `map` [cells].
@@ -41,8 +35,6 @@ Columns columns_of(const OccupiedSpace& space, const OccupancyOptions& options) 
       continue;
     }
     column.occupied = true;
-    column.low = std::min(column.low, p.z() - space.edge / 2);
-    column.high = std::max(column.high, p.z() + space.edge / 2);
   }
   for (const Voxel voxel : space.free) {
     const Eigen::Vector3d p = center_of(voxel, space.edge);
@@ -70,40 +62,10 @@ OccupancyGrid drawn(const Columns& columns, double cell) {
   return grid;
 }
 
-std::vector<StaticObstacle> obstacles_in(const Columns& columns, const OccupancyGrid& grid,
-                                         double smallest) {
-  if (grid.image.empty()) return {};
-  cv::Mat1i labels;
-  const int count = cv::connectedComponents(grid.image == kGridOccupied, labels, 8, CV_32S);
-  std::vector<StaticObstacle> found(static_cast<std::size_t>(count));
-  const int low_x = cvRound(grid.origin.x() / grid.resolution);
-  const int low_y = cvRound(grid.origin.y() / grid.resolution);
-  for (const auto& [place, column] : columns) {
-    if (!column.occupied) continue;
-    const int label = labels(labels.rows - 1 - (place.second - low_y), place.first - low_x);
-    const Eigen::Vector2d corner(place.first * grid.resolution, place.second * grid.resolution);
-    const Eigen::Vector2d opposite = corner.array() + grid.resolution;
-    auto& box = found[static_cast<std::size_t>(label)].box;
-    box.extend(Eigen::Vector3d(corner.x(), corner.y(), column.low));
-    box.extend(Eigen::Vector3d(opposite.x(), opposite.y(), column.high));
-  }
-  std::erase_if(found, [&](const StaticObstacle& obstacle) {
-    return obstacle.box.isEmpty() || obstacle.box.sizes().maxCoeff() < smallest;
-  });
-  const auto area = [](const StaticObstacle& o) { return o.box.sizes().head<2>().prod(); };
-  std::stable_sort(found.begin(), found.end(),
-                   [&](const auto& a, const auto& b) { return area(a) > area(b); });
-  for (std::size_t i = 0; i < found.size(); ++i) found[i].id = static_cast<int>(i + 1);
-  return found;
-}
-
 }  // namespace
 
-FloorPlan floor_plan(const OccupiedSpace& space, const OccupancyOptions& options) {
-  const Columns columns = columns_of(space, options);
-  FloorPlan plan{.grid = drawn(columns, options.cell), .obstacles = {}};
-  plan.obstacles = obstacles_in(columns, plan.grid, kMinObstacle);
-  return plan;
+OccupancyGrid floor_plan(const OccupiedSpace& space, const OccupancyOptions& options) {
+  return drawn(columns_of(space, options), options.cell);
 }
 
 }  // namespace stillmap

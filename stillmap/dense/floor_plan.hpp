@@ -2,9 +2,7 @@
 #pragma once
 #include "stillmap/dense/occupancy.hpp"
 
-#include <vector>
-
-#include <Eigen/Geometry>
+#include <Eigen/Core>
 #include <opencv2/core.hpp>
 
 namespace stillmap {
@@ -16,20 +14,9 @@ struct OccupancyGrid {
   cv::Mat1b image;  ///< 0 occupied, 254 free, 205 unknown; the upper row has the highest y.
 };
 
-/// An obstacle of the static world: connected occupied cells of the grid.
-struct StaticObstacle {
-  int id = 0;               ///< 1, 2, 3 ... by decreasing area.
-  Eigen::AlignedBox3d box;  ///< Box in frame `map` [m].
-};
-
-struct FloorPlan {
-  OccupancyGrid grid;
-  std::vector<StaticObstacle> obstacles;
-};
-
 /// Projects the space between `lowest` and `highest` above the floor onto the floor. A cell is
 /// occupied if any of its voxels in the band is. Otherwise it is free if one of them is free or the
 /// floor below was observed.
-FloorPlan floor_plan(const OccupiedSpace& space, const OccupancyOptions& options = {});
+OccupancyGrid floor_plan(const OccupiedSpace& space, const OccupancyOptions& options = {});
 
 }  // namespace stillmap

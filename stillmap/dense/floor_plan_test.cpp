@@ -3,7 +3,6 @@
 
 #include "stillmap/dense/synthetic_room.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -23,24 +22,13 @@ int value_at(const OccupancyGrid& grid, double x, double y) {
 }
 
 TEST(FloorPlan, DistinguishesOccupiedFreeAndUnknown) {
-  const OccupancyGrid grid = planner_maps().plan.grid;
+  const OccupancyGrid grid = planner_maps().grid;
   EXPECT_EQ(value_at(grid, 2.02, 0.0), 0);    // the box's front
   EXPECT_EQ(value_at(grid, 3.02, 0.6), 0);    // the wall
   EXPECT_EQ(value_at(grid, 1.5, 0.0), 254);   // floor in front of the box
   EXPECT_EQ(value_at(grid, 1.8, 0.6), 254);   // floor next to the box
   EXPECT_EQ(value_at(grid, 4.0, 0.0), 205);   // behind the wall
   EXPECT_EQ(value_at(grid, -1.0, 0.0), 205);  // behind the camera
-}
-
-TEST(FloorPlan, MeasuresTheBoxAsAnObstacle) {
-  const PlannerMaps m = planner_maps();
-  const auto is_box = [](const StaticObstacle& o) {
-    return o.box.contains(Eigen::Vector3d(2.02, 0, 0.25)) && o.box.sizes().y() < 0.6;
-  };
-  const auto found = std::find_if(m.plan.obstacles.begin(), m.plan.obstacles.end(), is_box);
-  ASSERT_NE(found, m.plan.obstacles.end());
-  EXPECT_NEAR(found->box.sizes().y(), 0.4, 0.11);  // tolerance of two cells
-  EXPECT_NEAR(found->box.max().z(), kFloorY - kBoxTop, 0.06);
 }
 
 }  // namespace

@@ -3,31 +3,133 @@
 
 #include "stillmap/dense/synthetic_room.hpp"
 
+#include <cmath>
+#include <numbers>
 #include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace stillmap {
 namespace {
 
 using namespace testing_support;  // NOLINT(google-build-using-namespace)
+using ::testing::HasSubstr;
 
-TEST(Floor, FindsTheFloor) {
-  const PlannerMaps m = planner_maps();
-  EXPECT_LT((m.floor.up - Eigen::Vector3d(0, -1, 0)).norm(), 5e-3);
-  EXPECT_NEAR(m.floor.height, -kFloorY, 5e-3);
-  EXPECT_GT(m.floor.points, 1000U);
+constexpr double kDegree = std::numbers::pi / 180;
+
+/// Adds surfels of the rectangle that starts at `corner` and extends by `a` and `b` [m].
+void add_rectangle(const Eigen::Vector3d& corner, const Eigen::Vector3d& a,
+                   const Eigen::Vector3d& b, const Eigen::Vector3d& normal,
+                   std::vector<Surfel>& surfels) {
+  for (double s = kFloorSurfel / 2; s < a.norm(); s += kFloorSurfel) {
+    for (double t = kFloorSurfel / 2; t < b.norm(); t += kFloorSurfel)
+      surfels.push_back({corner + s * a.normalized() + t * b.normalized(), normal});
+  }
 }
 
-TEST(Floor, FindsNoFloorInAWall) {
-  std::vector<Eigen::Vector3f> wall;
-  for (int i = 0; i < 10000; ++i) {
-    wall.emplace_back(0.01F * static_cast<float>(i % 100), 0.01F * static_cast<float>(i / 100), 2);
+/// A room with z up: a wall ahead and one on the left, each from 0.3 m above the floor on, as far
+/// as furniture lets the camera see. The camera is 1.4 m above the floor.
+struct Room {
+  std::vector<Surfel> surfels;
+  /// Looks along x, down by 30 degrees.
+  Pose camera = Pose(Eigen::Matrix3d((Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished()),
+                     {0, 0, 1.4}) *
+                Pose(so3_exp({-30 * kDegree, 0, 0}), Eigen::Vector3d::Zero());
+
+  Room() {
+    add_rectangle({4, -2, 0.3}, {0, 4, 0}, {0, 0, 2}, {-1, 0, 0}, surfels);
+    add_rectangle({0, 2, 0.3}, {4, 0, 0}, {0, 0, 2}, {0, -1, 0}, surfels);
   }
-  const auto floor = find_floor(wall, {0, -1, 0});
-  // At most the lowest strip of the wall may be found.
-  EXPECT_LT(floor ? floor->points : 0, 800U);
-  EXPECT_FALSE(find_floor({}, {0, -1, 0}));
+  void add_level(double x, double y, double length, double width, double z) {
+    add_rectangle({x, y, z}, {length, 0, 0}, {0, width, 0}, {0, 0, 1}, surfels);
+  }
+  /// Returns the finding in the frame of the camera, as for a run that begins there.
+  FloorFinding find(const FloorHints& hints = {}) const {
+    std::vector<Surfel> seen;
+    for (const Surfel& s : surfels) {
+      seen.push_back({camera.inverse() * s.point, camera.quaternion().conjugate() * s.normal});
+    }
+    return find_floor(seen, {Pose()}, hints);
+  }
+  Eigen::Vector3d up() const { return camera.quaternion().conjugate() * Eigen::Vector3d::UnitZ(); }
+};
+
+double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b));
+}
+
+TEST(Floor, IsFoundByACameraThatLooksDown) {
+  Room room;
+  room.add_level(1, -1, 2, 2, 0);
+  const FloorFinding found = room.find();
+  ASSERT_TRUE(found.floor) << found.reason;
+  EXPECT_LT(angle_between(found.floor->up, room.up()), 1e-3);
+  EXPECT_NEAR(found.floor->height, -1.4, 1e-3);
+  EXPECT_NEAR(found.evidence.camera_height, 1.4, 1e-3);
+  EXPECT_NEAR(found.evidence.area, 4, 0.2);
+  EXPECT_NEAR(found.evidence.width, 2, 0.1);
+  EXPECT_EQ(found.reason, "");
+}
+
+TEST(Floor, IsFoundByACameraThatIsRolled) {
+  Room room;
+  room.add_level(1, -1, 2, 2, 0);
+  room.camera = room.camera * Pose(so3_exp({0, 0, 20 * kDegree}), Eigen::Vector3d::Zero());
+  const FloorFinding found = room.find();
+  ASSERT_TRUE(found.floor) << found.reason;
+  EXPECT_LT(angle_between(found.floor->up, room.up()), 1e-3);
+}
+
+TEST(Floor, IsBelowATable) {
+  Room room;
+  room.add_level(1, -1, 2, 2, 0);
+  room.add_level(1, 0, 1.6, 0.8, 0.75);
+  const FloorFinding found = room.find();
+  ASSERT_TRUE(found.floor) << found.reason;
+  EXPECT_NEAR(found.floor->height, -1.4, 1e-3);
+}
+
+TEST(Floor, ATableIsNoFloorIfOtherSurfacesLieBelow) {
+  Room room;
+  room.add_level(1, 0, 1.6, 0.8, 0.75);
+  const FloorFinding found = room.find();
+  EXPECT_FALSE(found.floor);
+  ASSERT_TRUE(found.up);
+  EXPECT_LT(angle_between(*found.up, room.up()), 1e-3) << "the walls show the upward direction";
+  EXPECT_THAT(found.reason, HasSubstr("other surfaces lie below"));
+}
+
+TEST(Floor, ATableIsNoFloorIfItAloneIsSeen) {
+  Room room;
+  room.surfels.clear();
+  room.add_level(0.5, -0.8, 0.8, 1.6, 0.75);
+  const FloorFinding found = room.find();
+  EXPECT_FALSE(found.floor);
+  EXPECT_THAT(found.reason, HasSubstr("0.8 m wide"));
+}
+
+TEST(Floor, IsUnknownInFrontOfAWall) {
+  Room room;
+  room.surfels.clear();
+  add_rectangle({2, -1, 0.3}, {0, 2, 0}, {0, 0, 2}, {-1, 0, 0}, room.surfels);
+  EXPECT_FALSE(room.find().floor);
+  EXPECT_FALSE(find_floor({}, {Pose()}).floor);
+  EXPECT_FALSE(find_floor({}, {}).floor);
+}
+
+TEST(Floor, IsTakenFromTheHints) {
+  Room room;
+  const FloorFinding by_height = room.find({.camera_height = 1.4});
+  ASSERT_TRUE(by_height.floor);
+  EXPECT_NEAR(by_height.floor->height, -1.4, 1e-3);
+  EXPECT_EQ(by_height.confidence, 1);
+  const FloorFinding by_both = find_floor({}, {Pose()}, {.up = {{0, -2, 0}}, .camera_height = 0.5});
+  ASSERT_TRUE(by_both.floor);
+  EXPECT_EQ(by_both.floor->up, Eigen::Vector3d(0, -1, 0));
+  EXPECT_EQ(by_both.floor->height, -0.5);
+  const FloorFinding given = room.find({.floor = Floor{{0, 0, 1}, 3}});
+  EXPECT_EQ(given.floor->height, 3);
 }
 
 TEST(Floor, MapFrameIsOnTheFloorBelowTheCamera) {
@@ -35,9 +137,17 @@ TEST(Floor, MapFrameIsOnTheFloorBelowTheCamera) {
   EXPECT_LT((m.T_map_world * Eigen::Vector3d(0, 0, 0) - Eigen::Vector3d(0, 0, kFloorY)).norm(),
             0.01);
   EXPECT_LT((m.T_map_world * Eigen::Vector3d(0, kFloorY, 2) - Eigen::Vector3d(2, 0, 0)).norm(),
-            0.01);
+            0.02);
   EXPECT_LT((m.T_map_world * Eigen::Vector3d(1, kFloorY, 0) - Eigen::Vector3d(0, -1, 0)).norm(),
-            0.01);
+            0.02);
+}
+
+TEST(Floor, TheDirectionOfWallsIsKnownUpToRightAngles) {
+  Room room;
+  const double yaw = 0.3;
+  const Pose T_map_world(so3_exp({0, 0, yaw}), Eigen::Vector3d::Zero());
+  EXPECT_NEAR(wall_direction(room.surfels, T_map_world), yaw, 1e-9);
+  EXPECT_EQ(wall_direction({}, T_map_world), 0);
 }
 
 }  // namespace

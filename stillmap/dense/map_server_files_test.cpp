@@ -14,12 +14,12 @@ using namespace testing_support;  // NOLINT(google-build-using-namespace)
 
 TEST(MapServerFiles, WritesPgmAndYaml) {
   const PlannerMaps m = planner_maps();
-  const std::string pgm = grid_pgm(m.plan.grid);
-  const std::string head = "P5\n" + std::to_string(m.plan.grid.image.cols) + " " +
-                           std::to_string(m.plan.grid.image.rows) + "\n255\n";
+  const std::string pgm = grid_pgm(m.grid);
+  const std::string head = "P5\n" + std::to_string(m.grid.image.cols) + " " +
+                           std::to_string(m.grid.image.rows) + "\n255\n";
   EXPECT_EQ(pgm.substr(0, head.size()), head);
-  EXPECT_EQ(pgm.size(), head.size() + m.plan.grid.image.total());
-  const std::string yaml = grid_yaml(m.plan.grid, "grid.pgm", m.T_map_world);
+  EXPECT_EQ(pgm.size(), head.size() + m.grid.image.total());
+  const std::string yaml = grid_yaml(m.grid, "grid.pgm", m.T_map_world);
   for (const char* key : {"image: grid.pgm\n", "resolution: 0.05\n", "origin: [", "negate: 0\n",
                           "occupied_thresh: 0.65\n", "free_thresh: 0.196\n"}) {
     EXPECT_NE(yaml.find(key), std::string::npos) << key;

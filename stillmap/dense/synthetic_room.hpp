@@ -3,6 +3,7 @@
 #include "stillmap/dense/dense_map.hpp"
 #include "stillmap/dense/floor.hpp"
 #include "stillmap/dense/floor_plan.hpp"
+#include "stillmap/dense/obstacles.hpp"
 #include "stillmap/dense/occupancy.hpp"
 #include "stillmap/dense/synthetic_frame.hpp"
 
@@ -36,7 +37,8 @@ struct PlannerMaps {
   Floor floor;
   Pose T_map_world;
   OccupiedSpace space;
-  FloorPlan plan;
+  OccupancyGrid grid;
+  std::vector<StaticObstacle> obstacles;
 };
 
 inline PlannerMaps planner_maps() {
@@ -47,10 +49,11 @@ inline PlannerMaps planner_maps() {
   const PlacedMap placed = map.place([](std::uint64_t) { return std::optional(kRoomCamera); });
   PlannerMaps result;
   result.cloud = cloud_of(placed);
-  result.floor = find_floor(result.cloud.cloud.points, {0.1, -1, 0.05}).value();
+  result.floor = {.up = {0, -1, 0}, .height = -kFloorY};
   result.T_map_world = map_frame(result.floor, kRoomCamera);
   result.space = occupied_space(placed, result.T_map_world);
-  result.plan = floor_plan(result.space);
+  result.grid = floor_plan(result.space);
+  result.obstacles = obstacles_in(result.space, 0);
   return result;
 }
 

@@ -116,7 +116,10 @@ SegmentedFrame InstanceStream::wanted_in(const SegmentedFrame& found) const {
 void InstanceStream::finish() {
   if (propagation_stage_) propagation_stage_->drain();
   if (detect_stage_) detect_stage_->drain();
-  if (detector_) skipped_ = detector_->skipped();
+  if (detector_) {
+    skipped_ = detector_->skipped();
+    failures_ = detector_->failures();
+  }
   detector_.reset();
 }
 

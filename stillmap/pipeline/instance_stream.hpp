@@ -64,6 +64,8 @@ class InstanceStream {
   std::size_t segmented() const { return segmented_; }
   /// Returns Detector::skipped() at the end of the run. Called after finish().
   const std::string& skipped() const { return skipped_; }
+  /// Returns Detector::failures() at the end of the run. Called after finish().
+  std::size_t failures() const { return failures_; }
 
  private:
   struct PropagationTask {
@@ -89,6 +91,7 @@ class InstanceStream {
   std::unique_ptr<Detector> detector_;
   std::size_t segmented_ = 0;
   std::string skipped_;
+  std::size_t failures_ = 0;
 
   // Used by the propagation thread until finish().
   MaskPropagator propagator_;

@@ -293,6 +293,7 @@ void SlamSystem::collect_statistics(SlamResult& result) const {
   result.refined = mapping_.refined();
   result.segmented = instances_.segmented();
   result.detector = instances_.use();
+  result.detector_failures = instances_.failures();
   result.detector_skipped = instances_.skipped();
   result.load_shedding = load_shedding_;
   result.camera = camera_;

@@ -50,6 +50,7 @@ struct SlamResult {
   RefineTotals refined;          ///< statistics of local mapping
   std::size_t segmented = 0;     ///< number of frames that the network saw
   std::optional<DetectorUse> detector;  ///< The detector and its schedule; none without one.
+  std::size_t detector_failures = 0;    ///< Number of frames without a usable mask.
   std::string detector_skipped;         ///< Frames without a usable mask, in one line; empty: none.
   LoadShedding load_shedding;
   Camera camera;          ///< of the frames, without distortion

@@ -3,16 +3,12 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/dense/cloud.hpp"
-#include "stillmap/dense/floor.hpp"
-#include "stillmap/dense/floor_plan.hpp"
 #include "stillmap/dense/map_mesh.hpp"
-#include "stillmap/dense/map_server_files.hpp"
 #include "stillmap/dense/mesh.hpp"
-#include "stillmap/dense/octomap.hpp"
 #include "stillmap/dense/semantic_files.hpp"
 #include "stillmap/report/chart.hpp"
 #include "stillmap/report/cloud_image.hpp"
-#include "stillmap/report/obstacle_files.hpp"
+#include "stillmap/report/planner_files.hpp"
 #include "stillmap/sensor/image_file.hpp"
 
 #include <algorithm>
@@ -75,26 +71,6 @@ CaptionedImage write_meshes(const DenseResults& results, const CloudView& view,
                              options.voxel)};
 }
 
-void write_planner_files(const DenseResults& results, const OccupancyOptions& options,
-                         ResultFolder& folder) {
-  const PlacedMap& placed = results.placed;
-  if (placed.views.empty()) return;
-  const auto floor = find_floor(results.cloud.cloud.points, mean_up(results.trajectory));
-  if (!floor) {
-    fmt::print("no floor was found in the cloud: no planner files are written\n");
-    return;
-  }
-  const Pose T_map_world = map_frame(*floor, placed.views.front().T_world_camera);
-  const OccupiedSpace space = occupied_space(placed, T_map_world, options);
-  const FloorPlan plan = floor_plan(space, options);
-  folder.write_text("octomap.bt", octomap_bytes(space));
-  folder.write_text("grid.pgm", grid_pgm(plan.grid));
-  folder.write_text("grid.yaml", grid_yaml(plan.grid, "grid.pgm", T_map_world));
-  folder.write_text("obstacles.json", obstacles_json(plan, T_map_world).dump(2) + "\n");
-  folder.write_text("obstacles.jsonl",
-                    obstacles_by_second(plan, T_map_world, results.trajectory, results.movers));
-}
-
 }  // namespace
 
 void check(const DenseOutputs& outputs) {
@@ -105,13 +81,13 @@ void check(const DenseOutputs& outputs) {
   }
 }
 
-std::vector<CaptionedImage> write_dense_files(const DenseResults& results,
-                                              const DenseOptions& options,
-                                              const DenseOutputs& outputs, ResultFolder& folder) {
+DenseFiles write_dense_files(const DenseResults& results, const DenseOptions& options,
+                             const DenseOutputs& outputs, ResultFolder& folder) {
   const Cloud& cloud = results.cloud.cloud;
   folder.write("cloud.ply", [&](const fs::path& file) { write_ply(file, cloud); });
-  std::vector<CaptionedImage> images;
-  if (cloud.empty()) return images;
+  DenseFiles written;
+  std::vector<CaptionedImage>& images = written.images;
+  if (cloud.empty()) return written;
   const CloudView view = choose_cloud_view({cloud.points, cloud.colors, {}}, results.trajectory);
   images.push_back({image_of(cloud, results.trajectory, view),
                     fmt::format("{} points, with camera poses; {} voxels removed because other "
@@ -124,8 +100,12 @@ std::vector<CaptionedImage> write_dense_files(const DenseResults& results,
   if (!results.cloud.semantics.empty()) images.push_back(write_semantics(results, view, folder));
   if (!outputs.mesh.empty())
     images.push_back(write_meshes(results, view, options.mesh, outputs.mesh, folder));
-  if (outputs.planner) write_planner_files(results, options.occupancy, folder);
-  return images;
+  if (outputs.planner) {
+    written.floor_problem =
+        write_planner_files({results.placed, results.trajectory, results.movers}, options.occupancy,
+                            outputs.floor, folder);
+  }
+  return written;
 }
 
 }  // namespace stillmap

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/dense/dense_map.hpp"
+#include "stillmap/dense/floor.hpp"
 #include "stillmap/geometry/trajectory.hpp"
 #include "stillmap/motion/mover_tracker.hpp"
 #include "stillmap/report/captioned_image.hpp"
@@ -14,7 +15,8 @@ namespace stillmap {
 /// Which files are made from the dense map in addition to its cloud.
 struct DenseOutputs {
   std::vector<std::string> mesh;  ///< File formats of the mesh: ply, obj, glb; empty: no mesh.
-  bool planner = false;  ///< Whether to write octomap.bt, grid.pgm/.yaml, obstacles.json(l).
+  bool planner = false;           ///< Whether to write the files of write_planner_files().
+  FloorHints floor;               ///< For the planner's files.
 };
 
 /// Throws Error for a mesh format that does not exist.
@@ -28,11 +30,15 @@ struct DenseResults {
   const std::vector<MoverTrack>& movers;  ///< Movers in the world frame, for the obstacles.
 };
 
+/// The images for the report and what was found wrong.
+struct DenseFiles {
+  std::vector<CaptionedImage> images;  ///< Of cloud, classes and mesh, the cloud first.
+  std::string floor_problem;           ///< See write_planner_files().
+};
+
 /// Writes cloud.ply and cloud.png; semantic*.ply/.png and objects.json if a network found objects;
 /// mesh.* and the planner's files if wanted.
-/// @returns images of cloud, classes and mesh for the report, the cloud first
-std::vector<CaptionedImage> write_dense_files(const DenseResults& results,
-                                              const DenseOptions& options,
-                                              const DenseOutputs& outputs, ResultFolder& folder);
+DenseFiles write_dense_files(const DenseResults& results, const DenseOptions& options,
+                             const DenseOutputs& outputs, ResultFolder& folder);
 
 }  // namespace stillmap

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/report/obstacle_files.hpp"
 
-#include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 
 #include <nlohmann/json.hpp>
@@ -20,10 +18,13 @@ nlohmann::json box_json(const Eigen::AlignedBox3d& box) {
   return {{"min", triple(box.min())}, {"max", triple(box.max())}};
 }
 
-nlohmann::json statics(const FloorPlan& plan) {
+nlohmann::json statics(const std::vector<StaticObstacle>& obstacles) {
   nlohmann::json list = nlohmann::json::array();
-  for (const StaticObstacle& obstacle : plan.obstacles) {
-    list.push_back({{"id", obstacle.id}, {"box", box_json(obstacle.box)}});
+  for (const StaticObstacle& obstacle : obstacles) {
+    list.push_back({{"id", obstacle.id},
+                    {"center", triple(obstacle.center)},
+                    {"size", triple(obstacle.size)},
+                    {"yaw", std::round(obstacle.yaw * 1e4) / 1e4}});
   }
   return list;
 }
@@ -42,54 +43,42 @@ nlohmann::json mover_in_map(const MoverTrack& track, const MoverSample& sample,
           {"box", box_json(box)}};
 }
 
-long second_of(double timestamp) { return static_cast<long>(std::floor(timestamp)); }
-
-/// Returns the movers of the first frame with movers in each second, in order of their ids.
-std::map<long, nlohmann::json> movers_by_second(const std::vector<MoverTrack>& tracks,
-                                                const Pose& T_map_world) {
-  std::map<long, double> first;  // time stamp of the first frame with movers, by second
+/// Returns the movers of each frame that has any, by timestamp, in order of their ids.
+std::map<double, nlohmann::json> movers_by_frame(const std::vector<MoverTrack>& tracks,
+                                                 const Pose& T_map_world) {
+  std::map<double, nlohmann::json> movers;
   for (const MoverTrack& track : tracks) {
-    for (const MoverSample& sample : track.samples) {
-      double& stamp = first.emplace(second_of(sample.timestamp), sample.timestamp).first->second;
-      stamp = std::min(stamp, sample.timestamp);
-    }
-  }
-  std::map<long, nlohmann::json> movers;
-  for (const MoverTrack& track : tracks) {
-    for (const MoverSample& sample : track.samples) {
-      const long second = second_of(sample.timestamp);
-      if (sample.timestamp == first.at(second))
-        movers[second].push_back(mover_in_map(track, sample, T_map_world));
-    }
+    for (const MoverSample& sample : track.samples)
+      movers[sample.timestamp].push_back(mover_in_map(track, sample, T_map_world));
   }
   return movers;
 }
 
 }  // namespace
 
-nlohmann::json obstacles_json(const FloorPlan& plan, const Pose& T_map_world) {
-  const Eigen::Vector3d& t = T_map_world.translation();
-  const Eigen::Quaterniond& q = T_map_world.quaternion();
-  return {{"T_map_world", {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}},
-          {"obstacles", statics(plan)}};
+nlohmann::json pose_json(const Pose& pose) {
+  const Eigen::Vector3d& t = pose.translation();
+  const Eigen::Quaterniond& q = pose.quaternion();
+  return {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()};
 }
 
-std::string obstacles_by_second(const FloorPlan& plan, const Pose& T_map_world,
-                                const Trajectory& trajectory,
-                                const std::vector<MoverTrack>& tracks) {
-  const auto movers = movers_by_second(tracks, T_map_world);
-  const nlohmann::json still = statics(plan);
-  std::string lines;
-  long last = std::numeric_limits<long>::min();
+nlohmann::json obstacles_json(const std::vector<StaticObstacle>& obstacles,
+                              const Pose& T_map_world) {
+  return {{"T_map_world", pose_json(T_map_world)}, {"obstacles", statics(obstacles)}};
+}
+
+std::string obstacles_by_frame(const std::vector<StaticObstacle>& obstacles,
+                               const Pose& T_map_world, const Trajectory& trajectory,
+                               const std::vector<MoverTrack>& tracks) {
+  const auto movers = movers_by_frame(tracks, T_map_world);
+  const nlohmann::json first = {{"T_map_world", pose_json(T_map_world)},
+                                {"static", statics(obstacles)}};
+  std::string lines = first.dump() + "\n";
   for (const auto& [timestamp, T_world_camera] : trajectory) {
-    const long second = second_of(timestamp);
-    if (second == last) continue;
-    last = second;
-    const auto found = movers.find(second);
+    const auto found = movers.find(timestamp);
     const nlohmann::json line = {
         {"timestamp", timestamp},
         {"camera", triple(T_map_world * T_world_camera.translation())},
-        {"static", still},
         {"movers", found != movers.end() ? found->second : nlohmann::json::array()}};
     lines += line.dump() + "\n";
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/dense/floor_plan.hpp"
+#include "stillmap/dense/obstacles.hpp"
 #include "stillmap/geometry/trajectory.hpp"
 #include "stillmap/motion/mover_tracker.hpp"
 
@@ -11,18 +11,22 @@
 
 namespace stillmap {
 
-/// Returns the static obstacles: {"T_map_world": [tx, ty, tz, qx, qy, qz, qw], "obstacles": [{"id",
-/// "box": {"min", "max"}}]}; meters, frame `map` (z up from the floor).
-nlohmann::json obstacles_json(const FloorPlan& plan, const Pose& T_map_world);
+/// Returns a pose as [tx, ty, tz, qx, qy, qz, qw].
+nlohmann::json pose_json(const Pose& pose);
 
-/// Returns the static and moving obstacles over time, for a safety system: one JSON object per line
-/// and second of the trajectory: {"timestamp", "camera": [x, y, z], "static": [as in
-/// obstacles_json()], "movers": [{"id", "class", "centroid", "velocity", "box": {"min", "max"}}]};
-/// meters and m/s, frame `map`. The movers are those of the first frame in the second that has any;
-/// the box of a mover is the bounding box of its rotated box in the world.
+/// Returns the static obstacles: {"T_map_world": pose, "obstacles": [{"id", "center", "size",
+/// "yaw"}]}, see StaticObstacle; meters and radians, frame `map` (z up from the floor).
+nlohmann::json obstacles_json(const std::vector<StaticObstacle>& obstacles,
+                              const Pose& T_map_world);
+
+/// Returns the static obstacles and, for every frame, the moving ones: one JSON object per line.
+/// The first is {"T_map_world", "static": [as in obstacles_json()]}, the others are {"timestamp",
+/// "camera": [x, y, z], "movers": [{"id", "class", "centroid", "velocity", "box": {"min",
+/// "max"}}]}; meters and m/s, frame `map`. The box of a mover is the bounding box of its rotated
+/// box in the world.
 /// @param movers  tracks in the trajectory's world; may be empty
-std::string obstacles_by_second(const FloorPlan& plan, const Pose& T_map_world,
-                                const Trajectory& trajectory,
-                                const std::vector<MoverTrack>& movers);
+std::string obstacles_by_frame(const std::vector<StaticObstacle>& obstacles,
+                               const Pose& T_map_world, const Trajectory& trajectory,
+                               const std::vector<MoverTrack>& movers);
 
 }  // namespace stillmap

@@ -11,11 +11,8 @@
 namespace stillmap {
 namespace {
 
-FloorPlan plan() {
-  StaticObstacle table;
-  table.id = 1;
-  table.box = {Eigen::Vector3d(1, -0.5, 0.1), Eigen::Vector3d(2, 0.5, 0.8)};
-  return {.grid = {}, .obstacles = {table}};
+std::vector<StaticObstacle> table() {
+  return {{.id = 1, .center = {1.5, 0, 0.45}, .size = {1, 2, 0.7}, .yaw = 0.5}};
 }
 
 // A camera's world (y down) 1.2 m above the floor.
@@ -43,10 +40,10 @@ std::vector<MoverTrack> one_person() {
   MoverTrack person;
   person.id = 7;
   person.class_name = "person";
-  for (const double timestamp : {101.35, 101.45}) {
+  for (const int frame : {13, 14}) {
     MoverSample sample;
-    sample.timestamp = timestamp;
-    sample.centroid = {0.5 + 10 * (timestamp - 101.35), 0.2, 3};
+    sample.timestamp = two_and_a_half_seconds()[static_cast<std::size_t>(frame)].timestamp;
+    sample.centroid = {0.5 + frame - 13, 0.2, 3};
     sample.velocity = {0.1, 0, -0.4};
     sample.box = {Eigen::Vector3d(0.2, -0.6, 2.8), Eigen::Vector3d(0.8, 1.2, 3.2)};
     person.samples.push_back(sample);
@@ -54,17 +51,21 @@ std::vector<MoverTrack> one_person() {
   return {person};
 }
 
-TEST(ObstacleFiles, ListStaticAndMovingObstaclesOncePerSecond) {
+TEST(ObstacleFiles, ListStaticObstaclesOnceAndMovingOnesInEveryFrame) {
   const auto lines =
-      lines_of(obstacles_by_second(plan(), T_map_world(), two_and_a_half_seconds(), one_person()));
-  ASSERT_EQ(lines.size(), 3U);
-  for (const auto& line : lines) {
-    EXPECT_EQ(line["static"][0]["box"]["max"], (nlohmann::json{2.0, 0.5, 0.8}));
-    EXPECT_EQ(line["camera"], (nlohmann::json{0.0, 0.0, 1.2}));
+      lines_of(obstacles_by_frame(table(), T_map_world(), two_and_a_half_seconds(), one_person()));
+  ASSERT_EQ(lines.size(), 26U);
+  EXPECT_EQ(lines[0]["static"][0]["size"], (nlohmann::json{1.0, 2.0, 0.7}));
+  EXPECT_EQ(lines[0]["static"][0]["yaw"], 0.5);
+  EXPECT_EQ(lines[0]["T_map_world"][2], 1.2);
+  int with_movers = 0;
+  for (std::size_t i = 1; i < lines.size(); ++i) {
+    EXPECT_EQ(lines[i]["camera"], (nlohmann::json{0.0, 0.0, 1.2}));
+    with_movers += lines[i]["movers"].size() == 1;
   }
-  EXPECT_TRUE(lines[0]["movers"].empty());
-  ASSERT_EQ(lines[1]["movers"].size(), 1U);
-  const auto& person = lines[1]["movers"][0];
+  EXPECT_EQ(with_movers, 2);
+  EXPECT_DOUBLE_EQ(lines[14]["timestamp"], 101.35);
+  const auto& person = lines[14]["movers"][0];
   EXPECT_EQ(person["id"], 7);
   EXPECT_EQ(person["centroid"], (nlohmann::json{3.0, -0.5, 1.0}));
   EXPECT_EQ(person["velocity"], (nlohmann::json{-0.4, -0.1, 0.0}));
@@ -74,10 +75,10 @@ TEST(ObstacleFiles, ListStaticAndMovingObstaclesOncePerSecond) {
 
 TEST(ObstacleFiles, NeedNoMovers) {
   const auto lines =
-      lines_of(obstacles_by_second(plan(), T_map_world(), two_and_a_half_seconds(), {}));
-  ASSERT_EQ(lines.size(), 3U);
+      lines_of(obstacles_by_frame(table(), T_map_world(), two_and_a_half_seconds(), {}));
+  ASSERT_EQ(lines.size(), 26U);
   EXPECT_TRUE(lines[2]["movers"].empty());
-  EXPECT_EQ(obstacles_json(plan(), T_map_world())["obstacles"].size(), 1U);
+  EXPECT_EQ(obstacles_json(table(), T_map_world())["obstacles"].size(), 1U);
 }
 
 }  // namespace

@@ -346,9 +346,17 @@ std::string page_style() {
       kLightColors, kPageStyle, kChartStyle);
 }
 
+/// Returns a box with the reasons not to trust the results.
+std::string doubts_section(const RunRecord& record) {
+  std::string text;
+  for (const std::string& doubt : record.doubts)
+    text += "<p class=\"doubt\"><b>Do not trust this result:</b> " + e(doubt) + "</p>\n";
+  return text;
+}
+
 std::string body(const RunRecord& record, const ReportImages& images) {
-  return header(record) + tiles(record) + trajectory_section(record) + error_section(record) +
-         coverage_section(record) +
+  return header(record) + doubts_section(record) + tiles(record) + trajectory_section(record) +
+         error_section(record) + coverage_section(record) +
          (images.cloud ? section("Static map", figure(*images.cloud)) : "") +
          movers_section(record, images) + section("Example frames", gallery(record.gallery)) +
          section("More images of the map", gallery(images.more)) + timing_section(record) +

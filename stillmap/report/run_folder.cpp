@@ -5,9 +5,11 @@
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/evaluate/timing.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
+#include "stillmap/report/doubts.hpp"
 #include "stillmap/report/machine.hpp"
 #include "stillmap/report/mover_files.hpp"
 #include "stillmap/report/mover_image.hpp"
+#include "stillmap/report/planner_files.hpp"
 #include "stillmap/report/profile.hpp"
 #include "stillmap/report/report_page.hpp"
 #include "stillmap/sensor/image_file.hpp"
@@ -44,12 +46,16 @@ void write_summary(const RunRecord& record, const RunOutputs& outputs, double sa
   folder.write_text("summary.json", summary.dump(2) + "\n");
 }
 
-ReportImages write_dense_map(const RunRecord& record, const DenseOutputs& outputs,
-                             ResultFolder& folder) {
+/// Adds to the doubts of the record.
+ReportImages write_dense_map(RunRecord& record, const DenseOutputs& outputs, ResultFolder& folder) {
   const SlamResult& result = record.result;
   ReportImages images;
-  images.more = write_dense_files({result.dense, result.placed, result.trajectory, result.movers},
-                                  dense_parameters_of(record.options), outputs, folder);
+  DenseFiles files =
+      write_dense_files({result.dense, result.placed, result.trajectory, result.movers},
+                        dense_parameters_of(record.options), outputs, folder);
+  images.more = std::move(files.images);
+  if (!files.floor_problem.empty())
+    record.doubts.push_back(unknown_floor_text(files.floor_problem));
   if (images.more.empty()) return images;
   images.cloud = images.more.front();
   images.more.erase(images.more.begin());
@@ -81,7 +87,8 @@ std::vector<std::string> file_names(RunPart part) {
     case RunPart::kMesh:
       return {"mesh.ply", "mesh.obj", "mesh.glb", "mesh.png"};
     case RunPart::kPlanner:
-      return {"octomap.bt", "grid.pgm", "grid.yaml", "obstacles.json", "obstacles.jsonl"};
+      return {"floor.json", "octomap.bt",     "grid.pgm",
+              "grid.yaml",  "obstacles.json", "obstacles.jsonl"};
     case RunPart::kLabels:
       return {LabelRecording().file()};
     case RunPart::kProfile:
@@ -108,8 +115,9 @@ std::vector<std::string> possible_run_files(const Options& options, const RunOut
   return names;
 }
 
-void write_run_files(const RunRecord& record, const RunOutputs& outputs, ResultFolder& folder) {
+void write_run_files(RunRecord& record, const RunOutputs& outputs, ResultFolder& folder) {
   const SlamResult& result = record.result;
+  record.doubts = doubts_of(record);
   folder.write("trajectory.txt",
                [&](const fs::path& file) { write_trajectory(file, result.trajectory); });
   folder.write("trajectory_covariance.txt",
@@ -141,7 +149,7 @@ std::string write_profile(const Trace& trace, double process_cpu_ms, ResultFolde
   return profile_in_brief(profile);
 }
 
-std::vector<std::filesystem::path> write_run_folder(const RunRecord& record,
+std::vector<std::filesystem::path> write_run_folder(RunRecord record,
                                                     const std::filesystem::path& folder,
                                                     const RunOutputs& outputs,
                                                     ResultFolder::Foreign foreign) {

@@ -50,7 +50,7 @@ std::vector<std::string> possible_run_files(const Options& options, const RunOut
 /// movers.jsonl, movers.png, the files of the dense map, run.map, options.yaml, timing.txt,
 /// summary.json and report.html; and saves the map, if wanted. Problems are kept in the folder: see
 /// ResultFolder::require_all().
-void write_run_files(const RunRecord& record, const RunOutputs& outputs, ResultFolder& folder);
+void write_run_files(RunRecord& record, const RunOutputs& outputs, ResultFolder& folder);
 
 /// Writes profile.txt, profile.svg and trace.json. All other threads of the trace must be idle.
 /// @param process_cpu_ms  CPU time of the process in the time of the trace [ms]
@@ -62,7 +62,7 @@ std::string write_profile(const Trace& trace, double process_cpu_ms, ResultFolde
 /// that would overwrite a foreign file.
 /// @returns the files written
 std::vector<std::filesystem::path> write_run_folder(
-    const RunRecord& record, const std::filesystem::path& folder, const RunOutputs& outputs = {},
+    RunRecord record, const std::filesystem::path& folder, const RunOutputs& outputs = {},
     ResultFolder::Foreign foreign = ResultFolder::Foreign::kKeep);
 
 }  // namespace stillmap

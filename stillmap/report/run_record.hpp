@@ -27,11 +27,12 @@ struct LoadedMap {
 /// All data of a finished run. All result files, the report page and the printed summary are made
 /// from it.
 struct RunRecord {
-  std::string sequence;             ///< Name of the sequence, for headings.
-  std::string machine;              ///< Processor and number of cores.
-  Options options;                  ///< All options in force.
-  SlamResult result;                ///< Trajectory, map, movers and timing.
-  std::string detector;             ///< Description of the object detector; empty: none.
+  std::string sequence;  ///< Name of the sequence, for headings.
+  std::string machine;   ///< Processor and number of cores.
+  Options options;       ///< All options in force.
+  SlamResult result;     ///< Trajectory, map, movers and timing.
+  std::string detector;  ///< Description of the object detector; empty: none.
+  bool detector_gives_boxes_only = false;
   std::optional<SavedMap> map;      ///< The map to be saved; includes the views of the dense map.
   std::optional<LoadedMap> loaded;  ///< The map that the run started from.
   std::optional<Trajectory> truth;  ///< True trajectory, T_world_camera.
@@ -44,6 +45,7 @@ struct RunRecord {
   double seconds = 0;       ///< Wall time of the run, without writing files [s].
   std::optional<double> first_pose_seconds;  ///< Time from program start to the first pose [s].
   double mapping_memory_mib = 0;             ///< Peak memory before files are written [MiB].
+  std::vector<std::string> doubts;           ///< Reasons not to trust the results.
   bool interrupted = false;                  ///< Whether the user stopped the run early.
 
   /// Returns the number of frames of the sequence: processed, dropped and unreadable ones.

@@ -222,6 +222,7 @@ nlohmann::json run_summary_json(const RunRecord& record) {
   json["detector"] = text_or_null(record.detector);
   json["network"] = network_json(record.result.detector);
   json["frames_without_masks"] = text_or_null(record.result.detector_skipped);
+  json["doubts"] = record.doubts;
   json["interrupted"] = record.interrupted;
   json["frames"] = frames_json(record);
   for (const SkippedFrame& s : record.skipped)

@@ -6,6 +6,8 @@
 #include "stillmap/report/machine.hpp"
 #include "stillmap/report/run_folder.hpp"
 
+#include <utility>
+
 namespace stillmap {
 namespace {
 
@@ -35,7 +37,7 @@ std::vector<std::filesystem::path> write_results(const Results& results,
   record.frames = details.result.frames.size();
   record.seconds = details.seconds;
   record.mapping_memory_mib = peak_memory_mib();
-  return write_run_folder(record, folder);
+  return write_run_folder(std::move(record), folder);
 }
 
 }  // namespace stillmap

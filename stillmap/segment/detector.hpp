@@ -3,6 +3,7 @@
 #include "stillmap/segment/instance.hpp"
 #include "stillmap/sensor/rgbd_frame.hpp"
 
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <string>
@@ -32,6 +33,10 @@ class Detector {
   virtual bool immediate() const { return false; }
   /// Returns one line about skipped frames for the summary; empty if there are none.
   virtual std::string skipped() const { return {}; }
+  /// Returns the number of frames so far for which there was nothing usable to detect from.
+  virtual std::size_t failures() const { return 0; }
+  /// Returns whether instances have masks; otherwise they have boxes only.
+  virtual bool gives_masks() const { return true; }
   /// Returns the class names by class id.
   virtual const std::vector<std::string>& class_names() const = 0;
 };

@@ -26,6 +26,7 @@ class MaskFolder final : public Detector {
   std::vector<Instance> detect(const RgbdFrame& frame) override;
   std::string description() const override;
   std::string skipped() const override;
+  std::size_t failures() const override { return missing_ + unusable_; }
   const std::vector<std::string>& class_names() const override;
 
   /// Returns the number of frames without a mask so far.

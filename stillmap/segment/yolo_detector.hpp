@@ -35,6 +35,7 @@ class YoloDetector final : public Detector {
   cv::Size input_size() const;
   /// Returns whether the network computes masks, not only boxes.
   bool segments() const { return shape_.mask_coefficients > 0; }
+  bool gives_masks() const override { return segments(); }
 
  private:
   void check_outputs(const OnnxInfo& info);

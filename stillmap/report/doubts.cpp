@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/report/doubts.hpp"
+
+#include <algorithm>
+#include <map>
+
+#include <fmt/format.h>
+
+namespace stillmap {
+namespace {
+
+/// Minimum share of frames with a pose [0..1].
+constexpr double kMinCoverage = 0.5;
+/// Maximum share of poses that contradict the motion [0..1].
+constexpr double kMaxUncertain = 0.2;
+/// Maximum share of frames for which the masks could not be used [0..1].
+constexpr double kMaxWithoutMasks = 0.5;
+
+double share(std::size_t part, std::size_t all) {
+  return all > 0 ? static_cast<double>(part) / static_cast<double>(all) : 0;
+}
+
+/// Returns the most frequent reason for a frame without a pose.
+std::string main_reason(const SlamResult& result) {
+  std::map<std::string, int> count;
+  for (const FrameRecord& f : result.frames) {
+    if (!f.reason.empty()) ++count[f.reason];
+  }
+  const auto most = std::max_element(
+      count.begin(), count.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  if (most == count.end()) return "no frame could be read";
+  return most->first;
+}
+
+void add_coverage(const RunRecord& record, std::vector<std::string>& doubts) {
+  const std::size_t total = record.total_frames(), tracked = record.result.tracked();
+  if (total > 0 && share(tracked, total) >= kMinCoverage) return;
+  doubts.push_back(fmt::format(
+      "only {} of {} frames have a pose (most often: {}); check the camera, its depth factor and "
+      "the images with: stillmap doctor RECORDING",
+      tracked, total, main_reason(record.result)));
+}
+
+void add_uncertain(const RunRecord& record, std::vector<std::string>& doubts) {
+  const auto& frames = record.result.frames;
+  const auto uncertain = static_cast<std::size_t>(std::count_if(
+      frames.begin(), frames.end(), [](const auto& f) { return f.contradicts_motion; }));
+  if (share(uncertain, record.result.tracked()) <= kMaxUncertain) return;
+  doubts.push_back(fmt::format(
+      "{} of {} poses contradict the motion of the camera; people may fill the image, or the "
+      "intrinsics may be wrong: stillmap doctor RECORDING",
+      uncertain, record.result.tracked()));
+}
+
+void add_masks(const RunRecord& record, std::vector<std::string>& doubts) {
+  const SlamResult& result = record.result;
+  if (share(result.detector_failures, result.segmented) > kMaxWithoutMasks) {
+    doubts.push_back(
+        fmt::format("{} of {} frames have no usable mask ({}); name the folder of masks of this "
+                    "recording, in the size of its images",
+                    result.detector_failures, result.segmented, result.detector_skipped));
+  }
+  const std::string preset = record.options.preset();
+  if (record.detector_gives_boxes_only && (preset == "seg-mask" || preset == "gated-seg")) {
+    doubts.push_back(fmt::format(
+        "preset {} needs masks, and the network gives boxes only, so whole boxes are left out; "
+        "use a segmentation network such as yolov8n-seg.onnx",
+        preset));
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> doubts_of(const RunRecord& record) {
+  std::vector<std::string> doubts;
+  add_coverage(record, doubts);
+  add_uncertain(record, doubts);
+  add_masks(record, doubts);
+  const SlamResult& result = record.result;
+  if (result.maps > 1) {
+    doubts.push_back(
+        fmt::format("there are {} maps that are not connected, so the poses of one say nothing "
+                    "about those of another; record the places in one run, or return to the first",
+                    result.maps));
+  }
+  if (record.options.dense.enabled && result.tracked() > 0 && result.dense.cloud.empty()) {
+    doubts.emplace_back(
+        "the dense map is empty; check dense.voxel, dense.max_depth and dense.min_keyframes, and "
+        "the depth images");
+  }
+  return doubts;
+}
+
+}  // namespace stillmap

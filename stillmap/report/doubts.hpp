@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/report/run_record.hpp"
+
+#include <string>
+#include <vector>
+
+namespace stillmap {
+
+/// Returns the reasons not to trust the results of a run, each as one sentence with its fix: few
+/// frames with a pose, unconnected maps, an empty dense map, many uncertain poses, frames without
+/// masks, a network without masks for a preset that needs them. Empty if there are none.
+std::vector<std::string> doubts_of(const RunRecord& record);
+
+}  // namespace stillmap

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/report/doubts.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace stillmap {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+/// Returns the record of a good run of ten frames.
+RunRecord good_run() {
+  RunRecord record;
+  record.options = read_options("fused");
+  record.frames = 10;
+  for (int i = 0; i < 10; ++i) {
+    FrameRecord frame;
+    frame.state = TrackState::kTracking;
+    record.result.frames.push_back(frame);
+    record.result.trajectory.push_back({static_cast<double>(i), Pose()});
+  }
+  record.result.maps = 1;
+  record.result.segmented = 10;
+  record.result.dense.cloud.points.resize(100);
+  record.result.dense.cloud.colors.resize(100);
+  return record;
+}
+
+TEST(Doubts, ThereAreNoneAboutAGoodRun) { EXPECT_THAT(doubts_of(good_run()), IsEmpty()); }
+
+TEST(Doubts, FewFramesWithAPoseAreToldWithTheMainReason) {
+  RunRecord record = good_run();
+  record.result.trajectory.resize(5);
+  EXPECT_THAT(doubts_of(record), IsEmpty()) << "half of them is enough";
+  record.result.trajectory.resize(4);
+  record.result.frames[1].reason = "too dark";
+  record.result.frames[2].reason = record.result.frames[3].reason = "too few keypoints";
+  EXPECT_THAT(doubts_of(record),
+              ElementsAre(HasSubstr("4 of 10 frames have a pose (most often: too few keypoints)")));
+  EXPECT_THAT(doubts_of(RunRecord{}), ElementsAre(HasSubstr("0 of 0 frames")));
+}
+
+TEST(Doubts, FramesThatCouldNotBeReadCount) {
+  RunRecord record = good_run();
+  record.skipped.resize(11);
+  EXPECT_THAT(doubts_of(record), ElementsAre(HasSubstr("10 of 21 frames")));
+  for (SkippedFrame& skipped : record.skipped) skipped.frame_lost = false;
+  EXPECT_THAT(doubts_of(record), IsEmpty()) << "only their depth is missing";
+}
+
+TEST(Doubts, UncertainPosesUnconnectedMapsAndAnEmptyMapAreTold) {
+  RunRecord record = good_run();
+  for (int i : {1, 2, 3})
+    record.result.frames[static_cast<std::size_t>(i)].contradicts_motion = true;
+  EXPECT_THAT(doubts_of(record), ElementsAre(HasSubstr("3 of 10 poses contradict")));
+  record = good_run();
+  record.result.maps = 2;
+  EXPECT_THAT(doubts_of(record), ElementsAre(HasSubstr("2 maps that are not connected")));
+  record = good_run();
+  record.result.dense.cloud = {};
+  EXPECT_THAT(doubts_of(record), ElementsAre(HasSubstr("dense map is empty")));
+  record.options.dense.enabled = false;
+  EXPECT_THAT(doubts_of(record), IsEmpty());
+}
+
+TEST(Doubts, MasksOfAnotherRecordingAreTold) {
+  RunRecord record = good_run();
+  record.result.detector_failures = 5;
+  record.result.detector_skipped = "5 frames without a mask";
+  EXPECT_THAT(doubts_of(record), IsEmpty());
+  record.result.detector_failures = 6;
+  EXPECT_THAT(doubts_of(record), ElementsAre(HasSubstr("6 of 10 frames have no usable mask")));
+}
+
+TEST(Doubts, ANetworkWithoutMasksIsToldForThePresetsThatNeedThem) {
+  RunRecord record = good_run();
+  record.detector_gives_boxes_only = true;
+  EXPECT_THAT(doubts_of(record), IsEmpty());
+  record.options = read_options("seg-mask");
+  EXPECT_THAT(doubts_of(record), ElementsAre(HasSubstr("boxes only")));
+}
+
+}  // namespace
+}  // namespace stillmap

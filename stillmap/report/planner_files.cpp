@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/report/planner_files.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/file.hpp"
+#include "stillmap/dense/floor_plan.hpp"
+#include "stillmap/dense/map_server_files.hpp"
+#include "stillmap/dense/obstacles.hpp"
+#include "stillmap/dense/octomap.hpp"
+#include "stillmap/report/obstacle_files.hpp"
+
+#include <cmath>
+
+#include <nlohmann/json.hpp>
+
+namespace stillmap {
+namespace {
+
+nlohmann::json triple(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+nlohmann::json floor_json(const FloorFinding& finding, const Pose& T_map_world) {
+  const FloorEvidence& e = finding.evidence;
+  nlohmann::json json{{"frame", finding.floor ? "map" : "first camera"},
+                      {"T_map_world", pose_json(T_map_world)},
+                      {"floor", nullptr},
+                      {"up", nullptr},
+                      {"confidence", finding.confidence},
+                      {"evidence",
+                       {{"area_m2", e.area},
+                        {"width_m", e.width},
+                        {"area_below_m2", e.area_below},
+                        {"camera_height_m", e.camera_height}}},
+                      {"problem", nullptr}};
+  if (finding.up) json["up"] = triple(*finding.up);
+  if (finding.floor)
+    json["floor"] = {{"up", triple(finding.floor->up)}, {"height", finding.floor->height}};
+  if (!finding.reason.empty()) json["problem"] = finding.reason;
+  return json;
+}
+
+/// Returns the obstacles between the heights of the options, as boxes along the walls.
+std::vector<StaticObstacle> static_obstacles(const PlacedMap& placed,
+                                             const std::vector<Surfel>& surfels,
+                                             const Pose& T_map_world,
+                                             const OccupancyOptions& options) {
+  const double yaw = wall_direction(surfels, T_map_world);
+  const Pose T_walls_map(so3_exp({0, 0, -yaw}), Eigen::Vector3d::Zero());
+  return obstacles_in(occupied_space(placed, T_walls_map * T_map_world, options), yaw, options);
+}
+
+}  // namespace
+
+std::string write_planner_files(const PlannerData& data, const OccupancyOptions& options,
+                                const FloorHints& hints, ResultFolder& folder) {
+  const PlacedMap& placed = data.placed;
+  if (placed.views.empty()) return "there is no view";
+  std::vector<Pose> cameras;
+  for (const PosedView& view : placed.views) cameras.push_back(view.T_world_camera);
+  const std::vector<Surfel> surfels = surfels_of(placed, kFloorSurfel);
+  const FloorFinding finding = find_floor(surfels, cameras, hints);
+  const Pose T_map_world =
+      finding.floor ? map_frame(*finding.floor, cameras.front()) : cameras.front().inverse();
+  const OccupiedSpace space = occupied_space(placed, T_map_world, options);
+  std::vector<StaticObstacle> obstacles;
+  folder.write_text("floor.json", floor_json(finding, T_map_world).dump(2) + "\n");
+  folder.write_text("octomap.bt", octomap_bytes(space));
+  if (finding.floor) {
+    const OccupancyGrid grid = floor_plan(space, options);
+    folder.write_text("grid.pgm", grid_pgm(grid));
+    folder.write_text("grid.yaml", grid_yaml(grid, "grid.pgm", T_map_world));
+    obstacles = static_obstacles(placed, surfels, T_map_world, options);
+  }
+  folder.write_text("obstacles.json", obstacles_json(obstacles, T_map_world).dump(2) + "\n");
+  folder.write_text("obstacles.jsonl",
+                    obstacles_by_frame(obstacles, T_map_world, data.trajectory, data.movers));
+  return finding.reason;
+}
+
+std::string unknown_floor_text(const std::string& reason) {
+  return "the floor is unknown, so the files for planners are in the frame of the first camera, "
+         "and "
+         "there are no grid and no static obstacles: " +
+         reason + "; give --camera-height METERS, or --floor FILE";
+}
+
+Floor read_floor(const std::filesystem::path& file) {
+  const char* fix = "give floor.json of a run with --planner that found the floor";
+  const auto json = nlohmann::json::parse(read_file(file), nullptr, false);
+  try {
+    const auto& floor = json.at("floor");
+    const auto up = floor.at("up").get<std::vector<double>>();
+    if (up.size() != 3) throw Error("'up' must have 3 numbers", file.string(), fix);
+    Floor read{{up[0], up[1], up[2]}, floor.at("height").get<double>()};
+    if (!std::isfinite(read.height) || std::abs(read.up.norm() - 1) > 1e-3)
+      throw Error("'up' is no unit vector, or 'height' is not finite", file.string(), fix);
+    read.up.normalize();
+    return read;
+  } catch (const nlohmann::json::exception&) {
+    throw Error("contains no floor: {\"floor\": {\"up\": [x, y, z], \"height\": m}}", file.string(),
+                fix);
+  }
+}
+
+}  // namespace stillmap

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/dense/dense_map.hpp"
+#include "stillmap/dense/floor.hpp"
+#include "stillmap/dense/occupancy_options.hpp"
+#include "stillmap/geometry/trajectory.hpp"
+#include "stillmap/motion/mover_tracker.hpp"
+#include "stillmap/report/result_folder.hpp"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace stillmap {
+
+/// Data of the files for planners, all in the world frame.
+struct PlannerData {
+  const PlacedMap& placed;
+  const Trajectory& trajectory;
+  const std::vector<MoverTrack>& movers;
+};
+
+/// Writes the floor (floor.json), the occupied space (octomap.bt), and the obstacles
+/// (obstacles.json, obstacles.jsonl), and, if the floor is known, the grid (grid.pgm, grid.yaml).
+/// Without a floor the files are in the frame of the first camera and have no static obstacles.
+/// @returns why the floor is unknown; empty if it is known
+std::string write_planner_files(const PlannerData& data, const OccupancyOptions& options,
+                                const FloorHints& hints, ResultFolder& folder);
+
+/// Returns the sentence for users about an unknown floor, with the fix.
+std::string unknown_floor_text(const std::string& reason);
+
+/// Reads {"floor": {"up": [x, y, z], "height": m}} as write_planner_files() writes it, world frame.
+/// Throws Error if the file has no such floor.
+Floor read_floor(const std::filesystem::path& file);
+
+}  // namespace stillmap

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/report/planner_files.hpp"
+
+#include "stillmap/base/file.hpp"
+#include "stillmap/base/test_error.hpp"
+#include "stillmap/base/test_path.hpp"
+#include "stillmap/dense/synthetic_room.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace stillmap {
+namespace {
+
+namespace fs = std::filesystem;
+using test::error_of;
+using ::testing::HasSubstr;
+
+/// Writes the planner's files of the rendered room, whose floor is 1.2 m below the camera.
+class PlannerFiles : public ::testing::Test {
+ protected:
+  std::string write(const FloorHints& hints) {
+    DenseOptions options;
+    options.back_projection.stride = 1;
+    DenseMap map(testing_support::small_camera(), options);
+    map.add(0,
+            testing_support::frame_of(testing_support::small_camera(), testing_support::room_depth),
+            {});
+    const PlacedMap placed =
+        map.place([](std::uint64_t) { return std::optional(testing_support::kRoomCamera); });
+    ResultFolder folder(folder_, ResultFolder::Foreign::kKeep);
+    std::string problem =
+        write_planner_files({placed, {{1.0, testing_support::kRoomCamera}}, {}}, {}, hints, folder);
+    folder.require_all();
+    return problem;
+  }
+  nlohmann::json floor() const { return nlohmann::json::parse(read_file(folder_ / "floor.json")); }
+  nlohmann::json obstacles() const {
+    return nlohmann::json::parse(read_file(folder_ / "obstacles.json"));
+  }
+
+  const fs::path folder_ = test::own_path("planner_files");
+
+ private:
+  void SetUp() override { fs::remove_all(folder_); }
+};
+
+TEST_F(PlannerFiles, AreInTheFrameOfTheMapOnAGivenFloor) {
+  const Eigen::Vector3d up =
+      testing_support::kRoomCamera.quaternion().conjugate() * Eigen::Vector3d(0, -1, 0);
+  EXPECT_EQ(write({.up = up, .camera_height = 1.2}), "");
+  EXPECT_EQ(floor()["frame"], "map");
+  EXPECT_NEAR(floor()["T_map_world"][2].get<double>(), 1.2, 1e-9);
+  EXPECT_FALSE(obstacles()["obstacles"].empty());
+  EXPECT_TRUE(fs::exists(folder_ / "grid.pgm"));
+  const Floor again = read_floor(folder_ / "floor.json");
+  EXPECT_NEAR(again.height, -1.2, 1e-9);
+  EXPECT_LT((again.up - Eigen::Vector3d(0, -1, 0)).norm(), 1e-9);
+}
+
+TEST_F(PlannerFiles, AreInTheFrameOfTheFirstCameraIfTheFloorIsUnknown) {
+  // The room is rendered too coarsely for surfels.
+  EXPECT_NE(write({}), "");
+  EXPECT_EQ(floor()["frame"], "first camera");
+  EXPECT_TRUE(floor()["floor"].is_null());
+  EXPECT_FALSE(floor()["problem"].is_null());
+  EXPECT_TRUE(obstacles()["obstacles"].empty());
+  EXPECT_FALSE(fs::exists(folder_ / "grid.pgm"));
+  EXPECT_TRUE(fs::exists(folder_ / "octomap.bt"));
+  const Pose T(testing_support::kRoomCamera.inverse());
+  EXPECT_NEAR(floor()["T_map_world"][3].get<double>(), T.quaternion().x(), 1e-9);
+  EXPECT_THAT(error_of([&] { read_floor(folder_ / "floor.json"); }),
+              HasSubstr("contains no floor"));
+}
+
+TEST_F(PlannerFiles, AFloorThatIsNoneIsRefused) {
+  fs::create_directories(folder_);
+  const fs::path file = folder_ / "mine.json";
+  for (const char* text : {"", "{", "[]", "{\"floor\": 3}", "{\"floor\": {\"up\": [0, 0, 1]}}",
+                           "{\"floor\": {\"up\": [0, 1], \"height\": 1}}",
+                           "{\"floor\": {\"up\": [0, 0, 3], \"height\": 1}}",
+                           "{\"floor\": {\"up\": [0, 0, 1], \"height\": 1e999}}"}) {
+    write_file(file, text);
+    EXPECT_THAT(error_of([&] { read_floor(file); }), HasSubstr("mine.json")) << text;
+  }
+}
+
+}  // namespace
+}  // namespace stillmap
