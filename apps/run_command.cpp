@@ -33,6 +33,8 @@ void add_input_options(CLI::App& command, RunArguments& arguments) {
   command.add_option("--truth", arguments.truth,
                      "ground truth trajectory (TUM format); default: SEQUENCE/groundtruth.txt");
   add_truth_frame_option(command, arguments.truth_frame);
+  command.add_option("--topics", arguments.topics,
+                     "COLOR,DEPTH: topics of a recorded file; default: by type, encoding and name");
   command.add_option("--associations", arguments.associations,
                      "file that pairs color and depth images");
   command.add_option("--first", arguments.first, "number of frames to skip at the start");
@@ -102,11 +104,12 @@ void add_run_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<RunArguments>();
   CLI::App* command = app.add_subcommand("run", "map a recorded RGB-D sequence");
   command->add_option("sequence", arguments->sequence,
-                      "folder in TUM layout: rgb/, depth/, rgb.txt, depth.txt");
+                      "recording: FILE.bag, FILE.db3 or FILE.mcap of ROS or RealSense, or a folder "
+                      "in TUM layout (rgb/, depth/, rgb.txt, depth.txt)");
   command
-      ->add_option(
-          "--camera", arguments->camera,
-          "preset name, camera.yaml or an ORB-SLAM settings file; default: SEQUENCE/camera.yaml")
+      ->add_option("--camera", arguments->camera,
+                   "preset name, camera.yaml or an ORB-SLAM settings file; default: that of the "
+                   "recording (camera.yaml, camera_info)")
       ->type_name(names_or_file(camera_presets()));
   std::vector<std::string> preset_names;
   for (const Preset& preset : presets()) preset_names.push_back(preset.name);
@@ -140,6 +143,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
       "yolov8n-seg.onnx\n"
       "  stillmap run my_sequence --camera TUM3.yaml --masks my_sequence/mask --out results\n"
       "  stillmap run my_sequence --preset static --set features.keypoints=1500\n"
+      "  stillmap run recorded.mcap --out results\n"
       "  stillmap run first_visit --save-map office.map\n"
       "  stillmap run second_visit --load-map office.map --save-map office.map\n"
       "  stillmap run third_visit --load-map office.map --localize-only\n"

@@ -8,7 +8,6 @@
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/segment/make_detector.hpp"
 #include "stillmap/sensor/make_source.hpp"
-#include "stillmap/sensor/sequence.hpp"
 
 #include <algorithm>
 #include <memory>
@@ -20,9 +19,9 @@
 namespace stillmap {
 namespace {
 
-std::optional<Trajectory> truth_of(const RunRequest& request, const SequencePaths& paths) {
-  const std::filesystem::path file =
-      request.truth.empty() ? paths.ground_truth : std::filesystem::path(request.truth);
+std::optional<Trajectory> truth_of(const RunRequest& request) {
+  const std::filesystem::path file = request.truth.empty() ? true_trajectory_file(request.sequence)
+                                                           : std::filesystem::path(request.truth);
   if (file.empty()) return std::nullopt;
   note_marker_truth(file, request.truth_frame);
   return true_camera_trajectory(file, request.truth_frame);
@@ -51,7 +50,10 @@ std::unique_ptr<Detector> detector_of(const std::string& preset, const SlamParam
 
 std::string sequence_name(const std::filesystem::path& folder) {
   const auto absolute = std::filesystem::absolute(folder).lexically_normal();
-  return (absolute.has_filename() ? absolute : absolute.parent_path()).filename().string();
+  if (!absolute.has_filename()) return absolute.parent_path().filename().string();
+  std::error_code ignored;
+  const bool file = std::filesystem::is_regular_file(absolute, ignored);
+  return (file ? absolute.stem() : absolute.filename()).string();
 }
 
 /// Returns the map to start from, if one was named. Throws Error if it was made with another
@@ -111,16 +113,20 @@ bool needs_instances(const Options& options) {
 Session session_of(const RunRequest& request, const Options& options) {
   check(request.outputs.dense);
   if (request.sequence.empty()) {
-    throw Error("no sequence was named", "run", "stillmap run SEQUENCE, a folder in TUM layout");
+    throw Error("no sequence was named", "run",
+                "stillmap run SEQUENCE, a folder in TUM layout or a recorded file");
   }
-  const SequencePaths paths = find_sequence(request.sequence, request.associations);
   const SourceOptions range{.camera = request.camera,
+                            .topics = request.topics,
                             .associations = request.associations,
                             .first = options.input.first,
                             .count = options.input.count,
                             .stride = options.input.stride,
                             .half_size = options.input.half_size};
   std::unique_ptr<FrameSource> source = make_source(request.sequence, range);
+  if (!request.quiet) {
+    for (const std::string& note : source->notes()) fmt::print("{}\n", note);
+  }
   check_save_map(request.save_map, request.force);
   Session session;
   session.options = options;
@@ -137,7 +143,7 @@ Session session_of(const RunRequest& request, const Options& options) {
   if (request.force) session.foreign = ResultFolder::Foreign::kOverwrite;
   session.quiet = request.quiet;
   session.total_frames = source->size();
-  session.truth = truth_of(request, paths);
+  session.truth = truth_of(request);
   session.detector = detector_of(options.preset(), session.parameters, request.quiet);
   check_classes(options, session.detector.get());
   require_free_outputs(session);

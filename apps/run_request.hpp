@@ -11,7 +11,7 @@ namespace stillmap {
 /// A recording to be mapped, and how: the command line of `stillmap run`. Empty texts stand for the
 /// defaults.
 struct RunRequest {
-  std::string sequence, camera, preset, model, masks, schedule, config, truth, truth_frame,
+  std::string sequence, camera, preset, model, masks, schedule, config, truth, truth_frame, topics,
       associations, out;
   std::vector<std::string> settings;  ///< "group.name=value"
   std::optional<int> first, count, stride;

@@ -8,6 +8,11 @@ find_package(fmt REQUIRED)
 find_package(yaml-cpp REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_library(STILLMAP_DEFLATE NAMES deflate REQUIRED)  # Debian 12's has no CMake package yet
+# Compression and databases of recordings
+find_library(STILLMAP_BZ2 NAMES bz2 REQUIRED)
+find_library(STILLMAP_LZ4 NAMES lz4 REQUIRED)
+find_library(STILLMAP_ZSTD NAMES zstd REQUIRED)
+find_library(STILLMAP_SQLITE3 NAMES sqlite3 REQUIRED)
 find_package(JPEG QUIET)  # without it OpenCV decodes JPEGs, and says nothing of damaged ones
 set(CMAKE_MESSAGE_LOG_LEVEL WARNING)  # Ceres would list every library that its solvers could use
 find_package(Ceres 2.1 QUIET REQUIRED)

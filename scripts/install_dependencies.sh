@@ -15,7 +15,7 @@ packages=(
   g++ make cmake ninja-build ccache git python3 python3-venv
   # libraries
   libopencv-dev libeigen3-dev libceres-dev libdeflate-dev libjpeg-dev libcli11-dev libfmt-dev
-  libyaml-cpp-dev nlohmann-json3-dev liboctomap-dev
+  libyaml-cpp-dev nlohmann-json3-dev liboctomap-dev libbz2-dev liblz4-dev libzstd-dev libsqlite3-dev
   # Python module
   python3-dev pybind11-dev
   # tests and benchmarks

@@ -54,7 +54,7 @@ std::vector<Descriptor> static_descriptors(const Features& features, const cv::M
 std::vector<View> views_of(const std::string& folder, std::size_t sequence) {
   const SequencePaths paths = find_sequence(folder);
   const Trajectory truth = read_trajectory(paths.ground_truth);
-  TumFolderOptions options;
+  FrameRange options;
   options.stride = kStride;
   TumFolder source(paths, read_camera(paths.camera.string()), options);
   OrbExtractor orb;

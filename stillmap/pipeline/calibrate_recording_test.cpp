@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/pipeline/calibrate_recording.hpp"
 
+#include "stillmap/sensor/depth_image.hpp"
 #include "stillmap/sensor/tum_folder.hpp"
 #include "stillmap/simulate/simulated_sequence.hpp"
 

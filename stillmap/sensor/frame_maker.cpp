@@ -4,8 +4,8 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/statistics.hpp"
 #include "stillmap/sensor/camera_file.hpp"
+#include "stillmap/sensor/depth_image.hpp"
 #include "stillmap/sensor/require_image.hpp"
-#include "stillmap/sensor/tum_folder.hpp"
 
 #include <cmath>
 #include <cstdint>
@@ -108,16 +108,7 @@ cv::Mat FrameMaker::meters_of(const cv::Mat& depth) const {
   }
   require_plausible(median_reading<float>(depth),
                     "divide millimeters by 1000, or give the camera's 16-bit image");
-  cv::Mat1f meters(depth.size());
-  const auto nearest = static_cast<float>(sensor.min_depth);
-  const auto farthest = static_cast<float>(sensor.max_depth);
-  for (int y = 0; y < depth.rows; ++y) {
-    for (int x = 0; x < depth.cols; ++x) {
-      const float z = depth.at<float>(y, x);
-      meters(y, x) = z >= nearest && z <= farthest ? z : 0.0F;  // not-a-number is neither
-    }
-  }
-  return meters;
+  return depth_in_meters(depth, 1, sensor);
 }
 
 }  // namespace stillmap

@@ -32,6 +32,8 @@ class FrameSource {
   /// Returns the maximum number of remaining frames, if known, for progress output.
   virtual std::optional<std::size_t> size() const = 0;
   virtual const std::vector<SkippedFrame>& skipped() const = 0;
+  /// Returns for the user what the source found, chose and assumed: a sentence each.
+  virtual std::vector<std::string> notes() const { return {}; }
 };
 
 }  // namespace stillmap

@@ -26,6 +26,7 @@ class HalvedSource : public FrameSource {
   RgbdFramePtr next() override;
   std::optional<std::size_t> size() const override { return whole_->size(); }
   const std::vector<SkippedFrame>& skipped() const override { return whole_->skipped(); }
+  std::vector<std::string> notes() const override { return whole_->notes(); }
 
  private:
   std::unique_ptr<FrameSource> whole_;

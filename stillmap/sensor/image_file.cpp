@@ -148,41 +148,30 @@ Bytes read_at(std::ifstream& stream, std::size_t at, std::size_t count) {
 
 struct Loaded {
   Bytes bytes;
-  ImageHeader header;
   std::string problem;
 };
 
-// The whole file, and its header if it looks like a complete image.
 Loaded load(const fs::path& file) {
   const TraceScope scope("read file");
-  Loaded loaded;
   OpenFile opened = open(file);
-  loaded.problem = opened.problem;
-  if (!loaded.problem.empty()) return loaded;
-  loaded.bytes = read_at(opened.stream, 0, opened.bytes);
-  const HeaderRead header = parse_header(loaded.bytes);
-  loaded.header = header.header;
-  loaded.problem = header.problem;
-  if (loaded.problem.empty()) {
-    const View bytes(loaded.bytes);
-    if (!is_complete(bytes, bytes.last(std::min(kHeadBytes, bytes.size()))))
-      loaded.problem = kCutShort;
-  }
-  return loaded;
+  if (!opened.problem.empty()) return {{}, opened.problem};
+  return {read_at(opened.stream, 0, opened.bytes), ""};
 }
 
 // OpenCV's decoder for the rarer kinds: palettes, interlaced rows, fewer than 8 bits.
-cv::Mat decode_by_opencv(const Bytes& bytes, int flags) {
+cv::Mat decode_by_opencv(View bytes, int flags) {
   try {
-    return cv::imdecode(bytes, flags | cv::IMREAD_IGNORE_ORIENTATION);
+    const cv::Mat row(1, static_cast<int>(bytes.size()), CV_8UC1,
+                      const_cast<unsigned char*>(bytes.data()));
+    return cv::imdecode(row, flags | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception&) {  // reported as damage, like an empty image
     return {};
   }
 }
 
-ImageRead decode(const Bytes& bytes, int flags, int wanted_type) {
+ImageRead decode(View bytes, int flags, int wanted_type) {
   const TraceScope scope(wanted_type == CV_8UC3 ? "decode color" : "decode depth");
-  const bool png = starts_with(View(bytes), kPngSignature);
+  const bool png = starts_with(bytes, kPngSignature);
   if (png) {
     if (const std::string damage = png_damage(bytes); !damage.empty()) return {{}, damage};
   }
@@ -239,20 +228,39 @@ std::string size_problem(const ImageHeader& header, cv::Size wanted) {
                      header.size.height, wanted.width, wanted.height);
 }
 
+HeaderRead decode_image_header(View bytes) {
+  HeaderRead read = parse_header(bytes);
+  if (read.problem.empty() && !is_complete(bytes, bytes.last(std::min(kHeadBytes, bytes.size()))))
+    read.problem = kCutShort;
+  return read;
+}
+
+ImageRead decode_color_image(View bytes, cv::Size wanted) {
+  auto [header, problem] = decode_image_header(bytes);
+  if (problem.empty()) problem = color_problem(header);
+  if (problem.empty()) problem = size_problem(header, wanted);
+  if (!problem.empty()) return {{}, problem};
+  return decode(bytes, cv::IMREAD_COLOR, CV_8UC3);
+}
+
+ImageRead decode_depth_image(View bytes, cv::Size wanted) {
+  auto [header, problem] = decode_image_header(bytes);
+  if (problem.empty()) problem = depth_problem(header);
+  if (problem.empty()) problem = size_problem(header, wanted);
+  if (!problem.empty()) return {{}, problem};
+  return decode(bytes, cv::IMREAD_ANYDEPTH, CV_16UC1);
+}
+
 ImageRead read_color_image(const fs::path& file, cv::Size wanted) {
-  Loaded loaded = load(file);
-  if (loaded.problem.empty()) loaded.problem = color_problem(loaded.header);
-  if (loaded.problem.empty()) loaded.problem = size_problem(loaded.header, wanted);
+  const Loaded loaded = load(file);
   if (!loaded.problem.empty()) return {{}, loaded.problem};
-  return decode(loaded.bytes, cv::IMREAD_COLOR, CV_8UC3);
+  return decode_color_image(loaded.bytes, wanted);
 }
 
 ImageRead read_depth_image(const fs::path& file, cv::Size wanted) {
-  Loaded loaded = load(file);
-  if (loaded.problem.empty()) loaded.problem = depth_problem(loaded.header);
-  if (loaded.problem.empty()) loaded.problem = size_problem(loaded.header, wanted);
+  const Loaded loaded = load(file);
   if (!loaded.problem.empty()) return {{}, loaded.problem};
-  return decode(loaded.bytes, cv::IMREAD_ANYDEPTH, CV_16UC1);
+  return decode_depth_image(loaded.bytes, wanted);
 }
 
 void write_png(const std::filesystem::path& file, const cv::Mat& image,

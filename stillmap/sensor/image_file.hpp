@@ -47,6 +47,13 @@ ImageRead read_color_image(const std::filesystem::path& file, cv::Size wanted);
 /// Decodes a 16-bit single-channel PNG file to 16UC1 [raw units]; otherwise as read_color_image().
 ImageRead read_depth_image(const std::filesystem::path& file, cv::Size wanted);
 
+/// The same for the bytes of a file in memory.
+ImageRead decode_color_image(std::span<const unsigned char> bytes, cv::Size wanted);
+ImageRead decode_depth_image(std::span<const unsigned char> bytes, cv::Size wanted);
+
+/// Returns the header of an image in memory, as read_image_header().
+HeaderRead decode_image_header(std::span<const unsigned char> bytes);
+
 /// Writes an image (8 or 16 bits per channel) as a PNG file. Throws Error if that fails.
 /// @param parameters  of cv::imencode
 void write_png(const std::filesystem::path& file, const cv::Mat& image,

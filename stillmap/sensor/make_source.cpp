@@ -4,6 +4,7 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/halved.hpp"
+#include "stillmap/sensor/recording_source.hpp"
 #include "stillmap/sensor/tum_folder.hpp"
 
 #include <filesystem>
@@ -15,7 +16,9 @@ namespace stillmap {
 namespace {
 
 constexpr const char* kForms =
-    "name a folder in TUM layout (rgb.txt, depth.txt): FOLDER or tum:FOLDER";
+    "name a recording: FILE.bag, FILE.db3, FILE.mcap, or a folder in TUM layout (rgb.txt, "
+    "depth.txt) "
+    "as FOLDER or tum:FOLDER";
 constexpr std::string_view kTum = "tum:";
 
 /// The folder that the text names. Only a text of the form "word:..." can name anything else; a
@@ -33,9 +36,23 @@ std::string folder_of(const std::string& text) {
   return text;
 }
 
-Camera camera_of(const SourceOptions& options, const SequencePaths& paths) {
-  if (options.recorded) return *options.recorded;
+/// Returns whether the text names a file, or a folder with files of rosbag2.
+bool names_recording(const std::string& text) {
+  const std::filesystem::path path = folder_of(text);
+  std::error_code ignored;
+  return !text.starts_with(kTum) && is_recording(path) &&
+         !std::filesystem::exists(path / "rgb.txt", ignored);
+}
+
+/// Returns the camera that the options give; none to use that of the recording.
+std::optional<Camera> given_camera(const SourceOptions& options) {
+  if (options.recorded) return options.recorded;
   if (!options.camera.empty()) return read_camera(options.camera);
+  return std::nullopt;
+}
+
+Camera camera_of(const SourceOptions& options, const SequencePaths& paths) {
+  if (const auto given = given_camera(options)) return *given;
   if (!paths.camera.empty()) return read_camera(paths.camera.string());
   throw Error("the sequence has no camera.yaml, and no camera was named", paths.folder.string(),
               fmt::format("add --camera NAME or FILE; the names are {}",
@@ -45,17 +62,31 @@ Camera camera_of(const SourceOptions& options, const SequencePaths& paths) {
 }  // namespace
 
 std::unique_ptr<FrameSource> make_source(const std::string& text, const SourceOptions& options) {
-  const SequencePaths paths = find_sequence(folder_of(text), options.associations);
-  const TumFolderOptions range{
-      .first = options.first, .count = options.count, .stride = options.stride};
-  std::unique_ptr<FrameSource> source =
-      std::make_unique<TumFolder>(paths, camera_of(options, paths), range);
+  const std::string path = folder_of(text);
+  const FrameRange range{.first = options.first, .count = options.count, .stride = options.stride};
+  std::unique_ptr<FrameSource> source;
+  if (names_recording(text)) {
+    source = std::make_unique<RecordingSource>(path, given_camera(options), options.topics, range);
+  } else {
+    const SequencePaths paths = find_sequence(path, options.associations);
+    source = std::make_unique<TumFolder>(paths, camera_of(options, paths), range);
+  }
   if (options.half_size) source = std::make_unique<HalvedSource>(std::move(source));
   return source;
 }
 
 Camera recorded_camera(const std::string& text, const SourceOptions& options) {
-  return camera_of(options, find_sequence(folder_of(text), options.associations));
+  if (!names_recording(text))
+    return camera_of(options, find_sequence(folder_of(text), options.associations));
+  if (const auto given = given_camera(options)) return *given;
+  Recording recording(folder_of(text));
+  return color_camera(recording, find_rgbd_streams(recording, options.topics));
+}
+
+std::filesystem::path true_trajectory_file(const std::string& text) {
+  const auto file = std::filesystem::path(folder_of(text)) / "groundtruth.txt";
+  std::error_code ignored;
+  return std::filesystem::is_regular_file(file, ignored) ? file : std::filesystem::path();
 }
 
 }  // namespace stillmap

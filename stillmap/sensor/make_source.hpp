@@ -2,6 +2,7 @@
 #pragma once
 #include "stillmap/sensor/frame_source.hpp"
 
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -29,6 +30,9 @@ struct SourceOptions {
   std::string camera;
   /// Camera of the recorded images; if given, `camera` is not used.
   std::optional<Camera> recorded = {};
+  /// "COLOR,DEPTH", the topics of a recorded file to use; empty to choose by type, encoding and
+  /// name.
+  std::string topics = {};
   std::string associations;  ///< File that pairs color and depth images; empty for the lists.
   int first = 0;             ///< Number of frames skipped at the start.
   int count = 0;             ///< Maximum number of frames used, counted before the stride; 0: all.
@@ -36,14 +40,20 @@ struct SourceOptions {
   bool half_size = false;    ///< Reduces images to half their width and height.
 };
 
-/// Returns the source of frames that a text names: "FOLDER" or "tum:FOLDER", a recording in the
-/// layout of the TUM RGB-D benchmark (rgb/, depth/, rgb.txt, depth.txt, and camera.yaml). Throws
-/// Error that lists the known forms for any other text, and if the source cannot be used.
+/// Returns the source of frames that a text names:
+/// - "FILE", a ROS 1 bag or a file of rosbag2 (.db3, .mcap), or a folder with such files;
+/// - "FOLDER" or "tum:FOLDER", a recording in the layout of the TUM RGB-D benchmark (rgb/, depth/,
+///   rgb.txt, depth.txt, and camera.yaml).
+/// Throws Error that lists the known forms for any other text, and if the source cannot be used.
 std::unique_ptr<FrameSource> make_source(const std::string& text,
                                          const SourceOptions& options = {});
 
 /// Returns the camera of the recorded images, with which make_source() would make frames. Throws
 /// Error if there is none.
 Camera recorded_camera(const std::string& text, const SourceOptions& options = {});
+
+/// Returns the file with the true trajectory (groundtruth.txt) in the folder of a recording; empty
+/// if there is none.
+std::filesystem::path true_trajectory_file(const std::string& text);
 
 }  // namespace stillmap

@@ -2,23 +2,25 @@
 #include "stillmap/sensor/rectifier.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/sensor/lens.hpp"
 
 #include <fmt/format.h>
-#include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
 namespace stillmap {
 
-Rectifier::Rectifier(const Camera& recorded) : camera_(recorded) {
+Rectifier::Rectifier(const Camera& recorded)
+    : Rectifier(recorded, {.model = LensDistortion::Model::kBrown,
+                           .coefficients = recorded.distorted()
+                                               ? std::vector<double>(recorded.distortion.begin(),
+                                                                     recorded.distortion.end())
+                                               : std::vector<double>()}) {}
+
+Rectifier::Rectifier(const Camera& recorded, const LensDistortion& lens) : camera_(recorded) {
   camera_.distortion.setZero();
   camera_.disparity_bias = {};
-  if (!recorded.distorted()) return;
-  const cv::Matx33d K(recorded.fx, 0, recorded.cx, 0, recorded.fy, recorded.cy, 0, 0, 1);
-  const auto& d = recorded.distortion;
-  const cv::Vec<double, 5> distortion(d(0), d(1), d(2), d(3), d(4));
-  cv::Mat x, y;
-  cv::initUndistortRectifyMap(K, distortion, cv::noArray(), K, {recorded.width, recorded.height},
-                              CV_32FC1, x, y);
+  if (lens.coefficients.empty()) return;
+  const auto [x, y] = rectification_maps(camera_, lens);
   cv::convertMaps(x, y, whole_map_, fraction_map_, CV_16SC2, /*nninterpolation=*/false);
   cv::Mat unused;
   cv::convertMaps(x, y, nearest_map_, unused, CV_16SC2, /*nninterpolation=*/true);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/geometry/camera.hpp"
+#include "stillmap/recording/camera_model.hpp"
 
 #include <opencv2/core.hpp>
 
@@ -12,6 +13,8 @@ namespace stillmap {
 class Rectifier {
  public:
   explicit Rectifier(const Camera& recorded);
+  /// @param lens  distortion of the recorded images; that of `recorded` is not used
+  Rectifier(const Camera& recorded, const LensDistortion& lens);
 
   /// Returns the ideal pinhole camera: the recorded camera without distortion and without an error
   /// of the depth.

@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/geometry/association.hpp"
+#include "stillmap/sensor/increasing.hpp"
 #include "stillmap/sensor/printable.hpp"
 
 #include <algorithm>
@@ -21,8 +22,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Maximum time difference [s], exclusive: the rule of the TUM benchmark.
-constexpr double kMaxDifference = 0.02;
 constexpr const char* kLayout =
     "a sequence holds rgb.txt and depth.txt (lines 'timestamp file'), or associations.txt (lines "
     "'timestamp rgb_file timestamp depth_file')";
@@ -189,60 +188,6 @@ FrameList read_associations(const fs::path& list, const fs::path& folder) {
   return read;
 }
 
-// ---- timestamps
-// ----------------------------------------------------------------------------------
-
-// Returns the longest strictly increasing subsequence (Fredman 1975, by patience sorting), as one
-// flag per timestamp.
-std::vector<bool> longest_increasing(const std::vector<double>& stamps) {
-  constexpr auto kNone = static_cast<std::size_t>(-1);
-  // tails[k]: the smallest last timestamp of an increasing subsequence of k + 1
-  std::vector<std::size_t> tails;
-  std::vector<std::size_t> before(stamps.size(), kNone);
-  for (std::size_t i = 0; i < stamps.size(); ++i) {
-    const auto at =
-        std::lower_bound(tails.begin(), tails.end(), stamps[i],
-                         [&](std::size_t tail, double stamp) { return stamps[tail] < stamp; });
-    if (at != tails.begin()) before[i] = *(at - 1);
-    if (at == tails.end()) {
-      tails.push_back(i);
-    } else if (stamps[i] < stamps[*at]) {
-      *at = i;
-    }
-  }
-  std::vector<bool> kept(stamps.size());
-  for (std::size_t i = tails.empty() ? kNone : tails.back(); i != kNone; i = before[i])
-    kept[i] = true;
-  return kept;
-}
-
-// Keeps strictly increasing timestamps and lists the dropped ones.
-template <typename Item>
-void keep_increasing(std::vector<Item>& items, std::vector<SkippedFrame>& skipped,
-                     const std::string& what) {
-  std::vector<double> stamps;
-  for (const Item& item : items) stamps.push_back(item.timestamp);
-  const std::vector<bool> kept = longest_increasing(stamps);
-  const std::set<double> kept_stamps = [&] {
-    std::set<double> set;
-    for (std::size_t i = 0; i < stamps.size(); ++i) {
-      if (kept[i]) set.insert(stamps[i]);
-    }
-    return set;
-  }();
-  std::vector<Item> increasing;
-  for (std::size_t i = 0; i < items.size(); ++i) {
-    if (kept[i]) {
-      increasing.push_back(items[i]);
-      continue;
-    }
-    const char* problem = kept_stamps.count(stamps[i]) ? "repeats" : "is out of order";
-    skipped.push_back(
-        {stamps[i], fmt::format("{}: the timestamp {:.6f} {}", what, stamps[i], problem)});
-  }
-  items = std::move(increasing);
-}
-
 std::vector<double> stamps_of(const std::vector<ImageLine>& images) {
   std::vector<double> stamps;
   stamps.reserve(images.size());
@@ -258,7 +203,7 @@ Error no_pair(const ImageList& color, const ImageList& depth, const fs::path& fo
   return Error(
       fmt::format("no color image has a depth image within {} s: rgb.txt runs from {}, "
                   "depth.txt from {}",
-                  kMaxDifference, span(color), span(depth)),
+                  kMaxPairDifference, span(color), span(depth)),
       folder.string(),
       "check that both lists are of one recording and in seconds, or give an associations file");
 }
@@ -270,7 +215,7 @@ void skip_before_first_depth(FrameList& list) {
   for (auto files = list.frames.begin(); files != first; ++files) {
     list.skipped.push_back(
         {files->timestamp, fmt::format("{}: no depth image within {} s, and none before",
-                                       files->color.filename().string(), kMaxDifference)});
+                                       files->color.filename().string(), kMaxPairDifference)});
   }
   list.frames.erase(list.frames.begin(), first);
 }
@@ -279,7 +224,8 @@ FrameList pair_lists(const SequencePaths& paths) {
   ImageList color = read_image_list(paths.color_list), depth = read_image_list(paths.depth_list);
   keep_increasing(color.images, color.skipped, paths.color_list.filename().string());
   keep_increasing(depth.images, depth.skipped, paths.depth_list.filename().string());
-  const auto pairs = associate(stamps_of(color.images), stamps_of(depth.images), kMaxDifference);
+  const auto pairs =
+      associate(stamps_of(color.images), stamps_of(depth.images), kMaxPairDifference);
   if (pairs.empty()) throw no_pair(color, depth, paths.folder);
 
   FrameList list;

@@ -85,8 +85,8 @@ class TestSequence {
     std::filesystem::resize_file(path(name), static_cast<std::uintmax_t>(bytes * share));
   }
 
-  TumFolder open(const TumFolderOptions& options = {}) const {
-    return TumFolder(find_sequence(folder_), camera(), options);
+  TumFolder open(const FrameRange& range = {}) const {
+    return TumFolder(find_sequence(folder_), camera(), range);
   }
 
  private:

@@ -4,6 +4,7 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/trace.hpp"
 #include "stillmap/sensor/camera_file.hpp"
+#include "stillmap/sensor/depth_image.hpp"
 #include "stillmap/sensor/image_file.hpp"
 
 #include <algorithm>
@@ -16,17 +17,6 @@ namespace stillmap {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr float kSaturated = 65535;  // Raw value for "too far", which is not a distance.
-
-void check_options(const TumFolderOptions& options) {
-  const auto expect = [](bool holds, const char* key, const char* fix) {
-    if (!holds) throw Error("is out of range", key, fix);
-  };
-  expect(options.first >= 0, "first", "give the number of frames to leave out: 0 or more");
-  expect(options.count >= 0, "count", "give the number of frames to use, 0 for all");
-  expect(options.stride >= 1, "stride", "give 1 for every frame, 2 for every second ...");
-}
 
 std::string describe(const fs::path& file, const std::string& problem) {
   return fmt::format("{}/{} {}", file.parent_path().filename().string(), file.filename().string(),
@@ -48,40 +38,12 @@ std::string header_problem(const FrameFiles& files, cv::Size size) {
 
 }  // namespace
 
-TumFolder::TumFolder(const SequencePaths& paths, const Camera& camera,
-                     const TumFolderOptions& options)
-    : options_(options),
-      rectifier_(camera),
-      disparity_bias_(camera.disparity_bias),
-      list_(list_frames(paths)) {
-  check_options(options);
+TumFolder::TumFolder(const SequencePaths& paths, const Camera& camera, const FrameRange& range)
+    : rectifier_(camera), disparity_bias_(camera.disparity_bias), list_(list_frames(paths)) {
+  check_range(range);
   check_camera(camera, "camera '" + camera.name + "'");
-  choose_range();
+  keep_range(range, list_.frames.front().color.parent_path().string(), list_.frames, list_.skipped);
   require_one_usable_frame();
-}
-
-void TumFolder::choose_range() {
-  auto& frames = list_.frames;
-  const auto total = frames.size();
-  const auto first = static_cast<std::size_t>(options_.first);
-  if (first >= total) {
-    throw Error(
-        fmt::format("the sequence has {} frames, and the first one wanted is {}", total, first),
-        frames.front().color.parent_path().string(), "start earlier");
-  }
-  const auto wanted = options_.count > 0 ? static_cast<std::size_t>(options_.count) : total;
-  const auto end = first + std::min(wanted, total - first);
-  std::vector<FrameFiles> chosen;
-  for (auto i = first; i < end; i += static_cast<std::size_t>(options_.stride)) {
-    chosen.push_back(std::move(frames[i]));
-  }
-  frames = std::move(chosen);
-  if (end - first == total) return;
-  // Skipped lines outside the selected range are not reported.
-  std::erase_if(list_.skipped, [&](const SkippedFrame& skipped) {
-    return skipped.timestamp < frames.front().timestamp ||
-           skipped.timestamp > frames.back().timestamp;
-  });
 }
 
 void TumFolder::require_one_usable_frame() const {
@@ -144,38 +106,6 @@ cv::Mat TumFolder::load_depth(const FrameFiles& files) {
       depth_in_meters(rectifier_.nearest(raw.image), camera().depth_factor, camera().depth_sensor);
   correct_disparity(disparity_bias_, camera(), depth);
   return depth;
-}
-
-cv::Mat depth_in_meters(const cv::Mat& raw, double depth_factor, const DepthSensor& sensor) {
-  const TraceScope scope("depth in meters");
-  cv::Mat meters(raw.size(), CV_32FC1);
-  const auto factor = static_cast<float>(depth_factor);
-  const auto nearest = static_cast<float>(sensor.min_depth);
-  const auto farthest = static_cast<float>(sensor.max_depth);
-  for (int y = 0; y < raw.rows; ++y) {
-    const auto* from = raw.ptr<std::uint16_t>(y);
-    auto* to = meters.ptr<float>(y);
-    for (int x = 0; x < raw.cols; ++x) {
-      const auto value = static_cast<float>(from[x]);
-      const float z = value / factor;
-      to[x] = ((value != kSaturated) & (z >= nearest) & (z <= farthest)) ? z : 0.0F;
-    }
-  }
-  return meters;
-}
-
-void correct_disparity(const DisparityBias& bias, const Camera& camera, cv::Mat& depth) {
-  if (bias == DisparityBias{}) return;
-  const TraceScope scope("disparity correction");
-  const DepthSensor& sensor = camera.depth_sensor;
-  for (int y = 0; y < depth.rows; ++y) {
-    auto* row = depth.ptr<float>(y);
-    for (int x = 0; x < depth.cols; ++x) {
-      if (row[x] <= 0) continue;
-      const double z = 1 / (1 / row[x] - bias.offset - bias.bow * camera.squared_radius(x, y));
-      row[x] = z >= sensor.min_depth && z <= sensor.max_depth ? static_cast<float>(z) : 0.0F;
-    }
-  }
 }
 
 }  // namespace stillmap

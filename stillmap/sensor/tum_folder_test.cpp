@@ -2,6 +2,7 @@
 #include "stillmap/sensor/tum_folder.hpp"
 
 #include "stillmap/sensor/camera_file.hpp"
+#include "stillmap/sensor/depth_image.hpp"
 #include "stillmap/sensor/test_sequence.hpp"
 
 #include <cstdlib>

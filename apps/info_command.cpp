@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/error.hpp"
+#include "stillmap/recording/recording.hpp"
+#include "stillmap/sensor/make_source.hpp"
+#include "stillmap/sensor/recording_source.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <string>
+
+#include "commands.hpp"
+#include <fmt/format.h>
+
+namespace stillmap {
+namespace {
+
+struct InfoArguments {
+  std::string file, camera, topics;
+};
+
+double rate_of(const Topic& topic) {
+  const double span = seconds_of(topic.last_time - topic.first_time);
+  return topic.messages > 1 && span > 0 ? static_cast<double>(topic.messages - 1) / span : 0;
+}
+
+void print_topics(const Recording& recording) {
+  std::size_t width = 5;
+  for (const Topic& topic : recording.topics()) width = std::max(width, topic.name.size());
+  fmt::print("{:<{}}  {:>8}  {:>8}  type\n", "topic", width, "messages", "Hz");
+  for (const Topic& topic : recording.topics()) {
+    fmt::print(
+        "{:<{}}  {:>8}  {:>8.2f}  {}{}\n", topic.name, width, topic.messages, rate_of(topic),
+        topic.type,
+        topic.encoding == "ros1" || topic.encoding == "cdr" ? "" : " (" + topic.encoding + ")");
+  }
+}
+
+int run(const InfoArguments& arguments) {
+  {
+    Recording recording(arguments.file);
+    fmt::print("{}: {:.2f} s, {} topics\n", arguments.file, recording.duration(),
+               recording.topics().size());
+    print_topics(recording);
+  }
+  const auto camera =
+      arguments.camera.empty() ? std::nullopt : std::optional(read_camera(arguments.camera));
+  const RecordingSource source(arguments.file, camera, arguments.topics);
+  for (const std::string& note : source.notes()) fmt::print("{}\n", note);
+  fmt::print("frames: {}\n", source.size().value_or(0));
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_info_command(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<InfoArguments>();
+  CLI::App* command =
+      app.add_subcommand("info", "list the topics and the cameras of a recorded file");
+  command
+      ->add_option("file", arguments->file,
+                   "ROS 1 bag, or recording of rosbag2 (.db3, .mcap, or their folder)")
+      ->required();
+  command->add_option("--camera", arguments->camera,
+                      "preset name or file of the color camera; default: that of the recording");
+  command->add_option("--topics", arguments->topics,
+                      "COLOR,DEPTH: the topics that run shall use; default: by type, encoding and "
+                      "name");
+  command->footer(
+      "Example:\n  stillmap info recorded.mcap\nExit code 1 if the recording cannot be mapped as "
+      "it "
+      "is.");
+  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+}
+
+}  // namespace stillmap

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/recording/messages.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace stillmap {
+
+/// Distortion of a lens.
+struct LensDistortion {
+  enum class Model {
+    kBrown,         ///< k1 k2 p1 p2 [k3 [k4 k5 k6 ...]], in OpenCV's order.
+    kInverseBrown,  ///< The same polynomial maps distorted to ideal coordinates (librealsense).
+    kFisheye        ///< Equidistant, k1 k2 k3 k4 (Kannala and Brandt, PAMI 2006).
+  };
+  Model model = Model::kBrown;
+  std::vector<double> coefficients;  ///< Empty without distortion.
+
+  bool operator==(const LensDistortion&) const = default;
+};
+
+/// A camera as a recording describes it.
+struct RecordedCamera {
+  int width = 0, height = 0;              ///< Image size [pixels].
+  double fx = 0, fy = 0, cx = 0, cy = 0;  ///< [pixels]
+  LensDistortion lens;
+
+  bool operator==(const RecordedCamera&) const = default;
+};
+
+/// Returns the camera of a message; none if the camera was not calibrated (focal length 0).
+/// @param rectified  whether the images of the topic are rectified: the camera is then P, not K
+/// Throws Error for an unknown distortion model with coefficients, and for numbers that are not
+/// finite or sizes beyond 16384 pixels.
+std::optional<RecordedCamera> camera_of(const CameraInfoMessage& info, bool rectified);
+
+}  // namespace stillmap

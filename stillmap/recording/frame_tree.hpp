@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/geometry/pose.hpp"
+#include "stillmap/recording/recording.hpp"
+
+#include <map>
+#include <optional>
+#include <string>
+
+namespace stillmap {
+
+/// The transforms between coordinate frames that a recording contains: those of /tf_static, and the
+/// first ones of /tf for cameras whose driver publishes fixed transforms there.
+class FrameTree {
+ public:
+  explicit FrameTree(Recording& recording);
+  /// Returns T_a_b; none if no chain of transforms connects the frames.
+  std::optional<Pose> find(const std::string& a, const std::string& b) const;
+
+ private:
+  std::map<std::string, std::map<std::string, Pose>> neighbors_;  // T_frame_neighbor
+};
+
+}  // namespace stillmap

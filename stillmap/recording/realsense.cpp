@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/recording/realsense.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/recording/messages.hpp"
+
+#include <cmath>
+#include <cstdlib>
+#include <unordered_map>
+
+namespace stillmap {
+namespace {
+
+// Returns "/device_0/sensor_1/Color_0" of an image topic of librealsense; empty for other topics.
+std::string stream_of(const std::string& image) {
+  const auto end = image.find("/image/data");
+  return image.starts_with("/device_") && end != std::string::npos ? image.substr(0, end) : "";
+}
+
+// Returns the text of a message of type String, KeyValue or Float32.
+std::string text_of(Recording& recording, const MessageEntry& entry) {
+  const Topic& topic = recording.topics()[entry.topic];
+  try {
+    const ByteSpan bytes = recording.read(entry);
+    if (topic.type == "std_msgs/String") return decode_text(bytes, topic.encoding);
+    if (topic.type == "diagnostic_msgs/KeyValue") return decode_key_value(bytes, topic.encoding);
+    if (topic.type == "std_msgs/Float32")
+      return fmt::format("{}", decode_float(bytes, topic.encoding));
+  } catch (const Error&) {  // A damaged message tells nothing.
+  }
+  return "";
+}
+
+std::string first_text(Recording& recording, const std::string& name) {
+  const auto topic = recording.find_topic(name);
+  if (!topic) return "";
+  const auto entries = recording.messages_of(*topic);
+  return entries.empty() ? "" : text_of(recording, entries.front());
+}
+
+// Returns a number such as 1000.5 of "...;timestamp=1000.5;..."; none if there is none.
+std::optional<double> number_in(const std::string& text, const std::string& key) {
+  const auto at = (";" + text).find(";" + key + "=");
+  if (at == std::string::npos) return std::nullopt;
+  const char* begin = text.c_str() + at + key.size() + 1;
+  char* end = nullptr;
+  const double value = std::strtod(begin, &end);
+  if (end == begin || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+// Returns T_stream_reference of a ROS 1 bag: the transform maps from the reference to the stream.
+std::optional<Pose> transform_to(Recording& recording, const std::string& stream, int reference) {
+  const auto topic = recording.find_topic(fmt::format("{}/tf/{}", stream, reference));
+  if (!topic || recording.topics()[*topic].type != "geometry_msgs/Transform") return std::nullopt;
+  for (const MessageEntry& entry : recording.messages_of(*topic)) {
+    try {
+      return decode_transform(recording.read(entry), recording.topics()[*topic].encoding);
+    } catch (const Error&) {  // A damaged message; the next one is tried.
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<Pose> realsense_extrinsics(Recording& recording, const std::string& color,
+                                         const std::string& depth) {
+  const std::string color_stream = stream_of(color), depth_stream = stream_of(depth);
+  if (color_stream.empty() || depth_stream.empty()) return std::nullopt;
+  constexpr int kReferences = 8;  // Number of groups of streams with common extrinsics.
+  for (int reference = 0; reference < kReferences; ++reference) {
+    const auto T_color_reference = transform_to(recording, color_stream, reference);
+    const auto T_depth_reference = transform_to(recording, depth_stream, reference);
+    if (T_color_reference && T_depth_reference)
+      return *T_color_reference * T_depth_reference->inverse();
+  }
+  return std::nullopt;
+}
+
+std::optional<double> realsense_depth_unit(Recording& recording, const std::string& depth) {
+  const std::string stream = stream_of(depth);
+  if (stream.empty()) return std::nullopt;
+  const std::string sensor = stream.substr(0, stream.rfind('/'));
+  const std::string text = first_text(recording, sensor + "/option/Depth_Units/value");
+  const auto unit = number_in("unit=" + text, "unit");
+  constexpr double kSmallest = 1e-6, kLargest = 1;  // [m]
+  if (!unit || *unit < kSmallest || *unit > kLargest) return std::nullopt;
+  return std::round(*unit / kSmallest) * kSmallest;  // The number is a rounded float.
+}
+
+bool realsense_inverts_distortion(Recording& recording, const std::string& image) {
+  const std::string stream = stream_of(image);
+  if (stream.empty()) return false;
+  return first_text(recording, stream + "/camera_info").find("model=Inverse Brown Conrady") !=
+         std::string::npos;
+}
+
+void use_realsense_timestamps(Recording& recording, ImageStream& stream) {
+  const std::string name = stream_of(stream.name);
+  const auto topic = recording.find_topic(name + "/image/metadata");
+  if (name.empty() || !topic || recording.topics()[*topic].type != "std_msgs/String") return;
+  std::unordered_map<std::int64_t, std::int64_t> stamps;  // by time of recording [ns]
+  for (const MessageEntry& entry : recording.messages_of(*topic)) {
+    constexpr double kNanoseconds = 1e6;  // of a millisecond
+    constexpr double kLargest = 9e12;     // [ms]
+    const auto milliseconds = number_in(text_of(recording, entry), "timestamp");
+    if (milliseconds && *milliseconds >= 0 && *milliseconds < kLargest)
+      stamps[entry.log_time] = std::llround(*milliseconds * kNanoseconds);
+  }
+  for (const MessageEntry& entry : stream.images) {
+    if (!stamps.contains(entry.log_time)) return;  // All images keep their stamps.
+  }
+  for (MessageEntry& entry : stream.images) entry.stamp = stamps.at(entry.log_time);
+}
+
+std::string realsense_sensor(Recording& recording) {
+  const auto topic = recording.find_topic("/device_0/info");
+  if (!topic) return "";
+  for (const MessageEntry& entry : recording.messages_of(*topic)) {
+    const std::string text = text_of(recording, entry);
+    if (text.find("D455") != std::string::npos || text.find("D457") != std::string::npos)
+      return "realsense_d455";
+  }
+  return "realsense_d435i";
+}
+
+}  // namespace stillmap

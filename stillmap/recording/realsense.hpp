@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the recorder of librealsense writes besides images: ROS 1 bags (to version 2.55) and files
+// of rosbag2 (since 2.56). The topics of a stream begin with /device_0/sensor_1/Color_0.
+#pragma once
+#include "stillmap/geometry/pose.hpp"
+#include "stillmap/recording/recording.hpp"
+#include "stillmap/recording/rgbd_streams.hpp"
+
+#include <optional>
+#include <string>
+
+namespace stillmap {
+
+/// Returns the pose of the depth camera in the frame of the color camera, T_color_depth, of a ROS 1
+/// bag; none for other recordings. Files of rosbag2 contain /tf_static.
+/// @param color, depth  topics of the images
+std::optional<Pose> realsense_extrinsics(Recording& recording, const std::string& color,
+                                         const std::string& depth);
+
+/// Returns the unit of 16-bit depth images [m]; none for other recordings.
+std::optional<double> realsense_depth_unit(Recording& recording, const std::string& depth);
+
+/// Returns whether the distortion of a camera is the inverse model, which files of rosbag2 call
+/// plumb_bob in their CameraInfo.
+bool realsense_inverts_distortion(Recording& recording, const std::string& image);
+
+/// Replaces the stamps of the images by the timestamps of the camera, which files of rosbag2
+/// contain in a text beside each image; the stamp of the image is the time of its arrival there.
+void use_realsense_timestamps(Recording& recording, ImageStream& stream);
+
+/// Returns the name of the depth sensor for find_depth_sensor(); empty for other recordings.
+std::string realsense_sensor(Recording& recording);
+
+}  // namespace stillmap

@@ -1,0 +1,369 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/recording/rgbd_streams.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/nearest_name.hpp"
+#include "stillmap/recording/frame_tree.hpp"
+#include "stillmap/recording/realsense.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace stillmap {
+namespace {
+
+// Number of messages of a topic that are tried before it counts as unreadable.
+constexpr std::size_t kTried = 5;
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+bool contains_any(const std::string& name, std::initializer_list<const char*> words) {
+  return std::any_of(words.begin(), words.end(),
+                     [&](const char* word) { return name.find(word) != std::string::npos; });
+}
+
+bool is_depth_encoding(const std::string& encoding) {
+  return encoding == "16UC1" || encoding == "mono16" || encoding == "32FC1";
+}
+
+// ---- image topics
+// --------------------------------------------------------------------------------
+
+// "rgb8; jpeg compressed bgr8" begins with the format of the pixels; "jpeg" names only the file.
+std::string pixel_format(const std::string& format) {
+  const auto end = format.find(';');
+  if (end != std::string::npos) return format.substr(0, end);
+  return is_depth_encoding(format) ? format : "bgr8";
+}
+
+void describe(const ImageMessage& image, ImageStream& stream) {
+  stream.encoding = image.encoding;
+  stream.frame = image.header.frame;
+  stream.width = static_cast<int>(std::min(image.width, 1U << 20));
+  stream.height = static_cast<int>(std::min(image.height, 1U << 20));
+}
+
+void describe(const CompressedImageMessage& image, ImageStream& stream) {
+  stream.encoding = pixel_format(image.format);
+  stream.frame = image.header.frame;
+  const bool compressed_depth =
+      contains_any(image.format, {"compressedDepth"}) || stream.name.ends_with("/compressedDepth");
+  stream.storage = compressed_depth ? ImageStorage::kCompressedDepth : ImageStorage::kFile;
+  if (compressed_depth && !is_depth_encoding(stream.encoding)) stream.encoding = "16UC1";
+}
+
+std::optional<ImageStream> stream_of(Recording& recording, std::uint32_t topic_index,
+                                     std::vector<MessageEntry> images) {
+  const Topic& topic = recording.topics()[topic_index];
+  ImageStream stream;
+  stream.topic = topic_index;
+  stream.name = topic.name;
+  stream.images = std::move(images);
+  for (std::size_t i = 0; i < std::min(kTried, stream.images.size()); ++i) {
+    try {
+      const ByteSpan bytes = recording.read(stream.images[i]);
+      if (topic.type == "sensor_msgs/Image") {
+        describe(decode_image(bytes, topic.encoding), stream);
+      } else {
+        describe(decode_compressed_image(bytes, topic.encoding), stream);
+      }
+      return stream;
+    } catch (const Error&) {  // A damaged message; the next one is tried.
+    }
+  }
+  return std::nullopt;
+}
+
+// ---- choice
+// --------------------------------------------------------------------------------------
+
+int color_score(const ImageStream& stream) {
+  if (stream.is_depth()) return 0;
+  const std::string name = lower(stream.name);
+  int score = contains_any(lower(stream.encoding), {"mono", "8uc1"}) ? 5 : 10;
+  if (contains_any(name, {"color", "colour", "rgb"})) score += 4;
+  if (contains_any(name, {"infra", "/ir", "left", "right", "thermal", "fisheye"})) score -= 4;
+  if (contains_any(name, {"depth", "disparity", "confidence"}) &&
+      !contains_any(name, {"rgb_to_depth", "color_to_depth"}))
+    score -= 9;
+  if (stream.storage == ImageStorage::kPixels) score += 1;
+  return score;
+}
+
+int depth_score(const ImageStream& stream, const ImageStream& color) {
+  if (!stream.is_depth()) return 0;
+  const std::string name = lower(stream.name);
+  int score = 5;
+  if (contains_any(name, {"depth"})) score += 4;
+  if (contains_any(name, {"infra", "/ir", "confidence", "disparity"})) score -= 9;
+  if (stream.frame == color.frame) score += 2;
+  if (contains_any(name, {"aligned", "registered", "to_color", "to_rgb"})) score += 3;
+  if (stream.storage == ImageStorage::kPixels) score += 1;
+  return score;
+}
+
+// Returns the stream with the highest positive score, at equal scores with the most images.
+template <typename Score>
+const ImageStream* best(const std::vector<ImageStream>& streams, Score score) {
+  const ImageStream* chosen = nullptr;
+  std::pair<int, std::size_t> highest{0, 0};
+  for (const ImageStream& stream : streams) {
+    const std::pair<int, std::size_t> value{score(stream), stream.images.size()};
+    if (value.first <= 0 || value <= highest) continue;
+    highest = value;
+    chosen = &stream;
+  }
+  return chosen;
+}
+
+std::vector<std::string> names_of(const std::vector<ImageStream>& streams) {
+  std::vector<std::string> names;
+  for (const ImageStream& stream : streams) names.push_back(stream.name);
+  return names;
+}
+
+Error no_stream(const Recording& recording, const std::vector<ImageStream>& streams,
+                const char* kind) {
+  std::string fix = "record one";
+  if (!streams.empty()) {
+    fix = fmt::format("name two topics with --topics COLOR,DEPTH; the image topics are {}",
+                      fmt::join(names_of(streams), ", "));
+  }
+  return Error(fmt::format("contains no topic with {} images that can be read", kind),
+               recording.path().string(), fix);
+}
+
+const ImageStream& named_stream(const Recording& recording, const std::vector<ImageStream>& streams,
+                                const std::string& name) {
+  for (const ImageStream& stream : streams) {
+    if (stream.name == name || stream.name == "/" + name) return stream;
+  }
+  throw Error(fmt::format("contains no image topic '{}'", name), recording.path().string(),
+              suggestion(name, names_of(streams)));
+}
+
+std::pair<ImageStream, ImageStream> choose(const Recording& recording,
+                                           const std::vector<ImageStream>& streams,
+                                           const std::string& topics) {
+  if (!topics.empty()) {
+    const auto comma = topics.find(',');
+    if (comma == std::string::npos) {
+      throw Error(fmt::format("'{}' names one topic", topics), "--topics",
+                  "name two: --topics COLOR,DEPTH");
+    }
+    return {named_stream(recording, streams, topics.substr(0, comma)),
+            named_stream(recording, streams, topics.substr(comma + 1))};
+  }
+  const ImageStream* color = best(streams, color_score);
+  if (color == nullptr) throw no_stream(recording, streams, "color");
+  const ImageStream* depth =
+      best(streams, [&](const ImageStream& stream) { return depth_score(stream, *color); });
+  if (depth == nullptr) throw no_stream(recording, streams, "depth");
+  return {*color, *depth};
+}
+
+// ---- cameras
+// -------------------------------------------------------------------------------------
+
+std::string parent_of(const std::string& topic) {
+  const auto slash = topic.rfind('/');
+  return slash == std::string::npos ? "" : topic.substr(0, slash);
+}
+
+// The topic of the image without the suffix of its compression.
+std::string base_of(const ImageStream& stream) {
+  return stream.storage == ImageStorage::kPixels ? stream.name : parent_of(stream.name);
+}
+
+// A rectified image is called image_rect, image_rect_color or image_rect_raw. RealSense calls the
+// depth image image_rect_raw, which has no distortion either.
+bool is_rectified(const std::string& base) {
+  return contains_any(base.substr(base.rfind('/') + 1), {"rect"});
+}
+
+std::optional<CameraInfoMessage> first_camera_info(Recording& recording, std::uint32_t topic) {
+  const auto entries = recording.messages_of(topic);
+  for (std::size_t i = 0; i < std::min(kTried, entries.size()); ++i) {
+    try {
+      return decode_camera_info(recording.read(entries[i]), recording.topics()[topic].encoding);
+    } catch (const Error&) {  // A damaged message; the next one is tried.
+    }
+  }
+  return std::nullopt;
+}
+
+// Returns the topic of the camera: beside the image; otherwise one of the same frame and size.
+std::optional<std::uint32_t> camera_topic(Recording& recording, const ImageStream& stream) {
+  const std::string base = base_of(stream), parent = parent_of(base);
+  for (const std::string& name :
+       {parent + "/camera_info", base + "/camera_info", parent_of(parent) + "/info/camera_info"}) {
+    const auto topic = recording.find_topic(name);
+    if (topic && recording.topics()[*topic].type == "sensor_msgs/CameraInfo") return topic;
+  }
+  for (std::uint32_t i = 0; i < recording.topics().size(); ++i) {
+    if (recording.topics()[i].type != "sensor_msgs/CameraInfo") continue;
+    const auto info = first_camera_info(recording, i);
+    const bool size =
+        info && (stream.width == 0 || (static_cast<int>(info->width) == stream.width &&
+                                       static_cast<int>(info->height) == stream.height));
+    if (size && !stream.frame.empty() && info->header.frame == stream.frame) return i;
+  }
+  return std::nullopt;
+}
+
+void add_camera(Recording& recording, ImageStream& stream) {
+  const auto topic = camera_topic(recording, stream);
+  if (!topic) return;
+  auto info = first_camera_info(recording, *topic);
+  if (!info) return;
+  const std::string& name = recording.topics()[*topic].name;
+  if (realsense_inverts_distortion(recording, stream.name))
+    info->distortion_model = "Inverse Brown Conrady";
+  try {
+    stream.camera = camera_of(*info, is_rectified(base_of(stream)));
+  } catch (const Error& error) {
+    throw Error(error.problem(), recording.path().string() + ", topic " + name, error.fix());
+  }
+  if (!stream.camera) return;
+  stream.camera_topic = name;
+  if (stream.width == 0) {
+    stream.width = stream.camera->width;
+    stream.height = stream.camera->height;
+  }
+}
+
+// ---- times
+// ---------------------------------------------------------------------------------------
+
+void use_log_times_if_unstamped(ImageStream& stream) {
+  const bool unstamped = std::all_of(stream.images.begin(), stream.images.end(),
+                                     [](const MessageEntry& entry) { return entry.stamp == 0; });
+  if (!unstamped) return;
+  for (MessageEntry& entry : stream.images) entry.stamp = entry.log_time;
+}
+
+// Returns the rate by the median interval, as one of the usual rates if it is within 5 % of one.
+double rate_of(const ImageStream& stream) {
+  std::vector<double> intervals;
+  for (std::size_t i = 1; i < stream.images.size(); ++i)
+    intervals.push_back(seconds_of(stream.images[i].stamp - stream.images[i - 1].stamp));
+  if (intervals.empty()) return 30;
+  std::nth_element(intervals.begin(), intervals.begin() + intervals.size() / 2, intervals.end());
+  const double rate = 1 / std::clamp(intervals[intervals.size() / 2], 1e-3, 1e3);
+  for (const double usual : {5.0, 6.0, 10.0, 15.0, 20.0, 25.0, 30.0, 60.0, 90.0}) {
+    if (std::abs(rate / usual - 1) < 0.05) return usual;
+  }
+  return rate;
+}
+
+// ---- registration
+// --------------------------------------------------------------------------------
+
+std::string how_registered(const ImageStream& color, const ImageStream& depth) {
+  if (contains_any(lower(depth.name), {"aligned", "registered", "to_color", "to_rgb"}))
+    return "its name says that it is registered to the color images";
+  const bool same_size = depth.width == 0 || color.width == 0 ||
+                         (depth.width == color.width && depth.height == color.height);
+  if (!color.frame.empty() && depth.frame == color.frame && same_size)
+    return "registered to the color images: it has their frame and size";
+  return "";
+}
+
+// Sets the pose of the depth camera, or finds that the images are registered.
+void add_registration(Recording& recording, RgbdStreams& streams) {
+  const ImageStream &color = streams.color, &depth = streams.depth;
+  const std::string place = fmt::format("depth: {}, {} images, ", depth.name, depth.images.size());
+  streams.T_color_depth = realsense_extrinsics(recording, color.name, depth.name);
+  if (!streams.T_color_depth) {
+    const std::string registered = how_registered(color, depth);
+    if (!registered.empty()) {
+      streams.notes.push_back(place + registered);
+      return;
+    }
+    streams.T_color_depth = color.frame == depth.frame && !color.frame.empty()
+                                ? Pose()
+                                : FrameTree(recording).find(color.frame, depth.frame);
+  }
+  if (streams.T_color_depth && depth.camera) {
+    streams.notes.push_back(fmt::format(
+        "{}{} x {}, will be registered to the color images ({:.1f} mm and {:.2f} degrees away)",
+        place, depth.width, depth.height, 1000 * streams.T_color_depth->translation().norm(),
+        streams.T_color_depth->angle() * 180 / M_PI));
+    return;
+  }
+  const bool same_size = depth.width == color.width && depth.height == color.height;
+  if (!same_size) {
+    throw Error(fmt::format("the depth images ({}, frame '{}') are not registered to the color "
+                            "images (frame '{}'), and {} is not recorded",
+                            depth.name, depth.frame, color.frame,
+                            depth.camera ? "the transform between them" : "their camera"),
+                recording.path().string(),
+                "record /tf_static and the camera_info of both cameras, or registered depth");
+  }
+  streams.T_color_depth.reset();
+  streams.notes.push_back(place +
+                          "assumed to be registered to the color images: no transform is recorded");
+}
+
+// Guesses the sensor by what drivers call their topics.
+std::string sensor_of(Recording& recording, const RgbdStreams& streams) {
+  const std::string realsense = realsense_sensor(recording);
+  if (!realsense.empty()) return realsense;
+  const std::string names = lower(streams.color.name + streams.depth.name);
+  if (contains_any(names, {"aligned_depth_to_color", "realsense", "d435", "/device_0/"}))
+    return "realsense_d435i";
+  if (contains_any(names, {"d455"})) return "realsense_d455";
+  if (contains_any(names, {"k4a", "azure", "depth_to_rgb"})) return "azure_kinect";
+  return "";
+}
+
+}  // namespace
+
+bool ImageStream::is_depth() const { return is_depth_encoding(encoding); }
+
+std::vector<ImageStream> image_streams(Recording& recording) {
+  std::vector<std::vector<MessageEntry>> by_topic(recording.topics().size());
+  for (const MessageEntry& entry : recording.messages()) {
+    const std::string& type = recording.topics()[entry.topic].type;
+    if (type == "sensor_msgs/Image" || type == "sensor_msgs/CompressedImage")
+      by_topic[entry.topic].push_back(entry);
+  }
+  std::vector<ImageStream> streams;
+  for (std::uint32_t topic = 0; topic < by_topic.size(); ++topic) {
+    if (by_topic[topic].empty()) continue;
+    if (auto stream = stream_of(recording, topic, std::move(by_topic[topic])))
+      streams.push_back(std::move(*stream));
+  }
+  return streams;
+}
+
+RgbdStreams find_rgbd_streams(Recording& recording, const std::string& topics) {
+  RgbdStreams streams;
+  std::tie(streams.color, streams.depth) = choose(recording, image_streams(recording), topics);
+  for (ImageStream* stream : {&streams.color, &streams.depth}) {
+    add_camera(recording, *stream);
+    use_log_times_if_unstamped(*stream);
+    use_realsense_timestamps(recording, *stream);
+  }
+  streams.fps = rate_of(streams.color);
+  streams.depth_factor =
+      1 / realsense_depth_unit(recording, streams.depth.name).value_or(1 / streams.depth_factor);
+  streams.sensor = sensor_of(recording, streams);
+  streams.notes.push_back(fmt::format("color: {}, {} images, {} x {} {}, {:.3g} Hz",
+                                      streams.color.name, streams.color.images.size(),
+                                      streams.color.width, streams.color.height,
+                                      streams.color.encoding, streams.fps));
+  add_registration(recording, streams);
+  return streams;
+}
+
+}  // namespace stillmap

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/geometry/pose.hpp"
+#include "stillmap/recording/camera_model.hpp"
+#include "stillmap/recording/recording.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace stillmap {
+
+/// How the images of a topic are stored.
+enum class ImageStorage {
+  kPixels,          ///< sensor_msgs/Image.
+  kFile,            ///< sensor_msgs/CompressedImage: a JPEG or PNG file.
+  kCompressedDepth  ///< sensor_msgs/CompressedImage: 12 bytes of parameters and a PNG file.
+};
+
+/// The images of one topic.
+struct ImageStream {
+  std::uint32_t topic = 0;
+  std::string name = {};  ///< Of the topic.
+  ImageStorage storage = ImageStorage::kPixels;
+  std::string encoding = {};              ///< Pixel format: "rgb8", "16UC1", "32FC1", ...
+  std::string frame = {};                 ///< Coordinate frame of the camera.
+  int width = 0, height = 0;              ///< Image size [pixels]; 0 if only the images tell it.
+  std::vector<MessageEntry> images = {};  ///< With the stamps of the images.
+  std::optional<RecordedCamera> camera = {};  ///< None if the recording does not contain it.
+  std::string camera_topic = {};              ///< Where the camera comes from.
+
+  bool is_depth() const;
+};
+
+/// The color and depth images of a recording.
+struct RgbdStreams {
+  ImageStream color, depth;
+  /// Pose of the depth camera in the frame of the color camera; none if the depth images are
+  /// registered to the color images.
+  std::optional<Pose> T_color_depth;
+  double depth_factor = 1000;  ///< Units per meter of 16-bit depth [1/m].
+  double fps = 30;             ///< Rate of the color images [Hz].
+  std::string sensor;          ///< Name for find_depth_sensor(); empty if it is not known.
+  /// What was chosen and assumed, a sentence each.
+  std::vector<std::string> notes;
+};
+
+/// Returns all image topics with at least one readable image.
+std::vector<ImageStream> image_streams(Recording& recording);
+
+/// Finds the color and the depth images by their type, encoding and name, and all that the
+/// recording tells about their cameras.
+/// @param topics  "COLOR,DEPTH", names of two topics; empty to choose
+/// Throws Error, with the image topics of the recording, if there is no such pair, and if the depth
+/// images are not registered and no transform to the color camera is recorded.
+RgbdStreams find_rgbd_streams(Recording& recording, const std::string& topics = "");
+
+}  // namespace stillmap

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/recording/rgbd_streams.hpp"
+
+#include "stillmap/base/test_error.hpp"
+#include "stillmap/recording/test_recording.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace stillmap {
+namespace {
+
+using test::error_of;
+using test::Kind;
+using test::TestCamera;
+using test::TestFolder;
+using test::TestMessage;
+using ::testing::HasSubstr;
+
+constexpr const char* kImage = "sensor_msgs/msg/Image";
+constexpr const char* kCompressed = "sensor_msgs/msg/CompressedImage";
+constexpr const char* kInfo = "sensor_msgs/msg/CameraInfo";
+
+// A recording of named topics, with one image or message each.
+class Topics {
+ public:
+  Topics& image(const std::string& topic, const std::string& encoding, const std::string& frame,
+                int width = 8, int height = 6) {
+    const TestCamera camera{.frame = frame};
+    const int bytes = encoding == "rgb8" ? 3 : encoding == "mono8" ? 1 : 2;
+    messages_.push_back({topic, kImage,
+                         camera.image(1, 0, width, height, encoding, bytes,
+                                      std::string(width * height * bytes, '\1')),
+                         time_++});
+    return *this;
+  }
+  Topics& compressed(const std::string& topic, const std::string& format,
+                     const std::string& frame) {
+    messages_.push_back({topic, kCompressed,
+                         TestCamera{.frame = frame}.compressed_image(1, 0, format, "x"), time_++});
+    return *this;
+  }
+  Topics& info(const std::string& topic, const std::string& frame, int width = 8, int height = 6) {
+    messages_.push_back({topic, kInfo,
+                         TestCamera{.frame = frame}.info(width, height, 10, "plumb_bob", {}),
+                         time_++});
+    return *this;
+  }
+  Topics& transform(const std::string& parent, const std::string& child,
+                    const std::vector<double>& numbers) {
+    messages_.push_back({"/tf_static", "tf2_msgs/msg/TFMessage",
+                         TestCamera().transform(parent, child, numbers), time_++});
+    return *this;
+  }
+  RgbdStreams find(const std::string& topics = "") const {
+    const TestFolder folder;
+    Recording recording(folder.write("a.mcap", test::mcap_of(messages_, "cdr", "", 0, true)));
+    return find_rgbd_streams(recording, topics);
+  }
+
+ private:
+  std::vector<TestMessage> messages_;
+  std::int64_t time_ = 1;
+};
+
+TEST(RgbdStreams, ColorAndRegisteredDepthAreChosenAmongOtherTopics) {
+  Topics topics;
+  topics.image("/camera/infra1/image_rect_raw", "mono8", "infra")
+      .image("/camera/depth/image_rect_raw", "16UC1", "depth")
+      .image("/camera/aligned_depth_to_color/image_raw", "16UC1", "color")
+      .image("/camera/depth/colorized", "rgb8", "depth")
+      .compressed("/camera/color/image_raw/compressed", "rgb8; jpeg compressed bgr8", "color")
+      .image("/camera/color/image_raw", "rgb8", "color")
+      .info("/camera/color/camera_info", "color");
+  const RgbdStreams streams = topics.find();
+  EXPECT_EQ(streams.color.name, "/camera/color/image_raw");
+  EXPECT_EQ(streams.depth.name, "/camera/aligned_depth_to_color/image_raw");
+  EXPECT_FALSE(streams.T_color_depth);
+  ASSERT_TRUE(streams.color.camera);
+  EXPECT_EQ(streams.color.camera->fx, 10);
+  EXPECT_EQ(streams.depth_factor, 1000);
+  EXPECT_EQ(streams.sensor, "realsense_d435i");
+}
+
+TEST(RgbdStreams, NamedTopicsArePreferred) {
+  Topics topics;
+  topics.image("/a/rgb", "rgb8", "f").image("/b/rgb", "rgb8", "f").image("/depth", "16UC1", "f");
+  EXPECT_EQ(topics.find("/b/rgb,/depth").color.name, "/b/rgb");
+  EXPECT_EQ(topics.find("a/rgb,depth").color.name, "/a/rgb");
+  EXPECT_THAT(error_of([&] { topics.find("/b/rgb,/deth"); }), HasSubstr("did you mean '/depth'"));
+  EXPECT_THAT(error_of([&] { topics.find("/b/rgb"); }), HasSubstr("COLOR,DEPTH"));
+}
+
+TEST(RgbdStreams, CompressedTopicsAreFound) {
+  Topics topics;
+  topics.compressed("/k/rgb/image_raw/compressed", "jpeg", "f")
+      .compressed("/k/depth/image_raw/compressedDepth", "32FC1; compressedDepth png", "f")
+      .info("/k/rgb/camera_info", "f");
+  const RgbdStreams streams = topics.find();
+  EXPECT_EQ(streams.color.storage, ImageStorage::kFile);
+  EXPECT_EQ(streams.depth.storage, ImageStorage::kCompressedDepth);
+  EXPECT_EQ(streams.depth.encoding, "32FC1");
+  EXPECT_EQ(streams.color.width, 8);
+}
+
+TEST(RgbdStreams, TheTransformBetweenTheCamerasIsAChainOfRecordedOnes) {
+  Topics topics;
+  topics.image("/color/image", "rgb8", "color", 12, 10).info("/color/camera_info", "color", 12, 10);
+  topics.image("/depth/image", "16UC1", "depth").info("/depth/camera_info", "depth");
+  EXPECT_THAT(error_of([&] { topics.find(); }), HasSubstr("record /tf_static"));
+  const double s = std::sqrt(0.5);
+  topics.transform("link", "color", {1, 0, 0, 0, 0, s, s})
+      .transform("link", "depth", {1, 0.5, 0, 0, 0, 0, 1});
+  const RgbdStreams streams = topics.find();
+  ASSERT_TRUE(streams.T_color_depth);
+  // The depth camera is 0.5 m along y of the link, which is x of the color camera.
+  EXPECT_TRUE(streams.T_color_depth->translation().isApprox(Eigen::Vector3d(0.5, 0, 0), 1e-9));
+  ASSERT_TRUE(streams.depth.camera);
+}
+
+TEST(RgbdStreams, MissingImagesAreErrorsThatListTheTopics) {
+  Topics topics;
+  topics.image("/mono", "mono8", "f").image("/rgb", "rgb8", "f");
+  EXPECT_THAT(error_of([&] { topics.find(); }),
+              ::testing::AllOf(HasSubstr("no topic with depth images"), HasSubstr("/mono, /rgb")));
+  EXPECT_THAT(error_of([&] { Topics().info("/i", "f").find(); }),
+              HasSubstr("no topic with color images"));
+}
+
+TEST(RgbdStreams, ImagesWithoutStampsHaveTheTimesOfTheirRecording) {
+  std::vector<TestMessage> messages;
+  for (int i = 0; i < 3; ++i) {
+    const TestCamera camera{.frame = "f"};
+    const auto time = 5'000'000'000 + i * 100'000'000;
+    messages.push_back(
+        {"/rgb", kImage, camera.image(0, 0, 2, 2, "rgb8", 3, std::string(12, 'c')), time});
+    messages.push_back(
+        {"/depth", kImage, camera.image(0, 0, 2, 2, "16UC1", 2, std::string(8, 'd')), time});
+  }
+  const TestFolder folder;
+  Recording recording(folder.write_sqlite("a.db3", messages));
+  const RgbdStreams streams = find_rgbd_streams(recording);
+  EXPECT_EQ(streams.color.images[1].stamp, 5'100'000'000);
+  EXPECT_EQ(streams.fps, 10);
+}
+
+}  // namespace
+}  // namespace stillmap

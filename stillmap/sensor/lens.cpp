@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/sensor/lens.hpp"
+
+#include <opencv2/calib3d.hpp>
+
+namespace stillmap {
+namespace {
+
+using Model = LensDistortion::Model;
+
+cv::Matx33d intrinsics(double fx, double fy, double cx, double cy) {
+  return {fx, 0, cx, 0, fy, cy, 0, 0, 1};
+}
+
+// Returns the pixels (x, y) of an image, 64FC2, row by row.
+cv::Mat all_pixels(int width, int height) {
+  cv::Mat pixels(height, width, CV_64FC2);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) pixels.at<cv::Vec2d>(y, x) = {double(x), double(y)};
+  }
+  return pixels.reshape(2, width * height);
+}
+
+// Returns normalized pixels of a pinhole camera without distortion.
+cv::Mat normalized(const cv::Mat& pixels, const cv::Matx33d& K) {
+  cv::Mat result;
+  cv::undistortPoints(pixels, result, K, cv::noArray());
+  return result;
+}
+
+// Applies Brown's polynomial to normalized coordinates, without a change of the pixel's unit.
+cv::Mat distorted(const cv::Mat& points, const std::vector<double>& coefficients) {
+  cv::Mat homogeneous, result;
+  cv::convertPointsToHomogeneous(points, homogeneous);
+  cv::projectPoints(homogeneous, cv::Vec3d(), cv::Vec3d(), cv::Matx33d::eye(), coefficients,
+                    result);
+  return result;
+}
+
+// Inverts Brown's polynomial.
+cv::Mat undistorted(const cv::Mat& pixels, const cv::Matx33d& K,
+                    const std::vector<double>& coefficients) {
+  const cv::TermCriteria until(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 40, 1e-9);
+  cv::Mat result;
+  cv::undistortPoints(pixels, result, K, coefficients, cv::noArray(), cv::noArray(), until);
+  return result;
+}
+
+}  // namespace
+
+std::pair<cv::Mat, cv::Mat> rectification_maps(const Camera& pinhole, const LensDistortion& lens) {
+  const cv::Matx33d K = intrinsics(pinhole.fx, pinhole.fy, pinhole.cx, pinhole.cy);
+  const cv::Size size(pinhole.width, pinhole.height);
+  cv::Mat x, y;
+  switch (lens.model) {
+    case Model::kBrown:
+      cv::initUndistortRectifyMap(K, lens.coefficients, cv::noArray(), K, size, CV_32FC1, x, y);
+      break;
+    case Model::kFisheye:
+      cv::fisheye::initUndistortRectifyMap(K, lens.coefficients, cv::noArray(), K, size, CV_32FC1,
+                                           x, y);
+      break;
+    case Model::kInverseBrown: {
+      const cv::Mat recorded =
+          undistorted(all_pixels(size.width, size.height), K, lens.coefficients);
+      cv::Mat channels[2];
+      cv::split(recorded.reshape(2, size.height), channels);
+      channels[0].convertTo(x, CV_32FC1, pinhole.fx, pinhole.cx);
+      channels[1].convertTo(y, CV_32FC1, pinhole.fy, pinhole.cy);
+      break;
+    }
+  }
+  return {x, y};
+}
+
+cv::Mat ray_directions(const RecordedCamera& camera) {
+  const cv::Matx33d K = intrinsics(camera.fx, camera.fy, camera.cx, camera.cy);
+  const cv::Mat pixels = all_pixels(camera.width, camera.height);
+  const auto& coefficients = camera.lens.coefficients;
+  cv::Mat directions;
+  if (coefficients.empty()) {
+    directions = normalized(pixels, K);
+  } else if (camera.lens.model == Model::kBrown) {
+    directions = undistorted(pixels, K, coefficients);
+  } else if (camera.lens.model == Model::kInverseBrown) {
+    directions = distorted(normalized(pixels, K), coefficients);
+  } else {
+    cv::fisheye::undistortPoints(pixels, directions, K, coefficients);
+  }
+  cv::Mat result;
+  directions.reshape(2, camera.height).convertTo(result, CV_32FC2);
+  return result;
+}
+
+}  // namespace stillmap

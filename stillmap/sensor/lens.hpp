@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/geometry/camera.hpp"
+#include "stillmap/recording/camera_model.hpp"
+
+#include <utility>
+
+#include <opencv2/core.hpp>
+
+namespace stillmap {
+
+/// Returns for each pixel of an ideal pinhole camera the pixel of the recorded image that shows the
+/// same direction: its x and y, 32FC1 [pixels]. The recorded image has the same size, focal lengths
+/// and principal point.
+std::pair<cv::Mat, cv::Mat> rectification_maps(const Camera& pinhole, const LensDistortion& lens);
+
+/// Returns the direction (x, y) of each pixel of a recorded image, as 32FC2: the point (x, y, 1)
+/// lies on its ray.
+cv::Mat ray_directions(const RecordedCamera& camera);
+
+}  // namespace stillmap

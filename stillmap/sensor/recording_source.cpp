@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/sensor/recording_source.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/trace.hpp"
+#include "stillmap/geometry/association.hpp"
+#include "stillmap/sensor/camera_file.hpp"
+#include "stillmap/sensor/depth_image.hpp"
+#include "stillmap/sensor/increasing.hpp"
+#include "stillmap/sensor/recorded_image.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+#include <opencv2/imgproc.hpp>
+
+namespace stillmap {
+namespace {
+
+constexpr const char* kCameraFix =
+    "give the camera of the color images with --camera NAME or FILE, or record its camera_info";
+
+std::vector<double> stamps_of(const auto& images) {
+  std::vector<double> stamps;
+  for (const auto& image : images) stamps.push_back(image.timestamp);
+  return stamps;
+}
+
+}  // namespace
+
+Camera color_camera(const Recording& recording, const RgbdStreams& streams) {
+  if (!streams.color.camera) {
+    throw Error(fmt::format("contains no camera for the color images of {}", streams.color.name),
+                recording.path().string(), kCameraFix);
+  }
+  const RecordedCamera& color = *streams.color.camera;
+  Camera camera;
+  camera.name = recording.path().stem().string();
+  camera.width = color.width, camera.height = color.height;
+  camera.fx = color.fx, camera.fy = color.fy;
+  camera.cx = color.cx, camera.cy = color.cy;
+  const auto& coefficients = color.lens.coefficients;
+  if (color.lens.model == LensDistortion::Model::kBrown && coefficients.size() <= 5)
+    std::copy(coefficients.begin(), coefficients.end(), camera.distortion.begin());
+  camera.depth_factor = streams.depth_factor;
+  camera.fps = streams.fps;
+  if (!streams.sensor.empty()) camera.depth_sensor = find_depth_sensor(streams.sensor);
+  if (camera.depth_sensor.baseline > 0) camera.baseline = camera.depth_sensor.baseline;
+  check_camera(camera, recording.path().string() + ", topic " + streams.color.camera_topic);
+  return camera;
+}
+
+RecordingSource::RecordingSource(const std::filesystem::path& path,
+                                 const std::optional<Camera>& camera, const std::string& topics,
+                                 const FrameRange& range)
+    : recording_(path), streams_(find_rgbd_streams(recording_, topics)) {
+  check_range(range);
+  choose_cameras(camera);
+  pair_images();
+  keep_range(range, path.string(), frames_, skipped_);
+  require_one_usable_frame();
+}
+
+void RecordingSource::choose_cameras(const std::optional<Camera>& camera) {
+  if (camera) {
+    check_camera(*camera, "camera '" + camera->name + "'");
+    recorded_ = *camera;
+    rectifier_.emplace(recorded_);
+  } else {
+    recorded_ = color_camera(recording_, streams_);
+    rectifier_.emplace(recorded_, streams_.color.camera->lens);
+  }
+  const auto& T_color_depth = streams_.T_color_depth;
+  if (T_color_depth) registration_.emplace(*streams_.depth.camera, *T_color_depth, this->camera());
+}
+
+std::vector<RecordingSource::Image> RecordingSource::increasing_images(const ImageStream& stream) {
+  std::vector<Image> images;
+  for (const MessageEntry& message : stream.images)
+    images.push_back({seconds_of(message.stamp), message});
+  keep_increasing(images, skipped_, stream.name);
+  return images;
+}
+
+void RecordingSource::pair_images() {
+  const auto color = increasing_images(streams_.color), depth = increasing_images(streams_.depth);
+  const auto pairs = associate(stamps_of(color), stamps_of(depth), kMaxPairDifference);
+  if (pairs.empty()) {
+    throw Error(fmt::format("no color image has a depth image within {} s: {} begins at {:.3f} s, "
+                            "{} at {:.3f} s",
+                            kMaxPairDifference, streams_.color.name, color.front().timestamp,
+                            streams_.depth.name, depth.front().timestamp),
+                recording_.path().string(), "record both with synchronized clocks");
+  }
+  for (const Image& image : color)
+    frames_.push_back({image.timestamp, image.timestamp, image.message, std::nullopt});
+  for (const auto& [i, j] : pairs) {
+    frames_[i].depth_timestamp = depth[j].timestamp;
+    frames_[i].depth = depth[j].message;
+  }
+  const auto first = std::find_if(frames_.begin(), frames_.end(),
+                                  [](const Frame& frame) { return frame.depth.has_value(); });
+  for (auto frame = frames_.begin(); frame != first; ++frame) {
+    skipped_.push_back({.timestamp = frame->timestamp,
+                        .reason = fmt::format("{}: no depth image within {} s, and none before",
+                                              streams_.color.name, kMaxPairDifference)});
+  }
+  frames_.erase(frames_.begin(), first);
+  std::stable_sort(skipped_.begin(), skipped_.end(),
+                   [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
+}
+
+void RecordingSource::require_one_usable_frame() {
+  std::string first_problem;
+  for (const Frame& frame : frames_) {
+    if (!frame.depth) continue;
+    std::string problem = color_image(frame.color).problem;
+    if (!problem.empty()) {
+      problem = fmt::format("{} {}", streams_.color.name, problem);
+    } else {
+      problem = depth_image(*frame.depth).problem;
+      if (problem.empty()) return;
+      problem = fmt::format("{} {}", streams_.depth.name, problem);
+    }
+    if (first_problem.empty()) first_problem = problem;
+  }
+  throw Error(fmt::format("none of the {} frames can be used; the first: an image of {}",
+                          frames_.size(), first_problem),
+              recording_.path().string(), kCameraFix);
+}
+
+std::vector<std::string> RecordingSource::notes() const {
+  std::vector<std::string> notes = streams_.notes;
+  const Camera& camera = this->camera();
+  notes.push_back(
+      fmt::format("camera: {} x {}, fx {:.2f}, fy {:.2f}, cx {:.2f}, cy {:.2f}{}, "
+                  "sensor {}{}",
+                  camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy,
+                  rectifier_->active() ? ", rectified" : "", camera.depth_sensor.name,
+                  streams_.sensor.empty() ? "" : " (by the names of the topics)"));
+  for (const std::string& warning : recording_.warnings()) notes.push_back("warning: " + warning);
+  return notes;
+}
+
+RgbdFramePtr RecordingSource::next() {
+  while (position_ < frames_.size()) {
+    if (RgbdFramePtr frame = load(frames_[position_++])) return frame;
+  }
+  return nullptr;
+}
+
+RgbdFramePtr RecordingSource::load(const Frame& recorded) {
+  trace_frame(next_index_);
+  const TraceScope scope("read frame");
+  const ImageRead color = color_image(recorded.color);
+  if (!color.problem.empty()) {
+    skipped_.push_back(
+        {.timestamp = recorded.timestamp,
+         .reason = fmt::format("{}: an image {}", streams_.color.name, color.problem)});
+    return nullptr;
+  }
+  auto frame = std::make_shared<RgbdFrame>();
+  frame->index = next_index_++;
+  frame->timestamp = recorded.timestamp;
+  frame->color = rectifier_->image(color.image);
+  traced("gray", [&] { cv::cvtColor(frame->color, frame->gray, cv::COLOR_BGR2GRAY); });
+  if (recorded.depth) {
+    const ImageRead depth = depth_image(*recorded.depth);
+    if (depth.problem.empty()) {
+      frame->depth = registered(depth.image);
+      frame->depth_delay = recorded.depth_timestamp - recorded.timestamp;
+    } else {
+      skipped_.push_back(
+          {.timestamp = recorded.timestamp,
+           .reason = fmt::format("{}: an image {}", streams_.depth.name, depth.problem),
+           .frame_lost = false});
+    }
+  }
+  if (frame->depth.empty()) frame->depth = cv::Mat::zeros(frame->color.size(), CV_32FC1);
+  return frame;
+}
+
+cv::Mat RecordingSource::registered(const cv::Mat& raw) const {
+  const Camera& camera = this->camera();
+  cv::Mat depth;
+  if (registration_) {
+    depth = (*registration_)(depth_in_meters(raw, camera.depth_factor, camera.depth_sensor));
+  } else {
+    depth = depth_in_meters(rectifier_->nearest(raw), camera.depth_factor, camera.depth_sensor);
+  }
+  correct_disparity(recorded_.disparity_bias, camera, depth);
+  return depth;
+}
+
+ImageRead RecordingSource::decoded(const ImageStream& stream, const MessageEntry& message,
+                                   Decoder decode, cv::Size size) {
+  try {
+    const ByteSpan bytes = traced("read message", [&] { return recording_.read(message); });
+    return decode(stream, recording_.topics()[stream.topic].encoding, bytes, size);
+  } catch (const Error& error) {
+    return {{}, "cannot be read: " + error.problem()};
+  }
+}
+
+ImageRead RecordingSource::color_image(const MessageEntry& message) {
+  return decoded(streams_.color, message, decode_recorded_color, {camera().width, camera().height});
+}
+
+ImageRead RecordingSource::depth_image(const MessageEntry& message) {
+  const cv::Size size = registration_
+                            ? cv::Size(streams_.depth.camera->width, streams_.depth.camera->height)
+                            : cv::Size(camera().width, camera().height);
+  return decoded(streams_.depth, message, decode_recorded_depth, size);
+}
+
+}  // namespace stillmap

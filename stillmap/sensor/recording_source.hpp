@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/recording/rgbd_streams.hpp"
+#include "stillmap/sensor/depth_registration.hpp"
+#include "stillmap/sensor/frame_range.hpp"
+#include "stillmap/sensor/image_file.hpp"
+#include "stillmap/sensor/rectifier.hpp"
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace stillmap {
+
+/// A ROS 1 bag, or a recording of rosbag2 (SQLite or MCAP), as a source of frames. Color and depth
+/// images are paired by their stamps, as those of a TUM folder. Depth images that are not
+/// registered to the color camera are registered.
+class RecordingSource : public FrameSource {
+ public:
+  /// @param camera  replaces the recorded color camera and the unit of 16-bit depth; none to use
+  /// those
+  ///                of the recording
+  /// @param topics  "COLOR,DEPTH", or empty: see find_rgbd_streams()
+  /// Throws Error if the file is no recording, has no color and depth images or no camera, and if
+  /// no frame can be used.
+  RecordingSource(const std::filesystem::path& path, const std::optional<Camera>& camera,
+                  const std::string& topics, const FrameRange& range = {});
+
+  const Camera& camera() const override { return rectifier_->camera(); }
+  /// Returns the camera of the recorded color images. Distortion that Camera cannot describe is not
+  /// part of it.
+  const Camera& recorded_camera() const { return recorded_; }
+  RgbdFramePtr next() override;
+  std::optional<std::size_t> size() const override { return frames_.size() - position_; }
+  const std::vector<SkippedFrame>& skipped() const override { return skipped_; }
+  std::vector<std::string> notes() const override;
+
+ private:
+  struct Image {
+    double timestamp = 0;  // seconds
+    MessageEntry message;
+  };
+  struct Frame {
+    double timestamp = 0, depth_timestamp = 0;  // seconds
+    MessageEntry color;
+    std::optional<MessageEntry> depth;
+  };
+
+  void choose_cameras(const std::optional<Camera>& camera);
+  void pair_images();
+  std::vector<Image> increasing_images(const ImageStream& stream);
+  void require_one_usable_frame();
+  RgbdFramePtr load(const Frame& frame);
+  ImageRead color_image(const MessageEntry& message);
+  ImageRead depth_image(const MessageEntry& message);
+  using Decoder = ImageRead (*)(const ImageStream&, const std::string&, ByteSpan, cv::Size);
+  ImageRead decoded(const ImageStream& stream, const MessageEntry& message, Decoder decode,
+                    cv::Size size);
+  cv::Mat registered(const cv::Mat& raw) const;
+
+  Recording recording_;
+  RgbdStreams streams_;
+  Camera recorded_;
+  std::optional<Rectifier> rectifier_;
+  std::optional<DepthRegistration> registration_;
+  std::vector<Frame> frames_;
+  std::vector<SkippedFrame> skipped_;
+  std::size_t position_ = 0;    // index of the next frame in frames_
+  std::size_t next_index_ = 0;  // index of the next returned frame
+};
+
+/// Returns the camera of the recorded color images. Throws Error if the recording does not contain
+/// it.
+Camera color_camera(const Recording& recording, const RgbdStreams& streams);
+
+}  // namespace stillmap
