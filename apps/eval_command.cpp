@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/error.hpp"
 #include "stillmap/dense/cloud.hpp"
+#include "stillmap/evaluate/closure.hpp"
 #include "stillmap/evaluate/ghosts.hpp"
 #include "stillmap/evaluate/label_figures.hpp"
 #include "stillmap/evaluate/mover_error.hpp"
@@ -30,6 +31,7 @@ struct EvalArguments {
   LabelFigureOptions judging;
   std::size_t frames = 0;
   bool per_frame = false, one_world = false, with_scale = false, force = false;
+  bool closure = false, planar = false;
   std::vector<std::string> movers, aligned_like;
 
   /// Returns the file of motion labels, by either name of the option; empty: none.
@@ -144,6 +146,11 @@ nlohmann::json trajectory_figures(const EvalArguments& arguments) {
   const Evaluation evaluation = evaluate_trajectory(truth, estimate, options);
   fmt::print(arguments.text(), "{}", evaluation_text(evaluation));
   nlohmann::json json = evaluation;
+  if (arguments.closure) {
+    const ClosureError closure = closure_error(evaluation.ate);
+    fmt::print(arguments.text(), "{}", closure_text(closure, arguments.planar));
+    json["closure"] = closure;
+  }
   if (!arguments.cloud.empty()) {
     const CloudFigures cloud = cloud_figures(arguments, truth, evaluation);
     fmt::print(arguments.text(), "{}", ghost_text(cloud.figures));
@@ -206,6 +213,13 @@ void add_trajectory_options(CLI::App& command, EvalArguments& arguments) {
       ->excludes(one_world)
       ->excludes(with_scale);
   one_world->excludes(with_scale);
+  CLI::Option* closure =
+      command.add_flag("--closure", arguments.closure,
+                       "also compute the closure error of a camera that returns to its start");
+  command
+      .add_flag("--planar", arguments.planar,
+                "show the closure error in the horizontal plane as well (z of the truth is up)")
+      ->needs(closure);
 }
 
 void add_map_options(CLI::App& command, EvalArguments& arguments) {
@@ -276,6 +290,7 @@ void add_eval_command(CLI::App& app, int& exit_code) {
       "seq\n"
       "  stillmap eval second/groundtruth.txt localized/trajectory.txt --aligned-like "
       "first/groundtruth.txt mapped/trajectory.txt\n"
+      "  stillmap eval yard/groundtruth.txt out/trajectory.txt --closure --planar\n"
       "  stillmap eval --labels out/labels.bin --sequence seq\n"
       "  stillmap eval seq/groundtruth.txt out/trajectory.txt --movers out/movers.csv "
       "seq/truth_movers.csv");

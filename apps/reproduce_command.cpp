@@ -1,21 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/error.hpp"
-#include "stillmap/evaluate/benchmark_sequences.hpp"
-#include "stillmap/evaluate/compare.hpp"
-#include "stillmap/evaluate/paper_tables.hpp"
-#include "stillmap/report/comparison_chart.hpp"
-#include "stillmap/report/machine.hpp"
-#include "stillmap/report/result_folder.hpp"
-#include "stillmap/sensor/image_file.hpp"
-#include "stillmap/sensor/sequence.hpp"
 
 #include <algorithm>
-#include <map>
+#include <iterator>
 #include <memory>
 
 #include "commands.hpp"
+#include "crane_experiment.hpp"
 #include "interrupt.hpp"
-#include "run_request.hpp"
+#include "preset_runs.hpp"
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
@@ -25,37 +18,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kCrane = "crane";
 constexpr const char* kAll = "all";
-
-struct ReproduceArguments {
-  std::string paper, data, out = "reproduced";
-  std::vector<std::string> models, sequences;
-  int runs = 3, frames = 0;
-  bool true_masks = false, force = false;
-
-  ResultFolder::Foreign foreign() const {
-    return force ? ResultFolder::Foreign::kOverwrite : ResultFolder::Foreign::kKeep;
-  }
-};
-
-/// Networks by preset; that of the empty name is for all others.
-using Models = std::map<std::string, std::string>;
-
-Models models_of(const ReproduceArguments& arguments) {
-  Models models;
-  for (const std::string& model : arguments.models) {
-    const auto equals = model.find('=');
-    if (equals == std::string::npos) {
-      models[""] = model;
-    } else {
-      models[model.substr(0, equals)] = model.substr(equals + 1);
-    }
-  }
-  return models;
-}
 
 std::vector<Paper> papers_of(const ReproduceArguments& arguments) {
   if (arguments.paper == kAll) return papers();
+  if (arguments.paper == kCrane) return {};
   return {find_paper(arguments.paper)};
 }
 
@@ -66,48 +34,16 @@ struct Experiment {
   std::vector<std::string> left_out;  ///< Presets that detect nothing without a network.
 };
 
-RunRequest request_of(const ReproduceArguments& arguments, const Models& models,
-                      const BenchmarkSequence& sequence, const std::string& preset, int first) {
-  RunRequest request;
-  request.sequence = sequence.folder.string();
-  request.camera = sequence.camera;
-  request.truth_frame = sequence.truth_frame;
-  request.preset = preset;
-  const bool own = models.contains(preset);
-  if (own || models.contains("")) request.model = models.at(own ? preset : "");
-  const fs::path masks = sequence.folder / "mask";
-  if (arguments.true_masks && fs::is_directory(masks)) request.masks = masks.string();
-  request.first = first;
-  request.count = arguments.frames;
-  request.settings = {"dense.enabled=false", "movers.enabled=false"};
-  request.out =
-      (fs::path(arguments.out) / "runs" / fmt::format("{}_{}_{}", sequence.name, preset, first))
-          .string();
-  request.force = arguments.force;
-  request.quiet = true;
-  return request;
-}
-
-/// Returns whether a preset has what it needs on a sequence: a network or masks, unless it detects
-/// motion without them.
-bool can_run(const RunRequest& request) {
-  const Options options = options_of(request);
-  return !needs_instances(options) || !options.network.model.empty() ||
-         !options.network.masks.empty();
-}
-
-Experiment experiment_of(const ReproduceArguments& arguments, const Models& models,
-                         const std::vector<Paper>& papers) {
+Experiment experiment_of(const ReproduceArguments& arguments, const std::vector<Paper>& papers) {
   Experiment experiment;
   experiment.sequences = find_benchmark_sequences(arguments.data, arguments.sequences);
   experiment.presets = {kPaperBaseline};
   for (const Paper& paper : papers) experiment.presets.push_back(paper.preset);
   experiment.presets.emplace_back(kOwnSystem);
   const auto runs_nowhere = [&](const std::string& preset) {
-    return std::none_of(experiment.sequences.begin(), experiment.sequences.end(),
-                        [&](const BenchmarkSequence& sequence) {
-                          return can_run(request_of(arguments, models, sequence, preset, 0));
-                        });
+    return std::none_of(
+        experiment.sequences.begin(), experiment.sequences.end(),
+        [&](const BenchmarkSequence& sequence) { return can_run(arguments, sequence, preset); });
   };
   std::copy_if(experiment.presets.begin(), experiment.presets.end(),
                std::back_inserter(experiment.left_out), runs_nowhere);
@@ -146,85 +82,6 @@ std::string left_out_text(const Experiment& experiment) {
       fmt::join(experiment.left_out, ", "));
 }
 
-/// A run with its path, for the figure of trajectories.
-struct FinishedRun {
-  PaperRun figures;
-  RecordedRun path;
-};
-
-FinishedRun map_sequence(const RunRequest& request, const BenchmarkSequence& sequence) {
-  FinishedRun run;
-  run.figures.preset = request.preset;
-  run.figures.sequence = sequence.name;
-  run.figures.first = request.first.value_or(0);
-  try {
-    RunRecord record = run_session(session_of(request, options_of(request)));
-    if (!record.truth) throw Error("has no ground truth", request.sequence, "add groundtruth.txt");
-    run.path = {request.preset, sequence.name, record.result.trajectory, *record.truth,
-                record.total_frames()};
-    run.figures.evaluation =
-        evaluate_trajectory(*record.truth, record.result.trajectory,
-                            {.total_frames = record.total_frames(), .per_frame = true});
-    for (const StageTiming& stage : record.result.timing.stages()) {
-      if (stage.name == "tracking") run.figures.tracking_ms = stage.mean;
-    }
-  } catch (const Error& error) {
-    run.figures.problem = error.what();
-  }
-  return run;
-}
-
-void print_run(const FinishedRun& run, std::size_t number, std::size_t total) {
-  const PaperRun& figures = run.figures;
-  fmt::print("[{}/{}] {}, {}, from frame {}: ", number, total, figures.sequence, figures.preset,
-             figures.first);
-  if (!figures.evaluation) {
-    fmt::print("{}\n", figures.problem);
-  } else {
-    const Coverage& coverage = figures.evaluation->coverage;
-    fmt::print("ATE RMSE {:.4f} m, {}/{} frames, {:.1f} ms\n",
-               figures.evaluation->ate.translation.rmse, coverage.tracked, coverage.total,
-               figures.tracking_ms);
-  }
-  std::fflush(stdout);
-}
-
-/// Maps every sequence with every preset, as often as wanted. An interrupt ends it early.
-std::vector<FinishedRun> run_all(const ReproduceArguments& arguments, const Models& models,
-                                 const Experiment& experiment) {
-  std::vector<RunRequest> requests;
-  std::vector<const BenchmarkSequence*> sequences;
-  for (const BenchmarkSequence& sequence : experiment.sequences) {
-    for (const std::string& preset : experiment.presets) {
-      for (int first = 0; first < arguments.runs; ++first) {
-        requests.push_back(request_of(arguments, models, sequence, preset, first));
-        if (can_run(requests.back())) {
-          sequences.push_back(&sequence);
-        } else {
-          requests.pop_back();
-        }
-      }
-    }
-  }
-  std::vector<FinishedRun> runs;
-  for (std::size_t i = 0; i < requests.size() && !interrupted(); ++i) {
-    runs.push_back(map_sequence(requests[i], *sequences[i]));
-    print_run(runs.back(), i + 1, requests.size());
-  }
-  return runs;
-}
-
-/// Returns the paths of the paper's figure: the first run of each of its systems per sequence.
-Comparison paths_of(const Paper& paper, const std::vector<FinishedRun>& runs) {
-  std::vector<RecordedRun> paths;
-  for (const FinishedRun& run : runs) {
-    const std::string& preset = run.figures.preset;
-    const bool shown = preset == kPaperBaseline || preset == paper.preset || preset == kOwnSystem;
-    if (shown && run.figures.first == 0 && run.figures.evaluation) paths.push_back(run.path);
-  }
-  return compare_runs(paths);
-}
-
 /// What is written about a paper.
 struct PaperReport {
   std::string heading, protocol;
@@ -236,13 +93,7 @@ PaperReport report_of(const Paper& paper, const ReproduceArguments& arguments,
   PaperReport report;
   report.heading =
       fmt::format("{} ({} {}): {}", paper.preset, paper.authors, paper.year, paper.title);
-  report.protocol = fmt::format(
-      "Mean of {} runs per preset and sequence, which begin at frames 0 to {}; {}. Lockstep, "
-      "without dense map and movers. {}. Published figures: {}.",
-      arguments.runs, arguments.runs - 1,
-      arguments.frames > 0 ? fmt::format("the first {} frames of each", arguments.frames)
-                           : "all frames",
-      machine_description(), paper.source);
+  report.protocol = fmt::format("{} Published figures: {}.", protocol_of(arguments), paper.source);
   report.tables = paper_tables(paper, runs);
   return report;
 }
@@ -268,8 +119,7 @@ std::vector<std::string> files_of(const Paper& paper) {
 void write_paper(const Paper& paper, const ReproduceArguments& arguments,
                  const std::vector<FinishedRun>& finished, const Experiment& experiment,
                  ResultFolder& folder) {
-  std::vector<PaperRun> runs;
-  for (const FinishedRun& run : finished) runs.push_back(run.figures);
+  const std::vector<PaperRun> runs = figures_of(finished);
   const PaperReport report = report_of(paper, arguments, runs);
   const std::vector<std::string> missing = missing_sequences({paper}, experiment);
   const std::string left_out = left_out_text(experiment);
@@ -291,29 +141,39 @@ void write_paper(const Paper& paper, const ReproduceArguments& arguments,
   folder.write_text(paper.preset + ".md", text);
   folder.write_text(paper.preset + ".tex", latex_of(report));
   folder.write_text(paper.preset + ".json", json.dump(2) + "\n");
-  const Comparison paths = paths_of(paper, finished);
-  if (paths.runs.empty()) return;
-  folder.write(paper.preset + "_trajectories.png",
-               [&](const fs::path& file) { write_png(file, comparison_image(paths)); });
-  folder.write_text(paper.preset + "_trajectories.svg", comparison_chart(paths).file());
+  write_paths(
+      first_paths(finished, std::vector<std::string>{kPaperBaseline, paper.preset, kOwnSystem}),
+      paper.preset, folder);
 }
 
-int run(const ReproduceArguments& arguments) {
-  if (arguments.runs < 1) throw Error("must be 1 or more", "--runs", "take 3, as the papers did");
-  const std::vector<Paper> chosen = papers_of(arguments);
-  const Models models = models_of(arguments);
-  const Experiment experiment = experiment_of(arguments, models, chosen);
+/// Repeats the experiments of these papers on the sequences of the data folder.
+void reproduce(const std::vector<Paper>& chosen, const ReproduceArguments& arguments,
+               ResultFolder& folder) {
+  if (arguments.data.empty()) {
+    throw Error("the folder with the sequences is missing", "reproduce", "add --data DIR");
+  }
+  const Experiment experiment = experiment_of(arguments, chosen);
   const std::string missing = missing_text(missing_sequences(chosen, experiment));
   if (experiment.sequences.empty()) {
     throw Error("contains no sequence of the papers with ground truth", arguments.data,
                 "name others with --sequences, or get those of the papers.\n" + missing);
   }
   fmt::print("{}{}", left_out_text(experiment), missing);
+  const std::vector<FinishedRun> runs =
+      run_presets(arguments, experiment.sequences, experiment.presets);
+  for (const Paper& paper : chosen) write_paper(paper, arguments, runs, experiment, folder);
+}
+
+int run(const ReproduceArguments& arguments) {
+  if (arguments.runs < 1) throw Error("must be 1 or more", "--runs", "take 3, as the papers did");
+  const bool with_crane = arguments.paper == kCrane || arguments.paper == kAll;
+  const std::vector<Paper> chosen = papers_of(arguments);
   ResultFolder folder(arguments.out, arguments.foreign());
   for (const Paper& paper : chosen) folder.require_free(files_of(paper));
+  if (with_crane) folder.require_free(crane_files());
   catch_interrupt();
-  const std::vector<FinishedRun> runs = run_all(arguments, models, experiment);
-  for (const Paper& paper : chosen) write_paper(paper, arguments, runs, experiment, folder);
+  if (!chosen.empty()) reproduce(chosen, arguments, folder);
+  if (with_crane && !interrupted()) reproduce_crane(arguments, folder);
   folder.require_all();
   fmt::print("{}", folder.written_text());
   return interrupted() ? kInterrupted : kSuccess;
@@ -327,16 +187,18 @@ void add_reproduce_command(CLI::App& app, int& exit_code) {
       "reproduce", "repeat the experiments of the four papers and print their tables");
   std::vector<std::string> names;
   for (const Paper& paper : papers()) names.push_back(paper.preset);
-  names.emplace_back(kAll);
-  command->add_option("paper", arguments->paper, "paper, by its preset")
+  names.insert(names.end(), {kCrane, kAll});
+  command
+      ->add_option("paper", arguments->paper,
+                   "paper, by its preset; crane: the crane of seg-mask's paper")
       ->required()
       ->type_name(fmt::format("{{{}}}", fmt::join(names, ",")))
       ->check(CLI::IsMember(names));
-  command
-      ->add_option("--data", arguments->data,
-                   "folder with the sequences: TUM freiburg3 (rgbd_dataset_freiburg3_walking_xyz, "
-                   "fr3_w_xyz, walking_xyz, ...), fr1_rpy, bonn_*, kitchen_*, yard_*")
-      ->required();
+  command->add_option(
+      "--data", arguments->data,
+      "folder with the sequences: TUM freiburg3 (rgbd_dataset_freiburg3_walking_xyz, "
+      "fr3_w_xyz, walking_xyz, ...), fr1_rpy, bonn_*, kitchen_*, yard_*; "
+      "crane renders its sequences if they are not there");
   command
       ->add_option("--model", arguments->models,
                    "network (.onnx) for all presets, or PRESET=FILE for one; may be repeated")
@@ -354,6 +216,8 @@ void add_reproduce_command(CLI::App& app, int& exit_code) {
   command->add_option("--frames", arguments->frames, "use only the first frames; 0: all")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
+  command->add_option("--width", arguments->width, "crane: width of the rendered images [pixels]")
+      ->capture_default_str();
   command->add_option("--out", arguments->out, "output folder: tables, figures and runs")
       ->capture_default_str();
   add_force_option(*command, arguments->force);
@@ -363,6 +227,7 @@ void add_reproduce_command(CLI::App& app, int& exit_code) {
       "Files: PAPER.md, PAPER.tex, PAPER.json, PAPER_trajectories.png and .svg, and a folder per "
       "run in runs/\n"
       "Examples:\n"
+      "  stillmap reproduce crane\n"
       "  stillmap reproduce seg-mask --data tum --model yolov8n-seg.onnx\n"
       "  stillmap reproduce all --data tum --model yolo11n-seg.onnx --model "
       "seg-mask=yolov8n-seg.onnx --model gated-seg=yolov8n-seg.onnx --model box-flow=yolo11n.onnx");

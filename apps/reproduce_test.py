@@ -27,8 +27,14 @@ class Reproduce(unittest.TestCase):
         cls.sequence = cls.data / "fr3_walking_xyz"
         made = stillmap("simulate", "--people", 1, "--frames", 12, "--width", 320, "--height", 240, "--out", cls.sequence)
         assert made.returncode == 0, made.stderr
+        for yard, movers in (("yard_static", 0), ("yard_dynamic", 2)):
+            made = stillmap("simulate", "--scene", "yard", "--camera", "trolley", "--people", movers, "--objects", movers,
+                            "--camera-model", "realsense_d435i", "--width", 320, "--fps", 15, "--frames", 12, "--out",
+                            cls.data / yard)
+            assert made.returncode == 0, made.stderr
         cls.out = cls.folder / "out"
-        cls.done = stillmap("reproduce", "all", "--data", cls.data, "--true-masks", "--runs", 2, "--out", cls.out)
+        cls.done = stillmap("reproduce", "all", "--data", cls.data, "--sequences", "walking_xyz", "--true-masks", "--runs",
+                            2, "--out", cls.out)
         assert cls.done.returncode == 0, cls.done.stderr
 
     @classmethod
@@ -47,7 +53,10 @@ class Reproduce(unittest.TestCase):
     def test_every_preset_runs_as_often_as_wanted_and_only_once_for_all_papers(self):
         runs = sorted(run.name for run in (self.out / "runs").iterdir())
         presets = ("box-epipolar", "box-flow", "fused", "gated-seg", "orb-rgbd", "seg-mask")
-        self.assertEqual(runs, [f"walking_xyz_{preset}_{first}" for preset in presets for first in (0, 1)])
+        papers = [f"walking_xyz_{preset}_{first}" for preset in presets for first in (0, 1)]
+        crane = [f"{yard}_{preset}_{first}" for yard in ("yard_dynamic", "yard_static")
+                 for preset in ("fused", "orb-rgbd", "seg-mask") for first in (0, 1)]
+        self.assertEqual(runs, papers + crane)
 
     def test_the_figures_are_those_of_eval_averaged_over_the_runs(self):
         errors = []
@@ -85,7 +94,8 @@ class Reproduce(unittest.TestCase):
 
     def test_presets_that_need_a_network_are_left_out_without_one(self):
         out = self.folder / "without"
-        done = stillmap("reproduce", "seg-mask", "--data", self.data, "--runs", 1, "--frames", 6, "--out", out)
+        done = stillmap("reproduce", "seg-mask", "--data", self.data, "--sequences", "walking_xyz", "--runs", 1, "--frames", 6,
+                        "--out", out)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("none was named (--model FILE.onnx, or --model PRESET=FILE.onnx): seg-mask\n", done.stdout)
         figures = self.figures("seg-mask", out)
@@ -93,7 +103,26 @@ class Reproduce(unittest.TestCase):
         self.assertEqual([run["preset"] for run in figures["runs"]], ["orb-rgbd", "fused"])
         self.assertEqual([run["coverage"]["total"] for run in figures["runs"]], [6, 6])
 
+    def test_the_crane_compares_closure_errors_of_both_yards(self):
+        crane = self.figures("crane")
+        rows = crane["tables"][0]["rows"]
+        self.assertEqual([(row["sequence"], row["preset"]) for row in rows],
+                         [(yard, preset) for yard in ("yard_dynamic", "yard_static")
+                          for preset in ("orb-rgbd", "seg-mask", "fused")])
+        closures = []
+        for first in (0, 1):
+            run = self.out / f"runs/yard_static_orb-rgbd_{first}/trajectory.txt"
+            shown = stillmap("eval", self.data / "yard_static/groundtruth.txt", run, "--closure", "--planar", "--json", "-")
+            self.assertIn("closure error in plane", shown.stderr)
+            closures.append(json.loads(shown.stdout)["closure"])
+        static = next(row for row in rows if (row["sequence"], row["preset"]) == ("yard_static", "orb-rgbd"))
+        for column, key in (("closure in the plane [m]", "plane_m"), ("closure in space [m]", "space_m")):
+            self.assertAlmostEqual(static[column], sum(closure[key] for closure in closures) / 2, delta=1e-6)
+        self.assertIn("Figure 9", crane["tables"][0]["notes"][0])
+        self.assertTrue((self.out / "crane_trajectories.png").exists())
+
     def test_what_cannot_be_reproduced_is_refused(self):
+        self.refused(1, "--data DIR", arguments=["seg-mask"])
         self.refused(2, "seg-msk", arguments=["seg-msk", "--data", self.data])
         empty = self.folder / "empty"
         empty.mkdir(exist_ok=True)

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/simulate/simulated_sequence.hpp"
 #include "stillmap/simulate/tum_writer.hpp"
 
+#include "command_tree.hpp"
 #include "commands.hpp"
 #include "interrupt.hpp"
 #include "progress.hpp"
@@ -74,9 +76,11 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
   CLI::App* command =
       app.add_subcommand("simulate", "render an RGB-D sequence with known poses, masks and movers");
   command
-      ->add_option("--scene", o.scene,
-                   "scene: office (one room) or flat (four rooms, a path of 60 m)")
-      ->type_name("{office,flat}")
+      ->add_option(
+          "--scene", o.scene,
+          "scene: office (one room), flat (four rooms, a path of 60 m) or yard (containers "
+          "below a bridge crane; its objects are the swinging hook and two vehicles)")
+      ->type_name("{office,flat,yard}")
       ->capture_default_str();
   command->add_option("--people", o.people, "number of people")->capture_default_str();
   command
@@ -94,13 +98,23 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
   // The former names of the two options.
   command->add_option("--things", o.things)->group("");
   command->add_flag("--near-things", o.near_things)->group("");
-  command->add_option("--camera", o.camera, "camera motion")
-      ->type_name("{static,xyz,halfsphere,rpy,loop,follow}")
+  command
+      ->add_option(
+          "--camera", o.camera,
+          "camera motion; trolley: below the crane of the yard, a rectangle out and back in "
+          "35 s, looking ahead and down")
+      ->type_name("{static,xyz,halfsphere,rpy,loop,follow,trolley}")
       ->capture_default_str();
   command->add_option("--frames", o.frames, "number of frames")->capture_default_str();
   command->add_option("--fps", o.fps, "frames per second")->capture_default_str();
   command->add_option("--width", o.width, "image width [pixels]")->capture_default_str();
-  command->add_option("--height", o.height, "image height [pixels]")->capture_default_str();
+  CLI::Option* height =
+      command->add_option("--height", o.height, "image height [pixels]")->capture_default_str();
+  command
+      ->add_option("--camera-model", o.camera_model,
+                   "use intrinsics and depth sensor of this camera, scaled to --width")
+      ->type_name(names_or_file(camera_presets()))
+      ->excludes(height);
   command->add_option("--seed", o.seed, "seed of scene, hand shake and noise")
       ->capture_default_str();
   command->add_option("--speed", o.speed, "factor on the speed of the camera motion")
@@ -108,10 +122,16 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
   command->add_option("--exposures", o.exposures, "images averaged for motion blur; 1: no blur")
       ->capture_default_str();
   add_sensor_options(*command, *arguments);
+  command->get_option("--camera-model")->excludes(command->get_option("--sensor"));
   command->add_option("--out", arguments->out, "output folder, in TUM layout")
       ->capture_default_str();
   command->footer(
-      "Example:\n  stillmap simulate --scene office --people 2 --camera xyz --out office_xyz");
+      "Examples:\n"
+      "  stillmap simulate --scene office --people 2 --camera xyz --out office_xyz\n"
+      "  stillmap simulate --scene yard --camera trolley --people 3 --objects 3 --camera-model "
+      "realsense_d435i --width 640 --fps 15 --frames 526 --out yard_dynamic\n"
+      "  stillmap simulate --scene yard --camera trolley --people 0 --camera-model realsense_d435i "
+      "--width 1280 --fps 15 --frames 526 --out yard_static");
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }
 

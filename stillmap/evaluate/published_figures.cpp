@@ -60,6 +60,7 @@ Paper paper_of(const Json& json) {
   paper.baseline = json.at("baseline");
   paper.system = json.at("system");
   paper.sequences = json.at("sequences");
+  paper.crane = json.value("crane", "");
   for (const Json& table : json.at("tables")) paper.tables.push_back(table_of(table));
   return paper;
 }

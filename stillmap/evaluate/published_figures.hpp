@@ -49,6 +49,7 @@ struct Paper {
   std::string baseline,
       system;  ///< Names of the baseline and the paper's own system in the tables.
   std::vector<std::string> sequences;  ///< Sequences of TUM freiburg3, such as "walking_xyz".
+  std::string crane;  ///< What it reports about its experiment with a crane; empty without one.
   std::vector<PublishedTable> tables;
 };
 

@@ -34,13 +34,26 @@ Camera make_preset(const std::string& name, std::array<double, 4> intrinsics,
   return camera;
 }
 
+/// Returns the Intel RealSense D435i: color of 1280 x 720 with a field of view of 69.4 by 42.5
+/// degrees (D400 series datasheet), depth registered to it in millimeters.
+Camera realsense_d435i() {
+  Camera camera = make_preset("realsense_d435i", {924.3, 925.6, 639.5, 359.5}, {});
+  camera.width = 1280;
+  camera.height = 720;
+  camera.depth_factor = 1000;
+  camera.depth_sensor = find_depth_sensor("realsense_d435i");
+  camera.baseline = camera.depth_sensor.baseline;
+  return camera;
+}
+
 const std::vector<Camera>& presets() {
   static const std::vector<Camera> cameras{make_preset("tum_fr1", {517.3, 516.5, 318.6, 255.3},
                                                        {0.2624, -0.9531, -0.0054, 0.0026, 1.1633}),
                                            make_preset("tum_fr2", {520.9, 521.0, 325.1, 249.7},
                                                        {0.2312, -0.7849, -0.0033, -0.0001, 0.9172}),
                                            make_preset("tum_fr3", {535.4, 539.2, 320.1, 247.6}, {}),
-                                           make_preset("kitchen", {528, 528, 321, 239.5}, {})};
+                                           make_preset("kitchen", {528, 528, 321, 239.5}, {}),
+                                           realsense_d435i()};
   return cameras;
 }
 

@@ -5,7 +5,9 @@
 #include "stillmap/base/test_error.hpp"
 #include "stillmap/base/test_path.hpp"
 
+#include <cmath>
 #include <fstream>
+#include <numbers>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -38,6 +40,17 @@ TEST(CameraPresets, HaveThePublishedCalibration) {
   EXPECT_FALSE(fr3.distorted());
   EXPECT_EQ(fr3.depth_factor, 5000);
   EXPECT_EQ(read_camera("kitchen").cx, 321);
+}
+
+TEST(CameraPresets, IncludeTheRealSenseWithItsFieldOfViewAndSensor) {
+  const Camera camera = read_camera("realsense_d435i");
+  EXPECT_EQ(camera.width, 1280);
+  EXPECT_EQ(camera.height, 720);
+  const double degrees = 2 * std::atan(camera.width / 2.0 / camera.fx) * 180 / std::numbers::pi;
+  EXPECT_NEAR(degrees, 69.4, 0.01);
+  EXPECT_EQ(camera.depth_sensor.name, "realsense_d435i");
+  EXPECT_EQ(camera.depth_sensor.max_depth, 10);
+  EXPECT_EQ(camera.depth_factor, 1000);
 }
 
 TEST(CameraPresets, AllPassTheirOwnCheck) {

@@ -9,7 +9,8 @@
 
 namespace stillmap {
 
-/// Returns the camera of a preset (tum_fr1, tum_fr2, tum_fr3, kitchen) or of a file:
+/// Returns the camera of a preset (tum_fr1, tum_fr2, tum_fr3, kitchen, realsense_d435i) or of a
+/// file:
 /// - our YAML format: name, width, height, fx, fy, cx, cy, distortion [k1, k2, p1, p2, k3],
 ///   depth_factor, fps, baseline, sensor (a name that find_depth_sensor() knows), readout and
 ///   depth_delay (ShutterTiming), disparity_offset and disparity_bow (DisparityBias). Name,

@@ -459,8 +459,8 @@ INSTANTIATE_TEST_SUITE_P(Cameras, OneInvalidCamera, ::testing::ValuesIn(kInvalid
 TEST(MalformedArguments, AnUnknownCameraNameSuggestsTheNearest) {
   const std::string error = error_of([] { read_camera("tum_fr4"); });
   EXPECT_THAT(error, HasSubstr("camera 'tum_fr4': is neither a known camera nor a file"));
-  EXPECT_THAT(error,
-              HasSubstr("did you mean 'tum_fr1'? Known: tum_fr1, tum_fr2, tum_fr3, kitchen"));
+  EXPECT_THAT(error, HasSubstr("did you mean 'tum_fr1'? Known: tum_fr1, tum_fr2, tum_fr3, kitchen, "
+                               "realsense_d435i"));
 }
 
 TEST(MalformedArguments, AFolderInsteadOfACamera) {

@@ -37,8 +37,8 @@ Eigen::Quaterniond turned(double roll, double pitch, double yaw) {
 }  // namespace
 
 const std::vector<std::string>& camera_motion_names() {
-  static const std::vector<std::string> kNames{"static", "xyz",  "halfsphere",
-                                               "rpy",    "loop", "follow"};
+  static const std::vector<std::string> kNames{"static", "xyz",    "halfsphere", "rpy",
+                                               "loop",   "follow", "trolley"};
   return kNames;
 }
 
@@ -60,11 +60,19 @@ CameraMotion::CameraMotion(const CameraMotionOptions& options, const Scene& scen
     : options_(options),
       viewpoint_(scene.viewpoint),
       home_(look_at(scene.viewpoint.position, scene.viewpoint.target)),
-      round_(scene.round) {
+      round_(scene.round),
+      trolley_(scene.trolley) {
   const auto& names = camera_motion_names();
   if (std::find(names.begin(), names.end(), options.motion) == names.end()) {
     throw Error(fmt::format("'{}' is not known", options.motion), "camera motion",
                 fmt::format("take one of: {}", fmt::join(names, ", ")));
+  }
+  if (options.motion == "trolley") {
+    if (!trolley_)
+      throw Error("there is no trolley in this scene", "camera motion", "take the scene yard");
+    constexpr double kMotors = 1.0 / 3;  // share of the shake of a hand
+    options_.shake_position *= kMotors;
+    options_.shake_rotation *= kMotors;
   }
   Random random(static_cast<std::uint64_t>(options.seed), 2);
   for (Tremor& tremor : tremor_) {
@@ -104,6 +112,7 @@ Pose CameraMotion::steady(double t) const {
   if (options_.motion == "halfsphere") return half_sphere(t);
   if (options_.motion == "loop") return loop(t);
   if (options_.motion == "follow") return follow(t);
+  if (options_.motion == "trolley") return Pose(home_.quaternion(), trolley_->at(t));
   return home_;
 }
 

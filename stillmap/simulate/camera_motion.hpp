@@ -4,6 +4,7 @@
 #include "stillmap/simulate/scene.hpp"
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,7 +13,8 @@ namespace stillmap {
 struct CameraMotionOptions {
   /// Motion: static, xyz, halfsphere, rpy as in TUM's dynamic sequences (Sturm et al., IROS 2012),
   /// at about their mean speeds (0.01, 0.2, 0.2, 0.1 m/s; 1, 5, 18, 20 deg/s); loop: around the
-  /// room; follow: likewise, facing the person ahead (activity "companion").
+  /// room; follow: likewise, facing the person ahead (activity "companion"); trolley: below the
+  /// trolley of the yard's crane, with a third of the shake, as of its motors.
   std::string motion = "xyz";
   double speed = 1;                ///< Factor on the speed of the motion.
   double shake_position = 0.0010;  ///< RMS hand shake per axis [m].
@@ -26,7 +28,7 @@ const std::vector<std::string>& camera_motion_names();
 /// Camera path as a smooth function of time.
 class CameraMotion {
  public:
-  /// Throws Error for an unknown motion.
+  /// Throws Error for an unknown motion, and for that of a trolley in a scene without one.
   CameraMotion(const CameraMotionOptions& options, const Scene& scene);
   Pose T_world_camera(double seconds) const;
 
@@ -51,6 +53,7 @@ class CameraMotion {
   Pose home_;
   std::array<Tremor, 6> tremor_;
   std::vector<Eigen::Vector2f> round_;
+  std::optional<Trolley> trolley_;
 };
 
 /// Returns the pose of a camera at `position` that faces `target` with a level x axis.

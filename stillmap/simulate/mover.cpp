@@ -120,4 +120,58 @@ Mover make_ball(int id, const Vector2f& from, const Vector2f& to, Palette& palet
   return mover;
 }
 
+Mover make_hook(int id, const Trolley& trolley, double pace, Palette& palette) {
+  constexpr float kRope = 1.3F, kBlock = 0.3F;
+  MeshBuilder builder(1);
+  for (const float x : {-0.07F, 0.07F}) {
+    const std::array rope{Ring{{x, 0, -kRope}, 0.012F, 0.012F}, Ring{{x, 0, 0.4F}, 0.012F, 0.012F}};
+    builder.loft(Transform::Identity(), rope, palette.fabrics[3], 8);
+  }
+  builder.box(place(0, 0, -kRope - kBlock), {kBlock, 0.16F, kBlock}, palette.crate);
+  const float z = -kRope - kBlock;
+  const std::array hook{Ring{{0, 0, z}, 0.03F, 0.03F}, Ring{{0, 0, z - 0.12F}, 0.03F, 0.03F},
+                        Ring{{0.09F, 0, z - 0.22F}, 0.035F, 0.03F},
+                        Ring{{0, 0, z - 0.3F}, 0.035F, 0.03F},
+                        Ring{{-0.09F, 0, z - 0.22F}, 0.015F, 0.015F}};
+  builder.loft(Transform::Identity(), hook, palette.steel, 10);
+  const Vector3f middle(0, 0, -kRope - kBlock / 2);
+  Mover mover{id, false, "hook", {{builder.take(), {{middle, kBlock / 2}}}}, {}};
+  mover.T_world_part = [trolley, pace](double t) {
+    constexpr double kPeriod = 2.5;               // of a pendulum of 1.55 m: 2 pi sqrt(l / g)
+    const Vector3f offset(-0.25F, 1.75F, 0.45F);  // from the camera to the pulleys [m]
+    const auto w = 2 * std::numbers::pi / kPeriod;
+    Transform T = Transform::Identity();
+    T.translate(Vector3f(trolley.at(t * pace).cast<float>() + offset));
+    T.rotate(Eigen::AngleAxisf(static_cast<float>(0.16 * std::sin(w * t)), Vector3f::UnitY()));
+    T.rotate(Eigen::AngleAxisf(static_cast<float>(0.1 * std::cos(w * t)), Vector3f::UnitX()));
+    return std::vector{T};
+  };
+  return mover;
+}
+
+Mover make_vehicle(int id, const Vector2f& from, const Vector2f& to, Palette& palette) {
+  constexpr float kLength = 1.3F, kWidth = 0.75F, kDeck = 0.45F;
+  MeshBuilder builder(0.3F);
+  builder.box(place(0, 0, 0.12F), {kLength, kWidth, kDeck - 0.12F}, palette.crate);
+  builder.box(place(-0.45F, 0, kDeck), {0.3F, kWidth, 0.6F}, palette.drawers[1]);
+  builder.box(place(0.25F, 0.02F, kDeck, 8), {0.6F, 0.5F, 0.4F}, palette.cardboard);
+  for (const float x : {-0.45F, 0.45F}) {
+    for (const float y : {-0.3F, 0.3F})
+      builder.cylinder(place(x, y, 0), 0.12F, 0.12F, 0.13F, palette.black, palette.black);
+  }
+  Mover mover{id,
+              false,
+              "vehicle",
+              {{builder.take(), {{{-0.4F, 0, 0.2F}, 0.3F}, {{0.4F, 0, 0.2F}, 0.3F}}}},
+              {}};
+  mover.T_world_part = [from, to](double t) {
+    constexpr double kMeanSpeed = 0.6;  // m/s
+    const Vector2f way = to - from;
+    const Vector2f p = from + to_and_fro(t, way.norm() / kMeanSpeed) * way;
+    const auto yaw = static_cast<float>(std::atan2(way.y(), way.x()) * 180 / std::numbers::pi);
+    return std::vector{place(p.x(), p.y(), 0, yaw)};
+  };
+  return mover;
+}
+
 }  // namespace stillmap::simulate

@@ -2,6 +2,7 @@
 #pragma once
 #include "stillmap/simulate/lighting.hpp"
 #include "stillmap/simulate/mesh.hpp"
+#include "stillmap/simulate/trolley.hpp"
 
 #include <functional>
 #include <string>
@@ -21,7 +22,7 @@ struct RigidPart {
 struct Mover {
   int id = 0;           ///< Value in instance masks, 1 to 255.
   bool person = false;  ///< Whether it is a person; otherwise it has no known class.
-  std::string name;     ///< "person", "crate", "chair", "ball"
+  std::string name;     ///< "person", "crate", "chair", "ball", "hook", "vehicle"
   std::vector<RigidPart> parts;
   std::function<std::vector<Transform>(double seconds)> T_world_part;  ///< One per part.
 };
@@ -46,5 +47,10 @@ Mover make_crate(int id, const Eigen::Vector3f& pivot, Palette& palette);
 Mover make_pushed_chair(int id, const Eigen::Vector2f& from, const Eigen::Vector2f& to,
                         Palette& palette);
 Mover make_ball(int id, const Eigen::Vector2f& from, const Eigen::Vector2f& to, Palette& palette);
+/// Objects of no known class in the yard: the hook block of a crane, which swings below its trolley
+/// (`pace`: factor on the speed of the trolley), and a vehicle that drives to and fro.
+Mover make_hook(int id, const Trolley& trolley, double pace, Palette& palette);
+Mover make_vehicle(int id, const Eigen::Vector2f& from, const Eigen::Vector2f& to,
+                   Palette& palette);
 
 }  // namespace stillmap::simulate

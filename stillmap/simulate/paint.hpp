@@ -35,6 +35,12 @@ cv::Mat leaf(Random& random);       ///< One leaf.
 cv::Mat soil(Random& random);       ///< 0.2 m.
 cv::Mat pot(Random& random);        ///< Glazed pot with a band pattern, once.
 
+// Surfaces of a yard (the first tileable, 3 m; the others laid once over a face)
+cv::Mat concrete(Random& random);
+cv::Mat floor_sign(int number, Random& random);
+cv::Mat container_side(const cv::Scalar& color, Random& random);
+cv::Mat container_roof(const cv::Scalar& color, Random& random);
+
 // Prints (laid once over a face)
 cv::Mat rug(Random& random);
 cv::Mat poster(int kind, Random& random);    ///< Kinds 0..5, portrait.

@@ -13,6 +13,11 @@ struct ObjectPlan {
   Eigen::Vector2f chair_from, chair_to, ball_from, ball_to;
 };
 
+/// A straight lane of a vehicle that drives to and fro [m].
+struct Lane {
+  Eigen::Vector2f from, to;
+};
+
 /// Positions in a room for moving people and objects.
 struct RoomPlan {
   std::vector<Eigen::Vector2f> walk;  ///< Corners of a closed path on the floor [m].
@@ -26,6 +31,8 @@ struct RoomPlan {
   double crowd_height = 1.2;
   /// Positions of objects; the latter close to the viewpoint, in its view.
   ObjectPlan things, near_things;
+  /// Lanes of vehicles in a scene with a crane, whose objects they are, besides its hook.
+  std::vector<Lane> vehicles;
 };
 
 /// Builds an office of 6.4 m x 5.6 m x 2.7 m: two desks face to face on a rug, shelves, a sofa, a
@@ -36,5 +43,10 @@ RoomPlan build_office(Palette& palette, Scene& scene);
 /// a path of about 60 m through all and back. Every room has its own wallpaper, posters and
 /// furniture, but the desks in the center of the first and the third are identical.
 RoomPlan build_flat(Palette& palette, Scene& scene);
+
+/// Builds a hall of 10 m x 13 m x 5.5 m below a bridge crane: containers of 2 m x 1 m x 1.1 m,
+/// pallets, barrels, marked lanes and shelves. The camera is below the trolley, 2.7 m above the
+/// floor, and looks ahead (+y) and 42 degrees down.
+RoomPlan build_yard(Palette& palette, Scene& scene);
 
 }  // namespace stillmap::simulate

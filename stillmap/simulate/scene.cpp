@@ -110,6 +110,15 @@ void add_people(const SceneOptions& options, const RoomPlan& plan, Palette& pale
 void add_things(const SceneOptions& options, const RoomPlan& room, Palette& palette, Scene& scene) {
   const ObjectPlan& plan = options.near_things ? room.near_things : room.things;
   const auto id = [&] { return static_cast<int>(scene.movers.size()) + 1; };
+  if (scene.trolley) {
+    const auto lanes = static_cast<std::size_t>(std::max(0, options.things - 1));
+    if (options.things > 0)
+      scene.movers.push_back(make_hook(id(), *scene.trolley, options.pace, palette));
+    for (std::size_t i = 0; i < std::min(lanes, room.vehicles.size()); ++i)
+      scene.movers.push_back(
+          make_vehicle(id(), room.vehicles[i].from, room.vehicles[i].to, palette));
+    return;
+  }
   if (options.things > 0) scene.movers.push_back(make_crate(id(), plan.hook, palette));
   if (options.things > 1) {
     scene.movers.push_back(make_pushed_chair(id(), plan.chair_from, plan.chair_to, palette));
@@ -118,10 +127,15 @@ void add_things(const SceneOptions& options, const RoomPlan& room, Palette& pale
     scene.movers.push_back(make_ball(id(), plan.ball_from, plan.ball_to, palette));
 }
 
+RoomPlan build(const std::string& name, Palette& palette, Scene& scene) {
+  if (name == "flat") return build_flat(palette, scene);
+  return name == "yard" ? build_yard(palette, scene) : build_office(palette, scene);
+}
+
 }  // namespace
 
 const std::vector<std::string>& scene_names() {
-  static const std::vector<std::string> kNames{"office", "flat"};
+  static const std::vector<std::string> kNames{"office", "flat", "yard"};
   return kNames;
 }
 
@@ -139,8 +153,7 @@ Scene make_scene(const SceneOptions& options) {
   Scene scene;
   Random random(static_cast<std::uint64_t>(options.seed), 1);
   Palette palette(scene.textures, random);
-  const RoomPlan plan =
-      options.scene == "flat" ? build_flat(palette, scene) : build_office(palette, scene);
+  const RoomPlan plan = build(options.scene, palette, scene);
   bake_light(scene.lighting, scene.statics, options.threads);
   scene.round = plan.walk;
   if (options.activity == "crowd") scene.viewpoint.position.z() = plan.crowd_height;

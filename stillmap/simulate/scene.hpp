@@ -4,16 +4,19 @@
 #include "stillmap/simulate/mesh.hpp"
 #include "stillmap/simulate/mover.hpp"
 #include "stillmap/simulate/texture.hpp"
+#include "stillmap/simulate/trolley.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace stillmap {
 
 struct SceneOptions {
-  std::string scene = "office";  ///< Scene: office, or flat (four rooms, a path of 60 m).
-  int people = 2;                ///< Number of people, 0 to 6.
+  /// Scene: office, flat (four rooms, a path of 60 m), or yard (containers below a crane).
+  std::string scene = "office";
+  int people = 2;  ///< Number of people, 0 to 6.
   /// Activity: walk (all), sit (two on chairs, the others stand and wave), wave (all), mixed (the
   /// first walks, the second sits, the third waves, the fourth walks, ...), rise (as sit, but
   /// nearly motionless; after four seconds the first gets up and walks away), companion (the first
@@ -21,12 +24,14 @@ struct SceneOptions {
   /// crowd (all walk past the camera in close file, covering nearly the whole view for a second or
   /// two; needs at least four people and camera motion static or xyz).
   std::string activity = "walk";
-  /// Number of movers of no known class, 0 to 3: swinging crate, pushed chair, rolling ball.
+  /// Number of movers of no known class, 0 to 3: swinging crate, pushed chair, rolling ball; in the
+  /// yard the crane's swinging hook and two vehicles.
   int things = 0;
   int seed = 1;  ///< Seed of wallpaper, books and clothes.
   /// Whether they move within two or three meters of the viewpoint, in its view.
   bool near_things = false;
-  double pace = 1;  ///< Factor on a companion's speed, equal to that of the camera.
+  /// Factor on the speed of a companion and of the crane's trolley, equal to that of the camera.
+  double pace = 1;
   int threads = 2;  ///< Number of threads that compute the light; it does not depend on them.
 };
 
@@ -45,6 +50,7 @@ struct Scene {
   Eigen::AlignedBox3d room;  ///< Space inside walls, floor and ceiling [m].
   /// Closed path around the room for a hand-held camera at eye height [m].
   std::vector<Eigen::Vector2f> round;
+  std::optional<Trolley> trolley;  ///< Trolley of the crane with the camera, in the yard.
 };
 
 /// Speed of a hand-held camera on a path, and its distance to a companion.

@@ -2,6 +2,7 @@
 #include "stillmap/simulate/simulated_sequence.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/simulate/renderer.hpp"
 
 #include <array>
@@ -32,8 +33,27 @@ void check(const SimulationOptions& options) {
   require(options.threads > 0, "must be positive", "threads");
 }
 
+/// Returns a camera with images of another width; the height keeps its ratio.
+Camera scaled(Camera camera, int width) {
+  const double factor = static_cast<double>(width) / camera.width;
+  camera.width = width;
+  camera.height = static_cast<int>(std::lround(camera.height * factor));
+  camera.fx *= factor;
+  camera.fy *= factor;
+  // Pixel centers have integer coordinates.
+  camera.cx = (camera.cx + 0.5) * factor - 0.5;
+  camera.cy = (camera.cy + 0.5) * factor - 0.5;
+  return camera;
+}
+
 Camera camera_of(const SimulationOptions& options) {
   check(options);
+  if (!options.camera_model.empty()) {
+    Camera camera = scaled(read_camera(options.camera_model), options.width);
+    camera.distortion.setZero();
+    camera.fps = options.fps;
+    return camera;
+  }
   Camera camera;
   camera.name = "simulated";
   camera.width = options.width;

@@ -15,20 +15,26 @@
 namespace stillmap {
 
 struct SimulationOptions {
-  std::string scene = "office";   ///< Scene: office, or flat (four rooms).
+  std::string scene = "office";   ///< Scene: office, flat (four rooms), or yard (crane).
   int people = 2;                 ///< Number of people, 0 to 6.
   std::string activity = "walk";  ///< Activity: walk, sit, wave, mixed, rise, companion, crowd.
-  /// Number of movers of no known class, 0 to 3: swinging crate, pushed chair, ball.
+  /// Number of movers of no known class, 0 to 3: swinging crate, pushed chair, ball; in the yard
+  /// the crane's hook and two vehicles.
   int things = 0;
-  bool near_things = false;    ///< Whether they move close to the viewpoint, in its view.
-  std::string camera = "xyz";  ///< Camera motion: static, xyz, halfsphere, rpy, loop, follow.
+  bool near_things = false;  ///< Whether they move close to the viewpoint, in its view.
+  /// Camera motion: static, xyz, halfsphere, rpy, loop, follow, trolley.
+  std::string camera = "xyz";
   int frames = 300;
   double fps = 30;                ///< Frame rate [Hz].
   int width = 640, height = 480;  ///< Image size [pixels].
   double focal = 0;               ///< Focal length [pixels]; 0: 525 at a width of 640.
-  int seed = 1;                   ///< Seed of scene, hand shake and noise.
-  double speed = 1;               ///< Factor on the speed of the camera motion.
-  double shake = 1;               ///< Factor on the hand shake.
+  /// Name or file of a camera, as for read_camera(), whose intrinsics (without distortion) and
+  /// depth sensor are used, scaled to `width`; height, focal and sensor are then ignored. Empty:
+  /// none.
+  std::string camera_model;
+  int seed = 1;      ///< Seed of scene, hand shake and noise.
+  double speed = 1;  ///< Factor on the speed of the camera motion.
+  double shake = 1;  ///< Factor on the hand shake.
   /// Whether there is sensor noise; without it depth is exact, and color has no noise or drift.
   bool noise = true;
   std::string sensor = "kinect_v1";  ///< Depth sensor by a name that find_depth_sensor() knows.
@@ -47,7 +53,7 @@ struct SimulationOptions {
 struct MoverTruth {
   int id = 0;                ///< Value in TruthFrame::instances.
   std::string class_name;    ///< "person", or "unknown" for an object of no known class.
-  std::string name;          ///< "person", "crate", "chair", "ball"
+  std::string name;          ///< "person", "crate", "chair", "ball", "hook", "vehicle"
   Eigen::Vector3d centroid;  ///< Area-weighted centroid of its surface.
   Eigen::AlignedBox3d box;   ///< Axis-aligned bounding box.
   Eigen::Vector3d velocity;  ///< Velocity of the centroid [m/s].

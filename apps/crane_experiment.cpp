@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "crane_experiment.hpp"
+
+#include "stillmap/base/file.hpp"
+#include "stillmap/evaluate/crane_table.hpp"
+#include "stillmap/simulate/simulated_sequence.hpp"
+#include "stillmap/simulate/tum_writer.hpp"
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+
+#include "interrupt.hpp"
+#include "progress.hpp"
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace stillmap {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kName = "crane";
+constexpr std::array<const char*, 2> kYards{"yard_static", "yard_dynamic"};
+constexpr double kFps = 15;   // Hz
+constexpr int kFrames = 526;  // of one round of the trolley, which takes 35 s
+
+/// The paper's camera, at the wanted width.
+SimulationOptions yard_options(bool dynamic, int width) {
+  SimulationOptions options;
+  options.scene = "yard";
+  options.camera = "trolley";
+  options.people = dynamic ? 3 : 0;
+  options.things = dynamic ? 3 : 0;
+  options.camera_model = "realsense_d435i";
+  options.width = width;
+  options.fps = kFps;
+  options.frames = kFrames;
+  return options;
+}
+
+/// Renders a yard into a folder.
+void render(const SimulationOptions& options, const std::string& name, const fs::path& folder) {
+  make_output_folder(folder.parent_path());
+  const SimulatedSequence sequence(options);
+  Progress progress("rendering " + name, sequence.frames());
+  write_tum_layout(sequence, folder, [&](std::size_t) { progress.step(); });
+}
+
+bool is_yard(const BenchmarkSequence& sequence) {
+  return std::find(kYards.begin(), kYards.end(), sequence.name) != kYards.end();
+}
+
+/// Returns the yards of the data folder, or renders them.
+std::vector<BenchmarkSequence> yards_of(const ReproduceArguments& arguments) {
+  std::vector<BenchmarkSequence> yards;
+  if (!arguments.data.empty()) yards = find_benchmark_sequences(arguments.data);
+  std::erase_if(yards, [](const BenchmarkSequence& sequence) { return !is_yard(sequence); });
+  if (yards.size() == kYards.size()) return yards;
+  const fs::path folder = fs::path(arguments.out) / "sequences";
+  for (const char* name : kYards) {
+    if (interrupted()) break;
+    render(yard_options(name == std::string("yard_dynamic"), arguments.width), name, folder / name);
+  }
+  return find_benchmark_sequences(folder);
+}
+
+}  // namespace
+
+std::vector<std::string> crane_files() {
+  return {"crane.md", "crane.tex", "crane.json", "crane_trajectories.png",
+          "crane_trajectories.svg"};
+}
+
+void reproduce_crane(const ReproduceArguments& arguments, ResultFolder& folder) {
+  const Paper& paper = find_paper("seg-mask");
+  const std::vector<BenchmarkSequence> yards = yards_of(arguments);
+  // The networks at hand know no hooks and no vehicles of a crane; the paper's does.
+  ReproduceArguments with_masks = arguments;
+  with_masks.true_masks = arguments.models.empty() || arguments.true_masks;
+  const std::vector<std::string> presets{kPaperBaseline, paper.preset, kOwnSystem};
+  const std::vector<FinishedRun> finished = run_presets(with_masks, yards, presets);
+  const std::vector<PaperRun> runs = figures_of(finished);
+  const FigureTable table = crane_table(paper, runs);
+  const std::string protocol = fmt::format(
+      "{} Simulated yard, camera realsense_d435i, {}.", protocol_of(arguments),
+      with_masks.true_masks ? "true masks of workers, hook and vehicles" : "masks by a network");
+  const std::string text =
+      fmt::format("# crane: {}\n\n{}\n\n{}", paper.title, protocol, table_markdown(table));
+  fmt::print("\n{}\n", text);
+  folder.write_text("crane.md", text);
+  folder.write_text("crane.tex", fmt::format("% {}\n\n{}", protocol, table_latex(table)));
+  const nlohmann::json json{{"stillmap", STILLMAP_VERSION},
+                            {"paper", kName},
+                            {"source", paper.source},
+                            {"tables", {table}},
+                            {"runs", runs}};
+  folder.write_text("crane.json", json.dump(2) + "\n");
+  write_paths(first_paths(finished, presets), kName, folder);
+}
+
+}  // namespace stillmap

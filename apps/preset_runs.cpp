@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "preset_runs.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/report/comparison_chart.hpp"
+#include "stillmap/report/machine.hpp"
+#include "stillmap/sensor/image_file.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <optional>
+
+#include "interrupt.hpp"
+#include "run_request.hpp"
+#include <fmt/format.h>
+
+namespace stillmap {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Returns the network of a preset; empty without one.
+std::string model_of(const ReproduceArguments& arguments, const std::string& preset) {
+  std::string for_all;
+  for (const std::string& model : arguments.models) {
+    const auto equals = model.find('=');
+    if (equals == std::string::npos) for_all = model;
+    if (model.substr(0, equals) == preset) return model.substr(equals + 1);
+  }
+  return for_all;
+}
+
+RunRequest request_of(const ReproduceArguments& arguments, const BenchmarkSequence& sequence,
+                      const std::string& preset, int first) {
+  RunRequest request;
+  request.sequence = sequence.folder.string();
+  request.camera = sequence.camera;
+  request.truth_frame = sequence.truth_frame;
+  request.preset = preset;
+  request.model = model_of(arguments, preset);
+  const fs::path masks = sequence.folder / "mask";
+  if (arguments.true_masks && fs::is_directory(masks)) request.masks = masks.string();
+  request.first = first;
+  request.count = arguments.frames;
+  request.settings = {"dense.enabled=false", "movers.enabled=false"};
+  request.out =
+      (fs::path(arguments.out) / "runs" / fmt::format("{}_{}_{}", sequence.name, preset, first))
+          .string();
+  request.force = arguments.force;
+  request.quiet = true;
+  return request;
+}
+
+FinishedRun finished_run(const RunRequest& request, const BenchmarkSequence& sequence) {
+  FinishedRun run;
+  run.figures.preset = request.preset;
+  run.figures.sequence = sequence.name;
+  run.figures.first = request.first.value_or(0);
+  try {
+    const RunRecord record = run_session(session_of(request, options_of(request)));
+    if (!record.truth) throw Error("has no ground truth", request.sequence, "add groundtruth.txt");
+    run.path = {request.preset, sequence.name, record.result.trajectory, *record.truth,
+                record.total_frames()};
+    run.figures.evaluation =
+        evaluate_trajectory(*record.truth, record.result.trajectory,
+                            {.total_frames = record.total_frames(), .per_frame = true});
+    for (const StageTiming& stage : record.result.timing.stages()) {
+      if (stage.name == "tracking") run.figures.tracking_ms = stage.mean;
+    }
+  } catch (const Error& error) {
+    run.figures.problem = error.what();
+  }
+  return run;
+}
+
+void print_run(const PaperRun& run, std::size_t number, std::size_t total) {
+  fmt::print("[{}/{}] {}, {}, from frame {}: ", number, total, run.sequence, run.preset, run.first);
+  if (!run.evaluation) {
+    fmt::print("{}\n", run.problem);
+  } else {
+    const Coverage& coverage = run.evaluation->coverage;
+    fmt::print("ATE RMSE {:.4f} m, {}/{} frames, {:.1f} ms\n", run.evaluation->ate.translation.rmse,
+               coverage.tracked, coverage.total, run.tracking_ms);
+  }
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+bool can_run(const ReproduceArguments& arguments, const BenchmarkSequence& sequence,
+             const std::string& preset) {
+  const Options options = options_of(request_of(arguments, sequence, preset, 0));
+  return !needs_instances(options) || !options.network.model.empty() ||
+         !options.network.masks.empty();
+}
+
+std::vector<FinishedRun> run_presets(const ReproduceArguments& arguments,
+                                     std::span<const BenchmarkSequence> sequences,
+                                     std::span<const std::string> presets) {
+  struct Task {
+    const BenchmarkSequence* sequence;
+    RunRequest request;
+  };
+  std::vector<Task> tasks;
+  for (const BenchmarkSequence& sequence : sequences) {
+    for (const std::string& preset : presets) {
+      if (!can_run(arguments, sequence, preset)) continue;
+      for (int first = 0; first < arguments.runs; ++first)
+        tasks.push_back({&sequence, request_of(arguments, sequence, preset, first)});
+    }
+  }
+  std::vector<FinishedRun> runs;
+  for (const Task& task : tasks) {
+    if (interrupted()) break;
+    runs.push_back(finished_run(task.request, *task.sequence));
+    print_run(runs.back().figures, runs.size(), tasks.size());
+  }
+  return runs;
+}
+
+std::vector<PaperRun> figures_of(std::span<const FinishedRun> runs) {
+  std::vector<PaperRun> figures;
+  for (const FinishedRun& run : runs) figures.push_back(run.figures);
+  return figures;
+}
+
+Comparison first_paths(std::span<const FinishedRun> runs, std::span<const std::string> presets) {
+  std::vector<RecordedRun> paths;
+  for (const FinishedRun& run : runs) {
+    const bool wanted =
+        std::find(presets.begin(), presets.end(), run.figures.preset) != presets.end();
+    if (wanted && run.figures.first == 0 && run.figures.evaluation) paths.push_back(run.path);
+  }
+  return compare_runs(paths);
+}
+
+void write_paths(const Comparison& paths, const std::string& name, ResultFolder& folder) {
+  if (paths.runs.empty()) return;
+  folder.write(name + "_trajectories.png",
+               [&](const fs::path& file) { write_png(file, comparison_image(paths)); });
+  folder.write_text(name + "_trajectories.svg", comparison_chart(paths).file());
+}
+
+std::string protocol_of(const ReproduceArguments& arguments) {
+  return fmt::format(
+      "Mean of {} runs per preset and sequence, which begin at frames 0 to {}; {}. Lockstep, "
+      "without dense map and movers. {}.",
+      arguments.runs, arguments.runs - 1,
+      arguments.frames > 0 ? fmt::format("the first {} frames of each", arguments.frames)
+                           : "all frames",
+      machine_description());
+}
+
+}  // namespace stillmap

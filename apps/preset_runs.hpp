@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/evaluate/benchmark_sequences.hpp"
+#include "stillmap/evaluate/compare.hpp"
+#include "stillmap/evaluate/paper_tables.hpp"
+#include "stillmap/report/result_folder.hpp"
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace stillmap {
+
+/// The command line of `stillmap reproduce`.
+struct ReproduceArguments {
+  std::string paper, data, out = "reproduced";
+  std::vector<std::string> models;     ///< "FILE" for all presets, or "PRESET=FILE".
+  std::vector<std::string> sequences;  ///< Names of the sequences wanted; empty: all known ones.
+  int runs = 3, frames = 0, width = 640;
+  bool true_masks = false, force = false;
+
+  ResultFolder::Foreign foreign() const {
+    return force ? ResultFolder::Foreign::kOverwrite : ResultFolder::Foreign::kKeep;
+  }
+};
+
+/// A run of a preset with its path.
+struct FinishedRun {
+  PaperRun figures;
+  RecordedRun path;
+};
+
+/// Returns whether a preset has what it needs on a sequence: a network or masks, unless it detects
+/// motion without them.
+bool can_run(const ReproduceArguments& arguments, const BenchmarkSequence& sequence,
+             const std::string& preset);
+
+/// Maps every sequence with every preset that can run on it, as often as wanted: run n begins at
+/// frame n. Prints a line per run. A problem is kept in its run; an interrupt ends all early.
+std::vector<FinishedRun> run_presets(const ReproduceArguments& arguments,
+                                     std::span<const BenchmarkSequence> sequences,
+                                     std::span<const std::string> presets);
+
+/// Returns the figures of all runs.
+std::vector<PaperRun> figures_of(std::span<const FinishedRun> runs);
+
+/// Returns the paths from the first frame of these presets, for the figure of the trajectories.
+Comparison first_paths(std::span<const FinishedRun> runs, std::span<const std::string> presets);
+
+/// Writes the figure of the trajectories as NAME_trajectories.png and .svg; nothing without a path.
+void write_paths(const Comparison& paths, const std::string& name, ResultFolder& folder);
+
+/// Returns a sentence about the runs, for the heading of their tables.
+std::string protocol_of(const ReproduceArguments& arguments);
+
+}  // namespace stillmap
