@@ -153,6 +153,15 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(figures["--verdicts"].keys(), figures["--labels"].keys())
         self.assertNotIn("verdicts", stillmap("run", "--help").stdout + stillmap("eval", "--help").stdout)
 
+    def test_figures_of_chosen_frames_and_of_the_maps_are_drawn(self):
+        out = self.folder / "figures"
+        self.succeeded(stillmap("run", self.sequence, "--preset", "seg-mask", "--masks", self.sequence / "mask", "--count",
+                                10, "--figures", "3,6", "--out", out))
+        drawn = sorted(file.name for file in (out / "figures").iterdir())
+        frames = [f"{frame:06}_{kind}.png" for frame in (3, 6) for kind in ("depth", "flow", "keypoints", "objects")]
+        self.assertEqual(drawn, frames + ["dense_map.png", "sparse_map.png"])
+        self.refused(stillmap("run", self.sequence, "--figures=-1", "--out", self.folder / "none"), 1, "no frame -1")
+
     def test_the_former_names_of_simulated_objects_still_work(self):
         masks = []
         for words in (["--objects", 1, "--near-objects"], ["--things", 1, "--near-things"]):

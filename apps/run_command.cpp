@@ -57,6 +57,13 @@ void add_output_options(CLI::App& command, RunArguments& arguments) {
                   "also draw every n-th frame (30) with its motion labels into OUT/labels")
       ->expected(0, 1)
       ->default_str("30");
+  command
+      .add_option("--figures", arguments.outputs.figures,
+                  "also draw figures of these frames into OUT/figures, such as 30,60: objects, "
+                  "optical flow, kept keypoints, depth without movers; and of the sparse and dense "
+                  "map before and after the removal of movers")
+      ->delimiter(',')
+      ->allow_extra_args(false);
   // The former names of the two options, and of their files.
   const auto rename = [&labels] { labels.name = "verdicts"; };
   command

@@ -6,6 +6,7 @@
 #include "stillmap/pipeline/paced_source.hpp"
 #include "stillmap/pipeline/prefetch.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
+#include "stillmap/report/figure_recorder.hpp"
 #include "stillmap/report/gallery.hpp"
 #include "stillmap/report/machine.hpp"
 
@@ -18,9 +19,15 @@ namespace {
 
 constexpr int kReadAhead = 4;  // number of frames decoded in advance
 
+/// Recorders of single frames.
+struct Recorders {
+  LabelRecorder labels;
+  FigureRecorder figures;
+};
+
 /// Passes all frames to the system, and collects example images and motion labels.
 void drive(SlamSystem& slam, FrameSource& source, std::optional<std::size_t> total_frames,
-           LabelRecorder& labels, RunRecord& record) {
+           Recorders& recorders, RunRecord& record) {
   Gallery gallery(total_frames);
   Progress progress("mapping", total_frames);
   while (!interrupted()) {
@@ -30,7 +37,8 @@ void drive(SlamSystem& slam, FrameSource& source, std::optional<std::size_t> tot
     if (posed && !record.first_pose_seconds) record.first_pose_seconds = seconds_since_start();
     ++record.frames;
     traced("gallery", [&] { gallery.record(*slam.newest()); });
-    traced("motion labels", [&] { labels.record(*slam.newest()); });
+    traced("motion labels", [&] { recorders.labels.record(*slam.newest()); });
+    traced("figures", [&] { recorders.figures.record(*slam.newest()); });
     progress.step(slam.newest()->state == TrackState::kLost ? "lost" : "");
   }
   record.interrupted = interrupted();
@@ -38,7 +46,7 @@ void drive(SlamSystem& slam, FrameSource& source, std::optional<std::size_t> tot
 }
 
 /// Runs the system on the sequence and returns its record without the evaluation.
-void map_sequence(Session& session, LabelRecorder& labels, RunRecord& record) {
+void map_sequence(Session& session, Recorders& recorders, RunRecord& record) {
   const Camera camera = session.source->camera();
   const bool realtime = record.options.realtime();
   std::unique_ptr<FrameSource> source =
@@ -53,11 +61,12 @@ void map_sequence(Session& session, LabelRecorder& labels, RunRecord& record) {
   const Stopwatch watch;
   SlamSystem slam(camera, session.parameters, std::move(session.detector),
                   std::move(session.start));
-  drive(slam, *source, session.total_frames, labels, record);
+  drive(slam, *source, session.total_frames, recorders, record);
   record.result = slam.finish();
   record.seconds = watch.milliseconds() / 1000;
   record.mapping_memory_mib = peak_memory_mib();
-  if (!session.outputs.save_map.empty() || record.options.dense.enabled)
+  if (!session.outputs.save_map.empty() || !session.outputs.figures.empty() ||
+      record.options.dense.enabled)
     record.map = slam.saved_map("stillmap " STILLMAP_VERSION);
   record.skipped = source->skipped();
   if (paced != nullptr) record.dropped = paced->dropped();
@@ -88,15 +97,18 @@ RunRecord run_session(Session session) {
     record.detector = session.detector->description();
     record.detector_gives_boxes_only = !session.detector->gives_masks();
   }
-  LabelRecorder labels(session.outputs.labels, folder);
-  map_sequence(session, labels, record);
+  Recorders recorders{
+      LabelRecorder(session.outputs.labels, folder),
+      FigureRecorder(session.outputs.figures, session.options.dense.excluded_classes, folder)};
+  map_sequence(session, recorders, record);
   if (record.interrupted)
     fmt::print("interrupted after {} frames; the results so far are saved\n", record.frames);
 
   evaluate_run(record);
   if (!session.quiet) fmt::print("{}", run_summary_text(record));
   traced("files", [&] { write_run_files(record, session.outputs, folder); });
-  labels.finish();
+  recorders.labels.finish();
+  traced("figures", [&] { recorders.figures.finish(record); });
   if (session.outputs.profile)
     fmt::print("{}", write_profile(trace, process_cpu_ms() - cpu_before, folder));
   folder.remove_stale();

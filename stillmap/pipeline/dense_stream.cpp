@@ -19,16 +19,6 @@ constexpr std::size_t kQueue = 8, kRealtimeQueue = 24;
 // kReserve places of the queue are kept free, so that the camera never waits for the dense map.
 constexpr std::size_t kBusy = 2, kReserve = 4;
 
-/// Returns the moving pixels of a frame and those of movable classes, which do not belong into a
-/// static map even while they are at rest.
-cv::Mat1b mover_pixels(const Frame& frame, const std::vector<std::string>& classes) {
-  cv::Mat1b movers = frame.evidence.moving_pixels;
-  if (!frame.instances || frame.instances->instances.empty() || classes.empty()) return movers;
-  cv::Mat1b masks = dynamic_mask(*frame.instances, classes, frame.image->gray.size());
-  if (movers.empty()) return masks;
-  return movers | masks;
-}
-
 /// Returns the newest detections of static objects, in the pixels of `image`; none if they are more
 /// than `max_age` frames old.
 SegmentedFrame objects_in(const DetectedObjects& found, const RgbdFrame& image,
@@ -50,6 +40,14 @@ SegmentedFrame objects_in(const DetectedObjects& found, const RgbdFrame& image,
 }
 
 }  // namespace
+
+cv::Mat1b mover_pixels(const Frame& frame, const std::vector<std::string>& classes) {
+  cv::Mat1b movers = frame.evidence.moving_pixels;
+  if (!frame.instances || frame.instances->instances.empty() || classes.empty()) return movers;
+  cv::Mat1b masks = dynamic_mask(*frame.instances, classes, frame.image->gray.size());
+  if (movers.empty()) return masks;
+  return movers | masks;
+}
 
 DenseStream::DenseStream(const Camera& camera, const SlamParameters& options, bool enabled,
                          std::vector<AnchoredView> loaded)

@@ -14,9 +14,14 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace stillmap {
+
+/// Returns the moving pixels of a frame and those of movable classes, which do not belong into a
+/// static map even while they are at rest: 255, height x width; empty if there are none.
+cv::Mat1b mover_pixels(const Frame& frame, const std::vector<std::string>& classes);
 
 /// Dense mapping on a thread of its own, off the tracker's critical path. Tracked frames are pushed
 /// in order; keyframes and, occasionally, frames between them become views of the dense map. The

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/report/frame_image.hpp"
 
+#include "stillmap/report/image_marks.hpp"
+
 #include <algorithm>
 
 #include <fmt/format.h>
@@ -9,19 +11,11 @@
 namespace stillmap {
 namespace {
 
-const cv::Scalar kMoving(60, 60, 235), kAgreeing(90, 220, 70), kOther(60, 210, 240),
-    kText(255, 255, 255);
-
 void tint_moving(cv::Mat& image, const cv::Mat& moving) {
   if (moving.empty()) return;
-  cv::Mat red(image.size(), image.type(), kMoving), mixed;
+  cv::Mat red(image.size(), image.type(), kMovingColor), mixed;
   cv::addWeighted(image, 0.6, red, 0.4, 0, mixed);
   mixed.copyTo(image, moving);
-}
-
-void write_text(cv::Mat& image, const std::string& text, const cv::Point& at) {
-  cv::putText(image, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.42, cv::Scalar(0, 0, 0), 3, cv::LINE_AA);
-  cv::putText(image, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.42, kText, 1, cv::LINE_AA);
 }
 
 void outline_instances(cv::Mat& image, const SegmentedFrame& segmented) {
@@ -30,10 +24,10 @@ void outline_instances(cv::Mat& image, const SegmentedFrame& segmented) {
       std::vector<std::vector<cv::Point>> contours;
       cv::findContours(instance.mask.clone(), contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE,
                        instance.box.tl());
-      cv::drawContours(image, contours, -1, kText, 1, cv::LINE_AA);
+      cv::drawContours(image, contours, -1, cv::Scalar(255, 255, 255), 1, cv::LINE_AA);
     }
     const std::string label = fmt::format("{} {:.2f}", instance.class_name, instance.confidence);
-    write_text(image, label, {instance.box.x + 3, instance.box.y + 14});
+    write_line(image, label, {instance.box.x + 3, instance.box.y + 14});
   }
 }
 
@@ -43,11 +37,11 @@ void draw_keypoints(cv::Mat& image, const TrackedFrame& tracked) {
     const Keypoint& k = frame.features->keypoints[i];
     const cv::Point2f at(k.u, k.v);
     if (frame.evidence.weight[i] <= 0) {
-      cv::drawMarker(image, at, kMoving, cv::MARKER_TILTED_CROSS, 6, 1, cv::LINE_AA);
+      cv::drawMarker(image, at, kMovingColor, cv::MARKER_TILTED_CROSS, 6, 1, cv::LINE_AA);
     } else if (tracked.landmarks[i].valid()) {
-      cv::circle(image, at, 3, kAgreeing, 1, cv::LINE_AA);
+      cv::circle(image, at, 3, kAgreeingColor, 1, cv::LINE_AA);
     } else {
-      cv::circle(image, at, 1, kOther, 1, cv::LINE_AA);
+      cv::circle(image, at, 1, kOtherColor, 1, cv::LINE_AA);
     }
   }
 }
@@ -63,21 +57,12 @@ void draw_motion_labels(cv::Mat& image, const Frame& frame) {
     const Keypoint& k = frame.features->keypoints[i];
     const cv::Point2f at(k.u, k.v);
     if (frame.evidence.weight[i] <= 0) {
-      cv::drawMarker(image, at, kMoving, cv::MARKER_TILTED_CROSS, 6, 1, cv::LINE_AA);
+      cv::drawMarker(image, at, kMovingColor, cv::MARKER_TILTED_CROSS, 6, 1, cv::LINE_AA);
     } else {
       const float p = static_probability(frame.evidence.static_log_odds[i]);
       cv::circle(image, at, 2, probability_color(p), 1, cv::LINE_AA);
     }
   }
-}
-
-/// Returns the image with little color, so that colored marks are easy to see.
-cv::Mat grayed(const cv::Mat& color) {
-  cv::Mat gray, image, mixed;
-  cv::cvtColor(color, gray, cv::COLOR_BGR2GRAY);
-  cv::cvtColor(gray, image, cv::COLOR_GRAY2BGR);
-  cv::addWeighted(color, 0.35, image, 0.55, 0, mixed);
-  return mixed;
 }
 
 std::string label_line(const TrackedFrame& tracked) {
@@ -96,7 +81,7 @@ cv::Mat draw_labels(const TrackedFrame& tracked) {
   tint_moving(image, frame.evidence.moving_pixels);
   if (frame.instances) outline_instances(image, *frame.instances);
   draw_motion_labels(image, frame);
-  write_text(image, label_line(tracked), {6, image.rows - 8});
+  write_line(image, label_line(tracked), {6, image.rows - 8});
   return image;
 }
 

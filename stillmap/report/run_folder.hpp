@@ -39,7 +39,8 @@ struct RunOutputs {
   std::filesystem::path save_map;  ///< File that the map is saved to; empty: none.
   bool slim_map = false;           ///< Whether the saved map is without the views of the dense map.
   LabelRecording labels;
-  bool profile = false;  ///< Whether to write the profile of the computing time.
+  std::vector<int> figures;  ///< Frames whose figures are drawn, see FigureRecorder; empty: none.
+  bool profile = false;      ///< Whether to write the profile of the computing time.
 };
 
 /// Returns the names of the files that a run with these options may write, for
