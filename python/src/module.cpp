@@ -3,6 +3,9 @@
 // Python's global interpreter lock (GIL).
 #include "stillmap/base/error.hpp"
 
+#include <exception>
+#include <utility>
+
 #include "arrays.hpp"
 #include "bindings.hpp"
 
@@ -20,7 +23,7 @@ void bind_errors(py::module_& module) {
   module.add_object("Error", type);
   py::register_exception_translator([](std::exception_ptr thrown) {
     try {
-      std::rethrow_exception(thrown);
+      std::rethrow_exception(std::move(thrown));
     } catch (const Error& e) {
       py::object error = py::reinterpret_borrow<py::object>(type)(e.what());
       error.attr("problem") = e.problem();

@@ -25,12 +25,12 @@ constexpr const char* kPush = "push";
 class PushedMasks {
  public:
   void add(std::size_t frame, cv::Mat1b mask) {
-    const std::lock_guard lock(mutex_);
+    const std::scoped_lock lock(mutex_);
     masks_[frame] = std::move(mask);
   }
   /// Returns the mask of a frame; empty if it has none. Those of earlier frames are forgotten.
   cv::Mat1b take(std::size_t frame) {
-    const std::lock_guard lock(mutex_);
+    const std::scoped_lock lock(mutex_);
     masks_.erase(masks_.begin(), masks_.lower_bound(frame));
     const auto found = masks_.find(frame);
     return found == masks_.end() ? cv::Mat1b() : found->second;
@@ -74,26 +74,26 @@ class PythonSlam {
   /// Needs no GIL.
   std::optional<Pose> push(const LentImage& rgb, const LentImage& depth, double stamp,
                            const std::optional<LentImage>& mask) {
-    const std::lock_guard lock(mutex_);
+    const std::scoped_lock lock(mutex_);
     return push_masked(slam_.make_frame(rgb.mat(), depth.mat(), stamp), mask);
   }
   std::optional<Pose> push(const RgbdFramePtr& frame, const std::optional<LentImage>& mask) {
-    const std::lock_guard lock(mutex_);
+    const std::scoped_lock lock(mutex_);
     return push_masked(frame, mask);
   }
   std::shared_ptr<const Snapshot> snapshot() const { return slam_.snapshot(); }
   std::shared_ptr<Results> finish() {
-    const std::lock_guard lock(mutex_);
+    const std::scoped_lock lock(mutex_);
     results_ = std::make_shared<Results>(slam_.finish());
     return results_;
   }
   /// Returns the results of finish(); null before.
   std::shared_ptr<Results> results() const {
-    const std::lock_guard lock(mutex_);
+    const std::scoped_lock lock(mutex_);
     return results_;
   }
   void save_map(const std::filesystem::path& file) const {
-    const std::lock_guard lock(mutex_);
+    const std::scoped_lock lock(mutex_);
     slam_.save_map(file);
   }
 

@@ -28,24 +28,24 @@ class Source {
     RgbdFramePtr frame;
     {
       const py::gil_scoped_release release;
-      const std::lock_guard lock(mutex_);
+      const std::scoped_lock lock(mutex_);
       frame = source_->next();
     }
     if (!frame) throw py::stop_iteration();
     return {frame};
   }
   Camera camera() {
-    const std::lock_guard lock(mutex_);
+    const std::scoped_lock lock(mutex_);
     return source_->camera();
   }
   std::size_t remaining() {
-    const std::lock_guard lock(mutex_);
+    const std::scoped_lock lock(mutex_);
     const auto size = source_->size();
     if (!size) throw py::type_error("the number of remaining frames is not known");
     return *size;
   }
   std::vector<std::tuple<double, std::string>> skipped() {
-    const std::lock_guard lock(mutex_);
+    const std::scoped_lock lock(mutex_);
     std::vector<std::tuple<double, std::string>> found;
     for (const SkippedFrame& frame : source_->skipped())
       found.emplace_back(frame.timestamp, frame.reason);
