@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/print.hpp"
 #include "stillmap/pipeline/calibrate_recording.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/make_source.hpp"
@@ -70,14 +71,14 @@ int run(const CalibrateArguments& arguments) {
   };
   const CalibrationReport report =
       calibrate_recording(open, given, parameters_of(read_options("")));
-  fmt::print("{} frames, {} observations, {} passes\n", report.frames, report.observations, pass);
-  fmt::print("{:<25}{:>10}{:>11}{:>10}  verdict\n", "parameter", "given", "estimated", "sigma");
+  print_out("{} frames, {} observations, {} passes\n", report.frames, report.observations, pass);
+  print_out("{:<25}{:>10}{:>11}{:>10}  verdict\n", "parameter", "given", "estimated", "sigma");
   for (const CalibratedParameter& parameter : report.parameters)
-    fmt::print("{}", line_of(parameter));
-  for (const std::string& finding : calibration_findings(report)) fmt::print("{}\n", finding);
+    print_out("{}", line_of(parameter));
+  for (const std::string& finding : calibration_findings(report)) print_out("{}\n", finding);
   write_camera(arguments.out, report.camera);
-  fmt::print("written: {} (use it with: stillmap run {} --camera {})\n", arguments.out,
-             arguments.recording, arguments.out);
+  print_out("written: {} (use it with: stillmap run {} --camera {})\n", arguments.out,
+            arguments.recording, arguments.out);
   return kSuccess;
 }
 

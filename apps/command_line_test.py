@@ -4,12 +4,16 @@
 
   apps/command_line_test.py PROGRAM     PROGRAM: the built command
 """
+import fcntl
 import json
+import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 from pathlib import Path
 
@@ -198,6 +202,88 @@ class CommandLine(unittest.TestCase):
         few = self.foreign("few.txt", "\n".join(lines[:5]) + "\n")
         shown = stillmap("doctor", self.sequence, "--associations", few).stdout
         self.assertIn("5 pairs of color and depth", shown)
+
+    # ------------------------------------------------------------------------------------------- nothing is lost
+
+    def test_a_run_survives_outputs_that_cannot_be_written(self):
+        with open("/dev/full", "w") as full:
+            for name, streams in {"errors": {"stderr": full}, "output": {"stdout": full}}.items():
+                out = self.folder / f"full_{name}"
+                done = subprocess.run([PROGRAM, "run", self.sequence, "--out", out], check=False,
+                                      **{"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, **streams})
+                self.assertTrue((out / "report.html").exists(), name)
+                self.assertEqual(done.returncode, 1 if name == "output" else 0, name)
+
+    def test_a_run_goes_on_when_the_reader_of_its_output_ends(self):
+        out = self.folder / "closed"
+        done = subprocess.run(f"{PROGRAM} run {self.sequence} --out {out} 2>&1 | head -1", shell=True, check=False,
+                              stdout=subprocess.DEVNULL)
+        self.assertEqual(done.returncode, 0)
+        for _ in range(200):  # the run is not waited for by the shell
+            if (out / "report.html").exists():
+                break
+            time.sleep(0.1)
+        self.assertTrue((out / "report.html").exists())
+
+    def test_a_closed_terminal_saves_the_results_so_far(self):
+        sequence, out = self.folder / "long", self.folder / "hangup"
+        self.succeeded(stillmap("simulate", "--people", 0, "--frames", 150, "--width", 160, "--height", 120, "--out", sequence))
+        with subprocess.Popen([PROGRAM, "run", sequence, "--schedule", "realtime", "--out", out],
+                              stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+            status = Path(f"/proc/{process.pid}/status")
+            while not int(re.search(r"SigCgt:\s*(\w+)", status.read_text())[1], 16) & 1:  # SIGHUP is number 1
+                time.sleep(0.05)
+            process.send_signal(signal.SIGHUP)
+            self.assertEqual(process.wait(), 130)
+        summary = json.loads((out / "summary.json").read_text())
+        self.assertTrue(summary["interrupted"])
+        self.assertLess(summary["frames"]["handed_in"], 150)
+
+    def test_two_runs_do_not_share_a_folder(self):
+        out = self.folder / "shared"
+        out.mkdir()
+        descriptor = os.open(out, os.O_RDONLY)
+        fcntl.flock(descriptor, fcntl.LOCK_EX)
+        self.refused(stillmap("run", self.sequence, "--out", out), 1, "another run writes", "--out")
+        os.close(descriptor)
+        self.succeeded(stillmap("run", self.sequence, "--out", out))
+
+    def test_names_that_are_no_utf8_cost_no_file(self):
+        folder = os.fsencode(self.folder) + b"/B\xfcro"
+        shutil.copytree(os.fsencode(self.sequence), folder)
+        out = self.folder / "latin"
+        done = subprocess.run([PROGRAM, "run", folder, "--out", out], capture_output=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("B\ufffdro", json.loads((out / "summary.json").read_text())["sequence"])
+        self.assertTrue((out / "report.html").exists())
+
+    def test_a_pipe_is_refused_where_a_file_is_expected(self):
+        pipe = self.folder / "pipe"
+        os.mkfifo(pipe)
+        truth = self.sequence / "groundtruth.txt"
+        for arguments in (["map", "info", pipe], ["run", self.sequence, "--camera", pipe], ["eval", truth, pipe],
+                          ["run", self.sequence, "--config", pipe], ["map", "info", "/dev/zero"]):
+            self.refused(stillmap(*arguments), 1, "is no regular file")
+
+    def test_positions_that_are_no_positions_are_refused(self):
+        far = self.folder / "far.txt"
+        far.write_text("0 1e300 0 0 0 0 0 1\n")
+        self.refused(stillmap("eval", self.sequence / "groundtruth.txt", far), 1, "far.txt:1", "is too large")
+
+    def test_tables_of_movers_are_checked(self):
+        movers = (self.sequence / "truth_movers.csv").read_text()
+        header = next(line for line in movers.splitlines() if not line.startswith("#"))
+        truth = self.sequence / "groundtruth.txt"
+
+        def evaluated(name, text):
+            file = self.folder / name
+            file.write_text(text)
+            return stillmap("eval", truth, truth, "--movers", file, self.sequence / "truth_movers.csv")
+
+        self.succeeded(evaluated("same.csv", movers))
+        self.refused(evaluated("twice.csv", movers.replace(header, header + ",x")), 1, "two columns have the name 'x'")
+        moved = re.sub(r"(?m)^(\d+),([\d.]+)", lambda m: f"{m[1]},{float(m[2]) + 900}", movers)
+        self.refused(evaluated("moved.csv", moved), 1, "no timestamp in common")
 
     # ------------------------------------------------------------------------------------------- doubtful results
 

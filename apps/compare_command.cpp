@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/json_text.hpp"
+#include "stillmap/base/print.hpp"
 #include "stillmap/report/comparison_chart.hpp"
 #include "stillmap/report/result_folder.hpp"
 
@@ -52,12 +54,12 @@ int run(const CompareArguments& arguments) {
   const Trajectory truth = read_trajectory(arguments.truth);
   for (const std::string& argument : arguments.runs) runs.push_back(read_run(argument, truth));
   const Comparison comparison = compare_runs(runs);
-  fmt::print("{}", comparison_text(comparison));
+  print_out("{}", comparison_text(comparison));
   folder.write_text(kChart, comparison_chart(comparison).file());
-  folder.write_text(kFigures, nlohmann::json(comparison).dump(2) + "\n");
+  folder.write_text(kFigures, json_text(comparison, 2) + "\n");
   folder.write_text(kTable, comparison_text(comparison));
   folder.require_all();
-  fmt::print("{}", folder.written_text());
+  print_out("{}", folder.written_text());
   return kSuccess;
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The hidden command `stillmap completion SHELL`: completion of commands, options and listed
 // values.
+#include "stillmap/base/print.hpp"
+
 #include "command_tree.hpp"
 #include "commands.hpp"
 #include <fmt/format.h>
@@ -139,10 +141,10 @@ void add_completion_command(CLI::App& app) {
   command->group("");  // hidden: `make install` calls it
   command->require_subcommand(1);
   command->add_subcommand("bash", "for bash")->callback([&app] {
-    fmt::print("{}", completion(app, kBash));
+    print_out("{}", completion(app, kBash));
   });
   command->add_subcommand("zsh", "for zsh")->callback([&app] {
-    fmt::print("{}", completion(app, kZsh));
+    print_out("{}", completion(app, kZsh));
   });
 }
 

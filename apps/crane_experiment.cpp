@@ -2,6 +2,8 @@
 #include "crane_experiment.hpp"
 
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/json_text.hpp"
+#include "stillmap/base/print.hpp"
 #include "stillmap/evaluate/crane_table.hpp"
 #include "stillmap/simulate/simulated_sequence.hpp"
 #include "stillmap/simulate/tum_writer.hpp"
@@ -87,7 +89,7 @@ void reproduce_crane(const ReproduceArguments& arguments, ResultFolder& folder) 
       with_masks.true_masks ? "true masks of workers, hook and vehicles" : "masks by a network");
   const std::string text =
       fmt::format("# crane: {}\n\n{}\n\n{}", paper.title, protocol, table_markdown(table));
-  fmt::print("\n{}\n", text);
+  print_out("\n{}\n", text);
   folder.write_text("crane.md", text);
   folder.write_text("crane.tex", fmt::format("% {}\n\n{}", protocol, table_latex(table)));
   const nlohmann::json json{{"stillmap", STILLMAP_VERSION},
@@ -95,7 +97,7 @@ void reproduce_crane(const ReproduceArguments& arguments, ResultFolder& folder) 
                             {"source", paper.source},
                             {"tables", {table}},
                             {"runs", runs}};
-  folder.write_text("crane.json", json.dump(2) + "\n");
+  folder.write_text("crane.json", json_text(json, 2) + "\n");
   write_paths(first_paths(finished, presets), kName, folder);
 }
 

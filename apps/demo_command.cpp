@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/print.hpp"
 #include "stillmap/report/comparison_chart.hpp"
 #include "stillmap/segment/make_detector.hpp"
 #include "stillmap/sensor/camera_file.hpp"
@@ -80,25 +81,25 @@ RunRecord map(const DemoArguments& arguments, const fs::path& folder, const std:
 int run(const DemoArguments& arguments) {
   require_free(arguments);
   catch_interrupt();
-  fmt::print("1. Render an office with three walking people and the noise of a Kinect\n");
+  print_out("1. Render an office with three walking people and the noise of a Kinect\n");
   const fs::path folder = render(arguments);
   const Trajectory truth = read_trajectory(folder / "groundtruth.txt");
   std::vector<RecordedRun> runs;
   int step = 2;
   for (const char* preset : kPresets) {
-    fmt::print("\n{}. Map it with preset {}\n", step++, preset);
+    print_out("\n{}. Map it with preset {}\n", step++, preset);
     RunRecord record = map(arguments, folder, preset);
     if (record.interrupted) return kInterrupted;
     runs.push_back({preset, "demo", record.result.trajectory, truth,
                     static_cast<std::size_t>(arguments.frames)});
   }
-  fmt::print("\n{}. Compare\n", step);
+  print_out("\n{}. Compare\n", step);
   const Comparison comparison = compare_runs(runs);
   ResultFolder results(arguments.out, arguments.foreign());
   results.write_text(kChart, comparison_chart(comparison).file());
   results.require_all();
-  fmt::print("{}\n{}Open {}\n", comparison_text(comparison), results.written_text(),
-             (fs::path(arguments.out) / "fused" / "report.html").string());
+  print_out("{}\n{}Open {}\n", comparison_text(comparison), results.written_text(),
+            (fs::path(arguments.out) / "fused" / "report.html").string());
   return kSuccess;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/print.hpp"
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/pipeline/map_description.hpp"
 #include "stillmap/pipeline/saved_views.hpp"
@@ -106,7 +107,7 @@ int run(const DenseArguments& arguments) {
   const double reading = watch.lap();
   const PlacedMap placed = place_views(saved, options);
   const ComposedCloud cloud = cloud_of(placed);
-  fmt::print(
+  print_out(
       "{} views, {} points, {} voxels removed, {} static objects; read in {:.0f} ms, composed in "
       "{:.0f} ms\n",
       cloud.keyframes, cloud.cloud.size(), cloud.voxels_removed, cloud.semantics.objects.size(),
@@ -117,7 +118,7 @@ int run(const DenseArguments& arguments) {
       fs::exists(paths.movers) ? read_mover_tracks(paths.movers) : std::vector<MoverTrack>();
   const DenseFiles files =
       write_dense_files({cloud, placed, trajectory, movers}, options, arguments.outputs, folder);
-  fmt::print("{}", folder.written_text());
+  print_out("{}", folder.written_text());
   folder.require_all();
   if (files.floor_problem.empty()) return kSuccess;
   print_doubts({unknown_floor_text(files.floor_problem)});
@@ -127,8 +128,7 @@ int run(const DenseArguments& arguments) {
 }  // namespace
 
 void print_doubts(const std::vector<std::string>& doubts) {
-  for (const std::string& doubt : doubts)
-    fmt::print(stderr, "DO NOT TRUST THIS RESULT: {}\n", doubt);
+  for (const std::string& doubt : doubts) print_error("DO NOT TRUST THIS RESULT: {}\n", doubt);
 }
 
 namespace {

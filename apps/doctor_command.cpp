@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/print.hpp"
 #include "stillmap/pipeline/calibrate_recording.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/doctor.hpp"
@@ -67,18 +68,18 @@ int run(const DoctorArguments& arguments) {
                arguments.associations);
   if (diagnosis.conclusion() != Severity::kError) check_calibration(arguments, diagnosis);
   for (const Finding& finding : diagnosis.findings) {
-    fmt::print("{}{}\n", label(finding.severity), finding.what);
-    if (!finding.fix.empty()) fmt::print("        fix: {}\n", finding.fix);
+    print_out("{}{}\n", label(finding.severity), finding.what);
+    if (!finding.fix.empty()) print_out("        fix: {}\n", finding.fix);
   }
   switch (diagnosis.conclusion()) {
     case Severity::kOk:
-      fmt::print("No problems were found.\n");
+      print_out("No problems were found.\n");
       break;
     case Severity::kWarning:
-      fmt::print("This sequence can be mapped, but see the warnings.\n");
+      print_out("This sequence can be mapped, but see the warnings.\n");
       break;
     case Severity::kError:
-      fmt::print("This sequence cannot be mapped as it is.\n");
+      print_out("This sequence cannot be mapped as it is.\n");
       break;
   }
   return diagnosis.conclusion() == Severity::kError ? kFailure : kSuccess;

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/json_text.hpp"
+#include "stillmap/base/print.hpp"
 #include "stillmap/dense/cloud.hpp"
 #include "stillmap/evaluate/closure.hpp"
 #include "stillmap/evaluate/ghosts.hpp"
@@ -144,30 +146,30 @@ nlohmann::json trajectory_figures(const EvalArguments& arguments) {
                             .ate = alignment(arguments)};
   if (arguments.frames > 0) options.total_frames = arguments.frames;
   const Evaluation evaluation = evaluate_trajectory(truth, estimate, options);
-  fmt::print(arguments.text(), "{}", evaluation_text(evaluation));
+  print_to(arguments.text(), "{}", evaluation_text(evaluation));
   nlohmann::json json = evaluation;
   if (arguments.closure) {
     const ClosureError closure = closure_error(evaluation.ate);
-    fmt::print(arguments.text(), "{}", closure_text(closure, arguments.planar));
+    print_to(arguments.text(), "{}", closure_text(closure, arguments.planar));
     json["closure"] = closure;
   }
   if (!arguments.cloud.empty()) {
     const CloudFigures cloud = cloud_figures(arguments, truth, evaluation);
-    fmt::print(arguments.text(), "{}", ghost_text(cloud.figures));
+    print_to(arguments.text(), "{}", ghost_text(cloud.figures));
     json["ghosts"] = cloud.figures;
     if (cloud.surface) {
-      fmt::print(arguments.text(), "{}", surface_text(*cloud.surface));
+      print_to(arguments.text(), "{}", surface_text(*cloud.surface));
       json["surface"] = *cloud.surface;
     }
     if (!arguments.image.empty()) {
       write_png(arguments.image,
                 draw_cloud({cloud.cloud.points, cloud.cloud.colors, cloud.ghosts}, estimate));
-      fmt::print(arguments.text(), "written: {}\n", arguments.image);
+      print_to(arguments.text(), "written: {}\n", arguments.image);
     }
   }
   if (!arguments.movers.empty()) {
     const MoverErrors errors = mover_figures(arguments, truth, estimate);
-    fmt::print(arguments.text(), "{}", mover_error_text(errors));
+    print_to(arguments.text(), "{}", mover_error_text(errors));
     json["movers"] = errors;
   }
   return json;
@@ -184,12 +186,12 @@ int run(const EvalArguments& arguments) {
   if (!arguments.truth.empty()) json = trajectory_figures(arguments);
   if (!arguments.label_file().empty()) {
     const LabelFigures figures = label_figures(arguments);
-    fmt::print(arguments.text(), "{}", label_text(figures));
+    print_to(arguments.text(), "{}", label_text(figures));
     json[arguments.label_key()] = figures;
   }
   json["stillmap"] = STILLMAP_VERSION;
   if (!arguments.json.empty())
-    write_named(arguments.json, json.dump(2) + "\n", is_figures_file, arguments.force);
+    write_named(arguments.json, json_text(json, 2) + "\n", is_figures_file, arguments.force);
   return kSuccess;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/print.hpp"
 #include "stillmap/recording/recording.hpp"
 #include "stillmap/sensor/make_source.hpp"
 #include "stillmap/sensor/recording_source.hpp"
@@ -26,9 +27,9 @@ double rate_of(const Topic& topic) {
 void print_topics(const Recording& recording) {
   std::size_t width = 5;
   for (const Topic& topic : recording.topics()) width = std::max(width, topic.name.size());
-  fmt::print("{:<{}}  {:>8}  {:>8}  type\n", "topic", width, "messages", "Hz");
+  print_out("{:<{}}  {:>8}  {:>8}  type\n", "topic", width, "messages", "Hz");
   for (const Topic& topic : recording.topics()) {
-    fmt::print(
+    print_out(
         "{:<{}}  {:>8}  {:>8.2f}  {}{}\n", topic.name, width, topic.messages, rate_of(topic),
         topic.type,
         topic.encoding == "ros1" || topic.encoding == "cdr" ? "" : " (" + topic.encoding + ")");
@@ -38,15 +39,15 @@ void print_topics(const Recording& recording) {
 int run(const InfoArguments& arguments) {
   {
     Recording recording(arguments.file);
-    fmt::print("{}: {:.2f} s, {} topics\n", arguments.file, recording.duration(),
+    print_out("{}: {:.2f} s, {} topics\n", arguments.file, recording.duration(),
                recording.topics().size());
     print_topics(recording);
   }
   const auto camera =
       arguments.camera.empty() ? std::nullopt : std::optional(read_camera(arguments.camera));
   const RecordingSource source(arguments.file, camera, arguments.topics);
-  for (const std::string& note : source.notes()) fmt::print("{}\n", note);
-  fmt::print("frames: {}\n", source.size().value_or(0));
+  for (const std::string& note : source.notes()) print_out("{}\n", note);
+  print_out("frames: {}\n", source.size().value_or(0));
   return kSuccess;
 }
 

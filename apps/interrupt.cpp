@@ -18,7 +18,10 @@ extern "C" void remember(int signal) {
 void catch_interrupt() {
   std::signal(SIGINT, remember);
   std::signal(SIGTERM, remember);
+  std::signal(SIGHUP, remember);  // the terminal was closed
 }
+
+void survive_closed_outputs() { std::signal(SIGPIPE, SIG_IGN); }
 
 bool interrupted() { return asked_to_end != 0; }
 

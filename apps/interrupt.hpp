@@ -10,4 +10,7 @@ void catch_interrupt();
 /// Returns whether the user requested the end.
 bool interrupted();
 
+/// Lets the process go on when the reader of its output has gone, so that a run saves its results.
+void survive_closed_outputs();
+
 }  // namespace stillmap

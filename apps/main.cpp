@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/print.hpp"
 
 #include <new>
 
 #include "command_tree.hpp"
 #include "commands.hpp"
+#include "interrupt.hpp"
 #include <fmt/format.h>
 #include <opencv2/core/utility.hpp>
 #include <opencv2/core/utils/logger.hpp>
@@ -42,7 +44,7 @@ int run(int argc, char** argv) {
     if (e.get_exit_code() == 0) return app.exit(e);
     const auto unknown = unknown_word(app, {argv + 1, argv + argc});
     if (!unknown) return app.exit(e) == 0 ? kSuccess : kUsage;
-    fmt::print(stderr, "{}\n", unknown->what());
+    print_error("{}\n", unknown->what());
     return kUsage;
   }
   return exit_code;
@@ -56,17 +58,20 @@ int main(int argc, char** argv) {
   // Each stage has its own thread; for images of camera size OpenCV's threads mostly wait for each
   // other.
   cv::setNumThreads(1);
+  stillmap::survive_closed_outputs();
+  using stillmap::print_error;
   try {
-    return run(argc, argv);
+    const int exit_code = run(argc, argv);
+    if (stillmap::output_is_complete()) return exit_code;
+    print_error("stillmap: standard output: not all text could be written\n");
   } catch (const stillmap::Error& e) {
-    fmt::print(stderr, "stillmap: {}\n", e.what());
+    print_error("stillmap: {}\n", e.what());
   } catch (const std::bad_alloc&) {
-    fmt::print(stderr,
-               "stillmap: out of memory\n  fix: map fewer frames, or use fewer pixels: --set "
-               "dense.stride=4\n");
+    print_error(
+        "stillmap: out of memory\n  fix: map fewer frames, or use fewer pixels: --set "
+        "dense.stride=4\n");
   } catch (const std::exception& e) {
-    fmt::print(stderr, "stillmap: unexpected: {}\n  fix: this is a defect; please report it\n",
-               e.what());
+    print_error("stillmap: unexpected: {}\n  fix: this is a defect; please report it\n", e.what());
   }
   return stillmap::kFailure;
 }

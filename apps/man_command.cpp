@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The hidden command `stillmap man`: the manual page, made from the help texts of all commands.
+#include "stillmap/base/print.hpp"
+
 #include <sstream>
 
 #include "command_tree.hpp"
@@ -113,7 +115,7 @@ std::string man_page(const CLI::App& program) {
 void add_man_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("man", "print the manual page in roff");
   command->group("");  // hidden: `make install` calls it
-  command->callback([&app] { fmt::print("{}", man_page(app)); });
+  command->callback([&app] { print_out("{}", man_page(app)); });
 }
 
 }  // namespace stillmap

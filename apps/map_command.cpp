@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/json_text.hpp"
+#include "stillmap/base/print.hpp"
 #include "stillmap/dense/cloud.hpp"
 #include "stillmap/pipeline/map_description.hpp"
 #include "stillmap/report/result_folder.hpp"
@@ -26,14 +28,14 @@ int show(const MapArguments& arguments) {
   require_replaceable(arguments.json, is_figures_file, arguments.force);
   const MapDescription description = describe_map(read_saved_map(arguments.file));
   const auto bytes = fs::file_size(arguments.file);
-  fmt::print(arguments.json == kStandardOutput ? stderr : stdout, "{}: {:.2f} MB\n{}",
-             arguments.file, static_cast<double>(bytes) / 1e6, description_text(description));
+  print_to(arguments.json == kStandardOutput ? stderr : stdout, "{}: {:.2f} MB\n{}", arguments.file,
+           static_cast<double>(bytes) / 1e6, description_text(description));
   if (arguments.json.empty()) return kSuccess;
   nlohmann::json json = description_json(description);
   json["file"] = arguments.file;
   json["bytes"] = bytes;
   json["stillmap"] = STILLMAP_VERSION;
-  write_named(arguments.json, json.dump(2) + "\n", is_figures_file, arguments.force);
+  write_named(arguments.json, json_text(json, 2) + "\n", is_figures_file, arguments.force);
   return kSuccess;
 }
 
@@ -50,9 +52,9 @@ int slim(const MapArguments& arguments) {
   saved.views.clear();
   if (out.has_parent_path()) make_output_folder(out.parent_path());
   write_saved_map(out, saved);
-  fmt::print("written: {} ({:.2f} MB of {:.2f})\n", out.string(),
-             static_cast<double>(fs::file_size(out)) / 1e6,
-             static_cast<double>(fs::file_size(arguments.file)) / 1e6);
+  print_out("written: {} ({:.2f} MB of {:.2f})\n", out.string(),
+            static_cast<double>(fs::file_size(out)) / 1e6,
+            static_cast<double>(fs::file_size(arguments.file)) / 1e6);
   return kSuccess;
 }
 
@@ -63,7 +65,7 @@ int export_map(const MapArguments& arguments) {
       arguments.force ? ResultFolder::Foreign::kOverwrite : ResultFolder::Foreign::kKeep);
   folder.write("landmarks.ply",
                [&](const fs::path& file) { write_ply(file, landmark_cloud(saved.map)); });
-  folder.write_text("graph.json", map_graph(saved).dump(1) + "\n");
+  folder.write_text("graph.json", json_text(map_graph(saved), 1) + "\n");
   const auto sessions = keyframe_trajectories(saved.map);
   for (const auto& [number, keyframes] : sessions) {
     const bool only = sessions.size() == 1;
@@ -72,7 +74,7 @@ int export_map(const MapArguments& arguments) {
   }
   if (!saved.views.empty())
     folder.write("cloud.ply", [&](const fs::path& file) { write_ply(file, dense_cloud(saved)); });
-  fmt::print("{}", folder.written_text());
+  print_out("{}", folder.written_text());
   folder.require_all();
   return kSuccess;
 }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/print.hpp"
 #include "stillmap/config/preset_files.hpp"
 #include "stillmap/config/write_options.hpp"
 
@@ -20,7 +21,7 @@ void add_options_command(CLI::App& app, int& exit_code) {
       "  stillmap options\n"
       "  stillmap options > options.yaml && stillmap run my_sequence --config options.yaml");
   command->callback([markdown, &exit_code] {
-    fmt::print("{}", *markdown ? options_markdown() : options_yaml(Options()));
+    print_out("{}", *markdown ? options_markdown() : options_yaml(Options()));
     exit_code = kSuccess;
   });
 }
@@ -36,7 +37,7 @@ void add_presets_command(CLI::App& app, int& exit_code) {
       "  stillmap presets\n"
       "  stillmap presets box-flow > mine.yaml && stillmap run my_sequence --preset mine.yaml");
   command->callback([name, &exit_code] {
-    fmt::print("{}", name->empty() ? presets_text() : find_preset_file(*name).text);
+    print_out("{}", name->empty() ? presets_text() : find_preset_file(*name).text);
     exit_code = kSuccess;
   });
 }

@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/print.hpp"
 #include "stillmap/config/write_options.hpp"
 #include "stillmap/map/map_file.hpp"
 
@@ -48,12 +49,12 @@ void require_replaceable(const std::filesystem::path& file,
 void write_named(const std::filesystem::path& file, std::string_view text,
                  bool (*is_own)(const std::filesystem::path&), bool force) {
   if (file == kStandardOutput) {
-    fmt::print("{}", text);
+    print_out("{}", text);
     return;
   }
   require_replaceable(file, is_own, force);
   write_file(file, text);
-  fmt::print("written: {}\n", file.string());
+  print_out("written: {}\n", file.string());
 }
 
 }  // namespace stillmap

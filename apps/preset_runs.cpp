@@ -2,6 +2,7 @@
 #include "preset_runs.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/print.hpp"
 #include "stillmap/report/comparison_chart.hpp"
 #include "stillmap/report/machine.hpp"
 #include "stillmap/sensor/image_file.hpp"
@@ -75,12 +76,12 @@ FinishedRun finished_run(const RunRequest& request, const BenchmarkSequence& seq
 }
 
 void print_run(const PaperRun& run, std::size_t number, std::size_t total) {
-  fmt::print("[{}/{}] {}, {}, from frame {}: ", number, total, run.sequence, run.preset, run.first);
+  print_out("[{}/{}] {}, {}, from frame {}: ", number, total, run.sequence, run.preset, run.first);
   if (!run.evaluation) {
-    fmt::print("{}\n", run.problem);
+    print_out("{}\n", run.problem);
   } else {
     const Coverage& coverage = run.evaluation->coverage;
-    fmt::print("ATE RMSE {:.4f} m, {}/{} frames, {:.1f} ms\n", run.evaluation->ate.translation.rmse,
+    print_out("ATE RMSE {:.4f} m, {}/{} frames, {:.1f} ms\n", run.evaluation->ate.translation.rmse,
                coverage.tracked, coverage.total, run.tracking_ms);
   }
   std::fflush(stdout);

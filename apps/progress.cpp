@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "progress.hpp"
 
+#include "stillmap/base/print.hpp"
+
 #include <cstdio>
 #include <unistd.h>
 
@@ -47,7 +49,7 @@ void Progress::show() {
     line += fmt::format("{}  {:.1f} frames/s", done_, rate);
   }
   if (!note_.empty()) line += "  " + note_;
-  fmt::print(stderr, "{}{}{}", terminal_ ? "\r\033[K" : "", line, terminal_ ? "" : "\n");
+  print_error("{}{}{}", terminal_ ? "\r\033[K" : "", line, terminal_ ? "" : "\n");
   std::fflush(stderr);
 }
 
@@ -55,7 +57,7 @@ void Progress::finish() {
   if (finished_) return;
   finished_ = true;
   show();
-  if (terminal_) fmt::print(stderr, "\n");
+  if (terminal_) print_error("\n");
 }
 
 }  // namespace stillmap

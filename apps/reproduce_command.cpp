@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/json_text.hpp"
+#include "stillmap/base/print.hpp"
 
 #include <algorithm>
 #include <iterator>
@@ -125,7 +127,7 @@ void write_paper(const Paper& paper, const ReproduceArguments& arguments,
   const std::string left_out = left_out_text(experiment);
   const std::string text = markdown_of(
       report, left_out + (left_out.empty() || missing.empty() ? "" : "\n") + missing_text(missing));
-  fmt::print("\n{}\n", text);
+  print_out("\n{}\n", text);
   nlohmann::json json{{"stillmap", STILLMAP_VERSION},
                       {"paper", paper.preset},
                       {"title", paper.title},
@@ -140,7 +142,7 @@ void write_paper(const Paper& paper, const ReproduceArguments& arguments,
   }
   folder.write_text(paper.preset + ".md", text);
   folder.write_text(paper.preset + ".tex", latex_of(report));
-  folder.write_text(paper.preset + ".json", json.dump(2) + "\n");
+  folder.write_text(paper.preset + ".json", json_text(json, 2) + "\n");
   write_paths(
       first_paths(finished, std::vector<std::string>{kPaperBaseline, paper.preset, kOwnSystem}),
       paper.preset, folder);
@@ -158,7 +160,7 @@ void reproduce(const std::vector<Paper>& chosen, const ReproduceArguments& argum
     throw Error("contains no sequence of the papers with ground truth", arguments.data,
                 "name others with --sequences, or get those of the papers.\n" + missing);
   }
-  fmt::print("{}{}", left_out_text(experiment), missing);
+  print_out("{}{}", left_out_text(experiment), missing);
   const std::vector<FinishedRun> runs =
       run_presets(arguments, experiment.sequences, experiment.presets);
   for (const Paper& paper : chosen) write_paper(paper, arguments, runs, experiment, folder);
@@ -175,7 +177,7 @@ int run(const ReproduceArguments& arguments) {
   if (!chosen.empty()) reproduce(chosen, arguments, folder);
   if (with_crane && !interrupted()) reproduce_crane(arguments, folder);
   folder.require_all();
-  fmt::print("{}", folder.written_text());
+  print_out("{}", folder.written_text());
   return interrupted() ? kInterrupted : kSuccess;
 }
 

@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/print.hpp"
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/pipeline/calibrate_shutter.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
@@ -38,12 +39,12 @@ std::unique_ptr<Detector> detector_of(const std::string& preset, const SlamParam
   if (!use_instances(cues)) return nullptr;
   auto detector = make_detector(parameters.segment);
   if (!detector && !quiet) {
-    fmt::print(stderr,
-               "stillmap: preset {} runs without a network and without masks: {};\n"
-               "  give a network with --model FILE.onnx, or a folder of masks with --masks DIR\n",
-               preset,
-               use_instances_only(cues) ? "nothing is detected as moving"
-                                        : "only observed motion is detected");
+    print_error(
+        "stillmap: preset {} runs without a network and without masks: {};\n"
+        "  give a network with --model FILE.onnx, or a folder of masks with --masks DIR\n",
+        preset,
+        use_instances_only(cues) ? "nothing is detected as moving"
+                                 : "only observed motion is detected");
   }
   return detector;
 }
@@ -83,8 +84,8 @@ ShutterTiming shutter_of(const RunRequest& request, SourceOptions range,
   const ShutterTiming timing =
       calibrate_shutter([&] { return make_source(request.sequence, range); }, parameters);
   if (timing == ShutterTiming{} || request.quiet) return timing;
-  fmt::print("shutters: readout {:.1f} ms, depth delay {:.1f} ms\n", 1000 * timing.readout,
-             1000 * timing.depth_delay);
+  print_out("shutters: readout {:.1f} ms, depth delay {:.1f} ms\n", 1000 * timing.readout,
+            1000 * timing.depth_delay);
   return timing;
 }
 
@@ -125,7 +126,7 @@ Session session_of(const RunRequest& request, const Options& options) {
                             .half_size = options.input.half_size};
   std::unique_ptr<FrameSource> source = make_source(request.sequence, range);
   if (!request.quiet) {
-    for (const std::string& note : source->notes()) fmt::print("{}\n", note);
+    for (const std::string& note : source->notes()) print_out("{}\n", note);
   }
   check_save_map(request.save_map, request.force);
   Session session;

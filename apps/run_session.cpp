@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run_session.hpp"
 
+#include "stillmap/base/print.hpp"
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/base/trace.hpp"
 #include "stillmap/pipeline/paced_source.hpp"
@@ -102,17 +103,17 @@ RunRecord run_session(Session session) {
       FigureRecorder(session.outputs.figures, session.options.dense.excluded_classes, folder)};
   map_sequence(session, recorders, record);
   if (record.interrupted)
-    fmt::print("interrupted after {} frames; the results so far are saved\n", record.frames);
+    print_out("interrupted after {} frames; the results so far are saved\n", record.frames);
 
   evaluate_run(record);
-  if (!session.quiet) fmt::print("{}", run_summary_text(record));
+  if (!session.quiet) print_out("{}", run_summary_text(record));
   traced("files", [&] { write_run_files(record, session.outputs, folder); });
   recorders.labels.finish();
   traced("figures", [&] { recorders.figures.finish(record); });
   if (session.outputs.profile)
-    fmt::print("{}", write_profile(trace, process_cpu_ms() - cpu_before, folder));
+    print_out("{}", write_profile(trace, process_cpu_ms() - cpu_before, folder));
   folder.remove_stale();
-  if (!session.quiet) fmt::print("{}", folder.written_text());
+  if (!session.quiet) print_out("{}", folder.written_text());
   folder.require_all();
   return record;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/print.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/simulate/simulated_sequence.hpp"
 #include "stillmap/simulate/tum_writer.hpp"
@@ -31,7 +32,7 @@ int run(const SimulateArguments& arguments) {
     Progress progress("rendering", sequence.frames());
     write_tum_layout(sequence, arguments.out, [&](std::size_t) { progress.step(); });
   }
-  fmt::print("written: {} ({} frames; map it with: stillmap run {})\n", arguments.out,
+  print_out("written: {} ({} frames; map it with: stillmap run {})\n", arguments.out,
              sequence.frames(), arguments.out);
   return kSuccess;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truth.hpp"
 
+#include "stillmap/base/print.hpp"
 #include "stillmap/evaluate/truth_frame.hpp"
 
 #include <algorithm>
@@ -33,8 +34,7 @@ void add_truth_frame_option(CLI::App& command, std::string& truth_frame) {
 
 void note_marker_truth(const std::filesystem::path& truth, const std::string& truth_frame) {
   if (!truth_frame.empty() || !is_of_bonn(truth)) return;
-  fmt::print(
-      stderr,
+  print_error(
       "stillmap: note: {} looks like the Bonn RGB-D Dynamic Dataset, whose truth is the pose "
       "of a marker;\n  add --truth-frame bonn to compare the camera with the camera\n",
       truth.string());

@@ -6,20 +6,26 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <sstream>
 #include <system_error>
 
 namespace stillmap {
 namespace fs = std::filesystem;
 
 std::string read_file(const fs::path& file) {
+  std::error_code failed;
+  // A pipe or device may have no end.
+  if (fs::exists(file, failed) && !fs::is_directory(file, failed) &&
+      !fs::is_regular_file(file, failed)) {
+    throw Error("is no regular file", file.string(), "copy its content into a file");
+  }
   std::ifstream in(file, std::ios::binary);
-  if (!in || fs::is_directory(file)) {
+  if (!in || fs::is_directory(file, failed)) {
     throw Error("cannot be read", file.string(), "check that the file exists and is readable");
   }
-  std::ostringstream bytes;
-  bytes << in.rdbuf();
-  return bytes.str();
+  std::string bytes(fs::file_size(file), '\0');
+  in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  bytes.resize(static_cast<std::size_t>(in.gcount()));
+  return bytes;
 }
 
 void write_file(const fs::path& file, std::string_view content) {

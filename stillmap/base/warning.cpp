@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/warning.hpp"
 
+#include "stillmap/base/print.hpp"
+
 #include <fmt/format.h>
 
 namespace stillmap {
@@ -8,7 +10,7 @@ namespace stillmap {
 void warn(const std::string& problem, const std::string& fix) {
   std::string text = "stillmap: warning: " + problem + "\n";
   if (!fix.empty()) text += "  fix: " + fix + "\n";
-  fmt::print(stderr, "{}", text);
+  print_error("{}", text);
 }
 
 }  // namespace stillmap

@@ -5,6 +5,7 @@
 #include "stillmap/base/disjoint_sets.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/json_text.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -120,7 +121,7 @@ nlohmann::json glb_header(const TriangleMesh& mesh) {
 
 std::string glb_bytes(const TriangleMesh& mesh) {
   constexpr std::uint32_t kMagic = 0x46546C67, kJson = 0x4E4F534A, kBin = 0x004E4942;
-  std::string header = glb_header(mesh).dump(), buffer = glb_buffer(mesh);
+  std::string header = json_text(glb_header(mesh)), buffer = glb_buffer(mesh);
   pad(header, ' ');
   pad(buffer, '\0');
   ByteWriter bytes;

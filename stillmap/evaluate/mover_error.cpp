@@ -253,7 +253,14 @@ MoverErrors compare_movers(const std::vector<MoverPosition>& truth,
     by_stamp[position.timestamp].push_back(position);
   }
   Comparison comparison;
-  for (const FrameMovers& frame : frames_of(true_by_stamp, by_stamp)) comparison.add(frame);
+  const auto frames = frames_of(true_by_stamp, by_stamp);
+  const bool common = std::any_of(frames.begin(), frames.end(),
+                                  [](const FrameMovers& frame) { return !frame.estimate.empty(); });
+  if (!common && !truth.empty() && !by_stamp.empty()) {
+    throw Error("the movers have no timestamp in common with the true ones", "movers",
+                "name the files of one recording");
+  }
+  for (const FrameMovers& frame : frames) comparison.add(frame);
   return comparison.finished();
 }
 

@@ -3,6 +3,7 @@
 #include "stillmap/base/file.hpp"
 #include "stillmap/evaluate/mover_error.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <map>
@@ -58,7 +59,10 @@ class Row {
 std::map<std::string, std::size_t> columns_of(const std::string& line, const std::string& file) {
   std::map<std::string, std::size_t> columns;
   const std::vector<std::string> names = cells_of(line);
-  for (std::size_t i = 0; i < names.size(); ++i) columns[names[i]] = i;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (!columns.emplace(names[i], i).second)
+      throw Error(fmt::format("two columns have the name '{}'", names[i]), file, "remove one");
+  }
   for (const char* name : {"timestamp", "id", "class", "x", "y", "z", "vx", "vy", "vz"}) {
     if (columns.count(name) == 0) {
       throw Error(fmt::format("no column '{}'", name), file,
@@ -78,7 +82,9 @@ MoverPosition position_of(const Row& row) {
   if (row.has("state")) position.observed = row.text("state") != "predicted";
   if (row.has("pixels")) position.pixels = static_cast<int>(row.number("pixels"));
   if (row.has("shown")) position.shown = row.number("shown");
-  if (row.has("min_x") && row.has("max_z")) {
+  const auto has = [&](const char* name) { return row.has(name); };
+  const auto box = {"min_x", "min_y", "min_z", "max_x", "max_y", "max_z"};
+  if (std::all_of(box.begin(), box.end(), has)) {
     position.box = {row.vector("min_x", "min_y", "min_z"), row.vector("max_x", "max_y", "max_z")};
   }
   return position;

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <sstream>
 #include <string>
 
@@ -15,6 +14,10 @@
 
 namespace stillmap {
 namespace {
+
+/// Largest number in a trajectory: more than any time since 1970 [s], with which sums of squares
+/// stay exact.
+constexpr double kLargestNumber = 1e12;
 
 StampedPose parse_pose(std::string line, const std::string& where) {
   std::replace(line.begin(), line.end(), ',', ' ');
@@ -32,6 +35,10 @@ StampedPose parse_pose(std::string line, const std::string& where) {
     if (!std::isfinite(x)) {
       throw Error("'" + token + "' is not finite", where, "remove the lines without a valid pose");
     }
+    if (std::abs(x) > kLargestNumber) {
+      throw Error("'" + token + "' is too large", where,
+                  "write positions in meters and timestamps in seconds");
+    }
   }
   const Eigen::Quaterniond q(v[7], v[4], v[5], v[6]);
   if (q.norm() < 1e-6) {
@@ -43,10 +50,7 @@ StampedPose parse_pose(std::string line, const std::string& where) {
 }  // namespace
 
 Trajectory read_trajectory(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  if (!in || std::filesystem::is_directory(file)) {
-    throw Error("cannot be read", file.string(), "check that the file exists and is readable");
-  }
+  std::istringstream in(read_file(file));
   Trajectory trajectory;
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {

@@ -2,6 +2,7 @@
 #include "stillmap/report/dense_files.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/json_text.hpp"
 #include "stillmap/dense/cloud.hpp"
 #include "stillmap/dense/map_mesh.hpp"
 #include "stillmap/dense/mesh.hpp"
@@ -50,7 +51,7 @@ CaptionedImage write_semantics(const DenseResults& results, const CloudView& vie
   folder.write_text("semantic.ply", semantic_ply(cloud, objects));
   folder.write("semantic_classes.ply", [&](const fs::path& file) { write_ply(file, classes); });
   write_image(folder, "semantic_legend.png", legend);
-  folder.write_text("objects.json", objects_json(objects).dump(2) + "\n");
+  folder.write_text("objects.json", json_text(objects_json(objects), 2) + "\n");
   cv::Mat image = image_of(classes, results.trajectory, view);
   const cv::Rect corner(0, 0, std::min(legend.cols, image.cols), std::min(legend.rows, image.rows));
   legend(corner).copyTo(image(corner));

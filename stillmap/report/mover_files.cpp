@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/report/mover_files.hpp"
 
+#include "stillmap/base/json_text.hpp"
 #include "stillmap/evaluate/mover_error.hpp"
 #include "stillmap/evaluate/statistics.hpp"
 
@@ -90,7 +91,7 @@ std::string movers_jsonl(const std::vector<MoverTrack>& tracks) {
   for (const auto& [frame, entries] : by_frame(tracks)) {
     nlohmann::json line{{"timestamp", entries.front().sample->timestamp}, {"movers", {}}};
     for (const Entry& entry : entries) line["movers"].push_back(json_of(entry));
-    text += line.dump() + "\n";
+    text += json_text(line) + "\n";
   }
   return text;
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/report/obstacle_files.hpp"
 
+#include "stillmap/base/json_text.hpp"
+
 #include <cmath>
 #include <map>
 
@@ -73,14 +75,14 @@ std::string obstacles_by_frame(const std::vector<StaticObstacle>& obstacles,
   const auto movers = movers_by_frame(tracks, T_map_world);
   const nlohmann::json first = {{"T_map_world", pose_json(T_map_world)},
                                 {"static", statics(obstacles)}};
-  std::string lines = first.dump() + "\n";
+  std::string lines = json_text(first) + "\n";
   for (const auto& [timestamp, T_world_camera] : trajectory) {
     const auto found = movers.find(timestamp);
     const nlohmann::json line = {
         {"timestamp", timestamp},
         {"camera", triple(T_map_world * T_world_camera.translation())},
         {"movers", found != movers.end() ? found->second : nlohmann::json::array()}};
-    lines += line.dump() + "\n";
+    lines += json_text(line) + "\n";
   }
   return lines;
 }

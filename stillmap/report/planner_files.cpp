@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/json_text.hpp"
 #include "stillmap/dense/floor_plan.hpp"
 #include "stillmap/dense/map_server_files.hpp"
 #include "stillmap/dense/obstacles.hpp"
@@ -62,7 +63,7 @@ std::string write_planner_files(const PlannerData& data, const OccupancyOptions&
       finding.floor ? map_frame(*finding.floor, cameras.front()) : cameras.front().inverse();
   const OccupiedSpace space = occupied_space(placed, T_map_world, options);
   std::vector<StaticObstacle> obstacles;
-  folder.write_text("floor.json", floor_json(finding, T_map_world).dump(2) + "\n");
+  folder.write_text("floor.json", json_text(floor_json(finding, T_map_world), 2) + "\n");
   folder.write_text("octomap.bt", octomap_bytes(space));
   if (finding.floor) {
     const OccupancyGrid grid = floor_plan(space, options);
@@ -70,7 +71,7 @@ std::string write_planner_files(const PlannerData& data, const OccupancyOptions&
     folder.write_text("grid.yaml", grid_yaml(grid, "grid.pgm", T_map_world));
     obstacles = static_obstacles(placed, surfels, T_map_world, options);
   }
-  folder.write_text("obstacles.json", obstacles_json(obstacles, T_map_world).dump(2) + "\n");
+  folder.write_text("obstacles.json", json_text(obstacles_json(obstacles, T_map_world), 2) + "\n");
   folder.write_text("obstacles.jsonl",
                     obstacles_by_frame(obstacles, T_map_world, data.trajectory, data.movers));
   return finding.reason;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/report/profile.hpp"
 
+#include "stillmap/base/json_text.hpp"
 #include "stillmap/evaluate/statistics.hpp"
 
 #include <algorithm>
@@ -188,7 +189,7 @@ std::string profile_in_brief(const Profile& profile) {
 }
 
 std::string trace_json(const Trace& trace) {
-  const auto quoted = [](std::string_view text) { return nlohmann::json(text).dump(); };
+  const auto quoted = [](std::string_view text) { return json_text(text); };
   const auto us = [](std::int64_t nanoseconds) { return static_cast<double>(nanoseconds) * 1e-3; };
   std::string json = R"({"displayTimeUnit":"ms","traceEvents":[)";
   json += R"({"name":"process_name","ph":"M","pid":1,"tid":0,"args":{"name":"stillmap"}})";

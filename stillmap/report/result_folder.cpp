@@ -3,10 +3,16 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/json_text.hpp"
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
+#include <fcntl.h>
 #include <map>
+#include <mutex>
+#include <sys/file.h>
+#include <unistd.h>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -88,6 +94,31 @@ std::set<std::string> own_names(const fs::path& folder) {
   return names;
 }
 
+/// Creates the folder and locks it against other processes until the returned object is destroyed;
+/// objects of this process share the lock.
+std::shared_ptr<const void> locked(const fs::path& folder) {
+  static std::mutex mutex;
+  static std::map<fs::path, std::weak_ptr<const void>> locks;
+  make_output_folder(folder);
+  const std::lock_guard guard(mutex);
+  auto& known = locks[fs::canonical(folder)];
+  if (auto lock = known.lock()) return lock;
+  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor >= 0 && ::flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+    ::close(descriptor);
+    throw Error("another run writes its results to this folder", folder.string(),
+                "wait for its end, or name another folder with --out DIR");
+  }
+  // A file system without locks gives none.
+  std::shared_ptr<const void> lock(new int(descriptor), [](const void* held) {
+    const auto* number = static_cast<const int*>(held);
+    if (*number >= 0) ::close(*number);
+    delete number;
+  });
+  known = lock;
+  return lock;
+}
+
 Error foreign_file(const fs::path& file) {
   return {"exists already, and Stillmap did not write it", file.string(),
           "name another folder with --out DIR, or add --force to overwrite the file"};
@@ -96,8 +127,7 @@ Error foreign_file(const fs::path& file) {
 }  // namespace
 
 ResultFolder::ResultFolder(fs::path folder, Foreign foreign)
-    : folder_(std::move(folder)), foreign_(foreign) {
-  make_output_folder(folder_);
+    : folder_(std::move(folder)), lock_(locked(folder_)), foreign_(foreign) {
   own_ = own_names(folder_);
 }
 
@@ -125,8 +155,8 @@ void ResultFolder::write(const std::string& name,
     written_.push_back(file);
   } catch (const Error& e) {
     problems_ += std::string(e.what()) + "\n";
-  } catch (const fs::filesystem_error& e) {
-    problems_ += std::string(e.what()) + "\n";
+  } catch (const std::exception& e) {
+    problems_ += file.string() + ": " + e.what() + "\n";
   }
 }
 
@@ -141,6 +171,13 @@ void ResultFolder::write_elsewhere(const fs::path& file,
     written_.push_back(file);
   } catch (const Error& e) {
     problems_ += std::string(e.what()) + "\n";
+  }
+}
+
+void ResultFolder::remove_own(std::span<const std::string> names) {
+  for (const std::string& name : names) {
+    std::error_code ignored;
+    if (own_.contains(name)) fs::remove(folder_ / name, ignored);
   }
 }
 
@@ -163,7 +200,7 @@ void ResultFolder::remove_stale() {
 
 void ResultFolder::save_manifest() const {
   const nlohmann::json manifest{{"stillmap", STILLMAP_VERSION}, {"files", own_}};
-  write_file(folder_ / kManifestName, manifest.dump(1) + "\n");
+  write_file(folder_ / kManifestName, json_text(manifest, 1) + "\n");
 }
 
 std::string ResultFolder::written_text() const {

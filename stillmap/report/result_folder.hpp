@@ -2,6 +2,7 @@
 #pragma once
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <set>
 #include <span>
 #include <string>
@@ -24,8 +25,8 @@ class ResultFolder {
     kOverwrite,  ///< Foreign files of the same name are overwritten (--force).
   };
 
-  /// Creates the folder if it does not exist. Throws Error if it cannot be written to, or if the
-  /// manifest is damaged.
+  /// Creates the folder if it does not exist. Throws Error if it cannot be written to, if the
+  /// manifest is damaged, or while another process has an object of this class for the folder.
   explicit ResultFolder(std::filesystem::path folder, Foreign foreign = Foreign::kKeep);
 
   const std::filesystem::path& path() const { return folder_; }
@@ -43,6 +44,11 @@ class ResultFolder {
   /// Writes one file outside the folder, which the user named explicitly; errors as in write().
   void write_elsewhere(const std::filesystem::path& file,
                        const std::function<void(const std::filesystem::path&)>& writer);
+
+  /// Removes Stillmap's own files of these names. The files that a folder is complete with are
+  /// removed first and written last, so that a folder with parts of two runs cannot be mistaken for
+  /// the results of one.
+  void remove_own(std::span<const std::string> names);
 
   /// Removes the files of the manifest that were not written through this object. After a problem
   /// nothing is removed.
@@ -63,6 +69,7 @@ class ResultFolder {
   void save_manifest() const;
 
   const std::filesystem::path folder_;
+  const std::shared_ptr<const void> lock_;
   const Foreign foreign_;
   std::set<std::string> own_;      // relative names of all files that Stillmap ever wrote here
   std::set<std::string> current_;  // relative names of the files written through this object

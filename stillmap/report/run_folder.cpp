@@ -2,6 +2,7 @@
 #include "stillmap/report/run_folder.hpp"
 
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/json_text.hpp"
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/evaluate/timing.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
@@ -43,7 +44,7 @@ void write_summary(const RunRecord& record, const RunOutputs& outputs, double sa
   nlohmann::json summary = run_summary_json(record);
   if (!outputs.save_map.empty())
     summary["saved_map"] = {{"file", outputs.save_map.string()}, {"seconds", saving_seconds}};
-  folder.write_text("summary.json", summary.dump(2) + "\n");
+  folder.write_text("summary.json", json_text(summary, 2) + "\n");
 }
 
 /// Adds to the doubts of the record.
@@ -118,6 +119,8 @@ std::vector<std::string> possible_run_files(const Options& options, const RunOut
 void write_run_files(RunRecord& record, const RunOutputs& outputs, ResultFolder& folder) {
   const SlamResult& result = record.result;
   record.doubts = doubts_of(record);
+  const std::vector<std::string> last{"summary.json", "report.html"};
+  folder.remove_own(last);
   folder.write("trajectory.txt",
                [&](const fs::path& file) { write_trajectory(file, result.trajectory); });
   folder.write("trajectory_covariance.txt",

@@ -4,6 +4,7 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/statistics.hpp"
 #include "stillmap/base/warning.hpp"
+#include "stillmap/sensor/image_file.hpp"
 
 #include <charconv>
 #include <set>
@@ -145,8 +146,13 @@ std::vector<Instance> MaskFolder::detect(const RgbdFrame& frame) {
     ++missing_;
     return {};
   }
-  const cv::Mat mask =
-      halved_if_twice(cv::imread(entry->file.string(), cv::IMREAD_UNCHANGED), frame.gray.size());
+  // The header is read first: an image of another size may be larger than the memory.
+  const cv::Size size = read_image_header(entry->file).header.size;
+  cv::Mat mask;
+  if (size == frame.gray.size() || size == frame.gray.size() * 2) {
+    mask =
+        halved_if_twice(cv::imread(entry->file.string(), cv::IMREAD_UNCHANGED), frame.gray.size());
+  }
   if (mask.type() != CV_8UC1 || mask.size() != frame.gray.size()) {
     if (unusable_++ == 0) {
       warn(fmt::format("{}: this mask and similar ones are ignored", entry->file.string()),

@@ -120,6 +120,13 @@ bool is_complete(View head, View tail) {
   return std::search(tail.begin(), tail.end(), end.begin(), end.end()) != tail.end();
 }
 
+/// Larger files are no images of a camera [bytes].
+constexpr std::size_t kLargestFile = std::size_t{256} << 20;
+
+std::string too_large(std::size_t bytes) {
+  return fmt::format("has {} MB, more than an image of a camera", bytes >> 20);
+}
+
 constexpr const char* kCutShort = "is truncated: its end is missing";
 
 struct OpenFile {
@@ -155,6 +162,7 @@ Loaded load(const fs::path& file) {
   const TraceScope scope("read file");
   OpenFile opened = open(file);
   if (!opened.problem.empty()) return {{}, opened.problem};
+  if (opened.bytes > kLargestFile) return {{}, too_large(opened.bytes)};
   return {read_at(opened.stream, 0, opened.bytes), ""};
 }
 
@@ -198,6 +206,7 @@ ImageRead decode(View bytes, int flags, int wanted_type) {
 HeaderRead read_image_header(const fs::path& file) {
   OpenFile opened = open(file);
   if (!opened.problem.empty()) return {{}, opened.problem};
+  if (opened.bytes > kLargestFile) return {{}, too_large(opened.bytes)};
   const Bytes head = read_at(opened.stream, 0, std::min(kHeadBytes, opened.bytes));
   HeaderRead read = parse_header(head);
   if (!read.problem.empty() &&

@@ -7,7 +7,7 @@
 namespace stillmap {
 
 /// Returns a part of a file in a form suitable for messages: at most 40 bytes, control characters
-/// replaced by question marks.
+/// and all bytes that are not ASCII replaced by question marks.
 inline std::string printable(std::string text) {
   constexpr std::size_t kLongest = 40;
   if (text.size() > kLongest) {
@@ -15,7 +15,8 @@ inline std::string printable(std::string text) {
     text += "...";
   }
   std::replace_if(
-      text.begin(), text.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }, '?');
+      text.begin(), text.end(), [](unsigned char c) { return c > 0x7e || std::iscntrl(c) != 0; },
+      '?');
   return text;
 }
 

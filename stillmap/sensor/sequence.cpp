@@ -2,6 +2,7 @@
 #include "stillmap/sensor/sequence.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/file.hpp"
 #include "stillmap/geometry/association.hpp"
 #include "stillmap/sensor/increasing.hpp"
 #include "stillmap/sensor/printable.hpp"
@@ -10,7 +11,6 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
 #include <functional>
 #include <set>
 #include <sstream>
@@ -139,10 +139,7 @@ struct ImageList {
 // unusable, or an empty text.
 std::vector<SkippedFrame> for_each_line(
     const fs::path& list, const std::function<std::string(const std::vector<std::string>&)>& use) {
-  std::ifstream in(list);
-  if (!in || is_folder(list)) {
-    throw Error("cannot be read", list.string(), "check that the file exists and is readable");
-  }
+  std::istringstream in(read_file(list));
   std::vector<SkippedFrame> skipped;
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {

@@ -31,7 +31,7 @@ struct SimulationOptions {
   /// Name or file of a camera, as for read_camera(), whose intrinsics (without distortion) and
   /// depth sensor are used, scaled to `width`; height, focal and sensor are then ignored. Empty:
   /// none.
-  std::string camera_model;
+  std::string camera_model = {};
   int seed = 1;      ///< Seed of scene, hand shake and noise.
   double speed = 1;  ///< Factor on the speed of the camera motion.
   double shake = 1;  ///< Factor on the hand shake.
