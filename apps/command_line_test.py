@@ -239,6 +239,24 @@ class CommandLine(unittest.TestCase):
         self.assertTrue(summary["interrupted"])
         self.assertLess(summary["frames"]["handed_in"], 150)
 
+    def test_a_killed_run_leaves_its_poses_and_the_files_of_the_run_before(self):
+        sequence, out = self.folder / "killed_sequence", self.folder / "killed"
+        self.succeeded(stillmap("simulate", "--people", 0, "--frames", 150, "--width", 160, "--height", 120, "--out", sequence))
+        self.succeeded(stillmap("run", sequence, "--count", 10, "--out", out))
+        before = {file.name: file.read_bytes() for file in out.iterdir() if file.name != "trajectory_live.txt"}
+        with subprocess.Popen([PROGRAM, "run", sequence, "--schedule", "realtime", "--out", out],
+                              stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+            live = out / "trajectory_live.txt"
+            while live.read_text().count("\n") < 20 and process.poll() is None:
+                time.sleep(0.02)
+            process.kill()
+        lines = [line.split() for line in live.read_text().splitlines() if not line.startswith("#")]
+        self.assertGreaterEqual(len(lines), 15)
+        self.assertTrue(all(len(line) == 8 for line in lines), "every line is whole")
+        after = {file.name: file.read_bytes() for file in out.iterdir() if file.name != "trajectory_live.txt"}
+        self.assertEqual(after, before)
+        self.succeeded(stillmap("run", sequence, "--count", 10, "--out", out))
+
     def test_two_runs_do_not_share_a_folder(self):
         out = self.folder / "shared"
         out.mkdir()

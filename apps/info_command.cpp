@@ -40,7 +40,7 @@ int run(const InfoArguments& arguments) {
   {
     Recording recording(arguments.file);
     print_out("{}: {:.2f} s, {} topics\n", arguments.file, recording.duration(),
-               recording.topics().size());
+              recording.topics().size());
     print_topics(recording);
   }
   const auto camera =

@@ -82,7 +82,7 @@ void print_run(const PaperRun& run, std::size_t number, std::size_t total) {
   } else {
     const Coverage& coverage = run.evaluation->coverage;
     print_out("ATE RMSE {:.4f} m, {}/{} frames, {:.1f} ms\n", run.evaluation->ate.translation.rmse,
-               coverage.tracked, coverage.total, run.tracking_ms);
+              coverage.tracked, coverage.total, run.tracking_ms);
   }
   std::fflush(stdout);
 }

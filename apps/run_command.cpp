@@ -157,6 +157,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
       "  stillmap run --dump-config options.yaml\n"
       "Files:\n" +
       files_help("always", RunPart::kAlways) +
+      files_help("line by line during the run", RunPart::kLive) +
       files_help("unless movers.enabled is false", RunPart::kMovers) +
       files_help("unless dense.enabled is false", RunPart::kDense) + dense_files_help() +
       files_help("--save-labels", RunPart::kLabels) + files_help("--profile", RunPart::kProfile) +

@@ -9,6 +9,7 @@
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/report/figure_recorder.hpp"
 #include "stillmap/report/gallery.hpp"
+#include "stillmap/report/live_trajectory.hpp"
 #include "stillmap/report/machine.hpp"
 
 #include "interrupt.hpp"
@@ -22,6 +23,7 @@ constexpr int kReadAhead = 4;  // number of frames decoded in advance
 
 /// Recorders of single frames.
 struct Recorders {
+  LiveTrajectory live;
   LabelRecorder labels;
   FigureRecorder figures;
 };
@@ -37,6 +39,7 @@ void drive(SlamSystem& slam, FrameSource& source, std::optional<std::size_t> tot
     const bool posed = slam.push(frame).has_value();
     if (posed && !record.first_pose_seconds) record.first_pose_seconds = seconds_since_start();
     ++record.frames;
+    recorders.live.add(*slam.newest());
     traced("gallery", [&] { gallery.record(*slam.newest()); });
     traced("motion labels", [&] { recorders.labels.record(*slam.newest()); });
     traced("figures", [&] { recorders.figures.record(*slam.newest()); });
@@ -76,8 +79,9 @@ void map_sequence(Session& session, Recorders& recorders, RunRecord& record) {
 }  // namespace
 
 void require_free_outputs(const Session& session) {
-  ResultFolder(session.out, session.foreign)
-      .require_free(possible_run_files(session.options, session.outputs));
+  std::vector<std::string> names = possible_run_files(session.options, session.outputs);
+  names.emplace_back(kLiveTrajectory);
+  ResultFolder(session.out, session.foreign).require_free(names);
 }
 
 RunRecord run_session(Session session) {
@@ -99,7 +103,7 @@ RunRecord run_session(Session session) {
     record.detector_gives_boxes_only = !session.detector->gives_masks();
   }
   Recorders recorders{
-      LabelRecorder(session.outputs.labels, folder),
+      LiveTrajectory(folder), LabelRecorder(session.outputs.labels, folder),
       FigureRecorder(session.outputs.figures, session.options.dense.excluded_classes, folder)};
   map_sequence(session, recorders, record);
   if (record.interrupted)

@@ -33,7 +33,7 @@ int run(const SimulateArguments& arguments) {
     write_tum_layout(sequence, arguments.out, [&](std::size_t) { progress.step(); });
   }
   print_out("written: {} ({} frames; map it with: stillmap run {})\n", arguments.out,
-             sequence.frames(), arguments.out);
+            sequence.frames(), arguments.out);
   return kSuccess;
 }
 

@@ -67,14 +67,16 @@ Trajectory read_trajectory(const std::filesystem::path& file) {
   return trajectory;
 }
 
+std::string pose_line(double timestamp, const Pose& T) {
+  const auto& t = T.translation();
+  const auto& q = T.quaternion();
+  return fmt::format("{:.6f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n", timestamp, t.x(),
+                     t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+}
+
 void write_trajectory(const std::filesystem::path& file, const Trajectory& trajectory) {
   std::string text = "# timestamp tx ty tz qx qy qz qw\n";
-  for (const auto& [timestamp, T] : trajectory) {
-    const auto& t = T.translation();
-    const auto& q = T.quaternion();
-    text += fmt::format("{:.6f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n", timestamp,
-                        t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
-  }
+  for (const auto& [timestamp, T] : trajectory) text += pose_line(timestamp, T);
   write_file(file, text);
 }
 

@@ -3,6 +3,7 @@
 #include "stillmap/geometry/pose.hpp"
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 namespace stillmap {
@@ -28,6 +29,9 @@ struct UncertainPose {
 /// a comment. Sorted by timestamp. Throws Error with file and line for an invalid line, values that
 /// are not finite or a zero quaternion, and for a file that cannot be opened or contains no pose.
 Trajectory read_trajectory(const std::filesystem::path& file);
+
+/// Returns a line in TUM format with 9 decimals.
+std::string pose_line(double timestamp, const Pose& T);
 
 /// Writes TUM format with 9 decimals, atomically (temporary name, then renamed). Throws Error.
 void write_trajectory(const std::filesystem::path& file, const Trajectory& trajectory);

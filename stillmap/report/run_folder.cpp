@@ -7,6 +7,7 @@
 #include "stillmap/evaluate/timing.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/report/doubts.hpp"
+#include "stillmap/report/live_trajectory.hpp"
 #include "stillmap/report/machine.hpp"
 #include "stillmap/report/mover_files.hpp"
 #include "stillmap/report/mover_image.hpp"
@@ -78,6 +79,8 @@ std::vector<std::string> file_names(RunPart part) {
       return {"trajectory.txt", "trajectory_covariance.txt",
               "keyframes.txt",  "timing.txt",
               "summary.json",   "report.html"};
+    case RunPart::kLive:
+      return {kLiveTrajectory};
     case RunPart::kMovers:
       return {"movers.csv", "movers.jsonl", "movers.png"};
     case RunPart::kDense:

@@ -20,6 +20,7 @@ constexpr const char* kRunOptions = "options.yaml";
 /// Part of a run that writes files into its folder.
 enum class RunPart {
   kAlways,
+  kLive,     ///< The poses while the command runs; not by write_results().
   kMovers,   ///< The moving objects (movers.enabled).
   kDense,    ///< The dense map (dense.enabled).
   kObjects,  ///< The static objects that a network found in the dense map.

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/report/live_trajectory.hpp"
+
+#include "stillmap/base/file.hpp"
+#include "stillmap/geometry/trajectory.hpp"
+
+#include <fmt/format.h>
+
+namespace stillmap {
+
+LiveTrajectory::LiveTrajectory(ResultFolder& folder) {
+  folder.write(kLiveTrajectory, [&](const std::filesystem::path& file) {
+    write_file(file, "# timestamp tx ty tz qx qy qz qw, as known when the frame was tracked\n");
+    file_.open(file, std::ios::app);
+  });
+}
+
+void LiveTrajectory::add(const TrackedFrame& tracked) {
+  if (!file_.is_open()) return;
+  const double timestamp = tracked.frame->image->timestamp;
+  if (tracked.T_world_camera) {
+    file_ << pose_line(timestamp, *tracked.T_world_camera);
+  } else {
+    file_ << fmt::format("# {:.6f} no pose: {}\n", timestamp, tracked.reason);
+  }
+  file_.flush();
+}
+
+}  // namespace stillmap

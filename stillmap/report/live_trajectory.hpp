@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/report/result_folder.hpp"
+#include "stillmap/track/tracked_frame.hpp"
+
+#include <fstream>
+
+namespace stillmap {
+
+/// Name of the file.
+constexpr const char* kLiveTrajectory = "trajectory_live.txt";
+
+/// The file trajectory_live.txt of a run folder: T_world_camera of every frame in TUM format, as it
+/// was known when the frame was tracked, and a comment for every frame without a pose. Each line is
+/// written at once, so that the poses of a run that was killed are not lost.
+class LiveTrajectory {
+ public:
+  /// Starts the file. A problem is kept for ResultFolder::require_all().
+  explicit LiveTrajectory(ResultFolder& folder);
+  void add(const TrackedFrame& tracked);
+
+ private:
+  std::ofstream file_;
+};
+
+}  // namespace stillmap
