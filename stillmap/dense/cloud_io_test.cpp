@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/dense/cloud.hpp"
-
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/test_path.hpp"
+#include "stillmap/dense/cloud.hpp"
 
 #include <cstring>
 #include <filesystem>

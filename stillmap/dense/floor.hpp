@@ -49,8 +49,9 @@ struct FloorHints {
 ///
 /// The upward direction is the one to which most surfaces are parallel or perpendicular, within 50
 /// degrees of the mean upward direction of the images, such that the cameras do not look up, and
-/// perpendicular to the rows of the images (cameras are seldom rolled). A floor of low confidence is unknown: one of which little was observed, that is
-/// as narrow as a table and near the camera, or that has other surfaces below.
+/// perpendicular to the rows of the images (cameras are seldom rolled). A floor of low confidence
+/// is unknown: one of which little was observed, that is as narrow as a table and near the camera,
+/// or that has other surfaces below.
 /// @param surfels of the static world, with sides of kFloorSurfel
 /// @param cameras T_world_camera of the views, the first camera first
 FloorFinding find_floor(const std::vector<Surfel>& surfels, const std::vector<Pose>& cameras,
