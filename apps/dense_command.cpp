@@ -133,16 +133,6 @@ void print_doubts(const std::vector<std::string>& doubts) {
 
 namespace {
 
-/// Returns the parts of a text between its commas.
-std::vector<std::string> split(const std::string& text) {
-  std::vector<std::string> parts;
-  std::istringstream stream(text);
-  for (std::string part; std::getline(stream, part, ',');) parts.push_back(part);
-  return parts;
-}
-
-}  // namespace
-
 /// Adds the options that replace the estimate of the floor.
 void add_floor_options(CLI::App& command, FloorHints& floor) {
   command
@@ -166,6 +156,16 @@ void add_floor_options(CLI::App& command, FloorHints& floor) {
           "floor.json of a run in the same map, for --planner")
       ->type_name("FILE");
 }
+
+/// Returns the parts of a text between its commas.
+std::vector<std::string> split(const std::string& text) {
+  std::vector<std::string> parts;
+  std::istringstream stream(text);
+  for (std::string part; std::getline(stream, part, ',');) parts.push_back(part);
+  return parts;
+}
+
+}  // namespace
 
 void add_dense_options(CLI::App& command, DenseOutputs& outputs) {
   command

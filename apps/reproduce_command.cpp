@@ -18,8 +18,6 @@
 namespace stillmap {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr const char* kCrane = "crane";
 constexpr const char* kAll = "all";
 
