@@ -35,7 +35,7 @@ struct Fields {
 template <typename T>
 T number(std::string_view value) {
   T result{};
-  if (value.size() == sizeof(T)) std::memcpy(&result, value.data(), sizeof(T));
+  if (value.size() == sizeof(T)) value.copy(reinterpret_cast<char*>(&result), sizeof(T));
   return result;
 }
 

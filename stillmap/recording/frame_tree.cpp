@@ -2,6 +2,7 @@
 #include "stillmap/recording/frame_tree.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/recording/if_readable.hpp"
 #include "stillmap/recording/messages.hpp"
 
 #include <deque>
@@ -17,13 +18,12 @@ FrameTree::FrameTree(Recording& recording) {
       if (topic.type != "tf2_msgs/TFMessage" && topic.type != "tf/tfMessage") continue;
       if (topic.name.ends_with("tf_static") != fixed) continue;
       if (!fixed && ++read > kTransforms) return;
-      try {
-        for (const auto& [parent, child, T_parent_child] :
-             decode_transforms(recording.read(entry), topic.encoding)) {
-          neighbors_[parent].emplace(child, T_parent_child);
-          neighbors_[child].emplace(parent, T_parent_child.inverse());
-        }
-      } catch (const Error&) {  // A damaged message; others may tell the same transforms.
+      const auto transforms =
+          if_readable([&] { return decode_transforms(recording.read(entry), topic.encoding); });
+      if (!transforms) continue;
+      for (const auto& [parent, child, T_parent_child] : *transforms) {
+        neighbors_[parent].emplace(child, T_parent_child);
+        neighbors_[child].emplace(parent, T_parent_child.inverse());
       }
     }
   }

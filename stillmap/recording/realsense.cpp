@@ -2,6 +2,7 @@
 #include "stillmap/recording/realsense.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/recording/if_readable.hpp"
 #include "stillmap/recording/messages.hpp"
 
 #include <cmath>
@@ -20,15 +21,15 @@ std::string stream_of(const std::string& image) {
 // Returns the text of a message of type String, KeyValue or Float32.
 std::string text_of(Recording& recording, const MessageEntry& entry) {
   const Topic& topic = recording.topics()[entry.topic];
-  try {
+  const auto text = if_readable([&]() -> std::string {
     const ByteSpan bytes = recording.read(entry);
     if (topic.type == "std_msgs/String") return decode_text(bytes, topic.encoding);
     if (topic.type == "diagnostic_msgs/KeyValue") return decode_key_value(bytes, topic.encoding);
     if (topic.type == "std_msgs/Float32")
       return fmt::format("{}", decode_float(bytes, topic.encoding));
-  } catch (const Error&) {  // A damaged message tells nothing.
-  }
-  return "";
+    return "";
+  });
+  return text.value_or("");
 }
 
 std::string first_text(Recording& recording, const std::string& name) {
@@ -54,10 +55,10 @@ std::optional<Pose> transform_to(Recording& recording, const std::string& stream
   const auto topic = recording.find_topic(fmt::format("{}/tf/{}", stream, reference));
   if (!topic || recording.topics()[*topic].type != "geometry_msgs/Transform") return std::nullopt;
   for (const MessageEntry& entry : recording.messages_of(*topic)) {
-    try {
+    const auto transform = if_readable([&] {
       return decode_transform(recording.read(entry), recording.topics()[*topic].encoding);
-    } catch (const Error&) {  // A damaged message; the next one is tried.
-    }
+    });
+    if (transform) return transform;
   }
   return std::nullopt;
 }

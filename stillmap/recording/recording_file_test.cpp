@@ -149,9 +149,10 @@ TEST(RecordingFile, DeclaredSizesAreCheckedBeforeMemoryIsTaken) {
   const TestFolder folder;
   const auto chunk = [&](std::uint64_t size, const std::string& data) {
     const std::string body = std::string(16, '\0') + test::le(size) + test::le(std::uint32_t{0}) +
-                             test::with_length32("zstd") + test::le(std::uint64_t(data.size())) +
-                             data;
-    return std::string("\x89MCAP0\r\n", 8) + '\x06' + test::le(std::uint64_t(body.size())) + body;
+                             test::with_length32("zstd") +
+                             test::le(static_cast<std::uint64_t>(data.size())) + data;
+    return std::string("\x89MCAP0\r\n", 8) + '\x06' +
+           test::le(static_cast<std::uint64_t>(body.size())) + body;
   };
   const auto file = open_recording_file(
       folder.write("bomb.mcap", chunk(std::uint64_t{1} << 60, test::compressed("zstd", "x"))));

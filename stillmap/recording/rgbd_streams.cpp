@@ -4,6 +4,7 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/nearest_name.hpp"
 #include "stillmap/recording/frame_tree.hpp"
+#include "stillmap/recording/if_readable.hpp"
 #include "stillmap/recording/realsense.hpp"
 
 #include <algorithm>
@@ -69,16 +70,16 @@ std::optional<ImageStream> stream_of(Recording& recording, std::uint32_t topic_i
   stream.name = topic.name;
   stream.images = std::move(images);
   for (std::size_t i = 0; i < std::min(kTried, stream.images.size()); ++i) {
-    try {
+    const auto described = if_readable([&] {
       const ByteSpan bytes = recording.read(stream.images[i]);
       if (topic.type == "sensor_msgs/Image") {
         describe(decode_image(bytes, topic.encoding), stream);
       } else {
         describe(decode_compressed_image(bytes, topic.encoding), stream);
       }
-      return stream;
-    } catch (const Error&) {  // A damaged message; the next one is tried.
-    }
+      return true;
+    });
+    if (described) return stream;
   }
   return std::nullopt;
 }
@@ -193,10 +194,10 @@ bool is_rectified(const std::string& base) {
 std::optional<CameraInfoMessage> first_camera_info(Recording& recording, std::uint32_t topic) {
   const auto entries = recording.messages_of(topic);
   for (std::size_t i = 0; i < std::min(kTried, entries.size()); ++i) {
-    try {
+    const auto info = if_readable([&] {
       return decode_camera_info(recording.read(entries[i]), recording.topics()[topic].encoding);
-    } catch (const Error&) {  // A damaged message; the next one is tried.
-    }
+    });
+    if (info) return info;
   }
   return std::nullopt;
 }
@@ -316,7 +317,7 @@ void add_registration(Recording& recording, RgbdStreams& streams) {
 
 // Guesses the sensor by what drivers call their topics.
 std::string sensor_of(Recording& recording, const RgbdStreams& streams) {
-  const std::string realsense = realsense_sensor(recording);
+  std::string realsense = realsense_sensor(recording);
   if (!realsense.empty()) return realsense;
   const std::string names = lower(streams.color.name + streams.depth.name);
   if (contains_any(names, {"aligned_depth_to_color", "realsense", "d435", "/device_0/"}))

@@ -257,8 +257,11 @@ struct TestCamera {
                     const std::string& encoding, int pixel_bytes, const std::string& pixels) const {
     MessageWriter writer(kind);
     writer.header(seconds, ns, frame);
-    writer.put(std::uint32_t(height)).put(std::uint32_t(width)).text(encoding);
-    writer.put(std::uint8_t(kind == Kind::kBigCdr)).put(std::uint32_t(width * pixel_bytes));
+    writer.put(static_cast<std::uint32_t>(height))
+        .put(static_cast<std::uint32_t>(width))
+        .text(encoding);
+    writer.put(static_cast<std::uint8_t>(kind == Kind::kBigCdr))
+        .put(static_cast<std::uint32_t>(width * pixel_bytes));
     return writer.data(pixels).bytes();
   }
   std::string compressed_image(std::uint32_t seconds, std::uint32_t ns, const std::string& format,
@@ -268,7 +271,10 @@ struct TestCamera {
   std::string info(int width, int height, double f, const std::string& model,
                    const std::vector<double>& distortion) const {
     MessageWriter writer(kind);
-    writer.header(1, 0, frame).put(std::uint32_t(height)).put(std::uint32_t(width)).text(model);
+    writer.header(1, 0, frame)
+        .put(static_cast<std::uint32_t>(height))
+        .put(static_cast<std::uint32_t>(width))
+        .text(model);
     writer.put(static_cast<std::uint32_t>(distortion.size()));
     for (const double value : distortion) writer.put(value);
     const double cx = (width - 1) / 2.0, cy = (height - 1) / 2.0;

@@ -54,7 +54,8 @@ TEST(DrawObjects, FillsMasksAndOutlinesBoxesInTheColorOfTheClass) {
   const cv::Vec3b own(static_cast<std::uint8_t>(color[0]), static_cast<std::uint8_t>(color[1]),
                       static_cast<std::uint8_t>(color[2]));
   EXPECT_EQ(image(80, 10), own) << "the left side of the box";
-  const cv::Vec3b in_mask = image(70, 40), in_box = image(70, 15);
+  const cv::Vec3b& in_mask = image(70, 40);
+  const cv::Vec3b& in_box = image(70, 15);
   EXPECT_EQ(in_box, cv::Vec3b(128, 128, 128)) << "inside the box, outside the mask";
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(in_mask[i], 0.55 * 128 + 0.45 * own[i], 1.5) << i;
 }

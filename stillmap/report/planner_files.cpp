@@ -97,7 +97,7 @@ Floor read_floor(const std::filesystem::path& file) {
     read.up.normalize();
     return read;
   } catch (const nlohmann::json::exception&) {
-    throw Error("contains no floor: {\"floor\": {\"up\": [x, y, z], \"height\": m}}", file.string(),
+    throw Error(R"(contains no floor: {"floor": {"up": [x, y, z], "height": m}})", file.string(),
                 fix);
   }
 }

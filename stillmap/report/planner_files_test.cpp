@@ -77,10 +77,10 @@ TEST_F(PlannerFiles, AreInTheFrameOfTheFirstCameraIfTheFloorIsUnknown) {
 TEST_F(PlannerFiles, AFloorThatIsNoneIsRefused) {
   fs::create_directories(folder_);
   const fs::path file = folder_ / "mine.json";
-  for (const char* text : {"", "{", "[]", "{\"floor\": 3}", "{\"floor\": {\"up\": [0, 0, 1]}}",
-                           "{\"floor\": {\"up\": [0, 1], \"height\": 1}}",
-                           "{\"floor\": {\"up\": [0, 0, 3], \"height\": 1}}",
-                           "{\"floor\": {\"up\": [0, 0, 1], \"height\": 1e999}}"}) {
+  for (const char* text :
+       {"", "{", "[]", R"({"floor": 3})", R"({"floor": {"up": [0, 0, 1]}})",
+        R"({"floor": {"up": [0, 1], "height": 1}})", R"({"floor": {"up": [0, 0, 3], "height": 1}})",
+        R"({"floor": {"up": [0, 0, 1], "height": 1e999}})"}) {
     write_file(file, text);
     EXPECT_THAT(error_of([&] { read_floor(file); }), HasSubstr("mine.json")) << text;
   }

@@ -100,7 +100,7 @@ std::shared_ptr<const void> locked(const fs::path& folder) {
   static std::mutex mutex;
   static std::map<fs::path, std::weak_ptr<const void>> locks;
   make_output_folder(folder);
-  const std::lock_guard guard(mutex);
+  const std::scoped_lock guard(mutex);
   auto& known = locks[fs::canonical(folder)];
   if (auto lock = known.lock()) return lock;
   const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);

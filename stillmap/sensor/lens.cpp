@@ -16,7 +16,7 @@ cv::Matx33d intrinsics(double fx, double fy, double cx, double cy) {
 cv::Mat all_pixels(int width, int height) {
   cv::Mat pixels(height, width, CV_64FC2);
   for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) pixels.at<cv::Vec2d>(y, x) = {double(x), double(y)};
+    for (int x = 0; x < width; ++x) pixels.at<cv::Vec2d>(y, x) = cv::Vec2d(x, y);
   }
   return pixels.reshape(2, width * height);
 }

@@ -47,7 +47,8 @@ std::vector<TestMessage> messages(int frames, const std::string& depth_frame = "
   for (int i = 0; i < frames; ++i) {
     const std::int64_t time = 100'000'000'000 + i * 33'333'333LL, later = time + 5'000'000;
     const auto stamp = [](std::int64_t ns) {
-      return std::pair(std::uint32_t(ns / 1'000'000'000), std::uint32_t(ns % 1'000'000'000));
+      return std::pair(static_cast<std::uint32_t>(ns / 1'000'000'000),
+                       static_cast<std::uint32_t>(ns % 1'000'000'000));
     };
     all.push_back({"/rgb/info/camera_info", "sensor_msgs/msg/CameraInfo",
                    color.info(64, 48, 60, "plumb_bob", {}), time});
