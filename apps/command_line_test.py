@@ -257,6 +257,21 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(after, before)
         self.succeeded(stillmap("run", sequence, "--count", 10, "--out", out))
 
+    def test_nohup_lets_a_run_go_on_when_its_terminal_is_closed(self):
+        sequence, out = self.folder / "nohup_sequence", self.folder / "nohup"
+        self.succeeded(stillmap("simulate", "--people", 0, "--frames", 40, "--width", 160, "--height", 120, "--out", sequence))
+        ignored = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as nohup does; inherited by the run
+        try:
+            with subprocess.Popen([PROGRAM, "run", sequence, "--schedule", "realtime", "--out", out],
+                                  stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+                while not (out / "trajectory_live.txt").exists() and process.poll() is None:
+                    time.sleep(0.02)
+                process.send_signal(signal.SIGHUP)
+                self.assertEqual(process.wait(), 0)
+        finally:
+            signal.signal(signal.SIGHUP, ignored)
+        self.assertFalse(json.loads((out / "summary.json").read_text())["interrupted"])
+
     def test_two_runs_do_not_share_a_folder(self):
         out = self.folder / "shared"
         out.mkdir()
@@ -346,6 +361,8 @@ class CommandLine(unittest.TestCase):
         self.doubtful(unknown, "the floor is unknown", "--camera-height")
         self.assertEqual(json.loads((out / "floor.json").read_text())["frame"], "first camera")
         self.refused(stillmap("dense", self.run_folder, "--planner", "--floor", self.map, "--out", out), 1, "contains no floor")
+        self.refused(stillmap("dense", self.run_folder, "--planner", "--up", "0,0,0", "--out", out), 1, "is no direction")
+        self.refused(stillmap("dense", self.run_folder, "--camera-height", 1, "--out", out), 2, "--planner")
 
     def test_the_octomap_is_written_without_messages_of_its_library(self):
         self.assertNotIn("nodes", self.run_stderr)

@@ -77,7 +77,7 @@ std::vector<std::string> crane_files() {
 void reproduce_crane(const ReproduceArguments& arguments, ResultFolder& folder) {
   const Paper& paper = find_paper("seg-mask");
   const std::vector<BenchmarkSequence> yards = yards_of(arguments);
-  // The networks at hand know no hooks and no vehicles of a crane; the paper's does.
+  // The common networks do not know a crane's hook and vehicles; the network of the paper does.
   ReproduceArguments with_masks = arguments;
   with_masks.true_masks = arguments.models.empty() || arguments.true_masks;
   const std::vector<std::string> presets{kPaperBaseline, paper.preset, kOwnSystem};

@@ -121,40 +121,40 @@ int run(const DenseArguments& arguments) {
   print_out("{}", folder.written_text());
   folder.require_all();
   if (files.floor_problem.empty()) return kSuccess;
-  print_doubts({unknown_floor_text(files.floor_problem)});
+  print_doubts({files.floor_problem});
   return kDoubtful;
 }
 
-}  // namespace
-
-void print_doubts(const std::vector<std::string>& doubts) {
-  for (const std::string& doubt : doubts) print_error("DO NOT TRUST THIS RESULT: {}\n", doubt);
-}
-
-namespace {
-
 /// Adds the options that replace the estimate of the floor.
-void add_floor_options(CLI::App& command, FloorHints& floor) {
+void add_floor_options(CLI::App& command, CLI::Option* planner, FloorHints& floor) {
   command
       .add_option_function<std::vector<double>>(
           "--up",
-          [&floor](const std::vector<double>& up) { floor.up = Eigen::Vector3d(up.data()); },
+          [&floor](const std::vector<double>& numbers) {
+            const Eigen::Vector3d up(numbers.data());
+            if (!up.allFinite() || up.norm() < 1e-6)
+              throw Error("is no direction", "--up", "give three numbers that are not all 0");
+            floor.up = up;
+          },
           "upward direction in the frame of the first camera (x right, y down, z forward), for "
           "--planner; 0,-1,0 for a level camera")
       ->delimiter(',')
       ->expected(3)
       ->type_name("X,Y,Z")
+      ->needs(planner)
       ->check(CLI::Number);
   command
       .add_option("--camera-height", floor.camera_height,
                   "height of the first camera above the floor [m], for --planner")
       ->type_name("METERS")
+      ->needs(planner)
       ->check(CLI::PositiveNumber);
   command
       .add_option_function<std::string>(
           "--floor", [&floor](const std::string& file) { floor.floor = read_floor(file); },
           "floor.json of a run in the same map, for --planner")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->needs(planner);
 }
 
 /// Returns the parts of a text between its commas.
@@ -167,6 +167,10 @@ std::vector<std::string> split(const std::string& text) {
 
 }  // namespace
 
+void print_doubts(const std::vector<std::string>& doubts) {
+  for (const std::string& doubt : doubts) print_error("DO NOT TRUST THIS RESULT: {}\n", doubt);
+}
+
 void add_dense_options(CLI::App& command, DenseOutputs& outputs) {
   command
       .add_option_function<std::string>(
@@ -175,9 +179,10 @@ void add_dense_options(CLI::App& command, DenseOutputs& outputs) {
       ->expected(0, 1)
       ->type_name("{ply,obj,glb}")
       ->default_str("ply");
-  command.add_flag("--planner", outputs.planner,
-                   "also write maps for planners: octomap.bt, grid.pgm and grid.yaml, obstacles");
-  add_floor_options(command, outputs.floor);
+  CLI::Option* planner = command.add_flag(
+      "--planner", outputs.planner,
+      "also write maps for planners: octomap.bt, grid.pgm and grid.yaml, obstacles");
+  add_floor_options(command, planner, outputs.floor);
 }
 
 void add_force_option(CLI::App& command, bool& force) {

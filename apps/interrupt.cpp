@@ -18,7 +18,8 @@ extern "C" void remember(int signal) {
 void catch_interrupt() {
   std::signal(SIGINT, remember);
   std::signal(SIGTERM, remember);
-  std::signal(SIGHUP, remember);  // the terminal was closed
+  // The terminal was closed; nohup lets a run go on then.
+  if (std::signal(SIGHUP, remember) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);
 }
 
 void survive_closed_outputs() { std::signal(SIGPIPE, SIG_IGN); }

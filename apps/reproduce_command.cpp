@@ -82,7 +82,7 @@ std::string left_out_text(const Experiment& experiment) {
       fmt::join(experiment.left_out, ", "));
 }
 
-/// What is written about a paper.
+/// Bibliographic data and published results of a paper.
 struct PaperReport {
   std::string heading, protocol;
   std::vector<FigureTable> tables;

@@ -137,7 +137,7 @@ std::unique_ptr<PythonSlam> make_slam(const py::object& camera, const py::object
       known ? camera.cast<Camera>() : read_camera(camera.cast<std::filesystem::path>().string());
   const Options all = options_of(options, preset, groups);
   if (masks && !(all.network.model.empty() && all.network.masks.empty())) {
-    throw Error("masks are expected besides network.model or network.masks", "Slam",
+    throw Error("masks are expected in addition to network.model or network.masks", "Slam",
                 "choose one of them");
   }
   std::optional<StartMap> start;

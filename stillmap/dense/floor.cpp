@@ -2,6 +2,7 @@
 #include "stillmap/dense/floor.hpp"
 
 #include "stillmap/base/statistics.hpp"
+#include "stillmap/geometry/mean_up.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -32,8 +33,8 @@ constexpr double kSearchGate = 10 * kDegree;
 constexpr double kGates[] = {10 * kDegree, 5 * kDegree, 3 * kDegree, 3 * kDegree};
 /// Weights of horizontal and of vertical surfaces in the search: the negative logarithm of the
 /// chance that a surface of random direction is within kSearchGate of them.
-const double kLevelWeight = -std::log(1 - std::cos(kSearchGate));
-const double kPlumbWeight = -std::log(std::sin(kSearchGate));
+const double kHorizontalWeight = -std::log(1 - std::cos(kSearchGate));
+const double kVerticalWeight = -std::log(std::sin(kSearchGate));
 /// Maximum number of surfels in the search.
 constexpr std::size_t kSearchSurfels = 4000;
 
@@ -61,7 +62,7 @@ constexpr double kBelowWeight = 3;
 using Directions = std::vector<Eigen::Vector3d>;
 
 /// Returns the angle between a surface and the nearest of horizontal and vertical.
-double angle_from_level_or_plumb(const Eigen::Vector3d& normal, const Eigen::Vector3d& up) {
+double angle_from_horizontal_or_vertical(const Eigen::Vector3d& normal, const Eigen::Vector3d& up) {
   const double c = std::min(1.0, std::abs(normal.dot(up)));
   return std::min(std::acos(c), std::asin(c));
 }
@@ -80,12 +81,6 @@ Directions directions_around(const Eigen::Vector3d& middle, double largest) {
     }
   }
   return directions;
-}
-
-Eigen::Vector3d mean_image_up(const std::vector<Pose>& cameras) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const Pose& T : cameras) sum -= T.rotation().col(1);  // image y points down
-  return sum.norm() > 1e-6 ? Eigen::Vector3d(sum.normalized()) : Eigen::Vector3d(0, -1, 0);
 }
 
 /// Returns the probability density of the cameras' roll, relative to its maximum.
@@ -109,16 +104,18 @@ Eigen::Vector3d mean_view(const std::vector<Pose>& cameras) {
 Eigen::Vector3d best_direction(const std::vector<Surfel>& surfels,
                                const std::vector<Pose>& cameras) {
   const std::size_t step = 1 + surfels.size() / kSearchSurfels;
-  Eigen::Vector3d best = mean_image_up(cameras);
+  Eigen::Vector3d best = mean_up(cameras);
   const Eigen::Vector3d view = mean_view(cameras);
   double most = -1;
   for (const Eigen::Vector3d& up : directions_around(best, kLargestPitch)) {
     if (up.dot(view) > std::sin(kLargestUpwardView)) continue;
     double support = 0;
     for (std::size_t i = 0; i < surfels.size(); i += step) {
-      const double relative = angle_from_level_or_plumb(surfels[i].normal, up) / kSearchGate;
+      const double relative =
+          angle_from_horizontal_or_vertical(surfels[i].normal, up) / kSearchGate;
       const bool level = std::abs(surfels[i].normal.dot(up)) > 0.7;
-      support += (level ? kLevelWeight : kPlumbWeight) * std::max(0.0, 1 - relative * relative);
+      support +=
+          (level ? kHorizontalWeight : kVerticalWeight) * std::max(0.0, 1 - relative * relative);
     }
     support *= roll_prior(up, cameras);
     if (support > most) most = support, best = up;
@@ -141,7 +138,7 @@ Upward refined(const std::vector<Surfel>& surfels, Upward upward) {
     int count = 0;
     for (const Surfel& s : surfels) {
       const double c = s.normal.dot(upward.up);
-      const double angle = angle_from_level_or_plumb(s.normal, upward.up);
+      const double angle = angle_from_horizontal_or_vertical(s.normal, upward.up);
       if (angle > gate) continue;
       const Eigen::Matrix3d outer = s.normal * s.normal.transpose();
       normal += std::abs(c) > 0.7 ? Eigen::Matrix3d(Eigen::Matrix3d::Identity() - outer) : outer;

@@ -35,7 +35,7 @@ struct FloorFinding {
   std::string reason = {};  ///< Why the floor is unknown; empty if it is known.
 };
 
-/// Knowledge about the floor that replaces what is estimated.
+/// Given values of the floor, which replace the estimated ones.
 struct FloorHints {
   /// Upward direction in the frame of the first camera.
   std::optional<Eigen::Vector3d> up = std::nullopt;

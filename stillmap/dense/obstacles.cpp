@@ -109,7 +109,7 @@ std::vector<VoxelBox> covering_boxes(const Voxels& voxels) {
   return boxes;
 }
 
-/// Removes the boxes that cover few voxels besides those of larger boxes.
+/// Removes the boxes that cover few voxels that no larger box covers.
 void remove_redundant(const Voxels& voxels, std::vector<VoxelBox>& boxes) {
   std::vector<bool> covered(voxels.by_number.size(), false);
   std::erase_if(boxes, [&](const VoxelBox& box) {

@@ -20,8 +20,8 @@ struct StaticObstacle {
 };
 
 /// Divides the occupied space between two heights into boxes, each of which covers occupied voxels
-/// and unknown ones, but no free one: a box stands for a piece of furniture or of a wall. Boxes may
-/// overlap. Boxes that are smaller than 15 cm in all directions are left out.
+/// and unknown voxels, but no free voxel. A box is a part of a wall or of a piece of furniture.
+/// Boxes may overlap. Boxes that are smaller than 15 cm in all directions are left out.
 /// @param space of a frame that is rotated by `yaw` about the z axis of frame `map`
 std::vector<StaticObstacle> obstacles_in(const OccupiedSpace& space, double yaw,
                                          const OccupancyOptions& options = {});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the recorder of librealsense writes besides images: ROS 1 bags (to version 2.55) and files
-// of rosbag2 (since 2.56). The topics of a stream begin with /device_0/sensor_1/Color_0.
+// Data that the recorder of librealsense writes in addition to images: ROS 1 bags (to version 2.55)
+// and files of rosbag2 (since 2.56). The topics of a stream begin with /device_0/sensor_1/Color_0.
 #pragma once
 #include "stillmap/geometry/pose.hpp"
 #include "stillmap/recording/recording.hpp"
@@ -25,7 +25,8 @@ std::optional<double> realsense_depth_unit(Recording& recording, const std::stri
 bool realsense_inverts_distortion(Recording& recording, const std::string& image);
 
 /// Replaces the stamps of the images by the timestamps of the camera, which files of rosbag2
-/// contain in a text beside each image; the stamp of the image is the time of its arrival there.
+/// contain in a text message with each image; the stamp of the image is the time of its arrival
+/// there.
 void use_realsense_timestamps(Recording& recording, ImageStream& stream);
 
 /// Returns the name of the depth sensor for find_depth_sensor(); empty for other recordings.

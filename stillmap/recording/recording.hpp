@@ -23,7 +23,7 @@ class Recording {
   /// Returns the listed messages of a topic.
   std::vector<MessageEntry> messages_of(std::uint32_t topic) const;
   std::optional<std::uint32_t> find_topic(const std::string& name) const;
-  /// Returns the damage that was found, a sentence each.
+  /// Returns one sentence for each kind of damage that was found.
   const std::vector<std::string>& warnings() const { return warnings_; }
   /// Returns the time from the first to the last message [s].
   double duration() const;

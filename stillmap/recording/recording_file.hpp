@@ -40,7 +40,7 @@ struct RecordingIndex {
   std::vector<Topic> topics;
   /// Messages of the types that Stillmap reads (is_read_type()), in the order of the file.
   std::vector<MessageEntry> messages;
-  /// Damage that was found, a sentence each with the number of its occurrences.
+  /// One sentence for each kind of damage that was found, with the number of its occurrences.
   std::vector<std::string> warnings;
 };
 

@@ -202,7 +202,8 @@ std::optional<CameraInfoMessage> first_camera_info(Recording& recording, std::ui
   return std::nullopt;
 }
 
-// Returns the topic of the camera: beside the image; otherwise one of the same frame and size.
+// Returns the camera_info topic in the namespace of the image; otherwise one of the same frame and
+// size.
 std::optional<std::uint32_t> camera_topic(Recording& recording, const ImageStream& stream) {
   const std::string base = base_of(stream), parent = parent_of(base);
   for (const std::string& name :

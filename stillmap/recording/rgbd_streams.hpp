@@ -41,7 +41,7 @@ struct RgbdStreams {
   double depth_factor = 1000;  ///< Units per meter of 16-bit depth [1/m].
   double fps = 30;             ///< Rate of the color images [Hz].
   std::string sensor;          ///< Name for find_depth_sensor(); empty if it is not known.
-  /// What was chosen and assumed, a sentence each.
+  /// One sentence for each choice and each assumption.
   std::vector<std::string> notes;
 };
 

@@ -31,8 +31,8 @@ using Blob = std::unique_ptr<sqlite3_blob, CloseBlob>;
 
 constexpr const char* kFix = "give a file that `ros2 bag record` or RealSense's recorder wrote";
 
-// A file is opened as immutable, so that nothing is written beside it, unless a write-ahead log
-// holds a part of its messages.
+// A file is opened as immutable, so that no other file is written to its folder, unless a
+// write-ahead log holds a part of its messages.
 std::string uri_of(const fs::path& path) {
   std::string uri = "file:";
   for (const char c : fs::absolute(path).string()) {

@@ -2,6 +2,7 @@
 #include "stillmap/report/chart.hpp"
 
 #include "stillmap/evaluate/statistics.hpp"
+#include "stillmap/geometry/mean_up.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -105,9 +106,9 @@ std::vector<std::pair<std::size_t, std::size_t>> continuous_ranges(
 }
 
 Eigen::Vector3d mean_up(const Trajectory& trajectory) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const auto& [stamp, T] : trajectory) sum -= T.rotation().col(1);  // image y points down
-  return sum.norm() > 1e-6 ? Eigen::Vector3d(sum.normalized()) : Eigen::Vector3d::UnitZ();
+  std::vector<Pose> cameras;
+  for (const auto& [stamp, T] : trajectory) cameras.push_back(T);
+  return mean_up(cameras);
 }
 
 Eigen::Vector3d up_axis(const Trajectory& trajectory) {

@@ -70,8 +70,7 @@ struct ProjectionPlane {
   Eigen::Vector2d operator()(const Eigen::Vector3d& p) const { return {right.of(p), up.of(p)}; }
 };
 
-/// Returns the mean upward direction of the cameras (unit vector, world frame): hand-held and
-/// mounted cameras are upright on average. +z for an empty trajectory.
+/// Returns the mean upward direction of the cameras of a trajectory.
 Eigen::Vector3d mean_up(const Trajectory& trajectory);
 
 /// Returns the world axis (a signed unit vector) nearest to mean_up().

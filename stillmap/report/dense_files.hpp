@@ -30,7 +30,7 @@ struct DenseResults {
   const std::vector<MoverTrack>& movers;  ///< Movers in the world frame, for the obstacles.
 };
 
-/// The images for the report and what was found wrong.
+/// The images for the report, and the problem with the floor.
 struct DenseFiles {
   std::vector<CaptionedImage> images;  ///< Of cloud, classes and mesh, the cloud first.
   std::string floor_problem;           ///< See write_planner_files().

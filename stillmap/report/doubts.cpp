@@ -42,9 +42,7 @@ void add_coverage(const RunRecord& record, std::vector<std::string>& doubts) {
 }
 
 void add_uncertain(const RunRecord& record, std::vector<std::string>& doubts) {
-  const auto& frames = record.result.frames;
-  const auto uncertain = static_cast<std::size_t>(std::count_if(
-      frames.begin(), frames.end(), [](const auto& f) { return f.contradicts_motion; }));
+  const std::size_t uncertain = frames_with(record.result, &FrameRecord::contradicts_motion);
   if (share(uncertain, record.result.tracked()) <= kMaxUncertain) return;
   doubts.push_back(fmt::format(
       "{} of {} poses contradict the motion of the camera; people may fill the image, or the "

@@ -49,12 +49,20 @@ std::vector<StaticObstacle> static_obstacles(const PlacedMap& placed,
   return obstacles_in(occupied_space(placed, T_walls_map * T_map_world, options), yaw, options);
 }
 
+/// Returns the sentence for users about an unknown floor, with the fix.
+std::string unknown_floor_text(const std::string& reason) {
+  return "the floor is unknown, so the files for planners are in the frame of the first camera, "
+         "and "
+         "there are no grid and no static obstacles: " +
+         reason + "; give --camera-height METERS, or --floor FILE";
+}
+
 }  // namespace
 
 std::string write_planner_files(const PlannerData& data, const OccupancyOptions& options,
                                 const FloorHints& hints, ResultFolder& folder) {
   const PlacedMap& placed = data.placed;
-  if (placed.views.empty()) return "there is no view";
+  if (placed.views.empty()) return unknown_floor_text("there is no view");
   std::vector<Pose> cameras;
   for (const PosedView& view : placed.views) cameras.push_back(view.T_world_camera);
   const std::vector<Surfel> surfels = surfels_of(placed, kFloorSurfel);
@@ -74,14 +82,7 @@ std::string write_planner_files(const PlannerData& data, const OccupancyOptions&
   folder.write_text("obstacles.json", json_text(obstacles_json(obstacles, T_map_world), 2) + "\n");
   folder.write_text("obstacles.jsonl",
                     obstacles_by_frame(obstacles, T_map_world, data.trajectory, data.movers));
-  return finding.reason;
-}
-
-std::string unknown_floor_text(const std::string& reason) {
-  return "the floor is unknown, so the files for planners are in the frame of the first camera, "
-         "and "
-         "there are no grid and no static obstacles: " +
-         reason + "; give --camera-height METERS, or --floor FILE";
+  return finding.floor ? "" : unknown_floor_text(finding.reason);
 }
 
 Floor read_floor(const std::filesystem::path& file) {

@@ -23,12 +23,10 @@ struct PlannerData {
 /// Writes the floor (floor.json), the occupied space (octomap.bt), and the obstacles
 /// (obstacles.json, obstacles.jsonl), and, if the floor is known, the grid (grid.pgm, grid.yaml).
 /// Without a floor the files are in the frame of the first camera and have no static obstacles.
-/// @returns why the floor is unknown; empty if it is known
+/// @returns a sentence for users about an unknown floor, with the reason and the fix; empty if it
+/// is known
 std::string write_planner_files(const PlannerData& data, const OccupancyOptions& options,
                                 const FloorHints& hints, ResultFolder& folder);
-
-/// Returns the sentence for users about an unknown floor, with the fix.
-std::string unknown_floor_text(const std::string& reason);
 
 /// Reads {"floor": {"up": [x, y, z], "height": m}} as write_planner_files() writes it, world frame.
 /// Throws Error if the file has no such floor.

@@ -11,7 +11,6 @@
 #include "stillmap/report/machine.hpp"
 #include "stillmap/report/mover_files.hpp"
 #include "stillmap/report/mover_image.hpp"
-#include "stillmap/report/planner_files.hpp"
 #include "stillmap/report/profile.hpp"
 #include "stillmap/report/report_page.hpp"
 #include "stillmap/sensor/image_file.hpp"
@@ -56,8 +55,7 @@ ReportImages write_dense_map(RunRecord& record, const DenseOutputs& outputs, Res
       write_dense_files({result.dense, result.placed, result.trajectory, result.movers},
                         dense_parameters_of(record.options), outputs, folder);
   images.more = std::move(files.images);
-  if (!files.floor_problem.empty())
-    record.doubts.push_back(unknown_floor_text(files.floor_problem));
+  if (!files.floor_problem.empty()) record.doubts.push_back(files.floor_problem);
   if (images.more.empty()) return images;
   images.cloud = images.more.front();
   images.more.erase(images.more.begin());

@@ -96,6 +96,11 @@ void evaluate_run(RunRecord& record) {
   }
 }
 
+std::size_t frames_with(const SlamResult& result, bool FrameRecord::*property) {
+  return static_cast<std::size_t>(std::count_if(result.frames.begin(), result.frames.end(),
+                                                [&](const FrameRecord& f) { return f.*property; }));
+}
+
 std::string map_events_text(const SlamResult& result) {
   std::string text;
   const auto add = [&](auto count, const char* one, const char* many) {
@@ -106,18 +111,14 @@ std::string map_events_text(const SlamResult& result) {
     return std::count_if(result.events.begin(), result.events.end(),
                          [&](const MapEvent& e) { return e.kind == kind; });
   };
-  const auto frames_with = [&](bool FrameRecord::*property) {
-    return std::count_if(result.frames.begin(), result.frames.end(),
-                         [&](const FrameRecord& f) { return f.*property; });
-  };
   add(of(MapEvent::Kind::kLoop), "loop closed", "loops closed");
   add(of(MapEvent::Kind::kMerge), "map merged", "maps merged");
   add(of(MapEvent::Kind::kDropped), "short map dropped", "short maps dropped");
-  add(frames_with(&FrameRecord::relocalized), "relocalization", "relocalizations");
-  add(frames_with(&FrameRecord::tracked_late), "lost frame tracked at the end",
+  add(frames_with(result, &FrameRecord::relocalized), "relocalization", "relocalizations");
+  add(frames_with(result, &FrameRecord::tracked_late), "lost frame tracked at the end",
       "lost frames tracked at the end");
-  add(frames_with(&FrameRecord::contradicts_motion), "uncertain pose", "uncertain poses");
-  add(frames_with(&FrameRecord::tracked_by_odometry), "frame tracked by visual odometry",
+  add(frames_with(result, &FrameRecord::contradicts_motion), "uncertain pose", "uncertain poses");
+  add(frames_with(result, &FrameRecord::tracked_by_odometry), "frame tracked by visual odometry",
       "frames tracked by visual odometry");
   return text;
 }

@@ -61,6 +61,9 @@ struct RunRecord {
   double tracking_median() const;
 };
 
+/// Returns the number of frames of a run with a property, such as FrameRecord::relocalized.
+std::size_t frames_with(const SlamResult& result, bool FrameRecord::*property);
+
 /// An event on the time line of a run: "lost", "new map", "loop closed", ...
 struct RunEvent {
   double timestamp = 0;  ///< Time of the event [s].

@@ -44,10 +44,6 @@ nlohmann::json map_events_json(const SlamResult& result) {
 
 nlohmann::json frames_json(const RunRecord& record) {
   const LoadShedding& less = record.result.load_shedding;
-  const auto frames_with = [&](bool FrameRecord::*property) {
-    return std::count_if(record.result.frames.begin(), record.result.frames.end(),
-                         [&](const FrameRecord& f) { return f.*property; });
-  };
   auto uncertain_at = nlohmann::json::array();
   for (const FrameRecord& f : record.result.frames) {
     if (f.contradicts_motion) uncertain_at.push_back(f.timestamp);
@@ -62,10 +58,10 @@ nlohmann::json frames_json(const RunRecord& record) {
           {"fewer_keypoints", less.frames_of_fewer_keypoints},
           {"without_movers", less.frames_without_movers},
           {"without_view", less.frames_without_view},
-          {"uncertain", frames_with(&FrameRecord::contradicts_motion)},
+          {"uncertain", uncertain_at.size()},
           {"uncertain_at", uncertain_at},
-          {"tracked_late", frames_with(&FrameRecord::tracked_late)},
-          {"tracked_by_odometry", frames_with(&FrameRecord::tracked_by_odometry)}};
+          {"tracked_late", frames_with(record.result, &FrameRecord::tracked_late)},
+          {"tracked_by_odometry", frames_with(record.result, &FrameRecord::tracked_by_odometry)}};
 }
 
 /// Returns the camera with the timing of its shutters [s], and where the timing comes from.

@@ -32,7 +32,7 @@ class FrameSource {
   /// Returns the maximum number of remaining frames, if known, for progress output.
   virtual std::optional<std::size_t> size() const = 0;
   virtual const std::vector<SkippedFrame>& skipped() const = 0;
-  /// Returns for the user what the source found, chose and assumed: a sentence each.
+  /// Returns one sentence for the user for each choice and each assumption of the source.
   virtual std::vector<std::string> notes() const { return {}; }
 };
 

@@ -31,7 +31,7 @@ struct RoomPlan {
   double crowd_height = 1.2;
   /// Positions of objects; the latter close to the viewpoint, in its view.
   ObjectPlan things, near_things;
-  /// Lanes of vehicles in a scene with a crane, whose objects they are, besides its hook.
+  /// Lanes of vehicles in a scene with a crane, whose objects they are, together with its hook.
   std::vector<Lane> vehicles;
 };
 

@@ -154,7 +154,7 @@ RoomPlan build_yard(Palette& p, Scene& scene) {
   const Eigen::Vector3d ahead(0, std::cos(kDescent), -std::sin(kDescent));
   scene.viewpoint = {scene.trolley->start, scene.trolley->start + ahead};
   RoomPlan plan;
-  // Around the container in the middle, beside the lanes of the vehicles.
+  // Around the container in the middle, next to the lanes of the vehicles.
   plan.walk = {{3.65F, 5.6F}, {3.65F, 7.6F}, {4.1F, 8.9F}, {5.7F, 8.9F},
                {6.45F, 7.9F}, {6.45F, 6.0F}, {5.5F, 5.4F}, {4.3F, 5.3F}};
   plan.walk_start = 2;
