@@ -5,6 +5,7 @@
 #include "stillmap/base/statistics.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/depth_image.hpp"
+#include "stillmap/sensor/rectified_frame.hpp"
 #include "stillmap/sensor/require_image.hpp"
 
 #include <cmath>
@@ -82,13 +83,11 @@ RgbdFramePtr FrameMaker::make(const cv::Mat& color, const cv::Mat& depth, double
   require_size(color, camera(), kColorImage, kWhere);
   require_size(depth, camera(), kDepthImage, kWhere);
   if (!std::isfinite(timestamp)) throw Error("the timestamp is not finite", kWhere, "give seconds");
-  auto frame = std::make_shared<RgbdFrame>();
+  const cv::Mat bgr = bgr_of(color);
+  cv::Mat meters = meters_of(rectifier_.nearest(depth));
+  correct_disparity(disparity_bias_, camera(), meters);
+  auto frame = rectified_frame(rectifier_, bgr, meters, timestamp, 0);
   frame->index = index;
-  frame->timestamp = timestamp;
-  frame->color = rectifier_.image(bgr_of(color));
-  cv::cvtColor(frame->color, frame->gray, cv::COLOR_BGR2GRAY);
-  frame->depth = meters_of(rectifier_.nearest(depth));
-  correct_disparity(disparity_bias_, camera(), frame->depth);
   return frame;
 }
 

@@ -6,14 +6,15 @@
 #include "stillmap/geometry/association.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/depth_image.hpp"
+#include "stillmap/sensor/first_depth.hpp"
 #include "stillmap/sensor/increasing.hpp"
 #include "stillmap/sensor/recorded_image.hpp"
+#include "stillmap/sensor/rectified_frame.hpp"
 
 #include <algorithm>
 #include <utility>
 
 #include <fmt/format.h>
-#include <opencv2/imgproc.hpp>
 
 namespace stillmap {
 namespace {
@@ -99,14 +100,9 @@ void RecordingSource::pair_images() {
     frames_[i].depth_timestamp = depth[j].timestamp;
     frames_[i].depth = depth[j].message;
   }
-  const auto first = std::find_if(frames_.begin(), frames_.end(),
-                                  [](const Frame& frame) { return frame.depth.has_value(); });
-  for (auto frame = frames_.begin(); frame != first; ++frame) {
-    skipped_.push_back({.timestamp = frame->timestamp,
-                        .reason = fmt::format("{}: no depth image within {} s, and none before",
-                                              streams_.color.name, kMaxPairDifference)});
-  }
-  frames_.erase(frames_.begin(), first);
+  skip_before_first_depth(
+      frames_, [](const Frame& frame) { return frame.depth.has_value(); },
+      [this](const Frame&) { return streams_.color.name; }, skipped_);
   std::stable_sort(skipped_.begin(), skipped_.end(),
                    [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
 }
@@ -160,25 +156,21 @@ RgbdFramePtr RecordingSource::load(const Frame& recorded) {
          .reason = fmt::format("{}: an image {}", streams_.color.name, color.problem)});
     return nullptr;
   }
-  auto frame = std::make_shared<RgbdFrame>();
+  auto frame = rectified_frame(*rectifier_, color.image, load_depth(recorded), recorded.timestamp,
+                               recorded.depth_timestamp - recorded.timestamp);
   frame->index = next_index_++;
-  frame->timestamp = recorded.timestamp;
-  frame->color = rectifier_->image(color.image);
-  traced("gray", [&] { cv::cvtColor(frame->color, frame->gray, cv::COLOR_BGR2GRAY); });
-  if (recorded.depth) {
-    const ImageRead depth = depth_image(*recorded.depth);
-    if (depth.problem.empty()) {
-      frame->depth = registered(depth.image);
-      frame->depth_delay = recorded.depth_timestamp - recorded.timestamp;
-    } else {
-      skipped_.push_back(
-          {.timestamp = recorded.timestamp,
-           .reason = fmt::format("{}: an image {}", streams_.depth.name, depth.problem),
-           .frame_lost = false});
-    }
-  }
-  if (frame->depth.empty()) frame->depth = cv::Mat::zeros(frame->color.size(), CV_32FC1);
   return frame;
+}
+
+/// Returns the depth image of a frame, 32FC1 [m]; an empty one if it has none that can be used.
+cv::Mat RecordingSource::load_depth(const Frame& recorded) {
+  if (!recorded.depth) return {};
+  const ImageRead depth = depth_image(*recorded.depth);
+  if (depth.problem.empty()) return registered(depth.image);
+  skipped_.push_back({.timestamp = recorded.timestamp,
+                      .reason = fmt::format("{}: an image {}", streams_.depth.name, depth.problem),
+                      .frame_lost = false});
+  return {};
 }
 
 cv::Mat RecordingSource::registered(const cv::Mat& raw) const {

@@ -53,6 +53,7 @@ class RecordingSource : public FrameSource {
   std::vector<Image> increasing_images(const ImageStream& stream);
   void require_one_usable_frame();
   RgbdFramePtr load(const Frame& frame);
+  cv::Mat load_depth(const Frame& recorded);
   ImageRead color_image(const MessageEntry& message);
   ImageRead depth_image(const MessageEntry& message);
   using Decoder = ImageRead (*)(const ImageStream&, const std::string&, ByteSpan, cv::Size);

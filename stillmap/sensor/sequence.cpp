@@ -4,6 +4,7 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/geometry/association.hpp"
+#include "stillmap/sensor/first_depth.hpp"
 #include "stillmap/sensor/increasing.hpp"
 #include "stillmap/sensor/printable.hpp"
 
@@ -205,18 +206,6 @@ Error no_pair(const ImageList& color, const ImageList& depth, const fs::path& fo
       "check that both lists are of one recording and in seconds, or give an associations file");
 }
 
-// No map can start without depth.
-void skip_before_first_depth(FrameList& list) {
-  const auto first = std::find_if(list.frames.begin(), list.frames.end(),
-                                  [](const FrameFiles& files) { return !files.depth.empty(); });
-  for (auto files = list.frames.begin(); files != first; ++files) {
-    list.skipped.push_back(
-        {files->timestamp, fmt::format("{}: no depth image within {} s, and none before",
-                                       files->color.filename().string(), kMaxPairDifference)});
-  }
-  list.frames.erase(list.frames.begin(), first);
-}
-
 FrameList pair_lists(const SequencePaths& paths) {
   ImageList color = read_image_list(paths.color_list), depth = read_image_list(paths.depth_list);
   keep_increasing(color.images, color.skipped, paths.color_list.filename().string());
@@ -237,7 +226,9 @@ FrameList pair_lists(const SequencePaths& paths) {
     list.frames[i].depth_timestamp = depth.images[j].timestamp;
     list.frames[i].depth = depth.images[j].file;
   }
-  skip_before_first_depth(list);
+  skip_before_first_depth(
+      list.frames, [](const FrameFiles& files) { return !files.depth.empty(); },
+      [](const FrameFiles& files) { return files.color.filename().string(); }, list.skipped);
   return list;
 }
 

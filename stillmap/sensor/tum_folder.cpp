@@ -6,12 +6,12 @@
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/depth_image.hpp"
 #include "stillmap/sensor/image_file.hpp"
+#include "stillmap/sensor/rectified_frame.hpp"
 
 #include <algorithm>
 #include <utility>
 
 #include <fmt/format.h>
-#include <opencv2/imgproc.hpp>
 
 namespace stillmap {
 namespace {
@@ -78,17 +78,9 @@ RgbdFramePtr TumFolder::load(const FrameFiles& files) {
     list_.skipped.push_back({files.timestamp, describe(files.color, color.problem)});
     return nullptr;
   }
-  auto frame = std::make_shared<RgbdFrame>();
+  auto frame = rectified_frame(rectifier_, color.image, load_depth(files), files.timestamp,
+                               files.depth_timestamp - files.timestamp);
   frame->index = next_index_++;
-  frame->timestamp = files.timestamp;
-  frame->color = rectifier_.image(color.image);
-  traced("gray", [&] { cv::cvtColor(frame->color, frame->gray, cv::COLOR_BGR2GRAY); });
-  frame->depth = load_depth(files);
-  if (!frame->depth.empty()) {
-    frame->depth_delay = files.depth_timestamp - files.timestamp;
-  } else {
-    frame->depth = cv::Mat::zeros(size, CV_32FC1);
-  }
   return frame;
 }
 
