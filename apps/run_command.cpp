@@ -37,6 +37,11 @@ void add_input_options(CLI::App& command, RunArguments& arguments) {
                      "COLOR,DEPTH: topics of a recorded file; default: by type, encoding and name");
   command.add_option("--associations", arguments.associations,
                      "file that pairs color and depth images");
+  command
+      .add_option("--fps", arguments.fps,
+                  "rate of images whose names are numbers, not times; default 30")
+      ->check(CLI::Range(0.1, 1000.0))
+      ->type_name("FLOAT");
   command.add_option("--first", arguments.first, "number of frames to skip at the start");
   command.add_option("--count", arguments.count, "maximum number of frames; 0: all");
   command.add_option("--stride", arguments.stride, "use every n-th frame");

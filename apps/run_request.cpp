@@ -120,6 +120,7 @@ Session session_of(const RunRequest& request, const Options& options) {
   const SourceOptions range{.camera = request.camera,
                             .topics = request.topics,
                             .associations = request.associations,
+                            .fps = request.fps,
                             .first = options.input.first,
                             .count = options.input.count,
                             .stride = options.input.stride,

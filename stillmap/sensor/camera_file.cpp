@@ -47,14 +47,33 @@ Camera realsense_d435i() {
 }
 
 const std::vector<Camera>& presets() {
-  static const std::vector<Camera> cameras{make_preset("tum_fr1", {517.3, 516.5, 318.6, 255.3},
-                                                       {0.2624, -0.9531, -0.0054, 0.0026, 1.1633}),
-                                           make_preset("tum_fr2", {520.9, 521.0, 325.1, 249.7},
-                                                       {0.2312, -0.7849, -0.0033, -0.0001, 0.9172}),
-                                           make_preset("tum_fr3", {535.4, 539.2, 320.1, 247.6}, {}),
-                                           make_preset("kitchen", {528, 528, 321, 239.5}, {}),
-                                           realsense_d435i()};
+  static const std::vector<Camera> cameras{
+      make_preset("tum_fr1", {517.3, 516.5, 318.6, 255.3},
+                  {0.2624, -0.9531, -0.0054, 0.0026, 1.1633}),
+      make_preset("tum_fr2", {520.9, 521.0, 325.1, 249.7},
+                  {0.2312, -0.7849, -0.0033, -0.0001, 0.9172}),
+      make_preset("tum_fr3", {535.4, 539.2, 320.1, 247.6}, {}),
+      make_preset("kitchen", {528, 528, 321, 239.5}, {}),
+      make_preset("bonn", {542.822841, 542.576870, 315.593520, 237.756098},
+                  {0.039903, -0.099343, -0.000730, -0.000144, 0}),
+      make_preset("icl_nuim", {481.2, 480, 319.5, 239.5}, {}),
+      make_preset("seven_scenes", {585, 585, 320, 240}, {}),
+      realsense_d435i()};
   return cameras;
+}
+
+// The unit of the depth images of 7-Scenes is the millimeter; the other data sets use that of TUM.
+Camera with_unit(Camera camera) {
+  if (camera.name == "seven_scenes") camera.depth_factor = 1000;
+  return camera;
+}
+
+// ORB-SLAM's names of its settings files.
+std::string preset_name(const std::string& name) {
+  for (const char* number : {"1", "2", "3"}) {
+    if (name == std::string("TUM") + number) return std::string("tum_fr") + number;
+  }
+  return name;
 }
 
 // A flat view of the top level of a YAML file with error messages.
@@ -112,6 +131,20 @@ class CameraYaml {
     }
     std::vector<double> values;
     for (const auto& item : node) values.push_back(to_number(item, key));
+    return values;
+  }
+  /// Returns the numbers of `key`, or of its subkey `data`, as ROS and OpenCV write matrices.
+  std::vector<double> matrix(const std::string& key, std::size_t size) const {
+    const YAML::Node node = root_[key];
+    const YAML::Node list = node.IsMap() ? node["data"] : node;
+    std::vector<double> values;
+    if (list.IsSequence()) {
+      for (const auto& item : list) values.push_back(to_number(item, key));
+    }
+    if (size > 0 && values.size() != size) {
+      throw Error(fmt::format("expected {} numbers, found {}", size, values.size()), where(key),
+                  "write the file again with the program that made it");
+    }
     return values;
   }
   Error missing(const Keys& names) const {
@@ -268,9 +301,80 @@ Camera from_our_own(const CameraYaml& yaml, const fs::path& file) {
   return camera;
 }
 
+void set_intrinsics(Camera& camera, double fx, double fy, double cx, double cy) {
+  camera.fx = fx, camera.fy = fy, camera.cx = cx, camera.cy = cy;
+}
+
+// Takes up to five coefficients of Brown's model.
+void set_distortion(Camera& camera, const CameraYaml& yaml, const std::string& key) {
+  const std::vector<double> values = yaml.matrix(key, 0);
+  const bool others = std::any_of(values.begin() + std::min<std::size_t>(5, values.size()),
+                                  values.end(), [](double value) { return value != 0; });
+  if (others) {
+    throw Error("has more than 5 distortion coefficients", yaml.where(key),
+                "rectify the images first and give the camera of the rectified images");
+  }
+  std::copy_n(values.begin(), std::min<std::size_t>(5, values.size()), camera.distortion.begin());
+}
+
+// The depth unit of drivers; these files do not tell it.
+constexpr double kMillimeters = 1000;  // [1/m]
+
+// camera_info of ROS, as camera_calibration writes it.
+Camera from_ros(const CameraYaml& yaml) {
+  Camera camera;
+  camera.width = yaml.whole({"image_width"});
+  camera.height = yaml.whole({"image_height"});
+  const auto k = yaml.matrix("camera_matrix", 9);
+  set_intrinsics(camera, k[0], k[4], k[2], k[5]);
+  const std::string model =
+      yaml.find({"distortion_model"}) ? yaml.text("distortion_model") : "plumb_bob";
+  if (yaml.find({"distortion_coefficients"}))
+    set_distortion(camera, yaml, "distortion_coefficients");
+  if (camera.distorted() && model != "plumb_bob" && model != "rational_polynomial") {
+    throw Error(fmt::format("the distortion model '{}' is not supported", printable(model)),
+                yaml.where("distortion_model"), "rectify the images to a pinhole camera first");
+  }
+  camera.depth_factor = yaml.number_or({"depth_factor"}, kMillimeters);
+  return camera;
+}
+
+// PinholeCameraIntrinsic of Open3D: the matrix by columns.
+Camera from_open3d(const CameraYaml& yaml) {
+  Camera camera;
+  camera.width = yaml.whole({"width"});
+  camera.height = yaml.whole({"height"});
+  const auto k = yaml.matrix("intrinsic_matrix", 9);
+  set_intrinsics(camera, k[0], k[4], k[6], k[7]);
+  camera.depth_factor = yaml.number_or({"depth_scale", "depth_factor"}, kMillimeters);
+  return camera;
+}
+
+// rs2_intrinsics of librealsense, as scripts write them.
+Camera from_realsense(const CameraYaml& yaml) {
+  Camera camera;
+  camera.width = yaml.whole({"width"});
+  camera.height = yaml.whole({"height"});
+  set_intrinsics(camera, yaml.number({"fx"}), yaml.number({"fy"}), yaml.number({"ppx"}),
+                 yaml.number({"ppy"}));
+  if (yaml.find({"coeffs"})) set_distortion(camera, yaml, "coeffs");
+  camera.depth_factor = 1 / yaml.number_or({"depth_units", "depth_scale"}, 1 / kMillimeters);
+  camera.depth_sensor = find_depth_sensor("realsense_d435i");
+  camera.baseline = camera.depth_sensor.baseline;
+  return camera;
+}
+
+Camera camera_of(const CameraYaml& yaml, const fs::path& file) {
+  if (is_settings_file(yaml)) return from_settings(yaml);
+  if (yaml.find({"camera_matrix"})) return from_ros(yaml);
+  if (yaml.find({"intrinsic_matrix"})) return from_open3d(yaml);
+  if (yaml.find({"ppx"})) return from_realsense(yaml);
+  return from_our_own(yaml, file);
+}
+
 Camera camera_in(const fs::path& file) {
   const CameraYaml yaml(file);
-  Camera camera = is_settings_file(yaml) ? from_settings(yaml) : from_our_own(yaml, file);
+  Camera camera = camera_of(yaml, file);
   if (camera.name == Camera().name) camera.name = file.stem().string();
   check_camera(camera, file.string());
   return camera;
@@ -289,7 +393,7 @@ const std::vector<std::string>& camera_presets() {
 
 Camera read_camera(const std::string& name_or_file) {
   for (const auto& camera : presets()) {
-    if (camera.name == name_or_file) return camera;
+    if (camera.name == preset_name(name_or_file)) return with_unit(camera);
   }
   std::error_code ignored;
   if (fs::is_directory(name_or_file, ignored)) {
@@ -303,6 +407,21 @@ Camera read_camera(const std::string& name_or_file) {
         "give the path of a camera file or a name: " + suggestion(name_or_file, camera_presets()));
   }
   return camera_in(name_or_file);
+}
+
+std::string camera_of_dataset(const fs::path& folder) {
+  std::error_code ignored;
+  const std::string path = fs::absolute(folder, ignored).lexically_normal().string();
+  const std::pair<const char*, const char*> datasets[] = {
+      {"rgbd_dataset_freiburg1", "tum_fr1"}, {"rgbd_dataset_freiburg2", "tum_fr2"},
+      {"rgbd_dataset_freiburg3", "tum_fr3"}, {"rgbd_bonn_", "bonn"},
+      {"living_room_traj", "icl_nuim"},      {"office_room_traj", "icl_nuim"},
+      {"traj0_frei_png", "icl_nuim"},        {"traj1_frei_png", "icl_nuim"},
+      {"traj2_frei_png", "icl_nuim"},        {"traj3_frei_png", "icl_nuim"}};
+  for (const auto& [part, camera] : datasets) {
+    if (path.find(part) != std::string::npos) return camera;
+  }
+  return "";
 }
 
 void write_camera(const fs::path& file, const Camera& camera) {

@@ -8,10 +8,15 @@
 
 namespace stillmap {
 
-/// Returns the names of the camera presets: tum_fr1, tum_fr2, tum_fr3 (TUM RGB-D benchmark, Sturm
-/// et al., IROS 2012; intrinsics as published) and kitchen (a Kinect with a focal length of 528
-/// pixels).
+/// Returns the names of the camera presets, with intrinsics as published: tum_fr1, tum_fr2, tum_fr3
+/// (TUM RGB-D benchmark, Sturm et al., IROS 2012), bonn (Bonn RGB-D Dynamic Dataset, Palazzolo et
+/// al., IROS 2019), icl_nuim (Handa et al., ICRA 2014), seven_scenes (Shotton et al., CVPR 2013);
+/// and kitchen (a Kinect with a focal length of 528 pixels).
 const std::vector<std::string>& camera_presets();
+
+/// Returns the preset of the data set whose folder names are part of the path (TUM, Bonn,
+/// ICL-NUIM); empty for other paths.
+std::string camera_of_dataset(const std::filesystem::path& folder);
 
 /// Writes a camera as YAML; read_camera() returns the same camera. Throws Error if the file cannot
 /// be written.

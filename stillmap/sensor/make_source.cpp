@@ -51,9 +51,17 @@ std::optional<Camera> given_camera(const SourceOptions& options) {
   return std::nullopt;
 }
 
+/// Returns the preset of the data set to which a folder belongs by its name or layout; otherwise
+/// empty.
+std::string guessed_camera(const SequencePaths& paths) {
+  const std::string by_name = camera_of_dataset(paths.folder);
+  return by_name.empty() && paths.layout == FolderLayout::kSevenScenes ? "seven_scenes" : by_name;
+}
+
 Camera camera_of(const SourceOptions& options, const SequencePaths& paths) {
   if (const auto given = given_camera(options)) return *given;
   if (!paths.camera.empty()) return read_camera(paths.camera.string());
+  if (const std::string guess = guessed_camera(paths); !guess.empty()) return read_camera(guess);
   throw Error("the sequence has no camera.yaml, and no camera was named", paths.folder.string(),
               fmt::format("add --camera NAME or FILE; the names are {}",
                           fmt::join(camera_presets(), ", ")));
@@ -68,8 +76,13 @@ std::unique_ptr<FrameSource> make_source(const std::string& text, const SourceOp
   if (names_recording(text)) {
     source = std::make_unique<RecordingSource>(path, given_camera(options), options.topics, range);
   } else {
-    const SequencePaths paths = find_sequence(path, options.associations);
-    source = std::make_unique<TumFolder>(paths, camera_of(options, paths), range);
+    SequencePaths paths = find_sequence(path, options.associations);
+    paths.fps = options.fps;
+    auto folder = std::make_unique<TumFolder>(paths, camera_of(options, paths), range);
+    if (!given_camera(options) && paths.camera.empty())
+      folder->add_note("camera: " + guessed_camera(paths) +
+                       " (by the name or layout of the folder)");
+    source = std::move(folder);
   }
   if (options.half_size) source = std::make_unique<HalvedSource>(std::move(source));
   return source;

@@ -9,13 +9,16 @@
 
 namespace stillmap {
 
-/// Returns the camera of a preset (tum_fr1, tum_fr2, tum_fr3, kitchen, realsense_d435i) or of a
-/// file:
+/// Returns the camera of a preset (camera_presets(); also TUM1, TUM2, TUM3) or of a file:
 /// - our YAML format: name, width, height, fx, fy, cx, cy, distortion [k1, k2, p1, p2, k3],
 ///   depth_factor, fps, baseline, sensor (a name that find_depth_sensor() knows), readout and
 ///   depth_delay (ShutterTiming), disparity_offset and disparity_bow (DisparityBias). Name,
 ///   distortion, fps, baseline, sensor, timing and disparity bias are optional;
 ///   the default sensor is kinect_v1, the default baseline that of a triangulating sensor;
+/// - camera_info of ROS as YAML; intrinsics of Open3D or librealsense as JSON. Their depth images
+/// are
+///   in millimeters unless depth_factor (ROS), depth_scale (Open3D, units per meter) or depth_units
+///   (librealsense, meters) tells otherwise;
 /// - an ORB-SLAM settings file: `%YAML:1.0`, Camera.fx or Camera1.fx ..., Camera.k1 ...,
 ///   Camera.width, Camera.fps, Camera.bf or Stereo.b, DepthMapFactor or RGBD.DepthMapFactor. All
 ///   other keys of such a file (matrices, ORBextractor.*, Viewer.*) are ignored.
@@ -35,6 +38,7 @@ struct SourceOptions {
   /// name.
   std::string topics = {};
   std::string associations;  ///< File that pairs color and depth images; empty for the lists.
+  double fps = 30;           ///< Rate of images whose names are numbers, not times [Hz].
   int first = 0;             ///< Number of frames skipped at the start.
   int count = 0;             ///< Maximum number of frames used, counted before the stride; 0: all.
   int stride = 1;            ///< Interval of the frames used; 1: every frame.

@@ -13,8 +13,10 @@
 #include <cmath>
 #include <cstdlib>
 #include <functional>
+#include <optional>
 #include <set>
 #include <sstream>
+#include <tuple>
 
 #include <fmt/format.h>
 
@@ -24,8 +26,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kLayout =
-    "a sequence holds rgb.txt and depth.txt (lines 'timestamp file'), or associations.txt (lines "
-    "'timestamp rgb_file timestamp depth_file')";
+    "a sequence holds rgb.txt and depth.txt (lines 'timestamp file'), associations.txt (lines "
+    "'timestamp rgb_file timestamp depth_file'), folders rgb and depth, or images "
+    "frame-000000.color.png and frame-000000.depth.png";
 
 bool is_file(const fs::path& path) {
   std::error_code ignored;
@@ -44,19 +47,49 @@ fs::path first_file(const fs::path& folder, std::initializer_list<const char*> n
   return {};
 }
 
+// Returns the first of these folders that exists.
+fs::path first_folder(const fs::path& folder, std::initializer_list<const char*> names) {
+  for (const char* name : names) {
+    if (is_folder(folder / name)) return folder / name;
+  }
+  return {};
+}
+
+constexpr const char* kColorEnd = ".color";  // of a name without its extension, in 7-Scenes
+constexpr const char* kDepthEnd = ".depth";
+
+bool has_seven_scenes_images(const fs::path& folder) {
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    if (entry.path().stem().string().ends_with(kColorEnd)) return true;
+  }
+  return false;
+}
+
 SequencePaths look(const fs::path& folder) {
   SequencePaths paths;
   paths.folder = folder;
-  paths.color_list = first_file(folder, {"rgb.txt"});
-  paths.depth_list = first_file(folder, {"depth.txt"});
+  paths.color_list = first_file(folder, {"rgb.txt", "color.txt"});
+  paths.depth_list = first_file(folder, {"aligned_depth.txt", "depth.txt"});
   paths.associations = first_file(folder, {"associations.txt", "associate.txt", "association.txt"});
   paths.camera = first_file(folder, {"camera.yaml", "camera.yml"});
   paths.ground_truth = first_file(folder, {"groundtruth.txt"});
   if (is_folder(folder / "mask")) paths.masks = folder / "mask";
+  if (!paths.color_list.empty() || !paths.depth_list.empty() || !paths.associations.empty())
+    return paths;
+  paths.color_folder = first_folder(folder, {"rgb", "color", "image"});
+  paths.depth_folder = first_folder(folder, {"depth", "aligned_depth"});
+  if (!paths.color_folder.empty() && !paths.depth_folder.empty()) {
+    paths.layout = FolderLayout::kFolders;
+  } else if (has_seven_scenes_images(folder)) {
+    paths.layout = FolderLayout::kSevenScenes;
+    paths.color_folder = paths.depth_folder = folder;
+  }
   return paths;
 }
 
 bool has_frames(const SequencePaths& paths) {
+  if (paths.layout != FolderLayout::kLists) return true;
   return !paths.associations.empty() || (!paths.color_list.empty() && !paths.depth_list.empty());
 }
 
@@ -169,7 +202,29 @@ ImageList read_image_list(const fs::path& list) {
   return read;
 }
 
-FrameList read_associations(const fs::path& list, const fs::path& folder) {
+// Whether the second name of a line, and not the first, is that of a color image (ICL-NUIM).
+bool depth_comes_first(const FrameFiles& files) {
+  const auto is_depth = [](const fs::path& file) {
+    return file.parent_path().filename().string().find("depth") != std::string::npos;
+  };
+  return is_depth(files.color) && !is_depth(files.depth);
+}
+
+// Stamps in seconds are larger than the numbers of frames.
+constexpr double kLargestNumber = 1e6;
+
+// Replaces stamps that are numbers of frames by times. Times in seconds are larger, or not whole.
+void number_to_time(FrameList& list, double fps) {
+  const bool numbers = std::all_of(list.frames.begin(), list.frames.end(), [](const auto& files) {
+    return files.timestamp == std::floor(files.timestamp) && files.timestamp < kLargestNumber &&
+           files.depth_timestamp == files.timestamp;
+  });
+  if (!numbers || list.frames.size() < 2) return;
+  for (FrameFiles& files : list.frames) files.depth_timestamp = files.timestamp /= fps;
+}
+
+FrameList read_associations(const SequencePaths& paths) {
+  const fs::path &list = paths.associations, &folder = paths.folder;
   FrameList read;
   read.skipped = for_each_line(list, [&](const std::vector<std::string>& fields) -> std::string {
     if (fields.size() < 4) return "expected 'timestamp rgb_file timestamp depth_file'";
@@ -183,7 +238,59 @@ FrameList read_associations(const fs::path& list, const fs::path& folder) {
     throw Error("contains no pair of images", list.string(),
                 "write lines 'timestamp rgb_file timestamp depth_file'");
   }
+  for (FrameFiles& files : read.frames) {
+    if (!depth_comes_first(files)) continue;
+    std::swap(files.color, files.depth);
+    std::swap(files.timestamp, files.depth_timestamp);
+  }
+  number_to_time(read, paths.fps);
   return read;
+}
+
+// ---- images without lists
+
+// Returns the time that the name of an image tells [s]: a time, or a number of frames.
+std::optional<double> named_time(std::string name, double fps) {
+  const auto digit = name.find_first_of("0123456789");
+  if (digit == std::string::npos) return std::nullopt;
+  name.erase(0, digit);
+  const bool decimal = name.find('.') != std::string::npos;
+  const Stamp stamp = parse_stamp(name);
+  if (!stamp.problem.empty()) return std::nullopt;
+  if (decimal) return stamp.value;
+  constexpr std::size_t kNanoseconds = 18, kMicroseconds = 15, kMilliseconds = 12, kSeconds = 9;
+  if (name.size() > kNanoseconds) return stamp.value / 1e9;  // digits of times since 2001
+  if (name.size() > kMicroseconds) return stamp.value / 1e6;
+  if (name.size() > kMilliseconds) return stamp.value / 1e3;
+  if (name.size() > kSeconds) return stamp.value;
+  return stamp.value / fps;
+}
+
+// Returns the images of a folder by time. `end` is the end of their names without the extension.
+ImageList images_of_folder(const fs::path& folder, const std::string& end, double fps) {
+  ImageList list;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string extension = entry.path().extension().string();
+    std::string stem = entry.path().stem().string();
+    if ((extension != ".png" && extension != ".jpg" && extension != ".jpeg") ||
+        !stem.ends_with(end))
+      continue;
+    stem.resize(stem.size() - end.size());
+    const auto time = named_time(stem, fps);
+    if (time) {
+      list.images.push_back({*time, entry.path()});
+    } else {
+      list.skipped.push_back({.timestamp = 0,
+                              .reason = fmt::format("{}: the name contains no time and no number",
+                                                    printable(entry.path().filename().string()))});
+    }
+  }
+  std::sort(list.images.begin(), list.images.end(), [](const auto& a, const auto& b) {
+    return std::tie(a.timestamp, a.file) < std::tie(b.timestamp, b.file);
+  });
+  if (list.images.empty()) throw Error("contains no image", folder.string(), kLayout);
+  return list;
 }
 
 std::vector<double> stamps_of(const std::vector<ImageLine>& images) {
@@ -206,10 +313,28 @@ Error no_pair(const ImageList& color, const ImageList& depth, const fs::path& fo
       "check that both lists are of one recording and in seconds, or give an associations file");
 }
 
+// Returns the color or depth images of the lists, or of folders without lists.
+ImageList images_of(const SequencePaths& paths, bool is_depth) {
+  const fs::path& folder = is_depth ? paths.depth_folder : paths.color_folder;
+  const fs::path& list = is_depth ? paths.depth_list : paths.color_list;
+  ImageList images;
+  if (paths.layout == FolderLayout::kLists) {
+    images = read_image_list(list);
+  } else {
+    const bool one_folder = paths.layout == FolderLayout::kSevenScenes;
+    images = images_of_folder(folder,
+                              !one_folder ? ""
+                              : is_depth  ? kDepthEnd
+                                          : kColorEnd,
+                              paths.fps);
+  }
+  const fs::path& name = paths.layout == FolderLayout::kLists ? list : folder;
+  keep_increasing(images.images, images.skipped, name.filename().string());
+  return images;
+}
+
 FrameList pair_lists(const SequencePaths& paths) {
-  ImageList color = read_image_list(paths.color_list), depth = read_image_list(paths.depth_list);
-  keep_increasing(color.images, color.skipped, paths.color_list.filename().string());
-  keep_increasing(depth.images, depth.skipped, paths.depth_list.filename().string());
+  ImageList color = images_of(paths, false), depth = images_of(paths, true);
   const auto pairs =
       associate(stamps_of(color.images), stamps_of(depth.images), kMaxPairDifference);
   if (pairs.empty()) throw no_pair(color, depth, paths.folder);
@@ -255,7 +380,7 @@ FrameList list_frames(const SequencePaths& paths) {
   if (paths.associations.empty()) {
     list = pair_lists(paths);
   } else {
-    list = read_associations(paths.associations, paths.folder);
+    list = read_associations(paths);
     keep_increasing(list.frames, list.skipped, paths.associations.filename().string());
   }
   std::stable_sort(list.skipped.begin(), list.skipped.end(),

@@ -8,10 +8,21 @@
 
 namespace stillmap {
 
-/// Files of a TUM RGB-D folder; paths of missing files are empty.
+/// How a folder names and pairs its images.
+enum class FolderLayout {
+  kLists,        ///< Lists of images (TUM, Bonn, OpenLORIS), or a file of associations (ICL-NUIM).
+  kSevenScenes,  ///< frame-000000.color.png and frame-000000.depth.png in one folder.
+  kFolders       ///< A folder of color and one of depth images, without lists.
+};
+
+/// Files of a folder with color and depth images; paths of missing files are empty.
 struct SequencePaths {
+  FolderLayout layout = FolderLayout::kLists;
+  /// Folders of the color and depth images, for layouts without lists.
+  std::filesystem::path color_folder, depth_folder;
+  double fps = 30;  ///< Rate of images whose names are numbers, not times [Hz].
   std::filesystem::path folder;
-  /// rgb.txt and depth.txt with lines `timestamp file`.
+  /// rgb.txt (or color.txt) and depth.txt (or aligned_depth.txt) with lines `timestamp file`.
   std::filesystem::path color_list, depth_list;
   /// Lines `t_rgb rgb_file t_depth depth_file`; if not empty, used instead of the two lists.
   std::filesystem::path associations;
@@ -21,9 +32,10 @@ struct SequencePaths {
 };
 
 /// Finds the files of a sequence. The two lists are preferred; associations.txt (or associate.txt,
-/// association.txt) is used if one of them is missing, or if `associations` is given. Throws Error
-/// with the problem and the fix: a missing folder, an archive or bag instead of a folder, a folder
-/// above or below the sequence, missing lists.
+/// association.txt) is used if one of them is missing, or if `associations` is given; without any
+/// of these the images of a folder pair rgb (color, image) and depth, or of the layout of 7-Scenes.
+/// Throws Error with the problem and the fix: a missing folder, an archive or bag instead of a
+/// folder, a folder above or below the sequence, missing lists.
 SequencePaths find_sequence(const std::filesystem::path& folder,
                             const std::filesystem::path& associations = {});
 
@@ -42,13 +54,16 @@ struct FrameList {
   std::vector<SkippedFrame> skipped;
 };
 
-/// Reads the lists and associates them by TUM's rule (associate()), or reads the associations file.
-/// Fields are separated by blanks, tabs or commas; # starts a comment; any line endings. Invalid
-/// lines, timestamps that are not finite, repeated or decreasing (the smallest number of lines is
-/// skipped that leaves the rest increasing), and color images before the first depth image are
-/// skipped and listed. Later color images without a depth image of their own become frames without
-/// depth. Images are not opened. Throws Error for an unreadable list, a list without valid lines,
-/// and if there is no pair.
+/// Reads the lists and associates them by TUM's rule (associate()), or reads the associations file,
+/// in which depth may come first, and whose stamps may be the numbers of the frames (ICL-NUIM: both
+/// are whole numbers below 1e6). Names of images without lists are times in seconds (with a decimal
+/// point), in nano-, micro- or milliseconds (19, 16 or 13 digits), or numbers. Fields are separated
+/// by blanks, tabs or commas; # starts a comment; any line endings. Invalid lines, timestamps that
+/// are not finite, repeated or decreasing (the smallest number of lines is skipped that leaves the
+/// rest increasing), and color images before the first depth image are skipped and listed. Later
+/// color images without a depth image of their own become frames without depth. Images are not
+/// opened. Throws Error for an unreadable list, a list without valid lines, and if there is no
+/// pair.
 FrameList list_frames(const SequencePaths& paths);
 
 }  // namespace stillmap

@@ -7,11 +7,13 @@
 
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace stillmap {
 
-/// A recorded sequence in the layout of the TUM RGB-D benchmark (Sturm et al., IROS 2012).
+/// A recorded sequence in the layout of the TUM RGB-D benchmark (Sturm et al., IROS 2012), or in
+/// another layout that find_sequence() knows.
 class TumFolder : public FrameSource {
  public:
   /// @param camera  the recording camera; frames are rectified if it is distorted
@@ -23,6 +25,8 @@ class TumFolder : public FrameSource {
   RgbdFramePtr next() override;
   std::optional<std::size_t> size() const override { return list_.frames.size() - position_; }
   const std::vector<SkippedFrame>& skipped() const override { return list_.skipped; }
+  std::vector<std::string> notes() const override { return notes_; }
+  void add_note(const std::string& note) { notes_.push_back(note); }
   const Rectifier& rectifier() const { return rectifier_; }
   /// Returns the selected frames, usable or not, in order.
   const std::vector<FrameFiles>& frames() const { return list_.frames; }
@@ -35,6 +39,7 @@ class TumFolder : public FrameSource {
   Rectifier rectifier_;
   DisparityBias disparity_bias_;
   FrameList list_;
+  std::vector<std::string> notes_;
   std::size_t position_ = 0;    // index of the next pair in list_.frames
   std::size_t next_index_ = 0;  // index of the next returned frame
 };

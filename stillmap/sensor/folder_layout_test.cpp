@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+// Folders and camera files as other data sets and programs have them.
+#include "stillmap/sensor/camera_file.hpp"
+#include "stillmap/sensor/make_source.hpp"
+#include "stillmap/sensor/test_sequence.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace stillmap {
+namespace {
+
+using test::error_of;
+using ::testing::HasSubstr;
+using ::testing::SizeIs;
+
+namespace fs = std::filesystem;
+
+SourceOptions with_camera() {
+  SourceOptions options;
+  options.recorded = TestSequence::camera();
+  return options;
+}
+
+void write_images(const TestSequence& sequence, const std::string& color,
+                  const std::string& depth) {
+  fs::create_directories(sequence.path(color).parent_path());
+  fs::create_directories(sequence.path(depth).parent_path());
+  sequence.write_image(color, TestSequence::color_image());
+  sequence.write_image(depth, TestSequence::depth_image());
+}
+
+// A sequence without lists and images.
+void clear(const TestSequence& sequence) {
+  for (const auto& entry : fs::directory_iterator(sequence.folder())) fs::remove_all(entry.path());
+}
+
+TEST(FolderLayout, SevenScenesPairsTheImagesOfOneNumber) {
+  const TestSequence sequence(0);
+  clear(sequence);
+  for (const char* frame : {"frame-000000", "frame-000001", "frame-000003"})
+    write_images(sequence, std::string(frame) + ".color.png", std::string(frame) + ".depth.png");
+  sequence.write("frame-000000.pose.txt", "1 0 0 0\n");
+  SourceOptions options = with_camera();
+  options.fps = 10;
+  const auto frames = all_frames(*make_source(sequence.folder().string(), options));
+  ASSERT_THAT(frames, SizeIs(3));
+  EXPECT_DOUBLE_EQ(frames[2]->timestamp, 0.3);
+  EXPECT_GT(cv::countNonZero(frames[2]->depth), 0);
+  EXPECT_EQ(recorded_camera(sequence.folder().string()).depth_factor, 1000);
+  EXPECT_EQ(recorded_camera(sequence.folder().string()).name, "seven_scenes");
+}
+
+TEST(FolderLayout, FoldersWithoutListsHaveTimesAsNames) {
+  for (const auto& [first, second, depth] :
+       {std::tuple("1305031102.175304", "1305031102.211214", "1305031102.160407"),
+        std::tuple("1305031102175304000", "1305031102211214000", "1305031102160407000"),
+        std::tuple("rgb_1305031102175", "rgb_1305031102211", "depth_1305031102160")}) {
+    const TestSequence sequence(0);
+    clear(sequence);
+    write_images(sequence, fmt::format("color/{}.png", first), fmt::format("depth/{}.png", depth));
+    sequence.write_image(fmt::format("color/{}.png", second), TestSequence::color_image());
+    const auto frames = all_frames(*make_source(sequence.folder().string(), with_camera()));
+    ASSERT_THAT(frames, SizeIs(2)) << first;
+    EXPECT_NEAR(frames[0]->timestamp, 1305031102.175, 0.001);
+    EXPECT_NEAR(frames[0]->depth_delay, -0.015, 0.001);
+    EXPECT_EQ(cv::countNonZero(frames[1]->depth), 0);
+  }
+}
+
+TEST(FolderLayout, NumbersAreOrderedByValue) {
+  const TestSequence sequence(0);
+  clear(sequence);
+  for (const int i : {2, 10, 9})
+    write_images(sequence, fmt::format("rgb/{}.jpg", i), fmt::format("depth/{}.png", i));
+  const auto frames = all_frames(*make_source(sequence.folder().string(), with_camera()));
+  ASSERT_THAT(frames, SizeIs(3));
+  EXPECT_DOUBLE_EQ(frames[2]->timestamp, 10 / 30.0);
+}
+
+TEST(FolderLayout, IclNuimHasDepthFirstAndNumbersForTimes) {
+  const TestSequence sequence(3);
+  fs::remove(sequence.path("rgb.txt"));
+  fs::remove(sequence.path("depth.txt"));
+  sequence.write(
+      "associations.txt",
+      "0 depth/0.png 0 rgb/0.png\n1 depth/1.png 1 rgb/1.png\n2 depth/2.png 2 rgb/2.png\n");
+  const auto frames = all_frames(*make_source(sequence.folder().string(), with_camera()));
+  ASSERT_THAT(frames, SizeIs(3));
+  EXPECT_DOUBLE_EQ(frames[2]->timestamp, 2 / 30.0);
+  EXPECT_EQ(cv::norm(frames[0]->color, TestSequence::color_image(), cv::NORM_INF), 0);
+}
+
+TEST(FolderLayout, OpenLorisHasListsOfColorAndAlignedDepth) {
+  const TestSequence sequence(3);
+  fs::rename(sequence.path("rgb.txt"), sequence.path("color.txt"));
+  fs::rename(sequence.path("depth.txt"), sequence.path("aligned_depth.txt"));
+  EXPECT_THAT(all_frames(*make_source(sequence.folder().string(), with_camera())), SizeIs(3));
+}
+
+TEST(FolderLayout, FoldersWithoutImagesOrTimesAreErrors) {
+  const TestSequence sequence(0);
+  clear(sequence);
+  fs::create_directories(sequence.path("rgb"));
+  fs::create_directories(sequence.path("depth"));
+  const auto open = [&] { make_source(sequence.folder().string(), with_camera()); };
+  EXPECT_THAT(error_of(open), HasSubstr("contains no image"));
+  write_images(sequence, "rgb/a.png", "depth/b.png");
+  EXPECT_THAT(error_of(open), HasSubstr("contains no image"));
+}
+
+TEST(CameraNames, DataSetsAndOrbSlamNamesAreKnown) {
+  EXPECT_EQ(read_camera("TUM3").fx, 535.4);
+  EXPECT_EQ(read_camera("bonn").distortion[0], 0.039903);
+  EXPECT_EQ(read_camera("icl_nuim").fx, 481.2);
+  EXPECT_EQ(camera_of_dataset("/data/rgbd_dataset_freiburg2_desk/"), "tum_fr2");
+  EXPECT_EQ(camera_of_dataset("rgbd_bonn_crowd2"), "bonn");
+  EXPECT_EQ(camera_of_dataset("/data/living_room_traj1_frei_png"), "icl_nuim");
+  EXPECT_EQ(camera_of_dataset("/data/mine"), "");
+}
+
+TEST(CameraFiles, OfRosOpen3dAndRealSenseAreRead) {
+  const TestSequence sequence(0);
+  sequence.write("ros.yaml", R"(image_width: 640
+image_height: 480
+camera_name: head
+camera_matrix:
+  rows: 3
+  cols: 3
+  data: [525.1, 0, 319.5, 0, 526.2, 239.5, 0, 0, 1]
+distortion_model: plumb_bob
+distortion_coefficients: {rows: 1, cols: 5, data: [0.1, -0.2, 0.001, 0.002, 0]}
+)");
+  Camera camera = read_camera(sequence.path("ros.yaml").string());
+  EXPECT_EQ(camera.fy, 526.2);
+  EXPECT_EQ(camera.cx, 319.5);
+  EXPECT_EQ(camera.distortion[1], -0.2);
+  EXPECT_EQ(camera.depth_factor, 1000);
+
+  sequence.write("open3d.json", R"({
+    "width": 640, "height": 480,
+    "intrinsic_matrix": [525.1, 0, 0, 0, 526.2, 0, 319.5, 239.5, 1]
+})");
+  camera = read_camera(sequence.path("open3d.json").string());
+  EXPECT_EQ(camera.fx, 525.1);
+  EXPECT_EQ(camera.cy, 239.5);
+
+  sequence.write("realsense.json", R"({"width": 640, "height": 480, "ppx": 319.5, "ppy": 239.5,
+"fx": 615.1, "fy": 616.2, "model": "distortion.inverse_brown_conrady", "coeffs": [0, 0, 0, 0, 0], "depth_units": 0.00025})");
+  camera = read_camera(sequence.path("realsense.json").string());
+  EXPECT_EQ(camera.fy, 616.2);
+  EXPECT_DOUBLE_EQ(camera.depth_factor, 4000);
+  EXPECT_EQ(camera.depth_sensor.name, "realsense_d435i");
+
+  sequence.write("bad.yaml",
+                 "image_width: 640\nimage_height: 480\ncamera_matrix: {data: [1, 2]}\n");
+  EXPECT_THAT(error_of([&] { read_camera(sequence.path("bad.yaml").string()); }),
+              HasSubstr("expected 9 numbers, found 2"));
+  sequence.write(
+      "fisheye.yaml",
+      "image_width: 640\nimage_height: 480\ncamera_matrix: {data: [525, 0, 320, 0, 525, 240, 0, 0, "
+      "1]}\ndistortion_model: equidistant\ndistortion_coefficients: {data: [0.1, 0, 0, 0]}\n");
+  EXPECT_THAT(error_of([&] { read_camera(sequence.path("fisheye.yaml").string()); }),
+              HasSubstr("rectify"));
+}
+
+}  // namespace
+}  // namespace stillmap
