@@ -239,6 +239,29 @@ class CommandLine(unittest.TestCase):
         self.assertTrue(summary["interrupted"])
         self.assertLess(summary["frames"]["handed_in"], 150)
 
+    def test_a_growing_folder_is_followed_until_the_user_ends_it(self):
+        growing, out = self.folder / "growing", self.folder / "followed"
+        for name in ("rgb", "depth"):
+            shutil.copytree(self.sequence / name, growing / name)
+        shutil.copy(self.sequence / "camera.yaml", growing)
+        lists = {name: (self.sequence / name).read_text().splitlines(keepends=True) for name in ("rgb.txt", "depth.txt")}
+        for name, lines in lists.items():
+            (growing / name).write_text("".join(lines[:8]))
+        live = out / "trajectory_live.txt"
+        with subprocess.Popen([PROGRAM, "run", growing, "--out", out, "--follow", "1000"],
+                              stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+            while not (live.exists() and live.read_text().count("\n") >= 5) and process.poll() is None:
+                time.sleep(0.02)
+            for name, lines in lists.items():
+                (growing / name).write_text("".join(lines))
+            while live.read_text().count("\n") < 18 and process.poll() is None:
+                time.sleep(0.02)
+            process.send_signal(signal.SIGINT)
+            self.assertEqual(process.wait(), 130)
+        self.assertGreaterEqual(json.loads((out / "summary.json").read_text())["frames"]["handed_in"], 15)
+        self.refused(stillmap("run", growing, "--follow=-1"), 1, "the time to wait for images is -1", "give seconds")
+        self.refused(stillmap("run", growing, "--fps=0"), 1, "the frame rate is 0")
+
     def test_a_killed_run_leaves_its_poses_and_the_files_of_the_run_before(self):
         sequence, out = self.folder / "killed_sequence", self.folder / "killed"
         self.succeeded(stillmap("simulate", "--people", 0, "--frames", 150, "--width", 160, "--height", 120, "--out", sequence))

@@ -32,6 +32,16 @@ std::string roff(const std::string& text) {
 std::string bold(const std::string& text) { return "\\fB" + roff(text) + "\\fR"; }
 std::string italic(const std::string& text) { return "\\fI" + roff(text) + "\\fR"; }
 
+/// Returns the text with places after its commas where a line may be broken.
+std::string breakable(const std::string& text) {
+  std::string broken;
+  for (const char c : text) {
+    broken += c;
+    if (c == ',') broken += "\\:";
+  }
+  return broken;
+}
+
 /// Returns the options line of a command: "stillmap run [OPTIONS] [sequence]".
 std::string synopsis(const CommandNode& command) {
   std::string line = bold(command.path) + " [OPTIONS]";
@@ -54,7 +64,7 @@ std::string entry(const CLI::Option& option) {
   if (!option.nonpositional()) return entry(italic(option.get_name(true)), option);
   std::string tag;
   for (const std::string& name : names_of(option)) tag += (tag.empty() ? "" : ", ") + bold(name);
-  if (option.get_type_size() != 0) tag += " " + italic(option.get_type_name());
+  if (option.get_type_size() != 0) tag += " " + breakable(italic(option.get_type_name()));
   return entry(tag, option);
 }
 

@@ -37,11 +37,13 @@ void add_input_options(CLI::App& command, RunArguments& arguments) {
                      "COLOR,DEPTH: topics of a recorded file; default: by type, encoding and name");
   command.add_option("--associations", arguments.associations,
                      "file that pairs color and depth images");
+  command.add_option("--fps", arguments.fps,
+                     "rate of images whose names are numbers, not times; default 30");
   command
-      .add_option("--fps", arguments.fps,
-                  "rate of images whose names are numbers, not times; default 30")
-      ->check(CLI::Range(0.1, 1000.0))
-      ->type_name("FLOAT");
+      .add_option("--follow", arguments.follow,
+                  "the folder still grows: wait for images until none has come for this time [s]")
+      ->expected(0, 1)
+      ->default_str("5");
   command.add_option("--first", arguments.first, "number of frames to skip at the start");
   command.add_option("--count", arguments.count, "maximum number of frames; 0: all");
   command.add_option("--stride", arguments.stride, "use every n-th frame");
@@ -156,6 +158,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
       "  stillmap run my_sequence --camera TUM3.yaml --masks my_sequence/mask --out results\n"
       "  stillmap run my_sequence --preset static --set features.keypoints=1500\n"
       "  stillmap run recorded.mcap --out results\n"
+      "  stillmap run recording_now --camera bonn --follow 10\n"
       "  stillmap run first_visit --save-map office.map\n"
       "  stillmap run second_visit --load-map office.map --save-map office.map\n"
       "  stillmap run third_visit --load-map office.map --localize-only\n"

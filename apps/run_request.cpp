@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "interrupt.hpp"
 #include "output_file.hpp"
 #include "truth.hpp"
 #include <fmt/format.h>
@@ -74,11 +75,18 @@ void check_save_map(const std::filesystem::path& file, bool force) {
   make_output_folder(file.has_parent_path() ? file.parent_path() : ".");
 }
 
+/// Returns how to wait for the images of a folder that still grows; none if it is complete.
+std::optional<Following> following_of(const RunRequest& request) {
+  if (!request.follow) return std::nullopt;
+  return Following{.patience = *request.follow, .stop = interrupted};
+}
+
 /// Returns the timing of a recording's shutters as its first frames show it. Unused if the camera
 /// file tells the timing.
 ShutterTiming shutter_of(const RunRequest& request, SourceOptions range,
                          const SlamParameters& parameters, const Camera& camera) {
-  if (camera.shutter || parameters.schedule.realtime || range.stride != 1) return {};
+  if (camera.shutter || parameters.schedule.realtime || range.stride != 1 || range.following)
+    return {};
   const int frames = range.count;
   range.count = frames > 0 ? std::min(frames, kShutterFrames) : kShutterFrames;
   const ShutterTiming timing =
@@ -124,7 +132,8 @@ Session session_of(const RunRequest& request, const Options& options) {
                             .first = options.input.first,
                             .count = options.input.count,
                             .stride = options.input.stride,
-                            .half_size = options.input.half_size};
+                            .half_size = options.input.half_size,
+                            .following = following_of(request)};
   std::unique_ptr<FrameSource> source = make_source(request.sequence, range);
   if (!request.quiet) {
     for (const std::string& note : source->notes()) print_out("{}\n", note);
@@ -145,6 +154,7 @@ Session session_of(const RunRequest& request, const Options& options) {
   if (request.force) session.foreign = ResultFolder::Foreign::kOverwrite;
   session.quiet = request.quiet;
   session.total_frames = source->size();
+  session.live = request.follow.has_value();
   session.truth = truth_of(request);
   session.detector = detector_of(options.preset(), session.parameters, request.quiet);
   check_classes(options, session.detector.get());

@@ -15,7 +15,8 @@ struct RunRequest {
       associations, out;
   std::vector<std::string> settings;  ///< "group.name=value"
   std::optional<int> first, count, stride;
-  double fps = 30;  ///< Rate of images whose names are numbers, not times [Hz].
+  double fps = 30;               ///< Rate of images whose names are numbers, not times [Hz].
+  std::optional<double> follow;  ///< Time to wait for images of a growing folder [s].
   bool half_size = false;
   std::string load_map, save_map;
   bool localize_only = false, force = false;

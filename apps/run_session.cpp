@@ -57,7 +57,7 @@ void map_sequence(Session& session, Recorders& recorders, RunRecord& record) {
       std::make_unique<Prefetch>(std::move(session.source), kReadAhead,
                                  realtime ? ThreadPriority::kNone : ThreadPriority::kBackground);
   PacedSource* paced = nullptr;
-  if (realtime) {
+  if (realtime && !session.live) {
     auto wrapped = std::make_unique<PacedSource>(std::move(source));
     paced = wrapped.get();
     source = std::move(wrapped);

@@ -24,6 +24,7 @@ struct Session {
   std::filesystem::path out;         ///< Folder of the results.
   ResultFolder::Foreign foreign = ResultFolder::Foreign::kKeep;
   RunOutputs outputs;
+  bool live = false;   ///< Whether the source delivers frames while they are recorded.
   bool quiet = false;  ///< Whether summary and names of files are not printed.
 };
 

@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/sensor/camera_file.hpp"
+#include "stillmap/sensor/followed_folder.hpp"
 #include "stillmap/sensor/halved.hpp"
 #include "stillmap/sensor/recording_source.hpp"
 #include "stillmap/sensor/tum_folder.hpp"
@@ -17,8 +18,7 @@ namespace {
 
 constexpr const char* kForms =
     "name a recording: FILE.bag, FILE.db3, FILE.mcap, or a folder in TUM layout (rgb.txt, "
-    "depth.txt) "
-    "as FOLDER or tum:FOLDER";
+    "depth.txt) as FOLDER or tum:FOLDER";
 constexpr std::string_view kTum = "tum:";
 
 /// The folder that the text names. Only a text of the form "word:..." can name anything else; a
@@ -67,22 +67,53 @@ Camera camera_of(const SourceOptions& options, const SequencePaths& paths) {
                           fmt::join(camera_presets(), ", ")));
 }
 
+FrameRange range_of(const SourceOptions& options) {
+  return {.first = options.first, .count = options.count, .stride = options.stride};
+}
+
+void check_settings(const SourceOptions& options) {
+  if (!(options.fps > 0 && options.fps <= 1000)) {
+    throw Error(fmt::format("the frame rate is {}", options.fps), "fps",
+                "give frames per second, such as 30");
+  }
+  if (options.following && !(options.following->patience >= 0)) {
+    throw Error(fmt::format("the time to wait for images is {}", options.following->patience),
+                "follow", "give seconds, such as 5");
+  }
+}
+
+std::unique_ptr<TumFolder> open_folder(const std::string& path, const SourceOptions& options,
+                                       bool growing) {
+  SequencePaths paths = find_sequence(path, options.associations);
+  paths.fps = options.fps;
+  paths.growing = growing;
+  auto folder = std::make_unique<TumFolder>(paths, camera_of(options, paths), range_of(options));
+  if (!given_camera(options) && paths.camera.empty()) {
+    folder->add_note("camera: " + guessed_camera(paths) + " (by the name or layout of the folder)");
+  }
+  return folder;
+}
+
 }  // namespace
 
 std::unique_ptr<FrameSource> make_source(const std::string& text, const SourceOptions& options) {
+  check_settings(options);
   const std::string path = folder_of(text);
-  const FrameRange range{.first = options.first, .count = options.count, .stride = options.stride};
   std::unique_ptr<FrameSource> source;
   if (names_recording(text)) {
-    source = std::make_unique<RecordingSource>(path, given_camera(options), options.topics, range);
+    if (options.following) {
+      throw Error("a recorded file cannot be followed while it grows", path,
+                  "follow a folder of images, or map the file when it is complete");
+    }
+    source = std::make_unique<RecordingSource>(path, given_camera(options), options.topics,
+                                               range_of(options));
   } else {
-    SequencePaths paths = find_sequence(path, options.associations);
-    paths.fps = options.fps;
-    auto folder = std::make_unique<TumFolder>(paths, camera_of(options, paths), range);
-    if (!given_camera(options) && paths.camera.empty())
-      folder->add_note("camera: " + guessed_camera(paths) +
-                       " (by the name or layout of the folder)");
-    source = std::move(folder);
+    const auto open = [&](bool growing) { return open_folder(path, options, growing); };
+    if (options.following) {
+      source = std::make_unique<FollowedFolder>(open, *options.following);
+    } else {
+      source = open(/*growing=*/false);
+    }
   }
   if (options.half_size) source = std::make_unique<HalvedSource>(std::move(source));
   return source;

@@ -3,6 +3,7 @@
 #include "stillmap/sensor/frame_source.hpp"
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -28,6 +29,13 @@ namespace stillmap {
 /// point outside the image, a number that is not finite, a fisheye model).
 Camera read_camera(const std::string& name_or_file);
 
+/// When to stop waiting for the next image of a folder that still grows.
+struct Following {
+  double patience = 5;  ///< Time without a new frame [s].
+  /// Returns whether the user wants to end; may be empty.
+  std::function<bool()> stop = {};
+};
+
 /// Part of a recording to use, and settings that the recording does not contain.
 struct SourceOptions {
   /// Preset name or file, as for read_camera(); empty for the recording's own camera.yaml.
@@ -43,12 +51,14 @@ struct SourceOptions {
   int count = 0;             ///< Maximum number of frames used, counted before the stride; 0: all.
   int stride = 1;            ///< Interval of the frames used; 1: every frame.
   bool half_size = false;    ///< Reduces images to half their width and height.
+  /// Given: the folder still grows, and the source waits for further images.
+  std::optional<Following> following = {};
 };
 
 /// Returns the source of frames that a text names:
 /// - "FILE", a ROS 1 bag or a file of rosbag2 (.db3, .mcap), or a folder with such files;
 /// - "FOLDER" or "tum:FOLDER", a recording in the layout of the TUM RGB-D benchmark (rgb/, depth/,
-///   rgb.txt, depth.txt, and camera.yaml).
+///   rgb.txt, depth.txt, and camera.yaml) or in another one that docs/cameras.md lists.
 /// Throws Error that lists the known forms for any other text, and if the source cannot be used.
 std::unique_ptr<FrameSource> make_source(const std::string& text,
                                          const SourceOptions& options = {});

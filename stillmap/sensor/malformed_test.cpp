@@ -317,7 +317,8 @@ const SpoiltSequence kUnusableSequences[] = {
      "rgb.txt: contains no line", "timestamp file"},
     {"NoPairWithinReach",
      [](const auto& s) { s.write("depth.txt", "500 depth/0.png\n501 depth/1.png\n"); },
-     "no color image has a depth image within 0.02 s: rgb.txt runs from 100.000", "one recording"},
+     "no color image has a depth image within 0.02 s: color images run from 100.000",
+     "one recording"},
     {"PairsExactlyAtTheBound",
      [](const auto& s) {
        s.write("rgb.txt", "0 rgb/0.png\n");
@@ -460,7 +461,7 @@ TEST(MalformedArguments, AnUnknownCameraNameSuggestsTheNearest) {
   const std::string error = error_of([] { read_camera("tum_fr4"); });
   EXPECT_THAT(error, HasSubstr("camera 'tum_fr4': is neither a known camera nor a file"));
   EXPECT_THAT(error, HasSubstr("did you mean 'tum_fr1'? Known: tum_fr1, tum_fr2, tum_fr3, kitchen, "
-                               "realsense_d435i"));
+                               "bonn, icl_nuim, seven_scenes, realsense_d435i"));
 }
 
 TEST(MalformedArguments, AFolderInsteadOfACamera) {

@@ -12,10 +12,12 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <fstream>
 #include <functional>
 #include <optional>
 #include <set>
 #include <sstream>
+#include <string_view>
 #include <tuple>
 
 #include <fmt/format.h>
@@ -306,30 +308,22 @@ Error no_pair(const ImageList& color, const ImageList& depth, const fs::path& fo
                        list.images.back().timestamp);
   };
   return Error(
-      fmt::format("no color image has a depth image within {} s: rgb.txt runs from {}, "
-                  "depth.txt from {}",
+      fmt::format("no color image has a depth image within {} s: color images run from {}, "
+                  "depth images from {}",
                   kMaxPairDifference, span(color), span(depth)),
       folder.string(),
-      "check that both lists are of one recording and in seconds, or give an associations file");
+      "check that both are of one recording, with times in seconds, or give an associations file");
 }
 
 // Returns the color or depth images of the lists, or of folders without lists.
 ImageList images_of(const SequencePaths& paths, bool is_depth) {
   const fs::path& folder = is_depth ? paths.depth_folder : paths.color_folder;
   const fs::path& list = is_depth ? paths.depth_list : paths.color_list;
-  ImageList images;
-  if (paths.layout == FolderLayout::kLists) {
-    images = read_image_list(list);
-  } else {
-    const bool one_folder = paths.layout == FolderLayout::kSevenScenes;
-    images = images_of_folder(folder,
-                              !one_folder ? ""
-                              : is_depth  ? kDepthEnd
-                                          : kColorEnd,
-                              paths.fps);
-  }
-  const fs::path& name = paths.layout == FolderLayout::kLists ? list : folder;
-  keep_increasing(images.images, images.skipped, name.filename().string());
+  const bool has_list = paths.layout == FolderLayout::kLists;
+  const char* end = "";  // of the names of the images
+  if (paths.layout == FolderLayout::kSevenScenes) end = is_depth ? kDepthEnd : kColorEnd;
+  ImageList images = has_list ? read_image_list(list) : images_of_folder(folder, end, paths.fps);
+  keep_increasing(images.images, images.skipped, (has_list ? list : folder).filename().string());
   return images;
 }
 
@@ -354,7 +348,38 @@ FrameList pair_lists(const SequencePaths& paths) {
   skip_before_first_depth(
       list.frames, [](const FrameFiles& files) { return !files.depth.empty(); },
       [](const FrameFiles& files) { return files.color.filename().string(); }, list.skipped);
+  if (paths.growing) {
+    const double newest_depth = depth.images.back().timestamp;
+    std::erase_if(list.frames, [&](const FrameFiles& files) {
+      return files.timestamp > newest_depth - kMaxPairDifference;
+    });
+  }
   return list;
+}
+
+// ---- folders that still grow
+
+// Returns whether the file ends as a PNG or JPEG file does; true for files of other formats.
+bool is_complete_image(const fs::path& file) {
+  constexpr std::string_view kPngEnd("IEND\xae\x42\x60\x82", 8), kJpegEnd("\xff\xd9", 2);
+  const std::string extension = file.extension().string();
+  const std::string_view end = extension == ".png"                           ? kPngEnd
+                               : extension == ".jpg" || extension == ".jpeg" ? kJpegEnd
+                                                                             : std::string_view();
+  std::ifstream in(file, std::ios::binary);
+  in.seekg(-static_cast<std::streamoff>(end.size()), std::ios::end);
+  std::string last(end.size(), '\0');
+  in.read(last.data(), static_cast<std::streamsize>(last.size()));
+  return in && last == end;
+}
+
+// Images are written in the order of time, so only the newest can be incomplete.
+void hold_back_incomplete(std::vector<FrameFiles>& frames) {
+  const auto complete = [](const FrameFiles& files) {
+    return is_complete_image(files.color) &&
+           (files.depth.empty() || is_complete_image(files.depth));
+  };
+  while (!frames.empty() && !complete(frames.back())) frames.pop_back();
 }
 
 }  // namespace
@@ -383,6 +408,7 @@ FrameList list_frames(const SequencePaths& paths) {
     list = read_associations(paths);
     keep_increasing(list.frames, list.skipped, paths.associations.filename().string());
   }
+  if (paths.growing) hold_back_incomplete(list.frames);
   std::stable_sort(list.skipped.begin(), list.skipped.end(),
                    [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
   return list;

@@ -21,6 +21,9 @@ struct SequencePaths {
   /// Folders of the color and depth images, for layouts without lists.
   std::filesystem::path color_folder, depth_folder;
   double fps = 30;  ///< Rate of images whose names are numbers, not times [Hz].
+  /// Whether more images are written: frames whose images may be incomplete, or whose depth image
+  /// may still come, are not listed.
+  bool growing = false;
   std::filesystem::path folder;
   /// rgb.txt (or color.txt) and depth.txt (or aligned_depth.txt) with lines `timestamp file`.
   std::filesystem::path color_list, depth_list;

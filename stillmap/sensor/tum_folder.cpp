@@ -9,6 +9,7 @@
 #include "stillmap/sensor/rectified_frame.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include <fmt/format.h>
@@ -39,11 +40,35 @@ std::string header_problem(const FrameFiles& files, cv::Size size) {
 }  // namespace
 
 TumFolder::TumFolder(const SequencePaths& paths, const Camera& camera, const FrameRange& range)
-    : rectifier_(camera), disparity_bias_(camera.disparity_bias), list_(list_frames(paths)) {
-  check_range(range);
+    : paths_(paths),
+      range_(range),
+      rectifier_(camera),
+      disparity_bias_(camera.disparity_bias),
+      list_(list_range()) {
   check_camera(camera, "camera '" + camera.name + "'");
-  keep_range(range, list_.frames.front().color.parent_path().string(), list_.frames, list_.skipped);
   require_one_usable_frame();
+}
+
+FrameList TumFolder::list_range() {
+  check_range(range_);
+  FrameList list = list_frames(paths_);
+  const auto wanted =
+      static_cast<std::size_t>(range_.first) + static_cast<std::size_t>(range_.count);
+  range_is_complete_ = range_.count > 0 && list.frames.size() >= wanted;
+  keep_range(range_, paths_.folder.string(), list.frames, list.skipped);
+  return list;
+}
+
+void TumFolder::refresh(bool growing) {
+  paths_.growing = growing;
+  FrameList list = list_range();
+  const double last = position_ > 0 ? list_.frames[position_ - 1].timestamp
+                                    : -std::numeric_limits<double>::infinity();
+  const auto next = std::find_if(list.frames.begin(), list.frames.end(),
+                                 [&](const FrameFiles& files) { return files.timestamp > last; });
+  position_ = static_cast<std::size_t>(next - list.frames.begin());
+  list.skipped.insert(list.skipped.end(), unusable_.begin(), unusable_.end());
+  list_ = std::move(list);
 }
 
 void TumFolder::require_one_usable_frame() const {
@@ -75,7 +100,7 @@ RgbdFramePtr TumFolder::load(const FrameFiles& files) {
   const cv::Size size(camera().width, camera().height);
   const ImageRead color = read_color_image(files.color, size);
   if (!color.problem.empty()) {
-    list_.skipped.push_back({files.timestamp, describe(files.color, color.problem)});
+    skip({files.timestamp, describe(files.color, color.problem)});
     return nullptr;
   }
   auto frame = rectified_frame(rectifier_, color.image, load_depth(files), files.timestamp,
@@ -84,14 +109,19 @@ RgbdFramePtr TumFolder::load(const FrameFiles& files) {
   return frame;
 }
 
+void TumFolder::skip(const SkippedFrame& frame) {
+  unusable_.push_back(frame);
+  list_.skipped.push_back(frame);
+}
+
 /// Returns the depth image of a frame, 32FC1 [m]; an empty one if it has none that can be used.
 cv::Mat TumFolder::load_depth(const FrameFiles& files) {
   if (files.depth.empty()) return {};
   const ImageRead raw = read_depth_image(files.depth, {camera().width, camera().height});
   if (!raw.problem.empty()) {
-    list_.skipped.push_back({.timestamp = files.timestamp,
-                             .reason = describe(files.depth, raw.problem),
-                             .frame_lost = false});
+    skip({.timestamp = files.timestamp,
+          .reason = describe(files.depth, raw.problem),
+          .frame_lost = false});
     return {};
   }
   cv::Mat depth =

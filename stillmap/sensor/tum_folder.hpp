@@ -27,18 +27,29 @@ class TumFolder : public FrameSource {
   const std::vector<SkippedFrame>& skipped() const override { return list_.skipped; }
   std::vector<std::string> notes() const override { return notes_; }
   void add_note(const std::string& note) { notes_.push_back(note); }
+  /// Lists the folder again, which has grown since; frames that were returned are not repeated.
+  /// @param growing  as SequencePaths::growing
+  void refresh(bool growing);
+  /// Returns whether the range has a largest number of frames, and the folder as many.
+  bool range_is_complete() const { return range_is_complete_; }
   const Rectifier& rectifier() const { return rectifier_; }
   /// Returns the selected frames, usable or not, in order.
   const std::vector<FrameFiles>& frames() const { return list_.frames; }
 
  private:
+  FrameList list_range();
   void require_one_usable_frame() const;
+  void skip(const SkippedFrame& frame);
   RgbdFramePtr load(const FrameFiles& files);
   cv::Mat load_depth(const FrameFiles& files);
 
+  SequencePaths paths_;
+  FrameRange range_;
   Rectifier rectifier_;
   DisparityBias disparity_bias_;
+  bool range_is_complete_ = false;
   FrameList list_;
+  std::vector<SkippedFrame> unusable_;  // of list_.skipped, those whose images were opened
   std::vector<std::string> notes_;
   std::size_t position_ = 0;    // index of the next pair in list_.frames
   std::size_t next_index_ = 0;  // index of the next returned frame
