@@ -13,6 +13,7 @@
 #include <optional>
 
 #include "interrupt.hpp"
+#include "progress.hpp"
 #include "run_request.hpp"
 #include <fmt/format.h>
 
@@ -41,7 +42,10 @@ RunRequest request_of(const ReproduceArguments& arguments, const BenchmarkSequen
   request.preset = preset;
   request.model = model_of(arguments, preset);
   const fs::path masks = sequence.folder / "mask";
-  if (arguments.true_masks && fs::is_directory(masks)) request.masks = masks.string();
+  if (arguments.true_masks && fs::is_directory(masks)) {
+    request.masks = masks.string();
+    request.model.clear();
+  }
   request.first = first;
   request.count = arguments.frames;
   request.settings = {"dense.enabled=false", "movers.enabled=false"};
@@ -69,22 +73,43 @@ FinishedRun finished_run(const RunRequest& request, const BenchmarkSequence& seq
     for (const StageTiming& stage : record.result.timing.stages()) {
       if (stage.name == "tracking") run.figures.tracking_ms = stage.mean;
     }
+    run.figures.total_ms = 1000 / record.frames_per_second();
   } catch (const Error& error) {
     run.figures.problem = error.what();
   }
   return run;
 }
 
-void print_run(const PaperRun& run, std::size_t number, std::size_t total) {
-  print_out("[{}/{}] {}, {}, from frame {}: ", number, total, run.sequence, run.preset, run.first);
+void print_run(const PaperRun& run) {
+  print_out("{}, {}, from frame {}: ", run.sequence, run.preset, run.first);
   if (!run.evaluation) {
-    print_out("{}\n", run.problem);
-  } else {
-    const Coverage& coverage = run.evaluation->coverage;
-    print_out("ATE RMSE {:.4f} m, {}/{} frames, {:.1f} ms\n", run.evaluation->ate.translation.rmse,
-              coverage.tracked, coverage.total, run.tracking_ms);
+    print_out("{}", run.problem);
+    return;
   }
-  std::fflush(stdout);
+  const Coverage& coverage = run.evaluation->coverage;
+  print_out("ATE RMSE {:.4f} m, {}/{} frames, {:.1f} ms", run.evaluation->ate.translation.rmse,
+            coverage.tracked, coverage.total, run.tracking_ms);
+}
+
+/// A run to be done.
+struct SequenceRequest {
+  const BenchmarkSequence* sequence;
+  RunRequest request;
+};
+
+/// Returns the runs of these presets on all sequences.
+std::vector<SequenceRequest> requests_of(const ReproduceArguments& arguments,
+                                         std::span<const BenchmarkSequence> sequences,
+                                         std::span<const std::string> presets) {
+  std::vector<SequenceRequest> requests;
+  for (const BenchmarkSequence& sequence : sequences) {
+    for (const std::string& preset : presets) {
+      if (!can_run(arguments, sequence, preset)) continue;
+      for (int first = 0; first < arguments.runs; ++first)
+        requests.push_back({&sequence, request_of(arguments, sequence, preset, first)});
+    }
+  }
+  return requests;
 }
 
 }  // namespace
@@ -96,34 +121,44 @@ bool can_run(const ReproduceArguments& arguments, const BenchmarkSequence& seque
          !options.network.masks.empty();
 }
 
-std::vector<FinishedRun> run_presets(const ReproduceArguments& arguments,
-                                     std::span<const BenchmarkSequence> sequences,
-                                     std::span<const std::string> presets) {
-  struct Task {
-    const BenchmarkSequence* sequence;
-    RunRequest request;
-  };
-  std::vector<Task> tasks;
-  for (const BenchmarkSequence& sequence : sequences) {
-    for (const std::string& preset : presets) {
-      if (!can_run(arguments, sequence, preset)) continue;
-      for (int first = 0; first < arguments.runs; ++first)
-        tasks.push_back({&sequence, request_of(arguments, sequence, preset, first)});
-    }
+PresetRunner::PresetRunner(const ReproduceArguments& arguments,
+                           std::span<const BenchmarkSequence> sequences,
+                           std::span<const std::string> presets)
+    : arguments_(arguments),
+      sequences_(sequences),
+      total_(requests_of(arguments, sequences, presets).size()) {}
+
+void PresetRunner::run(std::span<const std::string> presets) {
+  for (const auto& [sequence, request] : requests_of(arguments_, sequences_, presets)) {
+    if (interrupted()) return;
+    finished_.push_back(finished_run(request, *sequence));
+    print_run(finished_.back().figures);
+    const std::size_t left = total_ - finished_.size();
+    const double seconds_per_run =
+        watch_.milliseconds() / 1000 / static_cast<double>(finished_.size());
+    print_out(
+        " [{}/{}{}]\n", finished_.size(), total_,
+        left > 0 ? ", about " + duration_text(seconds_per_run * static_cast<double>(left)) + " left"
+                 : "");
+    std::fflush(stdout);
   }
-  std::vector<FinishedRun> runs;
-  for (const Task& task : tasks) {
-    if (interrupted()) break;
-    runs.push_back(finished_run(task.request, *task.sequence));
-    print_run(runs.back().figures, runs.size(), tasks.size());
-  }
-  return runs;
 }
 
 std::vector<PaperRun> figures_of(std::span<const FinishedRun> runs) {
   std::vector<PaperRun> figures;
   for (const FinishedRun& run : runs) figures.push_back(run.figures);
   return figures;
+}
+
+std::vector<std::string> problems_of(std::span<const FinishedRun> runs) {
+  std::vector<std::string> problems;
+  for (const auto& [run, path] : runs) {
+    if (!run.evaluation) {
+      problems.push_back(fmt::format("the tables lack {} on {} from frame {}: {}", run.preset,
+                                     run.sequence, run.first, run.problem));
+    }
+  }
+  return problems;
 }
 
 Comparison first_paths(std::span<const FinishedRun> runs, std::span<const std::string> presets) {

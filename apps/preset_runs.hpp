@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/base/stopwatch.hpp"
 #include "stillmap/evaluate/benchmark_sequences.hpp"
 #include "stillmap/evaluate/compare.hpp"
 #include "stillmap/evaluate/paper_tables.hpp"
@@ -35,14 +36,32 @@ struct FinishedRun {
 bool can_run(const ReproduceArguments& arguments, const BenchmarkSequence& sequence,
              const std::string& preset);
 
-/// Maps every sequence with every preset that can run on it, as often as wanted: run n begins at
-/// frame n. Prints a line per run. A problem is kept in its run; an interrupt ends all early.
-std::vector<FinishedRun> run_presets(const ReproduceArguments& arguments,
-                                     std::span<const BenchmarkSequence> sequences,
-                                     std::span<const std::string> presets);
+/// Maps sequences with presets, as often as the arguments say: run n begins at frame n.
+class PresetRunner {
+ public:
+  /// @param presets  all presets that will be run, from which the remaining time is estimated
+  PresetRunner(const ReproduceArguments& arguments, std::span<const BenchmarkSequence> sequences,
+               std::span<const std::string> presets);
+
+  /// Maps every sequence with each of these presets that can run on it. Prints a line per run with
+  /// the remaining time of all runs. A problem is kept in its run; an interrupt ends all early.
+  void run(std::span<const std::string> presets);
+
+  const std::vector<FinishedRun>& finished() const { return finished_; }
+
+ private:
+  const ReproduceArguments& arguments_;
+  std::span<const BenchmarkSequence> sequences_;
+  std::size_t total_;  // number of runs of all presets
+  std::vector<FinishedRun> finished_;
+  Stopwatch watch_;
+};
 
 /// Returns the figures of all runs.
 std::vector<PaperRun> figures_of(std::span<const FinishedRun> runs);
+
+/// Returns a sentence per run that has no figures, with its problem.
+std::vector<std::string> problems_of(std::span<const FinishedRun> runs);
 
 /// Returns the paths from the first frame of these presets, for the figure of the trajectories.
 Comparison first_paths(std::span<const FinishedRun> runs, std::span<const std::string> presets);

@@ -14,12 +14,12 @@ namespace {
 constexpr double kRedrawEvery = 100, kLineEvery = 5000;  // milliseconds
 constexpr std::size_t kBarWidth = 28;
 
+}  // namespace
+
 std::string duration_text(double seconds) {
   const int s = static_cast<int>(seconds + 0.5);
   return s < 60 ? fmt::format("{} s", s) : fmt::format("{}:{:02d} min", s / 60, s % 60);
 }
-
-}  // namespace
 
 Progress::Progress(std::string title, std::optional<std::size_t> total)
     : title_(std::move(title)), total_(total), terminal_(isatty(STDERR_FILENO) != 0) {}

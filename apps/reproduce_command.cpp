@@ -146,9 +146,19 @@ void write_paper(const Paper& paper, const ReproduceArguments& arguments,
       paper.preset, folder);
 }
 
-/// Repeats the experiments of these papers on the sequences of the data folder.
-void reproduce(const std::vector<Paper>& chosen, const ReproduceArguments& arguments,
-               ResultFolder& folder) {
+/// Returns those of the presets that are not left out.
+std::vector<std::string> runnable(const Experiment& experiment, std::vector<std::string> presets) {
+  std::erase_if(presets, [&](const std::string& preset) {
+    return std::find(experiment.presets.begin(), experiment.presets.end(), preset) ==
+           experiment.presets.end();
+  });
+  return presets;
+}
+
+/// Repeats the experiments of these papers on the sequences of the data folder, and prints the
+/// tables of each paper as soon as its runs are done. Returns the problems of the runs.
+std::vector<std::string> reproduce(const std::vector<Paper>& chosen,
+                                   const ReproduceArguments& arguments, ResultFolder& folder) {
   if (arguments.data.empty()) {
     throw Error("the folder with the sequences is missing", "reproduce", "add --data DIR");
   }
@@ -159,9 +169,13 @@ void reproduce(const std::vector<Paper>& chosen, const ReproduceArguments& argum
                 "name others with --sequences, or get those of the papers.\n" + missing);
   }
   print_out("{}{}", left_out_text(experiment), missing);
-  const std::vector<FinishedRun> runs =
-      run_presets(arguments, experiment.sequences, experiment.presets);
-  for (const Paper& paper : chosen) write_paper(paper, arguments, runs, experiment, folder);
+  PresetRunner runner(arguments, experiment.sequences, experiment.presets);
+  runner.run(runnable(experiment, {kPaperBaseline, kOwnSystem}));
+  for (const Paper& paper : chosen) {
+    runner.run(runnable(experiment, {paper.preset}));
+    write_paper(paper, arguments, runner.finished(), experiment, folder);
+  }
+  return problems_of(runner.finished());
 }
 
 int run(const ReproduceArguments& arguments) {
@@ -172,11 +186,15 @@ int run(const ReproduceArguments& arguments) {
   for (const Paper& paper : chosen) folder.require_free(files_of(paper));
   if (with_crane) folder.require_free(crane_files());
   catch_interrupt();
-  if (!chosen.empty()) reproduce(chosen, arguments, folder);
-  if (with_crane && !interrupted()) reproduce_crane(arguments, folder);
+  std::vector<std::string> problems;
+  if (!chosen.empty()) problems = reproduce(chosen, arguments, folder);
+  if (with_crane && !interrupted())
+    std::ranges::move(reproduce_crane(arguments, folder), std::back_inserter(problems));
   folder.require_all();
   print_out("{}", folder.written_text());
-  return interrupted() ? kInterrupted : kSuccess;
+  print_doubts(problems);
+  if (interrupted()) return kInterrupted;
+  return problems.empty() ? kSuccess : kDoubtful;
 }
 
 }  // namespace
@@ -222,8 +240,10 @@ void add_reproduce_command(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   add_force_option(*command, arguments->force);
   command->footer(
-      "Every sequence is mapped with the preset of the paper, with the baseline orb-rgbd, and with "
-      "fused.\n"
+      "Every sequence is mapped with the baseline orb-rgbd, with fused, and with the preset of the "
+      "paper,\n"
+      "whose tables are printed as soon as its runs are done. crane takes the presets of all "
+      "papers.\n"
       "Files: PAPER.md, PAPER.tex, PAPER.json, PAPER_trajectories.png and .svg, and a folder per "
       "run in runs/\n"
       "Examples:\n"

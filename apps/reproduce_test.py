@@ -55,7 +55,7 @@ class Reproduce(unittest.TestCase):
         presets = ("box-epipolar", "box-flow", "fused", "gated-seg", "orb-rgbd", "seg-mask")
         papers = [f"walking_xyz_{preset}_{first}" for preset in presets for first in (0, 1)]
         crane = [f"{yard}_{preset}_{first}" for yard in ("yard_dynamic", "yard_static")
-                 for preset in ("fused", "orb-rgbd", "seg-mask") for first in (0, 1)]
+                 for preset in presets for first in (0, 1)]
         self.assertEqual(runs, papers + crane)
 
     def test_the_figures_are_those_of_eval_averaged_over_the_runs(self):
@@ -80,6 +80,17 @@ class Reproduce(unittest.TestCase):
                 self.assertIn(f"**{table['title']}**", self.done.stdout)
             self.assertEqual(latex.count("\\begin{tabular}"), latex.count("\\end{tabular}"))
             self.assertEqual(latex.count("\\begin{tabular}"), len(self.figures(paper)["tables"]))
+
+    def test_the_tables_of_a_paper_are_printed_before_the_next_paper_is_run(self):
+        shown = self.done.stdout
+        places = [shown.index(text) for text in (
+            "walking_xyz, orb-rgbd, from frame 0", "walking_xyz, seg-mask, from frame 1", "# seg-mask (",
+            "walking_xyz, box-flow, from frame 0", "# box-flow (")]
+        self.assertEqual(places, sorted(places))
+        self.assertRegex(shown, r"walking_xyz, seg-mask, from frame 0: ATE RMSE .* \[5/12, about .* left\]")
+        row = self.figures("seg-mask")["tables"][-1]["rows"][0]
+        self.assertGreater(row["seg-mask, tracking [ms]"], 0)
+        self.assertGreater(row["seg-mask, whole system [ms]"], row["seg-mask, tracking [ms]"])
 
     def test_the_figure_of_the_trajectories_is_an_image(self):
         image = (self.out / "seg-mask_trajectories.png").read_bytes()
@@ -108,7 +119,7 @@ class Reproduce(unittest.TestCase):
         rows = crane["tables"][0]["rows"]
         self.assertEqual([(row["sequence"], row["preset"]) for row in rows],
                          [(yard, preset) for yard in ("yard_dynamic", "yard_static")
-                          for preset in ("orb-rgbd", "seg-mask", "fused")])
+                          for preset in ("orb-rgbd", "seg-mask", "box-flow", "gated-seg", "box-epipolar", "fused")])
         closures = []
         for first in (0, 1):
             run = self.out / f"runs/yard_static_orb-rgbd_{first}/trajectory.txt"
@@ -120,6 +131,26 @@ class Reproduce(unittest.TestCase):
             self.assertAlmostEqual(static[column], sum(closure[key] for closure in closures) / 2, delta=1e-6)
         self.assertIn("Figure 9", crane["tables"][0]["notes"][0])
         self.assertTrue((self.out / "crane_trajectories.png").exists())
+
+    def test_runs_without_figures_are_named_and_the_exit_code_tells_of_them(self):
+        out = self.folder / "without_figures"
+        broken = self.folder / "broken.onnx"
+        broken.write_bytes(b"this is no network")
+        done = stillmap("reproduce", "seg-mask", "--data", self.data, "--sequences", "walking_xyz", "--runs", 1, "--frames", 6,
+                        "--model", f"seg-mask={broken}", "--out", out)
+        self.assertEqual(done.returncode, 3, done.stdout + done.stderr)
+        self.assertIn("the tables lack seg-mask on walking_xyz from frame 0: ", done.stderr)
+        self.assertIn("broken.onnx", done.stderr)
+        problems = [run["preset"] for run in self.figures("seg-mask", out)["runs"] if "problem" in run]
+        self.assertEqual(problems, ["seg-mask"])
+
+    def test_true_masks_take_the_place_of_a_network(self):
+        out = self.folder / "true_masks"
+        done = stillmap("reproduce", "seg-mask", "--data", self.data, "--sequences", "walking_xyz", "--runs", 1, "--frames", 6,
+                        "--true-masks", "--model", self.folder / "not_opened.onnx", "--out", out)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        row = self.figures("seg-mask", out)["tables"][0]["rows"][0]
+        self.assertIsNotNone(row["seg-mask"])
 
     def test_what_cannot_be_reproduced_is_refused(self):
         self.refused(1, "--data DIR", arguments=["seg-mask"])

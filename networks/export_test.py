@@ -6,6 +6,7 @@ import onnx
 import pytest
 import torch
 
+from networks import count
 from networks.agreement import LAB, decode_by_pytorch, largest_difference, rows_of_pytorch, rows_of_stillmap
 from networks.export import export
 from networks.network_test import with_random_statistics
@@ -47,6 +48,15 @@ def test_the_file_has_the_layout_of_yolov7(network, tmp_path, raw, shapes):
     model = onnx.load(tmp_path / "a.onnx")
     assert [[d.dim_value for d in output.type.tensor_type.shape.dim] for output in model.graph.output] == shapes
     assert {p.key: p.value for p in model.metadata_props}["names"] == "{0: 'person', 1: 'dog', 2: 'chair'}"
+
+
+def test_the_file_has_the_parameters_and_operations_of_the_network(network, tmp_path):
+    export(network, NAMES, SIZE, tmp_path / "a.onnx", raw=True)
+    parameters, operations = count.count_onnx(tmp_path / "a.onnx", *SIZE)
+    deployed = network.deployed()
+    assert parameters == count.parameters(deployed)
+    assert operations == pytest.approx(count.gflops(deployed, *SIZE), rel=1e-6)
+    assert count.count_onnx(tmp_path / "a.onnx", 2 * SIZE[0], SIZE[1])[1] == pytest.approx(2 * operations)
 
 
 @pytest.mark.skipif(not LAB.exists(), reason=f"{LAB} is not built")

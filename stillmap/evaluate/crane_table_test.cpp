@@ -7,7 +7,7 @@ namespace {
 
 /// Returns a run whose true path is 10 m long and closed, and whose estimate ends at `end`.
 PaperRun run_ending_at(const std::string& preset, const Eigen::Vector3d& end) {
-  PaperRun run{preset, "yard_dynamic", 0, Evaluation{}, 0, ""};
+  PaperRun run{preset, "yard_dynamic", 0, Evaluation{}, 10 * end.x(), 0, ""};
   const Eigen::Vector3d origin(0, 0, 0), far(3, 4, 0);
   run.evaluation->ate.pairs = {
       {0, 0, origin, origin, 0}, {1, 1, far, far, 0}, {2, 2, origin, end, end.norm()}};
@@ -31,12 +31,13 @@ TEST(CraneTable, AveragesClosureErrorsAndComparesThemWithTheBaseline) {
   EXPECT_EQ(shown(0, 4), "4.000") << "of a path of 10 m";
   EXPECT_EQ(shown(0, 5), "0.8000") << "mean of 1.3 m and 0.3 m in space";
   EXPECT_EQ(shown(0, 7), "75.0");
+  EXPECT_EQ(shown(0, 8), "3.0") << "milliseconds of tracking";
   EXPECT_EQ(shown(1, 2), "0.1000");
   EXPECT_EQ(shown(1, 3), "75.00");
 }
 
 TEST(CraneTable, ShowsDashesForRunsWithoutEvaluationAndWhatThePaperReports) {
-  const std::vector<PaperRun> runs{{"seg-mask", "yard_static", 0, std::nullopt, 0, "lost"}};
+  const std::vector<PaperRun> runs{{"seg-mask", "yard_static", 0, std::nullopt, 0, 0, "lost"}};
   const FigureTable table = crane_table(find_paper("seg-mask"), runs);
   ASSERT_EQ(table.rows.size(), 1U);
   EXPECT_EQ(table.rows[0][2].shown(), "-");

@@ -4,6 +4,8 @@
 #include "stillmap/evaluate/compare.hpp"
 
 #include <algorithm>
+#include <array>
+#include <functional>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -180,32 +182,62 @@ class TableMaker {
   std::span<const PaperRun> runs_;
 };
 
-/// Returns the mean share of tracked frames [%]; none without an evaluated run.
-std::optional<double> tracked_share(std::span<const PaperRun> runs, const std::string& preset,
-                                    const std::string& sequence) {
+using FigureOfRun = std::function<std::optional<double>(const PaperRun&)>;
+
+/// Returns the mean of a figure over the evaluated runs of a preset on a sequence; none if no run
+/// has it.
+std::optional<double> mean_of(std::span<const PaperRun> runs, const std::string& preset,
+                              const std::string& sequence, const FigureOfRun& figure) {
   double sum = 0;
   int count = 0;
   for (const PaperRun& run : runs) {
     if (run.preset != preset || run.sequence != sequence || !run.evaluation) continue;
-    sum += 100 * run.evaluation->coverage.share();
+    const std::optional<double> value = figure(run);
+    if (!value) continue;
+    sum += *value;
     ++count;
   }
   if (count == 0) return std::nullopt;
   return sum / count;
 }
 
-FigureTable coverage_table(const Paper& paper, std::span<const PaperRun> runs) {
+std::optional<double> tracking_ms_of(const PaperRun& run) { return run.tracking_ms; }
+std::optional<double> total_ms_of(const PaperRun& run) { return run.total_ms; }
+std::optional<double> tracked_share_of(const PaperRun& run) {
+  return 100 * run.evaluation->coverage.share();
+}
+
+/// A figure that is no error, with its name in the table.
+struct Cost {
+  const char* name;
+  std::optional<double> (*of)(const PaperRun&);
+  int decimals;
+};
+constexpr std::array kCosts{Cost{"tracking [ms]", tracking_ms_of, 1},
+                            Cost{"whole system [ms]", total_ms_of, 1},
+                            Cost{"frames tracked [%]", tracked_share_of, 1}};
+
+FigureTable cost_table(const Paper& paper, std::span<const PaperRun> runs) {
+  const std::array<std::string, 3> presets{kPaperBaseline, paper.preset, kOwnSystem};
   FigureTable table;
-  table.title = paper.preset + ": frames tracked [%]";
-  table.columns = {"sequence", kPaperBaseline, paper.preset, kOwnSystem};
+  table.title = paper.preset + ": time per frame, and frames tracked";
+  table.columns = {"sequence"};
+  for (const Cost& cost : kCosts) {
+    for (const std::string& preset : presets)
+      table.columns.push_back(fmt::format("{}, {}", preset, cost.name));
+  }
   for (const std::string& sequence : sequences_of(paper, runs)) {
     std::vector<FigureCell> row{sequence};
-    for (const std::string& preset :
-         {std::string(kPaperBaseline), paper.preset, std::string(kOwnSystem)})
-      row.emplace_back(tracked_share(runs, preset, sequence), 1);
+    for (const Cost& cost : kCosts) {
+      for (const std::string& preset : presets)
+        row.emplace_back(mean_of(runs, preset, sequence, cost.of), cost.decimals);
+    }
     if (std::any_of(row.begin(), row.end(), [](const auto& cell) { return cell.value; }))
       table.rows.push_back(std::move(row));
   }
+  table.notes.emplace_back(
+      "Tracking: the thread of the camera, without waiting for the network. Whole system: the time "
+      "of a run divided by its frames, with network, mapping and the final steps.");
   return table;
 }
 
@@ -214,24 +246,15 @@ FigureTable coverage_table(const Paper& paper, std::span<const PaperRun> runs) {
 std::optional<double> mean_over_runs(std::span<const PaperRun> runs, const std::string& preset,
                                      const std::string& sequence, PaperMeasure measure,
                                      const std::string& statistic) {
-  double sum = 0;
-  int count = 0;
-  for (const PaperRun& run : runs) {
-    if (run.preset != preset || run.sequence != sequence) continue;
-    const auto figure = figure_of(run, measure, statistic);
-    if (!figure) continue;
-    sum += *figure;
-    ++count;
-  }
-  if (count == 0) return std::nullopt;
-  return sum / count;
+  return mean_of(runs, preset, sequence,
+                 [&](const PaperRun& run) { return figure_of(run, measure, statistic); });
 }
 
 std::vector<FigureTable> paper_tables(const Paper& paper, std::span<const PaperRun> runs) {
   std::vector<FigureTable> tables;
   for (const PublishedTable& published : paper.tables)
     tables.push_back(TableMaker(paper, published, runs).make());
-  tables.push_back(coverage_table(paper, runs));
+  tables.push_back(cost_table(paper, runs));
   return tables;
 }
 
@@ -240,6 +263,7 @@ void to_json(nlohmann::json& json, const PaperRun& run) {
   if (run.evaluation) {
     json.update(nlohmann::json(*run.evaluation));
     json["tracking_mean_ms"] = run.tracking_ms;
+    json["total_mean_ms"] = run.total_ms;
   } else {
     json["problem"] = run.problem;
   }

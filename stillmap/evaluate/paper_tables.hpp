@@ -23,7 +23,8 @@ struct PaperRun {
   int first = 0;                         ///< First frame of the run.
   std::optional<Evaluation> evaluation;  ///< Errors, with the RPE from frame to frame.
   double tracking_ms = 0;                ///< Mean tracking time per frame [ms].
-  std::string problem;                   ///< Reason why there is no evaluation.
+  double total_ms = 0;  ///< Time of the run divided by its frames, with networks and mapping [ms].
+  std::string problem;  ///< Reason why there is no evaluation.
 };
 
 /// Returns the mean over all evaluated runs of a preset on a sequence; none without such a run, or
@@ -34,9 +35,9 @@ std::optional<double> mean_over_runs(std::span<const PaperRun> runs, const std::
                                      const std::string& statistic);
 
 /// Returns the tables of a paper with the figures of the runs and the published ones, and a table
-/// with the share of tracked frames: one row per sequence and statistic. First the sequences of
-/// the paper, measured or not, then all others. Figures of several runs are averaged, as in the
-/// papers, before the improvement rate is computed.
+/// with times per frame and the share of tracked frames: one row per sequence and statistic. First
+/// the sequences of the paper, measured or not, then all others. Figures of several runs are
+/// averaged, as in the papers, before the improvement rate is computed.
 std::vector<FigureTable> paper_tables(const Paper& paper, std::span<const PaperRun> runs);
 
 /// Writes the figures of one run (for nlohmann::json).
