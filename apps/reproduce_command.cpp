@@ -210,7 +210,7 @@ void add_reproduce_command(CLI::App& app, int& exit_code) {
       ->add_option("paper", arguments->paper,
                    "paper, by its preset; crane: the crane of seg-mask's paper")
       ->required()
-      ->type_name(fmt::format("{{{}}}", fmt::join(names, ",")))
+      ->type_name("PAPER")
       ->check(CLI::IsMember(names));
   command->add_option(
       "--data", arguments->data,

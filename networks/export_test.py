@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The exported network in the C++ decoder: the same boxes as PyTorch's. Skipped without stillmap_lab (agreement.py)."""
+import os
+from pathlib import Path
+
 import cv2
 import numpy as np
 import onnx
@@ -15,6 +18,7 @@ from networks.yolov7 import YOLOv7
 SIZE = (96, 128)
 NAMES = ["person", "dog", "chair"]
 TOLERANCE = 1e-3  # [pixels]
+MODELS = Path(os.environ.get("STILLMAP_SHARED", Path(__file__).parent.parent.parent / "shared")) / "models"
 
 
 @pytest.fixture(scope="module")
@@ -57,6 +61,16 @@ def test_the_file_has_the_parameters_and_operations_of_the_network(network, tmp_
     assert parameters == count.parameters(deployed)
     assert operations == pytest.approx(count.gflops(deployed, *SIZE), rel=1e-6)
     assert count.count_onnx(tmp_path / "a.onnx", 2 * SIZE[0], SIZE[1])[1] == pytest.approx(2 * operations)
+
+
+@pytest.mark.parametrize("file, parameters, operations", [
+    ("yolo11n_480x640.onnx", 2_616_248, 6.5),  # "2.6" million and "6.5" GFLOPs in table 1 of Feng et al. 2026
+    ("yolov8n-seg_480x640.onnx", 3_404_320, 12.0)])
+def test_the_networks_of_ultralytics_have_their_parameters_and_operations(file, parameters, operations):
+    if not (MODELS / file).exists():
+        pytest.skip(f"no {MODELS / file}")
+    counted = count.count_onnx(MODELS / file)
+    assert counted == (parameters, pytest.approx(operations, abs=0.05))
 
 
 @pytest.mark.skipif(not LAB.exists(), reason=f"{LAB} is not built")
