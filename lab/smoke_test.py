@@ -67,6 +67,9 @@ class Smoke(unittest.TestCase):
     def test_place_recall(self):
         self.assertRegex(self.program("place-recall", self.sequence), r"pairs: \d+ of \d+ show the same place")
 
+    def test_read(self):
+        self.assertRegex(self.program("read", self.sequence), r"MB, 50 frames; opened in .* images/s")
+
     def test_speeds(self):
         speeds = self.folder / "speeds"
         self.program("speeds", self.sequence, speeds)

@@ -13,6 +13,7 @@ void add_loop_cost_command(CLI::App& app);
 void add_loop_precision_command(CLI::App& app);
 void add_occlusion_command(CLI::App& app);
 void add_place_recall_command(CLI::App& app);
+void add_read_command(CLI::App& app);
 void add_speeds_command(CLI::App& app);
 void add_vocabulary_command(CLI::App& app);
 

@@ -62,7 +62,11 @@ void parse_fields(ByteSpan bytes, Fields& fields) {
 
 class BagFile : public ChunkedFile {
  public:
-  explicit BagFile(const std::filesystem::path& path) : ChunkedFile(path) {
+  BagFile(const std::filesystem::path& path, const RecordingContents* known) : ChunkedFile(path) {
+    if (known != nullptr) {
+      set_contents(*known);
+      return;
+    }
     ByteSource source(file(), 0, file().size());
     if (ByteCursor::as_text(source.at(0, kMagic.size())) != kMagic)
       throw Error("is not a ROS 1 bag", path.string(), "give a file that `rosbag record` wrote");
@@ -141,7 +145,7 @@ class BagFile : public ChunkedFile {
       inside_chunk_ = false;
       return;
     }
-    const Chunk chunk{record.data, record.size, record.fields.size, *compression};
+    const RecordingChunk chunk{record.data, record.size, record.fields.size, *compression};
     try {
       const Decompressed result = load(chunk);
       const bool cut = record.data + record.size > file().size();
@@ -192,8 +196,9 @@ class BagFile : public ChunkedFile {
 
 }  // namespace
 
-std::unique_ptr<RecordingFile> open_bag_file(const std::filesystem::path& path) {
-  return std::make_unique<BagFile>(path);
+std::unique_ptr<RecordingFile> open_bag_file(const std::filesystem::path& path,
+                                             const RecordingContents* known) {
+  return std::make_unique<BagFile>(path, known);
 }
 
 }  // namespace stillmap

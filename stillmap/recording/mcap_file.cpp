@@ -36,7 +36,11 @@ struct Record {
 
 class McapFile : public ChunkedFile {
  public:
-  explicit McapFile(const std::filesystem::path& path) : ChunkedFile(path) {
+  McapFile(const std::filesystem::path& path, const RecordingContents* known) : ChunkedFile(path) {
+    if (known != nullptr) {
+      set_contents(*known);
+      return;
+    }
     ByteSource source(file(), 0, file().size());
     if (ByteCursor::as_text(source.at(0, kMagic.size())) != kMagic)
       throw Error("is not an MCAP file", path.string(), "give a file of MCAP's version 0");
@@ -123,7 +127,7 @@ class McapFile : public ChunkedFile {
     ByteCursor cursor(source.at(record.data, wanted));
     try {
       cursor.take(16);
-      Chunk chunk;
+      RecordingChunk chunk;
       chunk.declared = cursor.get<std::uint64_t>();
       const auto checksum = cursor.get<std::uint32_t>();
       const auto compression = compression_of(cursor.text());
@@ -142,13 +146,13 @@ class McapFile : public ChunkedFile {
     }
   }
   // The records of a chunk without compression are read from the file directly.
-  void scan_plain(const Chunk& chunk) {
+  void scan_plain(const RecordingChunk& chunk) {
     inside_chunk_ = true;
     ByteSource source(file(), chunk.offset, chunk.offset + chunk.size);
     scan(source, chunk.offset, 0);
     inside_chunk_ = false;
   }
-  void scan_compressed(const Chunk& chunk, std::uint32_t checksum) {
+  void scan_compressed(const RecordingChunk& chunk, std::uint32_t checksum) {
     const Decompressed result = load(chunk);
     const bool cut = chunk.offset + chunk.size > file().size();
     if (!result.complete && !cut) builder_.add_problem("a chunk is damaged: messages are missing");
@@ -168,8 +172,9 @@ class McapFile : public ChunkedFile {
 
 }  // namespace
 
-std::unique_ptr<RecordingFile> open_mcap_file(const std::filesystem::path& path) {
-  return std::make_unique<McapFile>(path);
+std::unique_ptr<RecordingFile> open_mcap_file(const std::filesystem::path& path,
+                                              const RecordingContents* known) {
+  return std::make_unique<McapFile>(path, known);
 }
 
 }  // namespace stillmap

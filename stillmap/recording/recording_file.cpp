@@ -2,6 +2,7 @@
 #include "stillmap/recording/recording_file.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/recording/contents_cache.hpp"
 
 #include <algorithm>
 #include <set>
@@ -110,9 +111,9 @@ RecordingIndex IndexBuilder::take() {
 // -------------------------------------------------------------------------------------
 
 void RecordingFile::set_index(RecordingIndex index) {
-  index_ = std::move(index);
+  contents_.index = std::move(index);
   std::size_t damaged = 0;
-  std::erase_if(index_.messages, [&](MessageEntry& entry) {
+  std::erase_if(contents_.index.messages, [&](MessageEntry& entry) {
     if (entry.stamp != kUnknownStamp) return false;
     try {
       entry.stamp = stamp_in(read(entry), "cdr");
@@ -123,12 +124,12 @@ void RecordingFile::set_index(RecordingIndex index) {
     }
   });
   if (damaged > 0)
-    index_.warnings.push_back(fmt::format("{} compressed messages are damaged", damaged));
+    contents_.index.warnings.push_back(fmt::format("{} compressed messages are damaged", damaged));
 }
 
 ByteSpan RecordingFile::read(const MessageEntry& entry) {
   const ByteSpan bytes = stored(entry);
-  if (index_.topics[entry.topic].encoding != "cdr" || !starts_with_zstd(bytes)) return bytes;
+  if (index().topics[entry.topic].encoding != "cdr" || !starts_with_zstd(bytes)) return bytes;
   const auto size = ZSTD_getFrameContentSize(bytes.data(), bytes.size());
   if (size == ZSTD_CONTENTSIZE_ERROR || size == ZSTD_CONTENTSIZE_UNKNOWN)
     throw Error("a compressed message does not declare its size", "", "");
@@ -138,7 +139,7 @@ ByteSpan RecordingFile::read(const MessageEntry& entry) {
   return decompressed_;
 }
 
-Decompressed ChunkedFile::load(const Chunk& chunk) const {
+Decompressed ChunkedFile::load(const RecordingChunk& chunk) const {
   const std::uint64_t available =
       chunk.offset < file_.size() ? std::min(chunk.size, file_.size() - chunk.offset) : 0;
   if (available > kLargestChunk) throw Error("a chunk is too large", file_.path().string(), "");
@@ -149,15 +150,15 @@ Decompressed ChunkedFile::load(const Chunk& chunk) const {
   return result;
 }
 
-std::uint32_t ChunkedFile::add_chunk(const Chunk& chunk) {
-  chunks_.push_back(chunk);
-  return static_cast<std::uint32_t>(chunks_.size());
+std::uint32_t RecordingFile::add_chunk(const RecordingChunk& chunk) {
+  contents_.chunks.push_back(chunk);
+  return static_cast<std::uint32_t>(contents_.chunks.size());
 }
 
 const std::vector<std::uint8_t>& ChunkedFile::chunk_bytes(std::uint32_t block) {
   if (cache_[0].block != block) {
     std::swap(cache_[0], cache_[1]);
-    if (cache_[0].block != block) cache_[0] = {block, load(chunks_[block - 1]).bytes};
+    if (cache_[0].block != block) cache_[0] = {block, load(contents().chunks[block - 1]).bytes};
   }
   return cache_[0].bytes;
 }
@@ -175,13 +176,15 @@ ByteSpan ChunkedFile::stored(const MessageEntry& entry) {
   return message_;
 }
 
-std::unique_ptr<RecordingFile> open_recording_file(const fs::path& path) {
+namespace {
+
+std::unique_ptr<RecordingFile> open_file(const fs::path& path, const RecordingContents* known) {
   std::array<std::uint8_t, 16> start{};
   const std::size_t count = InputFile(path).read(0, start);
   const std::string_view magic = ByteCursor::as_text(ByteSpan(start).first(count));
-  if (magic.starts_with("#ROSBAG V2.0")) return open_bag_file(path);
-  if (magic.starts_with("SQLite format 3")) return open_sqlite_file(path);
-  if (magic.starts_with("\x89MCAP")) return open_mcap_file(path);
+  if (magic.starts_with("#ROSBAG V2.0")) return open_bag_file(path, known);
+  if (magic.starts_with("SQLite format 3")) return open_sqlite_file(path, known);
+  if (magic.starts_with("\x89MCAP")) return open_mcap_file(path, known);
   if (starts_with_zstd(ByteSpan(start).first(count))) {
     throw Error("is a compressed file", path.string(), "decompress it first: unzstd FILE");
   }
@@ -191,6 +194,17 @@ std::unique_ptr<RecordingFile> open_recording_file(const fs::path& path) {
   }
   throw Error("is not a recording: neither a ROS 1 bag nor a db3 or mcap file of ROS 2",
               path.string(), "give a recorded file, or a folder with color and depth images");
+}
+
+}  // namespace
+
+std::unique_ptr<RecordingFile> open_recording_file(const fs::path& path) {
+  const auto version = version_of(path);
+  if (!version) return open_file(path, nullptr);
+  if (const auto known = known_contents(*version)) return open_file(path, known.get());
+  auto file = open_file(path, nullptr);
+  keep_contents(*version, file->contents());
+  return file;
 }
 
 }  // namespace stillmap

@@ -44,6 +44,19 @@ struct RecordingIndex {
   std::vector<std::string> warnings;
 };
 
+/// A chunk of a file, whose bytes may be compressed.
+struct RecordingChunk {
+  std::uint64_t offset = 0, size = 0;  ///< Of the compressed bytes in the file.
+  std::uint64_t declared = 0;          ///< Size of the decompressed bytes.
+  Compression compression = Compression::kNone;
+};
+
+/// What a scan finds in a file.
+struct RecordingContents {
+  RecordingIndex index;
+  std::vector<RecordingChunk> chunks;
+};
+
 /// Returns whether the messages of a type are listed in RecordingIndex::messages: images, cameras,
 /// transforms, and the texts and numbers of RealSense recordings.
 bool is_read_type(const std::string& type);
@@ -71,11 +84,13 @@ class IndexBuilder {
 };
 
 /// A file of messages: a ROS 1 bag, an SQLite file of rosbag2, or an MCAP file. The whole file is
-/// scanned when it is opened; no index in the file is needed or trusted. One thread at a time.
+/// scanned when it is opened for the first time; no index in the file is needed or trusted. One
+/// thread at a time.
 class RecordingFile {
  public:
   virtual ~RecordingFile() = default;
-  const RecordingIndex& index() const { return index_; }
+  const RecordingIndex& index() const { return contents_.index; }
+  const RecordingContents& contents() const { return contents_; }
   /// Returns the bytes of a message, valid until the next call. Throws Error if they cannot be
   /// read.
   ByteSpan read(const MessageEntry& entry);
@@ -84,9 +99,13 @@ class RecordingFile {
   virtual ByteSpan stored(const MessageEntry& entry) = 0;
   /// Takes the index, and adds the stamps of messages that rosbag2 compressed one by one.
   void set_index(RecordingIndex index);
+  /// Takes the contents that an earlier scan of this file found.
+  void set_contents(const RecordingContents& contents) { contents_ = contents; }
+  /// Returns the number by which messages name a chunk: see MessageEntry::block.
+  std::uint32_t add_chunk(const RecordingChunk& chunk);
 
  private:
-  RecordingIndex index_;
+  RecordingContents contents_;
   std::vector<std::uint8_t> decompressed_;
 };
 
@@ -96,17 +115,10 @@ class ChunkedFile : public RecordingFile {
   explicit ChunkedFile(const std::filesystem::path& path) : file_(path) {}
 
  protected:
-  struct Chunk {
-    std::uint64_t offset = 0, size = 0;  // of the compressed bytes in the file
-    std::uint64_t declared = 0;          // size of the decompressed bytes
-    Compression compression = Compression::kNone;
-  };
   const InputFile& file() const { return file_; }
   ByteSpan stored(const MessageEntry& entry) override;
   /// Decompresses a chunk; incomplete if it is damaged, or if the file ends within it.
-  Decompressed load(const Chunk& chunk) const;
-  /// Returns the number by which messages name a chunk: see MessageEntry::block.
-  std::uint32_t add_chunk(const Chunk& chunk);
+  Decompressed load(const RecordingChunk& chunk) const;
 
  private:
   struct Cached {
@@ -116,18 +128,22 @@ class ChunkedFile : public RecordingFile {
   const std::vector<std::uint8_t>& chunk_bytes(std::uint32_t block);
 
   InputFile file_;
-  std::vector<Chunk> chunks_;
   std::array<Cached, 2> cache_;  // Color and depth of a frame lie in one chunk, or in neighbors.
   std::vector<std::uint8_t> message_;
 };
 
-/// Opens a file and detects its format by its first bytes. Throws Error if it is none of the three
-/// formats or contains nothing readable.
+/// Opens a file and detects its format by its first bytes. A file that this process has scanned and
+/// that did not change since is not scanned again. Throws Error if it is none of the three formats
+/// or contains nothing readable.
 std::unique_ptr<RecordingFile> open_recording_file(const std::filesystem::path& path);
 
-/// The three formats. Each constructor throws Error if the file is not of its format.
-std::unique_ptr<RecordingFile> open_bag_file(const std::filesystem::path& path);
-std::unique_ptr<RecordingFile> open_sqlite_file(const std::filesystem::path& path);
-std::unique_ptr<RecordingFile> open_mcap_file(const std::filesystem::path& path);
+/// The three formats. Each function throws Error if the file is not of its format.
+/// @param known  contents of the file; null to scan it
+std::unique_ptr<RecordingFile> open_bag_file(const std::filesystem::path& path,
+                                             const RecordingContents* known);
+std::unique_ptr<RecordingFile> open_sqlite_file(const std::filesystem::path& path,
+                                                const RecordingContents* known);
+std::unique_ptr<RecordingFile> open_mcap_file(const std::filesystem::path& path,
+                                              const RecordingContents* known);
 
 }  // namespace stillmap

@@ -52,7 +52,7 @@ std::string text_at(sqlite3_stmt* statement, int column) {
 
 class SqliteFile : public RecordingFile {
  public:
-  explicit SqliteFile(const fs::path& path) : path_(path) {
+  SqliteFile(const fs::path& path, const RecordingContents* known) : path_(path) {
     sqlite3* opened = nullptr;
     const int flags = SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX;
     const int state = sqlite3_open_v2(uri_of(path).c_str(), &opened, flags, nullptr);
@@ -64,6 +64,10 @@ class SqliteFile : public RecordingFile {
                  "PRAGMA writable_schema=ON; PRAGMA trusted_schema=OFF; PRAGMA cell_size_check=ON;",
                  nullptr, nullptr, nullptr);
     require_tables();
+    if (known != nullptr) {
+      set_contents(*known);
+      return;
+    }
     scan_topics();
     scan_messages();
     set_index(builder_.take());
@@ -163,8 +167,9 @@ class SqliteFile : public RecordingFile {
 
 }  // namespace
 
-std::unique_ptr<RecordingFile> open_sqlite_file(const fs::path& path) {
-  return std::make_unique<SqliteFile>(path);
+std::unique_ptr<RecordingFile> open_sqlite_file(const fs::path& path,
+                                                const RecordingContents* known) {
+  return std::make_unique<SqliteFile>(path, known);
 }
 
 }  // namespace stillmap
