@@ -31,6 +31,7 @@ build: deps  ## the command, build/release/stillmap (installs missing packages)
 
 demo: build  ## map a rendered office with walking people (results: build/demo)
 	build/release/stillmap demo --out build/demo $(ARGS)
+	@echo "Its map in a browser: build/release/stillmap view build/demo/fused"
 
 test: deps  ## build everything and run all tests
 	@$(call configure,release)

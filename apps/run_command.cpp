@@ -148,6 +148,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
   add_input_options(*command, *arguments);
   add_output_options(*command, *arguments);
   add_map_options(*command, *arguments);
+  add_view_options(*command, arguments->view);
   command->add_option("--dump-config", arguments->dump_config,
                       "write all options in force to this file (- for standard output) and exit");
   command->footer(
@@ -162,6 +163,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
       "  stillmap run first_visit --save-map office.map\n"
       "  stillmap run second_visit --load-map office.map --save-map office.map\n"
       "  stillmap run third_visit --load-map office.map --localize-only\n"
+      "  stillmap run my_sequence --view\n"
       "  stillmap run --dump-config options.yaml\n"
       "Files:\n" +
       files_help("always", RunPart::kAlways) +

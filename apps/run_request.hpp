@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "run_session.hpp"
+#include "view_options.hpp"
 
 namespace stillmap {
 
@@ -22,6 +23,7 @@ struct RunRequest {
   bool localize_only = false, force = false;
   bool quiet = false;  ///< Whether nothing but problems is printed.
   RunOutputs outputs;
+  ViewOptions view;
 };
 
 /// Returns all options in force. Precedence from low to high: defaults, preset, config, named

@@ -11,6 +11,7 @@
 #include "stillmap/report/gallery.hpp"
 #include "stillmap/report/live_trajectory.hpp"
 #include "stillmap/report/machine.hpp"
+#include "stillmap/view/live_view.hpp"
 
 #include "interrupt.hpp"
 #include "progress.hpp"
@@ -26,6 +27,7 @@ struct Recorders {
   LiveTrajectory live;
   LabelRecorder labels;
   FigureRecorder figures;
+  LiveView* view = nullptr;  // null: the run is not shown
 };
 
 /// Passes all frames to the system, and collects example images and motion labels.
@@ -43,6 +45,7 @@ void drive(SlamSystem& slam, FrameSource& source, std::optional<std::size_t> tot
     traced("gallery", [&] { gallery.record(*slam.newest()); });
     traced("motion labels", [&] { recorders.labels.record(*slam.newest()); });
     traced("figures", [&] { recorders.figures.record(*slam.newest()); });
+    if (recorders.view != nullptr) recorders.view->add_newest();
     progress.step(slam.newest()->state == TrackState::kLost ? "lost" : "");
   }
   record.interrupted = interrupted();
@@ -50,7 +53,8 @@ void drive(SlamSystem& slam, FrameSource& source, std::optional<std::size_t> tot
 }
 
 /// Runs the system on the sequence and returns its record without the evaluation.
-void map_sequence(Session& session, Recorders& recorders, RunRecord& record) {
+/// @param server  shows the run; null: it is not shown
+void map_sequence(Session& session, ViewServer* server, Recorders& recorders, RunRecord& record) {
   const Camera camera = session.source->camera();
   const bool realtime = record.options.realtime();
   std::unique_ptr<FrameSource> source =
@@ -65,8 +69,12 @@ void map_sequence(Session& session, Recorders& recorders, RunRecord& record) {
   const Stopwatch watch;
   SlamSystem slam(camera, session.parameters, std::move(session.detector),
                   std::move(session.start));
+  std::optional<LiveView> view;
+  if (server) view.emplace(slam, *server, session.sequence, camera, session.total_frames);
+  recorders.view = view ? &*view : nullptr;
   drive(slam, *source, session.total_frames, recorders, record);
   record.result = slam.finish();
+  if (view) view->show_results(record.result);
   record.seconds = watch.milliseconds() / 1000;
   record.mapping_memory_mib = peak_memory_mib();
   if (!session.outputs.save_map.empty() || !session.outputs.figures.empty() ||
@@ -74,6 +82,16 @@ void map_sequence(Session& session, Recorders& recorders, RunRecord& record) {
     record.map = slam.saved_map("stillmap " STILLMAP_VERSION);
   record.skipped = source->skipped();
   if (paced != nullptr) record.dropped = paced->dropped();
+}
+
+/// Returns the server of the page that shows the run, after printing its address; null if none is
+/// wanted.
+std::unique_ptr<ViewServer> open_view(const Session& session) {
+  if (!session.view) return nullptr;
+  auto server = std::make_unique<ViewServer>(*session.view);
+  print_out("view: {}\n", server->url());
+  output_is_complete();  // shows the address now
+  return server;
 }
 
 }  // namespace
@@ -102,10 +120,12 @@ RunRecord run_session(Session session) {
     record.detector = session.detector->description();
     record.detector_gives_boxes_only = !session.detector->gives_masks();
   }
+  // Pages stay connected until the files are written.
+  const std::unique_ptr<ViewServer> server = open_view(session);
   Recorders recorders{
       LiveTrajectory(folder), LabelRecorder(session.outputs.labels, folder),
       FigureRecorder(session.outputs.figures, session.options.dense.excluded_classes, folder)};
-  map_sequence(session, recorders, record);
+  map_sequence(session, server.get(), recorders, record);
   if (record.interrupted)
     print_out("interrupted after {} frames; the results so far are saved\n", record.frames);
 

@@ -2,6 +2,7 @@
 #pragma once
 #include "stillmap/report/run_folder.hpp"
 #include "stillmap/sensor/frame_source.hpp"
+#include "stillmap/view/access_rules.hpp"
 
 #include <filesystem>
 #include <memory>
@@ -24,8 +25,9 @@ struct Session {
   std::filesystem::path out;         ///< Folder of the results.
   ResultFolder::Foreign foreign = ResultFolder::Foreign::kKeep;
   RunOutputs outputs;
-  bool live = false;   ///< Whether the source delivers frames while they are recorded.
-  bool quiet = false;  ///< Whether summary and names of files are not printed.
+  bool live = false;                ///< Whether the source delivers frames while they are recorded.
+  std::optional<ViewAddress> view;  ///< Where the page that shows the run is served; none: nowhere.
+  bool quiet = false;               ///< Whether summary and names of files are not printed.
 };
 
 /// Throws Error if the run would overwrite a file that Stillmap did not write. For a check before

@@ -189,6 +189,13 @@ void SlamSystem::shed_load(const RgbdFrame& image) {
                              1000 * (image.timestamp - log_.back().timestamp), newest_->inliers);
 }
 
+LoadShedding SlamSystem::load_shedding() const {
+  LoadShedding shedding = load_shedding_;
+  shedding.frames_without_view = dense_.frames_left_out();
+  shedding.frames_without_movers = movers_.frames_skipped();
+  return shedding;
+}
+
 std::shared_ptr<const Snapshot> SlamSystem::snapshot() {
   auto snapshot = std::make_shared<Snapshot>();
   const auto frames = std::make_shared<const LoggedFrames>(log_.copy());
@@ -295,11 +302,9 @@ void SlamSystem::collect_statistics(SlamResult& result) const {
   result.detector = instances_.use();
   result.detector_failures = instances_.failures();
   result.detector_skipped = instances_.skipped();
-  result.load_shedding = load_shedding_;
+  result.load_shedding = load_shedding();
   result.camera = camera_;
   result.shutter = tracker_.shutter();
-  result.load_shedding.frames_without_view = dense_.frames_left_out();
-  result.load_shedding.frames_without_movers = movers_.frames_skipped();
 }
 
 /// All threads rest, so their tracks may be read.

@@ -14,6 +14,7 @@
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/track/tracker.hpp"
 
+#include <future>
 #include <map>
 #include <memory>
 #include <optional>
@@ -91,6 +92,11 @@ class SlamSystem {
   /// The frame pushed last, as the tracker saw it; null before the first.
   const TrackedFramePtr& newest() const { return newest_; }
 
+  /// Returns the record of the frame pushed last. Called after the first push().
+  const FrameRecord& newest_record() const { return log_.back(); }
+  /// Returns the work left out so far.
+  LoadShedding load_shedding() const;
+
   /// The timing of the camera's shutters that is in use.
   const ShutterTiming& shutter() const { return tracker_.shutter(); }
   const ShutterCalibration& shutter_calibration() const { return tracker_.shutter_calibration(); }
@@ -107,6 +113,10 @@ class SlamSystem {
   /// What moves, by id, as known now and in the world as it is now. In lockstep at the frame pushed
   /// last; in realtime at the newest that was worked on.
   std::vector<Mover> movers() { return movers_.newest(!options_.schedule.realtime); }
+
+  /// Returns the movers at the newest processed frame, in order of their ids. May be called by any
+  /// thread; see MoverStream::ask().
+  std::future<std::vector<Mover>> ask_movers() const { return movers_.ask(); }
 
   /// Waits for all threads, adjusts the map once more, and collects the results. Call once; no push
   /// after it.

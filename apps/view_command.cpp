@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/print.hpp"
+#include "stillmap/view/recorded_view.hpp"
+#include "stillmap/view/view_server.hpp"
+
+#include <chrono>
+#include <thread>
+
+#include "commands.hpp"
+#include "interrupt.hpp"
+#include "view_options.hpp"
+
+namespace stillmap {
+namespace {
+
+struct ViewArguments {
+  std::string run;
+  int port = ViewAddress().port;
+  std::string address;
+};
+
+int view(const ViewArguments& arguments) {
+  catch_interrupt();
+  ViewServer server(*view_address_of({.port = arguments.port, .address = arguments.address}));
+  publish_recorded_run(arguments.run, server.board());
+  print_out("view: {}\nCtrl-C ends it\n", server.url());
+  output_is_complete();
+  while (!interrupted()) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_view_command(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<ViewArguments>();
+  CLI::App* command =
+      app.add_subcommand("view", "show the results of a run, a saved map or a cloud in a browser");
+  command
+      ->add_option("run", arguments->run,
+                   "folder of results of stillmap run, saved map, or cloud (.ply)")
+      ->required();
+  command->add_option("--port", arguments->port, "port of the page; 0: any free one")
+      ->capture_default_str();
+  add_view_address(*command, arguments->address);
+  command->footer(
+      "Examples:\n"
+      "  stillmap view results\n"
+      "  stillmap view office.map --view-address 0.0.0.0\n"
+      "docs/view.md explains the page; `stillmap run --view` shows a run in progress.");
+  command->callback([arguments, &exit_code] { exit_code = view(*arguments); });
+}
+
+}  // namespace stillmap

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/pipeline/slam_system.hpp"
+#include "stillmap/pipeline/stage.hpp"
+#include "stillmap/view/cloud_chunks.hpp"
+#include "stillmap/view/view_messages.hpp"
+#include "stillmap/view/view_server.hpp"
+
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace stillmap {
+
+/// Shows a run in progress. Messages are made on a thread of its own, of lower priority than
+/// tracking, and only while a page is connected. The thread that pushes frames hands over the
+/// newest frame and never waits.
+class LiveView {
+ public:
+  /// @param slam    must outlive this object
+  /// @param name    name of the sequence
+  /// @param frames  length of the sequence, if known
+  LiveView(SlamSystem& slam, ViewServer& server, const std::string& name, const Camera& camera,
+           std::optional<std::size_t> frames);
+
+  /// Shows the frame pushed last. Called by the thread that pushes, after each frame.
+  void add_newest();
+
+  /// Shows the results, after SlamSystem::finish(). Nothing may be added after it.
+  void show_results(const SlamResult& result);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Task {
+    FrameRecord record;
+    std::optional<Pose> T_world_camera;
+    LoadShedding shedding;
+    TrackedFramePtr tracked;  // null while the thread is behind: no image is shown
+  };
+  struct Nothing {};
+
+  void work(const Task& task);
+  void show_frame(const Task& task);
+  void show_image(const TrackedFrame& tracked);
+  void show_map();
+  void show_cloud(const Cloud& cloud);
+  void publish(const nlohmann::json& message);
+
+  SlamSystem& slam_;
+  ViewServer& server_;
+  // Used by the stage's thread until show_results().
+  std::vector<PathFrame> states_;       // without poses
+  std::shared_ptr<const Cloud> cloud_;  // shown last; null before
+  CloudChunks chunks_;
+  std::size_t connected_ = 0;  // number of pages that had connected at the last frame
+  Clock::time_point next_image_, next_map_;
+  Stage<Task, Nothing> stage_;  // last: its thread uses the above
+};
+
+}  // namespace stillmap

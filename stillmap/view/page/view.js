@@ -1,0 +1,996 @@
+// SPDX-License-Identifier: Apache-2.0
+// The page of the view: reads the messages that docs/view.md describes and draws them with three.js.
+'use strict';
+(() => {
+  const $ = (id) => document.getElementById(id);
+  const TRAIL_SECONDS = 4, PREDICTED_SECONDS = 1.5;
+  const STATES = ['tracked', 'lost', 'relocalized', 'odometry'];
+  const STAGES = { features: '#4fa3ff', masks: '#b78cff', motion: '#ffb454', pose: '#43d17a' };
+  const phone = matchMedia('(max-width: 760px)').matches;
+  const MAX_BUDGET = phone ? 2e6 : 12e6;
+
+  // State of the page, which tests read.
+  const state = window.stillmap = {
+    connected: false, connections: 0, bytes: 0, messages: 0, frames: 0, frame: -1, latency: null, live: false,
+    finished: false, points: 0, drawn: 0, chunks: 0, movers: 0, path: 0, keyframes: 0, loops: 0, images: 0, objects: 0,
+    zones: 0, warnings: 0, view: 'orbit', fps: 0, renders: 0, budget: phone ? 1e6 : 3e6, errors: 0,
+  };
+  window.addEventListener('error', () => { state.errors += 1; });
+
+  // ---------------------------------------------------------------------------------------------- scene
+  let renderer;
+  try {
+    renderer = new THREE.WebGLRenderer({ canvas: $('canvas'), antialias: !phone, powerPreference: 'high-performance' });
+  } catch (e) {
+    $('state').textContent = 'this browser has no WebGL';
+    throw e;
+  }
+  renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+  const scene = new THREE.Scene();
+  const world = new THREE.Group();  // the world of the trajectory, turned so that its floor is y = 0
+  scene.add(world);
+  const layers = {};
+  for (const name of ['cloud', 'path', 'keyframes', 'loops', 'movers', 'objects', 'zones']) {
+    layers[name] = new THREE.Group();
+    world.add(layers[name]);
+  }
+  layers.grid = new THREE.Group();
+  layers.measure = new THREE.Group();
+  scene.add(layers.grid, layers.measure);
+
+  const orbitCamera = new THREE.PerspectiveCamera(55, 1, 0.05, 2000);
+  orbitCamera.position.set(-4, 5, 6);
+  const topCamera = new THREE.OrthographicCamera(-5, 5, 5, -5, -500, 1000);
+  topCamera.position.set(0, 100, 0);
+  topCamera.up.set(0, 0, -1);
+  topCamera.lookAt(0, 0, 0);
+  const orbit = new THREE.OrbitControls(orbitCamera, renderer.domElement);
+  const above = new THREE.OrbitControls(topCamera, renderer.domElement);
+  orbit.enableKeys = above.enableKeys = false;
+  orbit.screenSpacePanning = above.screenSpacePanning = true;
+  orbit.maxDistance = 900;
+  above.enableRotate = false;
+  above.mouseButtons.LEFT = THREE.MOUSE.PAN;
+  above.touches.ONE = THREE.TOUCH.PAN;
+  above.enabled = false;
+  let dirty = true, moved = 0, view = 'orbit', touched = false;
+  const changed = () => { dirty = true; };
+  for (const controls of [orbit, above]) {
+    controls.addEventListener('change', () => { dirty = true; moved = performance.now(); });
+    controls.addEventListener('start', () => { touched = true; });
+  }
+  const camera = () => (view === 'top' ? topCamera : orbitCamera);
+
+  function css(name) { return getComputedStyle(document.documentElement).getPropertyValue(name).trim(); }
+  function color(name) { return new THREE.Color(css('--' + name)); }
+  const moverColor = (id) => new THREE.Color().setHSL((0.93 + id * 0.381966) % 1, 0.85, 0.66);
+
+  // ---------------------------------------------------------------------------------------------- cloud
+  const cloudMaterial = new THREE.RawShaderMaterial({
+    uniforms: {
+      size: { value: 1 }, ortho: { value: 0 }, mode: { value: 0 }, cut: { value: 1e9 }, heights: { value: new THREE.Vector2(0, 2.5) },
+      palette: { value: null }, colors: { value: 1 },
+    },
+    vertexShader: `
+      precision highp float;
+      attribute vec4 position;
+      attribute vec4 color;
+      uniform mat4 modelMatrix, viewMatrix, projectionMatrix;
+      uniform float size, ortho, mode, cut, colors;
+      uniform vec2 heights;
+      uniform sampler2D palette;
+      varying vec3 shade;
+      vec3 ramp(float x) {
+        x = clamp(x, 0.0, 1.0);
+        return clamp(vec3(1.5 - abs(4.0 * x - 3.2), 1.5 - abs(4.0 * x - 2.0), 1.5 - abs(4.0 * x - 0.8)), 0.12, 0.95);
+      }
+      void main() {
+        vec4 p = modelMatrix * vec4(position.xyz, 1.0);
+        vec4 seen = viewMatrix * p;
+        gl_Position = p.y > cut ? vec4(2.0, 2.0, 2.0, 1.0) : projectionMatrix * seen;
+        gl_PointSize = clamp(ortho > 0.5 ? size : size / max(0.05, -seen.z), 1.0, 24.0);
+        shade = color.rgb;
+        if (mode > 1.5) shade = ramp((p.y - heights.x) / (heights.y - heights.x)) * (0.55 + 0.45 * dot(color.rgb, vec3(0.3, 0.6, 0.1)));
+        else if (mode > 0.5) {
+          float label = position.w * 65535.0;
+          shade = label > 0.5 ? mix(texture2D(palette, vec2((label - 0.5) / colors, 0.5)).rgb, color.rgb, 0.25)
+                              : vec3(dot(color.rgb, vec3(0.3, 0.6, 0.1))) * 0.55 + 0.1;
+        }
+      }`,
+    fragmentShader: 'precision mediump float; varying vec3 shade; void main() { gl_FragColor = vec4(shade, 1.0); }',
+  });
+  function setPalette(colors) {
+    const data = new Uint8Array(Math.max(1, colors.length) * 3);
+    colors.forEach((c, i) => data.set(c, 3 * i));
+    cloudMaterial.uniforms.palette.value = new THREE.DataTexture(data, data.length / 3, 1, THREE.RGBFormat);
+    cloudMaterial.uniforms.palette.value.needsUpdate = true;
+    cloudMaterial.uniforms.colors.value = data.length / 3;
+  }
+  setPalette([]);
+
+  const chunks = new Map();   // "x/y/z" -> {mesh, count}
+  const staged = new Map();   // chunks that are not shown yet
+  let stagedSince = 0;
+  function readChunk(buffer) {
+    const head = new DataView(buffer);
+    const cell = [4, 8, 12].map((at) => head.getInt32(at, true));
+    const count = head.getUint32(20, true);
+    if (!staged.size) stagedSince = performance.now();
+    staged.set(cell.join('/'), { cell, edge: head.getFloat32(16, true), count, buffer });
+  }
+  // A state of the map appears in one piece, so that a corrected map never overlaps with the old one for long.
+  function showStaged() {
+    for (const [key, chunk] of staged) {
+      const old = chunks.get(key);
+      if (old) {
+        layers.cloud.remove(old.mesh);
+        old.mesh.geometry.dispose();
+        chunks.delete(key);
+      }
+      if (!chunk.count) continue;
+      const geometry = new THREE.BufferGeometry();
+      geometry.setAttribute('position', new THREE.BufferAttribute(new Uint16Array(chunk.buffer, 24, 4 * chunk.count), 4, true));
+      geometry.setAttribute('color', new THREE.BufferAttribute(new Uint8Array(chunk.buffer, 24 + 8 * chunk.count, 4 * chunk.count), 4, true));
+      geometry.boundingSphere = new THREE.Sphere(new THREE.Vector3(32768, 32768, 32768).divideScalar(65535), 0.87);
+      const mesh = new THREE.Points(geometry, cloudMaterial);
+      mesh.scale.setScalar(chunk.edge);
+      mesh.position.set(...chunk.cell).multiplyScalar(chunk.edge);
+      layers.cloud.add(mesh);
+      chunks.set(key, { mesh, count: chunk.count, edge: chunk.edge });
+    }
+    staged.clear();
+    state.chunks = chunks.size;
+    state.points = [...chunks.values()].reduce((sum, c) => sum + c.count, 0);
+    $('n-points').textContent = short(state.points);
+    setHeights();
+    dirty = true;
+  }
+  function short(n) { return n >= 1e6 ? (n / 1e6).toFixed(2) + ' M' : n >= 1e4 ? Math.round(n / 1e3) + ' k' : String(n); }
+
+  // Draws the first points of each chunk, more of near ones, as many as the budget allows.
+  const sphere = new THREE.Sphere(), frustum = new THREE.Frustum(), matrix = new THREE.Matrix4();
+  function distribute() {
+    const eye = camera();
+    matrix.multiplyMatrices(eye.projectionMatrix, eye.matrixWorldInverse);
+    frustum.setFromMatrix(matrix);
+    const wanted = [];
+    let sum = 0;
+    for (const { mesh, count, edge } of chunks.values()) {
+      sphere.copy(mesh.geometry.boundingSphere).applyMatrix4(mesh.matrixWorld);
+      mesh.visible = frustum.intersectsSphere(sphere);
+      if (!mesh.visible) continue;
+      const distance = Math.max(edge, sphere.center.distanceTo(eye.position) - sphere.radius);
+      const want = view === 'top' ? count : count * Math.min(1, (6 * edge / distance) ** 2 + 0.05);
+      wanted.push([mesh, want, count]);
+      sum += want;
+    }
+    const share = Math.min(1, state.budget / Math.max(1, sum));
+    state.drawn = 0;
+    for (const [mesh, want] of wanted) {
+      const n = Math.ceil(want * share);
+      mesh.geometry.setDrawRange(0, n);
+      state.drawn += n;
+    }
+    // Fewer points are drawn larger, so that surfaces stay closed.
+    const height = renderer.domElement.height, user = Number($('size').value);
+    const gap = 0.022 * user * Math.min(3, Math.sqrt(1 / share));
+    const u = cloudMaterial.uniforms;
+    u.ortho.value = view === 'top' ? 1 : 0;
+    u.size.value = view === 'top' ? gap * height * topCamera.zoom / (topCamera.top - topCamera.bottom)
+      : gap * height / (2 * Math.tan(orbitCamera.fov * Math.PI / 360));
+  }
+
+  // ---------------------------------------------------------------------------------------------- ground
+  const ground = { up: [0, -1, 0], floor: -1.5, ceiling: 3, known: false };
+  function setGround(up, floor) {
+    ground.up = up;
+    ground.floor = floor;
+    world.quaternion.setFromUnitVectors(new THREE.Vector3(...up), new THREE.Vector3(0, 1, 0));
+    world.position.set(0, -floor, 0);
+    world.updateMatrixWorld(true);
+    const first = !ground.known;
+    ground.known = true;
+    setHeights();
+    if (first || !touched) fit();
+  }
+  function bounds() {
+    const box = new THREE.Box3(), point = new THREE.Vector3();
+    world.updateMatrixWorld(true);
+    for (const { mesh, count } of chunks.values()) {
+      const p = mesh.geometry.attributes.position, step = Math.max(1, Math.floor(count / 40));
+      for (let i = 0; i < count; i += step) box.expandByPoint(point.set(p.getX(i), p.getY(i), p.getZ(i)).divideScalar(65535).applyMatrix4(mesh.matrixWorld));
+    }
+    for (let i = 0; i < path.n; i += 10) box.expandByPoint(pathPoint(i, point).applyMatrix4(world.matrixWorld));
+    if (box.isEmpty()) box.set(new THREE.Vector3(-2, 0, -2), new THREE.Vector3(2, 2, 2));
+    return box;
+  }
+  function setHeights() {
+    const box = bounds();
+    ground.ceiling = Math.max(2, box.max.y);
+    cloudMaterial.uniforms.heights.value.set(0, Math.min(6, ground.ceiling));
+    setCut();
+    const side = 2 * Math.ceil(Math.max(6, Math.abs(box.min.x), box.max.x, Math.abs(box.min.z), box.max.z));
+    if (layers.grid.side !== side) {
+      layers.grid.remove(...layers.grid.children);
+      const grid = new THREE.GridHelper(side, side <= 120 ? side : side / 10, color('dim'), color('dim'));
+      grid.material.transparent = true;
+      grid.material.opacity = 0.22;
+      grid.material.depthWrite = false;
+      layers.grid.add(grid);
+      layers.grid.side = side;
+    }
+  }
+  function setCut() {
+    const share = Number($('cut').value);
+    cloudMaterial.uniforms.cut.value = share >= 1 ? 1e9 : share * ground.ceiling;
+    $('cut-value').textContent = share >= 1 ? 'off' : (share * ground.ceiling).toFixed(1) + ' m';
+    dirty = true;
+  }
+  function fit() {
+    const box = bounds(), center = box.getCenter(new THREE.Vector3()), size = box.getSize(new THREE.Vector3());
+    const radius = Math.max(1.5, 0.5 * Math.hypot(size.x, size.z, Math.min(size.y, 4)));
+    center.y = Math.min(center.y, 1.2);
+    orbit.target.copy(center);
+    // Seen from behind the first camera, obliquely from above.
+    const ahead = path.n ? new THREE.Vector3(0, 0, 1).applyQuaternion(pathRotation(0)).applyQuaternion(world.quaternion) : new THREE.Vector3(0, 0, -1);
+    ahead.y = 0;
+    if (ahead.length() < 0.1) ahead.set(0, 0, -1);
+    ahead.normalize().multiplyScalar(-1).applyAxisAngle(new THREE.Vector3(0, 1, 0), 0.45);
+    const far = radius * Math.max(1.35, 1.25 / Math.max(0.5, orbitCamera.aspect));
+    orbitCamera.position.copy(center).addScaledVector(ahead, far * 0.85).add(new THREE.Vector3(0, far * 0.75, 0));
+    orbitCamera.near = Math.max(0.02, radius / 500);
+    orbitCamera.far = Math.max(100, radius * 30);
+    orbitCamera.updateProjectionMatrix();
+    orbit.update();
+    const tall = Math.max(size.z, size.x / Math.max(0.2, orbitCamera.aspect)) * 1.15;
+    above.target.copy(center).setY(0);
+    topCamera.position.copy(center).setY(200);
+    topCamera.zoom = (topCamera.top - topCamera.bottom) / Math.max(2, tall);
+    topCamera.updateProjectionMatrix();
+    above.update();
+    dirty = true;
+  }
+
+  // ---------------------------------------------------------------------------------------------- path
+  // Frames of the path: time [s], position, rotation, state.
+  const path = { n: 0, t: new Float64Array(1024), p: new Float32Array(7 * 1024), s: new Uint8Array(1024) };
+  const pathPoint = (i, out) => out.set(path.p[7 * i], path.p[7 * i + 1], path.p[7 * i + 2]);
+  const pathRotation = (i) => new THREE.Quaternion(path.p[7 * i + 3], path.p[7 * i + 4], path.p[7 * i + 5], path.p[7 * i + 6]);
+  function pushPath(t, pose, s) {
+    if (path.n === path.t.length) {
+      for (const key of ['t', 'p', 's']) {
+        const larger = new path[key].constructor(2 * path[key].length);
+        larger.set(path[key]);
+        path[key] = larger;
+      }
+    }
+    path.t[path.n] = t;
+    path.p.set(pose, 7 * path.n);
+    path.s[path.n++] = s;
+  }
+  function readPath(buffer) {
+    const head = new DataView(buffer), count = head.getUint32(4, true), first = head.getFloat64(8, true);
+    const newest = path.n ? { t: path.t[path.n - 1], pose: path.p.slice(7 * path.n - 7, 7 * path.n), s: path.s[path.n - 1] } : null;
+    path.n = 0;
+    for (let i = 0; i < count; ++i) {
+      const at = 16 + 36 * i, pose = new Float32Array(buffer, at + 4, 7);
+      pushPath(first + head.getFloat32(at, true), pose, head.getUint32(at + 32, true));
+    }
+    if (state.live && newest && (!path.n || newest.t > path.t[path.n - 1] + 1e-4)) pushPath(newest.t, newest.pose, newest.s);
+    drawPath();
+    if (!state.live) setTimeline();
+  }
+  let pathLine = null, pathDots = null;
+  function drawPath() {
+    const colors = STATES.map((name) => color(name === 'tracked' ? 'accent' : name));
+    const positions = path.p, vertices = new Float32Array(3 * path.n), shades = new Float32Array(3 * path.n);
+    for (let i = 0; i < path.n; ++i) {
+      vertices.set(positions.subarray(7 * i, 7 * i + 3), 3 * i);
+      colors[path.s[i]].toArray(shades, 3 * i);
+    }
+    layers.path.remove(pathLine, pathDots);
+    for (const old of [pathLine, pathDots]) if (old) { old.geometry.dispose(); old.material.dispose(); }
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute('position', new THREE.BufferAttribute(vertices, 3));
+    geometry.setAttribute('color', new THREE.BufferAttribute(shades, 3));
+    pathLine = new THREE.Line(geometry, new THREE.LineBasicMaterial({ vertexColors: THREE.VertexColors }));
+    pathDots = new THREE.Points(geometry, new THREE.PointsMaterial({ size: 3.2 * renderer.getPixelRatio(), sizeAttenuation: false, vertexColors: THREE.VertexColors }));
+    pathLine.frustumCulled = pathDots.frustumCulled = false;
+    layers.path.add(pathLine, pathDots);
+    state.path = path.n;
+    let length = 0;
+    for (let i = 1; i < path.n; ++i) length += Math.hypot(vertices[3 * i] - vertices[3 * i - 3], vertices[3 * i + 1] - vertices[3 * i - 2], vertices[3 * i + 2] - vertices[3 * i - 1]);
+    $('n-path').textContent = length.toFixed(1) + ' m';
+    dirty = true;
+  }
+
+  // ---------------------------------------------------------------------------------------------- camera
+  let intrinsics = { width: 640, height: 480, fx: 525, fy: 525, cx: 320, cy: 240 };
+  function corners(depth) {
+    const { width, height, fx, fy, cx, cy } = intrinsics;
+    return [[0, 0], [width, 0], [width, height], [0, height]].map(([u, v]) => [(u - cx) / fx * depth, (v - cy) / fy * depth, depth]);
+  }
+  function frustumLines(depth) {
+    const c = corners(depth), o = [0, 0, 0];
+    const pairs = [o, c[0], o, c[1], o, c[2], o, c[3], c[0], c[1], c[1], c[2], c[2], c[3], c[3], c[0]];
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array(pairs.flat()), 3));
+    return geometry;
+  }
+  const eye = new THREE.Group();  // the camera now
+  world.add(eye);
+  const texture = new THREE.Texture();
+  texture.minFilter = THREE.LinearFilter;
+  texture.generateMipmaps = false;
+  texture.flipY = false;
+  let eyeLines = null, eyeImage = null;
+  function makeEye() {
+    eye.remove(...eye.children);
+    eyeLines = new THREE.LineSegments(frustumLines(0.45), new THREE.LineBasicMaterial({ color: color('relocalized') }));
+    const c = corners(0.45), geometry = new THREE.BufferGeometry();
+    geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array([c[0], c[1], c[2], c[3]].flat()), 3));
+    geometry.setAttribute('uv', new THREE.BufferAttribute(new Float32Array([0, 0, 1, 0, 1, 1, 0, 1]), 2));
+    geometry.setIndex([0, 1, 2, 0, 2, 3]);
+    eyeImage = new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({ map: texture, side: THREE.DoubleSide, transparent: true, opacity: 0.85 }));
+    eyeImage.visible = false;
+    eyeLines.frustumCulled = eyeImage.frustumCulled = false;
+    eye.add(eyeLines, eyeImage);
+    eye.visible = false;
+  }
+  makeEye();
+  function placeEye(pose, s) {
+    eye.visible = true;
+    eye.position.set(pose[0], pose[1], pose[2]);
+    eye.quaternion.set(pose[3], pose[4], pose[5], pose[6]);
+    eyeLines.material.color.copy(color(s === 1 ? 'lost' : 'relocalized'));
+    dirty = true;
+  }
+  const sight = new THREE.Vector3(), seat = new THREE.Vector3();
+  let followed = 0;
+  function follow() {
+    if (view !== 'follow' || !eye.visible) return;
+    eye.updateMatrixWorld(true);
+    seat.set(0, -0.75, -2.3).applyMatrix4(eye.matrixWorld);
+    sight.set(0, 0.1, 2.5).applyMatrix4(eye.matrixWorld);
+    const now = performance.now(), weight = 1 - Math.exp(-Math.min(200, now - followed) / 160);
+    followed = now;
+    if (orbitCamera.position.distanceTo(seat) + orbit.target.distanceTo(sight) < 2e-3) return;
+    orbitCamera.position.lerp(seat, weight);
+    orbit.target.lerp(sight, weight);
+    orbitCamera.lookAt(orbit.target);
+    dirty = true;
+  }
+
+  // ---------------------------------------------------------------------------------------------- map
+  let keyframeLines = null, loopLines = null, mapMessage = null;
+  function drawMap(message) {
+    mapMessage = message;
+    const pattern = frustumLines(0.11).attributes.position.array, n = message.keyframes.length;
+    const vertices = new Float32Array(n * pattern.length), p = new THREE.Vector3(), q = new THREE.Quaternion();
+    message.keyframes.forEach((pose, k) => {
+      q.set(pose[3], pose[4], pose[5], pose[6]);
+      for (let i = 0; i < pattern.length; i += 3) {
+        p.set(pattern[i], pattern[i + 1], pattern[i + 2]).applyQuaternion(q);
+        vertices.set([p.x + pose[0], p.y + pose[1], p.z + pose[2]], k * pattern.length + i);
+      }
+    });
+    keyframeLines = replaceLines(layers.keyframes, keyframeLines, vertices, color('dim'), 0.75);
+    // A loop joins the places of the camera at the two times.
+    const at = (t) => { let i = lower(path.t, path.n, t); return i < path.n ? [path.p[7 * i], path.p[7 * i + 1], path.p[7 * i + 2]] : null; };
+    const ends = [];
+    for (const event of message.events) {
+      const to = at(event.t), from = event.seen_in < path.n ? [...path.p.subarray(7 * event.seen_in, 7 * event.seen_in + 3)] : null;
+      if (to && from) ends.push(...from, ...to);
+    }
+    loopLines = replaceLines(layers.loops, loopLines, new Float32Array(ends), color('loop'), 1);
+    state.keyframes = n;
+    state.loops = message.events.filter((e) => e.kind !== 'dropped').length;
+    $('n-keyframes').textContent = n;
+    $('n-loops').textContent = state.loops;
+    setGround(message.up, message.floor);
+    drawMarks();
+    dirty = true;
+  }
+  function replaceLines(layer, old, vertices, shade, opacity) {
+    if (old) { layer.remove(old); old.geometry.dispose(); old.material.dispose(); }
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute('position', new THREE.BufferAttribute(vertices, 3));
+    const lines = new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color: shade, transparent: opacity < 1, opacity }));
+    lines.frustumCulled = false;
+    layer.add(lines);
+    return lines;
+  }
+  function lower(array, n, value) {
+    let low = 0, high = n;
+    while (low < high) { const middle = (low + high) >> 1; if (array[middle] < value) low = middle + 1; else high = middle; }
+    return low;
+  }
+
+  // ---------------------------------------------------------------------------------------------- boxes and labels
+  const EDGES = [0, 1, 1, 3, 3, 2, 2, 0, 4, 5, 5, 7, 7, 6, 6, 4, 0, 4, 1, 5, 2, 6, 3, 7];
+  function boxVertices(min, max) {
+    const corner = (i) => [i & 1 ? max[0] : min[0], i & 2 ? max[1] : min[1], i & 4 ? max[2] : min[2]];
+    return EDGES.map(corner).flat();
+  }
+  const labels = new Map();
+  function setLabel(key, position, html, shade, kind) {
+    let label = labels.get(key);
+    if (!label) {
+      label = { element: document.createElement('div'), position: new THREE.Vector3() };
+      label.element.className = 'label ' + kind;
+      $('labels').append(label.element);
+      labels.set(key, label);
+    }
+    label.position.set(...position);
+    label.kind = kind;
+    if (label.html !== html) label.element.replaceChildren(...html.map(([tag, text]) => Object.assign(document.createElement(tag), { textContent: text })));
+    label.html = html;
+    label.element.className = 'label ' + kind;
+    label.element.style.setProperty('--color', shade);
+  }
+  function dropLabels(test) {
+    for (const [key, label] of labels) if (test(key)) { label.element.remove(); labels.delete(key); }
+  }
+  const projected = new THREE.Vector3();
+  function placeLabels() {
+    for (const [key, label] of labels) {
+      const layer = layers[key.split(':')[0]];
+      projected.copy(label.position).applyMatrix4(world.matrixWorld).project(camera());
+      const shown = (!layer || layer.visible) && projected.z < 1 && Math.abs(projected.x) < 1.1 && Math.abs(projected.y) < 1.1;
+      label.element.style.display = shown ? '' : 'none';
+      if (shown) label.element.style.transform = `translate(${((projected.x + 1) / 2 * innerWidth).toFixed(1)}px, ${((1 - projected.y) / 2 * innerHeight).toFixed(1)}px) translate(-50%, -120%)`;
+    }
+  }
+
+  // ---------------------------------------------------------------------------------------------- moving objects
+  const trails = new Map();   // id -> [[t, x, y, z], ...] of a live run
+  let alarmed = new Set(), tracks = null;
+  function topOf(min, max) {  // the middle of a box's upper face
+    const up = ground.up, axis = up.map(Math.abs).indexOf(Math.max(...up.map(Math.abs)));
+    const p = min.map((low, i) => (low + max[i]) / 2);
+    p[axis] = up[axis] > 0 ? max[axis] : min[axis];
+    return p;
+  }
+  function drawMovers(movers, trailOf) {
+    layers.movers.children.slice().forEach((child) => { child.geometry.dispose(); child.material.dispose(); layers.movers.remove(child); });
+    const seen = new Set();
+    for (const m of movers) {
+      const shade = alarmed.has(m.id) ? color('lost') : moverColor(m.id), speed = Math.hypot(...m.v);
+      replaceLines(layers.movers, null, new Float32Array(boxVertices(m.min, m.max)), shade, m.observed ? 1 : 0.45);
+      const trail = trailOf(m.id), pairs = [];
+      for (let i = 1; i < trail.length; ++i) pairs.push(...trail[i - 1].slice(1), ...trail[i].slice(1));
+      replaceLines(layers.movers, null, new Float32Array(pairs), shade, 0.55);
+      const way = [];  // dashed: predicted
+      if (speed > 0.1) for (let k = 0; k < 8; ++k) for (const part of [k / 8, (k + 0.55) / 8]) way.push(...m.p.map((x, i) => x + m.v[i] * part * PREDICTED_SECONDS));
+      replaceLines(layers.movers, null, new Float32Array(way), shade, 1);
+      const name = m.class === 'unknown' ? 'object' : m.class;
+      setLabel('movers:' + m.id, topOf(m.min, m.max), [['span', `${name} ${m.id} `], ['small', m.observed ? `${speed.toFixed(1)} m/s` : 'predicted']], '#' + shade.getHexString(), alarmed.has(m.id) ? 'alarm' : 'mover');
+      seen.add('movers:' + m.id);
+    }
+    dropLabels((key) => key.startsWith('movers:') && !seen.has(key));
+    state.movers = movers.length;
+    $('n-movers').textContent = movers.length;
+    dirty = true;
+  }
+  function readMovers(message) {
+    for (const m of message.movers) {
+      const trail = trails.get(m.id) || [];
+      if (!trail.length || m.t > trail[trail.length - 1][0]) trail.push([m.t, ...m.p]);
+      while (trail.length && trail[0][0] < m.t - TRAIL_SECONDS) trail.shift();
+      trails.set(m.id, trail);
+    }
+    drawMovers(message.movers, (id) => trails.get(id) || []);
+  }
+  function readTracks(message) {
+    tracks = message.tracks.map((track) => ({ ...track, times: Float64Array.from(track.samples, (s) => s.t) }));
+    if (!state.live) setTimeline();
+  }
+  function moversAt(t) {
+    const movers = [];
+    for (const track of tracks || []) {
+      const i = lower(track.times, track.times.length, t - 1e-4), sample = track.samples[i];
+      if (sample && Math.abs(sample.t - t) < 0.2) movers.push({ ...sample, id: track.id, class: track.class });
+    }
+    drawMovers(movers, (id) => {
+      const track = tracks.find((x) => x.id === id);
+      return track.samples.slice(lower(track.times, track.times.length, t - TRAIL_SECONDS), lower(track.times, track.times.length, t + 1e-4)).map((s) => [s.t, ...s.p]);
+    });
+  }
+
+  function drawObjects(objects) {
+    layers.objects.remove(...layers.objects.children);
+    dropLabels((key) => key.startsWith('objects:'));
+    for (const object of objects || []) {
+      replaceLines(layers.objects, null, new Float32Array(boxVertices(object.box.min, object.box.max)), color('object'), 0.5);
+      setLabel('objects:' + object.id, topOf(object.box.min, object.box.max), [['span', object.class]], css('--object'), 'object');
+    }
+    state.objects = (objects || []).length;
+    $('n-objects').textContent = state.objects;
+    dirty = true;
+  }
+
+  // ---------------------------------------------------------------------------------------------- zones and warnings
+  function drawZones(zones) {
+    layers.zones.remove(...layers.zones.children);
+    dropLabels((key) => key.startsWith('zones:'));
+    zones.forEach((zone, k) => {
+      const up = zone.up || ground.up, at = (p, h) => p.map((x, i) => x + up[i] * h), pairs = [], faces = [];
+      zone.polygon.forEach((p, i) => {
+        const next = zone.polygon[(i + 1) % zone.polygon.length], [low, high] = zone.height;
+        const a = at(p, low), b = at(next, low), c = at(next, high), d = at(p, high);
+        pairs.push(...a, ...b, ...d, ...c, ...a, ...d);
+        faces.push(...a, ...b, ...c, ...a, ...c, ...d);
+      });
+      const shade = alarmed.has('zone:' + zone.name) ? color('lost') : color('zone');
+      replaceLines(layers.zones, null, new Float32Array(pairs), shade, 0.95);
+      const geometry = new THREE.BufferGeometry();
+      geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array(faces), 3));
+      const mesh = new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({ color: shade, transparent: true, opacity: 0.13, side: THREE.DoubleSide, depthWrite: false }));
+      mesh.frustumCulled = false;
+      layers.zones.add(mesh);
+      const center = zone.polygon.reduce((sum, p) => sum.map((x, i) => x + p[i] / zone.polygon.length), [0, 0, 0]);
+      setLabel('zones:' + k, at(center, zone.height[1]), [['span', zone.name]], css('--zone'), 'object');
+    });
+    state.zones = zones.length;
+    $('n-zones').textContent = zones.length;
+    dirty = true;
+  }
+  let zones = [], sound = false, audio = null, warned = '';
+  function showWarnings(message) {
+    const active = message.active || [];
+    alarmed = new Set(active.filter((w) => w.mover).map((w) => w.mover).concat(active.filter((w) => w.zone).map((w) => 'zone:' + w.zone)));
+    $('warnings').replaceChildren(...active.slice(0, 5).map((w) => Object.assign(document.createElement('div'), {
+      className: 'warning' + (w.kind === 'unknown' ? ' unknown' : ''), textContent: w.text,
+    })));
+    document.body.classList.toggle('alarm', active.some((w) => w.kind !== 'unknown'));
+    state.warnings = message.count;
+    state.active = active.length;
+    const key = active.map((w) => w.text).join();
+    if (sound && active.length && key !== warned) beep();
+    warned = key;
+    drawZones(zones);
+  }
+  function beep() {
+    audio = audio || new AudioContext();
+    const tone = audio.createOscillator(), level = audio.createGain();
+    tone.frequency.value = 880;
+    level.gain.setValueAtTime(0.15, audio.currentTime);
+    level.gain.exponentialRampToValueAtTime(0.001, audio.currentTime + 0.4);
+    tone.connect(level).connect(audio.destination);
+    tone.start();
+    tone.stop(audio.currentTime + 0.4);
+  }
+
+  // ---------------------------------------------------------------------------------------------- frame
+  let coverage = { frames: 0, tracked: 0 }, run = {};
+  const msText = (x) => (x < 10 ? x.toFixed(1) : Math.round(x)) + ' ms';
+  function readFrame(message) {
+    state.frame = message.index;
+    state.frames += 1;
+    state.latency = Date.now() - message.wall;
+    if (message.pose) {
+      if (!path.n || message.t > path.t[path.n - 1]) pushPath(message.t, message.pose, message.state);
+      placeEye(message.pose, message.state);
+    } else if (path.n) {
+      placeEye(path.p.subarray(7 * path.n - 7, 7 * path.n), 1);
+    }
+    coverage.frames = message.index + 1;
+    $('state').textContent = message.state === 1 ? 'camera lost' : message.state === 2 ? 'relocalized' : 'live';
+    $('state').className = 'pill ' + (message.state === 1 ? 'lost' : 'live');
+    $('clock').textContent = `frame ${message.index + 1}${run.frames ? ' of ' + run.frames : ''}`;
+    $('reason').textContent = message.reason;
+    const ms = message.ms, total = ms.features + ms.masks + ms.motion + ms.pose, shed = message.shed;
+    showStats([
+      ['tracking', msText(total), total > 33], ['latency', msText(Math.max(0, state.latency)), false],
+      ['keypoints', message.keypoints, false], ['moving', message.moving, false],
+      ['inliers', message.inliers, message.inliers < 30], ['mask age', message.mask_age < 0 ? '–' : message.mask_age, message.mask_age > 10],
+      ['no movers', shed.without_movers, shed.without_movers > 0], ['no view', shed.without_view, shed.without_view > 0],
+      ['fewer keyp.', shed.fewer_keypoints, shed.fewer_keypoints > 0], ['waiting', msText(ms.waiting), false],
+    ]);
+    showTimes(ms);
+  }
+  function showStats(rows) {
+    $('stats').replaceChildren(...rows.flatMap(([name, value, bad]) => [
+      Object.assign(document.createElement('span'), { textContent: name }),
+      Object.assign(document.createElement('b'), { textContent: value, className: bad ? 'bad' : '' })]));
+  }
+  let bar = null;
+  function showTimes(ms) {
+    if (!bar) {
+      bar = {};
+      const strip = Object.assign(document.createElement('div'), { className: 'bar' }), keys = Object.assign(document.createElement('div'), { className: 'bar-keys' });
+      for (const [name, shade] of Object.entries(STAGES)) {
+        const part = document.createElement('i'), key = document.createElement('span'), patch = document.createElement('i'), text = document.createElement('span');
+        part.style.background = patch.style.background = shade;
+        key.append(patch, text);
+        strip.append(part);
+        keys.append(key);
+        bar[name] = { part, text };
+      }
+      $('times').append(strip, keys);
+    }
+    const most = Math.max(33, Object.keys(STAGES).reduce((sum, name) => sum + ms[name], 0));
+    for (const name of Object.keys(STAGES)) {
+      bar[name].part.style.width = (100 * ms[name] / most) + '%';
+      bar[name].text.textContent = `${name} ${ms[name].toFixed(1)}`;
+    }
+  }
+  let imageUrl = null;
+  async function readImage(buffer) {
+    const blob = new Blob([new Uint8Array(buffer, 8)], { type: 'image/jpeg' });
+    const old = imageUrl;
+    imageUrl = URL.createObjectURL(blob);
+    $('image').src = imageUrl;
+    if (old) URL.revokeObjectURL(old);
+    $('frame-number').textContent = new DataView(buffer).getUint32(4, true);
+    state.images += 1;
+  }
+  $('image').addEventListener('load', () => {
+    texture.image = $('image');
+    texture.needsUpdate = true;
+    eyeImage.visible = true;
+    dirty = true;
+  });
+
+  function showSummary(summary) {
+    const frames = summary.frames || {}, evaluation = summary.evaluation || {};
+    const rows = [['frames', frames.total, false], ['tracked', frames.tracked, false], ['keyframes', summary.keyframes, false], ['landmarks', summary.landmarks, false],
+      ['tracking', summary.tracking_median_ms === undefined ? undefined : msText(summary.tracking_median_ms), false], ['maps', summary.maps, summary.maps > 1],
+      ['loops', (summary.loops || []).length, false], ['relocalized', (summary.relocalizations || []).length, false]];
+    if (frames.total && frames.tracked) rows.push(['coverage', (100 * frames.tracked / frames.total).toFixed(1) + ' %', frames.tracked < 0.95 * frames.total]);
+    if (evaluation.ate) rows.push(['ATE RMSE', (100 * evaluation.ate.translation_m.rmse).toFixed(1) + ' cm', false]);
+    if (summary.preset) rows.push(['preset', summary.preset, false]);
+    showStats(rows.filter((row) => row[1] !== undefined));
+  }
+
+  // ---------------------------------------------------------------------------------------------- time line
+  let playing = false, now = 0;
+  function setTimeline() {
+    if (!path.n) return;
+    $('timeline').hidden = false;
+    $('time').min = path.t[0];
+    $('time').max = path.t[path.n - 1];
+    $('time').step = 0.001;
+    $('time').value = path.t[path.n - 1];
+    showTime(path.t[path.n - 1]);
+    drawMarks();
+  }
+  function showTime(t) {
+    now = Math.min(path.t[path.n - 1], Math.max(path.t[0], t));
+    const i = Math.min(path.n - 1, lower(path.t, path.n, now - 1e-4));
+    placeEye(path.p.subarray(7 * i, 7 * i + 7), path.s[i]);
+    $('time').value = now;
+    $('time-value').textContent = `${(now - path.t[0]).toFixed(1)} / ${(path.t[path.n - 1] - path.t[0]).toFixed(1)} s`;
+    $('clock').textContent = STATES[path.s[i]] === 'lost' ? 'camera lost' : '';
+    if (tracks) moversAt(now);
+    state.time = now;
+  }
+  function play(on) {
+    playing = on;
+    $('play').textContent = on ? '❚❚' : '▶';
+    if (on && now >= path.t[path.n - 1] - 0.05) showTime(path.t[0]);
+    dirty = true;
+  }
+  function drawMarks() {
+    if ($('timeline').hidden || path.n < 2) return;
+    const canvas = $('marks'), ink = canvas.getContext('2d');
+    canvas.width = Math.max(200, $('track').clientWidth);
+    const x = (t) => canvas.width * (t - path.t[0]) / (path.t[path.n - 1] - path.t[0]);
+    const shades = STATES.map((name) => css(name === 'tracked' ? '--accent' : '--' + name));
+    for (let i = 0; i + 1 < path.n; ++i) {
+      ink.fillStyle = shades[path.s[i]];
+      ink.fillRect(x(path.t[i]), 3, Math.max(1, x(path.t[i + 1]) - x(path.t[i])) + 0.5, 4);
+    }
+    ink.fillStyle = css('--loop');
+    for (const event of mapMessage ? mapMessage.events : []) ink.fillRect(x(event.t) - 1.5, 0, 3, 10);
+    ink.fillStyle = shades[2];
+    for (let i = 0; i < path.n; ++i) if (path.s[i] === 2) ink.fillRect(x(path.t[i]) - 1.5, 0, 3, 10);
+  }
+
+  // ---------------------------------------------------------------------------------------------- measuring and zones
+  let tool = null, picked = [];
+  const ray = new THREE.Raycaster();
+  // Returns the drawn point nearest to the viewer within a few pixels of a position on the screen; null without one.
+  function pickPoint(x, y) {
+    const e = camera();
+    ray.setFromCamera(new THREE.Vector2(2 * x / innerWidth - 1, 1 - 2 * y / innerHeight), e);
+    const best = { distance: Infinity, point: null }, p = new THREE.Vector3(), pixel = 2 * Math.tan(orbitCamera.fov * Math.PI / 360) / innerHeight;
+    for (const { mesh } of chunks.values()) {
+      if (!mesh.visible) continue;
+      sphere.copy(mesh.geometry.boundingSphere).applyMatrix4(mesh.matrixWorld);
+      if (ray.ray.distanceToPoint(sphere.center) > sphere.radius + 0.1) continue;
+      const positions = mesh.geometry.attributes.position, n = mesh.geometry.drawRange.count;
+      for (let i = 0; i < n; ++i) {
+        p.set(positions.getX(i), positions.getY(i), positions.getZ(i)).divideScalar(65535).applyMatrix4(mesh.matrixWorld);
+        if (p.y > cloudMaterial.uniforms.cut.value) continue;
+        const distance = p.clone().sub(ray.ray.origin).dot(ray.ray.direction);
+        const limit = view === 'top' ? 5 / topCamera.zoom * (topCamera.top - topCamera.bottom) / innerHeight : 5 * pixel * distance;
+        if (distance > 0 && distance < best.distance && ray.ray.distanceToPoint(p) < limit) { best.distance = distance; best.point = p.clone(); }
+      }
+    }
+    return best.point;
+  }
+  function pickFloor(x, y) {
+    ray.setFromCamera(new THREE.Vector2(2 * x / innerWidth - 1, 1 - 2 * y / innerHeight), camera());
+    return ray.ray.intersectPlane(new THREE.Plane(new THREE.Vector3(0, 1, 0), 0), new THREE.Vector3());
+  }
+  function setTool(name) {
+    tool = tool === name ? null : name;
+    picked = [];
+    layers.measure.remove(...layers.measure.children);
+    $('measure').classList.toggle('on', tool === 'measure');
+    $('zone').classList.toggle('on', tool === 'zone');
+    $('measured').textContent = tool === 'measure' ? 'Click two points.' : tool === 'zone' ? 'Click the corners on the floor; Enter saves the zone, Esc ends.' : '';
+    dirty = true;
+  }
+  function pick(x, y) {
+    const point = tool === 'zone' ? pickFloor(x, y) : pickPoint(x, y);
+    if (!point) { $('measured').textContent = 'There is no point here.'; return; }
+    if (tool === 'measure' && picked.length === 2) { picked = []; layers.measure.remove(...layers.measure.children); }
+    picked.push(point);
+    const dot = new THREE.Points(new THREE.BufferGeometry().setFromPoints([point]), new THREE.PointsMaterial({ size: 9 * renderer.getPixelRatio(), sizeAttenuation: false, color: color('relocalized'), depthTest: false }));
+    layers.measure.add(dot);
+    if (picked.length > 1) {
+      const line = new THREE.Line(new THREE.BufferGeometry().setFromPoints(picked.slice(-2)), new THREE.LineBasicMaterial({ color: color('relocalized'), depthTest: false }));
+      layers.measure.add(line);
+    }
+    if (tool === 'measure' && picked.length === 2) {
+      const [a, b] = picked;
+      state.measured = a.distanceTo(b);
+      $('measured').textContent = `${state.measured.toFixed(3)} m  (level ${Math.hypot(a.x - b.x, a.z - b.z).toFixed(3)} m, height ${Math.abs(a.y - b.y).toFixed(3)} m)`;
+    }
+    dirty = true;
+  }
+  // Returns the drawn zone in the format of --zones.
+  function zoneYaml() {
+    const corners = picked.map((p) => world.worldToLocal(p.clone()));
+    const row = (v) => '[' + [v.x, v.y, v.z].map((x) => x.toFixed(3)).join(', ') + ']';
+    return `# Zones of Stillmap, in the world frame of the trajectory [m]; docs/view.md explains them.\nup: [${ground.up.join(', ')}]\nzones:\n  - name: zone 1\n    polygon: [${corners.map(row).join(', ')}]\n    height: [0, 2.5]\n`;
+  }
+  function saveZone() {
+    if (tool !== 'zone' || picked.length < 3) return;
+    const link = document.createElement('a');
+    link.href = URL.createObjectURL(new Blob([state.zoneYaml = zoneYaml()], { type: 'text/yaml' }));
+    link.download = 'zones.yaml';
+    link.click();
+    const polygon = picked.map((p) => world.worldToLocal(p.clone()).toArray());
+    setTool('zone');
+    zones = zones.concat([{ name: 'drawn', polygon, height: [0, 2.5] }]);
+    drawZones(zones);
+  }
+
+  // ---------------------------------------------------------------------------------------------- messages
+  function readText(message) {
+    switch (message.type) {
+      case 'run':
+        run = message;
+        state.live = message.live;
+        if (message.camera) intrinsics = message.camera;
+        $('figure').style.aspectRatio = `${intrinsics.width} / ${intrinsics.height}`;
+        $('figure').hidden = !message.live;
+        $('frame-title').textContent = message.live ? 'Frame' : 'Run';
+        for (const keys of document.querySelectorAll('.image-keys')) keys.hidden = !message.live;
+        document.title = message.name + ' – Stillmap';
+        $('name').textContent = message.name;
+        $('state').textContent = message.live ? 'waiting for the first frame' : 'finished run';
+        $('state').className = 'pill';
+        makeEye();
+        break;
+      case 'frame': readFrame(message); break;
+      case 'map': drawMap(message); break;
+      case 'movers': readMovers(message); break;
+      case 'tracks': readTracks(message); break;
+      case 'objects': drawObjects(message.objects); break;
+      case 'palette': setPalette(message.colors); break;
+      case 'summary': showSummary(message.summary); break;
+      case 'cloud': showStaged(); break;
+      case 'zones': zones = message.zones; drawZones(zones); break;
+      case 'warnings': showWarnings(message); break;
+      case 'finished':
+        state.live = false;
+        state.finished = true;
+        $('state').textContent = 'finished';
+        $('state').className = 'pill';
+        setTimeline();
+        break;
+    }
+  }
+  function readBinary(buffer) {
+    const type = new Uint8Array(buffer, 0, 1)[0];
+    if (type === 1) readChunk(buffer);
+    else if (type === 2) readImage(buffer);
+    else if (type === 3) readPath(buffer);
+  }
+  function clear() {
+    for (const { mesh } of chunks.values()) { layers.cloud.remove(mesh); mesh.geometry.dispose(); }
+    chunks.clear();
+    staged.clear();
+    trails.clear();
+    path.n = 0;
+    tracks = null;
+    mapMessage = null;
+    ground.known = false;
+    zones = [];
+    drawMovers([], () => []);
+    drawObjects([]);
+    drawZones([]);
+    drawPath();
+    showWarnings({ active: [], count: 0 });
+    $('timeline').hidden = true;
+    state.points = state.chunks = state.images = state.frames = 0;
+    state.finished = false;
+  }
+  let wait = 400;
+  function connect() {
+    const socket = new WebSocket(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/data${location.search}`);
+    socket.binaryType = 'arraybuffer';
+    socket.onopen = () => {
+      clear();
+      state.connected = true;
+      state.connections += 1;
+      wait = 400;
+      $('state').textContent = 'connected';
+      $('state').className = 'pill';
+    };
+    socket.onmessage = ({ data }) => {
+      state.messages += 1;
+      state.bytes += typeof data === 'string' ? data.length : data.byteLength;
+      if (typeof data === 'string') readText(JSON.parse(data)); else readBinary(data);
+    };
+    socket.onclose = () => {
+      state.connected = false;
+      if (!state.finished) { $('state').textContent = 'connection lost'; $('state').className = 'pill lost'; }
+      setTimeout(connect, wait);
+      wait = Math.min(5000, 1.6 * wait);
+    };
+  }
+
+  // ---------------------------------------------------------------------------------------------- controls
+  function setView(name) {
+    view = state.view = name;
+    orbit.enabled = name === 'orbit';
+    above.enabled = name === 'top';
+    for (const button of document.querySelectorAll('[data-view]')) button.classList.toggle('on', button.dataset.view === name);
+    if (name === 'top' && Number($('cut').value) >= 1 && ground.ceiling > 2.2) { $('cut').value = 1.9 / ground.ceiling; setCut(); }
+    if (name !== 'top' && cloudMaterial.uniforms.cut.value < 1e9) { $('cut').value = 1; setCut(); }
+    if (name === 'follow') { followed = performance.now(); orbitCamera.near = 0.05; orbitCamera.updateProjectionMatrix(); }
+    dirty = true;
+  }
+  function setTheme(name) {
+    document.documentElement.dataset.theme = name;
+    renderer.setClearColor(color('back'));
+    try { localStorage.setItem('theme', name); } catch (e) { /* private mode */ }
+    layers.grid.side = 0;
+    setHeights();
+    drawPath();
+    if (mapMessage) { const kept = touched; touched = true; drawMap(mapMessage); touched = kept; }
+    drawZones(zones);
+    dirty = true;
+  }
+  function turn(dx, dy) {
+    const offset = orbitCamera.position.clone().sub(orbit.target), s = new THREE.Spherical().setFromVector3(offset);
+    s.theta -= dx;
+    s.phi = Math.min(3, Math.max(0.05, s.phi - dy));
+    orbitCamera.position.copy(orbit.target).add(offset.setFromSpherical(s));
+    orbit.update();
+    touched = dirty = true;
+  }
+  function nearer(factor) {
+    if (view === 'top') { topCamera.zoom *= factor; topCamera.updateProjectionMatrix(); } else { orbitCamera.position.sub(orbit.target).divideScalar(factor).add(orbit.target); orbit.update(); }
+    touched = dirty = true;
+  }
+  const keys = {
+    1: () => setView('orbit'), 2: () => setView('top'), 3: () => setView('follow'), f: () => { touched = false; fit(); }, m: () => setTool('measure'), z: () => setTool('zone'),
+    l: () => $('theme').click(), s: () => $('sound').click(), '?': () => $('help').click(), p: () => document.body.classList.toggle('bare'),
+    c: () => { $('colors').selectedIndex = ($('colors').selectedIndex + 1) % 3; $('colors').dispatchEvent(new Event('change')); },
+    ' ': () => { if (!$('timeline').hidden) play(!playing); }, ',': () => step(-1), '.': () => step(1), Escape: () => tool && setTool(tool), Enter: saveZone,
+    ArrowLeft: () => turn(-0.1, 0), ArrowRight: () => turn(0.1, 0), ArrowUp: () => turn(0, 0.08), ArrowDown: () => turn(0, -0.08), '+': () => nearer(1.15), '-': () => nearer(1 / 1.15),
+  };
+  function step(frames) {
+    if ($('timeline').hidden) return;
+    play(false);
+    showTime(path.t[Math.min(path.n - 1, Math.max(0, lower(path.t, path.n, now - 1e-4) + frames))]);
+  }
+  addEventListener('keydown', (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey || /SELECT|DIALOG/.test(event.target.tagName) || $('keys').open) return;
+    if (event.target.tagName === 'INPUT' && /Arrow/.test(event.key)) return;
+    const action = keys[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+    if (!action || (event.target.tagName === 'BUTTON' && /^( |Enter)$/.test(event.key))) return;
+    event.preventDefault();
+    action();
+  });
+  let down = null;
+  $('canvas').addEventListener('pointerdown', (event) => { down = [event.clientX, event.clientY]; });
+  $('canvas').addEventListener('pointerup', (event) => {
+    if (tool && down && Math.hypot(event.clientX - down[0], event.clientY - down[1]) < 5) pick(event.clientX, event.clientY);
+  });
+  $('canvas').addEventListener('dblclick', (event) => {
+    const point = tool ? null : pickPoint(event.clientX, event.clientY);
+    if (point && view === 'orbit') { orbit.target.copy(point); orbit.update(); dirty = true; }
+  });
+  for (const button of document.querySelectorAll('[data-view]')) button.addEventListener('click', () => setView(button.dataset.view));
+  for (const box of document.querySelectorAll('[data-layer]')) box.addEventListener('change', () => { layers[box.dataset.layer].visible = box.checked; dirty = true; });
+  for (const button of document.querySelectorAll('[data-panel]')) {
+    button.addEventListener('click', () => {
+      for (const panel of document.querySelectorAll('.panel')) panel.classList.toggle('open', panel.id === button.dataset.panel && !panel.classList.contains('open'));
+    });
+  }
+  $('fit').addEventListener('click', () => keys.f());
+  $('measure').addEventListener('click', () => setTool('measure'));
+  $('zone').addEventListener('click', () => setTool('zone'));
+  $('theme').addEventListener('click', () => setTheme(document.documentElement.dataset.theme === 'light' ? 'dark' : 'light'));
+  $('sound').addEventListener('click', () => { sound = !sound; $('sound').classList.toggle('on', sound); if (sound) beep(); });
+  $('help').addEventListener('click', () => $('keys').showModal());
+  $('colors').addEventListener('change', () => { cloudMaterial.uniforms.mode.value = Number($('colors').value); dirty = true; });
+  $('size').addEventListener('input', changed);
+  $('cut').addEventListener('input', setCut);
+  $('time').addEventListener('input', () => { play(false); showTime(Number($('time').value)); });
+  $('play').addEventListener('click', () => play(!playing));
+
+  // ---------------------------------------------------------------------------------------------- drawing
+  function resize() {
+    renderer.setSize(innerWidth, innerHeight, false);
+    orbitCamera.aspect = innerWidth / innerHeight;
+    orbitCamera.updateProjectionMatrix();
+    const half = (topCamera.top - topCamera.bottom) / 2;
+    topCamera.left = -half * orbitCamera.aspect;
+    topCamera.right = half * orbitCamera.aspect;
+    topCamera.updateProjectionMatrix();
+    drawMarks();
+    dirty = true;
+  }
+  addEventListener('resize', resize);
+  function showScale() {
+    const perMeter = view === 'top' ? innerHeight * topCamera.zoom / (topCamera.top - topCamera.bottom)
+      : innerHeight / (2 * Math.tan(orbitCamera.fov * Math.PI / 360) * Math.max(0.1, orbitCamera.position.distanceTo(orbit.target)));
+    const wanted = 110 / perMeter, decade = 10 ** Math.floor(Math.log10(wanted)), length = [5, 2, 1].map((k) => k * decade).find((x) => x <= wanted);
+    $('scale-bar').style.width = (length * perMeter) + 'px';
+    $('scale-text').textContent = length >= 1 ? `${length} m` : `${Math.round(100 * length)} cm`;
+  }
+  let last = 0, spent = 33, drawnAt = 0, second = 0, rendersBefore = 0, bytesBefore = 0;
+  function draw(time) {
+    requestAnimationFrame(draw);
+    if (staged.size && time - stagedSince > 500) showStaged();
+    if (playing) {
+      const next = now + Math.min(0.1, (time - last) / 1000) * Number($('rate').value);
+      if (next >= path.t[path.n - 1]) play(false);
+      showTime(next);
+    }
+    last = time;
+    follow();
+    if (time - second > 1000) {
+      state.fps = 1000 * (state.renders - rendersBefore) / (time - second);
+      $('traffic').textContent = state.connected ? `${((state.bytes - bytesBefore) / 1024 / ((time - second) / 1000)).toFixed(0)} KiB/s, ${short(state.drawn)} points drawn` : '';
+      rendersBefore = state.renders;
+      bytesBefore = state.bytes;
+      second = time;
+    }
+    if (!dirty) { drawnAt = 0; return; }
+    dirty = false;
+    if (state.live && path.n !== state.path) drawPath();
+    dirty = false;
+    scene.updateMatrixWorld();
+    camera().updateMatrixWorld();
+    distribute();
+    renderer.render(scene, camera());
+    placeLabels();
+    showScale();
+    state.renders += 1;
+    // The budget of points holds 30 frames per second while the picture moves.
+    if (drawnAt) {
+      spent += 0.15 * (time - drawnAt - spent);
+      if (spent > 36) state.budget = Math.max(3e4, state.budget * 0.9);
+      else if (spent < 24 && state.drawn > 0.9 * state.budget) state.budget = Math.min(MAX_BUDGET, state.budget * 1.05);
+    }
+    drawnAt = time;
+  }
+  state.spin = (on) => { clearInterval(state.timer); if (on) state.timer = setInterval(() => turn(0.02, 0), 10); };
+  let theme = 'dark';
+  try { theme = localStorage.getItem('theme') || (matchMedia('(prefers-color-scheme: light)').matches ? 'light' : 'dark'); } catch (e) { /* private mode */ }
+  resize();
+  setTheme(new URLSearchParams(location.search).get('theme') || theme);
+  setView('orbit');
+  if (phone) document.querySelector('[data-panel=frame]').click();
+  connect();
+  requestAnimationFrame(draw);
+})();

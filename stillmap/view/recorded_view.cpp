@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/view/recorded_view.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/file.hpp"
+#include "stillmap/base/json_text.hpp"
+#include "stillmap/dense/cloud.hpp"
+#include "stillmap/pipeline/map_description.hpp"
+#include "stillmap/report/live_trajectory.hpp"
+#include "stillmap/report/mover_files.hpp"
+#include "stillmap/view/cloud_chunks.hpp"
+#include "stillmap/view/view_messages.hpp"
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <map>
+#include <set>
+
+#include <nlohmann/json.hpp>
+
+namespace stillmap {
+namespace {
+namespace fs = std::filesystem;
+
+void publish(TopicBoard& board, const nlohmann::json& message) {
+  board.publish(message.at("type").get<std::string>(), json_text(message));
+}
+
+void publish_cloud(TopicBoard& board, const Cloud& cloud,
+                   std::span<const std::uint16_t> labels = {}) {
+  auto chunks = CloudChunks().update(cloud, labels);
+  for (auto& [topic, bytes] : chunks) board.publish(topic, std::move(bytes), true);
+  publish(board, cloud_message(cloud.size(), chunks.size()));
+}
+
+nlohmann::json read_json(const fs::path& file) {
+  try {
+    return nlohmann::json::parse(read_file(file));
+  } catch (const nlohmann::json::exception& e) {
+    throw Error("is no valid JSON", file.string(), "run `stillmap run` again");
+  }
+}
+
+/// Returns timestamps of frames without a pose, which trajectory_live.txt has as comments.
+std::vector<double> lost_timestamps(const fs::path& file) {
+  std::vector<double> lost;
+  std::ifstream lines(file);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("# ") && line.find("no pose") != std::string::npos)
+      lost.push_back(std::strtod(line.c_str() + 2, nullptr));
+  }
+  return lost;
+}
+
+/// Returns the states of all frames, by ascending timestamps.
+std::vector<PathFrame> states_of(const fs::path& run, const Trajectory& trajectory,
+                                 const nlohmann::json& summary) {
+  std::set<double> relocalized;
+  for (const auto& event : summary.value("relocalizations", nlohmann::json::array()))
+    relocalized.insert(event.value("timestamp", 0.0));
+  const auto is_relocalized = [&](double timestamp) {  // the files have six to nine decimals
+    const auto next = relocalized.lower_bound(timestamp - 1e-5);
+    return next != relocalized.end() && *next < timestamp + 1e-5;
+  };
+  std::vector<PathFrame> states;
+  for (const StampedPose& pose : trajectory) {
+    states.push_back(
+        {pose.timestamp,
+         is_relocalized(pose.timestamp) ? ViewedState::kRelocalized : ViewedState::kTracked,
+         {}});
+  }
+  for (const double timestamp : lost_timestamps(run / kLiveTrajectory)) {
+    const bool tracked_late = std::any_of(trajectory.begin(), trajectory.end(), [&](const auto& p) {
+      return std::abs(p.timestamp - timestamp) < 1e-5;
+    });
+    if (!tracked_late) states.push_back({timestamp, ViewedState::kLost, {}});
+  }
+  std::sort(states.begin(), states.end(),
+            [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
+  return states;
+}
+
+std::vector<MapEvent> events_of(const nlohmann::json& summary) {
+  std::vector<MapEvent> events;
+  const auto add = [&](const char* list, MapEvent::Kind kind) {
+    for (const auto& event : summary.value(list, nlohmann::json::array())) {
+      events.push_back({.kind = kind,
+                        .frame_index = event.value("frame", std::size_t{0}),
+                        .timestamp = event.value("timestamp", 0.0),
+                        .seen_in = event.value("seen_in", std::size_t{0})});
+    }
+  };
+  add("loops", MapEvent::Kind::kLoop);
+  add("merges", MapEvent::Kind::kMerge);
+  return events;
+}
+
+/// Returns a label per color of a cloud that is colored by class; 0 is gray, which stands for no
+/// class.
+std::vector<std::uint16_t> labels_by_color(const Cloud& cloud, nlohmann::json& palette) {
+  std::map<Rgb, std::uint16_t> label_of;
+  std::vector<std::uint16_t> labels;
+  for (const Rgb& color : cloud.colors) {
+    const bool gray = color[0] == color[1] && color[1] == color[2];
+    const auto [entry, added] =
+        label_of.try_emplace(color, static_cast<std::uint16_t>(palette.size() + 1));
+    if (gray) entry->second = 0;
+    if (added && !gray) palette.push_back({color[0], color[1], color[2]});
+    labels.push_back(entry->second);
+  }
+  return labels;
+}
+
+Cloud publish_cloud_of(const fs::path& run, TopicBoard& board) {
+  if (!fs::exists(run / "cloud.ply")) return {};
+  Cloud cloud = read_ply(run / "cloud.ply");
+  std::vector<std::uint16_t> labels;
+  nlohmann::json palette = nlohmann::json::array();
+  if (fs::exists(run / "semantic_classes.ply")) {
+    labels = labels_by_color(read_ply(run / "semantic_classes.ply"), palette);
+    if (labels.size() != cloud.size()) labels.clear();
+  }
+  if (!labels.empty()) publish(board, {{"type", "palette"}, {"colors", palette}});
+  publish_cloud(board, cloud, labels);
+  return cloud;
+}
+
+void publish_run_folder(const fs::path& run, TopicBoard& board) {
+  const nlohmann::json summary =
+      fs::exists(run / "summary.json") ? read_json(run / "summary.json") : nlohmann::json::object();
+  const Trajectory trajectory = read_trajectory(run / "trajectory.txt");
+  publish(board, run_message(summary.value("sequence", run.filename().string()), Camera(),
+                             trajectory.size(), false));
+  const auto path = camera_path(states_of(run, trajectory, summary), trajectory);
+  board.publish("path", path_message(path), true);
+  if (fs::exists(run / "movers.csv"))
+    publish(board, tracks_message(read_mover_tracks(run / "movers.csv")));
+  if (fs::exists(run / "objects.json")) {
+    publish(board,
+            {{"type", "objects"},
+             {"objects", read_json(run / "objects.json").value("objects", nlohmann::json())}});
+  }
+  const Cloud cloud = publish_cloud_of(run, board);
+  std::vector<Pose> keyframes;
+  if (fs::exists(run / "keyframes.txt")) {
+    for (const StampedPose& keyframe : read_trajectory(run / "keyframes.txt"))
+      keyframes.push_back(keyframe.T_world_camera);
+  }
+  publish(board, map_message(keyframes, events_of(summary), displayed_ground(trajectory, cloud)));
+  publish(board, {{"type", "summary"}, {"summary", summary}});
+}
+
+void publish_saved_map(const fs::path& file, TopicBoard& board) {
+  const SavedMap saved = read_saved_map(file.string());
+  publish(board, run_message(file.filename().string(), saved.map.camera, std::nullopt, false));
+  const Cloud cloud = saved.views.empty() ? landmark_cloud(saved.map) : dense_cloud(saved);
+  publish_cloud(board, cloud);
+  Trajectory all;
+  std::vector<Pose> keyframes;
+  for (const auto& [number, poses] : keyframe_trajectories(saved.map)) {
+    all.insert(all.end(), poses.begin(), poses.end());
+    for (const StampedPose& pose : poses) keyframes.push_back(pose.T_world_camera);
+  }
+  publish(board, map_message(keyframes, {}, displayed_ground(all, cloud)));
+}
+
+}  // namespace
+
+void publish_recorded_run(const fs::path& run, TopicBoard& board) {
+  if (fs::is_directory(run) && fs::exists(run / "trajectory.txt")) {
+    publish_run_folder(run, board);
+  } else if (fs::is_regular_file(run) && run.extension() == ".ply") {
+    const Cloud cloud = read_ply(run);
+    publish(board, run_message(run.filename().string(), Camera(), std::nullopt, false));
+    publish_cloud(board, cloud);
+    publish(board, map_message({}, {}, displayed_ground({{}}, cloud)));
+  } else if (fs::is_regular_file(run)) {
+    publish_saved_map(run, board);
+  } else {
+    throw Error("is no folder of results, saved map or cloud", run.string(),
+                "name the folder that `stillmap run --out` wrote, FILE.map or FILE.ply");
+  }
+}
+
+}  // namespace stillmap

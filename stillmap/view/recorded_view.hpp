@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/view/topic_board.hpp"
+
+#include <filesystem>
+
+namespace stillmap {
+
+/// Publishes the results of a finished run: cloud, path, keyframes, loops, tracks of the moving
+/// objects, static objects, and the summary, as far as the folder has them.
+/// @param run  folder of the results, or a saved map (FILE.map), or a cloud (FILE.ply)
+/// Throws Error if there is nothing to be shown, or if a file is damaged.
+void publish_recorded_run(const std::filesystem::path& run, TopicBoard& board);
+
+}  // namespace stillmap

@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/view/view_messages.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/geometry/mean_up.hpp"
+#include "stillmap/report/frame_image.hpp"
+#include "stillmap/view/message_bytes.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+namespace stillmap {
+namespace {
+
+constexpr int kJpegQuality = 80;      // [percent]
+constexpr double kBelowFloor = 0.02;  // share of a cloud's points below the displayed floor
+constexpr std::size_t kGroundPoints = 20'000;  // number of points that the floor is taken from
+constexpr double kEyeHeight = 1.5;             // height of the camera above an unknown floor [m]
+
+double rounded(double value) { return std::round(value * 1e4) / 1e4; }
+
+nlohmann::json json_of(const Eigen::Vector3d& v) {
+  return {rounded(v.x()), rounded(v.y()), rounded(v.z())};
+}
+
+nlohmann::json json_of(const Pose& T) {
+  const Eigen::Vector3d& t = T.translation();
+  const Eigen::Quaterniond& q = T.quaternion();
+  return {rounded(t.x()), rounded(t.y()), rounded(t.z()), rounded(q.x()),
+          rounded(q.y()), rounded(q.z()), rounded(q.w())};
+}
+
+/// Returns the time of day, for the latency between this program and a page [ms since 1970].
+double wall_clock_ms() {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration<double, std::milli>(now).count();
+}
+
+const char* name_of(MapEvent::Kind kind) {
+  switch (kind) {
+    case MapEvent::Kind::kLoop:
+      return "loop";
+    case MapEvent::Kind::kMerge:
+      return "merge";
+    case MapEvent::Kind::kDropped:
+      return "dropped";
+  }
+  return "";
+}
+
+nlohmann::json sample_json(const MoverSample& sample) {
+  return {{"t", sample.timestamp},
+          {"observed", sample.observed},
+          {"p", json_of(sample.centroid)},
+          {"v", json_of(sample.velocity)},
+          {"min", json_of(Eigen::Vector3d(sample.box.min()))},
+          {"max", json_of(Eigen::Vector3d(sample.box.max()))}};
+}
+
+}  // namespace
+
+ViewedState viewed_state(const FrameRecord& record) {
+  if (!record.has_pose()) return ViewedState::kLost;
+  if (record.relocalized) return ViewedState::kRelocalized;
+  return record.tracked_by_odometry ? ViewedState::kOdometry : ViewedState::kTracked;
+}
+
+std::vector<PathFrame> camera_path(const std::vector<PathFrame>& states,
+                                   const Trajectory& trajectory) {
+  std::vector<PathFrame> path;
+  auto pose = trajectory.begin();
+  for (const PathFrame& frame : states) {
+    while (pose != trajectory.end() && pose->timestamp < frame.timestamp) ++pose;
+    if (pose != trajectory.end() && pose->timestamp == frame.timestamp) {
+      path.push_back({frame.timestamp, frame.state, pose->T_world_camera});
+    } else if (frame.state == ViewedState::kLost && !path.empty()) {
+      path.push_back({frame.timestamp, frame.state, path.back().T_world_camera});
+    }
+  }
+  return path;
+}
+
+std::string path_message(const std::vector<PathFrame>& path) {
+  const double first = path.empty() ? 0 : path.front().timestamp;
+  MessageBytes bytes(BinaryMessage::kPath);
+  bytes.add(static_cast<std::uint32_t>(path.size()));
+  bytes.add(first);
+  for (const PathFrame& frame : path) {
+    bytes.add(static_cast<float>(frame.timestamp - first));
+    for (int i = 0; i < 3; ++i)
+      bytes.add(static_cast<float>(frame.T_world_camera.translation()[i]));
+    for (int i = 0; i < 4; ++i)
+      bytes.add(static_cast<float>(frame.T_world_camera.quaternion().coeffs()[i]));
+    bytes.add(static_cast<std::uint32_t>(frame.state));
+  }
+  return bytes.take();
+}
+
+std::string image_message(const TrackedFrame& tracked) {
+  std::vector<unsigned char> jpeg;
+  cv::imencode(".jpg", draw_frame(tracked), jpeg, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
+  MessageBytes bytes(BinaryMessage::kFrameImage);
+  bytes.add(static_cast<std::uint32_t>(tracked.frame->index()));
+  bytes.add_bytes({reinterpret_cast<const char*>(jpeg.data()), jpeg.size()});
+  return bytes.take();
+}
+
+nlohmann::json run_message(const std::string& name, const Camera& camera,
+                           std::optional<std::size_t> frames, bool live) {
+  return {{"type", "run"},
+          {"name", name},
+          {"live", live},
+          {"frames", frames ? nlohmann::json(*frames) : nlohmann::json()},
+          {"camera",
+           {{"width", camera.width},
+            {"height", camera.height},
+            {"fx", camera.fx},
+            {"fy", camera.fy},
+            {"cx", camera.cx},
+            {"cy", camera.cy}}}};
+}
+
+nlohmann::json frame_message(const FrameRecord& record, const std::optional<Pose>& T_world_camera,
+                             const LoadShedding& shedding) {
+  return {{"type", "frame"},
+          {"index", record.index},
+          {"t", record.timestamp},
+          {"wall", wall_clock_ms()},
+          {"state", static_cast<int>(viewed_state(record))},
+          {"reason", record.reason},
+          {"pose", T_world_camera ? json_of(*T_world_camera) : nlohmann::json()},
+          {"keypoints", record.keypoints},
+          {"moving", record.moving_keypoints},
+          {"inliers", record.inliers},
+          {"mask_age", record.mask_age},
+          {"ms",
+           {{"features", record.times.features},
+            {"masks", record.times.masks},
+            {"motion", record.times.motion},
+            {"pose", record.times.pose},
+            {"waiting", record.times.waiting}}},
+          {"shed",
+           {{"without_movers", shedding.frames_without_movers},
+            {"without_view", shedding.frames_without_view},
+            {"fewer_keypoints", shedding.frames_of_fewer_keypoints}}}};
+}
+
+nlohmann::json movers_message(const std::vector<Mover>& movers) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const Mover& mover : movers) {
+    nlohmann::json json = sample_json(mover.now);
+    json["id"] = mover.id;
+    json["class"] = mover.class_name;
+    json["confidence"] = rounded(mover.class_confidence);
+    list.push_back(std::move(json));
+  }
+  return {{"type", "movers"}, {"movers", std::move(list)}};
+}
+
+nlohmann::json tracks_message(const std::vector<MoverTrack>& tracks) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const MoverTrack& track : tracks) {
+    nlohmann::json samples = nlohmann::json::array();
+    for (const MoverSample& sample : track.samples) samples.push_back(sample_json(sample));
+    list.push_back({{"id", track.id}, {"class", track.class_name}, {"samples", samples}});
+  }
+  return {{"type", "tracks"}, {"tracks", std::move(list)}};
+}
+
+Ground displayed_ground(const Trajectory& trajectory, const Cloud& cloud) {
+  if (trajectory.empty()) return {};
+  std::vector<Pose> cameras;
+  for (const StampedPose& pose : trajectory) cameras.push_back(pose.T_world_camera);
+  Ground ground{.up = mean_up(cameras)};
+  const std::size_t step = 1 + cloud.size() / kGroundPoints;
+  std::vector<double> heights;
+  for (std::size_t i = 0; i < cloud.size(); i += step)
+    heights.push_back(ground.up.dot(cloud.points[i].cast<double>()));
+  if (heights.empty()) {
+    ground.height = ground.up.dot(cameras.front().translation()) - kEyeHeight;
+    return ground;
+  }
+  const auto floor = heights.begin() + static_cast<std::ptrdiff_t>(
+                                           kBelowFloor * static_cast<double>(heights.size() - 1));
+  std::nth_element(heights.begin(), floor, heights.end());
+  ground.height = *floor;
+  return ground;
+}
+
+nlohmann::json map_message(const std::vector<Pose>& keyframes, const std::vector<MapEvent>& events,
+                           const Ground& ground) {
+  nlohmann::json poses = nlohmann::json::array(), list = nlohmann::json::array();
+  for (const Pose& pose : keyframes) poses.push_back(json_of(pose));
+  for (const MapEvent& event : events) {
+    list.push_back({{"kind", name_of(event.kind)},
+                    {"t", event.timestamp},
+                    {"frame", event.frame_index},
+                    {"seen_in", event.seen_in}});
+  }
+  return {{"type", "map"},
+          {"keyframes", std::move(poses)},
+          {"events", std::move(list)},
+          {"up", json_of(ground.up)},
+          {"floor", rounded(ground.height)}};
+}
+
+nlohmann::json cloud_message(std::size_t points, std::size_t changed_chunks) {
+  return {{"type", "cloud"}, {"points", points}, {"changed", changed_chunks}};
+}
+
+}  // namespace stillmap

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/dense/cloud.hpp"
+#include "stillmap/geometry/camera.hpp"
+#include "stillmap/geometry/trajectory.hpp"
+#include "stillmap/motion/mover_tracker.hpp"
+#include "stillmap/pipeline/slam_system.hpp"
+#include "stillmap/slam.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+/// The messages of the view; docs/view.md has their formats. World frame of the trajectory, meters,
+/// seconds.
+namespace stillmap {
+
+/// State of the camera in a frame, as the page shows it.
+enum class ViewedState : std::uint8_t { kTracked = 0, kLost = 1, kRelocalized = 2, kOdometry = 3 };
+
+/// Returns the state that the page shows for a frame.
+ViewedState viewed_state(const FrameRecord& record);
+
+/// A frame on the camera's path.
+struct PathFrame {
+  double timestamp = 0;  ///< [s]
+  ViewedState state = ViewedState::kTracked;
+  Pose T_world_camera;  ///< The last known pose while the camera is lost.
+};
+
+/// Returns the camera's path: frames of `states` with the poses of `trajectory` that have the same
+/// timestamp; both by ascending timestamps. Frames before the first pose, and frames with a state
+/// other than kLost but without a pose, are left out.
+std::vector<PathFrame> camera_path(const std::vector<PathFrame>& states,
+                                   const Trajectory& trajectory);
+
+/// Returns the path as a binary message.
+std::string path_message(const std::vector<PathFrame>& path);
+
+/// Returns an image of the frame with masks and keypoints as a binary message with a JPEG file.
+std::string image_message(const TrackedFrame& tracked);
+
+/// Returns what is constant during a run: type "run".
+/// @param live  whether the run is in progress
+nlohmann::json run_message(const std::string& name, const Camera& camera,
+                           std::optional<std::size_t> frames, bool live);
+
+/// Returns the result of one frame: type "frame".
+nlohmann::json frame_message(const FrameRecord& record, const std::optional<Pose>& T_world_camera,
+                             const LoadShedding& shedding);
+
+/// Returns the moving objects at one time: type "movers".
+nlohmann::json movers_message(const std::vector<Mover>& movers);
+
+/// Returns the tracks of the moving objects of a whole run: type "tracks".
+nlohmann::json tracks_message(const std::vector<MoverTrack>& tracks);
+
+/// The upward direction of the world, and the height of the floor.
+struct Ground {
+  Eigen::Vector3d up = {0, -1, 0};  ///< Unit vector, world frame.
+  double height = 0;                ///< Value of up . p for points p on the floor [m].
+};
+
+/// Returns a ground for the display: up is the mean of the images' upward directions, and one in
+/// fifty points of the cloud is below the floor. Without a cloud the floor is 1.5 m below the first
+/// camera.
+Ground displayed_ground(const Trajectory& trajectory, const Cloud& cloud);
+
+/// Returns keyframes, loops and ground: type "map".
+nlohmann::json map_message(const std::vector<Pose>& keyframes, const std::vector<MapEvent>& events,
+                           const Ground& ground);
+
+/// Returns the message that follows the chunks of a cloud: type "cloud".
+nlohmann::json cloud_message(std::size_t points, std::size_t changed_chunks);
+
+}  // namespace stillmap
