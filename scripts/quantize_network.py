@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Quantizes a YOLO network (.onnx) from 32-bit floats to 8-bit integers, for `stillmap run --model`.
+"""Converts a YOLO network (.onnx) from 32-bit floats to 8-bit integers or 16-bit floats, for `stillmap run --model`.
 
-  scripts/quantize_network.py MODEL.onnx PICTURES_DIR... --out MODEL_int8.onnx
+  scripts/quantize_network.py MODEL.onnx PICTURES_DIR...           # 8-bit integers, for CPUs: MODEL_int8.onnx
+  scripts/quantize_network.py MODEL.onnx PICTURES_DIR... --half    # 16-bit floats, for CUDA: MODEL_fp16.onnx
 
 Needs the Python packages numpy, onnx, onnxruntime and pillow. PICTURES_DIR contains typical images of the camera
 (the rgb folder of a recording): --pictures of them (64), evenly distributed, calibrate the value ranges; on half as many
@@ -12,6 +13,8 @@ Only convolutions followed by an activation (SiLU) are quantized. The layers aft
 pixels together with scores below one, which need more than eight bits. Weights have a scale per channel, which needs ONNX operators 13
 (older networks are converted), and seven bits: processors without VNNI add products of eight in 16 bits, which
 overflow.
+
+With --half all layers are converted; input and outputs stay 32-bit floats. (TensorRT uses 16-bit floats by itself.)
 """
 import argparse
 import sys
@@ -26,6 +29,7 @@ try:
     import onnxruntime
     from onnx import version_converter
     from onnxruntime.quantization import CalibrationDataReader, QuantFormat, QuantType, quantize_static
+    from onnxruntime.transformers.float16 import convert_float_to_float16
     from PIL import Image
 except ImportError as missing:
     sys.exit(f"quantize_network: {missing}; fix: pip install {' '.join(PACKAGES)}")
@@ -95,6 +99,11 @@ def quantized(source, inputs, out):
     onnx.save(result, out)
 
 
+def halved(source, out):
+    """Writes the network with 16-bit floats inside and 32-bit floats as input and outputs."""
+    onnx.save(convert_float_to_float16(onnx.load(source), keep_io_types=True), out)
+
+
 def sure_boxes(output):
     """[4 + classes + ..., boxes], the largest score of 80 classes: boxes as x0, y0, x1, y1."""
     scores = output[4:84].max(axis=0)
@@ -133,16 +142,21 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("model", type=Path)
     parser.add_argument("folders", type=Path, nargs="+", metavar="PICTURES_DIR")
-    parser.add_argument("--out", type=Path, help="default: MODEL_int8.onnx in the folder of the model")
+    parser.add_argument("--half", action="store_true", help="16-bit floats instead of 8-bit integers")
+    parser.add_argument("--out", type=Path, help="default: MODEL_int8.onnx or MODEL_fp16.onnx beside the model")
     parser.add_argument("--pictures", type=int, default=64)
     arguments = parser.parse_args()
-    out = arguments.out or arguments.model.with_name(arguments.model.stem + "_int8.onnx")
+    ending = "_fp16.onnx" if arguments.half else "_int8.onnx"
+    out = arguments.out or arguments.model.with_name(arguments.model.stem + ending)
     for path in [arguments.model, *arguments.folders]:
         if not path.exists():
             sys.exit(f"quantize_network: {path} is missing")
     _, height, width = input_of(onnx.load(arguments.model))
     to_learn, to_compare = images_in(arguments.folders, arguments.pictures)
-    quantized(arguments.model, [letterboxed(f, height, width) for f in to_learn], out)
+    if arguments.half:
+        halved(arguments.model, out)
+    else:
+        quantized(arguments.model, [letterboxed(f, height, width) for f in to_learn], out)
     print(f"written: {out} ({out.stat().st_size / 1e6:.1f} MB; {arguments.model.stat().st_size / 1e6:.1f} MB before)")
     if not compare(arguments.model, out, [letterboxed(f, height, width) for f in to_compare]):
         sys.exit("quantize_network: more than a tenth is no longer found: do not use it; fix: more and different images")

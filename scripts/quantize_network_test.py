@@ -85,6 +85,18 @@ class Quantized(unittest.TestCase):
             None, {"images": image})[0] for f in (self.model, self.out))
         self.assertLess(np.abs(after - before).mean(), 0.1 * np.abs(before).mean())
 
+    def test_half_converts_the_layers_to_16_bit_floats_and_neither_input_nor_outputs(self):
+        out = self.folder / "small_fp16.onnx"
+        self.run_script(self.model, self.folder, "--half")
+        model = onnx.load(out)
+        self.assertEqual({w.data_type for w in model.graph.initializer if "_w" in w.name}, {TensorProto.FLOAT16})
+        self.assertEqual([(p.key, p.value) for p in model.metadata_props], [("names", "{0: 'person'}")])
+        image = quantize_network.letterboxed(self.folder / "03.png", 48, 64)
+        before, after = (onnxruntime.InferenceSession(str(f), providers=["CPUExecutionProvider"]).run(
+            None, {"images": image})[0] for f in (self.model, out))
+        self.assertEqual(after.dtype, np.float32)
+        self.assertLess(np.abs(after - before).mean(), 0.01 * np.abs(before).mean())
+
     def test_the_classes_names_are_kept(self):
         self.run_script(self.model, self.folder)
         self.assertEqual([(p.key, p.value) for p in onnx.load(self.out).metadata_props], [("names", "{0: 'person'}")])
