@@ -42,16 +42,13 @@ bool contains(const Names& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// Returns the first line of a library's message; the others name its source files.
-std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
-
 /// Returns the error about a network, or about a device whose driver is then the usual cause.
 Error cannot_load(const std::string& backend, const EngineOptions& options,
                   const std::exception& reason) {
   const bool cpu = options.device == "cpu";
   const std::string place = cpu ? "" : " on the device " + options.device;
   return {fmt::format("the {} back end cannot load this network{}: {}", backend, place,
-                      first_line(reason.what())),
+                      cause_in(reason.what())),
           options.model,
           (cpu ? export_advice() : driver_advice(options.device)) + ", or choose another " +
               (cpu ? "back end" : "device")};
@@ -115,11 +112,9 @@ EnginePtr start_on_cpu(const EngineOptions& options) {
 
 /// Runs the network once, since accelerators finish loading in the first run.
 void warm_up(const std::string& backend, const EngineOptions& options, InferenceEngine& engine) {
-  const auto& shape = options.input_shape;
-  const std::vector<float> black(3 * static_cast<std::size_t>(shape[2]) *
-                                 static_cast<std::size_t>(shape[3]));
   try {
-    engine.run(black);
+    std::ranges::fill(engine.input(), 0.0F);
+    engine.run();
   } catch (const std::exception& e) {
     throw cannot_load(backend, options, e);
   }
@@ -171,7 +166,28 @@ ChosenEngine start_fastest(const std::string& backend, EngineOptions options) {
   return {};
 }
 
+/// Returns the text behind the last occurrence of `mark`, up to the end of its line; empty if it
+/// does not occur.
+std::string line_behind(const std::string& mark, const std::string& text) {
+  const auto found = text.rfind(mark);
+  if (found == std::string::npos) return {};
+  const auto start = found + mark.size();
+  return text.substr(start, text.find('\n', start) - start);
+}
+
 }  // namespace
+
+std::string cause_in(const std::string& message) {
+  std::string text = message;
+  text.erase(text.find_last_not_of(" \n>") + 1);
+  if (text.starts_with("Exception from")) {  // OpenVINO; the lines before name its source files
+    const std::string summary = line_behind("Summary:\n-- ", text);
+    return summary.empty() ? line_behind("\n", text) : summary;
+  }
+  if (const std::string found = line_behind("error: ", text); text.starts_with("OpenCV("))
+    return found;
+  return text.substr(0, text.find('\n'));
+}
 
 std::vector<std::string> available_backends() {
   Names names;

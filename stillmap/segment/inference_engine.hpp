@@ -27,6 +27,14 @@ struct EngineName {
   std::string text() const { return library + " " + version + " " + place; }
 };
 
+/// Returns the number of values of a tensor.
+template <typename Shape>
+std::size_t count_of(const Shape& shape) {
+  std::size_t count = 1;
+  for (const auto size : shape) count *= static_cast<std::size_t>(size);
+  return count;
+}
+
 /// Runs one network on one image. Synchronous; one thread at a time per object. Equal inputs give
 /// equal outputs on the same device, in every run and for any number of threads.
 class InferenceEngine {
@@ -34,11 +42,18 @@ class InferenceEngine {
   virtual ~InferenceEngine() = default;
   /// 1 x 3 x height x width.
   virtual std::array<int, 4> input_shape() const = 0;
-  /// Runs the network. `input` holds the product of input_shape() values.
+  /// Returns the input, the product of input_shape() values, to be written before each run(). It is
+  /// in the memory from which the device reads fastest.
+  virtual std::span<float> input() = 0;
+  /// Runs the network on the values of input().
   /// @return the outputs in the order of the file; valid until the next call
-  virtual std::vector<TensorView> run(std::span<const float> input) = 0;
+  virtual std::vector<TensorView> run() = 0;
   virtual EngineName name() const = 0;
 };
+
+/// Returns the line of an inference library's message that names the cause; the others name its
+/// source files.
+std::string cause_in(const std::string& message);
 
 /// Network file, device and number of threads of an engine.
 struct EngineOptions {

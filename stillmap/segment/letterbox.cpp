@@ -11,7 +11,7 @@ namespace {
 constexpr int kGray = 114;  // Padding value that YOLO networks are trained with.
 
 /// Converts BGR bytes to three planes R, G, B of 0 to 1; the image covers `inner`.
-void to_planes(const cv::Mat& bgr, std::vector<float>& planes) {
+void to_planes(const cv::Mat& bgr, std::span<float> planes) {
   constexpr float kUnit = 1.0F / 255.0F;
   const std::size_t plane = bgr.total();
   for (int y = 0; y < bgr.rows; ++y) {
@@ -50,9 +50,9 @@ cv::Point2f Letterbox::to_input(cv::Point2f p) const {
           static_cast<float>(p.y * inner.height / image.height + pad_y)};
 }
 
-void Letterbox::fill(const cv::Mat& color, std::vector<float>& planes) const {
+void Letterbox::fill(const cv::Mat& color, std::span<float> planes) const {
   const TraceScope scope("letterbox");
-  planes.resize(3 * static_cast<std::size_t>(input.area()));
+  CV_Assert(planes.size() == 3 * static_cast<std::size_t>(input.area()));
   cv::Mat scaled;
   const int how = inner.width < image.width ? cv::INTER_AREA : cv::INTER_LINEAR;
   cv::resize(color, scaled, inner, 0, 0, how);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include <vector>
+#include <span>
 
 #include <opencv2/core.hpp>
 
@@ -23,8 +23,8 @@ struct Letterbox {
   cv::Point2f to_input(cv::Point2f image_edge) const;
 
   /// Computes the network input: planes of 3 x height x width, RGB, 0 to 1. `color` is 8UC3 BGR of
-  /// size `image`.
-  void fill(const cv::Mat& color, std::vector<float>& planes) const;
+  /// size `image`; `planes` has three times the area of `input`.
+  void fill(const cv::Mat& color, std::span<float> planes) const;
 };
 
 }  // namespace stillmap

@@ -32,9 +32,8 @@ TEST(Letterbox, ToImageInvertsToInput) {
 
 TEST(Letterbox, FillsPlanesInRgbWithGrayAround) {
   const cv::Mat color(2, 4, CV_8UC3, cv::Scalar(255, 51, 0));  // blue, green, red
-  std::vector<float> planes;
+  std::vector<float> planes(3U * 16U);
   Letterbox({4, 2}, {4, 4}).fill(color, planes);
-  ASSERT_EQ(planes.size(), 3U * 16U);
   const auto at = [&](int channel, int y) {
     return planes[static_cast<std::size_t>(channel * 16 + y * 4)];
   };

@@ -83,6 +83,35 @@ TEST_P(WrongNetwork, WrongOutputs) {
               testing::HasSubstr("the outputs are not those of a YOLOv7, YOLOv8"));
 }
 
+TEST_P(WrongNetwork, WrongElements) {
+  constexpr int kHalf = 10, kByte = 2;  // TensorProto.DataType
+  const auto model = [](int in, int out) {
+    return test::tiny_model("Relu", {1, 3, 8, 8}, {1, 3, 8, 8}, {}, in, out);
+  };
+  EXPECT_THAT(error_of(model(kHalf, kHalf)), testing::HasSubstr("\"in\" holds 16-bit floats"));
+  EXPECT_THAT(error_of(model(kByte, 1)), testing::HasSubstr("\"in\" holds integers"));
+  EXPECT_THAT(error_of(model(1, kHalf)), testing::HasSubstr("output \"out\" holds 16-bit floats"));
+}
+
+TEST_P(WrongNetwork, OutputsThatAreNoNumbers) {
+  // log(0) is negative infinity; the image of the test is black.
+  EXPECT_THAT(error_of(test::tiny_model("Log", {1, 3, 8, 8}, {1, 3, 8, 8})),
+              testing::HasSubstr("infinite values or none"));
+}
+
+TEST(MessageOfALibrary, TheLineWithTheCauseIsTaken) {
+  EXPECT_EQ(cause_in("Exception from src/core.cpp:84:\nCheck 'false' failed at a.cpp:1:\n"
+                     "Loading input model\nInput tensor isn't found\n\n"),
+            "Input tensor isn't found");
+  EXPECT_EQ(cause_in("Exception from src/core.cpp:84:\nModel wasn't converted:\n-- Conv-12\n\n"
+                     "Summary:\n-- No rule for operations: Frob-12\n-- Failed for: Conv-12\n\n"),
+            "No rule for operations: Frob-12");
+  EXPECT_EQ(cause_in("OpenCV(4.6.0) a.cpp:1040: error: (-2:Unspecified error) in function 'f'\n"
+                     "> Node [Frob]: OpenCV(4.6.0) b.cpp:7: error: (-2) Can't create layer\n>"),
+            "(-2) Can't create layer");
+  EXPECT_EQ(cause_in("Invalid model.\nMore"), "Invalid model.");
+}
+
 TEST_P(WrongNetwork, WrongTask) {
   EXPECT_THAT(error_of(test::tiny_model("Relu", {1, 3, 8, 8}, {1, 3, 8, 8}, {{"task", "pose"}})),
               testing::HasSubstr("pose"));

@@ -105,6 +105,7 @@ OnnxValue parse_value(std::string_view bytes) {
     for_each_field_of(f.bytes, [&](const Field& type) {
       if (type.id != 1) return;  // its tensor_type
       for_each_field_of(type.bytes, [&](const Field& tensor) {
+        if (tensor.id == 1) value.element_type = tensor.number;
         if (tensor.id == 2) parse_shape(tensor.bytes, value);
       });
     });

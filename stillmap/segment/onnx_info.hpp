@@ -14,6 +14,9 @@ struct OnnxValue {
   std::string name;
   std::vector<std::int64_t> shape;  ///< -1 for a dynamic size.
   std::vector<std::string> names;   ///< Name of each dimension; empty where it has none.
+  /// TensorProto.DataType of the elements; a file that leaves it out means floats here.
+  std::uint64_t element_type = kFloat;
+  static constexpr std::uint64_t kFloat = 1, kHalf = 10;  ///< FLOAT and FLOAT16.
 };
 
 /// Metadata of a network file, read without running the network.

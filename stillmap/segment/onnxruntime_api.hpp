@@ -16,6 +16,7 @@ constexpr std::uint32_t kApiVersion = 17;
 constexpr int kLogFatal = 4;       ///< ORT_LOGGING_LEVEL_FATAL
 constexpr int kFloatTensor = 1;    ///< ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT
 constexpr int kArena = 1;          ///< OrtArenaAllocator
+constexpr int kDevice = 0;         ///< OrtDeviceAllocator
 constexpr int kDefaultMemory = 0;  ///< OrtMemTypeDefault
 
 // Opaque types of the library.
@@ -25,6 +26,8 @@ struct SessionOptions;
 struct Session;
 struct RunOptions;
 struct MemoryInfo;
+struct Allocator;
+struct Binding;
 struct Value;
 struct TensorShape;
 struct CudaOptions;
@@ -44,18 +47,14 @@ struct Api {
   Status* (*create_env)(int log_level, Text log_name, Env** made);
   Unused<3> unused_4;
   Status* (*create_session)(const Env*, Text file, const SessionOptions*, Session** made);
-  Unused<1> unused_8;
-  Status* (*run)(Session*, const RunOptions*, const Text* input_names, const Value* const* inputs,
-                 std::size_t input_count, const Text* output_names, std::size_t output_count,
-                 Value** outputs);
+  Unused<2> unused_8;
   Status* (*create_session_options)(SessionOptions** made);
   Unused<13> unused_11;
   Status* (*set_threads)(SessionOptions*, int threads);
-  Unused<24> unused_25;
-  Status* (*create_tensor)(const MemoryInfo*, void* data, std::size_t bytes,
-                           const std::int64_t* shape, std::size_t dimensions, int type,
+  Unused<23> unused_25;
+  Status* (*create_tensor)(Allocator*, const std::int64_t* shape, std::size_t dimensions, int type,
                            Value** made);
-  Unused<1> unused_50;
+  Unused<2> unused_49;
   Status* (*tensor_data)(Value*, void** data);
   Unused<8> unused_52;
   Status* (*element_type)(const TensorShape*, int* type);
@@ -63,9 +62,11 @@ struct Api {
   Status* (*dimensions)(const TensorShape*, std::int64_t* sizes, std::size_t count);
   Unused<2> unused_63;
   Status* (*tensor_shape)(const Value*, TensorShape** made);
-  Unused<3> unused_66;
-  Status* (*create_cpu_memory)(int allocator, int memory, MemoryInfo** made);
-  Unused<23> unused_70;
+  Unused<2> unused_66;
+  Status* (*create_memory)(Text name, int allocator, int device, int memory, MemoryInfo** made);
+  Unused<7> unused_69;
+  Status* (*free)(Allocator*, void* data);
+  Unused<16> unused_77;
   void (*release_status)(Status*);
   void (*release_memory)(MemoryInfo*);
   void (*release_session)(Session*);
@@ -77,7 +78,18 @@ struct Api {
   Status* (*fix_dimension)(SessionOptions*, Text name, std::int64_t size);
   Unused<5> unused_125;
   Status* (*set_entry)(SessionOptions*, Text key, Text value);
-  Unused<39> unused_131;
+  Status* (*create_allocator)(const Session*, const MemoryInfo*, Allocator** made);
+  void (*release_allocator)(Allocator*);
+  Status* (*run_binding)(Session*, const RunOptions*, const Binding*);
+  Status* (*create_binding)(Session*, Binding** made);
+  void (*release_binding)(Binding*);
+  Status* (*bind_input)(Binding*, Text name, const Value*);
+  Unused<1> unused_137;
+  Status* (*bind_output)(Binding*, Text name, const MemoryInfo*);
+  Unused<1> unused_139;
+  Status* (*bound_outputs)(const Binding*, Allocator* of_array, Value*** values,
+                           std::size_t* count);
+  Unused<29> unused_141;
   Status* (*append_tensorrt)(SessionOptions*, const TensorRtOptions*);
   Status* (*create_tensorrt_options)(TensorRtOptions** made);
   Update<TensorRtOptions> update_tensorrt_options;
@@ -105,16 +117,16 @@ struct ApiBase {
 STILLMAP_ORT_POSITION(message, 2);                    // GetErrorMessage
 STILLMAP_ORT_POSITION(create_env, 3);                 // CreateEnv
 STILLMAP_ORT_POSITION(create_session, 7);             // CreateSession
-STILLMAP_ORT_POSITION(run, 9);                        // Run
 STILLMAP_ORT_POSITION(create_session_options, 10);    // CreateSessionOptions
 STILLMAP_ORT_POSITION(set_threads, 24);               // SetIntraOpNumThreads
-STILLMAP_ORT_POSITION(create_tensor, 49);             // CreateTensorWithDataAsOrtValue
+STILLMAP_ORT_POSITION(create_tensor, 48);             // CreateTensorAsOrtValue
 STILLMAP_ORT_POSITION(tensor_data, 51);               // GetTensorMutableData
 STILLMAP_ORT_POSITION(element_type, 60);              // GetTensorElementType
 STILLMAP_ORT_POSITION(dimension_count, 61);           // GetDimensionsCount
 STILLMAP_ORT_POSITION(dimensions, 62);                // GetDimensions
 STILLMAP_ORT_POSITION(tensor_shape, 65);              // GetTensorTypeAndShape
-STILLMAP_ORT_POSITION(create_cpu_memory, 69);         // CreateCpuMemoryInfo
+STILLMAP_ORT_POSITION(create_memory, 68);             // CreateMemoryInfo
+STILLMAP_ORT_POSITION(free, 76);                      // AllocatorFree
 STILLMAP_ORT_POSITION(release_status, 93);            // ReleaseStatus
 STILLMAP_ORT_POSITION(release_memory, 94);            // ReleaseMemoryInfo
 STILLMAP_ORT_POSITION(release_session, 95);           // ReleaseSession
@@ -123,6 +135,14 @@ STILLMAP_ORT_POSITION(release_shape, 99);             // ReleaseTensorTypeAndSha
 STILLMAP_ORT_POSITION(release_session_options, 100);  // ReleaseSessionOptions
 STILLMAP_ORT_POSITION(fix_dimension, 124);            // AddFreeDimensionOverrideByName
 STILLMAP_ORT_POSITION(set_entry, 130);                // AddSessionConfigEntry
+STILLMAP_ORT_POSITION(create_allocator, 131);         // CreateAllocator
+STILLMAP_ORT_POSITION(release_allocator, 132);        // ReleaseAllocator
+STILLMAP_ORT_POSITION(run_binding, 133);              // RunWithBinding
+STILLMAP_ORT_POSITION(create_binding, 134);           // CreateIoBinding
+STILLMAP_ORT_POSITION(release_binding, 135);          // ReleaseIoBinding
+STILLMAP_ORT_POSITION(bind_input, 136);               // BindInput
+STILLMAP_ORT_POSITION(bind_output, 138);              // BindOutputToDevice
+STILLMAP_ORT_POSITION(bound_outputs, 140);            // GetBoundOutputValues
 STILLMAP_ORT_POSITION(append_tensorrt, 170);  // SessionOptionsAppendExecutionProvider_TensorRT_V2
 STILLMAP_ORT_POSITION(create_tensorrt_options, 171);   // CreateTensorRTProviderOptions
 STILLMAP_ORT_POSITION(update_tensorrt_options, 172);   // UpdateTensorRTProviderOptions

@@ -14,7 +14,8 @@ class OpenCvEngine final : public InferenceEngine {
   explicit OpenCvEngine(const EngineOptions& options)
       : shape_(options.input_shape),
         outputs_(options.outputs),
-        net_(cv::dnn::readNetFromONNX(options.model)) {
+        net_(cv::dnn::readNetFromONNX(options.model)),
+        input_(4, shape_.data(), CV_32F, cv::Scalar(0)) {
     if (net_.empty())
       throw Error("OpenCV found no network in this file", options.model, export_advice());
     net_.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
@@ -26,10 +27,10 @@ class OpenCvEngine final : public InferenceEngine {
 
   std::array<int, 4> input_shape() const override { return shape_; }
 
-  std::vector<TensorView> run(std::span<const float> input) override {
-    // The blob is only read; OpenCV has no const view.
-    const cv::Mat blob(4, shape_.data(), CV_32F, const_cast<float*>(input.data()));
-    net_.setInput(blob);
+  std::span<float> input() override { return {input_.ptr<float>(), input_.total()}; }
+
+  std::vector<TensorView> run() override {
+    net_.setInput(input_);
     net_.forward(results_, outputs_);
     std::vector<TensorView> views;
     for (const auto& result : results_) views.push_back(view(result));
@@ -49,6 +50,7 @@ class OpenCvEngine final : public InferenceEngine {
   std::array<int, 4> shape_;
   std::vector<std::string> outputs_;
   cv::dnn::Net net_;
+  cv::Mat input_;
   std::vector<cv::Mat> results_;
 };
 

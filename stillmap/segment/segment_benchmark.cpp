@@ -1,7 +1,8 @@
 // Two tables. `network/...`: back end or device x network x threads with the time per frame of
-// detection and mask (median) [ms], the coverage of people compared with true masks, and the IoU
-// with the masks of the same network on the fastest back end of the CPU ("same"). `propagate/...`:
-// the same for masks propagated over a number of frames.
+// detection and mask [ms] (wall time: `ms`, `ms_p95`, `ms_min`; CPU time of all threads, which
+// depends less on other programs: `cpu_ms`, `cpu_ms_p95`), the coverage of people compared with
+// true masks, and the IoU with the masks of the same network on the fastest back end of the CPU
+// ("same"). `propagate/...`: the same for masks propagated over a number of frames.
 //
 // Networks are read from $STILLMAP_SHARED/models, sequences in TUM layout with a folder `mask` (255
 // = person) from $STILLMAP_BENCH; missing ones are skipped.
@@ -16,6 +17,7 @@
 #include "stillmap/segment/segment_options.hpp"
 
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
 
 #include <benchmark/benchmark.h>
@@ -108,18 +110,44 @@ std::vector<std::vector<Sample>> read_runs(std::size_t per_sequence, std::size_t
   return runs;
 }
 
-double median(std::vector<double> values) {
+/// Returns the value below which a share of the values lies; 0 if there are none.
+double quantile(std::vector<double> values, double share) {
   if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  const auto index = static_cast<std::size_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(index),
+                   values.end());
+  return values[index];
 }
 
-/// Median and minimum time [ms]; the minimum is least disturbed by other load.
-void report_times(benchmark::State& state, const std::vector<double>& times) {
-  state.counters["ms"] = median(times);
-  state.counters["ms_min"] = times.empty() ? 0 : *std::min_element(times.begin(), times.end());
+/// Returns the CPU time that all threads of the process have used [ms].
+double process_cpu_milliseconds() {
+  timespec time{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
 }
+
+/// Times per frame [ms].
+struct Times {
+  std::vector<double> wall, cpu;
+
+  template <typename Work>
+  auto measure(const Work& work) {
+    const Stopwatch watch;
+    const double before = process_cpu_milliseconds();
+    auto result = work();
+    cpu.push_back(process_cpu_milliseconds() - before);
+    wall.push_back(watch.milliseconds());
+    return result;
+  }
+  void report(benchmark::State& state) const {
+    constexpr double kMost = 0.95;
+    state.counters["ms"] = quantile(wall, 0.5);
+    state.counters["ms_p95"] = quantile(wall, kMost);
+    state.counters["ms_min"] = quantile(wall, 0);
+    state.counters["cpu_ms"] = quantile(cpu, 0.5);
+    state.counters["cpu_ms_p95"] = quantile(cpu, kMost);
+  }
+};
 
 const std::vector<std::vector<Sample>>& network_samples() {
   static const auto kRuns = read_runs(8, 1);
@@ -151,19 +179,17 @@ void run_network(benchmark::State& state, const SegmentOptions& options) {
     cv::setNumThreads(options.threads);  // Thread pool of the OpenCV back end.
     const auto detector = make_detector(options);
     const auto& reference = reference_masks(options.model);
-    std::vector<double> times;
+    Times times;
     Overlap overlap, same;
     for (auto _ : state) {
       for (std::size_t i = 0; i < reference.size(); ++i) {
         const Sample& sample = network_samples()[i].front();
-        const Stopwatch watch;
-        const cv::Mat1b mask = mask_of_people(*detector, sample);
-        times.push_back(watch.milliseconds());
+        const cv::Mat1b mask = times.measure([&] { return mask_of_people(*detector, sample); });
         overlap.add(mask, sample.truth);
         same.add(mask, reference[i]);
       }
     }
-    report_times(state, times);
+    times.report(state);
     overlap.report(state);
     state.counters["same"] = same.iou();
   } catch (const Error& e) {
@@ -226,7 +252,7 @@ std::vector<SegmentedFramePtr> first_masks(const std::string& model) {
 void run_carry(benchmark::State& state, const std::string& model, std::size_t age) {
   if (propagation_samples().empty()) return state.SkipWithError("no sequences with masks");
   const auto masks = first_masks(model);
-  std::vector<double> times;
+  Times times;
   Overlap overlap;
   for (auto _ : state) {
     for (std::size_t r = 0; r < masks.size(); ++r) {
@@ -235,15 +261,14 @@ void run_carry(benchmark::State& state, const std::string& model, std::size_t ag
       MaskPropagator propagator(30);
       propagator.push(run.front().frame);
       propagator.set(*masks[r]);
-      const Stopwatch watch;
-      propagator.push(target.frame);
-      const SegmentedFrame propagated =
-          age > 0 ? *propagator.current() : trim_by_depth(*masks[r], *run.front().frame);
-      times.push_back(watch.milliseconds());
+      const SegmentedFrame propagated = times.measure([&] {
+        propagator.push(target.frame);
+        return age > 0 ? *propagator.current() : trim_by_depth(*masks[r], *run.front().frame);
+      });
       overlap.add(dynamic_mask(propagated, {"person"}, target.truth.size()), target.truth);
     }
   }
-  report_times(state, times);
+  times.report(state);
   overlap.report(state);
 }
 

@@ -20,23 +20,28 @@ inline std::string bytes(int id, const std::string& content) {
   return varint(static_cast<std::uint64_t>(id) << 3 | 2) + varint(content.size()) + content;
 }
 
-inline std::string tensor_value(const std::string& name, const std::vector<std::int64_t>& shape) {
+inline std::string tensor_value(const std::string& name, const std::vector<std::int64_t>& shape,
+                                int element_type = 1) {
   std::string dimensions;
   for (const auto n : shape) {
     dimensions += bytes(1, n > 0 ? number(1, static_cast<std::uint64_t>(n)) : bytes(2, "open"));
   }
-  const std::string tensor = number(1, 1) + bytes(2, dimensions);  // of floats
+  const std::string tensor =
+      number(1, static_cast<std::uint64_t>(element_type)) + bytes(2, dimensions);
   return bytes(1, name) + bytes(2, bytes(1, tensor));
 }
 
-/// Returns a model with one operator, such as "Relu", from `in` to `out`.
+/// Returns a model with one operator, such as "Relu", from `in` to `out`; the types of their
+/// elements are numbers of TensorProto.DataType, 1 for floats.
 inline std::string tiny_model(const std::string& operation, const std::vector<std::int64_t>& in,
                               const std::vector<std::int64_t>& out,
-                              const std::map<std::string, std::string>& metadata = {}) {
+                              const std::map<std::string, std::string>& metadata = {},
+                              int in_type = 1, int out_type = 1) {
   const std::string node =
       bytes(1, "in") + bytes(2, "out") + bytes(3, "node") + bytes(4, operation);
-  const std::string graph = bytes(1, node) + bytes(2, "graph") + bytes(11, tensor_value("in", in)) +
-                            bytes(12, tensor_value("out", out));
+  const std::string graph = bytes(1, node) + bytes(2, "graph") +
+                            bytes(11, tensor_value("in", in, in_type)) +
+                            bytes(12, tensor_value("out", out, out_type));
   std::string model =
       number(1, 7) + bytes(2, "test") + bytes(7, graph) + bytes(8, bytes(1, "") + number(2, 12));
   for (const auto& [key, value] : metadata) model += bytes(14, bytes(1, key) + bytes(2, value));

@@ -16,6 +16,23 @@ namespace {
 // Input size for networks with dynamic size [pixels].
 constexpr int kDynamicHeight = 480, kDynamicWidth = 640;
 
+/// Checks that input and outputs hold 32-bit floats.
+void check_types(const OnnxInfo& info, const std::string& file) {
+  for (const auto* values : {&info.inputs, &info.outputs}) {
+    for (const OnnxValue& value : *values) {
+      if (value.element_type == OnnxValue::kFloat) continue;
+      throw Error(
+          fmt::format("the network's {} \"{}\" holds {}, not 32-bit floats",
+                      values == &info.inputs ? "input" : "output", value.name,
+                      value.element_type == OnnxValue::kHalf ? "16-bit floats" : "integers"),
+          file,
+          export_advice() +
+              " (without half=True); scripts/quantize_network.py --half then "
+              "converts it to 16-bit floats inside");
+    }
+  }
+}
+
 /// Returns 1 x 3 x height x width with dynamic sizes filled in; throws Error if the input is not an
 /// image.
 std::array<int, 4> input_shape_of(const OnnxInfo& info, const std::string& file) {
@@ -73,6 +90,17 @@ std::vector<std::vector<std::int64_t>> shapes_of(const std::vector<TensorView>& 
   return shapes;
 }
 
+/// Checks the outputs for a black image: a damaged network, or one whose values exceed the range of
+/// 16-bit floats, would find nothing in any image.
+void check_numbers(const std::vector<TensorView>& outputs, const std::string& file) {
+  for (const TensorView& output : outputs) {
+    if (std::ranges::all_of(output.values, [](float v) { return std::isfinite(v); })) continue;
+    throw Error("the network computes infinite values or none (NaN)", file,
+                "the file may be damaged: " + export_advice() +
+                    "; if it holds 16-bit floats, take the one with 32-bit floats");
+  }
+}
+
 /// Checks the task in the metadata of Ultralytics networks; only detection and segmentation fit.
 void check_task(const OnnxInfo& info, const std::string& file) {
   const auto task = info.metadata.find("task");
@@ -93,6 +121,7 @@ YoloDetector::YoloDetector(const SegmentOptions& options) : options_(options) {
   const OnnxInfo info = read_onnx(options.model);
   check_task(info, options.model);
   const auto shape = input_shape_of(info, options.model);
+  check_types(info, options.model);
   engine_ = choose_engine(options.backend,
                           {.model = options.model,
                            .input = info.inputs.front().name,
@@ -108,12 +137,16 @@ YoloDetector::YoloDetector(const SegmentOptions& options) : options_(options) {
 /// Uses the shapes of a real run, since back ends and dynamic files differ from the declared ones.
 void YoloDetector::check_outputs(const OnnxInfo& info) {
   class_names_ = names_from(info);
-  input_.assign(3 * static_cast<std::size_t>(input_size().area()), 0.0F);
   std::vector<std::vector<std::int64_t>> shapes;
   try {
-    shapes = shapes_of(engine_.engine->run(input_));
+    std::ranges::fill(engine_.engine->input(), 0.0F);
+    const std::vector<TensorView> outputs = engine_.engine->run();
+    check_numbers(outputs, options_.model);
+    shapes = shapes_of(outputs);
+  } catch (const Error&) {
+    throw;
   } catch (const std::exception& e) {
-    throw Error(std::string("the network loads but does not run: ") + e.what(), options_.model,
+    throw Error("the network loads but does not run: " + cause_in(e.what()), options_.model,
                 export_advice());
   }
   shape_ =
@@ -129,8 +162,8 @@ cv::Size YoloDetector::input_size() const {
 }
 
 std::vector<TensorView> YoloDetector::run_on(const cv::Mat& color, const Letterbox& letterbox) {
-  letterbox.fill(color, input_);
-  return traced("inference", [&] { return engine_.engine->run(input_); });
+  letterbox.fill(color, engine_.engine->input());
+  return traced("inference", [&] { return engine_.engine->run(); });
 }
 
 std::vector<Candidate> YoloDetector::detect_candidates(const cv::Mat& color) {

@@ -46,7 +46,6 @@ class YoloDetector final : public Detector {
   ChosenEngine engine_;
   YoloShape shape_;
   DecodeOptions decode_;
-  std::vector<float> input_;
 };
 
 }  // namespace stillmap

@@ -3,7 +3,6 @@
 // segment, but nothing of its library.
 #include "stillmap/segment/openvino_plugin.hpp"
 
-#include <algorithm>
 #include <stdexcept>
 
 #include <openvino/openvino.hpp>
@@ -27,9 +26,12 @@ class OpenVinoEngine final : public InferenceEngine {
 
   std::array<int, 4> input_shape() const override { return shape_; }
 
-  std::vector<TensorView> run(std::span<const float> input) override {
+  std::span<float> input() override {
     ov::Tensor tensor = request_.get_input_tensor();
-    std::copy(input.begin(), input.end(), tensor.data<float>());
+    return {tensor.data<float>(), tensor.get_size()};
+  }
+
+  std::vector<TensorView> run() override {
     request_.infer();
     std::vector<TensorView> views;
     for (const auto& output : compiled_.outputs())
