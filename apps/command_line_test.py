@@ -64,7 +64,7 @@ class CommandLine(unittest.TestCase):
     def test_an_unknown_command_or_option_names_the_nearest(self):
         self.refused(stillmap("simulat"), 2, "there is no command 'simulat'", "did you mean 'simulate'?")
         self.refused(stillmap("map", "inf", self.map), 2, "stillmap map: there is no command 'inf'", "'info'")
-        for command in ("run", "view", "dense", "eval", "compare", "reproduce", "simulate", "demo", "doctor", "presets", "options"):
+        for command in ("run", "view", "warn", "dense", "eval", "compare", "reproduce", "simulate", "demo", "doctor", "presets", "options"):
             self.refused(stillmap(command, "--hepl"), 2, f"stillmap {command}: there is no option '--hepl'",
                          "did you mean '--help'?")
         self.refused(stillmap("run", self.sequence, "--prest=static"), 2, "did you mean '--preset'?")
@@ -138,7 +138,7 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(self.documented(rows), in_help)
         written = {file.name for file in self.run_folder.iterdir() if not file.name.startswith(".")}
         self.assertLessEqual(written, in_help)
-        self.assertLessEqual(in_help - written, {"mesh.glb", "objects.json", "semantic.ply", "semantic.png",
+        self.assertLessEqual(in_help - written, {"events.jsonl", "mesh.glb", "objects.json", "semantic.ply", "semantic.png",
                                                  "semantic_classes.ply", "semantic_legend.png", "movers.png"})
         readme = (ROOT / "README.md").read_text()
         results = next(line for line in readme.splitlines() if line.startswith("| results |"))

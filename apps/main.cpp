@@ -25,6 +25,7 @@ int run(int argc, char** argv) {
   app.footer("`stillmap COMMAND --help` shows a command's options and examples.");
   add_run_command(app, exit_code);
   add_view_command(app, exit_code);
+  add_warn_command(app, exit_code);
   add_dense_command(app, exit_code);
   add_eval_command(app, exit_code);
   add_compare_command(app, exit_code);

@@ -149,6 +149,9 @@ void add_run_command(CLI::App& app, int& exit_code) {
   add_output_options(*command, *arguments);
   add_map_options(*command, *arguments);
   add_view_options(*command, arguments->view);
+  command->add_option("--zones", arguments->zones,
+                      "YAML file of zones and distances; warn of moving objects in them "
+                      "(docs/view.md): an aid, no safety device");
   command->add_option("--dump-config", arguments->dump_config,
                       "write all options in force to this file (- for standard output) and exit");
   command->footer(
@@ -170,7 +173,8 @@ void add_run_command(CLI::App& app, int& exit_code) {
       files_help("line by line during the run", RunPart::kLive) +
       files_help("unless movers.enabled is false", RunPart::kMovers) +
       files_help("unless dense.enabled is false", RunPart::kDense) + dense_files_help() +
-      files_help("--save-labels", RunPart::kLabels) + files_help("--profile", RunPart::kProfile) +
+      files_help("--zones", RunPart::kWarnings) + files_help("--save-labels", RunPart::kLabels) +
+      files_help("--profile", RunPart::kProfile) +
       "docs/dense_map.md explains them; `stillmap dense` makes the dense map again from run.map "
       "and "
       "options.yaml.");

@@ -152,6 +152,7 @@ Session session_of(const RunRequest& request, const Options& options) {
   session.sequence = sequence_name(request.sequence);
   session.out = request.out.empty() ? "stillmap_" + session.sequence : request.out;
   if (request.force) session.foreign = ResultFolder::Foreign::kOverwrite;
+  if (!request.zones.empty()) session.rules = read_warning_rules(request.zones);
   session.view = view_address_of(request.view);
   session.quiet = request.quiet;
   session.total_frames = source->size();

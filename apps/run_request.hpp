@@ -24,6 +24,7 @@ struct RunRequest {
   bool quiet = false;  ///< Whether nothing but problems is printed.
   RunOutputs outputs;
   ViewOptions view;
+  std::string zones;  ///< File of the rules for warnings; empty: none.
 };
 
 /// Returns all options in force. Precedence from low to high: defaults, preset, config, named

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run_session.hpp"
 
+#include "stillmap/base/json_text.hpp"
 #include "stillmap/base/print.hpp"
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/base/trace.hpp"
@@ -15,6 +16,7 @@
 
 #include "interrupt.hpp"
 #include "progress.hpp"
+#include "warning_recorder.hpp"
 #include <fmt/format.h>
 
 namespace stillmap {
@@ -27,7 +29,8 @@ struct Recorders {
   LiveTrajectory live;
   LabelRecorder labels;
   FigureRecorder figures;
-  LiveView* view = nullptr;  // null: the run is not shown
+  std::unique_ptr<WarningRecorder> warnings;  // null: there are no rules
+  LiveView* view = nullptr;                   // null: the run is not shown
 };
 
 /// Passes all frames to the system, and collects example images and motion labels.
@@ -45,6 +48,7 @@ void drive(SlamSystem& slam, FrameSource& source, std::optional<std::size_t> tot
     traced("gallery", [&] { gallery.record(*slam.newest()); });
     traced("motion labels", [&] { recorders.labels.record(*slam.newest()); });
     traced("figures", [&] { recorders.figures.record(*slam.newest()); });
+    if (recorders.warnings) recorders.warnings->add_newest(slam);
     if (recorders.view != nullptr) recorders.view->add_newest();
     progress.step(slam.newest()->state == TrackState::kLost ? "lost" : "");
   }
@@ -94,11 +98,26 @@ std::unique_ptr<ViewServer> open_view(const Session& session) {
   return server;
 }
 
+/// Returns the recorder of the warnings; null without rules.
+/// @param server  shows the warnings; null: it does not
+std::unique_ptr<WarningRecorder> warning_recorder(const Session& session, ViewServer* server,
+                                                  ResultFolder& folder) {
+  if (!session.rules) return nullptr;
+  std::function<void(const nlohmann::json&)> show;
+  if (server != nullptr) {
+    show = [server](const nlohmann::json& message) {
+      server->board().publish(message.at("type").get<std::string>(), json_text(message));
+    };
+  }
+  return std::make_unique<WarningRecorder>(*session.rules, folder, std::move(show));
+}
+
 }  // namespace
 
 void require_free_outputs(const Session& session) {
   std::vector<std::string> names = possible_run_files(session.options, session.outputs);
   names.emplace_back(kLiveTrajectory);
+  if (session.rules) names.emplace_back(kEventFile);
   ResultFolder(session.out, session.foreign).require_free(names);
 }
 
@@ -124,7 +143,8 @@ RunRecord run_session(Session session) {
   const std::unique_ptr<ViewServer> server = open_view(session);
   Recorders recorders{
       LiveTrajectory(folder), LabelRecorder(session.outputs.labels, folder),
-      FigureRecorder(session.outputs.figures, session.options.dense.excluded_classes, folder)};
+      FigureRecorder(session.outputs.figures, session.options.dense.excluded_classes, folder),
+      warning_recorder(session, server.get(), folder)};
   map_sequence(session, server.get(), recorders, record);
   if (record.interrupted)
     print_out("interrupted after {} frames; the results so far are saved\n", record.frames);

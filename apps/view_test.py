@@ -31,7 +31,8 @@ class Viewed:
     """A `stillmap` that serves a page."""
 
     def __init__(self, *arguments):
-        self.process = subprocess.Popen([PROGRAM, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        self.process = subprocess.Popen([PROGRAM, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                        text=True)
         self.lines = []
         while not self.lines or not self.lines[-1].startswith("view: "):
             line = self.process.stdout.readline()
@@ -59,8 +60,10 @@ class ViewTest(unittest.TestCase):
         cls.temporary = tempfile.TemporaryDirectory()
         cls.folder = Path(cls.temporary.name)
         cls.sequence = cls.folder / "sequence"
-        subprocess.run([PROGRAM, "simulate", "--frames", str(FRAMES), "--fps", "10", "--width", "320", "--height", "240", "--people", "2", "--camera", "xyz",
-                        "--out", cls.sequence], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        scene = ["--fps", "10", "--width", "320", "--height", "240", "--people", "2", "--camera", "xyz"]
+        subprocess.run([PROGRAM, "simulate", "--frames", str(FRAMES), *scene, "--out", cls.sequence], check=True,
+                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        cls.masks = ("--masks", cls.sequence / "mask")
 
     @classmethod
     def tearDownClass(cls):
@@ -73,7 +76,8 @@ class ViewTest(unittest.TestCase):
 
     def live(self, name, port=0, more=()):
         """A run at the speed of the camera: ten frames per second."""
-        return self.view("run", self.sequence, "--masks", self.sequence / "mask", "--schedule", "realtime", "--view", port, "--out", self.folder / name, *more)
+        return self.view("run", self.sequence, *self.masks, "--schedule", "realtime", "--view", port,
+                         "--out", self.folder / name, *more)
 
 
 class Server(ViewTest):
@@ -113,7 +117,9 @@ class Server(ViewTest):
         viewed = self.live("token", more=("--view-address", "0.0.0.0"))
         token = viewed.url.split("token=")[1]
         url = f"ws://127.0.0.1:{viewed.port}/data"
-        self.assertEqual(json.loads(WebSocket(f"{url}?token={token}").receive())["type"], "run")
+        client = WebSocket(f"{url}?token={token}")
+        self.assertEqual(json.loads(client.receive())["type"], "run")
+        client.close()
         for wrong in ("", "?token=", "?token=" + token[:-1], "?token=" + "0" * len(token)):
             with self.assertRaises(Refused, msg=wrong):
                 WebSocket(url + wrong).receive()
@@ -144,7 +150,7 @@ class Server(ViewTest):
 
     def test_lockstep_results_are_the_same_with_a_view(self):
         def results(name, *more):
-            command = [PROGRAM, "run", self.sequence, "--masks", self.sequence / "mask", "--count", "60", "--out", self.folder / name, *more]
+            command = [PROGRAM, "run", self.sequence, *self.masks, "--count", "60", "--out", self.folder / name, *more]
             viewed = self.view(*command[1:]) if more else subprocess.run(command, check=False, stdout=subprocess.DEVNULL)
             if more:
                 client = WebSocket(f"ws://127.0.0.1:{viewed.port}/data")
@@ -170,7 +176,8 @@ class InTheBrowser(ViewTest):
         viewed = self.live("browser", port)
         pages = [self.browser.page(viewed.url) for _ in range(2)]
         for page in pages:
-            page.wait("stillmap.frames > 5 && stillmap.points > 1000 && stillmap.images > 1 && stillmap.path > 5 && stillmap.drawn > 0", 120)
+            page.wait("stillmap.frames > 5 && stillmap.points > 1000 && stillmap.images > 1 && stillmap.path > 5", 120)
+            page.wait("stillmap.drawn > 0")
         for key, view in (("2", "top"), ("3", "follow"), ("1", "orbit")):
             pages[0].key(key)
             self.assertEqual(pages[0].run("stillmap.view"), view)
@@ -189,9 +196,23 @@ class InTheBrowser(ViewTest):
         page.run("const t = document.getElementById('time'); t.value = t.min; t.dispatchEvent(new Event('input'))")
         self.assertLess(page.run("stillmap.time - Number(document.getElementById('time').min)"), 0.01)
 
+    def test_warnings_of_a_run_are_shown(self):
+        rules = self.folder / "rules.yaml"
+        rules.write_text("zones: [{name: gate, polygon: [[-1, 1, 1], [1, 1, 1], [1, 1, 3]]}]\n"
+                         "distances: [{to: camera, nearer: 30}]\n")
+        viewed = self.live("warned", more=("--zones", rules))
+        page = self.browser.page(viewed.url)
+        page.wait("stillmap.zones === 1 && stillmap.warnings > 0 && stillmap.active > 0", 120)
+        self.assertIn("from the camera", page.run("document.getElementById('warnings').textContent"))
+        viewed.wait()
+        events = [json.loads(line) for line in (self.folder / "warned/events.jsonl").read_text().splitlines()]
+        self.assertEqual(events[0]["event"], "begin")
+        self.assertIn("near", {event["kind"] for event in events})
+
     def test_a_zone_is_drawn_and_a_distance_measured_on_a_map(self):
         run = self.folder / "measured"
-        subprocess.run([PROGRAM, "run", self.sequence, "--masks", self.sequence / "mask", "--count", "40", "--out", run], check=False, stdout=subprocess.DEVNULL)
+        subprocess.run([PROGRAM, "run", self.sequence, *self.masks, "--count", "40", "--out", run], check=False,
+                       stdout=subprocess.DEVNULL)
         page = self.browser.page(self.view("view", run, "--port", "0").url)
         page.wait("stillmap.points > 1000 && stillmap.renders > 1", 120)
         page.key("2")

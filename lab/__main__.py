@@ -3,10 +3,10 @@
 import argparse
 import sys
 
-from lab import bench, core, growth, hashes, judge, maps, sequences, starts, vocabulary
+from lab import bench, core, growth, hashes, judge, maps, sequences, starts, view, vocabulary, zones
 
 SUBCOMMANDS = {"sequences": sequences, "starts": starts, "hashes": hashes, "bench": bench, "maps": maps,
-               "growth": growth, "judge": judge, "vocabulary": vocabulary}
+               "growth": growth, "judge": judge, "view": view, "zones": zones, "vocabulary": vocabulary}
 
 
 def main(words=None):

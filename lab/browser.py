@@ -137,10 +137,12 @@ class Page:
             except RuntimeError:
                 pass  # the page is being loaded
             time.sleep(0.1)
-        raise TimeoutError(f"{condition} did not become true in {seconds} s; state: {self.run('JSON.stringify(window.stillmap)')}; {self.logs}")
+        state = self.run("JSON.stringify(window.stillmap)")
+        raise TimeoutError(f"{condition} did not become true in {seconds} s; state: {state}; {self.logs}")
 
     def size(self, width, height, phone=False):
-        self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=2 if phone else 1, mobile=phone)
+        self.call("Emulation.setDeviceMetricsOverride", width=width, height=height,
+                  deviceScaleFactor=2 if phone else 1, mobile=phone)
 
     def key(self, key):
         text = key if len(key) == 1 else ""
@@ -165,10 +167,12 @@ class Browser:
     def __init__(self, width=1440, height=900):
         self.folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
         self.process = subprocess.Popen(
-            [find_browser(), "--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--remote-debugging-port=0", "--use-angle=swiftshader",
-             "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist", "--no-first-run", "--disable-background-networking",
-             "--disable-background-timer-throttling", "--disable-renderer-backgrounding", "--disable-backgrounding-occluded-windows",
-             f"--window-size={width},{height}", f"--user-data-dir={self.folder.name}", "--remote-allow-origins=*", "about:blank"],
+            [find_browser(), "--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--remote-debugging-port=0",
+             "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist", "--no-first-run",
+             "--disable-background-networking", "--disable-background-timer-throttling",
+             "--disable-renderer-backgrounding", "--disable-backgrounding-occluded-windows",
+             f"--window-size={width},{height}", f"--user-data-dir={self.folder.name}", "--remote-allow-origins=*",
+             "about:blank"],
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         port_file = Path(self.folder.name) / "DevToolsActivePort"
         end = time.monotonic() + 60
@@ -179,17 +183,20 @@ class Browser:
         port, path = port_file.read_text().split()
         self.address = f"ws://127.0.0.1:{port}"
         self.control = Page(self.address + path, events=False)
+        self.pages = []
 
     def page(self, url="about:blank"):
         """Opens a page in a window of its own, since hidden tabs are not drawn."""
         target = self.control.call("Target.createTarget", url=url, newWindow=True)["targetId"]
-        return Page(f"{self.address}/devtools/page/{target}")
+        self.pages.append(Page(f"{self.address}/devtools/page/{target}"))
+        return self.pages[-1]
 
     def __enter__(self):
         return self
 
     def __exit__(self, *_):
-        self.control.close()
+        for page in [*self.pages, self.control]:
+            page.close()
         self.process.terminate()
         try:
             self.process.wait(10)

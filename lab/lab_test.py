@@ -8,6 +8,8 @@ import tempfile
 import unittest
 from pathlib import Path
 
+from lab import zones
+
 ROOT = Path(__file__).resolve().parent.parent
 
 
@@ -365,6 +367,29 @@ class Bench(unittest.TestCase):
         code, printed, _, _ = self.run_script(self.home / "one", programs=[self.home / "none"])
         self.assertEqual(code, 2)
         self.assertIn("there is no", printed)
+
+
+class Zones(unittest.TestCase):
+    """The comparison of warnings with the true ones."""
+
+    def judged(self, *found):
+        event = {"position": [0, 0, 3], "camera": [0, 0, 0, 0, 0, 0, 1]}
+        truth = [("zone", "gate", 1, 10.0, 13.0, event), ("near", "camera", 1, 20.0, 22.0, event)]
+        return zones.judged(truth, [(*f, event) for f in found], {(10.0, 1): 900, (20.0, 1): 900}, 30)
+
+    def test_a_late_warning_is_found_with_its_latency(self):
+        result = self.judged(("zone", "gate", 7, 10.2, 13.5))
+        self.assertEqual((result["recall"], result["precision"]), (0.5, 1))
+        self.assertAlmostEqual(result["latency_median_frames"], 6)
+        self.assertEqual(result["recall_by_distance"], {"2 to 4 m": [1, 2]})
+
+    def test_another_rule_or_time_is_wrong(self):
+        result = self.judged(("zone", "yard", 7, 10.2, 13.5), ("zone", "gate", 7, 30.0, 31.0))
+        self.assertEqual((result["recall"], result["precision"]), (0, 0))
+
+    def test_a_course_announces_a_distance(self):
+        result = self.judged(("course", "camera", 7, 19.0, 19.8), ("near", "camera", 7, 20.0, 22.0))
+        self.assertEqual((result["found"], result["right"], result["latency_median_frames"]), (1, 2, 0))
 
 
 if __name__ == "__main__":

@@ -93,6 +93,8 @@ std::vector<std::string> file_names(RunPart part) {
               "grid.yaml",  "obstacles.json", "obstacles.jsonl"};
     case RunPart::kLabels:
       return {LabelRecording().file()};
+    case RunPart::kWarnings:
+      return {"events.jsonl"};
     case RunPart::kProfile:
       return {"profile.txt", "profile.svg", "trace.json"};
   }

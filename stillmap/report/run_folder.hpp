@@ -20,14 +20,15 @@ constexpr const char* kRunOptions = "options.yaml";
 /// Part of a run that writes files into its folder.
 enum class RunPart {
   kAlways,
-  kLive,     ///< The poses while the command runs; not by write_results().
-  kMovers,   ///< The moving objects (movers.enabled).
-  kDense,    ///< The dense map (dense.enabled).
-  kObjects,  ///< The static objects that a network found in the dense map.
-  kMesh,     ///< The mesh (--mesh); one of mesh.ply, mesh.obj, mesh.glb per wanted format.
-  kPlanner,  ///< The files for planners (--planner).
-  kLabels,   ///< The motion labels (--save-labels).
-  kProfile,  ///< The profile of the computing time (--profile).
+  kLive,      ///< The poses while the command runs; not by write_results().
+  kMovers,    ///< The moving objects (movers.enabled).
+  kDense,     ///< The dense map (dense.enabled).
+  kObjects,   ///< The static objects that a network found in the dense map.
+  kMesh,      ///< The mesh (--mesh); one of mesh.ply, mesh.obj, mesh.glb per wanted format.
+  kPlanner,   ///< The files for planners (--planner).
+  kLabels,    ///< The motion labels (--save-labels).
+  kWarnings,  ///< The warnings (--zones); not by write_results().
+  kProfile,   ///< The profile of the computing time (--profile).
 };
 
 /// Returns the names of all files that a part may write. The list of files in the help texts is

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/print.hpp"
+#include "stillmap/evaluate/mover_error.hpp"
+#include "stillmap/report/live_trajectory.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+
+#include "commands.hpp"
+#include "warning_recorder.hpp"
+
+namespace stillmap {
+namespace {
+namespace fs = std::filesystem;
+
+struct WarnArguments {
+  std::string run, zones, out;
+  bool force = false;
+};
+
+/// Returns a timestamp in microseconds: the files of a run have six to nine decimals.
+std::int64_t microseconds(double timestamp) { return std::llround(timestamp * 1e6); }
+
+/// Returns the frames of a run folder by time, with camera and movers as its files have them.
+std::vector<WatchedFrame> watched_frames(const fs::path& run) {
+  std::map<std::int64_t, WatchedFrame> frames;
+  std::ifstream live(run / kLiveTrajectory);
+  for (std::string line; std::getline(live, line);) {
+    const double timestamp = std::strtod(line.c_str() + (line.starts_with("# ") ? 2 : 0), nullptr);
+    if (line.find("timestamp") == std::string::npos)
+      frames[microseconds(timestamp)].timestamp = timestamp;
+  }
+  for (const StampedPose& pose : read_trajectory(run / "trajectory.txt")) {
+    WatchedFrame& frame = frames[microseconds(pose.timestamp)];
+    frame.timestamp = pose.timestamp;
+    frame.T_world_camera = pose.T_world_camera;
+  }
+  for (const MoverPosition& mover : read_movers(run / "movers.csv")) {
+    const auto frame = frames.find(microseconds(mover.timestamp));
+    if (frame == frames.end()) continue;
+    frame->second.movers.push_back({.id = mover.id,
+                                    .class_name = mover.class_name,
+                                    .confidence = 0,
+                                    .observed = mover.observed,
+                                    .centroid = mover.centroid,
+                                    .velocity = mover.velocity,
+                                    .box = mover.box});
+  }
+  std::vector<WatchedFrame> list;
+  for (auto& [time, frame] : frames) {
+    frame.index = list.size();
+    list.push_back(std::move(frame));
+  }
+  return list;
+}
+
+int warn(const WarnArguments& arguments) {
+  const WarningRules rules = read_warning_rules(arguments.zones);
+  const auto frames = watched_frames(arguments.run);
+  ResultFolder folder(
+      arguments.out.empty() ? fs::path(arguments.run) : fs::path(arguments.out),
+      arguments.force ? ResultFolder::Foreign::kOverwrite : ResultFolder::Foreign::kKeep);
+  WarningRecorder recorder(rules, folder, {});
+  for (const WatchedFrame& frame : frames) recorder.add(frame);
+  folder.require_all();
+  print_out("{} warnings in {} frames: {}\n", recorder.warnings(), frames.size(),
+            (folder.path() / kEventFile).string());
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_warn_command(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<WarnArguments>();
+  CLI::App* command = app.add_subcommand(
+      "warn", "evaluate zones and distances of moving objects on a finished run");
+  command->add_option("run", arguments->run, "folder of results of stillmap run")->required();
+  command
+      ->add_option("--zones", arguments->zones, "YAML file of zones and distances (docs/view.md)")
+      ->required();
+  command->add_option("--out", arguments->out,
+                      "folder of events.jsonl; default: the folder of the run");
+  add_force_option(*command, arguments->force);
+  command->footer(
+      "Example:\n"
+      "  stillmap warn results --zones zones.yaml\n"
+      "`stillmap run --zones zones.yaml` warns during the run. An aid, no safety device.");
+  command->callback([arguments, &exit_code] { exit_code = warn(*arguments); });
+}
+
+}  // namespace stillmap

@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/warn/warning_monitor.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace stillmap {
+namespace {
+
+constexpr double kVelocityTime = 0.4;  // time over which the camera's velocity is taken [s]
+constexpr double kCourseStep = 0.1;    // step of the search for the nearest approach [s]
+
+bool is_for(const std::vector<std::string>& classes, const std::string& class_name) {
+  return classes.empty() || std::find(classes.begin(), classes.end(), class_name) != classes.end();
+}
+
+WarningEvent event_of(const WatchedFrame& frame, WarningKind kind, const std::string& rule) {
+  WarningEvent event;
+  event.kind = kind;
+  event.rule = rule;
+  event.frame = frame.index;
+  event.timestamp = frame.timestamp;
+  event.T_world_camera = frame.T_world_camera;
+  return event;
+}
+
+WarningEvent event_of(const WatchedFrame& frame, WarningKind kind, const std::string& rule,
+                      const WatchedMover& mover) {
+  WarningEvent event = event_of(frame, kind, rule);
+  event.mover = mover.id;
+  event.class_name = mover.class_name;
+  event.confidence = mover.confidence;
+  event.observed = mover.observed;
+  event.position = mover.centroid;
+  return event;
+}
+
+/// Returns the distance of a point from a box, in space or along the floor [m].
+double box_distance(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& point,
+                    const Eigen::Vector3d& up, bool level) {
+  const Eigen::Vector3d nearest = point.cwiseMax(box.min()).cwiseMin(box.max());
+  const Eigen::Vector3d apart = point - nearest;
+  if (!level) return apart.norm();
+  // The point is moved to the height of the box's center first, so that only level parts remain.
+  const Eigen::Vector3d same_height = point + up * up.dot(box.center() - point);
+  const Eigen::Vector3d beside = same_height - same_height.cwiseMax(box.min()).cwiseMin(box.max());
+  return (beside - up * up.dot(beside)).norm();
+}
+
+const char* name_of(WarningKind kind) {
+  switch (kind) {
+    case WarningKind::kZone:
+      return "zone";
+    case WarningKind::kNear:
+      return "near";
+    case WarningKind::kCourse:
+      return "course";
+    case WarningKind::kUnknown:
+      return "unknown";
+  }
+  return "";
+}
+
+double rounded(double value) { return std::round(value * 1e3) / 1e3; }
+
+}  // namespace
+
+std::vector<WarningEvent> WarningMonitor::update(const WatchedFrame& frame) {
+  if (frame.T_world_camera) {
+    cameras_.emplace_back(frame.timestamp, frame.T_world_camera->translation());
+    while (cameras_.front().first < frame.timestamp - kVelocityTime) cameras_.pop_front();
+  } else {
+    cameras_.clear();
+  }
+  std::vector<WarningEvent> changes;
+  for (WarningEvent& event : broken_rules(frame)) {
+    const auto [entry, begins] = active_.try_emplace(Key{event.kind, event.rule, event.mover});
+    entry->second = {event, frame.timestamp, false};
+    if (begins) changes.push_back(event);
+  }
+  std::set<int> seen;
+  for (const WatchedMover& mover : frame.movers) {
+    if (mover.observed) seen.insert(mover.id);
+  }
+  for (auto entry = active_.begin(); entry != active_.end();) {
+    Active& warning = entry->second;
+    const bool unknown = warning.newest.kind == WarningKind::kUnknown;
+    const bool broken_now = warning.broken == frame.timestamp;
+    if (!unknown && !frame.T_world_camera) warning.broken = frame.timestamp;  // nothing is known
+    if (!broken_now && seen.contains(warning.newest.mover)) warning.seen = true;
+    if (frame.timestamp - warning.broken < kHold) {
+      ++entry;
+      continue;
+    }
+    warning.newest.begins = false;
+    warning.newest.seen_clear = unknown || warning.seen;
+    warning.newest.frame = frame.index;
+    warning.newest.timestamp = frame.timestamp;
+    warning.newest.T_world_camera = frame.T_world_camera;
+    changes.push_back(warning.newest);
+    entry = active_.erase(entry);
+  }
+  return changes;
+}
+
+std::vector<WarningEvent> WarningMonitor::active() const {
+  std::vector<WarningEvent> events;
+  for (const auto& [key, warning] : active_) events.push_back(warning.newest);
+  return events;
+}
+
+std::vector<WarningEvent> WarningMonitor::broken_rules(const WatchedFrame& frame) {
+  std::vector<WarningEvent> broken;
+  check_unknown(frame, broken);
+  if (!frame.T_world_camera) return broken;
+  for (const WatchedMover& mover : frame.movers) {
+    for (const Zone& zone : rules_.zones) {
+      if (is_for(zone.classes, mover.class_name) && reaches_into(zone, mover.centroid, mover.box))
+        broken.push_back(event_of(frame, WarningKind::kZone, zone.name, mover));
+    }
+    for (const DistanceRule& rule : rules_.distances) {
+      if (is_for(rule.classes, mover.class_name)) check_distance(rule, frame, mover, broken);
+    }
+  }
+  return broken;
+}
+
+void WarningMonitor::check_unknown(const WatchedFrame& frame,
+                                   std::vector<WarningEvent>& broken) const {
+  const auto add = [&](const char* reason) {
+    broken.push_back(event_of(frame, WarningKind::kUnknown, reason));
+  };
+  if (!frame.T_world_camera) add("the camera is lost");
+  if (frame.depth_share < kMinDepth) add("there is hardly any depth");
+  if (frame.mask_age > kMaxMaskAge) add("the network is late");
+}
+
+void WarningMonitor::check_distance(const DistanceRule& rule, const WatchedFrame& frame,
+                                    const WatchedMover& mover,
+                                    std::vector<WarningEvent>& broken) const {
+  const Eigen::Vector3d point = *frame.T_world_camera * rule.offset;
+  const auto limit = [&](WarningKind kind) {
+    return is_active(kind, rule.name, mover.id) ? kMargin * rule.nearer : rule.nearer;
+  };
+  const double now = box_distance(mover.box, point, rules_.up, rule.level);
+  if (now < limit(WarningKind::kNear)) {
+    WarningEvent event = event_of(frame, WarningKind::kNear, rule.name, mover);
+    event.distance = now;
+    broken.push_back(event);
+    return;
+  }
+  const Eigen::Vector3d approach = camera_velocity() - mover.velocity;  // seen from the mover
+  double nearest = now, when = 0;
+  for (int step = 1; step * kCourseStep <= rule.within + 1e-9; ++step) {
+    const double time = step * kCourseStep;
+    const double then = box_distance(mover.box, point + time * approach, rules_.up, rule.level);
+    if (then < nearest) {
+      nearest = then;
+      when = time;
+    }
+  }
+  if (when == 0 || nearest >= limit(WarningKind::kCourse)) return;
+  WarningEvent event = event_of(frame, WarningKind::kCourse, rule.name, mover);
+  event.distance = nearest;
+  event.seconds = when;
+  broken.push_back(event);
+}
+
+bool WarningMonitor::is_active(WarningKind kind, const std::string& rule, int mover) const {
+  return active_.contains({kind, rule, mover});
+}
+
+/// Returns the mean velocity in the last moments; zero right after a loss [m/s].
+Eigen::Vector3d WarningMonitor::camera_velocity() const {
+  if (cameras_.size() < 2) return Eigen::Vector3d::Zero();
+  const auto& [first, from] = cameras_.front();
+  const auto& [last, to] = cameras_.back();
+  return (to - from) / (last - first);
+}
+
+std::string warning_text(const WarningEvent& event) {
+  const std::string name = event.class_name == "unknown" ? "object" : event.class_name;
+  const std::string who = fmt::format("{} {}", name, event.mover);
+  if (!event.begins) {
+    if (event.kind == WarningKind::kUnknown) return "over: " + event.rule;
+    return fmt::format("{}: {} {}", event.seen_clear ? "clear" : "out of sight", who, event.rule);
+  }
+  switch (event.kind) {
+    case WarningKind::kZone:
+      return fmt::format("{} is in {}", who, event.rule);
+    case WarningKind::kNear:
+      return fmt::format("{} is {:.1f} m from the {}", who, event.distance, event.rule);
+    case WarningKind::kCourse:
+      return fmt::format("{} will be {:.1f} m from the {} in {:.1f} s", who, event.distance,
+                         event.rule, event.seconds);
+    case WarningKind::kUnknown:
+      return "not known: " + event.rule;
+  }
+  return "";
+}
+
+nlohmann::json warning_json(const WarningEvent& event) {
+  const auto array = [](const Eigen::Vector3d& v) {
+    return nlohmann::json::array({rounded(v.x()), rounded(v.y()), rounded(v.z())});
+  };
+  nlohmann::json json{{"event", event.begins ? "begin" : "end"},
+                      {"kind", name_of(event.kind)},
+                      {"rule", event.rule},
+                      {"frame", event.frame},
+                      {"timestamp", event.timestamp},
+                      {"text", warning_text(event)},
+                      {"camera", nullptr}};
+  if (event.T_world_camera) {
+    const auto& q = event.T_world_camera->quaternion().coeffs();
+    json["camera"] = array(event.T_world_camera->translation());
+    for (int i = 0; i < 4; ++i) json["camera"].push_back(std::round(q[i] * 1e5) / 1e5);
+  }
+  if (event.kind == WarningKind::kUnknown) return json;
+  json["mover"] = event.mover;
+  json["class"] = event.class_name;
+  json["confidence"] = rounded(event.confidence);
+  json["observed"] = event.observed;
+  json["position"] = array(event.position);
+  if (event.kind != WarningKind::kZone) json["distance"] = rounded(event.distance);
+  if (event.kind == WarningKind::kCourse) json["seconds"] = rounded(event.seconds);
+  if (!event.begins) json["seen_clear"] = event.seen_clear;
+  return json;
+}
+
+nlohmann::json warnings_message(const std::vector<WarningEvent>& active, std::size_t count) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const WarningEvent& event : active) {
+    nlohmann::json json{{"kind", name_of(event.kind)}, {"text", warning_text(event)}};
+    if (event.mover != 0) json["mover"] = event.mover;
+    if (event.kind == WarningKind::kZone) json["zone"] = event.rule;
+    list.push_back(std::move(json));
+  }
+  return {{"type", "warnings"}, {"count", count}, {"active", std::move(list)}};
+}
+
+}  // namespace stillmap

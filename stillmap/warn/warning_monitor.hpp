@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/geometry/pose.hpp"
+#include "stillmap/warn/rules.hpp"
+
+#include <cstddef>
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Geometry>
+#include <nlohmann/json_fwd.hpp>
+
+namespace stillmap {
+
+/// A moving object as the rules see it. World frame.
+struct WatchedMover {
+  int id = 0;
+  std::string class_name = "unknown";
+  double confidence = 0;  ///< Of its class [0..1].
+  bool observed = false;  ///< It was observed in this frame, not predicted.
+  Eigen::Vector3d centroid = Eigen::Vector3d::Zero();  ///< [m]
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< [m/s]
+  Eigen::AlignedBox3d box;                             ///< [m]
+};
+
+/// What is known at one frame.
+struct WatchedFrame {
+  std::size_t index = 0;
+  double timestamp = 0;                ///< [s]
+  std::optional<Pose> T_world_camera;  ///< None while the camera is lost.
+  double depth_share = 1;              ///< Share of the pixels with a depth [0..1].
+  double mask_age = 0;                 ///< Age of the network's result [s]; 0 without a network.
+  std::vector<WatchedMover> movers;
+};
+
+enum class WarningKind {
+  kZone,     ///< A mover is in a zone.
+  kNear,     ///< A mover is too near to a point.
+  kCourse,   ///< A mover and a point will come too near to each other.
+  kUnknown,  ///< Movers could be missed: the camera is lost, has no depth, or the network is late.
+};
+
+/// Begin or end of a warning.
+struct WarningEvent {
+  bool begins = true;
+  WarningKind kind = WarningKind::kZone;
+  std::string rule;        ///< Name of the zone or point, or the reason of kUnknown.
+  int mover = 0;           ///< Id of the mover; 0 for kUnknown.
+  std::string class_name;  ///< Of the mover.
+  double confidence = 0;   ///< Of its class [0..1].
+  bool observed = true;    ///< The mover is observed, not predicted.
+  double distance = 0;     ///< From the point, or the nearest predicted one; 0 for zones [m].
+  double seconds = 0;      ///< Time until the nearest predicted distance [s].
+  bool seen_clear = true;  ///< Of an end: the mover was seen outside; false: it went out of sight.
+  std::size_t frame = 0;
+  double timestamp = 0;                                ///< [s]
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< Of the mover, world frame [m].
+  std::optional<Pose> T_world_camera;
+};
+
+/// Evaluates the rules in each frame. A warning begins in the first frame that breaks a rule, and
+/// ends when the rule has been kept for kHold, with a margin of kMargin for distances; so it does
+/// not flicker. A mover that vanishes keeps its warnings for kHold as well. While the camera is
+/// lost, warnings stay as they are. It is an aid, no safety device.
+class WarningMonitor {
+ public:
+  static constexpr double kHold = 0.5;        ///< [s]
+  static constexpr double kMargin = 1.1;      ///< Factor of the distance that ends a warning.
+  static constexpr double kMinDepth = 0.2;    ///< Least share of pixels with a depth.
+  static constexpr double kMaxMaskAge = 0.7;  ///< Greatest age of the network's result [s].
+
+  explicit WarningMonitor(WarningRules rules) : rules_(std::move(rules)) {}
+
+  /// Returns the warnings that begin or end in the next frame.
+  std::vector<WarningEvent> update(const WatchedFrame& frame);
+
+  /// Returns the present warnings, as of the newest frame.
+  std::vector<WarningEvent> active() const;
+
+  const WarningRules& rules() const { return rules_; }
+
+ private:
+  using Key = std::tuple<WarningKind, std::string, int>;
+  struct Active {
+    WarningEvent newest;
+    double broken = 0;  // last time at which the rule was broken [s]
+    bool seen = false;  // the mover has been observed since then
+  };
+
+  std::vector<WarningEvent> broken_rules(const WatchedFrame& frame);
+  void check_unknown(const WatchedFrame& frame, std::vector<WarningEvent>& broken) const;
+  void check_distance(const DistanceRule& rule, const WatchedFrame& frame,
+                      const WatchedMover& mover, std::vector<WarningEvent>& broken) const;
+  bool is_active(WarningKind kind, const std::string& rule, int mover) const;
+  Eigen::Vector3d camera_velocity() const;
+
+  WarningRules rules_;
+  std::map<Key, Active> active_;
+  std::deque<std::pair<double, Eigen::Vector3d>> cameras_;  // recent positions by time
+};
+
+/// Returns an event as a sentence: "person 3 is in zone gate".
+std::string warning_text(const WarningEvent& event);
+
+/// Returns an event as a line of events.jsonl; docs/view.md lists its keys.
+nlohmann::json warning_json(const WarningEvent& event);
+
+/// Returns the present warnings for the page of the view: {"type": "warnings", "count", "active"}.
+/// @param count  number of warnings that have begun so far
+nlohmann::json warnings_message(const std::vector<WarningEvent>& active, std::size_t count);
+
+}  // namespace stillmap

@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/warn/warning_monitor.hpp"
+
+#include <gmock/gmock.h>
+#include <nlohmann/json.hpp>
+
+namespace stillmap {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+constexpr double kFrame = 0.1;  // time between two frames [s]
+
+/// A square of two meters around the origin, on the floor y = 1 (y points down).
+Zone square() {
+  return {
+      .name = "gate", .polygon = {{-1, 1, -1}, {1, 1, -1}, {1, 1, 1}, {-1, 1, 1}}, .classes = {}};
+}
+
+/// A person of 0.4 m x 1.8 m x 0.4 m who stands on the floor.
+WatchedMover person(double x, double z, const Eigen::Vector3d& velocity = {0, 0, 0}) {
+  const Eigen::Vector3d centroid(x, 0.1, z), half(0.2, 0.9, 0.2);
+  return {.id = 3,
+          .class_name = "person",
+          .confidence = 0.8,
+          .observed = true,
+          .centroid = centroid,
+          .velocity = velocity,
+          .box = Eigen::AlignedBox3d(centroid - half, centroid + half)};
+}
+
+/// Feeds frames to a monitor, and collects short descriptions of the events.
+class Watch {
+ public:
+  explicit Watch(const WarningRules& rules) : monitor_(rules) {}
+
+  void frame(std::vector<WatchedMover> movers, const std::optional<Pose>& pose = Pose()) {
+    WatchedFrame frame{.index = index_,
+                       .timestamp = kFrame * static_cast<double>(index_),
+                       .T_world_camera = pose,
+                       .movers = std::move(movers)};
+    add(frame);
+  }
+  void add(WatchedFrame frame) {
+    frame.index = index_;
+    frame.timestamp = kFrame * static_cast<double>(index_++);
+    for (const WarningEvent& event : monitor_.update(frame))
+      texts_.push_back(std::to_string(event.frame) + " " + warning_text(event));
+  }
+  std::vector<std::string> texts() const { return texts_; }
+
+ private:
+  WarningMonitor monitor_;
+  std::size_t index_ = 0;
+  std::vector<std::string> texts_;
+};
+
+TEST(Zone, DistancesAreMeasuredAlongTheFloor) {
+  EXPECT_EQ(level_distance(square(), {0.5, -7, 0.5}), 0);
+  EXPECT_NEAR(level_distance(square(), {3, 5, 0}), 2, 1e-12);
+  EXPECT_NEAR(level_distance(square(), {4, 0, 5}), 5, 1e-12);
+}
+
+TEST(Zone, ANotchOfAPolygonIsOutside) {
+  Zone zone = square();
+  zone.polygon.insert(zone.polygon.begin() + 3, {0, 1, 0});  // (1, 1) -> (0, 0) -> (-1, 1)
+  EXPECT_GT(level_distance(zone, {0, 1, 0.9}), 0.1);
+  EXPECT_EQ(level_distance(zone, {0, 1, -0.5}), 0);
+}
+
+TEST(Zone, AnObjectAboveOrBelowItsHeightsIsOutside) {
+  Zone zone = square();
+  zone.low = 2.2;
+  zone.high = 4;
+  const WatchedMover standing = person(0, 0);  // up to a height of 1.8 m
+  EXPECT_FALSE(reaches_into(zone, standing.centroid, standing.box));
+  zone.low = 1.5;
+  EXPECT_TRUE(reaches_into(zone, standing.centroid, standing.box));
+}
+
+TEST(Zone, ATiltedWorldChangesNothing) {
+  const Pose turn(Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 0).normalized())),
+                  {1, 2, 3});
+  Zone zone = square();
+  const Eigen::Vector3d inside(0.9, 0, 0.9), outside(1.6, 0, 0);
+  const double distance = level_distance(zone, outside);
+  for (Eigen::Vector3d& corner : zone.polygon) corner = turn * corner;
+  zone.up = turn.rotation() * zone.up;
+  EXPECT_EQ(level_distance(zone, turn * inside), 0);
+  EXPECT_NEAR(level_distance(zone, turn * outside), distance, 1e-9);
+}
+
+TEST(WarningMonitor, WarnsInTheFirstFrameInAZoneAndEndsAfterTheHold) {
+  Watch watch({.zones = {square()}, .distances = {}});
+  watch.frame({person(3, 0)});
+  watch.frame({person(0.5, 0)});
+  for (int i = 0; i < 7; ++i) watch.frame({person(3, 0)});
+  EXPECT_THAT(watch.texts(), ElementsAre("1 person 3 is in gate", "6 clear: person 3 gate"));
+}
+
+TEST(WarningMonitor, DoesNotFlickerAtTheBorder) {
+  Watch watch({.zones = {square()}, .distances = {}});
+  for (int i = 0; i < 30; ++i) watch.frame({person(i % 3 == 0 ? 1.1 : 1.4, 0)});
+  EXPECT_THAT(watch.texts(), ElementsAre("0 person 3 is in gate"));
+}
+
+TEST(WarningMonitor, AMoverThatVanishesIsOutOfSightNotClear) {
+  Watch watch({.zones = {square()}, .distances = {}});
+  watch.frame({person(0, 0)});
+  for (int i = 0; i < 6; ++i) watch.frame({});
+  EXPECT_THAT(watch.texts(), ElementsAre("0 person 3 is in gate", "5 out of sight: person 3 gate"));
+}
+
+TEST(WarningMonitor, OtherClassesAreIgnored) {
+  Zone zone = square();
+  zone.classes = {"car"};
+  Watch watch({.zones = {zone}, .distances = {}});
+  watch.frame({person(0, 0)});
+  EXPECT_THAT(watch.texts(), IsEmpty());
+}
+
+DistanceRule camera_rule(double nearer, double within = 0) {
+  return {.name = "camera", .nearer = nearer, .within = within, .classes = {}};
+}
+
+TEST(WarningMonitor, TheDistanceIsThatOfTheNearestSurfaceWithAMargin) {
+  Watch watch({.zones = {}, .distances = {camera_rule(2)}});
+  watch.frame({person(0, 2.3)});  // the box begins at 2.1 m
+  watch.frame({person(0, 2.1)});
+  for (int i = 0; i < 9; ++i) watch.frame({person(0, 2.3)});  // within the margin of 10 %
+  for (int i = 0; i < 9; ++i) watch.frame({person(0, 2.5)});
+  EXPECT_THAT(watch.texts(),
+              ElementsAre("1 person 3 is 1.9 m from the camera", "15 clear: person 3 camera"));
+}
+
+TEST(WarningMonitor, ACourseIsWarnedOfBeforeItComesNear) {
+  Watch watch({.zones = {}, .distances = {camera_rule(1, 2)}});
+  for (int i = 0; i < 20; ++i) watch.frame({person(0, 5 - 0.1 * i, {0, 0, -1})});
+  // Box ahead of 4.8 - 0.1 i [m]; below 1 m + 2 s x 1 m/s from frame 19 on.
+  EXPECT_THAT(watch.texts(), ElementsAre("19 person 3 will be 0.9 m from the camera in 2.0 s"));
+}
+
+TEST(WarningMonitor, APersonWhoPassesOrGoesAwayIsNoCourse) {
+  Watch watch({.zones = {}, .distances = {camera_rule(1, 2)}});
+  for (int i = 0; i < 20; ++i) watch.frame({person(-1 + 0.1 * i, 3, {1, 0, 0})});
+  for (int i = 0; i < 20; ++i) watch.frame({person(0, 2 + 0.1 * i, {0, 0, 1})});
+  EXPECT_THAT(watch.texts(), IsEmpty());
+}
+
+TEST(WarningMonitor, ACameraThatDrivesTowardsAPersonIsACourse) {
+  Watch watch({.zones = {}, .distances = {camera_rule(1, 2)}});
+  for (int i = 0; i < 6; ++i)
+    watch.frame({person(0, 3)}, Pose(Eigen::Quaterniond::Identity(), {0, 0, 0.1 * i}));
+  EXPECT_EQ(watch.texts().size(), 1U);
+}
+
+TEST(WarningMonitor, TheLevelDistanceOfARaisedHookIgnoresItsHeight) {
+  DistanceRule rule{
+      .name = "hook", .offset = {0, -4, 6}, .nearer = 1, .level = true, .classes = {}};
+  Watch level({.zones = {}, .distances = {rule}});
+  level.frame({person(0, 6)});
+  EXPECT_THAT(level.texts(), ElementsAre("0 person 3 is 0.0 m from the hook"));
+  rule.level = false;
+  Watch in_space({.zones = {}, .distances = {rule}});
+  in_space.frame({person(0, 6)});
+  EXPECT_THAT(in_space.texts(), IsEmpty());
+}
+
+TEST(WarningMonitor, WhatIsNotKnownIsAWarning) {
+  Watch watch({.zones = {square()}, .distances = {}});
+  watch.frame({}, std::nullopt);
+  WatchedFrame dark;
+  dark.T_world_camera = Pose();
+  dark.depth_share = 0.1;
+  watch.add(dark);
+  WatchedFrame late;
+  late.T_world_camera = Pose();
+  late.mask_age = 1;
+  watch.add(late);
+  EXPECT_THAT(watch.texts(), ElementsAre("0 not known: the camera is lost",
+                                         "1 not known: there is hardly any depth",
+                                         "2 not known: the network is late"));
+}
+
+TEST(WarningMonitor, WarningsStayWhileTheCameraIsLost) {
+  Watch watch({.zones = {square()}, .distances = {}});
+  watch.frame({person(0, 0)});
+  for (int i = 0; i < 20; ++i) watch.frame({}, std::nullopt);
+  EXPECT_THAT(watch.texts(),
+              ElementsAre("0 person 3 is in gate", "1 not known: the camera is lost"));
+}
+
+TEST(WarningJson, HasPoseMoverDistanceAndConfidence) {
+  WarningMonitor monitor({.zones = {}, .distances = {camera_rule(3)}});
+  WatchedFrame frame;
+  frame.T_world_camera = Pose();
+  frame.movers = {person(0, 2)};
+  const nlohmann::json json = warning_json(monitor.update(frame).at(0));
+  EXPECT_EQ(json.at("event"), "begin");
+  EXPECT_EQ(json.at("kind"), "near");
+  EXPECT_EQ(json.at("camera").size(), 7U);
+  EXPECT_EQ(json.at("mover"), 3);
+  EXPECT_NEAR(json.at("distance").get<double>(), 1.8, 1e-3);
+  EXPECT_NEAR(json.at("confidence").get<double>(), 0.8, 1e-9);
+}
+
+}  // namespace
+}  // namespace stillmap
