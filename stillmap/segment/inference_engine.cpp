@@ -9,6 +9,7 @@
 #include "stillmap/segment/openvino_plugin.hpp"
 
 #include <algorithm>
+#include <optional>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -91,23 +92,24 @@ void warn_of_missing_openvino(const std::string& engine) {
   (void)warned;
 }
 
-/// Starts the fastest back end that is installed and supports all operators of the network.
+/// Starts the fastest back end that is installed and supports all operators of the network. If none
+/// does, throws the Error of the fastest one.
 EnginePtr start_on_cpu(const EngineOptions& options) {
-  std::string problem;
+  std::optional<Error> first;
   for (const std::string& backend : devices().back().backends) {
     if (!installed(backend)) continue;
     try {
       EnginePtr engine = start_backend(backend, options);
       if (!installed("openvino")) warn_of_missing_openvino(engine->name().text());
-      if (!problem.empty())
-        warn(fmt::format("{}; it runs on {}", problem, engine->name().text()), export_advice());
+      if (first)
+        warn(fmt::format("{}; it runs on {}", first->problem(), engine->name().text()),
+             export_advice());
       return engine;
     } catch (const Error& e) {
-      if (backend == devices().back().backends.back()) throw;
-      if (problem.empty()) problem = e.problem();
+      if (!first) first = e;
     }
   }
-  return nullptr;
+  throw Error(*first);  // OpenCV is always installed
 }
 
 /// Runs the network once, since accelerators finish loading in the first run.

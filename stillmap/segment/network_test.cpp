@@ -145,6 +145,18 @@ TEST(MakeDetector, ADeviceWithoutANetworkGivesAWarning) {
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
+TEST(MakeDetector, IfNoBackEndLoadsANetworkTheErrorIsThatOfTheFastest) {
+  const fs::path file = test::own_path("unknown.onnx");
+  write_file(file, test::tiny_model("Frobnicate", {1, 3, 8, 8}, {1, 3, 8, 8}));
+  try {
+    make_detector(options_for(file));
+    ADD_FAILURE() << "no error";
+  } catch (const Error& e) {
+    EXPECT_THAT(e.problem(), testing::StartsWith("the " + available_backends().front()));
+  }
+  fs::remove(file);
+}
+
 TEST(MakeDetector, UnknownBackEndsAndDevicesAreErrors) {
   const fs::path file = test::own_path("fine.onnx");
   write_file(file, test::tiny_model("Relu", {1, 3, 8, 8}, {1, 3, 8, 8}));
