@@ -131,7 +131,9 @@ PresetRunner::PresetRunner(const ReproduceArguments& arguments,
 void PresetRunner::run(std::span<const std::string> presets) {
   for (const auto& [sequence, request] : requests_of(arguments_, sequences_, presets)) {
     if (interrupted()) return;
-    finished_.push_back(finished_run(request, *sequence));
+    FinishedRun run = finished_run(request, *sequence);
+    if (interrupted()) return;
+    finished_.push_back(std::move(run));
     print_run(finished_.back().figures);
     const std::size_t left = total_ - finished_.size();
     const double seconds_per_run =

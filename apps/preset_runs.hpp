@@ -44,7 +44,8 @@ class PresetRunner {
                std::span<const std::string> presets);
 
   /// Maps every sequence with each of these presets that can run on it. Prints a line per run with
-  /// the remaining time of all runs. A problem is kept in its run; an interrupt ends all early.
+  /// the remaining time of all runs. A problem is kept in its run; an interrupt ends all early,
+  /// without the run that it cuts off.
   void run(std::span<const std::string> presets);
 
   const std::vector<FinishedRun>& finished() const { return finished_; }

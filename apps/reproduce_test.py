@@ -5,6 +5,7 @@
   apps/reproduce_test.py PROGRAM     PROGRAM: the built command
 """
 import json
+import signal
 import subprocess
 import sys
 import tempfile
@@ -143,6 +144,21 @@ class Reproduce(unittest.TestCase):
         self.assertIn("broken.onnx", done.stderr)
         problems = [run["preset"] for run in self.figures("seg-mask", out)["runs"] if "problem" in run]
         self.assertEqual(problems, ["seg-mask"])
+
+    def test_an_interrupt_gives_the_tables_of_the_complete_runs(self):
+        out = self.folder / "interrupted"
+        with subprocess.Popen([PROGRAM, "reproduce", "all", "--data", self.data, "--sequences", "walking_xyz", "--true-masks",
+                               "--runs", "9", "--out", out], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+                              text=True) as process:
+            lines = [next(line for line in process.stdout if "[1/54" in line)]
+            process.send_signal(signal.SIGINT)
+            lines += process.stdout.readlines()
+        self.assertEqual(process.returncode, 130)
+        self.assertTrue(any("**seg-mask, table 1: ATE [m]**" in line for line in lines))
+        runs = self.figures("seg-mask", out)["runs"]
+        self.assertGreaterEqual(len(runs), 1)
+        for run in runs:
+            self.assertEqual(run["coverage"]["total"], 12 - run["first_frame"])
 
     def test_true_masks_take_the_place_of_a_network(self):
         out = self.folder / "true_masks"
