@@ -158,8 +158,10 @@ void require_nvidia_libraries(const EngineOptions& options, const OnnxRuntimeLib
   }
   open_nvidia_packages(library);
   if (options.device != "tensorrt") return;
+  const Caller call(library.api());
+  (void)environment_of(call);  // before all other calls
   try {
-    (void)tensorrt_options(Caller(library.api()), "");
+    (void)tensorrt_options(call, "");
   } catch (const std::runtime_error& e) {
     throw cannot_start(options, e);
   }

@@ -45,6 +45,12 @@ test::FakeOnnxRuntime& state() {
   return kept;
 }
 
+/// Whether the environment was created, which must be the first call.
+bool& environment_exists() {
+  static bool exists = false;
+  return exists;
+}
+
 /// Records a call. Returns its failure if the test demands one, otherwise null.
 Status* record(const std::string& call) {
   state().calls.push_back(call);
@@ -141,7 +147,10 @@ Status* dimensions(const TensorShape* shape, std::int64_t* sizes, std::size_t) {
 Api make_api() {
   Api api{};
   api.message = [](const Status* status) -> Text { return status->message.c_str(); };
-  api.create_env = [](int, Text, Env** made) { return create(made); };
+  api.create_env = [](int, Text, Env** made) {
+    environment_exists() = true;
+    return create(made);
+  };
   api.create_session = create_session;
   api.create_session_options = create<SessionOptions>;
   api.set_threads = [](SessionOptions*, int) -> Status* { return nullptr; };
@@ -182,6 +191,7 @@ Api make_api() {
   api.bound_outputs = bound_outputs;
   api.append_tensorrt = append_tensorrt;
   api.create_tensorrt_options = [](TensorRtOptions** made) {
+    if (!environment_exists()) return new Status{"no environment"};
     *made = new TensorRtOptions{};
     return record("create tensorrt");
   };
