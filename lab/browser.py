@@ -23,7 +23,7 @@ class Refused(Exception):
 class WebSocket:
     """A client of a WebSocket (RFC 6455)."""
 
-    def __init__(self, url, headers=None, timeout=60):
+    def __init__(self, url, headers=None, timeout=240):
         parts = urlsplit(url)
         self.socket = socket.create_connection((parts.hostname, parts.port), timeout)
         path = (parts.path or "/") + ("?" + parts.query if parts.query else "")

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Cost of the view: tracking time with readers, traffic and latency; frames per second of the page for large maps.
 
-  python3 -m lab view SEQUENCE --out RESULTS_DIR [--model yolo11n-seg.onnx] [--points 1,5,10] [--count 300]
+  python3 -m lab view SEQUENCE --out RESULTS_DIR [--model NETWORK.onnx] [--points 1,5,10] [--count 300]
 
-The sequence is mapped in realtime without a view and with `--view` and 0, 1 and 5 clients, which read everything as
+The sequence is mapped without a view and with `--view` and 0, 1 and 5 clients, which read everything as
 fast as they can, as a browser on another computer does. Tracking times are those of the run's summary.json. Then
 clouds of --points million points are shown in a headless Chromium, which turns the map: its WebGL runs in software.
 
@@ -29,6 +29,7 @@ def add_arguments(parser):
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--program", type=Path, default=core.ROOT / "build/release/stillmap")
     parser.add_argument("--model", type=Path)
+    parser.add_argument("--schedule", choices=("realtime", "lockstep"), default="realtime", help="default: %(default)s")
     parser.add_argument("--count", type=int, default=300, help="frames per run; default: %(default)s")
     parser.add_argument("--points", default="1,5,10", help="million points of the clouds; empty: none; default: %(default)s")
 
@@ -64,7 +65,7 @@ def address_in(process):
 def run_with(clients, arguments):
     """Figures of one run in realtime."""
     out = arguments.out / f"run_{'plain' if clients is None else clients}"
-    words = [arguments.program, "run", arguments.sequence, "--schedule", "realtime", "--count", arguments.count,
+    words = [arguments.program, "run", arguments.sequence, "--schedule", arguments.schedule, "--count", arguments.count,
              "--out", out, "--force", *(["--model", arguments.model] if arguments.model else []),
              *([] if clients is None else ["--view", 0])]
     process = subprocess.Popen([str(w) for w in words], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
@@ -77,7 +78,7 @@ def run_with(clients, arguments):
     summary = json.loads((out / "summary.json").read_text())
     tracking = core.stage_of(summary, "tracking")
     latencies = sorted(value for reader in readers for value in reader.latencies)
-    return {"clients": "no view" if clients is None else clients, "median_ms": tracking.get("median"), "p95_ms": tracking.get("p95"),
+    return {"clients": "no view" if clients is None else clients, "median_ms": tracking.get("median_ms"), "p95_ms": tracking.get("p95_ms"),
             "dropped": summary["frames"]["dropped_late"],
             "kib_per_s": statistics.mean(r.bytes / r.seconds / 1024 for r in readers) if readers else None,
             "latency_median_ms": statistics.median(latencies) if latencies else None,
@@ -118,6 +119,7 @@ def page_with(millions, arguments):
             page.run("stillmap.spin(true)")
             time.sleep(SECONDS)
             state = json.loads(page.run("JSON.stringify(Object.assign({}, stillmap, {timer: 0}))"))
+            page.run("stillmap.spin(false)")
             page.call("HeapProfiler.collectGarbage")
             heap = page.call("Runtime.getHeapUsage")
             page.screenshot(arguments.out / f"page_{millions:g}M.png")

@@ -769,6 +769,7 @@
         $('figure').style.aspectRatio = `${intrinsics.width} / ${intrinsics.height}`;
         $('figure').hidden = !message.live;
         $('frame-title').textContent = message.live ? 'Frame' : 'Run';
+        document.querySelector('[data-panel=frame]').textContent = message.live ? 'Frame' : 'Run';
         for (const keys of document.querySelectorAll('.image-keys')) keys.hidden = !message.live;
         document.title = message.name + ' – Stillmap';
         $('name').textContent = message.name;
