@@ -125,8 +125,8 @@ struct Options {
     /// Whether global bundle adjustment is applied at the end of a run, and lost frames are tracked
     /// again in its map.
     bool final_adjustment = true;
-    /// Whether the trajectory is smoothed at the end of a run, with noise levels estimated from the
-    /// run; the poses returned during the run are not.
+    /// Whether poses are smoothed with noise levels estimated from the run: those returned during
+    /// the run by the frames before, the trajectory at its end by all frames.
     bool smooth_trajectory = true;
   };
   /// Moving objects.

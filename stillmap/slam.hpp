@@ -34,16 +34,18 @@ namespace stillmap {
 /// The tracking result of one frame.
 struct PoseUpdate {
   std::size_t frame_index = 0;
-  double timestamp = 0;                ///< Time of the frame [s].
-  std::optional<Pose> T_world_camera;  ///< None while there is no map or the camera is lost.
-  std::string reason;                  ///< Reason why there is no pose; empty if there is one.
-  int inliers = 0;                     ///< Number of landmarks that agree with the pose.
-  bool relocalized = false;            ///< The lost camera was relocalized in this frame.
+  double timestamp = 0;  ///< Time of the frame [s].
+  /// Filtered by the motion before it if Options::Map::smooth_trajectory is set. None while there
+  /// is no map or the camera is lost.
+  std::optional<Pose> T_world_camera;
+  std::string reason;        ///< Reason why there is no pose; empty if there is one.
+  int inliers = 0;           ///< Number of landmarks that agree with the pose.
+  bool relocalized = false;  ///< The lost camera was relocalized in this frame.
   /// False if the pose contradicts the motion of the camera in the frames before; its covariance is
   /// then enlarged by the contradiction.
   bool certain = true;
-  /// Covariance of the pose within the map, as UncertainPose::covariance; zero without a pose and
-  /// for the first frame of a map.
+  /// Covariance of the pose within the map before the filter, as UncertainPose::covariance; zero
+  /// without a pose and for the first frame of a map.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 

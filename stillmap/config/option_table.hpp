@@ -258,12 +258,13 @@ void visit_map_options(Group& map, const Visitor& visit) {
          "tracked "
          "again in its map."},
         map.final_adjustment);
-  visit({"map.smooth_trajectory",
-         "",
-         {},
-         "Whether the trajectory is smoothed at the end of a run, with noise levels estimated from "
-         "the run; the poses returned during the run are not."},
-        map.smooth_trajectory);
+  visit(
+      {"map.smooth_trajectory",
+       "",
+       {},
+       "Whether poses are smoothed with noise levels estimated from the run: those returned during "
+       "the run by the frames before, the trajectory at its end by all frames."},
+      map.smooth_trajectory);
 }
 
 template <typename Group, typename Visitor>

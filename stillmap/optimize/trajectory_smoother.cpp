@@ -2,7 +2,7 @@
 #include "stillmap/optimize/trajectory_smoother.hpp"
 
 #include "stillmap/base/statistics.hpp"
-#include "stillmap/optimize/residual.hpp"
+#include "stillmap/optimize/motion_model.hpp"
 
 #include <algorithm>
 #include <array>
@@ -19,11 +19,6 @@ namespace {
 
 /// Least number of poses from which noise can be estimated.
 constexpr std::size_t kMinPoses = 10;
-/// Degrees of freedom of Student's t distribution of errors and accelerations: heavy tails with
-/// finite variance (Lange, Little, Taylor, JASA 1989).
-constexpr double kFreedom = 4;
-/// Standard deviations of the first velocity: unknown [m/s, rad/s].
-constexpr double kInitialVelocity = 1;
 /// Number of times that the weights of the measurements and accelerations are computed.
 constexpr int kRounds = 12;
 /// Logarithms of the noise at which the search for the maximum likelihood begins, their bounds, and
@@ -32,32 +27,10 @@ constexpr double kFirstStep = 2, kLastStep = 0.2, kMaxLog = 16;
 /// Poses from which the noise is estimated, in sections spread evenly over a longer path.
 constexpr std::size_t kSection = 300, kMaxSections = 5;
 
-using Vector12d = Eigen::Matrix<double, 12, 1>;
-using Matrix12d = Eigen::Matrix<double, 12, 12>;
-
-/// A measured position [m] and rotation vector [rad].
-struct Sample {
-  double timestamp = 0;
-  Vector6d value = Vector6d::Zero();
-  Matrix6d covariance = Matrix6d::Zero();
-};
-
-/// Noise of a path.
-struct Noise {
-  double factor = 1;      ///< Of the covariances of the measurements.
-  Vector6d acceleration;  ///< Spectral densities [m^2/s^3, rad^2/s^3].
-};
-
 /// Weights of one sample: they divide covariances.
 struct Weights {
   double measurement = 1;
   Vector6d acceleration = Vector6d::Ones();  ///< Of the acceleration since the previous sample.
-};
-
-/// Positions with rotations, then velocities; with their covariance.
-struct Estimate {
-  Vector12d x = Vector12d::Zero();
-  Matrix12d P = Matrix12d::Zero();
 };
 
 /// State of the filter at one sample.
@@ -65,63 +38,6 @@ struct Step {
   double dt = 0;  ///< Time since the previous sample [s].
   Estimate predicted, updated;
 };
-
-Estimate initial_estimate(const Sample& first, double factor) {
-  Estimate estimate;
-  estimate.x.head<6>() = first.value;
-  estimate.P.diagonal().head<6>() = factor * first.covariance.diagonal();
-  estimate.P.diagonal().tail<6>().setConstant(kInitialVelocity * kInitialVelocity);
-  return estimate;
-}
-
-/// Constant velocity for `dt` [s], with accelerations of spectral density `density`.
-Estimate predict(const Estimate& from, double dt, const Vector6d& density) {
-  Estimate to;
-  to.x.head<6>() = from.x.head<6>() + dt * from.x.tail<6>();
-  to.x.tail<6>() = from.x.tail<6>();
-  const auto A = from.P.topLeftCorner<6, 6>(), B = from.P.topRightCorner<6, 6>(),
-             D = from.P.bottomRightCorner<6, 6>();
-  to.P.topLeftCorner<6, 6>() = A + dt * (B + B.transpose()) + dt * dt * D;
-  to.P.topRightCorner<6, 6>() = B + dt * D;
-  to.P.bottomRightCorner<6, 6>() = D;
-  to.P.topLeftCorner<6, 6>().diagonal() += dt * dt * dt / 3 * density;
-  to.P.topRightCorner<6, 6>().diagonal() += dt * dt / 2 * density;
-  to.P.bottomRightCorner<6, 6>().diagonal() += dt * density;
-  to.P.bottomLeftCorner<6, 6>() = to.P.topRightCorner<6, 6>().transpose();
-  return to;
-}
-
-Estimate update(const Estimate& predicted, const Vector6d& innovation, const Matrix6d& R) {
-  const Eigen::LLT<Matrix6d> S(predicted.P.topLeftCorner<6, 6>() + R);
-  const Eigen::Matrix<double, 6, 12> gain = S.solve(predicted.P.topRows<6>());
-  Estimate updated;
-  updated.x = predicted.x + gain.transpose() * innovation;
-  updated.P = predicted.P - gain.transpose() * predicted.P.topRows<6>();
-  updated.P = (0.5 * (updated.P + updated.P.transpose())).eval();
-  return updated;
-}
-
-/// Weight of a six-dimensional vector whose squared length, over its variance, is `chi2`.
-double student_weight(double chi2) { return (kFreedom + 6) / (kFreedom + chi2); }
-
-/// Returns the logarithm of the likelihood of a section. An improbable sample is taken for a wrong
-/// measurement.
-double log_likelihood(std::span<const Sample> samples, const Noise& noise) {
-  double sum = 0;
-  Estimate estimate = initial_estimate(samples.front(), noise.factor);
-  for (std::size_t k = 1; k < samples.size(); ++k) {
-    const double dt = samples[k].timestamp - samples[k - 1].timestamp;
-    const Estimate predicted = predict(estimate, dt, noise.acceleration);
-    const Vector6d innovation = samples[k].value - predicted.x.head<6>();
-    const Matrix6d R = noise.factor * samples[k].covariance;
-    const Eigen::LLT<Matrix6d> S(predicted.P.topLeftCorner<6, 6>() + R);
-    const double chi2 = innovation.dot(S.solve(innovation));
-    const double log_determinant = 2 * S.matrixLLT().diagonal().array().log().sum();
-    sum -= 0.5 * log_determinant + 0.5 * (kFreedom + 6) * std::log1p(chi2 / kFreedom);
-    estimate = update(predicted, innovation, R / std::min(1.0, student_weight(chi2)));
-  }
-  return sum;
-}
 
 std::vector<std::span<const Sample>> sections_of(std::span<const Sample> samples) {
   const std::size_t count = std::min(kMaxSections, samples.size() / kSection);
@@ -137,15 +53,10 @@ std::vector<std::span<const Sample>> sections_of(std::span<const Sample> samples
 Noise estimated_noise(std::span<const Sample> samples) {
   using Logs = std::array<double, 3>;
   const auto sections = sections_of(samples);
-  const auto noise_of = [](const Logs& logs) {
-    Noise noise{std::exp(logs[0]), {}};
-    noise.acceleration.head<3>().setConstant(std::exp(logs[1]));
-    noise.acceleration.tail<3>().setConstant(std::exp(logs[2]));
-    return noise;
-  };
   const auto likelihood_of = [&](const Logs& logs) {
     double sum = 0;
-    for (const auto& section : sections) sum += log_likelihood(section, noise_of(logs));
+    for (const auto& section : sections)
+      sum += filter_forward(section, noise_of(logs)).log_likelihood;
     return sum;
   };
   Logs best = {0, 0, 0}, step = {kFirstStep, kFirstStep, kFirstStep};
@@ -238,30 +149,6 @@ std::vector<Estimate> most_likely(std::span<const Sample> samples, const Noise& 
   return estimates;
 }
 
-/// Derivative of (position in the world, rotation vector) by a perturbation in the camera frame.
-Matrix6d to_world(const Pose& T_world_camera) {
-  Matrix6d J = Matrix6d::Identity();
-  J.topLeftCorner<3, 3>() = T_world_camera.rotation();
-  return J;
-}
-
-/// Returns the positions, and the sums of the rotation vectors from pose to pose.
-std::vector<Sample> samples_of(const std::vector<UncertainPose>& poses) {
-  std::vector<Sample> samples;
-  Eigen::Vector3d rotation = Eigen::Vector3d::Zero();
-  for (std::size_t k = 0; k < poses.size(); ++k) {
-    const Pose& T = poses[k].T_world_camera;
-    if (k > 0) {
-      rotation += so3_log(poses[k - 1].T_world_camera.quaternion().conjugate() * T.quaternion());
-    }
-    const Matrix6d J = to_world(T);
-    Sample sample{poses[k].timestamp, {}, J * poses[k].covariance * J.transpose()};
-    sample.value << T.translation(), rotation;
-    samples.push_back(sample);
-  }
-  return samples;
-}
-
 /// Returns the median variances of the poses that have a covariance; zero if there is none.
 Matrix6d typical_covariance(const std::vector<UncertainPose>& poses) {
   Matrix6d typical = Matrix6d::Zero();
@@ -288,10 +175,8 @@ std::vector<UncertainPose> smooth_trajectory(std::vector<UncertainPose> poses) {
   const double slow = std::max(0.0, 1 - noise.factor);
   for (std::size_t k = 0; k < poses.size(); ++k) {
     const Vector6d correction = estimates[k].x.head<6>() - samples[k].value;
-    const Pose T = poses[k].T_world_camera;
-    const Matrix6d J = to_world(T);
-    poses[k].T_world_camera = Pose(T.quaternion() * so3_exp(correction.tail<3>()),
-                                   T.translation() + correction.head<3>());
+    const Matrix6d J = to_world(poses[k].T_world_camera);
+    poses[k].T_world_camera = corrected(poses[k].T_world_camera, correction);
     poses[k].covariance =
         (slow * poses[k].covariance + J.transpose() * estimates[k].P.topLeftCorner<6, 6>() * J)
             .eval();

@@ -31,6 +31,7 @@ void FrameLog::add(const TrackedFrame& tracked, const TrackingTimes& times) {
       std::count(frame.evidence.weight.begin(), frame.evidence.weight.end(), 0.0F));
   record.inliers = tracked.inliers;
   record.covariance = tracked.covariance;
+  record.T_camera_filtered = tracked.T_camera_filtered;
   if (frame.instances) record.mask_age = static_cast<int>(frame.instances->age());
   record.relocalized = tracked.relocalized;
   record.tracked_by_odometry = tracked.tracked_by_odometry;

@@ -36,6 +36,7 @@ struct FrameRecord {
   KeyframeId reference;                    ///< Keyframe that the pose is relative to.
   Pose T_reference_camera;                 ///< Relative pose, valid while the map is corrected.
   Matrix6d covariance = Matrix6d::Zero();  ///< See TrackedFrame::covariance.
+  Pose T_camera_filtered;                  ///< See TrackedFrame::T_camera_filtered.
   int keypoints = 0;                       ///< Number of keypoints.
   int moving_keypoints = 0;                ///< Number of keypoints labeled as moving.
   int inliers = 0;                         ///< Number of landmarks that agree with the pose.

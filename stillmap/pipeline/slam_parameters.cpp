@@ -73,6 +73,7 @@ void set_map(const Options::Map& from, SlamParameters& to) {
   to.places.loops = from.loops;
   to.final_adjustment = from.final_adjustment;
   to.smooth_trajectory = from.smooth_trajectory;
+  to.tracker.filter_poses = from.smooth_trajectory;
 }
 
 void set_dense(const Options::Dense& from, DenseOptions& to) {

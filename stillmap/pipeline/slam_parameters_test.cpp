@@ -71,6 +71,7 @@ TEST(SlamParameters, OfTheDefaultOptionsAreTheAlgorithmsDefaults) {
   EXPECT_EQ(made.places.loops, defaults.places.loops);
   EXPECT_EQ(made.final_adjustment, defaults.final_adjustment);
   EXPECT_EQ(made.smooth_trajectory, defaults.smooth_trajectory);
+  EXPECT_EQ(made.tracker.filter_poses, defaults.tracker.filter_poses);
   EXPECT_EQ(made.movers.enabled, defaults.movers.enabled);
   EXPECT_EQ(made.dense_cloud, defaults.dense_cloud);
   EXPECT_EQ(made.dense.voxel, defaults.dense.voxel);

@@ -71,14 +71,14 @@ PoseUpdate pose_update(const FrameRecord& newest, const Snapshot& snapshot) {
                     .certain = !newest.contradicts_motion,
                     .covariance = newest.covariance};
   if (newest.has_pose() && !snapshot.trajectory.empty())
-    update.T_world_camera = snapshot.trajectory.back().T_world_camera;
+    update.T_world_camera = snapshot.trajectory.back().T_world_camera * newest.T_camera_filtered;
   return update;
 }
 
 PoseUpdate pose_update(const TrackedFrame& tracked) {
   return {.frame_index = tracked.frame->index(),
           .timestamp = tracked.frame->timestamp(),
-          .T_world_camera = tracked.T_world_camera,
+          .T_world_camera = tracked.T_world_filtered(),
           .reason = tracked.reason,
           .inliers = tracked.inliers,
           .relocalized = tracked.relocalized,

@@ -18,8 +18,8 @@ LiveTrajectory::LiveTrajectory(ResultFolder& folder) {
 void LiveTrajectory::add(const TrackedFrame& tracked) {
   if (!file_.is_open()) return;
   const double timestamp = tracked.frame->image->timestamp;
-  if (tracked.T_world_camera) {
-    file_ << pose_line(timestamp, *tracked.T_world_camera);
+  if (const auto T_world_camera = tracked.T_world_filtered()) {
+    file_ << pose_line(timestamp, *T_world_camera);
   } else {
     file_ << fmt::format("# {:.6f} no pose: {}\n", timestamp, tracked.reason);
   }

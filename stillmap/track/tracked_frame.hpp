@@ -30,6 +30,9 @@ struct TrackedFrame {
   /// see PoseEstimate::covariance; enlarged if the pose contradicts the motion
   Matrix6d covariance = Matrix6d::Zero();
   bool contradicts_motion = false;  ///< see MotionConsistency
+  /// Correction of the pose by the motion before it: T_world_camera T_camera_filtered is handed out
+  /// during the run; the map uses T_world_camera. See TrajectoryFilter.
+  Pose T_camera_filtered;
   int inliers = 0;                  ///< number of landmarks that agree with the pose
   bool relocalized = false;  ///< The camera was lost, and this frame confirmed a relocalization.
   bool tracked_by_odometry = false;  ///< The pose comes from the previous frame, not from the map.
@@ -43,6 +46,11 @@ struct TrackedFrame {
   std::optional<Earlier> earlier;
 
   bool has_pose() const { return T_world_camera.has_value(); }
+  /// Returns the pose that is handed out during the run, if there is one.
+  std::optional<Pose> T_world_filtered() const {
+    if (!T_world_camera) return std::nullopt;
+    return *T_world_camera * T_camera_filtered;
+  }
   /// Returns whether its world may differ from that of the previous frames.
   bool enters_world() const { return state == TrackState::kStarted || relocalized; }
 };

@@ -245,6 +245,7 @@ void Tracker::begin_map(const FramePtr& frame, const TrackedFramePtr& first,
   state_.twist.setZero();
   frames_in_map_ = 1;
   consistency_.reset();
+  filter_.reset();
   start_verification_.begin(frame, state_.T_world_previous);
 }
 
@@ -310,14 +311,20 @@ TrackedFramePtr Tracker::tracked_by_odometry(const FramePtr& frame, const PoseEs
   return result;
 }
 
-/// Compares a pose with the motion of the camera before it.
+/// Compares a pose with the motion of the camera before it, and filters it by that motion.
 void Tracker::judge(TrackedFrame& tracked) {
+  if (tracked.relocalized || frames_lost_ > 0) filter_.reset();
   if (tracked.relocalized) consistency_.reset();
-  const auto enlarged = consistency_.contradiction(
-      {tracked.frame->timestamp(), *tracked.T_world_camera, tracked.covariance});
-  if (!enlarged) return;
-  tracked.covariance = *enlarged;
-  tracked.contradicts_motion = true;
+  const Pose T_world_camera = *tracked.T_world_camera;
+  const double timestamp = tracked.frame->timestamp();
+  if (const auto enlarged =
+          consistency_.contradiction({timestamp, T_world_camera, tracked.covariance})) {
+    tracked.covariance = *enlarged;
+    tracked.contradicts_motion = true;
+  }
+  if (!options_.filter_poses) return;
+  tracked.T_camera_filtered =
+      T_world_camera.inverse() * filter_.add({timestamp, T_world_camera, tracked.covariance});
 }
 
 void Tracker::set_previous(const TrackedFramePtr& tracked) {
@@ -340,7 +347,9 @@ void Tracker::adopt(const LocalMapPtr& local_map) {
   state_.local_map = local_map;
   const auto pose = pose_in(*local_map, *state_.previous);
   if (!pose) return;
-  consistency_.move(*pose * state_.T_world_previous.inverse());
+  const Pose T_corrected_world = *pose * state_.T_world_previous.inverse();
+  consistency_.move(T_corrected_world);
+  filter_.move(T_corrected_world);
   state_.T_world_previous = *pose;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 #include "stillmap/map/relocalization_result.hpp"
 #include "stillmap/motion/ego_motion.hpp"
+#include "stillmap/optimize/trajectory_filter.hpp"
 #include "stillmap/track/keyframe_policy.hpp"
 #include "stillmap/track/landmark_statistics.hpp"
 #include "stillmap/track/local_map_tracking.hpp"
@@ -36,6 +37,8 @@ struct TrackerOptions {
   bool erase_seen_through = true;
   /// Whether landmarks that repeat others are erased: see RepeatedLandmarks.
   bool erase_repeated = false;
+  /// Whether the poses handed out during the run are filtered: see TrajectoryFilter.
+  bool filter_poses = true;
   NewMapOptions new_map;
   KeyframePolicyOptions keyframes;
   /// Timing of the camera's shutters until the frames show another one, if the camera's is unknown.
@@ -125,6 +128,7 @@ class Tracker {
   LandmarkStatistics statistics_;
   std::optional<RepeatedLandmarks> repeated_;  // none: they are not erased
   MotionConsistency consistency_;
+  TrajectoryFilter filter_;
   StartVerification start_verification_;
   int frames_lost_ = 0;
   int frames_in_map_ = 0;          // since its start; at least kMinMapFrames after relocalization
