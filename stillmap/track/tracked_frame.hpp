@@ -33,7 +33,7 @@ struct TrackedFrame {
   /// Correction of the pose by the motion before it: T_world_camera T_camera_filtered is handed out
   /// during the run; the map uses T_world_camera. See TrajectoryFilter.
   Pose T_camera_filtered;
-  int inliers = 0;                  ///< number of landmarks that agree with the pose
+  int inliers = 0;           ///< number of landmarks that agree with the pose
   bool relocalized = false;  ///< The camera was lost, and this frame confirmed a relocalization.
   bool tracked_by_odometry = false;  ///< The pose comes from the previous frame, not from the map.
   std::optional<KeyframeProposal> proposal;
