@@ -22,6 +22,9 @@ constexpr double kInitialSpeed = 1;
 /// Largest squared Mahalanobis distance of an assignment: 99.9 % of a chi-square distribution with
 /// three degrees of freedom.
 constexpr double kGate = 16.3;
+/// Standard deviation of the distance of an object's appearance from that of its track [0..1]; that
+/// of two objects is mostly above 0.45.
+constexpr double kColorNoise = 0.2;
 /// Largest distance of an assignment, whatever the uncertainty [m].
 constexpr double kReach = 0.8;
 /// Number of detections in a row that make a track.
@@ -145,7 +148,8 @@ double MoverTracker::cost(const Track& track, const MoverDetection& detection) c
   const double S = track.P(0, 0) + variance_of(detection);
   const double distance = (detection.centroid - track.p).squaredNorm();
   if (distance > square(kReach) || distance > kGate * S) return kNever;
-  return distance / S + 3 * std::log(S / square(kPositionNoise));
+  const double colors = track.appearance.distance(detection.appearance).value_or(kColorNoise);
+  return distance / S + 3 * std::log(S / square(kPositionNoise)) + square(colors / kColorNoise);
 }
 
 /// Returns per detection the index of its track, or -1 for none.
