@@ -291,13 +291,15 @@ CameraMatrix Calibrator::jackknife(const Camera& camera, const std::vector<Point
 }
 
 CameraCalibration Calibrator::run() {
+  CameraCalibration result;
+  result.variance_before = residual_variance(corrected());
   for (int i = 0; i < kIterations && step() > kConverged; ++i) {
   }
-  CameraCalibration result;
   result.observations = observations_;
   result.correction = correction_;
   result.sigma = prior_information().cwiseSqrt().cwiseInverse();
   const Camera camera = corrected();
+  result.variance_after = residual_variance(camera);
   std::vector<PointNormals> normals;
   const Reduced reduced = reduce(camera, normals);
   const Eigen::LLT<Eigen::MatrixXd, Eigen::Lower> factor(reduced.H);

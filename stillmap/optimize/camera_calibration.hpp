@@ -30,6 +30,9 @@ struct CameraCalibration {
   /// Standard deviation of each correction.
   CameraVector sigma = CameraVector::Zero();
   std::size_t observations = 0;  ///< Number of observations in use.
+  /// Mean squared residual of the observations with the given and with the corrected camera [1]; 1
+  /// is expected.
+  double variance_before = 1, variance_after = 1;
 };
 
 /// Estimates the errors of a camera's intrinsics and of its depth by bundle adjustment in which

@@ -31,9 +31,11 @@ constexpr std::size_t kMinPoses = 10, kMinObservations = 1000;
 /// real recording smaller ones made the poses worse (docs/real_sensors.md), and 4 % of a depth of
 /// 4 m (0.01 / m). A parameter is observable if its standard deviation is below half of that.
 constexpr double kIntrinsicsBound = 0.01, kDisparityBound = 0.01;
-/// Corrections of more than this many bounds are no errors of a camera: the recording shows too
-/// little parallax, and its noise is fitted.
-constexpr double kPlausibleBounds = 8;
+/// Corrections of more than this many bounds are no errors of a camera (the recording shows too
+/// little parallax, and its noise is fitted), unless the mean squared residual falls to this share.
+/// It falls to 0.64 to 0.70 with the right camera, since the map is adjusted as well, and to 0.44
+/// and 0.49 with a focal length that is wrong by 11 and 35 %.
+constexpr double kPlausibleBounds = 8, kWrongCamera = 0.55;
 /// Smallest correction of the timing of the shutters that matters [s].
 constexpr double kTimingBound = 0.002;
 /// Standard deviations by which a correction must differ from zero.
@@ -205,7 +207,9 @@ CameraCalibration errors_of(const Camera& camera, const BundleProblem& problem) 
     return unknown;
   const CameraCalibration found = calibrate_camera(problem);
   const CameraVector largest = kPlausibleBounds * bounds_of(camera);
-  return (found.correction.cwiseAbs().array() <= largest.array()).all() ? found : unknown;
+  const bool plausible = (found.correction.cwiseAbs().array() <= largest.array()).all();
+  const bool explains = found.variance_after < kWrongCamera * found.variance_before;
+  return plausible || explains ? found : unknown;
 }
 
 /// Adds the timing of the shutters.

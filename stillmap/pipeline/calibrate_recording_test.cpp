@@ -101,6 +101,18 @@ TEST(CalibrateRecording, FindsIntrinsicsOffByOnePercent) {
   }
 }
 
+TEST(CalibrateRecording, FindsFocalLengthsThatAreWrongByAQuarter) {
+  const Rendered recording = rendered("rpy", 0);
+  Camera given = recording.camera;
+  given.fx *= 1.25, given.fy *= 1.25;
+  const CalibrationReport report = calibrate(recording, given);
+  for (const char* key : {"fx", "fy"}) {
+    const CalibratedParameter& p = find(report, key);
+    EXPECT_EQ(p.verdict, CalibrationVerdict::kCorrected) << key;
+    EXPECT_NEAR(p.estimated, recording.camera.fx, 0.05 * recording.camera.fx) << key;
+  }
+}
+
 TEST(CalibrateRecording, KeepsThePerfectCamera) {
   const Rendered recording = rendered("loop", 0);
   const CalibrationReport report = calibrate(recording, recording.camera);
