@@ -7,12 +7,15 @@
 import fcntl
 import json
 import os
+import pty
 import re
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
+import termios
 import time
 import unittest
 from pathlib import Path
@@ -60,6 +63,43 @@ class CommandLine(unittest.TestCase):
         return file
 
     # ------------------------------------------------------------------------------------------- unknown words
+
+    def on_terminal(self, columns, *arguments):
+        """The lines that the command writes to a terminal of this width."""
+        own, terminal = pty.openpty()
+        fcntl.ioctl(terminal, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
+        process = subprocess.Popen([PROGRAM, *map(str, arguments)], stdout=terminal, stderr=terminal)
+        os.close(terminal)
+        text = b""
+        try:
+            while part := os.read(own, 65536):
+                text += part
+        except OSError:  # the command has ended
+            pass
+        os.close(own)
+        self.assertEqual(process.wait(), 0, text)
+        return re.sub("\x1b\\[[0-9;]*K", "", text.decode()).replace("\r", "\n").splitlines()
+
+    def test_help_has_the_width_of_the_terminal(self):
+        for columns in (60, 100):
+            lines = self.on_terminal(columns, "run", "--help")
+            options = lines[lines.index("Options:"):lines.index("Options:") + 60]
+            too_long = [line for line in options if len(line) > columns and " " in line.strip()]
+            self.assertEqual([line for line in too_long if "{" not in line], [])
+            self.assertTrue(any(len(line) > 0.8 * columns for line in options))
+
+    def test_progress_stays_within_a_narrow_terminal(self):
+        lines = self.on_terminal(20, "simulate", "--people", 0, "--frames", 30, "--width", 160, "--height", 120, "--out",
+                                 self.folder / "narrow")
+        progress = [line for line in lines if line.startswith("rendering")]
+        self.assertTrue(progress)
+        self.assertEqual([line for line in progress if len(line) >= 20], [])
+
+    def test_version_names_the_libraries_of_networks(self):
+        for flag in ("-V", "--version"):
+            text = self.succeeded(stillmap(flag)).stdout
+            self.assertRegex(text, r"^Stillmap \d+\.\d+\.\d+")
+            self.assertRegex(text, r"networks run with: .*opencv")
 
     def test_an_unknown_command_or_option_names_the_nearest(self):
         self.refused(stillmap("simulat"), 2, "there is no command 'simulat'", "did you mean 'simulate'?")

@@ -22,9 +22,9 @@ def stillmap(*arguments):
 
 
 def section(help_text, title):
-    """The lines of one section of a help text."""
+    """The first lines of the entries of one section of a help text; their other lines are indented further."""
     match = re.search(rf"^{title}:\n((?:  .*\n)*)", help_text, re.MULTILINE)
-    return match.group(1).splitlines() if match else []
+    return [line for line in match.group(1).splitlines() if not line.startswith("   ")] if match else []
 
 
 def commands(*path):

@@ -1,17 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/print.hpp"
+#include "stillmap/segment/inference_engine.hpp"
 
 #include <new>
+#include <string>
 
 #include "command_tree.hpp"
 #include "commands.hpp"
 #include "interrupt.hpp"
+#include "terminal.hpp"
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <opencv2/core/utility.hpp>
 #include <opencv2/core/utils/logger.hpp>
 
 namespace {
+
+/// Returns the version with the commit and the libraries that run networks.
+std::string version_text() {
+  const std::string commit = STILLMAP_COMMIT;
+  return fmt::format("Stillmap {}{}\nnetworks run with: {}", STILLMAP_VERSION,
+                     commit.empty() ? "" : " (commit " + commit + ")",
+                     fmt::join(stillmap::available_backends(), ", "));
+}
 
 int run(int argc, char** argv) {
   using namespace stillmap;
@@ -20,7 +32,8 @@ int run(int argc, char** argv) {
       "Stillmap: RGB-D SLAM for dynamic scenes.\n"
       "It estimates the camera trajectory, a static dense map, and tracked moving objects from a "
       "recording.");
-  app.set_version_flag("--version", STILLMAP_VERSION);
+  app.formatter(make_help_formatter());
+  app.set_version_flag("-V,--version", version_text);
   app.require_subcommand(1);
   app.footer("`stillmap COMMAND --help` shows a command's options and examples.");
   add_run_command(app, exit_code);

@@ -4,8 +4,10 @@
 #include "stillmap/base/print.hpp"
 
 #include <cstdio>
+#include <limits>
 #include <unistd.h>
 
+#include "terminal.hpp"
 #include <fmt/format.h>
 
 namespace stillmap {
@@ -13,6 +15,8 @@ namespace {
 
 constexpr double kRedrawEvery = 100, kLineEvery = 5000;  // milliseconds
 constexpr std::size_t kBarWidth = 28;
+/// Width of a terminal from which the bar is drawn, and width if it is unknown [characters].
+constexpr std::size_t kColumnsForBar = 80, kUnlimited = std::numeric_limits<std::size_t>::max();
 
 }  // namespace
 
@@ -37,9 +41,10 @@ void Progress::show() {
   const double seconds = watch_.milliseconds() / 1000;
   const double rate = seconds > 0 ? static_cast<double>(done_) / seconds : 0;
   std::string line = title_ + " ";
+  const std::size_t columns = terminal_columns(STDERR_FILENO).value_or(kUnlimited);
   if (total_ && *total_ > 0) {
     const std::size_t filled = std::min(kBarWidth, kBarWidth * done_ / *total_);
-    if (terminal_)
+    if (terminal_ && columns >= kColumnsForBar)
       line += "[" + std::string(filled, '#') + std::string(kBarWidth - filled, '.') + "] ";
     line += fmt::format("{}/{}  {:.1f} frames/s", done_, *total_, rate);
     if (rate > 0 && done_ < *total_) {
@@ -49,6 +54,7 @@ void Progress::show() {
     line += fmt::format("{}  {:.1f} frames/s", done_, rate);
   }
   if (!note_.empty()) line += "  " + note_;
+  if (line.size() >= columns) line.resize(columns - 1);  // a longer line would not be overwritten
   print_error("{}{}{}", terminal_ ? "\r\033[K" : "", line, terminal_ ? "" : "\n");
   std::fflush(stderr);
 }

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "terminal.hpp"
+
+#include <algorithm>
+#include <sstream>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+namespace stillmap {
+namespace {
+
+/// Width without a terminal, least width for wrapping, and column of the descriptions.
+constexpr std::size_t kDefaultColumns = 100, kLeastColumns = 40, kDescriptions = 26;
+
+class WrappedHelp final : public CLI::Formatter {
+ public:
+  explicit WrappedHelp(std::size_t columns) : columns_(columns) {
+    column_width(kDescriptions);
+    label("INT", "N");
+    label("FLOAT", "X");
+  }
+
+  std::string make_option(const CLI::Option* option, bool is_positional) const override {
+    return entry(make_option_name(option, is_positional) + make_option_opts(option),
+                 make_option_desc(option));
+  }
+  std::string make_subcommand(const CLI::App* command) const override {
+    return entry(command->get_name(), command->get_description());
+  }
+
+ private:
+  std::string entry(const std::string& name, const std::string& description) const {
+    std::string text = "  " + wrapped(name, 4, columns_);
+    if (description.empty()) return text + "\n";
+    const std::size_t used = text.size() - std::min(text.size(), text.rfind('\n') + 1);
+    text += used + 1 < kDescriptions ? std::string(kDescriptions - used, ' ')
+                                     : "\n" + std::string(kDescriptions, ' ');
+    return text + wrapped(description, kDescriptions, columns_) + "\n";
+  }
+
+  std::size_t columns_;
+};
+
+}  // namespace
+
+std::optional<std::size_t> terminal_columns(int file_descriptor) {
+  winsize size{};
+  if (isatty(file_descriptor) == 0 || ioctl(file_descriptor, TIOCGWINSZ, &size) != 0 ||
+      size.ws_col == 0)
+    return std::nullopt;
+  return size.ws_col;
+}
+
+std::string wrapped(const std::string& text, std::size_t indent, std::size_t columns) {
+  std::string result;
+  std::size_t used = indent;
+  std::istringstream words(text);
+  for (std::string word; words >> word;) {
+    if (used > indent && used + 1 + word.size() > columns) {
+      result += "\n" + std::string(indent, ' ');
+      used = indent;
+    } else if (used > indent) {
+      result += ' ';
+      ++used;
+    }
+    result += word;
+    used += word.size();
+  }
+  return result;
+}
+
+std::shared_ptr<CLI::Formatter> make_help_formatter() {
+  const std::size_t columns = terminal_columns(STDOUT_FILENO).value_or(kDefaultColumns);
+  return std::make_shared<WrappedHelp>(std::max(columns, kLeastColumns));
+}
+
+}  // namespace stillmap
