@@ -41,7 +41,7 @@ void WarningRecorder::add_newest(SlamSystem& slam) {
   previous_ = record.timestamp;
   WatchedFrame frame{.index = record.index,
                      .timestamp = record.timestamp,
-                     .T_world_camera = newest.T_world_camera,
+                     .T_world_camera = newest.T_world_filtered(),
                      .depth_share = depth_share(newest.frame->image->depth),
                      .mask_age = std::max(0, record.mask_age) * frame_time_,
                      .movers = {}};

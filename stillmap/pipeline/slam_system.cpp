@@ -81,7 +81,7 @@ std::optional<Pose> SlamSystem::push(const RgbdFramePtr& image) {
   if (options_.schedule.realtime) shed_load(*image);
   log_.add(*newest_, tracking_times(propagation_));
   lost_.add(*newest_);
-  return newest_->T_world_camera;
+  return newest_->T_world_filtered();
 }
 
 /// The way of a frame. While the network's masks are propagated to it on their own threads, the

@@ -32,7 +32,7 @@ LiveView::LiveView(SlamSystem& slam, ViewServer& server, const std::string& name
 void LiveView::add_newest() {
   const TrackedFramePtr& newest = slam_.newest();
   const bool idle = stage_.waiting() == 0;
-  stage_.push({slam_.newest_record(), newest->T_world_camera, slam_.load_shedding(),
+  stage_.push({slam_.newest_record(), newest->T_world_filtered(), slam_.load_shedding(),
                idle ? newest : nullptr});
 }
 
