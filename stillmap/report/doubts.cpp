@@ -35,6 +35,15 @@ std::string main_reason(const SlamResult& result) {
 void add_coverage(const RunRecord& record, std::vector<std::string>& doubts) {
   const std::size_t total = record.total_frames(), tracked = record.result.tracked();
   if (total > 0 && share(tracked, total) >= kMinCoverage) return;
+  if (2 * record.dropped > total - tracked) {
+    const bool waits = record.options.network.mask_delay == 0;
+    doubts.push_back(fmt::format(
+        "only {} of {} frames have a pose: {} were dropped, because tracking takes longer than the "
+        "time between two frames; use --schedule lockstep{}",
+        tracked, total, record.dropped,
+        waits ? ", or do not let tracking wait for the network: --set network.mask_delay=-1" : ""));
+    return;
+  }
   doubts.push_back(fmt::format(
       "only {} of {} frames have a pose (most often: {}); check the camera, its depth factor and "
       "the images with: stillmap doctor RECORDING",
@@ -83,8 +92,8 @@ std::vector<std::string> doubts_of(const RunRecord& record) {
   }
   if (record.options.dense.enabled && result.tracked() > 0 && result.dense.cloud.empty()) {
     doubts.emplace_back(
-        "the dense map is empty; check dense.voxel, dense.max_depth and dense.min_keyframes, and "
-        "the depth images");
+        "the dense map is empty; check dense.max_sigma, dense.stride and dense.excluded_classes, "
+        "and the depth images");
   }
   return doubts;
 }

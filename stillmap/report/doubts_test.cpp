@@ -10,6 +10,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 /// Returns the record of a good run of ten frames.
 RunRecord good_run() {
@@ -49,6 +50,16 @@ TEST(Doubts, FramesThatCouldNotBeReadCount) {
   EXPECT_THAT(doubts_of(record), ElementsAre(HasSubstr("10 of 21 frames")));
   for (SkippedFrame& skipped : record.skipped) skipped.frame_lost = false;
   EXPECT_THAT(doubts_of(record), IsEmpty()) << "only their depth is missing";
+}
+
+TEST(Doubts, DroppedFramesAreToldWithTheirReason) {
+  RunRecord record = good_run();
+  record.dropped = 11;
+  EXPECT_THAT(doubts_of(record), ElementsAre(HasSubstr("10 of 21 frames have a pose: 11 were "
+                                                       "dropped")));
+  EXPECT_THAT(doubts_of(record), Not(ElementsAre(HasSubstr("network.mask_delay"))));
+  record.options.network.mask_delay = 0;
+  EXPECT_THAT(doubts_of(record), ElementsAre(HasSubstr("--set network.mask_delay=-1")));
 }
 
 TEST(Doubts, UncertainPosesUnconnectedMapsAndAnEmptyMapAreTold) {
