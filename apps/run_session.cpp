@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run_session.hpp"
 
-#include "stillmap/base/json_text.hpp"
 #include "stillmap/base/print.hpp"
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/base/trace.hpp"
@@ -105,9 +104,7 @@ std::unique_ptr<WarningRecorder> warning_recorder(const Session& session, ViewSe
   if (!session.rules) return nullptr;
   std::function<void(const nlohmann::json&)> show;
   if (server != nullptr) {
-    show = [server](const nlohmann::json& message) {
-      server->board().publish(message.at("type").get<std::string>(), json_text(message));
-    };
+    show = [server](const nlohmann::json& message) { server->board().publish(message); };
   }
   return std::make_unique<WarningRecorder>(*session.rules, folder, std::move(show));
 }
@@ -117,7 +114,7 @@ std::unique_ptr<WarningRecorder> warning_recorder(const Session& session, ViewSe
 void require_free_outputs(const Session& session) {
   std::vector<std::string> names = possible_run_files(session.options, session.outputs);
   names.emplace_back(kLiveTrajectory);
-  if (session.rules) names.emplace_back(kEventFile);
+  if (session.rules) names.emplace_back(kRunWarnings);
   ResultFolder(session.out, session.foreign).require_free(names);
 }
 

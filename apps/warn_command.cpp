@@ -5,7 +5,6 @@
 #include "stillmap/report/live_trajectory.hpp"
 
 #include <filesystem>
-#include <fstream>
 #include <map>
 
 #include "commands.hpp"
@@ -26,12 +25,8 @@ std::int64_t microseconds(double timestamp) { return std::llround(timestamp * 1e
 /// Returns the frames of a run folder by time, with camera and movers as its files have them.
 std::vector<WatchedFrame> watched_frames(const fs::path& run) {
   std::map<std::int64_t, WatchedFrame> frames;
-  std::ifstream live(run / kLiveTrajectory);
-  for (std::string line; std::getline(live, line);) {
-    const double timestamp = std::strtod(line.c_str() + (line.starts_with("# ") ? 2 : 0), nullptr);
-    if (line.find("timestamp") == std::string::npos)
-      frames[microseconds(timestamp)].timestamp = timestamp;
-  }
+  for (const LiveFrame& frame : read_live_frames(run / kLiveTrajectory))
+    frames[microseconds(frame.timestamp)].timestamp = frame.timestamp;
   for (const StampedPose& pose : read_trajectory(run / "trajectory.txt")) {
     WatchedFrame& frame = frames[microseconds(pose.timestamp)];
     frame.timestamp = pose.timestamp;
@@ -66,7 +61,7 @@ int warn(const WarnArguments& arguments) {
   for (const WatchedFrame& frame : frames) recorder.add(frame);
   folder.require_all();
   print_out("{} warnings in {} frames: {}\n", recorder.warnings(), frames.size(),
-            (folder.path() / kEventFile).string());
+            (folder.path() / kRunWarnings).string());
   return kSuccess;
 }
 

@@ -27,7 +27,7 @@ double depth_share(const cv::Mat& depth) {
 WarningRecorder::WarningRecorder(const WarningRules& rules, ResultFolder& folder,
                                  std::function<void(const nlohmann::json&)> show)
     : monitor_(rules), show_(std::move(show)) {
-  folder.write(kEventFile, [&](const std::filesystem::path& file) {
+  folder.write(kRunWarnings, [&](const std::filesystem::path& file) {
     write_file(file, "");
     file_.open(file, std::ios::app);
   });

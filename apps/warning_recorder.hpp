@@ -2,6 +2,7 @@
 #pragma once
 #include "stillmap/pipeline/slam_system.hpp"
 #include "stillmap/report/result_folder.hpp"
+#include "stillmap/report/run_folder.hpp"
 #include "stillmap/warn/warning_monitor.hpp"
 
 #include <cstddef>
@@ -10,9 +11,6 @@
 #include <string>
 
 namespace stillmap {
-
-/// Name of the file of warnings in the folder of results.
-constexpr const char* kEventFile = "events.jsonl";
 
 /// Evaluates the rules of --zones in each frame of a run. Each event is written at once: to
 /// events.jsonl and to standard output.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/error.hpp"
+#include "stillmap/report/run_record.hpp"
 #include "stillmap/write_results.hpp"
 
 #include <pybind11/stl.h>
@@ -49,18 +50,6 @@ py::object covariances_of(const std::vector<UncertainPose>& poses) {
 py::object box_of(const MovingObject& mover) {
   const Eigen::Vector3d &a = mover.box.min(), &b = mover.box.max();
   return array_of({a.x(), a.y(), a.z(), b.x(), b.y(), b.z()}, {2, 3});
-}
-
-const char* name_of(MapEvent::Kind kind) {
-  switch (kind) {
-    case MapEvent::Kind::kLoop:
-      return "loop";
-    case MapEvent::Kind::kMerge:
-      return "merge";
-    case MapEvent::Kind::kDropped:
-      return "dropped";
-  }
-  return "";
 }
 
 Trajectory keyframes_of(const Snapshot& snapshot) {

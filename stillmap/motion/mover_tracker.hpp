@@ -51,8 +51,8 @@ struct MoverTrack {
 /// Navigation, 2001, section 6.2.2; the same noise along all axes, so that one 2 x 2 covariance
 /// serves the three), detections assigned by least total cost (squared Mahalanobis distance plus
 /// the log-determinant of its covariance, plus the squared distance of the appearances) within a
-/// gate. Different known classes are never
-/// assigned to each other; an unknown object may turn out to be a person.
+/// gate. Different known classes are never assigned to each other; an unknown object may turn out
+/// to be a person.
 ///
 /// If a nearer surface or the image border hides one end of an object of a known class that was
 /// fully visible before, the remembered extent gives the length of the hidden part, and the

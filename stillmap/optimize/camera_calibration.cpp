@@ -311,7 +311,7 @@ CameraCalibration Calibrator::run() {
   unit.bottomRows<kCameraParameters>().setIdentity();
   CameraGain gain = factor.solve(unit).transpose();
   const CameraVector hessian =
-      gain.rightCols<kCameraParameters>().diagonal() * std::max(1.0, residual_variance(camera));
+      gain.rightCols<kCameraParameters>().diagonal() * std::max(1.0, result.variance_after);
   gain.middleCols<6>(block(fixed_)).setZero();
   const CameraVector groups = jackknife(camera, normals, gain).diagonal();
   result.sigma = hessian.cwiseMax(groups).cwiseSqrt();

@@ -72,6 +72,13 @@ CalibrationReport calibrate(const Rendered& recording, const Camera& given) {
   return calibrate_recording(open, given, parameters_of(read_options("static")));
 }
 
+/// Returns the calibration of a recording from a camera whose focal lengths are wrong by a factor.
+CalibrationReport calibrate_from(const Rendered& recording, double focal_factor) {
+  Camera given = recording.camera;
+  given.fx *= focal_factor, given.fy *= focal_factor;
+  return calibrate(recording, given);
+}
+
 const CalibratedParameter& find(const CalibrationReport& report, const std::string& key) {
   return *std::find_if(report.parameters.begin(), report.parameters.end(),
                        [&](const auto& p) { return p.key == key; });
@@ -91,9 +98,7 @@ TEST(CalibrateRecording, FindsTheDisparityOffset) {
 
 TEST(CalibrateRecording, FindsIntrinsicsOffByOnePercent) {
   const Rendered recording = rendered("rpy", 0);
-  Camera given = recording.camera;
-  given.fx *= 1.01, given.fy *= 1.01;
-  const CalibrationReport report = calibrate(recording, given);
+  const CalibrationReport report = calibrate_from(recording, 1.01);
   for (const char* key : {"fx", "fy"}) {
     const CalibratedParameter& p = find(report, key);
     EXPECT_NEAR(p.estimated, recording.camera.fx, 3 * p.sigma) << key;
@@ -103,9 +108,7 @@ TEST(CalibrateRecording, FindsIntrinsicsOffByOnePercent) {
 
 TEST(CalibrateRecording, FindsFocalLengthsThatAreWrongByAQuarter) {
   const Rendered recording = rendered("rpy", 0);
-  Camera given = recording.camera;
-  given.fx *= 1.25, given.fy *= 1.25;
-  const CalibrationReport report = calibrate(recording, given);
+  const CalibrationReport report = calibrate_from(recording, 1.25);
   for (const char* key : {"fx", "fy"}) {
     const CalibratedParameter& p = find(report, key);
     EXPECT_EQ(p.verdict, CalibrationVerdict::kCorrected) << key;

@@ -4,6 +4,9 @@
 #include "stillmap/base/file.hpp"
 #include "stillmap/geometry/trajectory.hpp"
 
+#include <cstdlib>
+#include <string>
+
 #include <fmt/format.h>
 
 namespace stillmap {
@@ -24,6 +27,17 @@ void LiveTrajectory::add(const TrackedFrame& tracked) {
     file_ << fmt::format("# {:.6f} no pose: {}\n", timestamp, tracked.reason);
   }
   file_.flush();
+}
+
+std::vector<LiveFrame> read_live_frames(const std::filesystem::path& file) {
+  std::vector<LiveFrame> frames;
+  std::ifstream lines(file);
+  for (std::string line; std::getline(lines, line);) {
+    const bool comment = line.starts_with("# ");
+    if (comment && line.find("no pose") == std::string::npos) continue;
+    frames.push_back({std::strtod(line.c_str() + (comment ? 2 : 0), nullptr), !comment});
+  }
+  return frames;
 }
 
 }  // namespace stillmap

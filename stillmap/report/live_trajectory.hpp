@@ -3,7 +3,9 @@
 #include "stillmap/report/result_folder.hpp"
 #include "stillmap/track/tracked_frame.hpp"
 
+#include <filesystem>
 #include <fstream>
+#include <vector>
 
 namespace stillmap {
 
@@ -22,5 +24,14 @@ class LiveTrajectory {
  private:
   std::ofstream file_;
 };
+
+/// A frame of trajectory_live.txt.
+struct LiveFrame {
+  double timestamp = 0;  ///< [s]
+  bool has_pose = false;
+};
+
+/// Returns the frames of a trajectory_live.txt in the order of its lines; none without the file.
+std::vector<LiveFrame> read_live_frames(const std::filesystem::path& file);
 
 }  // namespace stillmap

@@ -16,6 +16,8 @@ namespace stillmap {
 /// options of the run.
 constexpr const char* kRunMap = "run.map";
 constexpr const char* kRunOptions = "options.yaml";
+/// The warnings of a run (--zones), one JSON object per line.
+constexpr const char* kRunWarnings = "events.jsonl";
 
 /// Part of a run that writes files into its folder.
 enum class RunPart {

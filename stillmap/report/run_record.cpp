@@ -101,6 +101,18 @@ std::size_t frames_with(const SlamResult& result, bool FrameRecord::*property) {
                                                 [&](const FrameRecord& f) { return f.*property; }));
 }
 
+const char* name_of(MapEvent::Kind kind) {
+  switch (kind) {
+    case MapEvent::Kind::kLoop:
+      return "loop";
+    case MapEvent::Kind::kMerge:
+      return "merge";
+    case MapEvent::Kind::kDropped:
+      return "dropped";
+  }
+  return "";
+}
+
 std::string map_events_text(const SlamResult& result) {
   std::string text;
   const auto add = [&](auto count, const char* one, const char* many) {

@@ -64,6 +64,9 @@ struct RunRecord {
 /// Returns the number of frames of a run with a property, such as FrameRecord::relocalized.
 std::size_t frames_with(const SlamResult& result, bool FrameRecord::*property);
 
+/// Returns "loop", "merge" or "dropped".
+const char* name_of(MapEvent::Kind kind);
+
 /// An event on the time line of a run: "lost", "new map", "loop closed", ...
 struct RunEvent {
   double timestamp = 0;  ///< Time of the event [s].

@@ -269,11 +269,17 @@ const DepthSensor& sensor_of(const CameraYaml& yaml) {
   return find_depth_sensor(name);
 }
 
+// A camera without intrinsics, whose image size these keys tell.
+Camera camera_of_size(const CameraYaml& yaml, const char* width, const char* height) {
+  Camera camera;
+  camera.width = yaml.whole({width});
+  camera.height = yaml.whole({height});
+  return camera;
+}
+
 Camera from_our_own(const CameraYaml& yaml, const fs::path& file) {
   refuse_unknown_keys(yaml);
-  Camera camera;
-  camera.width = yaml.whole({"width"});
-  camera.height = yaml.whole({"height"});
+  Camera camera = camera_of_size(yaml, "width", "height");
   camera.fx = yaml.number({"fx"});
   camera.fy = yaml.number({"fy"});
   camera.cx = yaml.number({"cx"});
@@ -322,9 +328,7 @@ constexpr double kMillimeters = 1000;  // [1/m]
 
 // camera_info of ROS, as camera_calibration writes it.
 Camera from_ros(const CameraYaml& yaml) {
-  Camera camera;
-  camera.width = yaml.whole({"image_width"});
-  camera.height = yaml.whole({"image_height"});
+  Camera camera = camera_of_size(yaml, "image_width", "image_height");
   const auto k = yaml.matrix("camera_matrix", 9);
   set_intrinsics(camera, k[0], k[4], k[2], k[5]);
   const std::string model =
@@ -341,9 +345,7 @@ Camera from_ros(const CameraYaml& yaml) {
 
 // PinholeCameraIntrinsic of Open3D: the matrix by columns.
 Camera from_open3d(const CameraYaml& yaml) {
-  Camera camera;
-  camera.width = yaml.whole({"width"});
-  camera.height = yaml.whole({"height"});
+  Camera camera = camera_of_size(yaml, "width", "height");
   const auto k = yaml.matrix("intrinsic_matrix", 9);
   set_intrinsics(camera, k[0], k[4], k[6], k[7]);
   camera.depth_factor = yaml.number_or({"depth_scale", "depth_factor"}, kMillimeters);
@@ -352,9 +354,7 @@ Camera from_open3d(const CameraYaml& yaml) {
 
 // rs2_intrinsics of librealsense, as scripts write them.
 Camera from_realsense(const CameraYaml& yaml) {
-  Camera camera;
-  camera.width = yaml.whole({"width"});
-  camera.height = yaml.whole({"height"});
+  Camera camera = camera_of_size(yaml, "width", "height");
   set_intrinsics(camera, yaml.number({"fx"}), yaml.number({"fy"}), yaml.number({"ppx"}),
                  yaml.number({"ppy"}));
   if (yaml.find({"coeffs"})) set_distortion(camera, yaml, "coeffs");

@@ -5,6 +5,7 @@
 #include "stillmap/base/file.hpp"
 #include "stillmap/geometry/association.hpp"
 #include "stillmap/sensor/first_depth.hpp"
+#include "stillmap/sensor/image_file.hpp"
 #include "stillmap/sensor/increasing.hpp"
 #include "stillmap/sensor/printable.hpp"
 
@@ -12,12 +13,10 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
 #include <functional>
 #include <optional>
 #include <set>
 #include <sstream>
-#include <string_view>
 #include <tuple>
 
 #include <fmt/format.h>
@@ -359,25 +358,11 @@ FrameList pair_lists(const SequencePaths& paths) {
 
 // ---- folders that still grow
 
-// Returns whether the file ends as a PNG or JPEG file does; true for files of other formats.
-bool is_complete_image(const fs::path& file) {
-  constexpr std::string_view kPngEnd("IEND\xae\x42\x60\x82", 8), kJpegEnd("\xff\xd9", 2);
-  const std::string extension = file.extension().string();
-  const std::string_view end = extension == ".png"                           ? kPngEnd
-                               : extension == ".jpg" || extension == ".jpeg" ? kJpegEnd
-                                                                             : std::string_view();
-  std::ifstream in(file, std::ios::binary);
-  in.seekg(-static_cast<std::streamoff>(end.size()), std::ios::end);
-  std::string last(end.size(), '\0');
-  in.read(last.data(), static_cast<std::streamsize>(last.size()));
-  return in && last == end;
-}
-
 // Images are written in the order of time, so only the newest can be incomplete.
 void hold_back_incomplete(std::vector<FrameFiles>& frames) {
   const auto complete = [](const FrameFiles& files) {
-    return is_complete_image(files.color) &&
-           (files.depth.empty() || is_complete_image(files.depth));
+    return read_image_header(files.color).problem.empty() &&
+           (files.depth.empty() || read_image_header(files.depth).problem.empty());
   };
   while (!frames.empty() && !complete(frames.back())) frames.pop_back();
 }

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/view/live_view.hpp"
 
-#include "stillmap/base/json_text.hpp"
-
 #include <algorithm>
 #include <utility>
 
@@ -23,10 +21,11 @@ LiveView::LiveView(SlamSystem& slam, ViewServer& server, const std::string& name
                    const Camera& camera, std::optional<std::size_t> frames)
     : slam_(slam),
       server_(server),
+      board_(server.board()),
       stage_(
           kQueue, WhenFull::kDrop, [this](const Task& task, const auto&) { work(task); }, "view",
           ThreadPriority::kBackground) {
-  publish(run_message(name, camera, frames, true));
+  board_.publish(run_message(name, camera, frames, true));
 }
 
 void LiveView::add_newest() {
@@ -47,50 +46,46 @@ void LiveView::work(const Task& task) {
 }
 
 void LiveView::show_frame(const Task& task) {
-  publish(frame_message(task.record, task.T_world_camera, task.shedding));
+  board_.publish(frame_message(task.record, task.T_world_camera, task.shedding));
 }
 
 void LiveView::show_image(const TrackedFrame& tracked) {
-  server_.board().publish("image", image_message(tracked), true);
-  publish(movers_message(slam_.ask_movers().get()));
+  board_.publish("image", image_message(tracked), true);
+  board_.publish(movers_message(slam_.ask_movers().get()));
   next_image_ = Clock::now() + kImagePeriod;
 }
 
 void LiveView::show_map() {
   const auto begin = Clock::now();
   const auto snapshot = slam_.snapshot();
-  server_.board().publish("path", path_message(camera_path(states_, snapshot->trajectory)), true);
+  board_.publish("path", path_message(camera_path(states_, snapshot->trajectory)), true);
   if (snapshot->cloud != cloud_) show_cloud(*snapshot->cloud);
   cloud_ = snapshot->cloud;
   std::vector<Pose> keyframes;
   for (const KeyframePose& keyframe : snapshot->keyframes)
     keyframes.push_back(keyframe.T_world_camera);
-  publish(map_message(keyframes, snapshot->events,
-                      displayed_ground(snapshot->trajectory, *snapshot->cloud)));
+  board_.publish(map_message(keyframes, snapshot->events,
+                             displayed_ground(snapshot->trajectory, *snapshot->cloud)));
   const auto end = Clock::now();
   next_map_ = std::max(begin + kMapPeriod, end + kMapPause * (end - begin));
 }
 
 void LiveView::show_cloud(const Cloud& cloud) {
   auto changed = chunks_.update(cloud);
-  for (auto& [topic, bytes] : changed) server_.board().publish(topic, std::move(bytes), true);
-  publish(cloud_message(cloud.size(), changed.size()));
+  for (auto& [topic, bytes] : changed) board_.publish(topic, std::move(bytes), true);
+  board_.publish(cloud_message(cloud.size(), changed.size()));
 }
 
 void LiveView::show_results(const SlamResult& result) {
   stage_.drain();
-  publish(tracks_message(result.movers));
-  server_.board().publish("path", path_message(camera_path(states_, result.trajectory)), true);
+  board_.publish(tracks_message(result.movers));
+  board_.publish("path", path_message(camera_path(states_, result.trajectory)), true);
   show_cloud(result.dense.cloud);
   std::vector<Pose> keyframes;
   for (const StampedPose& keyframe : result.keyframes) keyframes.push_back(keyframe.T_world_camera);
-  publish(map_message(keyframes, result.events,
-                      displayed_ground(result.trajectory, result.dense.cloud)));
-  publish({{"type", "finished"}});
-}
-
-void LiveView::publish(const nlohmann::json& message) {
-  server_.board().publish(message.at("type").get<std::string>(), json_text(message));
+  board_.publish(map_message(keyframes, result.events,
+                             displayed_ground(result.trajectory, result.dense.cloud)));
+  board_.publish({{"type", "finished"}});
 }
 
 }  // namespace stillmap

@@ -46,10 +46,10 @@ class LiveView {
   void show_image(const TrackedFrame& tracked);
   void show_map();
   void show_cloud(const Cloud& cloud);
-  void publish(const nlohmann::json& message);
 
   SlamSystem& slam_;
   ViewServer& server_;
+  TopicBoard& board_;
   // Used by the stage's thread until show_results().
   std::vector<PathFrame> states_;       // without poses
   std::shared_ptr<const Cloud> cloud_;  // shown last; null before

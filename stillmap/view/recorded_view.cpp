@@ -3,7 +3,6 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
-#include "stillmap/base/json_text.hpp"
 #include "stillmap/dense/cloud.hpp"
 #include "stillmap/pipeline/map_description.hpp"
 #include "stillmap/report/live_trajectory.hpp"
@@ -13,7 +12,6 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
 #include <map>
 #include <set>
 
@@ -23,15 +21,11 @@ namespace stillmap {
 namespace {
 namespace fs = std::filesystem;
 
-void publish(TopicBoard& board, const nlohmann::json& message) {
-  board.publish(message.at("type").get<std::string>(), json_text(message));
-}
-
 void publish_cloud(TopicBoard& board, const Cloud& cloud,
                    std::span<const std::uint16_t> labels = {}) {
   auto chunks = CloudChunks().update(cloud, labels);
   for (auto& [topic, bytes] : chunks) board.publish(topic, std::move(bytes), true);
-  publish(board, cloud_message(cloud.size(), chunks.size()));
+  board.publish(cloud_message(cloud.size(), chunks.size()));
 }
 
 nlohmann::json read_json(const fs::path& file) {
@@ -40,17 +34,6 @@ nlohmann::json read_json(const fs::path& file) {
   } catch (const nlohmann::json::exception& e) {
     throw Error("is no valid JSON", file.string(), "run `stillmap run` again");
   }
-}
-
-/// Returns timestamps of frames without a pose, which trajectory_live.txt has as comments.
-std::vector<double> lost_timestamps(const fs::path& file) {
-  std::vector<double> lost;
-  std::ifstream lines(file);
-  for (std::string line; std::getline(lines, line);) {
-    if (line.starts_with("# ") && line.find("no pose") != std::string::npos)
-      lost.push_back(std::strtod(line.c_str() + 2, nullptr));
-  }
-  return lost;
 }
 
 /// Returns the states of all frames, by ascending timestamps.
@@ -70,10 +53,11 @@ std::vector<PathFrame> states_of(const fs::path& run, const Trajectory& trajecto
          is_relocalized(pose.timestamp) ? ViewedState::kRelocalized : ViewedState::kTracked,
          {}});
   }
-  for (const double timestamp : lost_timestamps(run / kLiveTrajectory)) {
-    const bool tracked_late = std::any_of(trajectory.begin(), trajectory.end(), [&](const auto& p) {
-      return std::abs(p.timestamp - timestamp) < 1e-5;
-    });
+  for (const auto& [timestamp, has_pose] : read_live_frames(run / kLiveTrajectory)) {
+    if (has_pose) continue;
+    const bool tracked_late = std::any_of(
+        trajectory.begin(), trajectory.end(),
+        [time = timestamp](const auto& p) { return std::abs(p.timestamp - time) < 1e-5; });
     if (!tracked_late) states.push_back({timestamp, ViewedState::kLost, {}});
   }
   std::sort(states.begin(), states.end(),
@@ -121,7 +105,7 @@ Cloud publish_cloud_of(const fs::path& run, TopicBoard& board) {
     labels = labels_by_color(read_ply(run / "semantic_classes.ply"), palette);
     if (labels.size() != cloud.size()) labels.clear();
   }
-  if (!labels.empty()) publish(board, {{"type", "palette"}, {"colors", palette}});
+  if (!labels.empty()) board.publish({{"type", "palette"}, {"colors", palette}});
   publish_cloud(board, cloud, labels);
   return cloud;
 }
@@ -130,16 +114,16 @@ void publish_run_folder(const fs::path& run, TopicBoard& board) {
   const nlohmann::json summary =
       fs::exists(run / "summary.json") ? read_json(run / "summary.json") : nlohmann::json::object();
   const Trajectory trajectory = read_trajectory(run / "trajectory.txt");
-  publish(board, run_message(summary.value("sequence", run.filename().string()), Camera(),
-                             trajectory.size(), false));
+  board.publish(run_message(summary.value("sequence", run.filename().string()), Camera(),
+                            trajectory.size(), false));
   const auto path = camera_path(states_of(run, trajectory, summary), trajectory);
   board.publish("path", path_message(path), true);
   if (fs::exists(run / "movers.csv"))
-    publish(board, tracks_message(read_mover_tracks(run / "movers.csv")));
+    board.publish(tracks_message(read_mover_tracks(run / "movers.csv")));
   if (fs::exists(run / "objects.json")) {
-    publish(board,
-            {{"type", "objects"},
-             {"objects", read_json(run / "objects.json").value("objects", nlohmann::json())}});
+    board.publish(
+        {{"type", "objects"},
+         {"objects", read_json(run / "objects.json").value("objects", nlohmann::json())}});
   }
   const Cloud cloud = publish_cloud_of(run, board);
   std::vector<Pose> keyframes;
@@ -147,13 +131,13 @@ void publish_run_folder(const fs::path& run, TopicBoard& board) {
     for (const StampedPose& keyframe : read_trajectory(run / "keyframes.txt"))
       keyframes.push_back(keyframe.T_world_camera);
   }
-  publish(board, map_message(keyframes, events_of(summary), displayed_ground(trajectory, cloud)));
-  publish(board, {{"type", "summary"}, {"summary", summary}});
+  board.publish(map_message(keyframes, events_of(summary), displayed_ground(trajectory, cloud)));
+  board.publish({{"type", "summary"}, {"summary", summary}});
 }
 
 void publish_saved_map(const fs::path& file, TopicBoard& board) {
   const SavedMap saved = read_saved_map(file.string());
-  publish(board, run_message(file.filename().string(), saved.map.camera, std::nullopt, false));
+  board.publish(run_message(file.filename().string(), saved.map.camera, std::nullopt, false));
   const Cloud cloud = saved.views.empty() ? landmark_cloud(saved.map) : dense_cloud(saved);
   publish_cloud(board, cloud);
   Trajectory all;
@@ -162,7 +146,7 @@ void publish_saved_map(const fs::path& file, TopicBoard& board) {
     all.insert(all.end(), poses.begin(), poses.end());
     for (const StampedPose& pose : poses) keyframes.push_back(pose.T_world_camera);
   }
-  publish(board, map_message(keyframes, {}, displayed_ground(all, cloud)));
+  board.publish(map_message(keyframes, {}, displayed_ground(all, cloud)));
 }
 
 }  // namespace
@@ -172,9 +156,9 @@ void publish_recorded_run(const fs::path& run, TopicBoard& board) {
     publish_run_folder(run, board);
   } else if (fs::is_regular_file(run) && run.extension() == ".ply") {
     const Cloud cloud = read_ply(run);
-    publish(board, run_message(run.filename().string(), Camera(), std::nullopt, false));
+    board.publish(run_message(run.filename().string(), Camera(), std::nullopt, false));
     publish_cloud(board, cloud);
-    publish(board, map_message({}, {}, displayed_ground({{}}, cloud)));
+    board.publish(map_message({}, {}, displayed_ground({{}}, cloud)));
   } else if (fs::is_regular_file(run)) {
     publish_saved_map(run, board);
   } else {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/view/topic_board.hpp"
 
+#include "stillmap/base/json_text.hpp"
+
 #include <utility>
 
 namespace stillmap {
@@ -15,6 +17,10 @@ void TopicBoard::publish(const std::string& topic, std::string bytes, bool binar
     postings_.emplace(version, Posting{version, binary, std::move(shared)});
   }
   changed_.notify_all();
+}
+
+void TopicBoard::publish(const nlohmann::json& message) {
+  publish(message.at("type").get<std::string>(), json_text(message));
 }
 
 std::optional<Posting> TopicBoard::next(std::uint64_t after, const std::stop_token& stop) const {

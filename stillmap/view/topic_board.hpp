@@ -9,6 +9,8 @@
 #include <stop_token>
 #include <string>
 
+#include <nlohmann/json.hpp>
+
 namespace stillmap {
 
 /// A message on a board.
@@ -26,6 +28,8 @@ class TopicBoard {
  public:
   /// Replaces the message of a topic.
   void publish(const std::string& topic, std::string bytes, bool binary = false);
+  /// Replaces the message of the topic that its member "type" names.
+  void publish(const nlohmann::json& message);
 
   /// Waits for the oldest posting that is newer than a version and returns it; none if a stop is
   /// requested first.

@@ -2,8 +2,9 @@
 #include "stillmap/view/view_messages.hpp"
 
 #include "stillmap/base/error.hpp"
-#include "stillmap/geometry/mean_up.hpp"
+#include "stillmap/report/chart.hpp"
 #include "stillmap/report/frame_image.hpp"
+#include "stillmap/report/run_record.hpp"
 #include "stillmap/view/message_bytes.hpp"
 
 #include <algorithm>
@@ -38,18 +39,6 @@ nlohmann::json json_of(const Pose& T) {
 double wall_clock_ms() {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   return std::chrono::duration<double, std::milli>(now).count();
-}
-
-const char* name_of(MapEvent::Kind kind) {
-  switch (kind) {
-    case MapEvent::Kind::kLoop:
-      return "loop";
-    case MapEvent::Kind::kMerge:
-      return "merge";
-    case MapEvent::Kind::kDropped:
-      return "dropped";
-  }
-  return "";
 }
 
 nlohmann::json sample_json(const MoverSample& sample) {
@@ -173,15 +162,13 @@ nlohmann::json tracks_message(const std::vector<MoverTrack>& tracks) {
 
 Ground displayed_ground(const Trajectory& trajectory, const Cloud& cloud) {
   if (trajectory.empty()) return {};
-  std::vector<Pose> cameras;
-  for (const StampedPose& pose : trajectory) cameras.push_back(pose.T_world_camera);
-  Ground ground{.up = mean_up(cameras)};
+  Ground ground{.up = mean_up(trajectory)};
   const std::size_t step = 1 + cloud.size() / kGroundPoints;
   std::vector<double> heights;
   for (std::size_t i = 0; i < cloud.size(); i += step)
     heights.push_back(ground.up.dot(cloud.points[i].cast<double>()));
   if (heights.empty()) {
-    ground.height = ground.up.dot(cameras.front().translation()) - kEyeHeight;
+    ground.height = ground.up.dot(trajectory.front().T_world_camera.translation()) - kEyeHeight;
     return ground;
   }
   const auto floor = heights.begin() + static_cast<std::ptrdiff_t>(
