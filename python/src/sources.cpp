@@ -72,7 +72,7 @@ Camera make_camera(int width, int height, double fx, double fy, double cx, doubl
   camera.distortion = Eigen::Map<const Eigen::Matrix<double, 5, 1>>(distortion.data());
   camera.depth_factor = depth_factor;
   camera.fps = fps;
-  camera.depth_sensor = find_depth_sensor(sensor);
+  camera.depth_sensor = depth_sensor_of(sensor, fx, baseline.value_or(camera.baseline));
   if (camera.depth_sensor.baseline > 0) camera.baseline = camera.depth_sensor.baseline;
   if (baseline) camera.baseline = *baseline;
   return camera;
@@ -101,11 +101,13 @@ void bind_camera(py::module_& module) {
            py::arg("name") = defaults.name,
            "width, height, fx, fy, cx, cy [pixels]; distortion k1 k2 p1 p2 k3 (Brown, in OpenCV's "
            "order); depth_factor: raw depth units per meter, 1000 for millimeters; fps [Hz]; "
-           "sensor: kinect_v1, realsense_d435i, realsense_d455, azure_kinect or ideal; baseline "
+           "sensor: kinect_v1, realsense_d435i, realsense_d455, azure_kinect, stereo or ideal; "
+           "baseline "
            "[m], that of the sensor by default.")
-      .def_static("read", &read_camera, py::arg("name_or_file"),
-                  "The camera of a preset (tum_fr1, tum_fr2, tum_fr3, kitchen), of a YAML file or "
-                  "of an ORB-SLAM settings file.")
+      .def_static(
+          "read", &read_camera, py::arg("name_or_file"),
+          "The camera of a preset (tum_fr1, tum_fr2, tum_fr3, bonn, ...), of a YAML file, or "
+          "of a camera file of ORB-SLAM, ROS, Open3D or librealsense.")
       .def_readwrite("name", &Camera::name)
       .def_readwrite("width", &Camera::width, "[pixels]")
       .def_readwrite("height", &Camera::height, "[pixels]")

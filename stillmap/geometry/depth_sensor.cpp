@@ -70,9 +70,15 @@ DepthSensor azure_kinect() {
           .edge_loss = 0.4};
 }
 
+constexpr const char* kStereoName = "stereo";
+
 const std::vector<DepthSensor>& sensors() {
-  static const std::vector<DepthSensor> all{kinect_v1(), realsense("realsense_d435i", 0.050),
-                                            realsense("realsense_d455", 0.095), azure_kinect(),
+  // The pair named stereo is that of a ZED camera at 640 x 360 pixels, as the simulator uses it.
+  static const std::vector<DepthSensor> all{kinect_v1(),
+                                            realsense("realsense_d435i", 0.050),
+                                            realsense("realsense_d455", 0.095),
+                                            azure_kinect(),
+                                            stereo_sensor(350, 0.12),
                                             DepthSensor{}};
   return all;
 }
@@ -81,6 +87,7 @@ const std::vector<DepthSensor>& sensors() {
 
 float DepthSensor::depth_at_sigma(double sigma) const {
   const auto& [a, b, c] = noise;
+  sigma *= scene_scale;
   double z = sigma >= a ? max_depth : 0;
   if (c > 0) {  // the larger root of sigma(z) = sigma; none where sigma(z) is larger everywhere
     const double discriminant = b * b + 4 * c * (sigma - a);
@@ -89,6 +96,34 @@ float DepthSensor::depth_at_sigma(double sigma) const {
     z = (sigma - a) / b;
   }
   return static_cast<float>(std::clamp(z, 0.0, max_depth));
+}
+
+/// Standard deviation of the disparity: measured on rendered pairs (simulate/stereo_test.cpp). The
+/// matcher searches disparities up to a fifth of the focal length, which are a depth of five
+/// baselines, and trusts those from two pixels on. Depth up to 40 baselines makes landmarks (Paz et
+/// al., "Large-scale 6-DOF SLAM with stereo-in-hand", IEEE Transactions on Robotics 2008;
+/// ORB-SLAM2, ibid. 2017, section III-A); in rooms landmarks are made up to sigma = 0.061 m
+/// (refine/landmark_creation.cpp), and the other bounds grow alike.
+DepthSensor stereo_sensor(double focal, double baseline) {
+  constexpr double kDisparitySigma = 0.3, kNearestBaselines = 5, kShortestDisparity = 2;
+  constexpr double kLandmarkBaselines = 40, kLandmarkSigma = 0.060784;
+  DepthSensor sensor{.name = kStereoName,
+                     .principle = DepthPrinciple::kStereo,
+                     .noise = {.quadratic = kDisparitySigma / (focal * baseline)},
+                     .min_depth = kNearestBaselines * baseline,
+                     .max_depth = focal * baseline / kShortestDisparity,
+                     .baseline = baseline,
+                     .focal = focal,
+                     .disparity_step = 1.0 / 16,
+                     .lateral_sigma = 0.5,
+                     .grazing = 80,
+                     .edge_loss = 0.4};
+  sensor.scene_scale = sensor.sigma(kLandmarkBaselines * baseline) / kLandmarkSigma;
+  return sensor;
+}
+
+DepthSensor depth_sensor_of(const std::string& name, double focal, double baseline) {
+  return name == kStereoName ? stereo_sensor(focal, baseline) : find_depth_sensor(name);
 }
 
 const std::vector<std::string>& depth_sensor_names() {

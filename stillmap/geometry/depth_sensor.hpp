@@ -18,6 +18,7 @@ struct DepthPolynomial {
 enum class DepthPrinciple {
   kStructuredLight,  ///< One camera and a projected pattern, triangulated.
   kActiveStereo,     ///< Two cameras and a projected texture, triangulated.
+  kStereo,           ///< Two cameras, triangulated.
   kTimeOfFlight,     ///< The phase of modulated light.
   kIdeal,            ///< Exact depth at every pixel.
 };
@@ -45,6 +46,9 @@ struct DepthSensor {
   /// first guess for a recording, whose frames decide.
   double readout = 0;
   double edge_loss = 0;  ///< Share of the pixels at depth edges that give no depth [0..1].
+  /// Factor on the bounds for depth_at_sigma(), which are for rooms: a pair of cameras with a wide
+  /// baseline sees larger scenes.
+  double scene_scale = 1;
 
   /// Returns the standard deviation of a reading at depth z [m].
   double sigma(double z) const { return noise.at(z); }
@@ -57,15 +61,25 @@ struct DepthSensor {
             static_cast<T>(sigmas * noise.quadratic)};
   }
 
-  /// Returns the depth up to which the standard deviation is below `sigma` [m], at most max_depth.
+  /// Returns the depth up to which the standard deviation is below `sigma` times the scale of the
+  /// scene [m], at most max_depth.
   float depth_at_sigma(double sigma) const;
 };
 
 /// Returns the names of all models: kinect_v1 (also the Asus Xtion), realsense_d435i,
-/// realsense_d455, azure_kinect, ideal.
+/// realsense_d455, azure_kinect, stereo (of a common baseline), ideal.
 const std::vector<std::string>& depth_sensor_names();
 
 /// Returns the model of a sensor. Throws Error with the nearest known name for an unknown one.
 const DepthSensor& find_depth_sensor(const std::string& name);
+
+/// Returns the model of depth from a rectified pair of cameras by semi-global matching.
+/// @param focal     focal length of the rectified images [pixels]
+/// @param baseline  distance between the cameras [m]
+DepthSensor stereo_sensor(double focal, double baseline);
+
+/// Returns the model of a sensor as find_depth_sensor(), but of "stereo" that for this focal length
+/// [pixels] and baseline [m].
+DepthSensor depth_sensor_of(const std::string& name, double focal, double baseline);
 
 }  // namespace stillmap

@@ -36,6 +36,17 @@ TEST(DepthSensor, OfAnAzureKinectErrsAtItsFarEndAsMuchAsSpecified) {
   EXPECT_NEAR(azure.sigma(azure.max_depth), 0.017, 1e-12);
 }
 
+TEST(DepthSensor, OfAStereoPairMakesLandmarksUpToFortyBaselines) {
+  for (const auto& [focal, baseline] : {std::pair(718.856, 0.537), std::pair(458.0, 0.11)}) {
+    const DepthSensor stereo = stereo_sensor(focal, baseline);
+    EXPECT_NEAR(stereo.sigma(10), 100 * 0.3 / (focal * baseline), 1e-12);
+    EXPECT_NEAR(stereo.depth_at_sigma(0.060784), 40 * baseline, 1e-4);
+    EXPECT_NEAR(focal * baseline / stereo.min_depth, focal / 5, 1e-9);
+    EXPECT_EQ(depth_sensor_of("stereo", focal, baseline).max_depth, focal * baseline / 2);
+  }
+  EXPECT_EQ(depth_sensor_of("kinect_v1", 700, 1).baseline, 0.075);
+}
+
 TEST(DepthSensor, ThatIsIdealDoesNotErr) {
   const DepthSensor& ideal = find_depth_sensor("ideal");
   for (const double z : {0.3, 2.0, 15.0}) EXPECT_EQ(ideal.sigma(z), 0);
@@ -47,7 +58,8 @@ TEST(DepthSensor, KnowsTheDepthOfASigma) {
     const DepthSensor& sensor = find_depth_sensor(name);
     if (sensor.principle == DepthPrinciple::kIdeal) continue;
     for (double z = 1; z < sensor.max_depth; z += 0.5) {
-      EXPECT_EQ(sensor.depth_at_sigma(sensor.sigma(z)), static_cast<float>(z)) << name;
+      EXPECT_EQ(sensor.depth_at_sigma(sensor.sigma(z) / sensor.scene_scale), static_cast<float>(z))
+          << name;
     }
     EXPECT_EQ(sensor.depth_at_sigma(1e3), static_cast<float>(sensor.max_depth)) << name;
   }

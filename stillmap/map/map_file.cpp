@@ -57,12 +57,11 @@ void put_camera(ByteWriter& out, const Camera& c) {
   out.put_text(c.depth_sensor.name);
 }
 
-const DepthSensor& sensor_named(const std::string& name, const ByteReader& in) {
+void require_known_sensor(const std::string& name, const ByteReader& in) {
   const auto& known = depth_sensor_names();
   if (std::find(known.begin(), known.end(), name) == known.end()) {
     in.fail("was made with a depth sensor that this program does not know");
   }
-  return find_depth_sensor(name);
 }
 
 Camera get_camera(ByteReader& in) {
@@ -72,7 +71,9 @@ Camera get_camera(ByteReader& in) {
   for (double* x : {&c.fx, &c.fy, &c.cx, &c.cy}) *x = in.get<double>();
   for (double& x : c.distortion) x = in.get<double>();
   for (double* x : {&c.depth_factor, &c.fps, &c.baseline}) *x = in.get<double>();
-  c.depth_sensor = sensor_named(in.get_text(), in);
+  const std::string sensor = in.get_text();
+  require_known_sensor(sensor, in);
+  c.depth_sensor = depth_sensor_of(sensor, c.fx, c.baseline);
   const bool sized = finite_within(c.width, 1, kMaxSide) && finite_within(c.height, 1, kMaxSide);
   const bool sharp = finite_within(c.fx, 1e-3, kHuge) && finite_within(c.fy, 1e-3, kHuge) &&
                      finite_within(c.cx, -kHuge, kHuge) && finite_within(c.cy, -kHuge, kHuge);

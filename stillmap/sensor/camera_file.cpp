@@ -259,14 +259,14 @@ void refuse_unknown_keys(const CameraYaml& yaml) {
   }
 }
 
-const DepthSensor& sensor_of(const CameraYaml& yaml) {
+DepthSensor sensor_of(const CameraYaml& yaml, const Camera& camera) {
   const std::string name = yaml.text("sensor");
   const auto& known = depth_sensor_names();
   if (std::find(known.begin(), known.end(), name) == known.end()) {
     throw Error(fmt::format("'{}' is no known depth sensor", printable(name)), yaml.where("sensor"),
                 suggestion(name, known));
   }
-  return find_depth_sensor(name);
+  return depth_sensor_of(name, camera.fx, yaml.number_or({"baseline"}, camera.baseline));
 }
 
 // A camera without intrinsics, whose image size these keys tell.
@@ -286,7 +286,7 @@ Camera from_our_own(const CameraYaml& yaml, const fs::path& file) {
   camera.cy = yaml.number({"cy"});
   camera.depth_factor = yaml.number({"depth_factor"});
   camera.fps = yaml.number_or({"fps"}, camera.fps);
-  if (yaml.find({"sensor"})) camera.depth_sensor = sensor_of(yaml);
+  if (yaml.find({"sensor"})) camera.depth_sensor = sensor_of(yaml, camera);
   if (camera.depth_sensor.baseline > 0) camera.baseline = camera.depth_sensor.baseline;
   camera.baseline = yaml.number_or({"baseline"}, camera.baseline);
   if (yaml.find({"readout"}) || yaml.find({"depth_delay"})) {

@@ -6,6 +6,7 @@
 #include "stillmap/sensor/followed_folder.hpp"
 #include "stillmap/sensor/halved.hpp"
 #include "stillmap/sensor/recording_source.hpp"
+#include "stillmap/sensor/stereo_folder.hpp"
 #include "stillmap/sensor/tum_folder.hpp"
 
 #include <filesystem>
@@ -82,6 +83,16 @@ void check_settings(const SourceOptions& options) {
   }
 }
 
+void refuse_for_stereo(const SourceOptions& options, const std::string& folder) {
+  if (given_camera(options)) {
+    throw Error("the folder of a stereo pair contains its cameras", folder,
+                "leave --camera out; correct calib.txt or sensor.yaml in the folder");
+  }
+  if (options.following)
+    throw Error("a stereo sequence cannot be followed while it grows", folder,
+                "leave --follow out");
+}
+
 std::unique_ptr<TumFolder> open_folder(const std::string& path, const SourceOptions& options,
                                        bool growing) {
   SequencePaths paths = find_sequence(path, options.associations);
@@ -107,6 +118,10 @@ std::unique_ptr<FrameSource> make_source(const std::string& text, const SourceOp
     }
     source = std::make_unique<RecordingSource>(path, given_camera(options), options.topics,
                                                range_of(options));
+  } else if (is_stereo_folder(path)) {
+    refuse_for_stereo(options, path);
+    source =
+        std::make_unique<StereoFolder>(read_stereo_folder(path, options.fps), range_of(options));
   } else {
     const auto open = [&](bool growing) { return open_folder(path, options, growing); };
     if (options.following) {
@@ -120,6 +135,8 @@ std::unique_ptr<FrameSource> make_source(const std::string& text, const SourceOp
 }
 
 Camera recorded_camera(const std::string& text, const SourceOptions& options) {
+  if (!names_recording(text) && is_stereo_folder(folder_of(text)))
+    return read_stereo_folder(folder_of(text), options.fps).rig.camera;
   if (!names_recording(text))
     return camera_of(options, find_sequence(folder_of(text), options.associations));
   if (const auto given = given_camera(options)) return *given;

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/sensor/stereo_rig.hpp"
+
+#include <memory>
+
+#include <opencv2/calib3d.hpp>
+
+namespace stillmap {
+
+/// Depth of a rectified pair of images by semi-global matching (Hirschmueller, "Stereo processing
+/// by semiglobal matching and mutual information", PAMI 2008, in OpenCV's variant) with subpixel
+/// interpolation. A pixel whose match in the right image leads back to another pixel, as at
+/// occlusions, has no depth, and neither have ambiguous and isolated matches. One thread at a time.
+class StereoMatcher {
+ public:
+  /// @param camera  left camera of a rig: its baseline, and the range of its depth sensor
+  explicit StereoMatcher(const Camera& camera);
+
+  /// Returns the depth of the left image, 32FC1 [m]; 0: unknown. The left border, as wide as the
+  /// largest disparity, has none.
+  /// @param left, right  rectified, 8UC1, of the camera's size
+  cv::Mat depth(const cv::Mat& left, const cv::Mat& right);
+
+ private:
+  Camera camera_;
+  cv::Ptr<cv::StereoSGBM> matcher_;
+};
+
+}  // namespace stillmap
