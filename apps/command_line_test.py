@@ -279,6 +279,14 @@ class CommandLine(unittest.TestCase):
         self.assertTrue(summary["interrupted"])
         self.assertLess(summary["frames"]["handed_in"], 150)
 
+    def test_record_keeps_the_frames_so_that_their_trajectory_is_the_same(self):
+        kept, before, after = (self.folder / name for name in ("kept", "run_before", "run_after"))
+        self.assertIn("20 frames, 0 skipped", self.succeeded(stillmap("record", self.sequence, kept)).stdout)
+        self.refused(stillmap("record", self.sequence, kept), 1, "is not empty", "new folder")
+        for sequence, out in ((self.sequence, before), (kept, after)):
+            self.succeeded(stillmap("run", sequence, "--preset", "static", "--set", "dense.enabled=false", "--out", out))
+        self.assertEqual((before / "trajectory.txt").read_bytes(), (after / "trajectory.txt").read_bytes())
+
     def test_a_growing_folder_is_followed_until_the_user_ends_it(self):
         growing, out = self.folder / "growing", self.folder / "followed"
         for name in ("rgb", "depth"):

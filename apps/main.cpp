@@ -48,6 +48,7 @@ int run(int argc, char** argv) {
   add_calibrate_command(app, exit_code);
   add_doctor_command(app, exit_code);
   add_info_command(app, exit_code);
+  add_record_command(app, exit_code);
   add_map_command(app, exit_code);
   add_presets_command(app, exit_code);
   add_options_command(app, exit_code);

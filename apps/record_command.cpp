@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+// `stillmap record`: keeps the frames of a source as a folder in TUM layout.
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/print.hpp"
+#include "stillmap/sensor/camera_file.hpp"
+#include "stillmap/sensor/image_file.hpp"
+#include "stillmap/sensor/make_source.hpp"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <optional>
+
+#include "command_tree.hpp"
+#include "commands.hpp"
+#include "interrupt.hpp"
+#include "progress.hpp"
+#include <fmt/format.h>
+#include <opencv2/imgcodecs.hpp>
+
+namespace stillmap {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct RecordArguments {
+  std::string source, out;
+  std::optional<double> follow;
+  SourceOptions options;
+};
+
+constexpr double kLargestValue = 65534;  // of a 16-bit depth image; 65535 means "too far"
+
+/// Returns the camera of the written images: its depth factor is that of the source, or the largest
+/// of the usual ones with which the range of the sensor fits into 16 bits.
+Camera written_camera(Camera camera) {
+  for (const double factor : {camera.depth_factor, 5000.0, 1000.0, 100.0}) {
+    camera.depth_factor = factor;
+    if (factor * camera.depth_sensor.max_depth <= kLargestValue) break;
+  }
+  return camera;
+}
+
+/// A folder in TUM layout that grows frame by frame. The line of an image follows its file, so that
+/// `stillmap run --follow` can read the folder meanwhile.
+class FolderWriter {
+ public:
+  /// Throws Error if the folder exists and is not empty, or cannot be written.
+  FolderWriter(const fs::path& folder, const Camera& camera) : folder_(folder), camera_(camera) {
+    std::error_code failed;
+    if (fs::exists(folder, failed) && !fs::is_empty(folder, failed))
+      throw Error("is not empty", folder.string(), "name a new folder");
+    for (const char* kind : {"rgb", "depth"}) {
+      fs::create_directories(folder / kind, failed);
+      if (failed) throw Error("cannot be written", folder.string(), "check the permissions");
+    }
+    write_camera(folder / "camera.yaml", camera);
+    color_list_.open(folder / "rgb.txt");
+    depth_list_.open(folder / "depth.txt");
+  }
+
+  void add(const RgbdFrame& frame) {
+    write(frame.color, "rgb", frame.timestamp, color_list_);
+    if (cv::countNonZero(frame.depth) == 0) return;
+    cv::Mat raw;
+    frame.depth.convertTo(raw, CV_16UC1, camera_.depth_factor);
+    write(raw, "depth", frame.timestamp + frame.depth_delay, depth_list_);
+  }
+
+ private:
+  void write(const cv::Mat& image, const char* kind, double stamp, std::ofstream& list) const {
+    constexpr int kFastCompression = 1;
+    const std::string name = fmt::format("{}/{:.9f}.png", kind, stamp);
+    write_png(folder_ / name, image, {cv::IMWRITE_PNG_COMPRESSION, kFastCompression});
+    list << fmt::format("{:.9f} {}\n", stamp, name) << std::flush;
+    if (!list) throw Error("a list cannot be written", folder_.string(), "free space on the disk");
+  }
+
+  fs::path folder_;
+  Camera camera_;
+  std::ofstream color_list_, depth_list_;
+};
+
+int record(const RecordArguments& arguments) {
+  catch_interrupt();
+  SourceOptions options = arguments.options;
+  if (arguments.follow) options.following = {.patience = *arguments.follow, .stop = interrupted};
+  const auto source = make_source(arguments.source, options);
+  for (const std::string& note : source->notes()) print_out("{}\n", note);
+  FolderWriter writer(arguments.out, written_camera(source->camera()));
+  Progress progress("recording", source->size());
+  std::size_t frames = 0;
+  for (; !interrupted(); ++frames) {
+    const RgbdFramePtr frame = source->next();
+    if (!frame) break;
+    writer.add(*frame);
+    progress.step("");
+  }
+  print_out("{}: {} frames, {} skipped\n", arguments.out, frames, source->skipped().size());
+  return interrupted() ? kInterrupted : kSuccess;
+}
+
+}  // namespace
+
+void add_record_command(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<RecordArguments>();
+  SourceOptions& options = arguments->options;
+  CLI::App* command = app.add_subcommand(
+      "record", "keep the frames of a recording or of a growing folder as a folder in TUM layout");
+  command
+      ->add_option("source", arguments->source,
+                   "as for run: a recorded file, a folder, or a folder of a stereo pair")
+      ->required();
+  command->add_option("out", arguments->out, "new folder")->required();
+  command->add_option("--camera", options.camera, "preset name or camera file")
+      ->type_name(names_or_file(camera_presets()));
+  command->add_option("--topics", options.topics, "COLOR,DEPTH: topics of a recorded file");
+  command->add_option("--first", options.first, "number of frames to skip at the start");
+  command->add_option("--count", options.count, "maximum number of frames; 0: all");
+  command->add_option("--stride", options.stride, "use every n-th frame");
+  command
+      ->add_option("--follow", arguments->follow,
+                   "the folder still grows: wait for images until none has come for this time [s]")
+      ->expected(0, 1)
+      ->default_str("5");
+  command->footer(
+      "Images are written rectified, depth registered to color and in 16 bits, with camera.yaml.\n"
+      "Example:\n  stillmap record robot.mcap my_sequence --count 300");
+  command->callback([arguments, &exit_code] { exit_code = record(*arguments); });
+}
+
+}  // namespace stillmap
