@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The examples, each where its package is installed."""
 import importlib.util
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -38,7 +39,10 @@ def test_live_rerun(recording, tmp_path):
 
 
 def test_live_viser(recording):
-    assert "points" in run_example("viser", "live_viser.py", recording, 18080)
+    with socket.socket() as any_free:
+        any_free.bind(("", 0))
+        port = any_free.getsockname()[1]
+    assert "points" in run_example("viser", "live_viser.py", recording, port)
 
 
 def profile_of(rs, camera, kind, index, pixel_format, bytes_per_pixel):
