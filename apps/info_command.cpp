@@ -64,8 +64,8 @@ void add_info_command(CLI::App& app, int& exit_code) {
   command->add_option("--camera", arguments->camera,
                       "preset name or file of the color camera; default: that of the recording");
   command->add_option("--topics", arguments->topics,
-                      "COLOR,DEPTH: the topics that run shall use; default: by type, encoding and "
-                      "name");
+                      "COLOR,DEPTH or, of a stereo pair, LEFT,RIGHT: the topics that run shall "
+                      "use; default: color and depth by type, encoding and name");
   command->footer(
       "Example:\n  stillmap info recorded.mcap\nExit code 1 if the recording cannot be mapped as "
       "it "

@@ -34,7 +34,8 @@ void add_input_options(CLI::App& command, RunArguments& arguments) {
                      "ground truth trajectory (TUM format); default: SEQUENCE/groundtruth.txt");
   add_truth_frame_option(command, arguments.truth_frame);
   command.add_option("--topics", arguments.topics,
-                     "COLOR,DEPTH: topics of a recorded file; default: by type, encoding and name");
+                     "COLOR,DEPTH or, of a stereo pair, LEFT,RIGHT: topics of a recorded file; "
+                     "default: color and depth by type, encoding and name");
   command.add_option("--associations", arguments.associations,
                      "file that pairs color and depth images");
   command.add_option("--fps", arguments.fps,

@@ -77,4 +77,17 @@ std::optional<RecordedCamera> camera_of(const CameraInfoMessage& info, bool rect
   return camera;
 }
 
+std::optional<Pose> pose_in_pair(const CameraInfoMessage& info, bool rectified) {
+  using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+  const Eigen::Matrix3d R_pair_camera =
+      rectified ? Eigen::Matrix3d::Identity()
+                : Eigen::Matrix3d(Eigen::Map<const RowMajor>(info.rectification.data()));
+  constexpr double kTolerance = 1e-3;  // of the product of R and its transpose: R has few decimals
+  const bool is_rotation = (R_pair_camera * R_pair_camera.transpose()).isIdentity(kTolerance) &&
+                           R_pair_camera.determinant() > 0;
+  const double focal = info.projection[0], shift = info.projection[3];  // pixels, pixels * m
+  if (!is_rotation || !(focal > 0) || !std::isfinite(shift / focal)) return std::nullopt;
+  return Pose(R_pair_camera, {-shift / focal, 0, 0});
+}
+
 }  // namespace stillmap

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/geometry/pose.hpp"
 #include "stillmap/recording/messages.hpp"
 
 #include <optional>
@@ -35,5 +36,10 @@ struct RecordedCamera {
 /// Throws Error for an unknown distortion model with coefficients, and for numbers that are not
 /// finite or sizes beyond 16384 pixels.
 std::optional<RecordedCamera> camera_of(const CameraInfoMessage& info, bool rectified);
+
+/// Returns the pose [m] of a camera of a stereo pair in the frame of the rectified left camera: at
+/// -P[3] / P[0] along x and, if its images are not rectified, turned by the inverse of R. Returns
+/// none if P or R is not filled in.
+std::optional<Pose> pose_in_pair(const CameraInfoMessage& info, bool rectified);
 
 }  // namespace stillmap

@@ -134,7 +134,7 @@ CameraInfoMessage decode_camera_info(ByteSpan bytes, const std::string& encoding
   const auto coefficients = in.count(sizeof(double));
   for (std::uint32_t i = 0; i < coefficients; ++i) info.distortion.push_back(in.get<double>());
   info.intrinsics = in.doubles<9>();
-  in.doubles<9>();  // rotation of the rectification
+  info.rectification = in.doubles<9>();
   info.projection = in.doubles<12>();
   return info;
 }

@@ -40,6 +40,8 @@ struct CameraInfoMessage {
   std::string distortion_model;         ///< "plumb_bob", "rational_polynomial", "equidistant", ...
   std::vector<double> distortion;       ///< D
   std::array<double, 9> intrinsics{};   ///< K of the recorded images, by rows [pixels].
+  /// R, rotation of the camera to the rectified pair, by rows.
+  std::array<double, 9> rectification{};
   std::array<double, 12> projection{};  ///< P of the rectified images, by rows [pixels].
 };
 

@@ -159,7 +159,7 @@ std::pair<ImageStream, ImageStream> choose(const Recording& recording,
     const auto comma = topics.find(',');
     if (comma == std::string::npos) {
       throw Error(fmt::format("'{}' names one topic", topics), "--topics",
-                  "name two: --topics COLOR,DEPTH");
+                  "name two: --topics COLOR,DEPTH, or --topics LEFT,RIGHT of a stereo pair");
     }
     return {named_stream(recording, streams, topics.substr(0, comma)),
             named_stream(recording, streams, topics.substr(comma + 1))};
@@ -316,6 +316,49 @@ void add_registration(Recording& recording, RgbdStreams& streams) {
                           "assumed to be registered to the color images: no transform is recorded");
 }
 
+// ---- stereo
+// ---------------------------------------------------------------------------------------
+
+std::optional<Pose> recorded_pose_in_pair(Recording& recording, const ImageStream& stream) {
+  const auto topic = recording.find_topic(stream.camera_topic);
+  const auto info = topic ? first_camera_info(recording, *topic) : std::nullopt;
+  return info ? pose_in_pair(*info, is_rectified(base_of(stream))) : std::nullopt;
+}
+
+// Returns the pose of the right camera by P and R of both cameras; none if they are not calibrated
+// as a pair.
+std::optional<Pose> pose_by_projections(Recording& recording, const ImageStream& left,
+                                        const ImageStream& right) {
+  const auto T_pair_left = recorded_pose_in_pair(recording, left);
+  const auto T_pair_right = recorded_pose_in_pair(recording, right);
+  if (!T_pair_left || !T_pair_right) return std::nullopt;
+  if (T_pair_left->translation() == T_pair_right->translation()) return std::nullopt;
+  return T_pair_left->inverse() * *T_pair_right;
+}
+
+void add_pair(Recording& recording, RgbdStreams& streams) {
+  const ImageStream &left = streams.color, &right = streams.depth;
+  for (const ImageStream* stream : {&left, &right}) {
+    if (stream->camera) continue;
+    throw Error(fmt::format("contains no camera for the images of {}", stream->name),
+                recording.path().string(), "record the camera_info of both cameras");
+  }
+  streams.T_left_right = realsense_extrinsics(recording, left.name, right.name);
+  if (!streams.T_left_right) streams.T_left_right = pose_by_projections(recording, left, right);
+  if (!streams.T_left_right && left.frame != right.frame)
+    streams.T_left_right = FrameTree(recording).find(left.frame, right.frame);
+  if (!streams.T_left_right) {
+    throw Error(
+        fmt::format("contains neither the baseline of {} and {} nor the transform between them",
+                    left.name, right.name),
+        recording.path().string(),
+        "calibrate both cameras as a pair, so that P of the right camera_info contains the "
+        "baseline, or record /tf_static");
+  }
+  streams.notes.push_back(
+      fmt::format("right images: {}, {} images", right.name, right.images.size()));
+}
+
 // Guesses the sensor by what drivers call their topics.
 std::string sensor_of(Recording& recording, const RgbdStreams& streams) {
   std::string realsense = realsense_sensor(recording);
@@ -364,7 +407,11 @@ RgbdStreams find_rgbd_streams(Recording& recording, const std::string& topics) {
                                       streams.color.name, streams.color.images.size(),
                                       streams.color.width, streams.color.height,
                                       streams.color.encoding, streams.fps));
-  add_registration(recording, streams);
+  if (streams.depth.is_depth()) {
+    add_registration(recording, streams);
+  } else {
+    add_pair(recording, streams);
+  }
   return streams;
 }
 

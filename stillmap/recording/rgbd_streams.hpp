@@ -32,9 +32,13 @@ struct ImageStream {
   bool is_depth() const;
 };
 
-/// The color and depth images of a recording.
+/// The color and depth images of a recording, or the images of a stereo pair.
 struct RgbdStreams {
-  ImageStream color, depth;
+  ImageStream color;  ///< Of a stereo pair, the left images.
+  ImageStream depth;  ///< Of a stereo pair, the right images.
+  /// Pose of the right camera in the frame of the left one; none if the images are not a stereo
+  /// pair.
+  std::optional<Pose> T_left_right;
   /// Pose of the depth camera in the frame of the color camera; none if the depth images are
   /// registered to the color images.
   std::optional<Pose> T_color_depth;
@@ -50,9 +54,11 @@ std::vector<ImageStream> image_streams(Recording& recording);
 
 /// Finds the color and the depth images by their type, encoding and name, and all that the
 /// recording tells about their cameras.
-/// @param topics  "COLOR,DEPTH", names of two topics; empty to choose
-/// Throws Error, with the image topics of the recording, if there is no such pair, and if the depth
-/// images are not registered and no transform to the color camera is recorded.
+/// @param topics  names of two topics, "COLOR,DEPTH" or, of a stereo pair, "LEFT,RIGHT"; empty to
+///                choose color and depth
+/// Throws Error, with the image topics of the recording, if there is no such pair, if the depth
+/// images are not registered and no transform to the color camera is recorded, and if the
+/// calibration of a stereo pair is not recorded.
 RgbdStreams find_rgbd_streams(Recording& recording, const std::string& topics = "");
 
 }  // namespace stillmap

@@ -40,9 +40,10 @@ class Topics {
                          TestCamera{.frame = frame}.compressed_image(1, 0, format, "x"), time_++});
     return *this;
   }
-  Topics& info(const std::string& topic, const std::string& frame, int width = 8, int height = 6) {
+  Topics& info(const std::string& topic, const std::string& frame, int width = 8, int height = 6,
+               double shift = 0) {
     messages_.push_back({topic, kInfo,
-                         TestCamera{.frame = frame}.info(width, height, 10, "plumb_bob", {}),
+                         TestCamera{.frame = frame}.info(width, height, 10, "plumb_bob", {}, shift),
                          time_++});
     return *this;
   }
@@ -116,6 +117,44 @@ TEST(RgbdStreams, TheTransformBetweenTheCamerasIsAChainOfRecordedOnes) {
   // The depth camera is 0.5 m along y of the link, which is x of the color camera.
   EXPECT_TRUE(streams.T_color_depth->translation().isApprox(Eigen::Vector3d(0.5, 0, 0), 1e-9));
   ASSERT_TRUE(streams.depth.camera);
+}
+
+TEST(RgbdStreams, AStereoPairHasThePoseThatTheProjectionOfTheRightCameraTells) {
+  Topics topics;
+  topics.image("/left/image_rect", "mono8", "left").info("/left/camera_info", "left");
+  topics.image("/right/image_rect", "mono8", "right")
+      .info("/right/camera_info", "right", 8, 6, -20 * 0.12);
+  const RgbdStreams streams = topics.find("/left/image_rect,/right/image_rect");
+  ASSERT_TRUE(streams.T_left_right);
+  EXPECT_TRUE(streams.T_left_right->translation().isApprox(Eigen::Vector3d(0.12, 0, 0), 1e-12));
+  EXPECT_EQ(streams.depth.name, "/right/image_rect");
+  EXPECT_FALSE(streams.T_color_depth);
+}
+
+TEST(RgbdStreams, AStereoPairWithoutABaselineHasTheRecordedTransform) {
+  Topics topics;
+  topics.image("/left/image_raw", "mono8", "left").image("/right/image_raw", "rgb8", "right");
+  const char* const pair = "/left/image_raw,/right/image_raw";
+  EXPECT_THAT(error_of([&] { topics.find(pair); }),
+              HasSubstr("no camera for the images of /left/image_raw"));
+  topics.info("/left/camera_info", "left").info("/right/camera_info", "right");
+  EXPECT_THAT(error_of([&] { topics.find(pair); }), HasSubstr("neither the baseline"));
+  topics.transform("left", "right", {0.2, 0, 0, 0, 0, 0, 1});
+  const RgbdStreams streams = topics.find(pair);
+  ASSERT_TRUE(streams.T_left_right);
+  EXPECT_TRUE(streams.T_left_right->translation().isApprox(Eigen::Vector3d(0.2, 0, 0), 1e-12));
+}
+
+TEST(RgbdStreams, TheCamerasOfAPairAreTurnedByTheInverseOfR) {
+  CameraInfoMessage info;
+  info.projection = {10, 0, 4, -5, 0, 10, 3, 0, 0, 0, 1, 0};
+  EXPECT_FALSE(pose_in_pair(info, /*rectified=*/false));  // R is not filled in
+  info.rectification = {0, -1, 0, 1, 0, 0, 0, 0, 1};
+  const auto T_pair_camera = pose_in_pair(info, /*rectified=*/false);
+  ASSERT_TRUE(T_pair_camera);
+  const Eigen::Vector3d p_camera(1, 2, 3), p_pair(-2 + 0.5, 1, 3);
+  EXPECT_TRUE((*T_pair_camera * p_camera).isApprox(p_pair, 1e-12));
+  EXPECT_EQ(pose_in_pair(info, /*rectified=*/true)->angle(), 0);
 }
 
 TEST(RgbdStreams, MissingImagesAreErrorsThatListTheTopics) {

@@ -268,8 +268,9 @@ struct TestCamera {
                                const std::string& data) const {
     return MessageWriter(kind).header(seconds, ns, frame).text(format).data(data).bytes();
   }
+  /// @param shift  P[3], the negative product of P[0] (2 f) and the position in a stereo pair
   std::string info(int width, int height, double f, const std::string& model,
-                   const std::vector<double>& distortion) const {
+                   const std::vector<double>& distortion, double shift = 0) const {
     MessageWriter writer(kind);
     writer.header(1, 0, frame)
         .put(static_cast<std::uint32_t>(height))
@@ -280,7 +281,7 @@ struct TestCamera {
     const double cx = (width - 1) / 2.0, cy = (height - 1) / 2.0;
     for (const double value : {f, 0.0, cx, 0.0, f, cy, 0.0, 0.0, 1.0}) writer.put(value);
     for (const double value : {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0}) writer.put(value);
-    for (const double value : {2 * f, 0.0, cx, 0.0, 0.0, 2 * f, cy, 0.0, 0.0, 0.0, 1.0, 0.0})
+    for (const double value : {2 * f, 0.0, cx, shift, 0.0, 2 * f, cy, 0.0, 0.0, 0.0, 1.0, 0.0})
       writer.put(value);
     for (int i = 0; i < 6; ++i) writer.put(std::uint32_t{0});
     return writer.put(std::uint8_t{0}).bytes();

@@ -15,6 +15,10 @@ namespace stillmap {
 /// benchmark.
 inline constexpr double kMaxPairDifference = 0.02;
 
+/// Maximum time difference of two images of a stereo pair [s], exclusive: a camera that turns by
+/// 1 rad/s turns by 2 mrad, which is a pixel at a focal length of 500 pixels.
+inline constexpr double kMaxStereoDifference = 0.002;
+
 /// Returns the longest strictly increasing subsequence (Fredman 1975, by patience sorting), as one
 /// flag per timestamp.
 std::vector<bool> longest_increasing(const std::vector<double>& stamps);

@@ -73,6 +73,14 @@ std::pair<cv::Mat, cv::Mat> rectification_maps(const Camera& pinhole, const Lens
   return {x, y};
 }
 
+Camera pinhole_of(const RecordedCamera& recorded) {
+  Camera camera;
+  camera.width = recorded.width, camera.height = recorded.height;
+  camera.fx = recorded.fx, camera.fy = recorded.fy;
+  camera.cx = recorded.cx, camera.cy = recorded.cy;
+  return camera;
+}
+
 cv::Mat ray_directions(const RecordedCamera& camera) {
   const cv::Matx33d K = intrinsics(camera.fx, camera.fy, camera.cx, camera.cy);
   const cv::Mat pixels = all_pixels(camera.width, camera.height);

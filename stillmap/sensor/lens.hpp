@@ -14,6 +14,9 @@ namespace stillmap {
 /// and principal point.
 std::pair<cv::Mat, cv::Mat> rectification_maps(const Camera& pinhole, const LensDistortion& lens);
 
+/// Returns the camera with the image size and the intrinsics of a recorded one, without distortion.
+Camera pinhole_of(const RecordedCamera& recorded);
+
 /// Returns the direction (x, y) of each pixel of a recorded image, as 32FC2: the point (x, y, 1)
 /// lies on its ray.
 cv::Mat ray_directions(const RecordedCamera& camera);

@@ -8,6 +8,7 @@
 #include "stillmap/sensor/depth_image.hpp"
 #include "stillmap/sensor/first_depth.hpp"
 #include "stillmap/sensor/increasing.hpp"
+#include "stillmap/sensor/lens.hpp"
 #include "stillmap/sensor/recorded_image.hpp"
 #include "stillmap/sensor/rectified_frame.hpp"
 
@@ -28,19 +29,25 @@ std::vector<double> stamps_of(const auto& images) {
   return stamps;
 }
 
+StereoRig rig_of(const Recording& recording, const RgbdStreams& streams) {
+  StereoRig rig = calibrated_rig({*streams.color.camera, Pose()},
+                                 {*streams.depth.camera, *streams.T_left_right}, streams.fps,
+                                 recording.path().string());
+  rig.camera.name = recording.path().stem().string();
+  return rig;
+}
+
 }  // namespace
 
 Camera color_camera(const Recording& recording, const RgbdStreams& streams) {
+  if (streams.T_left_right) return rig_of(recording, streams).camera;
   if (!streams.color.camera) {
     throw Error(fmt::format("contains no camera for the color images of {}", streams.color.name),
                 recording.path().string(), kCameraFix);
   }
   const RecordedCamera& color = *streams.color.camera;
-  Camera camera;
+  Camera camera = pinhole_of(color);
   camera.name = recording.path().stem().string();
-  camera.width = color.width, camera.height = color.height;
-  camera.fx = color.fx, camera.fy = color.fy;
-  camera.cx = color.cx, camera.cy = color.cy;
   const auto& coefficients = color.lens.coefficients;
   if (color.lens.model == LensDistortion::Model::kBrown && coefficients.size() <= 5)
     std::copy(coefficients.begin(), coefficients.end(), camera.distortion.begin());
@@ -64,6 +71,7 @@ RecordingSource::RecordingSource(const std::filesystem::path& path,
 }
 
 void RecordingSource::choose_cameras(const std::optional<Camera>& camera) {
+  if (streams_.T_left_right) return choose_pair(camera);
   if (camera) {
     check_camera(*camera, "camera '" + camera->name + "'");
     recorded_ = *camera;
@@ -76,6 +84,17 @@ void RecordingSource::choose_cameras(const std::optional<Camera>& camera) {
   if (T_color_depth) registration_.emplace(*streams_.depth.camera, *T_color_depth, this->camera());
 }
 
+void RecordingSource::choose_pair(const std::optional<Camera>& camera) {
+  if (camera) {
+    throw Error("a recorded stereo pair has the cameras of the recording",
+                recording_.path().string(), "leave --camera out");
+  }
+  rig_ = rig_of(recording_, streams_);
+  recorded_ = rig_->camera;
+  rectifier_.emplace(recorded_);
+  matcher_.emplace(recorded_);
+}
+
 std::vector<RecordingSource::Image> RecordingSource::increasing_images(const ImageStream& stream) {
   std::vector<Image> images;
   for (const MessageEntry& message : stream.images)
@@ -86,12 +105,13 @@ std::vector<RecordingSource::Image> RecordingSource::increasing_images(const Ima
 
 void RecordingSource::pair_images() {
   const auto color = increasing_images(streams_.color), depth = increasing_images(streams_.depth);
-  const auto pairs = associate(stamps_of(color), stamps_of(depth), kMaxPairDifference);
+  const double tolerance = rig_ ? kMaxStereoDifference : kMaxPairDifference;
+  const auto pairs = associate(stamps_of(color), stamps_of(depth), tolerance);
   if (pairs.empty()) {
-    throw Error(fmt::format("no color image has a depth image within {} s: {} begins at {:.3f} s, "
-                            "{} at {:.3f} s",
-                            kMaxPairDifference, streams_.color.name, color.front().timestamp,
-                            streams_.depth.name, depth.front().timestamp),
+    throw Error(fmt::format("no image of {0} has one of {2} within {4} s: {0} begins at {1:.3f} s, "
+                            "{2} at {3:.3f} s",
+                            streams_.color.name, color.front().timestamp, streams_.depth.name,
+                            depth.front().timestamp, tolerance),
                 recording_.path().string(), "record both with synchronized clocks");
   }
   for (const Image& image : color)
@@ -129,6 +149,7 @@ void RecordingSource::require_one_usable_frame() {
 std::vector<std::string> RecordingSource::notes() const {
   std::vector<std::string> notes = streams_.notes;
   const Camera& camera = this->camera();
+  if (rig_) notes.push_back("stereo: " + description(*rig_));
   notes.push_back(
       fmt::format("camera: {} x {}, fx {:.2f}, fy {:.2f}, cx {:.2f}, cy {:.2f}{}, "
                   "sensor {}{}",
@@ -156,17 +177,21 @@ RgbdFramePtr RecordingSource::load(const Frame& recorded) {
          .reason = fmt::format("{}: an image {}", streams_.color.name, color.problem)});
     return nullptr;
   }
-  auto frame = rectified_frame(*rectifier_, color.image, load_depth(recorded), recorded.timestamp,
-                               recorded.depth_timestamp - recorded.timestamp);
+  const cv::Mat image = rig_ ? rectified(*rig_, 0, color.image) : color.image;
+  const double delay = rig_ ? 0 : recorded.depth_timestamp - recorded.timestamp;
+  auto frame =
+      rectified_frame(*rectifier_, image, load_depth(recorded, image), recorded.timestamp, delay);
   frame->index = next_index_++;
   return frame;
 }
 
 /// Returns the depth image of a frame, 32FC1 [m]; an empty one if it has none that can be used.
-cv::Mat RecordingSource::load_depth(const Frame& recorded) {
+/// @param color  as recorded, or the rectified left image of a stereo pair
+cv::Mat RecordingSource::load_depth(const Frame& recorded, const cv::Mat& color) {
   if (!recorded.depth) return {};
   const ImageRead depth = depth_image(*recorded.depth);
-  if (depth.problem.empty()) return registered(depth.image);
+  if (depth.problem.empty())
+    return rig_ ? depth_of_pair(*rig_, *matcher_, color, depth.image) : registered(depth.image);
   skipped_.push_back({.timestamp = recorded.timestamp,
                       .reason = fmt::format("{}: an image {}", streams_.depth.name, depth.problem),
                       .frame_lost = false});
@@ -203,7 +228,8 @@ ImageRead RecordingSource::depth_image(const MessageEntry& message) {
   const cv::Size size = registration_
                             ? cv::Size(streams_.depth.camera->width, streams_.depth.camera->height)
                             : cv::Size(camera().width, camera().height);
-  return decoded(streams_.depth, message, decode_recorded_depth, size);
+  return decoded(streams_.depth, message, rig_ ? decode_recorded_color : decode_recorded_depth,
+                 size);
 }
 
 }  // namespace stillmap

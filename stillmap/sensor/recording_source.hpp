@@ -5,6 +5,8 @@
 #include "stillmap/sensor/frame_range.hpp"
 #include "stillmap/sensor/image_file.hpp"
 #include "stillmap/sensor/rectifier.hpp"
+#include "stillmap/sensor/stereo_matcher.hpp"
+#include "stillmap/sensor/stereo_rig.hpp"
 
 #include <filesystem>
 #include <memory>
@@ -16,13 +18,13 @@ namespace stillmap {
 
 /// A ROS 1 bag, or a recording of rosbag2 (SQLite or MCAP), as a source of frames. Color and depth
 /// images are paired by their stamps, as those of a TUM folder. Depth images that are not
-/// registered to the color camera are registered.
+/// registered to the color camera are registered. For a stereo pair, depth is computed by
+/// StereoMatcher, and the color images are the left ones.
 class RecordingSource : public FrameSource {
  public:
   /// @param camera  replaces the recorded color camera and the unit of 16-bit depth; none to use
-  /// those
-  ///                of the recording
-  /// @param topics  "COLOR,DEPTH", or empty: see find_rgbd_streams()
+  ///                those of the recording. A stereo pair needs its own cameras.
+  /// @param topics  "COLOR,DEPTH", "LEFT,RIGHT", or empty: see find_rgbd_streams()
   /// Throws Error if the file is no recording, has no color and depth images or no camera, and if
   /// no frame can be used.
   RecordingSource(const std::filesystem::path& path, const std::optional<Camera>& camera,
@@ -49,11 +51,12 @@ class RecordingSource : public FrameSource {
   };
 
   void choose_cameras(const std::optional<Camera>& camera);
+  void choose_pair(const std::optional<Camera>& camera);
   void pair_images();
   std::vector<Image> increasing_images(const ImageStream& stream);
   void require_one_usable_frame();
   RgbdFramePtr load(const Frame& frame);
-  cv::Mat load_depth(const Frame& recorded);
+  cv::Mat load_depth(const Frame& recorded, const cv::Mat& color);
   ImageRead color_image(const MessageEntry& message);
   ImageRead depth_image(const MessageEntry& message);
   using Decoder = ImageRead (*)(const ImageStream&, const std::string&, ByteSpan, cv::Size);
@@ -66,14 +69,16 @@ class RecordingSource : public FrameSource {
   Camera recorded_;
   std::optional<Rectifier> rectifier_;
   std::optional<DepthRegistration> registration_;
+  std::optional<StereoRig> rig_;          // of a stereo pair
+  std::optional<StereoMatcher> matcher_;  // of a stereo pair
   std::vector<Frame> frames_;
   std::vector<SkippedFrame> skipped_;
   std::size_t position_ = 0;    // index of the next frame in frames_
   std::size_t next_index_ = 0;  // index of the next returned frame
 };
 
-/// Returns the camera of the recorded color images. Throws Error if the recording does not contain
-/// it.
+/// Returns the camera of the recorded color images, or of the rectified left images of a stereo
+/// pair. Throws Error if the recording does not contain it.
 Camera color_camera(const Recording& recording, const RgbdStreams& streams);
 
 }  // namespace stillmap

@@ -137,6 +137,81 @@ TEST(RecordingSource, ARecordingWithoutACameraNeedsOne) {
   EXPECT_EQ(RecordingSource(file, TestSequence::camera(), "").size(), 2U);
 }
 
+// ---- stereo pairs
+
+constexpr double kFocal = 450, kBaseline = 0.12;  // pixels, m
+constexpr int kDisparity = 24;                    // pixels
+
+// Two frames of a stereo pair that looks at a wall.
+// @param delay  of the right images [ns]
+std::vector<TestMessage> pair_messages(std::int64_t delay = 0) {
+  cv::Mat wall(160, 400, CV_8UC1);
+  cv::theRNG().state = 5;
+  cv::randu(wall, 0, 255);
+  cv::GaussianBlur(wall, wall, {5, 5}, 0);
+  std::vector<TestMessage> all;
+  for (int i = 0; i < 2; ++i) {
+    for (const bool left : {true, false}) {
+      const std::string name = left ? "/left" : "/right";
+      const TestCamera camera{.frame = name};
+      const cv::Mat image = wall.colRange(left ? 0 : kDisparity, left ? 320 : 320 + kDisparity);
+      const std::int64_t time = 1'000'000'000 + i * 100'000'000 + (left ? 0 : delay);
+      all.push_back(
+          {name + "/camera_info", "sensor_msgs/msg/CameraInfo",
+           camera.info(320, 160, kFocal / 2, "plumb_bob", {}, left ? 0 : -kFocal * kBaseline),
+           time});
+      all.push_back({name + "/image_rect", kImage,
+                     camera.image(1, static_cast<std::uint32_t>(time - 1'000'000'000), 320, 160,
+                                  "mono8", 1, bytes_of(image.clone())),
+                     time});
+    }
+  }
+  return all;
+}
+
+constexpr const char* kPair = "/left/image_rect,/right/image_rect";
+
+TEST(RecordingSource, AStereoPairGivesTheLeftImagesWithDepth) {
+  const TestFolder folder;
+  RecordingSource source(folder.write_sqlite("a.db3", pair_messages()), std::nullopt, kPair);
+  EXPECT_EQ(source.camera().fx, kFocal);
+  EXPECT_NEAR(source.camera().baseline, kBaseline, 1e-12);
+  EXPECT_EQ(source.camera().depth_sensor.name, "stereo");
+  EXPECT_THAT(source.notes(), ::testing::Contains(HasSubstr("baseline 0.120 m, rectified")));
+  const auto frames = all_frames(source);
+  ASSERT_THAT(frames, SizeIs(2));
+  const double depth = kFocal * kBaseline / kDisparity;  // m
+  EXPECT_NEAR(frames[0]->depth.at<float>(80, 200), depth, 0.01 * depth);
+  EXPECT_EQ(frames[1]->depth_delay, 0);
+}
+
+TEST(RecordingSource, ImagesOfAStereoPairMustBeOfTheSameInstant) {
+  const TestFolder folder;
+  const auto file = folder.write_sqlite("a.db3", pair_messages(5'000'000));
+  EXPECT_THAT(
+      error_of([&] { RecordingSource(file, std::nullopt, kPair); }),
+      HasSubstr("no image of /left/image_rect has one of /right/image_rect within 0.002 s"));
+}
+
+TEST(RecordingSource, ADamagedRightImageLeavesAFrameWithoutDepth) {
+  auto all = pair_messages();
+  all[7].data.resize(500);
+  const TestFolder folder;
+  RecordingSource source(folder.write_sqlite("a.db3", all), std::nullopt, kPair);
+  const auto frames = all_frames(source);
+  ASSERT_THAT(frames, SizeIs(2));
+  EXPECT_EQ(cv::countNonZero(frames[1]->depth), 0);
+  ASSERT_THAT(source.skipped(), SizeIs(1));
+  EXPECT_FALSE(source.skipped()[0].frame_lost);
+}
+
+TEST(RecordingSource, AStereoPairRefusesAnotherCamera) {
+  const TestFolder folder;
+  const auto file = folder.write_sqlite("a.db3", pair_messages());
+  EXPECT_THAT(error_of([&] { RecordingSource(file, TestSequence::camera(), kPair); }),
+              HasSubstr("leave --camera out"));
+}
+
 // ---- pixel formats ------------------------------------------------------------------------------
 
 // Decodes an image message without compression in every encoding of messages.

@@ -17,7 +17,6 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <opencv2/imgproc.hpp>
 #include <yaml-cpp/yaml.h>
 
 namespace stillmap {
@@ -301,11 +300,7 @@ StereoFolder::StereoFolder(StereoSequence sequence, const FrameRange& range)
 }
 
 std::vector<std::string> StereoFolder::notes() const {
-  const Camera& c = camera();
-  return {fmt::format("stereo: {}, {} x {}, f {:.1f}, baseline {:.3f} m, {}, depth from {:.2f} m",
-                      sequence_.layout, c.width, c.height, c.fx, c.baseline,
-                      sequence_.rig.rectifies() ? "will be rectified" : "rectified",
-                      c.depth_sensor.min_depth)};
+  return {fmt::format("stereo: {}, {}", sequence_.layout, description(sequence_.rig))};
 }
 
 RgbdFramePtr StereoFolder::next() {
@@ -341,12 +336,7 @@ cv::Mat StereoFolder::load_depth(const StereoFiles& files, const cv::Mat& left) 
                                  .frame_lost = false});
     return {};
   }
-  cv::Mat gray[2];
-  cv::cvtColor(left, gray[0], cv::COLOR_BGR2GRAY);
-  cv::cvtColor(rectified(sequence_.rig, 1, right.image), gray[1], cv::COLOR_BGR2GRAY);
-  cv::Mat depth = matcher_.depth(gray[0], gray[1]);
-  if (!sequence_.rig.outside.empty()) depth.setTo(0, sequence_.rig.outside);
-  return depth;
+  return depth_of_pair(sequence_.rig, matcher_, left, right.image);
 }
 
 }  // namespace stillmap

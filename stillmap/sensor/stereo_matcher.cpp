@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include <opencv2/imgproc.hpp>
+
 namespace stillmap {
 namespace {
 
@@ -47,6 +49,16 @@ cv::Mat StereoMatcher::depth(const cv::Mat& left, const cv::Mat& right) {
     }
   }
   return meters;
+}
+
+cv::Mat depth_of_pair(const StereoRig& rig, StereoMatcher& matcher, const cv::Mat& left,
+                      const cv::Mat& right) {
+  cv::Mat gray_left, gray_right;
+  cv::cvtColor(left, gray_left, cv::COLOR_BGR2GRAY);
+  cv::cvtColor(rectified(rig, 1, right), gray_right, cv::COLOR_BGR2GRAY);
+  cv::Mat depth = matcher.depth(gray_left, gray_right);
+  if (!rig.outside.empty()) depth.setTo(0, rig.outside);
+  return depth;
 }
 
 }  // namespace stillmap

@@ -27,4 +27,10 @@ class StereoMatcher {
   cv::Ptr<cv::StereoSGBM> matcher_;
 };
 
+/// Returns the depth of the left images of a rig, 32FC1 [m]; 0: unknown.
+/// @param left   rectified, 8UC3
+/// @param right  as recorded, 8UC3
+cv::Mat depth_of_pair(const StereoRig& rig, StereoMatcher& matcher, const cv::Mat& left,
+                      const cv::Mat& right);
+
 }  // namespace stillmap

@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/sensor/camera_file.hpp"
+#include "stillmap/sensor/lens.hpp"
 
 #include <cmath>
 
@@ -63,6 +64,17 @@ StereoRig::Map map_of(const StereoCamera& camera, const Eigen::Matrix3d& R_rig_r
   return map;
 }
 
+// Returns whether the images of two cameras are rectified.
+bool are_rectified(const StereoCamera& left, const StereoCamera& right) {
+  // Both are below a tenth of a pixel at focal lengths up to 1000 pixels.
+  constexpr double kLargestAngle = 1e-4, kLargestSlope = 1e-4;  // [rad], off the rows / along them
+  const Pose T_left_right = left.T_rig_camera.inverse() * right.T_rig_camera;
+  const Eigen::Vector3d& offset = T_left_right.translation();
+  return left.recorded == right.recorded && left.recorded.lens.coefficients.empty() &&
+         T_left_right.angle() < kLargestAngle &&
+         offset.tail<2>().norm() < kLargestSlope * offset.x();
+}
+
 void check_pair(const StereoCamera& left, const StereoCamera& right, const std::string& where) {
   const auto& [a, b] = std::tie(left.recorded, right.recorded);
   if (a.width != b.width || a.height != b.height) {
@@ -105,23 +117,30 @@ StereoRig rectified_rig(const Camera& left, double baseline, const std::string& 
 StereoRig calibrated_rig(const StereoCamera& left, const StereoCamera& right, double fps,
                          const std::string& where) {
   check_pair(left, right, where);
-  const Eigen::Matrix3d R_rig_rectified = rectified_axes(left, right);
   const auto& [a, b] = std::tie(left.recorded, right.recorded);
-  Camera pinhole;
+  const double baseline =
+      (right.T_rig_camera.translation() - left.T_rig_camera.translation()).norm();
+  Camera pinhole = pinhole_of(a);
   pinhole.name = "stereo";
-  pinhole.width = a.width, pinhole.height = a.height;
+  pinhole.fps = fps;
+  if (are_rectified(left, right)) return rectified_rig(pinhole, baseline, where);
+  const Eigen::Matrix3d R_rig_rectified = rectified_axes(left, right);
   pinhole.fx = pinhole.fy = (a.fx + a.fy + b.fx + b.fy) / 4;
   const Eigen::Vector2d middle =
       (middle_of(left, R_rig_rectified) + middle_of(right, R_rig_rectified)) / 2;
   pinhole.cx = (a.width - 1) / 2.0 - pinhole.fx * middle.x();
   pinhole.cy = (a.height - 1) / 2.0 - pinhole.fy * middle.y();
-  pinhole.fps = fps;
-  const double baseline =
-      (right.T_rig_camera.translation() - left.T_rig_camera.translation()).norm();
   StereoRig rig = rectified_rig(pinhole, baseline, where);
   rig.maps[0] = map_of(left, R_rig_rectified, rig.camera, &rig.outside);
   rig.maps[1] = map_of(right, R_rig_rectified, rig.camera, nullptr);
   return rig;
+}
+
+std::string description(const StereoRig& rig) {
+  const Camera& c = rig.camera;
+  return fmt::format("{} x {}, f {:.1f}, baseline {:.3f} m, {}, depth from {:.2f} m", c.width,
+                     c.height, c.fx, c.baseline,
+                     rig.rectifies() ? "will be rectified" : "rectified", c.depth_sensor.min_depth);
 }
 
 cv::Mat rectified(const StereoRig& rig, std::size_t side, const cv::Mat& recorded) {

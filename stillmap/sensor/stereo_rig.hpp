@@ -42,12 +42,17 @@ StereoRig rectified_rig(const Camera& left, double baseline, const std::string& 
 
 /// Returns the rig that rectifies the images of two calibrated cameras of equal image size: both
 /// are turned until their rows are parallel to the baseline (Fusiello, Trucco and Verri, "A compact
-/// algorithm for rectification of stereo pairs", Machine Vision and Applications 2000).
+/// algorithm for rectification of stereo pairs", Machine Vision and Applications 2000). Images of
+/// cameras that are rectified already are not changed.
 /// @param fps  [Hz]
 /// Throws Error naming `where` if the sizes differ, or if the second camera is not right of the
 /// first.
 StereoRig calibrated_rig(const StereoCamera& left, const StereoCamera& right, double fps,
                          const std::string& where);
+
+/// Returns the rig for the user: "1226 x 370, f 707.1, baseline 0.537 m, rectified, depth from
+/// 2.69 m".
+std::string description(const StereoRig& rig);
 
 /// Returns an image as the rig's left (side 0) or right camera (side 1) would have recorded it.
 cv::Mat rectified(const StereoRig& rig, std::size_t side, const cv::Mat& recorded);

@@ -257,14 +257,14 @@ constexpr std::array<double, 4> kLens{-0.28, 0.07, 0.0002, 0.00002};  // as of E
 // Returns an image as a camera with distortion records the view of the pinhole camera.
 cv::Mat distorted(const cv::Mat& view) {
   const cv::Matx33d K(450, 0, 319.5, 0, 450, 239.5, 0, 0, 1),
-      recorded_K(430, 0, 315, 0, 431, 242, 0, 0, 1);
+      recorded_intrinsics(430, 0, 315, 0, 431, 242, 0, 0, 1);
   cv::Mat pixels(view.rows * view.cols, 1, CV_32FC2), ideal;
   for (int y = 0; y < view.rows; ++y)
     for (int x = 0; x < view.cols; ++x)
       pixels.at<cv::Vec2f>(y * view.cols + x) =
           cv::Vec2f(static_cast<float>(x), static_cast<float>(y));
   const cv::TermCriteria until(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 50, 1e-10);
-  cv::undistortPoints(pixels, ideal, recorded_K, kLens, cv::noArray(), K, until);
+  cv::undistortPoints(pixels, ideal, recorded_intrinsics, kLens, cv::noArray(), K, until);
   cv::Mat image;
   cv::remap(view, image, ideal.reshape(2, view.rows), cv::noArray(), cv::INTER_LINEAR);
   return image;
