@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <vector>
 
 #include <fmt/format.h>
@@ -16,7 +15,9 @@
 namespace stillmap {
 namespace {
 
-constexpr float kNone = std::numeric_limits<float>::max();
+// Stands for no depth: farther than any reading [m], and small enough that filled() has no denormal
+// numbers, which are slow.
+constexpr float kNone = 1e6F;
 // Relative difference of the depths of neighboring pixels on one surface: as for halved images.
 constexpr float kSameSurface = 0.03F;
 
@@ -52,6 +53,27 @@ void fill_columns(const cv::Mat1f& from, cv::Mat1f& to) {
       out[x] = z < kNone ? z : 0.0F;
     }
   }
+}
+
+// Sets each value to the smaller one of both rows.
+inline void take_nearer(float* row, const float* other, int count) {
+  for (int x = 0; x < count; ++x) row[x] = std::min(row[x], other[x]);
+}
+
+// Returns readings of which each covers a square of `size` pixels, whose first corner is its pixel:
+// a pixel has the nearest of the readings up to size - 1 pixels above and left of it.
+cv::Mat1f with_squares(const cv::Mat1f& readings, int size) {
+  if (size == 1) return readings;
+  cv::Mat1f covered(readings.size());
+  std::vector<float> tall(readings.cols);  // a row of readings that cover `size` rows
+  for (int y = 0; y < readings.rows; ++y) {
+    std::copy_n(readings[y], readings.cols, tall.data());
+    for (int i = 1; i < std::min(size, y + 1); ++i)
+      take_nearer(tall.data(), readings[y - i], readings.cols);
+    std::copy_n(tall.data(), readings.cols, covered[y]);
+    for (int i = 1; i < size; ++i) take_nearer(covered[y] + i, tall.data(), readings.cols - i);
+  }
+  return covered;
 }
 
 }  // namespace
@@ -111,24 +133,12 @@ cv::Mat DepthRegistration::operator()(const cv::Mat& depth) const {
       targets[x] = inside ? row * width_ + column : outside;
       depths[x] = w;
     }
-    if (block_ == 1) {
-      for (int x = 0; x < depth.cols; ++x) {
-        float& target = buffer[targets[x]];
-        target = std::min(target, depths[x]);
-      }
-      continue;
-    }
     for (int x = 0; x < depth.cols; ++x) {
-      if (targets[x] == outside) continue;
-      for (int i = 0; i < block_; ++i) {
-        for (int j = 0; j < block_; ++j) {
-          float& target = buffer[targets[x] + i * width_ + j];
-          target = std::min(target, depths[x]);
-        }
-      }
+      float& target = buffer[targets[x]];
+      target = std::min(target, depths[x]);
     }
   }
-  cv::Mat1f warped(height_, width_, buffer.data());
+  const cv::Mat1f warped = with_squares(cv::Mat1f(height_, width_, buffer.data()), block_);
   cv::Mat1f rows(height_, width_), registered(height_, width_);
   fill_rows(warped, rows);
   fill_columns(rows, registered);

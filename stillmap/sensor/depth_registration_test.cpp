@@ -5,6 +5,8 @@
 #include "stillmap/sensor/lens.hpp"
 #include "stillmap/sensor/rectifier.hpp"
 
+#include <numeric>
+
 #include <gtest/gtest.h>
 #include <opencv2/calib3d.hpp>
 
@@ -47,6 +49,16 @@ RecordedCamera depth_camera(LensDistortion lens) {
           .fy = 482,
           .cx = 318,
           .cy = 244,
+          .lens = std::move(lens)};
+}
+
+RecordedCamera wide_depth_camera(LensDistortion lens) {
+  return {.width = 1280,
+          .height = 720,
+          .fx = 900,
+          .fy = 903,
+          .cx = 643,
+          .cy = 356,
           .lens = std::move(lens)};
 }
 
@@ -115,32 +127,50 @@ TEST_P(Registration, OfRenderedImagesAgreesWithTheColorCamera) {
   }
 }
 
-// The edge of the ball is where the depth jumps: along each row, at most half a pixel off on
-// average.
-TEST_P(Registration, PutsEdgesWhereTheColorCameraSeesThem) {
+TEST_P(Registration, OfWideDepthImagesAgreesWithTheColorCamera) {
   const Room room;
-  const RecordedCamera depth = depth_camera(GetParam());
-  const Camera color = color_camera(640, 480, 500);
-  const DepthRegistration registration(depth, kPose, color);
-  const cv::Mat1f registered = registration(rendered(room, ray_directions(depth), kPose));
+  const RecordedCamera depth = wide_depth_camera(GetParam());
+  const cv::Mat1f recorded = rendered(room, ray_directions(depth), kPose);
+  for (const auto& [width, height, f] : {std::tuple(640, 480, 500.0), std::tuple(1280, 720, 920.0),
+                                         std::tuple(1920, 1080, 1380.0)}) {
+    const Camera color = color_camera(width, height, f);
+    const cv::Mat1f truth = rendered(room, directions_of(color), Pose());
+    const Agreement result = agreement(DepthRegistration(depth, kPose, color)(recorded), truth);
+    RecordProperty(fmt::format("median_mm_{}", width), fmt::format("{}", 1000 * result.median));
+    EXPECT_LT(result.median, 0.002) << width;
+    EXPECT_GT(result.known, 0.93) << width;
+  }
+}
+
+// Returns by how much the left edge of the ball is off along the rows, on average [pixels]. The
+// depth camera is to the left, so this edge hides nothing behind it.
+double mean_edge_offset(const RecordedCamera& depth, const Camera& color) {
+  const Room room;
+  const cv::Mat1f registered =
+      DepthRegistration(depth, kPose, color)(rendered(room, ray_directions(depth), kPose));
   const cv::Mat1f truth = rendered(room, directions_of(color), Pose());
-  // The depth camera is to the left, so the right edge of the ball hides nothing behind it.
   const auto left_edge = [](const cv::Mat1f& image, int y) {
     for (int x = 1; x < image.cols; ++x)
       if (image(y, x) > 0 && image(y, x) < 1.45F && image(y, x - 1) != image(y, x)) return x;
     return -1;
   };
   std::vector<double> offsets;
-  for (int y = 150; y < 280; ++y) {
+  for (int y = color.height * 5 / 16; y < color.height * 7 / 12; ++y) {
     const int found = left_edge(registered, y), expected = left_edge(truth, y);
     if (found >= 0 && expected >= 0) offsets.push_back(std::abs(found - expected));
   }
-  ASSERT_GT(offsets.size(), 60U);
-  EXPECT_LE(upper_median(offsets), 1);
-  double sum = 0;
-  for (const double offset : offsets) sum += offset;
-  RecordProperty("edge_px", fmt::format("{}", sum / offsets.size()));
-  EXPECT_LE(sum / static_cast<double>(offsets.size()), 0.5);
+  EXPECT_GT(offsets.size(), 60U);
+  return std::accumulate(offsets.begin(), offsets.end(), 0.0) / static_cast<double>(offsets.size());
+}
+
+TEST_P(Registration, PutsEdgesWhereTheColorCameraSeesThem) {
+  for (const bool wide : {false, true}) {
+    const double offset =
+        wide ? mean_edge_offset(wide_depth_camera(GetParam()), color_camera(1280, 720, 920))
+             : mean_edge_offset(depth_camera(GetParam()), color_camera(640, 480, 500));
+    RecordProperty(wide ? "edge_px_1280" : "edge_px_640", fmt::format("{}", offset));
+    EXPECT_LE(offset, 0.5) << wide;
+  }
 }
 
 using Model = LensDistortion::Model;
