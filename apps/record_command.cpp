@@ -85,7 +85,10 @@ class FolderWriter {
 int record(const RecordArguments& arguments) {
   catch_interrupt();
   SourceOptions options = arguments.options;
-  if (arguments.follow) options.following = {.patience = *arguments.follow, .stop = interrupted};
+  if (arguments.follow || names_live_camera(arguments.source)) {
+    options.following = {.patience = arguments.follow.value_or(Following{}.patience),
+                         .stop = interrupted};
+  }
   const auto source = make_source(arguments.source, options);
   for (const std::string& note : source->notes()) print_out("{}\n", note);
   FolderWriter writer(arguments.out, written_camera(source->camera()));
@@ -110,12 +113,15 @@ void add_record_command(CLI::App& app, int& exit_code) {
       "record", "keep the frames of a recording or of a growing folder as a folder in TUM layout");
   command
       ->add_option("source", arguments->source,
-                   "as for run: a recorded file, a folder, or a folder of a stereo pair")
+                   "as for run: a recorded file, a folder, a stereo pair, or realsense:")
       ->required();
   command->add_option("out", arguments->out, "new folder")->required();
   command->add_option("--camera", options.camera, "preset name or camera file")
       ->type_name(names_or_file(camera_presets()));
-  command->add_option("--topics", options.topics, "COLOR,DEPTH: topics of a recorded file");
+  command->add_option("--topics", options.topics,
+                      "COLOR,DEPTH or LEFT,RIGHT: topics of a recorded file");
+  command->add_option("--fps", options.fps,
+                      "rate of images whose names are numbers, not times [Hz]");
   command->add_option("--first", options.first, "number of frames to skip at the start");
   command->add_option("--count", options.count, "maximum number of frames; 0: all");
   command->add_option("--stride", options.stride, "use every n-th frame");

@@ -51,6 +51,8 @@ std::unique_ptr<Detector> detector_of(const std::string& preset, const SlamParam
 }
 
 std::string sequence_name(const std::filesystem::path& folder) {
+  if (const std::string text = folder.string(); names_live_camera(text))
+    return text.substr(0, text.find(':'));
   const auto absolute = std::filesystem::absolute(folder).lexically_normal();
   if (!absolute.has_filename()) return absolute.parent_path().filename().string();
   std::error_code ignored;
@@ -77,8 +79,8 @@ void check_save_map(const std::filesystem::path& file, bool force) {
 
 /// Returns how to wait for the images of a folder that still grows; none if it is complete.
 std::optional<Following> following_of(const RunRequest& request) {
-  if (!request.follow) return std::nullopt;
-  return Following{.patience = *request.follow, .stop = interrupted};
+  if (!request.follow && !names_live_camera(request.sequence)) return std::nullopt;
+  return Following{.patience = request.follow.value_or(Following{}.patience), .stop = interrupted};
 }
 
 /// Returns the timing of a recording's shutters as its first frames show it. Unused if the camera
@@ -156,7 +158,8 @@ Session session_of(const RunRequest& request, const Options& options) {
   session.view = view_address_of(request.view);
   session.quiet = request.quiet;
   session.total_frames = source->size();
-  session.live = request.follow.has_value();
+  session.live_camera = names_live_camera(request.sequence);
+  session.live = session.live_camera || request.follow.has_value();
   session.truth = truth_of(request);
   session.detector = detector_of(options.preset(), session.parameters, request.quiet);
   check_classes(options, session.detector.get());

@@ -60,9 +60,12 @@ void drive(SlamSystem& slam, FrameSource& source, std::optional<std::size_t> tot
 void map_sequence(Session& session, ViewServer* server, Recorders& recorders, RunRecord& record) {
   const Camera camera = session.source->camera();
   const bool realtime = record.options.realtime();
-  std::unique_ptr<FrameSource> source =
-      std::make_unique<Prefetch>(std::move(session.source), kReadAhead,
-                                 realtime ? ThreadPriority::kNone : ThreadPriority::kBackground);
+  std::unique_ptr<FrameSource> source = std::move(session.source);
+  if (!session.live_camera) {
+    source =
+        std::make_unique<Prefetch>(std::move(source), kReadAhead,
+                                   realtime ? ThreadPriority::kNone : ThreadPriority::kBackground);
+  }
   PacedSource* paced = nullptr;
   if (realtime && !session.live) {
     auto wrapped = std::make_unique<PacedSource>(std::move(source));

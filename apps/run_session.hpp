@@ -26,7 +26,8 @@ struct Session {
   std::filesystem::path out;         ///< Folder of the results.
   ResultFolder::Foreign foreign = ResultFolder::Foreign::kKeep;
   RunOutputs outputs;
-  bool live = false;  ///< Whether the source delivers frames while they are recorded.
+  bool live_camera = false;  ///< Whether the source is a camera, which drops frames by itself.
+  bool live = false;         ///< Whether the source delivers frames while they are recorded.
   std::optional<WarningRules> rules;  ///< What to warn of; none: nothing.
   std::optional<ViewAddress> view;  ///< Where the page that shows the run is served; none: nowhere.
   bool quiet = false;               ///< Whether summary and names of files are not printed.

@@ -13,6 +13,10 @@ find_library(STILLMAP_BZ2 NAMES bz2 REQUIRED)
 find_library(STILLMAP_LZ4 NAMES lz4 REQUIRED)
 find_library(STILLMAP_ZSTD NAMES zstd REQUIRED)
 find_library(STILLMAP_SQLITE3 NAMES sqlite3 REQUIRED)
+find_package(realsense2 QUIET)  # without it there is no source realsense:
+if(realsense2_FOUND)
+  set(STILLMAP_REALSENSE realsense2::realsense2)
+endif()
 find_package(JPEG QUIET)  # without it OpenCV decodes JPEGs, and says nothing of damaged ones
 set(CMAKE_MESSAGE_LOG_LEVEL WARNING)  # Ceres would list every library that its solvers could use
 find_package(Ceres 2.1 QUIET REQUIRED)

@@ -5,6 +5,8 @@
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/followed_folder.hpp"
 #include "stillmap/sensor/halved.hpp"
+#include "stillmap/sensor/live_source.hpp"
+#include "stillmap/sensor/realsense_camera.hpp"
 #include "stillmap/sensor/recording_source.hpp"
 #include "stillmap/sensor/stereo_folder.hpp"
 #include "stillmap/sensor/tum_folder.hpp"
@@ -18,15 +20,16 @@ namespace stillmap {
 namespace {
 
 constexpr const char* kForms =
-    "name a recording: FILE.bag, FILE.db3, FILE.mcap, or a folder in TUM layout (rgb.txt, "
-    "depth.txt) as FOLDER or tum:FOLDER";
-constexpr std::string_view kTum = "tum:";
+    "name a recording: FILE.bag, FILE.db3, FILE.mcap, a folder in TUM layout (rgb.txt, "
+    "depth.txt) as FOLDER or tum:FOLDER, or the camera realsense:";
+constexpr std::string_view kTum = "tum:", kRealsense = "realsense:";
 
 /// The folder that the text names. Only a text of the form "word:..." can name anything else; a
 /// folder may have a colon in its name, too.
 std::string folder_of(const std::string& text) {
   if (text.empty()) throw Error("no source of frames was named", "make_source", kForms);
   if (text.starts_with(kTum)) return text.substr(kTum.size());
+  if (text.starts_with(kRealsense)) return text;
   const auto colon = text.find(':');
   const bool scheme = colon != std::string::npos && colon > 1 && text.find('/') > colon &&
                       !std::filesystem::exists(text);
@@ -93,6 +96,14 @@ void refuse_for_stereo(const SourceOptions& options, const std::string& folder) 
                 "leave --follow out");
 }
 
+std::unique_ptr<FrameSource> open_live_camera(const std::string& text,
+                                              const SourceOptions& options) {
+  if (given_camera(options))
+    throw Error("a live camera tells its own calibration", text, "leave --camera out");
+  return std::make_unique<LiveSource>(open_realsense(text.substr(kRealsense.size())),
+                                      options.following.value_or(Following{}), range_of(options));
+}
+
 std::unique_ptr<TumFolder> open_folder(const std::string& path, const SourceOptions& options,
                                        bool growing) {
   SequencePaths paths = find_sequence(path, options.associations);
@@ -107,11 +118,15 @@ std::unique_ptr<TumFolder> open_folder(const std::string& path, const SourceOpti
 
 }  // namespace
 
+bool names_live_camera(const std::string& text) { return text.starts_with(kRealsense); }
+
 std::unique_ptr<FrameSource> make_source(const std::string& text, const SourceOptions& options) {
   check_settings(options);
   const std::string path = folder_of(text);
   std::unique_ptr<FrameSource> source;
-  if (names_recording(text)) {
+  if (names_live_camera(text)) {
+    source = open_live_camera(text, options);
+  } else if (names_recording(text)) {
     if (options.following) {
       throw Error("a recorded file cannot be followed while it grows", path,
                   "follow a folder of images, or map the file when it is complete");
@@ -135,6 +150,10 @@ std::unique_ptr<FrameSource> make_source(const std::string& text, const SourceOp
 }
 
 Camera recorded_camera(const std::string& text, const SourceOptions& options) {
+  if (names_live_camera(text)) {
+    throw Error("the frames of a live camera cannot be read again", text,
+                "keep them first: stillmap record " + text + " FOLDER");
+  }
   if (!names_recording(text) && is_stereo_folder(folder_of(text)))
     return read_stereo_folder(folder_of(text), options.fps).rig.camera;
   if (!names_recording(text))

@@ -29,7 +29,7 @@ namespace stillmap {
 /// point outside the image, a number that is not finite, a fisheye model).
 Camera read_camera(const std::string& name_or_file);
 
-/// When to stop waiting for the next image of a folder that still grows.
+/// When to stop waiting for the next image of a folder that still grows or of a live camera.
 struct Following {
   double patience = 5;  ///< Time without a new frame [s].
   /// Returns whether the user wants to end; may be empty.
@@ -42,8 +42,8 @@ struct SourceOptions {
   std::string camera;
   /// Camera of the recorded images; if given, `camera` is not used.
   std::optional<Camera> recorded = {};
-  /// "COLOR,DEPTH", the topics of a recorded file to use; empty to choose by type, encoding and
-  /// name.
+  /// The topics of a recorded file to use, "COLOR,DEPTH" or, of a stereo pair, "LEFT,RIGHT"; empty
+  /// to choose color and depth by type, encoding and name.
   std::string topics = {};
   std::string associations;  ///< File that pairs color and depth images; empty for the lists.
   double fps = 30;           ///< Rate of images whose names are numbers, not times [Hz].
@@ -58,10 +58,15 @@ struct SourceOptions {
 /// Returns the source of frames that a text names:
 /// - "FILE", a ROS 1 bag or a file of rosbag2 (.db3, .mcap), or a folder with such files;
 /// - "FOLDER" or "tum:FOLDER", a recording in the layout of the TUM RGB-D benchmark (rgb/, depth/,
-///   rgb.txt, depth.txt, and camera.yaml) or in another one that docs/cameras.md lists.
+///   rgb.txt, depth.txt, and camera.yaml) or in another one that docs/cameras.md lists;
+/// - "realsense:" or "realsense:SERIAL", a live camera, if Stillmap was built with librealsense.
+///   Its frames are dropped, and listed in skipped(), if they are not taken in time.
 /// Throws Error that lists the known forms for any other text, and if the source cannot be used.
 std::unique_ptr<FrameSource> make_source(const std::string& text,
                                          const SourceOptions& options = {});
+
+/// Returns whether the text names a camera instead of a recording.
+bool names_live_camera(const std::string& text);
 
 /// Returns the camera of the recorded images, with which make_source() would make frames. Throws
 /// Error if there is none.

@@ -33,7 +33,7 @@ TEST(MakeSource, TheRangeIsThatOfTheOptions) {
 }
 
 TEST(MakeSource, AnUnknownFormIsAnErrorThatNamesTheKnownOnes) {
-  for (const char* text : {"", "realsense:0", "rtsp://camera"}) {
+  for (const char* text : {"", "kinect:0", "rtsp://camera"}) {
     EXPECT_THAT(error_of([&] { make_source(text); }), HasSubstr("tum:FOLDER")) << text;
   }
 }
