@@ -8,6 +8,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 #include <tuple>
+#include <variant>
 
 #include "arrays.hpp"
 #include "bindings.hpp"
@@ -16,8 +17,32 @@ namespace stillmap::python {
 namespace {
 
 namespace py = pybind11;
-using WithoutGil = py::call_guard<py::gil_scoped_release>;
 using OptionalPath = std::optional<std::filesystem::path>;
+
+/// Returns whether Python has a pending exception, such as KeyboardInterrupt: a source that waits
+/// for frames ends then.
+bool is_interrupted() {
+  const py::gil_scoped_acquire acquire;
+  return PyErr_Occurred() != nullptr || PyErr_CheckSignals() != 0;
+}
+
+/// Throws the pending exception, if there is one.
+void throw_pending() {
+  if (PyErr_Occurred() != nullptr) throw py::error_already_set();
+}
+
+/// Returns how long to wait for frames; none if the source does not grow.
+/// @param follow  whether to wait, or the longest time without a frame [s]
+std::optional<Following> following_of(const std::string& text,
+                                      const std::variant<bool, double>& follow) {
+  Following following{.stop = is_interrupted};
+  if (const double* seconds = std::get_if<double>(&follow)) {
+    following.patience = *seconds;
+  } else if (!std::get<bool>(follow) && !names_live_camera(text)) {
+    return std::nullopt;
+  }
+  return following;
+}
 
 /// A source of frames as a Python iterator, which any thread may advance.
 class Source {
@@ -27,32 +52,43 @@ class Source {
   Frame next() {
     RgbdFramePtr frame;
     {
-      const py::gil_scoped_release release;
-      const std::scoped_lock lock(mutex_);
+      const Lock lock(mutex_);
       frame = source_->next();
     }
+    throw_pending();
     if (!frame) throw py::stop_iteration();
     return {frame};
   }
   Camera camera() {
-    const std::scoped_lock lock(mutex_);
+    const Lock lock(mutex_);
     return source_->camera();
   }
   std::size_t remaining() {
-    const std::scoped_lock lock(mutex_);
+    const Lock lock(mutex_);
     const auto size = source_->size();
     if (!size) throw py::type_error("the number of remaining frames is not known");
     return *size;
   }
   std::vector<std::tuple<double, std::string>> skipped() {
-    const std::scoped_lock lock(mutex_);
+    const Lock lock(mutex_);
     std::vector<std::tuple<double, std::string>> found;
     for (const SkippedFrame& frame : source_->skipped())
       found.emplace_back(frame.timestamp, frame.reason);
     return found;
   }
+  std::vector<std::string> notes() {
+    const Lock lock(mutex_);
+    return source_->notes();
+  }
 
  private:
+  /// Holds the mutex and not the GIL, for which a thread may wait that holds the mutex.
+  struct Lock {
+    explicit Lock(std::mutex& mutex) : held(mutex) {}
+    py::gil_scoped_release release;  // first: the GIL is taken again after the mutex is free
+    std::scoped_lock<std::mutex> held;
+  };
+
   std::mutex mutex_;
   std::unique_ptr<FrameSource> source_;
 };
@@ -76,6 +112,16 @@ Camera make_camera(int width, int height, double fx, double fy, double cx, doubl
   if (camera.depth_sensor.baseline > 0) camera.baseline = camera.depth_sensor.baseline;
   if (baseline) camera.baseline = *baseline;
   return camera;
+}
+
+std::unique_ptr<Source> open_source(const std::string& text, const SourceOptions& options) {
+  try {
+    const py::gil_scoped_release release;
+    return std::make_unique<Source>(make_source(text, options));
+  } catch (const Error&) {
+    throw_pending();  // It ended the wait for the first frame.
+    throw;
+  }
 }
 
 py::object intrinsic_matrix(const Camera& c) {
@@ -145,31 +191,42 @@ void bind_frame(py::module_& module) {
 void bind_sources(py::module_& module) {
   bind_camera(module);
   bind_frame(module);
-  py::class_<Source>(module, "Source", "Iterator of the frames of a recording.")
+  py::class_<Source>(module, "Source", "Iterator of the frames of a recording or camera.")
       .def("__iter__", [](const py::object& self) { return self; })
       .def("__next__", &Source::next)
       .def("__len__", &Source::remaining, "Maximum number of remaining frames.")
       .def_property_readonly("camera", &Source::camera, "Camera of the frames, rectified.")
       .def_property_readonly("skipped", &Source::skipped,
-                             "Unusable frames so far: list of (timestamp [s], reason).");
+                             "Unusable frames so far: list of (timestamp [s], reason).")
+      .def_property_readonly("notes", &Source::notes,
+                             "Choices and assumptions of the source: list of sentences.");
   module.def(
       "source",
-      [](const std::filesystem::path& folder, const OptionalPath& camera,
-         const OptionalPath& associations, int first, int count, int stride, bool half_size) {
-        const SourceOptions options{.camera = camera.value_or("").string(),
-                                    .associations = associations.value_or("").string(),
-                                    .first = first,
-                                    .count = count,
-                                    .stride = stride,
-                                    .half_size = half_size};
-        return std::make_unique<Source>(make_source(folder.string(), options));
+      [](const std::filesystem::path& text, const OptionalPath& camera, const std::string& topics,
+         const OptionalPath& associations, double fps, const std::variant<bool, double>& follow,
+         int first, int count, int stride, bool half_size) {
+        return open_source(text.string(), {.camera = camera.value_or("").string(),
+                                           .topics = topics,
+                                           .associations = associations.value_or("").string(),
+                                           .fps = fps,
+                                           .first = first,
+                                           .count = count,
+                                           .stride = stride,
+                                           .half_size = half_size,
+                                           .following = following_of(text.string(), follow)});
       },
-      py::arg("text"), py::kw_only(), py::arg("camera") = py::none(),
-      py::arg("associations") = py::none(), py::arg("first") = 0, py::arg("count") = 0,
-      py::arg("stride") = 1, py::arg("half_size") = false, WithoutGil(),
-      "The frames of a recording, a folder in the layout of the TUM RGB-D benchmark. camera: "
-      "preset or file, instead of the folder's camera.yaml; first: frames skipped; count: maximum "
-      "number of frames, 0 for all; stride: every n-th frame; half_size: images of half the size.");
+      py::arg("text"), py::kw_only(), py::arg("camera") = py::none(), py::arg("topics") = "",
+      py::arg("associations") = py::none(), py::arg("fps") = SourceOptions{}.fps,
+      py::arg("follow") = false, py::arg("first") = 0, py::arg("count") = 0, py::arg("stride") = 1,
+      py::arg("half_size") = false,
+      "The frames of all that the command's `run` maps: a recorded file (.bag, .db3, .mcap), a "
+      "folder of images, a folder of a stereo pair, or the camera 'realsense:'. The arguments are "
+      "those of the command. camera: preset or file, instead of the recording's own; topics: "
+      "'COLOR,DEPTH' or 'LEFT,RIGHT' of a recorded file; associations: file that pairs color and "
+      "depth images; fps: rate [Hz] of images whose names are numbers; follow: the folder still "
+      "grows: True, or the longest time without a frame [s], at which the iterator ends; first: "
+      "frames skipped; count: maximum number of frames, 0 for all; stride: every n-th frame; "
+      "half_size: images of half the size.");
 }
 
 }  // namespace stillmap::python
