@@ -39,6 +39,7 @@ int run(int argc, char** argv) {
   add_run_command(app, exit_code);
   add_view_command(app, exit_code);
   add_warn_command(app, exit_code);
+  add_recover_command(app, exit_code);
   add_dense_command(app, exit_code);
   add_eval_command(app, exit_code);
   add_compare_command(app, exit_code);

@@ -27,7 +27,7 @@ struct MapArguments {
 int show(const MapArguments& arguments) {
   require_replaceable(arguments.json, is_figures_file, arguments.force);
   const MapDescription description = describe_map(read_saved_map(arguments.file));
-  const auto bytes = fs::file_size(arguments.file);
+  const auto bytes = fs::file_size(map_file_of(arguments.file));
   print_to(arguments.json == kStandardOutput ? stderr : stdout, "{}: {:.2f} MB\n{}", arguments.file,
            static_cast<double>(bytes) / 1e6, description_text(description));
   if (arguments.json.empty()) return kSuccess;
@@ -87,7 +87,7 @@ void add_map_command(CLI::App& app, int& exit_code) {
   map->require_subcommand(1);
   auto arguments = std::make_shared<MapArguments>();
   CLI::App* info = map->add_subcommand("info", "versions, camera, counts, extent and size");
-  info->add_option("file", arguments->file, "saved map")->required();
+  info->add_option("file", arguments->file, "saved map, or folder of a run")->required();
   info->add_option("--json", arguments->json,
                    "also write this description to a JSON file (- for standard output)");
   add_force_option(*info, arguments->force);
@@ -95,14 +95,14 @@ void add_map_command(CLI::App& app, int& exit_code) {
   info->callback([arguments, &exit_code] { exit_code = show(*arguments); });
   CLI::App* slimming =
       map->add_subcommand("slim", "write the map without the views of its dense map");
-  slimming->add_option("file", arguments->file, "saved map")->required();
+  slimming->add_option("file", arguments->file, "saved map, or folder of a run")->required();
   slimming->add_option("--out", arguments->out, "file to write; default: NAME.slim.map");
   add_force_option(*slimming, arguments->force);
   slimming->footer("Example:\n  stillmap map slim office.map --out small.map");
   slimming->callback([arguments, &exit_code] { exit_code = slim(*arguments); });
   CLI::App* exporting = map->add_subcommand(
       "export", "write landmarks.ply, keyframes.txt (TUM format), graph.json and cloud.ply");
-  exporting->add_option("file", arguments->file, "saved map")->required();
+  exporting->add_option("file", arguments->file, "saved map, or folder of a run")->required();
   exporting->add_option("--out", arguments->out, "output folder; default: NAME_export");
   add_force_option(*exporting, arguments->force);
   exporting->footer("Example:\n  stillmap map export office.map --out office");

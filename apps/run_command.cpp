@@ -103,9 +103,10 @@ void add_map_options(CLI::App& command, RunArguments& arguments) {
       .add_flag("--slim-map", arguments.outputs.slim_map,
                 "save the map without its dense views: a third of the size")
       ->needs(save_map);
-  CLI::Option* load_map =
-      command.add_option("--load-map", arguments.load_map,
-                         "start from this saved map: localize the camera in it, and extend it");
+  CLI::Option* load_map = command.add_option(
+      "--load-map", arguments.load_map,
+      "start from this saved map, or the map in the folder of a run: localize the camera in it, "
+      "and extend it");
   command
       .add_flag("--localize-only", arguments.localize_only,
                 "only localize the camera in the loaded map; the map is not changed")
@@ -171,7 +172,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
       "  stillmap run --dump-config options.yaml\n"
       "Files:\n" +
       files_help("always", RunPart::kAlways) +
-      files_help("line by line during the run", RunPart::kLive) +
+      files_help("during the run (the journal is removed at its end)", RunPart::kLive) +
       files_help("unless movers.enabled is false", RunPart::kMovers) +
       files_help("unless dense.enabled is false", RunPart::kDense) + dense_files_help() +
       files_help("--zones", RunPart::kWarnings) + files_help("--save-labels", RunPart::kLabels) +

@@ -156,6 +156,7 @@ Session session_of(const RunRequest& request, const Options& options) {
   if (request.force) session.foreign = ResultFolder::Foreign::kOverwrite;
   if (!request.zones.empty()) session.rules = read_warning_rules(request.zones);
   session.view = view_address_of(request.view);
+  session.journal = !request.quiet;  // the runs of an experiment are simply repeated
   session.quiet = request.quiet;
   session.total_frames = source->size();
   session.live_camera = names_live_camera(request.sequence);

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run_session.hpp"
 
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/journal_file.hpp"
 #include "stillmap/base/print.hpp"
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/base/trace.hpp"
 #include "stillmap/pipeline/paced_source.hpp"
 #include "stillmap/pipeline/prefetch.hpp"
+#include "stillmap/pipeline/run_journal.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/report/figure_recorder.hpp"
 #include "stillmap/report/gallery.hpp"
@@ -30,6 +33,7 @@ struct Recorders {
   FigureRecorder figures;
   std::unique_ptr<WarningRecorder> warnings;  // null: there are no rules
   LiveView* view = nullptr;                   // null: the run is not shown
+  std::optional<RunJournal> journal = {};     // none: the run keeps no journal
 };
 
 /// Passes all frames to the system, and collects example images and motion labels.
@@ -49,15 +53,28 @@ void drive(SlamSystem& slam, FrameSource& source, std::optional<std::size_t> tot
     traced("figures", [&] { recorders.figures.record(*slam.newest()); });
     if (recorders.warnings) recorders.warnings->add_newest(slam);
     if (recorders.view != nullptr) recorders.view->add_newest();
+    if (recorders.journal) recorders.journal->add_newest();
     progress.step(slam.newest()->state == TrackState::kLost ? "lost" : "");
   }
   record.interrupted = interrupted();
   record.gallery = gallery.take();
 }
 
+/// Opens the journal of the run in its folder.
+void open_journal(const Session& session, SlamSystem& slam, Recorders& recorders,
+                  ResultFolder& folder) {
+  if (!session.journal) return;
+  const JournalHeading heading{"stillmap " STILLMAP_VERSION, session.sequence,
+                               machine_description(), options_yaml(session.options)};
+  folder.write(kRunJournal, [&](const std::filesystem::path& file) {
+    recorders.journal.emplace(slam, file, heading);
+  });
+}
+
 /// Runs the system on the sequence and returns its record without the evaluation.
 /// @param server  shows the run; null: it is not shown
-void map_sequence(Session& session, ViewServer* server, Recorders& recorders, RunRecord& record) {
+void map_sequence(Session& session, ViewServer* server, Recorders& recorders, ResultFolder& folder,
+                  RunRecord& record) {
   const Camera camera = session.source->camera();
   const bool realtime = record.options.realtime();
   std::unique_ptr<FrameSource> source = std::move(session.source);
@@ -78,7 +95,9 @@ void map_sequence(Session& session, ViewServer* server, Recorders& recorders, Ru
   std::optional<LiveView> view;
   if (server) view.emplace(slam, *server, session.sequence, camera, session.total_frames);
   recorders.view = view ? &*view : nullptr;
+  open_journal(session, slam, recorders, folder);
   drive(slam, *source, session.total_frames, recorders, record);
+  recorders.journal.reset();
   record.result = slam.finish();
   if (view) view->show_results(record.result);
   record.seconds = watch.milliseconds() / 1000;
@@ -88,6 +107,20 @@ void map_sequence(Session& session, ViewServer* server, Recorders& recorders, Ru
     record.map = slam.saved_map("stillmap " STILLMAP_VERSION);
   record.skipped = source->skipped();
   if (paced != nullptr) record.dropped = paced->dropped();
+}
+
+/// Does as map_sequence(). If it throws, tells how the results so far are saved.
+void map_or_tell(Session& session, ViewServer* server, Recorders& recorders, ResultFolder& folder,
+                 RunRecord& record) {
+  try {
+    map_sequence(session, server, recorders, folder, record);
+  } catch (...) {
+    if (session.journal && record.frames > 0) {
+      print_error("stillmap: the run ends early; `stillmap recover {}` writes its results so far\n",
+                  folder.path().string());
+    }
+    throw;
+  }
 }
 
 /// Returns the server of the page that shows the run, after printing its address; null if none is
@@ -116,9 +149,20 @@ std::unique_ptr<WarningRecorder> warning_recorder(const Session& session, ViewSe
 
 void require_free_outputs(const Session& session) {
   std::vector<std::string> names = possible_run_files(session.options, session.outputs);
-  names.emplace_back(kLiveTrajectory);
-  if (session.rules) names.emplace_back(kRunWarnings);
-  ResultFolder(session.out, session.foreign).require_free(names);
+  const auto add = [&](RunPart part) {
+    for (std::string& name : file_names(part)) names.push_back(std::move(name));
+  };
+  add(RunPart::kLive);
+  if (session.rules) add(RunPart::kWarnings);
+  const ResultFolder folder(session.out, session.foreign);
+  folder.require_free(names);
+  if (session.foreign == ResultFolder::Foreign::kOverwrite ||
+      !is_journal(session.out / kRunJournal)) {
+    return;
+  }
+  throw Error("holds the results of a run that did not end", (session.out / kRunJournal).string(),
+              fmt::format("`stillmap recover {}` writes them; or discard them by --force",
+                          session.out.string()));
 }
 
 RunRecord run_session(Session session) {
@@ -142,10 +186,13 @@ RunRecord run_session(Session session) {
   // Pages stay connected until the files are written.
   const std::unique_ptr<ViewServer> server = open_view(session);
   Recorders recorders{
-      LiveTrajectory(folder), LabelRecorder(session.outputs.labels, folder),
+      LiveTrajectory(folder),
+      LabelRecorder(session.outputs.labels, folder),
       FigureRecorder(session.outputs.figures, session.options.dense.excluded_classes, folder),
-      warning_recorder(session, server.get(), folder)};
-  map_sequence(session, server.get(), recorders, record);
+      warning_recorder(session, server.get(), folder),
+      nullptr,
+      {}};
+  map_or_tell(session, server.get(), recorders, folder, record);
   if (record.interrupted)
     print_out("interrupted after {} frames; the results so far are saved\n", record.frames);
 
@@ -156,6 +203,7 @@ RunRecord run_session(Session session) {
   traced("figures", [&] { recorders.figures.finish(record); });
   if (session.outputs.profile)
     print_out("{}", write_profile(trace, process_cpu_ms() - cpu_before, folder));
+  folder.discard(kRunJournal);
   folder.remove_stale();
   if (!session.quiet) print_out("{}", folder.written_text());
   folder.require_all();

@@ -30,7 +30,8 @@ struct Session {
   bool live = false;         ///< Whether the source delivers frames while they are recorded.
   std::optional<WarningRules> rules;  ///< What to warn of; none: nothing.
   std::optional<ViewAddress> view;  ///< Where the page that shows the run is served; none: nowhere.
-  bool quiet = false;               ///< Whether summary and names of files are not printed.
+  bool journal = true;  ///< Whether a journal is kept, so that a killed run can be recovered.
+  bool quiet = false;   ///< Whether summary and names of files are not printed.
 };
 
 /// Throws Error if the run would overwrite a file that Stillmap did not write. For a check before

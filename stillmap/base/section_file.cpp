@@ -2,11 +2,8 @@
 #include "stillmap/base/section_file.hpp"
 
 #include "stillmap/base/bytes.hpp"
+#include "stillmap/base/deflate.hpp"
 #include "stillmap/base/error.hpp"
-
-#include <libdeflate.h>
-#include <memory>
-#include <new>
 
 #include <fmt/format.h>
 
@@ -17,7 +14,6 @@ constexpr std::size_t kMagic = 8;
 constexpr std::size_t kPreamble = 24;       // Size of the header in front of the table [bytes].
 constexpr std::uint32_t kMaxSections = 64;  // Larger numbers are treated as corruption.
 constexpr int kLevel = 6;                   // libdeflate's default
-constexpr std::uint64_t kMaxRatio = 1040;   // DEFLATE compresses at most 1032 times.
 
 /// Table entry of a section.
 struct Entry {
@@ -26,21 +22,6 @@ struct Entry {
   std::uint64_t packed = 0, plain = 0;
 };
 static_assert(sizeof(Entry) == 24);
-
-std::uint32_t crc32(std::string_view bytes) {
-  return libdeflate_crc32(0, bytes.data(), bytes.size());
-}
-
-std::string compressed(std::string_view plain) {
-  const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
-      libdeflate_alloc_compressor(kLevel), &libdeflate_free_compressor);
-  if (!compressor) throw std::bad_alloc();
-  // Memory that is never written is never allocated, so the bound may exceed the data size.
-  const std::size_t bound = libdeflate_deflate_compress_bound(compressor.get(), plain.size());
-  const auto packed = std::make_unique_for_overwrite<char[]>(bound);
-  return {packed.get(), libdeflate_deflate_compress(compressor.get(), plain.data(), plain.size(),
-                                                    packed.get(), bound)};
-}
 
 std::string name_of(const Entry& entry) { return {entry.name.data(), entry.name.size()}; }
 
@@ -117,16 +98,10 @@ class Unpacker {
       fail(fmt::format("is corrupt: the checksum of section {} (bytes {} to {}) is wrong",
                        name_of(entry), at_, at_ + packed.size()));
     }
-    if (entry.plain / kMaxRatio > entry.packed) fail("declares more data than it contains");
-    const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)>
-        decompressor(libdeflate_alloc_decompressor(), &libdeflate_free_decompressor);
-    if (!decompressor) throw std::bad_alloc();
-    std::string plain(entry.plain, '\0');
-    if (libdeflate_deflate_decompress(decompressor.get(), packed.data(), packed.size(),
-                                      plain.data(), plain.size(), nullptr) != LIBDEFLATE_SUCCESS) {
-      fail(fmt::format("cannot be decompressed: section {}", name_of(entry)));
-    }
-    return plain;
+    if (entry.plain / kMaxDeflateRatio > entry.packed) fail("declares more data than it contains");
+    auto plain = inflated(packed, entry.plain);
+    if (!plain) fail(fmt::format("cannot be decompressed: section {}", name_of(entry)));
+    return std::move(*plain);
   }
 
   const SectionFormat& format_;
@@ -142,7 +117,7 @@ std::string pack_sections(const SectionFormat& format, std::vector<Section> sect
   std::string body;
   for (Section& section : sections) {
     const std::string plain = std::move(section.bytes);
-    const std::string packed = compressed(plain);
+    const std::string packed = deflated(plain, kLevel);
     table.push_back({section.name, crc32(packed), packed.size(), plain.size()});
     body += packed;
   }

@@ -79,6 +79,12 @@ struct LoopEdge {
   KeyframeId a, b;
 };
 
+/// The keyframe that replaces an erased one.
+struct Replacement {
+  KeyframeId keyframe;
+  Pose T_replacement_erased;
+};
+
 /// Owner of all keyframes and landmarks. Synchronous, one thread at a time; other threads read
 /// snapshots (LocalMap). Invariant: landmark L lists observation (K, i) exactly if keyframe K lists
 /// L at keypoint i.
@@ -167,13 +173,10 @@ class Map {
   /// Returns the keyframe that represents `id` now: itself, or its replacement if it was erased;
   /// invalid if its component was erased.
   KeyframeId current_keyframe(KeyframeId id) const;
+  /// Returns the replacements of erased keyframes, which may be erased themselves.
+  const std::map<KeyframeId, Replacement>& replacements() const { return replacements_; }
 
  private:
-  struct Replacement {
-    KeyframeId keyframe;
-    Pose T_replacement_erased;
-  };
-
   Camera camera_;
   PyramidShape pyramid_;
   SlotMap<KeyframeTag, Keyframe> keyframes_;

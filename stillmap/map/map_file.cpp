@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/map/map_file.hpp"
 
-#include "stillmap/base/bytes.hpp"
-#include "stillmap/map/pose_bytes.hpp"
+#include "stillmap/map/byte_columns.hpp"
+#include "stillmap/map/map_records.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,38 +13,6 @@ namespace {
 
 constexpr int kMaxSide = 8192;  // pixels
 constexpr int kMaxLevels = 32;  // Maximum number of pyramid levels.
-constexpr double kHuge = 1e6;   // Bound on plausible coordinates [pixels or m].
-/// Bound on sequence, session and component numbers, which count up by one.
-constexpr std::uint32_t kMaxCount = 1U << 31;
-
-// ---- Lists of structs are stored field by field, since similar values compress better together.
-
-template <typename Item, typename Field>
-void put_column(ByteWriter& out, const std::vector<Item>& items, Field&& field) {
-  std::vector<std::decay_t<decltype(field(items.front()))>> column;
-  column.reserve(items.size());
-  for (const Item& item : items) column.push_back(field(item));
-  out.put_planes(std::span<const typename decltype(column)::value_type>(column));
-}
-
-template <typename T, typename Item, typename Set>
-void get_column(ByteReader& in, std::vector<Item>& items, Set&& set) {
-  const auto column = in.get_planes<T>(items.size());
-  for (std::size_t i = 0; i < items.size(); ++i) set(items[i], column[i]);
-}
-
-/// Returns `count` items to be filled column by column. Fails if the remaining bytes cannot hold
-/// them.
-template <typename Item>
-std::vector<Item> get_items(ByteReader& in, std::size_t bytes_each) {
-  const auto count = in.get<std::uint32_t>();
-  if (count > in.left() / bytes_each) in.fail("declares more items than it contains");
-  return std::vector<Item>(count);
-}
-
-bool finite_within(double value, double least, double most) {
-  return value >= least && value <= most;  // false for NaN
-}
 
 // ---- camera
 
@@ -97,73 +65,12 @@ PyramidShape get_pyramid(ByteReader& in) {
 
 // ---- keyframes
 
-constexpr std::size_t kKeypointBytes = 5 * sizeof(float) + 1 + sizeof(float) + sizeof(Descriptor);
-
-void put_features(ByteWriter& out, const Features& features) {
-  const auto& keypoints = features.keypoints;
-  out.put(static_cast<std::uint32_t>(keypoints.size()));
-  put_column(out, keypoints, [](const Keypoint& p) { return p.u; });
-  put_column(out, keypoints, [](const Keypoint& p) { return p.v; });
-  put_column(out, keypoints, [](const Keypoint& p) { return p.angle; });
-  put_column(out, keypoints, [](const Keypoint& p) { return p.response; });
-  put_column(out, keypoints, [](const Keypoint& p) { return p.depth; });
-  put_column(out, keypoints, [](const Keypoint& p) { return p.level; });
-  out.put_list(std::span<const Descriptor>(features.descriptors));
-}
-
-bool is_valid(const Keypoint& p, const Camera& camera, const PyramidShape& pyramid) {
-  return camera.contains(p.u, p.v, -1) && std::isfinite(p.angle) && std::isfinite(p.response) &&
-         finite_within(p.depth, 0, kHuge) && p.level < pyramid.levels;
-}
-
-FeaturesPtr get_features(ByteReader& in, const Camera& camera, const PyramidShape& pyramid) {
-  auto features = std::make_shared<Features>();
-  auto& keypoints = features->keypoints;
-  keypoints = get_items<Keypoint>(in, kKeypointBytes);
-  get_column<float>(in, keypoints, [](Keypoint& p, float x) { p.u = x; });
-  get_column<float>(in, keypoints, [](Keypoint& p, float x) { p.v = x; });
-  get_column<float>(in, keypoints, [](Keypoint& p, float x) { p.angle = x; });
-  get_column<float>(in, keypoints, [](Keypoint& p, float x) { p.response = x; });
-  get_column<float>(in, keypoints, [](Keypoint& p, float x) { p.depth = x; });
-  get_column<std::uint8_t>(in, keypoints, [](Keypoint& p, std::uint8_t x) { p.level = x; });
-  for (const Keypoint& p : keypoints) {
-    if (!is_valid(p, camera, pyramid)) in.fail("a keypoint is invalid");
-  }
-  features->descriptors = in.get_list<Descriptor>(keypoints.size());
-  features->grid = KeypointGrid(keypoints, camera.width, camera.height);
-  return features;
-}
-
-void put_keyframe(ByteWriter& out, const Keyframe& k, bool first) {
-  for (const std::uint32_t count : {k.sequence, k.component, k.session}) out.put(count);
-  out.put(static_cast<std::uint8_t>(first));
-  out.put<std::uint64_t>(k.frame_index);
-  out.put(k.timestamp);
-  put_pose(out, k.T_world_camera);
-  put_features(out, *k.features);
-  out.put_planes(std::span<const float>(k.static_weight));
-}
-
 Keyframe get_keyframe(ByteReader& in, MapContent& map) {
   Keyframe k;
   k.id = {static_cast<std::uint32_t>(map.keyframes.size()), 0};
-  for (std::uint32_t* count : {&k.sequence, &k.component, &k.session}) {
-    *count = in.get<std::uint32_t>();
-    if (*count >= kMaxCount) in.fail("a keyframe number is out of range");
-  }
-  const bool first = in.get<std::uint8_t>() != 0;
-  if (first && !map.first.emplace(k.component, k.id).second)
+  if (get_keyframe_state(in, k) && !map.first.emplace(k.component, k.id).second)
     in.fail("a component has two first keyframes");
-  k.frame_index = in.get<std::uint64_t>();
-  k.timestamp = in.get<double>();
-  if (!std::isfinite(k.timestamp)) in.fail("a timestamp is not finite");
-  k.T_world_camera = get_pose(in);
-  k.features = get_features(in, map.camera, map.pyramid);
-  k.static_weight = in.get_planes<float>(k.features->size());
-  for (const float weight : k.static_weight) {
-    if (!std::isfinite(weight)) in.fail("a weight is not finite");
-  }
-  k.landmarks.resize(k.features->size());
+  get_keypoints(in, map.camera, map.pyramid, k);
   return k;
 }
 
@@ -213,12 +120,6 @@ void put_landmarks(ByteWriter& out, const std::vector<Landmark>& landmarks) {
   put_observations(out, landmarks);
 }
 
-bool is_valid(const Landmark& l) {
-  return l.p_world.allFinite() && finite_within(l.normal.norm(), 0.9, 1.1) &&
-         finite_within(l.min_distance, 0, kHuge) && finite_within(l.max_distance, 0, kHuge) &&
-         l.first_sequence < kMaxCount && std::isfinite(l.static_log_odds);
-}
-
 /// Records an observation in the keyframe and the landmark, after checking that it is valid.
 void link(const ByteReader& in, MapContent& map, Landmark& landmark, const Observation& o) {
   if (o.keyframe.slot >= map.keyframes.size())
@@ -265,7 +166,7 @@ void get_landmarks(ByteReader& in, MapContent& map) {
   get_column<Count>(in, landmarks, [](Landmark& l, Count x) { l.found = x; });
   get_column<float>(in, landmarks, [](Landmark& l, float x) { l.static_log_odds = x; });
   for (Landmark& l : landmarks) {
-    if (!is_valid(l)) in.fail("a landmark is invalid");
+    require_valid(in, l);
     l.descriptor = in.get<Descriptor>();
   }
   get_observations(in, map, counts);
@@ -280,7 +181,8 @@ std::vector<Section> map_sections(const MapContent& content) {
   camera.put(content.pyramid.scale_factor);
   keyframes.put(static_cast<std::uint32_t>(content.keyframes.size()));
   for (const Keyframe& k : content.keyframes) {
-    put_keyframe(keyframes, k, content.first.at(k.component) == k.id);
+    put_keyframe_state(keyframes, k, content.first.at(k.component) == k.id);
+    put_keypoints(keyframes, k);
   }
   put_landmarks(landmarks, content.landmarks);
   return {{{'C', 'A', 'M', 'R'}, camera.bytes()},

@@ -61,6 +61,15 @@ double variance_of(const MoverDetection& detection) {
 
 }  // namespace
 
+MoverSample moved(const MoverSample& sample, const Pose& T) {
+  MoverSample result = sample;
+  result.centroid = T * sample.centroid;
+  result.velocity = T.quaternion() * sample.velocity;
+  result.box = transformed(sample.box, T);
+  result.surface = transformed(sample.surface, T);
+  return result;
+}
+
 std::string MoverTracker::Track::class_name() const {
   const auto most = std::max_element(
       votes.begin(), votes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
@@ -307,6 +316,34 @@ std::vector<Mover> MoverTracker::current() const {
   return movers;
 }
 
+/// Returns identity, class and appearance of a track.
+MoverTrack MoverTracker::without_samples(const Track& track) const {
+  MoverTrack result;
+  result.id = track.id;
+  result.class_name = track.class_name();
+  result.class_confidence = track.class_confidence();
+  result.world = track.world;
+  result.appearance = track.appearance;
+  return result;
+}
+
+std::vector<MoverTrack> MoverTracker::tracks_since(std::size_t frame_index) const {
+  std::vector<MoverTrack> result;
+  const auto add = [&](const Track& track) {
+    if (track.id == 0 || track.samples.back().frame_index < frame_index) return;
+    MoverTrack since = without_samples(track);
+    const auto first = std::lower_bound(
+        track.samples.begin(), track.samples.end(), frame_index,
+        [](const MoverSample& sample, std::size_t index) { return sample.frame_index < index; });
+    since.samples.assign(first, track.samples.end());
+    result.push_back(std::move(since));
+  };
+  for (const Track& track : ended_) add(track);
+  for (const Track& track : tracks_) add(track);
+  std::sort(result.begin(), result.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
+  return result;
+}
+
 std::vector<MoverTrack> MoverTracker::tracks(
     const std::function<std::optional<Pose>(std::size_t)>& pose_of) const {
   MoverTracker done = *this;
@@ -315,21 +352,12 @@ std::vector<MoverTrack> MoverTracker::tracks(
             [](const Track& a, const Track& b) { return a.id < b.id; });
   std::vector<MoverTrack> result;
   for (const Track& track : done.ended_) {
-    MoverTrack corrected;
-    corrected.id = track.id;
-    corrected.class_name = track.class_name();
-    corrected.class_confidence = track.class_confidence();
-    corrected.world = track.world;
-    corrected.appearance = track.appearance;
-    for (MoverSample sample : track.samples) {
+    MoverTrack corrected = without_samples(track);
+    for (const MoverSample& sample : track.samples) {
       const auto T_world_camera = pose_of(sample.frame_index);
       if (!T_world_camera) continue;
-      const Pose correction = *T_world_camera * T_world_camera_.at(sample.frame_index).inverse();
-      sample.centroid = correction * sample.centroid;
-      sample.velocity = correction.quaternion() * sample.velocity;
-      sample.box = transformed(sample.box, correction);
-      sample.surface = transformed(sample.surface, correction);
-      corrected.samples.push_back(sample);
+      corrected.samples.push_back(
+          moved(sample, *T_world_camera * T_world_camera_.at(sample.frame_index).inverse()));
     }
     if (corrected.samples.empty()) continue;
     corrected.first_seen = corrected.samples.front().timestamp;

@@ -46,6 +46,10 @@ struct MoverTrack {
   Appearance appearance = {};  ///< Colors, over all detections.
 };
 
+/// Returns a sample after a correction of the world: T maps old to new coordinates. Boxes grow by
+/// the rotation, which is small.
+MoverSample moved(const MoverSample& sample, const Pose& T);
+
 /// Tracks detections over time: one Kalman filter per object in the world frame (constant velocity,
 /// white acceleration: Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and
 /// Navigation, 2001, section 6.2.2; the same noise along all axes, so that one 2 x 2 covariance
@@ -85,6 +89,12 @@ class MoverTracker {
   std::vector<MoverTrack> tracks(
       const std::function<std::optional<Pose>(std::size_t frame_index)>& pose_of) const;
 
+  /// Returns the tracks that have samples in a frame or later, by id and with these samples only,
+  /// in the world as it was at their frames.
+  std::vector<MoverTrack> tracks_since(std::size_t frame_index) const;
+  /// Returns T_world_camera of the frames with samples, as given to update().
+  const std::map<std::size_t, Pose>& poses() const { return T_world_camera_; }
+
  private:
   struct Track {
     int id = 0;  // 0 before its birth
@@ -118,6 +128,7 @@ class MoverTracker {
   void absorb(Track& older, const Track& younger) const;
   void archive(Track&& track);
   Mover mover(const Track& track) const;
+  MoverTrack without_samples(const Track& track) const;
 
   std::vector<Track> tracks_;  // alive, in the order of their first detection
   std::vector<Track> ended_;   // ended after their birth

@@ -132,10 +132,10 @@ void DenseStream::settle(const std::vector<NewKeyframe>& made) {
 void DenseStream::follow(const KeyframePoses& moved) {
   const TraceScope scope(span::kDenseCorrected);
   dense_.update_poses([&](std::uint64_t view) -> std::optional<Pose> {
-    const ViewPlace& place = places_.at(view);
+    const RelativePlace& place = places_.at(view);
     const auto found = moved.find(place.keyframe);
     if (found == moved.end()) return std::nullopt;
-    return found->second * place.T_keyframe_view;
+    return found->second * place.T_keyframe_camera;
   });
 }
 
@@ -147,14 +147,13 @@ void DenseStream::finish(const std::vector<NewKeyframe>& made) {
 
 /// Returns the place of a view relative to a keyframe that is still in the map; none if its map was
 /// dropped.
-std::optional<DenseStream::ViewPlace> DenseStream::place_in(const Map& map,
-                                                            std::uint64_t view) const {
-  const ViewPlace& place = places_.at(view);
+std::optional<RelativePlace> DenseStream::place_in(const Map& map, std::uint64_t view) const {
+  const RelativePlace& place = places_.at(view);
   const KeyframeId current = map.current_keyframe(place.keyframe);
   if (!current.valid()) return std::nullopt;
   if (current == place.keyframe) return place;
-  const Pose T_world_view = map.resolve(place.keyframe, place.T_keyframe_view);
-  return ViewPlace{current, map.at(current).T_world_camera.inverse() * T_world_view};
+  const Pose T_world_view = map.resolve(place.keyframe, place.T_keyframe_camera);
+  return RelativePlace{current, map.at(current).T_world_camera.inverse() * T_world_view};
 }
 
 std::future<std::shared_ptr<const Cloud>> DenseStream::ask() {
@@ -166,6 +165,14 @@ std::future<std::shared_ptr<const Cloud>> DenseStream::ask() {
     const TraceBinding untraced(nullptr);  // the query is not work on a frame
     return live_cloud();
   });
+}
+
+std::future<void> DenseStream::ask(std::function<void(const DenseStream&)> read) {
+  auto ask = [this, read = std::move(read)] {
+    const TraceBinding untraced(nullptr);  // the query is not work on a frame
+    read(*this);
+  };
+  return stage_ ? stage_->ask(std::move(ask)) : std::async(std::launch::deferred, std::move(ask));
 }
 
 void DenseStream::show(std::shared_ptr<const Cloud> cloud) {
@@ -190,7 +197,7 @@ PlacedMap DenseStream::place(const Map& map) {
     const auto place = place_in(map, id);
     if (!place) continue;
     const Keyframe& keyframe = map.at(place->keyframe);
-    by_component[keyframe.component][id] = keyframe.T_world_camera * place->T_keyframe_view;
+    by_component[keyframe.component][id] = keyframe.T_world_camera * place->T_keyframe_camera;
   }
   const ViewPoses poses = largest_of(by_component);
   // The live map is no longer needed; until show() ask() returns the cached cloud or an empty one.
@@ -206,7 +213,7 @@ std::vector<AnchoredView> DenseStream::saved_views(const Map& map) const {
   for (const auto& [id, view] : dense_.views()) {
     const auto place = place_in(map, id);
     if (!place) continue;
-    views.push_back({{number.at(place->keyframe), 0}, place->T_keyframe_view, *view});
+    views.push_back({{number.at(place->keyframe), 0}, place->T_keyframe_camera, *view});
   }
   return views;
 }

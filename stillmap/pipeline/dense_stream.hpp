@@ -3,6 +3,7 @@
 #include "stillmap/dense/dense_map.hpp"
 #include "stillmap/pipeline/instance_stream.hpp"
 #include "stillmap/pipeline/mapping.hpp"
+#include "stillmap/pipeline/relative_place.hpp"
 #include "stillmap/pipeline/saved_map.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/pipeline/stage.hpp"
@@ -10,6 +11,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <future>
 #include <map>
 #include <memory>
@@ -47,6 +49,9 @@ class DenseStream {
   /// set. May be called by any thread; the future becomes ready when the dense map's thread has
   /// finished its current frame. Never null.
   std::future<std::shared_ptr<const Cloud>> ask();
+  /// Calls `read` on the thread of the dense map between two of its tasks, for places() and
+  /// views(). May be called by any thread; the future becomes ready when `read` has returned.
+  std::future<void> ask(std::function<void(const DenseStream&)> read);
   /// Sets the final cloud, which ask() returns from now on.
   void show(std::shared_ptr<const Cloud> cloud);
 
@@ -57,16 +62,18 @@ class DenseStream {
   /// Called after finish().
   std::vector<AnchoredView> saved_views(const Map& map) const;
 
+  // Called in ask() or after finish().
+  const std::map<std::uint64_t, RelativePlace>& places() const { return places_; }
+  const std::map<std::uint64_t, std::shared_ptr<DenseView>>& views() const {
+    return dense_.views();
+  }
+
   /// Returns the statistics of the dense map. Called after finish().
   DenseStatistics statistics() const { return dense_.statistics(); }
   /// Returns the number of frames skipped because the dense map had fallen behind.
   std::size_t frames_left_out() const { return frames_left_out_; }
 
  private:
-  struct ViewPlace {
-    KeyframeId keyframe;  // invalid until the first keyframe of a map has been made
-    Pose T_keyframe_view;
-  };
   struct Task {
     TrackedFramePtr tracked;                     // null: no frame is added
     DetectedObjects found;                       // newest detections
@@ -82,7 +89,7 @@ class DenseStream {
   void settle(const std::vector<NewKeyframe>& made);
   std::shared_ptr<const Cloud> live_cloud();
   std::uint64_t view_of(std::size_t frame_index) const { return loaded_views_ + frame_index; }
-  std::optional<ViewPlace> place_in(const Map& map, std::uint64_t view) const;
+  std::optional<RelativePlace> place_in(const Map& map, std::uint64_t view) const;
 
   const std::size_t max_mask_age_;  // maximum age of the labels' detections [frames]
   // number of frames between two added frames that are not keyframes; 0: only keyframes are added
@@ -95,7 +102,9 @@ class DenseStream {
 
   // Used by the stage's thread until finish().
   DenseMap dense_;
-  std::map<std::uint64_t, ViewPlace> places_;    // place of each view by its id
+  /// Place of each view by its id. The keyframe is invalid until the first keyframe of a map has
+  /// been made.
+  std::map<std::uint64_t, RelativePlace> places_;
   std::shared_ptr<const Cloud> cloud_;           // cached answer of ask(); null: out of date
   std::unique_ptr<Stage<Task, Nothing>> stage_;  // last: its thread uses the above; null: disabled
 };

@@ -12,6 +12,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace stillmap {
@@ -76,6 +77,10 @@ class FrameLog {
  public:
   /// @param extends_map false if the map is only localized in, so that no keyframe is made
   explicit FrameLog(bool extends_map) : extends_map_(extends_map) {}
+
+  /// A log of these records, by ascending index.
+  explicit FrameLog(std::vector<FrameRecord> records)
+      : extends_map_(true), records_(std::move(records)) {}
 
   /// Adds the record of a frame.
   void add(const TrackedFrame& tracked, const TrackingTimes& times);

@@ -57,6 +57,14 @@ std::future<std::vector<Mover>> MoverStream::ask() const {
   return stage_ ? stage_->ask(current) : std::async(std::launch::deferred, current);
 }
 
+std::future<void> MoverStream::ask(std::function<void(const MoverTracker&)> read) const {
+  auto ask = [this, read = std::move(read)] {
+    const TraceBinding untraced(nullptr);  // the query is not work on a frame
+    read(tracker_);
+  };
+  return stage_ ? stage_->ask(std::move(ask)) : std::async(std::launch::deferred, std::move(ask));
+}
+
 void MoverStream::finish() {
   if (stage_) stage_->drain();
 }

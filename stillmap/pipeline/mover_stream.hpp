@@ -38,6 +38,8 @@ class MoverStream {
   /// Returns the movers at the newest processed frame, in order of their ids. May be called by any
   /// thread; the future becomes ready when the movers' thread has finished its current frame.
   std::future<std::vector<Mover>> ask() const;
+  /// Calls `read` on the movers' thread between two frames, as DenseStream::ask() does.
+  std::future<void> ask(std::function<void(const MoverTracker&)> read) const;
 
   /// Returns the number of frames skipped because the movers had fallen behind.
   std::size_t frames_skipped() const { return frames_skipped_; }

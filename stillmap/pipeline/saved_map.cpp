@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/pipeline/saved_map.hpp"
 
-#include "stillmap/base/bytes.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/journal_file.hpp"
 #include "stillmap/map/map_file.hpp"
 #include "stillmap/map/pose_bytes.hpp"
+#include "stillmap/pipeline/recovered_run.hpp"
 
 #include <cmath>
 
@@ -33,23 +34,6 @@ cv::Mat get_image(ByteReader& in, cv::Size size, int type) {
   return image;
 }
 
-void put_view(ByteWriter& out, const DenseView& view) {
-  for (const int number : {view.stride, view.camera.width, view.camera.height}) {
-    out.put<std::int32_t>(number);
-  }
-  for (const double x : {view.camera.fx, view.camera.fy, view.camera.cx, view.camera.cy})
-    out.put(x);
-  for (const int side : {view.depth.cols, view.depth.rows}) out.put<std::int32_t>(side);
-  out.put_planes(pixels_of<std::uint16_t>(view.depth));
-  out.put_planes(pixels_of<Bgr>(view.color));
-  out.put_planes(pixels_of<std::uint8_t>(view.kind));
-  out.put(static_cast<std::uint32_t>(view.instances.size()));
-  for (const ViewInstance& instance : view.instances) {
-    out.put_text(instance.class_name);
-    out.put(instance.confidence);
-  }
-}
-
 /// Reads the lattice of a view, which is at most as fine as the images of `camera`.
 DenseView get_lattice(ByteReader& in, const Camera& camera) {
   DenseView view;
@@ -65,28 +49,6 @@ DenseView get_lattice(ByteReader& in, const Camera& camera) {
       view.camera.height < 0 || view.camera.height > camera.height || view.camera.fx <= 0 ||
       view.camera.fy <= 0) {
     in.fail("the camera of a view is out of range");
-  }
-  return view;
-}
-
-DenseView get_view(ByteReader& in, const Camera& camera) {
-  DenseView view = get_lattice(in, camera);
-  const auto cols = in.get<std::int32_t>(), rows = in.get<std::int32_t>();
-  const bool whole = cols == view.camera.width && rows == view.camera.height;
-  if (!whole && (cols != 0 || rows != 0)) in.fail("a view has another size than its camera");
-  view.depth = get_image<std::uint16_t>(in, {cols, rows}, CV_16UC1);
-  view.color = get_image<Bgr>(in, {cols, rows}, CV_8UC3);
-  view.kind = get_image<std::uint8_t>(in, {cols, rows}, CV_8UC1);
-  const auto instances = in.get<std::uint32_t>();
-  for (std::uint32_t i = 0; i < instances; ++i) {
-    std::string name = in.get_text();
-    view.instances.push_back({std::move(name), in.get<float>()});
-    if (!std::isfinite(view.instances.back().confidence)) in.fail("a confidence is not finite");
-  }
-  for (const std::uint8_t kind : view.kind) {
-    const bool instance = kind >= kFirstInstance && kind < kFarSurface;
-    if (instance && kind - kFirstInstance >= static_cast<int>(instances))
-      in.fail("a pixel belongs to no instance");
   }
   return view;
 }
@@ -130,6 +92,45 @@ std::string describe(const Camera& c) {
 
 }  // namespace
 
+void put_view(ByteWriter& out, const DenseView& view) {
+  for (const int number : {view.stride, view.camera.width, view.camera.height}) {
+    out.put<std::int32_t>(number);
+  }
+  for (const double x : {view.camera.fx, view.camera.fy, view.camera.cx, view.camera.cy})
+    out.put(x);
+  for (const int side : {view.depth.cols, view.depth.rows}) out.put<std::int32_t>(side);
+  out.put_planes(pixels_of<std::uint16_t>(view.depth));
+  out.put_planes(pixels_of<Bgr>(view.color));
+  out.put_planes(pixels_of<std::uint8_t>(view.kind));
+  out.put(static_cast<std::uint32_t>(view.instances.size()));
+  for (const ViewInstance& instance : view.instances) {
+    out.put_text(instance.class_name);
+    out.put(instance.confidence);
+  }
+}
+
+DenseView get_view(ByteReader& in, const Camera& camera) {
+  DenseView view = get_lattice(in, camera);
+  const auto cols = in.get<std::int32_t>(), rows = in.get<std::int32_t>();
+  const bool whole = cols == view.camera.width && rows == view.camera.height;
+  if (!whole && (cols != 0 || rows != 0)) in.fail("a view has another size than its camera");
+  view.depth = get_image<std::uint16_t>(in, {cols, rows}, CV_16UC1);
+  view.color = get_image<Bgr>(in, {cols, rows}, CV_8UC3);
+  view.kind = get_image<std::uint8_t>(in, {cols, rows}, CV_8UC1);
+  const auto instances = in.get<std::uint32_t>();
+  for (std::uint32_t i = 0; i < instances; ++i) {
+    std::string name = in.get_text();
+    view.instances.push_back({std::move(name), in.get<float>()});
+    if (!std::isfinite(view.instances.back().confidence)) in.fail("a confidence is not finite");
+  }
+  for (const std::uint8_t kind : view.kind) {
+    const bool instance = kind >= kFirstInstance && kind < kFarSurface;
+    if (instance && kind - kFirstInstance >= static_cast<int>(instances))
+      in.fail("a pixel belongs to no instance");
+  }
+  return view;
+}
+
 std::string saved_map_bytes(const SavedMap& saved) {
   ByteWriter info;
   info.put_text(saved.writer);
@@ -154,7 +155,15 @@ void write_saved_map(const std::filesystem::path& file, const SavedMap& saved) {
   write_file(file, saved_map_bytes(saved));
 }
 
-SavedMap read_saved_map(const std::filesystem::path& file) {
+std::filesystem::path map_file_of(const std::filesystem::path& source) {
+  if (!std::filesystem::is_directory(source)) return source;
+  const std::filesystem::path journal = source / kRunJournal;
+  return std::filesystem::exists(journal) ? journal : source / kRunMap;
+}
+
+SavedMap read_saved_map(const std::filesystem::path& source) {
+  const std::filesystem::path file = map_file_of(source);
+  if (is_journal(file)) return recovered_run(file).map;
   return saved_map_from_bytes(read_file(file), file.string());
 }
 

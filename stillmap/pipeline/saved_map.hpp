@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/base/bytes.hpp"
 #include "stillmap/dense/dense_view.hpp"
 #include "stillmap/map/map.hpp"
 
@@ -17,12 +18,22 @@ struct AnchoredView {
   DenseView view;
 };
 
+/// Files in the folder of a run: its map, and while it runs its journal.
+constexpr const char* kRunMap = "run.map";
+constexpr const char* kRunJournal = "run.journal";
+
 /// Content of a saved map.
 struct SavedMap {
   std::string writer;  ///< Name and version of the program that wrote the map.
   MapContent map;
   std::vector<AnchoredView> views;  ///< Views of the dense map; empty if it was not saved.
 };
+
+/// Writes a view as in section DENS of a map file.
+void put_view(ByteWriter& out, const DenseView& view);
+/// Reads a view. Throws Error if it is damaged.
+/// @param camera  of the map; the view is at most as fine as its images
+DenseView get_view(ByteReader& in, const Camera& camera);
 
 /// Returns the bytes of a map file: see docs/map_file.md. The same map gives the same bytes.
 std::string saved_map_bytes(const SavedMap& saved);
@@ -35,8 +46,13 @@ SavedMap saved_map_from_bytes(std::string_view bytes, const std::string& where);
 /// Writes the file completely or not at all. Throws Error (folder missing, not writable, disk
 /// full).
 void write_saved_map(const std::filesystem::path& file, const SavedMap& saved);
-/// Reads a map file. Throws Error as saved_map_from_bytes(), and if the file cannot be read.
-SavedMap read_saved_map(const std::filesystem::path& file);
+/// Returns the file that read_saved_map() reads: for the folder of a run its journal, if there is
+/// one, or else its map.
+std::filesystem::path map_file_of(const std::filesystem::path& source);
+
+/// Reads the map of a map file, of the journal of a run that did not end, or of the folder of a
+/// run. Throws Error as saved_map_from_bytes(), and if the file cannot be read.
+SavedMap read_saved_map(const std::filesystem::path& source);
 
 /// Throws Error unless frames of this camera and pyramid can be localized in the map and added to
 /// it: same image size, same intrinsics, same pyramid. The distortion of the images before they

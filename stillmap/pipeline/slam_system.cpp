@@ -212,15 +212,31 @@ std::shared_ptr<const Snapshot> SlamSystem::snapshot() {
   return snapshot;
 }
 
+void SlamResult::set_poses(std::vector<UncertainPose> found) {
+  poses = std::move(found);
+  trajectory.clear();
+  for (const UncertainPose& pose : poses)
+    trajectory.push_back({pose.timestamp, pose.T_world_camera});
+}
+
+std::vector<UncertainPose> camera_poses(const FrameLog& log, const Map& map, bool smooth) {
+  std::vector<UncertainPose> poses;
+  for (const auto& path : log.paths(map)) {
+    const auto part = smooth ? smooth_trajectory(path) : path;
+    poses.insert(poses.end(), part.begin(), part.end());
+  }
+  return poses;
+}
+
 SlamResult SlamSystem::finish() {
   const TraceBinding binding(&track_);
   trace_no_frame();
   SlamResult result;
   traced("finish", [&] {
     finish_streams();
-    result.poses = camera_poses();
-    for (const UncertainPose& pose : result.poses)
-      result.trajectory.push_back({pose.timestamp, pose.T_world_camera});
+    traced("smoothing", [&] {
+      result.set_poses(camera_poses(log_, mapping_.map(), options_.smooth_trajectory));
+    });
     log_.set_final_poses(result.trajectory);
     result.keyframes = keyframe_trajectory();
     result.frames = log_.records();
@@ -253,16 +269,6 @@ void SlamSystem::drop_brief_maps() {
   for (const auto& [component, count] : frames) {
     if (frames.size() > 1 && count < kMinMapFrames) mapping_.drop(component);
   }
-}
-
-std::vector<UncertainPose> SlamSystem::camera_poses() const {
-  const TraceScope scope("smoothing");
-  std::vector<UncertainPose> poses;
-  for (const auto& path : log_.paths(mapping_.map())) {
-    const auto part = options_.smooth_trajectory ? smooth_trajectory(path) : path;
-    poses.insert(poses.end(), part.begin(), part.end());
-  }
-  return poses;
 }
 
 /// The keyframes of this run by their timestamps.

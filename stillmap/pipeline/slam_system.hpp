@@ -14,6 +14,7 @@
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/track/tracker.hpp"
 
+#include <functional>
 #include <future>
 #include <map>
 #include <memory>
@@ -57,7 +58,13 @@ struct SlamResult {
   Camera camera;          ///< of the frames, without distortion
   ShutterTiming shutter;  ///< timing of the camera's shutters that was in use at the end
   std::size_t tracked() const { return trajectory.size(); }
+  /// Sets `poses` and `trajectory`.
+  void set_poses(std::vector<UncertainPose> found);
 };
+
+/// Returns the poses of all frames in the map.
+/// @param smooth  whether uninterrupted paths are smoothed: see smooth_trajectory()
+std::vector<UncertainPose> camera_poses(const FrameLog& log, const Map& map, bool smooth);
 
 /// A map made before, to begin in.
 struct StartingMap {
@@ -118,6 +125,23 @@ class SlamSystem {
   /// thread; see MoverStream::ask().
   std::future<std::vector<Mover>> ask_movers() const { return movers_.ask(); }
 
+  const Camera& camera() const { return camera_; }
+  PyramidShape pyramid() const { return options_.orb.pyramid(); }
+  /// Returns the records of all frames pushed, for the thread that pushes.
+  const std::vector<FrameRecord>& records() const { return log_.records(); }
+
+  // Call `read` on one of the threads between two of its tasks. May be called by any thread; the
+  // future becomes ready when `read` has returned. Results do not depend on it.
+  std::future<void> ask_map(std::function<void(const MapMaker&)> read) {
+    return mapping_.ask(std::move(read));
+  }
+  std::future<void> ask_views(std::function<void(const DenseStream&)> read) {
+    return dense_.ask(std::move(read));
+  }
+  std::future<void> ask_mover_tracks(std::function<void(const MoverTracker&)> read) const {
+    return movers_.ask(std::move(read));
+  }
+
   /// Waits for all threads, adjusts the map once more, and collects the results. Call once; no push
   /// after it.
   SlamResult finish();
@@ -138,7 +162,6 @@ class SlamSystem {
 
   void finish_streams();
   void drop_brief_maps();
-  std::vector<UncertainPose> camera_poses() const;
   Trajectory keyframe_trajectory() const;
   void collect_movers(SlamResult& result) const;
   void collect_dense_map(SlamResult& result);

@@ -151,8 +151,7 @@ void ResultFolder::write(const std::string& name,
     // is taken for a foreign one.
     if (own_.insert(name).second) save_manifest();
     writer(file);
-    current_.insert(name);
-    written_.push_back(file);
+    if (current_.insert(name).second) written_.push_back(file);
   } catch (const Error& e) {
     problems_ += std::string(e.what()) + "\n";
   } catch (const std::exception& e) {
@@ -179,6 +178,14 @@ void ResultFolder::remove_own(std::span<const std::string> names) {
     std::error_code ignored;
     if (own_.contains(name)) fs::remove(folder_ / name, ignored);
   }
+}
+
+void ResultFolder::discard(const std::string& name) {
+  if (!problems_.empty()) return;
+  std::error_code ignored;
+  fs::remove(folder_ / name, ignored);
+  current_.erase(name);
+  std::erase(written_, folder_ / name);
 }
 
 void ResultFolder::remove_stale() {

@@ -50,6 +50,10 @@ class ResultFolder {
   /// the results of one.
   void remove_own(std::span<const std::string> names);
 
+  /// Removes a file that was written through this object, as it is of no use any more. After a
+  /// problem nothing is removed.
+  void discard(const std::string& name);
+
   /// Removes the files of the manifest that were not written through this object. After a problem
   /// nothing is removed.
   void remove_stale();

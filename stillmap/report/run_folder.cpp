@@ -78,7 +78,7 @@ std::vector<std::string> file_names(RunPart part) {
               "keyframes.txt",  "timing.txt",
               "summary.json",   "report.html"};
     case RunPart::kLive:
-      return {kLiveTrajectory};
+      return {kLiveTrajectory, kRunJournal};
     case RunPart::kMovers:
       return {"movers.csv", "movers.jsonl", "movers.png"};
     case RunPart::kDense:

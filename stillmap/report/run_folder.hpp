@@ -12,9 +12,7 @@
 
 namespace stillmap {
 
-/// Files of a run's folder from which `stillmap dense` makes the dense map again: the map and the
-/// options of the run.
-constexpr const char* kRunMap = "run.map";
+/// The options of a run, from which and kRunMap `stillmap dense` makes the dense map again.
 constexpr const char* kRunOptions = "options.yaml";
 /// The warnings of a run (--zones), one JSON object per line.
 constexpr const char* kRunWarnings = "events.jsonl";
@@ -22,7 +20,7 @@ constexpr const char* kRunWarnings = "events.jsonl";
 /// Part of a run that writes files into its folder.
 enum class RunPart {
   kAlways,
-  kLive,      ///< The poses while the command runs; not by write_results().
+  kLive,      ///< Poses and journal while the command runs; not by write_results().
   kMovers,    ///< The moving objects (movers.enabled).
   kDense,     ///< The dense map (dense.enabled).
   kObjects,   ///< The static objects that a network found in the dense map.

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/print.hpp"
+#include "stillmap/pipeline/map_description.hpp"
+#include "stillmap/pipeline/recovered_run.hpp"
+#include "stillmap/pipeline/saved_views.hpp"
+#include "stillmap/pipeline/slam_parameters.hpp"
+#include "stillmap/report/run_folder.hpp"
+
+#include "commands.hpp"
+
+namespace stillmap {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct RecoverArguments {
+  std::string source, out;
+  DenseOutputs outputs;
+  bool force = false;
+};
+
+/// Returns the journal in the folder of a run, or the file itself.
+fs::path journal_of(const fs::path& source) {
+  const fs::path journal = fs::is_directory(source) ? source / kRunJournal : source;
+  if (fs::exists(journal)) return journal;
+  throw Error("has no journal: its run ended and wrote all its results, or never began",
+              source.string(), "name the folder of a run that was killed");
+}
+
+/// Returns the results of the run up to its last journal record.
+SlamResult result_of(const RecoveredRun& run, const SlamParameters& parameters) {
+  const FrameLog log(run.frames);
+  SlamResult result;
+  result.set_poses(camera_poses(log, Map(run.map.map), parameters.smooth_trajectory));
+  const auto sessions = keyframe_trajectories(run.map.map);
+  if (!sessions.empty()) result.keyframes = sessions.rbegin()->second;
+  result.placed = place_views(run.map, parameters.dense);
+  result.dense = cloud_of(result.placed);
+  result.dense_statistics.keyframes = run.map.views.size();
+  result.movers = run.movers;
+  result.frames = run.frames;
+  log.add_times_to(result.timing);
+  result.landmarks = run.map.map.landmarks.size();
+  result.maps = run.map.map.first.size();
+  result.events = run.events;
+  result.camera = run.map.map.camera;
+  return result;
+}
+
+int run(const RecoverArguments& arguments) {
+  check(arguments.outputs);
+  const fs::path journal = journal_of(arguments.source);
+  const fs::path out = arguments.out.empty() ? journal.parent_path() : fs::path(arguments.out);
+  ResultFolder folder(out.empty() ? "." : out, arguments.force ? ResultFolder::Foreign::kOverwrite
+                                                               : ResultFolder::Foreign::kKeep);
+  const RecoveredRun recovered = recovered_run(journal);
+  if (recovered.frames.empty()) {
+    throw Error("holds no frame: the run was killed in its first second", journal.string(),
+                "map the recording again");
+  }
+  folder.write_text(kRunOptions, recovered.heading.options);
+  folder.require_all();
+  RunRecord record;
+  record.sequence = recovered.heading.sequence;
+  record.machine = recovered.heading.machine;
+  record.options = read_options("", folder.path() / kRunOptions);
+  record.result = result_of(recovered, parameters_of(record.options));
+  record.map = recovered.map;
+  record.frames = recovered.frames.size();
+  record.interrupted = true;
+  RunOutputs outputs;
+  outputs.dense = arguments.outputs;
+  write_run_files(record, outputs, folder);
+  print_out(
+      "recovered: {} of {} frames with a pose, {} keyframes, {} views; the last frame is at "
+      "{:.6f} s\n",
+      record.result.tracked(), record.frames, recovered.map.map.keyframes.size(),
+      recovered.map.views.size(), recovered.frames.back().timestamp);
+  print_out("{}", folder.written_text());
+  folder.require_all();
+  folder.remove_own(std::vector<std::string>{kRunJournal});
+  print_doubts(record.doubts);
+  return record.doubts.empty() ? kSuccess : kDoubtful;
+}
+
+}  // namespace
+
+void add_recover_command(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<RecoverArguments>();
+  CLI::App* command = app.add_subcommand(
+      "recover", "write the results of a run that was killed, up to its last second");
+  command
+      ->add_option("source", arguments->source,
+                   "output folder of the run, or the run.journal in it")
+      ->required();
+  add_dense_options(*command, arguments->outputs);
+  command->add_option("--out", arguments->out, "output folder; default: that of the run");
+  add_force_option(*command, arguments->force);
+  command->footer(
+      "Examples:\n"
+      "  stillmap recover stillmap_office\n"
+      "  stillmap recover stillmap_office --planner --out recovered\n"
+      "Files: those of stillmap run. Nothing is adjusted once more, so the poses are those that\n"
+      "the map had when the run was killed. stillmap run --load-map FOLDER and stillmap map info\n"
+      "FOLDER read the folder of a killed run, too.");
+  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+}
+
+}  // namespace stillmap

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/deflate.hpp"
+
+#include <libdeflate.h>
+#include <memory>
+#include <new>
+
+namespace stillmap {
+
+std::uint32_t crc32(std::string_view bytes) {
+  return libdeflate_crc32(0, bytes.data(), bytes.size());
+}
+
+std::string deflated(std::string_view plain, int level) {
+  const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
+      libdeflate_alloc_compressor(level), &libdeflate_free_compressor);
+  if (!compressor) throw std::bad_alloc();
+  // Memory that is never written is never allocated, so the bound may exceed the data size.
+  const std::size_t bound = libdeflate_deflate_compress_bound(compressor.get(), plain.size());
+  const auto packed = std::make_unique_for_overwrite<char[]>(bound);
+  return {packed.get(), libdeflate_deflate_compress(compressor.get(), plain.data(), plain.size(),
+                                                    packed.get(), bound)};
+}
+
+std::optional<std::string> inflated(std::string_view packed, std::uint64_t size) {
+  if (size / kMaxDeflateRatio > packed.size()) return std::nullopt;
+  const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)>
+      decompressor(libdeflate_alloc_decompressor(), &libdeflate_free_decompressor);
+  if (!decompressor) throw std::bad_alloc();
+  std::string plain(size, '\0');
+  if (libdeflate_deflate_decompress(decompressor.get(), packed.data(), packed.size(), plain.data(),
+                                    plain.size(), nullptr) != LIBDEFLATE_SUCCESS) {
+    return std::nullopt;
+  }
+  return plain;
+}
+
+}  // namespace stillmap

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace stillmap {
+
+/// First eight bytes of a journal, and the version of its layout.
+constexpr std::string_view kJournalMagic = "STILLJNL";
+constexpr std::uint32_t kJournalVersion = 1;
+
+/// Append-only file of records. A record is complete on return of append(), so a process that is
+/// killed leaves a file with all its records; at most the last one is truncated.
+///
+///     size  content
+///     8     magic
+///     4     version
+///     then, record by record:
+///     8     number of compressed bytes
+///     8     number of uncompressed bytes
+///     4     CRC-32 of the two numbers and the compressed bytes
+///     ...   the record, compressed with raw DEFLATE (RFC 1951)
+class JournalWriter {
+ public:
+  /// Creates the file, or replaces it. Throws Error.
+  explicit JournalWriter(std::filesystem::path file);
+  /// Throws Error if the record cannot be written (disk full); later records are not readable then.
+  void append(std::string_view record);
+
+ private:
+  void write(std::string_view bytes);
+
+  std::filesystem::path file_;
+  std::ofstream out_;
+};
+
+/// Returns whether the file begins with the magic of a journal.
+bool is_journal(const std::filesystem::path& file);
+
+/// Returns the complete records up to the first that is truncated or altered. Throws Error if the
+/// file cannot be read or is no journal of this version.
+std::vector<std::string> read_journal(const std::filesystem::path& file);
+
+}  // namespace stillmap

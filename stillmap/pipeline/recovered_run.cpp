@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/pipeline/recovered_run.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/journal_file.hpp"
+#include "stillmap/map/map_file.hpp"
+#include "stillmap/map/map_records.hpp"
+#include "stillmap/motion/mover_joining.hpp"
+#include "stillmap/pipeline/journal_records.hpp"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <utility>
+
+namespace stillmap {
+namespace {
+
+KeyframeId keyframe_of(std::uint64_t id) {
+  return {static_cast<std::uint32_t>(id >> 32), static_cast<std::uint32_t>(id)};
+}
+
+/// Reader of the entries of a journal.
+class Recovery {
+ public:
+  Recovery(JournalEntries entries, std::string where)
+      : entries_(std::move(entries)), where_(std::move(where)) {}
+
+  RecoveredRun run() {
+    RecoveredRun run;
+    run.heading = heading();
+    run.map.writer = run.heading.writer;
+    run.map.map = map();
+    run.map.views = views();
+    run.frames = frames();
+    for_each(JournalKind::kEvent,
+             [&](std::uint64_t, ByteReader in) { run.events.push_back(get_event(in)); });
+    run.movers = movers(run);
+    return run;
+  }
+
+ private:
+  template <typename Read>
+  void for_each(JournalKind kind, Read&& read) const {
+    const auto end = entries_.end();
+    for (auto entry = entries_.lower_bound({kind, 0}); entry != end && entry->first.kind == kind;
+         ++entry)
+      read(entry->first.id, reader(entry->second));
+  }
+
+  ByteReader reader(const std::string& bytes) const {
+    return {bytes, where_, "the journal is damaged; map the recording again"};
+  }
+
+  JournalHeading heading() const {
+    const auto entry = entries_.find({JournalKind::kRun, 0});
+    if (entry == entries_.end()) {
+      throw Error("ends before its first record", where_,
+                  "the run was ended at once; map the recording again");
+    }
+    ByteReader in = reader(entry->second);
+    JournalHeading heading;
+    for (std::string* text :
+         {&heading.writer, &heading.sequence, &heading.machine, &heading.options})
+      *text = in.get_text();
+    return heading;
+  }
+
+  /// Returns the map without keyframes and landmarks.
+  MapContent empty_map() const {
+    constexpr std::array<std::array<char, 4>, 3> kNames{
+        {{'C', 'A', 'M', 'R'}, {'K', 'E', 'Y', 'F'}, {'L', 'A', 'N', 'D'}}};
+    std::vector<Section> sections;
+    for_each(JournalKind::kCamera, [&](std::uint64_t number, ByteReader in) {
+      if (number >= kNames.size()) in.fail("a section is unknown");
+      sections.push_back({kNames[number], entries_.at({JournalKind::kCamera, number})});
+    });
+    return map_from_sections(sections, where_);
+  }
+
+  MapContent map() {
+    MapContent map = empty_map();
+    for_each(JournalKind::kKeyframe, [&](std::uint64_t id, ByteReader in) {
+      Keyframe k;
+      k.id = {static_cast<std::uint32_t>(map.keyframes.size()), 0};
+      if (get_keyframe_state(in, k)) map.first.emplace(k.component, k.id);
+      const auto keypoints = entries_.find({JournalKind::kKeypoints, id});
+      if (keypoints == entries_.end()) in.fail("a keyframe has no keypoints");
+      ByteReader points = reader(keypoints->second);
+      get_keypoints(points, map.camera, map.pyramid, k);
+      keyframes_[keyframe_of(id)] = k.id;
+      map.keyframes.push_back(std::move(k));
+    });
+    // The oldest remaining keyframe, if the first one was erased.
+    for (const Keyframe& k : map.keyframes) map.first.emplace(k.component, k.id);
+    for_each(JournalKind::kLandmark, [&](std::uint64_t, ByteReader in) { add_landmark(in, map); });
+    for_each(JournalKind::kReplacement, [&](std::uint64_t id, ByteReader in) {
+      replacements_[keyframe_of(id)] = get_place(in);
+    });
+    // Numbers the components without gaps, and checks the invariants of a map.
+    return map_from_sections(map_sections(Map(std::move(map)).content()), where_);
+  }
+
+  void add_landmark(ByteReader& in, MapContent& map) const {
+    Landmark landmark = get_landmark(in);
+    landmark.id = {static_cast<std::uint32_t>(map.landmarks.size()), 0};
+    for (Observation& o : landmark.observations) {
+      const auto found = keyframes_.find(o.keyframe);
+      if (found == keyframes_.end()) in.fail("an observation refers to a missing keyframe");
+      o.keyframe = found->second;
+      auto& landmarks = map.keyframes[o.keyframe.slot].landmarks;
+      if (o.keypoint >= landmarks.size()) in.fail("an observation refers to a missing keypoint");
+      landmarks[o.keypoint] = landmark.id;
+    }
+    map.landmarks.push_back(std::move(landmark));
+  }
+
+  /// Returns the place relative to a keyframe of the map; none if the keyframe was dropped or is
+  /// newer than the map.
+  std::optional<RelativePlace> in_map(RelativePlace place) const {
+    for (std::size_t step = 0; step <= replacements_.size(); ++step) {
+      const auto found = keyframes_.find(place.keyframe);
+      if (found != keyframes_.end()) return RelativePlace{found->second, place.T_keyframe_camera};
+      const auto other = replacements_.find(place.keyframe);
+      if (other == replacements_.end()) return std::nullopt;
+      place = {other->second.keyframe, other->second.T_keyframe_camera * place.T_keyframe_camera};
+    }
+    return std::nullopt;
+  }
+
+  std::vector<AnchoredView> views() const {
+    const Camera camera = empty_map().camera;
+    std::vector<AnchoredView> views;
+    for_each(JournalKind::kView, [&](std::uint64_t version, ByteReader in) {
+      const auto entry = entries_.find({JournalKind::kViewPlace, version >> 8});
+      if (entry == entries_.end()) return;
+      ByteReader place_bytes = reader(entry->second);
+      const auto place = in_map(get_place(place_bytes));
+      if (place) views.push_back({place->keyframe, place->T_keyframe_camera, get_view(in, camera)});
+    });
+    return views;
+  }
+
+  std::vector<FrameRecord> frames() const {
+    std::vector<FrameRecord> frames;
+    for_each(JournalKind::kFrame, [&](std::uint64_t, ByteReader in) {
+      FrameRecord frame = get_frame(in);
+      const auto place = in_map({frame.reference, frame.T_reference_camera});
+      frame.reference = place ? place->keyframe : KeyframeId();
+      if (place) frame.T_reference_camera = place->T_keyframe_camera;
+      frames.push_back(std::move(frame));
+    });
+    return frames;
+  }
+
+  std::vector<MoverTrack> movers(const RecoveredRun& run) const {
+    std::map<std::size_t, Pose> poses;
+    for (const FrameRecord& frame : run.frames) {
+      if (!frame.has_pose() || !frame.reference.valid()) continue;
+      const Keyframe& keyframe = run.map.map.keyframes[frame.reference.slot];
+      poses[frame.index] = keyframe.T_world_camera * frame.T_reference_camera;
+    }
+    std::map<std::uint64_t, MoverTrack> tracks;
+    for_each(JournalKind::kMover,
+             [&](std::uint64_t id, ByteReader in) { tracks[id] = get_identity(in); });
+    for_each(JournalKind::kMoverSample, [&](std::uint64_t id, ByteReader in) {
+      const PlacedSample placed = get_sample(in);
+      const auto pose = poses.find(placed.sample.frame_index);
+      const auto track = tracks.find(id >> 40);
+      if (pose == poses.end() || track == tracks.end()) return;
+      track->second.samples.push_back(
+          moved(placed.sample, pose->second * placed.T_world_camera.inverse()));
+    });
+    std::vector<MoverTrack> all;
+    for (auto& [id, track] : tracks) {
+      while (!track.samples.empty() && !track.samples.back().observed) track.samples.pop_back();
+      if (track.samples.empty()) continue;
+      track.first_seen = track.samples.front().timestamp;
+      track.last_seen = track.samples.back().timestamp;
+      all.push_back(std::move(track));
+    }
+    return joined_movers(std::move(all));
+  }
+
+  const JournalEntries entries_;
+  const std::string where_;
+  std::map<KeyframeId, KeyframeId> keyframes_;        // positions in the map, by id in the journal
+  std::map<KeyframeId, RelativePlace> replacements_;  // of erased keyframes, by id in the journal
+};
+
+}  // namespace
+
+RecoveredRun recovered_run(const std::filesystem::path& file) {
+  return Recovery(entries_of(read_journal(file), file.string()), file.string()).run();
+}
+
+}  // namespace stillmap

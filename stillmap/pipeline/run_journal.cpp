@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/pipeline/run_journal.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/warning.hpp"
+#include "stillmap/map/map_file.hpp"
+#include "stillmap/map/map_records.hpp"
+#include "stillmap/pipeline/journal_records.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace stillmap {
+namespace {
+
+/// Number of newest frames whose records may still change: those of keyframes get their own poses,
+/// and those of a lost camera the poses of its relocalization. Mapping answers within fewer.
+constexpr std::size_t kUnsettled = 300;
+/// Number of newest frames whose samples of movers may still change: see MoverTracker.
+constexpr std::size_t kUnsettledSamples = 16;
+constexpr std::size_t kQueue = 4;
+
+template <typename Tag>
+JournalKey key_of(JournalKind kind, Id<Tag> id) {
+  return {kind, std::uint64_t{id.slot} << 32 | id.generation};
+}
+
+void put_map(const MapMaker& maker, JournalPart& part) {
+  const Map& map = maker.map();
+  map.for_each_keyframe([&](const Keyframe& k) {
+    ByteWriter state;
+    put_keyframe_state(state, k, map.is_first(k.id));
+    part.put(key_of(JournalKind::kKeyframe, k.id), state.bytes());
+    if (part.keep(key_of(JournalKind::kKeypoints, k.id))) return;
+    ByteWriter keypoints;
+    put_keypoints(keypoints, k);
+    part.put(key_of(JournalKind::kKeypoints, k.id), keypoints.bytes());
+  });
+  map.for_each_landmark([&](const Landmark& l) {
+    ByteWriter out;
+    put_landmark(out, l);
+    part.put(key_of(JournalKind::kLandmark, l.id), out.bytes());
+  });
+  for (const auto& [erased, replacement] : map.replacements()) {
+    ByteWriter out;
+    put_place(out, {replacement.keyframe, replacement.T_replacement_erased});
+    part.put(key_of(JournalKind::kReplacement, erased), out.bytes());
+  }
+  for (std::size_t i = 0; i < maker.events().size(); ++i) {
+    ByteWriter out;
+    put_event(out, maker.events()[i]);
+    part.put({JournalKind::kEvent, i}, out.bytes());
+  }
+  for (const JournalKind kind :
+       {JournalKind::kKeyframe, JournalKind::kKeypoints, JournalKind::kLandmark})
+    part.remove_others(kind);
+}
+
+/// A view changes only by becoming coarser, which its number of pixels shows.
+void put_views(const DenseStream& dense, JournalPart& part) {
+  for (const auto& [id, place] : dense.places()) {
+    ByteWriter out;
+    put_place(out, place);
+    part.put({JournalKind::kViewPlace, id}, out.bytes());
+  }
+  for (const auto& [id, view] : dense.views()) {
+    const std::uint64_t version = id << 8 | static_cast<std::uint64_t>(view->stride & 0xff);
+    if (part.keep({JournalKind::kView, version})) continue;
+    ByteWriter out;
+    put_view(out, *view);
+    part.put({JournalKind::kView, version}, out.bytes());
+  }
+  part.remove_others(JournalKind::kView);
+}
+
+/// @param since  index of the first frame whose samples may be new
+/// @returns that of the next call
+std::size_t put_movers(const MoverTracker& tracker, std::size_t since, JournalPart& part) {
+  for (const MoverTrack& track : tracker.tracks_since(since)) {
+    const auto id = static_cast<std::uint64_t>(track.id);
+    ByteWriter identity;
+    put_identity(identity, track);
+    part.put({JournalKind::kMover, id}, identity.bytes());
+    for (const MoverSample& sample : track.samples) {
+      ByteWriter out;
+      put_sample(out, {sample, tracker.poses().at(sample.frame_index)});
+      part.put({JournalKind::kMoverSample, id << 40 | sample.frame_index}, out.bytes());
+    }
+  }
+  const std::size_t newest = tracker.poses().empty() ? 0 : tracker.poses().rbegin()->first;
+  return newest - std::min(newest, kUnsettledSamples);
+}
+
+/// Returns the work of the thread that writes the file.
+auto writing_to(const std::filesystem::path& file) {
+  auto journal = std::make_shared<std::optional<JournalWriter>>(std::in_place, file);
+  return [journal](const std::string& record, const auto&) {
+    if (!*journal) return;
+    try {
+      (*journal)->append(record);
+    } catch (const Error& e) {
+      journal->reset();
+      warn(std::string("the journal of the run ends here: ") + e.what(),
+           "the run goes on, but a process that is killed loses what comes now");
+    }
+  };
+}
+
+}  // namespace
+
+RunJournal::RunJournal(SlamSystem& slam, const std::filesystem::path& file,
+                       const JournalHeading& heading, std::chrono::milliseconds period)
+    : slam_(slam),
+      period_(period),
+      writer_(kQueue, WhenFull::kBlock, writing_to(file), "journal", ThreadPriority::kBackground) {
+  JournalPart part;
+  ByteWriter run;
+  for (const std::string& text :
+       {heading.writer, heading.sequence, heading.machine, heading.options})
+    run.put_text(text);
+  part.put({JournalKind::kRun, 0}, run.bytes());
+  std::uint64_t number = 0;
+  for (const Section& section : map_sections({slam.camera(), slam.pyramid(), {}, {}, {}}))
+    part.put({JournalKind::kCamera, number++}, section.bytes);
+  writer_.push(part.take());
+}
+
+/// Pending questions use this object.
+RunJournal::~RunJournal() {
+  for (const auto& answer : answers_) {
+    const bool runs = answer.wait_for(std::chrono::seconds(0)) != std::future_status::deferred;
+    if (runs) answer.wait();
+  }
+}
+
+void RunJournal::add_newest() {
+  if (!answers_.empty()) {
+    if (answered()) write_answers();
+  } else if (Clock::now() >= next_) {
+    ask();
+  }
+}
+
+void RunJournal::flush() {
+  write_answers();
+  ask();
+  write_answers();
+  writer_.drain();
+}
+
+void RunJournal::ask() {
+  next_ = Clock::now() + period_;
+  put_frames();
+  answers_.push_back(slam_.ask_map([this](const MapMaker& maker) { put_map(maker, map_); }));
+  answers_.push_back(
+      slam_.ask_views([this](const DenseStream& dense) { put_views(dense, views_); }));
+  answers_.push_back(slam_.ask_mover_tracks([this](const MoverTracker& tracker) {
+    samples_from_ = put_movers(tracker, samples_from_, movers_);
+  }));
+}
+
+bool RunJournal::answered() const {
+  return std::all_of(answers_.begin(), answers_.end(), [](const std::future<void>& answer) {
+    return answer.wait_for(std::chrono::seconds(0)) != std::future_status::timeout;
+  });
+}
+
+/// Waits for the answers, and passes the changes to the writer as one record.
+void RunJournal::write_answers() {
+  for (auto& answer : answers_) answer.get();
+  answers_.clear();
+  std::string record;
+  for (JournalPart* part : {&frames_, &map_, &views_, &movers_}) record += part->take();
+  if (!record.empty()) writer_.push(std::move(record));
+}
+
+void RunJournal::put_frames() {
+  const std::vector<FrameRecord>& records = slam_.records();
+  for (std::size_t i = settled_; i < records.size(); ++i) {
+    ByteWriter out;
+    put_frame(out, records[i]);
+    frames_.put({JournalKind::kFrame, records[i].index}, out.bytes());
+  }
+  settled_ = records.size() - std::min(records.size(), kUnsettled);
+}
+
+}  // namespace stillmap

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/base/journal_file.hpp"
+#include "stillmap/pipeline/journal_entries.hpp"
+#include "stillmap/pipeline/slam_system.hpp"
+#include "stillmap/pipeline/stage.hpp"
+
+#include <chrono>
+#include <filesystem>
+#include <future>
+#include <string>
+#include <vector>
+
+namespace stillmap {
+
+/// What a journal tells of a run in addition to its results.
+struct JournalHeading {
+  std::string writer;    ///< Name and version of the program.
+  std::string sequence;  ///< Name of the sequence.
+  std::string machine;   ///< See machine_description().
+  std::string options;   ///< All options as YAML: see options_yaml().
+};
+
+/// Keeps the results of a run in a file while it runs, so that a process that is killed loses at
+/// most its last second: recovered_run() reads them. Twice per second the threads of the system are
+/// asked for their changes, between two of their tasks; a thread compresses and writes them. The
+/// results of the run do not depend on it.
+class RunJournal {
+ public:
+  /// Creates the file. Throws Error.
+  /// @param slam    must outlive the journal
+  /// @param period  time between two records
+  RunJournal(SlamSystem& slam, const std::filesystem::path& file, const JournalHeading& heading,
+             std::chrono::milliseconds period = std::chrono::milliseconds(500));
+
+  ~RunJournal();
+  RunJournal(const RunJournal&) = delete;
+  RunJournal& operator=(const RunJournal&) = delete;
+
+  /// Called after each SlamSystem::push(). If the file cannot be written any more (disk full), this
+  /// is told once as a warning, and the run goes on without a journal.
+  void add_newest();
+
+  /// Writes the state after the frame pushed last, and waits until it is written.
+  void flush();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void ask();
+  bool answered() const;
+  void write_answers();
+  void put_frames();
+
+  SlamSystem& slam_;
+  const std::chrono::milliseconds period_;
+  Clock::time_point next_;   // time of the next request
+  std::size_t settled_ = 0;  // number of frames whose records do not change any more
+  // Index of the first frame whose samples of movers may be new; used by the movers' thread.
+  std::size_t samples_from_ = 0;
+  // Each part is used by one thread of the system while it is asked.
+  JournalPart frames_, map_, views_, movers_;
+  std::vector<std::future<void>> answers_;  // of the present request; empty: none is pending
+  Stage<std::string, int> writer_;          // last: its thread writes the records
+};
+
+}  // namespace stillmap
