@@ -5,6 +5,7 @@
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/print.hpp"
 #include "stillmap/base/stopwatch.hpp"
+#include "stillmap/config/unused_option.hpp"
 #include "stillmap/pipeline/calibrate_shutter.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/segment/make_detector.hpp"
@@ -99,6 +100,24 @@ ShutterTiming shutter_of(const RunRequest& request, SourceOptions range,
   return timing;
 }
 
+/// Returns the settings of the command line that have no effect, with the reasons.
+std::vector<std::string> unused_settings(const RunRequest& request, const Options& options) {
+  std::vector<std::string> unused;
+  const auto add = [&](const std::string& setting, const std::string& reason) {
+    unused.push_back(fmt::format("{} has no effect: {}", setting, reason));
+  };
+  for (const std::string& setting : request.settings) {
+    const auto reason = why_unused(setting.substr(0, setting.find('=')), options);
+    if (reason) add("--set " + setting, *reason);
+  }
+  if (!request.model.empty() && !request.masks.empty())
+    add("--model", *why_unused("network.model", options));
+  const bool dense_outputs = request.outputs.dense.planner || !request.outputs.dense.mesh.empty();
+  if (dense_outputs && !options.dense.enabled)
+    add("--planner or --mesh", "dense.enabled is false, so there is no dense map");
+  return unused;
+}
+
 }  // namespace
 
 Options options_of(const RunRequest& request) {
@@ -143,6 +162,7 @@ Session session_of(const RunRequest& request, const Options& options) {
   check_save_map(request.save_map, request.force);
   Session session;
   session.options = options;
+  session.unused_settings = unused_settings(request, options);
   session.parameters = parameters_of(options);
   session.outputs = request.outputs;
   session.outputs.save_map = request.save_map;

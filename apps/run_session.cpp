@@ -179,6 +179,7 @@ RunRecord run_session(Session session) {
   record.options = session.options;
   record.truth = std::move(session.truth);
   record.loaded = session.loaded;
+  record.unused_settings = session.unused_settings;
   if (session.detector) {
     record.detector = session.detector->description();
     record.detector_gives_boxes_only = !session.detector->gives_masks();

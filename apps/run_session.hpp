@@ -28,7 +28,8 @@ struct Session {
   RunOutputs outputs;
   bool live_camera = false;  ///< Whether the source is a camera, which drops frames by itself.
   bool live = false;         ///< Whether the source delivers frames while they are recorded.
-  std::optional<WarningRules> rules;  ///< What to warn of; none: nothing.
+  std::vector<std::string> unused_settings;  ///< See RunRecord::unused_settings.
+  std::optional<WarningRules> rules;         ///< What to warn of; none: nothing.
   std::optional<ViewAddress> view;  ///< Where the page that shows the run is served; none: nowhere.
   bool journal = true;  ///< Whether a journal is kept, so that a killed run can be recovered.
   bool quiet = false;   ///< Whether summary and names of files are not printed.

@@ -83,6 +83,7 @@ std::vector<std::string> doubts_of(const RunRecord& record) {
   add_coverage(record, doubts);
   add_uncertain(record, doubts);
   add_masks(record, doubts);
+  doubts.insert(doubts.end(), record.unused_settings.begin(), record.unused_settings.end());
   const SlamResult& result = record.result;
   if (result.maps > 1) {
     doubts.push_back(

@@ -32,6 +32,12 @@ RunRecord good_run() {
 
 TEST(Doubts, ThereAreNoneAboutAGoodRun) { EXPECT_THAT(doubts_of(good_run()), IsEmpty()); }
 
+TEST(Doubts, SettingsWithoutEffectAreTold) {
+  RunRecord record = good_run();
+  record.unused_settings = {"--set network.every=2 has no effect: there is no network"};
+  EXPECT_EQ(doubts_of(record), record.unused_settings);
+}
+
 TEST(Doubts, FewFramesWithAPoseAreToldWithTheMainReason) {
   RunRecord record = good_run();
   record.result.trajectory.resize(5);

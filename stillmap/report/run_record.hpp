@@ -45,8 +45,10 @@ struct RunRecord {
   double seconds = 0;       ///< Wall time of the run, without writing files [s].
   std::optional<double> first_pose_seconds;  ///< Time from program start to the first pose [s].
   double mapping_memory_mib = 0;             ///< Peak memory before files are written [MiB].
-  std::vector<std::string> doubts;           ///< Reasons not to trust the results.
-  bool interrupted = false;                  ///< Whether the user stopped the run early.
+  /// Settings of the user that have no effect, with the reasons.
+  std::vector<std::string> unused_settings;
+  std::vector<std::string> doubts;  ///< Reasons not to trust the results.
+  bool interrupted = false;         ///< Whether the user stopped the run early.
 
   /// Returns the number of frames of the sequence: processed, dropped and unreadable ones.
   std::size_t total_frames() const { return frames + dropped + frames_skipped(); }

@@ -6,6 +6,7 @@
 #include "stillmap/geometry/association.hpp"
 #include "stillmap/geometry/trajectory.hpp"
 #include "stillmap/sensor/camera_file.hpp"
+#include "stillmap/sensor/depth_evidence.hpp"
 #include "stillmap/sensor/image_file.hpp"
 #include "stillmap/sensor/sequence.hpp"
 
@@ -13,6 +14,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
@@ -241,7 +243,9 @@ std::vector<FrameFiles> check_files(const std::vector<FrameFiles>& frames,
 struct Sample {
   std::size_t decoded = 0, dark = 0, bright = 0, blurred = 0, without_depth = 0;
   std::size_t pixels = 0;
-  std::vector<float> raw_depths;  // Raw depth of every 16th known pixel.
+  std::vector<float> raw_depths;   // Raw depth of every 16th known pixel.
+  std::set<std::uint16_t> levels;  // Different raw depths.
+  RegistrationEvidence registration;
 };
 
 void sample_color(const cv::Mat& color, const DoctorOptions& options, Sample& sample) {
@@ -257,8 +261,11 @@ void sample_color(const cv::Mat& color, const DoctorOptions& options, Sample& sa
   if (deviation[0] * deviation[0] < options.blurred) ++sample.blurred;
 }
 
-void sample_depth(const cv::Mat& raw, Sample& sample) {
+void sample_depth(const cv::Mat1w& raw, Sample& sample) {
   const std::size_t before = sample.raw_depths.size();
+  for (const std::uint16_t value : raw) {
+    if (value > 0 && value < 65535) sample.levels.insert(value);
+  }
   for (int y = 0; y < raw.rows; y += 4) {
     for (int x = 0; x < raw.cols; x += 4) {
       ++sample.pixels;
@@ -290,6 +297,9 @@ Sample take_sample(const std::vector<FrameFiles>& usable, const DoctorOptions& o
     ++sample.decoded;
     sample_color(color.image, options, sample);
     sample_depth(depth.image, sample);
+    cv::Mat1b gray;
+    cv::cvtColor(color.image, gray, cv::COLOR_BGR2GRAY);
+    sample.registration.add(gray, depth.image);
   }
   return sample;
 }
@@ -329,13 +339,26 @@ double plausible_factor(const DepthSpread& raw, const DoctorOptions& options) {
   return best;
 }
 
-void check_scale(const DepthSpread& raw, double factor, const DoctorOptions& options,
-                 Diagnosis& diagnosis) {
+/// @param of_steps  the factor that the steps of the raw depths show, if they do
+void check_scale(const DepthSpread& raw, double factor, std::optional<double> of_steps,
+                 const DoctorOptions& options, Diagnosis& diagnosis) {
   const std::string text =
       fmt::format("depths: median {:.2f} m, most between {:.2f} m and {:.2f} m",
                   raw.median / factor, raw.low / factor, raw.high / factor);
-  if (raw.plausible(factor, options)) {
-    diagnosis.add(Severity::kOk, text);
+  constexpr double kSame = 0.1;  // relative; a calibrated factor differs by a few percent
+  if (of_steps && std::abs(factor / *of_steps - 1) > kSame) {
+    diagnosis.add(
+        Severity::kWarning,
+        fmt::format("the steps between the raw depths are those of a Kinect v1 or Xtion "
+                    "with a depth factor of {:g}, and the camera's is {:g}: all distances "
+                    "would be {:.3g} times the true ones",
+                    *of_steps, factor, *of_steps / factor),
+        fmt::format("set the depth factor to {:g}", *of_steps));
+    return;
+  }
+  if (of_steps || raw.plausible(factor, options)) {
+    diagnosis.add(Severity::kOk,
+                  text + (of_steps ? ", and steps that confirm the depth factor" : ""));
     return;
   }
   const double better = plausible_factor(raw, options);
@@ -371,7 +394,23 @@ void check_depth(Sample& sample, double factor, const DoctorOptions& options,
                               sample.without_depth, sample.decoded),
                   "keep the sensor uncovered and farther than its nearest range");
   }
-  check_scale(spread, factor, options, diagnosis);
+  check_scale(spread, factor, depth_factor_of_steps({sample.levels.begin(), sample.levels.end()}),
+              options, diagnosis);
+}
+
+void check_registration(const RegistrationEvidence& registration, Diagnosis& diagnosis) {
+  if (!registration.contradicts()) return;
+  std::string text;
+  for (const auto& [offset, gain] : registration.offsets()) {
+    text += fmt::format("{}({}, {})", text.empty() ? "" : ", ", offset.x, offset.y);
+  }
+  diagnosis.add(Severity::kWarning,
+                "the edges of objects in the depth images are not where those in the color images "
+                "are: offsets " +
+                    text +
+                    " pixels in the four quarters of the image; the depth "
+                    "seems not to be registered to the color camera",
+                "record depth that is registered (aligned) to color; see docs/cameras.md");
 }
 
 // ---- ground truth and masks -------------------------------------------------------------------
@@ -461,6 +500,7 @@ void examine(const SequencePaths& paths, const std::optional<Camera>& named,
   Sample sample = take_sample(usable, options, diagnosis);
   check_light(sample, diagnosis);
   check_depth(sample, camera ? camera->depth_factor : Camera().depth_factor, options, diagnosis);
+  check_registration(sample.registration, diagnosis);
   check_ground_truth(paths, list.frames, options, diagnosis);
   check_masks(paths, list.frames, diagnosis);
 }

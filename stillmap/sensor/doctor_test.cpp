@@ -54,6 +54,22 @@ class Doctor : public ::testing::Test {
   }
 };
 
+TEST_F(Doctor, KnowsTheDepthFactorOfAKinectByTheStepsOfItsDepths) {
+  cv::Mat1w depth(48, 64);
+  double disparity = 8 * 580 * 0.075 / 5;  // 5 m
+  for (std::uint16_t& raw : depth) {
+    raw = static_cast<std::uint16_t>(std::lround(5000 * 8 * 580 * 0.075 / disparity));
+    disparity = raw < 5000 ? 8 * 580 * 0.075 / 5 : disparity + 1;
+  }
+  for (int i = 0; i < 12; ++i) sequence_.write_image(TestSequence::depth_name(i), depth);
+  EXPECT_THAT(of(diagnose(), Severity::kOk), HasSubstr("confirm the depth factor"));
+  Camera camera = TestSequence::camera();
+  camera.depth_factor = 10000;  // half the distances, which are plausible, too
+  write_camera(sequence_.path("camera.yaml"), camera);
+  EXPECT_THAT(warnings(), HasSubstr("all distances would be 0.5 times the true ones"));
+  EXPECT_THAT(warnings(), HasSubstr("set the depth factor to 5000"));
+}
+
 TEST_F(Doctor, AcceptsAValidSequence) {
   const Diagnosis diagnosis = diagnose();
   EXPECT_EQ(diagnosis.conclusion(), Severity::kOk) << warnings() << errors();

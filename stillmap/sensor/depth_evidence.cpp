@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/sensor/depth_evidence.hpp"
+
+#include "stillmap/base/statistics.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <opencv2/imgproc.hpp>
+
+namespace stillmap {
+namespace {
+
+constexpr double kStepPerSquare = 0.0029;  // q [1/m]
+/// Smallest step whose rounding to whole raw units leaves its size known to some percent.
+constexpr int kLeastStep = 4;
+constexpr std::size_t kLeastSteps = 40;
+/// Largest ratio of the quartiles of r^2 / step; of a Kinect it is below 1.1.
+constexpr double kLargestSpread = 1.2;
+/// Common depth factors, and the largest relative difference from them.
+constexpr std::array kCommonFactors{1000.0, 5000.0, 10000.0, 2000.0, 4000.0, 100.0};
+constexpr double kTolerance = 0.06;
+
+/// Depth jump at an edge of an object, relative to the nearer depth.
+constexpr double kJump = 0.06;
+/// Gradients are bounded, in units of the image's mean, so that a few do not decide.
+constexpr double kLargestGradient = 6;
+constexpr std::size_t kLeastEdges = 2000;
+/// Gain and offset from which a quadrant contradicts the registration [pixels].
+constexpr double kLeastGain = 1.08;
+constexpr int kLeastOffset = 4;
+
+bool is_jump(std::uint16_t a, std::uint16_t b) {
+  return a > 0 && b > 0 && std::abs(a - b) > kJump * std::min(a, b);
+}
+
+/// Returns the pixels that are nearer or farther than their right or lower neighbor by a jump.
+std::vector<cv::Point> edges_of(const cv::Mat1w& raw, int margin) {
+  std::vector<cv::Point> edges;
+  for (int y = margin; y < raw.rows - margin; ++y) {
+    for (int x = margin; x < raw.cols - margin; ++x) {
+      if (is_jump(raw(y, x), raw(y, x + 1)) || is_jump(raw(y, x), raw(y + 1, x)))
+        edges.emplace_back(x, y);
+    }
+  }
+  return edges;
+}
+
+/// Returns the bounded magnitude of the gradient, relative to the mean of the image.
+cv::Mat1f relative_gradient(const cv::Mat1b& gray) {
+  cv::Mat1f dx, dy, magnitude;
+  cv::Sobel(gray, dx, CV_32F, 1, 0);
+  cv::Sobel(gray, dy, CV_32F, 0, 1);
+  cv::magnitude(dx, dy, magnitude);
+  magnitude /= std::max(1e-6, cv::mean(magnitude)[0]);
+  return cv::min(magnitude, kLargestGradient);
+}
+
+}  // namespace
+
+std::optional<double> depth_factor_of_steps(const std::vector<std::uint16_t>& levels) {
+  std::vector<double> ratios;
+  for (std::size_t i = 1; i < levels.size(); ++i) {
+    const int step = levels[i] - levels[i - 1];
+    if (step < kLeastStep) continue;
+    const double r = (levels[i] + levels[i - 1]) / 2.0;
+    ratios.push_back(r * r / step);
+  }
+  if (ratios.size() < kLeastSteps) return std::nullopt;
+  const auto quantile = [&](std::size_t part) {
+    return value_of_rank(ratios, part * (ratios.size() - 1) / 4);
+  };
+  if (quantile(3) > kLargestSpread * quantile(1)) return std::nullopt;
+  const double factor = kStepPerSquare * quantile(2);
+  for (const double common : kCommonFactors) {
+    if (std::abs(factor / common - 1) < kTolerance) return common;
+  }
+  return std::nullopt;
+}
+
+void RegistrationEvidence::add(const cv::Mat1b& gray, const cv::Mat1w& raw) {
+  const cv::Mat1f gradient = relative_gradient(gray);
+  for (const cv::Point edge : edges_of(raw, kReach)) {
+    const int quadrant = (2 * edge.y >= raw.rows ? 2 : 0) + (2 * edge.x >= raw.cols ? 1 : 0);
+    auto& [sums, edges] = quadrants_[static_cast<std::size_t>(quadrant)];
+    ++edges;
+    for (int row = 0; row < kSide; ++row) {
+      const float* in = gradient[edge.y + row * kStep - kReach] + edge.x - kReach;
+      double* sum = sums[row];
+      for (int column = 0; column < kSide; ++column) sum[column] += in[column * kStep];
+    }
+  }
+}
+
+std::array<EdgeOffset, 4> RegistrationEvidence::offsets() const {
+  std::array<EdgeOffset, 4> offsets;
+  for (std::size_t i = 0; i < offsets.size(); ++i) {
+    const auto& [sums, edges] = quadrants_[i];
+    if (edges < kLeastEdges) continue;
+    cv::Mat1d smooth;
+    cv::GaussianBlur(sums, smooth, {3, 3}, 0);
+    double most = 0;
+    cv::Point at;
+    cv::minMaxLoc(smooth, nullptr, &most, nullptr, &at);
+    offsets[i] = {(at * kStep) - cv::Point(kReach, kReach),
+                  most / smooth(kReach / kStep, kReach / kStep)};
+  }
+  return offsets;
+}
+
+bool RegistrationEvidence::contradicts() const {
+  const auto offsets = this->offsets();
+  return std::count_if(offsets.begin(), offsets.end(), [](const EdgeOffset& quadrant) {
+           return quadrant.gain >= kLeastGain && cv::norm(quadrant.offset) >= kLeastOffset;
+         }) >= 3;
+}
+
+}  // namespace stillmap

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+namespace stillmap {
+
+/// Returns the depth factor (raw units per meter) that the steps between the raw depths of a
+/// structured-light camera show; none for other cameras. Kinect v1 and Xtion measure disparities
+/// in eighths of a pixel, so at depth z two neighboring values differ by q z^2 with q = 1 / (8 f b)
+/// = 0.0029 / m (f = 580 pixels, b = 0.075 m; Khoshelham and Elberink, Accuracy and Resolution of
+/// Kinect Depth Data, Sensors 2012, eq. 6). In raw units r = F z the step is q r^2 / F, so that
+/// r^2 / step = F / q at every depth.
+/// @param levels all different raw values, ascending
+std::optional<double> depth_factor_of_steps(const std::vector<std::uint16_t>& levels);
+
+/// Offset of the color image at which edges of the depth image meet the strongest color gradients.
+struct EdgeOffset {
+  cv::Point offset;  ///< [pixels]
+  double gain = 1;   ///< Mean gradient there, relative to that without offset.
+};
+
+/// Evidence of whether a depth image was registered to its color image: the edges of objects are at
+/// the same pixels in both. Collected over some frames, per quadrant of the image, since the offset
+/// of an unregistered image differs over the image.
+class RegistrationEvidence {
+ public:
+  /// Adds a frame; both images have the same size.
+  /// @param raw  16-bit depth, 0 if unknown
+  void add(const cv::Mat1b& gray, const cv::Mat1w& raw);
+
+  /// Returns the offsets of the four quadrants; a quadrant with few edges has none.
+  std::array<EdgeOffset, 4> offsets() const;
+
+  /// Returns whether most quadrants show that the depth images are not registered. On registered
+  /// recordings the gain is at most 1.05 anywhere; if they are shifted by 12 pixels or enlarged by
+  /// a tenth, it is at least 1.1 in three of four quadrants.
+  bool contradicts() const;
+
+ private:
+  static constexpr int kReach = 24, kStep = 2;  // of the offsets tried [pixels]
+  static constexpr int kSide = 2 * kReach / kStep + 1;
+
+  struct Quadrant {
+    cv::Mat1d sums = cv::Mat1d::zeros(kSide, kSide);  // of gradients at the edges, by offset
+    std::size_t edges = 0;
+  };
+  std::array<Quadrant, 4> quadrants_;
+};
+
+}  // namespace stillmap

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/sensor/depth_evidence.hpp"
+
+#include <cmath>
+#include <random>
+#include <set>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+namespace stillmap {
+namespace {
+
+/// Returns the raw depths that a camera with disparities in eighths of a pixel can measure between
+/// 0.5 and 6 m.
+/// @param product  focal length times baseline [pixels m]
+std::vector<std::uint16_t> structured_light_levels(double factor, double product = 580 * 0.075) {
+  std::set<std::uint16_t> levels;
+  for (double disparity = 8 * product / 6; disparity < 8 * product / 0.5; ++disparity)
+    levels.insert(static_cast<std::uint16_t>(std::lround(factor * 8 * product / disparity)));
+  return {levels.begin(), levels.end()};
+}
+
+TEST(DepthFactorOfSteps, IsThatOfAStructuredLightCamera) {
+  EXPECT_EQ(depth_factor_of_steps(structured_light_levels(5000)), 5000);
+  EXPECT_EQ(depth_factor_of_steps(structured_light_levels(1000)), 1000);
+  EXPECT_EQ(depth_factor_of_steps(structured_light_levels(10000)), 10000);
+}
+
+TEST(DepthFactorOfSteps, IsUnknownForOtherCameras) {
+  std::vector<std::uint16_t> millimeters;
+  for (std::uint16_t r = 500; r < 5000; ++r) millimeters.push_back(r);
+  EXPECT_FALSE(depth_factor_of_steps(millimeters));
+  // Stereo with 1/32 pixel: a factor between the common ones.
+  EXPECT_FALSE(depth_factor_of_steps(structured_light_levels(1000, 640 * 0.05 * 4)));
+  EXPECT_FALSE(depth_factor_of_steps({}));
+}
+
+/// Rectangles at different depths, each with its own brightness and texture.
+struct Collage {
+  cv::Mat1b gray = cv::Mat1b(480, 640, std::uint8_t{90});
+  cv::Mat1w depth = cv::Mat1w(480, 640, std::uint16_t{15000});
+
+  explicit Collage(unsigned seed) {
+    std::mt19937 random(seed);
+    const auto number = [&](int from, int to) {
+      return from + static_cast<int>(random() % static_cast<unsigned>(to - from));
+    };
+    for (int i = 0; i < 40; ++i) {
+      const cv::Rect box(number(-40, 600), number(-40, 440), number(40, 160), number(40, 160));
+      cv::rectangle(gray, box, number(0, 255), cv::FILLED);
+      cv::rectangle(depth, box, number(4000, 14000), cv::FILLED);
+      const cv::Rect mark(box.x + 10, box.y + 10, 15, 10);  // texture that is no edge of an object
+      cv::rectangle(gray, mark, number(0, 255), cv::FILLED);
+    }
+  }
+};
+
+template <typename Change>
+RegistrationEvidence evidence(const Change& change) {
+  RegistrationEvidence evidence;
+  for (unsigned seed = 0; seed < 10; ++seed) {
+    const Collage collage(seed);
+    cv::Mat1w changed;
+    change(collage.depth, changed);
+    evidence.add(collage.gray, changed);
+  }
+  return evidence;
+}
+
+TEST(RegistrationEvidence, AcceptsRegisteredDepth) {
+  const auto registered = evidence([](const cv::Mat1w& in, cv::Mat1w& out) { out = in; });
+  EXPECT_FALSE(registered.contradicts());
+  for (const auto& [offset, gain] : registered.offsets()) EXPECT_LE(cv::norm(offset), 2);
+}
+
+TEST(RegistrationEvidence, FindsTheOffsetOfShiftedDepth) {
+  const auto shifted = evidence([](const cv::Mat1w& in, cv::Mat1w& out) {
+    const cv::Matx23d shift(1, 0, 12, 0, 1, -6);
+    cv::warpAffine(in, out, shift, in.size(), cv::INTER_NEAREST);
+  });
+  EXPECT_TRUE(shifted.contradicts());
+  for (const auto& [offset, gain] : shifted.offsets())
+    EXPECT_LE(cv::norm(offset - cv::Point(-12, 6)), 2);
+}
+
+TEST(RegistrationEvidence, FindsTheDepthOfAnotherLens) {
+  const auto larger = evidence([](const cv::Mat1w& in, cv::Mat1w& out) {
+    const cv::Matx23d zoom(1.1, 0, -32, 0, 1.1, -24);  // as a Kinect's depth without registration
+    cv::warpAffine(in, out, zoom, in.size(), cv::INTER_NEAREST);
+  });
+  EXPECT_TRUE(larger.contradicts());
+}
+
+TEST(RegistrationEvidence, IsSilentWithoutEdges) {
+  const auto flat = evidence(
+      [](const cv::Mat1w& in, cv::Mat1w& out) { out = cv::Mat1w(in.size(), std::uint16_t{5000}); });
+  EXPECT_FALSE(flat.contradicts());
+}
+
+}  // namespace
+}  // namespace stillmap
