@@ -165,10 +165,11 @@ std::vector<std::string> problems_of(std::span<const FinishedRun> runs) {
 
 Comparison first_paths(std::span<const FinishedRun> runs, std::span<const std::string> presets) {
   std::vector<RecordedRun> paths;
-  for (const FinishedRun& run : runs) {
-    const bool wanted =
-        std::find(presets.begin(), presets.end(), run.figures.preset) != presets.end();
-    if (wanted && run.figures.first == 0 && run.figures.evaluation) paths.push_back(run.path);
+  for (const std::string& preset : presets) {
+    for (const FinishedRun& run : runs) {
+      if (run.figures.preset == preset && run.figures.first == 0 && run.figures.evaluation)
+        paths.push_back(run.path);
+    }
   }
   return compare_runs(paths);
 }

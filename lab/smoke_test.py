@@ -61,6 +61,12 @@ class Smoke(unittest.TestCase):
         printed = self.program("loop-cost", self.sequence, "--realtime", "0")
         self.assertRegex(printed, r"with loops: ATE 0\.0\d+ m, 50 of 50 frames tracked")
 
+    def test_long_run(self):
+        printed = self.program("long-run", self.sequence, "--out", self.folder / "long", "--frames", "150")
+        self.assertEqual(len([line for line in printed.splitlines() if line.startswith("| 1")]), 6)
+        self.assertRegex(printed, r"with a pose: 1[45]\d of 150; dropped: 0")
+        self.assertRegex(printed, r"ATE RMSE 0\.0\d+ m")
+
     def test_loop_precision(self):
         self.assertRegex(self.program("loop-precision", self.sequence), r"all: \d+ candidates")
 

@@ -71,7 +71,7 @@ class Recovery {
     constexpr std::array<std::array<char, 4>, 3> kNames{
         {{'C', 'A', 'M', 'R'}, {'K', 'E', 'Y', 'F'}, {'L', 'A', 'N', 'D'}}};
     std::vector<Section> sections;
-    for_each(JournalKind::kCamera, [&](std::uint64_t number, ByteReader in) {
+    for_each(JournalKind::kCamera, [&](std::uint64_t number, const ByteReader& in) {
       if (number >= kNames.size()) in.fail("a section is unknown");
       sections.push_back({kNames[number], entries_.at({JournalKind::kCamera, number})});
     });

@@ -19,7 +19,9 @@ namespace {
 constexpr std::size_t kUnsettled = 300;
 /// Number of newest frames whose samples of movers may still change: see MoverTracker.
 constexpr std::size_t kUnsettledSamples = 16;
-constexpr std::size_t kQueue = 4;
+/// While this many records wait to be written, nothing more is asked for, so that a slow disk does
+/// not hold up tracking. The queue is longer by the answers that are under way.
+constexpr std::size_t kMostWaiting = 4, kQueue = 2 * kMostWaiting;
 
 template <typename Tag>
 JournalKey key_of(JournalKind kind, Id<Tag> id) {
@@ -92,6 +94,11 @@ std::size_t put_movers(const MoverTracker& tracker, std::size_t since, JournalPa
   return newest - std::min(newest, kUnsettledSamples);
 }
 
+/// Returns whether the part has no thread of its own.
+bool is_deferred(const std::future<void>& answer) {
+  return answer.wait_for(std::chrono::seconds(0)) == std::future_status::deferred;
+}
+
 /// Returns the work of the thread that writes the file.
 auto writing_to(const std::filesystem::path& file) {
   auto journal = std::make_shared<std::optional<JournalWriter>>(std::in_place, file);
@@ -114,6 +121,20 @@ RunJournal::RunJournal(SlamSystem& slam, const std::filesystem::path& file,
     : slam_(slam),
       period_(period),
       writer_(kQueue, WhenFull::kBlock, writing_to(file), "journal", ThreadPriority::kBackground) {
+  parts_[0].ask = [this](JournalPart& part) {
+    return slam_.ask_map([&part](const MapMaker& maker) { put_map(maker, part); });
+  };
+  parts_[1].ask = [this](JournalPart& part) {
+    return slam_.ask_views([&part](const DenseStream& dense) { put_views(dense, part); });
+  };
+  parts_[2].ask = [this](JournalPart& part) {
+    return slam_.ask_mover_tracks([this, &part](const MoverTracker& tracker) {
+      samples_from_ = put_movers(tracker, samples_from_, part);
+    });
+  };
+  parts_[3].ask = [this](JournalPart& part) {
+    return std::async(std::launch::deferred, [this, &part] { put_frames(part); });
+  };
   JournalPart part;
   ByteWriter run;
   for (const std::string& text :
@@ -128,59 +149,48 @@ RunJournal::RunJournal(SlamSystem& slam, const std::filesystem::path& file,
 
 /// Pending questions use this object.
 RunJournal::~RunJournal() {
-  for (const auto& answer : answers_) {
-    const bool runs = answer.wait_for(std::chrono::seconds(0)) != std::future_status::deferred;
-    if (runs) answer.wait();
+  for (const Part& part : parts_) {
+    if (part.answer.valid() && !is_deferred(part.answer)) part.answer.wait();
   }
 }
 
 void RunJournal::add_newest() {
-  if (!answers_.empty()) {
-    if (answered()) write_answers();
-  } else if (Clock::now() >= next_) {
-    ask();
+  for (Part& part : parts_) update(part);
+}
+
+/// Writes the answer if it has come, and asks again if it is time.
+void RunJournal::update(Part& part) {
+  if (part.answer.valid()) {
+    const auto state = part.answer.wait_for(std::chrono::seconds(0));
+    if (state != std::future_status::timeout) write_answer(part);
+  } else if (Clock::now() >= part.next && writer_.waiting() < kMostWaiting) {
+    part.next = Clock::now() + period_;
+    part.answer = part.ask(part.entries);
+    if (is_deferred(part.answer)) write_answer(part);
   }
 }
 
 void RunJournal::flush() {
-  write_answers();
-  ask();
-  write_answers();
+  for (Part& part : parts_) {
+    if (part.answer.valid()) write_answer(part);
+    part.answer = part.ask(part.entries);
+    write_answer(part);
+  }
   writer_.drain();
 }
 
-void RunJournal::ask() {
-  next_ = Clock::now() + period_;
-  put_frames();
-  answers_.push_back(slam_.ask_map([this](const MapMaker& maker) { put_map(maker, map_); }));
-  answers_.push_back(
-      slam_.ask_views([this](const DenseStream& dense) { put_views(dense, views_); }));
-  answers_.push_back(slam_.ask_mover_tracks([this](const MoverTracker& tracker) {
-    samples_from_ = put_movers(tracker, samples_from_, movers_);
-  }));
-}
-
-bool RunJournal::answered() const {
-  return std::all_of(answers_.begin(), answers_.end(), [](const std::future<void>& answer) {
-    return answer.wait_for(std::chrono::seconds(0)) != std::future_status::timeout;
-  });
-}
-
-/// Waits for the answers, and passes the changes to the writer as one record.
-void RunJournal::write_answers() {
-  for (auto& answer : answers_) answer.get();
-  answers_.clear();
-  std::string record;
-  for (JournalPart* part : {&frames_, &map_, &views_, &movers_}) record += part->take();
+void RunJournal::write_answer(Part& part) {
+  part.answer.get();
+  std::string record = part.entries.take();
   if (!record.empty()) writer_.push(std::move(record));
 }
 
-void RunJournal::put_frames() {
+void RunJournal::put_frames(JournalPart& part) {
   const std::vector<FrameRecord>& records = slam_.records();
   for (std::size_t i = settled_; i < records.size(); ++i) {
     ByteWriter out;
     put_frame(out, records[i]);
-    frames_.put({JournalKind::kFrame, records[i].index}, out.bytes());
+    part.put({JournalKind::kFrame, records[i].index}, out.bytes());
   }
   settled_ = records.size() - std::min(records.size(), kUnsettled);
 }

@@ -5,8 +5,10 @@
 #include "stillmap/pipeline/slam_system.hpp"
 #include "stillmap/pipeline/stage.hpp"
 
+#include <array>
 #include <chrono>
 #include <filesystem>
+#include <functional>
 #include <future>
 #include <string>
 #include <vector>
@@ -22,8 +24,8 @@ struct JournalHeading {
 };
 
 /// Keeps the results of a run in a file while it runs, so that a process that is killed loses at
-/// most its last second: recovered_run() reads them. Twice per second the threads of the system are
-/// asked for their changes, between two of their tasks; a thread compresses and writes them. The
+/// most its last second: recovered_run() reads them. Twice per second each thread of the system is
+/// asked for its changes, between two of its tasks; a thread compresses and writes them. The
 /// results of the run do not depend on it.
 class RunJournal {
  public:
@@ -47,21 +49,25 @@ class RunJournal {
  private:
   using Clock = std::chrono::steady_clock;
 
-  void ask();
-  bool answered() const;
-  void write_answers();
-  void put_frames();
+  /// The part of the results that one thread of the system knows.
+  struct Part {
+    std::function<std::future<void>(JournalPart&)> ask;  // collects the changes on that thread
+    JournalPart entries;                                 // used by that thread while it is asked
+    std::future<void> answer;                            // valid while a request is pending
+    Clock::time_point next;                              // time of the next request
+  };
+
+  void update(Part& part);
+  void write_answer(Part& part);
+  void put_frames(JournalPart& part);
 
   SlamSystem& slam_;
   const std::chrono::milliseconds period_;
-  Clock::time_point next_;   // time of the next request
   std::size_t settled_ = 0;  // number of frames whose records do not change any more
   // Index of the first frame whose samples of movers may be new; used by the movers' thread.
   std::size_t samples_from_ = 0;
-  // Each part is used by one thread of the system while it is asked.
-  JournalPart frames_, map_, views_, movers_;
-  std::vector<std::future<void>> answers_;  // of the present request; empty: none is pending
-  Stage<std::string, int> writer_;          // last: its thread writes the records
+  std::array<Part, 4> parts_;
+  Stage<std::string, int> writer_;  // last: its thread writes the records
 };
 
 }  // namespace stillmap
