@@ -97,6 +97,7 @@ void map_sequence(Session& session, ViewServer* server, Recorders& recorders, Re
   recorders.view = view ? &*view : nullptr;
   open_journal(session, slam, recorders, folder);
   drive(slam, *source, session.total_frames, recorders, record);
+  if (recorders.journal) recorders.journal->flush();
   recorders.journal.reset();
   record.result = slam.finish();
   if (view) view->show_results(record.result);
