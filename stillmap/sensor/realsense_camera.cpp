@@ -118,7 +118,8 @@ class RealsenseCamera : public LiveCamera {
     }
     const rs2::device device = profile_.get_device();
     Camera camera = pinhole_of(camera_of(color_));
-    camera.name = device.get_info(RS2_CAMERA_INFO_NAME);
+    const bool named = device.supports(RS2_CAMERA_INFO_NAME);
+    camera.name = named ? device.get_info(RS2_CAMERA_INFO_NAME) : "RealSense";
     camera.fps = color_.fps();
     camera.depth_factor = 1 / device.first<rs2::depth_sensor>().get_depth_scale();
     const bool wide = camera.name.find("D455") != std::string::npos;
