@@ -136,8 +136,10 @@ Error no_stream(const Recording& recording, const std::vector<ImageStream>& stre
                 const char* kind) {
   std::string fix = "record one";
   if (!streams.empty()) {
-    fix = fmt::format("name two topics with --topics COLOR,DEPTH; the image topics are {}",
-                      fmt::join(names_of(streams), ", "));
+    fix = fmt::format(
+        "name two topics with --topics COLOR,DEPTH (of a stereo pair LEFT,RIGHT); the image "
+        "topics are {}",
+        fmt::join(names_of(streams), ", "));
   }
   return Error(fmt::format("contains no topic with {} images that can be read", kind),
                recording.path().string(), fix);
