@@ -93,7 +93,7 @@ class KilledRuns(unittest.TestCase):
         return process.wait()
 
     def test_any_moment(self):
-        recovered = 0
+        killed = recovered = 0
         for number in range(KILLS):
             out = self.folder / f"killed_{number}"
             before = self.saved.read_bytes()
@@ -102,12 +102,14 @@ class KilledRuns(unittest.TestCase):
             require_whole(out) if out.exists() else None
             shown = stillmap("map", "info", self.saved)
             self.assertEqual(shown.returncode, 0, shown.stderr)
+            killed += code == -signal.SIGKILL
             if code == -signal.SIGKILL and (out / "run.journal").exists():
                 recovered += self.check_recovery(out)
             elif code != -signal.SIGKILL:
                 self.assertIn(code, (0, 3))
                 self.assertFalse((out / "run.journal").exists())
                 self.saved.write_bytes(before)
+        print(f"{KILLS} runs: {killed} killed, {recovered} of them recovered", file=sys.stderr)
         self.assertGreater(recovered, KILLS // 4)
 
     def check_recovery(self, out):

@@ -48,7 +48,21 @@ void JournalWriter::append(std::string_view record) {
   write(record_header(packed, record.size()) + packed);
 }
 
+void JournalWriter::replace_all(std::string_view record) {
+  JournalWriter next(file_.string() + ".part");
+  next.append(record);
+  std::error_code failed;
+  std::filesystem::rename(next.file_, file_, failed);
+  if (failed) {
+    throw Error("cannot be replaced (" + failed.message() + ")", file_.string(),
+                "check that the folder is writable");
+  }
+  next.file_ = file_;
+  *this = std::move(next);
+}
+
 void JournalWriter::write(std::string_view bytes) {
+  size_ += bytes.size();
   if (out_) out_.write(bytes.data(), static_cast<std::streamsize>(bytes.size())).flush();
   if (out_) return;
   throw Error(std::string("cannot be written (") + std::strerror(errno) + ")", file_.string(),

@@ -30,12 +30,17 @@ class JournalWriter {
   explicit JournalWriter(std::filesystem::path file);
   /// Throws Error if the record cannot be written (disk full); later records are not readable then.
   void append(std::string_view record);
+  /// Replaces all records by one, which must have the same meaning; the file is always whole.
+  void replace_all(std::string_view record);
+
+  std::uint64_t size() const { return size_; }  ///< Of the file [bytes].
 
  private:
   void write(std::string_view bytes);
 
   std::filesystem::path file_;
   std::ofstream out_;
+  std::uint64_t size_ = 0;
 };
 
 /// Returns whether the file begins with the magic of a journal.

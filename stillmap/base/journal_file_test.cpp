@@ -53,6 +53,18 @@ TEST_F(JournalFile, EndsBeforeAnAlteredByte) {
   }
 }
 
+TEST_F(JournalFile, IsReplacedByOneRecordAndGoesOn) {
+  JournalWriter writer(file_);
+  writer.append(second_);
+  const std::uint64_t before = writer.size();
+  writer.replace_all("one");
+  writer.append("two");
+  EXPECT_THAT(read_journal(file_), ElementsAre("one", "two"));
+  EXPECT_LT(writer.size(), before);
+  EXPECT_EQ(writer.size(), std::filesystem::file_size(file_));
+  EXPECT_FALSE(std::filesystem::exists(file_.string() + ".part"));
+}
+
 TEST_F(JournalFile, OfAnotherKindOrVersionIsRefused) {
   EXPECT_THROW(read("STILLMAP, but no journal"), Error);
   EXPECT_THROW(read(""), Error);

@@ -62,6 +62,7 @@ void DenseMap::add(std::uint64_t id, DenseView view, const std::optional<Pose>& 
   pixels_ += view.depth.total();
   const auto held = views_.emplace(id, std::make_shared<DenseView>(std::move(view))).first;
   if (T_world_camera && is_finite(*T_world_camera)) live_->add(id, held->second, *T_world_camera);
+  if (2 * pixels_ > static_cast<std::size_t>(options_.max_pixels)) replace_same_viewpoint(id);
   thin_to_bound();
 }
 
@@ -84,6 +85,17 @@ void DenseMap::start_new_world() {
   // A surface has a quarter as many voxels of twice the side.
   live_ = std::make_unique<LiveMap>(options_.voxel, options_.evidence,
                                     static_cast<std::size_t>(options_.max_voxels) / 4);
+}
+
+void DenseMap::replace_same_viewpoint(std::uint64_t id) {
+  const auto older = live_->same_viewpoint_as(id);
+  if (!older) return;
+  const auto found = views_.find(*older);
+  if (found == views_.end()) return;
+  pixels_ -= found->second->depth.total();
+  views_.erase(found);
+  live_->forget(*older);
+  ++superseded_;
 }
 
 // Thins the finest view first, the oldest (lowest id) of equally fine ones, so that detail is lost
@@ -179,6 +191,7 @@ DenseStatistics DenseMap::statistics() const {
           .pixels = pixels_,
           .outliers = outliers_,
           .thinnings = thinnings_,
+          .superseded = superseded_,
           .replacements = replacements_};
 }
 

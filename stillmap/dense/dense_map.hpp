@@ -41,8 +41,10 @@ struct DenseOptions {
   double voxel = 0.01;    ///< Side of the voxels of the composed cloud [m].
   int min_keyframes = 1;  ///< Minimum number of keyframes with a surface in a voxel of the cloud.
   int every = 15;         ///< Interval of the frames tested by add_if_new() [frames]; 0 for none.
-  /// Maximum number of pixels of all keyframes, six bytes each, above which views are thinned:
-  /// 24 million are 300 keyframes of 640 x 480 pixels at stride 2.
+  /// Maximum number of pixels of all keyframes, six bytes each, above which views are thinned: 24
+  /// million are 300 keyframes of 640 x 480 pixels at stride 2. Above half of it a new view
+  /// replaces the oldest one from nearly the same viewpoint, so that a place that the camera visits
+  /// again and again does not use up the bound.
   int max_pixels = 24000000;
   /// Maximum number of voxels, about seventy bytes each while the cloud is made, above which their
   /// side is doubled.
@@ -55,6 +57,7 @@ struct DenseStatistics {
   std::size_t pixels = 0;        ///< Number of pixels of all keyframes.
   std::size_t outliers = 0;      ///< Number of points dropped by the outlier removal so far.
   std::size_t thinnings = 0;     ///< Number of views made coarser to stay below max_pixels.
+  std::size_t superseded = 0;    ///< Number of views dropped for newer ones of the same viewpoint.
   std::size_t replacements = 0;  ///< Number of rebuilds of the live map after changes of poses.
 };
 
@@ -134,6 +137,7 @@ class DenseMap {
   const LiveMap& live() const { return *live_; }
 
  private:
+  void replace_same_viewpoint(std::uint64_t id);
   void thin_to_bound();
   std::shared_ptr<const StaticGrid> grid_of(const std::vector<PosedView>& views) const;
 
@@ -141,7 +145,7 @@ class DenseMap {
   DenseOptions options_;
   std::map<std::uint64_t, std::shared_ptr<DenseView>> views_;
   std::unique_ptr<LiveMap> live_;
-  std::size_t pixels_ = 0, outliers_ = 0, thinnings_ = 0, replacements_ = 0;
+  std::size_t pixels_ = 0, outliers_ = 0, thinnings_ = 0, superseded_ = 0, replacements_ = 0;
 };
 
 /// Returns the cloud of all surfaces in the views of a placed map, moving ones included, one point

@@ -147,6 +147,27 @@ TEST(DenseMap, StaysBelowItsBoundAndKeepsTheSurface) {
   }
 }
 
+TEST(DenseMap, AboveHalfItsBoundReplacesViewsOfTheSameViewpoint) {
+  const Pose here, elsewhere(Eigen::Quaterniond::Identity(), {0.5, 0, 0}),
+      turned(so3_exp({0, 0.3, 0}), {0, 0, 0});
+  DenseOptions options;
+  options.max_pixels = 4 * static_cast<int>(map_of_wall({here}, {}).statistics().pixels);
+  DenseMap map(small_camera(), options);
+  const auto add = [&](std::uint64_t id, const Pose& pose) {
+    map.add(id, view_of(small_camera(), pose, kWall), {}, pose);
+  };
+  std::uint64_t id = 0;
+  for (const Pose& pose : {elsewhere, turned, here}) add(id++, pose);
+  EXPECT_EQ(map.views().size(), 3U) << "no two are alike";
+  for (; id < 100; ++id) {
+    add(id, Pose(Eigen::Quaterniond::Identity(), {0.01 * static_cast<double>(id % 10), 0, 0}));
+    EXPECT_EQ(map.views().size(), 3U);
+  }
+  EXPECT_EQ(map.statistics().superseded, 97U);
+  EXPECT_EQ(map.statistics().thinnings, 0U);
+  EXPECT_TRUE(map.views().contains(0) && map.views().contains(1) && map.views().contains(99));
+}
+
 TEST(DenseMap, StaysBelowABoundOfOnePixel) {
   const std::vector<Pose> poses = five_poses();
   DenseOptions options;

@@ -2,6 +2,7 @@
 #include "stillmap/dense/live_map.hpp"
 
 #include <algorithm>
+#include <numbers>
 #include <utility>
 
 namespace stillmap {
@@ -11,6 +12,8 @@ namespace {
 constexpr int kCoarser = 2;
 /// Stride above which views are not made coarser [pixels].
 constexpr int kCoarsest = 4;
+/// Largest distance [m] and angle [rad] between views from nearly the same viewpoint.
+constexpr double kSamePlace = 0.3, kSameDirection = 15 * std::numbers::pi / 180;
 /// Number of previous views that vote on the surfaces that a new one adds.
 constexpr std::uint32_t kVotingViews = 8;
 
@@ -42,6 +45,25 @@ void LiveMap::add(std::uint64_t id, std::shared_ptr<const DenseView> view,
 
 void LiveMap::remove(std::uint64_t id) {
   if (views_.erase(id) > 0) rebuild();
+}
+
+void LiveMap::forget(std::uint64_t id) {
+  views_.erase(id);
+  std::erase(waiting_, id);
+}
+
+std::optional<std::uint64_t> LiveMap::same_viewpoint_as(std::uint64_t id) const {
+  const auto entry = views_.find(id);
+  if (entry == views_.end()) return std::nullopt;
+  const Pose T_camera_world = entry->second.T_world_camera.inverse();
+  for (const auto& [other, candidate] : views_) {
+    const Pose between = T_camera_world * candidate.T_world_camera;
+    if (other != id && between.translation().norm() < kSamePlace &&
+        Eigen::AngleAxisd(between.quaternion()).angle() < kSameDirection) {
+      return other;
+    }
+  }
+  return std::nullopt;
 }
 
 bool LiveMap::update_poses(const std::map<std::uint64_t, std::shared_ptr<DenseView>>& views,

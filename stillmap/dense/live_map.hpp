@@ -33,6 +33,11 @@ class LiveMap {
   void add(std::uint64_t id, std::shared_ptr<const DenseView> view, const Pose& T_world_camera);
   /// Removes a view, if it exists.
   void remove(std::uint64_t id);
+  /// Drops a view, if it exists, without rebuilding the map: its votes stay until the next rebuild.
+  void forget(std::uint64_t id);
+  /// Returns the view of least id, other than `id`, from nearly the same viewpoint as view `id`:
+  /// within 0.3 m and 15 degrees; none without one.
+  std::optional<std::uint64_t> same_viewpoint_as(std::uint64_t id) const;
 
   /// Sets the present poses of `views`; views without a pose keep theirs. If one is new or has
   /// moved by more than `kReplacement`, the map is rebuilt.

@@ -45,6 +45,15 @@ std::string JournalPart::take() {
   return out_.take();
 }
 
+std::string record_of(const JournalEntries& entries) {
+  ByteWriter out;
+  for (const auto& [key, bytes] : entries) {
+    put_key(out, key, kAdded);
+    out.put_text(bytes);
+  }
+  return out.take();
+}
+
 JournalEntries entries_of(const std::vector<std::string>& records, const std::string& where) {
   JournalEntries entries;
   for (const std::string& record : records) {

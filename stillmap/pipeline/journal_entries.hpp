@@ -68,6 +68,9 @@ class JournalPart {
 /// The entries of a journal after all its records.
 using JournalEntries = std::map<JournalKey, std::string>;
 
+/// Returns the record that has these entries.
+std::string record_of(const JournalEntries& entries);
+
 /// Applies the records in their order. Throws Error for a record that is no list of entries.
 /// @param where  name of the journal, for messages
 JournalEntries entries_of(const std::vector<std::string>& records, const std::string& where);

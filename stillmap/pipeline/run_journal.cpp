@@ -21,6 +21,7 @@ constexpr std::size_t kUnsettled = 300;
 constexpr std::size_t kUnsettledSamples = 16;
 /// While this many records wait to be written, nothing more is asked for, so that a slow disk does
 /// not hold up tracking. The queue is longer by the answers that are under way.
+constexpr std::uint64_t kCompactAt = 3;  // times the size after the last compaction
 constexpr std::size_t kMostWaiting = 4, kQueue = 2 * kMostWaiting;
 
 template <typename Tag>
@@ -99,13 +100,27 @@ bool is_deferred(const std::future<void>& answer) {
   return answer.wait_for(std::chrono::seconds(0)) == std::future_status::deferred;
 }
 
+/// The writer of the file, and the size at which its records are replaced by one without the
+/// entries that were changed or removed since.
+struct Journal {
+  JournalWriter writer;
+  std::uint64_t compact_at;  // [bytes]
+
+  void append(const std::string& record, const std::filesystem::path& file) {
+    writer.append(record);
+    if (writer.size() < compact_at) return;
+    writer.replace_all(record_of(entries_of(read_journal(file), file.string())));
+    compact_at = std::max(compact_at, kCompactAt * writer.size());
+  }
+};
+
 /// Returns the work of the thread that writes the file.
-auto writing_to(const std::filesystem::path& file) {
-  auto journal = std::make_shared<std::optional<JournalWriter>>(std::in_place, file);
-  return [journal](const std::string& record, const auto&) {
+auto writing_to(const std::filesystem::path& file, std::uint64_t compact_at) {
+  auto journal = std::make_shared<std::optional<Journal>>(Journal{JournalWriter(file), compact_at});
+  return [journal, file](const std::string& record, const auto&) {
     if (!*journal) return;
     try {
-      (*journal)->append(record);
+      (*journal)->append(record, file);
     } catch (const Error& e) {
       journal->reset();
       warn(std::string("the journal of the run ends here: ") + e.what(),
@@ -117,10 +132,12 @@ auto writing_to(const std::filesystem::path& file) {
 }  // namespace
 
 RunJournal::RunJournal(SlamSystem& slam, const std::filesystem::path& file,
-                       const JournalHeading& heading, std::chrono::milliseconds period)
+                       const JournalHeading& heading, std::chrono::milliseconds period,
+                       std::uint64_t compact_at)
     : slam_(slam),
       period_(period),
-      writer_(kQueue, WhenFull::kBlock, writing_to(file), "journal", ThreadPriority::kBackground) {
+      writer_(kQueue, WhenFull::kBlock, writing_to(file, compact_at), "journal",
+              ThreadPriority::kBackground) {
   parts_[0].ask = [this](JournalPart& part) {
     return slam_.ask_map([&part](const MapMaker& maker) { put_map(maker, part); });
   };

@@ -32,8 +32,10 @@ class RunJournal {
   /// Creates the file. Throws Error.
   /// @param slam    must outlive the journal
   /// @param period  time between two records
+  /// @param compact_at  size of the file from which outdated entries are removed [bytes]
   RunJournal(SlamSystem& slam, const std::filesystem::path& file, const JournalHeading& heading,
-             std::chrono::milliseconds period = std::chrono::milliseconds(500));
+             std::chrono::milliseconds period = std::chrono::milliseconds(500),
+             std::uint64_t compact_at = 64U << 20);
 
   ~RunJournal();
   RunJournal(const RunJournal&) = delete;

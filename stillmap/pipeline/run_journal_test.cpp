@@ -131,6 +131,25 @@ TEST(RunJournal, IsReadableWhereverItIsTruncated) {
   EXPECT_GT(different, 5U);
 }
 
+TEST(RunJournal, WithoutOutdatedEntriesIsTheSameRun) {
+  const std::filesystem::path file = test::own_path("compacted.journal");
+  const recorded::Recording& recording = recorded::recording(2, "xyz");
+  SlamSystem slam(recording.sequence->camera(), recorded::small_options("fused"),
+                  true_masks(recording));
+  constexpr std::uint64_t kSmall = 100000;  // bytes, so that it is compacted often
+  RunJournal journal(slam, file, kHeading, kAlways, kSmall);
+  for (const auto& frame : recording.frames) {
+    slam.push(frame);
+    journal.add_newest();
+  }
+  journal.flush();
+  const RecoveredRun &compacted = recovered_run(file), &whole = journaled_run().recovered;
+  EXPECT_LT(std::filesystem::file_size(file), std::filesystem::file_size(journaled_run().file));
+  EXPECT_EQ(saved_map_bytes(compacted.map), saved_map_bytes(whole.map));
+  EXPECT_EQ(compacted.frames.size(), whole.frames.size());
+  std::filesystem::remove(file);
+}
+
 TEST(RunJournal, OfARunWithoutFramesHasNone) {
   const std::filesystem::path file = test::own_path("empty.journal");
   const recorded::Recording& recording = recorded::recording(0, "xyz");
