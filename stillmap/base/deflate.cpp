@@ -7,11 +7,11 @@
 
 namespace stillmap {
 
-std::uint32_t crc32(std::string_view bytes) {
-  return libdeflate_crc32(0, bytes.data(), bytes.size());
-}
+namespace {
 
-std::string deflated(std::string_view plain, int level) {
+constexpr int kStored = 0;  // libdeflate's level without compression
+
+std::string compressed(std::string_view plain, int level) {
   const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
       libdeflate_alloc_compressor(level), &libdeflate_free_compressor);
   if (!compressor) throw std::bad_alloc();
@@ -22,8 +22,19 @@ std::string deflated(std::string_view plain, int level) {
                                                     packed.get(), bound)};
 }
 
+}  // namespace
+
+std::uint32_t crc32(std::string_view bytes) {
+  return libdeflate_crc32(0, bytes.data(), bytes.size());
+}
+
+std::string deflated(std::string_view plain, int level) {
+  std::string packed = compressed(plain, level);
+  return plain.size() <= largest_inflated(packed.size()) ? packed : compressed(plain, kStored);
+}
+
 std::optional<std::string> inflated(std::string_view packed, std::uint64_t size) {
-  if (size / kMaxDeflateRatio > packed.size()) return std::nullopt;
+  if (size > largest_inflated(packed.size())) return std::nullopt;
   const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)>
       decompressor(libdeflate_alloc_decompressor(), &libdeflate_free_decompressor);
   if (!decompressor) throw std::bad_alloc();

@@ -8,10 +8,12 @@
 #include <fstream>
 #include <system_error>
 
+#include <fmt/format.h>
+
 namespace stillmap {
 namespace fs = std::filesystem;
 
-std::string read_file(const fs::path& file) {
+std::string read_file(const fs::path& file, std::uintmax_t largest) {
   std::error_code failed;
   // A pipe or device may have no end.
   if (fs::exists(file, failed) && !fs::is_directory(file, failed) &&
@@ -22,7 +24,12 @@ std::string read_file(const fs::path& file) {
   if (!in || fs::is_directory(file, failed)) {
     throw Error("cannot be read", file.string(), "check that the file exists and is readable");
   }
-  std::string bytes(fs::file_size(file), '\0');
+  const std::uintmax_t size = fs::file_size(file);
+  if (size > largest) {
+    throw Error(fmt::format("has {} MB, at most {} are read", size >> 20, largest >> 20),
+                file.string(), "check that this is the file that you meant");
+  }
+  std::string bytes(size, '\0');
   in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   bytes.resize(static_cast<std::size_t>(in.gcount()));
   return bytes;
@@ -30,6 +37,8 @@ std::string read_file(const fs::path& file) {
 
 void write_file(const fs::path& file, std::string_view content) {
   const fs::path temporary = file.string() + ".part";
+  std::error_code absent;
+  fs::remove(temporary, absent);  // A link of this name would be followed.
   std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
   if (out) out.write(content.data(), static_cast<std::streamsize>(content.size()));
   if (out) out.close();

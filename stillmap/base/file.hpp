@@ -1,13 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <string_view>
 
 namespace stillmap {
 
-/// Returns the content of a file. Throws Error if it cannot be read.
-std::string read_file(const std::filesystem::path& file);
+/// Larger files are not read as text: the lists and tables of a day's recording are smaller
+/// [bytes].
+inline constexpr std::uintmax_t kLargestText = std::uintmax_t{256} << 20;
+/// Limit of read_file() for files whose format has no largest size.
+inline constexpr std::uintmax_t kAnySize = std::numeric_limits<std::uintmax_t>::max();
+
+/// Returns the content of a file. Throws Error if it cannot be read, and before memory is taken if
+/// it is no regular file or has more than `largest` bytes.
+std::string read_file(const std::filesystem::path& file, std::uintmax_t largest = kLargestText);
 
 /// Writes a file atomically: to a temporary name in the same folder, then renamed, so readers see
 /// the old or the new content, never a part. Throws Error (folder missing, not writable, disk

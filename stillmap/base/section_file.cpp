@@ -98,7 +98,7 @@ class Unpacker {
       fail(fmt::format("is corrupt: the checksum of section {} (bytes {} to {}) is wrong",
                        name_of(entry), at_, at_ + packed.size()));
     }
-    if (entry.plain / kMaxDeflateRatio > entry.packed) fail("declares more data than it contains");
+    if (entry.plain > largest_inflated(entry.packed)) fail("declares more data than it contains");
     auto plain = inflated(packed, entry.plain);
     if (!plain) fail(fmt::format("cannot be decompressed: section {}", name_of(entry)));
     return std::move(*plain);

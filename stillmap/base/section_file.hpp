@@ -35,6 +35,8 @@ struct Section {
 ///     24 + 24 S   4     CRC-32 of all bytes before this
 ///     28 + 24 S   ...   sections, compressed with raw DEFLATE (RFC 1951), in sequence
 ///
+/// A section has at most 64 KiB and 16 times its compressed bytes, so that a small file cannot take
+/// much memory; sections that could be compressed further are stored without compression.
 /// The same sections give the same bytes. Each section is freed once it is compressed.
 std::string pack_sections(const SectionFormat& format, std::vector<Section> sections);
 

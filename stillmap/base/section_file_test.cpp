@@ -4,6 +4,8 @@
 #include "stillmap/base/bytes.hpp"
 #include "stillmap/base/error.hpp"
 
+#include <libdeflate.h>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -102,6 +104,32 @@ TEST(Bytes, ReadingBeyondTheEndIsAnError) {
       << "eight times this count overflows to 0";
   EXPECT_THROW(in.get_text(), Error);
   EXPECT_THROW(in.expect_end(), Error);
+}
+
+/// Returns a file of one section of these compressed bytes that declares a plain size.
+std::string declaring(const std::string& packed, std::uint64_t plain) {
+  ByteWriter out;
+  out.put_list(std::span(kFormat.magic));
+  out.put(kFormat.version);
+  out.put(std::uint32_t{1});
+  out.put(std::uint64_t{24 + 24 + 4 + packed.size()});
+  out.put_list(std::span<const char>("BOMB", 4));
+  out.put(libdeflate_crc32(0, packed.data(), packed.size()));
+  out.put(std::uint64_t{packed.size()});
+  out.put(plain);
+  out.put(libdeflate_crc32(0, out.bytes().data(), out.bytes().size()));
+  return out.bytes() + packed;
+}
+
+TEST(SectionFile, ASmallFileTakesLittleMemory) {
+  // Two million zeros become two kilobytes; they are stored instead, so that they can be read.
+  const std::vector<Section> zeros{{{'Z', 'E', 'R', 'O'}, std::string(2'000'000, '\0')}};
+  const std::string stored = pack_sections(kFormat, zeros);
+  EXPECT_GT(stored.size(), 2'000'000U);
+  EXPECT_EQ(unpack_sections(kFormat, stored, ""), zeros);
+  const std::string packed(1000, 'x');
+  EXPECT_THAT(error_of(declaring(packed, 1'000'000)), HasSubstr("declares more data"));
+  EXPECT_THAT(error_of(declaring(packed, 10'000)), HasSubstr("cannot be decompressed"));
 }
 
 }  // namespace

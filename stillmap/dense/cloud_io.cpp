@@ -225,7 +225,7 @@ void write_ply(const fs::path& file, const Cloud& cloud) {
 }
 
 Cloud read_ply(const fs::path& file) {
-  const std::string bytes = read_file(file);
+  const std::string bytes = read_file(file, kAnySize);
   HeaderLines header(bytes, file.string());
   const RecordLayout layout = read_ply_header(header);
   return read_records(header, layout);

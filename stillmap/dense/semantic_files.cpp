@@ -37,6 +37,8 @@ std::vector<std::size_t> labels_of(const SemanticMap& semantics,
   return labels;
 }
 
+constexpr std::size_t kLastLabel = 255;  // shared by all classes after the 254th
+
 nlohmann::json triple(const Eigen::Vector3d& v) {
   const auto rounded = [](double x) { return std::round(x * 1e4) / 1e4; };  // a tenth of a mm
   return {rounded(v.x()), rounded(v.y()), rounded(v.z())};
@@ -93,7 +95,7 @@ std::string semantic_ply(const Cloud& cloud, const SemanticMap& semantics) {
     bytes.put(cloud.colors[i]);
     const std::uint16_t object = semantics.empty() ? std::uint16_t{0} : semantics.object[i];
     bytes.put(object);
-    bytes.put(static_cast<std::uint8_t>(object > 0 ? labels[object] + 1 : 0));
+    bytes.put(static_cast<std::uint8_t>(object > 0 ? std::min(labels[object] + 1, kLastLabel) : 0));
     bytes.put(semantics.empty() ? 0.0F : semantics.confidence[i]);
   }
   return bytes.take();

@@ -27,7 +27,7 @@ Cloud colored_by_class(const Cloud& cloud, const SemanticMap& semantics);
 
 /// Returns the cloud as PLY with, per vertex and after x y z red green blue: ushort object (id in
 /// objects.json, 0 for none), uchar label (0 for none) and float confidence. Comments in the header
-/// name the labels: `comment label 3 tv`.
+/// name the labels: `comment label 3 tv`. All classes after the 254th have label 255.
 std::string semantic_ply(const Cloud& cloud, const SemanticMap& semantics);
 
 /// Returns an image of the colors and names of the classes.

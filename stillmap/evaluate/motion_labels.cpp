@@ -106,7 +106,7 @@ void LabelFile::add(const LabeledFrame& frame) {
 }
 
 std::vector<LabeledFrame> read_labels(const std::filesystem::path& file) {
-  const std::string bytes = read_file(file);
+  const std::string bytes = read_file(file, kAnySize);
   if (!bytes.starts_with(kHeader)) {
     throw Error("is not a file of motion labels", file.string(),
                 "stillmap run --save-labels writes one: labels.bin");

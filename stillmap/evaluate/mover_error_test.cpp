@@ -142,6 +142,10 @@ TEST_F(MoverFile, AMalformedTableIsAnError) {
   EXPECT_THROW(read_movers(file_), Error);
   write_file(file_, "timestamp,id,class,x,y,z,vx,vy,vz\n1,1,person,1,2,nan,4,5,6\n");
   EXPECT_THROW(read_movers(file_), Error);
+  write_file(file_, "timestamp,id,class,x,y,z,vx,vy,vz\n1,1e300,person,1,2,3,4,5,6\n");
+  EXPECT_THROW(read_movers(file_), Error);
+  write_file(file_, "timestamp,id,class,x,y,z,vx,vy,vz,min_x,max_x\n1,1,person,1,2,3,4,5,6,7,8\n");
+  EXPECT_THROW(read_movers(file_), Error) << "two of the six columns of a box";
 }
 
 }  // namespace

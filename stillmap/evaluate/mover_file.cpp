@@ -4,12 +4,15 @@
 #include "stillmap/evaluate/mover_error.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <sstream>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace stillmap {
 namespace {
@@ -21,6 +24,9 @@ std::vector<std::string> cells_of(std::string line) {
   for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(cell);
   return cells;
 }
+
+/// Columns of the box; a table has all of them or none.
+constexpr std::array kBoxColumns{"min_x", "min_y", "min_z", "max_x", "max_y", "max_z"};
 
 /// One line of the table; its cells are found by the names of their columns.
 class Row {
@@ -46,6 +52,14 @@ class Row {
     }
     return value;
   }
+  int whole(const std::string& name) const {
+    const double value = number(name);
+    if (std::abs(value) > std::numeric_limits<int>::max()) {
+      throw Error(fmt::format("'{}' in column {} is too large", text(name), name), where_,
+                  "write a whole number");
+    }
+    return static_cast<int>(value);
+  }
   Eigen::Vector3d vector(const char* x, const char* y, const char* z) const {
     return {number(x), number(y), number(z)};
   }
@@ -69,22 +83,26 @@ std::map<std::string, std::size_t> columns_of(const std::string& line, const std
                   "name movers.csv of a run, or truth_movers.csv of a simulated sequence");
     }
   }
+  const auto has = [&](const char* name) { return columns.count(name) > 0; };
+  const auto boxes = std::count_if(kBoxColumns.begin(), kBoxColumns.end(), has);
+  if (boxes != 0 && boxes != static_cast<std::ptrdiff_t>(kBoxColumns.size())) {
+    throw Error(fmt::format("has {} of the six columns of the box", boxes), file,
+                fmt::format("write {} or none of them", fmt::join(kBoxColumns, ", ")));
+  }
   return columns;
 }
 
 MoverPosition position_of(const Row& row) {
   MoverPosition position;
   position.timestamp = row.number("timestamp");
-  position.id = static_cast<int>(row.number("id"));
+  position.id = row.whole("id");
   position.class_name = row.text("class");
   position.centroid = row.vector("x", "y", "z");
   position.velocity = row.vector("vx", "vy", "vz");
   if (row.has("state")) position.observed = row.text("state") != "predicted";
-  if (row.has("pixels")) position.pixels = static_cast<int>(row.number("pixels"));
+  if (row.has("pixels")) position.pixels = row.whole("pixels");
   if (row.has("shown")) position.shown = row.number("shown");
-  const auto has = [&](const char* name) { return row.has(name); };
-  const auto box = {"min_x", "min_y", "min_z", "max_x", "max_y", "max_z"};
-  if (std::all_of(box.begin(), box.end(), has)) {
+  if (row.has(kBoxColumns.front())) {
     position.box = {row.vector("min_x", "min_y", "min_z"), row.vector("max_x", "max_y", "max_z")};
   }
   return position;

@@ -124,6 +124,28 @@ TEST_F(TrajectoryFile, ErrorsNameTheLine) {
   EXPECT_NE(error().find("contains no pose"), std::string::npos) << error();
 }
 
+TEST_F(TrajectoryFile, OtherFormatsAreReadAsWhatTheyAreOrRefused) {
+  const Pose pose(Eigen::Quaterniond(0.8, 0.6, 0, 0), {1, 2, 3});
+  const auto expect_pose = [&](const std::string& format) {
+    const Trajectory read = read_trajectory(file_);
+    ASSERT_EQ(read.size(), 1u) << format;
+    EXPECT_NEAR(read[0].timestamp, 1403636579.758555, 1e-6) << format;
+    EXPECT_LT(distance(read[0].T_world_camera, pose), 1e-9) << format;
+  };
+  write(
+      "#timestamp, p_x, p_y, p_z, q_w, q_x, q_y, q_z, v, bw, ba\n"
+      "1403636579758555392,1,2,3,0.8,0.6,0,0,9,9,9,9,9,9,9,9,9\n");
+  expect_pose("ground truth of EuRoC");
+  write("1403636579758555392, 1, 2, 3, 0.8, 0.6, 0, 0\n");
+  expect_pose("EuRoC without velocities");
+  write("1403636579758555392.000000 1 2 3 0.6 0 0 0.8\n");
+  expect_pose("EuRoC as ORB-SLAM3 writes it");
+  write("1 0 0 5 0 1 0 6 0 0 1 7\n");
+  EXPECT_NE(error().find("KITTI"), std::string::npos) << error();
+  write("1 0 0 0 0 0 0 1 9\n");
+  EXPECT_NE(error().find("found 9"), std::string::npos) << error();
+}
+
 TEST_F(TrajectoryFile, AFileThatCannotBeWrittenIsAnError) {
   EXPECT_THROW(write_trajectory("/nonexistent/folder/t.txt", {}), Error);
 }

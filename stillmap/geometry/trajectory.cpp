@@ -19,32 +19,52 @@ namespace {
 /// stay exact.
 constexpr double kLargestNumber = 1e12;
 
-StampedPose parse_pose(std::string line, const std::string& where) {
+constexpr double kNanosecond = 1e-9;  // s
+constexpr std::size_t kTumNumbers = 8, kKittiNumbers = 12, kEurocNumbers = 17;
+
+/// Returns the finite numbers of a line.
+std::vector<double> numbers_of(std::string line, const std::string& where) {
   std::replace(line.begin(), line.end(), ',', ' ');
   std::istringstream fields(line);
-  double v[8];
-  for (double& x : v) {
-    std::string token;  // Parsed by strtod, which also accepts "nan"; a stream would fail on it.
-    if (!(fields >> token)) {
-      throw Error("expected 8 numbers (timestamp tx ty tz qx qy qz qw)", where,
-                  "write the trajectory in TUM format, one pose per line");
-    }
-    char* end = nullptr;
-    x = std::strtod(token.c_str(), &end);
+  std::vector<double> numbers;
+  for (std::string token; fields >> token;) {
+    char* end = nullptr;  // strtod also accepts "nan"; a stream would fail on it.
+    const double number = std::strtod(token.c_str(), &end);
     if (*end != '\0') throw Error("'" + token + "' is not a number", where, "");
-    if (!std::isfinite(x)) {
+    if (!std::isfinite(number)) {
       throw Error("'" + token + "' is not finite", where, "remove the lines without a valid pose");
     }
-    if (std::abs(x) > kLargestNumber) {
+    if (std::abs(number) > (numbers.empty() ? kLargestNumber / kNanosecond : kLargestNumber)) {
       throw Error("'" + token + "' is too large", where,
                   "write positions in meters and timestamps in seconds");
     }
+    numbers.push_back(number);
   }
-  const Eigen::Quaterniond q(v[7], v[4], v[5], v[6]);
+  return numbers;
+}
+
+/// Parses a line of the format of the TUM benchmark; with a timestamp in nanoseconds, of the
+/// formats of EuRoC: separated by commas with qw first (its ground truth), or by blanks with qw
+/// last (as ORB-SLAM3 writes it).
+StampedPose parse_pose(const std::string& line, const std::string& where) {
+  const std::vector<double> v = numbers_of(line, where);
+  const bool nanoseconds = !v.empty() && std::abs(v[0]) > kLargestNumber;
+  if (v.size() == kKittiNumbers) {
+    throw Error("has 12 numbers, a pose in KITTI's format, which has no timestamp", where,
+                "write lines of 8 numbers: timestamp tx ty tz qx qy qz qw");
+  }
+  if (v.size() != kTumNumbers && !(nanoseconds && v.size() == kEurocNumbers)) {
+    throw Error(
+        fmt::format("expected 8 numbers (timestamp tx ty tz qx qy qz qw), found {}", v.size()),
+        where, "write the trajectory in TUM format, one pose per line");
+  }
+  const bool scalar_first = nanoseconds && line.find(',') != std::string::npos;
+  const Eigen::Quaterniond q = scalar_first ? Eigen::Quaterniond(v[4], v[5], v[6], v[7])
+                                            : Eigen::Quaterniond(v[7], v[4], v[5], v[6]);
   if (q.norm() < 1e-6) {
     throw Error("the quaternion is zero", where, "write poses as tx ty tz qx qy qz qw");
   }
-  return {v[0], Pose(q, Eigen::Vector3d(v[1], v[2], v[3]))};
+  return {nanoseconds ? v[0] * kNanosecond : v[0], Pose(q, Eigen::Vector3d(v[1], v[2], v[3]))};
 }
 
 }  // namespace

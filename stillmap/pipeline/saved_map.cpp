@@ -2,6 +2,7 @@
 #include "stillmap/pipeline/saved_map.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/field_text.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/journal_file.hpp"
 #include "stillmap/map/map_file.hpp"
@@ -119,7 +120,7 @@ DenseView get_view(ByteReader& in, const Camera& camera) {
   view.kind = get_image<std::uint8_t>(in, {cols, rows}, CV_8UC1);
   const auto instances = in.get<std::uint32_t>();
   for (std::uint32_t i = 0; i < instances; ++i) {
-    std::string name = in.get_text();
+    std::string name = field_text(in.get_text());
     view.instances.push_back({std::move(name), in.get<float>()});
     if (!std::isfinite(view.instances.back().confidence)) in.fail("a confidence is not finite");
   }
@@ -164,7 +165,7 @@ std::filesystem::path map_file_of(const std::filesystem::path& source) {
 SavedMap read_saved_map(const std::filesystem::path& source) {
   const std::filesystem::path file = map_file_of(source);
   if (is_journal(file)) return recovered_run(file).map;
-  return saved_map_from_bytes(read_file(file), file.string());
+  return saved_map_from_bytes(read_file(file, kAnySize), file.string());
 }
 
 void require_same_camera(const MapContent& map, const Camera& camera, const PyramidShape& pyramid,

@@ -2,6 +2,7 @@
 #include "stillmap/segment/onnx_info.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/field_text.hpp"
 #include "stillmap/base/file.hpp"
 
 #include <charconv>
@@ -236,7 +237,7 @@ OnnxInfo read_onnx(const std::filesystem::path& file) {
   if (!std::filesystem::is_regular_file(file)) {
     throw Error("there is no such network file", file.string(), export_advice());
   }
-  return parse_onnx(read_file(file), file.string());
+  return parse_onnx(read_file(file, kLargestNetwork), file.string());
 }
 
 std::vector<std::string> parse_class_names(std::string_view dict) {
@@ -250,7 +251,7 @@ std::vector<std::string> parse_class_names(std::string_view dict) {
     if (!id || *id < 0 || *id > kMostClasses || !reader.accept(':')) return {};
     const auto name = reader.quoted();
     if (!name) return {};
-    names[*id] = *name;
+    names[*id] = field_text(*name);
     reader.accept(',');
     more = !reader.accept('}');
   }

@@ -33,12 +33,16 @@ struct OnnxInfo {
 /// name for messages.
 OnnxInfo parse_onnx(std::string_view bytes, const std::string& where);
 
-/// The same for a file. Throws Error if it is missing or not an ONNX model.
+/// Largest file of a network: the limit of protobuf [bytes].
+inline constexpr std::uintmax_t kLargestNetwork = std::uintmax_t{2} << 30;
+
+/// The same for a file. Throws Error if it is missing, larger than kLargestNetwork, or not an ONNX
+/// model.
 OnnxInfo read_onnx(const std::filesystem::path& file);
 
 /// Parses the class list in the metadata of Ultralytics, a Python dict of int to str such as {0:
-/// 'person', 1: "driver's cab"}. Missing ids get the name "class <id>". Returns an empty list for
-/// other texts.
+/// 'person', 1: "driver's cab"}. Control characters and commas become blanks. Missing ids get the
+/// name "class <id>". Returns an empty list for other texts.
 std::vector<std::string> parse_class_names(std::string_view dict);
 
 /// Returns the advice for all errors about unsuitable networks.

@@ -95,8 +95,13 @@ TEST(ReadOnnx, AFolderIsAnErrorThatNamesANetworkInIt) {
 TEST(ParseClassNames, ReadsPythonDicts) {
   EXPECT_THAT(parse_class_names("{0: 'person', 1: 'bicycle'}"), ElementsAre("person", "bicycle"));
   EXPECT_THAT(parse_class_names(R"({0:"driver's cab",1:'a\'b', 2: 'x, y: {z}',})"),
-              ElementsAre("driver's cab", "a'b", "x, y: {z}"));
+              ElementsAre("driver's cab", "a'b", "x  y: {z}"));
   EXPECT_THAT(parse_class_names("{2: 'c', 0: 'a'}"), ElementsAre("a", "class 1", "c"));
+}
+
+TEST(ParseClassNames, SeparatorsOfLinesAndColumnsBecomeBlanks) {
+  EXPECT_THAT(parse_class_names("{0: 'person\nend_header\n,x'}"),
+              ElementsAre("person end_header  x"));
 }
 
 TEST(ParseClassNames, OtherTextsGiveNothing) {

@@ -3,6 +3,7 @@
 
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/warning.hpp"
+#include "stillmap/segment/onnx_info.hpp"
 
 #include <cerrno>
 #include <cstdint>
@@ -39,7 +40,8 @@ std::string problem_of(const fs::path& folder) {
 
 TensorRtCache::TensorRtCache(const fs::path& network, const std::string& versions)
     : parent_(network.string() + ".tensorrt"),
-      final_(parent_ / fmt::format("{:016x}", hash_of(versions, hash_of(read_file(network))))) {
+      final_(parent_ / fmt::format("{:016x}", hash_of(versions, hash_of(read_file(
+                                                                    network, kLargestNetwork))))) {
   find_or_begin();
 }
 

@@ -138,7 +138,7 @@ class CameraYaml {
     const YAML::Node node = root_[key];
     const YAML::Node list = node.IsMap() ? node["data"] : node;
     std::vector<double> values;
-    if (list.IsSequence()) {
+    if (list.IsDefined() && list.IsSequence()) {
       for (const auto& item : list) values.push_back(to_number(item, key));
     }
     if (size > 0 && values.size() != size) {
@@ -374,7 +374,12 @@ Camera camera_of(const CameraYaml& yaml, const fs::path& file) {
 
 Camera camera_in(const fs::path& file) {
   const CameraYaml yaml(file);
-  Camera camera = camera_of(yaml, file);
+  Camera camera;
+  try {
+    camera = camera_of(yaml, file);
+  } catch (const YAML::Exception& e) {
+    throw Error("is no camera file: " + e.msg, file.string(), CameraYaml::kFix);
+  }
   if (camera.name == Camera().name) camera.name = file.stem().string();
   check_camera(camera, file.string());
   return camera;

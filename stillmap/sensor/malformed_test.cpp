@@ -258,6 +258,13 @@ const DamagedList kDamagedLists[] = {
        s.write("associations.txt", "100 rgb/0.png 100 depth/0.png\n100.1 rgb/1.png\n");
      },
      1, 1, "associations.txt:2: expected 'timestamp rgb_file timestamp depth_file'"},
+    {"AssociationOfAnotherTime",
+     [](const auto& s) {
+       fs::remove(s.path("rgb.txt"));
+       s.write("associations.txt",
+               "100 rgb/0.png 100.01 depth/0.png\n100.1 rgb/1.png 200.1 depth/1.png\n");
+     },
+     1, 1, "1.png: its depth image was taken 100.000 s later"},
     {"AllDepthUnknown",  // A valid frame: tracking needs color only.
      [](const auto& s) { s.write_image("depth/1.png", TestSequence::depth_image(0)); }, 3, 0, ""},
 };

@@ -66,6 +66,8 @@ ImageRead pixels_of(const ImageMessage& image, int type, cv::Size wanted) {
   if (image.step < image.width * CV_ELEM_SIZE(type))
     return {{},
             fmt::format("has rows of {} bytes, too few for {} pixels", image.step, image.width)};
+  if (image.step % CV_ELEM_SIZE1(type) != 0)
+    return {{}, fmt::format("has rows of {} bytes, which are no whole numbers", image.step)};
   return {cv::Mat(wanted, type, const_cast<std::uint8_t*>(image.data.data()), image.step), ""};
 }
 
@@ -80,7 +82,13 @@ ImageRead color_pixels(const ImageMessage& image, cv::Size wanted) {
   if (format->conversion == kCopy) {
     bgr = read.image.clone();
   } else {
-    cv::cvtColor(read.image, bgr, format->conversion);
+    try {
+      cv::cvtColor(read.image, bgr, format->conversion);
+    } catch (const cv::Exception&) {  // such as an odd width of YUV images
+      return {{},
+              fmt::format("has the pixel format '{}', in which no image is {} pixels wide",
+                          image.encoding, image.width)};
+    }
   }
   return {bgr, ""};
 }

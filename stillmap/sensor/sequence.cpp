@@ -224,6 +224,25 @@ void number_to_time(FrameList& list, double fps) {
   for (FrameFiles& files : list.frames) files.depth_timestamp = files.timestamp /= fps;
 }
 
+/// Moves pairs whose images were not taken at about the same time to the skipped lines.
+void skip_distant_pairs(FrameList& list) {
+  constexpr double kLargestDifference = 1;  // s; the clocks of two cameras may differ a little
+  std::erase_if(list.frames, [&](const FrameFiles& files) {
+    const double difference = files.depth_timestamp - files.timestamp;
+    if (std::abs(difference) <= kLargestDifference) return false;
+    list.skipped.push_back(
+        {.timestamp = files.timestamp,
+         .reason = fmt::format("{}: its depth image was taken {:.3f} s {}",
+                               files.color.filename().string(), std::abs(difference),
+                               difference > 0 ? "later" : "earlier")});
+    return true;
+  });
+  if (list.frames.empty()) {
+    throw Error("pairs no images of the same time: " + list.skipped.back().reason, "associations",
+                "write the times of both images by one clock");
+  }
+}
+
 FrameList read_associations(const SequencePaths& paths) {
   const fs::path &list = paths.associations, &folder = paths.folder;
   FrameList read;
@@ -245,6 +264,7 @@ FrameList read_associations(const SequencePaths& paths) {
     std::swap(files.timestamp, files.depth_timestamp);
   }
   number_to_time(read, paths.fps);
+  skip_distant_pairs(read);
   return read;
 }
 

@@ -23,7 +23,7 @@ class Section {
       : node_(node), where_(where) {
     if (!node.IsMap()) throw Error("is no map of keys and values", where, "see docs/view.md");
     for (const auto& entry : node) {
-      const auto key = entry.first.as<std::string>();
+      const auto key = entry.first.as<std::string>("");
       if (std::find(keys.begin(), keys.end(), key) == keys.end())
         throw Error("there is no key '" + key + "'", where, suggestion(key, keys));
     }
@@ -100,15 +100,6 @@ DistanceRule distance_of(const YAML::Node& node, const std::string& where,
   return rule;
 }
 
-YAML::Node parsed(const std::filesystem::path& file) {
-  try {
-    return YAML::Load(read_file(file));
-  } catch (const YAML::Exception& e) {
-    throw Error(std::string("is no valid YAML: ") + e.what(), file.string(),
-                "see the example in docs/view.md");
-  }
-}
-
 std::map<std::string, Eigen::Vector3d> points_of(const Section& file, const std::string& where) {
   std::map<std::string, Eigen::Vector3d> points{{"camera", Eigen::Vector3d::Zero()}};
   for (const YAML::Node& node : file.list("points")) {
@@ -120,11 +111,8 @@ std::map<std::string, Eigen::Vector3d> points_of(const Section& file, const std:
   return points;
 }
 
-}  // namespace
-
-WarningRules read_warning_rules(const std::filesystem::path& file) {
-  const std::string where = file.string();
-  const Section section(parsed(file), where, {"up", "zones", "points", "distances"});
+WarningRules rules_of(const YAML::Node& file, const std::string& where) {
+  const Section section(file, where, {"up", "zones", "points", "distances"});
   WarningRules rules;
   if (section.has("up")) rules.up = section.vector("up");
   if (rules.up.norm() < 1e-6) section.fail("up", "is zero");
@@ -141,6 +129,18 @@ WarningRules read_warning_rules(const std::filesystem::path& file) {
   if (rules.zones.empty() && rules.distances.empty())
     throw Error("has no zones and no distances", where, "see the example in docs/view.md");
   return rules;
+}
+
+}  // namespace
+
+WarningRules read_warning_rules(const std::filesystem::path& file) {
+  const std::string text = read_file(file);
+  try {
+    return rules_of(YAML::Load(text), file.string());
+  } catch (const YAML::Exception& e) {
+    throw Error(std::string("is not valid: ") + e.what(), file.string(),
+                "see the example in docs/view.md");
+  }
 }
 
 nlohmann::json zones_message(const WarningRules& rules) {

@@ -72,7 +72,12 @@ TEST(WarningRules, MistakesAreNamed) {
   EXPECT_THAT(problem_of("distances: [{to: camera, nearer: -1}]"), HasSubstr("out of range"));
   EXPECT_THAT(problem_of("distances: [{to: camera, nearer: far}]"), HasSubstr("no valid value"));
   EXPECT_THAT(problem_of("up: [0, 0, 0]\n" + zones + "]"), HasSubstr("is zero"));
-  EXPECT_THAT(problem_of("zones: ["), HasSubstr("no valid YAML"));
+  EXPECT_THAT(problem_of("zones: ["), HasSubstr("is not valid"));
+  EXPECT_THAT(problem_of("[a, b]: 1"), HasSubstr("there is no key ''"));
+  EXPECT_THAT(problem_of("zones: [{name: a, polygon: [[0, x, 0]]}]"), HasSubstr("rules.yaml"));
+  EXPECT_THAT(problem_of("zones: [{name: a, polygon: [[0, 1, 0], [1, 1, 0], [1, 1, 1]], "
+                         "classes: [[a]]}]"),
+              HasSubstr("rules.yaml"));
   EXPECT_EQ(problem_of(zones + "]"), "");
 }
 
