@@ -2,9 +2,11 @@
 # `make` lists all targets; CMake builds them (see CMakePresets.json).
 #
 #   JOBS=N      number of parallel compilers and tests (default: all cores)
+#   SECONDS=N   time of `make fuzz` per target (60)
 #   ARGS="..."  passed to `make demo`, `make test` (ctest), `make bench` (lab/README.md) and `make microbench`
 
 JOBS ?= $(shell nproc)
+SECONDS ?= 60
 ARGS ?=
 
 configure = cmake --preset $(1) >build/configure_$(1).log || { cat build/configure_$(1).log; exit 1; }
@@ -12,7 +14,7 @@ compile = cmake --build --preset $(1) --parallel $(JOBS)
 run_tests = ctest --preset $(1) --parallel $(JOBS) $(ARGS)
 
 .DEFAULT_GOAL := help
-.PHONY: help deps tools networks-env build demo test bench microbench format check-format lint debug asan tsan install clean
+.PHONY: help deps tools networks-env build demo test bench microbench format check-format lint debug asan tsan fuzz install clean
 
 help:  ## this list
 	@sed -nE 's/^([a-z -]+):.*## (.*)/  make \1\t\2/p' Makefile | expand -t 26
@@ -48,6 +50,13 @@ debug asan tsan: deps  ## all tests with assertions (debug) or under a sanitizer
 	$(call compile,$@)
 	$(call run_tests,$@)
 
+fuzz:  ## fuzz all parsers with libFuzzer (clang), SECONDS each, ARGS="TARGET..." for some
+	@mkdir -p build
+	@scripts/install_dependencies.sh --fuzz
+	@$(call configure,fuzz)
+	$(call compile,fuzz)
+	scripts/fuzz.py --seconds $(SECONDS) $(ARGS)
+
 bench: deps  ## measure the speed of the complete system on a rendered scene or your sequences (results: build/bench)
 	@$(call configure,release)
 	$(call compile,release) --target stillmap stillmap_feature_benchmark
@@ -74,4 +83,4 @@ install: deps  ## install the command, its library and headers to PREFIX (/usr/l
 	cmake --install build/release --prefix $(or $(PREFIX),/usr/local)
 
 clean:  ## remove all build results except downloaded wheels
-	rm -rf build/release build/debug build/asan build/tsan build/lint build/configure_*.log
+	rm -rf build/release build/debug build/asan build/tsan build/fuzz build/lint build/configure_*.log

@@ -23,7 +23,7 @@ endif()
 add_library(stillmap_options INTERFACE)
 # GCC 12 reports false overflows of std::string (its bugs 105329 and 105651): two warnings are off.
 set(warnings -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual -Wcast-qual
-             -Wno-array-bounds -Wno-restrict $<$<BOOL:${STILLMAP_WARNINGS_AS_ERRORS}>:-Werror>)
+             -Wno-array-bounds $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict> $<$<BOOL:${STILLMAP_WARNINGS_AS_ERRORS}>:-Werror>)
 target_compile_features(stillmap_options INTERFACE cxx_std_20)
 target_compile_options(stillmap_options INTERFACE
   ${warnings} -fno-math-errno -fpch-preprocess)
@@ -31,8 +31,10 @@ target_include_directories(stillmap_options INTERFACE "${PROJECT_SOURCE_DIR}")
 
 set(STILLMAP_SANITIZE "" CACHE STRING "Sanitizers, as for -fsanitize= (address,undefined or thread)")
 if(STILLMAP_SANITIZE)
+  add_compile_options(-fsanitize=${STILLMAP_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   # Sanitizer instrumentation causes false warnings of GCC's flow analysis (its bug 105562): two are off.
-  add_compile_options(-fsanitize=${STILLMAP_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all
-                      -Wno-stringop-overflow -Wno-maybe-uninitialized)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+    add_compile_options(-Wno-stringop-overflow -Wno-maybe-uninitialized)
+  endif()
   add_link_options(-fsanitize=${STILLMAP_SANITIZE})
 endif()

@@ -6,4 +6,4 @@ cd "$(dirname "$0")/.."
 
 mode=(-i)
 [ "${1:-}" != --check ] || mode=(--dry-run -Werror)
-find stillmap apps lab python -name '*.[ch]pp' -print0 | xargs -0 -n 16 -P "$(nproc)" build/venv/bin/clang-format "${mode[@]}"
+find stillmap apps fuzz lab python -name '*.[ch]pp' -print0 | xargs -0 -n 16 -P "$(nproc)" build/venv/bin/clang-format "${mode[@]}"

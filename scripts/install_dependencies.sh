@@ -6,6 +6,7 @@
 # needs no network access.
 #
 #   scripts/install_dependencies.sh            to build, run and test
+#   scripts/install_dependencies.sh --fuzz     also clang with libFuzzer for `make fuzz`
 #   scripts/install_dependencies.sh --tools    also the tools for `make format`, `make lint` and quantize_network.py
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -22,6 +23,7 @@ packages=(
   # tests and benchmarks
   libgtest-dev libgmock-dev libbenchmark-dev
 )
+fuzz_packages=(clang libclang-rt-dev)
 # OpenVINO runs the networks fast; its C++ package is part of the wheel. Optional: without it OpenCV runs them.
 openvino=(openvino==2026.4.1 numpy)
 # The tests of the Python module. Optional: without them they are skipped.
@@ -81,6 +83,7 @@ install_wheels() {
   printf '%s\n' "${wanted[@]}" >>"$stamp"
 }
 
+[ "${1:-}" != --fuzz ] || packages+=("${fuzz_packages[@]}")
 mapfile -t missing < <(missing_packages)
 [ ${#missing[@]} -eq 0 ] || install_packages
 install_wheels "${openvino[@]}" || {

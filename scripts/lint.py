@@ -21,7 +21,7 @@ ROOT = Path(__file__).resolve().parent.parent
 BUILD = ROOT / "build/lint"
 CLANG_TIDY = ROOT / "build/venv/bin/clang-tidy"
 GCC_ONLY = {"-fpch-preprocess"}
-INCLUDE = re.compile(r'^\s*#\s*include\s*"((?:stillmap|apps|lab)/[^"]+)"', re.MULTILINE)
+INCLUDE = re.compile(r'^\s*#\s*include\s*"((?:stillmap|apps|lab|fuzz)/[^"]+)"', re.MULTILINE)
 
 
 def read_commands():

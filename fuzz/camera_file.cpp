@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/sensor/camera_file.hpp"
+
+#include "stillmap/sensor/make_source.hpp"
+
+#include "fuzz/fuzz_target.hpp"
+
+namespace stillmap::fuzz {
+
+std::vector<std::string> seeds() {
+  Camera camera = read_camera("tum_fr1");
+  camera.shutter = {.readout = 0.02, .depth_delay = 0.01};
+  camera.disparity_bias = {.offset = 0.001, .bow = 0.001};
+  const auto own = file_with("", "own.yaml");
+  write_camera(own, camera);
+  return {content_of(own),
+          // camera_info of ROS
+          "image_width: 64\nimage_height: 48\ndistortion_model: plumb_bob\ncamera_matrix:\n"
+          "  data: [60, 0, 31.5, 0, 60, 23.5, 0, 0, 1]\ndistortion_coefficients:\n"
+          "  data: [0.1, 0, 0, 0, 0]\nprojection_matrix:\n"
+          "  data: [60, 0, 31.5, 0, 0, 60, 23.5, 0, 0, 0, 1, 0]\n",
+          // Open3D
+          R"({"width": 64, "height": 48, "intrinsic_matrix": [60, 0, 0, 0, 60, 0, 31.5, 23.5, 1],
+              "depth_scale": 1000})",
+          // librealsense
+          R"({"width": 64, "height": 48, "fx": 60, "fy": 60, "ppx": 31.5, "ppy": 23.5,
+              "model": "brown_conrady", "coeffs": [0, 0, 0, 0, 0], "depth_units": 0.001})",
+          // ORB-SLAM
+          "%YAML:1.0\nCamera.type: \"PinHole\"\nCamera.fx: 60\nCamera.fy: 60\nCamera.cx: 31.5\n"
+          "Camera.cy: 23.5\nCamera.k1: 0.1\nCamera.width: 64\nCamera.height: 48\nCamera.fps: 30.0\n"
+          "Camera.bf: 4.5\nDepthMapFactor: 5000.0\n"};
+}
+
+}  // namespace stillmap::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace stillmap;
+  const auto file = fuzz::file_with(fuzz::text_of(data, size));
+  fuzz::parse([&] {
+    const Camera camera = read_camera(file.string());
+    const auto copy = fuzz::file_with("", "copy.yaml");
+    write_camera(copy, camera);
+    if (read_camera(copy.string()).fx != camera.fx) std::abort();
+  });
+  return 0;
+}
