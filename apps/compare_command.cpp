@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/json_text.hpp"
 #include "stillmap/base/print.hpp"
 #include "stillmap/report/comparison_chart.hpp"
+#include "stillmap/report/comparison_page.hpp"
 #include "stillmap/report/result_folder.hpp"
 
-#include <array>
+#include <string>
+#include <vector>
 
 #include "commands.hpp"
+#include "terminal.hpp"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -16,9 +20,10 @@ namespace {
 namespace fs = std::filesystem;
 
 // Files of the output folder.
-constexpr const char* kChart = "comparison.svg";
-constexpr const char* kFigures = "comparison.json";
-constexpr const char* kTable = "comparison.txt";
+constexpr const char* kPage = "comparison.html";
+const std::vector<std::string> kFiles{"comparison.html", "comparison.md",   "comparison.tex",
+                                      "comparison.csv",  "comparison.json", "comparison.svg",
+                                      "errors.svg"};
 
 struct CompareArguments {
   std::vector<std::string> runs;
@@ -26,7 +31,8 @@ struct CompareArguments {
   bool force = false;
 };
 
-/// Reads "name=path" or "path": a trajectory, or a folder written by `stillmap run`.
+/// Reads "name=path" or "path": a trajectory, or a folder written by `stillmap run`. All runs are
+/// of the sequence with this truth, so that the first is the baseline of all others.
 RecordedRun read_run(const std::string& argument, const Trajectory& truth) {
   const auto equals = argument.find('=');
   const fs::path path = equals == std::string::npos ? argument : argument.substr(equals + 1);
@@ -37,10 +43,12 @@ RecordedRun read_run(const std::string& argument, const Trajectory& truth) {
   run.truth = truth;
   const fs::path summary = path / "summary.json";
   if (fs::exists(summary)) {
-    const auto json = nlohmann::json::parse(read_file(summary), nullptr, false);
-    if (!json.is_discarded() && json.contains("frames")) {
-      run.sequence = json.value("sequence", "");
-      run.total_frames = json["frames"].value("total", std::size_t{0});
+    try {
+      const auto json = nlohmann::json::parse(read_file(summary));
+      run.total_frames = json.at("frames").at("total").get<std::size_t>();
+    } catch (const nlohmann::json::exception& e) {
+      throw Error(std::string("is no summary of a run: ") + e.what(), summary.string(),
+                  "name the trajectory instead of the folder");
     }
   }
   return run;
@@ -49,17 +57,22 @@ RecordedRun read_run(const std::string& argument, const Trajectory& truth) {
 int run(const CompareArguments& arguments) {
   ResultFolder folder(arguments.out, arguments.force ? ResultFolder::Foreign::kOverwrite
                                                      : ResultFolder::Foreign::kKeep);
-  folder.require_free(std::array<std::string, 3>{kChart, kFigures, kTable});
+  folder.require_free(kFiles);
   std::vector<RecordedRun> runs;
   const Trajectory truth = read_trajectory(arguments.truth);
   for (const std::string& argument : arguments.runs) runs.push_back(read_run(argument, truth));
   const Comparison comparison = compare_runs(runs);
-  print_out("{}", comparison_text(comparison));
-  folder.write_text(kChart, comparison_chart(comparison).file());
-  folder.write_text(kFigures, json_text(comparison, 2) + "\n");
-  folder.write_text(kTable, comparison_text(comparison));
+  const std::string table = comparison_markdown(comparison);
+  print_out("{}", table);
+  folder.write_text("comparison.md", table);
+  folder.write_text("comparison.tex", comparison_latex(comparison));
+  folder.write_text("comparison.csv", comparison_csv(comparison));
+  folder.write_text("comparison.json", json_text(comparison, 2) + "\n");
+  folder.write_text("comparison.svg", comparison_chart(comparison).file());
+  folder.write_text("errors.svg", error_distribution_chart(comparison).file());
+  folder.write_text(kPage, comparison_page(comparison, {kFiles.begin() + 1, kFiles.end()}));
   folder.require_all();
-  print_out("{}", folder.written_text());
+  print_out("{}{}", folder.written_text(), open_line(folder.path() / kPage));
   return kSuccess;
 }
 
@@ -75,7 +88,9 @@ void add_compare_command(CLI::App& app, int& exit_code) {
       ->add_option("runs", arguments->runs,
                    "result folders or trajectories, NAME=PATH or PATH; the first is the baseline")
       ->required();
-  command->add_option("--out", arguments->out, "output folder: table and chart")
+  command
+      ->add_option("--out", arguments->out,
+                   "output folder: page, tables (Markdown, LaTeX, CSV, JSON) and charts")
       ->capture_default_str();
   add_force_option(*command, arguments->force);
   command->footer(

@@ -14,6 +14,7 @@
 #include "interrupt.hpp"
 #include "progress.hpp"
 #include "run_session.hpp"
+#include "terminal.hpp"
 #include <fmt/format.h>
 
 namespace stillmap {
@@ -98,8 +99,8 @@ int run(const DemoArguments& arguments) {
   ResultFolder results(arguments.out, arguments.foreign());
   results.write_text(kChart, comparison_chart(comparison).file());
   results.require_all();
-  print_out("{}\n{}Open {}\n", comparison_text(comparison), results.written_text(),
-            (fs::path(arguments.out) / "fused" / "report.html").string());
+  print_out("{}\n{}{}", comparison_markdown(comparison), results.written_text(),
+            open_line(fs::path(arguments.out) / "fused" / "report.html"));
   return kSuccess;
 }
 

@@ -31,15 +31,15 @@ constexpr std::array<Measure, 3> kMeasures{{
 }};
 
 struct Figure {
-  const char* title;
   const char* key;
   double Statistics::*value;
+  bool has_rate;  // The tables have a column with its improvement rate.
 };
 
-constexpr std::array<Figure, 4> kFigures{{{"RMSE", "rmse", &Statistics::rmse},
-                                          {"mean", "mean", &Statistics::mean},
-                                          {"median", "median", &Statistics::median},
-                                          {"SD", "sd", &Statistics::sd}}};
+constexpr std::array<Figure, 4> kFigures{{{"rmse", &Statistics::rmse, true},
+                                          {"mean", &Statistics::mean, false},
+                                          {"median", &Statistics::median, false},
+                                          {"sd", &Statistics::sd, true}}};
 
 std::size_t first_of_sequence(std::span<const RecordedRun> runs, const std::string& sequence) {
   const auto found = std::find_if(runs.begin(), runs.end(),
@@ -81,40 +81,63 @@ double improvement(const Statistics& baseline, const Statistics& statistics, con
   return improvement_rate(baseline.*figure.value, statistics.*figure.value);
 }
 
-std::string row(const Comparison& comparison, std::size_t index, const Measure& measure) {
+/// Returns the improvement rate of a run over its baseline [%]; none for a baseline.
+std::optional<double> improvement_of(const Comparison& comparison, std::size_t index,
+                                     const Measure& measure, const Figure& figure) {
   const ComparedRun& run = comparison.runs[index];
-  if (!run.evaluation) return run.problem.substr(0, run.problem.find('\n')) + "\n";
   const Evaluation* baseline = baseline_of(comparison, index);
-  const Statistics& statistics = measure.of(*run.evaluation);
-  std::string text;
-  for (const Figure& figure : kFigures) {
-    if (statistics.count == 0) {
-      text += fmt::format("{:>10}{:>11}", "-", "");
-      continue;
-    }
-    const double value = statistics.*figure.value;
-    const double rate = baseline ? improvement(measure.of(*baseline), statistics, figure) : NAN;
-    const std::string percent = std::isnan(rate) ? "" : fmt::format("{:+.1f} %", rate);
-    text += fmt::format("{:>10.4f}{:>11}", value, percent);
-  }
-  const Coverage& coverage = run.evaluation->coverage;
-  return text + fmt::format("{:>7}{:>13}\n", statistics.count,
-                            fmt::format("{}{}/{}", coverage.estimated ? "~" : "", coverage.tracked,
-                                        coverage.total));
+  if (!run.evaluation || baseline == nullptr) return std::nullopt;
+  const double rate = improvement(measure.of(*baseline), measure.of(*run.evaluation), figure);
+  return std::isnan(rate) ? std::nullopt : std::optional(rate);
 }
 
-std::string table(const Comparison& comparison, const Measure& measure) {
-  std::size_t width = std::string(measure.title).size();
-  for (const ComparedRun& run : comparison.runs) width = std::max(width, full_name(run).size());
-  std::string text = fmt::format("{:<{}}", measure.title, width + 2);
-  for (const Figure& figure : kFigures)
-    text += fmt::format("{:>10}{:>11}", figure.title, "improved");
-  text += fmt::format("{:>7}{:>13}\n", "pairs", "coverage");
-  for (std::size_t i = 0; i < comparison.runs.size(); ++i) {
-    text += fmt::format("{:<{}}", full_name(comparison.runs[i]), width + 2);
-    text += row(comparison, i, measure);
+std::string coverage_text(const Coverage& coverage) {
+  return fmt::format("{}{}/{}", coverage.estimated ? "~" : "", coverage.tracked, coverage.total);
+}
+
+std::vector<FigureCell> row(const Comparison& comparison, std::size_t index,
+                            const Measure& measure) {
+  constexpr int kErrorDigits = 4, kRateDigits = 1;
+  const ComparedRun& run = comparison.runs[index];
+  if (!run.evaluation) return {full_name(run), "failed", "", "", "", "", "", ""};
+  const Statistics& errors = measure.of(*run.evaluation);
+  std::vector<FigureCell> cells{full_name(run)};
+  for (const Figure& figure : kFigures) {
+    const std::optional<double> value =
+        errors.count == 0 ? std::nullopt : std::optional(errors.*figure.value);
+    cells.emplace_back(value, kErrorDigits);
+    if (figure.has_rate)
+      cells.emplace_back(improvement_of(comparison, index, measure, figure), kRateDigits);
   }
-  return text;
+  cells.emplace_back(coverage_text(run.evaluation->coverage));
+  return cells;
+}
+
+/// Returns a text as one cell of comma-separated values (RFC 4180).
+std::string csv_cell(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + "\"";
+}
+
+std::string csv_line(const Comparison& comparison, std::size_t index, const Measure& measure) {
+  const ComparedRun& run = comparison.runs[index];
+  std::string line =
+      fmt::format("{},{},{}", csv_cell(run.name), csv_cell(run.sequence), measure.key);
+  if (!run.evaluation) return line + ",,,,,,,,,,,,\n";
+  const Statistics& errors = measure.of(*run.evaluation);
+  const auto add = [&line](const std::optional<double>& value) {
+    line += value ? fmt::format(",{:.6g}", *value) : ",";
+  };
+  const auto add_error = [&](double value) {
+    add(errors.count == 0 ? std::nullopt : std::optional(value));
+  };
+  for (const Figure& figure : kFigures) add_error(errors.*figure.value);
+  add_error(errors.max);
+  for (const Figure& figure : kFigures) add(improvement_of(comparison, index, measure, figure));
+  const Coverage& coverage = run.evaluation->coverage;
+  return line + fmt::format(",{},{},{}\n", errors.count, coverage.tracked, coverage.total);
 }
 
 nlohmann::json improvements(const Evaluation& baseline, const Evaluation& evaluation) {
@@ -143,11 +166,46 @@ Comparison compare_runs(std::span<const RecordedRun> runs) {
   return comparison;
 }
 
-std::string comparison_text(const Comparison& comparison) {
-  std::string text;
+std::vector<FigureTable> comparison_tables(const Comparison& comparison) {
+  std::vector<FigureTable> tables;
   for (const Measure& measure : kMeasures) {
-    if (!text.empty()) text += "\n";
-    text += table(comparison, measure);
+    FigureTable& table = tables.emplace_back();
+    table.title = measure.title;
+    table.columns = {"run",    "RMSE", "improved [%]", "mean",
+                     "median", "SD",   "improved [%]", "frames"};
+    for (std::size_t i = 0; i < comparison.runs.size(); ++i)
+      table.rows.push_back(row(comparison, i, measure));
+  }
+  for (const ComparedRun& run : comparison.runs) {
+    if (run.evaluation) continue;
+    const std::string reason = run.problem.substr(0, run.problem.find('\n'));
+    tables.front().notes.push_back(full_name(run) + ": " + reason);
+  }
+  return tables;
+}
+
+std::string comparison_markdown(const Comparison& comparison) {
+  std::string text;
+  for (const FigureTable& table : comparison_tables(comparison)) {
+    if (!text.empty()) text += '\n';
+    text += table_markdown(table);
+  }
+  return text;
+}
+
+std::string comparison_latex(const Comparison& comparison) {
+  std::string text;
+  for (const FigureTable& table : comparison_tables(comparison)) text += table_latex(table);
+  return text;
+}
+
+std::string comparison_csv(const Comparison& comparison) {
+  std::string text =
+      "run,sequence,error,rmse,mean,median,sd,max,rmse_improved_percent,mean_improved_percent,"
+      "median_improved_percent,sd_improved_percent,pairs,tracked_frames,frames\n";
+  for (const Measure& measure : kMeasures) {
+    for (std::size_t i = 0; i < comparison.runs.size(); ++i)
+      text += csv_line(comparison, i, measure);
   }
   return text;
 }

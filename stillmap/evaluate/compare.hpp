@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/evaluate/figure_table.hpp"
 #include "stillmap/evaluate/trajectory_error.hpp"
 
 #include <optional>
@@ -42,12 +43,20 @@ double improvement_rate(double alpha, double beta);
 /// that cannot be evaluated (no overlap, too few poses) keeps its place with the reason.
 Comparison compare_runs(std::span<const RecordedRun> runs);
 
-/// Returns three text tables (ATE, RPE translation, RPE rotation over 1 s) with RMSE, mean, median
-/// and SD, each with its improvement rate over the baseline, and with pairs and coverage.
-std::string comparison_text(const Comparison& comparison);
+/// Returns three tables (ATE, RPE translation, RPE rotation over 1 s) with RMSE, mean, median and
+/// SD, the improvement rates of RMSE and SD over the baseline, and the coverage.
+std::vector<FigureTable> comparison_tables(const Comparison& comparison);
 
-/// Writes the figures of the text tables by run: evaluation and improvement_percent by figure, or
-/// problem.
+/// Returns these tables in Markdown, which is also readable as text, and as LaTeX.
+std::string comparison_markdown(const Comparison& comparison);
+std::string comparison_latex(const Comparison& comparison);
+
+/// Returns comma-separated values with one line per run and error: RMSE, mean, median, SD, largest
+/// error and number of pairs, the four improvement rates [%], and the coverage. Cells without a
+/// figure are empty.
+std::string comparison_csv(const Comparison& comparison);
+
+/// Writes the figures by run: evaluation and improvement_percent by figure, or problem.
 void to_json(nlohmann::json& json, const Comparison& comparison);
 
 }  // namespace stillmap

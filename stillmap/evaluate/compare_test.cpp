@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/evaluate/compare.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -57,8 +59,8 @@ TEST(Compare, MeasuresImprovementAgainstTheFirstRunOfTheSequence) {
   EXPECT_NEAR(improvement(1).get<double>(), 75, 1);  // a quarter of the error
   EXPECT_FALSE(json.at("runs").at(2).contains("improvement_percent"));
   EXPECT_NEAR(improvement(3).get<double>(), -100, 5);
-  const std::string text = comparison_text(comparison);
-  EXPECT_THAT(text, HasSubstr("seg-mask  walk"));
+  const std::string text = comparison_markdown(comparison);
+  EXPECT_THAT(text, HasSubstr("| seg-mask  walk |"));
   EXPECT_THAT(text, HasSubstr("200/250"));
 }
 
@@ -70,7 +72,7 @@ TEST(Compare, RunsShorterThanASecondAreComparedByTheirAbsoluteErrors) {
   EXPECT_GT(compared.at("improvement_percent").at("ate_translation").at("rmse"), 50);
   EXPECT_TRUE(compared.at("improvement_percent").at("rpe_1s_translation").at("rmse").is_null());
   EXPECT_TRUE(compared.at("rpe_1s").is_null());
-  EXPECT_THAT(comparison_text(comparison), HasSubstr("-                    -"));
+  EXPECT_EQ(comparison_tables(comparison).at(1).rows.at(1).at(1).shown(), "-");
 }
 
 TEST(Compare, ARunThatCannotBeEvaluatedKeepsItsPlaceWithTheReason) {
@@ -79,8 +81,27 @@ TEST(Compare, ARunThatCannotBeEvaluatedKeepsItsPlaceWithTheReason) {
   runs.push_back({"third", "walk", wobbling(0.01), loop(), 200});
   const Comparison comparison = compare_runs(runs);
   EXPECT_FALSE(comparison.runs[1].evaluation.has_value());
-  EXPECT_THAT(comparison_text(comparison), HasSubstr("do not overlap in time"));
+  EXPECT_THAT(comparison_markdown(comparison), HasSubstr("do not overlap in time"));
   EXPECT_TRUE(nlohmann::json(comparison).at("runs").at(1).contains("problem"));
+}
+
+TEST(Compare, TheTableOfCommaSeparatedValuesHasALinePerRunAndError) {
+  std::vector<RecordedRun> runs = two_systems();
+  runs[1].name = "mask, \"dilated\"";
+  for (RecordedRun& run : runs) run.sequence = "";
+  const Comparison comparison = compare_runs(runs);
+  std::istringstream csv(comparison_csv(comparison));
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(csv, line);) lines.push_back(line);
+  ASSERT_EQ(lines.size(), 7U);  // head, two runs with three errors each
+  EXPECT_THAT(lines[1], ::testing::StartsWith("static,,ate_translation,0."));
+  EXPECT_THAT(lines[1], ::testing::EndsWith(",,,,,200,200,200")) << "the baseline has no rates";
+  EXPECT_THAT(lines[2], ::testing::StartsWith("\"mask, \"\"dilated\"\"\",,ate_translation,0."));
+  const auto commas = [](const std::string& line) { return std::ranges::count(line, ','); };
+  EXPECT_EQ(commas(lines[1]), commas(lines[0]));
+  runs[1].estimate.clear();
+  const std::string failed = comparison_csv(compare_runs(runs));
+  EXPECT_THAT(failed, HasSubstr("ate_translation,,,,,,,,,,,,\n"));
 }
 
 }  // namespace

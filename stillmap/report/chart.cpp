@@ -21,6 +21,55 @@ double round_up_to_nice(double step) {
   return 10 * power;
 }
 
+/// A grid line of an axis; without a label if that is empty.
+struct LabeledTick {
+  double value = 0;
+  std::string label;
+};
+
+std::vector<LabeledTick> nice_labeled_ticks(const ValueRange& range, int count, bool reversed) {
+  const std::vector<double> values = nice_ticks(range, count);
+  const std::vector<std::string> labels = tick_labels(values, reversed);
+  std::vector<LabeledTick> ticks;
+  for (std::size_t i = 0; i < values.size(); ++i) ticks.push_back({values[i], labels[i]});
+  return ticks;
+}
+
+std::vector<LabeledTick> logarithmic_ticks(const ValueRange& range) {
+  constexpr double kShort = 2.5;  // decades up to which all grid lines are labeled
+  std::vector<LabeledTick> ticks;
+  const auto first = static_cast<int>(std::floor(range.low));
+  for (int decade = first; decade <= range.high; ++decade) {
+    for (const int factor : {1, 2, 5}) {
+      const double value = factor * std::pow(10.0, decade), logarithm = std::log10(value);
+      if (logarithm < range.low - 1e-9 || logarithm > range.high + 1e-9) continue;
+      const bool labeled = factor == 1 || range.size() < kShort;
+      ticks.push_back({logarithm, labeled ? fmt::format("{:.3g}", value) : ""});
+    }
+  }
+  return ticks;
+}
+
+void draw_x_ticks(Canvas& canvas, const ChartArea& area, const std::vector<LabeledTick>& ticks,
+                  std::string_view title) {
+  for (const auto& [value, label] : ticks) {
+    const double x = area.px(value);
+    canvas.line({x, area.top}, {x, area.bottom()}, "grid");
+    if (!label.empty()) canvas.text({x, area.bottom() + 18}, label, "middle", "tick");
+  }
+  canvas.text({area.left + area.width / 2, area.bottom() + 38}, title, "middle");
+}
+
+void draw_y_ticks(Canvas& canvas, const ChartArea& area, const std::vector<LabeledTick>& ticks,
+                  std::string_view title) {
+  for (const auto& [value, label] : ticks) {
+    const double y = area.py(value);
+    canvas.line({area.left, y}, {area.right(), y}, "grid");
+    if (!label.empty()) canvas.text({area.left - 8, y + 4}, label, "end", "tick");
+  }
+  canvas.text_upwards({area.left - 46, area.top + area.height / 2}, title);
+}
+
 }  // namespace
 
 void ValueRange::include(double value) {
@@ -54,6 +103,12 @@ std::vector<std::string> tick_labels(std::span<const double> ticks, bool reverse
   return labels;
 }
 
+std::string shortened(const std::string& text, std::size_t length) {
+  if (text.size() <= length) return text;
+  const std::size_t half = (length - 1) / 2;
+  return text.substr(0, half) + "\u2026" + text.substr(text.size() - half);
+}
+
 void ChartArea::fit_equal_scale() {
   const double margin = 0.06 * std::max({x.size(), y.size(), 0.02});
   x = x.grown(margin);
@@ -64,26 +119,20 @@ void ChartArea::fit_equal_scale() {
 }
 
 void draw_x_axis(Canvas& canvas, const ChartArea& area, int ticks, std::string_view title) {
-  const std::vector<double> values = nice_ticks(area.x, ticks);
-  const std::vector<std::string> labels = tick_labels(values);
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    const double x = area.px(values[i]);
-    canvas.line({x, area.top}, {x, area.bottom()}, "grid");
-    canvas.text({x, area.bottom() + 18}, labels[i], "middle", "tick");
-  }
-  canvas.text({area.left + area.width / 2, area.bottom() + 38}, title, "middle");
+  draw_x_ticks(canvas, area, nice_labeled_ticks(area.x, ticks, false), title);
 }
 
 void draw_y_axis(Canvas& canvas, const ChartArea& area, int ticks, std::string_view title,
                  bool reversed) {
-  const std::vector<double> values = nice_ticks(area.y, ticks);
-  const std::vector<std::string> labels = tick_labels(values, reversed);
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    const double y = area.py(values[i]);
-    canvas.line({area.left, y}, {area.right(), y}, "grid");
-    canvas.text({area.left - 8, y + 4}, labels[i], "end", "tick");
-  }
-  canvas.text_upwards({area.left - 46, area.top + area.height / 2}, title);
+  draw_y_ticks(canvas, area, nice_labeled_ticks(area.y, ticks, reversed), title);
+}
+
+void draw_logarithmic_x_axis(Canvas& canvas, const ChartArea& area, std::string_view title) {
+  draw_x_ticks(canvas, area, logarithmic_ticks(area.x), title);
+}
+
+void draw_logarithmic_y_axis(Canvas& canvas, const ChartArea& area, std::string_view title) {
+  draw_y_ticks(canvas, area, logarithmic_ticks(area.y), title);
 }
 
 void draw_axes(Canvas& canvas, const ChartArea& area, const ProjectionPlane& plane) {

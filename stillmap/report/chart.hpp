@@ -31,6 +31,9 @@ std::vector<double> nice_ticks(const ValueRange& range, int count);
 /// themselves.
 std::vector<std::string> tick_labels(std::span<const double> ticks, bool reversed = false);
 
+/// Returns a text of at most `length` bytes, with an ellipsis for the middle of a longer one.
+std::string shortened(const std::string& text, std::size_t length);
+
 /// The data area of a chart: a rectangle of the drawing [pixels] and the values that it shows.
 struct ChartArea {
   double left = 0, top = 0, width = 1, height = 1;
@@ -49,6 +52,11 @@ struct ChartArea {
 void draw_x_axis(Canvas& canvas, const ChartArea& area, int ticks, std::string_view title);
 void draw_y_axis(Canvas& canvas, const ChartArea& area, int ticks, std::string_view title,
                  bool reversed = false);
+
+/// The same for an axis whose values are decimal logarithms of the labeled values, with grid lines
+/// at 1, 2 and 5 times the powers of ten; the lines at 2 and 5 are labeled on short axes.
+void draw_logarithmic_x_axis(Canvas& canvas, const ChartArea& area, std::string_view title);
+void draw_logarithmic_y_axis(Canvas& canvas, const ChartArea& area, std::string_view title);
 
 /// Returns the [first, end) indices of the parts of the samples without gaps. A gap is a time step
 /// longer than 3.5 times the median step, because tracking was lost.

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/report/chart.hpp"
 
+#include "stillmap/report/svg.hpp"
+
 #include <cmath>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace stillmap {
@@ -75,6 +78,22 @@ TEST(ChartArea, OneUnitIsEquallyLongOnBothAxes) {
   EXPECT_LT(area.px(1), area.right());
   EXPECT_GT(area.py(1), area.top);
   EXPECT_LT(area.py(0), area.bottom());
+}
+
+TEST(ChartAxes, LogarithmicAxesAreLabeledAtRoundValues) {
+  Svg svg(400, 300, "test");
+  const ChartArea area{50, 10, 300, 200, {-2, 1}, {-3, -2}};
+  draw_logarithmic_x_axis(svg, area, "x");
+  draw_logarithmic_y_axis(svg, area, "y");
+  const std::string drawing = svg.element();
+  for (const char* label : {">0.01<", ">0.1<", ">1<", ">10<", ">0.002<", ">0.005<"})
+    EXPECT_THAT(drawing, ::testing::HasSubstr(label));
+  EXPECT_THAT(drawing, ::testing::Not(::testing::HasSubstr(">0.05<"))) << "a long axis";
+}
+
+TEST(Shortened, KeepsBothEndsOfALongText) {
+  EXPECT_EQ(shortened("short", 10), "short");
+  EXPECT_EQ(shortened("a very long name", 9), "a ve\u2026name");
 }
 
 }  // namespace

@@ -17,6 +17,8 @@ namespace {
 constexpr double kPanelWidth = 640, kPanelHeight = 620, kLegendHeight = 48;  // pixels
 constexpr double kLeft = 74, kRight = 18, kTop = 70, kBottom = 56;  // margins of a panel [pixels]
 
+constexpr std::size_t kTitleLength = 46;  // characters of a heading that fit into a panel
+
 ChartArea area_of(const ComparedRun& run, const ProjectionPlane& plane,
                   const Eigen::Vector2d& corner) {
   ChartArea area{corner.x() + kLeft,
@@ -54,7 +56,7 @@ void draw_estimate(Canvas& canvas, const ChartArea& area, const ProjectionPlane&
 void draw_titles(Canvas& canvas, const ComparedRun& run, const Eigen::Vector2d& corner) {
   const double middle = corner.x() + kLeft + (kPanelWidth - kLeft - kRight) / 2;
   const std::string title = run.sequence.empty() ? run.name : run.name + ", " + run.sequence;
-  canvas.text({middle, corner.y() + 32}, title, "middle", "heading");
+  canvas.text({middle, corner.y() + 32}, shortened(title, kTitleLength), "middle", "heading");
   std::string figures = "not evaluated";
   if (run.evaluation) {
     const Coverage& coverage = run.evaluation->coverage;

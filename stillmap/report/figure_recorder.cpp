@@ -45,8 +45,8 @@ void FigureRecorder::record(const TrackedFrame& tracked) {
 
 void FigureRecorder::draw(const Frame& frame) {
   const auto write = [&](const char* kind, const cv::Mat& image) {
-    folder_.write(fmt::format("figures/{:06}_{}.png", frame.index(), kind),
-                  [&](const fs::path& file) { write_png(file, image); });
+    folder_.write_drawing(fmt::format("figures/{:06}_{}.png", frame.index(), kind),
+                          [&](const fs::path& file) { write_png(file, image); });
   };
   write("objects", draw_objects(frame));
   MotionInput input;

@@ -22,8 +22,8 @@ void LabelRecorder::record(const TrackedFrame& tracked) {
   if (wanted_.save) file_.add(labeled_frame(frame));
   if (wanted_.draw_every == 0 || frame.index() % static_cast<std::size_t>(wanted_.draw_every) != 0)
     return;
-  folder_.write(fmt::format("{}/{:06}.png", wanted_.name, frame.index()),
-                [&](const auto& file) { write_png(file, draw_labels(tracked)); });
+  folder_.write_drawing(fmt::format("{}/{:06}.png", wanted_.name, frame.index()),
+                        [&](const auto& file) { write_png(file, draw_labels(tracked)); });
 }
 
 void LabelRecorder::finish() {

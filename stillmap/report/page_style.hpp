@@ -25,6 +25,7 @@ svg .reference { stroke: var(--soft); stroke-dasharray: 5 4; } svg .reference-la
 svg .event { stroke: var(--warn); stroke-width: 1.5; stroke-dasharray: 2 3; } svg .hover { fill: transparent; }
 svg .tracked { fill: var(--good); } svg .lost { fill: var(--bad); } svg .keyframe { stroke: var(--accent); stroke-width: 1.4; }
 svg .bar { fill: var(--accent); } svg .bar-p95 { fill: var(--accent-soft); }
+svg .box { fill-opacity: 0.75; } svg .median { fill: none; stroke: var(--ink); stroke-width: 2; }
 svg .paper { fill: var(--card); } svg .strong { fill: var(--ink); font-weight: 600; } svg .heading { fill: var(--ink); font-size: 20px; font-weight: 600; }
 svg .error { stroke: var(--bad); stroke-width: 1; } svg .path { fill: none; stroke: var(--accent); stroke-width: 1.6; stroke-linejoin: round; }
 svg .span { stroke: var(--card); stroke-width: 0.6; } svg .span-name { fill: #1c2530; font-size: 11px; } svg .frame-start { stroke: var(--truth); } svg .marked { fill: none; stroke: var(--ink); stroke-width: 1.5; }
@@ -71,6 +72,10 @@ section { padding: 20px 22px; margin-bottom: 16px; }
 .legend i.dot { width: 10px; height: 10px; border: 0; border-radius: 50%; background: var(--good); }
 .legend i.square { width: 9px; height: 9px; border: 0; background: var(--bad); }
 .legend i.block { width: 14px; height: 12px; border: 0; border-radius: 3px; }
+.legend i.ring { width: 11px; height: 11px; border: 2px solid; border-radius: 50%; } .legend i.small { width: 6px; height: 6px; }
+.legend i.outline { width: 14px; height: 12px; border: 2px solid var(--soft); border-radius: 3px; }
+a { color: var(--accent); } a.chip { text-decoration: none; }
+figure + figure { margin-top: 14px; }
 .colorbar { width: 340px; max-width: 100%; }
 svg[role] { display: block; width: 100%; height: auto; }
 .scroll { overflow-x: auto; }

@@ -21,8 +21,9 @@ constexpr double kTimeLeft = 84;     // margins of the charts over time, which a
 constexpr double kTimeRight = 16;
 constexpr double kPanelWidth = 490;  // of the two trajectory charts
 constexpr double kPanelHeight = 430;
-constexpr int kColors = 16;      // steps of the error scale
-constexpr double kMatch = 1e-4;  // maximum difference of time stamps of one frame [s]
+constexpr int kColors = 16;             // steps of the error scale
+constexpr double kShortestTime = 0.01;  // start of the logarithmic time axis [ms]
+constexpr double kMatch = 1e-4;         // maximum difference of time stamps of one frame [s]
 
 /// Returns a color of the scale from blue over teal and amber to red, legible on white and on
 /// black.
@@ -298,21 +299,34 @@ std::string coverage_strip(const RunRecord& record) {
 std::string timing_chart(const RunRecord& record) {
   const std::vector<StageTiming> stages = record.result.timing.stages();
   if (stages.empty()) return "";
-  constexpr double kLeft = 190, kRow = 30, kWidth = kPageWidth - kLeft - 150;
-  double longest = 1e-6;
-  for (const StageTiming& stage : stages) longest = std::max(longest, stage.p95);
+  constexpr double kRow = 30, kNumbers = 150, kCharacter = 7.4;  // pixels
+  std::size_t longest_name = 0;
+  double longest = kShortestTime;
+  for (const StageTiming& stage : stages) {
+    longest_name = std::max(longest_name, stage.name.size());
+    longest = std::max(longest, stage.p95);
+  }
+  const double left = 14 + kCharacter * static_cast<double>(longest_name);
   const double height = kRow * static_cast<double>(stages.size());
-  ChartArea area{kLeft, 4, kWidth, height, {0, 1.02 * longest}, {0, 1}};
+  const ChartArea area{left,
+                       4,
+                       kPageWidth - left - kNumbers,
+                       height,
+                       {std::log10(kShortestTime), std::log10(1.02 * longest)},
+                       {0, 1}};
   Svg svg(kPageWidth, height + 52, "milliseconds per stage");
-  draw_x_axis(svg, area, 8, "milliseconds per call");
+  draw_logarithmic_x_axis(svg, area, "milliseconds per call");
+  const auto width = [&](double time) {
+    return area.px(std::log10(std::max(time, kShortestTime))) - left;
+  };
   double y = area.top + kRow / 2;
   for (const StageTiming& stage : stages) {
     const std::string hint = fmt::format(
         "{}: {} calls, median {:.2f}, mean {:.2f}, p95 {:.2f}, p99 {:.2f}, max {:.2f} ms",
         stage.name, stage.count, stage.median, stage.mean, stage.p95, stage.p99, stage.max);
-    svg.text({kLeft - 10, y + 4}, stage.name, "end");
-    svg.rectangle(kLeft, y - 9, area.px(stage.p95) - kLeft, 18, "bar-p95", hint);
-    svg.rectangle(kLeft, y - 9, area.px(stage.median) - kLeft, 18, "bar", hint);
+    svg.text({left - 10, y + 4}, stage.name, "end");
+    svg.rectangle(left, y - 9, width(stage.p95), 18, "bar-p95", hint);
+    svg.rectangle(left, y - 9, width(stage.median), 18, "bar", hint);
     svg.text({area.right() + 10, y + 4}, fmt::format("{:.2f} / {:.2f} ms", stage.median, stage.p95),
              "start", "tick");
     y += kRow;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/report/report_page.hpp"
 
+#include "stillmap/report/html_page.hpp"
 #include "stillmap/report/machine.hpp"
 #include "stillmap/report/mover_files.hpp"
-#include "stillmap/report/page_style.hpp"
 #include "stillmap/report/report_charts.hpp"
 #include "stillmap/report/svg.hpp"
 
@@ -57,6 +57,18 @@ std::string base64(const std::vector<unsigned char>& bytes) {
   return text;
 }
 
+/// Returns the relative address of a file (RFC 3986).
+std::string link_to(const std::string& file) {
+  std::string link;
+  for (const char c : file) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool plain =
+        std::isalnum(byte) != 0 || std::string_view("-._~/").find(c) != std::string_view::npos;
+    link += plain ? std::string(1, c) : fmt::format("%{:02X}", byte);
+  }
+  return link;
+}
+
 std::string figure(const CaptionedImage& image) {
   if (image.image.empty()) return "";
   std::vector<unsigned char> jpeg;
@@ -65,19 +77,6 @@ std::string figure(const CaptionedImage& image) {
       "<figure><img alt=\"{0}\" width=\"{1}\" height=\"{2}\" src=\"data:image/jpeg;base64,{3}\">"
       "<figcaption>{0}</figcaption></figure>\n",
       e(image.caption), image.image.cols, image.image.rows, base64(jpeg));
-}
-
-/// Returns a chart as wide as the page, which is scrolled on a narrow screen instead of shrunk.
-std::string wide(const std::string& chart) {
-  return chart.empty() ? "" : "<div class=\"scroll\">" + chart + "</div>\n";
-}
-
-/// Returns a card with a heading; empty text if there is no content.
-std::string section(const std::string& heading, const std::string& content,
-                    const std::string& note = "") {
-  if (content.empty()) return "";
-  return fmt::format("<section><h2>{}</h2>\n{}{}</section>\n", heading,
-                     note.empty() ? "" : "<p class=\"note\">" + note + "</p>\n", content);
 }
 
 struct Tile {
@@ -169,10 +168,10 @@ std::string trajectory_legend(const RunRecord& record) {
 std::string trajectory_section(const RunRecord& record) {
   const std::string above = trajectory_chart(record, PathView::kFromAbove);
   if (above.empty()) return "";
-  return section("Trajectory", "<div class=\"pair\"><div><h3>from above</h3>" + above +
-                                   "</div><div><h3>from the side</h3>" +
-                                   trajectory_chart(record, PathView::kFromTheSide) +
-                                   "</div></div>\n" + trajectory_legend(record));
+  return html_card("Trajectory", "<div class=\"pair\"><div><h3>from above</h3>" + above +
+                                     "</div><div><h3>from the side</h3>" +
+                                     trajectory_chart(record, PathView::kFromTheSide) +
+                                     "</div></div>\n" + trajectory_legend(record));
 }
 
 std::string statistics_row(const std::string& name, const Statistics& s) {
@@ -210,16 +209,16 @@ std::string error_table(const RunRecord& record) {
 
 std::string error_section(const RunRecord& record) {
   if (!record.evaluation) return "";
-  return section(
-      "Error over time", wide(error_chart(record)) + error_table(record),
+  return html_card(
+      "Error over time", wide_chart(error_chart(record)) + error_table(record),
       "As in the TUM RGB-D benchmark: rigid alignment without scale, time stamps matched "
       "within 20 ms.");
 }
 
 std::string coverage_section(const RunRecord& record) {
-  return section(
+  return html_card(
       "Coverage",
-      wide(coverage_strip(record)) +
+      wide_chart(coverage_strip(record)) +
           (record.result.frames.size() < 2
                ? ""
                : "<div class=\"legend\"><span><i class=\"block\" "
@@ -232,10 +231,10 @@ std::string coverage_section(const RunRecord& record) {
 }
 
 std::string timing_section(const RunRecord& record) {
-  return section(
-      "Time per stage", wide(timing_chart(record)),
-      "Solid bar and first number: median; light bar and second number: 95th percentile. "
-      "Stages run in parallel, so the times do not add up.");
+  return html_card(
+      "Time per stage", wide_chart(timing_chart(record)),
+      "Solid bar and first number: median; light bar and second number: 95th percentile; "
+      "logarithmic scale. Stages run in parallel, so the times do not add up.");
 }
 
 std::string gallery(const std::vector<CaptionedImage>& images) {
@@ -274,7 +273,40 @@ std::string summary_section(const RunRecord& record) {
       {"loops and losses", or_none(map_events_text(result))},
       {"peak memory", fmt::format("{:.0f} MiB", peak_memory_mib())}};
   if (!result.detector_skipped.empty()) rows.push_back({"masks", result.detector_skipped});
-  return section("Summary", table({}, rows));
+  return html_card("Summary", table({}, rows));
+}
+
+/// Returns the meaning of the colors in the example frames: see draw_frame().
+std::string frame_legend() {
+  return "<div class=\"legend\">"
+         "<span><i class=\"ring\" style=\"border-color:#46dc5a\"></i>keypoint of a landmark</span>"
+         "<span><i class=\"ring small\" style=\"border-color:#f0d23c\"></i>other keypoint</span>"
+         "<span><b style=\"color:#eb3c3c\">\u00d7</b>moving keypoint, not used for the pose</span>"
+         "<span><i class=\"block\" style=\"background:#eb3c3c88\"></i>moving surface</span>"
+         "<span><i class=\"outline\"></i>detected object</span></div>\n";
+}
+
+std::string frames_section(const RunRecord& record) {
+  const std::string images = gallery(record.gallery);
+  return images.empty() ? "" : html_card("Example frames", images + frame_legend());
+}
+
+/// Returns the card of the dense map: the cloud, and in the same size the first of the other
+/// images, which compares it with all measurements.
+std::string map_section(const ReportImages& images) {
+  if (!images.cloud) return "";
+  const std::vector<CaptionedImage>& more = images.more;
+  std::string html = figure(*images.cloud);
+  if (!more.empty()) html += figure(more.front()) + gallery({more.begin() + 1, more.end()});
+  return html_card("Static map", html);
+}
+
+/// Returns links to the written files, relative to the page.
+std::string files_section(const std::vector<std::string>& files) {
+  std::string html;
+  for (const std::string& file : files)
+    html += fmt::format("<a class=\"chip\" href=\"{0}\">{1}</a>\n", link_to(file), e(file));
+  return html_card("Files", html.empty() ? "" : "<div class=\"chips\">\n" + html + "</div>\n");
 }
 
 double start_of(const RunRecord& record) {
@@ -291,7 +323,7 @@ std::string events_section(const RunRecord& record) {
     }
     rows.push_back({fmt::format("{:.2f} s", event.timestamp - start_of(record)), event.text});
   }
-  return section("Events", table({"time", "event"}, rows));
+  return html_card("Events", table({"time", "event"}, rows));
 }
 
 /// Returns the list of skipped frames, grouped by reason.
@@ -307,8 +339,8 @@ std::string skipped_section(const RunRecord& record) {
     }
     rows.push_back({std::to_string(stamps.size()), reason, fmt::format("{:.6f}", stamps.front())});
   }
-  return section(fmt::format("Skipped images and lines: {}", record.skipped.size()),
-                 table({"count", "reason", "first at [s]"}, rows));
+  return html_card(fmt::format("Skipped images and lines: {}", record.skipped.size()),
+                   table({"count", "reason", "first at [s]"}, rows));
 }
 
 std::string movers_section(const RunRecord& record, const ReportImages& images) {
@@ -328,22 +360,14 @@ std::string movers_section(const RunRecord& record, const ReportImages& images) 
          fmt::format("{:.2f} m", path.length), fmt::format("{:.2f} m/s", path.mean_speed)});
   }
   if (rows.empty()) return "";
-  return section(fmt::format("Moving objects: {}", movers.size()),
-                 (images.movers ? figure(*images.movers) : "") +
-                     table({"id", "class", "time", "frames", "path length", "mean speed"}, rows));
+  return html_card(fmt::format("Moving objects: {}", movers.size()),
+                   (images.movers ? figure(*images.movers) : "") +
+                       table({"id", "class", "time", "frames", "path length", "mean speed"}, rows));
 }
 
 std::string options_section(const RunRecord& record) {
   return "<section><details><summary>Options in force</summary>\n<pre>" +
          e(options_yaml(record.options)) + "</pre></details></section>\n";
-}
-
-std::string page_style() {
-  return fmt::format(
-      ":root {{ color-scheme: light dark; {0} }}\n{1}{2}@media print {{ :root {{ {0} --shadow: "
-      "none; "
-      "}} }}\n",
-      kLightColors, kPageStyle, kChartStyle);
 }
 
 /// Returns a box with the reasons not to trust the results.
@@ -356,25 +380,19 @@ std::string doubts_section(const RunRecord& record) {
 
 std::string body(const RunRecord& record, const ReportImages& images) {
   return header(record) + doubts_section(record) + tiles(record) + trajectory_section(record) +
-         error_section(record) + coverage_section(record) +
-         (images.cloud ? section("Static map", figure(*images.cloud)) : "") +
-         movers_section(record, images) + section("Example frames", gallery(record.gallery)) +
-         section("More images of the map", gallery(images.more)) + timing_section(record) +
-         summary_section(record) + events_section(record) + skipped_section(record) +
-         options_section(record);
+         error_section(record) + coverage_section(record) + map_section(images) +
+         movers_section(record, images) + frames_section(record) + files_section(images.files) +
+         timing_section(record) + summary_section(record) + events_section(record) +
+         skipped_section(record) + options_section(record);
 }
 
 }  // namespace
 
 std::string report_html(const RunRecord& record, const ReportImages& images) {
-  return fmt::format(
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "<title>{}</title>\n<style>{}</style>\n</head>\n<body>\n<main>\n{}"
-      "<footer>Made by Stillmap. Error figures cover tracked frames only: compare them together "
-      "with the coverage.</footer>\n</main>\n</body>\n</html>\n",
-      e(record.sequence.empty() ? "Stillmap" : "Stillmap: " + record.sequence), page_style(),
-      body(record, images));
+  return html_page(record.sequence.empty() ? "Stillmap" : "Stillmap: " + record.sequence,
+                   body(record, images),
+                   "Made by Stillmap. Error figures cover tracked frames only: compare them "
+                   "together with the coverage.");
 }
 
 }  // namespace stillmap

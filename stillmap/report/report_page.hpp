@@ -13,7 +13,9 @@ namespace stillmap {
 struct ReportImages {
   std::optional<CaptionedImage> cloud;   ///< The static cloud.
   std::optional<CaptionedImage> movers;  ///< Paths of the movers from above.
-  std::vector<CaptionedImage> more;      ///< Further images of the dense map.
+  /// Further images of the dense map, first the one of all measurements beside the static cloud.
+  std::vector<CaptionedImage> more;
+  std::vector<std::string> files;  ///< Files to link to, by their paths relative to the page.
 };
 
 /// Returns the report as one self-contained HTML page: inline CSS and SVG, images as base64 JPEG,

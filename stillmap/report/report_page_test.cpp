@@ -74,7 +74,8 @@ RunRecord full_record() {
 ReportImages all_images() {
   return {CaptionedImage{small_image(), "static cloud"},
           CaptionedImage{small_image(), "movers"},
-          {{small_image(), "ghosts"}}};
+          {{small_image(), "ghosts"}},
+          {"trajectory.txt", "labels/100 %.png"}};
 }
 
 /// Returns whether every opened element is closed in order, except void elements.
@@ -122,6 +123,9 @@ TEST(Report, ShowsEverythingThatItIsGiven) {
                            "Skipped images and lines: 2",
                            "depth image missing",
                            "Options in force",
+                           "moving keypoint, not used for the pose",
+                           "href=\"trajectory.txt\"",
+                           "href=\"labels/100%20%25.png\"",
                            "1\u202f234\u202f567",
                            "1.23\u2009M",
                            "30.0",
@@ -192,6 +196,21 @@ TEST(Report, LongListsAreCutOffAndCounted) {
     record.result.events.push_back(event);
   }
   EXPECT_THAT(report_html(record), HasSubstr("and 988 more"));
+}
+
+TEST(Report, TheNamesOfStagesAndTheirShortTimesAreVisible) {
+  RunRecord record;
+  const std::string name = "waiting for network and map of the place";
+  record.result.timing.add(name, 0.3);
+  record.result.timing.add("dense composition", 3000);
+  const std::string html = report_html(record);
+  const std::regex label("<text x=\"([0-9.]+)\"[^>]*>" + name);
+  std::smatch found;
+  ASSERT_TRUE(std::regex_search(html, found, label));
+  EXPECT_GT(std::stod(found[1]), 6.5 * static_cast<double>(name.size())) << "the label is cut off";
+  const std::regex bar("<rect x=\"[0-9.]+\" y=\"[0-9.]+\" width=\"([0-9.]+)\"[^>]*class=\"bar\"");
+  ASSERT_TRUE(std::regex_search(html, found, bar));
+  EXPECT_GT(std::stod(found[1]), 50) << "the axis is ruled by the longest stage";
 }
 
 }  // namespace

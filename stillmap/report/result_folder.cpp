@@ -141,7 +141,7 @@ void ResultFolder::require_free(std::span<const std::string> names) const {
     if (is_foreign(name)) throw foreign_file(folder_ / name);
 }
 
-void ResultFolder::write(const std::string& name,
+bool ResultFolder::write(const std::string& name,
                          const std::function<void(const fs::path&)>& writer) {
   const fs::path file = folder_ / name;
   try {
@@ -152,11 +152,27 @@ void ResultFolder::write(const std::string& name,
     if (own_.insert(name).second) save_manifest();
     writer(file);
     if (current_.insert(name).second) written_.push_back(file);
+    return true;
   } catch (const Error& e) {
     problems_ += std::string(e.what()) + "\n";
   } catch (const std::exception& e) {
     problems_ += file.string() + ": " + e.what() + "\n";
   }
+  return false;
+}
+
+void ResultFolder::write_drawing(const std::string& name,
+                                 const std::function<void(const fs::path&)>& writer) {
+  if (!draws_) return;
+  drawings_.push_back(name);
+  draws_ = write(name, writer);
+  if (draws_) return;
+  remove_own(drawings_);
+  for (const std::string& drawing : drawings_) {
+    current_.erase(drawing);
+    std::erase(written_, folder_ / drawing);
+  }
+  problems_ += "the drawings were removed to make room for the results\n";
 }
 
 void ResultFolder::write_text(const std::string& name, std::string_view content) {

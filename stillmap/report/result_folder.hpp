@@ -38,9 +38,14 @@ class ResultFolder {
   /// Writes one file of the folder by calling `writer` with its path; parent folders are created.
   /// An Error of the writer, or for a foreign file in the way, is kept for require_all(), so that
   /// it does not prevent the other files from being written.
-  void write(const std::string& name,
+  /// @returns whether the file was written
+  bool write(const std::string& name,
              const std::function<void(const std::filesystem::path&)>& writer);
   void write_text(const std::string& name, std::string_view content);
+  /// Writes one image of a run in progress; errors as in write(). Once one cannot be written, all
+  /// are removed and no more are written: on a full disk the results need the space.
+  void write_drawing(const std::string& name,
+                     const std::function<void(const std::filesystem::path&)>& writer);
   /// Writes one file outside the folder, which the user named explicitly; errors as in write().
   void write_elsewhere(const std::filesystem::path& file,
                        const std::function<void(const std::filesystem::path&)>& writer);
@@ -78,6 +83,8 @@ class ResultFolder {
   std::set<std::string> own_;      // relative names of all files that Stillmap ever wrote here
   std::set<std::string> current_;  // relative names of the files written through this object
   std::vector<std::filesystem::path> written_;
+  std::vector<std::string> drawings_;
+  bool draws_ = true;
   std::string problems_;
 };
 

@@ -163,5 +163,29 @@ TEST_F(Results, ADamagedManifestIsNamed) {
   }
 }
 
+TEST_F(Results, DrawingsMakeRoomForResultsOnceTheDiskIsFull) {
+  ResultFolder results(folder_);
+  const auto draw = [](const fs::path& file) { write_file(file, "drawing"); };
+  results.write_text("labels/text.txt", "no drawing");
+  results.write_drawing("labels/0.png", draw);
+  EXPECT_TRUE(has("labels/0.png"));
+  results.write_drawing("labels/1.png", [](const fs::path& file) {
+    throw Error("cannot be written (No space left on device)", file.string(), "");
+  });
+  results.write_drawing("labels/2.png", draw);
+  EXPECT_FALSE(has("labels/0.png"));
+  EXPECT_FALSE(has("labels/2.png"));
+  EXPECT_TRUE(has("labels/text.txt"));
+  results.write_text("trajectory.txt", "result");
+  EXPECT_EQ(results.written().size(), 2U);
+  try {
+    results.require_all();
+    ADD_FAILURE() << "no error";
+  } catch (const Error& e) {
+    EXPECT_THAT(e.what(), HasSubstr("1.png"));
+    EXPECT_THAT(e.what(), HasSubstr("the drawings were removed"));
+  }
+}
+
 }  // namespace
 }  // namespace stillmap

@@ -144,6 +144,8 @@ void write_run_files(RunRecord& record, const RunOutputs& outputs, ResultFolder&
   }
   folder.write_text("timing.txt", timing_text(result.timing.stages()));
   write_summary(record, outputs, saving_seconds, folder);
+  for (const fs::path& file : folder.written())
+    images.files.push_back(file.lexically_relative(folder.path()).string());
   folder.write_text("report.html", report_html(record, images));
 }
 
