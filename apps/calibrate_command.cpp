@@ -94,7 +94,9 @@ void add_calibrate_command(CLI::App& app, int& exit_code) {
           "--camera", arguments->camera,
           "camera to start with: preset name or file; default: the recording's camera.yaml")
       ->type_name(names_or_file(camera_presets()));
-  command->add_option("--out", arguments->out, "camera file to write")->capture_default_str();
+  command->add_option("--out", arguments->out, "camera file to write")
+      ->type_name("FILE")
+      ->capture_default_str();
   command->add_flag("--force", arguments->force, "overwrite the file if it exists");
   command->add_option("--first", arguments->first, "number of frames to skip at the start")
       ->capture_default_str();

@@ -78,7 +78,7 @@ class CommandLine(unittest.TestCase):
             pass
         os.close(own)
         self.assertEqual(process.wait(), 0, text)
-        return re.sub("\x1b\\[[0-9;]*K", "", text.decode()).replace("\r", "\n").splitlines()
+        return re.sub("\x1b\\[[0-9;]*[Km]", "", text.decode()).replace("\r", "\n").splitlines()
 
     def test_help_has_the_width_of_the_terminal(self):
         for columns in (60, 100):
@@ -94,6 +94,66 @@ class CommandLine(unittest.TestCase):
         progress = [line for line in lines if line.startswith("rendering")]
         self.assertTrue(progress)
         self.assertEqual([line for line in progress if len(line) >= 20], [])
+
+    def test_help_names_the_types_of_values(self):
+        for command in ("run", "view", "warn", "dense", "eval", "compare", "reproduce", "simulate", "demo", "calibrate", "doctor", "info",
+                        "map info", "map slim", "map export", "presets", "options"):
+            text = self.succeeded(stillmap(*command.split(), "--help")).stdout
+            self.assertNotIn("TEXT", text, command)
+        text = stillmap("run", "--help").stdout
+        for part in ("Recording:", "Method:", "Results:", "Saved maps:", "Terminal:", "--model FILE", "--masks DIR", "--first N"):
+            self.assertIn(part, text)
+
+    def test_colors_are_for_terminals_and_can_be_turned_off(self):
+        self.assertNotIn("\x1b", stillmap("run", "--help").stdout)
+        for value, colored in (("", True), ("1", False)):
+            own, terminal = pty.openpty()
+            environment = dict(os.environ, NO_COLOR=value)
+            process = subprocess.Popen([PROGRAM, "compare", "--help"], stdout=terminal, env=environment)
+            os.close(terminal)
+            self.assertEqual(b"\x1b[1m" in os.read(own, 65536), colored)
+            process.wait()
+            os.close(own)
+
+    def test_a_run_ends_with_the_file_to_open(self):
+        out = self.folder / "talking"
+        words = ("run", self.sequence, "--preset", "static", "--count", 5, "--out", out)
+        done = self.succeeded(stillmap(*words))
+        self.assertIn(f"Open {out}/report.html", done.stdout.splitlines()[-1])
+        verbose = self.succeeded(stillmap(*words, "-v"))
+        self.assertIn("features", verbose.stdout)
+        self.assertNotIn("features", done.stdout)
+        quiet = self.succeeded(stillmap(*words, "--quiet"))
+        self.assertEqual(quiet.stdout + quiet.stderr, "")
+
+    def test_numbers_out_of_range_are_refused(self):
+        for words, problem in ((("--planner", "--camera-height", "nan"), "--camera-height: nan is no height"),
+                               (("--planner", "--camera-height", "1e9"), "give meters, up to 1000"),
+                               (("--planner", "--up", "1e300,0,1"), "--up: is no direction"),
+                               (("--set", "features.scale_factor=.nan"), "it must be from 1.05 to 2"),
+                               (("--set", "dense.voxel=1e-9"), "it must be from 0.001 to 1")):
+            self.refused(stillmap("run", self.sequence, *words, "--out", self.folder / "x"), 1, problem)
+        self.refused(stillmap("run", self.sequence, "--first", "1e9"), 2, "--first", "fix: see stillmap run --help")
+
+    def test_slips_are_no_defects(self):
+        loop = self.folder / "loop"
+        loop.symlink_to(loop)
+        self.refused(stillmap("run", self.sequence, "--save-map", loop), 1, "symbolic links", "fix: check the path")
+        spoiled = self.folder / "spoiled"
+        shutil.copytree(self.run_folder, spoiled)
+        (spoiled / "summary.json").write_text('{"frames": 3}')
+        compared = stillmap("compare", "--truth", self.sequence / "groundtruth.txt", spoiled, "--out", self.folder / "spoiled_out")
+        self.refused(compared, 1, "summary.json: is no summary of a run")
+
+    def test_runs_are_compared_with_the_first(self):
+        out = self.folder / "comparison"
+        truth = self.sequence / "groundtruth.txt"
+        done = self.succeeded(stillmap("compare", "--truth", truth, f"a={self.run_folder}", f"b={self.run_folder}", "--out", out))
+        row = next(line for line in done.stdout.splitlines() if line.startswith("| b "))
+        self.assertEqual(row.split("|")[3].strip(), "0.0")  # the same run is not better
+        self.assertIn(f"Open {out}/comparison.html", done.stdout.splitlines()[-1])
+        names = {file.name for file in out.iterdir() if not file.name.startswith(".")}
+        self.assertEqual(names, {f"comparison.{end}" for end in ("html", "md", "tex", "csv", "json", "svg")} | {"errors.svg"})
 
     def test_version_names_the_libraries_of_networks(self):
         for flag in ("-V", "--version"):
@@ -140,10 +200,10 @@ class CommandLine(unittest.TestCase):
             self.assertEqual(file.read_text(), "mine")
 
     def test_a_comparison_is_refused_before_it_reads_the_runs(self):
-        file = self.foreign("compared/comparison.txt")
+        file = self.foreign("compared/comparison.md")
         truth = self.sequence / "groundtruth.txt"
         words = ["compare", "--truth", truth, self.run_folder, "--out", file.parent]
-        self.refused(stillmap(*words), 1, "comparison.txt", "--force")
+        self.refused(stillmap(*words), 1, "comparison.md", "--force")
         self.assertFalse((file.parent / "comparison.svg").exists())
         self.succeeded(stillmap(*words, "--force"))
         self.succeeded(stillmap(*words))

@@ -4,7 +4,9 @@
 #include "stillmap/base/nearest_name.hpp"
 
 #include <algorithm>
+#include <map>
 #include <sstream>
+#include <stdexcept>
 
 namespace stillmap {
 namespace {
@@ -34,7 +36,60 @@ const CLI::App* find_subcommand(const CLI::App& command, const std::string& name
   return found == all.end() ? nullptr : *found;
 }
 
+/// Names of the values that options and arguments take, by their names.
+const std::map<std::string, std::string> kValueTypes{{"aligned-like", "FILE"},
+                                                     {"associations", "FILE"},
+                                                     {"camera", "NAME or FILE"},
+                                                     {"cloud", "FILE"},
+                                                     {"config", "FILE"},
+                                                     {"data", "DIR"},
+                                                     {"dump-config", "FILE"},
+                                                     {"estimate", "FILE"},
+                                                     {"file", "FILE"},
+                                                     {"folder", "DIR"},
+                                                     {"image", "FILE"},
+                                                     {"json", "FILE"},
+                                                     {"labels", "FILE"},
+                                                     {"load-map", "FILE"},
+                                                     {"masks", "DIR"},
+                                                     {"model", "FILE"},
+                                                     {"movers", "FILE"},
+                                                     {"name", "NAME"},
+                                                     {"out", "DIR"},
+                                                     {"picture", "FILE"},
+                                                     {"recording", "DIR"},
+                                                     {"run", "DIR or FILE"},
+                                                     {"runs", "[NAME=]PATH"},
+                                                     {"save-map", "FILE"},
+                                                     {"sequence", "DIR or FILE"},
+                                                     {"sequences", "NAME"},
+                                                     {"set", "NAME=VALUE"},
+                                                     {"source", "DIR or FILE"},
+                                                     {"speeds", "DIR"},
+                                                     {"surface", "FILE"},
+                                                     {"topics", "COLOR,DEPTH"},
+                                                     {"truth", "FILE"},
+                                                     {"truth-frame", "{bonn} or FILE"},
+                                                     {"verdicts", "FILE"},
+                                                     {"view-address", "ADDRESS"},
+                                                     {"zones", "FILE"}};
+
+constexpr const char* kText = "TEXT";  // CLI11's name of a std::string
+
 }  // namespace
+
+void name_value_types(CLI::App& program) {
+  for (CLI::Option* option : program.get_options([](const CLI::Option*) { return true; })) {
+    if (option->get_type_name() != kText || option->get_group().empty()) continue;
+    const auto& names = option->get_lnames();
+    const auto found = kValueTypes.find(names.empty() ? option->get_name(true) : names.front());
+    if (found == kValueTypes.end())
+      throw std::logic_error("no type of value for " + option->get_name(true));
+    option->type_name(found->second);
+  }
+  for (CLI::App* command : program.get_subcommands([](const CLI::App*) { return true; }))
+    name_value_types(*command);
+}
 
 std::vector<CommandNode> visible_commands(const CLI::App& program) {
   std::vector<CommandNode> nodes;

@@ -40,6 +40,10 @@ bool takes_file(const CLI::Option& option);
 /// Returns the values that the type of an option lists; empty if it lists none.
 std::vector<std::string> choices_of(const CLI::Option& option);
 
+/// Names what the options and arguments of all commands take that have no type of their own: FILE,
+/// DIR, and others. Throws std::logic_error for one whose name is in no table.
+void name_value_types(CLI::App& program);
+
 /// Returns the message for the first word of a command line that is no command or option where one
 /// is expected, with the nearest known names; none if there is no such word.
 std::optional<Error> unknown_word(const CLI::App& program, const std::vector<std::string>& words);

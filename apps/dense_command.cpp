@@ -16,8 +16,10 @@
 #include <optional>
 #include <sstream>
 #include <string_view>
+#include <unistd.h>
 
 #include "commands.hpp"
+#include "terminal.hpp"
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -120,6 +122,9 @@ int run(const DenseArguments& arguments) {
       write_dense_files({cloud, placed, trajectory, movers}, options, arguments.outputs, folder);
   print_out("{}", folder.written_text());
   folder.require_all();
+  print_out("{}",
+            open_line(folder.path() / "cloud_before_after.png",
+                      ", or turn the map in a browser: stillmap view " + folder.path().string()));
   if (files.floor_problem.empty()) return kSuccess;
   print_doubts({files.floor_problem});
   return kDoubtful;
@@ -132,7 +137,7 @@ void add_floor_options(CLI::App& command, CLI::Option* planner, FloorHints& floo
           "--up",
           [&floor](const std::vector<double>& numbers) {
             const Eigen::Vector3d up(numbers.data());
-            if (!up.allFinite() || up.norm() < 1e-6)
+            if (!(up.norm() > 1e-6 && up.norm() < 1e6))
               throw Error("is no direction", "--up", "give three numbers that are not all 0");
             floor.up = up;
           },
@@ -144,11 +149,19 @@ void add_floor_options(CLI::App& command, CLI::Option* planner, FloorHints& floo
       ->needs(planner)
       ->check(CLI::Number);
   command
-      .add_option("--camera-height", floor.camera_height,
-                  "height of the first camera above the floor [m], for --planner")
+      .add_option_function<double>(
+          "--camera-height",
+          [&floor](double height) {
+            constexpr double kHighest = 1000;  // m
+            if (!(height > 0 && height <= kHighest)) {
+              throw Error(fmt::format("{} is no height of a camera", height), "--camera-height",
+                          fmt::format("give meters, up to {}", kHighest));
+            }
+            floor.camera_height = height;
+          },
+          "height of the first camera above the floor [m], for --planner")
       ->type_name("METERS")
-      ->needs(planner)
-      ->check(CLI::PositiveNumber);
+      ->needs(planner);
   command
       .add_option_function<std::string>(
           "--floor", [&floor](const std::string& file) { floor.floor = read_floor(file); },
@@ -168,7 +181,8 @@ std::vector<std::string> split(const std::string& text) {
 }  // namespace
 
 void print_doubts(const std::vector<std::string>& doubts) {
-  for (const std::string& doubt : doubts) print_error("DO NOT TRUST THIS RESULT: {}\n", doubt);
+  const std::string title = styled("DO NOT TRUST THIS RESULT:", Style::kRed, STDERR_FILENO);
+  for (const std::string& doubt : doubts) print_error("{} {}\n", title, doubt);
 }
 
 void add_dense_options(CLI::App& command, DenseOutputs& outputs) {

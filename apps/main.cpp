@@ -3,6 +3,7 @@
 #include "stillmap/base/print.hpp"
 #include "stillmap/segment/inference_engine.hpp"
 
+#include <filesystem>
 #include <new>
 #include <string>
 
@@ -23,6 +24,12 @@ std::string version_text() {
   return fmt::format("Stillmap {}{}\nnetworks run with: {}", STILLMAP_VERSION,
                      commit.empty() ? "" : " (commit " + commit + ")",
                      fmt::join(stillmap::available_backends(), ", "));
+}
+
+/// Returns the command that was called: "stillmap map info".
+std::string command_of(const CLI::App& app) {
+  const auto called = app.get_subcommands();
+  return called.empty() ? "stillmap" : "stillmap " + called.front()->get_name();
 }
 
 int run(int argc, char** argv) {
@@ -55,13 +62,17 @@ int run(int argc, char** argv) {
   add_options_command(app, exit_code);
   add_man_command(app);
   add_completion_command(app);
+  name_value_types(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) return app.exit(e);
     const auto unknown = unknown_word(app, {argv + 1, argv + argc});
-    if (!unknown) return app.exit(e) == 0 ? kSuccess : kUsage;
-    print_error("{}\n", unknown->what());
+    if (unknown) {
+      print_error("{}\n", unknown->what());
+    } else {
+      print_error("stillmap: {}\n  fix: see {} --help\n", e.what(), command_of(app));
+    }
     return kUsage;
   }
   return exit_code;
@@ -83,6 +94,9 @@ int main(int argc, char** argv) {
     print_error("stillmap: standard output: not all text could be written\n");
   } catch (const stillmap::Error& e) {
     print_error("stillmap: {}\n", e.what());
+  } catch (const std::filesystem::filesystem_error& e) {
+    print_error("stillmap: {}: {}\n  fix: check the path\n", e.path1().string(),
+                e.code().message());
   } catch (const std::bad_alloc&) {
     print_error(
         "stillmap: out of memory\n  fix: map fewer frames, or use fewer pixels: --set "

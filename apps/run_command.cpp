@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/print.hpp"
 #include "stillmap/config/write_options.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 
@@ -8,6 +9,7 @@
 #include "commands.hpp"
 #include "output_file.hpp"
 #include "run_request.hpp"
+#include "terminal.hpp"
 #include "truth.hpp"
 
 namespace stillmap {
@@ -23,13 +25,25 @@ int run(const RunArguments& arguments) {
     write_named(arguments.dump_config, options_yaml(options), is_options_file, arguments.force);
     return kSuccess;
   }
-  const RunRecord record = run_session(session_of(arguments, options));
-  if (record.interrupted) return kInterrupted;
+  Session session = session_of(arguments, options);
+  const std::filesystem::path out = session.out;
+  const RunRecord record = run_session(std::move(session));
   print_doubts(record.doubts);
+  if (!arguments.quiet) {
+    print_out("{}", open_line(out / "report.html",
+                              ", or turn the map in a browser: stillmap view " + out.string()));
+  }
+  if (record.interrupted) return kInterrupted;
   return record.doubts.empty() ? kSuccess : kDoubtful;
 }
 
 void add_input_options(CLI::App& command, RunArguments& arguments) {
+  command.option_defaults()->group("Recording");
+  command
+      .add_option("--camera", arguments.camera,
+                  "preset name, camera.yaml or an ORB-SLAM settings file; default: that of the "
+                  "recording (camera.yaml, camera_info)")
+      ->type_name(names_or_file(camera_presets()));
   command.add_option("--truth", arguments.truth,
                      "ground truth trajectory (TUM format); default: SEQUENCE/groundtruth.txt");
   add_truth_frame_option(command, arguments.truth_frame);
@@ -52,7 +66,52 @@ void add_input_options(CLI::App& command, RunArguments& arguments) {
                    "use images of half the width and height, for slow computers");
 }
 
+void add_method_options(CLI::App& command, RunArguments& arguments) {
+  command.option_defaults()->group("Method");
+  std::vector<std::string> preset_names;
+  for (const Preset& preset : presets()) preset_names.push_back(preset.name);
+  command
+      .add_option("--preset", arguments.preset,
+                  "name of a preset (see below) or YAML file; default fused")
+      ->type_name(names_or_file(preset_names));
+  command.add_option("--model", arguments.model,
+                     "segmentation network (.onnx): YOLOv7, YOLOv8 or YOLO11");
+  command.add_option("--masks", arguments.masks,
+                     "folder with one precomputed mask (8-bit PNG) per frame");
+  command
+      .add_option("--schedule", arguments.schedule,
+                  "schedule; lockstep is reproducible, and the default")
+      ->type_name("{lockstep,realtime}");
+  command.add_option("--config", arguments.config,
+                     "YAML file with options; see --dump-config and docs/options.md");
+  command
+      .add_option("--set", arguments.settings,
+                  "override one option, group.name=value; may be repeated")
+      ->allow_extra_args(false);
+  command.add_option("--dump-config", arguments.dump_config,
+                     "write all options in force to this file (- for standard output) and exit");
+}
+
+void add_view_and_terminal_options(CLI::App& command, RunArguments& arguments) {
+  command.option_defaults()->group("View and warnings");
+  add_view_options(command, arguments.view);
+  command.add_option("--zones", arguments.zones,
+                     "YAML file of zones and distances; warn of moving objects in them "
+                     "(docs/view.md): an aid, no safety device");
+  command.option_defaults()->group("Terminal");
+  command.add_flag_callback(
+      "-q,--quiet",
+      [&arguments] {
+        arguments.quiet = true;
+        arguments.progress = false;
+      },
+      "print nothing but problems");
+  command.add_flag("-v,--verbose", arguments.verbose,
+                   "also print all events of the run and the times of its stages");
+}
+
 void add_output_options(CLI::App& command, RunArguments& arguments) {
+  command.option_defaults()->group("Results");
   command.add_option("--out", arguments.out, "output folder; default: stillmap_SEQUENCE");
   add_force_option(command, arguments.force);
   add_dense_options(command, arguments.outputs.dense);
@@ -96,6 +155,7 @@ void add_output_options(CLI::App& command, RunArguments& arguments) {
 }
 
 void add_map_options(CLI::App& command, RunArguments& arguments) {
+  command.option_defaults()->group("Saved maps");
   CLI::Option* save_map =
       command.add_option("--save-map", arguments.save_map,
                          "also save the map to this file, for --load-map and stillmap map");
@@ -122,40 +182,11 @@ void add_run_command(CLI::App& app, int& exit_code) {
   command->add_option("sequence", arguments->sequence,
                       "recording: FILE.bag, FILE.db3 or FILE.mcap of ROS or RealSense, or a folder "
                       "in TUM layout (rgb/, depth/, rgb.txt, depth.txt)");
-  command
-      ->add_option("--camera", arguments->camera,
-                   "preset name, camera.yaml or an ORB-SLAM settings file; default: that of the "
-                   "recording (camera.yaml, camera_info)")
-      ->type_name(names_or_file(camera_presets()));
-  std::vector<std::string> preset_names;
-  for (const Preset& preset : presets()) preset_names.push_back(preset.name);
-  command
-      ->add_option("--preset", arguments->preset,
-                   "name of a preset (see below) or YAML file; default fused")
-      ->type_name(names_or_file(preset_names));
-  command->add_option("--model", arguments->model,
-                      "segmentation network (.onnx): YOLOv7, YOLOv8 or YOLO11");
-  command->add_option("--masks", arguments->masks,
-                      "folder with one precomputed mask (8-bit PNG) per frame");
-  command
-      ->add_option("--schedule", arguments->schedule,
-                   "schedule; lockstep is reproducible, and the default")
-      ->type_name("{lockstep,realtime}");
-  command->add_option("--config", arguments->config,
-                      "YAML file with options; see --dump-config and docs/options.md");
-  command
-      ->add_option("--set", arguments->settings,
-                   "override one option, group.name=value; may be repeated")
-      ->allow_extra_args(false);
   add_input_options(*command, *arguments);
+  add_method_options(*command, *arguments);
   add_output_options(*command, *arguments);
   add_map_options(*command, *arguments);
-  add_view_options(*command, arguments->view);
-  command->add_option("--zones", arguments->zones,
-                      "YAML file of zones and distances; warn of moving objects in them "
-                      "(docs/view.md): an aid, no safety device");
-  command->add_option("--dump-config", arguments->dump_config,
-                      "write all options in force to this file (- for standard output) and exit");
+  add_view_and_terminal_options(*command, *arguments);
   command->footer(
       "Presets:\n" + presets_text() +
       "Examples:\n"

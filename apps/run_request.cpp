@@ -178,6 +178,8 @@ Session session_of(const RunRequest& request, const Options& options) {
   session.view = view_address_of(request.view);
   session.journal = !request.quiet;  // the runs of an experiment are simply repeated
   session.quiet = request.quiet;
+  session.progress = request.progress;
+  session.verbose = request.verbose;
   session.total_frames = source->size();
   session.live_camera = names_live_camera(request.sequence);
   session.live = session.live_camera || request.follow.has_value();

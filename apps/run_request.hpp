@@ -21,7 +21,9 @@ struct RunRequest {
   bool half_size = false;
   std::string load_map, save_map;
   bool localize_only = false, force = false;
-  bool quiet = false;  ///< Whether nothing but problems is printed.
+  bool quiet = false;    ///< Whether nothing but problems and the progress is printed.
+  bool progress = true;  ///< Whether the progress is printed.
+  bool verbose = false;  ///< Whether events and the times of all stages are printed as well.
   RunOutputs outputs;
   ViewOptions view;
   std::string zones;  ///< File of the rules for warnings; empty: none.

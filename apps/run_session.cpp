@@ -38,9 +38,10 @@ struct Recorders {
 
 /// Passes all frames to the system, and collects example images and motion labels.
 void drive(SlamSystem& slam, FrameSource& source, std::optional<std::size_t> total_frames,
-           Recorders& recorders, RunRecord& record) {
+           Recorders& recorders, RunRecord& record, bool show_progress) {
   Gallery gallery(total_frames);
-  Progress progress("mapping", total_frames);
+  std::optional<Progress> progress;
+  if (show_progress) progress.emplace("mapping", total_frames);
   while (!interrupted()) {
     const RgbdFramePtr frame = source.next();
     if (!frame) break;
@@ -54,7 +55,7 @@ void drive(SlamSystem& slam, FrameSource& source, std::optional<std::size_t> tot
     if (recorders.warnings) recorders.warnings->add_newest(slam);
     if (recorders.view != nullptr) recorders.view->add_newest();
     if (recorders.journal) recorders.journal->add_newest();
-    progress.step(slam.newest()->state == TrackState::kLost ? "lost" : "");
+    if (progress) progress->step(slam.newest()->state == TrackState::kLost ? "lost" : "");
   }
   record.interrupted = interrupted();
   record.gallery = gallery.take();
@@ -96,7 +97,7 @@ void map_sequence(Session& session, ViewServer* server, Recorders& recorders, Re
   if (server) view.emplace(slam, *server, session.sequence, camera, session.total_frames);
   recorders.view = view ? &*view : nullptr;
   open_journal(session, slam, recorders, folder);
-  drive(slam, *source, session.total_frames, recorders, record);
+  drive(slam, *source, session.total_frames, recorders, record, session.progress);
   if (recorders.journal) recorders.journal->flush();
   recorders.journal.reset();
   record.result = slam.finish();
@@ -144,6 +145,14 @@ std::unique_ptr<WarningRecorder> warning_recorder(const Session& session, ViewSe
     show = [server](const nlohmann::json& message) { server->board().publish(message); };
   }
   return std::make_unique<WarningRecorder>(*session.rules, folder, std::move(show));
+}
+
+/// Returns the events of a run and the computing times of its stages.
+std::string details_text(const RunRecord& record) {
+  std::string text;
+  for (const RunEvent& event : run_events(record.result))
+    text += fmt::format("{:.3f} s: {}\n", event.timestamp, event.text);
+  return text + timing_text(record.result.timing.stages());
 }
 
 }  // namespace
@@ -200,6 +209,7 @@ RunRecord run_session(Session session) {
 
   evaluate_run(record);
   if (!session.quiet) print_out("{}", run_summary_text(record));
+  if (session.verbose) print_out("{}", details_text(record));
   traced("files", [&] { write_run_files(record, session.outputs, folder); });
   recorders.labels.finish();
   traced("figures", [&] { recorders.figures.finish(record); });

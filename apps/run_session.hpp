@@ -31,8 +31,10 @@ struct Session {
   std::vector<std::string> unused_settings;  ///< See RunRecord::unused_settings.
   std::optional<WarningRules> rules;         ///< What to warn of; none: nothing.
   std::optional<ViewAddress> view;  ///< Where the page that shows the run is served; none: nowhere.
-  bool journal = true;  ///< Whether a journal is kept, so that a killed run can be recovered.
-  bool quiet = false;   ///< Whether summary and names of files are not printed.
+  bool journal = true;   ///< Whether a journal is kept, so that a killed run can be recovered.
+  bool quiet = false;    ///< Whether summary and names of files are not printed.
+  bool progress = true;  ///< Whether the progress is printed.
+  bool verbose = false;  ///< Whether events and times of stages are printed as well.
 };
 
 /// Throws Error if the run would overwrite a file that Stillmap did not write. For a check before

@@ -2,6 +2,7 @@
 #include "terminal.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 #include <sstream>
 #include <sys/ioctl.h>
 #include <unistd.h>
@@ -24,11 +25,33 @@ class WrappedHelp final : public CLI::Formatter {
     return entry(make_option_name(option, is_positional) + make_option_opts(option),
                  make_option_desc(option));
   }
+  std::string make_group(std::string group, bool is_positional,
+                         std::vector<const CLI::Option*> options) const override {
+    return CLI::Formatter::make_group(styled(group, Style::kBold, STDOUT_FILENO), is_positional,
+                                      std::move(options));
+  }
+  std::string make_footer(const CLI::App* command) const override {
+    std::string text;
+    std::istringstream lines(command->get_footer());
+    for (std::string line; std::getline(lines, line);) text += footer_line(line) + "\n";
+    return text;
+  }
   std::string make_subcommand(const CLI::App* command) const override {
     return entry(command->get_name(), command->get_description());
   }
 
  private:
+  /// Returns a line of a footer: a heading, an example, or a text behind a name and two blanks.
+  std::string footer_line(const std::string& line) const {
+    const auto begin = std::min(line.find_first_not_of(' '), line.size());
+    if (begin == 0 && line.ends_with(':')) return styled(line, Style::kBold, STDOUT_FILENO);
+    // Examples stay on one line, so that they can be copied.
+    if (line.compare(begin, 9, "stillmap ") == 0) return line;
+    const auto gap = std::min(line.find("  ", begin), line.size());
+    const auto text = line.find_first_not_of(' ', gap);
+    const std::size_t column = text == std::string::npos ? begin : text;
+    return line.substr(0, column) + wrapped(line.substr(column), column, columns_);
+  }
   std::string entry(const std::string& name, const std::string& description) const {
     std::string text = "  " + wrapped(name, 4, columns_);
     if (description.empty()) return text + "\n";
@@ -67,6 +90,18 @@ std::string wrapped(const std::string& text, std::size_t indent, std::size_t col
     used += word.size();
   }
   return result;
+}
+
+std::string styled(const std::string& text, Style style, int file_descriptor) {
+  const char* no_color = std::getenv("NO_COLOR");
+  if (isatty(file_descriptor) == 0 || (no_color != nullptr && *no_color != '\0')) return text;
+  // Select Graphic Rendition (ECMA-48, 8.3.117).
+  const char* code = style == Style::kBold ? "1" : style == Style::kRed ? "1;31" : "33";
+  return std::string("\033[") + code + "m" + text + "\033[0m";
+}
+
+std::string open_line(const std::filesystem::path& file, const std::string& alternative) {
+  return styled("Open " + file.string(), Style::kBold, STDOUT_FILENO) + alternative + "\n";
 }
 
 std::shared_ptr<CLI::Formatter> make_help_formatter() {

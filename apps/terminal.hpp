@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <cstddef>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,6 +17,16 @@ std::optional<std::size_t> terminal_columns(int file_descriptor);
 /// Returns a text broken into lines of at most `columns` characters, at blanks where possible. All
 /// lines but the first are indented by `indent`, and the first is taken to begin there.
 std::string wrapped(const std::string& text, std::size_t indent, std::size_t columns);
+
+/// Looks of a text on a terminal.
+enum class Style { kBold, kRed, kYellow };
+
+/// Returns a text with the codes of a style if the file descriptor is a terminal and NO_COLOR
+/// (no-color.org) is not set; otherwise the text itself.
+std::string styled(const std::string& text, Style style, int file_descriptor);
+
+/// Returns the last line of a command: which of the written files to open first.
+std::string open_line(const std::filesystem::path& file, const std::string& alternative = "");
 
 /// Returns a formatter of help texts whose lines have the width of the terminal, or of 100
 /// characters without one.
