@@ -6,6 +6,7 @@
 #include "stillmap/base/print.hpp"
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/base/trace.hpp"
+#include "stillmap/evaluate/timing.hpp"
 #include "stillmap/pipeline/paced_source.hpp"
 #include "stillmap/pipeline/prefetch.hpp"
 #include "stillmap/pipeline/run_journal.hpp"

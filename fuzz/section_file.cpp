@@ -24,13 +24,13 @@ void set(std::string& bytes, std::size_t at, T value) {
   std::memcpy(bytes.data() + at, &value, sizeof value);
 }
 
-/// Returns the file with its size and checksums: the layout is in section_file.hpp.
-std::string with_checksums(std::string file) {
+/// Corrects size and checksums of the file: the layout is in section_file.hpp.
+void set_checksums(std::string& file) {
   constexpr std::size_t kPreamble = 24, kEntry = 24;  // bytes
-  if (file.size() < kPreamble + 4) return file;
+  if (file.size() < kPreamble + 4) return;
   set<std::uint64_t>(file, 16, file.size());
   const std::size_t table_end = kPreamble + kEntry * get<std::uint32_t>(file, 12);
-  if (table_end > file.size() - 4) return file;
+  if (table_end > file.size() - 4) return;
   std::size_t at = table_end + 4;
   for (std::size_t entry = kPreamble; entry < table_end; entry += kEntry) {
     const auto packed = get<std::uint64_t>(file, entry + 8);
@@ -39,7 +39,6 @@ std::string with_checksums(std::string file) {
     at += packed;
   }
   set(file, table_end, libdeflate_crc32(0, file.data(), table_end));
-  return file;
 }
 
 }  // namespace
@@ -56,7 +55,8 @@ std::vector<std::string> seeds() {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace stillmap;
-  const std::string file = with_checksums(std::string(fuzz::text_of(data, size)));
+  std::string file(fuzz::text_of(data, size));
+  set_checksums(file);
   fuzz::parse([&] { unpack_sections(kFormat, file, "input"); });
   return 0;
 }
