@@ -7,8 +7,8 @@
 
 namespace stillmap {
 
-/// Returns the largest size that compressed bytes may declare [bytes]. DEFLATE compresses up to 1032
-/// times, so a file of 6 MB could take 6 GB of memory; maps are compressed 2.2 times at most
+/// Returns the largest size that compressed bytes may declare [bytes]. DEFLATE compresses up to
+/// 1032 times, so a file of 6 MB could take 6 GB of memory; maps are compressed 2.2 times at most
 /// (measured).
 constexpr std::uint64_t largest_inflated(std::uint64_t packed) { return (64U << 10) + 16 * packed; }
 
