@@ -15,10 +15,16 @@ std::vector<std::string> seeds() {
   write_camera(own, camera);
   return {content_of(own),
           // camera_info of ROS
-          "image_width: 64\nimage_height: 48\ndistortion_model: plumb_bob\ncamera_matrix:\n"
-          "  data: [60, 0, 31.5, 0, 60, 23.5, 0, 0, 1]\ndistortion_coefficients:\n"
-          "  data: [0.1, 0, 0, 0, 0]\nprojection_matrix:\n"
-          "  data: [60, 0, 31.5, 0, 0, 60, 23.5, 0, 0, 0, 1, 0]\n",
+          R"(image_width: 64
+image_height: 48
+distortion_model: plumb_bob
+camera_matrix:
+  data: [60, 0, 31.5, 0, 60, 23.5, 0, 0, 1]
+distortion_coefficients:
+  data: [0.1, 0, 0, 0, 0]
+projection_matrix:
+  data: [60, 0, 31.5, 0, 0, 60, 23.5, 0, 0, 0, 1, 0]
+)",
           // Open3D
           R"({"width": 64, "height": 48, "intrinsic_matrix": [60, 0, 0, 0, 60, 0, 31.5, 23.5, 1],
               "depth_scale": 1000})",
@@ -26,9 +32,19 @@ std::vector<std::string> seeds() {
           R"({"width": 64, "height": 48, "fx": 60, "fy": 60, "ppx": 31.5, "ppy": 23.5,
               "model": "brown_conrady", "coeffs": [0, 0, 0, 0, 0], "depth_units": 0.001})",
           // ORB-SLAM
-          "%YAML:1.0\nCamera.type: \"PinHole\"\nCamera.fx: 60\nCamera.fy: 60\nCamera.cx: 31.5\n"
-          "Camera.cy: 23.5\nCamera.k1: 0.1\nCamera.width: 64\nCamera.height: 48\nCamera.fps: 30.0\n"
-          "Camera.bf: 4.5\nDepthMapFactor: 5000.0\n"};
+          R"(%YAML:1.0
+Camera.type: "PinHole"
+Camera.fx: 60
+Camera.fy: 60
+Camera.cx: 31.5
+Camera.cy: 23.5
+Camera.k1: 0.1
+Camera.width: 64
+Camera.height: 48
+Camera.fps: 30.0
+Camera.bf: 4.5
+DepthMapFactor: 5000.0
+)"};
 }
 
 }  // namespace stillmap::fuzz

@@ -8,7 +8,7 @@
 namespace stillmap::fuzz {
 
 std::vector<std::string> seeds() {
-  const std::string names = "{0: 'person', 1: \"driver's cab\", 7: 'a\\'b'}";
+  const std::string names = R"({0: 'person', 1: "driver's cab", 7: 'a\'b'})";
   return {
       test::tiny_model("Relu", {1, 3, 8, 8}, {1, 3, -1, 8}, {{"names", names}, {"stride", "8"}}),
       test::tiny_model("Relu", {1, 3, 8, 8}, {1, 3, 8, 8}, {}, 10, 7)};

@@ -10,7 +10,7 @@ std::vector<std::string> seeds() {
   return {options_yaml(Options()),
           "preset: static\nfeatures:\n  keypoints: 500\nmotion: {cues: [residual, semantic]}\n",
           "features.keypoints=500", "motion.cues=[residual, semantic]",
-          "network.model=\"a \\\"b\\\".onnx\""};
+          R"(network.model="a \"b\".onnx")"};
 }
 
 }  // namespace stillmap::fuzz
