@@ -48,7 +48,7 @@ Map small_map() {
 }
 
 AnchoredView small_view() {
-  AnchoredView anchored;
+  AnchoredView anchored{.anchor = {0, 0}, .T_anchor_camera = {}, .view = {}};
   DenseView& view = anchored.view;
   view.camera.width = 4, view.camera.height = 3;
   view.depth = cv::Mat1w(3, 4, std::uint16_t{10000});
