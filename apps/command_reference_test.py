@@ -38,7 +38,8 @@ def commands(*path):
 
 
 def option_names(help_text):
-    for line in section(help_text, "Options"):
+    """The options of all groups."""
+    for line in help_text.splitlines():
         match = re.match(r"  (-\S+)", line)
         if match:
             yield from match.group(1).split(",")
