@@ -39,7 +39,7 @@ def commands(*path):
 
 def option_names(help_text):
     """The options of all groups."""
-    for line in help_text.splitlines():
+    for line in re.split(r"^(?:Presets|Examples?|Files):", help_text, flags=re.MULTILINE)[0].splitlines():
         match = re.match(r"  (-\S+)", line)
         if match:
             yield from match.group(1).split(",")
