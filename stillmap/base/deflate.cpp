@@ -24,8 +24,8 @@ std::string compressed(std::string_view plain, int level) {
 
 }  // namespace
 
-std::uint32_t crc32(std::string_view bytes) {
-  return libdeflate_crc32(0, bytes.data(), bytes.size());
+std::uint32_t crc32(std::string_view bytes, std::uint32_t before) {
+  return libdeflate_crc32(before, bytes.data(), bytes.size());
 }
 
 std::string deflated(std::string_view plain, int level) {

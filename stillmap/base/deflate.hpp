@@ -13,7 +13,8 @@ namespace stillmap {
 constexpr std::uint64_t largest_inflated(std::uint64_t packed) { return (64U << 10) + 16 * packed; }
 
 /// Returns the CRC-32 of the bytes.
-std::uint32_t crc32(std::string_view bytes);
+/// @param before  CRC-32 of the bytes before them
+std::uint32_t crc32(std::string_view bytes, std::uint32_t before = 0);
 
 /// Returns the bytes compressed with raw DEFLATE (RFC 1951); stored without compression if they
 /// are more than largest_inflated() of their compressed bytes.

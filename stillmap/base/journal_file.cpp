@@ -21,8 +21,7 @@ std::string record_header(std::string_view packed, std::size_t plain) {
   ByteWriter header;
   header.put(std::uint64_t{packed.size()});
   header.put(std::uint64_t{plain});
-  const std::uint32_t checksum = crc32(header.bytes() + std::string(packed));
-  header.put(checksum);
+  header.put(crc32(packed, crc32(header.bytes())));
   return header.take();
 }
 
@@ -45,7 +44,7 @@ JournalWriter::JournalWriter(std::filesystem::path file)
 
 void JournalWriter::append(std::string_view record) {
   const std::string packed = deflated(record, kFastest);
-  write(record_header(packed, record.size()) + packed);
+  write(record_header(packed, record.size()).append(packed));
 }
 
 void JournalWriter::replace_all(std::string_view record) {

@@ -59,7 +59,7 @@ std::optional<std::uint64_t> LiveMap::same_viewpoint_as(std::uint64_t id) const 
   for (const auto& [other, candidate] : views_) {
     const Pose between = T_camera_world * candidate.T_world_camera;
     if (other != id && between.translation().norm() < kSamePlace &&
-        Eigen::AngleAxisd(between.quaternion()).angle() < kSameDirection) {
+        between.angle() < kSameDirection) {
       return other;
     }
   }

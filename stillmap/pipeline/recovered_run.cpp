@@ -31,7 +31,7 @@ class Recovery {
     run.heading = heading();
     run.map.writer = run.heading.writer;
     run.map.map = map();
-    run.map.views = views();
+    run.map.views = views(run.map.map.camera);
     run.frames = frames();
     for_each(JournalKind::kEvent,
              [&](std::uint64_t, ByteReader in) { run.events.push_back(get_event(in)); });
@@ -128,8 +128,7 @@ class Recovery {
     return std::nullopt;
   }
 
-  std::vector<AnchoredView> views() const {
-    const Camera camera = empty_map().camera;
+  std::vector<AnchoredView> views(const Camera& camera) const {
     std::vector<AnchoredView> views;
     for_each(JournalKind::kView, [&](std::uint64_t version, ByteReader in) {
       const auto entry = entries_.find({JournalKind::kViewPlace, version >> 8});
@@ -154,12 +153,7 @@ class Recovery {
   }
 
   std::vector<MoverTrack> movers(const RecoveredRun& run) const {
-    std::map<std::size_t, Pose> poses;
-    for (const FrameRecord& frame : run.frames) {
-      if (!frame.has_pose() || !frame.reference.valid()) continue;
-      const Keyframe& keyframe = run.map.map.keyframes[frame.reference.slot];
-      poses[frame.index] = keyframe.T_world_camera * frame.T_reference_camera;
-    }
+    const std::map<std::size_t, Pose> poses = FrameLog(run.frames).poses(Map(run.map.map));
     std::map<std::uint64_t, MoverTrack> tracks;
     for_each(JournalKind::kMover,
              [&](std::uint64_t id, ByteReader in) { tracks[id] = get_identity(in); });

@@ -95,11 +95,6 @@ std::size_t put_movers(const MoverTracker& tracker, std::size_t since, JournalPa
   return newest - std::min(newest, kUnsettledSamples);
 }
 
-/// Returns whether the part has no thread of its own.
-bool is_deferred(const std::future<void>& answer) {
-  return answer.wait_for(std::chrono::seconds(0)) == std::future_status::deferred;
-}
-
 /// The writer of the file, and the size at which its records are replaced by one without the
 /// entries that were changed or removed since.
 struct Journal {
@@ -164,10 +159,10 @@ RunJournal::RunJournal(SlamSystem& slam, const std::filesystem::path& file,
   writer_.push(part.take());
 }
 
-/// Pending questions use this object.
+/// Pending questions use this object; add_newest() leaves none that is deferred.
 RunJournal::~RunJournal() {
   for (const Part& part : parts_) {
-    if (part.answer.valid() && !is_deferred(part.answer)) part.answer.wait();
+    if (part.answer.valid()) part.answer.wait();
   }
 }
 
@@ -175,16 +170,15 @@ void RunJournal::add_newest() {
   for (Part& part : parts_) update(part);
 }
 
-/// Writes the answer if it has come, and asks again if it is time.
+/// Asks if it is time, and writes the answer if it has come.
 void RunJournal::update(Part& part) {
-  if (part.answer.valid()) {
-    const auto state = part.answer.wait_for(std::chrono::seconds(0));
-    if (state != std::future_status::timeout) write_answer(part);
-  } else if (Clock::now() >= part.next && writer_.waiting() < kMostWaiting) {
+  if (!part.answer.valid()) {
+    if (Clock::now() < part.next || writer_.waiting() >= kMostWaiting) return;
     part.next = Clock::now() + period_;
     part.answer = part.ask(part.entries);
-    if (is_deferred(part.answer)) write_answer(part);
   }
+  const auto state = part.answer.wait_for(std::chrono::seconds(0));
+  if (state != std::future_status::timeout) write_answer(part);
 }
 
 void RunJournal::flush() {

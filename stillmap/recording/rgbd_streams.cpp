@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/nearest_name.hpp"
+#include "stillmap/base/statistics.hpp"
 #include "stillmap/recording/frame_tree.hpp"
 #include "stillmap/recording/if_readable.hpp"
 #include "stillmap/recording/realsense.hpp"
@@ -261,8 +262,7 @@ double rate_of(const ImageStream& stream) {
   for (std::size_t i = 1; i < stream.images.size(); ++i)
     intervals.push_back(seconds_of(stream.images[i].stamp - stream.images[i - 1].stamp));
   if (intervals.empty()) return 30;
-  std::nth_element(intervals.begin(), intervals.begin() + intervals.size() / 2, intervals.end());
-  const double rate = 1 / std::clamp(intervals[intervals.size() / 2], 1e-3, 1e3);
+  const double rate = 1 / std::clamp(upper_median(intervals), 1e-3, 1e3);
   for (const double usual : {5.0, 6.0, 10.0, 15.0, 20.0, 25.0, 30.0, 60.0, 90.0}) {
     if (std::abs(rate / usual - 1) < 0.05) return usual;
   }

@@ -2,6 +2,7 @@
 #include "stillmap/report/comparison_chart.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/report/test_text.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +14,7 @@
 namespace stillmap {
 namespace {
 
+using test::count;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -31,12 +33,6 @@ Trajectory wobbling(double size) {
 std::vector<RecordedRun> two_systems() {
   return {{"static", "walk", wobbling(0.08), wobbling(0), 200},
           {"seg-mask", "walk", wobbling(0.02), wobbling(0), 200}};
-}
-
-int count(const std::string& text, const std::string& part) {
-  int found = 0;
-  for (auto at = text.find(part); at != text.npos; at = text.find(part, at + 1)) ++found;
-  return found;
 }
 
 TEST(ComparisonChart, ShowsTruthEstimateAndErrorsOfEveryRun) {

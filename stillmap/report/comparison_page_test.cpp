@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/report/comparison_page.hpp"
 
+#include "stillmap/report/test_text.hpp"
+
 #include <cmath>
 
 #include <gmock/gmock.h>
@@ -9,6 +11,7 @@
 namespace stillmap {
 namespace {
 
+using test::count;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -28,12 +31,6 @@ Comparison two_systems() {
                                       {"fused", "", wobbling(0.001), wobbling(0), 100},
                                       {"empty", "", {}, wobbling(0), 100}};
   return compare_runs(runs);
-}
-
-int count(const std::string& text, const std::string& part) {
-  int found = 0;
-  for (auto at = text.find(part); at != text.npos; at = text.find(part, at + 1)) ++found;
-  return found;
 }
 
 TEST(ComparisonPage, ShowsTablesChartsAndFiles) {

@@ -14,7 +14,6 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <set>
 
 #include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
@@ -243,14 +242,13 @@ std::vector<FrameFiles> check_files(const std::vector<FrameFiles>& frames,
 struct Sample {
   std::size_t decoded = 0, dark = 0, bright = 0, blurred = 0, without_depth = 0;
   std::size_t pixels = 0;
-  std::vector<float> raw_depths;   // Raw depth of every 16th known pixel.
-  std::set<std::uint16_t> levels;  // Different raw depths.
+  std::vector<float> raw_depths;                        // Raw depth of every 16th known pixel.
+  std::vector<bool> seen = std::vector<bool>(1 << 16);  // By raw depth.
   RegistrationEvidence registration;
 };
 
-void sample_color(const cv::Mat& color, const DoctorOptions& options, Sample& sample) {
-  cv::Mat gray, laplacian;
-  cv::cvtColor(color, gray, cv::COLOR_BGR2GRAY);
+void sample_color(const cv::Mat1b& gray, const DoctorOptions& options, Sample& sample) {
+  cv::Mat laplacian;
   const double mean = cv::mean(gray)[0];
   if (mean < options.dark) ++sample.dark;
   if (mean > options.bright) ++sample.bright;
@@ -263,9 +261,7 @@ void sample_color(const cv::Mat& color, const DoctorOptions& options, Sample& sa
 
 void sample_depth(const cv::Mat1w& raw, Sample& sample) {
   const std::size_t before = sample.raw_depths.size();
-  for (const std::uint16_t value : raw) {
-    if (value > 0 && value < 65535) sample.levels.insert(value);
-  }
+  for (const std::uint16_t value : raw) sample.seen[value] = true;
   for (int y = 0; y < raw.rows; y += 4) {
     for (int x = 0; x < raw.cols; x += 4) {
       ++sample.pixels;
@@ -295,10 +291,10 @@ Sample take_sample(const std::vector<FrameFiles>& usable, const DoctorOptions& o
       continue;
     }
     ++sample.decoded;
-    sample_color(color.image, options, sample);
-    sample_depth(depth.image, sample);
     cv::Mat1b gray;
     cv::cvtColor(color.image, gray, cv::COLOR_BGR2GRAY);
+    sample_color(gray, options, sample);
+    sample_depth(depth.image, sample);
     sample.registration.add(gray, depth.image);
   }
   return sample;
@@ -315,6 +311,16 @@ void check_light(const Sample& sample, Diagnosis& diagnosis) {
   warn_if_many(sample.bright, "nearly white", "record with a shorter exposure");
   warn_if_many(sample.blurred, "blurred or without texture",
                "move more slowly, shorten the exposure, clean the lens");
+}
+
+/// Returns the different raw depths, ascending.
+std::vector<std::uint16_t> levels_of(const Sample& sample) {
+  std::vector<std::uint16_t> levels;
+  for (int raw = 1; raw < 65535; ++raw) {
+    if (sample.seen[static_cast<std::size_t>(raw)])
+      levels.push_back(static_cast<std::uint16_t>(raw));
+  }
+  return levels;
 }
 
 struct DepthSpread {
@@ -394,8 +400,7 @@ void check_depth(Sample& sample, double factor, const DoctorOptions& options,
                               sample.without_depth, sample.decoded),
                   "keep the sensor uncovered and farther than its nearest range");
   }
-  check_scale(spread, factor, depth_factor_of_steps({sample.levels.begin(), sample.levels.end()}),
-              options, diagnosis);
+  check_scale(spread, factor, depth_factor_of_steps(levels_of(sample)), options, diagnosis);
 }
 
 void check_registration(const RegistrationEvidence& registration, Diagnosis& diagnosis) {

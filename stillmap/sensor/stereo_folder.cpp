@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/statistics.hpp"
 #include "stillmap/base/trace.hpp"
 #include "stillmap/recording/recording.hpp"
 #include "stillmap/sensor/image_file.hpp"
@@ -273,9 +274,7 @@ double median_rate(const std::vector<StereoFiles>& frames, double otherwise) {
   for (std::size_t i = 1; i < frames.size(); ++i)
     intervals.push_back(frames[i].timestamp - frames[i - 1].timestamp);
   if (intervals.empty()) return otherwise;
-  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
-  std::nth_element(intervals.begin(), middle, intervals.end());
-  return 1 / std::clamp(*middle, 1e-3, 10.0);
+  return 1 / std::clamp(upper_median(intervals), 1e-3, 10.0);
 }
 
 }  // namespace
