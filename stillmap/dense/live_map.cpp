@@ -90,6 +90,7 @@ bool LiveMap::update_poses(const std::map<std::uint64_t, std::shared_ptr<DenseVi
 // Views are placed in the order of their distance from the newest one.
 void LiveMap::rebuild() {
   grid_ = std::make_unique<StaticGrid>(edge_, options_, kVotingViews);
+  class_votes_.clear();
   waiting_.clear();
   if (views_.empty()) return;
   const Pose here = views_.rbegin()->second.T_world_camera;
@@ -105,6 +106,7 @@ void LiveMap::rebuild() {
 void LiveMap::place(Entry& entry) {
   entry.coarse = coarse_view(*entry.view);
   grid_->add(entry.coarse, entry.T_world_camera);
+  vote_on_classes(entry);
   if (grid_->index().size() <= max_voxels_) return;
   edge_ *= 2;
   rebuild();
@@ -116,6 +118,51 @@ void LiveMap::place_some() {
     waiting_.pop_back();
     place(views_.at(id));
   }
+}
+
+std::uint16_t LiveMap::number_of(const std::string& class_name) {
+  const auto found = std::find(classes_.begin(), classes_.end(), class_name);
+  if (found == classes_.end()) classes_.push_back(class_name);
+  return static_cast<std::uint16_t>(1 + (found == classes_.end()
+                                             ? classes_.size() - 1
+                                             : static_cast<std::size_t>(found - classes_.begin())));
+}
+
+/// Each view has one vote on each voxel that it sees in an instance.
+void LiveMap::vote_on_classes(const Entry& entry) {
+  const DenseView& view = entry.coarse;
+  if (view.instances.empty()) return;
+  ++voting_views_;
+  std::vector<std::uint16_t> numbers;
+  for (const ViewInstance& instance : view.instances)
+    numbers.push_back(number_of(instance.class_name));
+  for (int row = 0; row < view.depth.rows; ++row) {
+    for (int col = 0; col < view.depth.cols; ++col) {
+      const int instance = view.instance_at(row, col);
+      if (instance < 0) continue;
+      const double z = view.depth(row, col) * double{DenseView::kDepthUnit};
+      const auto voxel =
+          voxel_at(entry.T_world_camera * view.camera.unproject(col, row, z), grid_->edge());
+      const std::uint32_t cell = voxel ? grid_->index().find(*voxel) : VoxelIndex::kNone;
+      if (cell == VoxelIndex::kNone) continue;
+      if (cell >= class_votes_.size()) class_votes_.resize(grid_->index().size());
+      ClassVotes& votes = class_votes_[cell];
+      if (std::exchange(votes.last_view, voting_views_) == voting_views_) continue;
+      const auto i = static_cast<std::size_t>(instance);
+      votes.lead +=
+          votes.leader == numbers[i] ? view.instances[i].confidence : -view.instances[i].confidence;
+      if (votes.lead >= 0) continue;
+      votes.leader = numbers[i];
+      votes.lead = -votes.lead;
+    }
+  }
+}
+
+std::uint16_t LiveMap::class_of(std::uint32_t cell) const {
+  if (cell >= class_votes_.size()) return 0;
+  const ClassVotes& votes = class_votes_[cell];
+  const float views = std::max<float>(1, grid_->cell(cell).views);
+  return votes.lead >= kMinConfidence * views ? votes.leader : std::uint16_t{0};
 }
 
 Novelty LiveMap::novelty_of(const DenseView& view, const Pose& T_world_camera) const {

@@ -10,6 +10,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace stillmap {
@@ -52,6 +53,15 @@ class LiveMap {
   std::size_t waiting() const { return waiting_.size(); }  ///< Number of views not placed yet.
   const StaticGrid& grid() const { return *grid_; }
 
+  /// Returns the class of a voxel of the grid, 0 for none: that of most detections, weighted by
+  /// their confidences, if these are enough for the number of views that saw it.
+  std::uint16_t class_of(std::uint32_t cell) const;
+  /// Returns the names of the classes 1, 2, 3 ... in the order of their first detections.
+  const std::vector<std::string>& classes() const { return classes_; }
+
+  /// Least sum of confidences per view that saw the voxel, as for the final map [0..1].
+  static constexpr float kMinConfidence = 0.15F;
+
   /// Largest movement of a point two meters ahead of a view without a rebuild [m].
   static constexpr double kReplacement = 0.015;
   /// Number of views that each call of add() or update_poses() places.
@@ -63,10 +73,18 @@ class LiveMap {
     Pose T_world_camera;
     DenseView coarse;  // the view in the grid; empty until it is placed
   };
+  /// The class that leads in a voxel, and its lead (majority vote of Boyer and Moore, 1981).
+  struct ClassVotes {
+    std::uint16_t leader = 0;  // 0: none
+    float lead = 0;
+    std::uint32_t last_view = 0;  // newest view with a vote, from 1 on
+  };
 
   void rebuild();
   void place(Entry& entry);
   void place_some();
+  void vote_on_classes(const Entry& entry);
+  std::uint16_t number_of(const std::string& class_name);
 
   double edge_;
   EvidenceOptions options_;
@@ -74,6 +92,9 @@ class LiveMap {
   std::map<std::uint64_t, Entry> views_;
   std::vector<std::uint64_t> waiting_;  // in reverse order
   std::unique_ptr<StaticGrid> grid_;
+  std::vector<ClassVotes> class_votes_;  // by voxel of the grid, as far as there are any
+  std::uint32_t voting_views_ = 0;       // number of views with votes on classes
+  std::vector<std::string> classes_;
 };
 
 }  // namespace stillmap

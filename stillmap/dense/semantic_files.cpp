@@ -15,15 +15,6 @@
 namespace stillmap {
 namespace {
 
-/// Returns a color of full saturation. The hue is in turns [0..1].
-Rgb of_hue(double hue) {
-  const auto channel = [&](double shift) {
-    const double x = std::abs(std::fmod(hue + shift, 1.0) * 6 - 3) - 1;
-    return static_cast<std::uint8_t>(40 + 215 * std::clamp(x, 0.0, 1.0));
-  };
-  return {channel(1), channel(2.0 / 3), channel(1.0 / 3)};
-}
-
 /// Returns the index of each object's class in class_colors(), by object id.
 std::vector<std::size_t> labels_of(const SemanticMap& semantics,
                                    const std::vector<ClassColor>& classes) {
@@ -46,6 +37,14 @@ nlohmann::json triple(const Eigen::Vector3d& v) {
 
 }  // namespace
 
+Rgb color_of_hue(double hue) {
+  const auto channel = [&](double shift) {
+    const double x = std::abs(std::fmod(hue + shift, 1.0) * 6 - 3) - 1;
+    return static_cast<std::uint8_t>(40 + 215 * std::clamp(x, 0.0, 1.0));
+  };
+  return {channel(1), channel(2.0 / 3), channel(1.0 / 3)};
+}
+
 std::vector<ClassColor> class_colors(const SemanticMap& semantics) {
   std::map<std::string, ClassColor> classes;
   for (const StaticObject& object : semantics.objects) {
@@ -57,10 +56,20 @@ std::vector<ClassColor> class_colors(const SemanticMap& semantics) {
   std::vector<ClassColor> list;
   for (const auto& [name, entry] : classes) {
     list.push_back(entry);
-    list.back().color = of_hue(static_cast<double>(list.size() - 1) /
-                               static_cast<double>(std::max<std::size_t>(classes.size(), 1)));
+    list.back().color = color_of_hue(static_cast<double>(list.size() - 1) /
+                                     static_cast<double>(std::max<std::size_t>(classes.size(), 1)));
   }
   return list;
+}
+
+std::vector<std::uint16_t> class_labels(const SemanticMap& semantics,
+                                        const std::vector<ClassColor>& classes) {
+  const std::vector<std::size_t> labels = labels_of(semantics, classes);
+  std::vector<std::uint16_t> of_points;
+  of_points.reserve(semantics.object.size());
+  for (const std::uint16_t object : semantics.object)
+    of_points.push_back(object > 0 ? static_cast<std::uint16_t>(labels[object] + 1) : 0);
+  return of_points;
 }
 
 Cloud colored_by_class(const Cloud& cloud, const SemanticMap& semantics) {

@@ -4,6 +4,7 @@
 #include "stillmap/dense/semantic_map.hpp"
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -19,8 +20,16 @@ struct ClassColor {
   std::size_t objects = 0, points = 0;
 };
 
+/// Returns the color of a hue [0..1): red, green and blue at 0, 1/3 and 2/3.
+Rgb color_of_hue(double hue);
+
 /// Returns the classes of a map by name, in evenly spaced hues.
 std::vector<ClassColor> class_colors(const SemanticMap& semantics);
+
+/// Returns the class of each point of a map, 1, 2, 3 ... as in class_colors(), 0 for none; empty
+/// for an empty map.
+std::vector<std::uint16_t> class_labels(const SemanticMap& semantics,
+                                        const std::vector<ClassColor>& classes);
 
 /// Returns the cloud in the colors of its classes; points without a class are gray.
 Cloud colored_by_class(const Cloud& cloud, const SemanticMap& semantics);

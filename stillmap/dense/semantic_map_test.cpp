@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/dense/semantic_map.hpp"
 
+#include "stillmap/dense/live_map.hpp"
 #include "stillmap/dense/synthetic_frame.hpp"
 
+#include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -172,6 +175,46 @@ TEST(SemanticMap, IsEmptyWithoutDetections) {
   world.add(0, {});
   EXPECT_TRUE(map_of(world).semantics.empty());
   EXPECT_TRUE(map_of(world).semantics.object.empty());
+}
+
+/// Returns the points of a live map by the names of their classes; "" for none.
+std::map<std::string, std::vector<Eigen::Vector3f>> points_by_class(const LiveMap& live) {
+  std::map<std::string, std::vector<Eigen::Vector3f>> points;
+  for (std::uint32_t cell = 0; cell < live.grid().index().size(); ++cell) {
+    const std::uint16_t number = live.class_of(cell);
+    points[number > 0 ? live.classes().at(number - 1U) : ""].push_back(live.grid().mean(cell));
+  }
+  return points;
+}
+
+TEST(LiveMap, HasTheClassesOfMostVotesAndMovesThemWithThePoses) {
+  World world;
+  for (int i = 0; i < 4; ++i) {
+    const Eigen::Vector3d eye(0.05 * i, 0, 0);
+    // One of four views takes the left box for something else.
+    world.add(eye.x(), {instance_of(kLeft, eye, i == 1 ? "tv" : "chair", 0.8F),
+                        instance_of(kRight, eye, "table", 0.6F)});
+  }
+  LiveMap live(0.01, {}, 1000000);
+  std::map<std::uint64_t, std::shared_ptr<DenseView>> views;
+  for (std::uint64_t i = 0; i < world.views.size(); ++i) {
+    views[i] = std::make_shared<DenseView>(world.views[i]);
+    live.add(i, views[i], world.poses[i]);
+  }
+  auto points = points_by_class(live);
+  EXPECT_GT(points["chair"].size(), 100U);
+  EXPECT_GT(points["table"].size(), 100U);
+  EXPECT_GT(points[""].size(), 1000U);
+  EXPECT_LT(points["tv"].size(), points["chair"].size() / 20);
+  for (const Eigen::Vector3f& p : points["chair"]) EXPECT_NEAR(p.x(), -0.5, 0.3);
+
+  const Eigen::Vector3d shift(1, 0, 0);
+  live.update_poses(views, [&](std::uint64_t i) {
+    return Pose(world.poses[i].quaternion(), world.poses[i].translation() + shift);
+  });
+  points = points_by_class(live);
+  EXPECT_GT(points["chair"].size(), 100U);
+  for (const Eigen::Vector3f& p : points["chair"]) EXPECT_NEAR(p.x(), 0.5, 0.3);
 }
 
 }  // namespace

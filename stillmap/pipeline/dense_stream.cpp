@@ -156,9 +156,9 @@ std::optional<RelativePlace> DenseStream::place_in(const Map& map, std::uint64_t
   return RelativePlace{current, map.at(current).T_world_camera.inverse() * T_world_view};
 }
 
-std::future<std::shared_ptr<const Cloud>> DenseStream::ask() {
+std::future<std::shared_ptr<const LabeledCloud>> DenseStream::ask() {
   if (!stage_) {
-    const auto empty = [] { return std::make_shared<const Cloud>(); };
+    const auto empty = [] { return std::make_shared<const LabeledCloud>(); };
     return std::async(std::launch::deferred, empty);
   }
   return stage_->ask([this] {
@@ -176,19 +176,27 @@ std::future<void> DenseStream::ask(std::function<void(const DenseStream&)> read)
 }
 
 void DenseStream::show(std::shared_ptr<const Cloud> cloud) {
-  if (stage_) stage_->ask([&] { cloud_ = std::move(cloud); }).get();
+  LabeledCloud shown;
+  shown.cloud = std::move(cloud);
+  const auto shared = std::make_shared<const LabeledCloud>(std::move(shown));
+  if (stage_) stage_->ask([&] { cloud_ = shared; }).get();
 }
 
-std::shared_ptr<const Cloud> DenseStream::live_cloud() {
+std::shared_ptr<const LabeledCloud> DenseStream::live_cloud() {
   if (cloud_) return cloud_;
-  const StaticGrid& grid = dense_.live().grid();
+  const LiveMap& live = dense_.live();
+  const StaticGrid& grid = live.grid();
   auto cloud = std::make_shared<Cloud>();
+  LabeledCloud labeled;
   for (std::uint32_t cell = 0; cell < grid.index().size(); ++cell) {
-    if (grid.is_static(cell) && grid.is_confirmed(cell))
-      cloud->add(grid.mean(cell), grid.color(cell));
+    if (!grid.is_static(cell) || !grid.is_confirmed(cell)) continue;
+    cloud->add(grid.mean(cell), grid.color(cell));
+    if (!live.classes().empty()) labeled.labels.push_back(live.class_of(cell));
   }
-  cloud_ = cloud;
-  return cloud;
+  labeled.cloud = std::move(cloud);
+  labeled.classes = live.classes();
+  cloud_ = std::make_shared<const LabeledCloud>(std::move(labeled));
+  return cloud_;
 }
 
 PlacedMap DenseStream::place(const Map& map) {

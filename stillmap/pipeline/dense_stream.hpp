@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/dense/dense_map.hpp"
+#include "stillmap/dense/labeled_cloud.hpp"
 #include "stillmap/pipeline/instance_stream.hpp"
 #include "stillmap/pipeline/mapping.hpp"
 #include "stillmap/pipeline/relative_place.hpp"
@@ -45,10 +46,10 @@ class DenseStream {
   /// @param made keyframes that were made after the last push()
   void finish(const std::vector<NewKeyframe>& made);
 
-  /// Returns the current static surfaces, coarser than the final cloud, or the cloud that show()
-  /// set. May be called by any thread; the future becomes ready when the dense map's thread has
-  /// finished its current frame. Never null.
-  std::future<std::shared_ptr<const Cloud>> ask();
+  /// Returns the current static surfaces with their classes, coarser than the final cloud, or the
+  /// cloud that show() set. May be called by any thread; the future becomes ready when the dense
+  /// map's thread has finished its current frame. Never null.
+  std::future<std::shared_ptr<const LabeledCloud>> ask();
   /// Calls `read` on the thread of the dense map between two of its tasks, for places() and
   /// views(). May be called by any thread; the future becomes ready when `read` has returned.
   std::future<void> ask(std::function<void(const DenseStream&)> read);
@@ -87,7 +88,7 @@ class DenseStream {
   void add(const TrackedFrame& tracked, const DetectedObjects& found);
   void follow(const KeyframePoses& moved);
   void settle(const std::vector<NewKeyframe>& made);
-  std::shared_ptr<const Cloud> live_cloud();
+  std::shared_ptr<const LabeledCloud> live_cloud();
   std::uint64_t view_of(std::size_t frame_index) const { return loaded_views_ + frame_index; }
   std::optional<RelativePlace> place_in(const Map& map, std::uint64_t view) const;
 
@@ -105,7 +106,7 @@ class DenseStream {
   /// Place of each view by its id. The keyframe is invalid until the first keyframe of a map has
   /// been made.
   std::map<std::uint64_t, RelativePlace> places_;
-  std::shared_ptr<const Cloud> cloud_;           // cached answer of ask(); null: out of date
+  std::shared_ptr<const LabeledCloud> cloud_;    // cached answer of ask(); null: out of date
   std::unique_ptr<Stage<Task, Nothing>> stage_;  // last: its thread uses the above; null: disabled
 };
 

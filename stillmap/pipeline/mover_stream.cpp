@@ -8,12 +8,12 @@ namespace stillmap {
 
 MoverStream::MoverStream(const MoverOptions& options, bool realtime) : realtime_(realtime) {
   if (!options.enabled) return;
-  stage_ = std::make_unique<Stage<TrackedFramePtr, std::vector<Mover>>>(
+  stage_ = std::make_unique<Stage<TrackedFramePtr, MoversAtTime>>(
       8, WhenFull::kBlock,
       [this](const TrackedFramePtr& tracked, const auto& publish) {
         trace_frame(tracked->frame->index());
         const TraceScope scope(span::kMovers);
-        publish(work(*tracked));
+        publish({tracked->frame->timestamp(), work(*tracked)});
       },
       "movers", ThreadPriority::kBackground);
 }
@@ -45,7 +45,10 @@ std::vector<Mover> MoverStream::work(const TrackedFrame& tracked) {
 std::vector<Mover> MoverStream::newest(bool wait) {
   if (!stage_) return {};
   if (wait) stage_->drain();
-  while (auto movers = stage_->try_pop()) newest_ = std::move(*movers);
+  while (auto output = stage_->try_pop()) {
+    newest_ = std::move(output->movers);
+    newest_time_ = output->timestamp;
+  }
   return newest_;
 }
 

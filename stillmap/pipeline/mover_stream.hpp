@@ -34,6 +34,9 @@ class MoverStream {
   /// Returns the movers at the newest processed frame, in order of their ids.
   /// @param wait waits until the frame pushed last is processed
   std::vector<Mover> newest(bool wait);
+  /// Returns the time of the frame of the movers that newest() returned last [s]; none before the
+  /// first.
+  std::optional<double> newest_time() const { return newest_time_; }
 
   /// Returns the movers at the newest processed frame, in order of their ids. May be called by any
   /// thread; the future becomes ready when the movers' thread has finished its current frame.
@@ -54,17 +57,22 @@ class MoverStream {
   const MoverStatistics& statistics() const { return statistics_; }
 
  private:
+  struct MoversAtTime {
+    double timestamp = 0;  // [s]
+    std::vector<Mover> movers;
+  };
   std::vector<Mover> work(const TrackedFrame& tracked);
 
   const bool realtime_;
   std::vector<Mover> newest_;
+  std::optional<double> newest_time_;
   std::size_t frames_skipped_ = 0;
   // Used by the stage's thread until finish().
   MoverDetector detector_;
   MoverTracker tracker_;
   MoverStatistics statistics_;
   // last: its thread uses the above; null: movers are disabled
-  std::unique_ptr<Stage<TrackedFramePtr, std::vector<Mover>>> stage_;
+  std::unique_ptr<Stage<TrackedFramePtr, MoversAtTime>> stage_;
 };
 
 }  // namespace stillmap

@@ -207,7 +207,7 @@ std::shared_ptr<const Snapshot> SlamSystem::snapshot() {
   map.get();
   if (frames->final_poses) replace_poses(*frames->final_poses, snapshot->trajectory);
   snapshot->movers = moving_objects(movers.get());
-  snapshot->cloud = cloud.get();
+  snapshot->cloud = cloud.get()->cloud;
   if (frames->newest) snapshot->newest = pose_update(*frames->newest, *snapshot);
   return snapshot;
 }

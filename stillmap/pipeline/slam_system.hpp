@@ -114,12 +114,18 @@ class SlamSystem {
 
   /// The state of the whole system. May be called by any thread at any time. See Slam::snapshot().
   std::shared_ptr<const Snapshot> snapshot();
+  /// Returns the live cloud with its classes. May be called by any thread; see DenseStream::ask().
+  std::future<std::shared_ptr<const LabeledCloud>> ask_labeled_cloud() { return dense_.ask(); }
   /// From here on snapshots show this cloud.
   void show(std::shared_ptr<const Cloud> cloud) { dense_.show(std::move(cloud)); }
 
   /// What moves, by id, as known now and in the world as it is now. In lockstep at the frame pushed
   /// last; in realtime at the newest that was worked on.
   std::vector<Mover> movers() { return movers_.newest(!options_.schedule.realtime); }
+
+  /// Returns the time of the frame of the movers that movers() returned last [s]; none before the
+  /// first.
+  std::optional<double> movers_time() const { return movers_.newest_time(); }
 
   /// Returns the movers at the newest processed frame, in order of their ids. May be called by any
   /// thread; see MoverStream::ask().
