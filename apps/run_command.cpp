@@ -11,6 +11,7 @@
 #include "run_request.hpp"
 #include "terminal.hpp"
 #include "truth.hpp"
+#include "warning_options.hpp"
 
 namespace stillmap {
 namespace {
@@ -95,9 +96,11 @@ void add_method_options(CLI::App& command, RunArguments& arguments) {
 void add_view_and_terminal_options(CLI::App& command, RunArguments& arguments) {
   command.option_defaults()->group("View and warnings");
   add_view_options(command, arguments.view);
-  command.add_option("--zones", arguments.zones,
-                     "YAML file of zones and distances; warn of moving objects in them "
-                     "(docs/view.md): an aid, no safety device");
+  CLI::Option* zones = command.add_option(
+      "--zones", arguments.zones,
+      "YAML file of zones and distances; warn of moving objects in them (docs/view.md): an aid, "
+      "no safety device");
+  add_hook_offset(command, arguments.hook_offset)->needs(zones);
   command.option_defaults()->group("Terminal");
   command.add_flag_callback(
       "-q,--quiet",

@@ -17,6 +17,7 @@
 #include "interrupt.hpp"
 #include "output_file.hpp"
 #include "truth.hpp"
+#include "warning_options.hpp"
 #include <fmt/format.h>
 
 namespace stillmap {
@@ -118,6 +119,16 @@ std::vector<std::string> unused_settings(const RunRequest& request, const Option
   return unused;
 }
 
+/// Returns what to warn of; none without --zones.
+std::optional<WarningRules> rules_of(const RunRequest& request, const Options& options) {
+  if (request.zones.empty()) return std::nullopt;
+  if (!options.movers.enabled) {
+    throw Error("nobody would be warned of anything: no moving objects are looked for", "--zones",
+                "use --set movers.enabled=true");
+  }
+  return read_warning_rules(request.zones, hook_at(request.hook_offset));
+}
+
 }  // namespace
 
 Options options_of(const RunRequest& request) {
@@ -174,7 +185,7 @@ Session session_of(const RunRequest& request, const Options& options) {
   session.sequence = sequence_name(request.sequence);
   session.out = request.out.empty() ? "stillmap_" + session.sequence : request.out;
   if (request.force) session.foreign = ResultFolder::Foreign::kOverwrite;
-  if (!request.zones.empty()) session.rules = read_warning_rules(request.zones);
+  session.rules = rules_of(request, options);
   session.view = view_address_of(request.view);
   session.journal = !request.quiet;  // the runs of an experiment are simply repeated
   session.quiet = request.quiet;

@@ -26,7 +26,8 @@ struct RunRequest {
   bool verbose = false;  ///< Whether events and the times of all stages are printed as well.
   RunOutputs outputs;
   ViewOptions view;
-  std::string zones;  ///< File of the rules for warnings; empty: none.
+  std::string zones;                ///< File of the rules for warnings; empty: none.
+  std::vector<double> hook_offset;  ///< Point "hook" in the camera frame [m]; empty: none.
 };
 
 /// Returns all options in force. Precedence from low to high: defaults, preset, config, named

@@ -34,6 +34,7 @@ struct Recorders {
   FigureRecorder figures;
   std::unique_ptr<WarningRecorder> warnings;  // null: there are no rules
   LiveView* view = nullptr;                   // null: the run is not shown
+  bool has_network = false;                   // whether there are masks of a network or a folder
   std::optional<RunJournal> journal = {};     // none: the run keeps no journal
 };
 
@@ -53,7 +54,8 @@ void drive(SlamSystem& slam, FrameSource& source, std::optional<std::size_t> tot
     traced("gallery", [&] { gallery.record(*slam.newest()); });
     traced("motion labels", [&] { recorders.labels.record(*slam.newest()); });
     traced("figures", [&] { recorders.figures.record(*slam.newest()); });
-    if (recorders.warnings) recorders.warnings->add_newest(slam);
+    if (recorders.warnings)
+      recorders.warnings->add_newest(slam, source.camera(), recorders.has_network);
     if (recorders.view != nullptr) recorders.view->add_newest();
     if (recorders.journal) recorders.journal->add_newest();
     if (progress) progress->step(slam.newest()->state == TrackState::kLost ? "lost" : "");
@@ -98,7 +100,9 @@ void map_sequence(Session& session, ViewServer* server, Recorders& recorders, Re
   if (server) view.emplace(slam, *server, session.sequence, camera, session.total_frames);
   recorders.view = view ? &*view : nullptr;
   open_journal(session, slam, recorders, folder);
+  if (recorders.warnings && (realtime || session.live)) recorders.warnings->watch_for_silence();
   drive(slam, *source, session.total_frames, recorders, record, session.progress);
+  if (recorders.warnings) recorders.warnings->finish();
   if (recorders.journal) recorders.journal->flush();
   recorders.journal.reset();
   record.result = slam.finish();
@@ -145,7 +149,9 @@ std::unique_ptr<WarningRecorder> warning_recorder(const Session& session, ViewSe
   if (server != nullptr) {
     show = [server](const nlohmann::json& message) { server->board().publish(message); };
   }
-  return std::make_unique<WarningRecorder>(*session.rules, folder, std::move(show));
+  auto recorder = std::make_unique<WarningRecorder>(*session.rules, folder, std::move(show));
+  recorder->send_events();
+  return recorder;
 }
 
 /// Returns the events of a run and the computing times of its stages.
@@ -203,6 +209,7 @@ RunRecord run_session(Session session) {
       FigureRecorder(session.outputs.figures, session.options.dense.excluded_classes, folder),
       warning_recorder(session, server.get(), folder),
       nullptr,
+      session.detector != nullptr,
       {}};
   map_or_tell(session, server.get(), recorders, folder, record);
   if (record.interrupted)

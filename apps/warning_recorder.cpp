@@ -4,6 +4,8 @@
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/json_text.hpp"
 #include "stillmap/base/print.hpp"
+#include "stillmap/warn/event_delivery.hpp"
+#include "stillmap/warn/zone_view.hpp"
 
 #include <utility>
 
@@ -34,18 +36,58 @@ WarningRecorder::WarningRecorder(const WarningRules& rules, ResultFolder& folder
   if (show_) show_(zones_message(rules));
 }
 
-void WarningRecorder::add_newest(SlamSystem& slam) {
-  const FrameRecord& record = slam.newest_record();
-  const TrackedFrame& newest = *slam.newest();
+WarningRecorder::~WarningRecorder() { watch_.request_stop(); }
+
+void WarningRecorder::send_events() {
+  for (const EventAddress& address : monitor_.rules().receivers)
+    receivers_.push_back({address, std::make_unique<EventSender>(delivery_to(address))});
+}
+
+void WarningRecorder::watch_for_silence() {
+  watch_ = std::jthread([this](const std::stop_token& stop) {
+    std::unique_lock lock(mutex_);
+    while (!stop.stop_requested()) {
+      stopped_.wait_for(lock, stop, kSilence / 10, [] { return false; });
+      if (first_ && std::chrono::steady_clock::now() > newest_ + kSilence)
+        record(monitor_.announce("no image comes"));
+    }
+  });
+}
+
+/// Returns the age of the network's result [s]. Before the first it is the time since the first
+/// frame.
+double WarningRecorder::mask_age(const FrameRecord& record, bool has_network) {
+  if (!first_) first_ = record.timestamp;
   if (previous_ > 0) frame_time_ = record.timestamp - previous_;
   previous_ = record.timestamp;
-  WatchedFrame frame{.index = record.index,
-                     .timestamp = record.timestamp,
+  if (!has_network) return 0;
+  return record.mask_age < 0 ? record.timestamp - *first_ : record.mask_age * frame_time_;
+}
+
+void WarningRecorder::add_newest(SlamSystem& slam, const Camera& camera, bool has_network) {
+  const FrameRecord& newest_record = slam.newest_record();
+  const TrackedFrame& newest = *slam.newest();
+  const cv::Mat1f& depth = newest.frame->image->depth;
+  const auto movers = slam.movers();
+  WatchedFrame frame{.index = newest_record.index,
+                     .timestamp = newest_record.timestamp,
                      .T_world_camera = newest.T_world_filtered(),
-                     .depth_share = depth_share(newest.frame->image->depth),
-                     .mask_age = std::max(0, record.mask_age) * frame_time_,
+                     .depth_share = depth_share(depth),
+                     .mask_age = 0,
+                     .movers_age = 0,
+                     .zones_seen = {},
                      .movers = {}};
-  for (const Mover& mover : slam.movers()) {
+  {
+    const std::unique_lock lock(mutex_);
+    newest_ = std::chrono::steady_clock::now();
+    frame.mask_age = mask_age(newest_record, has_network);
+    frame.movers_age = frame.timestamp - slam.movers_time().value_or(*first_);
+  }
+  if (frame.T_world_camera) {
+    for (const Zone& zone : monitor_.rules().zones)
+      frame.zones_seen.push_back(seen_share(zone, camera, *frame.T_world_camera, depth));
+  }
+  for (const Mover& mover : movers) {
     frame.movers.push_back({.id = mover.id,
                             .class_name = mover.class_name,
                             .confidence = mover.class_confidence,
@@ -58,10 +100,33 @@ void WarningRecorder::add_newest(SlamSystem& slam) {
 }
 
 void WarningRecorder::add(const WatchedFrame& frame) {
-  const auto events = monitor_.update(frame);
+  const std::unique_lock lock(mutex_);
+  record(monitor_.update(frame));
+}
+
+void WarningRecorder::finish() {
+  watch_ = {};
+  const std::unique_lock lock(mutex_);
+  if (first_) record(monitor_.announce("the run has ended"));
+  if (show_) show_(events_message(events_));
+  for (const Receiver& receiver : receivers_) {
+    const SentEvents events = receiver.sender->finish();
+    print_out("{}: {} events sent", receiver.address.text(), events.sent);
+    if (events.refused > 0) print_out(", {} refused", events.refused);
+    if (events.dropped > 0) print_out(", {} dropped: it was away or too slow", events.dropped);
+    print_out("\n");
+  }
+}
+
+/// Called with the mutex held.
+void WarningRecorder::record(const std::vector<WarningEvent>& events) {
   for (const WarningEvent& event : events) {
     if (event.begins) ++warnings_;
-    if (file_.is_open()) file_ << json_text(warning_json(event)) << '\n' << std::flush;
+    const nlohmann::json json = warning_json(event);
+    const std::string line = json_text(json);
+    if (file_.is_open()) file_ << line << '\n' << std::flush;
+    for (const Receiver& receiver : receivers_) receiver.sender->send(line);
+    events_.push_back(json);
     print_out("{:.3f} s, frame {}: {}\n", event.timestamp, event.frame, warning_text(event));
   }
   if (!events.empty()) output_is_complete();  // shows them now

@@ -3,37 +3,75 @@
 #include "stillmap/pipeline/slam_system.hpp"
 #include "stillmap/report/result_folder.hpp"
 #include "stillmap/report/run_folder.hpp"
+#include "stillmap/warn/event_sender.hpp"
 #include "stillmap/warn/warning_monitor.hpp"
 
+#include <chrono>
+#include <condition_variable>
 #include <cstddef>
 #include <fstream>
 #include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
 #include <string>
+#include <thread>
+#include <vector>
+
+#include <nlohmann/json.hpp>
 
 namespace stillmap {
 
 /// Evaluates the rules of --zones in each frame of a run. Each event is written at once: to
-/// events.jsonl and to standard output.
+/// events.jsonl, to standard output, and to the receivers of the rules.
 class WarningRecorder {
  public:
+  /// Time without a frame after which a run says that nothing is known.
+  static constexpr std::chrono::milliseconds kSilence{1000};
+
   /// @param show  shows a JSON message (zones, warnings) in the view; empty: there is none
   WarningRecorder(const WarningRules& rules, ResultFolder& folder,
                   std::function<void(const nlohmann::json&)> show);
+  ~WarningRecorder();
+  WarningRecorder(const WarningRecorder&) = delete;
+  WarningRecorder& operator=(const WarningRecorder&) = delete;
+
+  /// Sends the events to the receivers of the rules, too. Throws Error if it cannot be done.
+  void send_events();
+  /// Announces from now on that no frame has come for kSilence, from a thread of its own.
+  void watch_for_silence();
 
   /// Evaluates the frame pushed last. In lockstep this waits for its movers.
-  void add_newest(SlamSystem& slam);
+  /// @param has_network  whether there are masks to come
+  void add_newest(SlamSystem& slam, const Camera& camera, bool has_network);
   /// Evaluates a frame.
   void add(const WatchedFrame& frame);
+  /// Announces that nothing is known from now on, and prints what was sent to the receivers.
+  void finish();
 
   std::size_t warnings() const { return warnings_; }  ///< Number of warnings that have begun.
 
  private:
+  struct Receiver {
+    EventAddress address;
+    std::unique_ptr<EventSender> sender;
+  };
+  double mask_age(const FrameRecord& record, bool has_network);
+  void record(const std::vector<WarningEvent>& events);
+
+  std::mutex mutex_;  // of everything below
   WarningMonitor monitor_;
   std::function<void(const nlohmann::json&)> show_;
   std::ofstream file_;
+  std::vector<nlohmann::json> events_;
+  std::vector<Receiver> receivers_;
   std::size_t warnings_ = 0;
-  double previous_ = 0;    // time of the previous frame [s]
-  double frame_time_ = 0;  // time between the last two frames [s]
+  std::optional<double> first_;                   // time of the first frame [s]
+  double previous_ = 0;                           // time of the previous frame [s]
+  double frame_time_ = 0;                         // time between the last two frames [s]
+  std::chrono::steady_clock::time_point newest_;  // when the last frame came
+  std::condition_variable_any stopped_;
+  std::jthread watch_;  // last: it uses the above
 };
 
 }  // namespace stillmap

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <set>
 
 #include <nlohmann/json.hpp>
@@ -86,7 +85,7 @@ Zone zone_of(const YAML::Node& node, const std::string& where, const Eigen::Vect
 }
 
 DistanceRule distance_of(const YAML::Node& node, const std::string& where,
-                         const std::map<std::string, Eigen::Vector3d>& points) {
+                         const NamedPoints& points) {
   const Section section(node, where, {"to", "nearer", "within", "level", "classes"});
   DistanceRule rule;
   rule.name = section.value<std::string>("to");
@@ -100,8 +99,8 @@ DistanceRule distance_of(const YAML::Node& node, const std::string& where,
   return rule;
 }
 
-std::map<std::string, Eigen::Vector3d> points_of(const Section& file, const std::string& where) {
-  std::map<std::string, Eigen::Vector3d> points{{"camera", Eigen::Vector3d::Zero()}};
+NamedPoints points_of(const Section& file, const std::string& where) {
+  NamedPoints points{{"camera", Eigen::Vector3d::Zero()}};
   for (const YAML::Node& node : file.list("points")) {
     const Section point(node, where + ", points", {"name", "offset"});
     const auto name = point.value<std::string>("name");
@@ -111,8 +110,17 @@ std::map<std::string, Eigen::Vector3d> points_of(const Section& file, const std:
   return points;
 }
 
-WarningRules rules_of(const YAML::Node& file, const std::string& where) {
-  const Section section(file, where, {"up", "zones", "points", "distances"});
+std::vector<EventAddress> receivers_of(const Section& file, const std::string& where) {
+  std::vector<EventAddress> receivers;
+  for (const YAML::Node& node : file.list("send")) {
+    if (!node.IsScalar()) file.fail("send", "is no list of addresses");
+    receivers.push_back(parse_event_address(node.as<std::string>(), where + ", send"));
+  }
+  return receivers;
+}
+
+WarningRules rules_of(const YAML::Node& file, const NamedPoints& points, const std::string& where) {
+  const Section section(file, where, {"up", "zones", "points", "distances", "send"});
   WarningRules rules;
   if (section.has("up")) rules.up = section.vector("up");
   if (rules.up.norm() < 1e-6) section.fail("up", "is zero");
@@ -123,9 +131,11 @@ WarningRules rules_of(const YAML::Node& file, const std::string& where) {
     if (!names.insert(rules.zones.back().name).second)
       section.fail("zones", "has two zones named " + rules.zones.back().name);
   }
-  const auto points = points_of(section, where);
+  NamedPoints named = points;
+  named.merge(points_of(section, where));
   for (const YAML::Node& node : section.list("distances"))
-    rules.distances.push_back(distance_of(node, where + ", distances", points));
+    rules.distances.push_back(distance_of(node, where + ", distances", named));
+  rules.receivers = receivers_of(section, where);
   if (rules.zones.empty() && rules.distances.empty())
     throw Error("has no zones and no distances", where, "see the example in docs/view.md");
   return rules;
@@ -133,10 +143,10 @@ WarningRules rules_of(const YAML::Node& file, const std::string& where) {
 
 }  // namespace
 
-WarningRules read_warning_rules(const std::filesystem::path& file) {
+WarningRules read_warning_rules(const std::filesystem::path& file, const NamedPoints& points) {
   const std::string text = read_file(file);
   try {
-    return rules_of(YAML::Load(text), file.string());
+    return rules_of(YAML::Load(text), points, file.string());
   } catch (const YAML::Exception& e) {
     throw Error(std::string("is not valid: ") + e.what(), file.string(),
                 "see the example in docs/view.md");

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/warn/event_address.hpp"
 #include "stillmap/warn/zone.hpp"
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -15,7 +17,7 @@ namespace stillmap {
 struct DistanceRule {
   std::string name;                                  ///< "camera", or the name of the point.
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< The point in the camera frame [m].
-  double nearer = 2;   ///< A mover whose box is nearer than this is too near [m].
+  double nearer = 2;   ///< A mover whose cylinder is nearer is too near [m].
   double within = 0;   ///< Time to look ahead for courses that come too near; 0: none [s].
   bool level = false;  ///< Whether distances are measured along the floor, as for a raised hook.
   std::vector<std::string> classes;  ///< Classes of movers that it is for; empty: all.
@@ -26,11 +28,16 @@ struct WarningRules {
   Eigen::Vector3d up = {0, -1, 0};  ///< Unit vector, world frame.
   std::vector<Zone> zones;
   std::vector<DistanceRule> distances;
+  std::vector<EventAddress> receivers = {};  ///< Where the events are sent.
 };
+
+/// Points in the camera frame by their names [m].
+using NamedPoints = std::map<std::string, Eigen::Vector3d>;
 
 /// Reads a file of rules; docs/view.md has its format. Throws Error that names the key for unknown
 /// keys, missing or invalid values, names that are used twice, and a file without rules.
-WarningRules read_warning_rules(const std::filesystem::path& file);
+/// @param points  points that the rules may name besides those of the file, in whose place they are
+WarningRules read_warning_rules(const std::filesystem::path& file, const NamedPoints& points = {});
 
 /// Returns the zones for the page of the view: {"type": "zones", "zones": [...]}.
 nlohmann::json zones_message(const WarningRules& rules);

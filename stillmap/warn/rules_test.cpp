@@ -33,7 +33,8 @@ TEST(WarningRules, AFileIsRead) {
       "  - {name: hook, offset: [0, 0.5, 6]}\n"
       "distances:\n"
       "  - {to: hook, nearer: 3, within: 2, level: true}\n"
-      "  - {to: camera, nearer: 1.5}\n");
+      "  - {to: camera, nearer: 1.5}\n"
+      "send: [http://127.0.0.1:9000/warn]\n");
   ASSERT_EQ(rules.zones.size(), 1U);
   EXPECT_EQ(rules.zones[0].name, "gate");
   EXPECT_EQ(rules.zones[0].polygon[2], Eigen::Vector3d(1, 1, 1));
@@ -45,6 +46,18 @@ TEST(WarningRules, AFileIsRead) {
   EXPECT_EQ(rules.distances[0].within, 2);
   EXPECT_TRUE(rules.distances[0].level);
   EXPECT_EQ(rules.distances[1].offset, Eigen::Vector3d::Zero());
+  ASSERT_EQ(rules.receivers.size(), 1U);
+  EXPECT_EQ(rules.receivers[0].port, 9000);
+}
+
+TEST(WarningRules, AGivenPointIsInPlaceOfThatOfTheFile) {
+  const auto file = test::own_path("rules.yaml");
+  write_file(file,
+             "points: [{name: hook, offset: [0, 0, 1]}]\n"
+             "distances: [{to: hook, nearer: 3}, {to: jib, nearer: 3}]\n");
+  const WarningRules rules = read_warning_rules(file, {{"hook", {0, 4, 6}}, {"jib", {1, 0, 0}}});
+  EXPECT_EQ(rules.distances[0].offset, Eigen::Vector3d(0, 4, 6));
+  EXPECT_EQ(rules.distances[1].offset, Eigen::Vector3d(1, 0, 0));
 }
 
 /// Returns the message of the error that a file causes; empty if it causes none.
@@ -78,6 +91,8 @@ TEST(WarningRules, MistakesAreNamed) {
   EXPECT_THAT(problem_of("zones: [{name: a, polygon: [[0, 1, 0], [1, 1, 0], [1, 1, 1]], "
                          "classes: [[a]]}]"),
               HasSubstr("rules.yaml"));
+  EXPECT_THAT(problem_of(zones + "]\nsend: [nowhere]"), HasSubstr("nowhere"));
+  EXPECT_THAT(problem_of(zones + "]\nsend: {http: a}"), HasSubstr("no list"));
   EXPECT_EQ(problem_of(zones + "]"), "");
 }
 

@@ -39,18 +39,6 @@ WarningEvent event_of(const WatchedFrame& frame, WarningKind kind, const std::st
   return event;
 }
 
-/// Returns the distance of a point from a box, in space or along the floor [m].
-double box_distance(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& point,
-                    const Eigen::Vector3d& up, bool level) {
-  const Eigen::Vector3d nearest = point.cwiseMax(box.min()).cwiseMin(box.max());
-  const Eigen::Vector3d apart = point - nearest;
-  if (!level) return apart.norm();
-  // The point is moved to the height of the box's center first, so that only level parts remain.
-  const Eigen::Vector3d same_height = point + up * up.dot(box.center() - point);
-  const Eigen::Vector3d beside = same_height - same_height.cwiseMax(box.min()).cwiseMin(box.max());
-  return (beside - up * up.dot(beside)).norm();
-}
-
 const char* name_of(WarningKind kind) {
   switch (kind) {
     case WarningKind::kZone:
@@ -59,10 +47,17 @@ const char* name_of(WarningKind kind) {
       return "near";
     case WarningKind::kCourse:
       return "course";
+    case WarningKind::kUnseen:
+      return "unseen";
     case WarningKind::kUnknown:
       return "unknown";
   }
   return "";
+}
+
+/// Whether a warning is about what is not known, and not about a mover.
+bool is_gap(WarningKind kind) {
+  return kind == WarningKind::kUnseen || kind == WarningKind::kUnknown;
 }
 
 double rounded(double value) { return std::round(value * 1e3) / 1e3; }
@@ -76,6 +71,8 @@ std::vector<WarningEvent> WarningMonitor::update(const WatchedFrame& frame) {
   } else {
     cameras_.clear();
   }
+  newest_ = frame;
+  newest_.movers.clear();
   std::vector<WarningEvent> changes;
   for (WarningEvent& event : broken_rules(frame)) {
     const auto [entry, begins] = active_.try_emplace(Key{event.kind, event.rule, event.mover});
@@ -88,9 +85,10 @@ std::vector<WarningEvent> WarningMonitor::update(const WatchedFrame& frame) {
   }
   for (auto entry = active_.begin(); entry != active_.end();) {
     Active& warning = entry->second;
-    const bool unknown = warning.newest.kind == WarningKind::kUnknown;
+    const bool unknown = is_gap(warning.newest.kind);
     const bool broken_now = warning.broken == frame.timestamp;
-    if (!unknown && !frame.T_world_camera) warning.broken = frame.timestamp;  // nothing is known
+    if (warning.newest.kind != WarningKind::kUnknown && !frame.T_world_camera)
+      warning.broken = frame.timestamp;  // nothing is known
     if (!broken_now && seen.contains(warning.newest.mover)) warning.seen = true;
     if (frame.timestamp - warning.broken < kHold) {
       ++entry;
@@ -107,6 +105,13 @@ std::vector<WarningEvent> WarningMonitor::update(const WatchedFrame& frame) {
   return changes;
 }
 
+std::vector<WarningEvent> WarningMonitor::announce(const std::string& reason) {
+  WarningEvent event = event_of(newest_, WarningKind::kUnknown, reason);
+  const Key key{event.kind, event.rule, event.mover};
+  if (!active_.try_emplace(key, Active{event, newest_.timestamp, false}).second) return {};
+  return {std::move(event)};
+}
+
 std::vector<WarningEvent> WarningMonitor::active() const {
   std::vector<WarningEvent> events;
   for (const auto& [key, warning] : active_) events.push_back(warning.newest);
@@ -117,9 +122,11 @@ std::vector<WarningEvent> WarningMonitor::broken_rules(const WatchedFrame& frame
   std::vector<WarningEvent> broken;
   check_unknown(frame, broken);
   if (!frame.T_world_camera) return broken;
+  check_unseen(frame, broken);
   for (const WatchedMover& mover : frame.movers) {
+    const UprightCylinder space = cylinder_in(mover.box, mover.centroid, rules_.up);
     for (const Zone& zone : rules_.zones) {
-      if (is_for(zone.classes, mover.class_name) && reaches_into(zone, mover.centroid, mover.box))
+      if (is_for(zone.classes, mover.class_name) && reaches_into(zone, space))
         broken.push_back(event_of(frame, WarningKind::kZone, zone.name, mover));
     }
     for (const DistanceRule& rule : rules_.distances) {
@@ -136,7 +143,17 @@ void WarningMonitor::check_unknown(const WatchedFrame& frame,
   };
   if (!frame.T_world_camera) add("the camera is lost");
   if (frame.depth_share < kMinDepth) add("there is hardly any depth");
-  if (frame.mask_age > kMaxMaskAge) add("the network is late");
+  if (frame.mask_age > kMaxAge) add("the network is late");
+  if (frame.T_world_camera && frame.movers_age > kMaxAge) add("the moving objects are late");
+}
+
+void WarningMonitor::check_unseen(const WatchedFrame& frame,
+                                  std::vector<WarningEvent>& broken) const {
+  for (std::size_t i = 0; i < std::min(rules_.zones.size(), frame.zones_seen.size()); ++i) {
+    const std::string& zone = rules_.zones[i].name;
+    const double least = is_active(WarningKind::kUnseen, zone, 0) ? kMargin * kMinSeen : kMinSeen;
+    if (frame.zones_seen[i] < least) broken.push_back(event_of(frame, WarningKind::kUnseen, zone));
+  }
 }
 
 void WarningMonitor::check_distance(const DistanceRule& rule, const WatchedFrame& frame,
@@ -146,7 +163,8 @@ void WarningMonitor::check_distance(const DistanceRule& rule, const WatchedFrame
   const auto limit = [&](WarningKind kind) {
     return is_active(kind, rule.name, mover.id) ? kMargin * rule.nearer : rule.nearer;
   };
-  const double now = box_distance(mover.box, point, rules_.up, rule.level);
+  const UprightCylinder space = cylinder_in(mover.box, mover.centroid, rules_.up);
+  const double now = distance_of(space, point, rules_.up, rule.level);
   if (now < limit(WarningKind::kNear)) {
     WarningEvent event = event_of(frame, WarningKind::kNear, rule.name, mover);
     event.distance = now;
@@ -157,7 +175,7 @@ void WarningMonitor::check_distance(const DistanceRule& rule, const WatchedFrame
   double nearest = now, when = 0;
   for (int step = 1; step * kCourseStep <= rule.within + 1e-9; ++step) {
     const double time = step * kCourseStep;
-    const double then = box_distance(mover.box, point + time * approach, rules_.up, rule.level);
+    const double then = distance_of(space, point + time * approach, rules_.up, rule.level);
     if (then < nearest) {
       nearest = then;
       when = time;
@@ -186,6 +204,7 @@ std::string warning_text(const WarningEvent& event) {
   const std::string name = event.class_name == "unknown" ? "object" : event.class_name;
   const std::string who = fmt::format("{} {}", name, event.mover);
   if (!event.begins) {
+    if (event.kind == WarningKind::kUnseen) return event.rule + " is in view";
     if (event.kind == WarningKind::kUnknown) return "over: " + event.rule;
     return fmt::format("{}: {} {}", event.seen_clear ? "clear" : "out of sight", who, event.rule);
   }
@@ -197,6 +216,8 @@ std::string warning_text(const WarningEvent& event) {
     case WarningKind::kCourse:
       return fmt::format("{} will be {:.1f} m from the {} in {:.1f} s", who, event.distance,
                          event.rule, event.seconds);
+    case WarningKind::kUnseen:
+      return event.rule + " is not in view";
     case WarningKind::kUnknown:
       return "not known: " + event.rule;
   }
@@ -219,7 +240,7 @@ nlohmann::json warning_json(const WarningEvent& event) {
     json["camera"] = array(event.T_world_camera->translation());
     for (int i = 0; i < 4; ++i) json["camera"].push_back(std::round(q[i] * 1e5) / 1e5);
   }
-  if (event.kind == WarningKind::kUnknown) return json;
+  if (is_gap(event.kind)) return json;
   json["mover"] = event.mover;
   json["class"] = event.class_name;
   json["confidence"] = rounded(event.confidence);
@@ -236,10 +257,34 @@ nlohmann::json warnings_message(const std::vector<WarningEvent>& active, std::si
   for (const WarningEvent& event : active) {
     nlohmann::json json{{"kind", name_of(event.kind)}, {"text", warning_text(event)}};
     if (event.mover != 0) json["mover"] = event.mover;
-    if (event.kind == WarningKind::kZone) json["zone"] = event.rule;
+    if (event.kind == WarningKind::kZone || event.kind == WarningKind::kUnseen)
+      json["zone"] = event.rule;
     list.push_back(std::move(json));
   }
   return {{"type", "warnings"}, {"count", count}, {"active", std::move(list)}};
+}
+
+nlohmann::json events_message(const std::vector<nlohmann::json>& lines) {
+  nlohmann::json events = nlohmann::json::array();
+  std::map<std::tuple<std::string, std::string, int>, std::size_t> open;
+  for (const nlohmann::json& line : lines) {
+    const int mover = line.value("mover", 0);
+    const std::tuple key{line.value("kind", ""), line.value("rule", ""), mover};
+    const double timestamp = line.value("timestamp", 0.0);
+    if (line.value("event", "") == "begin") {
+      open[key] = events.size();
+      events.push_back({{"kind", std::get<0>(key)},
+                        {"text", line.value("text", "")},
+                        {"rule", std::get<1>(key)},
+                        {"mover", mover},
+                        {"begin", timestamp},
+                        {"end", nullptr}});
+    } else if (const auto begun = open.find(key); begun != open.end()) {
+      events[begun->second]["end"] = timestamp;
+      open.erase(begun);
+    }
+  }
+  return {{"type", "events"}, {"events", std::move(events)}};
 }
 
 }  // namespace stillmap

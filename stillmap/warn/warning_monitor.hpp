@@ -31,10 +31,12 @@ struct WatchedMover {
 /// What is known at one frame.
 struct WatchedFrame {
   std::size_t index = 0;
-  double timestamp = 0;                ///< [s]
-  std::optional<Pose> T_world_camera;  ///< None while the camera is lost.
-  double depth_share = 1;              ///< Share of the pixels with a depth [0..1].
-  double mask_age = 0;                 ///< Age of the network's result [s]; 0 without a network.
+  double timestamp = 0;                 ///< [s]
+  std::optional<Pose> T_world_camera;   ///< None while the camera is lost.
+  double depth_share = 1;               ///< Share of the pixels with a depth [0..1].
+  double mask_age = 0;                  ///< Age of the network's result [s]; 0 without a network.
+  double movers_age = 0;                ///< Age of `movers` [s].
+  std::vector<double> zones_seen = {};  ///< Share of each zone in view [0..1]; empty: not known.
   std::vector<WatchedMover> movers;
 };
 
@@ -42,6 +44,7 @@ enum class WarningKind {
   kZone,     ///< A mover is in a zone.
   kNear,     ///< A mover is too near to a point.
   kCourse,   ///< A mover and a point will come too near to each other.
+  kUnseen,   ///< Movers in a zone could be missed: most of it is out of view or hidden.
   kUnknown,  ///< Movers could be missed: the camera is lost, has no depth, or the network is late.
 };
 
@@ -50,7 +53,7 @@ struct WarningEvent {
   bool begins = true;
   WarningKind kind = WarningKind::kZone;
   std::string rule;        ///< Name of the zone or point, or the reason of kUnknown.
-  int mover = 0;           ///< Id of the mover; 0 for kUnknown.
+  int mover = 0;           ///< Id of the mover; 0 for kUnseen and kUnknown.
   std::string class_name;  ///< Of the mover.
   double confidence = 0;   ///< Of its class [0..1].
   bool observed = true;    ///< The mover is observed, not predicted.
@@ -69,15 +72,21 @@ struct WarningEvent {
 /// lost, warnings stay as they are. It is an aid, no safety device.
 class WarningMonitor {
  public:
-  static constexpr double kHold = 0.5;        ///< [s]
-  static constexpr double kMargin = 1.1;      ///< Factor of the distance that ends a warning.
-  static constexpr double kMinDepth = 0.2;    ///< Least share of pixels with a depth.
-  static constexpr double kMaxMaskAge = 0.7;  ///< Greatest age of the network's result [s].
+  static constexpr double kHold = 0.5;      ///< [s]
+  static constexpr double kMargin = 1.1;    ///< Factor of the distance that ends a warning.
+  static constexpr double kMinDepth = 0.2;  ///< Least share of pixels with a depth.
+  static constexpr double kMinSeen = 0.5;   ///< Least share of a zone in view.
+  static constexpr double kMaxAge =
+      0.7;  ///< Greatest age of the movers and the network's result [s].
 
   explicit WarningMonitor(WarningRules rules) : rules_(std::move(rules)) {}
 
   /// Returns the warnings that begin or end in the next frame.
   std::vector<WarningEvent> update(const WatchedFrame& frame);
+
+  /// Returns the begin of a kUnknown that no frame tells, such as that no frame comes; nothing if
+  /// it has begun already. It ends with the frames that come again.
+  std::vector<WarningEvent> announce(const std::string& reason);
 
   /// Returns the present warnings, as of the newest frame.
   std::vector<WarningEvent> active() const;
@@ -94,6 +103,7 @@ class WarningMonitor {
 
   std::vector<WarningEvent> broken_rules(const WatchedFrame& frame);
   void check_unknown(const WatchedFrame& frame, std::vector<WarningEvent>& broken) const;
+  void check_unseen(const WatchedFrame& frame, std::vector<WarningEvent>& broken) const;
   void check_distance(const DistanceRule& rule, const WatchedFrame& frame,
                       const WatchedMover& mover, std::vector<WarningEvent>& broken) const;
   bool is_active(WarningKind kind, const std::string& rule, int mover) const;
@@ -101,6 +111,7 @@ class WarningMonitor {
 
   WarningRules rules_;
   std::map<Key, Active> active_;
+  WatchedFrame newest_;                                     // without movers
   std::deque<std::pair<double, Eigen::Vector3d>> cameras_;  // recent positions by time
 };
 
@@ -113,5 +124,10 @@ nlohmann::json warning_json(const WarningEvent& event);
 /// Returns the present warnings for the page of the view: {"type": "warnings", "count", "active"}.
 /// @param count  number of warnings that have begun so far
 nlohmann::json warnings_message(const std::vector<WarningEvent>& active, std::size_t count);
+
+/// Returns all warnings of a run for the page of the view: {"type": "events", "events": [{"kind",
+/// "text", "rule", "mover", "begin", "end"}]}, times in seconds, end null if there is none.
+/// @param lines  lines of events.jsonl
+nlohmann::json events_message(const std::vector<nlohmann::json>& lines);
 
 }  // namespace stillmap

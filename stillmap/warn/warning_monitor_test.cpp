@@ -74,9 +74,37 @@ TEST(Zone, AnObjectAboveOrBelowItsHeightsIsOutside) {
   zone.low = 2.2;
   zone.high = 4;
   const WatchedMover standing = person(0, 0);  // up to a height of 1.8 m
-  EXPECT_FALSE(reaches_into(zone, standing.centroid, standing.box));
+  const UprightCylinder space = cylinder_in(standing.box, standing.centroid, zone.up);
+  EXPECT_FALSE(reaches_into(zone, space));
   zone.low = 1.5;
-  EXPECT_TRUE(reaches_into(zone, standing.centroid, standing.box));
+  EXPECT_TRUE(reaches_into(zone, space));
+}
+
+TEST(UprightCylinder, IsThatOfTheBoxInEveryWorld) {
+  for (const double tilt : {0.0, 0.3, 0.7, 1.2}) {
+    const Eigen::Vector3d up(0, -std::cos(tilt), -std::sin(tilt));
+    const Eigen::Vector3d center(1, 2, 3);
+    Eigen::Vector3d half;  // of the box around a person of 1.8 m and 0.25 m
+    for (int i = 0; i < 3; ++i)
+      half[i] = 0.9 * std::abs(up[i]) + 0.25 * std::sqrt(1 - up[i] * up[i]);
+    const Eigen::AlignedBox3d box(center - half, center + half);
+    const UprightCylinder space = cylinder_in(box, center, up);
+    EXPECT_NEAR(space.height, 1.8, 1e-9);
+    EXPECT_NEAR(space.radius, 0.25, 1e-9);
+    EXPECT_NEAR((space.center - center).norm(), 0, 1e-9);
+    const Eigen::Vector3d aside(1, 0, 0);
+    EXPECT_NEAR(distance_of(space, center + 2 * aside + up, up, true), 1.75, 1e-9);
+    EXPECT_NEAR(distance_of(space, center + 3 * up, up, false), 2.1, 1e-9);
+    EXPECT_EQ(distance_of(space, center + 0.2 * aside, up, false), 0);
+  }
+}
+
+TEST(UprightCylinder, OfAFlatBoxHasNoNegativeSize) {
+  const Eigen::AlignedBox3d flat(Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(2, 0.01, 0.01));
+  const UprightCylinder space =
+      cylinder_in(flat, flat.center(), {0, -0.7071067811865475, -0.7071067811865475});
+  EXPECT_GE(space.radius, 0);
+  EXPECT_GE(space.height, 0);
 }
 
 TEST(Zone, ATiltedWorldChangesNothing) {
@@ -178,9 +206,45 @@ TEST(WarningMonitor, WhatIsNotKnownIsAWarning) {
   late.T_world_camera = Pose();
   late.mask_age = 1;
   watch.add(late);
-  EXPECT_THAT(watch.texts(), ElementsAre("0 not known: the camera is lost",
-                                         "1 not known: there is hardly any depth",
-                                         "2 not known: the network is late"));
+  WatchedFrame old;
+  old.T_world_camera = Pose();
+  old.movers_age = 1;
+  watch.add(old);
+  EXPECT_THAT(
+      watch.texts(),
+      ElementsAre("0 not known: the camera is lost", "1 not known: there is hardly any depth",
+                  "2 not known: the network is late", "3 not known: the moving objects are late"));
+}
+
+TEST(WarningMonitor, AZoneOutOfViewIsNotSeenToBeClear) {
+  Watch watch({.zones = {square()}, .distances = {}});
+  const auto seen = [&](double share, int frames) {
+    for (int i = 0; i < frames; ++i) {
+      WatchedFrame frame;
+      frame.T_world_camera = Pose();
+      frame.zones_seen = {share};
+      watch.add(frame);
+    }
+  };
+  seen(0.9, 2);
+  seen(0.4, 2);
+  seen(0.52, 10);  // within the margin
+  seen(0.9, 9);
+  EXPECT_THAT(watch.texts(), ElementsAre("2 gate is not in view", "18 gate is in view"));
+}
+
+TEST(WarningMonitor, WhatNoFrameTellsIsAnnouncedOnceAndEndsWithTheFramesAfterIt) {
+  WarningMonitor monitor({.zones = {square()}, .distances = {}});
+  WatchedFrame frame;
+  frame.T_world_camera = Pose();
+  monitor.update(frame);
+  ASSERT_EQ(monitor.announce("no image comes").size(), 1U);
+  EXPECT_TRUE(monitor.announce("no image comes").empty());
+  EXPECT_EQ(monitor.active().size(), 1U);
+  frame.timestamp = 3;
+  const auto ended = monitor.update(frame);
+  ASSERT_EQ(ended.size(), 1U);
+  EXPECT_FALSE(ended[0].begins);
 }
 
 TEST(WarningMonitor, WarningsStayWhileTheCameraIsLost) {
@@ -189,6 +253,22 @@ TEST(WarningMonitor, WarningsStayWhileTheCameraIsLost) {
   for (int i = 0; i < 20; ++i) watch.frame({}, std::nullopt);
   EXPECT_THAT(watch.texts(),
               ElementsAre("0 person 3 is in gate", "1 not known: the camera is lost"));
+}
+
+TEST(EventsMessage, PairsBeginsWithTheirEnds) {
+  const nlohmann::json begin{{"event", "begin"}, {"kind", "zone"},
+                             {"rule", "gate"},   {"mover", 3},
+                             {"timestamp", 1.5}, {"text", "person 3 is in gate"}};
+  nlohmann::json end = begin, other = begin;
+  end["event"] = "end";
+  end["timestamp"] = 2.5;
+  other["mover"] = 4;
+  const nlohmann::json events = events_message({begin, other, end}).at("events");
+  ASSERT_EQ(events.size(), 2U);
+  EXPECT_EQ(events[0].at("begin"), 1.5);
+  EXPECT_EQ(events[0].at("end"), 2.5);
+  EXPECT_TRUE(events[1].at("end").is_null());
+  EXPECT_EQ(events[1].at("mover"), 4);
 }
 
 TEST(WarningJson, HasPoseMoverDistanceAndConfidence) {

@@ -27,12 +27,29 @@ double distance_to_edge(const Eigen::Vector2d& p, const Eigen::Vector2d& a,
   return (p - a - s * edge).norm();
 }
 
-/// Returns the extent of a box along a direction [m].
-double extent(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& direction) {
-  return box.sizes().dot(direction.cwiseAbs());
+}  // namespace
+
+UprightCylinder cylinder_in(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& axis,
+                            const Eigen::Vector3d& up) {
+  Eigen::Matrix<double, 3, 2> extents;  // of a cylinder of height 1 and of one of radius 1
+  extents.col(0) = up.cwiseAbs();
+  extents.col(1) = 2 * (1 - up.array().square()).max(0).sqrt();
+  Eigen::Vector2d size = extents.colPivHouseholderQr().solve(box.sizes());
+  for (int i = 0; i < 2; ++i) {  // neither is negative
+    if (size[i] >= 0) continue;
+    size[i] = 0;
+    size[1 - i] = extents.col(1 - i).dot(box.sizes()) / extents.col(1 - i).squaredNorm();
+  }
+  return {.center = axis + up * up.dot(box.center() - axis), .radius = size[1], .height = size[0]};
 }
 
-}  // namespace
+double distance_of(const UprightCylinder& cylinder, const Eigen::Vector3d& point,
+                   const Eigen::Vector3d& up, bool level) {
+  const Eigen::Vector3d apart = point - cylinder.center;
+  const double height = up.dot(apart);
+  const double beside = std::max(0.0, (apart - height * up).norm() - cylinder.radius);
+  return level ? beside : std::hypot(beside, std::max(0.0, std::abs(height) - cylinder.height / 2));
+}
 
 double level_distance(const Zone& zone, const Eigen::Vector3d& point) {
   const LevelAxes axes = level_axes(zone.up);
@@ -52,15 +69,11 @@ double level_distance(const Zone& zone, const Eigen::Vector3d& point) {
   return inside ? 0 : nearest;
 }
 
-bool reaches_into(const Zone& zone, const Eigen::Vector3d& centroid,
-                  const Eigen::AlignedBox3d& box) {
+bool reaches_into(const Zone& zone, const UprightCylinder& object) {
   const double floor = zone.up.dot(zone.polygon.front());
-  const double middle = zone.up.dot(box.center()) - floor, half = extent(box, zone.up) / 2;
+  const double middle = zone.up.dot(object.center) - floor, half = object.height / 2;
   if (middle + half < zone.low || middle - half > zone.high) return false;
-  const LevelAxes axes = level_axes(zone.up);
-  // The axes are arbitrary; the smaller of both extents is never wider than the object's diagonal.
-  const double radius = std::min(extent(box, axes.u), extent(box, axes.v)) / 2;
-  return level_distance(zone, centroid) <= radius;
+  return level_distance(zone, object.center) <= object.radius;
 }
 
 }  // namespace stillmap

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/warn/event_address.hpp"
+#include "stillmap/warn/event_sender.hpp"
+
+namespace stillmap {
+
+/// Returns the delivery of events to an address: by POST with the event as the body, each with a
+/// connection of its own, or by MQTT (quality of service 1) over a connection that is kept. Throws
+/// Error for MQTT if this program was built without it.
+Deliver delivery_to(const EventAddress& address);
+
+/// Returns the delivery by MQTT; see delivery_to(). If the program dies, the broker publishes
+/// `last_words` in its place.
+Deliver mqtt_delivery(const EventAddress& address, const std::string& last_words);
+
+}  // namespace stillmap

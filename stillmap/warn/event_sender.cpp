@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/warn/event_sender.hpp"
+
+#include <utility>
+
+namespace stillmap {
+
+EventSender::EventSender(Deliver deliver)
+    : deliver_(std::move(deliver)), thread_([this](const std::stop_token& stop) { run(stop); }) {}
+
+void EventSender::send(std::string event) {
+  const std::unique_lock lock(mutex_);
+  if (queue_.size() == kQueue) {
+    queue_.pop_front();
+    ++counts_.dropped;
+  }
+  queue_.push_back(std::move(event));
+  changed_.notify_all();
+}
+
+SentEvents EventSender::finish() {
+  if (thread_.joinable()) {
+    {
+      const std::unique_lock lock(mutex_);
+      finish_ = std::chrono::steady_clock::now();
+    }
+    thread_.request_stop();
+    thread_.join();
+    counts_.dropped += queue_.size();
+    queue_.clear();
+  }
+  return counts_;
+}
+
+/// Returns whether the events that wait are given up. Called with the mutex held.
+bool EventSender::gives_up(const std::stop_token& stop, bool away) const {
+  return stop.stop_requested() && (away || std::chrono::steady_clock::now() > finish_ + kFarewell);
+}
+
+void EventSender::run(const std::stop_token& stop) {
+  bool away = false;
+  std::unique_lock lock(mutex_);
+  while (true) {
+    changed_.wait(lock, stop, [&] { return !queue_.empty(); });
+    if (queue_.empty() || gives_up(stop, away)) return;
+    std::string event = std::move(queue_.front());
+    queue_.pop_front();
+    lock.unlock();
+    const Delivered delivered = deliver_(event);
+    lock.lock();
+    away = delivered == Delivered::kLater;
+    if (!away) {
+      ++(delivered == Delivered::kYes ? counts_.sent : counts_.refused);
+      continue;
+    }
+    if (queue_.size() < kQueue) {
+      queue_.push_front(std::move(event));
+    } else {
+      ++counts_.dropped;
+    }
+    changed_.wait_for(lock, stop, kRetry, [] { return false; });
+  }
+}
+
+}  // namespace stillmap

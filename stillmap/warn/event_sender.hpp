@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <chrono>
+#include <condition_variable>
+#include <cstddef>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <stop_token>
+#include <string>
+#include <thread>
+
+namespace stillmap {
+
+/// Result of an attempt to deliver an event.
+enum class Delivered {
+  kYes,
+  kNo,     ///< The receiver refuses this event.
+  kLater,  ///< The receiver cannot be reached now.
+};
+
+/// Delivers an event to its receiver; takes at most some seconds.
+using Deliver = std::function<Delivered(const std::string& event)>;
+
+/// Numbers of events of a sender.
+struct SentEvents {
+  std::size_t sent = 0;     ///< Delivered.
+  std::size_t refused = 0;  ///< The receiver refused them.
+  std::size_t dropped = 0;  ///< Never delivered: the receiver was away or too slow for too long.
+};
+
+/// Sends events from a thread of its own, in their order. While the receiver is away, up to kQueue
+/// events wait and are tried again every kRetry; then the oldest are dropped. So nobody ever waits
+/// for the receiver.
+class EventSender {
+ public:
+  static constexpr std::size_t kQueue = 256;
+  static constexpr std::chrono::milliseconds kRetry{1000};
+  static constexpr std::chrono::milliseconds kFarewell{3000};  ///< Longest time of finish().
+
+  explicit EventSender(Deliver deliver);
+  ~EventSender() { finish(); }
+  EventSender(const EventSender&) = delete;
+  EventSender& operator=(const EventSender&) = delete;
+
+  /// Adds an event to the queue. Never waits for the receiver.
+  void send(std::string event);
+
+  /// Sends the events that wait, for at most kFarewell after the attempt in progress, and drops
+  /// them if the receiver is away. Nothing may be sent after it.
+  SentEvents finish();
+
+ private:
+  void run(const std::stop_token& stop);
+  bool gives_up(const std::stop_token& stop, bool away) const;
+
+  const Deliver deliver_;
+  std::mutex mutex_;
+  std::condition_variable_any changed_;
+  std::deque<std::string> queue_;                 // under the mutex
+  SentEvents counts_;                             // under the mutex
+  std::chrono::steady_clock::time_point finish_;  // under the mutex; time of finish()
+  std::jthread thread_;                           // last: it uses the above
+};
+
+}  // namespace stillmap
