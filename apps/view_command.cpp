@@ -9,6 +9,7 @@
 #include "commands.hpp"
 #include "interrupt.hpp"
 #include "view_options.hpp"
+#include "warning_options.hpp"
 
 namespace stillmap {
 namespace {
@@ -16,13 +17,18 @@ namespace {
 struct ViewArguments {
   std::string run;
   int port = ViewAddress().port;
-  std::string address;
+  std::string address, zones;
+  std::vector<double> hook_offset;
 };
 
 int view(const ViewArguments& arguments) {
   catch_interrupt();
   ViewServer server(*view_address_of({.port = arguments.port, .address = arguments.address}));
   publish_recorded_run(arguments.run, server.board());
+  if (!arguments.zones.empty()) {
+    server.board().publish(
+        zones_message(read_warning_rules(arguments.zones, hook_at(arguments.hook_offset))));
+  }
   print_out("view: {}\nCtrl-C ends it\n", server.url());
   output_is_complete();
   while (!interrupted()) std::this_thread::sleep_for(std::chrono::milliseconds(100));
@@ -42,6 +48,9 @@ void add_view_command(CLI::App& app, int& exit_code) {
   command->add_option("--port", arguments->port, "port of the page; 0: any free one")
       ->capture_default_str();
   add_view_address(*command, arguments->address);
+  CLI::Option* zones =
+      command->add_option("--zones", arguments->zones, "also show the zones of this file");
+  add_hook_offset(*command, arguments->hook_offset)->needs(zones);
   command->footer(
       "Examples:\n"
       "  stillmap view results\n"

@@ -15,7 +15,7 @@ import unittest
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
-from lab.browser import Browser, Refused, WebSocket, find_browser  # noqa: E402
+from lab.browser import Browser, Refused, WebSocket, find_browser
 
 PROGRAM = ""
 FRAMES = 150
@@ -179,6 +179,12 @@ class InTheBrowser(ViewTest):
         for page in pages:
             page.wait("stillmap.frames > 5 && stillmap.points > 1000 && stillmap.images > 1 && stillmap.path > 5", 120)
             page.wait("stillmap.drawn > 0")
+            self.assertGreater(page.run("stillmap.inked()"), 0.02)
+        page = pages[0]
+        page.run("document.querySelector('[data-layer=cloud]').click()")
+        without = page.run("stillmap.inked()")
+        page.run("document.querySelector('[data-layer=cloud]').click()")
+        self.assertGreater(page.run("stillmap.inked()"), without)
         for key, view in (("2", "top"), ("3", "follow"), ("1", "orbit")):
             pages[0].key(key)
             self.assertEqual(pages[0].run("stillmap.view"), view)
@@ -209,6 +215,30 @@ class InTheBrowser(ViewTest):
         events = [json.loads(line) for line in (self.folder / "warned/events.jsonl").read_text().splitlines()]
         self.assertEqual(events[0]["event"], "begin")
         self.assertIn("near", {event["kind"] for event in events})
+        # On the finished run the key B jumps to the previous warning, where it is shown again.
+        page = self.browser.page(self.view("view", self.folder / "warned", "--port", "0").url)
+        page.wait("stillmap.events > 0 && stillmap.time !== undefined", 120)
+        page.wait("stillmap.points > 0")
+        for _ in range(2):
+            page.key("b")
+        begins = [event["timestamp"] for event in events if event["event"] == "begin" and event["kind"] != "unseen"]
+        self.assertLess(min(abs(page.run("stillmap.time") - t) for t in begins), 1e-3)
+        page.wait("stillmap.active > 0")
+        self.assertEqual(self.state(page)["errors"], 0, page.logs)
+
+    def test_a_page_that_stalls_holds_up_no_other_and_goes_on(self):
+        viewed = self.live("stalls")
+        stalling, other = (self.browser.page(viewed.url) for _ in range(2))
+        for page in (stalling, other):
+            page.wait("stillmap.frames > 2", 120)
+        stalling.call("Debugger.enable")
+        stalling.call("Debugger.pause")
+        before = other.run("stillmap.frame")
+        other.wait(f"stillmap.frame > {before + 10}")
+        stalling.call("Debugger.resume")
+        stalling.call("Debugger.disable")
+        stalling.wait(f"stillmap.frame > {before + 10}")
+        self.assertEqual(self.state(stalling)["errors"], 0, stalling.logs)
 
     def test_a_zone_is_drawn_and_a_distance_measured_on_a_map(self):
         run = self.folder / "measured"

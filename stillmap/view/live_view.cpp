@@ -37,6 +37,7 @@ void LiveView::add_newest() {
 
 void LiveView::work(const Task& task) {
   states_.push_back({task.record.timestamp, viewed_state(task.record), {}});
+  if (task.record.has_pose()) ++tracked_;
   const ViewTraffic traffic = server_.traffic();
   if (traffic.clients == 0) return;
   if (std::exchange(connected_, traffic.connected) != traffic.connected) next_map_ = Clock::now();
@@ -46,7 +47,7 @@ void LiveView::work(const Task& task) {
 }
 
 void LiveView::show_frame(const Task& task) {
-  board_.publish(frame_message(task.record, task.T_world_camera, task.shedding));
+  board_.publish(frame_message(task.record, task.T_world_camera, task.shedding, tracked_));
 }
 
 void LiveView::show_image(const TrackedFrame& tracked) {
@@ -58,33 +59,49 @@ void LiveView::show_image(const TrackedFrame& tracked) {
 void LiveView::show_map() {
   const auto begin = Clock::now();
   const auto snapshot = slam_.snapshot();
+  const auto labeled = slam_.ask_labeled_cloud().get();
   board_.publish("path", path_message(camera_path(states_, snapshot->trajectory)), true);
-  if (snapshot->cloud != cloud_) show_cloud(*snapshot->cloud);
-  cloud_ = snapshot->cloud;
+  if (std::exchange(cloud_, labeled) != labeled) {
+    if (!labeled->classes.empty()) {
+      board_.publish(palette_message(lasting_colors(labeled->classes)));
+      board_.publish(objects_message(connected_objects(*labeled)));
+    }
+    MapCost cost = show_cloud(*labeled->cloud, labeled->labels);
+    cost.milliseconds = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+    board_.publish(cloud_message(labeled->cloud->size(), cost));
+  }
   std::vector<Pose> keyframes;
   for (const KeyframePose& keyframe : snapshot->keyframes)
     keyframes.push_back(keyframe.T_world_camera);
   board_.publish(map_message(keyframes, snapshot->events,
-                             displayed_ground(snapshot->trajectory, *snapshot->cloud)));
+                             displayed_ground(snapshot->trajectory, *labeled->cloud)));
   const auto end = Clock::now();
   next_map_ = std::max(begin + kMapPeriod, end + kMapPause * (end - begin));
 }
 
-void LiveView::show_cloud(const Cloud& cloud) {
-  auto changed = chunks_.update(cloud);
-  for (auto& [topic, bytes] : changed) board_.publish(topic, std::move(bytes), true);
-  board_.publish(cloud_message(cloud.size(), changed.size()));
+MapCost LiveView::show_cloud(const Cloud& cloud, std::span<const std::uint16_t> labels) {
+  auto changed = chunks_.update(cloud, labels);
+  MapCost cost{.changed_chunks = changed.size()};
+  for (auto& [topic, bytes] : changed) {
+    cost.bytes += bytes.size();
+    board_.publish(topic, std::move(bytes), true);
+  }
+  return cost;
 }
 
 void LiveView::show_results(const SlamResult& result) {
   stage_.drain();
   board_.publish(tracks_message(result.movers));
   board_.publish("path", path_message(camera_path(states_, result.trajectory)), true);
-  show_cloud(result.dense.cloud);
+  const SemanticMap& semantics = result.dense.semantics;
+  const std::vector<ClassColor> classes = class_colors(semantics);
+  board_.publish(palette_message(classes));
+  board_.publish(objects_message(semantics.objects));
+  const Cloud& cloud = result.dense.cloud;
+  board_.publish(cloud_message(cloud.size(), show_cloud(cloud, class_labels(semantics, classes))));
   std::vector<Pose> keyframes;
   for (const StampedPose& keyframe : result.keyframes) keyframes.push_back(keyframe.T_world_camera);
-  board_.publish(map_message(keyframes, result.events,
-                             displayed_ground(result.trajectory, result.dense.cloud)));
+  board_.publish(map_message(keyframes, result.events, displayed_ground(result.trajectory, cloud)));
   board_.publish({{"type", "finished"}});
 }
 

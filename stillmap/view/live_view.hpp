@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/dense/labeled_cloud.hpp"
 #include "stillmap/pipeline/slam_system.hpp"
 #include "stillmap/pipeline/stage.hpp"
 #include "stillmap/view/cloud_chunks.hpp"
@@ -9,6 +10,7 @@
 #include <chrono>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -45,14 +47,15 @@ class LiveView {
   void show_frame(const Task& task);
   void show_image(const TrackedFrame& tracked);
   void show_map();
-  void show_cloud(const Cloud& cloud);
+  MapCost show_cloud(const Cloud& cloud, std::span<const std::uint16_t> labels);
 
   SlamSystem& slam_;
   ViewServer& server_;
   TopicBoard& board_;
   // Used by the stage's thread until show_results().
-  std::vector<PathFrame> states_;       // without poses
-  std::shared_ptr<const Cloud> cloud_;  // shown last; null before
+  std::vector<PathFrame> states_;              // without poses
+  std::size_t tracked_ = 0;                    // number of frames with a pose
+  std::shared_ptr<const LabeledCloud> cloud_;  // shown last; null before
   CloudChunks chunks_;
   std::size_t connected_ = 0;  // number of pages that had connected at the last frame
   Clock::time_point next_image_, next_map_;

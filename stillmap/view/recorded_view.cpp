@@ -3,17 +3,21 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/stopwatch.hpp"
 #include "stillmap/dense/cloud.hpp"
 #include "stillmap/pipeline/map_description.hpp"
 #include "stillmap/report/live_trajectory.hpp"
 #include "stillmap/report/mover_files.hpp"
+#include "stillmap/report/run_folder.hpp"
 #include "stillmap/view/cloud_chunks.hpp"
 #include "stillmap/view/view_messages.hpp"
+#include "stillmap/warn/warning_monitor.hpp"
 
 #include <algorithm>
 #include <array>
 #include <map>
 #include <set>
+#include <sstream>
 
 #include <nlohmann/json.hpp>
 
@@ -23,9 +27,15 @@ namespace fs = std::filesystem;
 
 void publish_cloud(TopicBoard& board, const Cloud& cloud,
                    std::span<const std::uint16_t> labels = {}) {
+  const Stopwatch watch;
   auto chunks = CloudChunks().update(cloud, labels);
-  for (auto& [topic, bytes] : chunks) board.publish(topic, std::move(bytes), true);
-  board.publish(cloud_message(cloud.size(), chunks.size()));
+  MapCost cost{.changed_chunks = chunks.size()};
+  for (auto& [topic, bytes] : chunks) {
+    cost.bytes += bytes.size();
+    board.publish(topic, std::move(bytes), true);
+  }
+  cost.milliseconds = watch.milliseconds();
+  board.publish(cloud_message(cloud.size(), cost));
 }
 
 nlohmann::json read_json(const fs::path& file) {
@@ -80,34 +90,57 @@ std::vector<MapEvent> events_of(const nlohmann::json& summary) {
   return events;
 }
 
-/// Returns a label per color of a cloud that is colored by class; 0 is gray, which stands for no
-/// class.
-std::vector<std::uint16_t> labels_by_color(const Cloud& cloud, nlohmann::json& palette) {
+/// Returns the classes of the objects of a run, in the colors of its clouds.
+std::vector<ClassColor> classes_of(const nlohmann::json& objects) {
+  SemanticMap semantics;
+  for (const auto& object : objects) {
+    semantics.objects.emplace_back();
+    semantics.objects.back().class_name = object.value("class", "");
+  }
+  return class_colors(semantics);
+}
+
+/// Returns the class of each point of a cloud that is colored by class; 0 for none.
+std::vector<std::uint16_t> labels_by_color(const Cloud& cloud,
+                                           const std::vector<ClassColor>& classes) {
   std::map<Rgb, std::uint16_t> label_of;
+  for (const ClassColor& entry : classes)
+    label_of.emplace(entry.color, static_cast<std::uint16_t>(label_of.size() + 1));
   std::vector<std::uint16_t> labels;
+  labels.reserve(cloud.size());
   for (const Rgb& color : cloud.colors) {
-    const bool gray = color[0] == color[1] && color[1] == color[2];
-    const auto [entry, added] =
-        label_of.try_emplace(color, static_cast<std::uint16_t>(palette.size() + 1));
-    if (gray) entry->second = 0;
-    if (added && !gray) palette.push_back({color[0], color[1], color[2]});
-    labels.push_back(entry->second);
+    const auto found = label_of.find(color);
+    labels.push_back(found == label_of.end() ? std::uint16_t{0} : found->second);
   }
   return labels;
 }
 
-Cloud publish_cloud_of(const fs::path& run, TopicBoard& board) {
+/// @param objects  content of objects.json; empty without the file
+Cloud publish_cloud_of(const fs::path& run, const nlohmann::json& objects, TopicBoard& board) {
   if (!fs::exists(run / "cloud.ply")) return {};
   Cloud cloud = read_ply(run / "cloud.ply");
   std::vector<std::uint16_t> labels;
-  nlohmann::json palette = nlohmann::json::array();
   if (fs::exists(run / "semantic_classes.ply")) {
-    labels = labels_by_color(read_ply(run / "semantic_classes.ply"), palette);
+    const std::vector<ClassColor> classes = classes_of(objects);
+    labels = labels_by_color(read_ply(run / "semantic_classes.ply"), classes);
     if (labels.size() != cloud.size()) labels.clear();
+    if (!labels.empty()) board.publish(palette_message(classes));
   }
-  if (!labels.empty()) board.publish({{"type", "palette"}, {"colors", palette}});
   publish_cloud(board, cloud, labels);
   return cloud;
+}
+
+/// Publishes the warnings of a run.
+void publish_events_of(const fs::path& file, TopicBoard& board) {
+  std::istringstream text(read_file(file));
+  std::vector<nlohmann::json> events;
+  for (std::string line; std::getline(text, line);) {
+    events.push_back(nlohmann::json::parse(line, nullptr, /*allow_exceptions=*/false));
+    if (!events.back().is_object())
+      throw Error("has a line that is no JSON object", file.string(),
+                  "make it again with `stillmap warn`");
+  }
+  board.publish(events_message(events));
 }
 
 void publish_run_folder(const fs::path& run, TopicBoard& board) {
@@ -120,12 +153,13 @@ void publish_run_folder(const fs::path& run, TopicBoard& board) {
   board.publish("path", path_message(path), true);
   if (fs::exists(run / "movers.csv"))
     board.publish(tracks_message(read_mover_tracks(run / "movers.csv")));
+  nlohmann::json objects = nlohmann::json::array();
   if (fs::exists(run / "objects.json")) {
-    board.publish(
-        {{"type", "objects"},
-         {"objects", read_json(run / "objects.json").value("objects", nlohmann::json())}});
+    objects = read_json(run / "objects.json").value("objects", objects);
+    board.publish({{"type", "objects"}, {"objects", objects}});
   }
-  const Cloud cloud = publish_cloud_of(run, board);
+  if (fs::exists(run / kRunWarnings)) publish_events_of(run / kRunWarnings, board);
+  const Cloud cloud = publish_cloud_of(run, objects, board);
   std::vector<Pose> keyframes;
   if (fs::exists(run / "keyframes.txt")) {
     for (const StampedPose& keyframe : read_trajectory(run / "keyframes.txt"))

@@ -114,13 +114,14 @@ nlohmann::json run_message(const std::string& name, const Camera& camera,
 }
 
 nlohmann::json frame_message(const FrameRecord& record, const std::optional<Pose>& T_world_camera,
-                             const LoadShedding& shedding) {
+                             const LoadShedding& shedding, std::size_t tracked) {
   return {{"type", "frame"},
           {"index", record.index},
           {"t", record.timestamp},
           {"wall", wall_clock_ms()},
           {"state", static_cast<int>(viewed_state(record))},
           {"reason", record.reason},
+          {"tracked", tracked},
           {"pose", T_world_camera ? json_of(*T_world_camera) : nlohmann::json()},
           {"keypoints", record.keypoints},
           {"moving", record.moving_keypoints},
@@ -195,8 +196,37 @@ nlohmann::json map_message(const std::vector<Pose>& keyframes, const std::vector
           {"floor", rounded(ground.height)}};
 }
 
-nlohmann::json cloud_message(std::size_t points, std::size_t changed_chunks) {
-  return {{"type", "cloud"}, {"points", points}, {"changed", changed_chunks}};
+nlohmann::json cloud_message(std::size_t points, const MapCost& cost) {
+  return {{"type", "cloud"},
+          {"points", points},
+          {"changed", cost.changed_chunks},
+          {"bytes", cost.bytes},
+          {"ms", rounded(cost.milliseconds)}};
+}
+
+nlohmann::json objects_message(const std::vector<StaticObject>& objects) {
+  nlohmann::json message = objects_json({.objects = objects, .object = {}, .confidence = {}});
+  message["type"] = "objects";
+  return message;
+}
+
+nlohmann::json palette_message(const std::vector<ClassColor>& classes) {
+  nlohmann::json names = nlohmann::json::array(), colors = nlohmann::json::array();
+  for (const ClassColor& entry : classes) {
+    names.push_back(entry.class_name);
+    colors.push_back(entry.color);
+  }
+  return {{"type", "palette"}, {"names", std::move(names)}, {"colors", std::move(colors)}};
+}
+
+std::vector<ClassColor> lasting_colors(const std::vector<std::string>& classes) {
+  std::vector<ClassColor> colors;
+  for (const std::string& name : classes) {
+    // Multiples of the golden section are spread over all hues, however many there are.
+    const double hue = std::fmod(0.61803398875 * static_cast<double>(colors.size()), 1.0);
+    colors.push_back({.class_name = name, .color = color_of_hue(hue)});
+  }
+  return colors;
 }
 
 }  // namespace stillmap

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/dense/cloud.hpp"
+#include "stillmap/dense/semantic_files.hpp"
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/geometry/trajectory.hpp"
 #include "stillmap/motion/mover_tracker.hpp"
@@ -49,8 +50,9 @@ nlohmann::json run_message(const std::string& name, const Camera& camera,
                            std::optional<std::size_t> frames, bool live);
 
 /// Returns the result of one frame: type "frame".
+/// @param tracked  number of frames with a pose so far
 nlohmann::json frame_message(const FrameRecord& record, const std::optional<Pose>& T_world_camera,
-                             const LoadShedding& shedding);
+                             const LoadShedding& shedding, std::size_t tracked);
 
 /// Returns the moving objects at one time: type "movers".
 nlohmann::json movers_message(const std::vector<Mover>& movers);
@@ -73,7 +75,23 @@ Ground displayed_ground(const Trajectory& trajectory, const Cloud& cloud);
 nlohmann::json map_message(const std::vector<Pose>& keyframes, const std::vector<MapEvent>& events,
                            const Ground& ground);
 
+/// The cost of a state of the map.
+struct MapCost {
+  std::size_t changed_chunks = 0;
+  std::size_t bytes = 0;    ///< Size of the messages of these chunks [bytes].
+  double milliseconds = 0;  ///< Time to make all messages of the state [ms].
+};
+
 /// Returns the message that follows the chunks of a cloud: type "cloud".
-nlohmann::json cloud_message(std::size_t points, std::size_t changed_chunks);
+nlohmann::json cloud_message(std::size_t points, const MapCost& cost);
+
+/// Returns the static objects: type "objects".
+nlohmann::json objects_message(const std::vector<StaticObject>& objects);
+
+/// Returns names and colors of the classes 1, 2, 3 ...: type "palette".
+nlohmann::json palette_message(const std::vector<ClassColor>& classes);
+
+/// Returns colors of classes that stay the same when further classes are added.
+std::vector<ClassColor> lasting_colors(const std::vector<std::string>& classes);
 
 }  // namespace stillmap

@@ -7,20 +7,27 @@
   const STATES = ['tracked', 'lost', 'relocalized', 'odometry'];
   const STAGES = { features: '#4fa3ff', masks: '#b78cff', motion: '#ffb454', pose: '#43d17a' };
   const phone = matchMedia('(max-width: 760px)').matches;
-  const MAX_BUDGET = phone ? 2e6 : 12e6;
+  // Whether WebGL runs in software, as on computers without a graphics processor.
+  const software = (() => {
+    const gl = document.createElement('canvas').getContext('webgl'), info = gl && gl.getExtension('WEBGL_debug_renderer_info');
+    return Boolean(info) && /swiftshader|llvmpipe|software|basic render/i.test(gl.getParameter(info.UNMASKED_RENDERER_WEBGL));
+  })();
+  // Points drawn while the picture changes: as many as take FRAME_MS, at least MIN_BUDGET. At rest more are added.
+  const MIN_BUDGET = 1e4, OVERVIEW = 2e5, ENOUGH = 3e5, MAX_BUDGET = phone ? 3e6 : 2e7, FRAME_MS = 33, REST_MS = 300, SLOWEST_MS = 700;
+  const COARSEST = 0.5;  // least sharpness: share of the screen's pixels along each side
 
   // State of the page, which tests read.
   const state = window.stillmap = {
     connected: false, connections: 0, bytes: 0, messages: 0, frames: 0, frame: -1, latency: null, live: false,
     finished: false, points: 0, drawn: 0, chunks: 0, movers: 0, path: 0, keyframes: 0, loops: 0, images: 0, objects: 0,
-    zones: 0, warnings: 0, view: 'orbit', fps: 0, renders: 0, budget: phone ? 1e6 : 3e6, errors: 0,
+    zones: 0, warnings: 0, events: 0, classes: 0, view: 'orbit', fps: 0, renders: 0, budget: software ? 3e4 : phone ? 2e5 : 5e5, sharpness: 1, errors: 0,
   };
   window.addEventListener('error', () => { state.errors += 1; });
 
   // ---------------------------------------------------------------------------------------------- scene
   let renderer;
   try {
-    renderer = new THREE.WebGLRenderer({ canvas: $('canvas'), antialias: !phone, powerPreference: 'high-performance' });
+    renderer = new THREE.WebGLRenderer({ canvas: $('canvas'), antialias: !phone && !software, powerPreference: 'high-performance' });
   } catch (e) {
     $('state').textContent = 'this browser has no WebGL';
     throw e;
@@ -99,16 +106,31 @@
       }`,
     fragmentShader: 'precision mediump float; varying vec3 shade; void main() { gl_FragColor = vec4(shade, 1.0); }',
   });
-  function setPalette(colors) {
+  function setPalette(colors, names) {
+    $('classes').replaceChildren(...names.map((name, i) => {
+      const key = document.createElement('span'), patch = document.createElement('i');
+      patch.className = 'patch';
+      patch.style.background = `rgb(${colors[i].join()})`;
+      key.append(patch, name);
+      return key;
+    }));
+    state.classes = names.length;
+    showClasses();
+    dirty = true;
     const data = new Uint8Array(Math.max(1, colors.length) * 3);
     colors.forEach((c, i) => data.set(c, 3 * i));
     cloudMaterial.uniforms.palette.value = new THREE.DataTexture(data, data.length / 3, 1, THREE.RGBFormat);
     cloudMaterial.uniforms.palette.value.needsUpdate = true;
     cloudMaterial.uniforms.colors.value = data.length / 3;
   }
-  setPalette([]);
+  function showClasses() { $('classes').hidden = $('colors').value !== '1' || !state.classes; }
+  setPalette([], []);
 
-  const chunks = new Map();   // "x/y/z" -> {mesh, count}
+  const chunks = new Map();   // "x/y/z" -> {mesh, count, edge, shown: number of points drawn}
+  const overview = new THREE.Points(new THREE.BufferGeometry(), cloudMaterial);  // a sample of all chunks in random order
+  overview.frustumCulled = false;
+  overview.count = 0;
+  layers.cloud.add(overview);
   const staged = new Map();   // chunks that are not shown yet
   let stagedSince = 0;
   function readChunk(buffer) {
@@ -136,44 +158,73 @@
       mesh.scale.setScalar(chunk.edge);
       mesh.position.set(...chunk.cell).multiplyScalar(chunk.edge);
       layers.cloud.add(mesh);
-      chunks.set(key, { mesh, count: chunk.count, edge: chunk.edge });
+      chunks.set(key, { mesh, count: chunk.count, edge: chunk.edge, shown: 0 });
     }
     staged.clear();
     state.chunks = chunks.size;
     state.points = [...chunks.values()].reduce((sum, c) => sum + c.count, 0);
     $('n-points').textContent = short(state.points);
+    sampleChunks();
     setHeights();
     dirty = true;
+  }
+  function sampleChunks() {
+    const share = Math.min(1, OVERVIEW / Math.max(1, state.points)), list = [...chunks.values()].map((chunk) => [chunk, Math.ceil(share * chunk.count)]);
+    const n = list.reduce((sum, [, k]) => sum + k, 0);
+    overview.geometry.dispose();
+    overview.geometry = new THREE.BufferGeometry();
+    overview.count = n;
+    if (!n) return;
+    const positions = new Float32Array(4 * n), colors = new Uint8Array(4 * n);
+    let step = Math.floor(0.618 * n) | 1, at = 0;
+    const common = (a, b) => (b ? common(b, a % b) : a);
+    while (common(step, n) > 1) step += 2;  // so that all places are met
+    for (const [{ mesh, edge }, k] of list) {
+      const p = mesh.geometry.attributes.position.array, c = mesh.geometry.attributes.color.array, o = mesh.position;
+      for (let i = 0; i < 4 * k; i += 4, at = (at + step) % n) {
+        positions.set([o.x + edge * p[i] / 65535, o.y + edge * p[i + 1] / 65535, o.z + edge * p[i + 2] / 65535, p[i + 3] / 65535], 4 * at);
+        colors.set([c[i], c[i + 1], c[i + 2], 255], 4 * at);
+      }
+    }
+    overview.geometry.setAttribute('position', new THREE.BufferAttribute(positions, 4));
+    overview.geometry.setAttribute('color', new THREE.BufferAttribute(colors, 4, true));
   }
   function short(n) { return n >= 1e6 ? (n / 1e6).toFixed(2) + ' M' : n >= 1e4 ? Math.round(n / 1e3) + ' k' : String(n); }
 
   // Draws the first points of each chunk, more of near ones, as many as the budget allows.
   const sphere = new THREE.Sphere(), frustum = new THREE.Frustum(), matrix = new THREE.Matrix4();
-  function distribute() {
+  function distribute(budget) {
     const eye = camera();
     matrix.multiplyMatrices(eye.projectionMatrix, eye.matrixWorldInverse);
     frustum.setFromMatrix(matrix);
     const wanted = [];
     let sum = 0;
-    for (const { mesh, count, edge } of chunks.values()) {
+    for (const chunk of chunks.values()) {
+      const { mesh, count, edge } = chunk;
       sphere.copy(mesh.geometry.boundingSphere).applyMatrix4(mesh.matrixWorld);
-      mesh.visible = frustum.intersectsSphere(sphere);
-      if (!mesh.visible) continue;
+      mesh.visible = false;
+      chunk.shown = 0;
+      if (!frustum.intersectsSphere(sphere)) continue;
       const distance = Math.max(edge, sphere.center.distanceTo(eye.position) - sphere.radius);
       const want = view === 'top' ? count : count * Math.min(1, (6 * edge / distance) ** 2 + 0.05);
-      wanted.push([mesh, want, count]);
+      wanted.push([chunk, want]);
       sum += want;
     }
-    const share = Math.min(1, state.budget / Math.max(1, sum));
-    state.drawn = 0;
-    for (const [mesh, want] of wanted) {
-      const n = Math.ceil(want * share);
-      mesh.geometry.setDrawRange(0, n);
-      state.drawn += n;
+    const share = Math.min(1, budget / Math.max(1, sum));
+    state.share = share;
+    // Few points of many chunks are drawn at once, as each chunk that is drawn takes time, too.
+    overview.visible = share < 1 && budget < 1000 * wanted.length;
+    overview.geometry.setDrawRange(0, Math.min(overview.count, budget));
+    state.drawn = overview.visible ? overview.geometry.drawRange.count : 0;
+    for (const [chunk, want] of wanted) {
+      chunk.shown = Math.ceil(want * share);
+      chunk.mesh.visible = !overview.visible;
+      chunk.mesh.geometry.setDrawRange(0, chunk.shown);
+      if (!overview.visible) state.drawn += chunk.shown;
     }
     // Fewer points are drawn larger, so that surfaces stay closed.
     const height = renderer.domElement.height, user = Number($('size').value);
-    const gap = 0.022 * user * Math.min(3, Math.sqrt(1 / share));
+    const gap = 0.022 * user * Math.min(software ? 1.7 : 3, Math.sqrt(1 / share));
     const u = cloudMaterial.uniforms;
     u.ortho.value = view === 'top' ? 1 : 0;
     u.size.value = view === 'top' ? gap * height * topCamera.zoom / (topCamera.top - topCamera.bottom)
@@ -525,20 +576,21 @@
       replaceLines(layers.zones, null, new Float32Array(pairs), shade, 0.95);
       const geometry = new THREE.BufferGeometry();
       geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array(faces), 3));
-      const mesh = new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({ color: shade, transparent: true, opacity: 0.13, side: THREE.DoubleSide, depthWrite: false }));
+      const mesh = new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({ color: shade, transparent: true, opacity: unseen.has(zone.name) ? 0.03 : 0.13, side: THREE.DoubleSide, depthWrite: false }));
       mesh.frustumCulled = false;
       layers.zones.add(mesh);
       const center = zone.polygon.reduce((sum, p) => sum.map((x, i) => x + p[i] / zone.polygon.length), [0, 0, 0]);
-      setLabel('zones:' + k, at(center, zone.height[1]), [['span', zone.name]], css('--zone'), 'object');
+      setLabel('zones:' + k, at(center, zone.height[1]), unseen.has(zone.name) ? [['span', zone.name + ' '], ['small', 'not in view']] : [['span', zone.name]], css('--zone'), 'object');
     });
     state.zones = zones.length;
     $('n-zones').textContent = zones.length;
     dirty = true;
   }
-  let zones = [], sound = false, audio = null, warned = '';
+  let zones = [], unseen = new Set(), sound = false, audio = null, warned = '';
   function showWarnings(message) {
-    const active = message.active || [];
+    const all = message.active || [], active = all.filter((w) => w.kind !== 'unseen');
     alarmed = new Set(active.filter((w) => w.mover).map((w) => w.mover).concat(active.filter((w) => w.zone).map((w) => 'zone:' + w.zone)));
+    unseen = new Set(all.filter((w) => w.kind === 'unseen').map((w) => w.zone));
     $('warnings').replaceChildren(...active.slice(0, 5).map((w) => Object.assign(document.createElement('div'), {
       className: 'warning' + (w.kind === 'unknown' ? ' unknown' : ''), textContent: w.text,
     })));
@@ -549,6 +601,42 @@
     if (sound && active.length && key !== warned) beep();
     warned = key;
     drawZones(zones);
+  }
+  // All warnings of a finished run: marks and a list beside the time slider.
+  let events = [], shownEvents = '';
+  function readEvents(message) {
+    events = message.events;
+    state.events = events.length;
+    $('events-title').hidden = !events.length;
+    $('events').replaceChildren(...events.map((event) => {
+      const button = Object.assign(document.createElement('button'), { className: event.kind, textContent: event.text });
+      button.addEventListener('click', () => { play(false); showTime(event.begin); });
+      return button;
+    }));
+    nameEvents();
+    drawMarks();
+    shownEvents = '';
+    if (!state.live && path.n) showTime(now);
+  }
+  // Puts the times of the slider before the texts.
+  function nameEvents() {
+    [...$('events').children].forEach((button, i) => { button.dataset.time = `${(events[i].begin - (path.n ? path.t[0] : 0)).toFixed(1)} s`; });
+  }
+  function eventsAt(t) {
+    if (!events.length) return;
+    const active = events.filter((e) => e.begin <= t + 1e-4 && (e.end === null || t < e.end - 1e-4));
+    const key = active.map((e) => events.indexOf(e)).join();
+    if (key === shownEvents) return;
+    shownEvents = key;
+    [...$('events').children].forEach((button, i) => button.classList.toggle('on', active.includes(events[i])));
+    showWarnings({ active: active.map((e) => ({ ...e, mover: e.mover || undefined, zone: /zone|unseen/.test(e.kind) ? e.rule : undefined })), count: events.length });
+  }
+  function stepEvent(direction) {
+    const times = events.filter((e) => e.kind !== 'unseen').map((e) => e.begin);
+    const next = direction > 0 ? times.find((t) => t > now + 0.01) : times.reverse().find((t) => t < now - 0.01);
+    if ($('timeline').hidden || next === undefined) return;
+    play(false);
+    showTime(next);
   }
   function beep() {
     audio = audio || new AudioContext();
@@ -562,7 +650,7 @@
   }
 
   // ---------------------------------------------------------------------------------------------- frame
-  let coverage = { frames: 0, tracked: 0 }, run = {};
+  let run = {};
   const msText = (x) => (x < 10 ? x.toFixed(1) : Math.round(x)) + ' ms';
   function readFrame(message) {
     state.frame = message.index;
@@ -574,7 +662,6 @@
     } else if (path.n) {
       placeEye(path.p.subarray(7 * path.n - 7, 7 * path.n), 1);
     }
-    coverage.frames = message.index + 1;
     $('state').textContent = message.state === 1 ? 'camera lost' : message.state === 2 ? 'relocalized' : 'live';
     $('state').className = 'pill ' + (message.state === 1 ? 'lost' : 'live');
     $('clock').textContent = `frame ${message.index + 1}${run.frames ? ' of ' + run.frames : ''}`;
@@ -582,10 +669,11 @@
     const ms = message.ms, total = ms.features + ms.masks + ms.motion + ms.pose, shed = message.shed;
     showStats([
       ['tracking', msText(total), total > 33], ['latency', msText(Math.max(0, state.latency)), false],
+      ['coverage', (100 * message.tracked / (message.index + 1)).toFixed(1) + ' %', message.tracked < 0.95 * (message.index + 1)], ['waiting', msText(ms.waiting), false],
       ['keypoints', message.keypoints, false], ['moving', message.moving, false],
       ['inliers', message.inliers, message.inliers < 30], ['mask age', message.mask_age < 0 ? '–' : message.mask_age, message.mask_age > 10],
       ['no movers', shed.without_movers, shed.without_movers > 0], ['no view', shed.without_view, shed.without_view > 0],
-      ['fewer keyp.', shed.fewer_keypoints, shed.fewer_keypoints > 0], ['waiting', msText(ms.waiting), false],
+      ['fewer keyp.', shed.fewer_keypoints, shed.fewer_keypoints > 0],
     ]);
     showTimes(ms);
   }
@@ -653,6 +741,7 @@
     $('time').step = 0.001;
     $('time').value = path.t[path.n - 1];
     showTime(path.t[path.n - 1]);
+    nameEvents();
     drawMarks();
   }
   function showTime(t) {
@@ -662,6 +751,7 @@
     $('time').value = now;
     $('time-value').textContent = `${(now - path.t[0]).toFixed(1)} / ${(path.t[path.n - 1] - path.t[0]).toFixed(1)} s`;
     $('clock').textContent = STATES[path.s[i]] === 'lost' ? 'camera lost' : '';
+    eventsAt(now);
     if (tracks) moversAt(now);
     state.time = now;
   }
@@ -681,6 +771,10 @@
       ink.fillStyle = shades[path.s[i]];
       ink.fillRect(x(path.t[i]), 3, Math.max(1, x(path.t[i + 1]) - x(path.t[i])) + 0.5, 4);
     }
+    for (const [kinds, shade] of [[/unknown/, shades[2]], [/zone|near|course/, shades[1]]]) {
+      ink.fillStyle = shade;
+      for (const event of events) if (kinds.test(event.kind)) ink.fillRect(x(event.begin) - 1, 0, Math.max(2, x(event.end === null ? path.t[path.n - 1] : event.end) - x(event.begin)), 2.5);
+    }
     ink.fillStyle = css('--loop');
     for (const event of mapMessage ? mapMessage.events : []) ink.fillRect(x(event.t) - 1.5, 0, 3, 10);
     ink.fillStyle = shades[2];
@@ -695,11 +789,11 @@
     const e = camera();
     ray.setFromCamera(new THREE.Vector2(2 * x / innerWidth - 1, 1 - 2 * y / innerHeight), e);
     const best = { distance: Infinity, point: null }, p = new THREE.Vector3(), pixel = 2 * Math.tan(orbitCamera.fov * Math.PI / 360) / innerHeight;
-    for (const { mesh } of chunks.values()) {
-      if (!mesh.visible) continue;
+    for (const { mesh, shown } of chunks.values()) {
+      if (!shown) continue;
       sphere.copy(mesh.geometry.boundingSphere).applyMatrix4(mesh.matrixWorld);
       if (ray.ray.distanceToPoint(sphere.center) > sphere.radius + 0.1) continue;
-      const positions = mesh.geometry.attributes.position, n = mesh.geometry.drawRange.count;
+      const positions = mesh.geometry.attributes.position, n = shown;
       for (let i = 0; i < n; ++i) {
         p.set(positions.getX(i), positions.getY(i), positions.getZ(i)).divideScalar(65535).applyMatrix4(mesh.matrixWorld);
         if (p.y > cloudMaterial.uniforms.cut.value) continue;
@@ -782,11 +876,12 @@
       case 'movers': readMovers(message); break;
       case 'tracks': readTracks(message); break;
       case 'objects': drawObjects(message.objects); break;
-      case 'palette': setPalette(message.colors); break;
+      case 'palette': setPalette(message.colors, message.names); break;
       case 'summary': showSummary(message.summary); break;
-      case 'cloud': showStaged(); break;
+      case 'cloud': showStaged(); mapCost = `; map: ${short(message.bytes)} bytes, ${Math.round(message.ms)} ms`; state.mapBytes = message.bytes; state.mapMs = message.ms; break;
       case 'zones': zones = message.zones; drawZones(zones); break;
       case 'warnings': showWarnings(message); break;
+      case 'events': readEvents(message); break;
       case 'finished':
         state.live = false;
         state.finished = true;
@@ -805,6 +900,7 @@
   function clear() {
     for (const { mesh } of chunks.values()) { layers.cloud.remove(mesh); mesh.geometry.dispose(); }
     chunks.clear();
+    sampleChunks();
     staged.clear();
     trails.clear();
     path.n = 0;
@@ -816,7 +912,9 @@
     drawObjects([]);
     drawZones([]);
     drawPath();
+    readEvents({ events: [] });
     showWarnings({ active: [], count: 0 });
+    setPalette([], []);
     $('timeline').hidden = true;
     state.points = state.chunks = state.images = state.frames = 0;
     state.finished = false;
@@ -884,6 +982,7 @@
     1: () => setView('orbit'), 2: () => setView('top'), 3: () => setView('follow'), f: () => { touched = false; fit(); }, m: () => setTool('measure'), z: () => setTool('zone'),
     l: () => $('theme').click(), s: () => $('sound').click(), '?': () => $('help').click(), p: () => document.body.classList.toggle('bare'),
     c: () => { $('colors').selectedIndex = ($('colors').selectedIndex + 1) % 3; $('colors').dispatchEvent(new Event('change')); },
+    n: () => stepEvent(1), b: () => stepEvent(-1),
     ' ': () => { if (!$('timeline').hidden) play(!playing); }, ',': () => step(-1), '.': () => step(1), Escape: () => tool && setTool(tool), Enter: saveZone,
     ArrowLeft: () => turn(-0.1, 0), ArrowRight: () => turn(0.1, 0), ArrowUp: () => turn(0, 0.08), ArrowDown: () => turn(0, -0.08), '+': () => nearer(1.15), '-': () => nearer(1 / 1.15),
   };
@@ -922,7 +1021,7 @@
   $('theme').addEventListener('click', () => setTheme(document.documentElement.dataset.theme === 'light' ? 'dark' : 'light'));
   $('sound').addEventListener('click', () => { sound = !sound; $('sound').classList.toggle('on', sound); if (sound) beep(); });
   $('help').addEventListener('click', () => $('keys').showModal());
-  $('colors').addEventListener('change', () => { cloudMaterial.uniforms.mode.value = Number($('colors').value); dirty = true; });
+  $('colors').addEventListener('change', () => { cloudMaterial.uniforms.mode.value = Number($('colors').value); showClasses(); dirty = true; });
   $('size').addEventListener('input', changed);
   $('cut').addEventListener('input', setCut);
   $('time').addEventListener('input', () => { play(false); showTime(Number($('time').value)); });
@@ -948,7 +1047,23 @@
     $('scale-bar').style.width = (length * perMeter) + 'px';
     $('scale-text').textContent = length >= 1 ? `${length} m` : `${Math.round(100 * length)} cm`;
   }
-  let last = 0, spent = 33, drawnAt = 0, second = 0, rendersBefore = 0, bytesBefore = 0;
+  let last = 0, second = 0, rendersBefore = 0, bytesBefore = 0, mapCost = '';
+  let drawnAt = 0, changedAt = 0, restBudget = 0;
+  // Fits points and pixels to the time of the last frame [ms].
+  function adapt(spent) {
+    if (spent > 1.15 * FRAME_MS) {
+      const excess = Math.max(0.25, FRAME_MS / spent);
+      if (state.sharpness > COARSEST) state.sharpness = Math.max(COARSEST, state.sharpness * Math.sqrt(excess));
+      else state.budget = Math.max(MIN_BUDGET, Math.min(state.budget, state.drawn) * excess);
+    } else if (spent < 0.8 * FRAME_MS) {
+      if (state.share < 1 && (state.drawn < ENOUGH || state.sharpness === 1)) state.budget = Math.min(MAX_BUDGET, state.budget * 1.08);
+      else state.sharpness = Math.min(1, state.sharpness * 1.05);
+    }
+  }
+  function setSharpness(value) {
+    const ratio = Math.min(devicePixelRatio, 2) * value;
+    if (Math.abs(renderer.getPixelRatio() - ratio) > 0.02) renderer.setPixelRatio(ratio);
+  }
   function draw(time) {
     requestAnimationFrame(draw);
     if (staged.size && time - stagedSince > 500) showStaged();
@@ -961,30 +1076,50 @@
     follow();
     if (time - second > 1000) {
       state.fps = 1000 * (state.renders - rendersBefore) / (time - second);
-      $('traffic').textContent = state.connected ? `${((state.bytes - bytesBefore) / 1024 / ((time - second) / 1000)).toFixed(0)} KiB/s, ${short(state.drawn)} points drawn` : '';
+      $('traffic').textContent = state.connected ? `${((state.bytes - bytesBefore) / 1024 / ((time - second) / 1000)).toFixed(0)} KiB/s, ${short(state.drawn)} points drawn${mapCost}` : '';
       rendersBefore = state.renders;
       bytesBefore = state.bytes;
       second = time;
     }
-    if (!dirty) { drawnAt = 0; return; }
+    // While the picture changes, a frame has the points and pixels that take FRAME_MS. At rest it gets all pixels, and
+    // twice the points with each frame, until all are drawn or a frame has taken long.
+    const changes = dirty;
+    if (!changes && (state.rests || time - changedAt < REST_MS)) { drawnAt = 0; return; }
+    const spent = drawnAt ? time - drawnAt : 0;
+    drawnAt = time;
+    if (changes) {
+      if (restBudget === 0 && spent) adapt(spent);
+      changedAt = time;
+      restBudget = 0;
+      state.rests = false;
+    } else {
+      const complete = state.share >= 1 && (restBudget > 0 || state.sharpness === 1);
+      state.rests = complete || 2 * spent > SLOWEST_MS || restBudget > MAX_BUDGET;
+      if (state.rests) return;
+      restBudget = restBudget > 0 ? 2 * restBudget : state.budget;
+    }
     dirty = false;
     if (state.live && path.n !== state.path) drawPath();
     dirty = false;
+    setSharpness(changes ? state.sharpness : 1);
     scene.updateMatrixWorld();
     camera().updateMatrixWorld();
-    distribute();
+    distribute(changes ? state.budget : restBudget);
     renderer.render(scene, camera());
     placeLabels();
     showScale();
     state.renders += 1;
-    // The budget of points holds 30 frames per second while the picture moves.
-    if (drawnAt) {
-      spent += 0.15 * (time - drawnAt - spent);
-      if (spent > 36) state.budget = Math.max(3e4, state.budget * 0.9);
-      else if (spent < 24 && state.drawn > 0.9 * state.budget) state.budget = Math.min(MAX_BUDGET, state.budget * 1.05);
-    }
-    drawnAt = time;
   }
+  // Share of the canvas that is not background, for tests.
+  state.inked = () => {
+    renderer.render(scene, camera());
+    const gl = renderer.getContext(), { width, height } = gl.canvas, pixels = new Uint8Array(4 * width * height);
+    gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+    const back = color('back');
+    let inked = 0;
+    for (let i = 0; i < pixels.length; i += 4) if (Math.abs(pixels[i] - 255 * back.r) + Math.abs(pixels[i + 1] - 255 * back.g) + Math.abs(pixels[i + 2] - 255 * back.b) > 24) inked += 1;
+    return inked / (width * height);
+  };
   state.spin = (on) => { clearInterval(state.timer); if (on) state.timer = setInterval(() => turn(0.02, 0), 10); };
   let theme = 'dark';
   try { theme = localStorage.getItem('theme') || (matchMedia('(prefers-color-scheme: light)').matches ? 'light' : 'dark'); } catch (e) { /* private mode */ }
