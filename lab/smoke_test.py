@@ -132,6 +132,25 @@ class Smoke(unittest.TestCase):
                               self.folder / "maps", "--program", STILLMAP)
         self.assertRegex(printed, r"\| office \| office \| \d+/50 \|")
 
+    def test_view(self):
+        out = self.folder / "view"
+        printed = self.module("view", self.sequence, "--schedule", "lockstep", "--count", "30", "--points", "", "--out", out,
+                              "--program", STILLMAP)
+        for clients in ("no view", "0", "1", "5"):
+            self.assertRegex(printed, rf"\| {clients} \| \d+\.\d \|")
+        runs = json.loads((out / "view.json").read_text(encoding="utf-8"))["runs"]
+        self.assertGreater(runs[-1]["kib_per_s"], 0)
+
+    def test_zones(self):
+        out = self.folder / "zones"
+        words = ["zones", "--scenes", "office", "--seeds", "1", "--frames", "40", "--out", out, "--program", STILLMAP]
+        printed = self.module(*words)
+        for segmentation in ("masks", "no network"):
+            self.assertRegex(printed, rf"\| office \| {segmentation} \| \d+ of \d+ \| \d+ of \d+ \|")
+        rows = json.loads((out / "zones.json").read_text(encoding="utf-8"))
+        self.assertGreater(rows[0]["true"], 0)
+        self.assertEqual(self.module(*words), printed)
+
     def test_bench(self):
         out = self.folder / "bench"
         printed = self.module("bench", self.sequence, "--runs", "1", "--binary", STILLMAP, "--out", out)

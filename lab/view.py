@@ -120,6 +120,10 @@ def page_with(millions, arguments):
             time.sleep(SECONDS)
             state = json.loads(page.run("JSON.stringify(Object.assign({}, stillmap, {timer: 0}))"))
             page.run("stillmap.spin(false)")
+            start = time.monotonic()
+            page.wait("stillmap.rests", 60)
+            rested = time.monotonic() - start
+            drawn_at_rest = page.run("stillmap.drawn")
             page.call("HeapProfiler.collectGarbage")
             heap = page.call("Runtime.getHeapUsage")
             page.screenshot(arguments.out / f"page_{millions:g}M.png")
@@ -128,7 +132,8 @@ def page_with(millions, arguments):
         process.wait()
         process.stdout.close()
     memory = (heap["usedSize"] + heap.get("backingStorageSize", 0)) / 2**20
-    return {"points": f"{millions:g} M", "loaded_s": loaded, "fps": state["fps"], "drawn": state["drawn"], "memory_mib": memory,
+    return {"points": f"{millions:g} M", "loaded_s": loaded, "fps": state["fps"], "drawn": state["drawn"],
+            "sharpness": state["sharpness"], "drawn_at_rest": drawn_at_rest, "rested_s": rested, "memory_mib": memory,
             "received_mib": state["bytes"] / 2**20}
 
 
@@ -141,9 +146,10 @@ def main(arguments):
     lines = [[str(r["clients"]), cell(r["median_ms"], 1), cell(r["p95_ms"], 1), str(r["dropped"]), cell(r["kib_per_s"], 0),
               cell(r["latency_median_ms"], 1), cell(r["latency_p95_ms"], 1)] for r in runs]
     text = core.markdown(head, lines, "Effect on tracking")
-    head = ["points", "loaded after [s]", "frames per second", "points drawn", "memory of the page [MiB]", "received [MiB]"]
-    lines = [[p["points"], cell(p["loaded_s"], 1), cell(p["fps"], 1), str(p["drawn"]), cell(p["memory_mib"], 0),
-              cell(p["received_mib"], 0)] for p in pages]
+    head = ["points", "loaded after [s]", "frames per second", "points drawn", "share of the pixels along a side",
+            "points at rest", "at rest after [s]", "memory of the page [MiB]", "received [MiB]"]
+    lines = [[p["points"], cell(p["loaded_s"], 1), cell(p["fps"], 1), str(p["drawn"]), cell(p["sharpness"], 2),
+              str(p["drawn_at_rest"]), cell(p["rested_s"], 1), cell(p["memory_mib"], 0), cell(p["received_mib"], 0)] for p in pages]
     text += "\n" + core.markdown(head, lines, "The page, with WebGL in software")
     (arguments.out / "view.md").write_text(text)
     (arguments.out / "view.json").write_text(json.dumps({"runs": runs, "pages": pages}, indent=1))

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Recall, precision and latency of warnings on simulated scenes with exact truth.
 
-  python3 -m lab zones --out RESULTS_DIR [--frames 600] [--program build/release/stillmap]
+  python3 -m lab zones --out RESULTS_DIR [--model NETWORK.onnx] [--seeds 3] [--frames 300] [--scenes NAME ...]
 
-Scenes (an office with walking people, a yard below a crane) are rendered and mapped with `stillmap run --zones`, with
-the rendered masks and without any. The true warnings are those of `stillmap warn` on the true poses and movers, with
-the same rules. Only true warnings of movers that are in view when they begin count: at least 600 pixels show them. A true
-warning is found if a warning of the same kind and rule begins at most two seconds before its begin and before its end, or
-is active then; a warning is right if it overlaps with a true one of the same kind and rule, within half a second.
+Scenes (an office with walking people and three motions of the camera, a yard below a crane) are rendered and mapped with
+`stillmap run --zones`: with the rendered masks, with a network, and without any. The true warnings are those of `stillmap warn` on
+the true poses and movers, with the same rules. Only true warnings of movers that are in view when they begin count: at
+least 600 pixels show them. A true warning is found if a warning of the same kind and rule begins at most two seconds
+before its begin and before its end, or is active then; a warning is right if it overlaps with a true one of the same kind
+and rule, within half a second. Results that the same program has made are kept.
 
 Written to RESULTS_DIR: zones.md (printed at the end), zones.json, and a folder per run.
 """
@@ -23,24 +24,30 @@ from lab import core
 
 SCENES = {
     "office": ["--scene", "office", "--people", "3", "--camera", "xyz"],
-    "office, camera walks": ["--scene", "office", "--people", "3", "--camera", "halfsphere"],
+    "office_turning": ["--scene", "office", "--people", "3", "--camera", "halfsphere"],
+    "office_walking": ["--scene", "office", "--people", "3", "--camera", "loop"],
     "yard": ["--scene", "yard", "--people", "3", "--camera", "trolley"],
 }
+FPS = 30
 BEFORE, SLACK = 2.0, 0.5  # [s]
 MIN_PIXELS = 600
 FAR = 1e9
+GAPS = ("unknown", "unseen")  # kinds of events about what is not known
+RANGES = ((2, "below 2 m"), (4, "2 to 4 m"), (8, "4 to 8 m"), (FAR, "beyond 8 m"))
 
 
 def add_arguments(parser):
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--program", type=Path, default=core.ROOT / "build/release/stillmap")
-    parser.add_argument("--frames", type=int, default=600, help="frames per scene; default: %(default)s")
+    parser.add_argument("--model", type=Path, help="network (.onnx); default: no runs with a network")
+    parser.add_argument("--frames", type=int, default=300, help="frames per sequence; default: %(default)s")
+    parser.add_argument("--seeds", type=int, default=3, help="sequences per scene; default: %(default)s")
+    parser.add_argument("--scenes", nargs="+", choices=SCENES, default=list(SCENES), help="default: all")
 
 
 def rotated(q, v):
     """Rotates a vector by a quaternion x, y, z, w."""
-    x, y, z, w = times(times(q, [*v, 0]), inverse(q))
-    return [x, y, z]
+    return times(times(q, [*v, 0]), inverse(q))[:3]
 
 
 def inverse(q):
@@ -88,11 +95,15 @@ def write_truth(sequence, folder):
     lines = [[pose[0], *camera.point(pose[1:4]), *times(camera.turn, pose[4:])] for pose in read_poses(sequence)]
     (folder / "trajectory.txt").write_text("".join(" ".join(f"{v:.9f}" for v in line) + "\n" for line in lines))
     pixels, rows = {}, ["timestamp,id,class,state,x,y,z,vx,vy,vz,min_x,min_y,min_z,max_x,max_y,max_z"]
+    up = camera.direction([0, 0, 1])
     for row in read_movers(sequence):
-        ends = [[float(row[f"{end}_{axis}"]) for axis in "xyz"] for end in ("min", "max")]
-        corners = [camera.point([ends[i >> k & 1][k] for k in range(3)]) for i in range(8)]
+        low, high = ([float(row[f"{end}_{axis}"]) for axis in "xyz"] for end in ("min", "max"))
+        # The box around the upright cylinder of the true box.
+        height, radius = high[2] - low[2], (high[0] - low[0] + high[1] - low[1]) / 4
+        half = [height / 2 * abs(u) + radius * math.sqrt(max(0, 1 - u * u)) for u in up]
+        center = camera.point([(a + b) / 2 for a, b in zip(low, high)])
         values = [*camera.point([float(row[axis]) for axis in "xyz"]), *camera.direction([float(row["v" + axis]) for axis in "xyz"]),
-                  *map(min, zip(*corners)), *map(max, zip(*corners))]
+                  *(c - h for c, h in zip(center, half)), *(c + h for c, h in zip(center, half))]
         rows.append(",".join([row["timestamp"], row["id"], row["class"], "moving", *(f"{v:.5f}" for v in values)]))
         pixels[round(float(row["timestamp"]), 4), int(row["id"])] = int(row["pixels"])
     (folder / "movers.csv").write_text("\n".join(rows) + "\n")
@@ -126,8 +137,8 @@ def intervals(file):
     return done + [(*key, event["timestamp"], FAR, event) for key, event in open_ones.items()]
 
 
-def judged(truth, found, pixels, fps):
-    """Recall, precision and latency."""
+def judged(truth, found, pixels):
+    """Latency of each true warning that was found, whether it was found by its distance, and the warnings."""
     def similar(a, b):  # a course becomes a distance: both announce the same
         return a[1] == b[1] and (a[0] == b[0] or {a[0], b[0]} == {"near", "course"})
     true = [w for w in truth if pixels.get((round(w[3], 4), w[2]), 0) >= MIN_PIXELS and w[4] - w[3] > 0.55]
@@ -137,17 +148,26 @@ def judged(truth, found, pixels, fps):
         hits = [f for f in found if similar(warning, f) and f[3] <= warning[4] and
                 (f[4] >= warning[3] or f[3] >= warning[3] - BEFORE)]
         if hits:
-            latencies.append(max(0.0, min(f[3] for f in hits) - warning[3]) * fps)
+            latencies.append(max(0.0, min(f[3] for f in hits) - warning[3]) * FPS)
         depth = math.dist(warning[5]["position"], warning[5]["camera"][:3])
-        label = "< 2 m" if depth < 2 else "2 to 4 m" if depth < 4 else "> 4 m"
+        label = next(name for limit, name in RANGES if depth < limit)
         distances.setdefault(label, []).append(bool(hits))
-    mine = [f for f in found if f[0] != "unknown"]
+    mine = [f for f in found if f[0] not in GAPS]
     right = [f for f in mine if any(similar(w, f) and f[3] <= w[4] + SLACK and f[4] >= w[3] - SLACK for w in truth)]
-    return {"true": len(true), "found": len(latencies), "warnings": len(mine), "right": len(right),
-            "recall": len(latencies) / len(true) if true else None, "precision": len(right) / len(mine) if mine else None,
+    return {"latencies": latencies, "distances": distances, "warnings": len(mine), "right": len(right)}
+
+
+def figures(parts):
+    """Recall, precision and latency over sequences."""
+    latencies = sorted(x for part in parts for x in part["latencies"])
+    distances = {name: [hit for part in parts for hit in part["distances"].get(name, [])] for _, name in RANGES}
+    true, warnings = sum(map(len, distances.values())), sum(part["warnings"] for part in parts)
+    right = sum(part["right"] for part in parts)
+    return {"true": true, "found": len(latencies), "warnings": warnings, "right": right,
+            "recall": len(latencies) / true if true else None, "precision": right / warnings if warnings else None,
             "latency_median_frames": statistics.median(latencies) if latencies else None,
-            "latency_p90_frames": sorted(latencies)[int(0.9 * len(latencies))] if latencies else None,
-            "recall_by_distance": {k: [sum(v), len(v)] for k, v in sorted(distances.items())}}
+            "latency_p90_frames": latencies[int(0.9 * len(latencies))] if latencies else None,
+            "found_by_distance": {name: [sum(hits), len(hits)] for name, hits in distances.items() if hits}}
 
 
 def call(*words):
@@ -156,30 +176,56 @@ def call(*words):
         raise core.Failed(result.stderr.strip())
 
 
+def truth_of(sequence, folder, program):
+    """The true warnings, the pixels of the movers, and the file of the rules."""
+    pixels = write_truth(sequence, folder / "truth")
+    rules = folder / "rules.yaml"
+    write_rules(rules, sequence)
+    call(program, "warn", folder / "truth", "--zones", rules, "--force")
+    return intervals(folder / "truth/events.jsonl"), pixels, rules
+
+
+def run(sequence, rules, words, out, program):
+    """The warnings of a run, which is made unless the same program has made it."""
+    made_by = {"program": core.sha256_of(program), "words": [str(w) for w in words], "rules": rules.read_text()}
+    if core.read_json(out / "made_by.json") != made_by:
+        core.say(f"{out} ...")
+        shutil.rmtree(out, ignore_errors=True)
+        call(program, "run", sequence, *words, "--zones", rules, "--out", out)
+        (out / "made_by.json").write_text(json.dumps(made_by))
+    return intervals(out / "events.jsonl")
+
+
+def rows_of(scene, arguments):
+    """The figures of one scene with each segmentation."""
+    kinds = {"masks": lambda sequence: ["--masks", sequence / "mask"]}
+    if arguments.model:
+        kinds[arguments.model.stem] = lambda _: ["--model", arguments.model]
+    kinds["no network"] = lambda _: []
+    parts = {kind: [] for kind in kinds}
+    for seed in range(1, arguments.seeds + 1):
+        folder = arguments.out / f"{scene}_{seed}"
+        sequence = folder / "sequence"
+        if not (sequence / "associations.txt").exists():  # the last file that is written
+            core.say(f"{sequence} ...")
+            call(arguments.program, "simulate", *SCENES[scene], "--frames", arguments.frames, "--fps", FPS, "--seed", seed,
+                 "--out", sequence)
+        truth, pixels, rules = truth_of(sequence, folder, arguments.program)
+        for kind, words in kinds.items():
+            found = run(sequence, rules, words(sequence), folder / kind.replace(" ", "_"), arguments.program)
+            parts[kind].append(judged(truth, found, pixels))
+    return [{"scene": scene, "segmentation": kind, **figures(of_kind)} for kind, of_kind in parts.items()]
+
+
 def main(arguments):
     arguments.out.mkdir(parents=True, exist_ok=True)
-    rows = []
-    for scene, words in SCENES.items():
-        folder = arguments.out / scene.replace(", ", "_").replace(" ", "_")
-        sequence = folder / "sequence"
-        if not (sequence / "groundtruth.txt").exists():
-            call(arguments.program, "simulate", *words, "--frames", arguments.frames, "--out", sequence)
-        pixels = write_truth(sequence, folder / "truth")
-        rules = folder / "rules.yaml"
-        write_rules(rules, sequence)
-        call(arguments.program, "warn", folder / "truth", "--zones", rules, "--force")
-        truth = intervals(folder / "truth/events.jsonl")
-        for name, masks in (("masks", ["--masks", sequence / "mask"]), ("no network", [])):
-            out = folder / name.replace(" ", "_")
-            shutil.rmtree(out, ignore_errors=True)
-            call(arguments.program, "run", sequence, *masks, "--zones", rules, "--out", out)
-            rows.append({"scene": scene, "segmentation": name, **judged(truth, intervals(out / "events.jsonl"), pixels, 30)})
-    lines = [[row["scene"], row["segmentation"], f"{row['found']}/{row['true']}", core.cell(row["recall"], 2),
-              f"{row['right']}/{row['warnings']}", core.cell(row["precision"], 2), core.cell(row["latency_median_frames"], 0),
-              core.cell(row["latency_p90_frames"], 0), ", ".join(f"{k}: {a}/{b}" for k, (a, b) in row["recall_by_distance"].items())]
-             for row in rows]
-    text = core.markdown(["scene", "segmentation", "found", "recall", "right", "precision", "latency, median [frames]",
-                          "90 % [frames]", "found by distance"], lines, "Warnings against the truth")
+    rows = [row for scene in arguments.scenes for row in rows_of(scene, arguments)]
+    lines = [[row["scene"], row["segmentation"], f"{row['found']} of {row['true']}", f"{row['right']} of {row['warnings']}",
+              f"{core.cell(row['latency_median_frames'], 0)}, {core.cell(row['latency_p90_frames'], 0)}",
+              *("{} of {}".format(*row["found_by_distance"].get(name, [0, 0])) for _, name in RANGES)] for row in rows]
+    text = core.markdown(["scene", "segmentation", "true warnings found", "warnings that are right",
+                          "latency, median and 90 % [frames]", *(name for _, name in RANGES)], lines,
+                         "Warnings against the truth")
     (arguments.out / "zones.md").write_text(text)
     (arguments.out / "zones.json").write_text(json.dumps(rows, indent=1))
     print(text)
