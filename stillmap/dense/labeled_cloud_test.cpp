@@ -9,7 +9,7 @@ namespace {
 /// Adds a line of points 2 cm apart along x to a cloud.
 void add_line(float from, int points, std::uint16_t label, Cloud& cloud, LabeledCloud& labeled) {
   for (int i = 0; i < points; ++i) {
-    cloud.add({from + 0.02F * static_cast<float>(i), 0, 0}, {});
+    cloud.add(Eigen::Vector3f(from + 0.02F * static_cast<float>(i), 0, 0), {});
     labeled.labels.push_back(label);
   }
 }
@@ -35,8 +35,10 @@ TEST(ConnectedObjects, ClassesAndGapsSeparateObjects) {
 }
 
 TEST(ConnectedObjects, ACloudWithoutLabelsHasNone) {
+  Cloud cloud;
+  cloud.add(Eigen::Vector3f(0, 0, 0), {});
   LabeledCloud labeled;
-  labeled.cloud = std::make_shared<const Cloud>(Cloud{{{0, 0, 0}}, {{}}});
+  labeled.cloud = std::make_shared<const Cloud>(cloud);
   EXPECT_TRUE(connected_objects(labeled).empty());
 }
 

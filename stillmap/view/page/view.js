@@ -878,7 +878,7 @@
       case 'objects': drawObjects(message.objects); break;
       case 'palette': setPalette(message.colors, message.names); break;
       case 'summary': showSummary(message.summary); break;
-      case 'cloud': showStaged(); mapCost = `; map: ${short(message.bytes)} bytes, ${Math.round(message.ms)} ms`; state.mapBytes = message.bytes; state.mapMs = message.ms; break;
+      case 'cloud': showStaged(); mapCost = `; map: ${(message.bytes / 1024).toFixed(0)} KiB, ${Math.round(message.ms)} ms`; state.mapBytes = message.bytes; state.mapMs = message.ms; break;
       case 'zones': zones = message.zones; drawZones(zones); break;
       case 'warnings': showWarnings(message); break;
       case 'events': readEvents(message); break;
