@@ -375,13 +375,14 @@ class Zones(unittest.TestCase):
     def judged(self, *found):
         event = {"position": [0, 0, 3], "camera": [0, 0, 0, 0, 0, 0, 1]}
         truth = [("zone", "gate", 1, 10.0, 13.0, event), ("near", "camera", 1, 20.0, 22.0, event)]
-        return zones.judged(truth, [(*f, event) for f in found], {(10.0, 1): 900, (20.0, 1): 900}, 30)
+        part = zones.judged(truth, [(*f, event) for f in found], {(10.0, 1): 900, (20.0, 1): 900})
+        return zones.figures([part])
 
     def test_a_late_warning_is_found_with_its_latency(self):
         result = self.judged(("zone", "gate", 7, 10.2, 13.5))
         self.assertEqual((result["recall"], result["precision"]), (0.5, 1))
         self.assertAlmostEqual(result["latency_median_frames"], 6)
-        self.assertEqual(result["recall_by_distance"], {"2 to 4 m": [1, 2]})
+        self.assertEqual(result["found_by_distance"], {"2 to 4 m": [1, 2]})
 
     def test_another_rule_or_time_is_wrong(self):
         result = self.judged(("zone", "yard", 7, 10.2, 13.5), ("zone", "gate", 7, 30.0, 31.0))

@@ -32,27 +32,24 @@ SentEvents EventSender::finish() {
   return counts_;
 }
 
-/// Returns whether the events that wait are given up. Called with the mutex held.
-bool EventSender::gives_up(const std::stop_token& stop, bool away) const {
-  return stop.stop_requested() && (away || std::chrono::steady_clock::now() > finish_ + kFarewell);
-}
-
 void EventSender::run(const std::stop_token& stop) {
-  bool away = false;
+  const auto too_late = [&] { return std::chrono::steady_clock::now() > finish_ + kFarewell; };
+  bool given_up = false;
   std::unique_lock lock(mutex_);
-  while (true) {
+  while (!given_up) {
     changed_.wait(lock, stop, [&] { return !queue_.empty(); });
-    if (queue_.empty() || gives_up(stop, away)) return;
+    const bool finishing = stop.stop_requested();
+    if (queue_.empty() || (finishing && too_late())) return;
     std::string event = std::move(queue_.front());
     queue_.pop_front();
     lock.unlock();
     const Delivered delivered = deliver_(event);
     lock.lock();
-    away = delivered == Delivered::kLater;
-    if (!away) {
+    if (delivered != Delivered::kLater) {
       ++(delivered == Delivered::kYes ? counts_.sent : counts_.refused);
       continue;
     }
+    given_up = finishing;
     if (queue_.size() < kQueue) {
       queue_.push_front(std::move(event));
     } else {

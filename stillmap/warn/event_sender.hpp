@@ -46,13 +46,13 @@ class EventSender {
   /// Adds an event to the queue. Never waits for the receiver.
   void send(std::string event);
 
-  /// Sends the events that wait, for at most kFarewell after the attempt in progress, and drops
-  /// them if the receiver is away. Nothing may be sent after it.
+  /// Sends the events that wait, for at most kFarewell after the attempt in progress. An attempt
+  /// that fails is the last one: the events that still wait are dropped. Nothing may be sent after
+  /// it.
   SentEvents finish();
 
  private:
   void run(const std::stop_token& stop);
-  bool gives_up(const std::stop_token& stop, bool away) const;
 
   const Deliver deliver_;
   std::mutex mutex_;

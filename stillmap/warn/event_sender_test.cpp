@@ -5,6 +5,9 @@
 #include "stillmap/warn/event_address.hpp"
 
 #include <future>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include <gmock/gmock.h>
 
@@ -64,6 +67,24 @@ TEST(EventSender, EventsForAReceiverThatIsAwayAreTriedAgainAndDroppedAtTheEnd) {
   const SentEvents counts = sender.finish();
   EXPECT_EQ(counts.sent, 0U);
   EXPECT_EQ(counts.dropped, 2U);
+}
+
+TEST(EventSender, AReceiverThatRefusedForAMomentGetsTheEventsAtTheEnd) {
+  std::promise<void> refused;
+  std::vector<std::string> received;
+  bool first = true;
+  EventSender sender([&](const std::string& event) {
+    if (std::exchange(first, false)) {
+      refused.set_value();
+      return Delivered::kLater;
+    }
+    received.push_back(event);
+    return Delivered::kYes;
+  });
+  for (const char* event : {"a", "b"}) sender.send(event);
+  refused.get_future().wait();
+  EXPECT_EQ(sender.finish().sent, 2U);
+  EXPECT_THAT(received, ElementsAre("a", "b"));
 }
 
 std::string problem_of(const std::string& address) {
