@@ -2,9 +2,9 @@
 #include "preset_runs.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/machine.hpp"
 #include "stillmap/base/print.hpp"
 #include "stillmap/report/comparison_chart.hpp"
-#include "stillmap/report/machine.hpp"
 #include "stillmap/sensor/image_file.hpp"
 
 #include <algorithm>

@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/journal_file.hpp"
+#include "stillmap/base/machine.hpp"
 #include "stillmap/base/print.hpp"
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/base/trace.hpp"
@@ -14,7 +15,6 @@
 #include "stillmap/report/figure_recorder.hpp"
 #include "stillmap/report/gallery.hpp"
 #include "stillmap/report/live_trajectory.hpp"
-#include "stillmap/report/machine.hpp"
 #include "stillmap/view/live_view.hpp"
 
 #include "interrupt.hpp"

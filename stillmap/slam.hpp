@@ -179,6 +179,12 @@ class Slam {
   Slam(Slam&&) noexcept;
   Slam& operator=(Slam&&) noexcept;
 
+  /// Keeps the results so far in a file from now on, so that a process that is killed loses at most
+  /// its last second: `stillmap recover` and StartMap read it. The file stays after finish(), and
+  /// may be removed when the results are written. Called once, before finish().
+  /// Throws Error if the file cannot be written or holds the journal of another run.
+  void keep_journal(const std::filesystem::path& file);
+
   /// Returns a frame made of OpenCV images, which are not kept. The frame gets the next index.
   /// @param color     8-bit BGR or gray, of the camera's size
   /// @param depth     16-bit in units of 1 / camera.depth_factor meters, or 32-bit float in meters,

@@ -92,6 +92,10 @@ class PythonSlam {
     const std::scoped_lock lock(mutex_);
     return results_;
   }
+  void keep_journal(const std::filesystem::path& file) {
+    const std::scoped_lock lock(mutex_);
+    slam_.keep_journal(file);
+  }
   void save_map(const std::filesystem::path& file) const {
     const std::scoped_lock lock(mutex_);
     slam_.save_map(file);
@@ -213,6 +217,10 @@ void bind_slam(py::module_& module) {
            "FILE}. preset: such as \"orb-rgbd\". masks: whether masks are pushed with the frames. "
            "load_map: saved map of this camera to start from; extend_map=False only localizes the "
            "camera in it.")
+      .def("keep_journal", &PythonSlam::keep_journal, py::arg("file"), WithoutGil(),
+           "Keeps the results so far in a file from now on, so that a process that is killed loses "
+           "at most its last second: `stillmap recover FILE` and load_map read it. The file stays "
+           "after finish(). Called once, before finish().")
       .def("push", &push_frame, py::arg("frame"), py::arg("mask") = py::none(),
            "Tracks a frame of a source. Returns as the other form does.")
       .def("push", &push_images, py::arg("rgb"), py::arg("depth"), py::arg("stamp"),

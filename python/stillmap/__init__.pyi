@@ -179,6 +179,7 @@ class Slam:
     def __init__(self, camera: Camera | _Path, options: Options | Mapping[str, Any] | None = None, *,
                  preset: str = "", masks: bool = False, load_map: _Path | None = None, extend_map: bool = True,
                  **groups: Mapping[str, Any]) -> None: ...
+    def keep_journal(self, file: _Path) -> None: ...
     @overload
     def push(self, frame: Frame, mask: _Mask | None = None) -> NDArray[np.float64] | None: ...  # 4 x 4
     @overload

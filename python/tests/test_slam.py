@@ -114,6 +114,18 @@ def test_without_frames_all_arrays_are_empty(slam):
     assert slam.finish().covariances.shape == (0, 6, 6)
 
 
+def test_a_journal_is_a_start_for_another_run(frames, camera, tmp_path):
+    slam = stillmap.Slam(camera)
+    slam.keep_journal(tmp_path / "run.journal")
+    for frame in frames:
+        slam.push(frame)
+    slam.finish()
+    again = stillmap.Slam(camera, load_map=tmp_path / "run.journal", extend_map=False)
+    assert [again.push(frame) for frame in frames][-1] is not None
+    with pytest.raises(stillmap.Error, match="journal of another run"):
+        again.keep_journal(tmp_path / "run.journal")
+
+
 def test_a_saved_map_is_a_start_for_another_run(frames, camera, tmp_path):
     slam = stillmap.Slam(camera)
     with pytest.raises(stillmap.Error, match="call finish"):

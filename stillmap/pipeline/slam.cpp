@@ -2,9 +2,12 @@
 #include "stillmap/slam.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/journal_file.hpp"
+#include "stillmap/base/machine.hpp"
 #include "stillmap/base/statistics.hpp"
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/pipeline/run_details.hpp"
+#include "stillmap/pipeline/run_journal.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/pipeline/slam_system.hpp"
 #include "stillmap/pipeline/snapshot.hpp"
@@ -130,6 +133,7 @@ struct Slam::Impl {
   Subscribers<MapCorrection> correction;
   Subscribers<std::vector<MovingObject>> movers;
   SlamSystem system;
+  std::optional<RunJournal> journal;  // none: the results so far are not kept in a file
   bool finished = false;
 
   /// Throws Error if the run has ended.
@@ -189,6 +193,19 @@ Slam::~Slam() = default;
 Slam::Slam(Slam&&) noexcept = default;
 Slam& Slam::operator=(Slam&&) noexcept = default;
 
+void Slam::keep_journal(const std::filesystem::path& file) {
+  constexpr const char* kWhere = "Slam::keep_journal";
+  impl_->require_running(kWhere);
+  if (impl_->journal) throw Error("the run has a journal", kWhere, "call it once");
+  if (is_journal(file)) {
+    throw Error("holds the journal of another run", file.string(),
+                "write its results with `stillmap recover`, or remove it");
+  }
+  const JournalHeading heading{kWriter, file.parent_path().filename().string(),
+                               machine_description(), options_yaml(impl_->options)};
+  impl_->journal.emplace(impl_->system, file, heading);
+}
+
 RgbdFramePtr Slam::make_frame(const cv::Mat& color, const cv::Mat& depth, double timestamp) {
   RgbdFramePtr frame = impl_->frames.make(color, depth, timestamp, impl_->next_index);
   ++impl_->next_index;
@@ -211,6 +228,7 @@ std::optional<Pose> Slam::push(const RgbdFramePtr& frame) {
   }
   impl_->selection.advance();
   impl_->next_index = std::max(impl_->next_index, frame->index + 1);
+  if (used && impl_->journal) impl_->journal->add_newest();
   if (used) impl_->notify();
   return T_world_camera;
 }
@@ -240,6 +258,8 @@ Subscription Slam::on_movers(std::function<void(const std::vector<MovingObject>&
 Results Slam::finish() {
   impl_->require_running("Slam::finish");
   impl_->finished = true;
+  if (impl_->journal) impl_->journal->flush();
+  impl_->journal.reset();
   const auto details = std::make_shared<RunDetails>();
   details->result = impl_->system.finish();
   details->options = impl_->options;

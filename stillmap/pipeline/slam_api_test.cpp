@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The public face of the library, on rendered frames.
 #include "stillmap/base/test_error.hpp"
+#include "stillmap/base/test_path.hpp"
 #include "stillmap/pipeline/recording_test.hpp"
+#include "stillmap/pipeline/recovered_run.hpp"
 #include "stillmap/sensor/rectifier.hpp"
 #include "stillmap/slam.hpp"
 
@@ -327,6 +329,27 @@ TEST(SlamApi, TheInputOptionsSelectAndHalveTheFrames) {
   EXPECT_EQ(results.statistics.tracked, 3U) << "with the intrinsics of the halved images";
 }
 
+TEST(SlamApi, AJournalHoldsTheRunAndIsAStartForAnother) {
+  const Recording& rec = recording(2, "xyz");
+  const std::filesystem::path file = test::own_path("api.journal");
+  std::size_t keyframes = 0;
+  {
+    Slam slam = slam_for(rec);
+    slam.keep_journal(file);
+    EXPECT_THAT(error_of([&] { slam.keep_journal("another.journal"); }), HasSubstr("call it once"));
+    for (const RgbdFramePtr& frame : rec.frames) slam.push(frame);
+    keyframes = slam.finish().keyframes.size();
+  }
+  EXPECT_EQ(recovered_run(file).frames.size(), rec.frames.size());
+  EXPECT_GE(recovered_run(file).map.map.keyframes.size(), keyframes);
+  Slam again(rec.sequence->camera(), small_options(), std::make_unique<TrueMasks>(rec.sequence),
+             StartMap{.file = file, .extend = false});
+  for (const RgbdFramePtr& frame : rec.frames) again.push(frame);
+  EXPECT_TRUE(again.snapshot()->newest.T_world_camera.has_value());
+  EXPECT_THAT(error_of([&] { again.keep_journal(file); }), HasSubstr("the journal of another run"));
+  std::filesystem::remove(file);
+}
+
 TEST(SlamApi, AClassThatDoesNotExistIsAnError) {
   Options options = small_options();
   options.motion.moving_classes = {"persn"};
@@ -342,6 +365,7 @@ TEST(SlamApi, CallsInTheWrongOrderAreErrors) {
   EXPECT_THAT(error_of([&] { slam.save_map("never.map"); }), HasSubstr("finish() first"));
   slam.finish();
   EXPECT_THAT(error_of([&] { slam.push(rec.sequence->frame(1)); }), HasSubstr("has ended"));
+  EXPECT_THAT(error_of([&] { slam.keep_journal("never.journal"); }), HasSubstr("has ended"));
   EXPECT_THAT(error_of([&] { slam.finish(); }), HasSubstr("has ended"));
 }
 

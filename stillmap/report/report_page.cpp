@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/report/report_page.hpp"
 
+#include "stillmap/base/machine.hpp"
 #include "stillmap/report/html_page.hpp"
-#include "stillmap/report/machine.hpp"
 #include "stillmap/report/mover_files.hpp"
 #include "stillmap/report/report_charts.hpp"
 #include "stillmap/report/svg.hpp"

@@ -3,12 +3,12 @@
 
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/json_text.hpp"
+#include "stillmap/base/machine.hpp"
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/evaluate/timing.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/report/doubts.hpp"
 #include "stillmap/report/live_trajectory.hpp"
-#include "stillmap/report/machine.hpp"
 #include "stillmap/report/mover_files.hpp"
 #include "stillmap/report/mover_image.hpp"
 #include "stillmap/report/profile.hpp"

@@ -3,8 +3,8 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/machine.hpp"
 #include "stillmap/base/test_path.hpp"
-#include "stillmap/report/machine.hpp"
 #include "stillmap/simulate/simulated_sequence.hpp"
 #include "stillmap/write_results.hpp"
 

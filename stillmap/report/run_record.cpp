@@ -2,7 +2,7 @@
 #include "stillmap/report/run_record.hpp"
 
 #include "stillmap/base/error.hpp"
-#include "stillmap/report/machine.hpp"
+#include "stillmap/base/machine.hpp"
 
 #include <algorithm>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/machine.hpp"
 #include "stillmap/config/write_options.hpp"
 #include "stillmap/evaluate/timing.hpp"
-#include "stillmap/report/machine.hpp"
 #include "stillmap/report/mover_files.hpp"
 #include "stillmap/report/run_record.hpp"
 

@@ -2,8 +2,8 @@
 #include "stillmap/write_results.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/machine.hpp"
 #include "stillmap/pipeline/run_details.hpp"
-#include "stillmap/report/machine.hpp"
 #include "stillmap/report/run_folder.hpp"
 
 #include <utility>

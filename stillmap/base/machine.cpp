@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/report/machine.hpp"
+#include "stillmap/base/machine.hpp"
 
 #include <ctime>
 #include <fstream>
