@@ -5,6 +5,7 @@
   apps/command_line_test.py PROGRAM     PROGRAM: the built command
 """
 import fcntl
+import contextlib
 import json
 import os
 import pty
@@ -111,9 +112,13 @@ class CommandLine(unittest.TestCase):
             environment = dict(os.environ, NO_COLOR=value)
             process = subprocess.Popen([PROGRAM, "compare", "--help"], stdout=terminal, env=environment)
             os.close(terminal)
-            self.assertEqual(b"\x1b[1m" in os.read(own, 65536), colored)
+            shown = b""
+            with contextlib.suppress(OSError):  # of a terminal that has been closed
+                while part := os.read(own, 65536):
+                    shown += part
             process.wait()
             os.close(own)
+            self.assertEqual(b"\x1b[1m" in shown, colored)
 
     def test_a_run_ends_with_the_file_to_open(self):
         out = self.folder / "talking"
@@ -259,8 +264,9 @@ class CommandLine(unittest.TestCase):
 
     def test_figures_of_chosen_frames_and_of_the_maps_are_drawn(self):
         out = self.folder / "figures"
-        self.succeeded(stillmap("run", self.sequence, "--preset", "seg-mask", "--masks", self.sequence / "mask", "--count",
-                                10, "--figures", "3,6", "--out", out))
+        done = self.succeeded(stillmap("run", self.sequence, "--preset", "seg-mask", "--masks", self.sequence / "mask", "--count",
+                                       10, "--figures", "3,6,10", "--out", out))
+        self.assertIn("there is no frame 10\n  fix: the last one is 9", done.stderr)
         drawn = sorted(file.name for file in (out / "figures").iterdir())
         frames = [f"{frame:06}_{kind}.png" for frame in (3, 6) for kind in ("depth", "flow", "keypoints", "objects")]
         self.assertEqual(drawn, frames + ["dense_map.png", "sparse_map.png"])

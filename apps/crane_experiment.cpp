@@ -5,6 +5,7 @@
 #include "stillmap/base/json_text.hpp"
 #include "stillmap/base/print.hpp"
 #include "stillmap/evaluate/crane_table.hpp"
+#include "stillmap/sensor/make_source.hpp"
 #include "stillmap/simulate/simulated_sequence.hpp"
 #include "stillmap/simulate/tum_writer.hpp"
 
@@ -41,19 +42,31 @@ SimulationOptions yard_options(bool dynamic, int width) {
   return options;
 }
 
-/// Renders a yard into a folder.
+struct Interrupted {};
+
+/// Renders a yard into a folder. Throws Interrupted.
 void render(const SimulationOptions& options, const std::string& name, const fs::path& folder) {
   make_output_folder(folder.parent_path());
   const SimulatedSequence sequence(options);
   Progress progress("rendering " + name, sequence.frames());
-  write_tum_layout(sequence, folder, [&](std::size_t) { progress.step(); });
+  write_tum_layout(sequence, folder, [&](std::size_t) {
+    if (interrupted()) throw Interrupted();
+    progress.step();
+  });
+}
+
+/// Returns whether an earlier start rendered the yard completely, in this width: its list of images
+/// is written last.
+bool is_rendered(const fs::path& folder, int width) {
+  return fs::exists(folder / "rgb.txt") && fs::exists(folder / "camera.yaml") &&
+         read_camera((folder / "camera.yaml").string()).width == width;
 }
 
 bool is_yard(const BenchmarkSequence& sequence) {
   return std::find(kYards.begin(), kYards.end(), sequence.name) != kYards.end();
 }
 
-/// Returns the yards of the data folder, or renders them.
+/// Returns the yards of the data folder, or renders them. Throws Interrupted.
 std::vector<BenchmarkSequence> yards_of(const ReproduceArguments& arguments) {
   std::vector<BenchmarkSequence> yards;
   if (!arguments.data.empty()) yards = find_benchmark_sequences(arguments.data);
@@ -61,8 +74,9 @@ std::vector<BenchmarkSequence> yards_of(const ReproduceArguments& arguments) {
   if (yards.size() == kYards.size()) return yards;
   const fs::path folder = fs::path(arguments.out) / "sequences";
   for (const char* name : kYards) {
-    if (interrupted()) break;
-    render(yard_options(name == std::string("yard_dynamic"), arguments.width), name, folder / name);
+    if (!is_rendered(folder / name, arguments.width))
+      render(yard_options(name == std::string("yard_dynamic"), arguments.width), name,
+             folder / name);
   }
   return find_benchmark_sequences(folder);
 }
@@ -77,7 +91,6 @@ std::vector<std::string> crane_files() {
 std::vector<std::string> reproduce_crane(const ReproduceArguments& arguments,
                                          ResultFolder& folder) {
   const Paper& paper = find_paper("seg-mask");
-  const std::vector<BenchmarkSequence> yards = yards_of(arguments);
   // The common networks, with which the papers are repeated, know neither a hook nor the rendered
   // vehicles. A network that does is named for the crane alone.
   ReproduceArguments with_masks = arguments;
@@ -86,12 +99,21 @@ std::vector<std::string> reproduce_crane(const ReproduceArguments& arguments,
   std::vector<std::string> presets{kPaperBaseline};
   for (const Paper& one : papers()) presets.push_back(one.preset);
   presets.emplace_back(kOwnSystem);
+  std::vector<BenchmarkSequence> yards;
+  try {
+    yards = yards_of(arguments);
+  } catch (const Interrupted&) {
+    return {};
+  }
+  check_models(with_masks, yards, presets);
   PresetRunner runner(with_masks, yards, presets);
   runner.run(presets);
+  if (interrupted()) return problems_of(runner.finished());
   const std::vector<PaperRun> runs = figures_of(runner.finished());
   const FigureTable table = crane_table(paper, runs);
   const std::string protocol = fmt::format(
-      "{} Simulated yard, camera realsense_d435i, {}.", protocol_of(arguments),
+      "{} Simulated yard, camera realsense_d435i, {}.",
+      protocol_of(with_masks, runner.finished(), presets),
       with_masks.true_masks ? "true masks of workers, hook and vehicles" : "masks by a network");
   const std::string text =
       fmt::format("# crane: {}\n\n{}\n\n{}", paper.title, protocol, table_markdown(table));

@@ -29,12 +29,19 @@ struct ReproduceArguments {
 struct FinishedRun {
   PaperRun figures;
   RecordedRun path;
+  std::vector<std::string> doubts;  ///< Reasons not to trust it.
+  bool kept = false;                ///< An earlier start of the same experiment made it.
 };
 
 /// Returns whether a preset has what it needs on a sequence: a network or masks, unless it detects
 /// motion without them.
 bool can_run(const ReproduceArguments& arguments, const BenchmarkSequence& sequence,
              const std::string& preset);
+
+/// Throws Error for a network that cannot be read or gives boxes to a preset that needs masks, if
+/// it would be used, and for one that is named for none of the presets.
+void check_models(const ReproduceArguments& arguments, std::span<const BenchmarkSequence> sequences,
+                  std::span<const std::string> presets);
 
 /// Maps sequences with presets, as often as the arguments say: run n begins at frame n.
 class PresetRunner {
@@ -44,16 +51,20 @@ class PresetRunner {
                std::span<const std::string> presets);
 
   /// Maps every sequence with each of these presets that can run on it. Prints a line per run with
-  /// the remaining time of all runs. A problem is kept in its run; an interrupt ends all early,
-  /// without the run that it cuts off.
+  /// the remaining time of all runs. Runs that an earlier start left complete in the output folder,
+  /// with the same options and not older than program and network, are not repeated. A problem is
+  /// kept in its run; an interrupt ends all early, without the run that it cuts off.
   void run(std::span<const std::string> presets);
 
   const std::vector<FinishedRun>& finished() const { return finished_; }
 
  private:
+  std::string time_left() const;
+
   const ReproduceArguments& arguments_;
   std::span<const BenchmarkSequence> sequences_;
-  std::size_t total_;  // number of runs of all presets
+  std::size_t total_;     // number of runs of all presets
+  std::size_t made_ = 0;  // number of runs that no earlier start had made
   std::vector<FinishedRun> finished_;
   Stopwatch watch_;
 };
@@ -64,13 +75,18 @@ std::vector<PaperRun> figures_of(std::span<const FinishedRun> runs);
 /// Returns a sentence per run that has no figures, with its problem.
 std::vector<std::string> problems_of(std::span<const FinishedRun> runs);
 
+/// Returns a sentence per reason not to trust a run of these presets.
+std::vector<std::string> doubts_of(std::span<const FinishedRun> runs,
+                                   std::span<const std::string> presets);
+
 /// Returns the paths from the first frame of these presets, for the figure of the trajectories.
 Comparison first_paths(std::span<const FinishedRun> runs, std::span<const std::string> presets);
 
 /// Writes the figure of the trajectories as NAME_trajectories.png and .svg; nothing without a path.
 void write_paths(const Comparison& paths, const std::string& name, ResultFolder& folder);
 
-/// Returns a sentence about the runs, for the heading of their tables.
-std::string protocol_of(const ReproduceArguments& arguments);
+/// Returns sentences about the runs of these presets, for the heading of their tables.
+std::string protocol_of(const ReproduceArguments& arguments, std::span<const FinishedRun> runs,
+                        std::span<const std::string> presets);
 
 }  // namespace stillmap

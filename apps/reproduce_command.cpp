@@ -88,13 +88,19 @@ struct PaperReport {
   std::vector<FigureTable> tables;
 };
 
+/// Returns the presets in the tables of a paper.
+std::vector<std::string> presets_of(const Paper& paper) {
+  return {kPaperBaseline, paper.preset, kOwnSystem};
+}
+
 PaperReport report_of(const Paper& paper, const ReproduceArguments& arguments,
-                      const std::vector<PaperRun>& runs) {
+                      const std::vector<FinishedRun>& runs) {
   PaperReport report;
   report.heading =
       fmt::format("{} ({} {}): {}", paper.preset, paper.authors, paper.year, paper.title);
-  report.protocol = fmt::format("{} Published figures: {}.", protocol_of(arguments), paper.source);
-  report.tables = paper_tables(paper, runs);
+  report.protocol = fmt::format("{} Published figures: {}.",
+                                protocol_of(arguments, runs, presets_of(paper)), paper.source);
+  report.tables = paper_tables(paper, figures_of(runs));
   return report;
 }
 
@@ -102,6 +108,14 @@ std::string markdown_of(const PaperReport& report, const std::string& remarks) {
   std::string text = fmt::format("# {}\n\n{}\n", report.heading, report.protocol);
   for (const FigureTable& table : report.tables) text += "\n" + table_markdown(table);
   return remarks.empty() ? text : text + "\n" + remarks;
+}
+
+/// Returns the reasons not to trust some of the runs, as a list.
+std::string doubts_text(const std::vector<std::string>& doubts) {
+  if (doubts.empty()) return "";
+  std::string text = "Runs that should not be trusted:\n\n";
+  for (const std::string& doubt : doubts) text += "- " + doubt + "\n";
+  return text;
 }
 
 std::string latex_of(const PaperReport& report) {
@@ -120,17 +134,21 @@ void write_paper(const Paper& paper, const ReproduceArguments& arguments,
                  const std::vector<FinishedRun>& finished, const Experiment& experiment,
                  ResultFolder& folder) {
   const std::vector<PaperRun> runs = figures_of(finished);
-  const PaperReport report = report_of(paper, arguments, runs);
+  const PaperReport report = report_of(paper, arguments, finished);
   const std::vector<std::string> missing = missing_sequences({paper}, experiment);
-  const std::string left_out = left_out_text(experiment);
-  const std::string text = markdown_of(
-      report, left_out + (left_out.empty() || missing.empty() ? "" : "\n") + missing_text(missing));
+  const std::vector<std::string> doubts = doubts_of(finished, presets_of(paper));
+  std::vector<std::string> remarks{left_out_text(experiment), doubts_text(doubts),
+                                   missing_text(missing)};
+  std::erase(remarks, "");
+  const std::string text = markdown_of(report, fmt::format("{}", fmt::join(remarks, "\n")));
   print_out("\n{}\n", text);
   nlohmann::json json{{"stillmap", STILLMAP_VERSION},
                       {"paper", paper.preset},
                       {"title", paper.title},
                       {"source", paper.source},
                       {"tables", report.tables},
+                      {"protocol", report.protocol},
+                      {"doubts", doubts},
                       {"missing_sequences", missing},
                       {"presets_left_out", experiment.left_out}};
   json["runs"] = nlohmann::json::array();
@@ -141,9 +159,7 @@ void write_paper(const Paper& paper, const ReproduceArguments& arguments,
   folder.write_text(paper.preset + ".md", text);
   folder.write_text(paper.preset + ".tex", latex_of(report));
   folder.write_text(paper.preset + ".json", json_text(json, 2) + "\n");
-  write_paths(
-      first_paths(finished, std::vector<std::string>{kPaperBaseline, paper.preset, kOwnSystem}),
-      paper.preset, folder);
+  write_paths(first_paths(finished, presets_of(paper)), paper.preset, folder);
 }
 
 /// Returns those of the presets that are not left out.
@@ -165,22 +181,32 @@ std::vector<std::string> reproduce(const std::vector<Paper>& chosen,
   const Experiment experiment = experiment_of(arguments, chosen);
   const std::string missing = missing_text(missing_sequences(chosen, experiment));
   if (experiment.sequences.empty()) {
-    throw Error("contains no sequence of the papers with ground truth", arguments.data,
-                "name others with --sequences, or get those of the papers.\n" + missing);
+    throw Error(
+        "contains no sequence of the papers with ground truth", arguments.data,
+        "get those of the papers, or name other folders in it with --sequences.\n" + missing);
   }
+  std::vector<std::string> presets = experiment.presets;
+  presets.insert(presets.end(), experiment.left_out.begin(), experiment.left_out.end());
+  check_models(arguments, experiment.sequences, presets);
   print_out("{}{}", left_out_text(experiment), missing);
   PresetRunner runner(arguments, experiment.sequences, experiment.presets);
   runner.run(runnable(experiment, {kPaperBaseline, kOwnSystem}));
   for (const Paper& paper : chosen) {
     runner.run(runnable(experiment, {paper.preset}));
+    if (interrupted()) break;  // tables of some of the runs would compare different starts
     write_paper(paper, arguments, runner.finished(), experiment, folder);
   }
   return problems_of(runner.finished());
 }
 
 int run(const ReproduceArguments& arguments) {
-  if (arguments.runs < 1) throw Error("must be 1 or more", "--runs", "take 3, as the papers did");
-  const bool with_crane = arguments.paper == kCrane || arguments.paper == kAll;
+  if (arguments.runs < 1)
+    throw Error("must be 1 or more", "--runs", "take 3, as the paper of seg-mask did");
+  const bool whole = arguments.frames == 0;
+  if (arguments.paper == kCrane && !whole) {
+    throw Error("the closure error needs the whole round", "--frames", "leave it out");
+  }
+  const bool with_crane = arguments.paper == kCrane || (arguments.paper == kAll && whole);
   const std::vector<Paper> chosen = papers_of(arguments);
   ResultFolder folder(arguments.out, arguments.foreign());
   for (const Paper& paper : chosen) folder.require_free(files_of(paper));
@@ -192,8 +218,12 @@ int run(const ReproduceArguments& arguments) {
     std::ranges::move(reproduce_crane(arguments, folder), std::back_inserter(problems));
   folder.require_all();
   print_out("{}", folder.written_text());
-  print_doubts(problems);
-  if (interrupted()) return kInterrupted;
+  if (!problems.empty()) print_error("stillmap: incomplete tables\n");
+  for (const std::string& problem : problems) print_error("  {}\n", problem);
+  if (interrupted()) {
+    print_out("interrupted; the same command goes on with the runs that are left\n");
+    return kInterrupted;
+  }
   return problems.empty() ? kSuccess : kDoubtful;
 }
 
@@ -244,6 +274,9 @@ void add_reproduce_command(CLI::App& app, int& exit_code) {
       "paper,\n"
       "whose tables are printed as soon as its runs are done. crane takes the presets of all "
       "papers.\n"
+      "After an interrupt the same command goes on: complete runs are not repeated, unless the "
+      "program,\n"
+      "a network or an option has changed.\n"
       "Files: PAPER.md, PAPER.tex, PAPER.json, PAPER_trajectories.png and .svg, and a folder per "
       "run in runs/\n"
       "Examples:\n"

@@ -5,6 +5,7 @@
   apps/reproduce_test.py PROGRAM     PROGRAM: the built command
 """
 import json
+import shutil
 import signal
 import subprocess
 import sys
@@ -133,32 +134,42 @@ class Reproduce(unittest.TestCase):
         self.assertIn("Figure 9", crane["tables"][0]["notes"][0])
         self.assertTrue((self.out / "crane_trajectories.png").exists())
 
-    def test_runs_without_figures_are_named_and_the_exit_code_tells_of_them(self):
-        out = self.folder / "without_figures"
-        broken = self.folder / "broken.onnx"
-        broken.write_bytes(b"this is no network")
-        done = stillmap("reproduce", "seg-mask", "--data", self.data, "--sequences", "walking_xyz", "--runs", 1, "--frames", 6,
-                        "--model", f"seg-mask={broken}", "--out", out)
+    def test_a_run_that_fails_leaves_its_cells_empty_and_the_exit_code_tells_of_it(self):
+        data, out = self.folder / "damaged", self.folder / "without_figures"
+        shutil.copytree(self.sequence, data / "walking_xyz")
+        truth = data / "walking_xyz/groundtruth.txt"
+        truth.write_text("\n".join(truth.read_text().splitlines()[:5]) + "\n")  # of four or five poses
+        done = stillmap("reproduce", "seg-mask", "--data", data, "--true-masks", "--runs", 4, "--frames", 5, "--out", out)
         self.assertEqual(done.returncode, 3, done.stdout + done.stderr)
-        self.assertIn("the tables lack seg-mask on walking_xyz from frame 0: ", done.stderr)
-        self.assertIn("broken.onnx", done.stderr)
-        problems = [run["preset"] for run in self.figures("seg-mask", out)["runs"] if "problem" in run]
-        self.assertEqual(problems, ["seg-mask"])
+        self.assertRegex(done.stderr, "the tables lack seg-mask on walking_xyz, since the run from frame 3 failed: ")
+        figures = self.figures("seg-mask", out)
+        self.assertIn("problem", next(run for run in figures["runs"] if run["first_frame"] == 3))
+        self.assertIsNone(figures["tables"][0]["rows"][0]["seg-mask"])
 
-    def test_an_interrupt_gives_the_tables_of_the_complete_runs(self):
+    def test_an_interrupt_keeps_the_complete_runs_for_the_next_start(self):
         out = self.folder / "interrupted"
-        with subprocess.Popen([PROGRAM, "reproduce", "all", "--data", self.data, "--sequences", "walking_xyz", "--true-masks",
-                               "--runs", "9", "--out", out], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-                              text=True) as process:
-            lines = [next(line for line in process.stdout if "[1/54" in line)]
+        arguments = ["reproduce", "seg-mask", "--data", str(self.data), "--sequences", "walking_xyz", "--true-masks", "--runs",
+                     "3", "--out", str(out)]
+        with subprocess.Popen([PROGRAM, *arguments], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as process:
+            next(line for line in process.stdout if "[2/9" in line)
             process.send_signal(signal.SIGINT)
-            lines += process.stdout.readlines()
+            shown = process.stdout.read()
         self.assertEqual(process.returncode, 130)
-        self.assertTrue(any("**seg-mask, table 1: ATE [m]**" in line for line in lines))
-        runs = self.figures("seg-mask", out)["runs"]
-        self.assertGreaterEqual(len(runs), 1)
-        for run in runs:
-            self.assertEqual(run["coverage"]["total"], 12 - run["first_frame"])
+        self.assertIn("interrupted; the same command goes on", shown)
+        self.assertFalse((out / "seg-mask.md").exists())
+        done = stillmap(*arguments)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertGreaterEqual(done.stdout.count(", of an earlier start]"), 2)
+        first = (out / "seg-mask.json").read_bytes()
+        again = stillmap(*arguments)
+        self.assertEqual(again.stdout.count(", of an earlier start]"), 9)
+        self.assertEqual((out / "seg-mask.json").read_bytes(), first)
+        other = stillmap(*arguments, "--frames", 6)
+        self.assertEqual(other.stdout.count(", of an earlier start]"), 0)
+
+    def test_the_tables_name_the_detectors(self):
+        self.assertIn("Detectors: seg-mask: masks", (self.out / "seg-mask.md").read_text())
+        self.assertIn("masks", next(run for run in self.figures("seg-mask")["runs"] if run["preset"] == "seg-mask")["detector"])
 
     def test_true_masks_take_the_place_of_a_network(self):
         out = self.folder / "true_masks"
@@ -175,6 +186,14 @@ class Reproduce(unittest.TestCase):
         empty.mkdir(exist_ok=True)
         self.refused(1, "contains no sequence", "rgbd_dataset_freiburg3_walking_xyz",
                      arguments=["seg-mask", "--data", empty])
+        broken = self.folder / "broken.onnx"
+        broken.write_bytes(b"this is no network")
+        some = ["--data", self.data, "--sequences", "walking_xyz"]
+        self.refused(1, "broken.onnx", arguments=["seg-mask", *some, "--model", f"seg-mask={broken}"])
+        self.refused(1, "nowhere.onnx", arguments=["seg-mask", *some, "--model", "nowhere.onnx"])
+        self.refused(1, "'seg_mask' is no preset of this experiment", "did you mean 'seg-mask'",
+                     arguments=["seg-mask", *some, "--model", f"seg_mask={broken}"])
+        self.refused(1, "needs the whole round", arguments=["crane", "--frames", "60"])
         self.refused(1, "there is no recording 'walking_xy'", "'walking_xyz'",
                      arguments=["seg-mask", "--data", self.data, "--sequences", "walking_xy"])
 

@@ -23,14 +23,6 @@
 namespace stillmap {
 namespace {
 
-std::optional<Trajectory> truth_of(const RunRequest& request) {
-  const std::filesystem::path file = request.truth.empty() ? true_trajectory_file(request.sequence)
-                                                           : std::filesystem::path(request.truth);
-  if (file.empty()) return std::nullopt;
-  note_marker_truth(file, request.truth_frame);
-  return true_camera_trajectory(file, request.truth_frame);
-}
-
 bool use_instances_only(const MotionCues& cues) {
   return std::all_of(cues.begin(), cues.end(),
                      [](const auto& cue) { return !cue->classes().empty(); });
@@ -146,6 +138,19 @@ Options options_of(const RunRequest& request) {
   return options;
 }
 
+std::optional<Trajectory> truth_of(const RunRequest& request) {
+  const std::filesystem::path file = request.truth.empty() ? true_trajectory_file(request.sequence)
+                                                           : std::filesystem::path(request.truth);
+  if (file.empty()) return std::nullopt;
+  note_marker_truth(file, request.truth_frame);
+  return true_camera_trajectory(file, request.truth_frame);
+}
+
+std::string recording_of(const RunRequest& request) {
+  if (names_live_camera(request.sequence)) return request.sequence;
+  return std::filesystem::absolute(request.sequence).lexically_normal().string();
+}
+
 bool needs_instances(const Options& options) {
   const MotionCues cues = make_cues(parameters_of(options).motion);
   return use_instances(cues) && use_instances_only(cues);
@@ -183,6 +188,7 @@ Session session_of(const RunRequest& request, const Options& options) {
     session.loaded =
         LoadedMap{request.load_map, session.start->extend, loading.milliseconds() / 1000};
   session.sequence = sequence_name(request.sequence);
+  session.recording = recording_of(request);
   session.out = request.out.empty() ? "stillmap_" + session.sequence : request.out;
   if (request.force) session.foreign = ResultFolder::Foreign::kOverwrite;
   session.rules = rules_of(request, options);

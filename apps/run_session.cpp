@@ -192,6 +192,7 @@ RunRecord run_session(Session session) {
 
   RunRecord record;
   record.sequence = session.sequence;
+  record.recording = session.recording;
   record.machine = machine_description();
   record.options = session.options;
   record.truth = std::move(session.truth);
@@ -212,7 +213,7 @@ RunRecord run_session(Session session) {
       session.detector != nullptr,
       {}};
   map_or_tell(session, server.get(), recorders, folder, record);
-  if (record.interrupted)
+  if (record.interrupted && !session.quiet)
     print_out("interrupted after {} frames; the results so far are saved\n", record.frames);
 
   evaluate_run(record);

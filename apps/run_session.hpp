@@ -14,7 +14,8 @@ namespace stillmap {
 
 /// Input and outputs of one run.
 struct Session {
-  std::string sequence;  ///< Name of the sequence, for headings.
+  std::string sequence;   ///< Name of the sequence, for headings.
+  std::string recording;  ///< Absolute path of the recording, or name of the live camera.
   std::unique_ptr<FrameSource> source;
   std::optional<std::size_t> total_frames;  ///< Length of the sequence, if known.
   std::unique_ptr<Detector> detector;       ///< Null: none.

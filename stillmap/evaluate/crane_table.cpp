@@ -9,7 +9,7 @@
 namespace stillmap {
 namespace {
 
-/// Means over the runs of one preset on one sequence.
+/// Means over the runs of one preset on one sequence; of none if one of them has no evaluation.
 struct CraneFigures {
   std::string sequence, preset;
   int runs = 0;
@@ -20,7 +20,8 @@ CraneFigures mean_of(std::span<const PaperRun> runs, const std::string& sequence
                      const std::string& preset) {
   CraneFigures mean{sequence, preset};
   for (const PaperRun& run : runs) {
-    if (run.sequence != sequence || run.preset != preset || !run.evaluation) continue;
+    if (run.sequence != sequence || run.preset != preset) continue;
+    if (!run.evaluation) return {sequence, preset};
     const ClosureError closure = closure_error(run.evaluation->ate);
     ++mean.runs;
     mean.ate += run.evaluation->ate.translation.rmse;

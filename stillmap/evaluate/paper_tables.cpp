@@ -146,7 +146,7 @@ class TableMaker {
       if (improves()) names.push_back(preset + " improved [%]");
     }
     for (const std::string& system : published_.systems) names.push_back("published: " + system);
-    if (publishes_improvement()) names.emplace_back("published: improved [%]");
+    if (publishes_improvement()) names.emplace_back("improved, from the published [%]");
     return names;
   }
 
@@ -184,16 +184,16 @@ class TableMaker {
 
 using FigureOfRun = std::function<std::optional<double>(const PaperRun&)>;
 
-/// Returns the mean of a figure over the evaluated runs of a preset on a sequence; none if no run
-/// has it.
+/// Returns the mean of a figure over the runs of a preset on a sequence; none without a run, or if
+/// one of them does not have it.
 std::optional<double> mean_of(std::span<const PaperRun> runs, const std::string& preset,
                               const std::string& sequence, const FigureOfRun& figure) {
   double sum = 0;
   int count = 0;
   for (const PaperRun& run : runs) {
-    if (run.preset != preset || run.sequence != sequence || !run.evaluation) continue;
-    const std::optional<double> value = figure(run);
-    if (!value) continue;
+    if (run.preset != preset || run.sequence != sequence) continue;
+    const auto value = run.evaluation ? figure(run) : std::nullopt;
+    if (!value) return std::nullopt;
     sum += *value;
     ++count;
   }
@@ -264,6 +264,7 @@ void to_json(nlohmann::json& json, const PaperRun& run) {
     json.update(nlohmann::json(*run.evaluation));
     json["tracking_mean_ms"] = run.tracking_ms;
     json["total_mean_ms"] = run.total_ms;
+    if (!run.detector.empty()) json["detector"] = run.detector;
   } else {
     json["problem"] = run.problem;
   }

@@ -24,11 +24,13 @@ struct PaperRun {
   std::optional<Evaluation> evaluation;  ///< Errors, with the RPE from frame to frame.
   double tracking_ms = 0;                ///< Mean tracking time per frame [ms].
   double total_ms = 0;  ///< Time of the run divided by its frames, with networks and mapping [ms].
-  std::string problem;  ///< Reason why there is no evaluation.
+  std::string problem = {};   ///< Reason why there is no evaluation.
+  std::string detector = {};  ///< Network or masks; empty without one.
 };
 
-/// Returns the mean over all evaluated runs of a preset on a sequence; none without such a run, or
-/// for a measure that compares two presets.
+/// Returns the mean over all runs of a preset on a sequence; none without such a run, if one of
+/// them has no evaluation (the mean would be one over other starts than the baseline's), or for a
+/// measure that compares two presets.
 /// @param statistic  "rmse", "mean", "median" or "sd"
 std::optional<double> mean_over_runs(std::span<const PaperRun> runs, const std::string& preset,
                                      const std::string& sequence, PaperMeasure measure,

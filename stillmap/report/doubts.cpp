@@ -68,7 +68,7 @@ void add_masks(const RunRecord& record, std::vector<std::string>& doubts) {
                     result.detector_failures, result.segmented, result.detector_skipped));
   }
   const std::string preset = record.options.preset();
-  if (record.detector_gives_boxes_only && (preset == "seg-mask" || preset == "gated-seg")) {
+  if (record.detector_gives_boxes_only && needs_masks(preset)) {
     doubts.push_back(fmt::format(
         "preset {} needs masks, and the network gives boxes only, so whole boxes are left out; "
         "use a segmentation network such as yolov8n-seg.onnx",
@@ -77,6 +77,10 @@ void add_masks(const RunRecord& record, std::vector<std::string>& doubts) {
 }
 
 }  // namespace
+
+bool needs_masks(const std::string& preset) {
+  return preset == "seg-mask" || preset == "gated-seg";
+}
 
 std::vector<std::string> doubts_of(const RunRecord& record) {
   std::vector<std::string> doubts;

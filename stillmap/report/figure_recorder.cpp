@@ -2,6 +2,7 @@
 #include "stillmap/report/figure_recorder.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/warning.hpp"
 #include "stillmap/evaluate/pose_at.hpp"
 #include "stillmap/pipeline/dense_stream.hpp"
 #include "stillmap/report/method_images.hpp"
@@ -60,6 +61,11 @@ void FigureRecorder::draw(const Frame& frame) {
 
 void FigureRecorder::finish(const RunRecord& record) {
   if (frames_.empty()) return;
+  for (const int frame : frames_) {
+    if (previous_ && static_cast<std::size_t>(frame) <= previous_->index()) continue;
+    warn(fmt::format("--figures: there is no frame {}", frame),
+         previous_ ? fmt::format("the last one is {}", previous_->index()) : "");
+  }
   draw_sparse(record);
   const fs::path dense = folder_.path() / "cloud_before_after.png";
   if (!record.options.dense.enabled || !fs::exists(dense)) return;

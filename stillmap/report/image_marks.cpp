@@ -1,14 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/report/image_marks.hpp"
 
+#include <algorithm>
+
 #include <opencv2/imgproc.hpp>
 
 namespace stillmap {
 
 void write_line(cv::Mat& image, const std::string& text, const cv::Point& at) {
+  constexpr double kScale = 0.42;
+  constexpr int kMargin = 4;  // pixels
   const cv::Scalar white(255, 255, 255), black(0, 0, 0);
-  cv::putText(image, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.42, black, 3, cv::LINE_AA);
-  cv::putText(image, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.42, white, 1, cv::LINE_AA);
+  const int width = cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, kScale, 1, nullptr).width;
+  const int free = std::max(1, image.cols - 2 * kMargin);
+  const double scale = kScale * std::min(1.0, 1.0 * free / std::max(1, width));
+  const cv::Point start(std::clamp(at.x, kMargin, kMargin + std::max(0, free - width)), at.y);
+  cv::putText(image, text, start, cv::FONT_HERSHEY_SIMPLEX, scale, black, 3, cv::LINE_AA);
+  cv::putText(image, text, start, cv::FONT_HERSHEY_SIMPLEX, scale, white, 1, cv::LINE_AA);
 }
 
 cv::Mat grayed(const cv::Mat& color) {

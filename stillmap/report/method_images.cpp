@@ -55,7 +55,8 @@ void write_name(cv::Mat& image, const Instance& instance, const cv::Scalar& colo
   int below = 0;
   const cv::Size size = cv::getTextSize(name, cv::FONT_HERSHEY_SIMPLEX, kScale, 1, &below);
   const int top = std::max(0, instance.box.y - size.height - 6);
-  const cv::Rect plate(instance.box.x, top, size.width + 8, size.height + 6);
+  const int left = std::max(0, std::min(instance.box.x, image.cols - size.width - 8));
+  const cv::Rect plate(left, top, size.width + 8, size.height + 6);
   cv::rectangle(image, plate, color, cv::FILLED);
   cv::putText(image, name, {plate.x + 4, plate.br().y - 3}, cv::FONT_HERSHEY_SIMPLEX, kScale,
               cv::Scalar(0, 0, 0), 1, cv::LINE_AA);
@@ -134,8 +135,10 @@ cv::Mat draw_objects(const Frame& frame) {
   }
   for (const Instance& instance : segmented.instances)
     write_name(image, instance, class_color(instance.class_name));
-  return captioned(image, fmt::format("frame {}: {} objects, detected {} frames before",
-                                      frame.index(), segmented.instances.size(), segmented.age()));
+  const std::string when =
+      segmented.age() == 0 ? "in this frame" : fmt::format("{} frames before", segmented.age());
+  return captioned(image, fmt::format("frame {}: {} objects, detected {}", frame.index(),
+                                      segmented.instances.size(), when));
 }
 
 cv::Mat draw_flow(const Frame& frame, const KeypointFlow& flow) {
@@ -178,7 +181,7 @@ cv::Mat draw_blanked_depth(const RgbdFrame& frame, const cv::Mat1b& movers) {
   }
   return pair_of(colored_depth(frame.depth, farthest),
                  fmt::format("frame {}: depth up to {:.1f} m", frame.index, farthest), right,
-                 "without movers (outlined)");
+                 movers.empty() ? "no movers" : "without movers (outlined)");
 }
 
 cv::Mat draw_sparse_map(std::span<const Eigen::Vector3f> landmarks,

@@ -27,11 +27,12 @@ struct LoadedMap {
 /// All data of a finished run. All result files, the report page and the printed summary are made
 /// from it.
 struct RunRecord {
-  std::string sequence;  ///< Name of the sequence, for headings.
-  std::string machine;   ///< Processor and number of cores.
-  Options options;       ///< All options in force.
-  SlamResult result;     ///< Trajectory, map, movers and timing.
-  std::string detector;  ///< Description of the object detector; empty: none.
+  std::string sequence;   ///< Name of the sequence, for headings.
+  std::string recording;  ///< Absolute path of the recording; empty if it is not known.
+  std::string machine;    ///< Processor and number of cores.
+  Options options;        ///< All options in force.
+  SlamResult result;      ///< Trajectory, map, movers and timing.
+  std::string detector;   ///< Description of the object detector; empty: none.
   bool detector_gives_boxes_only = false;
   std::optional<SavedMap> map;      ///< The map to be saved; includes the views of the dense map.
   std::optional<LoadedMap> loaded;  ///< The map that the run started from.

@@ -212,6 +212,7 @@ nlohmann::json run_summary_json(const RunRecord& record) {
   json["stillmap"] = STILLMAP_VERSION;
   json["machine"] = record.machine;
   json["sequence"] = record.sequence;
+  json["recording"] = text_or_null(record.recording);
   json["preset"] = record.options.preset();
   json["schedule"] = record.options.schedule.mode;
   json["camera"] = camera_json(record.result);
