@@ -4,8 +4,8 @@
 
   apps/command_line_test.py PROGRAM     PROGRAM: the built command
 """
-import fcntl
 import contextlib
+import fcntl
 import json
 import os
 import pty
