@@ -19,6 +19,7 @@
 
 #include "interrupt.hpp"
 #include "progress.hpp"
+#include "view_options.hpp"
 #include "warning_recorder.hpp"
 #include <fmt/format.h>
 
@@ -75,6 +76,13 @@ void open_journal(const Session& session, SlamSystem& slam, Recorders& recorders
   });
 }
 
+/// Returns what the user told of the ground.
+GroundHints ground_hints(const Session& session) {
+  GroundHints hints{.rules_up = std::nullopt, .floor = session.outputs.dense.floor};
+  if (session.rules && session.rules->up_is_given) hints.rules_up = session.rules->up;
+  return hints;
+}
+
 /// Runs the system on the sequence and returns its record without the evaluation.
 /// @param server  shows the run; null: it is not shown
 void map_sequence(Session& session, ViewServer* server, Recorders& recorders, ResultFolder& folder,
@@ -97,7 +105,10 @@ void map_sequence(Session& session, ViewServer* server, Recorders& recorders, Re
   SlamSystem slam(camera, session.parameters, std::move(session.detector),
                   std::move(session.start));
   std::optional<LiveView> view;
-  if (server) view.emplace(slam, *server, session.sequence, camera, session.total_frames);
+  if (server) {
+    view.emplace(slam, *server, session.sequence, camera, session.total_frames,
+                 ground_hints(session));
+  }
   recorders.view = view ? &*view : nullptr;
   open_journal(session, slam, recorders, folder);
   if (recorders.warnings && (realtime || session.live)) recorders.warnings->watch_for_silence();
@@ -135,7 +146,7 @@ void map_or_tell(Session& session, ViewServer* server, Recorders& recorders, Res
 std::unique_ptr<ViewServer> open_view(const Session& session) {
   if (!session.view) return nullptr;
   auto server = std::make_unique<ViewServer>(*session.view);
-  print_out("view: {}\n", server->url());
+  print_out("{}", addresses_text(*server));
   output_is_complete();  // shows the address now
   return server;
 }
@@ -148,6 +159,7 @@ std::unique_ptr<WarningRecorder> warning_recorder(const Session& session, ViewSe
   std::function<void(const nlohmann::json&)> show;
   if (server != nullptr) {
     show = [server](const nlohmann::json& message) { server->board().publish(message); };
+    show(points_message(*session.rules));
   }
   auto recorder = std::make_unique<WarningRecorder>(*session.rules, folder, std::move(show));
   recorder->send_events();

@@ -23,13 +23,13 @@ struct ViewArguments {
 
 int view(const ViewArguments& arguments) {
   catch_interrupt();
-  ViewServer server(*view_address_of({.port = arguments.port, .address = arguments.address}));
-  publish_recorded_run(arguments.run, server.board());
-  if (!arguments.zones.empty()) {
-    server.board().publish(
-        zones_message(read_warning_rules(arguments.zones, hook_at(arguments.hook_offset))));
-  }
-  print_out("view: {}\nCtrl-C ends it\n", server.url());
+  ViewServer server(*view_address_of(
+      {.port = arguments.port, .address = arguments.address, .port_option = "--port"}));
+  std::optional<WarningRules> rules;
+  if (!arguments.zones.empty())
+    rules = read_warning_rules(arguments.zones, hook_at(arguments.hook_offset));
+  publish_recorded_run(arguments.run, rules, server.board());
+  print_out("{}Ctrl-C ends it\n", addresses_text(server));
   output_is_complete();
   while (!interrupted()) std::this_thread::sleep_for(std::chrono::milliseconds(100));
   return kSuccess;

@@ -34,16 +34,27 @@ std::optional<ViewAddress> view_address_of(const ViewOptions& options) {
     if (options.address.empty()) return std::nullopt;
     throw Error("there is no --view", "--view-address", "add --view");
   }
-  ViewAddress address{.host = ViewAddress().host, .port = *options.port, .token = ""};
+  ViewAddress address{.host = ViewAddress().host,
+                      .port = *options.port,
+                      .token = "",
+                      .port_option = options.port_option};
   if (address.port < 0 || address.port > kMaxPort) {
-    throw Error(fmt::format("{} is no port", address.port), "--view",
-                fmt::format("give a port from 0 to {}; after --view the name of the sequence does "
-                            "not follow",
-                            kMaxPort));
+    const bool optional_value = options.port_option == ViewOptions().port_option;
+    throw Error(
+        fmt::format("{} is no port", address.port), options.port_option,
+        fmt::format(
+            "give a port from 0 to {}{}", kMaxPort,
+            optional_value ? "; after --view the name of the sequence does not follow" : ""));
   }
   if (!options.address.empty()) address.host = options.address;
   if (!is_loopback(address.host)) address.token = random_token();
   return address;
+}
+
+std::string addresses_text(const ViewServer& server) {
+  std::string text;
+  for (const std::string& url : server.urls()) text += "view: " + url + "\n";
+  return text;
 }
 
 }  // namespace stillmap

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/view/access_rules.hpp"
+#include "stillmap/view/view_server.hpp"
 
 #include <optional>
 #include <string>
@@ -13,6 +13,7 @@ namespace stillmap {
 struct ViewOptions {
   std::optional<int> port;  ///< None: the run is not shown; 0: any free port.
   std::string address;      ///< IP address of the network interface; empty: this computer only.
+  std::string port_option = "--view";  ///< Name of the option of `port`, for messages.
 };
 
 /// Adds --view and --view-address.
@@ -23,5 +24,8 @@ void add_view_address(CLI::App& command, std::string& address);
 /// Returns where the page is served; none without --view. If other computers can reach the address,
 /// it gets a random token. Throws Error for --view-address without --view and a port out of range.
 std::optional<ViewAddress> view_address_of(const ViewOptions& options);
+
+/// Returns the addresses of the page for users, one per line.
+std::string addresses_text(const ViewServer& server);
 
 }  // namespace stillmap

@@ -7,6 +7,7 @@
 import http.client
 import itertools
 import json
+import signal
 import socket
 import subprocess
 import sys
@@ -117,6 +118,10 @@ class Server(ViewTest):
     def test_others_need_the_token(self):
         viewed = self.live("token", more=("--view-address", "0.0.0.0"))
         token = viewed.url.split("token=")[1]
+        self.assertNotIn("0.0.0.0", viewed.url, "addresses that other computers can open are printed")
+        self.assertEqual(self.get(viewed, "/access?token=" + token)[0].status, 200)
+        answer, why = self.get(viewed, "/access")
+        self.assertEqual((answer.status, b"token" in why), (403, True))
         url = f"ws://127.0.0.1:{viewed.port}/data"
         client = WebSocket(f"{url}?token={token}")
         self.assertEqual(json.loads(client.receive())["type"], "run")
@@ -149,6 +154,20 @@ class Server(ViewTest):
         self.assertEqual(result.returncode, 1)
         self.assertIn("--view 0", result.stderr)
 
+    def test_errors_name_the_option_of_the_command(self):
+        def error(*arguments):
+            result = subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, check=False)
+            self.assertEqual(result.returncode, 1, result.stderr)
+            return result.stderr
+        with socket.socket() as taken:
+            taken.bind(("127.0.0.1", 0))
+            taken.listen()
+            for text in (error("view", self.sequence, "--port", 70000), error("view", self.sequence, "--port", taken.getsockname()[1])):
+                self.assertIn("--port", text)
+                self.assertNotIn("--view", text)
+        self.assertIn("IPv4", error("view", self.sequence, "--port", 0, "--view-address", "::"))
+        self.assertIn("no address of this computer", error("view", self.sequence, "--port", 0, "--view-address", "192.0.2.1"))
+
     def test_lockstep_results_are_the_same_with_a_view(self):
         def results(name, *more):
             command = [PROGRAM, "run", self.sequence, *self.masks, "--count", "60", "--out", self.folder / name, *more]
@@ -171,6 +190,28 @@ class InTheBrowser(ViewTest):
 
     def state(self, page):
         return json.loads(page.run(STATE))
+
+    def boxes(self, page, selector):
+        """Left, top, right and bottom of the visible elements [pixels]."""
+        return page.run(f"[...document.querySelectorAll('{selector}')].map((e) => e.getBoundingClientRect())"
+                        ".filter((r) => r.width > 0).map((r) => [r.left, r.top, r.right, r.bottom])")
+
+    def assert_apart(self, boxes):
+        for a, b in itertools.combinations(boxes, 2):
+            self.assertFalse(a[0] < b[2] - 1 and b[0] < a[2] - 1 and a[1] < b[3] - 1 and b[1] < a[3] - 1, (a, b))
+
+    @classmethod
+    def crowded_run(cls):
+        """A run with more warnings at once than there are banners."""
+        run = cls.folder / "crowded"
+        if not run.exists():
+            rules = cls.folder / "crowded.yaml"
+            zones = [f"{{name: a long name of zone {i}, polygon: [[-9, 3, -9], [9, 3, -9], [9, 3, 9], [-9, 3, 9]], height: [-9, 9]}}" for i in range(8)]
+            rules.write_text(f"zones: [{', '.join(zones)}]\npoints: [{{name: hook, offset: [0, 0, 2]}}]\n"
+                             "distances: [{to: hook, nearer: 2, level: true}]\n")
+            subprocess.run([PROGRAM, "run", cls.sequence, *cls.masks, "--count", "60", "--zones", rules, "--out", run], check=False,
+                           stdout=subprocess.DEVNULL)
+        return run
 
     def test_two_pages_draw_a_run_in_progress_and_then_the_finished_one(self):
         port = free_port()
@@ -226,6 +267,95 @@ class InTheBrowser(ViewTest):
         page.wait("stillmap.active > 0")
         self.assertEqual(self.state(page)["errors"], 0, page.logs)
 
+    def test_the_newest_warnings_are_shown_and_the_number_of_the_others(self):
+        page = self.browser.page(self.view("view", self.crowded_run(), "--port", "0").url)
+        page.wait("stillmap.events > 8 && stillmap.points > 1000", 120)
+        page.run("document.querySelector('#events button.zone').click()")
+        page.wait("stillmap.active > 5")
+        clicked = page.run("document.querySelector('#events button.zone').textContent")
+        state = self.state(page)
+        self.assertEqual(len(state["banners"]), 5)
+        self.assertEqual(state["more"], state["active"] - 5)
+        self.assertEqual(state["banners"][0], clicked)
+        self.assertGreater(state["red"], 0, "the movers of the events are found among the final tracks")
+        page.run("document.querySelector('#warnings button').click()")
+        self.assertEqual(len(self.state(page)["banners"]), state["active"])
+        self.assert_apart(self.boxes(page, "#events button"))
+        self.assertGreater(max(b - t for _, t, _, b in self.boxes(page, "#events button")), 30, "some texts take two lines")
+
+    def test_a_phone_shows_all_tools_and_panels_without_overlap(self):
+        viewed = self.view("view", self.crowded_run(), "--port", "0")
+        for width, height in ((390, 844), (320, 568), (844, 390)):
+            page = self.browser.page()
+            page.size(width, height, phone=True)
+            page.open(viewed.url)
+            page.wait("stillmap.events > 8 && stillmap.points > 1000", 120)
+            page.run("document.querySelector('#events button.zone').click()")
+            page.wait("stillmap.active > 5")
+            self.assertEqual(self.boxes(page, ".panel"), [], "the panels are closed at first")
+            for panel in ("layers", "frame"):
+                page.run(f"document.querySelector('[data-panel={panel}]').click()")
+                boxes = self.boxes(page, "#top, .panel, #warnings, #tabs, #timeline, #scale")
+                self.assertEqual(len(boxes), 6)
+                self.assert_apart(boxes)
+                for left, top, right, bottom in (*boxes, *self.boxes(page, "#top button")):
+                    self.assertTrue(left >= 0 and top >= 0 and right <= width and bottom <= height, (left, top, right, bottom))
+            self.assertEqual(len(self.boxes(page, "#zone")), 1)
+
+    def test_banners_can_be_read_in_both_themes(self):
+        viewed = self.view("view", self.crowded_run(), "--port", "0")
+        contrast = """(() => {
+          const light = (text) => { const c = text.match(/[\\d.]+/g).slice(0, 3).map((v) => v / 255)
+            .map((v) => v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4); return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]; };
+          return [...document.querySelectorAll('.warning, #top button.on, .label.alarm')].map((e) => { const style = getComputedStyle(e);
+            const [a, b] = [light(style.color), light(style.backgroundColor)].sort((x, y) => y - x); return (a + 0.05) / (b + 0.05); });
+        })()"""
+        for theme in ("dark", "light"):
+            page = self.browser.page(viewed.url + "?theme=" + theme)
+            page.wait("stillmap.events > 8 && stillmap.points > 1000", 120)
+            page.run("document.querySelector('#events button.zone').click()")
+            page.wait("stillmap.active > 5")
+            self.assertGreater(min(page.run(contrast)), 4.5, theme)
+
+    def test_a_program_that_stops_is_not_known_to_be_clear(self):
+        viewed = self.live("stopped")
+        page = self.browser.page(viewed.url)
+        page.wait("stillmap.frames > 5 && stillmap.points > 1000", 120)
+        page.wait("stillmap.eyeInView", 30)
+        self.assertEqual(page.run("stillmap.unknown"), "")
+        viewed.process.send_signal(signal.SIGSTOP)
+        page.wait("/not known: no image for/.test(stillmap.banners[0])", 30)
+        viewed.process.send_signal(signal.SIGCONT)
+        page.wait("stillmap.unknown === '' || stillmap.finished", 30)
+        viewed.process.kill()
+        page.wait("/not known: no connection/.test(stillmap.banners[0])", 30)
+        self.assertEqual(page.run("document.getElementById('state').textContent"), "connection lost")
+
+    def test_a_page_without_the_token_says_so(self):
+        viewed = self.view("view", self.crowded_run(), "--port", "0", "--view-address", "0.0.0.0")
+        page = self.browser.page(f"http://127.0.0.1:{viewed.port}/")
+        page.wait("/token/.test(stillmap.banners[0])", 60)
+
+    def test_up_is_that_of_the_rules_or_the_floor_and_otherwise_marked_as_a_guess(self):
+        def shown(*arguments):
+            page = self.browser.page(self.view("view", *arguments, "--port", "0").url)
+            page.wait("stillmap.up && stillmap.renders > 0", 120)
+            return self.state(page), page.run("!document.getElementById('guess').hidden")
+        run = self.crowded_run()
+        state, guess = shown(run)
+        self.assertEqual((state["upFrom"], guess), ("floor", False))
+        truth = (0.0, -0.9848, -0.1736)
+        rules = self.folder / "up.yaml"
+        rules.write_text(f"up: {list(truth)}\ndistances: [{{to: camera, nearer: 3}}]\n")
+        state, guess = shown(run, "--zones", rules)
+        self.assertEqual((state["upFrom"], guess), ("rules", False))
+        for a, b in zip(state["up"], truth, strict=True):
+            self.assertAlmostEqual(a, b, 3)
+        cloud = self.folder / "few.ply"
+        cloud.write_bytes(b"ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n" + bytes(12))
+        state, guess = shown(cloud)
+        self.assertEqual((state["upFrom"], state["kind"], guess), ("images", "cloud", True))
+
     def test_a_page_that_stalls_holds_up_no_other_and_goes_on(self):
         viewed = self.live("stalls")
         stalling, other = (self.browser.page(viewed.url) for _ in range(2))
@@ -261,6 +391,9 @@ class InTheBrowser(ViewTest):
         page.key("Enter")
         page.wait("stillmap.zones === 1")
         self.assertIn("polygon: [[", page.run("stillmap.zoneYaml"))
+        self.assertIn("name: zone 1", page.run("stillmap.zoneYaml"))
+        self.assertIn("zone 1", page.run("document.getElementById('labels').textContent"))
+        self.assertIn("zones.yaml", page.run("stillmap.notice"))
         self.assertEqual(self.state(page)["errors"], 0, page.logs)
 
 

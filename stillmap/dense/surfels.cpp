@@ -5,7 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
+
+#include <Eigen/Eigenvalues>
 
 namespace stillmap {
 namespace {
@@ -74,7 +77,101 @@ void add_view(const PosedView& placed, double edge, VoxelIndex& cubes, std::vect
   }
 }
 
+/// Minimum number of points of a cloud in 3 x 3 x 3 cubes, to fit a plane to them.
+constexpr int kMinPoints = 6;
+/// Largest ratio of the standard deviations of points across a plane and along its narrow
+/// direction.
+constexpr double kFlat = 0.25;
+
+/// Moments of points about an origin.
+struct Moments {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();      // [m]
+  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();  // [m^2]
+  int count = 0;
+  void add(const Moments& other) {
+    sum += other.sum;
+    squares += other.squares;
+    count += other.count;
+  }
+};
+
+/// Returns the unit normal of the plane through points, of either sign; none if they are not flat.
+std::optional<Eigen::Vector3d> plane_normal(const Moments& moments) {
+  if (moments.count < kMinPoints) return std::nullopt;
+  const Eigen::Vector3d mean = moments.sum / moments.count;
+  const Eigen::Matrix3d spread = moments.squares / moments.count - mean * mean.transpose();
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
+  solver.computeDirect(spread);
+  const Eigen::Vector3d variances = solver.eigenvalues();
+  if (variances(0) > kFlat * kFlat * variances(1)) return std::nullopt;
+  return solver.eigenvectors().col(0);
+}
+
+/// Returns the vector from a point to the nearest camera [m].
+Eigen::Vector3d towards_nearest(const std::vector<Eigen::Vector3d>& eyes,
+                                const Eigen::Vector3d& point) {
+  Eigen::Vector3d nearest = Eigen::Vector3d::Constant(std::numeric_limits<double>::max());
+  for (const Eigen::Vector3d& eye : eyes) {
+    const Eigen::Vector3d way = eye - point;
+    if (way.squaredNorm() < nearest.squaredNorm()) nearest = way;
+  }
+  return nearest;
+}
+
+/// The points of a cloud by cubes.
+struct CubedCloud {
+  VoxelIndex cubes;
+  std::vector<Moments> moments;                      // of each cube, about `origin`
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  // the first point
+};
+
+CubedCloud cubed(const Cloud& cloud, double edge) {
+  CubedCloud result;
+  if (!cloud.empty()) result.origin = cloud.points.front().cast<double>();
+  const std::size_t step = 1 + cloud.size() / kMaxSurfelPoints;
+  for (std::size_t i = 0; i < cloud.size(); i += step) {
+    const Eigen::Vector3d point = cloud.points[i].cast<double>();
+    const auto cube = voxel_at(point, edge);
+    if (!cube) continue;
+    const std::uint32_t number = result.cubes.add(*cube);
+    result.moments.resize(result.cubes.size());
+    const Eigen::Vector3d p = point - result.origin;
+    result.moments[number].add({p, p * p.transpose(), 1});
+  }
+  return result;
+}
+
+/// Returns the moments of the 3 x 3 x 3 cubes around a cube.
+Moments moments_around(const CubedCloud& cloud, Voxel middle) {
+  Moments around;
+  for (int x = -1; x <= 1; ++x) {
+    for (int y = -1; y <= 1; ++y) {
+      for (int z = -1; z <= 1; ++z) {
+        const std::uint32_t near =
+            cloud.cubes.find(voxel_of(lattice_of(middle) + Lattice(x, y, z)));
+        if (near != VoxelIndex::kNone) around.add(cloud.moments[near]);
+      }
+    }
+  }
+  return around;
+}
+
 }  // namespace
+
+std::vector<Surfel> surfels_of(const Cloud& cloud, const std::vector<Eigen::Vector3d>& eyes,
+                               double edge) {
+  const CubedCloud cubed_cloud = cubed(cloud, edge);
+  std::vector<Surfel> surfels;
+  for (const std::uint32_t i : cubed_cloud.cubes.sorted()) {
+    const Moments& own = cubed_cloud.moments[i];
+    const auto normal = plane_normal(moments_around(cubed_cloud, cubed_cloud.cubes.voxel(i)));
+    if (!normal) continue;
+    const Eigen::Vector3d point = cubed_cloud.origin + own.sum / own.count;
+    const bool away = !eyes.empty() && normal->dot(towards_nearest(eyes, point)) < 0;
+    surfels.push_back({point, away ? Eigen::Vector3d(-*normal) : *normal});
+  }
+  return surfels;
+}
 
 std::vector<Surfel> surfels_of(const PlacedMap& placed, double edge) {
   VoxelIndex cubes;

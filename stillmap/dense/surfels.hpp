@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/dense/cloud.hpp"
 #include "stillmap/dense/dense_map.hpp"
 
+#include <cstddef>
 #include <vector>
 
 #include <Eigen/Core>
@@ -18,5 +20,15 @@ struct Surfel {
 /// ordered by cube, so that their number is a measure of area. Cubes with few measurements or with
 /// contradicting normals have none.
 std::vector<Surfel> surfels_of(const PlacedMap& placed, double edge);
+
+/// Does the same for a cloud, of which only the points are known: normals are those of the planes
+/// through the points of 3 x 3 x 3 cubes. Cubes at edges and corners of surfaces have no surfel. Of
+/// large clouds evenly spread points are taken, see kMaxSurfelPoints.
+/// @param eyes  positions of the cameras, world frame; a normal points to the nearest one
+std::vector<Surfel> surfels_of(const Cloud& cloud, const std::vector<Eigen::Vector3d>& eyes,
+                               double edge);
+
+/// Greatest number of points of a cloud that its surfels are made of.
+inline constexpr std::size_t kMaxSurfelPoints = 1'000'000;
 
 }  // namespace stillmap

@@ -51,5 +51,45 @@ TEST(Surfels, AreOneForEachCubeOfTheSurface) {
   EXPECT_NEAR(static_cast<double>(fine.size()) / static_cast<double>(coarse.size()), 4, 0.8);
 }
 
+/// Adds points of the rectangle from `corner` along `a` and `b`, 2 cm apart.
+void add_points(const Eigen::Vector3d& corner, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                Cloud& cloud) {
+  for (double s = 0; s < a.norm(); s += 0.02) {
+    for (double t = 0; t < b.norm(); t += 0.02)
+      cloud.add((corner + s * a.normalized() + t * b.normalized()).cast<float>(), {});
+  }
+}
+
+TEST(Surfels, OfACloudLieOnItsPlaneAndFaceTheCamera) {
+  const Eigen::Matrix3d R = so3_exp({0.4, -0.2, 0.7}).toRotationMatrix();
+  Cloud cloud;
+  add_points({5, 6, 7}, 2 * R.col(0), 1.5 * R.col(1), cloud);
+  const Eigen::Vector3d eye = Eigen::Vector3d(5, 6, 7) - 2 * R.col(2);
+  const auto surfels = surfels_of(cloud, {eye}, 0.1);
+  EXPECT_NEAR(static_cast<double>(surfels.size()) * 0.01, 2 * 1.5, 2.0);
+  ASSERT_GT(surfels.size(), 100U);
+  for (const Surfel& s : surfels) {
+    EXPECT_NEAR(R.col(2).dot(s.point - Eigen::Vector3d(5, 6, 7)), 0, 1e-4);
+    EXPECT_GT(-R.col(2).dot(s.normal), 0.9999);
+  }
+}
+
+TEST(Surfels, OfACloudLeaveOutEdgesAndLooseMatter) {
+  Cloud cloud;
+  add_points({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, cloud);
+  add_points({0, 0, 0}, {1, 0, 0}, {0, 0, 1}, cloud);
+  for (const Surfel& s : surfels_of(cloud, {{0.5, 1, 1}}, 0.1)) {
+    const double along = std::max(std::abs(s.normal.y()), std::abs(s.normal.z()));
+    EXPECT_GT(along, 0.99) << s.point.transpose();
+  }
+  Cloud ball;  // filled evenly
+  for (int i = 0; i < 1000; ++i)
+    ball.add({0.03F * static_cast<float>(i % 10), 0.03F * static_cast<float>(i / 10 % 10),
+              0.03F * static_cast<float>(i / 100)},
+             {});
+  EXPECT_TRUE(surfels_of(ball, {{0, 0, 5}}, 0.1).empty());
+  EXPECT_TRUE(surfels_of(Cloud(), {}, 0.1).empty());
+}
+
 }  // namespace
 }  // namespace stillmap

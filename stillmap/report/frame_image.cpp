@@ -4,6 +4,7 @@
 #include "stillmap/report/image_marks.hpp"
 
 #include <algorithm>
+#include <vector>
 
 #include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
@@ -18,7 +19,19 @@ void tint_moving(cv::Mat& image, const cv::Mat& moving) {
   mixed.copyTo(image, moving);
 }
 
+/// Writes a label at a position or, where other labels are, below; not at all if there is no place.
+void write_apart(cv::Mat& image, const std::string& label, cv::Point at,
+                 std::vector<cv::Rect>& taken) {
+  const auto area = [&] { return line_area(image.size(), label, at); };
+  const auto overlaps = [&](const cv::Rect& other) { return !(other & area()).empty(); };
+  while (std::any_of(taken.begin(), taken.end(), overlaps)) at.y += area().height;
+  if (area().br().y > image.rows) return;
+  write_line(image, label, at);
+  taken.push_back(area());
+}
+
 void outline_instances(cv::Mat& image, const SegmentedFrame& segmented) {
+  std::vector<cv::Rect> taken;
   for (const Instance& instance : segmented.instances) {
     if (!instance.mask.empty()) {
       std::vector<std::vector<cv::Point>> contours;
@@ -27,7 +40,7 @@ void outline_instances(cv::Mat& image, const SegmentedFrame& segmented) {
       cv::drawContours(image, contours, -1, cv::Scalar(255, 255, 255), 1, cv::LINE_AA);
     }
     const std::string label = fmt::format("{} {:.2f}", instance.class_name, instance.confidence);
-    write_line(image, label, {instance.box.x + 3, instance.box.y + 14});
+    write_apart(image, label, {instance.box.x + 3, instance.box.y + 14}, taken);
   }
 }
 

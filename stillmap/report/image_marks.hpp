@@ -15,6 +15,9 @@ inline const cv::Scalar kOtherColor(60, 210, 240);    ///< Keypoints without a l
 /// leave the image is moved to the left, and made smaller if it is wider than the image.
 void write_line(cv::Mat& image, const std::string& text, const cv::Point& at);
 
+/// Returns the pixels that such a line covers in an image of a size.
+cv::Rect line_area(const cv::Size& image, const std::string& text, const cv::Point& at);
+
 /// Returns the image with little color, so that colored marks are easy to see. 8UC3 BGR.
 cv::Mat grayed(const cv::Mat& color);
 

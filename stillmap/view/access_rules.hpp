@@ -8,9 +8,10 @@ namespace stillmap {
 
 /// Where the view listens, and what it asks for.
 struct ViewAddress {
-  std::string host = "127.0.0.1";  ///< IP address of the network interface.
-  int port = 8360;                 ///< 0: any free port.
-  std::string token;               ///< Secret that clients must send; empty: none is needed.
+  std::string host = "127.0.0.1";      ///< IP address of the network interface.
+  int port = 8360;                     ///< 0: any free port.
+  std::string token;                   ///< Secret that clients must send; empty: none is needed.
+  std::string port_option = "--view";  ///< Option that the port was given by, for messages.
 };
 
 /// Headers and query of a request that decide about access.

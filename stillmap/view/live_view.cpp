@@ -14,18 +14,21 @@ constexpr std::chrono::milliseconds kMapPeriod{
     1000};  // shortest time between two states of the map
 // A state of the map that took long to make is followed by a pause of this many times its duration.
 constexpr int kMapPause = 9;
+// The floor is searched again when the number of points has grown by this factor.
+constexpr double kGroundGrowth = 1.25;
 
 }  // namespace
 
 LiveView::LiveView(SlamSystem& slam, ViewServer& server, const std::string& name,
-                   const Camera& camera, std::optional<std::size_t> frames)
+                   const Camera& camera, std::optional<std::size_t> frames, GroundHints hints)
     : slam_(slam),
       server_(server),
       board_(server.board()),
+      hints_(std::move(hints)),
       stage_(
           kQueue, WhenFull::kDrop, [this](const Task& task, const auto&) { work(task); }, "view",
           ThreadPriority::kBackground) {
-  board_.publish(run_message(name, camera, frames, true));
+  board_.publish(run_message(name, camera, frames, Viewed::kRunInProgress));
 }
 
 void LiveView::add_newest() {
@@ -73,10 +76,23 @@ void LiveView::show_map() {
   std::vector<Pose> keyframes;
   for (const KeyframePose& keyframe : snapshot->keyframes)
     keyframes.push_back(keyframe.T_world_camera);
-  board_.publish(map_message(keyframes, snapshot->events,
-                             displayed_ground(snapshot->trajectory, *labeled->cloud)));
+  board_.publish(
+      map_message(keyframes, snapshot->events, ground_of(snapshot->trajectory, *labeled->cloud)));
   const auto end = Clock::now();
   next_map_ = std::max(begin + kMapPeriod, end + kMapPause * (end - begin));
+}
+
+/// Returns the ground. A floor once found stays while none is found, and small changes are left
+/// out: the picture would jump.
+const Ground& LiveView::ground_of(const Trajectory& trajectory, const Cloud& cloud) {
+  const auto points = static_cast<double>(cloud.size());
+  if (ground_ && points < kGroundGrowth * static_cast<double>(ground_points_)) return *ground_;
+  ground_points_ = cloud.size();
+  const Ground ground = displayed_ground(trajectory, cloud, hints_);
+  const bool worse =
+      ground_ && ground_->source == UpSource::kFloor && ground.source == UpSource::kImages;
+  if (!ground_ || (!worse && !look_alike(*ground_, ground))) ground_ = ground;
+  return *ground_;
 }
 
 MapCost LiveView::show_cloud(const Cloud& cloud, std::span<const std::uint16_t> labels) {
@@ -101,7 +117,8 @@ void LiveView::show_results(const SlamResult& result) {
   board_.publish(cloud_message(cloud.size(), show_cloud(cloud, class_labels(semantics, classes))));
   std::vector<Pose> keyframes;
   for (const StampedPose& keyframe : result.keyframes) keyframes.push_back(keyframe.T_world_camera);
-  board_.publish(map_message(keyframes, result.events, displayed_ground(result.trajectory, cloud)));
+  board_.publish(
+      map_message(keyframes, result.events, displayed_ground(result.trajectory, cloud, hints_)));
   board_.publish({{"type", "finished"}});
 }
 

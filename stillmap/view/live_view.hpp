@@ -24,8 +24,9 @@ class LiveView {
   /// @param slam    must outlive this object
   /// @param name    name of the sequence
   /// @param frames  length of the sequence, if known
+  /// @param hints   what is known of the ground
   LiveView(SlamSystem& slam, ViewServer& server, const std::string& name, const Camera& camera,
-           std::optional<std::size_t> frames);
+           std::optional<std::size_t> frames, GroundHints hints);
 
   /// Shows the frame pushed last. Called by the thread that pushes, after each frame.
   void add_newest();
@@ -47,17 +48,21 @@ class LiveView {
   void show_frame(const Task& task);
   void show_image(const TrackedFrame& tracked);
   void show_map();
+  const Ground& ground_of(const Trajectory& trajectory, const Cloud& cloud);
   MapCost show_cloud(const Cloud& cloud, std::span<const std::uint16_t> labels);
 
   SlamSystem& slam_;
   ViewServer& server_;
   TopicBoard& board_;
+  const GroundHints hints_;
   // Used by the stage's thread until show_results().
   std::vector<PathFrame> states_;              // without poses
   std::size_t tracked_ = 0;                    // number of frames with a pose
   std::shared_ptr<const LabeledCloud> cloud_;  // shown last; null before
   CloudChunks chunks_;
-  std::size_t connected_ = 0;  // number of pages that had connected at the last frame
+  std::optional<Ground> ground_;   // none before the first state of the map
+  std::size_t ground_points_ = 0;  // number of points of the cloud that it was searched in
+  std::size_t connected_ = 0;      // number of pages that had connected at the last frame
   Clock::time_point next_image_, next_map_;
   Stage<Task, Nothing> stage_;  // last: its thread uses the above
 };

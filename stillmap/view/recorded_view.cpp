@@ -8,6 +8,7 @@
 #include "stillmap/pipeline/map_description.hpp"
 #include "stillmap/report/live_trajectory.hpp"
 #include "stillmap/report/mover_files.hpp"
+#include "stillmap/report/planner_files.hpp"
 #include "stillmap/report/run_folder.hpp"
 #include "stillmap/view/cloud_chunks.hpp"
 #include "stillmap/view/view_messages.hpp"
@@ -130,48 +131,114 @@ Cloud publish_cloud_of(const fs::path& run, const nlohmann::json& objects, Topic
   return cloud;
 }
 
-/// Publishes the warnings of a run.
-void publish_events_of(const fs::path& file, TopicBoard& board) {
+/// Returns the id of the track that was nearest to a position at a time; 0 if none was within half
+/// a meter.
+int track_at(const std::vector<MoverTrack>& tracks, double timestamp,
+             const Eigen::Vector3d& position) {
+  constexpr double kSameTime = 0.05;  // [s]
+  int nearest = 0;
+  double least = 0.5;  // [m]
+  for (const MoverTrack& track : tracks) {
+    for (const MoverSample& sample : track.samples) {
+      if (std::abs(sample.timestamp - timestamp) > kSameTime) continue;
+      const double distance = (sample.centroid - position).norm();
+      if (distance < least) least = distance, nearest = track.id;
+    }
+  }
+  return nearest;
+}
+
+/// Returns the id of the final track of the mover of an event; 0 if it is not known. The id during
+/// the run may differ, since tracks of one mover are joined at the end.
+int track_of(const nlohmann::json& event, const std::vector<MoverTrack>& tracks) {
+  const auto position = event.value("position", std::vector<double>());
+  if (position.size() != 3) return 0;
+  return track_at(tracks, event.value("timestamp", 0.0), Eigen::Vector3d(position.data()));
+}
+
+/// Publishes the warnings of a run, each with the final track of its mover.
+void publish_events_of(const fs::path& file, const std::vector<MoverTrack>& tracks,
+                       TopicBoard& board) {
   std::istringstream text(read_file(file));
   std::vector<nlohmann::json> events;
+  std::vector<int> track_ids;  // of those that begin
   for (std::string line; std::getline(text, line);) {
     events.push_back(nlohmann::json::parse(line, nullptr, /*allow_exceptions=*/false));
     if (!events.back().is_object())
       throw Error("has a line that is no JSON object", file.string(),
                   "make it again with `stillmap warn`");
+    if (events.back().value("event", "") == "begin")
+      track_ids.push_back(track_of(events.back(), tracks));
   }
-  board.publish(events_message(events));
+  nlohmann::json message = events_message(events);
+  for (std::size_t i = 0; i < track_ids.size(); ++i) {
+    if (track_ids[i] != 0) message["events"][i]["track"] = track_ids[i];
+  }
+  board.publish(message);
 }
 
-void publish_run_folder(const fs::path& run, TopicBoard& board) {
+/// Returns what the files of a run tell of the ground.
+/// @param first  the first camera
+FloorHints floor_of(const fs::path& run, const Pose& first) {
+  FloorHints hints;
+  const fs::path file = run / "floor.json";
+  if (!fs::exists(file)) return hints;
+  const nlohmann::json json = read_json(file);
+  if (json.contains("floor") && json["floor"].is_object()) {
+    hints.floor = read_floor(file);
+  } else if (const auto up = json.find("up"); up != json.end() && up->is_array()) {
+    const auto values = up->get<std::vector<double>>();
+    if (values.size() == 3)
+      hints.up = first.quaternion().conjugate() * Eigen::Vector3d(values.data());
+  }
+  return hints;
+}
+
+/// Returns what is known of the ground of a run.
+GroundHints ground_hints(const fs::path& run, const Trajectory& trajectory,
+                         const std::optional<WarningRules>& rules) {
+  GroundHints hints;
+  if (rules && rules->up_is_given) hints.rules_up = rules->up;
+  if (!trajectory.empty()) hints.floor = floor_of(run, trajectory.front().T_world_camera);
+  return hints;
+}
+
+void publish_run_folder(const fs::path& run, const std::optional<WarningRules>& rules,
+                        TopicBoard& board) {
   const nlohmann::json summary =
       fs::exists(run / "summary.json") ? read_json(run / "summary.json") : nlohmann::json::object();
   const Trajectory trajectory = read_trajectory(run / "trajectory.txt");
   board.publish(run_message(summary.value("sequence", run.filename().string()), Camera(),
-                            trajectory.size(), false));
+                            trajectory.size(), Viewed::kFinishedRun));
   const auto path = camera_path(states_of(run, trajectory, summary), trajectory);
   board.publish("path", path_message(path), true);
-  if (fs::exists(run / "movers.csv"))
-    board.publish(tracks_message(read_mover_tracks(run / "movers.csv")));
+  std::vector<MoverTrack> tracks;
+  if (fs::exists(run / "movers.csv")) {
+    tracks = read_mover_tracks(run / "movers.csv");
+    board.publish(tracks_message(tracks));
+  }
   nlohmann::json objects = nlohmann::json::array();
   if (fs::exists(run / "objects.json")) {
     objects = read_json(run / "objects.json").value("objects", objects);
     board.publish({{"type", "objects"}, {"objects", objects}});
   }
-  if (fs::exists(run / kRunWarnings)) publish_events_of(run / kRunWarnings, board);
+  if (fs::exists(run / kRunWarnings)) publish_events_of(run / kRunWarnings, tracks, board);
   const Cloud cloud = publish_cloud_of(run, objects, board);
   std::vector<Pose> keyframes;
   if (fs::exists(run / "keyframes.txt")) {
     for (const StampedPose& keyframe : read_trajectory(run / "keyframes.txt"))
       keyframes.push_back(keyframe.T_world_camera);
   }
-  board.publish(map_message(keyframes, events_of(summary), displayed_ground(trajectory, cloud)));
+  board.publish(
+      map_message(keyframes, events_of(summary),
+                  displayed_ground(trajectory, cloud, ground_hints(run, trajectory, rules))));
   board.publish({{"type", "summary"}, {"summary", summary}});
 }
 
-void publish_saved_map(const fs::path& file, TopicBoard& board) {
+void publish_saved_map(const fs::path& file, const GroundHints& hints, TopicBoard& board) {
   const SavedMap saved = read_saved_map(file.string());
-  board.publish(run_message(file.filename().string(), saved.map.camera, std::nullopt, false));
+  board.publish(
+      run_message(file.filename().string(), saved.map.camera, std::nullopt, Viewed::kSavedMap));
   const Cloud cloud = saved.views.empty() ? landmark_cloud(saved.map) : dense_cloud(saved);
   publish_cloud(board, cloud);
   Trajectory all;
@@ -180,25 +247,30 @@ void publish_saved_map(const fs::path& file, TopicBoard& board) {
     all.insert(all.end(), poses.begin(), poses.end());
     for (const StampedPose& pose : poses) keyframes.push_back(pose.T_world_camera);
   }
-  board.publish(map_message(keyframes, {}, displayed_ground(all, cloud)));
+  board.publish(map_message(keyframes, {}, displayed_ground(all, cloud, hints)));
 }
 
 }  // namespace
 
-void publish_recorded_run(const fs::path& run, TopicBoard& board) {
+void publish_recorded_run(const fs::path& run, const std::optional<WarningRules>& rules,
+                          TopicBoard& board) {
+  const GroundHints hints = ground_hints({}, {}, rules);
   if (fs::is_directory(run) && fs::exists(run / "trajectory.txt")) {
-    publish_run_folder(run, board);
+    publish_run_folder(run, rules, board);
   } else if (fs::is_regular_file(run) && run.extension() == ".ply") {
     const Cloud cloud = read_ply(run);
-    board.publish(run_message(run.filename().string(), Camera(), std::nullopt, false));
+    board.publish(run_message(run.filename().string(), Camera(), std::nullopt, Viewed::kCloud));
     publish_cloud(board, cloud);
-    board.publish(map_message({}, {}, displayed_ground({{}}, cloud)));
+    board.publish(map_message({}, {}, displayed_ground({{}}, cloud, hints)));
   } else if (fs::is_regular_file(run)) {
-    publish_saved_map(run, board);
+    publish_saved_map(run, hints, board);
   } else {
     throw Error("is no folder of results, saved map or cloud", run.string(),
                 "name the folder that `stillmap run --out` wrote, FILE.map or FILE.ply");
   }
+  if (!rules) return;
+  board.publish(zones_message(*rules));
+  board.publish(points_message(*rules));
 }
 
 }  // namespace stillmap

@@ -17,10 +17,7 @@
 namespace stillmap {
 namespace {
 
-constexpr int kJpegQuality = 80;      // [percent]
-constexpr double kBelowFloor = 0.02;  // share of a cloud's points below the displayed floor
-constexpr std::size_t kGroundPoints = 20'000;  // number of points that the floor is taken from
-constexpr double kEyeHeight = 1.5;             // height of the camera above an unknown floor [m]
+constexpr int kJpegQuality = 80;  // [percent]
 
 double rounded(double value) { return std::round(value * 1e4) / 1e4; }
 
@@ -39,6 +36,34 @@ nlohmann::json json_of(const Pose& T) {
 double wall_clock_ms() {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   return std::chrono::duration<double, std::milli>(now).count();
+}
+
+const char* name_of(Viewed viewed) {
+  switch (viewed) {
+    case Viewed::kRunInProgress:
+      return "live";
+    case Viewed::kFinishedRun:
+      return "run";
+    case Viewed::kSavedMap:
+      return "map";
+    case Viewed::kCloud:
+      return "cloud";
+  }
+  return "";
+}
+
+const char* name_of(UpSource source) {
+  switch (source) {
+    case UpSource::kRules:
+      return "rules";
+    case UpSource::kRun:
+      return "run";
+    case UpSource::kFloor:
+      return "floor";
+    case UpSource::kImages:
+      return "images";
+  }
+  return "";
 }
 
 nlohmann::json sample_json(const MoverSample& sample) {
@@ -99,10 +124,11 @@ std::string image_message(const TrackedFrame& tracked) {
 }
 
 nlohmann::json run_message(const std::string& name, const Camera& camera,
-                           std::optional<std::size_t> frames, bool live) {
+                           std::optional<std::size_t> frames, Viewed viewed) {
   return {{"type", "run"},
           {"name", name},
-          {"live", live},
+          {"live", viewed == Viewed::kRunInProgress},
+          {"kind", name_of(viewed)},
           {"frames", frames ? nlohmann::json(*frames) : nlohmann::json()},
           {"camera",
            {{"width", camera.width},
@@ -161,24 +187,6 @@ nlohmann::json tracks_message(const std::vector<MoverTrack>& tracks) {
   return {{"type", "tracks"}, {"tracks", std::move(list)}};
 }
 
-Ground displayed_ground(const Trajectory& trajectory, const Cloud& cloud) {
-  if (trajectory.empty()) return {};
-  Ground ground{.up = mean_up(trajectory)};
-  const std::size_t step = 1 + cloud.size() / kGroundPoints;
-  std::vector<double> heights;
-  for (std::size_t i = 0; i < cloud.size(); i += step)
-    heights.push_back(ground.up.dot(cloud.points[i].cast<double>()));
-  if (heights.empty()) {
-    ground.height = ground.up.dot(trajectory.front().T_world_camera.translation()) - kEyeHeight;
-    return ground;
-  }
-  const auto floor = heights.begin() + static_cast<std::ptrdiff_t>(
-                                           kBelowFloor * static_cast<double>(heights.size() - 1));
-  std::nth_element(heights.begin(), floor, heights.end());
-  ground.height = *floor;
-  return ground;
-}
-
 nlohmann::json map_message(const std::vector<Pose>& keyframes, const std::vector<MapEvent>& events,
                            const Ground& ground) {
   nlohmann::json poses = nlohmann::json::array(), list = nlohmann::json::array();
@@ -193,7 +201,19 @@ nlohmann::json map_message(const std::vector<Pose>& keyframes, const std::vector
           {"keyframes", std::move(poses)},
           {"events", std::move(list)},
           {"up", json_of(ground.up)},
-          {"floor", rounded(ground.height)}};
+          {"floor", rounded(ground.height)},
+          {"up_from", name_of(ground.source)}};
+}
+
+nlohmann::json points_message(const WarningRules& rules) {
+  nlohmann::json points = nlohmann::json::array();
+  for (const DistanceRule& rule : rules.distances) {
+    points.push_back({{"name", rule.name},
+                      {"offset", json_of(rule.offset)},
+                      {"nearer", rule.nearer},
+                      {"level", rule.level}});
+  }
+  return {{"type", "points"}, {"points", std::move(points)}};
 }
 
 nlohmann::json cloud_message(std::size_t points, const MapCost& cost) {

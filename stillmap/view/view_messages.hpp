@@ -7,6 +7,8 @@
 #include "stillmap/motion/mover_tracker.hpp"
 #include "stillmap/pipeline/slam_system.hpp"
 #include "stillmap/slam.hpp"
+#include "stillmap/view/ground.hpp"
+#include "stillmap/warn/rules.hpp"
 
 #include <cstdint>
 #include <optional>
@@ -44,10 +46,12 @@ std::string path_message(const std::vector<PathFrame>& path);
 /// Returns an image of the frame with masks and keypoints as a binary message with a JPEG file.
 std::string image_message(const TrackedFrame& tracked);
 
-/// Returns what is constant during a run: type "run".
-/// @param live  whether the run is in progress
+/// What a page shows.
+enum class Viewed : std::uint8_t { kRunInProgress, kFinishedRun, kSavedMap, kCloud };
+
+/// Returns what is constant while something is shown: type "run".
 nlohmann::json run_message(const std::string& name, const Camera& camera,
-                           std::optional<std::size_t> frames, bool live);
+                           std::optional<std::size_t> frames, Viewed viewed);
 
 /// Returns the result of one frame: type "frame".
 /// @param tracked  number of frames with a pose so far
@@ -60,20 +64,12 @@ nlohmann::json movers_message(const std::vector<Mover>& movers);
 /// Returns the tracks of the moving objects of a whole run: type "tracks".
 nlohmann::json tracks_message(const std::vector<MoverTrack>& tracks);
 
-/// The upward direction of the world, and the height of the floor.
-struct Ground {
-  Eigen::Vector3d up = {0, -1, 0};  ///< Unit vector, world frame.
-  double height = 0;                ///< Value of up . p for points p on the floor [m].
-};
-
-/// Returns a ground for the display: up is the mean of the images' upward directions, and one in
-/// fifty points of the cloud is below the floor. Without a cloud the floor is 1.5 m below the first
-/// camera.
-Ground displayed_ground(const Trajectory& trajectory, const Cloud& cloud);
-
 /// Returns keyframes, loops and ground: type "map".
 nlohmann::json map_message(const std::vector<Pose>& keyframes, const std::vector<MapEvent>& events,
                            const Ground& ground);
+
+/// Returns the points that move with the camera, with the distances of their rules: type "points".
+nlohmann::json points_message(const WarningRules& rules);
 
 /// The cost of a state of the map.
 struct MapCost {

@@ -2,6 +2,7 @@
 #include "stillmap/view/view_server.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/view/interfaces.hpp"
 #include "stillmap/view/page_files.hpp"
 
 #include <array>
@@ -23,6 +24,9 @@ constexpr const char* kStallTimeout = "30000";
 // Time after which a connection without any message from the page is closed [ms]: the page says
 // nothing but answers pings, so this is long.
 constexpr const char* kSilenceTimeout = "86400000";
+
+// Path that tells a page whether it may have the data, or why not.
+constexpr std::string_view kAccess = "/access";
 
 std::string header(const mg_connection* connection, const char* name) {
   const char* value = mg_get_header(connection, name);
@@ -108,9 +112,7 @@ ViewServer::Impl::Impl(const ViewAddress& given) : address(given) {
   context = mg_start(&callbacks, nullptr, const_cast<const char**>(settings.data()));
   if (context == nullptr) {
     mg_exit_library();
-    throw Error("the view cannot listen at " + listen, "--view",
-                "use another port, as in --view 0 (any free port), and an IP address of this "
-                "computer");
+    throw listening_error(address);
   }
   mg_server_port port{};
   if (mg_get_server_ports(context, 1, &port) == 1) address.port = port.port;
@@ -131,7 +133,12 @@ int ViewServer::Impl::serve_file(mg_connection* connection, void* self) {
   const Impl& server = *static_cast<Impl*>(self);
   if (const auto reason = refusal(access_request(connection), server.address, false))
     return answer(connection, 403, "text/plain", *reason + "\n");
-  const PageFile* file = find_page_file(mg_get_request_info(connection)->local_uri);
+  const std::string_view path = mg_get_request_info(connection)->local_uri;
+  if (path == kAccess) {  // a WebSocket does not tell a page why it is refused
+    const auto reason = refusal(access_request(connection), server.address, true);
+    return answer(connection, reason ? 403 : 200, "text/plain", reason.value_or("ok"));
+  }
+  const PageFile* file = find_page_file(path);
   if (file == nullptr) return answer(connection, 404, "text/plain", "there is no such file\n");
   return answer(connection, 200, file->type, file->content);
 }
@@ -198,10 +205,13 @@ ViewServer::~ViewServer() = default;
 
 TopicBoard& ViewServer::board() { return impl_->board; }
 
-std::string ViewServer::url() const {
+std::vector<std::string> ViewServer::urls() const {
   const ViewAddress& address = impl_->address;
   const std::string query = address.token.empty() ? "" : "?token=" + address.token;
-  return fmt::format("http://{}:{}/{}", in_brackets(address.host), address.port, query);
+  std::vector<std::string> urls;
+  for (const std::string& host : reachable_hosts(address.host))
+    urls.push_back(fmt::format("http://{}:{}/{}", in_brackets(host), address.port, query));
+  return urls;
 }
 
 ViewTraffic ViewServer::traffic() const {

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace stillmap {
 
@@ -36,8 +37,9 @@ class ViewServer {
   /// The messages that the pages get. May be used by any thread.
   TopicBoard& board();
 
-  /// Returns the address to open in a browser, with the token if there is one.
-  std::string url() const;
+  /// Returns the addresses to open in a browser, with the token if there is one: those of all
+  /// network interfaces at which the server listens, the one for this computer only last.
+  std::vector<std::string> urls() const;
 
   /// Returns the traffic so far. May be called by any thread.
   ViewTraffic traffic() const;

@@ -122,7 +122,8 @@ std::vector<EventAddress> receivers_of(const Section& file, const std::string& w
 WarningRules rules_of(const YAML::Node& file, const NamedPoints& points, const std::string& where) {
   const Section section(file, where, {"up", "zones", "points", "distances", "send"});
   WarningRules rules;
-  if (section.has("up")) rules.up = section.vector("up");
+  rules.up_is_given = section.has("up");
+  if (rules.up_is_given) rules.up = section.vector("up");
   if (rules.up.norm() < 1e-6) section.fail("up", "is zero");
   rules.up.normalize();
   std::set<std::string> names;

@@ -26,6 +26,7 @@ struct DistanceRule {
 /// What to warn of.
 struct WarningRules {
   Eigen::Vector3d up = {0, -1, 0};  ///< Unit vector, world frame.
+  bool up_is_given = false;         ///< Whether the file has it.
   std::vector<Zone> zones;
   std::vector<DistanceRule> distances;
   std::vector<EventAddress> receivers = {};  ///< Where the events are sent.

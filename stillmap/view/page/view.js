@@ -6,7 +6,7 @@
   const TRAIL_SECONDS = 4, PREDICTED_SECONDS = 1.5;
   const STATES = ['tracked', 'lost', 'relocalized', 'odometry'];
   const STAGES = { features: '#4fa3ff', masks: '#b78cff', motion: '#ffb454', pose: '#43d17a' };
-  const phone = matchMedia('(max-width: 760px)').matches;
+  const narrow = matchMedia('(max-width: 760px), (max-height: 500px)'), phone = narrow.matches;
   // Whether WebGL runs in software, as on computers without a graphics processor.
   const software = (() => {
     const gl = document.createElement('canvas').getContext('webgl'), info = gl && gl.getExtension('WEBGL_debug_renderer_info');
@@ -14,13 +14,14 @@
   })();
   // Points drawn while the picture changes: as many as take FRAME_MS, at least MIN_BUDGET. At rest more are added.
   const MIN_BUDGET = 1e4, OVERVIEW = 2e5, ENOUGH = 3e5, MAX_BUDGET = phone ? 3e6 : 2e7, FRAME_MS = 33, REST_MS = 300, SLOWEST_MS = 700;
+  const SILENCE_MS = 1500;  // time without an image after which the state of a run in progress is not known
   const COARSEST = 0.5;  // least sharpness: share of the screen's pixels along each side
 
   // State of the page, which tests read.
   const state = window.stillmap = {
     connected: false, connections: 0, bytes: 0, messages: 0, frames: 0, frame: -1, latency: null, live: false,
     finished: false, points: 0, drawn: 0, chunks: 0, movers: 0, path: 0, keyframes: 0, loops: 0, images: 0, objects: 0,
-    zones: 0, warnings: 0, events: 0, classes: 0, view: 'orbit', fps: 0, renders: 0, budget: software ? 3e4 : phone ? 2e5 : 5e5, sharpness: 1, errors: 0,
+    zones: 0, warnings: 0, events: 0, classes: 0, rings: 0, up: null, upFrom: '', unknown: '', red: 0, banners: [], more: 0, refused: '', view: 'orbit', fps: 0, renders: 0, budget: software ? 3e4 : phone ? 2e5 : 5e5, sharpness: 1, errors: 0,
   };
   window.addEventListener('error', () => { state.errors += 1; });
 
@@ -37,7 +38,7 @@
   const world = new THREE.Group();  // the world of the trajectory, turned so that its floor is y = 0
   scene.add(world);
   const layers = {};
-  for (const name of ['cloud', 'path', 'keyframes', 'loops', 'movers', 'objects', 'zones']) {
+  for (const name of ['cloud', 'path', 'keyframes', 'loops', 'movers', 'objects', 'zones', 'points']) {
     layers[name] = new THREE.Group();
     world.add(layers[name]);
   }
@@ -123,7 +124,15 @@
     cloudMaterial.uniforms.palette.value.needsUpdate = true;
     cloudMaterial.uniforms.colors.value = data.length / 3;
   }
-  function showClasses() { $('classes').hidden = $('colors').value !== '1' || !state.classes; }
+  function showClasses() {
+    $('classes').hidden = $('colors').value !== '1' || !state.classes;
+    $('heights').hidden = $('colors').value !== '2';
+  }
+  // The colors of heights, as the shader has them.
+  $('heights-bar').style.background = `linear-gradient(90deg, ${[...Array(13).keys()].map((i) => {
+    const part = (k) => Math.round(255 * Math.min(0.95, Math.max(0.12, 1.5 - Math.abs(i / 3 - k))));
+    return `rgb(${part(3.2)}, ${part(2)}, ${part(0.8)})`;
+  }).join()})`;
   setPalette([], []);
 
   const chunks = new Map();   // "x/y/z" -> {mesh, count, edge, shown: number of points drawn}
@@ -233,9 +242,20 @@
 
   // ---------------------------------------------------------------------------------------------- ground
   const ground = { up: [0, -1, 0], floor: -1.5, ceiling: 3, known: false };
-  function setGround(up, floor) {
+  const UP_FROM = {
+    rules: 'Up is that of the file of rules.',
+    run: 'Up is what was given to the run, or its floor.json.',
+    floor: 'Up is that of the floor that was found in the map.',
+    images: 'Up is a guess: the mean upward direction of the images, for no floor is certain. The grid, the top view and drawn zones may be tilted. Give --zones FILE with up, or --planner --up X,Y,Z to the run.',
+  };
+  function setGround(up, floor, from) {
     ground.up = up;
     ground.floor = floor;
+    state.up = up;
+    state.upFrom = from;
+    $('guess').hidden = from !== 'images';
+    $('guess').title = UP_FROM.images;
+    $('n-grid').parentElement.title = `${UP_FROM[from]} up: [${up.join(', ')}]`;
     world.quaternion.setFromUnitVectors(new THREE.Vector3(...up), new THREE.Vector3(0, 1, 0));
     world.position.set(0, -floor, 0);
     world.updateMatrixWorld(true);
@@ -244,21 +264,32 @@
     setHeights();
     if (first || !touched) fit();
   }
-  function bounds() {
-    const box = new THREE.Box3(), point = new THREE.Vector3();
+  // Returns some points of the camera's path and of the map, with the floor at y = 0.
+  function somePathPoints() {
     world.updateMatrixWorld(true);
+    const step = Math.max(1, Math.floor(path.n / 500)), list = [];
+    for (let i = path.n - 1; i >= 0; i -= step) list.push(pathPoint(i, new THREE.Vector3()).applyMatrix4(world.matrixWorld));
+    return list;
+  }
+  function someMapPoints() {
+    world.updateMatrixWorld(true);
+    const list = [];
     for (const { mesh, count } of chunks.values()) {
       const p = mesh.geometry.attributes.position, step = Math.max(1, Math.floor(count / 40));
-      for (let i = 0; i < count; i += step) box.expandByPoint(point.set(p.getX(i), p.getY(i), p.getZ(i)).divideScalar(65535).applyMatrix4(mesh.matrixWorld));
+      for (let i = 0; i < count; i += step) list.push(new THREE.Vector3(p.getX(i), p.getY(i), p.getZ(i)).divideScalar(65535).applyMatrix4(mesh.matrixWorld));
     }
-    for (let i = 0; i < path.n; i += 10) box.expandByPoint(pathPoint(i, point).applyMatrix4(world.matrixWorld));
-    if (box.isEmpty()) box.set(new THREE.Vector3(-2, 0, -2), new THREE.Vector3(2, 2, 2));
-    return box;
+    return list;
+  }
+  function bounds() {
+    const points = somePathPoints().concat(someMapPoints());
+    return points.length ? new THREE.Box3().setFromPoints(points) : new THREE.Box3(new THREE.Vector3(-2, 0, -2), new THREE.Vector3(2, 2, 2));
   }
   function setHeights() {
     const box = bounds();
     ground.ceiling = Math.max(2, box.max.y);
-    cloudMaterial.uniforms.heights.value.set(0, Math.min(6, ground.ceiling));
+    const highest = Math.min(6, ground.ceiling);
+    cloudMaterial.uniforms.heights.value.set(0, highest);
+    $('heights-top').textContent = (highest < ground.ceiling ? '> ' : '') + highest.toFixed(1) + ' m';
     setCut();
     const side = 2 * Math.ceil(Math.max(6, Math.abs(box.min.x), box.max.x, Math.abs(box.min.z), box.max.z));
     if (layers.grid.side !== side) {
@@ -277,20 +308,30 @@
     $('cut-value').textContent = share >= 1 ? 'off' : (share * ground.ceiling).toFixed(1) + ' m';
     dirty = true;
   }
+  // Shows the map up to 3 m above the floor, and the whole path of the camera, beside the panels.
   function fit() {
-    const box = bounds(), center = box.getCenter(new THREE.Vector3()), size = box.getSize(new THREE.Vector3());
-    const radius = Math.max(1.5, 0.5 * Math.hypot(size.x, size.z, Math.min(size.y, 4)));
-    center.y = Math.min(center.y, 1.2);
-    orbit.target.copy(center);
+    const way = somePathPoints(), map = someMapPoints().filter((p) => p.y > -0.5 && p.y < 3);
+    const points = way.concat(map.length ? map : someMapPoints());
+    if (!points.length) points.push(new THREE.Vector3(-2, 0, -2), new THREE.Vector3(2, 2, 2));
+    const box = new THREE.Box3().setFromPoints(points), center = box.getCenter(new THREE.Vector3()), size = box.getSize(new THREE.Vector3());
     // Seen from behind the first camera, obliquely from above.
     const ahead = path.n ? new THREE.Vector3(0, 0, 1).applyQuaternion(pathRotation(0)).applyQuaternion(world.quaternion) : new THREE.Vector3(0, 0, -1);
     ahead.y = 0;
     if (ahead.length() < 0.1) ahead.set(0, 0, -1);
-    ahead.normalize().multiplyScalar(-1).applyAxisAngle(new THREE.Vector3(0, 1, 0), 0.45);
-    const far = radius * Math.max(1.35, 1.25 / Math.max(0.5, orbitCamera.aspect));
-    orbitCamera.position.copy(center).addScaledVector(ahead, far * 0.85).add(new THREE.Vector3(0, far * 0.75, 0));
-    orbitCamera.near = Math.max(0.02, radius / 500);
-    orbitCamera.far = Math.max(100, radius * 30);
+    const towards = ahead.normalize().multiplyScalar(-0.85).applyAxisAngle(new THREE.Vector3(0, 1, 0), 0.45).setY(0.75).normalize();
+    const right = new THREE.Vector3(0, 1, 0).cross(towards).normalize(), upward = towards.clone().cross(right);
+    const panels = narrow.matches || document.body.classList.contains('bare') ? 0 : 560;
+    const high = Math.tan(orbitCamera.fov * Math.PI / 360), wide = high * orbitCamera.aspect * Math.max(0.45, 0.95 - panels / innerWidth);
+    const distances = (list) => list.map((p) => {
+      const v = p.clone().sub(center);
+      return v.dot(towards) + Math.max(Math.abs(v.dot(right)) / wide, Math.abs(v.dot(upward)) / (0.78 * high));
+    }).sort((a, b) => a - b);
+    const most = distances(points.slice(way.length));  // loose points far outside may be left out
+    const far = Math.max(2, ...distances(way), most[Math.floor(0.99 * (most.length - 1))] || 0);
+    orbit.target.copy(center);
+    orbitCamera.position.copy(center).addScaledVector(towards, far);
+    orbitCamera.near = Math.max(0.02, far / 900);
+    orbitCamera.far = Math.max(100, far * 20);
     orbitCamera.updateProjectionMatrix();
     orbit.update();
     const tall = Math.max(size.z, size.x / Math.max(0.2, orbitCamera.aspect)) * 1.15;
@@ -351,7 +392,7 @@
     state.path = path.n;
     let length = 0;
     for (let i = 1; i < path.n; ++i) length += Math.hypot(vertices[3 * i] - vertices[3 * i - 3], vertices[3 * i + 1] - vertices[3 * i - 2], vertices[3 * i + 2] - vertices[3 * i - 1]);
-    $('n-path').textContent = length.toFixed(1) + ' m';
+    $('n-path').textContent = path.n ? length.toFixed(1) + ' m' : '';
     dirty = true;
   }
 
@@ -394,6 +435,7 @@
     eye.position.set(pose[0], pose[1], pose[2]);
     eye.quaternion.set(pose[3], pose[4], pose[5], pose[6]);
     eyeLines.material.color.copy(color(s === 1 ? 'lost' : 'relocalized'));
+    placePoints();
     dirty = true;
   }
   const sight = new THREE.Vector3(), seat = new THREE.Vector3();
@@ -438,7 +480,8 @@
     state.loops = message.events.filter((e) => e.kind !== 'dropped').length;
     $('n-keyframes').textContent = n;
     $('n-loops').textContent = state.loops;
-    setGround(message.up, message.floor);
+    setGround(message.up, message.floor, message.up_from);
+    placePoints();
     drawMarks();
     dirty = true;
   }
@@ -520,6 +563,7 @@
     }
     dropLabels((key) => key.startsWith('movers:') && !seen.has(key));
     state.movers = movers.length;
+    state.red = movers.filter((m) => alarmed.has(m.id)).length;
     $('n-movers').textContent = movers.length;
     dirty = true;
   }
@@ -586,22 +630,119 @@
     $('n-zones').textContent = zones.length;
     dirty = true;
   }
-  let zones = [], unseen = new Set(), sound = false, audio = null, warned = '';
+  // Points that move with the camera, with the distances of their rules: a sphere, or a cylinder if they are level.
+  let points = [];
+  function drawPoints(list) {
+    layers.points.remove(...layers.points.children);
+    dropLabels((key) => key.startsWith('points:'));
+    const ring = (radius, turn, dim) => {
+      const circle = new THREE.BufferGeometry().setFromPoints([...Array(65).keys()].map((i) => new THREE.Vector3(radius * Math.cos(i * Math.PI / 32), 0, radius * Math.sin(i * Math.PI / 32))));
+      const line = new THREE.Line(circle, new THREE.LineBasicMaterial({ transparent: true }));
+      line.material.opacity = dim ? 0.25 : 0.6;
+      line.rotation.set(turn === 'x' ? Math.PI / 2 : 0, 0, turn === 'z' ? Math.PI / 2 : 0);
+      return line;
+    };
+    const cross = (r) => new THREE.LineSegments(new THREE.BufferGeometry().setFromPoints([[-r, 0, 0], [r, 0, 0], [0, -r, 0], [0, r, 0], [0, 0, -r], [0, 0, r]].map((p) => new THREE.Vector3(...p))), new THREE.LineBasicMaterial());
+    points = list.map((point) => {
+      const group = new THREE.Group(), below = new THREE.Group();  // `below`: on the floor
+      group.add(cross(0.12), ring(point.nearer, 'y'));
+      if (point.level) {
+        below.add(ring(point.nearer, 'y'), cross(0.12));
+        const plumb = new THREE.Line(new THREE.BufferGeometry().setFromPoints([new THREE.Vector3(), new THREE.Vector3(0, 1, 0)]), new THREE.LineBasicMaterial({ transparent: true, opacity: 0.6 }));
+        plumb.name = 'plumb';
+        group.add(below, plumb);
+      } else group.add(ring(point.nearer, 'x', true), ring(point.nearer, 'z', true));
+      group.traverse((part) => { part.frustumCulled = false; });
+      layers.points.add(group);
+      return { ...point, group, below };
+    });
+    state.rings = points.length;
+    $('n-rings').textContent = points.length;
+    placePoints();
+    colorPoints();
+  }
+  function placePoints() {
+    for (const point of points) {
+      point.group.visible = eye.visible;
+      if (!eye.visible) continue;
+      point.group.position.set(...point.offset).applyQuaternion(eye.quaternion).add(eye.position);
+      point.group.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), new THREE.Vector3(...ground.up));
+      const above = new THREE.Vector3(...ground.up).dot(point.group.position) - ground.floor, plumb = point.group.getObjectByName('plumb');
+      point.below.position.set(0, -above, 0);
+      if (plumb) plumb.scale.set(1, -above || 1e-3, 1);
+      if (point.name !== 'camera') setLabel('points:' + point.name, point.group.position.toArray(), [['span', point.name + ' '], ['small', point.nearer + ' m']], css('--zone'), 'object');
+    }
+    dirty = true;
+  }
+  function colorPoints() {
+    for (const point of points) {
+      const shade = color(alarmed.has('point:' + point.name) ? 'lost' : 'zone');
+      point.group.traverse((part) => { if (part.material) part.material.color.copy(shade); });
+    }
+    dirty = true;
+  }
+
+  let zones = [], drawn = [], unseen = new Set(), sound = false, audio = null;
+  let active = [], warnedAt = 0, expanded = false, soundAsked = false, chosen = null;
+  const since = new Map();  // warning -> when it was first shown: a number that grows
+  let shownBefore = 0;
+  // Names a warning apart from the distances in its text.
+  const keyOf = (w) => [w.kind, w.rule || w.zone || '', w.mover || '', w.text.replace(/\d+\.\d+/g, '')].join('|');
   function showWarnings(message) {
-    const all = message.active || [], active = all.filter((w) => w.kind !== 'unseen');
-    alarmed = new Set(active.filter((w) => w.mover).map((w) => w.mover).concat(active.filter((w) => w.zone).map((w) => 'zone:' + w.zone)));
+    const all = message.active || [];
+    active = all.filter((w) => w.kind !== 'unseen');
+    warnedAt = performance.now();
+    const keys = new Set(active.map(keyOf)), fresh = [...keys].filter((key) => !since.has(key));
+    for (const key of [...since.keys()]) if (!keys.has(key)) since.delete(key);
+    for (const key of fresh) since.set(key, ++shownBefore);
+    const newest = (w) => (w.begin === undefined ? since.get(keyOf(w)) : w.begin);
+    active.sort((a, b) => Number(b.id === chosen && chosen !== null) - Number(a.id === chosen && chosen !== null) || newest(b) - newest(a));
+    const pointOf = (w) => w.rule || (/from the (.+?)( in [\d.]+ s)?$/.exec(w.text) || [])[1];
+    alarmed = new Set(active.flatMap((w) => [w.mover, w.zone && 'zone:' + w.zone, /near|course/.test(w.kind) && 'point:' + pointOf(w)].filter(Boolean)));
     unseen = new Set(all.filter((w) => w.kind === 'unseen').map((w) => w.zone));
-    $('warnings').replaceChildren(...active.slice(0, 5).map((w) => Object.assign(document.createElement('div'), {
-      className: 'warning' + (w.kind === 'unknown' ? ' unknown' : ''), textContent: w.text,
-    })));
-    document.body.classList.toggle('alarm', active.some((w) => w.kind !== 'unknown'));
     state.warnings = message.count;
     state.active = active.length;
-    const key = active.map((w) => w.text).join();
-    if (sound && active.length && key !== warned) beep();
-    warned = key;
+    if (sound && fresh.length) beep();
+    drawBanners();
     drawZones(zones);
+    colorPoints();
   }
+  // What the page itself cannot know: whether the program still runs, and what it sees now.
+  let heard = 0, closed = 0;  // times of the newest image and of the end of the connection
+  function unknownNow() {
+    if (state.refused) return state.refused;
+    if (!state.live) return '';
+    const seconds = (from) => Math.floor((performance.now() - from) / 1000) + ' s';
+    if (!state.connected) return `not known: no connection for ${seconds(closed)}`;
+    return performance.now() - heard > SILENCE_MS ? `not known: no image for ${seconds(heard)}` : '';
+  }
+  let bannerKey = '';
+  // The newest warnings first; what is not known above them.
+  function drawBanners() {
+    const unknown = unknownNow(), most = expanded ? Infinity : narrow.matches ? 2 : 5;
+    const age = Math.floor((performance.now() - (state.connected ? heard : closed)) / 1000);
+    const lines = active.slice(0, most).map((w) => ({ type: 'div', kind: 'warning' + (w.kind === 'unknown' ? ' unknown' : '') + (unknown && state.live ? ' old' : ''), text: w.text + (unknown && state.live ? ` (${age} s ago)` : '') }));
+    const more = active.length - lines.length, begins = unknown && !state.unknown;
+    if (unknown) lines.unshift({ type: 'div', kind: 'warning unknown', text: unknown });
+    if (more > 0 || expanded) lines.push({ type: 'button', kind: 'more', text: expanded ? 'show fewer' : `+${more} more`, action: () => { expanded = !expanded; drawBanners(); } });
+    if (state.live && !sound && !soundAsked && (active.length || unknown)) lines.push({ type: 'button', kind: 'more', text: '♪ sound is off: turn it on', action: () => $('sound').click() });
+    state.unknown = unknown;
+    state.banners = lines.filter((line) => line.type === 'div').map((line) => line.text);
+    state.more = more;
+    document.body.classList.toggle('alarm', active.some((w) => w.kind !== 'unknown'));
+    document.body.classList.toggle('unknown', Boolean(unknown));
+    if (sound && begins) beep();
+    if (unknown && state.live) { $('state').textContent = state.connected ? 'no image' : 'connection lost'; $('state').className = 'pill lost'; }
+    const key = lines.map((line) => line.kind + line.text).join('\n');
+    if (key === bannerKey) return;
+    bannerKey = key;
+    $('warnings').replaceChildren(...lines.map((line) => {
+      const element = Object.assign(document.createElement(line.type), { className: line.kind, textContent: line.text });
+      if (line.action) element.addEventListener('click', line.action);
+      return element;
+    }));
+  }
+  setInterval(drawBanners, 250);
   // All warnings of a finished run: marks and a list beside the time slider.
   let events = [], shownEvents = '';
   function readEvents(message) {
@@ -610,7 +751,7 @@
     $('events-title').hidden = !events.length;
     $('events').replaceChildren(...events.map((event) => {
       const button = Object.assign(document.createElement('button'), { className: event.kind, textContent: event.text });
-      button.addEventListener('click', () => { play(false); showTime(event.begin); });
+      button.addEventListener('click', () => { play(false); chosen = events.indexOf(event); shownEvents = ''; showTime(event.begin); });
       return button;
     }));
     nameEvents();
@@ -629,13 +770,14 @@
     if (key === shownEvents) return;
     shownEvents = key;
     [...$('events').children].forEach((button, i) => button.classList.toggle('on', active.includes(events[i])));
-    showWarnings({ active: active.map((e) => ({ ...e, mover: e.mover || undefined, zone: /zone|unseen/.test(e.kind) ? e.rule : undefined })), count: events.length });
+    showWarnings({ active: active.map((e) => ({ ...e, id: events.indexOf(e), mover: e.track || e.mover || undefined, zone: /zone|unseen/.test(e.kind) ? e.rule : undefined })), count: events.length });
   }
   function stepEvent(direction) {
     const times = events.filter((e) => e.kind !== 'unseen').map((e) => e.begin);
     const next = direction > 0 ? times.find((t) => t > now + 0.01) : times.reverse().find((t) => t < now - 0.01);
     if ($('timeline').hidden || next === undefined) return;
     play(false);
+    chosen = events.findIndex((e) => e.begin === next && e.kind !== 'unseen');
     showTime(next);
   }
   function beep() {
@@ -655,6 +797,7 @@
   function readFrame(message) {
     state.frame = message.index;
     state.frames += 1;
+    heard = performance.now();
     state.latency = Date.now() - message.wall;
     if (message.pose) {
       if (!path.n || message.t > path.t[path.n - 1]) pushPath(message.t, message.pose, message.state);
@@ -677,10 +820,22 @@
     ]);
     showTimes(ms);
   }
+  const WORDS = {
+    tracking: 'time to track the newest frame; the median on a finished run', latency: 'time from the program to this page, by the clocks of both computers',
+    coverage: 'share of the frames with a pose of the camera', waiting: 'time that the frame waited for a free thread',
+    keypoints: 'points found in the image', moving: 'keypoints on moving objects', inliers: 'keypoints that agree with the pose of the camera',
+    'mask age': 'age of the newest result of the network [frames]', 'no movers': 'frames whose moving objects were not looked for, since the computer was too slow',
+    'no view': 'frames that were not added to the map, since the computer was too slow', 'fewer keyp.': 'frames with fewer keypoints, since the computer was too slow',
+    landmarks: 'points of the map that the camera is located with', keyframes: 'frames that the map is made of', loops: 'places that were recognized, which corrected the map',
+    relocalized: 'frames in which a lost camera found its place again', maps: 'parts of the map that are not connected', 'ATE RMSE': 'absolute trajectory error against the true trajectory',
+    preset: 'the set of options of the run', 'points drawn': 'points of the map in this picture; all are drawn when it rests',
+  };
+  $('words').replaceChildren(...Object.entries(WORDS).flatMap(([word, meaning]) => [
+    Object.assign(document.createElement('dt'), { textContent: word }), Object.assign(document.createElement('dd'), { textContent: meaning })]));
   function showStats(rows) {
     $('stats').replaceChildren(...rows.flatMap(([name, value, bad]) => [
-      Object.assign(document.createElement('span'), { textContent: name }),
-      Object.assign(document.createElement('b'), { textContent: value, className: bad ? 'bad' : '' })]));
+      Object.assign(document.createElement('span'), { textContent: name, title: WORDS[name] || '' }),
+      Object.assign(document.createElement('b'), { textContent: value, className: bad ? 'bad' : '', title: WORDS[name] || '' })]));
   }
   let bar = null;
   function showTimes(ms) {
@@ -814,12 +969,17 @@
     layers.measure.remove(...layers.measure.children);
     $('measure').classList.toggle('on', tool === 'measure');
     $('zone').classList.toggle('on', tool === 'zone');
-    $('measured').textContent = tool === 'measure' ? 'Click two points.' : tool === 'zone' ? 'Click the corners on the floor; Enter saves the zone, Esc ends.' : '';
+    notice(tool === 'measure' ? 'Click two points.' : tool === 'zone' ? 'Click the corners on the floor, then Enter or Save.' : '');
     dirty = true;
+  }
+  function notice(text) {
+    $('measured-text').textContent = text;
+    $('measured').hidden = !text;
+    $('save').hidden = tool !== 'zone' || picked.length < 3;
   }
   function pick(x, y) {
     const point = tool === 'zone' ? pickFloor(x, y) : pickPoint(x, y);
-    if (!point) { $('measured').textContent = 'There is no point here.'; return; }
+    if (!point) { notice('There is no point here.'); return; }
     if (tool === 'measure' && picked.length === 2) { picked = []; layers.measure.remove(...layers.measure.children); }
     picked.push(point);
     const dot = new THREE.Points(new THREE.BufferGeometry().setFromPoints([point]), new THREE.PointsMaterial({ size: 9 * renderer.getPixelRatio(), sizeAttenuation: false, color: color('relocalized'), depthTest: false }));
@@ -828,29 +988,40 @@
       const line = new THREE.Line(new THREE.BufferGeometry().setFromPoints(picked.slice(-2)), new THREE.LineBasicMaterial({ color: color('relocalized'), depthTest: false }));
       layers.measure.add(line);
     }
+    const at = world.worldToLocal(point.clone());
+    state.picked = [at.x, at.y, at.z];
+    const place = `world frame: [${state.picked.map((x) => x.toFixed(2)).join(', ')}] m`;
+    notice(tool === 'zone' ? `corner ${picked.length}, ${place}` : place);
     if (tool === 'measure' && picked.length === 2) {
       const [a, b] = picked;
       state.measured = a.distanceTo(b);
-      $('measured').textContent = `${state.measured.toFixed(3)} m  (level ${Math.hypot(a.x - b.x, a.z - b.z).toFixed(3)} m, height ${Math.abs(a.y - b.y).toFixed(3)} m)`;
+      notice(`${state.measured.toFixed(3)} m  (level ${Math.hypot(a.x - b.x, a.z - b.z).toFixed(3)} m, height ${Math.abs(a.y - b.y).toFixed(3)} m); ${place}`);
     }
     dirty = true;
   }
-  // Returns the drawn zone in the format of --zones.
+  // Returns the drawn zones in the format of --zones.
   function zoneYaml() {
-    const corners = picked.map((p) => world.worldToLocal(p.clone()));
-    const row = (v) => '[' + [v.x, v.y, v.z].map((x) => x.toFixed(3)).join(', ') + ']';
-    return `# Zones of Stillmap, in the world frame of the trajectory [m]; docs/view.md explains them.\nup: [${ground.up.join(', ')}]\nzones:\n  - name: zone 1\n    polygon: [${corners.map(row).join(', ')}]\n    height: [0, 2.5]\n`;
+    const row = (corner) => '[' + corner.map((x) => x.toFixed(3)).join(', ') + ']';
+    return '# Zones of Stillmap, in the world frame of the trajectory [m]; docs/view.md explains them.\n'
+      + (state.upFrom === 'images' ? '# up is a guess: the mean upward direction of the images. Check it.\n' : '')
+      + `up: [${ground.up.join(', ')}]\nzones:\n`
+      + drawn.map((zone) => `  - name: ${zone.name}\n    polygon: [${zone.polygon.map(row).join(', ')}]\n    height: [${zone.height.join(', ')}]\n`).join('');
   }
   function saveZone() {
     if (tool !== 'zone' || picked.length < 3) return;
+    let number = 1;
+    while (zones.some((zone) => zone.name === 'zone ' + number)) number += 1;
+    const zone = { name: 'zone ' + number, polygon: picked.map((p) => world.worldToLocal(p.clone()).toArray()), height: [0, 2.5], up: ground.up };
+    drawn.push(zone);
+    zones = zones.concat([zone]);
     const link = document.createElement('a');
     link.href = URL.createObjectURL(new Blob([state.zoneYaml = zoneYaml()], { type: 'text/yaml' }));
     link.download = 'zones.yaml';
     link.click();
-    const polygon = picked.map((p) => world.worldToLocal(p.clone()).toArray());
     setTool('zone');
-    zones = zones.concat([{ name: 'drawn', polygon, height: [0, 2.5] }]);
     drawZones(zones);
+    notice(`${zone.name} is saved as zones.yaml among this browser's downloads${drawn.length > 1 ? `, with the other ${drawn.length - 1} drawn` : ''}. It takes effect with --zones zones.yaml.`);
+    state.notice = $('measured-text').textContent;
   }
 
   // ---------------------------------------------------------------------------------------------- messages
@@ -858,16 +1029,19 @@
     switch (message.type) {
       case 'run':
         run = message;
+        heard = performance.now();
         state.live = message.live;
+        state.kind = message.kind;
         if (message.camera) intrinsics = message.camera;
         $('figure').style.aspectRatio = `${intrinsics.width} / ${intrinsics.height}`;
         $('figure').hidden = !message.live;
+        $('frame').hidden = document.querySelector('[data-panel=frame]').hidden = /map|cloud/.test(message.kind);
         $('frame-title').textContent = message.live ? 'Frame' : 'Run';
         document.querySelector('[data-panel=frame]').textContent = message.live ? 'Frame' : 'Run';
         for (const keys of document.querySelectorAll('.image-keys')) keys.hidden = !message.live;
         document.title = message.name + ' – Stillmap';
         $('name').textContent = message.name;
-        $('state').textContent = message.live ? 'waiting for the first frame' : 'finished run';
+        $('state').textContent = { live: 'waiting for the first frame', run: 'finished run', map: 'saved map', cloud: 'cloud' }[message.kind];
         $('state').className = 'pill';
         makeEye();
         break;
@@ -879,7 +1053,8 @@
       case 'palette': setPalette(message.colors, message.names); break;
       case 'summary': showSummary(message.summary); break;
       case 'cloud': showStaged(); mapCost = `; map: ${(message.bytes / 1024).toFixed(0)} KiB, ${Math.round(message.ms)} ms`; state.mapBytes = message.bytes; state.mapMs = message.ms; break;
-      case 'zones': zones = message.zones; drawZones(zones); break;
+      case 'zones': zones = message.zones.concat(drawn); drawZones(zones); break;
+      case 'points': drawPoints(message.points); break;
       case 'warnings': showWarnings(message); break;
       case 'events': readEvents(message); break;
       case 'finished':
@@ -907,10 +1082,12 @@
     tracks = null;
     mapMessage = null;
     ground.known = false;
-    zones = [];
+    zones = drawn.slice();
+    chosen = null;
     drawMovers([], () => []);
     drawObjects([]);
-    drawZones([]);
+    drawZones(zones);
+    drawPoints([]);
     drawPath();
     readEvents({ events: [] });
     showWarnings({ active: [], count: 0 });
@@ -920,12 +1097,23 @@
     state.finished = false;
   }
   let wait = 400;
+  // A WebSocket does not tell why it was refused.
+  async function askWhy() {
+    try {
+      const answer = await fetch('/access' + location.search);
+      state.refused = answer.status === 403 ? (await answer.text()).trim() : '';
+    } catch (e) { /* the program does not answer at all */ }
+    if (state.refused && !state.connected) $('state').textContent = 'no access';
+    drawBanners();
+  }
   function connect() {
     const socket = new WebSocket(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/data${location.search}`);
     socket.binaryType = 'arraybuffer';
     socket.onopen = () => {
       clear();
       state.connected = true;
+      state.refused = '';
+      heard = performance.now();
       state.connections += 1;
       wait = 400;
       $('state').textContent = 'connected';
@@ -937,8 +1125,10 @@
       if (typeof data === 'string') readText(JSON.parse(data)); else readBinary(data);
     };
     socket.onclose = () => {
+      if (state.connected || !closed) closed = performance.now();
       state.connected = false;
-      if (!state.finished) { $('state').textContent = 'connection lost'; $('state').className = 'pill lost'; }
+      if (!state.finished) { $('state').textContent = state.refused ? 'no access' : 'connection lost'; $('state').className = 'pill lost'; }
+      askWhy();
       setTimeout(connect, wait);
       wait = Math.min(5000, 1.6 * wait);
     };
@@ -946,7 +1136,9 @@
 
   // ---------------------------------------------------------------------------------------------- controls
   function setView(name) {
+    const before = view;
     view = state.view = name;
+    if (name === 'orbit' && before === 'follow') { touched = false; fit(); }
     orbit.enabled = name === 'orbit';
     above.enabled = name === 'top';
     for (const button of document.querySelectorAll('[data-view]')) button.classList.toggle('on', button.dataset.view === name);
@@ -964,6 +1156,7 @@
     drawPath();
     if (mapMessage) { const kept = touched; touched = true; drawMap(mapMessage); touched = kept; }
     drawZones(zones);
+    colorPoints();
     dirty = true;
   }
   function turn(dx, dy) {
@@ -1019,7 +1212,8 @@
   $('measure').addEventListener('click', () => setTool('measure'));
   $('zone').addEventListener('click', () => setTool('zone'));
   $('theme').addEventListener('click', () => setTheme(document.documentElement.dataset.theme === 'light' ? 'dark' : 'light'));
-  $('sound').addEventListener('click', () => { sound = !sound; $('sound').classList.toggle('on', sound); if (sound) beep(); });
+  $('save').addEventListener('click', saveZone);
+  $('sound').addEventListener('click', () => { sound = !sound; soundAsked = true; drawBanners(); $('sound').classList.toggle('on', sound); if (sound) beep(); });
   $('help').addEventListener('click', () => $('keys').showModal());
   $('colors').addEventListener('change', () => { cloudMaterial.uniforms.mode.value = Number($('colors').value); showClasses(); dirty = true; });
   $('size').addEventListener('input', changed);
@@ -1037,9 +1231,11 @@
     topCamera.right = half * orbitCamera.aspect;
     topCamera.updateProjectionMatrix();
     drawMarks();
+    document.documentElement.style.setProperty('--top', $('top').offsetHeight + 'px');
     dirty = true;
   }
   addEventListener('resize', resize);
+  new ResizeObserver(() => document.documentElement.style.setProperty('--top', $('top').offsetHeight + 'px')).observe($('top'));
   function showScale() {
     const perMeter = view === 'top' ? innerHeight * topCamera.zoom / (topCamera.top - topCamera.bottom)
       : innerHeight / (2 * Math.tan(orbitCamera.fov * Math.PI / 360) * Math.max(0.1, orbitCamera.position.distanceTo(orbit.target)));
@@ -1108,6 +1304,8 @@
     renderer.render(scene, camera());
     placeLabels();
     showScale();
+    projected.copy(eye.position).applyMatrix4(world.matrixWorld).project(camera());
+    state.eyeInView = eye.visible && projected.z < 1 && Math.max(Math.abs(projected.x), Math.abs(projected.y)) < 1;
     state.renders += 1;
   }
   // Share of the canvas that is not background, for tests.
@@ -1126,7 +1324,6 @@
   resize();
   setTheme(new URLSearchParams(location.search).get('theme') || theme);
   setView('orbit');
-  if (phone) document.querySelector('[data-panel=frame]').click();
   connect();
   requestAnimationFrame(draw);
 })();
