@@ -322,7 +322,7 @@ class InTheBrowser(ViewTest):
         page = self.browser.page(viewed.url)
         page.wait("stillmap.frames > 5 && stillmap.points > 1000", 120)
         page.wait("stillmap.eyeInView", 30)
-        self.assertEqual(page.run("stillmap.unknown"), "")
+        page.wait("stillmap.unknown === ''", 30)
         viewed.process.send_signal(signal.SIGSTOP)
         page.wait("/not known: no image for/.test(stillmap.banners[0])", 30)
         viewed.process.send_signal(signal.SIGCONT)

@@ -709,18 +709,21 @@
   }
   // What the page itself cannot know: whether the program still runs, and what it sees now.
   let heard = 0, closed = 0;  // times of the newest image and of the end of the connection
+  // Least latency so far, which contains the difference of the clocks, and that of the newest image above it [ms].
+  let fastest = Infinity, late = 0;
   function unknownNow() {
     if (state.refused) return state.refused;
     if (!state.live) return '';
     const seconds = (from) => Math.floor((performance.now() - from) / 1000) + ' s';
     if (!state.connected) return `not known: no connection for ${seconds(closed)}`;
-    return performance.now() - heard > SILENCE_MS ? `not known: no image for ${seconds(heard)}` : '';
+    if (performance.now() - heard > SILENCE_MS) return `not known: no image for ${seconds(heard)}`;
+    return late > SILENCE_MS ? `not known: this page is ${(late / 1000).toFixed(1)} s late` : '';
   }
   let bannerKey = '';
   // The newest warnings first; what is not known above them.
   function drawBanners() {
     const unknown = unknownNow(), most = expanded ? Infinity : narrow.matches ? 2 : 5;
-    const age = Math.floor((performance.now() - (state.connected ? heard : closed)) / 1000);
+    const age = Math.floor((performance.now() - (state.connected ? heard - late : closed)) / 1000);
     const lines = active.slice(0, most).map((w) => ({ type: 'div', kind: 'warning' + (w.kind === 'unknown' ? ' unknown' : '') + (unknown && state.live ? ' old' : ''), text: w.text + (unknown && state.live ? ` (${age} s ago)` : '') }));
     const more = active.length - lines.length, begins = unknown && !state.unknown;
     if (unknown) lines.unshift({ type: 'div', kind: 'warning unknown', text: unknown });
@@ -732,7 +735,7 @@
     document.body.classList.toggle('alarm', active.some((w) => w.kind !== 'unknown'));
     document.body.classList.toggle('unknown', Boolean(unknown));
     if (sound && begins) beep();
-    if (unknown && state.live) { $('state').textContent = state.connected ? 'no image' : 'connection lost'; $('state').className = 'pill lost'; }
+    if (unknown && state.live) { $('state').textContent = !state.connected ? 'connection lost' : performance.now() - heard > SILENCE_MS ? 'no image' : 'late'; $('state').className = 'pill lost'; }
     const key = lines.map((line) => line.kind + line.text).join('\n');
     if (key === bannerKey) return;
     bannerKey = key;
@@ -793,12 +796,14 @@
 
   // ---------------------------------------------------------------------------------------------- frame
   let run = {};
-  const msText = (x) => (x < 10 ? x.toFixed(1) : Math.round(x)) + ' ms';
+  const msText = (x) => (x >= 1000 ? (x / 1000).toFixed(1) + ' s' : (x < 10 ? x.toFixed(1) : Math.round(x)) + ' ms');
   function readFrame(message) {
     state.frame = message.index;
     state.frames += 1;
     heard = performance.now();
     state.latency = Date.now() - message.wall;
+    fastest = Math.min(fastest, state.latency);
+    late = state.latency - fastest;
     if (message.pose) {
       if (!path.n || message.t > path.t[path.n - 1]) pushPath(message.t, message.pose, message.state);
       placeEye(message.pose, message.state);
@@ -1113,6 +1118,8 @@
       clear();
       state.connected = true;
       state.refused = '';
+      fastest = Infinity;
+      late = 0;
       heard = performance.now();
       state.connections += 1;
       wait = 400;
@@ -1208,6 +1215,7 @@
       for (const panel of document.querySelectorAll('.panel')) panel.classList.toggle('open', panel.id === button.dataset.panel && !panel.classList.contains('open'));
     });
   }
+  $('figure').addEventListener('click', () => $('figure').classList.toggle('large'));
   $('fit').addEventListener('click', () => keys.f());
   $('measure').addEventListener('click', () => setTool('measure'));
   $('zone').addEventListener('click', () => setTool('zone'));
