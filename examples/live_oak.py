@@ -4,35 +4,34 @@
 
   pip install depthai        live_oak.py RESULTS
 
-Every name of the API was checked against depthai 3.12.0, and track() tried with stand-ins for its messages.
+Every name of the API was checked against depthai 3.12.0, and frames_of() tried with stand-ins for its messages.
 Not tried with a camera: main(), with the alignment of depth to color and the schedule realtime.
 """
+import datetime
 import sys
 
 import depthai as dai
-import numpy as np
-
-import stillmap
+import live
 
 SIZE, FPS = (640, 400), 30
 BASELINE = 0.075  # [m] of the OAK-D and OAK-D Pro
 
 
 def camera_of(matrix):
-    """Camera of the undistorted color images, of a 3 x 3 matrix; depth is in millimeters."""
-    return stillmap.Camera(*SIZE, matrix[0][0], matrix[1][1], matrix[0][2], matrix[1][2], depth_factor=1000, fps=FPS,
-                           sensor="stereo", baseline=BASELINE)
+    """Returns the camera of the undistorted color images, of a 3 x 3 matrix."""
+    return live.camera_of(SIZE, matrix[0][0], matrix[1][1], matrix[0][2], matrix[1][2], fps=FPS, sensor="stereo",
+                          baseline=BASELINE)
 
 
-def track(slam, groups):
-    """Pushes groups of a color and a depth message, and prints the position of the camera."""
+def frames_of(groups):
+    """Returns frames of groups of a color and a depth message; None is an attempt without one."""
     for group in groups:
-        color, depth = group["color"], group["depth"]
-        pose = slam.push(color.getFrame(), depth.getFrame(), color.getTimestampDevice().total_seconds())
-        print("lost" if pose is None else np.round(pose[:3, 3], 3))
+        yield group and (group["color"].getFrame(), group["depth"].getFrame(),
+                         group["color"].getTimestampDevice().total_seconds())
 
 
 def main():
+    results = live.parser(__doc__).parse_args().results
     with dai.Pipeline() as pipeline:
         def output(socket, **options):
             return pipeline.create(dai.node.Camera).build(socket).requestOutput(SIZE, fps=FPS, **options)
@@ -48,13 +47,9 @@ def main():
         queue = sync.out.createOutputQueue(maxSize=1, blocking=False)  # The newest frame replaces older ones.
         pipeline.start()
         calibration = pipeline.getDefaultDevice().readCalibration()
-        slam = stillmap.Slam(camera_of(calibration.getCameraIntrinsics(sockets.CAM_A, *SIZE)), {"schedule.mode": "realtime"})
-        try:
-            track(slam, iter(queue.get, None))
-        except KeyboardInterrupt:
-            pipeline.stop()
-        slam.finish().write(sys.argv[1])
+        groups = (queue.get(datetime.timedelta(seconds=1)) for _ in iter(int, 1))
+        return live.run(camera_of(calibration.getCameraIntrinsics(sockets.CAM_A, *SIZE)), frames_of(groups), results)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

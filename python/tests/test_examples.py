@@ -96,8 +96,9 @@ class SoftwareCamera:
             yield self.syncer.wait_for_frames()
 
 
-def test_live_realsense_with_a_software_device(recording, frames, camera):
+def test_live_realsense_with_a_software_device(recording, frames, camera, monkeypatch):
     rs = pytest.importorskip("pyrealsense2", reason="skipped: pyrealsense2 is missing")
+    monkeypatch.syspath_prepend(SOURCE / "examples")
     spec = importlib.util.spec_from_file_location("live_realsense", SOURCE / "examples" / "live_realsense.py")
     example = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(example)
@@ -105,7 +106,7 @@ def test_live_realsense_with_a_software_device(recording, frames, camera):
     found = example.camera_of(device.profiles[rs.stream.color], 1 / camera.depth_factor)
     np.testing.assert_array_equal(np.float32(camera.matrix), np.float32(found.matrix))
     slam = stillmap.Slam(found, dense={"enabled": False})
-    example.track(slam, device)
+    example.live.track(slam, example.frames_of(device))
     trajectory = slam.finish().trajectory
     assert len(trajectory) >= len(frames) - 1  # the first set of the syncer has one stream only
     assert stillmap.ate(recording / "groundtruth.txt", trajectory).translation.rmse < 0.02
