@@ -9,6 +9,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include "arguments.hpp"
 #include "arrays.hpp"
 #include "bindings.hpp"
 #include "sources.hpp"
@@ -20,6 +21,10 @@ namespace {
 namespace py = pybind11;
 
 constexpr const char* kPush = "push";
+
+/// Largest timestamp [s], of the year 5138. Times since 1970 in milliseconds, microseconds and
+/// nanoseconds are larger.
+constexpr double kLatestStamp = 1e11;
 
 /// Masks that are pushed with the frames, until the detector's thread has used them.
 class PushedMasks {
@@ -72,10 +77,12 @@ class PythonSlam {
         slam_(camera, options, masks ? std::make_unique<MaskDetector>(masks_) : nullptr, start) {}
 
   /// Needs no GIL.
-  std::optional<Pose> push(const LentImage& rgb, const LentImage& depth, double stamp,
-                           const std::optional<LentImage>& mask) {
+  /// @param depth  none: all depth is unknown
+  std::optional<Pose> push(const LentImage& rgb, const std::optional<LentImage>& depth,
+                           double stamp, const std::optional<LentImage>& mask) {
     const std::scoped_lock lock(mutex_);
-    return push_masked(slam_.make_frame(rgb.mat(), depth.mat(), stamp), mask);
+    const cv::Mat depths = depth ? depth->mat() : cv::Mat(unknown_depth());
+    return push_masked(slam_.make_frame(rgb.mat(), depths, stamp), mask);
   }
   std::optional<Pose> push(const RgbdFramePtr& frame, const std::optional<LentImage>& mask) {
     const std::scoped_lock lock(mutex_);
@@ -102,6 +109,7 @@ class PythonSlam {
   }
 
  private:
+  cv::Mat1f unknown_depth() const { return cv::Mat1f::zeros(camera_.height, camera_.width); }
   std::optional<Pose> push_masked(const RgbdFramePtr& frame, const std::optional<LentImage>& mask) {
     if (mask) {
       require_masks();
@@ -132,13 +140,21 @@ class PythonSlam {
   std::shared_ptr<Results> results_;
 };
 
+/// Returns the camera that an object is, or that it names.
+Camera camera_named(const py::object& camera) {
+  if (py::isinstance<Camera>(camera)) return camera.cast<Camera>();
+  if (fits<std::filesystem::path>(camera))
+    return read_camera(camera.cast<std::filesystem::path>().string());
+  throw Error("camera is of the type " + kind_of(camera) +
+                  ": a Camera, or the name of a preset or file is expected",
+              "Slam", "give the camera of a source, or make one with stillmap.Camera(...)");
+}
+
 std::unique_ptr<PythonSlam> make_slam(const py::object& camera, const py::object& options,
                                       const std::string& preset, bool masks,
                                       const std::optional<std::filesystem::path>& load_map,
                                       bool extend_map, const py::kwargs& groups) {
-  const bool known = py::isinstance<Camera>(camera);
-  const Camera chosen =
-      known ? camera.cast<Camera>() : read_camera(camera.cast<std::filesystem::path>().string());
+  const Camera chosen = camera_named(camera);
   const Options all = options_of(options, preset, groups);
   if (masks && !(all.network.model.empty() && all.network.masks.empty())) {
     throw Error("masks are expected in addition to network.model or network.masks", "Slam",
@@ -155,6 +171,17 @@ std::optional<LentImage> mask_of(const py::object& mask) {
   return LentImage::mask(mask);
 }
 
+std::optional<LentImage> depth_of(const py::object& depth) {
+  if (depth.is_none()) return std::nullopt;
+  return LentImage::depth(depth);
+}
+
+void require_seconds(double stamp) {
+  if (!(stamp > kLatestStamp)) return;
+  throw Error("the stamp is " + std::string(py::str(py::float_(stamp))) + ": seconds are expected",
+              kPush, "divide nanoseconds by 1e9, microseconds by 1e6, milliseconds by 1e3");
+}
+
 py::object matrix_or_none(const std::optional<Pose>& pose) {
   if (!pose) return py::none();
   return matrix_of(*pose);
@@ -162,8 +189,9 @@ py::object matrix_or_none(const std::optional<Pose>& pose) {
 
 py::object push_images(PythonSlam& slam, const py::object& rgb, const py::object& depth,
                        double stamp, const py::object& mask) {
-  const LentImage color = LentImage::color(rgb), depths = LentImage::depth(depth);
-  const std::optional<LentImage> lent_mask = mask_of(mask);
+  require_seconds(stamp);
+  const LentImage color = LentImage::color(rgb);
+  const std::optional<LentImage> depths = depth_of(depth), lent_mask = mask_of(mask);
   std::optional<Pose> pose;
   {
     const py::gil_scoped_release release;
@@ -180,6 +208,44 @@ py::object push_frame(PythonSlam& slam, const Frame& frame, const py::object& ma
     pose = slam.push(frame.data, lent_mask);
   }
   return matrix_or_none(pose);
+}
+
+Signature slam_signature() {
+  return {.function = "Slam",
+          .parameters = {{"camera", "a Camera, or the name of a preset or file", fits_any},
+                         {"options", "a dict, or Options", fits_any, false},
+                         {"preset", "a name of presets()", fits<std::string>, false},
+                         {"masks", "True or False", fits<bool>, false},
+                         {"load_map", "the name of a file",
+                          fits<std::optional<std::filesystem::path>>, false},
+                         {"extend_map", "True or False", fits<bool>, false}},
+          .positional = 2,
+          .fix =
+              "call Slam(camera, options), with the keywords preset, masks, load_map and "
+              "extend_map as needed",
+          .groups = true};
+}
+
+/// Throws Error for a call of push() that fits neither form.
+void refuse_push(const PythonSlam&, const py::args& args, const py::kwargs& keywords) {
+  const Parameter mask{"mask", "an array", fits_any, false};
+  const std::string fix =
+      "call push(frame), push(frame, mask), push(rgb, depth, stamp) or push(rgb, depth, stamp, "
+      "mask); depth may be None";
+  const bool is_frame =
+      keywords.contains("frame") || (!args.empty() && py::isinstance<Frame>(args[0]));
+  if (is_frame) {
+    refuse_call({kPush, {{"frame", "a Frame of a source", fits<Frame>}, mask}, 2, fix}, args,
+                keywords);
+  }
+  const Parameter stamp{"stamp", "the time of the color image in seconds", fits<double>, true,
+                        "give a number, such as stamp.timestamp() of a datetime"};
+  refuse_call(
+      {kPush,
+       {{"rgb", "an array", fits_any}, {"depth", "an array or None", fits_any}, stamp, mask},
+       4,
+       fix},
+      args, keywords);
 }
 
 std::shared_ptr<Snapshot> snapshot_of(const PythonSlam& slam) {
@@ -217,6 +283,11 @@ void bind_slam(py::module_& module) {
            "FILE}. preset: such as \"orb-rgbd\". masks: whether masks are pushed with the frames. "
            "load_map: saved map of this camera to start from; extend_map=False only localizes the "
            "camera in it.")
+      .def(py::init(
+               [](const py::args& args, const py::kwargs& keywords) -> std::unique_ptr<PythonSlam> {
+                 refuse_call(slam_signature(), args, keywords);
+               }),
+           "Any other call raises stillmap.Error, which names the argument.")
       .def("keep_journal", &PythonSlam::keep_journal, py::arg("file"), WithoutGil(),
            "Keeps the results so far in a file from now on, so that a process that is killed loses "
            "at most its last second: `stillmap recover FILE` and load_map read it. The file stays "
@@ -228,10 +299,12 @@ void bind_slam(py::module_& module) {
            "Tracks a frame. Returns T_world_camera, 4x4 float64 [m], or None while there is no map "
            "or the camera is lost. rgb: H x W x 3 uint8 RGB, or H x W gray; depth: H x W, uint16 "
            "in units of 1 / camera.depth_factor meters or float32 [m], registered to the color "
-           "image; 0 or NaN where unknown; stamp: time of the color image [s], rising; mask: H x W "
+           "image; 0 or NaN where unknown, None without a depth image; stamp: time of the color "
+           "image [s], rising; mask: H x W "
            "uint8 or bool; 0 static, 255 person, other values another moving object. The GIL is "
            "released; the arrays must not be changed until push() returns, and are not used "
            "afterwards.")
+      .def("push", &refuse_push, "Any other call raises stillmap.Error, which names the argument.")
       .def("snapshot", &snapshot_of, "State of the system (Snapshot), at any time.")
       .def_property_readonly("trajectory", &newest<kTrajectory>,
                              "Trajectory of the results, or of a snapshot before finish().")

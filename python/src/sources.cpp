@@ -10,6 +10,7 @@
 #include <tuple>
 #include <variant>
 
+#include "arguments.hpp"
 #include "arrays.hpp"
 #include "bindings.hpp"
 
@@ -18,6 +19,8 @@ namespace {
 
 namespace py = pybind11;
 using OptionalPath = std::optional<std::filesystem::path>;
+using OptionalCamera = std::optional<std::variant<Camera, std::filesystem::path>>;
+using Topics = std::variant<std::string, std::vector<std::string>>;
 
 /// Returns whether Python has a pending exception, such as KeyboardInterrupt: a source that waits
 /// for frames ends then.
@@ -94,7 +97,7 @@ class Source {
 };
 
 Camera make_camera(int width, int height, double fx, double fy, double cx, double cy,
-                   const std::array<double, 5>& distortion, double depth_factor, double fps,
+                   double depth_factor, const std::array<double, 5>& distortion, double fps,
                    const std::string& sensor, std::optional<double> baseline,
                    const std::string& name) {
   Camera camera;
@@ -112,6 +115,25 @@ Camera make_camera(int width, int height, double fx, double fy, double cx, doubl
   if (camera.depth_sensor.baseline > 0) camera.baseline = camera.depth_sensor.baseline;
   if (baseline) camera.baseline = *baseline;
   return camera;
+}
+
+/// Returns topics as the command takes them, separated by commas.
+std::string joined(const Topics& topics) {
+  if (const auto* text = std::get_if<std::string>(&topics)) return *text;
+  std::string text;
+  for (const std::string& topic : std::get<std::vector<std::string>>(topics))
+    text += (text.empty() ? "" : ",") + topic;
+  return text;
+}
+
+/// Sets the camera of the recorded images, which may be given as one or by its name or file.
+void set_camera(const OptionalCamera& camera, SourceOptions& options) {
+  if (!camera) return;
+  if (const auto* path = std::get_if<std::filesystem::path>(&*camera)) {
+    options.camera = path->string();
+  } else {
+    options.recorded = std::get<Camera>(*camera);
+  }
 }
 
 std::unique_ptr<Source> open_source(const std::string& text, const SourceOptions& options) {
@@ -133,6 +155,52 @@ std::string description(const Camera& c) {
          std::to_string(c.height) + ")";
 }
 
+Signature camera_signature() {
+  const std::string pixels = "a number [pixels]";
+  const std::string rectify =
+      "rectify the images, with OpenCV or image_proc of ROS, and leave out distortion; `stillmap "
+      "run` rectifies recorded files with up to 14 coefficients";
+  return {.function = "Camera",
+          .parameters = {{"width", "a whole number [pixels]", fits<int>},
+                         {"height", "a whole number [pixels]", fits<int>},
+                         {"fx", pixels, fits<double>},
+                         {"fy", pixels, fits<double>},
+                         {"cx", pixels, fits<double>},
+                         {"cy", pixels, fits<double>},
+                         {"depth_factor", "the number of raw depth units per meter", fits<double>},
+                         {"distortion", "a list of k1 k2 p1 p2 k3 (Brown's model)",
+                          fits<std::array<double, 5>>, false, rectify},
+                         {"fps", "a number [Hz]", fits<double>, false},
+                         {"sensor", "a name", fits<std::string>, false},
+                         {"baseline", "a number [m]", fits<std::optional<double>>, false},
+                         {"name", "a text", fits<std::string>, false}},
+          .positional = 6,
+          .fix =
+              "call Camera(width, height, fx, fy, cx, cy, depth_factor=1000): 1000 for depth in "
+              "millimeters, 5000 for recordings of the TUM benchmark; further keywords: "
+              "distortion, fps, sensor, baseline, name. Depth as float32 is always in meters"};
+}
+
+Signature source_signature() {
+  const std::string whole = "a whole number";
+  return {.function = "source",
+          .parameters =
+              {{"text", "the name of a file, folder or camera", fits<std::filesystem::path>},
+               {"camera", "a Camera, or the name of a preset or file", fits<OptionalCamera>, false},
+               {"topics", "'COLOR,DEPTH' or a list of both names", fits<Topics>, false},
+               {"associations", "the name of a file", fits<OptionalPath>, false},
+               {"fps", "a number [Hz]", fits<double>, false},
+               {"follow", "True, False or a time [s]", fits<std::variant<bool, double>>, false},
+               {"first", whole, fits<int>, false},
+               {"count", whole, fits<int>, false},
+               {"stride", whole, fits<int>, false},
+               {"half_size", "True or False", fits<bool>, false}},
+          .positional = 1,
+          .fix =
+              "call source(text), with the keywords camera, topics, associations, fps, follow, "
+              "first, count, stride and half_size as needed"};
+}
+
 void bind_camera(py::module_& module) {
   const Camera defaults;
   py::class_<Camera>(module, "Camera",
@@ -140,16 +208,19 @@ void bind_camera(py::module_& module) {
                      "Pixel (0, 0) is the center of the upper left pixel; x right, y down, z "
                      "forward.")
       .def(py::init(&make_camera), py::arg("width"), py::arg("height"), py::arg("fx"),
-           py::arg("fy"), py::arg("cx"), py::arg("cy"), py::kw_only(),
-           py::arg("distortion") = std::array<double, 5>{},
-           py::arg("depth_factor") = defaults.depth_factor, py::arg("fps") = defaults.fps,
+           py::arg("fy"), py::arg("cx"), py::arg("cy"), py::kw_only(), py::arg("depth_factor"),
+           py::arg("distortion") = std::array<double, 5>{}, py::arg("fps") = defaults.fps,
            py::arg("sensor") = defaults.depth_sensor.name, py::arg("baseline") = py::none(),
            py::arg("name") = defaults.name,
-           "width, height, fx, fy, cx, cy [pixels]; distortion k1 k2 p1 p2 k3 (Brown, in OpenCV's "
-           "order); depth_factor: raw depth units per meter, 1000 for millimeters; fps [Hz]; "
-           "sensor: kinect_v1, realsense_d435i, realsense_d455, azure_kinect, stereo or ideal; "
-           "baseline "
-           "[m], that of the sensor by default.")
+           "width, height, fx, fy, cx, cy [pixels]; depth_factor: raw depth units per meter of "
+           "uint16 images, 1000 for millimeters (float32 images are in meters); distortion k1 k2 "
+           "p1 p2 k3 (Brown, in OpenCV's order); fps [Hz]; sensor: kinect_v1, realsense_d435i, "
+           "realsense_d455, azure_kinect, stereo or ideal; baseline [m], that of the sensor by "
+           "default.")
+      .def(py::init([](const py::args& args, const py::kwargs& keywords) -> Camera {
+             refuse_call(camera_signature(), args, keywords);
+           }),
+           "Any other call raises stillmap.Error, which names the argument.")
       .def_static(
           "read", &read_camera, py::arg("name_or_file"),
           "The camera of a preset (tum_fr1, tum_fr2, tum_fr3, bonn, ...), of a YAML file, or "
@@ -202,18 +273,20 @@ void bind_sources(py::module_& module) {
                              "Choices and assumptions of the source: list of sentences.");
   module.def(
       "source",
-      [](const std::filesystem::path& text, const OptionalPath& camera, const std::string& topics,
+      [](const std::filesystem::path& text, const OptionalCamera& camera, const Topics& topics,
          const OptionalPath& associations, double fps, const std::variant<bool, double>& follow,
          int first, int count, int stride, bool half_size) {
-        return open_source(text.string(), {.camera = camera.value_or("").string(),
-                                           .topics = topics,
-                                           .associations = associations.value_or("").string(),
-                                           .fps = fps,
-                                           .first = first,
-                                           .count = count,
-                                           .stride = stride,
-                                           .half_size = half_size,
-                                           .following = following_of(text.string(), follow)});
+        SourceOptions options{.camera = {},
+                              .topics = joined(topics),
+                              .associations = associations.value_or("").string(),
+                              .fps = fps,
+                              .first = first,
+                              .count = count,
+                              .stride = stride,
+                              .half_size = half_size,
+                              .following = following_of(text.string(), follow)};
+        set_camera(camera, options);
+        return open_source(text.string(), options);
       },
       py::arg("text"), py::kw_only(), py::arg("camera") = py::none(), py::arg("topics") = "",
       py::arg("associations") = py::none(), py::arg("fps") = SourceOptions{}.fps,
@@ -221,12 +294,20 @@ void bind_sources(py::module_& module) {
       py::arg("half_size") = false,
       "The frames of all that the command's `run` maps: a recorded file (.bag, .db3, .mcap), a "
       "folder of images, a folder of a stereo pair, or the camera 'realsense:'. The arguments are "
-      "those of the command. camera: preset or file, instead of the recording's own; topics: "
-      "'COLOR,DEPTH' or 'LEFT,RIGHT' of a recorded file; associations: file that pairs color and "
+      "those of the command. camera: Camera, preset or file, instead of the recording's own; "
+      "topics: "
+      "'COLOR,DEPTH' or 'LEFT,RIGHT' of a recorded file, or a list of both; associations: file "
+      "that pairs color and "
       "depth images; fps: rate [Hz] of images whose names are numbers; follow: the folder still "
       "grows: True, or the longest time without a frame [s], at which the iterator ends; first: "
       "frames skipped; count: maximum number of frames, 0 for all; stride: every n-th frame; "
       "half_size: images of half the size.");
+  module.def(
+      "source",
+      [](const py::args& args, const py::kwargs& keywords) -> std::unique_ptr<Source> {
+        refuse_call(source_signature(), args, keywords);
+      },
+      "Any other call raises stillmap.Error, which names the argument.");
 }
 
 }  // namespace stillmap::python

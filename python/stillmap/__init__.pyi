@@ -38,8 +38,9 @@ class Camera:
     fps: float
     baseline: float
     def __init__(self, width: int, height: int, fx: float, fy: float, cx: float, cy: float, *,
-                 distortion: Sequence[float] = (0, 0, 0, 0, 0), depth_factor: float = 5000, fps: float = 30,
-                 sensor: str = "kinect_v1", baseline: float | None = None, name: str = "unnamed") -> None: ...
+                 depth_factor: float, distortion: Sequence[float] | NDArray[np.float64] = (0, 0, 0, 0, 0),
+                 fps: float = 30, sensor: str = "kinect_v1", baseline: float | None = None,
+                 name: str = "unnamed") -> None: ...
     @staticmethod
     def read(name_or_file: str) -> Camera: ...
     @property
@@ -70,9 +71,9 @@ class Source:
     @property
     def notes(self) -> list[str]: ...
 
-def source(text: _Path, *, camera: _Path | None = None, topics: str = "", associations: _Path | None = None,
-           fps: float = 30, follow: bool | float = False, first: int = 0, count: int = 0, stride: int = 1,
-           half_size: bool = False) -> Source: ...
+def source(text: _Path, *, camera: Camera | _Path | None = None, topics: str | Sequence[str] = "",
+           associations: _Path | None = None, fps: float = 30, follow: bool | float = False, first: int = 0,
+           count: int = 0, stride: int = 1, half_size: bool = False) -> Source: ...
 
 class Cloud:
     def __len__(self) -> int: ...
@@ -183,8 +184,8 @@ class Slam:
     @overload
     def push(self, frame: Frame, mask: _Mask | None = None) -> NDArray[np.float64] | None: ...  # 4 x 4
     @overload
-    def push(self, rgb: NDArray[np.uint8], depth: NDArray[np.uint16] | NDArray[np.float32], stamp: float,
-             mask: _Mask | None = None) -> NDArray[np.float64] | None: ...  # 4 x 4
+    def push(self, rgb: NDArray[np.uint8], depth: NDArray[np.uint16] | NDArray[np.float32] | None,
+             stamp: float, mask: _Mask | None = None) -> NDArray[np.float64] | None: ...  # 4 x 4
     def snapshot(self) -> Snapshot: ...
     def finish(self) -> Results: ...
     def save_map(self, file: _Path) -> None: ...

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Arrays, options and cameras that cannot be used, and unusual ones that can."""
+import datetime
+
 import numpy as np
 import pytest
 
@@ -120,6 +122,53 @@ def test_stamps_rise_and_are_finite(system, stamp, words):
         system.push(RGB, DEPTH, stamp)
 
 
+@pytest.mark.parametrize("stamp, words", [
+    (1700000000000000000, "seconds are expected\n  fix: divide nanoseconds by 1e9"),
+    (1.7e12, "divide nanoseconds"),
+    (np.datetime64("2026-01-01T00:00:00.000000000"), "divide nanoseconds"),
+    (datetime.datetime(2026, 1, 1), r"stamp is of the type datetime: the time .* in seconds is expected\n.*stamp.timestamp\(\)"),
+    ("1.5", "stamp is of the type str"),
+    (None, "stamp is of the type None"),
+])
+def test_a_stamp_is_a_number_of_seconds(system, stamp, words):
+    with pytest.raises(stillmap.Error, match=words):
+        system.push(RGB, DEPTH, stamp)
+
+
+@pytest.mark.parametrize("stamp", [1700000000, 1.7e9, np.float32(2), np.int64(3), np.array(4.0)])
+def test_a_stamp_may_be_any_kind_of_number(system, stamp):
+    system.push(RGB, DEPTH, stamp)
+    assert system.snapshot().newest.stamp == float(stamp)
+
+
+@pytest.mark.parametrize("call, words", [
+    (lambda slam: slam.push(RGB, DEPTH), "stamp is missing: the time of the color image in seconds is expected"),
+    (lambda slam: slam.push(RGB), "depth is missing"),
+    (lambda slam: slam.push(), "rgb is missing"),
+    (lambda slam: slam.push(RGB, DEPTH, timestamp=1.0), "there is no argument 'timestamp'"),
+    (lambda slam: slam.push(RGB, DEPTH, 0.0, MASK, 3), "5 arguments without a keyword: 4 are expected"),
+    (lambda slam: slam.push(RGB, DEPTH, 0.0, rgb=RGB), "'rgb' is given twice"),
+    (lambda slam: slam.push(frame=RGB), r"frame is of the type ndarray of 48 values: a Frame of a source is expected"),
+])
+def test_a_wrong_call_of_push_is_an_error_in_words(system, call, words):
+    with pytest.raises(stillmap.Error, match=words) as caught:
+        call(system)
+    assert caught.value.where == "push" and "push(rgb, depth, stamp)" in caught.value.fix
+    assert len(str(caught.value)) < 300  # no values of arrays
+
+
+def test_a_frame_without_depth_has_unknown_depth(small, frames, camera):
+    def trajectory(without):
+        slam = stillmap.Slam(camera, dense={"enabled": False}, movers={"enabled": False})
+        for frame in frames:
+            slam.push(frame.rgb, without if frame.index % 3 == 2 else frame.depth, frame.stamp)
+        return slam.finish().trajectory
+    tracked = trajectory(None)
+    assert len(tracked) == len(frames)
+    np.testing.assert_array_equal(tracked, trajectory(np.zeros_like(frames[0].depth)))
+    assert stillmap.Slam(small).push(RGB, None, 0.0) is None  # There is no map without depth.
+
+
 def test_a_mask_needs_a_system_that_expects_masks(small, system):
     with pytest.raises(stillmap.Error, match="masks=True"):
         system.push(RGB, DEPTH, 0.0, MASK)
@@ -173,8 +222,38 @@ def test_cameras_have_the_checks_of_camera_files(recording):
     assert (read.width, read.height) == (320, 240)
     np.testing.assert_array_equal(read.matrix, [[read.fx, 0, read.cx], [0, read.fy, read.cy], [0, 0, 1]])
     with pytest.raises(stillmap.Error, match="fx"):
-        stillmap.Slam(stillmap.Camera(WIDTH, HEIGHT, -1, 60, 31.5, 23.5))
+        stillmap.Slam(stillmap.Camera(WIDTH, HEIGHT, -1, 60, 31.5, 23.5, depth_factor=1000))
     with pytest.raises(stillmap.Error, match="kinect_v1"):
-        stillmap.Camera(WIDTH, HEIGHT, 60, 60, 31.5, 23.5, sensor="kinect_v0")
+        stillmap.Camera(WIDTH, HEIGHT, 60, 60, 31.5, 23.5, depth_factor=1000, sensor="kinect_v0")
     with pytest.raises(stillmap.Error, match="tum_fr9"):
         stillmap.Slam("tum_fr9")
+
+
+@pytest.mark.parametrize("changes, words", [
+    ({"depth_factor": None}, "depth_factor is of the type None: the number of raw depth units per meter"),
+    ({"distortion": [0.1] * 8}, "distortion is of the type list of 8 values: a list of k1 k2 p1 p2 k3 .*\n  fix: rectify"),
+    ({"depthfactor": 1000}, "there is no argument 'depthfactor'"),
+    ({"width": 64.5}, "width is of the type float: a whole number"),
+])
+def test_a_wrong_argument_of_a_camera_is_an_error_in_words(changes, words):
+    values = {"width": WIDTH, "height": HEIGHT, "fx": 60, "fy": 60, "cx": 31.5, "cy": 23.5, "depth_factor": 1000}
+    with pytest.raises(stillmap.Error, match=words):
+        stillmap.Camera(**(values | changes))
+
+
+def test_a_camera_needs_the_unit_of_depth():
+    with pytest.raises(stillmap.Error, match="depth_factor is missing.*\n.*1000 for depth in millimeters"):
+        stillmap.Camera(WIDTH, HEIGHT, 60, 60, 31.5, 23.5)
+    assert stillmap.Camera(WIDTH, HEIGHT, 60, 60, 31.5, 23.5, depth_factor=1000, distortion=np.full(5, 0.1)).distorted
+
+
+@pytest.mark.parametrize("words, call", [
+    ("camera is missing", lambda camera: stillmap.Slam()),
+    ("camera is of the type int: a Camera, or the name of a preset or file", lambda camera: stillmap.Slam(5)),
+    ("3 arguments without a keyword: 2 are expected", lambda camera: stillmap.Slam(camera, {}, "fused")),
+    ("preset is of the type int", lambda camera: stillmap.Slam(camera, preset=5)),
+    ("masks is of the type str: True or False", lambda camera: stillmap.Slam(camera, masks="all")),
+])
+def test_a_wrong_argument_of_a_system_is_an_error_in_words(small, words, call):
+    with pytest.raises(stillmap.Error, match=words):
+        call(small)

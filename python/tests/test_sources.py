@@ -69,7 +69,9 @@ def write_recording(file, camera, frames):
 def test_topics_chooses_the_images_of_a_recorded_file(frames, camera, tmp_path):
     file = tmp_path / "two.db3"
     write_recording(file, camera, frames[:3])
-    chosen = stillmap.source(file, topics="/b/image_raw,/depth/image_raw")
+    topics = ("/b/image_raw", "/depth/image_raw")
+    chosen = stillmap.source(file, topics=",".join(topics))
+    np.testing.assert_array_equal(next(stillmap.source(file, topics=topics)).rgb, frames[0].rgb[::-1])
     assert any("/b/image_raw" in note for note in chosen.notes)
     for frame, flipped in zip(frames, chosen):
         np.testing.assert_array_equal(flipped.rgb, frame.rgb[::-1])
@@ -88,6 +90,27 @@ def test_fps_is_the_rate_of_images_with_numbers(recording, tmp_path):
     np.testing.assert_allclose([frame.stamp for frame in source][:3], [0, 0.1, 0.2], atol=1e-9)
     with pytest.raises(stillmap.Error, match="frame rate"):
         stillmap.source(tmp_path, camera=recording / "camera.yaml", fps=0)
+
+
+def test_a_camera_replaces_that_of_the_recording(recording, frames, camera):
+    other = stillmap.Camera(camera.width, camera.height, 300, 301, 160, 120, depth_factor=2 * camera.depth_factor)
+    source = stillmap.source(recording, camera=other)
+    np.testing.assert_array_equal(source.camera.matrix, other.matrix)
+    np.testing.assert_allclose(next(source).depth, frames[0].depth / 2, rtol=1e-6)
+
+
+@pytest.mark.parametrize("arguments, words", [
+    ({"topic": "a,b"}, "there is no argument 'topic'"),
+    ({"topics": ("a", 5)}, "topics is of the type tuple of 2 values: 'COLOR,DEPTH' or a list of both names"),
+    ({"camera": 5}, "camera is of the type int: a Camera, or the name of a preset or file"),
+    ({"fps": "fast"}, "fps is of the type str"),
+    ({"follow": "yes"}, "follow is of the type str: True, False or a time"),
+])
+def test_a_wrong_argument_is_an_error_in_words(recording, arguments, words):
+    with pytest.raises(stillmap.Error, match=words):
+        stillmap.source(recording, **arguments)
+    with pytest.raises(stillmap.Error, match="text is missing"):
+        stillmap.source()
 
 
 @pytest.fixture(name="growing")
