@@ -115,5 +115,7 @@ def run(camera, frames, results, report=print_position):
         pass
     except Exception as error:  # noqa: BLE001 - the packages of cameras raise errors of many types
         problem = f"The camera stopped: {error}\nThe results so far are in {results}."
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)  # A second Ctrl-C does not lose the results.
     slam.finish().write(results)
     return problem

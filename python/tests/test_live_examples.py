@@ -10,9 +10,9 @@ from unittest import mock
 
 import numpy as np
 import pytest
+from test_examples import SOURCE
 
 import stillmap
-from test_examples import SOURCE
 
 ROS = ("message_filters", "rclpy", "rclpy.qos", "rclpy.signals", "rclpy.utilities", "geometry_msgs", "geometry_msgs.msg",
        "sensor_msgs", "sensor_msgs.msg", "scipy", "scipy.spatial", "scipy.spatial.transform")
@@ -33,8 +33,10 @@ def fixture_load(monkeypatch):
         module = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(module)
         return module
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     yield load
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    for number, handler in handlers.items():
+        signal.signal(number, handler)
 
 
 @pytest.fixture(name="live")
@@ -116,6 +118,21 @@ def test_sigterm_ends_the_run_like_ctrl_c(live, frames, camera, tmp_path):
         yield from iter(lambda: None, 0)
     assert live.run(camera, terminated(), tmp_path) is None
     assert positions(tmp_path) == len(frames)
+
+
+def test_a_second_ctrl_c_does_not_lose_the_results(live, frames, camera, tmp_path, monkeypatch):
+    class ImpatientSlam(stillmap.Slam):
+        def finish(self):
+            signal.raise_signal(signal.SIGINT)
+            return super().finish()
+    monkeypatch.setattr(stillmap, "Slam", ImpatientSlam)
+    assert live.run(camera, tuples(frames), tmp_path) is None
+    assert positions(tmp_path) == len(frames)
+
+
+def test_a_run_without_frames_writes_empty_results(live, camera, tmp_path):
+    assert live.run(camera, [], tmp_path) is None
+    assert (tmp_path / "trajectory.txt").exists()
 
 
 def test_a_camera_that_delivers_nothing_ends_the_run(live, frames, camera, tmp_path, monkeypatch, capsys):
