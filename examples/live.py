@@ -105,7 +105,7 @@ def track(slam, frames, report=print_position):
 
 def run(camera, frames, results, report=print_position):
     """Maps frames as track() does until they end, Ctrl-C, SIGTERM, or any error of the camera, and writes the results
-    to a folder in all cases. Returns the text of the error for sys.exit(), or None."""
+    to a folder in all cases. Returns the text of the error, or None."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     slam = stillmap.Slam(camera, {"schedule.mode": "realtime"})
     problem = None
@@ -119,3 +119,11 @@ def run(camera, frames, results, report=print_position):
         signal.signal(number, signal.SIG_IGN)  # A second Ctrl-C does not lose the results.
     slam.finish().write(results)
     return problem
+
+
+def start(main):
+    """Runs main() and ends the program with the text that it returns, or with that of the error of an unusable camera."""
+    try:
+        sys.exit(main())
+    except (RuntimeError, OSError) as error:
+        sys.exit(f"The camera cannot be used: {error}")

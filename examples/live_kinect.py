@@ -7,7 +7,6 @@
 The intrinsics are the nominal ones of the sensor; calibrated ones make the map more accurate.
 frames_of() was tried with stand-ins for the images. Not tried with a Kinect.
 """
-import sys
 import time
 
 import freenect
@@ -29,4 +28,4 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    live.start(main)

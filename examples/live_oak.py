@@ -8,7 +8,6 @@ Every name of the API was checked against depthai 3.12.0, and frames_of() tried 
 Not tried with a camera: main(), with the alignment of depth to color and the schedule realtime.
 """
 import datetime
-import sys
 
 import depthai as dai
 import live
@@ -52,4 +51,4 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    live.start(main)

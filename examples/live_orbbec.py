@@ -7,8 +7,6 @@
 Every name of the API was checked against pyorbbecsdk2 2.1.2, and frames_of() tried with stand-ins for its frames.
 Not tried with a camera: main(), with the alignment of depth to color and the schedule realtime.
 """
-import sys
-
 import live
 import numpy as np
 import pyorbbecsdk as ob
@@ -53,4 +51,4 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    live.start(main)

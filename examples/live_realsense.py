@@ -7,8 +7,6 @@
 Tried with the software device of pyrealsense2 2.59.1, which delivered the images of a rendered recording.
 Not tried with a camera: the alignment of depth to color and the schedule realtime.
 """
-import sys
-
 import live
 import numpy as np
 import pyrealsense2 as rs
@@ -42,4 +40,4 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    live.start(main)

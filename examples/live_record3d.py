@@ -7,7 +7,6 @@
 Every name of the API was checked against record3d 1.4.1, and frames_of() tried with a stand-in for the stream.
 Not tried with a phone: main(). The stream has no timestamps; the time of arrival is used.
 """
-import sys
 import threading
 import time
 
@@ -55,4 +54,4 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    live.start(main)

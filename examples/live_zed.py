@@ -6,8 +6,6 @@
 
 frames_of() and camera_of() were tried with stand-ins. Not tried: the SDK, which is not a public package.
 """
-import sys
-
 import live
 from pyzed import sl
 
@@ -49,4 +47,4 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    live.start(main)

@@ -236,6 +236,19 @@ def test_live_realsense_keeps_the_results_of_a_camera_that_is_unplugged(load, re
     assert stillmap.ate(recording / "groundtruth.txt", trajectory).translation.rmse < 0.02
 
 
+def test_a_missing_camera_is_an_error_in_words(load, live, tmp_path, monkeypatch):
+    example = load("live_realsense")
+    example.rs.pipeline.return_value.start.side_effect = RuntimeError("No device connected")
+    monkeypatch.setattr(sys, "argv", ["live_realsense.py", str(tmp_path)])
+    with pytest.raises(SystemExit, match="^The camera cannot be used: No device connected$"):
+        live.start(example.main)
+    with pytest.raises(SystemExit, match="^stopped$"):
+        live.start(lambda: "stopped")
+    with pytest.raises(SystemExit) as ended:
+        live.start(lambda: None)
+    assert ended.value.code is None
+
+
 def test_live_oak(load, live, recording, frames, camera):
     example = load("live_oak")
     example.SIZE = camera.width, camera.height
