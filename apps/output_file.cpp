@@ -9,6 +9,7 @@
 
 #include <fstream>
 #include <string>
+#include <unistd.h>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -24,6 +25,15 @@ bool begins_with(const std::filesystem::path& file, std::string_view text) {
 }
 
 }  // namespace
+
+std::FILE* standard_output_for_data() {
+  std::fflush(stdout);
+  const int data = ::dup(STDOUT_FILENO);
+  std::FILE* const stream = data < 0 ? nullptr : ::fdopen(data, "w");
+  if (stream == nullptr || ::dup2(STDERR_FILENO, STDOUT_FILENO) < 0)
+    throw Error("cannot be used for data", "standard output", "open it for the program");
+  return stream;
+}
 
 bool is_saved_map(const std::filesystem::path& file) { return begins_with(file, kMapFormat.magic); }
 

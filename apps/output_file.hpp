@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <cstdio>
 #include <filesystem>
 #include <string_view>
 
@@ -7,6 +8,10 @@ namespace stillmap {
 
 /// Name that stands for standard output where a command takes the name of a file.
 constexpr const char* kStandardOutput = "-";
+
+/// Reserves standard output for data: what else this program prints goes to standard error from
+/// now on. Returns the stream of the data, which stays open. Throws Error if it cannot be done.
+std::FILE* standard_output_for_data();
 
 /// Each function returns whether a file is of the kind that Stillmap writes.
 bool is_saved_map(const std::filesystem::path& file);

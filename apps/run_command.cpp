@@ -17,7 +17,7 @@ namespace stillmap {
 namespace {
 
 struct RunArguments : RunRequest {
-  std::string dump_config;
+  std::string dump_config, events;
 };
 
 int run(const RunArguments& arguments) {
@@ -101,6 +101,7 @@ void add_view_and_terminal_options(CLI::App& command, RunArguments& arguments) {
       "YAML file of zones and distances; warn of moving objects in them (docs/view.md): an aid, "
       "no safety device");
   add_hook_offset(command, arguments.hook_offset)->needs(zones);
+  add_events_option(command, arguments.events)->needs(zones);
   command.option_defaults()->group("Terminal");
   command.add_flag_callback(
       "-q,--quiet",
@@ -214,7 +215,10 @@ void add_run_command(CLI::App& app, int& exit_code) {
       "docs/dense_map.md explains them; `stillmap dense` makes the dense map again from run.map "
       "and "
       "options.yaml.");
-  command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
+  command->callback([arguments, &exit_code] {
+    if (!arguments->events.empty()) arguments->event_lines = standard_output_for_data();
+    exit_code = run(*arguments);
+  });
 }
 
 }  // namespace stillmap

@@ -121,6 +121,12 @@ std::optional<WarningRules> rules_of(const RunRequest& request, const Options& o
   return read_warning_rules(request.zones, hook_at(request.hook_offset));
 }
 
+/// Returns the classes of a network or of masks; none without them.
+std::optional<std::vector<std::string>> classes_of(const std::unique_ptr<Detector>& detector) {
+  if (!detector) return std::nullopt;
+  return detector->class_names();
+}
+
 }  // namespace
 
 Options options_of(const RunRequest& request) {
@@ -192,6 +198,7 @@ Session session_of(const RunRequest& request, const Options& options) {
   session.out = request.out.empty() ? "stillmap_" + session.sequence : request.out;
   if (request.force) session.foreign = ResultFolder::Foreign::kOverwrite;
   session.rules = rules_of(request, options);
+  session.event_lines = request.event_lines;
   session.view = view_address_of(request.view);
   session.journal = !request.quiet;  // the runs of an experiment are simply repeated
   session.quiet = request.quiet;
@@ -202,6 +209,8 @@ Session session_of(const RunRequest& request, const Options& options) {
   session.live = session.live_camera || request.follow.has_value();
   session.truth = truth_of(request);
   session.detector = detector_of(options.preset(), session.parameters, request.quiet);
+  if (session.rules)
+    check_rule_classes(*session.rules, classes_of(session.detector), request.zones);
   check_classes(options, session.detector.get());
   require_free_outputs(session);
   session.parameters.tracker.shutter =

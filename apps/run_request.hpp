@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <cstdio>
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,6 +29,8 @@ struct RunRequest {
   ViewOptions view;
   std::string zones;                ///< File of the rules for warnings; empty: none.
   std::vector<double> hook_offset;  ///< Point "hook" in the camera frame [m]; empty: none.
+  /// Gets the events as lines of JSON; null: they are printed as sentences.
+  std::FILE* event_lines = nullptr;
 };
 
 /// Returns all options in force. Precedence from low to high: defaults, preset, config, named

@@ -161,7 +161,9 @@ std::unique_ptr<WarningRecorder> warning_recorder(const Session& session, ViewSe
     show = [server](const nlohmann::json& message) { server->board().publish(message); };
     show(points_message(*session.rules));
   }
-  auto recorder = std::make_unique<WarningRecorder>(*session.rules, folder, std::move(show));
+  auto recorder = std::make_unique<WarningRecorder>(
+      *session.rules, folder,
+      WarningOutputs{.show = std::move(show), .lines = session.event_lines});
   recorder->send_events();
   return recorder;
 }
@@ -232,6 +234,10 @@ RunRecord run_session(Session session) {
   if (!session.quiet) print_out("{}", run_summary_text(record));
   if (session.verbose) print_out("{}", details_text(record));
   traced("files", [&] { write_run_files(record, session.outputs, folder); });
+  if (recorders.warnings) {
+    const auto& problems = recorders.warnings->problems();
+    record.doubts.insert(record.doubts.end(), problems.begin(), problems.end());
+  }
   recorders.labels.finish();
   traced("figures", [&] { recorders.figures.finish(record); });
   if (session.outputs.profile)

@@ -5,6 +5,7 @@
 #include "stillmap/view/access_rules.hpp"
 #include "stillmap/warn/rules.hpp"
 
+#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -31,6 +32,7 @@ struct Session {
   bool live = false;         ///< Whether the source delivers frames while they are recorded.
   std::vector<std::string> unused_settings;  ///< See RunRecord::unused_settings.
   std::optional<WarningRules> rules;         ///< What to warn of; none: nothing.
+  std::FILE* event_lines = nullptr;  ///< Gets the events as lines of JSON; null: nothing does.
   std::optional<ViewAddress> view;  ///< Where the page that shows the run is served; none: nowhere.
   bool journal = true;   ///< Whether a journal is kept, so that a killed run can be recovered.
   bool quiet = false;    ///< Whether summary and names of files are not printed.

@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/print.hpp"
+#include "stillmap/report/run_folder.hpp"
 #include "stillmap/view/recorded_view.hpp"
 #include "stillmap/view/view_server.hpp"
 
 #include <chrono>
+#include <filesystem>
+#include <optional>
 #include <thread>
 
 #include "commands.hpp"
 #include "interrupt.hpp"
 #include "view_options.hpp"
 #include "warning_options.hpp"
+#include "warning_replay.hpp"
 
 namespace stillmap {
 namespace {
@@ -21,14 +25,27 @@ struct ViewArguments {
   std::vector<double> hook_offset;
 };
 
+bool is_run(const std::filesystem::path& folder) {
+  return std::filesystem::exists(folder / "movers.csv");
+}
+
+/// Returns the rules of --zones; without it those of the run, if it had any.
+std::optional<WarningRules> shown_rules(const ViewArguments& arguments) {
+  const std::filesystem::path run = arguments.run;
+  if (arguments.zones.empty() && !std::filesystem::exists(run / kRunRules)) return std::nullopt;
+  if (is_run(run)) return rules_for(run, arguments.zones, arguments.hook_offset);
+  return read_warning_rules(arguments.zones.empty() ? (run / kRunRules).string() : arguments.zones,
+                            hook_at(arguments.hook_offset));
+}
+
 int view(const ViewArguments& arguments) {
   catch_interrupt();
   ViewServer server(*view_address_of(
       {.port = arguments.port, .address = arguments.address, .port_option = "--port"}));
-  std::optional<WarningRules> rules;
-  if (!arguments.zones.empty())
-    rules = read_warning_rules(arguments.zones, hook_at(arguments.hook_offset));
+  const std::optional<WarningRules> rules = shown_rules(arguments);
   publish_recorded_run(arguments.run, rules, server.board());
+  if (is_run(arguments.run) && !arguments.zones.empty())
+    server.board().publish(events_message(replayed_events(*rules, arguments.run)));
   print_out("{}Ctrl-C ends it\n", addresses_text(server));
   output_is_complete();
   while (!interrupted()) std::this_thread::sleep_for(std::chrono::milliseconds(100));
@@ -48,8 +65,10 @@ void add_view_command(CLI::App& app, int& exit_code) {
   command->add_option("--port", arguments->port, "port of the page; 0: any free one")
       ->capture_default_str();
   add_view_address(*command, arguments->address);
-  CLI::Option* zones =
-      command->add_option("--zones", arguments->zones, "also show the zones of this file");
+  CLI::Option* zones = command->add_option(
+      "--zones", arguments->zones,
+      "also show the zones of this file, and their events in the run instead of "
+      "those of the run itself; default: the zones of the run");
   add_hook_offset(*command, arguments->hook_offset)->needs(zones);
   command->footer(
       "Examples:\n"

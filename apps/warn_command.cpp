@@ -1,85 +1,50 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/print.hpp"
-#include "stillmap/evaluate/mover_error.hpp"
-#include "stillmap/report/live_trajectory.hpp"
 
+#include <cstdio>
 #include <filesystem>
-#include <fstream>
-#include <map>
-#include <utility>
 
 #include "commands.hpp"
+#include "output_file.hpp"
 #include "warning_options.hpp"
 #include "warning_recorder.hpp"
+#include "warning_replay.hpp"
 
 namespace stillmap {
 namespace {
 namespace fs = std::filesystem;
 
 struct WarnArguments {
-  std::string run, zones, out;
+  std::string run, zones, out, events;
   std::vector<double> hook_offset;
   bool force = false;
 };
 
-/// Returns a timestamp in microseconds: the files of a run have six to nine decimals.
-std::int64_t microseconds(double timestamp) { return std::llround(timestamp * 1e6); }
-
-/// Returns the confidence of the class of each mover by time and id, as movers.jsonl has them; none
-/// without the file.
-std::map<std::pair<std::int64_t, int>, double> class_confidences(const fs::path& file) {
-  std::map<std::pair<std::int64_t, int>, double> confidences;
-  std::ifstream lines(file);
-  for (std::string line; std::getline(lines, line);) {
-    const auto frame = nlohmann::json::parse(line, nullptr, /*allow_exceptions=*/false);
-    if (!frame.is_object())
-      throw Error("has a line that is no JSON object", file.string(), "run `stillmap run` again");
-    const std::int64_t time = microseconds(frame.value("timestamp", 0.0));
-    for (const auto& mover : frame.value("movers", nlohmann::json::array()))
-      confidences[{time, mover.value("id", 0)}] = mover.value("class_confidence", 0.0);
+/// Throws Error if the folder has events already: those of a run tell what was really warned of.
+/// @param names  the files that would be overwritten
+void require_no_events(const fs::path& folder, const std::vector<std::string>& names) {
+  for (const std::string& name : names) {
+    if (fs::exists(folder / name))
+      throw Error("exists already", (folder / name).string(),
+                  "keep it by --out FOLDER, or replace it by --force; `stillmap view RUN --zones "
+                  "FILE` shows the events of other rules and writes nothing");
   }
-  return confidences;
-}
-
-/// Returns the frames of a run folder by time, with camera and movers as its files have them.
-std::vector<WatchedFrame> watched_frames(const fs::path& run) {
-  std::map<std::int64_t, WatchedFrame> frames;
-  for (const LiveFrame& frame : read_live_frames(run / kLiveTrajectory))
-    frames[microseconds(frame.timestamp)].timestamp = frame.timestamp;
-  for (const StampedPose& pose : read_trajectory(run / "trajectory.txt")) {
-    WatchedFrame& frame = frames[microseconds(pose.timestamp)];
-    frame.timestamp = pose.timestamp;
-    frame.T_world_camera = pose.T_world_camera;
-  }
-  auto confidences = class_confidences(run / "movers.jsonl");
-  for (const MoverPosition& mover : read_movers(run / "movers.csv")) {
-    const std::int64_t time = microseconds(mover.timestamp);
-    const auto frame = frames.find(time);
-    if (frame == frames.end()) continue;
-    frame->second.movers.push_back({.id = mover.id,
-                                    .class_name = mover.class_name,
-                                    .confidence = confidences[{time, mover.id}],
-                                    .observed = mover.observed,
-                                    .centroid = mover.centroid,
-                                    .velocity = mover.velocity,
-                                    .box = mover.box});
-  }
-  std::vector<WatchedFrame> list;
-  for (auto& [time, frame] : frames) {
-    frame.index = list.size();
-    list.push_back(std::move(frame));
-  }
-  return list;
 }
 
 int warn(const WarnArguments& arguments) {
-  const WarningRules rules = read_warning_rules(arguments.zones, hook_at(arguments.hook_offset));
+  std::FILE* const lines = arguments.events.empty() ? nullptr : standard_output_for_data();
+  const WarningRules rules = rules_for(arguments.run, arguments.zones, arguments.hook_offset);
   const auto frames = watched_frames(arguments.run);
+  const fs::path out = arguments.out.empty() ? arguments.run : arguments.out;
+  const bool own_rules = arguments.zones.empty() && arguments.out.empty();
+  if (!arguments.force) {
+    require_no_events(
+        out, own_rules ? std::vector<std::string>{kRunWarnings} : file_names(RunPart::kWarnings));
+  }
   ResultFolder folder(
-      arguments.out.empty() ? fs::path(arguments.run) : fs::path(arguments.out),
-      arguments.force ? ResultFolder::Foreign::kOverwrite : ResultFolder::Foreign::kKeep);
-  WarningRecorder recorder(rules, folder, {});
+      out, arguments.force ? ResultFolder::Foreign::kOverwrite : ResultFolder::Foreign::kKeep);
+  WarningRecorder recorder(rules, folder, {.show = {}, .lines = lines});
   for (const WatchedFrame& frame : frames) recorder.add(frame);
   folder.require_all();
   print_out("{} warnings in {} frames: {}\n", recorder.warnings(), frames.size(),
@@ -94,12 +59,12 @@ void add_warn_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand(
       "warn", "evaluate zones and distances of moving objects on a finished run");
   command->add_option("run", arguments->run, "folder of results of stillmap run")->required();
-  command
-      ->add_option("--zones", arguments->zones, "YAML file of zones and distances (docs/view.md)")
-      ->required();
+  command->add_option("--zones", arguments->zones,
+                      "YAML file of zones and distances (docs/view.md); default: those of the run");
   add_hook_offset(*command, arguments->hook_offset);
   command->add_option("--out", arguments->out,
                       "folder of events.jsonl; default: the folder of the run");
+  add_events_option(*command, arguments->events);
   add_force_option(*command, arguments->force);
   command->footer(
       "Example:\n"

@@ -11,8 +11,12 @@ import subprocess
 import sys
 import tempfile
 import threading
+import time
 import unittest
 from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+from lab.browser import WebSocket
 
 PROGRAM = ""
 ZONE = "zones: [{name: gate, polygon: [[-1, 1, 1], [1, 1, 1], [1, 1, 3], [-1, 1, 3]]}]\n"
@@ -20,11 +24,11 @@ NEAR = "distances: [{to: camera, nearer: 30}, {to: hook, nearer: 30, level: true
 
 
 class Receiver(http.server.ThreadingHTTPServer):
-    """An HTTP server that keeps the bodies of the requests, and refuses the first ones."""
+    """An HTTP server that keeps the bodies of the requests, and refuses the first ones, or answers late [s]."""
 
-    def __init__(self, statuses=()):
+    def __init__(self, statuses=(), late=0):
         super().__init__(("127.0.0.1", 0), Handler)
-        self.bodies, self.statuses = [], list(statuses)
+        self.bodies, self.statuses, self.late = [], list(statuses), late
         threading.Thread(target=self.serve_forever, daemon=True).start()
 
     def address(self):
@@ -37,6 +41,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
         status = self.server.statuses.pop(0) if self.server.statuses else 204
         if status == 204:
             self.server.bodies.append((self.path, self.headers["Content-Type"], body))
+        time.sleep(self.server.late)
         self.send_response(status)
         self.end_headers()
 
@@ -109,6 +114,12 @@ class WarnTest(unittest.TestCase):
     def events(self, name):
         return (self.folder / name / "events.jsonl").read_text().splitlines()
 
+    def without_run(self, texts):
+        """Events that a receiver got, without the name of the run, which they share."""
+        events = [json.loads(text) for text in texts]
+        self.assertEqual(len({event.pop("run") for event in events}), 1)
+        return events
+
     def assert_ran(self, result):
         self.assertIn(result.returncode, (0, 3), result.stderr)
 
@@ -119,9 +130,20 @@ class WarnTest(unittest.TestCase):
         self.assert_ran(result)
         lines = self.events("http")
         self.assertGreater(len(lines), 3)
-        self.assertEqual([body for _, _, body in receiver.bodies], lines)
+        self.assertEqual(self.without_run([body for _, _, body in receiver.bodies]), [json.loads(line) for line in lines])
+        self.assertEqual([json.loads(line)["id"] for line in lines], list(range(1, len(lines) + 1)))
         self.assertEqual(receiver.bodies[0][:2], ("/warnings", "application/json"))
         self.assertIn(f"{receiver.address()}: {len(lines)} events sent\n", result.stdout)
+
+    def test_an_http_server_that_answers_late_gets_every_event_once(self):
+        with Receiver(late=3) as receiver:
+            result = self.run_with("late", "zones: [{name: back, polygon: [[-1, 1, -3], [1, 1, -3], [1, 1, -2]]}]\n"
+                                   f"send: [{receiver.address()}]\n")
+            receiver.shutdown()
+        self.assert_ran(result)
+        bodies = [json.loads(body) for _, _, body in receiver.bodies]
+        self.assertEqual([body["id"] for body in bodies], list(range(1, len(bodies) + 1)))
+        self.assertIn(f"{receiver.address()}: {len(bodies)} events sent", result.stdout)
 
     def test_receivers_that_are_away_mute_or_refuse_change_nothing_but_the_counts(self):
         with Receiver(statuses=[404] * 10000) as refusing, socket.create_server(("127.0.0.1", 0)) as mute:
@@ -139,15 +161,19 @@ class WarnTest(unittest.TestCase):
         self.assertIn(f"{addresses[0]}: 0 events sent, {len(lines)} refused\n", result.stdout)
         for address in addresses[1:]:
             self.assertIn(f"{address}: 0 events sent, {len(lines)} dropped", result.stdout)
+        self.assertEqual(result.returncode, 3)
+        for address in addresses:
+            self.assertIn(f"{address} got none of the {len(lines)} events", result.stdout + result.stderr)
 
     def test_a_broker_gets_every_event(self):
         broker = Broker()
-        result = self.run_with("mqtt", f"{ZONE}send: ['mqtt://me:secret@127.0.0.1:{broker.port}/site/warnings']\n")
+        result = self.run_with("mqtt", f"{ZONE}send: ['mqtt://me:secret@127.0.0.1:{broker.port}/site/crane 1']\n")
         if "built without MQTT" in result.stderr:
             self.skipTest("skipped: the program was built without libmosquitto")
         self.assert_ran(result)
         broker.join(30)
-        self.assertEqual(broker.messages, [("site/warnings", line) for line in self.events("mqtt")])
+        self.assertEqual({topic for topic, _ in broker.messages}, {"site/crane 1"})
+        self.assertEqual(self.without_run([text for _, text in broker.messages]), [json.loads(line) for line in self.events("mqtt")])
         self.assertIn(b"has ended unexpectedly", broker.connect)  # its last words
         self.assertTrue(broker.connect.endswith(b"\x00\x02me\x00\x06secret"))
         self.assertTrue(broker.ended)
@@ -158,7 +184,7 @@ class WarnTest(unittest.TestCase):
         last = json.loads(self.events("ended")[-1])
         self.assertEqual((last["event"], last["kind"], last["rule"]), ("begin", "unknown", "the run has ended"))
         self.assert_ran(self.run_with("silent", ZONE, "--follow", "2"))
-        self.assertIn("no image comes", {json.loads(line)["rule"] for line in self.events("silent")})
+        self.assertIn("no image was processed for 1 s", {json.loads(line)["rule"] for line in self.events("silent")})
 
     def test_a_zone_behind_the_camera_is_announced_as_unseen(self):
         self.assert_ran(self.run_with("behind", "zones: [{name: back, polygon: [[-1, 1, -3], [1, 1, -3], [1, 1, -2]]}]\n"))
@@ -176,8 +202,79 @@ class WarnTest(unittest.TestCase):
         self.assertEqual({event["rule"] for event in events if event["kind"] == "near"}, {"camera", "hook"})
         self.assertGreater(max(event.get("confidence", 0) for event in events), 0)
 
+    def test_a_run_keeps_its_rules_and_its_events(self):
+        self.assert_ran(self.run_with("kept", ZONE + NEAR, "--hook-offset", "0,4,6"))
+        run, before = self.folder / "kept", self.events("kept")
+        self.assertIn('"offset":[0.0,4.0,6.0]', (run / "zones.yaml").read_text())
+        refused = subprocess.run([PROGRAM, "warn", run], capture_output=True, text=True, check=False)
+        self.assertEqual(refused.returncode, 1)
+        self.assertIn("--force", refused.stderr)
+        self.assertEqual(self.events("kept"), before)
+        out = self.folder / "kept_again"
+        subprocess.run([PROGRAM, "warn", run, "--out", out], check=True, stdout=subprocess.DEVNULL)
+        rules = {event["rule"] for event in map(json.loads, (out / "events.jsonl").read_text().splitlines()) if event["kind"] == "near"}
+        self.assertEqual(rules, {"camera", "hook"})
+        self.assertEqual((out / "zones.yaml").read_text(), (run / "zones.yaml").read_text())
+        subprocess.run([PROGRAM, "warn", run, "--force"], check=True, stdout=subprocess.DEVNULL)
+        self.assertEqual(self.events("kept"), (out / "events.jsonl").read_text().splitlines())
+
+    def shown(self, *arguments):
+        """The messages `zones` and `events` of the page of a finished run."""
+        with subprocess.Popen([PROGRAM, "view", *arguments, "--port", "0"], stdout=subprocess.PIPE, text=True) as viewed:
+            try:
+                port = viewed.stdout.readline().split(":")[3].split("/")[0]
+                page, messages = WebSocket(f"ws://127.0.0.1:{port}/data"), {}
+                while not {"zones", "events", "summary"} <= messages.keys():
+                    if isinstance(text := page.receive(), str):
+                        messages[json.loads(text)["type"]] = json.loads(text)
+                page.close()
+            finally:
+                viewed.terminate()
+        return [zone["name"] for zone in messages["zones"]["zones"]], messages["events"]["events"]
+
+    def test_the_page_of_a_run_shows_its_rules_or_the_events_of_others(self):
+        self.assert_ran(self.run_with("viewed", ZONE))
+        zones, events = self.shown(self.folder / "viewed")
+        self.assertEqual(zones, ["gate"])
+        self.assertIn("the run has ended", {event["rule"] for event in events})
+        before = self.events("viewed")
+        other = self.folder / "other.yaml"
+        other.write_text(ZONE.replace("gate", "door") + "distances: [{to: camera, nearer: 30}]\n")
+        zones, events = self.shown(self.folder / "viewed", "--zones", other)
+        self.assertEqual(zones, ["door"])
+        self.assertEqual({event["rule"] for event in events} - {"door"}, {"camera"})
+        self.assertEqual(self.events("viewed"), before)
+
+    def test_events_are_lines_of_json_on_standard_output(self):
+        result = self.run_with("lines", ZONE + NEAR, "--hook-offset", "0,4,6", "--events", "-")
+        self.assert_ran(result)
+        self.assertEqual(result.stdout.splitlines(), self.events("lines"))
+        self.assertIn("trajectory.txt", result.stderr)
+        shown = subprocess.run([PROGRAM, "warn", self.folder / "lines", "--events", "-", "--force"], capture_output=True,
+                               text=True, check=True)
+        self.assertEqual(shown.stdout.splitlines(), self.events("lines"))
+
+    def test_a_rule_for_a_class_that_cannot_be_is_refused(self):
+        zone = ZONE.replace("}]\n", ", classes: [CLASS]}]\n")
+        self.assert_ran(self.run_with("person", zone.replace("CLASS", "person")))
+        for arguments in (["run", self.sequence, "--masks", self.sequence / "mask", "--out", self.folder / "no"],
+                          ["warn", self.folder / "person", "--out", self.folder / "no"]):
+            result = self.refused(zone.replace("CLASS", "persn"), *arguments)
+            self.assertIn("did you mean 'person'", result.stderr)
+        result = self.refused(zone.replace("CLASS", "person"), "run", self.sequence, "--out", self.folder / "no")
+        self.assertIn("neither a network nor masks", result.stderr)
+
+    def refused(self, rules, *arguments):
+        file = self.folder / "refused.yaml"
+        file.write_text(rules)
+        result = subprocess.run([PROGRAM, *arguments, "--zones", file], capture_output=True, text=True, check=False)
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("refused.yaml", result.stderr)
+        return result
+
     def test_mistakes_have_a_fix(self):
         for name, rules, more, message in (
+                ("hook", NEAR, ["--hook-offset", "0,nan,6"], "give RIGHT,DOWN,AHEAD"),
                 ("disabled", ZONE, ["--set", "movers.enabled=false"], "movers.enabled=true"),
                 ("nowhere", ZONE + "send: [nowhere]\n", [], "http://HOST:PORT/PATH"),
                 ("no_hook", NEAR, [], "'to' names no point")):

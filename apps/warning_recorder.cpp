@@ -9,6 +9,7 @@
 
 #include <utility>
 
+#include <fmt/format.h>
 #include <opencv2/core.hpp>
 
 namespace stillmap {
@@ -27,20 +28,21 @@ double depth_share(const cv::Mat& depth) {
 }  // namespace
 
 WarningRecorder::WarningRecorder(const WarningRules& rules, ResultFolder& folder,
-                                 std::function<void(const nlohmann::json&)> show)
-    : monitor_(rules), show_(std::move(show)) {
+                                 WarningOutputs outputs)
+    : monitor_(rules), outputs_(std::move(outputs)) {
+  folder.write_text(kRunRules, rules_yaml(rules));
   folder.write(kRunWarnings, [&](const std::filesystem::path& file) {
     write_file(file, "");
     file_.open(file, std::ios::app);
   });
-  if (show_) show_(zones_message(rules));
+  if (outputs_.show) outputs_.show(zones_message(rules));
 }
 
 WarningRecorder::~WarningRecorder() { watch_.request_stop(); }
 
 void WarningRecorder::send_events() {
   for (const EventAddress& address : monitor_.rules().receivers)
-    receivers_.push_back({address, std::make_unique<EventSender>(delivery_to(address))});
+    receivers_.push_back({address, std::make_unique<EventSender>(delivery_to(address, run_))});
 }
 
 void WarningRecorder::watch_for_silence() {
@@ -49,7 +51,7 @@ void WarningRecorder::watch_for_silence() {
     while (!stop.stop_requested()) {
       stopped_.wait_for(lock, stop, kSilence / 10, [] { return false; });
       if (first_ && std::chrono::steady_clock::now() > newest_ + kSilence)
-        record(monitor_.announce("no image comes"));
+        record(monitor_.announce("no image was processed for 1 s"));
     }
   });
 }
@@ -108,13 +110,16 @@ void WarningRecorder::finish() {
   watch_ = {};
   const std::unique_lock lock(mutex_);
   if (first_) record(monitor_.announce("the run has ended"));
-  if (show_) show_(events_message(events_));
+  if (outputs_.show) outputs_.show(events_message(events_));
   for (const Receiver& receiver : receivers_) {
     const SentEvents events = receiver.sender->finish();
     print_out("{}: {} events sent", receiver.address.text(), events.sent);
     if (events.refused > 0) print_out(", {} refused", events.refused);
     if (events.dropped > 0) print_out(", {} dropped: it was away or too slow", events.dropped);
     print_out("\n");
+    if (events.sent == 0 && events.refused + events.dropped > 0)
+      problems_.push_back(fmt::format("{} got none of the {} events", receiver.address.text(),
+                                      events.refused + events.dropped));
   }
 }
 
@@ -122,15 +127,22 @@ void WarningRecorder::finish() {
 void WarningRecorder::record(const std::vector<WarningEvent>& events) {
   for (const WarningEvent& event : events) {
     if (event.begins) ++warnings_;
-    const nlohmann::json json = warning_json(event);
+    nlohmann::json json = warning_json(event);
     const std::string line = json_text(json);
     if (file_.is_open()) file_ << line << '\n' << std::flush;
-    for (const Receiver& receiver : receivers_) receiver.sender->send(line);
     events_.push_back(json);
-    print_out("{:.3f} s, frame {}: {}\n", event.timestamp, event.frame, warning_text(event));
+    json["run"] = run_;
+    for (const Receiver& receiver : receivers_) receiver.sender->send(json_text(json));
+    if (outputs_.lines != nullptr) {
+      print_to(outputs_.lines, "{}\n", line);
+      std::fflush(outputs_.lines);
+    } else {
+      print_out("{:.3f} s, frame {}: {}\n", event.timestamp, event.frame, warning_text(event));
+    }
   }
   if (!events.empty()) output_is_complete();  // shows them now
-  if (show_ && !events.empty()) show_(warnings_message(monitor_.active(), warnings_));
+  if (outputs_.show && !events.empty())
+    outputs_.show(warnings_message(monitor_.active(), warnings_));
 }
 
 }  // namespace stillmap

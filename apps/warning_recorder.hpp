@@ -3,12 +3,14 @@
 #include "stillmap/pipeline/slam_system.hpp"
 #include "stillmap/report/result_folder.hpp"
 #include "stillmap/report/run_folder.hpp"
+#include "stillmap/view/access_rules.hpp"
 #include "stillmap/warn/event_sender.hpp"
 #include "stillmap/warn/warning_monitor.hpp"
 
 #include <chrono>
 #include <condition_variable>
 #include <cstddef>
+#include <cstdio>
 #include <fstream>
 #include <functional>
 #include <memory>
@@ -22,16 +24,22 @@
 
 namespace stillmap {
 
+/// Where events are shown besides events.jsonl.
+struct WarningOutputs {
+  /// Shows a JSON message (zones, warnings, events) in the view; empty: there is none.
+  std::function<void(const nlohmann::json&)> show;
+  std::FILE* lines = nullptr;  ///< Gets the lines of events.jsonl; null: sentences are printed.
+};
+
 /// Evaluates the rules of --zones in each frame of a run. Each event is written at once: to
-/// events.jsonl, to standard output, and to the receivers of the rules.
+/// events.jsonl, to standard output, and to the receivers of the rules. The rules are kept beside
+/// the events.
 class WarningRecorder {
  public:
   /// Time without a frame after which a run says that nothing is known.
   static constexpr std::chrono::milliseconds kSilence{1000};
 
-  /// @param show  shows a JSON message (zones, warnings) in the view; empty: there is none
-  WarningRecorder(const WarningRules& rules, ResultFolder& folder,
-                  std::function<void(const nlohmann::json&)> show);
+  WarningRecorder(const WarningRules& rules, ResultFolder& folder, WarningOutputs outputs);
   ~WarningRecorder();
   WarningRecorder(const WarningRecorder&) = delete;
   WarningRecorder& operator=(const WarningRecorder&) = delete;
@@ -50,6 +58,8 @@ class WarningRecorder {
   void finish();
 
   std::size_t warnings() const { return warnings_; }  ///< Number of warnings that have begun.
+  /// Returns a sentence for each receiver that got no event; to be called after finish().
+  const std::vector<std::string>& problems() const { return problems_; }
 
  private:
   struct Receiver {
@@ -61,8 +71,10 @@ class WarningRecorder {
 
   std::mutex mutex_;  // of everything below
   WarningMonitor monitor_;
-  std::function<void(const nlohmann::json&)> show_;
+  const WarningOutputs outputs_;
+  const std::string run_ = random_token();  // tells the events of this run from those of others
   std::ofstream file_;
+  std::vector<std::string> problems_;
   std::vector<nlohmann::json> events_;
   std::vector<Receiver> receivers_;
   std::size_t warnings_ = 0;

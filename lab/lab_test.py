@@ -372,10 +372,10 @@ class Bench(unittest.TestCase):
 class Zones(unittest.TestCase):
     """The comparison of warnings with the true ones."""
 
-    def judged(self, *found):
-        event = {"position": [0, 0, 3], "camera": [0, 0, 0, 0, 0, 0, 1]}
+    def judged(self, *found, center=(0, 0.5, 3)):
+        event = {"position": [0, 0, 3], "camera": [0, 0, 0, 0, 0, 0, 1], "timestamp": 10.0}
         truth = [("zone", "gate", 1, 10.0, 13.0, event), ("near", "camera", 1, 20.0, 22.0, event)]
-        part = zones.judged(truth, [(*f, event) for f in found], {(10.0, 1): 900, (20.0, 1): 900})
+        part = zones.judged(truth, [(*f, event) for f in found], {(10.0, 1): 900, (20.0, 1): 900}, {10.0: [[5, 5, 5], center]})
         return zones.figures([part])
 
     def test_a_late_warning_is_found_with_its_latency(self):
@@ -387,6 +387,11 @@ class Zones(unittest.TestCase):
     def test_another_rule_or_time_is_wrong(self):
         result = self.judged(("zone", "yard", 7, 10.2, 13.5), ("zone", "gate", 7, 30.0, 31.0))
         self.assertEqual((result["recall"], result["precision"]), (0, 0))
+
+    def test_a_warning_without_a_mover_there_is_a_ghost(self):
+        result = self.judged(("zone", "gate", 7, 10.2, 13.5), ("near", "yard", 8, 10.2, 13.5), center=(0, 0.8, 3))
+        self.assertEqual((result["right"], result["ghosts"], result["warnings"]), (0, 2, 2))
+        self.assertEqual(self.judged(("zone", "gate", 7, 10.2, 13.5))["ghosts"], 0)
 
     def test_a_course_announces_a_distance(self):
         result = self.judged(("course", "camera", 7, 19.0, 19.8), ("near", "camera", 7, 20.0, 22.0))

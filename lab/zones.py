@@ -8,7 +8,8 @@ Scenes (an office with walking people and three motions of the camera, a yard be
 the true poses and movers, with the same rules. Only true warnings of movers that are in view when they begin count: at
 least 600 pixels show them. A true warning is found if a warning of the same kind and rule begins at most two seconds
 before its begin and before its end, or is active then; a warning is right if it overlaps with a true one of the same kind
-and rule, within half a second. Results that the same program has made are kept.
+and rule, within half a second, and if a true mover is within 0.7 m of its position when it begins. A warning without a
+true mover there is a ghost. Results that the same program has made are kept.
 
 Written to RESULTS_DIR: zones.md (printed at the end), zones.json, and a folder per run.
 """
@@ -30,6 +31,7 @@ SCENES = {
 }
 FPS = 30
 BEFORE, SLACK = 2.0, 0.5  # [s]
+REACH = 0.7  # [m], farther from all true movers there is none: two radii of a person and the error of a centroid
 MIN_PIXELS = 600
 FAR = 1e9
 GAPS = ("unknown", "unseen")  # kinds of events about what is not known
@@ -137,8 +139,25 @@ def intervals(file):
     return done + [(*key, event["timestamp"], FAR, event) for key, event in open_ones.items()]
 
 
-def judged(truth, found, pixels):
-    """Latency of each true warning that was found, whether it was found by its distance, and the warnings."""
+def true_centers(folder):
+    """The true positions of all movers by time, in the world of the run."""
+    centers = {}
+    with open(folder / "movers.csv", encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            centers.setdefault(round(float(row["timestamp"]), 4), []).append([float(row[axis]) for axis in "xyz"])
+    return centers
+
+
+def is_placed(event, centers):
+    """Whether a true mover is where the mover of an event is."""
+    near = centers.get(round(event["timestamp"], 4), [])
+    return any(math.dist(event["position"], center) <= REACH for center in near)
+
+
+def judged(truth, found, pixels, centers):
+    """Latency of each true warning that was found, whether it was found by its distance, and the warnings.
+
+    centers: true positions of the movers by time."""
     def similar(a, b):  # a course becomes a distance: both announce the same
         return a[1] == b[1] and (a[0] == b[0] or {a[0], b[0]} == {"near", "course"})
     true = [w for w in truth if pixels.get((round(w[3], 4), w[2]), 0) >= MIN_PIXELS and w[4] - w[3] > 0.55]
@@ -153,8 +172,10 @@ def judged(truth, found, pixels):
         label = next(name for limit, name in RANGES if depth < limit)
         distances.setdefault(label, []).append(bool(hits))
     mine = [f for f in found if f[0] not in GAPS]
-    right = [f for f in mine if any(similar(w, f) and f[3] <= w[4] + SLACK and f[4] >= w[3] - SLACK for w in truth)]
-    return {"latencies": latencies, "distances": distances, "warnings": len(mine), "right": len(right)}
+    timely = [f for f in mine if any(similar(w, f) and f[3] <= w[4] + SLACK and f[4] >= w[3] - SLACK for w in truth)]
+    right = [f for f in timely if is_placed(f[5], centers)]
+    ghosts = [f for f in mine if not is_placed(f[5], centers)]
+    return {"latencies": latencies, "distances": distances, "warnings": len(mine), "right": len(right), "ghosts": len(ghosts)}
 
 
 def figures(parts):
@@ -162,8 +183,8 @@ def figures(parts):
     latencies = sorted(x for part in parts for x in part["latencies"])
     distances = {name: [hit for part in parts for hit in part["distances"].get(name, [])] for _, name in RANGES}
     true, warnings = sum(map(len, distances.values())), sum(part["warnings"] for part in parts)
-    right = sum(part["right"] for part in parts)
-    return {"true": true, "found": len(latencies), "warnings": warnings, "right": right,
+    right, ghosts = (sum(part[key] for part in parts) for key in ("right", "ghosts"))
+    return {"true": true, "found": len(latencies), "warnings": warnings, "right": right, "ghosts": ghosts,
             "recall": len(latencies) / true if true else None, "precision": right / warnings if warnings else None,
             "latency_median_frames": statistics.median(latencies) if latencies else None,
             "latency_p90_frames": latencies[int(0.9 * len(latencies))] if latencies else None,
@@ -177,12 +198,12 @@ def call(*words):
 
 
 def truth_of(sequence, folder, program):
-    """The true warnings, the pixels of the movers, and the file of the rules."""
+    """The true warnings, the pixels and positions of the movers, and the file of the rules."""
     pixels = write_truth(sequence, folder / "truth")
     rules = folder / "rules.yaml"
     write_rules(rules, sequence)
     call(program, "warn", folder / "truth", "--zones", rules, "--force")
-    return intervals(folder / "truth/events.jsonl"), pixels, rules
+    return intervals(folder / "truth/events.jsonl"), pixels, true_centers(folder / "truth"), rules
 
 
 def run(sequence, rules, words, out, program):
@@ -210,20 +231,20 @@ def rows_of(scene, arguments):
             core.say(f"{sequence} ...")
             call(arguments.program, "simulate", *SCENES[scene], "--frames", arguments.frames, "--fps", FPS, "--seed", seed,
                  "--out", sequence)
-        truth, pixels, rules = truth_of(sequence, folder, arguments.program)
+        truth, pixels, centers, rules = truth_of(sequence, folder, arguments.program)
         for kind, words in kinds.items():
             found = run(sequence, rules, words(sequence), folder / kind.replace(" ", "_"), arguments.program)
-            parts[kind].append(judged(truth, found, pixels))
+            parts[kind].append(judged(truth, found, pixels, centers))
     return [{"scene": scene, "segmentation": kind, **figures(of_kind)} for kind, of_kind in parts.items()]
 
 
 def main(arguments):
     arguments.out.mkdir(parents=True, exist_ok=True)
     rows = [row for scene in arguments.scenes for row in rows_of(scene, arguments)]
-    lines = [[row["scene"], row["segmentation"], f"{row['found']} of {row['true']}", f"{row['right']} of {row['warnings']}",
+    lines = [[row["scene"], row["segmentation"], f"{row['found']} of {row['true']}", f"{row['right']} of {row['warnings']}", row["ghosts"],
               f"{core.cell(row['latency_median_frames'], 0)}, {core.cell(row['latency_p90_frames'], 0)}",
               *("{} of {}".format(*row["found_by_distance"].get(name, [0, 0])) for _, name in RANGES)] for row in rows]
-    text = core.markdown(["scene", "segmentation", "true warnings found", "warnings that are right",
+    text = core.markdown(["scene", "segmentation", "true warnings found", "warnings that are right", "without a mover there",
                           "latency, median and 90 % [frames]", *(name for _, name in RANGES)], lines,
                          "Warnings against the truth")
     (arguments.out / "zones.md").write_text(text)

@@ -94,7 +94,7 @@ std::vector<std::string> file_names(RunPart part) {
     case RunPart::kLabels:
       return {LabelRecording().file()};
     case RunPart::kWarnings:
-      return {kRunWarnings};
+      return {kRunWarnings, kRunRules};
     case RunPart::kProfile:
       return {"profile.txt", "profile.svg", "trace.json"};
   }

@@ -16,6 +16,8 @@ namespace stillmap {
 constexpr const char* kRunOptions = "options.yaml";
 /// The warnings of a run (--zones), one JSON object per line.
 constexpr const char* kRunWarnings = "events.jsonl";
+/// The rules of these warnings, see rules_yaml().
+constexpr const char* kRunRules = "zones.yaml";
 
 /// Part of a run that writes files into its folder.
 enum class RunPart {

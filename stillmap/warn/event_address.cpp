@@ -71,7 +71,10 @@ EventAddress parse_event_address(const std::string& address, const std::string& 
     authority = authority.substr(1, authority.size() - 2);
   result.host = std::string(authority);
   if (result.host.empty()) fail("has no host");
-  if (address.find_first_of(" \t\r\n") != std::string::npos) fail("has a space");
+  if (address.find_first_of("\t\r\n") != std::string::npos) fail("has a tab or a new line");
+  if (result.host.find(' ') != std::string::npos) fail("has a host with a space");
+  if (!mqtt && result.path.find(' ') != std::string::npos)
+    fail("has a space, which is %20 in such an address");
   if (mqtt && (result.path.empty() || result.path.find_first_of("+#") != std::string::npos))
     fail("has no topic that can be published");
   return result;

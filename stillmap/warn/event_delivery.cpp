@@ -13,7 +13,9 @@
 namespace stillmap {
 namespace {
 
-constexpr int kAnswerTimeout = 2000;  // longest time until the answer of an HTTP server [ms]
+// Longest time until the answer of an HTTP server [ms]: a server that begins with a cold start or
+// writes to a slow disk answers within it. To connect, CivetWeb takes 10 s at most as well.
+constexpr int kAnswerTimeout = 10000;
 
 /// What an HTTP server answers to an event.
 Delivered delivered_with(int status) {
@@ -49,10 +51,11 @@ struct WebLibrary {
 
 }  // namespace
 
-Deliver delivery_to(const EventAddress& address) {
+Deliver delivery_to(const EventAddress& address, const std::string& run) {
   if (address.protocol == EventAddress::Protocol::kMqtt) {
     const std::string rule = "the program has ended unexpectedly";
-    return mqtt_delivery(address, json_text({{"event", "begin"},
+    return mqtt_delivery(address, json_text({{"run", run},
+                                             {"event", "begin"},
                                              {"kind", "unknown"},
                                              {"rule", rule},
                                              {"text", "not known: " + rule}}));

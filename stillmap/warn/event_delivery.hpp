@@ -8,7 +8,8 @@ namespace stillmap {
 /// Returns the delivery of events to an address: by POST with the event as the body, each with a
 /// connection of its own, or by MQTT (quality of service 1) over a connection that is kept. Throws
 /// Error for MQTT if this program was built without it.
-Deliver delivery_to(const EventAddress& address);
+/// @param run  identity of the run in the last words of MQTT, see mqtt_delivery()
+Deliver delivery_to(const EventAddress& address, const std::string& run);
 
 /// Returns the delivery by MQTT; see delivery_to(). If the program dies, the broker publishes
 /// `last_words` in its place.

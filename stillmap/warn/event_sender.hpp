@@ -19,7 +19,7 @@ enum class Delivered {
   kLater,  ///< The receiver cannot be reached now.
 };
 
-/// Delivers an event to its receiver; takes at most some seconds.
+/// Delivers an event to its receiver; takes at most 10 s to connect and 10 s until the answer.
 using Deliver = std::function<Delivered(const std::string& event)>;
 
 /// Numbers of events of a sender.

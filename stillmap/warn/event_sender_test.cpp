@@ -111,6 +111,7 @@ TEST(EventAddress, IsRead) {
   EXPECT_EQ(mqtt.port, 1883);
   EXPECT_EQ(mqtt.path, "site/warnings");
   EXPECT_EQ(mqtt.text(), "mqtt://broker:1883/site/warnings");
+  EXPECT_EQ(parse_event_address("mqtt://broker/site/crane 1", "").path, "site/crane 1");
 }
 
 TEST(EventAddress, MistakesAreNamed) {
@@ -120,8 +121,9 @@ TEST(EventAddress, MistakesAreNamed) {
   EXPECT_THAT(problem_of("http://:80/"), HasSubstr("no host"));
   EXPECT_THAT(problem_of("http://a:0/"), HasSubstr("no valid port"));
   EXPECT_THAT(problem_of("http://a:99999/"), HasSubstr("no valid port"));
-  EXPECT_THAT(problem_of("http://a/b c"), HasSubstr("space"));
-  EXPECT_THAT(problem_of("http://a/b\r\nX: y"), HasSubstr("space"));
+  EXPECT_THAT(problem_of("http://a/b c"), HasSubstr("%20"));
+  EXPECT_THAT(problem_of("http://a/b\r\nX:y"), HasSubstr("new line"));
+  EXPECT_THAT(problem_of("mqtt://a b/c"), HasSubstr("host with a space"));
   EXPECT_THAT(problem_of("mqtt://a"), HasSubstr("no topic"));
   EXPECT_THAT(problem_of("mqtt://a/#"), HasSubstr("no topic"));
 }

@@ -7,24 +7,61 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <yaml-cpp/yaml.h>
 
 namespace stillmap {
 namespace {
 
-/// A map of the file, with the name for messages.
+/// Values that a number may have. They only refuse mistakes, such as millimeters.
+struct Range {
+  double least = 0, most = 0;
+};
+constexpr Range kHeights{-1e3, 1e3};    // [m]
+constexpr Range kOffsets{-1e3, 1e3};    // [m]
+constexpr Range kNearer{0.01, 1e3};     // [m]
+constexpr Range kWithin{0, 60};         // [s]
+constexpr Range kLoadRadius{0.01, 20};  // [m]
+constexpr Range kConfidence{0, 1};
+constexpr double kShortestUp = 1e-6;  // least length of the upward direction
+
+constexpr const char* kCorrect = "correct it; docs/view.md lists the keys with an example";
+
+/// Returns a value for messages; empty for long ones.
+std::string shown(const YAML::Node& node) {
+  constexpr std::size_t kMostShown = 40, kMostItems = 4;
+  std::string text;
+  if (node.IsScalar()) text = "'" + node.Scalar() + "'";
+  if (node.IsSequence() && node.size() <= kMostItems) {
+    for (const YAML::Node& item : node) {
+      if (!item.IsScalar()) return "";
+      text += (text.empty() ? "[" : ", ") + item.Scalar();
+    }
+    text += text.empty() ? "[]" : "]";
+  }
+  return text.size() > kMostShown ? "" : text;
+}
+
+/// A map of the file, with its place for messages.
 class Section {
  public:
-  Section(const YAML::Node& node, const std::string& where, const std::vector<std::string>& keys)
-      : node_(node), where_(where) {
-    if (!node.IsMap()) throw Error("is no map of keys and values", where, "see docs/view.md");
+  /// @param title  what the section is for: "zone 'gate'"; empty for the whole file
+  Section(const YAML::Node& node, const std::string& file, std::string title,
+          const std::vector<std::string>& keys)
+      : node_(node), file_(file), title_(std::move(title)) {
+    if (!node.IsMap())
+      throw Error("is no map of keys and values: " + shown(node), place(node), kCorrect);
+    std::set<std::string> used;
     for (const auto& entry : node) {
       const auto key = entry.first.as<std::string>("");
       if (std::find(keys.begin(), keys.end(), key) == keys.end())
-        throw Error("there is no key '" + key + "'", where, suggestion(key, keys));
+        throw Error("there is no key '" + key + "'", place(entry.first), suggestion(key, keys));
+      if (!used.insert(key).second)
+        throw Error("has the key '" + key + "' twice", place(entry.first), "join the two");
     }
   }
 
@@ -45,68 +82,152 @@ class Section {
   T value_or(const std::string& key, const T& otherwise) const {
     return has(key) ? value<T>(key) : otherwise;
   }
+  std::string name(const std::string& key) const {
+    const auto name = value<std::string>(key);
+    if (name.empty()) fail(key, "is empty");
+    return name;
+  }
 
-  double number_or(const std::string& key, double otherwise, double least) const {
-    const double number = value_or(key, otherwise);
-    if (!(number >= least) || !std::isfinite(number)) fail(key, "is out of range");
+  double number(const std::string& key, const Range& range) const {
+    const auto number = value<double>(key);
+    if (!(number >= range.least && number <= range.most))
+      fail(key, fmt::format("is out of range, {} to {}", range.least, range.most));
     return number;
   }
-  Eigen::Vector3d vector(const std::string& key) const { return vector_of(node_[key], key); }
+  double number_or(const std::string& key, double otherwise, const Range& range) const {
+    return has(key) ? number(key, range) : otherwise;
+  }
+  /// Returns a vector whose elements are within a range.
+  Eigen::Vector3d vector(const std::string& key, const Range& range) const {
+    const Eigen::Vector3d vector = vector_of(node_[key], key);
+    if (vector.minCoeff() < range.least || vector.maxCoeff() > range.most)
+      fail(key, fmt::format("is out of range, {} to {}", range.least, range.most));
+    return vector;
+  }
   Eigen::Vector3d vector_of(const YAML::Node& node, const std::string& key) const {
     std::vector<double> values;
     const bool read = node.IsDefined() && YAML::convert<std::vector<double>>::decode(node, values);
-    if (!read || values.size() != 3 || !Eigen::Vector3d(values.data()).allFinite())
-      fail(key, "is no list of three numbers");
-    return Eigen::Vector3d(values.data());
+    if (!read || values.size() != 3) fail(key, "needs three numbers [x, y, z]", node);
+    const Eigen::Vector3d vector(values.data());
+    if (!vector.allFinite()) fail(key, "has a number that is not finite", node);
+    return vector;
+  }
+  /// Returns the classes of a rule; none if it is for all.
+  std::vector<std::string> classes() const {
+    const auto classes = value_or<std::vector<std::string>>("classes", {});
+    if (has("classes") && classes.empty())
+      fail("classes", "is empty; without this key the rule is for all classes");
+    return classes;
   }
 
   [[noreturn]] void fail(const std::string& key, const std::string& what) const {
-    throw Error("'" + key + "' " + what, where_, "see the example in docs/view.md");
+    fail(key, what, node_[key]);
+  }
+  [[noreturn]] void fail(const std::string& key, const std::string& what,
+                         const YAML::Node& node) const {
+    const bool defined = node.IsDefined();
+    const std::string value = defined ? shown(node) : "";
+    throw Error("'" + key + "' " + what + (value.empty() ? "" : ": " + value),
+                place(defined ? node : node_), kCorrect);
   }
 
  private:
+  /// Returns file, line and title.
+  std::string place(const YAML::Node& node) const {
+    const YAML::Mark mark = node.Mark();
+    std::string text = mark.is_null() ? file_ : fmt::format("{}:{}", file_, mark.line + 1);
+    return title_.empty() ? text : text + ", " + title_;
+  }
+
   YAML::Node node_;
-  std::string where_;
+  std::string file_, title_;
 };
 
-Zone zone_of(const YAML::Node& node, const std::string& where, const Eigen::Vector3d& up) {
-  const Section section(node, where, {"name", "polygon", "height", "classes"});
-  Zone zone{.name = section.value<std::string>("name"), .polygon = {}, .up = up, .classes = {}};
+/// Returns "zone 'gate'" for the section of a zone; "zones" if it has no name.
+std::string title_of(const YAML::Node& node, const std::string& key, const std::string& one,
+                     const std::string& list) {
+  if (!node.IsMap() || !node[key].IsDefined() || !node[key].IsScalar()) return list;
+  return one + " '" + node[key].Scalar() + "'";
+}
+
+Zone zone_of(const YAML::Node& node, const std::string& file, const Eigen::Vector3d& up) {
+  const Section section(node, file, title_of(node, "name", "zone", "zones"),
+                        {"name", "polygon", "height", "classes", "confidence"});
+  Zone zone{.name = section.name("name"), .polygon = {}, .up = up, .classes = {}};
   for (const YAML::Node& corner : section.list("polygon"))
     zone.polygon.push_back(section.vector_of(corner, "polygon"));
   if (zone.polygon.size() < 3) section.fail("polygon", "has fewer than three corners");
+  if (const std::string problem = polygon_problem(zone); !problem.empty())
+    section.fail("polygon", problem);
   const auto heights = section.value_or<std::vector<double>>("height", {zone.low, zone.high});
-  if (heights.size() != 2 || !(heights[0] < heights[1]))
-    section.fail("height", "is no list of two ascending numbers");
+  if (heights.size() != 2 || !(heights[0] < heights[1]) || heights[0] < kHeights.least ||
+      heights[1] > kHeights.most)
+    section.fail("height", "is no list of two ascending numbers in meters");
   zone.low = heights[0];
   zone.high = heights[1];
-  zone.classes = section.value_or("classes", zone.classes);
+  zone.classes = section.classes();
+  zone.confidence = section.number_or("confidence", zone.confidence, kConfidence);
   return zone;
 }
 
-DistanceRule distance_of(const YAML::Node& node, const std::string& where,
-                         const NamedPoints& points) {
-  const Section section(node, where, {"to", "nearer", "within", "level", "classes"});
+/// A point of the file or of the caller.
+struct Point {
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();
+  double load_radius = 0;  // 0: nothing hangs at it [m]
+};
+using Points = std::map<std::string, Point>;
+
+DistanceRule distance_of(const YAML::Node& node, const std::string& file, const Points& points) {
+  const Section section(node, file, title_of(node, "to", "distance to", "distances"),
+                        {"to", "name", "nearer", "within", "level", "classes", "confidence"});
   DistanceRule rule;
-  rule.name = section.value<std::string>("to");
-  if (!points.contains(rule.name)) section.fail("to", "names no point; add it to 'points'");
-  rule.offset = points.at(rule.name);
-  if (!section.has("nearer")) section.fail("nearer", "is missing");
-  rule.nearer = section.number_or("nearer", rule.nearer, 0);
-  rule.within = section.number_or("within", rule.within, 0);
+  rule.point = section.name("to");
+  const auto point = points.find(rule.point);
+  if (point == points.end()) section.fail("to", "names no point; add it to 'points'");
+  rule.offset = point->second.offset;
+  if (section.has("name")) rule.name = section.name("name");
+  rule.nearer = section.number("nearer", kNearer);
+  rule.within = section.number_or("within", rule.within, kWithin);
   rule.level = section.value_or("level", rule.level);
-  rule.classes = section.value_or("classes", rule.classes);
+  rule.classes = section.classes();
+  rule.confidence = section.number_or("confidence", rule.confidence, kConfidence);
   return rule;
 }
 
-NamedPoints points_of(const Section& file, const std::string& where) {
-  NamedPoints points{{"camera", Eigen::Vector3d::Zero()}};
-  for (const YAML::Node& node : file.list("points")) {
-    const Section point(node, where + ", points", {"name", "offset"});
-    const auto name = point.value<std::string>("name");
-    if (!points.emplace(name, point.vector("offset")).second)
-      point.fail("name", "is used twice: " + name);
+/// Returns the rules of the distances. Those without a name get that of their point, with the
+/// distance if it has several.
+std::vector<DistanceRule> distances_of(const Section& file, const std::string& where,
+                                       const Points& points) {
+  std::vector<DistanceRule> rules;
+  std::map<std::string, int> unnamed;
+  for (const YAML::Node& node : file.list("distances")) {
+    rules.push_back(distance_of(node, where, points));
+    if (rules.back().name.empty()) ++unnamed[rules.back().point];
   }
+  std::set<std::string> names;
+  for (DistanceRule& rule : rules) {
+    if (rule.name.empty()) {
+      rule.name =
+          unnamed[rule.point] == 1 ? rule.point : fmt::format("{} {} m", rule.point, rule.nearer);
+    }
+    if (!names.insert(rule.name).second)
+      file.fail("distances", "has two rules named '" + rule.name + "': give each its own 'name'");
+  }
+  return rules;
+}
+
+/// @param given  points that replace those of the file
+Points points_of(const Section& file, const std::string& where, const NamedPoints& given) {
+  Points points{{"camera", {Eigen::Vector3d::Zero()}}};
+  for (const YAML::Node& node : file.list("points")) {
+    const Section point(node, where, title_of(node, "name", "point", "points"),
+                        {"name", "offset", "load_radius"});
+    const auto name = point.name("name");
+    const Point values{point.vector("offset", kOffsets),
+                       point.number_or("load_radius", 0, kLoadRadius)};
+    if (!points.emplace(name, values).second) point.fail("name", "is used twice");
+  }
+  for (const auto& [name, offset] : given) points[name].offset = offset;
   return points;
 }
 
@@ -119,27 +240,73 @@ std::vector<EventAddress> receivers_of(const Section& file, const std::string& w
   return receivers;
 }
 
-WarningRules rules_of(const YAML::Node& file, const NamedPoints& points, const std::string& where) {
-  const Section section(file, where, {"up", "zones", "points", "distances", "send"});
+WarningRules rules_of(const YAML::Node& file, const NamedPoints& given, const std::string& where) {
+  const Section section(file, where, "", {"up", "zones", "points", "distances", "send"});
   WarningRules rules;
+  constexpr Range kAny{std::numeric_limits<double>::lowest(), std::numeric_limits<double>::max()};
   rules.up_is_given = section.has("up");
-  if (rules.up_is_given) rules.up = section.vector("up");
-  if (rules.up.norm() < 1e-6) section.fail("up", "is zero");
-  rules.up.normalize();
+  if (rules.up_is_given) rules.up = section.vector("up", kAny);
+  if (rules.up.stableNorm() < kShortestUp) section.fail("up", "is zero");
+  rules.up.stableNormalize();
   std::set<std::string> names;
   for (const YAML::Node& node : section.list("zones")) {
-    rules.zones.push_back(zone_of(node, where + ", zones", rules.up));
+    rules.zones.push_back(zone_of(node, where, rules.up));
     if (!names.insert(rules.zones.back().name).second)
-      section.fail("zones", "has two zones named " + rules.zones.back().name);
+      section.fail("zones", "has two zones named '" + rules.zones.back().name + "'");
   }
-  NamedPoints named = points;
-  named.merge(points_of(section, where));
-  for (const YAML::Node& node : section.list("distances"))
-    rules.distances.push_back(distance_of(node, where + ", distances", named));
+  const Points points = points_of(section, where, given);
+  rules.distances = distances_of(section, where, points);
+  for (const auto& [name, point] : points) {
+    if (point.load_radius > 0) rules.loads.push_back({name, point.offset, point.load_radius});
+  }
   rules.receivers = receivers_of(section, where);
   if (rules.zones.empty() && rules.distances.empty())
-    throw Error("has no zones and no distances", where, "see the example in docs/view.md");
+    throw Error("has no zones and no distances", where,
+                "add 'zones' or 'distances'; docs/view.md has an example");
   return rules;
+}
+
+std::vector<double> numbers_of(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+using OrderedJson = nlohmann::ordered_json;  // a map of YAML in flow style, too
+
+std::string yaml_list(const std::string& key, const std::vector<OrderedJson>& items) {
+  std::string text = items.empty() ? "" : key + ":\n";
+  for (const OrderedJson& item : items)
+    text += "  - " + item.dump(-1, ' ', false, OrderedJson::error_handler_t::replace) + "\n";
+  return text;
+}
+
+/// Adds the keys that zones and distances have in common.
+void add_classes(const std::vector<std::string>& classes, double confidence, OrderedJson& json) {
+  if (!classes.empty()) json["classes"] = classes;
+  if (confidence > 0) json["confidence"] = confidence;
+}
+
+void check_classes_of(const std::vector<std::string>& classes,
+                      const std::optional<std::vector<std::string>>& known,
+                      const std::string& where) {
+  const auto has = [](const std::vector<std::string>& list, const std::string& name) {
+    return std::find(list.begin(), list.end(), name) != list.end();
+  };
+  if (classes.empty()) return;
+  if (!known) {
+    if (has(classes, kNoClass)) return;
+    throw Error(
+        fmt::format("is for the class '{}' only, but there is neither a network nor masks, "
+                    "so that nothing that moves has a class: it would never warn",
+                    classes.front()),
+        where,
+        "give a network (--model FILE.onnx) or masks (--masks DIR), or leave out 'classes', "
+        "or add 'unknown' to them");
+  }
+  std::vector<std::string> all = *known;
+  if (!has(all, kNoClass)) all.emplace_back(kNoClass);
+  for (const std::string& name : classes) {
+    if (!has(all, name))
+      throw Error("there is no class '" + name + "': it would never warn of one", where,
+                  suggestion(name, all));
+  }
 }
 
 }  // namespace
@@ -149,23 +316,62 @@ WarningRules read_warning_rules(const std::filesystem::path& file, const NamedPo
   try {
     return rules_of(YAML::Load(text), points, file.string());
   } catch (const YAML::Exception& e) {
-    throw Error(std::string("is not valid: ") + e.what(), file.string(),
-                "see the example in docs/view.md");
+    throw Error(std::string("is not valid: ") + e.what(), file.string(), kCorrect);
   }
 }
 
+std::string rules_yaml(const WarningRules& rules) {
+  std::vector<OrderedJson> zones, points, distances;
+  for (const Zone& zone : rules.zones) {
+    OrderedJson json{{"name", zone.name}, {"polygon", OrderedJson::array()}};
+    for (const Eigen::Vector3d& corner : zone.polygon)
+      json["polygon"].push_back(numbers_of(corner));
+    json["height"] = {zone.low, zone.high};
+    add_classes(zone.classes, zone.confidence, json);
+    zones.push_back(std::move(json));
+  }
+  Points used;
+  for (const DistanceRule& rule : rules.distances) used[rule.point].offset = rule.offset;
+  for (const OwnLoad& load : rules.loads) used[load.point] = {load.offset, load.radius};
+  used.erase("camera");
+  for (const auto& [name, point] : used) {
+    points.push_back({{"name", name}, {"offset", numbers_of(point.offset)}});
+    if (point.load_radius > 0) points.back()["load_radius"] = point.load_radius;
+  }
+  for (const DistanceRule& rule : rules.distances) {
+    OrderedJson json{{"to", rule.point},
+                     {"name", rule.name},
+                     {"nearer", rule.nearer},
+                     {"within", rule.within},
+                     {"level", rule.level}};
+    add_classes(rule.classes, rule.confidence, json);
+    distances.push_back(std::move(json));
+  }
+  const std::string up =
+      rules.up_is_given ? "up: " + OrderedJson(numbers_of(rules.up)).dump() + "\n" : "";
+  return "# The rules of the run (--zones), without their receivers.\n" + up +
+         yaml_list("zones", zones) + yaml_list("points", points) +
+         yaml_list("distances", distances);
+}
+
+void check_rule_classes(const WarningRules& rules,
+                        const std::optional<std::vector<std::string>>& known,
+                        const std::string& where) {
+  for (const Zone& zone : rules.zones)
+    check_classes_of(zone.classes, known, fmt::format("{}, zone '{}'", where, zone.name));
+  for (const DistanceRule& rule : rules.distances)
+    check_classes_of(rule.classes, known, fmt::format("{}, distance '{}'", where, rule.name));
+}
+
 nlohmann::json zones_message(const WarningRules& rules) {
-  const auto array = [](const Eigen::Vector3d& v) {
-    return nlohmann::json::array({v.x(), v.y(), v.z()});
-  };
   nlohmann::json zones = nlohmann::json::array();
   for (const Zone& zone : rules.zones) {
     nlohmann::json polygon = nlohmann::json::array();
-    for (const Eigen::Vector3d& corner : zone.polygon) polygon.push_back(array(corner));
+    for (const Eigen::Vector3d& corner : zone.polygon) polygon.push_back(numbers_of(corner));
     zones.push_back({{"name", zone.name},
                      {"polygon", polygon},
                      {"height", {zone.low, zone.high}},
-                     {"up", array(zone.up)}});
+                     {"up", numbers_of(zone.up)}});
   }
   return {{"type", "zones"}, {"zones", zones}};
 }

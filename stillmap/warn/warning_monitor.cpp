@@ -14,8 +14,11 @@ namespace {
 constexpr double kVelocityTime = 0.4;  // time over which the camera's velocity is taken [s]
 constexpr double kCourseStep = 0.1;    // step of the search for the nearest approach [s]
 
-bool is_for(const std::vector<std::string>& classes, const std::string& class_name) {
-  return classes.empty() || std::find(classes.begin(), classes.end(), class_name) != classes.end();
+/// Whether a rule for some classes is for a mover. A class of a lower confidence than that of the
+/// rule counts as "unknown".
+bool is_for(const std::vector<std::string>& classes, double confidence, const WatchedMover& mover) {
+  const std::string name = mover.confidence < confidence ? kNoClass : mover.class_name;
+  return classes.empty() || std::find(classes.begin(), classes.end(), name) != classes.end();
 }
 
 WarningEvent event_of(const WatchedFrame& frame, WarningKind kind, const std::string& rule) {
@@ -39,6 +42,15 @@ WarningEvent event_of(const WatchedFrame& frame, WarningKind kind, const std::st
   return event;
 }
 
+WarningEvent event_of(const WatchedFrame& frame, WarningKind kind, const DistanceRule& rule,
+                      const WatchedMover& mover, double distance) {
+  WarningEvent event = event_of(frame, kind, rule.name, mover);
+  event.point = rule.point;
+  event.nearer = rule.nearer;
+  event.distance = distance;
+  return event;
+}
+
 const char* name_of(WarningKind kind) {
   switch (kind) {
     case WarningKind::kZone:
@@ -58,6 +70,20 @@ const char* name_of(WarningKind kind) {
 /// Whether a warning is about what is not known, and not about a mover.
 bool is_gap(WarningKind kind) {
   return kind == WarningKind::kUnseen || kind == WarningKind::kUnknown;
+}
+
+/// Returns where the mover of a warning is: "in zone 'gate'".
+std::string place_text(const WarningEvent& event) {
+  if (event.kind == WarningKind::kZone) return fmt::format("in zone '{}'", event.rule);
+  const bool near = event.kind == WarningKind::kNear;
+  const std::string text = (near ? "near the " : "on course to the ") + event.point;
+  return event.rule == event.point ? text : fmt::format("{} ({})", text, event.rule);
+}
+
+/// Returns that it is there no longer: "has left zone 'gate'".
+std::string left_text(const WarningEvent& event) {
+  if (event.kind == WarningKind::kZone) return fmt::format("has left zone '{}'", event.rule);
+  return "is no longer " + place_text(event);
 }
 
 double rounded(double value) { return std::round(value * 1e3) / 1e3; }
@@ -102,6 +128,7 @@ std::vector<WarningEvent> WarningMonitor::update(const WatchedFrame& frame) {
     changes.push_back(warning.newest);
     entry = active_.erase(entry);
   }
+  for (WarningEvent& event : changes) event.id = ++events_;
   return changes;
 }
 
@@ -109,6 +136,7 @@ std::vector<WarningEvent> WarningMonitor::announce(const std::string& reason) {
   WarningEvent event = event_of(newest_, WarningKind::kUnknown, reason);
   const Key key{event.kind, event.rule, event.mover};
   if (!active_.try_emplace(key, Active{event, newest_.timestamp, false}).second) return {};
+  event.id = ++events_;
   return {std::move(event)};
 }
 
@@ -124,13 +152,14 @@ std::vector<WarningEvent> WarningMonitor::broken_rules(const WatchedFrame& frame
   if (!frame.T_world_camera) return broken;
   check_unseen(frame, broken);
   for (const WatchedMover& mover : frame.movers) {
+    if (is_own_load(mover, *frame.T_world_camera)) continue;
     const UprightCylinder space = cylinder_in(mover.box, mover.centroid, rules_.up);
     for (const Zone& zone : rules_.zones) {
-      if (is_for(zone.classes, mover.class_name) && reaches_into(zone, space))
+      if (is_for(zone.classes, zone.confidence, mover) && reaches_into(zone, space))
         broken.push_back(event_of(frame, WarningKind::kZone, zone.name, mover));
     }
     for (const DistanceRule& rule : rules_.distances) {
-      if (is_for(rule.classes, mover.class_name)) check_distance(rule, frame, mover, broken);
+      if (is_for(rule.classes, rule.confidence, mover)) check_distance(rule, frame, mover, broken);
     }
   }
   return broken;
@@ -166,9 +195,7 @@ void WarningMonitor::check_distance(const DistanceRule& rule, const WatchedFrame
   const UprightCylinder space = cylinder_in(mover.box, mover.centroid, rules_.up);
   const double now = distance_of(space, point, rules_.up, rule.level);
   if (now < limit(WarningKind::kNear)) {
-    WarningEvent event = event_of(frame, WarningKind::kNear, rule.name, mover);
-    event.distance = now;
-    broken.push_back(event);
+    broken.push_back(event_of(frame, WarningKind::kNear, rule, mover, now));
     return;
   }
   const Eigen::Vector3d approach = camera_velocity() - mover.velocity;  // seen from the mover
@@ -182,14 +209,22 @@ void WarningMonitor::check_distance(const DistanceRule& rule, const WatchedFrame
     }
   }
   if (when == 0 || nearest >= limit(WarningKind::kCourse)) return;
-  WarningEvent event = event_of(frame, WarningKind::kCourse, rule.name, mover);
-  event.distance = nearest;
+  WarningEvent event = event_of(frame, WarningKind::kCourse, rule, mover, nearest);
   event.seconds = when;
   broken.push_back(event);
 }
 
 bool WarningMonitor::is_active(WarningKind kind, const std::string& rule, int mover) const {
   return active_.contains({kind, rule, mover});
+}
+
+/// Whether a mover is what hangs at a named point. Only movers without a class can be: a person is
+/// warned of wherever he or she is.
+bool WarningMonitor::is_own_load(const WatchedMover& mover, const Pose& T_world_camera) const {
+  if (mover.class_name != kNoClass) return false;
+  return std::any_of(rules_.loads.begin(), rules_.loads.end(), [&](const OwnLoad& load) {
+    return (T_world_camera * load.offset - mover.centroid).norm() <= load.radius;
+  });
 }
 
 /// Returns the mean velocity in the last moments; zero right after a loss [m/s].
@@ -201,25 +236,26 @@ Eigen::Vector3d WarningMonitor::camera_velocity() const {
 }
 
 std::string warning_text(const WarningEvent& event) {
-  const std::string name = event.class_name == "unknown" ? "object" : event.class_name;
+  const std::string name = event.class_name == kNoClass ? "object" : event.class_name;
   const std::string who = fmt::format("{} {}", name, event.mover);
-  if (!event.begins) {
-    if (event.kind == WarningKind::kUnseen) return event.rule + " is in view";
-    if (event.kind == WarningKind::kUnknown) return "over: " + event.rule;
-    return fmt::format("{}: {} {}", event.seen_clear ? "clear" : "out of sight", who, event.rule);
+  if (!event.begins && !is_gap(event.kind)) {
+    return event.seen_clear ? fmt::format("clear: {} {}", who, left_text(event))
+                            : fmt::format("out of sight: {}, last {}", who, place_text(event));
   }
+  // Several rules of one point have names that tell them apart.
+  const std::string title = event.rule == event.point ? "" : event.rule + ": ";
   switch (event.kind) {
     case WarningKind::kZone:
-      return fmt::format("{} is in {}", who, event.rule);
+      return fmt::format("{} is {}", who, place_text(event));
     case WarningKind::kNear:
-      return fmt::format("{} is {:.1f} m from the {}", who, event.distance, event.rule);
+      return fmt::format("{}{} is {:.1f} m from the {}", title, who, event.distance, event.point);
     case WarningKind::kCourse:
-      return fmt::format("{} will be {:.1f} m from the {} in {:.1f} s", who, event.distance,
-                         event.rule, event.seconds);
+      return fmt::format("{}{} will be {:.1f} m from the {} in {:.1f} s", title, who,
+                         event.distance, event.point, event.seconds);
     case WarningKind::kUnseen:
-      return event.rule + " is not in view";
+      return fmt::format("zone '{}' is {}in view", event.rule, event.begins ? "not " : "");
     case WarningKind::kUnknown:
-      return "not known: " + event.rule;
+      return (event.begins ? "not known: " : "over: ") + event.rule;
   }
   return "";
 }
@@ -228,7 +264,8 @@ nlohmann::json warning_json(const WarningEvent& event) {
   const auto array = [](const Eigen::Vector3d& v) {
     return nlohmann::json::array({rounded(v.x()), rounded(v.y()), rounded(v.z())});
   };
-  nlohmann::json json{{"event", event.begins ? "begin" : "end"},
+  nlohmann::json json{{"id", event.id},
+                      {"event", event.begins ? "begin" : "end"},
                       {"kind", name_of(event.kind)},
                       {"rule", event.rule},
                       {"frame", event.frame},
@@ -246,7 +283,11 @@ nlohmann::json warning_json(const WarningEvent& event) {
   json["confidence"] = rounded(event.confidence);
   json["observed"] = event.observed;
   json["position"] = array(event.position);
-  if (event.kind != WarningKind::kZone) json["distance"] = rounded(event.distance);
+  if (event.kind != WarningKind::kZone) {
+    json["point"] = event.point;
+    json["nearer"] = event.nearer;
+    json["distance"] = rounded(event.distance);
+  }
   if (event.kind == WarningKind::kCourse) json["seconds"] = rounded(event.seconds);
   if (!event.begins) json["seen_clear"] = event.seen_clear;
   return json;

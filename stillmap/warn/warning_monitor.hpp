@@ -52,7 +52,10 @@ enum class WarningKind {
 struct WarningEvent {
   bool begins = true;
   WarningKind kind = WarningKind::kZone;
-  std::string rule;        ///< Name of the zone or point, or the reason of kUnknown.
+  std::size_t id = 0;      ///< Running number of the events of a monitor, from 1.
+  std::string rule;        ///< Name of the zone or distance rule, or the reason of kUnknown.
+  std::string point;       ///< Point of a distance rule; otherwise empty.
+  double nearer = 0;       ///< Distance of the rule; 0 for others [m].
   int mover = 0;           ///< Id of the mover; 0 for kUnseen and kUnknown.
   std::string class_name;  ///< Of the mover.
   double confidence = 0;   ///< Of its class [0..1].
@@ -107,15 +110,17 @@ class WarningMonitor {
   void check_distance(const DistanceRule& rule, const WatchedFrame& frame,
                       const WatchedMover& mover, std::vector<WarningEvent>& broken) const;
   bool is_active(WarningKind kind, const std::string& rule, int mover) const;
+  bool is_own_load(const WatchedMover& mover, const Pose& T_world_camera) const;
   Eigen::Vector3d camera_velocity() const;
 
   WarningRules rules_;
+  std::size_t events_ = 0;  // number of events so far
   std::map<Key, Active> active_;
   WatchedFrame newest_;                                     // without movers
   std::deque<std::pair<double, Eigen::Vector3d>> cameras_;  // recent positions by time
 };
 
-/// Returns an event as a sentence: "person 3 is in zone gate".
+/// Returns an event as a sentence: "person 3 is in zone 'gate'".
 std::string warning_text(const WarningEvent& event);
 
 /// Returns an event as a line of events.jsonl; docs/view.md lists its keys.

@@ -124,20 +124,22 @@ TEST(WarningMonitor, WarnsInTheFirstFrameInAZoneAndEndsAfterTheHold) {
   watch.frame({person(3, 0)});
   watch.frame({person(0.5, 0)});
   for (int i = 0; i < 7; ++i) watch.frame({person(3, 0)});
-  EXPECT_THAT(watch.texts(), ElementsAre("1 person 3 is in gate", "6 clear: person 3 gate"));
+  EXPECT_THAT(watch.texts(), ElementsAre("1 person 3 is in zone 'gate'",
+                                         "6 clear: person 3 has left zone 'gate'"));
 }
 
 TEST(WarningMonitor, DoesNotFlickerAtTheBorder) {
   Watch watch({.zones = {square()}, .distances = {}});
   for (int i = 0; i < 30; ++i) watch.frame({person(i % 3 == 0 ? 1.1 : 1.4, 0)});
-  EXPECT_THAT(watch.texts(), ElementsAre("0 person 3 is in gate"));
+  EXPECT_THAT(watch.texts(), ElementsAre("0 person 3 is in zone 'gate'"));
 }
 
 TEST(WarningMonitor, AMoverThatVanishesIsOutOfSightNotClear) {
   Watch watch({.zones = {square()}, .distances = {}});
   watch.frame({person(0, 0)});
   for (int i = 0; i < 6; ++i) watch.frame({});
-  EXPECT_THAT(watch.texts(), ElementsAre("0 person 3 is in gate", "5 out of sight: person 3 gate"));
+  EXPECT_THAT(watch.texts(), ElementsAre("0 person 3 is in zone 'gate'",
+                                         "5 out of sight: person 3, last in zone 'gate'"));
 }
 
 TEST(WarningMonitor, OtherClassesAreIgnored) {
@@ -158,8 +160,8 @@ TEST(WarningMonitor, TheDistanceIsThatOfTheNearestSurfaceWithAMargin) {
   watch.frame({person(0, 2.1)});
   for (int i = 0; i < 9; ++i) watch.frame({person(0, 2.3)});  // within the margin of 10 %
   for (int i = 0; i < 9; ++i) watch.frame({person(0, 2.5)});
-  EXPECT_THAT(watch.texts(),
-              ElementsAre("1 person 3 is 1.9 m from the camera", "15 clear: person 3 camera"));
+  EXPECT_THAT(watch.texts(), ElementsAre("1 person 3 is 1.9 m from the camera",
+                                         "15 clear: person 3 is no longer near the camera"));
 }
 
 TEST(WarningMonitor, ACourseIsWarnedOfBeforeItComesNear) {
@@ -184,8 +186,12 @@ TEST(WarningMonitor, ACameraThatDrivesTowardsAPersonIsACourse) {
 }
 
 TEST(WarningMonitor, TheLevelDistanceOfARaisedHookIgnoresItsHeight) {
-  DistanceRule rule{
-      .name = "hook", .offset = {0, -4, 6}, .nearer = 1, .level = true, .classes = {}};
+  DistanceRule rule{.name = "hook",
+                    .point = "hook",
+                    .offset = {0, -4, 6},
+                    .nearer = 1,
+                    .level = true,
+                    .classes = {}};
   Watch level({.zones = {}, .distances = {rule}});
   level.frame({person(0, 6)});
   EXPECT_THAT(level.texts(), ElementsAre("0 person 3 is 0.0 m from the hook"));
@@ -230,7 +236,8 @@ TEST(WarningMonitor, AZoneOutOfViewIsNotSeenToBeClear) {
   seen(0.4, 2);
   seen(0.52, 10);  // within the margin
   seen(0.9, 9);
-  EXPECT_THAT(watch.texts(), ElementsAre("2 gate is not in view", "18 gate is in view"));
+  EXPECT_THAT(watch.texts(),
+              ElementsAre("2 zone 'gate' is not in view", "18 zone 'gate' is in view"));
 }
 
 TEST(WarningMonitor, WhatNoFrameTellsIsAnnouncedOnceAndEndsWithTheFramesAfterIt) {
@@ -252,7 +259,62 @@ TEST(WarningMonitor, WarningsStayWhileTheCameraIsLost) {
   watch.frame({person(0, 0)});
   for (int i = 0; i < 20; ++i) watch.frame({}, std::nullopt);
   EXPECT_THAT(watch.texts(),
-              ElementsAre("0 person 3 is in gate", "1 not known: the camera is lost"));
+              ElementsAre("0 person 3 is in zone 'gate'", "1 not known: the camera is lost"));
+}
+
+TEST(WarningMonitor, TwoDistancesOfOnePointWarnBoth) {
+  DistanceRule alarm = camera_rule(1.7);
+  alarm.name = "alarm";
+  Watch watch({.zones = {}, .distances = {camera_rule(3), alarm}});
+  watch.frame({person(0, 2.7)});
+  watch.frame({person(0, 1.7)});
+  for (int i = 0; i < 6; ++i) watch.frame({person(0, 2.7)});
+  EXPECT_THAT(watch.texts(), ElementsAre("0 person 3 is 2.5 m from the camera",
+                                         "1 alarm: person 3 is 1.5 m from the camera",
+                                         "6 clear: person 3 is no longer near the camera (alarm)"));
+}
+
+TEST(WarningMonitor, AClassBelowTheConfidenceOfTheRuleCountsAsUnknown) {
+  Zone zone = square();
+  zone.classes = {"person"};
+  zone.confidence = 0.81;  // the person has 0.8
+  Watch strict({.zones = {zone}, .distances = {}});
+  strict.frame({person(0, 0)});
+  EXPECT_THAT(strict.texts(), IsEmpty());
+  zone.classes = {"person", "unknown"};
+  Watch wide({.zones = {zone}, .distances = {}});
+  wide.frame({person(0, 0)});
+  EXPECT_THAT(wide.texts(), ElementsAre("0 person 3 is in zone 'gate'"));
+}
+
+TEST(WarningMonitor, NothingWarnsOfTheOwnLoadButOfPeopleAtIt) {
+  WatchedMover load = person(0, 6);
+  load.class_name = "unknown";
+  const OwnLoad hook{"hook", {0, 0.1, 5.6}, 0.5};
+  Watch watch({.zones = {}, .distances = {camera_rule(9)}, .loads = {hook}});
+  watch.frame({load});
+  EXPECT_THAT(watch.texts(), IsEmpty());
+  watch.frame({person(0, 6)});
+  EXPECT_THAT(watch.texts(), ElementsAre("1 person 3 is 5.8 m from the camera"));
+  load.id = 4;
+  load.centroid.x() += 0.5;  // too far from the hook
+  watch.frame({load});
+  EXPECT_EQ(watch.texts().size(), 2U);
+}
+
+TEST(WarningMonitor, EventsAreNumbered) {
+  WarningMonitor monitor({.zones = {square()}, .distances = {camera_rule(3)}});
+  WatchedFrame frame;
+  frame.T_world_camera = Pose();
+  frame.movers = {person(0, 0)};
+  const auto begun = monitor.update(frame);
+  ASSERT_EQ(begun.size(), 2U);
+  EXPECT_EQ(begun[0].id, 1U);
+  EXPECT_EQ(begun[1].id, 2U);
+  EXPECT_EQ(warning_json(monitor.announce("the run has ended").at(0)).at("id"), 3);
+  frame.timestamp = 3;
+  frame.movers = {};
+  EXPECT_EQ(monitor.update(frame).back().id, 6U);
 }
 
 TEST(EventsMessage, PairsBeginsWithTheirEnds) {
@@ -281,6 +343,8 @@ TEST(WarningJson, HasPoseMoverDistanceAndConfidence) {
   EXPECT_EQ(json.at("kind"), "near");
   EXPECT_EQ(json.at("camera").size(), 7U);
   EXPECT_EQ(json.at("mover"), 3);
+  EXPECT_EQ(json.at("point"), "camera");
+  EXPECT_EQ(json.at("nearer"), 3);
   EXPECT_NEAR(json.at("distance").get<double>(), 1.8, 1e-3);
   EXPECT_NEAR(json.at("confidence").get<double>(), 0.8, 1e-9);
 }

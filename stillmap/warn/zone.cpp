@@ -5,8 +5,17 @@
 #include <cmath>
 #include <limits>
 
+#include <Eigen/SVD>
+#include <fmt/format.h>
+
 namespace stillmap {
 namespace {
+
+// Limits of polygons. They only refuse mistakes: swapped axes, wrong units, a wrong `up`.
+constexpr double kFarthest = 1e4;    // greatest coordinate of a corner [m]
+constexpr double kNarrowest = 0.05;  // least RMS distance of the corners from their best line [m]
+constexpr double kRise = 0.5;        // greatest difference of the corners' heights [m] ...
+constexpr double kSlope = 0.2;       // ... plus this share of the zone's extent
 
 /// Coordinates along and across the floor.
 struct LevelAxes {
@@ -27,7 +36,65 @@ double distance_to_edge(const Eigen::Vector2d& p, const Eigen::Vector2d& a,
   return (p - a - s * edge).norm();
 }
 
+using LevelPolygon = Eigen::Matrix2Xd;
+
+LevelPolygon level_polygon(const Zone& zone) {
+  const LevelAxes axes = level_axes(zone.up);
+  LevelPolygon polygon(2, zone.polygon.size());
+  for (Eigen::Index i = 0; i < polygon.cols(); ++i)
+    polygon.col(i) = axes.of(zone.polygon[static_cast<std::size_t>(i)]);
+  return polygon;
+}
+
+/// Returns the RMS distance of the corners from the line that fits them best [m].
+double width_of(const LevelPolygon& polygon) {
+  const LevelPolygon centered = polygon.colwise() - polygon.rowwise().mean();
+  return Eigen::JacobiSVD<LevelPolygon>(centered).singularValues()[1] /
+         std::sqrt(static_cast<double>(polygon.cols()));
+}
+
+/// Whether the points c and d are on different sides of the line from a to b.
+bool parts(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c,
+           const Eigen::Vector2d& d) {
+  const auto side = [&](const Eigen::Vector2d& p) {
+    return (b - a).x() * (p - a).y() - (b - a).y() * (p - a).x();
+  };
+  return side(c) * side(d) < 0;
+}
+
+bool has_crossing(const LevelPolygon& polygon) {
+  const Eigen::Index n = polygon.cols();
+  for (Eigen::Index i = 0; i < n; ++i) {
+    for (Eigen::Index j = i + 2; j < n; ++j) {
+      const Eigen::Vector2d a = polygon.col(i), b = polygon.col(i + 1), c = polygon.col(j),
+                            d = polygon.col((j + 1) % n);
+      if (parts(a, b, c, d) && parts(c, d, a, b)) return true;
+    }
+  }
+  return false;
+}
+
 }  // namespace
+
+std::string polygon_problem(const Zone& zone) {
+  Eigen::AlignedBox1d heights;
+  for (const Eigen::Vector3d& corner : zone.polygon) {
+    if (corner.cwiseAbs().maxCoeff() > kFarthest)
+      return fmt::format("has a coordinate beyond {} m", kFarthest);
+    heights.extend(Eigen::AlignedBox1d::VectorType(zone.up.dot(corner)));
+  }
+  const LevelPolygon polygon = level_polygon(zone);
+  const std::string up =
+      fmt::format("'up' [{:.3g}, {:.3g}, {:.3g}]", zone.up.x(), zone.up.y(), zone.up.z());
+  if (width_of(polygon) < kNarrowest)
+    return "is a line as seen along " + up + ": its corners are on a line, or it is vertical";
+  const double extent = (polygon.rowwise().maxCoeff() - polygon.rowwise().minCoeff()).norm();
+  const double rise = heights.sizes().x();
+  if (rise > kRise + kSlope * extent)
+    return fmt::format("is not level: the heights of its corners along {} differ by {:.2f} m", up,
+                       rise);
+  return has_crossing(polygon) ? "has edges that cross" : "";
+}
 
 UprightCylinder cylinder_in(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& axis,
                             const Eigen::Vector3d& up) {

@@ -16,7 +16,12 @@ struct Zone {
   double low = 0, high = 2.5;        ///< Heights above the polygon [m].
   Eigen::Vector3d up = {0, -1, 0};   ///< Unit vector; the polygon is projected along it.
   std::vector<std::string> classes;  ///< Classes of movers that it is for; empty: all.
+  double confidence = 0;             ///< A class of a lower confidence counts as "unknown" [0..1].
 };
+
+/// Returns why the corners of a zone are no polygon on a floor: too far away, on a line as seen
+/// along `up`, not level, or with edges that cross. Empty if they are one.
+std::string polygon_problem(const Zone& zone);
 
 /// The space of a mover. It does not depend on the axes of the world, unlike a box along them,
 /// which is far too large for an upright person in the world of a camera that looks down.
