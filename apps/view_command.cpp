@@ -44,7 +44,7 @@ int view(const ViewArguments& arguments) {
       {.port = arguments.port, .address = arguments.address, .port_option = "--port"}));
   const std::optional<WarningRules> rules = shown_rules(arguments);
   publish_recorded_run(arguments.run, rules, server.board());
-  if (is_run(arguments.run) && !arguments.zones.empty())
+  if (rules && is_run(arguments.run) && !arguments.zones.empty())
     server.board().publish(events_message(replayed_events(*rules, arguments.run)));
   print_out("{}Ctrl-C ends it\n", addresses_text(server));
   output_is_complete();
