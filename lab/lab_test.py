@@ -372,11 +372,18 @@ class Bench(unittest.TestCase):
 class Zones(unittest.TestCase):
     """The comparison of warnings with the true ones."""
 
-    def judged(self, *found, center=(0, 0.5, 3)):
+    def judged(self, *found, at=(0.5, 0.9, 3)):
         event = {"position": [0, 0, 3], "camera": [0, 0, 0, 0, 0, 0, 1], "timestamp": 10.0}
         truth = [("zone", "gate", 1, 10.0, 13.0, event), ("near", "camera", 1, 20.0, 22.0, event)]
-        part = zones.judged(truth, [(*f, event) for f in found], {(10.0, 1): 900, (20.0, 1): 900}, {10.0: [[5, 5, 5], center]})
+        part = zones.judged(truth, [(*f, event) for f in found], {(10.0, 1): 900, (20.0, 1): 900}, self.positions(at))
         return zones.figures([part])
+
+    def positions(self, at):
+        """Two movers at 10 s, one of them at a position; up is -y."""
+        with tempfile.TemporaryDirectory() as folder:
+            rows = ["timestamp,id,x,y,z", "10.00000,1,5,5,5", "10.00000,2,{},{},{}".format(*at)]
+            (Path(folder) / "movers.csv").write_text("\n".join(rows) + "\n")
+            return zones.TruePositions(Path(folder), [0, -1, 0])
 
     def test_a_late_warning_is_found_with_its_latency(self):
         result = self.judged(("zone", "gate", 7, 10.2, 13.5))
@@ -389,7 +396,7 @@ class Zones(unittest.TestCase):
         self.assertEqual((result["recall"], result["precision"]), (0, 0))
 
     def test_a_warning_without_a_mover_there_is_a_ghost(self):
-        result = self.judged(("zone", "gate", 7, 10.2, 13.5), ("near", "yard", 8, 10.2, 13.5), center=(0, 0.8, 3))
+        result = self.judged(("zone", "gate", 7, 10.2, 13.5), ("near", "yard", 8, 10.2, 13.5), at=(0.5, 0, 3.6))
         self.assertEqual((result["right"], result["ghosts"], result["warnings"]), (0, 2, 2))
         self.assertEqual(self.judged(("zone", "gate", 7, 10.2, 13.5))["ghosts"], 0)
 

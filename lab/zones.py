@@ -8,7 +8,7 @@ Scenes (an office with walking people and three motions of the camera, a yard be
 the true poses and movers, with the same rules. Only true warnings of movers that are in view when they begin count: at
 least 600 pixels show them. A true warning is found if a warning of the same kind and rule begins at most two seconds
 before its begin and before its end, or is active then; a warning is right if it overlaps with a true one of the same kind
-and rule, within half a second, and if a true mover is within 0.7 m of its position when it begins. A warning without a
+and rule, within half a second, and if a true mover is within 0.7 m of its position, along the floor, when it begins. A warning without a
 true mover there is a ghost. Results that the same program has made are kept.
 
 Written to RESULTS_DIR: zones.md (printed at the end), zones.json, and a folder per run.
@@ -139,25 +139,28 @@ def intervals(file):
     return done + [(*key, event["timestamp"], FAR, event) for key, event in open_ones.items()]
 
 
-def true_centers(folder):
+class TruePositions:
     """The true positions of all movers by time, in the world of the run."""
-    centers = {}
-    with open(folder / "movers.csv", encoding="utf-8") as file:
-        for row in csv.DictReader(file):
-            centers.setdefault(round(float(row["timestamp"]), 4), []).append([float(row[axis]) for axis in "xyz"])
-    return centers
+
+    def __init__(self, folder, up):
+        self.up, self.centers = up, {}
+        with open(folder / "movers.csv", encoding="utf-8") as file:
+            for row in csv.DictReader(file):
+                self.centers.setdefault(round(float(row["timestamp"]), 4), []).append([float(row[axis]) for axis in "xyz"])
+
+    def has(self, event):
+        """Whether a true mover is where the mover of an event is, along the floor: of many people only a part is in view."""
+        def apart(center):
+            v = [a - b for a, b in zip(event["position"], center)]
+            height = sum(a * b for a, b in zip(v, self.up))
+            return math.hypot(*(a - height * b for a, b in zip(v, self.up)))
+        return any(apart(center) <= REACH for center in self.centers.get(round(event["timestamp"], 4), []))
 
 
-def is_placed(event, centers):
-    """Whether a true mover is where the mover of an event is."""
-    near = centers.get(round(event["timestamp"], 4), [])
-    return any(math.dist(event["position"], center) <= REACH for center in near)
-
-
-def judged(truth, found, pixels, centers):
+def judged(truth, found, pixels, positions):
     """Latency of each true warning that was found, whether it was found by its distance, and the warnings.
 
-    centers: true positions of the movers by time."""
+    positions: the true ones."""
     def similar(a, b):  # a course becomes a distance: both announce the same
         return a[1] == b[1] and (a[0] == b[0] or {a[0], b[0]} == {"near", "course"})
     true = [w for w in truth if pixels.get((round(w[3], 4), w[2]), 0) >= MIN_PIXELS and w[4] - w[3] > 0.55]
@@ -173,8 +176,8 @@ def judged(truth, found, pixels, centers):
         distances.setdefault(label, []).append(bool(hits))
     mine = [f for f in found if f[0] not in GAPS]
     timely = [f for f in mine if any(similar(w, f) and f[3] <= w[4] + SLACK and f[4] >= w[3] - SLACK for w in truth)]
-    right = [f for f in timely if is_placed(f[5], centers)]
-    ghosts = [f for f in mine if not is_placed(f[5], centers)]
+    right = [f for f in timely if positions.has(f[5])]
+    ghosts = [f for f in mine if not positions.has(f[5])]
     return {"latencies": latencies, "distances": distances, "warnings": len(mine), "right": len(right), "ghosts": len(ghosts)}
 
 
@@ -203,7 +206,8 @@ def truth_of(sequence, folder, program):
     rules = folder / "rules.yaml"
     write_rules(rules, sequence)
     call(program, "warn", folder / "truth", "--zones", rules, "--force")
-    return intervals(folder / "truth/events.jsonl"), pixels, true_centers(folder / "truth"), rules
+    positions = TruePositions(folder / "truth", FirstCamera(sequence).direction([0, 0, 1]))
+    return intervals(folder / "truth/events.jsonl"), pixels, positions, rules
 
 
 def run(sequence, rules, words, out, program):
@@ -231,10 +235,10 @@ def rows_of(scene, arguments):
             core.say(f"{sequence} ...")
             call(arguments.program, "simulate", *SCENES[scene], "--frames", arguments.frames, "--fps", FPS, "--seed", seed,
                  "--out", sequence)
-        truth, pixels, centers, rules = truth_of(sequence, folder, arguments.program)
+        truth, pixels, positions, rules = truth_of(sequence, folder, arguments.program)
         for kind, words in kinds.items():
             found = run(sequence, rules, words(sequence), folder / kind.replace(" ", "_"), arguments.program)
-            parts[kind].append(judged(truth, found, pixels, centers))
+            parts[kind].append(judged(truth, found, pixels, positions))
     return [{"scene": scene, "segmentation": kind, **figures(of_kind)} for kind, of_kind in parts.items()]
 
 
