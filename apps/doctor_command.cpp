@@ -35,6 +35,7 @@ struct DoctorArguments {
 
 /// Number of frames from which the camera is checked; some seconds of work.
 constexpr int kCalibrationFrames = 300;
+constexpr const char* kStereo = "stereo";  // depth sensor of a pair of cameras
 
 /// Adds what the recording shows about the errors of its camera.
 void check_calibration(const DoctorArguments& arguments, Diagnosis& diagnosis) {
@@ -49,8 +50,9 @@ void check_calibration(const DoctorArguments& arguments, Diagnosis& diagnosis) {
     return std::make_unique<SourceWithProgress>(make_source(folder, range), ++pass);
   };
   try {
-    const auto report =
-        calibrate_recording(open, recorded_camera(folder, range), parameters_of(read_options("")));
+    const Camera camera = recorded_camera(folder, range);
+    if (camera.depth_sensor.name == kStereo) return;  // its cameras cannot be replaced
+    const auto report = calibrate_recording(open, camera, parameters_of(read_options("")));
     for (const std::string& finding : calibration_findings(report)) {
       diagnosis.add(Severity::kWarning, finding,
                     "write a corrected camera file with: stillmap calibrate " + folder +
@@ -61,11 +63,38 @@ void check_calibration(const DoctorArguments& arguments, Diagnosis& diagnosis) {
   }
 }
 
+/// Returns the camera that a run would use; none if there is none, or it cannot be read from the
+/// folder, which diagnose() tells.
+std::optional<Camera> camera_of(const DoctorArguments& arguments) {
+  if (!arguments.camera.empty()) return read_camera(arguments.camera);
+  SourceOptions options;
+  options.associations = arguments.associations;
+  try {
+    return recorded_camera(arguments.folder, options);
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
+/// Returns the diagnosis of a recorded file or a stereo pair.
+Diagnosis examined(const DoctorArguments& arguments) {
+  SourceOptions range;
+  range.camera = arguments.camera;
+  range.count = kCalibrationFrames;
+  try {
+    return diagnose(*make_source(arguments.folder, range), kCalibrationFrames);
+  } catch (const Error& error) {
+    Diagnosis diagnosis;
+    diagnosis.add(Severity::kError, error.where() + ": " + error.problem(), error.fix());
+    return diagnosis;
+  }
+}
+
 int run(const DoctorArguments& arguments) {
-  const std::string& camera = arguments.camera;
   Diagnosis diagnosis =
-      diagnose(arguments.folder, camera.empty() ? std::nullopt : std::optional(read_camera(camera)),
-               arguments.associations);
+      names_image_folder(arguments.folder)
+          ? diagnose(arguments.folder, camera_of(arguments), arguments.associations)
+          : examined(arguments);
   if (diagnosis.conclusion() != Severity::kError) check_calibration(arguments, diagnosis);
   for (const Finding& finding : diagnosis.findings) {
     print_out("{}{}\n", label(finding.severity), finding.what);
@@ -90,7 +119,7 @@ int run(const DoctorArguments& arguments) {
 void add_doctor_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<DoctorArguments>();
   CLI::App* command = app.add_subcommand("doctor", "check a recording and its camera for problems");
-  command->add_option("folder", arguments->folder, "sequence in TUM layout")->required();
+  command->add_option("recording", arguments->folder, "recording, as for run")->required();
   command
       ->add_option("--camera", arguments->camera,
                    "preset name or file; default: the sequence's camera.yaml")

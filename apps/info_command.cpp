@@ -3,9 +3,9 @@
 #include "stillmap/base/print.hpp"
 #include "stillmap/recording/recording.hpp"
 #include "stillmap/sensor/make_source.hpp"
-#include "stillmap/sensor/recording_source.hpp"
 
 #include <algorithm>
+#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -37,17 +37,22 @@ void print_topics(const Recording& recording) {
 }
 
 int run(const InfoArguments& arguments) {
-  {
+  SourceOptions options;
+  options.camera = arguments.camera;
+  options.topics = arguments.topics;
+  const std::filesystem::path path = arguments.file;
+  if (is_recording(path) && !std::filesystem::exists(path / "rgb.txt")) {
     Recording recording(arguments.file);
     print_out("{}: {:.2f} s, {} topics\n", arguments.file, recording.duration(),
               recording.topics().size());
     print_topics(recording);
   }
-  const auto camera =
-      arguments.camera.empty() ? std::nullopt : std::optional(read_camera(arguments.camera));
-  const RecordingSource source(arguments.file, camera, arguments.topics);
-  for (const std::string& note : source.notes()) print_out("{}\n", note);
-  print_out("frames: {}\n", source.size().value_or(0));
+  const auto source = make_source(arguments.file, options);
+  for (const std::string& note : source->notes()) print_out("{}\n", note);
+  const Camera& camera = source->camera();
+  print_out("camera: {} x {} pixels, focal length {:.1f}, sensor {}, depth factor {:g}\n",
+            camera.width, camera.height, camera.fx, camera.depth_sensor.name, camera.depth_factor);
+  print_out("frames: {}\n", source->size().value_or(0));
   return kSuccess;
 }
 
@@ -56,10 +61,11 @@ int run(const InfoArguments& arguments) {
 void add_info_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<InfoArguments>();
   CLI::App* command =
-      app.add_subcommand("info", "list the topics and the cameras of a recorded file");
+      app.add_subcommand("info", "list the topics, cameras and frames of a recording");
   command
       ->add_option("file", arguments->file,
-                   "ROS 1 bag, or recording of rosbag2 (.db3, .mcap, or their folder)")
+                   "recording, as for run: ROS 1 bag, recording of rosbag2 (.db3, .mcap, or their "
+                   "folder), folder of images, stereo pair")
       ->required();
   command->add_option("--camera", arguments->camera,
                       "preset name or file of the color camera; default: that of the recording");

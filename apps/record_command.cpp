@@ -3,6 +3,7 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/print.hpp"
 #include "stillmap/sensor/camera_file.hpp"
+#include "stillmap/sensor/frame_check.hpp"
 #include "stillmap/sensor/image_file.hpp"
 #include "stillmap/sensor/make_source.hpp"
 
@@ -92,16 +93,21 @@ int record(const RecordArguments& arguments) {
   const auto source = make_source(arguments.source, options);
   for (const std::string& note : source->notes()) print_out("{}\n", note);
   FolderWriter writer(arguments.out, written_camera(source->camera()));
+  FrameCheck check(source->camera());
   Progress progress("recording", source->size());
   std::size_t frames = 0;
   for (; !interrupted(); ++frames) {
     const RgbdFramePtr frame = source->next();
     if (!frame) break;
     writer.add(*frame);
+    check.add(*frame);
     progress.step("");
   }
   print_out("{}: {} frames, {} skipped\n", arguments.out, frames, source->skipped().size());
-  return interrupted() ? kInterrupted : kSuccess;
+  const std::vector<std::string> problems = check.problems();
+  print_doubts(problems);
+  if (interrupted()) return kInterrupted;
+  return problems.empty() ? kSuccess : kDoubtful;
 }
 
 }  // namespace
@@ -132,6 +138,7 @@ void add_record_command(CLI::App& app, int& exit_code) {
       ->default_str("5");
   command->footer(
       "Images are written rectified, depth registered to color and in 16 bits, with camera.yaml.\n"
+      "Depths outside the range of the camera's sensor are not kept: name the right camera first.\n"
       "Example:\n  stillmap record robot.mcap my_sequence --count 300");
   command->callback([arguments, &exit_code] { exit_code = record(*arguments); });
 }

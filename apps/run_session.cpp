@@ -15,6 +15,7 @@
 #include "stillmap/report/figure_recorder.hpp"
 #include "stillmap/report/gallery.hpp"
 #include "stillmap/report/live_trajectory.hpp"
+#include "stillmap/sensor/frame_check.hpp"
 #include "stillmap/view/live_view.hpp"
 
 #include "interrupt.hpp"
@@ -43,11 +44,13 @@ struct Recorders {
 void drive(SlamSystem& slam, FrameSource& source, std::optional<std::size_t> total_frames,
            Recorders& recorders, RunRecord& record, bool show_progress) {
   Gallery gallery(total_frames);
+  FrameCheck check(source.camera());
   std::optional<Progress> progress;
   if (show_progress) progress.emplace("mapping", total_frames);
   while (!interrupted()) {
     const RgbdFramePtr frame = source.next();
     if (!frame) break;
+    check.add(*frame);
     const bool posed = slam.push(frame).has_value();
     if (posed && !record.first_pose_seconds) record.first_pose_seconds = seconds_since_start();
     ++record.frames;
@@ -63,6 +66,7 @@ void drive(SlamSystem& slam, FrameSource& source, std::optional<std::size_t> tot
   }
   record.interrupted = interrupted();
   record.gallery = gallery.take();
+  record.frame_problems = check.problems();
 }
 
 /// Opens the journal of the run in its folder.

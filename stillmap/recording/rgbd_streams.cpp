@@ -133,6 +133,14 @@ std::vector<std::string> names_of(const std::vector<ImageStream>& streams) {
   return names;
 }
 
+std::vector<std::string> names_and_encodings(const std::vector<ImageStream>& streams) {
+  std::vector<std::string> texts;
+  for (const ImageStream& stream : streams)
+    texts.push_back(stream.encoding.empty() ? stream.name
+                                            : fmt::format("{} ({})", stream.name, stream.encoding));
+  return texts;
+}
+
 Error no_stream(const Recording& recording, const std::vector<ImageStream>& streams,
                 const char* kind) {
   std::string fix = "record one";
@@ -140,10 +148,11 @@ Error no_stream(const Recording& recording, const std::vector<ImageStream>& stre
     fix = fmt::format(
         "name two topics with --topics COLOR,DEPTH (of a stereo pair LEFT,RIGHT); the image "
         "topics are {}",
-        fmt::join(names_of(streams), ", "));
+        fmt::join(names_and_encodings(streams), ", "));
   }
-  return Error(fmt::format("contains no topic with {} images that can be read", kind),
-               recording.path().string(), fix);
+  std::string what = fmt::format("contains no topic with {} images that can be read", kind);
+  for (const std::string& warning : recording.warnings()) what += "; " + warning;
+  return Error(what, recording.path().string(), fix);
 }
 
 const ImageStream& named_stream(const Recording& recording, const std::vector<ImageStream>& streams,

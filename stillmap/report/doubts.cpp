@@ -87,6 +87,7 @@ std::vector<std::string> doubts_of(const RunRecord& record) {
   add_coverage(record, doubts);
   add_uncertain(record, doubts);
   add_masks(record, doubts);
+  doubts.insert(doubts.end(), record.frame_problems.begin(), record.frame_problems.end());
   doubts.insert(doubts.end(), record.unused_settings.begin(), record.unused_settings.end());
   const SlamResult& result = record.result;
   if (result.maps > 1) {

@@ -48,8 +48,9 @@ struct RunRecord {
   double mapping_memory_mib = 0;             ///< Peak memory before files are written [MiB].
   /// Settings of the user that have no effect, with the reasons.
   std::vector<std::string> unused_settings;
-  std::vector<std::string> doubts;  ///< Reasons not to trust the results.
-  bool interrupted = false;         ///< Whether the user stopped the run early.
+  std::vector<std::string> frame_problems;  ///< Of FrameCheck.
+  std::vector<std::string> doubts;          ///< Reasons not to trust the results.
+  bool interrupted = false;                 ///< Whether the user stopped the run early.
 
   /// Returns the number of frames of the sequence: processed, dropped and unreadable ones.
   std::size_t total_frames() const { return frames + dropped + frames_skipped(); }

@@ -7,6 +7,7 @@
 #include "stillmap/geometry/trajectory.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/depth_evidence.hpp"
+#include "stillmap/sensor/frame_check.hpp"
 #include "stillmap/sensor/image_file.hpp"
 #include "stillmap/sensor/sequence.hpp"
 
@@ -22,6 +23,8 @@ namespace stillmap {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr double kMillimeters = 1000;  // per meter
 
 std::string short_name(const fs::path& file) {
   return (file.parent_path().filename() / file.filename()).string();
@@ -47,7 +50,7 @@ std::optional<Camera> choose_camera(const SequencePaths& paths, const std::optio
   try {
     if (!named && paths.camera.empty()) {
       diagnosis.add(
-          Severity::kWarning,
+          Severity::kError,
           "no camera was named and the sequence has no camera.yaml; depths below are those of a "
           "depth factor of 5000",
           "name one with --camera, or put its parameters into camera.yaml in the folder");
@@ -73,10 +76,12 @@ void check_lists(const FrameList& list, Diagnosis& diagnosis) {
   diagnosis.frames = list.frames.size();
   diagnosis.add(Severity::kOk, fmt::format("{} pairs of color and depth", list.frames.size()));
   if (list.skipped.empty()) return;
-  diagnosis.add(Severity::kWarning,
+  const bool most = list.skipped.size() > list.frames.size();
+  diagnosis.add(most ? Severity::kError : Severity::kWarning,
                 fmt::format("{} lines of the lists give no frame; the first: {}",
                             list.skipped.size(), list.skipped.front().reason),
-                "no action is needed if these are few: they are skipped");
+                most ? "correct the timestamps and names in the lists"
+                     : "no action is needed if these are few: they are skipped");
 }
 
 std::vector<double> intervals_of(const std::vector<FrameFiles>& frames) {
@@ -85,14 +90,6 @@ std::vector<double> intervals_of(const std::vector<FrameFiles>& frames) {
     intervals.push_back(frames[i].timestamp - frames[i - 1].timestamp);
   }
   return intervals;
-}
-
-// Returns the likely unit of timestamps with this median interval; empty for seconds.
-std::string unit_of(double interval) {
-  if (interval > 1e6) return "nanoseconds";
-  if (interval > 1e3) return "microseconds";
-  if (interval > 5) return "milliseconds";
-  return "";
 }
 
 void check_gaps(const std::vector<FrameFiles>& frames, double median, Diagnosis& diagnosis) {
@@ -117,7 +114,7 @@ void check_rate(const std::vector<FrameFiles>& frames, const std::optional<Camer
   const double median = percentile(intervals, 0.5);
   diagnosis.duration = frames.back().timestamp - frames.front().timestamp;
   diagnosis.frame_rate = 1 / median;
-  if (const std::string unit = unit_of(median); !unit.empty()) {
+  if (const std::string unit = unit_of_timestamps(median); !unit.empty()) {
     diagnosis.add(
         Severity::kError,
         fmt::format("frames are {:g} s apart: the timestamps seem to be in {}", median, unit),
@@ -351,15 +348,10 @@ void check_scale(const DepthSpread& raw, double factor, std::optional<double> of
   const std::string text =
       fmt::format("depths: median {:.2f} m, most between {:.2f} m and {:.2f} m",
                   raw.median / factor, raw.low / factor, raw.high / factor);
-  constexpr double kSame = 0.1;  // relative; a calibrated factor differs by a few percent
-  if (of_steps && std::abs(factor / *of_steps - 1) > kSame) {
-    diagnosis.add(
-        Severity::kWarning,
-        fmt::format("the steps between the raw depths are those of a Kinect v1 or Xtion "
-                    "with a depth factor of {:g}, and the camera's is {:g}: all distances "
-                    "would be {:.3g} times the true ones",
-                    *of_steps, factor, *of_steps / factor),
-        fmt::format("set the depth factor to {:g}", *of_steps));
+  if (const std::string problem = of_steps ? depth_factor_problem(*of_steps, factor) : "";
+      !problem.empty()) {
+    diagnosis.add(Severity::kWarning, problem,
+                  fmt::format("set the depth factor to {:g}", *of_steps));
     return;
   }
   if (of_steps || raw.plausible(factor, options)) {
@@ -520,6 +512,34 @@ Severity Diagnosis::conclusion() const {
 
 void Diagnosis::add(Severity severity, std::string what, std::string fix) {
   findings.push_back({severity, std::move(what), std::move(fix)});
+}
+
+Diagnosis diagnose(FrameSource& source, std::size_t most_frames) {
+  constexpr std::size_t kInterval = 10;  // of the frames whose edges are compared
+  Diagnosis diagnosis;
+  for (const std::string& note : source.notes()) diagnosis.add(Severity::kOk, note);
+  FrameCheck check(source.camera());
+  RegistrationEvidence registration;
+  while (diagnosis.frames < most_frames) {
+    const RgbdFramePtr frame = source.next();
+    if (!frame) break;
+    check.add(*frame);
+    if (diagnosis.frames++ % kInterval != 0) continue;
+    cv::Mat1w raw;
+    frame->depth.convertTo(raw, CV_16U, kMillimeters);
+    registration.add(frame->gray, raw);
+  }
+  diagnosis.usable_frames = diagnosis.frames;
+  diagnosis.add(diagnosis.frames > 0 ? Severity::kOk : Severity::kError,
+                fmt::format("{} frames examined", diagnosis.frames));
+  if (!source.skipped().empty()) {
+    diagnosis.add(Severity::kWarning,
+                  fmt::format("{} images were skipped; the first: {}", source.skipped().size(),
+                              source.skipped().front().reason));
+  }
+  for (const std::string& problem : check.problems()) diagnosis.add(Severity::kWarning, problem);
+  check_registration(registration, diagnosis);
+  return diagnosis;
 }
 
 Diagnosis diagnose(const fs::path& folder, const std::optional<Camera>& camera,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/geometry/camera.hpp"
+#include "stillmap/sensor/frame_source.hpp"
 
 #include <cstddef>
 #include <filesystem>
@@ -59,5 +60,9 @@ struct Diagnosis {
 Diagnosis diagnose(const std::filesystem::path& folder, const std::optional<Camera>& camera = {},
                    const std::filesystem::path& associations = {},
                    const DoctorOptions& options = {});
+
+/// Checks a source that is no folder of images, such as a recorded file or a stereo pair, by its
+/// first frames: camera, timestamps, depth unit, registration.
+Diagnosis diagnose(FrameSource& source, std::size_t most_frames);
 
 }  // namespace stillmap

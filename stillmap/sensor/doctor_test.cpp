@@ -103,7 +103,7 @@ TEST_F(Doctor, SuggestsThePlausibleDepthFactor) {
 
 TEST_F(Doctor, ReportsAMissingCamera) {
   fs::remove(sequence_.path("camera.yaml"));
-  EXPECT_THAT(warnings(), HasSubstr("no camera was named"));
+  EXPECT_THAT(errors(), HasSubstr("no camera was named"));
   sequence_.write("camera.yaml", "fx: -1\n");
   EXPECT_THAT(errors(), HasSubstr("camera.yaml"));
   EXPECT_GT(diagnose().findings.size(), 3u);  // The other checks still run.

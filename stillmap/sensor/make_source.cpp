@@ -86,6 +86,23 @@ void check_settings(const SourceOptions& options) {
   }
 }
 
+/// Throws Error for a file of another kind, and for options that have no effect on the source.
+void check_kind(const std::string& text, const std::string& path, const SourceOptions& options) {
+  const bool recorded = !names_live_camera(text) && names_recording(text);
+  std::error_code ignored;
+  if (!recorded && std::filesystem::is_regular_file(path, ignored)) {
+    throw Error("is no recording that can be read", path,
+                "give a .bag, .db3 or .mcap file; videos without depth cannot be mapped, and how "
+                ".svo and .mkv files with depth are converted is told in docs/cameras.md");
+  }
+  if (recorded && !options.associations.empty()) {
+    throw Error("a recorded file has no list of pairs", path,
+                "leave --associations out: color and depth are paired by their times");
+  }
+  if (!recorded && !options.topics.empty())
+    throw Error("only recorded files have topics", path, "leave --topics out");
+}
+
 void refuse_for_stereo(const SourceOptions& options, const std::string& folder) {
   if (given_camera(options)) {
     throw Error("the folder of a stereo pair contains its cameras", folder,
@@ -120,9 +137,14 @@ std::unique_ptr<TumFolder> open_folder(const std::string& path, const SourceOpti
 
 bool names_live_camera(const std::string& text) { return text.starts_with(kRealsense); }
 
+bool names_image_folder(const std::string& text) {
+  return !names_live_camera(text) && !names_recording(text) && !is_stereo_folder(folder_of(text));
+}
+
 std::unique_ptr<FrameSource> make_source(const std::string& text, const SourceOptions& options) {
   check_settings(options);
   const std::string path = folder_of(text);
+  check_kind(text, path, options);
   std::unique_ptr<FrameSource> source;
   if (names_live_camera(text)) {
     source = open_live_camera(text, options);

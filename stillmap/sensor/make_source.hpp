@@ -65,6 +65,10 @@ struct SourceOptions {
 std::unique_ptr<FrameSource> make_source(const std::string& text,
                                          const SourceOptions& options = {});
 
+/// Returns whether a source is a folder of color and depth images: no live camera, recorded file or
+/// stereo pair.
+bool names_image_folder(const std::string& text);
+
 /// Returns whether the text names a camera instead of a recording.
 bool names_live_camera(const std::string& text);
 

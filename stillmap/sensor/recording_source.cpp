@@ -22,6 +22,11 @@ namespace {
 
 constexpr const char* kCameraFix =
     "give the camera of the color images with --camera NAME or FILE, or record its camera_info";
+constexpr const char* kImageFix =
+    "record 8-bit color images and depth in 16 bits or floats; if the sizes differ, give the "
+    "camera "
+    "of the color images with --camera";
+constexpr const char* kFloatDepth = "32FC1";
 
 std::vector<double> stamps_of(const auto& images) {
   std::vector<double> stamps;
@@ -64,6 +69,7 @@ RecordingSource::RecordingSource(const std::filesystem::path& path,
                                  const FrameRange& range)
     : recording_(path), streams_(find_rgbd_streams(recording_, topics)) {
   check_range(range);
+  given_ = camera.has_value();
   choose_cameras(camera);
   pair_images();
   keep_range(range, path.string(), frames_, skipped_);
@@ -143,7 +149,7 @@ void RecordingSource::require_one_usable_frame() {
   }
   throw Error(fmt::format("none of the {} frames can be used; the first: an image of {}",
                           frames_.size(), first_problem),
-              recording_.path().string(), kCameraFix);
+              recording_.path().string(), kImageFix);
 }
 
 std::vector<std::string> RecordingSource::notes() const {
@@ -155,9 +161,22 @@ std::vector<std::string> RecordingSource::notes() const {
                   "sensor {}{}",
                   camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy,
                   rectifier_->active() ? ", rectified" : "", camera.depth_sensor.name,
-                  streams_.sensor.empty() ? "" : " (by the names of the topics)"));
+                  given_ || streams_.sensor.empty() ? "" : " (by the names of the topics)"));
+  if (!rig_ && streams_.depth.encoding != kFloatDepth) notes.push_back(unit_note());
   for (const std::string& warning : recording_.warnings()) notes.push_back("warning: " + warning);
   return notes;
+}
+
+std::string RecordingSource::unit_note() const {
+  const double factor = camera().depth_factor, recorded = streams_.depth_factor;
+  constexpr double kMillimeters = 1000;  // per meter
+  if (!given_ || factor == recorded)
+    return fmt::format("unit of 16-bit depth: {:g} mm", kMillimeters / factor);
+  return fmt::format(
+      "warning: the given camera's unit of 16-bit depth is {:g} mm (depth_factor {:g}), and that "
+      "of "
+      "the recording {:g} mm; set depth_factor to {:g} if the distances are wrong by that ratio",
+      kMillimeters / factor, factor, kMillimeters / recorded, recorded);
 }
 
 RgbdFramePtr RecordingSource::next() {

@@ -55,6 +55,7 @@ class RecordingSource : public FrameSource {
   void pair_images();
   std::vector<Image> increasing_images(const ImageStream& stream);
   void require_one_usable_frame();
+  std::string unit_note() const;
   RgbdFramePtr load(const Frame& frame);
   cv::Mat load_depth(const Frame& recorded, const cv::Mat& color);
   ImageRead color_image(const MessageEntry& message);
@@ -71,6 +72,7 @@ class RecordingSource : public FrameSource {
   std::optional<DepthRegistration> registration_;
   std::optional<StereoRig> rig_;          // of a stereo pair
   std::optional<StereoMatcher> matcher_;  // of a stereo pair
+  bool given_ = false;                    // whether the camera is not that of the recording
   std::vector<Frame> frames_;
   std::vector<SkippedFrame> skipped_;
   std::size_t position_ = 0;    // index of the next frame in frames_

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/sensor/stereo_matcher.hpp"
 
+#include "stillmap/base/error.hpp"
 #include "stillmap/base/trace.hpp"
 
 #include <cmath>
 #include <cstdint>
 
+#include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
 
 namespace stillmap {
@@ -51,11 +53,27 @@ cv::Mat StereoMatcher::depth(const cv::Mat& left, const cv::Mat& right) {
   return meters;
 }
 
+void StereoMatcher::check_order(const cv::Mat& left, const cv::Mat& right) {
+  if (order_is_checked_) return;
+  order_is_checked_ = true;
+  constexpr double kMatches = 0.2, kFactor = 2;  // share of the pixels, and of the other order's
+  const auto share = [](const cv::Mat& depth) {
+    return cv::countNonZero(depth) / static_cast<double>(depth.total());
+  };
+  const double found = share(depth(left, right)), exchanged = share(depth(right, left));
+  if (exchanged < kMatches || exchanged < kFactor * found) return;
+  throw Error(fmt::format("the left and right images are exchanged: {:.0f} % of the pixels of the "
+                          "first pair match, and {:.0f} % the other way round",
+                          100 * found, 100 * exchanged),
+              "stereo pair " + camera_.name, "exchange the two folders or topics");
+}
+
 cv::Mat depth_of_pair(const StereoRig& rig, StereoMatcher& matcher, const cv::Mat& left,
                       const cv::Mat& right) {
   cv::Mat gray_left, gray_right;
   cv::cvtColor(left, gray_left, cv::COLOR_BGR2GRAY);
   cv::cvtColor(rectified(rig, 1, right), gray_right, cv::COLOR_BGR2GRAY);
+  matcher.check_order(gray_left, gray_right);
   cv::Mat depth = matcher.depth(gray_left, gray_right);
   if (!rig.outside.empty()) depth.setTo(0, rig.outside);
   return depth;

@@ -22,12 +22,18 @@ class StereoMatcher {
   /// @param left, right  rectified, 8UC1, of the camera's size
   cv::Mat depth(const cv::Mat& left, const cv::Mat& right);
 
+  /// Throws Error if the first pair matches much better with its images exchanged. Does nothing
+  /// for later pairs.
+  void check_order(const cv::Mat& left, const cv::Mat& right);
+
  private:
   Camera camera_;
+  bool order_is_checked_ = false;
   cv::Ptr<cv::StereoSGBM> matcher_;
 };
 
-/// Returns the depth of the left images of a rig, 32FC1 [m]; 0: unknown.
+/// Returns the depth of the left images of a rig, 32FC1 [m]; 0: unknown. Throws Error as
+/// StereoMatcher::check_order().
 /// @param left   rectified, 8UC3
 /// @param right  as recorded, 8UC3
 cv::Mat depth_of_pair(const StereoRig& rig, StereoMatcher& matcher, const cv::Mat& left,

@@ -138,6 +138,14 @@ TEST(StereoMatcher, MeasuresTheDepthOfARenderedPairWithTheNoiseOfItsModel) {
   }
 }
 
+TEST(StereoMatcher, RefusesImagesThatAreExchanged) {
+  const cv::Mat left = gray(photo(office().view(0, {}), 1)),
+                right = gray(photo(office().view(0, right_of(kBaseline)), 2));
+  EXPECT_NO_THROW(StereoMatcher(pinhole()).check_order(left, right));
+  EXPECT_THAT(test::error_of([&] { StereoMatcher(pinhole()).check_order(right, left); }),
+              testing::HasSubstr("are exchanged"));
+}
+
 TEST(StereoMatcher, HasNoDepthWhereTheRightCameraSeesAnotherSurface) {
   // A board at 1 m in front of a wall at 3 m: left of the board the right camera does not see the
   // wall, over the difference of the disparities.

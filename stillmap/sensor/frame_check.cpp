@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/sensor/frame_check.hpp"
+
+#include "stillmap/base/statistics.hpp"
+#include "stillmap/sensor/depth_evidence.hpp"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace stillmap {
+namespace {
+
+constexpr std::size_t kLevels = 65535;  // of 16-bit depth; 65535 means "too far"
+
+bool has_depth(const cv::Mat1f& depth) {
+  constexpr int kStep = 16;  // pixels
+  for (int row = 0; row < depth.rows; row += kStep) {
+    for (int col = 0; col < depth.cols; col += kStep) {
+      if (depth(row, col) > 0) return true;
+    }
+  }
+  return cv::countNonZero(depth) > 0;
+}
+
+}  // namespace
+
+std::string unit_of_timestamps(double interval) {
+  if (interval > 1e6) return "nanoseconds";
+  if (interval > 1e3) return "microseconds";
+  if (interval > 5) return "milliseconds";
+  return "";
+}
+
+std::string depth_factor_problem(double of_steps, double factor) {
+  constexpr double kSame = 0.1;  // relative; a calibrated factor differs by a few percent
+  if (std::abs(factor / of_steps - 1) <= kSame) return "";
+  return fmt::format(
+      "the steps between the raw depths are those of a Kinect v1 or Xtion with a depth factor of "
+      "{:g}, and the camera's is {:g}: all distances would be {:.3g} times the true ones",
+      of_steps, factor, of_steps / factor);
+}
+
+FrameCheck::FrameCheck(const Camera& camera) : camera_(camera), seen_(kLevels) {}
+
+void FrameCheck::add(const RgbdFrame& frame) {
+  constexpr std::size_t kInterval = 30, kExamined = 20;  // frames
+  if (frames_ > 0) intervals_.push_back(frame.timestamp - last_);
+  last_ = frame.timestamp;
+  const cv::Mat1f depth = frame.depth;
+  if (has_depth(depth)) {
+    if (frames_ >= examined_ * kInterval && examined_ < kExamined) add_levels(depth);
+    ++with_depth_;
+    gap_ = {};
+  } else {
+    if (gap_.frames++ == 0) gap_.begin = frame.timestamp;
+    if (gap_.frames > longest_.frames) longest_ = gap_;
+  }
+  ++frames_;
+}
+
+void FrameCheck::add_levels(const cv::Mat1f& depth) {
+  ++examined_;
+  for (const float z : depth) {
+    const double raw = z > 0 ? std::round(z * camera_.depth_factor) : 0;
+    if (raw > 0 && raw < static_cast<double>(kLevels)) seen_[static_cast<std::size_t>(raw)] = true;
+  }
+}
+
+std::string FrameCheck::time_problem() const {
+  if (intervals_.empty()) return "";
+  std::vector<double> intervals = intervals_;
+  const double median = upper_median(intervals);
+  const std::string unit = unit_of_timestamps(median);
+  if (unit.empty()) return "";
+  return fmt::format(
+      "frames are {:g} s apart: the timestamps seem to be in {}, so that all speeds are wrong; "
+      "write them in seconds",
+      median, unit);
+}
+
+std::string FrameCheck::gap_problem() const {
+  constexpr std::size_t kFewest = 15;  // frames in a row: half a second of a usual camera
+  if (longest_.frames < kFewest || 10 * longest_.frames < frames_) return "";
+  return fmt::format(
+      "{} frames in a row have no depth, from {:.6f} s on: their poses come from landmarks alone, "
+      "and the map does not grow; check the depth images",
+      longest_.frames, longest_.begin);
+}
+
+std::vector<std::string> FrameCheck::problems() const {
+  std::vector<std::string> problems;
+  if (frames_ > 0 && with_depth_ == 0) {
+    problems.push_back(fmt::format(
+        "no frame has a depth between {:g} and {:g} m, the range of sensor {}; check the depth "
+        "factor ({:g} units per meter), and that depth in floats is in meters",
+        camera_.depth_sensor.min_depth, camera_.depth_sensor.max_depth, camera_.depth_sensor.name,
+        camera_.depth_factor));
+  } else if (const std::string gap = gap_problem(); !gap.empty()) {
+    problems.push_back(gap);
+  }
+  if (const std::string time = time_problem(); !time.empty()) problems.push_back(time);
+  std::vector<std::uint16_t> levels;
+  for (std::size_t raw = 1; raw < kLevels; ++raw) {
+    if (seen_[raw]) levels.push_back(static_cast<std::uint16_t>(raw));
+  }
+  if (const auto of_steps = depth_factor_of_steps(levels)) {
+    const std::string text = depth_factor_problem(*of_steps, camera_.depth_factor);
+    if (!text.empty())
+      problems.push_back(fmt::format("{}; set the depth factor to {:g}", text, *of_steps));
+  }
+  return problems;
+}
+
+}  // namespace stillmap

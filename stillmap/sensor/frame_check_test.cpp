@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/sensor/frame_check.hpp"
+
+#include <gmock/gmock.h>
+
+namespace stillmap {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr double kKinectSteps = 0.0029;  // change of the depth per squared depth [1/m]
+
+/// Returns a frame whose depths have the steps of a Kinect with a factor of 5000, from 1 to 3 m, as
+/// a camera with another factor reads them; without depth for a factor of 0.
+RgbdFrame frame_at(double time, double factor = 5000) {
+  RgbdFrame frame;
+  frame.timestamp = time;
+  cv::Mat1f depth(48, 64, 0.0F);
+  double z = 1;
+  for (float& pixel : depth) {
+    if (factor > 0) pixel = static_cast<float>(std::round(5000 * z) / factor);
+    z += kKinectSteps * z * z;
+    if (z > 3) z = 1;
+  }
+  frame.depth = depth;
+  return frame;
+}
+
+std::vector<std::string> problems_of(double interval, double factor, int frames,
+                                     int frames_with_depth) {
+  Camera camera;
+  camera.depth_factor = factor;
+  FrameCheck check(camera);
+  for (int i = 0; i < frames; ++i)
+    check.add(frame_at(i * interval, i < frames_with_depth ? factor : 0));
+  return check.problems();
+}
+
+TEST(FrameCheck, FindsNothingInAGoodRecording) {
+  EXPECT_THAT(problems_of(1.0 / 30, 5000, 60, 60), IsEmpty());
+}
+
+TEST(FrameCheck, FindsTimestampsThatAreNoSeconds) {
+  EXPECT_THAT(problems_of(33, 5000, 60, 60), ElementsAre(HasSubstr("in milliseconds")));
+  EXPECT_THAT(problems_of(33e6, 5000, 60, 60), ElementsAre(HasSubstr("in nanoseconds")));
+}
+
+TEST(FrameCheck, FindsDepthThatEnds) {
+  EXPECT_THAT(problems_of(0.1, 5000, 60, 40),
+              ElementsAre(HasSubstr("20 frames in a row have no depth, from 4.000000 s on")));
+  EXPECT_THAT(problems_of(0.1, 5000, 60, 50), IsEmpty()) << "ten frames";
+}
+
+TEST(FrameCheck, FindsThatThereIsNoDepth) {
+  EXPECT_THAT(problems_of(0.1, 5000, 60, 0), ElementsAre(HasSubstr("no frame has a depth")));
+}
+
+TEST(FrameCheck, FindsADepthFactorThatTheStepsContradict) {
+  EXPECT_THAT(problems_of(0.1, 10000, 60, 60), ElementsAre(HasSubstr("set the depth factor to 5")));
+}
+
+}  // namespace
+}  // namespace stillmap
