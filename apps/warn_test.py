@@ -136,7 +136,7 @@ class WarnTest(unittest.TestCase):
         self.assertIn(f"{receiver.address()}: {len(lines)} events sent\n", result.stdout)
 
     def test_an_http_server_that_answers_late_gets_every_event_once(self):
-        with Receiver(late=3) as receiver:
+        with Receiver(late=2.5) as receiver:
             result = self.run_with("late", "zones: [{name: back, polygon: [[-1, 1, -3], [1, 1, -3], [1, 1, -2]]}]\n"
                                    f"send: [{receiver.address()}]\n")
             receiver.shutdown()
