@@ -208,7 +208,8 @@ nlohmann::json map_message(const std::vector<Pose>& keyframes, const std::vector
 nlohmann::json points_message(const WarningRules& rules) {
   nlohmann::json points = nlohmann::json::array();
   for (const DistanceRule& rule : rules.distances) {
-    points.push_back({{"name", rule.name},
+    points.push_back({{"name", rule.point},
+                      {"rule", rule.name},
                       {"offset", json_of(rule.offset)},
                       {"nearer", rule.nearer},
                       {"level", rule.level}});

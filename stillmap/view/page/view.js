@@ -670,13 +670,13 @@
       const above = new THREE.Vector3(...ground.up).dot(point.group.position) - ground.floor, plumb = point.group.getObjectByName('plumb');
       point.below.position.set(0, -above, 0);
       if (plumb) plumb.scale.set(1, -above || 1e-3, 1);
-      if (point.name !== 'camera') setLabel('points:' + point.name, point.group.position.toArray(), [['span', point.name + ' '], ['small', point.nearer + ' m']], css('--zone'), 'object');
+      if (point.name !== 'camera') setLabel('points:' + (point.rule || point.name), point.group.position.toArray(), [['span', point.name + ' '], ['small', point.nearer + ' m']], css('--zone'), 'object');
     }
     dirty = true;
   }
   function colorPoints() {
     for (const point of points) {
-      const shade = color(alarmed.has('point:' + point.name) ? 'lost' : 'zone');
+      const shade = color(alarmed.has('point:' + point.rule) || alarmed.has('point:' + point.name) ? 'lost' : 'zone');
       point.group.traverse((part) => { if (part.material) part.material.color.copy(shade); });
     }
     dirty = true;
