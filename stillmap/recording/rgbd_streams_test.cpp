@@ -161,7 +161,8 @@ TEST(RgbdStreams, MissingImagesAreErrorsThatListTheTopics) {
   Topics topics;
   topics.image("/mono", "mono8", "f").image("/rgb", "rgb8", "f");
   EXPECT_THAT(error_of([&] { topics.find(); }),
-              ::testing::AllOf(HasSubstr("no topic with depth images"), HasSubstr("/mono (mono8), /rgb (rgb8)")));
+              ::testing::AllOf(HasSubstr("no topic with depth images"),
+                               HasSubstr("/mono (mono8), /rgb (rgb8)")));
   EXPECT_THAT(error_of([&] { Topics().info("/i", "f").find(); }),
               HasSubstr("no topic with color images"));
 }
