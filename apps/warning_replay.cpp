@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/json_file.hpp"
 #include "stillmap/evaluate/mover_error.hpp"
 #include "stillmap/report/live_trajectory.hpp"
 #include "stillmap/report/run_folder.hpp"
@@ -30,14 +31,14 @@ std::int64_t microseconds(double timestamp) { return std::llround(timestamp * 1e
 std::map<std::pair<std::int64_t, int>, double> class_confidences(const fs::path& file) {
   std::map<std::pair<std::int64_t, int>, double> confidences;
   std::ifstream lines(file);
-  for (std::string line; std::getline(lines, line);) {
-    const auto frame = nlohmann::json::parse(line, nullptr, /*allow_exceptions=*/false);
-    if (!frame.is_object())
-      throw Error("has a line that is no JSON object", file.string(), "run `stillmap run` again");
-    const std::int64_t time = microseconds(frame.value("timestamp", 0.0));
-    for (const auto& mover : frame.value("movers", nlohmann::json::array()))
-      confidences[{time, mover.value("id", 0)}] = mover.value("class_confidence", 0.0);
-  }
+  with_json_of(file, "run `stillmap run` again", [&] {
+    for (std::string line; std::getline(lines, line);) {
+      const auto frame = nlohmann::json::parse(line);
+      const std::int64_t time = microseconds(frame.value("timestamp", 0.0));
+      for (const auto& mover : frame.value("movers", nlohmann::json::array()))
+        confidences[{time, mover.value("id", 0)}] = mover.value("class_confidence", 0.0);
+    }
+  });
   return confidences;
 }
 

@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/json_file.hpp"
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/dense/cloud.hpp"
 #include "stillmap/pipeline/map_description.hpp"
@@ -39,20 +40,50 @@ void publish_cloud(TopicBoard& board, const Cloud& cloud,
   board.publish(cloud_message(cloud.size(), cost));
 }
 
-nlohmann::json read_json(const fs::path& file) {
-  try {
-    return nlohmann::json::parse(read_file(file));
-  } catch (const nlohmann::json::exception& e) {
-    throw Error("is no valid JSON", file.string(), "run `stillmap run` again");
-  }
+constexpr const char* kRunAgain = "run `stillmap run` again";
+
+/// Calls a function with the content of a JSON file and returns what it returns; see
+/// with_json_of().
+template <typename Read>
+auto with_content_of(const fs::path& file, Read&& read) {
+  return with_json_of(file, kRunAgain,
+                      [&] { return read(nlohmann::json::parse(read_file(file))); });
+}
+
+/// The values of a run's summary that are drawn.
+struct DrawnSummary {
+  nlohmann::json all = nlohmann::json::object();
+  std::string sequence = {};
+  std::set<double> relocalized = {};  // timestamps
+  std::vector<MapEvent> events = {};
+};
+
+DrawnSummary drawn_summary(const fs::path& run) {
+  DrawnSummary drawn{.sequence = run.filename().string()};
+  const fs::path file = run / "summary.json";
+  if (!fs::exists(file)) return drawn;
+  with_content_of(file, [&](const nlohmann::json& summary) {
+    drawn.all = summary;
+    drawn.sequence = summary.value("sequence", drawn.sequence);
+    for (const auto& event : summary.value("relocalizations", nlohmann::json::array()))
+      drawn.relocalized.insert(event.value("timestamp", 0.0));
+    const auto add = [&](const char* list, MapEvent::Kind kind) {
+      for (const auto& event : summary.value(list, nlohmann::json::array())) {
+        drawn.events.push_back({.kind = kind,
+                                .frame_index = event.value("frame", std::size_t{0}),
+                                .timestamp = event.value("timestamp", 0.0),
+                                .seen_in = event.value("seen_in", std::size_t{0})});
+      }
+    };
+    add("loops", MapEvent::Kind::kLoop);
+    add("merges", MapEvent::Kind::kMerge);
+  });
+  return drawn;
 }
 
 /// Returns the states of all frames, by ascending timestamps.
 std::vector<PathFrame> states_of(const fs::path& run, const Trajectory& trajectory,
-                                 const nlohmann::json& summary) {
-  std::set<double> relocalized;
-  for (const auto& event : summary.value("relocalizations", nlohmann::json::array()))
-    relocalized.insert(event.value("timestamp", 0.0));
+                                 const std::set<double>& relocalized) {
   const auto is_relocalized = [&](double timestamp) {  // the files have six to nine decimals
     const auto next = relocalized.lower_bound(timestamp - 1e-5);
     return next != relocalized.end() && *next < timestamp + 1e-5;
@@ -74,21 +105,6 @@ std::vector<PathFrame> states_of(const fs::path& run, const Trajectory& trajecto
   std::sort(states.begin(), states.end(),
             [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
   return states;
-}
-
-std::vector<MapEvent> events_of(const nlohmann::json& summary) {
-  std::vector<MapEvent> events;
-  const auto add = [&](const char* list, MapEvent::Kind kind) {
-    for (const auto& event : summary.value(list, nlohmann::json::array())) {
-      events.push_back({.kind = kind,
-                        .frame_index = event.value("frame", std::size_t{0}),
-                        .timestamp = event.value("timestamp", 0.0),
-                        .seen_in = event.value("seen_in", std::size_t{0})});
-    }
-  };
-  add("loops", MapEvent::Kind::kLoop);
-  add("merges", MapEvent::Kind::kMerge);
-  return events;
 }
 
 /// Returns the classes of the objects of a run, in the colors of its clouds.
@@ -122,7 +138,8 @@ Cloud publish_cloud_of(const fs::path& run, const nlohmann::json& objects, Topic
   Cloud cloud = read_ply(run / "cloud.ply");
   std::vector<std::uint16_t> labels;
   if (fs::exists(run / "semantic_classes.ply")) {
-    const std::vector<ClassColor> classes = classes_of(objects);
+    const std::vector<ClassColor> classes =
+        with_json_of(run / "objects.json", kRunAgain, [&] { return classes_of(objects); });
     labels = labels_by_color(read_ply(run / "semantic_classes.ply"), classes);
     if (labels.size() != cloud.size()) labels.clear();
     if (!labels.empty()) board.publish(palette_message(classes));
@@ -162,15 +179,15 @@ void publish_events_of(const fs::path& file, const std::vector<MoverTrack>& trac
   std::istringstream text(read_file(file));
   std::vector<nlohmann::json> events;
   std::vector<int> track_ids;  // of those that begin
-  for (std::string line; std::getline(text, line);) {
-    events.push_back(nlohmann::json::parse(line, nullptr, /*allow_exceptions=*/false));
-    if (!events.back().is_object())
-      throw Error("has a line that is no JSON object", file.string(),
-                  "make it again with `stillmap warn`");
-    if (events.back().value("event", "") == "begin")
-      track_ids.push_back(track_of(events.back(), tracks));
-  }
-  nlohmann::json message = events_message(events);
+  nlohmann::json message;
+  with_json_of(file, "make it again with `stillmap warn`", [&] {
+    for (std::string line; std::getline(text, line);) {
+      events.push_back(nlohmann::json::parse(line));
+      if (events.back().value("event", "") == "begin")
+        track_ids.push_back(track_of(events.back(), tracks));
+    }
+    message = events_message(events);
+  });
   for (std::size_t i = 0; i < track_ids.size(); ++i) {
     if (track_ids[i] != 0) message["events"][i]["track"] = track_ids[i];
   }
@@ -183,14 +200,15 @@ FloorHints floor_of(const fs::path& run, const Pose& first) {
   FloorHints hints;
   const fs::path file = run / "floor.json";
   if (!fs::exists(file)) return hints;
-  const nlohmann::json json = read_json(file);
-  if (json.contains("floor") && json["floor"].is_object()) {
-    hints.floor = read_floor(file);
-  } else if (const auto up = json.find("up"); up != json.end() && up->is_array()) {
-    const auto values = up->get<std::vector<double>>();
-    if (values.size() == 3)
-      hints.up = first.quaternion().conjugate() * Eigen::Vector3d(values.data());
-  }
+  with_content_of(file, [&](const nlohmann::json& json) {
+    if (json.contains("floor") && json["floor"].is_object()) {
+      hints.floor = read_floor(file);
+    } else if (const auto up = json.find("up"); up != json.end() && up->is_array()) {
+      const auto values = up->get<std::vector<double>>();
+      if (values.size() == 3)
+        hints.up = first.quaternion().conjugate() * Eigen::Vector3d(values.data());
+    }
+  });
   return hints;
 }
 
@@ -205,12 +223,10 @@ GroundHints ground_hints(const fs::path& run, const Trajectory& trajectory,
 
 void publish_run_folder(const fs::path& run, const std::optional<WarningRules>& rules,
                         TopicBoard& board) {
-  const nlohmann::json summary =
-      fs::exists(run / "summary.json") ? read_json(run / "summary.json") : nlohmann::json::object();
+  const DrawnSummary summary = drawn_summary(run);
   const Trajectory trajectory = read_trajectory(run / "trajectory.txt");
-  board.publish(run_message(summary.value("sequence", run.filename().string()), Camera(),
-                            trajectory.size(), Viewed::kFinishedRun));
-  const auto path = camera_path(states_of(run, trajectory, summary), trajectory);
+  board.publish(run_message(summary.sequence, Camera(), trajectory.size(), Viewed::kFinishedRun));
+  const auto path = camera_path(states_of(run, trajectory, summary.relocalized), trajectory);
   board.publish("path", path_message(path), true);
   std::vector<MoverTrack> tracks;
   if (fs::exists(run / "movers.csv")) {
@@ -219,7 +235,9 @@ void publish_run_folder(const fs::path& run, const std::optional<WarningRules>& 
   }
   nlohmann::json objects = nlohmann::json::array();
   if (fs::exists(run / "objects.json")) {
-    objects = read_json(run / "objects.json").value("objects", objects);
+    objects = with_content_of(run / "objects.json", [&](const nlohmann::json& json) {
+      return json.value("objects", objects);
+    });
     board.publish({{"type", "objects"}, {"objects", objects}});
   }
   if (fs::exists(run / kRunWarnings)) publish_events_of(run / kRunWarnings, tracks, board);
@@ -230,9 +248,9 @@ void publish_run_folder(const fs::path& run, const std::optional<WarningRules>& 
       keyframes.push_back(keyframe.T_world_camera);
   }
   board.publish(
-      map_message(keyframes, events_of(summary),
+      map_message(keyframes, summary.events,
                   displayed_ground(trajectory, cloud, ground_hints(run, trajectory, rules))));
-  board.publish({{"type", "summary"}, {"summary", summary}});
+  board.publish({{"type", "summary"}, {"summary", summary.all}});
 }
 
 void publish_saved_map(const fs::path& file, const GroundHints& hints, TopicBoard& board) {
