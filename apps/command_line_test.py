@@ -148,7 +148,7 @@ class CommandLine(unittest.TestCase):
         shutil.copytree(self.run_folder, spoiled)
         (spoiled / "summary.json").write_text('{"frames": 3}')
         compared = stillmap("compare", "--truth", self.sequence / "groundtruth.txt", spoiled, "--out", self.folder / "spoiled_out")
-        self.refused(compared, 1, "summary.json: is no summary of a run")
+        self.refused(compared, 1, "summary.json: has a value that is not as expected", "name the trajectory instead")
 
     def test_runs_are_compared_with_the_first(self):
         out = self.folder / "comparison"

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/json_file.hpp"
 #include "stillmap/base/json_text.hpp"
 #include "stillmap/base/print.hpp"
 #include "stillmap/report/comparison_chart.hpp"
 #include "stillmap/report/comparison_page.hpp"
 #include "stillmap/report/result_folder.hpp"
+#include "stillmap/report/run_folder.hpp"
 
 #include <string>
 #include <vector>
@@ -41,15 +42,12 @@ RecordedRun read_run(const std::string& argument, const Trajectory& truth) {
                                          : argument.substr(0, equals);
   run.estimate = read_trajectory(fs::is_directory(path) ? path / "trajectory.txt" : path);
   run.truth = truth;
-  const fs::path summary = path / "summary.json";
+  const fs::path summary = path / kRunSummary;
   if (fs::exists(summary)) {
-    try {
+    run.total_frames = with_json_of(summary, "name the trajectory instead of the folder", [&] {
       const auto json = nlohmann::json::parse(read_file(summary));
-      run.total_frames = json.at("frames").at("total").get<std::size_t>();
-    } catch (const nlohmann::json::exception& e) {
-      throw Error(std::string("is no summary of a run: ") + e.what(), summary.string(),
-                  "name the trajectory instead of the folder");
-    }
+      return json.at("frames").at("total").get<std::size_t>();
+    });
   }
   return run;
 }

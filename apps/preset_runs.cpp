@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/json_file.hpp"
 #include "stillmap/base/machine.hpp"
 #include "stillmap/base/nearest_name.hpp"
 #include "stillmap/base/print.hpp"
@@ -11,6 +12,7 @@
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/report/comparison_chart.hpp"
 #include "stillmap/report/doubts.hpp"
+#include "stillmap/report/run_folder.hpp"
 #include "stillmap/segment/make_detector.hpp"
 #include "stillmap/sensor/image_file.hpp"
 
@@ -31,8 +33,6 @@ namespace stillmap {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* kRunSummary = "summary.json";
 
 /// Returns the network of a preset; empty without one.
 std::string model_of(const ReproduceArguments& arguments, const std::string& preset) {
@@ -118,13 +118,13 @@ FinishedRun finished_run(const RunRequest& request, const BenchmarkSequence& seq
     nlohmann::json summary = complete_summary(request, options);
     const bool kept = !summary.is_null();
     if (!kept) summary = run_summary_json(run_session(session_of(request, options)));
-    if (!interrupted()) run = read_run(request, sequence, summary);
+    if (!interrupted()) {
+      run = with_json_of(fs::path(request.out) / kRunSummary, "remove it",
+                         [&] { return read_run(request, sequence, summary); });
+    }
     run.kept = kept;
   } catch (const Error& error) {
     run.figures.problem = error.what();
-  } catch (const nlohmann::json::exception& error) {
-    run.figures.problem =
-        fmt::format("{}: {}", (fs::path(request.out) / kRunSummary).string(), error.what());
   }
   run.figures.preset = request.preset;
   run.figures.sequence = sequence.name;

@@ -56,7 +56,7 @@ std::optional<std::vector<std::string>> classes_of(const fs::path& run) {
   std::set<std::string> found;
   for (const MoverPosition& mover : read_movers(run / "movers.csv")) found.insert(mover.class_name);
   found.erase(kNoClass);
-  if (found.empty() && had_no_detector(run / "summary.json")) return std::nullopt;
+  if (found.empty() && had_no_detector(run / kRunSummary)) return std::nullopt;
   found.insert(coco_class_names().begin(), coco_class_names().end());
   return std::vector(found.begin(), found.end());
 }

@@ -44,7 +44,7 @@ void write_summary(const RunRecord& record, const RunOutputs& outputs, double sa
   nlohmann::json summary = run_summary_json(record);
   if (!outputs.save_map.empty())
     summary["saved_map"] = {{"file", outputs.save_map.string()}, {"seconds", saving_seconds}};
-  folder.write_text("summary.json", json_text(summary, 2) + "\n");
+  folder.write_text(kRunSummary, json_text(summary, 2) + "\n");
 }
 
 /// Adds to the doubts of the record.
@@ -76,7 +76,7 @@ std::vector<std::string> file_names(RunPart part) {
     case RunPart::kAlways:
       return {"trajectory.txt", "trajectory_covariance.txt",
               "keyframes.txt",  "timing.txt",
-              "summary.json",   "report.html"};
+              kRunSummary,      "report.html"};
     case RunPart::kLive:
       return {kLiveTrajectory, kRunJournal};
     case RunPart::kMovers:
@@ -122,7 +122,7 @@ std::vector<std::string> possible_run_files(const Options& options, const RunOut
 void write_run_files(RunRecord& record, const RunOutputs& outputs, ResultFolder& folder) {
   const SlamResult& result = record.result;
   record.doubts = doubts_of(record);
-  const std::vector<std::string> last{"summary.json", "report.html"};
+  const std::vector<std::string> last{kRunSummary, "report.html"};
   folder.remove_own(last);
   folder.write("trajectory.txt",
                [&](const fs::path& file) { write_trajectory(file, result.trajectory); });

@@ -12,6 +12,8 @@
 
 namespace stillmap {
 
+/// Counts, events, timing, errors and options of a run: see run_summary_json().
+constexpr const char* kRunSummary = "summary.json";
 /// The options of a run, from which and kRunMap `stillmap dense` makes the dense map again.
 constexpr const char* kRunOptions = "options.yaml";
 /// The warnings of a run (--zones), one JSON object per line.

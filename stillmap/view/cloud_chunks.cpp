@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/view/cloud_chunks.hpp"
 
+#include "stillmap/base/stopwatch.hpp"
 #include "stillmap/view/message_bytes.hpp"
 
 #include <algorithm>
@@ -71,6 +72,19 @@ std::vector<CloudChunks::Message> CloudChunks::update(const Cloud& cloud,
   }
   hashes_ = std::move(hashes);
   return changed;
+}
+
+MapCost publish_changes(TopicBoard& board, CloudChunks& chunks, const Cloud& cloud,
+                        std::span<const std::uint16_t> labels) {
+  const Stopwatch watch;
+  auto changed = chunks.update(cloud, labels);
+  MapCost cost{.changed_chunks = changed.size()};
+  for (auto& [topic, bytes] : changed) {
+    cost.bytes += bytes.size();
+    board.publish(topic, std::move(bytes), true);
+  }
+  cost.milliseconds = watch.milliseconds();
+  return cost;
 }
 
 }  // namespace stillmap

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/dense/cloud.hpp"
+#include "stillmap/view/topic_board.hpp"
 
 #include <array>
 #include <cstddef>
@@ -36,5 +37,16 @@ class CloudChunks {
   using Cell = std::array<std::int32_t, 3>;
   std::map<Cell, std::size_t> hashes_;  // of the present chunks' messages
 };
+
+/// The cost of a state of the map.
+struct MapCost {
+  std::size_t changed_chunks = 0;
+  std::size_t bytes = 0;    ///< Size of the messages of these chunks [bytes].
+  double milliseconds = 0;  ///< Time to make all messages of the state [ms].
+};
+
+/// Publishes the chunks of a cloud that have changed, and returns their cost.
+MapCost publish_changes(TopicBoard& board, CloudChunks& chunks, const Cloud& cloud,
+                        std::span<const std::uint16_t> labels = {});
 
 }  // namespace stillmap

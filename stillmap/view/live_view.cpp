@@ -69,7 +69,7 @@ void LiveView::show_map() {
       board_.publish(palette_message(lasting_colors(labeled->classes)));
       board_.publish(objects_message(connected_objects(*labeled)));
     }
-    MapCost cost = show_cloud(*labeled->cloud, labeled->labels);
+    MapCost cost = publish_changes(board_, chunks_, *labeled->cloud, labeled->labels);
     cost.milliseconds = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
     board_.publish(cloud_message(labeled->cloud->size(), cost));
   }
@@ -95,16 +95,6 @@ const Ground& LiveView::ground_of(const Trajectory& trajectory, const Cloud& clo
   return *ground_;
 }
 
-MapCost LiveView::show_cloud(const Cloud& cloud, std::span<const std::uint16_t> labels) {
-  auto changed = chunks_.update(cloud, labels);
-  MapCost cost{.changed_chunks = changed.size()};
-  for (auto& [topic, bytes] : changed) {
-    cost.bytes += bytes.size();
-    board_.publish(topic, std::move(bytes), true);
-  }
-  return cost;
-}
-
 void LiveView::show_results(const SlamResult& result) {
   stage_.drain();
   board_.publish(tracks_message(result.movers));
@@ -114,7 +104,8 @@ void LiveView::show_results(const SlamResult& result) {
   board_.publish(palette_message(classes));
   board_.publish(objects_message(semantics.objects));
   const Cloud& cloud = result.dense.cloud;
-  board_.publish(cloud_message(cloud.size(), show_cloud(cloud, class_labels(semantics, classes))));
+  board_.publish(cloud_message(
+      cloud.size(), publish_changes(board_, chunks_, cloud, class_labels(semantics, classes))));
   std::vector<Pose> keyframes;
   for (const StampedPose& keyframe : result.keyframes) keyframes.push_back(keyframe.T_world_camera);
   board_.publish(

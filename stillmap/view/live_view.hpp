@@ -49,7 +49,6 @@ class LiveView {
   void show_image(const TrackedFrame& tracked);
   void show_map();
   const Ground& ground_of(const Trajectory& trajectory, const Cloud& cloud);
-  MapCost show_cloud(const Cloud& cloud, std::span<const std::uint16_t> labels);
 
   SlamSystem& slam_;
   ViewServer& server_;

@@ -4,7 +4,6 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/json_file.hpp"
-#include "stillmap/base/stopwatch.hpp"
 #include "stillmap/dense/cloud.hpp"
 #include "stillmap/pipeline/map_description.hpp"
 #include "stillmap/report/live_trajectory.hpp"
@@ -29,15 +28,8 @@ namespace fs = std::filesystem;
 
 void publish_cloud(TopicBoard& board, const Cloud& cloud,
                    std::span<const std::uint16_t> labels = {}) {
-  const Stopwatch watch;
-  auto chunks = CloudChunks().update(cloud, labels);
-  MapCost cost{.changed_chunks = chunks.size()};
-  for (auto& [topic, bytes] : chunks) {
-    cost.bytes += bytes.size();
-    board.publish(topic, std::move(bytes), true);
-  }
-  cost.milliseconds = watch.milliseconds();
-  board.publish(cloud_message(cloud.size(), cost));
+  CloudChunks none;
+  board.publish(cloud_message(cloud.size(), publish_changes(board, none, cloud, labels)));
 }
 
 constexpr const char* kRunAgain = "run `stillmap run` again";
@@ -60,7 +52,7 @@ struct DrawnSummary {
 
 DrawnSummary drawn_summary(const fs::path& run) {
   DrawnSummary drawn{.sequence = run.filename().string()};
-  const fs::path file = run / "summary.json";
+  const fs::path file = run / kRunSummary;
   if (!fs::exists(file)) return drawn;
   with_content_of(file, [&](const nlohmann::json& summary) {
     drawn.all = summary;

@@ -7,6 +7,7 @@
 #include "stillmap/motion/mover_tracker.hpp"
 #include "stillmap/pipeline/slam_system.hpp"
 #include "stillmap/slam.hpp"
+#include "stillmap/view/cloud_chunks.hpp"
 #include "stillmap/view/ground.hpp"
 #include "stillmap/warn/rules.hpp"
 
@@ -70,13 +71,6 @@ nlohmann::json map_message(const std::vector<Pose>& keyframes, const std::vector
 
 /// Returns the points that move with the camera, with the distances of their rules: type "points".
 nlohmann::json points_message(const WarningRules& rules);
-
-/// The cost of a state of the map.
-struct MapCost {
-  std::size_t changed_chunks = 0;
-  std::size_t bytes = 0;    ///< Size of the messages of these chunks [bytes].
-  double milliseconds = 0;  ///< Time to make all messages of the state [ms].
-};
 
 /// Returns the message that follows the chunks of a cloud: type "cloud".
 nlohmann::json cloud_message(std::size_t points, const MapCost& cost);
