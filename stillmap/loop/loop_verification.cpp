@@ -258,7 +258,8 @@ LoopVerification verify_loop(const Map& map, const PlaceIndex& index, KeyframeId
 }
 
 double path_length(const Map& map, KeyframeId a, KeyframeId b) {
-  const auto [from, to] = std::minmax(map.at(a).sequence, map.at(b).sequence);
+  const std::uint32_t from = std::min(map.at(a).sequence, map.at(b).sequence);
+  const std::uint32_t to = std::max(map.at(a).sequence, map.at(b).sequence);
   const std::uint32_t component = map.at(a).component;
   std::vector<std::pair<std::uint32_t, Eigen::Vector3d>> stations;
   map.for_each_keyframe([&](const Keyframe& k) {
