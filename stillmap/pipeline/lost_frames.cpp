@@ -6,9 +6,9 @@
 #include "stillmap/track/reference_keyframe_tracking.hpp"
 #include "stillmap/track/start_verification.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <ranges>
 #include <utility>
 #include <vector>
 
@@ -127,11 +127,10 @@ void LostFrames::track_again(const TrackingModel& model, const Map& map, int min
   const TraceScope scope("lost frames");
   // From the frames after each gap, then from those before it.
   std::vector<FramePtr> left;
-  for (const FramePtr& frame : std::views::reverse(frames_)) {
-    if (!track_one(model, map, min_inliers, *frame, log)) left.push_back(frame);
-  }
-  for (const FramePtr& frame : std::views::reverse(left))
-    track_one(model, map, min_inliers, *frame, log);
+  std::copy_if(frames_.rbegin(), frames_.rend(), std::back_inserter(left),
+               [&](const auto& frame) { return !track_one(model, map, min_inliers, *frame, log); });
+  std::for_each(left.rbegin(), left.rend(),
+                [&](const auto& frame) { track_one(model, map, min_inliers, *frame, log); });
 }
 
 }  // namespace stillmap
