@@ -84,9 +84,10 @@ class PythonSlam {
     const cv::Mat depths = depth ? depth->mat() : cv::Mat(unknown_depth());
     return push_masked(slam_.make_frame(rgb.mat(), depths, stamp), mask);
   }
-  std::optional<Pose> push(const RgbdFramePtr& frame, const std::optional<LentImage>& mask) {
+  std::optional<Pose> push(const Frame& frame, const std::optional<LentImage>& mask) {
     const std::scoped_lock lock(mutex_);
-    return push_masked(frame, mask);
+    require_camera(*frame.camera);
+    return push_masked(frame.data, mask);
   }
   std::shared_ptr<const Snapshot> snapshot() const { return slam_.snapshot(); }
   std::shared_ptr<Results> finish() {
@@ -122,6 +123,15 @@ class PythonSlam {
       masks_->add(frame->index, lent.clone());
     }
     return slam_.push(frame);
+  }
+  /// Throws Error for a frame of another camera.
+  void require_camera(const Camera& camera) const {
+    const auto intrinsics = [](const Camera& c) {
+      return Eigen::Matrix<double, 6, 1>(c.width, c.height, c.fx, c.fy, c.cx, c.cy);
+    };
+    if (intrinsics(camera).isApprox(intrinsics(camera_), 1e-6)) return;
+    throw Error("the frame is of a source with another camera", kPush,
+                "make it with Slam(source.camera)");
   }
   void require_masks() const {
     if (masks_ == nullptr) {
@@ -205,7 +215,7 @@ py::object push_frame(PythonSlam& slam, const Frame& frame, const py::object& ma
   std::optional<Pose> pose;
   {
     const py::gil_scoped_release release;
-    pose = slam.push(frame.data, lent_mask);
+    pose = slam.push(frame, lent_mask);
   }
   return matrix_or_none(pose);
 }

@@ -50,7 +50,8 @@ std::optional<Following> following_of(const std::string& text,
 /// A source of frames as a Python iterator, which any thread may advance.
 class Source {
  public:
-  explicit Source(std::unique_ptr<FrameSource> source) : source_(std::move(source)) {}
+  explicit Source(std::unique_ptr<FrameSource> source)
+      : source_(std::move(source)), camera_(std::make_shared<const Camera>(source_->camera())) {}
 
   Frame next() {
     RgbdFramePtr frame;
@@ -60,7 +61,7 @@ class Source {
     }
     throw_pending();
     if (!frame) throw py::stop_iteration();
-    return {frame};
+    return {frame, camera_};
   }
   Camera camera() {
     const Lock lock(mutex_);
@@ -94,6 +95,7 @@ class Source {
 
   std::mutex mutex_;
   std::unique_ptr<FrameSource> source_;
+  const std::shared_ptr<const Camera> camera_;
 };
 
 Camera make_camera(int width, int height, double fx, double fy, double cx, double cy,

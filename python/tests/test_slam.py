@@ -150,3 +150,10 @@ def test_nothing_is_pushed_after_the_end(frames, slam):
     assert str(caught.value) == "Slam::push: the run has ended with finish()\n  fix: make another Slam"
     with pytest.raises(stillmap.Error, match="has ended"):
         slam.finish()
+
+
+def test_a_frame_of_another_camera_is_refused(frames, camera):
+    other = stillmap.Camera(camera.width, camera.height, camera.fx + 20, camera.fy, camera.cx, camera.cy,
+                            depth_factor=camera.depth_factor)
+    with pytest.raises(stillmap.Error, match=r"another camera.*\n.*Slam\(source.camera\)"):
+        stillmap.Slam(other).push(frames[0])

@@ -151,6 +151,12 @@ Error no_stream(const Recording& recording, const std::vector<ImageStream>& stre
         fmt::join(names_and_encodings(streams), ", "));
   }
   std::string what = fmt::format("contains no topic with {} images that can be read", kind);
+  for (const Topic& topic : recording.topics()) {
+    if (topic.type.find("Image") == std::string::npos || topic.type.starts_with("sensor_msgs/"))
+      continue;
+    what += fmt::format("; {} has messages of type {}, and only those of sensor_msgs are read",
+                        topic.name, topic.type);
+  }
   for (const std::string& warning : recording.warnings()) what += "; " + warning;
   return Error(what, recording.path().string(), fix);
 }
@@ -173,8 +179,17 @@ std::pair<ImageStream, ImageStream> choose(const Recording& recording,
       throw Error(fmt::format("'{}' names one topic", topics), "--topics",
                   "name two: --topics COLOR,DEPTH, or --topics LEFT,RIGHT of a stereo pair");
     }
-    return {named_stream(recording, streams, topics.substr(0, comma)),
-            named_stream(recording, streams, topics.substr(comma + 1))};
+    const ImageStream& color = named_stream(recording, streams, topics.substr(0, comma));
+    const ImageStream& depth = named_stream(recording, streams, topics.substr(comma + 1));
+    if (color.name == depth.name)
+      throw Error(fmt::format("'{}' names one topic twice", topics), "--topics",
+                  "name two: --topics COLOR,DEPTH, or --topics LEFT,RIGHT of a stereo pair");
+    if (color.is_depth())
+      throw Error(fmt::format("{} has depth images ({}), but the topic of the color images comes "
+                              "first",
+                              color.name, color.encoding),
+                  "--topics", fmt::format("--topics {},{}", depth.name, color.name));
+    return {color, depth};
   }
   const ImageStream* color = best(streams, color_score);
   if (color == nullptr) throw no_stream(recording, streams, "color");
@@ -247,8 +262,8 @@ void add_camera(Recording& recording, ImageStream& stream) {
   } catch (const Error& error) {
     throw Error(error.problem(), recording.path().string() + ", topic " + name, error.fix());
   }
-  if (!stream.camera) return;
   stream.camera_topic = name;
+  if (!stream.camera) return;
   if (stream.width == 0) {
     stream.width = stream.camera->width;
     stream.height = stream.camera->height;
@@ -351,6 +366,7 @@ void add_pair(Recording& recording, RgbdStreams& streams) {
   const ImageStream &left = streams.color, &right = streams.depth;
   for (const ImageStream* stream : {&left, &right}) {
     if (stream->camera) continue;
+    if (!stream->camera_topic.empty()) throw not_calibrated(recording, *stream);
     throw Error(fmt::format("contains no camera for the images of {}", stream->name),
                 recording.path().string(), "record the camera_info of both cameras");
   }
@@ -383,6 +399,14 @@ std::string sensor_of(Recording& recording, const RgbdStreams& streams) {
 }
 
 }  // namespace
+
+Error not_calibrated(const Recording& recording, const ImageStream& stream) {
+  return Error(fmt::format("the camera of {} is not calibrated: K of {} is 0", stream.name,
+                           stream.camera_topic),
+               recording.path().string(),
+               "give the camera of the color images with --camera NAME or FILE, or calibrate it "
+               "before recording");
+}
 
 bool ImageStream::is_depth() const { return is_depth_encoding(encoding); }
 

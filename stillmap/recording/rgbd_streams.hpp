@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/base/error.hpp"
 #include "stillmap/geometry/pose.hpp"
 #include "stillmap/recording/camera_model.hpp"
 #include "stillmap/recording/recording.hpp"
@@ -27,7 +28,8 @@ struct ImageStream {
   int width = 0, height = 0;              ///< Image size [pixels]; 0 if only the images tell it.
   std::vector<MessageEntry> images = {};  ///< With the stamps of the images.
   std::optional<RecordedCamera> camera = {};  ///< None if the recording does not contain it.
-  std::string camera_topic = {};              ///< Where the camera comes from.
+  /// Topic of the camera_info; empty without one. If it is not calibrated, `camera` is none.
+  std::string camera_topic = {};
 
   bool is_depth() const;
 };
@@ -51,6 +53,9 @@ struct RgbdStreams {
 
 /// Returns all image topics with at least one readable image.
 std::vector<ImageStream> image_streams(Recording& recording);
+
+/// Returns the error that the recorded camera of a stream has K = 0, as an uncalibrated one.
+Error not_calibrated(const Recording& recording, const ImageStream& stream);
 
 /// Finds the color and the depth images by their type, encoding and name, and all that the
 /// recording tells about their cameras.

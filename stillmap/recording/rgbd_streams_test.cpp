@@ -167,6 +167,20 @@ TEST(RgbdStreams, MissingImagesAreErrorsThatListTheTopics) {
               HasSubstr("no topic with color images"));
 }
 
+TEST(RgbdStreams, ExchangedTopicsAndOneNamedTwiceAreErrors) {
+  Topics topics;
+  topics.image("/rgb", "rgb8", "f").image("/depth", "16UC1", "f");
+  EXPECT_THAT(error_of([&] { topics.find("/depth,/rgb"); }), HasSubstr("--topics /rgb,/depth"));
+  EXPECT_THAT(error_of([&] { topics.find("/rgb,/rgb"); }), HasSubstr("names one topic twice"));
+}
+
+TEST(RgbdStreams, ImagesThatAreNoMessagesOfRosAreNamed) {
+  const TestFolder folder;
+  Recording recording(folder.write_sqlite("a.db3", {{"/i", "foxglove.CompressedImage", "x", 1}}));
+  EXPECT_THAT(error_of([&] { find_rgbd_streams(recording); }),
+              HasSubstr("/i has messages of type foxglove.CompressedImage"));
+}
+
 TEST(RgbdStreams, ImagesWithoutStampsHaveTheTimesOfTheirRecording) {
   std::vector<TestMessage> messages;
   for (int i = 0; i < 3; ++i) {

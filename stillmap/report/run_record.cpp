@@ -144,7 +144,7 @@ std::string skipped_text(const RunRecord& record) {
     const auto concerns = [&](const SkippedFrame& s) { return s.frame_lost == lost; };
     const auto first = std::find_if(record.skipped.begin(), record.skipped.end(), concerns);
     if (first == record.skipped.end()) continue;
-    text += fmt::format("{} {} could not be read; the first: {:.6f}: {}\n",
+    text += fmt::format("{} {} skipped; the first: {:.6f}: {}\n",
                         std::count_if(first, record.skipped.end(), concerns),
                         lost ? "frames" : "depth images or their lines", first->timestamp,
                         first->reason);

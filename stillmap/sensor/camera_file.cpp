@@ -79,7 +79,8 @@ std::string preset_name(const std::string& name) {
 // A flat view of the top level of a YAML file with error messages.
 class CameraYaml {
  public:
-  explicit CameraYaml(const fs::path& file) : file_(file), root_(parse(file)) {
+  explicit CameraYaml(const fs::path& file) : CameraYaml(file, parse(file)) {}
+  CameraYaml(const fs::path& file, const YAML::Node& root) : file_(file), root_(root) {
     if (!root_.IsMap()) {
       throw Error("is not a camera file: expected lines like 'fx: 535.4'", file_.string(), kFix);
     }
@@ -93,6 +94,8 @@ class CameraYaml {
   }
 
   const Keys& keys() const { return keys_; }
+  /// Returns the values below a key.
+  CameraYaml below(const std::string& key) const { return {file_, root_[key]}; }
   std::string where(const std::string& key) const {
     return fmt::format("{}, key '{}'", file_.string(), printable(key));
   }
@@ -343,13 +346,28 @@ Camera from_ros(const CameraYaml& yaml) {
   return camera;
 }
 
-// PinholeCameraIntrinsic of Open3D: the matrix by columns.
+// PinholeCameraIntrinsic of Open3D: the matrix by columns, or by rows, as it is often written by
+// hand.
 Camera from_open3d(const CameraYaml& yaml) {
   Camera camera = camera_of_size(yaml, "width", "height");
   const auto k = yaml.matrix("intrinsic_matrix", 9);
-  set_intrinsics(camera, k[0], k[4], k[6], k[7]);
+  const bool by_rows = k[6] == 0 && k[7] == 0;
+  set_intrinsics(camera, k[0], k[4], k[by_rows ? 2 : 6], k[by_rows ? 5 : 7]);
   camera.depth_factor = yaml.number_or({"depth_scale", "depth_factor"}, kMillimeters);
   return camera;
+}
+
+// Refuses coefficients that are not those of Brown's model, such as those of its inverse.
+void require_brown(const Camera& camera, const CameraYaml& yaml) {
+  if (!camera.distorted() || !yaml.find({"model"})) return;
+  const std::string model = yaml.text("model");
+  const std::string name = model.substr(model.rfind('.') + 1);  // of distortion.brown_conrady
+  if (name == "brown_conrady" || name == "none") return;
+  throw Error(
+      fmt::format("the distortion model '{}' is not supported", printable(model)),
+      yaml.where("model"),
+      "rectify the images to a pinhole camera first, and give coefficients of 0; recordings "
+      "of librealsense (.bag, .db3) are read with this model");
 }
 
 // rs2_intrinsics of librealsense, as scripts write them.
@@ -358,13 +376,34 @@ Camera from_realsense(const CameraYaml& yaml) {
   set_intrinsics(camera, yaml.number({"fx"}), yaml.number({"fy"}), yaml.number({"ppx"}),
                  yaml.number({"ppy"}));
   if (yaml.find({"coeffs"})) set_distortion(camera, yaml, "coeffs");
+  require_brown(camera, yaml);
   camera.depth_factor = 1 / yaml.number_or({"depth_units", "depth_scale"}, 1 / kMillimeters);
   camera.depth_sensor = find_depth_sensor("realsense_d435i");
   camera.baseline = camera.depth_sensor.baseline;
   return camera;
 }
 
+// The first camera of a chain of Kalibr.
+Camera from_kalibr(const CameraYaml& yaml) {
+  const auto require = [&](const char* key, const Keys& supported) {
+    const std::string value = yaml.text(key);
+    if (std::find(supported.begin(), supported.end(), value) != supported.end()) return;
+    throw Error(fmt::format("'{}' is not supported", printable(value)), yaml.where(key),
+                "rectify the images to a pinhole camera first and give its parameters");
+  };
+  require("camera_model", {"pinhole"});
+  const auto size = yaml.matrix("resolution", 2), k = yaml.matrix("intrinsics", 4);
+  Camera camera;
+  camera.width = static_cast<int>(size[0]), camera.height = static_cast<int>(size[1]);
+  set_intrinsics(camera, k[0], k[1], k[2], k[3]);
+  if (yaml.find({"distortion_coeffs"})) set_distortion(camera, yaml, "distortion_coeffs");
+  if (camera.distorted()) require("distortion_model", {"radtan"});
+  camera.depth_factor = kMillimeters;
+  return camera;
+}
+
 Camera camera_of(const CameraYaml& yaml, const fs::path& file) {
+  if (yaml.find({"cam0"})) return from_kalibr(yaml.below("cam0"));
   if (is_settings_file(yaml)) return from_settings(yaml);
   if (yaml.find({"camera_matrix"})) return from_ros(yaml);
   if (yaml.find({"intrinsic_matrix"})) return from_open3d(yaml);
@@ -407,6 +446,12 @@ Camera read_camera(const std::string& name_or_file) {
                     (fs::path(name_or_file) / "camera.yaml").string());
   }
   if (!fs::exists(name_or_file, ignored)) {
+    const std::string stem = preset_name(fs::path(name_or_file).stem().string());
+    const Keys& known = camera_presets();
+    if (std::find(known.begin(), known.end(), stem) != known.end()) {
+      throw Error("does not exist", name_or_file,
+                  fmt::format("its camera is known by name: --camera {}", stem));
+    }
     throw Error(
         "is neither a known camera nor a file", "camera '" + name_or_file + "'",
         "give the path of a camera file or a name: " + suggestion(name_or_file, camera_presets()));
@@ -499,6 +544,8 @@ void check_camera(const Camera& camera, const std::string& where) {
          fmt::format("a pixel of the image, about {:g}", (camera.width - 1) / 2.0));
   expect(camera.cy >= 0 && camera.cy < camera.height, "cy", camera.cy,
          fmt::format("a pixel of the image, about {:g}", (camera.height - 1) / 2.0));
+  expect(camera.cx > 0 || camera.cy > 0, "the principal point (cx, cy)", 0,
+         "a point near the center of the image, not its corner");
   for (const double k : camera.distortion) {
     expect(std::abs(k) < 100, "a distortion coefficient", k,
            "k1 k2 p1 p2 k3 of normalized coordinates");

@@ -4,6 +4,7 @@
 #include "stillmap/sensor/increasing.hpp"
 
 #include <algorithm>
+#include <string>
 #include <vector>
 
 #include <fmt/format.h>
@@ -23,6 +24,16 @@ void skip_before_first_depth(std::vector<Frame>& frames, const HasDepth& has_dep
                                              name_of(*frame), kMaxPairDifference)});
   }
   frames.erase(frames.begin(), first);
+}
+
+/// Returns the sentence that some color images have no depth image; empty if all have one.
+template <typename Frame, typename HasDepth>
+std::string without_depth_note(const std::vector<Frame>& frames, const HasDepth& has_depth) {
+  const auto without = std::count_if(frames.begin(), frames.end(),
+                                     [&](const Frame& frame) { return !has_depth(frame); });
+  if (without == 0) return "";
+  return fmt::format("{} of {} color images have no depth image within {} s", without,
+                     frames.size(), kMaxPairDifference);
 }
 
 }  // namespace stillmap

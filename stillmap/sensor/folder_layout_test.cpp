@@ -109,6 +109,39 @@ TEST(FolderLayout, FoldersWithoutImagesOrTimesAreErrors) {
   EXPECT_THAT(error_of(open), HasSubstr("contains no image"));
 }
 
+TEST(FolderLayout, ImagesThatCannotBeReadAreNamed) {
+  const TestSequence sequence(0);
+  clear(sequence);
+  for (const char* folder : {"rgb", "depth"}) fs::create_directories(sequence.path(folder));
+  sequence.write("rgb/0.bmp", "x");
+  const auto open = [&] { make_source(sequence.folder().string(), with_camera()); };
+  EXPECT_THAT(error_of(open), HasSubstr("most of its files are '.bmp'"));
+}
+
+TEST(FolderLayout, NumbersThatRunAlongEachOtherWithAnOffsetAreAnError) {
+  const TestSequence sequence(0);
+  clear(sequence);
+  for (int i = 0; i < 4; ++i)
+    write_images(sequence, fmt::format("rgb/{}.png", i), fmt::format("depth/{}.png", i + 1));
+  const auto open = [&] { return make_source(sequence.folder().string(), with_camera()); };
+  EXPECT_THAT(error_of(open), HasSubstr("numbered 0 to 3, and as many depth images that are "
+                                        "numbered 1 to 4"));
+  fs::remove(sequence.path("depth/1.png"));  // a depth image that is missing is no offset
+  fs::copy(sequence.path("depth/2.png"), sequence.path("depth/0.png"));
+  const auto source = open();
+  EXPECT_THAT(source->notes(), ::testing::Contains(HasSubstr("1 of 4 color images have no depth")));
+}
+
+TEST(FolderLayout, NamesOfOpen3dHaveANumberAndATime) {
+  const TestSequence sequence(0);
+  clear(sequence);
+  for (const char* name : {"0000001-000000033369", "0000002-000000066738"})
+    write_images(sequence, fmt::format("image/{}.jpg", name), fmt::format("depth/{}.png", name));
+  const auto frames = all_frames(*make_source(sequence.folder().string(), with_camera()));
+  ASSERT_THAT(frames, SizeIs(2));
+  EXPECT_DOUBLE_EQ(frames[1]->timestamp, 0.066738);
+}
+
 TEST(CameraNames, DataSetsAndOrbSlamNamesAreKnown) {
   EXPECT_EQ(read_camera("TUM3").fx, 535.4);
   EXPECT_EQ(read_camera("bonn").distortion[0], 0.039903);
@@ -162,6 +195,59 @@ distortion_coefficients: {rows: 1, cols: 5, data: [0.1, -0.2, 0.001, 0.002, 0]}
       "1]}\ndistortion_model: equidistant\ndistortion_coefficients: {data: [0.1, 0, 0, 0]}\n");
   EXPECT_THAT(error_of([&] { read_camera(sequence.path("fisheye.yaml").string()); }),
               HasSubstr("rectify"));
+}
+
+TEST(CameraFiles, AMatrixOfOpen3dByRowsIsRead) {
+  const TestSequence sequence(0);
+  sequence.write("open3d.json", R"({"width": 640, "height": 480,
+    "intrinsic_matrix": [525.1, 0, 319.5, 0, 526.2, 239.5, 0, 0, 1]})");
+  const Camera camera = read_camera(sequence.path("open3d.json").string());
+  EXPECT_EQ(camera.cx, 319.5);
+  EXPECT_EQ(camera.cy, 239.5);
+}
+
+TEST(CameraFiles, OfRealSenseWithAnotherDistortionModelAreRefused) {
+  const TestSequence sequence(0);
+  const auto read = [&](const std::string& model) {
+    sequence.write("realsense.json",
+                   R"({"width": 640, "height": 480, "ppx": 319.5, "ppy": 239.5, "fx": 615.1,
+                      "fy": 616.2, "coeffs": [0.1, -0.2, 0, 0, 0], "model": ")" +
+                       model + "\"}");
+    return read_camera(sequence.path("realsense.json").string());
+  };
+  EXPECT_EQ(read("distortion.brown_conrady").distortion(1), -0.2);
+  for (const char* model :
+       {"distortion.inverse_brown_conrady", "modified_brown_conrady", "kannala_brandt4"})
+    EXPECT_THAT(error_of([&] { read(model); }), HasSubstr("rectify the images")) << model;
+}
+
+TEST(CameraFiles, OfKalibrAreRead) {
+  const TestSequence sequence(0);
+  const auto read = [&](const std::string& model) {
+    sequence.write("chain.yaml",
+                   "cam0:\n  camera_model: pinhole\n  intrinsics: [461.6, 460.3, 363, "
+                   "248.1]\n  distortion_model: " +
+                       model +
+                       "\n  distortion_coeffs: [-0.28, 0.07, 0.0002, 0.00001]\n"
+                       "  resolution: [752, 480]\n  rostopic: /cam0/image_raw\n");
+    return read_camera(sequence.path("chain.yaml").string());
+  };
+  const Camera camera = read("radtan");
+  EXPECT_EQ(camera.width, 752);
+  EXPECT_EQ(camera.fy, 460.3);
+  EXPECT_EQ(camera.cx, 363);
+  EXPECT_EQ(camera.distortion(0), -0.28);
+  EXPECT_THAT(error_of([&] { read("equidistant"); }), HasSubstr("rectify"));
+}
+
+TEST(CameraFiles, WithThePrincipalPointInACornerAreRefused) {
+  Camera camera = TestSequence::camera();
+  camera.cx = camera.cy = 0;
+  EXPECT_THAT(error_of([&] { check_camera(camera, "camera"); }), HasSubstr("principal point"));
+}
+
+TEST(CameraNames, AMissingFileOfAKnownNameSuggestsTheName) {
+  EXPECT_THAT(error_of([] { read_camera("/nowhere/TUM1.yaml"); }), HasSubstr("--camera tum_fr1"));
 }
 
 }  // namespace

@@ -47,6 +47,7 @@ StereoRig rig_of(const Recording& recording, const RgbdStreams& streams) {
 Camera color_camera(const Recording& recording, const RgbdStreams& streams) {
   if (streams.T_left_right) return rig_of(recording, streams).camera;
   if (!streams.color.camera) {
+    if (!streams.color.camera_topic.empty()) throw not_calibrated(recording, streams.color);
     throw Error(fmt::format("contains no camera for the color images of {}", streams.color.name),
                 recording.path().string(), kCameraFix);
   }
@@ -156,13 +157,16 @@ std::vector<std::string> RecordingSource::notes() const {
   std::vector<std::string> notes = streams_.notes;
   const Camera& camera = this->camera();
   if (rig_) notes.push_back("stereo: " + description(*rig_));
-  notes.push_back(
-      fmt::format("camera: {} x {}, fx {:.2f}, fy {:.2f}, cx {:.2f}, cy {:.2f}{}, "
-                  "sensor {}{}",
-                  camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy,
-                  rectifier_->active() ? ", rectified" : "", camera.depth_sensor.name,
-                  given_ || streams_.sensor.empty() ? "" : " (by the names of the topics)"));
+  notes.push_back(fmt::format(
+      "camera: {} x {}, fx {:.2f}, fy {:.2f}, cx {:.2f}, cy {:.2f}{}, "
+      "sensor {}{}",
+      camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy,
+      rectifier_->active() ? ", distorted (will be rectified)" : "", camera.depth_sensor.name,
+      given_ || streams_.sensor.empty() ? "" : " (by the names of the topics)"));
   if (!rig_ && streams_.depth.encoding != kFloatDepth) notes.push_back(unit_note());
+  const std::string unpaired =
+      without_depth_note(frames_, [](const Frame& frame) { return frame.depth.has_value(); });
+  if (!rig_ && !unpaired.empty()) notes.push_back(unpaired);
   for (const std::string& warning : recording_.warnings()) notes.push_back("warning: " + warning);
   return notes;
 }

@@ -137,6 +137,19 @@ TEST(RecordingSource, ARecordingWithoutACameraNeedsOne) {
   EXPECT_EQ(RecordingSource(file, TestSequence::camera(), "").size(), 2U);
 }
 
+TEST(RecordingSource, ACameraThatIsNotCalibratedIsAnErrorThatSaysSo) {
+  auto all = messages(2);
+  for (TestMessage& message : all) {
+    if (message.topic.ends_with("camera_info"))
+      message.data = TestCamera{.frame = "color"}.info(64, 48, 0, "", {});
+  }
+  const TestFolder folder;
+  const auto file = folder.write_sqlite("a.db3", all);
+  EXPECT_THAT(
+      error_of([&] { RecordingSource(file, std::nullopt, ""); }),
+      ::testing::AllOf(HasSubstr("K of /rgb/info/camera_info is 0"), HasSubstr("--camera")));
+}
+
 // ---- stereo pairs
 
 constexpr double kFocal = 450, kBaseline = 0.12;  // pixels, m

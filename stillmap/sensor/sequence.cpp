@@ -14,6 +14,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <functional>
+#include <map>
 #include <optional>
 #include <set>
 #include <sstream>
@@ -275,6 +276,13 @@ std::optional<double> named_time(std::string name, double fps) {
   const auto digit = name.find_first_of("0123456789");
   if (digit == std::string::npos) return std::nullopt;
   name.erase(0, digit);
+  // Number and time in microseconds, as Open3D's recorder names images: 0000012-000000400421.
+  constexpr std::size_t kMicrosecondDigits = 12;
+  if (const auto dash = name.find('-'); name.size() == dash + 1 + kMicrosecondDigits) {
+    const Stamp stamp = parse_stamp(name.substr(dash + 1));
+    if (!stamp.problem.empty()) return std::nullopt;
+    return stamp.value / 1e6;
+  }
   const bool decimal = name.find('.') != std::string::npos;
   const Stamp stamp = parse_stamp(name);
   if (!stamp.problem.empty()) return std::nullopt;
@@ -285,6 +293,23 @@ std::optional<double> named_time(std::string name, double fps) {
   if (name.size() > kMilliseconds) return stamp.value / 1e3;
   if (name.size() > kSeconds) return stamp.value;
   return stamp.value / fps;
+}
+
+// Returns the error of a folder without images that can be read, which says what it contains.
+Error no_image(const fs::path& folder, const std::vector<SkippedFrame>& skipped) {
+  if (!skipped.empty())
+    return Error("contains no image whose name tells its time or number: " + skipped.front().reason,
+                 folder.string(), "name the images by their times or numbers");
+  std::map<std::string, int> count;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored))
+    ++count[entry.path().extension().string()];
+  const auto most = std::max_element(
+      count.begin(), count.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  if (most == count.end()) return Error("contains no image", folder.string(), kLayout);
+  return Error(fmt::format("contains no image that can be read: most of its files are '{}'",
+                           printable(most->first)),
+               folder.string(), "convert the images to PNG, or color images to JPEG");
 }
 
 // Returns the images of a folder by time. `end` is the end of their names without the extension.
@@ -310,7 +335,7 @@ ImageList images_of_folder(const fs::path& folder, const std::string& end, doubl
   std::sort(list.images.begin(), list.images.end(), [](const auto& a, const auto& b) {
     return std::tie(a.timestamp, a.file) < std::tie(b.timestamp, b.file);
   });
-  if (list.images.empty()) throw Error("contains no image", folder.string(), kLayout);
+  if (list.images.empty()) throw no_image(folder, list.skipped);
   return list;
 }
 
@@ -319,6 +344,30 @@ std::vector<double> stamps_of(const std::vector<ImageLine>& images) {
   stamps.reserve(images.size());
   for (const auto& image : images) stamps.push_back(image.timestamp);
   return stamps;
+}
+
+// Throws Error if the images of both folders are named by numbers that run along each other with an
+// offset: by number each color image would get the depth image of another one.
+void require_same_numbers(const ImageList& color, const ImageList& depth,
+                          const SequencePaths& paths) {
+  const auto number = [&](const ImageLine& image) {
+    return std::lround(image.timestamp * paths.fps);
+  };
+  const auto numbered = [&](const ImageLine& image) {
+    const double value = image.timestamp * paths.fps;
+    return std::abs(value - std::round(value)) < 1e-6 && value < kLargestNumber;
+  };
+  const auto &c = color.images, &d = depth.images;
+  if (c.size() != d.size() || number(c.front()) == number(d.front())) return;
+  if (number(c.back()) - number(c.front()) != number(d.back()) - number(d.front())) return;
+  if (!std::all_of(c.begin(), c.end(), numbered) || !std::all_of(d.begin(), d.end(), numbered))
+    return;
+  throw Error(
+      fmt::format("has {} color images that are numbered {} to {}, and as many depth images "
+                  "that are numbered {} to {}",
+                  c.size(), number(c.front()), number(c.back()), number(d.front()),
+                  number(d.back())),
+      paths.folder.string(), "number the images of one frame alike, or give --associations FILE");
 }
 
 Error no_pair(const ImageList& color, const ImageList& depth, const fs::path& folder) {
@@ -348,6 +397,8 @@ ImageList images_of(const SequencePaths& paths, bool is_depth) {
 
 FrameList pair_lists(const SequencePaths& paths) {
   ImageList color = images_of(paths, false), depth = images_of(paths, true);
+  if (paths.layout != FolderLayout::kLists && !paths.growing)
+    require_same_numbers(color, depth, paths);
   const auto pairs =
       associate(stamps_of(color.images), stamps_of(depth.images), kMaxPairDifference);
   if (pairs.empty()) throw no_pair(color, depth, paths.folder);

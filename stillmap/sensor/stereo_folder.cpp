@@ -99,6 +99,7 @@ cv::Size size_of_first(const std::vector<fs::path>& images) {
 }
 
 StereoRig kitti_rig(const fs::path& file, const KittiFolders& names, cv::Size size) {
+  if (!fs::exists(file)) throw Error("is missing", file.string(), kKittiFix);
   const auto projections = read_projections(file);
   const Projection& left = projection_of(projections, names.left_line, file);
   const Projection& right = projection_of(projections, names.right_line, file);

@@ -5,6 +5,7 @@
 #include "stillmap/base/trace.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/depth_image.hpp"
+#include "stillmap/sensor/first_depth.hpp"
 #include "stillmap/sensor/image_file.hpp"
 #include "stillmap/sensor/rectified_frame.hpp"
 
@@ -85,6 +86,14 @@ void TumFolder::require_one_usable_frame() const {
       list_.frames.front().color.parent_path().parent_path().string(),
       "give the camera that recorded the sequence (--camera), with its image size; color must be "
       "8-bit PNG or JPEG, depth 16-bit PNG of the same size");
+}
+
+std::vector<std::string> TumFolder::notes() const {
+  std::vector<std::string> notes = notes_;
+  const std::string unpaired = without_depth_note(
+      list_.frames, [](const FrameFiles& files) { return !files.depth.empty(); });
+  if (!unpaired.empty()) notes.push_back(unpaired);
+  return notes;
 }
 
 RgbdFramePtr TumFolder::next() {
