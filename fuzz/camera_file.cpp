@@ -25,6 +25,18 @@ distortion_coefficients:
 projection_matrix:
   data: [60, 0, 31.5, 0, 0, 60, 23.5, 0, 0, 0, 1, 0]
 )",
+          // camera_info of ROS, printed
+          R"(header:
+  frame_id: color
+height: 48
+width: 64
+distortion_model: plumb_bob
+d:
+- 0.1
+- 0.0
+k: [60.0, 0.0, 31.5, 0.0, 60.0, 23.5, 0.0, 0.0, 1.0]
+---
+)",
           // Open3D
           R"({"width": 64, "height": 48, "intrinsic_matrix": [60, 0, 0, 0, 60, 0, 31.5, 23.5, 1],
               "depth_scale": 1000})",

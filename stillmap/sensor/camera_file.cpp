@@ -273,16 +273,16 @@ DepthSensor sensor_of(const CameraYaml& yaml, const Camera& camera) {
 }
 
 // A camera without intrinsics, whose image size these keys tell.
-Camera camera_of_size(const CameraYaml& yaml, const char* width, const char* height) {
+Camera camera_of_size(const CameraYaml& yaml, const Keys& width, const Keys& height) {
   Camera camera;
-  camera.width = yaml.whole({width});
-  camera.height = yaml.whole({height});
+  camera.width = yaml.whole(width);
+  camera.height = yaml.whole(height);
   return camera;
 }
 
 Camera from_our_own(const CameraYaml& yaml, const fs::path& file) {
   refuse_unknown_keys(yaml);
-  Camera camera = camera_of_size(yaml, "width", "height");
+  Camera camera = camera_of_size(yaml, {"width"}, {"height"});
   camera.fx = yaml.number({"fx"});
   camera.fy = yaml.number({"fy"});
   camera.cx = yaml.number({"cx"});
@@ -329,15 +329,18 @@ void set_distortion(Camera& camera, const CameraYaml& yaml, const std::string& k
 // The depth unit of drivers; these files do not tell it.
 constexpr double kMillimeters = 1000;  // [1/m]
 
-// camera_info of ROS, as camera_calibration writes it.
+// camera_info of ROS: as camera_calibration writes it, and as `ros2 topic echo` (k, d) and
+// `rostopic echo` (K, D) print the message.
+const Keys kRosMatrix{"camera_matrix", "k", "K"},
+    kRosDistortion{"distortion_coefficients", "d", "D"};
+
 Camera from_ros(const CameraYaml& yaml) {
-  Camera camera = camera_of_size(yaml, "image_width", "image_height");
-  const auto k = yaml.matrix("camera_matrix", 9);
+  Camera camera = camera_of_size(yaml, {"image_width", "width"}, {"image_height", "height"});
+  const auto k = yaml.matrix(*yaml.find(kRosMatrix), 9);
   set_intrinsics(camera, k[0], k[4], k[2], k[5]);
   const std::string model =
       yaml.find({"distortion_model"}) ? yaml.text("distortion_model") : "plumb_bob";
-  if (yaml.find({"distortion_coefficients"}))
-    set_distortion(camera, yaml, "distortion_coefficients");
+  if (const auto key = yaml.find(kRosDistortion)) set_distortion(camera, yaml, *key);
   if (camera.distorted() && model != "plumb_bob" && model != "rational_polynomial") {
     throw Error(fmt::format("the distortion model '{}' is not supported", printable(model)),
                 yaml.where("distortion_model"), "rectify the images to a pinhole camera first");
@@ -349,7 +352,7 @@ Camera from_ros(const CameraYaml& yaml) {
 // PinholeCameraIntrinsic of Open3D: the matrix by columns, or by rows, as it is often written by
 // hand.
 Camera from_open3d(const CameraYaml& yaml) {
-  Camera camera = camera_of_size(yaml, "width", "height");
+  Camera camera = camera_of_size(yaml, {"width"}, {"height"});
   const auto k = yaml.matrix("intrinsic_matrix", 9);
   const bool by_rows = k[6] == 0 && k[7] == 0;
   set_intrinsics(camera, k[0], k[4], k[by_rows ? 2 : 6], k[by_rows ? 5 : 7]);
@@ -372,7 +375,7 @@ void require_brown(const Camera& camera, const CameraYaml& yaml) {
 
 // rs2_intrinsics of librealsense, as scripts write them.
 Camera from_realsense(const CameraYaml& yaml) {
-  Camera camera = camera_of_size(yaml, "width", "height");
+  Camera camera = camera_of_size(yaml, {"width"}, {"height"});
   set_intrinsics(camera, yaml.number({"fx"}), yaml.number({"fy"}), yaml.number({"ppx"}),
                  yaml.number({"ppy"}));
   if (yaml.find({"coeffs"})) set_distortion(camera, yaml, "coeffs");
@@ -405,7 +408,7 @@ Camera from_kalibr(const CameraYaml& yaml) {
 Camera camera_of(const CameraYaml& yaml, const fs::path& file) {
   if (yaml.find({"cam0"})) return from_kalibr(yaml.below("cam0"));
   if (is_settings_file(yaml)) return from_settings(yaml);
-  if (yaml.find({"camera_matrix"})) return from_ros(yaml);
+  if (yaml.find(kRosMatrix)) return from_ros(yaml);
   if (yaml.find({"intrinsic_matrix"})) return from_open3d(yaml);
   if (yaml.find({"ppx"})) return from_realsense(yaml);
   return from_our_own(yaml, file);

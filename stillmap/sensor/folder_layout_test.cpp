@@ -152,6 +152,69 @@ TEST(CameraNames, DataSetsAndOrbSlamNamesAreKnown) {
   EXPECT_EQ(camera_of_dataset("/data/mine"), "");
 }
 
+// What `ros2 topic echo --once` prints, shortened; `rostopic echo` names the lists D and K.
+constexpr const char* kPrintedCameraInfo = R"(header:
+  stamp:
+    sec: 1700000000
+    nanosec: 250000000
+  frame_id: camera_color_optical_frame
+height: 480
+width: 640
+distortion_model: plumb_bob
+d:
+- 0.1
+- -0.2
+- 0.001
+- 0.002
+- 0.0
+k:
+- 525.1
+- 0.0
+- 319.5
+- 0.0
+- 526.2
+- 239.5
+- 0.0
+- 0.0
+- 1.0
+r: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
+p: [520.0, 0.0, 310.0, 0.0, 0.0, 521.0, 230.0, 0.0, 0.0, 0.0, 1.0, 0.0]
+binning_x: 0
+binning_y: 0
+roi:
+  x_offset: 0
+  height: 0
+  width: 0
+  do_rectify: false
+---
+)";
+
+TEST(CameraFiles, PrintedByRosAreRead) {
+  const TestSequence sequence(0);
+  const auto load = [&](const std::string& text) {
+    sequence.write("info.yaml", text);
+    return read_camera(sequence.path("info.yaml").string());
+  };
+  const Camera camera = load(kPrintedCameraInfo);
+  EXPECT_EQ(camera.width, 640);
+  EXPECT_EQ(camera.height, 480);
+  EXPECT_EQ(camera.fx, 525.1);
+  EXPECT_EQ(camera.fy, 526.2);
+  EXPECT_EQ(camera.cx, 319.5);
+  EXPECT_EQ(camera.cy, 239.5);
+  EXPECT_EQ(camera.distortion[1], -0.2);
+  EXPECT_EQ(camera.distortion[3], 0.002);
+  EXPECT_EQ(camera.depth_factor, 1000);
+  EXPECT_EQ(camera.name, "info");
+  // Two messages of ROS 1, the second one cut.
+  const std::string ros1 =
+      "height: 480\nwidth: 640\ndistortion_model: \"plumb_bob\"\nD: [0.1, 0.0, 0.0, 0.0, 0.0]\n"
+      "K: [525.1, 0.0, 319.5, 0.0, 526.2, 239.5, 0.0, 0.0, 1.0]\n---\n";
+  EXPECT_EQ(load(ros1 + "height: 480\nwid").distortion[0], 0.1);
+  EXPECT_THAT(error_of([&] { load("height: 480\nwidth: 640\nk: [525.1, 0.0]\n"); }),
+              HasSubstr("key 'k': expected 9 numbers, found 2"));
+}
+
 TEST(CameraFiles, OfRosOpen3dAndRealSenseAreRead) {
   const TestSequence sequence(0);
   sequence.write("ros.yaml", R"(image_width: 640
