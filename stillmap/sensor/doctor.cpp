@@ -164,7 +164,7 @@ void check_offsets(const std::vector<FrameFiles>& frames, Diagnosis& diagnosis) 
 
 // Returns a file with the same name and another extension; the list may contain the wrong one.
 std::string similar_file(const fs::path& file) {
-  for (const char* ending : {".png", ".jpg", ".jpeg", ".PNG", ".JPG"}) {
+  for (const char* ending : {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".PNG", ".JPG"}) {
     std::error_code ignored;
     const fs::path other = fs::path(file).replace_extension(ending);
     if (other != file && fs::exists(other, ignored)) return short_name(other);
@@ -188,7 +188,7 @@ std::string fix_for(const std::string& problem, const fs::path& file) {
     return "name the camera that recorded these images (width and height in its file)";
   }
   if (problem.find("bits") != std::string::npos) {
-    return "write color as 8-bit PNG or JPEG and depth as 16-bit PNG with one channel";
+    return "write color as 8-bit PNG or JPEG and depth as 16-bit PNG or TIFF with one channel";
   }
   return "copy or record these files again; they are skipped (a frame without its depth image is "
          "tracked "
@@ -256,6 +256,13 @@ void sample_color(const cv::Mat1b& gray, const DoctorOptions& options, Sample& s
   if (deviation[0] * deviation[0] < options.blurred) ++sample.blurred;
 }
 
+/// Returns a depth image in raw units; floats are in meters.
+cv::Mat1w raw_depth(const cv::Mat& depth, double depth_factor) {
+  cv::Mat1w raw;
+  depth.convertTo(raw, CV_16U, depth.type() == CV_32FC1 ? depth_factor : 1);
+  return raw;
+}
+
 void sample_depth(const cv::Mat1w& raw, Sample& sample) {
   const std::size_t before = sample.raw_depths.size();
   for (const std::uint16_t value : raw) sample.seen[value] = true;
@@ -269,8 +276,8 @@ void sample_depth(const cv::Mat1w& raw, Sample& sample) {
   if (sample.raw_depths.size() == before) ++sample.without_depth;
 }
 
-Sample take_sample(const std::vector<FrameFiles>& usable, const DoctorOptions& options,
-                   Diagnosis& diagnosis) {
+Sample take_sample(const std::vector<FrameFiles>& usable, double depth_factor,
+                   const DoctorOptions& options, Diagnosis& diagnosis) {
   Sample sample;
   const auto wanted =
       std::min(usable.size(), static_cast<std::size_t>(std::max(1, options.sample)));
@@ -291,8 +298,9 @@ Sample take_sample(const std::vector<FrameFiles>& usable, const DoctorOptions& o
     cv::Mat1b gray;
     cv::cvtColor(color.image, gray, cv::COLOR_BGR2GRAY);
     sample_color(gray, options, sample);
-    sample_depth(depth.image, sample);
-    sample.registration.add(gray, depth.image);
+    const cv::Mat1w raw = raw_depth(depth.image, depth_factor);
+    sample_depth(raw, sample);
+    sample.registration.add(gray, raw);
   }
   return sample;
 }
@@ -494,9 +502,10 @@ void examine(const SequencePaths& paths, const std::optional<Camera>& named,
   check_offsets(list.frames, diagnosis);
   const auto size = camera ? std::optional(cv::Size(camera->width, camera->height)) : std::nullopt;
   const auto usable = check_files(list.frames, size, diagnosis);
-  Sample sample = take_sample(usable, options, diagnosis);
+  const double factor = camera ? camera->depth_factor : Camera().depth_factor;
+  Sample sample = take_sample(usable, factor, options, diagnosis);
   check_light(sample, diagnosis);
-  check_depth(sample, camera ? camera->depth_factor : Camera().depth_factor, options, diagnosis);
+  check_depth(sample, factor, options, diagnosis);
   check_registration(sample.registration, diagnosis);
   check_ground_truth(paths, list.frames, options, diagnosis);
   check_masks(paths, list.frames, diagnosis);

@@ -70,6 +70,17 @@ TEST_F(Doctor, KnowsTheDepthFactorOfAKinectByTheStepsOfItsDepths) {
   EXPECT_THAT(warnings(), HasSubstr("set the depth factor to 5000"));
 }
 
+TEST_F(Doctor, ReadsDepthInMeters) {
+  cv::Mat1f meters(48, 64);
+  cv::randu(meters, 1.0, 3.0);
+  for (int i = 0; i < 12; ++i) {
+    sequence_.write_image("depth.tiff", meters);
+    fs::rename(sequence_.path("depth.tiff"), sequence_.path(TestSequence::depth_name(i)));
+  }
+  EXPECT_EQ(warnings(), "");
+  EXPECT_NEAR(diagnose().median_depth, 2, 0.1);
+}
+
 TEST_F(Doctor, AcceptsAValidSequence) {
   const Diagnosis diagnosis = diagnose();
   EXPECT_EQ(diagnosis.conclusion(), Severity::kOk) << warnings() << errors();

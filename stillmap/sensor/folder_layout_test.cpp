@@ -68,6 +68,16 @@ TEST(FolderLayout, FoldersWithoutListsHaveTimesAsNames) {
   }
 }
 
+TEST(FolderLayout, FoldersWithoutListsMayHoldTiff) {
+  const TestSequence sequence(0);
+  clear(sequence);
+  write_images(sequence, "rgb/0.png", "depth/0.tiff");
+  write_images(sequence, "rgb/1.png", "depth/1.tif");
+  const auto frames = all_frames(*make_source(sequence.folder().string(), with_camera()));
+  ASSERT_THAT(frames, SizeIs(2));
+  EXPECT_GT(cv::countNonZero(frames[1]->depth), 0);
+}
+
 TEST(FolderLayout, NumbersAreOrderedByValue) {
   const TestSequence sequence(0);
   clear(sequence);

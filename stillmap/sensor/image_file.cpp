@@ -6,6 +6,7 @@
 #include "stillmap/base/trace.hpp"
 #include "stillmap/sensor/jpeg_decoder.hpp"
 #include "stillmap/sensor/png_decoder.hpp"
+#include "stillmap/sensor/tiff_header.hpp"
 
 #include <algorithm>
 #include <array>
@@ -102,8 +103,9 @@ std::optional<ImageHeader> jpeg_header(View bytes) {
 
 HeaderRead parse_header(View bytes) {
   if (bytes.empty()) return {{}, "is empty"};
+  if (is_tiff(bytes)) return tiff_header(bytes);
   const bool png = starts_with(bytes, kPngSignature);
-  if (!png && !starts_with(bytes, kJpegSignature)) return {{}, "is not a PNG or JPEG image"};
+  if (!png && !starts_with(bytes, kJpegSignature)) return {{}, "is not a PNG, JPEG or TIFF image"};
   const auto header = png ? png_header(bytes) : jpeg_header(bytes);
   if (!header) return {{}, "is truncated or damaged: it has no image header"};
   if (header->size.empty()) return {{}, "is damaged: its header says 0 pixels"};
@@ -111,8 +113,9 @@ HeaderRead parse_header(View bytes) {
 }
 
 // Returns whether the end mark exists. Some cameras pad a JPEG behind it, so the last bytes are
-// searched.
+// searched. A TIFF file has none: tiff_header() has checked where its pixels end.
 bool is_complete(View head, View tail) {
+  if (is_tiff(head)) return true;
   if (starts_with(head, kPngSignature)) {
     return tail.size() >= kPngEnd && is_named(tail.last(8).first(4), "IEND");
   }
@@ -166,7 +169,7 @@ Loaded load(const fs::path& file) {
   return {read_at(opened.stream, 0, opened.bytes), ""};
 }
 
-// OpenCV's decoder for the rarer kinds: palettes, interlaced rows, fewer than 8 bits.
+// OpenCV's decoder for the rarer kinds: TIFF, palettes, interlaced rows, fewer than 8 bits.
 cv::Mat decode_by_opencv(View bytes, int flags) {
   try {
     const cv::Mat row(1, static_cast<int>(bytes.size()), CV_8UC1,
@@ -184,8 +187,10 @@ ImageRead decode(View bytes, int flags, int wanted_type) {
     if (const std::string damage = png_damage(bytes); !damage.empty()) return {{}, damage};
   }
   cv::Mat image;
-  if (png) {
-    image = decodes_png(bytes) ? decode_png(bytes) : decode_by_opencv(bytes, flags);
+  if (png && decodes_png(bytes)) {
+    image = decode_png(bytes);
+  } else if (png || is_tiff(bytes)) {
+    image = decode_by_opencv(bytes, flags);
   } else {
     JpegRead read = decode_jpeg(bytes);
     if (!read.problem.empty()) return {{}, read.problem};
@@ -209,10 +214,9 @@ HeaderRead read_image_header(const fs::path& file) {
   if (opened.bytes > kLargestFile) return {{}, too_large(opened.bytes)};
   const Bytes head = read_at(opened.stream, 0, std::min(kHeadBytes, opened.bytes));
   HeaderRead read = parse_header(head);
-  if (!read.problem.empty() &&
-      starts_with(View(head), kJpegSignature)) {  // a long comment or thumbnail
+  // A JPEG with a long comment or thumbnail, or a TIFF, whose header may be anywhere.
+  if (!read.problem.empty() && (starts_with(View(head), kJpegSignature) || is_tiff(head)))
     read = parse_header(read_at(opened.stream, 0, opened.bytes));
-  }
   if (!read.problem.empty()) return read;
   const std::size_t tail = std::min(kHeadBytes, opened.bytes);
   if (!is_complete(head, read_at(opened.stream, opened.bytes - tail, tail)))
@@ -226,9 +230,15 @@ std::string color_problem(const ImageHeader& header) {
 }
 
 std::string depth_problem(const ImageHeader& header) {
-  if (header.bits == 16 && header.channels == 1) return "";
-  return fmt::format("has {} channel{} of {} bits where a depth image has one of 16",
-                     header.channels, header.channels == 1 ? "" : "s", header.bits);
+  const bool raw = header.bits == 16 && header.samples == Samples::kUnsigned;
+  const bool meters = header.bits == 32 && header.samples == Samples::kFloat;
+  if (header.channels == 1 && (raw || meters)) return "";
+  const char* kinds[] = {"", " (floats)", " (signed)"};
+  return fmt::format(
+      "has {} channel{} of {} bits{} where a depth image has one of 16 or, as TIFF, of 32-bit "
+      "floats",
+      header.channels, header.channels == 1 ? "" : "s", header.bits,
+      kinds[static_cast<int>(header.samples)]);
 }
 
 std::string size_problem(const ImageHeader& header, cv::Size wanted) {
@@ -257,7 +267,8 @@ ImageRead decode_depth_image(View bytes, cv::Size wanted) {
   if (problem.empty()) problem = depth_problem(header);
   if (problem.empty()) problem = size_problem(header, wanted);
   if (!problem.empty()) return {{}, problem};
-  return decode(bytes, cv::IMREAD_ANYDEPTH, CV_16UC1);
+  return decode(bytes, cv::IMREAD_ANYDEPTH,
+                header.samples == Samples::kFloat ? CV_32FC1 : CV_16UC1);
 }
 
 ImageRead read_color_image(const fs::path& file, cv::Size wanted) {

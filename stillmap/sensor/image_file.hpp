@@ -10,11 +10,15 @@
 
 namespace stillmap {
 
-/// Image properties from the header of a PNG or JPEG file.
+/// Kind of the numbers of an image.
+enum class Samples { kUnsigned, kFloat, kOther };
+
+/// Image properties from the header of a PNG, JPEG or TIFF file.
 struct ImageHeader {
   cv::Size size;     ///< Image size [pixels].
   int bits = 0;      ///< Bits per channel.
   int channels = 0;  ///< Channels: 1 gray, 2 gray with alpha, 3 color, 4 color with alpha.
+  Samples samples = Samples::kUnsigned;
 };
 
 /// A header, or the problem in words that follow a file name ("is empty").
@@ -29,22 +33,24 @@ struct ImageRead {
   std::string problem;  ///< Empty if there is no problem.
 };
 
-/// Reads the header of a PNG or JPEG file without decoding, in a few microseconds. Also detects a
-/// file that is missing, empty, of another type, or truncated (no end mark).
+/// Reads the header of a PNG, JPEG or TIFF file without decoding, in a few microseconds (a TIFF
+/// file is read as a whole). Also detects a file that is missing, empty, of another type, or
+/// truncated.
 HeaderRead read_image_header(const std::filesystem::path& file);
 
 /// Returns why an image with this header is not a color image (8 bits, gray or color) or not a
-/// depth image (16 bits, one channel); empty if it is one.
+/// depth image (one channel of 16 bits or of 32-bit floats); empty if it is one.
 std::string color_problem(const ImageHeader& header);
 std::string depth_problem(const ImageHeader& header);
 /// Returns why an image does not have the wanted size; empty if it has.
 std::string size_problem(const ImageHeader& header, cv::Size wanted);
 
-/// Decodes an 8-bit PNG or JPEG file to 8UC3 BGR; gray gives three equal channels, alpha is
+/// Decodes an 8-bit PNG, JPEG or TIFF file to 8UC3 BGR; gray gives three equal channels, alpha is
 /// dropped. Checks the size before decoding. Never throws, never prints.
 ImageRead read_color_image(const std::filesystem::path& file, cv::Size wanted);
 
-/// Decodes a 16-bit single-channel PNG file to 16UC1 [raw units]; otherwise as read_color_image().
+/// Decodes a single-channel file to 16UC1 [raw units], or, a TIFF file of floats, to 32FC1 [m];
+/// otherwise as read_color_image().
 ImageRead read_depth_image(const std::filesystem::path& file, cv::Size wanted);
 
 /// The same for the bytes of a file in memory.

@@ -66,6 +66,11 @@ void claim_size(const TestSequence& sequence, const std::string& name,
   sequence.write(name, bytes);
 }
 
+void write_tiff(const TestSequence& sequence, const cv::Mat& image) {
+  sequence.write_image("depth/1.tiff", image);
+  fs::rename(sequence.path("depth/1.tiff"), sequence.path("depth/1.png"));
+}
+
 const DamagedFile kDamagedFiles[] = {
     {"ColorMissing", [](const auto& s) { fs::remove(s.path("rgb/1.png")); },
      "rgb/1.png is missing"},
@@ -74,9 +79,9 @@ const DamagedFile kDamagedFiles[] = {
     {"ColorEmpty", [](const auto& s) { s.write("rgb/1.png", ""); }, "rgb/1.png is empty"},
     {"DepthEmpty", [](const auto& s) { s.write("depth/1.png", ""); }, "depth/1.png is empty"},
     {"ColorZeroBytes", [](const auto& s) { s.write("rgb/1.png", std::string(5000, '\0')); },
-     "rgb/1.png is not a PNG or JPEG image"},
+     "rgb/1.png is not a PNG, JPEG or TIFF image"},
     {"ColorIsText", [](const auto& s) { s.write("rgb/1.png", "404 not found\n"); },
-     "rgb/1.png is not a PNG or JPEG image"},
+     "rgb/1.png is not a PNG, JPEG or TIFF image"},
     {"ColorIsAFolder",
      [](const auto& s) {
        fs::remove(s.path("rgb/1.png"));
@@ -88,7 +93,7 @@ const DamagedFile kDamagedFiles[] = {
        s.write_image("rgb/1.bmp", TestSequence::color_image());
        fs::rename(s.path("rgb/1.bmp"), s.path("rgb/1.png"));
      },
-     "rgb/1.png is not a PNG or JPEG image"},
+     "rgb/1.png is not a PNG, JPEG or TIFF image"},
     {"ColorCutShort", [](const auto& s) { s.truncate("rgb/1.png", 0.6); },
      "rgb/1.png is truncated"},
     {"ColorCutInItsHeader", [](const auto& s) { s.truncate("rgb/1.png", 0.05); },
@@ -123,6 +128,25 @@ const DamagedFile kDamagedFiles[] = {
        fs::rename(s.path("depth/1.jpg"), s.path("depth/1.png"));
      },
      "depth/1.png has 3 channels of 8 bits"},
+    {"DepthIsATiffOfDoubles",
+     [](const auto& s) { write_tiff(s, cv::Mat(48, 64, CV_64FC1, cv::Scalar(2))); },
+     "depth/1.png has 1 channel of 64 bits (floats) where a depth image has one of 16 or, as TIFF, "
+     "of 32-bit floats"},
+    {"DepthIsATiffInColorAsLogarithms",
+     [](const auto& s) { write_tiff(s, cv::Mat(48, 64, CV_32FC3, cv::Scalar::all(2))); },
+     "depth/1.png has 3 channels of 16 bits (signed)"},
+    {"DepthIsATiffCutShort",
+     [](const auto& s) {
+       write_tiff(s, cv::Mat(48, 64, CV_32FC1, cv::Scalar(2)));
+       s.truncate("depth/1.png", 0.6);
+     },
+     "depth/1.png is truncated"},
+    {"DepthIsATiffCutInItsHeader",
+     [](const auto& s) { s.write("depth/1.png", std::string("II\x2a\0\x08\0\0\0\x09", 9)); },
+     "depth/1.png is truncated"},
+    {"DepthIsATiffOfAnotherSize",
+     [](const auto& s) { write_tiff(s, cv::Mat(24, 32, CV_32FC1, cv::Scalar(2))); },
+     "depth/1.png is 32 x 24 pixels where the camera has 64 x 48"},
     {"ColorOfAnotherSize",
      [](const auto& s) {
        s.write_image("rgb/1.png", TestSequence::color_image({32, 24}));

@@ -122,7 +122,8 @@ ImageRead compressed_depth(const ImageStream& stream, const CompressedImageMessa
   if (message.format.find("rvl") != std::string::npos)
     return {{}, "is compressed by RVL, which is not read"};
   ImageRead read = decode_depth_image(message.data.subspan(kParameters), wanted);
-  if (!read.problem.empty() || stream.encoding != "32FC1") return read;
+  if (!read.problem.empty() || stream.encoding != "32FC1" || read.image.type() != CV_16UC1)
+    return read;
   float a = 0, b = 0;
   std::memcpy(&a, message.data.data() + 4, sizeof a);
   std::memcpy(&b, message.data.data() + 8, sizeof b);

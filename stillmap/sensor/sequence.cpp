@@ -309,7 +309,13 @@ Error no_image(const fs::path& folder, const std::vector<SkippedFrame>& skipped)
   if (most == count.end()) return Error("contains no image", folder.string(), kLayout);
   return Error(fmt::format("contains no image that can be read: most of its files are '{}'",
                            printable(most->first)),
-               folder.string(), "convert the images to PNG, or color images to JPEG");
+               folder.string(), "convert color images to PNG or JPEG, and depth images to PNG or TIFF");
+}
+
+bool has_image_extension(const fs::path& file) {
+  const std::string extension = file.extension().string();
+  const auto known = {".png", ".jpg", ".jpeg", ".tif", ".tiff"};
+  return std::find(known.begin(), known.end(), extension) != known.end();
 }
 
 // Returns the images of a folder by time. `end` is the end of their names without the extension.
@@ -317,11 +323,8 @@ ImageList images_of_folder(const fs::path& folder, const std::string& end, doubl
   ImageList list;
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-    const std::string extension = entry.path().extension().string();
     std::string stem = entry.path().stem().string();
-    if ((extension != ".png" && extension != ".jpg" && extension != ".jpeg") ||
-        !stem.ends_with(end))
-      continue;
+    if (!has_image_extension(entry.path()) || !stem.ends_with(end)) continue;
     stem.resize(stem.size() - end.size());
     const auto time = named_time(stem, fps);
     if (time) {

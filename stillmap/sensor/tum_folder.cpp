@@ -85,7 +85,7 @@ void TumFolder::require_one_usable_frame() const {
                   first_problem),
       list_.frames.front().color.parent_path().parent_path().string(),
       "give the camera that recorded the sequence (--camera), with its image size; color must be "
-      "8-bit PNG or JPEG, depth 16-bit PNG of the same size");
+      "8-bit PNG or JPEG, depth 16-bit PNG or TIFF, or TIFF of 32-bit floats, of the same size");
 }
 
 std::vector<std::string> TumFolder::notes() const {

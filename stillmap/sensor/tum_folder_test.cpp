@@ -57,6 +57,58 @@ TEST(TumFolder, AcceptsGrayImagesJpegsAndAlpha) {
   }
 }
 
+TEST(TumFolder, DepthMayBeTiffOfWholeNumbersOrOfMeters) {
+  const TestSequence sequence(2);
+  cv::Mat1f meters(48, 64, 1.5F);
+  meters(0, 0) = std::numeric_limits<float>::quiet_NaN();
+  meters(0, 1) = std::numeric_limits<float>::infinity();
+  for (const auto& [image, file] :
+       {std::pair<cv::Mat, int>(TestSequence::depth_image(2.5), 0), {meters, 1}}) {
+    sequence.write_image("depth/image.tiff", image);  // in files of any name
+    fs::rename(sequence.path("depth/image.tiff"), sequence.path(TestSequence::depth_name(file)));
+  }
+  TumFolder source = sequence.open();
+  const auto frames = all_frames(source);
+  ASSERT_EQ(frames.size(), 2U);
+  const cv::Mat1f whole = frames[0]->depth, floats = frames[1]->depth;
+  EXPECT_EQ(cv::countNonZero(whole != 2.5F), 0);
+  EXPECT_EQ(floats(0, 0), 0);
+  EXPECT_EQ(floats(0, 1), 0);
+  EXPECT_EQ(cv::countNonZero(floats == 1.5F), 48 * 64 - 2);
+  EXPECT_TRUE(source.skipped().empty());
+}
+
+/// A TIFF file of the given numbers, without the directory's end: in the byte order of Motorola.
+std::string big_endian_tiff() {
+  const auto number = [](std::uint32_t value, int bytes) {
+    std::string text;
+    for (int i = bytes - 1; i >= 0; --i) text += static_cast<char>(value >> 8 * i & 0xff);
+    return text;
+  };
+  constexpr std::uint32_t kShort = 3, kLong = 4, kPixels = 64 * 48;
+  const std::uint32_t fields[][3] = {
+      {256, kShort, 64}, {257, kShort, 48}, {258, kShort, 16},
+      {259, kShort, 1},  {262, kShort, 1},  {273, kLong, 8},
+      {277, kShort, 1},  {278, kShort, 48}, {279, kLong, 2 * kPixels}};
+  std::string tiff = "MM" + number(42, 2) + number(8 + 2 * kPixels, 4);
+  for (std::uint32_t i = 0; i < kPixels; ++i) tiff += number(10000, 2);  // 2 m
+  tiff += number(std::size(fields), 2);
+  for (const auto& [tag, type, value] : fields) {
+    tiff += number(tag, 2) + number(type, 2) + number(1, 4);
+    tiff += type == kShort ? number(value, 2) + number(0, 2) : number(value, 4);
+  }
+  return tiff + number(0, 4);
+}
+
+TEST(TumFolder, ReadsTiffOfEitherByteOrder) {
+  const TestSequence sequence(1);
+  sequence.write(TestSequence::depth_name(0), big_endian_tiff());
+  TumFolder source = sequence.open();
+  const RgbdFramePtr frame = source.next();
+  ASSERT_TRUE(frame);
+  EXPECT_EQ(cv::countNonZero(frame->depth == 2.0F), 48 * 64);
+}
+
 TEST(TumFolder, DepthOutOfRangeOrSaturatedIsUnknown) {
   const TestSequence sequence(1);
   cv::Mat depth = TestSequence::depth_image();
