@@ -35,7 +35,6 @@ struct DoctorArguments {
 
 /// Number of frames from which the camera is checked; some seconds of work.
 constexpr int kCalibrationFrames = 300;
-constexpr const char* kStereo = "stereo";  // depth sensor of a pair of cameras
 
 /// Adds what the recording shows about the errors of its camera.
 void check_calibration(const DoctorArguments& arguments, Diagnosis& diagnosis) {
@@ -51,7 +50,7 @@ void check_calibration(const DoctorArguments& arguments, Diagnosis& diagnosis) {
   };
   try {
     const Camera camera = recorded_camera(folder, range);
-    if (camera.depth_sensor.name == kStereo) return;  // its cameras cannot be replaced
+    if (camera.depth_sensor.principle == DepthPrinciple::kStereo) return;  // cannot be replaced
     const auto report = calibrate_recording(open, camera, parameters_of(read_options("")));
     for (const std::string& finding : calibration_findings(report)) {
       diagnosis.add(Severity::kWarning, finding,
