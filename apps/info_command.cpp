@@ -36,12 +36,18 @@ void print_topics(const Recording& recording) {
   }
 }
 
+void print_camera(const Camera& camera) {
+  print_out("camera: {} x {} pixels, focal length {:.1f}, sensor {}, depth factor {:g}\n",
+            camera.width, camera.height, camera.fx, camera.depth_sensor.name, camera.depth_factor);
+}
+
 int run(const InfoArguments& arguments) {
   SourceOptions options;
   options.camera = arguments.camera;
   options.topics = arguments.topics;
   const std::filesystem::path path = arguments.file;
-  if (is_recording(path) && !std::filesystem::exists(path / "rgb.txt")) {
+  const bool recorded = is_recording(path) && !std::filesystem::exists(path / "rgb.txt");
+  if (recorded) {
     Recording recording(arguments.file);
     print_out("{}: {:.2f} s, {} topics\n", arguments.file, recording.duration(),
               recording.topics().size());
@@ -49,9 +55,7 @@ int run(const InfoArguments& arguments) {
   }
   const auto source = make_source(arguments.file, options);
   for (const std::string& note : source->notes()) print_out("{}\n", note);
-  const Camera& camera = source->camera();
-  print_out("camera: {} x {} pixels, focal length {:.1f}, sensor {}, depth factor {:g}\n",
-            camera.width, camera.height, camera.fx, camera.depth_sensor.name, camera.depth_factor);
+  if (!recorded) print_camera(source->camera());  // of a recording, a note tells it
   print_out("frames: {}\n", source->size().value_or(0));
   return kSuccess;
 }

@@ -293,6 +293,7 @@ class OtherSoftware(unittest.TestCase):
                 listing = self.stillmap("info", out, *options)
                 self.assertIn(f"frames: {FRAMES}", listing)
                 self.assertIn("sensor_msgs/CameraInfo", listing)
+                self.assertEqual(listing.count("\ncamera: "), 1, listing)
 
     def test_a_truncated_file_is_read_as_far_as_it_goes(self):
         for name in ("plain.bag", "lz4.bag", "sqlite.db3", "none.mcap", "zstd.mcap"):
