@@ -111,6 +111,7 @@ void WarningRecorder::finish() {
   const std::unique_lock lock(mutex_);
   if (first_) record(monitor_.announce("the run has ended"));
   if (outputs_.show) outputs_.show(events_message(events_));
+  for (const Receiver& receiver : receivers_) receiver.sender->begin_finish();
   for (const Receiver& receiver : receivers_) {
     const SentEvents events = receiver.sender->finish();
     print_out("{}: {} events sent", receiver.address.text(), events.sent);

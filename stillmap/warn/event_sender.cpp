@@ -18,13 +18,17 @@ void EventSender::send(std::string event) {
   changed_.notify_all();
 }
 
+void EventSender::begin_finish() {
+  {
+    const std::unique_lock lock(mutex_);
+    if (!thread_.get_stop_token().stop_requested()) finish_ = std::chrono::steady_clock::now();
+  }
+  thread_.request_stop();
+}
+
 SentEvents EventSender::finish() {
   if (thread_.joinable()) {
-    {
-      const std::unique_lock lock(mutex_);
-      finish_ = std::chrono::steady_clock::now();
-    }
-    thread_.request_stop();
+    begin_finish();
     thread_.join();
     counts_.dropped += queue_.size();
     queue_.clear();

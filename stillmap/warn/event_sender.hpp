@@ -36,7 +36,9 @@ class EventSender {
  public:
   static constexpr std::size_t kQueue = 256;
   static constexpr std::chrono::milliseconds kRetry{1000};
-  static constexpr std::chrono::milliseconds kFarewell{3000};  ///< Longest time of finish().
+  std::string reason;       ///< Why the receiver could not be reached the last time.
+  static constexpr std::chrono::milliseconds kFarewell{
+      3000};  ///< Longest time after begin_finish().
 
   explicit EventSender(Deliver deliver);
   ~EventSender() { finish(); }
@@ -46,9 +48,13 @@ class EventSender {
   /// Adds an event to the queue. Never waits for the receiver.
   void send(std::string event);
 
-  /// Sends the events that wait, for at most kFarewell after the attempt in progress. An attempt
-  /// that fails is the last one: the events that still wait are dropped. Nothing may be sent after
-  /// it.
+  /// Begins to finish, so that several senders finish at the same time: from now on the events that
+  /// wait are sent for at most kFarewell after the attempt in progress. An attempt that fails is
+  /// the last one: the events that still wait are dropped. Nothing may be sent after it. Does not
+  /// wait.
+  void begin_finish();
+
+  /// begin_finish(), unless that was called already, and waits for the end.
   SentEvents finish();
 
  private:

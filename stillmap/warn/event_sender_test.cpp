@@ -87,6 +87,36 @@ TEST(EventSender, AReceiverThatRefusedForAMomentGetsTheEventsAtTheEnd) {
   EXPECT_THAT(received, ElementsAre("a", "b"));
 }
 
+TEST(EventSender, SeveralSendersFinishAtTheSameTime) {
+  std::promise<void> last_attempt;
+  bool finishing = false;
+  std::promise<void> waits;
+  EventSender slow([&](const std::string&) {
+    waits.set_value();
+    last_attempt.get_future().wait();  // until the other one finishes
+    return Delivered::kYes;
+  });
+  std::promise<void> refused, go;
+  EventSender away([&](const std::string&) {
+    if (finishing) {
+      last_attempt.set_value();
+    } else {
+      refused.set_value();
+      go.get_future().wait();
+      finishing = true;
+    }
+    return Delivered::kLater;
+  });
+  slow.send("a");
+  away.send("b");
+  waits.get_future().wait();
+  refused.get_future().wait();
+  for (EventSender* sender : {&slow, &away}) sender->begin_finish();
+  go.set_value();
+  EXPECT_EQ(slow.finish().sent, 1U);
+  EXPECT_EQ(away.finish().dropped, 1U);
+}
+
 std::string problem_of(const std::string& address) {
   try {
     parse_event_address(address, "rules.yaml");
