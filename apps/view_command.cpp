@@ -4,6 +4,7 @@
 #include "stillmap/view/recorded_view.hpp"
 #include "stillmap/view/view_server.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <optional>
@@ -30,7 +31,7 @@ bool is_run(const std::filesystem::path& folder) {
 }
 
 /// Returns the rules of --zones; without it those of the run, if it had any.
-std::optional<WarningRules> shown_rules(const ViewArguments& arguments) {
+std::optional<WarningRules> rules_of(const ViewArguments& arguments) {
   const std::filesystem::path run = arguments.run;
   if (arguments.zones.empty() && !std::filesystem::exists(run / kRunRules)) return std::nullopt;
   if (is_run(run)) return rules_for(run, arguments.zones, arguments.hook_offset);
@@ -38,13 +39,41 @@ std::optional<WarningRules> shown_rules(const ViewArguments& arguments) {
                             hook_at(arguments.hook_offset));
 }
 
+bool has_distance_to(const WarningRules& rules, const std::string& point) {
+  return std::any_of(rules.distances.begin(), rules.distances.end(),
+                     [&](const DistanceRule& rule) { return rule.point == point; });
+}
+
+/// Whether the options change the rules of the run, so that its own events are not theirs.
+bool changes_rules(const ViewArguments& arguments, const WarningRules& rules) {
+  if (!arguments.zones.empty()) return true;
+  const NamedPoints hook = hook_at(arguments.hook_offset);
+  return !hook.empty() && has_distance_to(rules, hook.begin()->first);
+}
+
+/// Returns what the page draws: the rules and, if none of them is for the point of --hook-offset,
+/// the point alone, as a distance of 0 m.
+std::optional<WarningRules> drawn_rules(std::optional<WarningRules> rules,
+                                        const std::vector<double>& hook_offset) {
+  for (const auto& [name, offset] : hook_at(hook_offset)) {
+    if (!rules) rules.emplace();
+    if (has_distance_to(*rules, name)) continue;
+    DistanceRule& rule = rules->distances.emplace_back();
+    rule.name = rule.point = name;
+    rule.offset = offset;
+    rule.nearer = 0;
+    rule.level = true;
+  }
+  return rules;
+}
+
 int view(const ViewArguments& arguments) {
   catch_interrupt();
   ViewServer server(*view_address_of(
       {.port = arguments.port, .address = arguments.address, .port_option = "--port"}));
-  const std::optional<WarningRules> rules = shown_rules(arguments);
-  publish_recorded_run(arguments.run, rules, server.board());
-  if (rules && is_run(arguments.run) && !arguments.zones.empty())
+  const std::optional<WarningRules> rules = rules_of(arguments);
+  publish_recorded_run(arguments.run, drawn_rules(rules, arguments.hook_offset), server.board());
+  if (rules && is_run(arguments.run) && changes_rules(arguments, *rules))
     server.board().publish(events_message(replayed_events(*rules, arguments.run)));
   print_out("{}Ctrl-C ends it\n", addresses_text(server));
   output_is_complete();
@@ -65,11 +94,10 @@ void add_view_command(CLI::App& app, int& exit_code) {
   command->add_option("--port", arguments->port, "port of the page; 0: any free one")
       ->capture_default_str();
   add_view_address(*command, arguments->address);
-  CLI::Option* zones = command->add_option(
-      "--zones", arguments->zones,
-      "also show the zones of this file, and their events in the run instead of "
-      "those of the run itself; default: the zones of the run");
-  add_hook_offset(*command, arguments->hook_offset)->needs(zones);
+  command->add_option("--zones", arguments->zones,
+                      "also show the zones of this file, and their events in the run instead of "
+                      "those of the run itself; default: the zones of the run");
+  add_hook_offset(*command, arguments->hook_offset);
   command->footer(
       "Examples:\n"
       "  stillmap view results\n"

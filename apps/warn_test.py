@@ -218,13 +218,13 @@ class WarnTest(unittest.TestCase):
         subprocess.run([PROGRAM, "warn", run, "--force"], check=True, stdout=subprocess.DEVNULL)
         self.assertEqual(self.events("kept"), (out / "events.jsonl").read_text().splitlines())
 
-    def shown(self, *arguments):
-        """The messages `zones` and `events` of the page of a finished run."""
+    def shown(self, *arguments, kinds=("zones", "points", "events", "summary")):
+        """The messages of the page of a finished run, by their type."""
         with subprocess.Popen([PROGRAM, "view", *arguments, "--port", "0"], stdout=subprocess.PIPE, text=True) as viewed:
             try:
                 port = viewed.stdout.readline().split(":")[3].split("/")[0]
                 page, messages = WebSocket(f"ws://127.0.0.1:{port}/data"), {}
-                while not {"zones", "events", "summary"} <= messages.keys():
+                while not set(kinds) <= messages.keys():
                     if isinstance(text := page.receive(), str):
                         messages[json.loads(text)["type"]] = json.loads(text)
                 page.close()
@@ -234,13 +234,13 @@ class WarnTest(unittest.TestCase):
 
     def test_the_page_of_a_run_shows_its_rules_or_the_events_of_others(self):
         self.assert_ran(self.run_with("viewed", ZONE))
-        zones, events = self.shown(self.folder / "viewed")
+        zones, events = self.zones_and_events(self.folder / "viewed")
         self.assertEqual(zones, ["gate"])
         self.assertIn("the run has ended", {event["rule"] for event in events})
         before = self.events("viewed")
         other = self.folder / "other.yaml"
         other.write_text(ZONE.replace("gate", "door") + "distances: [{to: camera, nearer: 30}]\n")
-        zones, events = self.shown(self.folder / "viewed", "--zones", other)
+        zones, events = self.zones_and_events(self.folder / "viewed", "--zones", other)
         self.assertEqual(zones, ["door"])
         self.assertEqual({event["rule"] for event in events} - {"door"}, {"camera"})
         self.assertEqual(self.events("viewed"), before)
@@ -283,6 +283,26 @@ class WarnTest(unittest.TestCase):
             self.assertIn(message, result.stderr)
 
 
+        return messages
+
+    def zones_and_events(self, *arguments):
+        messages = self.shown(*arguments)
 if __name__ == "__main__":
     PROGRAM = str(Path(sys.argv[1]).resolve())
     unittest.main(argv=[sys.argv[0], *sys.argv[2:]])
+    def test_the_hook_of_the_page_may_be_elsewhere_or_have_no_rule(self):
+        run = self.folder / "moved"
+        self.assert_ran(self.run_with("moved", ZONE + NEAR, "--hook-offset", "0,4,6"))
+        near = {event["rule"] for event in map(json.loads, self.events("moved")) if event["kind"] == "near"}
+        self.assertEqual(near, {"camera", "hook"})
+        messages = self.shown(run, "--hook-offset", "500,0,0")
+        self.assertIn([500, 0, 0], [point["offset"] for point in messages["points"]["points"]])
+        self.assertEqual({event["rule"] for event in messages["events"]["events"] if event["kind"] == "near"}, {"camera"})
+
+        subprocess.run([PROGRAM, "run", self.sequence, "--count", "20", "--out", self.folder / "ruleless"], check=False,
+                       stdout=subprocess.DEVNULL)
+        messages = self.shown(self.folder / "ruleless", "--hook-offset", "0,4,6", kinds=["points", "zones", "summary"])
+        self.assertEqual([(point["name"], point["offset"], point["nearer"]) for point in messages["points"]["points"]],
+                         [("hook", [0, 4, 6], 0)])
+        self.assertEqual(messages["zones"]["zones"], [])
+

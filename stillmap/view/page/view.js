@@ -630,7 +630,7 @@
     $('n-zones').textContent = zones.length;
     dirty = true;
   }
-  // Points that move with the camera, with the distances of their rules: a sphere, or a cylinder if they are level.
+  // Points that move with the camera, with the distances of their rules: a sphere, or a cylinder if they are level. 0 m: the point alone.
   let points = [];
   function drawPoints(list) {
     layers.points.remove(...layers.points.children);
@@ -670,7 +670,7 @@
       const above = new THREE.Vector3(...ground.up).dot(point.group.position) - ground.floor, plumb = point.group.getObjectByName('plumb');
       point.below.position.set(0, -above, 0);
       if (plumb) plumb.scale.set(1, -above || 1e-3, 1);
-      if (point.name !== 'camera') setLabel('points:' + (point.rule || point.name), point.group.position.toArray(), [['span', point.name + ' '], ['small', point.nearer + ' m']], css('--zone'), 'object');
+      if (point.name !== 'camera') setLabel('points:' + (point.rule || point.name), point.group.position.toArray(), [['span', point.name + ' '], ['small', point.nearer ? point.nearer + ' m' : '']], css('--zone'), 'object');
     }
     dirty = true;
   }
