@@ -61,6 +61,8 @@ class FolderWriter {
     depth_list_.open(folder / "depth.txt");
   }
 
+  const Camera& camera() const { return camera_; }
+
   void add(const RgbdFrame& frame) {
     write(frame.color, "rgb", frame.timestamp, color_list_);
     if (cv::countNonZero(frame.depth) == 0) return;
@@ -83,6 +85,16 @@ class FolderWriter {
   std::ofstream color_list_, depth_list_;
 };
 
+/// Tells what a folder keeps of its source, which cannot be restored from it.
+std::string kept_text(const Camera& camera) {
+  constexpr double kMillimeters = 1000;  // per meter
+  return fmt::format(
+      "kept: color without distortion, depth registered to color from {:g} to {:g} m in steps of "
+      "{:g} mm; not kept: images as the camera took them\n",
+      camera.depth_sensor.min_depth, camera.depth_sensor.max_depth,
+      kMillimeters / camera.depth_factor);
+}
+
 int record(const RecordArguments& arguments) {
   catch_interrupt();
   SourceOptions options = arguments.options;
@@ -103,7 +115,8 @@ int record(const RecordArguments& arguments) {
     check.add(*frame);
     progress.step("");
   }
-  print_out("{}: {} frames, {} skipped\n", arguments.out, frames, source->skipped().size());
+  print_out("{}: {} frames, {} skipped\n{}", arguments.out, frames, source->skipped().size(),
+            kept_text(writer.camera()));
   const std::vector<std::string> problems = check.problems();
   print_doubts(problems);
   if (interrupted()) return kInterrupted;
