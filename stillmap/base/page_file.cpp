@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/page_file.hpp"
+
+#include "stillmap/base/error.hpp"
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <fcntl.h>
+#include <string>
+#include <sys/mman.h>
+#include <unistd.h>
+
+namespace stillmap {
+
+/// The open file; it exists until it is closed.
+class Pages::File {
+ public:
+  explicit File(int descriptor) : descriptor_(descriptor) {}
+  ~File() { ::close(descriptor_); }
+  File(const File&) = delete;
+  File& operator=(const File&) = delete;
+
+  /// Returns whether all bytes were written; errno tells why not.
+  bool write(std::string_view bytes, std::size_t begin) const {
+    while (!bytes.empty()) {
+      const ssize_t written =
+          ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(begin));
+      if (written < 0 && errno == EINTR) continue;
+      if (written <= 0) return false;
+      bytes.remove_prefix(static_cast<std::size_t>(written));
+      begin += static_cast<std::size_t>(written);
+    }
+    return true;
+  }
+  /// Returns the bytes as memory; MAP_FAILED with errno if that is impossible.
+  void* map(std::size_t begin, std::size_t size) const {
+    return ::mmap(nullptr, size, PROT_READ, MAP_SHARED, descriptor_, static_cast<off_t>(begin));
+  }
+  /// Frees the space of bytes on the disk, as far as the file system can.
+  void discard(std::size_t begin, std::size_t size) const {
+    ::fallocate(descriptor_, FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE, static_cast<off_t>(begin),
+                static_cast<off_t>(size));
+  }
+
+ private:
+  int descriptor_;
+};
+
+namespace {
+
+std::size_t up_to_whole_pages(std::size_t bytes) {
+  const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+  return (bytes + page - 1) / page * page;
+}
+
+/// Returns the descriptor of a new file without a name; -1 with errno if there is none.
+int open_unnamed(const std::filesystem::path& folder) {
+  const int unnamed = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+  if (unnamed >= 0) return unnamed;
+  std::string name = (folder / ".stillmap_pages_XXXXXX").string();  // not every file system can
+  const int named = ::mkostemp(name.data(), O_CLOEXEC);
+  if (named >= 0) ::unlink(name.c_str());
+  return named;
+}
+
+[[noreturn]] void fail(const char* problem, const std::filesystem::path& folder) {
+  throw Error(std::string("a temporary file ") + problem + " (" + std::strerror(errno) + ")",
+              folder.string(), "check that the folder is writable, and that the disk is not full");
+}
+
+}  // namespace
+
+Pages::~Pages() {
+  ::munmap(data_, size_);
+  file_->discard(begin_, up_to_whole_pages(size_));
+}
+
+void Pages::drop() const { ::madvise(data_, size_, MADV_DONTNEED); }
+
+PageFile::PageFile(const std::filesystem::path& folder) : folder_(folder) {
+  std::error_code ignored;  // open() tells the reason
+  std::filesystem::create_directories(folder, ignored);
+  const int descriptor = open_unnamed(folder);
+  if (descriptor < 0) fail("cannot be created", folder);
+  file_ = std::make_shared<const Pages::File>(descriptor);
+}
+
+std::shared_ptr<const Pages> PageFile::store(std::span<const std::string_view> parts) {
+  std::size_t size = 0;
+  for (const std::string_view part : parts) {
+    if (!file_->write(part, end_ + size)) {
+      const int reason = errno;
+      file_->discard(end_, up_to_whole_pages(size + part.size()));
+      errno = reason;
+      fail("cannot be written", folder_);
+    }
+    size += part.size();
+  }
+  void* data = file_->map(end_, size);
+  if (data == MAP_FAILED) fail("cannot be used", folder_);
+  const std::size_t begin = end_;
+  end_ += up_to_whole_pages(size);
+  return std::shared_ptr<const Pages>(new Pages(file_, begin, static_cast<std::byte*>(data), size));
+}
+
+}  // namespace stillmap
