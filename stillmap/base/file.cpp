@@ -13,7 +13,7 @@
 namespace stillmap {
 namespace fs = std::filesystem;
 
-std::string read_file(const fs::path& file, std::uintmax_t largest) {
+std::ifstream open_file(const fs::path& file) {
   std::error_code failed;
   // A pipe or device may have no end.
   if (fs::exists(file, failed) && !fs::is_directory(file, failed) &&
@@ -24,6 +24,11 @@ std::string read_file(const fs::path& file, std::uintmax_t largest) {
   if (!in || fs::is_directory(file, failed)) {
     throw Error("cannot be read", file.string(), "check that the file exists and is readable");
   }
+  return in;
+}
+
+std::string read_file(const fs::path& file, std::uintmax_t largest) {
+  std::ifstream in = open_file(file);
   const std::uintmax_t size = fs::file_size(file);
   if (size > largest) {
     throw Error(fmt::format("has {} MB, at most {} are read", size >> 20, largest >> 20),
@@ -36,11 +41,17 @@ std::string read_file(const fs::path& file, std::uintmax_t largest) {
 }
 
 void write_file(const fs::path& file, std::string_view content) {
+  write_file(file, [&](std::ostream& out) {
+    out.write(content.data(), static_cast<std::streamsize>(content.size()));
+  });
+}
+
+void write_file(const fs::path& file, const std::function<void(std::ostream&)>& write) {
   const fs::path temporary = file.string() + ".part";
   std::error_code absent;
   fs::remove(temporary, absent);  // A link of this name would be followed.
   std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
-  if (out) out.write(content.data(), static_cast<std::streamsize>(content.size()));
+  if (out) write(out);
   if (out) out.close();
   if (!out) {
     const std::string reason = std::strerror(errno);

@@ -2,6 +2,8 @@
 #pragma once
 #include <cstdint>
 #include <filesystem>
+#include <fstream>
+#include <functional>
 #include <limits>
 #include <string>
 #include <string_view>
@@ -14,6 +16,9 @@ inline constexpr std::uintmax_t kLargestText = std::uintmax_t{256} << 20;
 /// Limit of read_file() for files whose format has no largest size.
 inline constexpr std::uintmax_t kAnySize = std::numeric_limits<std::uintmax_t>::max();
 
+/// Opens a file for reading. Throws Error if it cannot be read, or is no regular file.
+std::ifstream open_file(const std::filesystem::path& file);
+
 /// Returns the content of a file. Throws Error if it cannot be read, and before memory is taken if
 /// it is no regular file or has more than `largest` bytes.
 std::string read_file(const std::filesystem::path& file, std::uintmax_t largest = kLargestText);
@@ -22,6 +27,9 @@ std::string read_file(const std::filesystem::path& file, std::uintmax_t largest 
 /// the old or the new content, never a part. Throws Error (folder missing, not writable, disk
 /// full).
 void write_file(const std::filesystem::path& file, std::string_view content);
+/// As above, with the content that `write` writes; it may move in the stream, which is at its
+/// beginning.
+void write_file(const std::filesystem::path& file, const std::function<void(std::ostream&)>& write);
 
 /// Creates a folder for results and checks that it is writable. Throws Error.
 void make_output_folder(const std::filesystem::path& folder);

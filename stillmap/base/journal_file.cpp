@@ -6,6 +6,7 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 
@@ -47,9 +48,9 @@ void JournalWriter::append(std::string_view record) {
   write(record_header(packed, record.size()).append(packed));
 }
 
-void JournalWriter::replace_all(std::string_view record) {
+void JournalWriter::replace_all(const std::function<void(JournalWriter&)>& write) {
   JournalWriter next(file_.string() + ".part");
-  next.append(record);
+  write(next);
   std::error_code failed;
   std::filesystem::rename(next.file_, file_, failed);
   if (failed) {
@@ -77,31 +78,39 @@ bool is_journal(const std::filesystem::path& file) {
   return in && std::string_view(magic.data(), magic.size()) == kJournalMagic;
 }
 
-std::vector<std::string> read_journal(const std::filesystem::path& file) {
-  const std::string content = read_file(file);
-  std::string_view left = content;
-  const std::size_t header = kJournalMagic.size() + sizeof kJournalVersion;
-  if (left.size() < header || !left.starts_with(kJournalMagic)) {
+JournalReader::JournalReader(const std::filesystem::path& file)
+    : in_(open_file(file)), left_(std::filesystem::file_size(file)) {
+  const std::string header = read(kJournalMagic.size() + sizeof kJournalVersion);
+  if (header.size() < kJournalMagic.size() + sizeof kJournalVersion ||
+      !header.starts_with(kJournalMagic)) {
     throw Error("is not the journal of a run", file.string(),
                 "give the folder of a run that did not end");
   }
-  if (number_at<std::uint32_t>(left, kJournalMagic.size()) != kJournalVersion) {
+  if (number_at<std::uint32_t>(header, kJournalMagic.size()) != kJournalVersion) {
     throw Error("is a journal of another version", file.string(), "use the program that wrote it");
   }
-  left.remove_prefix(header);
-  std::vector<std::string> records;
-  while (left.size() >= kRecordHeader) {
-    const auto packed_size = number_at<std::uint64_t>(left, 0);
-    const auto plain_size = number_at<std::uint64_t>(left, sizeof(std::uint64_t));
-    if (packed_size > left.size() - kRecordHeader) break;  // truncated
-    const std::string_view packed = left.substr(kRecordHeader, packed_size);
-    if (left.substr(0, kRecordHeader) != record_header(packed, plain_size)) break;
-    auto record = inflated(packed, plain_size);
-    if (!record) break;
-    records.push_back(std::move(*record));
-    left.remove_prefix(kRecordHeader + packed_size);
+}
+
+std::string JournalReader::read(std::uint64_t size) {
+  std::string bytes(std::min(size, left_), '\0');
+  in_.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  bytes.resize(static_cast<std::size_t>(in_.gcount()));
+  left_ -= bytes.size();
+  return bytes;
+}
+
+std::optional<std::string> JournalReader::next() {
+  const std::string header = read(kRecordHeader);
+  if (header.size() == kRecordHeader) {
+    const auto packed_size = number_at<std::uint64_t>(header, 0);
+    const auto plain_size = number_at<std::uint64_t>(header, sizeof(std::uint64_t));
+    const std::string packed = packed_size <= left_ ? read(packed_size) : "";
+    if (packed.size() == packed_size && header == record_header(packed, plain_size)) {
+      if (auto record = inflated(packed, plain_size)) return record;
+    }
   }
-  return records;
+  left_ = 0;
+  return std::nullopt;
 }
 
 }  // namespace stillmap

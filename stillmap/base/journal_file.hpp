@@ -3,15 +3,16 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
 namespace stillmap {
 
 /// First eight bytes of a journal, and the version of its layout.
 constexpr std::string_view kJournalMagic = "STILLJNL";
-constexpr std::uint32_t kJournalVersion = 1;
+constexpr std::uint32_t kJournalVersion = 2;
 
 /// Append-only file of records. A record is complete on return of append(), so a process that is
 /// killed leaves a file with all its records; at most the last one is truncated.
@@ -30,8 +31,9 @@ class JournalWriter {
   explicit JournalWriter(std::filesystem::path file);
   /// Throws Error if the record cannot be written (disk full); later records are not readable then.
   void append(std::string_view record);
-  /// Replaces all records by one, which must have the same meaning; the file is always whole.
-  void replace_all(std::string_view record);
+  /// Replaces all records by those that `write` appends, which must have the same meaning; the file
+  /// is always whole.
+  void replace_all(const std::function<void(JournalWriter&)>& write);
 
   std::uint64_t size() const { return size_; }  ///< Of the file [bytes].
 
@@ -46,8 +48,21 @@ class JournalWriter {
 /// Returns whether the file begins with the magic of a journal.
 bool is_journal(const std::filesystem::path& file);
 
-/// Returns the complete records up to the first that is truncated or altered. Throws Error if the
-/// file cannot be read or is no journal of this version.
-std::vector<std::string> read_journal(const std::filesystem::path& file);
+/// Reads the records of a journal, one after the other.
+class JournalReader {
+ public:
+  /// Throws Error if the file cannot be read or is no journal of this version.
+  explicit JournalReader(const std::filesystem::path& file);
+
+  /// Returns the next record; none at the end, and from the first on that is truncated or altered.
+  std::optional<std::string> next();
+
+ private:
+  /// Returns the next bytes; fewer at the end of the file.
+  std::string read(std::uint64_t size);
+
+  std::ifstream in_;
+  std::uint64_t left_ = 0;  // [bytes]
+};
 
 }  // namespace stillmap

@@ -14,6 +14,13 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
+std::vector<std::string> read_journal(const std::filesystem::path& file) {
+  JournalReader reader(file);
+  std::vector<std::string> records;
+  while (auto record = reader.next()) records.push_back(std::move(*record));
+  return records;
+}
+
 class JournalFile : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -53,13 +60,16 @@ TEST_F(JournalFile, EndsBeforeAnAlteredByte) {
   }
 }
 
-TEST_F(JournalFile, IsReplacedByOneRecordAndGoesOn) {
+TEST_F(JournalFile, IsReplacedByOtherRecordsAndGoesOn) {
   JournalWriter writer(file_);
   writer.append(second_);
   const std::uint64_t before = writer.size();
-  writer.replace_all("one");
-  writer.append("two");
-  EXPECT_THAT(read_journal(file_), ElementsAre("one", "two"));
+  writer.replace_all([](JournalWriter& next) {
+    next.append("one");
+    next.append("two");
+  });
+  writer.append("three");
+  EXPECT_THAT(read_journal(file_), ElementsAre("one", "two", "three"));
   EXPECT_LT(writer.size(), before);
   EXPECT_EQ(writer.size(), std::filesystem::file_size(file_));
   EXPECT_FALSE(std::filesystem::exists(file_.string() + ".part"));
@@ -68,8 +78,10 @@ TEST_F(JournalFile, IsReplacedByOneRecordAndGoesOn) {
 TEST_F(JournalFile, OfAnotherKindOrVersionIsRefused) {
   EXPECT_THROW(read("STILLMAP, but no journal"), Error);
   EXPECT_THROW(read(""), Error);
-  const std::string newer = std::string(kJournalMagic) + std::string("\2\0\0\0", 4);
+  const std::string newer = std::string(kJournalMagic) + std::string("\3\0\0\0", 4);
   EXPECT_THROW(read(newer), Error);
+  const std::string older = std::string(kJournalMagic) + std::string("\1\0\0\0", 4);
+  EXPECT_THROW(read(older), Error) << "its views have other ids";
   EXPECT_FALSE(is_journal("no/such/file"));
 }
 

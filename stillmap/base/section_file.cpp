@@ -5,135 +5,167 @@
 #include "stillmap/base/deflate.hpp"
 #include "stillmap/base/error.hpp"
 
+#include <sstream>
+
 #include <fmt/format.h>
 
 namespace stillmap {
 namespace {
 
 constexpr std::size_t kMagic = 8;
-constexpr std::size_t kPreamble = 24;       // Size of the header in front of the table [bytes].
-constexpr std::uint32_t kMaxSections = 64;  // Larger numbers are treated as corruption.
-constexpr int kLevel = 6;                   // libdeflate's default
+constexpr std::size_t kPreamble = 24;  // Size of the header in front of the table [bytes].
+constexpr std::size_t kEntry = 24, kChecksum = 4;
+constexpr std::uint32_t kMaxSections = 65536;  // Larger numbers are treated as corruption.
+constexpr int kLevel = 6;                      // libdeflate's default
 
-/// Table entry of a section.
-struct Entry {
-  std::array<char, 4> name = {};
-  std::uint32_t checksum = 0;
-  std::uint64_t packed = 0, plain = 0;
-};
-static_assert(sizeof(Entry) == 24);
+std::size_t header_size(std::size_t sections) { return kPreamble + kEntry * sections + kChecksum; }
 
-std::string name_of(const Entry& entry) { return {entry.name.data(), entry.name.size()}; }
+template <typename T>
+T number_at(std::string_view bytes, std::size_t offset) {
+  T value;
+  std::memcpy(&value, bytes.data() + offset, sizeof value);
+  return value;
+}
 
-/// Parser of the file, front to back.
-class Unpacker {
- public:
-  Unpacker(const SectionFormat& format, std::string_view bytes, const std::string& where)
-      : format_(format), bytes_(bytes), where_(where) {}
+std::string name_of(const std::array<char, 4>& name) { return {name.data(), name.size()}; }
 
-  std::vector<Section> run() {
-    check_kind();
-    const std::vector<Entry> table = read_table();
-    std::vector<Section> sections;
-    for (const Entry& entry : table) {
-      sections.push_back({entry.name, unpack(entry, bytes_.substr(at_, entry.packed))});
-      at_ += entry.packed;
-    }
-    return sections;
-  }
-
- private:
-  [[noreturn]] void fail(const std::string& problem) const {
-    throw Error(problem, where_, fmt::format("copy the file again, or {}", format_.remake));
-  }
-  [[noreturn]] void fail_short(std::uint64_t wanted) const {
-    fail(fmt::format("is truncated: {} of {} bytes are present", bytes_.size(), wanted));
-  }
-
-  template <typename T>
-  T number_at(std::size_t offset) const {
-    T value;
-    std::memcpy(&value, bytes_.data() + offset, sizeof value);
-    return value;
-  }
-
-  void check_kind() const {
-    const auto magic = bytes_.substr(0, kMagic);
-    if (!format_.magic.starts_with(magic) || magic.empty()) {
-      throw Error(fmt::format("is not a {} of this program", format_.name), where_,
-                  fmt::format("give another file, or {}", format_.remake));
-    }
-    if (bytes_.size() < kPreamble) fail_short(kPreamble);
-    const auto version = number_at<std::uint32_t>(kMagic);
-    if (version == format_.version) return;
-    throw Error(fmt::format("is a {} of version {}, and this program reads version {}",
-                            format_.name, version, format_.version),
-                where_, fmt::format("use the program that wrote it, or {}", format_.remake));
-  }
-
-  std::vector<Entry> read_table() {
-    const auto size = number_at<std::uint64_t>(16);
-    if (bytes_.size() < size) fail_short(size);
-    const auto count = number_at<std::uint32_t>(12);
-    const std::size_t end = kPreamble + sizeof(Entry) * std::min(count, kMaxSections + 1);
-    if (count > kMaxSections || bytes_.size() < end + 4 ||
-        crc32(bytes_.substr(0, end)) != number_at<std::uint32_t>(end)) {
-      fail("is corrupt: the checksum of its header is wrong");
-    }
-    if (bytes_.size() > size) fail(fmt::format("has {} bytes too many", bytes_.size() - size));
-    std::vector<Entry> table(count);
-    if (count > 0) std::memcpy(table.data(), bytes_.data() + kPreamble, end - kPreamble);
-    at_ = end + 4;
-    std::uint64_t left = bytes_.size() - at_;
-    for (const Entry& entry : table) {
-      if (entry.packed > left) fail("declares more data than it contains");
-      left -= entry.packed;
-    }
-    if (left != 0) fail("contains more data than it declares");
-    return table;
-  }
-
-  std::string unpack(const Entry& entry, std::string_view packed) const {
-    if (crc32(packed) != entry.checksum) {
-      fail(fmt::format("is corrupt: the checksum of section {} (bytes {} to {}) is wrong",
-                       name_of(entry), at_, at_ + packed.size()));
-    }
-    if (entry.plain > largest_inflated(entry.packed)) fail("declares more data than it contains");
-    auto plain = inflated(packed, entry.plain);
-    if (!plain) fail(fmt::format("cannot be decompressed: section {}", name_of(entry)));
-    return std::move(*plain);
-  }
-
-  const SectionFormat& format_;
-  std::string_view bytes_;
-  const std::string& where_;
-  std::size_t at_ = 0;  // Position of the first section that is not decompressed yet.
-};
+std::uint64_t size_of(std::istream& in) {
+  in.seekg(0, std::ios::end);
+  const auto size = static_cast<std::uint64_t>(in.tellg());
+  in.seekg(0);
+  return size;
+}
 
 }  // namespace
 
-std::string pack_sections(const SectionFormat& format, std::vector<Section> sections) {
-  std::vector<Entry> table;
-  std::string body;
-  for (Section& section : sections) {
-    const std::string plain = std::move(section.bytes);
-    const std::string packed = deflated(plain, kLevel);
-    table.push_back({section.name, crc32(packed), packed.size(), plain.size()});
-    body += packed;
+SectionWriter::SectionWriter(const SectionFormat& format, std::ostream& out, std::size_t count)
+    : format_(format), out_(out), count_(count) {
+  static_assert(sizeof(Entry) == kEntry);
+  if (count > kMaxSections) {
+    throw Error(fmt::format("{} sections are too many for a {}", count, format.name), "",
+                "save a smaller one");
   }
-  ByteWriter out;
-  out.put_list(std::span(format.magic).first(kMagic));
-  out.put(format.version);
-  out.put(static_cast<std::uint32_t>(table.size()));
-  out.put(std::uint64_t{kPreamble + sizeof(Entry) * table.size() + 4 + body.size()});
-  out.put_list(std::span<const Entry>(table));
-  out.put(crc32(out.bytes()));
-  return out.bytes() + body;
+  const std::string later(header_size(count), '\0');
+  out.write(later.data(), static_cast<std::streamsize>(later.size()));
+}
+
+void SectionWriter::add(const Section& section) {
+  if (!out_) return;
+  const std::string packed = deflated(section.bytes, kLevel);
+  table_.push_back({section.name, crc32(packed), packed.size(), section.bytes.size()});
+  out_.write(packed.data(), static_cast<std::streamsize>(packed.size()));
+}
+
+void SectionWriter::finish() {
+  if (!out_) return;
+  if (table_.size() != count_) throw std::logic_error("another number of sections was announced");
+  std::uint64_t size = header_size(count_);
+  for (const Entry& entry : table_) size += entry.packed;
+  ByteWriter header;
+  header.put_list(std::span(format_.magic).first(kMagic));
+  header.put(format_.version);
+  header.put(static_cast<std::uint32_t>(count_));
+  header.put(size);
+  header.put_list(std::span<const Entry>(table_));
+  header.put(crc32(header.bytes()));
+  out_.seekp(0);
+  out_.write(header.bytes().data(), static_cast<std::streamsize>(header.bytes().size()));
+  out_.seekp(0, std::ios::end);
+}
+
+SectionReader::SectionReader(const SectionFormat& format, std::istream& in, std::string where)
+    : format_(format), in_(in), where_(std::move(where)), size_(size_of(in)) {
+  const std::string preamble = read(std::min<std::uint64_t>(size_, kPreamble));
+  check_kind(preamble);
+  read_table(preamble);
+}
+
+void SectionReader::fail(const std::string& problem) const {
+  throw Error(problem, where_, fmt::format("copy the file again, or {}", format_.remake));
+}
+
+void SectionReader::fail_short(std::uint64_t wanted) const {
+  fail(fmt::format("is truncated: {} of {} bytes are present", size_, wanted));
+}
+
+std::string SectionReader::read(std::uint64_t size) {
+  std::string bytes(size, '\0');
+  in_.read(bytes.data(), static_cast<std::streamsize>(size));
+  if (static_cast<std::uint64_t>(in_.gcount()) != size) fail("cannot be read");
+  return bytes;
+}
+
+void SectionReader::check_kind(std::string_view preamble) const {
+  const auto magic = preamble.substr(0, kMagic);
+  if (!format_.magic.starts_with(magic) || magic.empty()) {
+    throw Error(fmt::format("is not a {} of this program", format_.name), where_,
+                fmt::format("give another file, or {}", format_.remake));
+  }
+  if (size_ < kPreamble) fail_short(kPreamble);
+  const auto version = number_at<std::uint32_t>(preamble, kMagic);
+  const std::uint32_t oldest = format_.oldest == 0 ? format_.version : format_.oldest;
+  if (version >= oldest && version <= format_.version) return;
+  const std::string read = oldest == format_.version
+                               ? fmt::format("version {}", oldest)
+                               : fmt::format("versions {} to {}", oldest, format_.version);
+  throw Error(
+      fmt::format("is a {} of version {}, and this program reads {}", format_.name, version, read),
+      where_, fmt::format("use the program that wrote it, or {}", format_.remake));
+}
+
+void SectionReader::read_table(std::string_view preamble) {
+  version_ = number_at<std::uint32_t>(preamble, kMagic);
+  const auto size = number_at<std::uint64_t>(preamble, 16);
+  if (size_ < size) fail_short(size);
+  const auto count = number_at<std::uint32_t>(preamble, 12);
+  if (count > kMaxSections || size_ < header_size(count))
+    fail("is corrupt: the checksum of its header is wrong");
+  const std::string rest = read(header_size(count) - kPreamble);
+  const std::string_view table = std::string_view(rest).substr(0, kEntry * count);
+  if (crc32(table, crc32(preamble)) != number_at<std::uint32_t>(rest, table.size()))
+    fail("is corrupt: the checksum of its header is wrong");
+  if (size_ > size) fail(fmt::format("has {} bytes too many", size_ - size));
+  table_.resize(count);
+  if (count > 0) std::memcpy(table_.data(), table.data(), table.size());
+  at_ = header_size(count);
+  std::uint64_t left = size_ - at_;
+  for (const auto& entry : table_) {
+    if (entry.packed > left) fail("declares more data than it contains");
+    left -= entry.packed;
+  }
+  if (left != 0) fail("contains more data than it declares");
+}
+
+std::optional<Section> SectionReader::next() {
+  if (read_ == table_.size()) return std::nullopt;
+  const auto& entry = table_[read_++];
+  const std::string packed = read(entry.packed);
+  if (crc32(packed) != entry.checksum) {
+    fail(fmt::format("is corrupt: the checksum of section {} (bytes {} to {}) is wrong",
+                     name_of(entry.name), at_, at_ + packed.size()));
+  }
+  at_ += entry.packed;
+  if (entry.plain > largest_inflated(entry.packed)) fail("declares more data than it contains");
+  auto plain = inflated(packed, entry.plain);
+  if (!plain) fail(fmt::format("cannot be decompressed: section {}", name_of(entry.name)));
+  return Section{entry.name, std::move(*plain)};
+}
+
+std::string pack_sections(const SectionFormat& format, const std::vector<Section>& sections) {
+  std::ostringstream out;
+  SectionWriter writer(format, out, sections.size());
+  for (const Section& section : sections) writer.add(section);
+  writer.finish();
+  return out.str();
 }
 
 std::vector<Section> unpack_sections(const SectionFormat& format, std::string_view bytes,
                                      const std::string& where) {
-  return Unpacker(format, bytes, where).run();
+  std::istringstream in{std::string(bytes)};
+  SectionReader reader(format, in, where);
+  std::vector<Section> sections;
+  while (auto section = reader.next()) sections.push_back(std::move(*section));
+  return sections;
 }
 
 }  // namespace stillmap

@@ -2,6 +2,9 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <istream>
+#include <optional>
+#include <ostream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,9 +14,10 @@ namespace stillmap {
 /// A file format of compressed, checksummed sections.
 struct SectionFormat {
   std::string_view magic;     ///< First eight bytes of the file.
-  std::uint32_t version = 1;  ///< Version of the layout; other versions are not read.
+  std::uint32_t version = 1;  ///< Version of the layout; newer versions are not read.
   std::string_view name;      ///< Name for messages, such as "saved map".
   std::string_view remake;    ///< Advice for messages: how to create the file again.
+  std::uint32_t oldest = 0;   ///< Oldest version that is read; 0: only `version`.
 };
 
 /// A named section of a file.
@@ -23,12 +27,13 @@ struct Section {
   bool operator==(const Section&) const = default;
 };
 
-/// Returns the sections as the bytes of a file, all numbers little-endian:
+/// Writes sections into a file, one after the other, so that only one is in memory. All numbers are
+/// little-endian:
 ///
 ///     offset      size  content
 ///     0           8     magic of the format
 ///     8           4     version
-///     12          4     number of sections S, at most 64
+///     12          4     number of sections S, at most 65536
 ///     16          8     size of the whole file
 ///     24          24 S  per section: name (4 characters), CRC-32 of its compressed bytes (4),
 ///                       number of compressed bytes (8), number of uncompressed bytes (8)
@@ -37,12 +42,64 @@ struct Section {
 ///
 /// A section has at most 64 KiB and 16 times its compressed bytes, so that a small file cannot take
 /// much memory; sections that could be compressed further are stored without compression.
-/// The same sections give the same bytes. Each section is freed once it is compressed.
-std::string pack_sections(const SectionFormat& format, std::vector<Section> sections);
+/// The same sections give the same bytes.
+class SectionWriter {
+ public:
+  /// @param out   a stream at its beginning that can be moved in; its state tells of failures
+  /// @param count number of sections that will be added
+  SectionWriter(const SectionFormat& format, std::ostream& out, std::size_t count);
+  void add(const Section& section);
+  /// Writes the header. Called after the last add().
+  void finish();
 
-/// Returns the sections of such a file. Throws Error with the reason if the bytes are of another
-/// kind or version, truncated, extended, or altered anywhere.
-/// @param where  file name for messages
+ private:
+  /// Entry of the table.
+  struct Entry {
+    std::array<char, 4> name = {};
+    std::uint32_t checksum = 0;
+    std::uint64_t packed = 0, plain = 0;
+  };
+  friend class SectionReader;
+
+  const SectionFormat format_;
+  std::ostream& out_;
+  const std::size_t count_;
+  std::vector<Entry> table_;
+};
+
+/// Reads the sections of such a file, one after the other.
+class SectionReader {
+ public:
+  /// Reads the header. Throws Error with the reason if the file is of another kind or version,
+  /// truncated or extended, or if its header is altered.
+  /// @param in    a stream that can be moved in; must outlive the reader
+  /// @param where file name for messages
+  SectionReader(const SectionFormat& format, std::istream& in, std::string where);
+
+  std::uint32_t version() const { return version_; }
+  /// Returns the next section; none after the last one. Throws Error if it is altered.
+  std::optional<Section> next();
+
+ private:
+  [[noreturn]] void fail(const std::string& problem) const;
+  [[noreturn]] void fail_short(std::uint64_t wanted) const;
+  std::string read(std::uint64_t size);
+  void check_kind(std::string_view preamble) const;
+  void read_table(std::string_view preamble);
+
+  const SectionFormat format_;
+  std::istream& in_;
+  const std::string where_;
+  std::uint64_t size_ = 0;  // of the file [bytes]
+  std::uint64_t at_ = 0;    // position of the next section
+  std::uint32_t version_ = 0;
+  std::vector<SectionWriter::Entry> table_;
+  std::size_t read_ = 0;  // number of sections read
+};
+
+/// Returns the sections as the bytes of a file.
+std::string pack_sections(const SectionFormat& format, const std::vector<Section>& sections);
+/// Returns all sections in the bytes of a file. Throws Error as SectionReader.
 std::vector<Section> unpack_sections(const SectionFormat& format, std::string_view bytes,
                                      const std::string& where);
 

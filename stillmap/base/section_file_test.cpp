@@ -5,6 +5,7 @@
 #include "stillmap/base/error.hpp"
 
 #include <libdeflate.h>
+#include <sstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -70,6 +71,27 @@ TEST(SectionFile, OtherKindsAndVersionsAreErrors) {
   newer.version = 4;
   EXPECT_THAT(error_of(pack_sections(newer, sections())),
               HasSubstr("version 4, and this program reads version 3"));
+}
+
+TEST(SectionFile, OlderVersionsAreReadDownToTheOldest) {
+  SectionFormat format = kFormat;
+  format.version = 5;
+  format.oldest = 3;
+  EXPECT_EQ(unpack_sections(format, pack_sections(kFormat, sections()), ""), sections());
+  format.oldest = 4;
+  EXPECT_THROW(unpack_sections(format, pack_sections(kFormat, sections()), ""), Error);
+}
+
+TEST(SectionFile, IsWrittenAndReadSectionBySection) {
+  std::stringstream file;
+  SectionWriter writer(kFormat, file, sections().size());
+  for (const Section& section : sections()) writer.add(section);
+  writer.finish();
+  EXPECT_EQ(file.str(), pack_sections(kFormat, sections()));
+  SectionReader reader(kFormat, file, "some.file");
+  EXPECT_EQ(reader.version(), kFormat.version);
+  for (const Section& section : sections()) EXPECT_EQ(reader.next(), section);
+  EXPECT_EQ(reader.next(), std::nullopt);
 }
 
 TEST(SectionFile, AlteredPartsAreNamed) {

@@ -12,9 +12,6 @@ constexpr double kMinNovelty = 0.02;
 /// Number of voxels seen through above which such a frame is kept too.
 constexpr std::size_t kMinRefuted = 100;
 
-/// Stride at which a view is emptied instead of thinned [pixels].
-constexpr int kCoarsest = 64;
-
 bool is_finite(const Pose& pose) {
   return pose.quaternion().coeffs().allFinite() && pose.translation().allFinite();
 }
@@ -29,7 +26,7 @@ PoseLookup pose_lookup(const std::map<std::uint64_t, Pose>& poses) {
 }
 
 DenseMap::DenseMap(const Camera& camera, const DenseOptions& options)
-    : camera_(camera), options_(options) {
+    : camera_(camera), options_(options), pager_(options.memory) {
   start_new_world();
 }
 
@@ -60,18 +57,37 @@ bool DenseMap::add_if_new(std::uint64_t id, const RgbdFrame& frame, const cv::Ma
 void DenseMap::add(std::uint64_t id, DenseView view, const std::optional<Pose>& T_world_camera) {
   remove(id);
   pixels_ += view.depth.total();
+  if (view.bytes_in_memory() > 0) in_memory_.insert(id);
+  bytes_in_memory_ += view.bytes_in_memory();
   const auto held = views_.emplace(id, std::make_shared<DenseView>(std::move(view))).first;
   if (T_world_camera && is_finite(*T_world_camera)) live_->add(id, held->second, *T_world_camera);
-  if (2 * pixels_ > static_cast<std::size_t>(options_.max_pixels)) replace_same_viewpoint(id);
-  thin_to_bound();
+  if (pixels_ > static_cast<std::size_t>(options_.many_pixels)) replace_same_viewpoint(id);
+  page_out_oldest();
 }
 
 void DenseMap::remove(std::uint64_t id) {
   const auto found = views_.find(id);
   if (found == views_.end()) return;
-  pixels_ -= found->second->depth.total();
-  views_.erase(found);
+  erase(found);
   live_->remove(id);
+}
+
+void DenseMap::erase(Views::iterator view) {
+  pixels_ -= view->second->depth.total();
+  bytes_in_memory_ -= view->second->bytes_in_memory();
+  in_memory_.erase(view->first);
+  views_.erase(view);
+}
+
+// The newest views, around the camera, stay in memory.
+void DenseMap::page_out_oldest() {
+  while (bytes_in_memory_ > pager_.limit()) {
+    DenseView& oldest = *views_.at(*in_memory_.begin());
+    const std::size_t bytes = oldest.bytes_in_memory();
+    if (!pager_.page_out(oldest)) return;
+    bytes_in_memory_ -= bytes;
+    in_memory_.erase(in_memory_.begin());
+  }
 }
 
 void DenseMap::update_poses(const PoseLookup& T_world_camera) {
@@ -92,27 +108,9 @@ void DenseMap::replace_same_viewpoint(std::uint64_t id) {
   if (!older) return;
   const auto found = views_.find(*older);
   if (found == views_.end()) return;
-  pixels_ -= found->second->depth.total();
-  views_.erase(found);
+  erase(found);
   live_->forget(*older);
   ++superseded_;
-}
-
-// Thins the finest view first, the oldest (lowest id) of equally fine ones, so that detail is lost
-// evenly, and last near the camera.
-void DenseMap::thin_to_bound() {
-  const auto finer = [](const auto& a, const auto& b) {
-    const bool a_empty = a.second->depth.empty(), b_empty = b.second->depth.empty();
-    return a_empty != b_empty ? b_empty : a.second->stride < b.second->stride;
-  };
-  while (pixels_ > static_cast<std::size_t>(options_.max_pixels)) {
-    DenseView& view = *std::min_element(views_.begin(), views_.end(), finer)->second;
-    pixels_ -= view.depth.total();
-    view = view.stride < kCoarsest ? coarser(view)
-                                   : DenseView{.camera = view.camera, .stride = view.stride};
-    pixels_ += view.depth.total();
-    ++thinnings_;
-  }
 }
 
 // Returns the grid with the voxel size of the options, or larger voxels to stay below the bound.
@@ -168,6 +166,7 @@ Cloud raw_cloud(const PlacedMap& placed) {
         cloud.add(p.cast<float>(), {bgr[2], bgr[1], bgr[0]});
       }
     }
+    view->drop_pages();
   }
   return cloud;
 }
@@ -187,10 +186,13 @@ ComposedCloud cloud_of(const PlacedMap& placed) {
 }
 
 DenseStatistics DenseMap::statistics() const {
+  const auto on_disk = [](const auto& view) { return view.second->pages != nullptr; };
   return {.keyframes = views_.size(),
           .pixels = pixels_,
           .outliers = outliers_,
-          .thinnings = thinnings_,
+          .bytes_in_memory = bytes_in_memory_,
+          .views_on_disk =
+              static_cast<std::size_t>(std::count_if(views_.begin(), views_.end(), on_disk)),
           .superseded = superseded_,
           .replacements = replacements_};
 }

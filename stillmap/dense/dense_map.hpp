@@ -10,6 +10,7 @@
 #include "stillmap/dense/registration.hpp"
 #include "stillmap/dense/semantic_map.hpp"
 #include "stillmap/dense/static_grid.hpp"
+#include "stillmap/dense/view_pager.hpp"
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/geometry/pose.hpp"
 #include "stillmap/sensor/rgbd_frame.hpp"
@@ -19,6 +20,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -41,11 +43,11 @@ struct DenseOptions {
   double voxel = 0.01;    ///< Side of the voxels of the composed cloud [m].
   int min_keyframes = 1;  ///< Minimum number of keyframes with a surface in a voxel of the cloud.
   int every = 15;         ///< Interval of the frames tested by add_if_new() [frames]; 0 for none.
-  /// Maximum number of pixels of all keyframes, six bytes each, above which views are thinned: 24
-  /// million are 300 keyframes of 640 x 480 pixels at stride 2. Above half of it a new view
-  /// replaces the oldest one from nearly the same viewpoint, so that a place that the camera visits
-  /// again and again does not use up the bound.
-  int max_pixels = 24000000;
+  /// Number of pixels of all views above which a new view replaces the oldest one from nearly the
+  /// same viewpoint, so that the map does not grow while the camera stays in one place: 12 million
+  /// are 150 views of 640 x 480 pixels at stride 2.
+  int many_pixels = 12000000;
+  ViewMemory memory;  ///< Has no effect on the map.
   /// Maximum number of voxels, about seventy bytes each while the cloud is made, above which their
   /// side is doubled.
   int max_voxels = 6000000;
@@ -53,10 +55,11 @@ struct DenseOptions {
 
 /// Contents of a DenseMap, and its losses since it was made.
 struct DenseStatistics {
-  std::size_t keyframes = 0;     ///< Number of keyframes.
-  std::size_t pixels = 0;        ///< Number of pixels of all keyframes.
-  std::size_t outliers = 0;      ///< Number of points dropped by the outlier removal so far.
-  std::size_t thinnings = 0;     ///< Number of views made coarser to stay below max_pixels.
+  std::size_t keyframes = 0;        ///< Number of keyframes.
+  std::size_t pixels = 0;           ///< Number of pixels of all keyframes.
+  std::size_t outliers = 0;         ///< Number of points dropped by the outlier removal so far.
+  std::size_t bytes_in_memory = 0;  ///< Memory of the views' pixels [bytes].
+  std::size_t views_on_disk = 0;    ///< Number of views whose pixels are in a file.
   std::size_t superseded = 0;    ///< Number of views dropped for newer ones of the same viewpoint.
   std::size_t replacements = 0;  ///< Number of rebuilds of the live map after changes of poses.
 };
@@ -87,9 +90,11 @@ PoseLookup pose_lookup(const std::map<std::uint64_t, Pose>& poses);
 /// pixels and outliers in the camera frame. The views are fused with given poses, reduced by a
 /// voxel filter, and cleared of surfaces that the votes of other keyframes refute.
 ///
-/// place() does this from scratch, and depends only on the keyframes and the poses (and, once
-/// max_pixels has been exceeded, on the order of the keyframes). A coarser live map decides which
-/// frames between keyframes are kept.
+/// place() does this from scratch, and depends only on the keyframes and the poses. A coarser live
+/// map decides which frames between keyframes are kept.
+///
+/// The oldest views beyond DenseOptions::memory are kept in a file: every pass over the views reads
+/// them from there, one after the other.
 ///
 /// Synchronous: one thread at a time, none inside.
 class DenseMap {
@@ -138,14 +143,19 @@ class DenseMap {
 
  private:
   void replace_same_viewpoint(std::uint64_t id);
-  void thin_to_bound();
+  using Views = std::map<std::uint64_t, std::shared_ptr<DenseView>>;
+  void erase(Views::iterator view);
+  void page_out_oldest();
   std::shared_ptr<const StaticGrid> grid_of(const std::vector<PosedView>& views) const;
 
   Camera camera_;
   DenseOptions options_;
-  std::map<std::uint64_t, std::shared_ptr<DenseView>> views_;
+  Views views_;
+  ViewPager pager_;
+  std::set<std::uint64_t> in_memory_;  // views whose pixels are in memory
+  std::size_t bytes_in_memory_ = 0;    // of their pixels
   std::unique_ptr<LiveMap> live_;
-  std::size_t pixels_ = 0, outliers_ = 0, thinnings_ = 0, superseded_ = 0, replacements_ = 0;
+  std::size_t pixels_ = 0, outliers_ = 0, superseded_ = 0, replacements_ = 0;
 };
 
 /// Returns the cloud of all surfaces in the views of a placed map, moving ones included, one point

@@ -2,6 +2,11 @@
 #include "stillmap/dense/dense_map.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/test_memory.hpp"
+#include "stillmap/base/test_path.hpp"
+#include "stillmap/dense/map_mesh.hpp"
+#include "stillmap/dense/occupancy.hpp"
+#include "stillmap/dense/surfels.hpp"
 #include "stillmap/dense/synthetic_frame.hpp"
 
 #include <algorithm>
@@ -129,29 +134,11 @@ TEST(DenseMap, RemovesAndReplacesKeyframes) {
   EXPECT_TRUE(compose(map, lookup_in(poses)).cloud.empty());
 }
 
-TEST(DenseMap, StaysBelowItsBoundAndKeepsTheSurface) {
-  const std::vector<Pose> poses = five_poses();
-  DenseOptions options;
-  options.max_pixels = 8000;  // of 24 000
-  DenseMap map(small_camera(), options);
-  for (std::uint64_t id = 0; id < poses.size(); ++id) {
-    map.add(id, view_of(small_camera(), poses[id], kWall), {});
-    EXPECT_LE(map.statistics().pixels, 8000U);
-  }
-  EXPECT_GT(map.statistics().pixels, 4000U);
-  EXPECT_GT(map.statistics().thinnings, 0U);
-  const ComposedCloud composed = compose(map, lookup_in(poses));
-  EXPECT_EQ(composed.keyframes, 5U);
-  for (const Eigen::Vector3f& p : composed.cloud.points) {
-    EXPECT_LT(kWall.distance(p.cast<double>()), 1e-3);
-  }
-}
-
-TEST(DenseMap, AboveHalfItsBoundReplacesViewsOfTheSameViewpoint) {
+TEST(DenseMap, WithManyPixelsReplacesViewsOfTheSameViewpoint) {
   const Pose here, elsewhere(Eigen::Quaterniond::Identity(), {0.5, 0, 0}),
       turned(so3_exp({0, 0.3, 0}), {0, 0, 0});
   DenseOptions options;
-  options.max_pixels = 4 * static_cast<int>(map_of_wall({here}, {}).statistics().pixels);
+  options.many_pixels = 2 * static_cast<int>(map_of_wall({here}, {}).statistics().pixels);
   DenseMap map(small_camera(), options);
   const auto add = [&](std::uint64_t id, const Pose& pose) {
     map.add(id, view_of(small_camera(), pose, kWall), {}, pose);
@@ -164,20 +151,80 @@ TEST(DenseMap, AboveHalfItsBoundReplacesViewsOfTheSameViewpoint) {
     EXPECT_EQ(map.views().size(), 3U);
   }
   EXPECT_EQ(map.statistics().superseded, 97U);
-  EXPECT_EQ(map.statistics().thinnings, 0U);
   EXPECT_TRUE(map.views().contains(0) && map.views().contains(1) && map.views().contains(99));
 }
 
-TEST(DenseMap, StaysBelowABoundOfOnePixel) {
-  const std::vector<Pose> poses = five_poses();
+// Options for a map of the wall whose views, all but the newest one or two, are kept in a file.
+DenseOptions with_little_memory() {
+  const std::size_t pixels = map_of_wall({Pose()}).statistics().pixels;
   DenseOptions options;
-  options.max_pixels = 1;
-  EXPECT_LE(map_of_wall(poses, options).statistics().pixels, 1U);
+  options.memory = {2 * 6 * pixels, test::own_path("views")};
+  return options;
+}
+
+TEST(DenseMap, HasTheSameSurfacesWithAnyMemory) {
+  const std::vector<Pose> poses = five_poses();
+  const DenseOptions little = with_little_memory();
+  const DenseMap in_memory = map_of_wall(poses), on_disk = map_of_wall(poses, little);
+  EXPECT_EQ(in_memory.statistics().views_on_disk, 0U);
+  EXPECT_EQ(on_disk.statistics().views_on_disk, 3U);
+  EXPECT_EQ(on_disk.statistics().pixels, in_memory.statistics().pixels);
+  const PlacedMap expected = in_memory.place(lookup_in(poses));
+  const PlacedMap placed = on_disk.place(lookup_in(poses));
+  EXPECT_EQ(cloud_of(placed).cloud, cloud_of(expected).cloud);
+  EXPECT_EQ(raw_cloud(placed), raw_cloud(expected));
+  EXPECT_EQ(make_mesh(placed), make_mesh(expected));
+  std::filesystem::remove_all(little.memory.folder);
+}
+
+TEST(DenseMap, NeverHoldsMorePixelsThanItsMemory) {
+  const std::vector<Pose> poses = five_poses();
+  const DenseOptions options = with_little_memory();
+  DenseMap map(small_camera(), options);
+  for (std::uint64_t id = 0; id < poses.size(); ++id) {
+    map.add(id, view_of(small_camera(), poses[id], kWall), {}, poses[id]);
+    EXPECT_LE(map.statistics().bytes_in_memory, options.memory.limit);
+    EXPECT_EQ(map.views().at(id)->pages, nullptr) << "the newest stays in memory";
+  }
+  const PlacedMap placed = map.place(lookup_in(poses));
+  cloud_of(placed);
+  raw_cloud(placed);
+  make_mesh(placed);
+  occupied_space(placed, Pose());
+  surfels_of(placed, 0.1);
+  EXPECT_EQ(test::resident_kib(options.memory.folder), 0) << "pages are dropped after their use";
+  for (std::uint64_t id = 0; id < poses.size(); ++id) map.remove(id);
+  EXPECT_EQ(map.statistics().bytes_in_memory, 0U);
+  EXPECT_EQ(map.statistics().views_on_disk, 0U);
+  EXPECT_GT(compose(map_of_wall(poses), lookup_in(poses)).cloud.size(), 0U);
+  EXPECT_EQ(raw_cloud(placed), raw_cloud(map_of_wall(poses).place(lookup_in(poses))))
+      << "a placed map keeps its views";
+  std::filesystem::remove_all(options.memory.folder);
+}
+
+TEST(DenseMap, KeepsItsViewsInMemoryIfTheDiskIsFull) {
+  const std::vector<Pose> poses = five_poses();
+  const DenseOptions options = with_little_memory();
+  DenseMap map(small_camera(), options);
+  testing::internal::CaptureStderr();
+  {
+    const test::FullDisk full(1.5 * static_cast<double>(options.memory.limit / 2));
+    for (std::uint64_t id = 0; id < poses.size(); ++id)
+      map.add(id, view_of(small_camera(), poses[id], kWall), {});
+  }
+  const std::string warnings = testing::internal::GetCapturedStderr();
+  EXPECT_NE(warnings.find("cannot be written"), std::string::npos) << warnings;
+  EXPECT_EQ(warnings.find("warning"), warnings.rfind("warning")) << "told once";
+  EXPECT_EQ(map.statistics().views_on_disk, 1U) << "the one that there was room for";
+  EXPECT_EQ(compose(map, lookup_in(poses)).cloud,
+            compose(map_of_wall(poses), lookup_in(poses)).cloud);
+  std::filesystem::remove_all(options.memory.folder);
 }
 
 // Returns a map of the wall with poses for the live map.
-DenseMap live_map_of_wall(const std::vector<Pose>& true_poses, const std::vector<Pose>& estimated) {
-  DenseMap map(small_camera());
+DenseMap live_map_of_wall(const std::vector<Pose>& true_poses, const std::vector<Pose>& estimated,
+                          const DenseOptions& options = {}) {
+  DenseMap map(small_camera(), options);
   for (std::uint64_t id = 0; id < true_poses.size(); ++id) {
     map.add(id, view_of(small_camera(), true_poses[id], kWall), {}, estimated[id]);
   }
@@ -234,6 +281,27 @@ TEST(DenseMap, MergesTwoWallsAfterALoopIsClosed) {
   while (map.live().waiting() > 0) map.update_poses(lookup_in(truth));
   EXPECT_EQ(map.statistics().replacements, 1U);
   EXPECT_LT(thickness(map.live().grid()), 1e-3);
+}
+
+TEST(DenseMap, HasTheSameLiveMapWithAnyMemory) {
+  const std::vector<Pose> once = five_poses();
+  std::vector<Pose> poses = once, moved;
+  for (int i = 0; i < 2; ++i) poses.insert(poses.end(), once.begin(), once.end());
+  for (const Pose& pose : poses) moved.push_back(Pose(so3_exp({0, 0.02, 0}), {0, 0, 0.1}) * pose);
+  const auto live_cloud = [&](const DenseOptions& options) {
+    DenseMap map = live_map_of_wall(poses, poses, options);
+    map.update_poses(lookup_in(moved));
+    while (map.live().waiting() > 0) map.update_poses(lookup_in(moved));
+    const StaticGrid& grid = map.live().grid();
+    Cloud cloud;
+    for (std::uint32_t i = 0; i < grid.index().size(); ++i)
+      if (grid.is_static(i)) cloud.add(grid.mean(i), grid.color(i));
+    return cloud;
+  };
+  const DenseOptions little = with_little_memory();
+  EXPECT_EQ(live_cloud(little), live_cloud({}));
+  EXPECT_EQ(test::resident_kib(little.memory.folder), 0);
+  std::filesystem::remove_all(little.memory.folder);
 }
 
 TEST(DenseMap, IsRebuiltAFewViewsAtATimeNearestFirst) {

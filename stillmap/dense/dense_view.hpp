@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/base/page_file.hpp"
 #include "stillmap/dense/back_projection.hpp"
 #include "stillmap/dense/far_surface.hpp"
 #include "stillmap/dense/outlier_removal.hpp"
@@ -9,6 +10,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -45,6 +47,9 @@ struct DenseView {
   cv::Mat3b color = {};  ///< B G R.
   cv::Mat1b kind = {};   ///< PixelKind.
   std::vector<ViewInstance> instances = {};  ///< By PixelKind.
+  /// Owner of the pixels of the three images, which are read-only then; null if the images own
+  /// them.
+  std::shared_ptr<const Pages> pages = {};
 
   /// Unit of the depths [m]: far below the noise, for depths up to 13 m.
   static constexpr float kDepthUnit = 0.0002F;
@@ -60,6 +65,12 @@ struct DenseView {
     return known ? int{kind(row, col)} - kFirstInstance : -1;
   }
   std::size_t bytes() const { return sizeof(*this) + 6 * depth.total(); }
+  /// Returns the memory that the pixels take as long as the view exists [bytes].
+  std::size_t bytes_in_memory() const { return pages ? 0 : 6 * depth.total(); }
+  /// Gives back the memory of pages that were used, until they are used again.
+  void drop_pages() const {
+    if (pages) pages->drop();
+  }
 };
 
 /// A keyframe's view, and the number of points dropped as outliers.

@@ -38,7 +38,7 @@ LiveMap::LiveMap(double voxel, const EvidenceOptions& options, std::size_t max_v
 void LiveMap::add(std::uint64_t id, std::shared_ptr<const DenseView> view,
                   const Pose& T_world_camera) {
   remove(id);
-  const auto entry = views_.emplace(id, Entry{std::move(view), T_world_camera, {}}).first;
+  const auto entry = views_.emplace(id, Entry{std::move(view), T_world_camera}).first;
   place(entry->second);
   place_some();
 }
@@ -76,7 +76,7 @@ bool LiveMap::update_poses(const std::map<std::uint64_t, std::shared_ptr<DenseVi
     const auto entry = views_.find(id);
     moved |=
         entry == views_.end() || displacement(entry->second.T_world_camera, *pose) > kReplacement;
-    updated.emplace(id, Entry{view, *pose, {}});
+    updated.emplace(id, Entry{view, *pose});
   }
   if (moved) {
     updated.merge(views_);
@@ -90,23 +90,24 @@ bool LiveMap::update_poses(const std::map<std::uint64_t, std::shared_ptr<DenseVi
 // Views are placed in the order of their distance from the newest one.
 void LiveMap::rebuild() {
   grid_ = std::make_unique<StaticGrid>(edge_, options_, kVotingViews);
+  newest_.clear();
   class_votes_.clear();
   waiting_.clear();
   if (views_.empty()) return;
   const Pose here = views_.rbegin()->second.T_world_camera;
   std::vector<std::pair<double, std::uint64_t>> by_distance;
-  for (auto& [id, entry] : views_) {
-    entry.coarse = {};
+  for (const auto& [id, entry] : views_)
     by_distance.emplace_back(displacement(here, entry.T_world_camera), id);
-  }
   std::sort(by_distance.rbegin(), by_distance.rend());
   for (const auto& [distance, id] : by_distance) waiting_.push_back(id);
 }
 
-void LiveMap::place(Entry& entry) {
-  entry.coarse = coarse_view(*entry.view);
-  grid_->add(entry.coarse, entry.T_world_camera);
-  vote_on_classes(entry);
+void LiveMap::place(const Entry& entry) {
+  if (newest_.size() > kVotingViews) newest_.pop_front();
+  newest_.push_back(coarse_view(*entry.view));
+  entry.view->drop_pages();
+  grid_->add(newest_.back(), entry.T_world_camera);
+  vote_on_classes(newest_.back(), entry.T_world_camera);
   if (grid_->index().size() <= max_voxels_) return;
   edge_ *= 2;
   rebuild();
@@ -129,8 +130,7 @@ std::uint16_t LiveMap::number_of(const std::string& class_name) {
 }
 
 /// Each view has one vote on each voxel that it sees in an instance.
-void LiveMap::vote_on_classes(const Entry& entry) {
-  const DenseView& view = entry.coarse;
+void LiveMap::vote_on_classes(const DenseView& view, const Pose& T_world_camera) {
   if (view.instances.empty()) return;
   ++voting_views_;
   std::vector<std::uint16_t> numbers;
@@ -142,7 +142,7 @@ void LiveMap::vote_on_classes(const Entry& entry) {
       if (instance < 0) continue;
       const double z = view.depth(row, col) * double{DenseView::kDepthUnit};
       const auto voxel =
-          voxel_at(entry.T_world_camera * view.camera.unproject(col, row, z), grid_->edge());
+          voxel_at(T_world_camera * view.camera.unproject(col, row, z), grid_->edge());
       const std::uint32_t cell = voxel ? grid_->index().find(*voxel) : VoxelIndex::kNone;
       if (cell == VoxelIndex::kNone) continue;
       if (cell >= class_votes_.size()) class_votes_.resize(grid_->index().size());

@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -71,7 +72,6 @@ class LiveMap {
   struct Entry {
     std::shared_ptr<const DenseView> view;
     Pose T_world_camera;
-    DenseView coarse;  // the view in the grid; empty until it is placed
   };
   /// The class that leads in a voxel, and its lead (majority vote of Boyer and Moore, 1981).
   struct ClassVotes {
@@ -81,9 +81,9 @@ class LiveMap {
   };
 
   void rebuild();
-  void place(Entry& entry);
+  void place(const Entry& entry);
   void place_some();
-  void vote_on_classes(const Entry& entry);
+  void vote_on_classes(const DenseView& view, const Pose& T_world_camera);
   std::uint16_t number_of(const std::string& class_name);
 
   double edge_;
@@ -91,6 +91,7 @@ class LiveMap {
   std::size_t max_voxels_;
   std::map<std::uint64_t, Entry> views_;
   std::vector<std::uint64_t> waiting_;  // in reverse order
+  std::deque<DenseView> newest_;  // the newest views in the grid, of its resolution, which vote
   std::unique_ptr<StaticGrid> grid_;
   std::vector<ClassVotes> class_votes_;  // by voxel of the grid, as far as there are any
   std::uint32_t voting_views_ = 0;       // number of views with votes on classes

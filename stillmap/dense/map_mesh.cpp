@@ -34,6 +34,7 @@ TriangleMesh make_mesh(const PlacedMap& placed, const MeshOptions& options) {
     const PosedView& view = placed.views[i];
     volume.integrate(*view.view, view.T_world_camera, static_pixels(view, *placed.grid),
                      placed.grid->gains()[i]);
+    view.view->drop_pages();
   }
   return volume.mesh();
 }

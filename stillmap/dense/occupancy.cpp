@@ -55,6 +55,7 @@ OccupiedSpace occupied_space(const PlacedMap& placed, const Pose& T_map_world,
   VoxelIndex crossed;
   for (const PosedView& view : placed.views) {
     cast_rays({view.view, T_map_world * view.T_world_camera}, options.cell, crossed);
+    view.view->drop_pages();
   }
   for (const std::uint32_t i : index.sorted()) {
     if (points[i] >= kMinPoints) space.occupied.push_back(index.voxel(i));

@@ -180,6 +180,7 @@ std::vector<PosedView> registered(std::vector<PosedView> views) {
   for (PosedView& posed : views) {
     posed.T_world_camera = pose_on(surface, posed);
     surface.add(*posed.view, posed.T_world_camera);
+    posed.view->drop_pages();
   }
   return views;
 }

@@ -68,6 +68,7 @@ void for_each_static_pixel(const PosedView& placed, Visit&& visit) {
             view.instance_at(row, col));
     }
   }
+  view.drop_pages();
 }
 
 std::size_t shared(const std::vector<Voxel>& some, const std::set<Voxel>& others) {

@@ -25,6 +25,8 @@ constexpr std::uint32_t kNone = VoxelIndex::kNone;
 
 /// Side of a region [voxels].
 constexpr int kRegionSide = 8 * VoxelIndex::kSide;
+/// Number of regions after which the pages of views that voted on them are dropped.
+constexpr std::size_t kRegionsAtOnce = 64;
 
 /// Sides of the cells of far surfaces, and of the cubes that mark nearer surfaces [voxels].
 constexpr int kFarStep = 2, kNearSurfaceSide = 4;
@@ -67,12 +69,13 @@ void StaticGrid::add(const DenseView& view, const Pose& T_world_camera) {
   voting_views_.push_back(voting_view(view, T_world_camera));
   const auto known = static_cast<std::uint32_t>(index_.size());
   insert(voting_views_.back().placed);
-  if (!options_.remove_ghosts) return;
+  if (!options_.remove_ghosts) return view.drop_pages();
   const std::uint32_t newest = newest_view();
   for (const std::uint32_t b : blocks_in_reach(voting_views_.back().placed)) {
     vote(newest, b, {0, known});
   }
   vote_on_new({newest > previous_views_ ? newest - previous_views_ : 1, newest}, {known, kNone});
+  view.drop_pages();
 }
 
 // Returns whether there is a surface at a point or within one voxel of it along its ray.
@@ -274,6 +277,7 @@ void StaticGrid::fill_far(std::uint32_t number, const VoxelIndex& near_surfaces)
       if (cell != kNone) add_pixel(number, row, col, cell);
     }
   }
+  placed.view().drop_pages();
 }
 
 // Returns the numbers of the blocks of some cells in ascending order.
@@ -310,12 +314,20 @@ std::vector<std::uint32_t> StaticGrid::blocks_in_reach(const PlacedView& placed)
 void StaticGrid::vote_on_new(Range views, Range cells) {
   std::map<std::uint32_t, std::vector<std::uint32_t>> by_region;
   for (const std::uint32_t b : blocks_of(cells)) by_region[region_of_block_[b]].push_back(b);
+  std::size_t done = 0;
   for (const auto& [region, blocks] : by_region) {
     for (std::uint32_t view = views.first; view < views.last; ++view) {
       if (!reaches(voting_views_[view - 1].placed, regions_[region])) continue;
       for (const std::uint32_t b : blocks) vote(view, b, cells);
     }
+    if (++done % kRegionsAtOnce == 0) drop_pages(views);
   }
+  drop_pages(views);
+}
+
+void StaticGrid::drop_pages(Range views) const {
+  for (std::uint32_t view = views.first; view < views.last; ++view)
+    voting_views_[view - 1].placed.view().drop_pages();
 }
 
 void StaticGrid::vote(std::uint32_t view, std::uint32_t number, Range cells) {

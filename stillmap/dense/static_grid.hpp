@@ -64,7 +64,8 @@ class StaticGrid {
   explicit StaticGrid(double edge, const EvidenceOptions& options = {},
                       std::uint32_t previous_views = kAll);
 
-  /// Adds a keyframe's view, which must outlive the grid.
+  /// Adds a keyframe's view, which must outlive the grid, or at least the next `previous_views`
+  /// calls. Its pages are dropped after every use.
   void add(const DenseView& view, const Pose& T_world_camera);
 
   /// Adds the far surfaces of all views (kFarSurface) where the grid has no surface. A far pixel is
@@ -126,6 +127,7 @@ class StaticGrid {
   std::vector<std::uint32_t> blocks_in_reach(const PlacedView& placed) const;
   bool reaches(const PlacedView& placed, const Region& region) const;
   void vote_on_new(Range views, Range cells);
+  void drop_pages(Range views) const;
   void vote(std::uint32_t view, std::uint32_t block, Range cells);
   static void count(VoxelVote vote, std::uint32_t view, StaticCell& cell);
   float block_radius() const;

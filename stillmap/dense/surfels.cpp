@@ -176,7 +176,10 @@ std::vector<Surfel> surfels_of(const Cloud& cloud, const std::vector<Eigen::Vect
 std::vector<Surfel> surfels_of(const PlacedMap& placed, double edge) {
   VoxelIndex cubes;
   std::vector<Sum> sums;
-  for (const PosedView& view : placed.views) add_view(view, edge, cubes, sums);
+  for (const PosedView& view : placed.views) {
+    add_view(view, edge, cubes, sums);
+    view.view->drop_pages();
+  }
   std::vector<Surfel> surfels;
   for (const std::uint32_t i : cubes.sorted()) {
     const Sum& sum = sums[i];

@@ -12,6 +12,22 @@ void put_key(ByteWriter& out, JournalKey key, std::uint8_t change) {
   out.put(key.id);
 }
 
+/// Calls `visit` with the key, the change and the bytes of each addition and removal in a journal.
+template <typename Visit>
+void for_each_change(const std::filesystem::path& file, Visit&& visit) {
+  JournalReader records(file);
+  while (const auto record = records.next()) {
+    ByteReader in(*record, file.string(), "the journal is damaged; map the recording again");
+    while (in.left() > 0) {
+      JournalKey key;
+      key.kind = static_cast<JournalKind>(in.get<std::uint8_t>());
+      const auto change = in.get<std::uint8_t>();
+      key.id = in.get<std::uint64_t>();
+      visit(key, change, change == kRemoved ? std::string() : in.get_text());
+    }
+  }
+}
+
 }  // namespace
 
 void JournalPart::put(JournalKey key, std::string_view bytes) {
@@ -45,32 +61,36 @@ std::string JournalPart::take() {
   return out_.take();
 }
 
-std::string record_of(const JournalEntries& entries) {
-  ByteWriter out;
-  for (const auto& [key, bytes] : entries) {
-    put_key(out, key, kAdded);
-    out.put_text(bytes);
-  }
-  return out.take();
+JournalContent::JournalContent(std::filesystem::path file) : file_(std::move(file)) {
+  std::uint64_t position = 0;
+  for_each_change(file_, [&](JournalKey key, std::uint8_t change, const std::string&) {
+    if (change == kRemoved) {
+      last_.erase(key);
+    } else {
+      last_[key] = position++;
+    }
+  });
 }
 
-JournalEntries entries_of(const std::vector<std::string>& records, const std::string& where) {
-  JournalEntries entries;
-  for (const std::string& record : records) {
-    ByteReader in(record, where, "the journal is damaged; map the recording again");
-    while (in.left() > 0) {
-      JournalKey key;
-      key.kind = static_cast<JournalKind>(in.get<std::uint8_t>());
-      const auto change = in.get<std::uint8_t>();
-      key.id = in.get<std::uint64_t>();
-      if (change == kRemoved) {
-        entries.erase(key);
-      } else {
-        entries[key] = in.get_text();
-      }
-    }
-  }
-  return entries;
+void JournalContent::for_each(
+    const std::function<void(JournalKey, std::string_view)>& visit) const {
+  std::uint64_t position = 0;
+  for_each_change(file_, [&](JournalKey key, std::uint8_t change, const std::string& bytes) {
+    if (change == kRemoved) return;
+    const auto last = last_.find(key);
+    if (last != last_.end() && last->second == position) visit(key, bytes);
+    ++position;
+  });
+}
+
+void JournalContent::write_to(JournalWriter& writer) const {
+  ByteWriter record;
+  for_each([&](JournalKey key, std::string_view bytes) {
+    put_key(record, key, kAdded);
+    record.put_text(bytes);
+    if (record.bytes().size() >= kFullRecord) writer.append(record.take());
+  });
+  if (!record.bytes().empty()) writer.append(record.bytes());
 }
 
 }  // namespace stillmap

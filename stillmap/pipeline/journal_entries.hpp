@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/base/bytes.hpp"
+#include "stillmap/base/journal_file.hpp"
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
-#include <map>
 #include <string>
 #include <string_view>
 #include <unordered_map>
 #include <utility>
-#include <vector>
 
 namespace stillmap {
 
@@ -37,6 +37,15 @@ struct JournalKey {
   auto operator<=>(const JournalKey&) const = default;
 };
 
+struct JournalKeyHash {
+  std::size_t operator()(const JournalKey& key) const {
+    return std::hash<std::uint64_t>()(key.id * 16 + static_cast<std::uint64_t>(key.kind));
+  }
+};
+
+/// Size from which a record is full [bytes].
+constexpr std::size_t kFullRecord = 8U << 20;
+
 /// Collects the entries of one part of a run that differ from those it returned before.
 class JournalPart {
  public:
@@ -47,6 +56,8 @@ class JournalPart {
   /// Removes all entries of the kind for which neither put() nor keep() was called since the last
   /// take().
   void remove_others(JournalKind kind);
+  /// Returns whether the next record is so large that new entries should wait for the one after it.
+  bool full() const { return out_.bytes().size() >= kFullRecord; }
   /// Returns the record of all additions and removals since the last call; empty without any.
   std::string take();
 
@@ -55,24 +66,27 @@ class JournalPart {
     std::size_t hash = 0;
     std::uint32_t pass = 0;  // number of the pass that put or kept it last
   };
-  struct Hash {
-    std::size_t operator()(const JournalKey& key) const {
-      return std::hash<std::uint64_t>()(key.id * 16 + static_cast<std::uint64_t>(key.kind));
-    }
-  };
-  std::unordered_map<JournalKey, Written, Hash> written_;
+  std::unordered_map<JournalKey, Written, JournalKeyHash> written_;
   std::uint32_t pass_ = 0;
   ByteWriter out_;
 };
 
-/// The entries of a journal after all its records.
-using JournalEntries = std::map<JournalKey, std::string>;
+/// The entries of a journal after all its records, in the order of their last changes. They stay in
+/// the file: only one record is in memory at a time.
+class JournalContent {
+ public:
+  /// Throws Error as JournalReader, and for a record that is no list of entries.
+  explicit JournalContent(std::filesystem::path file);
 
-/// Returns the record that has these entries.
-std::string record_of(const JournalEntries& entries);
+  /// Calls `visit` for each entry.
+  void for_each(const std::function<void(JournalKey, std::string_view)>& visit) const;
+  /// Appends records that have these entries.
+  void write_to(JournalWriter& writer) const;
 
-/// Applies the records in their order. Throws Error for a record that is no list of entries.
-/// @param where  name of the journal, for messages
-JournalEntries entries_of(const std::vector<std::string>& records, const std::string& where);
+ private:
+  std::filesystem::path file_;
+  // Position in the file of each entry among all additions.
+  std::unordered_map<JournalKey, std::uint64_t, JournalKeyHash> last_;
+};
 
 }  // namespace stillmap

@@ -59,7 +59,7 @@ nlohmann::json pose_json(const Pose& pose) {
 MapDescription describe_map(const SavedMap& saved) {
   const MapContent& map = saved.map;
   MapDescription d;
-  d.version = kMapFormat.version;
+  d.version = saved.version;
   d.writer = saved.writer;
   d.camera = map.camera;
   d.pyramid = map.pyramid;

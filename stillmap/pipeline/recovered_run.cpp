@@ -23,15 +23,18 @@ KeyframeId keyframe_of(std::uint64_t id) {
 /// Reader of the entries of a journal.
 class Recovery {
  public:
-  Recovery(JournalEntries entries, std::string where)
-      : entries_(std::move(entries)), where_(std::move(where)) {}
+  explicit Recovery(const std::filesystem::path& file) : content_(file), where_(file.string()) {
+    content_.for_each([&](JournalKey key, std::string_view bytes) {
+      if (key.kind != JournalKind::kView) entries_.emplace(key, bytes);
+    });
+  }
 
-  RecoveredRun run() {
+  RecoveredRun run(const ViewMemory& memory) {
     RecoveredRun run;
     run.heading = heading();
     run.map.writer = run.heading.writer;
     run.map.map = map();
-    run.map.views = views(run.map.map.camera);
+    run.map.views = views(run.map.map.camera, memory);
     run.frames = frames();
     for_each(JournalKind::kEvent,
              [&](std::uint64_t, ByteReader in) { run.events.push_back(get_event(in)); });
@@ -48,7 +51,7 @@ class Recovery {
       read(entry->first.id, reader(entry->second));
   }
 
-  ByteReader reader(const std::string& bytes) const {
+  ByteReader reader(std::string_view bytes) const {
     return {bytes, where_, "the journal is damaged; map the recording again"};
   }
 
@@ -128,16 +131,22 @@ class Recovery {
     return std::nullopt;
   }
 
-  std::vector<AnchoredView> views(const Camera& camera) const {
-    std::vector<AnchoredView> views;
-    for_each(JournalKind::kView, [&](std::uint64_t version, ByteReader in) {
-      const auto entry = entries_.find({JournalKind::kViewPlace, version >> 8});
+  std::vector<AnchoredView> views(const Camera& camera, const ViewMemory& memory) const {
+    std::map<std::uint64_t, AnchoredView> by_id;
+    ViewReader views(memory);
+    content_.for_each([&](JournalKey key, std::string_view bytes) {
+      if (key.kind != JournalKind::kView) return;
+      const auto entry = entries_.find({JournalKind::kViewPlace, key.id});
       if (entry == entries_.end()) return;
       ByteReader place_bytes = reader(entry->second);
       const auto place = in_map(get_place(place_bytes));
-      if (place) views.push_back({place->keyframe, place->T_keyframe_camera, get_view(in, camera)});
+      if (!place) return;
+      ByteReader in = reader(bytes);
+      by_id[key.id] = {place->keyframe, place->T_keyframe_camera, views.read(in, camera)};
     });
-    return views;
+    std::vector<AnchoredView> in_order;
+    for (auto& [id, view] : by_id) in_order.push_back(std::move(view));
+    return in_order;
   }
 
   std::vector<FrameRecord> frames() const {
@@ -176,7 +185,8 @@ class Recovery {
     return joined_movers(std::move(all));
   }
 
-  const JournalEntries entries_;
+  const JournalContent content_;
+  std::map<JournalKey, std::string> entries_;  // all but the views
   const std::string where_;
   std::map<KeyframeId, KeyframeId> keyframes_;        // positions in the map, by id in the journal
   std::map<KeyframeId, RelativePlace> replacements_;  // of erased keyframes, by id in the journal
@@ -184,8 +194,8 @@ class Recovery {
 
 }  // namespace
 
-RecoveredRun recovered_run(const std::filesystem::path& file) {
-  return Recovery(entries_of(read_journal(file), file.string()), file.string()).run();
+RecoveredRun recovered_run(const std::filesystem::path& file, const ViewMemory& memory) {
+  return Recovery(file).run(memory);
 }
 
 }  // namespace stillmap

@@ -60,7 +60,7 @@ void put_map(const MapMaker& maker, JournalPart& part) {
     part.remove_others(kind);
 }
 
-/// A view changes only by becoming coarser, which its number of pixels shows.
+/// Views never change. Those for which there is no room in the record come with the next one.
 void put_views(const DenseStream& dense, JournalPart& part) {
   for (const auto& [id, place] : dense.places()) {
     ByteWriter out;
@@ -68,11 +68,10 @@ void put_views(const DenseStream& dense, JournalPart& part) {
     part.put({JournalKind::kViewPlace, id}, out.bytes());
   }
   for (const auto& [id, view] : dense.views()) {
-    const std::uint64_t version = id << 8 | static_cast<std::uint64_t>(view->stride & 0xff);
-    if (part.keep({JournalKind::kView, version})) continue;
+    if (part.keep({JournalKind::kView, id}) || part.full()) continue;
     ByteWriter out;
     put_view(out, *view);
-    part.put({JournalKind::kView, version}, out.bytes());
+    part.put({JournalKind::kView, id}, out.bytes());
   }
   part.remove_others(JournalKind::kView);
 }
@@ -104,7 +103,8 @@ struct Journal {
   void append(const std::string& record, const std::filesystem::path& file) {
     writer.append(record);
     if (writer.size() < compact_at) return;
-    writer.replace_all(record_of(entries_of(read_journal(file), file.string())));
+    const JournalContent content(file);
+    writer.replace_all([&](JournalWriter& next) { content.write_to(next); });
     compact_at = std::max(compact_at, kCompactAt * writer.size());
   }
 };
@@ -184,16 +184,20 @@ void RunJournal::update(Part& part) {
 void RunJournal::flush() {
   for (Part& part : parts_) {
     if (part.answer.valid()) write_answer(part);
-    part.answer = part.ask(part.entries);
-    write_answer(part);
+    do {
+      part.answer = part.ask(part.entries);
+    } while (write_answer(part) >= kFullRecord);
   }
   writer_.drain();
 }
 
-void RunJournal::write_answer(Part& part) {
+/// @returns the size of the record [bytes]
+std::size_t RunJournal::write_answer(Part& part) {
   part.answer.get();
   std::string record = part.entries.take();
-  if (!record.empty()) writer_.push(std::move(record));
+  const std::size_t size = record.size();
+  if (size > 0) writer_.push(std::move(record));
+  return size;
 }
 
 void RunJournal::put_frames(JournalPart& part) {

@@ -60,7 +60,7 @@ class RunJournal {
   };
 
   void update(Part& part);
-  void write_answer(Part& part);
+  std::size_t write_answer(Part& part);
   void put_frames(JournalPart& part);
 
   SlamSystem& slam_;

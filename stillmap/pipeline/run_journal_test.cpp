@@ -172,6 +172,22 @@ TEST(RunJournal, DoesNotChangeTheResults) {
   }
 }
 
+using Entries = std::map<JournalKey, std::string>;
+
+Entries entries_in(const std::filesystem::path& file) {
+  Entries entries;
+  JournalContent(file).for_each(
+      [&](JournalKey key, std::string_view bytes) { entries.emplace(key, bytes); });
+  return entries;
+}
+
+Entries entries_of(const std::vector<std::string>& records) {
+  const std::filesystem::path file = test::own_path("records.journal");
+  JournalWriter writer(file);
+  for (const std::string& record : records) writer.append(record);
+  return entries_in(file);
+}
+
 TEST(JournalPart, TakesChangesOnly) {
   JournalPart part;
   part.put({JournalKind::kFrame, 1}, "a");
@@ -185,11 +201,34 @@ TEST(JournalPart, TakesChangesOnly) {
   part.put({JournalKind::kFrame, 1}, "A");
   part.remove_others(JournalKind::kFrame);
   records.push_back(part.take());
-  const JournalEntries entries = entries_of(records, "test");
-  EXPECT_EQ(entries.size(), 2U);
-  EXPECT_EQ(entries.at({JournalKind::kFrame, 1}), "A");
-  EXPECT_EQ(entries.at({JournalKind::kView, 7}), "view");
-  EXPECT_THROW(entries_of({"xx"}, "test"), Error);
+  const Entries expected{{{JournalKind::kFrame, 1}, "A"}, {{JournalKind::kView, 7}, "view"}};
+  EXPECT_EQ(entries_of(records), expected);
+  EXPECT_THROW(entries_of({"xx"}), Error);
+}
+
+TEST(JournalContent, IsTheSameAfterWritingItAnew) {
+  const std::filesystem::path file = test::own_path("some.journal"),
+                              other = test::own_path("other.journal");
+  JournalPart part;
+  JournalWriter writer(file);
+  Entries expected;
+  for (std::uint64_t round = 0; round < 3; ++round) {
+    for (std::uint64_t id = 0; id < 6; ++id) {
+      const std::string view(3U << 20, static_cast<char>('a' + 7 * round + id));
+      if (id <= 3 + round) part.put({JournalKind::kView, id}, view);
+      if (id <= 3 + round) expected[{JournalKind::kView, id}] = view;
+    }
+    EXPECT_TRUE(part.full());
+    writer.append(part.take());
+  }
+  JournalWriter anew(other);
+  JournalContent(file).write_to(anew);
+  EXPECT_EQ(entries_in(other), expected);
+  JournalReader records(other);
+  std::size_t count = 0;
+  for (; const auto record = records.next(); ++count) EXPECT_LE(record->size(), 12U << 20);
+  EXPECT_EQ(count, 2U) << "18 MiB are two records";
+  for (const auto& path : {file, other}) std::filesystem::remove(path);
 }
 
 }  // namespace

@@ -10,6 +10,9 @@
 #include "stillmap/pipeline/recovered_run.hpp"
 
 #include <cmath>
+#include <optional>
+#include <span>
+#include <sstream>
 
 #include <fmt/format.h>
 
@@ -18,6 +21,8 @@ namespace {
 
 constexpr std::array<char, 4> kInfo = {'I', 'N', 'F', 'O'};
 constexpr std::array<char, 4> kDense = {'D', 'E', 'N', 'S'};
+/// Size of the views of a section, unless it holds a single larger one [bytes].
+constexpr std::size_t kDenseSection = 16U << 20;
 
 using Bgr = std::array<std::uint8_t, 3>;  // as cv::Vec3b lies in memory
 
@@ -54,12 +59,24 @@ DenseView get_lattice(ByteReader& in, const Camera& camera) {
   return view;
 }
 
-std::string dense_bytes(const std::vector<AnchoredView>& views) {
-  constexpr std::size_t kOthers = 1000;  // upper bound of a view's size without its pixels [bytes]
-  ByteWriter out;
+/// Returns the ends of the views of each section, at least one.
+std::vector<std::size_t> ends_of_sections(const std::vector<AnchoredView>& views) {
+  std::vector<std::size_t> ends;
   std::size_t bytes = 0;
-  for (const AnchoredView& v : views) bytes += v.view.bytes() + kOthers;
-  out.reserve(bytes);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const std::size_t next = views[i].view.bytes();
+    if (bytes > 0 && bytes + next > kDenseSection) {
+      ends.push_back(i);
+      bytes = 0;
+    }
+    bytes += next;
+  }
+  ends.push_back(views.size());
+  return ends;
+}
+
+std::string dense_bytes(std::span<const AnchoredView> views) {
+  ByteWriter out;
   out.put(static_cast<std::uint32_t>(views.size()));
   for (const AnchoredView& v : views) {
     out.put(v.anchor.slot);
@@ -69,19 +86,59 @@ std::string dense_bytes(const std::vector<AnchoredView>& views) {
   return out.take();
 }
 
-std::vector<AnchoredView> get_views(ByteReader in, const MapContent& map) {
-  std::vector<AnchoredView> views;
+void write_map(std::ostream& out, const SavedMap& saved) {
+  std::vector<Section> sections = map_sections(saved.map);
+  const std::vector<std::size_t> ends = ends_of_sections(saved.views);
+  SectionWriter file(kMapFormat, out, 1 + sections.size() + ends.size());
+  ByteWriter info;
+  info.put_text(saved.writer);
+  file.add({kInfo, info.bytes()});
+  for (Section& section : sections) {
+    file.add(section);
+    section.bytes = {};
+  }
+  std::size_t begin = 0;
+  for (const std::size_t end : ends) {
+    file.add({kDense, dense_bytes(std::span(saved.views).subspan(begin, end - begin))});
+    begin = end;
+  }
+  file.finish();
+}
+
+/// Adds the views of a section.
+void add_views(ByteReader in, ViewReader& memory, SavedMap& saved) {
   const auto count = in.get<std::uint32_t>();
   for (std::uint32_t i = 0; i < count; ++i) {
     AnchoredView v;
     v.anchor = {in.get<std::uint32_t>(), 0};
-    if (v.anchor.slot >= map.keyframes.size()) in.fail("a view belongs to no keyframe");
+    if (v.anchor.slot >= saved.map.keyframes.size()) in.fail("a view belongs to no keyframe");
     v.T_anchor_camera = get_pose(in);
-    v.view = get_view(in, map.camera);
-    views.push_back(std::move(v));
+    v.view = memory.read(in, saved.map.camera);
+    saved.views.push_back(std::move(v));
   }
   in.expect_end();
-  return views;
+}
+
+/// Reads the sections of the map, then those of the views, which come last.
+SavedMap read_map(std::istream& in, const std::string& where, const ViewMemory& memory) {
+  SectionReader file(kMapFormat, in, where);
+  SavedMap saved;
+  saved.version = file.version();
+  std::vector<Section> sections;
+  std::optional<Section> next = file.next();
+  for (; next && next->name != kDense; next = file.next()) sections.push_back(std::move(*next));
+  ByteReader info = section_reader(sections, "INFO", where);
+  saved.writer = info.get_text();
+  info.expect_end();
+  saved.map = map_from_sections(sections, where);
+  sections.clear();
+  ViewReader views(memory);
+  if (!next) section_reader({}, "DENS", where);  // throws
+  for (; next; next = file.next()) {
+    sections = {std::move(*next)};
+    add_views(section_reader(sections, "DENS", where), views, saved);
+  }
+  return saved;
 }
 
 std::string describe(const Camera& c) {
@@ -108,6 +165,7 @@ void put_view(ByteWriter& out, const DenseView& view) {
     out.put_text(instance.class_name);
     out.put(instance.confidence);
   }
+  view.drop_pages();
 }
 
 DenseView get_view(ByteReader& in, const Camera& camera) {
@@ -132,28 +190,27 @@ DenseView get_view(ByteReader& in, const Camera& camera) {
   return view;
 }
 
-std::string saved_map_bytes(const SavedMap& saved) {
-  ByteWriter info;
-  info.put_text(saved.writer);
-  std::vector<Section> sections = {{kInfo, info.bytes()}};
-  for (Section& section : map_sections(saved.map)) sections.push_back(std::move(section));
-  sections.push_back({kDense, dense_bytes(saved.views)});
-  return pack_sections(kMapFormat, std::move(sections));
+DenseView ViewReader::read(ByteReader& in, const Camera& camera) {
+  DenseView view = get_view(in, camera);
+  if (in_memory_ + view.bytes_in_memory() > pager_.limit()) pager_.page_out(view);
+  in_memory_ += view.bytes_in_memory();
+  return view;
 }
 
-SavedMap saved_map_from_bytes(std::string_view bytes, const std::string& where) {
-  const auto sections = unpack_sections(kMapFormat, bytes, where);
-  SavedMap saved;
-  ByteReader info = section_reader(sections, "INFO", where);
-  saved.writer = info.get_text();
-  info.expect_end();
-  saved.map = map_from_sections(sections, where);
-  saved.views = get_views(section_reader(sections, "DENS", where), saved.map);
-  return saved;
+std::string saved_map_bytes(const SavedMap& saved) {
+  std::ostringstream out;
+  write_map(out, saved);
+  return out.str();
+}
+
+SavedMap saved_map_from_bytes(std::string_view bytes, const std::string& where,
+                              const ViewMemory& memory) {
+  std::istringstream in{std::string(bytes)};
+  return read_map(in, where, memory);
 }
 
 void write_saved_map(const std::filesystem::path& file, const SavedMap& saved) {
-  write_file(file, saved_map_bytes(saved));
+  write_file(file, [&](std::ostream& out) { write_map(out, saved); });
 }
 
 std::filesystem::path map_file_of(const std::filesystem::path& source) {
@@ -162,10 +219,11 @@ std::filesystem::path map_file_of(const std::filesystem::path& source) {
   return std::filesystem::exists(journal) ? journal : source / kRunMap;
 }
 
-SavedMap read_saved_map(const std::filesystem::path& source) {
+SavedMap read_saved_map(const std::filesystem::path& source, const ViewMemory& memory) {
   const std::filesystem::path file = map_file_of(source);
-  if (is_journal(file)) return recovered_run(file).map;
-  return saved_map_from_bytes(read_file(file, kAnySize), file.string());
+  if (is_journal(file)) return recovered_run(file, memory).map;
+  std::ifstream in = open_file(file);
+  return read_map(in, file.string(), memory);
 }
 
 void require_same_camera(const MapContent& map, const Camera& camera, const PyramidShape& pyramid,

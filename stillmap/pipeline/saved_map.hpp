@@ -2,10 +2,13 @@
 #pragma once
 #include "stillmap/base/bytes.hpp"
 #include "stillmap/dense/dense_view.hpp"
+#include "stillmap/dense/view_pager.hpp"
 #include "stillmap/map/map.hpp"
+#include "stillmap/map/map_file.hpp"
 
 #include <cstddef>
 #include <filesystem>
+#include <iosfwd>
 #include <string>
 #include <vector>
 
@@ -27,6 +30,7 @@ struct SavedMap {
   std::string writer;  ///< Name and version of the program that wrote the map.
   MapContent map;
   std::vector<AnchoredView> views;  ///< Views of the dense map; empty if it was not saved.
+  std::uint32_t version = kMapFormat.version;  ///< Version of the layout of its file.
 };
 
 /// Writes a view as in section DENS of a map file.
@@ -35,24 +39,41 @@ void put_view(ByteWriter& out, const DenseView& view);
 /// @param camera  of the map; the view is at most as fine as its images
 DenseView get_view(ByteReader& in, const Camera& camera);
 
+/// Reads views that may take more memory than there is: those beyond the limit are moved into a
+/// file as they are read.
+class ViewReader {
+ public:
+  explicit ViewReader(const ViewMemory& memory) : pager_(memory) {}
+  /// Reads a view as get_view().
+  DenseView read(ByteReader& in, const Camera& camera);
+
+ private:
+  ViewPager pager_;
+  std::uint64_t in_memory_ = 0;  // pixels of the views in memory [bytes]
+};
+
 /// Returns the bytes of a map file: see docs/map_file.md. The same map gives the same bytes.
 std::string saved_map_bytes(const SavedMap& saved);
 
 /// Returns the map in the bytes of a file. Throws Error for bytes that are not a map of this
 /// program, are truncated, altered, of another version, or inconsistent.
 /// @param where  name of the file, for messages
-SavedMap saved_map_from_bytes(std::string_view bytes, const std::string& where);
+/// @param memory for the views of the dense map
+SavedMap saved_map_from_bytes(std::string_view bytes, const std::string& where,
+                              const ViewMemory& memory = {});
 
-/// Writes the file completely or not at all. Throws Error (folder missing, not writable, disk
-/// full).
+/// Writes the file completely or not at all, some views at a time. Throws Error (folder missing,
+/// not writable, disk full).
 void write_saved_map(const std::filesystem::path& file, const SavedMap& saved);
 /// Returns the file that read_saved_map() reads: for the folder of a run its journal, if there is
 /// one, or else its map.
 std::filesystem::path map_file_of(const std::filesystem::path& source);
 
 /// Reads the map of a map file, of the journal of a run that did not end, or of the folder of a
-/// run. Throws Error as saved_map_from_bytes(), and if the file cannot be read.
-SavedMap read_saved_map(const std::filesystem::path& source);
+/// run, some views at a time. Throws Error as saved_map_from_bytes(), and if the file cannot be
+/// read.
+/// @param memory for the views of the dense map
+SavedMap read_saved_map(const std::filesystem::path& source, const ViewMemory& memory = {});
 
 /// Throws Error unless frames of this camera and pyramid can be localized in the map and added to
 /// it: same image size, same intrinsics, same pyramid. The distortion of the images before they

@@ -3,6 +3,8 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/section_file.hpp"
+#include "stillmap/base/test_memory.hpp"
+#include "stillmap/base/test_path.hpp"
 #include "stillmap/map/map_file.hpp"
 #include "stillmap/pipeline/map_description.hpp"
 #include "stillmap/pipeline/recording_test.hpp"
@@ -170,6 +172,19 @@ TEST(SavedMap, TheCloudIsTheOneOfTheRunToTheLastBit) {
   EXPECT_EQ(dense_cloud(saved_map_from_bytes(saved_map_bytes(first_visit().map), "a map")), of_run);
 }
 
+TEST(SavedMap, IsTheSameWithAnyMemory) {
+  SlamParameters options = recorded::small_options("static");
+  options.dense.memory = {0, test::own_path("views")};
+  const Outcome little = run(visit("xyz"), std::nullopt, options);
+  const DenseStatistics& views = little.result.dense_statistics;
+  EXPECT_EQ(views.views_on_disk, views.keyframes);
+  EXPECT_EQ(first_visit().result.dense_statistics.views_on_disk, 0U);
+  EXPECT_EQ(little.result.dense.cloud, first_visit().result.dense.cloud);
+  EXPECT_EQ(saved_map_bytes(little.map), saved_map_bytes(first_visit().map));
+  EXPECT_EQ(test::resident_kib(options.dense.memory.folder), 0) << "pages are dropped";
+  std::filesystem::remove_all(options.dense.memory.folder);
+}
+
 TEST(SavedMap, EveryAlteredByteAndEveryOtherLengthIsNoticed) {
   const std::string bytes = saved_map_bytes(tiny_map());
   ASSERT_EQ(error_of(bytes), "");
@@ -189,7 +204,7 @@ TEST(SavedMap, BytesOfNoMapAreAnError) {
   EXPECT_THAT(error_of(""), HasSubstr("is not a saved map"));
   std::string newer = saved_map_bytes(tiny_map());
   newer[8] = 9;
-  EXPECT_THAT(error_of(newer), HasSubstr("version 9, and this program reads version 2"));
+  EXPECT_THAT(error_of(newer), HasSubstr("version 9, and this program reads versions 2 to 3"));
 }
 
 /// The sections are corrupted and get new checksums, so that checksums do not reveal it.
@@ -253,6 +268,75 @@ TEST(SavedMap, CorruptionOfARealMapIsAnErrorOrAUsableMap) {
     slam.finish();
   }
   EXPECT_GT(used, 5);
+}
+
+/// Returns a map whose views together are larger than a section of the file.
+SavedMap large_map() {
+  SavedMap saved = tiny_map();
+  saved.map.camera.width = 2000, saved.map.camera.height = 1000;
+  DenseView& view = saved.views[0].view;
+  const cv::Size size(2000, 1000);
+  view.camera.width = size.width, view.camera.height = size.height;
+  view.depth = cv::Mat1w(size);
+  view.color = cv::Mat3b(size);
+  view.kind = cv::Mat1b(size, std::uint8_t{1});
+  cv::RNG random(5);
+  for (int i = 0; i < 4; ++i) {
+    if (i > 0) saved.views.push_back(saved.views[0]);
+    DenseView& other = saved.views.back().view;
+    other.depth = other.depth.clone();
+    other.color = other.color.clone();
+    random.fill(other.depth, cv::RNG::UNIFORM, 0, 65535);
+    random.fill(other.color, cv::RNG::UNIFORM, 0, 255);
+  }
+  return saved;
+}
+
+bool is_dense(const Section& section) { return std::string_view(section.name.data(), 4) == "DENS"; }
+
+TEST(SavedMap, OfManyViewsHasSeveralSectionsOfThem) {
+  const SavedMap saved = large_map();
+  const std::string bytes = saved_map_bytes(saved);
+  const auto sections = unpack_sections(kMapFormat, bytes, "");
+  EXPECT_EQ(std::count_if(sections.begin(), sections.end(), is_dense), 4);
+  for (const Section& section : sections) EXPECT_LE(section.bytes.size(), 16U << 20);
+  const SavedMap read = saved_map_from_bytes(bytes, "");
+  ASSERT_EQ(read.views.size(), saved.views.size());
+  for (std::size_t i = 0; i < read.views.size(); ++i) {
+    EXPECT_EQ(cv::countNonZero(read.views[i].view.depth != saved.views[i].view.depth), 0) << i;
+  }
+  EXPECT_EQ(saved_map_bytes(read), bytes);
+}
+
+TEST(SavedMap, IsReadAndWrittenWithLittleMemory) {
+  const SavedMap saved = large_map();
+  const std::string bytes = saved_map_bytes(saved);
+  const std::size_t one = saved.views[0].view.bytes_in_memory();
+  const ViewMemory memory{one, test::own_path("views")};
+  const SavedMap read = saved_map_from_bytes(bytes, "", memory);
+  std::size_t in_memory = 0;
+  for (const AnchoredView& view : read.views) in_memory += view.view.bytes_in_memory();
+  EXPECT_EQ(in_memory, one);
+  EXPECT_EQ(saved_map_bytes(read), bytes);
+  EXPECT_EQ(test::resident_kib(memory.folder), 0) << "pages are dropped after their use";
+  std::filesystem::remove_all(memory.folder);
+}
+
+/// Version 2 had all views in one section.
+TEST(SavedMap, OfTheFormerVersionIsRead) {
+  const std::string bytes = saved_map_bytes(tiny_map());
+  SectionFormat former = kMapFormat;
+  former.version = 2;
+  const SavedMap read =
+      saved_map_from_bytes(pack_sections(former, unpack_sections(kMapFormat, bytes, "")), "");
+  EXPECT_EQ(describe_map(read).version, 2U);
+  EXPECT_EQ(saved_map_bytes(read), bytes) << "it is written in the present one";
+}
+
+TEST(SavedMap, WithoutASectionOfViewsIsAnError) {
+  auto sections = unpack_sections(kMapFormat, saved_map_bytes(tiny_map()), "");
+  std::erase_if(sections, is_dense);
+  EXPECT_THAT(error_of(pack_sections(kMapFormat, sections)), HasSubstr("DENS"));
 }
 
 TEST(SavedMap, OfARunWithoutFramesIsEmptyAndCanBeExtended) {

@@ -79,9 +79,10 @@ Camera tracked_camera(const Camera& pushed, const Options& options) {
   return options.input.half_size ? halved(pushed) : pushed;
 }
 
-std::optional<StartingMap> starting_map(const std::optional<StartMap>& start) {
+std::optional<StartingMap> starting_map(const std::optional<StartMap>& start,
+                                        const ViewMemory& memory) {
   if (!start) return std::nullopt;
-  return StartingMap{read_saved_map(start->file), start->extend};
+  return StartingMap{read_saved_map(start->file, memory), start->extend};
 }
 
 Results results_of(const std::shared_ptr<const RunDetails>& details) {
@@ -114,7 +115,7 @@ struct Slam::Impl {
         rectifies(camera.distorted()),
         selection(chosen.input),
         system(tracked_camera(frames.camera(), chosen), parameters, std::move(detector),
-               starting_map(start)) {}
+               starting_map(start, parameters.dense.memory)) {}
 
   void require_pushable(const RgbdFramePtr& frame);
   void notify();

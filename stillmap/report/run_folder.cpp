@@ -21,21 +21,28 @@ namespace stillmap {
 namespace {
 namespace fs = std::filesystem;
 
+void copy_to(const fs::path& file, const fs::path& original) {
+  std::ifstream in = open_file(original);
+  write_file(file, [&](std::ostream& out) { out << in.rdbuf(); });
+}
+
 /// Writes the map for `stillmap dense`, and the one that the user wants saved.
 /// @returns time taken [s]
 double write_maps(const RunRecord& record, const RunOutputs& outputs, ResultFolder& folder) {
   if (!record.map) return 0;
+  const SavedMap& map = *record.map;
   const Stopwatch watch;
-  std::string bytes;
-  if (!record.map->views.empty()) {
-    bytes = saved_map_bytes(*record.map);
-    folder.write_text(kRunMap, bytes);
+  bool written = false;
+  if (!map.views.empty()) {
+    written = folder.write(kRunMap, [&](const fs::path& file) { write_saved_map(file, map); });
     folder.write_text(kRunOptions, options_yaml(record.options));
   }
   if (outputs.save_map.empty()) return 0;
-  if (outputs.slim_map) bytes = saved_map_bytes({record.map->writer, record.map->map, {}});
-  if (bytes.empty()) bytes = saved_map_bytes(*record.map);
-  folder.write_elsewhere(outputs.save_map, [&](const fs::path& file) { write_file(file, bytes); });
+  folder.write_elsewhere(outputs.save_map, [&](const fs::path& file) {
+    if (outputs.slim_map) return write_saved_map(file, {map.writer, map.map, {}});
+    if (written) return copy_to(file, folder.path() / kRunMap);
+    write_saved_map(file, map);
+  });
   return watch.milliseconds() / 1000;
 }
 

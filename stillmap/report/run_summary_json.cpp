@@ -189,7 +189,7 @@ void add_map(const RunRecord& record, nlohmann::json& json) {
   json["cloud_views"] = result.dense.keyframes;
   json["cloud_voxels_removed"] = result.dense.voxels_removed;
   json["static_objects"] = result.dense.semantics.objects.size();
-  json["cloud_thinned"] = result.dense_statistics.thinnings;
+  json["cloud_views_on_disk"] = result.dense_statistics.views_on_disk;
 }
 
 void add_timing(const RunRecord& record, nlohmann::json& json) {
