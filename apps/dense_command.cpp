@@ -31,15 +31,16 @@ struct DenseArguments {
   std::string source, config, out;
   std::vector<std::string> settings;
   std::optional<double> voxel, mesh_voxel;
+  std::optional<int> memory;
   DenseOutputs outputs;
   bool force = false;
 };
 
 /// The options that act on the views of a saved map. The other options of a run act while it makes
 /// these views, or have nothing to do with the dense map.
-constexpr std::array<std::string_view, 5> kOptionsInUse{
-    "dense.voxel", "outputs.mesh_voxel", "outputs.planner_cell", "outputs.planner_lowest",
-    "outputs.planner_highest"};
+constexpr std::array<std::string_view, 6> kOptionsInUse{
+    "dense.voxel",          "dense.memory",           "outputs.mesh_voxel",
+    "outputs.planner_cell", "outputs.planner_lowest", "outputs.planner_highest"};
 
 /// Throws Error for an assignment of an option that has no effect here.
 void require_in_use(const std::string& setting) {
@@ -79,6 +80,7 @@ DensePaths paths_of(const DenseArguments& arguments) {
 DenseOptions options_of(const DenseArguments& arguments, const fs::path& file) {
   Options options = read_options("", file);
   options.dense.voxel = arguments.voxel.value_or(options.dense.voxel);
+  options.dense.memory = arguments.memory.value_or(options.dense.memory);
   options.outputs.mesh_voxel = arguments.mesh_voxel.value_or(options.outputs.mesh_voxel);
   for (const std::string& setting : arguments.settings) {
     set_option(setting, options);
@@ -97,9 +99,10 @@ Trajectory trajectory_of(const DensePaths& paths, const SavedMap& saved) {
 int run(const DenseArguments& arguments) {
   check(arguments.outputs);
   const DensePaths paths = paths_of(arguments);
-  const DenseOptions options = options_of(arguments, paths.options);
+  DenseOptions options = options_of(arguments, paths.options);
+  options.memory.folder = paths.out;
   Stopwatch watch;
-  const SavedMap saved = read_saved_map(paths.map);
+  const SavedMap saved = read_saved_map(paths.map, options.memory);
   if (saved.views.empty()) {
     throw Error("contains no dense map: it was saved with --slim-map", paths.map.string(),
                 "save the map without --slim-map");
@@ -223,6 +226,11 @@ void add_dense_command(CLI::App& app, int& exit_code) {
   command->add_option("--voxel", arguments->voxel, "voxel size of the cloud [m]; default: as run");
   command->add_option("--mesh-voxel", arguments->mesh_voxel,
                       "voxel size of the mesh [m]; default: as run");
+  command
+      ->add_option("--memory", arguments->memory,
+                   "memory for the views [MB]; the others are kept in a temporary file in the "
+                   "output folder; default: as run")
+      ->type_name("MB");
   add_dense_options(*command, arguments->outputs);
   command->add_option("--config", arguments->config,
                       "YAML file with options, of which those of --set act; default: those of the "

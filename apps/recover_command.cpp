@@ -54,7 +54,7 @@ int run(const RecoverArguments& arguments) {
   const fs::path out = arguments.out.empty() ? journal.parent_path() : fs::path(arguments.out);
   ResultFolder folder(out.empty() ? "." : out, arguments.force ? ResultFolder::Foreign::kOverwrite
                                                                : ResultFolder::Foreign::kKeep);
-  const RecoveredRun recovered = recovered_run(journal);
+  const RecoveredRun recovered = recovered_run(journal, {.folder = folder.path()});
   if (recovered.frames.empty()) {
     throw Error("holds no frame: the run was killed in its first second", journal.string(),
                 "map the recording again");
@@ -65,7 +65,9 @@ int run(const RecoverArguments& arguments) {
   record.sequence = recovered.heading.sequence;
   record.machine = recovered.heading.machine;
   record.options = read_options("", folder.path() / kRunOptions);
-  record.result = result_of(recovered, parameters_of(record.options));
+  SlamParameters parameters = parameters_of(record.options);
+  parameters.dense.memory.folder = folder.path();
+  record.result = result_of(recovered, parameters);
   record.map = recovered.map;
   record.frames = recovered.frames.size();
   record.interrupted = true;

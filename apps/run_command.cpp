@@ -83,6 +83,11 @@ void add_method_options(CLI::App& command, RunArguments& arguments) {
       .add_option("--schedule", arguments.schedule,
                   "schedule; lockstep is reproducible, and the default")
       ->type_name("{lockstep,realtime}");
+  command
+      .add_option("--memory", arguments.memory,
+                  "memory for the views of the dense map [MB]; older views are kept in a temporary "
+                  "file in OUT; default 150")
+      ->type_name("MB");
   command.add_option("--config", arguments.config,
                      "YAML file with options; see --dump-config and docs/options.md");
   command

@@ -56,11 +56,12 @@ std::string sequence_name(const std::filesystem::path& folder) {
 
 /// Returns the map to start from, if one was named. Throws Error if it was made with another
 /// camera.
-std::optional<StartingMap> start_of(const RunRequest& request, const PyramidShape& pyramid,
+std::optional<StartingMap> start_of(const RunRequest& request, const SlamParameters& parameters,
                                     const Camera& camera) {
   if (request.load_map.empty()) return std::nullopt;
-  StartingMap start{read_saved_map(request.load_map), !request.localize_only};
-  require_same_camera(start.saved.map, camera, pyramid, request.load_map);
+  StartingMap start{read_saved_map(request.load_map, parameters.dense.memory),
+                    !request.localize_only};
+  require_same_camera(start.saved.map, camera, parameters.orb.pyramid(), request.load_map);
   return start;
 }
 
@@ -105,6 +106,9 @@ std::vector<std::string> unused_settings(const RunRequest& request, const Option
   }
   if (!request.model.empty() && !request.masks.empty())
     add("--model", *why_unused("network.model", options));
+  if (request.memory) {
+    if (const auto reason = why_unused("dense.memory", options)) add("--memory", *reason);
+  }
   const bool dense_outputs = request.outputs.dense.planner || !request.outputs.dense.mesh.empty();
   if (dense_outputs && !options.dense.enabled)
     add("--planner or --mesh", "dense.enabled is false, so there is no dense map");
@@ -137,6 +141,7 @@ Options options_of(const RunRequest& request) {
   options.input.first = request.first.value_or(options.input.first);
   options.input.count = request.count.value_or(options.input.count);
   options.input.stride = request.stride.value_or(options.input.stride);
+  options.dense.memory = request.memory.value_or(options.dense.memory);
   if (request.half_size) options.input.half_size = true;
   for (const std::string& setting : request.settings) set_option(setting, options);
   if (request.localize_only) options.dense.enabled = false;  // the map is not extended
@@ -188,14 +193,15 @@ Session session_of(const RunRequest& request, const Options& options) {
   session.parameters = parameters_of(options);
   session.outputs = request.outputs;
   session.outputs.save_map = request.save_map;
+  session.sequence = sequence_name(request.sequence);
+  session.out = request.out.empty() ? "stillmap_" + session.sequence : request.out;
+  session.parameters.dense.memory.folder = session.out;
   const Stopwatch loading;
-  session.start = start_of(request, session.parameters.orb.pyramid(), source->camera());
+  session.start = start_of(request, session.parameters, source->camera());
   if (session.start)
     session.loaded =
         LoadedMap{request.load_map, session.start->extend, loading.milliseconds() / 1000};
-  session.sequence = sequence_name(request.sequence);
   session.recording = recording_of(request);
-  session.out = request.out.empty() ? "stillmap_" + session.sequence : request.out;
   if (request.force) session.foreign = ResultFolder::Foreign::kOverwrite;
   session.rules = rules_of(request, options);
   session.event_lines = request.event_lines;

@@ -17,6 +17,7 @@ struct RunRequest {
       associations, out;
   std::vector<std::string> settings;  ///< "group.name=value"
   std::optional<int> first, count, stride;
+  std::optional<int> memory;     ///< For the views of the dense map [MB].
   double fps = 30;               ///< Rate of images whose names are numbers, not times [Hz].
   std::optional<double> follow;  ///< Time to wait for images of a growing folder [s].
   bool half_size = false;

@@ -47,9 +47,6 @@ struct Options {
     int threads = 1;
     /// Detections of lower confidence are dropped.
     double confidence = 0.25;
-    /// Non-maximum suppression drops the less confident of two boxes of one class that overlap by
-    /// more than this IoU.
-    double nms_iou = 0.7;
     /// The network runs on every n-th frame; in realtime it runs on at most every n-th. 0 means 1
     /// on the devices cuda and tensorrt, and 3 on others.
     int every = 0;
@@ -154,6 +151,9 @@ struct Options {
     /// keyframes (the clouds of the keyframes are stitched, as in the papers) or registered (each
     /// cloud is first registered to those before it by ICP).
     std::string method = "votes";
+    /// Memory for the views of the dense map; older ones are kept in a temporary file without a
+    /// name, by default in the folder of the results. The map does not depend on it.
+    int memory = 150;  // [MB]
     /// Points are dropped whose distance to their neighbors exceeds the mean by this many standard
     /// deviations; 0 keeps all points.
     double outlier_deviations = 2;

@@ -89,12 +89,6 @@ void visit_network_options(Group& network, const Visitor& visit) {
   visit({"network.threads", "", {1, 256}, "Number of threads of the network."}, network.threads);
   visit({"network.confidence", "", {0.001, 1}, "Detections of lower confidence are dropped."},
         network.confidence);
-  visit({"network.nms_iou",
-         "",
-         {0, 1},
-         "Non-maximum suppression drops the less confident of two boxes of one class that overlap "
-         "by more than this IoU."},
-        network.nms_iou);
   visit(
       {"network.every",
        "frames",
@@ -311,6 +305,12 @@ void visit_dense_options(Group& dense, const Visitor& visit) {
          "(each cloud is first registered to those before it by ICP).",
          {"votes", "keyframes", "registered"}},
         dense.method);
+  visit({"dense.memory",
+         "MB",
+         {0, 1e6},
+         "Memory for the views of the dense map; older ones are kept in a temporary file without "
+         "a name, by default in the folder of the results. The map does not depend on it."},
+        dense.memory);
   visit({"dense.outlier_deviations",
          "",
          {0, 100},

@@ -257,6 +257,12 @@ TEST_F(OptionFile, WithAnotherPresetThanTheChosenOneIsAnError) {
               HasSubstr("is based on preset fused, but preset static was chosen"));
 }
 
+TEST_F(OptionFile, OfAFormerVersionIsReadIfItHasTheValueThatIsLeft) {
+  EXPECT_EQ(error_of_reading("network:\n  nms_iou: 0.7\n  threads: 2\n"), "");
+  EXPECT_EQ(read_options("", file_).network.threads, 2);
+  EXPECT_THAT(error_of_reading("network:\n  nms_iou: 0.5\n"), HasSubstr("there is no option"));
+}
+
 TEST_F(OptionFile, ThatSetsEverythingNeedsNoPreset) {
   std::string text = options_yaml(Options());
   const std::string line = "preset: fused\n";

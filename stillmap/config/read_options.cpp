@@ -141,6 +141,12 @@ void require_unique_keys(const YAML::Node& map, const Source& source) {
               "its options are " + fmt::format("{}", fmt::join(names_in(group), ", ")));
 }
 
+/// Returns whether a file holds the only value left of an option of former versions, whose runs
+/// have all options in a file.
+bool is_of_former_version(const std::string& path, const YAML::Node& value) {
+  return path == "network.nms_iou" && value.IsScalar() && value.Scalar() == "0.7";
+}
+
 /// Assigns all options of one group of a file.
 /// @returns their paths
 std::vector<std::string> assign_group(const std::string& group, const YAML::Node& node,
@@ -150,7 +156,9 @@ std::vector<std::string> assign_group(const std::string& group, const YAML::Node
   if (!node.IsMap()) refuse_value_for_group(group, place(node, source));
   require_unique_keys(node, source);
   for (const auto& entry : node) {
-    assigned.push_back(group + "." + entry.first.as<std::string>());
+    const std::string path = group + "." + entry.first.as<std::string>();
+    if (is_of_former_version(path, entry.second)) continue;
+    assigned.push_back(path);
     assign(assigned.back(), entry.second, source, options);
   }
   return assigned;

@@ -35,7 +35,6 @@ void set_network(const Options::Network& from, SlamParameters& to) {
   to.segment.device = from.device;
   to.segment.threads = from.threads;
   to.segment.confidence = static_cast<float>(from.confidence);
-  to.segment.iou = static_cast<float>(from.nms_iou);
   to.schedule.segment_every = from.every;
   to.schedule.mask_delay = from.mask_delay;
   to.schedule.max_mask_age = from.max_mask_age;
@@ -86,6 +85,7 @@ void set_dense(const Options::Dense& from, DenseOptions& to) {
   to.evidence.remove_ghosts = from.method == "votes";
   to.registration = from.method == "registered";
   if (from.method != "votes") to.back_projection.max_jump = kAnyJump;
+  to.memory.limit = static_cast<std::uint64_t>(from.memory) * 1000000;
   to.outliers.deviations = from.outlier_deviations;
   if (from.outlier_deviations == 0) to.outliers.neighbors = 0;
   to.movers = from.excluded_classes;

@@ -46,7 +46,7 @@ TEST(SlamParameters, OfTheDefaultOptionsAreTheAlgorithmsDefaults) {
   EXPECT_EQ(made.segment.backend, defaults.segment.backend);
   EXPECT_EQ(made.segment.threads, defaults.segment.threads);
   EXPECT_EQ(made.segment.confidence, defaults.segment.confidence);
-  EXPECT_EQ(made.segment.iou, defaults.segment.iou);
+  EXPECT_EQ(made.dense.memory.limit, defaults.dense.memory.limit);
   EXPECT_EQ(made.schedule.max_mask_age, defaults.schedule.max_mask_age);
   EXPECT_EQ(made.motion.cues, defaults.motion.cues);
   EXPECT_EQ(made.motion.semantic.classes.dynamic, defaults.motion.semantic.classes.dynamic);
