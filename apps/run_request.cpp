@@ -10,6 +10,7 @@
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/segment/make_detector.hpp"
 #include "stillmap/sensor/make_source.hpp"
+#include "stillmap/view/view_messages.hpp"
 
 #include <algorithm>
 #include <memory>
@@ -17,6 +18,7 @@
 #include "interrupt.hpp"
 #include "output_file.hpp"
 #include "truth.hpp"
+#include "view_options.hpp"
 #include "warning_options.hpp"
 #include <fmt/format.h>
 
@@ -205,7 +207,6 @@ Session session_of(const RunRequest& request, const Options& options) {
   if (request.force) session.foreign = ResultFolder::Foreign::kOverwrite;
   session.rules = rules_of(request, options);
   session.event_lines = request.event_lines;
-  session.view = view_address_of(request.view);
   session.journal = !request.quiet;  // the runs of an experiment are simply repeated
   session.quiet = request.quiet;
   session.progress = request.progress;
@@ -219,6 +220,11 @@ Session session_of(const RunRequest& request, const Options& options) {
     check_rule_classes(*session.rules, classes_of(session.detector), request.zones);
   check_classes(options, session.detector.get());
   require_free_outputs(session);
+  session.view = opened_view(view_address_of(request.view));
+  if (session.view) {
+    session.view->board().publish(run_message(session.sequence, source->camera(),
+                                              session.total_frames, Viewed::kRunInProgress));
+  }
   session.parameters.tracker.shutter =
       shutter_of(request, range, session.parameters, source->camera());
   session.source = std::move(source);

@@ -18,9 +18,12 @@
 #include "stillmap/sensor/frame_check.hpp"
 #include "stillmap/view/live_view.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
 #include "interrupt.hpp"
 #include "progress.hpp"
-#include "view_options.hpp"
 #include "warning_recorder.hpp"
 #include <fmt/format.h>
 
@@ -137,22 +140,13 @@ void map_or_tell(Session& session, ViewServer* server, Recorders& recorders, Res
   try {
     map_sequence(session, server, recorders, folder, record);
   } catch (...) {
+    if (recorders.warnings) recorders.warnings->finish();
     if (session.journal && record.frames > 0) {
       print_error("stillmap: the run ends early; `stillmap recover {}` writes its results so far\n",
                   folder.path().string());
     }
     throw;
   }
-}
-
-/// Returns the server of the page that shows the run, after printing its address; null if none is
-/// wanted.
-std::unique_ptr<ViewServer> open_view(const Session& session) {
-  if (!session.view) return nullptr;
-  auto server = std::make_unique<ViewServer>(*session.view);
-  print_out("{}", addresses_text(*server));
-  output_is_complete();  // shows the address now
-  return server;
 }
 
 /// Returns the recorder of the warnings; null without rules.
@@ -170,6 +164,23 @@ std::unique_ptr<WarningRecorder> warning_recorder(const Session& session, ViewSe
       WarningOutputs{.show = std::move(show), .lines = session.event_lines});
   recorder->send_events();
   return recorder;
+}
+
+/// Returns the problem that the zones stand tilted, since their upward direction was not given and
+/// the floor of the run shows another one; none if there is none.
+std::optional<std::string> tilted_zones(const WarningRules& rules, const RunRecord& record) {
+  constexpr double kTolerated = 10;  // [degrees]
+  if (rules.up_is_given) return std::nullopt;
+  const Ground ground = displayed_ground(record.result.trajectory, record.result.dense.cloud);
+  const double angle =
+      std::acos(std::clamp(rules.up.dot(ground.up), -1.0, 1.0)) * 180 / std::numbers::pi;
+  if (ground.source != UpSource::kFloor || angle < kTolerated) return std::nullopt;
+  return fmt::format(
+      "the rules have no upward direction, so the camera was taken to start level, but the floor "
+      "is "
+      "tilted by {:.0f} degrees: add the line 'up: [{:.3f}, {:.3f}, {:.3f}]' to the file of "
+      "--zones",
+      angle, ground.up.x(), ground.up.y(), ground.up.z());
 }
 
 /// Returns the events of a run and the computing times of its stages.
@@ -221,7 +232,7 @@ RunRecord run_session(Session session) {
     record.detector_gives_boxes_only = !session.detector->gives_masks();
   }
   // Pages stay connected until the files are written.
-  const std::unique_ptr<ViewServer> server = open_view(session);
+  const std::unique_ptr<ViewServer> server = std::move(session.view);
   Recorders recorders{
       LiveTrajectory(folder),
       LabelRecorder(session.outputs.labels, folder),
@@ -235,6 +246,10 @@ RunRecord run_session(Session session) {
     print_out("interrupted after {} frames; the results so far are saved\n", record.frames);
 
   evaluate_run(record);
+  if (session.rules) {
+    if (auto problem = tilted_zones(*session.rules, record))
+      record.frame_problems.push_back(std::move(*problem));
+  }
   if (!session.quiet) print_out("{}", run_summary_text(record));
   if (session.verbose) print_out("{}", details_text(record));
   traced("files", [&] { write_run_files(record, session.outputs, folder); });

@@ -2,7 +2,7 @@
 #pragma once
 #include "stillmap/report/run_folder.hpp"
 #include "stillmap/sensor/frame_source.hpp"
-#include "stillmap/view/access_rules.hpp"
+#include "stillmap/view/view_server.hpp"
 #include "stillmap/warn/rules.hpp"
 
 #include <cstdio>
@@ -33,7 +33,7 @@ struct Session {
   std::vector<std::string> unused_settings;  ///< See RunRecord::unused_settings.
   std::optional<WarningRules> rules;         ///< What to warn of; none: nothing.
   std::FILE* event_lines = nullptr;  ///< Gets the events as lines of JSON; null: nothing does.
-  std::optional<ViewAddress> view;  ///< Where the page that shows the run is served; none: nowhere.
+  std::unique_ptr<ViewServer> view;  ///< Serves the page that shows the run; null: nothing does.
   bool journal = true;   ///< Whether a journal is kept, so that a killed run can be recovered.
   bool quiet = false;    ///< Whether summary and names of files are not printed.
   bool progress = true;  ///< Whether the progress is printed.

@@ -2,6 +2,7 @@
 #include "view_options.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/print.hpp"
 
 #include <fmt/format.h>
 
@@ -55,6 +56,14 @@ std::string addresses_text(const ViewServer& server) {
   std::string text;
   for (const std::string& url : server.urls()) text += "view: " + url + "\n";
   return text;
+}
+
+std::unique_ptr<ViewServer> opened_view(const std::optional<ViewAddress>& address) {
+  if (!address) return nullptr;
+  auto server = std::make_unique<ViewServer>(*address);
+  print_out("{}", addresses_text(*server));
+  output_is_complete();  // shows the address now
+  return server;
 }
 
 }  // namespace stillmap

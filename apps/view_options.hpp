@@ -2,6 +2,7 @@
 #pragma once
 #include "stillmap/view/view_server.hpp"
 
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -27,5 +28,8 @@ std::optional<ViewAddress> view_address_of(const ViewOptions& options);
 
 /// Returns the addresses of the page for users, one per line.
 std::string addresses_text(const ViewServer& server);
+
+/// Returns the server of a page, after printing its addresses; null without an address.
+std::unique_ptr<ViewServer> opened_view(const std::optional<ViewAddress>& address);
 
 }  // namespace stillmap

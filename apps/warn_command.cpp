@@ -49,6 +49,8 @@ int warn(const WarnArguments& arguments) {
   folder.require_all();
   print_out("{} warnings in {} frames: {}\n", recorder.warnings(), frames.size(),
             (folder.path() / kRunWarnings).string());
+  print_out(
+      "what was not known (no depth, old masks, zones out of view) is only told during a run\n");
   return kSuccess;
 }
 

@@ -109,6 +109,7 @@ void WarningRecorder::add(const WatchedFrame& frame) {
 void WarningRecorder::finish() {
   watch_ = {};
   const std::unique_lock lock(mutex_);
+  if (std::exchange(finished_, true)) return;
   if (first_) record(monitor_.announce("the run has ended"));
   if (outputs_.show) outputs_.show(events_message(events_));
   for (const Receiver& receiver : receivers_) receiver.sender->begin_finish();
@@ -124,6 +125,15 @@ void WarningRecorder::finish() {
   }
 }
 
+namespace {
+
+/// Returns the time of day [s since 1970, UTC].
+double seconds_since_epoch() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+}  // namespace
+
 /// Called with the mutex held.
 void WarningRecorder::record(const std::vector<WarningEvent>& events) {
   for (const WarningEvent& event : events) {
@@ -133,6 +143,7 @@ void WarningRecorder::record(const std::vector<WarningEvent>& events) {
     if (file_.is_open()) file_ << line << '\n' << std::flush;
     events_.push_back(json);
     json["run"] = run_;
+    json["sent"] = seconds_since_epoch();
     for (const Receiver& receiver : receivers_) receiver.sender->send(json_text(json));
     if (outputs_.lines != nullptr) {
       print_to(outputs_.lines, "{}\n", line);

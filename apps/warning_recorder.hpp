@@ -55,6 +55,7 @@ class WarningRecorder {
   /// Evaluates a frame.
   void add(const WatchedFrame& frame);
   /// Announces that nothing is known from now on, and prints what was sent to the receivers.
+  /// Further calls have no effect.
   void finish();
 
   std::size_t warnings() const { return warnings_; }  ///< Number of warnings that have begun.
@@ -78,6 +79,7 @@ class WarningRecorder {
   std::vector<nlohmann::json> events_;
   std::vector<Receiver> receivers_;
   std::size_t warnings_ = 0;
+  bool finished_ = false;
   std::optional<double> first_;                   // time of the first frame [s]
   double previous_ = 0;                           // time of the previous frame [s]
   double frame_time_ = 0;                         // time between the last two frames [s]

@@ -95,6 +95,9 @@ std::vector<WatchedFrame> watched_frames(const fs::path& run) {
 
 WarningRules rules_for(const fs::path& run, const std::string& zones,
                        const std::vector<double>& hook_offset) {
+  if (!fs::exists(run / "trajectory.txt"))
+    throw Error("is no folder of results: it has no trajectory.txt", run.string(),
+                "name the folder that `stillmap run --out` wrote");
   const fs::path kept = run / kRunRules;
   if (zones.empty() && !fs::exists(kept))
     throw Error("has no rules: it was made without --zones", run.string(),

@@ -123,10 +123,9 @@ void LiveMap::place_some() {
 
 std::uint16_t LiveMap::number_of(const std::string& class_name) {
   const auto found = std::find(classes_.begin(), classes_.end(), class_name);
+  const auto number = static_cast<std::uint16_t>(1 + (found - classes_.begin()));
   if (found == classes_.end()) classes_.push_back(class_name);
-  return static_cast<std::uint16_t>(1 + (found == classes_.end()
-                                             ? classes_.size() - 1
-                                             : static_cast<std::size_t>(found - classes_.begin())));
+  return number;
 }
 
 /// Each view has one vote on each voxel that it sees in an instance.

@@ -187,6 +187,20 @@ std::map<std::string, std::vector<Eigen::Vector3f>> points_by_class(const LiveMa
   return points;
 }
 
+TEST(LiveMap, EachClassKeepsItsNumberAsMoreAreDetected) {
+  const std::vector<std::string> names{"tv",   "chair", "cup",  "book",  "bottle",
+                                       "vase", "sink",  "oven", "table", "couch"};
+  LiveMap live(0.01, {}, 1000000);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    World world;  // each class is detected once, in a place of its own
+    world.add(0, {instance_of(kLeft, {0, 0, 0}, names[i], 0.8F)});
+    live.add(i, std::make_shared<DenseView>(world.views[0]),
+             Pose(world.poses[0].quaternion(), {10.0 * static_cast<double>(i), 0, 0}));
+    auto points = points_by_class(live);
+    for (std::size_t k = 0; k <= i; ++k) EXPECT_GT(points[names[k]].size(), 100U) << names[k];
+  }
+}
+
 TEST(LiveMap, HasTheClassesOfMostVotesAndMovesThemWithThePoses) {
   World world;
   for (int i = 0; i < 4; ++i) {

@@ -48,7 +48,7 @@ struct RunRecord {
   double mapping_memory_mib = 0;             ///< Peak memory before files are written [MiB].
   /// Settings of the user that have no effect, with the reasons.
   std::vector<std::string> unused_settings;
-  std::vector<std::string> frame_problems;  ///< Of FrameCheck.
+  std::vector<std::string> frame_problems;  ///< Of FrameCheck and of the rules of --zones.
   std::vector<std::string> doubts;          ///< Reasons not to trust the results.
   bool interrupted = false;                 ///< Whether the user stopped the run early.
 

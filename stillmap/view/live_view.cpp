@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/view/live_view.hpp"
 
+#include "stillmap/base/warning.hpp"
+
 #include <algorithm>
+#include <exception>
 #include <utility>
 
 namespace stillmap {
@@ -26,7 +29,8 @@ LiveView::LiveView(SlamSystem& slam, ViewServer& server, const std::string& name
       board_(server.board()),
       hints_(std::move(hints)),
       stage_(
-          kQueue, WhenFull::kDrop, [this](const Task& task, const auto&) { work(task); }, "view",
+          kQueue, WhenFull::kDrop,
+          [this](const Task& task, const auto&) { guarded([&] { work(task); }); }, "view",
           ThreadPriority::kBackground) {
   board_.publish(run_message(name, camera, frames, Viewed::kRunInProgress));
 }
@@ -36,6 +40,17 @@ void LiveView::add_newest() {
   const bool idle = stage_.waiting() == 0;
   stage_.push({slam_.newest_record(), newest->T_world_filtered(), slam_.load_shedding(),
                idle ? newest : nullptr});
+}
+
+void LiveView::guarded(const std::function<void()>& show) {
+  if (failed_) return;
+  try {
+    show();
+  } catch (const std::exception& e) {
+    failed_ = true;
+    warn(std::string("the view ends here: ") + e.what(),
+         "the run goes on, and `stillmap view` shows its results; please report this");
+  }
 }
 
 void LiveView::work(const Task& task) {
@@ -97,6 +112,10 @@ const Ground& LiveView::ground_of(const Trajectory& trajectory, const Cloud& clo
 
 void LiveView::show_results(const SlamResult& result) {
   stage_.drain();
+  guarded([&] { publish_results(result); });
+}
+
+void LiveView::publish_results(const SlamResult& result) {
   board_.publish(tracks_message(result.movers));
   board_.publish("path", path_message(camera_path(states_, result.trajectory)), true);
   const SemanticMap& semantics = result.dense.semantics;

@@ -44,10 +44,13 @@ class LiveView {
   };
   struct Nothing {};
 
+  /// Calls a function that shows something. If it throws, the view ends, and the run goes on.
+  void guarded(const std::function<void()>& show);
   void work(const Task& task);
   void show_frame(const Task& task);
   void show_image(const TrackedFrame& tracked);
   void show_map();
+  void publish_results(const SlamResult& result);
   const Ground& ground_of(const Trajectory& trajectory, const Cloud& cloud);
 
   SlamSystem& slam_;
@@ -61,6 +64,7 @@ class LiveView {
   CloudChunks chunks_;
   std::optional<Ground> ground_;   // none before the first state of the map
   std::size_t ground_points_ = 0;  // number of points of the cloud that it was searched in
+  bool failed_ = false;            // whether the view has ended
   std::size_t connected_ = 0;      // number of pages that had connected at the last frame
   Clock::time_point next_image_, next_map_;
   Stage<Task, Nothing> stage_;  // last: its thread uses the above

@@ -53,6 +53,9 @@ class Section {
   Section(const YAML::Node& node, const std::string& file, std::string title,
           const std::vector<std::string>& keys)
       : node_(node), file_(file), title_(std::move(title)) {
+    if (!node.IsDefined() || node.IsNull())
+      throw Error("is empty", title_.empty() ? file_ : place(node),
+                  "write zones or distances (docs/view.md)");
     if (!node.IsMap())
       throw Error("is no map of keys and values: " + shown(node), place(node), kCorrect);
     std::set<std::string> used;
