@@ -115,8 +115,10 @@ class WarnTest(unittest.TestCase):
         return (self.folder / name / "events.jsonl").read_text().splitlines()
 
     def without_run(self, texts):
-        """Events that a receiver got, without the name of the run, which they share."""
+        """Events that a receiver got, without the name of the run, which they share, and the time of day."""
         events = [json.loads(text) for text in texts]
+        for event in events:
+            self.assertLess(abs(event.pop("sent") - time.time()), 3600)
         self.assertEqual(len({event.pop("run") for event in events}), 1)
         return events
 
@@ -230,6 +232,10 @@ class WarnTest(unittest.TestCase):
                 page.close()
             finally:
                 viewed.terminate()
+        return messages
+
+    def zones_and_events(self, *arguments):
+        messages = self.shown(*arguments)
         return [zone["name"] for zone in messages["zones"]["zones"]], messages["events"]["events"]
 
     def test_the_page_of_a_run_shows_its_rules_or_the_events_of_others(self):
@@ -272,6 +278,18 @@ class WarnTest(unittest.TestCase):
         self.assertIn("refused.yaml", result.stderr)
         return result
 
+    def test_zones_without_up_below_a_camera_that_looks_down_are_doubtful(self):
+        yard = self.folder / "yard"
+        scene = ["--scene", "yard", "--camera", "trolley", "--people", "1", "--width", "320", "--height", "240", "--frames", "60"]
+        subprocess.run([PROGRAM, "simulate", *scene, "--out", yard], check=True, capture_output=True)
+        rules = self.folder / "level.yaml"
+        for up, code in (("", 3), ("up: [0, -0.743, -0.669]\n", 0)):
+            rules.write_text(up + "distances: [{to: camera, nearer: 1}]\n")
+            result = subprocess.run([PROGRAM, "run", yard, "--masks", yard / "mask", "--zones", rules, "--force", "--out",
+                                     self.folder / "tilted"], capture_output=True, text=True, check=False)
+            self.assertEqual(result.returncode, code, result.stderr)
+            self.assertEqual("the floor is tilted by 42 degrees: add the line 'up:" in result.stderr + result.stdout, code == 3)
+
     def test_mistakes_have_a_fix(self):
         for name, rules, more, message in (
                 ("hook", NEAR, ["--hook-offset", "0,nan,6"], "give RIGHT,DOWN,AHEAD"),
@@ -282,14 +300,6 @@ class WarnTest(unittest.TestCase):
             self.assertEqual(result.returncode, 1, name)
             self.assertIn(message, result.stderr)
 
-
-        return messages
-
-    def zones_and_events(self, *arguments):
-        messages = self.shown(*arguments)
-if __name__ == "__main__":
-    PROGRAM = str(Path(sys.argv[1]).resolve())
-    unittest.main(argv=[sys.argv[0], *sys.argv[2:]])
     def test_the_hook_of_the_page_may_be_elsewhere_or_have_no_rule(self):
         run = self.folder / "moved"
         self.assert_ran(self.run_with("moved", ZONE + NEAR, "--hook-offset", "0,4,6"))
@@ -306,3 +316,7 @@ if __name__ == "__main__":
                          [("hook", [0, 4, 6], 0)])
         self.assertEqual(messages["zones"]["zones"], [])
 
+
+if __name__ == "__main__":
+    PROGRAM = str(Path(sys.argv[1]).resolve())
+    unittest.main(argv=[sys.argv[0], *sys.argv[2:]])
