@@ -97,7 +97,7 @@ class SavedMaps(unittest.TestCase):
         refused = stillmap("dense", run, "--set", "dense.stride=4", "--out", self.folder / "refused")
         self.refused(refused, 1, "--set dense.stride=4", "has no effect", "fix:")
         self.assertFalse((self.folder / "refused").exists())
-        for setting in ("dense.voxel=0.05", "outputs.mesh_voxel=0.1",
+        for setting in ("dense.voxel=0.05", "dense.memory=0", "outputs.mesh_voxel=0.1",
                         "outputs.planner_cell=0.2", "outputs.planner_lowest=1.5", "outputs.planner_highest=0.3"):
             in_use[setting.split("=")[0]] = setting
         self.assertEqual(set(re.findall(r"(?:dense|outputs)\.\w+", refused.stderr.split("fix:")[1])), set(in_use))
@@ -110,8 +110,26 @@ class SavedMaps(unittest.TestCase):
                 self.refused(stillmap("dense", run, "--set", f"{group}.{name[1]}={value}"), 1, "has no effect")
         plain = self.dense_files("plain")
         for name, setting in in_use.items():
-            self.assertNotEqual(self.dense_files(name, "--set", setting), plain, setting)
+            same = self.dense_files(name, "--set", setting) == plain
+            self.assertEqual(same, name == "dense.memory", setting)
         self.refused(stillmap("dense", run, "--voxel", -1), 1, "dense.voxel", "0.001 to 1")
+
+    def test_with_little_memory_all_files_of_a_run_are_the_same(self):
+        little = self.folder / "maps" / "little.map"
+        result = self.run_sequence("little", "--memory", 0, "--save-map", little)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        run, first = self.folder / "little", self.folder / "first"
+        for name in ("trajectory.txt", "cloud.ply", "run.map"):
+            self.assertEqual((run / name).read_bytes(), (first / name).read_bytes(), name)
+        self.assertEqual(little.read_bytes(), self.map.read_bytes())
+        summary = json.loads((run / "summary.json").read_text())
+        self.assertEqual(summary["cloud_views_on_disk"], summary["cloud_views"])
+        extended = [self.run_sequence(f"extended_{memory}", "--memory", memory, "--load-map", little).returncode
+                    for memory in (0, 1000)]
+        self.assertEqual(extended, [0, 0])
+        self.assertEqual((self.folder / "extended_0" / "cloud.ply").read_bytes(),
+                         (self.folder / "extended_1000" / "cloud.ply").read_bytes())
+        self.refused(self.run_sequence("less", "--memory", -1), 1, "dense.memory", "0 to 1000000")
 
     def dense_files(self, out, *more):
         """Hashes of the files that `stillmap dense` makes of the map with these arguments."""

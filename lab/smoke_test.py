@@ -68,6 +68,12 @@ class Smoke(unittest.TestCase):
         self.assertRegex(printed, r"with a pose: 1[45]\d of 150; dropped: 0")
         self.assertRegex(printed, r"ATE RMSE 0\.0\d+ m")
 
+    def test_large_map(self):
+        printed = self.program("large-map", "--out", self.folder / "large", "--views", "12", "--memory", "2")
+        self.assertRegex(printed, r"(?m)^\| add 12 views of 0\.46 MB \|.*\| 1\.8 \| 8 \|$")
+        self.assertRegex(printed, r"(?m)^\| load \|.*\| 1\.8 \| 8 \|$")
+        self.assertIn("fuse again: the same cloud", printed)
+
     def test_loop_precision(self):
         self.assertRegex(self.program("loop-precision", self.sequence), r"all: \d+ candidates")
 

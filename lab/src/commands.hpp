@@ -9,6 +9,7 @@ namespace stillmap::lab {
 void add_brief_pattern_command(CLI::App& app);
 void add_detect_command(CLI::App& app);
 void add_kidnap_command(CLI::App& app);
+void add_large_map_command(CLI::App& app);
 void add_loop_cost_command(CLI::App& app);
 void add_loop_precision_command(CLI::App& app);
 void add_long_run_command(CLI::App& app);

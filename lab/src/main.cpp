@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
   add_occlusion_command(app);
   add_loop_cost_command(app);
   add_loop_precision_command(app);
+  add_large_map_command(app);
   add_long_run_command(app);
   add_place_recall_command(app);
   add_read_command(app);
