@@ -47,6 +47,10 @@ std::vector<std::string> seeds() {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto file =
       fuzz::file_with(with_checksums(std::string(fuzz::text_of(data, size))), "input.journal");
-  fuzz::parse([&] { read_journal(file); });
+  fuzz::parse([&] {
+    JournalReader reader(file);
+    while (reader.next()) {
+    }
+  });
   return 0;
 }

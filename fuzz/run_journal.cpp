@@ -25,12 +25,12 @@ class Record {
   void add(JournalKind kind, std::uint64_t id, Put&& put) {
     ByteWriter out;
     put(out);
-    entries_[{kind, id}] = out.bytes();
+    part_.put({kind, id}, out.bytes());
   }
-  std::string bytes() const { return record_of(entries_); }
+  std::string bytes() { return part_.take(); }
 
  private:
-  JournalEntries entries_;
+  JournalPart part_;
 };
 
 std::uint64_t number_of(auto id) { return std::uint64_t{id.slot} << 32 | id.generation; }
@@ -72,8 +72,7 @@ std::vector<std::string> seeds() {
   frame.reference = first;
   record.add(JournalKind::kFrame, 0, [&](ByteWriter& out) { put_frame(out, frame); });
   record.add(JournalKind::kEvent, 0, [](ByteWriter& out) { put_event(out, {}); });
-  record.add(JournalKind::kView, 7 << 8 | 1,
-             [](ByteWriter& out) { put_view(out, small_view().view); });
+  record.add(JournalKind::kView, 7, [](ByteWriter& out) { put_view(out, small_view().view); });
   record.add(JournalKind::kViewPlace, 7, [&](ByteWriter& out) { put_place(out, {first, {}}); });
   record.add(JournalKind::kReplacement, 99, [&](ByteWriter& out) { put_place(out, {first, {}}); });
   record.add(JournalKind::kMover, 1, [](ByteWriter& out) { put_identity(out, MoverTrack()); });
