@@ -309,7 +309,8 @@ Error no_image(const fs::path& folder, const std::vector<SkippedFrame>& skipped)
   if (most == count.end()) return Error("contains no image", folder.string(), kLayout);
   return Error(fmt::format("contains no image that can be read: most of its files are '{}'",
                            printable(most->first)),
-               folder.string(), "convert color images to PNG or JPEG, and depth images to PNG or TIFF");
+               folder.string(),
+               "convert color images to PNG or JPEG, and depth images to PNG or TIFF");
 }
 
 bool has_image_extension(const fs::path& file) {

@@ -36,7 +36,7 @@ class EventSender {
  public:
   static constexpr std::size_t kQueue = 256;
   static constexpr std::chrono::milliseconds kRetry{1000};
-  std::string reason;       ///< Why the receiver could not be reached the last time.
+  std::string reason;  ///< Why the receiver could not be reached the last time.
   static constexpr std::chrono::milliseconds kFarewell{
       3000};  ///< Longest time after begin_finish().
 
