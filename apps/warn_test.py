@@ -6,7 +6,10 @@
 """
 import http.server
 import json
+import os
+import shutil
 import socket
+import ssl
 import subprocess
 import sys
 import tempfile
@@ -26,13 +29,15 @@ NEAR = "distances: [{to: camera, nearer: 30}, {to: hook, nearer: 30, level: true
 class Receiver(http.server.ThreadingHTTPServer):
     """An HTTP server that keeps the bodies of the requests, and refuses the first ones, or answers late [s]."""
 
-    def __init__(self, statuses=(), late=0):
+    def __init__(self, statuses=(), late=0, tls=None):
         super().__init__(("127.0.0.1", 0), Handler)
-        self.bodies, self.statuses, self.late = [], list(statuses), late
+        self.bodies, self.statuses, self.late, self.tls = [], list(statuses), late, tls
+        if tls:
+            self.socket = tls.wrap_socket(self.socket, server_side=True)
         threading.Thread(target=self.serve_forever, daemon=True).start()
 
     def address(self):
-        return f"http://127.0.0.1:{self.server_address[1]}/warnings"
+        return f"{'https' if self.tls else 'http'}://127.0.0.1:{self.server_address[1]}/warnings"
 
 
 class Handler(http.server.BaseHTTPRequestHandler):
@@ -54,15 +59,28 @@ class Broker(threading.Thread):
 
     CONNECT, PUBLISH, PINGREQ, DISCONNECT = 1, 3, 12, 14
 
-    def __init__(self):
+    def __init__(self, tls=None, ends=0):
+        """`ends` is the number of connections that it ends at once."""
         super().__init__(daemon=True)
+        self.ends = ends
         self.listener = socket.create_server(("127.0.0.1", 0))
         self.port = self.listener.getsockname()[1]
+        if tls:
+            self.listener = tls.wrap_socket(self.listener, server_side=True)
         self.connect, self.messages, self.ended = b"", [], False
         self.start()
 
     def run(self):
-        client = self.listener.accept()[0]
+        client = None
+        while client is None:
+            try:
+                client = self.listener.accept()[0]
+            except ssl.SSLError:  # a client that does not trust the certificate
+                continue
+            if self.ends > 0:
+                self.ends -= 1
+                client.close()
+                client = None
         with client, client.makefile("rb") as stream:
             while head := stream.read(1):
                 kind, size, shift = head[0] >> 4, 0, 0
@@ -104,12 +122,13 @@ class WarnTest(unittest.TestCase):
     def tearDownClass(cls):
         cls.temporary.cleanup()
 
-    def run_with(self, name, rules, *more):
-        """Result of a run with rules."""
+    def run_with(self, name, rules, *more, trusted=None):
+        """Result of a run with rules; `trusted` is a file of certificates in place of those of the system."""
         file = self.folder / (name + ".yaml")
         file.write_text(rules)
         return subprocess.run([PROGRAM, "run", self.sequence, "--masks", self.sequence / "mask", "--zones", file, "--out",
-                               self.folder / name, *more], capture_output=True, text=True, check=False)
+                               self.folder / name, *more], capture_output=True, text=True, check=False,
+                              env={**os.environ, **({"SSL_CERT_FILE": str(trusted)} if trusted else {})})
 
     def events(self, name):
         return (self.folder / name / "events.jsonl").read_text().splitlines()
@@ -181,6 +200,40 @@ class WarnTest(unittest.TestCase):
         self.assertTrue(broker.ended)
         self.assertNotIn("secret", result.stdout)
 
+    def certificate(self, name):
+        """A file with a certificate for a host and its key, and the settings of a server that has them."""
+        file = self.folder / "certificate.pem"
+        subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=test",
+                        "-addext", f"subjectAltName={name}", "-keyout", file, "-out", self.folder / "public.pem"],
+                       check=True, capture_output=True)
+        file.write_text(file.read_text() + (self.folder / "public.pem").read_text())
+        tls = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+        tls.load_cert_chain(file)
+        return file, tls
+
+    @unittest.skipUnless(shutil.which("openssl"), "skipped: there is no openssl")
+    def test_encrypted_receivers_get_every_event_if_their_certificate_is_trusted(self):
+        for name, trusts, reaches in (("IP:127.0.0.1", True, True), ("IP:127.0.0.1", False, False), ("DNS:elsewhere", True, False)):
+            with self.subTest(name=name, trusts=trusts):
+                file, tls = self.certificate(name)
+                broker = Broker(tls, ends=1)
+                topic = f"mqtts://127.0.0.1:{broker.port}/site"
+                with Receiver(tls=tls) as receiver:
+                    result = self.run_with("tls", f"{ZONE}send: [{receiver.address()}, '{topic}']\n", trusted=file if trusts else None)
+                    receiver.shutdown()
+                if "built without MQTT" in result.stderr:
+                    self.skipTest("skipped: the program was built without libmosquitto")
+                self.assert_ran(result)
+                lines = [json.loads(line) for line in self.events("tls")]
+                if reaches:
+                    broker.join(30)
+                    self.assertEqual(self.without_run([body for _, _, body in receiver.bodies]), lines)
+                    self.assertEqual(self.without_run([text for _, text in broker.messages]), lines)
+                    continue
+                self.assertEqual((receiver.bodies, broker.connect, broker.messages), ([], b"", []))
+                for address in (receiver.address(), topic):
+                    self.assertRegex(result.stdout, f"{address}: 0 events sent, {len(lines)} dropped: .*certificate")
+
     def test_silence_is_announced_at_the_end_and_while_no_image_comes(self):
         self.assert_ran(self.run_with("ended", ZONE))
         last = json.loads(self.events("ended")[-1])
@@ -251,6 +304,22 @@ class WarnTest(unittest.TestCase):
         self.assertEqual({event["rule"] for event in events} - {"door"}, {"camera"})
         self.assertEqual(self.events("viewed"), before)
 
+    def test_the_hook_of_the_page_may_be_elsewhere_or_have_no_rule(self):
+        run = self.folder / "moved"
+        self.assert_ran(self.run_with("moved", ZONE + NEAR, "--hook-offset", "0,4,6"))
+        near = {event["rule"] for event in map(json.loads, self.events("moved")) if event["kind"] == "near"}
+        self.assertEqual(near, {"camera", "hook"})
+        messages = self.shown(run, "--hook-offset", "500,0,0")
+        self.assertIn([500, 0, 0], [point["offset"] for point in messages["points"]["points"]])
+        self.assertEqual({event["rule"] for event in messages["events"]["events"] if event["kind"] == "near"}, {"camera"})
+
+        subprocess.run([PROGRAM, "run", self.sequence, "--count", "20", "--out", self.folder / "ruleless"], check=False,
+                       stdout=subprocess.DEVNULL)
+        messages = self.shown(self.folder / "ruleless", "--hook-offset", "0,4,6", kinds=["points", "zones", "summary"])
+        self.assertEqual([(point["name"], point["offset"], point["nearer"]) for point in messages["points"]["points"]],
+                         [("hook", [0, 4, 6], 0)])
+        self.assertEqual(messages["zones"]["zones"], [])
+
     def test_events_are_lines_of_json_on_standard_output(self):
         result = self.run_with("lines", ZONE + NEAR, "--hook-offset", "0,4,6", "--events", "-")
         self.assert_ran(result)
@@ -299,22 +368,6 @@ class WarnTest(unittest.TestCase):
             result = self.run_with(name, rules, *more)
             self.assertEqual(result.returncode, 1, name)
             self.assertIn(message, result.stderr)
-
-    def test_the_hook_of_the_page_may_be_elsewhere_or_have_no_rule(self):
-        run = self.folder / "moved"
-        self.assert_ran(self.run_with("moved", ZONE + NEAR, "--hook-offset", "0,4,6"))
-        near = {event["rule"] for event in map(json.loads, self.events("moved")) if event["kind"] == "near"}
-        self.assertEqual(near, {"camera", "hook"})
-        messages = self.shown(run, "--hook-offset", "500,0,0")
-        self.assertIn([500, 0, 0], [point["offset"] for point in messages["points"]["points"]])
-        self.assertEqual({event["rule"] for event in messages["events"]["events"] if event["kind"] == "near"}, {"camera"})
-
-        subprocess.run([PROGRAM, "run", self.sequence, "--count", "20", "--out", self.folder / "ruleless"], check=False,
-                       stdout=subprocess.DEVNULL)
-        messages = self.shown(self.folder / "ruleless", "--hook-offset", "0,4,6", kinds=["points", "zones", "summary"])
-        self.assertEqual([(point["name"], point["offset"], point["nearer"]) for point in messages["points"]["points"]],
-                         [("hook", [0, 4, 6], 0)])
-        self.assertEqual(messages["zones"]["zones"], [])
 
 
 if __name__ == "__main__":

@@ -117,7 +117,9 @@ void WarningRecorder::finish() {
     const SentEvents events = receiver.sender->finish();
     print_out("{}: {} events sent", receiver.address.text(), events.sent);
     if (events.refused > 0) print_out(", {} refused", events.refused);
-    if (events.dropped > 0) print_out(", {} dropped: it was away or too slow", events.dropped);
+    if (events.dropped > 0)
+      print_out(", {} dropped: {}", events.dropped,
+                events.reason.empty() ? "it was away or too slow" : events.reason);
     print_out("\n");
     if (events.sent == 0 && events.refused + events.dropped > 0)
       problems_.push_back(fmt::format("{} got none of the {} events", receiver.address.text(),

@@ -17,7 +17,7 @@ packages=(
   # libraries
   libopencv-dev libeigen3-dev libceres-dev libdeflate-dev libjpeg-dev libcli11-dev libfmt-dev
   libyaml-cpp-dev nlohmann-json3-dev liboctomap-dev libbz2-dev liblz4-dev libzstd-dev libsqlite3-dev
-  libcivetweb-dev libjs-three libmosquitto-dev
+  libcivetweb-dev libjs-three libcurl4-openssl-dev libmosquitto-dev
   # Python module
   python3-dev pybind11-dev
   # tests and benchmarks

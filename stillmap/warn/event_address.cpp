@@ -11,7 +11,8 @@
 namespace stillmap {
 namespace {
 
-constexpr int kHttpPort = 80, kMqttPort = 1883, kMaxPort = 65535;
+constexpr int kHttpPort = 80, kHttpsPort = 443, kMqttPort = 1883, kMqttsPort = 8883;
+constexpr int kMaxPort = 65535;
 
 /// Returns the text before the first `mark`, and removes both from `rest`; all of it without one.
 std::string_view take_until(std::string_view& rest, std::string_view mark) {
@@ -34,24 +35,25 @@ int port_of(std::string_view text) {
 std::string EventAddress::text() const {
   const bool http = protocol == Protocol::kHttp;
   const bool v6 = host.find(':') != std::string::npos;
-  return fmt::format("{}://{}:{}{}{}", http ? "http" : "mqtt", v6 ? "[" + host + "]" : host, port,
-                     http ? "" : "/", path);
+  return fmt::format("{}{}://{}:{}{}{}", http ? "http" : "mqtt", encrypted ? "s" : "",
+                     v6 ? "[" + host + "]" : host, port, http ? "" : "/", path);
 }
 
 EventAddress parse_event_address(const std::string& address, const std::string& where) {
   const auto fail = [&](const std::string& what) {
     throw Error(what + ": " + address, where,
-                "use http://HOST:PORT/PATH or mqtt://HOST:PORT/TOPIC");
+                "use http://HOST:PORT/PATH or mqtt://HOST:PORT/TOPIC, or https and mqtts");
   };
   EventAddress result;
   std::string_view rest = address;
-  const std::string_view protocol = take_until(rest, "://");
-  if (protocol != "http" && protocol != "mqtt")
-    fail(protocol == "https" || protocol == "mqtts" ? "encrypted addresses are not supported"
-                                                    : "is no address of a receiver of events");
+  std::string_view protocol = take_until(rest, "://");
+  result.encrypted = protocol == "https" || protocol == "mqtts";
+  if (result.encrypted) protocol.remove_suffix(1);
+  if (protocol != "http" && protocol != "mqtt") fail("is no address of a receiver of events");
   const bool mqtt = protocol == "mqtt";
   if (mqtt) result.protocol = EventAddress::Protocol::kMqtt;
-  result.port = mqtt ? kMqttPort : kHttpPort;
+  result.port =
+      result.encrypted ? (mqtt ? kMqttsPort : kHttpsPort) : (mqtt ? kMqttPort : kHttpPort);
   std::string_view authority = take_until(rest, "/");
   result.path = std::string(mqtt ? "" : "/").append(rest);
   if (const auto at = authority.rfind('@'); at != std::string_view::npos) {

@@ -1,52 +1,82 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/warn/event_delivery.hpp"
 
+#include "stillmap/base/error.hpp"
 #include "stillmap/base/json_text.hpp"
 
 #include <array>
-#include <civetweb.h>
+#include <cstdlib>
+#include <curl/curl.h>
 #include <memory>
 
-#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 namespace stillmap {
 namespace {
 
-// Longest time until the answer of an HTTP server [ms]: a server that begins with a cold start or
-// writes to a slow disk answers within it. To connect, CivetWeb takes 10 s at most as well.
-constexpr int kAnswerTimeout = 10000;
+// Longest times until an HTTP server accepts a connection and until its answer [ms]: one that
+// begins with a cold start or writes to a slow disk answers within it.
+constexpr long kConnectTimeout = 10000, kAnswerTimeout = 10000;
 
 /// What an HTTP server answers to an event.
-Delivered delivered_with(int status) {
-  constexpr int kTooManyRequests = 429;
+Delivered delivered_with(long status) {
+  constexpr long kTooManyRequests = 429;
   if (status >= 200 && status < 300) return Delivered::kYes;
   return status >= 500 || status == kTooManyRequests ? Delivered::kLater : Delivered::kNo;
 }
 
-Delivered post(const EventAddress& address, const std::string& event) {
-  std::array<char, 256> problem{};
-  mg_connection* connection =
-      mg_connect_client(address.host.c_str(), address.port, 0, problem.data(), problem.size());
-  if (connection == nullptr) return Delivered::kLater;
-  const std::string request = fmt::format(
-      "POST {} HTTP/1.1\r\nHost: {}:{}\r\nContent-Type: application/json\r\n"
-      "Content-Length: {}\r\nConnection: close\r\n\r\n{}",
-      address.path, address.host, address.port, event.size(), event);
-  auto delivered = Delivered::kLater;
-  if (mg_write(connection, request.data(), request.size()) == static_cast<int>(request.size()) &&
-      mg_get_response(connection, problem.data(), problem.size(), kAnswerTimeout) >= 0)
-    delivered = delivered_with(mg_get_response_info(connection)->status_code);
-  mg_close_connection(connection);
-  return delivered;
-}
+/// libcurl while somebody uses it.
+struct CurlLibrary {
+  CurlLibrary() { curl_global_init(CURL_GLOBAL_DEFAULT); }
+  ~CurlLibrary() { curl_global_cleanup(); }
+  CurlLibrary(const CurlLibrary&) = delete;
+  CurlLibrary& operator=(const CurlLibrary&) = delete;
+};
 
-/// CivetWeb while somebody uses it.
-struct WebLibrary {
-  WebLibrary() { mg_init_library(0); }
-  ~WebLibrary() { mg_exit_library(); }
-  WebLibrary(const WebLibrary&) = delete;
-  WebLibrary& operator=(const WebLibrary&) = delete;
+/// A connection to an HTTP server, which is kept as long as the server keeps it.
+class HttpConnection {
+ public:
+  explicit HttpConnection(const EventAddress& address) {
+    if (!handle_ || !headers_)
+      throw Error("out of memory", address.text(), "end other programs on this computer");
+    set(CURLOPT_URL, address.text().c_str());
+    set(CURLOPT_HTTPHEADER, headers_.get());
+    set(CURLOPT_PROXY, "");
+    set(CURLOPT_CONNECTTIMEOUT_MS, kConnectTimeout);
+    set(CURLOPT_TIMEOUT_MS, kConnectTimeout + kAnswerTimeout);
+    set(CURLOPT_NOSIGNAL, 1L);
+    set(CURLOPT_ERRORBUFFER, problem_.data());
+    set(CURLOPT_WRITEFUNCTION, ignore);
+    // OpenSSL's variable, which libcurl itself does not read.
+    if (const char* file = std::getenv("SSL_CERT_FILE")) set(CURLOPT_CAINFO, file);
+  }
+
+  Delivery post(const std::string& event) {
+    problem_[0] = '\0';
+    set(CURLOPT_POSTFIELDSIZE, static_cast<long>(event.size()));
+    set(CURLOPT_POSTFIELDS, event.data());
+    const CURLcode code = curl_easy_perform(handle_.get());
+    if (code != CURLE_OK)
+      return {Delivered::kLater, problem_[0] == '\0' ? curl_easy_strerror(code) : problem_.data()};
+    long status = 0;
+    curl_easy_getinfo(handle_.get(), CURLINFO_RESPONSE_CODE, &status);
+    return delivered_with(status);
+  }
+
+ private:
+  template <typename T>
+  void set(CURLoption option, T value) {
+    curl_easy_setopt(handle_.get(), option, value);
+  }
+  static std::size_t ignore(const char*, std::size_t size, std::size_t count, void*) {
+    return size * count;
+  }
+
+  CurlLibrary library_;
+  std::unique_ptr<CURL, decltype(&curl_easy_cleanup)> handle_{curl_easy_init(), curl_easy_cleanup};
+  std::unique_ptr<curl_slist, decltype(&curl_slist_free_all)> headers_{
+      curl_slist_append(nullptr, "Content-Type: application/json"), curl_slist_free_all};
+  std::array<char, CURL_ERROR_SIZE> problem_{};
 };
 
 }  // namespace
@@ -60,8 +90,8 @@ Deliver delivery_to(const EventAddress& address, const std::string& run) {
                                              {"rule", rule},
                                              {"text", "not known: " + rule}}));
   }
-  return [address, library = std::make_shared<WebLibrary>()](const std::string& event) {
-    return post(address, event);
+  return [connection = std::make_shared<HttpConnection>(address)](const std::string& event) {
+    return connection->post(event);
   };
 }
 

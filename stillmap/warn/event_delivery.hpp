@@ -5,9 +5,10 @@
 
 namespace stillmap {
 
-/// Returns the delivery of events to an address: by POST with the event as the body, each with a
-/// connection of its own, or by MQTT (quality of service 1) over a connection that is kept. Throws
-/// Error for MQTT if this program was built without it.
+/// Returns the delivery of events to an address: by POST with the event as the body, or by
+/// MQTT (quality of service 1); the connection is kept. Certificates of encrypted addresses are
+/// verified with those of the system, or of the file that the environment variable SSL_CERT_FILE
+/// names. Throws Error for MQTT if this program was built without it.
 /// @param run  identity of the run in the last words of MQTT, see mqtt_delivery()
 Deliver delivery_to(const EventAddress& address, const std::string& run);
 

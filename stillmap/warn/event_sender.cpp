@@ -47,12 +47,13 @@ void EventSender::run(const std::stop_token& stop) {
     std::string event = std::move(queue_.front());
     queue_.pop_front();
     lock.unlock();
-    const Delivered delivered = deliver_(event);
+    Delivery delivery = deliver_(event);
     lock.lock();
-    if (delivered != Delivered::kLater) {
-      ++(delivered == Delivered::kYes ? counts_.sent : counts_.refused);
+    if (delivery.result != Delivered::kLater) {
+      ++(delivery.result == Delivered::kYes ? counts_.sent : counts_.refused);
       continue;
     }
+    counts_.reason = std::move(delivery.reason);
     given_up = finishing;
     if (queue_.size() < kQueue) {
       queue_.push_front(std::move(event));

@@ -9,6 +9,7 @@
 #include <stop_token>
 #include <string>
 #include <thread>
+#include <utility>
 
 namespace stillmap {
 
@@ -19,14 +20,23 @@ enum class Delivered {
   kLater,  ///< The receiver cannot be reached now.
 };
 
+/// The result, and the reason if the receiver cannot be reached; empty if that is not known.
+struct Delivery {
+  Delivery(Delivered result_, std::string reason_ = "")
+      : result(result_), reason(std::move(reason_)) {}
+  Delivered result;
+  std::string reason;
+};
+
 /// Delivers an event to its receiver; takes at most 10 s to connect and 10 s until the answer.
-using Deliver = std::function<Delivered(const std::string& event)>;
+using Deliver = std::function<Delivery(const std::string& event)>;
 
 /// Numbers of events of a sender.
 struct SentEvents {
   std::size_t sent = 0;     ///< Delivered.
   std::size_t refused = 0;  ///< The receiver refused them.
   std::size_t dropped = 0;  ///< Never delivered: the receiver was away or too slow for too long.
+  std::string reason;       ///< Why the receiver could not be reached the last time.
 };
 
 /// Sends events from a thread of its own, in their order. While the receiver is away, up to kQueue
@@ -36,7 +46,6 @@ class EventSender {
  public:
   static constexpr std::size_t kQueue = 256;
   static constexpr std::chrono::milliseconds kRetry{1000};
-  std::string reason;  ///< Why the receiver could not be reached the last time.
   static constexpr std::chrono::milliseconds kFarewell{
       3000};  ///< Longest time after begin_finish().
 
@@ -65,7 +74,7 @@ class EventSender {
   std::condition_variable_any changed_;
   std::deque<std::string> queue_;                 // under the mutex
   SentEvents counts_;                             // under the mutex
-  std::chrono::steady_clock::time_point finish_;  // under the mutex; time of finish()
+  std::chrono::steady_clock::time_point finish_;  // under the mutex; time of begin_finish()
   std::jthread thread_;                           // last: it uses the above
 };
 

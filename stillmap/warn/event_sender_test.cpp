@@ -144,10 +144,23 @@ TEST(EventAddress, IsRead) {
   EXPECT_EQ(parse_event_address("mqtt://broker/site/crane 1", "").path, "site/crane 1");
 }
 
+TEST(EventAddress, MayBeEncrypted) {
+  const EventAddress https = parse_event_address("https://crane.local/warn", "");
+  EXPECT_TRUE(https.encrypted);
+  EXPECT_EQ(https.port, 443);
+  EXPECT_EQ(https.text(), "https://crane.local:443/warn");
+  const EventAddress mqtts = parse_event_address("mqtts://me:secret@broker/site", "");
+  EXPECT_EQ(mqtts.protocol, EventAddress::Protocol::kMqtt);
+  EXPECT_TRUE(mqtts.encrypted);
+  EXPECT_EQ(mqtts.port, 8883);
+  EXPECT_EQ(mqtts.text(), "mqtts://broker:8883/site");
+  EXPECT_FALSE(parse_event_address("http://a", "").encrypted);
+}
+
 TEST(EventAddress, MistakesAreNamed) {
   EXPECT_THAT(problem_of("ftp://a/b"), HasSubstr("no address of a receiver"));
   EXPECT_THAT(problem_of("localhost:80"), HasSubstr("no address of a receiver"));
-  EXPECT_THAT(problem_of("https://a/b"), HasSubstr("encrypted"));
+  EXPECT_THAT(problem_of("httpss://a/b"), HasSubstr("no address of a receiver"));
   EXPECT_THAT(problem_of("http://:80/"), HasSubstr("no host"));
   EXPECT_THAT(problem_of("http://a:0/"), HasSubstr("no valid port"));
   EXPECT_THAT(problem_of("http://a:99999/"), HasSubstr("no valid port"));

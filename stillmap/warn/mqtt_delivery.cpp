@@ -5,6 +5,7 @@
 #ifdef STILLMAP_HAS_MQTT
 #include <chrono>
 #include <condition_variable>
+#include <cstdlib>
 #include <memory>
 #include <mosquitto.h>
 #include <mutex>
@@ -31,12 +32,14 @@ class MqttConnection {
       throw Error("out of memory", address.text(), "end other programs on this computer");
     if (!address.user.empty())
       mosquitto_username_pw_set(client_, address.user.c_str(), address.password.c_str());
+    if (address.encrypted) verify_certificates();
     mosquitto_will_set(client_, address.path.c_str(), static_cast<int>(last_words.size()),
                        last_words.data(), kQuality, false);
     mosquitto_reconnect_delay_set(client_, kShortestPause, kLongestPause, false);
     mosquitto_connect_callback_set(client_, on_connect);
     mosquitto_disconnect_callback_set(client_, on_disconnect);
     mosquitto_publish_callback_set(client_, on_publish);
+    mosquitto_log_callback_set(client_, on_log);
     mosquitto_connect_async(client_, address.host.c_str(), address.port, kKeepAlive);
     mosquitto_loop_start(client_);
   }
@@ -54,11 +57,10 @@ class MqttConnection {
   MqttConnection(const MqttConnection&) = delete;
   MqttConnection& operator=(const MqttConnection&) = delete;
 
-  Delivered publish(const std::string& event) {
+  Delivery publish(const std::string& event) {
     std::unique_lock lock(mutex_);
-    if (!changed_.wait_for(lock, kTimeout, [&] { return connected_ || refused_; }))
-      return Delivered::kLater;
-    if (!connected_) return Delivered::kLater;
+    changed_.wait_for(lock, kTimeout, [&] { return connected_ || refused_; });
+    if (!connected_) return {Delivered::kLater, problem_};
     lock.unlock();  // the library calls back
     int message = 0;
     if (mosquitto_publish(client_, &message, address_.path.c_str(), static_cast<int>(event.size()),
@@ -71,12 +73,29 @@ class MqttConnection {
   }
 
  private:
+  /// Not by MOSQ_OPT_TLS_USE_OS_CERTS, with which libmosquitto 2.0.11 never connects again.
+  void verify_certificates() {
+    const char* own = std::getenv("SSL_CERT_FILE");
+    const std::string file = own != nullptr ? own : "/etc/ssl/certs/ca-certificates.crt";
+    if (mosquitto_tls_set(client_, file.c_str(), nullptr, nullptr, nullptr, nullptr) ==
+        MOSQ_ERR_SUCCESS)
+      return;
+    mosquitto_destroy(client_);
+    throw Error("has no certificates that can be read", file,
+                "install the package ca-certificates, or name a file by SSL_CERT_FILE");
+  }
   static MqttConnection& self(void* object) { return *static_cast<MqttConnection*>(object); }
   static void on_connect(mosquitto*, void* object, int code) {
     self(object).set_connected(code == 0, code != 0);
   }
   static void on_disconnect(mosquitto*, void* object, int) {
     self(object).set_connected(false, false);
+  }
+  /// Keeps what OpenSSL says, such as that the certificate is not valid.
+  static void on_log(mosquitto*, void* object, int level, const char* text) {
+    if (level != MOSQ_LOG_ERR) return;
+    const std::unique_lock lock(self(object).mutex_);
+    self(object).problem_ = text;
   }
   static void on_publish(mosquitto*, void* object, int message) {
     MqttConnection& connection = self(object);
@@ -96,6 +115,7 @@ class MqttConnection {
   std::mutex mutex_;
   std::condition_variable changed_;
   bool connected_ = false, refused_ = false;  // under the mutex
+  std::string problem_;                       // newest error of the library; under the mutex
   int acknowledged_ = 0;                      // newest message that the broker has; under the mutex
 };
 
