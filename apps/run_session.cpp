@@ -97,13 +97,15 @@ void map_sequence(Session& session, ViewServer* server, Recorders& recorders, Re
   const Camera camera = session.source->camera();
   const bool realtime = record.options.realtime();
   std::unique_ptr<FrameSource> source = std::move(session.source);
+  const bool paced_reading = realtime && !session.live;
+  if (paced_reading) source = std::make_unique<TimelySource>(std::move(source));
   if (!session.live_camera) {
     source =
         std::make_unique<Prefetch>(std::move(source), kReadAhead,
                                    realtime ? ThreadPriority::kNone : ThreadPriority::kBackground);
   }
   PacedSource* paced = nullptr;
-  if (realtime && !session.live) {
+  if (paced_reading) {
     auto wrapped = std::make_unique<PacedSource>(std::move(source));
     paced = wrapped.get();
     source = std::move(wrapped);

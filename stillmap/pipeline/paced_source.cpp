@@ -2,11 +2,37 @@
 #include "stillmap/pipeline/paced_source.hpp"
 
 #include <thread>
+#include <utility>
 
 namespace stillmap {
 
+TimelySource::TimelySource(std::unique_ptr<FrameSource> source, double slower, Seconds now)
+    : source_(std::move(source)), slower_(slower), now_(std::move(now)) {}
+
+double TimelySource::steady_seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+RgbdFramePtr TimelySource::next() {
+  const double began = now_();
+  if (start_) {
+    const double read = (began + reading_ - *start_) / slower_;  // since the first stamp
+    source_->skip_before(first_stamp_ + read - 1 / camera().fps);
+  }
+  RgbdFramePtr frame = source_->next();
+  const double ended = now_();
+  reading_ = ended - began;
+  if (frame && !start_) {
+    start_ = ended;
+    first_stamp_ = frame->timestamp;
+  }
+  return frame;
+}
+
 RgbdFramePtr PacedSource::next() {
   while (RgbdFramePtr frame = source_->next()) {
+    if (newest_ && frame->index > *newest_) dropped_ += frame->index - *newest_ - 1;
+    newest_ = frame->index;
     if (!start_) {
       start_ = Clock::now();
       first_stamp_ = frame->timestamp;

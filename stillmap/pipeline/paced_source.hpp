@@ -3,13 +3,42 @@
 #include "stillmap/sensor/frame_source.hpp"
 
 #include <chrono>
+#include <functional>
 #include <memory>
+#include <optional>
 
 namespace stillmap {
 
+/// Source that reads a recording for a PacedSource, on the reading thread. Frames that would be too
+/// late when they are read are left out before: if reading takes longer than the time between two
+/// frames, as stereo matching may, it would fall behind more and more, and every frame be late.
+class TimelySource final : public FrameSource {
+ public:
+  using Seconds = std::function<double()>;
+  /// @param slower  as of PacedSource
+  /// @param now     a clock [s]
+  explicit TimelySource(std::unique_ptr<FrameSource> source, double slower = 1,
+                        Seconds now = steady_seconds);
+
+  const Camera& camera() const override { return source_->camera(); }
+  RgbdFramePtr next() override;
+  std::optional<std::size_t> size() const override { return source_->size(); }
+  const std::vector<SkippedFrame>& skipped() const override { return source_->skipped(); }
+
+ private:
+  static double steady_seconds();
+
+  std::unique_ptr<FrameSource> source_;
+  const double slower_;
+  const Seconds now_;
+  std::optional<double> start_;  // when the first frame was read [s]
+  double first_stamp_ = 0;
+  double reading_ = 0;  // how long reading took the last time [s]
+};
+
 /// Source that replays a recording at its original rate. next() waits until the frame is due; a
 /// frame that is requested more than one frame interval late is dropped and counted, as a live
-/// camera would drop it.
+/// camera would drop it. Frames that a TimelySource left out are counted as well.
 class PacedSource final : public FrameSource {
  public:
   /// @param slower  factor on the time between frames, for programs slowed by a sanitizer
@@ -29,6 +58,7 @@ class PacedSource final : public FrameSource {
   std::optional<Clock::time_point> start_;
   double first_stamp_ = 0;
   std::size_t dropped_ = 0;
+  std::optional<std::size_t> newest_;  // index of the newest frame
 };
 
 }  // namespace stillmap

@@ -38,8 +38,9 @@ void add_coverage(const RunRecord& record, std::vector<std::string>& doubts) {
   if (2 * record.dropped > total - tracked) {
     const bool waits = record.options.network.mask_delay == 0;
     doubts.push_back(fmt::format(
-        "only {} of {} frames have a pose: {} were dropped, because tracking takes longer than the "
-        "time between two frames; use --schedule lockstep{}",
+        "only {} of {} frames have a pose: {} were dropped, because reading or tracking takes "
+        "longer "
+        "than the time between two frames; use --schedule lockstep{}",
         tracked, total, record.dropped,
         waits ? ", or do not let tracking wait for the network: --set network.mask_delay=-1" : ""));
     return;

@@ -55,4 +55,13 @@ void keep_range(const FrameRange& range, const std::string& where, std::vector<F
   });
 }
 
+/// Returns the number of frames from a position on that are before a time; the last frame is not
+/// one of them.
+template <typename Frame>
+std::size_t count_before(double timestamp, const std::vector<Frame>& frames, std::size_t position) {
+  std::size_t end = position;
+  while (end + 1 < frames.size() && frames[end].timestamp < timestamp) ++end;
+  return end - position;
+}
+
 }  // namespace stillmap

@@ -29,6 +29,9 @@ class FrameSource {
   /// without its depth image the frame has depth 0 everywhere. Timestamps of returned frames
   /// increase strictly.
   virtual RgbdFramePtr next() = 0;
+  /// Leaves out the frames before a time, except the last one, without reading their images; they
+  /// keep their indices. A source that reads no faster that way leaves out none.
+  virtual void skip_before(double /*timestamp*/) {}
   /// Returns the maximum number of remaining frames, if known, for progress output.
   virtual std::optional<std::size_t> size() const = 0;
   virtual const std::vector<SkippedFrame>& skipped() const = 0;

@@ -24,6 +24,7 @@ class HalvedSource : public FrameSource {
 
   const Camera& camera() const override { return camera_; }
   RgbdFramePtr next() override;
+  void skip_before(double timestamp) override { whole_->skip_before(timestamp); }
   std::optional<std::size_t> size() const override { return whole_->size(); }
   const std::vector<SkippedFrame>& skipped() const override { return whole_->skipped(); }
   std::vector<std::string> notes() const override { return whole_->notes(); }

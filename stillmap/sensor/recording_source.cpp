@@ -183,6 +183,12 @@ std::string RecordingSource::unit_note() const {
       kMillimeters / factor, factor, kMillimeters / recorded, recorded);
 }
 
+void RecordingSource::skip_before(double timestamp) {
+  const std::size_t count = count_before(timestamp, frames_, position_);
+  position_ += count;
+  next_index_ += count;
+}
+
 RgbdFramePtr RecordingSource::next() {
   while (position_ < frames_.size()) {
     if (RgbdFramePtr frame = load(frames_[position_++])) return frame;

@@ -35,6 +35,7 @@ class RecordingSource : public FrameSource {
   /// part of it.
   const Camera& recorded_camera() const { return recorded_; }
   RgbdFramePtr next() override;
+  void skip_before(double timestamp) override;
   std::optional<std::size_t> size() const override { return frames_.size() - position_; }
   const std::vector<SkippedFrame>& skipped() const override { return skipped_; }
   std::vector<std::string> notes() const override;

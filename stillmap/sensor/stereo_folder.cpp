@@ -303,6 +303,12 @@ std::vector<std::string> StereoFolder::notes() const {
   return {fmt::format("stereo: {}, {}", sequence_.layout, description(sequence_.rig))};
 }
 
+void StereoFolder::skip_before(double timestamp) {
+  const std::size_t count = count_before(timestamp, sequence_.frames, position_);
+  position_ += count;
+  next_index_ += count;
+}
+
 RgbdFramePtr StereoFolder::next() {
   while (position_ < sequence_.frames.size()) {
     if (RgbdFramePtr frame = load(sequence_.frames[position_++])) return frame;

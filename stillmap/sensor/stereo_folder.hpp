@@ -49,6 +49,7 @@ class StereoFolder : public FrameSource {
 
   const Camera& camera() const override { return sequence_.rig.camera; }
   RgbdFramePtr next() override;
+  void skip_before(double timestamp) override;
   std::optional<std::size_t> size() const override { return sequence_.frames.size() - position_; }
   const std::vector<SkippedFrame>& skipped() const override { return sequence_.skipped; }
   std::vector<std::string> notes() const override;
