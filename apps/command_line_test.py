@@ -355,6 +355,19 @@ class CommandLine(unittest.TestCase):
             self.succeeded(stillmap("run", sequence, "--preset", "static", "--set", "dense.enabled=false", "--out", out))
         self.assertEqual((before / "trajectory.txt").read_bytes(), (after / "trajectory.txt").read_bytes())
 
+    def test_a_depth_factor_that_is_wrong_by_ten_makes_a_result_doubtful(self):
+        sequence, wrong = self.folder / "azure", self.folder / "wrong.yaml"
+        self.succeeded(stillmap("simulate", "--people", "0", "--frames", "10", "--width", "320", "--height", "240", "--sensor",
+                                "azure_kinect", "--out", sequence))
+        camera = (sequence / "camera.yaml").read_text()
+        for factor, code in ((1, 0), (10, 3), (0.1, 3)):
+            wrong.write_text(re.sub(r"depth_factor: (\d+)", lambda match: f"depth_factor: {float(match[1]) * factor}", camera))
+            result = stillmap("run", sequence, "--camera", wrong, "--preset", "static", "--set", "dense.enabled=false", "--out",
+                              self.folder / f"factor_{factor}")
+            self.assertEqual(result.returncode, code, result.stderr)
+            told = result.stdout + result.stderr
+            self.assertEqual("the median of the depth readings is" in told or "no frame has a depth" in told, code == 3, told)
+
     def test_a_growing_folder_is_followed_until_the_user_ends_it(self):
         growing, out = self.folder / "growing", self.folder / "followed"
         for name in ("rgb", "depth"):

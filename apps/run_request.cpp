@@ -9,6 +9,7 @@
 #include "stillmap/pipeline/calibrate_shutter.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/segment/make_detector.hpp"
+#include "stillmap/sensor/doctor.hpp"
 #include "stillmap/sensor/make_source.hpp"
 #include "stillmap/view/view_messages.hpp"
 
@@ -204,6 +205,10 @@ Session session_of(const RunRequest& request, const Options& options) {
     session.loaded =
         LoadedMap{request.load_map, session.start->extend, loading.milliseconds() / 1000};
   session.recording = recording_of(request);
+  if (std::filesystem::is_directory(request.sequence) && names_image_folder(request.sequence) &&
+      !range.following)
+    session.depth_problem =
+        depth_unit_problem(request.sequence, source->camera(), request.associations);
   if (request.force) session.foreign = ResultFolder::Foreign::kOverwrite;
   session.rules = rules_of(request, options);
   session.event_lines = request.event_lines;

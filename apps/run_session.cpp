@@ -122,6 +122,9 @@ void map_sequence(Session& session, ViewServer* server, Recorders& recorders, Re
   open_journal(session, slam, recorders, folder);
   if (recorders.warnings && (realtime || session.live)) recorders.warnings->watch_for_silence();
   drive(slam, *source, session.total_frames, recorders, record, session.progress);
+  // What the frames show is more precise.
+  if (record.frame_problems.empty() && !session.depth_problem.empty())
+    record.frame_problems = {session.depth_problem};
   if (recorders.warnings) recorders.warnings->finish();
   if (recorders.journal) recorders.journal->flush();
   recorders.journal.reset();

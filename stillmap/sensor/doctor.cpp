@@ -551,6 +551,29 @@ Diagnosis diagnose(FrameSource& source, std::size_t most_frames) {
   return diagnosis;
 }
 
+std::string depth_unit_problem(const fs::path& folder, const Camera& camera,
+                               const fs::path& associations) {
+  constexpr std::size_t kImages = 8;
+  const auto frames = list_frames(find_sequence(folder, associations)).frames;
+  Sample sample;
+  for (std::size_t i = 0; i < std::min(kImages, frames.size()); ++i) {
+    const FrameFiles& files = frames[i * frames.size() / std::min(kImages, frames.size())];
+    if (files.depth.empty()) continue;
+    const ImageRead depth =
+        read_depth_image(files.depth, read_image_header(files.depth).header.size);
+    if (depth.problem.empty()) sample_depth(raw_depth(depth.image, camera.depth_factor), sample);
+  }
+  if (sample.raw_depths.empty()) return "";
+  const DepthSensor& sensor = camera.depth_sensor;
+  const double median = percentile(sample.raw_depths, 0.5) / camera.depth_factor;
+  const double nearest = std::max(sensor.min_depth, DoctorOptions().near_median);
+  if (median >= nearest && median <= sensor.max_depth) return "";
+  return fmt::format(
+      "the median of the depth readings is {:.2f} m, outside {:g} to {:g} m, where sensor {} "
+      "measures; check the depth factor ({:g} units per meter) with: stillmap doctor {}",
+      median, nearest, sensor.max_depth, sensor.name, camera.depth_factor, folder.string());
+}
+
 Diagnosis diagnose(const fs::path& folder, const std::optional<Camera>& camera,
                    const fs::path& associations, const DoctorOptions& options) {
   Diagnosis diagnosis;

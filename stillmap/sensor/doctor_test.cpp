@@ -112,6 +112,15 @@ TEST_F(Doctor, SuggestsThePlausibleDepthFactor) {
   EXPECT_THAT(warnings(), HasSubstr("set the depth factor to 1000"));
 }
 
+TEST_F(Doctor, DoubtsAUnitInWhichMostDepthsAreOutOfTheRangeOfTheSensor) {
+  Camera camera = TestSequence::camera();  // the depths are 1 to 3 m
+  EXPECT_EQ(depth_unit_problem(sequence_.folder(), camera), "");
+  camera.depth_factor = 50000;
+  EXPECT_THAT(depth_unit_problem(sequence_.folder(), camera), HasSubstr("outside 0.45 to 7.5 m"));
+  camera.depth_factor = 500;
+  EXPECT_THAT(depth_unit_problem(sequence_.folder(), camera), HasSubstr("outside 0.45 to 7.5 m"));
+}
+
 TEST_F(Doctor, ReportsAMissingCamera) {
   fs::remove(sequence_.path("camera.yaml"));
   EXPECT_THAT(errors(), HasSubstr("no camera was named"));
