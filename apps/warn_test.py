@@ -59,10 +59,8 @@ class Broker(threading.Thread):
 
     CONNECT, PUBLISH, PINGREQ, DISCONNECT = 1, 3, 12, 14
 
-    def __init__(self, tls=None, ends=0):
-        """`ends` is the number of connections that it ends at once."""
+    def __init__(self, tls=None):
         super().__init__(daemon=True)
-        self.ends = ends
         self.listener = socket.create_server(("127.0.0.1", 0))
         self.port = self.listener.getsockname()[1]
         if tls:
@@ -77,10 +75,6 @@ class Broker(threading.Thread):
                 client = self.listener.accept()[0]
             except ssl.SSLError:  # a client that does not trust the certificate
                 continue
-            if self.ends > 0:
-                self.ends -= 1
-                client.close()
-                client = None
         with client, client.makefile("rb") as stream:
             while head := stream.read(1):
                 kind, size, shift = head[0] >> 4, 0, 0
@@ -216,7 +210,7 @@ class WarnTest(unittest.TestCase):
         for name, trusts, reaches in (("IP:127.0.0.1", True, True), ("IP:127.0.0.1", False, False), ("DNS:elsewhere", True, False)):
             with self.subTest(name=name, trusts=trusts):
                 file, tls = self.certificate(name)
-                broker = Broker(tls, ends=1)
+                broker = Broker(tls)
                 topic = f"mqtts://127.0.0.1:{broker.port}/site"
                 with Receiver(tls=tls) as receiver:
                     result = self.run_with("tls", f"{ZONE}send: [{receiver.address()}, '{topic}']\n", trusted=file if trusts else None)
