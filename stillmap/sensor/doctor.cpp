@@ -351,12 +351,13 @@ double plausible_factor(const DepthSpread& raw, const DoctorOptions& options) {
 }
 
 /// @param of_steps  the factor that the steps of the raw depths show, if they do
-void check_scale(const DepthSpread& raw, double factor, std::optional<double> of_steps,
+void check_scale(const DepthSpread& raw, const Camera& camera, std::optional<double> of_steps,
                  const DoctorOptions& options, Diagnosis& diagnosis) {
+  const double factor = camera.depth_factor;
   const std::string text =
       fmt::format("depths: median {:.2f} m, most between {:.2f} m and {:.2f} m",
                   raw.median / factor, raw.low / factor, raw.high / factor);
-  if (const std::string problem = of_steps ? depth_factor_problem(*of_steps, factor) : "";
+  if (const std::string problem = of_steps ? depth_factor_problem(*of_steps, camera) : "";
       !problem.empty()) {
     diagnosis.add(Severity::kWarning, problem,
                   fmt::format("set the depth factor to {:g}", *of_steps));
@@ -377,7 +378,7 @@ void check_scale(const DepthSpread& raw, double factor, std::optional<double> of
           : "check the depth factor: raw depth units per meter");
 }
 
-void check_depth(Sample& sample, double factor, const DoctorOptions& options,
+void check_depth(Sample& sample, const Camera& camera, const DoctorOptions& options,
                  Diagnosis& diagnosis) {
   if (sample.pixels == 0) return;
   auto& raw = sample.raw_depths;
@@ -388,7 +389,7 @@ void check_depth(Sample& sample, double factor, const DoctorOptions& options,
     return;
   }
   const DepthSpread spread{percentile(raw, 0.05), percentile(raw, 0.5), percentile(raw, 0.99)};
-  diagnosis.median_depth = spread.median / factor;
+  diagnosis.median_depth = spread.median / camera.depth_factor;
   const bool enough = diagnosis.depth_share >= options.least_share;
   diagnosis.add(
       enough ? Severity::kOk : Severity::kWarning,
@@ -400,7 +401,9 @@ void check_depth(Sample& sample, double factor, const DoctorOptions& options,
                               sample.without_depth, sample.decoded),
                   "keep the sensor uncovered and farther than its nearest range");
   }
-  check_scale(spread, factor, depth_factor_of_steps(levels_of(sample)), options, diagnosis);
+  const bool kinect = camera.depth_sensor.principle == DepthPrinciple::kStructuredLight;
+  check_scale(spread, camera, kinect ? depth_factor_of_steps(levels_of(sample)) : std::nullopt,
+              options, diagnosis);
 }
 
 void check_registration(const RegistrationEvidence& registration, Diagnosis& diagnosis) {
@@ -502,10 +505,10 @@ void examine(const SequencePaths& paths, const std::optional<Camera>& named,
   check_offsets(list.frames, diagnosis);
   const auto size = camera ? std::optional(cv::Size(camera->width, camera->height)) : std::nullopt;
   const auto usable = check_files(list.frames, size, diagnosis);
-  const double factor = camera ? camera->depth_factor : Camera().depth_factor;
-  Sample sample = take_sample(usable, factor, options, diagnosis);
+  const Camera assumed = camera.value_or(Camera());
+  Sample sample = take_sample(usable, assumed.depth_factor, options, diagnosis);
   check_light(sample, diagnosis);
-  check_depth(sample, factor, options, diagnosis);
+  check_depth(sample, assumed, options, diagnosis);
   check_registration(sample.registration, diagnosis);
   check_ground_truth(paths, list.frames, options, diagnosis);
   check_masks(paths, list.frames, diagnosis);

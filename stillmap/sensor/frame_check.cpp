@@ -32,12 +32,16 @@ std::string unit_of_timestamps(double interval) {
   return "";
 }
 
-std::string depth_factor_problem(double of_steps, double factor) {
+std::string depth_factor_problem(double of_steps, const Camera& camera) {
   constexpr double kSame = 0.1;  // relative; a calibrated factor differs by a few percent
-  if (std::abs(factor / of_steps - 1) <= kSame) return "";
+  const double factor = camera.depth_factor;
+  const bool kinect = camera.depth_sensor.principle == DepthPrinciple::kStructuredLight;
+  if (!kinect || std::abs(factor / of_steps - 1) <= kSame) return "";
   return fmt::format(
       "the steps between the raw depths are those of a Kinect v1 or Xtion with a depth factor of "
-      "{:g}, and the camera's is {:g}: all distances would be {:.3g} times the true ones",
+      "{:g}, and the camera's is {:g}: all distances would be {:.3g} times the true ones (unless "
+      "the "
+      "sensor is another one: name it then, as 'sensor: realsense_d435i' in the camera file)",
       of_steps, factor, of_steps / factor);
 }
 
@@ -105,7 +109,7 @@ std::vector<std::string> FrameCheck::problems() const {
     if (seen_[raw]) levels.push_back(static_cast<std::uint16_t>(raw));
   }
   if (const auto of_steps = depth_factor_of_steps(levels)) {
-    const std::string text = depth_factor_problem(*of_steps, camera_.depth_factor);
+    const std::string text = depth_factor_problem(*of_steps, camera_);
     if (!text.empty())
       problems.push_back(fmt::format("{}; set the depth factor to {:g}", text, *of_steps));
   }

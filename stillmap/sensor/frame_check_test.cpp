@@ -61,5 +61,14 @@ TEST(FrameCheck, FindsADepthFactorThatTheStepsContradict) {
   EXPECT_THAT(problems_of(0.1, 10000, 60, 60), ElementsAre(HasSubstr("set the depth factor to 5")));
 }
 
+TEST(FrameCheck, TheStepsOfOtherSensorsSayNothingOfTheDepthFactor) {
+  Camera camera;
+  camera.depth_factor = 10000;
+  camera.depth_sensor = find_depth_sensor("realsense_d435i");
+  FrameCheck check(camera);
+  for (int i = 0; i < 60; ++i) check.add(frame_at(i / 30.0, 10000));
+  EXPECT_THAT(check.problems(), ::testing::IsEmpty());
+}
+
 }  // namespace
 }  // namespace stillmap
