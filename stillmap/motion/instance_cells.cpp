@@ -27,20 +27,6 @@ cv::Rect cells_within(const cv::Rect& pixels, const CellGrid& grid) {
   return cv::Rect(from, to) & cv::Rect({}, grid.size());
 }
 
-cv::Mat1b inside_mask(const Instance& instance, const CellGrid& grid) {
-  cv::Mat1b inside = cv::Mat1b::zeros(grid.size());
-  const cv::Rect cells = cells_within(instance.box, grid);
-  for (int r = cells.y; r < cells.br().y; ++r) {
-    for (int c = cells.x; c < cells.br().x; ++c) {
-      const int y = r * kCellSide + kCellSide / 2 - instance.box.y;
-      const int x = c * kCellSide + kCellSide / 2 - instance.box.x;
-      inside(r, c) = instance.mask.at<std::uint8_t>(std::min(y, instance.mask.rows - 1),
-                                                    std::min(x, instance.mask.cols - 1));
-    }
-  }
-  return inside;
-}
-
 /// Returns the cells in the central half of a box at about its median depth.
 cv::Mat1b center_of_box(const cv::Rect& box, const CellGrid& grid) {
   const cv::Rect center = cells_within(
@@ -147,7 +133,7 @@ bool continues_beyond(const Piece& piece) { return 4 * piece.open > piece.open +
 
 /// Returns the surfaces in a mask without those behind the object.
 cv::Mat1b cells_of_mask(const Instance& instance, const CellGrid& grid) {
-  cv::Mat1b cells = inside_mask(instance, grid);
+  cv::Mat1b cells = cells_in_mask(instance, grid);
   const cv::Rect box = cells_within(instance.box, grid);
   const cv::Rect window = cv::Rect(box.x - kMargin, box.y - kMargin, box.width + 2 * kMargin,
                                    box.height + 2 * kMargin) &
@@ -184,6 +170,22 @@ cv::Mat1b cells_of_box(const Instance& instance, const CellGrid& grid) {
 }
 
 }  // namespace
+
+cv::Mat1b cells_in_mask(const Instance& instance, const CellGrid& grid) {
+  cv::Mat1b inside = cv::Mat1b::zeros(grid.size());
+  const cv::Rect cells = cells_within(instance.box, grid);
+  if (instance.mask.empty()) inside(cells) = 255;
+  if (instance.mask.empty()) return inside;
+  for (int r = cells.y; r < cells.br().y; ++r) {
+    for (int c = cells.x; c < cells.br().x; ++c) {
+      const int y = r * kCellSide + kCellSide / 2 - instance.box.y;
+      const int x = c * kCellSide + kCellSide / 2 - instance.box.x;
+      inside(r, c) = instance.mask.at<std::uint8_t>(std::min(y, instance.mask.rows - 1),
+                                                    std::min(x, instance.mask.cols - 1));
+    }
+  }
+  return inside;
+}
 
 cv::Mat1b instance_cells(const Instance& instance, const CellGrid& grid) {
   return instance.mask.empty() ? cells_of_box(instance, grid) : cells_of_mask(instance, grid);

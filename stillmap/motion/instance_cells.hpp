@@ -17,6 +17,10 @@ namespace stillmap {
 /// mask without depth belong to the object too.
 cv::Mat1b instance_cells(const Instance& instance, const CellGrid& grid);
 
+/// Returns the cells whose center is in the mask of an instance, or in its box if it has none, 255
+/// in a grid-sized 8UC1.
+cv::Mat1b cells_in_mask(const Instance& instance, const CellGrid& grid);
+
 /// The cells of each instance of a frame, in the order of the instances.
 using InstanceCells = std::vector<cv::Mat1b>;
 using InstanceCellsPtr = std::shared_ptr<const InstanceCells>;

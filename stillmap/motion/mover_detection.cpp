@@ -29,6 +29,17 @@ cv::Mat1i instance_of_cells(const InstanceCellsPtr& cells, cv::Size grid) {
   return instance;
 }
 
+/// Returns 255 for each cell that is in the mask of the instance that covers it.
+cv::Mat1b in_own_mask(const Frame& frame, const cv::Mat1i& instance) {
+  cv::Mat1b inside(instance.size(), 0);
+  if (!frame.instances) return inside;
+  for (int i = 0; i < static_cast<int>(frame.instances->instances.size()); ++i) {
+    const Instance& object = frame.instances->instances[static_cast<std::size_t>(i)];
+    inside |= (instance == i) & cells_in_mask(object, *frame.cells);
+  }
+  return inside;
+}
+
 /// Returns 255 for each cell whose center pixel moves.
 cv::Mat1b moving_cells(const Frame& frame) {
   cv::Mat1b moves(frame.cells->size(), 0);
@@ -82,8 +93,12 @@ cv::Mat1b background_of_masks(const Frame& frame, const cv::Mat1b& moves,
 MoverGrid make_grid(const Frame& frame, const cv::Mat1b& moves, const cv::Mat1b& background) {
   const CellGrid& cells = *frame.cells;
   const cv::Mat1f& log_odds = frame.evidence.surface_log_odds;
-  MoverGrid grid{cells, moves & ~background, cells.depth.clone(),
-                 instance_of_cells(frame.instance_cells, cells.size())};
+  MoverGrid grid{.cells = cells,
+                 .moves = moves & ~background,
+                 .depth = cells.depth.clone(),
+                 .instance = instance_of_cells(frame.instance_cells, cells.size()),
+                 .in_mask = {}};
+  grid.in_mask = in_own_mask(frame, grid.instance);
   cv::Mat1b part = moves | (grid.instance != kNoInstance);
   if (!log_odds.empty()) part |= log_odds < kGrowBelow;
   part &= ~static_within_instances(grid.instance, frame.evidence);

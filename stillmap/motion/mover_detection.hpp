@@ -60,6 +60,8 @@ struct MoverDetections {
 /// An instance is one object as far as its mask reaches (the largest of several pieces), whether or
 /// not all of it moves; if less than a share of 0.3 moves, the detection counts as standing still.
 /// Background in the mask of a moving instance is left out where it was measured to be static.
+/// A piece of surface of which most cells are not in the mask, but in the margin around it, is left
+/// out: furniture in front of a hidden person, or the wall behind.
 ///
 /// A region without an instance must have arrived from elsewhere to count as moving: most views of
 /// the last seconds must have seen through its points. A single surface wrongly labeled as moving

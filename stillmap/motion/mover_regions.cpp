@@ -18,6 +18,10 @@ namespace {
 constexpr double kStepSigmas = 5, kStepFloor = 0.12;
 /// Minimum number of cells of a piece; fewer are noise.
 constexpr std::size_t kMinPieceCells = 4;
+/// Minimum share of a piece under an instance that must be in its mask [0..1]: the majority. The
+/// cells of an instance reach beyond its mask, so around the few cells of a hidden object's visible
+/// part most of them are of the furniture before it or the wall behind it.
+constexpr double kMinShareInMask = 0.5;
 /// Largest gap, and largest difference of depth, between two pieces of one object that an occluder
 /// cuts apart [m].
 constexpr double kPieceGap = 0.3;
@@ -123,6 +127,13 @@ void keep_largest_pieces(std::vector<MoverRegion>& regions, const MoverGrid& gri
   });
 }
 
+/// Returns the share of a region's cells that are set in a map [0..1].
+double share_of(const MoverRegion& region, const cv::Mat1b& map) {
+  const auto set = std::count_if(region.cells.begin(), region.cells.end(),
+                                 [&](cv::Point cell) { return map(cell) != 0; });
+  return static_cast<double>(set) / static_cast<double>(region.cells.size());
+}
+
 }  // namespace
 
 DepthPolynomial<double> object_depth_step(const Camera& camera) {
@@ -143,16 +154,15 @@ InstanceCover cover_of(const MoverRegion& region, const MoverGrid& grid) {
 }
 
 double moving_share(const MoverRegion& region, const MoverGrid& grid) {
-  const auto moving = std::count_if(region.cells.begin(), region.cells.end(),
-                                    [&](cv::Point cell) { return grid.moves(cell) != 0; });
-  return static_cast<double>(moving) / static_cast<double>(region.cells.size());
+  return share_of(region, grid.moves);
 }
 
 std::vector<MoverRegion> mover_regions(const MoverGrid& grid) {
   std::vector<MoverRegion> regions = connected_regions(grid);
   std::erase_if(regions, [&](const MoverRegion& region) {
-    return cover_of(region, grid).instance == kNoInstance &&
-           moving_share(region, grid) < kMinMovingShare;
+    return cover_of(region, grid).instance == kNoInstance
+               ? moving_share(region, grid) < kMinMovingShare
+               : share_of(region, grid.in_mask) < kMinShareInMask;
   });
   join_pieces(regions, grid);
   keep_largest_pieces(regions, grid);

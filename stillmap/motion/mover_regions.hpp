@@ -27,6 +27,7 @@ struct MoverGrid {
   cv::Mat1b moves;     ///< 255 where a cell moves, else 0.
   cv::Mat1f depth;     ///< Depth of a cell that may belong to a mover [m]; 0 for all other cells.
   cv::Mat1i instance;  ///< Index of the instance that covers a cell, or kNoInstance.
+  cv::Mat1b in_mask;   ///< 255 where the mask of this instance includes the cell's center, else 0.
   DepthPolynomial<double> depth_step = object_depth_step(cells.camera);
 
   const Camera& camera() const { return cells.camera; }

@@ -234,6 +234,21 @@ TEST(MoverDetector, AnInstanceIsAsLargeAsItsMaskAndMayStandStill) {
   EXPECT_FALSE(still[0].moves);
 }
 
+TEST(MoverDetector, LeavesOutTheSurfacesAroundAFragmentOfAMask) {
+  Stage before;  // A foot seen beside the leg of a desk.
+  before.image->depth(cv::Rect(140, 100, 8, 24)).setTo(4);
+  before.image->depth(cv::Rect(148, 40, 12, 140)).setTo(2);
+  before.name({140, 100, 12, 24}, "person");
+  EXPECT_TRUE(MoverDetector().detect(frame_with_surfaces(before, 0), Pose()).movers.empty())
+      << "the leg of the desk, in front of the person";
+
+  Stage behind;  // A foot without depth before the wall.
+  behind.image->depth(cv::Rect(140, 100, 8, 16)).setTo(0);
+  behind.name({140, 100, 12, 16}, "person");
+  EXPECT_TRUE(MoverDetector().detect(frame_with_surfaces(behind, 0), Pose()).movers.empty())
+      << "the wall behind the person";
+}
+
 TEST(MoverDetector, GrowsOverTheUndecidedPartsOfAnObject) {
   Stage stage;
   stage.put({140, 60, 40, 120}, 2, false);
