@@ -22,8 +22,7 @@ enum class Delivered {
 
 /// The result, and the reason if the receiver cannot be reached; empty if that is not known.
 struct Delivery {
-  Delivery(Delivered result_, std::string reason_ = "")
-      : result(result_), reason(std::move(reason_)) {}
+  Delivery(Delivered how, std::string why = "") : result(how), reason(std::move(why)) {}
   Delivered result;
   std::string reason;
 };
