@@ -44,7 +44,7 @@ std::vector<std::string> seeds() {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   auto sections = sections_in(fuzz::text_of(data, size));
   if (sections.size() > 64) return 0;
-  const std::string file = pack_sections(kMapFormat, std::move(sections));
+  const std::string file = pack_sections(kMapFormat, sections);
   fuzz::parse([&] {
     // A map that was read is written such that it is read again, and can be extended.
     const SavedMap saved = saved_map_from_bytes(file, "input");
