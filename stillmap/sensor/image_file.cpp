@@ -197,6 +197,9 @@ ImageRead decode(View bytes, int flags, int wanted_type) {
     image = read.image;
   }
   if (image.empty()) return {{}, "cannot be decoded: it is damaged"};
+  // OpenCV turns a TIFF as its orientation says.
+  if (is_tiff(bytes) && image.size() != parse_header(bytes).header.size)
+    return {{}, "is turned on its side by its orientation: store it upright"};
   if (wanted_type == CV_8UC3 && image.type() == CV_8UC1) {
     cv::cvtColor(image, image, cv::COLOR_GRAY2BGR);
   } else if (wanted_type == CV_8UC3 && image.type() == CV_8UC4) {
