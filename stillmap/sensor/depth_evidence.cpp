@@ -58,7 +58,9 @@ cv::Mat1f relative_gradient(const cv::Mat1b& gray) {
 
 }  // namespace
 
-std::optional<double> depth_factor_of_steps(const std::vector<std::uint16_t>& levels) {
+std::optional<double> depth_factor_of_steps(const std::vector<std::uint16_t>& levels,
+                                            const DepthSensor& sensor) {
+  if (sensor.principle != DepthPrinciple::kStructuredLight) return std::nullopt;
   std::vector<double> ratios;
   for (std::size_t i = 1; i < levels.size(); ++i) {
     const int step = levels[i] - levels[i - 1];

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/geometry/depth_sensor.hpp"
+
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -16,7 +18,9 @@ namespace stillmap {
 /// Kinect Depth Data, Sensors 2012, eq. 6). In raw units r = F z the step is q r^2 / F, so that
 /// r^2 / step = F / q at every depth.
 /// @param levels all different raw values, ascending
-std::optional<double> depth_factor_of_steps(const std::vector<std::uint16_t>& levels);
+/// @param sensor other sensors than structured light have other steps: none for them
+std::optional<double> depth_factor_of_steps(const std::vector<std::uint16_t>& levels,
+                                            const DepthSensor& sensor);
 
 /// Offset of the color image at which edges of the depth image meet the strongest color gradients.
 struct EdgeOffset {

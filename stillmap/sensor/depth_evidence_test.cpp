@@ -21,19 +21,21 @@ std::vector<std::uint16_t> structured_light_levels(double factor, double product
   return {levels.begin(), levels.end()};
 }
 
+DepthSensor kinect() { return find_depth_sensor("kinect_v1"); }
+
 TEST(DepthFactorOfSteps, IsThatOfAStructuredLightCamera) {
-  EXPECT_EQ(depth_factor_of_steps(structured_light_levels(5000)), 5000);
-  EXPECT_EQ(depth_factor_of_steps(structured_light_levels(1000)), 1000);
-  EXPECT_EQ(depth_factor_of_steps(structured_light_levels(10000)), 10000);
+  EXPECT_EQ(depth_factor_of_steps(structured_light_levels(5000), kinect()), 5000);
+  EXPECT_EQ(depth_factor_of_steps(structured_light_levels(1000), kinect()), 1000);
+  EXPECT_EQ(depth_factor_of_steps(structured_light_levels(10000), kinect()), 10000);
 }
 
 TEST(DepthFactorOfSteps, IsUnknownForOtherCameras) {
   std::vector<std::uint16_t> millimeters;
   for (std::uint16_t r = 500; r < 5000; ++r) millimeters.push_back(r);
-  EXPECT_FALSE(depth_factor_of_steps(millimeters));
+  EXPECT_FALSE(depth_factor_of_steps(millimeters, kinect()));
   // Stereo with 1/32 pixel: a factor between the common ones.
-  EXPECT_FALSE(depth_factor_of_steps(structured_light_levels(1000, 640 * 0.05 * 4)));
-  EXPECT_FALSE(depth_factor_of_steps({}));
+  EXPECT_FALSE(depth_factor_of_steps(structured_light_levels(1000, 640 * 0.05 * 4), kinect()));
+  EXPECT_FALSE(depth_factor_of_steps({}, kinect()));
 }
 
 /// Rectangles at different depths, each with its own brightness and texture.

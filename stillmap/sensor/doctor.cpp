@@ -357,7 +357,7 @@ void check_scale(const DepthSpread& raw, const Camera& camera, std::optional<dou
   const std::string text =
       fmt::format("depths: median {:.2f} m, most between {:.2f} m and {:.2f} m",
                   raw.median / factor, raw.low / factor, raw.high / factor);
-  if (const std::string problem = of_steps ? depth_factor_problem(*of_steps, camera) : "";
+  if (const std::string problem = of_steps ? depth_factor_problem(*of_steps, factor) : "";
       !problem.empty()) {
     diagnosis.add(Severity::kWarning, problem,
                   fmt::format("set the depth factor to {:g}", *of_steps));
@@ -401,8 +401,7 @@ void check_depth(Sample& sample, const Camera& camera, const DoctorOptions& opti
                               sample.without_depth, sample.decoded),
                   "keep the sensor uncovered and farther than its nearest range");
   }
-  const bool kinect = camera.depth_sensor.principle == DepthPrinciple::kStructuredLight;
-  check_scale(spread, camera, kinect ? depth_factor_of_steps(levels_of(sample)) : std::nullopt,
+  check_scale(spread, camera, depth_factor_of_steps(levels_of(sample), camera.depth_sensor),
               options, diagnosis);
 }
 

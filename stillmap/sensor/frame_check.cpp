@@ -32,11 +32,9 @@ std::string unit_of_timestamps(double interval) {
   return "";
 }
 
-std::string depth_factor_problem(double of_steps, const Camera& camera) {
+std::string depth_factor_problem(double of_steps, double factor) {
   constexpr double kSame = 0.1;  // relative; a calibrated factor differs by a few percent
-  const double factor = camera.depth_factor;
-  const bool kinect = camera.depth_sensor.principle == DepthPrinciple::kStructuredLight;
-  if (!kinect || std::abs(factor / of_steps - 1) <= kSame) return "";
+  if (std::abs(factor / of_steps - 1) <= kSame) return "";
   return fmt::format(
       "the steps between the raw depths are those of a Kinect v1 or Xtion with a depth factor of "
       "{:g}, and the camera's is {:g}: all distances would be {:.3g} times the true ones (unless "
@@ -108,8 +106,8 @@ std::vector<std::string> FrameCheck::problems() const {
   for (std::size_t raw = 1; raw < kLevels; ++raw) {
     if (seen_[raw]) levels.push_back(static_cast<std::uint16_t>(raw));
   }
-  if (const auto of_steps = depth_factor_of_steps(levels)) {
-    const std::string text = depth_factor_problem(*of_steps, camera_);
+  if (const auto of_steps = depth_factor_of_steps(levels, camera_.depth_sensor)) {
+    const std::string text = depth_factor_problem(*of_steps, camera_.depth_factor);
     if (!text.empty())
       problems.push_back(fmt::format("{}; set the depth factor to {:g}", text, *of_steps));
   }

@@ -14,9 +14,9 @@ namespace stillmap {
 std::string unit_of_timestamps(double interval);
 
 /// Returns the sentence that the steps between raw depths contradict the depth factor of the
-/// camera; empty if they do not, or if its sensor has other steps than a Kinect v1.
+/// camera; empty if they do not.
 /// @param of_steps  depth factor as of depth_factor_of_steps()
-std::string depth_factor_problem(double of_steps, const Camera& camera);
+std::string depth_factor_problem(double of_steps, double factor);
 
 /// Collects what the frames of a source show together about errors of their timestamps and depths.
 /// Such frames are mapped without an error, and the result is wrong: of another scale or speed, or

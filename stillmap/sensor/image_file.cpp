@@ -180,7 +180,8 @@ cv::Mat decode_by_opencv(View bytes, int flags) {
   }
 }
 
-ImageRead decode(View bytes, int flags, int wanted_type) {
+/// @param size  as of the header
+ImageRead decode(View bytes, cv::Size size, int flags, int wanted_type) {
   const TraceScope scope(wanted_type == CV_8UC3 ? "decode color" : "decode depth");
   const bool png = starts_with(bytes, kPngSignature);
   if (png) {
@@ -198,7 +199,7 @@ ImageRead decode(View bytes, int flags, int wanted_type) {
   }
   if (image.empty()) return {{}, "cannot be decoded: it is damaged"};
   // OpenCV turns a TIFF as its orientation says.
-  if (is_tiff(bytes) && image.size() != parse_header(bytes).header.size)
+  if (image.size() != size)
     return {{}, "is turned on its side by its orientation: store it upright"};
   if (wanted_type == CV_8UC3 && image.type() == CV_8UC1) {
     cv::cvtColor(image, image, cv::COLOR_GRAY2BGR);
@@ -262,7 +263,7 @@ ImageRead decode_color_image(View bytes, cv::Size wanted) {
   if (problem.empty()) problem = color_problem(header);
   if (problem.empty()) problem = size_problem(header, wanted);
   if (!problem.empty()) return {{}, problem};
-  return decode(bytes, cv::IMREAD_COLOR, CV_8UC3);
+  return decode(bytes, header.size, cv::IMREAD_COLOR, CV_8UC3);
 }
 
 ImageRead decode_depth_image(View bytes, cv::Size wanted) {
@@ -270,7 +271,7 @@ ImageRead decode_depth_image(View bytes, cv::Size wanted) {
   if (problem.empty()) problem = depth_problem(header);
   if (problem.empty()) problem = size_problem(header, wanted);
   if (!problem.empty()) return {{}, problem};
-  return decode(bytes, cv::IMREAD_ANYDEPTH,
+  return decode(bytes, header.size, cv::IMREAD_ANYDEPTH,
                 header.samples == Samples::kFloat ? CV_32FC1 : CV_16UC1);
 }
 
