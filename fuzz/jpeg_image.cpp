@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/sensor/image_file.hpp"
-
-#include "fuzz/fuzz_target.hpp"
+#include "fuzz/image_target.hpp"
 #include <opencv2/imgcodecs.hpp>
 
 namespace {
@@ -27,15 +25,6 @@ std::vector<std::string> seeds() {
 }  // namespace stillmap::fuzz
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace stillmap;
-  constexpr std::int64_t kLargestArea = 1 << 16;  // Larger images would only take time [pixels].
-  const std::span<const unsigned char> jpeg(data, size);
-  const auto [header, problem] = decode_image_header(jpeg);
-  if (!problem.empty() || std::int64_t{header.size.width} * header.size.height > kLargestArea)
-    return 0;
-  const ImageRead read = decode_color_image(jpeg, header.size);
-  if (read.problem.empty() != !read.image.empty()) std::abort();
-  if (!read.image.empty() && read.image.size() != header.size) std::abort();
-  fuzz::accepted += read.problem.empty() ? 1 : 0;
+  stillmap::fuzz::parse_image({data, size}, stillmap::decode_color_image);
   return 0;
 }

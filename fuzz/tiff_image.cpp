@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // TIFF files of depth: their header is read here, their pixels by OpenCV.
-#include "stillmap/sensor/image_file.hpp"
-
-#include "fuzz/fuzz_target.hpp"
+#include "fuzz/image_target.hpp"
 #include <opencv2/imgcodecs.hpp>
 
 namespace {
@@ -30,16 +28,10 @@ std::vector<std::string> seeds() {
 }  // namespace stillmap::fuzz
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace stillmap;
-  constexpr std::int64_t kLargestArea = 1 << 16;  // Larger images would only take time [pixels].
-  const std::span<const unsigned char> tiff(data, size);
-  const auto [header, problem] = decode_image_header(tiff);
-  if (!problem.empty() || std::int64_t{header.size.width} * header.size.height > kLargestArea)
-    return 0;
-  const ImageRead read = decode_depth_image(tiff, header.size);
-  if (read.problem.empty() != !read.image.empty()) std::abort();
-  if (!read.image.empty() && (read.image.size() != header.size || read.image.channels() != 1))
-    std::abort();
-  fuzz::accepted += read.problem.empty() ? 1 : 0;
+  stillmap::fuzz::parse_image({data, size}, [](const auto& bytes, cv::Size wanted) {
+    stillmap::ImageRead read = stillmap::decode_depth_image(bytes, wanted);
+    if (!read.image.empty() && read.image.channels() != 1) std::abort();
+    return read;
+  });
   return 0;
 }
