@@ -4,6 +4,7 @@
 #include "stillmap/base/print.hpp"
 #include "stillmap/dense/cloud.hpp"
 #include "stillmap/evaluate/closure.hpp"
+#include "stillmap/evaluate/covariance_error.hpp"
 #include "stillmap/evaluate/ghosts.hpp"
 #include "stillmap/evaluate/label_figures.hpp"
 #include "stillmap/evaluate/mover_error.hpp"
@@ -29,7 +30,7 @@ namespace {
 
 struct EvalArguments {
   std::string truth, estimate, json, cloud, surface, sequence, camera, image, labels, verdicts,
-      speeds, truth_frame;
+      speeds, truth_frame, covariances;
   LabelFigureOptions judging;
   std::size_t frames = 0;
   bool per_frame = false, one_world = false, with_scale = false, force = false;
@@ -153,6 +154,12 @@ nlohmann::json trajectory_figures(const EvalArguments& arguments) {
     print_to(arguments.text(), "{}", closure_text(closure, arguments.planar));
     json["closure"] = closure;
   }
+  if (!arguments.covariances.empty()) {
+    const CovarianceFigures figures =
+        covariance_figures(truth, estimate, read_covariances(arguments.covariances));
+    print_to(arguments.text(), "{}", covariance_text(figures));
+    json["covariances"] = figures;
+  }
   if (!arguments.cloud.empty()) {
     const CloudFigures cloud = cloud_figures(arguments, truth, evaluation);
     print_to(arguments.text(), "{}", ghost_text(cloud.figures));
@@ -215,6 +222,9 @@ void add_trajectory_options(CLI::App& command, EvalArguments& arguments) {
       ->excludes(one_world)
       ->excludes(with_scale);
   one_world->excludes(with_scale);
+  command.add_option("--covariances", arguments.covariances,
+                     "also compare the errors with these covariances (trajectory_covariance.txt "
+                     "of the run)");
   CLI::Option* closure =
       command.add_flag("--closure", arguments.closure,
                        "also compute the closure error of a camera that returns to its start");
