@@ -41,8 +41,8 @@ struct PoseUpdate {
   std::string reason;        ///< Reason why there is no pose; empty if there is one.
   int inliers = 0;           ///< Number of landmarks that agree with the pose.
   bool relocalized = false;  ///< The lost camera was relocalized in this frame.
-  /// False if the pose contradicts the motion of the camera in the frames before; its covariance is
-  /// then enlarged by the contradiction.
+  /// False if the pose contradicts the motion of the camera in the frames before, or nearly all
+  /// keypoints move; its covariance is then enlarged.
   bool certain = true;
   /// Covariance of the pose within the map before the filter, as UncertainPose::covariance; zero
   /// without a pose and for the first frame of a map.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/pipeline/frame_log.hpp"
 
+#include "stillmap/track/moving_majority.hpp"
+
 #include <algorithm>
 #include <utility>
 
@@ -15,6 +17,11 @@ constexpr double kMaxPause = 0.5;
 std::optional<Pose> pose_in(const Map& map, const FrameRecord& record) {
   if (!record.has_pose() || !map.current_keyframe(record.reference).valid()) return std::nullopt;
   return map.resolve(record.reference, record.T_reference_camera);
+}
+
+bool is_uncertain(const TrackedFrame& tracked) {
+  return tracked.contradicts_motion ||
+         moving_share(tracked.frame->evidence.weight) > kUncertainMajority;
 }
 
 void FrameLog::add(const TrackedFrame& tracked, const TrackingTimes& times) {
@@ -35,7 +42,7 @@ void FrameLog::add(const TrackedFrame& tracked, const TrackingTimes& times) {
   if (frame.instances) record.mask_age = static_cast<int>(frame.instances->age());
   record.relocalized = tracked.relocalized;
   record.tracked_by_odometry = tracked.tracked_by_odometry;
-  record.contradicts_motion = tracked.contradicts_motion;
+  record.uncertain = is_uncertain(tracked);
   record.keyframe = tracked.proposal.has_value() && extends_map_;
   record.times = times;
   const std::scoped_lock lock(mutex_);
@@ -130,6 +137,16 @@ std::vector<std::vector<UncertainPose>> FrameLog::paths(const Map& map) const {
     component = here;
   }
   return paths;
+}
+
+void FrameLog::enlarge_covariances(std::vector<UncertainPose>& poses) const {
+  auto record = records_.begin();
+  for (UncertainPose& pose : poses) {
+    record = std::find_if(record, records_.end(),
+                          [&](const FrameRecord& r) { return r.timestamp >= pose.timestamp; });
+    if (record == records_.end()) return;
+    pose.covariance *= covariance_factor(record->moving_share());
+  }
 }
 
 std::map<std::uint32_t, int> FrameLog::frames_by_component(const Map& map) const {

@@ -45,12 +45,20 @@ struct FrameRecord {
   bool relocalized = false;                ///< The lost camera was relocalized in this frame.
   bool tracked_by_odometry = false;        ///< See TrackedFrame::tracked_by_odometry.
   bool tracked_late = false;               ///< The pose was found at the end: see LostFrames.
-  bool contradicts_motion = false;         ///< See TrackedFrame::contradicts_motion.
-  bool keyframe = false;                   ///< The frame was proposed as a keyframe.
+  /// The pose contradicts the motion (see MotionConsistency), or nearly all keypoints move.
+  bool uncertain = false;
+  bool keyframe = false;  ///< The frame was proposed as a keyframe.
   TrackingTimes times;
 
   bool has_pose() const { return state == TrackState::kStarted || state == TrackState::kTracking; }
+  /// Returns the share of keypoints that are labeled as moving [0..1].
+  double moving_share() const {
+    return keypoints > 0 ? static_cast<double>(moving_keypoints) / keypoints : 0;
+  }
 };
+
+/// Returns whether a pose is uncertain; see FrameRecord::uncertain.
+bool is_uncertain(const TrackedFrame& tracked);
 
 /// Returns T_world_camera of a frame in the map; none without a pose or in a dropped map.
 std::optional<Pose> pose_in(const Map& map, const FrameRecord& record);
@@ -111,6 +119,9 @@ class FrameLog {
   /// Returns the same poses with their timestamps and covariances, as uninterrupted paths: one ends
   /// where the next pose is in another component of the map or more than half a second later.
   std::vector<std::vector<UncertainPose>> paths(const Map& map) const;
+  /// Enlarges the covariances of frames most of whose keypoints move: see covariance_factor().
+  /// @param poses of frames in the log, by ascending timestamps
+  void enlarge_covariances(std::vector<UncertainPose>& poses) const;
   /// Returns the number of frames in each of the unconnected maps.
   std::map<std::uint32_t, int> frames_by_component(const Map& map) const;
   /// Adds one sample per frame for each stage of the tracker's thread, in the order of

@@ -83,7 +83,7 @@ void visit(Io io, Value& value) requires std::same_as<std::remove_const_t<Value>
   for (auto* count : {&value.keypoints, &value.moving_keypoints, &value.inliers, &value.mask_age})
     io(*count);
   for (auto* flag : {&value.relocalized, &value.tracked_by_odometry, &value.tracked_late,
-                     &value.contradicts_motion, &value.keyframe})
+                     &value.uncertain, &value.keyframe})
     io(*flag);
   for (auto* time : {&value.times.features, &value.times.masks, &value.times.motion,
                      &value.times.pose, &value.times.waiting})

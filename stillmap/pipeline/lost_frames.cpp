@@ -3,6 +3,7 @@
 
 #include "stillmap/base/trace.hpp"
 #include "stillmap/track/local_map_tracking.hpp"
+#include "stillmap/track/moving_majority.hpp"
 #include "stillmap/track/reference_keyframe_tracking.hpp"
 #include "stillmap/track/start_verification.hpp"
 
@@ -101,7 +102,8 @@ bool track_one(const TrackingModel& model, const Map& map, int min_inliers, cons
 
 /// Returns whether the pose of a frame with one is not to be relied on.
 bool is_doubtful(const TrackedFrame& tracked, int since_start) {
-  return tracked.contradicts_motion || since_start <= StartVerification::kFrames;
+  return tracked.contradicts_motion || since_start <= StartVerification::kFrames ||
+         moving_share(tracked.frame->evidence.weight) > kMovingMajority;
 }
 
 }  // namespace

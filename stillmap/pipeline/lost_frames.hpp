@@ -8,9 +8,10 @@
 namespace stillmap {
 
 /// Frames to be tracked again at the end of a run: those without a pose, those whose pose
-/// contradicts the motion of the camera, and the first ones of each map, in which moving objects
-/// were not yet known. By then the map contains landmarks that are known to be static and those
-/// that were made after the frame, and a frame can be tracked from the frames that follow it.
+/// contradicts the motion of the camera, those most of whose keypoints move, and the first ones of
+/// each map, in which moving objects were not yet known. By then the map contains landmarks that
+/// are known to be static and those that were made after the frame, and a frame can be tracked from
+/// the frames that follow it.
 class LostFrames {
  public:
   /// Keeps the keypoints and the motion evidence of such a frame without its images; others are

@@ -222,7 +222,8 @@ void SlamResult::set_poses(std::vector<UncertainPose> found) {
 std::vector<UncertainPose> camera_poses(const FrameLog& log, const Map& map, bool smooth) {
   std::vector<UncertainPose> poses;
   for (const auto& path : log.paths(map)) {
-    const auto part = smooth ? smooth_trajectory(path) : path;
+    auto part = smooth ? smooth_trajectory(path) : path;
+    log.enlarge_covariances(part);
     poses.insert(poses.end(), part.begin(), part.end());
   }
   return poses;

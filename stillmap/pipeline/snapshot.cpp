@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/pipeline/snapshot.hpp"
 
+#include "stillmap/track/moving_majority.hpp"
+
 #include <algorithm>
 #include <cstdint>
 #include <optional>
@@ -68,8 +70,8 @@ PoseUpdate pose_update(const FrameRecord& newest, const Snapshot& snapshot) {
                     .reason = newest.reason,
                     .inliers = newest.inliers,
                     .relocalized = newest.relocalized,
-                    .certain = !newest.contradicts_motion,
-                    .covariance = newest.covariance};
+                    .certain = !newest.uncertain,
+                    .covariance = covariance_factor(newest.moving_share()) * newest.covariance};
   if (newest.has_pose() && !snapshot.trajectory.empty())
     update.T_world_camera = snapshot.trajectory.back().T_world_camera * newest.T_camera_filtered;
   return update;
@@ -82,8 +84,9 @@ PoseUpdate pose_update(const TrackedFrame& tracked) {
           .reason = tracked.reason,
           .inliers = tracked.inliers,
           .relocalized = tracked.relocalized,
-          .certain = !tracked.contradicts_motion,
-          .covariance = tracked.covariance};
+          .certain = !is_uncertain(tracked),
+          .covariance =
+              covariance_factor(moving_share(tracked.frame->evidence.weight)) * tracked.covariance};
 }
 
 std::vector<MovingObject> moving_objects(const std::vector<Mover>& movers) {

@@ -11,7 +11,7 @@ namespace {
 
 /// Minimum share of frames with a pose [0..1].
 constexpr double kMinCoverage = 0.5;
-/// Maximum share of poses that contradict the motion [0..1].
+/// Maximum share of uncertain poses [0..1].
 constexpr double kMaxUncertain = 0.2;
 /// Maximum share of frames for which the masks could not be used [0..1].
 constexpr double kMaxWithoutMasks = 0.5;
@@ -52,11 +52,13 @@ void add_coverage(const RunRecord& record, std::vector<std::string>& doubts) {
 }
 
 void add_uncertain(const RunRecord& record, std::vector<std::string>& doubts) {
-  const std::size_t uncertain = frames_with(record.result, &FrameRecord::contradicts_motion);
+  const std::size_t uncertain = frames_with(record.result, &FrameRecord::uncertain);
   if (share(uncertain, record.result.tracked()) <= kMaxUncertain) return;
   doubts.push_back(fmt::format(
-      "{} of {} poses contradict the motion of the camera; people may fill the image, or the "
-      "intrinsics may be wrong: stillmap doctor RECORDING",
+      "{} of {} poses are uncertain: they contradict the motion of the camera, or nearly all that "
+      "is in view moves; people may fill the image, or the intrinsics may be wrong: stillmap "
+      "doctor "
+      "RECORDING",
       uncertain, record.result.tracked()));
 }
 

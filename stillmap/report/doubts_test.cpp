@@ -71,7 +71,7 @@ TEST(Doubts, DroppedFramesAreToldWithTheirReason) {
 TEST(Doubts, UncertainPosesUnconnectedMapsAndAnEmptyMapAreTold) {
   RunRecord record = good_run();
   for (int i : {1, 2, 3})
-    record.result.frames[static_cast<std::size_t>(i)].contradicts_motion = true;
+    record.result.frames[static_cast<std::size_t>(i)].uncertain = true;
   EXPECT_THAT(doubts_of(record), ElementsAre(HasSubstr("3 of 10 poses contradict")));
   record = good_run();
   record.result.maps = 2;

@@ -129,7 +129,7 @@ std::string map_events_text(const SlamResult& result) {
   add(frames_with(result, &FrameRecord::relocalized), "relocalization", "relocalizations");
   add(frames_with(result, &FrameRecord::tracked_late), "lost frame tracked at the end",
       "lost frames tracked at the end");
-  add(frames_with(result, &FrameRecord::contradicts_motion), "uncertain pose", "uncertain poses");
+  add(frames_with(result, &FrameRecord::uncertain), "uncertain pose", "uncertain poses");
   add(frames_with(result, &FrameRecord::tracked_by_odometry), "frame tracked by visual odometry",
       "frames tracked by visual odometry");
   return text;

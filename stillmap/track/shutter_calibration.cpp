@@ -41,6 +41,11 @@ constexpr double kMinRolling = 0.005;
 /// Longest plausible times [s].
 constexpr double kMaxReadout = 0.040, kMaxDelay = 0.050;
 
+/// Returns the longest readout time [s]: the next image begins after it.
+double longest_readout(const Camera& camera) {
+  return camera.fps > 0 ? std::min(kMaxReadout, 1 / camera.fps) : kMaxReadout;
+}
+
 /// Cauchy kernel on a squared residual: rho(s) = k^2 log(1 + s / k^2). Wrong matches count little.
 struct CauchyKernel {
   double bound = 1;  ///< Bound k^2 [sigma^2].
@@ -198,7 +203,7 @@ void ShutterCalibration::add(const TrackingModel& model, const FramePtr& frame,
   information_ += found->information;
   weighted_sum_ += found->vector;
   ++frames_;
-  update(model.camera.depth_sensor);
+  update(model.camera);
 }
 
 std::optional<ShutterCalibration::Correction> ShutterCalibration::correction() const {
@@ -213,7 +218,7 @@ std::optional<ShutterCalibration::Correction> ShutterCalibration::correction() c
 }
 
 /// Changes the timing if the mean correction is certain.
-void ShutterCalibration::update(const DepthSensor& sensor) {
+void ShutterCalibration::update(const Camera& camera) {
   const auto found = correction();
   if (!found) return;
   const auto& [mean, sigma] = *found;
@@ -225,11 +230,11 @@ void ShutterCalibration::update(const DepthSensor& sensor) {
   if (!readout && !delay) return;
   // Points move further between rows than the search for matches expects, so the first estimate of
   // a long readout time is too short. That of the sensor is a better start.
-  const bool begins_to_roll = timing_.readout == 0 && sensor.readout > 0;
+  const bool begins_to_roll = timing_.readout == 0 && camera.depth_sensor.readout > 0;
   if (readout && begins_to_roll)
-    timing_.readout = sensor.readout;
+    timing_.readout = camera.depth_sensor.readout;
   else if (readout)
-    timing_.readout = std::min(timing_.readout + mean(0), kMaxReadout);
+    timing_.readout = std::min(timing_.readout + mean(0), longest_readout(camera));
   if (delay) timing_.depth_delay = std::clamp(timing_.depth_delay + mean(1), -kMaxDelay, kMaxDelay);
   information_.setZero();
   weighted_sum_.setZero();

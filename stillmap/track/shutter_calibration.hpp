@@ -93,7 +93,7 @@ class ShutterCalibration {
                               const Pose& T_to_from, const Eigen::Vector2d& correction);
   static std::optional<Evidence> evidence(const Camera& camera, const View& from, const View& to);
   View view_of_middle(const TrackingModel& model) const;
-  void update(const DepthSensor& sensor);
+  void update(const Camera& camera);
 
   ShutterTiming timing_;
   std::deque<View> views_;
