@@ -26,17 +26,20 @@ struct MapArguments {
 
 int show(const MapArguments& arguments) {
   require_replaceable(arguments.json, is_figures_file, arguments.force);
-  const MapDescription description = describe_map(read_saved_map(arguments.file));
+  const SavedMap map = read_saved_map(arguments.file);
+  const MapDescription description = describe_map(map);
   const auto bytes = fs::file_size(map_file_of(arguments.file));
   print_to(arguments.json == kStandardOutput ? stderr : stdout, "{}: {:.2f} MB\n{}", arguments.file,
            static_cast<double>(bytes) / 1e6, description_text(description));
-  if (arguments.json.empty()) return kSuccess;
+  const int code = map.damage.empty() ? kSuccess : kDoubtful;
+  if (!map.damage.empty()) print_doubts({map.damage});
+  if (arguments.json.empty()) return code;
   nlohmann::json json = description_json(description);
   json["file"] = arguments.file;
   json["bytes"] = bytes;
   json["stillmap"] = STILLMAP_VERSION;
   write_named(arguments.json, json_text(json, 2) + "\n", is_figures_file, arguments.force);
-  return kSuccess;
+  return code;
 }
 
 int slim(const MapArguments& arguments) {

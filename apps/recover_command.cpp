@@ -71,6 +71,7 @@ int run(const RecoverArguments& arguments) {
   record.map = recovered.map;
   record.frames = recovered.frames.size();
   record.interrupted = true;
+  if (!recovered.map.damage.empty()) record.frame_problems = {recovered.map.damage};
   RunOutputs outputs;
   outputs.dense = arguments.outputs;
   write_run_files(record, outputs, folder);

@@ -100,14 +100,17 @@ std::string JournalReader::read(std::uint64_t size) {
 }
 
 std::optional<std::string> JournalReader::next() {
+  const std::uint64_t before = left_;
   const std::string header = read(kRecordHeader);
   if (header.size() == kRecordHeader) {
     const auto packed_size = number_at<std::uint64_t>(header, 0);
     const auto plain_size = number_at<std::uint64_t>(header, sizeof(std::uint64_t));
-    const std::string packed = packed_size <= left_ ? read(packed_size) : "";
+    const bool whole = packed_size <= left_;
+    const std::string packed = whole ? read(packed_size) : "";
     if (packed.size() == packed_size && header == record_header(packed, plain_size)) {
       if (auto record = inflated(packed, plain_size)) return record;
     }
+    if (whole) lost_ = before;
   }
   left_ = 0;
   return std::nullopt;

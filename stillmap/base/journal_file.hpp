@@ -56,13 +56,16 @@ class JournalReader {
 
   /// Returns the next record; none at the end, and from the first on that is truncated or altered.
   std::optional<std::string> next();
+  /// Returns the number of bytes that are not read because a record before them is altered; 0 after
+  /// a record that is only truncated, as of a killed process.
+  std::uint64_t lost() const { return lost_; }
 
  private:
   /// Returns the next bytes; fewer at the end of the file.
   std::string read(std::uint64_t size);
 
   std::ifstream in_;
-  std::uint64_t left_ = 0;  // [bytes]
+  std::uint64_t left_ = 0, lost_ = 0;  // [bytes]
 };
 
 }  // namespace stillmap

@@ -60,6 +60,23 @@ TEST_F(JournalFile, EndsBeforeAnAlteredByte) {
   }
 }
 
+/// Returns JournalReader::lost() at the end of a file with these bytes.
+std::uint64_t lost_of(const std::filesystem::path& file, const std::string& bytes) {
+  write_file(file, bytes);
+  JournalReader reader(file);
+  while (reader.next()) continue;
+  return reader.lost();
+}
+
+TEST_F(JournalFile, TellsTheBytesBehindAnAlteredRecordButNotATruncatedOne) {
+  const std::string whole = read_file(file_);
+  EXPECT_EQ(lost_of(file_, whole), 0U);
+  EXPECT_EQ(lost_of(file_, whole.substr(0, whole.size() - 1)), 0U);
+  std::string altered = whole;
+  altered[12 + 20] = static_cast<char>(altered[12 + 20] ^ 0x10);  // first byte of the first record
+  EXPECT_EQ(lost_of(file_, altered), whole.size() - 12);
+}
+
 TEST_F(JournalFile, IsReplacedByOtherRecordsAndGoesOn) {
   JournalWriter writer(file_);
   writer.append(second_);

@@ -153,8 +153,11 @@ nlohmann::json improvements(const Evaluation& baseline, const Evaluation& evalua
 
 }  // namespace
 
+/// Error below which a trajectory is the truth itself, written with fewer digits [m, degrees].
+constexpr double kNoError = 1e-9;
+
 double improvement_rate(double alpha, double beta) {
-  if (alpha == 0) return std::numeric_limits<double>::quiet_NaN();
+  if (alpha < kNoError) return std::numeric_limits<double>::quiet_NaN();
   return (alpha - beta) / alpha * 100;
 }
 

@@ -35,8 +35,8 @@ struct Comparison {
 };
 
 /// Returns the improvement rate (alpha - beta) / alpha * 100 [%], with alpha the figure of the
-/// baseline and beta that of the other run: equation 4 of SLAM3-YOLOv8. NaN if the baseline is
-/// zero.
+/// baseline and beta that of the other run: equation 4 of SLAM3-YOLOv8. NaN if the baseline's
+/// is below 1e-9, that of the truth itself.
 double improvement_rate(double alpha, double beta);
 
 /// Evaluates every run; the first run of each sequence is the baseline of the others on it. A run

@@ -13,8 +13,9 @@ void put_key(ByteWriter& out, JournalKey key, std::uint8_t change) {
 }
 
 /// Calls `visit` with the key, the change and the bytes of each addition and removal in a journal.
+/// Returns JournalReader::lost() at its end.
 template <typename Visit>
-void for_each_change(const std::filesystem::path& file, Visit&& visit) {
+std::uint64_t for_each_change(const std::filesystem::path& file, Visit&& visit) {
   JournalReader records(file);
   while (const auto record = records.next()) {
     ByteReader in(*record, file.string(), "the journal is damaged; map the recording again");
@@ -26,6 +27,7 @@ void for_each_change(const std::filesystem::path& file, Visit&& visit) {
       visit(key, change, change == kRemoved ? std::string() : in.get_text());
     }
   }
+  return records.lost();
 }
 
 }  // namespace
@@ -63,7 +65,7 @@ std::string JournalPart::take() {
 
 JournalContent::JournalContent(std::filesystem::path file) : file_(std::move(file)) {
   std::uint64_t position = 0;
-  for_each_change(file_, [&](JournalKey key, std::uint8_t change, const std::string&) {
+  lost_ = for_each_change(file_, [&](JournalKey key, std::uint8_t change, const std::string&) {
     if (change == kRemoved) {
       last_.erase(key);
     } else {

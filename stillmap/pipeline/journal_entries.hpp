@@ -82,11 +82,14 @@ class JournalContent {
   void for_each(const std::function<void(JournalKey, std::string_view)>& visit) const;
   /// Appends records that have these entries.
   void write_to(JournalWriter& writer) const;
+  /// Returns JournalReader::lost() at the end of the records [bytes].
+  std::uint64_t lost() const { return lost_; }
 
  private:
   std::filesystem::path file_;
   // Position in the file of each entry among all additions.
   std::unordered_map<JournalKey, std::uint64_t, JournalKeyHash> last_;
+  std::uint64_t lost_ = 0;
 };
 
 }  // namespace stillmap

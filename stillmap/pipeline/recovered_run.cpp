@@ -13,6 +13,8 @@
 #include <optional>
 #include <utility>
 
+#include <fmt/format.h>
+
 namespace stillmap {
 namespace {
 
@@ -33,6 +35,7 @@ class Recovery {
     RecoveredRun run;
     run.heading = heading();
     run.map.writer = run.heading.writer;
+    run.map.damage = damage();
     run.map.map = map();
     run.map.views = views(run.map.map.camera, memory);
     run.frames = frames();
@@ -43,6 +46,14 @@ class Recovery {
   }
 
  private:
+  std::string damage() const {
+    if (content_.lost() == 0) return "";
+    return fmt::format(
+        "a record of the journal {} is damaged, and its last {} bytes are not read: the later part "
+        "of the run is missing; map the recording again",
+        where_, content_.lost());
+  }
+
   template <typename Read>
   void for_each(JournalKind kind, Read&& read) const {
     const auto end = entries_.end();

@@ -7,6 +7,10 @@
 #include "stillmap/pipeline/recording_test.hpp"
 #include "stillmap/pipeline/recovered_run.hpp"
 
+#include <cstring>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace stillmap {
@@ -129,6 +133,26 @@ TEST(RunJournal, IsReadableWhereverItIsTruncated) {
   }
   EXPECT_EQ(frames, journaled_run().frames.size());
   EXPECT_GT(different, 5U);
+}
+
+TEST(RunJournal, TellsThatADamagedRecordHidesTheLaterOnes) {
+  std::string bytes = read_file(journaled_run().file);
+  const std::filesystem::path file = test::own_path("damaged.journal");
+  write_file(file, bytes.substr(0, bytes.size() - 1));
+  EXPECT_EQ(recovered_run(file).map.damage, "");
+  // Within the record that holds the middle of the file, behind its header.
+  std::size_t at = 12, next = 12;
+  while (next < bytes.size() / 2) {
+    at = next;
+    std::uint64_t packed = 0;
+    std::memcpy(&packed, bytes.data() + at, sizeof packed);
+    next = at + 20 + packed;
+  }
+  bytes[at + 20] = static_cast<char>(bytes[at + 20] ^ 1);
+  write_file(file, bytes);
+  EXPECT_THAT(recovered_run(file).map.damage,
+              testing::HasSubstr(fmt::format("its last {} bytes are not read", bytes.size() - at)));
+  std::filesystem::remove(file);
 }
 
 TEST(RunJournal, WithoutOutdatedEntriesIsTheSameRun) {

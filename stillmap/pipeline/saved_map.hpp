@@ -31,6 +31,7 @@ struct SavedMap {
   MapContent map;
   std::vector<AnchoredView> views;  ///< Views of the dense map; empty if it was not saved.
   std::uint32_t version = kMapFormat.version;  ///< Version of the layout of its file.
+  std::string damage = {};  ///< What a damaged journal lost, as a sentence; empty: nothing.
 };
 
 /// Writes a view as in section DENS of a map file.

@@ -11,6 +11,9 @@ namespace {
 
 /// Minimum share of frames with a pose [0..1].
 constexpr double kMinCoverage = 0.5;
+/// Least number of frames in a row without a pose that are told, and their least share [0..1].
+constexpr std::ptrdiff_t kGap = 15;
+constexpr double kGapShare = 0.1;
 /// Maximum share of uncertain poses [0..1].
 constexpr double kMaxUncertain = 0.2;
 /// Maximum share of frames for which the masks could not be used [0..1].
@@ -51,6 +54,27 @@ void add_coverage(const RunRecord& record, std::vector<std::string>& doubts) {
       tracked, total, main_reason(record.result)));
 }
 
+/// Tells the longest gap of the trajectory, if most frames have a pose.
+void add_gap(const RunRecord& record, std::vector<std::string>& doubts) {
+  const auto& frames = record.result.frames;
+  const auto has_pose = [](const FrameRecord& f) { return f.has_pose(); };
+  auto longest = frames.begin();
+  std::ptrdiff_t length = 0;
+  for (auto begin = frames.begin(); begin != frames.end();) {
+    begin = std::find_if_not(begin, frames.end(), has_pose);
+    const auto end = std::find_if(begin, frames.end(), has_pose);
+    if (end - begin > length) longest = begin, length = end - begin;
+    begin = end;
+  }
+  const bool told = share(record.result.tracked(), record.total_frames()) < kMinCoverage;
+  if (told || length < kGap ||
+      share(static_cast<std::size_t>(length), record.total_frames()) < kGapShare)
+    return;
+  doubts.push_back(fmt::format(
+      "{} frames in a row have no pose, from {:.6f} s on ({}): the path has a gap there", length,
+      longest->timestamp, longest->reason));
+}
+
 void add_uncertain(const RunRecord& record, std::vector<std::string>& doubts) {
   const std::size_t uncertain = frames_with(record.result, &FrameRecord::uncertain);
   if (share(uncertain, record.result.tracked()) <= kMaxUncertain) return;
@@ -88,6 +112,7 @@ bool needs_masks(const std::string& preset) {
 std::vector<std::string> doubts_of(const RunRecord& record) {
   std::vector<std::string> doubts;
   add_coverage(record, doubts);
+  add_gap(record, doubts);
   add_uncertain(record, doubts);
   add_masks(record, doubts);
   doubts.insert(doubts.end(), record.frame_problems.begin(), record.frame_problems.end());

@@ -50,6 +50,25 @@ TEST(Doubts, FewFramesWithAPoseAreToldWithTheMainReason) {
   EXPECT_THAT(doubts_of(RunRecord{}), ElementsAre(HasSubstr("0 of 0 frames")));
 }
 
+TEST(Doubts, ALongGapOfTheTrajectoryIsTold) {
+  RunRecord record = good_run();
+  for (int i = 10; i < 150; ++i) {
+    FrameRecord frame;
+    const bool lost = i >= 40 && i < 55;
+    frame.timestamp = i;
+    frame.state = lost ? TrackState::kLost : TrackState::kTracking;
+    if (lost) frame.reason = "too dark";
+    record.result.frames.push_back(frame);
+    if (!lost) record.result.trajectory.push_back({static_cast<double>(i), Pose()});
+  }
+  record.frames = 150;
+  EXPECT_THAT(doubts_of(record),
+              ElementsAre(HasSubstr("15 frames in a row have no pose, from 40.000000 s on (too "
+                                    "dark)")));
+  record.result.frames[50].state = TrackState::kTracking;
+  EXPECT_THAT(doubts_of(record), IsEmpty());
+}
+
 TEST(Doubts, FramesThatCouldNotBeReadCount) {
   RunRecord record = good_run();
   record.skipped.resize(11);
@@ -70,9 +89,8 @@ TEST(Doubts, DroppedFramesAreToldWithTheirReason) {
 
 TEST(Doubts, UncertainPosesUnconnectedMapsAndAnEmptyMapAreTold) {
   RunRecord record = good_run();
-  for (int i : {1, 2, 3})
-    record.result.frames[static_cast<std::size_t>(i)].uncertain = true;
-  EXPECT_THAT(doubts_of(record), ElementsAre(HasSubstr("3 of 10 poses contradict")));
+  for (int i : {1, 2, 3}) record.result.frames[static_cast<std::size_t>(i)].uncertain = true;
+  EXPECT_THAT(doubts_of(record), ElementsAre(HasSubstr("3 of 10 poses are uncertain")));
   record = good_run();
   record.result.maps = 2;
   EXPECT_THAT(doubts_of(record), ElementsAre(HasSubstr("2 maps that are not connected")));

@@ -54,7 +54,7 @@ std::string unknown_floor_text(const std::string& reason) {
   return "the floor is unknown, so the files for planners are in the frame of the first camera, "
          "and "
          "there are no grid and no static obstacles: " +
-         reason + "; give --camera-height METERS, or --floor FILE";
+         reason + "; give --up X,Y,Z and --camera-height METERS, or --floor FILE";
 }
 
 }  // namespace

@@ -190,7 +190,7 @@ TEST(RunSummary, TellsTheTimingOfTheShuttersAndItsOrigin) {
   EXPECT_EQ(run_summary_json(record)["camera"]["shutter"]["origin"],
             "estimated from the recording");
   EXPECT_THAT(run_summary_text(record),
-              HasSubstr("rolling shutter found: readout 27.0 ms, depth 4.0 ms later"));
+              HasSubstr("rolling shutter, as last estimated: readout 27.0 ms, depth delay 4.0 ms"));
   record.result.camera.shutter = record.result.shutter;
   EXPECT_EQ(run_summary_json(record)["camera"]["shutter"]["origin"], "camera file");
   EXPECT_THAT(run_summary_text(record), ::testing::Not(HasSubstr("rolling shutter")));

@@ -157,7 +157,7 @@ std::string shutter_text(const RunRecord& record) {
   const ShutterTiming& shutter = record.result.shutter;
   if (record.result.camera.shutter || shutter == ShutterTiming{}) return "";
   return fmt::format(
-      "rolling shutter found: readout {:.1f} ms, depth {:.1f} ms later than its timestamp\n",
+      "rolling shutter, as last estimated: readout {:.1f} ms, depth delay {:.1f} ms\n",
       shutter.readout * 1e3, shutter.depth_delay * 1e3);
 }
 

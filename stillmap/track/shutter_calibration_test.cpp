@@ -41,6 +41,12 @@ TEST(ShutterCalibration, FindsAReadoutTimeOtherThanThatOfTheSensor) {
   EXPECT_NEAR(found.readout, 0.018, 0.002);
 }
 
+TEST(ShutterCalibration, AReadoutTimeIsAtMostTheFrameInterval) {
+  Camera camera = camera_of("ideal");
+  camera.fps = 60;
+  EXPECT_DOUBLE_EQ(estimated(camera, {.readout = 0.02}).readout, 1 / 60.0);
+}
+
 TEST(ShutterCalibration, LeavesAGlobalShutterAlone) {
   EXPECT_EQ(estimated(camera_of("kinect_v1"), {}), ShutterTiming{});
 }

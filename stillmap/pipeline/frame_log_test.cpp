@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/pipeline/frame_log.hpp"
+
+#include "stillmap/track/moving_majority.hpp"
+
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace stillmap {
+namespace {
+
+/// A tracked frame of ten keypoints, some of which move.
+TrackedFrame frame_with_moving(std::size_t index, std::size_t moving) {
+  constexpr std::size_t kKeypoints = 10;
+  auto image = std::make_shared<RgbdFrame>();
+  image->index = index;
+  image->timestamp = 0.1 * static_cast<double>(index);
+  auto features = std::make_shared<Features>();
+  features->keypoints.resize(kKeypoints);
+  auto frame = std::make_shared<Frame>();
+  frame->image = image;
+  frame->features = features;
+  frame->evidence.weight.assign(kKeypoints, 1);
+  std::fill_n(frame->evidence.weight.begin(), moving, 0.0F);
+  TrackedFrame tracked;
+  tracked.frame = frame;
+  tracked.state = TrackState::kTracking;
+  return tracked;
+}
+
+TEST(FrameLog, APoseIsUncertainIfNearlyAllKeypointsMove) {
+  FrameLog log(true);
+  for (const std::size_t moving : {0U, 5U, 7U, 8U, 10U})
+    log.add(frame_with_moving(log.records().size(), moving), {});
+  std::vector<bool> uncertain;
+  for (const FrameRecord& record : log.records()) uncertain.push_back(record.uncertain);
+  EXPECT_EQ(uncertain, (std::vector<bool>{false, false, false, true, true}));
+}
+
+TEST(FrameLog, CovariancesGrowByTheSquaredOddsOfMovingKeypoints) {
+  FrameLog log(true);
+  std::vector<UncertainPose> poses;
+  for (const std::size_t moving : {3U, 8U, 5U, 6U}) {
+    log.add(frame_with_moving(log.records().size(), moving), {});
+    if (moving != 5)
+      poses.push_back({log.records().back().timestamp, Pose(), Matrix6d::Identity()});
+  }
+  log.enlarge_covariances(poses);
+  EXPECT_DOUBLE_EQ(poses[0].covariance(0, 0), 1);
+  EXPECT_NEAR(poses[1].covariance(0, 0), 16, 1e-9);
+  EXPECT_NEAR(poses[2].covariance(5, 5), 2.25, 1e-9);  // the frame without a pose is passed over
+}
+
+}  // namespace
+}  // namespace stillmap
