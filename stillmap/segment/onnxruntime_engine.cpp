@@ -117,7 +117,7 @@ void update(const Caller& call, ort::Update<Options> update, Options* options,
 /// never released.
 const ort::Env* environment_of(const Caller& call) {
   static std::mutex mutex;
-  static std::map<const ort::Api*, const ort::Env*> made;
+  static auto& made = *new std::map<const ort::Api*, const ort::Env*>;  // lives as long as they do
   const std::scoped_lock guard(mutex);
   const ort::Env*& environment = made[&call.api()];
   if (environment == nullptr) {

@@ -69,9 +69,16 @@ Status* create(T** made) {
   return nullptr;
 }
 
+/// Records a call that creates an object, and creates it unless the call fails.
+template <typename T>
+Status* create_recorded(const std::string& call, T** made) {
+  Status* failure = record(call);
+  if (failure == nullptr) *made = new T{};
+  return failure;
+}
+
 Status* create_memory(Text name, int, int, int, MemoryInfo** made) {
-  *made = new MemoryInfo{};
-  return record(std::string("memory ") + name);
+  return create_recorded(std::string("memory ") + name, made);
 }
 
 Status* create_session(const Env*, Text, const SessionOptions* options, Session** made) {
@@ -84,8 +91,7 @@ Status* create_session(const Env*, Text, const SessionOptions* options, Session*
       return new Status{"TensorRT EP could not deserialize engine from cache: " + engine.string()};
     }
   }
-  *made = new Session{};
-  return record("create session");
+  return create_recorded("create session", made);
 }
 
 Status* update_cuda(CudaOptions*, const Text* keys, const Text* values, std::size_t count) {
@@ -192,8 +198,7 @@ Api make_api() {
   api.append_tensorrt = append_tensorrt;
   api.create_tensorrt_options = [](TensorRtOptions** made) {
     if (!environment_exists()) return new Status{"no environment"};
-    *made = new TensorRtOptions{};
-    return record("create tensorrt");
+    return create_recorded("create tensorrt", made);
   };
   api.update_tensorrt_options = update_tensorrt;
   api.release_tensorrt_options = release<TensorRtOptions>;
