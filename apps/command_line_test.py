@@ -100,8 +100,11 @@ class CommandLine(unittest.TestCase):
         for command in ("run", "view", "warn", "dense", "eval", "compare", "reproduce", "simulate", "demo", "calibrate", "doctor", "info",
                         "map info", "map slim", "map export", "presets", "options"):
             text = self.succeeded(stillmap(*command.split(), "--help")).stdout
-            self.assertNotIn("TEXT", text, command)
+            self.assertNotRegex(text, r"TEXT|UINT|NUMBER|NONNEGATIVE|Needs:|Excludes:", command)
         text = stillmap("run", "--help").stdout
+        self.assertIn("--up X,Y,Z ", text)
+        self.assertNotRegex(self.succeeded(stillmap("man")).stdout, "UINT|NUMBER|NONNEGATIVE")
+        self.assertRegex(text, r"--localize-only[^(]*\(with\s+--load-map\) \(not with --save-map\)")
         for part in ("Recording:", "Method:", "Results:", "Saved maps:", "Terminal:", "--model FILE", "--masks DIR", "--first N"):
             self.assertIn(part, text)
 

@@ -144,8 +144,8 @@ void add_floor_options(CLI::App& command, CLI::Option* planner, FloorHints& floo
               throw Error("is no direction", "--up", "give three numbers that are not all 0");
             floor.up = up;
           },
-          "upward direction in the frame of the first camera (x right, y down, z forward), for "
-          "--planner; 0,-1,0 for a level camera")
+          "upward direction in the frame of the first camera (x right, y down, z forward); "
+          "0,-1,0 for a level camera")
       ->delimiter(',')
       ->expected(3)
       ->type_name("X,Y,Z")
@@ -162,13 +162,13 @@ void add_floor_options(CLI::App& command, CLI::Option* planner, FloorHints& floo
             }
             floor.camera_height = height;
           },
-          "height of the first camera above the floor [m], for --planner")
+          "height of the first camera above the floor [m]")
       ->type_name("METERS")
       ->needs(planner);
   command
       .add_option_function<std::string>(
           "--floor", [&floor](const std::string& file) { floor.floor = read_floor(file); },
-          "floor.json of a run in the same map, for --planner")
+          "floor.json of a run in the same map")
       ->type_name("FILE")
       ->needs(planner);
 }

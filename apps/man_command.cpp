@@ -6,6 +6,7 @@
 
 #include "command_tree.hpp"
 #include "commands.hpp"
+#include "terminal.hpp"
 #include <fmt/format.h>
 
 namespace stillmap {
@@ -64,7 +65,7 @@ std::string entry(const CLI::Option& option) {
   if (!option.nonpositional()) return entry(italic(option.get_name(true)), option);
   std::string tag;
   for (const std::string& name : names_of(option)) tag += (tag.empty() ? "" : ", ") + bold(name);
-  if (option.get_type_size() != 0) tag += " " + breakable(italic(option.get_type_name()));
+  if (option.get_type_size() != 0) tag += " " + breakable(italic(value_type(option)));
   return entry(tag, option);
 }
 

@@ -3,9 +3,13 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <set>
 #include <sstream>
 #include <sys/ioctl.h>
 #include <unistd.h>
+#include <vector>
+
+#include <fmt/format.h>
 
 namespace stillmap {
 namespace {
@@ -15,15 +19,37 @@ constexpr std::size_t kDefaultColumns = 100, kLeastColumns = 40, kDescriptions =
 
 class WrappedHelp final : public CLI::Formatter {
  public:
-  explicit WrappedHelp(std::size_t columns) : columns_(columns) {
-    column_width(kDescriptions);
-    label("INT", "N");
-    label("FLOAT", "X");
-  }
+  explicit WrappedHelp(std::size_t columns) : columns_(columns) { column_width(kDescriptions); }
 
   std::string make_option(const CLI::Option* option, bool is_positional) const override {
     return entry(make_option_name(option, is_positional) + make_option_opts(option),
                  make_option_desc(option));
+  }
+  /// Returns the value that an option takes, with its default.
+  std::string make_option_opts(const CLI::Option* option) const override {
+    std::string text;
+    if (option->get_type_size() != 0) {
+      const std::string type = value_type(*option);
+      text += " " + type;
+      if (!option->get_default_str().empty()) text += "=" + option->get_default_str();
+      const int most = option->get_expected_max();
+      if (most == CLI::detail::expected_max_vector_size) {
+        text += " ...";
+      } else if (most > 1 && type.find(',') == std::string::npos) {
+        text += fmt::format(" x {}", most);
+      }
+    }
+    if (option->get_required()) text += " (required)";
+    return text;
+  }
+  /// Returns the description, with the options that it needs or excludes.
+  std::string make_option_desc(const CLI::Option* option) const override {
+    const std::string needs = names_of(option->get_needs());
+    const std::string excludes = names_of(option->get_excludes());
+    std::string text = option->get_description();
+    if (!needs.empty()) text += " (with " + needs + ")";
+    if (!excludes.empty()) text += " (not with " + excludes + ")";
+    return text;
   }
   std::string make_group(std::string group, bool is_positional,
                          std::vector<const CLI::Option*> options) const override {
@@ -41,6 +67,15 @@ class WrappedHelp final : public CLI::Formatter {
   }
 
  private:
+  /// Returns the names of the options that the help shows.
+  static std::string names_of(const std::set<CLI::Option*>& options) {
+    std::vector<std::string> names;
+    for (const CLI::Option* option : options) {
+      if (!option->get_group().empty()) names.push_back(option->get_name());
+    }
+    std::sort(names.begin(), names.end());
+    return fmt::format("{}", fmt::join(names, ", "));
+  }
   /// Returns a line of a footer: a heading, an example, or a text behind a name and two blanks.
   std::string footer_line(const std::string& line) const {
     const auto begin = std::min(line.find_first_not_of(' '), line.size());
@@ -65,6 +100,17 @@ class WrappedHelp final : public CLI::Formatter {
 };
 
 }  // namespace
+
+std::string value_type(const CLI::Option& option) {
+  const std::string type = option.get_type_name();
+  const std::size_t checks = type.find(':');
+  if (checks != std::string::npos && type[checks + 1] == '{' &&
+      type.find(',', checks) != std::string::npos)
+    return type.substr(checks + 1);
+  const std::string name = type.substr(0, checks);
+  if (name == "INT" || name == "UINT") return "N";
+  return name == "FLOAT" ? "X" : name;
+}
 
 std::optional<std::size_t> terminal_columns(int file_descriptor) {
   winsize size{};

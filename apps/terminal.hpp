@@ -10,6 +10,10 @@
 
 namespace stillmap {
 
+/// Returns the name of an option's value as help and manual show it: without the checks behind it,
+/// N for integers, X for other numbers, or the values to choose from.
+std::string value_type(const CLI::Option& option);
+
 /// Returns the width of the terminal behind a file descriptor [characters]; none if it is no
 /// terminal or does not tell.
 std::optional<std::size_t> terminal_columns(int file_descriptor);
