@@ -89,10 +89,8 @@ TEST(CovarianceFigures, LeaveOutPosesWithoutACovariance) {
 
 class CovarianceFile : public testing::Test {
  protected:
-  CovarianceFile() { std::filesystem::create_directories(folder_); }
-  ~CovarianceFile() override { std::filesystem::remove_all(folder_); }
-  CovarianceFile(const CovarianceFile&) = delete;
-  CovarianceFile& operator=(const CovarianceFile&) = delete;
+  void SetUp() override { std::filesystem::create_directories(folder_); }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
 
   std::string problem_of(const std::string& text) {
     write_file(file_, text);
