@@ -108,7 +108,7 @@ class Smoke(unittest.TestCase):
         out = self.folder / "starts"
         printed = self.module("starts", self.sequences, "--presets", "static", "--starts", "2", "--out", out,
                               "--program", STILLMAP)
-        self.assertRegex(printed, r"\| office \| static \| 0\.\d{4} \| 0\.\d{4} \|")
+        self.assertRegex(printed, r"\| office \| static \| 0\.\d{4} 0\.\d{4} \| 0\.\d{4}; 0\.\d{4} \|")
         row = json.loads((out / "starts.json").read_text(encoding="utf-8"))["rows"][0]
         self.assertEqual((row["least_tracked"], len(row["ate_rmse_m"])), (row["frames"], 2))
 
