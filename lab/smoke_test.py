@@ -110,7 +110,8 @@ class Smoke(unittest.TestCase):
                               "--program", STILLMAP)
         self.assertRegex(printed, r"\| office \| static \| 0\.\d{4} 0\.\d{4} \| 0\.\d{4}; 0\.\d{4} \|")
         row = json.loads((out / "starts.json").read_text(encoding="utf-8"))["rows"][0]
-        self.assertEqual((row["least_tracked"], len(row["ate_rmse_m"])), (row["frames"], 2))
+        self.assertEqual((row["not_tracked"], len(row["ate_rmse_m"])), ([0, 0], 2))
+        self.assertGreater(row["nees"], 0)
 
     def test_hashes_of_two_runs_are_the_same(self):
         words = ["hashes", self.sequences, "--presets", "fused", "--count", "15", "--program", STILLMAP]
