@@ -5,6 +5,7 @@
 #include "stillmap/base/file.hpp"
 #include "stillmap/evaluate/mover_error.hpp"
 #include "stillmap/evaluate/pose_at.hpp"
+#include "stillmap/geometry/adjoint.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -75,15 +76,6 @@ std::vector<CheckedPose> checked_poses(const Trajectory& truth, const Trajectory
     if (entry != nullptr && T_true) poses.push_back({T_world_camera, *T_true, entry->covariance});
   }
   return poses;
-}
-
-/// Returns Ad(T), with T exp(x) T^-1 = exp(Ad(T) x) for a perturbation x = (v, w).
-Matrix6d adjoint(const Pose& T) {
-  const Eigen::Matrix3d R = T.rotation();
-  Matrix6d result = Matrix6d::Zero();
-  result.topLeftCorner<3, 3>() = result.bottomRightCorner<3, 3>() = R;
-  result.topRightCorner<3, 3>() = skew(T.translation()) * R;
-  return result;
 }
 
 /// Returns the alignment of least sum of normalized squared errors, by Gauss-Newton from another

@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/trace.hpp"
+#include "stillmap/geometry/adjoint.hpp"
 #include "stillmap/optimize/ceres_pose.hpp"
 
 #include <memory>
@@ -18,16 +19,6 @@ constexpr double kRotationSigma = 0.005;
 constexpr int kIterations = 50;
 /// Optimization ends when a step reduces the cost by less than this ratio.
 constexpr double kCostTolerance = 1e-8;
-
-/// Returns Ad(T), which maps a twist from T's source frame to its target frame: T exp(x) =
-/// exp(Ad(T) x) T.
-Matrix6d adjoint(const Pose& T) {
-  const Eigen::Matrix3d R = T.rotation();
-  Matrix6d A = Matrix6d::Zero();
-  A.topLeftCorner<3, 3>() = A.bottomRightCorner<3, 3>() = R;
-  A.topRightCorner<3, 3>() = skew(T.translation()) * R;
-  return A;
-}
 
 /// Returns the inverse right Jacobian of SE(3): log(exp(x) exp(d)) = x + J^-1 d to first order.
 /// Series in ad(x) to fourth order (Barfoot, State Estimation for Robotics, 2017, eq. 7.84-7.86
