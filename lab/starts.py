@@ -37,9 +37,9 @@ def evaluated(sequence, out, words, arguments):
 def accuracy_of(sequence, out, arguments):
     """Figures of a run that its summary does not have."""
     frame = dict(word.split("=", 1) for word in arguments.truth_frame).get(sequence.name)
-    unchanged = evaluated(sequence, out, [], arguments)
-    words = ["--covariances", out / "trajectory_covariance.txt", *(["--truth-frame", frame] if frame else [])]
-    of_camera = evaluated(sequence, out, words, arguments)
+    words = ["--covariances", out / "trajectory_covariance.txt"]
+    unchanged = evaluated(sequence, out, words, arguments)
+    of_camera = evaluated(sequence, out, [*words, "--truth-frame", frame], arguments) if frame else unchanged
     return {"ate_with_scale_m": core.leaf(unchanged, "ate_with_scale", "translation", "rmse"),
             "rpe_1s_m": core.leaf(of_camera, "rpe_1s", "translation", "rmse"),
             "displacement_m": core.leaf(of_camera, "displacement", "error", "rmse"),
