@@ -100,9 +100,8 @@ void map_sequence(Session& session, ViewServer* server, Recorders& recorders, Re
   const bool paced_reading = realtime && !session.live;
   if (paced_reading) source = std::make_unique<TimelySource>(std::move(source));
   if (!session.live_camera) {
-    source =
-        std::make_unique<Prefetch>(std::move(source), kReadAhead,
-                                   realtime ? ThreadPriority::kNone : ThreadPriority::kBackground);
+    source = std::make_unique<Prefetch>(std::move(source), kReadAhead,
+                                        realtime ? ThreadPriority::kNone : ThreadPriority::kMap);
   }
   PacedSource* paced = nullptr;
   if (paced_reading) {

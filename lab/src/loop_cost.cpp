@@ -63,7 +63,7 @@ Run run(const Arguments& arguments, bool loops, bool realtime) {
   const SequencePaths paths = find_sequence(arguments.sequence);
   std::unique_ptr<FrameSource> source = std::make_unique<Prefetch>(
       std::make_unique<TumFolder>(paths, read_camera(paths.camera.string())), 4,
-      realtime ? ThreadPriority::kNone : ThreadPriority::kBackground);
+      realtime ? ThreadPriority::kNone : ThreadPriority::kMap);
   PacedSource* paced = nullptr;
   if (realtime) {
     auto wrapped = std::make_unique<PacedSource>(std::move(source), arguments.slower);

@@ -28,10 +28,13 @@ Mapping::Mapping(Map map, const SlamParameters& options, bool extend)
       final_adjustment_(extend && options.final_adjustment),
       components_started_(next_component(map)),
       maker_(std::move(map), options) {
+  // In lockstep the tracker waits for a global adjustment, so it must not wait for an idle core.
+  const auto adjuster_priority =
+      schedule_.realtime ? ThreadPriority::kIdle : ThreadPriority::kBackground;
   adjuster_ = std::make_unique<AdjustStage>(
       kQueue, WhenFull::kBlock,
       [this](const BundlePtr& bundle, const auto& publish) { adjust(bundle, publish); },
-      "whole map", ThreadPriority::kIdle);
+      "whole map", adjuster_priority);
   stage_ = std::make_unique<MapStage>(
       kQueue, WhenFull::kBlock,
       [this](const TrackedFramePtr& tracked, const auto& publish) { work(*tracked, publish); },

@@ -11,11 +11,9 @@ namespace stillmap {
 class Prefetch final : public FrameSource {
  public:
   /// @param ahead    largest number of frames decoded in advance
-  /// @param priority priority of the reading thread: kNone for a source that replays a camera,
-  /// whose
-  ///                 frames do not wait for the network
+  /// @param priority priority of the reading thread: kNone for a source that replays a camera
   Prefetch(std::unique_ptr<FrameSource> source, int ahead = 4,
-           ThreadPriority priority = ThreadPriority::kBackground);
+           ThreadPriority priority = ThreadPriority::kMap);
 
   const Camera& camera() const override { return camera_; }
   RgbdFramePtr next() override;
