@@ -85,8 +85,8 @@ void add_method_options(CLI::App& command, RunArguments& arguments) {
       ->type_name("{lockstep,realtime}");
   command
       .add_option("--memory", arguments.memory,
-                  "memory for the views of the dense map [MB]; older views are kept in a temporary "
-                  "file in OUT; default 150")
+                  "memory for the views of the dense map and the features of keyframes [MB]; those "
+                  "not used for the longest time are kept in temporary files in OUT; default 180")
       ->type_name("MB");
   command.add_option("--config", arguments.config,
                      "YAML file with options; see --dump-config and docs/options.md");

@@ -151,9 +151,10 @@ struct Options {
     /// keyframes (the clouds of the keyframes are stitched, as in the papers) or registered (each
     /// cloud is first registered to those before it by ICP).
     std::string method = "votes";
-    /// Memory for the views of the dense map; older ones are kept in a temporary file without a
-    /// name, by default in the folder of the results. The map does not depend on it.
-    int memory = 150;  // [MB]
+    /// Memory for the views of the dense map (five sixths) and the features of keyframes; those not
+    /// used for the longest time are kept in temporary files without a name, by default in the
+    /// folder of the results. The map does not depend on it.
+    int memory = 180;  // [MB]
     /// Points are dropped whose distance to their neighbors exceeds the mean by this many standard
     /// deviations; 0 keeps all points.
     double outlier_deviations = 2;

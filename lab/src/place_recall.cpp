@@ -161,7 +161,7 @@ void report_times(const Vocabulary& vocabulary, const std::vector<View>& views) 
   Stopwatch watch;
   for (const View& view : views) {
     auto features = std::make_shared<Features>();
-    features->descriptors = view.descriptors;
+    features->descriptors.assign(view.descriptors.begin(), view.descriptors.end());
     features->keypoints.resize(view.descriptors.size());
     Keyframe keyframe;
     keyframe.static_weight.assign(features->size(), 1);

@@ -49,7 +49,8 @@ std::vector<Descriptor> describe_image(OrbExtractor& orb, const fs::path& file) 
   if (!problem.empty()) throw Error(problem, file.string(), "give 8-bit PNG or JPEG images");
   cv::Mat gray;
   cv::cvtColor(read.image, gray, cv::COLOR_BGR2GRAY);
-  return orb.extract(gray).descriptors;
+  const Features features = orb.extract(gray);
+  return {features.descriptors.begin(), features.descriptors.end()};
 }
 
 void train(const TrainArguments& arguments) {

@@ -34,8 +34,15 @@ class Pages::File {
     return true;
   }
   /// Returns the bytes as memory; MAP_FAILED with errno if that is impossible.
-  void* map(std::size_t begin, std::size_t size) const {
-    return ::mmap(nullptr, size, PROT_READ, MAP_SHARED, descriptor_, static_cast<off_t>(begin));
+  void* map(std::size_t begin, std::size_t size, bool writable) const {
+    const int access = writable ? PROT_READ | PROT_WRITE : PROT_READ;
+    return ::mmap(nullptr, size, access, MAP_SHARED, descriptor_, static_cast<off_t>(begin));
+  }
+  /// Takes space on the disk, so that a later write to the memory cannot fail. Returns whether
+  /// there is enough; errno tells why not.
+  bool claim(std::size_t begin, std::size_t size) const {
+    errno = ::posix_fallocate(descriptor_, static_cast<off_t>(begin), static_cast<off_t>(size));
+    return errno == 0;
   }
   /// Frees the space of bytes on the disk, as far as the file system can.
   void discard(std::size_t begin, std::size_t size) const {
@@ -52,6 +59,12 @@ namespace {
 std::size_t up_to_whole_pages(std::size_t bytes) {
   const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
   return (bytes + page - 1) / page * page;
+}
+
+std::filesystem::path or_temporary(const std::filesystem::path& folder) {
+  if (!folder.empty()) return folder;
+  const char* chosen = std::getenv("TMPDIR");
+  return chosen != nullptr && *chosen != '\0' ? chosen : "/var/tmp";
 }
 
 /// Returns the descriptor of a new file without a name; -1 with errno if there is none.
@@ -78,11 +91,11 @@ Pages::~Pages() {
 
 void Pages::drop() const { ::madvise(data_, size_, MADV_DONTNEED); }
 
-PageFile::PageFile(const std::filesystem::path& folder) : folder_(folder) {
+PageFile::PageFile(const std::filesystem::path& folder) : folder_(or_temporary(folder)) {
   std::error_code ignored;  // open() tells the reason
-  std::filesystem::create_directories(folder, ignored);
-  const int descriptor = open_unnamed(folder);
-  if (descriptor < 0) fail("cannot be created", folder);
+  std::filesystem::create_directories(folder_, ignored);
+  const int descriptor = open_unnamed(folder_);
+  if (descriptor < 0) fail("cannot be created", folder_);
   file_ = std::make_shared<const Pages::File>(descriptor);
 }
 
@@ -97,11 +110,21 @@ std::shared_ptr<const Pages> PageFile::store(std::span<const std::string_view> p
     }
     size += part.size();
   }
-  void* data = file_->map(end_, size);
+  return next_pages(size, false);
+}
+
+std::shared_ptr<Pages> PageFile::reserve(std::size_t bytes) {
+  if (!file_->claim(end_, bytes)) fail("cannot be written", folder_);
+  return next_pages(bytes, true);
+}
+
+/// Returns the next bytes of the file, which exist.
+std::shared_ptr<Pages> PageFile::next_pages(std::size_t size, bool writable) {
+  void* data = file_->map(end_, size, writable);
   if (data == MAP_FAILED) fail("cannot be used", folder_);
   const std::size_t begin = end_;
   end_ += up_to_whole_pages(size);
-  return std::shared_ptr<const Pages>(new Pages(file_, begin, static_cast<std::byte*>(data), size));
+  return std::shared_ptr<Pages>(new Pages(file_, begin, static_cast<std::byte*>(data), size));
 }
 
 }  // namespace stillmap

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <span>
@@ -8,9 +9,17 @@
 
 namespace stillmap {
 
-/// Read-only bytes in a PageFile. The operating system reads a page of them into memory when it is
-/// used. They may be used by any thread, and outlive their PageFile; their space on the disk is
-/// freed with them.
+/// Memory for data, and the folder of the PageFile for what is beyond it.
+struct MemoryLimit {
+  std::uint64_t limit = 150000000;  ///< [bytes]
+  /// Empty: that of the environment variable TMPDIR, or /var/tmp (which, unlike /tmp, is never in
+  /// memory).
+  std::filesystem::path folder;
+};
+
+/// Bytes in a PageFile. The operating system reads a page of them into memory when it is used. They
+/// outlive their PageFile; their space on the disk is freed with them. Once they are written, they
+/// may be used by any thread.
 class Pages {
  public:
   ~Pages();
@@ -18,6 +27,7 @@ class Pages {
   Pages& operator=(const Pages&) = delete;
 
   const std::byte* data() const { return data_; }
+  std::byte* data() { return data_; }
   std::size_t size() const { return size_; }
   /// Gives back the memory of the pages that were used, until they are used again.
   void drop() const;
@@ -39,13 +49,19 @@ class Pages {
 class PageFile {
  public:
   /// Creates the file, and the folder if it is missing. Throws Error.
+  /// @param folder  see MemoryLimit::folder
   explicit PageFile(const std::filesystem::path& folder);
 
   /// Writes bytes, which must not be empty, one part after the other. Throws Error if they cannot
   /// be written (disk full); the file can be used nevertheless.
   std::shared_ptr<const Pages> store(std::span<const std::string_view> parts);
+  /// Returns bytes to be written by the caller, at least one. Throws Error if the disk has no room
+  /// for them; the file can be used nevertheless.
+  std::shared_ptr<Pages> reserve(std::size_t bytes);
 
  private:
+  std::shared_ptr<Pages> next_pages(std::size_t size, bool writable);
+
   std::filesystem::path folder_;
   std::shared_ptr<const Pages::File> file_;
   std::size_t end_ = 0;  // position of the next bytes

@@ -50,6 +50,16 @@ TEST_F(PageFileTest, GivesBackWhatWasStored) {
   EXPECT_EQ(text(*first), "a" + large + "b") << "read again";
 }
 
+TEST_F(PageFileTest, BytesCanBeWrittenLater) {
+  PageFile file(folder_);
+  const auto first = file.reserve(5000), second = file.reserve(1);
+  std::fill_n(first->data(), 5000, std::byte{'x'});
+  second->data()[0] = std::byte{'y'};
+  first->drop();
+  EXPECT_EQ(text(*first), std::string(5000, 'x')) << "read again";
+  EXPECT_EQ(text(*second), "y");
+}
+
 TEST_F(PageFileTest, LeavesNothingInTheFolder) {
   PageFile file(folder_);
   const auto pages = stored(file, {"some bytes"});

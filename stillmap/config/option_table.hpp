@@ -308,8 +308,9 @@ void visit_dense_options(Group& dense, const Visitor& visit) {
   visit({"dense.memory",
          "MB",
          {0, 1e6},
-         "Memory for the views of the dense map; older ones are kept in a temporary file without "
-         "a name, by default in the folder of the results. The map does not depend on it."},
+         "Memory for the views of the dense map (five sixths) and the features of keyframes; those "
+         "not used for the longest time are kept in temporary files without a name, by default in "
+         "the folder of the results. The map does not depend on it."},
         dense.memory);
   visit({"dense.outlier_deviations",
          "",

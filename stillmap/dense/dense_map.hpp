@@ -47,7 +47,7 @@ struct DenseOptions {
   /// same viewpoint, so that the map does not grow while the camera stays in one place: 12 million
   /// are 150 views of 640 x 480 pixels at stride 2.
   int many_pixels = 12000000;
-  ViewMemory memory;  ///< Has no effect on the map.
+  MemoryLimit memory;  ///< Has no effect on the map.
   /// Maximum number of voxels, about seventy bytes each while the cloud is made, above which their
   /// side is doubled.
   int max_voxels = 6000000;

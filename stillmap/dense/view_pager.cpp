@@ -5,16 +5,10 @@
 #include "stillmap/base/warning.hpp"
 
 #include <array>
-#include <cstdlib>
 #include <string>
 
 namespace stillmap {
 namespace {
-
-std::filesystem::path temporary_folder() {
-  const char* chosen = std::getenv("TMPDIR");
-  return chosen != nullptr && *chosen != '\0' ? chosen : "/var/tmp";
-}
 
 std::string_view bytes_of(const cv::Mat& image) {
   return {reinterpret_cast<const char*>(image.data), image.total() * image.elemSize()};
@@ -36,7 +30,7 @@ bool ViewPager::page_out(DenseView& view) {
   if (view.pages) return true;
   if (failed_ || view.depth.empty()) return false;
   try {
-    if (!file_) file_.emplace(memory_.folder.empty() ? temporary_folder() : memory_.folder);
+    if (!file_) file_.emplace(memory_.folder);
     const std::array parts{bytes_of(view.depth), bytes_of(view.color), bytes_of(view.kind)};
     view.pages = file_->store(parts);
   } catch (const Error& e) {

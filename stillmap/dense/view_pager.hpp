@@ -4,24 +4,16 @@
 #include "stillmap/dense/dense_view.hpp"
 
 #include <cstdint>
-#include <filesystem>
 #include <optional>
+#include <utility>
 
 namespace stillmap {
-
-/// Memory for the views of a dense map.
-struct ViewMemory {
-  std::uint64_t limit = 150000000;  ///< Views beyond it are kept in a file [bytes].
-  /// Folder of that file, a temporary one without a name. Empty: that of the environment variable
-  /// TMPDIR, or /var/tmp (which, unlike /tmp, is never in memory).
-  std::filesystem::path folder;
-};
 
 /// Moves the pixels of views into a temporary file. They stay usable as before, but take memory
 /// only while they are used, up to DenseView::drop_pages().
 class ViewPager {
  public:
-  explicit ViewPager(ViewMemory memory) : memory_(std::move(memory)) {}
+  explicit ViewPager(MemoryLimit memory) : memory_(std::move(memory)) {}
 
   std::uint64_t limit() const { return memory_.limit; }
   /// Returns whether the pixels of the view are in the file now. Once they cannot be written (disk
@@ -29,7 +21,7 @@ class ViewPager {
   bool page_out(DenseView& view);
 
  private:
-  ViewMemory memory_;
+  MemoryLimit memory_;
   std::optional<PageFile> file_;  // created when it is needed
   bool failed_ = false;
 };

@@ -24,6 +24,15 @@ KeypointGrid::KeypointGrid(std::span<const Keypoint> keypoints, int width, int h
   }
 }
 
+std::size_t KeypointGrid::bytes() const {
+  return begin_.size() * sizeof(std::uint32_t) + entries_.size() * sizeof(Entry);
+}
+
+std::size_t Features::bytes() const {
+  return keypoints.size() * sizeof(Keypoint) + descriptors.size() * sizeof(Descriptor) +
+         grid.bytes();
+}
+
 double PyramidShape::scale(int level) const { return std::pow(scale_factor, level); }
 
 }  // namespace stillmap

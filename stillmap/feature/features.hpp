@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <memory_resource>
 #include <span>
 #include <vector>
 
@@ -36,6 +37,15 @@ class KeypointGrid {
  public:
   KeypointGrid() = default;
   KeypointGrid(std::span<const Keypoint> keypoints, int width, int height);
+  /// A copy that takes its memory from `memory`, which must outlive it.
+  KeypointGrid(const KeypointGrid& other, std::pmr::memory_resource* memory)
+      : columns_(other.columns_),
+        rows_(other.rows_),
+        begin_(other.begin_, memory),
+        entries_(other.entries_, memory) {}
+
+  /// Returns the memory that it takes [bytes].
+  std::size_t bytes() const;
 
   /// Calls f(index) for every keypoint within the square |du| <= radius, |dv| <= radius with a
   /// level in [min_level, max_level], in an order that depends on the keypoints only.
@@ -50,15 +60,24 @@ class KeypointGrid {
   };
   static constexpr int kCell = 16;  // pixels
   int columns_ = 0, rows_ = 0;
-  std::vector<std::uint32_t> begin_;  // first entry of each cell; one more at the end
-  std::vector<Entry> entries_;        // by cell, then by index
+  std::pmr::vector<std::uint32_t> begin_;  // first entry of each cell; one more at the end
+  std::pmr::vector<Entry> entries_;        // by cell, then by index
 };
 
 /// Features of one frame. Immutable after creation.
 struct Features {
-  std::vector<Keypoint> keypoints;
-  std::vector<Descriptor> descriptors;  ///< One per keypoint.
+  Features() = default;
+  /// A copy that takes its memory from `memory`, which must outlive it.
+  Features(const Features& other, std::pmr::memory_resource* memory)
+      : keypoints(other.keypoints, memory),
+        descriptors(other.descriptors, memory),
+        grid(other.grid, memory) {}
+
+  std::pmr::vector<Keypoint> keypoints;
+  std::pmr::vector<Descriptor> descriptors;  ///< One per keypoint.
   KeypointGrid grid;
+  /// Returns the memory that they take [bytes].
+  std::size_t bytes() const;
   std::size_t size() const { return keypoints.size(); }
 };
 

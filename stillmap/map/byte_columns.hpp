@@ -10,11 +10,11 @@
 /// Lists of structs as columns of bytes, since similar values compress better together.
 namespace stillmap {
 
-template <typename Item, typename Field>
-void put_column(ByteWriter& out, const std::vector<Item>& items, Field&& field) {
+template <typename Items, typename Field>
+void put_column(ByteWriter& out, const Items& items, Field&& field) {
   std::vector<std::decay_t<decltype(field(items.front()))>> column;
   column.reserve(items.size());
-  for (const Item& item : items) column.push_back(field(item));
+  for (const auto& item : items) column.push_back(field(item));
   out.put_planes(std::span<const typename decltype(column)::value_type>(column));
 }
 

@@ -146,6 +146,10 @@ void Map::set_pose(KeyframeId id, const Pose& T_world_camera) {
   keyframes_.find(id)->T_world_camera = T_world_camera;
 }
 
+void Map::set_features(KeyframeId id, FeaturesPtr features) {
+  keyframes_.find(id)->features = std::move(features);
+}
+
 void Map::set_position(LandmarkId id, const Eigen::Vector3d& p_world) {
   landmarks_.find(id)->p_world = p_world;
 }

@@ -124,6 +124,8 @@ class Map {
   }
 
   void set_pose(KeyframeId id, const Pose& T_world_camera);
+  /// Replaces the features of a keyframe by equal ones that are stored elsewhere.
+  void set_features(KeyframeId id, FeaturesPtr features);
   void set_position(LandmarkId id, const Eigen::Vector3d& p_world);
   /// Adds to the visibility statistics of a landmark; unknown ids are ignored.
   void count_visibility(LandmarkId id, std::uint32_t predicted, std::uint32_t found);

@@ -29,9 +29,7 @@ void put_features(ByteWriter& out, const Features& features) {
 }
 
 FeaturesPtr get_features(ByteReader& in, const Camera& camera, const PyramidShape& pyramid) {
-  auto features = std::make_shared<Features>();
-  auto& keypoints = features->keypoints;
-  keypoints = get_items<Keypoint>(in, kKeypointBytes);
+  auto keypoints = get_items<Keypoint>(in, kKeypointBytes);
   get_column<float>(in, keypoints, [](Keypoint& p, float x) { p.u = x; });
   get_column<float>(in, keypoints, [](Keypoint& p, float x) { p.v = x; });
   get_column<float>(in, keypoints, [](Keypoint& p, float x) { p.angle = x; });
@@ -41,7 +39,10 @@ FeaturesPtr get_features(ByteReader& in, const Camera& camera, const PyramidShap
   for (const Keypoint& p : keypoints) {
     if (!is_valid(p, camera, pyramid)) in.fail("a keypoint is invalid");
   }
-  features->descriptors = in.get_list<Descriptor>(keypoints.size());
+  const auto descriptors = in.get_list<Descriptor>(keypoints.size());
+  auto features = std::make_shared<Features>();
+  features->keypoints.assign(keypoints.begin(), keypoints.end());
+  features->descriptors.assign(descriptors.begin(), descriptors.end());
   features->grid = KeypointGrid(keypoints, camera.width, camera.height);
   return features;
 }

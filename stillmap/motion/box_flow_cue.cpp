@@ -24,7 +24,7 @@ std::optional<cv::Point2d> mean_static_flow(const std::vector<FlowSet>& sets,
 }
 
 /// Returns whether at least half of the keypoints in the box are in D.
-bool moves(const cv::Rect& box, const std::vector<Keypoint>& keypoints,
+bool moves(const cv::Rect& box, std::span<const Keypoint> keypoints,
            const std::vector<FlowSet>& sets) {
   int inside = 0, dynamic = 0;
   for (std::size_t i = 0; i < sets.size(); ++i) {
@@ -37,7 +37,7 @@ bool moves(const cv::Rect& box, const std::vector<Keypoint>& keypoints,
 
 }  // namespace
 
-std::vector<FlowSet> divide_by_boxes(const std::vector<Keypoint>& keypoints,
+std::vector<FlowSet> divide_by_boxes(std::span<const Keypoint> keypoints,
                                      const std::vector<cv::Rect>& boxes) {
   std::vector<FlowSet> sets;
   sets.reserve(keypoints.size());

@@ -26,7 +26,7 @@ enum class FlowSet : std::uint8_t {
 };
 
 /// Returns F for a keypoint inside one of the boxes, else S.
-std::vector<FlowSet> divide_by_boxes(const std::vector<Keypoint>& keypoints,
+std::vector<FlowSet> divide_by_boxes(std::span<const Keypoint> keypoints,
                                      const std::vector<cv::Rect>& boxes);
 
 /// Radius around a keypoint that moved within which a keypoint shows the same surface [pixels].

@@ -14,7 +14,7 @@ constexpr double kRansacThreshold = 1;
 
 /// Returns the role of each keypoint: dynamic in the box of a dynamic object, else potential in
 /// that of a potentially moving one.
-std::vector<ClassRole> roles_of(const std::vector<Keypoint>& keypoints,
+std::vector<ClassRole> roles_of(std::span<const Keypoint> keypoints,
                                 const SegmentedFramePtr& instances, const ClassSets& classes) {
   const auto dynamic = boxes_with_role(instances, classes, ClassRole::kDynamic);
   const auto potential = boxes_with_role(instances, classes, ClassRole::kPotential);
@@ -51,7 +51,7 @@ std::optional<cv::Matx33d> fundamental_of(const KeypointFlow& flow,
 
 }  // namespace
 
-EpipolarLabels labels_by_epipolar_lines(const std::vector<Keypoint>& keypoints,
+EpipolarLabels labels_by_epipolar_lines(std::span<const Keypoint> keypoints,
                                         const SegmentedFramePtr& instances,
                                         const KeypointFlow& flow, const EpipolarOptions& options) {
   const auto roles = roles_of(keypoints, instances, options.classes);

@@ -57,7 +57,7 @@ struct EpipolarLabels {
 };
 
 /// Returns the labels of a frame. `flow` has one entry per keypoint.
-EpipolarLabels labels_by_epipolar_lines(const std::vector<Keypoint>& keypoints,
+EpipolarLabels labels_by_epipolar_lines(std::span<const Keypoint> keypoints,
                                         const SegmentedFramePtr& instances,
                                         const KeypointFlow& flow, const EpipolarOptions& options);
 

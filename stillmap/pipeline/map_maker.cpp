@@ -14,8 +14,23 @@ MapMaker::MapMaker(Map map, const SlamParameters& options)
     : options_(options.mapper),
       map_(std::move(map)),
       mapper_(map_, options.mapper),
-      places_(options.places) {
-  map_.for_each_keyframe([this](const Keyframe& k) { places_.add(map_, k.id); });
+      places_(options.places),
+      pager_({options.keyframe_memory, options.dense.memory.folder}) {
+  std::vector<KeyframeId> loaded;
+  map_.for_each_keyframe([&](const Keyframe& k) {
+    places_.add(map_, k.id);
+    loaded.push_back(k.id);
+  });
+  pager_.use(map_, loaded);
+}
+
+/// Returns the local map snapshot around a keyframe, whose features are in use from now on.
+LocalMapPtr MapMaker::snapshot_around(KeyframeId reference) {
+  LocalMapPtr snapshot = mapper_.local_map(reference);
+  std::vector<KeyframeId> used;
+  for (const LocalKeyframe& k : snapshot->keyframes) used.push_back(k.id);
+  pager_.use(map_, used);
+  return snapshot;
 }
 
 LocalMapPtr MapMaker::insert(const KeyframeProposal& proposal) {
@@ -26,7 +41,7 @@ LocalMapPtr MapMaker::insert(const KeyframeProposal& proposal) {
   if (abandoned.valid()) drop(map_.at(abandoned).component);
   const KeyframeId replaced = map_.current_keyframe(proposal.replaced);
   if (replaced.valid()) map_.erase_component(map_.at(replaced).component);
-  return mapper_.local_map(newest_);
+  return snapshot_around(newest_);
 }
 
 LocalMapPtr MapMaker::refine(const StopRequest& hurry) {
@@ -35,7 +50,7 @@ LocalMapPtr MapMaker::refine(const StopRequest& hurry) {
     refined_.add(mapper_.refine(newest_, hurry));
   }
   index_keyframe(newest_);
-  return mapper_.local_map(newest_);
+  return snapshot_around(newest_);
 }
 
 void MapMaker::index_keyframe(KeyframeId keyframe) {
@@ -72,9 +87,9 @@ LoopCorrection MapMaker::join(const LoopMatch& match) {
   return done;
 }
 
-LocalMapPtr MapMaker::snapshot_for(const KeyframeProposal& proposal) const {
+LocalMapPtr MapMaker::snapshot_for(const KeyframeProposal& proposal) {
   const KeyframeId center = best_view(map_, proposal.landmarks);
-  return mapper_.local_map(center.valid() ? center : map_.current_keyframe(proposal.reference));
+  return snapshot_around(center.valid() ? center : map_.current_keyframe(proposal.reference));
 }
 
 std::optional<RelocalizationResult> MapMaker::find(const FramePtr& lost) {
@@ -82,8 +97,8 @@ std::optional<RelocalizationResult> MapMaker::find(const FramePtr& lost) {
   const RelocalizationVerification verification = places_.find(map_, *lost);
   if (!verification.result) return std::nullopt;
   const Relocalization& r = *verification.result;
-  return RelocalizationResult{lost, mapper_.local_map(r.reference), r.T_reference_camera,
-                              r.landmarks, r.inliers};
+  return RelocalizationResult{lost, snapshot_around(r.reference), r.T_reference_camera, r.landmarks,
+                              r.inliers};
 }
 
 std::shared_ptr<const MapBundle> MapMaker::take_pending_global_ba() {

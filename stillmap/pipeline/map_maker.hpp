@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/loop/places.hpp"
+#include "stillmap/map/keyframe_pager.hpp"
 #include "stillmap/map/relocalization_result.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/refine/global_adjustment.hpp"
@@ -33,7 +34,7 @@ class MapMaker {
 
   /// Returns the local map snapshot of a map that is not extended: around the keyframe that shows
   /// most of the proposal's landmarks.
-  LocalMapPtr snapshot_for(const KeyframeProposal& proposal) const;
+  LocalMapPtr snapshot_for(const KeyframeProposal& proposal);
 
   /// Relocalizes a frame of a lost camera.
   std::optional<RelocalizationResult> find(const FramePtr& lost);
@@ -69,11 +70,13 @@ class MapMaker {
   void index_keyframe(KeyframeId keyframe);
   void close(const LoopMatch& match);
   LoopCorrection join(const LoopMatch& match);
+  LocalMapPtr snapshot_around(KeyframeId reference);
 
   const MapperOptions options_;
   Map map_;
   LocalMapper mapper_;
   Places places_;
+  KeyframePager pager_;
   KeyframeId newest_;
   bool moved_ = false;  // see take_moved()
   // component that waits for global bundle adjustment

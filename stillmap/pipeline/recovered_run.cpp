@@ -31,7 +31,7 @@ class Recovery {
     });
   }
 
-  RecoveredRun run(const ViewMemory& memory) {
+  RecoveredRun run(const MemoryLimit& memory) {
     RecoveredRun run;
     run.heading = heading();
     run.map.writer = run.heading.writer;
@@ -142,7 +142,7 @@ class Recovery {
     return std::nullopt;
   }
 
-  std::vector<AnchoredView> views(const Camera& camera, const ViewMemory& memory) const {
+  std::vector<AnchoredView> views(const Camera& camera, const MemoryLimit& memory) const {
     std::map<std::uint64_t, AnchoredView> by_id;
     ViewReader views(memory);
     content_.for_each([&](JournalKey key, std::string_view bytes) {
@@ -205,7 +205,7 @@ class Recovery {
 
 }  // namespace
 
-RecoveredRun recovered_run(const std::filesystem::path& file, const ViewMemory& memory) {
+RecoveredRun recovered_run(const std::filesystem::path& file, const MemoryLimit& memory) {
   return Recovery(file).run(memory);
 }
 

@@ -21,6 +21,6 @@ struct RecoveredRun {
 /// Returns the content of a journal. Throws Error if the file is no journal, was damaged in its
 /// middle, or ends before its first second.
 /// @param memory for the views of the dense map
-RecoveredRun recovered_run(const std::filesystem::path& file, const ViewMemory& memory = {});
+RecoveredRun recovered_run(const std::filesystem::path& file, const MemoryLimit& memory = {});
 
 }  // namespace stillmap

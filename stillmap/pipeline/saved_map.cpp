@@ -120,7 +120,7 @@ void add_views(ByteReader in, ViewReader& memory, SavedMap& saved) {
 }
 
 /// Reads the sections of the map, then those of the views, which come last.
-SavedMap read_map(std::istream& in, const std::string& where, const ViewMemory& memory) {
+SavedMap read_map(std::istream& in, const std::string& where, const MemoryLimit& memory) {
   SectionReader file(kMapFormat, in, where);
   SavedMap saved;
   saved.version = file.version();
@@ -204,7 +204,7 @@ std::string saved_map_bytes(const SavedMap& saved) {
 }
 
 SavedMap saved_map_from_bytes(std::string_view bytes, const std::string& where,
-                              const ViewMemory& memory) {
+                              const MemoryLimit& memory) {
   std::istringstream in{std::string(bytes)};
   return read_map(in, where, memory);
 }
@@ -219,7 +219,7 @@ std::filesystem::path map_file_of(const std::filesystem::path& source) {
   return std::filesystem::exists(journal) ? journal : source / kRunMap;
 }
 
-SavedMap read_saved_map(const std::filesystem::path& source, const ViewMemory& memory) {
+SavedMap read_saved_map(const std::filesystem::path& source, const MemoryLimit& memory) {
   const std::filesystem::path file = map_file_of(source);
   if (is_journal(file)) return recovered_run(file, memory).map;
   std::ifstream in = open_file(file);

@@ -44,7 +44,7 @@ DenseView get_view(ByteReader& in, const Camera& camera);
 /// file as they are read.
 class ViewReader {
  public:
-  explicit ViewReader(const ViewMemory& memory) : pager_(memory) {}
+  explicit ViewReader(const MemoryLimit& memory) : pager_(memory) {}
   /// Reads a view as get_view().
   DenseView read(ByteReader& in, const Camera& camera);
 
@@ -61,7 +61,7 @@ std::string saved_map_bytes(const SavedMap& saved);
 /// @param where  name of the file, for messages
 /// @param memory for the views of the dense map
 SavedMap saved_map_from_bytes(std::string_view bytes, const std::string& where,
-                              const ViewMemory& memory = {});
+                              const MemoryLimit& memory = {});
 
 /// Writes the file completely or not at all, some views at a time. Throws Error (folder missing,
 /// not writable, disk full).
@@ -74,7 +74,7 @@ std::filesystem::path map_file_of(const std::filesystem::path& source);
 /// run, some views at a time. Throws Error as saved_map_from_bytes(), and if the file cannot be
 /// read.
 /// @param memory for the views of the dense map
-SavedMap read_saved_map(const std::filesystem::path& source, const ViewMemory& memory = {});
+SavedMap read_saved_map(const std::filesystem::path& source, const MemoryLimit& memory = {});
 
 /// Throws Error unless frames of this camera and pyramid can be localized in the map and added to
 /// it: same image size, same intrinsics, same pyramid. The distortion of the images before they

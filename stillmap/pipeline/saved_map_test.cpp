@@ -185,6 +185,16 @@ TEST(SavedMap, IsTheSameWithAnyMemory) {
   std::filesystem::remove_all(options.dense.memory.folder);
 }
 
+TEST(SavedMap, IsTheSameWithAllKeyframesOnDisk) {
+  SlamParameters options = recorded::small_options("static");
+  options.keyframe_memory = 0;
+  options.dense.memory.folder = test::own_path("keyframes");
+  const Outcome little = run(visit("xyz"), std::nullopt, options);
+  EXPECT_EQ(saved_map_bytes(little.map), saved_map_bytes(first_visit().map));
+  EXPECT_TRUE(std::filesystem::is_directory(options.dense.memory.folder)) << "the file was made";
+  std::filesystem::remove_all(options.dense.memory.folder);
+}
+
 TEST(SavedMap, EveryAlteredByteAndEveryOtherLengthIsNoticed) {
   const std::string bytes = saved_map_bytes(tiny_map());
   ASSERT_EQ(error_of(bytes), "");
@@ -312,7 +322,7 @@ TEST(SavedMap, IsReadAndWrittenWithLittleMemory) {
   const SavedMap saved = large_map();
   const std::string bytes = saved_map_bytes(saved);
   const std::size_t one = saved.views[0].view.bytes_in_memory();
-  const ViewMemory memory{one, test::own_path("views")};
+  const MemoryLimit memory{one, test::own_path("views")};
   const SavedMap read = saved_map_from_bytes(bytes, "", memory);
   std::size_t in_memory = 0;
   for (const AnchoredView& view : read.views) in_memory += view.view.bytes_in_memory();

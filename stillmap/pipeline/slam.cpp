@@ -80,7 +80,7 @@ Camera tracked_camera(const Camera& pushed, const Options& options) {
 }
 
 std::optional<StartingMap> starting_map(const std::optional<StartMap>& start,
-                                        const ViewMemory& memory) {
+                                        const MemoryLimit& memory) {
   if (!start) return std::nullopt;
   return StartingMap{read_saved_map(start->file, memory), start->extend};
 }

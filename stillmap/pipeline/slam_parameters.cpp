@@ -17,6 +17,14 @@ constexpr double kMeshTruncation = 4;
 /// Largest relative depth step where pixels at depth edges are used, as in the papers.
 constexpr double kAnyJump = std::numeric_limits<double>::infinity();
 
+/// Share of the memory limit for keyframes: about the ratio of the features of a keyframe to the
+/// pixels of its view.
+constexpr std::uint64_t kKeyframeShare = 6;
+
+std::uint64_t memory_limit(const Options::Dense& dense) {
+  return static_cast<std::uint64_t>(dense.memory) * 1000000;
+}
+
 bool contains(const std::vector<std::string>& words, const std::string& word) {
   return std::find(words.begin(), words.end(), word) != words.end();
 }
@@ -85,7 +93,7 @@ void set_dense(const Options::Dense& from, DenseOptions& to) {
   to.evidence.remove_ghosts = from.method == "votes";
   to.registration = from.method == "registered";
   if (from.method != "votes") to.back_projection.max_jump = kAnyJump;
-  to.memory.limit = static_cast<std::uint64_t>(from.memory) * 1000000;
+  to.memory.limit = memory_limit(from) - memory_limit(from) / kKeyframeShare;
   to.outliers.deviations = from.outlier_deviations;
   if (from.outlier_deviations == 0) to.outliers.neighbors = 0;
   to.movers = from.excluded_classes;
@@ -128,6 +136,7 @@ SlamParameters parameters_of(const Options& options) {
   parameters.movers.enabled = options.movers.enabled;
   parameters.dense_cloud = options.dense.enabled;
   parameters.dense = dense_parameters_of(options);
+  parameters.keyframe_memory = memory_limit(options.dense) / kKeyframeShare;
   set_schedule(options, parameters.schedule);
   return parameters;
 }

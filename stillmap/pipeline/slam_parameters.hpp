@@ -48,7 +48,10 @@ struct SlamParameters {
   DenseOptions dense;
   MoverOptions movers;
   ScheduleOptions schedule;
-  bool dense_cloud = true;       ///< Makes the dense map.
+  bool dense_cloud = true;  ///< Makes the dense map.
+  /// Memory for the features of keyframes; others are kept in a file in dense.memory.folder
+  /// [bytes].
+  std::uint64_t keyframe_memory = 30000000;
   bool final_adjustment = true;  ///< Runs bundle adjustment on the whole map at the end.
   /// Whether the trajectory is smoothed at the end.
   bool smooth_trajectory = true;
