@@ -30,6 +30,9 @@ constexpr std::array<Measure, 3> kMeasures{{
      [](const Evaluation& e) -> const Statistics& { return e.rpe.rotation; }},
 }};
 
+/// Share of frames with a pose above which the errors of two runs are of nearly the same frames.
+constexpr double kFullCoverage = 0.9;
+
 struct Figure {
   const char* key;
   double Statistics::*value;
@@ -113,6 +116,16 @@ std::vector<FigureCell> row(const Comparison& comparison, std::size_t index,
   return cells;
 }
 
+/// Returns why the figures of a run are missing, or are not comparable with those of others; empty
+/// if they are.
+std::string doubt_of(const ComparedRun& run) {
+  if (!run.evaluation) return run.problem.substr(0, run.problem.find('\n'));
+  const double share = run.evaluation->coverage.share();
+  if (share >= kFullCoverage) return "";
+  return fmt::format("only {:.0f} % of the frames have a pose; the errors are of these alone",
+                     100 * share);
+}
+
 /// Returns a text as one cell of comma-separated values (RFC 4180).
 std::string csv_cell(const std::string& text) {
   if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
@@ -180,9 +193,8 @@ std::vector<FigureTable> comparison_tables(const Comparison& comparison) {
       table.rows.push_back(row(comparison, i, measure));
   }
   for (const ComparedRun& run : comparison.runs) {
-    if (run.evaluation) continue;
-    const std::string reason = run.problem.substr(0, run.problem.find('\n'));
-    tables.front().notes.push_back(full_name(run) + ": " + reason);
+    const std::string doubt = doubt_of(run);
+    if (!doubt.empty()) tables.front().notes.push_back(full_name(run) + ": " + doubt);
   }
   return tables;
 }

@@ -62,6 +62,7 @@ TEST(Compare, MeasuresImprovementAgainstTheFirstRunOfTheSequence) {
   const std::string text = comparison_markdown(comparison);
   EXPECT_THAT(text, HasSubstr("| seg-mask  walk |"));
   EXPECT_THAT(text, HasSubstr("200/250"));
+  EXPECT_THAT(text, HasSubstr("only 80 % of the frames have a pose"));
 }
 
 TEST(Compare, RunsShorterThanASecondAreComparedByTheirAbsoluteErrors) {

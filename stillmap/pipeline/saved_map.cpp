@@ -215,8 +215,11 @@ void write_saved_map(const std::filesystem::path& file, const SavedMap& saved) {
 
 std::filesystem::path map_file_of(const std::filesystem::path& source) {
   if (!std::filesystem::is_directory(source)) return source;
-  const std::filesystem::path journal = source / kRunJournal;
-  return std::filesystem::exists(journal) ? journal : source / kRunMap;
+  for (const char* name : {kRunJournal, kRunMap}) {
+    if (std::filesystem::exists(source / name)) return source / name;
+  }
+  throw Error("contains no map (run.map)", source.string(),
+              "name the result folder of a run, or a map that was saved with --save-map");
 }
 
 SavedMap read_saved_map(const std::filesystem::path& source, const MemoryLimit& memory) {

@@ -361,7 +361,7 @@ TEST(SavedMap, OfARunWithoutFramesIsEmptyAndCanBeExtended) {
 
 TEST(SavedMap, AFolderAMissingFileAndOneWithoutRoomAreErrors) {
   EXPECT_THROW(read_saved_map("no/such.map"), Error);
-  EXPECT_THROW(read_saved_map("."), Error);
+  EXPECT_THROW(read_saved_map("."), Error) << "a folder without a map";
   EXPECT_THROW(write_saved_map("no/such/folder.map", tiny_map()), Error);
 }
 

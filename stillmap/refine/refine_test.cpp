@@ -40,7 +40,7 @@ class RefineTest : public ::testing::Test {
       if (with_depth) keypoint.depth = static_cast<float>(p.z());
       features->keypoints.push_back(keypoint);
     }
-    features->descriptors = descriptors_;
+    features->descriptors.assign(descriptors_.begin(), descriptors_.end());
     features->grid = KeypointGrid(features->keypoints, camera_.width, camera_.height);
     auto frame = std::make_shared<Frame>();
     frame->image = image;
