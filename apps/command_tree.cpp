@@ -146,7 +146,7 @@ std::optional<Error> unknown_word(const CLI::App& program, const std::vector<std
       const std::string name = word.substr(0, word.find('='));
       if (command->get_option_no_throw(name) != nullptr) continue;
       return Error("there is no option '" + name + "'", path,
-                   suggestion(name, long_names(*command)));
+                   suggestion(name, long_names(*command)) + "; all: " + path + " --help");
     }
     if (word.starts_with("-") || command->get_require_subcommand_min() == 0) continue;
     const CLI::App* subcommand = find_subcommand(*command, word);

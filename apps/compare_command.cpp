@@ -3,11 +3,13 @@
 #include "stillmap/base/json_file.hpp"
 #include "stillmap/base/json_text.hpp"
 #include "stillmap/base/print.hpp"
+#include "stillmap/base/warning.hpp"
 #include "stillmap/report/comparison_chart.hpp"
 #include "stillmap/report/comparison_page.hpp"
 #include "stillmap/report/result_folder.hpp"
 #include "stillmap/report/run_folder.hpp"
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -34,18 +36,22 @@ struct CompareArguments {
 
 /// Reads "name=path" or "path": a trajectory, or a folder written by `stillmap run`. All runs are
 /// of the sequence with this truth, so that the first is the baseline of all others.
-RecordedRun read_run(const std::string& argument, const Trajectory& truth) {
+/// @param sequences  gets the name of the run's sequence, if it is known
+RecordedRun read_run(const std::string& argument, const Trajectory& truth,
+                     std::set<std::string>& sequences) {
   const auto equals = argument.find('=');
   const fs::path path = equals == std::string::npos ? argument : argument.substr(equals + 1);
   RecordedRun run;
   run.name = equals == std::string::npos ? path.lexically_normal().filename().string()
                                          : argument.substr(0, equals);
+  if (fs::is_directory(path)) require_ended_run(path);
   run.estimate = read_trajectory(fs::is_directory(path) ? path / "trajectory.txt" : path);
   run.truth = truth;
   const fs::path summary = path / kRunSummary;
   if (fs::exists(summary)) {
     run.total_frames = with_json_of(summary, "name the trajectory instead of the folder", [&] {
       const auto json = nlohmann::json::parse(read_file(summary));
+      sequences.insert(json.at("sequence").get<std::string>());
       return json.at("frames").at("total").get<std::size_t>();
     });
   }
@@ -58,7 +64,14 @@ int run(const CompareArguments& arguments) {
   folder.require_free(kFiles);
   std::vector<RecordedRun> runs;
   const Trajectory truth = read_trajectory(arguments.truth);
-  for (const std::string& argument : arguments.runs) runs.push_back(read_run(argument, truth));
+  std::set<std::string> sequences;
+  for (const std::string& argument : arguments.runs)
+    runs.push_back(read_run(argument, truth, sequences));
+  if (sequences.size() > 1) {
+    warn(fmt::format("the runs are of sequences with different names: {}",
+                     fmt::join(sequences, ", ")),
+         "compare runs of one recording, that of --truth");
+  }
   const Comparison comparison = compare_runs(runs);
   const std::string table = comparison_markdown(comparison);
   print_out("{}", table);

@@ -64,6 +64,7 @@ DensePaths paths_of(const DenseArguments& arguments) {
     if (paths.out.empty()) paths.out = source.stem().string() + "_dense";
     return paths;
   }
+  require_ended_run(source);
   paths.map = source / kRunMap;
   if (!fs::exists(paths.map)) {
     throw Error("contains no run.map: it is not the folder of a run with a dense map",
@@ -128,9 +129,12 @@ int run(const DenseArguments& arguments) {
   print_out("{}",
             open_line(folder.path() / "cloud_before_after.png",
                       ", or turn the map in a browser: stillmap view " + folder.path().string()));
-  if (files.floor_problem.empty()) return kSuccess;
-  print_doubts({files.floor_problem});
-  return kDoubtful;
+  std::vector<std::string> doubts;
+  for (const std::string& doubt : {saved.damage, files.floor_problem}) {
+    if (!doubt.empty()) doubts.push_back(doubt);
+  }
+  print_doubts(doubts);
+  return doubts.empty() ? kSuccess : kDoubtful;
 }
 
 /// Adds the options that replace the estimate of the floor.

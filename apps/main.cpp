@@ -78,6 +78,12 @@ int run(int argc, char** argv) {
   return exit_code;
 }
 
+void tell_lack_of_memory() {
+  stillmap::print_error(
+      "stillmap: out of memory\n  fix: map fewer frames, or use fewer pixels: --set "
+      "dense.stride=4\n");
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -98,9 +104,14 @@ int main(int argc, char** argv) {
     print_error("stillmap: {}: {}\n  fix: check the path\n", e.path1().string(),
                 e.code().message());
   } catch (const std::bad_alloc&) {
-    print_error(
-        "stillmap: out of memory\n  fix: map fewer frames, or use fewer pixels: --set "
-        "dense.stride=4\n");
+    tell_lack_of_memory();
+  } catch (const cv::Exception& e) {
+    if (e.code == cv::Error::StsNoMem) {
+      tell_lack_of_memory();
+    } else {
+      print_error("stillmap: unexpected: {}\n  fix: this is a defect; please report it\n",
+                  e.what());
+    }
   } catch (const std::exception& e) {
     print_error("stillmap: unexpected: {}\n  fix: this is a defect; please report it\n", e.what());
   }

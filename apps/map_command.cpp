@@ -24,6 +24,13 @@ struct MapArguments {
   bool force = false;
 };
 
+/// Returns the exit code for a map, and tells damage of its file.
+int code_for(const SavedMap& map) {
+  if (map.damage.empty()) return kSuccess;
+  print_doubts({map.damage});
+  return kDoubtful;
+}
+
 int show(const MapArguments& arguments) {
   require_replaceable(arguments.json, is_figures_file, arguments.force);
   const SavedMap map = read_saved_map(arguments.file);
@@ -31,8 +38,7 @@ int show(const MapArguments& arguments) {
   const auto bytes = fs::file_size(map_file_of(arguments.file));
   print_to(arguments.json == kStandardOutput ? stderr : stdout, "{}: {:.2f} MB\n{}", arguments.file,
            static_cast<double>(bytes) / 1e6, description_text(description));
-  const int code = map.damage.empty() ? kSuccess : kDoubtful;
-  if (!map.damage.empty()) print_doubts({map.damage});
+  const int code = code_for(map);
   if (arguments.json.empty()) return code;
   nlohmann::json json = description_json(description);
   json["file"] = arguments.file;
@@ -57,8 +63,8 @@ int slim(const MapArguments& arguments) {
   write_saved_map(out, saved);
   print_out("written: {} ({:.2f} MB of {:.2f})\n", out.string(),
             static_cast<double>(fs::file_size(out)) / 1e6,
-            static_cast<double>(fs::file_size(arguments.file)) / 1e6);
-  return kSuccess;
+            static_cast<double>(fs::file_size(map_file_of(arguments.file))) / 1e6);
+  return code_for(saved);
 }
 
 int export_map(const MapArguments& arguments) {
@@ -79,7 +85,7 @@ int export_map(const MapArguments& arguments) {
     folder.write("cloud.ply", [&](const fs::path& file) { write_ply(file, dense_cloud(saved)); });
   print_out("{}", folder.written_text());
   folder.require_all();
-  return kSuccess;
+  return code_for(saved);
 }
 
 }  // namespace

@@ -83,6 +83,7 @@ int run(const RecoverArguments& arguments) {
   print_out("{}", folder.written_text());
   folder.require_all();
   folder.remove_own(std::vector<std::string>{kRunJournal});
+  folder.remove_stale();
   print_doubts(record.doubts);
   return record.doubts.empty() ? kSuccess : kDoubtful;
 }

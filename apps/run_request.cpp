@@ -201,9 +201,11 @@ Session session_of(const RunRequest& request, const Options& options) {
   session.parameters.dense.memory.folder = session.out;
   const Stopwatch loading;
   session.start = start_of(request, session.parameters, source->camera());
-  if (session.start)
+  if (session.start) {
+    session.map_damage = session.start->saved.damage;
     session.loaded =
         LoadedMap{request.load_map, session.start->extend, loading.milliseconds() / 1000};
+  }
   session.recording = recording_of(request);
   if (std::filesystem::is_directory(request.sequence) && names_image_folder(request.sequence) &&
       !range.following)
@@ -212,7 +214,6 @@ Session session_of(const RunRequest& request, const Options& options) {
   if (request.force) session.foreign = ResultFolder::Foreign::kOverwrite;
   session.rules = rules_of(request, options);
   session.event_lines = request.event_lines;
-  session.journal = !request.quiet;  // the runs of an experiment are simply repeated
   session.quiet = request.quiet;
   session.progress = request.progress;
   session.verbose = request.verbose;

@@ -75,7 +75,6 @@ void drive(SlamSystem& slam, FrameSource& source, std::optional<std::size_t> tot
 /// Opens the journal of the run in its folder.
 void open_journal(const Session& session, SlamSystem& slam, Recorders& recorders,
                   ResultFolder& folder) {
-  if (!session.journal) return;
   const JournalHeading heading{"stillmap " STILLMAP_VERSION, session.sequence,
                                machine_description(), options_yaml(session.options)};
   folder.write(kRunJournal, [&](const std::filesystem::path& file) {
@@ -124,6 +123,7 @@ void map_sequence(Session& session, ViewServer* server, Recorders& recorders, Re
   // What the frames show is more precise.
   if (record.frame_problems.empty() && !session.depth_problem.empty())
     record.frame_problems = {session.depth_problem};
+  if (!session.map_damage.empty()) record.frame_problems.push_back(session.map_damage);
   if (recorders.warnings) recorders.warnings->finish();
   if (recorders.journal) recorders.journal->flush();
   recorders.journal.reset();
@@ -145,7 +145,7 @@ void map_or_tell(Session& session, ViewServer* server, Recorders& recorders, Res
     map_sequence(session, server, recorders, folder, record);
   } catch (...) {
     if (recorders.warnings) recorders.warnings->finish();
-    if (session.journal && record.frames > 0) {
+    if (record.frames > 0) {
       print_error("stillmap: the run ends early; `stillmap recover {}` writes its results so far\n",
                   folder.path().string());
     }

@@ -25,6 +25,7 @@ struct Session {
   SlamParameters parameters;         ///< The parameters that follow from the options.
   std::optional<StartingMap> start;  ///< Map to start from.
   std::optional<LoadedMap> loaded;   ///< Where that map comes from.
+  std::string map_damage = {};       ///< SavedMap::damage of that map.
   std::filesystem::path out;         ///< Folder of the results.
   ResultFolder::Foreign foreign = ResultFolder::Foreign::kKeep;
   RunOutputs outputs;
@@ -35,10 +36,9 @@ struct Session {
   std::optional<WarningRules> rules;         ///< What to warn of; none: nothing.
   std::FILE* event_lines = nullptr;  ///< Gets the events as lines of JSON; null: nothing does.
   std::unique_ptr<ViewServer> view;  ///< Serves the page that shows the run; null: nothing does.
-  bool journal = true;   ///< Whether a journal is kept, so that a killed run can be recovered.
-  bool quiet = false;    ///< Whether summary and names of files are not printed.
-  bool progress = true;  ///< Whether the progress is printed.
-  bool verbose = false;  ///< Whether events and times of stages are printed as well.
+  bool quiet = false;                ///< Whether summary and names of files are not printed.
+  bool progress = true;              ///< Whether the progress is printed.
+  bool verbose = false;              ///< Whether events and times of stages are printed as well.
 };
 
 /// Throws Error if the run would overwrite a file that Stillmap did not write. For a check before

@@ -146,6 +146,30 @@ TEST_F(TrajectoryFile, OtherFormatsAreReadAsWhatTheyAreOrRefused) {
   EXPECT_NE(error().find("found 9"), std::string::npos) << error();
 }
 
+TEST_F(TrajectoryFile, TheUnitOfTheTimestampsIsThatOfTheFile) {
+  write(
+      "#timestamp [ns],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m],q_RS_w [],q_RS_x [],q_RS_y [],"
+      "q_RS_z []\n0,1,2,3,0.8,0.6,0,0\n33333333,1,2,3,0.8,0.6,0,0\n");
+  EXPECT_NEAR(read_trajectory(file_).at(1).timestamp, 0.033333333, 1e-12) << "by its heading";
+  EXPECT_NEAR(read_trajectory(file_)[1].T_world_camera.quaternion().x(), 0.6, 1e-12);
+  write("1000000000000 1 2 3 0 0 0 1\n1000033333333 1 2 3 0 0 0 1\n");
+  EXPECT_NEAR(read_trajectory(file_).at(0).timestamp, 1000, 1e-6) << "by its largest number";
+}
+
+TEST_F(TrajectoryFile, AHeadingTellsTheOrderOfTheQuaternion) {
+  write("#timestamp,tx,ty,tz,qw,qx,qy,qz\n1.5,0,0,0,0.8,0.6,0,0\n");
+  EXPECT_NEAR(read_trajectory(file_).at(0).T_world_camera.quaternion().x(), 0.6, 1e-12);
+  write("# timestamp tx ty tz qx qy qz qw\n1.5 0 0 0 0.6 0 0 0.8\n");
+  EXPECT_NEAR(read_trajectory(file_).at(0).T_world_camera.quaternion().x(), 0.6, 1e-12);
+}
+
+TEST_F(TrajectoryFile, TwoPlacesAtOneTimeAreRefused) {
+  write("1 0 0 0 0 0 0 1\n1 0.01 0 0 0 0 0 1\n2 0 0 0 0 0 0 1\n");
+  EXPECT_EQ(read_trajectory(file_).size(), 3U) << "nearly the same place";
+  write("1 0 0 0 0 0 0 1\n2 0 0 0 0 0 0 1\n1 0.5 0 0 0 0 0 1\n");
+  EXPECT_NE(error().find("two poses at 1.000000 s, 0.50 m apart"), std::string::npos) << error();
+}
+
 TEST_F(TrajectoryFile, AFileThatCannotBeWrittenIsAnError) {
   EXPECT_THROW(write_trajectory("/nonexistent/folder/t.txt", {}), Error);
 }

@@ -6,8 +6,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include <Eigen/SVD>
 #include <fmt/format.h>
@@ -20,6 +22,7 @@ namespace {
 constexpr double kLargestNumber = 1e12;
 
 constexpr double kNanosecond = 1e-9;  // s
+constexpr double kSamePlace = 0.05;   // [m]; poses of one time that are nearer are one
 constexpr std::size_t kTumNumbers = 8, kKittiNumbers = 12, kEurocNumbers = 17;
 
 /// Returns the finite numbers of a line.
@@ -43,47 +46,111 @@ std::vector<double> numbers_of(std::string line, const std::string& where) {
   return numbers;
 }
 
-/// Parses a line of the format of the TUM benchmark; with a timestamp in nanoseconds, of the
-/// formats of EuRoC: separated by commas with qw first (its ground truth), or by blanks with qw
-/// last (as ORB-SLAM3 writes it).
-StampedPose parse_pose(const std::string& line, const std::string& where) {
-  const std::vector<double> v = numbers_of(line, where);
-  const bool nanoseconds = !v.empty() && std::abs(v[0]) > kLargestNumber;
+/// Format of the poses of a file: that of the TUM benchmark; or, with timestamps in nanoseconds, of
+/// EuRoC: separated by commas with qw first (its ground truth), or by blanks with qw last (as
+/// ORB-SLAM3 writes it). A heading that names the columns counts more.
+struct PoseFormat {
+  bool nanoseconds = false;
+  bool scalar_first = false;
+};
+
+/// A line with a pose.
+struct PoseLine {
+  std::string where;
+  std::vector<double> numbers;
+};
+
+/// Returns whether the heading names the column of qw before that of qx; none if it does not name
+/// them. EuRoC writes q_RS_w.
+std::optional<bool> scalar_first_in(std::string heading) {
+  std::replace(heading.begin(), heading.end(), ',', ' ');
+  std::istringstream words(heading);
+  std::optional<int> w, x;
+  int column = 0;
+  for (std::string word; words >> word; ++column) {
+    if (word.front() != 'q' || word.size() < 2) continue;
+    if (word.back() == 'w') w = column;
+    if (word.back() == 'x') x = column;
+  }
+  return w && x ? std::optional(*w < *x) : std::nullopt;
+}
+
+PoseFormat format_of(const std::string& heading, const std::vector<PoseLine>& lines, bool commas) {
+  PoseFormat format;
+  format.nanoseconds =
+      heading.find("[ns]") != std::string::npos ||
+      std::any_of(lines.begin(), lines.end(), [](const PoseLine& line) {
+        return !line.numbers.empty() && std::abs(line.numbers.front()) > kLargestNumber;
+      });
+  format.scalar_first = scalar_first_in(heading).value_or(format.nanoseconds && commas);
+  return format;
+}
+
+StampedPose pose_of(const PoseLine& line, const PoseFormat& format) {
+  const std::vector<double>& v = line.numbers;
   if (v.size() == kKittiNumbers) {
-    throw Error("has 12 numbers, a pose in KITTI's format, which has no timestamp", where,
+    throw Error("has 12 numbers, a pose in KITTI's format, which has no timestamp", line.where,
                 "write lines of 8 numbers: timestamp tx ty tz qx qy qz qw");
   }
-  if (v.size() != kTumNumbers && !(nanoseconds && v.size() == kEurocNumbers)) {
+  if (v.size() == kEurocNumbers && !format.nanoseconds) {
+    throw Error("has 17 numbers, as EuRoC's ground truth, but a timestamp in seconds", line.where,
+                "begin the file with the heading of EuRoC, #timestamp [ns],...");
+  }
+  if (v.size() != kTumNumbers && v.size() != kEurocNumbers) {
     throw Error(
         fmt::format("expected 8 numbers (timestamp tx ty tz qx qy qz qw), found {}", v.size()),
-        where, "write the trajectory in TUM format, one pose per line");
+        line.where, "write the trajectory in TUM format, one pose per line");
   }
-  const bool scalar_first = nanoseconds && line.find(',') != std::string::npos;
-  const Eigen::Quaterniond q = scalar_first ? Eigen::Quaterniond(v[4], v[5], v[6], v[7])
-                                            : Eigen::Quaterniond(v[7], v[4], v[5], v[6]);
+  const Eigen::Quaterniond q = format.scalar_first ? Eigen::Quaterniond(v[4], v[5], v[6], v[7])
+                                                   : Eigen::Quaterniond(v[7], v[4], v[5], v[6]);
   if (q.norm() < 1e-6) {
-    throw Error("the quaternion is zero", where, "write poses as tx ty tz qx qy qz qw");
+    throw Error("the quaternion is zero", line.where, "write poses as tx ty tz qx qy qz qw");
   }
-  return {nanoseconds ? v[0] * kNanosecond : v[0], Pose(q, Eigen::Vector3d(v[1], v[2], v[3]))};
+  return {format.nanoseconds ? v[0] * kNanosecond : v[0],
+          Pose(q, Eigen::Vector3d(v[1], v[2], v[3]))};
+}
+
+/// Throws Error if a time has two poses that are far apart.
+void require_one_place_at_a_time(const Trajectory& sorted, const std::filesystem::path& file) {
+  for (std::size_t i = 1; i < sorted.size(); ++i) {
+    const auto& [before, T] = sorted[i - 1];
+    const auto& [timestamp, T_other] = sorted[i];
+    const double apart = (T.translation() - T_other.translation()).norm();
+    if (timestamp == before && apart > kSamePlace) {
+      throw Error(fmt::format("has two poses at {:.6f} s, {:.2f} m apart", timestamp, apart),
+                  file.string(), "keep one pose per timestamp");
+    }
+  }
 }
 
 }  // namespace
 
 Trajectory read_trajectory(const std::filesystem::path& file) {
   std::istringstream in(read_file(file));
-  Trajectory trajectory;
-  std::string line;
+  std::vector<PoseLine> lines;
+  std::string line, heading;
+  bool commas = false;
   for (int number = 1; std::getline(in, line); ++number) {
     const auto first = line.find_first_not_of(" \t\r");
-    if (first == std::string::npos || line[first] == '#') continue;
-    trajectory.push_back(parse_pose(line, fmt::format("{}:{}", file.string(), number)));
+    if (first == std::string::npos) continue;
+    if (line[first] == '#') {
+      heading += line + ' ';
+      continue;
+    }
+    commas = commas || line.find(',') != std::string::npos;
+    const std::string where = fmt::format("{}:{}", file.string(), number);
+    lines.push_back({where, numbers_of(line, where)});
   }
-  if (trajectory.empty()) {
+  if (lines.empty()) {
     throw Error("contains no pose", file.string(),
                 "expected lines of 8 numbers: timestamp tx ty tz qx qy qz qw");
   }
+  const PoseFormat format = format_of(heading, lines, commas);
+  Trajectory trajectory;
+  for (const PoseLine& each : lines) trajectory.push_back(pose_of(each, format));
   std::stable_sort(trajectory.begin(), trajectory.end(),
                    [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
+  require_one_place_at_a_time(trajectory, file);
   return trajectory;
 }
 

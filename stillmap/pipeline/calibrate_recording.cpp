@@ -200,7 +200,9 @@ CameraVector corrected_values(const Camera& given,
 }
 
 /// Returns the errors of the camera; without information if the observations do not show them.
-CameraCalibration errors_of(const Camera& camera, const BundleProblem& problem) {
+/// @param discarded  gets an estimate of fx that is too far from the given value to be used
+CameraCalibration errors_of(const Camera& camera, const BundleProblem& problem,
+                            std::optional<double>& discarded) {
   CameraCalibration unknown;
   unknown.sigma.setConstant(INFINITY);
   if (problem.T_world_camera.size() < kMinPoses || problem.observations.size() < kMinObservations)
@@ -209,7 +211,9 @@ CameraCalibration errors_of(const Camera& camera, const BundleProblem& problem) 
   const CameraVector largest = kPlausibleBounds * bounds_of(camera);
   const bool plausible = (found.correction.cwiseAbs().array() <= largest.array()).all();
   const bool explains = found.variance_after < kWrongCamera * found.variance_before;
-  return plausible || explains ? found : unknown;
+  if (plausible || explains) return found;
+  discarded = camera.fx + found.correction(kFx);
+  return unknown;
 }
 
 /// Adds the timing of the shutters.
@@ -262,7 +266,7 @@ CalibrationReport calibrate_recording(
   Pass pass = timed.complete ? timed : track(open(camera), mapping);
   CalibrationReport report;
   for (int corrections = 0;; ++corrections) {
-    const CameraCalibration found = errors_of(camera, pass.problem);
+    const CameraCalibration found = errors_of(camera, pass.problem, report.discarded_focal_length);
     report.parameters = parameters_of(recorded, values_of(camera) + found.correction, found.sigma);
     const CameraVector before = values_of(camera);
     set_values(corrected_values(recorded, report.parameters), camera);
@@ -278,6 +282,12 @@ CalibrationReport calibrate_recording(
   if (timed.timing == recorded.shutter.value_or(ShutterTiming{}))
     report.camera.shutter = recorded.shutter;
   return report;
+}
+
+bool shows_focal_length(const CalibrationReport& report) {
+  return std::any_of(report.parameters.begin(), report.parameters.end(), [](const auto& p) {
+    return (p.key == "fx" || p.key == "fy") && p.verdict != CalibrationVerdict::kNotObservable;
+  });
 }
 
 std::vector<std::string> calibration_findings(const CalibrationReport& report) {

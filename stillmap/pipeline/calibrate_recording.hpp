@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,8 @@ struct CalibrationReport {
   std::vector<CalibratedParameter> parameters;
   std::size_t frames = 0;        ///< Number of frames of the last pass with a pose.
   std::size_t observations = 0;  ///< Number of observations of landmarks that were adjusted.
+  /// Estimate of fx that was too far from the given value to be used [pixels]; none without one.
+  std::optional<double> discarded_focal_length;
 };
 
 /// Estimates a camera's parameters from a recording made with it. The frames are tracked and mapped
@@ -44,6 +47,9 @@ struct CalibrationReport {
 CalibrationReport calibrate_recording(
     const std::function<std::unique_ptr<FrameSource>(const Camera& recorded)>& open,
     const Camera& recorded, const SlamParameters& parameters);
+
+/// Returns whether the recording shows the focal lengths of the camera.
+bool shows_focal_length(const CalibrationReport& report);
 
 /// Returns sentences about the certain errors of the camera for a user, such as "depth reads 3 %
 /// short at 4 m". Empty if there are none.

@@ -119,6 +119,7 @@ void InstanceStream::finish() {
   if (detector_) {
     skipped_ = detector_->skipped();
     failures_ = detector_->failures();
+    doubt_ = detector_->doubt();
   }
   detector_.reset();
 }

@@ -66,6 +66,8 @@ class InstanceStream {
   const std::string& skipped() const { return skipped_; }
   /// Returns Detector::failures() at the end of the run. Called after finish().
   std::size_t failures() const { return failures_; }
+  /// Returns Detector::doubt() at the end of the run. Called after finish().
+  const std::string& doubt() const { return doubt_; }
 
  private:
   struct PropagationTask {
@@ -92,6 +94,7 @@ class InstanceStream {
   std::size_t segmented_ = 0;
   std::string skipped_;
   std::size_t failures_ = 0;
+  std::string doubt_;
 
   // Used by the propagation thread until finish().
   MaskPropagator propagator_;

@@ -54,6 +54,7 @@ struct SlamResult {
   std::optional<DetectorUse> detector;  ///< The detector and its schedule; none without one.
   std::size_t detector_failures = 0;    ///< Number of frames without a usable mask.
   std::string detector_skipped;         ///< Frames without a usable mask, in one line; empty: none.
+  std::string detector_doubt;           ///< See Detector::doubt().
   LoadShedding load_shedding;
   Camera camera;          ///< of the frames, without distortion
   ShutterTiming shutter;  ///< timing of the camera's shutters that was in use at the end

@@ -19,6 +19,12 @@ constexpr double kMaxUncertain = 0.2;
 /// Maximum share of frames for which the masks could not be used [0..1].
 constexpr double kMaxWithoutMasks = 0.5;
 
+/// Least number of points of a dense map of this many frames with a pose.
+constexpr std::size_t kFewestPoints = 100, kFramesForACloud = 30;
+/// Largest ratio of the sides of a pixel, and limits of the focal length [image widths]: fields of
+/// view of 136 and 14 degrees.
+constexpr double kMostOblong = 1.2, kShortestFocal = 0.2, kLongestFocal = 4;
+
 double share(std::size_t part, std::size_t all) {
   return all > 0 ? static_cast<double>(part) / static_cast<double>(all) : 0;
 }
@@ -31,7 +37,8 @@ std::string main_reason(const SlamResult& result) {
   }
   const auto most = std::max_element(
       count.begin(), count.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-  if (most == count.end()) return "no frame could be read";
+  if (most == count.end())
+    return result.frames.empty() ? "no frame could be read" : "the run ended before its map began";
   return most->first;
 }
 
@@ -94,7 +101,14 @@ void add_masks(const RunRecord& record, std::vector<std::string>& doubts) {
                     "recording, in the size of its images",
                     result.detector_failures, result.segmented, result.detector_skipped));
   }
+  if (!result.detector_doubt.empty()) doubts.push_back(result.detector_doubt);
   const std::string preset = record.options.preset();
+  if (record.detector.empty() && needs_detector(preset)) {
+    doubts.push_back(fmt::format(
+        "preset {} got neither a network nor masks, so moving objects are tracked as static; name "
+        "a network with --model FILE.onnx, or a folder with --masks DIR",
+        preset));
+  }
   if (record.detector_gives_boxes_only && needs_masks(preset)) {
     doubts.push_back(fmt::format(
         "preset {} needs masks, and the network gives boxes only, so whole boxes are left out; "
@@ -103,7 +117,40 @@ void add_masks(const RunRecord& record, std::vector<std::string>& doubts) {
   }
 }
 
+/// Tells a dense map of next to nothing, once there are some keyframes.
+void add_empty_cloud(const RunRecord& record, std::vector<std::string>& doubts) {
+  const SlamResult& result = record.result;
+  const std::size_t points = result.dense.cloud.size();
+  const bool some_frames = result.tracked() >= kFramesForACloud;
+  if (!record.options.dense.enabled || result.tracked() == 0) return;
+  if (points >= kFewestPoints || (points > 0 && !some_frames)) return;
+  doubts.push_back(
+      fmt::format("the dense map {}; check dense.voxel, dense.max_sigma, dense.stride and "
+                  "dense.excluded_classes, and the depth images",
+                  points == 0 ? "is empty" : fmt::format("has only {} points", points)));
+}
+
+/// Tells intrinsics that hardly any camera has: pixels that are not square, a principal point far
+/// from the center of the image, or an extreme field of view.
+void add_unlikely_camera(const Camera& camera, std::vector<std::string>& doubts) {
+  if (camera.width == 0 || camera.fx <= 0 || camera.fy <= 0) return;
+  const double aspect = camera.fx / camera.fy, focal = camera.fx / camera.width;
+  const double cx = camera.cx / camera.width, cy = camera.cy / camera.height;
+  const auto central = [](double share) { return share > 0.25 && share < 0.75; };
+  const bool likely = aspect > 1 / kMostOblong && aspect < kMostOblong && central(cx) &&
+                      central(cy) && focal > kShortestFocal && focal < kLongestFocal;
+  if (likely) return;
+  doubts.push_back(fmt::format(
+      "the intrinsics of the camera are unlikely (fx {:g}, fy {:g}, cx {:g}, cy {:g} for images of "
+      "{} x {} pixels); check them with: stillmap doctor RECORDING",
+      camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height));
+}
+
 }  // namespace
+
+bool needs_detector(const std::string& preset) {
+  return needs_masks(preset) || preset == "box-flow" || preset == "box-epipolar";
+}
 
 bool needs_masks(const std::string& preset) {
   return preset == "seg-mask" || preset == "gated-seg";
@@ -124,11 +171,8 @@ std::vector<std::string> doubts_of(const RunRecord& record) {
                     "about those of another; record the places in one run, or return to the first",
                     result.maps));
   }
-  if (record.options.dense.enabled && result.tracked() > 0 && result.dense.cloud.empty()) {
-    doubts.emplace_back(
-        "the dense map is empty; check dense.max_sigma, dense.stride and dense.excluded_classes, "
-        "and the depth images");
-  }
+  add_empty_cloud(record, doubts);
+  add_unlikely_camera(result.camera, doubts);
   return doubts;
 }
 

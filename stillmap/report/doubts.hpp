@@ -10,6 +10,9 @@ namespace stillmap {
 /// Returns whether the paper of a preset uses masks, so that the boxes of a network are not enough.
 bool needs_masks(const std::string& preset);
 
+/// Returns whether the paper of a preset uses a network's boxes or masks.
+bool needs_detector(const std::string& preset);
+
 /// Returns the reasons not to trust the results of a run, each as one sentence with its fix: few
 /// frames with a pose, unconnected maps, an empty dense map, many uncertain poses, frames without
 /// masks, a network without masks for a preset that needs them, wrong timestamps or depths. Empty

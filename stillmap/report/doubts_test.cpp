@@ -115,7 +115,51 @@ TEST(Doubts, ANetworkWithoutMasksIsToldForThePresetsThatNeedThem) {
   record.detector_gives_boxes_only = true;
   EXPECT_THAT(doubts_of(record), IsEmpty());
   record.options = read_options("seg-mask");
+  record.detector = "a network";
   EXPECT_THAT(doubts_of(record), ElementsAre(HasSubstr("boxes only")));
+}
+
+TEST(Doubts, APaperPresetWithoutItsDetectorIsTold) {
+  RunRecord record = good_run();
+  for (const char* preset : {"seg-mask", "box-flow", "gated-seg", "box-epipolar"}) {
+    record.options = read_options(preset);
+    EXPECT_THAT(doubts_of(record), ElementsAre(HasSubstr("neither a network nor masks"))) << preset;
+  }
+  record.detector = "a network";
+  EXPECT_THAT(doubts_of(record), IsEmpty());
+}
+
+TEST(Doubts, MasksThatDoNotBelongToTheImagesAreTold) {
+  RunRecord record = good_run();
+  record.result.detector_doubt = "the masks are of another moment";
+  EXPECT_THAT(doubts_of(record), ElementsAre(record.result.detector_doubt));
+}
+
+TEST(Doubts, ACloudOfAFewPointsIsTold) {
+  RunRecord record = good_run();
+  record.result.dense.cloud.points.resize(27);
+  record.result.dense.cloud.colors.resize(27);
+  EXPECT_THAT(doubts_of(record), IsEmpty()) << "of ten frames";
+  while (record.result.trajectory.size() < 30)
+    record.result.trajectory.push_back(record.result.trajectory.back());
+  record.frames = 30;
+  EXPECT_THAT(doubts_of(record), ElementsAre(HasSubstr("only 27 points")));
+}
+
+TEST(Doubts, IntrinsicsThatHardlyAnyCameraHasAreTold) {
+  RunRecord record = good_run();
+  const Camera usual{.width = 640, .height = 480, .fx = 525, .fy = 524, .cx = 319, .cy = 239};
+  record.result.camera = usual;
+  EXPECT_THAT(doubts_of(record), IsEmpty());
+  const auto told = [&](double Camera::*parameter, double value) {
+    record.result.camera = usual;
+    record.result.camera.*parameter = value;
+    EXPECT_THAT(doubts_of(record), ElementsAre(HasSubstr("intrinsics"))) << value;
+  };
+  told(&Camera::fx, 52.5);
+  told(&Camera::fy, 5240);
+  told(&Camera::cx, 31.9);
+  told(&Camera::cy, 479);
 }
 
 }  // namespace

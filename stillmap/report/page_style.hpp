@@ -95,7 +95,9 @@ figcaption { font-size: 13.5px; color: var(--soft); margin-top: 6px; }
 details summary { cursor: pointer; font-weight: 600; font-size: 18px; }
 pre { font-size: 13px; line-height: 1.45; overflow-x: auto; background: var(--page); border: 1px solid var(--line); border-radius: 8px; padding: 14px; font-family: ui-monospace, "DejaVu Sans Mono", Menlo, Consolas, monospace; }
 footer { color: var(--soft); font-size: 13px; margin-top: 22px; text-align: center; }
-@media (max-width: 760px) { .pair { grid-template-columns: 1fr; } section { padding: 16px 14px; } h1 { font-size: 24px; } }
+@media (max-width: 760px) { .pair { grid-template-columns: 1fr; } section { padding: 16px 14px; } h1 { font-size: 24px; }
+  .scroll th:first-child, .scroll td:first-child { position: sticky; left: 0; background: var(--card); white-space: normal; overflow-wrap: anywhere; min-width: 64px; max-width: 30vw; }
+  th, td { padding: 6px; } }
 @media print {
   @page { size: A4; margin: 14mm; }
   body { font-size: 12px; print-color-adjust: exact; -webkit-print-color-adjust: exact; }

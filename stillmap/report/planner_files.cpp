@@ -10,12 +10,18 @@
 #include "stillmap/dense/octomap.hpp"
 #include "stillmap/report/obstacle_files.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 namespace stillmap {
 namespace {
+
+/// Differences between a given and an estimated floor from which one of them is wrong [degrees, m].
+constexpr double kContradictoryTilt = 15, kContradictoryHeight = 0.15;
 
 nlohmann::json triple(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -57,6 +63,28 @@ std::string unknown_floor_text(const std::string& reason) {
          reason + "; give --up X,Y,Z and --camera-height METERS, or --floor FILE";
 }
 
+/// Returns the sentence for users about a given floor that is not the one that is seen; empty
+/// without a contradiction.
+std::string contradiction_text(const FloorFinding& given, const FloorFinding& seen,
+                               const Eigen::Vector3d& eye) {
+  if (!given.floor || !seen.up) return "";
+  const double degrees =
+      std::acos(std::clamp(given.floor->up.dot(*seen.up), -1.0, 1.0)) * 180 / std::numbers::pi;
+  const auto camera_height = [&](const Floor& floor) { return floor.up.dot(eye) - floor.height; };
+  std::string seen_text;
+  if (degrees > kContradictoryTilt) {
+    seen_text = fmt::format("its upward direction is {:.0f} degrees from", degrees);
+  } else if (seen.floor && std::abs(camera_height(*given.floor) - camera_height(*seen.floor)) >
+                               kContradictoryHeight) {
+    seen_text = fmt::format("it is {:.2f} m below the first camera, not {:.2f} m as",
+                            camera_height(*given.floor), camera_height(*seen.floor));
+  }
+  if (seen_text.empty()) return "";
+  return "the given floor contradicts the recording: " + seen_text +
+         " that of the surfaces in view; check --up (x right, y down, z forward), --camera-height "
+         "(meters), or that --floor is of this map";
+}
+
 }  // namespace
 
 std::string write_planner_files(const PlannerData& data, const OccupancyOptions& options,
@@ -82,7 +110,9 @@ std::string write_planner_files(const PlannerData& data, const OccupancyOptions&
   folder.write_text("obstacles.json", json_text(obstacles_json(obstacles, T_map_world), 2) + "\n");
   folder.write_text("obstacles.jsonl",
                     obstacles_by_frame(obstacles, T_map_world, data.trajectory, data.movers));
-  return finding.floor ? "" : unknown_floor_text(finding.reason);
+  if (!finding.floor) return unknown_floor_text(finding.reason);
+  if (!hints.up && !hints.camera_height && !hints.floor) return "";
+  return contradiction_text(finding, find_floor(surfels, cameras), cameras.front().translation());
 }
 
 Floor read_floor(const std::filesystem::path& file) {

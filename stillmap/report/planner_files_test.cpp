@@ -74,6 +74,15 @@ TEST_F(PlannerFiles, AreInTheFrameOfTheFirstCameraIfTheFloorIsUnknown) {
               HasSubstr("contains no floor"));
 }
 
+TEST_F(PlannerFiles, AGivenFloorThatContradictsTheSurfacesIsTold) {
+  const Eigen::Vector3d up =
+      testing_support::kRoomCamera.quaternion().conjugate() * Eigen::Vector3d(0, -1, 0);
+  EXPECT_THAT(write({.up = -up, .camera_height = 1.2}), HasSubstr("180 degrees from"));
+  EXPECT_EQ(floor()["frame"], "map") << "the user's floor is used nevertheless";
+  const Floor upside_down{{0, 1, 0}, 0};
+  EXPECT_THAT(write({.floor = upside_down}), HasSubstr("contradicts the recording"));
+}
+
 TEST_F(PlannerFiles, AFloorThatIsNoneIsRefused) {
   fs::create_directories(folder_);
   const fs::path file = folder_ / "mine.json";

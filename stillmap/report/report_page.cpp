@@ -145,10 +145,11 @@ std::string chip(std::string_view name, std::string_view value) {
 }
 
 std::string header(const RunRecord& record) {
-  return fmt::format("<header><h1>{}</h1>\n<div class=\"chips\">{}{}{}{}</div></header>\n",
+  return fmt::format("<header><h1>{}</h1>\n<div class=\"chips\">{}{}{}{}{}</div></header>\n",
                      e(record.sequence.empty() ? "Stillmap" : record.sequence),
                      chip("preset", record.options.preset()),
                      chip("schedule", record.options.schedule.mode),
+                     chip("ended", record.interrupted ? "early: interrupted or killed" : ""),
                      chip("machine", record.machine), chip("version", STILLMAP_VERSION));
 }
 

@@ -158,6 +158,8 @@ bool ResultFolder::write(const std::string& name,
   } catch (const std::exception& e) {
     problems_ += file.string() + ": " + e.what() + "\n";
   }
+  // The file of an earlier run is not taken for that of this run.
+  if (!current_.contains(name) && !is_foreign(name)) remove_own({&name, 1});
   return false;
 }
 

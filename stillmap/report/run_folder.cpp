@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/report/run_folder.hpp"
 
+#include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/json_text.hpp"
 #include "stillmap/base/machine.hpp"
@@ -108,6 +109,14 @@ std::vector<std::string> file_names(RunPart part) {
   return {};
 }
 
+void require_ended_run(const fs::path& folder) {
+  if (!fs::exists(folder / kRunJournal)) return;
+  throw Error(
+      "holds the journal of a run that did not end; other results there may be those of an "
+      "earlier run",
+      folder.string(), "write its results with: stillmap recover " + folder.string());
+}
+
 std::vector<std::string> possible_run_files(const Options& options, const RunOutputs& outputs) {
   std::vector<std::string> names = file_names(RunPart::kAlways);
   const auto add = [&](bool wanted, RunPart part) {
@@ -151,8 +160,10 @@ void write_run_files(RunRecord& record, const RunOutputs& outputs, ResultFolder&
   }
   folder.write_text("timing.txt", timing_text(result.timing.stages()));
   write_summary(record, outputs, saving_seconds, folder);
-  for (const fs::path& file : folder.written())
+  for (const fs::path& file : folder.written()) {
+    if (file.filename() == kRunJournal) continue;  // removed at the end
     images.files.push_back(file.lexically_relative(folder.path()).string());
+  }
   folder.write_text("report.html", report_html(record, images));
 }
 

@@ -39,6 +39,10 @@ enum class RunPart {
 /// made from it, and docs/dense_map.md is tested against it.
 std::vector<std::string> file_names(RunPart part);
 
+/// Throws Error if the last run into a folder did not end, so that the results there may be those
+/// of an earlier one.
+void require_ended_run(const std::filesystem::path& folder);
+
 /// Which files are written for a run in addition to the standard ones.
 struct RunOutputs {
   DenseOutputs dense;

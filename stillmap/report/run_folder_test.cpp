@@ -116,6 +116,13 @@ TEST_F(RunFolder, AnotherRunReplacesAllFiles) {
   EXPECT_TRUE(has("cloud.ply"));
 }
 
+TEST_F(RunFolder, ARunThatDidNotEndIsToldByItsJournal) {
+  std::filesystem::create_directories(folder_);
+  EXPECT_NO_THROW(require_ended_run(folder_));
+  write_file(folder_ / kRunJournal, "begun");
+  EXPECT_THROW(require_ended_run(folder_), Error);
+}
+
 TEST_F(RunFolder, AForeignFileIsLeftAloneWithoutForce) {
   fs::create_directories(folder_);
   write_file(folder_ / "trajectory.txt", "mine");

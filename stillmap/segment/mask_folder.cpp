@@ -16,8 +16,12 @@
 namespace stillmap {
 namespace {
 
-/// Time tolerance of a single mask [s]: the association limit of TUM's tools.
-constexpr double kLoneTolerance = 0.02;
+/// Largest time tolerance of masks [s]: the association limit of TUM's tools.
+constexpr double kTolerance = 0.02;
+/// Interval of the masks whose outlines are compared with the depth, which takes some milliseconds.
+constexpr std::size_t kChecked = 5;
+/// Agreement with the depth below which masks are not of their images: see MaskAgreement.
+constexpr double kLeastAgreement = 0.4;
 /// Value of people in masks.
 constexpr int kPersonValue = 255;
 /// Class ids of the instances.
@@ -124,7 +128,7 @@ MaskFolder::MaskFolder(const std::filesystem::path& folder) : folder_(folder) {
   std::stable_sort(entries_.begin(), entries_.end(),
                    [](const Entry& a, const Entry& b) { return a.stamp < b.stamp; });
   std::sort(stamps.begin(), stamps.end());
-  tolerance_ = stamps.size() > 1 ? median_interval(stamps) / 2 : kLoneTolerance;
+  tolerance_ = stamps.size() > 1 ? std::min(median_interval(stamps) / 2, kTolerance) : kTolerance;
 }
 
 const MaskFolder::Entry* MaskFolder::find(const RgbdFrame& frame) const {
@@ -161,7 +165,18 @@ std::vector<Instance> MaskFolder::detect(const RgbdFrame& frame) {
     }
     return {};
   }
+  if (used_++ % kChecked == 0) agreement_.add(mask, frame.depth);
   return instances_of_mask(mask);
+}
+
+std::string MaskFolder::doubt() const {
+  const std::optional<double> agreement = agreement_.agreement();
+  if (!agreement || *agreement >= kLeastAgreement) return {};
+  return fmt::format(
+      "the outlines of the masks in {} are not where the depth jumps (agreement {:.2f} of 1), so "
+      "they are of another recording or moment, or are enlarged by far; name the masks of these "
+      "images, not enlarged (dense.mask_dilation does that)",
+      folder_.string(), std::max(*agreement, 0.0));
 }
 
 std::string MaskFolder::description() const {

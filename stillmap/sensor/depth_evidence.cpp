@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
 
 namespace stillmap {
@@ -115,6 +116,19 @@ bool RegistrationEvidence::contradicts() const {
   return std::count_if(offsets.begin(), offsets.end(), [](const EdgeOffset& quadrant) {
            return quadrant.gain >= kLeastGain && cv::norm(quadrant.offset) >= kLeastOffset;
          }) >= 3;
+}
+
+std::string RegistrationEvidence::problem() const {
+  if (!contradicts()) return "";
+  std::string text;
+  for (const auto& [offset, gain] : offsets()) {
+    text += fmt::format("{}({}, {})", text.empty() ? "" : ", ", offset.x, offset.y);
+  }
+  return "the edges of objects in the depth images are not where those in the color images are: "
+         "offsets " +
+         text +
+         " pixels in the four quarters of the image; the depth seems not to be registered to the "
+         "color camera";
 }
 
 }  // namespace stillmap

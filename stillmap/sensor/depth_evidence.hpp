@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -44,6 +45,9 @@ class RegistrationEvidence {
   /// recordings the gain is at most 1.05 anywhere; if they are shifted by 12 pixels or enlarged by
   /// a tenth, it is at least 1.1 in three of four quadrants.
   bool contradicts() const;
+  /// Returns the sentence for users that the depth images are not registered; empty if they seem to
+  /// be.
+  std::string problem() const;
 
  private:
   static constexpr int kReach = 24, kStep = 2;  // of the offsets tried [pixels]

@@ -24,8 +24,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kMillimeters = 1000;  // per meter
-
 std::string short_name(const fs::path& file) {
   return (file.parent_path().filename() / file.filename()).string();
 }
@@ -406,18 +404,9 @@ void check_depth(Sample& sample, const Camera& camera, const DoctorOptions& opti
 }
 
 void check_registration(const RegistrationEvidence& registration, Diagnosis& diagnosis) {
-  if (!registration.contradicts()) return;
-  std::string text;
-  for (const auto& [offset, gain] : registration.offsets()) {
-    text += fmt::format("{}({}, {})", text.empty() ? "" : ", ", offset.x, offset.y);
-  }
-  diagnosis.add(Severity::kWarning,
-                "the edges of objects in the depth images are not where those in the color images "
-                "are: offsets " +
-                    text +
-                    " pixels in the four quarters of the image; the depth "
-                    "seems not to be registered to the color camera",
-                "record depth that is registered (aligned) to color; see docs/cameras.md");
+  if (const std::string problem = registration.problem(); !problem.empty())
+    diagnosis.add(Severity::kWarning, problem,
+                  "record depth that is registered (aligned) to color; see docs/cameras.md");
 }
 
 // ---- ground truth and masks -------------------------------------------------------------------
@@ -526,19 +515,14 @@ void Diagnosis::add(Severity severity, std::string what, std::string fix) {
 }
 
 Diagnosis diagnose(FrameSource& source, std::size_t most_frames) {
-  constexpr std::size_t kInterval = 10;  // of the frames whose edges are compared
   Diagnosis diagnosis;
   for (const std::string& note : source.notes()) diagnosis.add(Severity::kOk, note);
   FrameCheck check(source.camera());
-  RegistrationEvidence registration;
   while (diagnosis.frames < most_frames) {
     const RgbdFramePtr frame = source.next();
     if (!frame) break;
     check.add(*frame);
-    if (diagnosis.frames++ % kInterval != 0) continue;
-    cv::Mat1w raw;
-    frame->depth.convertTo(raw, CV_16U, kMillimeters);
-    registration.add(frame->gray, raw);
+    ++diagnosis.frames;
   }
   diagnosis.usable_frames = diagnosis.frames;
   diagnosis.add(diagnosis.frames > 0 ? Severity::kOk : Severity::kError,
@@ -549,7 +533,6 @@ Diagnosis diagnose(FrameSource& source, std::size_t most_frames) {
                               source.skipped().front().reason));
   }
   for (const std::string& problem : check.problems()) diagnosis.add(Severity::kWarning, problem);
-  check_registration(registration, diagnosis);
   return diagnosis;
 }
 

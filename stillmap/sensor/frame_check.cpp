@@ -2,7 +2,6 @@
 #include "stillmap/sensor/frame_check.hpp"
 
 #include "stillmap/base/statistics.hpp"
-#include "stillmap/sensor/depth_evidence.hpp"
 
 #include <cmath>
 
@@ -51,7 +50,7 @@ void FrameCheck::add(const RgbdFrame& frame) {
   last_ = frame.timestamp;
   const cv::Mat1f depth = frame.depth;
   if (has_depth(depth)) {
-    if (frames_ >= examined_ * kInterval && examined_ < kExamined) add_levels(depth);
+    if (frames_ >= examined_ * kInterval && examined_ < kExamined) examine(frame);
     ++with_depth_;
     gap_ = {};
   } else {
@@ -61,8 +60,14 @@ void FrameCheck::add(const RgbdFrame& frame) {
   ++frames_;
 }
 
-void FrameCheck::add_levels(const cv::Mat1f& depth) {
+/// Adds the steps between the depths of a frame, and the places of its edges.
+void FrameCheck::examine(const RgbdFrame& frame) {
   ++examined_;
+  constexpr double kMillimeters = 1000;
+  cv::Mat1w millimeters;
+  frame.depth.convertTo(millimeters, CV_16U, kMillimeters);
+  if (frame.gray.size() == frame.depth.size()) registration_.add(frame.gray, millimeters);
+  const cv::Mat1f depth = frame.depth;
   for (const float z : depth) {
     const double raw = z > 0 ? std::round(z * camera_.depth_factor) : 0;
     if (raw > 0 && raw < static_cast<double>(kLevels)) seen_[static_cast<std::size_t>(raw)] = true;
@@ -102,6 +107,10 @@ std::vector<std::string> FrameCheck::problems() const {
     problems.push_back(gap);
   }
   if (const std::string time = time_problem(); !time.empty()) problems.push_back(time);
+  if (std::string problem = registration_.problem(); !problem.empty()) {
+    problems.push_back(problem +
+                       "; record depth that is registered (aligned) to color; see docs/cameras.md");
+  }
   std::vector<std::uint16_t> levels;
   for (std::size_t raw = 1; raw < kLevels; ++raw) {
     if (seen_[raw]) levels.push_back(static_cast<std::uint16_t>(raw));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/geometry/camera.hpp"
+#include "stillmap/sensor/depth_evidence.hpp"
 #include "stillmap/sensor/rgbd_frame.hpp"
 
 #include <cstddef>
@@ -34,7 +35,7 @@ class FrameCheck {
   std::vector<std::string> problems() const;
 
  private:
-  void add_levels(const cv::Mat1f& depth);
+  void examine(const RgbdFrame& frame);
   std::string time_problem() const;
   std::string gap_problem() const;
 
@@ -43,6 +44,7 @@ class FrameCheck {
   std::vector<double> intervals_;  // [s]
   double last_ = 0;                // time of the last frame [s]
   std::vector<bool> seen_;         // by raw depth
+  RegistrationEvidence registration_;
   /// Frames in a row without depth, and the time of the first [s].
   struct Gap {
     std::size_t frames = 0;
