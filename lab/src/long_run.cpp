@@ -12,6 +12,8 @@
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/tum_folder.hpp"
 
+#include <array>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <unistd.h>
@@ -111,6 +113,19 @@ void print_part(SlamSystem& slam, const std::filesystem::path& journal, std::siz
   std::fflush(stdout);
 }
 
+/// Returns the RMSE of the position of each tenth of the poses [m].
+std::vector<double> rmse_by_part(const AteResult& ate) {
+  std::vector<double> parts;
+  for (std::size_t part = 0; part < kParts; ++part) {
+    double squares = 0;
+    const std::size_t begin = part * ate.pairs.size() / kParts;
+    const std::size_t end = (part + 1) * ate.pairs.size() / kParts;
+    for (std::size_t i = begin; i < end; ++i) squares += ate.pairs[i].error * ate.pairs[i].error;
+    parts.push_back(std::sqrt(squares / static_cast<double>(end - begin)));
+  }
+  return parts;
+}
+
 void measure(const Arguments& arguments) {
   const SequencePaths paths = find_sequence(arguments.sequence);
   TumFolder recording(paths, read_camera(paths.camera.string()));
@@ -142,10 +157,18 @@ void measure(const Arguments& arguments) {
   const SlamResult result = slam.finish();
   fmt::print("with a pose: {} of {}; dropped: {}; memory after the end: {:.0f} MiB\n",
              result.tracked(), arguments.frames, paced ? paced->dropped() : 0, resident_mib());
+  for (const MapEvent& e : result.events) {
+    constexpr std::array<const char*, 3> kNames{"loop", "merge", "dropped"};
+    fmt::print("frame {}: {}, seen in frame {}, {} inliers, {:.3f} m, {:.4f} rad\n", e.frame_index,
+               kNames.at(static_cast<std::size_t>(e.kind)), e.seen_in, e.inliers, e.meters,
+               e.radians);
+  }
   if (paths.ground_truth.empty()) return;
   const Trajectory truth = frames.truth(read_trajectory(paths.ground_truth));
-  fmt::print("ATE RMSE {:.4f} m\n",
-             evaluate_trajectory(truth, result.trajectory, {}).ate.translation.rmse);
+  const Evaluation evaluation = evaluate_trajectory(truth, result.trajectory, {});
+  fmt::print("ATE RMSE {:.4f} m; by tenths:", evaluation.ate.translation.rmse);
+  for (const double rmse : rmse_by_part(evaluation.ate)) fmt::print(" {:.4f}", rmse);
+  fmt::print("\n");
 }
 
 }  // namespace
@@ -153,7 +176,7 @@ void measure(const Arguments& arguments) {
 void add_long_run_command(CLI::App& app) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand(
-      "long-run", "memory, tracking time and file sizes of a very long run, by tenths");
+      "long-run", "memory, tracking time, file sizes and errors of a very long run, by tenths");
   command->add_option("sequence", arguments->sequence, "folder in TUM layout; small images")
       ->required();
   command->add_option("--out", arguments->out, "folder for the journal")->required();
