@@ -207,7 +207,7 @@ CameraCalibration errors_of(const Camera& camera, const BundleProblem& problem,
   unknown.sigma.setConstant(INFINITY);
   if (problem.T_world_camera.size() < kMinPoses || problem.observations.size() < kMinObservations)
     return unknown;
-  const CameraCalibration found = calibrate_camera(problem);
+  CameraCalibration found = calibrate_camera(problem);
   const CameraVector largest = kPlausibleBounds * bounds_of(camera);
   const bool plausible = (found.correction.cwiseAbs().array() <= largest.array()).all();
   const bool explains = found.variance_after < kWrongCamera * found.variance_before;
