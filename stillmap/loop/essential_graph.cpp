@@ -4,8 +4,10 @@
 #include "stillmap/base/disjoint_sets.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <set>
 #include <tuple>
+#include <utility>
 
 namespace stillmap {
 namespace {
@@ -59,6 +61,30 @@ void EssentialGraph::connect(std::uint32_t a, std::uint32_t b) {
 
 void EssentialGraph::add(KeyframeId a, KeyframeId b, const Pose& T_a_b, double weight) {
   edges_.push_back({node(a), node(b), T_a_b, weight});
+}
+
+// Dijkstra's algorithm.
+double EssentialGraph::path_length(KeyframeId a, KeyframeId b) const {
+  std::vector<std::vector<std::pair<std::uint32_t, double>>> neighbors(keyframes_.size());
+  for (const PoseGraphEdge& edge : edges_) {
+    const double length = edge.T_a_b.translation().norm();
+    neighbors[edge.a].emplace_back(edge.b, length);
+    neighbors[edge.b].emplace_back(edge.a, length);
+  }
+  std::vector<double> shortest(keyframes_.size(), std::numeric_limits<double>::infinity());
+  std::set<std::pair<double, std::uint32_t>> open{{0, node(a)}};
+  shortest[node(a)] = 0;
+  while (!open.empty() && open.begin()->second != node(b)) {
+    const auto [length, nearest] = *open.begin();
+    open.erase(open.begin());
+    for (const auto& [next, step] : neighbors[nearest]) {
+      if (length + step >= shortest[next]) continue;
+      open.erase({shortest[next], next});
+      shortest[next] = length + step;
+      open.insert({shortest[next], next});
+    }
+  }
+  return shortest[node(b)];
 }
 
 std::map<KeyframeId, Pose> EssentialGraph::relaxed(const std::map<KeyframeId, Pose>& held) const {

@@ -28,6 +28,9 @@ class EssentialGraph {
   /// @param held  keyframes with fixed poses; all others are optimized
   std::map<KeyframeId, Pose> relaxed(const std::map<KeyframeId, Pose>& held) const;
 
+  /// Returns the length of the shortest path along the edges [m].
+  double path_length(KeyframeId a, KeyframeId b) const;
+
   /// In creation order.
   const std::vector<KeyframeId>& keyframes() const { return keyframes_; }
   /// Returns the pose of a keyframe at the construction of the graph.

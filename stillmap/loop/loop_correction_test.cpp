@@ -161,6 +161,45 @@ TEST(EssentialGraph, HasATreeAndStrongEdgesAndIsConnected) {
   EXPECT_GT(EssentialGraph(map.built.map, 0, 50).edges(), tree.edges());
 }
 
+/// Adds a keyframe at a place, which observes the landmarks of this place and of the next ones.
+KeyframeId visit(Map& map, int place, std::map<int, std::vector<LandmarkId>>& landmarks) {
+  constexpr int kPerPlace = 20, kPlaces = 3;
+  auto features = std::make_shared<Features>();
+  features->keypoints.resize(kPerPlace * kPlaces);
+  features->descriptors.resize(features->keypoints.size());
+  Keyframe made;
+  made.features = features;
+  made.static_weight.assign(features->size(), 1);
+  made.T_world_camera = Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(place, 0, 0));
+  const KeyframeId id = map.add_keyframe(std::move(made)).id;
+  std::uint32_t keypoint = 0;
+  for (int seen = place; seen < place + kPlaces; ++seen) {
+    auto& known = landmarks[seen];
+    for (std::size_t i = 0; i < kPerPlace; ++i, ++keypoint) {
+      if (i < known.size()) {
+        map.observe(known[i], {id, keypoint});
+      } else {
+        known.push_back(map.add_landmark({1.0 * seen, 0, 3}, {id, keypoint}).id);
+      }
+    }
+  }
+  return id;
+}
+
+TEST(EssentialGraph, ThePathDoesNotGrowInAMappedPlace) {
+  Map map(Camera{.width = 64, .height = 48, .fx = 50, .fy = 50, .cx = 32, .cy = 24}, {});
+  std::map<int, std::vector<LandmarkId>> landmarks;
+  std::vector<KeyframeId> ids;
+  for (int round = 0; round < 3; ++round) {
+    for (int place = 0; place < 10; ++place) ids.push_back(visit(map, place, landmarks));
+    for (int place = 9; place >= 0; --place) ids.push_back(visit(map, place, landmarks));
+  }
+  const EssentialGraph graph(map, 0);
+  EXPECT_NEAR(graph.path_length(ids[0], ids[9]), 9, 1e-9) << "along the first visit";
+  EXPECT_NEAR(graph.path_length(ids[0], ids[49]), 9, 1e-9) << "the same place in the last round";
+  EXPECT_NEAR(graph.path_length(ids[0], ids[59]), 0, 1e-9) << "54 m later";
+}
+
 TEST(PropagateCorrection, MovedKeyframesStayAndTheRestFollows) {
   Drifted map(Vector6d::Zero());
   Map& m = map.built.map;

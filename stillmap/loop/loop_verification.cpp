@@ -2,6 +2,7 @@
 #include "stillmap/loop/loop_verification.hpp"
 
 #include "stillmap/base/trace.hpp"
+#include "stillmap/loop/essential_graph.hpp"
 
 #include <algorithm>
 
@@ -258,20 +259,7 @@ LoopVerification verify_loop(const Map& map, const PlaceIndex& index, KeyframeId
 }
 
 double path_length(const Map& map, KeyframeId a, KeyframeId b) {
-  const std::uint32_t from = std::min(map.at(a).sequence, map.at(b).sequence);
-  const std::uint32_t to = std::max(map.at(a).sequence, map.at(b).sequence);
-  const std::uint32_t component = map.at(a).component;
-  std::vector<std::pair<std::uint32_t, Eigen::Vector3d>> stations;
-  map.for_each_keyframe([&](const Keyframe& k) {
-    if (k.component == component && k.sequence >= from && k.sequence <= to)
-      stations.emplace_back(k.sequence, k.T_world_camera.translation());
-  });
-  std::sort(stations.begin(), stations.end(),
-            [](const auto& x, const auto& y) { return x.first < y.first; });
-  double path = 0;
-  for (std::size_t i = 1; i < stations.size(); ++i)
-    path += (stations[i].second - stations[i - 1].second).norm();
-  return path;
+  return EssentialGraph(map, map.at(a).component).path_length(a, b);
 }
 
 }  // namespace stillmap

@@ -74,7 +74,9 @@ struct LoopVerification {
 LoopVerification verify_loop(const Map& map, const PlaceIndex& index, KeyframeId query,
                              KeyframeId candidate, const LoopVerificationOptions& options = {});
 
-/// Returns the length of the path along a component's keyframes between two of them [m].
+/// Returns the length of the shortest path between two keyframes of a component along the edges of
+/// its essential graph [m]. Drift grows with it, and not with the way of a camera that visits
+/// mapped places again.
 double path_length(const Map& map, KeyframeId a, KeyframeId b);
 
 }  // namespace stillmap
