@@ -107,7 +107,13 @@ std::vector<std::string> unused_settings(const RunRequest& request, const Option
     const auto reason = why_unused(setting.substr(0, setting.find('=')), options);
     if (reason) add("--set " + setting, *reason);
   }
-  if (!request.model.empty() && !request.masks.empty())
+  const bool uses_instances = use_instances(make_cues(parameters_of(options).motion));
+  for (const auto& [flag, given] : {std::pair("--model", !request.model.empty()),
+                                    std::pair("--masks", !request.masks.empty())}) {
+    if (given && !uses_instances)
+      add(flag, fmt::format("preset {} uses neither networks nor masks", options.preset()));
+  }
+  if (uses_instances && !request.model.empty() && !request.masks.empty())
     add("--model", *why_unused("network.model", options));
   if (request.memory) {
     if (const auto reason = why_unused("dense.memory", options)) add("--memory", *reason);
@@ -116,6 +122,22 @@ std::vector<std::string> unused_settings(const RunRequest& request, const Option
   if (dense_outputs && !options.dense.enabled)
     add("--planner or --mesh", "dense.enabled is false, so there is no dense map");
   return unused;
+}
+
+/// Returns that the detector knows none of the classes that move; none if it knows one.
+std::optional<std::string> no_moving_class(const Detector& detector, const Options& options) {
+  const auto& known = detector.class_names();
+  const auto& moving = options.motion.moving_classes;
+  if (moving.empty() || std::find_first_of(known.begin(), known.end(), moving.begin(),
+                                           moving.end()) != known.end())
+    return std::nullopt;
+  constexpr std::size_t kNamed = 10;
+  const std::vector<std::string> some(known.begin(),
+                                      known.begin() + std::min(kNamed, known.size()));
+  return fmt::format(
+      "the network knows none of the classes that move ({}); name those of its own ({}{}) with "
+      "--set motion.moving_classes=...",
+      fmt::join(moving, ", "), fmt::join(some, ", "), known.size() > kNamed ? ", ..." : "");
 }
 
 /// Returns what to warn of; none without --zones.
@@ -225,6 +247,10 @@ Session session_of(const RunRequest& request, const Options& options) {
   if (session.rules)
     check_rule_classes(*session.rules, classes_of(session.detector), request.zones);
   check_classes(options, session.detector.get());
+  if (session.detector) {
+    if (auto problem = no_moving_class(*session.detector, options))
+      session.unused_settings.push_back(std::move(*problem));
+  }
   require_free_outputs(session);
   session.view = opened_view(view_address_of(request.view));
   if (session.view) {

@@ -256,6 +256,7 @@ RunRecord run_session(Session session) {
   }
   if (!session.quiet) print_out("{}", run_summary_text(record));
   if (session.verbose) print_out("{}", details_text(record));
+  folder.make_room_by(kRunJournal);
   traced("files", [&] { write_run_files(record, session.outputs, folder); });
   if (recorders.warnings) {
     const auto& problems = recorders.warnings->problems();

@@ -2,6 +2,7 @@
 #include "stillmap/base/page_file.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/warning.hpp"
 
 #include <cerrno>
 #include <cstdlib>
@@ -125,6 +126,20 @@ std::shared_ptr<Pages> PageFile::next_pages(std::size_t size, bool writable) {
   const std::size_t begin = end_;
   end_ += up_to_whole_pages(size);
   return std::shared_ptr<Pages>(new Pages(file_, begin, static_cast<std::byte*>(data), size));
+}
+
+bool SparePages::write(const std::function<void(PageFile&)>& write) {
+  if (failed_) return false;
+  try {
+    if (!file_) file_.emplace(memory_.folder);
+    write(*file_);
+    return true;
+  } catch (const Error& e) {
+    failed_ = true;
+    warn(content_ + " takes more memory than dense.memory from here on: " + e.what(),
+         "make room there; the map itself is not affected");
+    return false;
+  }
 }
 
 }  // namespace stillmap

@@ -3,8 +3,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 
 namespace stillmap {
@@ -65,6 +68,25 @@ class PageFile {
   std::filesystem::path folder_;
   std::shared_ptr<const Pages::File> file_;
   std::size_t end_ = 0;  // position of the next bytes
+};
+
+/// A PageFile for what is beyond a limit of memory. It is created when it is needed, and given up
+/// with a warning once it cannot be written (disk full): all further data stay in memory.
+class SparePages {
+ public:
+  /// @param content  for the warning, such as "the dense map"
+  SparePages(MemoryLimit memory, std::string content)
+      : memory_(std::move(memory)), content_(std::move(content)) {}
+
+  std::uint64_t limit() const { return memory_.limit; }
+  /// Calls `write` with the file. Returns whether it was written.
+  bool write(const std::function<void(PageFile&)>& write);
+
+ private:
+  MemoryLimit memory_;
+  std::string content_;
+  std::optional<PageFile> file_;
+  bool failed_ = false;
 };
 
 }  // namespace stillmap

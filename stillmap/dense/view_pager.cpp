@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/dense/view_pager.hpp"
 
-#include "stillmap/base/error.hpp"
-#include "stillmap/base/warning.hpp"
-
 #include <array>
-#include <string>
+#include <string_view>
 
 namespace stillmap {
 namespace {
@@ -28,17 +25,9 @@ Image image_at(const std::byte*& pixels, cv::Size size) {
 
 bool ViewPager::page_out(DenseView& view) {
   if (view.pages) return true;
-  if (failed_ || view.depth.empty()) return false;
-  try {
-    if (!file_) file_.emplace(memory_.folder);
-    const std::array parts{bytes_of(view.depth), bytes_of(view.color), bytes_of(view.kind)};
-    view.pages = file_->store(parts);
-  } catch (const Error& e) {
-    failed_ = true;
-    warn(std::string("the dense map takes more memory than dense.memory from here on: ") + e.what(),
-         "make room there; the map itself is not affected");
-    return false;
-  }
+  if (view.depth.empty()) return false;
+  const std::array parts{bytes_of(view.depth), bytes_of(view.color), bytes_of(view.kind)};
+  if (!file_.write([&](PageFile& file) { view.pages = file.store(parts); })) return false;
   const cv::Size size = view.depth.size();
   const std::byte* pixels = view.pages->data();
   view.depth = image_at<cv::Mat1w>(pixels, size);

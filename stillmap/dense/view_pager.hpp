@@ -4,7 +4,6 @@
 #include "stillmap/dense/dense_view.hpp"
 
 #include <cstdint>
-#include <optional>
 #include <utility>
 
 namespace stillmap {
@@ -13,17 +12,14 @@ namespace stillmap {
 /// only while they are used, up to DenseView::drop_pages().
 class ViewPager {
  public:
-  explicit ViewPager(MemoryLimit memory) : memory_(std::move(memory)) {}
+  explicit ViewPager(MemoryLimit memory) : file_(std::move(memory), "the dense map") {}
 
-  std::uint64_t limit() const { return memory_.limit; }
-  /// Returns whether the pixels of the view are in the file now. Once they cannot be written (disk
-  /// full), the user is warned, and all further views stay in memory.
+  std::uint64_t limit() const { return file_.limit(); }
+  /// Returns whether the pixels of the view are in the file now.
   bool page_out(DenseView& view);
 
  private:
-  MemoryLimit memory_;
-  std::optional<PageFile> file_;  // created when it is needed
-  bool failed_ = false;
+  SparePages file_;
 };
 
 }  // namespace stillmap

@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/map/keyframe_pager.hpp"
 
-#include "stillmap/base/error.hpp"
-#include "stillmap/base/warning.hpp"
-
 #include <memory_resource>
 #include <ranges>
-#include <string>
 
 namespace stillmap {
 namespace {
@@ -31,7 +27,7 @@ constexpr std::size_t kAlignment = 4 * alignof(std::max_align_t);
 void KeyframePager::use(Map& map, std::span<const KeyframeId> used) {
   for (const KeyframeId id : used | std::views::reverse) mark(map, id);
   forget_erased(map);
-  while (bytes_in_memory_ > memory_.limit && !in_memory_.empty()) {
+  while (bytes_in_memory_ > file_.limit() && !in_memory_.empty()) {
     const KeyframeId oldest = in_memory_.begin()->second;
     Kept& kept = kept_.at(oldest);
     if (!page_out(map, oldest, kept)) break;
@@ -56,20 +52,12 @@ void KeyframePager::mark(const Map& map, KeyframeId id) {
 /// Returns whether the features are in the file now.
 bool KeyframePager::page_out(Map& map, KeyframeId id, Kept& kept) {
   if (kept.pages) return true;
-  if (failed_) return false;
-  try {
-    if (!file_) file_.emplace(memory_.folder);
+  return file_.write([&](PageFile& file) {
     const auto paged = std::make_shared<PagedFeatures>(*map.at(id).features,
-                                                       file_->reserve(kept.bytes + kAlignment));
+                                                       file.reserve(kept.bytes + kAlignment));
     kept.pages = paged->pages;
     map.set_features(id, FeaturesPtr(paged, &paged->features));
-  } catch (const Error& e) {
-    failed_ = true;
-    warn(std::string("keyframes take more memory than dense.memory from here on: ") + e.what(),
-         "make room there; the map itself is not affected");
-    return false;
-  }
-  return true;
+  });
 }
 
 void KeyframePager::forget_erased(const Map& map) {

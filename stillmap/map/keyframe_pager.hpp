@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <map>
 #include <memory>
-#include <optional>
 #include <set>
 #include <span>
 #include <utility>
@@ -19,12 +18,11 @@ namespace stillmap {
 /// keyframe are its landmarks and weights, 12 of some 85 bytes per keypoint.
 class KeyframePager {
  public:
-  explicit KeyframePager(MemoryLimit memory) : memory_(std::move(memory)) {}
+  explicit KeyframePager(MemoryLimit memory) : file_(std::move(memory), "the map") {}
 
   /// Marks keyframes as used now, the last of them first, and moves the features of others to the
   /// file until those in memory fit the limit. Gives back the memory of all features in the file
-  /// that were read meanwhile, unless they are among those in use. Once the file cannot be written
-  /// (disk full), the user is warned, and all further features stay in memory.
+  /// that were read meanwhile, unless they are among those in use.
   void use(Map& map, std::span<const KeyframeId> used);
 
   /// Returns the size of the features in memory [bytes].
@@ -43,9 +41,7 @@ class KeyframePager {
   bool page_out(Map& map, KeyframeId id, Kept& kept);
   void forget_erased(const Map& map);
 
-  MemoryLimit memory_;
-  std::optional<PageFile> file_;  // created when it is needed
-  bool failed_ = false;
+  SparePages file_;
   std::uint64_t uses_ = 0;
   std::size_t bytes_in_memory_ = 0;
   std::map<KeyframeId, Kept> kept_;

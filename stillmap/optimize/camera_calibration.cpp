@@ -25,6 +25,9 @@ constexpr double kConverged = 1e-5;
 constexpr double kFocalPrior = 0.1, kCenterPrior = 0.1, kDisparityPrior = 0.1;
 /// Number of groups of poses of the jackknife.
 constexpr std::size_t kGroups = 20;
+/// Least correction of a focal length that shows it to be wrong: share of it, and standard
+/// deviations.
+constexpr double kWrongFocal = 0.04, kCertain = 6;
 /// Damping of poses and points without information [1/m^2, 1/rad^2].
 constexpr double kFloor = 1e-3;
 
@@ -324,6 +327,13 @@ CameraCalibration calibrate_camera(const BundleProblem& problem) {
   const TraceScope scope("camera calibration");
   if (problem.T_world_camera.empty()) return {};
   return Calibrator(problem).run();
+}
+
+bool is_wrong_focal_length(const Camera& given, const CameraCalibration& found,
+                           CameraParameter focal) {
+  const double length = focal == kFx ? given.fx : given.fy;
+  return std::abs(found.correction(focal)) >
+         std::max(kWrongFocal * length, kCertain * found.sigma(focal));
 }
 
 }  // namespace stillmap

@@ -32,9 +32,10 @@ constexpr std::size_t kMinPoses = 10, kMinObservations = 1000;
 /// 4 m (0.01 / m). A parameter is observable if its standard deviation is below half of that.
 constexpr double kIntrinsicsBound = 0.01, kDisparityBound = 0.01;
 /// Corrections of more than this many bounds are no errors of a camera (the recording shows too
-/// little parallax, and its noise is fitted), unless the mean squared residual falls to this share.
-/// It falls to 0.64 to 0.70 with the right camera, since the map is adjusted as well, and to 0.44
-/// and 0.49 with a focal length that is wrong by 11 and 35 %.
+/// little parallax, and its noise is fitted), unless the mean squared residual falls to this share,
+/// or it is a focal length that is wrong for certain: is_wrong_focal_length(). The residual falls
+/// to 0.64 to 0.70 with the right camera, since the map is adjusted as well, and to 0.28 to 0.62
+/// with a focal length that is wrong by 15 %.
 constexpr double kPlausibleBounds = 8, kWrongCamera = 0.55;
 /// Smallest correction of the timing of the shutters that matters [s].
 constexpr double kTimingBound = 0.002;
@@ -176,15 +177,44 @@ CalibrationVerdict verdict_of(double correction, double sigma, double bound) {
   return certain ? CalibrationVerdict::kCorrected : CalibrationVerdict::kKept;
 }
 
-std::vector<CalibratedParameter> parameters_of(const Camera& given, const CameraVector& estimated,
-                                               const CameraVector& sigma) {
+/// Corrects a focal length by the ratio of the other one where only the other one is known to be
+/// wrong: pixels that were square stay so.
+void complete_focal_lengths(CalibratedParameter& fx, CalibratedParameter& fy) {
+  const auto complete = [](CalibratedParameter& unknown, const CalibratedParameter& known) {
+    if (unknown.verdict != CalibrationVerdict::kNotObservable ||
+        known.verdict != CalibrationVerdict::kCorrected)
+      return;
+    unknown.estimated = unknown.given * known.estimated / known.given;
+    unknown.sigma = unknown.given * known.sigma / known.given;
+    unknown.verdict = CalibrationVerdict::kCorrected;
+  };
+  complete(fx, fy);
+  complete(fy, fx);
+}
+
+/// Returns the corrections of the given camera.
+/// @param found  those of a camera with better values
+CameraCalibration from_given(const Camera& given, const Camera& camera, CameraCalibration found) {
+  found.correction += values_of(camera) - values_of(given);
+  return found;
+}
+
+/// @param found  corrections of the given camera
+std::vector<CalibratedParameter> parameters_of(const Camera& given,
+                                               const CameraCalibration& found) {
   const CameraVector values = values_of(given), bounds = bounds_of(given);
   std::vector<CalibratedParameter> parameters;
   for (std::size_t k = 0; k < kKeys.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
-    parameters.push_back({std::string(kKeys[k]), values(i), estimated(i), sigma(i),
-                          verdict_of(estimated(i) - values(i), sigma(i), bounds(i))});
+    parameters.push_back({std::string(kKeys[k]), values(i), values(i) + found.correction(i),
+                          found.sigma(i),
+                          verdict_of(found.correction(i), found.sigma(i), bounds(i))});
   }
+  for (const CameraParameter focal : {kFx, kFy}) {
+    if (is_wrong_focal_length(given, found, focal))
+      parameters[focal].verdict = CalibrationVerdict::kCorrected;
+  }
+  complete_focal_lengths(parameters[kFx], parameters[kFy]);
   return parameters;
 }
 
@@ -199,20 +229,28 @@ CameraVector corrected_values(const Camera& given,
   return values;
 }
 
-/// Returns the errors of the camera; without information if the observations do not show them.
+/// Returns the corrections of the given camera; without information where the observations do not
+/// show them.
+/// @param camera     the camera of the problem, with the best values known
 /// @param discarded  gets an estimate of fx that is too far from the given value to be used
-CameraCalibration errors_of(const Camera& camera, const BundleProblem& problem,
+CameraCalibration errors_of(const Camera& given, const Camera& camera, const BundleProblem& problem,
                             std::optional<double>& discarded) {
   CameraCalibration unknown;
   unknown.sigma.setConstant(INFINITY);
   if (problem.T_world_camera.size() < kMinPoses || problem.observations.size() < kMinObservations)
     return unknown;
-  CameraCalibration found = calibrate_camera(problem);
+  const CameraCalibration found = calibrate_camera(problem);
+  const CameraCalibration total = from_given(given, camera, found);
   const CameraVector largest = kPlausibleBounds * bounds_of(camera);
   const bool plausible = (found.correction.cwiseAbs().array() <= largest.array()).all();
   const bool explains = found.variance_after < kWrongCamera * found.variance_before;
-  if (plausible || explains) return found;
-  discarded = camera.fx + found.correction(kFx);
+  if (plausible || explains) return total;
+  for (const CameraParameter focal : {kFx, kFy}) {
+    if (!is_wrong_focal_length(given, total, focal)) continue;
+    unknown.correction(focal) = total.correction(focal);
+    unknown.sigma(focal) = total.sigma(focal);
+  }
+  if (unknown.correction.isZero()) discarded = given.fx + total.correction(kFx);
   return unknown;
 }
 
@@ -266,8 +304,9 @@ CalibrationReport calibrate_recording(
   Pass pass = timed.complete ? timed : track(open(camera), mapping);
   CalibrationReport report;
   for (int corrections = 0;; ++corrections) {
-    const CameraCalibration found = errors_of(camera, pass.problem, report.discarded_focal_length);
-    report.parameters = parameters_of(recorded, values_of(camera) + found.correction, found.sigma);
+    const CameraCalibration found =
+        errors_of(recorded, camera, pass.problem, report.discarded_focal_length);
+    report.parameters = parameters_of(recorded, found);
     const CameraVector before = values_of(camera);
     set_values(corrected_values(recorded, report.parameters), camera);
     const CameraVector change = (values_of(camera) - before).cwiseAbs();

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/pipeline/calibrate_recording.hpp"
 
+#include "stillmap/pipeline/slam_system.hpp"
 #include "stillmap/sensor/depth_image.hpp"
 #include "stillmap/sensor/tum_folder.hpp"
 #include "stillmap/simulate/simulated_sequence.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -132,6 +135,30 @@ TEST(CalibrateRecording, ACameraAtRestShowsNoIntrinsics) {
   const CalibrationReport report = calibrate(recording, recording.camera);
   for (const char* key : {"fx", "fy", "cx", "cy", "disparity_offset"})
     EXPECT_EQ(find(report, key).verdict, CalibrationVerdict::kNotObservable) << key;
+}
+
+/// Returns the focal length that fits the map of a run with focal lengths wrong by a factor.
+std::optional<double> fitting_focal_length(const Rendered& recording, double focal_factor) {
+  Camera given = recording.camera;
+  given.fx *= focal_factor, given.fy *= focal_factor;
+  SlamSystem slam(given, parameters_of(read_options("static")));
+  for (const RgbdFramePtr& frame : recording.frames) slam.push(frame);
+  return slam.finish().fitting_focal_length;
+}
+
+TEST(FocalLengthCheck, ARunTellsFocalLengthsThatAreWrongByFifteenPercent) {
+  const Rendered recording = rendered("rpy", 0);
+  EXPECT_FALSE(fitting_focal_length(recording, 1));
+  for (const double factor : {0.85, 1.15}) {
+    const double given = factor * recording.camera.fx;
+    const auto fitting = fitting_focal_length(recording, factor);
+    ASSERT_TRUE(fitting) << factor;
+    EXPECT_LT(std::abs(*fitting - recording.camera.fx), 0.6 * std::abs(given - recording.camera.fx));
+  }
+}
+
+TEST(FocalLengthCheck, ACameraAtRestShowsNone) {
+  EXPECT_FALSE(fitting_focal_length(rendered("static", kOffsetPixels), 1));
 }
 
 }  // namespace

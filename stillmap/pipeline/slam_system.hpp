@@ -58,6 +58,7 @@ struct SlamResult {
   LoadShedding load_shedding;
   Camera camera;          ///< of the frames, without distortion
   ShutterTiming shutter;  ///< timing of the camera's shutters that was in use at the end
+  std::optional<double> fitting_focal_length;  ///< See contradicting_focal_length().
   std::size_t tracked() const { return trajectory.size(); }
   /// Sets `poses` and `trajectory`.
   void set_poses(std::vector<UncertainPose> found);

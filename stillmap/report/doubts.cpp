@@ -130,6 +130,17 @@ void add_empty_cloud(const RunRecord& record, std::vector<std::string>& doubts) 
                   points == 0 ? "is empty" : fmt::format("has only {} points", points)));
 }
 
+/// Tells a focal length that the map contradicts.
+void add_wrong_focal_length(const RunRecord& record, std::vector<std::string>& doubts) {
+  const auto& fitting = record.result.fitting_focal_length;
+  if (!fitting) return;
+  doubts.push_back(
+      fmt::format("the focal length of the camera contradicts the map: {:.0f} pixels are given, and "
+                  "about {:.0f} fit better, so the map is distorted; find the right one with: "
+                  "stillmap calibrate RECORDING",
+                  record.result.camera.fx, *fitting));
+}
+
 /// Tells intrinsics that hardly any camera has: pixels that are not square, a principal point far
 /// from the center of the image, or an extreme field of view.
 void add_unlikely_camera(const Camera& camera, std::vector<std::string>& doubts) {
@@ -172,6 +183,7 @@ std::vector<std::string> doubts_of(const RunRecord& record) {
                     result.maps));
   }
   add_empty_cloud(record, doubts);
+  add_wrong_focal_length(record, doubts);
   add_unlikely_camera(result.camera, doubts);
   return doubts;
 }

@@ -144,6 +144,7 @@ void ResultFolder::require_free(std::span<const std::string> names) const {
 bool ResultFolder::write(const std::string& name,
                          const std::function<void(const fs::path&)>& writer) {
   const fs::path file = folder_ / name;
+  const std::string problems = problems_;
   try {
     if (is_foreign(name)) throw foreign_file(file);
     if (file.has_parent_path()) fs::create_directories(file.parent_path());
@@ -158,9 +159,23 @@ bool ResultFolder::write(const std::string& name,
   } catch (const std::exception& e) {
     problems_ += file.string() + ": " + e.what() + "\n";
   }
+  if (makes_room(name)) {
+    problems_ = problems;
+    return write(name, writer);
+  }
   // The file of an earlier run is not taken for that of this run.
   if (!current_.contains(name) && !is_foreign(name)) remove_own({&name, 1});
   return false;
+}
+
+/// Removes the spare file if it takes room that another file needs. Returns whether it did.
+bool ResultFolder::makes_room(const std::string& name) {
+  constexpr std::uintmax_t kScarce = 64 << 20;  // [bytes]
+  std::error_code failed;
+  const auto free = fs::space(folder_, failed).available;
+  if (failed || free > kScarce || spare_.empty() || spare_ == name || is_foreign(name))
+    return false;
+  return fs::remove(folder_ / std::exchange(spare_, ""), failed);
 }
 
 void ResultFolder::write_drawing(const std::string& name,

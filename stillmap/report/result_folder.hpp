@@ -46,6 +46,9 @@ class ResultFolder {
   /// are removed and no more are written: on a full disk the results need the space.
   void write_drawing(const std::string& name,
                      const std::function<void(const std::filesystem::path&)>& writer);
+  /// Names a file of this folder that is removed once another one cannot be written since the disk
+  /// is full.
+  void make_room_by(const std::string& name) { spare_ = name; }
   /// Writes one file outside the folder, which the user named explicitly; errors as in write().
   void write_elsewhere(const std::filesystem::path& file,
                        const std::function<void(const std::filesystem::path&)>& writer);
@@ -74,6 +77,7 @@ class ResultFolder {
   void require_all() const;
 
  private:
+  bool makes_room(const std::string& name);
   bool is_foreign(const std::string& name) const;
   void save_manifest() const;
 
@@ -85,6 +89,7 @@ class ResultFolder {
   std::vector<std::filesystem::path> written_;
   std::vector<std::string> drawings_;
   bool draws_ = true;
+  std::string spare_;  // see make_room_by()
   std::string problems_;
 };
 

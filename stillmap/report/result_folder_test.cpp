@@ -187,5 +187,15 @@ TEST_F(Results, DrawingsMakeRoomForResultsOnceTheDiskIsFull) {
   }
 }
 
+TEST_F(Results, TheSpareFileStaysWhileTheDiskHasRoom) {
+  ResultFolder results(folder_);
+  results.write_text("run.journal", "journal");
+  results.make_room_by("run.journal");
+  results.write("trajectory.txt", [](const fs::path& file) {
+    throw Error("cannot be written (Permission denied)", file.string(), "");
+  });
+  EXPECT_TRUE(has("run.journal"));
+}
+
 }  // namespace
 }  // namespace stillmap

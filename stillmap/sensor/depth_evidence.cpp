@@ -31,6 +31,12 @@ constexpr std::size_t kLeastEdges = 2000;
 constexpr double kLeastGain = 1.08;
 constexpr int kLeastOffset = 4;
 
+/// Ways in which depth images are found turned; the first is as they are.
+constexpr std::array kTurns{"as they are", "mirrored left to right", "upside down",
+                            "turned by 180 degrees"};
+/// Least gain of a turned depth image.
+constexpr double kTurnedGain = 1.15;
+
 bool is_jump(std::uint16_t a, std::uint16_t b) {
   return a > 0 && b > 0 && std::abs(a - b) > kJump * std::min(a, b);
 }
@@ -87,6 +93,11 @@ void RegistrationEvidence::add(const cv::Mat1b& gray, const cv::Mat1w& raw) {
     const int quadrant = (2 * edge.y >= raw.rows ? 2 : 0) + (2 * edge.x >= raw.cols ? 1 : 0);
     auto& [sums, edges] = quadrants_[static_cast<std::size_t>(quadrant)];
     ++edges;
+    const int x = edge.x, y = edge.y, mirrored_x = raw.cols - 1 - x, mirrored_y = raw.rows - 1 - y;
+    turned_[0] += gradient(y, x);
+    turned_[1] += gradient(y, mirrored_x);
+    turned_[2] += gradient(mirrored_y, x);
+    turned_[3] += gradient(mirrored_y, mirrored_x);
     for (int row = 0; row < kSide; ++row) {
       const float* in = gradient[edge.y + row * kStep - kReach] + edge.x - kReach;
       double* sum = sums[row];
@@ -118,7 +129,20 @@ bool RegistrationEvidence::contradicts() const {
          }) >= 3;
 }
 
+std::string RegistrationEvidence::turned() const {
+  std::size_t edges = 0;
+  for (const Quadrant& quadrant : quadrants_) edges += quadrant.edges;
+  const auto best = std::max_element(turned_.begin(), turned_.end());
+  if (edges < kLeastEdges || *best < kTurnedGain * turned_[0]) return "";
+  return kTurns[static_cast<std::size_t>(best - turned_.begin())];
+}
+
 std::string RegistrationEvidence::problem() const {
+  if (const std::string how = turned(); !how.empty()) {
+    return "the edges of objects in the depth images fit those in the color images better if the "
+           "depth images are " +
+           how + "; write color and depth with the same orientation";
+  }
   if (!contradicts()) return "";
   std::string text;
   for (const auto& [offset, gain] : offsets()) {
@@ -128,7 +152,7 @@ std::string RegistrationEvidence::problem() const {
          "offsets " +
          text +
          " pixels in the four quarters of the image; the depth seems not to be registered to the "
-         "color camera";
+         "color camera; record depth that is registered (aligned) to color; see docs/cameras.md";
 }
 
 }  // namespace stillmap

@@ -94,6 +94,16 @@ TEST(RegistrationEvidence, FindsTheDepthOfAnotherLens) {
   EXPECT_TRUE(larger.contradicts());
 }
 
+TEST(RegistrationEvidence, FindsTurnedDepth) {
+  const auto turned = [](int code) {
+    return evidence([code](const cv::Mat1w& in, cv::Mat1w& out) { cv::flip(in, out, code); });
+  };
+  EXPECT_EQ(turned(1).turned(), "mirrored left to right");
+  EXPECT_EQ(turned(0).turned(), "upside down");
+  EXPECT_EQ(turned(-1).turned(), "turned by 180 degrees");
+  EXPECT_EQ(evidence([](const cv::Mat1w& in, cv::Mat1w& out) { out = in; }).turned(), "");
+}
+
 TEST(RegistrationEvidence, IsSilentWithoutEdges) {
   const auto flat = evidence(
       [](const cv::Mat1w& in, cv::Mat1w& out) { out = cv::Mat1w(in.size(), std::uint16_t{5000}); });

@@ -403,12 +403,6 @@ void check_depth(Sample& sample, const Camera& camera, const DoctorOptions& opti
               options, diagnosis);
 }
 
-void check_registration(const RegistrationEvidence& registration, Diagnosis& diagnosis) {
-  if (const std::string problem = registration.problem(); !problem.empty())
-    diagnosis.add(Severity::kWarning, problem,
-                  "record depth that is registered (aligned) to color; see docs/cameras.md");
-}
-
 // ---- ground truth and masks -------------------------------------------------------------------
 
 void check_jumps(const Trajectory& truth, const DoctorOptions& options, Diagnosis& diagnosis) {
@@ -497,7 +491,8 @@ void examine(const SequencePaths& paths, const std::optional<Camera>& named,
   Sample sample = take_sample(usable, assumed.depth_factor, options, diagnosis);
   check_light(sample, diagnosis);
   check_depth(sample, assumed, options, diagnosis);
-  check_registration(sample.registration, diagnosis);
+  if (std::string problem = sample.registration.problem(); !problem.empty())
+    diagnosis.add(Severity::kWarning, std::move(problem));
   check_ground_truth(paths, list.frames, options, diagnosis);
   check_masks(paths, list.frames, diagnosis);
 }
@@ -550,13 +545,28 @@ std::string depth_unit_problem(const fs::path& folder, const Camera& camera,
   }
   if (sample.raw_depths.empty()) return "";
   const DepthSensor& sensor = camera.depth_sensor;
-  const double median = percentile(sample.raw_depths, 0.5) / camera.depth_factor;
-  const double nearest = std::max(sensor.min_depth, DoctorOptions().near_median);
-  if (median >= nearest && median <= sensor.max_depth) return "";
-  return fmt::format(
-      "the median of the depth readings is {:.2f} m, outside {:g} to {:g} m, where sensor {} "
-      "measures; check the depth factor ({:g} units per meter) with: stillmap doctor {}",
-      median, nearest, sensor.max_depth, sensor.name, camera.depth_factor, folder.string());
+  const DoctorOptions options;
+  const auto depth_at = [&](double share) {
+    return percentile(sample.raw_depths, share) / camera.depth_factor;
+  };
+  const double low = depth_at(0.05), median = depth_at(0.5), high = depth_at(0.99);
+  const double nearest = std::max(sensor.min_depth, options.near_median);
+  const std::string advice =
+      fmt::format("check the depth factor ({:g} units per meter) with: stillmap doctor {}",
+                  camera.depth_factor, folder.string());
+  if (median < nearest || median > sensor.max_depth) {
+    return fmt::format(
+        "the median of the depth readings is {:.2f} m, outside {:g} to {:g} m, where sensor {} "
+        "measures; {}",
+        median, nearest, sensor.max_depth, sensor.name, advice);
+  }
+  if (low < std::min(sensor.min_depth, options.nearest))
+    return fmt::format("a twentieth of the depth readings is below {:.2f} m, where sensor {} "
+                       "measures nothing; {}", low, sensor.name, advice);
+  if (high > std::max(options.farthest, 2 * sensor.max_depth))
+    return fmt::format("a hundredth of the depth readings is beyond {:.1f} m, where sensor {} "
+                       "measures nothing; {}", high, sensor.name, advice);
+  return "";
 }
 
 Diagnosis diagnose(const fs::path& folder, const std::optional<Camera>& camera,

@@ -61,10 +61,10 @@ Diagnosis diagnose(const std::filesystem::path& folder, const std::optional<Came
                    const std::filesystem::path& associations = {},
                    const DoctorOptions& options = {});
 
-/// Returns that the depths of a folder cannot have the unit that the camera tells, since the median
-/// reading of some images, spread over it, is outside the range of the camera's sensor, or nearer
-/// than DoctorOptions::near_median. Empty if they can, and if no image can be read. Takes some tens
-/// of milliseconds.
+/// Returns that the depths of a folder cannot have the unit that the camera tells: the median
+/// reading of some images, spread over it, is outside the range of the camera's sensor or nearer
+/// than DoctorOptions::near_median, or the 5th or 99th percentile is far outside. Empty if they
+/// can, and if no image can be read. Takes some tens of milliseconds.
 std::string depth_unit_problem(const std::filesystem::path& folder, const Camera& camera,
                                const std::filesystem::path& associations = {});
 

@@ -107,10 +107,8 @@ std::vector<std::string> FrameCheck::problems() const {
     problems.push_back(gap);
   }
   if (const std::string time = time_problem(); !time.empty()) problems.push_back(time);
-  if (std::string problem = registration_.problem(); !problem.empty()) {
-    problems.push_back(problem +
-                       "; record depth that is registered (aligned) to color; see docs/cameras.md");
-  }
+  if (std::string problem = registration_.problem(); !problem.empty())
+    problems.push_back(std::move(problem));
   std::vector<std::uint16_t> levels;
   for (std::size_t raw = 1; raw < kLevels; ++raw) {
     if (seen_[raw]) levels.push_back(static_cast<std::uint16_t>(raw));

@@ -124,6 +124,9 @@ std::unique_ptr<FrameSource> open_live_camera(const std::string& text,
 std::unique_ptr<TumFolder> open_folder(const std::string& path, const SourceOptions& options,
                                        bool growing) {
   SequencePaths paths = find_sequence(path, options.associations);
+  const bool lists_tell_times = paths.layout == FolderLayout::kLists && paths.associations.empty();
+  if (lists_tell_times && options.fps != SourceOptions{}.fps)
+    throw Error("the lists of the folder tell the times of its images", path, "leave --fps out");
   paths.fps = options.fps;
   paths.growing = growing;
   auto folder = std::make_unique<TumFolder>(paths, camera_of(options, paths), range_of(options));

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/pipeline/focal_length_check.hpp"
+
+#include "stillmap/optimize/camera_calibration.hpp"
+#include "stillmap/refine/map_bundle.hpp"
+
+#include <algorithm>
+#include <map>
+#include <vector>
+
+namespace stillmap {
+namespace {
+
+/// Limits of the number of keyframes in use, and least number of observations.
+constexpr std::size_t kMinKeyframes = 5, kMaxKeyframes = 60, kMinObservations = 1000;
+
+/// Returns the keyframes of the largest component in creation order.
+std::vector<KeyframeId> main_keyframes(const Map& map) {
+  std::vector<KeyframeId> most;
+  for (const std::uint32_t component : map.components()) {
+    std::vector<KeyframeId> keyframes = keyframes_of(map, component);
+    if (keyframes.size() > most.size()) most = std::move(keyframes);
+  }
+  return most;
+}
+
+/// Returns the landmarks that at least two of the keyframes observe.
+std::vector<LandmarkId> shared_landmarks(const Map& map, const std::vector<KeyframeId>& keyframes) {
+  std::map<LandmarkId, int> observed;
+  for (const KeyframeId id : keyframes) {
+    for (const LandmarkId landmark : map.at(id).landmarks) {
+      if (landmark.valid()) ++observed[landmark];
+    }
+  }
+  std::vector<LandmarkId> shared;
+  for (const auto& [landmark, times] : observed) {
+    if (times > 1) shared.push_back(landmark);
+  }
+  return shared;
+}
+
+}  // namespace
+
+std::optional<double> contradicting_focal_length(const Map& map) {
+  std::vector<KeyframeId> keyframes = main_keyframes(map);
+  keyframes.resize(std::min(keyframes.size(), kMaxKeyframes));
+  if (keyframes.size() < kMinKeyframes) return std::nullopt;
+  const MapBundle bundle =
+      make_bundle(map, keyframes, keyframes.size(), shared_landmarks(map, keyframes));
+  if (bundle.observations.size() < kMinObservations) return std::nullopt;
+  const CameraCalibration found = calibrate_camera(bundle.problem);
+  const bool wrong = is_wrong_focal_length(map.camera(), found, kFx) ||
+                     is_wrong_focal_length(map.camera(), found, kFy);
+  return wrong ? std::optional(map.camera().fx + found.correction(kFx)) : std::nullopt;
+}
+
+}  // namespace stillmap
