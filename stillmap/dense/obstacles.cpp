@@ -4,7 +4,11 @@
 #include "stillmap/dense/voxel_index.hpp"
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
+#include <queue>
+#include <tuple>
+#include <utility>
 
 #include <Eigen/Geometry>
 
@@ -15,7 +19,9 @@ namespace {
 constexpr double kMinObstacle = 0.15;
 /// Minimum share of occupied voxels in a layer by which a box grows [0..1].
 constexpr double kMinFilled = 0.3;
-/// Minimum number of occupied voxels of a box that no larger box covers.
+/// Height from which, and depth up to which, a box is a part of a wall [m].
+constexpr double kMinWallHeight = 1, kMaxWallDepth = 0.35;
+/// Minimum number of occupied voxels of a box that no box before it covers.
 constexpr int kMinOwnVoxels = 6;
 
 /// The occupied voxels of a height band, and the free ones.
@@ -95,31 +101,89 @@ std::vector<std::uint32_t> occupied_in(const Voxels& voxels, const VoxelBox& box
   return numbers;
 }
 
-/// Returns boxes that together cover all occupied voxels, by decreasing volume.
-std::vector<VoxelBox> covering_boxes(const Voxels& voxels) {
-  std::vector<bool> covered(voxels.by_number.size(), false);
+/// Returns the different boxes around all occupied voxels, each as large as it can grow.
+std::vector<VoxelBox> largest_boxes(const Voxels& voxels) {
   std::vector<VoxelBox> boxes;
-  for (std::size_t i = 0; i < covered.size(); ++i) {
-    if (covered[i]) continue;
-    boxes.push_back(grown(voxels, voxels.by_number[i]));
-    for (const std::uint32_t number : occupied_in(voxels, boxes.back())) covered[number] = true;
-  }
-  std::stable_sort(boxes.begin(), boxes.end(),
-                   [](const auto& a, const auto& b) { return volume(a) > volume(b); });
+  for (const Lattice& seed : voxels.by_number) boxes.push_back(grown(voxels, seed));
+  const auto key = [](const VoxelBox& b) {
+    return std::tuple(b.low.x(), b.low.y(), b.low.z(), b.high.x(), b.high.y(), b.high.z());
+  };
+  std::sort(boxes.begin(), boxes.end(),
+            [&](const auto& a, const auto& b) { return key(a) < key(b); });
+  boxes.erase(std::unique(boxes.begin(), boxes.end(),
+                          [&](const auto& a, const auto& b) { return key(a) == key(b); }),
+              boxes.end());
   return boxes;
 }
 
-/// Removes the boxes that cover few voxels that no larger box covers.
-void remove_redundant(const Voxels& voxels, std::vector<VoxelBox>& boxes) {
+/// Returns boxes that together cover the occupied voxels, chosen one after the other: the one that
+/// covers most voxels that none before it covers (the greedy solution of the set cover problem;
+/// Chvatal, Mathematics of Operations Research 1979).
+std::vector<VoxelBox> covering_boxes(const Voxels& voxels) {
+  const std::vector<VoxelBox> boxes = largest_boxes(voxels);
   std::vector<bool> covered(voxels.by_number.size(), false);
-  std::erase_if(boxes, [&](const VoxelBox& box) {
-    const std::vector<std::uint32_t> inside = occupied_in(voxels, box);
-    const auto own = std::count_if(inside.begin(), inside.end(),
-                                   [&](std::uint32_t number) { return !covered[number]; });
-    if (own < kMinOwnVoxels) return true;
-    for (const std::uint32_t number : inside) covered[number] = true;
-    return false;
-  });
+  const auto own = [&](std::size_t box) {
+    const std::vector<std::uint32_t> inside = occupied_in(voxels, boxes[box]);
+    return std::count_if(inside.begin(), inside.end(),
+                         [&](std::uint32_t number) { return !covered[number]; });
+  };
+  // What a box covers alone only becomes less, so a count is made again only at the top.
+  std::priority_queue<std::pair<std::ptrdiff_t, std::size_t>> queue;
+  for (std::size_t i = 0; i < boxes.size(); ++i) queue.emplace(own(i), i);
+  std::vector<VoxelBox> chosen;
+  while (!queue.empty()) {
+    const auto [count, box] = queue.top();
+    queue.pop();
+    const std::ptrdiff_t now = own(box);
+    if (now < kMinOwnVoxels) continue;
+    if (now < count && !queue.empty() && now < queue.top().first) {
+      queue.emplace(now, box);
+      continue;
+    }
+    for (const std::uint32_t number : occupied_in(voxels, boxes[box])) covered[number] = true;
+    chosen.push_back(boxes[box]);
+  }
+  std::stable_sort(chosen.begin(), chosen.end(),
+                   [](const auto& a, const auto& b) { return volume(a) > volume(b); });
+  return chosen;
+}
+
+enum class Form { kWallAlongX, kWallAlongY, kOther };
+
+/// A wall, or the front of a cupboard, is high, and thin in one direction.
+Form form_of(const VoxelBox& box, double edge) {
+  const Eigen::Vector3d size = (box.high - box.low).cast<double>().array() * edge + edge;
+  const bool wall = size.z() >= kMinWallHeight && size.head<2>().minCoeff() <= kMaxWallDepth;
+  if (!wall) return Form::kOther;
+  return size.x() > size.y() ? Form::kWallAlongX : Form::kWallAlongY;
+}
+
+bool touch(const VoxelBox& a, const VoxelBox& b) {
+  return (a.low.array() <= b.high.array() + 1).all() && (b.low.array() <= a.high.array() + 1).all();
+}
+
+/// Returns the number of the piece of each box: boxes of one form that touch, directly or through
+/// others, are one piece. Pieces are numbered from 1 in the order of their first boxes.
+std::vector<int> pieces_of(const std::vector<VoxelBox>& boxes, double edge) {
+  std::vector<int> pieces(boxes.size(), 0);
+  int count = 0;
+  for (std::size_t first = 0; first < boxes.size(); ++first) {
+    if (pieces[first] != 0) continue;
+    pieces[first] = ++count;
+    std::vector<std::size_t> open{first};
+    while (!open.empty()) {
+      const std::size_t at = open.back();
+      open.pop_back();
+      for (std::size_t i = first; i < boxes.size(); ++i) {
+        if (pieces[i] != 0 || form_of(boxes[i], edge) != form_of(boxes[at], edge) ||
+            !touch(boxes[i], boxes[at]))
+          continue;
+        pieces[i] = count;
+        open.push_back(i);
+      }
+    }
+  }
+  return pieces;
 }
 
 StaticObstacle obstacle_of(const VoxelBox& box, double edge, double yaw) {
@@ -141,13 +205,15 @@ std::vector<StaticObstacle> obstacles_in(const OccupiedSpace& space, double yaw,
                                          const OccupancyOptions& options) {
   const Voxels voxels = voxels_between(space, options);
   std::vector<VoxelBox> boxes = covering_boxes(voxels);
-  remove_redundant(voxels, boxes);
+  std::erase_if(boxes, [&](const VoxelBox& box) {
+    return ((box.high - box.low).maxCoeff() + 1) * space.edge < kMinObstacle;
+  });
+  const std::vector<int> pieces = pieces_of(boxes, space.edge);
   std::vector<StaticObstacle> found;
-  for (const VoxelBox& box : boxes) {
-    StaticObstacle obstacle = obstacle_of(box, space.edge, yaw);
-    if (obstacle.size.maxCoeff() < kMinObstacle) continue;
-    obstacle.id = static_cast<int>(found.size() + 1);
-    found.push_back(obstacle);
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    found.push_back(obstacle_of(boxes[i], space.edge, yaw));
+    found.back().id = static_cast<int>(i + 1);
+    found.back().piece = pieces[i];
   }
   return found;
 }

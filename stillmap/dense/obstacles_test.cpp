@@ -45,6 +45,7 @@ TEST(Obstacles, TwoWallsThatMeetAreTwoBoxesAndNoBoxOfTheRoom) {
     EXPECT_NEAR(wall.size.z(), 1.5, 1e-9);
     EXPECT_FALSE(wall.contains({2, 2, 1}));
   }
+  EXPECT_NE(found[0].piece, found[1].piece);
 }
 
 TEST(Obstacles, ATableIsItsTopAndItsLegsWithTheSpaceBelowFree) {
@@ -55,7 +56,10 @@ TEST(Obstacles, ATableIsItsTopAndItsLegsWithTheSpaceBelowFree) {
   ASSERT_EQ(found.size(), 3U);
   EXPECT_LT((found[0].size - Eigen::Vector3d(1, 2, 0.1)).norm(), 1e-9) << "the top is the largest";
   EXPECT_LT((found[0].center - Eigen::Vector3d(1.5, 2, 0.75)).norm(), 1e-9);
-  for (const StaticObstacle& part : found) EXPECT_FALSE(part.contains({1.5, 2, 0.4}));
+  for (const StaticObstacle& part : found) {
+    EXPECT_FALSE(part.contains({1.5, 2, 0.4}));
+    EXPECT_EQ(part.piece, 1) << "one table";
+  }
 }
 
 TEST(Obstacles, AreRotatedIntoTheFrameOfTheMap) {

@@ -26,6 +26,7 @@ nlohmann::json statics(const std::vector<StaticObstacle>& obstacles) {
     list.push_back({{"id", obstacle.id},
                     {"center", triple(obstacle.center)},
                     {"size", triple(obstacle.size)},
+                    {"piece", obstacle.piece},
                     {"yaw", std::round(obstacle.yaw * 1e4) / 1e4}});
   }
   return list;
@@ -65,22 +66,25 @@ nlohmann::json pose_json(const Pose& pose) {
 }
 
 nlohmann::json obstacles_json(const std::vector<StaticObstacle>& obstacles,
-                              const Pose& T_map_world) {
-  return {{"T_map_world", pose_json(T_map_world)}, {"obstacles", statics(obstacles)}};
+                              const PlannerFrame& frame) {
+  return {{"frame", frame.name},
+          {"T_map_world", pose_json(frame.T_map_world)},
+          {"obstacles", statics(obstacles)}};
 }
 
 std::string obstacles_by_frame(const std::vector<StaticObstacle>& obstacles,
-                               const Pose& T_map_world, const Trajectory& trajectory,
+                               const PlannerFrame& frame, const Trajectory& trajectory,
                                const std::vector<MoverTrack>& tracks) {
-  const auto movers = movers_by_frame(tracks, T_map_world);
-  const nlohmann::json first = {{"T_map_world", pose_json(T_map_world)},
+  const auto movers = movers_by_frame(tracks, frame.T_map_world);
+  const nlohmann::json first = {{"frame", frame.name},
+                                {"T_map_world", pose_json(frame.T_map_world)},
                                 {"static", statics(obstacles)}};
   std::string lines = json_text(first) + "\n";
   for (const auto& [timestamp, T_world_camera] : trajectory) {
     const auto found = movers.find(timestamp);
     const nlohmann::json line = {
         {"timestamp", timestamp},
-        {"camera", triple(T_map_world * T_world_camera.translation())},
+        {"camera", triple(frame.T_map_world * T_world_camera.translation())},
         {"movers", found != movers.end() ? found->second : nlohmann::json::array()}};
     lines += json_text(line) + "\n";
   }

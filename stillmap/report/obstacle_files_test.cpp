@@ -12,7 +12,7 @@ namespace stillmap {
 namespace {
 
 std::vector<StaticObstacle> table() {
-  return {{.id = 1, .center = {1.5, 0, 0.45}, .size = {1, 2, 0.7}, .yaw = 0.5}};
+  return {{.id = 1, .center = {1.5, 0, 0.45}, .size = {1, 2, 0.7}, .piece = 3, .yaw = 0.5}};
 }
 
 // A camera's world (y down) 1.2 m above the floor.
@@ -53,10 +53,12 @@ std::vector<MoverTrack> one_person() {
 
 TEST(ObstacleFiles, ListStaticObstaclesOnceAndMovingOnesInEveryFrame) {
   const auto lines =
-      lines_of(obstacles_by_frame(table(), T_map_world(), two_and_a_half_seconds(), one_person()));
+      lines_of(obstacles_by_frame(table(), {"map", T_map_world()}, two_and_a_half_seconds(), one_person()));
   ASSERT_EQ(lines.size(), 26U);
   EXPECT_EQ(lines[0]["static"][0]["size"], (nlohmann::json{1.0, 2.0, 0.7}));
   EXPECT_EQ(lines[0]["static"][0]["yaw"], 0.5);
+  EXPECT_EQ(lines[0]["static"][0]["piece"], 3);
+  EXPECT_EQ(lines[0]["frame"], "map");
   EXPECT_EQ(lines[0]["T_map_world"][2], 1.2);
   int with_movers = 0;
   for (std::size_t i = 1; i < lines.size(); ++i) {
@@ -75,10 +77,10 @@ TEST(ObstacleFiles, ListStaticObstaclesOnceAndMovingOnesInEveryFrame) {
 
 TEST(ObstacleFiles, NeedNoMovers) {
   const auto lines =
-      lines_of(obstacles_by_frame(table(), T_map_world(), two_and_a_half_seconds(), {}));
+      lines_of(obstacles_by_frame(table(), {"map", T_map_world()}, two_and_a_half_seconds(), {}));
   ASSERT_EQ(lines.size(), 26U);
   EXPECT_TRUE(lines[2]["movers"].empty());
-  EXPECT_EQ(obstacles_json(table(), T_map_world())["obstacles"].size(), 1U);
+  EXPECT_EQ(obstacles_json(table(), {"map", T_map_world()})["obstacles"].size(), 1U);
 }
 
 }  // namespace

@@ -20,6 +20,8 @@
 namespace stillmap {
 namespace {
 
+constexpr const char *kMapFrame = "map", *kFirstCameraFrame = "first camera";
+
 /// Differences between a given and an estimated floor from which one of them is wrong [degrees, m].
 constexpr double kContradictoryTilt = 15, kContradictoryHeight = 0.15;
 
@@ -27,7 +29,7 @@ nlohmann::json triple(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; 
 
 nlohmann::json floor_json(const FloorFinding& finding, const Pose& T_map_world) {
   const FloorEvidence& e = finding.evidence;
-  nlohmann::json json{{"frame", finding.floor ? "map" : "first camera"},
+  nlohmann::json json{{"frame", finding.floor ? kMapFrame : kFirstCameraFrame},
                       {"T_map_world", pose_json(T_map_world)},
                       {"floor", nullptr},
                       {"up", nullptr},
@@ -107,9 +109,10 @@ std::string write_planner_files(const PlannerData& data, const OccupancyOptions&
     folder.write_text("grid.yaml", grid_yaml(grid, "grid.pgm", T_map_world));
     obstacles = static_obstacles(placed, surfels, T_map_world, options);
   }
-  folder.write_text("obstacles.json", json_text(obstacles_json(obstacles, T_map_world), 2) + "\n");
+  const PlannerFrame frame{finding.floor ? kMapFrame : kFirstCameraFrame, T_map_world};
+  folder.write_text("obstacles.json", json_text(obstacles_json(obstacles, frame), 2) + "\n");
   folder.write_text("obstacles.jsonl",
-                    obstacles_by_frame(obstacles, T_map_world, data.trajectory, data.movers));
+                    obstacles_by_frame(obstacles, frame, data.trajectory, data.movers));
   if (!finding.floor) return unknown_floor_text(finding.reason);
   if (!hints.up && !hints.camera_height && !hints.floor) return "";
   return contradiction_text(finding, find_floor(surfels, cameras), cameras.front().translation());
