@@ -89,6 +89,11 @@ class CommandLine(unittest.TestCase):
             self.assertEqual([line for line in too_long if "{" not in line], [])
             self.assertTrue(any(len(line) > 0.8 * columns for line in options))
 
+    def test_presets_are_wrapped_below_their_names(self):
+        lines = self.on_terminal(60, "presets")
+        self.assertEqual([line for line in lines if len(line) > 60], [])
+        self.assertTrue(all(re.match("  [a-z]|                ", line) for line in lines if line), lines)
+
     def test_progress_stays_within_a_narrow_terminal(self):
         lines = self.on_terminal(20, "simulate", "--people", 0, "--frames", 30, "--width", 160, "--height", 120, "--out",
                                  self.folder / "narrow")
@@ -110,9 +115,9 @@ class CommandLine(unittest.TestCase):
 
     def test_colors_are_for_terminals_and_can_be_turned_off(self):
         self.assertNotIn("\x1b", stillmap("run", "--help").stdout)
-        for value, colored in (("", True), ("1", False)):
+        for value, kind, colored in (("", "xterm", True), ("1", "xterm", False), ("", "dumb", False)):
             own, terminal = pty.openpty()
-            environment = dict(os.environ, NO_COLOR=value)
+            environment = dict(os.environ, NO_COLOR=value, TERM=kind)
             process = subprocess.Popen([PROGRAM, "compare", "--help"], stdout=terminal, env=environment)
             os.close(terminal)
             shown = b""

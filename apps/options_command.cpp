@@ -4,9 +4,11 @@
 #include "stillmap/config/write_options.hpp"
 
 #include <memory>
+#include <sstream>
 #include <string>
 
 #include "commands.hpp"
+#include "terminal.hpp"
 #include <fmt/format.h>
 
 namespace stillmap {
@@ -37,7 +39,13 @@ void add_presets_command(CLI::App& app, int& exit_code) {
       "  stillmap presets\n"
       "  stillmap presets box-flow > mine.yaml && stillmap run my_sequence --preset mine.yaml");
   command->callback([name, &exit_code] {
-    print_out("{}", name->empty() ? presets_text() : find_preset_file(*name).text);
+    if (name->empty()) {
+      std::istringstream lines(presets_text());
+      for (std::string line; std::getline(lines, line);)
+        print_out("{}\n", wrapped_entry(line, help_columns()));
+    } else {
+      print_out("{}", find_preset_file(*name).text);
+    }
     exit_code = kSuccess;
   });
 }

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <set>
 #include <sstream>
+#include <string_view>
 #include <sys/ioctl.h>
 #include <unistd.h>
 #include <vector>
@@ -82,10 +83,7 @@ class WrappedHelp final : public CLI::Formatter {
     if (begin == 0 && line.ends_with(':')) return styled(line, Style::kBold, STDOUT_FILENO);
     // Examples stay on one line, so that they can be copied.
     if (line.compare(begin, 9, "stillmap ") == 0) return line;
-    const auto gap = std::min(line.find("  ", begin), line.size());
-    const auto text = line.find_first_not_of(' ', gap);
-    const std::size_t column = text == std::string::npos ? begin : text;
-    return line.substr(0, column) + wrapped(line.substr(column), column, columns_);
+    return wrapped_entry(line, columns_);
   }
   std::string entry(const std::string& name, const std::string& description) const {
     std::string text = "  " + wrapped(name, 4, columns_);
@@ -138,9 +136,23 @@ std::string wrapped(const std::string& text, std::size_t indent, std::size_t col
   return result;
 }
 
+std::string wrapped_entry(const std::string& line, std::size_t columns) {
+  const auto begin = std::min(line.find_first_not_of(' '), line.size());
+  const auto gap = std::min(line.find("  ", begin), line.size());
+  const auto text = line.find_first_not_of(' ', gap);
+  const std::size_t column = text == std::string::npos ? begin : text;
+  return line.substr(0, column) + wrapped(line.substr(column), column, columns);
+}
+
+std::size_t help_columns() {
+  return std::max(terminal_columns(STDOUT_FILENO).value_or(kDefaultColumns), kLeastColumns);
+}
+
 std::string styled(const std::string& text, Style style, int file_descriptor) {
-  const char* no_color = std::getenv("NO_COLOR");
-  if (isatty(file_descriptor) == 0 || (no_color != nullptr && *no_color != '\0')) return text;
+  const char *no_color = std::getenv("NO_COLOR"), *terminal = std::getenv("TERM");
+  const bool dumb = terminal != nullptr && std::string_view(terminal) == "dumb";
+  if (isatty(file_descriptor) == 0 || dumb || (no_color != nullptr && *no_color != '\0'))
+    return text;
   // Select Graphic Rendition (ECMA-48, 8.3.117).
   const char* code = style == Style::kBold ? "1" : style == Style::kRed ? "1;31" : "33";
   return std::string("\033[") + code + "m" + text + "\033[0m";
@@ -151,8 +163,7 @@ std::string open_line(const std::filesystem::path& file, const std::string& alte
 }
 
 std::shared_ptr<CLI::Formatter> make_help_formatter() {
-  const std::size_t columns = terminal_columns(STDOUT_FILENO).value_or(kDefaultColumns);
-  return std::make_shared<WrappedHelp>(std::max(columns, kLeastColumns));
+  return std::make_shared<WrappedHelp>(help_columns());
 }
 
 }  // namespace stillmap

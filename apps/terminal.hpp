@@ -22,11 +22,17 @@ std::optional<std::size_t> terminal_columns(int file_descriptor);
 /// lines but the first are indented by `indent`, and the first is taken to begin there.
 std::string wrapped(const std::string& text, std::size_t indent, std::size_t columns);
 
+/// Returns a line "  name  text" with its text broken into lines that begin below each other.
+std::string wrapped_entry(const std::string& line, std::size_t columns);
+
+/// Returns the width of help texts: that of the terminal, at least 40, or 100 without one.
+std::size_t help_columns();
+
 /// Looks of a text on a terminal.
 enum class Style { kBold, kRed, kYellow };
 
-/// Returns a text with the codes of a style if the file descriptor is a terminal and NO_COLOR
-/// (no-color.org) is not set; otherwise the text itself.
+/// Returns a text with the codes of a style if the file descriptor is a terminal, TERM is
+/// not "dumb" and NO_COLOR (no-color.org) is not set; otherwise the text itself.
 std::string styled(const std::string& text, Style style, int file_descriptor);
 
 /// Returns the last line of a command: which of the written files to open first.
