@@ -3,9 +3,12 @@
 #include "stillmap/base/print.hpp"
 #include "stillmap/segment/inference_engine.hpp"
 
+#include <cstdlib>
+#include <exception>
 #include <filesystem>
 #include <new>
 #include <string>
+#include <system_error>
 
 #include "command_tree.hpp"
 #include "commands.hpp"
@@ -16,6 +19,7 @@
 #include <opencv2/core/utility.hpp>
 #include <opencv2/core/utils/logger.hpp>
 
+namespace stillmap {
 namespace {
 
 /// Returns the version with the commit and the libraries that run networks.
@@ -23,7 +27,7 @@ std::string version_text() {
   const std::string commit = STILLMAP_COMMIT;
   return fmt::format("Stillmap {}{}\nnetworks run with: {}", STILLMAP_VERSION,
                      commit.empty() ? "" : " (commit " + commit + ")",
-                     fmt::join(stillmap::available_backends(), ", "));
+                     fmt::join(available_backends(), ", "));
 }
 
 /// Returns the command that was called: "stillmap map info".
@@ -33,7 +37,6 @@ std::string command_of(const CLI::App& app) {
 }
 
 int run(int argc, char** argv) {
-  using namespace stillmap;
   int exit_code = kSuccess;
   CLI::App app(
       "Stillmap: RGB-D SLAM for dynamic scenes.\n"
@@ -78,13 +81,44 @@ int run(int argc, char** argv) {
   return exit_code;
 }
 
-void tell_lack_of_memory() {
-  stillmap::print_error(
-      "stillmap: out of memory\n  fix: map fewer frames, or use fewer pixels: --set "
-      "dense.stride=4\n");
+/// Prints why the program ends.
+void tell(const std::exception_ptr& failure) {
+  const auto lack_of_memory = [] {
+    print_error(
+        "stillmap: out of memory\n  fix: map fewer frames, or use fewer pixels: --set "
+        "dense.stride=4\n");
+  };
+  const auto defect = [](const std::exception& e) {
+    print_error("stillmap: unexpected: {}\n  fix: this is a defect; please report it\n", e.what());
+  };
+  try {
+    std::rethrow_exception(failure);
+  } catch (const Error& e) {
+    print_error("stillmap: {}\n", e.what());
+  } catch (const std::filesystem::filesystem_error& e) {
+    print_error("stillmap: {}: {}\n  fix: check the path\n", e.path1().string(),
+                e.code().message());
+  } catch (const std::bad_alloc&) {
+    lack_of_memory();
+  } catch (const std::system_error& e) {
+    e.code() == std::errc::resource_unavailable_try_again ? lack_of_memory() : defect(e);
+  } catch (const cv::Exception& e) {
+    e.code == cv::Error::StsNoMem ? lack_of_memory() : defect(e);
+  } catch (const std::exception& e) {
+    defect(e);
+  }
+}
+
+/// Called where an exception cannot be passed on, as when a thread of a library finds no memory.
+[[noreturn]] void end_early() {
+  const auto failure = std::current_exception();
+  if (!failure) std::abort();
+  tell(failure);
+  std::_Exit(kFailure);
 }
 
 }  // namespace
+}  // namespace stillmap
 
 int main(int argc, char** argv) {
   cv::utils::logging::setLogLevel(
@@ -93,27 +127,13 @@ int main(int argc, char** argv) {
   // other.
   cv::setNumThreads(1);
   stillmap::survive_closed_outputs();
-  using stillmap::print_error;
+  std::set_terminate(stillmap::end_early);
   try {
-    const int exit_code = run(argc, argv);
+    const int exit_code = stillmap::run(argc, argv);
     if (stillmap::output_is_complete()) return exit_code;
-    print_error("stillmap: standard output: not all text could be written\n");
-  } catch (const stillmap::Error& e) {
-    print_error("stillmap: {}\n", e.what());
-  } catch (const std::filesystem::filesystem_error& e) {
-    print_error("stillmap: {}: {}\n  fix: check the path\n", e.path1().string(),
-                e.code().message());
-  } catch (const std::bad_alloc&) {
-    tell_lack_of_memory();
-  } catch (const cv::Exception& e) {
-    if (e.code == cv::Error::StsNoMem) {
-      tell_lack_of_memory();
-    } else {
-      print_error("stillmap: unexpected: {}\n  fix: this is a defect; please report it\n",
-                  e.what());
-    }
-  } catch (const std::exception& e) {
-    print_error("stillmap: unexpected: {}\n  fix: this is a defect; please report it\n", e.what());
+    stillmap::print_error("stillmap: standard output: not all text could be written\n");
+  } catch (...) {
+    stillmap::tell(std::current_exception());
   }
   return stillmap::kFailure;
 }

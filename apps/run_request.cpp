@@ -128,8 +128,8 @@ std::vector<std::string> unused_settings(const RunRequest& request, const Option
 std::optional<std::string> no_moving_class(const Detector& detector, const Options& options) {
   const auto& known = detector.class_names();
   const auto& moving = options.motion.moving_classes;
-  if (moving.empty() || std::find_first_of(known.begin(), known.end(), moving.begin(),
-                                           moving.end()) != known.end())
+  if (moving.empty() ||
+      std::find_first_of(known.begin(), known.end(), moving.begin(), moving.end()) != known.end())
     return std::nullopt;
   constexpr std::size_t kNamed = 10;
   const std::vector<std::string> some(known.begin(),

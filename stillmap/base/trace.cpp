@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <ctime>
+#include <new>
 #include <utility>
 
 namespace stillmap {
@@ -55,7 +56,11 @@ void TraceTrack::end() {
   const Open open = open_.back();
   open_.pop_back();
   const std::int64_t now = trace_.now();
-  add_time(open.name, 1e-6 * static_cast<double>(now - open.begin));
+  try {
+    add_time(open.name, 1e-6 * static_cast<double>(now - open.begin));
+  } catch (const std::bad_alloc&) {
+    // A destructor cannot pass it on; the next allocation of the run does.
+  }
   if (open.span < 0) return;
   TraceSpan& span = spans_[static_cast<std::size_t>(open.span)];
   span.wall = now - span.begin;

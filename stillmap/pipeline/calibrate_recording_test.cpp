@@ -153,7 +153,8 @@ TEST(FocalLengthCheck, ARunTellsFocalLengthsThatAreWrongByFifteenPercent) {
     const double given = factor * recording.camera.fx;
     const auto fitting = fitting_focal_length(recording, factor);
     ASSERT_TRUE(fitting) << factor;
-    EXPECT_LT(std::abs(*fitting - recording.camera.fx), 0.6 * std::abs(given - recording.camera.fx));
+    EXPECT_LT(std::abs(*fitting - recording.camera.fx),
+              0.6 * std::abs(given - recording.camera.fx));
   }
 }
 

@@ -134,11 +134,11 @@ void add_empty_cloud(const RunRecord& record, std::vector<std::string>& doubts) 
 void add_wrong_focal_length(const RunRecord& record, std::vector<std::string>& doubts) {
   const auto& fitting = record.result.fitting_focal_length;
   if (!fitting) return;
-  doubts.push_back(
-      fmt::format("the focal length of the camera contradicts the map: {:.0f} pixels are given, and "
-                  "about {:.0f} fit better, so the map is distorted; find the right one with: "
-                  "stillmap calibrate RECORDING",
-                  record.result.camera.fx, *fitting));
+  doubts.push_back(fmt::format(
+      "the focal length of the camera contradicts the map: {:.0f} pixels are given, and "
+      "about {:.0f} fit better, so the map is distorted; find the right one with: "
+      "stillmap calibrate RECORDING",
+      record.result.camera.fx, *fitting));
 }
 
 /// Tells intrinsics that hardly any camera has: pixels that are not square, a principal point far

@@ -52,8 +52,8 @@ std::vector<MoverTrack> one_person() {
 }
 
 TEST(ObstacleFiles, ListStaticObstaclesOnceAndMovingOnesInEveryFrame) {
-  const auto lines =
-      lines_of(obstacles_by_frame(table(), {"map", T_map_world()}, two_and_a_half_seconds(), one_person()));
+  const auto lines = lines_of(
+      obstacles_by_frame(table(), {"map", T_map_world()}, two_and_a_half_seconds(), one_person()));
   ASSERT_EQ(lines.size(), 26U);
   EXPECT_EQ(lines[0]["static"][0]["size"], (nlohmann::json{1.0, 2.0, 0.7}));
   EXPECT_EQ(lines[0]["static"][0]["yaw"], 0.5);

@@ -561,11 +561,15 @@ std::string depth_unit_problem(const fs::path& folder, const Camera& camera,
         median, nearest, sensor.max_depth, sensor.name, advice);
   }
   if (low < std::min(sensor.min_depth, options.nearest))
-    return fmt::format("a twentieth of the depth readings is below {:.2f} m, where sensor {} "
-                       "measures nothing; {}", low, sensor.name, advice);
+    return fmt::format(
+        "a twentieth of the depth readings is below {:.2f} m, where sensor {} "
+        "measures nothing; {}",
+        low, sensor.name, advice);
   if (high > std::max(options.farthest, 2 * sensor.max_depth))
-    return fmt::format("a hundredth of the depth readings is beyond {:.1f} m, where sensor {} "
-                       "measures nothing; {}", high, sensor.name, advice);
+    return fmt::format(
+        "a hundredth of the depth readings is beyond {:.1f} m, where sensor {} "
+        "measures nothing; {}",
+        high, sensor.name, advice);
   return "";
 }
 
