@@ -144,6 +144,7 @@ class KilledRuns(unittest.TestCase):
         self.assertEqual(again.returncode, 1)
         self.assertIn("did not end", again.stderr)
         self.assertIn("recover", again.stderr)
+        self.assertIn("recover", stillmap("view", self.folder / "kept", "--port", 0).stderr)
         self.assertEqual(journal.read_bytes(), before)
         self.assertIn(self.run_to_end("kept", "--force").returncode, (0, 3))
         self.assertFalse(journal.exists())

@@ -69,6 +69,7 @@ std::optional<WarningRules> drawn_rules(std::optional<WarningRules> rules,
 
 int view(const ViewArguments& arguments) {
   catch_interrupt();
+  if (std::filesystem::is_directory(arguments.run)) require_ended_run(arguments.run);
   ViewServer server(*view_address_of(
       {.port = arguments.port, .address = arguments.address, .port_option = "--port"}));
   const std::optional<WarningRules> rules = rules_of(arguments);
