@@ -45,7 +45,14 @@ int run(int argc, char** argv) {
   app.formatter(make_help_formatter());
   app.set_version_flag("-V,--version", version_text);
   app.require_subcommand(1);
-  app.footer("`stillmap COMMAND --help` shows a command's options and examples.");
+  app.footer(
+      "`stillmap COMMAND --help` shows a command's options and examples.\n"
+      "Exit codes:\n"
+      "  0    done\n"
+      "  1    an error, with its reason and a fix\n"
+      "  2    the command line is wrong\n"
+      "  3    done, but the result should not be trusted: see the reasons\n"
+      "  130  interrupted; the results so far are saved");
   add_run_command(app, exit_code);
   add_view_command(app, exit_code);
   add_warn_command(app, exit_code);

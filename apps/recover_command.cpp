@@ -24,6 +24,8 @@ struct RecoverArguments {
 fs::path journal_of(const fs::path& source) {
   const fs::path journal = fs::is_directory(source) ? source / kRunJournal : source;
   if (fs::exists(journal)) return journal;
+  if (!fs::exists(source))
+    throw Error("there is no such folder", source.string(), "name the folder of a run");
   throw Error("has no journal: its run ended and wrote all its results, or never began",
               source.string(), "name the folder of a run that was killed");
 }
@@ -70,7 +72,7 @@ int run(const RecoverArguments& arguments) {
   record.result = result_of(recovered, parameters);
   record.map = recovered.map;
   record.frames = recovered.frames.size();
-  record.interrupted = true;
+  record.interrupted = record.recovered = true;
   if (!recovered.map.damage.empty()) record.frame_problems = {recovered.map.damage};
   RunOutputs outputs;
   outputs.dense = arguments.outputs;

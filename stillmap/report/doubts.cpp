@@ -123,6 +123,12 @@ void add_empty_cloud(const RunRecord& record, std::vector<std::string>& doubts) 
   const std::size_t points = result.dense.cloud.size();
   const bool some_frames = result.tracked() >= kFramesForACloud;
   if (!record.options.dense.enabled || result.tracked() == 0) return;
+  if (record.recovered && record.map && record.map->views.empty()) {
+    doubts.push_back(
+        "the run was killed before its first view of the dense map was in the journal, so "
+        "that map is empty; stillmap run --load-map continues with the keyframes");
+    return;
+  }
   if (points >= kFewestPoints || (points > 0 && !some_frames)) return;
   doubts.push_back(
       fmt::format("the dense map {}; check dense.voxel, dense.max_sigma, dense.stride and "

@@ -34,7 +34,7 @@ double write_maps(const RunRecord& record, const RunOutputs& outputs, ResultFold
   const SavedMap& map = *record.map;
   const Stopwatch watch;
   bool written = false;
-  if (!map.views.empty()) {
+  if (!map.views.empty() || (record.recovered && !map.map.keyframes.empty())) {
     written = folder.write(kRunMap, [&](const fs::path& file) { write_saved_map(file, map); });
     folder.write_text(kRunOptions, options_yaml(record.options));
   }

@@ -51,6 +51,7 @@ struct RunRecord {
   std::vector<std::string> frame_problems;  ///< Of FrameCheck and of the rules of --zones.
   std::vector<std::string> doubts;          ///< Reasons not to trust the results.
   bool interrupted = false;                 ///< Whether the user stopped the run early.
+  bool recovered = false;                   ///< Whether the run was killed; from its journal.
 
   /// Returns the number of frames of the sequence: processed, dropped and unreadable ones.
   std::size_t total_frames() const { return frames + dropped + frames_skipped(); }

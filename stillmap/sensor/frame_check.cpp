@@ -6,10 +6,12 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <opencv2/imgproc.hpp>
 
 namespace stillmap {
 namespace {
 
+constexpr double kFlat = 0.001;         // range of the depths of a constant image [m]
 constexpr std::size_t kLevels = 65535;  // of 16-bit depth; 65535 means "too far"
 
 bool has_depth(const cv::Mat1f& depth) {
@@ -45,19 +47,50 @@ std::string depth_factor_problem(double of_steps, double factor) {
 FrameCheck::FrameCheck(const Camera& camera) : camera_(camera), seen_(kLevels) {}
 
 void FrameCheck::add(const RgbdFrame& frame) {
-  constexpr std::size_t kInterval = 30, kExamined = 20;  // frames
+  constexpr std::size_t kExamined = 20, kDense = 10, kInterval = 30, kFirstInterval = 5;  // frames
   if (frames_ > 0) intervals_.push_back(frame.timestamp - last_);
   last_ = frame.timestamp;
   const cv::Mat1f depth = frame.depth;
   if (has_depth(depth)) {
-    if (frames_ >= examined_ * kInterval && examined_ < kExamined) examine(frame);
+    if (frames_ >= next_examined_ && examined_ < kExamined) {
+      examine(frame);
+      next_examined_ = frames_ + (examined_ < kDense ? kFirstInterval : kInterval);
+    }
     ++with_depth_;
     gap_ = {};
   } else {
-    if (gap_.frames++ == 0) gap_.begin = frame.timestamp;
-    if (gap_.frames > longest_.frames) longest_ = gap_;
+    gap_.add(frame.timestamp, longest_);
   }
+  compare_with_last(frame);
   ++frames_;
+}
+
+void FrameCheck::Gap::add(double time, Gap& longest) {
+  if (frames++ == 0) begin = time;
+  if (frames > longest.frames) longest = *this;
+}
+
+/// Finds depth images that repeat while the color changes, as of a sensor that hangs.
+void FrameCheck::compare_with_last(const RgbdFrame& frame) {
+  const auto coarse = [](const cv::Mat& image, auto& into) {
+    constexpr double kShare = 1.0 / 16;
+    if (!image.empty()) cv::resize(image, into, {}, kShare, kShare, cv::INTER_NEAREST);
+  };
+  const auto equal = [](const cv::Mat& a, const cv::Mat& b) {
+    return !a.empty() && a.size() == b.size() && cv::norm(a, b, cv::NORM_INF) == 0;
+  };
+  cv::Mat1f depth;
+  cv::Mat1b gray;
+  coarse(frame.depth, depth);
+  coarse(frame.gray, gray);
+  const bool repeats = equal(depth, last_depth_) && cv::countNonZero(depth) > 0;
+  const bool has_colors = !gray.empty() && !last_gray_.empty();
+  if (repeats && has_colors && !equal(gray, last_gray_))
+    frozen_.add(frame.timestamp, longest_frozen_);
+  else
+    frozen_ = {};
+  last_depth_ = depth;
+  last_gray_ = gray;
 }
 
 /// Adds the steps between the depths of a frame, and the places of its edges.
@@ -68,6 +101,9 @@ void FrameCheck::examine(const RgbdFrame& frame) {
   frame.depth.convertTo(millimeters, CV_16U, kMillimeters);
   if (frame.gray.size() == frame.depth.size()) registration_.add(frame.gray, millimeters);
   const cv::Mat1f depth = frame.depth;
+  double nearest = 0, farthest = 0;
+  cv::minMaxLoc(depth, &nearest, &farthest, nullptr, nullptr, depth > 0);
+  if (farthest - nearest <= kFlat) ++flat_;
   for (const float z : depth) {
     const double raw = z > 0 ? std::round(z * camera_.depth_factor) : 0;
     if (raw > 0 && raw < static_cast<double>(kLevels)) seen_[static_cast<std::size_t>(raw)] = true;
@@ -86,9 +122,24 @@ std::string FrameCheck::time_problem() const {
       median, unit);
 }
 
-std::string FrameCheck::gap_problem() const {
+bool FrameCheck::is_long(const Gap& gap) const {
   constexpr std::size_t kFewest = 15;  // frames in a row: half a second of a usual camera
-  if (longest_.frames < kFewest || 10 * longest_.frames < frames_) return "";
+  return gap.frames >= kFewest && 10 * gap.frames >= frames_;
+}
+
+std::string FrameCheck::frozen_problem() const {
+  if (2 * flat_ > examined_) {
+    return "the depth images have the same depth everywhere; check that depth was recorded";
+  }
+  if (!is_long(longest_frozen_)) return "";
+  return fmt::format(
+      "{} frames in a row have the depth image of the one before, from {:.6f} s on, while their "
+      "color changes; check the recording of the depth",
+      longest_frozen_.frames, longest_frozen_.begin);
+}
+
+std::string FrameCheck::gap_problem() const {
+  if (!is_long(longest_)) return "";
   return fmt::format(
       "{} frames in a row have no depth, from {:.6f} s on: their poses come from landmarks alone, "
       "and the map does not grow; check the depth images",
@@ -106,6 +157,7 @@ std::vector<std::string> FrameCheck::problems() const {
   } else if (const std::string gap = gap_problem(); !gap.empty()) {
     problems.push_back(gap);
   }
+  if (std::string frozen = frozen_problem(); !frozen.empty()) problems.push_back(std::move(frozen));
   if (const std::string time = time_problem(); !time.empty()) problems.push_back(time);
   if (std::string problem = registration_.problem(); !problem.empty())
     problems.push_back(std::move(problem));

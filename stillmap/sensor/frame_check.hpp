@@ -27,30 +27,38 @@ class FrameCheck {
   /// @param camera  as of FrameSource::camera()
   explicit FrameCheck(const Camera& camera);
 
-  /// Adds the next frame. Takes some microseconds, and some milliseconds for the first of every 30
-  /// frames until 20 were examined closely.
+  /// Adds the next frame. Takes some microseconds, and some milliseconds for 20 frames that are
+  /// examined closely: the first of every 5 frames, and after ten of them of every 30.
   void add(const RgbdFrame& frame);
 
   /// Returns the problems found, each as one sentence with its fix; empty without any.
   std::vector<std::string> problems() const;
 
  private:
+  /// Frames in a row, and the time of the first [s].
+  struct Gap {
+    std::size_t frames = 0;
+    double begin = 0;
+    void add(double time, Gap& longest);
+  };
   void examine(const RgbdFrame& frame);
   std::string time_problem() const;
   std::string gap_problem() const;
+  std::string frozen_problem() const;
+  bool is_long(const Gap& gap) const;
+  void compare_with_last(const RgbdFrame& frame);
 
   Camera camera_;
-  std::size_t frames_ = 0, with_depth_ = 0, examined_ = 0;
+  std::size_t frames_ = 0, with_depth_ = 0, examined_ = 0, next_examined_ = 0;
+  std::size_t flat_ = 0;           // of the examined frames: those with one depth everywhere
+  cv::Mat1f last_depth_;           // every 16th pixel of the last frame
+  cv::Mat1b last_gray_;            // likewise
   std::vector<double> intervals_;  // [s]
   double last_ = 0;                // time of the last frame [s]
   std::vector<bool> seen_;         // by raw depth
   RegistrationEvidence registration_;
-  /// Frames in a row without depth, and the time of the first [s].
-  struct Gap {
-    std::size_t frames = 0;
-    double begin = 0;
-  };
   Gap gap_, longest_;
+  Gap frozen_, longest_frozen_;  // frames in a row whose depth repeats, unlike their color
 };
 
 }  // namespace stillmap

@@ -53,6 +53,35 @@ TEST(FrameCheck, FindsDepthThatEnds) {
   EXPECT_THAT(problems_of(0.1, 5000, 60, 50), IsEmpty()) << "ten frames";
 }
 
+/// Returns what is told of 60 frames whose color changes, and whose depth is that of frame i / n.
+std::vector<std::string> problems_of_repeated_depth(int n) {
+  FrameCheck check{Camera()};
+  for (int i = 0; i < 60; ++i) {
+    RgbdFrame frame = frame_at(i / 30.0);
+    frame.depth += 0.1F * static_cast<float>(i / n);
+    frame.gray = cv::Mat1b(48, 64, static_cast<uchar>(i));
+    check.add(frame);
+  }
+  return check.problems();
+}
+
+TEST(FrameCheck, FindsDepthThatRepeatsWhileTheColorChanges) {
+  EXPECT_THAT(problems_of_repeated_depth(30),
+              testing::Contains(HasSubstr("29 frames in a row have the depth image of the one")));
+  EXPECT_THAT(problems_of_repeated_depth(2),
+              testing::Not(testing::Contains(HasSubstr("frames in a row"))));
+}
+
+TEST(FrameCheck, FindsDepthThatIsTheSameEverywhere) {
+  FrameCheck check{Camera()};
+  for (int i = 0; i < 60; ++i) {
+    RgbdFrame frame = frame_at(i / 30.0);
+    frame.depth = cv::Mat1f(48, 64, 2.0F);
+    check.add(frame);
+  }
+  EXPECT_THAT(check.problems(), testing::Contains(HasSubstr("the same depth everywhere")));
+}
+
 TEST(FrameCheck, FindsThatThereIsNoDepth) {
   EXPECT_THAT(problems_of(0.1, 5000, 60, 0), ElementsAre(HasSubstr("no frame has a depth")));
 }
