@@ -59,7 +59,7 @@ void TraceTrack::end() {
   try {
     add_time(open.name, 1e-6 * static_cast<double>(now - open.begin));
   } catch (const std::bad_alloc&) {
-    // A destructor cannot pass it on; the next allocation of the run does.
+    return;  // A destructor cannot pass it on; the next allocation of the run does.
   }
   if (open.span < 0) return;
   TraceSpan& span = spans_[static_cast<std::size_t>(open.span)];

@@ -240,7 +240,7 @@ CameraCalibration errors_of(const Camera& given, const Camera& camera, const Bun
   if (problem.T_world_camera.size() < kMinPoses || problem.observations.size() < kMinObservations)
     return unknown;
   const CameraCalibration found = calibrate_camera(problem);
-  const CameraCalibration total = from_given(given, camera, found);
+  CameraCalibration total = from_given(given, camera, found);
   const CameraVector largest = kPlausibleBounds * bounds_of(camera);
   const bool plausible = (found.correction.cwiseAbs().array() <= largest.array()).all();
   const bool explains = found.variance_after < kWrongCamera * found.variance_before;

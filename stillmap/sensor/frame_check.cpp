@@ -47,7 +47,7 @@ std::string depth_factor_problem(double of_steps, double factor) {
 FrameCheck::FrameCheck(const Camera& camera) : camera_(camera), seen_(kLevels) {}
 
 void FrameCheck::add(const RgbdFrame& frame) {
-  constexpr std::size_t kExamined = 20, kDense = 10, kInterval = 30, kFirstInterval = 5;  // frames
+  constexpr std::size_t kExamined = 40, kDense = 20, kInterval = 30, kFirstInterval = 3;  // frames
   if (frames_ > 0) intervals_.push_back(frame.timestamp - last_);
   last_ = frame.timestamp;
   const cv::Mat1f depth = frame.depth;

@@ -27,8 +27,8 @@ class FrameCheck {
   /// @param camera  as of FrameSource::camera()
   explicit FrameCheck(const Camera& camera);
 
-  /// Adds the next frame. Takes some microseconds, and some milliseconds for 20 frames that are
-  /// examined closely: the first of every 5 frames, and after ten of them of every 30.
+  /// Adds the next frame. Takes some microseconds, and some milliseconds for 40 frames that are
+  /// examined closely: the first of every 3 frames, and after twenty of them of every 30.
   void add(const RgbdFrame& frame);
 
   /// Returns the problems found, each as one sentence with its fix; empty without any.
