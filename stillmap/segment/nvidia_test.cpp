@@ -59,7 +59,8 @@ struct NvidiaGpu : testing::Test {
 
   void SetUp() override {
     fs::create_directories(folder);
-    fs::copy_file(STILLMAP_FAKE_ONNXRUNTIME, folder / "libonnxruntime.so");
+    fs::copy_file(STILLMAP_FAKE_ONNXRUNTIME, folder / "libonnxruntime.so",
+                  fs::copy_options::overwrite_existing);  // of a killed test with the same number
     for (const char* provider : {"cuda", "tensorrt"})
       write_file(folder / ("libonnxruntime_providers_" + std::string(provider) + ".so"), "");
     write_network("");
