@@ -23,6 +23,8 @@ const char* label(Severity severity) {
       return "ok      ";
     case Severity::kWarning:
       return "WARNING ";
+    case Severity::kDoubt:
+      return "DOUBT   ";
     case Severity::kError:
       return "ERROR   ";
   }
@@ -52,8 +54,10 @@ void check_calibration(const DoctorArguments& arguments, Diagnosis& diagnosis) {
     const Camera camera = recorded_camera(folder, range);
     if (camera.depth_sensor.principle == DepthPrinciple::kStereo) return;  // cannot be replaced
     const auto report = calibrate_recording(open, camera, parameters_of(read_options("")));
+    const Severity severity =
+        shows_wrong_intrinsics(report) ? Severity::kDoubt : Severity::kWarning;
     for (const std::string& finding : calibration_findings(report)) {
-      diagnosis.add(Severity::kWarning, finding,
+      diagnosis.add(severity, finding,
                     "write a corrected camera file with: stillmap calibrate " + folder +
                         (arguments.camera.empty() ? "" : " --camera " + arguments.camera));
     }
@@ -103,7 +107,7 @@ int run(const DoctorArguments& arguments) {
       names_image_folder(arguments.folder)
           ? diagnose(arguments.folder, camera_of(arguments), arguments.associations)
           : examined(arguments);
-  if (diagnosis.conclusion() != Severity::kError) check_calibration(arguments, diagnosis);
+  if (diagnosis.conclusion() < Severity::kDoubt) check_calibration(arguments, diagnosis);
   for (const Finding& finding : diagnosis.findings) {
     print_out("{}{}\n", label(finding.severity), finding.what);
     if (!finding.fix.empty()) print_out("        fix: {}\n", finding.fix);
@@ -111,15 +115,18 @@ int run(const DoctorArguments& arguments) {
   switch (diagnosis.conclusion()) {
     case Severity::kOk:
       print_out("No problems were found.\n");
-      break;
+      return kSuccess;
     case Severity::kWarning:
       print_out("This sequence can be mapped, but see the warnings.\n");
-      break;
+      return kSuccess;
+    case Severity::kDoubt:
+      print_out("This sequence can be mapped, but its map would be wrong: see the doubts.\n");
+      return kDoubtful;
     case Severity::kError:
       print_out("This sequence cannot be mapped as it is.\n");
-      break;
+      return kFailure;
   }
-  return diagnosis.conclusion() == Severity::kError ? kFailure : kSuccess;
+  return kFailure;
 }
 
 }  // namespace
@@ -136,7 +143,7 @@ void add_doctor_command(CLI::App& app, int& exit_code) {
                       "file that pairs color and depth images");
   command->footer(
       "Example:\n  stillmap doctor my_sequence --camera tum_fr3\nExit code 1 if the sequence "
-      "cannot be mapped as it is.");
+      "cannot be mapped as it is, 3 if its map would be wrong.");
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }
 

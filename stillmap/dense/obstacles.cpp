@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/dense/obstacles.hpp"
 
+#include "stillmap/base/disjoint_sets.hpp"
 #include "stillmap/dense/voxel_index.hpp"
 
 #include <algorithm>
@@ -165,24 +166,18 @@ bool touch(const VoxelBox& a, const VoxelBox& b) {
 /// Returns the number of the piece of each box: boxes of one form that touch, directly or through
 /// others, are one piece. Pieces are numbered from 1 in the order of their first boxes.
 std::vector<int> pieces_of(const std::vector<VoxelBox>& boxes, double edge) {
-  std::vector<int> pieces(boxes.size(), 0);
-  int count = 0;
-  for (std::size_t first = 0; first < boxes.size(); ++first) {
-    if (pieces[first] != 0) continue;
-    pieces[first] = ++count;
-    std::vector<std::size_t> open{first};
-    while (!open.empty()) {
-      const std::size_t at = open.back();
-      open.pop_back();
-      for (std::size_t i = first; i < boxes.size(); ++i) {
-        if (pieces[i] != 0 || form_of(boxes[i], edge) != form_of(boxes[at], edge) ||
-            !touch(boxes[i], boxes[at]))
-          continue;
-        pieces[i] = count;
-        open.push_back(i);
-      }
+  std::vector<Form> forms;
+  for (const VoxelBox& box : boxes) forms.push_back(form_of(box, edge));
+  DisjointSets sets(boxes.size());
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    for (std::size_t k = i + 1; k < boxes.size(); ++k) {
+      if (forms[i] == forms[k] && touch(boxes[i], boxes[k])) sets.unite(i, k);
     }
   }
+  std::vector<int> pieces(boxes.size());
+  int count = 0;
+  for (std::size_t i = 0; i < boxes.size(); ++i)
+    pieces[i] = sets.root(i) == i ? ++count : pieces[sets.root(i)];
   return pieces;
 }
 

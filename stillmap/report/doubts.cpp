@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/report/doubts.hpp"
 
+#include "stillmap/sensor/frame_check.hpp"
+
 #include <algorithm>
 #include <map>
 
@@ -11,9 +13,6 @@ namespace {
 
 /// Minimum share of frames with a pose [0..1].
 constexpr double kMinCoverage = 0.5;
-/// Least number of frames in a row without a pose that are told, and their least share [0..1].
-constexpr std::ptrdiff_t kGap = 15;
-constexpr double kGapShare = 0.1;
 /// Maximum share of uncertain poses [0..1].
 constexpr double kMaxUncertain = 0.2;
 /// Maximum share of frames for which the masks could not be used [0..1].
@@ -74,9 +73,7 @@ void add_gap(const RunRecord& record, std::vector<std::string>& doubts) {
     begin = end;
   }
   const bool told = share(record.result.tracked(), record.total_frames()) < kMinCoverage;
-  if (told || length < kGap ||
-      share(static_cast<std::size_t>(length), record.total_frames()) < kGapShare)
-    return;
+  if (told || !is_long_gap(static_cast<std::size_t>(length), record.total_frames())) return;
   doubts.push_back(fmt::format(
       "{} frames in a row have no pose, from {:.6f} s on ({}): the path has a gap there", length,
       longest->timestamp, longest->reason));

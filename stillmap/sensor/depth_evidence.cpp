@@ -22,8 +22,10 @@ constexpr double kLargestSpread = 1.2;
 constexpr std::array kCommonFactors{1000.0, 5000.0, 10000.0, 2000.0, 4000.0, 100.0};
 constexpr double kTolerance = 0.06;
 
-/// Depth jump at an edge of an object, relative to the nearer depth.
-constexpr double kJump = 0.06;
+/// Depth jump at an edge of an object, relative to the nearer depth, and in standard deviations of
+/// the farther depth.
+constexpr float kJump = 0.06F;
+constexpr double kJumpSigmas = 8;
 /// Gradients are bounded, in units of the image's mean, so that a few do not decide.
 constexpr double kLargestGradient = 6;
 constexpr std::size_t kLeastEdges = 2000;
@@ -36,17 +38,23 @@ constexpr std::array kTurns{"as they are", "mirrored left to right", "upside dow
                             "turned by 180 degrees"};
 /// Least gain of a turned depth image.
 constexpr double kTurnedGain = 1.15;
+/// Least gain of the color images of another moment, and the longest time to it [s].
+constexpr double kDelayGain = 1.05, kLongestDelay = 0.5;
+/// Gradient at the edges, relative to the mean around them, below which images are unrelated.
+constexpr double kUnrelatedGain = 1.06;
 
-bool is_jump(std::uint16_t a, std::uint16_t b) {
-  return a > 0 && b > 0 && std::abs(a - b) > kJump * std::min(a, b);
-}
-
-/// Returns the pixels that are nearer or farther than their right or lower neighbor by a jump.
-std::vector<cv::Point> edges_of(const cv::Mat1w& raw, int margin) {
+/// Returns the pixels that are nearer or farther than their right or lower neighbor by a jump,
+/// which noise does not explain.
+std::vector<cv::Point> edges_of(const cv::Mat1f& depth, int margin, const DepthSensor& sensor) {
+  const auto noise = sensor.tolerance<float>(kJumpSigmas, 0);
+  const auto is_jump = [&](float a, float b) {
+    const auto [nearer, farther] = std::minmax(a, b);
+    return nearer > 0 && farther - nearer > std::max(kJump * nearer, noise.at(farther));
+  };
   std::vector<cv::Point> edges;
-  for (int y = margin; y < raw.rows - margin; ++y) {
-    for (int x = margin; x < raw.cols - margin; ++x) {
-      if (is_jump(raw(y, x), raw(y, x + 1)) || is_jump(raw(y, x), raw(y + 1, x)))
+  for (int y = margin; y < depth.rows - margin; ++y) {
+    for (int x = margin; x < depth.cols - margin; ++x) {
+      if (is_jump(depth(y, x), depth(y, x + 1)) || is_jump(depth(y, x), depth(y + 1, x)))
         edges.emplace_back(x, y);
     }
   }
@@ -61,6 +69,12 @@ cv::Mat1f relative_gradient(const cv::Mat1b& gray) {
   cv::magnitude(dx, dy, magnitude);
   magnitude /= std::max(1e-6, cv::mean(magnitude)[0]);
   return cv::min(magnitude, kLargestGradient);
+}
+
+double sum_at(const std::vector<cv::Point>& pixels, const cv::Mat1f& image) {
+  double sum = 0;
+  for (const cv::Point pixel : pixels) sum += image(pixel);
+  return sum;
 }
 
 }  // namespace
@@ -87,13 +101,34 @@ std::optional<double> depth_factor_of_steps(const std::vector<std::uint16_t>& le
   return std::nullopt;
 }
 
-void RegistrationEvidence::add(const cv::Mat1b& gray, const cv::Mat1w& raw) {
+void RegistrationEvidence::Lag::add(const Recent& depth, const Recent& color) {
+  if (std::abs(color.time - depth.time) > kLongestDelay) return;
+  seconds += color.time - depth.time;
+  gradients += sum_at(depth.edges, color.gradient);
+  own += depth.own;
+  edges += depth.edges.size();
+  ++frames;
+}
+
+void RegistrationEvidence::compare_with_recent(Recent frame) {
+  for (std::size_t i = 0; i < recent_.size(); ++i) {
+    ahead_[i].add(recent_[i], frame);
+    back_[i].add(frame, recent_[i]);
+  }
+  if (recent_.size() == kLags) recent_.pop_back();
+  recent_.push_front(std::move(frame));
+}
+
+void RegistrationEvidence::add(double time, const cv::Mat1b& gray, const cv::Mat1f& depth) {
   const cv::Mat1f gradient = relative_gradient(gray);
-  for (const cv::Point edge : edges_of(raw, kReach)) {
-    const int quadrant = (2 * edge.y >= raw.rows ? 2 : 0) + (2 * edge.x >= raw.cols ? 1 : 0);
+  const std::vector<cv::Point> depth_edges = edges_of(depth, kReach, sensor_);
+  compare_with_recent({time, gradient, depth_edges, sum_at(depth_edges, gradient)});
+  for (const cv::Point edge : depth_edges) {
+    const int quadrant = (2 * edge.y >= depth.rows ? 2 : 0) + (2 * edge.x >= depth.cols ? 1 : 0);
     auto& [sums, edges] = quadrants_[static_cast<std::size_t>(quadrant)];
     ++edges;
-    const int x = edge.x, y = edge.y, mirrored_x = raw.cols - 1 - x, mirrored_y = raw.rows - 1 - y;
+    const int x = edge.x, y = edge.y, mirrored_x = depth.cols - 1 - x,
+              mirrored_y = depth.rows - 1 - y;
     turned_[0] += gradient(y, x);
     turned_[1] += gradient(y, mirrored_x);
     turned_[2] += gradient(mirrored_y, x);
@@ -129,12 +164,39 @@ bool RegistrationEvidence::contradicts() const {
          }) >= 3;
 }
 
-std::string RegistrationEvidence::turned() const {
+std::size_t RegistrationEvidence::edges() const {
   std::size_t edges = 0;
   for (const Quadrant& quadrant : quadrants_) edges += quadrant.edges;
+  return edges;
+}
+
+bool RegistrationEvidence::unrelated() const {
+  if (edges() < 4 * kLeastEdges) return false;
+  double at_edges = 0, around = 0;
+  for (const Quadrant& quadrant : quadrants_) {
+    at_edges += quadrant.sums(kSide / 2, kSide / 2);
+    around += cv::mean(quadrant.sums)[0];
+  }
+  fprintf(stderr, "UNREL %.3f %zu\n", at_edges / around, edges());
+  return at_edges < kUnrelatedGain * around;
+}
+
+std::string RegistrationEvidence::turned() const {
   const auto best = std::max_element(turned_.begin(), turned_.end());
-  if (edges < kLeastEdges || *best < kTurnedGain * turned_[0]) return "";
+  if (edges() < kLeastEdges || *best < kTurnedGain * turned_[0]) return "";
   return kTurns[static_cast<std::size_t>(best - turned_.begin())];
+}
+
+double RegistrationEvidence::delay() const {
+  double most = kDelayGain, delay = 0;
+  for (const auto& lags : {ahead_, back_}) {
+    for (const Lag& lag : lags) {
+      if (lag.edges < kLeastEdges || lag.gradients < most * lag.own) continue;
+      most = lag.gradients / lag.own;
+      delay = lag.seconds / static_cast<double>(lag.frames);
+    }
+  }
+  return delay;
 }
 
 std::string RegistrationEvidence::problem() const {
@@ -143,7 +205,20 @@ std::string RegistrationEvidence::problem() const {
            "depth images are " +
            how + "; write color and depth with the same orientation";
   }
-  if (!contradicts()) return "";
+  if (const double delay = this->delay(); delay != 0) {
+    return fmt::format(
+        "the edges of objects in the depth images fit those in the color images of about {:.2f} s "
+        "{} better: depth and color of a frame do not show the same moment; correct the "
+        "timestamps, or the file that pairs the images",
+        std::abs(delay), delay > 0 ? "later" : "earlier");
+  }
+  if (!contradicts()) {
+    return unrelated()
+               ? "the edges of objects in the depth images are not where those in the color "
+                 "images are, nor at any offset: the depth images are of another moment or "
+                 "recording; correct the timestamps, or the file that pairs the images"
+               : "";
+  }
   std::string text;
   for (const auto& [offset, gain] : offsets()) {
     text += fmt::format("{}({}, {})", text.empty() ? "" : ", ", offset.x, offset.y);

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <string>
 #include <vector>
@@ -29,14 +30,18 @@ struct EdgeOffset {
   double gain = 1;   ///< Mean gradient there, relative to that without offset.
 };
 
-/// Evidence of whether a depth image was registered to its color image: the edges of objects are at
-/// the same pixels in both. Collected over some frames, per quadrant of the image, since the offset
-/// of an unregistered image differs over the image.
+/// Evidence of whether a depth image was registered to its color image, and shows the same moment:
+/// the edges of objects are at the same pixels in both. Collected over some frames, per quadrant of
+/// the image, since the offset of an unregistered image differs over the image.
 class RegistrationEvidence {
  public:
-  /// Adds a frame; both images have the same size.
-  /// @param raw  16-bit depth, 0 if unknown
-  void add(const cv::Mat1b& gray, const cv::Mat1w& raw);
+  explicit RegistrationEvidence(const DepthSensor& sensor) : sensor_(sensor) {}
+
+  /// Adds a frame; both images have the same size as those before. Frames within half a second tell
+  /// whether the depth images fit the color images of another moment.
+  /// @param time  [s], ascending
+  /// @param depth [m], 0 if unknown
+  void add(double time, const cv::Mat1b& gray, const cv::Mat1f& depth);
 
   /// Returns the offsets of the four quadrants; a quadrant with few edges has none.
   std::array<EdgeOffset, 4> offsets() const;
@@ -49,8 +54,18 @@ class RegistrationEvidence {
   /// "mirrored left to right"; empty if they fit best as they are. On right recordings the
   /// gradients at turned edges are at most 0.9 of those at the edges.
   std::string turned() const;
-  /// Returns the sentence for users that the depth images are not registered, or are mirrored, with
-  /// the fix; empty if they seem to be right.
+  /// Returns the delay of the color images that the depth images fit best [s]: negative if depth
+  /// shows what color showed before; 0 if they fit as they are. On right recordings the gradients
+  /// of an image 0.1 s away are at most 0.86 of those of the image itself; if depth is two images
+  /// late or more, they are 1.02 to 1.44 of them.
+  double delay() const;
+  /// Returns whether the edges are no nearer to edges of the color images than any pixel around
+  /// them: the depth images are of another place or moment. The gradients at the edges are at least
+  /// 1.25 times the mean of those within 24 pixels on right recordings, 1.15 times with depth that
+  /// is 20 ms late in fast motion, and at most 1.03 times with depth that is twenty images late.
+  bool unrelated() const;
+  /// Returns the sentence for users that the depth images are not registered, are mirrored, or show
+  /// another moment, with the fix; empty if they seem to be right.
   std::string problem() const;
 
  private:
@@ -61,8 +76,29 @@ class RegistrationEvidence {
     cv::Mat1d sums = cv::Mat1d::zeros(kSide, kSide);  // of gradients at the edges, by offset
     std::size_t edges = 0;
   };
+  /// A frame to compare the next ones with.
+  struct Recent {
+    double time = 0;
+    cv::Mat1f gradient;
+    std::vector<cv::Point> edges;  // of depth
+    double own = 0;                // sum of the gradients at the edges
+  };
+  /// Depth edges in color images of another moment.
+  struct Lag {
+    double seconds = 0;             // sum of the delays of color
+    double gradients = 0, own = 0;  // sums, there and in the color images of the depth images
+    std::size_t frames = 0, edges = 0;
+    void add(const Recent& depth, const Recent& color);
+  };
+  static constexpr std::size_t kLags = 4;  // frames back and ahead
+  void compare_with_recent(Recent frame);
+  std::size_t edges() const;  // of all quadrants
+
+  DepthSensor sensor_;
   std::array<Quadrant, 4> quadrants_;
-  std::array<double, 4> turned_{};  // sums of the gradients at the edges by kTurns
+  std::deque<Recent> recent_;            // newest first
+  std::array<Lag, kLags> ahead_, back_;  // color is that of a frame ahead, or back
+  std::array<double, 4> turned_{};       // sums of the gradients at the edges by kTurns
 };
 
 }  // namespace stillmap

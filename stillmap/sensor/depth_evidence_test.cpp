@@ -41,7 +41,7 @@ TEST(DepthFactorOfSteps, IsUnknownForOtherCameras) {
 /// Rectangles at different depths, each with its own brightness and texture.
 struct Collage {
   cv::Mat1b gray = cv::Mat1b(480, 640, std::uint8_t{90});
-  cv::Mat1w depth = cv::Mat1w(480, 640, std::uint16_t{15000});
+  cv::Mat1f depth = cv::Mat1f(480, 640, 3.0F);
 
   explicit Collage(unsigned seed) {
     std::mt19937 random(seed);
@@ -51,7 +51,7 @@ struct Collage {
     for (int i = 0; i < 40; ++i) {
       const cv::Rect box(number(-40, 600), number(-40, 440), number(40, 160), number(40, 160));
       cv::rectangle(gray, box, number(0, 255), cv::FILLED);
-      cv::rectangle(depth, box, number(4000, 14000), cv::FILLED);
+      cv::rectangle(depth, box, number(800, 2800) / 1000.0, cv::FILLED);
       const cv::Rect mark(box.x + 10, box.y + 10, 15, 10);  // texture that is no edge of an object
       cv::rectangle(gray, mark, number(0, 255), cv::FILLED);
     }
@@ -60,24 +60,24 @@ struct Collage {
 
 template <typename Change>
 RegistrationEvidence evidence(const Change& change) {
-  RegistrationEvidence evidence;
+  RegistrationEvidence evidence(kinect());
   for (unsigned seed = 0; seed < 10; ++seed) {
     const Collage collage(seed);
-    cv::Mat1w changed;
+    cv::Mat1f changed;
     change(collage.depth, changed);
-    evidence.add(collage.gray, changed);
+    evidence.add(seed, collage.gray, changed);
   }
   return evidence;
 }
 
 TEST(RegistrationEvidence, AcceptsRegisteredDepth) {
-  const auto registered = evidence([](const cv::Mat1w& in, cv::Mat1w& out) { out = in; });
+  const auto registered = evidence([](const cv::Mat1f& in, cv::Mat1f& out) { out = in; });
   EXPECT_FALSE(registered.contradicts());
   for (const auto& [offset, gain] : registered.offsets()) EXPECT_LE(cv::norm(offset), 2);
 }
 
 TEST(RegistrationEvidence, FindsTheOffsetOfShiftedDepth) {
-  const auto shifted = evidence([](const cv::Mat1w& in, cv::Mat1w& out) {
+  const auto shifted = evidence([](const cv::Mat1f& in, cv::Mat1f& out) {
     const cv::Matx23d shift(1, 0, 12, 0, 1, -6);
     cv::warpAffine(in, out, shift, in.size(), cv::INTER_NEAREST);
   });
@@ -87,7 +87,7 @@ TEST(RegistrationEvidence, FindsTheOffsetOfShiftedDepth) {
 }
 
 TEST(RegistrationEvidence, FindsTheDepthOfAnotherLens) {
-  const auto larger = evidence([](const cv::Mat1w& in, cv::Mat1w& out) {
+  const auto larger = evidence([](const cv::Mat1f& in, cv::Mat1f& out) {
     const cv::Matx23d zoom(1.1, 0, -32, 0, 1.1, -24);  // as a Kinect's depth without registration
     cv::warpAffine(in, out, zoom, in.size(), cv::INTER_NEAREST);
   });
@@ -96,17 +96,45 @@ TEST(RegistrationEvidence, FindsTheDepthOfAnotherLens) {
 
 TEST(RegistrationEvidence, FindsTurnedDepth) {
   const auto turned = [](int code) {
-    return evidence([code](const cv::Mat1w& in, cv::Mat1w& out) { cv::flip(in, out, code); });
+    return evidence([code](const cv::Mat1f& in, cv::Mat1f& out) { cv::flip(in, out, code); });
   };
   EXPECT_EQ(turned(1).turned(), "mirrored left to right");
   EXPECT_EQ(turned(0).turned(), "upside down");
   EXPECT_EQ(turned(-1).turned(), "turned by 180 degrees");
-  EXPECT_EQ(evidence([](const cv::Mat1w& in, cv::Mat1w& out) { out = in; }).turned(), "");
+  EXPECT_EQ(evidence([](const cv::Mat1f& in, cv::Mat1f& out) { out = in; }).turned(), "");
+}
+
+/// Returns the delay found of a camera that pans by 8 pixels per frame, 30 frames a second.
+/// @param late  frames by which depth is late
+double delay_of_panning_camera(int late) {
+  RegistrationEvidence evidence(kinect());
+  const Collage collage(1);
+  const auto seen_at = [](const cv::Mat& scene, int frame) {
+    return cv::Mat(scene, cv::Rect(100 + 8 * frame, 40, 320, 400));
+  };
+  for (int frame = 0; frame < 20; ++frame)
+    evidence.add(frame / 30.0, seen_at(collage.gray, frame),
+                 seen_at(collage.depth, std::max(0, frame - late)));
+  return evidence.delay();
+}
+
+TEST(RegistrationEvidence, FindsDepthOfAnotherMoment) {
+  EXPECT_EQ(delay_of_panning_camera(0), 0);
+  EXPECT_NEAR(delay_of_panning_camera(2), -2 / 30.0, 1e-9);
+  EXPECT_NEAR(delay_of_panning_camera(4), -4 / 30.0, 1e-9);
+}
+
+TEST(RegistrationEvidence, FindsDepthOfAnotherScene) {
+  RegistrationEvidence other(kinect());
+  for (unsigned seed = 0; seed < 10; ++seed)
+    other.add(seed, Collage(seed).gray, Collage(seed + 100).depth);
+  EXPECT_TRUE(other.unrelated());
+  EXPECT_FALSE(evidence([](const cv::Mat1f& in, cv::Mat1f& out) { out = in; }).unrelated());
 }
 
 TEST(RegistrationEvidence, IsSilentWithoutEdges) {
-  const auto flat = evidence(
-      [](const cv::Mat1w& in, cv::Mat1w& out) { out = cv::Mat1w(in.size(), std::uint16_t{5000}); });
+  const auto flat =
+      evidence([](const cv::Mat1f& in, cv::Mat1f& out) { out = cv::Mat1f(in.size(), 1.0F); });
   EXPECT_FALSE(flat.contradicts());
 }
 

@@ -9,6 +9,7 @@
 #include "stillmap/sensor/depth_evidence.hpp"
 #include "stillmap/sensor/frame_check.hpp"
 #include "stillmap/sensor/image_file.hpp"
+#include "stillmap/sensor/make_source.hpp"
 #include "stillmap/sensor/sequence.hpp"
 
 #include <algorithm>
@@ -239,7 +240,6 @@ struct Sample {
   std::size_t pixels = 0;
   std::vector<float> raw_depths;                        // Raw depth of every 16th known pixel.
   std::vector<bool> seen = std::vector<bool>(1 << 16);  // By raw depth.
-  RegistrationEvidence registration;
 };
 
 void sample_color(const cv::Mat1b& gray, const DoctorOptions& options, Sample& sample) {
@@ -296,9 +296,7 @@ Sample take_sample(const std::vector<FrameFiles>& usable, double depth_factor,
     cv::Mat1b gray;
     cv::cvtColor(color.image, gray, cv::COLOR_BGR2GRAY);
     sample_color(gray, options, sample);
-    const cv::Mat1w raw = raw_depth(depth.image, depth_factor);
-    sample_depth(raw, sample);
-    sample.registration.add(gray, raw);
+    sample_depth(raw_depth(depth.image, depth_factor), sample);
   }
   return sample;
 }
@@ -316,78 +314,106 @@ void check_light(const Sample& sample, Diagnosis& diagnosis) {
                "move more slowly, shorten the exposure, clean the lens");
 }
 
-/// Returns the different raw depths, ascending.
-std::vector<std::uint16_t> levels_of(const Sample& sample) {
+/// The 5th, 50th and 99th percentile of depths, in raw units or meters.
+struct DepthSpread {
+  double low = 0, median = 0, high = 0;
+
+  explicit DepthSpread(std::vector<float> depths)
+      : low(percentile(depths, 0.05)),
+        median(percentile(depths, 0.5)),
+        high(percentile(depths, 0.99)) {}
+  DepthSpread in_meters(double factor) const {
+    DepthSpread meters = *this;
+    meters.low /= factor, meters.median /= factor, meters.high /= factor;
+    return meters;
+  }
+};
+
+/// Returns why a sensor does not give these depths [m]; empty if it can. The bounds are wide, since
+/// sensors read a little outside their range.
+std::string implausible(const DepthSpread& depths, const DepthSensor& sensor) {
+  constexpr double kNearMedian = 0.3, kNear = 0.25, kFar = 12;  // [m]
+  const double nearest = std::max(sensor.min_depth, kNearMedian);
+  if (depths.median < nearest || depths.median > sensor.max_depth) {
+    return fmt::format(
+        "the median of the depth readings is {:.2f} m, outside {:g} to {:g} m, where sensor {} "
+        "measures",
+        depths.median, nearest, sensor.max_depth, sensor.name);
+  }
+  if (depths.low < std::min(sensor.min_depth, kNear)) {
+    return fmt::format(
+        "a twentieth of the depth readings is below {:.2f} m, where sensor {} measures nothing",
+        depths.low, sensor.name);
+  }
+  if (depths.high > std::max(kFar, 2 * sensor.max_depth)) {
+    return fmt::format(
+        "a hundredth of the depth readings is beyond {:.1f} m, where sensor {} measures nothing",
+        depths.high, sensor.name);
+  }
+  return "";
+}
+
+/// Returns the common depth factor with the most plausible depths (median nearest to 2 m); 0 if
+/// none is plausible.
+double plausible_factor(const DepthSpread& raw, const DepthSensor& sensor) {
+  double best = 0;
+  const auto distance = [&](double factor) { return std::abs(std::log(raw.median / factor / 2)); };
+  for (const double factor : {5000.0, 1000.0, 10000.0, 100.0}) {
+    if (!implausible(raw.in_meters(factor), sensor).empty()) continue;
+    if (best == 0 || distance(factor) < distance(best)) best = factor;
+  }
+  return best;
+}
+
+/// Returns the depth factor that the steps between the raw depths show, if they do.
+std::optional<double> factor_of_steps(const Sample& sample, const DepthSensor& sensor) {
   std::vector<std::uint16_t> levels;
   for (int raw = 1; raw < 65535; ++raw) {
     if (sample.seen[static_cast<std::size_t>(raw)])
       levels.push_back(static_cast<std::uint16_t>(raw));
   }
-  return levels;
+  return depth_factor_of_steps(levels, sensor);
 }
 
-struct DepthSpread {
-  double low = 0, median = 0, high = 0;  // 5th, 50th and 99th percentile
-
-  bool plausible(double factor, const DoctorOptions& options) const {
-    return median / factor >= options.near_median && median / factor <= options.far_median &&
-           low / factor >= options.nearest && high / factor <= options.farthest;
-  }
-};
-
-// Returns the common depth factor with the most plausible depths (median nearest to 2 m); 0 if none
-// is plausible.
-double plausible_factor(const DepthSpread& raw, const DoctorOptions& options) {
-  double best = 0, least = 0;
-  for (const double factor : {5000.0, 1000.0, 10000.0, 100.0}) {
-    const double distance = std::abs(std::log(raw.median / factor / 2));
-    if (!raw.plausible(factor, options) || (best > 0 && distance >= least)) continue;
-    best = factor;
-    least = distance;
-  }
-  return best;
-}
-
-/// @param of_steps  the factor that the steps of the raw depths show, if they do
-void check_scale(const DepthSpread& raw, const Camera& camera, std::optional<double> of_steps,
-                 const DoctorOptions& options, Diagnosis& diagnosis) {
+void check_scale(const Sample& sample, const Camera& camera, Diagnosis& diagnosis) {
   const double factor = camera.depth_factor;
+  const DepthSpread raw(sample.raw_depths), meters = raw.in_meters(factor);
   const std::string text =
-      fmt::format("depths: median {:.2f} m, most between {:.2f} m and {:.2f} m",
-                  raw.median / factor, raw.low / factor, raw.high / factor);
-  if (const std::string problem = of_steps ? depth_factor_problem(*of_steps, factor) : "";
-      !problem.empty()) {
-    diagnosis.add(Severity::kWarning, problem,
-                  fmt::format("set the depth factor to {:g}", *of_steps));
+      fmt::format("depths: median {:.2f} m, most between {:.2f} m and {:.2f} m", meters.median,
+                  meters.low, meters.high);
+  diagnosis.median_depth = meters.median;
+  if (const auto of_steps = factor_of_steps(sample, camera.depth_sensor)) {
+    const std::string problem = depth_factor_problem(*of_steps, factor);
+    if (problem.empty())
+      diagnosis.add(Severity::kOk, text + ", and steps that confirm the depth factor");
+    else
+      diagnosis.add(Severity::kDoubt, problem);
     return;
   }
-  if (of_steps || raw.plausible(factor, options)) {
-    diagnosis.add(Severity::kOk,
-                  text + (of_steps ? ", and steps that confirm the depth factor" : ""));
+  const std::string problem = implausible(meters, camera.depth_sensor);
+  if (problem.empty()) {
+    diagnosis.add(Severity::kOk, text);
     return;
   }
-  const double better = plausible_factor(raw, options);
+  const double better = plausible_factor(raw, camera.depth_sensor);
   diagnosis.add(
-      Severity::kWarning,
-      fmt::format("{}: implausible for an RGB-D camera with a depth factor of {:g}", text, factor),
-      better > 0
-          ? fmt::format("set the depth factor to {:g} if the median depth should be {:.2f} m",
-                        better, raw.median / better)
-          : "check the depth factor: raw depth units per meter");
+      Severity::kDoubt, problem,
+      better > 0 ? fmt::format(
+                       "set the depth factor ({:g}) to {:g} if the median depth should be {:.2f} m",
+                       factor, better, raw.median / better)
+                 : fmt::format("check the depth factor: {:g} raw units per meter", factor));
 }
 
-void check_depth(Sample& sample, const Camera& camera, const DoctorOptions& options,
+void check_depth(const Sample& sample, const Camera& camera, const DoctorOptions& options,
                  Diagnosis& diagnosis) {
   if (sample.pixels == 0) return;
-  auto& raw = sample.raw_depths;
+  const auto& raw = sample.raw_depths;
   diagnosis.depth_share = static_cast<double>(raw.size()) / static_cast<double>(sample.pixels);
   if (raw.empty()) {
     diagnosis.add(Severity::kError, "the sampled depth images contain no depth",
                   "check that depth was recorded: every pixel is 0 or 65535");
     return;
   }
-  const DepthSpread spread{percentile(raw, 0.05), percentile(raw, 0.5), percentile(raw, 0.99)};
-  diagnosis.median_depth = spread.median / camera.depth_factor;
   const bool enough = diagnosis.depth_share >= options.least_share;
   diagnosis.add(
       enough ? Severity::kOk : Severity::kWarning,
@@ -399,8 +425,7 @@ void check_depth(Sample& sample, const Camera& camera, const DoctorOptions& opti
                               sample.without_depth, sample.decoded),
                   "keep the sensor uncovered and farther than its nearest range");
   }
-  check_scale(spread, camera, depth_factor_of_steps(levels_of(sample), camera.depth_sensor),
-              options, diagnosis);
+  check_scale(sample, camera, diagnosis);
 }
 
 // ---- ground truth and masks -------------------------------------------------------------------
@@ -478,6 +503,20 @@ void check_masks(const SequencePaths& paths, const std::vector<FrameFiles>& fram
                 all ? "" : "give each mask the name of its color image, with the extension .png");
 }
 
+/// Adds what the first frames of a source show together.
+void check_frames(FrameSource& source, std::size_t most_frames, Diagnosis& diagnosis) {
+  FrameCheck check(source.camera());
+  std::size_t frames = 0;
+  for (; frames < most_frames; ++frames) {
+    const RgbdFramePtr frame = source.next();
+    if (!frame) break;
+    check.add(*frame);
+  }
+  diagnosis.add(frames > 0 ? Severity::kOk : Severity::kError,
+                fmt::format("{} frames examined", frames));
+  for (const std::string& problem : check.problems()) diagnosis.add(Severity::kDoubt, problem);
+}
+
 void examine(const SequencePaths& paths, const std::optional<Camera>& named,
              const DoctorOptions& options, Diagnosis& diagnosis) {
   const auto camera = choose_camera(paths, named, diagnosis);
@@ -491,10 +530,14 @@ void examine(const SequencePaths& paths, const std::optional<Camera>& named,
   Sample sample = take_sample(usable, assumed.depth_factor, options, diagnosis);
   check_light(sample, diagnosis);
   check_depth(sample, assumed, options, diagnosis);
-  if (std::string problem = sample.registration.problem(); !problem.empty())
-    diagnosis.add(Severity::kWarning, std::move(problem));
   check_ground_truth(paths, list.frames, options, diagnosis);
   check_masks(paths, list.frames, diagnosis);
+  if (!camera || diagnosis.conclusion() == Severity::kError) return;
+  SourceOptions range;
+  range.recorded = camera;
+  range.associations = paths.associations.string();
+  const auto source = make_source(paths.folder.string(), range);
+  check_frames(*source, options.most_frames, diagnosis);
 }
 
 }  // namespace
@@ -506,28 +549,20 @@ Severity Diagnosis::conclusion() const {
 }
 
 void Diagnosis::add(Severity severity, std::string what, std::string fix) {
-  findings.push_back({severity, std::move(what), std::move(fix)});
+  const bool told = std::any_of(findings.begin(), findings.end(),
+                                [&](const Finding& finding) { return finding.what == what; });
+  if (!told) findings.push_back({severity, std::move(what), std::move(fix)});
 }
 
 Diagnosis diagnose(FrameSource& source, std::size_t most_frames) {
   Diagnosis diagnosis;
   for (const std::string& note : source.notes()) diagnosis.add(Severity::kOk, note);
-  FrameCheck check(source.camera());
-  while (diagnosis.frames < most_frames) {
-    const RgbdFramePtr frame = source.next();
-    if (!frame) break;
-    check.add(*frame);
-    ++diagnosis.frames;
-  }
-  diagnosis.usable_frames = diagnosis.frames;
-  diagnosis.add(diagnosis.frames > 0 ? Severity::kOk : Severity::kError,
-                fmt::format("{} frames examined", diagnosis.frames));
+  check_frames(source, most_frames, diagnosis);
   if (!source.skipped().empty()) {
     diagnosis.add(Severity::kWarning,
                   fmt::format("{} images were skipped; the first: {}", source.skipped().size(),
                               source.skipped().front().reason));
   }
-  for (const std::string& problem : check.problems()) diagnosis.add(Severity::kWarning, problem);
   return diagnosis;
 }
 
@@ -544,33 +579,11 @@ std::string depth_unit_problem(const fs::path& folder, const Camera& camera,
     if (depth.problem.empty()) sample_depth(raw_depth(depth.image, camera.depth_factor), sample);
   }
   if (sample.raw_depths.empty()) return "";
-  const DepthSensor& sensor = camera.depth_sensor;
-  const DoctorOptions options;
-  const auto depth_at = [&](double share) {
-    return percentile(sample.raw_depths, share) / camera.depth_factor;
-  };
-  const double low = depth_at(0.05), median = depth_at(0.5), high = depth_at(0.99);
-  const double nearest = std::max(sensor.min_depth, options.near_median);
-  const std::string advice =
-      fmt::format("check the depth factor ({:g} units per meter) with: stillmap doctor {}",
-                  camera.depth_factor, folder.string());
-  if (median < nearest || median > sensor.max_depth) {
-    return fmt::format(
-        "the median of the depth readings is {:.2f} m, outside {:g} to {:g} m, where sensor {} "
-        "measures; {}",
-        median, nearest, sensor.max_depth, sensor.name, advice);
-  }
-  if (low < std::min(sensor.min_depth, options.nearest))
-    return fmt::format(
-        "a twentieth of the depth readings is below {:.2f} m, where sensor {} "
-        "measures nothing; {}",
-        low, sensor.name, advice);
-  if (high > std::max(options.farthest, 2 * sensor.max_depth))
-    return fmt::format(
-        "a hundredth of the depth readings is beyond {:.1f} m, where sensor {} "
-        "measures nothing; {}",
-        high, sensor.name, advice);
-  return "";
+  const std::string problem = implausible(
+      DepthSpread(sample.raw_depths).in_meters(camera.depth_factor), camera.depth_sensor);
+  if (problem.empty()) return "";
+  return fmt::format("{}; check the depth factor ({:g} units per meter) with: stillmap doctor {}",
+                     problem, camera.depth_factor, folder.string());
 }
 
 Diagnosis diagnose(const fs::path& folder, const std::optional<Camera>& camera,

@@ -11,7 +11,12 @@
 
 namespace stillmap {
 
-enum class Severity { kOk, kWarning, kError };
+enum class Severity {
+  kOk,
+  kWarning,
+  kDoubt,  ///< The recording can be mapped, but a result would be wrong without a sign of it.
+  kError   ///< The recording cannot be mapped.
+};
 
 /// The result of one check.
 struct Finding {
@@ -20,15 +25,11 @@ struct Finding {
   std::string fix;   ///< Advice; empty if no action is needed.
 };
 
-/// Thresholds for warnings, chosen on indoor recordings of a Kinect, whose depths are 0.4 m to
-/// 10 m.
+/// Thresholds for warnings, chosen on indoor recordings of a Kinect.
 struct DoctorOptions {
-  int sample = 40;            ///< Number of decoded frames, spread evenly over the sequence.
-  double near_median = 0.3;   ///< Median depth of the sample below which a warning is given [m].
-  double far_median = 8;      ///< Median depth above which a warning is given [m].
-  double nearest = 0.25;      ///< 5th percentile of depth below which a warning is given [m].
-  double farthest = 12;       ///< 99th percentile of depth above which a warning is given [m].
-  double least_share = 0.25;  ///< Minimum share of pixels with depth [0..1].
+  int sample = 40;                ///< Number of decoded frames, spread evenly over the sequence.
+  std::size_t most_frames = 300;  ///< Number of first frames that FrameCheck examines.
+  double least_share = 0.25;      ///< Minimum share of pixels with depth [0..1].
   double dark = 20;     ///< Mean gray value below which an image is too dark for tracking [0..255].
   double bright = 235;  ///< Mean gray value above which an image is overexposed [0..255].
   double blurred = 15;  ///< Variance of the Laplacian of the gray image below which it is blurred.
@@ -49,12 +50,13 @@ struct Diagnosis {
 
   /// Returns the severity of the worst finding.
   Severity conclusion() const;
+  /// Adds a finding, unless there is one with the same text.
   void add(Severity severity, std::string what, std::string fix = "");
 };
 
 /// Checks a sequence and its camera: lists and pairs, every file's existence, type, size and end, a
-/// sample of decoded images, timestamps, depth scale, ground truth. Problems are returned as
-/// findings, never thrown.
+/// sample of decoded images, timestamps, depth scale, ground truth; and, with FrameCheck, its first
+/// frames. Problems are returned as findings, never thrown.
 /// @param camera       the user's camera; without it the sequence's camera.yaml is used
 /// @param associations file that pairs color and depth images; empty: see find_sequence()
 Diagnosis diagnose(const std::filesystem::path& folder, const std::optional<Camera>& camera = {},
@@ -62,14 +64,14 @@ Diagnosis diagnose(const std::filesystem::path& folder, const std::optional<Came
                    const DoctorOptions& options = {});
 
 /// Returns that the depths of a folder cannot have the unit that the camera tells: the median
-/// reading of some images, spread over it, is outside the range of the camera's sensor or nearer
-/// than DoctorOptions::near_median, or the 5th or 99th percentile is far outside. Empty if they
-/// can, and if no image can be read. Takes some tens of milliseconds.
+/// reading of some images is outside the range of the camera's sensor or nearer than 0.3 m, or the
+/// 5th or 99th percentile is far outside. Empty if they can, and if no image can be read. Takes
+/// some tens of milliseconds.
 std::string depth_unit_problem(const std::filesystem::path& folder, const Camera& camera,
                                const std::filesystem::path& associations = {});
 
 /// Checks a source that is no folder of images, such as a recorded file or a stereo pair, by its
-/// first frames: camera, timestamps, depth unit, registration.
+/// first frames, with FrameCheck.
 Diagnosis diagnose(FrameSource& source, std::size_t most_frames);
 
 }  // namespace stillmap

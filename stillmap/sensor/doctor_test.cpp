@@ -42,6 +42,7 @@ class Doctor : public ::testing::Test {
     return text;
   }
   std::string warnings() const { return of(diagnose(), Severity::kWarning); }
+  std::string doubts() const { return of(diagnose(), Severity::kDoubt); }
   std::string errors() const { return of(diagnose(), Severity::kError); }
   // Rewrites a list with changed timestamps.
   template <typename Change>
@@ -66,8 +67,8 @@ TEST_F(Doctor, KnowsTheDepthFactorOfAKinectByTheStepsOfItsDepths) {
   Camera camera = TestSequence::camera();
   camera.depth_factor = 10000;  // half the distances, which are plausible, too
   write_camera(sequence_.path("camera.yaml"), camera);
-  EXPECT_THAT(warnings(), HasSubstr("all distances would be 0.5 times the true ones"));
-  EXPECT_THAT(warnings(), HasSubstr("set the depth factor to 5000"));
+  EXPECT_THAT(doubts(), HasSubstr("all distances would be 0.5 times the true ones"));
+  EXPECT_THAT(doubts(), HasSubstr("set the depth factor to 5000"));
 }
 
 TEST_F(Doctor, ReadsDepthInMeters) {
@@ -102,14 +103,14 @@ TEST_F(Doctor, SuggestsThePlausibleDepthFactor) {
   Camera camera = TestSequence::camera();
   camera.depth_factor = 1000;  // 2 m become 10 m.
   write_camera(sequence_.path("camera.yaml"), camera);
-  EXPECT_THAT(warnings(), HasSubstr("set the depth factor to 5000"));
+  EXPECT_THAT(doubts(), HasSubstr("set the depth factor (1000) to 5000"));
   cv::Mat millimeters(48, 64, CV_16UC1);
   cv::randu(millimeters, 1000, 3000);
   for (int i = 0; i < 12; ++i) sequence_.write_image(TestSequence::depth_name(i), millimeters);
-  EXPECT_THAT(warnings(), "");
+  EXPECT_THAT(doubts(), "");
   camera.depth_factor = 5000;
   write_camera(sequence_.path("camera.yaml"), camera);
-  EXPECT_THAT(warnings(), HasSubstr("set the depth factor to 1000"));
+  EXPECT_THAT(doubts(), HasSubstr("set the depth factor (5000) to 1000"));
 }
 
 TEST_F(Doctor, DoubtsAUnitInWhichMostDepthsAreOutOfTheRangeOfTheSensor) {

@@ -15,9 +15,13 @@ namespace stillmap {
 std::string unit_of_timestamps(double interval);
 
 /// Returns the sentence that the steps between raw depths contradict the depth factor of the
-/// camera; empty if they do not.
+/// camera, with the fix; empty if they do not.
 /// @param of_steps  depth factor as of depth_factor_of_steps()
 std::string depth_factor_problem(double of_steps, double factor);
+
+/// Returns whether a gap of this many frames in a row is worth a warning: half a second of a usual
+/// camera or more, and a tenth of all frames or more.
+bool is_long_gap(std::size_t frames, std::size_t all);
 
 /// Collects what the frames of a source show together about errors of their timestamps and depths.
 /// Such frames are mapped without an error, and the result is wrong: of another scale or speed, or
@@ -41,24 +45,31 @@ class FrameCheck {
     double begin = 0;
     void add(double time, Gap& longest);
   };
+  /// Every 16th pixel of both images of a frame, in both directions.
+  struct Coarse {
+    cv::Mat1f depth;
+    cv::Mat1b gray;
+  };
   void examine(const RgbdFrame& frame);
-  std::string time_problem() const;
-  std::string gap_problem() const;
+  void compare_with_last(double time, const Coarse& coarse);
+  std::string depth_problem() const;
   std::string frozen_problem() const;
-  bool is_long(const Gap& gap) const;
-  void compare_with_last(const RgbdFrame& frame);
+  std::string repeats_problem() const;
+  std::string time_problem() const;
+  std::string steps_problem() const;
 
   Camera camera_;
   std::size_t frames_ = 0, with_depth_ = 0, examined_ = 0, next_examined_ = 0;
-  std::size_t flat_ = 0;           // of the examined frames: those with one depth everywhere
-  cv::Mat1f last_depth_;           // every 16th pixel of the last frame
-  cv::Mat1b last_gray_;            // likewise
+  std::size_t flat_ = 0;  // of the examined frames: those with one depth everywhere
+  Coarse last_coarse_;
   std::vector<double> intervals_;  // [s]
   double last_ = 0;                // time of the last frame [s]
   std::vector<bool> seen_;         // by raw depth
   RegistrationEvidence registration_;
   Gap gap_, longest_;
   Gap frozen_, longest_frozen_;  // frames in a row whose depth repeats, unlike their color
+  std::size_t repeats_ = 0, repeated_ = 0;  // frames whose color repeats; images that they repeat
+  bool repeats_last_ = false;               // the last frame is one of them
 };
 
 }  // namespace stillmap

@@ -72,6 +72,26 @@ TEST(FrameCheck, FindsDepthThatRepeatsWhileTheColorChanges) {
               testing::Not(testing::Contains(HasSubstr("frames in a row"))));
 }
 
+/// Returns what is told of 60 frames whose images are that of frame i / n.
+std::vector<std::string> problems_of_repeated_images(int n) {
+  FrameCheck check{Camera()};
+  for (int i = 0; i < 60; ++i) {
+    RgbdFrame frame = frame_at(i / 30.0);
+    frame.gray = cv::Mat1b(48, 64, static_cast<uchar>(i / n));
+    check.add(frame);
+  }
+  return check.problems();
+}
+
+TEST(FrameCheck, FindsImagesThatRepeat) {
+  EXPECT_THAT(problems_of_repeated_images(1), testing::Not(testing::Contains(HasSubstr("jumped"))));
+  EXPECT_THAT(
+      problems_of_repeated_images(3),
+      testing::Contains(HasSubstr("40 of 60 frames have the color image of the one before")));
+  EXPECT_THAT(problems_of_repeated_images(30), testing::Not(testing::Contains(HasSubstr("jumped"))))
+      << "a camera at rest";
+}
+
 TEST(FrameCheck, FindsDepthThatIsTheSameEverywhere) {
   FrameCheck check{Camera()};
   for (int i = 0; i < 60; ++i) {
