@@ -168,6 +168,17 @@ class CommandLine(unittest.TestCase):
         names = {file.name for file in out.iterdir() if not file.name.startswith(".")}
         self.assertEqual(names, {f"comparison.{end}" for end in ("html", "md", "tex", "csv", "json", "svg")} | {"errors.svg"})
 
+    def test_a_comparison_repeats_the_doubts_of_its_runs(self):
+        doubtful, out = self.folder / "doubtful", self.folder / "doubtful_comparison"
+        shutil.copytree(self.run_folder, doubtful)
+        summary = json.loads((doubtful / "summary.json").read_text())
+        (doubtful / "summary.json").write_text(json.dumps({**summary, "doubts": ["the floor was not seen"]}))
+        done = stillmap("compare", "--truth", self.sequence / "groundtruth.txt", self.run_folder, doubtful, "--out", out)
+        self.refused(done, 3, "DO NOT TRUST THIS RESULT: doubtful: the floor was not seen")
+        self.assertIn("| doubtful (in doubt) |", done.stdout)
+        for name in ("comparison.html", "comparison.md", "comparison.tex", "comparison.csv", "comparison.json"):
+            self.assertIn("the floor was not seen", (out / name).read_text(), name)
+
     def test_version_names_the_libraries_of_networks(self):
         for flag in ("-V", "--version"):
             text = self.succeeded(stillmap(flag)).stdout

@@ -52,6 +52,7 @@ RecordedRun read_run(const std::string& argument, const Trajectory& truth,
     run.total_frames = with_json_of(summary, "name the trajectory instead of the folder", [&] {
       const auto json = nlohmann::json::parse(read_file(summary));
       sequences.insert(json.at("sequence").get<std::string>());
+      run.doubts = json.value("doubts", run.doubts);
       return json.at("frames").at("total").get<std::size_t>();
     });
   }
@@ -84,7 +85,9 @@ int run(const CompareArguments& arguments) {
   folder.write_text(kPage, comparison_page(comparison, {kFiles.begin() + 1, kFiles.end()}));
   folder.require_all();
   print_out("{}{}", folder.written_text(), open_line(folder.path() / kPage));
-  return kSuccess;
+  const std::vector<std::string> doubts = doubts_of(comparison);
+  print_doubts(doubts);
+  return doubts.empty() ? kSuccess : kDoubtful;
 }
 
 }  // namespace
