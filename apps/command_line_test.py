@@ -7,6 +7,7 @@
 import contextlib
 import fcntl
 import json
+import math
 import os
 import pty
 import re
@@ -178,6 +179,19 @@ class CommandLine(unittest.TestCase):
         self.assertIn("| doubtful (in doubt) |", done.stdout)
         for name in ("comparison.html", "comparison.md", "comparison.tex", "comparison.csv", "comparison.json"):
             self.assertIn("the floor was not seen", (out / name).read_text(), name)
+
+    def test_a_trajectory_with_qw_first_is_doubted(self):
+        poses = [(i / 30, math.cos(i / 60), math.sin(i / 60)) for i in range(90)]  # time, qw, and qz of a turning camera
+        truth = self.foreign("turning.txt", "".join(f"{t} {t} 0 {t * t} 0 0 {z} {w}\n" for t, w, z in poses))
+        swapped = self.foreign("swapped.txt", "".join(f"{t} {t} 0 {t * t} {w} 0 0 {z}\n" for t, w, z in poses))
+        self.succeeded(stillmap("eval", truth, truth))
+        done = stillmap("eval", truth, swapped, "--json", "-")
+        self.refused(done, 3, "DO NOT TRUST THIS RESULT", f"if the quaternions of {swapped} are read as qw qx qy qz")
+        self.assertEqual(len(json.loads(done.stdout)["doubts"]), 1)
+        framed = stillmap("eval", truth, truth, "--truth-frame", "bonn")
+        self.refused(framed, 3, "without --truth-frame bonn")
+        compared = stillmap("compare", "--truth", truth, truth, swapped, "--out", self.folder / "swapped")
+        self.refused(compared, 3, "DO NOT TRUST THIS RESULT: swapped.txt: the rotations")
 
     def test_version_names_the_libraries_of_networks(self):
         for flag in ("-V", "--version"):
