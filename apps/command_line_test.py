@@ -90,6 +90,24 @@ class CommandLine(unittest.TestCase):
             self.assertEqual([line for line in too_long if "{" not in line], [])
             self.assertTrue(any(len(line) > 0.8 * columns for line in options))
 
+    def test_messages_and_help_have_the_width_of_a_narrow_terminal(self):
+        lines = self.on_terminal(20, "compare", "--help")
+        self.assertEqual([line for line in lines if len(line) > 20 and " " in line.strip() and "stillmap " not in line], [])
+        for columns in (40, 60):
+            lines = self.on_terminal(columns, "doctor", self.sequence)
+            self.assertEqual([line for line in lines if len(line) > columns and " " in line.strip()], [])
+
+    def test_help_is_also_a_command(self):
+        for words, same in ((["help"], ["--help"]), (["help", "run"], ["run", "--help"]), (["help", "map", "info"], ["map", "info", "--help"])):
+            self.assertEqual(self.succeeded(stillmap(*words)).stdout, stillmap(*same).stdout)
+
+    def test_slips_with_options_tell_what_is_expected(self):
+        self.refused(stillmap("-v", "run", self.sequence), 2, "'-v' stands in front of the command", "stillmap COMMAND -v")
+        for command, option in (("run", "--count"), ("simulate", "--frames")):
+            self.refused(stillmap(command, option, "x"), 2, f"{option}: expects a whole number, not 'x'",
+                         f"see stillmap {command} --help")
+        self.refused(stillmap("eval", "a", "b", "--frames", "-3"), 2, "expects a whole number that is not negative, not '-3'")
+
     def test_presets_are_wrapped_below_their_names(self):
         lines = self.on_terminal(60, "presets")
         self.assertEqual([line for line in lines if len(line) > 60], [])
