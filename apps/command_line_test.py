@@ -7,6 +7,7 @@
 import contextlib
 import fcntl
 import json
+import math
 import os
 import pty
 import re
@@ -89,6 +90,24 @@ class CommandLine(unittest.TestCase):
             self.assertEqual([line for line in too_long if "{" not in line], [])
             self.assertTrue(any(len(line) > 0.8 * columns for line in options))
 
+    def test_messages_and_help_have_the_width_of_a_narrow_terminal(self):
+        lines = self.on_terminal(20, "compare", "--help")
+        self.assertEqual([line for line in lines if len(line) > 20 and " " in line.strip() and "stillmap " not in line], [])
+        for columns in (40, 60):
+            lines = self.on_terminal(columns, "doctor", self.sequence)
+            self.assertEqual([line for line in lines if len(line) > columns and " " in line.strip()], [])
+
+    def test_help_is_also_a_command(self):
+        for words, same in ((["help"], ["--help"]), (["help", "run"], ["run", "--help"]), (["help", "map", "info"], ["map", "info", "--help"])):
+            self.assertEqual(self.succeeded(stillmap(*words)).stdout, stillmap(*same).stdout)
+
+    def test_slips_with_options_tell_what_is_expected(self):
+        self.refused(stillmap("-v", "run", self.sequence), 2, "'-v' stands in front of the command", "stillmap COMMAND -v")
+        for command, option in (("run", "--count"), ("simulate", "--frames")):
+            self.refused(stillmap(command, option, "x"), 2, f"{option}: expects a whole number, not 'x'",
+                         f"see stillmap {command} --help")
+        self.refused(stillmap("eval", "a", "b", "--frames", "-3"), 2, "expects a whole number that is not negative, not '-3'")
+
     def test_presets_are_wrapped_below_their_names(self):
         lines = self.on_terminal(60, "presets")
         self.assertEqual([line for line in lines if len(line) > 60], [])
@@ -167,6 +186,30 @@ class CommandLine(unittest.TestCase):
         self.assertIn(f"Open {out}/comparison.html", done.stdout.splitlines()[-1])
         names = {file.name for file in out.iterdir() if not file.name.startswith(".")}
         self.assertEqual(names, {f"comparison.{end}" for end in ("html", "md", "tex", "csv", "json", "svg")} | {"errors.svg"})
+
+    def test_a_comparison_repeats_the_doubts_of_its_runs(self):
+        doubtful, out = self.folder / "doubtful", self.folder / "doubtful_comparison"
+        shutil.copytree(self.run_folder, doubtful)
+        summary = json.loads((doubtful / "summary.json").read_text())
+        (doubtful / "summary.json").write_text(json.dumps({**summary, "doubts": ["the floor was not seen"]}))
+        done = stillmap("compare", "--truth", self.sequence / "groundtruth.txt", self.run_folder, doubtful, "--out", out)
+        self.refused(done, 3, "DO NOT TRUST THIS RESULT: doubtful: the floor was not seen")
+        self.assertIn("| doubtful (in doubt) |", done.stdout)
+        for name in ("comparison.html", "comparison.md", "comparison.tex", "comparison.csv", "comparison.json"):
+            self.assertIn("the floor was not seen", (out / name).read_text(), name)
+
+    def test_a_trajectory_with_qw_first_is_doubted(self):
+        poses = [(i / 30, math.cos(i / 60), math.sin(i / 60)) for i in range(90)]  # time, qw, and qz of a turning camera
+        truth = self.foreign("turning.txt", "".join(f"{t} {t} 0 {t * t} 0 0 {z} {w}\n" for t, w, z in poses))
+        swapped = self.foreign("swapped.txt", "".join(f"{t} {t} 0 {t * t} {w} 0 0 {z}\n" for t, w, z in poses))
+        self.succeeded(stillmap("eval", truth, truth))
+        done = stillmap("eval", truth, swapped, "--json", "-")
+        self.refused(done, 3, "DO NOT TRUST THIS RESULT", f"if the quaternions of {swapped} are read as qw qx qy qz")
+        self.assertEqual(len(json.loads(done.stdout)["doubts"]), 1)
+        framed = stillmap("eval", truth, truth, "--truth-frame", "bonn")
+        self.refused(framed, 3, "without --truth-frame bonn")
+        compared = stillmap("compare", "--truth", truth, truth, swapped, "--out", self.folder / "swapped")
+        self.refused(compared, 3, "DO NOT TRUST THIS RESULT: swapped.txt: the rotations")
 
     def test_version_names_the_libraries_of_networks(self):
         for flag in ("-V", "--version"):

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <map>
+#include <regex>
 #include <sstream>
 #include <stdexcept>
 
@@ -148,6 +149,11 @@ std::optional<Error> unknown_word(const CLI::App& program, const std::vector<std
       return Error("there is no option '" + name + "'", path,
                    suggestion(name, long_names(*command)) + "; all: " + path + " --help");
     }
+    if (command == &program && word.starts_with("-") &&
+        command->get_option_no_throw(word) == nullptr && words.back() != word) {
+      return Error("the option '" + word + "' stands in front of the command", path,
+                   "write it behind: stillmap COMMAND " + word);
+    }
     if (word.starts_with("-") || command->get_require_subcommand_min() == 0) continue;
     const CLI::App* subcommand = find_subcommand(*command, word);
     if (subcommand == nullptr) {
@@ -160,6 +166,30 @@ std::optional<Error> unknown_word(const CLI::App& program, const std::vector<std
     path += " " + word;
   }
   return std::nullopt;
+}
+
+std::optional<Error> wrong_number(const CLI::App& program, const std::string& problem) {
+  // CLI11's texts: "Could not convert: --count = x", "--frames: Value -3 not in range 0
+  // to 1.79e308".
+  const std::regex conversion("Could not convert: (\\S+) = (.*)");
+  const std::regex range("(\\S+): Value (\\S+) not in range .*");
+  std::smatch parts;
+  const bool is_conversion = std::regex_match(problem, parts, conversion);
+  if (!is_conversion && !std::regex_match(problem, parts, range)) return std::nullopt;
+  const CLI::App* command = &program;
+  std::string path = "stillmap";
+  while (!command->get_subcommands().empty()) {
+    command = command->get_subcommands().front();
+    path += " " + command->get_name();
+  }
+  const CLI::Option* option = command->get_option_no_throw(parts[1]);
+  if (option == nullptr) return std::nullopt;
+  const std::string type = option->get_type_name();
+  const bool is_whole = type.starts_with("INT") || type.starts_with("UINT");
+  std::string expected = is_whole ? "a whole number" : "a number";
+  if (!is_conversion || type.starts_with("UINT")) expected += " that is not negative";
+  return Error("expects " + expected + ", not '" + parts[2].str() + "'", parts[1],
+               "see " + path + " --help");
 }
 
 }  // namespace stillmap

@@ -48,4 +48,8 @@ void name_value_types(CLI::App& program);
 /// is expected, with the nearest known names; none if there is no such word.
 std::optional<Error> unknown_word(const CLI::App& program, const std::vector<std::string>& words);
 
+/// Returns the message for a value that is no number, or a negative one, with the wanted type; none
+/// if CLI11's message is of something else.
+std::optional<Error> wrong_number(const CLI::App& program, const std::string& problem);
+
 }  // namespace stillmap

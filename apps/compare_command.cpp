@@ -4,6 +4,7 @@
 #include "stillmap/base/json_text.hpp"
 #include "stillmap/base/print.hpp"
 #include "stillmap/base/warning.hpp"
+#include "stillmap/evaluate/reading_doubts.hpp"
 #include "stillmap/report/comparison_chart.hpp"
 #include "stillmap/report/comparison_page.hpp"
 #include "stillmap/report/result_folder.hpp"
@@ -36,25 +37,30 @@ struct CompareArguments {
 
 /// Reads "name=path" or "path": a trajectory, or a folder written by `stillmap run`. All runs are
 /// of the sequence with this truth, so that the first is the baseline of all others.
+/// @param truth_name  file of the truth
 /// @param sequences  gets the name of the run's sequence, if it is known
 RecordedRun read_run(const std::string& argument, const Trajectory& truth,
-                     std::set<std::string>& sequences) {
+                     const std::string& truth_name, std::set<std::string>& sequences) {
   const auto equals = argument.find('=');
   const fs::path path = equals == std::string::npos ? argument : argument.substr(equals + 1);
   RecordedRun run;
   run.name = equals == std::string::npos ? path.lexically_normal().filename().string()
                                          : argument.substr(0, equals);
   if (fs::is_directory(path)) require_ended_run(path);
-  run.estimate = read_trajectory(fs::is_directory(path) ? path / "trajectory.txt" : path);
+  const fs::path file = fs::is_directory(path) ? path / "trajectory.txt" : path;
+  run.estimate = read_trajectory(file);
   run.truth = truth;
   const fs::path summary = path / kRunSummary;
   if (fs::exists(summary)) {
     run.total_frames = with_json_of(summary, "name the trajectory instead of the folder", [&] {
       const auto json = nlohmann::json::parse(read_file(summary));
       sequences.insert(json.at("sequence").get<std::string>());
+      run.doubts = json.value("doubts", run.doubts);
       return json.at("frames").at("total").get<std::size_t>();
     });
   }
+  const auto doubts = reading_doubts(truth, run.estimate, {truth_name, file.string(), ""});
+  run.doubts.insert(run.doubts.end(), doubts.begin(), doubts.end());
   return run;
 }
 
@@ -66,7 +72,7 @@ int run(const CompareArguments& arguments) {
   const Trajectory truth = read_trajectory(arguments.truth);
   std::set<std::string> sequences;
   for (const std::string& argument : arguments.runs)
-    runs.push_back(read_run(argument, truth, sequences));
+    runs.push_back(read_run(argument, truth, arguments.truth, sequences));
   if (sequences.size() > 1) {
     warn(fmt::format("the runs are of sequences with different names: {}",
                      fmt::join(sequences, ", ")),
@@ -84,7 +90,9 @@ int run(const CompareArguments& arguments) {
   folder.write_text(kPage, comparison_page(comparison, {kFiles.begin() + 1, kFiles.end()}));
   folder.require_all();
   print_out("{}{}", folder.written_text(), open_line(folder.path() / kPage));
-  return kSuccess;
+  const std::vector<std::string> doubts = doubts_of(comparison);
+  print_doubts(doubts);
+  return doubts.empty() ? kSuccess : kDoubtful;
 }
 
 }  // namespace

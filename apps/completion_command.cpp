@@ -141,10 +141,10 @@ void add_completion_command(CLI::App& app) {
   command->group("");  // hidden: `make install` calls it
   command->require_subcommand(1);
   command->add_subcommand("bash", "for bash")->callback([&app] {
-    print_out("{}", completion(app, kBash));
+    write_text(stdout, completion(app, kBash));
   });
   command->add_subcommand("zsh", "for zsh")->callback([&app] {
-    print_out("{}", completion(app, kZsh));
+    write_text(stdout, completion(app, kZsh));
   });
 }
 

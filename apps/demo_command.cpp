@@ -92,7 +92,7 @@ int run(const DemoArguments& arguments) {
     RunRecord record = map(arguments, folder, preset);
     if (record.interrupted) return kInterrupted;
     runs.push_back({preset, "demo", record.result.trajectory, truth,
-                    static_cast<std::size_t>(arguments.frames)});
+                    static_cast<std::size_t>(arguments.frames), record.doubts});
   }
   print_out("\n{}. Compare\n", step);
   const Comparison comparison = compare_runs(runs);

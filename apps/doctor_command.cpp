@@ -20,13 +20,13 @@ namespace {
 const char* label(Severity severity) {
   switch (severity) {
     case Severity::kOk:
-      return "ok      ";
+      return "ok       ";
     case Severity::kWarning:
-      return "WARNING ";
+      return "WARNING  ";
     case Severity::kDoubt:
-      return "DOUBT   ";
+      return "DOUBT    ";
     case Severity::kError:
-      return "ERROR   ";
+      return "ERROR    ";
   }
   return "";
 }
@@ -110,7 +110,7 @@ int run(const DoctorArguments& arguments) {
   if (diagnosis.conclusion() < Severity::kDoubt) check_calibration(arguments, diagnosis);
   for (const Finding& finding : diagnosis.findings) {
     print_out("{}{}\n", label(finding.severity), finding.what);
-    if (!finding.fix.empty()) print_out("        fix: {}\n", finding.fix);
+    if (!finding.fix.empty()) print_out("         fix: {}\n", finding.fix);
   }
   switch (diagnosis.conclusion()) {
     case Severity::kOk:

@@ -9,6 +9,7 @@
 #include "stillmap/evaluate/label_figures.hpp"
 #include "stillmap/evaluate/mover_error.hpp"
 #include "stillmap/evaluate/pose_at.hpp"
+#include "stillmap/evaluate/reading_doubts.hpp"
 #include "stillmap/evaluate/surface_error.hpp"
 #include "stillmap/evaluate/trajectory_error.hpp"
 #include "stillmap/report/cloud_image.hpp"
@@ -149,6 +150,8 @@ nlohmann::json trajectory_figures(const EvalArguments& arguments) {
   const Evaluation evaluation = evaluate_trajectory(truth, estimate, options);
   print_to(arguments.text(), "{}", evaluation_text(evaluation));
   nlohmann::json json = evaluation;
+  json["doubts"] =
+      reading_doubts(truth, estimate, {arguments.truth, arguments.estimate, arguments.truth_frame});
   if (arguments.closure) {
     const ClosureError closure = closure_error(evaluation.ate);
     print_to(arguments.text(), "{}", closure_text(closure, arguments.planar));
@@ -199,7 +202,9 @@ int run(const EvalArguments& arguments) {
   json["stillmap"] = STILLMAP_VERSION;
   if (!arguments.json.empty())
     write_named(arguments.json, json_text(json, 2) + "\n", is_figures_file, arguments.force);
-  return kSuccess;
+  const auto doubts = json.value("doubts", std::vector<std::string>());
+  print_doubts(doubts);
+  return doubts.empty() ? kSuccess : kDoubtful;
 }
 
 void add_trajectory_options(CLI::App& command, EvalArguments& arguments) {

@@ -3,12 +3,14 @@
 #include "stillmap/base/print.hpp"
 #include "stillmap/segment/inference_engine.hpp"
 
+#include <algorithm>
 #include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <new>
 #include <string>
 #include <system_error>
+#include <vector>
 
 #include "command_tree.hpp"
 #include "commands.hpp"
@@ -34,6 +36,23 @@ std::string version_text() {
 std::string command_of(const CLI::App& app) {
   const auto called = app.get_subcommands();
   return called.empty() ? "stillmap" : "stillmap " + called.front()->get_name();
+}
+
+/// Returns the words of the command line; those of `help` and `help COMMAND` as with --help.
+std::vector<std::string> words_of(int argc, char** argv) {
+  std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+  if (words.empty() || words.front() != "help") return words;
+  words.erase(words.begin());
+  words.push_back("--help");
+  return words;
+}
+
+/// Returns why a command line cannot be read, with a fix.
+std::string refusal(const CLI::App& app, const std::vector<std::string>& words,
+                    const CLI::ParseError& error) {
+  if (const auto unknown = unknown_word(app, words)) return unknown->what();
+  if (const auto wrong = wrong_number(app, error.what())) return wrong->what();
+  return fmt::format("stillmap: {}\n  fix: see {} --help", error.what(), command_of(app));
 }
 
 int run(int argc, char** argv) {
@@ -73,16 +92,13 @@ int run(int argc, char** argv) {
   add_man_command(app);
   add_completion_command(app);
   name_value_types(app);
+  const std::vector<std::string> words = words_of(argc, argv);
   try {
-    app.parse(argc, argv);
+    app.name(argc > 0 ? argv[0] : "stillmap");
+    app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) return app.exit(e);
-    const auto unknown = unknown_word(app, {argv + 1, argv + argc});
-    if (unknown) {
-      print_error("{}\n", unknown->what());
-    } else {
-      print_error("stillmap: {}\n  fix: see {} --help\n", e.what(), command_of(app));
-    }
+    print_error("{}\n", refusal(app, words, e));
     return kUsage;
   }
   return exit_code;

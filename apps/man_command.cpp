@@ -126,7 +126,7 @@ std::string man_page(const CLI::App& program) {
 void add_man_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("man", "print the manual page in roff");
   command->group("");  // hidden: `make install` calls it
-  command->callback([&app] { print_out("{}", man_page(app)); });
+  command->callback([&app] { write_text(stdout, man_page(app)); });
 }
 
 }  // namespace stillmap

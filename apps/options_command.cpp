@@ -23,7 +23,7 @@ void add_options_command(CLI::App& app, int& exit_code) {
       "  stillmap options\n"
       "  stillmap options > options.yaml && stillmap run my_sequence --config options.yaml");
   command->callback([markdown, &exit_code] {
-    print_out("{}", *markdown ? options_markdown() : options_yaml(Options()));
+    write_text(stdout, *markdown ? options_markdown() : options_yaml(Options()));
     exit_code = kSuccess;
   });
 }
@@ -44,7 +44,7 @@ void add_presets_command(CLI::App& app, int& exit_code) {
       for (std::string line; std::getline(lines, line);)
         print_out("{}\n", wrapped_entry(line, help_columns()));
     } else {
-      print_out("{}", find_preset_file(*name).text);
+      write_text(stdout, find_preset_file(*name).text);
     }
     exit_code = kSuccess;
   });

@@ -59,7 +59,7 @@ void require_replaceable(const std::filesystem::path& file,
 void write_named(const std::filesystem::path& file, std::string_view text,
                  bool (*is_own)(const std::filesystem::path&), bool force) {
   if (file == kStandardOutput) {
-    print_out("{}", text);
+    write_text(stdout, text);
     return;
   }
   require_replaceable(file, is_own, force);

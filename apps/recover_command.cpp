@@ -61,6 +61,10 @@ int run(const RecoverArguments& arguments) {
     throw Error("holds no frame: the run was killed in its first second", journal.string(),
                 "map the recording again");
   }
+  // As of a run into the same folder, the results of an earlier one are replaced.
+  if (fs::exists(folder.path() / kRunSummary))
+    print_error("stillmap: note: {} holds the results of an earlier run, which are replaced\n",
+                folder.path().string());
   folder.write_text(kRunOptions, recovered.heading.options);
   folder.require_all();
   RunRecord record;

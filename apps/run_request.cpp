@@ -156,6 +156,12 @@ std::optional<std::vector<std::string>> classes_of(const std::unique_ptr<Detecto
   return detector->class_names();
 }
 
+/// Returns the file of the true trajectory; empty: there is none.
+std::filesystem::path truth_file(const RunRequest& request) {
+  return request.truth.empty() ? true_trajectory_file(request.sequence)
+                               : std::filesystem::path(request.truth);
+}
+
 }  // namespace
 
 Options options_of(const RunRequest& request) {
@@ -175,8 +181,7 @@ Options options_of(const RunRequest& request) {
 }
 
 std::optional<Trajectory> truth_of(const RunRequest& request) {
-  const std::filesystem::path file = request.truth.empty() ? true_trajectory_file(request.sequence)
-                                                           : std::filesystem::path(request.truth);
+  const std::filesystem::path file = truth_file(request);
   if (file.empty()) return std::nullopt;
   note_marker_truth(file, request.truth_frame);
   return true_camera_trajectory(file, request.truth_frame);
@@ -243,6 +248,7 @@ Session session_of(const RunRequest& request, const Options& options) {
   session.live_camera = names_live_camera(request.sequence);
   session.live = session.live_camera || request.follow.has_value();
   session.truth = truth_of(request);
+  session.names = {truth_file(request).string(), "trajectory.txt", request.truth_frame};
   session.detector = detector_of(options.preset(), session.parameters, request.quiet);
   if (session.rules)
     check_rule_classes(*session.rules, classes_of(session.detector), request.zones);

@@ -250,6 +250,10 @@ RunRecord run_session(Session session) {
     print_out("interrupted after {} frames; the results so far are saved\n", record.frames);
 
   evaluate_run(record);
+  if (record.truth) {
+    const auto doubts = reading_doubts(*record.truth, record.result.trajectory, session.names);
+    record.frame_problems.insert(record.frame_problems.end(), doubts.begin(), doubts.end());
+  }
   if (session.rules) {
     if (auto problem = tilted_zones(*session.rules, record))
       record.frame_problems.push_back(std::move(*problem));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/evaluate/reading_doubts.hpp"
 #include "stillmap/report/run_folder.hpp"
 #include "stillmap/sensor/frame_source.hpp"
 #include "stillmap/view/view_server.hpp"
@@ -21,6 +22,7 @@ struct Session {
   std::optional<std::size_t> total_frames;  ///< Length of the sequence, if known.
   std::unique_ptr<Detector> detector;       ///< Null: none.
   std::optional<Trajectory> truth;          ///< True trajectory, T_world_camera.
+  TrajectoryNames names = {};               ///< Of the true trajectory and of that of the run.
   Options options;
   SlamParameters parameters;         ///< The parameters that follow from the options.
   std::optional<StartingMap> start;  ///< Map to start from.

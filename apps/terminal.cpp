@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "terminal.hpp"
 
+#include "stillmap/base/print.hpp"
+
 #include <algorithm>
 #include <cstdlib>
 #include <set>
 #include <sstream>
 #include <string_view>
-#include <sys/ioctl.h>
 #include <unistd.h>
 #include <vector>
 
@@ -15,12 +16,21 @@
 namespace stillmap {
 namespace {
 
-/// Width without a terminal, least width for wrapping, and column of the descriptions.
-constexpr std::size_t kDefaultColumns = 100, kLeastColumns = 40, kDescriptions = 26;
+/// Width without a terminal, least width for wrapping, and least width for descriptions beside the
+/// names of options.
+constexpr std::size_t kDefaultColumns = 100, kLeastColumns = 16, kBesideNames = 60;
+
+/// Returns the column of the descriptions.
+std::size_t description_column(std::size_t columns) {
+  return columns < kBesideNames ? std::min<std::size_t>(6, columns / 4) : 26;
+}
 
 class WrappedHelp final : public CLI::Formatter {
  public:
-  explicit WrappedHelp(std::size_t columns) : columns_(columns) { column_width(kDescriptions); }
+  explicit WrappedHelp(std::size_t columns)
+      : columns_(columns), descriptions_(description_column(columns)) {
+    column_width(descriptions_);
+  }
 
   std::string make_option(const CLI::Option* option, bool is_positional) const override {
     return entry(make_option_name(option, is_positional) + make_option_opts(option),
@@ -63,6 +73,12 @@ class WrappedHelp final : public CLI::Formatter {
     for (std::string line; std::getline(lines, line);) text += footer_line(line) + "\n";
     return text;
   }
+  std::string make_usage(const CLI::App* command, std::string name) const override {
+    return fitted(CLI::Formatter::make_usage(command, std::move(name)), columns_);
+  }
+  std::string make_description(const CLI::App* command) const override {
+    return fitted(CLI::Formatter::make_description(command), columns_);
+  }
   std::string make_subcommand(const CLI::App* command) const override {
     return entry(command->get_name(), command->get_description());
   }
@@ -89,12 +105,12 @@ class WrappedHelp final : public CLI::Formatter {
     std::string text = "  " + wrapped(name, 4, columns_);
     if (description.empty()) return text + "\n";
     const std::size_t used = text.size() - std::min(text.size(), text.rfind('\n') + 1);
-    text += used + 1 < kDescriptions ? std::string(kDescriptions - used, ' ')
-                                     : "\n" + std::string(kDescriptions, ' ');
-    return text + wrapped(description, kDescriptions, columns_) + "\n";
+    text += used + 1 < descriptions_ ? std::string(descriptions_ - used, ' ')
+                                     : "\n" + std::string(descriptions_, ' ');
+    return text + wrapped(description, descriptions_, columns_) + "\n";
   }
 
-  std::size_t columns_;
+  std::size_t columns_, descriptions_;
 };
 
 }  // namespace
@@ -108,14 +124,6 @@ std::string value_type(const CLI::Option& option) {
   const std::string name = type.substr(0, checks);
   if (name == "INT" || name == "UINT") return "N";
   return name == "FLOAT" ? "X" : name;
-}
-
-std::optional<std::size_t> terminal_columns(int file_descriptor) {
-  winsize size{};
-  if (isatty(file_descriptor) == 0 || ioctl(file_descriptor, TIOCGWINSZ, &size) != 0 ||
-      size.ws_col == 0)
-    return std::nullopt;
-  return size.ws_col;
 }
 
 std::string wrapped(const std::string& text, std::size_t indent, std::size_t columns) {
@@ -141,6 +149,7 @@ std::string wrapped_entry(const std::string& line, std::size_t columns) {
   const auto gap = std::min(line.find("  ", begin), line.size());
   const auto text = line.find_first_not_of(' ', gap);
   const std::size_t column = text == std::string::npos ? begin : text;
+  if (column > columns / 2) return fitted(line, columns);
   return line.substr(0, column) + wrapped(line.substr(column), column, columns);
 }
 

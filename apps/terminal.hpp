@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <string>
 
 #include <CLI/CLI.hpp>
@@ -14,10 +13,6 @@ namespace stillmap {
 /// N for integers, X for other numbers, or the values to choose from.
 std::string value_type(const CLI::Option& option);
 
-/// Returns the width of the terminal behind a file descriptor [characters]; none if it is no
-/// terminal or does not tell.
-std::optional<std::size_t> terminal_columns(int file_descriptor);
-
 /// Returns a text broken into lines of at most `columns` characters, at blanks where possible. All
 /// lines but the first are indented by `indent`, and the first is taken to begin there.
 std::string wrapped(const std::string& text, std::size_t indent, std::size_t columns);
@@ -25,7 +20,7 @@ std::string wrapped(const std::string& text, std::size_t indent, std::size_t col
 /// Returns a line "  name  text" with its text broken into lines that begin below each other.
 std::string wrapped_entry(const std::string& line, std::size_t columns);
 
-/// Returns the width of help texts: that of the terminal, at least 40, or 100 without one.
+/// Returns the width of help texts: that of the terminal, at least 16, or 100 without one.
 std::size_t help_columns();
 
 /// Looks of a text on a terminal.

@@ -148,7 +148,7 @@ void WarningRecorder::record(const std::vector<WarningEvent>& events) {
     json["sent"] = seconds_since_epoch();
     for (const Receiver& receiver : receivers_) receiver.sender->send(json_text(json));
     if (outputs_.lines != nullptr) {
-      print_to(outputs_.lines, "{}\n", line);
+      write_text(outputs_.lines, line + "\n");
       std::fflush(outputs_.lines);
     } else {
       print_out("{:.3f} s, frame {}: {}\n", event.timestamp, event.frame, warning_text(event));

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 namespace stillmap {
@@ -56,6 +57,7 @@ ComparedRun evaluate_run(const RecordedRun& run, std::size_t baseline) {
   result.sequence = run.sequence;
   result.baseline = baseline;
   result.truth = run.truth;
+  result.doubts = run.doubts;
   try {
     result.evaluation =
         evaluate_trajectory(run.truth, run.estimate, {.total_frames = run.total_frames});
@@ -73,9 +75,7 @@ const Evaluation* baseline_of(const Comparison& comparison, std::size_t index) {
   return baseline != index && evaluation ? &*evaluation : nullptr;
 }
 
-std::string full_name(const ComparedRun& run) {
-  return run.sequence.empty() ? run.name : run.name + "  " + run.sequence;
-}
+std::string full_name(const ComparedRun& run) { return shown_name(run, "  "); }
 
 /// Returns the improvement rate [%]; NaN if one of the two has no errors, or the baseline's is
 /// zero.
@@ -94,13 +94,21 @@ std::optional<double> improvement_of(const Comparison& comparison, std::size_t i
   return std::isnan(rate) ? std::nullopt : std::optional(rate);
 }
 
+/// Returns the improvement rate [%] as a cell. A rate below -100 %, which has no lower bound, is
+/// shown as the ratio of the two figures.
+FigureCell improvement_cell(const std::optional<double>& rate) {
+  if (!rate || *rate >= -100) return {rate, 1};
+  const double ratio = 1 - *rate / 100;
+  return fmt::format("{:.{}f} x worse", ratio, ratio < 10 ? 1 : 0);
+}
+
 std::string coverage_text(const Coverage& coverage) {
   return fmt::format("{}{}/{}", coverage.estimated ? "~" : "", coverage.tracked, coverage.total);
 }
 
 std::vector<FigureCell> row(const Comparison& comparison, std::size_t index,
                             const Measure& measure) {
-  constexpr int kErrorDigits = 4, kRateDigits = 1;
+  constexpr int kErrorDigits = 4;
   const ComparedRun& run = comparison.runs[index];
   if (!run.evaluation) return {full_name(run), "failed", "", "", "", "", "", ""};
   const Statistics& errors = measure.of(*run.evaluation);
@@ -110,7 +118,7 @@ std::vector<FigureCell> row(const Comparison& comparison, std::size_t index,
         errors.count == 0 ? std::nullopt : std::optional(errors.*figure.value);
     cells.emplace_back(value, kErrorDigits);
     if (figure.has_rate)
-      cells.emplace_back(improvement_of(comparison, index, measure, figure), kRateDigits);
+      cells.push_back(improvement_cell(improvement_of(comparison, index, measure, figure)));
   }
   cells.emplace_back(coverage_text(run.evaluation->coverage));
   return cells;
@@ -138,7 +146,8 @@ std::string csv_line(const Comparison& comparison, std::size_t index, const Meas
   const ComparedRun& run = comparison.runs[index];
   std::string line =
       fmt::format("{},{},{}", csv_cell(run.name), csv_cell(run.sequence), measure.key);
-  if (!run.evaluation) return line + ",,,,,,,,,,,,\n";
+  const std::string doubts = csv_cell(fmt::format("{}", fmt::join(run.doubts, "; ")));
+  if (!run.evaluation) return line + ",,,,,,,,,,,,," + doubts + "\n";
   const Statistics& errors = measure.of(*run.evaluation);
   const auto add = [&line](const std::optional<double>& value) {
     line += value ? fmt::format(",{:.6g}", *value) : ",";
@@ -150,7 +159,8 @@ std::string csv_line(const Comparison& comparison, std::size_t index, const Meas
   add_error(errors.max);
   for (const Figure& figure : kFigures) add(improvement_of(comparison, index, measure, figure));
   const Coverage& coverage = run.evaluation->coverage;
-  return line + fmt::format(",{},{},{}\n", errors.count, coverage.tracked, coverage.total);
+  return line +
+         fmt::format(",{},{},{},{}\n", errors.count, coverage.tracked, coverage.total, doubts);
 }
 
 nlohmann::json improvements(const Evaluation& baseline, const Evaluation& evaluation) {
@@ -172,6 +182,21 @@ constexpr double kNoError = 1e-9;
 double improvement_rate(double alpha, double beta) {
   if (alpha < kNoError) return std::numeric_limits<double>::quiet_NaN();
   return (alpha - beta) / alpha * 100;
+}
+
+std::string shown_name(const ComparedRun& run, const std::string& separator) {
+  const std::string name = run.sequence.empty() ? run.name : run.name + separator + run.sequence;
+  return run.doubts.empty() ? name : name + " (in doubt)";
+}
+
+std::vector<std::string> doubts_of(const Comparison& comparison) {
+  std::vector<std::string> doubts;
+  for (const ComparedRun& run : comparison.runs) {
+    for (const std::string& doubt : run.doubts)
+      doubts.push_back((run.sequence.empty() ? run.name : run.name + ", " + run.sequence) + ": " +
+                       doubt);
+  }
+  return doubts;
 }
 
 Comparison compare_runs(std::span<const RecordedRun> runs) {
@@ -199,9 +224,21 @@ std::vector<FigureTable> comparison_tables(const Comparison& comparison) {
   return tables;
 }
 
+namespace {
+
+/// Returns the tables with the doubts as notes of the first one.
+std::vector<FigureTable> tables_with_doubts(const Comparison& comparison) {
+  std::vector<FigureTable> tables = comparison_tables(comparison);
+  for (const std::string& doubt : doubts_of(comparison))
+    tables.front().notes.push_back("Do not trust this result: " + doubt);
+  return tables;
+}
+
+}  // namespace
+
 std::string comparison_markdown(const Comparison& comparison) {
   std::string text;
-  for (const FigureTable& table : comparison_tables(comparison)) {
+  for (const FigureTable& table : tables_with_doubts(comparison)) {
     if (!text.empty()) text += '\n';
     text += table_markdown(table);
   }
@@ -210,14 +247,14 @@ std::string comparison_markdown(const Comparison& comparison) {
 
 std::string comparison_latex(const Comparison& comparison) {
   std::string text;
-  for (const FigureTable& table : comparison_tables(comparison)) text += table_latex(table);
+  for (const FigureTable& table : tables_with_doubts(comparison)) text += table_latex(table);
   return text;
 }
 
 std::string comparison_csv(const Comparison& comparison) {
   std::string text =
       "run,sequence,error,rmse,mean,median,sd,max,rmse_improved_percent,mean_improved_percent,"
-      "median_improved_percent,sd_improved_percent,pairs,tracked_frames,frames\n";
+      "median_improved_percent,sd_improved_percent,pairs,tracked_frames,frames,doubts\n";
   for (const Measure& measure : kMeasures) {
     for (std::size_t i = 0; i < comparison.runs.size(); ++i)
       text += csv_line(comparison, i, measure);
@@ -230,6 +267,7 @@ void to_json(nlohmann::json& json, const Comparison& comparison) {
   for (std::size_t i = 0; i < comparison.runs.size(); ++i) {
     const ComparedRun& run = comparison.runs[i];
     nlohmann::json entry{{"name", run.name}, {"sequence", run.sequence}};
+    entry["doubts"] = run.doubts;
     entry["baseline"] = comparison.runs[run.baseline].name;
     if (!run.evaluation) {
       entry["problem"] = run.problem;

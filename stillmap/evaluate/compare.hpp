@@ -19,6 +19,7 @@ struct RecordedRun {
   Trajectory estimate;
   Trajectory truth;
   std::optional<std::size_t> total_frames;  ///< Number of frames of the sequence, if known.
+  std::vector<std::string> doubts = {};     ///< Reasons that the run gave not to trust its results.
 };
 
 /// Figures of a run, or the reason if it could not be evaluated.
@@ -28,6 +29,7 @@ struct ComparedRun {
   std::string problem;
   std::size_t baseline = 0;  ///< Index of the run it is compared with; its own for a baseline.
   Trajectory truth;
+  std::vector<std::string> doubts;
 };
 
 struct Comparison {
@@ -43,20 +45,29 @@ double improvement_rate(double alpha, double beta);
 /// that cannot be evaluated (no overlap, too few poses) keeps its place with the reason.
 Comparison compare_runs(std::span<const RecordedRun> runs);
 
+/// Returns the name of a run with that of its sequence behind the separator, and a mark if the run
+/// is in doubt.
+std::string shown_name(const ComparedRun& run, const std::string& separator);
+
+/// Returns every doubt of the compared runs behind the name of its run.
+std::vector<std::string> doubts_of(const Comparison& comparison);
+
 /// Returns three tables (ATE, RPE translation, RPE rotation over 1 s) with RMSE, mean, median and
-/// SD, the improvement rates of RMSE and SD over the baseline, and the coverage.
+/// SD, the improvement rates of RMSE and SD over the baseline, and the coverage. A figure that is
+/// more than twice the baseline's has their ratio in place of a rate. Runs in doubt are marked.
 std::vector<FigureTable> comparison_tables(const Comparison& comparison);
 
-/// Returns these tables in Markdown, which is also readable as text, and as LaTeX.
+/// Returns these tables in Markdown, which is also readable as text, and as LaTeX. The doubts are
+/// notes of the first table.
 std::string comparison_markdown(const Comparison& comparison);
 std::string comparison_latex(const Comparison& comparison);
 
 /// Returns comma-separated values with one line per run and error: RMSE, mean, median, SD, largest
-/// error and number of pairs, the four improvement rates [%], and the coverage. Cells without a
-/// figure are empty.
+/// error and number of pairs, the four improvement rates [%], the coverage, and the doubts. Cells
+/// without a figure are empty.
 std::string comparison_csv(const Comparison& comparison);
 
-/// Writes the figures by run: evaluation and improvement_percent by figure, or problem.
+/// Writes the figures by run: evaluation and improvement_percent by figure, or problem; and doubts.
 void to_json(nlohmann::json& json, const Comparison& comparison);
 
 }  // namespace stillmap

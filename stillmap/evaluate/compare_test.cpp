@@ -65,6 +65,33 @@ TEST(Compare, MeasuresImprovementAgainstTheFirstRunOfTheSequence) {
   EXPECT_THAT(text, HasSubstr("only 80 % of the frames have a pose"));
 }
 
+TEST(Compare, DoubtsOfARunAreRepeatedInAllTables) {
+  std::vector<RecordedRun> runs = two_systems();
+  runs[1].doubts = {"the floor, say, was not seen"};
+  const Comparison comparison = compare_runs(runs);
+  EXPECT_THAT(doubts_of(comparison),
+              ::testing::ElementsAre("seg-mask, walk: the floor, say, was not seen"));
+  for (const FigureTable& table : comparison_tables(comparison)) {
+    EXPECT_EQ(table.rows.at(0).at(0).shown(), "static  walk");
+    EXPECT_EQ(table.rows.at(1).at(0).shown(), "seg-mask  walk (in doubt)");
+  }
+  for (const std::string& text : {comparison_markdown(comparison), comparison_latex(comparison)})
+    EXPECT_THAT(text, HasSubstr("trust this result: seg-mask, walk: the floor, say, was not seen"));
+  EXPECT_THAT(comparison_csv(comparison), HasSubstr(",\"the floor, say, was not seen\"\n"));
+  const nlohmann::json json = comparison;
+  EXPECT_TRUE(json.at("runs").at(0).at("doubts").empty());
+  EXPECT_EQ(json.at("runs").at(1).at("doubts").at(0), "the floor, say, was not seen");
+}
+
+TEST(Compare, AnErrorOfMoreThanTwiceTheBaselinesIsShownAsARatio) {
+  std::vector<RecordedRun> runs = two_systems();
+  runs[0].estimate = wobbling(0.002);
+  runs.push_back({"slightly", "walk", wobbling(0.0036), loop(), 200});
+  const auto tables = comparison_tables(compare_runs(runs));
+  EXPECT_THAT(tables[0].rows[1][2].shown(), ::testing::MatchesRegex("(9\\.[0-9]|1[01]) x worse"));
+  EXPECT_NEAR(tables[0].rows[2][2].value.value(), -80, 5);
+}
+
 TEST(Compare, RunsShorterThanASecondAreComparedByTheirAbsoluteErrors) {
   std::vector<RecordedRun> runs = two_systems();
   for (RecordedRun& run : runs) run.estimate.resize(25), run.truth.resize(25);
@@ -96,13 +123,13 @@ TEST(Compare, TheTableOfCommaSeparatedValuesHasALinePerRunAndError) {
   for (std::string line; std::getline(csv, line);) lines.push_back(line);
   ASSERT_EQ(lines.size(), 7U);  // head, two runs with three errors each
   EXPECT_THAT(lines[1], ::testing::StartsWith("static,,ate_translation,0."));
-  EXPECT_THAT(lines[1], ::testing::EndsWith(",,,,,200,200,200")) << "the baseline has no rates";
+  EXPECT_THAT(lines[1], ::testing::EndsWith(",,,,,200,200,200,")) << "the baseline has no rates";
   EXPECT_THAT(lines[2], ::testing::StartsWith("\"mask, \"\"dilated\"\"\",,ate_translation,0."));
   const auto commas = [](const std::string& line) { return std::ranges::count(line, ','); };
   EXPECT_EQ(commas(lines[1]), commas(lines[0]));
   runs[1].estimate.clear();
   const std::string failed = comparison_csv(compare_runs(runs));
-  EXPECT_THAT(failed, HasSubstr("ate_translation,,,,,,,,,,,,\n"));
+  EXPECT_THAT(failed, HasSubstr("ate_translation,,,,,,,,,,,,,\n"));
 }
 
 }  // namespace

@@ -39,8 +39,9 @@ std::vector<LabeledTick> logarithmic_ticks(const ValueRange& range) {
   constexpr double kShort = 2.5;  // decades up to which all grid lines are labeled
   std::vector<LabeledTick> ticks;
   const auto first = static_cast<int>(std::floor(range.low));
-  for (int decade = first; decade <= range.high; ++decade) {
-    for (const int factor : {1, 2, 5}) {
+  // Powers of ten come first, so that their labels are the ones that remain in narrow charts.
+  for (const int factor : {1, 2, 5}) {
+    for (int decade = first; decade <= range.high; ++decade) {
       const double value = factor * std::pow(10.0, decade), logarithm = std::log10(value);
       if (logarithm < range.low - 1e-9 || logarithm > range.high + 1e-9) continue;
       const bool labeled = factor == 1 || range.size() < kShort;
@@ -50,24 +51,42 @@ std::vector<LabeledTick> logarithmic_ticks(const ValueRange& range) {
   return ticks;
 }
 
+/// Returns the width of a label of class "tick" in a wide font (DejaVu Sans) [pixels].
+double width_of(const std::string& label) {
+  double width = 0;
+  for (const char c : label) width += c == '.' || c == '-' ? 4.5 : 8.0;
+  return width;
+}
+
 void draw_x_ticks(Canvas& canvas, const ChartArea& area, const std::vector<LabeledTick>& ticks,
                   std::string_view title) {
+  constexpr double kGap = 6;  // least distance of two labels [pixels]
+  std::vector<ValueRange> used;
   for (const auto& [value, label] : ticks) {
     const double x = area.px(value);
     canvas.line({x, area.top}, {x, area.bottom()}, "grid");
-    if (!label.empty()) canvas.text({x, area.bottom() + 18}, label, "middle", "tick");
+    const ValueRange extent = ValueRange{x, x}.grown((width_of(label) + kGap) / 2);
+    const bool is_free = std::none_of(used.begin(), used.end(), [&](const ValueRange& other) {
+      return extent.low < other.high && other.low < extent.high;
+    });
+    if (label.empty() || !is_free) continue;
+    canvas.text({x, area.bottom() + 18}, label, "middle", "tick");
+    used.push_back(extent);
   }
   canvas.text({area.left + area.width / 2, area.bottom() + 38}, title, "middle");
 }
 
 void draw_y_ticks(Canvas& canvas, const ChartArea& area, const std::vector<LabeledTick>& ticks,
                   std::string_view title) {
+  double widest = 0;
   for (const auto& [value, label] : ticks) {
     const double y = area.py(value);
     canvas.line({area.left, y}, {area.right(), y}, "grid");
     if (!label.empty()) canvas.text({area.left - 8, y + 4}, label, "end", "tick");
+    widest = std::max(widest, width_of(label));
   }
-  canvas.text_upwards({area.left - 46, area.top + area.height / 2}, title);
+  const double beside_labels = area.left - std::max(46.0, 14 + widest);
+  canvas.text_upwards({beside_labels, area.top + area.height / 2}, title);
 }
 
 }  // namespace

@@ -47,7 +47,8 @@ struct ChartArea {
   void fit_equal_scale();
 };
 
-/// Draws grid lines, tick labels and the title of an axis.
+/// Draws grid lines, tick labels and the title of an axis. Labels that would touch another one are
+/// left out. The title of a y axis is beside the labels, up to 70 pixels left of the area.
 /// @param ticks  approximate number of ticks
 void draw_x_axis(Canvas& canvas, const ChartArea& area, int ticks, std::string_view title);
 void draw_y_axis(Canvas& canvas, const ChartArea& area, int ticks, std::string_view title,

@@ -3,7 +3,11 @@
 
 #include "stillmap/report/svg.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <regex>
+#include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -89,6 +93,39 @@ TEST(ChartAxes, LogarithmicAxesAreLabeledAtRoundValues) {
   for (const char* label : {">0.01<", ">0.1<", ">1<", ">10<", ">0.002<", ">0.005<"})
     EXPECT_THAT(drawing, ::testing::HasSubstr(label));
   EXPECT_THAT(drawing, ::testing::Not(::testing::HasSubstr(">0.05<"))) << "a long axis";
+}
+
+/// Returns the x coordinates of the tick labels of a drawing.
+std::vector<double> label_positions(const std::string& svg) {
+  const std::regex label("<text x=\"([-0-9.]+)\"[^>]*class=\"tick\"");
+  std::vector<double> positions;
+  for (std::sregex_iterator i(svg.begin(), svg.end(), label), end; i != end; ++i)
+    positions.push_back(std::stod((*i)[1]));
+  std::sort(positions.begin(), positions.end());
+  return positions;
+}
+
+TEST(ChartAxes, LabelsOfANarrowChartDoNotTouch) {
+  Svg svg(200, 100, "test");
+  draw_logarithmic_x_axis(svg, {10, 10, 180, 60, {-3.1, -0.9}, {0, 1}}, "x");
+  const std::vector<double> positions = label_positions(svg.element());
+  ASSERT_GE(positions.size(), 3U);
+  constexpr double kLabel = 4 * 8;  // "0.01" in a wide font [pixels]
+  for (std::size_t i = 1; i < positions.size(); ++i)
+    EXPECT_GE(positions[i] - positions[i - 1], kLabel);
+  for (const char* label : {">0.001<", ">0.01<", ">0.1<"})
+    EXPECT_THAT(svg.element(), ::testing::HasSubstr(label)) << "powers of ten come first";
+}
+
+TEST(ChartAxes, TheTitleOfAYAxisIsBesideItsLabels) {
+  Svg svg(200, 100, "test");
+  draw_logarithmic_y_axis(svg, {80, 10, 100, 80, {0, 1}, {-3.5, -2}}, "error");
+  const std::string drawing = svg.element();
+  EXPECT_THAT(drawing, ::testing::HasSubstr(">0.0005<"));
+  std::smatch title;
+  ASSERT_TRUE(std::regex_search(drawing, title, std::regex("<text x=\"([0-9.]+)\"[^>]*rotate")));
+  constexpr double kLabelsBegin = 80 - 8 - 6 * 7.3;  // of six characters, the point is narrow
+  EXPECT_LT(std::stod(title[1]), kLabelsBegin);
 }
 
 TEST(Shortened, KeepsBothEndsOfALongText) {

@@ -15,16 +15,21 @@ namespace stillmap {
 namespace {
 
 constexpr double kPanelWidth = 640, kPanelHeight = 620, kLegendHeight = 48;  // pixels
+constexpr double kSmallPanel = 420;  // width and height of the panel of run_paths_chart() [pixels]
 constexpr double kLeft = 74, kRight = 18, kTop = 70, kBottom = 56;  // margins of a panel [pixels]
+constexpr double kCharacter = 13.9;  // width of a wide character of a heading [pixels]
 
-constexpr std::size_t kTitleLength = 46;  // characters of a heading that fit into a panel
+/// Part of a drawing that shows one run [pixels].
+struct Panel {
+  Eigen::Vector2d corner;
+  double width = kPanelWidth, height = kPanelHeight;
+};
 
-ChartArea area_of(const ComparedRun& run, const ProjectionPlane& plane,
-                  const Eigen::Vector2d& corner) {
-  ChartArea area{corner.x() + kLeft,
-                 corner.y() + kTop,
-                 kPanelWidth - kLeft - kRight,
-                 kPanelHeight - kTop - kBottom,
+ChartArea area_of(const ComparedRun& run, const ProjectionPlane& plane, const Panel& panel) {
+  ChartArea area{panel.corner.x() + kLeft,
+                 panel.corner.y() + kTop,
+                 panel.width - kLeft - kRight,
+                 panel.height - kTop - kBottom,
                  {},
                  {}};
   const auto include = [&](const Eigen::Vector3d& p) {
@@ -53,23 +58,23 @@ void draw_estimate(Canvas& canvas, const ChartArea& area, const ProjectionPlane&
     canvas.polyline(std::span(path).subspan(first, end - first), "path");
 }
 
-void draw_titles(Canvas& canvas, const ComparedRun& run, const Eigen::Vector2d& corner) {
-  const double middle = corner.x() + kLeft + (kPanelWidth - kLeft - kRight) / 2;
-  const std::string title = run.sequence.empty() ? run.name : run.name + ", " + run.sequence;
-  canvas.text({middle, corner.y() + 32}, shortened(title, kTitleLength), "middle", "heading");
+void draw_titles(Canvas& canvas, const ComparedRun& run, const Panel& panel) {
+  const double middle = panel.corner.x() + panel.width / 2, top = panel.corner.y();
+  const auto length = static_cast<std::size_t>(panel.width / kCharacter);
+  canvas.text({middle, top + 32}, shortened(shown_name(run, ", "), length), "middle", "heading");
   std::string figures = "not evaluated";
   if (run.evaluation) {
     const Coverage& coverage = run.evaluation->coverage;
     figures = fmt::format("ATE RMSE {:.4f} m, {}/{} frames", run.evaluation->ate.translation.rmse,
                           coverage.tracked, coverage.total);
   }
-  canvas.text({middle, corner.y() + 56}, figures, "middle");
+  canvas.text({middle, top + 56}, figures, "middle");
 }
 
-void draw_panel(Canvas& canvas, const ComparedRun& run, const Eigen::Vector2d& corner) {
+void draw_panel(Canvas& canvas, const ComparedRun& run, const Panel& panel) {
   const ProjectionPlane plane = plane_from_above(up_axis(run.truth));
-  const ChartArea area = area_of(run, plane, corner);
-  draw_titles(canvas, run, corner);
+  const ChartArea area = area_of(run, plane, panel);
+  draw_titles(canvas, run, panel);
   draw_axes(canvas, area, plane);
   canvas.begin_clip(area.left, area.top, area.width, area.height);
   std::vector<Eigen::Vector2d> truth;
@@ -156,7 +161,7 @@ DrawingSize size_of(const std::vector<Cell>& cells) {
 void draw(const Comparison& comparison, const std::vector<Cell>& cells, Canvas& canvas) {
   for (std::size_t i = 0; i < cells.size(); ++i) {
     draw_panel(canvas, comparison.runs[i],
-               {cells[i].column * kPanelWidth, cells[i].row * kPanelHeight});
+               {{cells[i].column * kPanelWidth, cells[i].row * kPanelHeight}});
   }
   const DrawingSize size = size_of(cells);
   draw_legend(canvas, size.width, size.height - kLegendHeight / 2);
@@ -169,6 +174,12 @@ Svg comparison_chart(const Comparison& comparison) {
   const DrawingSize size = size_of(cells);
   Svg svg(size.width, size.height, "estimated and true paths from above");
   draw(comparison, cells, svg);
+  return svg;
+}
+
+Svg run_paths_chart(const ComparedRun& run) {
+  Svg svg(kSmallPanel, kSmallPanel, "estimated and true path from above: " + run.name);
+  draw_panel(svg, run, {{0, 0}, kSmallPanel, kSmallPanel});
   return svg;
 }
 

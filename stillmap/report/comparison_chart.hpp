@@ -13,7 +13,10 @@ namespace stillmap {
 /// without a run.
 Svg comparison_chart(const Comparison& comparison);
 
-/// Returns the same drawing as an image, 8UC3 BGR.
+/// Draws the same for one run, small and without legend, for a page that may be narrow.
+Svg run_paths_chart(const ComparedRun& run);
+
+/// Returns the drawing of all runs as an image, 8UC3 BGR.
 cv::Mat comparison_image(const Comparison& comparison);
 
 }  // namespace stillmap

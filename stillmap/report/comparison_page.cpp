@@ -15,17 +15,17 @@
 namespace stillmap {
 namespace {
 
-constexpr double kWidth = 1000, kRow = 30;  // pixels
-constexpr double kSmallestError = 1e-5;     // start of the logarithmic axes [m]
+constexpr double kNarrow = 400;          // width of the charts for telephones [pixels]
+constexpr double kCharacter = 7.4;       // width of a character of a label [pixels]
+constexpr std::size_t kNameLength = 40;  // longest shown name of a run [characters]
+constexpr double kSmallestError = 1e-5;  // start of the logarithmic axes [m]
 /// Colors of the runs, legible on white and on black (Okabe and Ito, Color Universal Design, 2008).
 constexpr std::array<const char*, 8> kColors{"#0072b2", "#e69f00", "#009e73", "#d55e00",
                                              "#cc79a7", "#56b4e9", "#8c8c8c", "#b3a100"};
 
 const char* color_of(std::size_t run) { return kColors[run % kColors.size()]; }
 
-std::string name_of(const ComparedRun& run) {
-  return run.sequence.empty() ? run.name : run.name + ", " + run.sequence;
-}
+std::string name_of(const ComparedRun& run) { return shown_name(run, ", "); }
 
 double logarithm(double error) { return std::log10(std::max(error, kSmallestError)); }
 
@@ -65,11 +65,29 @@ void draw_box(Svg& svg, const ChartArea& area, std::span<const double> errors, d
   svg.polyline(std::array<Eigen::Vector2d, 2>{{{x(0.5), y - 9}, {x(0.5), y + 9}}}, "median");
 }
 
-void draw_boxes(Svg& svg, const ChartArea& area, const Comparison& comparison) {
+/// Arrangement of the box plots and the curves below them [pixels].
+struct Layout {
+  bool names_above = false;  ///< Whether the names are above the boxes or left of them.
+  double row = 30;           ///< Height of the row of a run.
+  ChartArea boxes, curves;
+
+  /// Returns the center of the box in a row.
+  double center_of(std::size_t run) const {
+    return boxes.top + row * (static_cast<double>(run) + (names_above ? 0.68 : 0.5));
+  }
+};
+
+void draw_boxes(Svg& svg, const Layout& layout, const Comparison& comparison) {
+  const ChartArea& area = layout.boxes;
   draw_logarithmic_x_axis(svg, area, "absolute error [m]");
   for (std::size_t i = 0; i < comparison.runs.size(); ++i) {
-    const double y = area.top + kRow * (static_cast<double>(i) + 0.5);
-    svg.text({area.left - 10, y + 4}, shortened(name_of(comparison.runs[i]), 40), "end");
+    const double y = layout.center_of(i);
+    const std::string name = shortened(name_of(comparison.runs[i]), kNameLength);
+    if (layout.names_above) {
+      svg.text({area.left, y - 15}, name, "start");
+    } else {
+      svg.text({area.left - 10, y + 4}, name, "end");
+    }
     const std::vector<double> errors = errors_of(comparison.runs[i]);
     if (errors.empty()) {
       svg.text({area.left + 10, y + 4}, "not evaluated", "start");
@@ -79,16 +97,32 @@ void draw_boxes(Svg& svg, const ChartArea& area, const Comparison& comparison) {
   }
 }
 
-double start_of(const ComparedRun& run) {
-  return run.truth.empty() ? 0 : run.truth.front().timestamp;
+/// Returns the timestamps of the evaluated poses of all runs of a sequence [s].
+ValueRange evaluated_time(const Comparison& comparison, const std::string& sequence) {
+  ValueRange time;
+  for (const ComparedRun& run : comparison.runs) {
+    if (!run.evaluation || run.sequence != sequence || run.evaluation->ate.pairs.empty()) continue;
+    time.include(run.evaluation->ate.pairs.front().timestamp);
+    time.include(run.evaluation->ate.pairs.back().timestamp);
+  }
+  return time;
 }
 
-void draw_curve(Svg& svg, const ChartArea& area, const ComparedRun& run, const char* color) {
+/// Returns the longest evaluated time of a sequence [s].
+double duration_of(const Comparison& comparison) {
+  double duration = 1e-3;
+  for (const ComparedRun& run : comparison.runs)
+    duration = std::max(duration, evaluated_time(comparison, run.sequence).size());
+  return duration;
+}
+
+void draw_curve(Svg& svg, const ChartArea& area, const ComparedRun& run, double start,
+                const char* color) {
   std::vector<double> stamps;
   std::vector<Eigen::Vector2d> curve;
   for (const AtePair& pair : run.evaluation->ate.pairs) {
     stamps.push_back(pair.timestamp);
-    curve.push_back(area.pixel({pair.timestamp - start_of(run), logarithm(pair.error)}));
+    curve.push_back(area.pixel({pair.timestamp - start, logarithm(pair.error)}));
   }
   for (const auto& [first, end] : continuous_ranges(stamps))
     svg.polyline(std::span(curve).subspan(first, end - first), "curve",
@@ -96,11 +130,13 @@ void draw_curve(Svg& svg, const ChartArea& area, const ComparedRun& run, const c
 }
 
 void draw_curves(Svg& svg, const ChartArea& area, const Comparison& comparison) {
-  draw_x_axis(svg, area, 10, "time [s]");
+  draw_x_axis(svg, area, static_cast<int>(area.width / 90) + 1, "time [s]");
   draw_logarithmic_y_axis(svg, area, "absolute error [m]");
   svg.begin_clip(area.left, area.top, area.width, area.height);
   for (std::size_t i = 0; i < comparison.runs.size(); ++i) {
-    if (comparison.runs[i].evaluation) draw_curve(svg, area, comparison.runs[i], color_of(i));
+    const ComparedRun& run = comparison.runs[i];
+    if (!run.evaluation) continue;
+    draw_curve(svg, area, run, evaluated_time(comparison, run.sequence).low, color_of(i));
   }
   svg.end_clip();
   svg.rectangle(area.left, area.top, area.width, area.height, "frame");
@@ -127,30 +163,67 @@ std::string tables_card(const Comparison& comparison) {
   for (const FigureTable& table : comparison_tables(comparison)) html += html_table(table);
   return html_card("Errors", html,
                    "Rigid alignment without scale. Improvement: by how much the figure is smaller "
-                   "than that of the first run. Frames: tracked and all.");
+                   "than that of the first run, or how many times as large it is, if more than "
+                   "twice. Frames: tracked and all.");
+}
+
+std::string doubts_section(const Comparison& comparison) {
+  std::string html;
+  for (const std::string& doubt : doubts_of(comparison))
+    html +=
+        "<p class=\"doubt\"><b>Do not trust this result:</b> " + escape_markup(doubt) + "</p>\n";
+  return html;
+}
+
+/// Returns the paths of each run in a panel of its own, as many beside each other as fit.
+std::string paths_card(const Comparison& comparison) {
+  std::string panels;
+  for (const ComparedRun& run : comparison.runs)
+    panels += "<figure>" + run_paths_chart(run).element() + "</figure>\n";
+  return html_card("Paths from above",
+                   "<div class=\"gallery\">\n" + panels +
+                       "</div>\n<div class=\"legend\">"
+                       "<span><i style=\"color:var(--truth)\"></i>ground truth</span>"
+                       "<span><i style=\"color:var(--accent)\"></i>estimate, aligned</span>"
+                       "<span><i style=\"color:var(--bad)\"></i>error</span></div>\n");
+}
+
+/// Returns the chart of errors twice, of which the style sheet shows the one for the page's width.
+std::string errors_card(const Comparison& comparison) {
+  return html_card("Distribution of the error, and error over time",
+                   "<div class=\"on-wide\">" + error_distribution_chart(comparison).element() +
+                       "</div>\n<div class=\"on-narrow\">" +
+                       error_distribution_chart(comparison, kNarrow).element() + "</div>\n",
+                   "Box: quartiles and median; whiskers: 5 % and 95 % quantiles. The colors are "
+                   "the same in both charts. Time begins with the first evaluated pose of any "
+                   "run.");
+}
+
+Layout layout_of(const Comparison& comparison, double width) {
+  constexpr double kTop = 8, kAxis = 64, kCurves = 260, kRight = 16, kLeft = 80;  // pixels
+  std::size_t longest = 8;
+  for (const ComparedRun& run : comparison.runs)
+    longest = std::max(longest, std::min(kNameLength, name_of(run).size()));
+  const ValueRange errors = error_range(comparison);
+  Layout layout;
+  const double names = 14 + kCharacter * static_cast<double>(longest);
+  layout.names_above = names > width / 3;
+  if (layout.names_above) layout.row = 48;
+  const double height = layout.row * static_cast<double>(comparison.runs.size());
+  const double left = layout.names_above ? kRight : names;
+  layout.boxes = {left, kTop, width - left - kRight, height, errors, {0, 1}};
+  layout.curves = {kLeft,   kTop + height + kAxis,        width - kLeft - kRight,
+                   kCurves, {0, duration_of(comparison)}, errors};
+  return layout;
 }
 
 }  // namespace
 
-Svg error_distribution_chart(const Comparison& comparison) {
-  constexpr double kTop = 8, kAxis = 64, kCurves = 260, kRight = 16, kLeft = 70;  // pixels
-  constexpr double kCharacter = 7.4;
-  std::size_t longest = 8;
-  double duration = 1e-3;
-  for (const ComparedRun& run : comparison.runs) {
-    longest = std::max(longest, std::min<std::size_t>(40, name_of(run).size()));
-    if (run.truth.empty()) continue;
-    duration = std::max(duration, run.truth.back().timestamp - run.truth.front().timestamp);
-  }
-  const ValueRange errors = error_range(comparison);
-  const double height = kRow * static_cast<double>(comparison.runs.size());
-  const double names = 14 + kCharacter * static_cast<double>(longest);
-  const ChartArea boxes{names, kTop, kWidth - names - kRight, height, errors, {0, 1}};
-  const ChartArea curves{kLeft,   kTop + height + kAxis, kWidth - kLeft - kRight,
-                         kCurves, {0, duration},         errors};
-  Svg svg(kWidth, curves.bottom() + 52, "absolute error of each run, and over time");
-  draw_boxes(svg, boxes, comparison);
-  draw_curves(svg, curves, comparison);
+Svg error_distribution_chart(const Comparison& comparison, double width) {
+  const Layout layout = layout_of(comparison, width);
+  Svg svg(width, layout.curves.bottom() + 52, "absolute error of each run, and over time");
+  draw_boxes(svg, layout, comparison);
+  draw_curves(svg, layout.curves, comparison);
   return svg;
 }
 
@@ -162,12 +235,8 @@ std::string comparison_page(const Comparison& comparison, const std::vector<std:
       fmt::format(
           "<header><h1>Comparison of {} runs</h1>\n<div class=\"chips\">\n{}</div></header>\n",
           comparison.runs.size(), links) +
-      tables_card(comparison) +
-      html_card("Distribution of the error, and error over time",
-                wide_chart(error_distribution_chart(comparison).element()),
-                "Box: quartiles and median; whiskers: 5 % and 95 % quantiles. The colors are the "
-                "same in both charts.") +
-      html_card("Paths from above", wide_chart(comparison_chart(comparison).element()));
+      doubts_section(comparison) + tables_card(comparison) + errors_card(comparison) +
+      paths_card(comparison);
   return html_page("Stillmap: comparison", body,
                    "Made by Stillmap. Error figures cover tracked frames only: compare them "
                    "together with the coverage.");

@@ -4,6 +4,8 @@
 #include "stillmap/report/test_text.hpp"
 
 #include <cmath>
+#include <regex>
+#include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -41,7 +43,19 @@ TEST(ComparisonPage, ShowsTablesChartsAndFiles) {
   EXPECT_THAT(html, HasSubstr("&lt;static&gt;"));
   EXPECT_THAT(html, Not(HasSubstr("<static>")));
   EXPECT_THAT(html, Not(HasSubstr("http")));
-  EXPECT_EQ(count(html, "role=\"img\""), 2) << "two charts";
+  EXPECT_EQ(count(html, "role=\"img\""), 2 + 3)
+      << "errors for wide and narrow pages; one path per run";
+  EXPECT_EQ(count(html, "class=\"doubt\""), 0);
+}
+
+TEST(ComparisonPage, RepeatsTheDoubtsOfARun) {
+  Comparison comparison = two_systems();
+  comparison.runs[1].doubts = {"no <floor> was seen"};
+  const std::string html = comparison_page(comparison, {});
+  EXPECT_THAT(html, HasSubstr("<p class=\"doubt\"><b>Do not trust this result:</b> fused: no "
+                              "&lt;floor&gt; was seen</p>"));
+  EXPECT_EQ(count(html, "<td>fused (in doubt)</td>"), 3) << "a row of each table";
+  EXPECT_EQ(count(html, ">fused (in doubt)</text>"), 3) << "two charts of errors, one path";
 }
 
 TEST(ErrorDistribution, HasABoxAndACurvePerEvaluatedRun) {
@@ -52,6 +66,33 @@ TEST(ErrorDistribution, HasABoxAndACurvePerEvaluatedRun) {
   EXPECT_EQ(count(svg, "not evaluated"), 1);
   EXPECT_THAT(svg, Not(HasSubstr("nan")));
   EXPECT_EQ(count(error_distribution_chart({}).element(), "class=\"box\""), 0);
+}
+
+/// Returns the leftmost and rightmost x of the curves of a chart of errors [pixels].
+std::pair<double, double> extent_of_curves(const std::string& svg) {
+  const std::regex curve("<polyline points=\"([^\"]*)\" class=\"curve\""), point("([0-9.]+),");
+  std::pair<double, double> extent{1e9, -1e9};
+  for (std::sregex_iterator c(svg.begin(), svg.end(), curve), end; c != end; ++c) {
+    const std::string points = (*c)[1];
+    for (std::sregex_iterator p(points.begin(), points.end(), point); p != end; ++p) {
+      const double x = std::stod((*p)[1]);
+      extent = {std::min(extent.first, x), std::max(extent.second, x)};
+    }
+  }
+  return extent;
+}
+
+TEST(ErrorDistribution, TheAxisOfTimeSpansTheRunsAndNotTheTruth) {
+  const Trajectory path = wobbling(0.01);
+  const std::vector<RecordedRun> runs{
+      {"part", "", {path.begin() + 40, path.begin() + 60}, wobbling(0), 100},
+      {"later part", "", {path.begin() + 50, path.begin() + 70}, wobbling(0), 100}};
+  for (const double width : {1000.0, 400.0}) {
+    const auto [left, right] =
+        extent_of_curves(error_distribution_chart(compare_runs(runs), width).element());
+    EXPECT_NEAR(left, 80, 1);
+    EXPECT_NEAR(right, width - 16, 1);
+  }
 }
 
 }  // namespace

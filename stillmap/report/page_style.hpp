@@ -75,11 +75,12 @@ section { padding: 20px 22px; margin-bottom: 16px; }
 .legend i.ring { width: 11px; height: 11px; border: 2px solid; border-radius: 50%; } .legend i.small { width: 6px; height: 6px; }
 .legend i.outline { width: 14px; height: 12px; border: 2px solid var(--soft); border-radius: 3px; }
 a { color: var(--accent); } a.chip { text-decoration: none; }
-figure + figure { margin-top: 14px; }
+figure + figure { margin-top: 14px; } .gallery figure { margin-top: 0; }
 .colorbar { width: 340px; max-width: 100%; }
 svg[role] { display: block; width: 100%; height: auto; }
 .scroll { overflow-x: auto; }
-@media screen and (max-width: 760px) { .scroll svg { min-width: 680px; } }
+.on-narrow { display: none; }
+@media screen and (max-width: 760px) { .scroll svg { min-width: 680px; } .on-wide { display: none; } .on-narrow { display: block; } }
 table { border-collapse: collapse; width: 100%; font-size: 14.5px; font-variant-numeric: tabular-nums; }
 th { text-align: right; font-weight: 600; color: var(--soft); font-size: 13px; padding: 6px 10px; border-bottom: 1px solid var(--line); white-space: nowrap; }
 td { text-align: right; padding: 6px 10px; border-bottom: 1px solid var(--grid); white-space: nowrap; }
