@@ -177,7 +177,6 @@ bool RegistrationEvidence::unrelated() const {
     at_edges += quadrant.sums(kSide / 2, kSide / 2);
     around += cv::mean(quadrant.sums)[0];
   }
-  fprintf(stderr, "UNREL %.3f %zu\n", at_edges / around, edges());
   return at_edges < kUnrelatedGain * around;
 }
 
