@@ -168,6 +168,15 @@ std::optional<Error> unknown_word(const CLI::App& program, const std::vector<std
   return std::nullopt;
 }
 
+CalledCommand called_command(const CLI::App& program) {
+  CalledCommand called{&program, "stillmap"};
+  while (!called.command->get_subcommands().empty()) {
+    called.command = called.command->get_subcommands().front();
+    called.path += " " + called.command->get_name();
+  }
+  return called;
+}
+
 std::optional<Error> wrong_number(const CLI::App& program, const std::string& problem) {
   // CLI11's texts: "Could not convert: --count = x", "--frames: Value -3 not in range 0
   // to 1.79e308".
@@ -176,12 +185,7 @@ std::optional<Error> wrong_number(const CLI::App& program, const std::string& pr
   std::smatch parts;
   const bool is_conversion = std::regex_match(problem, parts, conversion);
   if (!is_conversion && !std::regex_match(problem, parts, range)) return std::nullopt;
-  const CLI::App* command = &program;
-  std::string path = "stillmap";
-  while (!command->get_subcommands().empty()) {
-    command = command->get_subcommands().front();
-    path += " " + command->get_name();
-  }
+  const auto [command, path] = called_command(program);
   const CLI::Option* option = command->get_option_no_throw(parts[1]);
   if (option == nullptr) return std::nullopt;
   const std::string type = option->get_type_name();

@@ -48,6 +48,15 @@ void name_value_types(CLI::App& program);
 /// is expected, with the nearest known names; none if there is no such word.
 std::optional<Error> unknown_word(const CLI::App& program, const std::vector<std::string>& words);
 
+/// A command and its words, such as "stillmap map info".
+struct CalledCommand {
+  const CLI::App* command = nullptr;
+  std::string path;
+};
+
+/// Returns the command that a parsed command line called; the program itself without one.
+CalledCommand called_command(const CLI::App& program);
+
 /// Returns the message for a value that is no number, or a negative one, with the wanted type; none
 /// if CLI11's message is of something else.
 std::optional<Error> wrong_number(const CLI::App& program, const std::string& problem);

@@ -32,12 +32,6 @@ std::string version_text() {
                      fmt::join(available_backends(), ", "));
 }
 
-/// Returns the command that was called: "stillmap map info".
-std::string command_of(const CLI::App& app) {
-  const auto called = app.get_subcommands();
-  return called.empty() ? "stillmap" : "stillmap " + called.front()->get_name();
-}
-
 /// Returns the words of the command line; those of `help` and `help COMMAND` as with --help.
 std::vector<std::string> words_of(int argc, char** argv) {
   std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
@@ -52,7 +46,7 @@ std::string refusal(const CLI::App& app, const std::vector<std::string>& words,
                     const CLI::ParseError& error) {
   if (const auto unknown = unknown_word(app, words)) return unknown->what();
   if (const auto wrong = wrong_number(app, error.what())) return wrong->what();
-  return fmt::format("stillmap: {}\n  fix: see {} --help", error.what(), command_of(app));
+  return fmt::format("stillmap: {}\n  fix: see {} --help", error.what(), called_command(app).path);
 }
 
 int run(int argc, char** argv) {

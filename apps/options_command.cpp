@@ -42,7 +42,7 @@ void add_presets_command(CLI::App& app, int& exit_code) {
     if (name->empty()) {
       std::istringstream lines(presets_text());
       for (std::string line; std::getline(lines, line);)
-        print_out("{}\n", wrapped_entry(line, help_columns()));
+        print_out("{}\n", fitted(line, help_columns()));
     } else {
       write_text(stdout, find_preset_file(*name).text);
     }

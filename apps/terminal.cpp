@@ -99,7 +99,9 @@ class WrappedHelp final : public CLI::Formatter {
     if (begin == 0 && line.ends_with(':')) return styled(line, Style::kBold, STDOUT_FILENO);
     // Examples stay on one line, so that they can be copied.
     if (line.compare(begin, 9, "stillmap ") == 0) return line;
-    return wrapped_entry(line, columns_);
+    const bool is_entry = line.find("  ", begin) != line.npos;
+    return is_entry ? fitted(line, columns_)
+                    : line.substr(0, begin) + wrapped(line.substr(begin), begin, columns_);
   }
   std::string entry(const std::string& name, const std::string& description) const {
     std::string text = "  " + wrapped(name, 4, columns_);
@@ -142,15 +144,6 @@ std::string wrapped(const std::string& text, std::size_t indent, std::size_t col
     used += word.size();
   }
   return result;
-}
-
-std::string wrapped_entry(const std::string& line, std::size_t columns) {
-  const auto begin = std::min(line.find_first_not_of(' '), line.size());
-  const auto gap = std::min(line.find("  ", begin), line.size());
-  const auto text = line.find_first_not_of(' ', gap);
-  const std::size_t column = text == std::string::npos ? begin : text;
-  if (column > columns / 2) return fitted(line, columns);
-  return line.substr(0, column) + wrapped(line.substr(column), column, columns);
 }
 
 std::size_t help_columns() {

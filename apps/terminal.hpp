@@ -17,9 +17,6 @@ std::string value_type(const CLI::Option& option);
 /// lines but the first are indented by `indent`, and the first is taken to begin there.
 std::string wrapped(const std::string& text, std::size_t indent, std::size_t columns);
 
-/// Returns a line "  name  text" with its text broken into lines that begin below each other.
-std::string wrapped_entry(const std::string& line, std::size_t columns);
-
 /// Returns the width of help texts: that of the terminal, at least 16, or 100 without one.
 std::size_t help_columns();
 

@@ -25,9 +25,9 @@ constexpr double kConverged = 1e-5;
 constexpr double kFocalPrior = 0.1, kCenterPrior = 0.1, kDisparityPrior = 0.1;
 /// Number of groups of poses of the jackknife.
 constexpr std::size_t kGroups = 20;
-/// Least correction of a focal length that shows it to be wrong: share of it, and standard
-/// deviations.
-constexpr double kWrongFocal = 0.04, kCertain = 6;
+/// Least correction of an intrinsic parameter that shows it to be wrong: share of the focal length,
+/// and standard deviations.
+constexpr double kWrong = 0.04, kCertain = 6;
 /// Damping of poses and points without information [1/m^2, 1/rad^2].
 constexpr double kFloor = 1e-3;
 
@@ -329,11 +329,14 @@ CameraCalibration calibrate_camera(const BundleProblem& problem) {
   return Calibrator(problem).run();
 }
 
+bool is_wrong_intrinsic(double correction, double sigma, double focal_length) {
+  return std::abs(correction) > std::max(kWrong * focal_length, kCertain * sigma);
+}
+
 bool is_wrong_focal_length(const Camera& given, const CameraCalibration& found,
                            CameraParameter focal) {
-  const double length = focal == kFx ? given.fx : given.fy;
-  return std::abs(found.correction(focal)) >
-         std::max(kWrongFocal * length, kCertain * found.sigma(focal));
+  return is_wrong_intrinsic(found.correction(focal), found.sigma(focal),
+                            focal == kFx ? given.fx : given.fy);
 }
 
 }  // namespace stillmap

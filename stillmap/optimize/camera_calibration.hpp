@@ -51,9 +51,13 @@ struct CameraCalibration {
 /// Throws Error as adjust_bundle().
 CameraCalibration calibrate_camera(const BundleProblem& problem);
 
-/// Returns whether the correction of a focal length (kFx or kFy) shows for certain that the given
-/// one is wrong: more than 4 % and 6 standard deviations. With right cameras real recordings gave
-/// up to 4.1 % and 4 standard deviations, at little parallax.
+/// Returns whether a correction shows for certain that an intrinsic parameter is wrong: more than 4 %
+/// of the focal length and 6 standard deviations. With right cameras real recordings gave up to
+/// 4.1 % and 4 standard deviations, at little parallax.
+/// @param correction, sigma, focal_length  [pixels]
+bool is_wrong_intrinsic(double correction, double sigma, double focal_length);
+
+/// Returns is_wrong_intrinsic() of a focal length, kFx or kFy.
 bool is_wrong_focal_length(const Camera& given, const CameraCalibration& found,
                            CameraParameter focal);
 

@@ -330,11 +330,10 @@ bool shows_focal_length(const CalibrationReport& report) {
 }
 
 bool shows_wrong_intrinsics(const CalibrationReport& report) {
-  constexpr double kWrong = 0.04, kSigmas = 6;
   return std::any_of(report.parameters.begin(), report.parameters.end(), [&](const auto& p) {
     const bool intrinsic = p.key == "fx" || p.key == "fy" || p.key == "cx" || p.key == "cy";
     return intrinsic && p.verdict == CalibrationVerdict::kCorrected &&
-           std::abs(p.estimated - p.given) > std::max(kWrong * report.camera.fx, kSigmas * p.sigma);
+           is_wrong_intrinsic(p.estimated - p.given, p.sigma, report.camera.fx);
   });
 }
 

@@ -51,8 +51,8 @@ CalibrationReport calibrate_recording(
 /// Returns whether the recording shows the focal lengths of the camera.
 bool shows_focal_length(const CalibrationReport& report);
 
-/// Returns whether an intrinsic parameter is certainly wrong by more than 4 % of the focal length:
-/// maps made with this camera are distorted.
+/// Returns whether a focal length or the principal point is certainly wrong, see
+/// is_wrong_intrinsic(): maps made with this camera are distorted.
 bool shows_wrong_intrinsics(const CalibrationReport& report);
 
 /// Returns sentences about the certain errors of the camera for a user, such as "depth reads 3 %

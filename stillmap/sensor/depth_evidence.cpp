@@ -14,7 +14,8 @@ namespace {
 
 constexpr double kStepPerSquare = 0.0029;  // q [1/m]
 /// Smallest step whose rounding to whole raw units leaves its size known to some percent.
-constexpr int kLeastStep = 4;
+constexpr std::size_t kLeastStep = 4;
+constexpr std::size_t kTooFar = 65535;  // raw depth of pixels without depth
 constexpr std::size_t kLeastSteps = 40;
 /// Largest ratio of the quartiles of r^2 / step; of a Kinect it is below 1.1.
 constexpr double kLargestSpread = 1.2;
@@ -79,15 +80,17 @@ double sum_at(const std::vector<cv::Point>& pixels, const cv::Mat1f& image) {
 
 }  // namespace
 
-std::optional<double> depth_factor_of_steps(const std::vector<std::uint16_t>& levels,
+std::optional<double> depth_factor_of_steps(const std::vector<bool>& seen,
                                             const DepthSensor& sensor) {
   if (sensor.principle != DepthPrinciple::kStructuredLight) return std::nullopt;
   std::vector<double> ratios;
-  for (std::size_t i = 1; i < levels.size(); ++i) {
-    const int step = levels[i] - levels[i - 1];
-    if (step < kLeastStep) continue;
-    const double r = (levels[i] + levels[i - 1]) / 2.0;
-    ratios.push_back(r * r / step);
+  for (std::size_t raw = 1, last = 0; raw < std::min(seen.size(), kTooFar); ++raw) {
+    if (!seen[raw]) continue;
+    if (last > 0 && raw - last >= kLeastStep) {
+      const double r = static_cast<double>(raw + last) / 2;
+      ratios.push_back(r * r / static_cast<double>(raw - last));
+    }
+    last = raw;
   }
   if (ratios.size() < kLeastSteps) return std::nullopt;
   const auto quantile = [&](std::size_t part) {

@@ -3,7 +3,6 @@
 #include "stillmap/geometry/depth_sensor.hpp"
 
 #include <array>
-#include <cstdint>
 #include <deque>
 #include <optional>
 #include <string>
@@ -19,9 +18,9 @@ namespace stillmap {
 /// = 0.0029 / m (f = 580 pixels, b = 0.075 m; Khoshelham and Elberink, Accuracy and Resolution of
 /// Kinect Depth Data, Sensors 2012, eq. 6). In raw units r = F z the step is q r^2 / F, so that
 /// r^2 / step = F / q at every depth.
-/// @param levels all different raw values, ascending
+/// @param seen   whether a pixel has each raw value; 0 and 65535 are no depths
 /// @param sensor other sensors than structured light have other steps: none for them
-std::optional<double> depth_factor_of_steps(const std::vector<std::uint16_t>& levels,
+std::optional<double> depth_factor_of_steps(const std::vector<bool>& seen,
                                             const DepthSensor& sensor);
 
 /// Offset of the color image at which edges of the depth image meet the strongest color gradients.

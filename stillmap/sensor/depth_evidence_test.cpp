@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <random>
-#include <set>
 
 #include <gtest/gtest.h>
 #include <opencv2/imgproc.hpp>
@@ -11,14 +10,14 @@
 namespace stillmap {
 namespace {
 
-/// Returns the raw depths that a camera with disparities in eighths of a pixel can measure between
+/// Returns which raw depths a camera with disparities in eighths of a pixel can measure between
 /// 0.5 and 6 m.
 /// @param product  focal length times baseline [pixels m]
-std::vector<std::uint16_t> structured_light_levels(double factor, double product = 580 * 0.075) {
-  std::set<std::uint16_t> levels;
+std::vector<bool> structured_light_levels(double factor, double product = 580 * 0.075) {
+  std::vector<bool> seen(1 << 16);
   for (double disparity = 8 * product / 6; disparity < 8 * product / 0.5; ++disparity)
-    levels.insert(static_cast<std::uint16_t>(std::lround(factor * 8 * product / disparity)));
-  return {levels.begin(), levels.end()};
+    seen[static_cast<std::uint16_t>(std::lround(factor * 8 * product / disparity))] = true;
+  return seen;
 }
 
 DepthSensor kinect() { return find_depth_sensor("kinect_v1"); }
@@ -30,8 +29,7 @@ TEST(DepthFactorOfSteps, IsThatOfAStructuredLightCamera) {
 }
 
 TEST(DepthFactorOfSteps, IsUnknownForOtherCameras) {
-  std::vector<std::uint16_t> millimeters;
-  for (std::uint16_t r = 500; r < 5000; ++r) millimeters.push_back(r);
+  std::vector<bool> millimeters(5000, true);
   EXPECT_FALSE(depth_factor_of_steps(millimeters, kinect()));
   // Stereo with 1/32 pixel: a factor between the common ones.
   EXPECT_FALSE(depth_factor_of_steps(structured_light_levels(1000, 640 * 0.05 * 4), kinect()));

@@ -365,16 +365,6 @@ double plausible_factor(const DepthSpread& raw, const DepthSensor& sensor) {
   return best;
 }
 
-/// Returns the depth factor that the steps between the raw depths show, if they do.
-std::optional<double> factor_of_steps(const Sample& sample, const DepthSensor& sensor) {
-  std::vector<std::uint16_t> levels;
-  for (int raw = 1; raw < 65535; ++raw) {
-    if (sample.seen[static_cast<std::size_t>(raw)])
-      levels.push_back(static_cast<std::uint16_t>(raw));
-  }
-  return depth_factor_of_steps(levels, sensor);
-}
-
 void check_scale(const Sample& sample, const Camera& camera, Diagnosis& diagnosis) {
   const double factor = camera.depth_factor;
   const DepthSpread raw(sample.raw_depths), meters = raw.in_meters(factor);
@@ -382,7 +372,7 @@ void check_scale(const Sample& sample, const Camera& camera, Diagnosis& diagnosi
       fmt::format("depths: median {:.2f} m, most between {:.2f} m and {:.2f} m", meters.median,
                   meters.low, meters.high);
   diagnosis.median_depth = meters.median;
-  if (const auto of_steps = factor_of_steps(sample, camera.depth_sensor)) {
+  if (const auto of_steps = depth_factor_of_steps(sample.seen, camera.depth_sensor)) {
     const std::string problem = depth_factor_problem(*of_steps, factor);
     if (problem.empty())
       diagnosis.add(Severity::kOk, text + ", and steps that confirm the depth factor");
@@ -503,8 +493,8 @@ void check_masks(const SequencePaths& paths, const std::vector<FrameFiles>& fram
                 all ? "" : "give each mask the name of its color image, with the extension .png");
 }
 
-/// Adds what the first frames of a source show together.
-void check_frames(FrameSource& source, std::size_t most_frames, Diagnosis& diagnosis) {
+/// Adds what the first frames of a source show together; returns their number.
+std::size_t check_frames(FrameSource& source, std::size_t most_frames, Diagnosis& diagnosis) {
   FrameCheck check(source.camera());
   std::size_t frames = 0;
   for (; frames < most_frames; ++frames) {
@@ -515,6 +505,7 @@ void check_frames(FrameSource& source, std::size_t most_frames, Diagnosis& diagn
   diagnosis.add(frames > 0 ? Severity::kOk : Severity::kError,
                 fmt::format("{} frames examined", frames));
   for (const std::string& problem : check.problems()) diagnosis.add(Severity::kDoubt, problem);
+  return frames;
 }
 
 void examine(const SequencePaths& paths, const std::optional<Camera>& named,
@@ -557,7 +548,7 @@ void Diagnosis::add(Severity severity, std::string what, std::string fix) {
 Diagnosis diagnose(FrameSource& source, std::size_t most_frames) {
   Diagnosis diagnosis;
   for (const std::string& note : source.notes()) diagnosis.add(Severity::kOk, note);
-  check_frames(source, most_frames, diagnosis);
+  diagnosis.frames = diagnosis.usable_frames = check_frames(source, most_frames, diagnosis);
   if (!source.skipped().empty()) {
     diagnosis.add(Severity::kWarning,
                   fmt::format("{} images were skipped; the first: {}", source.skipped().size(),

@@ -14,13 +14,11 @@ namespace {
 constexpr double kFlat = 0.001;         // range of the depths of a constant image [m]
 constexpr std::size_t kLevels = 65535;  // of 16-bit depth; 65535 means "too far"
 
-constexpr int kStep = 16;  // of coarse images [pixels]
-
 template <typename T>
 cv::Mat_<T> every_16th(const cv::Mat& image) {
+  constexpr double kScale = 1.0 / 16;
   cv::Mat_<T> coarse;
-  constexpr double kShare = 1.0 / kStep;
-  if (!image.empty()) cv::resize(image, coarse, {}, kShare, kShare, cv::INTER_NEAREST);
+  if (!image.empty()) cv::resize(image, coarse, {}, kScale, kScale, cv::INTER_NEAREST);
   return coarse;
 }
 
@@ -163,11 +161,7 @@ std::string FrameCheck::depth_problem() const {
 }
 
 std::string FrameCheck::steps_problem() const {
-  std::vector<std::uint16_t> levels;
-  for (std::size_t raw = 1; raw < kLevels; ++raw) {
-    if (seen_[raw]) levels.push_back(static_cast<std::uint16_t>(raw));
-  }
-  const auto of_steps = depth_factor_of_steps(levels, camera_.depth_sensor);
+  const auto of_steps = depth_factor_of_steps(seen_, camera_.depth_sensor);
   return of_steps ? depth_factor_problem(*of_steps, camera_.depth_factor) : "";
 }
 
