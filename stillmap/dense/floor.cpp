@@ -5,6 +5,7 @@
 #include "stillmap/geometry/mean_up.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -37,6 +38,11 @@ const double kHorizontalWeight = -std::log(1 - std::cos(kSearchGate));
 const double kVerticalWeight = -std::log(std::sin(kSearchGate));
 /// Maximum number of surfels in the search.
 constexpr std::size_t kSearchSurfels = 4000;
+/// Area whose normals are one piece of evidence in the search, since they err alike [m^2].
+constexpr double kVote = 0.5;
+/// Angle within which directions of the search are the same one, and the odds against all others
+/// from which it is certain (0.95).
+constexpr double kSameDirection = 20 * kDegree, kCertainOdds = 19;
 
 /// Height of a level above and below its middle: noise of the depth and of the poses [m].
 constexpr double kLevel = 0.03;
@@ -47,8 +53,12 @@ constexpr double kLevelTilt = 15 * kDegree;
 /// Smallest area of a level that counts [m^2].
 constexpr double kMinLevelArea = 0.15;
 
-/// Largest standard deviation of the upward direction.
-constexpr double kLargestSigma = 0.5 * kDegree;
+/// Side of the cubes in which the normals of a surface err alike: by depth and poses [m].
+constexpr double kPatch = 1;
+/// Standard deviation of their common error before any are seen, added to the measured one.
+constexpr double kPatchSigma = 2 * kDegree;
+/// Largest standard deviation of the upward direction: it is within 2 degrees by two of them.
+constexpr double kLargestSigma = 1 * kDegree;
 /// Minimum confidence of a floor.
 constexpr double kCertain = 0.5;
 /// Area of a floor of which half is believed [m^2].
@@ -67,6 +77,11 @@ double angle_from_horizontal_or_vertical(const Eigen::Vector3d& normal, const Ei
   return std::min(std::acos(c), std::asin(c));
 }
 
+/// Returns whether a surface is nearer to horizontal than to vertical.
+bool is_level(const Surfel& surfel, const Eigen::Vector3d& up) {
+  return std::abs(surfel.normal.dot(up)) > 0.7;
+}
+
 /// Returns unit vectors at up to `largest` from a direction, kSearchStep apart.
 Directions directions_around(const Eigen::Vector3d& middle, double largest) {
   const Eigen::Vector3d x = middle.unitOrthogonal(), y = middle.cross(x);
@@ -83,14 +98,14 @@ Directions directions_around(const Eigen::Vector3d& middle, double largest) {
   return directions;
 }
 
-/// Returns the probability density of the cameras' roll, relative to its maximum.
-double roll_prior(const Eigen::Vector3d& up, const std::vector<Pose>& cameras) {
+/// Returns the logarithm of the probability density of the cameras' roll, relative to its maximum.
+double log_roll_prior(const Eigen::Vector3d& up, const std::vector<Pose>& cameras) {
   double squares = 0;
   for (const Pose& T : cameras) {
     const double roll = std::asin(std::clamp(up.dot(T.rotation().col(0)), -1.0, 1.0));
     squares += roll * roll / (kRollSigma * kRollSigma);
   }
-  return std::exp(-0.5 * squares / static_cast<double>(std::max<std::size_t>(1, cameras.size())));
+  return -0.5 * squares / static_cast<double>(std::max<std::size_t>(1, cameras.size()));
 }
 
 /// Returns the mean viewing direction.
@@ -100,59 +115,117 @@ Eigen::Vector3d mean_view(const std::vector<Pose>& cameras) {
   return sum / static_cast<double>(std::max<std::size_t>(1, cameras.size()));
 }
 
-/// Returns the direction of the search that most surfaces support.
-Eigen::Vector3d best_direction(const std::vector<Surfel>& surfels,
-                               const std::vector<Pose>& cameras) {
-  const std::size_t step = 1 + surfels.size() / kSearchSurfels;
-  Eigen::Vector3d best = mean_up(cameras);
-  const Eigen::Vector3d view = mean_view(cameras);
-  double most = -1;
-  for (const Eigen::Vector3d& up : directions_around(best, kLargestPitch)) {
-    if (up.dot(view) > std::sin(kLargestUpwardView)) continue;
-    double support = 0;
-    for (std::size_t i = 0; i < surfels.size(); i += step) {
-      const double relative =
-          angle_from_horizontal_or_vertical(surfels[i].normal, up) / kSearchGate;
-      const bool level = std::abs(surfels[i].normal.dot(up)) > 0.7;
-      support +=
-          (level ? kHorizontalWeight : kVerticalWeight) * std::max(0.0, 1 - relative * relative);
-    }
-    support *= roll_prior(up, cameras);
-    if (support > most) most = support, best = up;
+/// Returns how well surfaces support a direction: the logarithm of its likelihood relative to that
+/// of surfaces of random direction, for every `step`-th surfel.
+double support(const std::vector<Surfel>& surfels, std::size_t step, const Eigen::Vector3d& up) {
+  double sum = 0;
+  for (std::size_t i = 0; i < surfels.size(); i += step) {
+    const double relative = angle_from_horizontal_or_vertical(surfels[i].normal, up) / kSearchGate;
+    sum += (is_level(surfels[i], up) ? kHorizontalWeight : kVerticalWeight) *
+           std::max(0.0, 1 - relative * relative);
   }
-  return best;
+  return sum * static_cast<double>(step) * kSurfelArea / kVote;
 }
 
-/// The upward direction and its standard deviation [rad].
-struct Upward {
+/// A direction of the search.
+struct Candidate {
   Eigen::Vector3d up;
-  double sigma = std::numbers::pi;
+  double score = 0;  // logarithm of the probability, up to a constant
 };
 
+std::vector<Candidate> candidates(const std::vector<Surfel>& surfels,
+                                  const std::vector<Pose>& cameras) {
+  const std::size_t step = 1 + surfels.size() / kSearchSurfels;
+  const Eigen::Vector3d view = mean_view(cameras);
+  std::vector<Candidate> found;
+  for (const Eigen::Vector3d& up : directions_around(mean_up(cameras), kLargestPitch)) {
+    if (up.dot(view) > std::sin(kLargestUpwardView)) continue;
+    found.push_back({up, support(surfels, step, up) + log_roll_prior(up, cameras)});
+  }
+  return found;
+}
+
+/// Returns the most probable direction of the search; none if others are too probable.
+std::optional<Eigen::Vector3d> best_direction(const std::vector<Surfel>& surfels,
+                                              const std::vector<Pose>& cameras) {
+  const std::vector<Candidate> found = candidates(surfels, cameras);
+  const auto best = std::ranges::max_element(found, {}, &Candidate::score);
+  if (best == found.end()) return std::nullopt;
+  double same = 0, others = 0;
+  for (const Candidate& c : found)
+    (c.up.dot(best->up) > std::cos(kSameDirection) ? same : others) +=
+        std::exp(c.score - best->score);
+  return same > kCertainOdds * others ? std::optional(best->up) : std::nullopt;
+}
+
 /// Returns the direction to which the surfaces near horizontal are perpendicular and those near
-/// vertical are parallel, by least squares.
-Upward refined(const std::vector<Surfel>& surfels, Upward upward) {
+/// vertical are parallel, by least squares; none if few surfaces show it.
+std::optional<Eigen::Vector3d> refined(const std::vector<Surfel>& surfels, Eigen::Vector3d up) {
   for (const double gate : kGates) {
     Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-    double squares = 0;
     int count = 0;
     for (const Surfel& s : surfels) {
-      const double c = s.normal.dot(upward.up);
-      const double angle = angle_from_horizontal_or_vertical(s.normal, upward.up);
-      if (angle > gate) continue;
+      if (angle_from_horizontal_or_vertical(s.normal, up) > gate) continue;
       const Eigen::Matrix3d outer = s.normal * s.normal.transpose();
-      normal += std::abs(c) > 0.7 ? Eigen::Matrix3d(Eigen::Matrix3d::Identity() - outer) : outer;
-      squares += angle * angle;
+      normal += is_level(s, up) ? Eigen::Matrix3d(Eigen::Matrix3d::Identity() - outer) : outer;
       ++count;
     }
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(normal);
-    Eigen::Vector3d up = solver.eigenvectors().col(0);
-    if (up.dot(upward.up) < 0) up = -up;
-    if (count < 10 || up.dot(upward.up) < std::cos(2 * gate)) return {upward.up};
-    const double certain = std::max(1e-9, solver.eigenvalues()(1) - solver.eigenvalues()(0));
-    upward = {up, std::sqrt(squares / count / certain)};
+    Eigen::Vector3d better = solver.eigenvectors().col(0);
+    if (better.dot(up) < 0) better = -better;
+    if (count < 10 || better.dot(up) < std::cos(2 * gate)) return std::nullopt;
+    up = better;
   }
-  return upward;
+  return up;
+}
+
+/// The linear equations of a patch for a correction of the upward direction, in two coordinates
+/// across it.
+struct Patch {
+  Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d right = Eigen::Vector2d::Zero();
+};
+/// A patch: the cube, the axis nearest to the normals, and whether they are near `up`.
+using PatchKey = std::array<int, 5>;
+
+PatchKey patch_of(const Surfel& surfel, bool level) {
+  Eigen::Index axis = 0;
+  surfel.normal.cwiseAbs().maxCoeff(&axis);
+  const Eigen::Vector3i cube = (surfel.point / kPatch).array().floor().cast<int>();
+  return {cube.x(), cube.y(), cube.z(), static_cast<int>(axis), level};
+}
+
+std::map<PatchKey, Patch> patches(const std::vector<Surfel>& surfels, const Eigen::Vector3d& up) {
+  Eigen::Matrix<double, 2, 3> across;
+  across.row(0) = up.unitOrthogonal();
+  across.row(1) = up.cross(up.unitOrthogonal());
+  std::map<PatchKey, Patch> found;
+  for (const Surfel& s : surfels) {
+    if (angle_from_horizontal_or_vertical(s.normal, up) > kSearchGate) continue;
+    const bool level = is_level(s, up);
+    const double c = s.normal.dot(up);
+    const Eigen::Vector2d n = across * s.normal;
+    Patch& patch = found[patch_of(s, level)];
+    patch.normal += level ? Eigen::Matrix2d(Eigen::Matrix2d::Identity()) : n * n.transpose();
+    patch.right += level ? Eigen::Vector2d(c > 0 ? n : -n) : Eigen::Vector2d(-c * n);
+  }
+  return found;
+}
+
+/// Returns the standard deviation of the upward direction in its least certain direction [rad]. The
+/// error of its least squares is that of the patches, each with an error of its own: what it
+/// deviates by from the others, and kPatchSigma.
+double sigma_of(const std::vector<Surfel>& surfels, const Eigen::Vector3d& up) {
+  Eigen::Matrix2d normal = Eigen::Matrix2d::Zero(), errors = Eigen::Matrix2d::Zero();
+  for (const auto& [key, patch] : patches(surfels, up)) {
+    normal += patch.normal;
+    errors += patch.right * patch.right.transpose() +
+              kPatchSigma * kPatchSigma * patch.normal * patch.normal;
+  }
+  if (normal.determinant() < 1e-9) return std::numbers::pi;
+  const Eigen::Matrix2d covariance = normal.inverse() * errors * normal.inverse();
+  return std::sqrt(
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(covariance).eigenvalues().maxCoeff());
 }
 
 /// Returns the sum of the counts of the bins up to `reach` from a bin.
@@ -265,12 +338,22 @@ FloorFinding most_certain_level(const std::vector<Surfel>& surfels, const Eigen:
   return best;
 }
 
-/// Returns the upward direction, given or estimated; none if it is not certain.
-std::optional<Eigen::Vector3d> upward(const std::vector<Surfel>& surfels,
-                                      const std::vector<Pose>& cameras, const FloorHints& hints) {
-  if (hints.up) return (cameras.front().quaternion() * *hints.up).normalized();
-  const Upward found = refined(surfels, {best_direction(surfels, cameras)});
-  return found.sigma < kLargestSigma ? std::optional(found.up) : std::nullopt;
+/// Returns a finding with the upward direction, given or estimated, or the reason why it is
+/// unknown.
+FloorFinding upward(const std::vector<Surfel>& surfels, const std::vector<Pose>& cameras,
+                    const FloorHints& hints) {
+  if (hints.up) return {.up = (cameras.front().quaternion() * *hints.up).normalized()};
+  const auto near = best_direction(surfels, cameras);
+  const auto up = near ? refined(surfels, *near) : std::nullopt;
+  if (!up) return {.reason = "too few walls and horizontal surfaces show the upward direction"};
+  return {.up = up, .up_sigma = sigma_of(surfels, *up)};
+}
+
+std::string uncertain_direction_text(double sigma) {
+  return fmt::format(
+      "the walls and horizontal surfaces show the upward direction only within {:.1f} degrees "
+      "(95 %), and {:.1f} are needed",
+      2 * sigma / kDegree, 2 * kLargestSigma / kDegree);
 }
 
 }  // namespace
@@ -279,16 +362,23 @@ FloorFinding find_floor(const std::vector<Surfel>& surfels, const std::vector<Po
                         const FloorHints& hints) {
   if (hints.floor) return {.floor = hints.floor, .up = hints.floor->up, .confidence = 1};
   if (cameras.empty()) return {.reason = "there is no view"};
-  const auto up = upward(surfels, cameras, hints);
-  if (!up) return {.reason = "too few walls and horizontal surfaces show the upward direction"};
-  const Eigen::Vector3d& eye = cameras.front().translation();
+  FloorFinding finding = upward(surfels, cameras, hints);
+  if (!finding.up) return finding;
+  const double sigma = finding.up_sigma;
   if (hints.camera_height) {
-    FloorFinding given{.up = up, .confidence = 1};
-    given.floor = Floor{*up, up->dot(eye) - *hints.camera_height};
-    given.evidence.camera_height = *hints.camera_height;
-    return given;
+    const Eigen::Vector3d& eye = cameras.front().translation();
+    finding.confidence = 1;
+    finding.floor = Floor{*finding.up, finding.up->dot(eye) - *hints.camera_height};
+    finding.evidence.camera_height = *hints.camera_height;
+  } else {
+    finding = most_certain_level(surfels, *finding.up, cameras.front());
+    finding.up_sigma = sigma;
   }
-  return most_certain_level(surfels, *up, cameras.front());
+  if (finding.floor && sigma > kLargestSigma) {
+    finding.floor.reset();
+    finding.reason = uncertain_direction_text(sigma);
+  }
+  return finding;
 }
 
 double wall_direction(const std::vector<Surfel>& surfels, const Pose& T_map_world) {

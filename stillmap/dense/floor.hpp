@@ -30,7 +30,9 @@ struct FloorFinding {
   std::optional<Floor> floor = std::nullopt;
   /// Upward direction, world frame; may be known without the floor.
   std::optional<Eigen::Vector3d> up = std::nullopt;
-  double confidence = 0;  ///< [0..1]; 1 if the floor was given.
+  /// Standard deviation of `up` in its least certain direction [rad]; 0 if it was given.
+  double up_sigma = 0;
+  double confidence = 0;  ///< That the level is the floor [0..1]; 1 if its height was given.
   FloorEvidence evidence = {};
   std::string reason = {};  ///< Why the floor is unknown; empty if it is known.
 };
@@ -49,9 +51,13 @@ struct FloorHints {
 ///
 /// The upward direction is the one to which most surfaces are parallel or perpendicular, within 50
 /// degrees of the mean upward direction of the images, such that the cameras do not look up, and
-/// perpendicular to the rows of the images (cameras are seldom rolled). A floor of low confidence
-/// is unknown: one of which little was observed, that is as narrow as a table and near the camera,
-/// or that has other surfaces below.
+/// perpendicular to the rows of the images (cameras are seldom rolled). It is unknown if another
+/// one is nearly as probable. A floor of low confidence is unknown: one of which little was
+/// observed, that is as narrow as a table and near the camera, or that has other surfaces below. So
+/// is one whose upward direction has a standard deviation of more than 1 degree: cubes of 1 m of
+/// one surface count as independent measurements, as far off as they deviate from the direction of
+/// all, and by 2 degrees more. Errors that all surfaces share, as those of the calibration, are not
+/// part of it.
 /// @param surfels of the static world, with sides of kFloorSurfel
 /// @param cameras T_world_camera of the views, the first camera first
 FloorFinding find_floor(const std::vector<Surfel>& surfels, const std::vector<Pose>& cameras,

@@ -81,6 +81,62 @@ TEST(Floor, IsFoundByACameraThatIsRolled) {
   EXPECT_LT(angle_between(found.floor->up, room.up()), 1e-3);
 }
 
+TEST(Floor, IsFoundByACameraThatIsRolledAndLooksDown) {
+  Room room;
+  room.add_level(1, -1, 2, 2, 0);
+  room.camera = Pose(room.camera.rotation() * so3_exp({-5 * kDegree, 0, 0}).toRotationMatrix() *
+                         so3_exp({0, 0, 33 * kDegree}).toRotationMatrix(),
+                     room.camera.translation());
+  const FloorFinding found = room.find();
+  ASSERT_TRUE(found.up) << found.reason;
+  EXPECT_LT(angle_between(*found.up, room.up()), 1e-3)
+      << "the surfaces outweigh that cameras are seldom rolled";
+  EXPECT_TRUE(found.floor) << found.reason;
+}
+
+TEST(Floor, ItsDirectionIsMoreCertainIfMoreSurfacesShowIt) {
+  Room small, large;
+  small.add_level(1, -1, 1, 1, 0);
+  large.add_level(1, -1, 4, 4, 0);
+  add_rectangle({4, -2, 2.3}, {0, 4, 0}, {0, 0, 2}, {-1, 0, 0}, large.surfels);
+  EXPECT_LT(large.find().up_sigma, 0.8 * small.find().up_sigma);
+  EXPECT_LT(small.find().up_sigma, 1 * kDegree);
+  EXPECT_EQ(small.find({.up = small.up()}).up_sigma, 0) << "it was given";
+}
+
+TEST(Floor, IsUnknownIfOneSmallSurfaceAloneShowsItsRoll) {
+  Room room;
+  room.surfels.clear();
+  room.add_level(1.2, -0.3, 0.75, 0.75, 0);
+  add_rectangle({3, -1, 0.3}, {0, 2, 0}, {0, 0, 2}, {-1, 0, 0}, room.surfels);
+  const FloorFinding found = room.find();
+  EXPECT_FALSE(found.floor);
+  EXPECT_GT(found.confidence, 0.5) << "it is the direction that is uncertain";
+  EXPECT_GT(found.up_sigma, 1 * kDegree);
+  EXPECT_THAT(found.reason, HasSubstr("show the upward direction only within"));
+  EXPECT_FALSE(room.find({.camera_height = 1.4}).floor);
+  EXPECT_TRUE(room.find({.up = room.up(), .camera_height = 1.4}).floor);
+}
+
+TEST(Floor, IsUnknownIfItsPartsAndTheWallsContradict) {
+  const auto bent = [](double angle) {
+    Room room;
+    room.surfels.clear();
+    // Floor and wall rise, or lean, by the angle on the left and fall by it on the right.
+    for (const double side : {-1.0, 1.0}) {
+      const double a = side * angle;
+      add_rectangle({1, side < 0 ? -1.0 : 0.0, 0}, {1.5, 0, 0}, {0, 1, 0},
+                    {std::sin(a), 0, std::cos(a)}, room.surfels);
+      add_rectangle({3, side < 0 ? -1.0 : 0.0, 0.3}, {0, 1, 0}, {0, 0, 1},
+                    {-std::cos(a), 0, std::sin(a)}, room.surfels);
+    }
+    return room.find();
+  };
+  EXPECT_TRUE(bent(0.5 * kDegree).floor) << bent(0.5 * kDegree).reason;
+  EXPECT_FALSE(bent(2.5 * kDegree).floor);
+  EXPECT_THAT(bent(2.5 * kDegree).reason, HasSubstr("show the upward direction only within"));
+}
+
 TEST(Floor, IsBelowATable) {
   Room room;
   room.add_level(1, -1, 2, 2, 0);

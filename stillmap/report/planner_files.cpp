@@ -33,6 +33,7 @@ nlohmann::json floor_json(const FloorFinding& finding, const Pose& T_map_world) 
                       {"T_map_world", pose_json(T_map_world)},
                       {"floor", nullptr},
                       {"up", nullptr},
+                      {"up_sigma_deg", nullptr},
                       {"confidence", finding.confidence},
                       {"evidence",
                        {{"area_m2", e.area},
@@ -40,7 +41,10 @@ nlohmann::json floor_json(const FloorFinding& finding, const Pose& T_map_world) 
                         {"area_below_m2", e.area_below},
                         {"camera_height_m", e.camera_height}}},
                       {"problem", nullptr}};
-  if (finding.up) json["up"] = triple(*finding.up);
+  if (finding.up) {
+    json["up"] = triple(*finding.up);
+    json["up_sigma_deg"] = finding.up_sigma * 180 / std::numbers::pi;
+  }
   if (finding.floor)
     json["floor"] = {{"up", triple(finding.floor->up)}, {"height", finding.floor->height}};
   if (!finding.reason.empty()) json["problem"] = finding.reason;
@@ -73,8 +77,9 @@ std::string contradiction_text(const FloorFinding& given, const FloorFinding& se
   const double degrees =
       std::acos(std::clamp(given.floor->up.dot(*seen.up), -1.0, 1.0)) * 180 / std::numbers::pi;
   const auto camera_height = [&](const Floor& floor) { return floor.up.dot(eye) - floor.height; };
+  const double uncertainty = 2 * seen.up_sigma * 180 / std::numbers::pi;
   std::string seen_text;
-  if (degrees > kContradictoryTilt) {
+  if (degrees > kContradictoryTilt + uncertainty) {
     seen_text = fmt::format("its upward direction is {:.0f} degrees from", degrees);
   } else if (seen.floor && std::abs(camera_height(*given.floor) - camera_height(*seen.floor)) >
                                kContradictoryHeight) {

@@ -51,6 +51,7 @@ TEST_F(PlannerFiles, AreInTheFrameOfTheMapOnAGivenFloor) {
       testing_support::kRoomCamera.quaternion().conjugate() * Eigen::Vector3d(0, -1, 0);
   EXPECT_EQ(write({.up = up, .camera_height = 1.2}), "");
   EXPECT_EQ(floor()["frame"], "map");
+  EXPECT_EQ(floor()["up_sigma_deg"], 0);
   EXPECT_NEAR(floor()["T_map_world"][2].get<double>(), 1.2, 1e-9);
   EXPECT_FALSE(obstacles()["obstacles"].empty());
   EXPECT_TRUE(fs::exists(folder_ / "grid.pgm"));
