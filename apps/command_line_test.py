@@ -40,7 +40,7 @@ class CommandLine(unittest.TestCase):
         assert made.returncode == 0, made.stderr
         cls.run_folder = cls.folder / "run"
         cls.map = cls.folder / "office.map"
-        done = stillmap("run", cls.sequence, "--mesh=ply,obj", "--planner", "--camera-height", 1.35, "--save-labels", "--profile", "--out",
+        done = stillmap("run", cls.sequence, "--mesh=ply,obj", "--planner", "--up", "0,-0.99,-0.15", "--camera-height", 1.35, "--save-labels", "--profile", "--out",
                         cls.run_folder, "--save-map", cls.map)
         assert done.returncode == 0, done.stderr
         cls.run_stderr = done.stderr
@@ -550,7 +550,7 @@ class CommandLine(unittest.TestCase):
 
     def test_the_floor_is_told_or_unknown(self):
         sequence, out = self.folder / "sharp", self.folder / "floor"
-        self.succeeded(stillmap("simulate", "--people", 0, "--frames", 5, "--out", sequence))
+        self.succeeded(stillmap("simulate", "--people", 0, "--frames", 10, "--out", sequence))
         self.succeeded(stillmap("run", sequence, "--planner", "--out", out))
         floor = json.loads((out / "floor.json").read_text())
         self.assertEqual(floor["frame"], "map", floor)

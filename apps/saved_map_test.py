@@ -134,7 +134,7 @@ class SavedMaps(unittest.TestCase):
     def dense_files(self, out, *more):
         """Hashes of the files that `stillmap dense` makes of the map with these arguments."""
         folder = self.folder / f"dense_{out}"
-        made = stillmap("dense", self.map, "--mesh=ply", "--planner", "--camera-height", 1.35, "--out", folder, *more)
+        made = stillmap("dense", self.map, "--mesh=ply", "--planner", "--up", "0,-0.99,-0.15", "--camera-height", 1.35, "--out", folder, *more)
         self.assertEqual(made.returncode, 0, made.stderr)
         return {file.name: hashlib.sha256(file.read_bytes()).hexdigest()
                 for file in folder.iterdir() if not file.name.startswith(".")}
