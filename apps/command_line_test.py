@@ -195,6 +195,8 @@ class CommandLine(unittest.TestCase):
         done = stillmap("compare", "--truth", self.sequence / "groundtruth.txt", self.run_folder, doubtful, "--out", out)
         self.refused(done, 3, "DO NOT TRUST THIS RESULT: doubtful: the floor was not seen")
         self.assertIn("| doubtful (in doubt) |", done.stdout)
+        by_file = stillmap("compare", "--truth", self.sequence / "groundtruth.txt", self.run_folder, doubtful / "trajectory.txt", "--out", out)
+        self.refused(by_file, 3, "DO NOT TRUST THIS RESULT: trajectory.txt: the floor was not seen")
         for name in ("comparison.html", "comparison.md", "comparison.tex", "comparison.csv", "comparison.json"):
             self.assertIn("the floor was not seen", (out / name).read_text(), name)
 

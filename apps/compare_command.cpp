@@ -35,6 +35,13 @@ struct CompareArguments {
   bool force = false;
 };
 
+/// Returns the folder of the run that wrote a trajectory, to which path may also point itself.
+fs::path run_folder_of(const fs::path& path) {
+  if (fs::is_directory(path)) return path;
+  const bool is_of_run = path.filename().string().starts_with("trajectory");
+  return is_of_run && fs::exists(path.parent_path() / kRunSummary) ? path.parent_path() : path;
+}
+
 /// Reads "name=path" or "path": a trajectory, or a folder written by `stillmap run`. All runs are
 /// of the sequence with this truth, so that the first is the baseline of all others.
 /// @param truth_name  file of the truth
@@ -50,7 +57,7 @@ RecordedRun read_run(const std::string& argument, const Trajectory& truth,
   const fs::path file = fs::is_directory(path) ? path / "trajectory.txt" : path;
   run.estimate = read_trajectory(file);
   run.truth = truth;
-  const fs::path summary = path / kRunSummary;
+  const fs::path summary = run_folder_of(path) / kRunSummary;
   if (fs::exists(summary)) {
     run.total_frames = with_json_of(summary, "name the trajectory instead of the folder", [&] {
       const auto json = nlohmann::json::parse(read_file(summary));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/pipeline/frame_log.hpp"
 
+#include "stillmap/track/moving_background.hpp"
 #include "stillmap/track/moving_majority.hpp"
 
 #include <algorithm>
@@ -20,8 +21,9 @@ std::optional<Pose> pose_in(const Map& map, const FrameRecord& record) {
 }
 
 bool is_uncertain(const TrackedFrame& tracked) {
-  return tracked.contradicts_motion ||
-         moving_share(tracked.frame->evidence.weight) > kUncertainMajority;
+  const std::vector<float>& weight = tracked.frame->evidence.weight;
+  return tracked.contradicts_motion || moving_share(weight) > kUncertainMajority ||
+         background_moves(*tracked.frame->features, weight);
 }
 
 void FrameLog::add(const TrackedFrame& tracked, const TrackingTimes& times) {

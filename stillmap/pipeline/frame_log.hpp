@@ -45,7 +45,8 @@ struct FrameRecord {
   bool relocalized = false;                ///< The lost camera was relocalized in this frame.
   bool tracked_by_odometry = false;        ///< See TrackedFrame::tracked_by_odometry.
   bool tracked_late = false;               ///< The pose was found at the end: see LostFrames.
-  /// The pose contradicts the motion (see MotionConsistency), or nearly all keypoints move.
+  /// The pose contradicts the motion (see MotionConsistency), or nearly all keypoints move, or the
+  /// background does (see background_moves()).
   bool uncertain = false;
   bool keyframe = false;  ///< The frame was proposed as a keyframe.
   TrackingTimes times;
