@@ -87,7 +87,30 @@ void combine_surfaces(MotionEvidence& evidence, const MotionInput& input) {
   evidence.moving_pixels = pixels_of(moving, input.image->gray.size());
 }
 
+std::vector<float> residual_weights(const std::vector<float>& static_log_odds) {
+  std::vector<float> weights;
+  weights.reserve(static_log_odds.size());
+  for (const float log_odds : static_log_odds) weights.push_back(residual_weight(log_odds));
+  return weights;
+}
+
 }  // namespace
+
+MotionEvidence evidence_of_classes(const Frame& frame) {
+  MotionEvidence evidence = frame.evidence;
+  evidence.static_log_odds.assign(frame.features->size(), 0);
+  evidence.moving_pixels = cv::Mat();
+  if (!evidence.surface_measured.empty()) {
+    evidence.surface_measured = cv::Mat1f::zeros(evidence.surface_measured.size());
+    MotionInput input;
+    input.image = frame.image;
+    input.features = frame.features;
+    input.cells = frame.cells;
+    combine_surfaces(evidence, input);
+  }
+  evidence.weight = residual_weights(evidence.static_log_odds);
+  return evidence;
+}
 
 MotionEstimator::MotionEstimator(const MotionOptions& options) : cues_(make_cues(options)) {
   has_surface_evidence_ = std::any_of(
@@ -140,10 +163,7 @@ MotionEvidence MotionEstimator::finish(MotionEvidence begun, const MotionInput& 
   MotionEvidence evidence = std::move(begun);
   add_cues(first_with_instances_, cues_.size(), evidence, input);
   if (has_surface_evidence_) combine_surfaces(evidence, input);
-  evidence.weight.reserve(evidence.static_log_odds.size());
-  for (const float log_odds : evidence.static_log_odds) {
-    evidence.weight.push_back(residual_weight(log_odds));
-  }
+  evidence.weight = residual_weights(evidence.static_log_odds);
   return evidence;
 }
 

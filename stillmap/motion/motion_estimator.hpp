@@ -27,6 +27,11 @@ struct MotionOptions {
   EpipolarOptions epipolar;
 };
 
+/// Returns the evidence of a frame without that of measurements, which the motion of the camera
+/// decides: only surfaces of moving classes are moving. For a frame whose motion proved to be
+/// wrong.
+MotionEvidence evidence_of_classes(const Frame& frame);
+
 /// Sums the evidence of all cues.
 class MotionEstimator {
  public:

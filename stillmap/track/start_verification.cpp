@@ -18,7 +18,14 @@ constexpr int kMinSupport = 60;
 /// Smallest ratio of the support of the other motion to that of the tracked pose.
 constexpr double kMinRatio = 1.25;
 
-/// Returns the matches of both frames' keypoints with depth.
+/// Returns whether a keypoint is on an object of a moving class.
+bool is_of_moving_class(const Frame& frame, const Keypoint& keypoint) {
+  const cv::Mat1f& prior = frame.evidence.surface_prior;
+  return !prior.empty() && prior(frame.cells->cell_of(keypoint.u, keypoint.v)) < kMovingSurface;
+}
+
+/// Returns the matches of both frames' keypoints with depth, without objects of moving classes: a
+/// person who walks ahead of the camera may have most of them.
 std::vector<RigidPair> pairs_of(const TrackingModel& model, const Frame& first,
                                 const Frame& frame) {
   std::vector<RigidPair> pairs;
@@ -28,6 +35,7 @@ std::vector<RigidPair> pairs_of(const TrackingModel& model, const Frame& first,
     const Keypoint& a = first.features->keypoints[match.a];
     const Keypoint& b = frame.features->keypoints[match.b];
     if (a.depth <= 0 || b.depth <= 0) continue;
+    if (is_of_moving_class(first, a) || is_of_moving_class(frame, b)) continue;
     pairs.push_back({.p_a = model.camera.unproject(a.u, a.v, a.depth),
                      .p_b = model.camera.unproject(b.u, b.v, b.depth),
                      .uv_a = {a.u, a.v},

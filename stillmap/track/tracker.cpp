@@ -3,6 +3,7 @@
 
 #include "stillmap/base/span_names.hpp"
 #include "stillmap/base/trace.hpp"
+#include "stillmap/motion/motion_estimator.hpp"
 #include "stillmap/track/odometry.hpp"
 #include "stillmap/track/reference_keyframe_tracking.hpp"
 #include "stillmap/track/relocalization_tracking.hpp"
@@ -222,17 +223,11 @@ std::optional<Pose> Tracker::motion_against_map(const Frame& frame, const LocalM
 /// @param T_first_frame motion of the camera since the first frame of the map
 TrackedFramePtr Tracker::replace_map(const Frame& frame, const Pose& T_first_frame) {
   const int frames = start_verification_.frames();
-  auto unlabeled = std::make_shared<Frame>(frame);  // the labels are those of the wrong motion
-  MotionEvidence& evidence = unlabeled->evidence;
-  evidence.weight.assign(frame.features->size(), 1);
-  evidence.static_log_odds.assign(frame.features->size(), 0);
-  evidence.measured_log_odds.assign(evidence.measured_log_odds.size(), 0);
-  for (cv::Mat1f* surface : {&evidence.surface_log_odds, &evidence.surface_measured})
-    *surface = cv::Mat1f::zeros(surface->size());
-  evidence.moving_pixels = cv::Mat();
-  auto result = starting_frame(unlabeled, start_verification_.T_world_first() * T_first_frame);
+  auto relabeled = std::make_shared<Frame>(frame);  // the labels are those of the wrong motion
+  relabeled->evidence = evidence_of_classes(frame);
+  auto result = starting_frame(relabeled, start_verification_.T_world_first() * T_first_frame);
   result->proposal->replaced = state_.local_map->reference;
-  begin_map(unlabeled, result, Pose::exp(T_first_frame.log() / frames));
+  begin_map(relabeled, result, Pose::exp(T_first_frame.log() / frames));
   return result;
 }
 
