@@ -51,8 +51,8 @@ struct CameraCalibration {
 /// Throws Error as adjust_bundle().
 CameraCalibration calibrate_camera(const BundleProblem& problem);
 
-/// Returns whether a correction shows for certain that an intrinsic parameter is wrong: more than 4 %
-/// of the focal length and 6 standard deviations. With right cameras real recordings gave up to
+/// Returns whether a correction shows for certain that an intrinsic parameter is wrong: more than 4
+/// % of the focal length and 6 standard deviations. With right cameras real recordings gave up to
 /// 4.1 % and 4 standard deviations, at little parallax.
 /// @param correction, sigma, focal_length  [pixels]
 bool is_wrong_intrinsic(double correction, double sigma, double focal_length);

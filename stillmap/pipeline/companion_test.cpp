@@ -12,14 +12,14 @@ namespace stillmap {
 namespace {
 
 std::shared_ptr<const SimulatedSequence> following() {
-  static const auto made = std::make_shared<const SimulatedSequence>(
-      SimulationOptions{.scene = "flat",
-                        .people = 1,
-                        .activity = "companion",
-                        .camera = "follow",
-                        .frames = 60,
-                        .width = 320,
-                        .height = 240});
+  static const auto made =
+      std::make_shared<const SimulatedSequence>(SimulationOptions{.scene = "flat",
+                                                                  .people = 1,
+                                                                  .activity = "companion",
+                                                                  .camera = "follow",
+                                                                  .frames = 60,
+                                                                  .width = 320,
+                                                                  .height = 240});
   return made;
 }
 
