@@ -102,6 +102,7 @@ void add_calibrate_command(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_option("--count", arguments->count, "maximum number of frames; 0: all")
       ->capture_default_str();
+  add_quiet_option(*command);
   command->footer(
       "Example:\n  stillmap calibrate my_sequence --out my_camera.yaml\n"
       "Values that the recording does not show for certain stay as they are. A uniform scale of "

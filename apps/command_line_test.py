@@ -158,6 +158,11 @@ class CommandLine(unittest.TestCase):
         quiet = self.succeeded(stillmap(*words, "--quiet"))
         self.assertEqual(quiet.stdout + quiet.stderr, "")
 
+    def test_quiet_commands_show_no_progress(self):
+        words = ("simulate", "--people", 0, "--frames", 2, "--width", 160, "--height", 120, "--out")
+        self.assertIn("rendering 2/2", stillmap(*words, self.folder / "told").stderr)
+        self.assertEqual(self.succeeded(stillmap(*words, self.folder / "quiet", "-q")).stderr, "")
+
     def test_numbers_out_of_range_are_refused(self):
         for words, problem in ((("--planner", "--camera-height", "nan"), "--camera-height: nan is no height"),
                                (("--planner", "--camera-height", "1e9"), "give meters, up to 1000"),

@@ -47,6 +47,8 @@ void add_dense_options(CLI::App& command, DenseOutputs& outputs);
 std::string files_help(const std::string& condition, RunPart part);
 /// Returns the lines with the files that are made of the dense map in addition to its cloud.
 std::string dense_files_help();
+/// Adds --quiet to a command that shows its progress.
+void add_quiet_option(CLI::App& command);
 /// Adds --force to a command that writes a folder of results.
 void add_force_option(CLI::App& command, bool& force);
 /// Each function adds a hidden command that prints a file which `make install` installs with the

@@ -116,6 +116,7 @@ void add_demo_command(CLI::App& app, int& exit_code) {
   command->add_option("--model", arguments->model,
                       "network (.onnx) that detects people; default: the rendered masks");
   add_force_option(*command, arguments->force);
+  add_quiet_option(*command);
   command->footer("Example:\n  stillmap demo --out /tmp/demo");
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }

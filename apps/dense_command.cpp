@@ -19,6 +19,7 @@
 #include <unistd.h>
 
 #include "commands.hpp"
+#include "progress.hpp"
 #include "terminal.hpp"
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -204,6 +205,10 @@ void add_dense_options(CLI::App& command, DenseOutputs& outputs) {
       "--planner", outputs.planner,
       "also write maps for planners: octomap.bt, grid.pgm and grid.yaml, obstacles");
   add_floor_options(command, planner, outputs.floor);
+}
+
+void add_quiet_option(CLI::App& command) {
+  command.add_flag_callback("-q,--quiet", Progress::hide, "show no progress");
 }
 
 void add_force_option(CLI::App& command, bool& force) {

@@ -141,6 +141,7 @@ void add_doctor_command(CLI::App& app, int& exit_code) {
       ->type_name(names_or_file(camera_presets()));
   command->add_option("--associations", arguments->associations,
                       "file that pairs color and depth images");
+  add_quiet_option(*command);
   command->footer(
       "Example:\n  stillmap doctor my_sequence --camera tum_fr3\nExit code 1 if the sequence "
       "cannot be mapped as it is, 3 if its map would be wrong.");

@@ -25,6 +25,10 @@ std::string duration_text(double seconds) {
   return s < 60 ? fmt::format("{} s", s) : fmt::format("{}:{:02d} min", s / 60, s % 60);
 }
 
+bool Progress::hidden_ = false;
+
+void Progress::hide() { hidden_ = true; }
+
 Progress::Progress(std::string title, std::optional<std::size_t> total)
     : title_(std::move(title)), total_(total), terminal_(isatty(STDERR_FILENO) != 0) {}
 
@@ -32,7 +36,7 @@ void Progress::step(const std::string& note) {
   ++done_;
   note_ = note;
   const double now = watch_.milliseconds();
-  if (now - last_shown_ < (terminal_ ? kRedrawEvery : kLineEvery)) return;
+  if (hidden_ || now - last_shown_ < (terminal_ ? kRedrawEvery : kLineEvery)) return;
   last_shown_ = now;
   show();
 }
@@ -62,6 +66,7 @@ void Progress::show() {
 void Progress::finish() {
   if (finished_) return;
   finished_ = true;
+  if (hidden_) return;
   show();
   if (terminal_) print_error("\n");
 }

@@ -22,6 +22,9 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
+  /// From now on no progress is shown (--quiet).
+  static void hide();
+
   /// Advances by one step; `note` is shown at the end of the line.
   void step(const std::string& note = "");
   void finish();
@@ -29,6 +32,7 @@ class Progress {
  private:
   void show();
 
+  static bool hidden_;
   const std::string title_;
   const std::optional<std::size_t> total_;
   const bool terminal_;

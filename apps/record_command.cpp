@@ -149,6 +149,7 @@ void add_record_command(CLI::App& app, int& exit_code) {
                    "the folder still grows: wait for images until none has come for this time [s]")
       ->expected(0, 1)
       ->default_str("5");
+  add_quiet_option(*command);
   command->footer(
       "Images are written rectified, depth registered to color and in 16 bits, with camera.yaml.\n"
       "Depths outside the range of the camera's sensor are not kept: name the right camera first.\n"

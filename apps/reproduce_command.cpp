@@ -269,6 +269,7 @@ void add_reproduce_command(CLI::App& app, int& exit_code) {
   command->add_option("--out", arguments->out, "output folder: tables, figures and runs")
       ->capture_default_str();
   add_force_option(*command, arguments->force);
+  add_quiet_option(*command);
   command->footer(
       "Every sequence is mapped with the baseline orb-rgbd, with fused, and with the preset of the "
       "paper,\n"

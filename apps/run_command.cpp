@@ -8,6 +8,7 @@
 #include "command_tree.hpp"
 #include "commands.hpp"
 #include "output_file.hpp"
+#include "progress.hpp"
 #include "run_request.hpp"
 #include "terminal.hpp"
 #include "truth.hpp"
@@ -112,7 +113,7 @@ void add_view_and_terminal_options(CLI::App& command, RunArguments& arguments) {
       "-q,--quiet",
       [&arguments] {
         arguments.quiet = true;
-        arguments.progress = false;
+        Progress::hide();
       },
       "print nothing but problems");
   command.add_flag("-v,--verbose", arguments.verbose,

@@ -242,7 +242,6 @@ Session session_of(const RunRequest& request, const Options& options) {
   session.rules = rules_of(request, options);
   session.event_lines = request.event_lines;
   session.quiet = request.quiet;
-  session.progress = request.progress;
   session.verbose = request.verbose;
   session.total_frames = source->size();
   session.live_camera = names_live_camera(request.sequence);

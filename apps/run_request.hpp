@@ -23,8 +23,7 @@ struct RunRequest {
   bool half_size = false;
   std::string load_map, save_map;
   bool localize_only = false, force = false;
-  bool quiet = false;    ///< Whether nothing but problems and the progress is printed.
-  bool progress = true;  ///< Whether the progress is printed.
+  bool quiet = false;    ///< Whether nothing but problems is printed.
   bool verbose = false;  ///< Whether events and the times of all stages are printed as well.
   RunOutputs outputs;
   ViewOptions view;

@@ -45,11 +45,10 @@ struct Recorders {
 
 /// Passes all frames to the system, and collects example images and motion labels.
 void drive(SlamSystem& slam, FrameSource& source, std::optional<std::size_t> total_frames,
-           Recorders& recorders, RunRecord& record, bool show_progress) {
+           Recorders& recorders, RunRecord& record) {
   Gallery gallery(total_frames);
   FrameCheck check(source.camera());
-  std::optional<Progress> progress;
-  if (show_progress) progress.emplace("mapping", total_frames);
+  Progress progress("mapping", total_frames);
   while (!interrupted()) {
     const RgbdFramePtr frame = source.next();
     if (!frame) break;
@@ -65,7 +64,7 @@ void drive(SlamSystem& slam, FrameSource& source, std::optional<std::size_t> tot
       recorders.warnings->add_newest(slam, source.camera(), recorders.has_network);
     if (recorders.view != nullptr) recorders.view->add_newest();
     if (recorders.journal) recorders.journal->add_newest();
-    if (progress) progress->step(slam.newest()->state == TrackState::kLost ? "lost" : "");
+    progress.step(slam.newest()->state == TrackState::kLost ? "lost" : "");
   }
   record.interrupted = interrupted();
   record.gallery = gallery.take();
@@ -119,7 +118,7 @@ void map_sequence(Session& session, ViewServer* server, Recorders& recorders, Re
   recorders.view = view ? &*view : nullptr;
   open_journal(session, slam, recorders, folder);
   if (recorders.warnings && (realtime || session.live)) recorders.warnings->watch_for_silence();
-  drive(slam, *source, session.total_frames, recorders, record, session.progress);
+  drive(slam, *source, session.total_frames, recorders, record);
   // What the frames show is more precise.
   if (record.frame_problems.empty() && !session.depth_problem.empty())
     record.frame_problems = {session.depth_problem};

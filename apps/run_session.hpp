@@ -39,7 +39,6 @@ struct Session {
   std::FILE* event_lines = nullptr;  ///< Gets the events as lines of JSON; null: nothing does.
   std::unique_ptr<ViewServer> view;  ///< Serves the page that shows the run; null: nothing does.
   bool quiet = false;                ///< Whether summary and names of files are not printed.
-  bool progress = true;              ///< Whether the progress is printed.
   bool verbose = false;              ///< Whether events and times of stages are printed as well.
 };
 

@@ -126,6 +126,7 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
   command->get_option("--camera-model")->excludes(command->get_option("--sensor"));
   command->add_option("--out", arguments->out, "output folder, in TUM layout")
       ->capture_default_str();
+  add_quiet_option(*command);
   command->footer(
       "Examples:\n"
       "  stillmap simulate --scene office --people 2 --camera xyz --out office_xyz\n"

@@ -24,6 +24,9 @@ constexpr std::size_t kFewestPoints = 100, kFramesForACloud = 30;
 /// view of 136 and 14 degrees.
 constexpr double kMostOblong = 1.2, kShortestFocal = 0.2, kLongestFocal = 4;
 
+/// Largest factor by which a given focal length is taken to be wrong.
+constexpr double kLargestFocalFactor = 2;
+
 double share(std::size_t part, std::size_t all) {
   return all > 0 ? static_cast<double>(part) / static_cast<double>(all) : 0;
 }
@@ -58,6 +61,19 @@ void add_coverage(const RunRecord& record, std::vector<std::string>& doubts) {
       "only {} of {} frames have a pose (most often: {}); check the camera, its depth factor and "
       "the images with: stillmap doctor RECORDING",
       tracked, total, main_reason(record.result)));
+}
+
+/// Tells many unusable frames, except those of a live camera that were not taken in time.
+void add_unusable(const RunRecord& record, std::vector<std::string>& doubts) {
+  const auto unusable = [](const SkippedFrame& s) { return s.frame_lost && !s.late; };
+  const auto count = static_cast<std::size_t>(
+      std::count_if(record.skipped.begin(), record.skipped.end(), unusable));
+  if (!are_many_unusable(count, record.total_frames())) return;
+  const auto& first = *std::find_if(record.skipped.begin(), record.skipped.end(), unusable);
+  doubts.push_back(fmt::format(
+      "{} of {} frames of the recording could not be used; the first: {:.6f}: {}; see what is "
+      "wrong with: stillmap doctor RECORDING",
+      count, record.total_frames(), first.timestamp, first.reason));
 }
 
 /// Tells the longest gap of the trajectory, if most frames have a pose.
@@ -137,6 +153,14 @@ void add_empty_cloud(const RunRecord& record, std::vector<std::string>& doubts) 
 void add_wrong_focal_length(const RunRecord& record, std::vector<std::string>& doubts) {
   const auto& fitting = record.result.fitting_focal_length;
   if (!fitting) return;
+  const double factor = *fitting / record.result.camera.fx;
+  if (factor < 1 / kLargestFocalFactor || factor > kLargestFocalFactor) {
+    doubts.push_back(
+        "the depth images contradict the map, and no focal length near the given one explains it; "
+        "check that depth and color are of the same camera and moment with: stillmap doctor "
+        "RECORDING");
+    return;
+  }
   doubts.push_back(fmt::format(
       "the focal length of the camera contradicts the map: {:.0f} pixels are given, and "
       "about {:.0f} fit better, so the map is distorted; find the right one with: "
@@ -173,6 +197,7 @@ bool needs_masks(const std::string& preset) {
 std::vector<std::string> doubts_of(const RunRecord& record) {
   std::vector<std::string> doubts;
   add_coverage(record, doubts);
+  add_unusable(record, doubts);
   add_gap(record, doubts);
   add_uncertain(record, doubts);
   add_masks(record, doubts);

@@ -14,9 +14,9 @@ bool needs_masks(const std::string& preset);
 bool needs_detector(const std::string& preset);
 
 /// Returns the reasons not to trust the results of a run, each as one sentence with its fix: few
-/// frames with a pose, unconnected maps, an empty dense map, many uncertain poses, frames without
-/// masks, a network without masks for a preset that needs them, wrong timestamps or depths. Empty
-/// if there are none.
+/// frames with a pose, many unusable frames, unconnected maps, an empty dense map, many uncertain
+/// poses, frames without masks, a network without masks for a preset that needs them, wrong
+/// timestamps or depths. Empty if there are none.
 std::vector<std::string> doubts_of(const RunRecord& record);
 
 }  // namespace stillmap

@@ -71,10 +71,25 @@ TEST(Doubts, ALongGapOfTheTrajectoryIsTold) {
 
 TEST(Doubts, FramesThatCouldNotBeReadCount) {
   RunRecord record = good_run();
-  record.skipped.resize(11);
-  EXPECT_THAT(doubts_of(record), ElementsAre(HasSubstr("10 of 21 frames")));
+  record.frames = 10;
+  record.skipped.resize(11, {.timestamp = 2, .reason = "is out of order"});
+  EXPECT_THAT(doubts_of(record),
+              ElementsAre(HasSubstr("10 of 21 frames have a pose"),
+                          HasSubstr("11 of 21 frames of the recording could not be used; the "
+                                    "first: 2.000000: is out of order")));
   for (SkippedFrame& skipped : record.skipped) skipped.frame_lost = false;
   EXPECT_THAT(doubts_of(record), IsEmpty()) << "only their depth is missing";
+}
+
+TEST(Doubts, ManyUnusableFramesAreToldButNotThoseOfALateReader) {
+  RunRecord record = good_run();
+  record.frames = 16;
+  record.skipped.resize(4, {.timestamp = 2, .reason = "is out of order"});
+  EXPECT_THAT(doubts_of(record), IsEmpty()) << "a fifth";
+  record.frames = 10;
+  EXPECT_THAT(doubts_of(record), ElementsAre(HasSubstr("4 of 14 frames of the recording")));
+  for (SkippedFrame& skipped : record.skipped) skipped.late = true;
+  EXPECT_THAT(doubts_of(record), IsEmpty()) << "dropped from a live camera";
 }
 
 TEST(Doubts, DroppedFramesAreToldWithTheirReason) {
@@ -85,6 +100,15 @@ TEST(Doubts, DroppedFramesAreToldWithTheirReason) {
   EXPECT_THAT(doubts_of(record), Not(ElementsAre(HasSubstr("network.mask_delay"))));
   record.options.network.mask_delay = 0;
   EXPECT_THAT(doubts_of(record), ElementsAre(HasSubstr("--set network.mask_delay=-1")));
+}
+
+TEST(Doubts, AFocalLengthIsNamedOnlyIfItIsPlausible) {
+  RunRecord record = good_run();
+  record.result.camera.fx = record.result.camera.fy = 500;
+  record.result.fitting_focal_length = 600;
+  EXPECT_THAT(doubts_of(record), ElementsAre(HasSubstr("500 pixels are given, and about 600")));
+  record.result.fitting_focal_length = 45;
+  EXPECT_THAT(doubts_of(record), ElementsAre(HasSubstr("no focal length near the given one")));
 }
 
 TEST(Doubts, UncertainPosesUnconnectedMapsAndAnEmptyMapAreTold) {

@@ -30,6 +30,9 @@ constexpr double kJumpSigmas = 8;
 /// Gradients are bounded, in units of the image's mean, so that a few do not decide.
 constexpr double kLargestGradient = 6;
 constexpr std::size_t kLeastEdges = 2000;
+/// Mean gradient around a pixel, relative to that of the image, below which color shows nothing
+/// there: a covered lens, or black.
+constexpr float kBlind = 0.02F;
 /// Gain and offset from which a quadrant contradicts the registration [pixels].
 constexpr double kLeastGain = 1.08;
 constexpr int kLeastOffset = 4;
@@ -70,6 +73,13 @@ cv::Mat1f relative_gradient(const cv::Mat1b& gray) {
   cv::magnitude(dx, dy, magnitude);
   magnitude /= std::max(1e-6, cv::mean(magnitude)[0]);
   return cv::min(magnitude, kLargestGradient);
+}
+
+/// Returns the mean of an image within `reach` pixels of each pixel.
+cv::Mat1f mean_around(const cv::Mat1f& image, int reach) {
+  cv::Mat1f mean;
+  cv::blur(image, mean, {2 * reach + 1, 2 * reach + 1});
+  return mean;
 }
 
 double sum_at(const std::vector<cv::Point>& pixels, const cv::Mat1f& image) {
@@ -124,18 +134,21 @@ void RegistrationEvidence::compare_with_recent(Recent frame) {
 
 void RegistrationEvidence::add(double time, const cv::Mat1b& gray, const cv::Mat1f& depth) {
   const cv::Mat1f gradient = relative_gradient(gray);
-  const std::vector<cv::Point> depth_edges = edges_of(depth, kReach, sensor_);
+  const cv::Mat1f around = mean_around(gradient, kReach);
+  const auto is_blind = [&](cv::Point pixel) { return around(pixel) < kBlind; };
+  std::vector<cv::Point> depth_edges = edges_of(depth, kReach, sensor_);
+  std::erase_if(depth_edges, is_blind);
   compare_with_recent({time, gradient, depth_edges, sum_at(depth_edges, gradient)});
   for (const cv::Point edge : depth_edges) {
     const int quadrant = (2 * edge.y >= depth.rows ? 2 : 0) + (2 * edge.x >= depth.cols ? 1 : 0);
     auto& [sums, edges] = quadrants_[static_cast<std::size_t>(quadrant)];
     ++edges;
-    const int x = edge.x, y = edge.y, mirrored_x = depth.cols - 1 - x,
-              mirrored_y = depth.rows - 1 - y;
-    turned_[0] += gradient(y, x);
-    turned_[1] += gradient(y, mirrored_x);
-    turned_[2] += gradient(mirrored_y, x);
-    turned_[3] += gradient(mirrored_y, mirrored_x);
+    const int x = depth.cols - 1 - edge.x, y = depth.rows - 1 - edge.y;  // mirrored
+    const std::array<cv::Point, 4> turns{edge, {x, edge.y}, {edge.x, y}, {x, y}};
+    if (std::none_of(turns.begin(), turns.end(), is_blind)) {
+      ++turned_edges_;
+      for (std::size_t i = 0; i < turns.size(); ++i) turned_[i] += gradient(turns[i]);
+    }
     for (int row = 0; row < kSide; ++row) {
       const float* in = gradient[edge.y + row * kStep - kReach] + edge.x - kReach;
       double* sum = sums[row];
@@ -185,7 +198,7 @@ bool RegistrationEvidence::unrelated() const {
 
 std::string RegistrationEvidence::turned() const {
   const auto best = std::max_element(turned_.begin(), turned_.end());
-  if (edges() < kLeastEdges || *best < kTurnedGain * turned_[0]) return "";
+  if (turned_edges_ < kLeastEdges || *best < kTurnedGain * turned_[0]) return "";
   return kTurns[static_cast<std::size_t>(best - turned_.begin())];
 }
 

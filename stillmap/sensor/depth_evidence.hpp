@@ -31,7 +31,8 @@ struct EdgeOffset {
 
 /// Evidence of whether a depth image was registered to its color image, and shows the same moment:
 /// the edges of objects are at the same pixels in both. Collected over some frames, per quadrant of
-/// the image, since the offset of an unregistered image differs over the image.
+/// the image, since the offset of an unregistered image differs over the image. Edges where the
+/// color image is black or covered tell nothing and do not count.
 class RegistrationEvidence {
  public:
   explicit RegistrationEvidence(const DepthSensor& sensor) : sensor_(sensor) {}
@@ -98,6 +99,7 @@ class RegistrationEvidence {
   std::deque<Recent> recent_;            // newest first
   std::array<Lag, kLags> ahead_, back_;  // color is that of a frame ahead, or back
   std::array<double, 4> turned_{};       // sums of the gradients at the edges by kTurns
+  std::size_t turned_edges_ = 0;         // that count in them
 };
 
 }  // namespace stillmap

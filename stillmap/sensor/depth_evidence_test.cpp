@@ -102,6 +102,17 @@ TEST(RegistrationEvidence, FindsTurnedDepth) {
   EXPECT_EQ(evidence([](const cv::Mat1f& in, cv::Mat1f& out) { out = in; }).turned(), "");
 }
 
+TEST(RegistrationEvidence, IgnoresEdgesWhereTheLensIsCovered) {
+  RegistrationEvidence covered(kinect());
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    const Collage collage(seed);
+    cv::Mat1b gray = collage.gray.clone();
+    gray.colRange(0, gray.cols * 5 / 8) = 0;
+    covered.add(seed, gray, collage.depth);
+  }
+  EXPECT_EQ(covered.problem(), "");
+}
+
 /// Returns the delay found of a camera that pans by 8 pixels per frame, 30 frames a second.
 /// @param late  frames by which depth is late
 double delay_of_panning_camera(int late) {

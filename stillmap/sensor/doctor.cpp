@@ -71,12 +71,18 @@ std::optional<Camera> choose_camera(const SequencePaths& paths, const std::optio
 
 // ---- lists and timestamps ---------------------------------------------------------------------
 
+Severity severity_of(std::size_t unusable, std::size_t all) {
+  return are_many_unusable(unusable, all) ? Severity::kDoubt : Severity::kWarning;
+}
+
 void check_lists(const FrameList& list, Diagnosis& diagnosis) {
   diagnosis.frames = list.frames.size();
   diagnosis.add(Severity::kOk, fmt::format("{} pairs of color and depth", list.frames.size()));
   if (list.skipped.empty()) return;
   const bool most = list.skipped.size() > list.frames.size();
-  diagnosis.add(most ? Severity::kError : Severity::kWarning,
+  const auto lost = static_cast<std::size_t>(std::count_if(
+      list.skipped.begin(), list.skipped.end(), [](const auto& s) { return s.frame_lost; }));
+  diagnosis.add(most ? Severity::kError : severity_of(lost, list.frames.size() + lost),
                 fmt::format("{} lines of the lists give no frame; the first: {}",
                             list.skipped.size(), list.skipped.front().reason),
                 most ? "correct the timestamps and names in the lists"
@@ -211,14 +217,17 @@ std::vector<FrameFiles> check_files(const std::vector<FrameFiles>& frames,
     return false;
   };
   std::vector<FrameFiles> usable;
+  std::size_t without_color = 0;
   for (const auto& files : frames) {
     const bool color = is_usable(files.color, color_problem);
+    if (!color) ++without_color;
     if (files.depth.empty()) continue;
     const bool depth = is_usable(files.depth, depth_problem);
     if (color && depth) usable.push_back(files);
   }
   diagnosis.usable_frames = usable.size();
-  const Severity severity = usable.empty() ? Severity::kError : Severity::kWarning;
+  const Severity severity =
+      usable.empty() ? Severity::kError : severity_of(without_color, frames.size());
   for (const auto& [problem, bad] : by_problem) {
     diagnosis.add(severity,
                   fmt::format("{} file{}: {} {}", bad.count, bad.count == 1 ? "" : "s, the first",

@@ -151,6 +151,21 @@ TEST_F(Doctor, CountsMissingTruncatedAndWrongFiles) {
   EXPECT_EQ(diagnose().usable_frames, 8u);
 }
 
+TEST_F(Doctor, DoubtsARecordingOfWhichManyFramesAreUnusable) {
+  for (int i : {1, 2}) fs::remove(sequence_.path(TestSequence::color_name(i)));
+  EXPECT_THAT(warnings(), HasSubstr("2 files, the first: rgb/1.png is missing")) << "a sixth";
+  EXPECT_EQ(doubts(), "");
+  fs::remove(sequence_.path(TestSequence::color_name(3)));
+  EXPECT_THAT(doubts(), HasSubstr("3 files, the first: rgb/1.png is missing")) << "a quarter";
+}
+
+TEST_F(Doctor, DoubtsAClockThatWasSetBack) {
+  const auto set_back = [](double t) { return t < 100.25 ? t : t - 0.15; };  // 4 of 12 are skipped
+  restamp("rgb.txt", "rgb", set_back);
+  restamp("depth.txt", "depth", set_back);
+  EXPECT_THAT(doubts(), HasSubstr("lines of the lists give no frame; the first:"));
+}
+
 TEST_F(Doctor, DetectsOtherTimeUnitsGapsAndRates) {
   restamp("rgb.txt", "rgb", [](double t) { return t * 1e9; });
   restamp("depth.txt", "depth", [](double t) { return t * 1e9; });

@@ -51,6 +51,8 @@ bool is_long_gap(std::size_t frames, std::size_t all) {
   return frames >= kFewest && 10 * frames >= all;
 }
 
+bool are_many_unusable(std::size_t unusable, std::size_t all) { return 5 * unusable > all; }
+
 FrameCheck::FrameCheck(const Camera& camera)
     : camera_(camera), seen_(kLevels), registration_(camera.depth_sensor) {}
 

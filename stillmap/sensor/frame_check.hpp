@@ -23,6 +23,10 @@ std::string depth_factor_problem(double of_steps, double factor);
 /// camera or more, and a tenth of all frames or more.
 bool is_long_gap(std::size_t frames, std::size_t all);
 
+/// Returns whether so many frames are unusable that the rest may not be what was recorded: more
+/// than a fifth, such as after a clock was set back or the image size changed.
+bool are_many_unusable(std::size_t unusable, std::size_t all);
+
 /// Collects what the frames of a source show together about errors of their timestamps and depths.
 /// Such frames are mapped without an error, and the result is wrong: of another scale or speed, or
 /// of landmarks alone.

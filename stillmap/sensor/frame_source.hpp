@@ -16,6 +16,8 @@ struct SkippedFrame {
   std::string reason;
   /// False if only a depth image was skipped: its color image is a frame without depth.
   bool frame_lost = true;
+  /// Whether the frame is readable, but was not taken in time from a live camera.
+  bool late = false;
 };
 
 /// A source of frames (pull style). One thread at a time.

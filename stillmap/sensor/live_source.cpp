@@ -72,7 +72,8 @@ void LiveSource::deliver(std::shared_ptr<RgbdFrame> frame) {
 /// Moves the dropped frames to the skipped ones; the caller holds the mutex.
 void LiveSource::list_dropped() {
   for (const double timestamp : dropped_)
-    skipped_.push_back({timestamp, fmt::format("dropped: {}", kDropped)});
+    skipped_.push_back(
+        {.timestamp = timestamp, .reason = fmt::format("dropped: {}", kDropped), .late = true});
   dropped_.clear();
   if (failure_.empty()) return;
   skipped_.push_back({.timestamp = 0, .reason = "the camera stopped: " + failure_});

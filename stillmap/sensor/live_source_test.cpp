@@ -72,6 +72,7 @@ TEST(LiveSource, DropsTheOldestFramesThatNobodyTakesAndListsThem) {
   ASSERT_THAT(source->skipped(), SizeIs(3));
   EXPECT_EQ(source->skipped()[2].timestamp, 3);
   EXPECT_TRUE(source->skipped()[0].frame_lost);
+  EXPECT_TRUE(source->skipped()[0].late);
   EXPECT_THAT(source->skipped()[0].reason, HasSubstr("faster than tracking"));
 }
 
