@@ -106,9 +106,9 @@ TEST(RegistrationEvidence, IgnoresEdgesWhereTheLensIsCovered) {
   RegistrationEvidence covered(kinect());
   for (unsigned seed = 0; seed < 20; ++seed) {
     Collage collage(seed);
-    const int end = collage.gray.cols * 5 / 8;
-    collage.gray.colRange(0, end) = 0;
-    collage.depth.colRange(end, collage.depth.cols) = 3;  // a wall with pictures
+    const int half = collage.gray.cols / 2;
+    collage.gray.colRange(0, half + 40) = 0;
+    collage.depth.colRange(half, collage.depth.cols) = 3;  // a wall with pictures
     covered.add(seed, collage.gray, collage.depth);
   }
   EXPECT_EQ(covered.problem(), "");
