@@ -175,7 +175,7 @@ bool ResultFolder::makes_room(const std::string& name) {
   const auto free = fs::space(folder_, failed).available;
   if (failed || free > kScarce || spare_.empty() || spare_ == name || is_foreign(name))
     return false;
-  return fs::remove(folder_ / std::exchange(spare_, ""), failed);
+  return forget(std::exchange(spare_, ""));
 }
 
 void ResultFolder::write_drawing(const std::string& name,
@@ -184,11 +184,7 @@ void ResultFolder::write_drawing(const std::string& name,
   drawings_.push_back(name);
   draws_ = write(name, writer);
   if (draws_) return;
-  remove_own(drawings_);
-  for (const std::string& drawing : drawings_) {
-    current_.erase(drawing);
-    std::erase(written_, folder_ / drawing);
-  }
+  for (const std::string& drawing : drawings_) forget(drawing);
   problems_ += "the drawings were removed to make room for the results\n";
 }
 
@@ -214,11 +210,15 @@ void ResultFolder::remove_own(std::span<const std::string> names) {
 }
 
 void ResultFolder::discard(const std::string& name) {
-  if (!problems_.empty()) return;
-  std::error_code ignored;
-  fs::remove(folder_ / name, ignored);
+  if (problems_.empty()) forget(name);
+}
+
+/// Removes a file of Stillmap's, also from the list of written ones. Returns whether it was there.
+bool ResultFolder::forget(const std::string& name) {
   current_.erase(name);
   std::erase(written_, folder_ / name);
+  std::error_code failed;
+  return own_.contains(name) && fs::remove(folder_ / name, failed);
 }
 
 void ResultFolder::remove_stale() {

@@ -79,6 +79,7 @@ class ResultFolder {
  private:
   bool makes_room(const std::string& name);
   bool is_foreign(const std::string& name) const;
+  bool forget(const std::string& name);
   void save_manifest() const;
 
   const std::filesystem::path folder_;
