@@ -25,9 +25,9 @@ std::string duration_text(double seconds) {
   return s < 60 ? fmt::format("{} s", s) : fmt::format("{}:{:02d} min", s / 60, s % 60);
 }
 
-bool Progress::hidden_ = false;
+bool Progress::hidden = false;
 
-void Progress::hide() { hidden_ = true; }
+void Progress::hide() { hidden = true; }
 
 Progress::Progress(std::string title, std::optional<std::size_t> total)
     : title_(std::move(title)), total_(total), terminal_(isatty(STDERR_FILENO) != 0) {}
@@ -36,7 +36,7 @@ void Progress::step(const std::string& note) {
   ++done_;
   note_ = note;
   const double now = watch_.milliseconds();
-  if (hidden_ || now - last_shown_ < (terminal_ ? kRedrawEvery : kLineEvery)) return;
+  if (hidden || now - last_shown_ < (terminal_ ? kRedrawEvery : kLineEvery)) return;
   last_shown_ = now;
   show();
 }
@@ -66,7 +66,7 @@ void Progress::show() {
 void Progress::finish() {
   if (finished_) return;
   finished_ = true;
-  if (hidden_) return;
+  if (hidden) return;
   show();
   if (terminal_) print_error("\n");
 }

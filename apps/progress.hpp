@@ -32,7 +32,7 @@ class Progress {
  private:
   void show();
 
-  static bool hidden_;
+  static bool hidden;
   const std::string title_;
   const std::optional<std::size_t> total_;
   const bool terminal_;
