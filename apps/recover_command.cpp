@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/print.hpp"
+#include "stillmap/geometry/trajectory.hpp"
 #include "stillmap/pipeline/map_description.hpp"
 #include "stillmap/pipeline/recovered_run.hpp"
 #include "stillmap/pipeline/saved_views.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
+#include "stillmap/report/live_trajectory.hpp"
 #include "stillmap/report/run_folder.hpp"
 
 #include "commands.hpp"
+#include <fmt/format.h>
 
 namespace stillmap {
 namespace {
@@ -50,6 +53,23 @@ SlamResult result_of(const RecoveredRun& run, const SlamParameters& parameters) 
   return result;
 }
 
+/// Throws Error if a folder holds the results of an earlier run with more poses than a killed run
+/// has frames.
+void require_fewer_poses(const fs::path& folder, std::size_t frames) {
+  const fs::path file = folder / "trajectory.txt";
+  if (!fs::exists(file)) return;
+  std::size_t poses = 0;
+  try {
+    poses = read_trajectory(file).size();
+  } catch (const Error&) {  // damaged: nothing is lost
+  }
+  if (poses <= frames) return;
+  throw Error(fmt::format("has {} poses of an earlier run, and the killed run has only {} frames",
+                          poses, frames),
+              file.string(),
+              "name another folder for them with --out DIR; --force replaces the earlier results");
+}
+
 int run(const RecoverArguments& arguments) {
   check(arguments.outputs);
   const fs::path journal = journal_of(arguments.source);
@@ -61,7 +81,7 @@ int run(const RecoverArguments& arguments) {
     throw Error("holds no frame: the run was killed in its first second", journal.string(),
                 "map the recording again");
   }
-  // As of a run into the same folder, the results of an earlier one are replaced.
+  if (!arguments.force) require_fewer_poses(folder.path(), recovered.frames.size());
   if (fs::exists(folder.path() / kRunSummary))
     print_error("stillmap: note: {} holds the results of an earlier run, which are replaced\n",
                 folder.path().string());
@@ -81,6 +101,8 @@ int run(const RecoverArguments& arguments) {
   RunOutputs outputs;
   outputs.dense = arguments.outputs;
   write_run_files(record, outputs, folder);
+  if (folder.path() == journal.parent_path() && fs::exists(folder.path() / kLiveTrajectory))
+    folder.write(kLiveTrajectory, [](const fs::path&) {});  // stays: it has the very last poses
   print_out(
       "recovered: {} of {} frames with a pose, {} keyframes, {} views; the last frame is at "
       "{:.6f} s\n",

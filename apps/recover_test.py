@@ -150,6 +150,21 @@ class KilledRuns(unittest.TestCase):
         self.assertFalse(journal.exists())
         self.assertEqual(stillmap("recover", self.folder / "kept").returncode, 1)
 
+    def test_recovery_does_not_replace_more_poses_by_fewer(self):
+        self.assertIn(self.run_to_end("twice").returncode, (0, 3))
+        out = self.folder / "twice"
+        self.run_and_kill("twice", 2)
+        before = (out / "trajectory.txt").read_bytes()
+        refused = stillmap("recover", out)
+        self.assertEqual(refused.returncode, 1)
+        self.assertIn("the killed run has only", refused.stderr)
+        self.assertEqual((out / "trajectory.txt").read_bytes(), before)
+        live = (out / "trajectory_live.txt").read_bytes()
+        elsewhere = stillmap("recover", out, "--out", self.folder / "elsewhere")
+        self.assertIn(elsewhere.returncode, (0, 3), elsewhere.stderr)
+        self.assertIn(stillmap("recover", out, "--force").returncode, (0, 3))
+        self.assertEqual((out / "trajectory_live.txt").read_bytes(), live)
+
     def test_the_next_run_begins_in_the_map_of_a_killed_one(self):
         self.run_and_kill("first", 4)
         info = stillmap("map", "info", self.folder / "first")
