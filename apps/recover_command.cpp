@@ -53,16 +53,21 @@ SlamResult result_of(const RecoveredRun& run, const SlamParameters& parameters) 
   return result;
 }
 
+/// Returns the number of poses of a trajectory; 0 if it cannot be read.
+std::size_t poses_in(const fs::path& trajectory) {
+  try {
+    return read_trajectory(trajectory).size();
+  } catch (const Error&) {
+    return 0;
+  }
+}
+
 /// Throws Error if a folder holds the results of an earlier run with more poses than a killed run
 /// has frames.
 void require_fewer_poses(const fs::path& folder, std::size_t frames) {
   const fs::path file = folder / "trajectory.txt";
   if (!fs::exists(file)) return;
-  std::size_t poses = 0;
-  try {
-    poses = read_trajectory(file).size();
-  } catch (const Error&) {  // damaged: nothing is lost
-  }
+  const std::size_t poses = poses_in(file);
   if (poses <= frames) return;
   throw Error(fmt::format("has {} poses of an earlier run, and the killed run has only {} frames",
                           poses, frames),
