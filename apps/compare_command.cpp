@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/json_file.hpp"
 #include "stillmap/base/json_text.hpp"
@@ -16,6 +17,7 @@
 
 #include "commands.hpp"
 #include "terminal.hpp"
+#include "truth.hpp"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -31,7 +33,7 @@ const std::vector<std::string> kFiles{"comparison.html", "comparison.md",   "com
 
 struct CompareArguments {
   std::vector<std::string> runs;
-  std::string truth, out = "comparison";
+  std::string truth, truth_frame, out = "comparison";
   bool force = false;
 };
 
@@ -44,15 +46,15 @@ fs::path run_folder_of(const fs::path& path) {
 
 /// Reads "name=path" or "path": a trajectory, or a folder written by `stillmap run`. All runs are
 /// of the sequence with this truth, so that the first is the baseline of all others.
-/// @param truth_name  file of the truth
 /// @param sequences  gets the name of the run's sequence, if it is known
 RecordedRun read_run(const std::string& argument, const Trajectory& truth,
-                     const std::string& truth_name, std::set<std::string>& sequences) {
+                     const CompareArguments& arguments, std::set<std::string>& sequences) {
   const auto equals = argument.find('=');
   const fs::path path = equals == std::string::npos ? argument : argument.substr(equals + 1);
   RecordedRun run;
   run.name = equals == std::string::npos ? path.lexically_normal().filename().string()
                                          : argument.substr(0, equals);
+  if (run.name.empty()) throw Error("has no name before '='", argument, "name the run: NAME=PATH");
   if (fs::is_directory(path)) require_ended_run(path);
   const fs::path file = fs::is_directory(path) ? path / "trajectory.txt" : path;
   run.estimate = read_trajectory(file);
@@ -63,12 +65,23 @@ RecordedRun read_run(const std::string& argument, const Trajectory& truth,
       const auto json = nlohmann::json::parse(read_file(summary));
       sequences.insert(json.at("sequence").get<std::string>());
       run.doubts = json.value("doubts", run.doubts);
+      std::erase(run.doubts, json.value("planner_doubt", ""));  // the trajectory is none of its
       return json.at("frames").at("total").get<std::size_t>();
     });
   }
-  const auto doubts = reading_doubts(truth, run.estimate, {truth_name, file.string(), ""});
+  const auto doubts =
+      reading_doubts(truth, run.estimate, {arguments.truth, file.string(), arguments.truth_frame});
   run.doubts.insert(run.doubts.end(), doubts.begin(), doubts.end());
   return run;
+}
+
+/// Throws Error for two runs of one name, which tables and charts would not tell apart.
+void require_different_names(const std::vector<RecordedRun>& runs) {
+  std::set<std::string> names;
+  for (const RecordedRun& run : runs) {
+    if (!names.insert(run.name).second)
+      throw Error("is the name of two runs", run.name, "name them: NAME=PATH");
+  }
 }
 
 int run(const CompareArguments& arguments) {
@@ -76,10 +89,12 @@ int run(const CompareArguments& arguments) {
                                                      : ResultFolder::Foreign::kKeep);
   folder.require_free(kFiles);
   std::vector<RecordedRun> runs;
-  const Trajectory truth = read_trajectory(arguments.truth);
+  note_marker_truth(arguments.truth, arguments.truth_frame);
+  const Trajectory truth = true_camera_trajectory(arguments.truth, arguments.truth_frame);
   std::set<std::string> sequences;
   for (const std::string& argument : arguments.runs)
-    runs.push_back(read_run(argument, truth, arguments.truth, sequences));
+    runs.push_back(read_run(argument, truth, arguments, sequences));
+  require_different_names(runs);
   if (sequences.size() > 1) {
     warn(fmt::format("the runs are of sequences with different names: {}",
                      fmt::join(sequences, ", ")),
@@ -110,6 +125,7 @@ void add_compare_command(CLI::App& app, int& exit_code) {
       app.add_subcommand("compare", "compare several runs of one sequence with the ground truth");
   command->add_option("--truth", arguments->truth, "ground truth trajectory, TUM format")
       ->required();
+  add_truth_frame_option(*command, arguments->truth_frame);
   command
       ->add_option("runs", arguments->runs,
                    "result folders or trajectories, NAME=PATH or PATH; the first is the baseline")

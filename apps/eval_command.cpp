@@ -151,7 +151,8 @@ nlohmann::json trajectory_figures(const EvalArguments& arguments) {
   print_to(arguments.text(), "{}", evaluation_text(evaluation));
   nlohmann::json json = evaluation;
   json["doubts"] =
-      reading_doubts(truth, estimate, {arguments.truth, arguments.estimate, arguments.truth_frame});
+      reading_doubts(truth, estimate, {arguments.truth, arguments.estimate, arguments.truth_frame},
+                     !arguments.with_scale);
   if (arguments.closure) {
     const ClosureError closure = closure_error(evaluation.ate);
     print_to(arguments.text(), "{}", closure_text(closure, arguments.planar));

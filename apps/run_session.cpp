@@ -269,7 +269,7 @@ RunRecord run_session(Session session) {
   traced("figures", [&] { recorders.figures.finish(record); });
   if (session.outputs.profile)
     print_out("{}", write_profile(trace, process_cpu_ms() - cpu_before, folder));
-  folder.discard(kRunJournal);
+  remove_journal(record.options, folder);
   folder.remove_stale();
   if (!session.quiet) print_out("{}", folder.written_text());
   folder.require_all();

@@ -31,10 +31,36 @@ bool is_numeric(const FigureTable& table, std::size_t column) {
 std::string in_latex(const std::string& text) {
   std::string escaped;
   for (const char c : text) {
-    if (c == '%' || c == '_' || c == '&' || c == '#' || c == '$') escaped += '\\';
+    if (c == '\\') {
+      escaped += "\\textbackslash{}";
+    } else if (c == '~') {
+      escaped += "\\textasciitilde{}";
+    } else if (c == '^') {
+      escaped += "\\textasciicircum{}";
+    } else {
+      if (std::string_view("%_&#${}").find(c) != std::string_view::npos) escaped += '\\';
+      escaped += c;
+    }
+  }
+  return escaped;
+}
+
+/// Returns a text as it stands in a cell of Markdown, which a | would end.
+std::string in_cell(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) {
+    if (c == '|') escaped += '\\';
     escaped += c;
   }
   return escaped;
+}
+
+/// Returns the table with the texts of its cells and columns as Markdown needs them.
+FigureTable in_markdown(FigureTable table) {
+  for (std::string& column : table.columns) column = in_cell(column);
+  for (auto& row : table.rows)
+    for (FigureCell& cell : row) cell.text = in_cell(cell.text);
+  return table;
 }
 
 }  // namespace
@@ -48,7 +74,8 @@ std::string FigureCell::shown() const {
   return text.empty() ? "-" : text;
 }
 
-std::string table_markdown(const FigureTable& table) {
+std::string table_markdown(const FigureTable& unescaped) {
+  const FigureTable table = in_markdown(unescaped);
   const std::vector<std::size_t> widths = widths_of(table);
   std::string text = fmt::format("**{}**\n\n|", table.title), rule = "|";
   for (std::size_t i = 0; i < widths.size(); ++i) {

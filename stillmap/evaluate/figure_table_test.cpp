@@ -33,6 +33,16 @@ TEST(FigureTable, IsEscapedInLatex) {
             "\nMean of 3 runs.\n\\end{table}\n");
 }
 
+TEST(FigureTable, EscapesTheNamesOfRuns) {
+  const FigureTable table{"t", {"run", "a|b"}, {{"x|y", {1.0, 0}}, {"~^\\{}", {2.0, 0}}}, {}};
+  const std::string markdown = table_markdown(table), latex = table_latex(table);
+  EXPECT_NE(markdown.find("| x\\|y  |"), std::string::npos) << markdown;
+  EXPECT_NE(markdown.find("a\\|b"), std::string::npos) << markdown;
+  EXPECT_NE(latex.find("\\textasciitilde{}\\textasciicircum{}\\textbackslash{}\\{\\} & 2"),
+            std::string::npos)
+      << latex;
+}
+
 TEST(FigureTable, KeepsAllDigitsInJson) {
   const nlohmann::json json = small_table();
   EXPECT_EQ(json["rows"][0]["gain [%]"], 95.418);

@@ -13,13 +13,16 @@ struct TrajectoryNames {
   std::string truth_frame;      ///< Name for read_truth_frame(); empty: the truth is the camera's.
 };
 
-/// Returns why the trajectories were probably not read as they are meant; mostly nothing. The
-/// rotations over one second are compared: if they disagree as read and agree with the quaternions
-/// of a file read as qw qx qy qz, or without the frame of the truth, the text tells it with the
-/// fix. Nothing is told of a truth without rotations, a camera that hardly turns, or less than a
-/// second.
-/// @param truth  poses of the camera, with the frame of the truth applied
+/// Returns why the errors of the estimate probably mean nothing; mostly nothing. The motions over
+/// one second are compared. Where they disagree, the files are read in other ways: quaternions as
+/// qw qx qy qz, poses inverted, the truth up to 3 s earlier or later or without its frame. A
+/// reading that agrees is told with the fix; else motions about other axes, of another unit of
+/// length, or with hardly anything in common. Nothing is told of a camera that hardly moves (2
+/// degrees, 5 cm over one second), of poses less than a second long, or of rotations if the truth
+/// has none.
+/// @param truth           poses of the camera, with the frame of the truth applied
+/// @param scale_is_known  false: the estimate may have another unit of length
 std::vector<std::string> reading_doubts(const Trajectory& truth, const Trajectory& estimate,
-                                        const TrajectoryNames& names);
+                                        const TrajectoryNames& names, bool scale_is_known = true);
 
 }  // namespace stillmap

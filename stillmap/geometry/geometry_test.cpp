@@ -119,7 +119,17 @@ TEST_F(TrajectoryFile, ErrorsNameTheLine) {
   write("1 0 0 nan 0 0 0 1\n");
   EXPECT_NE(error().find("not finite"), std::string::npos) << error();
   write("1 0 0 0 0 0 0 0\n");
-  EXPECT_NE(error().find("quaternion is zero"), std::string::npos) << error();
+  EXPECT_NE(error().find(":1: the quaternion has the norm 0 instead of 1"), std::string::npos)
+      << error();
+  write("1 0 0 0 .5 .5 .5 .45\n2 0 0 0 12 30 18 4\n");
+  EXPECT_NE(error().find(":2: the quaternion has the norm 37.2 instead"), std::string::npos)
+      << error();
+  std::filesystem::remove(file_);
+  std::filesystem::create_directory(file_);
+  EXPECT_NE(error().find("is a folder\n  fix: name the trajectory in it: groundtruth.txt"),
+            std::string::npos)
+      << error();
+  std::filesystem::remove(file_);
   write("# nothing\n");
   EXPECT_NE(error().find("contains no pose"), std::string::npos) << error();
 }

@@ -23,6 +23,7 @@ constexpr double kLargestNumber = 1e12;
 
 constexpr double kNanosecond = 1e-9;  // s
 constexpr double kSamePlace = 0.05;   // [m]; poses of one time that are nearer are one
+constexpr double kNormError = 0.1;    // of quaternions, as numbers of one digit have at most
 constexpr std::size_t kTumNumbers = 8, kKittiNumbers = 12, kEurocNumbers = 17;
 
 /// Returns the finite numbers of a line.
@@ -33,7 +34,9 @@ std::vector<double> numbers_of(std::string line, const std::string& where) {
   for (std::string token; fields >> token;) {
     char* end = nullptr;  // strtod also accepts "nan"; a stream would fail on it.
     const double number = std::strtod(token.c_str(), &end);
-    if (*end != '\0') throw Error("'" + token + "' is not a number", where, "");
+    if (*end != '\0')
+      throw Error("'" + token + "' is not a number", where,
+                  "write lines of 8 numbers: timestamp tx ty tz qx qy qz qw");
     if (!std::isfinite(number)) {
       throw Error("'" + token + "' is not finite", where, "remove the lines without a valid pose");
     }
@@ -103,8 +106,9 @@ StampedPose pose_of(const PoseLine& line, const PoseFormat& format) {
   }
   const Eigen::Quaterniond q = format.scalar_first ? Eigen::Quaterniond(v[4], v[5], v[6], v[7])
                                                    : Eigen::Quaterniond(v[7], v[4], v[5], v[6]);
-  if (q.norm() < 1e-6) {
-    throw Error("the quaternion is zero", line.where, "write poses as tx ty tz qx qy qz qw");
+  if (std::abs(q.norm() - 1) > kNormError) {
+    throw Error(fmt::format("the quaternion has the norm {:.3g} instead of 1", q.norm()),
+                line.where, "write poses as timestamp tx ty tz qx qy qz qw");
   }
   return {format.nanoseconds ? v[0] * kNanosecond : v[0],
           Pose(q, Eigen::Vector3d(v[1], v[2], v[3]))};
@@ -126,6 +130,10 @@ void require_one_place_at_a_time(const Trajectory& sorted, const std::filesystem
 }  // namespace
 
 Trajectory read_trajectory(const std::filesystem::path& file) {
+  if (std::filesystem::is_directory(file))
+    throw Error(
+        "is a folder", file.string(),
+        "name the trajectory in it: groundtruth.txt of a recording, trajectory.txt of a run");
   std::istringstream in(read_file(file));
   std::vector<PoseLine> lines;
   std::string line, heading;

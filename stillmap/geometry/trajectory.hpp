@@ -29,8 +29,8 @@ struct UncertainPose {
 /// a comment. With timestamps in nanoseconds (above 1e12) it reads the formats of EuRoC: separated
 /// by commas with qw first and more columns behind (its ground truth), or by blanks (ORB-SLAM3).
 /// Sorted by timestamp. Throws Error with file and line for an invalid line, such as one of KITTI's
-/// 12 numbers, values that are not finite or a zero quaternion, and for a file that cannot be
-/// opened or contains no pose.
+/// 12 numbers, values that are not finite or a quaternion whose norm is off 1 by more than 0.1, and
+/// for a file that cannot be opened or contains no pose.
 Trajectory read_trajectory(const std::filesystem::path& file);
 
 /// Returns a line in TUM format with 9 decimals.

@@ -94,6 +94,12 @@ std::set<std::string> own_names(const fs::path& folder) {
   return names;
 }
 
+/// Locks an open folder. Returns false if another process has locked it; a file system without
+/// locks gives none.
+bool lock(int descriptor) {
+  return ::flock(descriptor, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
+}
+
 /// Creates the folder and locks it against other processes until the returned object is destroyed;
 /// objects of this process share the lock.
 std::shared_ptr<const void> locked(const fs::path& folder) {
@@ -104,19 +110,18 @@ std::shared_ptr<const void> locked(const fs::path& folder) {
   auto& known = locks[fs::canonical(folder)];
   if (auto lock = known.lock()) return lock;
   const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor >= 0 && ::flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+  if (descriptor >= 0 && !lock(descriptor)) {
     ::close(descriptor);
     throw Error("another run writes its results to this folder", folder.string(),
                 "wait for its end, or name another folder with --out DIR");
   }
-  // A file system without locks gives none.
-  std::shared_ptr<const void> lock(new int(descriptor), [](const void* held) {
+  std::shared_ptr<const void> held_lock(new int(descriptor), [](const void* held) {
     const auto* number = static_cast<const int*>(held);
     if (*number >= 0) ::close(*number);
     delete number;
   });
-  known = lock;
-  return lock;
+  known = held_lock;
+  return held_lock;
 }
 
 Error foreign_file(const fs::path& file) {
@@ -125,6 +130,14 @@ Error foreign_file(const fs::path& file) {
 }
 
 }  // namespace
+
+bool is_written_to(const fs::path& folder) {
+  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return false;
+  const bool is_free = lock(descriptor);
+  ::close(descriptor);
+  return !is_free;
+}
 
 ResultFolder::ResultFolder(fs::path folder, Foreign foreign)
     : folder_(std::move(folder)), lock_(locked(folder_)), foreign_(foreign) {
@@ -164,7 +177,8 @@ bool ResultFolder::write(const std::string& name,
     return write(name, writer);
   }
   // The file of an earlier run is not taken for that of this run.
-  if (!current_.contains(name) && !is_foreign(name)) remove_own({&name, 1});
+  if (!current_.contains(name) && !is_foreign(name) && forget(name))
+    problems_ += file.string() + ": the one that was there was removed\n";
   return false;
 }
 
@@ -209,8 +223,9 @@ void ResultFolder::remove_own(std::span<const std::string> names) {
   }
 }
 
-void ResultFolder::discard(const std::string& name) {
-  if (problems_.empty()) forget(name);
+bool ResultFolder::wrote(std::span<const std::string> names) const {
+  return std::all_of(names.begin(), names.end(),
+                     [&](const std::string& name) { return current_.contains(name); });
 }
 
 /// Removes a file of Stillmap's, also from the list of written ones. Returns whether it was there.

@@ -58,9 +58,11 @@ class ResultFolder {
   /// the results of one.
   void remove_own(std::span<const std::string> names);
 
-  /// Removes a file that was written through this object, as it is of no use any more. After a
-  /// problem nothing is removed.
-  void discard(const std::string& name);
+  /// Removes a file of Stillmap's that is of no use any more.
+  void discard(const std::string& name) { forget(name); }
+
+  /// Returns whether these files were written through this object.
+  bool wrote(std::span<const std::string> names) const;
 
   /// Removes the files of the manifest that were not written through this object. After a problem
   /// nothing is removed.
@@ -93,5 +95,8 @@ class ResultFolder {
   std::string spare_;  // see make_room_by()
   std::string problems_;
 };
+
+/// Returns whether a process has a ResultFolder of this folder.
+bool is_written_to(const std::filesystem::path& folder);
 
 }  // namespace stillmap

@@ -63,6 +63,7 @@ ReportImages write_dense_map(RunRecord& record, const DenseOutputs& outputs, Res
       write_dense_files({result.dense, result.placed, result.trajectory, result.movers},
                         dense_parameters_of(record.options), outputs, folder);
   images.more = std::move(files.images);
+  record.planner_doubt = files.floor_problem;
   if (!files.floor_problem.empty()) record.doubts.push_back(files.floor_problem);
   if (images.more.empty()) return images;
   images.cloud = images.more.front();
@@ -111,10 +112,19 @@ std::vector<std::string> file_names(RunPart part) {
 
 void require_ended_run(const fs::path& folder) {
   if (!fs::exists(folder / kRunJournal)) return;
+  if (is_written_to(folder))
+    throw Error("another run writes its results to this folder", folder.string(), "wait for its end");
   throw Error(
       "holds the journal of a run that did not end; other results there may be those of an "
       "earlier run",
       folder.string(), "write its results with: stillmap recover " + folder.string());
+}
+
+void remove_journal(const Options& options, ResultFolder& folder) {
+  std::vector<std::string> results{"trajectory.txt", "keyframes.txt", kRunOptions, kRunSummary};
+  if (options.dense.enabled) results.emplace_back(kRunMap);
+  if (options.movers.enabled) results.emplace_back("movers.csv");
+  if (folder.wrote(results)) folder.discard(kRunJournal);
 }
 
 std::vector<std::string> possible_run_files(const Options& options, const RunOutputs& outputs) {

@@ -39,8 +39,8 @@ enum class RunPart {
 /// made from it, and docs/dense_map.md is tested against it.
 std::vector<std::string> file_names(RunPart part);
 
-/// Throws Error if the last run into a folder did not end, so that the results there may be those
-/// of an earlier one.
+/// Throws Error if the last run into a folder goes on or did not end, so that the results there may
+/// be those of an earlier one.
 void require_ended_run(const std::filesystem::path& folder);
 
 /// Which files are written for a run in addition to the standard ones.
@@ -62,6 +62,9 @@ std::vector<std::string> possible_run_files(const Options& options, const RunOut
 /// summary.json and report.html; and saves the map, if wanted. Problems are kept in the folder: see
 /// ResultFolder::require_all().
 void write_run_files(RunRecord& record, const RunOutputs& outputs, ResultFolder& folder);
+
+/// Removes the journal of a run if the files of the run hold all that it does.
+void remove_journal(const Options& options, ResultFolder& folder);
 
 /// Writes profile.txt, profile.svg and trace.json. All other threads of the trace must be idle.
 /// @param process_cpu_ms  CPU time of the process in the time of the trace [ms]

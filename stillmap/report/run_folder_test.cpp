@@ -4,6 +4,7 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/machine.hpp"
+#include "stillmap/base/test_error.hpp"
 #include "stillmap/base/test_path.hpp"
 #include "stillmap/simulate/simulated_sequence.hpp"
 #include "stillmap/write_results.hpp"
@@ -16,6 +17,7 @@ namespace stillmap {
 namespace {
 namespace fs = std::filesystem;
 
+using test::error_of;
 using ::testing::HasSubstr;
 
 /// Returns a short sequence of a rendered scene without movers.
@@ -121,6 +123,26 @@ TEST_F(RunFolder, ARunThatDidNotEndIsToldByItsJournal) {
   EXPECT_NO_THROW(require_ended_run(folder_));
   write_file(folder_ / kRunJournal, "begun");
   EXPECT_THROW(require_ended_run(folder_), Error);
+}
+
+TEST_F(RunFolder, ARunThatGoesOnIsNotToldToHaveEnded) {
+  const ResultFolder results(folder_);
+  write_file(folder_ / kRunJournal, "begun");
+  EXPECT_THAT(error_of([&] { require_ended_run(folder_); }), HasSubstr("wait for its end"));
+}
+
+TEST_F(RunFolder, TheJournalGoesOnceItsResultsAreWritten) {
+  Options options;
+  options.dense.enabled = options.movers.enabled = false;
+  ResultFolder results(folder_);
+  for (const char* name : {kRunJournal, "trajectory.txt", "keyframes.txt", kRunOptions})
+    results.write_text(name, "");
+  remove_journal(options, results);
+  EXPECT_TRUE(has(kRunJournal)) << "there is no summary";
+  results.write_text(kRunSummary, "{}");
+  results.write("cloud.png", [](const fs::path& file) { throw Error("disk full", file, ""); });
+  remove_journal(options, results);
+  EXPECT_FALSE(has(kRunJournal));
 }
 
 TEST_F(RunFolder, AForeignFileIsLeftAloneWithoutForce) {

@@ -50,6 +50,7 @@ struct RunRecord {
   std::vector<std::string> unused_settings;
   std::vector<std::string> frame_problems;  ///< Of FrameCheck and of the rules of --zones.
   std::vector<std::string> doubts;          ///< Reasons not to trust the results.
+  std::string planner_doubt;                ///< The one of them about the files for planners.
   bool interrupted = false;                 ///< Whether the user stopped the run early.
   bool recovered = false;                   ///< Whether the run was killed; from its journal.
 

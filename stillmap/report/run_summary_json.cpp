@@ -220,6 +220,7 @@ nlohmann::json run_summary_json(const RunRecord& record) {
   json["network"] = network_json(record.result.detector);
   json["frames_without_masks"] = text_or_null(record.result.detector_skipped);
   json["doubts"] = record.doubts;
+  if (!record.planner_doubt.empty()) json["planner_doubt"] = record.planner_doubt;
   json["interrupted"] = record.interrupted;
   json["frames"] = frames_json(record);
   for (const SkippedFrame& s : record.skipped)
