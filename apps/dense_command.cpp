@@ -138,24 +138,37 @@ int run(const DenseArguments& arguments) {
   return doubts.empty() ? kSuccess : kDoubtful;
 }
 
+/// Returns the parts of a text between its commas.
+std::vector<std::string> split(const std::string& text) {
+  std::vector<std::string> parts;
+  std::istringstream stream(text);
+  for (std::string part; std::getline(stream, part, ',');) parts.push_back(part);
+  return parts;
+}
+
+/// Returns the direction that a text X,Y,Z names. Throws Error.
+Eigen::Vector3d direction_in(const std::string& text) {
+  const std::vector<std::string> parts = split(text);
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();
+  bool valid = parts.size() == 3;
+  for (std::size_t i = 0; valid && i < parts.size(); ++i)
+    valid = CLI::detail::lexical_cast(parts[i], direction[static_cast<Eigen::Index>(i)]);
+  if (!valid || !(direction.norm() > 1e-6 && direction.norm() < 1e6)) {
+    throw Error("'" + text + "' is no direction", "--up",
+                "give three numbers with commas that are not all 0, such as --up 0,-1,0");
+  }
+  return direction;
+}
+
 /// Adds the options that replace the estimate of the floor.
 void add_floor_options(CLI::App& command, CLI::Option* planner, FloorHints& floor) {
   command
-      .add_option_function<std::vector<double>>(
-          "--up",
-          [&floor](const std::vector<double>& numbers) {
-            const Eigen::Vector3d up(numbers.data());
-            if (!(up.norm() > 1e-6 && up.norm() < 1e6))
-              throw Error("is no direction", "--up", "give three numbers that are not all 0");
-            floor.up = up;
-          },
+      .add_option_function<std::string>(
+          "--up", [&floor](const std::string& text) { floor.up = direction_in(text); },
           "upward direction in the frame of the first camera (x right, y down, z forward); "
           "0,-1,0 for a level camera")
-      ->delimiter(',')
-      ->expected(3)
       ->type_name("X,Y,Z")
-      ->needs(planner)
-      ->check(CLI::Number);
+      ->needs(planner);
   command
       .add_option_function<double>(
           "--camera-height",
@@ -175,15 +188,9 @@ void add_floor_options(CLI::App& command, CLI::Option* planner, FloorHints& floo
           "--floor", [&floor](const std::string& file) { floor.floor = read_floor(file); },
           "floor.json of a run in the same map")
       ->type_name("FILE")
-      ->needs(planner);
-}
-
-/// Returns the parts of a text between its commas.
-std::vector<std::string> split(const std::string& text) {
-  std::vector<std::string> parts;
-  std::istringstream stream(text);
-  for (std::string part; std::getline(stream, part, ',');) parts.push_back(part);
-  return parts;
+      ->needs(planner)
+      ->excludes("--up")
+      ->excludes("--camera-height");
 }
 
 }  // namespace

@@ -23,11 +23,16 @@ namespace {
 constexpr const char *kMapFrame = "map", *kFirstCameraFrame = "first camera";
 
 /// Differences between a given and an estimated floor from which one of them is wrong [degrees, m].
-constexpr double kContradictoryTilt = 15, kContradictoryHeight = 0.15;
+/// Estimated directions are seldom more than 2.5 degrees off.
+constexpr double kContradictoryTilt = 2.5, kContradictoryHeight = 0.15;
+/// The same, in standard deviations of the estimated direction.
+constexpr double kContradictorySigmas = 3;
 
 nlohmann::json triple(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-nlohmann::json floor_json(const FloorFinding& finding, const Pose& T_map_world) {
+/// @param problem  why the floor is unknown or wrong; empty without a problem
+nlohmann::json floor_json(const FloorFinding& finding, const std::string& problem,
+                          const Pose& T_map_world) {
   const FloorEvidence& e = finding.evidence;
   nlohmann::json json{{"frame", finding.floor ? kMapFrame : kFirstCameraFrame},
                       {"T_map_world", pose_json(T_map_world)},
@@ -47,7 +52,7 @@ nlohmann::json floor_json(const FloorFinding& finding, const Pose& T_map_world) 
   }
   if (finding.floor)
     json["floor"] = {{"up", triple(finding.floor->up)}, {"height", finding.floor->height}};
-  if (!finding.reason.empty()) json["problem"] = finding.reason;
+  if (!problem.empty()) json["problem"] = problem;
   return json;
 }
 
@@ -61,28 +66,28 @@ std::vector<StaticObstacle> static_obstacles(const PlacedMap& placed,
   return obstacles_in(occupied_space(placed, T_walls_map * T_map_world, options), yaw, options);
 }
 
-/// Returns the sentence for users about an unknown floor, with the fix.
+/// Returns the sentence for users about an unknown floor.
 std::string unknown_floor_text(const std::string& reason) {
   return "the floor is unknown, so the files for planners are in the frame of the first camera, "
-         "and "
-         "there are no grid and no static obstacles: " +
-         reason + "; give --up X,Y,Z and --camera-height METERS, or --floor FILE";
+         "and there are no grid and no static obstacles: " +
+         reason;
 }
 
-/// Returns the sentence for users about a given floor that is not the one that is seen; empty
-/// without a contradiction.
+/// Returns the sentence for users about a given floor or direction that is not the one that is
+/// seen; empty without a contradiction.
 std::string contradiction_text(const FloorFinding& given, const FloorFinding& seen,
                                const Eigen::Vector3d& eye) {
-  if (!given.floor || !seen.up) return "";
+  if (!given.up || !seen.up) return "";
   const double degrees =
-      std::acos(std::clamp(given.floor->up.dot(*seen.up), -1.0, 1.0)) * 180 / std::numbers::pi;
+      std::acos(std::clamp(given.up->dot(*seen.up), -1.0, 1.0)) * 180 / std::numbers::pi;
   const auto camera_height = [&](const Floor& floor) { return floor.up.dot(eye) - floor.height; };
-  const double uncertainty = 2 * seen.up_sigma * 180 / std::numbers::pi;
+  const double sigma = seen.up_sigma * 180 / std::numbers::pi;
   std::string seen_text;
-  if (degrees > kContradictoryTilt + uncertainty) {
-    seen_text = fmt::format("its upward direction is {:.0f} degrees from", degrees);
-  } else if (seen.floor && std::abs(camera_height(*given.floor) - camera_height(*seen.floor)) >
-                               kContradictoryHeight) {
+  if (degrees > std::max(kContradictoryTilt, kContradictorySigmas * sigma)) {
+    seen_text = fmt::format("its upward direction is {:.1f} degrees from", degrees);
+  } else if (given.floor && seen.floor &&
+             std::abs(camera_height(*given.floor) - camera_height(*seen.floor)) >
+                 kContradictoryHeight) {
     seen_text = fmt::format("it is {:.2f} m below the first camera, not {:.2f} m as",
                             camera_height(*given.floor), camera_height(*seen.floor));
   }
@@ -90,6 +95,18 @@ std::string contradiction_text(const FloorFinding& given, const FloorFinding& se
   return "the given floor contradicts the recording: " + seen_text +
          " that of the surfaces in view; check --up (x right, y down, z forward), --camera-height "
          "(meters), or that --floor is of this map";
+}
+
+/// Returns why a floor is unknown or contradicts what is seen, with the fix; empty if neither.
+std::string problem_of(const FloorFinding& finding, const FloorHints& hints,
+                       const std::vector<Surfel>& surfels, const std::vector<Pose>& cameras) {
+  std::string problem;
+  if (hints.up || hints.camera_height || hints.floor)
+    problem =
+        contradiction_text(finding, find_floor(surfels, cameras), cameras.front().translation());
+  if (problem.empty() && !finding.floor)
+    problem = finding.reason + "; give --up X,Y,Z and --camera-height METERS, or --floor FILE";
+  return problem;
 }
 
 }  // namespace
@@ -102,25 +119,27 @@ std::string write_planner_files(const PlannerData& data, const OccupancyOptions&
   for (const PosedView& view : placed.views) cameras.push_back(view.T_world_camera);
   const std::vector<Surfel> surfels = surfels_of(placed, kFloorSurfel);
   const FloorFinding finding = find_floor(surfels, cameras, hints);
+  const std::string problem = problem_of(finding, hints, surfels, cameras);
   const Pose T_map_world =
       finding.floor ? map_frame(*finding.floor, cameras.front()) : cameras.front().inverse();
   const OccupiedSpace space = occupied_space(placed, T_map_world, options);
   std::vector<StaticObstacle> obstacles;
-  folder.write_text("floor.json", json_text(floor_json(finding, T_map_world), 2) + "\n");
+  folder.write_text("floor.json", json_text(floor_json(finding, problem, T_map_world), 2) + "\n");
   folder.write_text("octomap.bt", octomap_bytes(space));
   if (finding.floor) {
     const OccupancyGrid grid = floor_plan(space, options);
     folder.write_text("grid.pgm", grid_pgm(grid));
     folder.write_text("grid.yaml", grid_yaml(grid, "grid.pgm", T_map_world));
     obstacles = static_obstacles(placed, surfels, T_map_world, options);
+  } else {  // those of an earlier call
+    folder.discard("grid.pgm");
+    folder.discard("grid.yaml");
   }
   const PlannerFrame frame{finding.floor ? kMapFrame : kFirstCameraFrame, T_map_world};
   folder.write_text("obstacles.json", json_text(obstacles_json(obstacles, frame), 2) + "\n");
   folder.write_text("obstacles.jsonl",
                     obstacles_by_frame(obstacles, frame, data.trajectory, data.movers));
-  if (!finding.floor) return unknown_floor_text(finding.reason);
-  if (!hints.up && !hints.camera_height && !hints.floor) return "";
-  return contradiction_text(finding, find_floor(surfels, cameras), cameras.front().translation());
+  return finding.floor ? problem : unknown_floor_text(problem);
 }
 
 Floor read_floor(const std::filesystem::path& file) {

@@ -23,8 +23,8 @@ struct PlannerData {
 /// Writes the floor (floor.json), the occupied space (octomap.bt), and the obstacles
 /// (obstacles.json, obstacles.jsonl), and, if the floor is known, the grid (grid.pgm, grid.yaml).
 /// Without a floor the files are in the frame of the first camera and have no static obstacles.
-/// @returns a sentence for users about an unknown floor, with the reason and the fix; empty if it
-/// is known
+/// @returns a sentence for users about an unknown floor, or about hints that contradict what is
+/// seen, with the reason and the fix; empty if there is nothing to tell
 std::string write_planner_files(const PlannerData& data, const OccupancyOptions& options,
                                 const FloorHints& hints, ResultFolder& folder);
 

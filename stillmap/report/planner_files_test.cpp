@@ -15,6 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::error_of;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 /// Writes the planner's files of the rendered room, whose floor is 1.2 m below the camera.
@@ -75,11 +76,27 @@ TEST_F(PlannerFiles, AreInTheFrameOfTheFirstCameraIfTheFloorIsUnknown) {
               HasSubstr("contains no floor"));
 }
 
+TEST_F(PlannerFiles, TheGridOfAnEarlierCallGoesWithTheFloor) {
+  const Eigen::Vector3d up =
+      testing_support::kRoomCamera.quaternion().conjugate() * Eigen::Vector3d(0, -1, 0);
+  write({.up = up, .camera_height = 1.2});
+  ASSERT_TRUE(fs::exists(folder_ / "grid.yaml"));
+  write({.up = Eigen::Vector3d(0, 0, 1)});
+  EXPECT_FALSE(fs::exists(folder_ / "grid.pgm"));
+  EXPECT_FALSE(fs::exists(folder_ / "grid.yaml"));
+}
+
 TEST_F(PlannerFiles, AGivenFloorThatContradictsTheSurfacesIsTold) {
   const Eigen::Vector3d up =
       testing_support::kRoomCamera.quaternion().conjugate() * Eigen::Vector3d(0, -1, 0);
-  EXPECT_THAT(write({.up = -up, .camera_height = 1.2}), HasSubstr("180 degrees from"));
+  EXPECT_THAT(write({.up = -up, .camera_height = 1.2}), HasSubstr("180.0 degrees from"));
   EXPECT_EQ(floor()["frame"], "map") << "the user's floor is used nevertheless";
+  EXPECT_THAT(floor()["problem"].get<std::string>(), HasSubstr("180.0 degrees from"));
+  EXPECT_THAT(write({.up = -up}),
+              AllOf(HasSubstr("the floor is unknown"), HasSubstr("180.0 degrees from")));
+  const Pose tilt(so3_exp({0.07, 0, 0}), {0, 0, 0});  // 4 degrees
+  EXPECT_THAT(write({.up = tilt.quaternion() * up, .camera_height = 1.2}),
+              HasSubstr("4.0 degrees from"));
   const Floor upside_down{{0, 1, 0}, 0};
   EXPECT_THAT(write({.floor = upside_down}), HasSubstr("contradicts the recording"));
 }
