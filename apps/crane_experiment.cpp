@@ -52,6 +52,7 @@ void render(const SimulationOptions& options, const std::string& name, const fs:
   write_tum_layout(sequence, folder, [&](std::size_t) {
     if (interrupted()) throw Interrupted();
     progress.step();
+    return true;
   });
 }
 

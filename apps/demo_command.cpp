@@ -53,7 +53,10 @@ fs::path render(const DemoArguments& arguments) {
   const fs::path folder = fs::path(arguments.out) / "sequence";
   make_output_folder(folder);
   Progress progress("rendering", sequence.frames());
-  write_tum_layout(sequence, folder, [&](std::size_t) { progress.step(); });
+  write_tum_layout(sequence, folder, [&](std::size_t) {
+    progress.step();
+    return !interrupted();
+  });
   return folder;
 }
 
@@ -84,6 +87,7 @@ int run(const DemoArguments& arguments) {
   catch_interrupt();
   print_out("1. Render an office with three walking people and the noise of a Kinect\n");
   const fs::path folder = render(arguments);
+  if (interrupted()) return kInterrupted;
   const Trajectory truth = read_trajectory(folder / "groundtruth.txt");
   std::vector<RecordedRun> runs;
   int step = 2;

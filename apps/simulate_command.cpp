@@ -27,14 +27,20 @@ int run(const SimulateArguments& arguments) {
   options.noise = !arguments.no_noise;
   if (arguments.no_noise) options.sensor = "ideal";
   make_output_folder(arguments.out);
+  catch_interrupt();
   const SimulatedSequence sequence(options);
-  {
+  const std::size_t frames = [&] {
     Progress progress("rendering", sequence.frames());
-    write_tum_layout(sequence, arguments.out, [&](std::size_t) { progress.step(); });
-  }
-  print_out("written: {} ({} frames; map it with: stillmap run {})\n", arguments.out,
-            sequence.frames(), arguments.out);
-  return kSuccess;
+    return write_tum_layout(sequence, arguments.out, [&](std::size_t) {
+      progress.step();
+      return !interrupted();
+    });
+  }();
+  if (frames < sequence.frames())
+    print_out("interrupted after {} of {} frames\n", frames, sequence.frames());
+  print_out("written: {} ({} frames; map it with: stillmap run {})\n", arguments.out, frames,
+            arguments.out);
+  return frames < sequence.frames() ? kInterrupted : kSuccess;
 }
 
 void add_sensor_options(CLI::App& command, SimulateArguments& arguments) {

@@ -104,29 +104,34 @@ void make_sequence_folder(const std::filesystem::path& folder) {
 
 }  // namespace
 
-void write_tum_layout(const SimulatedSequence& sequence, const std::filesystem::path& folder,
-                      const std::function<void(std::size_t)>& done) {
+std::size_t write_tum_layout(const SimulatedSequence& sequence, const std::filesystem::path& folder,
+                             const std::function<bool(std::size_t)>& done) {
   make_sequence_folder(folder);
   Lists lists;
   SeenSurface surface(sequence.camera());
-  for (std::size_t i = 0; i < sequence.frames(); ++i) {
-    const SimulatedFrame made = sequence.at(i);
+  std::size_t frames = 0;
+  for (bool goes_on = true; goes_on && frames < sequence.frames();) {
+    const SimulatedFrame made = sequence.at(frames);
     const std::string stamp = fmt::format("{:.6f}", made.truth.timestamp), file = stamp + ".png";
     write_png(folder / "rgb" / file, made.frame->color, kPngParameters);
     write_png(folder / "depth" / file, raw_depth(made.frame->depth, sequence.camera().depth_factor),
               kPngParameters);
     write_png(folder / "mask" / file, class_mask(made.truth), kPngParameters);
     write_png(folder / "instance" / file, made.truth.instances, kPngParameters);
-    write_png(folder / "speed" / file, speed_levels(sequence.speed(i)), kPngParameters);
+    write_png(folder / "speed" / file, speed_levels(sequence.speed(frames)), kPngParameters);
     lists.add(stamp, made.truth);
     surface.add(made.truth);
-    if (done) done(i + 1);
+    ++frames;
+    if (done) goes_on = done(frames);
   }
   write_camera(folder / "camera.yaml", sequence.camera());
-  write_trajectory(folder / "groundtruth.txt", sequence.trajectory());
+  Trajectory trajectory = sequence.trajectory();
+  trajectory.resize(frames);
+  write_trajectory(folder / "groundtruth.txt", trajectory);
   write_file(folder / "surface.ply", points_ply(surface.points()));
   write_file(folder / kMarker, object_lines(sequence.scene().statics.things));
   lists.write(folder);
+  return frames;
 }
 
 }  // namespace stillmap

@@ -23,11 +23,13 @@ namespace stillmap {
 ///   box; world frame [m, m/s]), the number of pixels that show it, its share inside the image
 ///   borders, and its share that is also not occluded;
 /// - things.csv: static objects of COCO classes (boxes, world frame [m]).
-/// @param done  called after each frame with the number of frames written so far; may be empty
+/// @param done  called after each frame with the number of frames written so far; if it returns
+/// false, the sequence ends there; may be empty
+/// @returns the number of frames written
 /// Throws Error for a folder with files that are not those of a simulated sequence, which it would
 /// replace, and with the file name if a file cannot be written (folder not writable, disk full);
 /// lists are written last, so an incomplete sequence has none.
-void write_tum_layout(const SimulatedSequence& sequence, const std::filesystem::path& folder,
-                      const std::function<void(std::size_t)>& done = {});
+std::size_t write_tum_layout(const SimulatedSequence& sequence, const std::filesystem::path& folder,
+                             const std::function<bool(std::size_t)>& done = {});
 
 }  // namespace stillmap

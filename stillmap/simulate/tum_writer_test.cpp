@@ -6,6 +6,7 @@
 #include "stillmap/base/test_path.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 
+#include <algorithm>
 #include <fstream>
 
 #include <gtest/gtest.h>
@@ -52,10 +53,22 @@ TEST_F(TumWriter, ReplacesAnEarlierSequenceAsAWhole) {
   EXPECT_EQ(std::distance(fs::begin(images), fs::end(images)), 1);
 }
 
+TEST_F(TumWriter, AnInterruptedSequenceIsWholeUpToItsEnd) {
+  const SimulatedSequence sequence(tiny());
+  EXPECT_EQ(write_tum_layout(sequence, folder_, [](std::size_t done) { return done < 2; }), 2u);
+  EXPECT_EQ(read_trajectory(folder_ / "groundtruth.txt").size(), 2u);
+  const std::string list = read_file(folder_ / "associations.txt");
+  EXPECT_EQ(std::count(list.begin(), list.end(), '\n'), 2);
+  EXPECT_TRUE(fs::exists(folder_ / "camera.yaml"));
+}
+
 TEST_F(TumWriter, FilesEqualTheSequence) {
   const SimulatedSequence sequence(tiny());
   std::vector<std::size_t> steps;
-  write_tum_layout(sequence, folder_, [&](std::size_t done) { steps.push_back(done); });
+  write_tum_layout(sequence, folder_, [&](std::size_t done) {
+    steps.push_back(done);
+    return true;
+  });
   EXPECT_EQ(steps, (std::vector<std::size_t>{1, 2, 3}));
 
   const SimulatedFrame made = sequence.at(2);
