@@ -339,4 +339,10 @@ bool is_wrong_focal_length(const Camera& given, const CameraCalibration& found,
                             focal == kFx ? given.fx : given.fy);
 }
 
+bool shows_distances(const CameraCalibration& found) {
+  constexpr double kLeastBow = -0.03;  // [1/m]
+  return found.correction(kDisparityBow) <
+         std::min(kLeastBow, -kCertain * found.sigma(kDisparityBow));
+}
+
 }  // namespace stillmap

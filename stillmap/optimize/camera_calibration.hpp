@@ -61,4 +61,10 @@ bool is_wrong_intrinsic(double correction, double sigma, double focal_length);
 bool is_wrong_focal_length(const Camera& given, const CameraCalibration& found,
                            CameraParameter focal);
 
+/// Returns whether the depths grow toward the corners of the image as distances from the camera do
+/// in place of depths along its optical axis: a bow of less than -0.03 1/m (6 % of a depth of 2 m)
+/// and 6 standard deviations. Runs on recordings of two sensors gave -0.01 and 0.03 1/m, and -0.04
+/// to -0.26 1/m with distances.
+bool shows_distances(const CameraCalibration& found);
+
 }  // namespace stillmap

@@ -143,10 +143,10 @@ std::optional<double> fitting_focal_length(const Rendered& recording, double foc
   given.fx *= focal_factor, given.fy *= focal_factor;
   SlamSystem slam(given, parameters_of(read_options("static")));
   for (const RgbdFramePtr& frame : recording.frames) slam.push(frame);
-  return slam.finish().fitting_focal_length;
+  return slam.finish().camera_errors.focal_length;
 }
 
-TEST(FocalLengthCheck, ARunTellsFocalLengthsThatAreWrongByFifteenPercent) {
+TEST(CameraCheck, ARunTellsFocalLengthsThatAreWrongByFifteenPercent) {
   const Rendered recording = rendered("rpy", 0);
   EXPECT_FALSE(fitting_focal_length(recording, 1));
   for (const double factor : {0.85, 1.15}) {
@@ -158,7 +158,34 @@ TEST(FocalLengthCheck, ARunTellsFocalLengthsThatAreWrongByFifteenPercent) {
   }
 }
 
-TEST(FocalLengthCheck, ACameraAtRestShowsNone) {
+/// Returns the camera errors that a run finds.
+/// @param distances  whether the depths are replaced by distances from the camera
+CameraErrors errors_of_run(const Rendered& recording, bool distances) {
+  const Camera& c = recording.camera;
+  SlamSystem slam(c, parameters_of(read_options("static")));
+  for (const RgbdFramePtr& frame : recording.frames) {
+    RgbdFrame changed = *frame;
+    changed.depth = frame->depth.clone();
+    for (int v = 0; distances && v < c.height; ++v) {
+      for (int u = 0; u < c.width; ++u)
+        changed.depth.at<float>(v, u) *=
+            static_cast<float>(std::hypot(1, (u - c.cx) / c.fx, (v - c.cy) / c.fy));
+    }
+    slam.push(std::make_shared<const RgbdFrame>(changed));
+  }
+  return slam.finish().camera_errors;
+}
+
+TEST(CameraCheck, ARunTellsDistancesInPlaceOfDepths) {
+  const Rendered recording = rendered("rpy", 0);
+  EXPECT_FALSE(errors_of_run(recording, false).disparity_bow);
+  const auto bow = errors_of_run(recording, true).disparity_bow;
+  ASSERT_TRUE(bow);
+  EXPECT_LT(*bow, -0.03);
+  EXPECT_GT(*bow, -0.5);
+}
+
+TEST(CameraCheck, ACameraAtRestShowsNone) {
   EXPECT_FALSE(fitting_focal_length(rendered("static", kOffsetPixels), 1));
 }
 

@@ -5,7 +5,7 @@
 #include "stillmap/base/span_names.hpp"
 #include "stillmap/base/trace.hpp"
 #include "stillmap/optimize/trajectory_smoother.hpp"
-#include "stillmap/pipeline/focal_length_check.hpp"
+#include "stillmap/pipeline/camera_check.hpp"
 #include "stillmap/pipeline/snapshot.hpp"
 #include "stillmap/sensor/require_image.hpp"
 
@@ -315,7 +315,7 @@ void SlamSystem::collect_statistics(SlamResult& result) const {
   result.camera = camera_;
   result.shutter = tracker_.shutter();
   if (camera_.depth_sensor.principle != DepthPrinciple::kStereo)
-    result.fitting_focal_length = contradicting_focal_length(map);
+    result.camera_errors = camera_errors(map);
 }
 
 /// All threads rest, so their tracks may be read.

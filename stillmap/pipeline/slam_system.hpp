@@ -3,6 +3,7 @@
 #include "stillmap/base/stage_times.hpp"
 #include "stillmap/base/trace.hpp"
 #include "stillmap/geometry/trajectory.hpp"
+#include "stillmap/pipeline/camera_check.hpp"
 #include "stillmap/pipeline/dense_stream.hpp"
 #include "stillmap/pipeline/frame_log.hpp"
 #include "stillmap/pipeline/instance_stream.hpp"
@@ -56,9 +57,9 @@ struct SlamResult {
   std::string detector_skipped;         ///< Frames without a usable mask, in one line; empty: none.
   std::string detector_doubt;           ///< See Detector::doubt().
   LoadShedding load_shedding;
-  Camera camera;          ///< of the frames, without distortion
-  ShutterTiming shutter;  ///< timing of the camera's shutters that was in use at the end
-  std::optional<double> fitting_focal_length;  ///< See contradicting_focal_length().
+  Camera camera;               ///< of the frames, without distortion
+  ShutterTiming shutter;       ///< timing of the camera's shutters that was in use at the end
+  CameraErrors camera_errors;  ///< That the map shows.
   std::size_t tracked() const { return trajectory.size(); }
   /// Sets `poses` and `trajectory`.
   void set_poses(std::vector<UncertainPose> found);

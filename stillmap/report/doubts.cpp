@@ -151,7 +151,7 @@ void add_empty_cloud(const RunRecord& record, std::vector<std::string>& doubts) 
 
 /// Tells a focal length that the map contradicts.
 void add_wrong_focal_length(const RunRecord& record, std::vector<std::string>& doubts) {
-  const auto& fitting = record.result.fitting_focal_length;
+  const auto& fitting = record.result.camera_errors.focal_length;
   if (!fitting) return;
   const double factor = *fitting / record.result.camera.fx;
   if (factor < 1 / kLargestFocalFactor || factor > kLargestFocalFactor) {
@@ -166,6 +166,18 @@ void add_wrong_focal_length(const RunRecord& record, std::vector<std::string>& d
       "about {:.0f} fit better, so the map is distorted; find the right one with: "
       "stillmap calibrate RECORDING",
       record.result.camera.fx, *fitting));
+}
+
+/// Tells depth images that hold distances from the camera.
+void add_distances(const RunRecord& record, std::vector<std::string>& doubts) {
+  constexpr double kExample = 2;  // [m]
+  const auto& bow = record.result.camera_errors.disparity_bow;
+  if (!bow) return;
+  doubts.push_back(fmt::format(
+      "the depths grow towards the corners of the image (surfaces {:.2f} m away are {:.2f} m "
+      "there), as if they were distances from the camera instead of depths along its optical axis; "
+      "divide them by sqrt(1 + ((u - cx) / fx)^2 + ((v - cy) / fy)^2)",
+      kExample, 1 / (1 / kExample + *bow)));
 }
 
 /// Tells intrinsics that hardly any camera has: pixels that are not square, a principal point far
@@ -212,6 +224,7 @@ std::vector<std::string> doubts_of(const RunRecord& record) {
   }
   add_empty_cloud(record, doubts);
   add_wrong_focal_length(record, doubts);
+  add_distances(record, doubts);
   add_unlikely_camera(result.camera, doubts);
   return doubts;
 }

@@ -7,6 +7,7 @@
 namespace stillmap {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -105,10 +106,17 @@ TEST(Doubts, DroppedFramesAreToldWithTheirReason) {
 TEST(Doubts, AFocalLengthIsNamedOnlyIfItIsPlausible) {
   RunRecord record = good_run();
   record.result.camera.fx = record.result.camera.fy = 500;
-  record.result.fitting_focal_length = 600;
+  record.result.camera_errors.focal_length = 600;
   EXPECT_THAT(doubts_of(record), ElementsAre(HasSubstr("500 pixels are given, and about 600")));
-  record.result.fitting_focal_length = 45;
+  record.result.camera_errors.focal_length = 45;
   EXPECT_THAT(doubts_of(record), ElementsAre(HasSubstr("no focal length near the given one")));
+}
+
+TEST(Doubts, DistancesInPlaceOfDepthsAreTold) {
+  RunRecord record = good_run();
+  record.result.camera_errors.disparity_bow = -0.1;
+  EXPECT_THAT(doubts_of(record), ElementsAre(AllOf(HasSubstr("2.00 m away are 2.50 m there"),
+                                                   HasSubstr("distances from the camera"))));
 }
 
 TEST(Doubts, UncertainPosesUnconnectedMapsAndAnEmptyMapAreTold) {

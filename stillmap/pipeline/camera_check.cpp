@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/pipeline/focal_length_check.hpp"
+#include "stillmap/pipeline/camera_check.hpp"
 
 #include "stillmap/optimize/camera_calibration.hpp"
 #include "stillmap/refine/map_bundle.hpp"
@@ -41,17 +41,20 @@ std::vector<LandmarkId> shared_landmarks(const Map& map, const std::vector<Keyfr
 
 }  // namespace
 
-std::optional<double> contradicting_focal_length(const Map& map) {
+CameraErrors camera_errors(const Map& map) {
   std::vector<KeyframeId> keyframes = main_keyframes(map);
   keyframes.resize(std::min(keyframes.size(), kMaxKeyframes));
-  if (keyframes.size() < kMinKeyframes) return std::nullopt;
+  if (keyframes.size() < kMinKeyframes) return {};
   const MapBundle bundle =
       make_bundle(map, keyframes, keyframes.size(), shared_landmarks(map, keyframes));
-  if (bundle.observations.size() < kMinObservations) return std::nullopt;
+  if (bundle.observations.size() < kMinObservations) return {};
   const CameraCalibration found = calibrate_camera(bundle.problem);
-  const bool wrong = is_wrong_focal_length(map.camera(), found, kFx) ||
-                     is_wrong_focal_length(map.camera(), found, kFy);
-  return wrong ? std::optional(map.camera().fx + found.correction(kFx)) : std::nullopt;
+  CameraErrors errors;
+  if (is_wrong_focal_length(map.camera(), found, kFx) ||
+      is_wrong_focal_length(map.camera(), found, kFy))
+    errors.focal_length = map.camera().fx + found.correction(kFx);
+  if (shows_distances(found)) errors.disparity_bow = found.correction(kDisparityBow);
+  return errors;
 }
 
 }  // namespace stillmap
