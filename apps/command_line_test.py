@@ -166,7 +166,9 @@ class CommandLine(unittest.TestCase):
     def test_numbers_out_of_range_are_refused(self):
         for words, problem in ((("--planner", "--camera-height", "nan"), "--camera-height: nan is no height"),
                                (("--planner", "--camera-height", "1e9"), "give meters, up to 1000"),
-                               (("--planner", "--up", "1e300,0,1"), "--up: is no direction"),
+                               (("--planner", "--up", "1e300,0,1"), "--up: '1e300,0,1' is no direction"),
+                               (("--planner", "--up", "0,-1"), "such as --up 0,-1,0"),
+                               (("--planner", "--up", "0 -1 0"), "give three numbers with commas"),
                                (("--set", "features.scale_factor=.nan"), "it must be from 1.05 to 2"),
                                (("--set", "dense.voxel=1e-9"), "it must be from 0.001 to 1")):
             self.refused(stillmap("run", self.sequence, *words, "--out", self.folder / "x"), 1, problem)
@@ -218,6 +220,30 @@ class CommandLine(unittest.TestCase):
         compared = stillmap("compare", "--truth", truth, truth, swapped, "--out", self.folder / "swapped")
         self.refused(compared, 3, "DO NOT TRUST THIS RESULT: swapped.txt: the rotations")
 
+    def test_a_truth_of_another_recording_is_doubted(self):
+        paths = [[(i / 30, 0.3 * math.sin(k * i / 30), i / 90, math.sin(k * i / 60), math.cos(k * i / 60)) for i in range(120)] for k in (1, -2)]
+        truth, other = (self.foreign(f"path{i}.txt", "".join(f"{t} {x} 0 {z} 0 {s} 0 {c}\n" for t, x, z, s, c in path))
+                        for i, path in enumerate(paths))
+        self.refused(stillmap("eval", truth, other), 3, "DO NOT TRUST THIS RESULT", "hardly anything in common")
+        meters = "".join(f"{t} {1000 * x} 0 {1000 * z} 0 {s} 0 {c}\n" for t, x, z, s, c in paths[0])
+        self.refused(stillmap("eval", truth, self.foreign("mm.txt", meters)), 3, "write both in meters")
+        self.succeeded(stillmap("eval", truth, self.folder / "mm.txt", "--scale"))
+        compared = stillmap("compare", "--truth", truth, truth, other, "--out", self.folder / "other_truth")
+        self.refused(compared, 3, "path1.txt: the rotations")
+        self.refused(stillmap("eval", self.sequence, truth), 1, "is a folder", "groundtruth.txt of a recording")
+
+    def test_compared_runs_need_different_names(self):
+        truth, out = self.sequence / "groundtruth.txt", self.folder / "same_names"
+        self.refused(stillmap("compare", "--truth", truth, self.run_folder, self.run_folder, "--out", out), 1, "run: is the name of two runs", "NAME=PATH")
+        self.refused(stillmap("compare", "--truth", truth, f"={self.run_folder}", "--out", out), 1, "has no name before '='")
+
+    def test_a_doubt_about_the_floor_is_none_about_the_trajectory(self):
+        tilted = self.folder / "tilted"
+        shutil.copytree(self.run_folder, tilted)
+        summary = json.loads((tilted / "summary.json").read_text())
+        (tilted / "summary.json").write_text(json.dumps({**summary, "doubts": ["the floor is unknown"], "planner_doubt": "the floor is unknown"}))
+        self.succeeded(stillmap("compare", "--truth", self.sequence / "groundtruth.txt", self.run_folder, tilted, "--out", self.folder / "tilted_comparison"))
+
     def test_version_names_the_libraries_of_networks(self):
         for flag in ("-V", "--version"):
             text = self.succeeded(stillmap(flag)).stdout
@@ -231,6 +257,9 @@ class CommandLine(unittest.TestCase):
             self.refused(stillmap(command, "--hepl"), 2, f"stillmap {command}: there is no option '--hepl'",
                          "did you mean '--help'?")
         self.refused(stillmap("run", self.sequence, "--prest=static"), 2, "did you mean '--preset'?")
+        self.refused(stillmap("sim"), 2, "did you mean 'simulate'?")
+        self.refused(stillmap("run", self.sequence, "--mem", 3), 2, "did you mean '--memory'?")
+        self.refused(stillmap("foo", "--help"), 2, "there is no command 'foo'")
 
     def test_an_unknown_preset_or_class_names_the_nearest(self):
         self.refused(stillmap("run", self.sequence, "--preset", "segmask"), 1, "preset 'segmask'", "'seg-mask'")
@@ -489,8 +518,28 @@ class CommandLine(unittest.TestCase):
         descriptor = os.open(out, os.O_RDONLY)
         fcntl.flock(descriptor, fcntl.LOCK_EX)
         self.refused(stillmap("run", self.sequence, "--out", out), 1, "another run writes", "--out")
+        (out / "run.journal").write_bytes(b"")
+        for command in ("dense", "view"):
+            self.refused(stillmap(command, out), 1, "another run writes its results to this folder", "wait for its end")
         os.close(descriptor)
+        self.refused(stillmap("dense", out), 1, "stillmap recover")
+        (out / "run.journal").unlink()
         self.succeeded(stillmap("run", self.sequence, "--out", out))
+
+    def test_an_interrupted_simulation_is_a_whole_sequence(self):
+        out = self.folder / "interrupted_sequence"
+        with subprocess.Popen([PROGRAM, "simulate", "--people", "0", "--frames", "500", "--width", "160", "--height", "120", "--out", out],
+                              stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as process:
+            while len(list((out / "rgb").glob("*.png"))) < 5 and process.poll() is None:
+                time.sleep(0.02)
+            process.send_signal(signal.SIGTERM)
+            text = process.stdout.read()
+            self.assertEqual(process.wait(), 130)
+        self.assertIn("of 500 frames", text)
+        frames = len((out / "rgb.txt").read_text().splitlines()) - 2
+        self.assertEqual(frames, len(list((out / "depth").glob("*.png"))))
+        self.assertEqual(frames, len((out / "groundtruth.txt").read_text().splitlines()) - 1)
+        self.succeeded(stillmap("info", out))
 
     def test_names_that_are_no_utf8_cost_no_file(self):
         folder = os.fsencode(self.folder) + b"/B\xfcro"
@@ -577,6 +626,7 @@ class CommandLine(unittest.TestCase):
         self.refused(stillmap("dense", self.run_folder, "--planner", "--floor", self.map, "--out", out), 1, "contains no floor")
         self.refused(stillmap("dense", self.run_folder, "--planner", "--up", "0,0,0", "--out", out), 1, "is no direction")
         self.refused(stillmap("dense", self.run_folder, "--camera-height", 1, "--out", out), 2, "--planner")
+        self.refused(stillmap("dense", self.run_folder, "--planner", "--floor", again / "floor.json", "--up", "0,-1,0"), 2, "excludes")
 
     def test_the_octomap_is_written_without_messages_of_its_library(self):
         self.assertNotIn("nodes", self.run_stderr)

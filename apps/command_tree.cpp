@@ -192,8 +192,8 @@ std::optional<Error> wrong_number(const CLI::App& program, const std::string& pr
   const bool is_whole = type.starts_with("INT") || type.starts_with("UINT");
   std::string expected = is_whole ? "a whole number" : "a number";
   if (!is_conversion || type.starts_with("UINT")) expected += " that is not negative";
-  return Error("expects " + expected + ", not '" + parts[2].str() + "'", parts[1],
-               "see " + path + " --help");
+  return Error("expects " + expected + ", not '" + parts[2].str() + "'",
+               path + ": " + parts[1].str(), "see " + path + " --help");
 }
 
 }  // namespace stillmap

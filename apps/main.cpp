@@ -91,7 +91,7 @@ int run(int argc, char** argv) {
     app.name(argc > 0 ? argv[0] : "stillmap");
     app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
   } catch (const CLI::ParseError& e) {
-    if (e.get_exit_code() == 0) return app.exit(e);
+    if (e.get_exit_code() == 0 && !unknown_word(app, words)) return app.exit(e);
     print_error("{}\n", refusal(app, words, e));
     return kUsage;
   }

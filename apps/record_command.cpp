@@ -54,7 +54,9 @@ class FolderWriter {
       throw Error("is not empty", folder.string(), "name a new folder");
     for (const char* kind : {"rgb", "depth"}) {
       fs::create_directories(folder / kind, failed);
-      if (failed) throw Error("cannot be written", folder.string(), "check the permissions");
+      if (failed)
+        throw Error("cannot be created (" + failed.message() + ")", folder.string(),
+                    "name a writable folder");
     }
     write_camera(folder / "camera.yaml", camera);
     color_list_.open(folder / "rgb.txt");
@@ -95,6 +97,20 @@ std::string kept_text(const Camera& camera) {
       kMillimeters / camera.depth_factor);
 }
 
+/// Writes and checks the frames of a source. Returns their number.
+std::size_t add_frames(FrameSource& source, FolderWriter& writer, FrameCheck& check) {
+  Progress progress("recording", source.size());
+  std::size_t frames = 0;
+  for (; !interrupted(); ++frames) {
+    const RgbdFramePtr frame = source.next();
+    if (!frame) break;
+    writer.add(*frame);
+    check.add(*frame);
+    progress.step("");
+  }
+  return frames;
+}
+
 int record(const RecordArguments& arguments) {
   catch_interrupt();
   SourceOptions options = arguments.options;
@@ -106,15 +122,7 @@ int record(const RecordArguments& arguments) {
   for (const std::string& note : source->notes()) print_out("{}\n", note);
   FolderWriter writer(arguments.out, written_camera(source->camera()));
   FrameCheck check(source->camera());
-  Progress progress("recording", source->size());
-  std::size_t frames = 0;
-  for (; !interrupted(); ++frames) {
-    const RgbdFramePtr frame = source->next();
-    if (!frame) break;
-    writer.add(*frame);
-    check.add(*frame);
-    progress.step("");
-  }
+  const std::size_t frames = add_frames(*source, writer, check);
   print_out("{}: {} frames, {} skipped\n{}", arguments.out, frames, source->skipped().size(),
             kept_text(writer.camera()));
   const std::vector<std::string> problems = check.problems();

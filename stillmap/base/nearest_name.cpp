@@ -25,15 +25,23 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
+/// Returns the edit distance; 1 for a name of which at least 3 characters are given.
+std::size_t distance(const std::string& given, const std::string& name) {
+  constexpr std::size_t kLeast = 3;
+  const std::size_t edits = edit_distance(given, name);
+  return given.size() >= kLeast && name.starts_with(given) ? std::min<std::size_t>(edits, 1)
+                                                           : edits;
+}
+
 }  // namespace
 
 std::string suggestion(const std::string& name, const std::vector<std::string>& known) {
   std::vector<std::string> nearest = known;
   std::stable_sort(nearest.begin(), nearest.end(), [&](const auto& a, const auto& b) {
-    return edit_distance(name, a) < edit_distance(name, b);
+    return distance(name, a) < distance(name, b);
   });
   std::string text;
-  if (!nearest.empty() && edit_distance(name, nearest.front()) <= 1 + name.size() / 3) {
+  if (!nearest.empty() && distance(name, nearest.front()) <= 1 + name.size() / 3) {
     text = "did you mean '" + nearest.front() + "'? ";
   }
   const bool all = known.size() <= kMostListed;

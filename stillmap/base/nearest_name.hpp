@@ -6,8 +6,9 @@
 namespace stillmap {
 
 /// Returns advice for an unknown name: "did you mean 'x'? Known: a, b, c". The nearest name by edit
-/// distance (Levenshtein 1966) is suggested if it is close enough to be a typing error. Of a long
-/// list only the nearest names are named: "did you mean 'x'? The nearest are: x, y, z".
+/// distance (Levenshtein 1966), or one that begins with the given name, is suggested if it is close
+/// enough to be a typing error. Of a long list only the nearest names are named: "did you mean 'x'?
+/// The nearest are: x, y, z".
 std::string suggestion(const std::string& name, const std::vector<std::string>& known);
 
 }  // namespace stillmap
