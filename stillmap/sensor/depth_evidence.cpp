@@ -114,6 +114,28 @@ std::optional<double> depth_factor_of_steps(const std::vector<bool>& seen,
   return std::nullopt;
 }
 
+std::optional<double> equal_step(const std::vector<bool>& seen) {
+  constexpr std::size_t kFewest = 30, kRounding = 1;  // steps, raw units
+  constexpr double kLeastRange = 2;                   // largest by smallest depth
+  std::vector<std::size_t> steps;
+  std::size_t nearest = 0, last = 0;
+  for (std::size_t raw = 1; raw < std::min(seen.size(), kTooFar); ++raw) {
+    if (!seen[raw]) continue;
+    if (last > 0) steps.push_back(raw - last);
+    if (nearest == 0) nearest = raw;
+    last = raw;
+  }
+  if (steps.size() < kFewest ||
+      static_cast<double>(last) < kLeastRange * static_cast<double>(nearest))
+    return std::nullopt;
+  // A depth that was not seen makes one step of two.
+  std::sort(steps.begin(), steps.end());
+  const std::size_t median = steps[steps.size() / 2];
+  if (median > steps.front() + kRounding) return std::nullopt;
+  const auto range = static_cast<double>(last - nearest);
+  return range / std::round(range / static_cast<double>(median));
+}
+
 void RegistrationEvidence::Lag::add(const Recent& depth, const Recent& color) {
   if (std::abs(color.time - depth.time) > kLongestDelay) return;
   seconds += color.time - depth.time;

@@ -23,6 +23,12 @@ namespace stillmap {
 std::optional<double> depth_factor_of_steps(const std::vector<bool>& seen,
                                             const DepthSensor& sensor);
 
+/// Returns the step between neighboring raw depths if it is the same at all depths, which hardly
+/// any sensor has but in steps of its unit: an image of 8 bits that was converted. None for steps
+/// that grow with the depth, of fewer than 30 depths, or over less than a factor of 2.
+/// @param seen  as for depth_factor_of_steps()
+std::optional<double> equal_step(const std::vector<bool>& seen);
+
 /// Offset of the color image at which edges of the depth image meet the strongest color gradients.
 struct EdgeOffset {
   cv::Point offset;  ///< [pixels]

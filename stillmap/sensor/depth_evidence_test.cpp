@@ -36,6 +36,17 @@ TEST(DepthFactorOfSteps, IsUnknownForOtherCameras) {
   EXPECT_FALSE(depth_factor_of_steps({}, kinect()));
 }
 
+TEST(EqualStep, IsThatOfAnImageOfEightBits) {
+  std::vector<bool> bytes(1 << 16);
+  for (int level = 30; level < 250; level += level % 7 == 0 ? 2 : 1)
+    bytes[static_cast<std::size_t>(std::lround(level * 5000 * 10 / 255.0))] = true;
+  EXPECT_NEAR(equal_step(bytes).value_or(0), 196.1, 0.5);
+  EXPECT_FALSE(equal_step(structured_light_levels(5000)));
+  EXPECT_FALSE(equal_step({}));
+  bytes.resize(3000);
+  EXPECT_FALSE(equal_step(bytes)) << "too few depths";
+}
+
 /// Rectangles at different depths, each with its own brightness and texture.
 struct Collage {
   cv::Mat1b gray = cv::Mat1b(480, 640, std::uint8_t{90});

@@ -167,6 +167,16 @@ std::string FrameCheck::steps_problem() const {
   return of_steps ? depth_factor_problem(*of_steps, camera_.depth_factor) : "";
 }
 
+std::string FrameCheck::coarse_problem() const {
+  constexpr double kCoarse = 0.015;  // [m]
+  const double step = equal_step(seen_).value_or(0) / camera_.depth_factor;
+  if (step < kCoarse) return "";
+  return fmt::format(
+      "all depths are multiples of about {:.0f} mm, as if the depth images had been saved with 8 "
+      "bits; save them with 16 bits, in steps of 1 mm or less",
+      1000 * step);
+}
+
 std::vector<std::string> FrameCheck::problems() const {
   const std::string frozen = frozen_problem();
   std::vector<std::string> problems{depth_problem(),
@@ -174,7 +184,8 @@ std::vector<std::string> FrameCheck::problems() const {
                                     repeats_problem(),
                                     time_problem(),
                                     frozen.empty() ? registration_.problem() : "",
-                                    steps_problem()};
+                                    steps_problem(),
+                                    coarse_problem()};
   std::erase(problems, "");
   return problems;
 }

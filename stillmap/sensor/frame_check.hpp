@@ -61,6 +61,7 @@ class FrameCheck {
   std::string repeats_problem() const;
   std::string time_problem() const;
   std::string steps_problem() const;
+  std::string coarse_problem() const;
 
   Camera camera_;
   std::size_t frames_ = 0, with_depth_ = 0, examined_ = 0, next_examined_ = 0;

@@ -110,6 +110,20 @@ TEST(FrameCheck, FindsADepthFactorThatTheStepsContradict) {
   EXPECT_THAT(problems_of(0.1, 10000, 60, 60), ElementsAre(HasSubstr("set the depth factor to 5")));
 }
 
+TEST(FrameCheck, FindsDepthsThatWereSavedWithEightBits) {
+  Camera camera;
+  camera.depth_factor = 1000;
+  FrameCheck check(camera);
+  for (int i = 0; i < 60; ++i) {
+    RgbdFrame frame = frame_at(i / 30.0);
+    cv::Mat bytes;
+    frame.depth.convertTo(bytes, CV_8U, 255.0 / 10);
+    bytes.convertTo(frame.depth, CV_32F, 10.0 / 255);
+    check.add(frame);
+  }
+  EXPECT_THAT(check.problems(), ElementsAre(HasSubstr("multiples of about 39 mm")));
+}
+
 TEST(FrameCheck, TheStepsOfOtherSensorsSayNothingOfTheDepthFactor) {
   Camera camera;
   camera.depth_factor = 10000;
