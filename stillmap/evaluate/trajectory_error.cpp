@@ -154,6 +154,12 @@ std::vector<std::pair<std::size_t, std::size_t>> fixed_delta_pairs(std::span<con
   return pairs;
 }
 
+/// Returns a number of at most 8 characters, if it is below 10 million.
+std::string seven_digits(double value) {
+  const int digits = std::abs(value) < 1 ? 1 : 1 + static_cast<int>(std::log10(std::abs(value)));
+  return fmt::format("{:.{}f}", value, std::clamp(7 - digits, 0, 6));
+}
+
 template <typename Pair>
 Statistics statistics_of(const std::vector<Pair>& pairs, double Pair::*member) {
   std::vector<double> errors(pairs.size());
@@ -284,27 +290,29 @@ Evaluation evaluate_trajectory(const Trajectory& truth, const Trajectory& estima
 }
 
 std::string evaluation_text(const Evaluation& evaluation) {
-  std::string text = fmt::format("{:<26}{:>11}{:>11}{:>11}{:>11}{:>11}{:>11}{:>8}\n", "", "rmse",
-                                 "mean", "median", "sd", "min", "max", "pairs");
+  std::string text = fmt::format("{:<16}{:>9}{:>9}{:>9}{:>9}{:>9}{:>9}{:>7}\n", "", "rmse", "mean",
+                                 "median", "sd", "min", "max", "pairs");
   const auto line = [&text](const char* name, const Statistics& s) {
     if (s.count == 0) {
-      text += fmt::format("{:<26}none: no two poses are that far apart\n", name);
+      text += fmt::format("{:<16}none: no two poses are that far apart\n", name);
       return;
     }
-    text += fmt::format("{:<26}{:>11.6f}{:>11.6f}{:>11.6f}{:>11.6f}{:>11.6f}{:>11.6f}{:>8}\n", name,
-                        s.rmse, s.mean, s.median, s.sd, s.min, s.max, s.count);
+    text += fmt::format("{:<16}", name);
+    for (const double value : {s.rmse, s.mean, s.median, s.sd, s.min, s.max})
+      text += fmt::format("{:>9}", seven_digits(value));
+    text += fmt::format("{:>7}\n", s.count);
   };
-  line("ATE translation [m]", evaluation.ate.translation);
+  line("ATE [m]", evaluation.ate.translation);
   if (evaluation.ate_with_scale) line("ATE, Sim(3) [m]", evaluation.ate_with_scale->translation);
-  line("RPE 1 s translation [m]", evaluation.rpe.translation);
-  line("RPE 1 s rotation [deg]", evaluation.rpe.rotation);
+  line("RPE 1 s [m]", evaluation.rpe.translation);
+  line("RPE 1 s [deg]", evaluation.rpe.rotation);
   if (evaluation.rpe_frame) {
-    line("RPE frame translation [m]", evaluation.rpe_frame->translation);
-    line("RPE frame rotation [deg]", evaluation.rpe_frame->rotation);
+    line("RPE frame [m]", evaluation.rpe_frame->translation);
+    line("RPE frame [deg]", evaluation.rpe_frame->rotation);
   }
   if (evaluation.displacement.error.count > 0) {
-    line("displacement error [m]", evaluation.displacement.error);
-    line("true displacement [m]", evaluation.displacement.truth);
+    line("step error [m]", evaluation.displacement.error);
+    line("true step [m]", evaluation.displacement.truth);
   }
   const Statistics& steps = evaluation.displacement.estimate;
   text += fmt::format("largest step from frame to frame {:.4f} m at {:.6f} s\n", steps.max,

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <numbers>
+#include <sstream>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -227,8 +228,21 @@ TEST(EvaluationReport, ARecordingShorterThanASecondHasAnAbsoluteErrorOnly) {
   EXPECT_TRUE(evaluation.rpe.pairs.empty());
   EXPECT_TRUE(Json(evaluation).at("rpe_1s").is_null());
   const std::string text = evaluation_text(evaluation);
-  EXPECT_NE(text.find("ATE translation [m]"), std::string::npos) << text;
+  EXPECT_NE(text.find("ATE [m]"), std::string::npos) << text;
   EXPECT_NE(text.find("none: no two poses are that far apart"), std::string::npos) << text;
+}
+
+TEST(EvaluationReport, FitsIntoEightyColumns) {
+  Trajectory truth = line(10, 0.1, 30), estimate = truth;
+  for (std::size_t i = 0; i < estimate.size(); ++i) {
+    const double error = i % 2 == 0 ? 1234.5 : 0;
+    estimate[i].T_world_camera =
+        Pose(Eigen::Quaterniond(i % 3 == 0 ? 0 : 1, i % 3 == 0 ? 1 : 0, 0, 0), {error, 0, 0});
+  }
+  const std::string text = evaluation_text(evaluate_trajectory(truth, estimate));
+  EXPECT_NE(text.find("180.0000 "), std::string::npos) << text;
+  std::istringstream lines(text.substr(0, text.find("largest step")));
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 78u) << line;
 }
 
 TEST(Coverage, CountsDistinctStampsAgainstTheSequence) {
@@ -260,7 +274,7 @@ TEST(EvaluationReport, GivesTheSameFiguresAsTextAndAsJson) {
   EXPECT_EQ(json.at("rpe_frame").at("pairs"), 38);
   EXPECT_DOUBLE_EQ(json.at("coverage").at("share").get<double>(), 0.8);
   const std::string text = evaluation_text(evaluation);
-  EXPECT_NE(text.find("ATE translation [m]"), std::string::npos);
+  EXPECT_NE(text.find("ATE [m]"), std::string::npos);
   EXPECT_NE(text.find("coverage 40/50 frames = 80.0 %"), std::string::npos) << text;
 }
 
