@@ -22,7 +22,10 @@ void catch_interrupt() {
   if (std::signal(SIGHUP, remember) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);
 }
 
-void survive_closed_outputs() { std::signal(SIGPIPE, SIG_IGN); }
+void survive_failed_outputs() {
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
+}
 
 bool interrupted() { return asked_to_end != 0; }
 

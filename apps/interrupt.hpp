@@ -10,7 +10,8 @@ void catch_interrupt();
 /// Returns whether the user requested the end.
 bool interrupted();
 
-/// Lets the process go on when the reader of its output has gone, so that a run saves its results.
-void survive_closed_outputs();
+/// Lets the process go on when the reader of its output has gone or a file has the largest allowed
+/// size, so that a run saves its results.
+void survive_failed_outputs();
 
 }  // namespace stillmap

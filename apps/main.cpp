@@ -143,7 +143,7 @@ int main(int argc, char** argv) {
   // Each stage has its own thread; for images of camera size OpenCV's threads mostly wait for each
   // other.
   cv::setNumThreads(1);
-  stillmap::survive_closed_outputs();
+  stillmap::survive_failed_outputs();
   std::set_terminate(stillmap::end_early);
   try {
     const int exit_code = stillmap::run(argc, argv);

@@ -1,32 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/report/live_trajectory.hpp"
 
-#include "stillmap/base/file.hpp"
 #include "stillmap/geometry/trajectory.hpp"
 
 #include <cstdlib>
+#include <fstream>
 #include <string>
 
 #include <fmt/format.h>
 
 namespace stillmap {
 
-LiveTrajectory::LiveTrajectory(ResultFolder& folder) {
-  folder.write(kLiveTrajectory, [&](const std::filesystem::path& file) {
-    write_file(file, "# timestamp tx ty tz qx qy qz qw, as known when the frame was tracked\n");
-    file_.open(file, std::ios::app);
-  });
-}
+LiveTrajectory::LiveTrajectory(ResultFolder& folder)
+    : lines_(folder, kLiveTrajectory,
+             "# timestamp tx ty tz qx qy qz qw, as known when the frame was tracked\n") {}
 
 void LiveTrajectory::add(const TrackedFrame& tracked) {
-  if (!file_.is_open()) return;
   const double timestamp = tracked.frame->image->timestamp;
-  if (const auto T_world_camera = tracked.T_world_filtered()) {
-    file_ << pose_line(timestamp, *T_world_camera);
-  } else {
-    file_ << fmt::format("# {:.6f} no pose: {}\n", timestamp, tracked.reason);
-  }
-  file_.flush();
+  const auto T_world_camera = tracked.T_world_filtered();
+  lines_.add(T_world_camera ? pose_line(timestamp, *T_world_camera)
+                            : fmt::format("# {:.6f} no pose: {}\n", timestamp, tracked.reason));
 }
 
 std::vector<LiveFrame> read_live_frames(const std::filesystem::path& file) {

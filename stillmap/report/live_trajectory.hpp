@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/report/result_folder.hpp"
+#include "stillmap/report/live_lines.hpp"
 #include "stillmap/track/tracked_frame.hpp"
 
 #include <filesystem>
-#include <fstream>
 #include <vector>
 
 namespace stillmap {
@@ -22,7 +21,7 @@ class LiveTrajectory {
   void add(const TrackedFrame& tracked);
 
  private:
-  std::ofstream file_;
+  LiveLines lines_;
 };
 
 /// A frame of trajectory_live.txt.

@@ -167,10 +167,10 @@ bool ResultFolder::write(const std::string& name,
     writer(file);
     if (current_.insert(name).second) written_.push_back(file);
     return true;
-  } catch (const Error& e) {
-    problems_ += std::string(e.what()) + "\n";
   } catch (const std::exception& e) {
-    problems_ += file.string() + ": " + e.what() + "\n";
+    const std::string problem = e.what();  // of the file, or of the manifest before it
+    const bool names_file = problem.find(file.string()) != std::string::npos;
+    problems_ += (names_file ? "" : file.string() + ": ") + problem + "\n";
   }
   if (makes_room(name)) {
     problems_ = problems;

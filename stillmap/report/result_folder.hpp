@@ -61,6 +61,9 @@ class ResultFolder {
   /// Removes a file of Stillmap's that is of no use any more.
   void discard(const std::string& name) { forget(name); }
 
+  /// Returns whether there was no problem so far.
+  bool is_complete() const { return problems_.empty(); }
+
   /// Returns whether these files were written through this object.
   bool wrote(std::span<const std::string> names) const;
 

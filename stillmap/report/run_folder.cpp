@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/file_copy.hpp"
 #include "stillmap/base/json_text.hpp"
 #include "stillmap/base/machine.hpp"
 #include "stillmap/base/stopwatch.hpp"
@@ -12,6 +13,8 @@
 #include "stillmap/report/live_trajectory.hpp"
 #include "stillmap/report/mover_files.hpp"
 #include "stillmap/report/mover_image.hpp"
+#include "stillmap/report/obstacle_files.hpp"
+#include "stillmap/report/planner_files.hpp"
 #include "stillmap/report/profile.hpp"
 #include "stillmap/report/report_page.hpp"
 #include "stillmap/sensor/image_file.hpp"
@@ -21,11 +24,6 @@
 namespace stillmap {
 namespace {
 namespace fs = std::filesystem;
-
-void copy_to(const fs::path& file, const fs::path& original) {
-  std::ifstream in = open_file(original);
-  write_file(file, [&](std::ostream& out) { out << in.rdbuf(); });
-}
 
 /// Writes the map for `stillmap dense`, and the one that the user wants saved.
 /// @returns time taken [s]
@@ -41,7 +39,7 @@ double write_maps(const RunRecord& record, const RunOutputs& outputs, ResultFold
   if (outputs.save_map.empty()) return 0;
   folder.write_elsewhere(outputs.save_map, [&](const fs::path& file) {
     if (outputs.slim_map) return write_saved_map(file, {map.writer, map.map, {}});
-    if (written) return copy_to(file, folder.path() / kRunMap);
+    if (written) return write_copy(folder.path() / kRunMap, file);
     write_saved_map(file, map);
   });
   return watch.milliseconds() / 1000;
@@ -97,9 +95,11 @@ std::vector<std::string> file_names(RunPart part) {
               "objects.json"};
     case RunPart::kMesh:
       return {"mesh.ply", "mesh.obj", "mesh.glb", "mesh.png"};
-    case RunPart::kPlanner:
-      return {"floor.json", "octomap.bt",     "grid.pgm",
-              "grid.yaml",  "obstacles.json", "obstacles.jsonl"};
+    case RunPart::kPlanner: {
+      std::vector<std::string> names = planner_file_names();
+      names.emplace_back(kLiveObstacles);
+      return names;
+    }
     case RunPart::kLabels:
       return {LabelRecording().file()};
     case RunPart::kWarnings:
@@ -113,7 +113,8 @@ std::vector<std::string> file_names(RunPart part) {
 void require_ended_run(const fs::path& folder) {
   if (!fs::exists(folder / kRunJournal)) return;
   if (is_written_to(folder))
-    throw Error("another run writes its results to this folder", folder.string(), "wait for its end");
+    throw Error("another run writes its results to this folder", folder.string(),
+                "wait for its end");
   throw Error(
       "holds the journal of a run that did not end; other results there may be those of an "
       "earlier run",
@@ -121,10 +122,10 @@ void require_ended_run(const fs::path& folder) {
 }
 
 void remove_journal(const Options& options, ResultFolder& folder) {
-  std::vector<std::string> results{"trajectory.txt", "keyframes.txt", kRunOptions, kRunSummary};
-  if (options.dense.enabled) results.emplace_back(kRunMap);
+  std::vector<std::string> results{"trajectory.txt", "keyframes.txt", kRunSummary};
+  if (options.dense.enabled) results.insert(results.end(), {kRunMap, kRunOptions});
   if (options.movers.enabled) results.emplace_back("movers.csv");
-  if (folder.wrote(results)) folder.discard(kRunJournal);
+  if (folder.is_complete() || folder.wrote(results)) folder.discard(kRunJournal);
 }
 
 std::vector<std::string> possible_run_files(const Options& options, const RunOutputs& outputs) {

@@ -63,7 +63,8 @@ std::vector<std::string> possible_run_files(const Options& options, const RunOut
 /// ResultFolder::require_all().
 void write_run_files(RunRecord& record, const RunOutputs& outputs, ResultFolder& folder);
 
-/// Removes the journal of a run if the files of the run hold all that it does.
+/// Removes the journal of a run if all its files were written, or at least those that hold what the
+/// journal does.
 void remove_journal(const Options& options, ResultFolder& folder);
 
 /// Writes profile.txt, profile.svg and trace.json. All other threads of the trace must be idle.

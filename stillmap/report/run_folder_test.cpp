@@ -135,13 +135,17 @@ TEST_F(RunFolder, TheJournalGoesOnceItsResultsAreWritten) {
   Options options;
   options.dense.enabled = options.movers.enabled = false;
   ResultFolder results(folder_);
-  for (const char* name : {kRunJournal, "trajectory.txt", "keyframes.txt", kRunOptions})
+  for (const char* name : {kRunJournal, "trajectory.txt", "keyframes.txt"})
     results.write_text(name, "");
+  results.write("cloud.png", [](const fs::path& file) { throw Error("disk full", file, ""); });
   remove_journal(options, results);
   EXPECT_TRUE(has(kRunJournal)) << "there is no summary";
   results.write_text(kRunSummary, "{}");
-  results.write("cloud.png", [](const fs::path& file) { throw Error("disk full", file, ""); });
   remove_journal(options, results);
+  EXPECT_FALSE(has(kRunJournal));
+  ResultFolder lost(folder_);
+  lost.write_text(kRunJournal, "");
+  remove_journal({}, lost);  // nothing to write, such as the map of a run that was lost
   EXPECT_FALSE(has(kRunJournal));
 }
 
