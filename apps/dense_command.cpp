@@ -98,6 +98,16 @@ Trajectory trajectory_of(const DensePaths& paths, const SavedMap& saved) {
   return sessions.empty() ? Trajectory() : sessions.rbegin()->second;
 }
 
+/// Returns that the map has parts with world frames of their own; empty if it is one.
+std::string unconnected_text(std::size_t parts) {
+  if (parts < 2) return "";
+  return fmt::format(
+      "the map has {} parts that are not connected, each with a world frame of its own: the files "
+      "are of the largest, and cameras and movers of the others are misplaced in them; record the "
+      "places in one run, or return to the first",
+      parts);
+}
+
 int run(const DenseArguments& arguments) {
   check(arguments.outputs);
   const DensePaths paths = paths_of(arguments);
@@ -131,7 +141,8 @@ int run(const DenseArguments& arguments) {
             open_line(folder.path() / "cloud_before_after.png",
                       ", or turn the map in a browser: stillmap view " + folder.path().string()));
   std::vector<std::string> doubts;
-  for (const std::string& doubt : {saved.damage, files.floor_problem}) {
+  for (const std::string& doubt :
+       {saved.damage, unconnected_text(saved.map.first.size()), files.floor_problem}) {
     if (!doubt.empty()) doubts.push_back(doubt);
   }
   print_doubts(doubts);
@@ -165,8 +176,8 @@ void add_floor_options(CLI::App& command, CLI::Option* planner, FloorHints& floo
   command
       .add_option_function<std::string>(
           "--up", [&floor](const std::string& text) { floor.up = direction_in(text); },
-          "upward direction in the frame of the first camera (x right, y down, z forward); "
-          "0,-1,0 for a level camera")
+          "upward direction in the frame of the first camera of the map (x right, y down, z "
+          "forward); 0,-1,0 for a level camera")
       ->type_name("X,Y,Z")
       ->needs(planner);
   command
@@ -180,7 +191,7 @@ void add_floor_options(CLI::App& command, CLI::Option* planner, FloorHints& floo
             }
             floor.camera_height = height;
           },
-          "height of the first camera above the floor [m]")
+          "height of the first camera of the map above the floor [m]")
       ->type_name("METERS")
       ->needs(planner);
   command

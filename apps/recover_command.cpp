@@ -7,6 +7,7 @@
 #include "stillmap/pipeline/saved_views.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/report/live_trajectory.hpp"
+#include "stillmap/report/obstacle_files.hpp"
 #include "stillmap/report/run_folder.hpp"
 
 #include "commands.hpp"
@@ -106,8 +107,10 @@ int run(const RecoverArguments& arguments) {
   RunOutputs outputs;
   outputs.dense = arguments.outputs;
   write_run_files(record, outputs, folder);
-  if (folder.path() == journal.parent_path() && fs::exists(folder.path() / kLiveTrajectory))
-    folder.write(kLiveTrajectory, [](const fs::path&) {});  // stays: it has the very last poses
+  for (const char* live : {kLiveTrajectory, kLiveObstacles}) {  // stay: they have the last poses
+    if (folder.path() == journal.parent_path() && fs::exists(folder.path() / live))
+      folder.write(live, [](const fs::path&) {});
+  }
   print_out(
       "recovered: {} of {} frames with a pose, {} keyframes, {} views; the last frame is at "
       "{:.6f} s\n",

@@ -15,6 +15,7 @@
 #include "stillmap/report/figure_recorder.hpp"
 #include "stillmap/report/gallery.hpp"
 #include "stillmap/report/live_trajectory.hpp"
+#include "stillmap/report/obstacle_files.hpp"
 #include "stillmap/sensor/frame_check.hpp"
 #include "stillmap/view/live_view.hpp"
 
@@ -35,6 +36,7 @@ constexpr int kReadAhead = 4;  // number of frames decoded in advance
 /// Recorders of single frames.
 struct Recorders {
   LiveTrajectory live;
+  std::optional<LiveObstacles> obstacles;  // none: there are no files for planners
   LabelRecorder labels;
   FigureRecorder figures;
   std::unique_ptr<WarningRecorder> warnings;  // null: there are no rules
@@ -57,6 +59,11 @@ void drive(SlamSystem& slam, FrameSource& source, std::optional<std::size_t> tot
     if (posed && !record.first_pose_seconds) record.first_pose_seconds = seconds_since_start();
     ++record.frames;
     recorders.live.add(*slam.newest());
+    if (recorders.obstacles) {
+      const std::vector<Mover> movers = slam.movers();
+      recorders.obstacles->add(frame->timestamp, slam.newest()->T_world_filtered(), movers,
+                               slam.movers_time());
+    }
     traced("gallery", [&] { gallery.record(*slam.newest()); });
     traced("motion labels", [&] { recorders.labels.record(*slam.newest()); });
     traced("figures", [&] { recorders.figures.record(*slam.newest()); });
@@ -238,6 +245,9 @@ RunRecord run_session(Session session) {
   const std::unique_ptr<ViewServer> server = std::move(session.view);
   Recorders recorders{
       LiveTrajectory(folder),
+      session.outputs.dense.planner
+          ? std::optional<LiveObstacles>(std::in_place, folder, session.outputs.dense.floor)
+          : std::nullopt,
       LabelRecorder(session.outputs.labels, folder),
       FigureRecorder(session.outputs.figures, session.options.dense.excluded_classes, folder),
       warning_recorder(session, server.get(), folder),

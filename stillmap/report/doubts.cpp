@@ -173,11 +173,14 @@ void add_distances(const RunRecord& record, std::vector<std::string>& doubts) {
   constexpr double kExample = 2;  // [m]
   const auto& bow = record.result.camera_errors.disparity_bow;
   if (!bow) return;
-  doubts.push_back(fmt::format(
-      "the depths grow towards the corners of the image (surfaces {:.2f} m away are {:.2f} m "
-      "there), as if they were distances from the camera instead of depths along its optical axis; "
-      "divide them by sqrt(1 + ((u - cx) / fx)^2 + ((v - cy) / fy)^2)",
-      kExample, 1 / (1 / kExample + *bow)));
+  const double corner = 1 / (1 / kExample + *bow);
+  const std::string example =
+      corner > kExample && corner < 5 * kExample
+          ? fmt::format(" (surfaces {:.2f} m away are {:.2f} m there)", kExample, corner)
+          : "";
+  doubts.push_back("the depths grow towards the corners of the image" + example +
+                   ", as if they were distances from the camera instead of depths along its "
+                   "optical axis; divide them by sqrt(1 + ((u - cx) / fx)^2 + ((v - cy) / fy)^2)");
 }
 
 /// Tells intrinsics that hardly any camera has: pixels that are not square, a principal point far

@@ -28,11 +28,6 @@ std::map<std::size_t, std::vector<Entry>> by_frame(const std::vector<MoverTrack>
   return frames;
 }
 
-const char* state_of(const MoverSample& sample) {
-  if (!sample.observed) return "predicted";
-  return sample.moves ? "moving" : "standing";
-}
-
 std::string triple(const Eigen::Vector3d& v) {
   return fmt::format("{:.4f},{:.4f},{:.4f}", v.x(), v.y(), v.z());
 }
@@ -64,6 +59,11 @@ nlohmann::json json_of(const Entry& entry) {
 }
 
 }  // namespace
+
+const char* state_of(const MoverSample& sample) {
+  if (!sample.observed) return "predicted";
+  return sample.moves ? "moving" : "standing";
+}
 
 std::string movers_csv(const std::vector<MoverTrack>& tracks) {
   std::string text =

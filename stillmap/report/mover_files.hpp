@@ -8,6 +8,10 @@
 
 namespace stillmap {
 
+/// Returns the state of a mover at a frame: moving, standing (observed, not known to move) or
+/// predicted (not observed).
+const char* state_of(const MoverSample& sample);
+
 /// Returns the content of movers.csv: one line per mover and frame, ordered by frame, then id.
 /// Comment lines (#) describe the columns and their units, and one line names them: timestamp [s],
 /// id, class ("unknown" for none), state (moving, standing or predicted), x y z (centroid) [m],

@@ -2,6 +2,7 @@
 #include "stillmap/report/obstacle_files.hpp"
 
 #include "stillmap/base/json_text.hpp"
+#include "stillmap/report/mover_files.hpp"
 
 #include <cmath>
 #include <map>
@@ -32,15 +33,16 @@ nlohmann::json statics(const std::vector<StaticObstacle>& obstacles) {
   return list;
 }
 
-nlohmann::json mover_in_map(const MoverTrack& track, const MoverSample& sample,
+nlohmann::json mover_in_map(int id, const std::string& class_name, const MoverSample& sample,
                             const Pose& T_map_world) {
   Eigen::AlignedBox3d box;
   for (int corner = 0; corner < 8; ++corner) {
     box.extend(T_map_world *
                sample.box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner)));
   }
-  return {{"id", track.id},
-          {"class", track.class_name},
+  return {{"id", id},
+          {"class", class_name},
+          {"state", state_of(sample)},
           {"centroid", triple(T_map_world * sample.centroid)},
           {"velocity", triple(T_map_world.quaternion() * sample.velocity)},
           {"box", box_json(box)}};
@@ -52,7 +54,8 @@ std::map<double, nlohmann::json> movers_by_frame(const std::vector<MoverTrack>& 
   std::map<double, nlohmann::json> movers;
   for (const MoverTrack& track : tracks) {
     for (const MoverSample& sample : track.samples)
-      movers[sample.timestamp].push_back(mover_in_map(track, sample, T_map_world));
+      movers[sample.timestamp].push_back(
+          mover_in_map(track.id, track.class_name, sample, T_map_world));
   }
   return movers;
 }
@@ -89,6 +92,37 @@ std::string obstacles_by_frame(const std::vector<StaticObstacle>& obstacles,
     lines += json_text(line) + "\n";
   }
   return lines;
+}
+
+LiveObstacles::LiveObstacles(ResultFolder& folder, const FloorHints& hints)
+    : lines_(folder, kLiveObstacles, ""), hints_(hints) {}
+
+void LiveObstacles::begin(const Pose& T_world_camera) {
+  const auto& [up, camera_height, floor] = hints_;
+  std::optional<Floor> known = floor;
+  if (!known && up && camera_height) {
+    const Eigen::Vector3d up_in_world = (T_world_camera.quaternion() * *up).normalized();
+    known = {up_in_world, up_in_world.dot(T_world_camera.translation()) - *camera_height};
+  }
+  frame_ = known ? PlannerFrame{"map", map_frame(*known, T_world_camera)}
+                 : PlannerFrame{"first camera", T_world_camera.inverse()};
+  lines_.add(json_text({{"frame", frame_->name}, {"T_map_world", pose_json(frame_->T_map_world)}}) +
+             "\n");
+}
+
+void LiveObstacles::add(double timestamp, const std::optional<Pose>& T_world_camera,
+                        const std::vector<Mover>& movers, std::optional<double> movers_time) {
+  if (!frame_ && T_world_camera) begin(*T_world_camera);
+  nlohmann::json line = {
+      {"timestamp", timestamp}, {"camera", nullptr}, {"movers", nlohmann::json::array()}};
+  line["movers_time"] = movers_time ? nlohmann::json(*movers_time) : nlohmann::json();
+  if (T_world_camera) {
+    line["camera"] = triple(frame_->T_map_world * T_world_camera->translation());
+    for (const Mover& mover : movers)
+      line["movers"].push_back(
+          mover_in_map(mover.id, mover.class_name, mover.now, frame_->T_map_world));
+  }
+  if (frame_) lines_.add(json_text(line) + "\n");
 }
 
 }  // namespace stillmap

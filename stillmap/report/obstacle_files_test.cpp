@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/report/obstacle_files.hpp"
 
+#include "stillmap/base/file.hpp"
+#include "stillmap/base/test_path.hpp"
+
 #include <sstream>
 #include <string>
 #include <vector>
@@ -73,6 +76,45 @@ TEST(ObstacleFiles, ListStaticObstaclesOnceAndMovingOnesInEveryFrame) {
   EXPECT_EQ(person["velocity"], (nlohmann::json{-0.4, -0.1, 0.0}));
   EXPECT_EQ(person["box"]["min"], (nlohmann::json{2.8, -0.8, 0.0}));
   EXPECT_EQ(person["box"]["max"], (nlohmann::json{3.2, -0.2, 1.8}));
+}
+
+/// Returns the lines of a run with a lost frame between two with the same person.
+std::vector<nlohmann::json> live_lines(const FloorHints& hints) {
+  const std::filesystem::path folder = test::own_path("live_obstacles");
+  {
+    ResultFolder results(folder);
+    LiveObstacles live(results, hints);
+    Mover person;
+    person.id = 7;
+    person.now = one_person().front().samples.front();
+    live.add(1.0, std::nullopt, {}, std::nullopt);
+    live.add(1.1, Pose(), {person}, 1.1);
+    live.add(1.2, std::nullopt, {person}, 1.1);
+    live.add(1.3, Pose(Eigen::Quaterniond::Identity(), {0, 0, 2}), {person}, 1.2);
+    results.require_all();
+  }
+  const auto lines = lines_of(read_file(folder / kLiveObstacles));
+  std::filesystem::remove_all(folder);
+  return lines;
+}
+
+TEST(LiveObstacles, AreInTheFrameOfAGivenFloor) {
+  const auto lines = live_lines({.up = Eigen::Vector3d(0, -2, 0), .camera_height = 1.2});
+  ASSERT_EQ(lines.size(), 4U);
+  EXPECT_EQ(lines[0]["frame"], "map");
+  EXPECT_EQ(lines[1]["movers"][0]["centroid"], (nlohmann::json{3.0, -0.5, 1.0}));
+  EXPECT_EQ(lines[1]["movers"][0]["state"], "predicted");
+  EXPECT_TRUE(lines[2]["camera"].is_null());
+  EXPECT_TRUE(lines[2]["movers"].empty());
+  EXPECT_EQ(lines[3]["camera"], (nlohmann::json{2.0, 0.0, 1.2}));
+  EXPECT_EQ(lines[3]["movers_time"], 1.2);
+}
+
+TEST(LiveObstacles, AreInTheFrameOfTheFirstCameraWithoutAFloor) {
+  const auto lines = live_lines({});
+  ASSERT_EQ(lines.size(), 4U);
+  EXPECT_EQ(lines[0]["frame"], "first camera");
+  EXPECT_EQ(lines[1]["movers"][0]["centroid"], (nlohmann::json{0.5, 0.2, 3.0}));
 }
 
 TEST(ObstacleFiles, NeedNoMovers) {

@@ -24,9 +24,11 @@ constexpr const char *kMapFrame = "map", *kFirstCameraFrame = "first camera";
 
 /// Differences between a given and an estimated floor from which one of them is wrong [degrees, m].
 /// Estimated directions are seldom more than 2.5 degrees off.
-constexpr double kContradictoryTilt = 2.5, kContradictoryHeight = 0.15;
+constexpr double kContradictoryTilt = 2.5, kContradictoryHeight = 0.08;
 /// The same, in standard deviations of the estimated direction.
 constexpr double kContradictorySigmas = 3;
+/// Share of the surfaces that lie more than 15 cm below a floor from which it is none.
+constexpr double kMostBelow = 0.1, kBelow = 0.15;
 
 nlohmann::json triple(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -73,28 +75,44 @@ std::string unknown_floor_text(const std::string& reason) {
          reason;
 }
 
+/// Returns the share of the surfaces that lie below a floor [0..1].
+double share_below(const Floor& floor, const std::vector<Surfel>& surfels) {
+  if (surfels.empty()) return 0;
+  const auto below = std::count_if(surfels.begin(), surfels.end(), [&](const Surfel& s) {
+    return floor.up.dot(s.point) < floor.height - kBelow;
+  });
+  return static_cast<double>(below) / static_cast<double>(surfels.size());
+}
+
 /// Returns the sentence for users about a given floor or direction that is not the one that is
 /// seen; empty without a contradiction.
 std::string contradiction_text(const FloorFinding& given, const FloorFinding& seen,
-                               const Eigen::Vector3d& eye) {
-  if (!given.up || !seen.up) return "";
+                               const std::vector<Surfel>& surfels, const Eigen::Vector3d& eye) {
+  if (!given.up) return "";
   const double degrees =
-      std::acos(std::clamp(given.up->dot(*seen.up), -1.0, 1.0)) * 180 / std::numbers::pi;
+      seen.up ? std::acos(std::clamp(given.up->dot(*seen.up), -1.0, 1.0)) * 180 / std::numbers::pi
+              : 0;
+  const double below = given.floor ? share_below(*given.floor, surfels) : 0;
   const auto camera_height = [&](const Floor& floor) { return floor.up.dot(eye) - floor.height; };
   const double sigma = seen.up_sigma * 180 / std::numbers::pi;
-  std::string seen_text;
+  std::string reason;
   if (degrees > std::max(kContradictoryTilt, kContradictorySigmas * sigma)) {
-    seen_text = fmt::format("its upward direction is {:.1f} degrees from", degrees);
+    reason = fmt::format("its upward direction is {:.1f} degrees from that of the surfaces in view",
+                         degrees);
   } else if (given.floor && seen.floor &&
              std::abs(camera_height(*given.floor) - camera_height(*seen.floor)) >
                  kContradictoryHeight) {
-    seen_text = fmt::format("it is {:.2f} m below the first camera, not {:.2f} m as",
-                            camera_height(*given.floor), camera_height(*seen.floor));
+    reason = fmt::format(
+        "it is {:.2f} m below the first camera of the map, and the one in view {:.2f} m",
+        camera_height(*given.floor), camera_height(*seen.floor));
+  } else if (below > kMostBelow) {
+    reason = fmt::format("{:.0f} % of the surfaces in view lie more than {:.2f} m below it",
+                         100 * below, kBelow);
   }
-  if (seen_text.empty()) return "";
-  return "the given floor contradicts the recording: " + seen_text +
-         " that of the surfaces in view; check --up (x right, y down, z forward), --camera-height "
-         "(meters), or that --floor is of this map";
+  if (reason.empty()) return "";
+  return "the given floor contradicts the recording: " + reason +
+         "; check --up (x right, y down, z forward), --camera-height (meters), or that --floor is "
+         "of this map";
 }
 
 /// Returns why a floor is unknown or contradicts what is seen, with the fix; empty if neither.
@@ -102,14 +120,18 @@ std::string problem_of(const FloorFinding& finding, const FloorHints& hints,
                        const std::vector<Surfel>& surfels, const std::vector<Pose>& cameras) {
   std::string problem;
   if (hints.up || hints.camera_height || hints.floor)
-    problem =
-        contradiction_text(finding, find_floor(surfels, cameras), cameras.front().translation());
+    problem = contradiction_text(finding, find_floor(surfels, cameras), surfels,
+                                 cameras.front().translation());
   if (problem.empty() && !finding.floor)
     problem = finding.reason + "; give --up X,Y,Z and --camera-height METERS, or --floor FILE";
   return problem;
 }
 
 }  // namespace
+
+std::vector<std::string> planner_file_names() {
+  return {"floor.json", "octomap.bt", "grid.pgm", "grid.yaml", "obstacles.json", "obstacles.jsonl"};
+}
 
 std::string write_planner_files(const PlannerData& data, const OccupancyOptions& options,
                                 const FloorHints& hints, ResultFolder& folder) {
@@ -124,6 +146,7 @@ std::string write_planner_files(const PlannerData& data, const OccupancyOptions&
       finding.floor ? map_frame(*finding.floor, cameras.front()) : cameras.front().inverse();
   const OccupiedSpace space = occupied_space(placed, T_map_world, options);
   std::vector<StaticObstacle> obstacles;
+  folder.remove_own(planner_file_names());  // a call that is cut off leaves no files of two floors
   folder.write_text("floor.json", json_text(floor_json(finding, problem, T_map_world), 2) + "\n");
   folder.write_text("octomap.bt", octomap_bytes(space));
   if (finding.floor) {
@@ -131,9 +154,6 @@ std::string write_planner_files(const PlannerData& data, const OccupancyOptions&
     folder.write_text("grid.pgm", grid_pgm(grid));
     folder.write_text("grid.yaml", grid_yaml(grid, "grid.pgm", T_map_world));
     obstacles = static_obstacles(placed, surfels, T_map_world, options);
-  } else {  // those of an earlier call
-    folder.discard("grid.pgm");
-    folder.discard("grid.yaml");
   }
   const PlannerFrame frame{finding.floor ? kMapFrame : kFirstCameraFrame, T_map_world};
   folder.write_text("obstacles.json", json_text(obstacles_json(obstacles, frame), 2) + "\n");

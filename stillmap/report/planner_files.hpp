@@ -20,8 +20,12 @@ struct PlannerData {
   const std::vector<MoverTrack>& movers;
 };
 
+/// Returns the names of all files that write_planner_files() may write.
+std::vector<std::string> planner_file_names();
+
 /// Writes the floor (floor.json), the occupied space (octomap.bt), and the obstacles
 /// (obstacles.json, obstacles.jsonl), and, if the floor is known, the grid (grid.pgm, grid.yaml).
+/// Those of an earlier call are removed first.
 /// Without a floor the files are in the frame of the first camera and have no static obstacles.
 /// @returns a sentence for users about an unknown floor, or about hints that contradict what is
 /// seen, with the reason and the fix; empty if there is nothing to tell

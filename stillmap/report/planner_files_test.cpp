@@ -16,6 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 using test::error_of;
 using ::testing::AllOf;
+using ::testing::AnyOf;
 using ::testing::HasSubstr;
 
 /// Writes the planner's files of the rendered room, whose floor is 1.2 m below the camera.
@@ -97,6 +98,9 @@ TEST_F(PlannerFiles, AGivenFloorThatContradictsTheSurfacesIsTold) {
   const Pose tilt(so3_exp({0.07, 0, 0}), {0, 0, 0});  // 4 degrees
   EXPECT_THAT(write({.up = tilt.quaternion() * up, .camera_height = 1.2}),
               HasSubstr("4.0 degrees from"));
+  EXPECT_THAT(
+      write({.up = up, .camera_height = 0.5}),
+      AnyOf(HasSubstr("lie more than 0.15 m below it"), HasSubstr("below the first camera")));
   const Floor upside_down{{0, 1, 0}, 0};
   EXPECT_THAT(write({.floor = upside_down}), HasSubstr("contradicts the recording"));
 }
