@@ -11,6 +11,8 @@
 #include "stillmap/report/result_folder.hpp"
 #include "stillmap/report/run_folder.hpp"
 
+#include <algorithm>
+#include <cctype>
 #include <set>
 #include <string>
 #include <vector>
@@ -55,6 +57,10 @@ RecordedRun read_run(const std::string& argument, const Trajectory& truth,
   run.name = equals == std::string::npos ? path.lexically_normal().filename().string()
                                          : argument.substr(0, equals);
   if (run.name.empty()) throw Error("has no name before '='", argument, "name the run: NAME=PATH");
+  if (std::any_of(run.name.begin(), run.name.end(),
+                  [](unsigned char c) { return std::iscntrl(c) != 0; }))
+    throw Error("has a line break or another control character in its name", argument,
+                "name the run: NAME=PATH");
   if (fs::is_directory(path)) require_ended_run(path);
   const fs::path file = fs::is_directory(path) ? path / "trajectory.txt" : path;
   run.estimate = read_trajectory(file);
@@ -101,6 +107,8 @@ int run(const CompareArguments& arguments) {
          "compare runs of one recording, that of --truth");
   }
   const Comparison comparison = compare_runs(runs);
+  for (const std::string& note : comparison_tables(comparison).front().notes)
+    warn(note, "compare runs that have poses for nearly all frames");
   const std::string table = comparison_markdown(comparison);
   print_out("{}", table);
   folder.write_text("comparison.md", table);

@@ -63,6 +63,8 @@ ComparedRun evaluate_run(const RecordedRun& run, std::size_t baseline) {
         evaluate_trajectory(run.truth, run.estimate, {.total_frames = run.total_frames});
   } catch (const Error& error) {
     result.problem = error.what();
+    result.doubts.push_back("cannot be evaluated: " +
+                            result.problem.substr(0, result.problem.find('\n')));
   }
   return result;
 }
@@ -124,10 +126,9 @@ std::vector<FigureCell> row(const Comparison& comparison, std::size_t index,
   return cells;
 }
 
-/// Returns why the figures of a run are missing, or are not comparable with those of others; empty
-/// if they are.
+/// Returns why the figures of a run are not comparable with those of others; empty if they are.
 std::string doubt_of(const ComparedRun& run) {
-  if (!run.evaluation) return run.problem.substr(0, run.problem.find('\n'));
+  if (!run.evaluation) return "";
   const double share = run.evaluation->coverage.share();
   if (share >= kFullCoverage) return "";
   return fmt::format("only {:.0f} % of the frames have a pose; the errors are of these alone",

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/evaluate/reading_doubts.hpp"
 
+#include "stillmap/evaluate/only_positions.hpp"
 #include "stillmap/evaluate/pose_at.hpp"
 #include "stillmap/evaluate/statistics.hpp"
 #include "stillmap/evaluate/truth_frame.hpp"
@@ -18,16 +19,25 @@ namespace {
 
 /// Median rotation errors over one second below this are those of tracking [degrees].
 constexpr double kAgreement = 0.5;
-/// Ratio of two errors, or of two displacements, from which one of them is that of a wrong reading.
-/// A wrong order or frame gives errors of the size of the motion itself.
-constexpr double kRatio = 5;
+/// The same for difference().
+constexpr double kDifference = 1;
+/// Ratio of two differences from which the larger is that of a wrong reading. A wrong order or
+/// frame gives errors of the size of the motion itself.
+constexpr double kRatio = 3;
+/// Ratio of two displacements that are not of one unit, and a displacement over one second that no
+/// camera has [m].
+constexpr double kOtherUnit = 1.8, kFastest = 50;
+/// Displacement over one second below which it is that of drift [m].
+constexpr double kLeastSeenWay = 0.01;
 /// Motions with an error of this share of their size have hardly anything in common: unrelated
 /// motions of one size have at least 1.
 constexpr double kUnrelated = 0.8;
+/// The same for another order of the numbers or another frame of the poses.
+constexpr double kUnlike = 0.3;
 /// Median motion over one second below which nothing is told.
-constexpr double kLeastTurn = 2, kLeastWay = 0.05;      // [degrees], [m]
-constexpr std::size_t kMostMotions = 500;               // spread evenly over the estimate
-constexpr double kLargestDelay = 3, kDelayStep = 0.05;  // [s]
+constexpr double kLeastTurn = 2, kLeastWay = 0.05;  // [degrees], [m]
+constexpr std::size_t kMostMotions = 500;           // spread evenly over the estimate
+constexpr double kLeastDelay = 0.1, kLargestDelay = 3, kDelayStep = 0.05;  // [s]
 
 /// A motion of the camera over one second, in the frame of its beginning.
 struct Motion {
@@ -139,7 +149,7 @@ std::vector<Reading> other_readings(const Trajectory& truth, const Trajectory& e
           std::tuple(names.truth, &other_truth, &estimate),
           std::tuple(both, &other_truth, &other_estimate)}) {
       readings.push_back({*of_truth, *of_estimate, fmt::format(fmt::runtime(condition), file),
-                          fmt::format(fmt::runtime(fix), file == both ? "FILE" : file)});
+                          fmt::format(fmt::runtime(fix), file == both ? "each of them" : file)});
     }
   };
   add(with_qw_first, "if the quaternions of {} are read as qw qx qy qz",
@@ -152,37 +162,61 @@ std::vector<Reading> other_readings(const Trajectory& truth, const Trajectory& e
   return readings;
 }
 
-/// Rotation error of the best other reading [degrees], and its text.
-struct BestReading {
-  double turn_error = 0, way_error = 0;
-  std::string condition, fix;
+/// Which errors of the motions tell something.
+struct Scope {
+  bool only_positions = false;  ///< One of the trajectories has no rotations.
+  bool scale_is_known = true;
 };
 
-/// Returns whether a reading is better: several may have the same rotations, as those of a camera
-/// that turns about one axis.
-bool is_better(const BestReading& a, const BestReading& b) {
-  constexpr double kDegreesPerMeter = 100;  // errors of tracking are some 1 cm and 1 degree
-  const auto error = [](const BestReading& r) {
-    return r.turn_error + kDegreesPerMeter * r.way_error;
-  };
-  return error(a) < error(b);
+constexpr double kPerMeter = 100;  // degrees of rotation that count as a displacement of 1 m
+
+/// Returns how much truth and estimate differ over one second: degrees, and centimeters.
+double difference(const Sizes& s, const Scope& scope) {
+  if (scope.only_positions) return kPerMeter * s.length_error;
+  return s.turn_error + (scope.scale_is_known ? kPerMeter * s.way_error : 0);
 }
 
-/// Returns the best reading of those whose rotation error is below the bound [degrees].
+/// Returns the size of the motions in the units of difference().
+double total(const Sizes& s, const Scope& scope) {
+  const double way = kPerMeter * std::max(s.true_way, s.way);
+  if (scope.only_positions) return way;
+  return std::max(s.true_turn, s.turn) + (scope.scale_is_known ? way : 0);
+}
+
+std::string difference_text(const Sizes& s, const Scope& scope) {
+  if (scope.only_positions) return fmt::format("{:.2g} m", s.length_error);
+  return fmt::format("{:.2g} degrees and {:.2g} m", s.turn_error, s.way_error);
+}
+
+/// The best other reading.
+struct BestReading {
+  double difference = 0;
+  std::string differs_by, condition, fix;
+};
+
+/// Returns the reading with the least difference, if it is far below that as read. Another order or
+/// frame is only tried if the motions differ by a large part of their size.
 std::optional<BestReading> best_reading(const Trajectory& truth, const Trajectory& estimate,
-                                        const TrajectoryNames& names, double bound) {
+                                        const TrajectoryNames& names, const Scope& scope,
+                                        const Sizes& as_read) {
+  const double bound = difference(as_read, scope) / kRatio;
+  const double turn_bound = std::max(kAgreement, as_read.turn_error / kRatio);
   std::optional<BestReading> best;
   const auto consider = [&](const std::vector<Motion>& motions, const std::string& condition,
                             const std::string& fix) {
     if (motions.empty()) return;
-    const BestReading reading{median(motions, turn_error), median(motions, way_error), condition,
-                              fix};
-    if (reading.turn_error <= bound && (!best || is_better(reading, *best))) best = reading;
+    const Sizes size = sizes(motions);
+    const double differs = difference(size, scope);
+    const bool turns_agree = scope.only_positions || size.turn_error <= turn_bound;
+    if (turns_agree && differs < (best ? best->difference : bound))
+      best = {differs, difference_text(size, scope), condition, fix};
   };
-  for (const Reading& reading : other_readings(truth, estimate, names))
-    consider(motions(reading.truth, reading.estimate), reading.condition, reading.fix);
-  for (int step = 1; step * kDelayStep <= kLargestDelay; ++step) {
-    for (const double delay : {step * kDelayStep, -step * kDelayStep}) {
+  if (!scope.only_positions && difference(as_read, scope) > kUnlike * total(as_read, scope)) {
+    for (const Reading& reading : other_readings(truth, estimate, names))
+      consider(motions(reading.truth, reading.estimate), reading.condition, reading.fix);
+  }
+  for (double late = kLeastDelay; late <= kLargestDelay; late += kDelayStep) {
+    for (const double delay : {late, -late}) {
       consider(motions(truth, estimate, delay),
                fmt::format("if the times of {} are made {:.2f} s {}", names.truth, std::abs(delay),
                            delay > 0 ? "earlier" : "later"),
@@ -192,26 +226,61 @@ std::optional<BestReading> best_reading(const Trajectory& truth, const Trajector
   return best;
 }
 
-/// Returns whether the positions change and the rotations do not, as in a file of positions.
-bool has_only_positions(const Trajectory& trajectory) {
-  const Pose T_first_world = trajectory.front().T_world_camera.inverse();
-  bool turns = false, moves = false;
-  for (const StampedPose& pose : trajectory) {
-    const Pose T = T_first_world * pose.T_world_camera;
-    turns = turns || T.angle() > 1e-6;
-    moves = moves || T.translation().norm() > 1e-6;
+/// The factor by which the estimated displacements fit the true ones best, and the median error
+/// that is left [m].
+struct ScaleFit {
+  double factor = 0, left = 0;
+};
+
+ScaleFit scale_fit(const std::vector<Motion>& motions, bool only_positions) {
+  double product = 0, square = 0;
+  for (const Motion& m : motions) {
+    const Eigen::Vector3d &a = m.truth.translation(), &b = m.estimate.translation();
+    product += only_positions ? a.norm() * b.norm() : a.dot(b);
+    square += b.squaredNorm();
   }
-  return moves && !turns;
+  ScaleFit fit;
+  fit.factor = square > 0 ? product / square : 0;
+  fit.left = median(motions, [&](const Motion& m) {
+    const Eigen::Vector3d &a = m.truth.translation(), &b = m.estimate.translation();
+    return only_positions ? std::abs(a.norm() - fit.factor * b.norm())
+                          : (a - fit.factor * b).norm();
+  });
+  return fit;
+}
+
+/// Returns the position of the body whose pose the truth is in the frame of the camera, if the
+/// displacements differ as those of two points of one body do: by (R - I) p for a motion with the
+/// rotation R. Least squares.
+std::optional<Eigen::Vector3d> lever_arm(const std::vector<Motion>& motions, const Sizes& size) {
+  constexpr double kLeast = 0.03;  // [m]
+  Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+  const auto lever = [](const Motion& m) -> Eigen::Matrix3d {
+    return m.estimate.rotation() - Eigen::Matrix3d::Identity();
+  };
+  const auto apart = [](const Motion& m) -> Eigen::Vector3d {
+    return m.truth.translation() - m.estimate.translation();
+  };
+  for (const Motion& m : motions) {
+    A += lever(m).transpose() * lever(m);
+    b += lever(m).transpose() * apart(m);
+  }
+  const Eigen::Vector3d p = A.completeOrthogonalDecomposition().solve(b);
+  const double left =
+      median(motions, [&](const Motion& m) { return (apart(m) - lever(m) * p).norm(); });
+  if (p.norm() < kLeast || left > size.way_error / kRatio) return std::nullopt;
+  return p;
 }
 
 /// Returns what motions that no other reading explains have in common.
-std::string doubt_of_motions(const Sizes& s, const TrajectoryNames& names, bool only_positions,
-                             bool scale_is_known) {
+std::string doubt_of_motions(const std::vector<Motion>& motions, const Sizes& s,
+                             const TrajectoryNames& names, const Scope& scope) {
   const double turn = std::max(s.true_turn, s.turn), way = std::max(s.true_way, s.way);
-  const bool turns = turn >= kLeastTurn && !only_positions, moves = way >= kLeastWay;
-  const double difference = only_positions ? s.length_error : s.way_error;
+  const bool turns = turn >= kLeastTurn && !scope.only_positions, moves = way >= kLeastWay;
+  const double way_error = scope.only_positions ? s.length_error : s.way_error;
   const std::string between = fmt::format("{} and {}", names.estimate, names.truth);
-  if (turns && s.turn_error >= kAgreement && s.angle_error <= s.turn_error / kRatio)
+  if (turns && s.turn_error >= kAgreement && s.angle_error <= s.turn_error / 5)
     return fmt::format(
         "{} turn by the same angles over 1 s (median {:.3g} degrees, difference {:.2g}), but about "
         "other axes ({:.3g} degrees apart): one of them is the pose of another body than the "
@@ -220,44 +289,80 @@ std::string doubt_of_motions(const Sizes& s, const TrajectoryNames& names, bool 
   const std::string advice =
       "either the truth is that of another recording, or tracking failed; give the truth of this "
       "recording or look at the report";
-  if (turns && s.turn_error >= kUnrelated * turn)
+  const bool ways_agree = moves && s.way_error < way / 2;
+  if (turns && !ways_agree && s.turn_error >= kUnrelated * turn)
     return fmt::format(
         "the rotations of {} have hardly anything in common: {:.3g} and {:.3g} degrees over 1 s "
         "(median), and {:.3g} apart; {}",
         between, s.turn, s.true_turn, s.turn_error, advice);
-  if (!moves || !scale_is_known) return "";
-  const bool turns_agree = only_positions || s.turn_error <= std::max(kAgreement, turn / kRatio);
-  if (turns_agree && way > kRatio * std::min(s.true_way, s.way) && s.true_way > 0 && s.way > 0)
+  if (!moves || !scope.scale_is_known) return "";
+  const bool turns_agree = scope.only_positions || s.turn_error <= std::max(kAgreement, turn / 5);
+  const ScaleFit scale = scale_fit(motions, scope.only_positions);
+  const bool is_scaled = scale.left <= way_error / kRatio;
+  const double ratio = std::max(scale.factor, 1 / scale.factor);
+  const bool is_drift = std::min(s.true_way, s.way) < kLeastSeenWay && way < 1;
+  if (way > kFastest || (turns_agree && is_scaled && ratio > kOtherUnit && !is_drift))
     return fmt::format(
         "the camera moves by {:.3g} m over 1 s in {} and by {:.3g} m in {} (median): write both "
-        "in meters",
+        "in meters, or check the depth factor",
         s.way, names.estimate, s.true_way, names.truth);
-  if (difference >= kUnrelated * way)
+  if (turns && turns_agree && !is_scaled && difference(s, scope) >= kDifference) {
+    if (const auto p = lever_arm(motions, s))
+      return fmt::format(
+          "the displacements of {} differ by {:.2g} m over 1 s (median) as those of two points of "
+          "one body {:.2f} m apart: the truth is not the pose of the camera; name its frame by "
+          "--truth-frame, with the translation ({:.3f}, {:.3f}, {:.3f}) of T_body_camera",
+          between, s.way_error, p->norm(), -p->x(), -p->y(), -p->z());
+  }
+  if (way_error >= kUnrelated * way)
     return fmt::format(
         "the displacements of {} have hardly anything in common: {:.3g} and {:.3g} m over 1 s "
         "(median), and {:.3g} m apart; {}",
-        between, s.way, s.true_way, difference, advice);
+        between, s.way, s.true_way, way_error, advice);
   return "";
+}
+
+/// Returns the doubt that the times of a file were rounded; empty if they were not.
+std::string doubt_of_times(const Trajectory& trajectory, const std::string& file) {
+  constexpr double kMost = 0.1;  // share of the poses
+  const auto same_time = [](const StampedPose& a, const StampedPose& b) {
+    return a.timestamp == b.timestamp;
+  };
+  Trajectory unique = trajectory;
+  unique.erase(std::unique(unique.begin(), unique.end(), same_time), unique.end());
+  const std::size_t repeated = trajectory.size() - unique.size();
+  if (static_cast<double>(repeated) <= kMost * static_cast<double>(trajectory.size())) return "";
+  return fmt::format(
+      "{} of {} poses of {} have the time of another one and are left out, as if the times had "
+      "been rounded; write them with 6 decimals",
+      repeated, trajectory.size(), file);
+}
+
+std::string doubt_of_readings(const Trajectory& truth, const Trajectory& estimate,
+                              const TrajectoryNames& names, bool scale_is_known) {
+  const std::vector<Motion> as_read = motions(truth, estimate);
+  if (as_read.empty()) return "";
+  const Sizes size = sizes(as_read);
+  const Scope scope{has_only_positions(truth, estimate), scale_is_known};
+  if (difference(size, scope) >= kDifference) {
+    if (const auto best = best_reading(truth, estimate, names, scope, size))
+      return fmt::format(
+          "the motions of {} and {} over 1 s differ by {} (median), and by {} {}; {}",
+          names.estimate, names.truth, difference_text(size, scope), best->differs_by,
+          best->condition, best->fix);
+  }
+  return doubt_of_motions(as_read, size, names, scope);
 }
 
 }  // namespace
 
 std::vector<std::string> reading_doubts(const Trajectory& truth, const Trajectory& estimate,
                                         const TrajectoryNames& names, bool scale_is_known) {
-  const std::vector<Motion> as_read = motions(truth, estimate);
-  if (as_read.empty()) return {};
-  const Sizes size = sizes(as_read);
-  if (size.turn_error >= kAgreement) {
-    if (const auto best = best_reading(truth, estimate, names, size.turn_error / kRatio))
-      return {fmt::format(
-          "the rotations of {} and {} differ by {:.3g} degrees over 1 s (median), and by {:.2g} "
-          "{}; {}",
-          names.estimate, names.truth, size.turn_error, best->turn_error, best->condition,
-          best->fix)};
-  }
-  const std::string doubt =
-      doubt_of_motions(size, names, has_only_positions(truth), scale_is_known);
-  return doubt.empty() ? std::vector<std::string>() : std::vector<std::string>{doubt};
+  std::vector<std::string> doubts{doubt_of_times(truth, names.truth),
+                                  doubt_of_times(estimate, names.estimate),
+                                  doubt_of_readings(truth, estimate, names, scale_is_known)};
+  std::erase(doubts, "");
+  return doubts;
 }
 
 }  // namespace stillmap

@@ -2,6 +2,7 @@
 #include "stillmap/evaluate/trajectory_error.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/evaluate/only_positions.hpp"
 #include "stillmap/evaluate/pose_at.hpp"
 #include "stillmap/geometry/association.hpp"
 
@@ -19,6 +20,9 @@ namespace {
 
 /// Timestamps with this difference or more do not pair [s], as in the benchmark's own tool.
 constexpr double kMaxDifference = 0.02;
+
+/// Share of the poses with a true pose below which the text tells it.
+constexpr double kFewPairs = 0.9;
 
 /// Returns the poses in order of their timestamps; of several poses with one timestamp the last.
 Trajectory one_pose_per_stamp(Trajectory trajectory) {
@@ -282,8 +286,12 @@ Evaluation evaluate_trajectory(const Trajectory& truth, const Trajectory& estima
     result.ate_with_scale = absolute_trajectory_error(truth, estimate, with_scale);
   }
   result.displacement = displacement_error(truth, estimate, result.ate.T_truth_estimate);
-  result.rpe = errors_over(truth, estimate, RpeDelta::kSecond);
-  if (options.per_frame) result.rpe_frame = relative_pose_error(truth, estimate, RpeDelta::kFrame);
+  result.only_positions = has_only_positions(truth, estimate);
+  if (!result.only_positions) {
+    result.rpe = errors_over(truth, estimate, RpeDelta::kSecond);
+    if (options.per_frame)
+      result.rpe_frame = relative_pose_error(truth, estimate, RpeDelta::kFrame);
+  }
   result.coverage = options.total_frames ? compute_coverage(estimate, *options.total_frames)
                                          : estimate_coverage(estimate, truth);
   return result;
@@ -292,9 +300,11 @@ Evaluation evaluate_trajectory(const Trajectory& truth, const Trajectory& estima
 std::string evaluation_text(const Evaluation& evaluation) {
   std::string text = fmt::format("{:<16}{:>9}{:>9}{:>9}{:>9}{:>9}{:>9}{:>7}\n", "", "rmse", "mean",
                                  "median", "sd", "min", "max", "pairs");
-  const auto line = [&text](const char* name, const Statistics& s) {
+  const char* no_pairs = evaluation.only_positions ? "one of the files has no rotations"
+                                                   : "no two poses are that far apart";
+  const auto line = [&](const char* name, const Statistics& s) {
     if (s.count == 0) {
-      text += fmt::format("{:<16}none: no two poses are that far apart\n", name);
+      text += fmt::format("{:<16}none: {}\n", name, no_pairs);
       return;
     }
     text += fmt::format("{:<16}", name);
@@ -325,6 +335,10 @@ std::string evaluation_text(const Evaluation& evaluation) {
   text += fmt::format("coverage {}/{} frames = {:.1f} %{}\n", coverage.tracked, coverage.total,
                       100 * coverage.share(),
                       coverage.estimated ? " (total estimated from the truth's time span)" : "");
+  const std::size_t pairs = evaluation.ate.pairs.size();
+  if (static_cast<double>(pairs) < kFewPairs * static_cast<double>(coverage.tracked))
+    text += fmt::format("only {} of {} poses have a true pose: the errors are of these alone\n",
+                        pairs, coverage.tracked);
   return text;
 }
 
@@ -362,6 +376,7 @@ void to_json(nlohmann::json& json, const DisplacementResult& displacement) {
 void to_json(nlohmann::json& json, const Evaluation& evaluation) {
   json = {{"ate", evaluation.ate},
           {"rpe_1s", nullptr},
+          {"only_positions", evaluation.only_positions},
           {"displacement", evaluation.displacement},
           {"coverage", evaluation.coverage}};
   if (evaluation.ate_with_scale) json["ate_with_scale"] = *evaluation.ate_with_scale;

@@ -66,6 +66,7 @@ struct Evaluation {
   DisplacementResult displacement;
   RpeResult rpe;  ///< RPE over one second; without pairs if the estimate is shorter than that.
   std::optional<RpeResult> rpe_frame;  ///< RPE from frame to frame, if requested.
+  bool only_positions = false;         ///< has_only_positions(); then there is no RPE.
   Coverage coverage;
 };
 

@@ -111,6 +111,11 @@ TEST_F(TrajectoryFile, SortsByStampAndSkipsComments) {
   EXPECT_EQ(read[1].T_world_camera.translation().x(), 1);
 }
 
+TEST_F(TrajectoryFile, MayBeginWithAByteOrderMark) {
+  write("\xEF\xBB\xBF# a comment\n1 0 0 0 0 0 0 1\n");
+  EXPECT_EQ(read_trajectory(file_).size(), 1u);
+}
+
 TEST_F(TrajectoryFile, ErrorsNameTheLine) {
   write("1 0 0 0 0 0 0 1\n2 0 0 0 0 0 1\n");
   EXPECT_NE(error().find(":2: expected 8 numbers"), std::string::npos) << error();

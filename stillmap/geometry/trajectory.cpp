@@ -139,6 +139,7 @@ Trajectory read_trajectory(const std::filesystem::path& file) {
   std::string line, heading;
   bool commas = false;
   for (int number = 1; std::getline(in, line); ++number) {
+    if (number == 1 && line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);  // byte order mark
     const auto first = line.find_first_not_of(" \t\r");
     if (first == std::string::npos) continue;
     if (line[first] == '#') {
