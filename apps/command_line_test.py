@@ -218,7 +218,7 @@ class CommandLine(unittest.TestCase):
         framed = stillmap("eval", truth, truth, "--truth-frame", "bonn")
         self.refused(framed, 3, "without --truth-frame bonn")
         compared = stillmap("compare", "--truth", truth, truth, swapped, "--out", self.folder / "swapped")
-        self.refused(compared, 3, "DO NOT TRUST THIS RESULT: swapped.txt: the rotations")
+        self.refused(compared, 3, "DO NOT TRUST THIS RESULT: swapped.txt: the motions")
 
     def test_a_truth_of_another_recording_is_doubted(self):
         paths = [[(i / 30, 0.3 * math.sin(k * i / 30), i / 90, math.sin(k * i / 60), math.cos(k * i / 60)) for i in range(120)] for k in (1, -2)]

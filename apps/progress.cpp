@@ -30,7 +30,7 @@ bool Progress::hidden = false;
 void Progress::hide() { hidden = true; }
 
 Progress::Progress(std::string title, std::optional<std::size_t> total)
-    : title_(std::move(title)), total_(total), terminal_(isatty(STDERR_FILENO) != 0) {}
+    : title_(std::move(title)), total_(total), terminal_(takes_codes(STDERR_FILENO)) {}
 
 void Progress::step(const std::string& note) {
   ++done_;

@@ -125,7 +125,13 @@ int record(const RecordArguments& arguments) {
   const std::size_t frames = add_frames(*source, writer, check);
   print_out("{}: {} frames, {} skipped\n{}", arguments.out, frames, source->skipped().size(),
             kept_text(writer.camera()));
-  const std::vector<std::string> problems = check.problems();
+  std::vector<std::string> problems = check.problems();
+  const std::size_t skipped = source->skipped().size();
+  if (are_many_unusable(skipped, frames + skipped))
+    problems.push_back(
+        fmt::format("{} of {} frames could not be used; look for the cause with: "
+                    "stillmap doctor {}",
+                    skipped, frames + skipped, arguments.source));
   print_doubts(problems);
   if (interrupted()) return kInterrupted;
   return problems.empty() ? kSuccess : kDoubtful;

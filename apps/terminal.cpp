@@ -150,11 +150,15 @@ std::size_t help_columns() {
   return std::max(terminal_columns(STDOUT_FILENO).value_or(kDefaultColumns), kLeastColumns);
 }
 
+bool takes_codes(int file_descriptor) {
+  const char* terminal = std::getenv("TERM");
+  return isatty(file_descriptor) != 0 &&
+         !(terminal != nullptr && std::string_view(terminal) == "dumb");
+}
+
 std::string styled(const std::string& text, Style style, int file_descriptor) {
-  const char *no_color = std::getenv("NO_COLOR"), *terminal = std::getenv("TERM");
-  const bool dumb = terminal != nullptr && std::string_view(terminal) == "dumb";
-  if (isatty(file_descriptor) == 0 || dumb || (no_color != nullptr && *no_color != '\0'))
-    return text;
+  const char* no_color = std::getenv("NO_COLOR");
+  if (!takes_codes(file_descriptor) || (no_color != nullptr && *no_color != '\0')) return text;
   // Select Graphic Rendition (ECMA-48, 8.3.117).
   const char* code = style == Style::kBold ? "1" : style == Style::kRed ? "1;31" : "33";
   return std::string("\033[") + code + "m" + text + "\033[0m";

@@ -20,6 +20,9 @@ std::string wrapped(const std::string& text, std::size_t indent, std::size_t col
 /// Returns the width of help texts: that of the terminal, at least 16, or 100 without one.
 std::size_t help_columns();
 
+/// Returns whether the file descriptor is a terminal that knows codes: TERM is not "dumb".
+bool takes_codes(int file_descriptor);
+
 /// Looks of a text on a terminal.
 enum class Style { kBold, kRed, kYellow };
 

@@ -89,6 +89,9 @@ void FrameCheck::compare_with_last(double time, const Coarse& coarse) {
   if (color_repeats) {
     ++repeats_;
     if (!repeats_last_) ++repeated_;
+    stopped_.add(time, longest_stopped_);
+  } else {
+    stopped_ = {};
   }
   repeats_last_ = color_repeats;
   const bool depth_repeats =
@@ -138,6 +141,13 @@ std::string FrameCheck::frozen_problem() const {
 }
 
 std::string FrameCheck::repeats_problem() const {
+  constexpr std::size_t kFewestOthers = 10;  // images; a camera at rest without noise has one
+  if (is_long_gap(longest_stopped_.frames, frames_) && frames_ - repeats_ >= kFewestOthers) {
+    return fmt::format(
+        "{} frames in a row have the color image of the one before, from {:.6f} s on, as if the "
+        "camera hung; leave them out, or record again",
+        longest_stopped_.frames, longest_stopped_.begin);
+  }
   constexpr std::size_t kFewest = 10;  // images; a camera at rest without noise repeats one
   if (repeated_ < kFewest || 3 * repeats_ < frames_) return "";
   return fmt::format(
@@ -173,7 +183,7 @@ std::string FrameCheck::coarse_problem() const {
   if (step < kCoarse) return "";
   return fmt::format(
       "all depths are multiples of about {:.0f} mm, as if the depth images had been saved with 8 "
-      "bits; save them with 16 bits, in steps of 1 mm or less",
+      "bits or held disparities; save depths with 16 bits, in steps of 1 mm or less",
       1000 * step);
 }
 

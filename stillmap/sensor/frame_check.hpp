@@ -72,7 +72,8 @@ class FrameCheck {
   std::vector<bool> seen_;         // by raw depth
   RegistrationEvidence registration_;
   Gap gap_, longest_;
-  Gap frozen_, longest_frozen_;  // frames in a row whose depth repeats, unlike their color
+  Gap frozen_, longest_frozen_;    // frames in a row whose depth repeats, unlike their color
+  Gap stopped_, longest_stopped_;  // frames in a row whose color repeats
   std::size_t repeats_ = 0, repeated_ = 0;  // frames whose color repeats; images that they repeat
   bool repeats_last_ = false;               // the last frame is one of them
 };

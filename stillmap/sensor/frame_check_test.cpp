@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/sensor/frame_check.hpp"
 
+#include <algorithm>
+
 #include <gmock/gmock.h>
 
 namespace stillmap {
 namespace {
 
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -90,6 +93,18 @@ TEST(FrameCheck, FindsImagesThatRepeat) {
       testing::Contains(HasSubstr("40 of 60 frames have the color image of the one before")));
   EXPECT_THAT(problems_of_repeated_images(30), testing::Not(testing::Contains(HasSubstr("jumped"))))
       << "a camera at rest";
+}
+
+TEST(FrameCheck, FindsACameraThatHangs) {
+  FrameCheck check{Camera()};
+  for (int i = 0; i < 60; ++i) {
+    RgbdFrame frame = frame_at(i / 30.0);
+    frame.gray = cv::Mat1b(48, 64, static_cast<uchar>(std::min(i, 30)));
+    check.add(frame);
+  }
+  EXPECT_THAT(check.problems(),
+              testing::Contains(AllOf(HasSubstr("29 frames in a row have the color image"),
+                                      HasSubstr("from 1.033333 s on"))));
 }
 
 TEST(FrameCheck, FindsDepthThatIsTheSameEverywhere) {

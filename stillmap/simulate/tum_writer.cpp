@@ -8,6 +8,7 @@
 #include "stillmap/sensor/image_file.hpp"
 #include "stillmap/simulate/seen_surface.hpp"
 
+#include <regex>
 #include <string>
 #include <vector>
 
@@ -84,6 +85,14 @@ struct Lists {
   }
 };
 
+/// Removes the images of a sequence, TIMESTAMP.png, and no other file.
+void remove_images(const std::filesystem::path& folder) {
+  const std::regex name(R"(\d+\.\d{6}\.png)");
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    if (std::regex_match(entry.path().filename().string(), name))
+      std::filesystem::remove(entry.path());
+}
+
 /// Makes the folder of a sequence, without the files of an earlier one. Throws Error for a folder
 /// with other files: things.csv marks the folders of simulated sequences.
 void make_sequence_folder(const std::filesystem::path& folder) {
@@ -97,8 +106,8 @@ void make_sequence_folder(const std::filesystem::path& folder) {
   for (const char* list : {"rgb.txt", "depth.txt", "associations.txt"})
     std::filesystem::remove(folder / list);
   for (const char* name : {"rgb", "depth", "mask", "instance", "speed"}) {
-    std::filesystem::remove_all(folder / name);
     make_output_folder(folder / name);
+    remove_images(folder / name);
   }
 }
 

@@ -48,9 +48,11 @@ TEST_F(TumWriter, ReplacesAnEarlierSequenceAsAWhole) {
   write_tum_layout(SimulatedSequence(tiny()), folder_);
   SimulationOptions shorter = tiny();
   shorter.frames = 1;
+  write_file(folder_ / "depth" / "notes.txt", "mine");
   write_tum_layout(SimulatedSequence(shorter), folder_);
   const fs::directory_iterator images(folder_ / "rgb");
   EXPECT_EQ(std::distance(fs::begin(images), fs::end(images)), 1);
+  EXPECT_EQ(read_file(folder_ / "depth" / "notes.txt"), "mine");
 }
 
 TEST_F(TumWriter, AnInterruptedSequenceIsWholeUpToItsEnd) {
