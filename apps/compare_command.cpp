@@ -107,7 +107,8 @@ int run(const CompareArguments& arguments) {
          "compare runs of one recording, that of --truth");
   }
   const Comparison comparison = compare_runs(runs);
-  for (const std::string& note : comparison_tables(comparison).front().notes)
+  const std::vector<FigureTable> tables = comparison_tables(comparison);
+  for (const std::string& note : tables.front().notes)
     warn(note, "compare runs that have poses for nearly all frames");
   const std::string table = comparison_markdown(comparison);
   print_out("{}", table);
