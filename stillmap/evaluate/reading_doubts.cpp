@@ -266,7 +266,7 @@ std::optional<Eigen::Vector3d> lever_arm(const std::vector<Motion>& motions, con
     A += lever(m).transpose() * lever(m);
     b += lever(m).transpose() * apart(m);
   }
-  const Eigen::Vector3d p = A.completeOrthogonalDecomposition().solve(b);
+  Eigen::Vector3d p = A.completeOrthogonalDecomposition().solve(b);
   const double left =
       median(motions, [&](const Motion& m) { return (apart(m) - lever(m) * p).norm(); });
   if (p.norm() < kLeast || left > size.way_error / kRatio) return std::nullopt;

@@ -323,17 +323,19 @@ void check_light(const Sample& sample, Diagnosis& diagnosis) {
                "move more slowly, shorten the exposure, clean the lens");
 }
 
-/// The 5th, 50th and 99th percentile of depths, in raw units or meters.
+/// The 5th, 25th, 50th and 99th percentile of depths, in raw units or meters.
 struct DepthSpread {
-  double low = 0, median = 0, high = 0;
+  double low = 0, quarter = 0, median = 0, high = 0;
 
   explicit DepthSpread(std::vector<float> depths)
       : low(percentile(depths, 0.05)),
+        quarter(percentile(depths, 0.25)),
         median(percentile(depths, 0.5)),
         high(percentile(depths, 0.99)) {}
   DepthSpread in_meters(double factor) const {
     DepthSpread meters = *this;
-    meters.low /= factor, meters.median /= factor, meters.high /= factor;
+    for (double* value : {&meters.low, &meters.quarter, &meters.median, &meters.high})
+      *value /= factor;
     return meters;
   }
 };
@@ -353,6 +355,12 @@ std::string implausible(const DepthSpread& depths, const DepthSensor& sensor) {
     return fmt::format(
         "a twentieth of the depth readings is below {:.2f} m, where sensor {} measures nothing",
         depths.low, sensor.name);
+  }
+  if (depths.quarter < sensor.min_depth) {
+    return fmt::format(
+        "a quarter of the depth readings is below {:.2f} m, and they are not used, since sensor {} "
+        "measures nothing below {:g} m",
+        depths.quarter, sensor.name, sensor.min_depth);
   }
   if (depths.high > std::max(kFar, 2 * sensor.max_depth)) {
     return fmt::format(

@@ -122,6 +122,15 @@ TEST_F(Doctor, DoubtsAUnitInWhichMostDepthsAreOutOfTheRangeOfTheSensor) {
   EXPECT_THAT(depth_unit_problem(sequence_.folder(), camera), HasSubstr("outside 0.45 to 7.5 m"));
 }
 
+TEST_F(Doctor, DoubtsAUnitInWhichAQuarterOfTheDepthsIsTooNearForTheSensor) {
+  Camera camera = TestSequence::camera();  // the depths are 1 to 3 m
+  camera.depth_sensor = find_depth_sensor("azure_kinect");
+  EXPECT_EQ(depth_unit_problem(sequence_.folder(), camera), "");
+  camera.depth_factor = 17000;  // 0.3 to 0.9 m
+  EXPECT_THAT(depth_unit_problem(sequence_.folder(), camera),
+              HasSubstr("a quarter of the depth readings is below 0.4"));
+}
+
 TEST_F(Doctor, ReportsAMissingCamera) {
   fs::remove(sequence_.path("camera.yaml"));
   EXPECT_THAT(errors(), HasSubstr("no camera was named"));
