@@ -235,9 +235,11 @@ Session session_of(const RunRequest& request, const Options& options) {
   }
   session.recording = recording_of(request);
   if (std::filesystem::is_directory(request.sequence) && names_image_folder(request.sequence) &&
-      !range.following)
+      !range.following) {
     session.depth_problem =
         depth_unit_problem(request.sequence, source->camera(), request.associations);
+    session.order_problem = order_problem(request.sequence, request.associations);
+  }
   if (request.force) session.foreign = ResultFolder::Foreign::kOverwrite;
   session.rules = rules_of(request, options);
   session.event_lines = request.event_lines;

@@ -129,6 +129,7 @@ void map_sequence(Session& session, ViewServer* server, Recorders& recorders, Re
   // What the frames show is more precise.
   if (record.frame_problems.empty() && !session.depth_problem.empty())
     record.frame_problems = {session.depth_problem};
+  if (!session.order_problem.empty()) record.frame_problems.push_back(session.order_problem);
   if (!session.map_damage.empty()) record.frame_problems.push_back(session.map_damage);
   if (recorders.warnings) recorders.warnings->finish();
   if (recorders.journal) recorders.journal->flush();

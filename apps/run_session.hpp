@@ -35,6 +35,7 @@ struct Session {
   bool live = false;         ///< Whether the source delivers frames while they are recorded.
   std::vector<std::string> unused_settings;  ///< See RunRecord::unused_settings.
   std::string depth_problem = {};            ///< Of depth_unit_problem().
+  std::string order_problem = {};            ///< Of order_problem().
   std::optional<WarningRules> rules;         ///< What to warn of; none: nothing.
   std::FILE* event_lines = nullptr;  ///< Gets the events as lines of JSON; null: nothing does.
   std::unique_ptr<ViewServer> view;  ///< Serves the page that shows the run; null: nothing does.

@@ -525,11 +525,41 @@ std::size_t check_frames(FrameSource& source, std::size_t most_frames, Diagnosis
   return frames;
 }
 
+/// Returns the sentence that the frames are not in the order of the numbers in the names of their
+/// color images, such as those of a list that was sorted as text; empty if they are, or if the
+/// names are not one text with different numbers at the end.
+std::string order_problem(const std::vector<FrameFiles>& frames) {
+  constexpr std::size_t kFewest = 3, kPerStep = 33;  // steps back, frames per step back
+  std::string common;
+  double last = 0;
+  std::size_t back = 0;
+  std::string example;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const std::string stem = frames[i].color.stem().string();
+    const std::size_t begin = stem.find_last_not_of("0123456789.") + 1;
+    if (begin == stem.size() || (i > 0 && stem.substr(0, begin) != common)) return "";
+    common = stem.substr(0, begin);
+    const double number = std::strtod(stem.c_str() + begin, nullptr);
+    if (i > 0 && number < last && back++ == 0)
+      example = fmt::format("{} follows {}", frames[i].color.filename().string(),
+                            frames[i - 1].color.filename().string());
+    last = number;
+  }
+  if (back < kFewest || kPerStep * back < frames.size()) return "";
+  return fmt::format(
+      "the frames are not in the order of the numbers of their images ({}), as if the list had "
+      "been "
+      "sorted as text; give the images the times at which they were taken",
+      example);
+}
+
 void examine(const SequencePaths& paths, const std::optional<Camera>& named,
              const DoctorOptions& options, Diagnosis& diagnosis) {
   const auto camera = choose_camera(paths, named, diagnosis);
   const FrameList list = list_frames(paths);
   check_lists(list, diagnosis);
+  if (const std::string problem = order_problem(list.frames); !problem.empty())
+    diagnosis.add(Severity::kDoubt, problem);
   check_rate(list.frames, camera, diagnosis);
   check_offsets(list.frames, diagnosis);
   const auto size = camera ? std::optional(cv::Size(camera->width, camera->height)) : std::nullopt;
@@ -572,6 +602,10 @@ Diagnosis diagnose(FrameSource& source, std::size_t most_frames) {
                               source.skipped().front().reason));
   }
   return diagnosis;
+}
+
+std::string order_problem(const fs::path& folder, const fs::path& associations) {
+  return order_problem(list_frames(find_sequence(folder, associations)).frames);
 }
 
 std::string depth_unit_problem(const fs::path& folder, const Camera& camera,

@@ -70,6 +70,11 @@ Diagnosis diagnose(const std::filesystem::path& folder, const std::optional<Came
 std::string depth_unit_problem(const std::filesystem::path& folder, const Camera& camera,
                                const std::filesystem::path& associations = {});
 
+/// Returns that the frames of a folder are not in the order of the numbers in the names of their
+/// color images, such as those of a list that was sorted as text; empty if they are.
+std::string order_problem(const std::filesystem::path& folder,
+                          const std::filesystem::path& associations = {});
+
 /// Checks a source that is no folder of images, such as a recorded file or a stereo pair, by its
 /// first frames, with FrameCheck.
 Diagnosis diagnose(FrameSource& source, std::size_t most_frames);

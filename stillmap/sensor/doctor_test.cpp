@@ -131,6 +131,25 @@ TEST_F(Doctor, DoubtsAUnitInWhichAQuarterOfTheDepthsIsTooNearForTheSensor) {
               HasSubstr("a quarter of the depth readings is below 0.4"));
 }
 
+TEST_F(Doctor, DoubtsAListThatWasSortedAsText) {
+  EXPECT_EQ(order_problem(sequence_.folder()), "");
+  cv::Mat color(48, 64, CV_8UC3, cv::Scalar(90, 90, 90)), depth(48, 64, CV_16UC1, cv::Scalar(9000));
+  std::vector<std::string> names;
+  for (int i = 0; i < 40; ++i) names.push_back(fmt::format("view{}.png", i));
+  std::sort(names.begin(), names.end());
+  std::string colors, depths;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    sequence_.write_image("rgb/" + names[i], color);
+    sequence_.write_image("depth/" + names[i], depth);
+    colors += fmt::format("{:.6f} rgb/{}\n", TestSequence::stamp(static_cast<int>(i)), names[i]);
+    depths += fmt::format("{:.6f} depth/{}\n", TestSequence::stamp(static_cast<int>(i)), names[i]);
+  }
+  sequence_.write("rgb.txt", colors);
+  sequence_.write("depth.txt", depths);
+  EXPECT_THAT(order_problem(sequence_.folder()), HasSubstr("(view2.png follows view19.png)"));
+  EXPECT_THAT(doubts(), HasSubstr("as if the list had been sorted as text"));
+}
+
 TEST_F(Doctor, ReportsAMissingCamera) {
   fs::remove(sequence_.path("camera.yaml"));
   EXPECT_THAT(errors(), HasSubstr("no camera was named"));
