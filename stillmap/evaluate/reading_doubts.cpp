@@ -4,6 +4,7 @@
 #include "stillmap/evaluate/only_positions.hpp"
 #include "stillmap/evaluate/pose_at.hpp"
 #include "stillmap/evaluate/statistics.hpp"
+#include "stillmap/evaluate/trajectory_error.hpp"
 #include "stillmap/evaluate/truth_frame.hpp"
 
 #include <algorithm>
@@ -24,6 +25,8 @@ constexpr double kDifference = 1;
 /// Ratio of two differences from which the larger is that of a wrong reading. A wrong order or
 /// frame gives errors of the size of the motion itself.
 constexpr double kRatio = 3;
+/// Ratio of a rotation to its error from which truth and estimate turn alike.
+constexpr double kSameTurn = 5;
 /// Ratio of two displacements that are not of one unit, and a displacement over one second that no
 /// camera has [m].
 constexpr double kOtherUnit = 1.8, kFastest = 50;
@@ -280,7 +283,7 @@ std::string doubt_of_motions(const std::vector<Motion>& motions, const Sizes& s,
   const bool turns = turn >= kLeastTurn && !scope.only_positions, moves = way >= kLeastWay;
   const double way_error = scope.only_positions ? s.length_error : s.way_error;
   const std::string between = fmt::format("{} and {}", names.estimate, names.truth);
-  if (turns && s.turn_error >= kAgreement && s.angle_error <= s.turn_error / 5)
+  if (turns && s.turn_error >= kAgreement && s.angle_error <= s.turn_error / kSameTurn)
     return fmt::format(
         "{} turn by the same angles over 1 s (median {:.3g} degrees, difference {:.2g}), but about "
         "other axes ({:.3g} degrees apart): one of them is the pose of another body than the "
@@ -296,7 +299,8 @@ std::string doubt_of_motions(const std::vector<Motion>& motions, const Sizes& s,
         "(median), and {:.3g} apart; {}",
         between, s.turn, s.true_turn, s.turn_error, advice);
   if (!moves || !scope.scale_is_known) return "";
-  const bool turns_agree = scope.only_positions || s.turn_error <= std::max(kAgreement, turn / 5);
+  const bool turns_agree =
+      scope.only_positions || s.turn_error <= std::max(kAgreement, turn / kSameTurn);
   const ScaleFit scale = scale_fit(motions, scope.only_positions);
   const bool is_scaled = scale.left <= way_error / kRatio;
   const double ratio = std::max(scale.factor, 1 / scale.factor);
@@ -325,12 +329,7 @@ std::string doubt_of_motions(const std::vector<Motion>& motions, const Sizes& s,
 /// Returns the doubt that the times of a file were rounded; empty if they were not.
 std::string doubt_of_times(const Trajectory& trajectory, const std::string& file) {
   constexpr double kMost = 0.1;  // share of the poses
-  const auto same_time = [](const StampedPose& a, const StampedPose& b) {
-    return a.timestamp == b.timestamp;
-  };
-  Trajectory unique = trajectory;
-  unique.erase(std::unique(unique.begin(), unique.end(), same_time), unique.end());
-  const std::size_t repeated = trajectory.size() - unique.size();
+  const std::size_t repeated = trajectory.size() - one_pose_per_stamp(trajectory).size();
   if (static_cast<double>(repeated) <= kMost * static_cast<double>(trajectory.size())) return "";
   return fmt::format(
       "{} of {} poses of {} have the time of another one and are left out, as if the times had "

@@ -24,18 +24,6 @@ constexpr double kMaxDifference = 0.02;
 /// Share of the poses with a true pose below which the text tells it.
 constexpr double kFewPairs = 0.9;
 
-/// Returns the poses in order of their timestamps; of several poses with one timestamp the last.
-Trajectory one_pose_per_stamp(Trajectory trajectory) {
-  std::stable_sort(trajectory.begin(), trajectory.end(),
-                   [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
-  Trajectory unique;
-  for (const StampedPose& pose : trajectory) {
-    if (!unique.empty() && unique.back().timestamp == pose.timestamp) unique.pop_back();
-    unique.push_back(pose);
-  }
-  return unique;
-}
-
 std::vector<double> stamps_of(const Trajectory& trajectory) {
   std::vector<double> stamps(trajectory.size());
   std::transform(trajectory.begin(), trajectory.end(), stamps.begin(),
@@ -197,6 +185,17 @@ RpeResult errors_over(const Trajectory& truth, const Trajectory& estimate, RpeDe
 }
 
 }  // namespace
+
+Trajectory one_pose_per_stamp(Trajectory trajectory) {
+  std::stable_sort(trajectory.begin(), trajectory.end(),
+                   [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
+  Trajectory unique;
+  for (const StampedPose& pose : trajectory) {
+    if (!unique.empty() && unique.back().timestamp == pose.timestamp) unique.pop_back();
+    unique.push_back(pose);
+  }
+  return unique;
+}
 
 double Coverage::share() const {
   if (total == 0) return 0;

@@ -15,6 +15,9 @@
 /// Further figures of a run, and their texts; see stillmap/evaluate.hpp.
 namespace stillmap {
 
+/// Returns the poses in order of their timestamps; of several poses with one timestamp the last.
+Trajectory one_pose_per_stamp(Trajectory trajectory);
+
 /// Tracked share of a sequence. An error means little without it, since lost frames have no error.
 struct Coverage {
   std::size_t tracked = 0;  ///< Number of distinct timestamps in the estimate.
