@@ -40,6 +40,7 @@ const CLI::App* find_subcommand(const CLI::App& command, const std::string& name
 /// Names of the values that options and arguments take, by their names.
 const std::map<std::string, std::string> kValueTypes{{"aligned-like", "FILE"},
                                                      {"associations", "FILE"},
+                                                     {"baseline", "NAME=DIR"},
                                                      {"camera", "NAME or FILE"},
                                                      {"cloud", "FILE"},
                                                      {"config", "FILE"},
@@ -71,7 +72,8 @@ const std::map<std::string, std::string> kValueTypes{{"aligned-like", "FILE"},
                                                      {"surface", "FILE"},
                                                      {"topics", "COLOR,DEPTH"},
                                                      {"truth", "FILE"},
-                                                     {"truth-frame", "{bonn} or FILE"},
+                                                     {"truth-frame", "{bonn,camera} or FILE"},
+                                                     {"variant", "NAME=PRESET"},
                                                      {"verdicts", "FILE"},
                                                      {"view-address", "ADDRESS"},
                                                      {"zones", "FILE"}};

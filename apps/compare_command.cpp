@@ -75,8 +75,9 @@ RecordedRun read_run(const std::string& argument, const Trajectory& truth,
       return json.at("frames").at("total").get<std::size_t>();
     });
   }
-  const auto doubts =
-      reading_doubts(truth, run.estimate, {arguments.truth, file.string(), arguments.truth_frame});
+  const auto doubts = reading_doubts(
+      truth, run.estimate,
+      {arguments.truth, file.string(), truth_frame_of(arguments.truth, arguments.truth_frame)});
   run.doubts.insert(run.doubts.end(), doubts.begin(), doubts.end());
   return run;
 }
@@ -95,8 +96,8 @@ int run(const CompareArguments& arguments) {
                                                      : ResultFolder::Foreign::kKeep);
   folder.require_free(kFiles);
   std::vector<RecordedRun> runs;
-  note_marker_truth(arguments.truth, arguments.truth_frame);
-  const Trajectory truth = true_camera_trajectory(arguments.truth, arguments.truth_frame);
+  const Trajectory truth = true_camera_trajectory(
+      arguments.truth, truth_frame_of(arguments.truth, arguments.truth_frame));
   std::set<std::string> sequences;
   for (const std::string& argument : arguments.runs)
     runs.push_back(read_run(argument, truth, arguments, sequences));

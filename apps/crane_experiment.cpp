@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <iterator>
 
 #include "interrupt.hpp"
 #include "progress.hpp"
@@ -24,17 +25,21 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kName = "crane";
-constexpr std::array<const char*, 2> kYards{"yard_static", "yard_dynamic"};
+/// Without movers, with some, and with a load on the hook that fills a third of the view.
+constexpr const char *kStatic = "yard_static", *kLoaded = "yard_loaded";
+constexpr std::array kYards{kStatic, "yard_dynamic", kLoaded};
 constexpr double kFps = 15;   // Hz
 constexpr int kFrames = 526;  // of one round of the trolley, which takes 35 s
 
 /// The paper's camera, at the wanted width.
-SimulationOptions yard_options(bool dynamic, int width) {
+SimulationOptions yard_options(const std::string& name, int width) {
+  const bool dynamic = name != kStatic;
   SimulationOptions options;
   options.scene = "yard";
   options.camera = "trolley";
   options.people = dynamic ? 3 : 0;
   options.things = dynamic ? 3 : 0;
+  options.near_things = name == kLoaded;
   options.camera_model = "realsense_d435i";
   options.width = width;
   options.fps = kFps;
@@ -76,8 +81,7 @@ std::vector<BenchmarkSequence> yards_of(const ReproduceArguments& arguments) {
   const fs::path folder = fs::path(arguments.out) / "sequences";
   for (const char* name : kYards) {
     if (!is_rendered(folder / name, arguments.width))
-      render(yard_options(name == std::string("yard_dynamic"), arguments.width), name,
-             folder / name);
+      render(yard_options(name, arguments.width), name, folder / name);
   }
   return find_benchmark_sequences(folder);
 }
@@ -92,14 +96,13 @@ std::vector<std::string> crane_files() {
 std::vector<std::string> reproduce_crane(const ReproduceArguments& arguments,
                                          ResultFolder& folder) {
   const Paper& paper = find_paper("seg-mask");
-  // The common networks, with which the papers are repeated, know neither a hook nor the rendered
-  // vehicles. A network that does is named for the crane alone.
+  // The common networks know neither a hook nor the rendered vehicles.
   ReproduceArguments with_masks = arguments;
-  with_masks.true_masks =
-      arguments.models.empty() || arguments.true_masks || arguments.paper != kName;
+  with_masks.true_masks = arguments.models.empty() || arguments.true_masks;
   std::vector<std::string> presets{kPaperBaseline};
   for (const Paper& one : papers()) presets.push_back(one.preset);
   presets.emplace_back(kOwnSystem);
+  for (const Variant& variant : variants_of(arguments)) presets.push_back(variant.name);
   std::vector<BenchmarkSequence> yards;
   try {
     yards = yards_of(arguments);
@@ -107,17 +110,22 @@ std::vector<std::string> reproduce_crane(const ReproduceArguments& arguments,
     return {};
   }
   check_models(with_masks, yards, presets);
+  const std::vector<FinishedRun> foreign = read_foreign_runs(arguments, yards);
+  const std::string reference = foreign.empty() ? kPaperBaseline : foreign.front().figures.preset;
   PresetRunner runner(with_masks, yards, presets);
   runner.run(presets);
   if (interrupted()) return problems_of(runner.finished());
-  const std::vector<PaperRun> runs = figures_of(runner.finished());
-  const FigureTable table = crane_table(paper, runs);
+  std::vector<PaperRun> runs = figures_of(runner.finished());
+  std::ranges::move(figures_of(foreign), std::back_inserter(runs));
+  const FigureTable table = crane_table(paper, runs, reference);
   const std::string protocol = fmt::format(
-      "{} Simulated yard, camera realsense_d435i, {}.",
+      "{} Simulated yard, camera realsense_d435i, {}. Improvement rates are over {}.",
       protocol_of(with_masks, runner.finished(), presets),
-      with_masks.true_masks ? "true masks of workers, hook and vehicles" : "masks by a network");
+      with_masks.true_masks ? "true masks of workers, hook and vehicles" : "masks by a network",
+      reference);
   const std::string text =
-      fmt::format("# crane: {}\n\n{}\n\n{}", paper.title, protocol, table_markdown(table));
+      fmt::format("# crane: {}\n\n{}\n\n<!-- table: crane -->\n\n{}\n<!-- end of table -->\n",
+                  paper.title, protocol, table_markdown(table));
   print_out("\n{}\n", text);
   folder.write_text("crane.md", text);
   folder.write_text("crane.tex", fmt::format("% {}\n\n{}", protocol, table_latex(table)));

@@ -64,7 +64,7 @@ fs::path render(const DemoArguments& arguments) {
 RunRecord map(const DemoArguments& arguments, const fs::path& folder, const std::string& preset) {
   const SequencePaths paths = find_sequence(folder);
   Session session;
-  session.sequence = "demo, preset " + preset;
+  session.sequence = "demo";
   session.options = read_options(preset);
   if (preset != "static") {
     Options::Network& network = session.options.network;
@@ -95,7 +95,7 @@ int run(const DemoArguments& arguments) {
     print_out("\n{}. Map it with preset {}\n", step++, preset);
     RunRecord record = map(arguments, folder, preset);
     if (record.interrupted) return kInterrupted;
-    runs.push_back({preset, "demo", record.result.trajectory, truth,
+    runs.push_back({preset, "", record.result.trajectory, truth,
                     static_cast<std::size_t>(arguments.frames), record.doubts});
   }
   print_out("\n{}. Compare\n", step);
@@ -104,7 +104,9 @@ int run(const DemoArguments& arguments) {
   results.write_text(kChart, comparison_chart(comparison).file());
   results.require_all();
   print_out("{}\n{}{}", comparison_markdown(comparison), results.written_text(),
-            open_line(fs::path(arguments.out) / "fused" / "report.html"));
+            open_line(fs::path(arguments.out) / "fused" / "report.html",
+                      ", or turn the map in a browser: stillmap view " +
+                          (fs::path(arguments.out) / "fused").string()));
   return kSuccess;
 }
 

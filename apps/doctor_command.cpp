@@ -54,6 +54,10 @@ void check_calibration(const DoctorArguments& arguments, Diagnosis& diagnosis) {
     const Camera camera = recorded_camera(folder, range);
     if (camera.depth_sensor.principle == DepthPrinciple::kStereo) return;  // cannot be replaced
     const auto report = calibrate_recording(open, camera, parameters_of(read_options("")));
+    if (!report.carried_doubt.empty()) {
+      diagnosis.add(Severity::kDoubt, report.carried_doubt);
+      return;  // the camera was calibrated with what it carries
+    }
     const Severity severity =
         shows_wrong_intrinsics(report) ? Severity::kDoubt : Severity::kWarning;
     for (const std::string& finding : calibration_findings(report)) {
@@ -76,14 +80,15 @@ void check_calibration(const DoctorArguments& arguments, Diagnosis& diagnosis) {
 }
 
 /// Returns the camera that a run would use; none if there is none, or it cannot be read from the
-/// folder, which diagnose() tells.
+/// folder, which diagnose() tells. Throws Error for a camera that is named and cannot be read.
 std::optional<Camera> camera_of(const DoctorArguments& arguments) {
-  if (!arguments.camera.empty()) return read_camera(arguments.camera);
   SourceOptions options;
+  options.camera = arguments.camera;
   options.associations = arguments.associations;
   try {
     return recorded_camera(arguments.folder, options);
   } catch (const Error&) {
+    if (!arguments.camera.empty()) return read_camera(arguments.camera);
     return std::nullopt;
   }
 }

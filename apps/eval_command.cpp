@@ -79,8 +79,9 @@ MaskedFrames shown_to(TrueSurface& surface, MaskedFrames frames, const Trajector
 
 /// Returns the ghosts in the cloud, from the true masks of its sequence, and the surface errors if
 /// the true surface is known.
+/// @param T_truth_estimate alignment of the two worlds
 CloudFigures cloud_figures(const EvalArguments& arguments, const Trajectory& truth,
-                           const Evaluation& evaluation) {
+                           const Pose& T_truth_estimate) {
   if (arguments.sequence.empty()) {
     throw Error("ghosts are measured with the true masks of the sequence, and none was named",
                 "--cloud", "add --sequence DIR");
@@ -98,21 +99,20 @@ CloudFigures cloud_figures(const EvalArguments& arguments, const Trajectory& tru
   const GhostReference reference = make_ghost_reference(frames, truth, source.camera());
   CloudFigures result;
   result.cloud = read_ply(arguments.cloud);
-  if (surface)
-    result.surface = surface->judge(result.cloud.points, evaluation.ate.T_truth_estimate);
-  result.figures = count_ghosts(reference, result.cloud.points, evaluation.ate.T_truth_estimate);
-  result.ghosts = mark_ghosts(reference, result.cloud.points, evaluation.ate.T_truth_estimate);
+  if (surface) result.surface = surface->judge(result.cloud.points, T_truth_estimate);
+  result.figures = count_ghosts(reference, result.cloud.points, T_truth_estimate);
+  result.ghosts = mark_ghosts(reference, result.cloud.points, T_truth_estimate);
   return result;
 }
 
 /// Returns the errors of the movers in movers.csv of the run.
-MoverErrors mover_figures(const EvalArguments& arguments, const Trajectory& truth,
-                          const Trajectory& estimate) {
+MoverErrors mover_figures(const EvalArguments& arguments, const Trajectory& estimate,
+                          const Pose& T_truth_estimate) {
   const auto& [first, last] = std::minmax_element(
       estimate.begin(), estimate.end(),
       [](const StampedPose& a, const StampedPose& b) { return a.timestamp < b.timestamp; });
   return compare_movers(read_movers(arguments.movers[1]), read_movers(arguments.movers[0]),
-                        align_poses(truth, estimate), first->timestamp, last->timestamp);
+                        T_truth_estimate, first->timestamp, last->timestamp);
 }
 
 LabelFigures label_figures(const EvalArguments& arguments) {
@@ -132,7 +132,10 @@ AteOptions alignment(const EvalArguments& arguments) {
   if (!arguments.aligned_like.empty()) {
     const Trajectory truth = read_trajectory(arguments.aligned_like[0]);
     const Trajectory estimate = read_trajectory(arguments.aligned_like[1]);
-    options.T_truth_estimate = absolute_trajectory_error(truth, estimate).T_truth_estimate;
+    const WorldAlignment world =
+        align_worlds(truth, estimate, absolute_trajectory_error(truth, estimate));
+    print_to(arguments.text(), "{}", alignment_text(world));
+    options.T_truth_estimate = require_alignment(world);
   }
   return options;
 }
@@ -140,8 +143,8 @@ AteOptions alignment(const EvalArguments& arguments) {
 /// Prints and returns the errors of the trajectory, and those of the cloud and the movers if they
 /// were named.
 nlohmann::json trajectory_figures(const EvalArguments& arguments) {
-  note_marker_truth(arguments.truth, arguments.truth_frame);
-  const Trajectory truth = true_camera_trajectory(arguments.truth, arguments.truth_frame);
+  const std::string truth_frame = truth_frame_of(arguments.truth, arguments.truth_frame);
+  const Trajectory truth = true_camera_trajectory(arguments.truth, truth_frame);
   const Trajectory estimate = read_trajectory(arguments.estimate);
   EvaluationOptions options{.per_frame = arguments.per_frame,
                             .with_scale = arguments.with_scale,
@@ -150,9 +153,8 @@ nlohmann::json trajectory_figures(const EvalArguments& arguments) {
   const Evaluation evaluation = evaluate_trajectory(truth, estimate, options);
   print_to(arguments.text(), "{}", evaluation_text(evaluation));
   nlohmann::json json = evaluation;
-  json["doubts"] =
-      reading_doubts(truth, estimate, {arguments.truth, arguments.estimate, arguments.truth_frame},
-                     !arguments.with_scale);
+  json["doubts"] = reading_doubts(
+      truth, estimate, {arguments.truth, arguments.estimate, truth_frame}, !arguments.with_scale);
   if (arguments.closure) {
     const ClosureError closure = closure_error(evaluation.ate);
     print_to(arguments.text(), "{}", closure_text(closure, arguments.planar));
@@ -164,8 +166,10 @@ nlohmann::json trajectory_figures(const EvalArguments& arguments) {
     print_to(arguments.text(), "{}", covariance_text(figures));
     json["covariances"] = figures;
   }
+  if (!arguments.cloud.empty() || !arguments.movers.empty())
+    print_to(arguments.text(), "{}", alignment_text(evaluation.world));
   if (!arguments.cloud.empty()) {
-    const CloudFigures cloud = cloud_figures(arguments, truth, evaluation);
+    const CloudFigures cloud = cloud_figures(arguments, truth, require_alignment(evaluation.world));
     print_to(arguments.text(), "{}", ghost_text(cloud.figures));
     json["ghosts"] = cloud.figures;
     if (cloud.surface) {
@@ -179,7 +183,8 @@ nlohmann::json trajectory_figures(const EvalArguments& arguments) {
     }
   }
   if (!arguments.movers.empty()) {
-    const MoverErrors errors = mover_figures(arguments, truth, estimate);
+    const MoverErrors errors =
+        mover_figures(arguments, estimate, require_alignment(evaluation.world));
     print_to(arguments.text(), "{}", mover_error_text(errors));
     json["movers"] = errors;
   }

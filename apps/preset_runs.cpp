@@ -8,6 +8,7 @@
 #include "stillmap/base/nearest_name.hpp"
 #include "stillmap/base/print.hpp"
 #include "stillmap/config/write_options.hpp"
+#include "stillmap/dense/cloud.hpp"
 #include "stillmap/motion/make_cues.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/report/comparison_chart.hpp"
@@ -15,12 +16,16 @@
 #include "stillmap/report/run_folder.hpp"
 #include "stillmap/segment/make_detector.hpp"
 #include "stillmap/sensor/image_file.hpp"
+#include "stillmap/sensor/make_source.hpp"
+#include "stillmap/sensor/tum_folder.hpp"
 
 #include <algorithm>
 #include <filesystem>
 #include <map>
 #include <optional>
 #include <set>
+#include <sstream>
+#include <utility>
 
 #include "interrupt.hpp"
 #include "progress.hpp"
@@ -34,25 +39,74 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Returns the network of a preset; empty without one.
-std::string model_of(const ReproduceArguments& arguments, const std::string& preset) {
-  std::string for_all;
+/// Returns the parts of "KEY=VALUE"; throws Error without them.
+std::pair<std::string, std::string> key_and_value(const std::string& text, const char* option,
+                                                  const char* form) {
+  const auto equals = text.find('=');
+  if (equals == std::string::npos || equals == 0 || equals + 1 == text.size())
+    throw Error(fmt::format("'{}' is not of the form {}", text, form), option,
+                fmt::format("write {} {}", option, form));
+  return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+constexpr const char* kVariantForm = "NAME=PRESET[:OPTION=VALUE]...";
+
+Variant variant_of(const std::string& text) {
+  auto [name, rest] = key_and_value(text, "--variant", kVariantForm);
+  Variant variant{std::move(name), "", {}};
+  std::istringstream parts(rest);
+  std::getline(parts, variant.preset, ':');
+  for (std::string setting; std::getline(parts, setting, ':');) variant.settings.push_back(setting);
+  return variant;
+}
+
+std::set<std::string> preset_names() {
+  std::set<std::string> names;
+  for (const Preset& preset : presets()) names.insert(preset.name);
+  return names;
+}
+
+/// Adds the name of a column. Throws Error if another column has it.
+void add_column(const std::string& name, const char* option, std::set<std::string>& names) {
+  if (names.insert(name).second) return;
+  throw Error(fmt::format("there is another column '{}'", name), option, "choose another name");
+}
+
+/// Returns how a column of the tables is made: a variant, or a preset as it is.
+Variant column_of(const ReproduceArguments& arguments, const std::string& name) {
+  for (Variant& variant : variants_of(arguments)) {
+    if (variant.name == name) return variant;
+  }
+  return {name, name, {}};
+}
+
+/// Returns the network of a column: that named for it, for its preset, or for all; empty without
+/// one.
+std::string model_of(const ReproduceArguments& arguments, const Variant& column) {
+  std::string for_preset, for_all;
   for (const std::string& model : arguments.models) {
     const auto equals = model.find('=');
     if (equals == std::string::npos) for_all = model;
-    if (model.substr(0, equals) == preset) return model.substr(equals + 1);
+    if (model.substr(0, equals) == column.name) return model.substr(equals + 1);
+    if (model.substr(0, equals) == column.preset) for_preset = model.substr(equals + 1);
   }
-  return for_all;
+  return for_preset.empty() ? for_all : for_preset;
 }
 
+/// Frame of which the figures of the methods are drawn, with the maps.
+constexpr int kDrawnFrame = 30;
+
+/// @param name  of a preset or variant
 RunRequest request_of(const ReproduceArguments& arguments, const BenchmarkSequence& sequence,
-                      const std::string& preset, int first) {
+                      const std::string& name, int first) {
+  const Variant column = column_of(arguments, name);
   RunRequest request;
   request.sequence = sequence.folder.string();
   request.camera = sequence.camera;
   request.truth_frame = sequence.truth_frame;
-  request.preset = preset;
-  request.model = model_of(arguments, preset);
+  request.preset = column.preset;
+  request.model = model_of(arguments, column);
+  request.schedule = arguments.schedule;
   const fs::path masks = sequence.folder / "mask";
   if (arguments.true_masks && fs::is_directory(masks)) {
     request.masks = masks.string();
@@ -60,9 +114,16 @@ RunRequest request_of(const ReproduceArguments& arguments, const BenchmarkSequen
   }
   request.first = first;
   request.count = arguments.frames;
-  request.settings = {"dense.enabled=false", "movers.enabled=false"};
+  request.settings = column.settings;
+  request.settings.emplace_back("movers.enabled=false");
+  if (arguments.maps) {
+    request.outputs.figures = {arguments.frames > 0 ? std::min(kDrawnFrame, arguments.frames - 1)
+                                                    : kDrawnFrame};
+  } else {
+    request.settings.emplace_back("dense.enabled=false");
+  }
   request.out =
-      (fs::path(arguments.out) / "runs" / fmt::format("{}_{}_{}", sequence.name, preset, first))
+      (fs::path(arguments.out) / "runs" / fmt::format("{}_{}_{}", sequence.name, name, first))
           .string();
   request.force = arguments.force;
   request.quiet = true;
@@ -90,28 +151,48 @@ nlohmann::json complete_summary(const RunRequest& request, const Options& option
   return same && is("interrupted", false) ? json : nullptr;
 }
 
+/// Returns the mean time of a stage [ms]; 0 without it.
+double mean_ms(const nlohmann::json& summary, const char* name) {
+  for (const auto& stage : summary.at("timing_ms")) {
+    if (stage.at("name") == name) return stage.at("mean_ms");
+  }
+  return 0;
+}
+
 /// Returns the figures of the run that is complete in its folder.
+/// @param name  of its column
 FinishedRun read_run(const RunRequest& request, const BenchmarkSequence& sequence,
-                     const nlohmann::json& summary) {
+                     const std::string& name, const nlohmann::json& summary) {
   const auto truth = truth_of(request);
   if (!truth) throw Error("has no ground truth", request.sequence, "add groundtruth.txt");
   FinishedRun run;
   const std::size_t frames = summary.at("frames").at("total");
-  run.path = {request.preset, sequence.name,
-              read_trajectory(fs::path(request.out) / "trajectory.txt"), *truth, frames};
+  run.path = {name, sequence.name, read_trajectory(fs::path(request.out) / "trajectory.txt"),
+              *truth, frames};
   run.figures.evaluation =
       evaluate_trajectory(*truth, run.path.estimate, {.total_frames = frames, .per_frame = true});
-  for (const auto& stage : summary.at("timing_ms")) {
-    if (stage.at("name") == "tracking") run.figures.tracking_ms = stage.at("mean_ms");
-  }
+  run.figures.tracking_ms = mean_ms(summary, "tracking");
+  run.figures.waiting_ms = mean_ms(summary, "waiting for network and map");
+  const auto& dynamic = summary.at("frames").at("highly_dynamic");
+  if (!dynamic.is_null() && frames > 0)
+    run.figures.highly_dynamic = dynamic.get<double>() / static_cast<double>(frames);
   run.figures.total_ms = 1000 / summary.at("frames_per_second").get<double>();
   if (!summary.at("detector").is_null()) run.figures.detector = summary.at("detector");
   run.doubts = summary.at("doubts");
   return run;
 }
 
+/// Returns the figures of the dense map of a run; none without a map or without true masks.
+std::optional<GhostFigures> map_figures(const FinishedRun& run, const fs::path& folder,
+                                        const GhostReference* reference) {
+  if (reference == nullptr || !fs::exists(folder / "cloud.ply")) return std::nullopt;
+  return count_ghosts(*reference, read_ply(folder / "cloud.ply").points,
+                      require_alignment(run.figures.evaluation->world));
+}
+
 /// Returns a run, which is made unless an earlier start left it complete.
-FinishedRun finished_run(const RunRequest& request, const BenchmarkSequence& sequence) {
+FinishedRun finished_run(const RunRequest& request, const BenchmarkSequence& sequence,
+                         const std::string& name) {
   FinishedRun run;
   try {
     const Options options = options_of(request);
@@ -120,13 +201,13 @@ FinishedRun finished_run(const RunRequest& request, const BenchmarkSequence& seq
     if (!kept) summary = run_summary_json(run_session(session_of(request, options)));
     if (!interrupted()) {
       run = with_json_of(fs::path(request.out) / kRunSummary, "remove it",
-                         [&] { return read_run(request, sequence, summary); });
+                         [&] { return read_run(request, sequence, name, summary); });
     }
     run.kept = kept;
   } catch (const Error& error) {
     run.figures.problem = error.what();
   }
-  run.figures.preset = request.preset;
+  run.figures.preset = name;
   run.figures.sequence = sequence.name;
   run.figures.first = request.first.value_or(0);
   return run;
@@ -146,6 +227,7 @@ void print_run(const PaperRun& run) {
 /// A run to be done.
 struct SequenceRequest {
   const BenchmarkSequence* sequence;
+  std::string name;  // of the preset or variant
   RunRequest request;
 };
 
@@ -158,19 +240,108 @@ std::vector<SequenceRequest> requests_of(const ReproduceArguments& arguments,
     for (const std::string& preset : presets) {
       if (!can_run(arguments, sequence, preset)) continue;
       for (int first = 0; first < arguments.runs; ++first)
-        requests.push_back({&sequence, request_of(arguments, sequence, preset, first)});
+        requests.push_back({&sequence, preset, request_of(arguments, sequence, preset, first)});
     }
   }
   return requests;
 }
 
+/// Returns the trajectories of a sequence in a folder, in the order of their names.
+std::vector<fs::path> trajectories_of(const fs::path& folder, const std::string& sequence) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with(sequence) || !name.ends_with(".txt")) continue;
+    const std::string rest = entry.path().stem().string().substr(sequence.size());
+    const bool numbered =
+        rest.starts_with('_') && rest.find_first_not_of("0123456789", 1) == std::string::npos;
+    if (rest.empty() || numbered) files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+/// @param number  of the run, which takes the place of its first frame
+FinishedRun foreign_run(const std::string& name, const fs::path& file,
+                        const BenchmarkSequence& sequence, int number) {
+  RunRequest request;
+  request.sequence = sequence.folder.string();
+  request.truth_frame = sequence.truth_frame;
+  const auto truth = truth_of(request);
+  if (!truth) throw Error("has no ground truth", request.sequence, "add groundtruth.txt");
+  FinishedRun run;
+  run.path = {name, sequence.name, read_trajectory(file), *truth, 0};
+  run.figures.evaluation = evaluate_trajectory(*truth, run.path.estimate, {.per_frame = true});
+  run.figures.preset = name;
+  run.figures.sequence = sequence.name;
+  run.figures.first = number;
+  run.figures.timed = false;
+  return run;
+}
+
 }  // namespace
+
+std::vector<Variant> variants_of(const ReproduceArguments& arguments) {
+  std::vector<Variant> variants;
+  std::set<std::string> names = preset_names();
+  for (const std::string& text : arguments.variants) {
+    variants.push_back(variant_of(text));
+    const std::string& name = variants.back().name;
+    if (name.find_first_not_of(
+            "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_.") !=
+        std::string::npos)
+      throw Error(fmt::format("'{}' cannot be part of a file's name", name), "--variant",
+                  "use letters, digits and hyphens");
+    add_column(name, "--variant", names);
+  }
+  return variants;
+}
+
+std::vector<FinishedRun> read_foreign_runs(const ReproduceArguments& arguments,
+                                           std::span<const BenchmarkSequence> sequences) {
+  std::vector<FinishedRun> runs;
+  std::set<std::string> names = preset_names();
+  for (const Variant& variant : variants_of(arguments)) names.insert(variant.name);
+  for (const std::string& text : arguments.baselines) {
+    const auto [name, folder] = key_and_value(text, "--baseline", "NAME=DIR");
+    add_column(name, "--baseline", names);
+    if (!fs::is_directory(folder))
+      throw Error("there is no such folder", folder, "name the folder with the trajectories");
+    const std::size_t before = runs.size();
+    for (const BenchmarkSequence& sequence : sequences) {
+      int number = 0;
+      for (const fs::path& file : trajectories_of(folder, sequence.name))
+        runs.push_back(foreign_run(name, file, sequence, number++));
+    }
+    if (runs.size() > before) continue;
+    throw Error("contains no trajectory of these sequences", folder,
+                fmt::format("name the files SEQUENCE.txt, or SEQUENCE_1.txt, SEQUENCE_2.txt, ... "
+                            "with the sequences' names in the tables, such as {}.txt",
+                            sequences.front().name));
+  }
+  return runs;
+}
 
 bool can_run(const ReproduceArguments& arguments, const BenchmarkSequence& sequence,
              const std::string& preset) {
   const Options options = options_of(request_of(arguments, sequence, preset, 0));
   return !needs_instances(options) || !options.network.model.empty() ||
          !options.network.masks.empty();
+}
+
+const GhostReference* GhostReferences::of(const BenchmarkSequence& sequence) {
+  const auto [entry, added] = made_.try_emplace(sequence.folder);
+  const SequencePaths paths = find_sequence(sequence.folder.string());
+  if (added && !paths.masks.empty()) {
+    RunRequest request;
+    request.sequence = sequence.folder.string();
+    request.truth_frame = sequence.truth_frame;
+    TumFolder source(
+        paths, read_camera(sequence.camera.empty() ? paths.camera.string() : sequence.camera));
+    entry->second = std::make_unique<const GhostReference>(make_ghost_reference(
+        frames_with_masks(source, paths.masks), truth_of(request).value(), source.camera()));
+  }
+  return entry->second.get();
 }
 
 PresetRunner::PresetRunner(const ReproduceArguments& arguments,
@@ -181,10 +352,12 @@ PresetRunner::PresetRunner(const ReproduceArguments& arguments,
       total_(requests_of(arguments, sequences, presets).size()) {}
 
 void PresetRunner::run(std::span<const std::string> presets) {
-  for (const auto& [sequence, request] : requests_of(arguments_, sequences_, presets)) {
+  for (const auto& [sequence, name, request] : requests_of(arguments_, sequences_, presets)) {
     if (interrupted()) return;
-    FinishedRun run = finished_run(request, *sequence);
+    FinishedRun run = finished_run(request, *sequence, name);
     if (interrupted()) return;
+    if (arguments_.maps && run.figures.evaluation)
+      run.figures.map = map_figures(run, request.out, ghost_references_.of(*sequence));
     if (!run.kept) ++made_;
     finished_.push_back(std::move(run));
     print_run(finished_.back().figures);
@@ -212,7 +385,7 @@ void check_models(const ReproduceArguments& arguments, std::span<const Benchmark
                 suggestion(preset, {presets.begin(), presets.end()}));
   }
   std::set<std::string> opened;  // presets and their networks
-  for (const auto& [sequence, request] : requests_of(arguments, sequences, presets)) {
+  for (const auto& [sequence, name, request] : requests_of(arguments, sequences, presets)) {
     if (request.model.empty() || !opened.insert(request.preset + " " + request.model).second)
       continue;
     const SlamParameters parameters = parameters_of(options_of(request));
@@ -278,23 +451,29 @@ void write_paths(const Comparison& paths, const std::string& name, ResultFolder&
 
 std::string protocol_of(const ReproduceArguments& arguments, std::span<const FinishedRun> runs,
                         std::span<const std::string> presets) {
+  const auto short_name = [](const std::string& detector) {
+    return detector.starts_with("masks from") ? "masks of the sequences"
+                                              : detector.substr(0, detector.find(','));
+  };
   std::vector<std::string> detectors;
   for (const std::string& preset : presets) {
     for (const FinishedRun& run : runs) {
       const std::string& detector = run.figures.detector;
       if (run.figures.preset != preset || detector.empty()) continue;
-      std::string text = preset + ": " + detector.substr(0, detector.find(','));
+      std::string text = preset + ": " + short_name(detector);
       if (std::find(detectors.begin(), detectors.end(), text) == detectors.end())
         detectors.push_back(std::move(text));
     }
   }
   return fmt::format(
-      "{} per preset and sequence; {}. Lockstep, without dense map and movers. {}. Detectors: {}.",
+      "{} per preset and sequence; {}. {}, {}. {}. Detectors: {}.",
       arguments.runs == 1 ? "One run from frame 0"
                           : fmt::format("Mean of {} runs, which begin at frames 0 to {},",
                                         arguments.runs, arguments.runs - 1),
       arguments.frames > 0 ? fmt::format("the first {} frames of each", arguments.frames)
                            : "all frames",
+      arguments.schedule == "realtime" ? "Realtime" : "Lockstep",
+      arguments.maps ? "with dense map, without movers" : "without dense map and movers",
       machine_description(),
       detectors.empty() ? "none" : fmt::format("{}", fmt::join(detectors, "; ")));
 }

@@ -3,9 +3,13 @@
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/evaluate/benchmark_sequences.hpp"
 #include "stillmap/evaluate/compare.hpp"
+#include "stillmap/evaluate/ghosts.hpp"
 #include "stillmap/evaluate/paper_tables.hpp"
 #include "stillmap/report/result_folder.hpp"
 
+#include <filesystem>
+#include <map>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -17,13 +21,27 @@ struct ReproduceArguments {
   std::string paper, data, out = "reproduced";
   std::vector<std::string> models;     ///< "FILE" for all presets, or "PRESET=FILE".
   std::vector<std::string> sequences;  ///< Names of the sequences wanted; empty: all known ones.
+  std::vector<std::string> variants;   ///< "NAME=PRESET" or with ":OPTION=VALUE" after it.
+  std::vector<std::string> baselines;  ///< "NAME=DIR", see read_foreign_runs().
+  std::string schedule;                ///< lockstep or realtime; empty: lockstep.
   int runs = 3, frames = 0, width = 640;
-  bool true_masks = false, force = false;
+  bool true_masks = false, maps = false, force = false;
 
   ResultFolder::Foreign foreign() const {
     return force ? ResultFolder::Foreign::kOverwrite : ResultFolder::Foreign::kKeep;
   }
 };
+
+/// A preset with other options, as a column of the tables.
+struct Variant {
+  std::string name;
+  std::string preset;                 ///< Name or file of a preset.
+  std::vector<std::string> settings;  ///< "group.name=value"
+};
+
+/// Returns the variants that the arguments name. Throws Error for one that is not written as
+/// NAME=PRESET[:OPTION=VALUE]..., or whose name is that of a preset or given twice.
+std::vector<Variant> variants_of(const ReproduceArguments& arguments);
 
 /// A run of a preset with its path.
 struct FinishedRun {
@@ -43,7 +61,25 @@ bool can_run(const ReproduceArguments& arguments, const BenchmarkSequence& seque
 void check_models(const ReproduceArguments& arguments, std::span<const BenchmarkSequence> sequences,
                   std::span<const std::string> presets);
 
-/// Maps sequences with presets, as often as the arguments say: run n begins at frame n.
+/// Returns the runs of other systems: for each NAME=DIR the trajectories DIR/SEQUENCE.txt or
+/// DIR/SEQUENCE_RUN.txt (TUM format; SEQUENCE is the name in the tables). Throws Error for a folder
+/// without any trajectory of these sequences, for a file that cannot be read, and for a name that
+/// another column has.
+std::vector<FinishedRun> read_foreign_runs(const ReproduceArguments& arguments,
+                                           std::span<const BenchmarkSequence> sequences);
+
+/// The volumes that movers swept in sequences with true masks.
+class GhostReferences {
+ public:
+  /// Returns that of a sequence, which is computed once; null without masks.
+  const GhostReference* of(const BenchmarkSequence& sequence);
+
+ private:
+  std::map<std::filesystem::path, std::unique_ptr<const GhostReference>> made_;
+};
+
+/// Maps sequences with presets and variants, as often as the arguments say: run n begins at frame
+/// n.
 class PresetRunner {
  public:
   /// @param presets  all presets that will be run, from which the remaining time is estimated
@@ -66,6 +102,7 @@ class PresetRunner {
   std::size_t total_;     // number of runs of all presets
   std::size_t made_ = 0;  // number of runs that no earlier start had made
   std::vector<FinishedRun> finished_;
+  GhostReferences ghost_references_;
   Stopwatch watch_;
 };
 

@@ -3,8 +3,11 @@
 
 #include "stillmap/base/print.hpp"
 
+#include <chrono>
+#include <condition_variable>
 #include <cstdio>
 #include <limits>
+#include <mutex>
 #include <unistd.h>
 
 #include "terminal.hpp"
@@ -17,6 +20,15 @@ constexpr double kRedrawEvery = 100, kLineEvery = 5000;  // milliseconds
 constexpr std::size_t kBarWidth = 28;
 /// Width of a terminal from which the bar is drawn, and width if it is unknown [characters].
 constexpr std::size_t kColumnsForBar = 80, kUnlimited = std::numeric_limits<std::size_t>::max();
+
+/// Shows a line in place of the one before. One that is longer than the terminal could not be
+/// replaced.
+void replace_line(std::string line) {
+  const std::size_t columns = terminal_columns(STDERR_FILENO).value_or(kUnlimited);
+  if (line.size() >= columns) line.resize(columns - 1);
+  print_error("\r\033[K{}", line);
+  std::fflush(stderr);
+}
 
 }  // namespace
 
@@ -58,9 +70,34 @@ void Progress::show() {
     line += fmt::format("{}  {:.1f} frames/s", done_, rate);
   }
   if (!note_.empty()) line += "  " + note_;
-  if (line.size() >= columns) line.resize(columns - 1);  // a longer line would not be overwritten
-  print_error("{}{}{}", terminal_ ? "\r\033[K" : "", line, terminal_ ? "" : "\n");
-  std::fflush(stderr);
+  if (terminal_) {
+    replace_line(line);
+  } else {
+    print_error("{}\n", line);
+  }
+}
+
+ProgressStep::ProgressStep(const std::string& title) {
+  if (Progress::is_hidden()) return;
+  if (!takes_codes(STDERR_FILENO)) {
+    print_error("{}\n", title);
+    return;
+  }
+  shown_ = std::jthread([title](const std::stop_token& stop) {
+    const Stopwatch watch;
+    std::mutex mutex;
+    std::condition_variable_any ended;
+    std::unique_lock lock(mutex);
+    const auto show = [&] {
+      replace_line(title + "  " + duration_text(watch.milliseconds() / 1000));
+    };
+    do {
+      show();
+    } while (!ended.wait_for(lock, stop, std::chrono::seconds(1),
+                             [&] { return stop.stop_requested(); }));
+    show();
+    print_error("\n");
+  });
 }
 
 void Progress::finish() {

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <thread>
 
 namespace stillmap {
 
@@ -24,9 +25,12 @@ class Progress {
 
   /// From now on no progress is shown (--quiet).
   static void hide();
+  static bool is_hidden() { return hidden; }
 
   /// Advances by one step; `note` is shown at the end of the line.
   void step(const std::string& note = "");
+  /// Tells that no more steps are needed: the bar is full.
+  void complete() { total_ = done_; }
   void finish();
 
  private:
@@ -34,13 +38,23 @@ class Progress {
 
   static bool hidden;
   const std::string title_;
-  const std::optional<std::size_t> total_;
+  std::optional<std::size_t> total_;
   const bool terminal_;
   std::string note_;
   std::size_t done_ = 0;
   bool finished_ = false;
   double last_shown_ = 0;  // time of the last display since the start [ms]
   Stopwatch watch_;
+};
+
+/// Shows a step that cannot be counted while the object lives: its title, on a terminal with the
+/// time so far.
+class ProgressStep {
+ public:
+  explicit ProgressStep(const std::string& title);
+
+ private:
+  std::jthread shown_;
 };
 
 }  // namespace stillmap

@@ -66,6 +66,7 @@ class FolderWriter {
   const Camera& camera() const { return camera_; }
 
   void add(const RgbdFrame& frame) {
+    if (!frame.ignored.empty() && camera_.ignore.empty()) keep_ignored(frame.ignored);
     write(frame.color, "rgb", frame.timestamp, color_list_);
     if (cv::countNonZero(frame.depth) == 0) return;
     cv::Mat raw;
@@ -74,6 +75,12 @@ class FolderWriter {
   }
 
  private:
+  void keep_ignored(const cv::Mat& pixels) {
+    camera_.ignore = (folder_ / "ignore.png").string();
+    write_png(camera_.ignore, pixels);
+    write_camera(folder_ / "camera.yaml", camera_);
+  }
+
   void write(const cv::Mat& image, const char* kind, double stamp, std::ofstream& list) const {
     constexpr int kFastCompression = 1;
     const std::string name = fmt::format("{}/{:.9f}.png", kind, stamp);
@@ -151,6 +158,10 @@ void add_record_command(CLI::App& app, int& exit_code) {
   command->add_option("out", arguments->out, "new folder")->required();
   command->add_option("--camera", options.camera, "preset name or camera file")
       ->type_name(names_or_file(camera_presets()));
+  command
+      ->add_option("--ignore", options.ignore,
+                   "image that is white where pixels are not used, as for run")
+      ->type_name("FILE");
   command->add_option("--topics", options.topics,
                       "COLOR,DEPTH or LEFT,RIGHT: topics of a recorded file");
   command->add_option("--fps", options.fps,

@@ -30,8 +30,10 @@ std::vector<Paper> papers_of(const ReproduceArguments& arguments) {
 /// The experiment: which presets map which sequences.
 struct Experiment {
   std::vector<BenchmarkSequence> sequences;
-  std::vector<std::string> presets;
+  std::vector<std::string> presets;   ///< And variants.
   std::vector<std::string> left_out;  ///< Presets that detect nothing without a network.
+  std::vector<FinishedRun> foreign;   ///< Of other systems.
+  Comparands comparands;
 };
 
 Experiment experiment_of(const ReproduceArguments& arguments, const std::vector<Paper>& papers) {
@@ -40,6 +42,19 @@ Experiment experiment_of(const ReproduceArguments& arguments, const std::vector<
   experiment.presets = {kPaperBaseline};
   for (const Paper& paper : papers) experiment.presets.push_back(paper.preset);
   experiment.presets.emplace_back(kOwnSystem);
+  for (const Variant& variant : variants_of(arguments)) {
+    experiment.presets.push_back(variant.name);
+    experiment.comparands.others.push_back(variant.name);
+  }
+  if (!experiment.sequences.empty())
+    experiment.foreign = read_foreign_runs(arguments, experiment.sequences);
+  for (const FinishedRun& run : experiment.foreign) {
+    auto& others = experiment.comparands.others;
+    if (std::find(others.begin(), others.end(), run.figures.preset) == others.end())
+      others.push_back(run.figures.preset);
+  }
+  if (!experiment.foreign.empty())
+    experiment.comparands.reference = experiment.foreign.front().figures.preset;
   const auto runs_nowhere = [&](const std::string& preset) {
     return std::none_of(
         experiment.sequences.begin(), experiment.sequences.end(),
@@ -88,19 +103,23 @@ struct PaperReport {
   std::vector<FigureTable> tables;
 };
 
-/// Returns the presets in the tables of a paper.
-std::vector<std::string> presets_of(const Paper& paper) {
-  return {kPaperBaseline, paper.preset, kOwnSystem};
+/// Returns the columns of the tables of a paper.
+std::vector<std::string> columns_of(const Paper& paper, const Experiment& experiment) {
+  std::vector<std::string> columns{kPaperBaseline, paper.preset, kOwnSystem};
+  const auto& others = experiment.comparands.others;
+  columns.insert(columns.end(), others.begin(), others.end());
+  return columns;
 }
 
 PaperReport report_of(const Paper& paper, const ReproduceArguments& arguments,
-                      const std::vector<FinishedRun>& runs) {
+                      const Experiment& experiment, const std::vector<FinishedRun>& runs) {
   PaperReport report;
   report.heading =
       fmt::format("{} ({} {}): {}", paper.preset, paper.authors, paper.year, paper.title);
-  report.protocol = fmt::format("{} Published figures: {}.",
-                                protocol_of(arguments, runs, presets_of(paper)), paper.source);
-  report.tables = paper_tables(paper, figures_of(runs));
+  report.protocol = fmt::format("{} Improvement rates are over {}. Published figures: {}.",
+                                protocol_of(arguments, runs, columns_of(paper, experiment)),
+                                experiment.comparands.reference, paper.source);
+  report.tables = paper_tables(paper, figures_of(runs), experiment.comparands);
   return report;
 }
 
@@ -134,9 +153,10 @@ void write_paper(const Paper& paper, const ReproduceArguments& arguments,
                  const std::vector<FinishedRun>& finished, const Experiment& experiment,
                  ResultFolder& folder) {
   const std::vector<PaperRun> runs = figures_of(finished);
-  const PaperReport report = report_of(paper, arguments, finished);
+  const PaperReport report = report_of(paper, arguments, experiment, finished);
+  const std::vector<std::string> columns = columns_of(paper, experiment);
   const std::vector<std::string> missing = missing_sequences({paper}, experiment);
-  const std::vector<std::string> doubts = doubts_of(finished, presets_of(paper));
+  const std::vector<std::string> doubts = doubts_of(finished, columns);
   std::vector<std::string> remarks{left_out_text(experiment), doubts_text(doubts),
                                    missing_text(missing)};
   std::erase(remarks, "");
@@ -153,13 +173,33 @@ void write_paper(const Paper& paper, const ReproduceArguments& arguments,
                       {"presets_left_out", experiment.left_out}};
   json["runs"] = nlohmann::json::array();
   for (const PaperRun& run : runs) {
-    if (run.preset == paper.preset || run.preset == kPaperBaseline || run.preset == kOwnSystem)
+    if (std::find(columns.begin(), columns.end(), run.preset) != columns.end())
       json["runs"].push_back(run);
   }
   folder.write_text(paper.preset + ".md", text);
   folder.write_text(paper.preset + ".tex", latex_of(report));
   folder.write_text(paper.preset + ".json", json_text(json, 2) + "\n");
-  write_paths(first_paths(finished, presets_of(paper)), paper.preset, folder);
+  write_paths(first_paths(finished, columns), paper.preset, folder);
+}
+
+constexpr const char* kSummary = "summary.md";
+
+/// Writes the tables of all systems, each between the lines that `lab paper_docs` looks for.
+void write_summary(const ReproduceArguments& arguments, const std::vector<FinishedRun>& finished,
+                   const Experiment& experiment, ResultFolder& folder) {
+  std::vector<std::string> systems;
+  for (const FinishedRun& run : finished) {
+    if (std::find(systems.begin(), systems.end(), run.figures.preset) == systems.end())
+      systems.push_back(run.figures.preset);
+  }
+  const auto tables =
+      summary_tables(figures_of(finished), systems, experiment.comparands.reference);
+  std::string text = fmt::format("{}\n", protocol_of(arguments, finished, systems));
+  for (const auto& [name, table] : tables) {
+    text += fmt::format("\n<!-- table: {} -->\n\n{}\n<!-- end of table -->\n", name,
+                        table_markdown(table));
+  }
+  folder.write_text(kSummary, text);
 }
 
 /// Returns those of the presets that are not left out.
@@ -190,32 +230,40 @@ std::vector<std::string> reproduce(const std::vector<Paper>& chosen,
   check_models(arguments, experiment.sequences, presets);
   print_out("{}{}", left_out_text(experiment), missing);
   PresetRunner runner(arguments, experiment.sequences, experiment.presets);
-  runner.run(runnable(experiment, {kPaperBaseline, kOwnSystem}));
+  std::vector<std::string> in_all_tables{kPaperBaseline, kOwnSystem};
+  for (const Variant& variant : variants_of(arguments)) in_all_tables.push_back(variant.name);
+  runner.run(runnable(experiment, in_all_tables));
+  const auto finished = [&] {
+    std::vector<FinishedRun> runs = runner.finished();
+    runs.insert(runs.end(), experiment.foreign.begin(), experiment.foreign.end());
+    return runs;
+  };
   for (const Paper& paper : chosen) {
     runner.run(runnable(experiment, {paper.preset}));
     if (interrupted()) break;  // tables of some of the runs would compare different starts
-    write_paper(paper, arguments, runner.finished(), experiment, folder);
+    write_paper(paper, arguments, finished(), experiment, folder);
   }
+  if (!interrupted()) write_summary(arguments, finished(), experiment, folder);
   return problems_of(runner.finished());
 }
 
 int run(const ReproduceArguments& arguments) {
   if (arguments.runs < 1)
     throw Error("must be 1 or more", "--runs", "take 3, as the paper of seg-mask did");
-  const bool whole = arguments.frames == 0;
-  if (arguments.paper == kCrane && !whole) {
+  const bool of_crane = arguments.paper == kCrane;
+  if (of_crane && arguments.frames > 0)
     throw Error("the closure error needs the whole round", "--frames", "leave it out");
-  }
-  const bool with_crane = arguments.paper == kCrane || (arguments.paper == kAll && whole);
+  if (!arguments.baselines.empty() && arguments.frames > 0)
+    throw Error("the trajectories of other systems are those of whole sequences", "--frames",
+                "leave it out, or --baseline");
   const std::vector<Paper> chosen = papers_of(arguments);
   ResultFolder folder(arguments.out, arguments.foreign());
   for (const Paper& paper : chosen) folder.require_free(files_of(paper));
-  if (with_crane) folder.require_free(crane_files());
+  if (!chosen.empty()) folder.require_free(std::vector<std::string>{kSummary});
+  if (of_crane) folder.require_free(crane_files());
   catch_interrupt();
-  std::vector<std::string> problems;
-  if (!chosen.empty()) problems = reproduce(chosen, arguments, folder);
-  if (with_crane && !interrupted())
-    std::ranges::move(reproduce_crane(arguments, folder), std::back_inserter(problems));
+  const std::vector<std::string> problems =
+      of_crane ? reproduce_crane(arguments, folder) : reproduce(chosen, arguments, folder);
   folder.require_all();
   print_out("{}", folder.written_text());
   if (!problems.empty()) print_error("stillmap: incomplete tables\n");
@@ -237,8 +285,9 @@ void add_reproduce_command(CLI::App& app, int& exit_code) {
   for (const Paper& paper : papers()) names.push_back(paper.preset);
   names.insert(names.end(), {kCrane, kAll});
   command
-      ->add_option("paper", arguments->paper,
-                   "paper, by its preset; crane: the crane of seg-mask's paper")
+      ->add_option(
+          "paper", arguments->paper,
+          "paper, by its preset; all: the four papers; crane: the crane of seg-mask's paper")
       ->required()
       ->type_name("PAPER")
       ->check(CLI::IsMember(names));
@@ -264,6 +313,22 @@ void add_reproduce_command(CLI::App& app, int& exit_code) {
   command->add_option("--frames", arguments->frames, "use only the first frames; 0: all")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
+  command
+      ->add_option("--variant", arguments->variants,
+                   "a further column: a preset (name or file) with other options, "
+                   "NAME=PRESET[:OPTION=VALUE]...; may be repeated")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--baseline", arguments->baselines,
+                   "a further column: the trajectories of another system (TUM format) in "
+                   "DIR/SEQUENCE.txt or DIR/SEQUENCE_RUN.txt, NAME=DIR; improvement rates are over "
+                   "the first one instead of orb-rgbd; may be repeated")
+      ->allow_extra_args(false);
+  command->add_option("--schedule", arguments->schedule, "lockstep (default) or realtime")
+      ->check(CLI::IsMember({"lockstep", "realtime"}));
+  command->add_flag("--maps", arguments->maps,
+                    "also make the dense maps and the figures of the methods in the folders of "
+                    "the runs, and count ghosts where a sequence has masks");
   command->add_option("--width", arguments->width, "crane: width of the rendered images [pixels]")
       ->capture_default_str();
   command->add_option("--out", arguments->out, "output folder: tables, figures and runs")
@@ -278,13 +343,17 @@ void add_reproduce_command(CLI::App& app, int& exit_code) {
       "After an interrupt the same command goes on: complete runs are not repeated, unless the "
       "program,\n"
       "a network or an option has changed.\n"
-      "Files: PAPER.md, PAPER.tex, PAPER.json, PAPER_trajectories.png and .svg, and a folder per "
-      "run in runs/\n"
+      "Files: PAPER.md, PAPER.tex, PAPER.json, PAPER_trajectories.png and .svg, summary.md with "
+      "all "
+      "systems,\n"
+      "and a folder per run in runs/\n"
       "Examples:\n"
       "  stillmap reproduce crane\n"
       "  stillmap reproduce seg-mask --data tum --model yolov8n-seg.onnx\n"
       "  stillmap reproduce all --data tum --model yolo11n-seg.onnx --model "
-      "seg-mask=yolov8n-seg.onnx --model gated-seg=yolov8n-seg.onnx --model box-flow=yolo11n.onnx");
+      "seg-mask=yolov8n-seg.onnx --model gated-seg=yolov8n-seg.onnx --model box-flow=yolo11n.onnx\n"
+      "  stillmap reproduce gated-seg --data tum --model yolov8n-seg.onnx --variant "
+      "no-eq9=gated-seg:map.landmark_rules=[] --baseline ORB-SLAM3=trajectories");
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }
 

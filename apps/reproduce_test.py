@@ -5,6 +5,7 @@
   apps/reproduce_test.py PROGRAM     PROGRAM: the built command
 """
 import json
+import re
 import shutil
 import signal
 import subprocess
@@ -14,6 +15,7 @@ import unittest
 from pathlib import Path
 
 PROGRAM = ""
+DOCS = Path(__file__).resolve().parent.parent / "docs"
 
 
 def stillmap(*arguments):
@@ -29,15 +31,18 @@ class Reproduce(unittest.TestCase):
         cls.sequence = cls.data / "fr3_walking_xyz"
         made = stillmap("simulate", "--people", 1, "--frames", 12, "--width", 320, "--height", 240, "--out", cls.sequence)
         assert made.returncode == 0, made.stderr
-        for yard, movers in (("yard_static", 0), ("yard_dynamic", 2)):
+        for yard, movers, near in (("yard_static", 0, []), ("yard_dynamic", 2, []), ("yard_loaded", 1, ["--near-objects"])):
             made = stillmap("simulate", "--scene", "yard", "--camera", "trolley", "--people", movers, "--objects", movers,
-                            "--camera-model", "realsense_d435i", "--width", 320, "--fps", 15, "--frames", 12, "--out",
-                            cls.data / yard)
+                            "--camera-model", "realsense_d435i", "--width", 320, "--fps", 15, "--frames", 12, *near,
+                            "--out", cls.data / yard)
             assert made.returncode == 0, made.stderr
         cls.out = cls.folder / "out"
         cls.done = stillmap("reproduce", "all", "--data", cls.data, "--sequences", "walking_xyz", "--true-masks", "--runs",
                             2, "--out", cls.out)
         assert cls.done.returncode == 0, cls.done.stderr
+        cls.crane_out = cls.folder / "crane"
+        crane = stillmap("reproduce", "crane", "--data", cls.data, "--runs", 2, "--maps", "--out", cls.crane_out)
+        assert crane.returncode == 0, crane.stderr
 
     @classmethod
     def tearDownClass(cls):
@@ -53,12 +58,12 @@ class Reproduce(unittest.TestCase):
         return json.loads(((out or self.out) / f"{paper}.json").read_text())
 
     def test_every_preset_runs_as_often_as_wanted_and_only_once_for_all_papers(self):
-        runs = sorted(run.name for run in (self.out / "runs").iterdir())
+        runs = [sorted(run.name for run in (out / "runs").iterdir()) for out in (self.out, self.crane_out)]
         presets = ("box-epipolar", "box-flow", "fused", "gated-seg", "orb-rgbd", "seg-mask")
         papers = [f"walking_xyz_{preset}_{first}" for preset in presets for first in (0, 1)]
-        crane = [f"{yard}_{preset}_{first}" for yard in ("yard_dynamic", "yard_static")
+        crane = [f"{yard}_{preset}_{first}" for yard in ("yard_dynamic", "yard_loaded", "yard_static")
                  for preset in presets for first in (0, 1)]
-        self.assertEqual(runs, papers + crane)
+        self.assertEqual(runs, [papers, crane])
 
     def test_the_figures_are_those_of_eval_averaged_over_the_runs(self):
         errors = []
@@ -116,15 +121,15 @@ class Reproduce(unittest.TestCase):
         self.assertEqual([run["preset"] for run in figures["runs"]], ["orb-rgbd", "fused"])
         self.assertEqual([run["coverage"]["total"] for run in figures["runs"]], [6, 6])
 
-    def test_the_crane_compares_closure_errors_of_both_yards(self):
-        crane = self.figures("crane")
+    def test_the_crane_compares_closure_errors_of_all_yards(self):
+        crane = self.figures("crane", self.crane_out)
         rows = crane["tables"][0]["rows"]
         self.assertEqual([(row["sequence"], row["preset"]) for row in rows],
-                         [(yard, preset) for yard in ("yard_dynamic", "yard_static")
+                         [(yard, preset) for yard in ("yard_dynamic", "yard_loaded", "yard_static")
                           for preset in ("orb-rgbd", "seg-mask", "box-flow", "gated-seg", "box-epipolar", "fused")])
         closures = []
         for first in (0, 1):
-            run = self.out / f"runs/yard_static_orb-rgbd_{first}/trajectory.txt"
+            run = self.crane_out / f"runs/yard_static_orb-rgbd_{first}/trajectory.txt"
             shown = stillmap("eval", self.data / "yard_static/groundtruth.txt", run, "--closure", "--planar", "--json", "-")
             self.assertIn("closure error in plane", shown.stderr)
             closures.append(json.loads(shown.stdout)["closure"])
@@ -132,7 +137,80 @@ class Reproduce(unittest.TestCase):
         for column, key in (("closure in the plane [m]", "plane_m"), ("closure in space [m]", "space_m")):
             self.assertAlmostEqual(static[column], sum(closure[key] for closure in closures) / 2, delta=1e-6)
         self.assertIn("Figure 9", crane["tables"][0]["notes"][0])
-        self.assertTrue((self.out / "crane_trajectories.png").exists())
+        self.assertTrue((self.crane_out / "crane_trajectories.png").exists())
+        self.assertGreater(static["points of the map"], 0)
+        self.assertTrue((self.crane_out / "runs/yard_loaded_seg-mask_0/cloud_before_after.png").exists())
+
+    def test_variants_and_other_systems_are_columns(self):
+        out, others = self.folder / "columns", self.folder / "others"
+        others.mkdir(exist_ok=True)
+        for number in (1, 2):
+            shutil.copy(self.sequence / "groundtruth.txt", others / f"walking_xyz_{number}.txt")
+        done = stillmap("reproduce", "gated-seg", "--data", self.data, "--sequences", "walking_xyz", "--true-masks", "--runs",
+                        2, "--variant", "no-eq9=gated-seg:map.landmark_rules=[]:tracking.min_inliers=20", "--baseline",
+                        f"perfect={others}", "--maps", "--out", out)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        figures = self.figures("gated-seg", out)
+        row = next(row for row in figures["tables"][0]["rows"] if row["sequence"] == "walking_xyz")
+        self.assertLess(row["perfect"], 1e-6)  # the truth itself
+        self.assertGreater(row["no-eq9"], 0)
+        self.assertIn("Improvement rates are over perfect", figures["protocol"])
+        self.assertEqual([run["first_frame"] for run in figures["runs"] if run["preset"] == "no-eq9"], [0, 1])
+        options = (out / "runs/walking_xyz_no-eq9_0/options.yaml").read_text()
+        self.assertIn("min_inliers: 20", options)
+        summary = (out / "summary.md").read_text()
+        for words in ("<!-- table: ate -->", "<!-- table: dynamic -->", "<!-- table: ghosts -->", "| perfect"):
+            self.assertIn(words, summary)
+        for image in ("cloud_before_after.png", "figures/sparse_map.png", "figures/dense_map.png"):
+            self.assertTrue((out / "runs/walking_xyz_gated-seg_0" / image).exists(), image)
+
+    def test_the_crane_has_columns_for_variants_and_other_systems(self):
+        out, others = self.folder / "crane_columns", self.folder / "crane_others"
+        others.mkdir(exist_ok=True)
+        shutil.copy(self.data / "yard_static/groundtruth.txt", others / "yard_static.txt")
+        done = stillmap("reproduce", "crane", "--data", self.data, "--runs", 1, "--variant",
+                        "no-eq9=gated-seg:map.landmark_rules=[]", "--baseline", f"perfect={others}", "--out", out)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        rows = {row["preset"]: row for row in self.figures("crane", out)["tables"][0]["rows"]
+                if row["sequence"] == "yard_static"}
+        self.assertGreater(rows["no-eq9"]["closure in the plane [m]"], 0)
+        self.assertLess(rows["perfect"]["closure in the plane [m]"], 1e-6)
+        self.assertIsNone(rows["perfect"]["tracking [ms]"])
+
+    def test_the_documents_name_tables_that_the_command_makes(self):
+        data, out = self.folder / "slow", self.folder / "all_tables"
+        made = stillmap("simulate", "--people", 1, "--frames", 12, "--fps", 10, "--width", 320, "--height", 240, "--out",
+                        data / "walking_xyz")  # longer than the second of the RPE
+        self.assertEqual(made.returncode, 0, made.stderr)
+        done = stillmap("reproduce", "all", "--data", data, "--true-masks", "--runs", 1, "--maps", "--out", out)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        pattern = re.compile("<!-- table: (\\S+) -->")
+        results = (out / "summary.md", self.crane_out / "crane.md")
+        made = {name for file in results for name in pattern.findall(file.read_text())}
+        named = {name for page in ("papers.md", "papers_tables.md") for name in pattern.findall((DOCS / page).read_text())}
+        self.assertTrue(named)
+        self.assertLessEqual({name.split("/", 1)[1] for name in named}, made)
+        files = re.findall("<!-- file: (\\S+) -->", (DOCS / "papers_tables.md").read_text())
+        self.assertTrue(files)
+        for file in files:
+            self.assertTrue((out / file.split("/", 1)[1]).exists(), file)
+
+    def test_columns_that_cannot_be_made_are_refused(self):
+        some = ["gated-seg", "--data", self.data, "--sequences", "walking_xyz"]
+        self.refused(1, "NAME=PRESET", arguments=[*some, "--variant", "gated-seg"])
+        self.refused(1, "there is another column 'fused'", arguments=[*some, "--variant", "fused=gated-seg"])
+        self.refused(1, "no-such", arguments=[*some, "--variant", "a=no-such"])
+        self.refused(1, "there is no such folder", arguments=[*some, "--baseline", "ORB-SLAM3=nowhere"])
+        own = self.folder / "own"
+        own.mkdir(exist_ok=True)
+        shutil.copy(self.sequence / "groundtruth.txt", own / "walking_xyz.txt")
+        self.refused(1, "there is another column 'fused'", arguments=[*some, "--baseline", f"fused={own}"])
+        self.refused(1, "there is another column 'x'",
+                     arguments=[*some, "--baseline", f"x={own}", "--baseline", f"x={own}"])
+        self.refused(1, "whole sequences", arguments=[*some, "--baseline", f"x={own}", "--frames", 6])
+        (own / "walking_xyz.txt").write_text("no trajectory\n")
+        self.refused(1, "walking_xyz.txt:1", "is not a number", arguments=[*some, "--baseline", f"x={own}"])
+        self.refused(1, "contains no trajectory", "walking_xyz.txt", arguments=[*some, "--baseline", f"x={self.data}"])
 
     def test_a_run_that_fails_leaves_its_cells_empty_and_the_exit_code_tells_of_it(self):
         data, out = self.folder / "damaged", self.folder / "without_figures"

@@ -30,6 +30,7 @@ int run(const RunArguments& arguments) {
   Session session = session_of(arguments, options);
   const std::filesystem::path out = session.out;
   const RunRecord record = run_session(std::move(session));
+  for (const std::string& note : record.notes) print_error("stillmap: note: {}\n", note);
   print_doubts(record.doubts);
   if (!arguments.quiet) {
     print_out("{}", open_line(out / "report.html",
@@ -46,6 +47,11 @@ void add_input_options(CLI::App& command, RunArguments& arguments) {
                   "preset name, camera.yaml or an ORB-SLAM settings file; default: that of the "
                   "recording (camera.yaml, camera_info)")
       ->type_name(names_or_file(camera_presets()));
+  command
+      .add_option("--ignore", arguments.ignore,
+                  "image of the size of the recorded ones, white where they always show the robot "
+                  "itself, black elsewhere; default: that of the camera file")
+      ->type_name("FILE");
   command.add_option("--truth", arguments.truth,
                      "ground truth trajectory (TUM format); default: SEQUENCE/groundtruth.txt");
   add_truth_frame_option(command, arguments.truth_frame);

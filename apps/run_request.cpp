@@ -140,6 +140,22 @@ std::optional<std::string> no_moving_class(const Detector& detector, const Optio
       fmt::join(moving, ", "), fmt::join(some, ", "), known.size() > kNamed ? ", ..." : "");
 }
 
+/// Takes the class of a network that knows one only as one that moves, whatever its name, unless no
+/// class moves.
+void take_only_class(const Detector& detector, Session& session) {
+  const std::vector<std::string>& known = detector.class_names();
+  std::vector<std::string>& moving = session.options.motion.moving_classes;
+  if (known.size() != 1 || moving.empty() ||
+      std::find(moving.begin(), moving.end(), known.front()) != moving.end())
+    return;
+  moving.push_back(known.front());
+  session.parameters.motion = parameters_of(session.options).motion;
+  session.notes.push_back(
+      fmt::format("the network knows the class '{}' only, which is taken as one that moves "
+                  "(motion.moving_classes)",
+                  known.front()));
+}
+
 /// Returns what to warn of; none without --zones.
 std::optional<WarningRules> rules_of(const RunRequest& request, const Options& options) {
   if (request.zones.empty()) return std::nullopt;
@@ -175,7 +191,6 @@ Options options_of(const RunRequest& request) {
   options.dense.memory = request.memory.value_or(options.dense.memory);
   if (request.half_size) options.input.half_size = true;
   for (const std::string& setting : request.settings) set_option(setting, options);
-  if (request.localize_only) options.dense.enabled = false;  // the map is not extended
   check_options(options);
   return options;
 }
@@ -183,8 +198,7 @@ Options options_of(const RunRequest& request) {
 std::optional<Trajectory> truth_of(const RunRequest& request) {
   const std::filesystem::path file = truth_file(request);
   if (file.empty()) return std::nullopt;
-  note_marker_truth(file, request.truth_frame);
-  return true_camera_trajectory(file, request.truth_frame);
+  return true_camera_trajectory(file, truth_frame_of(file, request.truth_frame));
 }
 
 std::string recording_of(const RunRequest& request) {
@@ -204,6 +218,7 @@ Session session_of(const RunRequest& request, const Options& options) {
                 "stillmap run SEQUENCE, a folder in TUM layout or a recorded file");
   }
   const SourceOptions range{.camera = request.camera,
+                            .ignore = request.ignore,
                             .topics = request.topics,
                             .associations = request.associations,
                             .fps = request.fps,
@@ -219,7 +234,7 @@ Session session_of(const RunRequest& request, const Options& options) {
   check_save_map(request.save_map, request.force);
   Session session;
   session.options = options;
-  session.unused_settings = unused_settings(request, options);
+  session.notes = unused_settings(request, options);
   session.parameters = parameters_of(options);
   session.outputs = request.outputs;
   session.outputs.save_map = request.save_map;
@@ -249,14 +264,15 @@ Session session_of(const RunRequest& request, const Options& options) {
   session.live_camera = names_live_camera(request.sequence);
   session.live = session.live_camera || request.follow.has_value();
   session.truth = truth_of(request);
-  session.names = {truth_file(request).string(), "trajectory.txt", request.truth_frame};
+  session.names = {truth_file(request).string(), "trajectory.txt",
+                   truth_frame_of(truth_file(request), request.truth_frame)};
   session.detector = detector_of(options.preset(), session.parameters, request.quiet);
   if (session.rules)
     check_rule_classes(*session.rules, classes_of(session.detector), request.zones);
   check_classes(options, session.detector.get());
   if (session.detector) {
-    if (auto problem = no_moving_class(*session.detector, options))
-      session.unused_settings.push_back(std::move(*problem));
+    take_only_class(*session.detector, session);
+    session.network_problem = no_moving_class(*session.detector, session.options).value_or("");
   }
   require_free_outputs(session);
   session.view = opened_view(view_address_of(request.view));

@@ -13,8 +13,8 @@ namespace stillmap {
 /// A recording to be mapped, and how: the command line of `stillmap run`. Empty texts stand for the
 /// defaults.
 struct RunRequest {
-  std::string sequence, camera, preset, model, masks, schedule, config, truth, truth_frame, topics,
-      associations, out;
+  std::string sequence, camera, ignore, preset, model, masks, schedule, config, truth, truth_frame,
+      topics, associations, out;
   std::vector<std::string> settings;  ///< "group.name=value"
   std::optional<int> first, count, stride;
   std::optional<int> memory;     ///< For the views of the dense map [MB].

@@ -130,11 +130,18 @@ void map_sequence(Session& session, ViewServer* server, Recorders& recorders, Re
   if (record.frame_problems.empty() && !session.depth_problem.empty())
     record.frame_problems = {session.depth_problem};
   if (!session.order_problem.empty()) record.frame_problems.push_back(session.order_problem);
+  if (!session.network_problem.empty()) record.frame_problems.push_back(session.network_problem);
   if (!session.map_damage.empty()) record.frame_problems.push_back(session.map_damage);
-  if (recorders.warnings) recorders.warnings->finish();
+  if (recorders.warnings) {
+    recorders.warnings->finish();
+    record.warnings = recorders.warnings->told();
+  }
   if (recorders.journal) recorders.journal->flush();
   recorders.journal.reset();
-  record.result = slam.finish();
+  {
+    const ProgressStep step("correcting the map and making its cloud");
+    record.result = slam.finish();
+  }
   if (view) view->show_results(record.result);
   record.seconds = watch.milliseconds() / 1000;
   record.mapping_memory_mib = peak_memory_mib();
@@ -237,7 +244,7 @@ RunRecord run_session(Session session) {
   record.options = session.options;
   record.truth = std::move(session.truth);
   record.loaded = session.loaded;
-  record.unused_settings = session.unused_settings;
+  record.notes = session.notes;
   if (session.detector) {
     record.detector = session.detector->description();
     record.detector_gives_boxes_only = !session.detector->gives_masks();
@@ -262,16 +269,19 @@ RunRecord run_session(Session session) {
   evaluate_run(record);
   if (record.truth) {
     const auto doubts = reading_doubts(*record.truth, record.result.trajectory, session.names);
-    record.frame_problems.insert(record.frame_problems.end(), doubts.begin(), doubts.end());
+    record.notes.insert(record.notes.end(), doubts.begin(), doubts.end());
   }
   if (session.rules) {
     if (auto problem = tilted_zones(*session.rules, record))
       record.frame_problems.push_back(std::move(*problem));
   }
+  folder.make_room_by(kRunJournal);
+  traced("files", [&] {
+    const ProgressStep step("writing the files");
+    write_run_files(record, session.outputs, folder);
+  });
   if (!session.quiet) print_out("{}", run_summary_text(record));
   if (session.verbose) print_out("{}", details_text(record));
-  folder.make_room_by(kRunJournal);
-  traced("files", [&] { write_run_files(record, session.outputs, folder); });
   if (recorders.warnings) {
     const auto& problems = recorders.warnings->problems();
     record.doubts.insert(record.doubts.end(), problems.begin(), problems.end());

@@ -155,6 +155,8 @@ class SavedMaps(unittest.TestCase):
         self.assertEqual(self.map.read_bytes(), before)
         summary = json.loads((self.folder / "again" / "summary.json").read_text())
         self.assertFalse(summary["loaded_map"]["extended"])
+        first = json.loads((self.folder / "first" / "summary.json").read_text())
+        self.assertEqual(summary["cloud_points"], first["cloud_points"])
 
     def test_a_map_can_be_extended_onto_itself(self):
         other = self.folder / "grown.map"

@@ -12,11 +12,15 @@
 
 namespace stillmap {
 
-/// A source that shows how many frames were read.
+/// A source that shows how many frames were read. A pass that needs no more of them ends there.
 class SourceWithProgress final : public FrameSource {
  public:
   SourceWithProgress(std::unique_ptr<FrameSource> source, int pass)
       : source_(std::move(source)), progress_(fmt::format("pass {}", pass), source_->size()) {}
+  ~SourceWithProgress() override { progress_.complete(); }
+  SourceWithProgress(const SourceWithProgress&) = delete;
+  SourceWithProgress& operator=(const SourceWithProgress&) = delete;
+
   const Camera& camera() const override { return source_->camera(); }
   RgbdFramePtr next() override {
     RgbdFramePtr frame = source_->next();

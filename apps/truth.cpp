@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truth.hpp"
 
-#include "stillmap/base/print.hpp"
 #include "stillmap/evaluate/truth_frame.hpp"
 
 #include <algorithm>
@@ -12,7 +11,7 @@
 namespace stillmap {
 namespace {
 
-constexpr const char* kBonn = "bonn";
+constexpr const char *kBonn = "bonn", *kCamera = "camera";
 
 bool is_of_bonn(const std::filesystem::path& truth) {
   const std::filesystem::path folder =
@@ -29,15 +28,13 @@ void add_truth_frame_option(CLI::App& command, std::string& truth_frame) {
   command.add_option(
       "--truth-frame", truth_frame,
       "the truth is the pose of a marker or robot, not of the camera: file with "
-      "T_body_camera as 4 x 4 numbers, or 'bonn' for the Bonn RGB-D Dynamic Dataset");
+      "T_body_camera as 4 x 4 numbers, or 'bonn' for the Bonn RGB-D Dynamic Dataset, which is the "
+      "default in folders of its names; 'camera': the truth is the camera's");
 }
 
-void note_marker_truth(const std::filesystem::path& truth, const std::string& truth_frame) {
-  if (!truth_frame.empty() || !is_of_bonn(truth)) return;
-  print_error(
-      "stillmap: note: {} looks like the Bonn RGB-D Dynamic Dataset, whose truth is the pose "
-      "of a marker;\n  add --truth-frame bonn to compare the camera with the camera\n",
-      truth.string());
+std::string truth_frame_of(const std::filesystem::path& truth, const std::string& given) {
+  if (given == kCamera) return "";
+  return given.empty() && !truth.empty() && is_of_bonn(truth) ? kBonn : given;
 }
 
 Trajectory true_camera_trajectory(const std::filesystem::path& truth,

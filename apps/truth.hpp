@@ -12,9 +12,12 @@ namespace stillmap {
 /// Adds --truth-frame to a command.
 void add_truth_frame_option(CLI::App& command, std::string& truth_frame);
 
-/// Prints a note if the truth is that of the Bonn RGB-D Dynamic Dataset by the name of its folder,
-/// hence the pose of a marker, and no frame was named.
-void note_marker_truth(const std::filesystem::path& truth, const std::string& truth_frame);
+/// Returns the frame of a truth, for read_truth_frame(); empty: it is the camera's. If none is
+/// given, the truth of the Bonn RGB-D Dynamic Dataset, by the name of its folder, has that of its
+/// marker.
+/// @param truth  empty: there is none
+/// @param given  as of --truth-frame
+std::string truth_frame_of(const std::filesystem::path& truth, const std::string& given);
 
 /// Returns the true poses of the camera, T_world_camera.
 /// @param truth_frame  "bonn" or a file, as for read_truth_frame(); empty: the truth is the

@@ -7,6 +7,7 @@
 import http.client
 import itertools
 import json
+import re
 import signal
 import socket
 import subprocess
@@ -256,30 +257,31 @@ class InTheBrowser(ViewTest):
         events = [json.loads(line) for line in (self.folder / "warned/events.jsonl").read_text().splitlines()]
         self.assertEqual(events[0]["event"], "begin")
         self.assertIn("near", {event["kind"] for event in events})
-        # On the finished run the key B jumps to the previous warning, where it is shown again.
+        # A finished run begins at its start; the keys N and B jump to its warnings, where they are shown again.
         page = self.browser.page(self.view("view", self.folder / "warned", "--port", "0").url)
         page.wait("stillmap.events > 0 && stillmap.time !== undefined", 120)
         page.wait("stillmap.points > 0")
-        for _ in range(2):
-            page.key("b")
+        self.assertAlmostEqual(page.run("stillmap.time - Number(document.getElementById('time').min)"), 0, delta=1e-3)
+        for key in "nnb":
+            page.key(key)
         begins = [event["timestamp"] for event in events if event["event"] == "begin" and event["kind"] != "unseen"]
         self.assertLess(min(abs(page.run("stillmap.time") - t) for t in begins), 1e-3)
         page.wait("stillmap.active > 0")
         self.assertEqual(self.state(page)["errors"], 0, page.logs)
 
-    def test_the_newest_warnings_are_shown_and_the_number_of_the_others(self):
+    def test_each_person_has_one_bar_of_warnings(self):
         page = self.browser.page(self.view("view", self.crowded_run(), "--port", "0").url)
         page.wait("stillmap.events > 8 && stillmap.points > 1000", 120)
         page.run("document.querySelector('#events button.zone').click()")
         page.wait("stillmap.active > 5")
         clicked = page.run("document.querySelector('#events button.zone').textContent")
         state = self.state(page)
-        self.assertEqual(len(state["banners"]), 5)
-        self.assertEqual(state["more"], state["active"] - 5)
-        self.assertEqual(state["banners"][0], clicked)
+        self.assertLessEqual(len(state["banners"]), state["movers"] + 1)
+        people = [re.match(r"(person|object) \d+", text)[0] for text in state["banners"]]
+        self.assertEqual(len(people), len(set(people)))
+        self.assertTrue(state["banners"][0].startswith(clicked), state["banners"])
+        self.assertRegex(state["banners"][0], r"; also: .* and \d more$")
         self.assertGreater(state["red"], 0, "the movers of the events are found among the final tracks")
-        page.run("document.querySelector('#warnings button').click()")
-        self.assertEqual(len(self.state(page)["banners"]), state["active"])
         self.assert_apart(self.boxes(page, "#events button"))
         self.assertGreater(max(b - t for _, t, _, b in self.boxes(page, "#events button")), 30, "some texts take two lines")
 
@@ -355,6 +357,28 @@ class InTheBrowser(ViewTest):
         cloud.write_bytes(b"ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n" + bytes(12))
         state, guess = shown(cloud)
         self.assertEqual((state["upFrom"], state["kind"], guess), ("images", "cloud", True))
+
+    def test_a_saved_map_offers_the_layers_that_it_has(self):
+        page = self.browser.page(self.view("view", self.crowded_run() / "run.map", "--port", "0").url)
+        page.wait("stillmap.points > 1000", 120)
+        layers = page.run("[...document.querySelectorAll('[data-layer]')].filter((b) => b.offsetParent).map((b) => b.dataset.layer)")
+        self.assertEqual(layers, ["cloud", "keyframes", "zones", "grid"])
+        self.assertTrue(page.run("document.getElementById('colors').options[2].disabled"), "there are no classes")
+
+    def test_the_help_opens_at_its_top_and_the_map_is_beside_the_panels(self):
+        page = self.browser.page(self.view("view", self.crowded_run(), "--port", "0").url)
+        page.wait("stillmap.points > 1000 && !document.getElementById('timeline').hidden", 120)
+        left, top, right, bottom = page.run("stillmap.free")
+        for panel in self.boxes(page, ".panel, #timeline, #top"):
+            self.assertTrue(panel[2] <= left or panel[0] >= right or panel[3] <= top or panel[1] >= bottom, panel)
+        for key in ("f", "2"):  # the middle of both views, at which they are aimed, is beside the panels
+            page.key(key)
+            middle = page.run("stillmap.middle()")
+            self.assertAlmostEqual(middle[0], (left + right) / 2, delta=2)
+            self.assertAlmostEqual(middle[1], (top + bottom) / 2, delta=2)
+        page.key("?")
+        page.wait("document.getElementById('keys').open")
+        self.assertEqual(page.run("document.getElementById('keys').scrollTop"), 0)
 
     def test_a_page_that_stalls_holds_up_no_other_and_goes_on(self):
         viewed = self.live("stalls")

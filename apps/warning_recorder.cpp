@@ -144,6 +144,7 @@ void WarningRecorder::record(const std::vector<WarningEvent>& events) {
     const std::string line = json_text(json);
     if (file_.is_open()) file_ << line << '\n' << std::flush;
     events_.push_back(json);
+    told_.push_back({event.timestamp, warning_text(event)});
     json["run"] = run_;
     json["sent"] = seconds_since_epoch();
     for (const Receiver& receiver : receivers_) receiver.sender->send(json_text(json));

@@ -61,6 +61,8 @@ class WarningRecorder {
   std::size_t warnings() const { return warnings_; }  ///< Number of warnings that have begun.
   /// Returns a sentence for each receiver that got no event; to be called after finish().
   const std::vector<std::string>& problems() const { return problems_; }
+  /// Returns what was told, in order of time; to be called after finish().
+  const std::vector<RunEvent>& told() const { return told_; }
 
  private:
   struct Receiver {
@@ -77,6 +79,7 @@ class WarningRecorder {
   std::ofstream file_;
   std::vector<std::string> problems_;
   std::vector<nlohmann::json> events_;
+  std::vector<RunEvent> told_;
   std::vector<Receiver> receivers_;
   std::size_t warnings_ = 0;
   bool finished_ = false;

@@ -9,6 +9,7 @@ find_package(yaml-cpp REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_library(STILLMAP_DEFLATE NAMES deflate REQUIRED)  # Debian 12's has no CMake package yet
 # Compression and databases of recordings
+find_package(OpenEXR 3 REQUIRED)
 find_library(STILLMAP_BZ2 NAMES bz2 REQUIRED)
 find_library(STILLMAP_LZ4 NAMES lz4 REQUIRED)
 find_library(STILLMAP_ZSTD NAMES zstd REQUIRED)

@@ -43,6 +43,26 @@ k: [60.0, 0.0, 31.5, 0.0, 60.0, 23.5, 0.0, 0.0, 1.0]
           // librealsense
           R"({"width": 64, "height": 48, "fx": 60, "fy": 60, "ppx": 31.5, "ppy": 23.5,
               "model": "brown_conrady", "coeffs": [0, 0, 0, 0, 0], "depth_units": 0.001})",
+          // OpenCV, XML
+          R"(<?xml version="1.0"?>
+<opencv_storage>
+<image_width>64</image_width><image_height>48</image_height>
+<!-- --><camera_matrix type_id="opencv-matrix"><rows>3</rows><cols>3</cols><dt>d</dt>
+<data>60 0 31.5 0 60 23.5 0 0 1</data></camera_matrix>
+<images><_>1.png</_><_/></images>
+</opencv_storage>
+)",
+          // NICE-SLAM
+          R"(cam:
+  H: 48
+  W: 64
+  fx: 60
+  fy: 60
+  cx: 31.5
+  cy: 23.5
+  png_depth_scale: 1000
+  distortion: [0.1, 0]
+)",
           // ORB-SLAM
           R"(%YAML:1.0
 Camera.type: "PinHole"

@@ -26,11 +26,13 @@ inline std::size_t accepted = 0;
 /// program: it is a finding.
 template <typename Parser>
 void parse(Parser&& parser) {
+  bool refused = false;
   try {
     parser();
-    ++accepted;
   } catch (const Error&) {
+    refused = true;
   }
+  if (!refused) ++accepted;
 }
 
 /// Returns the input as characters.

@@ -14,6 +14,10 @@ using namespace stillmap;
 // Flags of the first byte: encoding ros1, otherwise cdr; images of an odd width.
 constexpr std::uint8_t kRos1 = 0x80, kOddWidth = 0x40;
 
+void try_camera(const CameraInfoMessage& info, cv::Size size) {
+  if (const auto camera = camera_of(info, false)) sized(*camera, info, size.width, size.height);
+}
+
 void decode(std::uint8_t first, ByteSpan message, const std::string& encoding) {
   const cv::Size size((first & kOddWidth) != 0 ? 5 : 4, 3);
   const int decoder = first & ~(kRos1 | kOddWidth);
@@ -28,7 +32,7 @@ void decode(std::uint8_t first, ByteSpan message, const std::string& encoding) {
       decode_compressed_image(message, encoding);
       break;
     case 2:
-      camera_of(decode_camera_info(message, encoding), false);
+      try_camera(decode_camera_info(message, encoding), size);
       break;
     case 3:
       camera_of(decode_camera_info(message, encoding), true);
@@ -85,6 +89,10 @@ std::vector<std::string> seeds() {
     add(0, camera.image(1, 0, 4, 3, "32FC1", 4, std::string(48, 'd')));
     add(0, camera.image(1, 0, 4, 3, "bayer_rggb8", 1, std::string(12, 'd')));
     add(kOddWidth, camera.image(1, 0, 5, 3, "yuv422", 2, std::string(30, 'd')));
+    // RVL: no zeros, 12 pixels, the first of depth 5, the others as the last one.
+    const std::string rvl("\4\0\0\0\3\0\0\0\0\x10\x1a\x0c\0\0\0\0", 16);
+    add(1,
+        camera.compressed_image(1, 0, "16UC1; compressedDepth rvl", std::string(12, '\0') + rvl));
     add(9, messages[1].data);
     add(10, messages[1].data);
   }

@@ -379,6 +379,40 @@ class Bench(unittest.TestCase):
         self.assertIn("there is no", printed)
 
 
+class PaperDocs(unittest.TestCase):
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.results, self.docs = Path(temporary.name) / "results", Path(temporary.name) / "docs"
+        (self.results / "papers").mkdir(parents=True)
+        self.docs.mkdir()
+        (self.results / "papers/summary.md").write_text(
+            "Three runs.\n\n<!-- table: ate -->\n\n**ATE**\n\n| a |\n\n<!-- end of table -->\n")
+        (self.results / "papers/seg-mask.md").write_text("# seg-mask\n\n| b |\n")
+        (self.docs / "papers.md").write_text(
+            "Before.\n\n<!-- table: papers/ate -->\nold\n<!-- end of table -->\n\nAfter.\n"
+            "<!-- table: later/ate -->\nkept\n<!-- end of table -->\n")
+        (self.docs / "papers_tables.md").write_text("<!-- file: papers/seg-mask.md -->\n<!-- end of file -->\n")
+
+    def paste(self):
+        return call_lab("paper_docs", self.results, "--docs", self.docs)
+
+    def test_puts_the_tables_where_the_documents_name_them(self):
+        self.assertEqual(self.paste().returncode, 0)
+        self.assertEqual((self.docs / "papers.md").read_text(),
+                         "Before.\n\n<!-- table: papers/ate -->\n\n**ATE**\n\n| a |\n\n<!-- end of table -->\n\nAfter.\n"
+                         "<!-- table: later/ate -->\nkept\n<!-- end of table -->\n")
+        self.assertEqual((self.docs / "papers_tables.md").read_text(),
+                         "<!-- file: papers/seg-mask.md -->\n\n## seg-mask\n\n| b |\n\n<!-- end of file -->\n")
+        self.assertEqual(self.paste().stdout, "", "nothing is left to change")
+
+    def test_a_table_that_the_results_do_not_have_is_an_error(self):
+        (self.docs / "papers.md").write_text("<!-- table: papers/rpe -->\n<!-- end of table -->\n")
+        failed = self.paste()
+        self.assertEqual(failed.returncode, 1)
+        self.assertIn("has no table 'rpe'", failed.stderr)
+
+
 class Zones(unittest.TestCase):
     """The comparison of warnings with the true ones."""
 

@@ -128,6 +128,22 @@ class Smoke(unittest.TestCase):
         self.assertIn("ghosts [%]", printed)
         self.assertIn("precision", printed)
 
+    def test_findings(self):
+        out = self.folder / "findings"
+        printed = self.module("findings", self.sequences, "--pieces", "40", "--wrong-step", "50", "--out", out,
+                              "--program", STILLMAP)
+        self.assertRegex(printed, r"\| the steps between the raw depths are those of \| 0 \| 1 \| 1 \|")
+        good = json.loads((out / "findings.json").read_text(encoding="utf-8"))[0]
+        self.assertEqual((good["variant"], good["findings"]), ("good", []))
+
+    def test_calibrations(self):
+        out = self.folder / "calibrations"
+        printed = self.module("calibrations", self.sequences, "--pieces", "5", "--lengths", "20", "--frames", "20", "--width", "320",
+                              "--out", out, "--program", STILLMAP)
+        self.assertRegex(printed, r"\| rendered, fx \| 4 \| \d+ % \|")
+        pieces = json.loads((out / "calibrations.json").read_text(encoding="utf-8"))
+        self.assertEqual([len(piece["parameters"]) for piece in pieces], [8] * 5)
+
     def test_growth(self):
         out = self.folder / "growth"
         printed = self.module("growth", "--out", out, "--rounds", "1", "--program", STILLMAP)

@@ -91,7 +91,7 @@ def test_a_small_network_learns_one_image(improved):
     targets = [(torch.tensor([box]), torch.tensor([0])) for box in ([30.0, 20, 50, 60], [50.0, 40, 90, 80])]
     loss, optimizer = Loss(1, 96, 96), torch.optim.Adam(network.parameters(), 3e-3)
     history = []
-    for _ in range(40):
+    for _ in range(80):
         optimizer.zero_grad()
         value, parts = loss(network(image), targets)
         value.backward()

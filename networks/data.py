@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Images with true boxes: COCO in its usual layout, or sequences of `stillmap simulate`; and their augmentation."""
+import csv
 import json
 import random
 from dataclasses import dataclass
@@ -13,7 +14,7 @@ from torch.utils.data import Dataset
 from networks.boxes import GRAY, Letterbox, to_tensor
 
 PERSON = 255  # of mask/ in a simulated sequence
-MIN_SIDE = 8  # boxes of simulated people with a shorter side are left out [pixels]
+MIN_SIDE = 8  # boxes of simulated movers with a shorter side are left out [pixels]
 
 
 @dataclass
@@ -31,29 +32,48 @@ def largest(outlines):
     return max((np.array(o, np.float32).reshape(-1, 2) for o in outlines), key=cv2.contourArea)
 
 
-def visible_people(mask, instance):
-    """Boxes [n, 4] and outlines of the visible pixels of each person, from the 8-bit images mask/ and instance/ of a
-    simulated sequence."""
-    boxes, outlines = [], []
-    for number in np.unique(instance[mask == PERSON]):
-        person = (instance == number) & (mask == PERSON)
-        rows, columns = np.nonzero(person)
+def mover_names(folder):
+    """Number in instance/ -> name ("person", "hook", "vehicle", ...) of the movers of a simulated sequence, from its
+    truth_movers.csv; people only without one."""
+    file = folder / "truth_movers.csv"
+    if not file.exists():
+        return {}
+    with file.open(encoding="utf-8", newline="") as lines:
+        return {int(row["id"]): row["name"] for row in csv.DictReader(lines)}
+
+
+def class_names(folders):
+    """Names of the classes of simulated sequences: person, then the other movers in alphabetical order."""
+    found = {name for folder in folders for name in mover_names(folder).values()}
+    return ["person", *sorted(found - {"person"})]
+
+
+def visible_movers(mask, instance, names):
+    """Boxes [n, 4], class names and outlines of the visible pixels of each mover with a name, from the 8-bit images
+    mask/ and instance/ of a simulated sequence."""
+    boxes, found_names, outlines = [], [], []
+    for number in np.unique(instance[instance > 0]):
+        mover = instance == number
+        name = "person" if (mask[mover] == PERSON).all() else names.get(int(number))
+        rows, columns = np.nonzero(mover)
         box = columns.min(), rows.min(), columns.max() + 1, rows.max() + 1
-        if min(box[2] - box[0], box[3] - box[1]) >= MIN_SIDE:
+        if name and min(box[2] - box[0], box[3] - box[1]) >= MIN_SIDE:
             boxes.append(box)
-            found, _ = cv2.findContours(person.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
+            found_names.append(name)
+            found, _ = cv2.findContours(mover.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
             outlines.append(largest(found))
-    return np.array(boxes, float).reshape(-1, 4), outlines
+    return np.array(boxes, float).reshape(-1, 4), found_names, outlines
 
 
-def simulated_samples(folder):
-    """Samples of one sequence of `stillmap simulate`, with the single class person."""
-    samples = []
+def simulated_samples(folder, classes):
+    """Samples of one sequence of `stillmap simulate`; `classes` as of class_names()."""
+    samples, names = [], mover_names(folder)
     for file in sorted((folder / "rgb").glob("*.png")):
         mask, instance = (cv2.imread(str(folder / kind / file.name), cv2.IMREAD_UNCHANGED)
                           for kind in ("mask", "instance"))
-        boxes, outlines = visible_people(mask, instance)
-        samples.append(Sample(file, boxes, np.zeros(len(boxes), int), np.zeros(len(boxes), bool), outlines))
+        boxes, found, outlines = visible_movers(mask, instance, names)
+        numbers = np.array([classes.index(name) for name in found], int)
+        samples.append(Sample(file, boxes, numbers, np.zeros(len(boxes), bool), outlines))
     return samples
 
 
@@ -85,19 +105,35 @@ def coco_samples(root, split):
     return samples, [category["name"] for category in categories]
 
 
-def read_samples(source, split):
-    """Samples and class names of a COCO root, or of a folder of simulated sequences.
-
-    @param split  train or val. Of COCO: train2017 or val2017. Of simulated sequences: the folders named `split`*.
-    """
+def samples_of(source, split):
+    """Samples and class names of read_samples(), the classes numbered as the data have them."""
     source = Path(source)
     if (source / "annotations").is_dir():
         return coco_samples(source, f"{split}2017")
-    folders = [folder for folder in sorted(source.glob(f"{split}*")) if (folder / "instance").is_dir()]
+    sequences = [folder for folder in sorted(source.glob("*")) if (folder / "instance").is_dir()]
+    folders = [folder for folder in sequences if folder.name.startswith(split)]
     if not folders:
         raise SystemExit(f"{source}: neither COCO (annotations/) nor simulated sequences named {split}*; "
                          f"fix: stillmap simulate --out {source}/{split}_1")
-    return [sample for folder in folders for sample in simulated_samples(folder)], ["person"]
+    classes = class_names(sequences)
+    return [sample for folder in folders for sample in simulated_samples(folder, classes)], classes
+
+
+def read_samples(source, split, names=None):
+    """Samples and class names of a COCO root, or of a folder of simulated sequences.
+
+    @param split  train or val. Of COCO: train2017 or val2017. Of simulated sequences: the folders named `split`*.
+    @param names  class names of a network, which number the classes; without them the data do
+    """
+    samples, found = samples_of(source, split)
+    if names is None:
+        return samples, found
+    unknown = [name for name in found if name not in names]
+    if unknown:
+        raise SystemExit(f"{source}: has {', '.join(unknown)}, but the network knows only {', '.join(names)}")
+    for sample in samples:
+        sample.classes = np.array([names.index(found[number]) for number in sample.classes], int)
+    return samples, names
 
 
 def change_colors(image, generator, strength):

@@ -58,6 +58,23 @@ def test_boxes_of_a_simulated_sequence_are_those_of_its_people(sequences):
     assert all(len(sample.boxes) == 1 for sample in samples)  # not the moving object
 
 
+def test_classes_of_a_simulated_sequence_are_those_of_its_movers(sequences):
+    (sequences / "val_1/truth_movers.csv").write_text(
+        "frame,timestamp,id,class,name\n0,0.0,3,person,person\n0,0.0,5,unknown,hook\n", encoding="utf-8")
+    samples, names = read_samples(sequences, "val")
+    assert names == ["person", "hook"]
+    assert samples[0].classes.tolist() == [0, 1]
+    assert samples[0].boxes.tolist() == [list(BOXES[0]), [0, 0, 20, 8]]
+    assert read_samples(sequences, "train")[1] == names  # the same numbers in training
+
+
+def test_a_network_numbers_the_classes_of_other_data(coco):
+    samples, names = read_samples(coco, "train", ["hook", "dog", "person"])
+    assert names == ["hook", "dog", "person"] and samples[0].classes.tolist() == [1, 2]
+    with pytest.raises(SystemExit, match="has dog, but the network knows only person"):
+        read_samples(coco, "train", ["person"])
+
+
 def test_coco_is_read_with_classes_in_the_order_of_their_ids(coco):
     samples, names = read_samples(coco, "train")
     assert names == ["person", "dog"]
@@ -92,12 +109,23 @@ def test_map_of_true_and_of_shifted_boxes(sequences):
         return [{"image_id": i, "category_id": 0, "score": 0.9, "bbox": [x + shift, y, 40.0, 60.0]}
                 for i, (x, y) in enumerate(corners)]
 
-    assert evaluate.average_precision(truth, results(0)) == pytest.approx({"map": 1, "map50": 1})
+    assert evaluate.average_precision(truth, results(0))["map"] == pytest.approx(1)
     shifted = evaluate.average_precision(truth, results(8))  # IoU 32 / 48: five of ten thresholds
     assert shifted["map50"] == pytest.approx(1) and shifted["map"] == pytest.approx(0.4)
-    assert evaluate.average_precision(truth, []) == {"map": 0, "map50": 0}
+    assert evaluate.average_precision(truth, []) == {"map": 0, "map50": 0, "classes": {"person": 0}}
     assert evaluate.precision_and_recall(truth, results(0)[:2]) == {"precision": 1.0, "recall": 0.5}
     assert evaluate.precision_and_recall(truth, results(0) + results(60)) == {"precision": 0.5, "recall": 1.0}
+
+
+def test_precision_of_each_class_that_the_truth_shows(sequences):
+    samples, _ = read_samples(sequences, "val")
+    for sample in samples[::2]:
+        sample.classes[:] = 1
+    truth = evaluate.truth_of(samples, ["person", "hook", "vehicle"])
+    people = [{"image_id": i, "category_id": 0, "score": 0.9, "bbox": [*samples[i].boxes[0, :2].tolist(), 40.0, 60.0]}
+              for i in (1, 3)]
+    found = evaluate.average_precision(truth, people)
+    assert found["classes"] == pytest.approx({"person": 1, "hook": 0}) and found["map"] == pytest.approx(0.5)
 
 
 def test_training_evaluation_and_export_by_the_command_line(sequences, tmp_path, capsys):

@@ -58,15 +58,19 @@ def results_of(network, samples, size, device, batch=16):
 
 
 def average_precision(truth, results):
-    """Returns mAP over IoU 0.5 to 0.95 and at 0.5, [0..1]."""
+    """Returns mAP over IoU 0.5 to 0.95 and at 0.5, and the former of each class that the truth shows, [0..1]."""
+    shown = {number: category["name"] for number, category in truth.cats.items() if truth.getAnnIds(catIds=[number])}
     if not results:
-        return {"map": 0.0, "map50": 0.0}
+        return {"map": 0.0, "map50": 0.0, "classes": dict.fromkeys(shown.values(), 0.0)}
     with contextlib.redirect_stdout(io.StringIO()):
         evaluation = COCOeval(truth, truth.loadRes(results), "bbox")
         evaluation.evaluate()
         evaluation.accumulate()
         evaluation.summarize()
-    return {"map": float(evaluation.stats[0]), "map50": float(evaluation.stats[1])}
+    precisions = evaluation.eval["precision"][:, :, :, 0, -1].mean((0, 1))  # of all areas, per class
+    of_class = dict(zip(evaluation.params.catIds, precisions.tolist()))
+    return {"map": float(evaluation.stats[0]), "map50": float(evaluation.stats[1]),
+            "classes": {name: of_class[number] for number, name in shown.items()}}
 
 
 def precision_and_recall(truth, results, confidence=0.25, iou=0.5):
@@ -101,7 +105,7 @@ def main(words=None):
     parser.add_argument("--device", default="cuda" if torch.cuda.is_available() else "cpu")
     settings = parser.parse_args(words)
     network, names = yolov7.load(settings.weights)
-    samples, _ = read_samples(settings.data, settings.split)
+    samples, _ = read_samples(settings.data, settings.split, names)
     print(json.dumps(evaluate(network, names, samples, settings.size, settings.device)))
 
 

@@ -5,7 +5,7 @@ import torch
 from torch import nn
 
 from networks import blocks, count
-from networks.yolov7 import YOLOv7, load, save
+from networks.yolov7 import READINGS, YOLOv7, load, save
 
 
 def with_random_statistics(network, seed=2):
@@ -30,20 +30,34 @@ def test_yolov7_has_the_published_number_of_parameters(networks):
     assert count.parameters(network.deployed()) == 36_905_341  # "36.9 M" in Table 1 of YOLOv7
 
 
-def test_ghost_convolutions_give_the_number_of_the_paper(networks):
-    assert round(count.parameters(networks["with GBS"]) / 1e6, 2) == 36.01
+def test_elans_read_as_places_give_the_number_of_the_paper_without_attention(networks):
+    assert count.parameters(networks["places, with GBS"]) == 36_013_082  # "36.01 M" in the paper
+    assert count.parameters(networks["places, with GBS and Conv_SE"]) == 36_176_922
 
 
-def test_all_differences_are_in_the_two_elans(networks):
-    for name in ("with GBS", "with GBS and Conv_SE"):
-        rows = count.differences(networks[name], networks["YOLOv7"])
-        total = count.parameters(networks[name]) - count.parameters(networks["YOLOv7"])
-        assert sum(after - before for _, after, before in rows) == total
-        assert {row[0].split(".")[0] for row in rows} == {"stage2", "stage3"}
+def test_elans_read_as_modules_give_the_number_of_the_paper_with_attention(networks):
+    assert count.parameters(networks["modules, with GBS"]) == 35_882_010
+    assert count.parameters(networks["modules, with GBS and Conv_SE"]) == 36_013_082
+
+
+@pytest.mark.parametrize("name, stages", [("places, with GBS", {"stage2", "stage3"}),
+                                          ("places, with GBS and Conv_SE", {"stage2", "stage3"}),
+                                          ("modules, with GBS", {"stage2", "stage4"}),
+                                          ("modules, with GBS and Conv_SE", {"stage2", "stage3", "stage4"})])
+def test_all_differences_are_in_the_elans_of_the_reading(networks, name, stages):
+    rows = count.differences(networks[name], networks["YOLOv7"])
+    total = count.parameters(networks[name]) - count.parameters(networks["YOLOv7"])
+    assert sum(after - before for _, after, before in rows) == total
+    assert {row[0].split(".")[0] for row in rows} == stages
+
+
+def test_the_readings_have_other_operations(networks):
+    assert count.gflops(networks["places, with GBS"].deployed()) == pytest.approx(96.3, abs=0.05)
+    assert count.gflops(networks["modules, with GBS and Conv_SE"].deployed()) == pytest.approx(99.3, abs=0.05)
 
 
 def test_attention_costs_two_matrices_per_elan(networks):
-    added = count.parameters(networks["with GBS and Conv_SE"]) - count.parameters(networks["with GBS"])
+    added = count.parameters(networks["places, with GBS and Conv_SE"]) - count.parameters(networks["places, with GBS"])
     assert added == 2 * 512 * 32 + 2 * 1024 * 64
 
 
@@ -90,8 +104,9 @@ def test_attention_scales_whole_channels():
     assert 0 < factors.min() and factors.max() < 1
 
 
-def test_weights_survive_saving(tmp_path):
-    network = with_random_statistics(YOLOv7(2, True, True, width=0.125))
+@pytest.mark.parametrize("reading", READINGS)
+def test_weights_survive_saving(tmp_path, reading):
+    network = with_random_statistics(YOLOv7(2, True, True, width=0.125, reading=reading))
     save(network, ["person", "dog"], tmp_path / "a.pt")
     again, names = load(tmp_path / "a.pt")
     assert names == ["person", "dog"]

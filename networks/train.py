@@ -123,14 +123,15 @@ def train(settings):
     torch.manual_seed(settings.seed)
     torch.set_num_threads(settings.threads)
     settings.out.mkdir(parents=True, exist_ok=True)
-    samples, names = read_samples(settings.data, "train")
-    held_out, _ = read_samples(settings.data, "val")
+    network, names = yolov7.load(settings.weights) if settings.weights else (None, None)
+    samples, names = read_samples(settings.data, "train", names)
+    held_out, _ = read_samples(settings.data, "val", names)
     dataset = ImageDataset(samples, settings.size, augment=True, cache=settings.cache, mosaic=settings.mosaic,
                         strength=settings.augmentation)
     loader = DataLoader(dataset, settings.batch, shuffle=True, drop_last=True, collate_fn=collate,
                         num_workers=settings.workers, worker_init_fn=seed_worker)
-    network = yolov7.load(settings.weights)[0] if settings.weights else yolov7.YOLOv7(
-        len(names), ghost=settings.improved, attention=settings.improved, width=settings.width)
+    network = network or yolov7.YOLOv7(len(names), ghost=settings.improved, attention=settings.improved,
+                                       width=settings.width, reading=settings.reading)
     trainer, best = Trainer(network, loader, settings), -1.0
     with (settings.out / "log.jsonl").open("a", encoding="utf-8") as log:
         for epoch in range(settings.epochs):
@@ -156,6 +157,8 @@ def parse_arguments(words=None):
     parser.add_argument("data", type=Path, help="COCO root, or folder of simulated sequences train* and val*")
     parser.add_argument("--architecture", choices=["yolov7", *fine_tune.PRETRAINED], default="yolov7")
     parser.add_argument("--improved", action="store_true", help="GhostConv and Conv_SE in ELAN-1 and ELAN-2")
+    parser.add_argument("--reading", choices=list(yolov7.READINGS), default="places",
+                        help="of the paper's ELAN-1 and ELAN-2 (--improved); default: %(default)s")
     parser.add_argument("--width", type=float, default=1.0, help="factor on all channel numbers")
     parser.add_argument("--size", type=int, nargs=2, default=[640, 640], metavar=("HEIGHT", "WIDTH"))
     parser.add_argument("--epochs", type=int, help="300; with ultralytics 500")

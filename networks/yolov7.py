@@ -21,25 +21,27 @@ STRIDES = (8, 16, 32)
 ANCHORS = (((12, 16), (19, 36), (40, 28)),  # width and height of the anchor boxes per stride [pixels]
            ((36, 75), (76, 55), (72, 146)),
            ((142, 110), (192, 243), (459, 401)))
-# ELAN-1 and ELAN-2 of the paper, read as the ELANs of strides 8 and 16: this reading gives the paper's 36.01 M.
-IMPROVED_STAGES = (2, 3)
+# Two readings of ELAN-1 and ELAN-2 in the paper's figure 1: (stages with GBS, stages with Conv_SE). As places they are
+# the ELANs of strides 8 and 16, each with both changes; as kinds of module ELAN-1 has GBS, and ELAN-2 has Conv_SE.
+READINGS = {"places": ((2, 3), (2, 3)), "modules": ((2, 4), (3,))}
 
 
 class Backbone(nn.Module):
     """Stem and four ELAN stages; returns the maps of strides 8, 16 and 32.
 
     @param c          maps a published channel number to that of this width
-    @param ghost      GBS in place of CBS before the last layer of the ELANs of IMPROVED_STAGES
-    @param attention  Conv_SE as the last layer of these ELANs
+    @param ghost      GBS in place of CBS before the last layer of the ELANs that the reading names
+    @param attention  Conv_SE as the last layer of the ELANs that the reading names
+    @param reading    of READINGS
     """
 
-    def __init__(self, c, ghost, attention):
+    def __init__(self, c, ghost, attention, reading):
         super().__init__()
+        with_ghosts, with_attention = READINGS[reading]
 
         def elan(stage, before, hidden, after):
-            improved = stage in IMPROVED_STAGES
-            return ELAN(c(before), c(hidden), c(after), GBS if ghost and improved else CBS,
-                        ConvSE if attention and improved else CBS)
+            return ELAN(c(before), c(hidden), c(after), GBS if ghost and stage in with_ghosts else CBS,
+                        ConvSE if attention and stage in with_attention else CBS)
 
         self.stem = nn.Sequential(CBS(3, c(32), 3), CBS(c(32), c(64), 3, 2), CBS(c(64), c(64), 3),
                                   CBS(c(64), c(128), 3, 2))
@@ -78,17 +80,17 @@ class Neck(nn.Module):
 
 
 class YOLOv7(nn.Module):
-    """The network. `width` scales all channel numbers (1 is the published network)."""
+    """The network. `width` scales all channel numbers (1 is the published network); `reading` is one of READINGS."""
 
-    def __init__(self, classes, ghost=False, attention=False, width=1.0):
+    def __init__(self, classes, ghost=False, attention=False, width=1.0, reading="places"):
         super().__init__()
         self.classes = classes
-        self.settings = {"classes": classes, "ghost": ghost, "attention": attention, "width": width}
+        self.settings = {"classes": classes, "ghost": ghost, "attention": attention, "width": width, "reading": reading}
 
         def c(channels):
             return max(8, round(channels * width / 8) * 8)
 
-        self.backbone = Backbone(c, ghost, attention)
+        self.backbone = Backbone(c, ghost, attention, reading)
         self.neck = Neck(c)
         self.rep = nn.ModuleList([RepConv(c(n), c(2 * n)) for n in (128, 256, 512)])
         self.out = nn.ModuleList([ImplicitConv(c(n), 3 * (5 + classes)) for n in (256, 512, 1024)])

@@ -15,7 +15,7 @@ packages=(
   # compiler and build
   g++ make cmake ninja-build ccache git python3 python3-venv
   # libraries
-  libopencv-dev libeigen3-dev libceres-dev libdeflate-dev libjpeg-dev libcli11-dev libfmt-dev
+  libopencv-dev libeigen3-dev libceres-dev libdeflate-dev libjpeg-dev libopenexr-dev libcli11-dev libfmt-dev
   libyaml-cpp-dev nlohmann-json3-dev liboctomap-dev libbz2-dev liblz4-dev libzstd-dev libsqlite3-dev
   libcivetweb-dev libjs-three libcurl4-openssl-dev libmosquitto-dev
   # Python module

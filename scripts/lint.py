@@ -20,6 +20,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 BUILD = ROOT / "build/lint"
 CLANG_TIDY = ROOT / "build/venv/bin/clang-tidy"
+OUR_HEADERS = rf"^{re.escape(str(ROOT))}/(stillmap|apps|lab|fuzz)/.*\.hpp$"
 GCC_ONLY = {"-fpch-preprocess"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*"((?:stillmap|apps|lab|fuzz)/[^"]+)"', re.MULTILINE)
 
@@ -55,7 +56,7 @@ def fingerprint(source, command, common):
 
 def findings(source):
     """What clang-tidy prints about one source; empty if it is clean."""
-    result = subprocess.run([CLANG_TIDY, "--quiet", "-p", BUILD / "tidy", source],
+    result = subprocess.run([CLANG_TIDY, "--quiet", f"--header-filter={OUR_HEADERS}", "-p", BUILD / "tidy", source],
                             capture_output=True, text=True, check=False)
     return result.stdout or (result.stderr if result.returncode else "")
 

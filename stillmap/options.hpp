@@ -65,7 +65,15 @@ struct Options {
     std::vector<std::string> moving_classes = {"person", "unknown"};
     /// Classes of objects that may be moved by somebody and are tested by the cues box-flow and
     /// epipolar.
-    std::vector<std::string> potential_classes;
+    std::vector<std::string> potential_classes = {
+        "chair",      "book",       "backpack",     "umbrella",       "handbag",   "suitcase",
+        "bottle",     "wine glass", "cup",          "bowl",           "laptop",    "mouse",
+        "keyboard",   "remote",     "cell phone",   "skateboard",     "frisbee",   "sports ball",
+        "teddy bear", "scissors",   "vase",         "hair drier",     "tie",       "skis",
+        "snowboard",  "kite",       "baseball bat", "baseball glove", "surfboard", "tennis racket",
+        "fork",       "knife",      "spoon",        "banana",         "apple",     "sandwich",
+        "orange",     "broccoli",   "carrot",       "hot dog",        "pizza",     "donut",
+        "cake",       "toothbrush"};
     /// Masks are grown by this margin before keypoints are looked up in them, where no cue judges
     /// whole surfaces.
     int mask_dilation = 5;  // [pixels]
@@ -75,12 +83,13 @@ struct Options {
     /// A keypoint moves if its optical flow differs from the mean background flow by more than this
     /// multiple of the mean flow's norm (cue box-flow).
     double box_flow_threshold = 0.5;
-    /// A keypoint on an object of a moving class stays excluded for this many frames after it moved
-    /// (cue box-flow).
-    int box_flow_memory = 10;  // [frames]
-    /// Transformation between two frames that keypoints are compared with: se2 (rotation and
-    /// translation in the image, equation 6 of the paper) or homography (cue gated-semantic).
-    std::string gate_transform = "se2";
+    /// What counts as the moving body in the box of an object of a moving class, whose keypoints
+    /// are excluded at once: memory (surfaces that moved in one of the last 10 frames), depth (the
+    /// largest cluster of depths in the box) or none (cue box-flow).
+    std::string box_flow_body = "memory";
+    /// Transformation between two frames that keypoints are compared with: homography, or se2, the
+    /// rotation and translation of the image nearest to it (cue gated-semantic).
+    std::string gate_transform = "homography";
     /// A keypoint is marked if the transformation between two frames misses it by this or more (cue
     /// gated-semantic).
     double gate_warp_error = 1.7;  // [pixels]
@@ -94,10 +103,22 @@ struct Options {
     /// Number of landmarks from which a pose needs no further support; with fewer, points of the
     /// previous frame must agree with it.
     int min_inliers = 25;
+    /// What is done beyond ORB-SLAM: subpixel (corners are refined to sub-pixel accuracy),
+    /// foreground-depth (a keypoint at a depth edge has the depth of the nearer side), sensor-noise
+    /// (depths are weighted by the noise of their sensor, not as pixels are), previous-frame-points
+    /// (points that are no landmarks support poses with few landmarks), exposure (keypoints are
+    /// corrected for the camera's motion during the exposure), occlusion (landmarks behind a nearer
+    /// surface are not counted as missing), consistency (poses that contradict the motion of the
+    /// camera give no keyframe), sharp-keyframes (blurred frames are no keyframes), three-views
+    /// (a frame is compared with the landmarks of the reference keyframe that three keyframes
+    /// observed, not two), far-landmarks (depths place landmarks up to twice the distance) and
+    /// odometry (where a map that is not extended ends, tracking continues without it).
+    std::vector<std::string> extensions = {
+        "subpixel",    "foreground-depth", "sensor-noise", "previous-frame-points",
+        "exposure",    "occlusion",        "consistency",  "sharp-keyframes",
+        "three-views", "far-landmarks",    "odometry"};
     /// Number of frames without a pose after which a new map is started.
     int new_map_after = 10;  // [frames]
-    /// Whether tracking continues by visual odometry where a map that is not extended ends.
-    bool odometry_fallback = true;
     /// Minimum number of frames between two keyframes.
     int keyframe_gap = 5;  // [frames]
     /// A keyframe is added at a rotation beyond this from every keyframe nearby.
@@ -115,7 +136,8 @@ struct Options {
     int fusion_keyframes = 10;
     /// Rules that erase landmarks in addition to those of ORB-SLAM: seen-through (the depth image
     /// sees through them: their surface has left; also all of a map that was started on moving
-    /// objects) and node-median (equation 9 of the high/low-dynamics system).
+    /// objects), repeated (equation 9 of the high/low-dynamics system, of matched landmarks) and
+    /// repeated-all-pairs (the same of all pairs of a vocabulary node).
     std::vector<std::string> landmark_rules = {"seen-through"};
     /// Whether loops are closed and maps are merged.
     bool loops = true;
@@ -139,9 +161,9 @@ struct Options {
     double voxel = 0.01;  // [m]
     /// Every n-th pixel of a view is used, in both directions.
     int stride = 2;  // [pixels]
-    /// Depths of a larger standard deviation are left out, except those of far surfaces. The
-    /// default is that of a Kinect v1 at 4 m.
-    double max_sigma = 0.025824;  // [m]
+    /// Larger depths are left out, except those of far surfaces; 0 leaves out those whose standard
+    /// deviation is larger than that of a Kinect v1 at 4 m.
+    double max_depth = 0;  // [m]
     /// Smooth surfaces are averaged and used up to this standard deviation of a depth; 0 leaves far
     /// surfaces out. The default is that of a Kinect v1 at 5 m.
     double far_sigma = 0.041404;  // [m]

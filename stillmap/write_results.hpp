@@ -9,10 +9,10 @@
 namespace stillmap {
 
 /// Writes the folder of results that `stillmap run --out` writes: trajectory.txt,
-/// trajectory_covariance.txt, keyframes.txt,
-/// the files of moving objects and of the dense map, timing.txt, summary.json and report.html (the
-/// latter without example frames); see docs/dense_map.md. The folder is created if it does not
-/// exist. Files of an earlier run in it are replaced or removed.
+/// trajectory_covariance.txt, keyframes.txt, frames.csv, the files of moving objects and of the
+/// dense map, timing.txt, summary.json and report.html (the latter without example frames); see
+/// docs/dense_map.md. The folder is created if it does not exist. Files of an earlier run in it are
+/// replaced or removed.
 /// @param results  of Slam::finish()
 /// @param title    heading of the report; empty for the name of the folder
 /// @returns the files written

@@ -156,7 +156,8 @@ void measure(const Arguments& arguments) {
   journal.flush();
   const SlamResult result = slam.finish();
   fmt::print("with a pose: {} of {}; dropped: {}; memory after the end: {:.0f} MiB\n",
-             result.tracked(), arguments.frames, paced ? paced->dropped() : 0, resident_mib());
+             result.tracked(), arguments.frames, paced ? paced->dropped().size() : 0,
+             resident_mib());
   for (const MapEvent& e : result.events) {
     constexpr std::array<const char*, 3> kNames{"loop", "merge", "dropped"};
     fmt::print("frame {}: {}, seen in frame {}, {} inliers, {:.3f} m, {:.4f} rad\n", e.frame_index,

@@ -85,7 +85,7 @@ Run run(const Arguments& arguments, bool loops, bool realtime) {
   made.result = slam.finish();
   for (std::size_t i = 0; i < made.efforts.size(); ++i)
     made.efforts[i].milliseconds = made.result.frames[i].times.total();
-  made.dropped = paced != nullptr ? paced->dropped() : 0;
+  made.dropped = paced != nullptr ? paced->dropped().size() : 0;
   made.fps = source->camera().fps;
   made.ate = absolute_trajectory_error(read_trajectory(paths.ground_truth), made.result.trajectory)
                  .translation.rmse;

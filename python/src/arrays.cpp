@@ -49,6 +49,21 @@ std::string native_format(std::string format) {
                   wanted.substr(0, wanted.find(' ')) + ")");
 }
 
+/// Throws Error for a depth image of another type. Integers hold raw units: as float32 they would
+/// be taken for meters.
+[[noreturn]] void refuse_depth_type(const py::object& object) {
+  const std::string kind =
+      py::hasattr(object, "dtype") ? py::str(object.attr("dtype").attr("kind")) : py::str();
+  const bool whole = kind == "i" || kind == "u";
+  throw Error("depth is of type " + type_of(object) +
+                  ": float32 [m], or uint16 in units of 1 / camera.depth_factor meters, is "
+                  "expected",
+              kWhere,
+              whole ? "convert raw units with depth.astype(numpy.uint16), and whole meters with "
+                      "depth.astype(numpy.float32)"
+                    : "convert meters with depth.astype(numpy.float32)");
+}
+
 [[noreturn]] void refuse_shape(const py::buffer_info& info, const std::string& name,
                                const std::string& wanted) {
   throw Error(name + " has the shape " + text_of(info.shape) + ": " + wanted + " is expected",
@@ -202,10 +217,7 @@ LentImage LentImage::color(const py::object& object) {
 LentImage LentImage::depth(const py::object& object) {
   LentImage image(object, "depth");
   const std::string format = native_format(image.info_.format);
-  if (format != "H" && format != "f") {
-    refuse_type(object, "depth",
-                "float32 [m], or uint16 in units of 1 / camera.depth_factor meters,");
-  }
+  if (format != "H" && format != "f") refuse_depth_type(object);
   if (image.info_.ndim != 2) refuse_shape(image.info_, "depth", "(height, width)");
   image.type_ = format == "H" ? CV_16UC1 : CV_32FC1;
   return image;

@@ -22,9 +22,23 @@ std::string text_of(const py::handle& value) {
   return "[" + items + "]";
 }
 
+/// Throws Error for an option of files that the module does not write.
+void refuse_outputs(const std::string& name) {
+  if (!name.starts_with("outputs.")) return;
+  throw Error(
+      "option " + name + " has no effect: write() makes neither meshes nor files for planners",
+      "options",
+      "leave it out, and make them of the results: stillmap dense FOLDER --planner --mesh "
+      "--set " +
+          name + "=VALUE");
+}
+
 /// Assigns one option, or the options of a group: {"network": {"every": 3}}.
 void assign(const std::string& name, const py::handle& value, Options& options) {
-  if (!py::isinstance<py::dict>(value)) return set_option(name + "=" + text_of(value), options);
+  if (!py::isinstance<py::dict>(value)) {
+    set_option(name + "=" + text_of(value), options);
+    return refuse_outputs(name);
+  }
   for (const auto& [key, inner] : value.cast<py::dict>())
     assign(name + "." + std::string(py::str(key)), inner, options);
 }

@@ -90,9 +90,11 @@ class PythonSlam {
     return push_masked(frame.data, mask);
   }
   std::shared_ptr<const Snapshot> snapshot() const { return slam_.snapshot(); }
+  /// Python raises the KeyboardInterrupt of a Ctrl-C when the call returns, so another call returns
+  /// the same results.
   std::shared_ptr<Results> finish() {
     const std::scoped_lock lock(mutex_);
-    results_ = std::make_shared<Results>(slam_.finish());
+    if (!results_) results_ = std::make_shared<Results>(slam_.finish());
     return results_;
   }
   /// Returns the results of finish(); null before.
@@ -274,7 +276,7 @@ py::object newest(const PythonSlam& slam) {
   const std::shared_ptr<Results> results = results_of(slam);
   return results ? py::cast(results).attr(name) : py::cast(snapshot_of(slam)).attr(name);
 }
-constexpr char kTrajectory[] = "trajectory", kCloud[] = "cloud", kMovers[] = "movers";
+constexpr char kTrajectory[] = "trajectory", kCloud[] = "cloud";
 
 }  // namespace
 
@@ -320,12 +322,17 @@ void bind_slam(py::module_& module) {
                              "Trajectory of the results, or of a snapshot before finish().")
       .def_property_readonly("cloud", &newest<kCloud>,
                              "Cloud of the results, or of a snapshot before finish().")
-      .def_property_readonly("movers", &newest<kMovers>,
-                             "Moving objects now (Mover); after finish() over the whole run "
-                             "(MoverTrack).")
+      .def_property_readonly(
+          "movers",
+          [](const PythonSlam& slam) -> py::object {
+            return py::cast(snapshot_of(slam)).attr("movers");
+          },
+          "Moving objects in the newest frame (Mover), as of a snapshot. Those of the whole run "
+          "are "
+          "in the results (MoverTrack).")
       .def("finish", &PythonSlam::finish, WithoutGil(),
-           "Waits for all threads, applies global bundle adjustment and returns the Results. "
-           "Called once; nothing may be pushed after it.")
+           "Waits for all threads, applies global bundle adjustment and returns the Results; "
+           "called again, it returns the same. Nothing may be pushed after it.")
       .def("save_map", &PythonSlam::save_map, py::arg("file"), WithoutGil(),
            "Saves the map for load_map. Called after finish().");
 }

@@ -185,22 +185,25 @@ Signature camera_signature() {
 
 Signature source_signature() {
   const std::string whole = "a whole number";
-  return {.function = "source",
-          .parameters =
-              {{"text", "the name of a file, folder or camera", fits<std::filesystem::path>},
-               {"camera", "a Camera, or the name of a preset or file", fits<OptionalCamera>, false},
-               {"topics", "'COLOR,DEPTH' or a list of both names", fits<Topics>, false},
-               {"associations", "the name of a file", fits<OptionalPath>, false},
-               {"fps", "a number [Hz]", fits<double>, false},
-               {"follow", "True, False or a time [s]", fits<std::variant<bool, double>>, false},
-               {"first", whole, fits<int>, false},
-               {"count", whole, fits<int>, false},
-               {"stride", whole, fits<int>, false},
-               {"half_size", "True or False", fits<bool>, false}},
-          .positional = 1,
-          .fix =
-              "call source(text), with the keywords camera, topics, associations, fps, follow, "
-              "first, count, stride and half_size as needed"};
+  return {
+      .function = "source",
+      .parameters = {{"text", "the name of a file, folder or camera", fits<std::filesystem::path>},
+                     {"camera", "a Camera, or the name of a preset or file", fits<OptionalCamera>,
+                      false},
+                     {"ignore", "the name of an image file", fits<OptionalPath>, false},
+                     {"topics", "'COLOR,DEPTH' or a list of both names", fits<Topics>, false},
+                     {"associations", "the name of a file", fits<OptionalPath>, false},
+                     {"fps", "a number [Hz]", fits<double>, false},
+                     {"follow", "True, False or a time [s]", fits<std::variant<bool, double>>,
+                      false},
+                     {"first", whole, fits<int>, false},
+                     {"count", whole, fits<int>, false},
+                     {"stride", whole, fits<int>, false},
+                     {"half_size", "True or False", fits<bool>, false}},
+      .positional = 1,
+      .fix =
+          "call source(text), with the keywords camera, ignore, topics, associations, fps, follow, "
+          "first, count, stride and half_size as needed"};
 }
 
 void bind_camera(py::module_& module) {
@@ -224,7 +227,11 @@ void bind_camera(py::module_& module) {
            }),
            "Any other call raises stillmap.Error, which names the argument.")
       .def_static(
-          "read", &read_camera, py::arg("name_or_file"),
+          "read",
+          [](const std::filesystem::path& name_or_file) {
+            return read_camera(name_or_file.string());
+          },
+          py::arg("name_or_file"),
           "The camera of a preset (tum_fr1, tum_fr2, tum_fr3, bonn, ...), of a YAML file, or "
           "of a camera file of ORB-SLAM, ROS, Open3D or librealsense.")
       .def_readwrite("name", &Camera::name)
@@ -238,6 +245,9 @@ void bind_camera(py::module_& module) {
       .def_readwrite("fps", &Camera::fps, "Nominal frame rate [Hz].")
       .def_readwrite("baseline", &Camera::baseline, "[m]")
       .def_property_readonly("distorted", &Camera::distorted)
+      .def_readwrite("ignore", &Camera::ignore,
+                     "Image file of the size of the images, not black where they always show the "
+                     "robot itself: these pixels are not used; empty: all are.")
       .def_property_readonly("matrix", &intrinsic_matrix, "Intrinsic matrix, 3x3 float64 [pixels].")
       .def("__repr__", &description);
 }
@@ -275,10 +285,12 @@ void bind_sources(py::module_& module) {
                              "Choices and assumptions of the source: list of sentences.");
   module.def(
       "source",
-      [](const std::filesystem::path& text, const OptionalCamera& camera, const Topics& topics,
-         const OptionalPath& associations, double fps, const std::variant<bool, double>& follow,
-         int first, int count, int stride, bool half_size) {
+      [](const std::filesystem::path& text, const OptionalCamera& camera,
+         const OptionalPath& ignore, const Topics& topics, const OptionalPath& associations,
+         double fps, const std::variant<bool, double>& follow, int first, int count, int stride,
+         bool half_size) {
         SourceOptions options{.camera = {},
+                              .ignore = ignore.value_or("").string(),
                               .topics = joined(topics),
                               .associations = associations.value_or("").string(),
                               .fps = fps,
@@ -290,13 +302,14 @@ void bind_sources(py::module_& module) {
         set_camera(camera, options);
         return open_source(text.string(), options);
       },
-      py::arg("text"), py::kw_only(), py::arg("camera") = py::none(), py::arg("topics") = "",
-      py::arg("associations") = py::none(), py::arg("fps") = SourceOptions{}.fps,
-      py::arg("follow") = false, py::arg("first") = 0, py::arg("count") = 0, py::arg("stride") = 1,
-      py::arg("half_size") = false,
+      py::arg("text"), py::kw_only(), py::arg("camera") = py::none(),
+      py::arg("ignore") = py::none(), py::arg("topics") = "", py::arg("associations") = py::none(),
+      py::arg("fps") = SourceOptions{}.fps, py::arg("follow") = false, py::arg("first") = 0,
+      py::arg("count") = 0, py::arg("stride") = 1, py::arg("half_size") = false,
       "The frames of all that the command's `run` maps: a recorded file (.bag, .db3, .mcap), a "
       "folder of images, a folder of a stereo pair, or the camera 'realsense:'. The arguments are "
       "those of the command. camera: Camera, preset or file, instead of the recording's own; "
+      "ignore: image that is white where the camera always sees the robot itself; "
       "topics: "
       "'COLOR,DEPTH' or 'LEFT,RIGHT' of a recorded file, or a list of both; associations: file "
       "that pairs color and "

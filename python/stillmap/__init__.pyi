@@ -37,12 +37,13 @@ class Camera:
     depth_factor: float
     fps: float
     baseline: float
+    ignore: str
     def __init__(self, width: int, height: int, fx: float, fy: float, cx: float, cy: float, *,
                  depth_factor: float, distortion: Sequence[float] | NDArray[np.float64] = (0, 0, 0, 0, 0),
                  fps: float = 30, sensor: str = "kinect_v1", baseline: float | None = None,
                  name: str = "unnamed") -> None: ...
     @staticmethod
-    def read(name_or_file: str) -> Camera: ...
+    def read(name_or_file: _Path) -> Camera: ...
     @property
     def distorted(self) -> bool: ...
     @property
@@ -71,8 +72,8 @@ class Source:
     @property
     def notes(self) -> list[str]: ...
 
-def source(text: _Path, *, camera: Camera | _Path | None = None, topics: str | Sequence[str] = "",
-           associations: _Path | None = None, fps: float = 30, follow: bool | float = False, first: int = 0,
+def source(text: _Path, *, camera: Camera | _Path | None = None, ignore: _Path | None = None,
+           topics: str | Sequence[str] = "", associations: _Path | None = None, fps: float = 30, follow: bool | float = False, first: int = 0,
            count: int = 0, stride: int = 1, half_size: bool = False) -> Source: ...
 
 class Cloud:
@@ -194,7 +195,7 @@ class Slam:
     @property
     def cloud(self) -> Cloud: ...
     @property
-    def movers(self) -> list[Mover] | list[MoverTrack]: ...
+    def movers(self) -> list[Mover]: ...
 
 class Statistics:
     @property

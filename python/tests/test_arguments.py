@@ -45,6 +45,19 @@ def test_an_unusable_image_is_an_error_that_names_it(system, rgb, depth, words):
         system.push(rgb, depth, 0.0)
 
 
+@pytest.mark.parametrize("kind", ["int32", "int16", "uint8", ">u2"])
+def test_whole_numbers_of_depth_are_raw_units(system, kind):
+    raw = (DEPTH * 1000).astype(kind)
+    with pytest.raises(stillmap.Error, match=f"depth is of type {kind}:") as caught:
+        system.push(RGB, raw, 0.0)
+    assert "raw units with depth.astype(numpy.uint16)" in caught.value.fix
+    if kind != "uint8":
+        system.push(RGB, raw.astype(np.uint16), 0.0)
+    with pytest.raises(stillmap.Error) as caught:
+        system.push(RGB, DEPTH.astype(np.float64), 0.0)
+    assert caught.value.fix == "convert meters with depth.astype(numpy.float32)"
+
+
 @pytest.mark.parametrize("change", [
     np.asfortranarray,
     lambda array: np.flipud(np.flipud(array).copy()),
@@ -201,6 +214,9 @@ def test_options_are_those_of_the_command(small):
     ({"features.keypoints": 5}, "from 50 to 10000"),
     ({"features.keypoints": "many"}, "whole number"),
     ({"dense": {"enable": True}}, "did you mean 'enabled'"),
+    ({"densee": {"enabled": False}}, "did you mean 'dense.enabled'"),
+    ({"outputs.mesh_voxel": 0.01}, "outputs.mesh_voxel has no effect.*\n.*stillmap dense"),
+    ({"outputs": {"mesh_voxels": 0.01}}, "did you mean 'mesh_voxel'"),
     ({"schedule.mode": "sometimes"}, "lockstep, realtime"),
 ])
 def test_a_bad_option_is_the_error_of_the_command(small, values, words):
@@ -217,8 +233,22 @@ def test_options_of_another_kind_are_errors(small):
         stillmap.Slam(small, preset="presett")
 
 
+def test_a_camera_is_read_by_its_name_or_path(tmp_path):
+    assert stillmap.Camera.read("tum_fr3").width == 640
+    with pytest.raises(stillmap.Error, match="none.yaml"):
+        stillmap.Camera.read(tmp_path / "none.yaml")
+
+
+def test_finish_returns_the_same_results_again(system):
+    """As after a Ctrl-C during finish(), which Python raises when the call returns."""
+    system.push(RGB, DEPTH, 0.0)
+    results = system.finish()
+    assert system.finish() is results
+    assert system.movers == []
+
+
 def test_cameras_have_the_checks_of_camera_files(recording):
-    read = stillmap.Camera.read(str(recording / "camera.yaml"))
+    read = stillmap.Camera.read(recording / "camera.yaml")
     assert (read.width, read.height) == (320, 240)
     np.testing.assert_array_equal(read.matrix, [[read.fx, 0, read.cx], [0, read.fy, read.cy], [0, 0, 1]])
     with pytest.raises(stillmap.Error, match="fx"):

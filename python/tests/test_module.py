@@ -191,6 +191,20 @@ def test_the_stubs_declare_what_the_module_has():
             assert {n for n in declared if not n.startswith("_")} == public, name
 
 
+def test_the_loop_of_the_documentation_has_types(tmp_path, monkeypatch):
+    api = pytest.importorskip("mypy.api")
+    (tmp_path / "stubs").mkdir()
+    (tmp_path / "stubs" / "stillmap").symlink_to(Path(stillmap.__file__).parent)
+    monkeypatch.setenv("MYPYPATH", str(tmp_path / "stubs"))
+    program = tmp_path / "loop.py"
+    program.write_text("import stillmap\n"
+                       "def show(slam: stillmap.Slam) -> None:\n"
+                       "    for mover in slam.movers:\n"
+                       "        print(mover.id, mover.class_name, mover.centroid, mover.velocity)\n")
+    text, _, code = api.run(["--strict", "--cache-dir", str(tmp_path / "cache"), str(program)])
+    assert code == 0, text
+
+
 def test_everything_public_is_documented():
     for name in stillmap.__all__:
         if name != "__version__":

@@ -81,6 +81,16 @@ def test_topics_chooses_the_images_of_a_recorded_file(frames, camera, tmp_path):
         stillmap.source(file, topics="/b/image_raw,/depth/image_row")
 
 
+def test_ignored_pixels_have_no_depth(recording):
+    image = max((recording / "mask").glob("*.png"), key=lambda file: file.stat().st_size)
+    camera = stillmap.Camera.read(str(recording / "camera.yaml"))
+    camera.ignore = str(image)
+    whole, ignored, of_camera = (next(stillmap.source(recording, **arguments)).depth
+                                 for arguments in ({}, {"ignore": image}, {"camera": camera}))
+    assert 0 < np.count_nonzero(ignored) < np.count_nonzero(whole)
+    np.testing.assert_array_equal(ignored, of_camera)
+
+
 def test_fps_is_the_rate_of_images_with_numbers(recording, tmp_path):
     for kind in ("rgb", "depth"):
         (tmp_path / kind).mkdir()

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/machine.hpp"
 
+#include "stillmap/base/number.hpp"
+
 #include <ctime>
 #include <fstream>
 #include <sstream>
@@ -40,7 +42,8 @@ double seconds_since_start() {
   for (int field = kState; field <= kStartTime; ++field) fields >> text;
   timespec now{};
   if (!fields || clock_gettime(CLOCK_BOOTTIME, &now) != 0) return 0;
-  const double start = std::stod(text) / static_cast<double>(sysconf(_SC_CLK_TCK));
+  const double ticks = number_of(text).value_or(0);
+  const double start = ticks / static_cast<double>(sysconf(_SC_CLK_TCK));
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec) - start;
 }
 

@@ -35,6 +35,12 @@ std::size_t distance(const std::string& given, const std::string& name) {
 
 }  // namespace
 
+std::string nearest_name(const std::string& name, const std::vector<std::string>& known) {
+  return *std::min_element(known.begin(), known.end(), [&](const auto& a, const auto& b) {
+    return distance(name, a) < distance(name, b);
+  });
+}
+
 std::string suggestion(const std::string& name, const std::vector<std::string>& known) {
   std::vector<std::string> nearest = known;
   std::stable_sort(nearest.begin(), nearest.end(), [&](const auto& a, const auto& b) {

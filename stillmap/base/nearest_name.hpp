@@ -5,6 +5,9 @@
 
 namespace stillmap {
 
+/// Returns the known name of least edit distance, the first of equals. There must be one.
+std::string nearest_name(const std::string& name, const std::vector<std::string>& known);
+
 /// Returns advice for an unknown name: "did you mean 'x'? Known: a, b, c". The nearest name by edit
 /// distance (Levenshtein 1966), or one that begins with the given name, is suggested if it is close
 /// enough to be a typing error. Of a long list only the nearest names are named: "did you mean 'x'?

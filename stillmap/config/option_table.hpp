@@ -119,18 +119,21 @@ void visit_paper_cue_options(Group& motion, const Visitor& visit) {
          "A keypoint moves if its optical flow differs from the mean background flow by more than "
          "this multiple of the mean flow's norm (cue box-flow)."},
         motion.box_flow_threshold);
-  visit({"motion.box_flow_memory",
-         "frames",
-         {0, 1000},
-         "A keypoint on an object of a moving class stays excluded for this many frames after it "
-         "moved (cue box-flow)."},
-        motion.box_flow_memory);
+  visit(
+      {"motion.box_flow_body",
+       "",
+       {},
+       "What counts as the moving body in the box of an object of a moving class, whose keypoints "
+       "are excluded at once: memory (surfaces that moved in one of the last 10 frames), depth "
+       "(the largest cluster of depths in the box) or none (cue box-flow).",
+       {"memory", "depth", "none"}},
+      motion.box_flow_body);
   visit({"motion.gate_transform",
          "",
          {},
-         "Transformation between two frames that keypoints are compared with: se2 (rotation and "
-         "translation in the image, equation 6 of the paper) or homography (cue gated-semantic).",
-         {"se2", "homography"}},
+         "Transformation between two frames that keypoints are compared with: homography, or se2, "
+         "the rotation and translation of the image nearest to it (cue gated-semantic).",
+         {"homography", "se2"}},
         motion.gate_transform);
   visit({"motion.gate_warp_error",
          "pixels",
@@ -194,16 +197,29 @@ void visit_tracking_options(Group& tracking, const Visitor& visit) {
        "Number of landmarks from which a pose needs no further support; with fewer, points of the "
        "previous frame must agree with it."},
       tracking.min_inliers);
+  visit(
+      {"tracking.extensions",
+       "",
+       {},
+       "What is done beyond ORB-SLAM: subpixel (corners are refined to sub-pixel accuracy), "
+       "foreground-depth (a keypoint at a depth edge has the depth of the nearer side), "
+       "sensor-noise (depths are weighted by the noise of their sensor, not as pixels are), "
+       "previous-frame-points (points that are no landmarks support poses with few landmarks),"
+       " exposure (keypoints are corrected for the camera's motion during the exposure), "
+       "occlusion (landmarks behind a nearer surface are not counted as missing), consistency "
+       "(poses that contradict the motion of the camera give no keyframe), sharp-keyframes "
+       "(blurred frames are no keyframes), three-views (a frame is compared with the landmarks "
+       "of the reference keyframe that three keyframes observed, not two), far-landmarks (depths "
+       "place landmarks up to twice the distance) and odometry (where a map that is not extended "
+       "ends, tracking continues without it).",
+       {"subpixel", "foreground-depth", "sensor-noise", "previous-frame-points", "exposure",
+        "occlusion", "consistency", "sharp-keyframes", "three-views", "far-landmarks", "odometry"}},
+      tracking.extensions);
   visit({"tracking.new_map_after",
          "frames",
          {0, kManyFrames},
          "Number of frames without a pose after which a new map is started."},
         tracking.new_map_after);
-  visit({"tracking.odometry_fallback",
-         "",
-         {},
-         "Whether tracking continues by visual odometry where a map that is not extended ends."},
-        tracking.odometry_fallback);
   visit({"tracking.keyframe_gap",
          "frames",
          {0, 1000},
@@ -240,9 +256,9 @@ void visit_map_options(Group& map, const Visitor& visit) {
          {},
          "Rules that erase landmarks in addition to those of ORB-SLAM: seen-through (the depth "
          "image sees through them: their surface has left; also all of a map that was started on "
-         "moving objects) and node-median (equation 9 of the "
-         "high/low-dynamics system).",
-         {"seen-through", "node-median"}},
+         "moving objects), repeated (equation 9 of the high/low-dynamics system, of matched "
+         "landmarks) and repeated-all-pairs (the same of all pairs of a vocabulary node).",
+         {"seen-through", "repeated", "repeated-all-pairs"}},
         map.landmark_rules);
   visit({"map.loops", "", {}, "Whether loops are closed and maps are merged."}, map.loops);
   visit({"map.final_adjustment",
@@ -279,12 +295,12 @@ void visit_dense_options(Group& dense, const Visitor& visit) {
          {1, 32},
          "Every n-th pixel of a view is used, in both directions."},
         dense.stride);
-  visit({"dense.max_sigma",
+  visit({"dense.max_depth",
          "m",
-         {0.001, 1},
-         "Depths of a larger standard deviation are left out, except those of far surfaces. The "
-         "default is that of a Kinect v1 at 4 m."},
-        dense.max_sigma);
+         {0, 1000},
+         "Larger depths are left out, except those of far surfaces; 0 leaves out those whose "
+         "standard deviation is larger than that of a Kinect v1 at 4 m."},
+        dense.max_depth);
   visit({"dense.far_sigma",
          "m",
          {0, 1},

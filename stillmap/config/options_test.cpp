@@ -164,6 +164,8 @@ TEST(Options, AnUnknownNameSuggestsTheNearest) {
               AllOf(HasSubstr("there is no option 'features.keypoint'"),
                     HasSubstr("did you mean 'keypoints'?")));
   EXPECT_THAT(error_of_setting("orb.keypoints=1"), HasSubstr("did you mean 'features.keypoints'?"));
+  EXPECT_THAT(error_of_setting("densee.enabled=1"), HasSubstr("did you mean 'dense.enabled'?"));
+  EXPECT_THAT(error_of_setting("mover.enabled=1"), HasSubstr("did you mean 'movers.enabled'?"));
   EXPECT_THAT(error_of_setting("tracing.speed=1"), HasSubstr("did you mean 'tracking'?"));
 }
 
@@ -261,6 +263,7 @@ TEST_F(OptionFile, OfAFormerVersionIsReadIfItHasTheValueThatIsLeft) {
   EXPECT_EQ(error_of_reading("network:\n  nms_iou: 0.7\n  threads: 2\n"), "");
   EXPECT_EQ(read_options("", file_).network.threads, 2);
   EXPECT_THAT(error_of_reading("network:\n  nms_iou: 0.5\n"), HasSubstr("there is no option"));
+  EXPECT_EQ(error_of_reading("tracking:\n  odometry_fallback: true\n"), "");
 }
 
 TEST_F(OptionFile, ThatSetsEverythingNeedsNoPreset) {
@@ -293,9 +296,20 @@ TEST(Presets, AnUnknownNameSuggestsTheNearest) {
 TEST_F(OptionFile, MayBeAPreset) {
   write_file(file_, "# Mine.\nfeatures:\n  levels: 4\n");
   EXPECT_EQ(read_options(file_.string()).features.levels, 4);
-  write_file(file_, "preset: static\n");
+}
+
+TEST_F(OptionFile, AsAPresetMayBeBasedOnAnotherOne) {
+  write_file(file_, "preset: seg-mask\ntracking:\n  min_inliers: 40\n");
+  const Options options = read_options(file_.string());
+  EXPECT_EQ(options.tracking.min_inliers, 40);
+  EXPECT_EQ(options.motion.cues, std::vector<std::string>{"semantic"});
+  EXPECT_TRUE(options.tracking.extensions.empty());  // seg-mask is itself based on orb-rgbd
+}
+
+TEST_F(OptionFile, AsAPresetCannotBeBasedOnItself) {
+  write_file(file_, "preset: " + file_.string() + "\n");
   EXPECT_THAT(error_of([&] { read_options(file_.string()); }),
-              HasSubstr("cannot be based on another one"));
+              AllOf(HasSubstr(file_.string() + ":1"), HasSubstr("is based on itself")));
 }
 
 TEST(Presets, OfTheUsersOwnFolderComeFirst) {

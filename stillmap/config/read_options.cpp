@@ -46,13 +46,14 @@ std::vector<std::string> groups() {
   return all;
 }
 
-/// Returns the advice for an unknown option: the same name in another group, or the nearest name.
+/// Returns the advice for an unknown option: the same name in another group, that of the nearest
+/// name, or the nearest name.
 std::string advice(const std::string& path) {
   const std::string group = group_of(path);
   const std::string name = path.substr(path.rfind('.') + 1);
-  for (const std::string& known : paths()) {
-    if (name_of(known) == name) return "did you mean '" + known + "'?";
-  }
+  std::vector<std::string> namesakes = paths();
+  std::erase_if(namesakes, [&](const std::string& known) { return name_of(known) != name; });
+  if (!namesakes.empty()) return "did you mean '" + nearest_name(path, namesakes) + "'?";
   const auto siblings = names_in(group);
   return siblings.empty() ? suggestion(group, groups()) : suggestion(name, siblings);
 }
@@ -144,7 +145,11 @@ void require_unique_keys(const YAML::Node& map, const Source& source) {
 /// Returns whether a file holds the only value left of an option of former versions, whose runs
 /// have all options in a file.
 bool is_of_former_version(const std::string& path, const YAML::Node& value) {
-  return path == "network.nms_iou" && value.IsScalar() && value.Scalar() == "0.7";
+  if (!value.IsScalar()) return false;
+  return (path == "network.nms_iou" && value.Scalar() == "0.7") ||
+         (path == "tracking.odometry_fallback" && value.Scalar() == "true") ||
+         (path == "motion.box_flow_memory" && value.Scalar() == "10") ||
+         (path == "dense.max_sigma" && value.Scalar() == "0.025824");
 }
 
 /// Assigns all options of one group of a file.
@@ -193,22 +198,27 @@ YAML::Node parsed(const std::string& text, const Source& source) {
   return file;
 }
 
-/// Assigns the options of a preset.
-void assign_preset(const PresetFile& preset, Options& options) {
-  const Source source{preset.source};
-  const YAML::Node file = parsed(preset.text, source);
-  if (file[kPresetKey]) {
-    throw Error("a preset cannot be based on another one", place(file[kPresetKey], source),
-                "list all options that differ from the defaults");
-  }
-  assign_file(file, source, options);
-}
-
 /// Returns the preset that a file of options names; empty if it names none.
 std::string preset_named_in(const YAML::Node& file, const Source& source) {
   const YAML::Node named = file.IsMap() ? file[kPresetKey] : YAML::Node();
   return named.IsDefined() && !named.IsNull() ? converted<std::string>(named, kPresetKey, source)
                                               : "";
+}
+
+/// Assigns the options of a preset after those of the preset that it is based on.
+/// @param derived presets that are based on it, to find one that is based on itself
+void assign_preset(const std::string& name, std::vector<std::string> derived, Options& options) {
+  const PresetFile preset = find_preset_file(name);
+  const Source source{preset.source};
+  const YAML::Node file = parsed(preset.text, source);
+  const std::string base = preset_named_in(file, source);
+  derived.push_back(name);
+  if (std::find(derived.begin(), derived.end(), base) != derived.end()) {
+    throw Error("is based on itself", place(file[kPresetKey], source),
+                "name another preset, or remove the line");
+  }
+  if (!base.empty()) assign_preset(base, std::move(derived), options);
+  assign_file(file, source, options);
 }
 
 bool is_list_option(const std::string& path) {
@@ -258,7 +268,7 @@ Options read_options(const std::string& preset, const std::filesystem::path& fil
   Options options;
   if (!assign_file(overrides, source, options)) {  // a complete file needs no preset
     options = Options();
-    assign_preset(find_preset_file(name), options);
+    assign_preset(name, {}, options);
     assign_file(overrides, source, options);
   }
   options.preset_ = name;

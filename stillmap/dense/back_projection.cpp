@@ -53,7 +53,9 @@ PointGrid back_project(const Camera& camera, const RgbdFrame& frame, const cv::M
   const cv::Mat1f depth = frame.depth;
   const cv::Mat1b moving = dilated(excluded, options.mask_dilation);
   const auto min_depth = static_cast<float>(camera.depth_sensor.min_depth);
-  const float max_depth = camera.depth_sensor.depth_at_sigma(options.max_sigma);
+  const float max_depth = options.max_depth > 0
+                              ? static_cast<float>(options.max_depth)
+                              : camera.depth_sensor.depth_at_sigma(options.max_sigma);
   const auto max_jump = static_cast<float>(options.max_jump);
   const int stride = options.stride;
 

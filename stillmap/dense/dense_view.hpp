@@ -91,11 +91,6 @@ MadeView make_dense_view(const Camera& camera, const RgbdFrame& frame, const cv:
                          const OutlierOptions& outliers = {}, const FarOptions& far = {},
                          const SegmentedFrame* objects = nullptr);
 
-/// Returns the pixels of an object without a mask as a mask of the box's size: those with depths of
-/// the largest cluster in the center of the box. Consecutive depths of a cluster differ by less
-/// than 10 cm. (YOLO11n's boxes include much background.)
-cv::Mat1b cluster_in_box(const cv::Mat1f& depth, const cv::Rect& box);
-
 /// Returns the view on every second pixel.
 DenseView coarser(const DenseView& view);
 

@@ -44,8 +44,7 @@ struct PosedView {
 /// Merges the instances of all views into objects, and labels every point of the cloud by votes:
 /// each view with the point in an instance votes for that instance's object with the detector's
 /// confidence, and the confidence of the label is the sum of the votes over the number of views
-/// that saw the point. (In the semantic map of the YOLO11n + Lucas-Kanade system the last detection
-/// wins, and objects of one class are not distinguished.)
+/// that saw the point.
 /// @param views views of the grid
 /// @param cells number of the voxel in the grid of each point of the cloud
 SemanticMap make_semantic_map(const StaticGrid& grid, std::span<const PosedView> views,

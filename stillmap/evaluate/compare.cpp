@@ -213,8 +213,7 @@ std::vector<FigureTable> comparison_tables(const Comparison& comparison) {
   for (const Measure& measure : kMeasures) {
     FigureTable& table = tables.emplace_back();
     table.title = measure.title;
-    table.columns = {"run",    "RMSE", "RMSE improved [%]", "mean",
-                     "median", "SD",   "SD improved [%]",   "frames"};
+    table.columns = {"run", "RMSE", "gain [%]", "mean", "median", "SD", "gain [%]", "frames"};
     for (std::size_t i = 0; i < comparison.runs.size(); ++i)
       table.rows.push_back(row(comparison, i, measure));
   }

@@ -53,7 +53,8 @@ std::string shown_name(const ComparedRun& run, const std::string& separator);
 std::vector<std::string> doubts_of(const Comparison& comparison);
 
 /// Returns three tables (ATE, RPE translation, RPE rotation over 1 s) with RMSE, mean, median and
-/// SD, the improvement rates of RMSE and SD over the baseline, and the coverage. A figure that is
+/// SD, the improvement rates of RMSE and SD over the baseline behind them (gain), and the coverage.
+/// The columns of three runs fit into a terminal of 80 characters. A figure that is
 /// more than twice the baseline's has their ratio in place of a rate. Runs in doubt are marked.
 std::vector<FigureTable> comparison_tables(const Comparison& comparison);
 

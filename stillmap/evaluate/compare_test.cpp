@@ -46,6 +46,14 @@ TEST(ImprovementRate, IsEquation4) {
   EXPECT_TRUE(std::isnan(improvement_rate(0, 1)));
 }
 
+TEST(Compare, TheTablesOfTheDemoFitIntoATerminal) {
+  const std::vector<RecordedRun> runs{{"static", "", wobbling(0.08), loop(), 200},
+                                      {"seg-mask", "", wobbling(0.02), loop(), 200},
+                                      {"fused", "", wobbling(0.01), loop(), 200}};
+  std::istringstream lines(comparison_markdown(compare_runs(runs)));
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
+}
+
 TEST(Compare, MeasuresImprovementAgainstTheFirstRunOfTheSequence) {
   std::vector<RecordedRun> runs = two_systems();
   runs.push_back({"static", "sit", wobbling(0.01), loop(), 250});

@@ -3,8 +3,9 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
-#include "stillmap/evaluate/mover_error.hpp"
+#include "stillmap/base/number.hpp"
 #include "stillmap/evaluate/pose_at.hpp"
+#include "stillmap/evaluate/world_alignment.hpp"
 #include "stillmap/geometry/adjoint.hpp"
 
 #include <algorithm>
@@ -30,11 +31,17 @@ constexpr double kSameStamp = 1e-6;
 StampedCovariance parse_covariance(const std::string& line, const std::string& where) {
   std::istringstream in(line);
   StampedCovariance read;
-  bool valid = static_cast<bool>(in >> read.timestamp);
+  const auto take = [&](double& number) {
+    std::string word;
+    const auto value = in >> word ? number_of(word) : std::nullopt;
+    number = value.value_or(0);
+    return value && std::isfinite(number);
+  };
+  bool valid = take(read.timestamp);
   for (Eigen::Index row = 0; row < 6; ++row) {
     for (Eigen::Index column = row; column < 6; ++column) {
       double& value = read.covariance(row, column);
-      valid = valid && in >> value && std::isfinite(value);
+      valid = valid && take(value);
       read.covariance(column, row) = value;
     }
   }

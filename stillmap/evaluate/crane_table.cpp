@@ -14,6 +14,8 @@ struct CraneFigures {
   std::string sequence, preset;
   int runs = 0;
   double ate = 0, plane = 0, plane_percent = 0, space = 0, tracked = 0, tracking_ms = 0;
+  double points = 0, ghosts = 0;
+  bool timed = true, has_map = true;  ///< All runs.
 };
 
 CraneFigures mean_of(std::span<const PaperRun> runs, const std::string& sequence,
@@ -30,21 +32,27 @@ CraneFigures mean_of(std::span<const PaperRun> runs, const std::string& sequence
     mean.space += closure.space;
     mean.tracked += 100 * run.evaluation->coverage.share();
     mean.tracking_ms += run.tracking_ms;
+    mean.timed = mean.timed && run.timed;
+    mean.has_map = mean.has_map && run.map.has_value();
+    if (!run.map) continue;
+    mean.points += static_cast<double>(run.map->points);
+    mean.ghosts += static_cast<double>(run.map->ghosts);
   }
-  for (double* sum :
-       {&mean.ate, &mean.plane, &mean.plane_percent, &mean.space, &mean.tracked, &mean.tracking_ms})
+  for (double* sum : {&mean.ate, &mean.plane, &mean.plane_percent, &mean.space, &mean.tracked,
+                      &mean.tracking_ms, &mean.points, &mean.ghosts})
     *sum /= std::max(1, mean.runs);
   return mean;
 }
 
 std::optional<double> improvement(const CraneFigures& baseline, const CraneFigures& other) {
-  if (baseline.runs == 0 || other.runs == 0 || other.preset == kPaperBaseline) return std::nullopt;
+  if (baseline.runs == 0 || other.runs == 0 || other.preset == baseline.preset) return std::nullopt;
   return improvement_rate(baseline.plane, other.plane);
 }
 
 }  // namespace
 
-FigureTable crane_table(const Paper& paper, std::span<const PaperRun> runs) {
+FigureTable crane_table(const Paper& paper, std::span<const PaperRun> runs,
+                        const std::string& reference) {
   FigureTable table;
   table.title = paper.preset + ", section 4.5: closure error of a crane's camera";
   table.columns = {"sequence",
@@ -55,21 +63,27 @@ FigureTable crane_table(const Paper& paper, std::span<const PaperRun> runs) {
                    "closure in space [m]",
                    "ATE RMSE [m]",
                    "frames tracked [%]",
-                   "tracking [ms]"};
+                   "tracking [ms]",
+                   "points of the map",
+                   "ghosts"};
   std::vector<std::pair<std::string, std::string>> shown;
   for (const PaperRun& run : runs) {
     const std::pair key(run.sequence, run.preset);
     if (std::find(shown.begin(), shown.end(), key) != shown.end()) continue;
     shown.push_back(key);
     const CraneFigures mean = mean_of(runs, run.sequence, run.preset);
-    const CraneFigures baseline = mean_of(runs, run.sequence, kPaperBaseline);
+    const CraneFigures baseline = mean_of(runs, run.sequence, reference);
     const auto cell = [&](double value, int decimals) {
       return FigureCell(mean.runs > 0 ? std::optional(value) : std::nullopt, decimals);
+    };
+    const auto map_cell = [&](double value) {
+      return mean.has_map ? cell(value, 0) : FigureCell();
     };
     table.rows.push_back({run.sequence, run.preset, cell(mean.plane, 4),
                           FigureCell(improvement(baseline, mean), 2), cell(mean.plane_percent, 3),
                           cell(mean.space, 4), cell(mean.ate, 4), cell(mean.tracked, 1),
-                          cell(mean.tracking_ms, 1)});
+                          mean.timed ? cell(mean.tracking_ms, 1) : FigureCell(),
+                          map_cell(mean.points), map_cell(mean.ghosts)});
   }
   table.notes.push_back(paper.crane);
   return table;

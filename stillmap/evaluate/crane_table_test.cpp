@@ -36,6 +36,17 @@ TEST(CraneTable, AveragesClosureErrorsAndComparesThemWithTheBaseline) {
   EXPECT_EQ(shown(1, 3), "75.00");
 }
 
+TEST(CraneTable, ComparesWithAnotherSystemOfWhichNoTimesAreKnown) {
+  std::vector<PaperRun> runs{run_ending_at("orb-rgbd", {0.3, 0.4, 0}),
+                             run_ending_at("ORB-SLAM3", {1, 0, 0})};
+  runs.back().timed = false;
+  const FigureTable table = crane_table(find_paper("seg-mask"), runs, "ORB-SLAM3");
+  EXPECT_EQ(table.rows[0][3].shown(), "50.00");
+  EXPECT_EQ(table.rows[0][8].shown(), "3.0");
+  EXPECT_EQ(table.rows[1][3].shown(), "-") << "it is the reference";
+  EXPECT_EQ(table.rows[1][8].shown(), "-");
+}
+
 TEST(CraneTable, ShowsDashesForRunsWithoutEvaluationAndWhatThePaperReports) {
   const std::vector<PaperRun> runs{{"seg-mask", "yard_static", 0, std::nullopt, 0, 0, "lost"}};
   const FigureTable table = crane_table(find_paper("seg-mask"), runs);

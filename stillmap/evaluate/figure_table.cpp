@@ -70,6 +70,11 @@ FigureCell::FigureCell(std::optional<double> figure, int digits) : decimals(digi
 }
 
 std::string FigureCell::shown() const {
+  if (value && runs.size() > 1) {
+    std::vector<std::string> all;
+    for (const double run : runs) all.push_back(fmt::format("{:.{}f}", run, decimals));
+    return fmt::format("{:.{}f} ({})", *value, decimals, fmt::join(all, " "));
+  }
   if (value) return fmt::format("{:.{}f}", *value, decimals);
   return text.empty() ? "-" : text;
 }

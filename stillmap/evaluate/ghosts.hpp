@@ -78,7 +78,7 @@ struct GhostFigures {
 
 /// Returns 1 for each point inside the swept volume (a ghost), else 0.
 /// @param points           points in the estimate's world [m]
-/// @param T_truth_estimate transform from the estimate's world to the truth's, as in AteResult
+/// @param T_truth_estimate transform from the estimate's world to the truth's: see align_worlds()
 std::vector<std::uint8_t> mark_ghosts(const GhostReference& reference,
                                       std::span<const Eigen::Vector3f> points,
                                       const Pose& T_truth_estimate);

@@ -217,27 +217,6 @@ class Comparison {
 
 }  // namespace
 
-Pose align_poses(const Trajectory& truth, const Trajectory& estimate) {
-  const auto stamp = [](const StampedPose& pose) { return pose.timestamp; };
-  std::vector<double> true_stamps(truth.size()), stamps(estimate.size());
-  std::transform(truth.begin(), truth.end(), true_stamps.begin(), stamp);
-  std::transform(estimate.begin(), estimate.end(), stamps.begin(), stamp);
-  const auto pairs = associate(true_stamps, stamps);
-  if (pairs.empty()) {
-    throw Error("the true and the estimated poses have no stamp in common", "align_poses",
-                "check that both files are of one recording");
-  }
-  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  for (const auto& [i, j] : pairs) {
-    sum += truth[i].T_world_camera.rotation() * estimate[j].T_world_camera.rotation().transpose();
-  }
-  const Eigen::Matrix3d R = nearest_rotation(sum);
-  Eigen::Vector3d t = Eigen::Vector3d::Zero();
-  for (const auto& [i, j] : pairs)
-    t += truth[i].T_world_camera.translation() - R * estimate[j].T_world_camera.translation();
-  return {R, t / static_cast<double>(pairs.size())};
-}
-
 MoverErrors compare_movers(const std::vector<MoverPosition>& truth,
                            const std::vector<MoverPosition>& estimate, const Pose& T_truth_estimate,
                            double first, double last) {

@@ -63,19 +63,12 @@ struct MoverErrors {
   double idf1 = 0;
 };
 
-/// Returns T_truth_estimate, the transform from the estimate's world to the truth's, from full
-/// poses: the rotation is the chordal mean of R_truth R_estimate^T over the pairs (Hartley et al.,
-/// Rotation Averaging, IJCV 2013, section 5.3), the translation the mean of the remaining
-/// differences. Unlike an alignment of positions it is well defined for a camera that is at rest or
-/// moves along a line. Throws Error if no timestamps pair.
-Pose align_poses(const Trajectory& truth, const Trajectory& estimate);
-
 /// Compares tracks with the truth, frame by frame: a match of the previous frame is kept while
 /// the two centroids are within 0.5 m or the estimate is inside the object's box; the remaining
 /// objects and estimates are matched with the smallest sum of distances. Predicted positions do not
 /// count as estimates.
 ///
-/// @param T_truth_estimate transform from the estimate's world to the truth's: see align_poses()
+/// @param T_truth_estimate transform from the estimate's world to the truth's: see align_worlds()
 /// @param first, last      first and last timestamp of the trajectory; frames outside do not count
 /// [s]
 MoverErrors compare_movers(const std::vector<MoverPosition>& truth,

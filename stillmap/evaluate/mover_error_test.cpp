@@ -56,21 +56,6 @@ TEST(MoverErrors, MeasuresPositionAndVelocityInTheTruthsWorld) {
   EXPECT_EQ(errors.idf1, 1);
 }
 
-TEST(AlignPoses, FindsTheWorldOfACameraAtRest) {
-  const Pose T_truth_estimate(so3_exp({0.1, 0.7, -0.3}), {4, 5, 6});
-  Trajectory truth, estimate;
-  for (int i = 0; i < kFrames; ++i) {
-    const Pose T_world_camera(so3_exp({0.02 * i, 1, 0}), {1, 2, 3});
-    truth.push_back({stamp(i), T_world_camera});
-    estimate.push_back({stamp(i), T_truth_estimate.inverse() * T_world_camera});
-  }
-  const Pose found = align_poses(truth, estimate);
-  EXPECT_LT((found.translation() - T_truth_estimate.translation()).norm(), 1e-9);
-  EXPECT_LT((found.rotation() - T_truth_estimate.rotation()).norm(), 1e-9);
-  for (StampedPose& pose : estimate) pose.timestamp += 1000;
-  EXPECT_THROW(align_poses(truth, estimate), Error);
-}
-
 TEST(MoverErrors, CountsSwitchesMissesAndFalseTracks) {
   std::vector<MoverPosition> truth, estimate;
   for (int i = 0; i < kFrames; ++i) {

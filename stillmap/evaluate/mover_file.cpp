@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/number.hpp"
 #include "stillmap/evaluate/mover_error.hpp"
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -44,13 +44,12 @@ class Row {
   const std::string& text(const std::string& name) const { return cells_[columns_.at(name)]; }
   double number(const std::string& name) const {
     const std::string& cell = text(name);
-    double value = 0;
-    const auto [end, failure] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-    if (failure != std::errc() || end != cell.data() + cell.size() || !std::isfinite(value)) {
+    const auto value = number_of(cell);
+    if (!value || !std::isfinite(*value)) {
       throw Error(fmt::format("'{}' in column {} is no number", cell, name), where_,
                   "the first line of the table names the columns");
     }
-    return value;
+    return *value;
   }
   int whole(const std::string& name) const {
     const double value = number(name);

@@ -15,6 +15,7 @@ PaperRun run_of(const std::string& preset, const std::string& sequence, double r
   run.evaluation->ate.translation.sd = sd;
   run.evaluation->ate.translation.count = 100;
   run.evaluation->coverage = {90, 100, false};
+  run.waiting_ms = 250 * rmse;
   return run;
 }
 
@@ -87,15 +88,76 @@ TEST(PaperTables, ShowTimesPerFrameAndTheShareOfTrackedFrames) {
   EXPECT_NEAR(*cell(tables.at(3), "walking_xyz", "mean", "orb-rgbd").value, 4, 1e-12);
   const FigureTable& costs = tables.back();
   ASSERT_EQ(costs.rows.size(), 2U) << "no row for sequences that were not run";
-  const std::vector<std::string> first_columns{"sequence", "orb-rgbd, tracking [ms]",
-                                               "seg-mask, tracking [ms]"};
-  EXPECT_TRUE(std::equal(first_columns.begin(), first_columns.end(), costs.columns.begin()));
-  const auto& row = costs.rows[0];
-  ASSERT_EQ(row.size(), costs.columns.size());
-  EXPECT_NEAR(*row[1].value, 4, 1e-12) << "orb-rgbd, tracking";
-  EXPECT_NEAR(*row[5].value, 0.8, 1e-12) << "seg-mask, whole system";
-  EXPECT_NEAR(*row[7].value, 90, 1e-12) << "orb-rgbd, frames tracked";
-  EXPECT_EQ(row[9].value, std::nullopt) << "fused was not run";
+  const auto figure = [&](const std::string& column) {
+    const auto at = std::find(costs.columns.begin(), costs.columns.end(), column);
+    return *costs.rows[0].at(static_cast<std::size_t>(at - costs.columns.begin())).value;
+  };
+  EXPECT_NEAR(figure("orb-rgbd, tracking [ms]"), 4, 1e-12);
+  EXPECT_NEAR(figure("seg-mask, tracking with the network [ms]"), 5.2, 1e-12);
+  EXPECT_NEAR(figure("seg-mask, whole system [ms]"), 0.8, 1e-12);
+  EXPECT_NEAR(figure("orb-rgbd, frames tracked [%]"), 90, 1e-12);
+  for (const std::string& column : costs.columns)
+    EXPECT_FALSE(column.starts_with("fused")) << "was not run";
+}
+
+TEST(PaperTables, ShowTheRunsBesideTheirMean) {
+  const FigureTable table = paper_tables(find_paper("seg-mask"), some_runs()).at(0);
+  EXPECT_EQ(cell(table, "walking_xyz", "RMSE", "seg-mask").shown(), "0.0200 (0.0100 0.0300)");
+  EXPECT_EQ(cell(table, "kitchen_still", "RMSE", "orb-rgbd").shown(), "0.0020") << "one run";
+}
+
+TEST(PaperTables, EndWithTheMeansOverTheWalkingSequencesAsTheAbstractsDo) {
+  std::vector<PaperRun> runs = some_runs();
+  for (const char* name : {"walking_halfsphere", "walking_rpy", "walking_static"}) {
+    runs.push_back(run_of("orb-rgbd", name, 0.4, 0.2));
+    runs.push_back(run_of("seg-mask", name, 0.1, 0.1));
+  }
+  const FigureTable table = paper_tables(find_paper("seg-mask"), runs).at(0);
+  const std::string mean = "mean of walking_*";
+  EXPECT_EQ(cell(table, mean, "RMSE", "improved, from the published [%]").shown(), "83.08");
+  EXPECT_EQ(cell(table, mean, "SD", "improved, from the published [%]").shown(), "83.35");
+  EXPECT_NEAR(*cell(table, mean, "RMSE", "seg-mask").value, 0.08, 1e-12);
+  EXPECT_NEAR(*cell(table, mean, "RMSE", "seg-mask improved [%]").value, (95 + 3 * 75) / 4.0, 1e-9);
+  const FigureTable one = paper_tables(find_paper("seg-mask"), some_runs()).at(0);
+  EXPECT_EQ(cell(one, mean, "RMSE", "seg-mask").value, std::nullopt) << "three are missing";
+}
+
+TEST(PaperTables, OfTimesEndWithTheMeanOverAllSequencesOfThePaper) {
+  const auto tables = paper_tables(find_paper("seg-mask"), some_runs());
+  const FigureTable& times = tables.at(3);
+  EXPECT_EQ(cell(times, "mean of the paper's sequences", "mean", "published: SLAM3-YOLOv8").shown(),
+            "18.08");
+  EXPECT_EQ(cell(times, "mean of the paper's sequences", "mean", "orb-rgbd").value, std::nullopt)
+      << "only one of them was run";
+}
+
+TEST(PaperTables, HaveColumnsForOtherSystemsOverWhichTheRatesMayBe) {
+  std::vector<PaperRun> runs = some_runs();
+  runs.push_back(run_of("ORB-SLAM3", "walking_xyz", 0.2, 0.1));
+  runs.back().timed = false;
+  const auto tables = paper_tables(find_paper("seg-mask"), runs,
+                                   {.reference = "ORB-SLAM3", .others = {"ORB-SLAM3"}});
+  EXPECT_NEAR(*cell(tables[0], "walking_xyz", "RMSE", "ORB-SLAM3").value, 0.2, 1e-12);
+  EXPECT_NEAR(*cell(tables[0], "walking_xyz", "RMSE", "seg-mask improved [%]").value, 90, 1e-9);
+  EXPECT_EQ(cell(tables[3], "walking_xyz", "mean", "ORB-SLAM3").value, std::nullopt) << "a time";
+}
+
+TEST(SummaryTables, ShowMedianAndWorstPerSystemAndSequence) {
+  std::vector<PaperRun> runs = some_runs();
+  runs.push_back(run_of("seg-mask", "walking_xyz", 0.011, 0.1));
+  runs.front().highly_dynamic = 0.25;
+  const auto tables = summary_tables(runs, {"orb-rgbd", "seg-mask", "absent"}, "orb-rgbd");
+  const auto table = [&](const std::string& key) {
+    return std::find_if(tables.begin(), tables.end(), [&](auto& t) { return t.first == key; })
+        ->second;
+  };
+  const FigureTable ate = table("ate");
+  EXPECT_EQ(ate.columns, (std::vector<std::string>{"system", "walking_xyz", "kitchen_still"}));
+  ASSERT_EQ(ate.rows.size(), 2U);
+  EXPECT_EQ(ate.rows[1][1].shown(), "11.0; 30.0");
+  EXPECT_EQ(ate.rows[0][2].shown(), "2.0");
+  EXPECT_NEAR(*table("improvement").rows[0][1].value, 100 * (1 - 0.017 / 0.4), 1e-9);
+  EXPECT_NEAR(*table("tracked").rows[0][1].value, 90, 1e-9);
 }
 
 TEST(PaperRun, GivesTheProblemInJsonIfThereAreNoErrors) {

@@ -2,9 +2,9 @@
 #include "stillmap/evaluate/stamped_images.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/number.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 #include <opencv2/imgcodecs.hpp>
@@ -30,9 +30,7 @@ StampedImages::StampedImages(const fs::path& folder) {
   for (const auto& entry : fs::directory_iterator(folder, failed)) {
     if (entry.path().extension() != ".png") continue;
     const std::string name = entry.path().stem().string();
-    double stamp = 0;
-    const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), stamp);
-    if (error == std::errc() && end == name.data() + name.size()) files_.emplace_back(stamp, entry);
+    if (const auto stamp = number_of(name)) files_.emplace_back(*stamp, entry);
   }
   std::sort(files_.begin(), files_.end());
   if (files_.empty()) {

@@ -67,7 +67,7 @@ class TrueSurface {
   /// the true points; outside a border of the surface it is the distance to the point. Stray points
   /// count with 0.1 m.
   /// @param points           points in the estimate's world [m]
-  /// @param T_truth_estimate transform from the estimate's world to the truth's, as in AteResult
+  /// @param T_truth_estimate transform from the estimate's world to the truth's: see align_worlds()
   SurfaceFigures judge(std::span<const Eigen::Vector3f> points, const Pose& T_truth_estimate) const;
 
  private:

@@ -279,6 +279,9 @@ Evaluation evaluate_trajectory(const Trajectory& truth, const Trajectory& estima
                                const EvaluationOptions& options) {
   Evaluation result;
   result.ate = absolute_trajectory_error(truth, estimate, options.ate);
+  result.world = options.ate.T_truth_estimate
+                     ? WorldAlignment{WorldAlignment::By::kGiven, options.ate.T_truth_estimate}
+                     : align_worlds(truth, estimate, result.ate);
   if (options.with_scale) {
     AteOptions with_scale = options.ate;
     with_scale.with_scale = true;
@@ -376,6 +379,7 @@ void to_json(nlohmann::json& json, const Evaluation& evaluation) {
   json = {{"ate", evaluation.ate},
           {"rpe_1s", nullptr},
           {"only_positions", evaluation.only_positions},
+          {"alignment_of_maps", evaluation.world},
           {"displacement", evaluation.displacement},
           {"coverage", evaluation.coverage}};
   if (evaluation.ate_with_scale) json["ate_with_scale"] = *evaluation.ate_with_scale;

@@ -2,6 +2,7 @@
 #pragma once
 #include "stillmap/evaluate.hpp"
 #include "stillmap/evaluate/statistics.hpp"
+#include "stillmap/evaluate/world_alignment.hpp"
 #include "stillmap/geometry/trajectory.hpp"
 
 #include <cstddef>
@@ -65,6 +66,7 @@ struct EvaluationOptions {
 /// Figures of one run, as `stillmap eval` shows them.
 struct Evaluation {
   AteResult ate;
+  WorldAlignment world;                     ///< Alignment of maps and movers.
   std::optional<AteResult> ate_with_scale;  ///< ATE after alignment by a similarity, if requested.
   DisplacementResult displacement;
   RpeResult rpe;  ///< RPE over one second; without pairs if the estimate is shorter than that.

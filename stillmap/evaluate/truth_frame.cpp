@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/number.hpp"
 
 #include <cmath>
 #include <cstdlib>
@@ -25,13 +26,12 @@ std::vector<double> numbers_in(const std::string& text, const std::string& name)
   for (std::string line; std::getline(lines, line);) {
     std::istringstream words(line.substr(0, line.find('#')));
     for (std::string word; words >> word;) {
-      char* end = nullptr;
-      const double number = std::strtod(word.c_str(), &end);
-      if (*end != '\0' || !std::isfinite(number)) {
+      const auto number = number_of(word);
+      if (!number || !std::isfinite(*number)) {
         throw Error(fmt::format("'{}' is not a number", word), name,
                     "write T_body_camera as 4 x 4 numbers");
       }
-      numbers.push_back(number);
+      numbers.push_back(*number);
     }
   }
   return numbers;

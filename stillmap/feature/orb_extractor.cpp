@@ -8,7 +8,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <string>
+
+#include <opencv2/imgproc.hpp>
 
 namespace stillmap {
 namespace {
@@ -16,6 +19,8 @@ namespace {
 /// Side of the cells in which corners are searched again with the low threshold [pixels of the
 /// level].
 constexpr int kCell = 30;
+/// Radius of the circle of the FAST test [pixels of the level].
+constexpr float kCircle = 3;
 
 void require(bool condition, const char* problem, const char* where, const char* fix) {
   if (!condition) throw Error(problem, where, fix);
@@ -37,7 +42,7 @@ std::vector<int> shares(const OrbOptions& options, int keypoints) {
   return share;
 }
 
-void check_images(const cv::Mat& gray, const cv::Mat& depth) {
+void check_images(const cv::Mat& gray, const cv::Mat& depth, const cv::Mat& ignored) {
   require(gray.empty() || gray.type() == CV_8UC1, "the image is not 8-bit gray",
           "OrbExtractor::extract", "convert it with cv::cvtColor(..., cv::COLOR_BGR2GRAY)");
   require(depth.empty() || depth.type() == CV_32FC1, "the depth image is not 32-bit float",
@@ -46,6 +51,9 @@ void check_images(const cv::Mat& gray, const cv::Mat& depth) {
   require(depth.empty() || depth.size() == gray.size(),
           "the depth image has another size than the gray one", "OrbExtractor::extract",
           "register the depth to the color image");
+  require(ignored.empty() || (ignored.type() == CV_8UC1 && ignored.size() == gray.size()),
+          "the image of ignored pixels is not 8-bit with one channel, or of another size",
+          "OrbExtractor::extract", "make it from RgbdFrame::ignored");
 }
 
 bool known(float depth) { return std::isfinite(depth) && depth > 0; }
@@ -78,9 +86,10 @@ OrbExtractor::OrbExtractor(const OrbOptions& options, CpuPath path)
       blur_(path) {}
 
 Features OrbExtractor::extract(const cv::Mat& gray, const cv::Mat& depth,
-                               std::optional<int> keypoints) {
+                               std::optional<int> keypoints, const cv::Mat& ignored) {
   const TraceScope scope(span::kFeatures);
-  check_images(gray, depth);
+  check_images(gray, depth, ignored);
+  ignore(ignored);
   const int most = keypoints.value_or(options_.keypoints);
   Features features;
   if (gray.empty()) return features;
@@ -97,16 +106,38 @@ Features OrbExtractor::extract(const cv::Mat& gray, const cv::Mat& depth,
     wanted -= static_cast<int>(features.size() - before);
   }
   const TraceScope depths("depth");
-  for (Keypoint& k : features.keypoints) k.depth = depth_at(depth, k.u, k.v, kDepthJump);
+  for (Keypoint& k : features.keypoints) k.depth = depth_at(depth, k.u, k.v, options_.depth_jump);
   features.grid = KeypointGrid(features.keypoints, gray.cols, gray.rows);
   return features;
+}
+
+/// Frames of one camera share their ignored pixels, so that the distances are rarely computed.
+void OrbExtractor::ignore(const cv::Mat& pixels) {
+  if (pixels.data == ignored_.data) return;
+  ignored_ = pixels;
+  distance_.release();
+  if (!pixels.empty()) cv::distanceTransform(pixels == 0, distance_, cv::DIST_L2, cv::DIST_MASK_5);
+}
+
+/// Returns the corners of a level whose circle contains no ignored pixel.
+const std::vector<Corner>& OrbExtractor::used(const std::vector<Corner>& corners, int level) {
+  if (distance_.empty()) return corners;
+  const float radius = kCircle * static_cast<float>(options_.pyramid().scale(level));
+  used_.clear();
+  std::copy_if(corners.begin(), corners.end(), std::back_inserter(used_), [&](const Corner& c) {
+    const cv::Point2f p = pyramid_.to_full_size(cv::Point(c.x, c.y), level);
+    return distance_.at<float>(std::clamp(cvRound(p.y), 0, distance_.rows - 1),
+                               std::clamp(cvRound(p.x), 0, distance_.cols - 1)) > radius;
+  });
+  return used_;
 }
 
 void OrbExtractor::extract_level(int level, int wanted, Features& features) {
   const cv::Mat& image = pyramid_[level];
   const int border = options_.border;
   const cv::Rect area(border, border, image.cols - 2 * border, image.rows - 2 * border);
-  const std::vector<Corner>& corners = spreader_.spread(detector_.detect(image), area, wanted);
+  const std::vector<Corner>& corners =
+      spreader_.spread(used(detector_.detect(image), level), area, wanted);
   if (corners.empty()) return;
 
   moments_.resize(corners.size());

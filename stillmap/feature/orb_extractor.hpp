@@ -14,6 +14,9 @@
 
 namespace stillmap {
 
+/// Relative depth step around a keypoint that makes it lie on a depth edge.
+inline constexpr double kDepthJump = 0.05;
+
 struct OrbOptions {
   int keypoints = 1000;       ///< Maximum number of keypoints per image over all levels.
   int levels = 8;             ///< Number of levels of the scale pyramid, 1 to 16.
@@ -24,6 +27,7 @@ struct OrbOptions {
   /// Minimum distance of corners from the border, at least 16 [pixels of the level].
   int border = 16;
   bool subpixel = true;  ///< Whether corners are refined to sub-pixel accuracy (see subpixel.hpp).
+  double depth_jump = kDepthJump;  ///< See depth_at(); infinite: depths of the nearest pixels.
 
   PyramidShape pyramid() const { return {levels, scale_factor}; }
 };
@@ -42,15 +46,19 @@ class OrbExtractor {
   /// @param gray   8UC1, any size; too small or without texture: no keypoints
   /// @param depth  32FC1 of the same size [m], 0 or not finite where unknown; empty: no depths
   /// @param keypoints  maximum number; none: options.keypoints
+  /// @param ignored  8UC1 of the same size, not changed while it is in use: no corner's circle of
+  ///                 the FAST test contains a pixel that is not 0; empty: all pixels are used
   /// Throws Error for other types or sizes. Keypoints are ordered by level; a level with too few
   /// corners passes its share to the coarser levels.
   Features extract(const cv::Mat& gray, const cv::Mat& depth = {},
-                   std::optional<int> keypoints = std::nullopt);
+                   std::optional<int> keypoints = std::nullopt, const cv::Mat& ignored = {});
 
   const OrbOptions& options() const { return options_; }
 
  private:
   void extract_level(int level, int wanted, Features& features);
+  void ignore(const cv::Mat& pixels);
+  const std::vector<Corner>& used(const std::vector<Corner>& corners, int level);
 
   OrbOptions options_;
   CpuPath path_;
@@ -59,10 +67,10 @@ class OrbExtractor {
   QuadtreeSpreader spreader_;
   Blur blur_;
   std::vector<PatchMoments> moments_;
+  cv::Mat ignored_;   // of the last image
+  cv::Mat distance_;  // from the nearest ignored pixel, 32FC1 [pixels]; empty: none are ignored
+  std::vector<Corner> used_;
 };
-
-/// Relative depth step around a keypoint that makes it lie on a depth edge.
-inline constexpr double kDepthJump = 0.05;
 
 /// Returns the depth of a keypoint's surface [m], 0 if unknown: the value at the nearest pixel; at
 /// a depth edge (the 3 x 3 neighborhood differs by more than `jump`, relative) that of the nearer

@@ -243,6 +243,21 @@ TEST(OrbExtractor, FindsNothingWithoutTexture) {
   EXPECT_NO_THROW(extractor.extract(dead_leaves({2000, 40}, 20)));
 }
 
+TEST(OrbExtractor, FindsNothingAtIgnoredPixelsAndAsMuchElsewhere) {
+  const cv::Mat image = make_views(similarity(0, 1), 7).a;
+  cv::Mat ignored(image.size(), CV_8UC1, cv::Scalar(0));
+  ignored.colRange(200, 440).setTo(1);
+  OrbExtractor extractor;
+  const std::size_t all = extractor.extract(image).size();
+  const Features features = extractor.extract(image, {}, std::nullopt, ignored);
+  EXPECT_GT(features.size(), all * 9 / 10) << "others take the places of the ignored ones";
+  for (const Keypoint& k : features.keypoints) {
+    const double outside = std::max(200 - k.u, k.u - 439.0F);
+    EXPECT_GE(outside, 2 * level_scale(k)) << "the circle of 3 pixels, with half a pixel refined";
+  }
+  EXPECT_EQ(extractor.extract(image).size(), all) << "the next image is used as a whole";
+}
+
 TEST(OrbExtractor, RejectsWrongImages) {
   OrbExtractor extractor;
   const cv::Mat gray = dead_leaves({100, 80}, 21);

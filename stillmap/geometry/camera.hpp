@@ -28,7 +28,7 @@ struct DisparityBias {
 
 /// A pinhole camera. Pixel (0, 0) is the center of the upper left pixel; x right, y down, z
 /// forward. Module `sensor` rectifies all frames, so every other module uses an ideal pinhole
-/// camera; `distortion` and `disparity_bias` describe the *recorded* images.
+/// camera; `distortion`, `disparity_bias` and `ignore` describe the *recorded* images.
 struct Camera {
   std::string name = "unnamed";
   int width = 640, height = 480;  ///< Image size [pixels].
@@ -40,11 +40,17 @@ struct Camera {
   double fps = 30;             ///< Nominal frame rate [Hz].
   /// Baseline of the virtual second camera that converts depth to disparity [m].
   double baseline = 0.075;
+  /// Minimum standard deviation of the disparity of a keypoint [pixels], due to the registration of
+  /// depth and color images. The sensor noise of a Kinect v1 is 0.06 pixels.
+  double disparity_sigma = 0.3;
   /// The sensor that measured the depth images.
   DepthSensor depth_sensor = find_depth_sensor("kinect_v1");
   /// Timing of the shutters; if not known, it is estimated from the frames.
   std::optional<ShutterTiming> shutter = std::nullopt;
   DisparityBias disparity_bias = {};  ///< Systematic error of the recorded depth.
+  /// Image file of the size of the recorded images, not black where they always show the robot
+  /// itself, such as its gripper: these pixels are not used. Empty: all are.
+  std::string ignore = {};
 
   bool distorted() const { return !distortion.isZero(0); }
   /// Returns fx * baseline [pixels * m]: disparity = bf / depth.

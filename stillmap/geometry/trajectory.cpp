@@ -3,6 +3,9 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/number.hpp"
+#include "stillmap/base/unicode.hpp"
+#include "stillmap/base/warning.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -25,22 +28,24 @@ constexpr double kNanosecond = 1e-9;  // s
 constexpr double kSamePlace = 0.05;   // [m]; poses of one time that are nearer are one
 constexpr double kNormError = 0.1;    // of quaternions, as numbers of one digit have at most
 constexpr std::size_t kTumNumbers = 8, kKittiNumbers = 12, kEurocNumbers = 17;
+constexpr std::size_t kMatrixNumbers = 16;  // of the poses of Replica, as NICE-SLAM has them
+constexpr double kMatrixRate = 30;          // of these poses [Hz]
+constexpr std::size_t kArkitNumbers = 7;    // of the poses of ARKitScenes
+constexpr const char* kArkitExtension = ".traj";
 
-/// Returns the finite numbers of a line.
+/// Returns the numbers of a line; some may be NaN or infinite.
 std::vector<double> numbers_of(std::string line, const std::string& where) {
   std::replace(line.begin(), line.end(), ',', ' ');
   std::istringstream fields(line);
   std::vector<double> numbers;
   for (std::string token; fields >> token;) {
-    char* end = nullptr;  // strtod also accepts "nan"; a stream would fail on it.
-    const double number = std::strtod(token.c_str(), &end);
-    if (*end != '\0')
+    const auto read = number_of(token);
+    if (!read)
       throw Error("'" + token + "' is not a number", where,
                   "write lines of 8 numbers: timestamp tx ty tz qx qy qz qw");
-    if (!std::isfinite(number)) {
-      throw Error("'" + token + "' is not finite", where, "remove the lines without a valid pose");
-    }
-    if (std::abs(number) > (numbers.empty() ? kLargestNumber / kNanosecond : kLargestNumber)) {
+    const double number = *read;
+    if (std::isfinite(number) &&
+        std::abs(number) > (numbers.empty() ? kLargestNumber / kNanosecond : kLargestNumber)) {
       throw Error("'" + token + "' is too large", where,
                   "write positions in meters and timestamps in seconds");
     }
@@ -61,7 +66,33 @@ struct PoseFormat {
 struct PoseLine {
   std::string where;
   std::vector<double> numbers;
+  std::size_t index = 0;  // among the lines with numbers
 };
+
+/// Whether a line tells that its pose is not known: by numbers that are not finite, or by a
+/// quaternion of 0.
+bool has_no_pose(const PoseLine& line) {
+  const auto& v = line.numbers;
+  const bool known = std::all_of(v.begin(), v.end(), [](double x) { return std::isfinite(x); });
+  const bool turned = v.size() != kTumNumbers ||
+                      std::any_of(v.begin() + 4, v.end(), [](double x) { return x != 0; });
+  return !known || !turned;
+}
+
+/// Removes the lines without a pose, and tells their number.
+void skip_unknown(std::vector<PoseLine>& lines, const std::filesystem::path& file) {
+  const auto first = std::find_if(lines.begin(), lines.end(), has_no_pose);
+  if (first == lines.end()) return;
+  const std::string where = first->where;
+  const std::size_t all = lines.size(), skipped = std::erase_if(lines, has_no_pose);
+  const char* reason = "numbers that are not finite, or a quaternion of 0";
+  if (lines.empty()) {
+    throw Error(fmt::format("contains no pose: all {} lines have {}", all, reason), file.string(),
+                "write lines of 8 numbers: timestamp tx ty tz qx qy qz qw");
+  }
+  warn(fmt::format("{} of {} poses are skipped, the first: {} has {}", skipped, all, where, reason),
+       "");
+}
 
 /// Returns whether the heading names the column of qw before that of qx; none if it does not name
 /// them. EuRoC writes q_RS_w.
@@ -89,8 +120,34 @@ PoseFormat format_of(const std::string& heading, const std::vector<PoseLine>& li
   return format;
 }
 
+/// Returns the pose of a matrix of 4 x 4 numbers by rows.
+StampedPose pose_of_matrix(const PoseLine& line) {
+  const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> T(line.numbers.data());
+  const Eigen::Matrix3d R = T.topLeftCorner<3, 3>();
+  if (!(R * R.transpose()).isIdentity(kNormError) || R.determinant() < 0) {
+    throw Error("has 16 numbers, which are no matrix of a pose", line.where,
+                "write the rotation in the first three columns and rows, or lines of 8 numbers: "
+                "timestamp tx ty tz qx qy qz qw");
+  }
+  return {static_cast<double>(line.index) / kMatrixRate,
+          Pose(nearest_rotation(R), Eigen::Vector3d(T.topRightCorner<3, 1>()))};
+}
+
+/// Returns the pose of a line of ARKitScenes: time, axis times angle [rad] and translation [m] of
+/// the world in the camera.
+StampedPose pose_of_arkit(const PoseLine& line) {
+  const std::vector<double>& v = line.numbers;
+  if (v.size() != kArkitNumbers) {
+    throw Error(
+        fmt::format("expected 7 numbers (time, axis-angle, translation), found {}", v.size()),
+        line.where, "give the trajectory as ARKitScenes has it, or name it otherwise");
+  }
+  return {v[0], Pose(so3_exp({v[1], v[2], v[3]}), {v[4], v[5], v[6]}).inverse()};
+}
+
 StampedPose pose_of(const PoseLine& line, const PoseFormat& format) {
   const std::vector<double>& v = line.numbers;
+  if (v.size() == kMatrixNumbers) return pose_of_matrix(line);
   if (v.size() == kKittiNumbers) {
     throw Error("has 12 numbers, a pose in KITTI's format, which has no timestamp", line.where,
                 "write lines of 8 numbers: timestamp tx ty tz qx qy qz qw");
@@ -134,12 +191,11 @@ Trajectory read_trajectory(const std::filesystem::path& file) {
     throw Error(
         "is a folder", file.string(),
         "name the trajectory in it: groundtruth.txt of a recording, trajectory.txt of a run");
-  std::istringstream in(read_file(file));
+  std::istringstream in(as_utf8(read_file(file)));
   std::vector<PoseLine> lines;
   std::string line, heading;
   bool commas = false;
   for (int number = 1; std::getline(in, line); ++number) {
-    if (number == 1 && line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);  // byte order mark
     const auto first = line.find_first_not_of(" \t\r");
     if (first == std::string::npos) continue;
     if (line[first] == '#') {
@@ -148,15 +204,18 @@ Trajectory read_trajectory(const std::filesystem::path& file) {
     }
     commas = commas || line.find(',') != std::string::npos;
     const std::string where = fmt::format("{}:{}", file.string(), number);
-    lines.push_back({where, numbers_of(line, where)});
+    lines.push_back({where, numbers_of(line, where), lines.size()});
   }
   if (lines.empty()) {
     throw Error("contains no pose", file.string(),
                 "expected lines of 8 numbers: timestamp tx ty tz qx qy qz qw");
   }
+  skip_unknown(lines, file);
   const PoseFormat format = format_of(heading, lines, commas);
+  const bool of_arkit = file.extension() == kArkitExtension;
   Trajectory trajectory;
-  for (const PoseLine& each : lines) trajectory.push_back(pose_of(each, format));
+  for (const PoseLine& each : lines)
+    trajectory.push_back(of_arkit ? pose_of_arkit(each) : pose_of(each, format));
   std::stable_sort(trajectory.begin(), trajectory.end(),
                    [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
   require_one_place_at_a_time(trajectory, file);

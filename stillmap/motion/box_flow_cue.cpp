@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/motion/box_flow_cue.hpp"
 
+#include "stillmap/segment/box_cluster.hpp"
+
 #include <optional>
 
 namespace stillmap {
@@ -45,6 +47,20 @@ std::vector<FlowSet> divide_by_boxes(std::span<const Keypoint> keypoints,
     sets.push_back(in_any_box(boxes, k.u, k.v) ? FlowSet::kDoubtful : FlowSet::kStatic);
   }
   return sets;
+}
+
+void divide_by_depth(std::vector<FlowSet>& sets, std::span<const Keypoint> keypoints,
+                     const cv::Mat1f& depth, const std::vector<cv::Rect>& bodies) {
+  for (const cv::Rect& body : bodies) {
+    const cv::Rect box = body & cv::Rect({}, depth.size());
+    if (box.empty()) continue;
+    const cv::Mat1b cluster = cluster_in_box(depth, box);
+    for (std::size_t i = 0; i < sets.size(); ++i) {
+      const cv::Point pixel(cvRound(keypoints[i].u), cvRound(keypoints[i].v));
+      if (sets[i] == FlowSet::kDoubtful && box.contains(pixel) && cluster(pixel - box.tl()) != 0)
+        sets[i] = FlowSet::kDynamic;
+    }
+  }
 }
 
 void divide_by_flow(std::vector<FlowSet>& sets, const KeypointFlow& flow, double factor) {
@@ -99,6 +115,12 @@ std::vector<FlowSet> BoxFlowCue::sets_of(const MotionInput& input,
   const auto& keypoints = input.features->keypoints;
   const KeypointFlow flow = flow_.to_previous(input);
   std::vector<FlowSet> by_flow = divide_by_boxes(keypoints, boxes), sets = by_flow;
+  if (options_.body != BoxBody::kMoved) {
+    if (options_.body == BoxBody::kDepthCluster)
+      divide_by_depth(sets, keypoints, input.image->depth, bodies);
+    divide_by_flow(sets, flow, options_.factor);
+    return sets;
+  }
   std::vector<char> on_bodies;
   on_bodies.reserve(keypoints.size());
   for (const Keypoint& k : keypoints) on_bodies.push_back(in_any_box(bodies, k.u, k.v) ? 1 : 0);

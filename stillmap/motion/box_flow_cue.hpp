@@ -10,11 +10,19 @@
 
 namespace stillmap {
 
+/// What counts as the moving body in the box of a dynamic class, whose points are in D at once.
+enum class BoxBody {
+  kNone,          ///< Nothing: all of the box is in F.
+  kMoved,         ///< Surfaces that moved in one of the last frames.
+  kDepthCluster,  ///< The largest cluster of depths in the box: see cluster_in_box().
+};
+
 struct BoxFlowOptions {
   /// Keypoints in boxes of dynamic and of potentially moving classes are tested.
   ClassSets classes = indoor_classes();
   double factor = 0.5;  ///< Limit l of equation 9, in units of the background's mean flow.
-  /// Number of frames for which a surface in the box of a dynamic class stays in D after it moved.
+  BoxBody body = BoxBody::kMoved;
+  /// Number of frames for which a surface stays in D after it moved (BoxBody::kMoved).
   int memory = 10;
 };
 
@@ -28,6 +36,11 @@ enum class FlowSet : std::uint8_t {
 /// Returns F for a keypoint inside one of the boxes, else S.
 std::vector<FlowSet> divide_by_boxes(std::span<const Keypoint> keypoints,
                                      const std::vector<cv::Rect>& boxes);
+
+/// Moves the points of F to D that are in the largest cluster of depths of one of these boxes.
+/// @param depth height x width [m]; 0 means unknown
+void divide_by_depth(std::vector<FlowSet>& sets, std::span<const Keypoint> keypoints,
+                     const cv::Mat1f& depth, const std::vector<cv::Rect>& bodies);
 
 /// Radius around a keypoint that moved within which a keypoint shows the same surface [pixels].
 inline constexpr float kSameSurface = 3;
@@ -78,7 +91,7 @@ class MovedKeypoints {
 /// F. It does not say how the body is found within a box, only that optical flow and consistency
 /// over time are used. Here the body is every surface that moved before: a keypoint on a surface
 /// that equation 9 found moving in one of the last `memory` frames is in D, even while it pauses.
-/// With a memory of 0, D starts empty.
+/// BoxBody has the other readings.
 ///
 /// Limits of the formulas: for a camera at rest, l approaches 0 and the noise of the flow decides,
 /// so that nearly all of F is excluded, sitting people included; a rotation about the optical axis

@@ -24,11 +24,17 @@ ClassSets indoor_classes() {
   return {.dynamic = {"person", "unknown", "bird",  "cat",     "dog",        "horse",   "sheep",
                       "cow",    "bear",    "zebra", "giraffe", "elephant",   "bicycle", "car",
                       "bus",    "train",   "truck", "boat",    "motorcycle", "airplane"},
-          .potential = {"chair",      "book",      "backpack",    "umbrella",   "handbag",
-                        "suitcase",   "bottle",    "wine glass",  "cup",        "bowl",
-                        "laptop",     "mouse",     "keyboard",    "remote",     "cell phone",
-                        "skateboard", "frisbee",   "sports ball", "teddy bear", "scissors",
-                        "vase",       "hair drier"}};
+          .potential = {"chair",     "book",          "backpack",     "umbrella",
+                        "handbag",   "suitcase",      "bottle",       "wine glass",
+                        "cup",       "bowl",          "laptop",       "mouse",
+                        "keyboard",  "remote",        "cell phone",   "skateboard",
+                        "frisbee",   "sports ball",   "teddy bear",   "scissors",
+                        "vase",      "hair drier",    "tie",          "skis",
+                        "snowboard", "kite",          "baseball bat", "baseball glove",
+                        "surfboard", "tennis racket", "fork",         "knife",
+                        "spoon",     "banana",        "apple",        "sandwich",
+                        "orange",    "broccoli",      "carrot",       "hot dog",
+                        "pizza",     "donut",         "cake",         "toothbrush"}};
 }
 
 std::vector<cv::Rect> boxes_with_role(const SegmentedFramePtr& frame, const ClassSets& classes,

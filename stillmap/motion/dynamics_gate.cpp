@@ -67,7 +67,8 @@ void GatedCue::begin(const MotionInput& input) {
 
 void GatedCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
   if (!highly_dynamic_.valid()) begin(input);
-  if (highly_dynamic_.get()) cue_->add_to(evidence, input);
+  evidence.dynamics = highly_dynamic_.get() ? Dynamics::kHigh : Dynamics::kLow;
+  if (evidence.dynamics == Dynamics::kHigh) cue_->add_to(evidence, input);
 }
 
 }  // namespace stillmap

@@ -15,9 +15,11 @@
 namespace stillmap {
 
 struct DynamicsGateOptions {
-  /// Whether the transformation of equation 6 is the one in SE(2) nearest to the homography, as in
-  /// the paper, or the homography itself.
-  bool in_se2 = true;
+  /// Whether T of equation 6 is the rotation and translation of the image nearest to the homography
+  /// instead of the homography itself. The paper prints T in SE(2), "obtained by decomposing the
+  /// homography". But SE(2) cannot scale or shear the image, so that the parallax of a moving
+  /// camera marks frames in which nothing moves, whereas the paper's static sequences stay low.
+  bool in_se2 = false;
   double warp_error = 1.7;    ///< Limit a of equation 7: a larger error marks a keypoint [pixels].
   double marked_share = 0.1;  ///< Limit b of equation 8: a larger share of them marks a frame.
 };
@@ -55,9 +57,9 @@ class DynamicsGate {
   std::deque<bool> marked_;  // of the last frames with a share, at most kWindow
 };
 
-/// Applies another cue only while the scene is highly dynamic. From begin() to add_to() the gate
-/// runs on its own thread, parallel to the network. add_to() waits for it, so the result does not
-/// depend on timing.
+/// Applies another cue only while the scene is highly dynamic, and sets MotionEvidence::dynamics.
+/// From begin() to add_to() the gate runs on its own thread, parallel to the network. add_to()
+/// waits for it, so the result does not depend on timing.
 class GatedCue : public MotionCue {
  public:
   GatedCue(const DynamicsGateOptions& options, std::unique_ptr<MotionCue> cue);

@@ -14,6 +14,13 @@
 
 namespace stillmap {
 
+/// How much of the scene moves, by the gate of preset gated-seg (DynamicsGate).
+enum class Dynamics {
+  kUnknown,  ///< There is no gate.
+  kLow,
+  kHigh,
+};
+
 /// Evidence for the motion of the parts of a frame. All log-odds are static log-odds,
 /// log P(static) / P(moving); 0 means unknown.
 struct MotionEvidence {
@@ -35,6 +42,7 @@ struct MotionEvidence {
   cv::Mat1f surface_observations;  ///< Per cell: weight of this frame's measurements.
   /// Height x width, 8UC1: 255 for a pixel labeled as moving. Empty if there is none.
   cv::Mat moving_pixels;
+  Dynamics dynamics = Dynamics::kUnknown;
 };
 
 /// Static log-odds below which a surface is labeled as moving: a probability of one in four.

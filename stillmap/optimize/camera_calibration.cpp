@@ -21,13 +21,20 @@ namespace {
 constexpr int kIterations = 20;
 constexpr double kConverged = 1e-5;
 /// Standard deviations of the prior: share of the focal lengths and of the image size, disparity
-/// [1/m]. They only keep the system regular.
-constexpr double kFocalPrior = 0.1, kCenterPrior = 0.1, kDisparityPrior = 0.1;
+/// [1/m]. Sensors have errors of the disparity of up to 0.034 1/m (docs/real_sensors.md). Errors
+/// that are linear in the image and the disparity are a projective transformation of the scene, as
+/// those of the intrinsics are: without the prior they explain each other.
+constexpr double kFocalPrior = 0.1, kCenterPrior = 0.1, kDisparityPrior = 0.03;
+/// Number of observations whose errors are alike, apart from what the jackknife shows: those of
+/// a landmark stay the same over many frames, are taken for errors of its position, and hardly
+/// appear in the residuals. With 4, the standard deviations of pieces of recordings with known
+/// cameras hold (python3 -m lab calibrations).
+constexpr double kAlike = 4;
 /// Number of groups of poses of the jackknife.
 constexpr std::size_t kGroups = 20;
 /// Least correction of an intrinsic parameter that shows it to be wrong: share of the focal length,
 /// and standard deviations.
-constexpr double kWrong = 0.04, kCertain = 6;
+constexpr double kWrong = 0.04, kCertain = 3;
 /// Damping of poses and points without information [1/m^2, 1/rad^2].
 constexpr double kFloor = 1e-3;
 
@@ -74,7 +81,7 @@ struct Reduced {
 class Calibrator {
  public:
   explicit Calibrator(const BundleProblem& problem);
-  CameraCalibration run();
+  CameraCalibration run(AlikeErrors alike);
 
  private:
   std::size_t poses() const { return T_camera_world_.size(); }
@@ -84,11 +91,14 @@ class Calibrator {
   std::optional<Linear> linear(const Term& term, std::size_t point, const Camera& camera) const;
   PointNormals eliminate(std::size_t point, const Camera& camera, Reduced& reduced) const;
   double step();
+  void solve();
   CameraVector prior_information() const;
   CameraMatrix jackknife(const Camera& camera, const std::vector<PointNormals>& points,
                          const CameraGain& gain) const;
   Reduced reduce(const Camera& camera, std::vector<PointNormals>& points) const;
   double residual_variance(const Camera& camera) const;
+  struct Variances;
+  std::optional<Variances> variances() const;
 
   const Camera given_;
   std::vector<Pose> T_camera_world_;
@@ -96,7 +106,13 @@ class Calibrator {
   std::vector<std::vector<Term>> terms_;  // per point
   std::uint32_t fixed_ = 0;
   std::size_t observations_ = 0;
+  double alike_ = kAlike;  // number of observations whose errors are alike
   CameraVector correction_ = CameraVector::Zero();
+};
+
+/// Variances of the parameters by the Hessian and by the jackknife.
+struct Calibrator::Variances {
+  CameraVector hessian, groups;
 };
 
 Calibrator::Calibrator(const BundleProblem& problem)
@@ -195,12 +211,14 @@ PointNormals Calibrator::eliminate(std::size_t point, const Camera& camera,
   return n;
 }
 
+/// Returns the information of the prior in units of that of the observations, which is `alike_`
+/// times too large.
 CameraVector Calibrator::prior_information() const {
   CameraVector sigma;
   sigma << kFocalPrior * given_.fx, kFocalPrior * given_.fy, kCenterPrior * given_.width,
       kCenterPrior * given_.height, kDisparityPrior, kDisparityPrior, kDisparityPrior,
       kDisparityPrior;
-  return sigma.cwiseAbs2().cwiseInverse();
+  return alike_ * sigma.cwiseAbs2().cwiseInverse();
 }
 
 Reduced Calibrator::reduce(const Camera& camera, std::vector<PointNormals>& points) const {
@@ -293,40 +311,53 @@ CameraMatrix Calibrator::jackknife(const Camera& camera, const std::vector<Point
   return covariance * (n > 1 ? n / (n - 1) : 1);
 }
 
-CameraCalibration Calibrator::run() {
-  CameraCalibration result;
-  result.variance_before = residual_variance(corrected());
+void Calibrator::solve() {
   for (int i = 0; i < kIterations && step() > kConverged; ++i) {
   }
-  result.observations = observations_;
-  result.correction = correction_;
-  result.sigma = prior_information().cwiseSqrt().cwiseInverse();
+}
+
+/// Returns nothing if the system cannot be solved.
+std::optional<Calibrator::Variances> Calibrator::variances() const {
   const Camera camera = corrected();
-  result.variance_after = residual_variance(camera);
   std::vector<PointNormals> normals;
   const Reduced reduced = reduce(camera, normals);
   const Eigen::LLT<Eigen::MatrixXd, Eigen::Lower> factor(reduced.H);
-  if (factor.info() != Eigen::Success || !correction_.allFinite()) {
-    result.correction.setZero();
-    return result;
-  }
+  if (factor.info() != Eigen::Success || !correction_.allFinite()) return std::nullopt;
   Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(reduced.H.rows(), kCameraParameters);
   unit.bottomRows<kCameraParameters>().setIdentity();
   CameraGain gain = factor.solve(unit).transpose();
-  const CameraVector hessian =
-      gain.rightCols<kCameraParameters>().diagonal() * std::max(1.0, result.variance_after);
+  const CameraVector hessian = alike_ * gain.rightCols<kCameraParameters>().diagonal() *
+                               std::max(1.0, residual_variance(camera));
   gain.middleCols<6>(block(fixed_)).setZero();
-  const CameraVector groups = jackknife(camera, normals, gain).diagonal();
-  result.sigma = hessian.cwiseMax(groups).cwiseSqrt();
+  return Variances{hessian, jackknife(camera, normals, gain).diagonal()};
+}
+
+CameraCalibration Calibrator::run(AlikeErrors alike) {
+  CameraCalibration result;
+  result.observations = observations_;
+  result.variance_before = residual_variance(corrected());
+  result.sigma = std::sqrt(alike_) * prior_information().cwiseSqrt().cwiseInverse();
+  solve();
+  auto found = variances();
+  if (found && alike == AlikeErrors::kMeasured) {
+    const CameraVector ratio = kAlike * found->groups.cwiseQuotient(found->hessian);
+    alike_ *= std::max(1.0, ratio.maxCoeff());
+    solve();
+    found = variances();
+  }
+  if (!found) return result;
+  result.correction = correction_;
+  result.sigma = found->hessian.cwiseMax(found->groups).cwiseSqrt();
+  result.variance_after = residual_variance(corrected());
   return result;
 }
 
 }  // namespace
 
-CameraCalibration calibrate_camera(const BundleProblem& problem) {
+CameraCalibration calibrate_camera(const BundleProblem& problem, AlikeErrors alike) {
   const TraceScope scope("camera calibration");
   if (problem.T_world_camera.empty()) return {};
-  return Calibrator(problem).run();
+  return Calibrator(problem).run(alike);
 }
 
 bool is_wrong_intrinsic(double correction, double sigma, double focal_length) {

@@ -35,25 +35,33 @@ struct CameraCalibration {
   double variance_before = 1, variance_after = 1;
 };
 
+/// How many observations have errors that are alike.
+enum class AlikeErrors {
+  kAssumed,   ///< A fixed number: enough to tell gross errors of the camera.
+  kMeasured,  ///< Times the ratio of the jackknife to the Hessian, if larger than 1.
+};
+
 /// Estimates the errors of a camera's intrinsics and of its depth by bundle adjustment in which
 /// they are variables, too. Landmarks are eliminated by the Schur complement, and the parameters
 /// are the last block of the reduced system. A uniform scale of the depth cannot be observed: it is
 /// that of the map. An error of the disparity is found where triangulation and depth disagree
 /// differently at different depths.
 ///
-/// The standard deviations are the larger of two estimates: the inverse of the reduced Hessian,
-/// scaled by the variance of the residuals, and the jackknife over groups of consecutive poses
-/// (Efron and Stein, The Jackknife Estimate of Variance, 1981), whose errors are not independent.
-/// A parameter without information keeps the standard deviation of a weak prior.
+/// Errors of observations are not independent: those of a landmark last over many frames. Their
+/// information is divided by the number that are alike, which makes the standard deviations larger
+/// and gives the prior, the errors that sensors have, the weight that it should have. Standard
+/// deviations are the larger of the inverse of the reduced Hessian, scaled by the variance of the
+/// residuals, and the jackknife over groups of consecutive poses (Efron and Stein, The Jackknife
+/// Estimate of Variance, 1981). A parameter without information keeps that of the prior.
 ///
 /// @param problem poses in temporal order; pose_fixed and point_fixed are not used: the pose with
 ///                most observations is fixed, since the cost does not depend on the world frame
 /// Throws Error as adjust_bundle().
-CameraCalibration calibrate_camera(const BundleProblem& problem);
+CameraCalibration calibrate_camera(const BundleProblem& problem,
+                                   AlikeErrors alike = AlikeErrors::kMeasured);
 
 /// Returns whether a correction shows for certain that an intrinsic parameter is wrong: more than 4
-/// % of the focal length and 6 standard deviations. With right cameras real recordings gave up to
-/// 4.1 % and 4 standard deviations, at little parallax.
+/// % of the focal length and 3 standard deviations.
 /// @param correction, sigma, focal_length  [pixels]
 bool is_wrong_intrinsic(double correction, double sigma, double focal_length);
 
@@ -63,7 +71,7 @@ bool is_wrong_focal_length(const Camera& given, const CameraCalibration& found,
 
 /// Returns whether the depths grow toward the corners of the image as distances from the camera do
 /// in place of depths along its optical axis: a bow of less than -0.03 1/m (6 % of a depth of 2 m)
-/// and 6 standard deviations. Runs on recordings of two sensors gave -0.01 and 0.03 1/m, and -0.04
+/// and 3 standard deviations. Runs on recordings of two sensors gave -0.01 and 0.03 1/m, and -0.04
 /// to -0.26 1/m with distances.
 bool shows_distances(const CameraCalibration& found);
 

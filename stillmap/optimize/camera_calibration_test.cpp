@@ -46,7 +46,7 @@ TEST(CameraCalibration, FindsIntrinsicsOffByOnePercent) {
   problem.camera.baseline = bf / problem.camera.fx;
   const CameraCalibration found = calibrate_camera(problem);
   expect_within_three_sigma(found, truth);
-  for (int i = kFx; i <= kCy; ++i) EXPECT_LT(found.sigma(i), 1.5) << "parameter " << i;
+  for (int i = kFx; i <= kCy; ++i) EXPECT_LT(found.sigma(i), 2.5) << "parameter " << i;
 }
 
 TEST(CameraCalibration, FindsOffsetAndBowOfTheDisparity) {
@@ -75,6 +75,23 @@ TEST(CameraCalibration, OutliersDoNotMatter) {
   EXPECT_LT(std::abs(found.correction(kDisparityOffset)), 0.004);
 }
 
+/// Errors of the depth that last, as those of a delayed depth image while the camera turns, look
+/// like errors of the camera. Here they drift over the sequence: the estimates are off by more than
+/// independent errors of their size would allow, and the standard deviations tell it.
+TEST(CameraCalibration, ErrorsThatLastMakeItLessCertain) {
+  BundleProblem problem = recorded();
+  const CameraCalibration independent = calibrate_camera(problem);
+  const Camera& camera = problem.camera;
+  for (BundleObservation& o : problem.observations) {
+    const double drift = 0.02 * std::sin(0.7 * o.pose) * (o.v - camera.cy) / camera.height;
+    if (o.depth > 0) o.depth = static_cast<float>(1 / (1 / o.depth + drift));
+  }
+  const CameraCalibration found = calibrate_camera(problem);
+  EXPECT_GT(found.sigma(kFy), 1.5 * independent.sigma(kFy));
+  for (int i = kFx; i <= kCy; ++i)
+    EXPECT_LT(std::abs(found.correction(i)), 2 * found.sigma(i)) << "parameter " << i;
+}
+
 TEST(CameraCalibration, ACameraAtRestShowsNeitherIntrinsicsNorDepthErrors) {
   BundleProblem problem = recorded();
   Pose still = problem.T_world_camera.front();
@@ -88,7 +105,7 @@ TEST(CameraCalibration, ACameraAtRestShowsNeitherIntrinsicsNorDepthErrors) {
   const CameraCalibration found = calibrate_camera(problem);
   EXPECT_GT(found.sigma(kFx), 20);
   EXPECT_GT(found.sigma(kCx), 20);
-  EXPECT_GT(found.sigma(kDisparityOffset), 0.05);
+  EXPECT_GT(found.sigma(kDisparityOffset), 0.025);
 }
 
 }  // namespace

@@ -37,8 +37,10 @@ constexpr double kIntrinsicsBound = 0.01, kDisparityBound = 0.01;
 /// to 0.64 to 0.70 with the right camera, since the map is adjusted as well, and to 0.28 to 0.62
 /// with a focal length that is wrong by 15 %.
 constexpr double kPlausibleBounds = 8, kWrongCamera = 0.55;
-/// Smallest correction of the timing of the shutters that matters [s].
-constexpr double kTimingBound = 0.002;
+/// Standard deviation of the timing between pieces of one recording [s]: delays of -3 to -15 ms,
+/// because the noise of the depth draws the estimate towards zero, and readout times of 27 and 33
+/// ms.
+constexpr double kTimingScatter = 0.005;
 /// Standard deviations by which a correction must differ from zero.
 constexpr double kCertain = 3;
 
@@ -123,8 +125,9 @@ struct Pass {
   ShutterTiming timing;
   /// Correction of the timing that the frames showed last, before it was applied.
   std::optional<ShutterCalibration::Correction> timing_correction;
-  bool complete = false;  ///< Whether the timing stayed the same to the last frame.
-  BundleProblem problem;  ///< Empty if not complete.
+  bool complete = false;      ///< Whether the timing stayed the same to the last frame.
+  BundleProblem problem;      ///< Empty if not complete.
+  std::string carried_doubt;  ///< See CarriedParts::doubt(); empty if not complete.
 };
 
 Pass track(std::unique_ptr<FrameSource> source, const SlamParameters& parameters) {
@@ -144,7 +147,7 @@ Pass track(std::unique_ptr<FrameSource> source, const SlamParameters& parameters
   }
   pass.timing = start;
   pass.complete = true;
-  slam.finish();
+  pass.carried_doubt = slam.finish().carried_doubt;
   pass.problem = log.problem(slam.map());
   return pass;
 }
@@ -218,6 +221,14 @@ std::vector<CalibratedParameter> parameters_of(const Camera& given,
   return parameters;
 }
 
+/// Returns whether a focal length is probably wrong by much: the map of a wrong camera is
+/// distorted, and shows the error for certain only after it was made again with a better one.
+bool is_suspect(const CalibratedParameter& p) {
+  constexpr double kSuspect = 1.5, kMuch = 0.04;  // standard deviations, share
+  return (p.key == "fx" || p.key == "fy") && p.verdict == CalibrationVerdict::kNotObservable &&
+         std::abs(p.estimated - p.given) > std::max(kSuspect * p.sigma, kMuch * p.given);
+}
+
 /// Returns the given values with the certain corrections.
 CameraVector corrected_values(const Camera& given,
                               const std::vector<CalibratedParameter>& parameters) {
@@ -225,6 +236,15 @@ CameraVector corrected_values(const Camera& given,
   for (std::size_t k = 0; k < kKeys.size(); ++k) {
     if (parameters[k].verdict == CalibrationVerdict::kCorrected)
       values(static_cast<Eigen::Index>(k)) = parameters[k].estimated;
+  }
+  return values;
+}
+
+/// Returns the values with which the recording is mapped next: suspect focal lengths are tried.
+CameraVector next_values(const Camera& given, const std::vector<CalibratedParameter>& parameters) {
+  CameraVector values = corrected_values(given, parameters);
+  for (const CameraParameter focal : {kFx, kFy}) {
+    if (is_suspect(parameters[focal])) values(focal) = parameters[focal].estimated;
   }
   return values;
 }
@@ -254,27 +274,32 @@ CameraCalibration errors_of(const Camera& given, const Camera& camera, const Bun
   return unknown;
 }
 
-/// Adds the timing of the shutters.
+/// Adds the timing of the shutters. It is corrected as a whole, or not at all: a run estimates the
+/// timing that a camera does not tell, and one wrong value would make the other one worse.
 /// @param pass the last pass in which it was estimated
 void add_timing(const Camera& given, const Pass& pass, CalibrationReport& report) {
   const ShutterTiming before = given.shutter.value_or(ShutterTiming{});
   const auto correction = pass.timing_correction.value_or(
       ShutterCalibration::Correction{Eigen::Vector2d::Zero(), Eigen::Vector2d::Constant(INFINITY)});
-  const auto add = [&](const char* key, double old, double now, Eigen::Index i) {
-    const double sigma = correction.sigma(i);
-    CalibratedParameter p{key, old, now, sigma, CalibrationVerdict::kNotObservable};
-    if (sigma < kTimingBound) p.verdict = CalibrationVerdict::kKept;
-    if (now != old) p.verdict = CalibrationVerdict::kCorrected;
+  const Eigen::Vector2d sigma =
+      (correction.sigma.array().square() + kTimingScatter * kTimingScatter).sqrt();
+  const auto changes = [&](double old, double now, Eigen::Index i) {
+    return now != old && std::abs(now - old) > kCertain * sigma(i);
+  };
+  const bool readout = changes(before.readout, pass.timing.readout, 0);
+  const bool delay = changes(before.depth_delay, pass.timing.depth_delay, 1);
+  const bool certain = (readout || pass.timing.readout == before.readout) &&
+                       (delay || pass.timing.depth_delay == before.depth_delay);
+  const auto add = [&](const char* key, double old, double now, bool changed, Eigen::Index i) {
+    CalibratedParameter p{key, old, now, sigma(i), CalibrationVerdict::kNotObservable};
+    if (changed && certain) p.verdict = CalibrationVerdict::kCorrected;
     if (now == old) p.estimated += correction.mean(i);
     report.parameters.push_back(p);
   };
-  add("readout", before.readout, pass.timing.readout, 0);
-  add("depth_delay", before.depth_delay, pass.timing.depth_delay, 1);
-  // The change of the depth along the image motion is measured with noise, which draws the estimate
-  // towards zero: no delay may be concluded from a small one.
-  CalibratedParameter& delay = report.parameters.back();
-  if (delay.verdict == CalibrationVerdict::kKept)
-    delay.verdict = CalibrationVerdict::kNotObservable;
+  add("readout", before.readout, pass.timing.readout, readout, 0);
+  add("depth_delay", before.depth_delay, pass.timing.depth_delay, delay, 1);
+  report.camera.shutter = given.shutter;
+  if (certain && (readout || delay)) report.camera.shutter = pass.timing;
 }
 
 /// Returns the effect of an error of the disparity on the depth, such as "depth reads 3.0 % short
@@ -308,7 +333,7 @@ CalibrationReport calibrate_recording(
         errors_of(recorded, camera, pass.problem, report.discarded_focal_length);
     report.parameters = parameters_of(recorded, found);
     const CameraVector before = values_of(camera);
-    set_values(corrected_values(recorded, report.parameters), camera);
+    set_values(next_values(recorded, report.parameters), camera);
     const CameraVector change = (values_of(camera) - before).cwiseAbs();
     const bool settled = (change.array() <= found.sigma.array()).all();
     if (settled || corrections == kMaxCorrections) break;
@@ -316,10 +341,10 @@ CalibrationReport calibrate_recording(
   }
   report.frames = pass.problem.T_world_camera.size();
   report.observations = pass.problem.observations.size();
-  add_timing(recorded, timed, report);
+  report.carried_doubt = pass.carried_doubt;
   report.camera = camera;
-  if (timed.timing == recorded.shutter.value_or(ShutterTiming{}))
-    report.camera.shutter = recorded.shutter;
+  set_values(corrected_values(recorded, report.parameters), report.camera);
+  add_timing(recorded, timed, report);
   return report;
 }
 

@@ -39,6 +39,13 @@ std::vector<LandmarkId> shared_landmarks(const Map& map, const std::vector<Keyfr
   return shared;
 }
 
+/// Returns whether both focal lengths are wrong in the same direction, as those of another camera
+/// or image size are. People who walk through a small map bend it in one direction of the image.
+bool shows_wrong_focal_lengths(const Camera& given, const CameraCalibration& found) {
+  return is_wrong_focal_length(given, found, kFx) && is_wrong_focal_length(given, found, kFy) &&
+         found.correction(kFx) * found.correction(kFy) > 0;
+}
+
 }  // namespace
 
 CameraErrors camera_errors(const Map& map) {
@@ -48,10 +55,9 @@ CameraErrors camera_errors(const Map& map) {
   const MapBundle bundle =
       make_bundle(map, keyframes, keyframes.size(), shared_landmarks(map, keyframes));
   if (bundle.observations.size() < kMinObservations) return {};
-  const CameraCalibration found = calibrate_camera(bundle.problem);
+  const CameraCalibration found = calibrate_camera(bundle.problem, AlikeErrors::kAssumed);
   CameraErrors errors;
-  if (is_wrong_focal_length(map.camera(), found, kFx) ||
-      is_wrong_focal_length(map.camera(), found, kFy))
+  if (shows_wrong_focal_lengths(map.camera(), found))
     errors.focal_length = map.camera().fx + found.correction(kFx);
   if (shows_distances(found)) errors.disparity_bow = found.correction(kDisparityBow);
   return errors;

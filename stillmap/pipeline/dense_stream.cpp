@@ -4,6 +4,7 @@
 #include "stillmap/base/span_names.hpp"
 #include "stillmap/base/trace.hpp"
 #include "stillmap/pipeline/saved_views.hpp"
+#include "stillmap/segment/box_cluster.hpp"
 #include "stillmap/segment/dynamic_mask.hpp"
 
 #include <algorithm>
@@ -49,13 +50,14 @@ cv::Mat1b mover_pixels(const Frame& frame, const std::vector<std::string>& class
   return movers | masks;
 }
 
-DenseStream::DenseStream(const Camera& camera, const SlamParameters& options, bool enabled,
+DenseStream::DenseStream(const Camera& camera, const SlamParameters& options, bool extend,
                          std::vector<AnchoredView> loaded)
     : max_mask_age_(static_cast<std::size_t>(options.schedule.max_mask_age)),
       every_(static_cast<std::size_t>(options.dense.every)),
       realtime_(options.schedule.realtime),
+      extend_(extend),
       dense_(camera, options.dense) {
-  if (!enabled) return;
+  if (!options.dense_cloud) return;
   for (AnchoredView& view : loaded) {
     places_[loaded_views_] = {view.anchor, view.T_anchor_camera};
     dense_.add(loaded_views_++, std::move(view.view));
@@ -74,6 +76,7 @@ void DenseStream::push(const TrackedFramePtr& tracked, const DetectedObjects& fo
   // The moved poses may be those around a relocalization result. If the tracker did not accept it,
   // its world is another one.
   if (!map.found || tracked->relocalized) task.moved = map.moved;
+  if (!extend_) task.moved = poses_of_loaded(tracked->enters_world(), std::move(task.moved));
   if (wants(*tracked)) {
     task.tracked = tracked;
     task.found = found;
@@ -81,11 +84,26 @@ void DenseStream::push(const TrackedFramePtr& tracked, const DetectedObjects& fo
   }
   if (!task.tracked && !task.moved) return;
   task.made = std::exchange(made_, {});
+  task.enters_world = tracked->enters_world();
   stage_->push(std::move(task));
 }
 
+/// Returns the poses of a loaded map that is not extended, until its views are in the live map.
+std::shared_ptr<const KeyframePoses> DenseStream::poses_of_loaded(
+    bool localized, std::shared_ptr<const KeyframePoses> moved) {
+  if (localized && moved) {
+    localized_ = std::move(moved);
+    frames_to_place_ = loaded_views_;
+    return localized_;
+  }
+  const bool busy = realtime_ && stage_->waiting() > kBusy;
+  if (frames_to_place_ == 0 || busy) return nullptr;
+  --frames_to_place_;
+  return localized_;
+}
+
 bool DenseStream::wants(const TrackedFrame& tracked) {
-  if (!tracked.has_pose()) return false;
+  if (!tracked.has_pose() || !extend_) return false;
   if (tracked.enters_world()) return true;
   const std::size_t waiting = realtime_ ? stage_->waiting() : 0;
   const bool due = every_ > 0 && tracked.frame->index() >= last_frame_ + every_;
@@ -99,7 +117,7 @@ void DenseStream::work(const Task& task) {
   settle(task.made);
   cloud_.reset();
   if (task.tracked) trace_frame(task.tracked->frame->index());
-  if (task.tracked && task.tracked->enters_world()) dense_.start_new_world();
+  if (task.enters_world) dense_.start_new_world();
   if (task.moved) follow(*task.moved);
   if (task.tracked) add(*task.tracked, task.found);
 }

@@ -31,9 +31,10 @@ cv::Mat1b mover_pixels(const Frame& frame, const std::vector<std::string>& class
 /// pose of each view is relative to a keyframe, so the view follows corrections of the map.
 class DenseStream {
  public:
-  /// @param enabled whether frames are added; if not, the dense map stays empty
-  /// @param loaded  views of a loaded map; they get poses when the camera is localized in that map
-  DenseStream(const Camera& camera, const SlamParameters& options, bool enabled,
+  /// @param extend whether frames are added; if not, the dense map is the loaded one
+  /// @param loaded views of a loaded map; they get poses when the camera is localized in that map
+  /// If options.dense_cloud is false, the dense map stays empty.
+  DenseStream(const Camera& camera, const SlamParameters& options, bool extend,
               std::vector<AnchoredView> loaded);
 
   /// Adds a frame, with the newest detections and the state of the map at that frame. Frames
@@ -80,10 +81,13 @@ class DenseStream {
     DetectedObjects found;                       // newest detections
     std::vector<NewKeyframe> made;               // keyframes made since the previous task
     std::shared_ptr<const KeyframePoses> moved;  // null: no keyframe was moved
+    bool enters_world = false;                   // the poses are in a new world from now on
   };
   struct Nothing {};
 
   bool wants(const TrackedFrame& tracked);
+  std::shared_ptr<const KeyframePoses> poses_of_loaded(bool localized,
+                                                       std::shared_ptr<const KeyframePoses> moved);
   void work(const Task& task);
   void add(const TrackedFrame& tracked, const DetectedObjects& found);
   void follow(const KeyframePoses& moved);
@@ -95,11 +99,15 @@ class DenseStream {
   const std::size_t max_mask_age_;  // maximum age of the labels' detections [frames]
   // number of frames between two added frames that are not keyframes; 0: only keyframes are added
   const std::size_t every_;
-  const bool realtime_;
+  const bool realtime_, extend_;
   std::size_t loaded_views_ = 0;  // number of loaded views; they have the first ids
   std::size_t last_frame_ = 0;    // index of the last added frame
   std::size_t frames_left_out_ = 0;
   std::vector<NewKeyframe> made_;  // keyframes that are not passed to the thread yet
+  // Of a map that is not extended: the poses in the part where the camera was localized, and the
+  // number of frames with which the live map, which places some views with each, is to get them.
+  std::shared_ptr<const KeyframePoses> localized_;
+  std::size_t frames_to_place_ = 0;
 
   // Used by the stage's thread until finish().
   DenseMap dense_;

@@ -46,6 +46,7 @@ void FrameLog::add(const TrackedFrame& tracked, const TrackingTimes& times) {
   record.tracked_by_odometry = tracked.tracked_by_odometry;
   record.uncertain = is_uncertain(tracked);
   record.keyframe = tracked.proposal.has_value() && extends_map_;
+  record.dynamics = frame.evidence.dynamics;
   record.times = times;
   const std::scoped_lock lock(mutex_);
   if (tracked.earlier) {

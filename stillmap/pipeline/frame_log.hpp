@@ -48,7 +48,8 @@ struct FrameRecord {
   /// The pose contradicts the motion (see MotionConsistency), or nearly all keypoints move, or the
   /// background does (see background_moves()).
   bool uncertain = false;
-  bool keyframe = false;  ///< The frame was proposed as a keyframe.
+  bool keyframe = false;                   ///< The frame was proposed as a keyframe.
+  Dynamics dynamics = Dynamics::kUnknown;  ///< Verdict of the dynamics gate.
   TrackingTimes times;
 
   bool has_pose() const { return state == TrackState::kStarted || state == TrackState::kTracking; }

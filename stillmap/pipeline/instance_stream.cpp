@@ -2,6 +2,7 @@
 #include "stillmap/pipeline/instance_stream.hpp"
 
 #include "stillmap/base/span_names.hpp"
+#include "stillmap/segment/tolerant_detector.hpp"
 
 namespace stillmap {
 namespace {
@@ -25,6 +26,10 @@ std::optional<DetectorUse> use_of(const Detector* detector, const ScheduleOption
   return DetectorUse{detector->inference(), schedule.segment_every, schedule.mask_delay};
 }
 
+std::unique_ptr<Detector> tolerant(std::unique_ptr<Detector> detector) {
+  return detector ? std::make_unique<TolerantDetector>(std::move(detector)) : nullptr;
+}
+
 }  // namespace
 
 InstanceStream::InstanceStream(std::unique_ptr<Detector> detector, const SlamParameters& options)
@@ -32,7 +37,7 @@ InstanceStream::InstanceStream(std::unique_ptr<Detector> detector, const SlamPar
       use_(use_of(detector.get(), schedule_)),
       waits_(!schedule_.realtime || schedule_.mask_delay == 0),
       wanted_classes_(wanted_classes(options)),
-      detector_(std::move(detector)),
+      detector_(tolerant(std::move(detector))),
       propagator_(options.schedule.max_mask_age) {
   if (!detector_) return;
   // A detector that nobody waits for gets the newest frame whenever it is free, so one may wait.

@@ -85,6 +85,7 @@ void visit(Io io, Value& value) requires std::same_as<std::remove_const_t<Value>
   for (auto* flag : {&value.relocalized, &value.tracked_by_odometry, &value.tracked_late,
                      &value.uncertain, &value.keyframe})
     io(*flag);
+  io(value.dynamics, Dynamics::kHigh);
   for (auto* time : {&value.times.features, &value.times.masks, &value.times.motion,
                      &value.times.pose, &value.times.waiting})
     io(*time);

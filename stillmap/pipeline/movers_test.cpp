@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/evaluate/mover_error.hpp"
+#include "stillmap/evaluate/world_alignment.hpp"
 #include "stillmap/motion/true_frame_test.hpp"
 #include "stillmap/pipeline/slam_system.hpp"
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/pipeline/paced_source.hpp"
 
+#include <cmath>
 #include <thread>
 #include <utility>
 
@@ -29,10 +30,22 @@ RgbdFramePtr TimelySource::next() {
   return frame;
 }
 
+/// Lists the frames between the newest one and this one.
+void PacedSource::list_left_out(const RgbdFrame& frame) {
+  if (newest_) {
+    for (std::size_t i = *newest_ + 1; i < frame.index; ++i) {
+      const double share =
+          static_cast<double>(i - *newest_) / static_cast<double>(frame.index - *newest_);
+      dropped_.push_back(std::lerp(newest_stamp_, frame.timestamp, share));
+    }
+  }
+  newest_ = frame.index;
+  newest_stamp_ = frame.timestamp;
+}
+
 RgbdFramePtr PacedSource::next() {
   while (RgbdFramePtr frame = source_->next()) {
-    if (newest_ && frame->index > *newest_) dropped_ += frame->index - *newest_ - 1;
-    newest_ = frame->index;
+    list_left_out(*frame);
     if (!start_) {
       start_ = Clock::now();
       first_stamp_ = frame->timestamp;
@@ -42,7 +55,7 @@ RgbdFramePtr PacedSource::next() {
     const auto due = *start_ + std::chrono::duration_cast<Clock::duration>(since_start);
     const auto interval = std::chrono::duration<double>(slower_ / camera().fps);
     if (Clock::now() > due + interval) {
-      ++dropped_;
+      dropped_.push_back(frame->timestamp);
       continue;
     }
     std::this_thread::sleep_until(due);

@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <vector>
 
 namespace stillmap {
 
@@ -37,8 +38,8 @@ class TimelySource final : public FrameSource {
 };
 
 /// Source that replays a recording at its original rate. next() waits until the frame is due; a
-/// frame that is requested more than one frame interval late is dropped and counted, as a live
-/// camera would drop it. Frames that a TimelySource left out are counted as well.
+/// frame that is requested more than one frame interval late is dropped and listed, as a live
+/// camera would drop it. Frames that a TimelySource left out are listed as well.
 class PacedSource final : public FrameSource {
  public:
   /// @param slower  factor on the time between frames, for programs slowed by a sanitizer
@@ -49,16 +50,21 @@ class PacedSource final : public FrameSource {
   RgbdFramePtr next() override;
   std::optional<std::size_t> size() const override { return source_->size(); }
   const std::vector<SkippedFrame>& skipped() const override { return source_->skipped(); }
-  std::size_t dropped() const { return dropped_; }
+  /// Returns the times of the dropped frames; those of frames that were left out are interpolated
+  /// [s].
+  const std::vector<double>& dropped() const { return dropped_; }
 
  private:
   using Clock = std::chrono::steady_clock;
+  void list_left_out(const RgbdFrame& frame);
+
   std::unique_ptr<FrameSource> source_;
   const double slower_;
   std::optional<Clock::time_point> start_;
   double first_stamp_ = 0;
-  std::size_t dropped_ = 0;
+  std::vector<double> dropped_;
   std::optional<std::size_t> newest_;  // index of the newest frame
+  double newest_stamp_ = 0;            // [s]
 };
 
 }  // namespace stillmap

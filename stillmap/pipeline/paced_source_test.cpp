@@ -68,15 +68,18 @@ TEST(TimelySource, ASlowReaderReadsFewerFramesAndNoneTooLate) {
   }
 }
 
-TEST(PacedSource, CountsTheFramesThatWereLeftOutBefore) {
+TEST(PacedSource, ListsTheFramesThatWereLeftOutBefore) {
   double clock = 0;
   auto slow = std::make_unique<TimelySource>(std::make_unique<SlowSource>(3 * kInterval, clock), 1,
                                              [&] { return clock; });
   PacedSource source(std::move(slow), /*slower=*/1e-6);  // due at once: the test does not wait
-  std::size_t frames = 0;
-  while (source.next()) ++frames;
-  EXPECT_LT(frames, kFrames);
-  EXPECT_EQ(frames + source.dropped(), kFrames);
+  std::vector<double> stamps;
+  while (const RgbdFramePtr frame = source.next()) stamps.push_back(frame->timestamp);
+  EXPECT_LT(stamps.size(), kFrames);
+  stamps.insert(stamps.end(), source.dropped().begin(), source.dropped().end());
+  std::sort(stamps.begin(), stamps.end());
+  ASSERT_THAT(stamps, testing::SizeIs(kFrames));
+  for (std::size_t i = 0; i < kFrames; ++i) EXPECT_NEAR(stamps[i], SlowSource::stamp(i), 1e-6);
 }
 
 }  // namespace

@@ -112,7 +112,7 @@ struct Slam::Impl {
       : options(chosen),
         detector_description(detector ? detector->description() : ""),
         frames(camera),
-        rectifies(camera.distorted()),
+        rectifies(camera.distorted() || !camera.ignore.empty()),
         selection(chosen.input),
         system(tracked_camera(frames.camera(), chosen), parameters, std::move(detector),
                starting_map(start, parameters.dense.memory)) {}
@@ -125,7 +125,7 @@ struct Slam::Impl {
   const Options options;
   const std::string detector_description;
   FrameMaker frames;
-  const bool rectifies;  // whether the images of the camera are distorted
+  const bool rectifies;  // whether the images of the camera are distorted or partly ignored
   std::vector<std::weak_ptr<const RgbdFrame>> rectified;  // frames made but not pushed yet
   FrameSelection selection;
   std::size_t next_index = 0;
@@ -154,7 +154,8 @@ void Slam::Impl::require_pushable(const RgbdFramePtr& frame) {
   const auto made = std::find_if(rectified.begin(), rectified.end(),
                                  [&](const auto& other) { return other.lock() == frame; });
   if (made != rectified.end()) return;
-  throw Error(fmt::format("camera '{}' is distorted, and make_frame() did not make this frame",
+  throw Error(fmt::format("camera '{}' is distorted or has ignored pixels, and make_frame() did "
+                          "not make this frame",
                           frames.camera().name),
               kWhere,
               "push the images, or the frame that make_frame() makes of them; for the rectified "

@@ -4,6 +4,7 @@
 #include "stillmap/base/test_path.hpp"
 #include "stillmap/pipeline/recording_test.hpp"
 #include "stillmap/pipeline/recovered_run.hpp"
+#include "stillmap/sensor/image_file.hpp"
 #include "stillmap/sensor/rectifier.hpp"
 #include "stillmap/slam.hpp"
 
@@ -291,6 +292,26 @@ TEST(SlamApi, DepthInMillimetersIsAnErrorThatNamesMeters) {
               HasSubstr("camera.depth_factor is 1: set it to the raw units per meter"));
   const cv::Mat unknown = cv::Mat::zeros(f.depth.size(), CV_32FC1);
   EXPECT_NO_THROW(slam.make_frame(f.color, unknown, 2)) << "a frame without any depth is possible";
+}
+
+TEST(SlamApi, IgnoredPixelsOfACameraAreLeftOut) {
+  const Recording& rec = recording(0, "xyz");
+  const auto file = test::own_path("ignored.png");
+  cv::Mat lower(240, 320, CV_8UC1, cv::Scalar(0));
+  lower.rowRange(160, 240).setTo(255);
+  write_png(file, lower);
+  Camera camera = rec.sequence->camera();
+  camera.ignore = file.string();
+  Slam slam(camera, small_options());
+  std::filesystem::remove(file);
+  const RgbdFrame& f = *rec.frames[0];
+  EXPECT_THAT(error_of([&] { slam.push(rec.frames[0]); }), HasSubstr("has ignored pixels"));
+  const auto frame = slam.make_frame(f.color, f.depth, f.timestamp);
+  EXPECT_EQ(cv::countNonZero(frame->depth.rowRange(160, 240)), 0);
+  EXPECT_GT(cv::countNonZero(f.depth.rowRange(160, 240)), 10000);
+  slam.push(frame);
+  for (const Eigen::Vector3f& p : slam.finish().cloud->points)  // in the first camera's frame
+    EXPECT_LT(camera.project(p.cast<double>()).y(), 162);
 }
 
 TEST(SlamApi, AFrameThatIsNotRectifiedIsAnError) {

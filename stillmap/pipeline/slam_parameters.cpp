@@ -14,8 +14,14 @@ namespace {
 /// Truncation distance of the mesh's signed distances [voxels], as usual for KinectFusion (Newcombe
 /// et al., ISMAR 2011).
 constexpr double kMeshTruncation = 4;
-/// Largest relative depth step where pixels at depth edges are used, as in the papers.
+/// Largest relative depth step where depth edges are not treated apart, as in the papers.
 constexpr double kAnyJump = std::numeric_limits<double>::infinity();
+
+/// Standard deviation of a disparity that is weighted as u and v are, as in ORB-SLAM [pixels].
+constexpr double kPixelSigma = 1;
+
+/// Number of landmarks that ORB-SLAM2 and 3 place by depth where fewer keypoints are near.
+constexpr std::size_t kFewestDepthLandmarks = 100;
 
 /// Share of the memory limit for keyframes: about the ratio of the features of a keyframe to the
 /// pixels of its view.
@@ -48,6 +54,11 @@ void set_network(const Options::Network& from, SlamParameters& to) {
   to.schedule.max_mask_age = from.max_mask_age;
 }
 
+BoxBody body_named(const std::string& name) {
+  if (name == "depth") return BoxBody::kDepthCluster;
+  return name == "none" ? BoxBody::kNone : BoxBody::kMoved;
+}
+
 void set_motion(const Options::Motion& from, MotionOptions& to) {
   to.cues = from.cues;
   to.semantic.classes.dynamic = from.moving_classes;
@@ -56,7 +67,7 @@ void set_motion(const Options::Motion& from, MotionOptions& to) {
   to.semantic.dilation = from.mask_dilation;
   to.semantic.prior = from.semantic_prior;
   to.box_flow.factor = from.box_flow_threshold;
-  to.box_flow.memory = from.box_flow_memory;
+  to.box_flow.body = body_named(from.box_flow_body);
   to.gate.in_se2 = from.gate_transform == "se2";
   to.gate.warp_error = from.gate_warp_error;
   to.gate.marked_share = from.gate_marked_share;
@@ -66,17 +77,39 @@ void set_motion(const Options::Motion& from, MotionOptions& to) {
 void set_tracking(const Options::Tracking& from, TrackerOptions& to) {
   to.min_inliers = from.min_inliers;
   to.new_map.patience = from.new_map_after;
-  to.tracked_by_odometry = from.odometry_fallback;
   to.keyframes.min_gap = from.keyframe_gap;
   to.keyframes.max_rotation = from.keyframe_rotation;
   to.keyframes.max_translation = from.keyframe_translation;
+}
+
+/// Turns off what ORB-SLAM does not have and `names` leave out.
+void set_extensions(const std::vector<std::string>& names, SlamParameters& to) {
+  const auto has = [&](const std::string& name) { return contains(names, name); };
+  to.orb.subpixel = has("subpixel");
+  if (!has("foreground-depth")) to.orb.depth_jump = kAnyJump;
+  if (!has("sensor-noise")) to.disparity_sigma = kPixelSigma;
+  if (!has("sharp-keyframes")) to.tracker.keyframes.min_sharpness = 0;
+  if (!has("three-views")) to.tracker.keyframes.min_views = 2;
+  if (!has("far-landmarks")) {  // all depths of the first keyframe (ORB-SLAM2, section III.C)
+    to.mapper.max_first_landmark_sigma = std::numeric_limits<double>::infinity();
+    to.mapper.max_landmark_sigma = kNearSigma;
+    to.mapper.fewest_depth_landmarks = kFewestDepthLandmarks;
+  }
+  to.tracker.previous_frame_points = has("previous-frame-points");
+  to.tracker.compensate_exposure = has("exposure");
+  to.tracker.statistics.occlusion_test = has("occlusion");
+  to.tracker.consistency_test = has("consistency");
+  to.tracker.tracked_by_odometry = has("odometry");
 }
 
 void set_map(const Options::Map& from, SlamParameters& to) {
   to.mapper.local_window = from.local_window;
   to.mapper.fusion_keyframes = from.fusion_keyframes;
   to.tracker.erase_seen_through = contains(from.landmark_rules, "seen-through");
-  to.tracker.erase_repeated = contains(from.landmark_rules, "node-median");
+  to.tracker.statistics.seen_through = to.tracker.erase_seen_through;
+  if (contains(from.landmark_rules, "repeated")) to.tracker.repeats = RepeatRule::kMatched;
+  if (contains(from.landmark_rules, "repeated-all-pairs"))
+    to.tracker.repeats = RepeatRule::kAllPairs;
   to.places.loops = from.loops;
   to.final_adjustment = from.final_adjustment;
   to.smooth_trajectory = from.smooth_trajectory;
@@ -86,7 +119,7 @@ void set_map(const Options::Map& from, SlamParameters& to) {
 void set_dense(const Options::Dense& from, DenseOptions& to) {
   to.voxel = from.voxel;
   to.back_projection.stride = from.stride;
-  to.back_projection.max_sigma = from.max_sigma;
+  to.back_projection.max_depth = from.max_depth;
   to.back_projection.mask_dilation = from.mask_dilation;
   to.far.max_sigma = from.far_sigma;
   to.every = from.every;
@@ -132,6 +165,7 @@ SlamParameters parameters_of(const Options& options) {
   set_network(options.network, parameters);
   set_motion(options.motion, parameters.motion);
   set_tracking(options.tracking, parameters.tracker);
+  set_extensions(options.tracking.extensions, parameters);
   set_map(options.map, parameters);
   parameters.movers.enabled = options.movers.enabled;
   parameters.dense_cloud = options.dense.enabled;

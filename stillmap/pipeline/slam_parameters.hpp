@@ -40,6 +40,7 @@ struct MoverOptions {
 /// user's Options.
 struct SlamParameters {
   OrbOptions orb;
+  double disparity_sigma = 0.3;  ///< See Camera::disparity_sigma.
   SegmentOptions segment;
   MotionOptions motion;
   TrackerOptions tracker;

@@ -53,7 +53,7 @@ TEST(SlamParameters, OfTheDefaultOptionsAreTheAlgorithmsDefaults) {
   EXPECT_EQ(made.motion.semantic.dilation, defaults.motion.semantic.dilation);
   EXPECT_EQ(made.motion.semantic.prior, defaults.motion.semantic.prior);
   EXPECT_EQ(made.motion.box_flow.factor, defaults.motion.box_flow.factor);
-  EXPECT_EQ(made.motion.box_flow.memory, defaults.motion.box_flow.memory);
+  EXPECT_EQ(made.motion.box_flow.body, defaults.motion.box_flow.body);
   EXPECT_EQ(made.motion.gate.in_se2, defaults.motion.gate.in_se2);
   EXPECT_EQ(made.motion.gate.warp_error, defaults.motion.gate.warp_error);
   EXPECT_EQ(made.motion.gate.marked_share, defaults.motion.gate.marked_share);
@@ -67,7 +67,18 @@ TEST(SlamParameters, OfTheDefaultOptionsAreTheAlgorithmsDefaults) {
   EXPECT_EQ(made.mapper.local_window, defaults.mapper.local_window);
   EXPECT_EQ(made.mapper.fusion_keyframes, defaults.mapper.fusion_keyframes);
   EXPECT_EQ(made.tracker.erase_seen_through, defaults.tracker.erase_seen_through);
-  EXPECT_EQ(made.tracker.erase_repeated, defaults.tracker.erase_repeated);
+  EXPECT_EQ(made.tracker.repeats, defaults.tracker.repeats);
+  EXPECT_EQ(made.tracker.previous_frame_points, defaults.tracker.previous_frame_points);
+  EXPECT_EQ(made.tracker.compensate_exposure, defaults.tracker.compensate_exposure);
+  EXPECT_EQ(made.tracker.consistency_test, defaults.tracker.consistency_test);
+  EXPECT_EQ(made.tracker.statistics.occlusion_test, defaults.tracker.statistics.occlusion_test);
+  EXPECT_EQ(made.tracker.statistics.seen_through, defaults.tracker.statistics.seen_through);
+  EXPECT_EQ(made.tracker.keyframes.min_sharpness, defaults.tracker.keyframes.min_sharpness);
+  EXPECT_EQ(made.mapper.max_landmark_sigma, defaults.mapper.max_landmark_sigma);
+  EXPECT_EQ(made.mapper.max_first_landmark_sigma, defaults.mapper.max_first_landmark_sigma);
+  EXPECT_EQ(made.orb.subpixel, defaults.orb.subpixel);
+  EXPECT_EQ(made.orb.depth_jump, defaults.orb.depth_jump);
+  EXPECT_EQ(made.disparity_sigma, Camera().disparity_sigma);
   EXPECT_EQ(made.places.loops, defaults.places.loops);
   EXPECT_EQ(made.final_adjustment, defaults.final_adjustment);
   EXPECT_EQ(made.smooth_trajectory, defaults.smooth_trajectory);
@@ -76,7 +87,7 @@ TEST(SlamParameters, OfTheDefaultOptionsAreTheAlgorithmsDefaults) {
   EXPECT_EQ(made.dense_cloud, defaults.dense_cloud);
   EXPECT_EQ(made.dense.voxel, defaults.dense.voxel);
   EXPECT_EQ(made.dense.back_projection.stride, defaults.dense.back_projection.stride);
-  EXPECT_EQ(made.dense.back_projection.max_sigma, defaults.dense.back_projection.max_sigma);
+  EXPECT_EQ(made.dense.back_projection.max_depth, defaults.dense.back_projection.max_depth);
   EXPECT_EQ(made.dense.back_projection.mask_dilation, defaults.dense.back_projection.mask_dilation);
   EXPECT_EQ(made.dense.far.max_sigma, defaults.dense.far.max_sigma);
   EXPECT_EQ(made.dense.every, defaults.dense.every);
@@ -107,6 +118,28 @@ TEST(SlamParameters, OfBoxPresetsListTheClassesOfTheirPapers) {
   const ClassSets epipolar = parameters_of_preset("box-epipolar").motion.epipolar.classes;
   EXPECT_EQ(epipolar.dynamic, indoor.dynamic);
   EXPECT_EQ(epipolar.potential, indoor.potential);
+}
+
+TEST(SlamParameters, OfTheBaselineHaveNoExtensions) {
+  const SlamParameters baseline = parameters_of_preset("orb-rgbd");
+  EXPECT_FALSE(baseline.orb.subpixel);
+  EXPECT_TRUE(std::isinf(baseline.orb.depth_jump));
+  EXPECT_EQ(baseline.disparity_sigma, 1);  // weighted as pixels are
+  EXPECT_FALSE(baseline.tracker.previous_frame_points);
+  EXPECT_FALSE(baseline.tracker.compensate_exposure);
+  EXPECT_FALSE(baseline.tracker.consistency_test);
+  EXPECT_FALSE(baseline.tracker.tracked_by_odometry);
+  EXPECT_FALSE(baseline.tracker.statistics.occlusion_test);
+  EXPECT_EQ(baseline.tracker.keyframes.min_sharpness, 0);
+  EXPECT_EQ(baseline.mapper.max_landmark_sigma, kNearSigma);
+}
+
+TEST(SlamParameters, OneExtensionLeavesTheOthersOff) {
+  Options options = read_options("orb-rgbd");
+  options.tracking.extensions = {"occlusion"};
+  const SlamParameters made = parameters_of(options);
+  EXPECT_TRUE(made.tracker.statistics.occlusion_test);
+  EXPECT_FALSE(made.tracker.consistency_test);
 }
 
 TEST(SlamParameters, NoDeviationsTurnOutlierRemovalOff) {

@@ -36,10 +36,16 @@ TrackerStart how_to_begin(const std::optional<StartingMap>& start) {
   return start->extend ? TrackerStart::kInMap : TrackerStart::kInMapOnly;
 }
 
-Map map_to_begin_in(const std::optional<StartingMap>& start, const Camera& camera,
+Camera with_disparity_sigma(Camera camera, double sigma) {
+  camera.disparity_sigma = sigma;
+  return camera;
+}
+
+Map map_to_begin_in(std::optional<StartingMap>& start, const Camera& camera,
                     const PyramidShape& pyramid) {
   if (!start) return {camera, pyramid};
   require_same_camera(start->saved.map, camera, pyramid, "the map to begin in");
+  start->saved.map.camera.disparity_sigma = camera.disparity_sigma;
   return Map(start->saved.map);
 }
 
@@ -57,15 +63,15 @@ SlamSystem::SlamSystem(const Camera& camera, const SlamParameters& options,
       first_track_(track_.trace().tracks().size()),
       construction_(std::in_place, &track_),
       options_(options),
-      camera_(camera),
+      camera_(with_disparity_sigma(camera, options.disparity_sigma)),
       extend_(!start || start->extend),
       extractor_(options.orb),
       keypoint_budget_(options.orb.keypoints),
       motion_(options.motion),
-      tracker_(camera, options.orb.pyramid(), options.tracker, how_to_begin(start)),
+      tracker_(camera_, options.orb.pyramid(), options.tracker, how_to_begin(start)),
       instances_(std::move(detector), options),
-      mapping_(map_to_begin_in(start, camera, options.orb.pyramid()), options, extend_),
-      dense_(camera, options, extend_ && options.dense_cloud, views_to_begin_with(start)),
+      mapping_(map_to_begin_in(start, camera_, options.orb.pyramid()), options, extend_),
+      dense_(camera_, options, extend_, views_to_begin_with(start)),
       movers_(options.movers, options.schedule.realtime),
       log_(extend_) {
   construction_.reset();  // all threads have been made and have their tracks
@@ -82,6 +88,7 @@ std::optional<Pose> SlamSystem::push(const RgbdFramePtr& image) {
   if (options_.schedule.realtime) shed_load(*image);
   log_.add(*newest_, tracking_times(propagation_));
   lost_.add(*newest_);
+  carried_.add({camera_, options_.orb.pyramid()}, newest_);
   return newest_->T_world_filtered();
 }
 
@@ -94,7 +101,7 @@ void SlamSystem::track(const RgbdFramePtr& image) {
   frame->cells = std::make_shared<CellGrid>(image->depth, camera_);
   instances_.push(image, frame->cells);
   frame->recorded_features = std::make_shared<Features>(
-      extractor_.extract(image->gray, image->depth, keypoint_budget_.keypoints()));
+      extractor_.extract(image->gray, image->depth, keypoint_budget_.keypoints(), image->ignored));
 
   view_ = mapping_.view_for(image->index);
   log_.settle(view_.made);
@@ -167,6 +174,8 @@ void SlamSystem::check(const RgbdFramePtr& frame) const {
   require(frame->color, CV_8UC3, "color image", "it must be 8-bit BGR");
   require(frame->gray, CV_8UC1, "gray image", "it must be 8-bit with one channel");
   require(frame->depth, CV_32FC1, "depth image", "it must be 32-bit float in meters");
+  if (!frame->ignored.empty())
+    require(frame->ignored, CV_8UC1, "image of ignored pixels", "it must be 8-bit, one channel");
   if (!std::isfinite(frame->timestamp)) {
     throw Error(fmt::format("the timestamp of frame {} is not finite", frame->index), kWhere,
                 "give seconds");
@@ -311,6 +320,7 @@ void SlamSystem::collect_statistics(SlamResult& result) const {
   result.detector_failures = instances_.failures();
   result.detector_skipped = instances_.skipped();
   result.detector_doubt = instances_.doubt();
+  result.carried_doubt = carried_.doubt();
   result.load_shedding = load_shedding();
   result.camera = camera_;
   result.shutter = tracker_.shutter();

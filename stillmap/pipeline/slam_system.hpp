@@ -13,6 +13,7 @@
 #include "stillmap/pipeline/mover_stream.hpp"
 #include "stillmap/pipeline/saved_map.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
+#include "stillmap/track/carried_parts.hpp"
 #include "stillmap/track/tracker.hpp"
 
 #include <functional>
@@ -56,6 +57,7 @@ struct SlamResult {
   std::size_t detector_failures = 0;    ///< Number of frames without a usable mask.
   std::string detector_skipped;         ///< Frames without a usable mask, in one line; empty: none.
   std::string detector_doubt;           ///< See Detector::doubt().
+  std::string carried_doubt;            ///< See CarriedParts::doubt().
   LoadShedding load_shedding;
   Camera camera;               ///< of the frames, without distortion
   ShutterTiming shutter;       ///< timing of the camera's shutters that was in use at the end
@@ -198,6 +200,7 @@ class SlamSystem {
   MoverStream movers_;
   FrameLog log_;
   LostFrames lost_;
+  CarriedParts carried_;
   TrackedFramePtr newest_;
   MapView view_;
   double propagation_ = 0;  // time that propagating the masks to the newest frame took [ms]

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace stillmap {
 namespace {
@@ -50,6 +51,41 @@ LensDistortion lens_of(const CameraInfoMessage& info) {
   return {*model, std::move(coefficients)};
 }
 
+// Returns the camera whose pixels are blocks of pixels of another. Pixel (0, 0) is the center of a
+// block, as in camera_of().
+RecordedCamera with_pixels_of(RecordedCamera camera, double columns, double rows) {
+  camera.fx /= columns;
+  camera.fy /= rows;
+  camera.cx = (camera.cx + 0.5) / columns - 0.5;
+  camera.cy = (camera.cy + 0.5) / rows - 0.5;
+  return camera;
+}
+
+// Returns the camera of the region of interest and the binning of a message (REP 104).
+SizedCamera with_settings(const RecordedCamera& full, const CameraInfoMessage& info) {
+  RecordedCamera part = full;
+  std::vector<std::string> settings;
+  const bool whole = info.roi_width == 0 || info.roi_height == 0 || info.roi_width > info.width ||
+                     info.roi_height > info.height ||
+                     (info.roi_width == info.width && info.roi_height == info.height);
+  if (!whole) {
+    part.width = static_cast<int>(info.roi_width);
+    part.height = static_cast<int>(info.roi_height);
+    part.cx -= info.roi_x;
+    part.cy -= info.roi_y;
+    settings.push_back(fmt::format("region of interest at ({}, {})", info.roi_x, info.roi_y));
+  }
+  constexpr std::uint32_t kLargest = 64;
+  const auto columns = std::clamp(info.binning_x, 1U, kLargest);
+  const auto rows = std::clamp(info.binning_y, 1U, kLargest);
+  if (columns == 1 && rows == 1) return {part, fmt::format("{}", fmt::join(settings, ", "))};
+  settings.push_back(fmt::format("binned by {} x {}", columns, rows));
+  RecordedCamera binned = with_pixels_of(part, columns, rows);
+  binned.width = part.width / static_cast<int>(columns);
+  binned.height = part.height / static_cast<int>(rows);
+  return {binned, fmt::format("{}", fmt::join(settings, ", "))};
+}
+
 }  // namespace
 
 std::optional<RecordedCamera> camera_of(const CameraInfoMessage& info, bool rectified) {
@@ -64,7 +100,7 @@ std::optional<RecordedCamera> camera_of(const CameraInfoMessage& info, bool rect
   RecordedCamera camera;
   camera.width = static_cast<int>(info.width);
   camera.height = static_cast<int>(info.height);
-  const bool by_projection = rectified && info.projection[0] > 0;
+  const bool by_projection = info.projection[0] > 0 && (rectified || info.intrinsics[0] == 0);
   if (by_projection) {
     const auto& p = info.projection;
     camera.fx = p[0], camera.cx = p[2], camera.fy = p[5], camera.cy = p[6];
@@ -75,6 +111,23 @@ std::optional<RecordedCamera> camera_of(const CameraInfoMessage& info, bool rect
   }
   if (!(camera.fx > 0) || !(camera.fy > 0)) return std::nullopt;
   return camera;
+}
+
+SizedCamera sized(const RecordedCamera& full, const CameraInfoMessage& info, int width,
+                  int height) {
+  const auto fits = [&](const RecordedCamera& c) { return c.width == width && c.height == height; };
+  if (fits(full)) return {full, ""};
+  SizedCamera part = with_settings(full, info);
+  const bool unknown = width <= 0 || height <= 0;
+  if (unknown || fits(part.camera)) return part;
+  const bool same_ratio = full.width > 0 && full.height > 0 &&
+                          std::int64_t{full.width} * height == std::int64_t{full.height} * width;
+  if (!same_ratio) return {full, ""};
+  const double ratio = static_cast<double>(full.width) / width;
+  RecordedCamera scaled = with_pixels_of(full, ratio, ratio);
+  scaled.width = width;
+  scaled.height = height;
+  return {scaled, fmt::format("scaled from {} x {}", full.width, full.height)};
 }
 
 std::optional<Pose> pose_in_pair(const CameraInfoMessage& info, bool rectified) {

@@ -31,11 +31,27 @@ struct RecordedCamera {
   bool operator==(const RecordedCamera&) const = default;
 };
 
-/// Returns the camera of a message; none if the camera was not calibrated (focal length 0).
-/// @param rectified  whether the images of the topic are rectified: the camera is then P, not K
+/// Returns the camera of the full images of a message; none if the camera was not calibrated (focal
+/// length 0).
+/// @param rectified  whether the images of the topic are rectified: the camera is then P, not K. P
+///                   is taken as well if K is 0, as rectifying programs publish it
 /// Throws Error for an unknown distortion model with coefficients, and for numbers that are not
 /// finite or sizes beyond 16384 pixels.
 std::optional<RecordedCamera> camera_of(const CameraInfoMessage& info, bool rectified);
+
+/// A camera of images of one size, made of that of a message.
+struct SizedCamera {
+  RecordedCamera camera;
+  std::string how;  ///< "binned by 2 x 2", "scaled from 1280 x 720"; empty if it is that of the
+                    ///< message.
+};
+
+/// Returns the camera of images of this size. If it is not the size of the full image: the camera
+/// of the region of interest and the binning of the message (REP 104), or the full one scaled if
+/// the ratio of width and height is the same; the full one if neither fits.
+/// @param full           as of camera_of()
+/// @param width, height  [pixels]; 0 if not known: region of interest and binning are used
+SizedCamera sized(const RecordedCamera& full, const CameraInfoMessage& info, int width, int height);
 
 /// Returns the pose [m] of a camera of a stereo pair in the frame of the rectified left camera: at
 /// -P[3] / P[0] along x and, if its images are not rectified, turned by the inverse of R. Returns

@@ -10,14 +10,21 @@
 namespace stillmap {
 
 /// The transforms between coordinate frames that a recording contains: those of /tf_static, and the
-/// first ones of /tf for cameras whose driver publishes fixed transforms there.
+/// first ones of /tf for cameras whose driver publishes fixed transforms there. They are read when
+/// they are asked for.
 class FrameTree {
  public:
-  explicit FrameTree(Recording& recording);
+  /// @param recording  must outlive the tree
+  explicit FrameTree(Recording& recording) : recording_(&recording) {}
   /// Returns T_a_b; none if no chain of transforms connects the frames.
-  std::optional<Pose> find(const std::string& a, const std::string& b) const;
+  std::optional<Pose> find(const std::string& a, const std::string& b);
 
  private:
+  void read(bool fixed);
+  std::optional<Pose> chain(const std::string& a, const std::string& b) const;
+
+  Recording* recording_;
+  bool has_fixed_ = false, has_all_ = false;                      // what was read
   std::map<std::string, std::map<std::string, Pose>> neighbors_;  // T_frame_neighbor
 };
 

@@ -136,6 +136,12 @@ CameraInfoMessage decode_camera_info(ByteSpan bytes, const std::string& encoding
   info.intrinsics = in.doubles<9>();
   info.rectification = in.doubles<9>();
   info.projection = in.doubles<12>();
+  info.binning_x = in.get<std::uint32_t>();
+  info.binning_y = in.get<std::uint32_t>();
+  info.roi_x = in.get<std::uint32_t>();
+  info.roi_y = in.get<std::uint32_t>();
+  info.roi_height = in.get<std::uint32_t>();
+  info.roi_width = in.get<std::uint32_t>();
   return info;
 }
 

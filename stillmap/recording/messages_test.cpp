@@ -70,7 +70,7 @@ TEST_P(Messages, EveryPrefixOfAMessageIsAnError) {
   const auto tf = camera().transform("base", "camera", {1, 2, 3, 0, 0, 1, 0});
   for (std::size_t n = 0; n < image.size(); ++n)
     EXPECT_THROW(decode_image(span(image).first(n), encoding()), Error) << n;
-  const std::size_t used = info.size() - 25;  // Binning and region of interest are not read.
+  const std::size_t used = info.size() - 1;  // The last flag is not read.
   for (std::size_t n = 0; n < used; ++n)
     EXPECT_THROW(decode_camera_info(span(info).first(n), encoding()), Error) << n;
   for (std::size_t n = 0; n < tf.size(); ++n)
@@ -104,6 +104,63 @@ TEST(CameraModel, OnlyKnownDistortionIsAccepted) {
   EXPECT_EQ(camera_of(info, false), std::nullopt);
   info.intrinsics[0] = std::nan("");
   EXPECT_THROW(camera_of(info, false), Error);
+}
+
+// Sensor of 1280 x 960 pixels, f 1000.
+CameraInfoMessage large_camera() {
+  CameraInfoMessage info;
+  info.width = 1280;
+  info.height = 960;
+  info.intrinsics = {1000, 0, 639.5, 0, 1000, 479.5, 0, 0, 1};
+  return info;
+}
+
+TEST(CameraModel, BinningAndRegionOfInterestGiveTheCameraOfTheImages) {
+  CameraInfoMessage info = large_camera();
+  info.binning_x = info.binning_y = 2;
+  const SizedCamera binned = sized(*camera_of(info, false), info, 640, 480);
+  EXPECT_EQ(binned.how, "binned by 2 x 2");
+  EXPECT_EQ(binned.camera.fx, 500);
+  EXPECT_EQ(binned.camera.cx, 319.5);
+  info.roi_x = 100;
+  info.roi_y = 60;
+  info.roi_width = 800;
+  info.roi_height = 600;
+  const SizedCamera part = sized(*camera_of(info, false), info, 400, 300);
+  EXPECT_EQ(part.how, "region of interest at (100, 60), binned by 2 x 2");
+  // The pixel of the full image at (639.5, 479.5) is that of the part at (539.5, 419.5).
+  EXPECT_EQ(part.camera.cx, (539.5 + 0.5) / 2 - 0.5);
+  EXPECT_EQ(part.camera.cy, (419.5 + 0.5) / 2 - 0.5);
+  EXPECT_EQ(part.camera.fy, 500);
+  EXPECT_EQ(part.camera.height, 300);
+  // Images of the full size are not binned, whatever the message says.
+  EXPECT_EQ(sized(*camera_of(info, false), info, 1280, 960).camera.fx, 1000);
+  EXPECT_EQ(sized(*camera_of(info, false), info, 0, 0).camera.width, 400);
+}
+
+TEST(CameraModel, ACameraOfTheSameRatioIsScaledAndOfAnotherIsNot) {
+  const CameraInfoMessage info = large_camera();
+  const SizedCamera half = sized(*camera_of(info, false), info, 640, 480);
+  EXPECT_EQ(half.how, "scaled from 1280 x 960");
+  EXPECT_EQ(half.camera.fx, 500);
+  EXPECT_EQ(half.camera.cy, 239.5);
+  EXPECT_EQ(half.camera.width, 640);
+  const SizedCamera other = sized(*camera_of(info, false), info, 640, 360);
+  EXPECT_EQ(other.how, "");
+  EXPECT_EQ(other.camera.width, 1280);
+}
+
+TEST(CameraModel, WithoutKTheCameraIsPWithoutDistortion) {
+  CameraInfoMessage info = large_camera();
+  info.intrinsics = {};
+  info.distortion_model = "plumb_bob";
+  info.distortion = {0.1, 0, 0, 0, 0};
+  EXPECT_EQ(camera_of(info, false), std::nullopt);
+  info.projection = {900, 0, 640, 0, 0, 910, 480, 0, 0, 0, 1, 0};
+  const auto camera = camera_of(info, false);
+  ASSERT_TRUE(camera);
+  EXPECT_EQ(camera->fy, 910);
+  EXPECT_TRUE(camera->lens.coefficients.empty());
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include "stillmap/recording/realsense.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/number.hpp"
 #include "stillmap/recording/if_readable.hpp"
 #include "stillmap/recording/messages.hpp"
 
@@ -43,11 +44,9 @@ std::string first_text(Recording& recording, const std::string& name) {
 std::optional<double> number_in(const std::string& text, const std::string& key) {
   const auto at = (";" + text).find(";" + key + "=");
   if (at == std::string::npos) return std::nullopt;
-  const char* begin = text.c_str() + at + key.size() + 1;
-  char* end = nullptr;
-  const double value = std::strtod(begin, &end);
-  if (end == begin || !std::isfinite(value)) return std::nullopt;
-  return value;
+  const auto number = leading_number(std::string_view(text).substr(at + key.size() + 1));
+  if (!number || !std::isfinite(number->value)) return std::nullopt;
+  return number->value;
 }
 
 // Returns T_stream_reference of a ROS 1 bag: the transform maps from the reference to the stream.

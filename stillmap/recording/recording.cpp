@@ -2,21 +2,29 @@
 #include "stillmap/recording/recording.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/number.hpp"
 
 #include <algorithm>
-#include <cstdlib>
+#include <fstream>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace stillmap {
 namespace {
 
 namespace fs = std::filesystem;
 
+// Returns the name of a file before it was compressed as a whole: "a.db3" of "a.db3.zstd".
+fs::path uncompressed(const fs::path& file) {
+  const bool compressed = file.extension() == ".zstd" || file.extension() == ".zst";
+  return compressed ? file.parent_path() / file.stem() : file;
+}
+
 // rosbag2 numbers the files of a recording: name_0.db3, name_1.db3, ..., name_10.db3.
 bool in_order_of_recording(const fs::path& a, const fs::path& b) {
   const auto key = [](const fs::path& file) {
-    const std::string stem = file.stem().string();
+    const std::string stem = uncompressed(file).stem().string();
     const auto digits = stem.find_last_not_of("0123456789") + 1;
     return std::pair(stem.size() - digits, stem);
   };
@@ -27,12 +35,47 @@ std::vector<fs::path> recording_files(const fs::path& folder) {
   std::vector<fs::path> files;
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-    const auto extension = entry.path().extension();
-    if (entry.is_regular_file(ignored) && (extension == ".db3" || extension == ".mcap"))
-      files.push_back(entry.path());
+    const fs::path file = uncompressed(entry.path());
+    const bool named = file.extension() == ".db3" || file.extension() == ".mcap";
+    const bool twice = file != entry.path() && fs::exists(file, ignored);
+    if (named && !twice && entry.is_regular_file(ignored)) files.push_back(entry.path());
   }
   std::sort(files.begin(), files.end(), in_order_of_recording);
   return files;
+}
+
+// Returns the names of the files that rosbag2 lists in metadata.yaml: lines "- NAME" behind the key
+// relative_file_paths. Early versions wrote the folder, too.
+std::vector<std::string> listed_files(const fs::path& folder) {
+  std::ifstream metadata(folder / "metadata.yaml");
+  std::vector<std::string> names;
+  bool inside = false;  // the list
+  for (std::string line; std::getline(metadata, line);) {
+    std::erase_if(line, [](char c) { return c == '"' || c == '\'' || c == '\r'; });
+    line.erase(0, line.find_first_not_of(' '));
+    const bool item = line.starts_with("- ");
+    if (inside && !item) break;
+    if (inside) names.push_back(fs::path(line.substr(2)).filename().string());
+    inside = inside || line.starts_with("relative_file_paths:");
+  }
+  return names;
+}
+
+// Returns the sentence that files which metadata.yaml lists are missing; empty if none is.
+std::string missing_files(const fs::path& folder, const std::vector<fs::path>& present) {
+  const std::vector<std::string> listed = listed_files(folder);
+  std::vector<std::string> missing;
+  for (const std::string& name : listed) {
+    const bool found = std::any_of(present.begin(), present.end(), [&](const fs::path& file) {
+      return uncompressed(file.filename()) == uncompressed(name);
+    });
+    if (!found) missing.push_back(name);
+  }
+  if (missing.empty()) return "";
+  return fmt::format(
+      "{} of the {} files of the recording are missing, so that it has gaps: metadata.yaml lists "
+      "{}",
+      missing.size(), listed.size(), fmt::join(missing, ", "));
 }
 
 }  // namespace
@@ -43,9 +86,12 @@ Recording::Recording(const fs::path& path) : path_(path) {
     add(path);
     return;
   }
-  for (const fs::path& file : recording_files(path)) add(file);
+  const std::vector<fs::path> files = recording_files(path);
+  for (const fs::path& file : files) add(file);
   if (files_.empty())
     throw Error("contains no .db3 or .mcap file", path.string(), "give a folder of `ros2 bag`");
+  if (std::string missing = missing_files(path, files); !missing.empty())
+    warnings_.push_back(std::move(missing));
 }
 
 void Recording::add(const fs::path& file) {
@@ -124,9 +170,9 @@ double seconds_of(std::int64_t nanoseconds) {
   const bool negative = nanoseconds < 0;
   const auto magnitude = negative ? 0 - static_cast<std::uint64_t>(nanoseconds)
                                   : static_cast<std::uint64_t>(nanoseconds);
-  const std::string text =
-      fmt::format("{}{}.{:09}", negative ? "-" : "", magnitude / kSecond, magnitude % kSecond);
-  return std::strtod(text.c_str(), nullptr);
+  return number_of(fmt::format("{}{}.{:09}", negative ? "-" : "", magnitude / kSecond,
+                               magnitude % kSecond))
+      .value();
 }
 
 }  // namespace stillmap

@@ -23,7 +23,7 @@ class Recording {
   /// Returns the listed messages of a topic.
   std::vector<MessageEntry> messages_of(std::uint32_t topic) const;
   std::optional<std::uint32_t> find_topic(const std::string& name) const;
-  /// Returns one sentence for each kind of damage that was found.
+  /// Returns one sentence for each kind of damage that was found, and for missing files.
   const std::vector<std::string>& warnings() const { return warnings_; }
   /// Returns the time from the first to the last message [s].
   double duration() const;
@@ -43,7 +43,8 @@ class Recording {
   std::vector<std::string> warnings_;
 };
 
-/// Returns whether the path names a file, or a folder with files of rosbag2 (*.db3, *.mcap).
+/// Returns whether the path names a file, or a folder with files of rosbag2 (*.db3, *.mcap, and
+/// these compressed as a whole, *.zstd).
 bool is_recording(const std::filesystem::path& path);
 
 /// Returns a time in seconds, correctly rounded: the number that the same time has when it is read

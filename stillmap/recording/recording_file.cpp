@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/recording/contents_cache.hpp"
+#include "stillmap/recording/decompressed_file.hpp"
 
 #include <algorithm>
 #include <set>
@@ -178,16 +179,35 @@ ByteSpan ChunkedFile::stored(const MessageEntry& entry) {
 
 namespace {
 
+// Returns the first bytes of a file.
+std::vector<std::uint8_t> start_of(const fs::path& path) {
+  std::vector<std::uint8_t> start(16);
+  start.resize(InputFile(path).read(0, start));
+  return start;
+}
+
+std::unique_ptr<RecordingFile> open_file(const fs::path& path, const RecordingContents* known);
+
+// The decompressed file has no name any more when it is read.
+std::unique_ptr<RecordingFile> open_compressed_file(const fs::path& path,
+                                                    const RecordingContents* known) {
+  const DecompressedFile file(path);
+  if (starts_with_zstd(start_of(file.path())))
+    throw Error("is compressed twice", path.string(), "decompress it first: unzstd FILE");
+  try {
+    return open_file(file.path(), known);
+  } catch (const Error& error) {
+    throw Error("is compressed, and its content " + error.problem(), path.string(), error.fix());
+  }
+}
+
 std::unique_ptr<RecordingFile> open_file(const fs::path& path, const RecordingContents* known) {
-  std::array<std::uint8_t, 16> start{};
-  const std::size_t count = InputFile(path).read(0, start);
-  const std::string_view magic = ByteCursor::as_text(ByteSpan(start).first(count));
+  const std::vector<std::uint8_t> start = start_of(path);
+  const std::string_view magic = ByteCursor::as_text(start);
   if (magic.starts_with("#ROSBAG V2.0")) return open_bag_file(path, known);
   if (magic.starts_with("SQLite format 3")) return open_sqlite_file(path, known);
   if (magic.starts_with("\x89MCAP")) return open_mcap_file(path, known);
-  if (starts_with_zstd(ByteSpan(start).first(count))) {
-    throw Error("is a compressed file", path.string(), "decompress it first: unzstd FILE");
-  }
+  if (starts_with_zstd(start)) return open_compressed_file(path, known);
   if (magic.starts_with("#ROSBAG")) {
     throw Error("is a bag of a version before 2.0", path.string(),
                 "convert it with `rosbag fix` of ROS 1");

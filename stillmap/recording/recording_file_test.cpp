@@ -138,7 +138,12 @@ TEST(RecordingFile, OtherFilesAreErrorsThatNameTheFix) {
   EXPECT_THAT(open(""), HasSubstr("is not a recording"));
   EXPECT_THAT(open("PNG"), HasSubstr("is not a recording"));
   EXPECT_THAT(open("#ROSBAG V1.2\n"), HasSubstr("rosbag fix"));
-  EXPECT_THAT(open(test::compressed("zstd", "file")), HasSubstr("unzstd"));
+  EXPECT_THAT(open(test::compressed("zstd", "file")),
+              HasSubstr("is compressed, and its content is not a recording"));
+  EXPECT_THAT(open(test::compressed("zstd", test::compressed("zstd", "file"))),
+              HasSubstr("unzstd"));
+  EXPECT_THAT(open(test::compressed("zstd", std::string(1 << 22, 'x'))),
+              HasSubstr("more than 1000 times"));
   EXPECT_THAT(open("SQLite format 3"), HasSubstr("rosbag2"));
   EXPECT_THAT(error_of([&] { open_recording_file(folder.path("missing")); }),
               HasSubstr("no such file"));
@@ -177,6 +182,50 @@ TEST(Recording, JoinsTheFilesOfAFolderInTheirOrder) {
   for (std::size_t i = 1; i < 10; ++i)
     EXPECT_LT(recording.messages()[i - 1].log_time, recording.messages()[i].log_time);
   EXPECT_EQ(ByteCursor::as_text(recording.read(recording.messages().back())), written.back().data);
+}
+
+std::string content_of(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+TEST(Recording, FilesThatAreCompressedAsAWholeAreRead) {
+  const TestFolder folder;
+  const auto written = messages(Kind::kLittleCdr);
+  const auto plain = folder.write_sqlite("rec_0.db3", written);
+  folder.write("rec_0.db3.zstd", test::compressed("zstd", content_of(plain)));
+  EXPECT_THAT(Recording(folder.path("")).messages(), SizeIs(10));  // not both
+  std::filesystem::remove(plain);
+  ASSERT_TRUE(is_recording(folder.path("")));
+  expect_all_messages(*open_recording_file(folder.path("rec_0.db3.zstd")), written);
+  const std::string bytes = test::mcap_of(written, "cdr", "", 0, true);
+  folder.write("rec_1.mcap.zstd", test::compressed("zstd", bytes));
+  Recording both(folder.path(""));
+  ASSERT_THAT(both.messages(), SizeIs(20));
+  EXPECT_EQ(ByteCursor::as_text(both.read(both.messages().back())), written.back().data);
+}
+
+TEST(Recording, ACompressedFileOfATruncatedOneIsReadAsFarAsItGoes) {
+  const TestFolder folder;
+  const auto written = messages(Kind::kLittleCdr);
+  const std::string bytes = test::mcap_of(written, "cdr", "", 0, false);
+  const std::string half = test::compressed("zstd", bytes.substr(0, bytes.size() / 2));
+  const auto file = open_recording_file(folder.write("cut.mcap.zstd", half));
+  EXPECT_THAT(file->index().warnings, ElementsAre(HasSubstr("truncated")));
+  EXPECT_GE(file->index().messages.size(), 2U);
+}
+
+TEST(Recording, FilesThatMetadataListsAndTheFolderLacksAreTold) {
+  const TestFolder folder;
+  const auto written = messages(Kind::kLittleCdr);
+  folder.write("rec_0.mcap", test::mcap_of(written, "cdr", "", 0, true));
+  const std::string head = "rosbag2_bagfile_information:\n  version: 5\n  relative_file_paths:\n";
+  folder.write("metadata.yaml", head + "    - rec_0.mcap.zstd\n  files:\n    - path: x\n");
+  EXPECT_THAT(Recording(folder.path("")).warnings(), IsEmpty());
+  folder.write("metadata.yaml", head + "    - rec/rec_0.mcap\n    - \"rec_1.mcap\"\n");
+  EXPECT_THAT(Recording(folder.path("")).warnings(),
+              ElementsAre(::testing::AllOf(HasSubstr("1 of the 2 files of the recording"),
+                                           HasSubstr("metadata.yaml lists rec_1.mcap"))));
 }
 
 TEST(Recording, SecondsAreTheNumbersThatTextWithTheSameDigitsGives) {

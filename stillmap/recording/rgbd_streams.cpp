@@ -2,16 +2,19 @@
 #include "stillmap/recording/rgbd_streams.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/image_header.hpp"
 #include "stillmap/base/nearest_name.hpp"
 #include "stillmap/base/statistics.hpp"
 #include "stillmap/recording/frame_tree.hpp"
 #include "stillmap/recording/if_readable.hpp"
+#include "stillmap/recording/name_text.hpp"
 #include "stillmap/recording/realsense.hpp"
+#include "stillmap/recording/stream_choice.hpp"
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
+#include <tuple>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -21,17 +24,6 @@ namespace {
 
 // Number of messages of a topic that are tried before it counts as unreadable.
 constexpr std::size_t kTried = 5;
-
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
-bool contains_any(const std::string& name, std::initializer_list<const char*> words) {
-  return std::any_of(words.begin(), words.end(),
-                     [&](const char* word) { return name.find(word) != std::string::npos; });
-}
 
 bool is_depth_encoding(const std::string& encoding) {
   return encoding == "16UC1" || encoding == "mono16" || encoding == "32FC1";
@@ -47,20 +39,32 @@ std::string pixel_format(const std::string& format) {
   return is_depth_encoding(format) ? format : "bgr8";
 }
 
+int side_of(std::uint32_t pixels) { return static_cast<int>(std::min(pixels, 1U << 20)); }
+
 void describe(const ImageMessage& image, ImageStream& stream) {
   stream.encoding = image.encoding;
   stream.frame = image.header.frame;
-  stream.width = static_cast<int>(std::min(image.width, 1U << 20));
-  stream.height = static_cast<int>(std::min(image.height, 1U << 20));
+  stream.width = side_of(image.width);
+  stream.height = side_of(image.height);
 }
 
+// Publishers name formats freely, so the bytes decide where they can: a PNG file of one channel of
+// 16 bits is depth.
 void describe(const CompressedImageMessage& image, ImageStream& stream) {
   stream.encoding = pixel_format(image.format);
   stream.frame = image.header.frame;
-  const bool compressed_depth =
-      contains_any(image.format, {"compressedDepth"}) || stream.name.ends_with("/compressedDepth");
+  const bool is_file = is_png(image.data) || is_jpeg(image.data);
+  const bool compressed_depth = !is_file && (contains_any(image.format, {"compressedDepth"}) ||
+                                             stream.name.ends_with("/compressedDepth"));
   stream.storage = compressed_depth ? ImageStorage::kCompressedDepth : ImageStorage::kFile;
   if (compressed_depth && !is_depth_encoding(stream.encoding)) stream.encoding = "16UC1";
+  const std::size_t parameters = compressed_depth ? kCompressedDepthParameters : 0;
+  const auto header = encoded_header(image.data.subspan(std::min(parameters, image.data.size())));
+  if (!header) return;
+  stream.width = side_of(static_cast<std::uint32_t>(header->width));
+  stream.height = side_of(static_cast<std::uint32_t>(header->height));
+  if (is_file && header->channels == 1 && header->bits == 16 && !stream.is_depth())
+    stream.encoding = "16UC1";
 }
 
 std::optional<ImageStream> stream_of(Recording& recording, std::uint32_t topic_index,
@@ -85,80 +89,13 @@ std::optional<ImageStream> stream_of(Recording& recording, std::uint32_t topic_i
   return std::nullopt;
 }
 
-// ---- choice
-// --------------------------------------------------------------------------------------
-
-int color_score(const ImageStream& stream) {
-  if (stream.is_depth()) return 0;
-  const std::string name = lower(stream.name);
-  int score = contains_any(lower(stream.encoding), {"mono", "8uc1"}) ? 5 : 10;
-  if (contains_any(name, {"color", "colour", "rgb"})) score += 4;
-  if (contains_any(name, {"infra", "/ir", "left", "right", "thermal", "fisheye"})) score -= 4;
-  if (contains_any(name, {"depth", "disparity", "confidence"}) &&
-      !contains_any(name, {"rgb_to_depth", "color_to_depth"}))
-    score -= 9;
-  if (stream.storage == ImageStorage::kPixels) score += 1;
-  return score;
-}
-
-int depth_score(const ImageStream& stream, const ImageStream& color) {
-  if (!stream.is_depth()) return 0;
-  const std::string name = lower(stream.name);
-  int score = 5;
-  if (contains_any(name, {"depth"})) score += 4;
-  if (contains_any(name, {"infra", "/ir", "confidence", "disparity"})) score -= 9;
-  if (stream.frame == color.frame) score += 2;
-  if (contains_any(name, {"aligned", "registered", "to_color", "to_rgb"})) score += 3;
-  if (stream.storage == ImageStorage::kPixels) score += 1;
-  return score;
-}
-
-// Returns the stream with the highest positive score, at equal scores with the most images.
-template <typename Score>
-const ImageStream* best(const std::vector<ImageStream>& streams, Score score) {
-  const ImageStream* chosen = nullptr;
-  std::pair<int, std::size_t> highest{0, 0};
-  for (const ImageStream& stream : streams) {
-    const std::pair<int, std::size_t> value{score(stream), stream.images.size()};
-    if (value.first <= 0 || value <= highest) continue;
-    highest = value;
-    chosen = &stream;
-  }
-  return chosen;
-}
+// ---- topics that the user names
+// ----------------------------------------------------------------
 
 std::vector<std::string> names_of(const std::vector<ImageStream>& streams) {
   std::vector<std::string> names;
   for (const ImageStream& stream : streams) names.push_back(stream.name);
   return names;
-}
-
-std::vector<std::string> names_and_encodings(const std::vector<ImageStream>& streams) {
-  std::vector<std::string> texts;
-  for (const ImageStream& stream : streams)
-    texts.push_back(stream.encoding.empty() ? stream.name
-                                            : fmt::format("{} ({})", stream.name, stream.encoding));
-  return texts;
-}
-
-Error no_stream(const Recording& recording, const std::vector<ImageStream>& streams,
-                const char* kind) {
-  std::string fix = "record one";
-  if (!streams.empty()) {
-    fix = fmt::format(
-        "name two topics with --topics COLOR,DEPTH (of a stereo pair LEFT,RIGHT); the image "
-        "topics are {}",
-        fmt::join(names_and_encodings(streams), ", "));
-  }
-  std::string what = fmt::format("contains no topic with {} images that can be read", kind);
-  for (const Topic& topic : recording.topics()) {
-    if (topic.type.find("Image") == std::string::npos || topic.type.starts_with("sensor_msgs/"))
-      continue;
-    what += fmt::format("; {} has messages of type {}, and only those of sensor_msgs are read",
-                        topic.name, topic.type);
-  }
-  for (const std::string& warning : recording.warnings()) what += "; " + warning;
-  return Error(what, recording.path().string(), fix);
 }
 
 const ImageStream& named_stream(const Recording& recording, const std::vector<ImageStream>& streams,
@@ -170,33 +107,26 @@ const ImageStream& named_stream(const Recording& recording, const std::vector<Im
               suggestion(name, names_of(streams)));
 }
 
-std::pair<ImageStream, ImageStream> choose(const Recording& recording,
-                                           const std::vector<ImageStream>& streams,
-                                           const std::string& topics) {
-  if (!topics.empty()) {
-    const auto comma = topics.find(',');
-    if (comma == std::string::npos) {
-      throw Error(fmt::format("'{}' names one topic", topics), "--topics",
-                  "name two: --topics COLOR,DEPTH, or --topics LEFT,RIGHT of a stereo pair");
-    }
-    const ImageStream& color = named_stream(recording, streams, topics.substr(0, comma));
-    const ImageStream& depth = named_stream(recording, streams, topics.substr(comma + 1));
-    if (color.name == depth.name)
-      throw Error(fmt::format("'{}' names one topic twice", topics), "--topics",
-                  "name two: --topics COLOR,DEPTH, or --topics LEFT,RIGHT of a stereo pair");
-    if (color.is_depth())
-      throw Error(fmt::format("{} has depth images ({}), but the topic of the color images comes "
-                              "first",
-                              color.name, color.encoding),
-                  "--topics", fmt::format("--topics {},{}", depth.name, color.name));
-    return {color, depth};
+// Sets the two streams that the user named.
+void take_named(const Recording& recording, const std::vector<ImageStream>& all,
+                const std::string& topics, RgbdStreams& streams) {
+  const auto comma = topics.find(',');
+  if (comma == std::string::npos) {
+    throw Error(fmt::format("'{}' names one topic", topics), "--topics",
+                "name two: --topics COLOR,DEPTH, or --topics LEFT,RIGHT of a stereo pair");
   }
-  const ImageStream* color = best(streams, color_score);
-  if (color == nullptr) throw no_stream(recording, streams, "color");
-  const ImageStream* depth =
-      best(streams, [&](const ImageStream& stream) { return depth_score(stream, *color); });
-  if (depth == nullptr) throw no_stream(recording, streams, "depth");
-  return {*color, *depth};
+  const ImageStream& color = named_stream(recording, all, topics.substr(0, comma));
+  const ImageStream& depth = named_stream(recording, all, topics.substr(comma + 1));
+  if (color.name == depth.name)
+    throw Error(fmt::format("'{}' names one topic twice", topics), "--topics",
+                "name two: --topics COLOR,DEPTH, or --topics LEFT,RIGHT of a stereo pair");
+  if (color.is_depth())
+    throw Error(fmt::format("{} has depth images ({}), but the topic of the color images comes "
+                            "first",
+                            color.name, color.encoding),
+                "--topics", fmt::format("--topics {},{}", depth.name, color.name));
+  streams.color = color;
+  streams.depth = depth;
 }
 
 // ---- cameras
@@ -230,7 +160,7 @@ std::optional<CameraInfoMessage> first_camera_info(Recording& recording, std::ui
 }
 
 // Returns the camera_info topic in the namespace of the image; otherwise one of the same frame and
-// size.
+// size, or ratio of width and height.
 std::optional<std::uint32_t> camera_topic(Recording& recording, const ImageStream& stream) {
   const std::string base = base_of(stream), parent = parent_of(base);
   for (const std::string& name :
@@ -238,15 +168,16 @@ std::optional<std::uint32_t> camera_topic(Recording& recording, const ImageStrea
     const auto topic = recording.find_topic(name);
     if (topic && recording.topics()[*topic].type == "sensor_msgs/CameraInfo") return topic;
   }
+  std::optional<std::uint32_t> of_same_ratio;
   for (std::uint32_t i = 0; i < recording.topics().size(); ++i) {
     if (recording.topics()[i].type != "sensor_msgs/CameraInfo") continue;
     const auto info = first_camera_info(recording, i);
-    const bool size =
-        info && (stream.width == 0 || (static_cast<int>(info->width) == stream.width &&
-                                       static_cast<int>(info->height) == stream.height));
-    if (size && !stream.frame.empty() && info->header.frame == stream.frame) return i;
+    if (!info || stream.frame.empty() || info->header.frame != stream.frame) continue;
+    const std::int64_t width = info->width, height = info->height;
+    if (stream.width == 0 || (width == stream.width && height == stream.height)) return i;
+    if (width * stream.height == height * stream.width && !of_same_ratio) of_same_ratio = i;
   }
-  return std::nullopt;
+  return of_same_ratio;
 }
 
 void add_camera(Recording& recording, ImageStream& stream) {
@@ -257,13 +188,23 @@ void add_camera(Recording& recording, ImageStream& stream) {
   const std::string& name = recording.topics()[*topic].name;
   if (realsense_inverts_distortion(recording, stream.name))
     info->distortion_model = "Inverse Brown Conrady";
+  const bool rectified = is_rectified(base_of(stream));
+  std::optional<RecordedCamera> full;
   try {
-    stream.camera = camera_of(*info, is_rectified(base_of(stream)));
+    full = camera_of(*info, rectified);
   } catch (const Error& error) {
     throw Error(error.problem(), recording.path().string() + ", topic " + name, error.fix());
   }
   stream.camera_topic = name;
-  if (!stream.camera) return;
+  if (!full) return;
+  const SizedCamera sized_camera = sized(*full, *info, stream.width, stream.height);
+  stream.camera = sized_camera.camera;
+  std::vector<std::string> changes;
+  if (!rectified && info->intrinsics[0] == 0)
+    changes.emplace_back("K is 0, so it is P, as of rectified images");
+  if (!sized_camera.how.empty()) changes.push_back(sized_camera.how);
+  if (!changes.empty())
+    stream.camera_note = fmt::format("camera of {}: {}", name, fmt::join(changes, "; "));
   if (stream.width == 0) {
     stream.width = stream.camera->width;
     stream.height = stream.camera->height;
@@ -307,7 +248,7 @@ std::string how_registered(const ImageStream& color, const ImageStream& depth) {
 }
 
 // Sets the pose of the depth camera, or finds that the images are registered.
-void add_registration(Recording& recording, RgbdStreams& streams) {
+void add_registration(Recording& recording, FrameTree& frames, RgbdStreams& streams) {
   const ImageStream &color = streams.color, &depth = streams.depth;
   const std::string place = fmt::format("depth: {}, {} images, ", depth.name, depth.images.size());
   streams.T_color_depth = realsense_extrinsics(recording, color.name, depth.name);
@@ -319,7 +260,7 @@ void add_registration(Recording& recording, RgbdStreams& streams) {
     }
     streams.T_color_depth = color.frame == depth.frame && !color.frame.empty()
                                 ? Pose()
-                                : FrameTree(recording).find(color.frame, depth.frame);
+                                : frames.find(color.frame, depth.frame);
   }
   if (streams.T_color_depth && depth.camera) {
     streams.notes.push_back(fmt::format(
@@ -362,7 +303,7 @@ std::optional<Pose> pose_by_projections(Recording& recording, const ImageStream&
   return T_pair_left->inverse() * *T_pair_right;
 }
 
-void add_pair(Recording& recording, RgbdStreams& streams) {
+void add_pair(Recording& recording, FrameTree& frames, RgbdStreams& streams) {
   const ImageStream &left = streams.color, &right = streams.depth;
   for (const ImageStream* stream : {&left, &right}) {
     if (stream->camera) continue;
@@ -371,9 +312,12 @@ void add_pair(Recording& recording, RgbdStreams& streams) {
                 recording.path().string(), "record the camera_info of both cameras");
   }
   streams.T_left_right = realsense_extrinsics(recording, left.name, right.name);
-  if (!streams.T_left_right) streams.T_left_right = pose_by_projections(recording, left, right);
+  if (!streams.T_left_right) {
+    streams.T_left_right = pose_by_projections(recording, left, right);
+    streams.pose_by_projections = streams.T_left_right.has_value();
+  }
   if (!streams.T_left_right && left.frame != right.frame)
-    streams.T_left_right = FrameTree(recording).find(left.frame, right.frame);
+    streams.T_left_right = frames.find(left.frame, right.frame);
   if (!streams.T_left_right) {
     throw Error(
         fmt::format("contains neither the baseline of {} and {} nor the transform between them",
@@ -391,7 +335,7 @@ std::string sensor_of(Recording& recording, const RgbdStreams& streams) {
   std::string realsense = realsense_sensor(recording);
   if (!realsense.empty()) return realsense;
   const std::string names = lower(streams.color.name + streams.depth.name);
-  if (contains_any(names, {"aligned_depth_to_color", "realsense", "d435", "/device_0/"}))
+  if (contains_any(names, {"aligned_depth_to_color", "realsense", "d405", "d435", "/device_0/"}))
     return "realsense_d435i";
   if (contains_any(names, {"d455"})) return "realsense_d455";
   if (contains_any(names, {"k4a", "azure", "depth_to_rgb"})) return "azure_kinect";
@@ -428,7 +372,13 @@ std::vector<ImageStream> image_streams(Recording& recording) {
 
 RgbdStreams find_rgbd_streams(Recording& recording, const std::string& topics) {
   RgbdStreams streams;
-  std::tie(streams.color, streams.depth) = choose(recording, image_streams(recording), topics);
+  FrameTree frames(recording);
+  const std::vector<ImageStream> all = image_streams(recording);
+  if (topics.empty()) {
+    std::tie(streams.color, streams.depth, streams.notes) = best_streams(recording, all, frames);
+  } else {
+    take_named(recording, all, topics, streams);
+  }
   for (ImageStream* stream : {&streams.color, &streams.depth}) {
     add_camera(recording, *stream);
     use_log_times_if_unstamped(*stream);
@@ -443,9 +393,9 @@ RgbdStreams find_rgbd_streams(Recording& recording, const std::string& topics) {
                                       streams.color.width, streams.color.height,
                                       streams.color.encoding, streams.fps));
   if (streams.depth.is_depth()) {
-    add_registration(recording, streams);
+    add_registration(recording, frames, streams);
   } else {
-    add_pair(recording, streams);
+    add_pair(recording, frames, streams);
   }
   return streams;
 }

@@ -15,8 +15,11 @@ namespace stillmap {
 enum class ImageStorage {
   kPixels,          ///< sensor_msgs/Image.
   kFile,            ///< sensor_msgs/CompressedImage: a JPEG or PNG file.
-  kCompressedDepth  ///< sensor_msgs/CompressedImage: 12 bytes of parameters and a PNG file.
+  kCompressedDepth  ///< sensor_msgs/CompressedImage: parameters, then a PNG file or RVL code.
 };
+
+/// Size of the parameters before an image of ImageStorage::kCompressedDepth [bytes].
+inline constexpr std::size_t kCompressedDepthParameters = 12;
 
 /// The images of one topic.
 struct ImageStream {
@@ -30,6 +33,8 @@ struct ImageStream {
   std::optional<RecordedCamera> camera = {};  ///< None if the recording does not contain it.
   /// Topic of the camera_info; empty without one. If it is not calibrated, `camera` is none.
   std::string camera_topic = {};
+  /// How `camera` differs from the camera_info, as a sentence for the user; empty if it does not.
+  std::string camera_note = {};
 
   bool is_depth() const;
 };
@@ -41,6 +46,7 @@ struct RgbdStreams {
   /// Pose of the right camera in the frame of the left one; none if the images are not a stereo
   /// pair.
   std::optional<Pose> T_left_right;
+  bool pose_by_projections = false;  ///< T_left_right is made of P and R of the camera_info.
   /// Pose of the depth camera in the frame of the color camera; none if the depth images are
   /// registered to the color images.
   std::optional<Pose> T_color_depth;
@@ -57,8 +63,10 @@ std::vector<ImageStream> image_streams(Recording& recording);
 /// Returns the error that the recorded camera of a stream has K = 0, as an uncalibrated one.
 Error not_calibrated(const Recording& recording, const ImageStream& stream);
 
-/// Finds the color and the depth images by their type, encoding and name, and all that the
-/// recording tells about their cameras.
+/// Finds the color and the depth images by their type, content, encoding and name, and all that the
+/// recording tells about their cameras. Streams of one camera are taken, by the words of their
+/// topics and frames and by the transform between them; of several cameras the one with the most
+/// images, and the notes name the others.
 /// @param topics  names of two topics, "COLOR,DEPTH" or, of a stereo pair, "LEFT,RIGHT"; empty to
 ///                choose color and depth
 /// Throws Error, with the image topics of the recording, if there is no such pair, if the depth

@@ -34,17 +34,18 @@ class Topics {
                          time_++});
     return *this;
   }
-  Topics& compressed(const std::string& topic, const std::string& format,
-                     const std::string& frame) {
+  Topics& compressed(const std::string& topic, const std::string& format, const std::string& frame,
+                     const std::string& data = "x") {
     messages_.push_back({topic, kCompressed,
-                         TestCamera{.frame = frame}.compressed_image(1, 0, format, "x"), time_++});
+                         TestCamera{.frame = frame}.compressed_image(1, 0, format, data), time_++});
     return *this;
   }
   Topics& info(const std::string& topic, const std::string& frame, int width = 8, int height = 6,
-               double shift = 0) {
-    messages_.push_back({topic, kInfo,
-                         TestCamera{.frame = frame}.info(width, height, 10, "plumb_bob", {}, shift),
-                         time_++});
+               double shift = 0, const test::TestSettings& settings = {}) {
+    messages_.push_back(
+        {topic, kInfo,
+         TestCamera{.frame = frame}.info(width, height, 10, "plumb_bob", {}, shift, settings),
+         time_++});
     return *this;
   }
   Topics& transform(const std::string& parent, const std::string& child,
@@ -81,6 +82,127 @@ TEST(RgbdStreams, ColorAndRegisteredDepthAreChosenAmongOtherTopics) {
   EXPECT_EQ(streams.color.camera->fx, 10);
   EXPECT_EQ(streams.depth_factor, 1000);
   EXPECT_EQ(streams.sensor, "realsense_d435i");
+}
+
+// Returns the topics that are chosen.
+std::pair<std::string, std::string> names(const RgbdStreams& streams) {
+  return {streams.color.name, streams.depth.name};
+}
+
+using Names = std::pair<std::string, std::string>;
+
+TEST(RgbdStreams, ColorAndDepthOfOneCameraAreChosenByTheirNames) {
+  Topics topics;
+  // The depth of the rear camera has one image more.
+  topics.image("/rear/depth/image_raw", "16UC1", "rear_depth_optical_frame")
+      .image("/rear/depth/image_raw", "16UC1", "rear_depth_optical_frame")
+      .image("/front/color/image_raw", "rgb8", "front_color_optical_frame")
+      .image("/front/depth/image_raw", "16UC1", "front_depth_optical_frame")
+      .image("/rear/color/image_raw", "rgb8", "rear_color_optical_frame");
+  const RgbdStreams streams = topics.find();
+  EXPECT_EQ(names(streams), Names("/front/color/image_raw", "/front/depth/image_raw"));
+  EXPECT_THAT(streams.notes,
+              ::testing::Contains(HasSubstr("to use it: --topics "
+                                            "/rear/color/image_raw,/rear/depth/image_raw")));
+}
+
+TEST(RgbdStreams, CamerasThatAreNumberedAreToldApart) {
+  for (const char* prefix : {"/camera", "/cam_", "/realsense/d435_", "/device_"}) {
+    SCOPED_TRACE(prefix);
+    const std::string one = prefix + std::string("1/sensor_"),
+                      two = prefix + std::string("2/sensor_");
+    Topics topics;
+    topics.image(two + "0/Depth_0/image", "16UC1", "f")
+        .image(two + "0/Depth_0/image", "16UC1", "f")
+        .image(one + "1/Color_0/image", "rgb8", "f")
+        .image(one + "1/Color_0/image", "rgb8", "f")
+        .image(one + "0/Depth_0/image", "16UC1", "f");
+    EXPECT_EQ(names(topics.find()), Names(one + "1/Color_0/image", one + "0/Depth_0/image"));
+  }
+}
+
+TEST(RgbdStreams, OfSeveralCamerasTheOneWithTheMostImagesIsChosen) {
+  Topics topics;
+  for (const char* camera : {"/arm_a", "/head", "/head", "/arm_b"}) {
+    topics.image(std::string(camera) + "/rgb/image", "rgb8", "")
+        .image(std::string(camera) + "/depth/image", "16UC1", "");
+  }
+  const RgbdStreams streams = topics.find();
+  EXPECT_EQ(names(streams), Names("/head/rgb/image", "/head/depth/image"));
+  EXPECT_THAT(streams.notes,
+              ::testing::IsSupersetOf({HasSubstr("/arm_a/rgb/image,/arm_a/depth/image"),
+                                       HasSubstr("/arm_b/rgb/image,/arm_b/depth/image")}));
+}
+
+TEST(RgbdStreams, CamerasWithoutTellingNamesAreToldApartByTheirTransforms) {
+  Topics topics;
+  topics.image("/depth_a", "16UC1", "depth_a")
+      .image("/depth_a", "16UC1", "depth_a")
+      .image("/depth_b", "16UC1", "depth_b")
+      .image("/color_x", "rgb8", "color_x")
+      .transform("base", "color_x", {0.2, 0, 0, 0, 0, 0, 1})
+      .transform("base", "depth_b", {0.22, 0, 0, 0, 0, 0, 1})
+      .transform("base", "depth_a", {-0.2, 0, 0, 0, 1, 0, 0})
+      .info("/camera_info", "depth_b");
+  EXPECT_EQ(names(topics.find()), Names("/color_x", "/depth_b"));
+}
+
+TEST(RgbdStreams, DepthWithoutColorIsThatOfTheLeftInfraredImages) {
+  Topics topics;
+  topics.image("/camera/infra2/image_rect_raw", "mono8", "camera_infra2_optical_frame")
+      .image("/camera/infra2/image_rect_raw", "mono8", "camera_infra2_optical_frame")
+      .image("/camera/infra1/image_rect_raw", "mono8", "camera_infra1_optical_frame")
+      .image("/camera/depth/image_rect_raw", "16UC1", "camera_depth_optical_frame");
+  const RgbdStreams streams = topics.find();
+  EXPECT_EQ(streams.color.name, "/camera/infra1/image_rect_raw");
+  EXPECT_THAT(streams.notes, ::testing::Not(::testing::Contains(HasSubstr("another camera"))));
+}
+
+// The first bytes of a PNG file.
+std::string png(int width, int height, int bits, int color_type) {
+  const auto number = [](int value) {
+    return std::string{0, 0, static_cast<char>(value >> 8), static_cast<char>(value)};
+  };
+  return std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR", 16) + number(width) + number(height) +
+         static_cast<char>(bits) + static_cast<char>(color_type) + std::string(7, '\0');
+}
+
+TEST(RgbdStreams, APngFileOf16BitsIsDepthWhateverItsFormatAndTopicSay) {
+  for (const auto& [topic, format] :
+       {std::pair("/camera/depth/image_raw/compressed", "png"),
+        std::pair("/camera/depth", "bgr8; png compressed"),
+        std::pair("/camera/depth/image_raw/compressedDepth", "16UC1; compressedDepth")}) {
+    SCOPED_TRACE(topic);
+    Topics topics;
+    topics.compressed("/camera/color/image_raw/compressed", "png", "c", png(300, 200, 8, 2))
+        .compressed(topic, format, "d", png(300, 200, 16, 0))
+        .info("/camera/color/camera_info", "c", 300, 200);
+    const RgbdStreams streams = topics.find();
+    EXPECT_EQ(streams.depth.name, topic);
+    EXPECT_EQ(streams.depth.encoding, "16UC1");
+    EXPECT_EQ(streams.depth.storage, ImageStorage::kFile);
+    EXPECT_EQ(streams.depth.width, 300);
+    EXPECT_EQ(streams.color.height, 200);
+  }
+}
+
+TEST(RgbdStreams, ACameraOfOtherImagesIsFittedAndTold) {
+  const auto with = [](int width, int height, const test::TestSettings& settings) {
+    Topics topics;
+    topics.image("/c/rgb", "rgb8", "f").image("/c/depth", "16UC1", "f");
+    return topics.info("/c/camera_info", "f", width, height, 0, settings).find().color;
+  };
+  const ImageStream scaled = with(16, 12, {});
+  ASSERT_TRUE(scaled.camera);
+  EXPECT_EQ(scaled.camera->fx, 5);
+  EXPECT_EQ(scaled.camera_note, "camera of /c/camera_info: scaled from 16 x 12");
+  EXPECT_THAT(with(20, 12, {.x = 2, .y = 3, .width = 8, .height = 6}).camera_note,
+              HasSubstr("region of interest at (2, 3)"));
+  const ImageStream rectified = with(8, 6, {.without_k = true});
+  ASSERT_TRUE(rectified.camera);
+  EXPECT_EQ(rectified.camera->fx, 20);
+  EXPECT_THAT(rectified.camera_note, HasSubstr("K is 0, so it is P"));
+  EXPECT_EQ(with(8, 6, {}).camera_note, "");
 }
 
 TEST(RgbdStreams, NamedTopicsArePreferred) {

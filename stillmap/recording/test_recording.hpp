@@ -248,6 +248,13 @@ class TestFolder {
   std::filesystem::path folder_;
 };
 
+/// Settings of a camera in its camera_info.
+struct TestSettings {
+  bool without_k = false;                             // K is 0
+  std::uint32_t binning = 0;                          // in both directions
+  std::uint32_t x = 0, y = 0, width = 0, height = 0;  // region of interest
+};
+
 /// Messages as cameras send them.
 struct TestCamera {
   Kind kind = Kind::kLittleCdr;
@@ -270,7 +277,8 @@ struct TestCamera {
   }
   /// @param shift  P[3], the negative product of P[0] (2 f) and the position in a stereo pair
   std::string info(int width, int height, double f, const std::string& model,
-                   const std::vector<double>& distortion, double shift = 0) const {
+                   const std::vector<double>& distortion, double shift = 0,
+                   const TestSettings& settings = {}) const {
     MessageWriter writer(kind);
     writer.header(1, 0, frame)
         .put(static_cast<std::uint32_t>(height))
@@ -279,11 +287,14 @@ struct TestCamera {
     writer.put(static_cast<std::uint32_t>(distortion.size()));
     for (const double value : distortion) writer.put(value);
     const double cx = (width - 1) / 2.0, cy = (height - 1) / 2.0;
-    for (const double value : {f, 0.0, cx, 0.0, f, cy, 0.0, 0.0, 1.0}) writer.put(value);
+    for (const double value : {f, 0.0, cx, 0.0, f, cy, 0.0, 0.0, 1.0})
+      writer.put(settings.without_k ? 0.0 : value);
     for (const double value : {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0}) writer.put(value);
     for (const double value : {2 * f, 0.0, cx, shift, 0.0, 2 * f, cy, 0.0, 0.0, 0.0, 1.0, 0.0})
       writer.put(value);
-    for (int i = 0; i < 6; ++i) writer.put(std::uint32_t{0});
+    for (const std::uint32_t value : {settings.binning, settings.binning, settings.x, settings.y,
+                                      settings.height, settings.width})
+      writer.put(value);
     return writer.put(std::uint8_t{0}).bytes();
   }
   std::string transform(const std::string& parent, const std::string& child,

@@ -4,9 +4,11 @@
 #include "stillmap/base/trace.hpp"
 #include "stillmap/feature/matching.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <vector>
 
 namespace stillmap {
 namespace {
@@ -24,12 +26,6 @@ constexpr double kRatio = 0.8;
 constexpr double kMaxError = 2.0;
 
 constexpr double kDegree = std::numbers::pi / 180;
-
-/// Standard deviation of a depth up to which it places a landmark [m]: that of a Kinect v1 at 6 m.
-/// Where depth is less certain, triangulation is better.
-constexpr double kMaxSigma = 0.060784;
-
-float max_depth(const Map& map) { return map.camera().depth_sensor.depth_at_sigma(kMaxSigma); }
 
 struct Ray {
   Eigen::Vector3d origin, direction;  // In the world frame; the direction has unit length.
@@ -83,8 +79,8 @@ std::vector<Descriptor> pick(const Features& features, const std::vector<std::ui
   return picked;
 }
 
-int triangulate_with(Map& map, const Keyframe& a, const Keyframe& b) {
-  const auto from_a = unplaced(a, max_depth(map)), from_b = unplaced(b, max_depth(map));
+int triangulate_with(Map& map, const Keyframe& a, const Keyframe& b, float max_depth) {
+  const auto from_a = unplaced(a, max_depth), from_b = unplaced(b, max_depth);
   BruteForceMatchOptions matching;
   matching.max_distance = kMaxDistance;
   matching.ratio = kRatio;
@@ -104,12 +100,28 @@ int triangulate_with(Map& map, const Keyframe& a, const Keyframe& b) {
   return created;
 }
 
+/// Returns the depth up to which keypoints place landmarks [m]: that of `max_sigma`, or that of the
+/// `fewest` nearest ones if it is larger.
+float depth_limit(const Keyframe& keyframe, const DepthSensor& sensor, double max_sigma,
+                  std::size_t fewest) {
+  const float near = sensor.depth_at_sigma(max_sigma);
+  if (fewest == 0) return near;
+  std::vector<float> depths;
+  for (std::size_t i = 0; i < keyframe.features->size(); ++i) {
+    const float depth = keyframe.features->keypoints[i].depth;
+    if (depth > 0 && keyframe.static_weight[i] > 0) depths.push_back(depth);
+  }
+  std::sort(depths.begin(), depths.end());
+  if (depths.empty()) return near;
+  return std::max(near, depths[std::min(fewest, depths.size()) - 1]);
+}
+
 }  // namespace
 
-int create_from_depth(Map& map, KeyframeId id) {
+int create_from_depth(Map& map, KeyframeId id, double max_sigma, std::size_t fewest) {
   const TraceScope scope("landmarks from depth");
   const Keyframe& keyframe = map.at(id);
-  const float farthest = max_depth(map);
+  const float farthest = depth_limit(keyframe, map.camera().depth_sensor, max_sigma, fewest);
   int created = 0;
   for (std::uint32_t i = 0; i < keyframe.features->size(); ++i) {
     const Keypoint& k = keyframe.features->keypoints[i];
@@ -121,12 +133,13 @@ int create_from_depth(Map& map, KeyframeId id) {
   return created;
 }
 
-int create_by_triangulation(Map& map, KeyframeId id) {
+int create_by_triangulation(Map& map, KeyframeId id, double max_sigma) {
   const TraceScope scope("triangulation");
+  const float max_depth = map.camera().depth_sensor.depth_at_sigma(max_sigma);
   int created = 0, tried = 0;
   for (const Covisible& neighbor : map.covisible(id, kMinShared)) {
     if (tried++ >= kTriangulationNeighbors) break;
-    created += triangulate_with(map, map.at(id), map.at(neighbor.keyframe));
+    created += triangulate_with(map, map.at(id), map.at(neighbor.keyframe), max_depth);
   }
   return created;
 }

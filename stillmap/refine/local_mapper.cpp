@@ -23,7 +23,7 @@ void RefineTotals::add(const RefineReport& report) {
   fused += report.fused;
   landmarks_culled += report.landmarks_culled;
   keyframes_culled += report.keyframes_culled;
-  repeated += report.repeated;
+  repeated.insert(repeated.end(), report.repeated.begin(), report.repeated.end());
 }
 
 LocalMapper::LocalMapper(Map& map, const MapperOptions& options)
@@ -47,30 +47,32 @@ KeyframeId LocalMapper::insert(const KeyframeProposal& proposal) {
     map_.set_static_log_odds(s.landmark, s.static_log_odds);
   }
   note_matches(map_, keyframe, proposal.landmarks);
-  erase_repeated(proposal);
-  create_from_depth(map_, keyframe.id);
+  erase_repeated(proposal.repeated);
+  create_from_depth(
+      map_, keyframe.id,
+      begins_component ? options_.max_first_landmark_sigma : options_.max_landmark_sigma,
+      options_.fewest_depth_landmarks);
   return keyframe.id;
 }
 
 RefineReport LocalMapper::refine(KeyframeId newest, const StopRequest& stop) {
   RefineReport report;
   report.landmarks_culled = cull_landmarks(map_, newest);
-  report.triangulated = create_by_triangulation(map_, newest);
+  report.triangulated = create_by_triangulation(map_, newest, options_.max_landmark_sigma);
   report.fused = fuse_duplicates(map_, newest, options_.fusion_keyframes);
-  report.repeated = std::exchange(repeated_, 0);
+  report.repeated = std::exchange(repeated_, {});
   report.adjustment = adjust_locally(map_, newest, options_.local_window, stop);
   report.keyframes_culled = cull_keyframes(map_, newest);
   return report;
 }
 
-/// Erases the landmarks that repeat others, except those that the keyframe itself shows.
-void LocalMapper::erase_repeated(const KeyframeProposal& proposal) {
-  for (const LandmarkId id : proposal.repeated) {
-    const auto& shown = proposal.landmarks;
-    if (map_.find(id) == nullptr || std::find(shown.begin(), shown.end(), id) != shown.end())
-      continue;
+/// Erases the landmarks that repeat others.
+void LocalMapper::erase_repeated(const std::vector<LandmarkId>& repeated) {
+  for (const LandmarkId id : repeated) {
+    const Landmark* landmark = map_.find(id);
+    if (landmark == nullptr) continue;
+    repeated_.push_back(landmark->p_world);
     map_.erase(id);
-    ++repeated_;
   }
 }
 

@@ -7,24 +7,36 @@
 #include "stillmap/refine/landmark_fusion.hpp"
 #include "stillmap/refine/local_adjustment.hpp"
 
+#include <vector>
+
+#include <Eigen/Core>
+
 namespace stillmap {
 
 struct MapperOptions {
   int local_window = 15;      ///< Maximum number of keyframes that local adjustment optimizes.
   int fusion_keyframes = 10;  ///< Maximum number of neighbors for fuse_duplicates().
+  /// Standard deviation of a depth up to which it places a landmark [m]; landmarks farther away are
+  /// triangulated. That of a Kinect v1 at 6 m.
+  double max_landmark_sigma = 0.060784;
+  /// The same for the first keyframe of a map [m].
+  double max_first_landmark_sigma = 0.060784;
+  /// Number of the nearest keypoints of a keyframe that place landmarks in any case.
+  std::size_t fewest_depth_landmarks = 0;
 };
 
 /// Summary of the refinement of one keyframe, for log and run summary.
 struct RefineReport {
   int triangulated = 0, fused = 0, landmarks_culled = 0, keyframes_culled = 0;
-  int repeated = 0;  ///< Number of landmarks erased as KeyframeProposal::repeated.
+  /// Landmarks erased as KeyframeProposal::repeated: their positions in the world then [m].
+  std::vector<Eigen::Vector3d> repeated;
   BundleResult adjustment;
 };
 
 /// Sum of the reports of all keyframes.
 struct RefineTotals {
   long triangulated = 0, fused = 0, landmarks_culled = 0, keyframes_culled = 0;
-  long repeated = 0;
+  std::vector<Eigen::Vector3d> repeated;
   void add(const RefineReport& report);
 };
 
@@ -47,11 +59,11 @@ class LocalMapper {
   LocalMapPtr local_map(KeyframeId reference) const { return make_local_map(map_, reference); }
 
  private:
-  void erase_repeated(const KeyframeProposal& proposal);
+  void erase_repeated(const std::vector<LandmarkId>& repeated);
 
   Map& map_;
   MapperOptions options_;
-  int repeated_ = 0;  // number of landmarks erased since the last refine()
+  std::vector<Eigen::Vector3d> repeated_;  // since the last refine()
   std::uint32_t next_component_ = 0;
 };
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/refine/local_mapper.hpp"
 
+#include <algorithm>
+#include <limits>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -72,6 +74,38 @@ class RefineTest : public ::testing::Test {
   KeyframeId first_;
 };
 
+/// Standard deviation of a depth that no depth is below [m].
+constexpr double kNone = 1e-9;
+
+TEST_F(RefineTest, TheNearestKeypointsPlaceLandmarksInAnyCase) {
+  LocalMapper mapper(map_, {.max_landmark_sigma = kNone,
+                            .max_first_landmark_sigma = kNone,
+                            .fewest_depth_landmarks = 30});
+  const Keyframe& keyframe = map_.at(insert(mapper, 0, true_pose(0)));
+  float farthest_placed = 0, nearest_left = std::numeric_limits<float>::infinity();
+  std::size_t placed = 0;
+  for (std::size_t i = 0; i < keyframe.landmarks.size(); ++i) {
+    const float depth = keyframe.features->keypoints[i].depth;
+    if (keyframe.landmarks[i].valid()) {
+      ++placed;
+      farthest_placed = std::max(farthest_placed, depth);
+    } else {
+      nearest_left = std::min(nearest_left, depth);
+    }
+  }
+  EXPECT_EQ(placed, 30U);
+  EXPECT_LT(farthest_placed, nearest_left);
+}
+
+TEST_F(RefineTest, TheFirstKeyframeHasALimitOfItsOwn) {
+  LocalMapper mapper(map_, {.max_landmark_sigma = kNone, .max_first_landmark_sigma = 1});
+  insert(mapper, 0, true_pose(0));
+  const std::size_t first = map_.landmark_count();
+  EXPECT_GT(first, 100U);
+  insert(mapper, 1, true_pose(1));
+  EXPECT_EQ(map_.landmark_count(), first);
+}
+
 TEST_F(RefineTest, InsertionCreatesLandmarksFromDepth) {
   LocalMapper mapper(map_, {});
   const auto id = insert(mapper, 0, true_pose(0));
@@ -127,7 +161,7 @@ TEST_F(RefineTest, PointsWithoutDepthAreTriangulated) {
   for (std::uint32_t i = 0; i < 20; ++i) {  // Twenty shared points make the keyframes neighbors.
     map_.observe(map_.add_landmark(points_[i], {a, i}).id, {b, i});
   }
-  EXPECT_GT(create_by_triangulation(map_, b), 100);
+  EXPECT_GT(create_by_triangulation(map_, b, MapperOptions().max_landmark_sigma), 100);
   map_.for_each_landmark([&](const Landmark& l) {
     EXPECT_LT((l.p_world - points_[l.observations.front().keypoint]).norm(), 1e-3);
   });

@@ -45,7 +45,7 @@ std::vector<LabeledTick> logarithmic_ticks(const ValueRange& range) {
       const double value = factor * std::pow(10.0, decade), logarithm = std::log10(value);
       if (logarithm < range.low - 1e-9 || logarithm > range.high + 1e-9) continue;
       const bool labeled = factor == 1 || range.size() < kShort;
-      ticks.push_back({logarithm, labeled ? fmt::format("{:.3g}", value) : ""});
+      ticks.push_back({logarithm, labeled ? fmt::format("{:g}", value) : ""});
     }
   }
   return ticks;

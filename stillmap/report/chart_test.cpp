@@ -95,6 +95,12 @@ TEST(ChartAxes, LogarithmicAxesAreLabeledAtRoundValues) {
   EXPECT_THAT(drawing, ::testing::Not(::testing::HasSubstr(">0.05<"))) << "a long axis";
 }
 
+TEST(ChartAxes, ThousandsAreWrittenOut) {
+  Svg svg(400, 300, "test");
+  draw_logarithmic_x_axis(svg, {50, 10, 300, 200, {2, 4}, {0, 1}}, "ms");
+  EXPECT_THAT(svg.element(), ::testing::HasSubstr(">1000<"));
+}
+
 /// Returns the x coordinates of the tick labels of a drawing.
 std::vector<double> label_positions(const std::string& svg) {
   const std::regex label("<text x=\"([-0-9.]+)\"[^>]*class=\"tick\"");

@@ -79,7 +79,7 @@ TEST(CloudImage, HasEverythingInsideTheFrame) {
     inside += seen.z() > 0 && view.viewer.contains(pixel.x(), pixel.y()) ? 1 : 0;
     ++drawn;
   }
-  EXPECT_GT(static_cast<double>(inside), 0.97 * static_cast<double>(drawn));
+  EXPECT_GT(static_cast<double>(inside), 0.999 * static_cast<double>(drawn));
 }
 
 TEST(CloudImage, LooksFromBehindAndAboveTheCameras) {

@@ -16,7 +16,7 @@ namespace stillmap {
 namespace {
 
 constexpr double kNarrow = 400;          // width of the charts for telephones [pixels]
-constexpr double kCharacter = 7.4;       // width of a character of a label [pixels]
+constexpr double kCharacter = 9;         // width of a wide character of a label [pixels]
 constexpr std::size_t kNameLength = 40;  // longest shown name of a run [characters]
 constexpr double kSmallestError = 1e-5;  // start of the logarithmic axes [m]
 /// Colors of the runs, legible on white and on black (Okabe and Ito, Color Universal Design, 2008).
@@ -161,10 +161,11 @@ std::string html_table(const FigureTable& table) {
 std::string tables_card(const Comparison& comparison) {
   std::string html;
   for (const FigureTable& table : comparison_tables(comparison)) html += html_table(table);
-  return html_card("Errors", html,
-                   "Rigid alignment without scale. Improvement: by how much the figure is smaller "
-                   "than that of the first run, or how many times as large it is, if more than "
-                   "twice. Frames: tracked and all.");
+  return html_card(
+      "Errors", html,
+      "Rigid alignment without scale. Gain: by how much the figure before it is smaller "
+      "than that of the first run, or how many times as large it is, if more than "
+      "twice. Frames: tracked and all.");
 }
 
 std::string doubts_section(const Comparison& comparison) {

@@ -38,7 +38,7 @@ Comparison two_systems() {
 TEST(ComparisonPage, ShowsTablesChartsAndFiles) {
   const std::string html = comparison_page(two_systems(), {"comparison.csv"});
   EXPECT_THAT(html, HasSubstr("ATE translation [m]"));
-  EXPECT_THAT(html, HasSubstr("improved [%]"));
+  EXPECT_THAT(html, HasSubstr("gain [%]"));
   EXPECT_THAT(html, HasSubstr("href=\"comparison.csv\""));
   EXPECT_THAT(html, HasSubstr("&lt;static&gt;"));
   EXPECT_THAT(html, Not(HasSubstr("<static>")));

@@ -102,9 +102,10 @@ DenseFiles write_dense_files(const DenseResults& results, const DenseOptions& op
   if (!outputs.mesh.empty())
     images.push_back(write_meshes(results, view, options.mesh, outputs.mesh, folder));
   if (outputs.planner) {
-    written.floor_problem =
-        write_planner_files({results.placed, results.trajectory, results.movers}, options.occupancy,
-                            outputs.floor, folder);
+    PlannerFiles planner = write_planner_files({results.placed, results.trajectory, results.movers},
+                                               options.occupancy, outputs.floor, folder);
+    written.floor_problem = std::move(planner.problem);
+    if (!planner.grid.image.empty()) images.push_back(std::move(planner.grid));
   }
   return written;
 }

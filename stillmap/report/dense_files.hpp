@@ -32,8 +32,8 @@ struct DenseResults {
 
 /// The images for the report, and the problem with the floor.
 struct DenseFiles {
-  std::vector<CaptionedImage> images;  ///< Of cloud, classes and mesh, the cloud first.
-  std::string floor_problem;           ///< See write_planner_files().
+  std::vector<CaptionedImage> images;  ///< Of cloud, classes, mesh and grid, the cloud first.
+  std::string floor_problem;           ///< See PlannerFiles.
 };
 
 /// Writes cloud.ply and cloud.png; semantic*.ply/.png and objects.json if a network found objects;

@@ -15,6 +15,8 @@ namespace {
 constexpr double kMinCoverage = 0.5;
 /// Maximum share of uncertain poses [0..1].
 constexpr double kMaxUncertain = 0.2;
+/// Share of late frames from which they are told [0..1].
+constexpr double kMaxLate = 0.2;
 /// Maximum share of frames for which the masks could not be used [0..1].
 constexpr double kMaxWithoutMasks = 0.5;
 
@@ -47,13 +49,13 @@ std::string main_reason(const SlamResult& result) {
 void add_coverage(const RunRecord& record, std::vector<std::string>& doubts) {
   const std::size_t total = record.total_frames(), tracked = record.result.tracked();
   if (total > 0 && share(tracked, total) >= kMinCoverage) return;
-  if (2 * record.dropped > total - tracked) {
+  if (2 * record.dropped.size() > total - tracked) {
     const bool waits = record.options.network.mask_delay == 0;
     doubts.push_back(fmt::format(
         "only {} of {} frames have a pose: {} were dropped, because reading or tracking takes "
         "longer "
         "than the time between two frames; use --schedule lockstep{}",
-        tracked, total, record.dropped,
+        tracked, total, record.dropped.size(),
         waits ? ", or do not let tracking wait for the network: --set network.mask_delay=-1" : ""));
     return;
   }
@@ -101,8 +103,8 @@ void add_uncertain(const RunRecord& record, std::vector<std::string>& doubts) {
   doubts.push_back(fmt::format(
       "{} of {} poses are uncertain: they contradict the motion of the camera, or nearly all that "
       "is in view moves, or the background does; people may fill the image (give a network with "
-      "--model FILE.onnx, or leave out these frames), or the intrinsics may be wrong (stillmap "
-      "doctor RECORDING)",
+      "--model FILE.onnx, or leave out these frames), the robot itself may be in view (--ignore "
+      "FILE.png), or the intrinsics may be wrong (stillmap doctor RECORDING)",
       uncertain, record.result.tracked()));
 }
 
@@ -111,7 +113,7 @@ void add_masks(const RunRecord& record, std::vector<std::string>& doubts) {
   if (share(result.detector_failures, result.segmented) > kMaxWithoutMasks) {
     doubts.push_back(
         fmt::format("{} of {} frames have no usable mask ({}); name the folder of masks of this "
-                    "recording, in the size of its images",
+                    "recording, in the size of its images, or a network that works",
                     result.detector_failures, result.segmented, result.detector_skipped));
   }
   if (!result.detector_doubt.empty()) doubts.push_back(result.detector_doubt);
@@ -136,6 +138,7 @@ void add_empty_cloud(const RunRecord& record, std::vector<std::string>& doubts) 
   const std::size_t points = result.dense.cloud.size();
   const bool some_frames = result.tracked() >= kFramesForACloud;
   if (!record.options.dense.enabled || result.tracked() == 0) return;
+  if (result.keyframes.empty()) return;  // only localized: the cloud is that of the loaded map
   if (record.recovered && record.map && record.map->views.empty()) {
     doubts.push_back(
         "the run was killed before its first view of the dense map was in the journal, so "
@@ -144,7 +147,7 @@ void add_empty_cloud(const RunRecord& record, std::vector<std::string>& doubts) 
   }
   if (points >= kFewestPoints || (points > 0 && !some_frames)) return;
   doubts.push_back(
-      fmt::format("the dense map {}; check dense.voxel, dense.max_sigma, dense.stride and "
+      fmt::format("the dense map {}; check dense.voxel, dense.max_depth, dense.stride and "
                   "dense.excluded_classes, and the depth images",
                   points == 0 ? "is empty" : fmt::format("has only {} points", points)));
 }
@@ -209,6 +212,17 @@ bool needs_masks(const std::string& preset) {
   return preset == "seg-mask" || preset == "gated-seg";
 }
 
+std::optional<std::string> note_on_late_frames(const RunRecord& record) {
+  const std::size_t late = record.late_frames().size(), total = record.total_frames();
+  const bool told = share(record.result.tracked(), total) < kMinCoverage;
+  if (told || share(late, total) <= kMaxLate) return std::nullopt;
+  return fmt::format(
+      "{} of {} frames have no pose since they came while the computer was still busy; {}", late,
+      total,
+      record.dropped.empty() ? "use a lower frame rate, smaller images or a faster computer"
+                             : "to use all frames of a recording: --schedule lockstep");
+}
+
 std::vector<std::string> doubts_of(const RunRecord& record) {
   std::vector<std::string> doubts;
   add_coverage(record, doubts);
@@ -216,8 +230,8 @@ std::vector<std::string> doubts_of(const RunRecord& record) {
   add_gap(record, doubts);
   add_uncertain(record, doubts);
   add_masks(record, doubts);
+  if (!record.result.carried_doubt.empty()) doubts.push_back(record.result.carried_doubt);
   doubts.insert(doubts.end(), record.frame_problems.begin(), record.frame_problems.end());
-  doubts.insert(doubts.end(), record.unused_settings.begin(), record.unused_settings.end());
   const SlamResult& result = record.result;
   if (result.maps > 1) {
     doubts.push_back(

@@ -2,6 +2,7 @@
 #pragma once
 #include "stillmap/report/run_record.hpp"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,5 +19,9 @@ bool needs_detector(const std::string& preset);
 /// poses, frames without masks, a network without masks for a preset that needs them, wrong
 /// timestamps or depths. Empty if there are none.
 std::vector<std::string> doubts_of(const RunRecord& record);
+
+/// Returns that more than a fifth of the frames was not taken in time, with the fix; none if not,
+/// or if so few frames have a pose that it is a doubt.
+std::optional<std::string> note_on_late_frames(const RunRecord& record);
 
 }  // namespace stillmap

@@ -24,6 +24,7 @@ RunRecord good_run() {
     record.result.frames.push_back(frame);
     record.result.trajectory.push_back({static_cast<double>(i), Pose()});
   }
+  record.result.keyframes = record.result.trajectory;
   record.result.maps = 1;
   record.result.segmented = 10;
   record.result.dense.cloud.points.resize(100);
@@ -33,10 +34,10 @@ RunRecord good_run() {
 
 TEST(Doubts, ThereAreNoneAboutAGoodRun) { EXPECT_THAT(doubts_of(good_run()), IsEmpty()); }
 
-TEST(Doubts, SettingsWithoutEffectAreTold) {
+TEST(Doubts, NotesSayNothingAboutTheResult) {
   RunRecord record = good_run();
-  record.unused_settings = {"--set network.every=2 has no effect: there is no network"};
-  EXPECT_EQ(doubts_of(record), record.unused_settings);
+  record.notes = {"--set network.every=2 has no effect: there is no network"};
+  EXPECT_THAT(doubts_of(record), IsEmpty());
 }
 
 TEST(Doubts, FewFramesWithAPoseAreToldWithTheMainReason) {
@@ -95,12 +96,27 @@ TEST(Doubts, ManyUnusableFramesAreToldButNotThoseOfALateReader) {
 
 TEST(Doubts, DroppedFramesAreToldWithTheirReason) {
   RunRecord record = good_run();
-  record.dropped = 11;
+  record.dropped.resize(11);
   EXPECT_THAT(doubts_of(record), ElementsAre(HasSubstr("10 of 21 frames have a pose: 11 were "
                                                        "dropped")));
   EXPECT_THAT(doubts_of(record), Not(ElementsAre(HasSubstr("network.mask_delay"))));
   record.options.network.mask_delay = 0;
   EXPECT_THAT(doubts_of(record), ElementsAre(HasSubstr("--set network.mask_delay=-1")));
+}
+
+TEST(Doubts, ManyLateFramesOfARunThatTrackedMostAreANote) {
+  RunRecord record = good_run();
+  record.dropped.resize(2);
+  EXPECT_FALSE(note_on_late_frames(record)) << "a sixth";
+  record.dropped.resize(8);
+  EXPECT_THAT(doubts_of(record), IsEmpty());
+  EXPECT_THAT(note_on_late_frames(record).value_or(""),
+              AllOf(HasSubstr("8 of 18 frames have no pose"), HasSubstr("--schedule lockstep")));
+  record.dropped.resize(11);
+  EXPECT_FALSE(note_on_late_frames(record)) << "told as a doubt";
+  record.dropped.clear();
+  record.skipped.resize(8, {.timestamp = 2, .reason = "dropped", .late = true});
+  EXPECT_THAT(note_on_late_frames(record).value_or(""), HasSubstr("lower frame rate"));
 }
 
 TEST(Doubts, AFocalLengthIsNamedOnlyIfItIsPlausible) {
@@ -130,6 +146,13 @@ TEST(Doubts, UncertainPosesUnconnectedMapsAndAnEmptyMapAreTold) {
   record.result.dense.cloud = {};
   EXPECT_THAT(doubts_of(record), ElementsAre(HasSubstr("dense map is empty")));
   record.options.dense.enabled = false;
+  EXPECT_THAT(doubts_of(record), IsEmpty());
+}
+
+TEST(Doubts, ALoadedMapWithoutACloudIsNoneOfARunThatOnlyLocalizes) {
+  RunRecord record = good_run();
+  record.result.dense.cloud = {};
+  record.result.keyframes.clear();
   EXPECT_THAT(doubts_of(record), IsEmpty());
 }
 
@@ -165,6 +188,12 @@ TEST(Doubts, MasksThatDoNotBelongToTheImagesAreTold) {
   RunRecord record = good_run();
   record.result.detector_doubt = "the masks are of another moment";
   EXPECT_THAT(doubts_of(record), ElementsAre(record.result.detector_doubt));
+}
+
+TEST(Doubts, PosesThatFollowWhatTheCameraCarries) {
+  RunRecord record = good_run();
+  record.result.carried_doubt = "the poses follow the robot";
+  EXPECT_THAT(doubts_of(record), ElementsAre(record.result.carried_doubt));
 }
 
 TEST(Doubts, ACloudOfAFewPointsIsTold) {

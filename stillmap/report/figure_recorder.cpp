@@ -99,7 +99,16 @@ void FigureRecorder::draw_sparse(const RunRecord& record) {
     }
   }
   folder_.write("figures/sparse_map.png", [&](const fs::path& file) {
-    write_png(file, draw_sparse_map(landmarks, dropped, trajectory));
+    write_png(file, draw_sparse_map(landmarks, dropped, "keypoints of keyframes dropped as moving",
+                                    trajectory));
+  });
+  std::vector<Eigen::Vector3f> repeated;
+  for (const Eigen::Vector3d& p : record.result.refined.repeated)
+    repeated.push_back(p.cast<float>());
+  if (repeated.empty()) return;
+  folder_.write("figures/repeated_landmarks.png", [&](const fs::path& file) {
+    write_png(file,
+              draw_sparse_map(landmarks, repeated, "landmarks erased as repeats", trajectory));
   });
 }
 

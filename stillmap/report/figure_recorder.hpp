@@ -17,6 +17,7 @@ namespace stillmap {
 ///   figures/FRAME_keypoints.png    all keypoints and the kept ones
 ///   figures/FRAME_depth.png        depth with and without movers
 ///   figures/sparse_map.png         landmarks with and without the dropped keypoints of keyframes
+///   figures/repeated_landmarks.png  landmarks with and without those erased as repeats, if any
 ///   figures/dense_map.png          all measurements and the static cloud, if there is one
 class FigureRecorder {
  public:

@@ -39,7 +39,8 @@ void outline_instances(cv::Mat& image, const SegmentedFrame& segmented) {
                        instance.box.tl());
       cv::drawContours(image, contours, -1, cv::Scalar(255, 255, 255), 1, cv::LINE_AA);
     }
-    const std::string label = fmt::format("{} {:.2f}", instance.class_name, instance.confidence);
+    const std::string label =
+        fmt::format("{} {:.0f} %", instance.class_name, 100 * instance.confidence);
     write_apart(image, label, {instance.box.x + 3, instance.box.y + 14}, taken);
   }
 }

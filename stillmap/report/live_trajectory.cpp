@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/report/live_trajectory.hpp"
 
+#include "stillmap/base/number.hpp"
 #include "stillmap/geometry/trajectory.hpp"
 
-#include <cstdlib>
 #include <fstream>
 #include <string>
 
@@ -28,7 +28,8 @@ std::vector<LiveFrame> read_live_frames(const std::filesystem::path& file) {
   for (std::string line; std::getline(lines, line);) {
     const bool comment = line.starts_with("# ");
     if (comment && line.find("no pose") == std::string::npos) continue;
-    frames.push_back({std::strtod(line.c_str() + (comment ? 2 : 0), nullptr), !comment});
+    const auto timestamp = leading_number(std::string_view(line).substr(comment ? 2 : 0));
+    frames.push_back({timestamp ? timestamp->value : 0, !comment});
   }
   return frames;
 }

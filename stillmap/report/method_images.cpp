@@ -185,23 +185,24 @@ cv::Mat draw_blanked_depth(const RgbdFrame& frame, const cv::Mat1b& movers) {
 }
 
 cv::Mat draw_sparse_map(std::span<const Eigen::Vector3f> landmarks,
-                        std::span<const Eigen::Vector3f> dropped, const Trajectory& cameras) {
+                        std::span<const Eigen::Vector3f> removed, const std::string& removed_kind,
+                        const Trajectory& cameras) {
   constexpr std::array<std::uint8_t, 3> kLandmark{150, 205, 240};
   const CloudImageOptions options{.width = 1000, .height = 750, .splat = 0.02};
   std::vector<Eigen::Vector3f> points(landmarks.begin(), landmarks.end());
-  const std::vector<std::array<std::uint8_t, 3>> colors(landmarks.size() + dropped.size(),
+  const std::vector<std::array<std::uint8_t, 3>> colors(landmarks.size() + removed.size(),
                                                         kLandmark);
   const CloudSpan after{points, std::span(colors).first(landmarks.size()), {}};
   const CloudView view = choose_cloud_view(after, cameras, options);
   const cv::Mat right = draw_cloud(after, cameras, view, options);
-  points.insert(points.end(), dropped.begin(), dropped.end());
+  points.insert(points.end(), removed.begin(), removed.end());
   std::vector<std::uint8_t> marked(points.size(), 0);
   std::fill(marked.begin() + static_cast<std::ptrdiff_t>(landmarks.size()), marked.end(), 1);
   const cv::Mat left = draw_cloud({points, colors, marked}, cameras, view, options);
-  return pair_of(left,
-                 fmt::format("{} landmarks, and {} keypoints of keyframes dropped as moving (red)",
-                             landmarks.size(), dropped.size()),
-                 right, "the map: landmarks alone");
+  return pair_of(
+      left,
+      fmt::format("{} landmarks, and {} {} (red)", landmarks.size(), removed.size(), removed_kind),
+      right, "the map: landmarks alone");
 }
 
 }  // namespace stillmap

@@ -35,9 +35,11 @@ cv::Mat draw_kept_keypoints(const Frame& frame);
 /// @param movers  not zero on movers, height x width; empty for none
 cv::Mat draw_blanked_depth(const RgbdFrame& frame, const cv::Mat1b& movers);
 
-/// Draws a map of landmarks with the points that were dropped as moving in red (left), and without
-/// them (right), seen from behind and above the cameras; points in the world [m].
+/// Draws a map of landmarks with removed points in red (left), and without them (right), seen from
+/// behind and above the cameras; points in the world [m].
+/// @param removed_kind  what the removed points are, in the plural, for the text
 cv::Mat draw_sparse_map(std::span<const Eigen::Vector3f> landmarks,
-                        std::span<const Eigen::Vector3f> dropped, const Trajectory& cameras);
+                        std::span<const Eigen::Vector3f> removed, const std::string& removed_kind,
+                        const Trajectory& cameras);
 
 }  // namespace stillmap

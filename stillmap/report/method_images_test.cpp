@@ -116,7 +116,7 @@ TEST(DrawSparseMap, MarksDroppedPointsOnTheLeftOnly) {
   const Trajectory cameras{
       {0, Pose()},
       {1, Pose(Eigen::Matrix3d(Eigen::Matrix3d::Identity()), Eigen::Vector3d(0.1, 0, 0))}};
-  const cv::Mat3b image = draw_sparse_map(landmarks, dropped, cameras);
+  const cv::Mat3b image = draw_sparse_map(landmarks, dropped, "dropped points", cameras);
   const auto reddish = [](const cv::Mat3b& part) {
     return std::count_if(part.begin(), part.end(),
                          [](const cv::Vec3b& p) { return p[2] > 120 && p[1] < 100 && p[0] < 100; });

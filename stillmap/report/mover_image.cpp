@@ -20,13 +20,14 @@ constexpr double kPale = 0.45;     // remaining share of the cloud's colors
 constexpr int kScale = 2;          // factor by which the image is drawn larger before averaging
 
 /// Colors for a white background that color-blind readers can distinguish (after Okabe and Ito,
-/// Color Universal Design, 2008).
-cv::Scalar color_of(int id) {
-  static const std::array<cv::Scalar, 7> kColors{cv::Scalar(178, 114, 0),  cv::Scalar(0, 94, 213),
-                                                 cv::Scalar(115, 158, 0),  cv::Scalar(0, 140, 200),
-                                                 cv::Scalar(167, 80, 190), cv::Scalar(60, 40, 40),
-                                                 cv::Scalar(200, 160, 30)};
-  return kColors[static_cast<std::size_t>(id - 1) % kColors.size()];
+/// Color Universal Design, 2008). The first movers differ, whatever their ids.
+cv::Scalar color_of(std::size_t mover) {
+  static const std::array<cv::Scalar, 10> kColors{
+      cv::Scalar(178, 114, 0),  cv::Scalar(0, 94, 213),   cv::Scalar(115, 158, 0),
+      cv::Scalar(0, 140, 200),  cv::Scalar(167, 80, 190), cv::Scalar(60, 40, 40),
+      cv::Scalar(200, 160, 30), cv::Scalar(30, 60, 130),  cv::Scalar(140, 40, 90),
+      cv::Scalar(60, 200, 150)};
+  return kColors[mover % kColors.size()];
 }
 
 /// Points of the cloud that are not higher than the cameras.
@@ -51,8 +52,8 @@ FloorPoints floor_of(const CloudSpan& cloud, const Trajectory& cameras,
   return floor;
 }
 
-/// Returns the ranges of the drawing, which include all movers and cameras, and nearly all of the
-/// cloud [m].
+/// Returns the ranges of the drawing, which include all that is drawn of movers and cameras, and
+/// nearly all of the cloud [m].
 std::array<ValueRange, 2> extent_of(const std::vector<MoverTrack>& movers,
                                     const Trajectory& cameras, const FloorPoints& floor,
                                     const ProjectionPlane& plane) {
@@ -63,6 +64,12 @@ std::array<ValueRange, 2> extent_of(const std::vector<MoverTrack>& movers,
   };
   for (const MoverTrack& mover : movers) {
     for (const MoverSample& sample : mover.samples) include(plane(sample.centroid));
+    if (mover.samples.empty()) continue;
+    const MoverSample& last = mover.samples.back();
+    include(plane(last.centroid + last.velocity));
+    if (last.box.isEmpty()) continue;
+    include(plane(last.box.min()));
+    include(plane(last.box.max()));
   }
   for (const auto& [stamp, T] : cameras) include(plane(T.translation()));
   for (const int axis : {0, 1}) {
@@ -117,9 +124,8 @@ class Overhead {
       line(T.translation(), T * (0.4 * Eigen::Vector3d(side, 0, 1)), kCameras, 1.4);
   }
 
-  void draw_path(const MoverTrack& mover) {
+  void draw_path(const MoverTrack& mover, const cv::Scalar& color) {
     constexpr std::size_t kDots = 3;  // number of frames from one dot to the next
-    const cv::Scalar color = color_of(mover.id);
     const std::vector<MoverSample>& path = mover.samples;
     for (std::size_t i = 1; i < path.size(); ++i) {
       if (path[i].observed) line(path[i - 1].centroid, path[i].centroid, color, 2.2);
@@ -129,9 +135,8 @@ class Overhead {
   }
 
   /// Draws box, velocity and label at the last position.
-  void draw_end(const MoverTrack& mover) {
+  void draw_end(const MoverTrack& mover, const cv::Scalar& color) {
     const MoverSample& last = mover.samples.back();
-    const cv::Scalar color = color_of(mover.id);
     if (!last.box.isEmpty()) {
       cv::rectangle(image_, fixed(pixel(last.box.min())), fixed(pixel(last.box.max())), color,
                     stroke(1.6), cv::LINE_AA, kShift);
@@ -212,11 +217,11 @@ cv::Mat draw_movers(const std::vector<MoverTrack>& movers, const Trajectory& cam
   Overhead drawing(plane, extent_of(movers, cameras, floor, plane), width);
   drawing.draw(floor);
   drawing.draw_cameras(cameras);
-  for (const MoverTrack& mover : movers) {
-    if (!mover.samples.empty()) drawing.draw_path(mover);
+  for (std::size_t i = 0; i < movers.size(); ++i) {
+    if (!movers[i].samples.empty()) drawing.draw_path(movers[i], color_of(i));
   }
-  for (const MoverTrack& mover : movers) {
-    if (!mover.samples.empty()) drawing.draw_end(mover);
+  for (std::size_t i = 0; i < movers.size(); ++i) {
+    if (!movers[i].samples.empty()) drawing.draw_end(movers[i], color_of(i));
   }
   drawing.draw_scale();
   return drawing.finished();

@@ -36,6 +36,27 @@ TEST(MoverImage, ShowsThePathInFrontOfTheCamera) {
   EXPECT_GT(where.width, 3 * where.height) << "the path leads from left to right";
 }
 
+TEST(MoverImage, MoversOfDistantIdsDifferInColor) {
+  std::vector<MoverTrack> movers{walker(), walker()};
+  movers[1].id = 8;
+  for (MoverSample& sample : movers[1].samples) sample.centroid.z() = 5;
+  const cv::Mat image = draw_movers(movers, {{0, Pose()}, {1, Pose()}}, {}, 600);
+  for (const cv::Scalar& color : {cv::Scalar(178, 114, 0), cv::Scalar(0, 94, 213)}) {
+    cv::Mat drawn;
+    cv::inRange(image, color - cv::Scalar::all(2), color + cv::Scalar::all(2), drawn);
+    EXPECT_GT(cv::countNonZero(drawn), 50) << color;
+  }
+}
+
+TEST(MoverImage, TheLastBoxIsInsideTheImage) {
+  MoverTrack mover = walker();
+  mover.samples.back().box = {Eigen::Vector3d(0, -1, 2), Eigen::Vector3d(4, 1, 4)};
+  const cv::Mat image = draw_movers({mover}, {{0, Pose()}, {1, Pose()}}, {}, 600);
+  cv::Mat blue;
+  cv::inRange(image, cv::Scalar(150, 80, 0), cv::Scalar(200, 140, 40), blue);
+  EXPECT_LT(cv::boundingRect(blue).br().x, image.cols - 5);
+}
+
 TEST(MoverImage, NeedsNoData) { EXPECT_FALSE(draw_movers({}, {}, {}).empty()); }
 
 }  // namespace

@@ -8,7 +8,7 @@ namespace stillmap {
 /// Colors of the light scheme, which is also the one for print and for charts in files.
 inline constexpr std::string_view kLightColors = R"css(
   --page: #f4f5f7; --card: #ffffff; --ink: #1c2530; --soft: #5d6b7a; --line: #dfe4ea; --grid: #e9edf1;
-  --accent: #1f6fc2; --accent-soft: #1f6fc233; --good: #2f9e6e; --bad: #d64545; --warn: #b7791f;
+  --accent: #1f6fc2; --accent-soft: #1f6fc233; --good: #2f9e6e; --bad: #d64545; --warn: #b7791f; --late: #8e6bbf;
   --truth: #8b97a5; --shadow: 0 1px 2px #1c253014, 0 4px 16px #1c25300d;
 )css";
 
@@ -23,7 +23,7 @@ svg .start { fill: var(--good); stroke: var(--card); } svg .end { fill: var(--ba
 svg .area { fill: var(--accent-soft); } svg .curve { fill: none; stroke: var(--accent); stroke-width: 1.5; stroke-linejoin: round; }
 svg .reference { stroke: var(--soft); stroke-dasharray: 5 4; } svg .reference-label { fill: var(--ink); font-size: 13px; font-weight: 600; paint-order: stroke; stroke: var(--card); stroke-width: 4px; }
 svg .event { stroke: var(--warn); stroke-width: 1.5; stroke-dasharray: 2 3; } svg .hover { fill: transparent; }
-svg .tracked { fill: var(--good); } svg .lost { fill: var(--bad); } svg .keyframe { stroke: var(--accent); stroke-width: 1.4; }
+svg .tracked { fill: var(--good); } svg .lost, svg .dynamic { fill: var(--bad); } svg .dropped { fill: var(--late); } svg .keyframe { stroke: var(--accent); stroke-width: 1.4; }
 svg .bar { fill: var(--accent); } svg .bar-p95 { fill: var(--accent-soft); }
 svg .box { fill-opacity: 0.75; } svg .median { fill: none; stroke: var(--ink); stroke-width: 2; }
 svg .paper { fill: var(--card); } svg .strong { fill: var(--ink); font-weight: 600; } svg .heading { fill: var(--ink); font-size: 20px; font-weight: 600; }
@@ -36,7 +36,7 @@ inline constexpr std::string_view kPageStyle = R"css(
 @media (prefers-color-scheme: dark) {
   :root {
     --page: #12161b; --card: #1b2128; --ink: #e6ebf0; --soft: #97a5b3; --line: #2f3842; --grid: #29313a;
-    --accent: #63a9ee; --accent-soft: #63a9ee33; --good: #4cc38a; --bad: #f06a6a; --warn: #e0a94a;
+    --accent: #63a9ee; --accent-soft: #63a9ee33; --good: #4cc38a; --bad: #f06a6a; --warn: #e0a94a; --late: #b294e0;
     --truth: #7d8a98; --shadow: none;
   }
 }

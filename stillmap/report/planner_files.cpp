@@ -16,6 +16,7 @@
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgproc.hpp>
 
 namespace stillmap {
 namespace {
@@ -73,6 +74,20 @@ std::string unknown_floor_text(const std::string& reason) {
   return "the floor is unknown, so the files for planners are in the frame of the first camera, "
          "and there are no grid and no static obstacles: " +
          reason;
+}
+
+/// Returns a grid in the size of the report's images.
+CaptionedImage captioned(const OccupancyGrid& grid, const FloorFinding& finding) {
+  constexpr int kWidth = 840;  // [pixels]
+  cv::Mat image;
+  const int scale = std::max(1, kWidth / std::max(1, grid.image.cols));
+  cv::resize(grid.image, image, {}, scale, scale, cv::INTER_NEAREST);
+  return {image, fmt::format(
+                     "grid.pgm: {} x {} cells of {:g} m, black occupied, white free, gray unknown; "
+                     "the floor is {:.2f} m below the first camera, its direction known to {:.1f} "
+                     "degrees (standard deviation)",
+                     grid.image.cols, grid.image.rows, grid.resolution,
+                     finding.evidence.camera_height, finding.up_sigma * 180 / std::numbers::pi)};
 }
 
 /// Returns the share of the surfaces that lie below a floor [0..1].
@@ -133,10 +148,11 @@ std::vector<std::string> planner_file_names() {
   return {"floor.json", "octomap.bt", "grid.pgm", "grid.yaml", "obstacles.json", "obstacles.jsonl"};
 }
 
-std::string write_planner_files(const PlannerData& data, const OccupancyOptions& options,
-                                const FloorHints& hints, ResultFolder& folder) {
+PlannerFiles write_planner_files(const PlannerData& data, const OccupancyOptions& options,
+                                 const FloorHints& hints, ResultFolder& folder) {
   const PlacedMap& placed = data.placed;
-  if (placed.views.empty()) return unknown_floor_text("there is no view");
+  if (placed.views.empty()) return {unknown_floor_text("there is no view"), {}};
+  PlannerFiles files;
   std::vector<Pose> cameras;
   for (const PosedView& view : placed.views) cameras.push_back(view.T_world_camera);
   const std::vector<Surfel> surfels = surfels_of(placed, kFloorSurfel);
@@ -153,13 +169,15 @@ std::string write_planner_files(const PlannerData& data, const OccupancyOptions&
     const OccupancyGrid grid = floor_plan(space, options);
     folder.write_text("grid.pgm", grid_pgm(grid));
     folder.write_text("grid.yaml", grid_yaml(grid, "grid.pgm", T_map_world));
+    files.grid = captioned(grid, finding);
     obstacles = static_obstacles(placed, surfels, T_map_world, options);
   }
   const PlannerFrame frame{finding.floor ? kMapFrame : kFirstCameraFrame, T_map_world};
   folder.write_text("obstacles.json", json_text(obstacles_json(obstacles, frame), 2) + "\n");
   folder.write_text("obstacles.jsonl",
                     obstacles_by_frame(obstacles, frame, data.trajectory, data.movers));
-  return finding.floor ? problem : unknown_floor_text(problem);
+  files.problem = finding.floor ? problem : unknown_floor_text(problem);
+  return files;
 }
 
 Floor read_floor(const std::filesystem::path& file) {

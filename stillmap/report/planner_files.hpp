@@ -5,6 +5,7 @@
 #include "stillmap/dense/occupancy_options.hpp"
 #include "stillmap/geometry/trajectory.hpp"
 #include "stillmap/motion/mover_tracker.hpp"
+#include "stillmap/report/captioned_image.hpp"
 #include "stillmap/report/result_folder.hpp"
 
 #include <filesystem>
@@ -20,6 +21,14 @@ struct PlannerData {
   const std::vector<MoverTrack>& movers;
 };
 
+/// What is told of the files for planners.
+struct PlannerFiles {
+  /// A sentence for users about an unknown floor, or about hints that contradict what is seen, with
+  /// the reason and the fix; empty if there is nothing to tell.
+  std::string problem;
+  CaptionedImage grid;  ///< The grid, with its floor in the caption; empty without a grid.
+};
+
 /// Returns the names of all files that write_planner_files() may write.
 std::vector<std::string> planner_file_names();
 
@@ -27,10 +36,8 @@ std::vector<std::string> planner_file_names();
 /// (obstacles.json, obstacles.jsonl), and, if the floor is known, the grid (grid.pgm, grid.yaml).
 /// Those of an earlier call are removed first.
 /// Without a floor the files are in the frame of the first camera and have no static obstacles.
-/// @returns a sentence for users about an unknown floor, or about hints that contradict what is
-/// seen, with the reason and the fix; empty if there is nothing to tell
-std::string write_planner_files(const PlannerData& data, const OccupancyOptions& options,
-                                const FloorHints& hints, ResultFolder& folder);
+PlannerFiles write_planner_files(const PlannerData& data, const OccupancyOptions& options,
+                                 const FloorHints& hints, ResultFolder& folder);
 
 /// Reads {"floor": {"up": [x, y, z], "height": m}} as write_planner_files() writes it, world frame.
 /// Throws Error if the file has no such floor.

@@ -20,9 +20,10 @@ using ::testing::AnyOf;
 using ::testing::HasSubstr;
 
 /// Writes the planner's files of the rendered room, whose floor is 1.2 m below the camera.
-class PlannerFiles : public ::testing::Test {
+class PlannerFilesOfARoom : public ::testing::Test {
  protected:
-  std::string write(const FloorHints& hints) {
+  std::string write(const FloorHints& hints) { return files(hints).problem; }
+  PlannerFiles files(const FloorHints& hints) {
     DenseOptions options;
     options.back_projection.stride = 1;
     DenseMap map(testing_support::small_camera(), options);
@@ -32,10 +33,10 @@ class PlannerFiles : public ::testing::Test {
     const PlacedMap placed =
         map.place([](std::uint64_t) { return std::optional(testing_support::kRoomCamera); });
     ResultFolder folder(folder_, ResultFolder::Foreign::kKeep);
-    std::string problem =
+    PlannerFiles files =
         write_planner_files({placed, {{1.0, testing_support::kRoomCamera}}, {}}, {}, hints, folder);
     folder.require_all();
-    return problem;
+    return files;
   }
   nlohmann::json floor() const { return nlohmann::json::parse(read_file(folder_ / "floor.json")); }
   nlohmann::json obstacles() const {
@@ -48,7 +49,7 @@ class PlannerFiles : public ::testing::Test {
   void SetUp() override { fs::remove_all(folder_); }
 };
 
-TEST_F(PlannerFiles, AreInTheFrameOfTheMapOnAGivenFloor) {
+TEST_F(PlannerFilesOfARoom, AreInTheFrameOfTheMapOnAGivenFloor) {
   const Eigen::Vector3d up =
       testing_support::kRoomCamera.quaternion().conjugate() * Eigen::Vector3d(0, -1, 0);
   EXPECT_EQ(write({.up = up, .camera_height = 1.2}), "");
@@ -62,7 +63,7 @@ TEST_F(PlannerFiles, AreInTheFrameOfTheMapOnAGivenFloor) {
   EXPECT_LT((again.up - Eigen::Vector3d(0, -1, 0)).norm(), 1e-9);
 }
 
-TEST_F(PlannerFiles, AreInTheFrameOfTheFirstCameraIfTheFloorIsUnknown) {
+TEST_F(PlannerFilesOfARoom, AreInTheFrameOfTheFirstCameraIfTheFloorIsUnknown) {
   // In the direction of the optical axis there is nothing horizontal.
   EXPECT_NE(write({.up = Eigen::Vector3d(0, 0, 1)}), "");
   EXPECT_EQ(floor()["frame"], "first camera");
@@ -77,7 +78,16 @@ TEST_F(PlannerFiles, AreInTheFrameOfTheFirstCameraIfTheFloorIsUnknown) {
               HasSubstr("contains no floor"));
 }
 
-TEST_F(PlannerFiles, TheGridOfAnEarlierCallGoesWithTheFloor) {
+TEST_F(PlannerFilesOfARoom, AreShownInTheReportWithTheirFloor) {
+  const Eigen::Vector3d up =
+      testing_support::kRoomCamera.quaternion().conjugate() * Eigen::Vector3d(0, -1, 0);
+  const CaptionedImage grid = files({.up = up, .camera_height = 1.2}).grid;
+  EXPECT_FALSE(grid.image.empty());
+  EXPECT_THAT(grid.caption, HasSubstr("the floor is 1.20 m below the first camera"));
+  EXPECT_TRUE(files({.up = Eigen::Vector3d(0, 0, 1)}).grid.image.empty()) << "no floor, no grid";
+}
+
+TEST_F(PlannerFilesOfARoom, TheGridOfAnEarlierCallGoesWithTheFloor) {
   const Eigen::Vector3d up =
       testing_support::kRoomCamera.quaternion().conjugate() * Eigen::Vector3d(0, -1, 0);
   write({.up = up, .camera_height = 1.2});
@@ -87,7 +97,7 @@ TEST_F(PlannerFiles, TheGridOfAnEarlierCallGoesWithTheFloor) {
   EXPECT_FALSE(fs::exists(folder_ / "grid.yaml"));
 }
 
-TEST_F(PlannerFiles, AGivenFloorThatContradictsTheSurfacesIsTold) {
+TEST_F(PlannerFilesOfARoom, AGivenFloorThatContradictsTheSurfacesIsTold) {
   const Eigen::Vector3d up =
       testing_support::kRoomCamera.quaternion().conjugate() * Eigen::Vector3d(0, -1, 0);
   EXPECT_THAT(write({.up = -up, .camera_height = 1.2}), HasSubstr("180.0 degrees from"));
@@ -105,7 +115,7 @@ TEST_F(PlannerFiles, AGivenFloorThatContradictsTheSurfacesIsTold) {
   EXPECT_THAT(write({.floor = upside_down}), HasSubstr("contradicts the recording"));
 }
 
-TEST_F(PlannerFiles, AFloorThatIsNoneIsRefused) {
+TEST_F(PlannerFilesOfARoom, AFloorThatIsNoneIsRefused) {
   fs::create_directories(folder_);
   const fs::path file = folder_ / "mine.json";
   for (const char* text :

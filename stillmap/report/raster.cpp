@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/report/raster.hpp"
 
+#include "stillmap/base/number.hpp"
 #include "stillmap/report/svg.hpp"
 
 #include <algorithm>
@@ -40,7 +41,8 @@ std::optional<std::string> value_of(const std::string& rules, const std::string&
 
 double number_of(const std::string& rules, const std::string& property, double otherwise) {
   const auto value = value_of(rules, property);
-  return value ? std::strtod(value->c_str(), nullptr) : otherwise;
+  const auto number = value ? leading_number(*value) : std::nullopt;  // a unit may follow it
+  return number ? number->value : otherwise;
 }
 
 /// Returns the color "#rrggbb" of a property; none without one.

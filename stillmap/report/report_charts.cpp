@@ -76,10 +76,30 @@ std::vector<PathPoint> path_of(const RunRecord& record) {
   return path;
 }
 
+/// Returns time zero of the charts: the timestamp of the first frame [s].
+double start_of(const RunRecord& record) {
+  if (!record.result.frames.empty()) return record.result.frames.front().timestamp;
+  return record.result.trajectory.empty() ? 0 : record.result.trajectory.front().timestamp;
+}
+
+/// Returns the length of the time axis [s].
+double duration_of(const RunRecord& record) {
+  const SlamResult& result = record.result;
+  double end = start_of(record);
+  if (!result.frames.empty()) end = std::max(end, result.frames.back().timestamp);
+  if (!result.trajectory.empty()) end = std::max(end, result.trajectory.back().timestamp);
+  for (const double late : record.late_frames()) end = std::max(end, late);
+  return end - start_of(record);
+}
+
+/// Returns the true path during the run.
 std::vector<Eigen::Vector3d> true_path_of(const RunRecord& record) {
   std::vector<Eigen::Vector3d> path;
   if (!record.truth || !record.evaluation) return path;
-  for (const auto& [stamp, T] : *record.truth) path.push_back(T.translation());
+  const double begin = start_of(record), end = begin + duration_of(record);
+  for (const auto& [stamp, T] : *record.truth) {
+    if (stamp >= begin - kMatch && stamp <= end + kMatch) path.push_back(T.translation());
+  }
   return path;
 }
 
@@ -136,21 +156,6 @@ void draw_ends(Svg& svg, const std::vector<Eigen::Vector2d>& pixels) {
   svg.rectangle(pixels.back().x() - 4, pixels.back().y() - 4, 8, 8, "end", "end");
 }
 
-/// Returns time zero of the charts: the timestamp of the first frame [s].
-double start_of(const RunRecord& record) {
-  if (!record.result.frames.empty()) return record.result.frames.front().timestamp;
-  return record.result.trajectory.empty() ? 0 : record.result.trajectory.front().timestamp;
-}
-
-/// Returns the length of the time axis [s].
-double duration_of(const RunRecord& record) {
-  const SlamResult& result = record.result;
-  double end = start_of(record);
-  if (!result.frames.empty()) end = std::max(end, result.frames.back().timestamp);
-  if (!result.trajectory.empty()) end = std::max(end, result.trajectory.back().timestamp);
-  return end - start_of(record);
-}
-
 void draw_events(Svg& svg, const RunRecord& record, const ChartArea& area) {
   for (const RunEvent& event : run_events(record.result)) {
     const double x = area.px(event.timestamp - start_of(record));
@@ -175,32 +180,55 @@ void draw_error_curve(Svg& svg, const RunRecord& record, const ChartArea& area) 
   }
 }
 
-/// Returns for each frame whether it has a pose in the final trajectory.
-std::vector<bool> tracked_flags(const SlamResult& result) {
-  std::vector<bool> tracked;
-  auto next = result.trajectory.begin();
-  for (const FrameRecord& frame : result.frames) {
-    while (next != result.trajectory.end() && next->timestamp < frame.timestamp - kMatch) ++next;
-    tracked.push_back(next != result.trajectory.end() &&
-                      next->timestamp <= frame.timestamp + kMatch);
+/// A frame of the coverage strip.
+struct CoveredFrame {
+  double timestamp = 0;      // [s]
+  std::string_view outcome;  // "tracked", "lost" or "dropped", also the class in the style sheet
+};
+
+/// Returns all frames from the first processed one on; tracked ones have a pose in the final
+/// trajectory.
+std::vector<CoveredFrame> covered_frames(const RunRecord& record) {
+  std::vector<CoveredFrame> frames;
+  const Trajectory& trajectory = record.result.trajectory;
+  auto next = trajectory.begin();
+  for (const FrameRecord& frame : record.result.frames) {
+    while (next != trajectory.end() && next->timestamp < frame.timestamp - kMatch) ++next;
+    const bool tracked = next != trajectory.end() && next->timestamp <= frame.timestamp + kMatch;
+    frames.push_back({frame.timestamp, tracked ? "tracked" : "lost"});
   }
-  return tracked;
+  for (const double late : record.late_frames()) {
+    if (late >= start_of(record)) frames.push_back({late, "dropped"});
+  }
+  std::stable_sort(frames.begin(), frames.end(),
+                   [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
+  return frames;
 }
 
-void draw_tracked(Svg& svg, const RunRecord& record, const ChartArea& area) {
-  const std::vector<bool> tracked = tracked_flags(record.result);
-  const std::vector<double> stamps = stamps_of(record.result.frames);
-  for (std::size_t first = 0; first < stamps.size();) {
+void draw_coverage(Svg& svg, const RunRecord& record, const ChartArea& area) {
+  const std::vector<CoveredFrame> frames = covered_frames(record);
+  const double start = frames.front().timestamp;
+  for (std::size_t first = 0; first < frames.size();) {
     std::size_t last = first;
-    while (last + 1 < stamps.size() && tracked[last + 1] == tracked[first]) ++last;
-    const double from = stamps[first] - stamps.front();
-    const double to = stamps[std::min(last + 1, stamps.size() - 1)] - stamps.front();
+    while (last + 1 < frames.size() && frames[last + 1].outcome == frames[first].outcome) ++last;
+    const double from = frames[first].timestamp - start;
+    const double to = frames[std::min(last + 1, frames.size() - 1)].timestamp - start;
     const double x = area.px(from);
-    svg.rectangle(x, area.top, std::max(1.5, area.px(to) - x), area.height,
-                  tracked[first] ? "tracked" : "lost",
-                  fmt::format("{}: {} frames, {:.2f} to {:.2f} s",
-                              tracked[first] ? "tracked" : "lost", last - first + 1, from, to));
+    svg.rectangle(x, area.top, std::max(1.5, area.px(to) - x), area.height, frames[first].outcome,
+                  fmt::format("{}: {} frames, {:.2f} to {:.2f} s", frames[first].outcome,
+                              last - first + 1, from, to));
     first = last + 1;
+  }
+}
+
+/// Draws the periods in which the dynamics gate judged the scene highly dynamic.
+void draw_dynamics(Svg& svg, const RunRecord& record, const ChartArea& area) {
+  for (const DynamicsPeriod& period : dynamics_periods(record.result)) {
+    const double from = period.begin - start_of(record), to = period.end - start_of(record);
+    const bool high = period.dynamics == Dynamics::kHigh;
+    svg.rectangle(area.px(from), area.top, std::max(1.5, area.px(to) - area.px(from)), area.height,
+                  high ? "dynamic" : "hover",
+                  fmt::format("{} dynamics, {:.2f} to {:.2f} s", high ? "high" : "low", from, to));
   }
 }
 
@@ -276,8 +304,10 @@ std::string coverage_strip(const RunRecord& record) {
   ChartArea area{kTimeLeft, 4, kPageWidth - kTimeLeft - kTimeRight, 26, {0, duration_of(record)},
                  {0, 1}};
   if (!(area.x.high > 0)) return "";
-  Svg svg(kPageWidth, 88, "tracked and lost frames over time");
-  draw_tracked(svg, record, area);
+  const bool has_gate = !dynamics_periods(record.result).empty();
+  constexpr double kGateRow = 18;
+  Svg svg(kPageWidth, has_gate ? 88 + kGateRow : 88, "tracked, lost and dropped frames over time");
+  draw_coverage(svg, record, area);
   svg.text({area.left - 8, area.top + 17}, "frames", "end", "tick");
   for (const auto& [stamp, pose] : record.result.keyframes) {
     const double x = area.px(stamp - start_of(record));
@@ -286,11 +316,19 @@ std::string coverage_strip(const RunRecord& record) {
   if (!record.result.keyframes.empty()) {
     svg.text({area.left - 8, area.bottom() + 13}, "keyframes", "end", "tick");
   }
-  ChartArea both_rows = area;
-  both_rows.height += 14;
-  draw_events(svg, record, both_rows);
+  ChartArea all_rows = area;
+  all_rows.height += 14;
+  if (has_gate) {
+    ChartArea gate = area;
+    gate.top = area.bottom() + kGateRow;
+    gate.height = 10;
+    draw_dynamics(svg, record, gate);
+    svg.text({area.left - 8, gate.top + 9}, "dynamic", "end", "tick");
+    all_rows.height += kGateRow;
+  }
+  draw_events(svg, record, all_rows);
   ChartArea axis = area;
-  axis.top = area.bottom() + 18;
+  axis.top = all_rows.bottom() + 4;
   axis.height = 0;
   draw_x_axis(svg, axis, 10, "time [s]");
   return svg.element();

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/report/report_page.hpp"
 
-#include "stillmap/base/machine.hpp"
 #include "stillmap/report/html_page.hpp"
 #include "stillmap/report/mover_files.hpp"
 #include "stillmap/report/report_charts.hpp"
@@ -106,8 +105,10 @@ void add_coverage_tile(const RunRecord& record, std::vector<Tile>& tiles) {
   const Coverage coverage = compute_coverage(record.result.trajectory, record.total_frames());
   if (coverage.total == 0) return;
   const double share = coverage.share();
+  const std::size_t late = record.late_frames().size();
   tiles.push_back({"Coverage", fmt::format("{:.1f}", 100 * share), "%",
-                   fmt::format("{} of {} frames tracked", coverage.tracked, coverage.total),
+                   fmt::format("{} of {} frames tracked{}", coverage.tracked, coverage.total,
+                               late > 0 ? fmt::format(", {} dropped late", late) : ""),
                    coverage.tracked >= coverage.total ? "good"
                    : share < 0.95                     ? "bad"
                                                       : ""});
@@ -216,19 +217,20 @@ std::string error_section(const RunRecord& record) {
       "within 20 ms.");
 }
 
+std::string coverage_legend(const RunRecord& record) {
+  if (record.result.frames.size() < 2) return "";
+  const auto block = [](const char* color, const char* name) {
+    return fmt::format("<span><i class=\"block\" style=\"background:var(--{})\"></i>{}</span>",
+                       color, name);
+  };
+  return "<div class=\"legend\">" + block("good", "tracked") + block("bad", "lost") +
+         (record.late_frames().empty() ? "" : block("late", "dropped late")) +
+         "<span><i style=\"color:var(--warn);border-top-style:dotted\"></i>event (hover for "
+         "details)</span></div>\n";
+}
+
 std::string coverage_section(const RunRecord& record) {
-  return html_card(
-      "Coverage",
-      wide_chart(coverage_strip(record)) +
-          (record.result.frames.size() < 2
-               ? ""
-               : "<div class=\"legend\"><span><i class=\"block\" "
-                 "style=\"background:var(--good)\"></i>"
-                 "tracked</span><span><i class=\"block\" "
-                 "style=\"background:var(--bad)\"></i>lost</span>"
-                 "<span><i style=\"color:var(--warn);border-top-style:dotted\"></i>event (hover "
-                 "for "
-                 "details)</span></div>\n"));
+  return html_card("Coverage", wide_chart(coverage_strip(record)) + coverage_legend(record));
 }
 
 std::string timing_section(const RunRecord& record) {
@@ -267,12 +269,12 @@ std::string summary_section(const RunRecord& record) {
       {"frames segmented", std::to_string(result.segmented)},
       {"frames skipped", std::to_string(record.frames_skipped())},
       {"depth images skipped", std::to_string(record.skipped.size() - record.frames_skipped())},
-      {"frames dropped late", std::to_string(record.dropped)},
+      {"frames dropped late", std::to_string(record.late_frames().size())},
       {"frames with fewer keypoints",
        std::to_string(result.load_shedding.frames_of_fewer_keypoints)},
       {"maps", std::to_string(result.maps)},
       {"loops and losses", or_none(map_events_text(result))},
-      {"peak memory", fmt::format("{:.0f} MiB", peak_memory_mib())}};
+      {"peak memory", fmt::format("{:.0f} MiB", record.peak_memory_mib)}};
   if (!result.detector_skipped.empty()) rows.push_back({"masks", result.detector_skipped});
   return html_card("Summary", table({}, rows));
 }
@@ -314,8 +316,9 @@ double start_of(const RunRecord& record) {
   return record.result.frames.empty() ? 0 : record.result.frames.front().timestamp;
 }
 
-std::string events_section(const RunRecord& record) {
-  const std::vector<RunEvent> events = run_events(record.result);
+/// Returns a card with the first events of a list.
+std::string events_card(const std::string& title, const RunRecord& record,
+                        const std::vector<RunEvent>& events) {
   std::vector<std::vector<std::string>> rows;
   for (const RunEvent& event : events) {
     if (rows.size() == kListed) {
@@ -324,7 +327,7 @@ std::string events_section(const RunRecord& record) {
     }
     rows.push_back({fmt::format("{:.2f} s", event.timestamp - start_of(record)), event.text});
   }
-  return html_card("Events", table({"time", "event"}, rows));
+  return html_card(title, table({"time", "event"}, rows));
 }
 
 /// Returns the list of skipped frames, grouped by reason.
@@ -376,14 +379,18 @@ std::string doubts_section(const RunRecord& record) {
   std::string text;
   for (const std::string& doubt : record.doubts)
     text += "<p class=\"doubt\"><b>Do not trust this result:</b> " + e(doubt) + "</p>\n";
+  for (const std::string& note : record.notes) text += "<p>Note: " + e(note) + "</p>\n";
   return text;
 }
 
 std::string body(const RunRecord& record, const ReportImages& images) {
   return header(record) + doubts_section(record) + tiles(record) + trajectory_section(record) +
          error_section(record) + coverage_section(record) + map_section(images) +
-         movers_section(record, images) + frames_section(record) + files_section(images.files) +
-         timing_section(record) + summary_section(record) + events_section(record) +
+         movers_section(record, images) +
+         events_card(fmt::format("Warnings and changes: {}", record.warnings.size()), record,
+                     record.warnings) +
+         frames_section(record) + files_section(images.files) + timing_section(record) +
+         summary_section(record) + events_card("Events", record, run_events(record.result)) +
          skipped_section(record) + options_section(record);
 }
 

@@ -4,6 +4,7 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/test_path.hpp"
+#include "stillmap/report/report_charts.hpp"
 #include "stillmap/report/svg.hpp"
 
 #include <cmath>
@@ -12,6 +13,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 namespace stillmap {
 namespace {
@@ -134,12 +136,126 @@ TEST(Report, ShowsEverythingThatItIsGiven) {
   }
 }
 
+/// Returns the record of a run with a dynamics gate, whose scene is highly dynamic from 1 to 2 s.
+RunRecord gated_record() {
+  RunRecord record = full_record();
+  for (FrameRecord& frame : record.result.frames)
+    frame.dynamics = frame.index >= 30 && frame.index < 60 ? Dynamics::kHigh : Dynamics::kLow;
+  return record;
+}
+
+TEST(Report, ShowsWhenTheSceneWasHighlyDynamic) {
+  const std::string page = report_html(gated_record(), all_images());
+  EXPECT_THAT(page, HasSubstr("high dynamics, 1.00 to 2.00 s"));
+  EXPECT_THAT(page, HasSubstr("low dynamics, 0.00 to 1.00 s"));
+  EXPECT_THAT(report_html(full_record(), all_images()), Not(HasSubstr("dynamics,")));
+}
+
+TEST(DynamicsPeriods, EndWhereTheVerdictChanges) {
+  const auto periods = dynamics_periods(gated_record().result);
+  ASSERT_EQ(periods.size(), 3U);
+  EXPECT_EQ(periods[1].dynamics, Dynamics::kHigh);
+  EXPECT_DOUBLE_EQ(periods[1].begin, 51);
+  EXPECT_DOUBLE_EQ(periods[1].end, 52);
+  EXPECT_TRUE(dynamics_periods(full_record().result).empty());
+}
+
+TEST(RunEvents, TellEachChangeOfTheDynamics) {
+  std::vector<std::string> texts;
+  for (const RunEvent& event : run_events(gated_record().result)) {
+    if (event.text.find("dynamic") != std::string::npos) texts.push_back(event.text);
+  }
+  EXPECT_THAT(texts,
+              ::testing::ElementsAre("scene highly dynamic", "scene no longer highly dynamic"));
+}
+
+TEST(FramesCsv, HasALinePerFrame) {
+  RunRecord record = gated_record();
+  record.result.frames.resize(31);
+  FrameRecord& last = record.result.frames.back();
+  last.keypoints = 900;
+  last.moving_keypoints = 40;
+  last.inliers = 300;
+  last.mask_age = 2;
+  last.keyframe = true;
+  const std::string csv = frames_csv(record.result);
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 32);
+  EXPECT_THAT(csv, HasSubstr("frame,timestamp,state,keypoints,moving,inliers,mask_age,uncertain,"
+                             "keyframe,highly_dynamic\n"));
+  EXPECT_THAT(csv, ::testing::EndsWith("\n30,51.000000,tracking,900,40,300,2,0,1,1\n"));
+  record.result.frames.back().dynamics = Dynamics::kUnknown;
+  EXPECT_THAT(frames_csv(record.result), ::testing::EndsWith(",0,1,\n"));
+}
+
 TEST(Report, ShowsTheErrorOfTheEvaluation) {
   const RunRecord record = full_record();
   ASSERT_TRUE(record.evaluation) << record.evaluation_problem;
   const double rmse = record.evaluation->ate.translation.rmse;
   EXPECT_THAT(report_html(record), HasSubstr(fmt::format("RMSE {:.1f} mm", 1000 * rmse)));
   EXPECT_THAT(report_html(record), HasSubstr(fmt::format("<b>{:.4f}</b>", rmse)));
+}
+
+/// Returns the record of a run of which every second frame was dropped.
+RunRecord late_record() {
+  RunRecord record = full_record();
+  record.result.trajectory = path(0.01);
+  record.skipped.clear();
+  for (std::size_t i = 1; i < record.result.frames.size(); ++i)
+    record.dropped.push_back(record.result.frames[i].timestamp - 1 / 60.0);
+  evaluate_run(record);
+  return record;
+}
+
+TEST(Report, DroppedFramesAreNoTrackedOnes) {
+  const std::string html = report_html(late_record());
+  EXPECT_THAT(html, HasSubstr("120 of 239 frames tracked, 119 dropped late"));
+  EXPECT_THAT(html, HasSubstr("<title>dropped: 1 frames, "));
+  EXPECT_THAT(html, HasSubstr("</i>dropped late</span>"));
+  double green = 0;  // pixels of the strip, which is 900 wide
+  const std::regex bar("width=\"([0-9.]+)\" height=\"26.0\"[^>]*class=\"tracked\"");
+  for (auto i = std::sregex_iterator(html.begin(), html.end(), bar); i != std::sregex_iterator();
+       ++i)
+    green += std::stod((*i)[1]);
+  EXPECT_NEAR(green, 450, 10);
+  EXPECT_THAT(report_html(full_record()), Not(HasSubstr("dropped late</span>")));
+}
+
+TEST(Report, FramesThatALiveCameraLostAreDroppedOnes) {
+  RunRecord record = full_record();
+  record.skipped = {{.timestamp = 51.01, .reason = "dropped", .late = true}};
+  EXPECT_THAT(report_html(record), HasSubstr("dropped: 1 frames, 1.01 to"));
+}
+
+TEST(Report, TheTruthIsDrawnDuringTheRunOnly) {
+  RunRecord record = full_record();
+  const std::string before = trajectory_chart(record, PathView::kFromAbove);
+  for (int i = 1; i < 100; ++i)
+    record.truth->push_back({54 + i / 30.0, Pose(Eigen::Quaterniond::Identity(), {0, 0, 9.0 * i})});
+  EXPECT_EQ(trajectory_chart(record, PathView::kFromAbove), before);
+}
+
+TEST(Report, TellsTheWarningsOfTheRun) {
+  RunRecord record = full_record();
+  record.warnings = {{51.5, "person 3 is in zone <gate>"}};
+  const std::string html = report_html(record);
+  EXPECT_THAT(html, HasSubstr("Warnings and changes: 1"));
+  EXPECT_THAT(html, HasSubstr("1.50 s</td><td class=\"text\">person 3 is in zone &lt;gate&gt;"));
+  EXPECT_THAT(report_html(full_record()), Not(HasSubstr("Warnings and changes")));
+}
+
+TEST(Report, TellsWhenPosesAreUncertain) {
+  RunRecord record = full_record();
+  for (const std::size_t i : {30, 31, 32, 90}) record.result.frames[i].uncertain = true;
+  EXPECT_THAT(report_html(record), HasSubstr("4 uncertain poses (1.00 to 1.07 s, 3.00 s)"));
+  EXPECT_THAT(run_summary_text(record), HasSubstr("4 uncertain poses (1.00 to 1.07 s, 3.00 s)"));
+}
+
+TEST(Report, HasOnePeakOfTheMemory) {
+  RunRecord record = full_record();
+  record.peak_memory_mib = 417;
+  EXPECT_THAT(report_html(record), HasSubstr("417 MiB"));
+  EXPECT_THAT(run_summary_text(record), HasSubstr("417 MiB peak"));
+  EXPECT_EQ(run_summary_json(record)["peak_memory_mib"], 417);
 }
 
 TEST(Report, EscapesTextFromTheData) {

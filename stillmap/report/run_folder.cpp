@@ -82,8 +82,9 @@ std::vector<std::string> file_names(RunPart part) {
   switch (part) {
     case RunPart::kAlways:
       return {"trajectory.txt", "trajectory_covariance.txt",
-              "keyframes.txt",  "timing.txt",
-              kRunSummary,      "report.html"};
+              "keyframes.txt",  "frames.csv",
+              "timing.txt",     kRunSummary,
+              "report.html"};
     case RunPart::kLive:
       return {kLiveTrajectory, kRunJournal};
     case RunPart::kMovers:
@@ -149,6 +150,7 @@ std::vector<std::string> possible_run_files(const Options& options, const RunOut
 void write_run_files(RunRecord& record, const RunOutputs& outputs, ResultFolder& folder) {
   const SlamResult& result = record.result;
   record.doubts = doubts_of(record);
+  if (auto note = note_on_late_frames(record)) record.notes.push_back(std::move(*note));
   const std::vector<std::string> last{kRunSummary, "report.html"};
   folder.remove_own(last);
   folder.write("trajectory.txt",
@@ -169,7 +171,9 @@ void write_run_files(RunRecord& record, const RunOutputs& outputs, ResultFolder&
     folder.write("movers.png",
                  [&](const fs::path& file) { write_png(file, images.movers->image); });
   }
+  folder.write_text("frames.csv", frames_csv(result));
   folder.write_text("timing.txt", timing_text(result.timing.stages()));
+  record.peak_memory_mib = peak_memory_mib();
   write_summary(record, outputs, saving_seconds, folder);
   for (const fs::path& file : folder.written()) {
     if (file.filename() == kRunJournal) continue;  // removed at the end

@@ -57,10 +57,10 @@ struct RunOutputs {
 /// ResultFolder::require_free().
 std::vector<std::string> possible_run_files(const Options& options, const RunOutputs& outputs);
 
-/// Writes the files of a run: trajectory.txt, trajectory_covariance.txt, keyframes.txt, movers.csv,
-/// movers.jsonl, movers.png, the files of the dense map, run.map, options.yaml, timing.txt,
-/// summary.json and report.html; and saves the map, if wanted. Problems are kept in the folder: see
-/// ResultFolder::require_all().
+/// Writes the files of a run: trajectory.txt, trajectory_covariance.txt, keyframes.txt, frames.csv,
+/// movers.csv, movers.jsonl, movers.png, the files of the dense map, run.map, options.yaml,
+/// timing.txt, summary.json and report.html; and saves the map, if wanted. Problems are kept in the
+/// folder: see ResultFolder::require_all().
 void write_run_files(RunRecord& record, const RunOutputs& outputs, ResultFolder& folder);
 
 /// Removes the journal of a run if all its files were written, or at least those that hold what the

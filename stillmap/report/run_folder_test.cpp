@@ -74,7 +74,7 @@ TEST_F(RunFolder, HoldsAllFilesOfARun) {
   outputs.save_map = folder_ / "kept.map";
   const auto written = write_run_folder(small_run(), folder_, outputs);
   for (const char* name :
-       {"trajectory.txt", "trajectory_covariance.txt", "keyframes.txt", "movers.csv",
+       {"trajectory.txt", "trajectory_covariance.txt", "keyframes.txt", "frames.csv", "movers.csv",
         "movers.jsonl", "cloud.ply", "cloud.png", "cloud_before_after.png", "mesh.ply", "mesh.glb",
         "mesh.png", "run.map", "options.yaml", "timing.txt", "summary.json", "report.html",
         "kept.map"}) {

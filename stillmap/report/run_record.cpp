@@ -2,7 +2,6 @@
 #include "stillmap/report/run_record.hpp"
 
 #include "stillmap/base/error.hpp"
-#include "stillmap/base/machine.hpp"
 
 #include <algorithm>
 
@@ -17,6 +16,26 @@ std::string percent(std::size_t part, std::size_t whole) {
                                   100.0 * static_cast<double>(part) / static_cast<double>(whole));
 }
 
+const char* name_of(TrackState state) {
+  switch (state) {
+    case TrackState::kWaiting:
+      return "waiting";
+    case TrackState::kStarted:
+      return "started";
+    case TrackState::kTracking:
+      return "tracking";
+    case TrackState::kLost:
+      return "lost";
+  }
+  return "";
+}
+
+/// Returns the cell of a verdict in frames.csv.
+const char* name_of(Dynamics dynamics) {
+  if (dynamics == Dynamics::kUnknown) return "";
+  return dynamics == Dynamics::kHigh ? "1" : "0";
+}
+
 std::string text_of(const MapEvent& e) {
   switch (e.kind) {
     case MapEvent::Kind::kLoop:
@@ -28,6 +47,30 @@ std::string text_of(const MapEvent& e) {
       break;
   }
   return fmt::format("map of frame {} dropped: tracking was lost again too soon", e.frame_index);
+}
+
+/// Returns when poses are uncertain, after the first frame: " (1.20 to 1.53 s, 4.00 s)"; empty if
+/// none is. Poses less than a second apart are one span.
+std::string uncertain_spans_text(const SlamResult& result) {
+  constexpr double kTogether = 1;     // [s]
+  constexpr std::size_t kListed = 4;  // spans
+  std::vector<std::pair<double, double>> spans;
+  for (const FrameRecord& f : result.frames) {
+    if (!f.uncertain) continue;
+    const double time = f.timestamp - result.frames.front().timestamp;
+    if (spans.empty() || time - spans.back().second > kTogether) spans.emplace_back(time, time);
+    spans.back().second = time;
+  }
+  std::vector<std::string> texts;
+  for (const auto& [from, to] : spans) {
+    if (texts.size() == kListed) {
+      texts.push_back(fmt::format("{} more times", spans.size() - kListed));
+      break;
+    }
+    texts.push_back(from < to ? fmt::format("{:.2f} to {:.2f} s", from, to)
+                              : fmt::format("{:.2f} s", from));
+  }
+  return texts.empty() ? "" : fmt::format(" ({})", fmt::join(texts, ", "));
 }
 
 /// Returns a description of load shedding, in the order in which work is skipped.
@@ -46,10 +89,18 @@ std::string load_shedding_text(const RunRecord& record) {
     text += fmt::format(" (at least {})", less.fewest_keypoints);
   if (less.frames_without_view > 0)
     text += fmt::format(", {} keyframes left out of the dense map", less.frames_without_view);
-  return text + fmt::format(", {} frames dropped", record.dropped);
+  return text + fmt::format(", {} frames dropped", record.dropped.size());
 }
 
 }  // namespace
+
+std::vector<double> RunRecord::late_frames() const {
+  std::vector<double> late = dropped;
+  for (const SkippedFrame& s : skipped) {
+    if (s.frame_lost && s.late) late.push_back(s.timestamp);
+  }
+  return late;
+}
 
 double RunRecord::frames_per_second() const {
   return seconds > 0 ? static_cast<double>(frames) / seconds : 0;
@@ -57,6 +108,29 @@ double RunRecord::frames_per_second() const {
 
 double RunRecord::tracking_median() const {
   return quantile(result.timing.samples("tracking"), 0.5);
+}
+
+std::string frames_csv(const SlamResult& result) {
+  std::string csv =
+      "frame,timestamp,state,keypoints,moving,inliers,mask_age,uncertain,keyframe,highly_dynamic\n";
+  for (const FrameRecord& f : result.frames) {
+    csv += fmt::format("{},{:.6f},{},{},{},{},{},{:d},{:d},{}\n", f.index, f.timestamp,
+                       name_of(f.state), f.keypoints, f.moving_keypoints, f.inliers,
+                       f.mask_age < 0 ? "" : std::to_string(f.mask_age), f.uncertain, f.keyframe,
+                       name_of(f.dynamics));
+  }
+  return csv;
+}
+
+std::vector<DynamicsPeriod> dynamics_periods(const SlamResult& result) {
+  std::vector<DynamicsPeriod> periods;
+  for (const FrameRecord& frame : result.frames) {
+    if (frame.dynamics == Dynamics::kUnknown) continue;
+    if (!periods.empty()) periods.back().end = frame.timestamp;
+    if (periods.empty() || periods.back().dynamics != frame.dynamics)
+      periods.push_back({frame.timestamp, frame.timestamp, frame.dynamics});
+  }
+  return periods;
 }
 
 std::vector<RunEvent> run_events(const SlamResult& result) {
@@ -81,6 +155,11 @@ std::vector<RunEvent> run_events(const SlamResult& result) {
     was_lost = lost;
   }
   for (const MapEvent& e : result.events) add(e.timestamp, text_of(e));
+  const std::vector<DynamicsPeriod> periods = dynamics_periods(result);
+  for (std::size_t i = 1; i < periods.size(); ++i) {
+    const bool high = periods[i].dynamics == Dynamics::kHigh;
+    add(periods[i].begin, fmt::format("scene {}highly dynamic", high ? "" : "no longer "));
+  }
   std::stable_sort(events.begin(), events.end(),
                    [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
   return events;
@@ -130,6 +209,7 @@ std::string map_events_text(const SlamResult& result) {
   add(frames_with(result, &FrameRecord::tracked_late), "lost frame tracked at the end",
       "lost frames tracked at the end");
   add(frames_with(result, &FrameRecord::uncertain), "uncertain pose", "uncertain poses");
+  text += uncertain_spans_text(result);
   add(frames_with(result, &FrameRecord::tracked_by_odometry), "frame tracked by visual odometry",
       "frames tracked by visual odometry");
   return text;
@@ -173,7 +253,7 @@ std::string run_summary_text(const RunRecord& record) {
   if (!result.movers.empty()) text += fmt::format(", {} movers", result.movers.size());
   if (const auto events = map_events_text(result); !events.empty()) text += "; " + events;
   text += fmt::format("\n{:.1f} frames/s overall, tracking {:.1f} ms (median), {:.0f} MiB peak\n",
-                      record.frames_per_second(), record.tracking_median(), peak_memory_mib());
+                      record.frames_per_second(), record.tracking_median(), record.peak_memory_mib);
   text += skipped_text(record) + shutter_text(record);
   if (!record.detector.empty()) text += "detector: " + record.detector + "\n";
   if (!record.result.detector_skipped.empty())

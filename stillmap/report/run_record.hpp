@@ -24,6 +24,12 @@ struct LoadedMap {
   double seconds = 0;    ///< Time taken to read the file [s].
 };
 
+/// An event on the time line of a run: "lost", "new map", "loop closed", ...
+struct RunEvent {
+  double timestamp = 0;  ///< Time of the event [s].
+  std::string text;      ///< Name of the event.
+};
+
 /// All data of a finished run. All result files, the report page and the printed summary are made
 /// from it.
 struct RunRecord {
@@ -42,25 +48,30 @@ struct RunRecord {
   std::vector<SkippedFrame> skipped;     ///< Frames that the source could not read.
   std::vector<CaptionedImage> gallery;   ///< Example frames with keypoints and masks.
   std::size_t frames = 0;                ///< Number of frames passed to the tracker.
-  std::size_t dropped = 0;  ///< Number of frames dropped because tracking was late (realtime).
-  double seconds = 0;       ///< Wall time of the run, without writing files [s].
+  std::vector<double> dropped;  ///< Times of frames dropped since tracking was late (realtime) [s].
+  double seconds = 0;           ///< Wall time of the run, without writing files [s].
   std::optional<double> first_pose_seconds;  ///< Time from program start to the first pose [s].
   double mapping_memory_mib = 0;             ///< Peak memory before files are written [MiB].
-  /// Settings of the user that have no effect, with the reasons.
-  std::vector<std::string> unused_settings;
+  double peak_memory_mib = 0;                ///< Peak memory with the files written [MiB].
+  /// Remarks that say nothing about the results: settings without effect, a doubtful truth.
+  std::vector<std::string> notes;
   std::vector<std::string> frame_problems;  ///< Of FrameCheck and of the rules of --zones.
   std::vector<std::string> doubts;          ///< Reasons not to trust the results.
   std::string planner_doubt;                ///< The one of them about the files for planners.
+  std::vector<RunEvent> warnings;           ///< What the rules of --zones told.
   bool interrupted = false;                 ///< Whether the user stopped the run early.
   bool recovered = false;                   ///< Whether the run was killed; from its journal.
 
   /// Returns the number of frames of the sequence: processed, dropped and unreadable ones.
-  std::size_t total_frames() const { return frames + dropped + frames_skipped(); }
+  std::size_t total_frames() const { return frames + dropped.size() + frames_skipped(); }
   /// Returns the number of frames that the source could not read.
   std::size_t frames_skipped() const {
     return static_cast<std::size_t>(
         std::count_if(skipped.begin(), skipped.end(), [](const auto& s) { return s.frame_lost; }));
   }
+  /// Returns the times of all frames that were not taken in time, from a recording or a live camera
+  /// [s].
+  std::vector<double> late_frames() const;
   /// Returns the number of frames per second of wall time [1/s].
   double frames_per_second() const;
   /// Returns the median of the tracking time per frame [ms]; 0 without frames.
@@ -73,11 +84,19 @@ std::size_t frames_with(const SlamResult& result, bool FrameRecord::*property);
 /// Returns "loop", "merge" or "dropped".
 const char* name_of(MapEvent::Kind kind);
 
-/// An event on the time line of a run: "lost", "new map", "loop closed", ...
-struct RunEvent {
-  double timestamp = 0;  ///< Time of the event [s].
-  std::string text;      ///< Name of the event.
+/// Frames in a row that the dynamics gate judged alike.
+struct DynamicsPeriod {
+  double begin = 0, end = 0;  ///< Times of the first frame and of the first frame after it [s].
+  Dynamics dynamics = Dynamics::kLow;
 };
+
+/// Returns one line per frame: index, time [s], state of the tracker, numbers of keypoints, moving
+/// keypoints and inliers, age of the masks [frames], and flags (0 or 1); cells without a value are
+/// empty.
+std::string frames_csv(const SlamResult& result);
+
+/// Returns the verdicts of the dynamics gate over time; empty without a gate.
+std::vector<DynamicsPeriod> dynamics_periods(const SlamResult& result);
 
 /// Returns the events of tracking and mapping, in order of time.
 std::vector<RunEvent> run_events(const SlamResult& result);

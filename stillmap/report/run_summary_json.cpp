@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/base/machine.hpp"
 #include "stillmap/config/write_options.hpp"
 #include "stillmap/evaluate/timing.hpp"
 #include "stillmap/report/mover_files.hpp"
@@ -42,6 +41,25 @@ nlohmann::json map_events_json(const SlamResult& result) {
   return json;
 }
 
+/// Returns the number of highly dynamic frames; null without a dynamics gate.
+nlohmann::json highly_dynamic_json(const SlamResult& result) {
+  const auto frames_of = [&](Dynamics dynamics) {
+    return std::count_if(result.frames.begin(), result.frames.end(),
+                         [&](const FrameRecord& f) { return f.dynamics == dynamics; });
+  };
+  const auto high = frames_of(Dynamics::kHigh);
+  return high + frames_of(Dynamics::kLow) > 0 ? nlohmann::json(high) : nullptr;
+}
+
+/// Returns begin and end of the highly dynamic periods [s].
+nlohmann::json highly_dynamic_periods_json(const SlamResult& result) {
+  auto json = nlohmann::json::array();
+  for (const DynamicsPeriod& period : dynamics_periods(result)) {
+    if (period.dynamics == Dynamics::kHigh) json.push_back({period.begin, period.end});
+  }
+  return json;
+}
+
 nlohmann::json frames_json(const RunRecord& record) {
   const LoadShedding& less = record.result.load_shedding;
   auto uncertain_at = nlohmann::json::array();
@@ -53,13 +71,15 @@ nlohmann::json frames_json(const RunRecord& record) {
           {"tracked", record.result.tracked()},
           {"skipped", record.frames_skipped()},
           {"depth_images_skipped", record.skipped.size() - record.frames_skipped()},
-          {"dropped_late", record.dropped},
+          {"dropped_late", record.dropped.size()},
           {"segmented", record.result.segmented},
           {"fewer_keypoints", less.frames_of_fewer_keypoints},
           {"without_movers", less.frames_without_movers},
           {"without_view", less.frames_without_view},
           {"uncertain", uncertain_at.size()},
           {"uncertain_at", uncertain_at},
+          {"highly_dynamic", highly_dynamic_json(record.result)},
+          {"highly_dynamic_periods", highly_dynamic_periods_json(record.result)},
           {"tracked_late", frames_with(record.result, &FrameRecord::tracked_late)},
           {"tracked_by_odometry", frames_with(record.result, &FrameRecord::tracked_by_odometry)}};
 }
@@ -116,7 +136,7 @@ nlohmann::json movers_json(const SlamResult& result) {
 nlohmann::json refinement_json(const RefineTotals& totals) {
   return {{"triangulated", totals.triangulated},
           {"duplicates_fused", totals.fused},
-          {"repeated_erased", totals.repeated},
+          {"repeated_erased", totals.repeated.size()},
           {"landmarks_culled", totals.landmarks_culled},
           {"keyframes_culled", totals.keyframes_culled}};
 }
@@ -201,7 +221,7 @@ void add_timing(const RunRecord& record, nlohmann::json& json) {
   json["first_pose_s"] =
       record.first_pose_seconds ? nlohmann::json(*record.first_pose_seconds) : nlohmann::json();
   json["mapping_memory_mib"] = record.mapping_memory_mib;
-  json["peak_memory_mib"] = peak_memory_mib();
+  json["peak_memory_mib"] = record.peak_memory_mib;
   json["timing_ms"] = record.result.timing.stages();
 }
 
@@ -220,6 +240,7 @@ nlohmann::json run_summary_json(const RunRecord& record) {
   json["network"] = network_json(record.result.detector);
   json["frames_without_masks"] = text_or_null(record.result.detector_skipped);
   json["doubts"] = record.doubts;
+  json["notes"] = record.notes;
   if (!record.planner_doubt.empty()) json["planner_doubt"] = record.planner_doubt;
   json["interrupted"] = record.interrupted;
   json["frames"] = frames_json(record);

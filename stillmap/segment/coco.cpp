@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/segment/coco.hpp"
 
+#include <algorithm>
+#include <cctype>
+
 namespace stillmap {
 
 const std::vector<std::string>& coco_class_names() {
@@ -32,6 +35,16 @@ const std::vector<std::string>& coco_class_names() {
                                                   "vase",          "scissors",     "teddy bear",
                                                   "hair drier",    "toothbrush"};
   return kNames;
+}
+
+std::string coco_class_name(const std::string& name) {
+  std::string small = name;
+  std::transform(small.begin(), small.end(), small.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  for (const char* of_people : {"people", "persons", "pedestrian", "pedestrians", "human"})
+    if (small == of_people) return "person";
+  const auto& known = coco_class_names();
+  return std::find(known.begin(), known.end(), small) != known.end() ? small : name;
 }
 
 }  // namespace stillmap

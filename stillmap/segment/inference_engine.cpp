@@ -19,6 +19,7 @@ namespace {
 
 constexpr const char* kInstallOpenVino =
     "run scripts/install_dependencies.sh in the source folder, then build and install again";
+constexpr const char* kInstallOnnxRuntime = "pip install onnxruntime, in the active environment";
 
 using EnginePtr = std::unique_ptr<InferenceEngine>;
 using Names = std::vector<std::string>;
@@ -57,6 +58,10 @@ Error cannot_load(const std::string& backend, const EngineOptions& options,
 
 EnginePtr start_openvino(const EngineOptions& options) {
   const OpenVinoPlugin& plugin = OpenVinoPlugin::instance();
+  if (!plugin.loaded() && !OpenVinoPlugin::supported()) {
+    throw Error("this build of Stillmap has no OpenVINO back end", "network.backend",
+                std::string(kInstallOnnxRuntime) + ", and take the back end onnxruntime or auto");
+  }
   if (!plugin.loaded()) {
     throw Error("the OpenVINO back end is not installed: " + plugin.problem(), "network.backend",
                 std::string(kInstallOpenVino) + ", or take the back end opencv or auto");
@@ -81,12 +86,10 @@ bool installed(const std::string& backend) {
   return backend == "opencv" || OnnxRuntimeLibrary::instance().loaded();
 }
 
-void warn_of_missing_openvino(const std::string& engine) {
+void warn_of_slower_engine(const std::string& engine) {
   static const bool warned = [&] {
-    warn(fmt::format(
-             "the network runs on {}, since OpenVINO, which is faster, cannot be loaded ({})",
-             engine, OpenVinoPlugin::instance().problem()),
-         kInstallOpenVino);
+    const auto slower = slower_engine(engine, OpenVinoPlugin::supported());
+    if (slower) warn(slower->problem(), slower->fix());
     return true;
   }();
   (void)warned;
@@ -100,7 +103,7 @@ EnginePtr start_on_cpu(const EngineOptions& options) {
     if (!installed(backend)) continue;
     try {
       EnginePtr engine = start_backend(backend, options);
-      if (!installed("openvino")) warn_of_missing_openvino(engine->name().text());
+      if (!installed("openvino")) warn_of_slower_engine(engine->name().text());
       if (first)
         warn(fmt::format("{}; it runs on {}", first->problem(), engine->name().text()),
              export_advice());
@@ -178,6 +181,22 @@ std::string line_behind(const std::string& mark, const std::string& text) {
 }
 
 }  // namespace
+
+std::optional<Error> slower_engine(const std::string& engine, bool has_openvino) {
+  if (has_openvino) {
+    return Error(
+        fmt::format(
+            "the network runs on {}, since OpenVINO, which is faster, cannot be loaded ({})",
+            engine, OpenVinoPlugin::instance().problem()),
+        "", kInstallOpenVino);
+  }
+  if (engine.starts_with("ONNX Runtime")) return std::nullopt;
+  return Error(
+      fmt::format(
+          "the network runs on {}, since ONNX Runtime, which is faster, cannot be loaded ({})",
+          engine, OnnxRuntimeLibrary::instance().problem()),
+      "", kInstallOnnxRuntime);
+}
 
 std::string cause_in(const std::string& message) {
   std::string text = message;

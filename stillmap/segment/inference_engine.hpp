@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/base/error.hpp"
 #include "stillmap/segment/onnx_info.hpp"
 
 #include <array>
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -77,6 +79,12 @@ struct ChosenEngine {
 /// Returns the back ends that are installed, the fastest on the CPU first: "openvino",
 /// "onnxruntime", and always "opencv".
 std::vector<std::string> available_backends();
+
+/// Returns the problem that a network runs on a slower back end than could be installed, with the
+/// fix; none if nothing faster can be.
+/// @param engine       that the network runs on, which is not OpenVINO
+/// @param has_openvino whether this build can use OpenVINO
+std::optional<Error> slower_engine(const std::string& engine, bool has_openvino);
 
 /// Starts an engine and runs it once if it is not on the CPU.
 ///

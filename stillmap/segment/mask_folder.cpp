@@ -2,15 +2,15 @@
 #include "stillmap/segment/mask_folder.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/number.hpp"
 #include "stillmap/base/statistics.hpp"
 #include "stillmap/base/warning.hpp"
-#include "stillmap/sensor/image_file.hpp"
+#include "stillmap/segment/mask_image.hpp"
+#include "stillmap/sensor/named_time.hpp"
 
-#include <charconv>
 #include <set>
 
 #include <fmt/format.h>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 namespace stillmap {
@@ -29,11 +29,12 @@ constexpr int kPersonClass = 0, kUnknownClass = 1;
 /// Smaller regions are ignored as specks [pixels].
 constexpr int kMinPixels = 16;
 
-std::optional<double> number_of(const std::string& text) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  const bool whole = error == std::errc{} && end == text.data() + text.size();
-  return whole && std::isfinite(value) ? std::optional(value) : std::nullopt;
+/// Returns the time that the name of a mask tells [s]: that of a frame without a name may be a
+/// whole number of seconds.
+std::optional<double> time_in(const std::string& name) {
+  if (!named_number(name)) return named_time(name, 1);
+  const auto value = number_of(name);
+  return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
 bool is_png(const std::filesystem::path& file) {
@@ -96,14 +97,6 @@ void append_pieces(const cv::Mat1b& mask, int value, std::vector<std::pair<int, 
   }
 }
 
-/// Masks may have the full size of halved frames.
-cv::Mat halved_if_twice(const cv::Mat& mask, const cv::Size& size) {
-  if (mask.cols / 2 != size.width || mask.rows / 2 != size.height) return mask;
-  cv::Mat half;
-  cv::resize(mask, half, size, 0, 0, cv::INTER_NEAREST);
-  return half;
-}
-
 }  // namespace
 
 std::vector<Instance> instances_of_mask(const cv::Mat1b& mask) {
@@ -119,7 +112,11 @@ std::vector<Instance> instances_of_mask(const cv::Mat1b& mask) {
 MaskFolder::MaskFolder(const std::filesystem::path& folder) : folder_(folder) {
   std::vector<double> stamps;
   for (const auto& file : pngs_in(folder)) {
-    const auto stamp = number_of(file.stem().string());
+    const std::string name = file.stem().string();
+    by_name_.emplace(name, file);
+    if (const auto number = named_time(name, 1)) by_number_.emplace(*number, file);
+    counts_frames_ = counts_frames_ || named_number(name).value_or(0) > 0;
+    const auto stamp = time_in(name);
     if (stamp) stamps.push_back(*stamp);
     entries_.push_back({stamp.value_or(0), file});
   }
@@ -131,37 +128,44 @@ MaskFolder::MaskFolder(const std::filesystem::path& folder) : folder_(folder) {
   tolerance_ = stamps.size() > 1 ? std::min(median_interval(stamps) / 2, kTolerance) : kTolerance;
 }
 
-const MaskFolder::Entry* MaskFolder::find(const RgbdFrame& frame) const {
-  if (!stamped_) return frame.index < entries_.size() ? &entries_[frame.index] : nullptr;
-  const auto after = std::lower_bound(entries_.begin(), entries_.end(), frame.timestamp,
+const std::filesystem::path* MaskFolder::find(const RgbdFrame& frame) const {
+  if (!frame.name.empty()) {
+    if (const auto same = by_name_.find(frame.name); same != by_name_.end()) return &same->second;
+    const auto number = named_time(frame.name, 1);
+    const auto same = number ? by_number_.find(*number) : by_number_.end();
+    if (same != by_number_.end()) return &same->second;
+    if (counts_frames_) return nullptr;  // A number is no time where the images have names.
+  }
+  if (stamped_) return nearest_in_time(frame.timestamp);
+  return frame.index < entries_.size() ? &entries_[frame.index].file : nullptr;
+}
+
+const std::filesystem::path* MaskFolder::nearest_in_time(double timestamp) const {
+  const auto after = std::lower_bound(entries_.begin(), entries_.end(), timestamp,
                                       [](const Entry& e, double stamp) { return e.stamp < stamp; });
   const Entry* best = nullptr;
-  const auto distance = [&](const Entry& e) { return std::abs(e.stamp - frame.timestamp); };
+  const auto distance = [&](const Entry& e) { return std::abs(e.stamp - timestamp); };
   if (after != entries_.end()) best = &*after;
   if (after != entries_.begin() && (!best || distance(*(after - 1)) <= distance(*best))) {
     best = &*(after - 1);
   }
-  return best && distance(*best) <= tolerance_ ? best : nullptr;
+  return best && distance(*best) <= tolerance_ ? &best->file : nullptr;
 }
 
 std::vector<Instance> MaskFolder::detect(const RgbdFrame& frame) {
-  const Entry* entry = find(frame);
-  if (!entry) {
+  const std::filesystem::path* file = find(frame);
+  if (!file) {
     ++missing_;
     return {};
   }
-  // The header is read first: an image of another size may be larger than the memory.
-  const cv::Size size = read_image_header(entry->file).header.size;
-  cv::Mat mask;
-  if (size == frame.gray.size() || size == frame.gray.size() * 2) {
-    mask =
-        halved_if_twice(cv::imread(entry->file.string(), cv::IMREAD_UNCHANGED), frame.gray.size());
-  }
-  if (mask.type() != CV_8UC1 || mask.size() != frame.gray.size()) {
+  const auto [mask, problem] = read_mask(*file, frame.gray.size());
+  if (!problem.empty()) {
     if (unusable_++ == 0) {
-      warn(fmt::format("{}: this mask and similar ones are ignored", entry->file.string()),
-           fmt::format("write an 8-bit gray PNG of {} x {} pixels", frame.gray.cols,
-                       frame.gray.rows));
+      first_problem_ = fmt::format("{} {}", file->filename().string(), problem);
+      warn(fmt::format("{} {}: this mask and similar ones are ignored", file->string(), problem),
+           fmt::format("write an 8-bit gray PNG of {} x {} pixels: 255 person, 0 static, anything "
+                       "else another moving object",
+                       frame.gray.cols, frame.gray.rows));
     }
     return {};
   }
@@ -181,13 +185,15 @@ std::string MaskFolder::doubt() const {
 
 std::string MaskFolder::description() const {
   return fmt::format("masks from {} ({} files, by {})", folder_.string(), entries_.size(),
-                     stamped_ ? "timestamp" : "order");
+                     stamped_ ? "name or timestamp" : "name or order");
 }
 
 std::string MaskFolder::skipped() const {
   if (missing_ + unusable_ == 0) return {};
-  return fmt::format("{} frames without a mask, {} masks damaged or of another size", missing_,
-                     unusable_);
+  std::string text = fmt::format("{} frames without a mask", missing_);
+  if (unusable_ > 0)
+    text += fmt::format(", {} masks that cannot be used; the first: {}", unusable_, first_problem_);
+  return text;
 }
 
 const std::vector<std::string>& MaskFolder::class_names() const {

@@ -4,20 +4,23 @@
 #include "stillmap/segment/mask_agreement.hpp"
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace stillmap {
 
-/// Masks from a folder with one 8-bit gray PNG per frame, of the size of the frames or twice that.
+/// Masks from a folder with one gray PNG per frame: see read_mask().
 ///
 /// Values and instances: see instances_of_mask().
 ///
-/// Assignment: if all file names (without extension) are numbers, they are timestamps [s], and a
-/// frame takes the nearest within half of the median interval of the masks, 20 ms at most.
-/// Otherwise the files in alphabetical order belong to frames 0, 1, 2, ... A frame without a mask,
-/// or with a mask that cannot be read or has another size, has no instances and is counted.
+/// Assignment: a frame whose image has a name takes the mask of the same name, or of the same
+/// number or time in its name (rgb/frame_12.jpg and mask/000012_mask.png). Otherwise, if all names
+/// of masks are times [s], a frame takes the nearest within half of the median interval of the
+/// masks, 20 ms at most; whole numbers are times for frames without names only. Otherwise the files
+/// in alphabetical order belong to frames 0, 1, 2, ... A frame without a mask, or with one that
+/// cannot be used, has no instances and is counted.
 class MaskFolder final : public Detector {
  public:
   /// Throws Error if the folder is missing or contains no PNG.
@@ -32,21 +35,26 @@ class MaskFolder final : public Detector {
 
   /// Returns the number of frames without a mask so far.
   std::size_t missing() const { return missing_; }
-  /// Returns the number of damaged masks and masks of a wrong size so far.
+  /// Returns the number of masks so far that cannot be used.
   std::size_t unusable() const { return unusable_; }
 
  private:
   struct Entry {
-    double stamp = 0;  // Timestamp [s]; unused if the names are not numbers.
+    double stamp = 0;  // Timestamp [s]; unused if not all names are times.
     std::filesystem::path file;
   };
-  const Entry* find(const RgbdFrame& frame) const;
+  const std::filesystem::path* find(const RgbdFrame& frame) const;
+  const std::filesystem::path* nearest_in_time(double timestamp) const;
 
   std::filesystem::path folder_;
   std::vector<Entry> entries_;  // sorted by timestamp or by name
+  std::map<std::string, std::filesystem::path> by_name_;
+  std::map<double, std::filesystem::path> by_number_;
+  bool counts_frames_ = false;  // whether names tell numbers of frames
   bool stamped_ = false;
   double tolerance_ = 0;  // seconds
   std::size_t missing_ = 0, unusable_ = 0, used_ = 0;
+  std::string first_problem_;
   MaskAgreement agreement_;  // of some of the masks
 };
 

@@ -6,6 +6,7 @@
 
 #include <fstream>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <opencv2/imgcodecs.hpp>
@@ -37,6 +38,11 @@ struct MaskFolderTest : testing::Test {
     frame.gray = cv::Mat1b::zeros(30, 40);
     return frame;
   }
+  static RgbdFrame named_frame(const std::string& name, double stamp) {
+    RgbdFrame named = frame(0, stamp);
+    named.name = name;
+    return named;
+  }
 };
 
 TEST_F(MaskFolderTest, NumbersAreTimestampsMatchedWithinTwentyMilliseconds) {
@@ -64,17 +70,61 @@ TEST_F(MaskFolderTest, OtherNamesAreAssignedInOrder) {
   EXPECT_EQ(masks.missing(), 1U);
 }
 
-TEST_F(MaskFolderTest, WrongSizeDamagedFileAndColorAreSkipped) {
+TEST_F(MaskFolderTest, FramesWithANameTakeTheMaskOfThatName) {
+  write("000001.png", 1);
+  write("000002.png", 2);
+  MaskFolder masks(folder);
+  EXPECT_EQ(masks.detect(named_frame("000002", 2 / 30.0)).at(0).box.x, 2);
+  EXPECT_EQ(masks.detect(named_frame("frame1", 1 / 30.0)).at(0).box.x, 1);
+  EXPECT_TRUE(masks.detect(named_frame("000030", 1)).empty()) << "a number is no second";
+  EXPECT_EQ(masks.missing(), 1U);
+}
+
+TEST_F(MaskFolderTest, FramesWhoseNamesAreNoTimesTakeTheMaskOfTheirTime) {
+  write("100.000000.png", 1);
+  write("100.100000.png", 2);
+  MaskFolder masks(folder);
+  EXPECT_EQ(masks.detect(named_frame("1", 100.1)).at(0).box.x, 2);
+}
+
+TEST_F(MaskFolderTest, WhatOtherFormatsCanOnlyMeanIsRead) {
+  write("0.png", 4, 128);
+  const cv::Mat1b gray = cv::imread((folder / "0.png").string(), cv::IMREAD_GRAYSCALE);
+  cv::Mat three, alpha, sixteen, stretched;
+  cv::cvtColor(gray, three, cv::COLOR_GRAY2BGR);
+  cv::cvtColor(gray, alpha, cv::COLOR_GRAY2BGRA);
+  gray.convertTo(sixteen, CV_16U);
+  gray.convertTo(stretched, CV_16U, 257);
+  cv::Mat large;
+  cv::resize(gray, large, {}, 3, 3, cv::INTER_NEAREST);
+  int number = 1;
+  for (const cv::Mat& image : {three, alpha, sixteen, stretched, large})
+    cv::imwrite((folder / fmt::format("{}.png", number++)).string(), image);
+  MaskFolder masks(folder);
+  for (int i = 0; i < number; ++i) {
+    const auto found = masks.detect(named_frame(std::to_string(i), 0));
+    ASSERT_EQ(found.size(), 1U) << i;
+    EXPECT_EQ(found[0].box, cv::Rect(4, 10, 8, 8)) << i;
+    EXPECT_EQ(found[0].class_name, "unknown") << i;
+  }
+}
+
+TEST_F(MaskFolderTest, WhatCannotBeUsedIsNamed) {
   cv::imwrite((folder / "1.png").string(), cv::Mat1b(10, 10, 255));
   std::ofstream(folder / "2.png") << "not an image";
-  cv::imwrite((folder / "3.png").string(), cv::Mat(30, 40, CV_8UC3, cv::Scalar::all(255)));
-  cv::imwrite((folder / "4.png").string(), cv::Mat(30, 40, CV_16UC1, cv::Scalar::all(255)));
-  MaskFolder masks(folder);
-  for (const double stamp : {1.0, 2.0, 3.0, 4.0})
-    EXPECT_TRUE(masks.detect(frame(0, stamp)).empty());
-  EXPECT_EQ(masks.unusable(), 4U);
-  EXPECT_THAT(masks.skipped(), testing::HasSubstr("4 masks damaged"));
-  EXPECT_EQ(masks.missing(), 0U);
+  cv::imwrite((folder / "3.png").string(), cv::Mat(30, 40, CV_8UC3, cv::Scalar(0, 0, 128)));
+  cv::imwrite((folder / "4.png").string(), cv::Mat(30, 40, CV_16UC1, cv::Scalar::all(300)));
+  cv::imwrite((folder / "5.png").string(), cv::Mat(30, 40, CV_8UC4, cv::Scalar(0, 0, 0, 128)));
+  const char* problems[] = {"1.png is 10 x 10 pixels where the frame has 40 x 30",
+                            "2.png is not a PNG", "3.png has colors", "4.png has 16-bit values",
+                            "5.png has colors"};
+  for (int i = 0; i < 5; ++i) {
+    MaskFolder masks(folder);
+    EXPECT_TRUE(masks.detect(frame(0, i + 1)).empty());
+    EXPECT_EQ(masks.unusable(), 1U);
+    EXPECT_EQ(masks.missing(), 0U);
+    EXPECT_THAT(masks.skipped(), testing::HasSubstr(problems[i]));
+  }
 }
 
 TEST_F(MaskFolderTest, MasksOfHalvedFramesAreHalved) {

@@ -3,6 +3,7 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/test_path.hpp"
+#include "stillmap/segment/coco.hpp"
 #include "stillmap/segment/dynamic_mask.hpp"
 #include "stillmap/segment/inference_engine.hpp"
 #include "stillmap/segment/make_detector.hpp"
@@ -40,6 +41,13 @@ SegmentOptions options_for(const fs::path& model, const std::string& backend = "
   options.model = model.string();
   options.backend = backend;
   return options;
+}
+
+TEST(ClassNames, OfCocoMayBeWrittenOtherwise) {
+  for (const char* name : {"Person", "people", "Pedestrian"})
+    EXPECT_EQ(coco_class_name(name), "person") << name;
+  EXPECT_EQ(coco_class_name("Potted Plant"), "potted plant");
+  EXPECT_EQ(coco_class_name("Hook"), "Hook");
 }
 
 // Invalid files.
@@ -155,6 +163,18 @@ TEST(MakeDetector, IfNoBackEndLoadsANetworkTheErrorIsThatOfTheFastest) {
     EXPECT_THAT(e.problem(), testing::StartsWith("the " + available_backends().front()));
   }
   fs::remove(file);
+}
+
+TEST(SlowerEngine, NamesWhatThisBuildCanUse) {
+  const auto python = slower_engine("OpenCV 4.6.0 on the CPU", false);
+  ASSERT_TRUE(python);
+  EXPECT_NE(python->problem().find("runs on OpenCV 4.6.0 on the CPU, since ONNX Runtime"),
+            std::string::npos);
+  EXPECT_EQ(python->fix(), "pip install onnxruntime, in the active environment");
+  EXPECT_FALSE(slower_engine("ONNX Runtime 1.20.0 on the CPU", false)) << "the fastest it has";
+  const auto command = slower_engine("ONNX Runtime 1.20.0 on the CPU", true);
+  ASSERT_TRUE(command);
+  EXPECT_NE(command->problem().find("since OpenVINO"), std::string::npos);
 }
 
 TEST(MakeDetector, UnknownBackEndsAndDevicesAreErrors) {

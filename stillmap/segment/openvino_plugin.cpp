@@ -43,6 +43,14 @@ OpenVinoPlugin::OpenVinoPlugin() {
   }
 }
 
+bool OpenVinoPlugin::supported() {
+#ifdef STILLMAP_WITHOUT_OPENVINO
+  return false;
+#else
+  return true;
+#endif
+}
+
 const OpenVinoPlugin& OpenVinoPlugin::instance() {
   static const OpenVinoPlugin plugin;
   return plugin;

@@ -25,9 +25,18 @@ float intersection_over_union(const cv::Rect2f& a, const cv::Rect2f& b) {
 /// objectness.
 std::size_t first_class(const YoloShape& shape) { return shape.objectness ? 5 : 4; }
 
+/// Number of attributes of a detection of an end-to-end network before its mask coefficients.
+constexpr std::int64_t kDetectionAttributes = 6;
+
+/// Returns the index of an anchor's first mask coefficient.
+std::size_t first_coefficient(const YoloShape& shape) {
+  if (shape.end_to_end) return kDetectionAttributes;
+  return first_class(shape) + static_cast<std::size_t>(shape.classes);
+}
+
 /// Returns the number of attributes per anchor.
 std::size_t attribute_count(const YoloShape& shape) {
-  return first_class(shape) + static_cast<std::size_t>(shape.classes + shape.mask_coefficients);
+  return first_coefficient(shape) + static_cast<std::size_t>(shape.mask_coefficients);
 }
 
 /// Returns attribute `a` of anchor `i`.
@@ -73,8 +82,7 @@ std::vector<float> coefficients_of(const TensorView& boxes, const YoloShape& sha
                                    std::size_t anchor) {
   std::vector<float> coefficients(static_cast<std::size_t>(shape.mask_coefficients));
   for (std::size_t k = 0; k < coefficients.size(); ++k) {
-    coefficients[k] = attribute(boxes, shape, anchor,
-                                first_class(shape) + static_cast<std::size_t>(shape.classes) + k);
+    coefficients[k] = attribute(boxes, shape, anchor, first_coefficient(shape) + k);
   }
   return coefficients;
 }
@@ -160,6 +168,11 @@ cv::Mat positive_between(const cv::Mat1f& samples, const Steps& columns, const S
       where, export_advice());
 }
 
+[[noreturn]] void throw_without_classes(const std::string& where) {
+  throw Error("the network numbers its classes and does not name them", where,
+              "export it so that its metadata holds the class names: " + export_advice());
+}
+
 bool all_positive(const std::vector<std::int64_t>& shape) {
   return std::all_of(shape.begin(), shape.end(), [](std::int64_t n) { return n > 0; });
 }
@@ -231,16 +244,28 @@ YoloShape raw_shape(const std::vector<std::vector<std::int64_t>>& shapes,
   return shape;
 }
 
+/// Returns the number of cells of the grids of a network's input.
+std::int64_t cells_of(cv::Size input) {
+  std::int64_t cells = 0;
+  for (const StockAnchors& stock : kStockAnchors) {
+    cells += static_cast<std::int64_t>(input.height / stock.stride) * (input.width / stock.stride);
+  }
+  return cells;
+}
+
+/// Returns whether the rows of an output are detections, not anchors.
+bool is_end_to_end(const std::vector<std::int64_t>& boxes, int coefficients, cv::Size input) {
+  const std::int64_t cells = cells_of(input);
+  return !input.empty() && boxes[2] == kDetectionAttributes + coefficients && boxes[1] != cells &&
+         boxes[1] != 3 * cells;
+}
+
 /// Without a class list: three anchors per cell have an objectness, one anchor per cell has none.
 bool looks_like_objectness(const std::vector<std::int64_t>& boxes, cv::Size input) {
   constexpr std::int64_t kCocoWithObjectness = 85;
   if (boxes[1] < boxes[2]) return false;  // only YOLOv8 and later have the attributes first
   if (input.empty()) return boxes[2] == kCocoWithObjectness;
-  std::int64_t cells = 0;
-  for (const StockAnchors& stock : kStockAnchors) {
-    cells += static_cast<std::int64_t>(input.height / stock.stride) * (input.width / stock.stride);
-  }
-  return boxes[1] == 3 * cells;
+  return boxes[1] == 3 * cells_of(input);
 }
 
 /// A box in the format of the network.
@@ -279,6 +304,14 @@ void add_raw_candidate(std::span<const float> values, const RawHead& head, std::
                  (2 * logistic(values[1]) - 0.5F + row) * head.stride, w * w * size.width,
                  h * h * size.height},
                 confidence, class_id, anchor, candidates);
+}
+
+std::vector<Candidate> candidates_in(std::span<const TensorView> outputs, const YoloShape& shape,
+                                     float min_confidence) {
+  if (!shape.raw_heads.empty()) return read_raw_candidates(outputs, shape, min_confidence);
+  const TensorView& boxes = outputs[shape.boxes_output];
+  return shape.end_to_end ? read_detections(boxes, shape, min_confidence)
+                          : read_candidates(boxes, shape, min_confidence);
 }
 
 Instance to_instance(const Candidate& candidate, std::span<const TensorView> outputs,
@@ -332,9 +365,17 @@ YoloShape recognize_yolo(const std::vector<std::vector<std::int64_t>>& output_sh
   }
   YoloShape shape = find_outputs(output_shapes, where);
   const auto& boxes = output_shapes[shape.boxes_output];
+  const bool known = class_count > 0;
+  if (is_end_to_end(boxes, shape.mask_coefficients, input)) {
+    if (!known) throw_without_classes(where);
+    shape.end_to_end = true;
+    shape.attributes_first = false;
+    shape.classes = class_count;
+    shape.anchors = static_cast<std::size_t>(boxes[1]);
+    return shape;
+  }
   const std::int64_t plain = 4 + class_count + shape.mask_coefficients;
   const auto has = [&](std::int64_t n) { return boxes[1] == n || boxes[2] == n; };
-  const bool known = class_count > 0;
   if (known && !has(plain) && !has(plain + 1)) throw_wrong_outputs(output_shapes, where);
   shape.objectness = known ? !has(plain) : looks_like_objectness(boxes, input);
   const std::int64_t wanted = shape.objectness ? plain + 1 : plain;
@@ -359,6 +400,21 @@ std::vector<Candidate> read_candidates(const TensorView& boxes, const YoloShape&
     const float x = attribute(boxes, shape, i, 0), y = attribute(boxes, shape, i, 1);
     const float w = attribute(boxes, shape, i, 2), h = attribute(boxes, shape, i, 3);
     add_candidate({x, y, w, h}, confidence, best.id[i], i, candidates);
+  }
+  return candidates;
+}
+
+std::vector<Candidate> read_detections(const TensorView& boxes, const YoloShape& shape,
+                                       float min_confidence) {
+  std::vector<Candidate> candidates;
+  for (std::size_t i = 0; i < shape.anchors; ++i) {
+    const float left = attribute(boxes, shape, i, 0), top = attribute(boxes, shape, i, 1);
+    const float w = attribute(boxes, shape, i, 2) - left, h = attribute(boxes, shape, i, 3) - top;
+    const float confidence = attribute(boxes, shape, i, 4), number = attribute(boxes, shape, i, 5);
+    const bool is_class = number >= 0 && number < static_cast<float>(shape.classes);
+    if (!(confidence >= min_confidence) || !is_class) continue;  // also for NaN
+    add_candidate({left + w / 2, top + h / 2, w, h}, confidence, static_cast<int>(number), i,
+                  candidates);
   }
   return candidates;
 }
@@ -403,10 +459,8 @@ cv::Mat assemble_mask(const TensorView& prototypes, std::span<const float> coeff
 
 std::vector<Candidate> decode_candidates(std::span<const TensorView> outputs,
                                          const YoloShape& shape, const DecodeOptions& options) {
-  auto candidates = shape.raw_heads.empty()
-                        ? read_candidates(outputs[shape.boxes_output], shape, options.confidence)
-                        : read_raw_candidates(outputs, shape, options.confidence);
-  return suppress_overlaps(std::move(candidates), options.iou, kMaxInstances);
+  return suppress_overlaps(candidates_in(outputs, shape, options.confidence), options.iou,
+                           kMaxInstances);
 }
 
 std::vector<Instance> decode_yolo(std::span<const TensorView> outputs, const YoloShape& shape,

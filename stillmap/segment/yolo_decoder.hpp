@@ -44,6 +44,9 @@ struct YoloShape {
   /// YOLOv5 and YOLOv7: the box is followed by the objectness, by which the class scores are
   /// multiplied. YOLOv8 and YOLO11 have none.
   bool objectness = false;
+  /// End-to-end networks: each row is a detection that suppression has kept, [x1, y1, x2, y2,
+  /// confidence, class, mask coefficients].
+  bool end_to_end = false;
   /// By increasing stride; empty if the network decodes its boxes itself.
   std::vector<RawHead> raw_heads;
   std::size_t anchors = 0;       ///< Number of anchors of the boxes output; 0 with raw heads.
@@ -61,12 +64,16 @@ struct YoloShape {
 ///   ignored;
 /// - YOLOv7 exported without its grid: three outputs [1, 3, height, width, 5 + classes], logits,
 ///   decoded with the standard anchor boxes (cfg/training/yolov7.yaml). Networks with other
-///   anchors, such as YOLOv7-tiny, must be exported with their grid.
+///   anchors, such as YOLOv7-tiny, must be exported with their grid;
+/// - YOLOv10, YOLO26 and exports with `nms=True`: one output [1, detections, 6 + coefficients]. A
+///   network of one or two classes has as many attributes per anchor; those have one or three
+///   anchors per cell of the input's grids, and the number of detections is another one.
 ///
 /// @param class_count  from the metadata; 0 if unknown: then the shorter axis contains the
 /// attributes, and there is an objectness if there are three anchors per cell of the input's grids
 /// (strides 8, 16 and 32) or, with an empty `input`, if an anchor has 85 consecutive attributes
-/// @param input        size of the network's input [pixels]; needed for raw heads
+/// @param input        size of the network's input [pixels]; needed for raw heads and end-to-end
+/// networks; these also need the class count
 /// Throws Error (naming `where`) for other shapes.
 YoloShape recognize_yolo(const std::vector<std::vector<std::int64_t>>& output_shapes,
                          int class_count, const std::string& where, cv::Size input = {});
@@ -80,6 +87,11 @@ struct DecodeOptions {
 /// Returns the candidates with at least `min_confidence` [0..1], in anchor order. The confidence is
 /// the score of the best class, times the objectness if there is one.
 std::vector<Candidate> read_candidates(const TensorView& boxes, const YoloShape& shape,
+                                       float min_confidence);
+
+/// The same for end-to-end networks. Detections of classes that the network does not have are
+/// ignored.
+std::vector<Candidate> read_detections(const TensorView& boxes, const YoloShape& shape,
                                        float min_confidence);
 
 /// The same for raw heads (Wang, Bochkovskiy and Liao, YOLOv7, CVPR 2023, with the box equations of

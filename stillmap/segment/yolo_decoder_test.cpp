@@ -166,7 +166,6 @@ TEST(RecognizeYolo, ClassCountDecidesWhereAnchorsAreFewerThanAttributes) {
 TEST(RecognizeYolo, OtherShapesAreAnErrorWithExportAdvice) {
   const std::vector<std::vector<std::vector<std::int64_t>>> wrong = {
       {{1, 1000}},                               // a classifier
-      {{1, 300, 6}},                             // with built-in suppression
       {{1, 25200, 86}},                          // one class too many, with objectness or without
       {{1, 116, 8400}},                          // masks declared, no prototypes
       {{2, 84, 8400}},                           // two images
@@ -187,6 +186,42 @@ TEST(RecognizeYolo, OtherShapesAreAnErrorWithExportAdvice) {
       EXPECT_THAT(e.fix(), testing::HasSubstr("yolo export model=yolo11n-seg.pt format=onnx"));
     }
   }
+}
+
+TEST(RecognizeYolo, RecognizesDetectionsByTheirNumber) {
+  const cv::Size input(640, 640);
+  for (const int classes : {1, 2, 80}) {
+    const auto boxes = recognize_yolo({{1, 300, 6}}, classes, "x", input);
+    EXPECT_TRUE(boxes.end_to_end) << classes;
+    EXPECT_EQ(boxes.classes, classes);
+    EXPECT_EQ(boxes.anchors, 300U);
+    const auto masks = recognize_yolo({{1, 300, 38}, {1, 32, 160, 160}}, classes, "x", input);
+    EXPECT_TRUE(masks.end_to_end) << classes;
+    EXPECT_EQ(masks.mask_coefficients, 32);
+  }
+  EXPECT_FALSE(recognize_yolo({{1, 6, 8400}}, 2, "x", input).end_to_end);
+  EXPECT_FALSE(recognize_yolo({{1, 8400, 6}}, 2, "x", input).end_to_end);
+  EXPECT_FALSE(recognize_yolo({{1, 25200, 6}}, 1, "x", input).end_to_end);
+  EXPECT_THROW(recognize_yolo({{1, 300, 6}}, 0, "x", input), Error);  // which classes?
+}
+
+TEST(DecodeYolo, ReadsTheDetectionsOfEndToEndNetworks) {
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  const std::vector<float> rows = {10, 20, 30, 50, 0.9F, 1,  // a chair
+                                   0,  0,  10, 10, 0.2F, 0,  // not confident
+                                   0,  0,  10, 10, 0.8F, 7,  // of no class
+                                   5,  5,  5,  9,  0.8F, 0,  // without extent
+                                   0,  8,  4,  16, 0.5F, 0,  // a person
+                                   0,  0,  10, 10, kNan, 0};
+  const std::vector<TensorView> outputs{{{1, 6, 6}, rows}};
+  const auto shape = recognize_yolo({{1, 6, 6}}, 3, "x", {64, 64});
+  const auto found = decode_yolo(outputs, shape, Letterbox({128, 96}, {64, 64}), {}, kNames);
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(found[0].class_name, "chair");
+  EXPECT_FLOAT_EQ(found[0].confidence, 0.9F);
+  EXPECT_EQ(found[0].box, cv::Rect(20, 24, 40, 60));
+  EXPECT_EQ(found[1].class_name, "person");
+  EXPECT_EQ(found[1].box, cv::Rect(0, 0, 8, 16));
 }
 
 TEST(RecognizeYolo, RecognizesObjectnessByTheClassCount) {

@@ -5,6 +5,7 @@
 #include "stillmap/base/trace.hpp"
 #include "stillmap/segment/coco.hpp"
 
+#include <algorithm>
 #include <map>
 #include <set>
 
@@ -74,8 +75,10 @@ std::vector<std::string> output_names(const OnnxInfo& info) {
 
 std::vector<std::string> names_from(const OnnxInfo& info) {
   const auto found = info.metadata.find("names");
-  return found == info.metadata.end() ? std::vector<std::string>{}
-                                      : parse_class_names(found->second);
+  if (found == info.metadata.end()) return {};
+  std::vector<std::string> names = parse_class_names(found->second);
+  std::transform(names.begin(), names.end(), names.begin(), coco_class_name);
+  return names;
 }
 
 std::vector<std::string> numbered_names(int classes) {

@@ -3,8 +3,12 @@
 #include "stillmap/sensor/make_source.hpp"
 
 #include <filesystem>
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include <opencv2/core.hpp>
 
 namespace stillmap {
 
@@ -13,6 +17,13 @@ namespace stillmap {
 /// al., IROS 2019), icl_nuim (Handa et al., ICRA 2014), seven_scenes (Shotton et al., CVPR 2013);
 /// and kitchen (a Kinect with a focal length of 528 pixels).
 const std::vector<std::string>& camera_presets();
+
+/// Returns the size of the images of a camera; none if no image can be read.
+using ImageSize = std::function<std::optional<cv::Size>()>;
+
+/// Returns the camera as read_camera(name_or_file) does, with the size of its images if the file
+/// does not tell it.
+Camera read_camera(const std::string& name_or_file, const ImageSize& image_size);
 
 /// Returns the preset of the data set whose folder names are part of the path (TUM, Bonn,
 /// ICL-NUIM); empty for other paths.

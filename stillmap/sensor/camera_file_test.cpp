@@ -82,6 +82,7 @@ TEST_F(CameraFile, RoundTrip) {
   written.depth_sensor = find_depth_sensor("azure_kinect");
   written.shutter = {.readout = 0.0271, .depth_delay = -0.0153};
   written.disparity_bias = {.offset = 0.0123, .bow = -0.0045};
+  written.ignore = (file_.parent_path() / "robot \"arm\".png").string();
   write_camera(file_, written);
   const Camera read = read_camera(file_.string());
   EXPECT_EQ(read.name, written.name);
@@ -98,6 +99,7 @@ TEST_F(CameraFile, RoundTrip) {
   EXPECT_EQ(read.depth_sensor.name, "azure_kinect");
   EXPECT_EQ(read.shutter, written.shutter);
   EXPECT_EQ(read.disparity_bias, written.disparity_bias);
+  EXPECT_EQ(std::filesystem::path(read.ignore).lexically_normal(), written.ignore);
   EXPECT_EQ(read.depth_sensor.max_depth, written.depth_sensor.max_depth);
 }
 

@@ -29,12 +29,12 @@ constexpr float kJump = 0.06F;
 constexpr double kJumpSigmas = 8;
 /// Gradients are bounded, in units of the image's mean, so that a few do not decide.
 constexpr double kLargestGradient = 6;
-constexpr std::size_t kLeastEdges = 2000;
+constexpr std::size_t kLeastEdges = 2000, kLeastFrames = 10;
 /// Mean gradient around a pixel, relative to that of the image, below which color shows nothing
 /// there: a covered lens, or black.
 constexpr float kBlind = 0.02F;
-/// Gain and offset from which a quadrant contradicts the registration [pixels].
-constexpr double kLeastGain = 1.08;
+/// Gain and offset from which a fit contradicts the registration [pixels].
+constexpr double kLeastGain = 1.22;
 constexpr int kLeastOffset = 4;
 
 /// Ways in which depth images are found turned; the first is as they are.
@@ -44,8 +44,10 @@ constexpr std::array kTurns{"as they are", "mirrored left to right", "upside dow
 constexpr double kTurnedGain = 1.15;
 /// Least gain of the color images of another moment, and the longest time to it [s].
 constexpr double kDelayGain = 1.05, kLongestDelay = 0.5;
-/// Gradient at the edges, relative to the mean around them, below which images are unrelated.
-constexpr double kUnrelatedGain = 1.06;
+/// Gradient at the edges, relative to the mean around them, below which images are unrelated, and
+/// from which turned images or those of another moment are found: 1.14 or more in the right image
+/// of 20 frames of fast motion, 1.04 or less in wrong ones.
+constexpr double kUnrelatedGain = 1.06, kFoundGain = 1.08;
 
 /// Returns the pixels that are nearer or farther than their right or lower neighbor by a jump,
 /// which noise does not explain.
@@ -140,6 +142,7 @@ void RegistrationEvidence::Lag::add(const Recent& depth, const Recent& color) {
   if (std::abs(color.time - depth.time) > kLongestDelay) return;
   seconds += color.time - depth.time;
   gradients += sum_at(depth.edges, color.gradient);
+  around += sum_at(depth.edges, color.around);
   own += depth.own;
   edges += depth.edges.size();
   ++frames;
@@ -155,12 +158,13 @@ void RegistrationEvidence::compare_with_recent(Recent frame) {
 }
 
 void RegistrationEvidence::add(double time, const cv::Mat1b& gray, const cv::Mat1f& depth) {
+  ++frames_;
   const cv::Mat1f gradient = relative_gradient(gray);
   const cv::Mat1f around = mean_around(gradient, kReach);
   const auto is_blind = [&](cv::Point pixel) { return around(pixel) < kBlind; };
   std::vector<cv::Point> depth_edges = edges_of(depth, kReach, sensor_);
   std::erase_if(depth_edges, is_blind);
-  compare_with_recent({time, gradient, depth_edges, sum_at(depth_edges, gradient)});
+  compare_with_recent({time, gradient, around, depth_edges, sum_at(depth_edges, gradient)});
   for (const cv::Point edge : depth_edges) {
     const int quadrant = (2 * edge.y >= depth.rows ? 2 : 0) + (2 * edge.x >= depth.cols ? 1 : 0);
     auto& [sums, edges] = quadrants_[static_cast<std::size_t>(quadrant)];
@@ -169,7 +173,10 @@ void RegistrationEvidence::add(double time, const cv::Mat1b& gray, const cv::Mat
     const std::array<cv::Point, 4> turns{edge, {x, edge.y}, {edge.x, y}, {x, y}};
     if (std::none_of(turns.begin(), turns.end(), is_blind)) {
       ++turned_edges_;
-      for (std::size_t i = 0; i < turns.size(); ++i) turned_[i] += gradient(turns[i]);
+      for (std::size_t i = 0; i < turns.size(); ++i) {
+        turned_[i] += gradient(turns[i]);
+        around_turned_[i] += around(turns[i]);
+      }
     }
     for (int row = 0; row < kSide; ++row) {
       const float* in = gradient[edge.y + row * kStep - kReach] + edge.x - kReach;
@@ -179,27 +186,45 @@ void RegistrationEvidence::add(double time, const cv::Mat1b& gray, const cv::Mat
   }
 }
 
-std::array<EdgeOffset, 4> RegistrationEvidence::offsets() const {
-  std::array<EdgeOffset, 4> offsets;
-  for (std::size_t i = 0; i < offsets.size(); ++i) {
-    const auto& [sums, edges] = quadrants_[i];
-    if (edges < kLeastEdges) continue;
-    cv::Mat1d smooth;
-    cv::GaussianBlur(sums, smooth, {3, 3}, 0);
-    double most = 0;
-    cv::Point at;
-    cv::minMaxLoc(smooth, nullptr, &most, nullptr, &at);
-    offsets[i] = {(at * kStep) - cv::Point(kReach, kReach),
-                  most / smooth(kReach / kStep, kReach / kStep)};
+RegistrationFit RegistrationEvidence::fit() const {
+  constexpr int kCenter = kReach / kStep;
+  std::array<cv::Mat1d, 4> smooth;
+  double as_they_are = 0;
+  for (std::size_t i = 0; i < smooth.size(); ++i) {
+    cv::GaussianBlur(quadrants_[i].sums, smooth[i], {3, 3}, 0);
+    as_they_are += smooth[i](kCenter, kCenter);
   }
-  return offsets;
+  RegistrationFit best;
+  const auto consider = [&](int x, int y, int enlarged) {
+    double gradients = 0;
+    RegistrationFit fit;
+    for (std::size_t i = 0; i < smooth.size(); ++i) {
+      const cv::Point outward(i % 2 == 0 ? -1 : 1, i < 2 ? -1 : 1);
+      const cv::Point at(x + outward.x * enlarged, y + outward.y * enlarged * 3 / 4);
+      if (std::max(std::abs(at.x), std::abs(at.y)) > kCenter) return;
+      gradients += smooth[i](kCenter + at.y, kCenter + at.x);
+      fit.offsets[i] = at * kStep;
+    }
+    fit.gain = gradients / as_they_are;
+    if (fit.gain > best.gain) best = fit;
+  };
+  if (as_they_are <= 0) return best;
+  for (int enlarged = -kCenter; enlarged <= kCenter; ++enlarged) {
+    for (int y = -kCenter; y <= kCenter; ++y) {
+      for (int x = -kCenter; x <= kCenter; ++x) consider(x, y, enlarged);
+    }
+  }
+  return best;
 }
 
 bool RegistrationEvidence::contradicts() const {
-  const auto offsets = this->offsets();
-  return std::count_if(offsets.begin(), offsets.end(), [](const EdgeOffset& quadrant) {
-           return quadrant.gain >= kLeastGain && cv::norm(quadrant.offset) >= kLeastOffset;
-         }) >= 3;
+  if (edges() < 4 * kLeastEdges) return false;
+  const RegistrationFit best = fit();
+  int most = 0;
+  for (const cv::Point offset : best.offsets)
+    most = std::max({most, std::abs(offset.x), std::abs(offset.y)});
+  // At the end of the search nothing was found.
+  return best.gain >= kLeastGain && most >= kLeastOffset && most < kReach;
 }
 
 std::size_t RegistrationEvidence::edges() const {
@@ -221,7 +246,8 @@ bool RegistrationEvidence::unrelated() const {
 std::string RegistrationEvidence::turned() const {
   const auto best = std::max_element(turned_.begin(), turned_.end());
   if (turned_edges_ < kLeastEdges || *best < kTurnedGain * turned_[0]) return "";
-  return kTurns[static_cast<std::size_t>(best - turned_.begin())];
+  const auto turn = static_cast<std::size_t>(best - turned_.begin());
+  return *best < kFoundGain * around_turned_[turn] ? "" : kTurns[turn];
 }
 
 double RegistrationEvidence::delay() const {
@@ -229,6 +255,7 @@ double RegistrationEvidence::delay() const {
   for (const auto& lags : {ahead_, back_}) {
     for (const Lag& lag : lags) {
       if (lag.edges < kLeastEdges || lag.gradients < most * lag.own) continue;
+      if (lag.gradients < kFoundGain * lag.around) continue;
       most = lag.gradients / lag.own;
       delay = lag.seconds / static_cast<double>(lag.frames);
     }
@@ -237,6 +264,7 @@ double RegistrationEvidence::delay() const {
 }
 
 std::string RegistrationEvidence::problem() const {
+  if (frames_ < kLeastFrames) return "";
   if (const std::string how = turned(); !how.empty()) {
     return "the edges of objects in the depth images fit those in the color images better if the "
            "depth images are " +
@@ -257,9 +285,8 @@ std::string RegistrationEvidence::problem() const {
                : "";
   }
   std::string text;
-  for (const auto& [offset, gain] : offsets()) {
+  for (const cv::Point offset : fit().offsets)
     text += fmt::format("{}({}, {})", text.empty() ? "" : ", ", offset.x, offset.y);
-  }
   return "the edges of objects in the depth images are not where those in the color images are: "
          "offsets " +
          text +

@@ -29,10 +29,10 @@ std::optional<double> depth_factor_of_steps(const std::vector<bool>& seen,
 /// @param seen  as for depth_factor_of_steps()
 std::optional<double> equal_step(const std::vector<bool>& seen);
 
-/// Offset of the color image at which edges of the depth image meet the strongest color gradients.
-struct EdgeOffset {
-  cv::Point offset;  ///< [pixels]
-  double gain = 1;   ///< Mean gradient there, relative to that without offset.
+/// Shift and enlargement at which the edges of the depth image meet the strongest color gradients.
+struct RegistrationFit {
+  std::array<cv::Point, 4> offsets;  ///< of the four quadrants [pixels]
+  double gain = 1;                   ///< Mean gradient there, relative to that without offsets.
 };
 
 /// Evidence of whether a depth image was registered to its color image, and shows the same moment:
@@ -49,21 +49,23 @@ class RegistrationEvidence {
   /// @param depth [m], 0 if unknown
   void add(double time, const cv::Mat1b& gray, const cv::Mat1f& depth);
 
-  /// Returns the offsets of the four quadrants; a quadrant with few edges has none.
-  std::array<EdgeOffset, 4> offsets() const;
+  /// Returns the shift and the enlargement that fit best, within 24 pixels.
+  RegistrationFit fit() const;
 
-  /// Returns whether most quadrants show that the depth images are not registered. On registered
-  /// recordings the gain is at most 1.05 anywhere; if they are shifted by 12 pixels or enlarged by
-  /// a tenth, it is at least 1.1 in three of four quadrants.
+  /// Returns whether the depth images are not registered. The gain of registered recordings reaches
+  /// 1.18 over 20 frames of fast motion, and 1.05 over 120; that of depth that is shifted by 12
+  /// pixels or enlarged by a tenth is 1.25 to 1.36, unless the motion is fast.
   bool contradicts() const;
   /// Returns how the depth images would have to be turned to fit the color images, such as
-  /// "mirrored left to right"; empty if they fit best as they are. On right recordings the
-  /// gradients at turned edges are at most 0.9 of those at the edges.
+  /// "mirrored left to right"; empty if they fit best as they are, or if turned edges are no nearer
+  /// to edges of the color images than any pixel around them, as those of depth that is not
+  /// registered. On right recordings the gradients at turned edges are at most 0.9 of those at the
+  /// edges.
   std::string turned() const;
   /// Returns the delay of the color images that the depth images fit best [s]: negative if depth
-  /// shows what color showed before; 0 if they fit as they are. On right recordings the gradients
-  /// of an image 0.1 s away are at most 0.86 of those of the image itself; if depth is two images
-  /// late or more, they are 1.02 to 1.44 of them.
+  /// shows what color showed before; 0 if they fit as they are, or at no moment. On right
+  /// recordings the gradients of an image 0.1 s away are at most 0.86 of those of the image itself;
+  /// if depth is two images late or more, they are 1.02 to 1.44 of them.
   double delay() const;
   /// Returns whether the edges are no nearer to edges of the color images than any pixel around
   /// them: the depth images are of another place or moment. The gradients at the edges are at least
@@ -71,7 +73,8 @@ class RegistrationEvidence {
   /// is 20 ms late in fast motion, and at most 1.03 times with depth that is twenty images late.
   bool unrelated() const;
   /// Returns the sentence for users that the depth images are not registered, are mirrored, or show
-  /// another moment, with the fix; empty if they seem to be right.
+  /// another moment, with the fix; empty if they seem to be right, or of fewer than 10 frames,
+  /// which may all be of one fast motion.
   std::string problem() const;
 
  private:
@@ -85,7 +88,7 @@ class RegistrationEvidence {
   /// A frame to compare the next ones with.
   struct Recent {
     double time = 0;
-    cv::Mat1f gradient;
+    cv::Mat1f gradient, around;    // around: mean gradient within kReach
     std::vector<cv::Point> edges;  // of depth
     double own = 0;                // sum of the gradients at the edges
   };
@@ -93,6 +96,7 @@ class RegistrationEvidence {
   struct Lag {
     double seconds = 0;             // sum of the delays of color
     double gradients = 0, own = 0;  // sums, there and in the color images of the depth images
+    double around = 0;              // sum of the gradients around, there
     std::size_t frames = 0, edges = 0;
     void add(const Recent& depth, const Recent& color);
   };
@@ -101,11 +105,13 @@ class RegistrationEvidence {
   std::size_t edges() const;  // of all quadrants
 
   DepthSensor sensor_;
+  std::size_t frames_ = 0;
   std::array<Quadrant, 4> quadrants_;
-  std::deque<Recent> recent_;            // newest first
-  std::array<Lag, kLags> ahead_, back_;  // color is that of a frame ahead, or back
-  std::array<double, 4> turned_{};       // sums of the gradients at the edges by kTurns
-  std::size_t turned_edges_ = 0;         // that count in them
+  std::deque<Recent> recent_;              // newest first
+  std::array<Lag, kLags> ahead_, back_;    // color is that of a frame ahead, or back
+  std::array<double, 4> turned_{};         // sums of the gradients at the edges by kTurns
+  std::array<double, 4> around_turned_{};  // sums of those around
+  std::size_t turned_edges_ = 0;           // that count in them
 };
 
 }  // namespace stillmap

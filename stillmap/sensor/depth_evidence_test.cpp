@@ -82,7 +82,7 @@ RegistrationEvidence evidence(const Change& change) {
 TEST(RegistrationEvidence, AcceptsRegisteredDepth) {
   const auto registered = evidence([](const cv::Mat1f& in, cv::Mat1f& out) { out = in; });
   EXPECT_FALSE(registered.contradicts());
-  for (const auto& [offset, gain] : registered.offsets()) EXPECT_LE(cv::norm(offset), 2);
+  EXPECT_LT(registered.fit().gain, 1.05);
 }
 
 TEST(RegistrationEvidence, FindsTheOffsetOfShiftedDepth) {
@@ -91,7 +91,7 @@ TEST(RegistrationEvidence, FindsTheOffsetOfShiftedDepth) {
     cv::warpAffine(in, out, shift, in.size(), cv::INTER_NEAREST);
   });
   EXPECT_TRUE(shifted.contradicts());
-  for (const auto& [offset, gain] : shifted.offsets())
+  for (const cv::Point offset : shifted.fit().offsets)
     EXPECT_LE(cv::norm(offset - cv::Point(-12, 6)), 2);
 }
 
@@ -101,6 +101,23 @@ TEST(RegistrationEvidence, FindsTheDepthOfAnotherLens) {
     cv::warpAffine(in, out, zoom, in.size(), cv::INTER_NEAREST);
   });
   EXPECT_TRUE(larger.contradicts());
+  const auto offsets = larger.fit().offsets;  // toward the center, where the edges should be
+  EXPECT_TRUE(offsets[0].x > 0 && offsets[0].y > 0) << offsets[0];
+  EXPECT_TRUE(offsets[3].x < 0 && offsets[3].y < 0) << offsets[3];
+}
+
+TEST(RegistrationEvidence, FewFramesTellNothing) {
+  RegistrationEvidence evidence(kinect());
+  const auto add = [&](unsigned seed) {
+    const Collage collage(seed);
+    cv::Mat1f mirrored;
+    cv::flip(collage.depth, mirrored, 1);
+    evidence.add(seed, collage.gray, mirrored);
+  };
+  for (unsigned seed = 0; seed < 9; ++seed) add(seed);
+  EXPECT_EQ(evidence.problem(), "");
+  add(9);
+  EXPECT_NE(evidence.problem(), "");
 }
 
 TEST(RegistrationEvidence, FindsTurnedDepth) {
@@ -111,6 +128,40 @@ TEST(RegistrationEvidence, FindsTurnedDepth) {
   EXPECT_EQ(turned(0).turned(), "upside down");
   EXPECT_EQ(turned(-1).turned(), "turned by 180 degrees");
   EXPECT_EQ(evidence([](const cv::Mat1f& in, cv::Mat1f& out) { out = in; }).turned(), "");
+}
+
+/// Returns an image of weak noise, with strong noise in a part of it: a carpet.
+cv::Mat1b carpet(const cv::Rect& part, unsigned seed) {
+  cv::RNG random(seed);
+  cv::Mat1b gray(480, 640);
+  random.fill(gray, cv::RNG::UNIFORM, 100, 110);
+  cv::Mat inside = gray(part & cv::Rect({}, gray.size()));
+  random.fill(inside, cv::RNG::UNIFORM, 0, 255);
+  return gray;
+}
+
+/// Returns depth with boxes in the upper half that no color image shows.
+cv::Mat1f boxes_above(unsigned seed) {
+  cv::RNG random(seed);
+  cv::Mat1f depth(480, 640, 3.0F);
+  for (int i = 0; i < 20; ++i)
+    cv::rectangle(depth, {random.uniform(30, 550), random.uniform(30, 170), 50, 40},
+                  random.uniform(0.8, 2.5), cv::FILLED);
+  return depth;
+}
+
+TEST(RegistrationEvidence, TextureIsNoEvidenceOfATurnedImage) {
+  RegistrationEvidence unregistered(kinect());
+  for (unsigned seed = 0; seed < 20; ++seed)
+    unregistered.add(seed, carpet({0, 240, 640, 240}, seed), boxes_above(seed));
+  EXPECT_EQ(unregistered.turned(), "");
+}
+
+TEST(RegistrationEvidence, TextureIsNoEvidenceOfAnotherMoment) {
+  RegistrationEvidence unregistered(kinect());
+  for (int frame = 0; frame < 20; ++frame)
+    unregistered.add(frame / 30.0, carpet({0, 12 * (20 - frame), 640, 480}, 1), boxes_above(2));
+  EXPECT_EQ(unregistered.delay(), 0);
 }
 
 TEST(RegistrationEvidence, IgnoresEdgesWhereTheLensIsCovered) {

@@ -2,6 +2,7 @@
 #include "stillmap/sensor/doctor.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/number.hpp"
 #include "stillmap/base/statistics.hpp"
 #include "stillmap/geometry/association.hpp"
 #include "stillmap/geometry/trajectory.hpp"
@@ -9,6 +10,7 @@
 #include "stillmap/sensor/depth_evidence.hpp"
 #include "stillmap/sensor/frame_check.hpp"
 #include "stillmap/sensor/image_file.hpp"
+#include "stillmap/sensor/image_sizes.hpp"
 #include "stillmap/sensor/make_source.hpp"
 #include "stillmap/sensor/sequence.hpp"
 
@@ -16,6 +18,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
@@ -55,7 +58,9 @@ std::optional<Camera> choose_camera(const SequencePaths& paths, const std::optio
           "name one with --camera, or put its parameters into camera.yaml in the folder");
       return std::nullopt;
     }
-    Camera camera = named ? *named : read_camera(paths.camera.string());
+    SourceOptions options;
+    options.associations = paths.associations.string();
+    Camera camera = named ? *named : recorded_camera(paths.folder.string(), options);
     check_camera(camera, "camera '" + camera.name + "'");
     diagnosis.add(
         Severity::kOk,
@@ -169,7 +174,8 @@ void check_offsets(const std::vector<FrameFiles>& frames, Diagnosis& diagnosis) 
 
 // Returns a file with the same name and another extension; the list may contain the wrong one.
 std::string similar_file(const fs::path& file) {
-  for (const char* ending : {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".PNG", ".JPG"}) {
+  for (const char* ending :
+       {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".PNG", ".JPG", ".npy", ".exr"}) {
     std::error_code ignored;
     const fs::path other = fs::path(file).replace_extension(ending);
     if (other != file && fs::exists(other, ignored)) return short_name(other);
@@ -200,16 +206,17 @@ std::string fix_for(const std::string& problem, const fs::path& file) {
          "by the landmarks alone)";
 }
 
-// Checks the header and the end of every file; returns the frames with two valid files.
+// Checks the header and the end of every file; returns the frames with two valid files. Without
+// `sizes`, the first image defines the size of all.
 std::vector<FrameFiles> check_files(const std::vector<FrameFiles>& frames,
-                                    std::optional<cv::Size> size, Diagnosis& diagnosis) {
+                                    std::optional<ImageSizes> sizes, Diagnosis& diagnosis) {
   std::map<std::string, BadFiles> by_problem;
-  const auto is_usable = [&](const fs::path& file, auto kind_problem) {
+  const auto is_usable = [&](const fs::path& file, bool is_depth) {
     auto [header, problem] = read_image_header(file);
-    if (problem.empty()) problem = kind_problem(header);
+    if (problem.empty()) problem = is_depth ? depth_problem(header) : color_problem(header);
     if (problem.empty()) {
-      if (!size) size = header.size;  // Without a camera, the first image defines the size.
-      problem = size_problem(header, *size);
+      if (!sizes) sizes = {header.size, header.size};
+      problem = size_problem(header, is_depth ? sizes->depth : sizes->color);
     }
     if (problem.empty()) return true;
     BadFiles& bad = by_problem[problem];
@@ -219,10 +226,10 @@ std::vector<FrameFiles> check_files(const std::vector<FrameFiles>& frames,
   std::vector<FrameFiles> usable;
   std::size_t without_color = 0;
   for (const auto& files : frames) {
-    const bool color = is_usable(files.color, color_problem);
+    const bool color = is_usable(files.color, /*is_depth=*/false);
     if (!color) ++without_color;
     if (files.depth.empty()) continue;
-    const bool depth = is_usable(files.depth, depth_problem);
+    const bool depth = is_usable(files.depth, /*is_depth=*/true);
     if (color && depth) usable.push_back(files);
   }
   diagnosis.usable_frames = usable.size();
@@ -237,7 +244,8 @@ std::vector<FrameFiles> check_files(const std::vector<FrameFiles>& frames,
   if (by_problem.empty()) {
     diagnosis.add(
         Severity::kOk,
-        fmt::format("all {} image files are present, complete and of one size", 2 * frames.size()));
+        fmt::format("all {} image files are present, complete and of one size{}", 2 * frames.size(),
+                    sizes && sizes->color != sizes->depth ? " of color and one of depth" : ""));
   }
   return usable;
 }
@@ -290,9 +298,9 @@ Sample take_sample(const std::vector<FrameFiles>& usable, double depth_factor,
       std::min(usable.size(), static_cast<std::size_t>(std::max(1, options.sample)));
   for (std::size_t k = 0; k < wanted; ++k) {
     const FrameFiles& files = usable[k * usable.size() / wanted];
-    const cv::Size size = read_image_header(files.color).header.size;
-    const ImageRead color = read_color_image(files.color, size),
-                    depth = read_depth_image(files.depth, size);
+    const auto size = [](const fs::path& file) { return read_image_header(file).header.size; };
+    const ImageRead color = read_color_image(files.color, size(files.color)),
+                    depth = read_depth_image(files.depth, size(files.depth));
     if (!color.problem.empty() || !depth.problem.empty()) {
       const bool color_bad = !color.problem.empty();
       diagnosis.add(Severity::kWarning,
@@ -539,7 +547,8 @@ std::string order_problem(const std::vector<FrameFiles>& frames) {
     const std::size_t begin = stem.find_last_not_of("0123456789.") + 1;
     if (begin == stem.size() || (i > 0 && stem.substr(0, begin) != common)) return "";
     common = stem.substr(0, begin);
-    const double number = std::strtod(stem.c_str() + begin, nullptr);
+    const auto leading = leading_number(std::string_view(stem).substr(begin));
+    const double number = leading ? leading->value : 0;
     if (i > 0 && number < last && back++ == 0)
       example = fmt::format("{} follows {}", frames[i].color.filename().string(),
                             frames[i - 1].color.filename().string());
@@ -562,8 +571,9 @@ void examine(const SequencePaths& paths, const std::optional<Camera>& named,
     diagnosis.add(Severity::kDoubt, problem);
   check_rate(list.frames, camera, diagnosis);
   check_offsets(list.frames, diagnosis);
-  const auto size = camera ? std::optional(cv::Size(camera->width, camera->height)) : std::nullopt;
-  const auto usable = check_files(list.frames, size, diagnosis);
+  std::optional<ImageSizes> sizes;
+  if (camera) sizes = {color_size(list.frames, *camera), {camera->width, camera->height}};
+  const auto usable = check_files(list.frames, sizes, diagnosis);
   const Camera assumed = camera.value_or(Camera());
   Sample sample = take_sample(usable, assumed.depth_factor, options, diagnosis);
   check_light(sample, diagnosis);
@@ -594,7 +604,12 @@ void Diagnosis::add(Severity severity, std::string what, std::string fix) {
 
 Diagnosis diagnose(FrameSource& source, std::size_t most_frames) {
   Diagnosis diagnosis;
-  for (const std::string& note : source.notes()) diagnosis.add(Severity::kOk, note);
+  constexpr std::string_view kWarning = "warning: ";
+  for (const std::string& note : source.notes()) {
+    const bool warns = note.starts_with(kWarning);
+    diagnosis.add(warns ? Severity::kWarning : Severity::kOk,
+                  warns ? note.substr(kWarning.size()) : note);
+  }
   diagnosis.frames = diagnosis.usable_frames = check_frames(source, most_frames, diagnosis);
   if (!source.skipped().empty()) {
     diagnosis.add(Severity::kWarning,

@@ -78,6 +78,70 @@ TEST(FolderLayout, FoldersWithoutListsMayHoldTiff) {
   EXPECT_GT(cv::countNonZero(frames[1]->depth), 0);
 }
 
+TEST(FolderLayout, HiddenFilesOfMacsAreNoImages) {
+  const TestSequence sequence(0);
+  clear(sequence);
+  write_images(sequence, "rgb/0.png", "depth/0.png");
+  for (const char* name : {"rgb/._0.png", "depth/._0.png", "rgb/.DS_Store"})
+    sequence.write(name, "no image");
+  const auto source = make_source(sequence.folder().string(), with_camera());
+  EXPECT_THAT(all_frames(*source), SizeIs(1));
+  EXPECT_THAT(source->skipped(), SizeIs(0));
+}
+
+TEST(FolderLayout, ExtensionsMayBeInCapitals) {
+  const TestSequence sequence(0);
+  clear(sequence);
+  write_images(sequence, "rgb/0.png", "depth/0.png");
+  fs::rename(sequence.path("rgb/0.png"), sequence.path("rgb/0.PNG"));
+  fs::rename(sequence.path("depth/0.png"), sequence.path("depth/0.PNG"));
+  EXPECT_THAT(all_frames(*make_source(sequence.folder().string(), with_camera())), SizeIs(1));
+}
+
+TEST(FolderLayout, NamesMayHoldMoreThanTheTime) {
+  for (const auto& [color, depth, time] :
+       {std::tuple("000038_rgb", "000038_depth", 38 / 30.0),
+        std::tuple("000038_10", "000038_10", 38 / 30.0),
+        std::tuple("40753679_6792.023", "40753679_6792.023", 6792.023),
+        std::tuple("2024-05-17_12-30-11.033", "2024-05-17_12-30-11.040", 1715949011.033)}) {
+    const TestSequence sequence(0);
+    clear(sequence);
+    write_images(sequence, fmt::format("rgb/{}.png", color), fmt::format("depth/{}.png", depth));
+    const auto frames = all_frames(*make_source(sequence.folder().string(), with_camera()));
+    ASSERT_THAT(frames, SizeIs(1)) << color;
+    EXPECT_NEAR(frames[0]->timestamp, time, 1e-6) << color;
+    EXPECT_GT(cv::countNonZero(frames[0]->depth), 0) << color;
+  }
+}
+
+TEST(FolderLayout, ListsMayNameFilesOfAnotherComputer) {
+  for (const char* prefix : {"/home/somebody/recording/rgb/", R"(C:\recording\rgb\)", R"(rgb\)"}) {
+    const TestSequence sequence(2);
+    std::string list;
+    for (const auto* name : {"0.png", "1.png"})
+      list += fmt::format("{} {}{}\n", name[0], prefix, name);
+    std::string depth = list;
+    for (std::size_t at = 0; (at = depth.find("rgb", at)) != std::string::npos;)
+      depth.replace(at, 3, "depth");
+    sequence.write("rgb.txt", list);
+    sequence.write("depth.txt", depth);
+    EXPECT_THAT(all_frames(*make_source(sequence.folder().string(), with_camera())), SizeIs(2))
+        << prefix;
+  }
+}
+
+TEST(FolderLayout, AssociationsMayBeginWithThePose) {
+  const TestSequence sequence(2);
+  fs::remove(sequence.path("rgb.txt"));
+  fs::remove(sequence.path("depth.txt"));
+  sequence.write("associations.txt",
+                 "0.001 1 2 3 0 0 0 1 0.01 rgb/0.png 0 depth/0.png\n"
+                 "1.001 1 2 3 0 0 0 1 1.01 rgb/1.png 1 depth/1.png\n");
+  const auto frames = all_frames(*make_source(sequence.folder().string(), with_camera()));
+  ASSERT_THAT(frames, SizeIs(2));
+  EXPECT_DOUBLE_EQ(frames[1]->timestamp, 1.01);
+}
+
 TEST(FolderLayout, NumbersAreOrderedByValue) {
   const TestSequence sequence(0);
   clear(sequence);

@@ -26,6 +26,12 @@ bool equal(const cv::Mat& a, const cv::Mat& b) {
   return !a.empty() && a.size() == b.size() && cv::norm(a, b, cv::NORM_INF) == 0;
 }
 
+/// Returns whether a depth camera measured the depth. That of a pair of cameras is computed from
+/// the images, and so are its edges: in the pixels and at the moment of the left images.
+bool has_depth_camera(const Camera& camera) {
+  return camera.depth_sensor.principle != DepthPrinciple::kStereo;
+}
+
 }  // namespace
 
 std::string unit_of_timestamps(double interval) {
@@ -105,7 +111,7 @@ void FrameCheck::compare_with_last(double time, const Coarse& coarse) {
 /// Adds the steps between the depths of a frame, and the places of its edges.
 void FrameCheck::examine(const RgbdFrame& frame) {
   ++examined_;
-  if (frame.gray.size() == frame.depth.size())
+  if (has_depth_camera(camera_) && frame.gray.size() == frame.depth.size())
     registration_.add(frame.timestamp, frame.gray, frame.depth);
   const cv::Mat1f depth = frame.depth;
   double nearest = 0, farthest = 0;
@@ -158,6 +164,12 @@ std::string FrameCheck::repeats_problem() const {
 }
 
 std::string FrameCheck::depth_problem() const {
+  if (frames_ > 0 && with_depth_ == 0 && !has_depth_camera(camera_)) {
+    return fmt::format(
+        "no frame has a depth between {:g} and {:g} m from its pair of images; check that left and "
+        "right show the same moment, and the calibration of the cameras",
+        camera_.depth_sensor.min_depth, camera_.depth_sensor.max_depth);
+  }
   if (frames_ > 0 && with_depth_ == 0) {
     return fmt::format(
         "no frame has a depth between {:g} and {:g} m, the range of sensor {}; check the depth "

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include <gmock/gmock.h>
+#include <opencv2/imgproc.hpp>
 
 namespace stillmap {
 namespace {
@@ -137,6 +138,43 @@ TEST(FrameCheck, FindsDepthsThatWereSavedWithEightBits) {
     check.add(frame);
   }
   EXPECT_THAT(check.problems(), ElementsAre(HasSubstr("multiples of about 39 mm")));
+}
+
+/// Returns what is told of 30 frames whose depth edges are those of the mirrored images.
+std::vector<std::string> problems_of_mirrored_depth(const DepthSensor& sensor) {
+  Camera camera;
+  camera.depth_sensor = sensor;
+  FrameCheck check(camera);
+  cv::RNG random(3);
+  for (int i = 0; i < 30; ++i) {
+    RgbdFrame frame;
+    frame.timestamp = i;
+    frame.gray = cv::Mat1b(480, 640, std::uint8_t{90});
+    cv::Mat1f depth(480, 640, 9.0F);
+    for (int box = 0; box < 30; ++box) {
+      const cv::Rect at(random(560), random(400), 80, 80);
+      cv::rectangle(frame.gray, at, random(255), cv::FILLED);
+      cv::rectangle(depth, at, 3 + random(500) / 100.0, cv::FILLED);
+    }
+    cv::flip(depth, frame.depth, 1);
+    check.add(frame);
+  }
+  return check.problems();
+}
+
+TEST(FrameCheck, ComparesEdgesOfDepthCamerasOnly) {
+  EXPECT_THAT(problems_of_mirrored_depth(find_depth_sensor("azure_kinect")),
+              testing::Contains(HasSubstr("mirrored")));
+  EXPECT_THAT(problems_of_mirrored_depth(stereo_sensor(700, 0.54)), IsEmpty())
+      << "its depth is computed from the images";
+}
+
+TEST(FrameCheck, WithoutStereoDepthNamesThePairOfImages) {
+  Camera camera;
+  camera.depth_sensor = stereo_sensor(700, 0.54);
+  FrameCheck check(camera);
+  for (int i = 0; i < 60; ++i) check.add(frame_at(i / 30.0, 0));
+  EXPECT_THAT(check.problems(), ElementsAre(HasSubstr("left and right show the same moment")));
 }
 
 TEST(FrameCheck, TheStepsOfOtherSensorsSayNothingOfTheDepthFactor) {

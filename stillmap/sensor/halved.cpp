@@ -74,6 +74,7 @@ RgbdFrame halved(const RgbdFrame& frame) {
   half.color = mean_of_four(frame.color);
   half.gray = mean_of_four(frame.gray);
   half.depth = halved_depth(frame.depth);
+  if (!frame.ignored.empty()) half.ignored = mean_of_four(frame.ignored) > 0;
   return half;
 }
 

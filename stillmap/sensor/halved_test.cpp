@@ -89,6 +89,16 @@ TEST(Halved, ReadingsOfTwoSurfacesAreNotMixed) {
   EXPECT_EQ(small.depth.at<float>(1, 2), 0) << "no reading";
 }
 
+TEST(Halved, APixelIsIgnoredIfOneOfItsFourIs) {
+  RgbdFrame frame = frame_of(recorded());
+  EXPECT_TRUE(halved(frame).ignored.empty());
+  frame.ignored = cv::Mat(frame.gray.size(), CV_8UC1, cv::Scalar(0));
+  frame.ignored.at<uchar>(5, 7) = 255;
+  const RgbdFrame small = halved(frame);
+  EXPECT_EQ(cv::countNonZero(small.ignored), 1);
+  EXPECT_NE(small.ignored.at<uchar>(2, 3), 0);
+}
+
 TEST(HalvedSource, ReturnsAllFrames) {
   HalvedSource source(std::make_unique<Frames>(recorded(), 2));
   EXPECT_EQ(source.camera().width, 80);

@@ -3,15 +3,17 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/image_header.hpp"
 #include "stillmap/base/trace.hpp"
+#include "stillmap/sensor/exr_image.hpp"
 #include "stillmap/sensor/jpeg_decoder.hpp"
+#include "stillmap/sensor/npy_image.hpp"
 #include "stillmap/sensor/png_decoder.hpp"
 #include "stillmap/sensor/tiff_header.hpp"
 
 #include <algorithm>
 #include <array>
 #include <fstream>
-#include <optional>
 #include <vector>
 
 #include <fmt/format.h>
@@ -25,98 +27,36 @@ namespace fs = std::filesystem;
 using Bytes = std::vector<unsigned char>;
 using View = std::span<const unsigned char>;
 
-constexpr std::array<unsigned char, 8> kPngSignature{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
-constexpr std::array<unsigned char, 3> kJpegSignature{0xff, 0xd8, 0xff};
 constexpr std::size_t kPngEnd = 12;  // Size of the empty chunk IEND [bytes].
 // Bytes that contain a PNG's header and usually the start of a JPEG.
 constexpr std::size_t kHeadBytes = 256;
-
-std::uint32_t big_endian(View bytes) {
-  std::uint32_t value = 0;
-  for (const unsigned char byte : bytes) value = value << 8 | byte;
-  return value;
-}
-
-template <std::size_t N>
-bool starts_with(View bytes, const std::array<unsigned char, N>& signature) {
-  return bytes.size() >= N && std::equal(signature.begin(), signature.end(), bytes.begin());
-}
 
 bool is_named(View chunk_name, const char* name) {
   return std::equal(chunk_name.begin(), chunk_name.end(), name);
 }
 
-// The header chunk comes first and has 13 bytes: width, height, bits, color type, three methods.
-// PNG specification (W3C, 2nd edition, 2003), 11.2.2.
-std::optional<ImageHeader> png_header(View bytes) {
-  if (bytes.size() < 33 || !is_named(bytes.subspan(12, 4), "IHDR")) return std::nullopt;
-  ImageHeader header;
-  header.size.width = static_cast<int>(big_endian(bytes.subspan(16, 4)));
-  header.size.height = static_cast<int>(big_endian(bytes.subspan(20, 4)));
-  header.bits = bytes[24];
-  switch (bytes[25]) {
-    case 0:
-      header.channels = 1;
-      break;  // gray
-    case 2:
-      header.channels = 3;
-      break;  // color
-    case 3:   // an index into a palette of 8-bit colors
-      header.channels = 3;
-      header.bits = 8;
-      break;
-    case 4:
-      header.channels = 2;
-      break;  // gray with alpha
-    case 6:
-      header.channels = 4;
-      break;  // color with alpha
-    default:
-      return std::nullopt;
-  }
-  return header;
-}
-
-// Parses the marker segments up to the frame header (SOF). ITU T.81, annex B.
-std::optional<ImageHeader> jpeg_header(View bytes) {
-  for (std::size_t at = 2; at + 10 <= bytes.size();) {
-    if (bytes[at] != 0xff) return std::nullopt;
-    const unsigned char marker = bytes[at + 1];
-    if (marker == 0xff) {  // fill byte
-      ++at;
-      continue;
-    }
-    const bool frame_header =
-        marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
-    if (frame_header) {
-      ImageHeader header;
-      header.bits = bytes[at + 4];
-      header.size.height = static_cast<int>(big_endian(bytes.subspan(at + 5, 2)));
-      header.size.width = static_cast<int>(big_endian(bytes.subspan(at + 7, 2)));
-      header.channels = bytes[at + 9];
-      return header;
-    }
-    at += 2 + big_endian(bytes.subspan(at + 2, 2));
-  }
-  return std::nullopt;
-}
-
 HeaderRead parse_header(View bytes) {
   if (bytes.empty()) return {{}, "is empty"};
   if (is_tiff(bytes)) return tiff_header(bytes);
-  const bool png = starts_with(bytes, kPngSignature);
-  if (!png && !starts_with(bytes, kJpegSignature)) return {{}, "is not a PNG, JPEG or TIFF image"};
-  const auto header = png ? png_header(bytes) : jpeg_header(bytes);
+  if (is_npy(bytes)) return npy_header(bytes);
+  if (is_exr(bytes)) return exr_header(bytes);
+  if (!is_png(bytes) && !is_jpeg(bytes)) return {{}, "is not a PNG, JPEG or TIFF image"};
+  const auto header = encoded_header(bytes);
   if (!header) return {{}, "is truncated or damaged: it has no image header"};
-  if (header->size.empty()) return {{}, "is damaged: its header says 0 pixels"};
-  return {*header, ""};
+  const cv::Size size(header->width, header->height);
+  if (size.empty()) return {{}, "is damaged: its header says 0 pixels"};
+  return {{.size = size, .bits = header->bits, .channels = header->channels}, ""};
 }
 
-// Returns whether the end mark exists. Some cameras pad a JPEG behind it, so the last bytes are
-// searched. A TIFF file has none: tiff_header() has checked where its pixels end.
+// Whether the functions for the header of a file need all of it, and have checked where its pixels
+// end.
+bool has_header_of_all(View head) { return is_tiff(head) || is_npy(head) || is_exr(head); }
+
+// Returns whether the end mark exists, if the kind of file has one. Some cameras pad a JPEG behind
+// it, so the last bytes are searched.
 bool is_complete(View head, View tail) {
-  if (is_tiff(head)) return true;
-  if (starts_with(head, kPngSignature)) {
+  if (has_header_of_all(head)) return true;
+  if (is_png(head)) {
     return tail.size() >= kPngEnd && is_named(tail.last(8).first(4), "IEND");
   }
   constexpr std::array<unsigned char, 2> end{0xff, 0xd9};
@@ -183,7 +123,7 @@ cv::Mat decode_by_opencv(View bytes, int flags) {
 /// @param size  as of the header
 ImageRead decode(View bytes, cv::Size size, int flags, int wanted_type) {
   const TraceScope scope(wanted_type == CV_8UC3 ? "decode color" : "decode depth");
-  const bool png = starts_with(bytes, kPngSignature);
+  const bool png = is_png(bytes);
   if (png) {
     if (const std::string damage = png_damage(bytes); !damage.empty()) return {{}, damage};
   }
@@ -192,6 +132,10 @@ ImageRead decode(View bytes, cv::Size size, int flags, int wanted_type) {
     image = decode_png(bytes);
   } else if (png || is_tiff(bytes)) {
     image = decode_by_opencv(bytes, flags);
+  } else if (is_npy(bytes)) {
+    image = decode_npy(bytes);
+  } else if (is_exr(bytes)) {
+    image = decode_exr(bytes);
   } else {
     JpegRead read = decode_jpeg(bytes);
     if (!read.problem.empty()) return {{}, read.problem};
@@ -219,7 +163,7 @@ HeaderRead read_image_header(const fs::path& file) {
   const Bytes head = read_at(opened.stream, 0, std::min(kHeadBytes, opened.bytes));
   HeaderRead read = parse_header(head);
   // A JPEG with a long comment or thumbnail, or a TIFF, whose header may be anywhere.
-  if (!read.problem.empty() && (starts_with(View(head), kJpegSignature) || is_tiff(head)))
+  if (!read.problem.empty() && (is_jpeg(head) || has_header_of_all(head)))
     read = parse_header(read_at(opened.stream, 0, opened.bytes));
   if (!read.problem.empty()) return read;
   const std::size_t tail = std::min(kHeadBytes, opened.bytes);

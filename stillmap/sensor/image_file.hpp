@@ -13,7 +13,7 @@ namespace stillmap {
 /// Kind of the numbers of an image.
 enum class Samples { kUnsigned, kFloat, kOther };
 
-/// Image properties from the header of a PNG, JPEG or TIFF file.
+/// Image properties from the header of a file.
 struct ImageHeader {
   cv::Size size;     ///< Image size [pixels].
   int bits = 0;      ///< Bits per channel.
@@ -33,9 +33,9 @@ struct ImageRead {
   std::string problem;  ///< Empty if there is no problem.
 };
 
-/// Reads the header of a PNG, JPEG or TIFF file without decoding, in a few microseconds (a TIFF
-/// file is read as a whole). Also detects a file that is missing, empty, of another type, or
-/// truncated.
+/// Reads the header of a PNG, JPEG or TIFF file, a NumPy array or an OpenEXR file without decoding,
+/// in a few microseconds (the last three are read as a whole). Also detects a file that is missing,
+/// empty, of another type, or truncated.
 HeaderRead read_image_header(const std::filesystem::path& file);
 
 /// Returns why an image with this header is not a color image (8 bits, gray or color) or not a
@@ -49,8 +49,8 @@ std::string size_problem(const ImageHeader& header, cv::Size wanted);
 /// dropped. Checks the size before decoding. Never throws, never prints.
 ImageRead read_color_image(const std::filesystem::path& file, cv::Size wanted);
 
-/// Decodes a single-channel file to 16UC1 [raw units], or, a TIFF file of floats, to 32FC1 [m];
-/// otherwise as read_color_image().
+/// Decodes a single-channel file to 16UC1 [raw units], or, one of floats (TIFF, .npy, .exr), to
+/// 32FC1 [m]; otherwise as read_color_image().
 ImageRead read_depth_image(const std::filesystem::path& file, cv::Size wanted);
 
 /// The same for the bytes of a file in memory.

@@ -5,6 +5,7 @@
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/followed_folder.hpp"
 #include "stillmap/sensor/halved.hpp"
+#include "stillmap/sensor/image_sizes.hpp"
 #include "stillmap/sensor/live_source.hpp"
 #include "stillmap/sensor/realsense_camera.hpp"
 #include "stillmap/sensor/recording_source.hpp"
@@ -13,6 +14,7 @@
 
 #include <filesystem>
 #include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -48,10 +50,20 @@ bool names_recording(const std::string& text) {
          !std::filesystem::exists(path / "rgb.txt", ignored);
 }
 
+/// Returns the camera with the ignored pixels that the options give.
+Camera with_ignored(Camera camera, const SourceOptions& options) {
+  if (!options.ignore.empty()) camera.ignore = options.ignore;
+  return camera;
+}
+
+bool give_camera(const SourceOptions& options) {
+  return options.recorded || !options.camera.empty();
+}
+
 /// Returns the camera that the options give; none to use that of the recording.
 std::optional<Camera> given_camera(const SourceOptions& options) {
-  if (options.recorded) return options.recorded;
-  if (!options.camera.empty()) return read_camera(options.camera);
+  if (options.recorded) return with_ignored(*options.recorded, options);
+  if (!options.camera.empty()) return with_ignored(read_camera(options.camera), options);
   return std::nullopt;
 }
 
@@ -62,13 +74,36 @@ std::string guessed_camera(const SequencePaths& paths) {
   return by_name.empty() && paths.layout == FolderLayout::kSevenScenes ? "seven_scenes" : by_name;
 }
 
-Camera camera_of(const SourceOptions& options, const SequencePaths& paths) {
-  if (const auto given = given_camera(options)) return *given;
-  if (!paths.camera.empty()) return read_camera(paths.camera.string());
+/// Returns the camera that is given, or that belongs to the folder. Its file may lack the size of
+/// the images.
+Camera named_camera(const SourceOptions& options, const SequencePaths& paths,
+                    const std::optional<ImageSizes>& sizes) {
+  const auto image_size = [&] { return sizes ? std::optional(sizes->color) : std::nullopt; };
+  if (options.recorded) return *options.recorded;
+  if (!options.camera.empty()) return read_camera(options.camera, image_size);
+  if (!paths.camera.empty()) return read_camera(paths.camera.string(), image_size);
   if (const std::string guess = guessed_camera(paths); !guess.empty()) return read_camera(guess);
   throw Error("the sequence has no camera.yaml, and no camera was named", paths.folder.string(),
               fmt::format("add --camera NAME or FILE; the names are {}",
                           fmt::join(camera_presets(), ", ")));
+}
+
+/// Returns the sizes of the images of a folder; none if no pair of them can be read.
+std::optional<ImageSizes> sizes_in(const SequencePaths& paths) {
+  try {
+    return image_sizes(list_frames(paths).frames);
+  } catch (const Error&) {  // Whoever opens the folder tells it.
+    return std::nullopt;
+  }
+}
+
+/// Returns the camera of the frames before they are rectified: that of the depth images where the
+/// color images are larger.
+Camera camera_of(const SourceOptions& options, const SequencePaths& paths) {
+  const auto sizes = sizes_in(paths);
+  const Camera camera = with_ignored(named_camera(options, paths, sizes), options);
+  const bool of_color = sizes && cv::Size(camera.width, camera.height) == sizes->color;
+  return of_color && sizes->color_is_larger() ? scaled_to(camera, sizes->depth) : camera;
 }
 
 FrameRange range_of(const SourceOptions& options) {
@@ -104,7 +139,7 @@ void check_kind(const std::string& text, const std::string& path, const SourceOp
 }
 
 void refuse_for_stereo(const SourceOptions& options, const std::string& folder) {
-  if (given_camera(options)) {
+  if (give_camera(options)) {
     throw Error("the folder of a stereo pair contains its cameras", folder,
                 "leave --camera out; correct calib.txt or sensor.yaml in the folder");
   }
@@ -115,10 +150,19 @@ void refuse_for_stereo(const SourceOptions& options, const std::string& folder) 
 
 std::unique_ptr<FrameSource> open_live_camera(const std::string& text,
                                               const SourceOptions& options) {
-  if (given_camera(options))
+  if (give_camera(options))
     throw Error("a live camera tells its own calibration", text, "leave --camera out");
-  return std::make_unique<LiveSource>(open_realsense(text.substr(kRealsense.size())),
-                                      options.following.value_or(Following{}), range_of(options));
+  return std::make_unique<LiveSource>(
+      open_realsense(text.substr(kRealsense.size()), options.ignore),
+      options.following.value_or(Following{}), range_of(options));
+}
+
+std::unique_ptr<FrameSource> open_stereo_folder(const std::string& path,
+                                                const SourceOptions& options) {
+  refuse_for_stereo(options, path);
+  StereoSequence sequence = read_stereo_folder(path, options.fps);
+  sequence.rig.camera.ignore = options.ignore;
+  return std::make_unique<StereoFolder>(std::move(sequence), range_of(options));
 }
 
 std::unique_ptr<TumFolder> open_folder(const std::string& path, const SourceOptions& options,
@@ -130,7 +174,7 @@ std::unique_ptr<TumFolder> open_folder(const std::string& path, const SourceOpti
   paths.fps = options.fps;
   paths.growing = growing;
   auto folder = std::make_unique<TumFolder>(paths, camera_of(options, paths), range_of(options));
-  if (!given_camera(options) && paths.camera.empty()) {
+  if (!give_camera(options) && paths.camera.empty()) {
     folder->add_note("camera: " + guessed_camera(paths) + " (by the name or layout of the folder)");
   }
   return folder;
@@ -157,11 +201,9 @@ std::unique_ptr<FrameSource> make_source(const std::string& text, const SourceOp
                   "follow a folder of images, or map the file when it is complete");
     }
     source = std::make_unique<RecordingSource>(path, given_camera(options), options.topics,
-                                               range_of(options));
+                                               range_of(options), options.ignore);
   } else if (is_stereo_folder(path)) {
-    refuse_for_stereo(options, path);
-    source =
-        std::make_unique<StereoFolder>(read_stereo_folder(path, options.fps), range_of(options));
+    source = open_stereo_folder(path, options);
   } else {
     const auto open = [&](bool growing) { return open_folder(path, options, growing); };
     if (options.following) {
@@ -189,9 +231,7 @@ Camera recorded_camera(const std::string& text, const SourceOptions& options) {
 }
 
 std::filesystem::path true_trajectory_file(const std::string& text) {
-  const auto file = std::filesystem::path(folder_of(text)) / "groundtruth.txt";
-  std::error_code ignored;
-  return std::filesystem::is_regular_file(file, ignored) ? file : std::filesystem::path();
+  return true_trajectory_in(folder_of(text));
 }
 
 }  // namespace stillmap

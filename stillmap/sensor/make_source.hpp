@@ -13,20 +13,22 @@ namespace stillmap {
 /// Returns the camera of a preset (camera_presets(); also TUM1, TUM2, TUM3) or of a file:
 /// - our YAML format: name, width, height, fx, fy, cx, cy, distortion [k1, k2, p1, p2, k3],
 ///   depth_factor, fps, baseline, sensor (a name that find_depth_sensor() knows), readout and
-///   depth_delay (ShutterTiming), disparity_offset and disparity_bow (DisparityBias). Name,
-///   distortion, fps, baseline, sensor, timing and disparity bias are optional;
+///   depth_delay (ShutterTiming), disparity_offset and disparity_bow (DisparityBias), ignore
+///   (Camera::ignore, relative to the camera file). Name, distortion, fps, baseline, sensor,
+///   timing, disparity bias and ignore are optional;
 ///   the default sensor is kinect_v1, the default baseline that of a triangulating sensor;
-/// - camera_info of ROS as YAML; intrinsics of Open3D or librealsense as JSON. Their depth images
-/// are
-///   in millimeters unless depth_factor (ROS), depth_scale (Open3D, units per meter) or depth_units
-///   (librealsense, meters) tells otherwise;
-/// - an ORB-SLAM settings file: `%YAML:1.0`, Camera.fx or Camera1.fx ..., Camera.k1 ...,
-///   Camera.width, Camera.fps, Camera.bf or Stereo.b, DepthMapFactor or RGBD.DepthMapFactor. All
-///   other keys of such a file (matrices, ORBextractor.*, Viewer.*) are ignored.
+/// - settings of ORB-SLAM, OpenVSLAM and stella_vslam (Camera.fx ...): keys of other things than
+/// the
+///   camera are ignored;
+/// - camera_info of ROS as YAML, a camera of RTAB-Map, YAML or XML of OpenCV's FileStorage;
+/// - those of Open3D, librealsense, Kalibr, VINS, NICE-SLAM, nerfstudio, instant-ngp, Record3D,
+///   ARKitScenes and Stray Scanner: docs/cameras.md tells how each is recognized, and the unit of
+///   depth where the file does not tell it (mostly millimeters).
 ///
 /// Throws Error with file, key and fix for an unknown name, a missing, repeated, misspelled or
 /// mistyped key, and an impossible value (focal length or depth factor not positive, principal
-/// point outside the image, a number that is not finite, a fisheye model).
+/// point outside the image, a number that is not finite, a fisheye model), and for a file that does
+/// not tell the size of the images.
 Camera read_camera(const std::string& name_or_file);
 
 /// When to stop waiting for the next image of a folder that still grows or of a live camera.
@@ -42,6 +44,8 @@ struct SourceOptions {
   std::string camera;
   /// Camera of the recorded images; if given, `camera` is not used.
   std::optional<Camera> recorded = {};
+  /// Replaces Camera::ignore, also of a camera that the recording contains; empty: it stays.
+  std::string ignore = {};
   /// The topics of a recorded file to use, "COLOR,DEPTH" or, of a stereo pair, "LEFT,RIGHT"; empty
   /// to choose color and depth by type, encoding and name.
   std::string topics = {};

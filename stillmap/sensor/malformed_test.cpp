@@ -367,10 +367,10 @@ const SpoiltSequence kUnusableSequences[] = {
     {"AllOfAnotherSize",
      [](const auto& s) {
        for (const char* name : {"rgb/0.png", "rgb/1.png"}) {
-         s.write_image(name, TestSequence::color_image({320, 240}));
+         s.write_image(name, TestSequence::color_image({320, 200}));
        }
      },
-     "rgb/0.png is 320 x 240 pixels where the camera has 64 x 48", "--camera"},
+     "rgb/0.png is 320 x 200 pixels where the camera has 64 x 48", "--camera"},
     {"AllDepthOf8Bits",
      [](const auto& s) {
        for (const char* name : {"depth/0.png", "depth/1.png"}) {
@@ -441,7 +441,7 @@ const SpoiltCamera kInvalidCameras[] = {
     {"NotYaml", "fx: [1, 2\nfy: }\n", "is not YAML", "key: value"},
     {"Binary", std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR", 16), "is no", "fix: "},
     {"DeepNesting", std::string(100000, '['), "is not YAML", "key: value"},
-    {"TooLarge", std::string(2 << 20, '#'), "too large", "preset"},
+    {"TooLarge", std::string(5 << 20, '#'), "too large", "preset"},
     {"KeyMissing", ours("cy", ""), "the key 'cy' is missing", "cy: VALUE"},
     {"DepthFactorMissing", ours("depth_factor", ""), "the key 'depth_factor' is missing",
      "depth_factor"},

@@ -80,11 +80,11 @@ rs2::config config_of(const std::string& name) {
 
 class RealsenseCamera : public LiveCamera {
  public:
-  explicit RealsenseCamera(const std::string& name)
+  RealsenseCamera(const std::string& name, const std::string& ignore)
       : profile_(pipeline_.start(config_of(name))),
         color_(profile_.get_stream(RS2_STREAM_COLOR).as<rs2::video_stream_profile>()),
         depth_(profile_.get_stream(RS2_STREAM_DEPTH).as<rs2::video_stream_profile>()),
-        recorded_(recorded_camera()),
+        recorded_(recorded_camera(ignore)),
         rectifier_(recorded_, camera_of(color_).lens),
         registration_(camera_of(depth_), pose_of(depth_.get_extrinsics_to(color_)), camera()) {}
 
@@ -104,13 +104,15 @@ class RealsenseCamera : public LiveCamera {
   }
 
   std::vector<std::string> notes() const override {
-    return {fmt::format("{}: color {} x {}, depth {} x {}, {} Hz, will be registered",
-                        recorded_.name, recorded_.width, recorded_.height, depth_.width(),
-                        depth_.height(), color_.fps())};
+    std::vector<std::string> notes{fmt::format(
+        "{}: color {} x {}, depth {} x {}, {} Hz, will be registered", recorded_.name,
+        recorded_.width, recorded_.height, depth_.width(), depth_.height(), color_.fps())};
+    if (!rectifier_.ignored_note().empty()) notes.push_back(rectifier_.ignored_note());
+    return notes;
   }
 
  private:
-  Camera recorded_camera() const {
+  Camera recorded_camera(const std::string& ignore) const {
     if (color_.format() != RS2_FORMAT_BGR8 && color_.format() != RS2_FORMAT_RGB8) {
       throw Error(
           fmt::format("the color images have the format {}", rs2_format_to_string(color_.format())),
@@ -125,6 +127,7 @@ class RealsenseCamera : public LiveCamera {
     const bool wide = camera.name.find("D455") != std::string::npos;
     camera.depth_sensor = find_depth_sensor(wide ? "realsense_d455" : "realsense_d435i");
     camera.baseline = camera.depth_sensor.baseline;
+    camera.ignore = ignore;
     check_camera(camera, kWhere);
     return camera;
   }
@@ -159,9 +162,9 @@ class RealsenseCamera : public LiveCamera {
 
 }  // namespace
 
-std::unique_ptr<LiveCamera> open_realsense(const std::string& name) {
+std::unique_ptr<LiveCamera> open_realsense(const std::string& name, const std::string& ignore) {
   try {
-    return std::make_unique<RealsenseCamera>(name);
+    return std::make_unique<RealsenseCamera>(name, ignore);
   } catch (const rs2::error& error) {
     throw Error(error.what(), kWhere + name,
                 "connect the camera; `rs-enumerate-devices` lists the cameras and their serial "
@@ -175,7 +178,7 @@ std::unique_ptr<LiveCamera> open_realsense(const std::string& name) {
 
 namespace stillmap {
 
-std::unique_ptr<LiveCamera> open_realsense(const std::string& name) {
+std::unique_ptr<LiveCamera> open_realsense(const std::string& name, const std::string& /*ignore*/) {
   throw Error("this stillmap was built without librealsense", "realsense:" + name,
               "install librealsense2-dev from Intel's repository and build again, or use "
               "examples/live_realsense.py");

@@ -11,7 +11,8 @@ namespace stillmap {
 /// frames have depth that is registered to the color images.
 /// @param name  serial number; a recorded file, which librealsense plays as a camera would; empty
 ///              for the first camera
+/// @param ignore  Camera::ignore
 /// Throws Error if there is no such camera, and if Stillmap was built without librealsense.
-std::unique_ptr<LiveCamera> open_realsense(const std::string& name);
+std::unique_ptr<LiveCamera> open_realsense(const std::string& name, const std::string& ignore);
 
 }  // namespace stillmap

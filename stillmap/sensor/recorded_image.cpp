@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/sensor/printable.hpp"
+#include "stillmap/sensor/rvl_decoder.hpp"
 
 #include <cmath>
 #include <cstring>
@@ -113,15 +114,15 @@ ImageRead depth_pixels(const ImageMessage& image, cv::Size wanted) {
   return read;
 }
 
-// Depth of compressed_depth_image_transport: 12 bytes of parameters, then a PNG file. The pixels of
-// a 32FC1 image are quantized inverse depths: depth = a / (value - b), 0: unknown.
+// Depth of compressed_depth_image_transport: parameters (format, a, b), then a PNG file or RVL
+// code. The pixels of a 32FC1 image are quantized inverse depths: depth = a / (value - b), 0:
+// unknown.
 ImageRead compressed_depth(const ImageStream& stream, const CompressedImageMessage& message,
                            cv::Size wanted) {
-  constexpr std::size_t kParameters = 12;  // format, a, b [bytes]
-  if (message.data.size() < kParameters) return {{}, "is truncated"};
-  if (message.format.find("rvl") != std::string::npos)
-    return {{}, "is compressed by RVL, which is not read"};
-  ImageRead read = decode_depth_image(message.data.subspan(kParameters), wanted);
+  if (message.data.size() < kCompressedDepthParameters) return {{}, "is truncated"};
+  const ByteSpan code = message.data.subspan(kCompressedDepthParameters);
+  const bool rvl = message.format.find("rvl") != std::string::npos;
+  ImageRead read = rvl ? decode_rvl(code, wanted) : decode_depth_image(code, wanted);
   if (!read.problem.empty() || stream.encoding != "32FC1" || read.image.type() != CV_16UC1)
     return read;
   float a = 0, b = 0;

@@ -2,20 +2,26 @@
 #include "stillmap/sensor/recording_source.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/statistics.hpp"
 #include "stillmap/base/trace.hpp"
 #include "stillmap/geometry/association.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/depth_image.hpp"
 #include "stillmap/sensor/first_depth.hpp"
+#include "stillmap/sensor/frame_check.hpp"
 #include "stillmap/sensor/increasing.hpp"
 #include "stillmap/sensor/lens.hpp"
 #include "stillmap/sensor/recorded_image.hpp"
 #include "stillmap/sensor/rectified_frame.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
 #include <utility>
 
 #include <fmt/format.h>
+#include <opencv2/imgproc.hpp>
 
 namespace stillmap {
 namespace {
@@ -42,9 +48,50 @@ StereoRig rig_of(const Recording& recording, const RgbdStreams& streams) {
   return rig;
 }
 
+// Returns whether P of the right camera has its baseline with the sign of a camera to the left, as
+// some drivers publish it.
+bool has_negative_baseline(const RgbdStreams& streams) {
+  return streams.pose_by_projections && streams.T_left_right->translation().x() < 0;
+}
+
+RgbdStreams with_turned_baseline(RgbdStreams streams) {
+  const Pose& T = *streams.T_left_right;
+  streams.T_left_right = Pose(T.rotation(), -T.translation());
+  return streams;
+}
+
+cv::Mat gray(const cv::Mat& color) {
+  cv::Mat gray;
+  cv::cvtColor(color, gray, cv::COLOR_BGR2GRAY);
+  return gray;
+}
+
+// Indices of the first of some images, and behind the last one.
+using Stretch = std::pair<std::size_t, std::size_t>;
+
+// Returns the longest stretch in which the stamps do not jump back.
+Stretch longest_stretch(const std::vector<MessageEntry>& images) {
+  constexpr std::int64_t kJump = 1'000'000'000;  // [ns]; images of one camera overtake by less
+  Stretch longest(0, 0);
+  std::size_t begin = 0;
+  for (std::size_t end = 1; end <= images.size(); ++end) {
+    if (end < images.size() && images[end].stamp >= images[end - 1].stamp - kJump) continue;
+    if (end - begin > longest.second - longest.first) longest = {begin, end};
+    begin = end;
+  }
+  return longest;
+}
+
+std::vector<MessageEntry> part_of(const std::vector<MessageEntry>& images, Stretch stretch) {
+  const auto at = [&](std::size_t i) { return images.begin() + static_cast<std::ptrdiff_t>(i); };
+  return {at(stretch.first), at(stretch.second)};
+}
+
 }  // namespace
 
 Camera color_camera(const Recording& recording, const RgbdStreams& streams) {
+  if (streams.T_left_right && has_negative_baseline(streams))
+    return rig_of(recording, with_turned_baseline(streams)).camera;
   if (streams.T_left_right) return rig_of(recording, streams).camera;
   if (!streams.color.camera) {
     if (!streams.color.camera_topic.empty()) throw not_calibrated(recording, streams.color);
@@ -67,52 +114,117 @@ Camera color_camera(const Recording& recording, const RgbdStreams& streams) {
 
 RecordingSource::RecordingSource(const std::filesystem::path& path,
                                  const std::optional<Camera>& camera, const std::string& topics,
-                                 const FrameRange& range)
+                                 const FrameRange& range, const std::string& ignore)
     : recording_(path), streams_(find_rgbd_streams(recording_, topics)) {
   check_range(range);
   given_ = camera.has_value();
-  choose_cameras(camera);
+  keep_longest_stretch();
   pair_images();
+  median_raw_depth_ = median_raw_depth();
+  use_unit_of_d405();
+  choose_cameras(camera, ignore);
   keep_range(range, path.string(), frames_, skipped_);
   require_one_usable_frame();
+  require_depth_in_view();
 }
 
-void RecordingSource::choose_cameras(const std::optional<Camera>& camera) {
-  if (streams_.T_left_right) return choose_pair(camera);
+void RecordingSource::choose_cameras(const std::optional<Camera>& camera,
+                                     const std::string& ignore) {
+  if (streams_.T_left_right) return choose_pair(camera, ignore);
+  if (camera) check_camera(*camera, "camera '" + camera->name + "'");
+  recorded_ = camera ? *camera : color_camera(recording_, streams_);
+  if (!ignore.empty()) recorded_.ignore = ignore;
   if (camera) {
-    check_camera(*camera, "camera '" + camera->name + "'");
-    recorded_ = *camera;
     rectifier_.emplace(recorded_);
   } else {
-    recorded_ = color_camera(recording_, streams_);
     rectifier_.emplace(recorded_, streams_.color.camera->lens);
   }
   const auto& T_color_depth = streams_.T_color_depth;
   if (T_color_depth) registration_.emplace(*streams_.depth.camera, *T_color_depth, this->camera());
 }
 
-void RecordingSource::choose_pair(const std::optional<Camera>& camera) {
+void RecordingSource::choose_pair(const std::optional<Camera>& camera, const std::string& ignore) {
   if (camera) {
     throw Error("a recorded stereo pair has the cameras of the recording",
                 recording_.path().string(), "leave --camera out");
   }
+  turn_baseline_if_images_tell();
   rig_ = rig_of(recording_, streams_);
+  rig_->camera.ignore = ignore;
   recorded_ = rig_->camera;
-  rectifier_.emplace(recorded_);
+  rectifier_.emplace(*rig_);
   matcher_.emplace(recorded_);
+}
+
+/// Turns a negative baseline around if the first images match that way only.
+void RecordingSource::turn_baseline_if_images_tell() {
+  constexpr std::size_t kTried = 5;  // frames
+  if (!has_negative_baseline(streams_)) return;
+  RgbdStreams turned = with_turned_baseline(streams_);
+  const StereoRig rig = rig_of(recording_, turned);
+  StereoMatcher matcher(rig.camera);
+  const cv::Size size(streams_.color.camera->width, streams_.color.camera->height);
+  for (std::size_t i = 0; i < std::min(kTried, frames_.size()); ++i) {
+    if (!frames_[i].depth) continue;
+    const ImageRead left = decoded(streams_.color, frames_[i].color, decode_recorded_color, size);
+    const ImageRead right = decoded(streams_.depth, *frames_[i].depth, decode_recorded_color, size);
+    if (!left.problem.empty() || !right.problem.empty()) continue;
+    const MatchShares shares = matcher.match_shares(gray(rectified(rig, 0, left.image)),
+                                                    gray(rectified(rig, 1, right.image)));
+    if (!shares.tell_given()) continue;
+    turned.notes.push_back(fmt::format(
+        "warning: P of {} has its baseline with the sign of a camera to the left of {}; it is used "
+        "with the other sign, since {:.0f} % of the pixels match that way, and {:.0f} % else",
+        turned.depth.camera_topic, turned.color.name, 100 * shares.given, 100 * shares.exchanged));
+    streams_ = std::move(turned);
+    return;
+  }
+}
+
+/// Keeps the images of the longest stretch if the stamps of the color images jump back, as those of
+/// a recording that was played in a loop while it was recorded. Few images out of order are left to
+/// increasing_images().
+void RecordingSource::keep_longest_stretch() {
+  std::vector<MessageEntry>& color = streams_.color.images;
+  std::vector<double> stamps;
+  for (const MessageEntry& image : color) stamps.push_back(seconds_of(image.stamp));
+  const std::vector<bool> increasing = longest_increasing(stamps);
+  const auto disordered = std::count(increasing.begin(), increasing.end(), false);
+  const auto [begin, end] = longest_stretch(color);
+  if (end - begin == color.size() ||
+      !are_many_unusable(static_cast<std::size_t>(disordered), color.size()))
+    return;
+  streams_.notes.push_back(fmt::format(
+      "warning: the stamps of {} jump back, as if a recording had been played in a loop while it "
+      "was recorded; its longest stretch is used, {} of {} images",
+      streams_.color.name, end - begin, color.size()));
+  // Depth of the stretch is recorded between the color images before and behind it.
+  using Limits = std::numeric_limits<std::int64_t>;
+  const std::int64_t first = begin > 0 ? color[begin - 1].log_time : Limits::min();
+  const std::int64_t last = end < color.size() ? color[end].log_time : Limits::max();
+  std::vector<MessageEntry> depth;
+  std::copy_if(
+      streams_.depth.images.begin(), streams_.depth.images.end(), std::back_inserter(depth),
+      [&](const MessageEntry& image) { return image.log_time >= first && image.log_time <= last; });
+  if (!depth.empty()) streams_.depth.images = part_of(depth, longest_stretch(depth));
+  color = part_of(color, {begin, end});
 }
 
 std::vector<RecordingSource::Image> RecordingSource::increasing_images(const ImageStream& stream) {
   std::vector<Image> images;
   for (const MessageEntry& message : stream.images)
     images.push_back({seconds_of(message.stamp), message});
-  keep_increasing(images, skipped_, stream.name);
+  std::vector<SkippedFrame> skipped;
+  keep_increasing(images, skipped, stream.name);
+  // A depth image that is left out leaves a color image, which is the frame.
+  for (SkippedFrame& image : skipped) image.frame_lost = &stream == &streams_.color;
+  skipped_.insert(skipped_.end(), skipped.begin(), skipped.end());
   return images;
 }
 
 void RecordingSource::pair_images() {
   const auto color = increasing_images(streams_.color), depth = increasing_images(streams_.depth);
-  const double tolerance = rig_ ? kMaxStereoDifference : kMaxPairDifference;
+  const double tolerance = streams_.T_left_right ? kMaxStereoDifference : kMaxPairDifference;
   const auto pairs = associate(stamps_of(color), stamps_of(depth), tolerance);
   if (pairs.empty()) {
     throw Error(fmt::format("no image of {0} has one of {2} within {4} s: {0} begins at {1:.3f} s, "
@@ -134,6 +246,57 @@ void RecordingSource::pair_images() {
                    [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
 }
 
+/// Returns the median of the readings of some 16-bit depth images [raw units]; 0 for other images.
+double RecordingSource::median_raw_depth() {
+  constexpr std::size_t kImages = 8;
+  constexpr std::size_t kStep = 7;  // readings, of which one is taken
+  std::vector<std::uint16_t> readings;
+  for (std::size_t i = 0; i < kImages && streams_.depth.is_depth(); ++i) {
+    const Frame& frame = frames_[i * frames_.size() / kImages];
+    if (!frame.depth) continue;
+    const ImageRead read = decoded(streams_.depth, *frame.depth, decode_recorded_depth,
+                                   {streams_.depth.width, streams_.depth.height});
+    if (!read.problem.empty() || read.image.type() != CV_16UC1) continue;
+    std::size_t reading = 0;
+    for (const std::uint16_t raw : cv::Mat1w(read.image))
+      if (raw > 0 && raw < 65535 && reading++ % kStep == 0) readings.push_back(raw);
+  }
+  return readings.empty() ? 0 : upper_median(readings);
+}
+
+/// Sets the unit of 16-bit depth to 0.1 mm if the topics or frames name a D405, whose own unit that
+/// is. Some programs convert it to millimeters, so that the readings decide: it measures up to half
+/// a meter (datasheet).
+void RecordingSource::use_unit_of_d405() {
+  constexpr double kMillimeters = 1000, kOwn = 10000;  // depth factors [1/m]
+  constexpr double kFarthest = 1;                      // median, with a margin [m]
+  const ImageStream& depth = streams_.depth;
+  const bool named = (depth.name + depth.frame).find("d405") != std::string::npos;
+  if (!named || streams_.depth_factor != kMillimeters ||
+      median_raw_depth_ < kFarthest * kMillimeters)
+    return;
+  streams_.depth_factor = kOwn;
+  streams_.notes.push_back(fmt::format(
+      "depth unit: 0.1 mm, that of a D405, which {} is by its name; in millimeters the median "
+      "depth would be {:.2f} m",
+      depth.name, median_raw_depth_ / kMillimeters));
+}
+
+/// Returns the sentence that the depths are farther than the sensor measures; empty if they are
+/// not.
+std::string RecordingSource::far_depth_note() const {
+  constexpr double kTenths = 10000;  // depth factor of tenths of a millimeter [1/m]
+  const Camera& camera = this->camera();
+  const double median = median_raw_depth_ / camera.depth_factor;
+  if (rig_ || median <= camera.depth_sensor.max_depth || camera.depth_factor >= kTenths) return "";
+  return fmt::format(
+      "warning: the median depth is {:.1f} m, farther than sensor {} measures ({:g} m); if it "
+      "should "
+      "be {:.2f} m, the unit is 0.1 mm, as of a RealSense D405: give a camera file with "
+      "'depth_factor: 10000' by --camera",
+      median, camera.depth_sensor.name, camera.depth_sensor.max_depth, median_raw_depth_ / kTenths);
+}
+
 void RecordingSource::require_one_usable_frame() {
   std::string first_problem;
   for (const Frame& frame : frames_) {
@@ -153,9 +316,46 @@ void RecordingSource::require_one_usable_frame() {
               recording_.path().string(), kImageFix);
 }
 
+/// Throws Error if no depth falls into the color images, as by a transform between the axes of
+/// bodies instead of optical axes.
+void RecordingSource::require_depth_in_view() {
+  constexpr std::size_t kTried = 5;                // frames
+  constexpr double kEnough = 0.05, kSeen = 0.005;  // shares of the depth and color pixels
+  if (!registration_) return;
+  std::size_t tried = 0;
+  for (std::size_t i = 0; i < frames_.size() && tried < kTried; ++i) {
+    if (!frames_[i].depth) continue;
+    const ImageRead read = depth_image(*frames_[i].depth);
+    if (!read.problem.empty()) continue;
+    const cv::Mat meters =
+        depth_in_meters(read.image, camera().depth_factor, camera().depth_sensor);
+    const auto share = [](const cv::Mat& depth) {
+      return cv::countNonZero(depth) / static_cast<double>(depth.total());
+    };
+    if (share(meters) < kEnough) continue;
+    if (share((*registration_)(meters)) > kSeen) return;
+    ++tried;
+  }
+  if (tried == 0) return;
+  const Pose& T = *streams_.T_color_depth;
+  throw Error(
+      fmt::format("no depth of {} falls into the images of {}: by the recorded transform from "
+                  "frame '{}' to '{}' the depth camera is {:.3f} m away and turned by {:.0f} "
+                  "degrees",
+                  streams_.depth.name, streams_.color.name, streams_.depth.frame,
+                  streams_.color.frame, T.translation().norm(), T.angle() * 180 / M_PI),
+      recording_.path().string(),
+      "record the transform of the optical frames (z forward, x right, y down), which lacks its "
+      "rotation here, or name the topics of one camera with --topics COLOR,DEPTH, or record depth "
+      "that is registered to color");
+}
+
 std::vector<std::string> RecordingSource::notes() const {
   std::vector<std::string> notes = streams_.notes;
   const Camera& camera = this->camera();
+  if (!given_ && !streams_.color.camera_note.empty()) notes.push_back(streams_.color.camera_note);
+  if ((rig_ || registration_) && !streams_.depth.camera_note.empty())
+    notes.push_back(streams_.depth.camera_note);
   if (rig_) notes.push_back("stereo: " + description(*rig_));
   notes.push_back(fmt::format(
       "camera: {} x {}, fx {:.2f}, fy {:.2f}, cx {:.2f}, cy {:.2f}{}, "
@@ -163,7 +363,9 @@ std::vector<std::string> RecordingSource::notes() const {
       camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy,
       rectifier_->active() ? ", distorted (will be rectified)" : "", camera.depth_sensor.name,
       given_ || streams_.sensor.empty() ? "" : " (by the names of the topics)"));
+  if (!rectifier_->ignored_note().empty()) notes.push_back(rectifier_->ignored_note());
   if (!rig_ && streams_.depth.encoding != kFloatDepth) notes.push_back(unit_note());
+  if (const std::string far = far_depth_note(); !far.empty()) notes.push_back(far);
   const std::string unpaired =
       without_depth_note(frames_, [](const Frame& frame) { return frame.depth.has_value(); });
   if (!rig_ && !unpaired.empty()) notes.push_back(unpaired);

@@ -25,10 +25,12 @@ class RecordingSource : public FrameSource {
   /// @param camera  replaces the recorded color camera and the unit of 16-bit depth; none to use
   ///                those of the recording. A stereo pair needs its own cameras.
   /// @param topics  "COLOR,DEPTH", "LEFT,RIGHT", or empty: see find_rgbd_streams()
+  /// @param ignore  replaces Camera::ignore of the camera; empty: it stays
   /// Throws Error if the file is no recording, has no color and depth images or no camera, and if
   /// no frame can be used.
   RecordingSource(const std::filesystem::path& path, const std::optional<Camera>& camera,
-                  const std::string& topics, const FrameRange& range = {});
+                  const std::string& topics, const FrameRange& range = {},
+                  const std::string& ignore = {});
 
   const Camera& camera() const override { return rectifier_->camera(); }
   /// Returns the camera of the recorded color images. Distortion that Camera cannot describe is not
@@ -51,11 +53,17 @@ class RecordingSource : public FrameSource {
     std::optional<MessageEntry> depth;
   };
 
-  void choose_cameras(const std::optional<Camera>& camera);
-  void choose_pair(const std::optional<Camera>& camera);
+  void choose_cameras(const std::optional<Camera>& camera, const std::string& ignore);
+  void choose_pair(const std::optional<Camera>& camera, const std::string& ignore);
+  void turn_baseline_if_images_tell();
+  void keep_longest_stretch();
   void pair_images();
   std::vector<Image> increasing_images(const ImageStream& stream);
   void require_one_usable_frame();
+  void require_depth_in_view();
+  void use_unit_of_d405();
+  std::string far_depth_note() const;
+  double median_raw_depth();
   std::string unit_note() const;
   RgbdFramePtr load(const Frame& frame);
   cv::Mat load_depth(const Frame& recorded, const cv::Mat& color);
@@ -74,6 +82,7 @@ class RecordingSource : public FrameSource {
   std::optional<StereoRig> rig_;          // of a stereo pair
   std::optional<StereoMatcher> matcher_;  // of a stereo pair
   bool given_ = false;                    // whether the camera is not that of the recording
+  double median_raw_depth_ = 0;           // of some images; 0 for floats and without readings
   std::vector<Frame> frames_;
   std::vector<SkippedFrame> skipped_;
   std::size_t position_ = 0;    // index of the next frame in frames_

@@ -2,12 +2,14 @@
 #include "stillmap/sensor/recording_source.hpp"
 
 #include "stillmap/recording/test_recording.hpp"
+#include "stillmap/sensor/doctor.hpp"
 #include "stillmap/sensor/make_source.hpp"
 #include "stillmap/sensor/recorded_image.hpp"
 #include "stillmap/sensor/test_sequence.hpp"
 
 #include <cstring>
 #include <limits>
+#include <random>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -127,6 +129,99 @@ TEST(RecordingSource, DepthOfAnotherCameraIsRegistered) {
   EXPECT_THAT(source.notes(), ::testing::Contains(HasSubstr("100.0 mm")));
 }
 
+TEST(RecordingSource, ATransformThatTurnsAllDepthOutOfTheImageIsToldAsTheTransform) {
+  auto all = messages(2, "depth");
+  all.push_back({"/depth/camera_info", "sensor_msgs/msg/CameraInfo",
+                 TestCamera{.frame = "depth"}.info(64, 48, 60, "plumb_bob", {}), 1});
+  // The depth camera's frame is that of its body: x forward, y left, z up.
+  all.push_back({"/tf_static", "tf2_msgs/msg/TFMessage",
+                 TestCamera().transform("color", "depth", {0.03, 0, 0, 0.5, -0.5, 0.5, 0.5}), 2});
+  const TestFolder folder;
+  const auto file = folder.write_sqlite("a.db3", all);
+  EXPECT_THAT(error_of([&] { RecordingSource(file, std::nullopt, ""); }),
+              ::testing::AllOf(HasSubstr("no depth of /depth/image falls into the images of "
+                                         "/rgb/info/image"),
+                               HasSubstr("0.030 m away and turned by 120 degrees"),
+                               HasSubstr("record the transform of the optical frames")));
+}
+
+TEST(RecordingSource, RepeatedDepthMessagesAreNoLostFrames) {
+  std::vector<TestMessage> all;
+  for (const TestMessage& message : messages(3)) {
+    const int copies = message.topic == "/depth/image" ? 3 : 1;
+    for (int i = 0; i < copies; ++i) all.push_back(message);
+  }
+  const TestFolder folder;
+  RecordingSource source(folder.write_sqlite("a.db3", all), std::nullopt, "");
+  EXPECT_THAT(all_frames(source), SizeIs(3));
+  ASSERT_THAT(source.skipped(), SizeIs(6));
+  for (const SkippedFrame& skipped : source.skipped()) EXPECT_FALSE(skipped.frame_lost);
+}
+
+TEST(RecordingSource, OfARecordingThatWasPlayedInALoopTheLongestStretchIsUsed) {
+  const auto pass = messages(60);  // two seconds
+  std::vector<TestMessage> all(pass.end() - 3 * 40, pass.end());
+  all.insert(all.end(), pass.begin(), pass.end());
+  all.insert(all.end(), pass.begin(), pass.begin() + 3 * 45);
+  std::int64_t time = 0;
+  for (TestMessage& message : all) message.time = ++time;
+  const TestFolder folder;
+  RecordingSource source(folder.write_sqlite("a.db3", all), std::nullopt, "");
+  EXPECT_THAT(all_frames(source), SizeIs(60));
+  EXPECT_THAT(source.skipped(), SizeIs(0));
+  EXPECT_THAT(source.notes(),
+              ::testing::Contains(HasSubstr("longest stretch is used, 60 of 145 images")));
+}
+
+// Two frames with this depth everywhere, of a camera with this name.
+std::vector<TestMessage> messages_with_depth(const std::string& name, std::uint16_t raw) {
+  const std::string pixels = bytes_of(cv::Mat1w(48, 64, raw));
+  auto all = messages(2);
+  std::uint32_t time = 0;  // ns
+  for (TestMessage& message : all) {
+    message.topic = "/" + name + message.topic;
+    if (!message.topic.ends_with("/depth/image")) continue;
+    message.data = TestCamera{.frame = "color"}.image(100, time, 64, 48, "16UC1", 2, pixels);
+    time += 33'333'333;
+  }
+  return all;
+}
+
+TEST(RecordingSource, TheDepthOfAD405IsInItsUnitUnlessItWasConverted) {
+  const TestFolder folder;
+  RecordingSource own(folder.write_sqlite("a.db3", messages_with_depth("d405", 3000)), std::nullopt,
+                      "");
+  EXPECT_EQ(own.camera().depth_factor, 10000);
+  EXPECT_THAT(own.notes(), ::testing::Contains(HasSubstr("0.1 mm, that of a D405")));
+  RecordingSource converted(folder.write_sqlite("b.db3", messages_with_depth("d405", 300)),
+                            std::nullopt, "");
+  EXPECT_EQ(converted.camera().depth_factor, 1000);
+}
+
+TEST(RecordingSource, DepthsBeyondTheSensorAreToldWithAFactorThatFits) {
+  const TestFolder folder;
+  RecordingSource source(folder.write_sqlite("a.db3", messages_with_depth("camera", 9000)),
+                         std::nullopt, "");
+  const Diagnosis diagnosis = diagnose(source, 10);
+  const auto told = std::find_if(
+      diagnosis.findings.begin(), diagnosis.findings.end(),
+      [](const Finding& f) { return f.what.find("depth_factor: 10000") != std::string::npos; });
+  ASSERT_NE(told, diagnosis.findings.end());
+  EXPECT_EQ(told->severity, Severity::kWarning);
+  EXPECT_THAT(told->what, HasSubstr("if it should be 0.90 m"));
+  RecordingSource usual(folder.write_sqlite("b.db3", messages(2)), std::nullopt, "");
+  EXPECT_THAT(usual.notes(), ::testing::Not(::testing::Contains(HasSubstr("farther than"))));
+}
+
+TEST(RecordingSource, OneImageWithTheStampOfAnotherTimeIsLeftOutAlone) {
+  auto all = messages(20);
+  std::swap(all[1], all[3 * 10 + 1]);  // color images one third of a second apart
+  const TestFolder folder;
+  RecordingSource source(folder.write_sqlite("a.db3", all), std::nullopt, "");
+  EXPECT_THAT(all_frames(source), SizeIs(18));
+  EXPECT_THAT(source.notes(), ::testing::Not(::testing::Contains(HasSubstr("stretch"))));
+}
+
 TEST(RecordingSource, ARecordingWithoutACameraNeedsOne) {
   auto all = messages(2);
   std::erase_if(all,
@@ -157,7 +252,8 @@ constexpr int kDisparity = 24;                    // pixels
 
 // Two frames of a stereo pair that looks at a wall.
 // @param delay  of the right images [ns]
-std::vector<TestMessage> pair_messages(std::int64_t delay = 0) {
+// @param sign  of the baseline in P of the right camera; ROS wants a negative one
+std::vector<TestMessage> pair_messages(std::int64_t delay = 0, double sign = -1) {
   cv::Mat wall(160, 400, CV_8UC1);
   cv::theRNG().state = 5;
   cv::randu(wall, 0, 255);
@@ -171,7 +267,7 @@ std::vector<TestMessage> pair_messages(std::int64_t delay = 0) {
       const std::int64_t time = 1'000'000'000 + i * 100'000'000 + (left ? 0 : delay);
       all.push_back(
           {name + "/camera_info", "sensor_msgs/msg/CameraInfo",
-           camera.info(320, 160, kFocal / 2, "plumb_bob", {}, left ? 0 : -kFocal * kBaseline),
+           camera.info(320, 160, kFocal / 2, "plumb_bob", {}, left ? 0 : sign * kFocal * kBaseline),
            time});
       all.push_back({name + "/image_rect", kImage,
                      camera.image(1, static_cast<std::uint32_t>(time - 1'000'000'000), 320, 160,
@@ -183,6 +279,20 @@ std::vector<TestMessage> pair_messages(std::int64_t delay = 0) {
 }
 
 constexpr const char* kPair = "/left/image_rect,/right/image_rect";
+
+TEST(RecordingSource, IgnoredPixelsHaveNoDepth) {
+  const TestFolder folder;
+  const std::string ignore = folder.path("ignore.png").string();
+  cv::Mat left(48, 64, CV_8UC1, cv::Scalar(0));
+  left.colRange(0, 24).setTo(255);
+  cv::imwrite(ignore, left);
+  RecordingSource source(folder.write_sqlite("a.db3", messages(1)), std::nullopt, "", {}, ignore);
+  const auto frame = source.next();
+  EXPECT_EQ(cv::norm(frame->ignored, left, cv::NORM_INF), 0);
+  EXPECT_EQ(frame->depth.at<float>(20, 23), 0);
+  EXPECT_EQ(frame->depth.at<float>(20, 24), 2);
+  EXPECT_THAT(source.notes(), ::testing::Contains(HasSubstr("ignored: 37.5 %")));
+}
 
 TEST(RecordingSource, AStereoPairGivesTheLeftImagesWithDepth) {
   const TestFolder folder;
@@ -196,6 +306,28 @@ TEST(RecordingSource, AStereoPairGivesTheLeftImagesWithDepth) {
   const double depth = kFocal * kBaseline / kDisparity;  // m
   EXPECT_NEAR(frames[0]->depth.at<float>(80, 200), depth, 0.01 * depth);
   EXPECT_EQ(frames[1]->depth_delay, 0);
+}
+
+TEST(RecordingSource, ABaselineOfTheWrongSignIsTurnedAsTheImagesTell) {
+  const TestFolder folder;
+  const auto file = folder.write_sqlite("a.db3", pair_messages(0, /*sign=*/1));
+  RecordingSource source(file, std::nullopt, kPair);
+  EXPECT_THAT(source.notes(), ::testing::Contains(HasSubstr("it is used with the other sign")));
+  const auto frames = all_frames(source);
+  ASSERT_THAT(frames, SizeIs(2));
+  const double depth = kFocal * kBaseline / kDisparity;  // m
+  EXPECT_NEAR(frames[0]->depth.at<float>(80, 200), depth, 0.01 * depth);
+  SourceOptions options;
+  options.topics = kPair;
+  EXPECT_NEAR(recorded_camera(file.string(), options).baseline, kBaseline, 1e-12);
+}
+
+TEST(RecordingSource, TopicsOfAPairInTheWrongOrderAreAnError) {
+  const TestFolder folder;
+  const auto file = folder.write_sqlite("a.db3", pair_messages());
+  EXPECT_THAT(
+      error_of([&] { RecordingSource(file, std::nullopt, "/right/image_rect,/left/image_rect"); }),
+      HasSubstr("name the left camera first"));
 }
 
 TEST(RecordingSource, ImagesOfAStereoPairMustBeOfTheSameInstant) {
@@ -291,6 +423,91 @@ TEST(RecordedImage, DepthIsReadInBothByteOrders) {
   const cv::Mat1f meters(2, 4, 1.5F);
   EXPECT_EQ(decode("32FC1", 4, bytes_of(meters), Kind::kRos1, true).image.at<float>(1, 3), 1.5F);
   EXPECT_NE(decode("rgb8", 3, std::string(24, 'x'), Kind::kRos1, true).problem, "");
+}
+
+// RVL by its description: see decode_rvl().
+class RvlWriter {
+ public:
+  explicit RvlWriter(const cv::Mat1w& image) {
+    bytes_ = test::le(static_cast<std::uint32_t>(image.cols)) +
+             test::le(static_cast<std::uint32_t>(image.rows));
+    const auto* pixel = image[0];
+    const auto* const end = pixel + image.total();
+    std::int64_t last = 0;
+    while (pixel < end) {
+      const auto* const first = std::find_if(pixel, end, [](auto value) { return value != 0; });
+      const auto* const run_end = std::find(first, end, 0);
+      number(first - pixel);
+      number(run_end - first);
+      for (pixel = first; pixel < run_end; ++pixel) {
+        const std::int64_t difference = *pixel - last;
+        number(difference >= 0 ? 2 * difference : -2 * difference - 1);
+        last = *pixel;
+      }
+    }
+    while (nibbles_ % 8 != 0) nibble(0);
+  }
+  const std::string& bytes() const { return bytes_; }
+
+ private:
+  void number(std::int64_t value) {
+    for (; value >= 8; value /= 8) nibble(static_cast<std::uint32_t>(value % 8 + 8));
+    nibble(static_cast<std::uint32_t>(value));
+  }
+  void nibble(std::uint32_t value) {
+    word_ = word_ * 16 + value;
+    if (++nibbles_ % 8 == 0) bytes_ += test::le(word_);
+  }
+
+  std::string bytes_;
+  std::uint32_t word_ = 0;
+  int nibbles_ = 0;
+};
+
+cv::Mat1w depth_with_holes() {
+  cv::Mat1w raw(30, 40);
+  cv::randu(raw, 0, 65536);
+  raw.rowRange(5, 9) = 0;
+  raw(0, 0) = 65535;
+  raw(29, 39) = 0;
+  return raw;
+}
+
+ImageRead decode_rvl_message(const std::string& code, const std::string& format = "16UC1") {
+  const std::string bytes = TestCamera().compressed_image(1, 2, format + "; compressedDepth rvl",
+                                                          std::string(12, '\0') + code);
+  const ByteSpan span(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
+  const ImageStream stream{.storage = ImageStorage::kCompressedDepth, .encoding = format};
+  return decode_recorded_depth(stream, "cdr", span, {40, 30});
+}
+
+TEST(RecordedImage, DepthInRvlIsRead) {
+  const cv::Mat1w raw = depth_with_holes();
+  const ImageRead read = decode_rvl_message(RvlWriter(raw).bytes());
+  ASSERT_EQ(read.problem, "");
+  EXPECT_EQ(cv::norm(read.image, raw, cv::NORM_INF), 0);
+  EXPECT_EQ(
+      cv::countNonZero(decode_rvl_message(RvlWriter(cv::Mat1w(30, 40, ushort{0})).bytes()).image),
+      0);
+  EXPECT_THAT(decode_rvl_message(RvlWriter(cv::Mat1w(20, 40, ushort{7})).bytes()).problem,
+              HasSubstr("40 x 20 pixels"));
+}
+
+TEST(RecordedImage, DamagedRvlIsAProblemOrAnotherImage) {
+  const std::string code = RvlWriter(depth_with_holes()).bytes();
+  for (std::size_t n = 0; n < code.size(); ++n)
+    EXPECT_NE(decode_rvl_message(code.substr(0, n)).problem, "") << n;
+  std::mt19937 random(4);
+  int problems = 0;
+  for (int i = 0; i < 5000; ++i) {
+    std::string altered = code;
+    for (int k = 0; k < 3; ++k)
+      altered[8 + random() % (code.size() - 8)] = static_cast<char>(random());
+    const ImageRead read = decode_rvl_message(altered);
+    problems += read.problem.empty() ? 0 : 1;
+    EXPECT_TRUE(!read.problem.empty() || read.image.size() == cv::Size(40, 30));
+  }
+  EXPECT_GT(problems, 0);
 }
 
 TEST(RecordedImage, CompressedDepthIsReadInMillimetersAndAsInverseDepth) {

@@ -2,7 +2,9 @@
 #include "stillmap/sensor/rectifier.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/test_path.hpp"
 #include "stillmap/sensor/camera_file.hpp"
+#include "stillmap/sensor/image_file.hpp"
 
 #include <set>
 
@@ -72,6 +74,20 @@ TEST_P(DistortedCamera, DotsAreMovedToThePinholePosition) {
     EXPECT_NEAR(found.x, truth.x(), 0.1) << truth.transpose();
     EXPECT_NEAR(found.y, truth.y(), 0.1) << truth.transpose();
   }
+}
+
+TEST_P(DistortedCamera, IgnoredPixelsAreMovedWithTheImages) {
+  Camera camera = read_camera(GetParam());
+  camera.ignore = test::own_path("ignored.png").string();
+  cv::Mat recorded(camera.height, camera.width, CV_8UC1, cv::Scalar(0));
+  recorded({20, 30, 150, 400}).setTo(255);
+  write_png(camera.ignore, recorded);
+  const Rectifier rectifier(camera);
+  std::filesystem::remove(camera.ignore);
+  const cv::Mat seen = rectifier.image(recorded), &ignored = rectifier.ignored();
+  EXPECT_EQ(cv::countNonZero((seen == 255) & (ignored == 0)), 0);
+  EXPECT_EQ(cv::countNonZero((seen == 0) & ignored), 0);
+  EXPECT_GT(cv::countNonZero(recorded ^ ignored), 500) << "the distortion moves the outline";
 }
 
 TEST_P(DistortedCamera, DepthIsMovedWithoutInterpolation) {

@@ -2,6 +2,7 @@
 #pragma once
 #include <cstddef>
 #include <memory>
+#include <string>
 
 #include <opencv2/core.hpp>
 
@@ -15,7 +16,11 @@ struct RgbdFrame {
   double depth_delay = 0;  ///< Time of the depth image minus that of the color image [s].
   cv::Mat color;           ///< Color image, 8UC3 BGR; gray images are replicated to three channels.
   cv::Mat gray;            ///< Gray image, 8UC1.
-  cv::Mat depth;  ///< Depth along the optical axis, 32FC1 [m]; 0: unknown, all: no depth image.
+  cv::Mat depth;     ///< Depth along the optical axis, 32FC1 [m]; 0: unknown, all: no depth image.
+  std::string name;  ///< Name of the file of the color image without extension; empty without one.
+  /// 8UC1, not 0 where the pixel is not used (Camera::ignore): the depth is 0 and there are no
+  /// keypoints. Empty: all pixels are used.
+  cv::Mat ignored;
 };
 
 using RgbdFramePtr = std::shared_ptr<const RgbdFrame>;

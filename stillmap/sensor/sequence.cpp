@@ -3,14 +3,19 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/number.hpp"
+#include "stillmap/base/unicode.hpp"
 #include "stillmap/geometry/association.hpp"
 #include "stillmap/sensor/first_depth.hpp"
+#include "stillmap/sensor/frame_times.hpp"
 #include "stillmap/sensor/image_file.hpp"
 #include "stillmap/sensor/increasing.hpp"
+#include "stillmap/sensor/named_time.hpp"
 #include "stillmap/sensor/printable.hpp"
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <functional>
@@ -30,7 +35,9 @@ namespace fs = std::filesystem;
 constexpr const char* kLayout =
     "a sequence holds rgb.txt and depth.txt (lines 'timestamp file'), associations.txt (lines "
     "'timestamp rgb_file timestamp depth_file'), folders rgb and depth, or images "
-    "frame-000000.color.png and frame-000000.depth.png";
+    "frame-000000.color.png and frame-000000.depth.png; docs/cameras.md lists all layouts";
+
+constexpr const char* kReplicaImages = "results";  // folder
 
 bool is_file(const fs::path& path) {
   std::error_code ignored;
@@ -57,15 +64,87 @@ fs::path first_folder(const fs::path& folder, std::initializer_list<const char*>
   return {};
 }
 
-constexpr const char* kColorEnd = ".color";  // of a name without its extension, in 7-Scenes
-constexpr const char* kDepthEnd = ".depth";
+/// Returns whether a file has the extension of an image, and is none of the hidden files that Macs
+/// write beside each file on other disks.
+bool is_image(const fs::path& file) {
+  if (file.filename().string().starts_with('.')) return false;
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const auto known = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".npy", ".exr"};
+  return std::find(known.begin(), known.end(), extension) != known.end();
+}
 
-bool has_seven_scenes_images(const fs::path& folder) {
-  std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-    if (entry.path().stem().string().ends_with(kColorEnd)) return true;
+// How the images of a kind are named, without their extension, around their number or time.
+struct ImageNames {
+  std::string begin, end;
+
+  /// Returns what is between; none if the name is another one.
+  std::optional<std::string> between(const std::string& name) const {
+    const bool fits =
+        name.size() >= begin.size() + end.size() && name.starts_with(begin) && name.ends_with(end);
+    if (!fits) return std::nullopt;
+    return name.substr(begin.size(), name.size() - begin.size() - end.size());
   }
-  return false;
+};
+
+ImageNames names_in(FolderLayout layout, bool is_depth) {
+  switch (layout) {
+    case FolderLayout::kSevenScenes:
+      return {.begin = "", .end = is_depth ? ".depth" : ".color"};
+    case FolderLayout::kReplica:
+      return {.begin = is_depth ? "depth" : "frame", .end = ""};
+    default:
+      return {};
+  }
+}
+
+// Whether a folder holds color images as a layout names them.
+bool has_images_of(FolderLayout layout, const fs::path& folder) {
+  std::error_code ignored;
+  const auto files = fs::directory_iterator(folder, ignored);
+  return std::any_of(begin(files), end(files), [&](const auto& entry) {
+    const auto name = names_in(layout, /*is_depth=*/false).between(entry.path().stem().string());
+    return is_image(entry.path()) && name && named_time(*name, 1);
+  });
+}
+
+/// Returns the file in the middle of those of a folder, by name; empty without files.
+fs::path middle_file(const fs::path& folder) {
+  std::error_code ignored;
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  return files.empty() ? fs::path() : files[files.size() / 2];
+}
+
+/// Returns the file of another program that tells the camera of the images.
+fs::path camera_of_program(const fs::path& folder) {
+  fs::path given = first_file(folder, {"camera_matrix.csv", "cam_params.json"});
+  if (!given.empty()) return given;
+  if (is_of_record3d(folder)) return folder / kRecord3dFile;
+  if (is_folder(folder / "lowres_wide_intrinsics"))
+    return middle_file(folder / "lowres_wide_intrinsics");
+  return {};
+}
+
+void find_image_folders(SequencePaths& paths) {
+  const fs::path& folder = paths.folder;
+  paths.color_folder = first_folder(folder, {"rgb", "color", "image", "lowres_wide"});
+  paths.depth_folder = first_folder(folder, {"depth", "aligned_depth", "lowres_depth"});
+  if (!paths.color_folder.empty() && !paths.depth_folder.empty()) {
+    paths.layout = FolderLayout::kFolders;
+    if (paths.camera.empty()) paths.camera = camera_of_program(folder);
+  } else if (has_images_of(FolderLayout::kSevenScenes, folder)) {
+    paths.layout = FolderLayout::kSevenScenes;
+    paths.color_folder = paths.depth_folder = folder;
+  } else if (has_images_of(FolderLayout::kReplica, folder / kReplicaImages)) {
+    paths.layout = FolderLayout::kReplica;
+    paths.color_folder = paths.depth_folder = folder / kReplicaImages;
+    constexpr const char* kCamera = "cam_params.json";  // in the data set, beside all scenes
+    if (paths.camera.empty()) paths.camera = first_file(folder, {kCamera});
+    if (paths.camera.empty()) paths.camera = first_file(fs::absolute(folder / ".."), {kCamera});
+  }
 }
 
 SequencePaths look(const fs::path& folder) {
@@ -75,18 +154,10 @@ SequencePaths look(const fs::path& folder) {
   paths.depth_list = first_file(folder, {"aligned_depth.txt", "depth.txt"});
   paths.associations = first_file(folder, {"associations.txt", "associate.txt", "association.txt"});
   paths.camera = first_file(folder, {"camera.yaml", "camera.yml"});
-  paths.ground_truth = first_file(folder, {"groundtruth.txt"});
+  paths.ground_truth = true_trajectory_in(folder);
   if (is_folder(folder / "mask")) paths.masks = folder / "mask";
-  if (!paths.color_list.empty() || !paths.depth_list.empty() || !paths.associations.empty())
-    return paths;
-  paths.color_folder = first_folder(folder, {"rgb", "color", "image"});
-  paths.depth_folder = first_folder(folder, {"depth", "aligned_depth"});
-  if (!paths.color_folder.empty() && !paths.depth_folder.empty()) {
-    paths.layout = FolderLayout::kFolders;
-  } else if (has_seven_scenes_images(folder)) {
-    paths.layout = FolderLayout::kSevenScenes;
-    paths.color_folder = paths.depth_folder = folder;
-  }
+  if (paths.color_list.empty() && paths.depth_list.empty() && paths.associations.empty())
+    find_image_folders(paths);
   return paths;
 }
 
@@ -119,10 +190,19 @@ fs::path sequence_nearby(const fs::path& folder) {
   return has_frames(look(above)) ? above : fs::path();
 }
 
+constexpr const char* kVideo = "rgb.mp4";  // of the color images, as Stray Scanner records them
+
 Error no_sequence(const SequencePaths& paths) {
   const std::string where = paths.folder.string();
   if (const fs::path nearby = sequence_nearby(paths.folder); !nearby.empty()) {
     return Error("is not a sequence itself", where, "did you mean " + nearby.string() + "?");
+  }
+  if (is_file(paths.folder / kVideo) && !paths.depth_folder.empty()) {
+    return Error(fmt::format("holds its color images as a video, {}, which is not read", kVideo),
+                 where,
+                 fmt::format("write them to a folder: cd '{}' && mkdir rgb && ffmpeg -noautorotate "
+                             "-i {} -fps_mode passthrough -start_number 0 -q:v 2 rgb/%06d.jpg",
+                             where, kVideo));
   }
   if (paths.color_list.empty() != paths.depth_list.empty()) {
     const auto [there, missing] = paths.depth_list.empty() ? std::pair("rgb.txt", "depth.txt")
@@ -142,15 +222,12 @@ struct Stamp {
   std::string problem;  // Empty if it is a timestamp.
 };
 
-// Uses strtod, since a stream fails on "nan".
 Stamp parse_stamp(const std::string& token) {
-  char* end = nullptr;
-  const double value = std::strtod(token.c_str(), &end);
-  if (end == token.c_str() || *end != '\0')
-    return {0, fmt::format("'{}' is not a timestamp", printable(token))};
-  if (!std::isfinite(value))
+  const auto value = number_of(token);
+  if (!value) return {0, fmt::format("'{}' is not a timestamp", printable(token))};
+  if (!std::isfinite(*value))
     return {0, fmt::format("the timestamp '{}' is not finite", printable(token))};
-  return {value, ""};
+  return {*value, ""};
 }
 
 std::vector<std::string> fields_of(std::string line) {
@@ -164,6 +241,7 @@ std::vector<std::string> fields_of(std::string line) {
 struct ImageLine {
   double timestamp = 0;  // seconds
   fs::path file;
+  std::optional<double> number = {};  // of the frame, if the name tells it
 };
 
 struct ImageList {
@@ -175,7 +253,7 @@ struct ImageList {
 // unusable, or an empty text.
 std::vector<SkippedFrame> for_each_line(
     const fs::path& list, const std::function<std::string(const std::vector<std::string>&)>& use) {
-  std::istringstream in(read_file(list));
+  std::istringstream in(as_utf8(read_file(list)));
   std::vector<SkippedFrame> skipped;
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {
@@ -188,13 +266,42 @@ std::vector<SkippedFrame> for_each_line(
   return skipped;
 }
 
+/// Returns the file that a list names. Lists of Windows have backslashes, and absolute paths may be
+/// those of another computer: then the file of that name below the folder is meant.
+fs::path listed_file(const fs::path& folder, std::string name) {
+  std::replace(name.begin(), name.end(), '\\', '/');
+  const fs::path given = name;
+  fs::path beside = folder / given;
+  const bool of_windows = name.size() > 2 && name[1] == ':' && name[2] == '/';
+  if ((!given.is_absolute() && !of_windows) || is_file(beside)) return beside;
+  const fs::path below = folder / given.parent_path().filename() / given.filename();
+  return is_file(below) ? below : folder / given.filename();
+}
+
+/// Returns the name that fields of a line spell, which had blanks if there are several, and may be
+/// quoted.
+std::string joined(const std::vector<std::string>& fields, std::size_t begin, std::size_t end) {
+  std::string name;
+  for (std::size_t i = begin; i < end; ++i) name += (i > begin ? " " : "") + fields[i];
+  if (name.size() > 1 && name.front() == '"' && name.back() == '"')
+    name = name.substr(1, name.size() - 2);
+  return name;
+}
+
+/// Returns the file that a line names behind its time: with blanks if there is one of that name.
+fs::path file_behind_time(const fs::path& folder, const std::vector<std::string>& fields) {
+  const fs::path with_blanks = listed_file(folder, joined(fields, 1, fields.size()));
+  return fields.size() == 2 || is_file(with_blanks) ? with_blanks
+                                                    : listed_file(folder, joined(fields, 1, 2));
+}
+
 ImageList read_image_list(const fs::path& list) {
   ImageList read;
   read.skipped = for_each_line(list, [&](const std::vector<std::string>& fields) -> std::string {
     const Stamp stamp = parse_stamp(fields[0]);
     if (!stamp.problem.empty()) return stamp.problem;
     if (fields.size() < 2) return "expected 'timestamp file'";
-    read.images.push_back({stamp.value, list.parent_path() / fields[1]});
+    read.images.push_back({stamp.value, file_behind_time(list.parent_path(), fields), {}});
     return "";
   });
   if (read.images.empty()) {
@@ -244,15 +351,37 @@ void skip_distant_pairs(FrameList& list) {
   }
 }
 
+/// Returns the four last columns of a line, without the pose that the script of the TUM benchmark
+/// writes before them if the truth was associated, too.
+std::vector<std::string> without_pose(const std::vector<std::string>& fields) {
+  constexpr std::size_t kPose = 8, kImages = 4;
+  if (fields.size() != kPose + kImages) return fields;
+  return {fields.begin() + kPose, fields.end()};
+}
+
+/// Returns time and name of both images of a line: names may have blanks if there are such files.
+std::vector<std::string> without_blanks(const std::vector<std::string>& fields,
+                                        const fs::path& folder) {
+  for (std::size_t second = 2; second + 1 < fields.size(); ++second) {
+    const std::string color = joined(fields, 1, second),
+                      depth = joined(fields, second + 1, fields.size());
+    const bool exist = is_file(listed_file(folder, color)) && is_file(listed_file(folder, depth));
+    if (number_of(fields[second]) && exist) return {fields[0], color, fields[second], depth};
+  }
+  return fields;
+}
+
 FrameList read_associations(const SequencePaths& paths) {
   const fs::path &list = paths.associations, &folder = paths.folder;
   FrameList read;
-  read.skipped = for_each_line(list, [&](const std::vector<std::string>& fields) -> std::string {
+  read.skipped = for_each_line(list, [&](const std::vector<std::string>& line) -> std::string {
+    const std::vector<std::string> fields = without_blanks(without_pose(line), folder);
     if (fields.size() < 4) return "expected 'timestamp rgb_file timestamp depth_file'";
     const Stamp color = parse_stamp(fields[0]), depth = parse_stamp(fields[2]);
     if (!color.problem.empty()) return color.problem;
     if (!depth.problem.empty()) return depth.problem;
-    read.frames.push_back({color.value, depth.value, folder / fields[1], folder / fields[3]});
+    read.frames.push_back(
+        {color.value, depth.value, listed_file(folder, fields[1]), listed_file(folder, fields[3])});
     return "";
   });
   if (read.frames.empty()) {
@@ -270,30 +399,6 @@ FrameList read_associations(const SequencePaths& paths) {
 }
 
 // ---- images without lists
-
-// Returns the time that the name of an image tells [s]: a time, or a number of frames.
-std::optional<double> named_time(std::string name, double fps) {
-  const auto digit = name.find_first_of("0123456789");
-  if (digit == std::string::npos) return std::nullopt;
-  name.erase(0, digit);
-  // Number and time in microseconds, as Open3D's recorder names images: 0000012-000000400421.
-  constexpr std::size_t kMicrosecondDigits = 12;
-  if (const auto dash = name.find('-'); name.size() == dash + 1 + kMicrosecondDigits) {
-    const Stamp stamp = parse_stamp(name.substr(dash + 1));
-    if (!stamp.problem.empty()) return std::nullopt;
-    return stamp.value / 1e6;
-  }
-  const bool decimal = name.find('.') != std::string::npos;
-  const Stamp stamp = parse_stamp(name);
-  if (!stamp.problem.empty()) return std::nullopt;
-  if (decimal) return stamp.value;
-  constexpr std::size_t kNanoseconds = 18, kMicroseconds = 15, kMilliseconds = 12, kSeconds = 9;
-  if (name.size() > kNanoseconds) return stamp.value / 1e9;  // digits of times since 2001
-  if (name.size() > kMicroseconds) return stamp.value / 1e6;
-  if (name.size() > kMilliseconds) return stamp.value / 1e3;
-  if (name.size() > kSeconds) return stamp.value;
-  return stamp.value / fps;
-}
 
 // Returns the error of a folder without images that can be read, which says what it contains.
 Error no_image(const fs::path& folder, const std::vector<SkippedFrame>& skipped) {
@@ -313,27 +418,24 @@ Error no_image(const fs::path& folder, const std::vector<SkippedFrame>& skipped)
                "convert color images to PNG or JPEG, and depth images to PNG or TIFF");
 }
 
-bool has_image_extension(const fs::path& file) {
-  const std::string extension = file.extension().string();
-  const auto known = {".png", ".jpg", ".jpeg", ".tif", ".tiff"};
-  return std::find(known.begin(), known.end(), extension) != known.end();
-}
-
-// Returns the images of a folder by time. `end` is the end of their names without the extension.
-ImageList images_of_folder(const fs::path& folder, const std::string& end, double fps) {
+// Returns the images of a folder by time.
+ImageList images_of_folder(const fs::path& folder, const ImageNames& names,
+                           const FrameTimes& times) {
   ImageList list;
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-    std::string stem = entry.path().stem().string();
-    if (!has_image_extension(entry.path()) || !stem.ends_with(end)) continue;
-    stem.resize(stem.size() - end.size());
-    const auto time = named_time(stem, fps);
+    const auto name = names.between(entry.path().stem().string());
+    if (!is_image(entry.path()) || !name) continue;
+    const auto number = named_number(*name);
+    const auto time = number ? times.of(*number) : named_time(*name, times.fps);
     if (time) {
-      list.images.push_back({*time, entry.path()});
+      list.images.push_back({*time, entry.path(), number});
     } else {
-      list.skipped.push_back({.timestamp = 0,
-                              .reason = fmt::format("{}: the name contains no time and no number",
-                                                    printable(entry.path().filename().string()))});
+      list.skipped.push_back(
+          {.timestamp = 0,
+           .reason = fmt::format("{}: {}", printable(entry.path().filename().string()),
+                                 number ? times.file.filename().string() + " has no time of it"
+                                        : "the name contains no time and no number")});
     }
   }
   std::sort(list.images.begin(), list.images.end(), [](const auto& a, const auto& b) {
@@ -352,26 +454,20 @@ std::vector<double> stamps_of(const std::vector<ImageLine>& images) {
 
 // Throws Error if the images of both folders are named by numbers that run along each other with an
 // offset: by number each color image would get the depth image of another one.
-void require_same_numbers(const ImageList& color, const ImageList& depth,
-                          const SequencePaths& paths) {
-  const auto number = [&](const ImageLine& image) {
-    return std::lround(image.timestamp * paths.fps);
-  };
-  const auto numbered = [&](const ImageLine& image) {
-    const double value = image.timestamp * paths.fps;
-    return std::abs(value - std::round(value)) < 1e-6 && value < kLargestNumber;
-  };
+void require_same_numbers(const ImageList& color, const ImageList& depth, const fs::path& folder) {
+  const auto number = [](const ImageLine& image) { return std::lround(*image.number); };
+  const auto numbered = [](const ImageLine& image) { return image.number.has_value(); };
   const auto &c = color.images, &d = depth.images;
-  if (c.size() != d.size() || number(c.front()) == number(d.front())) return;
-  if (number(c.back()) - number(c.front()) != number(d.back()) - number(d.front())) return;
   if (!std::all_of(c.begin(), c.end(), numbered) || !std::all_of(d.begin(), d.end(), numbered))
     return;
+  if (c.size() != d.size() || number(c.front()) == number(d.front())) return;
+  if (number(c.back()) - number(c.front()) != number(d.back()) - number(d.front())) return;
   throw Error(
       fmt::format("has {} color images that are numbered {} to {}, and as many depth images "
                   "that are numbered {} to {}",
                   c.size(), number(c.front()), number(c.back()), number(d.front()),
                   number(d.back())),
-      paths.folder.string(), "number the images of one frame alike, or give --associations FILE");
+      folder.string(), "number the images of one frame alike, or give --associations FILE");
 }
 
 Error no_pair(const ImageList& color, const ImageList& depth, const fs::path& folder) {
@@ -392,9 +488,9 @@ ImageList images_of(const SequencePaths& paths, bool is_depth) {
   const fs::path& folder = is_depth ? paths.depth_folder : paths.color_folder;
   const fs::path& list = is_depth ? paths.depth_list : paths.color_list;
   const bool has_list = paths.layout == FolderLayout::kLists;
-  const char* end = "";  // of the names of the images
-  if (paths.layout == FolderLayout::kSevenScenes) end = is_depth ? kDepthEnd : kColorEnd;
-  ImageList images = has_list ? read_image_list(list) : images_of_folder(folder, end, paths.fps);
+  ImageList images =
+      has_list ? read_image_list(list)
+               : images_of_folder(folder, names_in(paths.layout, is_depth), frame_times(paths));
   keep_increasing(images.images, images.skipped, (has_list ? list : folder).filename().string());
   return images;
 }
@@ -402,7 +498,7 @@ ImageList images_of(const SequencePaths& paths, bool is_depth) {
 FrameList pair_lists(const SequencePaths& paths) {
   ImageList color = images_of(paths, false), depth = images_of(paths, true);
   if (paths.layout != FolderLayout::kLists && !paths.growing)
-    require_same_numbers(color, depth, paths);
+    require_same_numbers(color, depth, paths.folder);
   const auto pairs =
       associate(stamps_of(color.images), stamps_of(depth.images), kMaxPairDifference);
   if (pairs.empty()) throw no_pair(color, depth, paths.folder);
@@ -443,6 +539,12 @@ void hold_back_incomplete(std::vector<FrameFiles>& frames) {
 }
 
 }  // namespace
+
+fs::path true_trajectory_in(const fs::path& folder) {
+  const fs::path truth = first_file(folder, {"groundtruth.txt", "lowres_wide.traj"});
+  const bool of_replica = is_folder(folder / kReplicaImages);
+  return truth.empty() && of_replica ? first_file(folder, {"traj.txt"}) : truth;
+}
 
 SequencePaths find_sequence(const fs::path& folder, const fs::path& associations) {
   require_folder(folder);

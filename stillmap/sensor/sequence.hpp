@@ -12,6 +12,7 @@ namespace stillmap {
 enum class FolderLayout {
   kLists,        ///< Lists of images (TUM, Bonn, OpenLORIS), or a file of associations (ICL-NUIM).
   kSevenScenes,  ///< frame-000000.color.png and frame-000000.depth.png in one folder.
+  kReplica,      ///< results/frame000000.jpg and results/depth000000.png (NICE-SLAM's Replica).
   kFolders       ///< A folder of color and one of depth images, without lists.
 };
 
@@ -29,14 +30,20 @@ struct SequencePaths {
   std::filesystem::path color_list, depth_list;
   /// Lines `t_rgb rgb_file t_depth depth_file`; if not empty, used instead of the two lists.
   std::filesystem::path associations;
-  std::filesystem::path camera;        ///< File camera.yaml: see read_camera().
-  std::filesystem::path ground_truth;  ///< File groundtruth.txt: see read_trajectory().
+  /// File camera.yaml, or that of the program that wrote the layout: see read_camera().
+  std::filesystem::path camera;
+  std::filesystem::path ground_truth;  ///< File of true poses: see true_trajectory_in().
   std::filesystem::path masks;  ///< Folder mask/: one 8-bit PNG per color image with the same name.
 };
 
+/// Returns the file of true poses in a folder, for read_trajectory(): groundtruth.txt, traj.txt
+/// (Replica) or lowres_wide.traj (ARKitScenes); empty if there is none.
+std::filesystem::path true_trajectory_in(const std::filesystem::path& folder);
+
 /// Finds the files of a sequence. The two lists are preferred; associations.txt (or associate.txt,
 /// association.txt) is used if one of them is missing, or if `associations` is given; without any
-/// of these the images of a folder pair rgb (color, image) and depth, or of the layout of 7-Scenes.
+/// of these the images of a folder pair rgb (color, image) and depth, or of another layout that
+/// docs/cameras.md lists.
 /// Throws Error with the problem and the fix: a missing folder, an archive or bag instead of a
 /// folder, a folder above or below the sequence, missing lists.
 SequencePaths find_sequence(const std::filesystem::path& folder,
@@ -60,8 +67,9 @@ struct FrameList {
 /// Reads the lists and associates them by TUM's rule (associate()), or reads the associations file,
 /// in which depth may come first, and whose stamps may be the numbers of the frames (ICL-NUIM: both
 /// are whole numbers below 1e6). Names of images without lists are times in seconds (with a decimal
-/// point), in nano-, micro- or milliseconds (19, 16 or 13 digits), or numbers. Fields are separated
-/// by blanks, tabs or commas; # starts a comment; any line endings. Invalid lines, timestamps that
+/// point), in nano-, micro- or milliseconds (19, 16 or 13 digits), or numbers: see frame_times().
+/// Fields are separated by blanks, tabs or commas; names of files may have blanks; # starts a
+/// comment; any line endings; UTF-8 or UTF-16. Invalid lines, timestamps that
 /// are not finite, repeated or decreasing (the smallest number of lines is skipped that leaves the
 /// rest increasing), and color images before the first depth image are skipped and listed. Later
 /// color images without a depth image of their own become frames without depth. Images are not

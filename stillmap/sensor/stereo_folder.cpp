@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/number.hpp"
 #include "stillmap/base/statistics.hpp"
 #include "stillmap/base/trace.hpp"
 #include "stillmap/recording/recording.hpp"
@@ -70,8 +71,11 @@ std::map<std::string, Projection> read_projections(const fs::path& file) {
     }
     Projection projection{};
     std::size_t count = 0;
-    for (double value = 0; count < projection.size() && fields >> value;)
-      projection.at(count++) = value;
+    for (std::string word; count < projection.size() && fields >> word;) {
+      const auto value = number_of(word);
+      if (!value) break;
+      projection.at(count++) = *value;
+    }
     if (count == projection.size()) projections[name] = projection;
   }
   return projections;
@@ -121,6 +125,7 @@ std::vector<fs::path> images_in(const fs::path& folder) {
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(folder, ignored)) {
     const auto extension = entry.path().extension();
+    if (entry.path().filename().string().starts_with('.')) continue;  // of a Mac
     if (extension == ".png" || extension == ".jpg") images.push_back(entry.path());
   }
   std::sort(images.begin(), images.end());
@@ -131,7 +136,11 @@ std::vector<fs::path> images_in(const fs::path& folder) {
 std::vector<double> read_times(const fs::path& file) {
   std::istringstream in(read_file(file));
   std::vector<double> times;
-  for (double time = 0; in >> time;) times.push_back(time);
+  for (std::string word; in >> word;) {
+    const auto time = number_of(word);
+    if (!time) break;
+    times.push_back(*time);
+  }
   return times;
 }
 
@@ -294,13 +303,16 @@ StereoSequence read_stereo_folder(const fs::path& folder, double fps) {
 }
 
 StereoFolder::StereoFolder(StereoSequence sequence, const FrameRange& range)
-    : sequence_(std::move(sequence)), none_(camera()), matcher_(camera()) {
+    : sequence_(std::move(sequence)), rectifier_(sequence_.rig), matcher_(camera()) {
   check_range(range);
   keep_range(range, sequence_.layout, sequence_.frames, sequence_.skipped);
 }
 
 std::vector<std::string> StereoFolder::notes() const {
-  return {fmt::format("stereo: {}, {}", sequence_.layout, description(sequence_.rig))};
+  std::vector<std::string> notes{
+      fmt::format("stereo: {}, {}", sequence_.layout, description(sequence_.rig))};
+  if (!rectifier_.ignored_note().empty()) notes.push_back(rectifier_.ignored_note());
+  return notes;
 }
 
 void StereoFolder::skip_before(double timestamp) {
@@ -325,7 +337,7 @@ RgbdFramePtr StereoFolder::load(const StereoFiles& files) {
     return nullptr;
   }
   const cv::Mat color = rectified(sequence_.rig, 0, left.image);
-  auto frame = rectified_frame(none_, color, load_depth(files, color), files.timestamp, 0);
+  auto frame = rectified_frame(rectifier_, color, load_depth(files, color), files.timestamp, 0);
   frame->index = next_index_++;
   return frame;
 }

@@ -47,7 +47,7 @@ class StereoFolder : public FrameSource {
   /// Throws Error for a range out of range.
   StereoFolder(StereoSequence sequence, const FrameRange& range);
 
-  const Camera& camera() const override { return sequence_.rig.camera; }
+  const Camera& camera() const override { return rectifier_.camera(); }
   RgbdFramePtr next() override;
   void skip_before(double timestamp) override;
   std::optional<std::size_t> size() const override { return sequence_.frames.size() - position_; }
@@ -59,7 +59,7 @@ class StereoFolder : public FrameSource {
   cv::Mat load_depth(const StereoFiles& files, const cv::Mat& left);
 
   StereoSequence sequence_;
-  Rectifier none_;  // of images that are rectified
+  Rectifier rectifier_;  // of the images that the rig rectified
   StereoMatcher matcher_;
   std::size_t position_ = 0;    // index of the next frame in sequence_.frames
   std::size_t next_index_ = 0;  // index of the next returned frame

@@ -19,7 +19,16 @@ int disparity_count(const Camera& camera) {
   return 16 * static_cast<int>(std::ceil(largest / 16));
 }
 
+bool is_much_more(double share, double other) {
+  constexpr double kMatches = 0.2, kFactor = 2;
+  return share >= kMatches && share >= kFactor * other;
+}
+
 }  // namespace
+
+bool MatchShares::tell_given() const { return is_much_more(given, exchanged); }
+
+bool MatchShares::tell_exchanged() const { return is_much_more(exchanged, given); }
 
 StereoMatcher::StereoMatcher(const Camera& camera) : camera_(camera) {
   // Penalties for steps of one and of several pixels: 8 and 32 times the pixels of a block, as in
@@ -53,18 +62,21 @@ cv::Mat StereoMatcher::depth(const cv::Mat& left, const cv::Mat& right) {
   return meters;
 }
 
-void StereoMatcher::check_order(const cv::Mat& left, const cv::Mat& right) {
-  if (order_is_checked_) return;
-  order_is_checked_ = true;
-  constexpr double kMatches = 0.2, kFactor = 2;  // share of the pixels, and of the other order's
+MatchShares StereoMatcher::match_shares(const cv::Mat& left, const cv::Mat& right) {
   const auto share = [](const cv::Mat& depth) {
     return cv::countNonZero(depth) / static_cast<double>(depth.total());
   };
-  const double found = share(depth(left, right)), exchanged = share(depth(right, left));
-  if (exchanged < kMatches || exchanged < kFactor * found) return;
+  return {share(depth(left, right)), share(depth(right, left))};
+}
+
+void StereoMatcher::check_order(const cv::Mat& left, const cv::Mat& right) {
+  if (order_is_checked_) return;
+  order_is_checked_ = true;
+  const MatchShares shares = match_shares(left, right);
+  if (!shares.tell_exchanged()) return;
   throw Error(fmt::format("the left and right images are exchanged: {:.0f} % of the pixels of the "
                           "first pair match, and {:.0f} % the other way round",
-                          100 * found, 100 * exchanged),
+                          100 * shares.given, 100 * shares.exchanged),
               "stereo pair " + camera_.name, "exchange the two folders or topics");
 }
 

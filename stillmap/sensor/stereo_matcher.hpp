@@ -8,6 +8,16 @@
 
 namespace stillmap {
 
+/// Shares of the pixels of a pair of images that match [0..1].
+struct MatchShares {
+  double given = 0;      ///< As the images are.
+  double exchanged = 0;  ///< With the left image as the right one.
+
+  /// Whether the images match much better in the given order, or exchanged.
+  bool tell_given() const;
+  bool tell_exchanged() const;
+};
+
 /// Depth of a rectified pair of images by semi-global matching (Hirschmueller, "Stereo processing
 /// by semiglobal matching and mutual information", PAMI 2008, in OpenCV's variant) with subpixel
 /// interpolation. A pixel whose match in the right image leads back to another pixel, as at
@@ -21,6 +31,9 @@ class StereoMatcher {
   /// largest disparity, has none.
   /// @param left, right  rectified, 8UC1, of the camera's size
   cv::Mat depth(const cv::Mat& left, const cv::Mat& right);
+
+  /// Returns how many pixels match in both orders of a pair of images, as of depth().
+  MatchShares match_shares(const cv::Mat& left, const cv::Mat& right);
 
   /// Throws Error if the first pair matches much better with its images exchanged. Does nothing
   /// for later pairs.

@@ -7,6 +7,7 @@
 #include "stillmap/sensor/depth_image.hpp"
 #include "stillmap/sensor/first_depth.hpp"
 #include "stillmap/sensor/image_file.hpp"
+#include "stillmap/sensor/image_sizes.hpp"
 #include "stillmap/sensor/rectified_frame.hpp"
 
 #include <algorithm>
@@ -14,25 +15,29 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <opencv2/imgproc.hpp>
 
 namespace stillmap {
 namespace {
 
 namespace fs = std::filesystem;
 
+std::string short_name(const fs::path& file) {
+  return (file.parent_path().filename() / file.filename()).string();
+}
+
 std::string describe(const fs::path& file, const std::string& problem) {
-  return fmt::format("{}/{} {}", file.parent_path().filename().string(), file.filename().string(),
-                     problem);
+  return short_name(file) + ' ' + problem;
 }
 
 // Returns why this pair is unusable, judged by the headers; empty if no problem is found.
-std::string header_problem(const FrameFiles& files, cv::Size size) {
+std::string header_problem(const FrameFiles& files, const ImageSizes& sizes) {
   if (files.depth.empty()) return describe(files.color, "has no depth image");
   for (const bool is_depth : {false, true}) {
     const fs::path& file = is_depth ? files.depth : files.color;
     auto [header, problem] = read_image_header(file);
     if (problem.empty()) problem = is_depth ? depth_problem(header) : color_problem(header);
-    if (problem.empty()) problem = size_problem(header, size);
+    if (problem.empty()) problem = size_problem(header, is_depth ? sizes.depth : sizes.color);
     if (!problem.empty()) return describe(file, problem);
   }
   return "";
@@ -45,9 +50,16 @@ TumFolder::TumFolder(const SequencePaths& paths, const Camera& camera, const Fra
       range_(range),
       rectifier_(camera),
       disparity_bias_(camera.disparity_bias),
-      list_(list_range()) {
+      list_(list_range()),
+      color_size_(color_size(list_.frames, camera)) {
   check_camera(camera, "camera '" + camera.name + "'");
   require_one_usable_frame();
+  if (color_size_.width != camera.width) {
+    add_note(
+        fmt::format("color images of {} x {} pixels are scaled to the size of the depth images, "
+                    "{} x {}",
+                    color_size_.width, color_size_.height, camera.width, camera.height));
+  }
 }
 
 FrameList TumFolder::list_range() {
@@ -73,11 +85,11 @@ void TumFolder::refresh(bool growing) {
 }
 
 void TumFolder::require_one_usable_frame() const {
-  const cv::Size size(camera().width, camera().height);
+  const ImageSizes sizes{color_size_, {camera().width, camera().height}};
   std::string first_problem;
   for (const FrameFiles& files : list_.frames) {
-    const std::string problem = header_problem(files, size);
-    if (problem.empty()) return;
+    const std::string problem = header_problem(files, sizes);
+    if (problem.empty()) return require_possible_unit(files.depth);
     if (first_problem.empty()) first_problem = problem;
   }
   throw Error(
@@ -88,8 +100,24 @@ void TumFolder::require_one_usable_frame() const {
       "8-bit PNG or JPEG, depth 16-bit PNG or TIFF, or TIFF of 32-bit floats, of the same size");
 }
 
+/// Throws Error if the depth factor is that of floats in meters, as settings files of ORB-SLAM for
+/// ROS have it, where depth images have whole numbers of 16 bits.
+void TumFolder::require_possible_unit(const fs::path& depth) const {
+  constexpr double kFewest = 10;  // units per meter, with which 16 bits reach 6.5 km
+  const double factor = camera().depth_factor;
+  if (factor >= kFewest || read_image_header(depth).header.samples == Samples::kFloat) return;
+  throw Error(
+      fmt::format("the depth factor is {:g}, but {} has whole numbers of 16 bits, which would be "
+                  "depths in steps of {:g} m",
+                  factor, short_name(depth), 1 / factor),
+      "camera '" + camera().name + "'",
+      "set the depth factor (DepthMapFactor) to the units per meter of these images: 1000 for "
+      "millimeters, 5000 in the TUM benchmark");
+}
+
 std::vector<std::string> TumFolder::notes() const {
   std::vector<std::string> notes = notes_;
+  if (!rectifier_.ignored_note().empty()) notes.push_back(rectifier_.ignored_note());
   const std::string unpaired = without_depth_note(
       list_.frames, [](const FrameFiles& files) { return !files.depth.empty(); });
   if (!unpaired.empty()) notes.push_back(unpaired);
@@ -106,15 +134,17 @@ RgbdFramePtr TumFolder::next() {
 RgbdFramePtr TumFolder::load(const FrameFiles& files) {
   trace_frame(next_index_);
   const TraceScope scope("read frame");
-  const cv::Size size(camera().width, camera().height);
-  const ImageRead color = read_color_image(files.color, size);
+  ImageRead color = read_color_image(files.color, color_size_);
   if (!color.problem.empty()) {
     skip({files.timestamp, describe(files.color, color.problem)});
     return nullptr;
   }
+  const cv::Size size(camera().width, camera().height);
+  if (color_size_ != size) cv::resize(color.image, color.image, size, 0, 0, cv::INTER_AREA);
   auto frame = rectified_frame(rectifier_, color.image, load_depth(files), files.timestamp,
                                files.depth_timestamp - files.timestamp);
   frame->index = next_index_++;
+  frame->name = files.color.stem().string();
   return frame;
 }
 

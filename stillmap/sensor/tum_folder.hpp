@@ -16,9 +16,11 @@ namespace stillmap {
 /// another layout that find_sequence() knows.
 class TumFolder : public FrameSource {
  public:
-  /// @param camera  the recording camera; frames are rectified if it is distorted
+  /// @param camera  the recording camera; frames are rectified if it is distorted. Color images
+  /// that are larger than its images and the depth images are scaled to their size: see ImageSizes
   /// Throws Error for invalid lists (see list_frames()), ranges out of range, and if no frame is
-  /// usable (all images missing, of the wrong type, or not of the camera's size).
+  /// usable (all images missing, of the wrong type, or not of the camera's size), or
+  /// if 16-bit depth would be in units of more than 0.1 m.
   TumFolder(const SequencePaths& paths, const Camera& camera, const FrameRange& range = {});
 
   const Camera& camera() const override { return rectifier_.camera(); }
@@ -39,6 +41,7 @@ class TumFolder : public FrameSource {
  private:
   FrameList list_range();
   void require_one_usable_frame() const;
+  void require_possible_unit(const std::filesystem::path& depth) const;
   void skip(const SkippedFrame& frame);
   RgbdFramePtr load(const FrameFiles& files);
   cv::Mat load_depth(const FrameFiles& files);
@@ -49,6 +52,7 @@ class TumFolder : public FrameSource {
   DisparityBias disparity_bias_;
   bool range_is_complete_ = false;
   FrameList list_;
+  cv::Size color_size_;                 // of the recorded color images
   std::vector<SkippedFrame> unusable_;  // of list_.skipped, those whose images were opened
   std::vector<std::string> notes_;
   std::size_t position_ = 0;    // index of the next pair in list_.frames

@@ -120,8 +120,9 @@ Mover make_ball(int id, const Vector2f& from, const Vector2f& to, Palette& palet
   return mover;
 }
 
-Mover make_hook(int id, const Trolley& trolley, double pace, Palette& palette) {
-  constexpr float kRope = 1.3F, kBlock = 0.3F;
+Mover make_hook(int id, const Trolley& trolley, double pace, bool loaded, Palette& palette) {
+  constexpr float kBlock = 0.3F;
+  const float kRope = loaded ? 0.45F : 1.3F;
   MeshBuilder builder(1);
   for (const float x : {-0.07F, 0.07F}) {
     const std::array rope{Ring{{x, 0, -kRope}, 0.012F, 0.012F}, Ring{{x, 0, 0.4F}, 0.012F, 0.012F}};
@@ -135,7 +136,15 @@ Mover make_hook(int id, const Trolley& trolley, double pace, Palette& palette) {
                         Ring{{-0.09F, 0, z - 0.22F}, 0.015F, 0.015F}};
   builder.loft(Transform::Identity(), hook, palette.steel, 10);
   const Vector3f middle(0, 0, -kRope - kBlock / 2);
-  Mover mover{id, false, "hook", {{builder.take(), {{middle, kBlock / 2}}}}, {}};
+  std::vector<ShadowBall> shadows{{middle, kBlock / 2}};
+  if (loaded) {
+    const Vector3f load(1.45F, 0.82F, 0.65F);  // sides [m]
+    const float bottom = z - 0.3F - load.z();
+    builder.box(place(0, 0, bottom), load, palette.crate);
+    for (const float x : {-0.4F, 0.0F, 0.4F})
+      shadows.push_back({{x, 0, bottom + load.z() / 2}, load.z() / 2});
+  }
+  Mover mover{id, false, "hook", {{builder.take(), shadows}}, {}};
   mover.T_world_part = [trolley, pace](double t) {
     constexpr double kPeriod = 2.5;               // of a pendulum of 1.55 m: 2 pi sqrt(l / g)
     const Vector3f offset(-0.25F, 1.75F, 0.45F);  // from the camera to the pulleys [m]

@@ -113,7 +113,8 @@ void add_things(const SceneOptions& options, const RoomPlan& room, Palette& pale
   if (scene.trolley) {
     const auto lanes = static_cast<std::size_t>(std::max(0, options.things - 1));
     if (options.things > 0)
-      scene.movers.push_back(make_hook(id(), *scene.trolley, options.pace, palette));
+      scene.movers.push_back(
+          make_hook(id(), *scene.trolley, options.pace, options.near_things, palette));
     for (std::size_t i = 0; i < std::min(lanes, room.vehicles.size()); ++i)
       scene.movers.push_back(
           make_vehicle(id(), room.vehicles[i].from, room.vehicles[i].to, palette));

@@ -310,7 +310,13 @@ TEST(StereoFolder, OfEurocRectifiesTwoTurnedCamerasWithDistortion) {
     folder.write(std::string(camera) + "/data.csv", list);
   folder.write("mav0/cam0/sensor.yaml", sensor_yaml(T_body_left));
   folder.write("mav0/cam1/sensor.yaml", sensor_yaml(T_body_left * T_left_right));
-  const auto source = make_source(folder.path());
+  // Ignored pixels are given for the recorded left images: here their black border and a stripe.
+  cv::Mat stripe = distorted(cv::Mat(480, 640, CV_8UC1, cv::Scalar(255))) == 0;
+  stripe.rowRange(400, 480).setTo(255);
+  folder.write_image("ignore.png", stripe);
+  SourceOptions options;
+  options.ignore = folder.path() + "/ignore.png";
+  const auto source = make_source(folder.path(), options);
   const Camera& camera = source->camera();
   EXPECT_NEAR(camera.baseline, T_left_right.translation().norm(), 1e-9);
   EXPECT_NEAR(camera.fps, 20, 1e-3);
@@ -340,6 +346,9 @@ TEST(StereoFolder, OfEurocRectifiesTwoTurnedCamerasWithDistortion) {
     EXPECT_GT(found.density, 0.5);
     EXPECT_GT(found.within_pixel, 0.93);
     EXPECT_LT(std::abs(found.median), 0.1);
+    EXPECT_EQ(cv::countNonZero(frame->ignored & (frame->depth > 0)), 0);
+    EXPECT_NE(frame->ignored.at<uchar>(440, 320), 0);
+    EXPECT_EQ(frame->ignored.at<uchar>(240, 320), 0);
   }
 }
 

@@ -79,6 +79,19 @@ TEST(Yard, ShowsTheHookInEveryFrameAndWorkersAndVehiclesInMany) {
   EXPECT_GT(vehicles, 12);
 }
 
+TEST(Yard, ALoadedHookFillsAThirdOfEveryImageAndHangsAboveTheContainers) {
+  SimulationOptions options = yard(0, 1);
+  options.near_things = true;
+  const SimulatedSequence loaded(options);
+  constexpr double kPixels = 160 * 90, kContainer = 1.1;  // height [m]
+  for (std::size_t i = 0; i < loaded.frames(); ++i) {
+    const MoverTruth hook = loaded.truth(i).movers.front();
+    EXPECT_GT(hook.pixels / kPixels, 0.25) << i;
+    EXPECT_LT(hook.pixels / kPixels, 0.45) << i;
+    EXPECT_GT(loaded.movers(i).front().box.min().z(), kContainer) << i;
+  }
+}
+
 /// Returns the smallest length of the overlap of two boxes along an axis [m]; negative without one.
 double overlap(const Eigen::AlignedBox3d& a, const Eigen::AlignedBox3d& b) {
   return (a.max().cwiseMin(b.max()) - a.min().cwiseMax(b.min())).minCoeff();

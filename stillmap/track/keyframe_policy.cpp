@@ -19,20 +19,13 @@ constexpr double kTrackedShare = 0.75;
 /// A frame with fewer near landmarks than the first, and more near keypoints without landmark than
 /// the second, becomes a keyframe, as in ORB-SLAM2.
 constexpr int kMinTrackedNear = 100, kMinUntrackedNear = 70;
-/// A keypoint is near while the standard deviation of its depth is below this [m]: that of a Kinect
-/// v1 at 3 m, forty of its baselines (Mur-Artal and Tardos, ORB-SLAM2, TRO 2017, section III.A).
-constexpr double kNearSigma = 0.014044;
-/// A frame is blurred if its sharpness is below this share of the median of the last frames: its
-/// keypoints are few and displaced, and would stay in the map [0..1].
-constexpr double kMinSharpness = 0.75;
-/// Number of frames for that median.
+/// Number of frames for the median of the sharpness.
 constexpr std::size_t kSharpnessMemory = 15;
-/// Observations that make a landmark well established.
-constexpr int kEstablished = 3;
 
-/// Returns the number of the reference's landmarks that enough keyframes observed.
-int established_in_reference(const LocalMap& local_map) {
-  const int needed = std::min<int>(kEstablished, static_cast<int>(local_map.keyframes.size()));
+/// Returns the number of the reference's landmarks that `min_views` keyframes observed, or all of
+/// fewer.
+int confirmed_in_reference(const LocalMap& local_map, int min_views) {
+  const int needed = std::min<int>(min_views, static_cast<int>(local_map.keyframes.size()));
   int count = 0;
   for (const LandmarkId id : local_map.keyframes.front().landmarks) {
     const LocalLandmark* landmark = id.valid() ? local_map.find(id) : nullptr;
@@ -48,10 +41,12 @@ double median_depth(const Features& features) {
   return depths.empty() ? 0 : upper_median(depths);
 }
 
-bool loses_reference(const std::vector<LandmarkId>& landmarks, const LocalMap& local_map) {
+bool loses_reference(const std::vector<LandmarkId>& landmarks, const LocalMap& local_map,
+                     int min_views) {
   const auto matched =
       std::count_if(landmarks.begin(), landmarks.end(), [](auto id) { return id.valid(); });
-  return static_cast<double>(matched) < kTrackedShare * established_in_reference(local_map);
+  return static_cast<double>(matched) <
+         kTrackedShare * confirmed_in_reference(local_map, min_views);
 }
 
 bool observes_unmapped_points(const Frame& frame, const std::vector<LandmarkId>& landmarks,
@@ -77,7 +72,7 @@ bool KeyframePolicy::wants_keyframe(const Frame& frame, const Pose& T_world_came
   const bool blurred = is_blurred(frame);
   if (median_depth(*frame.features) <= 0) return false;  // no landmark could be made of it
   const bool wanted = frames_since_last >= static_cast<std::size_t>(options_.min_gap) &&
-                      (loses_reference(landmarks, local_map) ||
+                      (loses_reference(landmarks, local_map, options_.min_views) ||
                        observes_unmapped_points(frame, landmarks, near_depth_) ||
                        has_new_viewpoint(frame, T_world_camera, local_map));
   const bool waits = wanted && blurred && waited_ < kMaxWait;
@@ -90,7 +85,7 @@ bool KeyframePolicy::is_blurred(const Frame& frame) {
   sharpness_.push_back(here);
   if (sharpness_.size() > kSharpnessMemory) sharpness_.pop_front();
   std::vector<double> last(sharpness_.begin(), sharpness_.end());
-  return here < kMinSharpness * upper_median(last);
+  return here < options_.min_sharpness * upper_median(last);
 }
 
 bool KeyframePolicy::has_new_viewpoint(const Frame& frame, const Pose& T_world_camera,

@@ -10,12 +10,21 @@
 
 namespace stillmap {
 
+/// A keypoint is near while the standard deviation of its depth is below this [m]: that of a Kinect
+/// v1 at 3 m, forty of its baselines (Mur-Artal and Tardos, ORB-SLAM2, TRO 2017, section III.A).
+inline constexpr double kNearSigma = 0.014044;
+
 struct KeyframePolicyOptions {
   int min_gap = 5;  ///< Minimum number of frames between keyframes.
   /// A frame rotated by more from every keyframe around is kept [degrees].
   double max_rotation = 15;
   /// A frame further away from every keyframe around is kept [share of its median depth].
   double max_translation = 0.25;
+  /// Number of keyframes that must have observed a landmark for a frame to be compared with it.
+  int min_views = 3;
+  /// A frame is blurred if its sharpness is below this share of the median of the last frames: its
+  /// keypoints are few and displaced, and would stay in the map [0..1].
+  double min_sharpness = 0.75;
 };
 
 /// Decides which tracked frames become keyframes: sharp ones that observe unmapped parts of the

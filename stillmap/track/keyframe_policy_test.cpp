@@ -57,5 +57,42 @@ TEST(KeyframePolicy, DoesNotWaitForEver) {
   EXPECT_TRUE(wanted(policy, blurred(scene())));
 }
 
+/// Asks about a frame at the pose of the reference, which shows `shown` of the reference's 100
+/// landmarks, each with so many observations.
+bool wanted_of_landmarks(int observations, int shown, int min_views) {
+  LocalMap map;
+  map.keyframes.resize(3);
+  for (std::uint32_t i = 0; i < 100; ++i) {
+    const Eigen::Vector3d p(0, 0, 4);
+    map.landmarks.push_back({LandmarkId{i, 1}, p, p, 0, 0, {}, observations, 0});
+    map.keyframes.front().landmarks.push_back(LandmarkId{i, 1});
+  }
+  auto image = std::make_shared<RgbdFrame>();
+  image->gray = scene();
+  auto features = std::make_shared<Features>();
+  features->keypoints.resize(100, {.u = 80, .v = 60, .depth = 4});
+  Frame frame;
+  frame.image = image;
+  frame.features = features;
+  frame.evidence.weight.assign(100, 1);
+  std::vector<LandmarkId> landmarks(100);
+  for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(shown); ++i)
+    landmarks[i] = LandmarkId{i, 1};
+  KeyframePolicyOptions options;
+  options.min_views = min_views;
+  return KeyframePolicy(options, {}).wants_keyframe(frame, Pose(), landmarks, map, 100);
+}
+
+TEST(KeyframePolicy, KeepsAFrameThatShowsFewOfTheReferencesLandmarks) {
+  EXPECT_TRUE(wanted_of_landmarks(2, 70, 2));
+  EXPECT_FALSE(wanted_of_landmarks(2, 80, 2));
+  EXPECT_TRUE(wanted_of_landmarks(3, 70, 3));
+}
+
+TEST(KeyframePolicy, LandmarksOfFewKeyframesMayFail) {
+  EXPECT_FALSE(wanted_of_landmarks(1, 70, 2)) << "nothing has confirmed them";
+  EXPECT_FALSE(wanted_of_landmarks(2, 70, 3));
+}
+
 }  // namespace
 }  // namespace stillmap

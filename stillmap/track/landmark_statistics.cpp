@@ -57,8 +57,9 @@ void LandmarkStatistics::count(const Frame& frame, const LocalMapPose& pose) {
     if (!pose.expected[i]) continue;
     const Visibility visibility =
         landmark_visibility(T_camera_world * local_map_->landmarks[i].p_world, *frame.cells);
-    predicted_[i] += visibility != Visibility::kOccluded;
-    if (seen_through_ && visibility == Visibility::kSeenThrough) update(i, kSeenThroughLogOdds);
+    predicted_[i] += visibility != Visibility::kOccluded || !options_.occlusion_test;
+    if (options_.seen_through && visibility == Visibility::kSeenThrough)
+      update(i, kSeenThroughLogOdds);
   }
   const auto& measured = frame.evidence.measured_log_odds.empty()
                              ? frame.evidence.static_log_odds

@@ -9,12 +9,18 @@
 
 namespace stillmap {
 
+struct LandmarkStatisticsOptions {
+  /// Whether a landmark that the depth image sees through counts as moving.
+  bool seen_through = true;
+  /// Whether a landmark that a nearer surface occludes is not counted as expected.
+  bool occlusion_test = true;
+};
+
 /// Counts for each landmark of the local map how often it was expected and found, and filters the
 /// log-odds that it is static.
 class LandmarkStatistics {
  public:
-  /// @param seen_through whether a landmark that the depth image sees through counts as moving
-  explicit LandmarkStatistics(bool seen_through = true) : seen_through_(seen_through) {}
+  explicit LandmarkStatistics(const LandmarkStatisticsOptions& options = {}) : options_(options) {}
 
   /// Changes to a new local map. Keeps the log-odds of landmarks that the old one contained and the
   /// counts that were not taken yet.
@@ -34,7 +40,7 @@ class LandmarkStatistics {
  private:
   void update(std::size_t landmark, float log_odds);
 
-  bool seen_through_;
+  LandmarkStatisticsOptions options_;
   LocalMapPtr local_map_;
   std::vector<VisibilityCount> counts_of_old_maps_;
   std::vector<std::uint32_t> predicted_, found_;  // per landmark of local_map_ [frames]

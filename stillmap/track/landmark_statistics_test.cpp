@@ -65,7 +65,7 @@ TEST(LandmarkStatistics, ALandmarkThatTheDepthSeesThroughIsProbablyMoving) {
 }
 
 TEST(LandmarkStatistics, NothingFollowsFromDepthIfThatIsTurnedOff) {
-  LandmarkStatistics statistics(false);
+  LandmarkStatistics statistics({.seen_through = false});
   statistics.adopt(local_map());
   for (int i = 0; i < 50; ++i) statistics.count(*scaled_depth(2), all_expected());
   EXPECT_EQ(mean_log_odds(statistics.take()), 0);

@@ -24,7 +24,6 @@ std::vector<std::uint8_t> excluded(const Frame& frame) {
 std::vector<PointMatch> match_landmarks(const TrackingModel& model, const LocalMap& local_map,
                                         const Frame& frame, const Pose& T_world_camera,
                                         const std::vector<PointMatch>& known,
-                                        const RepeatedLandmarks* repeated,
                                         std::vector<char>& expected) {
   const TraceScope scope("match");
   std::vector<std::uint8_t> taken = excluded(frame);
@@ -36,7 +35,7 @@ std::vector<PointMatch> match_landmarks(const TrackingModel& model, const LocalM
   std::vector<ProjectionQuery> queries;
   std::vector<std::size_t> indices;
   for (std::size_t i = 0; i < local_map.landmarks.size(); ++i) {
-    if (expected[i] || (repeated != nullptr && repeated->contains(i))) continue;
+    if (expected[i]) continue;
     const auto query = view.expect(local_map.landmarks[i], kLandmarkSearchRadius, kMinViewCosine);
     if (!query) continue;
     expected[i] = 1;
@@ -77,7 +76,7 @@ std::optional<PoseEstimate> estimate_with_points(const TrackingModel& model, con
 std::optional<LocalMapPose> refine_in_local_map(const TrackingModel& model,
                                                 const LocalMap& local_map, const Frame& frame,
                                                 const PoseEstimate& first, int min_landmarks,
-                                                const RepeatedLandmarks* repeated) {
+                                                bool supported_by_points) {
   std::vector<PointMatch> matches;
   for (const PointMatch& match : first.matches) {
     if (match.landmark.valid() && frame.evidence.weight[match.keypoint] > 0)
@@ -85,12 +84,13 @@ std::optional<LocalMapPose> refine_in_local_map(const TrackingModel& model,
   }
   std::vector<char> expected(local_map.landmarks.size(), 0);
   const auto more =
-      match_landmarks(model, local_map, frame, first.T_world_camera, matches, repeated, expected);
+      match_landmarks(model, local_map, frame, first.T_world_camera, matches, expected);
   matches.insert(matches.end(), more.begin(), more.end());
   for (PointMatch& match : matches) match.weight = frame.evidence.weight[match.keypoint];
   auto estimate =
       estimate_pose(model, *frame.features, first.T_world_camera, matches, min_landmarks);
-  if (!estimate) estimate = estimate_with_points(model, frame, first, std::move(matches));
+  if (!estimate && supported_by_points)
+    estimate = estimate_with_points(model, frame, first, std::move(matches));
   if (!estimate) return std::nullopt;
   return LocalMapPose{std::move(*estimate), std::move(expected)};
 }

@@ -3,7 +3,6 @@
 #include "stillmap/map/local_map.hpp"
 #include "stillmap/motion/frame.hpp"
 #include "stillmap/track/pose_estimate.hpp"
-#include "stillmap/track/repeated_landmarks.hpp"
 
 #include <optional>
 #include <vector>
@@ -23,15 +22,15 @@ struct LocalMapPose {
 
 /// Refines a pose with the landmarks of the local map that should be in the image, weighted by the
 /// frame's motion evidence. If too few of them agree, as in a blurred frame, points of the previous
-/// frame support the pose. They never suffice alone, because all may be on one moving object.
+/// frame may support the pose. They never suffice alone, because all may be on one moving object.
 /// Returns none if too few landmarks agree.
 /// @param first         approximate pose, and matches with landmarks and points of the previous
 /// frame
 /// @param min_landmarks least number of inliers among the landmarks
-/// @param repeated      landmarks that are not searched; null for none
+/// @param supported_by_points whether points of the previous frame support the pose
 std::optional<LocalMapPose> refine_in_local_map(const TrackingModel& model,
                                                 const LocalMap& local_map, const Frame& frame,
                                                 const PoseEstimate& first, int min_landmarks,
-                                                const RepeatedLandmarks* repeated = nullptr);
+                                                bool supported_by_points = true);
 
 }  // namespace stillmap

@@ -100,7 +100,7 @@ std::optional<PoseEstimate> estimate_from_points(const TrackingModel& model,
 /// Landmarks have been static for a while, whereas a point of a single frame may move. So other
 /// points are used only where landmarks are too few.
 std::optional<PoseEstimate> estimate_from(const TrackingModel& model, const Features& features,
-                                          const std::vector<FrameMatch>& matches,
+                                          const std::vector<FrameMatch>& matches, bool with_points,
                                           const Pose& guess) {
   std::vector<PointMatch> landmarks, all;
   for (const FrameMatch& m : matches) {
@@ -108,16 +108,19 @@ std::optional<PoseEstimate> estimate_from(const TrackingModel& model, const Feat
     all.push_back(m.match);
     if (m.match.landmark.valid()) landmarks.push_back(m.match);
   }
+  if (!with_points) return estimate_pose(model, features, guess, landmarks, kMinInliers);
   auto estimate = estimate_pose(model, features, guess, landmarks, kSureInliers);
   return estimate ? estimate : estimate_from_points(model, features, guess, all);
 }
 
 /// Returns the pose after the first frame of a map, whose velocity is not known.
 Pose pose_after_start(const TrackingModel& model, const TrackerState& state,
-                      const Features& features, const std::vector<std::uint8_t>& excluded) {
+                      const Features& features, bool with_points,
+                      const std::vector<std::uint8_t>& excluded) {
   const auto matches =
       match_previous(model, state, features, excluded, state.T_world_previous, kStartSearchRadius);
-  const auto estimate = estimate_from(model, features, matches, state.T_world_previous);
+  const auto estimate =
+      estimate_from(model, features, matches, with_points, state.T_world_previous);
   return estimate ? estimate->T_world_camera : state.T_world_previous;
 }
 
@@ -126,14 +129,16 @@ Pose pose_after_start(const TrackingModel& model, const TrackerState& state,
 std::optional<PreviousFramePose> track_previous_frame(const TrackingModel& model,
                                                       const TrackerState& state,
                                                       const Features& features,
-                                                      const std::vector<float>& weights) {
+                                                      const std::vector<float>& weights,
+                                                      bool with_points) {
   std::vector<std::uint8_t> excluded;
   for (const float weight : weights) excluded.push_back(weight <= 0);
-  const Pose guess = state.velocity_known() ? state.T_world_previous * state.T_previous_next
-                                            : pose_after_start(model, state, features, excluded);
+  const Pose guess = state.velocity_known()
+                         ? state.T_world_previous * state.T_previous_next
+                         : pose_after_start(model, state, features, with_points, excluded);
   for (const double radius : {kSearchRadius, 2 * kSearchRadius}) {
     auto matches = match_previous(model, state, features, excluded, guess, radius);
-    auto estimate = estimate_from(model, features, matches, guess);
+    auto estimate = estimate_from(model, features, matches, with_points, guess);
     if (estimate) return PreviousFramePose{std::move(*estimate), std::move(matches)};
   }
   return std::nullopt;

@@ -24,9 +24,11 @@ struct PreviousFramePose {
 /// points of the previous frame near their predicted pixels and solves for the pose. Landmarks
 /// alone are used if enough of them agree. Returns none if too few points are found.
 /// @param weights of the keypoints of `features`; those of weight 0 are not matched; empty: all are
+/// @param with_points whether points that are no landmarks are used where landmarks are too few
 std::optional<PreviousFramePose> track_previous_frame(const TrackingModel& model,
                                                       const TrackerState& state,
                                                       const Features& features,
-                                                      const std::vector<float>& weights = {});
+                                                      const std::vector<float>& weights = {},
+                                                      bool with_points = true);
 
 }  // namespace stillmap

@@ -5,12 +5,23 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
+#include <set>
+#include <utility>
 
 namespace stillmap {
 namespace {
 
-/// Distance above those of all descriptors [bits].
-constexpr int kNoDistance = 257;
+/// Landmarks of one node of the vocabulary, as indices in LocalMap::landmarks.
+struct Node {
+  std::vector<std::size_t> shown, others;
+};
+
+/// A landmark that the frame does not show, with its distance from one that it does [bits].
+struct Candidate {
+  int distance = 0;
+  std::size_t landmark = 0;  // index in LocalMap::landmarks
+};
 
 /// Returns the median, for an even number of values the mean of the middle two.
 /// @param values at least one
@@ -20,59 +31,84 @@ double median_of(std::vector<int> values) {
   return (values[lower] + values[upper]) / 2.0;
 }
 
-}  // namespace
-
-/// Returns the nodes with a landmark that the frame shows.
-std::vector<RepeatedLandmarks::Node> RepeatedLandmarks::nodes_with_shown(
-    const LocalMap& local_map, const std::vector<char>& shown) {
-  std::map<std::uint32_t, Node> by_node;
-  for (std::size_t i = 0; i < local_map.landmarks.size(); ++i) {
-    if (repeated_[i] != 0) continue;
-    const auto number = vocabulary_.node(local_map.landmarks[i].descriptor, kDirectIndexLevel);
-    Node& node = by_node[number];
-    (shown[i] != 0 ? node.shown : node.others).push_back(i);
-  }
-  std::vector<Node> nodes;
-  for (auto& [number, node] : by_node) {
-    if (!node.shown.empty() && !node.others.empty()) nodes.push_back(std::move(node));
-  }
-  return nodes;
-}
-
-void RepeatedLandmarks::compare(const LocalMap& local_map, const Node& node) {
-  const auto& landmarks = local_map.landmarks;
-  std::vector<int> distances;
-  std::vector<std::pair<int, std::size_t>> nearest;  // of each other landmark, above 0
-  for (const std::size_t l : node.others) {
-    int least = kNoDistance;
-    for (const std::size_t c : node.shown) {
-      const int d = distance(landmarks[c].descriptor, landmarks[l].descriptor);
-      distances.push_back(d);
-      if (d > 0) least = std::min(least, d);
-    }
-    nearest.emplace_back(least, l);
-  }
-  const double median = median_of(std::move(distances));
-  for (const auto& [least, l] : nearest) {
-    if (least >= median) continue;
-    repeated_[l] = 1;
-    found_.insert(landmarks[l].id);
-    newest_.push_back(landmarks[l].id);
-  }
-}
-
-void RepeatedLandmarks::find(const LocalMap& local_map, const std::vector<PointMatch>& shown) {
-  const TraceScope scope("repeated landmarks");
-  repeated_.assign(local_map.landmarks.size(), 0);
+std::vector<Node> nodes_of(const LocalMap& local_map, const std::vector<PointMatch>& shown,
+                           const Vocabulary& vocabulary) {
   std::vector<char> is_shown(local_map.landmarks.size(), 0);
-  for (std::size_t i = 0; i < repeated_.size(); ++i)
-    repeated_[i] = found_.contains(local_map.landmarks[i].id) ? 1 : 0;
   for (const PointMatch& match : shown) {
     if (match.landmark.valid()) is_shown[local_map.index(match.landmark)] = 1;
   }
-  for (const Node& node : nodes_with_shown(local_map, is_shown)) compare(local_map, node);
+  std::map<std::uint32_t, Node> by_node;
+  for (std::size_t i = 0; i < is_shown.size(); ++i) {
+    Node& node = by_node[vocabulary.node(local_map.landmarks[i].descriptor, kDirectIndexLevel)];
+    (is_shown[i] != 0 ? node.shown : node.others).push_back(i);
+  }
+  std::vector<Node> nodes;
+  for (auto& [number, node] : by_node) nodes.push_back(std::move(node));
+  return nodes;
 }
 
-std::vector<LandmarkId> RepeatedLandmarks::take() { return std::exchange(newest_, {}); }
+/// Returns the distances between a shown landmark and the others of its node.
+std::vector<Candidate> candidates(const LocalMap& local_map, std::size_t shown, const Node& node) {
+  std::vector<Candidate> all;
+  const Descriptor& c = local_map.landmarks[shown].descriptor;
+  for (const std::size_t l : node.others)
+    all.push_back({distance(c, local_map.landmarks[l].descriptor), l});
+  return all;
+}
+
+/// Returns the accepted match of each shown landmark of a node.
+std::vector<Candidate> matches_in(const LocalMap& local_map, const Node& node) {
+  std::vector<Candidate> matches;
+  for (const std::size_t c : node.shown) {
+    const auto all = candidates(local_map, c, node);
+    const auto nearest = std::min_element(all.begin(), all.end(),
+                                          [](auto& a, auto& b) { return a.distance < b.distance; });
+    if (nearest != all.end() && nearest->distance <= kMaxRepeatDistance)
+      matches.push_back(*nearest);
+  }
+  return matches;
+}
+
+std::vector<Candidate> pairs_in(const LocalMap& local_map, const Node& node) {
+  std::vector<Candidate> pairs;
+  for (const std::size_t c : node.shown) {
+    const auto all = candidates(local_map, c, node);
+    pairs.insert(pairs.end(), all.begin(), all.end());
+  }
+  return pairs;
+}
+
+/// Adds the landmarks whose distance is below the median of the set.
+void add_below_median(const LocalMap& local_map, const std::vector<Candidate>& set,
+                      std::set<LandmarkId>& repeated) {
+  if (set.empty()) return;
+  std::vector<int> distances;
+  for (const Candidate& candidate : set) distances.push_back(candidate.distance);
+  const double median = median_of(std::move(distances));
+  for (const Candidate& candidate : set) {
+    if (candidate.distance < median) repeated.insert(local_map.landmarks[candidate.landmark].id);
+  }
+}
+
+}  // namespace
+
+std::vector<LandmarkId> repeated_landmarks(const LocalMap& local_map,
+                                           const std::vector<PointMatch>& shown, RepeatRule rule,
+                                           const Vocabulary& vocabulary) {
+  if (rule == RepeatRule::kNone) return {};
+  const TraceScope scope("repeated landmarks");
+  std::set<LandmarkId> repeated;
+  std::vector<Candidate> matches;
+  for (const Node& node : nodes_of(local_map, shown, vocabulary)) {
+    if (rule == RepeatRule::kAllPairs) {
+      add_below_median(local_map, pairs_in(local_map, node), repeated);
+    } else {
+      const auto here = matches_in(local_map, node);
+      matches.insert(matches.end(), here.begin(), here.end());
+    }
+  }
+  add_below_median(local_map, matches, repeated);
+  return {repeated.begin(), repeated.end()};
+}
 
 }  // namespace stillmap

@@ -57,8 +57,8 @@ Tracker::Tracker(const Camera& camera, const PyramidShape& pyramid, const Tracke
       calibration_(camera.shutter.value_or(options.shutter)),
       keyframe_policy_(options.keyframes, camera.depth_sensor),
       new_map_policy_(options.new_map),
-      statistics_(options.erase_seen_through) {
-  if (options.erase_repeated) repeated_.emplace();
+      statistics_(options.statistics) {
+  if (options.repeats != RepeatRule::kNone) vocabulary_ = Vocabulary::built_in();
 }
 
 Vector6d Tracker::twist_of(const RgbdFrame& image,
@@ -72,7 +72,7 @@ Vector6d Tracker::twist_of(const RgbdFrame& image,
 void Tracker::compensate_motion(Frame& frame, const std::optional<InitialPose>& initial) const {
   frame.twist = twist_of(*frame.image, initial);
   const MotionCompensation compensation(*frame.image, model_.camera, frame.twist);
-  frame.features = compensation.has_effect(calibration_.timing())
+  frame.features = options_.compensate_exposure && compensation.has_effect(calibration_.timing())
                        ? std::make_shared<Features>(
                              compensation.features(*frame.recorded_features, calibration_.timing()))
                        : frame.recorded_features;
@@ -85,7 +85,8 @@ std::optional<InitialPose> Tracker::predict_pose(const Features& features,
   if (!local_map || !state_.previous) return std::nullopt;
   if (local_map != state_.local_map) adopt(local_map);
   if (frames_lost_ > 0) return std::nullopt;
-  auto pose = track_previous_frame(model_, state_, features, weights);
+  auto pose =
+      track_previous_frame(model_, state_, features, weights, options_.previous_frame_points);
   if (!pose) return std::nullopt;
   EgoMotion motion = ego_motion(features, *pose);
   return InitialPose{std::move(pose->estimate), std::move(motion)};
@@ -103,9 +104,8 @@ TrackedFramePtr Tracker::track(const FramePtr& frame, const std::optional<Initia
       initial ? initial->estimate
               : track_reference_keyframe(model_, *local_map, state_.T_world_previous, *frame);
   if (first) {
-    if (repeated_) repeated_->find(*local_map, first->matches);
     const auto pose = refine_in_local_map(model_, *local_map, *frame, *first, options_.min_inliers,
-                                          repeated_ ? &*repeated_ : nullptr);
+                                          options_.previous_frame_points);
     if (pose) {
       if (const auto motion = motion_against_map(*frame, *pose))
         return replace_map(*frame, *motion);
@@ -129,7 +129,7 @@ TrackedFramePtr Tracker::track(const FramePtr& frame, const std::optional<Initia
 /// Does nothing if the timing is known, or for a frame that does not continue the previous one.
 void Tracker::calibrate_shutter(const FramePtr& frame, const std::optional<InitialPose>& initial,
                                 const LocalMapPose& pose) {
-  if (model_.camera.shutter || !frame->recorded_features) return;
+  if (!options_.compensate_exposure || model_.camera.shutter || !frame->recorded_features) return;
   if (initial) {
     calibration_.add(model_, frame, pose.estimate.T_world_camera, initial->motion.previous);
   } else {
@@ -172,7 +172,7 @@ TrackedFramePtr Tracker::start_map(const FramePtr& frame) {
 /// this frame, moved the keypoints from which it was made.
 bool Tracker::started_in_motion(const Frame& frame) const {
   const Frame& first = *state_.previous->frame;
-  return first.recorded_features && !state_.velocity_known() &&
+  return options_.compensate_exposure && first.recorded_features && !state_.velocity_known() &&
          frame.index() == first.index() + 1 &&
          reason_against_new_map(frame, model_.camera).empty() &&
          MotionCompensation(*first.image, model_.camera, frame.twist)
@@ -187,7 +187,8 @@ Pose Tracker::tracked_backward(const Frame& earlier, const Pose& T_world_earlier
   state.T_previous_next = T_newest_world * T_world_earlier;
   const MotionCompensation compensation(*earlier.image, model_.camera, state.twist);
   const auto pose = track_previous_frame(
-      model_, state, compensation.features(*earlier.recorded_features, calibration_.timing()));
+      model_, state, compensation.features(*earlier.recorded_features, calibration_.timing()), {},
+      options_.previous_frame_points);
   return pose ? T_newest_world * pose->estimate.T_world_camera : state.T_previous_next;
 }
 
@@ -287,7 +288,10 @@ TrackedFramePtr Tracker::tracked(const FramePtr& frame, const LocalMapPose& pose
                                       local_map, frame->index() - newest)) {
     result->proposal = KeyframeProposal{frame, result->reference, result->T_reference_camera,
                                         result->landmarks, statistics_.take()};
-    if (repeated_) result->proposal->repeated = repeated_->take();
+    if (vocabulary_) {
+      result->proposal->repeated =
+          repeated_landmarks(local_map, pose.estimate.matches, options_.repeats, *vocabulary_);
+    }
     last_proposed_ = frame->index();
   }
   state_.odometry_points.clear();
@@ -312,8 +316,11 @@ void Tracker::judge(TrackedFrame& tracked) {
   if (tracked.relocalized) consistency_.reset();
   const Pose T_world_camera = *tracked.T_world_camera;
   const double timestamp = tracked.frame->timestamp();
-  if (const auto enlarged =
-          consistency_.contradiction({timestamp, T_world_camera, tracked.covariance})) {
+  const auto enlarged =
+      options_.consistency_test
+          ? consistency_.contradiction({timestamp, T_world_camera, tracked.covariance})
+          : std::nullopt;
+  if (enlarged) {
     tracked.covariance = *enlarged;
     tracked.contradicts_motion = true;
   }

@@ -35,10 +35,17 @@ struct TrackerOptions {
   /// Whether landmarks that the depth image sees through are erased, and a map that was started on
   /// moving objects is replaced.
   bool erase_seen_through = true;
-  /// Whether landmarks that repeat others are erased: see RepeatedLandmarks.
-  bool erase_repeated = false;
+  /// Which landmarks that repeat others are erased at keyframes.
+  RepeatRule repeats = RepeatRule::kNone;
   /// Whether the poses handed out during the run are filtered: see TrajectoryFilter.
   bool filter_poses = true;
+  /// Whether points of the previous frame support poses with few landmarks.
+  bool previous_frame_points = true;
+  /// Whether keypoints are corrected for the camera's motion: see MotionCompensation.
+  bool compensate_exposure = true;
+  /// Whether poses are compared with the motion before them: see MotionConsistency.
+  bool consistency_test = true;
+  LandmarkStatisticsOptions statistics;
   NewMapOptions new_map;
   KeyframePolicyOptions keyframes;
   /// Timing of the camera's shutters until the frames show another one, if the camera's is unknown.
@@ -126,7 +133,7 @@ class Tracker {
 
   TrackerState state_;
   LandmarkStatistics statistics_;
-  std::optional<RepeatedLandmarks> repeated_;  // none: they are not erased
+  std::optional<Vocabulary> vocabulary_;  // none: no repeated landmarks are erased
   MotionConsistency consistency_;
   TrajectoryFilter filter_;
   StartVerification start_verification_;

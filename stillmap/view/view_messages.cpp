@@ -153,6 +153,7 @@ nlohmann::json frame_message(const FrameRecord& record, const std::optional<Pose
           {"moving", record.moving_keypoints},
           {"inliers", record.inliers},
           {"mask_age", record.mask_age},
+          {"dynamics", static_cast<int>(record.dynamics)},
           {"ms",
            {{"features", record.times.features},
             {"masks", record.times.masks},

@@ -296,8 +296,11 @@ nlohmann::json warning_json(const WarningEvent& event) {
 nlohmann::json warnings_message(const std::vector<WarningEvent>& active, std::size_t count) {
   nlohmann::json list = nlohmann::json::array();
   for (const WarningEvent& event : active) {
-    nlohmann::json json{{"kind", name_of(event.kind)}, {"text", warning_text(event)}};
+    nlohmann::json json{
+        {"kind", name_of(event.kind)}, {"rule", event.rule}, {"text", warning_text(event)}};
     if (event.mover != 0) json["mover"] = event.mover;
+    if (event.kind == WarningKind::kNear || event.kind == WarningKind::kCourse)
+      json["distance"] = rounded(event.distance);
     if (event.kind == WarningKind::kZone || event.kind == WarningKind::kUnseen)
       json["zone"] = event.rule;
     list.push_back(std::move(json));
@@ -320,6 +323,7 @@ nlohmann::json events_message(const std::vector<nlohmann::json>& lines) {
                         {"mover", mover},
                         {"begin", timestamp},
                         {"end", nullptr}});
+      if (line.contains("distance")) events.back()["distance"] = line["distance"];
     } else if (const auto begun = open.find(key); begun != open.end()) {
       events[begun->second]["end"] = timestamp;
       open.erase(begun);

@@ -333,6 +333,19 @@ TEST(EventsMessage, PairsBeginsWithTheirEnds) {
   EXPECT_EQ(events[1].at("mover"), 4);
 }
 
+TEST(WarningsMessage, NamesRuleAndDistanceSoThatTheNearestCanBeShownFirst) {
+  WarningMonitor monitor({.zones = {}, .distances = {camera_rule(3)}});
+  WatchedFrame frame;
+  frame.T_world_camera = Pose();
+  frame.movers = {person(0, 2)};
+  const auto begun = monitor.update(frame);
+  const nlohmann::json active = warnings_message(monitor.active(), 1).at("active").at(0);
+  EXPECT_EQ(active.at("rule"), warning_json(begun.at(0)).at("rule"));
+  EXPECT_EQ(active.at("distance"), warning_json(begun.at(0)).at("distance"));
+  const nlohmann::json event = events_message({warning_json(begun.at(0))}).at("events").at(0);
+  EXPECT_EQ(event.at("distance"), active.at("distance"));
+}
+
 TEST(WarningJson, HasPoseMoverDistanceAndConfidence) {
   WarningMonitor monitor({.zones = {}, .distances = {camera_rule(3)}});
   WatchedFrame frame;

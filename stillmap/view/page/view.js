@@ -14,6 +14,7 @@
   })();
   // Points drawn while the picture changes: as many as take FRAME_MS, at least MIN_BUDGET. At rest more are added.
   const MIN_BUDGET = 1e4, OVERVIEW = 2e5, ENOUGH = 3e5, MAX_BUDGET = phone ? 3e6 : 2e7, FRAME_MS = 33, REST_MS = 300, SLOWEST_MS = 700;
+  const UNSURE = 0.3;  // confidence below which the class of a static object is shown with a question mark
   const SILENCE_MS = 1500;  // time without an image after which the state of a run in progress is not known
   const COARSEST = 0.5;  // least sharpness: share of the screen's pixels along each side
 
@@ -45,6 +46,7 @@
   layers.grid = new THREE.Group();
   layers.measure = new THREE.Group();
   scene.add(layers.grid, layers.measure);
+  layers.zones.renderOrder = layers.measure.renderOrder = 1;  // drawn last, so that the map hides none of their lines
 
   const orbitCamera = new THREE.PerspectiveCamera(55, 1, 0.05, 2000);
   orbitCamera.position.set(-4, 5, 6);
@@ -71,7 +73,60 @@
 
   function css(name) { return getComputedStyle(document.documentElement).getPropertyValue(name).trim(); }
   function color(name) { return new THREE.Color(css('--' + name)); }
-  const moverColor = (id) => new THREE.Color().setHSL((0.93 + id * 0.381966) % 1, 0.85, 0.66);
+  const moverColor = (id) => new THREE.Color().setHSL((0.93 + id * 0.381966) % 1, 0.85, document.documentElement.dataset.theme === 'light' ? 0.42 : 0.66);
+
+  // ---------------------------------------------------------------------------------------------- lines
+  // Lines of a width in CSS pixels, as a strip of two triangles per segment: those of WebGL are hairlines on sharp screens.
+  const picture = { value: new THREE.Vector3(1, 1, 1) };  // its size, and the side of a drawn pixel [CSS pixels]
+  function linesOf(vertices, { shade = color('text'), opacity = 1, width = 1.5, strip = false, colors = null, onTop = false } = {}) {
+    const geometry = new THREE.InstancedBufferGeometry();
+    const ends = (array, a, b) => {
+      const buffer = new THREE.InstancedInterleavedBuffer(array, strip ? 3 : 6, 1);
+      geometry.setAttribute(a, new THREE.InterleavedBufferAttribute(buffer, 3, 0));
+      geometry.setAttribute(b, new THREE.InterleavedBufferAttribute(buffer, 3, 3));
+    };
+    ends(vertices, 'begin', 'end');
+    if (colors) ends(colors, 'beginColor', 'endColor');
+    geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array([0, -1, 0, 0, 1, 0, 1, -1, 0, 1, 1, 0]), 3));  // end, side
+    geometry.setIndex([0, 1, 2, 2, 1, 3]);
+    geometry.maxInstancedCount = Math.max(0, strip ? vertices.length / 3 - 1 : vertices.length / 6);
+    const material = new THREE.RawShaderMaterial({
+      uniforms: { picture, width: { value: width }, shade: { value: new THREE.Color(shade) }, opacity: { value: opacity } },
+      defines: colors ? { COLORED: 1 } : {}, transparent: opacity < 1, depthTest: !onTop, side: THREE.DoubleSide,
+      vertexShader: `
+        precision highp float;
+        attribute vec3 position, begin, end, beginColor, endColor;
+        uniform mat4 modelViewMatrix, projectionMatrix;
+        uniform vec3 picture;
+        uniform float width;
+        uniform vec3 shade;
+        varying vec3 ink;
+        void main() {
+          vec4 a = modelViewMatrix * vec4(begin, 1.0), b = modelViewMatrix * vec4(end, 1.0);
+          if (projectionMatrix[3][3] < 0.5) {  // perspective: the part behind the viewer is cut off
+            const float near = -0.02;
+            if (a.z > near && b.z > near) { gl_Position = vec4(2.0, 2.0, 2.0, 1.0); return; }
+            if (a.z > near) a = mix(a, b, (near - a.z) / (b.z - a.z));
+            if (b.z > near) b = mix(b, a, (near - b.z) / (a.z - b.z));
+          }
+          a = projectionMatrix * a;
+          b = projectionMatrix * b;
+          vec2 along = (b.xy / b.w - a.xy / a.w) * picture.xy;
+          along /= max(length(along), 1e-6);
+          gl_Position = position.x < 0.5 ? a : b;
+          gl_Position.xy += position.y * max(width, 1.2 * picture.z) * vec2(-along.y, along.x) / picture.xy * gl_Position.w;
+          ink = shade;
+          #ifdef COLORED
+            ink = position.x < 0.5 ? beginColor : endColor;
+          #endif
+        }`,
+      fragmentShader: 'precision mediump float; uniform float opacity; varying vec3 ink; void main() { gl_FragColor = vec4(ink, opacity); }',
+    });
+    material.color = material.uniforms.shade.value;
+    const lines = new THREE.Mesh(geometry, material);
+    lines.frustumCulled = false;
+    return lines;
+  }
 
   // ---------------------------------------------------------------------------------------------- cloud
   const cloudMaterial = new THREE.RawShaderMaterial({
@@ -125,6 +180,7 @@
     cloudMaterial.uniforms.colors.value = data.length / 3;
   }
   function showClasses() {
+    $('colors').options[2].hidden = $('colors').options[2].disabled = !state.classes;
     $('classes').hidden = $('colors').value !== '1' || !state.classes;
     $('heights').hidden = $('colors').value !== '2';
   }
@@ -308,8 +364,19 @@
     $('cut-value').textContent = share >= 1 ? 'off' : (share * ground.ceiling).toFixed(1) + ' m';
     dirty = true;
   }
+  // Puts the middle of the view where no panel is. Returns the free share of the picture's width and height.
+  function arrange() {
+    const box = (id) => $(id).getBoundingClientRect(), beside = !narrow.matches, right = box('frame'), below = box('timeline');
+    const x = [beside ? box('layers').right : 0, beside && right.width ? right.left : innerWidth];
+    const y = [box('top').bottom, below.height ? below.top : innerHeight];
+    for (const e of [orbitCamera, topCamera]) e.setViewOffset(innerWidth, innerHeight, (innerWidth - x[0] - x[1]) / 2, (innerHeight - y[0] - y[1]) / 2, innerWidth, innerHeight);
+    state.free = [x[0], y[0], x[1], y[1]];
+    dirty = true;
+    return [(x[1] - x[0]) / innerWidth, (y[1] - y[0]) / innerHeight].map((share) => Math.max(0.2, 0.92 * share));
+  }
   // Shows the map up to 3 m above the floor, and the whole path of the camera, beside the panels.
   function fit() {
+    const [freeWidth, freeHeight] = arrange();
     const way = somePathPoints(), map = someMapPoints().filter((p) => p.y > -0.5 && p.y < 3);
     const points = way.concat(map.length ? map : someMapPoints());
     if (!points.length) points.push(new THREE.Vector3(-2, 0, -2), new THREE.Vector3(2, 2, 2));
@@ -320,11 +387,10 @@
     if (ahead.length() < 0.1) ahead.set(0, 0, -1);
     const towards = ahead.normalize().multiplyScalar(-0.85).applyAxisAngle(new THREE.Vector3(0, 1, 0), 0.45).setY(0.75).normalize();
     const right = new THREE.Vector3(0, 1, 0).cross(towards).normalize(), upward = towards.clone().cross(right);
-    const panels = narrow.matches || document.body.classList.contains('bare') ? 0 : 560;
-    const high = Math.tan(orbitCamera.fov * Math.PI / 360), wide = high * orbitCamera.aspect * Math.max(0.45, 0.95 - panels / innerWidth);
+    const high = Math.tan(orbitCamera.fov * Math.PI / 360) * freeHeight, wide = high / freeHeight * orbitCamera.aspect * freeWidth;
     const distances = (list) => list.map((p) => {
       const v = p.clone().sub(center);
-      return v.dot(towards) + Math.max(Math.abs(v.dot(right)) / wide, Math.abs(v.dot(upward)) / (0.78 * high));
+      return v.dot(towards) + Math.max(Math.abs(v.dot(right)) / wide, Math.abs(v.dot(upward)) / high);
     }).sort((a, b) => a - b);
     const most = distances(points.slice(way.length));  // loose points far outside may be left out
     const far = Math.max(2, ...distances(way), most[Math.floor(0.99 * (most.length - 1))] || 0);
@@ -334,7 +400,7 @@
     orbitCamera.far = Math.max(100, far * 20);
     orbitCamera.updateProjectionMatrix();
     orbit.update();
-    const tall = Math.max(size.z, size.x / Math.max(0.2, orbitCamera.aspect)) * 1.15;
+    const tall = Math.max(size.z / freeHeight, size.x / freeWidth / Math.max(0.2, orbitCamera.aspect));
     above.target.copy(center).setY(0);
     topCamera.position.copy(center).setY(200);
     topCamera.zoom = (topCamera.top - topCamera.bottom) / Math.max(2, tall);
@@ -372,7 +438,7 @@
     drawPath();
     if (!state.live) setTimeline();
   }
-  let pathLine = null, pathDots = null;
+  let pathLine = null;
   function drawPath() {
     const colors = STATES.map((name) => color(name === 'tracked' ? 'accent' : name));
     const positions = path.p, vertices = new Float32Array(3 * path.n), shades = new Float32Array(3 * path.n);
@@ -380,15 +446,7 @@
       vertices.set(positions.subarray(7 * i, 7 * i + 3), 3 * i);
       colors[path.s[i]].toArray(shades, 3 * i);
     }
-    layers.path.remove(pathLine, pathDots);
-    for (const old of [pathLine, pathDots]) if (old) { old.geometry.dispose(); old.material.dispose(); }
-    const geometry = new THREE.BufferGeometry();
-    geometry.setAttribute('position', new THREE.BufferAttribute(vertices, 3));
-    geometry.setAttribute('color', new THREE.BufferAttribute(shades, 3));
-    pathLine = new THREE.Line(geometry, new THREE.LineBasicMaterial({ vertexColors: THREE.VertexColors }));
-    pathDots = new THREE.Points(geometry, new THREE.PointsMaterial({ size: 3.2 * renderer.getPixelRatio(), sizeAttenuation: false, vertexColors: THREE.VertexColors }));
-    pathLine.frustumCulled = pathDots.frustumCulled = false;
-    layers.path.add(pathLine, pathDots);
+    pathLine = replaceLines(layers.path, pathLine, vertices, { width: 3, strip: true, colors: shades });
     state.path = path.n;
     let length = 0;
     for (let i = 1; i < path.n; ++i) length += Math.hypot(vertices[3 * i] - vertices[3 * i - 3], vertices[3 * i + 1] - vertices[3 * i - 2], vertices[3 * i + 2] - vertices[3 * i - 1]);
@@ -402,12 +460,9 @@
     const { width, height, fx, fy, cx, cy } = intrinsics;
     return [[0, 0], [width, 0], [width, height], [0, height]].map(([u, v]) => [(u - cx) / fx * depth, (v - cy) / fy * depth, depth]);
   }
-  function frustumLines(depth) {
+  function frustumVertices(depth) {
     const c = corners(depth), o = [0, 0, 0];
-    const pairs = [o, c[0], o, c[1], o, c[2], o, c[3], c[0], c[1], c[1], c[2], c[2], c[3], c[3], c[0]];
-    const geometry = new THREE.BufferGeometry();
-    geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array(pairs.flat()), 3));
-    return geometry;
+    return new Float32Array([o, c[0], o, c[1], o, c[2], o, c[3], c[0], c[1], c[1], c[2], c[2], c[3], c[3], c[0]].flat());
   }
   const eye = new THREE.Group();  // the camera now
   world.add(eye);
@@ -418,14 +473,14 @@
   let eyeLines = null, eyeImage = null;
   function makeEye() {
     eye.remove(...eye.children);
-    eyeLines = new THREE.LineSegments(frustumLines(0.45), new THREE.LineBasicMaterial({ color: color('relocalized') }));
+    eyeLines = linesOf(frustumVertices(0.45), { shade: color('relocalized') });
     const c = corners(0.45), geometry = new THREE.BufferGeometry();
     geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array([c[0], c[1], c[2], c[3]].flat()), 3));
     geometry.setAttribute('uv', new THREE.BufferAttribute(new Float32Array([0, 0, 1, 0, 1, 1, 0, 1]), 2));
     geometry.setIndex([0, 1, 2, 0, 2, 3]);
     eyeImage = new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({ map: texture, side: THREE.DoubleSide, transparent: true, opacity: 0.85 }));
     eyeImage.visible = false;
-    eyeLines.frustumCulled = eyeImage.frustumCulled = false;
+    eyeImage.frustumCulled = false;
     eye.add(eyeLines, eyeImage);
     eye.visible = false;
   }
@@ -458,7 +513,7 @@
   let keyframeLines = null, loopLines = null, mapMessage = null;
   function drawMap(message) {
     mapMessage = message;
-    const pattern = frustumLines(0.11).attributes.position.array, n = message.keyframes.length;
+    const pattern = frustumVertices(0.11), n = message.keyframes.length;
     const vertices = new Float32Array(n * pattern.length), p = new THREE.Vector3(), q = new THREE.Quaternion();
     message.keyframes.forEach((pose, k) => {
       q.set(pose[3], pose[4], pose[5], pose[6]);
@@ -467,7 +522,7 @@
         vertices.set([p.x + pose[0], p.y + pose[1], p.z + pose[2]], k * pattern.length + i);
       }
     });
-    keyframeLines = replaceLines(layers.keyframes, keyframeLines, vertices, color('dim'), 0.75);
+    keyframeLines = replaceLines(layers.keyframes, keyframeLines, vertices, { shade: color('dim'), opacity: 0.75, width: 1 });
     // A loop joins the places of the camera at the two times.
     const at = (t) => { let i = lower(path.t, path.n, t); return i < path.n ? [path.p[7 * i], path.p[7 * i + 1], path.p[7 * i + 2]] : null; };
     const ends = [];
@@ -475,7 +530,7 @@
       const to = at(event.t), from = event.seen_in < path.n ? [...path.p.subarray(7 * event.seen_in, 7 * event.seen_in + 3)] : null;
       if (to && from) ends.push(...from, ...to);
     }
-    loopLines = replaceLines(layers.loops, loopLines, new Float32Array(ends), color('loop'), 1);
+    loopLines = replaceLines(layers.loops, loopLines, new Float32Array(ends), { shade: color('loop') });
     state.keyframes = n;
     state.loops = message.events.filter((e) => e.kind !== 'dropped').length;
     $('n-keyframes').textContent = n;
@@ -485,12 +540,9 @@
     drawMarks();
     dirty = true;
   }
-  function replaceLines(layer, old, vertices, shade, opacity) {
+  function replaceLines(layer, old, vertices, style) {
     if (old) { layer.remove(old); old.geometry.dispose(); old.material.dispose(); }
-    const geometry = new THREE.BufferGeometry();
-    geometry.setAttribute('position', new THREE.BufferAttribute(vertices, 3));
-    const lines = new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color: shade, transparent: opacity < 1, opacity }));
-    lines.frustumCulled = false;
+    const lines = linesOf(vertices, style);
     layer.add(lines);
     return lines;
   }
@@ -550,13 +602,13 @@
     const seen = new Set();
     for (const m of movers) {
       const shade = alarmed.has(m.id) ? color('lost') : moverColor(m.id), speed = Math.hypot(...m.v);
-      replaceLines(layers.movers, null, new Float32Array(boxVertices(m.min, m.max)), shade, m.observed ? 1 : 0.45);
+      replaceLines(layers.movers, null, new Float32Array(boxVertices(m.min, m.max)), { shade, opacity: m.observed ? 1 : 0.45 });
       const trail = trailOf(m.id), pairs = [];
       for (let i = 1; i < trail.length; ++i) pairs.push(...trail[i - 1].slice(1), ...trail[i].slice(1));
-      replaceLines(layers.movers, null, new Float32Array(pairs), shade, 0.55);
+      replaceLines(layers.movers, null, new Float32Array(pairs), { shade, opacity: 0.55 });
       const way = [];  // dashed: predicted
       if (speed > 0.1) for (let k = 0; k < 8; ++k) for (const part of [k / 8, (k + 0.55) / 8]) way.push(...m.p.map((x, i) => x + m.v[i] * part * PREDICTED_SECONDS));
-      replaceLines(layers.movers, null, new Float32Array(way), shade, 1);
+      replaceLines(layers.movers, null, new Float32Array(way), { shade });
       const name = m.class === 'unknown' ? 'object' : m.class;
       setLabel('movers:' + m.id, topOf(m.min, m.max), [['span', `${name} ${m.id} `], ['small', m.observed ? `${speed.toFixed(1)} m/s` : 'predicted']], '#' + shade.getHexString(), alarmed.has(m.id) ? 'alarm' : 'mover');
       seen.add('movers:' + m.id);
@@ -596,8 +648,9 @@
     layers.objects.remove(...layers.objects.children);
     dropLabels((key) => key.startsWith('objects:'));
     for (const object of objects || []) {
-      replaceLines(layers.objects, null, new Float32Array(boxVertices(object.box.min, object.box.max)), color('object'), 0.5);
-      setLabel('objects:' + object.id, topOf(object.box.min, object.box.max), [['span', object.class]], css('--object'), 'object');
+      const unsure = object.confidence < UNSURE;
+      replaceLines(layers.objects, null, new Float32Array(boxVertices(object.box.min, object.box.max)), { shade: color('object'), opacity: unsure ? 0.2 : 0.6, width: unsure ? 1 : 1.5 });
+      setLabel('objects:' + object.id, topOf(object.box.min, object.box.max), unsure ? [['span', object.class + '? '], ['small', `${Math.round(100 * object.confidence)} %`]] : [['span', object.class]], css('--object'), unsure ? 'object unsure' : 'object');
     }
     state.objects = (objects || []).length;
     $('n-objects').textContent = state.objects;
@@ -617,7 +670,7 @@
         faces.push(...a, ...b, ...c, ...a, ...c, ...d);
       });
       const shade = alarmed.has('zone:' + zone.name) ? color('lost') : color('zone');
-      replaceLines(layers.zones, null, new Float32Array(pairs), shade, 0.95);
+      replaceLines(layers.zones, null, new Float32Array(pairs), { shade, onTop: true });
       const geometry = new THREE.BufferGeometry();
       geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array(faces), 3));
       const mesh = new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({ color: shade, transparent: true, opacity: unseen.has(zone.name) ? 0.03 : 0.13, side: THREE.DoubleSide, depthWrite: false }));
@@ -636,27 +689,26 @@
     layers.points.remove(...layers.points.children);
     dropLabels((key) => key.startsWith('points:'));
     const ring = (radius, turn, dim) => {
-      const circle = new THREE.BufferGeometry().setFromPoints([...Array(65).keys()].map((i) => new THREE.Vector3(radius * Math.cos(i * Math.PI / 32), 0, radius * Math.sin(i * Math.PI / 32))));
-      const line = new THREE.Line(circle, new THREE.LineBasicMaterial({ transparent: true }));
-      line.material.opacity = dim ? 0.25 : 0.6;
+      const circle = [...Array(65).keys()].flatMap((i) => [radius * Math.cos(i * Math.PI / 32), 0, radius * Math.sin(i * Math.PI / 32)]);
+      const line = linesOf(new Float32Array(circle), { strip: true, opacity: dim ? 0.25 : 0.6 });
       line.rotation.set(turn === 'x' ? Math.PI / 2 : 0, 0, turn === 'z' ? Math.PI / 2 : 0);
       return line;
     };
-    const cross = (r) => new THREE.LineSegments(new THREE.BufferGeometry().setFromPoints([[-r, 0, 0], [r, 0, 0], [0, -r, 0], [0, r, 0], [0, 0, -r], [0, 0, r]].map((p) => new THREE.Vector3(...p))), new THREE.LineBasicMaterial());
+    const cross = (r) => linesOf(new Float32Array([-r, 0, 0, r, 0, 0, 0, -r, 0, 0, r, 0, 0, 0, -r, 0, 0, r]));
     points = list.map((point) => {
       const group = new THREE.Group(), below = new THREE.Group();  // `below`: on the floor
       group.add(cross(0.12), ring(point.nearer, 'y'));
       if (point.level) {
         below.add(ring(point.nearer, 'y'), cross(0.12));
-        const plumb = new THREE.Line(new THREE.BufferGeometry().setFromPoints([new THREE.Vector3(), new THREE.Vector3(0, 1, 0)]), new THREE.LineBasicMaterial({ transparent: true, opacity: 0.6 }));
+        const plumb = linesOf(new Float32Array([0, 0, 0, 0, 1, 0]), { opacity: 0.6 });
         plumb.name = 'plumb';
         group.add(below, plumb);
       } else group.add(ring(point.nearer, 'x', true), ring(point.nearer, 'z', true));
-      group.traverse((part) => { part.frustumCulled = false; });
       layers.points.add(group);
       return { ...point, group, below };
     });
     state.rings = points.length;
+    offerLayers();
     $('n-rings').textContent = points.length;
     placePoints();
     colorPoints();
@@ -676,7 +728,7 @@
   }
   function colorPoints() {
     for (const point of points) {
-      const shade = color(alarmed.has('point:' + point.rule) || alarmed.has('point:' + point.name) ? 'lost' : 'zone');
+      const shade = color(alarmed.has('point:' + point.rule) ? 'lost' : 'zone');
       point.group.traverse((part) => { if (part.material) part.material.color.copy(shade); });
     }
     dirty = true;
@@ -695,10 +747,10 @@
     const keys = new Set(active.map(keyOf)), fresh = [...keys].filter((key) => !since.has(key));
     for (const key of [...since.keys()]) if (!keys.has(key)) since.delete(key);
     for (const key of fresh) since.set(key, ++shownBefore);
-    const newest = (w) => (w.begin === undefined ? since.get(keyOf(w)) : w.begin);
-    active.sort((a, b) => Number(b.id === chosen && chosen !== null) - Number(a.id === chosen && chosen !== null) || newest(b) - newest(a));
-    const pointOf = (w) => w.rule || (/from the (.+?)( in [\d.]+ s)?$/.exec(w.text) || [])[1];
-    alarmed = new Set(active.flatMap((w) => [w.mover, w.zone && 'zone:' + w.zone, /near|course/.test(w.kind) && 'point:' + pointOf(w)].filter(Boolean)));
+    const newest = (w) => (w.begin === undefined ? since.get(keyOf(w)) : w.begin), far = (w) => (w.distance === undefined ? 1e9 : w.distance);
+    const isChosen = (w) => Number(chosen !== null && w.id === chosen);
+    active.sort((a, b) => isChosen(b) - isChosen(a) || far(a) - far(b) || newest(b) - newest(a));
+    alarmed = new Set(active.flatMap((w) => [w.mover, w.zone && 'zone:' + w.zone, /near|course/.test(w.kind) && 'point:' + w.rule].filter(Boolean)));
     unseen = new Set(all.filter((w) => w.kind === 'unseen').map((w) => w.zone));
     state.warnings = message.count;
     state.active = active.length;
@@ -720,12 +772,22 @@
     return late > SILENCE_MS ? `not known: this page is ${(late / 1000).toFixed(1)} s late` : '';
   }
   let bannerKey = '';
-  // The newest warnings first; what is not known above them.
+  // Returns one text per moving object, that of its nearest warning, with the other rules that it breaks.
+  function bars() {
+    const groups = new Map();
+    active.forEach((w, i) => { const key = w.mover || 'warning ' + i; groups.set(key, (groups.get(key) || []).concat([w])); });
+    return [...groups.values()].map(([first, ...others]) => {
+      const more = [...new Set(others.map((w) => w.rule))].filter((rule) => rule && rule !== first.rule);
+      return { unknown: first.kind === 'unknown', text: first.text + (more.length ? `; also: ${more.slice(0, 2).join(', ')}${more.length > 2 ? ` and ${more.length - 2} more` : ''}` : '') };
+    });
+  }
+  // The nearest first; what is not known above them.
   function drawBanners() {
     const unknown = unknownNow(), most = expanded ? Infinity : narrow.matches ? 2 : 5;
     const age = Math.floor((performance.now() - (state.connected ? heard - late : closed)) / 1000);
-    const lines = active.slice(0, most).map((w) => ({ type: 'div', kind: 'warning' + (w.kind === 'unknown' ? ' unknown' : '') + (unknown && state.live ? ' old' : ''), text: w.text + (unknown && state.live ? ` (${age} s ago)` : '') }));
-    const more = active.length - lines.length, begins = unknown && !state.unknown;
+    const all = bars(), old = unknown && state.live;
+    const lines = all.slice(0, most).map((bar) => ({ type: 'div', kind: 'warning' + (bar.unknown ? ' unknown' : '') + (old ? ' old' : ''), text: bar.text + (old ? ` (${age} s ago)` : '') }));
+    const more = all.length - lines.length, begins = unknown && !state.unknown;
     if (unknown) lines.unshift({ type: 'div', kind: 'warning unknown', text: unknown });
     if (more > 0 || expanded) lines.push({ type: 'button', kind: 'more', text: expanded ? 'show fewer' : `+${more} more`, action: () => { expanded = !expanded; drawBanners(); } });
     if (state.live && !sound && !soundAsked && (active.length || unknown)) lines.push({ type: 'button', kind: 'more', text: '♪ sound is off: turn it on', action: () => $('sound').click() });
@@ -820,6 +882,7 @@
       ['coverage', (100 * message.tracked / (message.index + 1)).toFixed(1) + ' %', message.tracked < 0.95 * (message.index + 1)], ['waiting', msText(ms.waiting), false],
       ['keypoints', message.keypoints, false], ['moving', message.moving, false],
       ['inliers', message.inliers, message.inliers < 30], ['mask age', message.mask_age < 0 ? '–' : message.mask_age, message.mask_age > 10],
+      ...(message.dynamics ? [['dynamics', message.dynamics === 2 ? 'high' : 'low', false]] : []),
       ['no movers', shed.without_movers, shed.without_movers > 0], ['no view', shed.without_view, shed.without_view > 0],
       ['fewer keyp.', shed.fewer_keypoints, shed.fewer_keypoints > 0],
     ]);
@@ -831,7 +894,7 @@
     keypoints: 'points found in the image', moving: 'keypoints on moving objects', inliers: 'keypoints that agree with the pose of the camera',
     'mask age': 'age of the newest result of the network [frames]', 'no movers': 'frames whose moving objects were not looked for, since the computer was too slow',
     'no view': 'frames that were not added to the map, since the computer was too slow', 'fewer keyp.': 'frames with fewer keypoints, since the computer was too slow',
-    landmarks: 'points of the map that the camera is located with', keyframes: 'frames that the map is made of', loops: 'places that were recognized, which corrected the map',
+    dynamics: 'whether much of the image moves, so that people are removed (preset gated-seg)', landmarks: 'points of the map that the camera is located with', keyframes: 'frames that the map is made of', loops: 'places that were recognized, which corrected the map',
     relocalized: 'frames in which a lost camera found its place again', maps: 'parts of the map that are not connected', 'ATE RMSE': 'absolute trajectory error against the true trajectory',
     preset: 'the set of options of the run', 'points drawn': 'points of the map in this picture; all are drawn when it rests',
   };
@@ -887,20 +950,24 @@
       ['loops', (summary.loops || []).length, false], ['relocalized', (summary.relocalizations || []).length, false]];
     if (frames.total && frames.tracked) rows.push(['coverage', (100 * frames.tracked / frames.total).toFixed(1) + ' %', frames.tracked < 0.95 * frames.total]);
     if (evaluation.ate) rows.push(['ATE RMSE', (100 * evaluation.ate.translation_m.rmse).toFixed(1) + ' cm', false]);
+    if (frames.highly_dynamic !== null && frames.highly_dynamic !== undefined) rows.push(['highly dynamic', (100 * frames.highly_dynamic / frames.total).toFixed(1) + ' %', false]);
+    highPeriods = frames.highly_dynamic_periods || [];
+    drawMarks();
     if (summary.preset) rows.push(['preset', summary.preset, false]);
     showStats(rows.filter((row) => row[1] !== undefined));
   }
 
   // ---------------------------------------------------------------------------------------------- time line
   let playing = false, now = 0;
-  function setTimeline() {
+  let highPeriods = []; // [begin, end] of the highly dynamic periods of preset gated-seg [s]
+  // A finished run begins at its start; one that was watched stays at its end.
+  function setTimeline(t = $('timeline').hidden ? path.t[0] : now) {
     if (!path.n) return;
     $('timeline').hidden = false;
     $('time').min = path.t[0];
     $('time').max = path.t[path.n - 1];
     $('time').step = 0.001;
-    $('time').value = path.t[path.n - 1];
-    showTime(path.t[path.n - 1]);
+    showTime(t);
     nameEvents();
     drawMarks();
   }
@@ -935,6 +1002,8 @@
       ink.fillStyle = shade;
       for (const event of events) if (kinds.test(event.kind)) ink.fillRect(x(event.begin) - 1, 0, Math.max(2, x(event.end === null ? path.t[path.n - 1] : event.end) - x(event.begin)), 2.5);
     }
+    ink.fillStyle = shades[1];
+    for (const [begin, end] of highPeriods) ink.fillRect(x(begin), 8, Math.max(1, x(end) - x(begin)), 2);
     ink.fillStyle = css('--loop');
     for (const event of mapMessage ? mapMessage.events : []) ink.fillRect(x(event.t) - 1.5, 0, 3, 10);
     ink.fillStyle = shades[2];
@@ -987,12 +1056,9 @@
     if (!point) { notice('There is no point here.'); return; }
     if (tool === 'measure' && picked.length === 2) { picked = []; layers.measure.remove(...layers.measure.children); }
     picked.push(point);
-    const dot = new THREE.Points(new THREE.BufferGeometry().setFromPoints([point]), new THREE.PointsMaterial({ size: 9 * renderer.getPixelRatio(), sizeAttenuation: false, color: color('relocalized'), depthTest: false }));
+    const dot = new THREE.Points(new THREE.BufferGeometry().setFromPoints([point]), new THREE.PointsMaterial({ size: 9, sizeAttenuation: false, color: color('relocalized'), depthTest: false }));
     layers.measure.add(dot);
-    if (picked.length > 1) {
-      const line = new THREE.Line(new THREE.BufferGeometry().setFromPoints(picked.slice(-2)), new THREE.LineBasicMaterial({ color: color('relocalized'), depthTest: false }));
-      layers.measure.add(line);
-    }
+    if (picked.length > 1) layers.measure.add(linesOf(new Float32Array(picked.slice(-2).flatMap((p) => p.toArray())), { shade: color('relocalized'), width: 2.5, onTop: true }));
     const at = world.worldToLocal(point.clone());
     state.picked = [at.x, at.y, at.z];
     const place = `world frame: [${state.picked.map((x) => x.toFixed(2)).join(', ')}] m`;
@@ -1030,6 +1096,15 @@
   }
 
   // ---------------------------------------------------------------------------------------------- messages
+  // Hides the layers that a saved map or a cloud lacks.
+  function offerLayers() {
+    const lacking = { map: ['path', 'loops', 'movers', 'objects'], cloud: ['path', 'keyframes', 'loops', 'movers', 'objects'] }[state.kind] || [];
+    for (const box of document.querySelectorAll('[data-layer]')) {
+      const label = box.parentElement, keys = label.nextElementSibling;
+      label.hidden = box.dataset.layer === 'points' ? !points.length : lacking.includes(box.dataset.layer);
+      if (keys && keys.className === 'keys') keys.hidden = label.hidden;
+    }
+  }
   function readText(message) {
     switch (message.type) {
       case 'run':
@@ -1044,6 +1119,7 @@
         $('frame-title').textContent = message.live ? 'Frame' : 'Run';
         document.querySelector('[data-panel=frame]').textContent = message.live ? 'Frame' : 'Run';
         for (const keys of document.querySelectorAll('.image-keys')) keys.hidden = !message.live;
+        offerLayers();
         document.title = message.name + ' – Stillmap';
         $('name').textContent = message.name;
         $('state').textContent = { live: 'waiting for the first frame', run: 'finished run', map: 'saved map', cloud: 'cloud' }[message.kind];
@@ -1067,7 +1143,7 @@
         state.finished = true;
         $('state').textContent = 'finished';
         $('state').className = 'pill';
-        setTimeline();
+        setTimeline(path.n ? path.t[path.n - 1] : 0);
         break;
     }
   }
@@ -1181,7 +1257,7 @@
   const keys = {
     1: () => setView('orbit'), 2: () => setView('top'), 3: () => setView('follow'), f: () => { touched = false; fit(); }, m: () => setTool('measure'), z: () => setTool('zone'),
     l: () => $('theme').click(), s: () => $('sound').click(), '?': () => $('help').click(), p: () => document.body.classList.toggle('bare'),
-    c: () => { $('colors').selectedIndex = ($('colors').selectedIndex + 1) % 3; $('colors').dispatchEvent(new Event('change')); },
+    c: () => { $('colors').selectedIndex = ($('colors').selectedIndex + 1) % (state.classes ? 3 : 2); $('colors').dispatchEvent(new Event('change')); },
     n: () => stepEvent(1), b: () => stepEvent(-1),
     ' ': () => { if (!$('timeline').hidden) play(!playing); }, ',': () => step(-1), '.': () => step(1), Escape: () => tool && setTool(tool), Enter: saveZone,
     ArrowLeft: () => turn(-0.1, 0), ArrowRight: () => turn(0.1, 0), ArrowUp: () => turn(0, 0.08), ArrowDown: () => turn(0, -0.08), '+': () => nearer(1.15), '-': () => nearer(1 / 1.15),
@@ -1222,7 +1298,7 @@
   $('theme').addEventListener('click', () => setTheme(document.documentElement.dataset.theme === 'light' ? 'dark' : 'light'));
   $('save').addEventListener('click', saveZone);
   $('sound').addEventListener('click', () => { sound = !sound; soundAsked = true; drawBanners(); $('sound').classList.toggle('on', sound); if (sound) beep(); });
-  $('help').addEventListener('click', () => $('keys').showModal());
+  $('help').addEventListener('click', () => { $('keys').showModal(); $('keys').scrollTop = 0; });
   $('colors').addEventListener('change', () => { cloudMaterial.uniforms.mode.value = Number($('colors').value); showClasses(); dirty = true; });
   $('size').addEventListener('input', changed);
   $('cut').addEventListener('input', setCut);
@@ -1233,17 +1309,19 @@
   function resize() {
     renderer.setSize(innerWidth, innerHeight, false);
     orbitCamera.aspect = innerWidth / innerHeight;
-    orbitCamera.updateProjectionMatrix();
     const half = (topCamera.top - topCamera.bottom) / 2;
     topCamera.left = -half * orbitCamera.aspect;
     topCamera.right = half * orbitCamera.aspect;
-    topCamera.updateProjectionMatrix();
+    picture.value.set(innerWidth, innerHeight, picture.value.z);
     drawMarks();
-    document.documentElement.style.setProperty('--top', $('top').offsetHeight + 'px');
-    dirty = true;
+    arrange();
   }
   addEventListener('resize', resize);
-  new ResizeObserver(() => document.documentElement.style.setProperty('--top', $('top').offsetHeight + 'px')).observe($('top'));
+  const sizes = new ResizeObserver(() => {
+    document.documentElement.style.setProperty('--top', $('top').offsetHeight + 'px');
+    arrange();
+  });
+  for (const id of ['top', 'layers', 'frame', 'timeline']) sizes.observe($(id));
   function showScale() {
     const perMeter = view === 'top' ? innerHeight * topCamera.zoom / (topCamera.top - topCamera.bottom)
       : innerHeight / (2 * Math.tan(orbitCamera.fov * Math.PI / 360) * Math.max(0.1, orbitCamera.position.distanceTo(orbit.target)));
@@ -1267,6 +1345,7 @@
   function setSharpness(value) {
     const ratio = Math.min(devicePixelRatio, 2) * value;
     if (Math.abs(renderer.getPixelRatio() - ratio) > 0.02) renderer.setPixelRatio(ratio);
+    picture.value.z = 1 / renderer.getPixelRatio();
   }
   function draw(time) {
     requestAnimationFrame(draw);
@@ -1316,6 +1395,12 @@
     state.eyeInView = eye.visible && projected.z < 1 && Math.max(Math.abs(projected.x), Math.abs(projected.y)) < 1;
     state.renders += 1;
   }
+  // Place of the point that the view is aimed at [pixels], for tests.
+  state.middle = () => {
+    camera().updateMatrixWorld();
+    const p = (view === 'top' ? above : orbit).target.clone().project(camera());
+    return [(p.x + 1) / 2 * innerWidth, (1 - p.y) / 2 * innerHeight];
+  };
   // Share of the canvas that is not background, for tests.
   state.inked = () => {
     renderer.render(scene, camera());

@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The tables of docs/papers.md and docs/papers_tables.md from the results of `stillmap reproduce`.
+
+  python3 -m lab paper_docs RESULTS_DIR [--docs docs]
+
+RESULTS_DIR holds the output folders of `stillmap reproduce` by the names in the documents. Between the lines
+`<!-- table: FOLDER/NAME -->` and `<!-- end of table -->` stands the table NAME of a .md file in RESULTS_DIR/FOLDER, between
+`<!-- file: FOLDER/FILE -->` and `<!-- end of file -->` that file. Parts of folders that are not there stay as they are.
+"""
+import re
+from pathlib import Path
+
+from lab import core
+
+PAGES = ("papers.md", "papers_tables.md")
+TABLE = re.compile(r"<!-- table: (?P<name>\S+) -->\n(?P<text>.*?)<!-- end of table -->", re.DOTALL)
+FILE = re.compile(r"<!-- file: (?P<name>\S+) -->\n(?P<text>.*?)<!-- end of file -->", re.DOTALL)
+
+
+def add_arguments(parser):
+    parser.add_argument("results", type=Path, metavar="RESULTS_DIR")
+    parser.add_argument("--docs", type=Path, default=core.ROOT / "docs", help="folder of the documents")
+
+
+def table_of(results, name):
+    """The text of a table; None if its folder is not there."""
+    folder, table = name.split("/", 1)
+    if not (results / folder).exists():
+        return None
+    for file in sorted((results / folder).glob("*.md")):
+        for found in TABLE.finditer(file.read_text(encoding="utf-8")):
+            if found["name"] == table:
+                return found["text"]
+    raise core.Failed(f"{results / folder} has no table '{table}'")
+
+
+def file_of(results, name):
+    """The text of a file, its title as a section; None if its folder is not there."""
+    if not (results / name).parent.exists():
+        return None
+    return re.sub("^# ", "## ", (results / name).read_text(encoding="utf-8"))
+
+
+def pasted(text, results):
+    """The document with the tables and files of the results."""
+    def replaced(pattern, kind, read):
+        def new(found):
+            content = read(results, found["name"])
+            content = found["text"] if content is None else "\n" + content.strip("\n") + "\n\n"
+            return f"<!-- {kind}: {found['name']} -->\n{content}<!-- end of {kind} -->"
+        return lambda document: pattern.sub(new, document)
+    return replaced(FILE, "file", file_of)(replaced(TABLE, "table", table_of)(text))
+
+
+def main(arguments):
+    if not arguments.results.is_dir():
+        raise core.Failed(f"there is no folder {arguments.results}")
+    for page in PAGES:
+        document = arguments.docs / page
+        text = document.read_text(encoding="utf-8")
+        new = pasted(text, arguments.results)
+        if new != text:
+            document.write_text(new, encoding="utf-8")
+            print(f"changed {document}")
+    return 0

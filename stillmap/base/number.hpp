@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <algorithm>
+#include <charconv>
+#include <limits>
+#include <optional>
+#include <string_view>
+
+namespace stillmap {
+
+/// A number at the beginning of a text.
+struct LeadingNumber {
+  double value = 0;       ///< May be infinite or NaN ("inf", "nan"); infinite if out of range.
+  std::string_view rest;  ///< The text after it.
+};
+
+/// Returns the decimal number that a text begins with, after blanks; none if it begins otherwise.
+/// Unlike that of std::strtod and streams, its decimal point does not depend on the locale.
+inline std::optional<LeadingNumber> leading_number(std::string_view text) {
+  text.remove_prefix(std::min(text.find_first_not_of(" \t"), text.size()));
+  if (text.starts_with('+')) text.remove_prefix(1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error == std::errc::invalid_argument) return std::nullopt;
+  if (error == std::errc::result_out_of_range) value = std::numeric_limits<double>::infinity();
+  text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+  return LeadingNumber{value, text};
+}
+
+/// Returns the number that a text consists of; none if it is no number or goes on after it.
+inline std::optional<double> number_of(std::string_view text) {
+  const auto number = leading_number(text);
+  return number && number->rest.empty() ? std::optional(number->value) : std::nullopt;
+}
+
+}  // namespace stillmap

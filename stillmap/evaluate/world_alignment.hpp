@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/evaluate.hpp"
+#include "stillmap/geometry/trajectory.hpp"
+
+#include <optional>
+#include <string>
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace stillmap {
+
+/// Returns T_truth_estimate, the transform from the estimate's world to the truth's, from full
+/// poses: it minimizes the sum of the squared distances of the positions [m^2] and of the chordal
+/// distances of the rotations (Hartley et al., Rotation Averaging, IJCV 2013, section 5.3), where a
+/// rotation by a small angle counts as much as a displacement of 1 m times the angle [rad]. Unlike
+/// an alignment of positions it is well defined for a camera that is at rest or moves along a line.
+/// Throws Error if no timestamps pair.
+Pose align_poses(const Trajectory& truth, const Trajectory& estimate);
+
+/// Alignment of the two worlds for maps and movers, which need all of the rotation.
+struct WorldAlignment {
+  enum class By { kGiven, kPositions, kPoses };
+  By by = By::kPositions;
+  /// Transform from the estimate's world to the truth's; none if the positions leave a rotation
+  /// free and one of the files has no rotations.
+  std::optional<Pose> T_truth_estimate;
+  double position_rmse = 0, angle_rmse = 0;  ///< Differences left by kPoses [m], [rad].
+};
+
+/// Returns the alignment of the ATE if the positions determine its rotation, else align_poses().
+/// They do if a rotation by 0.05 rad about the main axis of the true positions moves them by more
+/// than the ATE (RMS).
+/// @param ate  of the two trajectories, aligned rigidly
+WorldAlignment align_worlds(const Trajectory& truth, const Trajectory& estimate,
+                            const AteResult& ate);
+
+/// Returns the transform of an alignment. Throws Error if there is none.
+const Pose& require_alignment(const WorldAlignment& alignment);
+
+/// Returns a line that tells how maps and movers are aligned; empty if by positions or as given.
+std::string alignment_text(const WorldAlignment& alignment);
+
+/// Writes `by` (given, positions, poses) and what is left (for nlohmann::json).
+void to_json(nlohmann::json& json, const WorldAlignment& alignment);
+
+}  // namespace stillmap

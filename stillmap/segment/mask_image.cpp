@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/segment/mask_image.hpp"
+
+#include "stillmap/sensor/image_file.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdlib>
+#include <vector>
+
+#include <fmt/format.h>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace stillmap {
+namespace {
+
+constexpr int kMostReduced = 8;  // Largest ratio of the sizes of a mask and its frame.
+
+bool has_shape_of(const cv::Size& mask, const cv::Size& frame) {
+  const auto other_width = std::int64_t{mask.width} * frame.height / std::max(mask.height, 1);
+  return std::abs(other_width - frame.width) <= 1 && mask.width >= frame.width &&
+         mask.height >= frame.height && mask.width <= kMostReduced * frame.width;
+}
+
+bool are_equal(const cv::Mat& a, const cv::Mat& b) { return cv::norm(a, b, cv::NORM_INF) == 0; }
+
+/// Returns the only channel that tells something; an empty image if the channels differ.
+cv::Mat gray_of(const cv::Mat& image) {
+  std::vector<cv::Mat> channels;
+  cv::split(image, channels);
+  if (channels.size() == 2 || channels.size() == 4) {
+    const double opaque = image.depth() == CV_16U ? 0xffff : 0xff;
+    if (cv::countNonZero(channels.back() != opaque) > 0) return {};
+    channels.pop_back();
+  }
+  for (const cv::Mat& channel : channels) {
+    if (!are_equal(channel, channels.front())) return {};
+  }
+  return channels.front();
+}
+
+/// Returns 16-bit values as those of 8 bits; an empty image if they are neither below 256 nor
+/// values of 8 bits stretched over 16.
+cv::Mat1b eight_bits_of(const cv::Mat& image) {
+  constexpr int kStretched = 0x101;
+  cv::Mat small, stretched;
+  image.convertTo(small, CV_8U);
+  small.convertTo(stretched, CV_16U);
+  if (are_equal(image, stretched)) return small;
+  image.convertTo(small, CV_8U, 1.0 / kStretched);
+  small.convertTo(stretched, CV_16U, kStretched);
+  return are_equal(image, stretched) ? cv::Mat1b(small) : cv::Mat1b();
+}
+
+MaskRead mask_of(const cv::Mat& image) {
+  if (image.empty() || (image.depth() != CV_8U && image.depth() != CV_16U))
+    return {{}, "cannot be decoded: it is damaged"};
+  const cv::Mat gray = gray_of(image);
+  if (gray.empty())
+    return {{}, "has colors, of a palette or of its channels, so that its values tell no class"};
+  if (gray.depth() == CV_8U) return {gray, ""};
+  const cv::Mat1b mask = eight_bits_of(gray);
+  if (!mask.empty()) return {mask, ""};
+  return {{}, "has 16-bit values above 255, so that its values tell no class"};
+}
+
+}  // namespace
+
+MaskRead read_mask(const std::filesystem::path& file, cv::Size frame) {
+  // The header is read first: an image of another size may be larger than the memory.
+  const auto [header, problem] = read_image_header(file);
+  if (!problem.empty()) return {{}, problem};
+  if (!has_shape_of(header.size, frame)) {
+    return {{},
+            fmt::format("is {} x {} pixels where the frame has {} x {}", header.size.width,
+                        header.size.height, frame.width, frame.height)};
+  }
+  MaskRead read = mask_of(cv::imread(file.string(), cv::IMREAD_UNCHANGED));
+  if (!read.mask.empty() && read.mask.size() != frame)
+    cv::resize(read.mask, read.mask, frame, 0, 0, cv::INTER_NEAREST);
+  return read;
+}
+
+}  // namespace stillmap

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/base/error.hpp"
+#include "stillmap/segment/detector.hpp"
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace stillmap {
+
+/// A detector whose failures cost the instances of their frames, not the run. It has failed in a
+/// frame in which it throws, or gives a box that is not within the image or a mask that is not
+/// 8UC1 of its box's size. The first failure is told by warn(), all are counted.
+class TolerantDetector final : public Detector {
+ public:
+  explicit TolerantDetector(std::unique_ptr<Detector> detector) : detector_(std::move(detector)) {}
+
+  std::vector<Instance> detect(const RgbdFrame& frame) override;
+  std::string description() const override { return detector_->description(); }
+  std::optional<InferenceInfo> inference() const override { return detector_->inference(); }
+  bool immediate() const override { return detector_->immediate(); }
+  std::string skipped() const override;
+  std::size_t failures() const override { return detector_->failures() + failed_; }
+  std::string doubt() const override { return detector_->doubt(); }
+  bool gives_masks() const override { return detector_->gives_masks(); }
+  const std::vector<std::string>& class_names() const override { return detector_->class_names(); }
+
+ private:
+  void count(const Error& failure, std::size_t frame);
+
+  const std::unique_ptr<Detector> detector_;
+  std::size_t frames_ = 0, failed_ = 0;
+  std::string first_failure_;
+};
+
+}  // namespace stillmap

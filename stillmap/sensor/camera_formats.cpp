@@ -1,0 +1,397 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/sensor/camera_formats.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/nearest_name.hpp"
+#include "stillmap/base/number.hpp"
+#include "stillmap/sensor/camera_values.hpp"
+#include "stillmap/sensor/printable.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace stillmap {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Unit of the depth images of drivers, where the file does not tell it [1/m].
+constexpr double kMillimeters = 1000;
+constexpr const char* kRectify = "rectify the images to a pinhole camera first";
+
+// ---- parts of several formats
+
+/// Returns a camera without intrinsics; its size is 0 if the file has none of these keys.
+Camera camera_of_size(const CameraValues& values, const Keys& width, const Keys& height) {
+  Camera camera;
+  camera.width = camera.height = 0;
+  if (!values.has(width) && !values.has(height)) return camera;
+  camera.width = values.whole(width);
+  camera.height = values.whole(height);
+  return camera;
+}
+
+void set_size(Camera& camera, double width, double height) {
+  const auto pixels = [](double value) { return static_cast<int>(std::clamp(value, 0.0, 1e6)); };
+  camera.width = pixels(width), camera.height = pixels(height);
+}
+
+void set_intrinsics(Camera& camera, double fx, double fy, double cx, double cy) {
+  camera.fx = fx, camera.fy = fy, camera.cx = cx, camera.cy = cy;
+}
+
+/// Takes the values of the keys fx, fy, cx and cy behind a prefix.
+void set_intrinsics(Camera& camera, const CameraValues& values, const std::string& prefix) {
+  set_intrinsics(camera, values.number({prefix + "fx"}), values.number({prefix + "fy"}),
+                 values.number({prefix + "cx"}), values.number({prefix + "cy"}));
+}
+
+/// Takes the values of the keys k1, k2, p1, p2 and k3 behind a prefix; 0 without them.
+void set_distortion(Camera& camera, const CameraValues& values, const std::string& prefix) {
+  int i = 0;
+  for (const char* key : {"k1", "k2", "p1", "p2", "k3"})
+    camera.distortion(i++) = values.number_or({prefix + key}, 0);
+}
+
+/// Takes up to five coefficients of Brown's model.
+void set_distortion_list(Camera& camera, const CameraValues& values, const std::string& key) {
+  const std::vector<double> list = values.matrix(key, 0);
+  const auto five = std::min<std::size_t>(5, list.size());
+  if (std::any_of(list.begin() + static_cast<std::ptrdiff_t>(five), list.end(),
+                  [](double value) { return value != 0; })) {
+    throw Error("has more than 5 distortion coefficients", values.where(key),
+                "rectify the images first and give the camera of the rectified images");
+  }
+  std::copy_n(list.begin(), five, camera.distortion.begin());
+}
+
+/// Throws Error if a key is there and names none of the supported models.
+void require_model(const CameraValues& values, const std::string& key, const Keys& supported,
+                   const std::string& fix = kRectify) {
+  if (!values.has({key})) return;
+  const std::string model = values.text(key);
+  if (std::find(supported.begin(), supported.end(), model) != supported.end()) return;
+  throw Error(fmt::format("the camera model '{}' is not supported", printable(model)),
+              values.where(key), fix);
+}
+
+// ---- our own format
+
+void refuse_unknown_keys(const CameraValues& values) {
+  const Keys known{"name",
+                   "width",
+                   "height",
+                   "fx",
+                   "fy",
+                   "cx",
+                   "cy",
+                   "distortion",
+                   "depth_factor",
+                   "fps",
+                   "baseline",
+                   "sensor",
+                   "readout",
+                   "depth_delay",
+                   "disparity_offset",
+                   "disparity_bow",
+                   "ignore"};
+  for (const auto& key : values.keys()) {
+    if (std::find(known.begin(), known.end(), key) != known.end()) continue;
+    throw Error("is not a key of a camera file", values.where(key), suggestion(key, known));
+  }
+}
+
+DepthSensor sensor_of(const CameraValues& values, const Camera& camera) {
+  const std::string name = values.text("sensor");
+  const auto& known = depth_sensor_names();
+  if (std::find(known.begin(), known.end(), name) == known.end()) {
+    throw Error(fmt::format("'{}' is no known depth sensor", printable(name)),
+                values.where("sensor"), suggestion(name, known));
+  }
+  return depth_sensor_of(name, camera.fx, values.number_or({"baseline"}, camera.baseline));
+}
+
+Camera from_our_own(const CameraValues& values) {
+  refuse_unknown_keys(values);
+  Camera camera;
+  camera.width = values.whole({"width"});
+  camera.height = values.whole({"height"});
+  set_intrinsics(camera, values, "");
+  camera.depth_factor = values.number({"depth_factor"});
+  camera.fps = values.number_or({"fps"}, camera.fps);
+  if (values.has({"sensor"})) camera.depth_sensor = sensor_of(values, camera);
+  if (camera.depth_sensor.baseline > 0) camera.baseline = camera.depth_sensor.baseline;
+  camera.baseline = values.number_or({"baseline"}, camera.baseline);
+  if (values.has({"readout", "depth_delay"})) {
+    camera.shutter = {.readout = values.number_or({"readout"}, 0),
+                      .depth_delay = values.number_or({"depth_delay"}, 0)};
+  }
+  camera.disparity_bias = {.offset = values.number_or({"disparity_offset"}, 0),
+                           .bow = values.number_or({"disparity_bow"}, 0)};
+  if (values.has({"ignore"})) camera.ignore = values.file().parent_path() / values.text("ignore");
+  if (values.has({"name"})) camera.name = values.text("name");
+  if (values.has({"distortion"})) {
+    const auto list = values.numbers("distortion");
+    if (list.size() > 5) {
+      throw Error(fmt::format("expected at most 5 numbers, found {}", list.size()),
+                  values.where("distortion"), "write it as [k1, k2, p1, p2, k3]");
+    }
+    std::copy(list.begin(), list.end(), camera.distortion.begin());
+  }
+  return camera;
+}
+
+// ---- settings of ORB-SLAM and stella_vslam
+
+bool is_settings_file(const CameraValues& values) {
+  return std::any_of(values.keys().begin(), values.keys().end(), [](const std::string& key) {
+    return key == "Camera" || key.starts_with("Camera.") || key.starts_with("Camera1.");
+  });
+}
+
+/// ORB-SLAM2 and 3 write Camera.fx or Camera1.fx; OpenVSLAM and stella_vslam write fx below Camera
+/// or Camera.fx, and have names of their own for the size, the baseline and the unit of depth.
+Camera from_settings(const CameraValues& values) {
+  const char* rectify = "rectify the images to a pinhole camera first and give its parameters";
+  require_model(values, "Camera.type", {"PinHole", "Rectified"}, rectify);
+  require_model(values, "Camera.model", {"perspective"}, rectify);
+  const auto names = [](const std::string& key) -> Keys {
+    return {"Camera." + key, "Camera1." + key};
+  };
+  Camera camera =
+      camera_of_size(values, {"Camera.width", "Camera.cols"}, {"Camera.height", "Camera.rows"});
+  set_intrinsics(camera, values.number(names("fx")), values.number(names("fy")),
+                 values.number(names("cx")), values.number(names("cy")));
+  set_distortion(camera, values, values.has({"Camera1.fx"}) ? "Camera1." : "Camera.");
+  camera.fps = values.number_or({"Camera.fps"}, camera.fps);
+  camera.depth_factor = values.number({"DepthMapFactor", "RGBD.DepthMapFactor",
+                                       "Preprocessing.depthmap_factor", "depthmap_factor"});
+  // Camera.bf is the focal length times the baseline [pixels * m], Stereo.b the baseline [m].
+  camera.baseline = values.number_or({"Camera.bf", "Camera1.bf", "Camera.focal_x_baseline"},
+                                     camera.baseline * camera.fx) /
+                    camera.fx;
+  camera.baseline = values.number_or({"Stereo.b"}, camera.baseline);
+  return camera;
+}
+
+// ---- a matrix and coefficients: camera_info of ROS, FileStorage of OpenCV, RTAB-Map
+
+const Keys kMatrix{"cameramatrix", "k", "m1", "mtx"},
+    kDistortion{"distortioncoefficients", "distcoeffs", "d", "d1", "dist"},
+    kProjection{"projectionmatrix", "p", "p1"};
+
+/// Returns the size of the two keys that camera_calibration, RTAB-Map and OpenCV's sample write, of
+/// those of a printed message, or of the pair of width and height that FileStorage makes of
+/// cv::Size.
+Camera camera_of_matrix_size(const CameraValues& values) {
+  if (const auto size = values.find_alike({"imagesize", "size"})) {
+    const auto numbers = values.matrix(*size, 2);
+    Camera camera;
+    set_size(camera, numbers[0], numbers[1]);
+    return camera;
+  }
+  const auto width = values.find_alike({"imagewidth", "width"}),
+             height = values.find_alike({"imageheight", "height"});
+  return camera_of_size(values, {width.value_or("image_width")}, {height.value_or("image_height")});
+}
+
+/// The matrix is that of the images as they were recorded; rectification_matrix and
+/// projection_matrix are those of a stereo pair. Old files of RTAB-Map have a camera_matrix that is
+/// cut from one of 3 x 4 numbers: it ends with 0, and the projection matrix has the right numbers.
+Camera from_matrix(const CameraValues& values) {
+  Camera camera = camera_of_matrix_size(values);
+  const auto k = values.matrix(*values.find_alike(kMatrix), 9);
+  set_intrinsics(camera, k[0], k[4], k[2], k[5]);
+  if (const auto key = values.find_alike(kProjection); key && k[8] == 0) {
+    const auto p = values.matrix(*key, 12);
+    set_intrinsics(camera, p[0], p[5], p[2], p[6]);
+  }
+  if (const auto key = values.find_alike(kDistortion)) set_distortion_list(camera, values, *key);
+  if (camera.distorted()) {
+    for (const char* key : {"distortion_model", "camera_model"})
+      require_model(values, key, {"plumb_bob", "rational_polynomial", "pinhole"});
+    if (values.number_or({"fisheye_model"}, 0) != 0)
+      throw Error("a fisheye model is not supported", values.where("fisheye_model"), kRectify);
+  }
+  camera.depth_factor = values.number_or({"depth_factor"}, kMillimeters);
+  return camera;
+}
+
+// ---- the others
+
+/// PinholeCameraIntrinsic of Open3D: the matrix by columns, or by rows, as it is often written by
+/// hand.
+Camera from_open3d(const CameraValues& values) {
+  Camera camera = camera_of_size(values, {"width"}, {"height"});
+  const auto k = values.matrix("intrinsic_matrix", 9);
+  const bool by_rows = k[6] == 0 && k[7] == 0;
+  set_intrinsics(camera, k[0], k[4], k[by_rows ? 2 : 6], k[by_rows ? 5 : 7]);
+  camera.depth_factor = values.number_or({"depth_scale", "depth_factor"}, kMillimeters);
+  return camera;
+}
+
+/// rs2_intrinsics of librealsense, as scripts write them. Coefficients may be those of another
+/// model than Brown's, such as its inverse.
+Camera from_realsense(const CameraValues& values) {
+  Camera camera = camera_of_size(values, {"width"}, {"height"});
+  set_intrinsics(camera, values.number({"fx"}), values.number({"fy"}), values.number({"ppx"}),
+                 values.number({"ppy"}));
+  if (values.has({"coeffs"})) set_distortion_list(camera, values, "coeffs");
+  if (camera.distorted()) {
+    require_model(values, "model",
+                  {"brown_conrady", "none", "distortion.brown_conrady", "distortion.none"},
+                  "rectify the images to a pinhole camera first, and give coefficients of 0; "
+                  "recordings of librealsense (.bag, .db3) are read with this model");
+  }
+  camera.depth_factor = 1 / values.number_or({"depth_units", "depth_scale"}, 1 / kMillimeters);
+  camera.depth_sensor = find_depth_sensor("realsense_d435i");
+  camera.baseline = camera.depth_sensor.baseline;
+  return camera;
+}
+
+/// The first camera of a chain of Kalibr.
+Camera from_kalibr(const CameraValues& values) {
+  const char* fix = "rectify the images to a pinhole camera first and give its parameters";
+  require_model(values, "cam0.camera_model", {"pinhole"}, fix);
+  const auto size = values.matrix("cam0.resolution", 2), k = values.matrix("cam0.intrinsics", 4);
+  Camera camera;
+  set_size(camera, size[0], size[1]);
+  set_intrinsics(camera, k[0], k[1], k[2], k[3]);
+  if (values.has({"cam0.distortion_coeffs"}))
+    set_distortion_list(camera, values, "cam0.distortion_coeffs");
+  if (camera.distorted()) require_model(values, "cam0.distortion_model", {"radtan"}, fix);
+  camera.depth_factor = kMillimeters;
+  return camera;
+}
+
+/// camera_models of VINS-Mono and VINS-Fusion.
+Camera from_vins(const CameraValues& values) {
+  require_model(values, "model_type", {"PINHOLE"});
+  Camera camera = camera_of_size(values, {"image_width"}, {"image_height"});
+  set_intrinsics(camera, values, "projection_parameters.");
+  set_distortion(camera, values, "distortion_parameters.");
+  camera.depth_factor = values.number_or({"depth_factor"}, kMillimeters);
+  return camera;
+}
+
+const Keys kNeuralSlamGroups{"cam.", "camera.", "camera_params."};
+
+/// Returns the group of keys with fx in settings of NICE-SLAM and its successors; none in others.
+std::optional<std::string> neural_slam_group(const CameraValues& values) {
+  const auto group =
+      std::find_if(kNeuralSlamGroups.begin(), kNeuralSlamGroups.end(),
+                   [&](const std::string& prefix) { return values.has({prefix + "fx"}); });
+  return group == kNeuralSlamGroups.end() ? std::nullopt : std::optional(*group);
+}
+
+/// NICE-SLAM's `cam`, the `camera` of its Replica data (cam_params.json), and SplaTAM's
+/// `camera_params`.
+Camera from_neural_slam(const CameraValues& values) {
+  const std::string group = *neural_slam_group(values);
+  Camera camera = camera_of_size(values, {group + "W", group + "w", group + "image_width"},
+                                 {group + "H", group + "h", group + "image_height"});
+  set_intrinsics(camera, values, group);
+  if (values.has({group + "distortion"})) set_distortion_list(camera, values, group + "distortion");
+  camera.depth_factor = values.number({group + "png_depth_scale", group + "scale"});
+  return camera;
+}
+
+/// transforms.json of nerfstudio, whose depth images are in millimeters, and of instant-ngp, which
+/// tells the unit as integer_depth_scale [m].
+Camera from_nerf(const CameraValues& values) {
+  require_model(values, "camera_model",
+                {"OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL"});
+  if (values.has({"is_fisheye"}) && values.text("is_fisheye") == "true")
+    throw Error("a fisheye model is not supported", values.where("is_fisheye"), kRectify);
+  Camera camera = camera_of_size(values, {"w"}, {"h"});
+  const double fx = values.number({"fl_x"});
+  set_intrinsics(camera, fx, values.number_or({"fl_y"}, fx), values.number({"cx"}),
+                 values.number({"cy"}));
+  set_distortion(camera, values, "");
+  camera.depth_factor = 1 / values.number_or({"integer_depth_scale"}, 1 / kMillimeters);
+  return camera;
+}
+
+/// metadata.json of Record3D: the matrix by columns, of the color images; sizes w x h of color and
+/// dw x dh of depth.
+Camera from_record3d(const CameraValues& values) {
+  Camera camera = camera_of_size(values, {"w"}, {"h"});
+  const auto k = values.matrix("K", 9);
+  set_intrinsics(camera, k[0], k[4], k[6], k[7]);
+  camera.fps = values.number_or({"fps"}, camera.fps);
+  camera.depth_factor = kMillimeters;
+  return camera;
+}
+
+Camera camera_of(const CameraValues& values) {
+  if (values.has({"cam0.camera_model"})) return from_kalibr(values);
+  if (is_settings_file(values)) return from_settings(values);
+  if (values.has({"projection_parameters"})) return from_vins(values);
+  if (values.has({"fl_x", "camera_angle_x"})) return from_nerf(values);
+  if (neural_slam_group(values)) return from_neural_slam(values);
+  if (values.has({"intrinsic_matrix"})) return from_open3d(values);
+  if (values.has({"ppx"})) return from_realsense(values);
+  if (values.has({"K"}) && values.has({"dw"})) return from_record3d(values);
+  if (values.find_alike(kMatrix)) return from_matrix(values);
+  return from_our_own(values);
+}
+
+// ---- numbers without keys
+
+/// Returns the `count` numbers of a text, separated by blanks, line breaks or commas.
+std::vector<double> numbers_of(const fs::path& file, std::size_t count, const char* what) {
+  std::string text = camera_text(file);
+  std::replace(text.begin(), text.end(), ',', ' ');
+  std::istringstream words(text);
+  std::vector<double> numbers;
+  for (std::string word; words >> word;) {
+    const auto number = number_of(word);
+    if (!number || !std::isfinite(*number)) {
+      throw Error(fmt::format("expected a number, found '{}'", printable(word)), file.string(),
+                  fmt::format("write {}", what));
+    }
+    numbers.push_back(*number);
+  }
+  if (numbers.size() != count) {
+    throw Error(fmt::format("expected {} numbers, found {}", count, numbers.size()), file.string(),
+                fmt::format("write {}", what));
+  }
+  return numbers;
+}
+
+/// Intrinsics of ARKitScenes.
+Camera from_pincam(const fs::path& file) {
+  const auto numbers = numbers_of(file, 6, "width height fx fy cx cy in one line");
+  Camera camera;
+  set_size(camera, numbers[0], numbers[1]);
+  set_intrinsics(camera, numbers[2], numbers[3], numbers[4], numbers[5]);
+  camera.depth_factor = kMillimeters;
+  return camera;
+}
+
+/// camera_matrix.csv of Stray Scanner: the matrix of the color images by rows.
+Camera from_matrix_csv(const fs::path& file) {
+  const auto k =
+      numbers_of(file, 9, "the camera matrix as three lines 'fx,0,cx', '0,fy,cy', '0,0,1'");
+  Camera camera;
+  camera.width = camera.height = 0;
+  set_intrinsics(camera, k[0], k[4], k[2], k[5]);
+  camera.depth_factor = kMillimeters;
+  return camera;
+}
+
+}  // namespace
+
+Camera read_camera_format(const fs::path& file) {
+  if (file.extension() == ".pincam") return from_pincam(file);
+  if (file.extension() == ".csv") return from_matrix_csv(file);
+  return camera_of(CameraValues(file));
+}
+
+}  // namespace stillmap

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/geometry/camera.hpp"
+
+#include <filesystem>
+
+namespace stillmap {
+
+/// Reads the camera of a file in one of the formats that docs/cameras.md lists, recognized by its
+/// keys. Width and height are 0 if the file does not tell them, and the name is that of Camera() if
+/// it does not tell one. Throws Error with file, key and fix; YAML::Exception for some damaged
+/// files.
+Camera read_camera_format(const std::filesystem::path& file);
+
+}  // namespace stillmap
