@@ -249,6 +249,13 @@ class FirstDay(unittest.TestCase):
         summary = self.folder / "test_masks_named_as_the_images_by_numbers_run/summary.json"
         self.assertIsNone(json.loads(summary.read_text())["frames_without_masks"])
 
+    def test_a_camera_that_was_mounted_on_its_side(self):
+        turned = self.folder / "turned"
+        done = stillmap("record", self.original, turned, "--rotate", 270)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(struct.unpack(">II", next((turned / "rgb").iterdir()).read_bytes()[16:24]), (HEIGHT, WIDTH))
+        self.is_mapped(turned, "--rotate", 90)
+
     def test_a_robot_that_is_always_in_view(self):
         """A pattern that fills the lower left quarter of all images is left out by --ignore."""
         copy = self.copy(lists=True)

@@ -162,6 +162,10 @@ void add_record_command(CLI::App& app, int& exit_code) {
       ->add_option("--ignore", options.ignore,
                    "image that is white where pixels are not used, as for run")
       ->type_name("FILE");
+  command
+      ->add_option("--rotate", options.rotate,
+                   "turn the images clockwise by 90, 180 or 270 degrees, as for run")
+      ->type_name("DEGREES");
   command->add_option("--topics", options.topics,
                       "COLOR,DEPTH or LEFT,RIGHT: topics of a recorded file");
   command->add_option("--fps", options.fps,

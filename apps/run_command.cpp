@@ -70,6 +70,11 @@ void add_input_options(CLI::App& command, RunArguments& arguments) {
   command.add_option("--first", arguments.first, "number of frames to skip at the start");
   command.add_option("--count", arguments.count, "maximum number of frames; 0: all");
   command.add_option("--stride", arguments.stride, "use every n-th frame");
+  command
+      .add_option("--rotate", arguments.rotate,
+                  "turn the images clockwise by 90, 180 or 270 degrees, so that the floor is at "
+                  "their bottom: of a phone held upright, or of a camera mounted upside down")
+      ->type_name("DEGREES");
   command.add_flag("--half", arguments.half_size,
                    "use images of half the width and height, for slow computers");
 }

@@ -6,15 +6,18 @@
 #include "stillmap/base/print.hpp"
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/config/unused_option.hpp"
+#include "stillmap/evaluate/truth_frame.hpp"
 #include "stillmap/pipeline/calibrate_shutter.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/segment/make_detector.hpp"
 #include "stillmap/sensor/doctor.hpp"
 #include "stillmap/sensor/make_source.hpp"
+#include "stillmap/sensor/rotated.hpp"
 #include "stillmap/view/view_messages.hpp"
 
 #include <algorithm>
 #include <memory>
+#include <string>
 
 #include "interrupt.hpp"
 #include "output_file.hpp"
@@ -52,9 +55,7 @@ std::string sequence_name(const std::filesystem::path& folder) {
     return text.substr(0, text.find(':'));
   const auto absolute = std::filesystem::absolute(folder).lexically_normal();
   if (!absolute.has_filename()) return absolute.parent_path().filename().string();
-  std::error_code ignored;
-  const bool file = std::filesystem::is_regular_file(absolute, ignored);
-  return (file ? absolute.stem() : absolute.filename()).string();
+  return (is_file(absolute) ? absolute.stem() : absolute.filename()).string();
 }
 
 /// Returns the map to start from, if one was named. Throws Error if it was made with another
@@ -198,7 +199,9 @@ Options options_of(const RunRequest& request) {
 std::optional<Trajectory> truth_of(const RunRequest& request) {
   const std::filesystem::path file = truth_file(request);
   if (file.empty()) return std::nullopt;
-  return true_camera_trajectory(file, truth_frame_of(file, request.truth_frame));
+  Trajectory truth = true_camera_trajectory(file, truth_frame_of(file, request.truth_frame));
+  if (request.rotate == 0) return truth;
+  return in_camera_frame(truth, {Pose(), turned_camera(request.rotate)});
 }
 
 std::string recording_of(const RunRequest& request) {
@@ -217,6 +220,11 @@ Session session_of(const RunRequest& request, const Options& options) {
     throw Error("no sequence was named", "run",
                 "stillmap run SEQUENCE, a folder in TUM layout or a recorded file");
   }
+  if (request.rotate != 0 && !request.masks.empty()) {
+    throw Error("masks of the recorded images do not fit turned ones", "--rotate",
+                "turn the recording first: stillmap record " + request.sequence +
+                    " FOLDER --rotate " + std::to_string(request.rotate));
+  }
   const SourceOptions range{.camera = request.camera,
                             .ignore = request.ignore,
                             .topics = request.topics,
@@ -225,6 +233,7 @@ Session session_of(const RunRequest& request, const Options& options) {
                             .first = options.input.first,
                             .count = options.input.count,
                             .stride = options.input.stride,
+                            .rotate = request.rotate,
                             .half_size = options.input.half_size,
                             .following = following_of(request)};
   std::unique_ptr<FrameSource> source = make_source(request.sequence, range);

@@ -20,6 +20,7 @@ struct RunRequest {
   std::optional<int> memory;     ///< For the views of the dense map [MB].
   double fps = 30;               ///< Rate of images whose names are numbers, not times [Hz].
   std::optional<double> follow;  ///< Time to wait for images of a growing folder [s].
+  int rotate = 0;                ///< As of SourceOptions.
   bool half_size = false;
   std::string load_map, save_map;
   bool localize_only = false, force = false;

@@ -28,10 +28,6 @@ std::vector<std::string> seeds() {
 }  // namespace stillmap::fuzz
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  stillmap::fuzz::parse_image({data, size}, [](const auto& bytes, cv::Size wanted) {
-    stillmap::ImageRead read = stillmap::decode_depth_image(bytes, wanted);
-    if (!read.image.empty() && read.image.channels() != 1) std::abort();
-    return read;
-  });
+  stillmap::fuzz::parse_depth_image({data, size});
   return 0;
 }

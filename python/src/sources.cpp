@@ -199,11 +199,12 @@ Signature source_signature() {
                      {"first", whole, fits<int>, false},
                      {"count", whole, fits<int>, false},
                      {"stride", whole, fits<int>, false},
+                     {"rotate", whole, fits<int>, false},
                      {"half_size", "True or False", fits<bool>, false}},
       .positional = 1,
       .fix =
           "call source(text), with the keywords camera, ignore, topics, associations, fps, follow, "
-          "first, count, stride and half_size as needed"};
+          "first, count, stride, rotate and half_size as needed"};
 }
 
 void bind_camera(py::module_& module) {
@@ -288,7 +289,7 @@ void bind_sources(py::module_& module) {
       [](const std::filesystem::path& text, const OptionalCamera& camera,
          const OptionalPath& ignore, const Topics& topics, const OptionalPath& associations,
          double fps, const std::variant<bool, double>& follow, int first, int count, int stride,
-         bool half_size) {
+         int rotate, bool half_size) {
         SourceOptions options{.camera = {},
                               .ignore = ignore.value_or("").string(),
                               .topics = joined(topics),
@@ -297,6 +298,7 @@ void bind_sources(py::module_& module) {
                               .first = first,
                               .count = count,
                               .stride = stride,
+                              .rotate = rotate,
                               .half_size = half_size,
                               .following = following_of(text.string(), follow)};
         set_camera(camera, options);
@@ -305,7 +307,8 @@ void bind_sources(py::module_& module) {
       py::arg("text"), py::kw_only(), py::arg("camera") = py::none(),
       py::arg("ignore") = py::none(), py::arg("topics") = "", py::arg("associations") = py::none(),
       py::arg("fps") = SourceOptions{}.fps, py::arg("follow") = false, py::arg("first") = 0,
-      py::arg("count") = 0, py::arg("stride") = 1, py::arg("half_size") = false,
+      py::arg("count") = 0, py::arg("stride") = 1, py::arg("rotate") = 0,
+      py::arg("half_size") = false,
       "The frames of all that the command's `run` maps: a recorded file (.bag, .db3, .mcap), a "
       "folder of images, a folder of a stereo pair, or the camera 'realsense:'. The arguments are "
       "those of the command. camera: Camera, preset or file, instead of the recording's own; "
@@ -316,7 +319,8 @@ void bind_sources(py::module_& module) {
       "depth images; fps: rate [Hz] of images whose names are numbers; follow: the folder still "
       "grows: True, or the longest time without a frame [s], at which the iterator ends; first: "
       "frames skipped; count: maximum number of frames, 0 for all; stride: every n-th frame; "
-      "half_size: images of half the size.");
+      "rotate: turns the images clockwise by 90, 180 or 270 degrees; half_size: images of half the "
+      "size.");
   module.def(
       "source",
       [](const py::args& args, const py::kwargs& keywords) -> std::unique_ptr<Source> {

@@ -13,6 +13,11 @@
 namespace stillmap {
 namespace fs = std::filesystem;
 
+bool is_file(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_regular_file(path, ignored);
+}
+
 std::ifstream open_file(const fs::path& file) {
   std::error_code failed;
   // A pipe or device may have no end.

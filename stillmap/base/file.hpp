@@ -16,6 +16,9 @@ inline constexpr std::uintmax_t kLargestText = std::uintmax_t{256} << 20;
 /// Limit of read_file() for files whose format has no largest size.
 inline constexpr std::uintmax_t kAnySize = std::numeric_limits<std::uintmax_t>::max();
 
+/// Returns whether there is a regular file of this name that may be looked up.
+bool is_file(const std::filesystem::path& path);
+
 /// Opens a file for reading. Throws Error if it cannot be read, or is no regular file.
 std::ifstream open_file(const std::filesystem::path& file);
 

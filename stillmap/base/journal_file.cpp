@@ -70,8 +70,7 @@ void JournalWriter::write(std::string_view bytes) {
 }
 
 bool is_journal(const std::filesystem::path& file) {
-  std::error_code failed;
-  if (!std::filesystem::is_regular_file(file, failed)) return false;  // a pipe may have no end
+  if (!is_file(file)) return false;  // a pipe may have no end
   std::array<char, kJournalMagic.size()> magic = {};
   std::ifstream in(file, std::ios::binary);
   in.read(magic.data(), magic.size());

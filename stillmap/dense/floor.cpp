@@ -349,6 +349,13 @@ FloorFinding upward(const std::vector<Surfel>& surfels, const std::vector<Pose>&
   return {.up = up, .up_sigma = sigma_of(surfels, *up)};
 }
 
+/// Returns whether a certain floor is above the camera, as in the images of one that is upside
+/// down, or of one that sees only the ceiling.
+bool is_upside_down(const std::vector<Surfel>& surfels, const Eigen::Vector3d& up,
+                    const Pose& camera) {
+  return most_certain_level(surfels, -up, camera).floor.has_value();
+}
+
 std::string uncertain_direction_text(double sigma) {
   return fmt::format(
       "the walls and horizontal surfaces show the upward direction only within {:.1f} degrees "
@@ -371,8 +378,15 @@ FloorFinding find_floor(const std::vector<Surfel>& surfels, const std::vector<Po
     finding.floor = Floor{*finding.up, finding.up->dot(eye) - *hints.camera_height};
     finding.evidence.camera_height = *hints.camera_height;
   } else {
-    finding = most_certain_level(surfels, *finding.up, cameras.front());
+    const Eigen::Vector3d up = *finding.up;
+    finding = most_certain_level(surfels, up, cameras.front());
     finding.up_sigma = sigma;
+    if (!finding.floor && !hints.up && is_upside_down(surfels, up, cameras.front())) {
+      return {.reason =
+                  "a large horizontal surface is above the camera and none below: the images "
+                  "may be upside down (turn them with --rotate 180), or show the ceiling "
+                  "only"};
+    }
   }
   if (finding.floor && sigma > kLargestSigma) {
     finding.floor.reset();

@@ -52,12 +52,12 @@ struct FloorHints {
 /// The upward direction is the one to which most surfaces are parallel or perpendicular, within 50
 /// degrees of the mean upward direction of the images, such that the cameras do not look up, and
 /// perpendicular to the rows of the images (cameras are seldom rolled). It is unknown if another
-/// one is nearly as probable. A floor of low confidence is unknown: one of which little was
-/// observed, that is as narrow as a table and near the camera, or that has other surfaces below. So
-/// is one whose upward direction has a standard deviation of more than 1 degree: cubes of 1 m of
-/// one surface count as independent measurements, as far off as they deviate from the direction of
-/// all, and by 2 degrees more. Errors that all surfaces share, as those of the calibration, are not
-/// part of it.
+/// one is nearly as probable, or if the opposite one has a certain floor and it has none. A floor
+/// of low confidence is unknown: one of which little was observed, that is as narrow as a table and
+/// near the camera, or that has other surfaces below. So is one whose upward direction has a
+/// standard deviation of more than 1 degree: cubes of 1 m of one surface count as independent
+/// measurements, as far off as they deviate from the direction of all, and by 2 degrees more.
+/// Errors that all surfaces share, as those of the calibration, are not part of it.
 /// @param surfels of the static world, with sides of kFloorSurfel
 /// @param cameras T_world_camera of the views, the first camera first
 FloorFinding find_floor(const std::vector<Surfel>& surfels, const std::vector<Pose>& cameras,

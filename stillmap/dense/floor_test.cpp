@@ -137,6 +137,19 @@ TEST(Floor, IsUnknownIfItsPartsAndTheWallsContradict) {
   EXPECT_THAT(bent(2.5 * kDegree).reason, HasSubstr("show the upward direction only within"));
 }
 
+TEST(Floor, IsUnknownIfTheCameraIsUpsideDown) {
+  Room room;
+  room.add_level(1, -1, 2, 2, 0);
+  const Pose level = room.camera * Pose(so3_exp({25 * kDegree, 0, 0}), Eigen::Vector3d::Zero());
+  for (const double roll : {180, 170, 200}) {
+    room.camera = level * Pose(so3_exp({0, 0, roll * kDegree}), Eigen::Vector3d::Zero());
+    const FloorFinding found = room.find();
+    EXPECT_FALSE(found.floor);
+    EXPECT_FALSE(found.up) << "it would be that of the ceiling";
+    EXPECT_THAT(found.reason, HasSubstr("upside down"));
+  }
+}
+
 TEST(Floor, IsBelowATable) {
   Room room;
   room.add_level(1, -1, 2, 2, 0);

@@ -26,6 +26,30 @@ bool equal(const cv::Mat& a, const cv::Mat& b) {
   return !a.empty() && a.size() == b.size() && cv::norm(a, b, cv::NORM_INF) == 0;
 }
 
+/// Returns the share of the pixels with depth in both images whose depth differs by more than a
+/// tenth [0..1].
+double depth_change(const cv::Mat1f& a, const cv::Mat1f& b) {
+  constexpr float kTenth = 0.1F;
+  int both = 0, changed = 0;
+  for (int y = 0; y < a.rows; ++y) {
+    for (int x = 0; x < a.cols; ++x) {
+      const float z = a(y, x), other = b(y, x);
+      if (!(z > 0 && other > 0)) continue;
+      ++both;
+      if (std::abs(z - other) > kTenth * std::min(z, other)) ++changed;
+    }
+  }
+  return both > 0 ? static_cast<double>(changed) / both : 0;
+}
+
+/// Returns the mean difference of two gray images of the same mean brightness.
+double gray_change(const cv::Mat1b& a, const cv::Mat1b& b) {
+  const cv::Scalar offset = cv::mean(a) - cv::mean(b);
+  cv::Mat1f difference;
+  cv::subtract(a, b, difference, cv::noArray(), CV_32F);
+  return cv::norm(difference - offset, cv::NORM_L1) / static_cast<double>(a.total());
+}
+
 /// Returns whether a depth camera measured the depth. That of a pair of cameras is computed from
 /// the images, and so are its edges: in the pixels and at the moment of the left images.
 bool has_depth_camera(const Camera& camera) {
@@ -78,6 +102,8 @@ void FrameCheck::add(const RgbdFrame& frame) {
     gap_.add(frame.timestamp, longest_);
   }
   compare_with_last(frame.timestamp, coarse);
+  compare_with_last_two(coarse);
+  last_but_one_ = last_coarse_;
   last_coarse_ = coarse;
   ++frames_;
 }
@@ -106,6 +132,24 @@ void FrameCheck::compare_with_last(double time, const Coarse& coarse) {
     frozen_.add(time, longest_frozen_);
   else
     frozen_ = {};
+}
+
+/// Counts the frames whose depth and gray image resemble those of the last frame but one and not
+/// those of the last, as if two cameras took them in turn. A camera that moves does the opposite.
+void FrameCheck::compare_with_last_two(const Coarse& coarse) {
+  constexpr double kDepthChange = 0.2, kGrayChange = 10;  // between two views; share, gray levels
+  const auto same_size = [](const cv::Mat& a, const cv::Mat& b, const cv::Mat& c) {
+    return !a.empty() && a.size() == b.size() && a.size() == c.size();
+  };
+  if (!same_size(coarse.depth, last_coarse_.depth, last_but_one_.depth) ||
+      !same_size(coarse.gray, last_coarse_.gray, last_but_one_.gray))
+    return;
+  const double depth = depth_change(coarse.depth, last_coarse_.depth),
+               gray = gray_change(coarse.gray, last_coarse_.gray);
+  if (depth > kDepthChange && gray > kGrayChange &&
+      2 * depth_change(coarse.depth, last_but_one_.depth) < depth &&
+      2 * gray_change(coarse.gray, last_but_one_.gray) < gray)
+    ++alternating_;
 }
 
 /// Adds the steps between the depths of a frame, and the places of its edges.
@@ -163,6 +207,15 @@ std::string FrameCheck::repeats_problem() const {
       repeats_, frames_);
 }
 
+std::string FrameCheck::alternation_problem() const {
+  constexpr std::size_t kFewest = 10;
+  if (alternating_ < kFewest || 2 * alternating_ < frames_) return "";
+  return fmt::format(
+      "{} of {} frames resemble the frame before the last and not the last, as if two cameras took "
+      "them in turn; record the cameras separately",
+      alternating_, frames_);
+}
+
 std::string FrameCheck::depth_problem() const {
   if (frames_ > 0 && with_depth_ == 0 && !has_depth_camera(camera_)) {
     return fmt::format(
@@ -201,13 +254,10 @@ std::string FrameCheck::coarse_problem() const {
 
 std::vector<std::string> FrameCheck::problems() const {
   const std::string frozen = frozen_problem();
-  std::vector<std::string> problems{depth_problem(),
-                                    frozen,
-                                    repeats_problem(),
-                                    time_problem(),
-                                    frozen.empty() ? registration_.problem() : "",
-                                    steps_problem(),
-                                    coarse_problem()};
+  std::vector<std::string> problems{
+      depth_problem(),       frozen,          repeats_problem(),
+      alternation_problem(), time_problem(),  frozen.empty() ? registration_.problem() : "",
+      steps_problem(),       coarse_problem()};
   std::erase(problems, "");
   return problems;
 }

@@ -56,9 +56,11 @@ class FrameCheck {
   };
   void examine(const RgbdFrame& frame);
   void compare_with_last(double time, const Coarse& coarse);
+  void compare_with_last_two(const Coarse& coarse);
   std::string depth_problem() const;
   std::string frozen_problem() const;
   std::string repeats_problem() const;
+  std::string alternation_problem() const;
   std::string time_problem() const;
   std::string steps_problem() const;
   std::string coarse_problem() const;
@@ -66,7 +68,7 @@ class FrameCheck {
   Camera camera_;
   std::size_t frames_ = 0, with_depth_ = 0, examined_ = 0, next_examined_ = 0;
   std::size_t flat_ = 0;  // of the examined frames: those with one depth everywhere
-  Coarse last_coarse_;
+  Coarse last_coarse_, last_but_one_;
   std::vector<double> intervals_;  // [s]
   double last_ = 0;                // time of the last frame [s]
   std::vector<bool> seen_;         // by raw depth
@@ -76,6 +78,7 @@ class FrameCheck {
   Gap stopped_, longest_stopped_;  // frames in a row whose color repeats
   std::size_t repeats_ = 0, repeated_ = 0;  // frames whose color repeats; images that they repeat
   bool repeats_last_ = false;               // the last frame is one of them
+  std::size_t alternating_ = 0;  // frames that resemble the last but one, and not the last
 };
 
 }  // namespace stillmap

@@ -2,6 +2,7 @@
 #include "stillmap/sensor/frame_check.hpp"
 
 #include <algorithm>
+#include <functional>
 
 #include <gmock/gmock.h>
 #include <opencv2/imgproc.hpp>
@@ -106,6 +107,49 @@ TEST(FrameCheck, FindsACameraThatHangs) {
   EXPECT_THAT(check.problems(),
               testing::Contains(AllOf(HasSubstr("29 frames in a row have the color image"),
                                       HasSubstr("from 1.033333 s on"))));
+}
+
+/// Returns a frame of a camera that moves along a textured wall, at a place [pixels].
+RgbdFrame frame_of_wall(double time, int place) {
+  static const cv::Mat1b wall = [] {
+    cv::Mat1b noise(480, 4000);
+    cv::RNG(1).fill(noise, cv::RNG::UNIFORM, 0, 255);
+    cv::GaussianBlur(noise, noise, {}, 30);
+    cv::normalize(noise, noise, 0, 255, cv::NORM_MINMAX);
+    return noise;
+  }();
+  RgbdFrame frame;
+  frame.timestamp = time;
+  frame.gray = wall({place, 0, 640, 480});
+  frame.gray.convertTo(frame.depth, CV_32F, 1.0 / 100, 1);
+  return frame;
+}
+
+/// Returns what is told of 60 frames at the places that `place` returns.
+std::vector<std::string> problems_of_places(const std::function<int(int)>& place) {
+  FrameCheck check{Camera()};
+  for (int i = 0; i < 60; ++i) check.add(frame_of_wall(i / 30.0, place(i)));
+  return check.problems();
+}
+
+TEST(FrameCheck, FindsFramesOfTwoCamerasInTurn) {
+  EXPECT_THAT(problems_of_places([](int i) { return 4 * i + 2000 * (i % 2); }),
+              testing::Contains(HasSubstr("58 of 60 frames resemble the frame before the last")));
+  const auto told = testing::Contains(HasSubstr("in turn"));
+  EXPECT_THAT(problems_of_places([](int i) { return 4 * i; }), testing::Not(told));
+  EXPECT_THAT(problems_of_places([](int i) { return 50 * i; }), testing::Not(told)) << "fast";
+  EXPECT_THAT(problems_of_places([](int i) { return 4 * i + 3 * (i % 2); }), testing::Not(told))
+      << "a camera that shakes";
+}
+
+TEST(FrameCheck, ExposuresInTurnAreOfOneCamera) {
+  FrameCheck check{Camera()};
+  for (int i = 0; i < 60; ++i) {
+    RgbdFrame frame = frame_of_wall(i / 30.0, 4 * i);
+    frame.gray = frame.gray * (i % 2 == 0 ? 1.0 : 0.6);
+    check.add(frame);
+  }
+  EXPECT_THAT(check.problems(), testing::Not(testing::Contains(HasSubstr("in turn"))));
 }
 
 TEST(FrameCheck, FindsDepthThatIsTheSameEverywhere) {

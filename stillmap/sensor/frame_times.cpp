@@ -6,6 +6,7 @@
 #include "stillmap/base/number.hpp"
 #include "stillmap/base/unicode.hpp"
 #include "stillmap/sensor/camera_values.hpp"
+#include "stillmap/sensor/fields.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -22,26 +23,13 @@ namespace fs = std::filesystem;
 
 constexpr const char* kStrayScannerFile = "odometry.csv";
 
-bool is_file(const fs::path& path) {
-  std::error_code ignored;
-  return fs::is_regular_file(path, ignored);
-}
-
-std::vector<std::string> columns_of(std::string line) {
-  std::replace(line.begin(), line.end(), ',', ' ');
-  std::istringstream words(line);
-  std::vector<std::string> columns;
-  for (std::string word; words >> word;) columns.push_back(word);
-  return columns;
-}
-
 /// Reads the table of a file whose heading names the columns timestamp and frame; none otherwise,
 /// as of early versions.
 FrameTimes times_of_stray_scanner(const fs::path& file) {
   std::istringstream in(as_utf8(read_file(file)));
   std::string line;
   std::getline(in, line);
-  const auto heading = columns_of(line);
+  const auto heading = fields_of(line);
   const auto column = [&](const char* name) {
     return static_cast<std::size_t>(std::find(heading.begin(), heading.end(), name) -
                                     heading.begin());
@@ -51,7 +39,7 @@ FrameTimes times_of_stray_scanner(const fs::path& file) {
   if (stamp == heading.size() || frame == heading.size()) return times;
   times.file = file;
   for (int number = 2; std::getline(in, line); ++number) {
-    const auto columns = columns_of(line);
+    const auto columns = fields_of(line);
     if (columns.empty()) continue;
     const bool complete = columns.size() > std::max(stamp, frame);
     const auto time = complete ? number_of(columns[stamp]) : std::nullopt,

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <limits>
-#include <utility>
 
 #include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
@@ -70,22 +69,13 @@ Camera halved(const Camera& camera) {
 }
 
 RgbdFrame halved(const RgbdFrame& frame) {
+  const TraceScope scope("halve frame");
   RgbdFrame half = frame;
   half.color = mean_of_four(frame.color);
   half.gray = mean_of_four(frame.gray);
   half.depth = halved_depth(frame.depth);
   if (!frame.ignored.empty()) half.ignored = mean_of_four(frame.ignored) > 0;
   return half;
-}
-
-HalvedSource::HalvedSource(std::unique_ptr<FrameSource> whole)
-    : whole_(std::move(whole)), camera_(halved(whole_->camera())) {}
-
-RgbdFramePtr HalvedSource::next() {
-  const RgbdFramePtr whole = whole_->next();
-  if (!whole) return nullptr;
-  const TraceScope scope("halve frame");
-  return std::make_shared<RgbdFrame>(halved(*whole));
 }
 
 }  // namespace stillmap

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/sensor/frame_source.hpp"
-
-#include <memory>
+#include "stillmap/geometry/camera.hpp"
+#include "stillmap/sensor/rgbd_frame.hpp"
 
 namespace stillmap {
 
@@ -15,23 +14,5 @@ Camera halved(const Camera& camera);
 /// Returns the halved frame. Color and gray: mean of four pixels. Depth: mean of those of the four
 /// readings within 3 % of the nearest, hence of one surface; 0 without a reading.
 RgbdFrame halved(const RgbdFrame& frame);
-
-/// A source of the halved frames of another source.
-class HalvedSource : public FrameSource {
- public:
-  /// Throws Error if the camera's images are too small to be halved.
-  explicit HalvedSource(std::unique_ptr<FrameSource> whole);
-
-  const Camera& camera() const override { return camera_; }
-  RgbdFramePtr next() override;
-  void skip_before(double timestamp) override { whole_->skip_before(timestamp); }
-  std::optional<std::size_t> size() const override { return whole_->size(); }
-  const std::vector<SkippedFrame>& skipped() const override { return whole_->skipped(); }
-  std::vector<std::string> notes() const override { return whole_->notes(); }
-
- private:
-  std::unique_ptr<FrameSource> whole_;
-  Camera camera_;
-};
 
 }  // namespace stillmap

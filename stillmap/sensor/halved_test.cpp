@@ -2,6 +2,7 @@
 #include "stillmap/sensor/halved.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/sensor/converted_source.hpp"
 
 #include <gtest/gtest.h>
 
@@ -99,8 +100,9 @@ TEST(Halved, APixelIsIgnoredIfOneOfItsFourIs) {
   EXPECT_NE(small.ignored.at<uchar>(2, 3), 0);
 }
 
-TEST(HalvedSource, ReturnsAllFrames) {
-  HalvedSource source(std::make_unique<Frames>(recorded(), 2));
+TEST(ConvertedSource, ReturnsAllFrames) {
+  ConvertedSource source(std::make_unique<Frames>(recorded(), 2), halved(recorded()),
+                         [](const RgbdFrame& frame) { return halved(frame); });
   EXPECT_EQ(source.camera().width, 80);
   EXPECT_EQ(source.size(), 2U);
   ASSERT_TRUE(source.next());
@@ -109,10 +111,10 @@ TEST(HalvedSource, ReturnsAllFrames) {
   EXPECT_EQ(source.skipped().size(), 1U);
 }
 
-TEST(HalvedSource, RefusesImagesThatAreTooSmall) {
+TEST(Halved, RefusesImagesThatAreTooSmall) {
   Camera small = recorded();
   small.width = 120;
-  EXPECT_THROW(HalvedSource(std::make_unique<Frames>(small, 1)), Error);
+  EXPECT_THROW(halved(small), Error);
 }
 
 }  // namespace

@@ -2,13 +2,16 @@
 #include "stillmap/sensor/make_source.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/file.hpp"
 #include "stillmap/sensor/camera_file.hpp"
+#include "stillmap/sensor/converted_source.hpp"
 #include "stillmap/sensor/followed_folder.hpp"
 #include "stillmap/sensor/halved.hpp"
 #include "stillmap/sensor/image_sizes.hpp"
 #include "stillmap/sensor/live_source.hpp"
 #include "stillmap/sensor/realsense_camera.hpp"
 #include "stillmap/sensor/recording_source.hpp"
+#include "stillmap/sensor/rotated.hpp"
 #include "stillmap/sensor/stereo_folder.hpp"
 #include "stillmap/sensor/tum_folder.hpp"
 
@@ -56,6 +59,7 @@ Camera with_ignored(Camera camera, const SourceOptions& options) {
   return camera;
 }
 
+/// Returns whether the options give the camera, so that the source need not contain one.
 bool give_camera(const SourceOptions& options) {
   return options.recorded || !options.camera.empty();
 }
@@ -124,8 +128,7 @@ void check_settings(const SourceOptions& options) {
 /// Throws Error for a file of another kind, and for options that have no effect on the source.
 void check_kind(const std::string& text, const std::string& path, const SourceOptions& options) {
   const bool recorded = !names_live_camera(text) && names_recording(text);
-  std::error_code ignored;
-  if (!recorded && std::filesystem::is_regular_file(path, ignored)) {
+  if (!recorded && is_file(path)) {
     throw Error("is no recording that can be read", path,
                 "give a .bag, .db3 or .mcap file; videos without depth cannot be mapped, and how "
                 ".svo and .mkv files with depth are converted is told in docs/cameras.md");
@@ -212,7 +215,17 @@ std::unique_ptr<FrameSource> make_source(const std::string& text, const SourceOp
       source = open(/*growing=*/false);
     }
   }
-  if (options.half_size) source = std::make_unique<HalvedSource>(std::move(source));
+  if (options.rotate != 0) {
+    const Camera camera = rotated(source->camera(), options.rotate);
+    source = std::make_unique<ConvertedSource>(
+        std::move(source), camera,
+        [degrees = options.rotate](const RgbdFrame& frame) { return rotated(frame, degrees); });
+  }
+  if (options.half_size) {
+    const Camera camera = halved(source->camera());
+    source = std::make_unique<ConvertedSource>(
+        std::move(source), camera, [](const RgbdFrame& frame) { return halved(frame); });
+  }
   return source;
 }
 

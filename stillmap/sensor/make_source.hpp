@@ -54,6 +54,7 @@ struct SourceOptions {
   int first = 0;             ///< Number of frames skipped at the start.
   int count = 0;             ///< Maximum number of frames used, counted before the stride; 0: all.
   int stride = 1;            ///< Interval of the frames used; 1: every frame.
+  int rotate = 0;            ///< Turns the images clockwise by 0, 90, 180 or 270 degrees.
   bool half_size = false;    ///< Reduces images to half their width and height.
   /// Given: the folder still grows, and the source waits for further images.
   std::optional<Following> following = {};

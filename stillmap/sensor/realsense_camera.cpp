@@ -2,6 +2,7 @@
 #include "stillmap/sensor/realsense_camera.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/file.hpp"
 
 #ifdef STILLMAP_HAS_REALSENSE
 
@@ -66,8 +67,7 @@ Pose pose_of(const rs2_extrinsics& transform) {
 
 rs2::config config_of(const std::string& name) {
   rs2::config config;
-  std::error_code ignored;
-  if (std::filesystem::is_regular_file(name, ignored)) {
+  if (is_file(name)) {
     config.enable_device_from_file(name, /*repeat_playback=*/false);
     return config;
   }

@@ -33,6 +33,7 @@ constexpr const char* kImageFix =
     "camera "
     "of the color images with --camera";
 constexpr const char* kFloatDepth = "32FC1";
+constexpr double kMillimeters = 1000, kTenthsOfMillimeters = 10000;  // depth factors [1/m]
 
 std::vector<double> stamps_of(const auto& images) {
   std::vector<double> stamps;
@@ -268,14 +269,13 @@ double RecordingSource::median_raw_depth() {
 /// is. Some programs convert it to millimeters, so that the readings decide: it measures up to half
 /// a meter (datasheet).
 void RecordingSource::use_unit_of_d405() {
-  constexpr double kMillimeters = 1000, kOwn = 10000;  // depth factors [1/m]
-  constexpr double kFarthest = 1;                      // median, with a margin [m]
+  constexpr double kFarthest = 1;  // median, with a margin [m]
   const ImageStream& depth = streams_.depth;
   const bool named = (depth.name + depth.frame).find("d405") != std::string::npos;
   if (!named || streams_.depth_factor != kMillimeters ||
       median_raw_depth_ < kFarthest * kMillimeters)
     return;
-  streams_.depth_factor = kOwn;
+  streams_.depth_factor = kTenthsOfMillimeters;
   streams_.notes.push_back(fmt::format(
       "depth unit: 0.1 mm, that of a D405, which {} is by its name; in millimeters the median "
       "depth would be {:.2f} m",
@@ -285,16 +285,17 @@ void RecordingSource::use_unit_of_d405() {
 /// Returns the sentence that the depths are farther than the sensor measures; empty if they are
 /// not.
 std::string RecordingSource::far_depth_note() const {
-  constexpr double kTenths = 10000;  // depth factor of tenths of a millimeter [1/m]
   const Camera& camera = this->camera();
   const double median = median_raw_depth_ / camera.depth_factor;
-  if (rig_ || median <= camera.depth_sensor.max_depth || camera.depth_factor >= kTenths) return "";
+  const bool known = camera.depth_factor >= kTenthsOfMillimeters;
+  if (rig_ || known || median <= camera.depth_sensor.max_depth) return "";
   return fmt::format(
       "warning: the median depth is {:.1f} m, farther than sensor {} measures ({:g} m); if it "
       "should "
       "be {:.2f} m, the unit is 0.1 mm, as of a RealSense D405: give a camera file with "
       "'depth_factor: 10000' by --camera",
-      median, camera.depth_sensor.name, camera.depth_sensor.max_depth, median_raw_depth_ / kTenths);
+      median, camera.depth_sensor.name, camera.depth_sensor.max_depth,
+      median_raw_depth_ / kTenthsOfMillimeters);
 }
 
 void RecordingSource::require_one_usable_frame() {

@@ -6,6 +6,7 @@
 #include "stillmap/base/number.hpp"
 #include "stillmap/base/unicode.hpp"
 #include "stillmap/geometry/association.hpp"
+#include "stillmap/sensor/fields.hpp"
 #include "stillmap/sensor/first_depth.hpp"
 #include "stillmap/sensor/frame_times.hpp"
 #include "stillmap/sensor/image_file.hpp"
@@ -38,11 +39,6 @@ constexpr const char* kLayout =
     "frame-000000.color.png and frame-000000.depth.png; docs/cameras.md lists all layouts";
 
 constexpr const char* kReplicaImages = "results";  // folder
-
-bool is_file(const fs::path& path) {
-  std::error_code ignored;
-  return fs::is_regular_file(path, ignored);
-}
 
 bool is_folder(const fs::path& path) {
   std::error_code ignored;
@@ -228,14 +224,6 @@ Stamp parse_stamp(const std::string& token) {
   if (!std::isfinite(*value))
     return {0, fmt::format("the timestamp '{}' is not finite", printable(token))};
   return {*value, ""};
-}
-
-std::vector<std::string> fields_of(std::string line) {
-  std::replace(line.begin(), line.end(), ',', ' ');
-  std::istringstream stream(line);
-  std::vector<std::string> fields;
-  for (std::string field; stream >> field;) fields.push_back(field);
-  return fields;
 }
 
 struct ImageLine {

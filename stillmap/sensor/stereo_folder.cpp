@@ -147,9 +147,8 @@ std::vector<double> read_times(const fs::path& file) {
 // Returns the times of the frames [s], of times.txt or by the rate.
 std::vector<double> kitti_times(const fs::path& folder, std::size_t count, double fps) {
   const fs::path file = folder / "times.txt";
-  std::error_code ignored;
   std::vector<double> times;
-  if (fs::is_regular_file(file, ignored)) {
+  if (is_file(file)) {
     times = read_times(file);
     if (times.size() < count) {
       throw Error(fmt::format("has {} times for {} images", times.size(), count), file.string(),
