@@ -236,8 +236,9 @@ TEST_F(CameraFormats, OfPhonesAreRead) {
 TEST_F(CameraFormats, WithoutTheSizeOfTheImagesAreRefusedWhereThereAreNone) {
   const std::string text = "cameraMatrix: {data: [525.5, 0, 319.25, 0, 526.5, 239.75, 0, 0, 1]}\n";
   expect_same(load(text));
-  EXPECT_THAT(error_of([&] { read_camera((folder_ / "camera.yaml").string()); }),
-              AllOf(HasSubstr("does not tell the size of the images"), HasSubstr("image_width")));
+  EXPECT_THAT(
+      error_of([&] { read_camera((folder_ / "camera.yaml").string()); }),
+      AllOf(HasSubstr("does not contain the size of the images"), HasSubstr("image_width")));
 }
 
 TEST_F(CameraFormats, MayBeUtf16) {

@@ -26,8 +26,8 @@ bool equal(const cv::Mat& a, const cv::Mat& b) {
   return !a.empty() && a.size() == b.size() && cv::norm(a, b, cv::NORM_INF) == 0;
 }
 
-/// Returns whether a depth camera measured the depth. That of a pair of cameras is computed from
-/// the images, and so are its edges: in the pixels and at the moment of the left images.
+/// Returns whether the depth is from a depth camera. Depth from a stereo pair is computed from the
+/// images, so its edges always match the left images in position and time.
 bool has_depth_camera(const Camera& camera) {
   return camera.depth_sensor.principle != DepthPrinciple::kStereo;
 }

@@ -48,8 +48,7 @@ HeaderRead parse_header(View bytes) {
   return {{.size = size, .bits = header->bits, .channels = header->channels}, ""};
 }
 
-// Whether the functions for the header of a file need all of it, and have checked where its pixels
-// end.
+// Whether the header functions of the format need the whole file and check that it is complete.
 bool has_header_of_all(View head) { return is_tiff(head) || is_npy(head) || is_exr(head); }
 
 // Returns whether the end mark exists, if the kind of file has one. Some cameras pad a JPEG behind
