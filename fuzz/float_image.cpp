@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// NumPy arrays and OpenEXR files of depth; of these, those of rare compressions are read by OpenCV.
+// Depth images as NumPy arrays and OpenEXR files. OpenCV writes the OpenEXR files of the seeds.
 #include "fuzz/image_target.hpp"
 #include <opencv2/imgcodecs.hpp>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Camera files of other programs, as these write them.
+// Camera files as other programs write them.
 #include "stillmap/base/test_error.hpp"
 #include "stillmap/base/test_path.hpp"
 #include "stillmap/sensor/camera_file.hpp"
@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 class CameraFormats : public ::testing::Test {
  protected:
-  /// Returns the camera of a file of this text, whose images have 640 x 480 pixels.
+  /// Returns the camera of a file with this text, for images of 640 x 480 pixels.
   Camera load(const std::string& text, const std::string& name = "camera.yaml") {
     fs::create_directories(folder_);
     std::ofstream(folder_ / name) << text;
