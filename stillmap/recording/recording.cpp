@@ -44,8 +44,8 @@ std::vector<fs::path> recording_files(const fs::path& folder) {
   return files;
 }
 
-// Returns the names of the files that rosbag2 lists in metadata.yaml: lines "- NAME" behind the key
-// relative_file_paths. Early versions wrote the folder, too.
+// Returns the names of the files that rosbag2 lists in metadata.yaml: lines "- NAME" after the key
+// relative_file_paths. Early versions also wrote the folder.
 std::vector<std::string> listed_files(const fs::path& folder) {
   std::ifstream metadata(folder / "metadata.yaml");
   std::vector<std::string> names;

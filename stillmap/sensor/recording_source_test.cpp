@@ -142,7 +142,7 @@ TEST(RecordingSource, ATransformThatTurnsAllDepthOutOfTheImageIsToldAsTheTransfo
               ::testing::AllOf(HasSubstr("no depth of /depth/image falls into the images of "
                                          "/rgb/info/image"),
                                HasSubstr("0.030 m away and turned by 120 degrees"),
-                               HasSubstr("record the transform of the optical frames")));
+                               HasSubstr("record the transform between the optical frames")));
 }
 
 TEST(RecordingSource, RepeatedDepthMessagesAreNoLostFrames) {
