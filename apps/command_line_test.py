@@ -631,7 +631,7 @@ class CommandLine(unittest.TestCase):
                                 "--height", 120, "--out", yard))
         lines = [line for line in (yard / "groundtruth.txt").read_text().splitlines() if not line.startswith("#")]
         estimate = []
-        for i, line in enumerate(lines):  # errors of 5 mm, the same as those of a fixed roll about the path
+        for i, line in enumerate(lines):  # errors of 5 mm, so that positions do not determine the roll about the path
             stamp, *numbers = line.split()
             numbers[:3] = [f"{float(number) + 0.005 * math.sin(12.9 * i + axis)}" for axis, number in enumerate(numbers[:3])]
             estimate.append(" ".join([stamp, *numbers]))

@@ -25,7 +25,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kName = "crane";
-/// Without movers, with some, and with a load on the hook that fills a third of the view.
+/// Yards without movers, with movers, and also with a load on the hook that fills a third of the
+/// view.
 constexpr const char *kStatic = "yard_static", *kLoaded = "yard_loaded";
 constexpr std::array kYards{kStatic, "yard_dynamic", kLoaded};
 constexpr double kFps = 15;   // Hz
@@ -96,7 +97,7 @@ std::vector<std::string> crane_files() {
 std::vector<std::string> reproduce_crane(const ReproduceArguments& arguments,
                                          ResultFolder& folder) {
   const Paper& paper = find_paper("seg-mask");
-  // The common networks know neither a hook nor the rendered vehicles.
+  // Networks trained on COCO detect neither hooks nor the rendered vehicles.
   ReproduceArguments with_masks = arguments;
   with_masks.true_masks = arguments.models.empty() || arguments.true_masks;
   std::vector<std::string> presets{kPaperBaseline};

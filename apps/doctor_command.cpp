@@ -56,7 +56,7 @@ void check_calibration(const DoctorArguments& arguments, Diagnosis& diagnosis) {
     const auto report = calibrate_recording(open, camera, parameters_of(read_options("")));
     if (!report.carried_doubt.empty()) {
       diagnosis.add(Severity::kDoubt, report.carried_doubt);
-      return;  // the camera was calibrated with what it carries
+      return;  // the calibration relies on poses that follow these parts
     }
     const Severity severity =
         shows_wrong_intrinsics(report) ? Severity::kDoubt : Severity::kWarning;
@@ -79,8 +79,8 @@ void check_calibration(const DoctorArguments& arguments, Diagnosis& diagnosis) {
   }
 }
 
-/// Returns the camera that a run would use; none if there is none, or it cannot be read from the
-/// folder, which diagnose() tells. Throws Error for a camera that is named and cannot be read.
+/// Returns the camera that a run would use; none if the folder has no readable camera, which
+/// diagnose() reports. Throws Error if the camera of --camera cannot be read.
 std::optional<Camera> camera_of(const DoctorArguments& arguments) {
   SourceOptions options;
   options.camera = arguments.camera;

@@ -79,7 +79,7 @@ MaskedFrames shown_to(TrueSurface& surface, MaskedFrames frames, const Trajector
 
 /// Returns the ghosts in the cloud, from the true masks of its sequence, and the surface errors if
 /// the true surface is known.
-/// @param T_truth_estimate alignment of the two worlds
+/// @param T_truth_estimate  maps the world frame of the estimate to that of the truth
 CloudFigures cloud_figures(const EvalArguments& arguments, const Trajectory& truth,
                            const Pose& T_truth_estimate) {
   if (arguments.sequence.empty()) {

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What people bring on their first day: one rendered recording in many disguises, mapped by the command as it is installed.
+"""Inputs of first-time users: one rendered recording in many formats and layouts, mapped by the installed command.
 
-Every disguise must be mapped like the original: all frames, exit code 0, no warning about the result, and an error within 10 mm.
+Each must be mapped like the original: all frames, exit code 0, no doubt about the result, and an error within 10 mm.
 
   apps/first_day_test.py PROGRAM     PROGRAM: the built command
 """
@@ -21,7 +21,7 @@ from pathlib import Path
 
 PROGRAM = ""
 FRAMES, WIDTH, HEIGHT = 20, 320, 240
-FACTOR = 5000  # of the depth images
+FACTOR = 5000  # depth units per meter
 
 
 def stillmap(*arguments):
@@ -127,7 +127,7 @@ def camera_info(timestamp, frame, camera, size=(WIDTH, HEIGHT), with_k=True, bin
 
 
 def write_bag(folder, topics):
-    """A bag of rosbag2 with SQLite. topics: name -> (type, [(timestamp, message)])"""
+    """Writes a bag of rosbag2 with SQLite. topics: name -> (type, [(timestamp, message)])"""
     folder.mkdir()
     with sqlite3.connect(folder / "bag_0.db3") as file:
         file.execute("CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT, offered_qos_profiles TEXT)")
@@ -165,7 +165,7 @@ class FirstDay(unittest.TestCase):
         return [(float(timestamp), cls.original / file) for timestamp, file in rows]
 
     def copy(self, lists=False):
-        """A copy of the images, camera and truth, and of the lists if asked for, named after the test."""
+        """A copy of the images and the camera, with `lists` also of the lists, in a folder named after the test."""
         copy = self.folder / self.id().split(".")[-1]
         for name in ("rgb", "depth"):
             shutil.copytree(self.original / name, copy / name)
@@ -257,7 +257,7 @@ class FirstDay(unittest.TestCase):
         self.is_mapped(turned, "--rotate", 90)
 
     def test_a_robot_that_is_always_in_view(self):
-        """A pattern that fills the lower left quarter of all images is left out by --ignore."""
+        """--ignore excludes a pattern that fills the lower left quarter of all images."""
         copy = self.copy(lists=True)
         wide, high = WIDTH // 2, HEIGHT // 2
         pattern = [bytes(random.Random(y // 4 * 1000 + x // 4).randrange(256) for x in range(wide) for _ in range(3)) for y in range(high)]
@@ -340,7 +340,7 @@ class FirstDay(unittest.TestCase):
         return [(timestamp, camera_info(timestamp, frame, camera or self.camera, **changes)) for timestamp, _ in self.color]
 
     def bag(self, changed=None):
-        """The topics of a camera of ROS 2, with some changed."""
+        """The topics of a ROS 2 camera; `changed` replaces some of them."""
         return {self.COLOR + "/image_raw": ("Image", self.images_of(self.FRAME, self.color, color_image)),
                 self.COLOR + "/camera_info": ("CameraInfo", self.infos(self.FRAME)),
                 self.DEPTH + "/image_raw": ("Image", self.images_of(self.FRAME, self.depth, depth_image)),

@@ -39,7 +39,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Returns the parts of "KEY=VALUE"; throws Error without them.
+/// Returns the two parts of "KEY=VALUE". Throws Error if one is missing.
 std::pair<std::string, std::string> key_and_value(const std::string& text, const char* option,
                                                   const char* form) {
   const auto equals = text.find('=');
@@ -72,7 +72,7 @@ void add_column(const std::string& name, const char* option, std::set<std::strin
   throw Error(fmt::format("there is another column '{}'", name), option, "choose another name");
 }
 
-/// Returns how a column of the tables is made: a variant, or a preset as it is.
+/// Returns the variant of this name, or the preset of this name with its own options.
 Variant column_of(const ReproduceArguments& arguments, const std::string& name) {
   for (Variant& variant : variants_of(arguments)) {
     if (variant.name == name) return variant;
@@ -80,8 +80,8 @@ Variant column_of(const ReproduceArguments& arguments, const std::string& name) 
   return {name, name, {}};
 }
 
-/// Returns the network of a column: that named for it, for its preset, or for all; empty without
-/// one.
+/// Returns the network given for this column, otherwise for its preset, otherwise for all; empty if
+/// there is none.
 std::string model_of(const ReproduceArguments& arguments, const Variant& column) {
   std::string for_preset, for_all;
   for (const std::string& model : arguments.models) {
@@ -93,10 +93,10 @@ std::string model_of(const ReproduceArguments& arguments, const Variant& column)
   return for_preset.empty() ? for_all : for_preset;
 }
 
-/// Frame of which the figures of the methods are drawn, with the maps.
+/// Index of the frame for which --maps draws the figures of the methods.
 constexpr int kDrawnFrame = 30;
 
-/// @param name  of a preset or variant
+/// @param name  preset or variant
 RunRequest request_of(const ReproduceArguments& arguments, const BenchmarkSequence& sequence,
                       const std::string& name, int first) {
   const Variant column = column_of(arguments, name);
@@ -151,7 +151,7 @@ nlohmann::json complete_summary(const RunRequest& request, const Options& option
   return same && is("interrupted", false) ? json : nullptr;
 }
 
-/// Returns the mean time of a stage [ms]; 0 without it.
+/// Returns the mean time of a stage [ms]; 0 if the stage did not run.
 double mean_ms(const nlohmann::json& summary, const char* name) {
   for (const auto& stage : summary.at("timing_ms")) {
     if (stage.at("name") == name) return stage.at("mean_ms");
@@ -160,7 +160,7 @@ double mean_ms(const nlohmann::json& summary, const char* name) {
 }
 
 /// Returns the figures of the run that is complete in its folder.
-/// @param name  of its column
+/// @param name  column of the tables
 FinishedRun read_run(const RunRequest& request, const BenchmarkSequence& sequence,
                      const std::string& name, const nlohmann::json& summary) {
   const auto truth = truth_of(request);
@@ -227,7 +227,7 @@ void print_run(const PaperRun& run) {
 /// A run to be done.
 struct SequenceRequest {
   const BenchmarkSequence* sequence;
-  std::string name;  // of the preset or variant
+  std::string name;  // preset or variant
   RunRequest request;
 };
 
@@ -246,7 +246,7 @@ std::vector<SequenceRequest> requests_of(const ReproduceArguments& arguments,
   return requests;
 }
 
-/// Returns the trajectories of a sequence in a folder, in the order of their names.
+/// Returns the trajectory files of a sequence in a folder, sorted by name.
 std::vector<fs::path> trajectories_of(const fs::path& folder, const std::string& sequence) {
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(folder)) {
@@ -261,7 +261,7 @@ std::vector<fs::path> trajectories_of(const fs::path& folder, const std::string&
   return files;
 }
 
-/// @param number  of the run, which takes the place of its first frame
+/// @param number  index of the run, stored in place of its first frame
 FinishedRun foreign_run(const std::string& name, const fs::path& file,
                         const BenchmarkSequence& sequence, int number) {
   RunRequest request;

@@ -21,7 +21,7 @@ struct ReproduceArguments {
   std::string paper, data, out = "reproduced";
   std::vector<std::string> models;     ///< "FILE" for all presets, or "PRESET=FILE".
   std::vector<std::string> sequences;  ///< Names of the sequences wanted; empty: all known ones.
-  std::vector<std::string> variants;   ///< "NAME=PRESET" or with ":OPTION=VALUE" after it.
+  std::vector<std::string> variants;   ///< "NAME=PRESET[:OPTION=VALUE]..."
   std::vector<std::string> baselines;  ///< "NAME=DIR", see read_foreign_runs().
   std::string schedule;                ///< lockstep or realtime; empty: lockstep.
   int runs = 3, frames = 0, width = 640;
@@ -32,15 +32,15 @@ struct ReproduceArguments {
   }
 };
 
-/// A preset with other options, as a column of the tables.
+/// A preset with changed options: one column of the tables.
 struct Variant {
   std::string name;
   std::string preset;                 ///< Name or file of a preset.
   std::vector<std::string> settings;  ///< "group.name=value"
 };
 
-/// Returns the variants that the arguments name. Throws Error for one that is not written as
-/// NAME=PRESET[:OPTION=VALUE]..., or whose name is that of a preset or given twice.
+/// Returns the variants of the arguments. Throws Error for one that is not of the form
+/// NAME=PRESET[:OPTION=VALUE]..., and for a repeated name or the name of a preset.
 std::vector<Variant> variants_of(const ReproduceArguments& arguments);
 
 /// A run of a preset with its path.
@@ -68,18 +68,17 @@ void check_models(const ReproduceArguments& arguments, std::span<const Benchmark
 std::vector<FinishedRun> read_foreign_runs(const ReproduceArguments& arguments,
                                            std::span<const BenchmarkSequence> sequences);
 
-/// The volumes that movers swept in sequences with true masks.
+/// Volumes swept by movers, computed once for each sequence with true masks.
 class GhostReferences {
  public:
-  /// Returns that of a sequence, which is computed once; null without masks.
+  /// Returns the volume swept in this sequence; null without masks.
   const GhostReference* of(const BenchmarkSequence& sequence);
 
  private:
   std::map<std::filesystem::path, std::unique_ptr<const GhostReference>> made_;
 };
 
-/// Maps sequences with presets and variants, as often as the arguments say: run n begins at frame
-/// n.
+/// Maps sequences with presets and variants, `runs` times each: run n begins at frame n.
 class PresetRunner {
  public:
   /// @param presets  all presets that will be run, from which the remaining time is estimated

@@ -21,8 +21,8 @@ constexpr std::size_t kBarWidth = 28;
 /// Width of a terminal from which the bar is drawn, and width if it is unknown [characters].
 constexpr std::size_t kColumnsForBar = 80, kUnlimited = std::numeric_limits<std::size_t>::max();
 
-/// Shows a line in place of the one before. One that is longer than the terminal could not be
-/// replaced.
+/// Replaces the last line of the terminal. Text beyond its width is cut, because a wrapped line
+/// cannot be replaced.
 void replace_line(std::string line) {
   const std::size_t columns = terminal_columns(STDERR_FILENO).value_or(kUnlimited);
   if (line.size() >= columns) line.resize(columns - 1);

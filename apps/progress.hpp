@@ -29,7 +29,7 @@ class Progress {
 
   /// Advances by one step; `note` is shown at the end of the line.
   void step(const std::string& note = "");
-  /// Tells that no more steps are needed: the bar is full.
+  /// Makes the number of steps so far the total, so that the bar is full.
   void complete() { total_ = done_; }
   void finish();
 
@@ -47,8 +47,8 @@ class Progress {
   Stopwatch watch_;
 };
 
-/// Shows a step that cannot be counted while the object lives: its title, on a terminal with the
-/// time so far.
+/// Shows the title of a step without known length, on a terminal with the elapsed time, until the
+/// object is destroyed.
 class ProgressStep {
  public:
   explicit ProgressStep(const std::string& title);

@@ -159,8 +159,7 @@ void add_record_command(CLI::App& app, int& exit_code) {
   command->add_option("--camera", options.camera, "preset name or camera file")
       ->type_name(names_or_file(camera_presets()));
   command
-      ->add_option("--ignore", options.ignore,
-                   "image that is white where pixels are not used, as for run")
+      ->add_option("--ignore", options.ignore, "image whose white pixels are ignored, as for run")
       ->type_name("FILE");
   command
       ->add_option("--rotate", options.rotate,

@@ -30,9 +30,9 @@ std::vector<Paper> papers_of(const ReproduceArguments& arguments) {
 /// The experiment: which presets map which sequences.
 struct Experiment {
   std::vector<BenchmarkSequence> sequences;
-  std::vector<std::string> presets;   ///< And variants.
+  std::vector<std::string> presets;   ///< Presets and variants.
   std::vector<std::string> left_out;  ///< Presets that detect nothing without a network.
-  std::vector<FinishedRun> foreign;   ///< Of other systems.
+  std::vector<FinishedRun> foreign;   ///< Runs of other systems.
   Comparands comparands;
 };
 
@@ -184,7 +184,7 @@ void write_paper(const Paper& paper, const ReproduceArguments& arguments,
 
 constexpr const char* kSummary = "summary.md";
 
-/// Writes the tables of all systems, each between the lines that `lab paper_docs` looks for.
+/// Writes the tables of all systems, each between the markers of `lab paper_docs`.
 void write_summary(const ReproduceArguments& arguments, const std::vector<FinishedRun>& finished,
                    const Experiment& experiment, ResultFolder& folder) {
   std::vector<std::string> systems;
@@ -254,8 +254,8 @@ int run(const ReproduceArguments& arguments) {
   if (of_crane && arguments.frames > 0)
     throw Error("the closure error needs the whole round", "--frames", "leave it out");
   if (!arguments.baselines.empty() && arguments.frames > 0)
-    throw Error("the trajectories of other systems are those of whole sequences", "--frames",
-                "leave it out, or --baseline");
+    throw Error("the trajectories of other systems cover whole sequences", "--frames",
+                "leave out --frames or --baseline");
   const std::vector<Paper> chosen = papers_of(arguments);
   ResultFolder folder(arguments.out, arguments.foreign());
   for (const Paper& paper : chosen) folder.require_free(files_of(paper));
@@ -285,9 +285,8 @@ void add_reproduce_command(CLI::App& app, int& exit_code) {
   for (const Paper& paper : papers()) names.push_back(paper.preset);
   names.insert(names.end(), {kCrane, kAll});
   command
-      ->add_option(
-          "paper", arguments->paper,
-          "paper, by its preset; all: the four papers; crane: the crane of seg-mask's paper")
+      ->add_option("paper", arguments->paper,
+                   "preset of a paper; all: the four papers; crane: the crane of seg-mask's paper")
       ->required()
       ->type_name("PAPER")
       ->check(CLI::IsMember(names));
@@ -315,20 +314,20 @@ void add_reproduce_command(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command
       ->add_option("--variant", arguments->variants,
-                   "a further column: a preset (name or file) with other options, "
+                   "additional column: a preset (name or file) with changed options, "
                    "NAME=PRESET[:OPTION=VALUE]...; may be repeated")
       ->allow_extra_args(false);
   command
       ->add_option("--baseline", arguments->baselines,
-                   "a further column: the trajectories of another system (TUM format) in "
-                   "DIR/SEQUENCE.txt or DIR/SEQUENCE_RUN.txt, NAME=DIR; improvement rates are over "
-                   "the first one instead of orb-rgbd; may be repeated")
+                   "additional column: the trajectories of another system (TUM format) in "
+                   "DIR/SEQUENCE.txt or DIR/SEQUENCE_RUN.txt, NAME=DIR; improvement rates compare "
+                   "with the first one instead of orb-rgbd; may be repeated")
       ->allow_extra_args(false);
   command->add_option("--schedule", arguments->schedule, "lockstep (default) or realtime")
       ->check(CLI::IsMember({"lockstep", "realtime"}));
   command->add_flag("--maps", arguments->maps,
-                    "also make the dense maps and the figures of the methods in the folders of "
-                    "the runs, and count ghosts where a sequence has masks");
+                    "also write dense maps and the figures of the methods to the folders of the "
+                    "runs, and count ghosts in sequences with true masks");
   command->add_option("--width", arguments->width, "crane: width of the rendered images [pixels]")
       ->capture_default_str();
   command->add_option("--out", arguments->out, "output folder: tables, figures and runs")
@@ -343,8 +342,7 @@ void add_reproduce_command(CLI::App& app, int& exit_code) {
       "After an interrupt the same command goes on: complete runs are not repeated, unless the "
       "program,\n"
       "a network or an option has changed.\n"
-      "Files: PAPER.md, PAPER.tex, PAPER.json, PAPER_trajectories.png and .svg, summary.md with "
-      "all "
+      "Files: PAPER.md, PAPER.tex, PAPER.json, PAPER_trajectories.png and .svg, summary.md of all "
       "systems,\n"
       "and a folder per run in runs/\n"
       "Examples:\n"

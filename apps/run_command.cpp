@@ -49,8 +49,8 @@ void add_input_options(CLI::App& command, RunArguments& arguments) {
       ->type_name(names_or_file(camera_presets()));
   command
       .add_option("--ignore", arguments.ignore,
-                  "image of the size of the recorded ones, white where they always show the robot "
-                  "itself, black elsewhere; default: that of the camera file")
+                  "image of the recorded size: pixels that are white in it (the robot itself) are "
+                  "ignored; default: 'ignore' of the camera file")
       ->type_name("FILE");
   command.add_option("--truth", arguments.truth,
                      "ground truth trajectory (TUM format); default: SEQUENCE/groundtruth.txt");

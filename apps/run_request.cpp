@@ -141,8 +141,8 @@ std::optional<std::string> no_moving_class(const Detector& detector, const Optio
       fmt::join(moving, ", "), fmt::join(some, ", "), known.size() > kNamed ? ", ..." : "");
 }
 
-/// Takes the class of a network that knows one only as one that moves, whatever its name, unless no
-/// class moves.
+/// Adds the class of a single-class network to the moving classes, whatever its name, unless these
+/// are empty.
 void take_only_class(const Detector& detector, Session& session) {
   const std::vector<std::string>& known = detector.class_names();
   std::vector<std::string>& moving = session.options.motion.moving_classes;
@@ -152,7 +152,7 @@ void take_only_class(const Detector& detector, Session& session) {
   moving.push_back(known.front());
   session.parameters.motion = parameters_of(session.options).motion;
   session.notes.push_back(
-      fmt::format("the network knows the class '{}' only, which is taken as one that moves "
+      fmt::format("the only class of the network, '{}', is taken as a moving class "
                   "(motion.moving_classes)",
                   known.front()));
 }

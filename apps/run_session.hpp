@@ -34,12 +34,12 @@ struct Session {
   bool live_camera = false;  ///< Whether the source is a camera, which drops frames by itself.
   bool live = false;         ///< Whether the source delivers frames while they are recorded.
   std::vector<std::string> notes;     ///< See RunRecord::notes.
-  std::string network_problem;        ///< Why the network finds nothing that moves; empty: it may.
-  std::string depth_problem = {};     ///< Of depth_unit_problem().
-  std::string order_problem = {};     ///< Of order_problem().
-  std::optional<WarningRules> rules;  ///< What to warn of; none: nothing.
-  std::FILE* event_lines = nullptr;   ///< Gets the events as lines of JSON; null: nothing does.
-  std::unique_ptr<ViewServer> view;   ///< Serves the page that shows the run; null: nothing does.
+  std::string network_problem;        ///< Why the network detects no moving class; empty: it does.
+  std::string depth_problem = {};     ///< Result of depth_unit_problem().
+  std::string order_problem = {};     ///< Result of order_problem().
+  std::optional<WarningRules> rules;  ///< Rules of --zones; none: no warnings.
+  std::FILE* event_lines = nullptr;   ///< Receives the events as lines of JSON; null: none.
+  std::unique_ptr<ViewServer> view;   ///< Serves the page that shows the run; null: none.
   bool quiet = false;                 ///< Whether summary and names of files are not printed.
   bool verbose = false;               ///< Whether events and times of stages are printed as well.
 };

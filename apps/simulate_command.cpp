@@ -102,8 +102,8 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_flag(
       "--near-objects", o.near_things,
-      "moving objects are close to the camera, in its view; in the yard the hook carries "
-      "a load that fills a third of it");
+      "moving objects are close to the camera, in its view; in the yard the hook carries a load "
+      "that fills a third of the view");
   // The former names of the two options.
   command->add_option("--things", o.things)->group("");
   command->add_flag("--near-things", o.near_things)->group("");

@@ -12,7 +12,7 @@
 
 namespace stillmap {
 
-/// A source that shows how many frames were read. A pass that needs no more of them ends there.
+/// A source that shows how many frames were read. A pass may end before the last frame.
 class SourceWithProgress final : public FrameSource {
  public:
   SourceWithProgress(std::unique_ptr<FrameSource> source, int pass)

@@ -28,8 +28,8 @@ void add_truth_frame_option(CLI::App& command, std::string& truth_frame) {
   command.add_option(
       "--truth-frame", truth_frame,
       "the truth is the pose of a marker or robot, not of the camera: file with "
-      "T_body_camera as 4 x 4 numbers, or 'bonn' for the Bonn RGB-D Dynamic Dataset, which is the "
-      "default in folders of its names; 'camera': the truth is the camera's");
+      "T_body_camera as 4 x 4 numbers, or 'bonn' for the Bonn RGB-D Dynamic Dataset (default in "
+      "folders named like its sequences); 'camera': the truth is the pose of the camera");
 }
 
 std::string truth_frame_of(const std::filesystem::path& truth, const std::string& given) {

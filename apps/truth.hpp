@@ -12,11 +12,10 @@ namespace stillmap {
 /// Adds --truth-frame to a command.
 void add_truth_frame_option(CLI::App& command, std::string& truth_frame);
 
-/// Returns the frame of a truth, for read_truth_frame(); empty: it is the camera's. If none is
-/// given, the truth of the Bonn RGB-D Dynamic Dataset, by the name of its folder, has that of its
-/// marker.
+/// Returns the body whose pose a ground truth file contains, as for read_truth_frame(); empty: the
+/// camera. The default is "bonn" in folders named like sequences of the Bonn RGB-D Dynamic Dataset.
 /// @param truth  empty: there is none
-/// @param given  as of --truth-frame
+/// @param given  value of --truth-frame
 std::string truth_frame_of(const std::filesystem::path& truth, const std::string& given);
 
 /// Returns the true poses of the camera, T_world_camera.

@@ -257,7 +257,7 @@ class InTheBrowser(ViewTest):
         events = [json.loads(line) for line in (self.folder / "warned/events.jsonl").read_text().splitlines()]
         self.assertEqual(events[0]["event"], "begin")
         self.assertIn("near", {event["kind"] for event in events})
-        # A finished run begins at its start; the keys N and B jump to its warnings, where they are shown again.
+        # A finished run is shown from its start; the keys N and B jump to its warnings, which are then shown again.
         page = self.browser.page(self.view("view", self.folder / "warned", "--port", "0").url)
         page.wait("stillmap.events > 0 && stillmap.time !== undefined", 120)
         page.wait("stillmap.points > 0")

@@ -61,7 +61,7 @@ class WarningRecorder {
   std::size_t warnings() const { return warnings_; }  ///< Number of warnings that have begun.
   /// Returns a sentence for each receiver that got no event; to be called after finish().
   const std::vector<std::string>& problems() const { return problems_; }
-  /// Returns what was told, in order of time; to be called after finish().
+  /// Returns all announced events, ordered by time; to be called after finish().
   const std::vector<RunEvent>& told() const { return told_; }
 
  private:

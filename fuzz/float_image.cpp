@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Depth images in NumPy and OpenEXR files.
+// Depth images as NumPy arrays and OpenEXR files. OpenCV writes the OpenEXR files of the seeds.
 #include "fuzz/image_target.hpp"
 #include <opencv2/imgcodecs.hpp>
 

@@ -89,7 +89,7 @@ std::vector<std::string> seeds() {
     add(0, camera.image(1, 0, 4, 3, "32FC1", 4, std::string(48, 'd')));
     add(0, camera.image(1, 0, 4, 3, "bayer_rggb8", 1, std::string(12, 'd')));
     add(kOddWidth, camera.image(1, 0, 5, 3, "yuv422", 2, std::string(30, 'd')));
-    // RVL: no zeros, 12 pixels, the first of depth 5, the others as the last one.
+    // RVL: no zeros, then 12 pixels, the first with depth 5, the others with difference 0.
     const std::string rvl("\4\0\0\0\3\0\0\0\0\x10\x1a\x0c\0\0\0\0", 16);
     add(1,
         camera.compressed_image(1, 0, "16UC1; compressedDepth rvl", std::string(12, '\0') + rvl));

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether the uncertainty that `stillmap calibrate` states holds: over pieces of recordings with known cameras.
+"""Checks the uncertainty that `stillmap calibrate` states, on pieces of recordings with known cameras.
 
   python3 -m lab calibrations SEQUENCES --out DIR [--pieces 40] [--lengths 60,100,150,200,300] [--only NAMES]
 
-SEQUENCES holds sequences in TUM layout with groundtruth.txt and the right camera in camera.yaml. Four more are rendered
-into DIR/rendered, with exact values of all parameters. Of every sequence pieces of these lengths in turn, spread evenly,
-are calibrated from the right camera. A parameter of a piece is observed unless it is told as not observable, and its
-uncertainty holds if the truth is within two standard deviations of the estimate. With a right camera, every correction is
-wrong. Where a camera was corrected, the piece is mapped with either camera. The errors of the depth and the timing of
-real sensors are not known: only their intrinsics count.
+SEQUENCES holds sequences in TUM layout with groundtruth.txt and the correct camera in camera.yaml. Four more are rendered
+into DIR/rendered, with exact values of all parameters. Pieces of these lengths (in turn), spread evenly over every
+sequence, are calibrated, starting from the correct camera. A parameter is observed unless the command calls it not
+observable. Its uncertainty holds if the truth is within two standard deviations of the estimate. Since the camera is
+correct, every correction is wrong; a piece whose camera was corrected is mapped with both cameras. Of real sensors only the
+intrinsics count, since the errors of their depth and timing are unknown.
 
 Written to DIR: calibrations.md (printed at the end) and calibrations.json, with all parameters of every piece.
 """
@@ -35,7 +35,7 @@ def add_arguments(parser):
                         help="lengths of the pieces [frames]; default: 60,100,150,200,300")
     parser.add_argument("--frames", type=int, default=300, help="length of the rendered sequences; default: %(default)s")
     parser.add_argument("--width", type=int, default=640, help="width of the rendered images; default: %(default)s")
-    parser.add_argument("--preset", default="fused", help="of the runs with either camera; default: %(default)s")
+    parser.add_argument("--preset", default="fused", help="preset of the runs with both cameras; default: %(default)s")
     parser.add_argument("--program", type=Path, default=core.PROGRAM, help="default: %(default)s")
 
 
@@ -57,7 +57,7 @@ def rendered(arguments):
 
 
 def pieces(sequence, lengths, count):
-    """Returns first frame and length of pieces of these lengths in turn that are spread evenly over a sequence."""
+    """Returns first frame and length of pieces that are spread evenly over a sequence; the lengths are used in turn."""
     frames = len(findings.rows(sequence / "rgb.txt"))
     result = []
     for i in range(count):
@@ -113,7 +113,7 @@ def ate_ratio(piece):
 
 
 def scatter(parameters):
-    """Returns the RMS of error over standard deviation, and the median standard deviation, of all that have one."""
+    """Returns the RMS of error / standard deviation, and the median standard deviation, of the parameters with one."""
     known = [p for p in parameters if math.isfinite(p["sigma"]) and p["sigma"] > 0]
     if not known:
         return ["-", "-"]
@@ -139,8 +139,8 @@ def tables(results):
     head = ["parameter", "pieces", "not observable", "observed: within 2 sigma", "all: within 2 sigma", "wrong corrections",
             "RMS of error / sigma", "median sigma"]
     ratios = [ate_ratio(piece) for piece in results]
-    return core.markdown(head, lines, f"{len(results)} pieces with right cameras") + (
-        f"\nATE with the calibrated over that with the given camera: at most {max(ratios):.2f}, "
+    return core.markdown(head, lines, f"{len(results)} pieces with correct cameras") + (
+        f"\nRatio of the ATE with the calibrated camera to that with the given one: at most {max(ratios):.2f}, "
         f"above 1.05 in {sum(ratio > 1.05 for ratio in ratios)} of {len(ratios)} pieces; "
         f"{sum('ate_given_m' in piece for piece in results)} cameras were changed.\n")
 

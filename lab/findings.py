@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""False alarms and misses: what `stillmap run` tells about pieces of good recordings, and of the same made wrong.
+"""False alarms and misses of the findings of `stillmap run`, on pieces of good recordings and of wrong copies of them.
 
   python3 -m lab findings SEQUENCES --out DIR [--pieces 20,40,120] [--step 50] [--only NAMES]
 
-SEQUENCES holds sequences in TUM layout with groundtruth.txt. Every piece of these lengths, one per --step frames, is
-mapped by one preset without a dense map, and so is each piece of the greatest length of every wrong variant: another
-depth factor or focal length, depth of another moment, depth images shifted (with Pillow), and the truth of another
-moment or inverted. A finding is a false alarm if a good piece ends with it.
+SEQUENCES holds sequences in TUM layout with groundtruth.txt. Pieces of these lengths that begin every --step frames are
+mapped by one preset without a dense map, and so are pieces of the greatest length of every wrong variant: a wrong depth
+factor or focal length, late depth, shifted depth images (needs Pillow), and a late or inverted truth. A finding on a good
+piece is a false alarm.
 
 Written to DIR: findings.md (printed at the end) and findings.json, with every finding and its piece.
 """
@@ -18,7 +18,7 @@ from pathlib import Path
 
 from lab import core
 
-LATE = 1.0  # another moment [s]
+LATE = 1.0  # delay of late depth and truth [s]
 SHIFT = 16  # of the depth images [pixels]
 
 
@@ -50,7 +50,7 @@ def moved(lines, seconds):
 
 
 def linked(sequence, folder):
-    """Returns a folder with the files of a sequence, of which those that a variant changes are copies."""
+    """Returns a folder with the files of a sequence: copies of the lists and the camera, links to the images."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     for entry in sequence.iterdir():
@@ -116,13 +116,13 @@ WRONG = {"depth factor x 2": camera_times("depth_factor", 2), "depth factor x 0.
 
 
 def kind(text):
-    """Returns what findings of one kind share: their words without numbers and names of files."""
+    """Returns the words of a finding without numbers and file names, which are the same for all findings of a kind."""
     words = re.sub(r"\S*[/\d]\S*|[(,:].*", "", text).split()
     return " ".join(words[:9])
 
 
 def findings_of(arguments, sequence, first, count):
-    """Returns the findings of one piece that mark its result."""
+    """Returns the findings that put the result of a piece in doubt."""
     out = arguments.out / "run"
     command = core.run_command(arguments.program, sequence, out,
                                ["--first", first, "--count", count, "--preset", arguments.preset, "--force", "-q"],

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The tables of docs/papers.md and docs/papers_tables.md from the results of `stillmap reproduce`.
+"""Copies the tables of `stillmap reproduce` into docs/papers.md and docs/papers_tables.md.
 
   python3 -m lab paper_docs RESULTS_DIR [--docs docs]
 
-RESULTS_DIR holds the output folders of `stillmap reproduce` by the names in the documents. Between the lines
-`<!-- table: FOLDER/NAME -->` and `<!-- end of table -->` stands the table NAME of a .md file in RESULTS_DIR/FOLDER, between
-`<!-- file: FOLDER/FILE -->` and `<!-- end of file -->` that file. Parts of folders that are not there stay as they are.
+RESULTS_DIR holds the output folders of `stillmap reproduce` under the names used in the documents. The text between
+`<!-- table: FOLDER/NAME -->` and `<!-- end of table -->` is replaced by the table NAME of a .md file in RESULTS_DIR/FOLDER,
+the text between `<!-- file: FOLDER/FILE -->` and `<!-- end of file -->` by that file. Parts whose folder is missing are kept.
 """
 import re
 from pathlib import Path
@@ -23,7 +23,7 @@ def add_arguments(parser):
 
 
 def table_of(results, name):
-    """The text of a table; None if its folder is not there."""
+    """The text of a table; None if its folder is missing."""
     folder, table = name.split("/", 1)
     if not (results / folder).exists():
         return None
@@ -35,7 +35,7 @@ def table_of(results, name):
 
 
 def file_of(results, name):
-    """The text of a file, its title as a section; None if its folder is not there."""
+    """The text of a file, with its title as a section heading; None if its folder is missing."""
     if not (results / name).parent.exists():
         return None
     return re.sub("^# ", "## ", (results / name).read_text(encoding="utf-8"))

@@ -33,8 +33,8 @@ def largest(outlines):
 
 
 def mover_names(folder):
-    """Number in instance/ -> name ("person", "hook", "vehicle", ...) of the movers of a simulated sequence, from its
-    truth_movers.csv; people only without one."""
+    """Names ("person", "hook", "vehicle", ...) of the movers of a simulated sequence by their numbers in instance/, from
+    truth_movers.csv; empty without this file, so that only people are known."""
     file = folder / "truth_movers.csv"
     if not file.exists():
         return {}
@@ -66,7 +66,7 @@ def visible_movers(mask, instance, names):
 
 
 def simulated_samples(folder, classes):
-    """Samples of one sequence of `stillmap simulate`; `classes` as of class_names()."""
+    """Samples of one sequence of `stillmap simulate`; `classes` as returned by class_names()."""
     samples, names = [], mover_names(folder)
     for file in sorted((folder / "rgb").glob("*.png")):
         mask, instance = (cv2.imread(str(folder / kind / file.name), cv2.IMREAD_UNCHANGED)
@@ -106,7 +106,7 @@ def coco_samples(root, split):
 
 
 def samples_of(source, split):
-    """Samples and class names of read_samples(), the classes numbered as the data have them."""
+    """Samples and class names for read_samples(), with the class numbers of the data."""
     source = Path(source)
     if (source / "annotations").is_dir():
         return coco_samples(source, f"{split}2017")
@@ -123,7 +123,7 @@ def read_samples(source, split, names=None):
     """Samples and class names of a COCO root, or of a folder of simulated sequences.
 
     @param split  train or val. Of COCO: train2017 or val2017. Of simulated sequences: the folders named `split`*.
-    @param names  class names of a network, which number the classes; without them the data do
+    @param names  class names of a network, whose order numbers the classes; None: the order of the data
     """
     samples, found = samples_of(source, split)
     if names is None:

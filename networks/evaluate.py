@@ -58,7 +58,7 @@ def results_of(network, samples, size, device, batch=16):
 
 
 def average_precision(truth, results):
-    """Returns mAP over IoU 0.5 to 0.95 and at 0.5, and the former of each class that the truth shows, [0..1]."""
+    """Returns mAP over IoU 0.5 to 0.95 and at 0.5, and AP over IoU 0.5 to 0.95 of each class in the truth, [0..1]."""
     shown = {number: category["name"] for number, category in truth.cats.items() if truth.getAnnIds(catIds=[number])}
     if not results:
         return {"map": 0.0, "map50": 0.0, "classes": dict.fromkeys(shown.values(), 0.0)}
@@ -67,7 +67,7 @@ def average_precision(truth, results):
         evaluation.evaluate()
         evaluation.accumulate()
         evaluation.summarize()
-    precisions = evaluation.eval["precision"][:, :, :, 0, -1].mean((0, 1))  # of all areas, per class
+    precisions = evaluation.eval["precision"][:, :, :, 0, -1].mean((0, 1))  # per class, for all areas
     of_class = dict(zip(evaluation.params.catIds, precisions.tolist()))
     return {"map": float(evaluation.stats[0]), "map50": float(evaluation.stats[1]),
             "classes": {name: of_class[number] for number, name in shown.items()}}

@@ -158,7 +158,7 @@ def parse_arguments(words=None):
     parser.add_argument("--architecture", choices=["yolov7", *fine_tune.PRETRAINED], default="yolov7")
     parser.add_argument("--improved", action="store_true", help="GhostConv and Conv_SE in ELAN-1 and ELAN-2")
     parser.add_argument("--reading", choices=list(yolov7.READINGS), default="places",
-                        help="of the paper's ELAN-1 and ELAN-2 (--improved); default: %(default)s")
+                        help="interpretation of the paper's ELAN-1 and ELAN-2 (--improved); default: %(default)s")
     parser.add_argument("--width", type=float, default=1.0, help="factor on all channel numbers")
     parser.add_argument("--size", type=int, nargs=2, default=[640, 640], metavar=("HEIGHT", "WIDTH"))
     parser.add_argument("--epochs", type=int, help="300; with ultralytics 500")

@@ -21,8 +21,9 @@ STRIDES = (8, 16, 32)
 ANCHORS = (((12, 16), (19, 36), (40, 28)),  # width and height of the anchor boxes per stride [pixels]
            ((36, 75), (76, 55), (72, 146)),
            ((142, 110), (192, 243), (459, 401)))
-# Two readings of ELAN-1 and ELAN-2 in the paper's figure 1: (stages with GBS, stages with Conv_SE). As places they are
-# the ELANs of strides 8 and 16, each with both changes; as kinds of module ELAN-1 has GBS, and ELAN-2 has Conv_SE.
+# Two interpretations of ELAN-1 and ELAN-2 in the paper's figure 1: (stages with GBS, stages with Conv_SE). As places they
+# are the ELANs of strides 8 and 16, both with both changes; as modules they are two types, ELAN-1 with GBS and ELAN-2 with
+# Conv_SE.
 READINGS = {"places": ((2, 3), (2, 3)), "modules": ((2, 4), (3,))}
 
 
@@ -32,7 +33,7 @@ class Backbone(nn.Module):
     @param c          maps a published channel number to that of this width
     @param ghost      GBS in place of CBS before the last layer of the ELANs that the reading names
     @param attention  Conv_SE as the last layer of the ELANs that the reading names
-    @param reading    of READINGS
+    @param reading    key of READINGS
     """
 
     def __init__(self, c, ghost, attention, reading):
@@ -80,7 +81,7 @@ class Neck(nn.Module):
 
 
 class YOLOv7(nn.Module):
-    """The network. `width` scales all channel numbers (1 is the published network); `reading` is one of READINGS."""
+    """The network. `width` scales all channel numbers (1 is the published network); `reading` is a key of READINGS."""
 
     def __init__(self, classes, ghost=False, attention=False, width=1.0, reading="places"):
         super().__init__()

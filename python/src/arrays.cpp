@@ -49,8 +49,8 @@ std::string native_format(std::string format) {
                   wanted.substr(0, wanted.find(' ')) + ")");
 }
 
-/// Throws Error for a depth image of another type. Integers hold raw units: as float32 they would
-/// be taken for meters.
+/// Throws Error for a depth image of another type. Integers are raw units: converted to float32
+/// they would be taken as meters.
 [[noreturn]] void refuse_depth_type(const py::object& object) {
   const std::string kind =
       py::hasattr(object, "dtype") ? py::str(object.attr("dtype").attr("kind")) : py::str();

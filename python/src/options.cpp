@@ -22,13 +22,13 @@ std::string text_of(const py::handle& value) {
   return "[" + items + "]";
 }
 
-/// Throws Error for an option of files that the module does not write.
+/// Throws Error for an option that concerns files which the module does not write.
 void refuse_outputs(const std::string& name) {
   if (!name.starts_with("outputs.")) return;
   throw Error(
       "option " + name + " has no effect: write() makes neither meshes nor files for planners",
       "options",
-      "leave it out, and make them of the results: stillmap dense FOLDER --planner --mesh "
+      "leave it out, and make these files from the results: stillmap dense FOLDER --planner --mesh "
       "--set " +
           name + "=VALUE");
 }

@@ -90,8 +90,8 @@ class PythonSlam {
     return push_masked(frame.data, mask);
   }
   std::shared_ptr<const Snapshot> snapshot() const { return slam_.snapshot(); }
-  /// Python raises the KeyboardInterrupt of a Ctrl-C when the call returns, so another call returns
-  /// the same results.
+  /// After Ctrl-C, Python raises KeyboardInterrupt when the call returns, and its result is lost. A
+  /// second call returns the same results.
   std::shared_ptr<Results> finish() {
     const std::scoped_lock lock(mutex_);
     if (!results_) results_ = std::make_shared<Results>(slam_.finish());
@@ -327,12 +327,11 @@ void bind_slam(py::module_& module) {
           [](const PythonSlam& slam) -> py::object {
             return py::cast(snapshot_of(slam)).attr("movers");
           },
-          "Moving objects in the newest frame (Mover), as of a snapshot. Those of the whole run "
-          "are "
-          "in the results (MoverTrack).")
+          "Moving objects in the newest frame (Mover), as in a snapshot. The tracks of the whole "
+          "run (MoverTrack) are in the results.")
       .def("finish", &PythonSlam::finish, WithoutGil(),
            "Waits for all threads, applies global bundle adjustment and returns the Results; "
-           "called again, it returns the same. Nothing may be pushed after it.")
+           "a second call returns the same. No frame may be pushed afterwards.")
       .def("save_map", &PythonSlam::save_map, py::arg("file"), WithoutGil(),
            "Saves the map for load_map. Called after finish().");
 }

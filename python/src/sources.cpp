@@ -247,8 +247,8 @@ void bind_camera(py::module_& module) {
       .def_readwrite("baseline", &Camera::baseline, "[m]")
       .def_property_readonly("distorted", &Camera::distorted)
       .def_readwrite("ignore", &Camera::ignore,
-                     "Image file of the size of the images, not black where they always show the "
-                     "robot itself: these pixels are not used; empty: all are.")
+                     "Mask image of the size of the images: pixels that are not black in it, such "
+                     "as those of the robot itself, are ignored; empty: all pixels are used.")
       .def_property_readonly("matrix", &intrinsic_matrix, "Intrinsic matrix, 3x3 float64 [pixels].")
       .def("__repr__", &description);
 }
@@ -312,7 +312,7 @@ void bind_sources(py::module_& module) {
       "The frames of all that the command's `run` maps: a recorded file (.bag, .db3, .mcap), a "
       "folder of images, a folder of a stereo pair, or the camera 'realsense:'. The arguments are "
       "those of the command. camera: Camera, preset or file, instead of the recording's own; "
-      "ignore: image that is white where the camera always sees the robot itself; "
+      "ignore: image whose white pixels (the robot itself) are ignored; "
       "topics: "
       "'COLOR,DEPTH' or 'LEFT,RIGHT' of a recorded file, or a list of both; associations: file "
       "that pairs color and "

@@ -6,7 +6,7 @@
 
 namespace stillmap {
 
-/// What the header of a PNG or JPEG file tells.
+/// Header of a PNG or JPEG image.
 struct EncodedHeader {
   int width = 0, height = 0;  ///< Image size [pixels]; negative if the file declares 2^31 or more.
   int bits = 0;               ///< Bits per channel.
@@ -17,9 +17,9 @@ struct EncodedHeader {
 bool is_png(std::span<const std::uint8_t> bytes);
 bool is_jpeg(std::span<const std::uint8_t> bytes);
 
-/// Returns the header of a PNG or JPEG file, without decoding; none for other bytes, and if the
-/// header is damaged or lies beyond their end.
-/// @param bytes  the file, or its beginning
+/// Returns the header of a PNG or JPEG file without decoding the image; none for other formats and
+/// for a damaged or incomplete header.
+/// @param bytes  the file or its beginning
 std::optional<EncodedHeader> encoded_header(std::span<const std::uint8_t> bytes);
 
 }  // namespace stillmap

@@ -5,7 +5,8 @@
 
 namespace stillmap {
 
-/// Returns the known name of least edit distance, the first of equals. There must be one.
+/// Returns the known name with the smallest edit distance, on a tie the first one. `known` must not
+/// be empty.
 std::string nearest_name(const std::string& name, const std::vector<std::string>& known);
 
 /// Returns advice for an unknown name: "did you mean 'x'? Known: a, b, c". The nearest name by edit

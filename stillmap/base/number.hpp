@@ -11,11 +11,11 @@ namespace stillmap {
 /// A number at the beginning of a text.
 struct LeadingNumber {
   double value = 0;       ///< May be infinite or NaN ("inf", "nan"); infinite if out of range.
-  std::string_view rest;  ///< The text after it.
+  std::string_view rest;  ///< The text after the number.
 };
 
-/// Returns the decimal number that a text begins with, after blanks; none if it begins otherwise.
-/// Unlike that of std::strtod and streams, its decimal point does not depend on the locale.
+/// Returns the decimal number at the beginning of a text, after blanks; none if there is none.
+/// Unlike std::strtod and streams, it ignores the locale: the decimal separator is a point.
 inline std::optional<LeadingNumber> leading_number(std::string_view text) {
   text.remove_prefix(std::min(text.find_first_not_of(" \t"), text.size()));
   if (text.starts_with('+')) text.remove_prefix(1);
@@ -27,7 +27,7 @@ inline std::optional<LeadingNumber> leading_number(std::string_view text) {
   return LeadingNumber{value, text};
 }
 
-/// Returns the number that a text consists of; none if it is no number or goes on after it.
+/// Returns the number if the whole text is one number; none otherwise.
 inline std::optional<double> number_of(std::string_view text) {
   const auto number = leading_number(text);
   return number && number->rest.empty() ? std::optional(number->value) : std::nullopt;

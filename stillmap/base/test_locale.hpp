@@ -9,15 +9,15 @@
 
 namespace stillmap::test {
 
-/// Sets a locale with decimal commas, as programs with Qt or GTK do, until the end of its life.
+/// Sets a locale with decimal commas, as programs with Qt or GTK do, until it is destroyed.
 class DecimalCommas {
  public:
   DecimalCommas() {
     std::filesystem::create_directories(folder_);
-    // It is compiled from the machine's sources, as few machines have it installed.
+    // The locale is compiled here, since few machines have it installed.
     const std::string compile =
         "localedef -i de_DE -f UTF-8 " + (folder_ / "de_DE.UTF-8").string() + " >/dev/null 2>&1";
-    // NOLINTNEXTLINE(bugprone-command-processor): the command contains nothing from outside
+    // NOLINTNEXTLINE(bugprone-command-processor): the command contains no input
     const bool compiled = std::system(compile.c_str()) == 0;
     is_set_ = compiled && setenv("LOCPATH", folder_.c_str(), 1) == 0 &&
               std::setlocale(LC_ALL, "de_DE.UTF-8") != nullptr;
@@ -30,7 +30,7 @@ class DecimalCommas {
     std::filesystem::remove_all(folder_);
   }
 
-  /// Whether the machine has what the locale is made of (Debian: package locales).
+  /// Whether the locale could be compiled (Debian: needs the package locales).
   bool is_set() const { return is_set_; }
 
  private:

@@ -25,7 +25,7 @@ void append(std::string& text, char32_t code) {
   }
 }
 
-/// Converts UTF-16 (RFC 2781); half of a pair of surrogates becomes the replacement character.
+/// Converts UTF-16 (RFC 2781); an unpaired surrogate becomes the replacement character.
 std::string from_utf16(std::string_view text, bool big_endian) {
   constexpr char32_t kReplacement = 0xfffd, kBeyondPlane = 0x10000;
   const auto unit = [&](std::size_t i) {

@@ -5,8 +5,8 @@
 
 namespace stillmap {
 
-/// Returns a text as UTF-8 without byte order mark. Texts that begin with the mark of UTF-16, as
-/// editors and shells of Windows write them, are converted; all others stay as they are.
+/// Returns a text as UTF-8 without byte order mark. UTF-16 is recognized by its byte order mark, as
+/// editors and shells of Windows write it. Other texts are returned unchanged.
 std::string as_utf8(std::string_view text);
 
 }  // namespace stillmap

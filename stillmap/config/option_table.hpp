@@ -119,20 +119,19 @@ void visit_paper_cue_options(Group& motion, const Visitor& visit) {
          "A keypoint moves if its optical flow differs from the mean background flow by more than "
          "this multiple of the mean flow's norm (cue box-flow)."},
         motion.box_flow_threshold);
-  visit(
-      {"motion.box_flow_body",
-       "",
-       {},
-       "What counts as the moving body in the box of an object of a moving class, whose keypoints "
-       "are excluded at once: memory (surfaces that moved in one of the last 10 frames), depth "
-       "(the largest cluster of depths in the box) or none (cue box-flow).",
-       {"memory", "depth", "none"}},
-      motion.box_flow_body);
+  visit({"motion.box_flow_body",
+         "",
+         {},
+         "Part of the box of a moving class whose keypoints are excluded without a test of their "
+         "flow: memory (surfaces that moved in one of the last 10 frames), depth (the largest "
+         "cluster of depths in the box) or none (cue box-flow).",
+         {"memory", "depth", "none"}},
+        motion.box_flow_body);
   visit({"motion.gate_transform",
          "",
          {},
-         "Transformation between two frames that keypoints are compared with: homography, or se2, "
-         "the rotation and translation of the image nearest to it (cue gated-semantic).",
+         "Image transformation that predicts the keypoints from the previous frame: homography, "
+         "or se2, the rotation and translation in the image nearest to it (cue gated-semantic).",
          {"homography", "se2"}},
         motion.gate_transform);
   visit({"motion.gate_warp_error",
@@ -201,17 +200,17 @@ void visit_tracking_options(Group& tracking, const Visitor& visit) {
       {"tracking.extensions",
        "",
        {},
-       "What is done beyond ORB-SLAM: subpixel (corners are refined to sub-pixel accuracy), "
-       "foreground-depth (a keypoint at a depth edge has the depth of the nearer side), "
-       "sensor-noise (depths are weighted by the noise of their sensor, not as pixels are), "
-       "previous-frame-points (points that are no landmarks support poses with few landmarks),"
-       " exposure (keypoints are corrected for the camera's motion during the exposure), "
-       "occlusion (landmarks behind a nearer surface are not counted as missing), consistency "
-       "(poses that contradict the motion of the camera give no keyframe), sharp-keyframes "
-       "(blurred frames are no keyframes), three-views (a frame is compared with the landmarks "
-       "of the reference keyframe that three keyframes observed, not two), far-landmarks (depths "
-       "place landmarks up to twice the distance) and odometry (where a map that is not extended "
-       "ends, tracking continues without it).",
+       "Steps beyond ORB-SLAM: subpixel (corners are refined to sub-pixel accuracy), "
+       "foreground-depth (a keypoint at a depth edge takes the depth of the nearer side), "
+       "sensor-noise (depths are weighted by the noise model of the sensor instead of the pixel "
+       "noise), previous-frame-points (points of the previous frame that are no landmarks support "
+       "poses with few landmarks), exposure (keypoints are corrected for the camera's motion "
+       "during the exposure), occlusion (landmarks behind a nearer surface do not count as "
+       "missed), consistency (poses that contradict the motion of the camera give no keyframe), "
+       "sharp-keyframes (blurred frames give no keyframe), three-views (a frame is compared with "
+       "the landmarks of the reference keyframe that three keyframes observe, not two), "
+       "far-landmarks (landmarks are created from depths up to twice as far) and odometry "
+       "(tracking continues by visual odometry outside a map that is not extended).",
        {"subpixel", "foreground-depth", "sensor-noise", "previous-frame-points", "exposure",
         "occlusion", "consistency", "sharp-keyframes", "three-views", "far-landmarks", "odometry"}},
       tracking.extensions);
@@ -255,9 +254,10 @@ void visit_map_options(Group& map, const Visitor& visit) {
          "",
          {},
          "Rules that erase landmarks in addition to those of ORB-SLAM: seen-through (the depth "
-         "image sees through them: their surface has left; also all of a map that was started on "
-         "moving objects), repeated (equation 9 of the high/low-dynamics system, of matched "
-         "landmarks) and repeated-all-pairs (the same of all pairs of a vocabulary node).",
+         "image sees through them, so their surface has left; also all landmarks of a map that "
+         "was started on moving objects), repeated (equation 9 of the paper of preset gated-seg, "
+         "over matched landmarks) and repeated-all-pairs (the same over all pairs in a vocabulary "
+         "node).",
          {"seen-through", "repeated", "repeated-all-pairs"}},
         map.landmark_rules);
   visit({"map.loops", "", {}, "Whether loops are closed and maps are merged."}, map.loops);
@@ -298,8 +298,8 @@ void visit_dense_options(Group& dense, const Visitor& visit) {
   visit({"dense.max_depth",
          "m",
          {0, 1000},
-         "Larger depths are left out, except those of far surfaces; 0 leaves out those whose "
-         "standard deviation is larger than that of a Kinect v1 at 4 m."},
+         "Larger depths are left out, except on far surfaces; 0 leaves out depths whose standard "
+         "deviation is larger than that of a Kinect v1 at 4 m."},
         dense.max_depth);
   visit({"dense.far_sigma",
          "m",

@@ -46,8 +46,8 @@ std::vector<std::string> groups() {
   return all;
 }
 
-/// Returns the advice for an unknown option: the same name in another group, that of the nearest
-/// name, or the nearest name.
+/// Suggests a known option for an unknown one: the same name in another group, otherwise the
+/// nearest name in its group, otherwise the nearest group.
 std::string advice(const std::string& path) {
   const std::string group = group_of(path);
   const std::string name = path.substr(path.rfind('.') + 1);
@@ -142,8 +142,8 @@ void require_unique_keys(const YAML::Node& map, const Source& source) {
               "its options are " + fmt::format("{}", fmt::join(names_in(group), ", ")));
 }
 
-/// Returns whether a file holds the only value left of an option of former versions, whose runs
-/// have all options in a file.
+/// Returns whether an option of former versions has the value that is now fixed. The run folders of
+/// these versions contain all options.
 bool is_of_former_version(const std::string& path, const YAML::Node& value) {
   if (!value.IsScalar()) return false;
   return (path == "network.nms_iou" && value.Scalar() == "0.7") ||
@@ -205,8 +205,8 @@ std::string preset_named_in(const YAML::Node& file, const Source& source) {
                                               : "";
 }
 
-/// Assigns the options of a preset after those of the preset that it is based on.
-/// @param derived presets that are based on it, to find one that is based on itself
+/// Assigns the options of the preset that this one is based on, then its own.
+/// @param derived  presets based on this one, to detect cycles
 void assign_preset(const std::string& name, std::vector<std::string> derived, Options& options) {
   const PresetFile preset = find_preset_file(name);
   const Source source{preset.source};

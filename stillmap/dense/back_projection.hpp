@@ -22,7 +22,7 @@ namespace stillmap {
 struct BackProjectionOptions {
   int stride = 2;               ///< Distance of the used pixels in both directions [pixels].
   double max_sigma = 0.025824;  ///< Standard deviation of a depth up to which it is used [m].
-  double max_depth = 0;         ///< Depth up to which it is used instead, if above 0 [m].
+  double max_depth = 0;         ///< Largest depth used [m]; 0: `max_sigma` decides.
   /// Largest relative depth step to any of the eight neighbors; infinite to use depth edges.
   double max_jump = 0.02;
   int mask_dilation = 6;  ///< Dilation of the excluded mask on every side [pixels].

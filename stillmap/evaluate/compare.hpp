@@ -53,9 +53,10 @@ std::string shown_name(const ComparedRun& run, const std::string& separator);
 std::vector<std::string> doubts_of(const Comparison& comparison);
 
 /// Returns three tables (ATE, RPE translation, RPE rotation over 1 s) with RMSE, mean, median and
-/// SD, the improvement rates of RMSE and SD over the baseline behind them (gain), and the coverage.
-/// The columns of three runs fit into a terminal of 80 characters. A figure that is
-/// more than twice the baseline's has their ratio in place of a rate. Runs in doubt are marked.
+/// SD, the improvement rates of RMSE and SD over the baseline (gain, in the next column), and the
+/// coverage. With short names the tables fit into a terminal of 80 columns. For a value of more
+/// than twice that of the baseline, the ratio is shown instead of the rate. Runs in doubt are
+/// marked.
 std::vector<FigureTable> comparison_tables(const Comparison& comparison);
 
 /// Returns these tables in Markdown, which is also readable as text, and as LaTeX. The doubts are

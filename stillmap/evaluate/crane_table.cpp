@@ -15,7 +15,7 @@ struct CraneFigures {
   int runs = 0;
   double ate = 0, plane = 0, plane_percent = 0, space = 0, tracked = 0, tracking_ms = 0;
   double points = 0, ghosts = 0;
-  bool timed = true, has_map = true;  ///< All runs.
+  bool timed = true, has_map = true;  ///< Whether all runs have times, or maps.
 };
 
 CraneFigures mean_of(std::span<const PaperRun> runs, const std::string& sequence,

@@ -18,7 +18,7 @@ struct FigureCell {
 
   std::string text;             ///< The text of a cell without value.
   std::optional<double> value;  ///< The number, not rounded.
-  std::vector<double> runs;     ///< The numbers whose mean `value` is; shown if there are several.
+  std::vector<double> runs;     ///< Values of the runs with mean `value`; shown if several.
   int decimals = 0;
   /// Returns the cell as it is shown.
   std::string shown() const;

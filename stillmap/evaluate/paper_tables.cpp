@@ -103,7 +103,7 @@ std::vector<std::string> sequences_of(const Paper& paper, std::span<const PaperR
 using FigureOfRun = std::function<std::optional<double>(const PaperRun&)>;
 
 /// Returns the mean of a figure over the runs of a preset on a sequence; none without a run, or if
-/// one of them does not have it.
+/// one of the runs lacks it.
 std::optional<double> mean_of(std::span<const PaperRun> runs, const std::string& preset,
                               const std::string& sequence, const FigureOfRun& figure) {
   double sum = 0;
@@ -119,7 +119,7 @@ std::optional<double> mean_of(std::span<const PaperRun> runs, const std::string&
   return sum / count;
 }
 
-/// Returns the mean of the cells; none if one is empty.
+/// Returns the mean of the cells; an empty cell if one of them is empty.
 FigureCell mean_of_cells(const std::vector<FigureCell>& cells) {
   double sum = 0;
   for (const FigureCell& cell : cells) {
@@ -133,7 +133,7 @@ std::optional<double> with_network_ms_of(const PaperRun& run) {
   return run.timed ? std::optional(run.tracking_ms + run.waiting_ms) : std::nullopt;
 }
 
-/// Beginnings of the names of the sequences in which people walk.
+/// Name prefixes of the sequences in which people walk.
 constexpr std::array kWalking{"walking_", "kitchen_walking_"};
 
 /// Makes one table of a paper.
@@ -203,7 +203,7 @@ class TableMaker {
     return names;
   }
 
-  /// Returns the mean over the runs of a system, with each of them.
+  /// Returns the mean over the runs of a system, with the value of each run.
   FigureCell measured(const std::string& system, const std::string& sequence,
                       const std::string& statistic) const {
     const PaperMeasure measure = compares() ? PaperMeasure::kAte : published_.measure;
@@ -240,8 +240,8 @@ class TableMaker {
     return cells;
   }
 
-  /// Adds the means of the rows of these sequences, if there are several; a cell that one of them
-  /// does not have is empty.
+  /// Adds rows with the means over these sequences if there are several. A mean is left empty if a
+  /// sequence has no value.
   void add_means(const std::string& name, FigureTable& table,
                  const std::function<bool(const std::string& sequence)>& is_one) const {
     for (const std::string& statistic : published_.statistics) {
@@ -262,7 +262,7 @@ class TableMaker {
   const PublishedTable& published_;
   std::span<const PaperRun> runs_;
   std::string reference_;
-  std::vector<std::string> systems_;  // beside the baseline
+  std::vector<std::string> systems_;  // all columns but the baseline
 };
 
 std::optional<double> tracking_ms_of(const PaperRun& run) {
@@ -319,7 +319,8 @@ bool has_values(const std::vector<FigureCell>& row) {
   return std::any_of(row.begin(), row.end(), [](const auto& cell) { return cell.value; });
 }
 
-/// Returns a row per system and a column per sequence; none of a system without a figure.
+/// Returns a table with a row per system and a column per sequence. Systems without a value are
+/// left out.
 FigureTable system_table(
     const std::string& title, const std::vector<std::string>& sequences,
     const std::vector<std::string>& systems,
@@ -339,7 +340,7 @@ FigureTable system_table(
   return table;
 }
 
-/// Removes the columns without a figure, but not the first one.
+/// Removes the columns without a value, except the first one.
 void remove_empty_columns(FigureTable& table) {
   for (std::size_t i = table.columns.size(); i-- > 1;) {
     const bool empty = std::none_of(table.rows.begin(), table.rows.end(),
@@ -403,7 +404,7 @@ std::vector<double> ates_of(std::span<const PaperRun> runs, const std::string& s
   return ates;
 }
 
-/// Returns "median; worst" of several figures, and the figure if there is one.
+/// Returns "median; worst" of several values, or the only value.
 FigureCell median_and_worst(const std::vector<double>& figures) {
   if (figures.size() < 2)
     return {figures.empty() ? std::nullopt : std::optional(figures.front()), 1};

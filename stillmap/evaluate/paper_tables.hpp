@@ -20,7 +20,7 @@ constexpr const char* kOwnSystem = "fused";
 
 /// A run of a system on a sequence, from which the papers' tables are computed.
 struct PaperRun {
-  std::string preset;  ///< The preset, or the name of a variant of one or of another system.
+  std::string preset;  ///< Name of a preset, a variant or another system.
   std::string sequence;
   int first = 0;                         ///< First frame of the run.
   std::optional<Evaluation> evaluation;  ///< Errors, with the RPE from frame to frame.
@@ -30,15 +30,15 @@ struct PaperRun {
   std::string detector = {};  ///< Network or masks; empty without one.
   double waiting_ms = 0;      ///< Mean time per frame in which tracking waits for the network [ms].
   std::optional<double> highly_dynamic =
-      {};                                ///< Share of such frames, with a dynamics gate [0..1].
-  bool timed = true;                     ///< Whether the times are known.
-  std::optional<GhostFigures> map = {};  ///< Of the dense map, where true masks are known.
+      {};             ///< Share of highly dynamic frames [0..1]; none without a dynamics gate.
+  bool timed = true;  ///< Whether the times are known.
+  std::optional<GhostFigures> map = {};  ///< Ghosts in the dense map, if true masks are known.
 };
 
-/// What the tables of a paper compare beside its preset.
+/// Systems that the tables of a paper compare with its preset.
 struct Comparands {
-  std::string reference = kPaperBaseline;  ///< System that the improvement rates are over.
-  std::vector<std::string> others = {};    ///< Further columns, such as variants of a preset.
+  std::string reference = kPaperBaseline;  ///< System to which improvement rates refer.
+  std::vector<std::string> others = {};    ///< Further columns, such as variants.
 };
 
 /// Returns the mean over all runs of a preset on a sequence; none without such a run, if one of
@@ -50,17 +50,17 @@ std::optional<double> mean_over_runs(std::span<const PaperRun> runs, const std::
                                      const std::string& statistic);
 
 /// Returns the tables of a paper with the figures of the runs and the published ones, and a table
-/// with times per frame and the share of tracked frames: one row per sequence and statistic. First
-/// the sequences of the paper, measured or not, then all others, then the means that the abstracts
-/// give: of errors over the walking sequences (and over those of the kitchen), of times over all
+/// with times per frame and the share of tracked frames: one row per sequence and statistic. The
+/// sequences of the paper come first, measured or not, then all others, then the means that the
+/// abstracts report: errors over the walking sequences (those of the kitchen apart), times over all
 /// sequences of the paper. Figures of several runs are averaged, as in the papers, before the
-/// improvement rate is computed; the runs are shown beside their mean.
+/// improvement rate is computed; the values of the runs are shown beside their mean.
 std::vector<FigureTable> paper_tables(const Paper& paper, std::span<const PaperRun> runs,
                                       const Comparands& comparands = {});
 
-/// Returns tables with a row per system and a column per sequence: the median and the worst ATE of
-/// the runs, the mean of the improvement rates, RPE, tracked frames, times and, of presets with a
-/// dynamics gate, the share of highly dynamic frames. The name of each is its key in the result.
+/// Returns tables, each with its key, with a row per system and a column per sequence: median and
+/// worst ATE of the runs, improvement rate of the mean ATE, RPE, times, share of tracked frames
+/// and, where known, the share of highly dynamic frames and the figures of the dense map.
 std::vector<std::pair<std::string, FigureTable>> summary_tables(
     std::span<const PaperRun> runs, const std::vector<std::string>& systems,
     const std::string& reference);

@@ -81,8 +81,8 @@ TEST(PublishedFigures, OfTheImprovementTablesFollowFromTheAteTables) {
   EXPECT_EQ(compared, 10);
 }
 
-/// Returns the mean of the improvement rates of a statistic over the walking sequences, rounded
-/// before as the papers print them [%].
+/// Returns the mean improvement rate of a statistic over the walking sequences, from rates that are
+/// rounded as printed in the papers [%].
 double walking_rate(const Paper& paper, const PublishedTable& table, const std::string& statistic) {
   double sum = 0;
   int count = 0;

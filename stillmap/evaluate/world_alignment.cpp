@@ -18,11 +18,11 @@
 namespace stillmap {
 namespace {
 
-/// Displacement that counts as much as a rotation by one radian [m]: 1 cm as 0.6 degrees, about the
-/// errors of RGB-D SLAM and of motion capture.
+/// Displacement that counts as much as a rotation by one radian [m]: 1 cm counts as much as 0.6
+/// degrees, about the ratio of the errors of RGB-D SLAM and of motion capture.
 constexpr double kMetersPerRadian = 1;
-/// Error of the rotation from which positions do not determine it [rad]: 3 degrees displace a
-/// point at 4 m by 0.2 m.
+/// Rotation error from which the positions do not determine the rotation [rad]: 3 degrees displace
+/// a point at 4 m by 0.2 m.
 constexpr double kUndetermined = 0.05;
 
 struct PosePair {
@@ -51,7 +51,7 @@ Pose aligned(const std::vector<PosePair>& pairs) {
     mean_truth += pair.truth.translation() / n;
     mean_estimate += pair.estimate.translation() / n;
   }
-  // |R_a - R R_b|^2 is twice the squared angle between small rotations.
+  // |R_a - R R_b|^2 (Frobenius norm) is twice the squared angle between them, if it is small.
   constexpr double kWeight = kMetersPerRadian * kMetersPerRadian / 2;
   Eigen::Matrix3d W = Eigen::Matrix3d::Zero();
   for (const auto& [a, b] : pairs) {
@@ -63,7 +63,7 @@ Pose aligned(const std::vector<PosePair>& pairs) {
 }
 
 /// Returns the error of the rotation about the main axis of the positions [rad]: the error of the
-/// positions over their distance from this axis (RMS).
+/// positions divided by their distance from this axis (both RMS).
 double rotation_error(const AteResult& ate) {
   const auto n = static_cast<double>(ate.pairs.size());
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
@@ -76,7 +76,7 @@ double rotation_error(const AteResult& ate) {
           .eigenvalues()
           .cwiseMax(0);  // in increasing order
   const double distance = std::sqrt(squares(0) + squares(1));
-  // Positions that agree to the last digit do not determine what they have no extent for.
+  // Positions without error on a line do not determine this rotation; the bound avoids 0 / 0.
   constexpr double kLeast = 1e-6;  // [m]
   return std::max(ate.translation.rmse, kLeast) / std::max(distance, kLeast);
 }
@@ -114,8 +114,8 @@ WorldAlignment align_worlds(const Trajectory& truth, const Trajectory& estimate,
 const Pose& require_alignment(const WorldAlignment& alignment) {
   if (alignment.T_truth_estimate) return *alignment.T_truth_estimate;
   throw Error(
-      "the positions of the camera leave a rotation of the map free, and one of the files has no "
-      "rotations",
+      "the positions of the camera do not determine the rotation of the map, and one of the files "
+      "has no rotations",
       "alignment of the two worlds",
       "name a truth with rotations, or add --one-world if both have the same world frame");
 }
@@ -123,8 +123,8 @@ const Pose& require_alignment(const WorldAlignment& alignment) {
 std::string alignment_text(const WorldAlignment& alignment) {
   if (alignment.by != WorldAlignment::By::kPoses) return "";
   return fmt::format(
-      "the positions leave a rotation free (camera at rest or on a line): the following is aligned "
-      "by whole poses, which differ by {:.3f} m and {:.2f} degrees (RMS)\n",
+      "the positions do not determine the rotation (camera at rest or on a line): the following is "
+      "aligned by whole poses, with differences of {:.3f} m and {:.2f} degrees (RMS)\n",
       alignment.position_rmse, alignment.angle_rmse * 180 / std::numbers::pi);
 }
 

@@ -18,30 +18,30 @@ namespace stillmap {
 /// Throws Error if no timestamps pair.
 Pose align_poses(const Trajectory& truth, const Trajectory& estimate);
 
-/// Alignment of the two worlds for maps and movers, which need all of the rotation.
+/// Alignment of the two world frames for maps and movers, which depend on the full rotation.
 struct WorldAlignment {
   enum class By { kGiven, kPositions, kPoses };
   By by = By::kPositions;
-  /// Transform from the estimate's world to the truth's; none if the positions leave a rotation
-  /// free and one of the files has no rotations.
+  /// Transform from the estimate's world to the truth's; none if the positions do not determine the
+  /// rotation and one of the files has no rotations.
   std::optional<Pose> T_truth_estimate;
-  double position_rmse = 0, angle_rmse = 0;  ///< Differences left by kPoses [m], [rad].
+  double position_rmse = 0, angle_rmse = 0;  ///< Residuals of kPoses [m], [rad].
 };
 
-/// Returns the alignment of the ATE if the positions determine its rotation, else align_poses().
-/// They do if a rotation by 0.05 rad about the main axis of the true positions moves them by more
-/// than the ATE (RMS).
-/// @param ate  of the two trajectories, aligned rigidly
+/// Returns the alignment of the ATE if the positions determine the rotation, otherwise
+/// align_poses(). They determine it if a rotation by 0.05 rad about the main axis of the true
+/// positions moves them by more than the ATE (RMS).
+/// @param ate  ATE of the two trajectories after rigid alignment
 WorldAlignment align_worlds(const Trajectory& truth, const Trajectory& estimate,
                             const AteResult& ate);
 
 /// Returns the transform of an alignment. Throws Error if there is none.
 const Pose& require_alignment(const WorldAlignment& alignment);
 
-/// Returns a line that tells how maps and movers are aligned; empty if by positions or as given.
+/// Returns a line that reports an alignment by poses; empty for other alignments.
 std::string alignment_text(const WorldAlignment& alignment);
 
-/// Writes `by` (given, positions, poses) and what is left (for nlohmann::json).
+/// Writes `by` (given, positions, poses) and the residuals (for nlohmann::json).
 void to_json(nlohmann::json& json, const WorldAlignment& alignment);
 
 }  // namespace stillmap

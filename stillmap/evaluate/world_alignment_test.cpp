@@ -18,8 +18,8 @@ struct Worlds {
   Trajectory truth, estimate;
 };
 
-/// Returns a camera that moves along x [m per frame] and y (an arc), seen with errors of 5 mm and
-/// 0.2 degrees (standard deviations) from another world.
+/// Returns a camera that moves along x [m per frame] and y (an arc). The estimate is in another
+/// world frame and has errors of 5 mm and 0.2 degrees (standard deviations).
 Worlds camera_path(double step, double arc) {
   std::mt19937 random(1);
   std::normal_distribution<double> position(0, 0.005), angle(0, 0.0035);
@@ -39,22 +39,22 @@ WorldAlignment align(const Worlds& worlds) {
                       absolute_trajectory_error(worlds.truth, worlds.estimate));
 }
 
-/// Returns the distance of a point of the map that is 5 m in front of the first camera from its
-/// true place [m].
+/// Returns the position error of a map point 5 m in front of the first camera [m].
 double map_error(const Worlds& worlds, const Pose& T_truth_estimate) {
   const Eigen::Vector3d p_truth = worlds.truth.front().T_world_camera * Eigen::Vector3d(0, 0, 5);
   return (T_truth_estimate * (kTruthEstimate.inverse() * p_truth) - p_truth).norm();
 }
 
-/// Without rotations, the map of a straight path lies at any angle about the path: meters off. 100
-/// errors of 0.2 degrees displace the point by 5 m * 0.2 deg / 10 = 2 mm, and by no more than 1 cm.
+/// Without rotations, the angle of the map about a straight path is arbitrary, so points are off by
+/// meters. The mean of 100 rotation errors of 0.2 degrees displaces the point by 5 m * 0.2 deg / 10
+/// = 2 mm, and by no more than 1 cm.
 TEST(WorldAlignment, AStraightPathIsAlignedByWholePoses) {
   const Worlds worlds = camera_path(0.05, 0);
   const WorldAlignment alignment = align(worlds);
   EXPECT_EQ(alignment.by, WorldAlignment::By::kPoses);
   EXPECT_LT(map_error(worlds, require_alignment(alignment)), 0.01);
   const auto ate = absolute_trajectory_error(worlds.truth, worlds.estimate);
-  EXPECT_GT(map_error(worlds, ate.T_truth_estimate), 0.1) << "positions alone leave it free";
+  EXPECT_GT(map_error(worlds, ate.T_truth_estimate), 0.1) << "positions alone do not determine it";
   // Errors along three axes: sqrt(3) times 5 mm and 0.2 degrees, of 100 poses.
   EXPECT_NEAR(alignment.position_rmse, 0.0087, 0.001);
   EXPECT_NEAR(alignment.angle_rmse, 0.0061, 0.001);
@@ -93,7 +93,7 @@ TEST(WorldAlignment, ATruthWithoutRotationsDoesNotAlignAStraightPath) {
     estimate.T_world_camera = estimate.T_world_camera * Pose(so3_exp({0, 0.01 * i, 0}), {0, 0, 0});
   }
   const std::string error = test::error_of([&] { require_alignment(align(worlds)); });
-  EXPECT_NE(error.find("leave a rotation of the map free"), std::string::npos) << error;
+  EXPECT_NE(error.find("do not determine the rotation of the map"), std::string::npos) << error;
 }
 
 TEST(AlignPoses, PosesOfAnotherRecordingHaveNoStampInCommon) {

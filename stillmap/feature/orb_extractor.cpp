@@ -111,7 +111,7 @@ Features OrbExtractor::extract(const cv::Mat& gray, const cv::Mat& depth,
   return features;
 }
 
-/// Frames of one camera share their ignored pixels, so that the distances are rarely computed.
+/// Computes the distances only if the mask has changed; frames of one camera share one mask.
 void OrbExtractor::ignore(const cv::Mat& pixels) {
   if (pixels.data == ignored_.data) return;
   ignored_ = pixels;
@@ -119,7 +119,7 @@ void OrbExtractor::ignore(const cv::Mat& pixels) {
   if (!pixels.empty()) cv::distanceTransform(pixels == 0, distance_, cv::DIST_L2, cv::DIST_MASK_5);
 }
 
-/// Returns the corners of a level whose circle contains no ignored pixel.
+/// Returns the corners of a level whose FAST circle contains no ignored pixel.
 const std::vector<Corner>& OrbExtractor::used(const std::vector<Corner>& corners, int level) {
   if (distance_.empty()) return corners;
   const float radius = kCircle * static_cast<float>(options_.pyramid().scale(level));

@@ -14,7 +14,7 @@
 
 namespace stillmap {
 
-/// Relative depth step around a keypoint that makes it lie on a depth edge.
+/// Relative depth step from which a keypoint counts as lying on a depth edge.
 inline constexpr double kDepthJump = 0.05;
 
 struct OrbOptions {
@@ -27,7 +27,7 @@ struct OrbOptions {
   /// Minimum distance of corners from the border, at least 16 [pixels of the level].
   int border = 16;
   bool subpixel = true;  ///< Whether corners are refined to sub-pixel accuracy (see subpixel.hpp).
-  double depth_jump = kDepthJump;  ///< See depth_at(); infinite: depths of the nearest pixels.
+  double depth_jump = kDepthJump;  ///< See depth_at(); infinite: depth of the nearest pixel.
 
   PyramidShape pyramid() const { return {levels, scale_factor}; }
 };
@@ -46,8 +46,9 @@ class OrbExtractor {
   /// @param gray   8UC1, any size; too small or without texture: no keypoints
   /// @param depth  32FC1 of the same size [m], 0 or not finite where unknown; empty: no depths
   /// @param keypoints  maximum number; none: options.keypoints
-  /// @param ignored  8UC1 of the same size, not changed while it is in use: no corner's circle of
-  ///                 the FAST test contains a pixel that is not 0; empty: all pixels are used
+  /// @param ignored  mask of ignored pixels, 8UC1 of the same size: corners whose FAST circle
+  ///                 contains a nonzero pixel are dropped; must not be modified between calls;
+  ///                 empty: all pixels are used
   /// Throws Error for other types or sizes. Keypoints are ordered by level; a level with too few
   /// corners passes its share to the coarser levels.
   Features extract(const cv::Mat& gray, const cv::Mat& depth = {},
@@ -67,8 +68,8 @@ class OrbExtractor {
   QuadtreeSpreader spreader_;
   Blur blur_;
   std::vector<PatchMoments> moments_;
-  cv::Mat ignored_;   // of the last image
-  cv::Mat distance_;  // from the nearest ignored pixel, 32FC1 [pixels]; empty: none are ignored
+  cv::Mat ignored_;   // mask of the last image
+  cv::Mat distance_;  // to the nearest ignored pixel, 32FC1 [pixels]; empty without a mask
   std::vector<Corner> used_;
 };
 

@@ -48,8 +48,8 @@ struct Camera {
   /// Timing of the shutters; if not known, it is estimated from the frames.
   std::optional<ShutterTiming> shutter = std::nullopt;
   DisparityBias disparity_bias = {};  ///< Systematic error of the recorded depth.
-  /// Image file of the size of the recorded images, not black where they always show the robot
-  /// itself, such as its gripper: these pixels are not used. Empty: all are.
+  /// Mask image of the size of the recorded images: pixels that are not black in it, such as those
+  /// of the robot's own gripper, are ignored. Empty: all pixels are used.
   std::string ignore = {};
 
   bool distorted() const { return !distortion.isZero(0); }

@@ -137,7 +137,8 @@ TEST_F(TrajectoryFile, MatricesOfReplicaAreAt30Hz) {
       distance(read[0].T_world_camera, Pose(so3_exp({std::numbers::pi / 2, 0, 0}), {5, 6, 7})),
       1e-9);
   write("1 0 0 5 0 9 0 6 0 0 1 8 0 0 0 1\n");
-  EXPECT_NE(error().find(":1: has 16 numbers, which are no matrix"), std::string::npos) << error();
+  EXPECT_NE(error().find(":1: has 16 numbers that are not the matrix"), std::string::npos)
+      << error();
 }
 
 TEST_F(TrajectoryFile, PosesOfArkitAreThoseOfTheWorldInTheCamera) {

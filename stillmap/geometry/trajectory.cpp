@@ -28,9 +28,9 @@ constexpr double kNanosecond = 1e-9;  // s
 constexpr double kSamePlace = 0.05;   // [m]; poses of one time that are nearer are one
 constexpr double kNormError = 0.1;    // of quaternions, as numbers of one digit have at most
 constexpr std::size_t kTumNumbers = 8, kKittiNumbers = 12, kEurocNumbers = 17;
-constexpr std::size_t kMatrixNumbers = 16;  // of the poses of Replica, as NICE-SLAM has them
-constexpr double kMatrixRate = 30;          // of these poses [Hz]
-constexpr std::size_t kArkitNumbers = 7;    // of the poses of ARKitScenes
+constexpr std::size_t kMatrixNumbers = 16;  // of a pose of Replica in the version of NICE-SLAM
+constexpr double kMatrixRate = 30;          // rate of these poses [Hz]
+constexpr std::size_t kArkitNumbers = 7;    // of a pose of ARKitScenes
 constexpr const char* kArkitExtension = ".traj";
 
 /// Returns the numbers of a line; some may be NaN or infinite.
@@ -69,8 +69,7 @@ struct PoseLine {
   std::size_t index = 0;  // among the lines with numbers
 };
 
-/// Whether a line tells that its pose is not known: by numbers that are not finite, or by a
-/// quaternion of 0.
+/// Whether a line marks its pose as unknown: numbers that are not finite, or a zero quaternion.
 bool has_no_pose(const PoseLine& line) {
   const auto& v = line.numbers;
   const bool known = std::all_of(v.begin(), v.end(), [](double x) { return std::isfinite(x); });
@@ -79,7 +78,7 @@ bool has_no_pose(const PoseLine& line) {
   return !known || !turned;
 }
 
-/// Removes the lines without a pose, and tells their number.
+/// Removes the lines without a pose and warns with their number.
 void skip_unknown(std::vector<PoseLine>& lines, const std::filesystem::path& file) {
   const auto first = std::find_if(lines.begin(), lines.end(), has_no_pose);
   if (first == lines.end()) return;
@@ -120,12 +119,12 @@ PoseFormat format_of(const std::string& heading, const std::vector<PoseLine>& li
   return format;
 }
 
-/// Returns the pose of a matrix of 4 x 4 numbers by rows.
+/// Returns the pose of a row-major 4 x 4 matrix.
 StampedPose pose_of_matrix(const PoseLine& line) {
   const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> T(line.numbers.data());
   const Eigen::Matrix3d R = T.topLeftCorner<3, 3>();
   if (!(R * R.transpose()).isIdentity(kNormError) || R.determinant() < 0) {
-    throw Error("has 16 numbers, which are no matrix of a pose", line.where,
+    throw Error("has 16 numbers that are not the matrix of a pose", line.where,
                 "write the rotation in the first three columns and rows, or lines of 8 numbers: "
                 "timestamp tx ty tz qx qy qz qw");
   }
@@ -133,14 +132,14 @@ StampedPose pose_of_matrix(const PoseLine& line) {
           Pose(nearest_rotation(R), Eigen::Vector3d(T.topRightCorner<3, 1>()))};
 }
 
-/// Returns the pose of a line of ARKitScenes: time, axis times angle [rad] and translation [m] of
-/// the world in the camera.
+/// Returns the pose of a line of ARKitScenes: time [s], then rotation vector [rad] and translation
+/// [m] of T_camera_world.
 StampedPose pose_of_arkit(const PoseLine& line) {
   const std::vector<double>& v = line.numbers;
   if (v.size() != kArkitNumbers) {
     throw Error(
         fmt::format("expected 7 numbers (time, axis-angle, translation), found {}", v.size()),
-        line.where, "give the trajectory as ARKitScenes has it, or name it otherwise");
+        line.where, "write the format of ARKitScenes, or use another extension than .traj");
   }
   return {v[0], Pose(so3_exp({v[1], v[2], v[3]}), {v[4], v[5], v[6]}).inverse()};
 }

@@ -28,12 +28,12 @@ struct UncertainPose {
 /// Reads TUM format: lines `timestamp tx ty tz qx qy qz qw` separated by blanks or commas; # starts
 /// a comment. With timestamps in nanoseconds (above 1e12) it reads the formats of EuRoC: separated
 /// by commas with qw first and more columns behind (its ground truth), or by blanks (ORB-SLAM3).
-/// Files named .traj are those of ARKitScenes (time, axis-angle and translation of the world in the
-/// camera); lines of 16 numbers are matrices T_world_camera of Replica, at 30 Hz. UTF-8 or UTF-16.
-/// Sorted by timestamp. Lines with numbers that are not finite, or with a quaternion of 0, have no
-/// pose: they are skipped with a warning that counts them. Throws Error with file and line for an
-/// invalid line, such as one of KITTI's 12 numbers or a quaternion whose norm is off 1 by more than
-/// 0.1, and for a file that cannot be opened or contains no pose.
+/// Files *.traj have the format of ARKitScenes (time, then rotation vector and translation of
+/// T_camera_world); lines of 16 numbers are the matrices T_world_camera of Replica, at 30 Hz. The
+/// text is UTF-8 or UTF-16. The poses are sorted by timestamp. Lines with numbers that are not
+/// finite or with a zero quaternion are skipped, with a warning that counts them. Throws Error with
+/// file and line for an invalid line, such as one of KITTI's 12 numbers or a quaternion whose norm
+/// is off 1 by more than 0.1, and for a file that cannot be opened or contains no pose.
 Trajectory read_trajectory(const std::filesystem::path& file);
 
 /// Returns a line in TUM format with 9 decimals.

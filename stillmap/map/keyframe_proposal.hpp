@@ -25,7 +25,7 @@ struct KeyframeProposal {
   std::vector<LandmarkId> landmarks;
   /// Counts since the previous proposal; a landmark may appear several times.
   std::vector<VisibilityCount> visibility_counts;
-  /// Landmarks to be erased, as they repeat landmarks that the frame shows.
+  /// Landmarks to be erased, since they repeat landmarks observed by the frame.
   std::vector<LandmarkId> repeated = {};
   /// For the first keyframe of a new component: a keyframe of the previous component if that one
   /// tracked the camera too briefly to be kept; otherwise invalid.

@@ -10,9 +10,9 @@
 
 namespace stillmap {
 
-/// What counts as the moving body in the box of a dynamic class, whose points are in D at once.
+/// Part of the box of a dynamic class whose keypoints are in D without a test.
 enum class BoxBody {
-  kNone,          ///< Nothing: all of the box is in F.
+  kNone,          ///< None: all keypoints of the box are in F.
   kMoved,         ///< Surfaces that moved in one of the last frames.
   kDepthCluster,  ///< The largest cluster of depths in the box: see cluster_in_box().
 };
@@ -37,7 +37,7 @@ enum class FlowSet : std::uint8_t {
 std::vector<FlowSet> divide_by_boxes(std::span<const Keypoint> keypoints,
                                      const std::vector<cv::Rect>& boxes);
 
-/// Moves the points of F to D that are in the largest cluster of depths of one of these boxes.
+/// Moves keypoints from F to D that lie in the largest cluster of depths of one of these boxes.
 /// @param depth height x width [m]; 0 means unknown
 void divide_by_depth(std::vector<FlowSet>& sets, std::span<const Keypoint> keypoints,
                      const cv::Mat1f& depth, const std::vector<cv::Rect>& bodies);
@@ -91,7 +91,7 @@ class MovedKeypoints {
 /// F. It does not say how the body is found within a box, only that optical flow and consistency
 /// over time are used. Here the body is every surface that moved before: a keypoint on a surface
 /// that equation 9 found moving in one of the last `memory` frames is in D, even while it pauses.
-/// BoxBody has the other readings.
+/// BoxBody selects other interpretations.
 ///
 /// Limits of the formulas: for a camera at rest, l approaches 0 and the noise of the flow decides,
 /// so that nearly all of F is excluded, sitting people included; a rotation about the optical axis

@@ -15,10 +15,11 @@
 namespace stillmap {
 
 struct DynamicsGateOptions {
-  /// Whether T of equation 6 is the rotation and translation of the image nearest to the homography
-  /// instead of the homography itself. The paper prints T in SE(2), "obtained by decomposing the
-  /// homography". But SE(2) cannot scale or shear the image, so that the parallax of a moving
-  /// camera marks frames in which nothing moves, whereas the paper's static sequences stay low.
+  /// Whether T of equation 6 is the image rotation and translation, SE(2), nearest to the
+  /// homography instead of the homography itself. The paper states T in SE(2), "obtained by
+  /// decomposing the homography". But SE(2) can neither scale nor shear the image, so the parallax
+  /// of a moving camera marks frames in which nothing moves; in the paper static sequences have low
+  /// dynamics.
   bool in_se2 = false;
   double warp_error = 1.7;    ///< Limit a of equation 7: a larger error marks a keypoint [pixels].
   double marked_share = 0.1;  ///< Limit b of equation 8: a larger share of them marks a frame.

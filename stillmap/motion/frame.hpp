@@ -14,7 +14,7 @@
 
 namespace stillmap {
 
-/// How much of the scene moves, by the gate of preset gated-seg (DynamicsGate).
+/// How much of the scene moves according to DynamicsGate (preset gated-seg).
 enum class Dynamics {
   kUnknown,  ///< There is no gate.
   kLow,

@@ -20,15 +20,15 @@ namespace {
 /// deviations of the prior, below which the iteration ends.
 constexpr int kIterations = 20;
 constexpr double kConverged = 1e-5;
-/// Standard deviations of the prior: share of the focal lengths and of the image size, disparity
-/// [1/m]. Sensors have errors of the disparity of up to 0.034 1/m (docs/real_sensors.md). Errors
-/// that are linear in the image and the disparity are a projective transformation of the scene, as
-/// those of the intrinsics are: without the prior they explain each other.
+/// Standard deviations of the prior: share of the focal lengths, share of the image size, disparity
+/// [1/m]. Sensors have disparity errors of up to 0.034 1/m (docs/real_sensors.md). Disparity errors
+/// that are linear in the image position and errors of the intrinsics are both projective
+/// transformations of the scene; without the prior they cannot be told apart.
 constexpr double kFocalPrior = 0.1, kCenterPrior = 0.1, kDisparityPrior = 0.03;
-/// Number of observations whose errors are alike, apart from what the jackknife shows: those of
-/// a landmark stay the same over many frames, are taken for errors of its position, and hardly
-/// appear in the residuals. With 4, the standard deviations of pieces of recordings with known
-/// cameras hold (python3 -m lab calibrations).
+/// Factor on the variance for errors that are correlated between frames, apart from the correlation
+/// that the jackknife shows: the errors of a landmark persist over many frames, are absorbed by its
+/// position, and hardly appear in the residuals. With 4, the standard deviations hold on pieces of
+/// recordings with known cameras (python3 -m lab calibrations).
 constexpr double kAlike = 4;
 /// Number of groups of poses of the jackknife.
 constexpr std::size_t kGroups = 20;
@@ -106,11 +106,11 @@ class Calibrator {
   std::vector<std::vector<Term>> terms_;  // per point
   std::uint32_t fixed_ = 0;
   std::size_t observations_ = 0;
-  double alike_ = kAlike;  // number of observations whose errors are alike
+  double alike_ = kAlike;  // factor on the variance for correlated errors
   CameraVector correction_ = CameraVector::Zero();
 };
 
-/// Variances of the parameters by the Hessian and by the jackknife.
+/// Variances of the parameters, from the Hessian and from the jackknife.
 struct Calibrator::Variances {
   CameraVector hessian, groups;
 };
@@ -211,8 +211,8 @@ PointNormals Calibrator::eliminate(std::size_t point, const Camera& camera,
   return n;
 }
 
-/// Returns the information of the prior in units of that of the observations, which is `alike_`
-/// times too large.
+/// Returns the information of the prior times `alike_`, which is equivalent to dividing that of the
+/// observations by `alike_`.
 CameraVector Calibrator::prior_information() const {
   CameraVector sigma;
   sigma << kFocalPrior * given_.fx, kFocalPrior * given_.fy, kCenterPrior * given_.width,
@@ -316,7 +316,7 @@ void Calibrator::solve() {
   }
 }
 
-/// Returns nothing if the system cannot be solved.
+/// Returns the variances of the parameters; none if the system cannot be solved.
 std::optional<Calibrator::Variances> Calibrator::variances() const {
   const Camera camera = corrected();
   std::vector<PointNormals> normals;

@@ -35,10 +35,10 @@ struct CameraCalibration {
   double variance_before = 1, variance_after = 1;
 };
 
-/// How many observations have errors that are alike.
+/// Source of the variance factor for errors that are correlated between frames.
 enum class AlikeErrors {
-  kAssumed,   ///< A fixed number: enough to tell gross errors of the camera.
-  kMeasured,  ///< Times the ratio of the jackknife to the Hessian, if larger than 1.
+  kAssumed,   ///< A fixed factor, sufficient to detect gross errors of the camera.
+  kMeasured,  ///< Also times the ratio of jackknife to Hessian, if above 1.
 };
 
 /// Estimates the errors of a camera's intrinsics and of its depth by bundle adjustment in which
@@ -47,12 +47,13 @@ enum class AlikeErrors {
 /// that of the map. An error of the disparity is found where triangulation and depth disagree
 /// differently at different depths.
 ///
-/// Errors of observations are not independent: those of a landmark last over many frames. Their
-/// information is divided by the number that are alike, which makes the standard deviations larger
-/// and gives the prior, the errors that sensors have, the weight that it should have. Standard
-/// deviations are the larger of the inverse of the reduced Hessian, scaled by the variance of the
-/// residuals, and the jackknife over groups of consecutive poses (Efron and Stein, The Jackknife
-/// Estimate of Variance, 1981). A parameter without information keeps that of the prior.
+/// Errors of observations are not independent: the errors of a landmark persist over many frames.
+/// The information of the observations is therefore divided by a variance factor. This enlarges the
+/// standard deviations and gives the prior (the usual errors of sensors) its proper weight. A
+/// standard deviation is the larger of two: from the inverse of the reduced Hessian, scaled by the
+/// variance of the residuals, and from the jackknife over groups of consecutive poses (Efron and
+/// Stein, The Jackknife Estimate of Variance, 1981). A parameter without information keeps the
+/// standard deviation of the prior.
 ///
 /// @param problem poses in temporal order; pose_fixed and point_fixed are not used: the pose with
 ///                most observations is fixed, since the cost does not depend on the world frame

@@ -75,9 +75,9 @@ TEST(CameraCalibration, OutliersDoNotMatter) {
   EXPECT_LT(std::abs(found.correction(kDisparityOffset)), 0.004);
 }
 
-/// Errors of the depth that last, as those of a delayed depth image while the camera turns, look
-/// like errors of the camera. Here they drift over the sequence: the estimates are off by more than
-/// independent errors of their size would allow, and the standard deviations tell it.
+/// Persistent depth errors, such as those of delayed depth images while the camera turns, look like
+/// errors of the camera. Here they drift over the sequence: the estimates are off by more than
+/// independent errors of this size would allow, and the standard deviations must reflect it.
 TEST(CameraCalibration, ErrorsThatLastMakeItLessCertain) {
   BundleProblem problem = recorded();
   const CameraCalibration independent = calibrate_camera(problem);

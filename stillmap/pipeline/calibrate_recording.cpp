@@ -37,9 +37,9 @@ constexpr double kIntrinsicsBound = 0.01, kDisparityBound = 0.01;
 /// to 0.64 to 0.70 with the right camera, since the map is adjusted as well, and to 0.28 to 0.62
 /// with a focal length that is wrong by 15 %.
 constexpr double kPlausibleBounds = 8, kWrongCamera = 0.55;
-/// Standard deviation of the timing between pieces of one recording [s]: delays of -3 to -15 ms,
-/// because the noise of the depth draws the estimate towards zero, and readout times of 27 and 33
-/// ms.
+/// Standard deviation of the estimated timing between pieces of one recording [s]. Measured: depth
+/// delays of -3 to -15 ms, since depth noise biases the estimate toward zero, and readout times of
+/// 27 and 33 ms.
 constexpr double kTimingScatter = 0.005;
 /// Standard deviations by which a correction must differ from zero.
 constexpr double kCertain = 3;
@@ -221,8 +221,8 @@ std::vector<CalibratedParameter> parameters_of(const Camera& given,
   return parameters;
 }
 
-/// Returns whether a focal length is probably wrong by much: the map of a wrong camera is
-/// distorted, and shows the error for certain only after it was made again with a better one.
+/// Returns whether a focal length is probably far off. The map of a wrong camera is distorted; the
+/// error becomes certain only in a second map, made with a better focal length.
 bool is_suspect(const CalibratedParameter& p) {
   constexpr double kSuspect = 1.5, kMuch = 0.04;  // standard deviations, share
   return (p.key == "fx" || p.key == "fy") && p.verdict == CalibrationVerdict::kNotObservable &&
@@ -240,7 +240,7 @@ CameraVector corrected_values(const Camera& given,
   return values;
 }
 
-/// Returns the values with which the recording is mapped next: suspect focal lengths are tried.
+/// Returns the values for the next pass: suspect focal lengths are replaced by their estimates.
 CameraVector next_values(const Camera& given, const std::vector<CalibratedParameter>& parameters) {
   CameraVector values = corrected_values(given, parameters);
   for (const CameraParameter focal : {kFx, kFy}) {
@@ -274,8 +274,8 @@ CameraCalibration errors_of(const Camera& given, const Camera& camera, const Bun
   return unknown;
 }
 
-/// Adds the timing of the shutters. It is corrected as a whole, or not at all: a run estimates the
-/// timing that a camera does not tell, and one wrong value would make the other one worse.
+/// Adds the timing of the shutters. Either both values are corrected or none: a run estimates the
+/// timing if the camera has none, and one wrong value would degrade the other.
 /// @param pass the last pass in which it was estimated
 void add_timing(const Camera& given, const Pass& pass, CalibrationReport& report) {
   const ShutterTiming before = given.shutter.value_or(ShutterTiming{});

@@ -34,7 +34,8 @@ struct CalibrationReport {
   std::size_t observations = 0;  ///< Number of observations of landmarks that were adjusted.
   /// Estimate of fx that was too far from the given value to be used [pixels]; none without one.
   std::optional<double> discarded_focal_length;
-  std::string carried_doubt;  ///< See CarriedParts::doubt(); empty: the estimates are of the scene.
+  std::string
+      carried_doubt;  ///< See CarriedParts::doubt(); if not empty, the estimates are invalid.
 };
 
 /// Estimates a camera's parameters from a recording made with it. The frames are tracked and mapped

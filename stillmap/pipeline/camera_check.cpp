@@ -39,8 +39,9 @@ std::vector<LandmarkId> shared_landmarks(const Map& map, const std::vector<Keyfr
   return shared;
 }
 
-/// Returns whether both focal lengths are wrong in the same direction, as those of another camera
-/// or image size are. People who walk through a small map bend it in one direction of the image.
+/// Returns whether both focal lengths are wrong in the same direction, as with the camera file of
+/// another camera or image size. People who walk through a small map distort it along one image
+/// axis only.
 bool shows_wrong_focal_lengths(const Camera& given, const CameraCalibration& found) {
   return is_wrong_focal_length(given, found, kFx) && is_wrong_focal_length(given, found, kFy) &&
          found.correction(kFx) * found.correction(kFy) > 0;

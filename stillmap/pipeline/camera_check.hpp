@@ -10,7 +10,7 @@ namespace stillmap {
 /// nothing, also if it is too small to tell. The map was made with the wrong values, so an estimate
 /// makes up only half to nine tenths of the error.
 struct CameraErrors {
-  /// Focal length fx that fits the map best, where both are wrong [pixels]: see
+  /// Focal length fx that fits the map best, if both focal lengths are wrong [pixels]: see
   /// is_wrong_focal_length().
   std::optional<double> focal_length = std::nullopt;
   /// Error of the disparity in the corners of the image [1/m]: see shows_distances().

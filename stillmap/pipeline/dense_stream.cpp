@@ -88,7 +88,8 @@ void DenseStream::push(const TrackedFramePtr& tracked, const DetectedObjects& fo
   stage_->push(std::move(task));
 }
 
-/// Returns the poses of a loaded map that is not extended, until its views are in the live map.
+/// Returns the keyframe poses of a loaded map that is not extended; null once all its views are in
+/// the live map.
 std::shared_ptr<const KeyframePoses> DenseStream::poses_of_loaded(
     bool localized, std::shared_ptr<const KeyframePoses> moved) {
   if (localized && moved) {

@@ -81,7 +81,7 @@ class DenseStream {
     DetectedObjects found;                       // newest detections
     std::vector<NewKeyframe> made;               // keyframes made since the previous task
     std::shared_ptr<const KeyframePoses> moved;  // null: no keyframe was moved
-    bool enters_world = false;                   // the poses are in a new world from now on
+    bool enters_world = false;                   // from now on, poses are in a new world frame
   };
   struct Nothing {};
 
@@ -104,8 +104,9 @@ class DenseStream {
   std::size_t last_frame_ = 0;    // index of the last added frame
   std::size_t frames_left_out_ = 0;
   std::vector<NewKeyframe> made_;  // keyframes that are not passed to the thread yet
-  // Of a map that is not extended: the poses in the part where the camera was localized, and the
-  // number of frames with which the live map, which places some views with each, is to get them.
+  // For a map that is not extended: keyframe poses of the component in which the camera was
+  // localized, and the number of frames for which the live map still gets them, since it places
+  // only some views per frame.
   std::shared_ptr<const KeyframePoses> localized_;
   std::size_t frames_to_place_ = 0;
 

@@ -30,7 +30,7 @@ RgbdFramePtr TimelySource::next() {
   return frame;
 }
 
-/// Lists the frames between the newest one and this one.
+/// Adds the frames between the newest one and this one to the dropped frames.
 void PacedSource::list_left_out(const RgbdFrame& frame) {
   if (newest_) {
     for (std::size_t i = *newest_ + 1; i < frame.index; ++i) {

@@ -50,8 +50,8 @@ class PacedSource final : public FrameSource {
   RgbdFramePtr next() override;
   std::optional<std::size_t> size() const override { return source_->size(); }
   const std::vector<SkippedFrame>& skipped() const override { return source_->skipped(); }
-  /// Returns the times of the dropped frames; those of frames that were left out are interpolated
-  /// [s].
+  /// Returns the timestamps of the dropped frames [s]. They are interpolated for frames that a
+  /// TimelySource left out.
   const std::vector<double>& dropped() const { return dropped_; }
 
  private:

@@ -125,7 +125,7 @@ struct Slam::Impl {
   const Options options;
   const std::string detector_description;
   FrameMaker frames;
-  const bool rectifies;  // whether the images of the camera are distorted or partly ignored
+  const bool rectifies;  // whether the images are distorted or have ignored pixels
   std::vector<std::weak_ptr<const RgbdFrame>> rectified;  // frames made but not pushed yet
   FrameSelection selection;
   std::size_t next_index = 0;

@@ -14,13 +14,13 @@ namespace {
 /// Truncation distance of the mesh's signed distances [voxels], as usual for KinectFusion (Newcombe
 /// et al., ISMAR 2011).
 constexpr double kMeshTruncation = 4;
-/// Largest relative depth step where depth edges are not treated apart, as in the papers.
+/// Largest relative depth step if depth edges get no special treatment, as in the papers.
 constexpr double kAnyJump = std::numeric_limits<double>::infinity();
 
-/// Standard deviation of a disparity that is weighted as u and v are, as in ORB-SLAM [pixels].
+/// Standard deviation of the disparity if it is weighted like u and v, as in ORB-SLAM [pixels].
 constexpr double kPixelSigma = 1;
 
-/// Number of landmarks that ORB-SLAM2 and 3 place by depth where fewer keypoints are near.
+/// Number of landmarks that ORB-SLAM2 and 3 create from depth if fewer keypoints are near.
 constexpr std::size_t kFewestDepthLandmarks = 100;
 
 /// Share of the memory limit for keyframes: about the ratio of the features of a keyframe to the
@@ -82,7 +82,7 @@ void set_tracking(const Options::Tracking& from, TrackerOptions& to) {
   to.keyframes.max_translation = from.keyframe_translation;
 }
 
-/// Turns off what ORB-SLAM does not have and `names` leave out.
+/// Turns off the extensions of ORB-SLAM that `names` does not contain.
 void set_extensions(const std::vector<std::string>& names, SlamParameters& to) {
   const auto has = [&](const std::string& name) { return contains(names, name); };
   to.orb.subpixel = has("subpixel");

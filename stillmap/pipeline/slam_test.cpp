@@ -64,8 +64,7 @@ TEST(SlamOnAStillScene, TheCloudLiesOnTheTrueSurfaces) {
   EXPECT_LT(quantile(errors, 0.5), 0.02) << "median distance along the ray [m]";
 }
 
-/// Returns the recording with a gripper, 0.3 m away, that covers the lower half of the middle of
-/// all images.
+/// Returns the recording with a gripper 0.3 m away in the lower middle quarter of all images.
 Recording with_gripper(const Recording& recording, bool ignored) {
   Recording held{recording.sequence, {}};
   const cv::Size size = recording.frames.front()->gray.size();

@@ -51,8 +51,8 @@ LensDistortion lens_of(const CameraInfoMessage& info) {
   return {*model, std::move(coefficients)};
 }
 
-// Returns the camera whose pixels are blocks of pixels of another. Pixel (0, 0) is the center of a
-// block, as in camera_of().
+// Scales the intrinsics to pixels of `columns` x `rows` former pixels. Pixel (0, 0) is the center
+// of the first pixel, before and after.
 RecordedCamera with_pixels_of(RecordedCamera camera, double columns, double rows) {
   camera.fx /= columns;
   camera.fy /= rows;
@@ -61,7 +61,7 @@ RecordedCamera with_pixels_of(RecordedCamera camera, double columns, double rows
   return camera;
 }
 
-// Returns the camera of the region of interest and the binning of a message (REP 104).
+// Applies the region of interest and the binning of a message (REP 104).
 SizedCamera with_settings(const RecordedCamera& full, const CameraInfoMessage& info) {
   RecordedCamera part = full;
   std::vector<std::string> settings;

@@ -33,24 +33,24 @@ struct RecordedCamera {
 
 /// Returns the camera of the full images of a message; none if the camera was not calibrated (focal
 /// length 0).
-/// @param rectified  whether the images of the topic are rectified: the camera is then P, not K. P
-///                   is taken as well if K is 0, as rectifying programs publish it
+/// @param rectified  whether the images of the topic are rectified: then P is used, not K. P is
+/// also
+///                   used if K is 0, as some programs publish rectified images
 /// Throws Error for an unknown distortion model with coefficients, and for numbers that are not
 /// finite or sizes beyond 16384 pixels.
 std::optional<RecordedCamera> camera_of(const CameraInfoMessage& info, bool rectified);
 
-/// A camera of images of one size, made of that of a message.
+/// A camera adapted to the size of the images.
 struct SizedCamera {
   RecordedCamera camera;
-  std::string how;  ///< "binned by 2 x 2", "scaled from 1280 x 720"; empty if it is that of the
-                    ///< message.
+  std::string how;  ///< "binned by 2 x 2", "scaled from 1280 x 720"; empty if unchanged.
 };
 
-/// Returns the camera of images of this size. If it is not the size of the full image: the camera
-/// of the region of interest and the binning of the message (REP 104), or the full one scaled if
-/// the ratio of width and height is the same; the full one if neither fits.
-/// @param full           as of camera_of()
-/// @param width, height  [pixels]; 0 if not known: region of interest and binning are used
+/// Adapts a camera to images of this size. If it is not the size of the full image, region of
+/// interest and binning of the message are applied (REP 104). If they do not lead to this size, the
+/// camera is scaled if the aspect ratio is the same, otherwise returned unchanged.
+/// @param full           result of camera_of()
+/// @param width, height  [pixels]; 0 if unknown: region of interest and binning are applied
 SizedCamera sized(const RecordedCamera& full, const CameraInfoMessage& info, int width, int height);
 
 /// Returns the pose [m] of a camera of a stereo pair in the frame of the rectified left camera: at

@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Images compress by some factors; more than this is no recording.
+// Recorded images compress by small factors; a file with a larger ratio is no recording.
 constexpr std::uint64_t kLargestRatio = 1000, kSmallFile = 1 << 20;  // -, bytes
 
 Error failure(const std::string& what, const fs::path& compressed) {

@@ -4,8 +4,8 @@
 
 namespace stillmap {
 
-/// A temporary file with the decompressed content of a file that zstd compressed as a whole. It is
-/// removed with this object; who has it open can still read it.
+/// A temporary file with the content of a file that was compressed by zstd as a whole. It is
+/// removed with this object; a reader that has opened it can still read it.
 class DecompressedFile {
  public:
   /// A damaged or truncated file is decompressed as far as it goes.

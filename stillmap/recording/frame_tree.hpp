@@ -10,8 +10,8 @@
 namespace stillmap {
 
 /// The transforms between coordinate frames that a recording contains: those of /tf_static, and the
-/// first ones of /tf for cameras whose driver publishes fixed transforms there. They are read when
-/// they are asked for.
+/// first ones of /tf for cameras whose driver publishes fixed transforms there. They are read on
+/// demand.
 class FrameTree {
  public:
   /// @param recording  must outlive the tree
@@ -24,7 +24,7 @@ class FrameTree {
   std::optional<Pose> chain(const std::string& a, const std::string& b) const;
 
   Recording* recording_;
-  bool has_fixed_ = false, has_all_ = false;                      // what was read
+  bool has_fixed_ = false, has_all_ = false;                      // which of them were read
   std::map<std::string, std::map<std::string, Pose>> neighbors_;  // T_frame_neighbor
 };
 

@@ -36,14 +36,14 @@ struct CompressedImageMessage {
 /// Intrinsics of a camera (sensor_msgs/CameraInfo).
 struct CameraInfoMessage {
   MessageHeader header;
-  std::uint32_t width = 0, height = 0;  ///< Of the full image, that of the calibration [pixels].
+  std::uint32_t width = 0, height = 0;  ///< Size of the full, calibrated image [pixels].
   std::string distortion_model;         ///< "plumb_bob", "rational_polynomial", "equidistant", ...
   std::vector<double> distortion;       ///< D
   std::array<double, 9> intrinsics{};   ///< K of the recorded images, by rows [pixels].
   /// R, rotation of the camera to the rectified pair, by rows.
   std::array<double, 9> rectification{};
   std::array<double, 12> projection{};  ///< P of the rectified images, by rows [pixels].
-  /// Pixels of the full image that make one of the recorded images; 0 means 1.
+  /// Number of pixels of the full image per recorded pixel; 0 means 1.
   std::uint32_t binning_x = 0, binning_y = 0;
   /// Part of the full image that is recorded [pixels of the full image]; all 0: the whole image.
   std::uint32_t roi_x = 0, roi_y = 0, roi_width = 0, roi_height = 0;

@@ -128,7 +128,7 @@ TEST(CameraModel, BinningAndRegionOfInterestGiveTheCameraOfTheImages) {
   info.roi_height = 600;
   const SizedCamera part = sized(*camera_of(info, false), info, 400, 300);
   EXPECT_EQ(part.how, "region of interest at (100, 60), binned by 2 x 2");
-  // The pixel of the full image at (639.5, 479.5) is that of the part at (539.5, 419.5).
+  // Pixel (639.5, 479.5) of the full image is pixel (539.5, 419.5) of the part.
   EXPECT_EQ(part.camera.cx, (539.5 + 0.5) / 2 - 0.5);
   EXPECT_EQ(part.camera.cy, (419.5 + 0.5) / 2 - 0.5);
   EXPECT_EQ(part.camera.fy, 500);

@@ -7,7 +7,7 @@
 
 namespace stillmap {
 
-/// Returns a name in small letters.
+/// Returns a name in lower case.
 inline std::string lower(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });

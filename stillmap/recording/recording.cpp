@@ -44,12 +44,12 @@ std::vector<fs::path> recording_files(const fs::path& folder) {
   return files;
 }
 
-// Returns the names of the files that rosbag2 lists in metadata.yaml: lines "- NAME" behind the key
-// relative_file_paths. Early versions wrote the folder, too.
+// Returns the names of the files that rosbag2 lists in metadata.yaml: lines "- NAME" after the key
+// relative_file_paths. Early versions also wrote the folder.
 std::vector<std::string> listed_files(const fs::path& folder) {
   std::ifstream metadata(folder / "metadata.yaml");
   std::vector<std::string> names;
-  bool inside = false;  // the list
+  bool inside = false;  // whether the line is in the list
   for (std::string line; std::getline(metadata, line);) {
     std::erase_if(line, [](char c) { return c == '"' || c == '\'' || c == '\r'; });
     line.erase(0, line.find_first_not_of(' '));
@@ -61,7 +61,7 @@ std::vector<std::string> listed_files(const fs::path& folder) {
   return names;
 }
 
-// Returns the sentence that files which metadata.yaml lists are missing; empty if none is.
+// Returns a sentence about files that metadata.yaml lists and the folder lacks; empty if none.
 std::string missing_files(const fs::path& folder, const std::vector<fs::path>& present) {
   const std::vector<std::string> listed = listed_files(folder);
   std::vector<std::string> missing;

@@ -43,8 +43,8 @@ class Recording {
   std::vector<std::string> warnings_;
 };
 
-/// Returns whether the path names a file, or a folder with files of rosbag2 (*.db3, *.mcap, and
-/// these compressed as a whole, *.zstd).
+/// Returns whether the path names a file, or a folder with files of rosbag2 (*.db3, *.mcap; also
+/// compressed as a whole, *.zstd).
 bool is_recording(const std::filesystem::path& path);
 
 /// Returns a time in seconds, correctly rounded: the number that the same time has when it is read

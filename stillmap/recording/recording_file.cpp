@@ -188,7 +188,7 @@ std::vector<std::uint8_t> start_of(const fs::path& path) {
 
 std::unique_ptr<RecordingFile> open_file(const fs::path& path, const RecordingContents* known);
 
-// The decompressed file has no name any more when it is read.
+// The decompressed file is removed on return; it stays readable, since it is open.
 std::unique_ptr<RecordingFile> open_compressed_file(const fs::path& path,
                                                     const RecordingContents* known) {
   const DecompressedFile file(path);

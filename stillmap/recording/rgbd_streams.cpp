@@ -48,8 +48,8 @@ void describe(const ImageMessage& image, ImageStream& stream) {
   stream.height = side_of(image.height);
 }
 
-// Publishers name formats freely, so the bytes decide where they can: a PNG file of one channel of
-// 16 bits is depth.
+// Publishers name formats freely, so the content decides if possible: a PNG file with one 16-bit
+// channel is depth.
 void describe(const CompressedImageMessage& image, ImageStream& stream) {
   stream.encoding = pixel_format(image.format);
   stream.frame = image.header.frame;
@@ -160,7 +160,7 @@ std::optional<CameraInfoMessage> first_camera_info(Recording& recording, std::ui
 }
 
 // Returns the camera_info topic in the namespace of the image; otherwise one of the same frame and
-// size, or ratio of width and height.
+// size or aspect ratio.
 std::optional<std::uint32_t> camera_topic(Recording& recording, const ImageStream& stream) {
   const std::string base = base_of(stream), parent = parent_of(base);
   for (const std::string& name :
@@ -201,7 +201,7 @@ void add_camera(Recording& recording, ImageStream& stream) {
   stream.camera = sized_camera.camera;
   std::vector<std::string> changes;
   if (!rectified && info->intrinsics[0] == 0)
-    changes.emplace_back("K is 0, so it is P, as of rectified images");
+    changes.emplace_back("K is 0, so P is used, as for rectified images");
   if (!sized_camera.how.empty()) changes.push_back(sized_camera.how);
   if (!changes.empty())
     stream.camera_note = fmt::format("camera of {}: {}", name, fmt::join(changes, "; "));

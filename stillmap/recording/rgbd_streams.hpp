@@ -46,7 +46,7 @@ struct RgbdStreams {
   /// Pose of the right camera in the frame of the left one; none if the images are not a stereo
   /// pair.
   std::optional<Pose> T_left_right;
-  bool pose_by_projections = false;  ///< T_left_right is made of P and R of the camera_info.
+  bool pose_by_projections = false;  ///< Whether T_left_right is from P and R.
   /// Pose of the depth camera in the frame of the color camera; none if the depth images are
   /// registered to the color images.
   std::optional<Pose> T_color_depth;
@@ -63,10 +63,10 @@ std::vector<ImageStream> image_streams(Recording& recording);
 /// Returns the error that the recorded camera of a stream has K = 0, as an uncalibrated one.
 Error not_calibrated(const Recording& recording, const ImageStream& stream);
 
-/// Finds the color and the depth images by their type, content, encoding and name, and all that the
-/// recording tells about their cameras. Streams of one camera are taken, by the words of their
-/// topics and frames and by the transform between them; of several cameras the one with the most
-/// images, and the notes name the others.
+/// Finds the color and depth images by type, content, encoding and name, and what the recording
+/// contains about their cameras. Both are of one camera, according to the words in their topics and
+/// frames and to the transform between them. Of several cameras the one with the most images is
+/// taken, and the notes name the others.
 /// @param topics  names of two topics, "COLOR,DEPTH" or, of a stereo pair, "LEFT,RIGHT"; empty to
 ///                choose color and depth
 /// Throws Error, with the image topics of the recording, if there is no such pair, if the depth

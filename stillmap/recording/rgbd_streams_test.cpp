@@ -201,7 +201,7 @@ TEST(RgbdStreams, ACameraOfOtherImagesIsFittedAndTold) {
   const ImageStream rectified = with(8, 6, {.without_k = true});
   ASSERT_TRUE(rectified.camera);
   EXPECT_EQ(rectified.camera->fx, 20);
-  EXPECT_THAT(rectified.camera_note, HasSubstr("K is 0, so it is P"));
+  EXPECT_THAT(rectified.camera_note, HasSubstr("K is 0, so P is used"));
   EXPECT_EQ(with(8, 6, {}).camera_note, "");
 }
 

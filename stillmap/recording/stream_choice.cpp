@@ -23,7 +23,7 @@ int color_score(const ImageStream& stream) {
   int score = contains_any(lower(stream.encoding), {"mono", "8uc1"}) ? 5 : 10;
   if (contains_any(name, {"color", "colour", "rgb"})) score += 4;
   if (contains_any(name, {"infra", "/ir", "left", "right", "thermal", "fisheye"})) score -= 4;
-  // The depth of a stereo camera is that of its left images.
+  // The depth of a stereo camera belongs to its left images.
   if (contains_any(name, {"infra2", "infrared_2", "right"})) score -= 1;
   if (contains_any(name, {"depth", "disparity", "confidence"}) &&
       !contains_any(name, {"rgb_to_depth", "color_to_depth"}))
@@ -44,9 +44,8 @@ int depth_score(const ImageStream& stream, const ImageStream& color) {
   return score;
 }
 
-// Returns the words of a topic or frame that tell cameras apart, "front" of
-// "/front/color/image_raw" and "2" of "/camera2/depth", without those that tell the kinds of images
-// of one camera apart.
+// Returns the words in the name of a topic or frame that identify a camera, such as "front" in
+// "/front/color/image_raw" and "2" in "/camera2/depth", without words for the kinds of its images.
 std::set<std::string> camera_words(const std::string& name) {
   static const std::set<std::string> kKinds{
       "align",      "aligned",      "cam",        "camera",
@@ -58,11 +57,11 @@ std::set<std::string> camera_words(const std::string& name) {
       "registered", "stereo",       "sw",         "to",
       "video",      "sensor"};
   std::vector<std::string> words;
-  bool inside = false;  // a word
+  bool inside = false;  // whether the previous character is in a word
   for (const char c : lower(name)) {
     const bool letter = std::isalpha(static_cast<unsigned char>(c)) != 0;
     const bool digit = std::isdigit(static_cast<unsigned char>(c)) != 0;
-    // "device_0" is one word, as "device0".
+    // "device_0" is one word, like "device0".
     if (letter && !inside) words.emplace_back();
     if (digit && words.empty()) words.emplace_back();
     if (letter || digit) words.back() += c;
@@ -97,12 +96,12 @@ std::size_t different_words(const ImageStream& a, const ImageStream& b) {
 struct StreamPair {
   const ImageStream* color = nullptr;
   const ImageStream* depth = nullptr;
-  bool apart = false;     // by the transform between them they are of two cameras
-  std::size_t words = 0;  // different_words()
-  int score = 0;          // by the kind of their images
-  double distance = 0;    // [m], if a transform tells it
+  bool apart = false;     // the transform between them shows two cameras
+  std::size_t words = 0;  // result of different_words()
+  int score = 0;          // for the kinds of their images
+  double distance = 0;    // [m], if a transform is known
   std::size_t frames() const { return std::min(color->images.size(), depth->images.size()); }
-  // The smaller, the better.
+  // Smaller is better.
   auto rank() const {
     return std::tuple(apart, words, -score, distance, -static_cast<double>(frames()));
   }
@@ -110,7 +109,7 @@ struct StreamPair {
 
 // Returns all pairs that can be color and depth.
 std::vector<StreamPair> stream_pairs(const std::vector<ImageStream>& streams, FrameTree& frames) {
-  // Of the cameras of one device [m], [rad]; 120 degrees are between a body and its optical frame.
+  // Between cameras of one device [m], [rad]; a body and its optical frame differ by 120 degrees.
   constexpr double kFarthest = 0.3, kLargestAngle = 2.2;
   std::vector<StreamPair> pairs;
   for (const ImageStream& color : streams) {
@@ -140,7 +139,7 @@ const StreamPair* best(const std::vector<StreamPair>& pairs) {
   return found == pairs.end() ? nullptr : &*found;
 }
 
-// Returns a sentence for each camera other than the chosen one that has color and depth, too.
+// Returns a sentence for each camera other than the chosen one that also has color and depth.
 std::vector<std::string> other_cameras(std::vector<StreamPair> pairs, const StreamPair& chosen) {
   std::vector<std::string> notes;
   StreamPair last = chosen;

@@ -9,10 +9,10 @@
 
 namespace stillmap {
 
-/// Returns the color and the depth images of one camera, and a note for each other camera that has
-/// both. Streams are of one camera if the words of their topics and frames agree, and if the
-/// transform between them is that within a device; of several cameras the one with the most images
-/// is returned. Throws Error, with the image topics, if there is no color or no depth.
+/// Returns the color and depth images of one camera, and a note for each other camera that has
+/// both. Streams are of one camera if the words of their topics and frames agree and the transform
+/// between them is small enough for one device. Of several cameras the one with the most images is
+/// returned. Throws Error, which lists the image topics, if there is no color or no depth.
 std::tuple<ImageStream, ImageStream, std::vector<std::string>> best_streams(
     const Recording& recording, const std::vector<ImageStream>& streams, FrameTree& frames);
 

@@ -100,8 +100,8 @@ int triangulate_with(Map& map, const Keyframe& a, const Keyframe& b, float max_d
   return created;
 }
 
-/// Returns the depth up to which keypoints place landmarks [m]: that of `max_sigma`, or that of the
-/// `fewest` nearest ones if it is larger.
+/// Returns the depth up to which landmarks are created from depth [m]: the depth with standard
+/// deviation `max_sigma`, or the largest of the `fewest` nearest keypoints if that is larger.
 float depth_limit(const Keyframe& keyframe, const DepthSensor& sensor, double max_sigma,
                   std::size_t fewest) {
   const float near = sensor.depth_at_sigma(max_sigma);

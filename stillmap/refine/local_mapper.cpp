@@ -66,7 +66,7 @@ RefineReport LocalMapper::refine(KeyframeId newest, const StopRequest& stop) {
   return report;
 }
 
-/// Erases the landmarks that repeat others.
+/// Erases landmarks and keeps their positions for the report.
 void LocalMapper::erase_repeated(const std::vector<LandmarkId>& repeated) {
   for (const LandmarkId id : repeated) {
     const Landmark* landmark = map_.find(id);

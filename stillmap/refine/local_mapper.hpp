@@ -16,19 +16,19 @@ namespace stillmap {
 struct MapperOptions {
   int local_window = 15;      ///< Maximum number of keyframes that local adjustment optimizes.
   int fusion_keyframes = 10;  ///< Maximum number of neighbors for fuse_duplicates().
-  /// Standard deviation of a depth up to which it places a landmark [m]; landmarks farther away are
-  /// triangulated. That of a Kinect v1 at 6 m.
+  /// Largest standard deviation of a depth from which a landmark is created [m]; farther landmarks
+  /// are triangulated. The default is that of a Kinect v1 at 6 m.
   double max_landmark_sigma = 0.060784;
   /// The same for the first keyframe of a map [m].
   double max_first_landmark_sigma = 0.060784;
-  /// Number of the nearest keypoints of a keyframe that place landmarks in any case.
+  /// Number of nearest keypoints of a keyframe that get a landmark whatever their depth.
   std::size_t fewest_depth_landmarks = 0;
 };
 
 /// Summary of the refinement of one keyframe, for log and run summary.
 struct RefineReport {
   int triangulated = 0, fused = 0, landmarks_culled = 0, keyframes_culled = 0;
-  /// Landmarks erased as KeyframeProposal::repeated: their positions in the world then [m].
+  /// Positions of the landmarks erased as KeyframeProposal::repeated, in the world frame [m].
   std::vector<Eigen::Vector3d> repeated;
   BundleResult adjustment;
 };

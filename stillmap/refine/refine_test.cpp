@@ -74,7 +74,7 @@ class RefineTest : public ::testing::Test {
   KeyframeId first_;
 };
 
-/// Standard deviation of a depth that no depth is below [m].
+/// Standard deviation that is below that of every depth [m].
 constexpr double kNone = 1e-9;
 
 TEST_F(RefineTest, TheNearestKeypointsPlaceLandmarksInAnyCase) {

@@ -163,9 +163,9 @@ std::string tables_card(const Comparison& comparison) {
   for (const FigureTable& table : comparison_tables(comparison)) html += html_table(table);
   return html_card(
       "Errors", html,
-      "Rigid alignment without scale. Gain: by how much the figure before it is smaller "
-      "than that of the first run, or how many times as large it is, if more than "
-      "twice. Frames: tracked and all.");
+      "Rigid alignment without scale. Gain: reduction of the value to its left relative to the "
+      "first run, or the ratio of both if the value is more than twice as large. Frames: tracked "
+      "and all.");
 }
 
 std::string doubts_section(const Comparison& comparison) {

@@ -32,7 +32,7 @@ struct DenseResults {
 
 /// The images for the report, and the problem with the floor.
 struct DenseFiles {
-  std::vector<CaptionedImage> images;  ///< Of cloud, classes, mesh and grid, the cloud first.
+  std::vector<CaptionedImage> images;  ///< Images of cloud, classes, mesh and grid, in this order.
   std::string floor_problem;           ///< See PlannerFiles.
 };
 

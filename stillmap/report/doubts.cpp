@@ -15,7 +15,7 @@ namespace {
 constexpr double kMinCoverage = 0.5;
 /// Maximum share of uncertain poses [0..1].
 constexpr double kMaxUncertain = 0.2;
-/// Share of late frames from which they are told [0..1].
+/// Share of late frames from which they are reported [0..1].
 constexpr double kMaxLate = 0.2;
 /// Maximum share of frames for which the masks could not be used [0..1].
 constexpr double kMaxWithoutMasks = 0.5;
@@ -217,7 +217,7 @@ std::optional<std::string> note_on_late_frames(const RunRecord& record) {
   const bool told = share(record.result.tracked(), total) < kMinCoverage;
   if (told || share(late, total) <= kMaxLate) return std::nullopt;
   return fmt::format(
-      "{} of {} frames have no pose since they came while the computer was still busy; {}", late,
+      "{} of {} frames have no pose because the computer was still busy when they came; {}", late,
       total,
       record.dropped.empty() ? "use a lower frame rate, smaller images or a faster computer"
                              : "to use all frames of a recording: --schedule lockstep");

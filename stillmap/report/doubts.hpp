@@ -20,8 +20,8 @@ bool needs_detector(const std::string& preset);
 /// timestamps or depths. Empty if there are none.
 std::vector<std::string> doubts_of(const RunRecord& record);
 
-/// Returns that more than a fifth of the frames was not taken in time, with the fix; none if not,
-/// or if so few frames have a pose that it is a doubt.
+/// Returns a note with the fix if more than a fifth of the frames was dropped because they came too
+/// fast; none otherwise, and if the coverage is so low that it is a doubt.
 std::optional<std::string> note_on_late_frames(const RunRecord& record);
 
 }  // namespace stillmap

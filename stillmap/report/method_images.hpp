@@ -37,7 +37,7 @@ cv::Mat draw_blanked_depth(const RgbdFrame& frame, const cv::Mat1b& movers);
 
 /// Draws a map of landmarks with removed points in red (left), and without them (right), seen from
 /// behind and above the cameras; points in the world [m].
-/// @param removed_kind  what the removed points are, in the plural, for the text
+/// @param removed_kind  name of the removed points for the caption, in the plural
 cv::Mat draw_sparse_map(std::span<const Eigen::Vector3f> landmarks,
                         std::span<const Eigen::Vector3f> removed, const std::string& removed_kind,
                         const Trajectory& cameras);

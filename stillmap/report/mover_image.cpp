@@ -20,7 +20,7 @@ constexpr double kPale = 0.45;     // remaining share of the cloud's colors
 constexpr int kScale = 2;          // factor by which the image is drawn larger before averaging
 
 /// Colors for a white background that color-blind readers can distinguish (after Okabe and Ito,
-/// Color Universal Design, 2008). The first movers differ, whatever their ids.
+/// Color Universal Design, 2008). They are assigned in order, so that the first ten movers differ.
 cv::Scalar color_of(std::size_t mover) {
   static const std::array<cv::Scalar, 10> kColors{
       cv::Scalar(178, 114, 0),  cv::Scalar(0, 94, 213),   cv::Scalar(115, 158, 0),
@@ -52,8 +52,8 @@ FloorPoints floor_of(const CloudSpan& cloud, const Trajectory& cameras,
   return floor;
 }
 
-/// Returns the ranges of the drawing, which include all that is drawn of movers and cameras, and
-/// nearly all of the cloud [m].
+/// Returns the ranges of the drawing [m], which include everything drawn for movers and cameras,
+/// and nearly all of the cloud.
 std::array<ValueRange, 2> extent_of(const std::vector<MoverTrack>& movers,
                                     const Trajectory& cameras, const FloorPoints& floor,
                                     const ProjectionPlane& plane) {

@@ -76,7 +76,7 @@ std::string unknown_floor_text(const std::string& reason) {
          reason;
 }
 
-/// Returns a grid in the size of the report's images.
+/// Returns a grid, enlarged for the report, with its caption.
 CaptionedImage captioned(const OccupancyGrid& grid, const FloorFinding& finding) {
   constexpr int kWidth = 840;  // [pixels]
   cv::Mat image;

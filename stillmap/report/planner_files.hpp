@@ -21,10 +21,10 @@ struct PlannerData {
   const std::vector<MoverTrack>& movers;
 };
 
-/// What is told of the files for planners.
+/// Result of write_planner_files() for the report.
 struct PlannerFiles {
-  /// A sentence for users about an unknown floor, or about hints that contradict what is seen, with
-  /// the reason and the fix; empty if there is nothing to tell.
+  /// A message about an unknown floor, or about hints that contradict the map, with the reason and
+  /// the fix; empty if there is no problem.
   std::string problem;
   CaptionedImage grid;  ///< The grid, with its floor in the caption; empty without a grid.
 };

@@ -30,7 +30,7 @@ const char* name_of(TrackState state) {
   return "";
 }
 
-/// Returns the cell of a verdict in frames.csv.
+/// Returns the cell of frames.csv for a verdict of the dynamics gate.
 const char* name_of(Dynamics dynamics) {
   if (dynamics == Dynamics::kUnknown) return "";
   return dynamics == Dynamics::kHigh ? "1" : "0";
@@ -49,8 +49,8 @@ std::string text_of(const MapEvent& e) {
   return fmt::format("map of frame {} dropped: tracking was lost again too soon", e.frame_index);
 }
 
-/// Returns when poses are uncertain, after the first frame: " (1.20 to 1.53 s, 4.00 s)"; empty if
-/// none is. Poses less than a second apart are one span.
+/// Returns the times of uncertain poses since the first frame, such as " (1.20 to 1.53 s, 4.00 s)";
+/// empty if there are none. Poses less than a second apart are one span.
 std::string uncertain_spans_text(const SlamResult& result) {
   constexpr double kTogether = 1;     // [s]
   constexpr std::size_t kListed = 4;  // spans

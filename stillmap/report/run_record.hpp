@@ -48,17 +48,17 @@ struct RunRecord {
   std::vector<SkippedFrame> skipped;     ///< Frames that the source could not read.
   std::vector<CaptionedImage> gallery;   ///< Example frames with keypoints and masks.
   std::size_t frames = 0;                ///< Number of frames passed to the tracker.
-  std::vector<double> dropped;  ///< Times of frames dropped since tracking was late (realtime) [s].
-  double seconds = 0;           ///< Wall time of the run, without writing files [s].
+  std::vector<double> dropped;           ///< Times of frames dropped because tracking was late [s].
+  double seconds = 0;                    ///< Wall time of the run, without writing files [s].
   std::optional<double> first_pose_seconds;  ///< Time from program start to the first pose [s].
   double mapping_memory_mib = 0;             ///< Peak memory before files are written [MiB].
-  double peak_memory_mib = 0;                ///< Peak memory with the files written [MiB].
-  /// Remarks that say nothing about the results: settings without effect, a doubtful truth.
+  double peak_memory_mib = 0;                ///< Peak memory including the writing of files [MiB].
+  /// Remarks that do not put the results in doubt: settings without effect, a doubtful truth.
   std::vector<std::string> notes;
   std::vector<std::string> frame_problems;  ///< Of FrameCheck and of the rules of --zones.
   std::vector<std::string> doubts;          ///< Reasons not to trust the results.
   std::string planner_doubt;                ///< The one of them about the files for planners.
-  std::vector<RunEvent> warnings;           ///< What the rules of --zones told.
+  std::vector<RunEvent> warnings;           ///< Events of the rules of --zones.
   bool interrupted = false;                 ///< Whether the user stopped the run early.
   bool recovered = false;                   ///< Whether the run was killed; from its journal.
 
@@ -69,8 +69,7 @@ struct RunRecord {
     return static_cast<std::size_t>(
         std::count_if(skipped.begin(), skipped.end(), [](const auto& s) { return s.frame_lost; }));
   }
-  /// Returns the times of all frames that were not taken in time, from a recording or a live camera
-  /// [s].
+  /// Returns the times of all frames that were dropped late, of a recording or a live camera [s].
   std::vector<double> late_frames() const;
   /// Returns the number of frames per second of wall time [1/s].
   double frames_per_second() const;
@@ -84,9 +83,9 @@ std::size_t frames_with(const SlamResult& result, bool FrameRecord::*property);
 /// Returns "loop", "merge" or "dropped".
 const char* name_of(MapEvent::Kind kind);
 
-/// Frames in a row that the dynamics gate judged alike.
+/// Consecutive frames with the same verdict of the dynamics gate.
 struct DynamicsPeriod {
-  double begin = 0, end = 0;  ///< Times of the first frame and of the first frame after it [s].
+  double begin = 0, end = 0;  ///< Times of its first frame and of the next frame after it [s].
   Dynamics dynamics = Dynamics::kLow;
 };
 
@@ -98,7 +97,7 @@ std::string frames_csv(const SlamResult& result);
 /// Returns the verdicts of the dynamics gate over time; empty without a gate.
 std::vector<DynamicsPeriod> dynamics_periods(const SlamResult& result);
 
-/// Returns the events of tracking and mapping, in order of time.
+/// Returns the events of tracking and mapping, ordered by time.
 std::vector<RunEvent> run_events(const SlamResult& result);
 
 /// Compares the trajectory with the truth, if there is one: sets `evaluation`, or

@@ -8,8 +8,8 @@ namespace stillmap {
 /// Returns the 80 class names of COCO (Lin et al., ECCV 2014) in the order of YOLO networks.
 const std::vector<std::string>& coco_class_names();
 
-/// Returns the class of COCO that a network's own name means: in capitals, or people, pedestrian or
-/// human for person. Returns the name itself if there is none.
+/// Returns the class of COCO for a class name of a network: ignores case, and maps people,
+/// pedestrian and human to person. Other names are returned unchanged.
 std::string coco_class_name(const std::string& name);
 
 }  // namespace stillmap

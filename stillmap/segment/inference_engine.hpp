@@ -80,9 +80,8 @@ struct ChosenEngine {
 /// "onnxruntime", and always "opencv".
 std::vector<std::string> available_backends();
 
-/// Returns the problem that a network runs on a slower back end than could be installed, with the
-/// fix; none if nothing faster can be.
-/// @param engine       that the network runs on, which is not OpenVINO
+/// Returns a warning with its fix if a faster back end could be installed; none otherwise.
+/// @param engine       name of the engine in use, which is not OpenVINO
 /// @param has_openvino whether this build can use OpenVINO
 std::optional<Error> slower_engine(const std::string& engine, bool has_openvino);
 

@@ -29,8 +29,8 @@ constexpr int kPersonClass = 0, kUnknownClass = 1;
 /// Smaller regions are ignored as specks [pixels].
 constexpr int kMinPixels = 16;
 
-/// Returns the time that the name of a mask tells [s]: that of a frame without a name may be a
-/// whole number of seconds.
+/// Returns the time in the name of a mask [s]. A whole number is a number of seconds here; it is
+/// used only for frames without a name.
 std::optional<double> time_in(const std::string& name) {
   if (!named_number(name)) return named_time(name, 1);
   const auto value = number_of(name);
@@ -134,7 +134,7 @@ const std::filesystem::path* MaskFolder::find(const RgbdFrame& frame) const {
     const auto number = named_time(frame.name, 1);
     const auto same = number ? by_number_.find(*number) : by_number_.end();
     if (same != by_number_.end()) return &same->second;
-    if (counts_frames_) return nullptr;  // A number is no time where the images have names.
+    if (counts_frames_) return nullptr;  // A number is not a time if the images have names.
   }
   if (stamped_) return nearest_in_time(frame.timestamp);
   return frame.index < entries_.size() ? &entries_[frame.index].file : nullptr;
@@ -163,8 +163,8 @@ std::vector<Instance> MaskFolder::detect(const RgbdFrame& frame) {
     if (unusable_++ == 0) {
       first_problem_ = fmt::format("{} {}", file->filename().string(), problem);
       warn(fmt::format("{} {}: this mask and similar ones are ignored", file->string(), problem),
-           fmt::format("write an 8-bit gray PNG of {} x {} pixels: 255 person, 0 static, anything "
-                       "else another moving object",
+           fmt::format("write an 8-bit gray PNG of {} x {} pixels: 0 static, 255 person, other "
+                       "values another moving object",
                        frame.gray.cols, frame.gray.rows));
     }
     return {};
@@ -192,7 +192,7 @@ std::string MaskFolder::skipped() const {
   if (missing_ + unusable_ == 0) return {};
   std::string text = fmt::format("{} frames without a mask", missing_);
   if (unusable_ > 0)
-    text += fmt::format(", {} masks that cannot be used; the first: {}", unusable_, first_problem_);
+    text += fmt::format(", {} unusable masks; the first: {}", unusable_, first_problem_);
   return text;
 }
 

@@ -15,12 +15,12 @@ namespace stillmap {
 ///
 /// Values and instances: see instances_of_mask().
 ///
-/// Assignment: a frame whose image has a name takes the mask of the same name, or of the same
-/// number or time in its name (rgb/frame_12.jpg and mask/000012_mask.png). Otherwise, if all names
-/// of masks are times [s], a frame takes the nearest within half of the median interval of the
-/// masks, 20 ms at most; whole numbers are times for frames without names only. Otherwise the files
-/// in alphabetical order belong to frames 0, 1, 2, ... A frame without a mask, or with one that
-/// cannot be used, has no instances and is counted.
+/// Assignment: a frame whose image has a name takes the mask with the same name, or with the same
+/// number or time in its name (rgb/frame_12.jpg and mask/000012_mask.png). Otherwise, if the names
+/// of all masks are times [s], a frame takes the nearest mask within half of the median interval of
+/// the masks, at most 20 ms; whole numbers count as times only for frames without names. Otherwise
+/// the files in alphabetical order belong to frames 0, 1, 2, ... A frame without a usable mask has
+/// no instances and is counted.
 class MaskFolder final : public Detector {
  public:
   /// Throws Error if the folder is missing or contains no PNG.
@@ -35,7 +35,7 @@ class MaskFolder final : public Detector {
 
   /// Returns the number of frames without a mask so far.
   std::size_t missing() const { return missing_; }
-  /// Returns the number of masks so far that cannot be used.
+  /// Returns the number of unusable masks so far.
   std::size_t unusable() const { return unusable_; }
 
  private:
@@ -50,7 +50,7 @@ class MaskFolder final : public Detector {
   std::vector<Entry> entries_;  // sorted by timestamp or by name
   std::map<std::string, std::filesystem::path> by_name_;
   std::map<double, std::filesystem::path> by_number_;
-  bool counts_frames_ = false;  // whether names tell numbers of frames
+  bool counts_frames_ = false;  // whether names contain frame numbers
   bool stamped_ = false;
   double tolerance_ = 0;  // seconds
   std::size_t missing_ = 0, unusable_ = 0, used_ = 0;

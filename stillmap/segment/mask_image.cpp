@@ -25,7 +25,7 @@ bool has_shape_of(const cv::Size& mask, const cv::Size& frame) {
 
 bool are_equal(const cv::Mat& a, const cv::Mat& b) { return cv::norm(a, b, cv::NORM_INF) == 0; }
 
-/// Returns the only channel that tells something; an empty image if the channels differ.
+/// Returns the gray channel; an empty image if the color channels differ or alpha is not opaque.
 cv::Mat gray_of(const cv::Mat& image) {
   std::vector<cv::Mat> channels;
   cv::split(image, channels);
@@ -40,8 +40,8 @@ cv::Mat gray_of(const cv::Mat& image) {
   return channels.front();
 }
 
-/// Returns 16-bit values as those of 8 bits; an empty image if they are neither below 256 nor
-/// values of 8 bits stretched over 16.
+/// Converts 16-bit to 8-bit values. Returns an empty image if they are neither below 256 nor 8-bit
+/// values scaled by 257.
 cv::Mat1b eight_bits_of(const cv::Mat& image) {
   constexpr int kStretched = 0x101;
   cv::Mat small, stretched;
@@ -57,12 +57,11 @@ MaskRead mask_of(const cv::Mat& image) {
   if (image.empty() || (image.depth() != CV_8U && image.depth() != CV_16U))
     return {{}, "cannot be decoded: it is damaged"};
   const cv::Mat gray = gray_of(image);
-  if (gray.empty())
-    return {{}, "has colors, of a palette or of its channels, so that its values tell no class"};
+  if (gray.empty()) return {{}, "has colors (palette or channels), so its values are no classes"};
   if (gray.depth() == CV_8U) return {gray, ""};
   const cv::Mat1b mask = eight_bits_of(gray);
   if (!mask.empty()) return {mask, ""};
-  return {{}, "has 16-bit values above 255, so that its values tell no class"};
+  return {{}, "has 16-bit values above 255, so its values are no classes"};
 }
 
 }  // namespace

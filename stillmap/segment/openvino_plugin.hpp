@@ -27,7 +27,7 @@ class OpenVinoPlugin {
   bool loaded() const { return make_engine_ != nullptr; }
   /// Returns the reason of the dynamic loader, which names the missing library; empty if loaded.
   const std::string& problem() const { return problem_; }
-  /// Returns whether this build can load it once OpenVINO is installed; the Python package cannot.
+  /// Returns whether this build can load OpenVINO if it is installed; the Python package cannot.
   static bool supported();
   /// Starts an engine; null if the plug-in is not loaded. Throws OpenVINO's exceptions.
   std::unique_ptr<InferenceEngine> make_engine(const EngineOptions& options) const;

@@ -48,8 +48,8 @@ void TolerantDetector::count(const Error& failure, std::size_t frame) {
   if (failed_++ > 0) return;
   const std::string& where = failure.where();
   first_failure_ = (where.empty() ? "" : where + ": ") + failure.problem();
-  warn(fmt::format("the detector failed in frame {}, so that no objects are known there ({}); "
-                   "further failures are only counted",
+  warn(fmt::format("the detector failed in frame {}, which therefore has no objects ({}); further "
+                   "failures are only counted",
                    frame, first_failure_),
        failure.fix());
 }

@@ -11,9 +11,9 @@
 
 namespace stillmap {
 
-/// A detector whose failures cost the instances of their frames, not the run. It has failed in a
-/// frame in which it throws, or gives a box that is not within the image or a mask that is not
-/// 8UC1 of its box's size. The first failure is told by warn(), all are counted.
+/// Wraps a detector so that a failure does not end the run: the frame has no instances. Failures
+/// are exceptions, boxes that are not within the image, and masks that are not 8UC1 of the size of
+/// their box. The first failure is reported by warn(), all are counted.
 class TolerantDetector final : public Detector {
  public:
   explicit TolerantDetector(std::unique_ptr<Detector> detector) : detector_(std::move(detector)) {}

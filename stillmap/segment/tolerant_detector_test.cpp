@@ -24,7 +24,7 @@ Instance person(const cv::Rect& box, cv::Size mask) {
           .mask = cv::Mat1b(mask, std::uint8_t{255})};
 }
 
-/// Detector that finds one person in every frame, but in frame 3 does as it is told.
+/// Detector that finds one person in every frame, except for frame 3, in which it calls `act`.
 class FailingOnce final : public Detector {
  public:
   using Act = std::function<Instance()>;
@@ -40,7 +40,7 @@ class FailingOnce final : public Detector {
   const std::vector<std::string> names_ = {"person"};
 };
 
-/// What is found and told in seven frames.
+/// Instances and messages of seven frames.
 struct Seven {
   std::vector<std::size_t> instances;  // by frame
   std::string warning, skipped;

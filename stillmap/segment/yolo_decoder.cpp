@@ -169,7 +169,7 @@ cv::Mat positive_between(const cv::Mat1f& samples, const Steps& columns, const S
 }
 
 [[noreturn]] void throw_without_classes(const std::string& where) {
-  throw Error("the network numbers its classes and does not name them", where,
+  throw Error("the network has no class names, only numbers", where,
               "export it so that its metadata holds the class names: " + export_advice());
 }
 

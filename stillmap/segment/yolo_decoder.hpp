@@ -44,8 +44,8 @@ struct YoloShape {
   /// YOLOv5 and YOLOv7: the box is followed by the objectness, by which the class scores are
   /// multiplied. YOLOv8 and YOLO11 have none.
   bool objectness = false;
-  /// End-to-end networks: each row is a detection that suppression has kept, [x1, y1, x2, y2,
-  /// confidence, class, mask coefficients].
+  /// End-to-end networks, without non-maximum suppression: each row is a final detection [x1, y1,
+  /// x2, y2, confidence, class, mask coefficients].
   bool end_to_end = false;
   /// By increasing stride; empty if the network decodes its boxes itself.
   std::vector<RawHead> raw_heads;
@@ -66,14 +66,14 @@ struct YoloShape {
 ///   decoded with the standard anchor boxes (cfg/training/yolov7.yaml). Networks with other
 ///   anchors, such as YOLOv7-tiny, must be exported with their grid;
 /// - YOLOv10, YOLO26 and exports with `nms=True`: one output [1, detections, 6 + coefficients]. A
-///   network of one or two classes has as many attributes per anchor; those have one or three
-///   anchors per cell of the input's grids, and the number of detections is another one.
+///   network with anchors and one or two classes has as many attributes, but another number of
+///   rows: one or three per cell of the input's grids.
 ///
 /// @param class_count  from the metadata; 0 if unknown: then the shorter axis contains the
 /// attributes, and there is an objectness if there are three anchors per cell of the input's grids
 /// (strides 8, 16 and 32) or, with an empty `input`, if an anchor has 85 consecutive attributes
 /// @param input        size of the network's input [pixels]; needed for raw heads and end-to-end
-/// networks; these also need the class count
+/// networks; the latter also need the class count
 /// Throws Error (naming `where`) for other shapes.
 YoloShape recognize_yolo(const std::vector<std::vector<std::int64_t>>& output_shapes,
                          int class_count, const std::string& where, cv::Size input = {});

@@ -86,7 +86,7 @@ Camera camera_in(const fs::path& file, const ImageSize& image_size) {
     const std::optional<cv::Size> size = image_size ? image_size() : std::nullopt;
     if (!size) {
       throw Error(
-          "does not tell the size of the images", file.string(),
+          "does not contain the size of the images", file.string(),
           "add lines 'image_width: VALUE' and 'image_height: VALUE', or write the camera in "
           "our own format");
     }
@@ -178,8 +178,9 @@ void write_camera(const fs::path& file, const Camera& camera) {
     YAML::Emitter ignore;
     ignore << YAML::DoubleQuoted
            << fs::proximate(camera.ignore, fs::absolute(file).parent_path()).string();
-    text += fmt::format("ignore: {}  # not black where the images show the robot itself\n",
-                        ignore.c_str());
+    text += fmt::format(
+        "ignore: {}  # mask of the robot itself: pixels that are not black are ignored\n",
+        ignore.c_str());
   }
   write_file(file, text);
 }

@@ -21,8 +21,8 @@ const std::vector<std::string>& camera_presets();
 /// Returns the size of the images of a camera; none if no image can be read.
 using ImageSize = std::function<std::optional<cv::Size>()>;
 
-/// Returns the camera as read_camera(name_or_file) does, with the size of its images if the file
-/// does not tell it.
+/// Like read_camera(name_or_file), but uses `image_size` if the file does not contain the size of
+/// the images.
 Camera read_camera(const std::string& name_or_file, const ImageSize& image_size);
 
 /// Returns the preset of the data set whose folder names are part of the path (TUM, Bonn,

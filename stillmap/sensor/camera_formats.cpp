@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Unit of the depth images of drivers, where the file does not tell it [1/m].
+/// Depth factor of files that contain none [1/m]: most drivers write millimeters.
 constexpr double kMillimeters = 1000;
 constexpr const char* kRectify = "rectify the images to a pinhole camera first";
 
@@ -46,20 +46,20 @@ void set_intrinsics(Camera& camera, double fx, double fy, double cx, double cy) 
   camera.fx = fx, camera.fy = fy, camera.cx = cx, camera.cy = cy;
 }
 
-/// Takes the values of the keys fx, fy, cx and cy behind a prefix.
+/// Sets the intrinsics from the keys fx, fy, cx and cy with a prefix.
 void set_intrinsics(Camera& camera, const CameraValues& values, const std::string& prefix) {
   set_intrinsics(camera, values.number({prefix + "fx"}), values.number({prefix + "fy"}),
                  values.number({prefix + "cx"}), values.number({prefix + "cy"}));
 }
 
-/// Takes the values of the keys k1, k2, p1, p2 and k3 behind a prefix; 0 without them.
+/// Sets the distortion from the keys k1, k2, p1, p2 and k3 with a prefix; missing ones are 0.
 void set_distortion(Camera& camera, const CameraValues& values, const std::string& prefix) {
   int i = 0;
   for (const char* key : {"k1", "k2", "p1", "p2", "k3"})
     camera.distortion(i++) = values.number_or({prefix + key}, 0);
 }
 
-/// Takes up to five coefficients of Brown's model.
+/// Sets up to five coefficients of Brown's model.
 void set_distortion_list(Camera& camera, const CameraValues& values, const std::string& key) {
   const std::vector<double> list = values.matrix(key, 0);
   const auto five = std::min<std::size_t>(5, list.size());
@@ -71,7 +71,7 @@ void set_distortion_list(Camera& camera, const CameraValues& values, const std::
   std::copy_n(list.begin(), five, camera.distortion.begin());
 }
 
-/// Throws Error if a key is there and names none of the supported models.
+/// Throws Error if the key exists and names an unsupported model.
 void require_model(const CameraValues& values, const std::string& key, const Keys& supported,
                    const std::string& fix = kRectify) {
   if (!values.has({key})) return;
@@ -156,7 +156,7 @@ bool is_settings_file(const CameraValues& values) {
 }
 
 /// ORB-SLAM2 and 3 write Camera.fx or Camera1.fx; OpenVSLAM and stella_vslam write fx below Camera
-/// or Camera.fx, and have names of their own for the size, the baseline and the unit of depth.
+/// or Camera.fx, with other names for the size, the baseline and the depth factor.
 Camera from_settings(const CameraValues& values) {
   const char* rectify = "rectify the images to a pinhole camera first and give its parameters";
   require_model(values, "Camera.type", {"PinHole", "Rectified"}, rectify);
@@ -186,9 +186,8 @@ const Keys kMatrix{"cameramatrix", "k", "m1", "mtx"},
     kDistortion{"distortioncoefficients", "distcoeffs", "d", "d1", "dist"},
     kProjection{"projectionmatrix", "p", "p1"};
 
-/// Returns the size of the two keys that camera_calibration, RTAB-Map and OpenCV's sample write, of
-/// those of a printed message, or of the pair of width and height that FileStorage makes of
-/// cv::Size.
+/// Returns a camera with the size from the two keys of camera_calibration, RTAB-Map and OpenCV's
+/// sample, from those of a printed message, or from the list that FileStorage writes for cv::Size.
 Camera camera_of_matrix_size(const CameraValues& values) {
   if (const auto size = values.find_alike({"imagesize", "size"})) {
     const auto numbers = values.matrix(*size, 2);
@@ -201,9 +200,9 @@ Camera camera_of_matrix_size(const CameraValues& values) {
   return camera_of_size(values, {width.value_or("image_width")}, {height.value_or("image_height")});
 }
 
-/// The matrix is that of the images as they were recorded; rectification_matrix and
-/// projection_matrix are those of a stereo pair. Old files of RTAB-Map have a camera_matrix that is
-/// cut from one of 3 x 4 numbers: it ends with 0, and the projection matrix has the right numbers.
+/// The matrix belongs to the images as recorded; rectification_matrix and projection_matrix belong
+/// to a stereo pair. Old files of RTAB-Map have a camera_matrix that is truncated from 3 x 4
+/// numbers: it ends with 0, and the projection matrix has the right values.
 Camera from_matrix(const CameraValues& values) {
   Camera camera = camera_of_matrix_size(values);
   const auto k = values.matrix(*values.find_alike(kMatrix), 9);
@@ -225,7 +224,7 @@ Camera from_matrix(const CameraValues& values) {
 
 // ---- the others
 
-/// PinholeCameraIntrinsic of Open3D: the matrix by columns, or by rows, as it is often written by
+/// PinholeCameraIntrinsic of Open3D: the matrix is column-major, but often row-major if written by
 /// hand.
 Camera from_open3d(const CameraValues& values) {
   Camera camera = camera_of_size(values, {"width"}, {"height"});
@@ -236,7 +235,7 @@ Camera from_open3d(const CameraValues& values) {
   return camera;
 }
 
-/// rs2_intrinsics of librealsense, as scripts write them. Coefficients may be those of another
+/// rs2_intrinsics of librealsense, as scripts write them. The coefficients may belong to another
 /// model than Brown's, such as its inverse.
 Camera from_realsense(const CameraValues& values) {
   Camera camera = camera_of_size(values, {"width"}, {"height"});
@@ -255,7 +254,7 @@ Camera from_realsense(const CameraValues& values) {
   return camera;
 }
 
-/// The first camera of a chain of Kalibr.
+/// The first camera of a camera chain of Kalibr.
 Camera from_kalibr(const CameraValues& values) {
   const char* fix = "rectify the images to a pinhole camera first and give its parameters";
   require_model(values, "cam0.camera_model", {"pinhole"}, fix);
@@ -282,7 +281,8 @@ Camera from_vins(const CameraValues& values) {
 
 const Keys kNeuralSlamGroups{"cam.", "camera.", "camera_params."};
 
-/// Returns the group of keys with fx in settings of NICE-SLAM and its successors; none in others.
+/// Returns the group of keys with fx in settings of NICE-SLAM and its successors; none in other
+/// files.
 std::optional<std::string> neural_slam_group(const CameraValues& values) {
   const auto group =
       std::find_if(kNeuralSlamGroups.begin(), kNeuralSlamGroups.end(),
@@ -303,7 +303,7 @@ Camera from_neural_slam(const CameraValues& values) {
 }
 
 /// transforms.json of nerfstudio, whose depth images are in millimeters, and of instant-ngp, which
-/// tells the unit as integer_depth_scale [m].
+/// states the unit as integer_depth_scale [m].
 Camera from_nerf(const CameraValues& values) {
   require_model(values, "camera_model",
                 {"OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL"});
@@ -318,7 +318,7 @@ Camera from_nerf(const CameraValues& values) {
   return camera;
 }
 
-/// metadata.json of Record3D: the matrix by columns, of the color images; sizes w x h of color and
+/// metadata.json of Record3D: column-major matrix of the color images, size w x h of color and
 /// dw x dh of depth.
 Camera from_record3d(const CameraValues& values) {
   Camera camera = camera_of_size(values, {"w"}, {"h"});
@@ -375,7 +375,7 @@ Camera from_pincam(const fs::path& file) {
   return camera;
 }
 
-/// camera_matrix.csv of Stray Scanner: the matrix of the color images by rows.
+/// camera_matrix.csv of Stray Scanner: row-major matrix of the color images.
 Camera from_matrix_csv(const fs::path& file) {
   const auto k =
       numbers_of(file, 9, "the camera matrix as three lines 'fx,0,cx', '0,fy,cy', '0,0,1'");

@@ -6,9 +6,9 @@
 
 namespace stillmap {
 
-/// Reads the camera of a file in one of the formats that docs/cameras.md lists, recognized by its
-/// keys. Width and height are 0 if the file does not tell them, and the name is that of Camera() if
-/// it does not tell one. Throws Error with file, key and fix; YAML::Exception for some damaged
+/// Reads a camera file in one of the formats that docs/cameras.md lists, recognized by its keys.
+/// Width and height are 0, and the name is that of Camera(), if the file does not contain them.
+/// Throws Error with file, key and fix; YAML::Exception for some damaged
 /// files.
 Camera read_camera_format(const std::filesystem::path& file);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Camera files of other programs, as these write them.
+// Camera files as other programs write them.
 #include "stillmap/base/test_error.hpp"
 #include "stillmap/base/test_path.hpp"
 #include "stillmap/sensor/camera_file.hpp"
@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 class CameraFormats : public ::testing::Test {
  protected:
-  /// Returns the camera of a file of this text, whose images have 640 x 480 pixels.
+  /// Returns the camera of a file with this text, for images of 640 x 480 pixels.
   Camera load(const std::string& text, const std::string& name = "camera.yaml") {
     fs::create_directories(folder_);
     std::ofstream(folder_ / name) << text;
@@ -236,8 +236,9 @@ TEST_F(CameraFormats, OfPhonesAreRead) {
 TEST_F(CameraFormats, WithoutTheSizeOfTheImagesAreRefusedWhereThereAreNone) {
   const std::string text = "cameraMatrix: {data: [525.5, 0, 319.25, 0, 526.5, 239.75, 0, 0, 1]}\n";
   expect_same(load(text));
-  EXPECT_THAT(error_of([&] { read_camera((folder_ / "camera.yaml").string()); }),
-              AllOf(HasSubstr("does not tell the size of the images"), HasSubstr("image_width")));
+  EXPECT_THAT(
+      error_of([&] { read_camera((folder_ / "camera.yaml").string()); }),
+      AllOf(HasSubstr("does not contain the size of the images"), HasSubstr("image_width")));
 }
 
 TEST_F(CameraFormats, MayBeUtf16) {

@@ -20,9 +20,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Largest file [bytes]: settings have a few thousand, a list of poses with its camera a million.
+/// Largest accepted file [bytes]: settings have a few thousand, a camera with its poses a million.
 constexpr std::size_t kLargestFile = std::size_t{4} << 20;
-/// Levels of keys below the highest one that are read.
+/// Number of levels of keys that are read below the top level.
 constexpr int kLevels = 2;
 
 bool is_key_letter(char c) {
@@ -172,7 +172,7 @@ std::vector<double> CameraValues::matrix(const std::string& key, std::size_t siz
   return values;
 }
 
-/// Appends the numbers of a list, of its rows, or of a text, as XML has them.
+/// Appends the numbers of a list, of a list of rows, or of a text (XML).
 void CameraValues::append_numbers(const YAML::Node& node, const std::string& key,
                                   std::vector<double>& numbers) const {
   if (!node.IsDefined()) return;

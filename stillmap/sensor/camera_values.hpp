@@ -15,15 +15,15 @@ namespace stillmap {
 /// Accepted names of one value, ours or the usual one first.
 using Keys = std::vector<std::string>;
 
-/// The values of a camera file (YAML, JSON, or XML of OpenCV) by their keys. A value below another
-/// key has both as its key, with a point between: Camera.fx. All functions throw Error with file,
-/// key and fix if the value is not what they return.
+/// The values of a camera file (YAML, JSON, or XML of OpenCV) by their keys. Nested keys are joined
+/// by a point: Camera.fx. All functions throw Error with file, key and fix if the value is of
+/// another type.
 class CameraValues {
  public:
-  /// Throws Error if the file cannot be read, or is none of these formats.
+  /// Throws Error if the file cannot be read or has another format.
   explicit CameraValues(const std::filesystem::path& file);
 
-  /// Returns the keys of the highest level.
+  /// Returns the keys of the top level.
   const Keys& keys() const { return keys_; }
   const std::filesystem::path& file() const { return file_; }
   std::string where(const std::string& key) const;
@@ -31,8 +31,8 @@ class CameraValues {
   /// Returns the first of these keys that the file has.
   std::optional<std::string> find(const Keys& names) const;
   bool has(const Keys& names) const { return find(names).has_value(); }
-  /// Returns the key of the highest level that is one of these names in any spelling: names are in
-  /// lower case and without underscores, as cameramatrix for camera_matrix and cameraMatrix.
+  /// Returns the top-level key that is one of these names, ignoring case and underscores. Names are
+  /// given in lower case without underscores: cameramatrix finds camera_matrix and cameraMatrix.
   std::optional<std::string> find_alike(const Keys& names) const;
 
   std::string text(const std::string& key) const;
@@ -40,8 +40,8 @@ class CameraValues {
   double number_or(const Keys& names, double otherwise) const;
   int whole(const Keys& names) const;
   std::vector<double> numbers(const std::string& key) const;
-  /// Returns the numbers of `key`, or of its subkey `data`, as ROS and OpenCV write matrices, or of
-  /// its rows.
+  /// Returns the numbers of `key`, of its subkey `data` (matrices of ROS and OpenCV), or of its
+  /// rows.
   /// @param size  expected number of numbers; 0: any
   std::vector<double> matrix(const std::string& key, std::size_t size) const;
 

@@ -33,7 +33,7 @@ constexpr std::size_t kLeastEdges = 2000, kLeastFrames = 10;
 /// Mean gradient around a pixel, relative to that of the image, below which color shows nothing
 /// there: a covered lens, or black.
 constexpr float kBlind = 0.02F;
-/// Gain and offset from which a fit contradicts the registration [pixels].
+/// Gain and offset [pixels] from which a fit contradicts the registration.
 constexpr double kLeastGain = 1.22;
 constexpr int kLeastOffset = 4;
 
@@ -44,9 +44,9 @@ constexpr std::array kTurns{"as they are", "mirrored left to right", "upside dow
 constexpr double kTurnedGain = 1.15;
 /// Least gain of the color images of another moment, and the longest time to it [s].
 constexpr double kDelayGain = 1.05, kLongestDelay = 0.5;
-/// Gradient at the edges, relative to the mean around them, below which images are unrelated, and
-/// from which turned images or those of another moment are found: 1.14 or more in the right image
-/// of 20 frames of fast motion, 1.04 or less in wrong ones.
+/// Gradient at the edges, relative to the mean around them, below which images count as unrelated,
+/// and from which turned images or images of another moment count as found. In 20 frames of fast
+/// motion it is at least 1.14 in the right image and at most 1.04 in wrong ones.
 constexpr double kUnrelatedGain = 1.06, kFoundGain = 1.08;
 
 /// Returns the pixels that are nearer or farther than their right or lower neighbor by a jump,
@@ -223,7 +223,7 @@ bool RegistrationEvidence::contradicts() const {
   int most = 0;
   for (const cv::Point offset : best.offsets)
     most = std::max({most, std::abs(offset.x), std::abs(offset.y)});
-  // At the end of the search nothing was found.
+  // An offset at the limit of the search is no finding.
   return best.gain >= kLeastGain && most >= kLeastOffset && most < kReach;
 }
 

@@ -52,29 +52,28 @@ class RegistrationEvidence {
   /// Returns the shift and the enlargement that fit best, within 24 pixels.
   RegistrationFit fit() const;
 
-  /// Returns whether the depth images are not registered. The gain of registered recordings reaches
-  /// 1.18 over 20 frames of fast motion, and 1.05 over 120; that of depth that is shifted by 12
-  /// pixels or enlarged by a tenth is 1.25 to 1.36, unless the motion is fast.
+  /// Returns whether the depth images are not registered. In registered recordings the gain is at
+  /// most 1.18 over 20 frames of fast motion and 1.05 over 120 frames; with depth that is shifted
+  /// by 12 pixels or enlarged by a tenth it is 1.25 to 1.36, unless the motion is fast.
   bool contradicts() const;
   /// Returns how the depth images would have to be turned to fit the color images, such as
   /// "mirrored left to right"; empty if they fit best as they are, or if turned edges are no nearer
-  /// to edges of the color images than any pixel around them, as those of depth that is not
-  /// registered. On right recordings the gradients at turned edges are at most 0.9 of those at the
-  /// edges.
+  /// to edges of the color images than the pixels around them, as in depth that is not registered.
+  /// In correct recordings the gradient at turned edges is at most 0.9 of that at the edges.
   std::string turned() const;
   /// Returns the delay of the color images that the depth images fit best [s]: negative if depth
-  /// shows what color showed before; 0 if they fit as they are, or at no moment. On right
-  /// recordings the gradients of an image 0.1 s away are at most 0.86 of those of the image itself;
-  /// if depth is two images late or more, they are 1.02 to 1.44 of them.
+  /// shows what color showed before; 0 if they fit as they are, or at no moment. In correct
+  /// recordings the gradient in an image 0.1 s away is at most 0.86 of that in the image itself; if
+  /// depth is two or more images late, it is 1.02 to 1.44.
   double delay() const;
   /// Returns whether the edges are no nearer to edges of the color images than any pixel around
   /// them: the depth images are of another place or moment. The gradients at the edges are at least
   /// 1.25 times the mean of those within 24 pixels on right recordings, 1.15 times with depth that
   /// is 20 ms late in fast motion, and at most 1.03 times with depth that is twenty images late.
   bool unrelated() const;
-  /// Returns the sentence for users that the depth images are not registered, are mirrored, or show
-  /// another moment, with the fix; empty if they seem to be right, or of fewer than 10 frames,
-  /// which may all be of one fast motion.
+  /// Returns a message with the fix if the depth images are not registered, are mirrored, or show
+  /// another moment; empty if they seem to be right, and for fewer than 10 frames, which may all be
+  /// of one fast motion.
   std::string problem() const;
 
  private:
@@ -96,7 +95,7 @@ class RegistrationEvidence {
   struct Lag {
     double seconds = 0;             // sum of the delays of color
     double gradients = 0, own = 0;  // sums, there and in the color images of the depth images
-    double around = 0;              // sum of the gradients around, there
+    double around = 0;              // sum of the mean gradients around the edges, there
     std::size_t frames = 0, edges = 0;
     void add(const Recent& depth, const Recent& color);
   };
@@ -108,10 +107,10 @@ class RegistrationEvidence {
   std::size_t frames_ = 0;
   std::array<Quadrant, 4> quadrants_;
   std::deque<Recent> recent_;              // newest first
-  std::array<Lag, kLags> ahead_, back_;    // color is that of a frame ahead, or back
+  std::array<Lag, kLags> ahead_, back_;    // for color images of later, and of earlier frames
   std::array<double, 4> turned_{};         // sums of the gradients at the edges by kTurns
-  std::array<double, 4> around_turned_{};  // sums of those around
-  std::size_t turned_edges_ = 0;           // that count in them
+  std::array<double, 4> around_turned_{};  // sums of the mean gradients around them
+  std::size_t turned_edges_ = 0;           // number of edges in these sums
 };
 
 }  // namespace stillmap

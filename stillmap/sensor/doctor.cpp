@@ -245,7 +245,7 @@ std::vector<FrameFiles> check_files(const std::vector<FrameFiles>& frames,
     diagnosis.add(
         Severity::kOk,
         fmt::format("all {} image files are present, complete and of one size{}", 2 * frames.size(),
-                    sizes && sizes->color != sizes->depth ? " of color and one of depth" : ""));
+                    sizes && sizes->color != sizes->depth ? " for color and one for depth" : ""));
   }
   return usable;
 }

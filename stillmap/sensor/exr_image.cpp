@@ -44,7 +44,7 @@ class MemoryStream : public Imf::IStream {
   std::size_t at_ = 0;
 };
 
-/// Returns the channel with the depth; none if no channel of the size of the image can be it.
+/// Returns the depth channel; null if there is none in the full size of the image.
 const Imf::Channel* depth_channel(const Imf::ChannelList& channels, std::string& name) {
   const auto is_only = [&] { return ++channels.begin() == channels.end(); };
   const Imf::Channel* found = nullptr;

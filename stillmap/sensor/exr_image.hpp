@@ -6,12 +6,11 @@
 
 namespace stillmap {
 
-/// Returns whether a file begins as an OpenEXR file.
+/// Returns whether bytes begin with the signature of an OpenEXR file.
 bool is_exr(std::span<const unsigned char> bytes);
 
-/// Returns the header of the channel with the depth of an image in rows: its only channel, or that
-/// named Z, Y or R. Half and full floats both count as floats of 32 bits, as decode_exr() makes
-/// them.
+/// Returns the header of the depth channel of an image in scan lines: its only channel, or the one
+/// named Z, Y or R. Half floats count as 32-bit floats, to which decode_exr() converts them.
 /// @param bytes  the whole file, for which is_exr() holds
 HeaderRead exr_header(std::span<const unsigned char> bytes);
 

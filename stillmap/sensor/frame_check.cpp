@@ -50,8 +50,8 @@ double gray_change(const cv::Mat1b& a, const cv::Mat1b& b) {
   return cv::norm(difference - offset, cv::NORM_L1) / static_cast<double>(a.total());
 }
 
-/// Returns whether a depth camera measured the depth. That of a pair of cameras is computed from
-/// the images, and so are its edges: in the pixels and at the moment of the left images.
+/// Returns whether the depth is from a depth camera. Depth from a stereo pair is computed from the
+/// images, so its edges always match the left images in position and time.
 bool has_depth_camera(const Camera& camera) {
   return camera.depth_sensor.principle != DepthPrinciple::kStereo;
 }

@@ -58,7 +58,7 @@ TEST(FrameCheck, FindsDepthThatEnds) {
   EXPECT_THAT(problems_of(0.1, 5000, 60, 50), IsEmpty()) << "ten frames";
 }
 
-/// Returns what is told of 60 frames whose color changes, and whose depth is that of frame i / n.
+/// Returns the problems of 60 frames whose color changes and whose depth is that of frame i / n.
 std::vector<std::string> problems_of_repeated_depth(int n) {
   FrameCheck check{Camera()};
   for (int i = 0; i < 60; ++i) {
@@ -77,7 +77,7 @@ TEST(FrameCheck, FindsDepthThatRepeatsWhileTheColorChanges) {
               testing::Not(testing::Contains(HasSubstr("frames in a row"))));
 }
 
-/// Returns what is told of 60 frames whose images are that of frame i / n.
+/// Returns the problems of 60 frames with the images of frame i / n.
 std::vector<std::string> problems_of_repeated_images(int n) {
   FrameCheck check{Camera()};
   for (int i = 0; i < 60; ++i) {
@@ -184,7 +184,7 @@ TEST(FrameCheck, FindsDepthsThatWereSavedWithEightBits) {
   EXPECT_THAT(check.problems(), ElementsAre(HasSubstr("multiples of about 39 mm")));
 }
 
-/// Returns what is told of 30 frames whose depth edges are those of the mirrored images.
+/// Returns the problems of 30 frames whose depth edges are those of the mirrored images.
 std::vector<std::string> problems_of_mirrored_depth(const DepthSensor& sensor) {
   Camera camera;
   camera.depth_sensor = sensor;

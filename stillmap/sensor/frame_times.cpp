@@ -23,8 +23,8 @@ namespace fs = std::filesystem;
 
 constexpr const char* kStrayScannerFile = "odometry.csv";
 
-/// Reads the table of a file whose heading names the columns timestamp and frame; none otherwise,
-/// as of early versions.
+/// Reads the table of a file with the columns timestamp and frame. It is empty without these
+/// columns, as in early versions.
 FrameTimes times_of_stray_scanner(const fs::path& file) {
   std::istringstream in(as_utf8(read_file(file)));
   std::string line;
@@ -45,7 +45,8 @@ FrameTimes times_of_stray_scanner(const fs::path& file) {
     const auto time = complete ? number_of(columns[stamp]) : std::nullopt,
                index = complete ? number_of(columns[frame]) : std::nullopt;
     if (!time || !index || !std::isfinite(*time) || !(std::abs(*index) < 1e9)) {
-      throw Error("has no time and number of a frame", fmt::format("{}:{}", file.string(), number),
+      throw Error("has no valid timestamp and frame number",
+                  fmt::format("{}:{}", file.string(), number),
                   "correct the line, or remove the file to take the times from --fps");
     }
     times.table.emplace(std::lround(*index), *time);

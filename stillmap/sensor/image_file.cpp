@@ -48,11 +48,10 @@ HeaderRead parse_header(View bytes) {
   return {{.size = size, .bits = header->bits, .channels = header->channels}, ""};
 }
 
-// Whether the functions for the header of a file need all of it, and have checked where its pixels
-// end.
+// Whether the header functions of the format need the whole file and check that it is complete.
 bool has_header_of_all(View head) { return is_tiff(head) || is_npy(head) || is_exr(head); }
 
-// Returns whether the end mark exists, if the kind of file has one. Some cameras pad a JPEG behind
+// Returns whether the end mark exists, if the kind of file has one. Some cameras pad a JPEG after
 // it, so the last bytes are searched.
 bool is_complete(View head, View tail) {
   if (has_header_of_all(head)) return true;

@@ -49,8 +49,8 @@ std::string size_problem(const ImageHeader& header, cv::Size wanted);
 /// dropped. Checks the size before decoding. Never throws, never prints.
 ImageRead read_color_image(const std::filesystem::path& file, cv::Size wanted);
 
-/// Decodes a single-channel file to 16UC1 [raw units], or, one of floats (TIFF, .npy, .exr), to
-/// 32FC1 [m]; otherwise as read_color_image().
+/// Decodes a single-channel file to 16UC1 [raw units], or a file of floats (TIFF, .npy, .exr) to
+/// 32FC1 [m]; otherwise like read_color_image().
 ImageRead read_depth_image(const std::filesystem::path& file, cv::Size wanted);
 
 /// The same for the bytes of a file in memory.

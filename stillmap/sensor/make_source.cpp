@@ -53,7 +53,7 @@ bool names_recording(const std::string& text) {
          !std::filesystem::exists(path / "rgb.txt", ignored);
 }
 
-/// Returns the camera with the ignored pixels that the options give.
+/// Returns the camera with `ignore` of the options, if given.
 Camera with_ignored(Camera camera, const SourceOptions& options) {
   if (!options.ignore.empty()) camera.ignore = options.ignore;
   return camera;
@@ -78,8 +78,8 @@ std::string guessed_camera(const SequencePaths& paths) {
   return by_name.empty() && paths.layout == FolderLayout::kSevenScenes ? "seven_scenes" : by_name;
 }
 
-/// Returns the camera that is given, or that belongs to the folder. Its file may lack the size of
-/// the images.
+/// Returns the given camera, or that of the folder.
+/// @param sizes  used if the camera file does not contain the size of the images
 Camera named_camera(const SourceOptions& options, const SequencePaths& paths,
                     const std::optional<ImageSizes>& sizes) {
   const auto image_size = [&] { return sizes ? std::optional(sizes->color) : std::nullopt; };
@@ -96,13 +96,13 @@ Camera named_camera(const SourceOptions& options, const SequencePaths& paths,
 std::optional<ImageSizes> sizes_in(const SequencePaths& paths) {
   try {
     return image_sizes(list_frames(paths).frames);
-  } catch (const Error&) {  // Whoever opens the folder tells it.
+  } catch (const Error&) {  // reported when the folder is opened
     return std::nullopt;
   }
 }
 
-/// Returns the camera of the frames before they are rectified: that of the depth images where the
-/// color images are larger.
+/// Returns the camera of the frames before rectification: that of the depth images if the color
+/// images are larger.
 Camera camera_of(const SourceOptions& options, const SequencePaths& paths) {
   const auto sizes = sizes_in(paths);
   const Camera camera = with_ignored(named_camera(options, paths, sizes), options);

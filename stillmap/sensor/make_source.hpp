@@ -17,18 +17,17 @@ namespace stillmap {
 ///   (Camera::ignore, relative to the camera file). Name, distortion, fps, baseline, sensor,
 ///   timing, disparity bias and ignore are optional;
 ///   the default sensor is kinect_v1, the default baseline that of a triangulating sensor;
-/// - settings of ORB-SLAM, OpenVSLAM and stella_vslam (Camera.fx ...): keys of other things than
-/// the
+/// - settings of ORB-SLAM, OpenVSLAM and stella_vslam (Camera.fx ...); keys that do not concern the
 ///   camera are ignored;
 /// - camera_info of ROS as YAML, a camera of RTAB-Map, YAML or XML of OpenCV's FileStorage;
-/// - those of Open3D, librealsense, Kalibr, VINS, NICE-SLAM, nerfstudio, instant-ngp, Record3D,
-///   ARKitScenes and Stray Scanner: docs/cameras.md tells how each is recognized, and the unit of
-///   depth where the file does not tell it (mostly millimeters).
+/// - files of Open3D, librealsense, Kalibr, VINS, NICE-SLAM, nerfstudio, instant-ngp, Record3D,
+///   ARKitScenes and Stray Scanner: docs/cameras.md describes how each is recognized, and the depth
+///   factor of files without one (mostly millimeters).
 ///
 /// Throws Error with file, key and fix for an unknown name, a missing, repeated, misspelled or
 /// mistyped key, and an impossible value (focal length or depth factor not positive, principal
-/// point outside the image, a number that is not finite, a fisheye model), and for a file that does
-/// not tell the size of the images.
+/// point outside the image, a number that is not finite, a fisheye model), and for a file without
+/// the size of the images.
 Camera read_camera(const std::string& name_or_file);
 
 /// When to stop waiting for the next image of a folder that still grows or of a live camera.
@@ -44,7 +43,7 @@ struct SourceOptions {
   std::string camera;
   /// Camera of the recorded images; if given, `camera` is not used.
   std::optional<Camera> recorded = {};
-  /// Replaces Camera::ignore, also of a camera that the recording contains; empty: it stays.
+  /// Replaces Camera::ignore, also of a camera in the recording; empty: not replaced.
   std::string ignore = {};
   /// The topics of a recorded file to use, "COLOR,DEPTH" or, of a stereo pair, "LEFT,RIGHT"; empty
   /// to choose color and depth by type, encoding and name.

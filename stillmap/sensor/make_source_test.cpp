@@ -32,7 +32,7 @@ TEST(MakeSource, TheRangeIsThatOfTheOptions) {
   EXPECT_EQ(make_source(sequence.folder().string(), options)->size(), 3U);
 }
 
-// An image of the size of the sequence's that is white in these columns.
+// An image in the size of the sequence's images that is white in these columns.
 cv::Mat white(int begin, int end) {
   cv::Mat image(48, 64, CV_8UC1, cv::Scalar(0));
   image.colRange(begin, end).setTo(255);

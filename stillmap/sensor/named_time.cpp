@@ -16,7 +16,8 @@ std::optional<double> finite_number_of(const std::string& text) {
   return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
-/// Returns the seconds since 1970 of a name such as 2024-05-17_12-30-11.033, in any time zone.
+/// Returns the seconds since 1970 of a name such as 2024-05-17_12-30-11.033; the time zone is
+/// ignored.
 std::optional<double> named_date(const std::string& name) {
   static const std::regex kDate(
       R"((\d{4})-(\d\d)-(\d\d)[_T ](\d\d)[-:.](\d\d)[-:.](\d\d(?:\.\d+)?)$)");
@@ -31,9 +32,9 @@ std::optional<double> named_date(const std::string& name) {
   return ((days * 24 + number(4)) * 60 + number(5)) * 60 + number(6);
 }
 
-/// Returns the number in a name whose parts underscores separate, such as that of 000038_rgb: the
-/// first one, or the last one with a decimal point, such as the time of VIDEO_6792.023; the name if
-/// there is none.
+/// Returns the number in a name with parts separated by underscores: the last one with a decimal
+/// point, such as the time in VIDEO_6792.023, otherwise the first one, such as that in 000038_rgb;
+/// the name itself if there is none.
 std::string number_in(const std::string& name) {
   std::istringstream parts(name);
   std::string first = name, decimal;
@@ -70,7 +71,7 @@ std::optional<double> named_time(std::string name, double fps) {
 }
 
 std::optional<double> named_number(const std::string& name) {
-  // Only a number depends on the rate, except for the first one.
+  // Only the time of a frame number depends on the rate, except for number 0.
   const auto number = named_time(name, 1), half = named_time(name, 2);
   return number && (*number != *half || *number == 0) ? number : std::nullopt;
 }

@@ -17,11 +17,11 @@ constexpr std::array<unsigned char, 6> kMagic{0x93, 'N', 'U', 'M', 'P', 'Y'};
 constexpr std::size_t kPreamble =
     12;  // Magic, version and length of the header, version 2 [bytes].
 
-/// A little-endian array of rows.
+/// A little-endian, row-major array.
 struct NpyArray {
   std::string type;  // "u2", "f4", "f8" or another
   cv::Size size;
-  std::size_t begin = 0;  // of the numbers, in the file
+  std::size_t begin = 0;  // offset of the numbers in the file
 
   std::size_t bytes() const {
     const auto width = static_cast<std::size_t>(size.width);
@@ -29,7 +29,7 @@ struct NpyArray {
   }
 };
 
-/// Returns the array that a file declares; none if it is none of two dimensions in rows.
+/// Returns the array that the header declares; none if it is not two-dimensional and row-major.
 std::optional<NpyArray> declared_array(View file) {
   if (file.size() < kPreamble) return std::nullopt;
   const bool long_length = file[6] > 1;
@@ -58,7 +58,7 @@ bool is_npy(View bytes) {
 
 HeaderRead npy_header(View bytes) {
   const auto array = declared_array(bytes);
-  if (!array) return {{}, "is no array of height x width numbers in rows (little-endian)"};
+  if (!array) return {{}, "is no array of height x width numbers, row-major and little-endian"};
   if (array->size.empty()) return {{}, "is damaged: its header says 0 pixels"};
   if (array->bytes() > bytes.size() - array->begin) return {{}, "is truncated: its end is missing"};
   ImageHeader header{array->size, 8 * (array->type[1] - '0'), 1};

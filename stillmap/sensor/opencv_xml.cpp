@@ -31,7 +31,7 @@ class XmlReader {
   XmlReader(std::string_view text, std::filesystem::path file)
       : text_(text), file_(std::move(file)) {}
 
-  /// Returns the content of the element that has begun, and goes behind its end.
+  /// Returns the content of the element that has begun, and moves past its end.
   YAML::Node element(const std::string& name, int level) {
     if (level > kDeepest) throw problem("nests its elements too deeply");
     YAML::Node map, list;
@@ -53,7 +53,7 @@ class XmlReader {
   }
 
  private:
-  /// Returns the next tag without its brackets, and goes behind it.
+  /// Returns the next tag without its brackets, and moves past it.
   std::string next_tag(const std::string& parent) {
     while (true) {
       tag_begin_ = text_.find('<', at_);
@@ -75,7 +75,7 @@ class XmlReader {
   std::string_view text_;
   std::filesystem::path file_;
   std::size_t at_ = 0;
-  std::size_t tag_begin_ = 0;  // of the last tag
+  std::size_t tag_begin_ = 0;  // position of the last tag
 };
 
 }  // namespace

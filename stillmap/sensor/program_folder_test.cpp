@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Folders as apps of phones write them and as the data of papers is spread, and kinds of depth
-// files.
+// Folders of phone apps and of published data sets, and formats of depth files.
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/doctor.hpp"
 #include "stillmap/sensor/image_file.hpp"
@@ -29,7 +28,7 @@ using ::testing::SizeIs;
 
 namespace fs = std::filesystem;
 
-/// An empty folder for a layout, with images of 64 x 48 pixels unless told otherwise.
+/// An empty folder for a layout, with images of 64 x 48 pixels unless stated otherwise.
 class ProgramFolder : public ::testing::Test {
  protected:
   ProgramFolder() {

@@ -49,8 +49,8 @@ StereoRig rig_of(const Recording& recording, const RgbdStreams& streams) {
   return rig;
 }
 
-// Returns whether P of the right camera has its baseline with the sign of a camera to the left, as
-// some drivers publish it.
+// Returns whether the baseline in P of the right camera has the wrong sign, as some drivers publish
+// it.
 bool has_negative_baseline(const RgbdStreams& streams) {
   return streams.pose_by_projections && streams.T_left_right->translation().x() < 0;
 }
@@ -67,12 +67,12 @@ cv::Mat gray(const cv::Mat& color) {
   return gray;
 }
 
-// Indices of the first of some images, and behind the last one.
+// Range of images: index of the first one, and of the one after the last.
 using Stretch = std::pair<std::size_t, std::size_t>;
 
 // Returns the longest stretch in which the stamps do not jump back.
 Stretch longest_stretch(const std::vector<MessageEntry>& images) {
-  constexpr std::int64_t kJump = 1'000'000'000;  // [ns]; images of one camera overtake by less
+  constexpr std::int64_t kJump = 1'000'000'000;  // [ns]; images of one camera are less out of order
   Stretch longest(0, 0);
   std::size_t begin = 0;
   for (std::size_t end = 1; end <= images.size(); ++end) {
@@ -157,7 +157,7 @@ void RecordingSource::choose_pair(const std::optional<Camera>& camera, const std
   matcher_.emplace(recorded_);
 }
 
-/// Turns a negative baseline around if the first images match that way only.
+/// Changes the sign of a negative baseline if the first images match that way only.
 void RecordingSource::turn_baseline_if_images_tell() {
   constexpr std::size_t kTried = 5;  // frames
   if (!has_negative_baseline(streams_)) return;
@@ -174,16 +174,16 @@ void RecordingSource::turn_baseline_if_images_tell() {
                                                     gray(rectified(rig, 1, right.image)));
     if (!shares.tell_given()) continue;
     turned.notes.push_back(fmt::format(
-        "warning: P of {} has its baseline with the sign of a camera to the left of {}; it is used "
-        "with the other sign, since {:.0f} % of the pixels match that way, and {:.0f} % else",
+        "warning: P of {} has the baseline of a camera to the left of {}; it is used with the "
+        "other sign, since {:.0f} % of the pixels match that way, and {:.0f} % otherwise",
         turned.depth.camera_topic, turned.color.name, 100 * shares.given, 100 * shares.exchanged));
     streams_ = std::move(turned);
     return;
   }
 }
 
-/// Keeps the images of the longest stretch if the stamps of the color images jump back, as those of
-/// a recording that was played in a loop while it was recorded. Few images out of order are left to
+/// Keeps the images of the longest stretch if the stamps of the color images jump back, as when the
+/// playback of another recording in a loop was recorded. Single images out of order are handled by
 /// increasing_images().
 void RecordingSource::keep_longest_stretch() {
   std::vector<MessageEntry>& color = streams_.color.images;
@@ -199,7 +199,7 @@ void RecordingSource::keep_longest_stretch() {
       "warning: the stamps of {} jump back, as if a recording had been played in a loop while it "
       "was recorded; its longest stretch is used, {} of {} images",
       streams_.color.name, end - begin, color.size()));
-  // Depth of the stretch is recorded between the color images before and behind it.
+  // Depth images of the stretch were recorded between the color images before and after it.
   using Limits = std::numeric_limits<std::int64_t>;
   const std::int64_t first = begin > 0 ? color[begin - 1].log_time : Limits::min();
   const std::int64_t last = end < color.size() ? color[end].log_time : Limits::max();
@@ -217,7 +217,7 @@ std::vector<RecordingSource::Image> RecordingSource::increasing_images(const Ima
     images.push_back({seconds_of(message.stamp), message});
   std::vector<SkippedFrame> skipped;
   keep_increasing(images, skipped, stream.name);
-  // A depth image that is left out leaves a color image, which is the frame.
+  // Without its depth image a frame still has its color image.
   for (SkippedFrame& image : skipped) image.frame_lost = &stream == &streams_.color;
   skipped_.insert(skipped_.end(), skipped.begin(), skipped.end());
   return images;
@@ -250,7 +250,7 @@ void RecordingSource::pair_images() {
 /// Returns the median of the readings of some 16-bit depth images [raw units]; 0 for other images.
 double RecordingSource::median_raw_depth() {
   constexpr std::size_t kImages = 8;
-  constexpr std::size_t kStep = 7;  // readings, of which one is taken
+  constexpr std::size_t kStep = 7;  // every n-th reading is used
   std::vector<std::uint16_t> readings;
   for (std::size_t i = 0; i < kImages && streams_.depth.is_depth(); ++i) {
     const Frame& frame = frames_[i * frames_.size() / kImages];
@@ -265,9 +265,9 @@ double RecordingSource::median_raw_depth() {
   return readings.empty() ? 0 : upper_median(readings);
 }
 
-/// Sets the unit of 16-bit depth to 0.1 mm if the topics or frames name a D405, whose own unit that
-/// is. Some programs convert it to millimeters, so that the readings decide: it measures up to half
-/// a meter (datasheet).
+/// Sets the unit of 16-bit depth to 0.1 mm, that of a D405, if the topic or frame names one. Some
+/// programs convert to millimeters, so the readings decide: a D405 measures up to half a meter
+/// (datasheet).
 void RecordingSource::use_unit_of_d405() {
   constexpr double kFarthest = 1;  // median, with a margin [m]
   const ImageStream& depth = streams_.depth;
@@ -276,14 +276,13 @@ void RecordingSource::use_unit_of_d405() {
       median_raw_depth_ < kFarthest * kMillimeters)
     return;
   streams_.depth_factor = kTenthsOfMillimeters;
-  streams_.notes.push_back(fmt::format(
-      "depth unit: 0.1 mm, that of a D405, which {} is by its name; in millimeters the median "
-      "depth would be {:.2f} m",
-      depth.name, median_raw_depth_ / kMillimeters));
+  streams_.notes.push_back(
+      fmt::format("depth unit: 0.1 mm, that of a D405, by the name of {}; in millimeters the "
+                  "median depth would be {:.2f} m",
+                  depth.name, median_raw_depth_ / kMillimeters));
 }
 
-/// Returns the sentence that the depths are farther than the sensor measures; empty if they are
-/// not.
+/// Returns a warning if the depths are beyond the range of the sensor; empty otherwise.
 std::string RecordingSource::far_depth_note() const {
   const Camera& camera = this->camera();
   const double median = median_raw_depth_ / camera.depth_factor;
@@ -291,8 +290,7 @@ std::string RecordingSource::far_depth_note() const {
   if (rig_ || known || median <= camera.depth_sensor.max_depth) return "";
   return fmt::format(
       "warning: the median depth is {:.1f} m, farther than sensor {} measures ({:g} m); if it "
-      "should "
-      "be {:.2f} m, the unit is 0.1 mm, as of a RealSense D405: give a camera file with "
+      "should be {:.2f} m, the unit is 0.1 mm, as for a RealSense D405: give a camera file with "
       "'depth_factor: 10000' by --camera",
       median, camera.depth_sensor.name, camera.depth_sensor.max_depth,
       median_raw_depth_ / kTenthsOfMillimeters);
@@ -317,8 +315,8 @@ void RecordingSource::require_one_usable_frame() {
               recording_.path().string(), kImageFix);
 }
 
-/// Throws Error if no depth falls into the color images, as by a transform between the axes of
-/// bodies instead of optical axes.
+/// Throws Error if no depth projects into the color images, as with a transform between body frames
+/// instead of optical frames.
 void RecordingSource::require_depth_in_view() {
   constexpr std::size_t kTried = 5;                // frames
   constexpr double kEnough = 0.05, kSeen = 0.005;  // shares of the depth and color pixels
@@ -346,9 +344,9 @@ void RecordingSource::require_depth_in_view() {
                   streams_.depth.name, streams_.color.name, streams_.depth.frame,
                   streams_.color.frame, T.translation().norm(), T.angle() * 180 / M_PI),
       recording_.path().string(),
-      "record the transform of the optical frames (z forward, x right, y down), which lacks its "
-      "rotation here, or name the topics of one camera with --topics COLOR,DEPTH, or record depth "
-      "that is registered to color");
+      "record the transform between the optical frames (z forward, x right, y down), whose "
+      "rotation is missing here, or name the topics of one camera with --topics COLOR,DEPTH, or "
+      "record depth that is registered to color");
 }
 
 std::vector<std::string> RecordingSource::notes() const {

@@ -25,7 +25,7 @@ class RecordingSource : public FrameSource {
   /// @param camera  replaces the recorded color camera and the unit of 16-bit depth; none to use
   ///                those of the recording. A stereo pair needs its own cameras.
   /// @param topics  "COLOR,DEPTH", "LEFT,RIGHT", or empty: see find_rgbd_streams()
-  /// @param ignore  replaces Camera::ignore of the camera; empty: it stays
+  /// @param ignore  replaces Camera::ignore of the camera; empty: not replaced
   /// Throws Error if the file is no recording, has no color and depth images or no camera, and if
   /// no frame can be used.
   RecordingSource(const std::filesystem::path& path, const std::optional<Camera>& camera,

@@ -142,7 +142,7 @@ TEST(RecordingSource, ATransformThatTurnsAllDepthOutOfTheImageIsToldAsTheTransfo
               ::testing::AllOf(HasSubstr("no depth of /depth/image falls into the images of "
                                          "/rgb/info/image"),
                                HasSubstr("0.030 m away and turned by 120 degrees"),
-                               HasSubstr("record the transform of the optical frames")));
+                               HasSubstr("record the transform between the optical frames")));
 }
 
 TEST(RecordingSource, RepeatedDepthMessagesAreNoLostFrames) {
@@ -252,7 +252,7 @@ constexpr int kDisparity = 24;                    // pixels
 
 // Two frames of a stereo pair that looks at a wall.
 // @param delay  of the right images [ns]
-// @param sign  of the baseline in P of the right camera; ROS wants a negative one
+// @param sign  of the baseline in P of the right camera; ROS requires a negative one
 std::vector<TestMessage> pair_messages(std::int64_t delay = 0, double sign = -1) {
   cv::Mat wall(160, 400, CV_8UC1);
   cv::theRNG().state = 5;
@@ -425,7 +425,7 @@ TEST(RecordedImage, DepthIsReadInBothByteOrders) {
   EXPECT_NE(decode("rgb8", 3, std::string(24, 'x'), Kind::kRos1, true).problem, "");
 }
 
-// RVL by its description: see decode_rvl().
+// Encodes RVL as described at decode_rvl().
 class RvlWriter {
  public:
   explicit RvlWriter(const cv::Mat1w& image) {

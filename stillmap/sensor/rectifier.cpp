@@ -11,7 +11,7 @@
 namespace stillmap {
 namespace {
 
-/// Returns the pixels of a camera's images that are to be ignored, 8UC1, 255 or 0; empty: none.
+/// Returns the mask of the ignored pixels of a camera, 8UC1, 255 or 0; empty if there are none.
 cv::Mat ignored_pixels(const Camera& camera) {
   if (camera.ignore.empty()) return {};
   const auto fail = [&](const std::string& problem) {

@@ -21,16 +21,16 @@ class Rectifier {
   explicit Rectifier(const Camera& recorded);
   /// @param lens  distortion of the recorded images; that of `recorded` is not used
   Rectifier(const Camera& recorded, const LensDistortion& lens);
-  /// For the left images that rectified() of a rig returns. The file `ignore` of its camera shows
-  /// them as recorded.
+  /// For the left images that rectified() of a rig returns. The file `ignore` of its camera is for
+  /// the images as recorded.
   explicit Rectifier(const StereoRig& rig);
 
-  /// Returns the ideal pinhole camera: the recorded camera without distortion, without an error
-  /// of the depth and without a file of ignored pixels.
+  /// Returns the ideal pinhole camera: the recorded camera without distortion, disparity bias and
+  /// `ignore`.
   const Camera& camera() const { return camera_; }
   /// Returns the ignored pixels of the rectified images: see RgbdFrame::ignored.
   const cv::Mat& ignored() const { return ignored_; }
-  /// Returns the share of ignored pixels, and their file, for the user; empty: none are ignored.
+  /// Returns a note with the share of ignored pixels and their file; empty if there are none.
   const std::string& ignored_note() const { return ignored_note_; }
   bool active() const { return !nearest_map_.empty(); }
 

@@ -16,10 +16,10 @@ struct RgbdFrame {
   double depth_delay = 0;  ///< Time of the depth image minus that of the color image [s].
   cv::Mat color;           ///< Color image, 8UC3 BGR; gray images are replicated to three channels.
   cv::Mat gray;            ///< Gray image, 8UC1.
-  cv::Mat depth;     ///< Depth along the optical axis, 32FC1 [m]; 0: unknown, all: no depth image.
-  std::string name;  ///< Name of the file of the color image without extension; empty without one.
-  /// 8UC1, not 0 where the pixel is not used (Camera::ignore): the depth is 0 and there are no
-  /// keypoints. Empty: all pixels are used.
+  cv::Mat depth;  ///< Depth along the optical axis, 32FC1 [m]; 0: unknown; all 0: no depth image.
+  std::string name;  ///< File name of the color image without extension, or empty.
+  /// Mask of the ignored pixels (Camera::ignore), 8UC1: where it is not 0, the depth is 0 and there
+  /// are no keypoints. Empty: all pixels are used.
   cv::Mat ignored;
 };
 

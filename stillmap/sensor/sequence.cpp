@@ -60,8 +60,8 @@ fs::path first_folder(const fs::path& folder, std::initializer_list<const char*>
   return {};
 }
 
-/// Returns whether a file has the extension of an image, and is none of the hidden files that Macs
-/// write beside each file on other disks.
+/// Returns whether a file has the extension of an image and is not hidden: macOS writes a hidden
+/// file beside each file on foreign disks.
 bool is_image(const fs::path& file) {
   if (file.filename().string().starts_with('.')) return false;
   std::string extension = file.extension().string();
@@ -71,11 +71,11 @@ bool is_image(const fs::path& file) {
   return std::find(known.begin(), known.end(), extension) != known.end();
 }
 
-// How the images of a kind are named, without their extension, around their number or time.
+// Beginning and end of image names (without extension), around the number or time.
 struct ImageNames {
   std::string begin, end;
 
-  /// Returns what is between; none if the name is another one.
+  /// Returns the part between them; none if the name does not match.
   std::optional<std::string> between(const std::string& name) const {
     const bool fits =
         name.size() >= begin.size() + end.size() && name.starts_with(begin) && name.ends_with(end);
@@ -95,7 +95,7 @@ ImageNames names_in(FolderLayout layout, bool is_depth) {
   }
 }
 
-// Whether a folder holds color images as a layout names them.
+// Whether a folder holds color images with the names of a layout.
 bool has_images_of(FolderLayout layout, const fs::path& folder) {
   std::error_code ignored;
   const auto files = fs::directory_iterator(folder, ignored);
@@ -105,7 +105,7 @@ bool has_images_of(FolderLayout layout, const fs::path& folder) {
   });
 }
 
-/// Returns the file in the middle of those of a folder, by name; empty without files.
+/// Returns the middle one of the files of a folder, sorted by name; empty without files.
 fs::path middle_file(const fs::path& folder) {
   std::error_code ignored;
   std::vector<fs::path> files;
@@ -114,7 +114,7 @@ fs::path middle_file(const fs::path& folder) {
   return files.empty() ? fs::path() : files[files.size() / 2];
 }
 
-/// Returns the file of another program that tells the camera of the images.
+/// Returns the camera file that another program wrote beside the images; empty if there is none.
 fs::path camera_of_program(const fs::path& folder) {
   fs::path given = first_file(folder, {"camera_matrix.csv", "cam_params.json"});
   if (!given.empty()) return given;
@@ -186,7 +186,7 @@ fs::path sequence_nearby(const fs::path& folder) {
   return has_frames(look(above)) ? above : fs::path();
 }
 
-constexpr const char* kVideo = "rgb.mp4";  // of the color images, as Stray Scanner records them
+constexpr const char* kVideo = "rgb.mp4";  // video of the color images of Stray Scanner
 
 Error no_sequence(const SequencePaths& paths) {
   const std::string where = paths.folder.string();
@@ -229,7 +229,7 @@ Stamp parse_stamp(const std::string& token) {
 struct ImageLine {
   double timestamp = 0;  // seconds
   fs::path file;
-  std::optional<double> number = {};  // of the frame, if the name tells it
+  std::optional<double> number = {};  // frame number, if the name contains one
 };
 
 struct ImageList {
@@ -254,8 +254,8 @@ std::vector<SkippedFrame> for_each_line(
   return skipped;
 }
 
-/// Returns the file that a list names. Lists of Windows have backslashes, and absolute paths may be
-/// those of another computer: then the file of that name below the folder is meant.
+/// Returns a file named in a list. Lists written on Windows have backslashes. An absolute path may
+/// be of another computer: then the file of that name below the folder is used.
 fs::path listed_file(const fs::path& folder, std::string name) {
   std::replace(name.begin(), name.end(), '\\', '/');
   const fs::path given = name;
@@ -266,8 +266,7 @@ fs::path listed_file(const fs::path& folder, std::string name) {
   return is_file(below) ? below : folder / given.filename();
 }
 
-/// Returns the name that fields of a line spell, which had blanks if there are several, and may be
-/// quoted.
+/// Joins fields of a line to a file name with blanks, and removes its quotation marks.
 std::string joined(const std::vector<std::string>& fields, std::size_t begin, std::size_t end) {
   std::string name;
   for (std::size_t i = begin; i < end; ++i) name += (i > begin ? " " : "") + fields[i];
@@ -276,7 +275,7 @@ std::string joined(const std::vector<std::string>& fields, std::size_t begin, st
   return name;
 }
 
-/// Returns the file that a line names behind its time: with blanks if there is one of that name.
+/// Returns the file named after the time in a line; its name may contain blanks if the file exists.
 fs::path file_behind_time(const fs::path& folder, const std::vector<std::string>& fields) {
   const fs::path with_blanks = listed_file(folder, joined(fields, 1, fields.size()));
   return fields.size() == 2 || is_file(with_blanks) ? with_blanks
@@ -339,15 +338,15 @@ void skip_distant_pairs(FrameList& list) {
   }
 }
 
-/// Returns the four last columns of a line, without the pose that the script of the TUM benchmark
-/// writes before them if the truth was associated, too.
+/// Returns the columns of a line without the pose that the script of the TUM benchmark writes
+/// before them if the ground truth was associated, too.
 std::vector<std::string> without_pose(const std::vector<std::string>& fields) {
   constexpr std::size_t kPose = 8, kImages = 4;
   if (fields.size() != kPose + kImages) return fields;
   return {fields.begin() + kPose, fields.end()};
 }
 
-/// Returns time and name of both images of a line: names may have blanks if there are such files.
+/// Returns time and name of both images of a line; names may contain blanks if the files exist.
 std::vector<std::string> without_blanks(const std::vector<std::string>& fields,
                                         const fs::path& folder) {
   for (std::size_t second = 2; second + 1 < fields.size(); ++second) {
@@ -422,7 +421,7 @@ ImageList images_of_folder(const fs::path& folder, const ImageNames& names,
       list.skipped.push_back(
           {.timestamp = 0,
            .reason = fmt::format("{}: {}", printable(entry.path().filename().string()),
-                                 number ? times.file.filename().string() + " has no time of it"
+                                 number ? times.file.filename().string() + " has no time for it"
                                         : "the name contains no time and no number")});
     }
   }

@@ -30,7 +30,7 @@ struct SequencePaths {
   std::filesystem::path color_list, depth_list;
   /// Lines `t_rgb rgb_file t_depth depth_file`; if not empty, used instead of the two lists.
   std::filesystem::path associations;
-  /// File camera.yaml, or that of the program that wrote the layout: see read_camera().
+  /// camera.yaml, or the camera file of the program that wrote the folder: see read_camera().
   std::filesystem::path camera;
   std::filesystem::path ground_truth;  ///< File of true poses: see true_trajectory_in().
   std::filesystem::path masks;  ///< Folder mask/: one 8-bit PNG per color image with the same name.
@@ -68,7 +68,7 @@ struct FrameList {
 /// in which depth may come first, and whose stamps may be the numbers of the frames (ICL-NUIM: both
 /// are whole numbers below 1e6). Names of images without lists are times in seconds (with a decimal
 /// point), in nano-, micro- or milliseconds (19, 16 or 13 digits), or numbers: see frame_times().
-/// Fields are separated by blanks, tabs or commas; names of files may have blanks; # starts a
+/// Fields are separated by blanks, tabs or commas; file names may contain blanks; # starts a
 /// comment; any line endings; UTF-8 or UTF-16. Invalid lines, timestamps that
 /// are not finite, repeated or decreasing (the smallest number of lines is skipped that leaves the
 /// rest increasing), and color images before the first depth image are skipped and listed. Later

@@ -125,7 +125,7 @@ std::vector<fs::path> images_in(const fs::path& folder) {
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(folder, ignored)) {
     const auto extension = entry.path().extension();
-    if (entry.path().filename().string().starts_with('.')) continue;  // of a Mac
+    if (entry.path().filename().string().starts_with('.')) continue;  // hidden file of macOS
     if (extension == ".png" || extension == ".jpg") images.push_back(entry.path());
   }
   std::sort(images.begin(), images.end());

@@ -59,7 +59,7 @@ class StereoFolder : public FrameSource {
   cv::Mat load_depth(const StereoFiles& files, const cv::Mat& left);
 
   StereoSequence sequence_;
-  Rectifier rectifier_;  // of the images that the rig rectified
+  Rectifier rectifier_;  // for images that the rig has rectified
   StereoMatcher matcher_;
   std::size_t position_ = 0;    // index of the next frame in sequence_.frames
   std::size_t next_index_ = 0;  // index of the next returned frame

@@ -8,10 +8,10 @@
 
 namespace stillmap {
 
-/// Shares of the pixels of a pair of images that match [0..1].
+/// Share of the pixels of a stereo pair that match [0..1].
 struct MatchShares {
-  double given = 0;      ///< As the images are.
-  double exchanged = 0;  ///< With the left image as the right one.
+  double given = 0;      ///< In the given order.
+  double exchanged = 0;  ///< With left and right exchanged.
 
   /// Whether the images match much better in the given order, or exchanged.
   bool tell_given() const;
@@ -32,7 +32,7 @@ class StereoMatcher {
   /// @param left, right  rectified, 8UC1, of the camera's size
   cv::Mat depth(const cv::Mat& left, const cv::Mat& right);
 
-  /// Returns how many pixels match in both orders of a pair of images, as of depth().
+  /// Returns the shares of pixels for which depth() finds a match, in both orders of the images.
   MatchShares match_shares(const cv::Mat& left, const cv::Mat& right);
 
   /// Throws Error if the first pair matches much better with its images exchanged. Does nothing

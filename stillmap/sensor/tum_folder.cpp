@@ -100,8 +100,8 @@ void TumFolder::require_one_usable_frame() const {
       "8-bit PNG or JPEG, depth 16-bit PNG or TIFF, or TIFF of 32-bit floats, of the same size");
 }
 
-/// Throws Error if the depth factor is that of floats in meters, as settings files of ORB-SLAM for
-/// ROS have it, where depth images have whole numbers of 16 bits.
+/// Throws Error if the depth factor is for floats in meters, as in ORB-SLAM's settings for ROS, but
+/// the depth images have 16-bit integers.
 void TumFolder::require_possible_unit(const fs::path& depth) const {
   constexpr double kFewest = 10;  // units per meter, with which 16 bits reach 6.5 km
   const double factor = camera().depth_factor;

@@ -17,7 +17,7 @@ namespace stillmap {
 class TumFolder : public FrameSource {
  public:
   /// @param camera  the recording camera; frames are rectified if it is distorted. Color images
-  /// that are larger than its images and the depth images are scaled to their size: see ImageSizes
+  /// that are larger than the depth images are scaled to the size of the camera: see ImageSizes
   /// Throws Error for invalid lists (see list_frames()), ranges out of range, and if no frame is
   /// usable (all images missing, of the wrong type, or not of the camera's size), or
   /// if 16-bit depth would be in units of more than 0.1 m.

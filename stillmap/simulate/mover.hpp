@@ -49,8 +49,7 @@ Mover make_pushed_chair(int id, const Eigen::Vector2f& from, const Eigen::Vector
 Mover make_ball(int id, const Eigen::Vector2f& from, const Eigen::Vector2f& to, Palette& palette);
 /// Objects of no known class in the yard: the hook block of a crane, which swings below its trolley
 /// (`pace`: factor on the speed of the trolley), and a vehicle that drives to and fro. A loaded
-/// hook hangs on a shorter rope and carries a box, which together fill a third of the camera's
-/// view.
+/// hook has a shorter rope and carries a box; together they fill a third of the camera's view.
 Mover make_hook(int id, const Trolley& trolley, double pace, bool loaded, Palette& palette);
 Mover make_vehicle(int id, const Eigen::Vector2f& from, const Eigen::Vector2f& to,
                    Palette& palette);

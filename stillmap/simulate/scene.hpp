@@ -28,8 +28,8 @@ struct SceneOptions {
   /// yard the crane's swinging hook and two vehicles.
   int things = 0;
   int seed = 1;  ///< Seed of wallpaper, books and clothes.
-  /// Whether they move within two or three meters of the viewpoint, in its view; in the yard the
-  /// hook carries a load that fills a third of it.
+  /// Whether these objects move in view, within two or three meters of the viewpoint; in the yard
+  /// the hook also carries a load that fills a third of the view.
   bool near_things = false;
   /// Factor on the speed of a companion and of the crane's trolley, equal to that of the camera.
   double pace = 1;

@@ -17,30 +17,31 @@
 namespace stillmap {
 namespace {
 
-/// Interval of the compared frames, in which the camera of a robot moves by several pixels.
+/// Interval of the compared frames, in which the images of a moving robot change by several pixels.
 constexpr int kInterval = 5;
-/// Half the side of the square in which a keypoint is searched again, and least change of a pixel
-/// that is no noise, both at level 0 [pixels].
+/// Half the side of the square in which a keypoint is searched, and minimum displacement of a moved
+/// keypoint, above the noise; both at level 0 [pixels].
 constexpr float kReach = 40, kMoved = 3;
-/// Least number and share of the moved keypoints that agree with one motion.
+/// Minimum number and share of the moved keypoints that must agree with one motion.
 constexpr int kFewest = 12;
 constexpr double kLeastShare = 0.6;
-/// Share of them that contradicts the tracked motion if no more of them agree with it.
+/// Share of the moved keypoints that must agree with the tracked motion; otherwise they contradict
+/// it.
 constexpr double kSupport = 0.5;
-/// Error of a depth beyond which it contradicts a motion [tolerances], so that noise does not.
+/// Depth error above which a cell contradicts a motion [tolerances]; larger than the noise.
 constexpr float kContradicts = 1.5;
-/// Least share of the cells that tells motion from noise, and largest ratio of cells that keep
-/// their pixels to those that follow the motion. In rendered recordings it was smaller in 43 of 46
-/// pairs of frames with carried parts, and above 0.9 in 14 of 15 of a camera at rest in front of
-/// people, or of a board that fills up to half of the image.
+/// Minimum share of cells that distinguishes motion from noise, and maximum ratio of background
+/// cells that keep their pixels to cells that follow the motion. In rendered recordings this ratio
+/// was smaller in 43 of 46 pairs of frames with carried parts, and above 0.9 in 14 of 15 pairs of a
+/// camera at rest in front of people or of a board that fills up to half of the image.
 constexpr double kFewestCells = 0.015, kLargestRatio = 0.4;
-/// Share of the moving cells that may be nearer than a cell of the robot's body.
+/// Quantile of the depths of the moving cells; nearer resting cells count as the robot's body.
 constexpr double kNearest = 0.1;
-/// Least number of pairs of frames that show carried parts, and least ratio to those that show a
-/// camera at rest.
+/// Minimum number of pairs of frames that show carried parts, and minimum ratio to pairs that show
+/// a camera at rest.
 constexpr int kFewestPairs = 5, kPairRatio = 2;
 
-/// Returns the matches of the keypoints with depth that changed their pixels.
+/// Returns the matches of keypoints with depth that moved in the image.
 std::vector<RigidPair> moved_pairs(const TrackingModel& model, const Features& a,
                                    const Features& b) {
   std::vector<ProjectionQuery> queries;
@@ -73,8 +74,8 @@ std::vector<RigidPair> moved_pairs(const TrackingModel& model, const Features& a
   return pairs;
 }
 
-/// Returns the motion T_a_b of the keypoints that changed their pixels, if it is one motion and
-/// contradicts the tracked one.
+/// Returns the common motion T_a_b of the moved keypoints, if there is one and it contradicts the
+/// tracked motion.
 std::optional<Pose> other_motion(const Camera& camera, const std::vector<RigidPair>& moved,
                                  const Pose& T_a_b_tracked) {
   const int support = count_agreeing(camera, moved, T_a_b_tracked);
@@ -86,12 +87,12 @@ std::optional<Pose> other_motion(const Camera& camera, const std::vector<RigidPa
   return motion->model;
 }
 
-/// Depths of the cells that follow one motion and contradict the other [m].
+/// Depths of the cells that fit only the motion, and of those that fit only a camera at rest [m].
 struct CellDepths {
   std::vector<float> moving, resting;
 };
 
-/// Returns the depths of the cells that follow the motion T_b_a, and of those that keep their
+/// Returns the depths of the cells that follow the motion T_b_a, and of those that stay at their
 /// pixels.
 CellDepths compared(const CellGrid& a, const CellGrid& b, const Pose& T_b_a) {
   CellDepths depths;
@@ -109,8 +110,8 @@ CellDepths compared(const CellGrid& a, const CellGrid& b, const Pose& T_b_a) {
   return depths;
 }
 
-/// Returns the number of resting cells that are not nearer than the moving ones, as those of the
-/// robot are.
+/// Returns the number of resting cells in the background. Cells of the robot are nearer than the
+/// moving cells.
 std::size_t background_at_rest(CellDepths& depths) {
   if (depths.moving.empty()) return depths.resting.size();
   const auto rank = static_cast<std::size_t>(kNearest * static_cast<double>(depths.moving.size()));
@@ -147,10 +148,9 @@ void CarriedParts::add(const TrackingModel& model, const TrackedFramePtr& tracke
 
 std::string CarriedParts::doubt() const {
   if (carried_ < kFewestPairs || carried_ < kPairRatio * resting_) return "";
-  return "the poses follow parts of the images that keep their pixels while the scene moves, such "
-         "as the robot itself, the dots of an infrared projector, or somebody who moves along; "
-         "exclude what the camera carries with --ignore FILE.png (white there), or turn the "
-         "projector off";
+  return "the poses follow parts of the images that stay at their pixels while the scene moves, "
+         "such as the robot itself, the dots of an infrared projector, or somebody who moves "
+         "along; exclude the robot with --ignore FILE.png (white there), or turn the projector off";
 }
 
 }  // namespace stillmap

@@ -7,27 +7,26 @@
 
 namespace stillmap {
 
-/// Recognizes poses that rest on parts of the images that the camera carries along: the robot's own
-/// body, or the pattern of an infrared projector. Their keypoints keep their pixels while the scene
-/// moves.
+/// Detects poses that follow parts of the images that the camera carries along: the robot's own
+/// body, or the pattern of an infrared projector. Their keypoints stay at the same pixels while the
+/// scene moves.
 ///
-/// The keypoints of two frames that change their pixels tell another motion than the tracked one,
-/// and the depth images decide between both: if the camera moves, the surfaces of the scene follow
-/// that motion, and only those of the robot, which are nearer, keep their pixels; if it rests in
-/// front of movers, the surfaces behind and beside them keep their pixels.
+/// The other keypoints then agree on a motion that contradicts the tracked one. The depth images
+/// decide between the two: if the camera moves, the surfaces of the scene follow that motion, and
+/// only the robot's surfaces, which are nearer, stay at their pixels; if the camera rests in front
+/// of movers, the surfaces behind and beside them stay at their pixels.
 class CarriedParts {
  public:
-  /// Adds the next frame. Every fifth is compared with the one before.
+  /// Adds the next frame. Every fifth frame is compared with the one five frames before.
   void add(const TrackingModel& model, const TrackedFramePtr& tracked);
 
-  /// Returns the sentence for users that the poses follow carried parts, with the fix; empty if
-  /// they do not.
+  /// Returns a message with the fix if the poses follow carried parts; empty otherwise.
   std::string doubt() const;
 
  private:
   TrackedFramePtr earlier_;        // null: the next frame is the first to be compared
-  int frames_ = 0;                 // since `earlier_`
-  int carried_ = 0, resting_ = 0;  // pairs of frames that show one or the other
+  int frames_ = 0;                 // number of frames since `earlier_`
+  int carried_ = 0, resting_ = 0;  // number of pairs of frames that show one or the other
 };
 
 }  // namespace stillmap

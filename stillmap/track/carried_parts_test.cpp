@@ -39,7 +39,7 @@ TrackedFramePtr tracked(const RgbdFramePtr& image, const Pose& T_world_camera) {
 
 /// Returns the doubt about a recording with a printed board in half of all images, always at the
 /// same pixels.
-/// @param follow  whether the tracked poses follow the board, and stand still
+/// @param follow  whether the tracked poses follow the board, so that they stand still
 std::string doubt_with_board(bool follow) {
   CarriedParts parts;
   for (std::size_t i = 0; i < office().frames(); ++i) {

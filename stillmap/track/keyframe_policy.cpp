@@ -22,8 +22,8 @@ constexpr int kMinTrackedNear = 100, kMinUntrackedNear = 70;
 /// Number of frames for the median of the sharpness.
 constexpr std::size_t kSharpnessMemory = 15;
 
-/// Returns the number of the reference's landmarks that `min_views` keyframes observed, or all of
-/// fewer.
+/// Returns the number of landmarks of the reference keyframe that `min_views` keyframes observe, or
+/// all keyframes if there are fewer.
 int confirmed_in_reference(const LocalMap& local_map, int min_views) {
   const int needed = std::min<int>(min_views, static_cast<int>(local_map.keyframes.size()));
   int count = 0;

@@ -20,10 +20,10 @@ struct KeyframePolicyOptions {
   double max_rotation = 15;
   /// A frame further away from every keyframe around is kept [share of its median depth].
   double max_translation = 0.25;
-  /// Number of keyframes that must have observed a landmark for a frame to be compared with it.
+  /// Minimum number of keyframes that observe a landmark of the reference keyframe for it to count.
   int min_views = 3;
-  /// A frame is blurred if its sharpness is below this share of the median of the last frames: its
-  /// keypoints are few and displaced, and would stay in the map [0..1].
+  /// A frame counts as blurred if its sharpness is below this share of the median of the last
+  /// frames [0..1]. Its keypoints are few and displaced, and would stay in the map.
   double min_sharpness = 0.75;
 };
 

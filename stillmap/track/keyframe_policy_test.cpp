@@ -57,8 +57,8 @@ TEST(KeyframePolicy, DoesNotWaitForEver) {
   EXPECT_TRUE(wanted(policy, blurred(scene())));
 }
 
-/// Asks about a frame at the pose of the reference, which shows `shown` of the reference's 100
-/// landmarks, each with so many observations.
+/// Returns whether a frame at the pose of the reference is wanted as a keyframe. It observes
+/// `shown` of the reference's 100 landmarks, each of which has `observations` observations.
 bool wanted_of_landmarks(int observations, int shown, int min_views) {
   LocalMap map;
   map.keyframes.resize(3);

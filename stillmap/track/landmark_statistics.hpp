@@ -12,7 +12,7 @@ namespace stillmap {
 struct LandmarkStatisticsOptions {
   /// Whether a landmark that the depth image sees through counts as moving.
   bool seen_through = true;
-  /// Whether a landmark that a nearer surface occludes is not counted as expected.
+  /// Whether landmarks occluded by a nearer surface do not count as expected.
   bool occlusion_test = true;
 };
 

@@ -27,7 +27,7 @@ struct LocalMapPose {
 /// @param first         approximate pose, and matches with landmarks and points of the previous
 /// frame
 /// @param min_landmarks least number of inliers among the landmarks
-/// @param supported_by_points whether points of the previous frame support the pose
+/// @param supported_by_points whether points of the previous frame may support the pose
 std::optional<LocalMapPose> refine_in_local_map(const TrackingModel& model,
                                                 const LocalMap& local_map, const Frame& frame,
                                                 const PoseEstimate& first, int min_landmarks,

@@ -17,9 +17,9 @@ struct Node {
   std::vector<std::size_t> shown, others;
 };
 
-/// A landmark that the frame does not show, with its distance from one that it does [bits].
+/// A landmark that the frame does not observe, with its descriptor distance from one that it does.
 struct Candidate {
-  int distance = 0;
+  int distance = 0;          // [bits]
   std::size_t landmark = 0;  // index in LocalMap::landmarks
 };
 

@@ -8,32 +8,30 @@
 
 namespace stillmap {
 
-/// Which distances of descriptors equation 9 of the high/low-dynamics system (Fu et al. 2024,
-/// section 1.3) compares with their median; the paper does not state it.
+/// Set of descriptor distances whose median is the limit in equation 9 of the paper of preset
+/// gated-seg (Fu et al. 2024, section 1.3). The paper does not define the set.
 enum class RepeatRule {
   kNone,
-  /// Those of accepted matches: for each landmark that the frame shows, the distance to the nearest
-  /// other landmark in its vocabulary node, if it is at most kMaxRepeatDistance. One median per
-  /// frame.
+  /// Accepted matches: the distance of each landmark that the frame observes to the nearest other
+  /// landmark in its vocabulary node, if it is at most kMaxRepeatDistance. One median per frame.
   kMatched,
-  /// Those of all pairs of a shown and another landmark in a node; one median per node.
+  /// All pairs of an observed and another landmark in a node. One median per node.
   kAllPairs,
 };
 
-/// Largest Hamming distance of a landmark from the one that it repeats: that of a match between
-/// keyframes in ORB-SLAM (TH_LOW) [bits of 256].
+/// Largest Hamming distance between a landmark and the one that it repeats [bits of 256]: the limit
+/// of ORB-SLAM for matches between keyframes (TH_LOW).
 inline constexpr int kMaxRepeatDistance = 50;
 
-/// Returns the landmarks of the local map that repeat landmarks that a frame shows, by id.
+/// Returns the landmarks of the local map that repeat landmarks observed by a frame, sorted by id.
 ///
-/// A point on an object that has moved is mapped again at its new place. So the landmarks c that
-/// the frame shows are matched with the other landmarks l of the local map, within the nodes of the
-/// vocabulary that accelerate ORB-SLAM's matching, by dist(c, l) = Hamming distance of their
-/// descriptors (equation 9). Distances below the median of the set of distances mark repeated
-/// landmarks. The paper excludes the distance 0, that of a landmark from itself; here identity is
-/// decided by id, so that exact copies are found. A landmark that the frame shows is never a
-/// repeat. The paper does not state the level of the nodes: kDirectIndexLevel is used, as for
-/// matching.
+/// A point on an object that has moved is mapped again at its new place. Therefore the landmarks c
+/// that the frame observes are compared with the other landmarks l of the local map in the same
+/// vocabulary node, by the Hamming distance of their descriptors, dist(c, l) (equation 9). A
+/// landmark l whose distance is below the median of the set is a repeat. The paper excludes the
+/// distance 0, that of a landmark from itself; here landmarks are distinguished by id, so exact
+/// copies are found. A landmark that the frame observes is never a repeat. The paper does not state
+/// the level of the nodes: kDirectIndexLevel is used, as for matching.
 /// @param shown matches of the frame; those without a landmark are ignored
 std::vector<LandmarkId> repeated_landmarks(const LocalMap& local_map,
                                            const std::vector<PointMatch>& shown, RepeatRule rule,

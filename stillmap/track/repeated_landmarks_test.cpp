@@ -67,8 +67,8 @@ TEST(RepeatedLandmarks, WithEqualDescriptorsCount) {
 }
 
 TEST(RepeatedLandmarks, AreAcceptedAsMatchesAre) {
-  // Of landmarks 2 at 50 and 3 at 51 bits from shown ones only the first is a match, so that the
-  // set has one distance and nothing is below its median.
+  // Landmarks 2 and 3 are 50 and 51 bits from shown ones, so only the first is a match: the set has
+  // one distance, and nothing is below its median.
   EXPECT_THAT(repeated_in(map_of({0, 127, 50, 76}), {0, 1}, RepeatRule::kMatched), IsEmpty());
   EXPECT_THAT(repeated_in(map_of({0, 127, 49, 77}), {0, 1}, RepeatRule::kMatched), ElementsAre(2));
 }
@@ -98,9 +98,9 @@ TEST(RepeatedLandmarks, OfAllPairsHaveAMedianPerNode) {
               ElementsAre(1, 2));
 }
 
-/// A map of landmarks of 50 words, of which a frame shows a part, with second observations of
-/// shown landmarks, as those of an object that moved. Landmarks of one word differ by some 70 bits,
-/// observations of one landmark by some 16.
+/// A map of landmarks of 50 words. A frame observes some of them; the map also contains repeats of
+/// observed landmarks, as of an object that moved. Landmarks of one word differ by about 70 bits,
+/// repeats from their landmark by about 16.
 class RepeatsInAMap : public ::testing::Test {
  protected:
   static constexpr std::size_t kStatic = 2000, kRepeats = 150;
@@ -136,7 +136,7 @@ class RepeatsInAMap : public ::testing::Test {
     for (auto& word : d) word = random_();
     return d;
   }
-  /// Returns the descriptor with about so many bits changed.
+  /// Returns the descriptor with about `bits` bits changed.
   Descriptor changed(Descriptor d, int bits) {
     for (int i = 0; i < bits; ++i) d[random_() % d.size()] ^= std::uint64_t{1} << (random_() % 64);
     return d;

@@ -35,15 +35,15 @@ struct TrackerOptions {
   /// Whether landmarks that the depth image sees through are erased, and a map that was started on
   /// moving objects is replaced.
   bool erase_seen_through = true;
-  /// Which landmarks that repeat others are erased at keyframes.
+  /// Rule for the repeated landmarks that are erased at keyframes.
   RepeatRule repeats = RepeatRule::kNone;
   /// Whether the poses handed out during the run are filtered: see TrajectoryFilter.
   bool filter_poses = true;
   /// Whether points of the previous frame support poses with few landmarks.
   bool previous_frame_points = true;
-  /// Whether keypoints are corrected for the camera's motion: see MotionCompensation.
+  /// Whether keypoints are corrected for the motion during the exposure: see MotionCompensation.
   bool compensate_exposure = true;
-  /// Whether poses are compared with the motion before them: see MotionConsistency.
+  /// Whether poses are checked against the motion before them: see MotionConsistency.
   bool consistency_test = true;
   LandmarkStatisticsOptions statistics;
   NewMapOptions new_map;

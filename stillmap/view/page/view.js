@@ -46,7 +46,7 @@
   layers.grid = new THREE.Group();
   layers.measure = new THREE.Group();
   scene.add(layers.grid, layers.measure);
-  layers.zones.renderOrder = layers.measure.renderOrder = 1;  // drawn last, so that the map hides none of their lines
+  layers.zones.renderOrder = layers.measure.renderOrder = 1;  // drawn last, so that the map does not hide them
 
   const orbitCamera = new THREE.PerspectiveCamera(55, 1, 0.05, 2000);
   orbitCamera.position.set(-4, 5, 6);
@@ -76,8 +76,8 @@
   const moverColor = (id) => new THREE.Color().setHSL((0.93 + id * 0.381966) % 1, 0.85, document.documentElement.dataset.theme === 'light' ? 0.42 : 0.66);
 
   // ---------------------------------------------------------------------------------------------- lines
-  // Lines of a width in CSS pixels, as a strip of two triangles per segment: those of WebGL are hairlines on sharp screens.
-  const picture = { value: new THREE.Vector3(1, 1, 1) };  // its size, and the side of a drawn pixel [CSS pixels]
+  // Lines with a width in CSS pixels, two triangles per segment: WebGL's own lines are too thin on high-resolution screens.
+  const picture = { value: new THREE.Vector3(1, 1, 1) };  // size of the canvas, and side of a drawn pixel [CSS pixels]
   function linesOf(vertices, { shade = color('text'), opacity = 1, width = 1.5, strip = false, colors = null, onTop = false } = {}) {
     const geometry = new THREE.InstancedBufferGeometry();
     const ends = (array, a, b) => {
@@ -364,7 +364,7 @@
     $('cut-value').textContent = share >= 1 ? 'off' : (share * ground.ceiling).toFixed(1) + ' m';
     dirty = true;
   }
-  // Puts the middle of the view where no panel is. Returns the free share of the picture's width and height.
+  // Centers the view in the area without panels. Returns the free share of the canvas in width and height.
   function arrange() {
     const box = (id) => $(id).getBoundingClientRect(), beside = !narrow.matches, right = box('frame'), below = box('timeline');
     const x = [beside ? box('layers').right : 0, beside && right.width ? right.left : innerWidth];
@@ -772,7 +772,7 @@
     return late > SILENCE_MS ? `not known: this page is ${(late / 1000).toFixed(1)} s late` : '';
   }
   let bannerKey = '';
-  // Returns one text per moving object, that of its nearest warning, with the other rules that it breaks.
+  // Returns one text per moving object: its nearest warning, and the other rules that it breaks.
   function bars() {
     const groups = new Map();
     active.forEach((w, i) => { const key = w.mover || 'warning ' + i; groups.set(key, (groups.get(key) || []).concat([w])); });
@@ -781,7 +781,7 @@
       return { unknown: first.kind === 'unknown', text: first.text + (more.length ? `; also: ${more.slice(0, 2).join(', ')}${more.length > 2 ? ` and ${more.length - 2} more` : ''}` : '') };
     });
   }
-  // The nearest first; what is not known above them.
+  // The nearest warnings first; above them a bar if the state is unknown.
   function drawBanners() {
     const unknown = unknownNow(), most = expanded ? Infinity : narrow.matches ? 2 : 5;
     const age = Math.floor((performance.now() - (state.connected ? heard - late : closed)) / 1000);
@@ -894,7 +894,7 @@
     keypoints: 'points found in the image', moving: 'keypoints on moving objects', inliers: 'keypoints that agree with the pose of the camera',
     'mask age': 'age of the newest result of the network [frames]', 'no movers': 'frames whose moving objects were not looked for, since the computer was too slow',
     'no view': 'frames that were not added to the map, since the computer was too slow', 'fewer keyp.': 'frames with fewer keypoints, since the computer was too slow',
-    dynamics: 'whether much of the image moves, so that people are removed (preset gated-seg)', landmarks: 'points of the map that the camera is located with', keyframes: 'frames that the map is made of', loops: 'places that were recognized, which corrected the map',
+    dynamics: 'whether the scene is highly dynamic, so that keypoints on people are removed (preset gated-seg)', landmarks: 'points of the map that the camera is located with', keyframes: 'frames that the map is made of', loops: 'places that were recognized, which corrected the map',
     relocalized: 'frames in which a lost camera found its place again', maps: 'parts of the map that are not connected', 'ATE RMSE': 'absolute trajectory error against the true trajectory',
     preset: 'the set of options of the run', 'points drawn': 'points of the map in this picture; all are drawn when it rests',
   };
@@ -960,7 +960,7 @@
   // ---------------------------------------------------------------------------------------------- time line
   let playing = false, now = 0;
   let highPeriods = []; // [begin, end] of the highly dynamic periods of preset gated-seg [s]
-  // A finished run begins at its start; one that was watched stays at its end.
+  // A finished run is shown from its start; a run that was watched live stays at its end.
   function setTimeline(t = $('timeline').hidden ? path.t[0] : now) {
     if (!path.n) return;
     $('timeline').hidden = false;
@@ -1096,7 +1096,7 @@
   }
 
   // ---------------------------------------------------------------------------------------------- messages
-  // Hides the layers that a saved map or a cloud lacks.
+  // Hides the layers that a saved map or a cloud does not have.
   function offerLayers() {
     const lacking = { map: ['path', 'loops', 'movers', 'objects'], cloud: ['path', 'keyframes', 'loops', 'movers', 'objects'] }[state.kind] || [];
     for (const box of document.querySelectorAll('[data-layer]')) {
@@ -1395,7 +1395,7 @@
     state.eyeInView = eye.visible && projected.z < 1 && Math.max(Math.abs(projected.x), Math.abs(projected.y)) < 1;
     state.renders += 1;
   }
-  // Place of the point that the view is aimed at [pixels], for tests.
+  // Pixel at which the target of the view is drawn, for tests.
   state.middle = () => {
     camera().updateMatrixWorld();
     const p = (view === 'top' ? above : orbit).target.clone().project(camera());
