@@ -453,7 +453,7 @@ std::string protocol_of(const ReproduceArguments& arguments, std::span<const Fin
                         std::span<const std::string> presets) {
   const auto short_name = [](const std::string& detector) {
     return detector.starts_with("masks from") ? "masks of the sequences"
-                                              : detector.substr(0, detector.find(','));
+                                              : detector.substr(0, detector.find(" ("));
   };
   std::vector<std::string> detectors;
   for (const std::string& preset : presets) {

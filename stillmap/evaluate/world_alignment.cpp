@@ -38,8 +38,8 @@ std::vector<PosePair> paired(const Trajectory& truth, const Trajectory& estimate
   for (const auto& [i, j] : associate(true_stamps, stamps))
     pairs.push_back({truth[i].T_world_camera, estimate[j].T_world_camera});
   if (pairs.empty()) {
-    throw Error("the true and the estimated poses have no stamp in common", "align_poses",
-                "check that both files are of one recording");
+    throw Error("the true and the estimated poses have no stamp in common",
+                "alignment of the trajectories", "check that both files are of one recording");
   }
   return pairs;
 }

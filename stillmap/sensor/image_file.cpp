@@ -40,7 +40,8 @@ HeaderRead parse_header(View bytes) {
   if (is_tiff(bytes)) return tiff_header(bytes);
   if (is_npy(bytes)) return npy_header(bytes);
   if (is_exr(bytes)) return exr_header(bytes);
-  if (!is_png(bytes) && !is_jpeg(bytes)) return {{}, "is not a PNG, JPEG or TIFF image"};
+  if (!is_png(bytes) && !is_jpeg(bytes))
+    return {{}, "is not an image of a known format (PNG, JPEG, TIFF, NPY, EXR)"};
   const auto header = encoded_header(bytes);
   if (!header) return {{}, "is truncated or damaged: it has no image header"};
   const cv::Size size(header->width, header->height);
