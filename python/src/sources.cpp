@@ -221,7 +221,8 @@ void bind_camera(py::module_& module) {
            "width, height, fx, fy, cx, cy [pixels]; depth_factor: raw depth units per meter of "
            "uint16 images, 1000 for millimeters (float32 images are in meters); distortion k1 k2 "
            "p1 p2 k3 (Brown, in OpenCV's order); fps [Hz]; sensor: kinect_v1, realsense_d435i, "
-           "realsense_d455, azure_kinect, stereo or ideal; baseline [m], that of the sensor by "
+           "realsense_d455, realsense_d405, azure_kinect, stereo or ideal; baseline [m], that of "
+           "the sensor by "
            "default.")
       .def(py::init([](const py::args& args, const py::kwargs& keywords) -> Camera {
              refuse_call(camera_signature(), args, keywords);

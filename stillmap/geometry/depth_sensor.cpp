@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace stillmap {
 namespace {
@@ -36,7 +37,8 @@ DepthSensor kinect_v1() {
 /// 848 x 480 pixels, the recommended resolution, and HFOV = 87 degrees (D400 series datasheet),
 /// f = 446.8 pixels; subpixel = 0.08 pixels is the guide's figure for a textured target. Steps of
 /// 1/32 pixel: disparities are integers of that unit (librealsense, disparity transform). The
-/// longest depth is our choice: sigma(10 m) = 0.36 m for the D435i, 0.19 m for the D455.
+/// longest depth is our choice: sigma(10 m) = 0.36 m for the D435i, 0.19 m for the D455. The D405
+/// (baseline 18 mm, no projector; D400 series datasheet) is made for 0.07 to 0.5 m.
 DepthSensor realsense(const std::string& name, double baseline) {
   constexpr double kFocal = 446.8, kSubpixel = 0.08, kDisparities = 126;
   return {.name = name,
@@ -77,6 +79,7 @@ const std::vector<DepthSensor>& sensors() {
   static const std::vector<DepthSensor> all{kinect_v1(),
                                             realsense("realsense_d435i", 0.050),
                                             realsense("realsense_d455", 0.095),
+                                            realsense("realsense_d405", 0.018),
                                             azure_kinect(),
                                             stereo_sensor(350, 0.12),
                                             DepthSensor{}};
@@ -96,6 +99,16 @@ float DepthSensor::depth_at_sigma(double sigma) const {
     z = (sigma - a) / b;
   }
   return static_cast<float>(std::clamp(z, 0.0, max_depth));
+}
+
+std::string realsense_sensor_named(std::string_view text) {
+  for (const auto& [model, name] :
+       {std::pair("405", "realsense_d405"), {"455", "realsense_d455"}, {"457", "realsense_d455"}}) {
+    if (text.find(std::string("D") + model) != std::string_view::npos ||
+        text.find(std::string("d") + model) != std::string_view::npos)
+      return name;
+  }
+  return "realsense_d435i";
 }
 
 /// Standard deviation of the disparity: measured on rendered pairs (simulate/stereo_test.cpp). The

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace stillmap {
@@ -67,11 +68,15 @@ struct DepthSensor {
 };
 
 /// Returns the names of all models: kinect_v1 (also the Asus Xtion), realsense_d435i,
-/// realsense_d455, azure_kinect, stereo (of a common baseline), ideal.
+/// realsense_d455, realsense_d405, azure_kinect, stereo (of a common baseline), ideal.
 const std::vector<std::string>& depth_sensor_names();
 
 /// Returns the model of a sensor. Throws Error with the nearest known name for an unknown one.
 const DepthSensor& find_depth_sensor(const std::string& name);
+
+/// Returns the name of the model for a RealSense camera, by the model number in a text that
+/// describes it, such as that of a device or topic; realsense_d435i without a known number.
+std::string realsense_sensor_named(std::string_view text);
 
 /// Returns the model of depth from a rectified pair of cameras by semi-global matching.
 /// @param focal     focal length of the rectified images [pixels]

@@ -29,6 +29,13 @@ TEST(DepthSensor, OfARealSenseErrsAsItsDisparityDoes) {
   EXPECT_NEAR(d435i.sigma(2), 4 * 0.08 / (446.8 * 0.050), 1e-12);
   EXPECT_NEAR(d455.sigma(2), 4 * 0.08 / (446.8 * 0.095), 1e-12);
   EXPECT_NEAR(d435i.min_depth, 0.177, 0.001);
+  EXPECT_NEAR(find_depth_sensor("realsense_d405").min_depth, 0.064, 0.001);
+}
+
+TEST(DepthSensor, IsKnownByTheNameOfARealSense) {
+  EXPECT_EQ(realsense_sensor_named("Intel RealSense D455"), "realsense_d455");
+  EXPECT_EQ(realsense_sensor_named("/camera/d405/aligned_depth_to_color"), "realsense_d405");
+  EXPECT_EQ(realsense_sensor_named("/camera/aligned_depth_to_color"), "realsense_d435i");
 }
 
 TEST(DepthSensor, OfAnAzureKinectErrsAtItsFarEndAsMuchAsSpecified) {

@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/number.hpp"
+#include "stillmap/geometry/depth_sensor.hpp"
 #include "stillmap/recording/if_readable.hpp"
 #include "stillmap/recording/messages.hpp"
 
@@ -117,12 +118,10 @@ void use_realsense_timestamps(Recording& recording, ImageStream& stream) {
 std::string realsense_sensor(Recording& recording) {
   const auto topic = recording.find_topic("/device_0/info");
   if (!topic) return "";
-  for (const MessageEntry& entry : recording.messages_of(*topic)) {
-    const std::string text = text_of(recording, entry);
-    if (text.find("D455") != std::string::npos || text.find("D457") != std::string::npos)
-      return "realsense_d455";
-  }
-  return "realsense_d435i";
+  std::string texts;
+  for (const MessageEntry& entry : recording.messages_of(*topic))
+    texts += text_of(recording, entry) + '\n';
+  return realsense_sensor_named(texts);
 }
 
 }  // namespace stillmap

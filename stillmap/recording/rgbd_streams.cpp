@@ -5,6 +5,7 @@
 #include "stillmap/base/image_header.hpp"
 #include "stillmap/base/nearest_name.hpp"
 #include "stillmap/base/statistics.hpp"
+#include "stillmap/geometry/depth_sensor.hpp"
 #include "stillmap/recording/frame_tree.hpp"
 #include "stillmap/recording/if_readable.hpp"
 #include "stillmap/recording/name_text.hpp"
@@ -334,10 +335,10 @@ void add_pair(Recording& recording, FrameTree& frames, RgbdStreams& streams) {
 std::string sensor_of(Recording& recording, const RgbdStreams& streams) {
   std::string realsense = realsense_sensor(recording);
   if (!realsense.empty()) return realsense;
-  const std::string names = lower(streams.color.name + streams.depth.name);
-  if (contains_any(names, {"aligned_depth_to_color", "realsense", "d405", "d435", "/device_0/"}))
-    return "realsense_d435i";
-  if (contains_any(names, {"d455"})) return "realsense_d455";
+  const std::string names = lower(streams.color.name + streams.depth.name + streams.depth.frame);
+  if (contains_any(names, {"aligned_depth_to_color", "realsense", "d405", "d435", "d455", "d457",
+                           "/device_0/"}))
+    return realsense_sensor_named(names);
   if (contains_any(names, {"k4a", "azure", "depth_to_rgb"})) return "azure_kinect";
   return "";
 }

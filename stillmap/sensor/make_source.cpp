@@ -130,8 +130,8 @@ void check_kind(const std::string& text, const std::string& path, const SourceOp
   const bool recorded = !names_live_camera(text) && names_recording(text);
   if (!recorded && is_file(path)) {
     throw Error("is no recording that can be read", path,
-                "give a .bag, .db3 or .mcap file; videos without depth cannot be mapped, and how "
-                ".svo and .mkv files with depth are converted is told in docs/cameras.md");
+                "give a .bag, .db3 or .mcap file; videos without depth cannot be mapped, and "
+                "docs/cameras.md tells how .svo, .mkv and .r3d files are converted");
   }
   if (recorded && !options.associations.empty()) {
     throw Error("a recorded file has no list of pairs", path,

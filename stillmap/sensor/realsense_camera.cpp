@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/geometry/depth_sensor.hpp"
 
 #ifdef STILLMAP_HAS_REALSENSE
 
@@ -124,8 +125,7 @@ class RealsenseCamera : public LiveCamera {
     camera.name = named ? device.get_info(RS2_CAMERA_INFO_NAME) : "RealSense";
     camera.fps = color_.fps();
     camera.depth_factor = 1 / device.first<rs2::depth_sensor>().get_depth_scale();
-    const bool wide = camera.name.find("D455") != std::string::npos;
-    camera.depth_sensor = find_depth_sensor(wide ? "realsense_d455" : "realsense_d435i");
+    camera.depth_sensor = find_depth_sensor(realsense_sensor_named(camera.name));
     camera.baseline = camera.depth_sensor.baseline;
     camera.ignore = ignore;
     check_camera(camera, kWhere);
