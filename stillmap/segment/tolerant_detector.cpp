@@ -55,7 +55,7 @@ void TolerantDetector::count(const Error& failure, std::size_t frame) {
 }
 
 std::string TolerantDetector::skipped() const {
-  const std::string skipped = detector_->skipped();
+  std::string skipped = detector_->skipped();
   if (failed_ == 0) return skipped;
   return fmt::format("{}{}the detector failed in {} of {} frames; the first: {}", skipped,
                      skipped.empty() ? "" : "; ", failed_, frames_, first_failure_);
