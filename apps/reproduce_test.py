@@ -15,7 +15,8 @@ import unittest
 from pathlib import Path
 
 PROGRAM = ""
-DOCS = Path(__file__).resolve().parent.parent / "docs"
+ROOT = Path(__file__).resolve().parent.parent
+PAGES = [ROOT / "docs/papers.md", ROOT / "lab/records/papers_tables.md"]
 
 
 def stillmap(*arguments):
@@ -187,10 +188,10 @@ class Reproduce(unittest.TestCase):
         pattern = re.compile("<!-- table: (\\S+) -->")
         results = (out / "summary.md", self.crane_out / "crane.md")
         made = {name for file in results for name in pattern.findall(file.read_text())}
-        named = {name for page in ("papers.md", "papers_tables.md") for name in pattern.findall((DOCS / page).read_text())}
+        named = {name for page in PAGES for name in pattern.findall(page.read_text())}
         self.assertTrue(named)
         self.assertLessEqual({name.split("/", 1)[1] for name in named}, made)
-        files = re.findall("<!-- file: (\\S+) -->", (DOCS / "papers_tables.md").read_text())
+        files = re.findall("<!-- file: (\\S+) -->", PAGES[1].read_text())
         self.assertTrue(files)
         for file in files:
             self.assertTrue((out / file.split("/", 1)[1]).exists(), file)

@@ -383,31 +383,34 @@ class PaperDocs(unittest.TestCase):
     def setUp(self):
         temporary = tempfile.TemporaryDirectory()
         self.addCleanup(temporary.cleanup)
-        self.results, self.docs = Path(temporary.name) / "results", Path(temporary.name) / "docs"
+        self.root = Path(temporary.name)
+        self.results, self.page = self.root / "results", self.root / "docs/papers.md"
+        self.tables = self.root / "lab/records/papers_tables.md"
         (self.results / "papers").mkdir(parents=True)
-        self.docs.mkdir()
+        self.page.parent.mkdir()
+        self.tables.parent.mkdir(parents=True)
         (self.results / "papers/summary.md").write_text(
             "Three runs.\n\n<!-- table: ate -->\n\n**ATE**\n\n| a |\n\n<!-- end of table -->\n")
         (self.results / "papers/seg-mask.md").write_text("# seg-mask\n\n| b |\n")
-        (self.docs / "papers.md").write_text(
+        self.page.write_text(
             "Before.\n\n<!-- table: papers/ate -->\nold\n<!-- end of table -->\n\nAfter.\n"
             "<!-- table: later/ate -->\nkept\n<!-- end of table -->\n")
-        (self.docs / "papers_tables.md").write_text("<!-- file: papers/seg-mask.md -->\n<!-- end of file -->\n")
+        self.tables.write_text("<!-- file: papers/seg-mask.md -->\n<!-- end of file -->\n")
 
     def paste(self):
-        return call_lab("paper_docs", self.results, "--docs", self.docs)
+        return call_lab("paper_docs", self.results, "--root", self.root)
 
     def test_puts_the_tables_where_the_documents_name_them(self):
         self.assertEqual(self.paste().returncode, 0)
-        self.assertEqual((self.docs / "papers.md").read_text(),
+        self.assertEqual(self.page.read_text(),
                          "Before.\n\n<!-- table: papers/ate -->\n\n**ATE**\n\n| a |\n\n<!-- end of table -->\n\nAfter.\n"
                          "<!-- table: later/ate -->\nkept\n<!-- end of table -->\n")
-        self.assertEqual((self.docs / "papers_tables.md").read_text(),
+        self.assertEqual(self.tables.read_text(),
                          "<!-- file: papers/seg-mask.md -->\n\n## seg-mask\n\n| b |\n\n<!-- end of file -->\n")
         self.assertEqual(self.paste().stdout, "", "nothing is left to change")
 
     def test_a_table_that_the_results_do_not_have_is_an_error(self):
-        (self.docs / "papers.md").write_text("<!-- table: papers/rpe -->\n<!-- end of table -->\n")
+        self.page.write_text("<!-- table: papers/rpe -->\n<!-- end of table -->\n")
         failed = self.paste()
         self.assertEqual(failed.returncode, 1)
         self.assertIn("has no table 'rpe'", failed.stderr)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Copies the tables of `stillmap reproduce` into docs/papers.md and docs/papers_tables.md.
+"""Copies the tables of `stillmap reproduce` into docs/papers.md and lab/records/papers_tables.md.
 
-  python3 -m lab paper_docs RESULTS_DIR [--docs docs]
+  python3 -m lab paper_docs RESULTS_DIR [--root DIR]
 
 RESULTS_DIR holds the output folders of `stillmap reproduce` under the names used in the documents. The text between
 `<!-- table: FOLDER/NAME -->` and `<!-- end of table -->` is replaced by the table NAME of a .md file in RESULTS_DIR/FOLDER,
@@ -12,14 +12,14 @@ from pathlib import Path
 
 from lab import core
 
-PAGES = ("papers.md", "papers_tables.md")
+PAGES = ("docs/papers.md", "lab/records/papers_tables.md")
 TABLE = re.compile(r"<!-- table: (?P<name>\S+) -->\n(?P<text>.*?)<!-- end of table -->", re.DOTALL)
 FILE = re.compile(r"<!-- file: (?P<name>\S+) -->\n(?P<text>.*?)<!-- end of file -->", re.DOTALL)
 
 
 def add_arguments(parser):
     parser.add_argument("results", type=Path, metavar="RESULTS_DIR")
-    parser.add_argument("--docs", type=Path, default=core.ROOT / "docs", help="folder of the documents")
+    parser.add_argument("--root", type=Path, default=core.ROOT, help="folder of the repository")
 
 
 def table_of(results, name):
@@ -56,7 +56,7 @@ def main(arguments):
     if not arguments.results.is_dir():
         raise core.Failed(f"there is no folder {arguments.results}")
     for page in PAGES:
-        document = arguments.docs / page
+        document = arguments.root / page
         text = document.read_text(encoding="utf-8")
         new = pasted(text, arguments.results)
         if new != text:

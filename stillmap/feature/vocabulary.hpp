@@ -42,7 +42,7 @@ struct BagOfWords {
 };
 
 /// Level of the tree for the direct index: level 2 has about branching^2 nodes. Chosen by
-/// measurement, see vocabulary_test.cpp and docs/results.md.
+/// measurement, see vocabulary_test.cpp and lab/records/loops.md.
 inline constexpr int kDirectIndexLevel = 2;
 
 /// A tree of binary descriptors (Nister and Stewenius, Scalable Recognition with a Vocabulary Tree,

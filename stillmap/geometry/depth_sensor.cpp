@@ -15,7 +15,8 @@ namespace {
 /// and Tracking", 3DIMPVT 2012, equation 4: 0.0012 + 0.0019 (z - 0.4)^2, multiplied out. It agrees
 /// with the 1.4e-3 z^2 of Khoshelham and Elberink (Sensors 2012, equation 10) within 20 % from 1.3
 /// m to 5 m. Steps of 1/8 pixel of disparity: ibid., section 2.2. The Asus Xtion holds the same
-/// sensor. The readout time was measured on recordings of two devices (docs/real_sensors.md).
+/// sensor. The readout time was measured on recordings of two devices
+/// (lab/records/real_sensors.md).
 DepthSensor kinect_v1() {
   return {.name = "kinect_v1",
           .principle = DepthPrinciple::kStructuredLight,

@@ -10,7 +10,7 @@ namespace {
 
 /// Minimum ratio of a candidate's score to the query's best score with a neighbor, since the
 /// similarity of two views of one place depends on the place (Galvez-Lopez and Tardos, TRO 2012,
-/// eq. 3). Chosen by measurement, see docs/results.md.
+/// eq. 3). Chosen by measurement, see lab/records/loops.md.
 constexpr double kRelativeScore = 0.4;
 /// Number of shared landmarks that makes a keyframe a neighbor of the query or part of a
 /// candidate's group.

@@ -24,7 +24,7 @@ struct DriftLimits {
 struct LoopVerificationOptions {
   /// Minimum share of expected landmarks that are matched, in both directions [0..1]. Two identical
   /// desks match each other but not each other's surroundings. Chosen by measurement, see
-  /// docs/results.md.
+  /// lab/records/loops.md.
   double min_found_share = 0.25;
   /// Maximum share of expected landmarks in blank regions: see MatchConsistency::blank [0..1].
   double max_blank_share = 0.3;

@@ -21,8 +21,8 @@ namespace {
 constexpr int kIterations = 20;
 constexpr double kConverged = 1e-5;
 /// Standard deviations of the prior: share of the focal lengths, share of the image size, disparity
-/// [1/m]. Sensors have disparity errors of up to 0.034 1/m (docs/real_sensors.md). Disparity errors
-/// that are linear in the image position and errors of the intrinsics are both projective
+/// [1/m]. Sensors have disparity errors of up to 0.034 1/m (lab/records/real_sensors.md). Disparity
+/// errors that are linear in the image position and errors of the intrinsics are both projective
 /// transformations of the scene; without the prior they cannot be told apart.
 constexpr double kFocalPrior = 0.1, kCenterPrior = 0.1, kDisparityPrior = 0.03;
 /// Factor on the variance for errors that are correlated between frames, apart from the correlation

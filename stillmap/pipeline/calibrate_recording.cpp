@@ -28,8 +28,9 @@ constexpr std::size_t kMaxPoses = 120;
 /// Least number of frames and of observations that show a camera's parameters.
 constexpr std::size_t kMinPoses = 10, kMinObservations = 1000;
 /// Smallest corrections that are applied: 1 % of a focal length or of the image's width, since on a
-/// real recording smaller ones made the poses worse (docs/real_sensors.md), and 4 % of a depth of
-/// 4 m (0.01 / m). A parameter is observable if its standard deviation is below half of that.
+/// real recording smaller ones made the poses worse (lab/records/real_sensors.md), and 4 % of a
+/// depth of 4 m (0.01 / m). A parameter is observable if its standard deviation is below half of
+/// that.
 constexpr double kIntrinsicsBound = 0.01, kDisparityBound = 0.01;
 /// Corrections of more than this many bounds are no errors of a camera (the recording shows too
 /// little parallax, and its noise is fitted), unless the mean squared residual falls to this share,
