@@ -374,7 +374,6 @@ std::vector<std::string> RecordingSource::notes() const {
 
 std::string RecordingSource::unit_note() const {
   const double factor = camera().depth_factor, recorded = streams_.depth_factor;
-  constexpr double kMillimeters = 1000;  // per meter
   if (!given_ || factor == recorded)
     return fmt::format("unit of 16-bit depth: {:g} mm", kMillimeters / factor);
   return fmt::format(
