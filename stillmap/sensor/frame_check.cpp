@@ -202,8 +202,7 @@ std::string FrameCheck::repeats_problem() const {
   if (repeated_ < kFewest || 3 * repeats_ < frames_) return "";
   return fmt::format(
       "{} of {} frames have the color image of the one before, as if the camera stopped and "
-      "jumped; "
-      "list each image once, with the time at which it was taken",
+      "jumped; list each image once, with the time at which it was taken",
       repeats_, frames_);
 }
 
