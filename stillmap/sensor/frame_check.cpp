@@ -148,7 +148,7 @@ void FrameCheck::compare_with_last_two(const Coarse& coarse) {
                gray = gray_change(coarse.gray, last_coarse_.gray);
   if (depth > kDepthChange && gray > kGrayChange &&
       2 * depth_change(coarse.depth, last_but_one_.depth) < depth &&
-      2 * gray_change(coarse.gray, last_but_one_.gray) < gray)
+      gray_change(coarse.gray, last_but_one_.gray) < gray)
     ++alternating_;
 }
 
