@@ -275,8 +275,7 @@ void add_dense_command(CLI::App& app, int& exit_code) {
       "  stillmap dense out --mesh ply,glb\n"
       "  stillmap dense office.map --voxel 0.005 --planner --out fine\n"
       "Files: cloud.ply, cloud.png, cloud_before_after.png; with unchanged options the same as "
-      "those "
-      "of the run\n" +
+      "those of the run\n" +
       dense_files_help() + "docs/dense_map.md explains them.");
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }

@@ -78,8 +78,7 @@ void add_info_command(CLI::App& app, int& exit_code) {
                       "use; default: color and depth by type, encoding and name");
   command->footer(
       "Example:\n  stillmap info recorded.mcap\nExit code 1 if the recording cannot be mapped as "
-      "it "
-      "is.");
+      "it is.");
   command->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }
 

@@ -230,8 +230,7 @@ void add_run_command(CLI::App& app, int& exit_code) {
       files_help("--zones", RunPart::kWarnings) + files_help("--save-labels", RunPart::kLabels) +
       files_help("--profile", RunPart::kProfile) +
       "docs/dense_map.md explains them; `stillmap dense` makes the dense map again from run.map "
-      "and "
-      "options.yaml.");
+      "and options.yaml.");
   command->callback([arguments, &exit_code] {
     if (!arguments->events.empty()) arguments->event_lines = standard_output_for_data();
     exit_code = run(*arguments);

@@ -195,8 +195,7 @@ std::optional<std::string> tilted_zones(const WarningRules& rules, const RunReco
   if (ground.source != UpSource::kFloor || angle < kTolerated) return std::nullopt;
   return fmt::format(
       "the rules have no upward direction, so the camera was taken to start level, but the floor "
-      "is "
-      "tilted by {:.0f} degrees: add the line 'up: [{:.3f}, {:.3f}, {:.3f}]' to the file of "
+      "is tilted by {:.0f} degrees: add the line 'up: [{:.3f}, {:.3f}, {:.3f}]' to the file of "
       "--zones",
       angle, ground.up.x(), ground.up.y(), ground.up.z());
 }

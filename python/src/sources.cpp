@@ -222,8 +222,7 @@ void bind_camera(py::module_& module) {
            "uint16 images, 1000 for millimeters (float32 images are in meters); distortion k1 k2 "
            "p1 p2 k3 (Brown, in OpenCV's order); fps [Hz]; sensor: kinect_v1, realsense_d435i, "
            "realsense_d455, realsense_d405, azure_kinect, stereo or ideal; baseline [m], that of "
-           "the sensor by "
-           "default.")
+           "the sensor by default.")
       .def(py::init([](const py::args& args, const py::kwargs& keywords) -> Camera {
              refuse_call(camera_signature(), args, keywords);
            }),
@@ -313,10 +312,8 @@ void bind_sources(py::module_& module) {
       "The frames of all that the command's `run` maps: a recorded file (.bag, .db3, .mcap), a "
       "folder of images, a folder of a stereo pair, or the camera 'realsense:'. The arguments are "
       "those of the command. camera: Camera, preset or file, instead of the recording's own; "
-      "ignore: image whose white pixels (the robot itself) are ignored; "
-      "topics: "
-      "'COLOR,DEPTH' or 'LEFT,RIGHT' of a recorded file, or a list of both; associations: file "
-      "that pairs color and "
+      "ignore: image whose white pixels (the robot itself) are ignored; topics: 'COLOR,DEPTH' or "
+      "'LEFT,RIGHT' of a recorded file, or a list of both; associations: file that pairs color and "
       "depth images; fps: rate [Hz] of images whose names are numbers; follow: the folder still "
       "grows: True, or the longest time without a frame [s], at which the iterator ends; first: "
       "frames skipped; count: maximum number of frames, 0 for all; stride: every n-th frame; "

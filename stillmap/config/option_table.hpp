@@ -265,8 +265,7 @@ void visit_map_options(Group& map, const Visitor& visit) {
          "",
          {},
          "Whether global bundle adjustment is applied at the end of a run, and lost frames are "
-         "tracked "
-         "again in its map."},
+         "tracked again in its map."},
         map.final_adjustment);
   visit(
       {"map.smooth_trajectory",

@@ -53,8 +53,7 @@ void add_coverage(const RunRecord& record, std::vector<std::string>& doubts) {
     const bool waits = record.options.network.mask_delay == 0;
     doubts.push_back(fmt::format(
         "only {} of {} frames have a pose: {} were dropped, because reading or tracking takes "
-        "longer "
-        "than the time between two frames; use --schedule lockstep{}",
+        "longer than the time between two frames; use --schedule lockstep{}",
         tracked, total, record.dropped.size(),
         waits ? ", or do not let tracking wait for the network: --set network.mask_delay=-1" : ""));
     return;

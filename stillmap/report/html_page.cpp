@@ -12,8 +12,7 @@ namespace {
 std::string page_style() {
   return fmt::format(
       ":root {{ color-scheme: light dark; {0} }}\n{1}{2}@media print {{ :root {{ {0} --shadow: "
-      "none; "
-      "}} }}\n",
+      "none; }} }}\n",
       kLightColors, kPageStyle, kChartStyle);
 }
 

@@ -71,8 +71,7 @@ std::string movers_csv(const std::vector<MoverTrack>& tracks) {
       "seconds, meters per second.\n"
       "# state: moving; standing (observed, not known to move); predicted (not observed).\n"
       "# x y z: centroid of an object as deep as wide behind the observed surface. min, max: box "
-      "of "
-      "this object along the world's axes.\n"
+      "of this object along the world's axes.\n"
       "timestamp,id,class,state,x,y,z,vx,vy,vz,min_x,min_y,min_z,max_x,max_y,max_z,first_seen,last_"
       "seen\n";
   for (const auto& [frame, entries] : by_frame(tracks)) {

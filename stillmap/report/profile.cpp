@@ -216,8 +216,7 @@ std::string trace_json(const Trace& trace) {
     for (const TraceCount& count : track.counts()) {
       json += fmt::format(
           ",\n{{\"name\":{},\"ph\":\"C\",\"pid\":1,\"tid\":{},\"ts\":{:.3f},\"args\":{{\"waiting\":"
-          "{}"
-          "}}}}",
+          "{}}}}}",
           quoted(fmt::format("queue: {}", count.name)), thread, us(count.at), count.value);
     }
   }

@@ -202,8 +202,7 @@ std::string fix_for(const std::string& problem, const fs::path& file) {
     return "write color as 8-bit PNG or JPEG and depth as 16-bit PNG or TIFF with one channel";
   }
   return "copy or record these files again; they are skipped (a frame without its depth image is "
-         "tracked "
-         "by the landmarks alone)";
+         "tracked by the landmarks alone)";
 }
 
 // Checks the header and the end of every file; returns the frames with two valid files. Without
@@ -557,8 +556,7 @@ std::string order_problem(const std::vector<FrameFiles>& frames) {
   if (back < kFewest || kPerStep * back < frames.size()) return "";
   return fmt::format(
       "the frames are not in the order of the numbers of their images ({}), as if the list had "
-      "been "
-      "sorted as text; give the images the times at which they were taken",
+      "been sorted as text; give the images the times at which they were taken",
       example);
 }
 

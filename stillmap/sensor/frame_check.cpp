@@ -148,7 +148,7 @@ void FrameCheck::compare_with_last_two(const Coarse& coarse) {
                gray = gray_change(coarse.gray, last_coarse_.gray);
   if (depth > kDepthChange && gray > kGrayChange &&
       2 * depth_change(coarse.depth, last_but_one_.depth) < depth &&
-      2 * gray_change(coarse.gray, last_but_one_.gray) < gray)
+      gray_change(coarse.gray, last_but_one_.gray) < gray)
     ++alternating_;
 }
 
@@ -202,8 +202,7 @@ std::string FrameCheck::repeats_problem() const {
   if (repeated_ < kFewest || 3 * repeats_ < frames_) return "";
   return fmt::format(
       "{} of {} frames have the color image of the one before, as if the camera stopped and "
-      "jumped; "
-      "list each image once, with the time at which it was taken",
+      "jumped; list each image once, with the time at which it was taken",
       repeats_, frames_);
 }
 

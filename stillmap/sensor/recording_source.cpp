@@ -30,8 +30,7 @@ constexpr const char* kCameraFix =
     "give the camera of the color images with --camera NAME or FILE, or record its camera_info";
 constexpr const char* kImageFix =
     "record 8-bit color images and depth in 16 bits or floats; if the sizes differ, give the "
-    "camera "
-    "of the color images with --camera";
+    "camera of the color images with --camera";
 constexpr const char* kFloatDepth = "32FC1";
 constexpr double kMillimeters = 1000, kTenthsOfMillimeters = 10000;  // depth factors [1/m]
 
@@ -374,13 +373,11 @@ std::vector<std::string> RecordingSource::notes() const {
 
 std::string RecordingSource::unit_note() const {
   const double factor = camera().depth_factor, recorded = streams_.depth_factor;
-  constexpr double kMillimeters = 1000;  // per meter
   if (!given_ || factor == recorded)
     return fmt::format("unit of 16-bit depth: {:g} mm", kMillimeters / factor);
   return fmt::format(
       "warning: the given camera's unit of 16-bit depth is {:g} mm (depth_factor {:g}), and that "
-      "of "
-      "the recording {:g} mm; set depth_factor to {:g} if the distances are wrong by that ratio",
+      "of the recording {:g} mm; set depth_factor to {:g} if the distances are wrong by that ratio",
       kMillimeters / factor, factor, kMillimeters / recorded, recorded);
 }
 
