@@ -8,6 +8,7 @@ import http.client
 import itertools
 import json
 import re
+import shutil
 import signal
 import socket
 import subprocess
@@ -72,6 +73,17 @@ class ViewTest(unittest.TestCase):
     def tearDownClass(cls):
         cls.temporary.cleanup()
 
+    @classmethod
+    def finished_run(cls):
+        """A run with warnings and files for planners. Its floor is given, since few frames show it."""
+        run = cls.folder / "finished"
+        if not run.exists():
+            rules = cls.folder / "finished.yaml"
+            rules.write_text("zones: [{name: gate, polygon: [[-1, 1, 1], [1, 1, 1], [1, 1, 3]]}]\ndistances: [{to: camera, nearer: 30}]\n")
+            subprocess.run([PROGRAM, "run", cls.sequence, *cls.masks, "--count", "60", "--zones", rules, "--planner", "--up", "0,-1,0",
+                            "--camera-height", "1.4", "--out", run], check=False, stdout=subprocess.DEVNULL)
+        return run
+
     def view(self, *arguments):
         viewed = Viewed(*arguments)
         self.addCleanup(viewed.end)
@@ -100,6 +112,7 @@ class Server(ViewTest):
         self.assertIn("default-src 'self'", answer.getheader("Content-Security-Policy"))
         for path in ("/view.js", "/view.css", "/three.min.js", "/OrbitControls.js", "/icon.svg"):
             self.assertEqual(self.get(viewed, path)[0].status, 200, path)
+        self.assertEqual(self.get(viewed, "/image?t=0")[0].status, 404, "a run in progress sends its images")
         for path in ("/../README.md", "/etc/passwd", "/view.js/x", "//etc/passwd", "/%2e%2e/README.md"):
             self.assertIn(self.get(viewed, path)[0].status, (400, 403, 404), path)
         for method in ("POST", "PUT", "DELETE"):
@@ -181,6 +194,81 @@ class Server(ViewTest):
             files = ("trajectory.txt", "keyframes.txt", "cloud.ply", "movers.csv")
             return {file: (self.folder / name / file).read_bytes() for file in files}
         self.assertEqual(results("plain"), results("viewed", "--view", "0"))
+
+    def messages(self, viewed, last="images"):
+        """The JSON messages of a finished run by type, up to one type."""
+        client, messages = WebSocket(f"ws://127.0.0.1:{viewed.port}/data"), {}
+        while last not in messages:
+            message = client.receive()
+            if isinstance(message, str):
+                message = json.loads(message)
+                messages[message["type"]] = message
+        client.close()
+        return messages
+
+    def test_a_finished_run_gives_the_images_of_its_recording(self):
+        run = self.finished_run()
+        viewed = self.view("view", run, "--port", "0")
+        messages = self.messages(viewed)
+        self.assertEqual(messages["images"]["problem"], "")
+        self.assertEqual((messages["run"]["camera"]["width"], messages["run"]["camera"]["height"]), (320, 240))
+        times = [float(line.split()[0]) for line in (run / "trajectory.txt").read_text().splitlines() if not line.startswith("#")]
+        images = [self.get(viewed, f"/image?t={t}") for t in (times[0], times[-1], times[0] + 0.01)]
+        for answer, body in images:
+            self.assertEqual((answer.status, answer.getheader("Content-Type"), body[:2]), (200, "image/jpeg", b"\xff\xd8"))
+        self.assertEqual(images[0][1], images[2][1], "the image nearest to the time")
+        self.assertNotEqual(images[0][1], images[1][1])
+        for query in ("", "?t=", "?t=x", "?t=nan", "?t=1e9"):
+            answer, why = self.get(viewed, "/image" + query)
+            self.assertEqual((answer.status, why[:8]), (404, b"No image"), query)
+
+    def test_images_need_the_token_and_tell_why_there_are_none(self):
+        run = self.folder / "moved"
+        shutil.copytree(self.finished_run(), run)
+        summary = json.loads((run / "summary.json").read_text())
+        summary["recording"] = str(self.folder / "gone")
+        (run / "summary.json").write_text(json.dumps(summary))
+        viewed = self.view("view", run, "--port", "0")
+        self.assertIn("gone is not there any more", self.messages(viewed)["images"]["problem"])
+        self.assertIn(b"not there any more", self.get(viewed, "/image?t=0")[1])
+        viewed = self.view("view", self.finished_run(), "--port", "0", "--view-address", "0.0.0.0")
+        token = viewed.url.split("token=")[1]
+        self.assertEqual(self.get(viewed, "/image?t=0")[0].status, 403)
+        self.assertEqual(self.get(viewed, "/image?t=0&token=" + token)[0].status, 200)
+
+    def test_a_finished_run_gives_floor_grid_and_obstacles(self):
+        run = self.finished_run()
+        planner = self.messages(self.view("view", run, "--port", "0"))["planner"]
+        obstacles = json.loads((run / "obstacles.json").read_text())
+        self.assertEqual(planner["obstacles"], obstacles["obstacles"])
+        self.assertEqual(planner["T_map_world"], obstacles["T_map_world"])
+        size, pixels = (run / "grid.pgm").read_bytes().split(b"\n", 3)[1::2]
+        grid, kinds = planner["grid"], {0: 2, 254: 1, 205: 0}
+        self.assertEqual([grid["width"], grid["height"]], [int(side) for side in size.split()])
+        cells = [value for value, count in zip(grid["cells"][::2], grid["cells"][1::2], strict=True) for _ in range(count)]
+        self.assertEqual(cells, [kinds[pixel] for pixel in pixels])
+        self.assertIn(f"resolution: {grid['resolution']:g}", (run / "grid.yaml").read_text())
+
+    def test_warnings_have_the_numbers_of_the_map(self):
+        messages = self.messages(self.view("view", self.finished_run(), "--port", "0"))
+        tracks = {track["id"] for track in messages["tracks"]["tracks"]}
+        events = [event for event in messages["events"]["events"] if event["kind"] in ("zone", "near")]
+        self.assertTrue(any(event["mover"] > 0 for event in events))
+        for event in events:
+            number = re.search(r"(?:person|object) (\d*)", event["text"])[1]
+            self.assertEqual(number, str(event["mover"]) if event["mover"] > 0 else "", event)
+            self.assertTrue(event["mover"] in tracks or event["mover"] < 0, event)
+
+    def test_the_summary_has_what_the_time_line_shows(self):
+        run = self.folder / "gated"
+        subprocess.run([PROGRAM, "run", self.sequence, *self.masks, "--count", "40", "--preset", "gated-seg", "--out", run], check=False,
+                       stdout=subprocess.DEVNULL)
+        summary = self.messages(self.view("view", run, "--port", "0"))["summary"]["summary"]
+        self.assertIsInstance(summary["doubts"], list)
+        self.assertIsInstance(summary["frames"]["uncertain_at"], list)
+        for begin, end in summary["frames"]["highly_dynamic_periods"]:
+            self.assertLessEqual(begin, end)
+        self.assertEqual(bool(summary["frames"]["highly_dynamic"]), bool(summary["frames"]["highly_dynamic_periods"]))
 
 
 @unittest.skipUnless(find_browser(), "skipped: there is no Chromium")
@@ -269,18 +357,85 @@ class InTheBrowser(ViewTest):
         page.wait("stillmap.active > 0")
         self.assertEqual(self.state(page)["errors"], 0, page.logs)
 
+    def test_the_slider_shows_the_image_and_the_movers_in_it(self):
+        page = self.browser.page(self.view("view", self.finished_run(), "--port", "0").url)
+        page.wait("stillmap.entries.length && stillmap.images > 0 && stillmap.points > 1000", 120)
+        page.run("document.querySelector('#events button').click()")
+        page.wait("stillmap.boxes.length > 0 && stillmap.banners.length > 0")
+        state = self.state(page)
+        name = re.match(r"(person|object) \d+", state["entries"][0])[0]
+        for texts in (state["banners"], state["boxes"]):
+            self.assertTrue(any(text.startswith(name + ",") for text in texts), (name, texts))
+        self.assertIn(name + " ", page.run("document.getElementById('labels').textContent"))
+        for texts in (state["banners"], state["entries"]):
+            distances = [float(match[1]) for text in texts if (match := re.search(r"([0-9.]+) m away", text))]
+            self.assertEqual(distances, sorted(distances), "the nearest is first")
+        before = state["images"]
+        page.run("const t = document.getElementById('time'); t.value = t.max; t.dispatchEvent(new Event('input'))")
+        page.wait(f"stillmap.images > {before}")
+        self.assertEqual(self.state(page)["errors"], 0, page.logs)
+
+    def test_a_run_without_its_recording_says_so_in_place_of_the_image(self):
+        run = self.folder / "elsewhere"
+        shutil.copytree(self.finished_run(), run)
+        text = (run / "summary.json").read_text().replace(str(self.sequence), str(self.folder / "gone"))
+        (run / "summary.json").write_text(text)
+        page = self.browser.page(self.view("view", run, "--port", "0").url)
+        page.wait("/not there any more/.test(stillmap.noImage)", 120)
+        self.assertEqual(self.boxes(page, "#figure"), [])
+        self.assertEqual(len(self.boxes(page, "#no-image")), 1)
+
+    def test_floor_obstacles_and_free_space_are_layers_of_a_run_with_planner_files(self):
+        page = self.browser.page(self.view("view", self.finished_run(), "--port", "0").url)
+        page.wait("stillmap.planner && stillmap.points > 1000 && stillmap.renders > 1", 120)
+        layers = page.run("[...document.querySelectorAll('[data-layer]')].filter((b) => b.offsetParent).map((b) => b.dataset.layer)")
+        self.assertEqual(layers[-3:], ["floor", "obstacles", "free"])
+        self.assertNotIn("grid", layers)
+        page.run("document.querySelector('[data-layer=cloud]').click()")
+        for layer in layers[-3:]:
+            page.wait("stillmap.rests !== false")
+            shown = page.run("stillmap.inked()")
+            page.run(f"document.querySelector('[data-layer={layer}]').click()")
+            self.assertLess(page.run("stillmap.inked()"), shown, layer)
+
+    def test_the_time_line_tells_what_is_below_the_pointer(self):
+        run = self.folder / "doubtful"
+        shutil.copytree(self.finished_run(), run)
+        summary = json.loads((run / "summary.json").read_text())
+        times = [float(line.split()[0]) for line in (run / "trajectory.txt").read_text().splitlines() if not line.startswith("#")]
+        first, last = times[0], times[-1]
+        summary["doubts"] = ["the focal length is wrong"]
+        summary["frames"].update(uncertain_at=[(first + last) / 2], highly_dynamic=20,
+                                 highly_dynamic_periods=[[first, first + 0.4 * (last - first)]])
+        (run / "summary.json").write_text(json.dumps(summary))
+        page = self.browser.page(self.view("view", run, "--port", "0").url)
+        page.wait("stillmap.rows.dynamics && stillmap.rows.warnings", 120)
+        self.assertEqual(list(self.state(page)["rows"]), ["camera", "warnings", "findings", "dynamics"])
+        self.assertIn("the focal length is wrong", page.run("document.getElementById('findings').textContent"))
+
+        def hint(row, share):
+            page.run("(() => { const c = document.getElementById('marks'), b = c.getBoundingClientRect(); c.dispatchEvent(new PointerEvent('pointermove', "
+                     f"{{clientX: b.left + {share} * b.width, clientY: b.top + {10 * row + 5}}})); }})()")
+            return page.run("stillmap.hint")
+        self.assertIn("tracked", hint(0, 0.5))
+        self.assertIn("gate", hint(1, 0.9) + hint(1, 0.5) + hint(1, 0.1))
+        self.assertIn("uncertain pose", hint(2, 0.5))
+        self.assertEqual(hint(2, 0.25).split("\n")[1:], ["the focal length is wrong"])
+        self.assertIn("highly dynamic", hint(3, 0.2))
+        self.assertEqual(hint(3, 0.8), "")
+
     def test_each_person_has_one_bar_of_warnings(self):
         page = self.browser.page(self.view("view", self.crowded_run(), "--port", "0").url)
         page.wait("stillmap.events > 8 && stillmap.points > 1000", 120)
         page.run("document.querySelector('#events button.zone').click()")
         page.wait("stillmap.active > 5")
-        clicked = page.run("document.querySelector('#events button.zone').textContent")
         state = self.state(page)
-        self.assertLessEqual(len(state["banners"]), state["movers"] + 1)
-        people = [re.match(r"(person|object) \d+", text)[0] for text in state["banners"]]
+        people = [match[0] for text in state["banners"] if (match := re.match(r"(person|object) \d+", text))]
         self.assertEqual(len(people), len(set(people)))
-        self.assertTrue(state["banners"][0].startswith(clicked), state["banners"])
-        self.assertRegex(state["banners"][0], r"; also: .* and \d more$")
+        self.assertLessEqual(len(people), state["movers"])
+        listed = [text.split(",")[0] for text in state["entries"] if " m away: " in text]
+        self.assertEqual(len(listed), len(set(listed)), "one entry per person")
+        self.assertRegex(state["banners"][0], r" m away: .*, .*, .* and \d more$")
         self.assertGreater(state["red"], 0, "the movers of the events are found among the final tracks")
         self.assert_apart(self.boxes(page, "#events button"))
         self.assertGreater(max(b - t for _, t, _, b in self.boxes(page, "#events button")), 30, "some texts take two lines")
@@ -360,14 +515,14 @@ class InTheBrowser(ViewTest):
 
     def test_a_saved_map_offers_the_layers_that_it_has(self):
         page = self.browser.page(self.view("view", self.crowded_run() / "run.map", "--port", "0").url)
-        page.wait("stillmap.points > 1000", 120)
+        page.wait("stillmap.points > 1000 && stillmap.keyframes > 0 && stillmap.rests", 120)
         layers = page.run("[...document.querySelectorAll('[data-layer]')].filter((b) => b.offsetParent).map((b) => b.dataset.layer)")
-        self.assertEqual(layers, ["cloud", "keyframes", "zones", "grid"])
+        self.assertEqual(layers, ["cloud", "keyframes", "grid"])
         self.assertTrue(page.run("document.getElementById('colors').options[2].disabled"), "there are no classes")
 
     def test_the_help_opens_at_its_top_and_the_map_is_beside_the_panels(self):
         page = self.browser.page(self.view("view", self.crowded_run(), "--port", "0").url)
-        page.wait("stillmap.points > 1000 && !document.getElementById('timeline').hidden", 120)
+        page.wait("stillmap.points > 1000 && !document.getElementById('timeline').hidden && stillmap.rests", 120)
         left, top, right, bottom = page.run("stillmap.free")
         for panel in self.boxes(page, ".panel, #timeline, #top"):
             self.assertTrue(panel[2] <= left or panel[0] >= right or panel[3] <= top or panel[1] >= bottom, panel)

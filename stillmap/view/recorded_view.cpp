@@ -11,6 +11,8 @@
 #include "stillmap/report/planner_files.hpp"
 #include "stillmap/report/run_folder.hpp"
 #include "stillmap/view/cloud_chunks.hpp"
+#include "stillmap/view/planner_message.hpp"
+#include "stillmap/view/run_images.hpp"
 #include "stillmap/view/view_messages.hpp"
 #include "stillmap/warn/warning_monitor.hpp"
 
@@ -20,6 +22,7 @@
 #include <set>
 #include <sstream>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 namespace stillmap {
@@ -45,10 +48,25 @@ auto with_content_of(const fs::path& file, Read&& read) {
 /// The values of a run's summary that are drawn.
 struct DrawnSummary {
   nlohmann::json all = nlohmann::json::object();
-  std::string sequence = {};
+  std::string sequence = {}, recording = {};
+  Camera camera = {};
   std::set<double> relocalized = {};  // timestamps
   std::vector<MapEvent> events = {};
 };
+
+/// Returns the camera of a summary, as far as it is drawn.
+Camera drawn_camera(const nlohmann::json& summary) {
+  Camera camera;
+  const auto json = summary.find("camera");
+  if (json == summary.end() || !json->contains("focal_lengths")) return camera;
+  camera.width = json->at("size").at(0);
+  camera.height = json->at("size").at(1);
+  camera.fx = json->at("focal_lengths").at(0);
+  camera.fy = json->at("focal_lengths").at(1);
+  camera.cx = json->at("principal_point").at(0);
+  camera.cy = json->at("principal_point").at(1);
+  return camera;
+}
 
 DrawnSummary drawn_summary(const fs::path& run) {
   DrawnSummary drawn{.sequence = run.filename().string()};
@@ -57,6 +75,9 @@ DrawnSummary drawn_summary(const fs::path& run) {
   with_content_of(file, [&](const nlohmann::json& summary) {
     drawn.all = summary;
     drawn.sequence = summary.value("sequence", drawn.sequence);
+    if (summary.contains("recording") && summary["recording"].is_string())
+      drawn.recording = summary["recording"];
+    drawn.camera = drawn_camera(summary);
     for (const auto& event : summary.value("relocalizations", nlohmann::json::array()))
       drawn.relocalized.insert(event.value("timestamp", 0.0));
     const auto add = [&](const char* list, MapEvent::Kind kind) {
@@ -165,25 +186,39 @@ int track_of(const nlohmann::json& event, const std::vector<MoverTrack>& tracks)
   return track_at(tracks, event.value("timestamp", 0.0), Eigen::Vector3d(position.data()));
 }
 
-/// Publishes the warnings of a run, each with the final track of its mover.
+/// Returns the text of an event with another number of its mover; 0: without a number.
+std::string text_with_number(const nlohmann::json& event, int number) {
+  const std::string class_name = event.value("class", "unknown"), rule = event.value("rule", "");
+  const std::string name = class_name == "unknown" ? "object" : class_name;
+  const std::string before = fmt::format("{} {} ", name, event.value("mover", 0));
+  std::string text = event.value("text", "");
+  const std::size_t title = text.starts_with(rule + ": ") ? rule.size() + 2 : 0;
+  if (const std::size_t at = text.find(before, title); at != std::string::npos)
+    text.replace(at, before.size(), number == 0 ? name + " " : fmt::format("{} {} ", name, number));
+  return text;
+}
+
+/// Publishes the warnings of a run. Movers have the numbers of their final tracks, as on the map;
+/// those without one have negative numbers, which only tell them apart.
 void publish_events_of(const fs::path& file, const std::vector<MoverTrack>& tracks,
                        TopicBoard& board) {
   std::istringstream text(read_file(file));
-  std::vector<nlohmann::json> events;
-  std::vector<int> track_ids;  // of those that begin
-  nlohmann::json message;
   with_json_of(file, "make it again with `stillmap warn`", [&] {
+    std::vector<nlohmann::json> events, begins;
     for (std::string line; std::getline(text, line);) {
       events.push_back(nlohmann::json::parse(line));
-      if (events.back().value("event", "") == "begin")
-        track_ids.push_back(track_of(events.back(), tracks));
+      if (events.back().value("event", "") == "begin") begins.push_back(events.back());
     }
-    message = events_message(events);
+    nlohmann::json message = events_message(events);
+    for (std::size_t i = 0; i < begins.size(); ++i) {
+      const int mover = begins[i].value("mover", 0);
+      if (mover == 0) continue;
+      const int track = track_of(begins[i], tracks);
+      message["events"][i]["mover"] = track != 0 ? track : -mover;
+      message["events"][i]["text"] = text_with_number(begins[i], track);
+    }
+    board.publish(message);
   });
-  for (std::size_t i = 0; i < track_ids.size(); ++i) {
-    if (track_ids[i] != 0) message["events"][i]["track"] = track_ids[i];
-  }
-  board.publish(message);
 }
 
 /// Returns what the files of a run tell of the ground.
@@ -217,7 +252,8 @@ void publish_run_folder(const fs::path& run, const std::optional<WarningRules>& 
                         TopicBoard& board) {
   const DrawnSummary summary = drawn_summary(run);
   const Trajectory trajectory = read_trajectory(run / "trajectory.txt");
-  board.publish(run_message(summary.sequence, Camera(), trajectory.size(), Viewed::kFinishedRun));
+  board.publish(
+      run_message(summary.sequence, summary.camera, trajectory.size(), Viewed::kFinishedRun));
   const auto path = camera_path(states_of(run, trajectory, summary.relocalized), trajectory);
   board.publish("path", path_message(path), true);
   std::vector<MoverTrack> tracks;
@@ -242,7 +278,11 @@ void publish_run_folder(const fs::path& run, const std::optional<WarningRules>& 
   board.publish(
       map_message(keyframes, summary.events,
                   displayed_ground(trajectory, cloud, ground_hints(run, trajectory, rules))));
+  if (const auto planner = planner_message(run)) board.publish(*planner);
   board.publish({{"type", "summary"}, {"summary", summary.all}});
+  const auto images = std::make_shared<RunImages>(summary.recording);
+  board.publish({{"type", "images"}, {"problem", images->problem()}});
+  board.set_images(images);
 }
 
 void publish_saved_map(const fs::path& file, const GroundHints& hints, TopicBoard& board) {

@@ -23,6 +23,16 @@ void TopicBoard::publish(const nlohmann::json& message) {
   publish(message.at("type").get<std::string>(), json_text(message));
 }
 
+void TopicBoard::set_images(std::shared_ptr<RunImages> images) {
+  const std::unique_lock lock(mutex_);
+  images_ = std::move(images);
+}
+
+std::shared_ptr<RunImages> TopicBoard::images() const {
+  const std::unique_lock lock(mutex_);
+  return images_;
+}
+
 std::optional<Posting> TopicBoard::next(std::uint64_t after, const std::stop_token& stop) const {
   std::unique_lock lock(mutex_);
   if (!changed_.wait(lock, stop, [&] { return version_ > after; }) || stop.stop_requested())

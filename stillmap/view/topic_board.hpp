@@ -13,6 +13,8 @@
 
 namespace stillmap {
 
+class RunImages;
+
 /// A message on a board.
 struct Posting {
   std::uint64_t version = 0;                 ///< Number of the publication: 1, 2, 3 ...
@@ -23,13 +25,19 @@ struct Posting {
 /// The newest message of every topic, for any number of readers. A message replaces the older one
 /// of its topic, so a slow reader skips messages instead of making anybody wait, and the memory is
 /// that of one message per topic. Each reader keeps the version that it has read up to; a reader
-/// that begins at version 0 gets the whole present state. May be used by any thread.
+/// that begins at version 0 gets the whole present state. Images of a finished run are too many to
+/// be messages; readers ask for them. May be used by any thread.
 class TopicBoard {
  public:
   /// Replaces the message of a topic.
   void publish(const std::string& topic, std::string bytes, bool binary = false);
   /// Replaces the message of the topic that its member "type" names.
   void publish(const nlohmann::json& message);
+
+  /// Sets where images of a finished run come from.
+  void set_images(std::shared_ptr<RunImages> images);
+  /// Returns where they come from; null: there are none.
+  std::shared_ptr<RunImages> images() const;
 
   /// Waits for the oldest posting that is newer than a version and returns it; none if a stop is
   /// requested first.
@@ -44,6 +52,7 @@ class TopicBoard {
   std::uint64_t version_ = 0;
   std::map<std::string, std::uint64_t> version_of_;  // by topic
   std::map<std::uint64_t, Posting> postings_;        // by version
+  std::shared_ptr<RunImages> images_;
 };
 
 }  // namespace stillmap

@@ -2,8 +2,10 @@
 #include "stillmap/view/view_server.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/number.hpp"
 #include "stillmap/view/interfaces.hpp"
 #include "stillmap/view/page_files.hpp"
+#include "stillmap/view/run_images.hpp"
 
 #include <array>
 #include <civetweb.h>
@@ -27,17 +29,20 @@ constexpr const char* kSilenceTimeout = "86400000";
 
 // Path that tells a page whether it may have the data, or why not.
 constexpr std::string_view kAccess = "/access";
+// Path of the image of a finished run that is nearest to the time t [s].
+constexpr std::string_view kImage = "/image";
 
 std::string header(const mg_connection* connection, const char* name) {
   const char* value = mg_get_header(connection, name);
   return value == nullptr ? "" : value;
 }
 
-std::string token_of(const mg_request_info& request) {
+/// Returns a variable of the query; empty without it.
+std::string query_value(const mg_request_info& request, const char* name) {
   if (request.query_string == nullptr) return "";
   const std::string query = request.query_string;
   std::array<char, 256> value{};
-  const int length = mg_get_var(query.data(), query.size(), "token", value.data(), value.size());
+  const int length = mg_get_var(query.data(), query.size(), name, value.data(), value.size());
   return length > 0 ? std::string(value.data(), static_cast<std::size_t>(length)) : "";
 }
 
@@ -46,7 +51,7 @@ AccessRequest access_request(const mg_connection* connection) {
   AccessRequest access{.method = request.request_method,
                        .host = header(connection, "Host"),
                        .origin = std::nullopt,
-                       .token = token_of(request)};
+                       .token = query_value(request, "token")};
   if (mg_get_header(connection, "Origin") != nullptr) access.origin = header(connection, "Origin");
   return access;
 }
@@ -77,6 +82,7 @@ struct ViewServer::Impl {
   ~Impl();
 
   static int serve_file(mg_connection* connection, void* self);
+  int serve_image(mg_connection* connection) const;
   static int admit(const mg_connection* connection, void* self);
   static void open(mg_connection* connection, void* self);
   static int receive(mg_connection* connection, int bits, char* data, std::size_t size, void* self);
@@ -134,13 +140,25 @@ int ViewServer::Impl::serve_file(mg_connection* connection, void* self) {
   if (const auto reason = refusal(access_request(connection), server.address, false))
     return answer(connection, 403, "text/plain", *reason + "\n");
   const std::string_view path = mg_get_request_info(connection)->local_uri;
-  if (path == kAccess) {  // a WebSocket does not tell a page why it is refused
+  if (path == kAccess || path == kImage) {
     const auto reason = refusal(access_request(connection), server.address, true);
-    return answer(connection, reason ? 403 : 200, "text/plain", reason.value_or("ok"));
+    if (reason) return answer(connection, 403, "text/plain", *reason);
+    if (path == kImage) return server.serve_image(connection);
+    return answer(connection, 200, "text/plain", "ok");  // a WebSocket does not tell why not
   }
   const PageFile* file = find_page_file(path);
   if (file == nullptr) return answer(connection, 404, "text/plain", "there is no such file\n");
   return answer(connection, 200, file->type, file->content);
+}
+
+int ViewServer::Impl::serve_image(mg_connection* connection) const {
+  const std::shared_ptr<RunImages> images = board.images();
+  const std::string time = query_value(*mg_get_request_info(connection), "t");
+  const std::optional<double> timestamp = number_of(time);
+  if (!images || !timestamp) return answer(connection, 404, "text/plain", "No image.");
+  const ViewedImage image = images->at(*timestamp);
+  if (image.jpeg.empty()) return answer(connection, 404, "text/plain", image.problem);
+  return answer(connection, 200, "image/jpeg", image.jpeg);
 }
 
 /// Returns 0 if a WebSocket may be opened.

@@ -22,9 +22,10 @@ struct ViewTraffic {
   std::uint64_t skipped = 0;
 };
 
-/// Serves the page of the view by HTTP, and the messages of a board by WebSocket (path /data): see
-/// docs/view.md. Each page has its own thread, which sends at the speed of the page. A page that
-/// stalls is disconnected after some seconds; nobody else waits for it.
+/// Serves the page of the view and the images of a finished run by HTTP, and the messages of a
+/// board by WebSocket (path /data): see docs/view.md. Each page has its own thread, which sends at
+/// the speed of the page. A page that stalls is disconnected after some seconds; nobody else waits
+/// for it.
 class ViewServer {
  public:
   /// Starts to listen. Throws Error if the address cannot be used.

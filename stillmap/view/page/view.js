@@ -22,7 +22,7 @@
   const state = window.stillmap = {
     connected: false, connections: 0, bytes: 0, messages: 0, frames: 0, frame: -1, latency: null, live: false,
     finished: false, points: 0, drawn: 0, chunks: 0, movers: 0, path: 0, keyframes: 0, loops: 0, images: 0, objects: 0,
-    zones: 0, warnings: 0, events: 0, classes: 0, rings: 0, up: null, upFrom: '', unknown: '', red: 0, banners: [], more: 0, refused: '', view: 'orbit', fps: 0, renders: 0, budget: software ? 3e4 : phone ? 2e5 : 5e5, sharpness: 1, errors: 0,
+    zones: 0, warnings: 0, events: 0, entries: [], findings: 0, rows: {}, hint: '', noImage: '', boxes: [], planner: null, classes: 0, rings: 0, up: null, upFrom: '', unknown: '', red: 0, banners: [], more: 0, refused: '', view: 'orbit', fps: 0, renders: 0, budget: software ? 3e4 : phone ? 2e5 : 5e5, sharpness: 1, errors: 0,
   };
   window.addEventListener('error', () => { state.errors += 1; });
 
@@ -39,7 +39,7 @@
   const world = new THREE.Group();  // the world of the trajectory, turned so that its floor is y = 0
   scene.add(world);
   const layers = {};
-  for (const name of ['cloud', 'path', 'keyframes', 'loops', 'movers', 'objects', 'zones', 'points']) {
+  for (const name of ['cloud', 'path', 'keyframes', 'loops', 'movers', 'objects', 'zones', 'points', 'floor', 'obstacles', 'free']) {
     layers[name] = new THREE.Group();
     world.add(layers[name]);
   }
@@ -311,7 +311,7 @@
     state.upFrom = from;
     $('guess').hidden = from !== 'images';
     $('guess').title = UP_FROM.images;
-    $('n-grid').parentElement.title = `${UP_FROM[from]} up: [${up.join(', ')}]`;
+    for (const id of ['n-grid', 'n-floor']) $(id).parentElement.title = `${UP_FROM[from]} up: [${up.join(', ')}]`;
     world.quaternion.setFromUnitVectors(new THREE.Vector3(...up), new THREE.Vector3(0, 1, 0));
     world.position.set(0, -floor, 0);
     world.updateMatrixWorld(true);
@@ -590,17 +590,20 @@
 
   // ---------------------------------------------------------------------------------------------- moving objects
   const trails = new Map();   // id -> [[t, x, y, z], ...] of a live run
-  let alarmed = new Set(), tracks = null;
+  let alarmed = new Set(), tracks = null, movers = new Map();  // id -> mover shown now
   function topOf(min, max) {  // the middle of a box's upper face
     const up = ground.up, axis = up.map(Math.abs).indexOf(Math.max(...up.map(Math.abs)));
     const p = min.map((low, i) => (low + max[i]) / 2);
     p[axis] = up[axis] > 0 ? max[axis] : min[axis];
     return p;
   }
-  function drawMovers(movers, trailOf) {
+  const nameOf = (m) => `${m.class === 'unknown' ? 'object' : m.class} ${m.id}`;
+  // Returns the distance of a place from the box of a mover [m].
+  function distanceTo(m, place) { return Math.hypot(...m.min.map((low, i) => Math.max(low - place[i], 0, place[i] - m.max[i]))); }
+  function drawMovers(trailOf) {
     layers.movers.children.slice().forEach((child) => { child.geometry.dispose(); child.material.dispose(); layers.movers.remove(child); });
     const seen = new Set();
-    for (const m of movers) {
+    for (const m of movers.values()) {
       const shade = alarmed.has(m.id) ? color('lost') : moverColor(m.id), speed = Math.hypot(...m.v);
       replaceLines(layers.movers, null, new Float32Array(boxVertices(m.min, m.max)), { shade, opacity: m.observed ? 1 : 0.45 });
       const trail = trailOf(m.id), pairs = [];
@@ -609,14 +612,14 @@
       const way = [];  // dashed: predicted
       if (speed > 0.1) for (let k = 0; k < 8; ++k) for (const part of [k / 8, (k + 0.55) / 8]) way.push(...m.p.map((x, i) => x + m.v[i] * part * PREDICTED_SECONDS));
       replaceLines(layers.movers, null, new Float32Array(way), { shade });
-      const name = m.class === 'unknown' ? 'object' : m.class;
-      setLabel('movers:' + m.id, topOf(m.min, m.max), [['span', `${name} ${m.id} `], ['small', m.observed ? `${speed.toFixed(1)} m/s` : 'predicted']], '#' + shade.getHexString(), alarmed.has(m.id) ? 'alarm' : 'mover');
+      setLabel('movers:' + m.id, topOf(m.min, m.max), [['span', nameOf(m) + ' '], ['small', m.observed ? `${speed.toFixed(1)} m/s` : 'predicted']], '#' + shade.getHexString(), alarmed.has(m.id) ? 'alarm' : 'mover');
       seen.add('movers:' + m.id);
     }
     dropLabels((key) => key.startsWith('movers:') && !seen.has(key));
-    state.movers = movers.length;
-    state.red = movers.filter((m) => alarmed.has(m.id)).length;
-    $('n-movers').textContent = movers.length;
+    state.movers = movers.size;
+    state.red = [...movers.keys()].filter((id) => alarmed.has(id)).length;
+    $('n-movers').textContent = movers.size;
+    drawBoxes();
     dirty = true;
   }
   function readMovers(message) {
@@ -626,19 +629,22 @@
       while (trail.length && trail[0][0] < m.t - TRAIL_SECONDS) trail.shift();
       trails.set(m.id, trail);
     }
-    drawMovers(message.movers, (id) => trails.get(id) || []);
+    movers = new Map(message.movers.map((m) => [m.id, m]));
+    drawMovers((id) => trails.get(id) || []);
   }
   function readTracks(message) {
     tracks = message.tracks.map((track) => ({ ...track, times: Float64Array.from(track.samples, (s) => s.t) }));
     if (!state.live) setTimeline();
   }
-  function moversAt(t) {
-    const movers = [];
-    for (const track of tracks || []) {
+  function findMovers(t) {
+    movers = new Map();
+    for (const track of tracks) {
       const i = lower(track.times, track.times.length, t - 1e-4), sample = track.samples[i];
-      if (sample && Math.abs(sample.t - t) < 0.2) movers.push({ ...sample, id: track.id, class: track.class });
+      if (sample && Math.abs(sample.t - t) < 0.2) movers.set(track.id, { ...sample, id: track.id, class: track.class });
     }
-    drawMovers(movers, (id) => {
+  }
+  function drawMoversAt(t) {
+    drawMovers((id) => {
       const track = tracks.find((x) => x.id === id);
       return track.samples.slice(lower(track.times, track.times.length, t - TRAIL_SECONDS), lower(track.times, track.times.length, t + 1e-4)).map((s) => [s.t, ...s.p]);
     });
@@ -683,6 +689,65 @@
     $('n-zones').textContent = zones.length;
     dirty = true;
   }
+  // Floor, obstacles and free space of the files for planners. Their frame `map` has z up, and its floor is z = 0.
+  let planner = null;
+  const FREE = 1, OCCUPIED = 2;  // values of cells
+  function drawPlanner(message) {
+    planner = state.planner = message;
+    for (const layer of [layers.floor, layers.obstacles, layers.free]) layer.remove(...layer.children);
+    dirty = true;
+    if (!planner) return;
+    const { grid, obstacles, T_map_world: T } = planner, shade = color('obstacle');
+    const turn = new THREE.Quaternion(T[3], T[4], T[5], T[6]).conjugate(), place = new THREE.Vector3(-T[0], -T[1], -T[2]).applyQuaternion(turn);
+    for (const layer of [layers.floor, layers.obstacles, layers.free]) {
+      layer.quaternion.copy(turn);
+      layer.position.copy(place);
+    }
+    const area = (value) => grid.cells.reduce((sum, x, i) => sum + (i % 2 && grid.cells[i - 1] === value ? x : 0), 0) * grid.resolution ** 2;
+    const [width, depth] = [grid.width * grid.resolution, grid.height * grid.resolution];
+    layers.floor.add(linesOf(outlineOf(grid.origin, width, depth), { shade: color('dim'), width: 2 }), linesOf(meterLines(grid.origin, width, depth), { shade: color('dim'), opacity: 0.4, width: 1 }));
+    layers.obstacles.add(cellsOf(grid, OCCUPIED, shade, 0.6), linesOf(new Float32Array(obstacles.flatMap(obstacleEdges)), { shade }));
+    layers.free.add(cellsOf(grid, FREE, color('good'), 0.3));
+    $('n-floor').textContent = `${width.toFixed(1)} × ${depth.toFixed(1)} m`;
+    $('n-obstacles').textContent = obstacles.length;
+    $('n-free').textContent = area(FREE).toFixed(1) + ' m²';
+  }
+  function outlineOf([x, y], width, depth) {
+    const corners = [[x, y, 0], [x + width, y, 0], [x + width, y + depth, 0], [x, y + depth, 0]];
+    return new Float32Array(corners.flatMap((corner, i) => [...corner, ...corners[(i + 1) % 4]]));
+  }
+  // Returns the lines at whole meters in a rectangle.
+  function meterLines([x, y], width, depth) {
+    const lines = [];
+    for (let k = Math.ceil(x); k <= x + width; ++k) lines.push(k, y, 0, k, y + depth, 0);
+    for (let k = Math.ceil(y); k <= y + depth; ++k) lines.push(x, k, 0, x + width, k, 0);
+    return new Float32Array(lines);
+  }
+  function obstacleEdges({ center, size, yaw }) {
+    const half = size.map((side) => side / 2), edges = boxVertices(half.map((side) => -side), half);
+    for (let i = 0; i < edges.length; i += 3) {
+      const [x, y] = [edges[i], edges[i + 1]];
+      edges[i] = center[0] + x * Math.cos(yaw) - y * Math.sin(yaw);
+      edges[i + 1] = center[1] + x * Math.sin(yaw) + y * Math.cos(yaw);
+      edges[i + 2] += center[2];
+    }
+    return edges;
+  }
+  // Returns the cells of a value as one image on the floor. The first row of the grid has the highest y.
+  function cellsOf(grid, value, shade, opacity) {
+    const { width, height, resolution, origin, cells } = grid, image = new Uint8Array(4 * width * height);
+    const ink = [...shade.toArray().map((x) => Math.round(255 * x)), 255];
+    for (let i = 0, at = 0; i < cells.length; at += cells[i + 1], i += 2) {
+      if (cells[i] !== value) continue;
+      for (let k = at; k < at + cells[i + 1]; ++k) image.set(ink, 4 * ((height - 1 - Math.floor(k / width)) * width + k % width));
+    }
+    const texture = new THREE.DataTexture(image, width, height, THREE.RGBAFormat);
+    texture.needsUpdate = true;
+    const material = new THREE.MeshBasicMaterial({ map: texture, transparent: true, opacity, side: THREE.DoubleSide, depthWrite: false });
+    const mesh = new THREE.Mesh(new THREE.PlaneBufferGeometry(width * resolution, height * resolution), material);
+    mesh.position.set(origin[0] + width * resolution / 2, origin[1] + height * resolution / 2, 0.01);
+    return mesh;
+  }
   // Points that move with the camera, with the distances of their rules: a sphere, or a cylinder if they are level. 0 m: the point alone.
   let points = [];
   function drawPoints(list) {
@@ -708,7 +773,6 @@
       return { ...point, group, below };
     });
     state.rings = points.length;
-    offerLayers();
     $('n-rings').textContent = points.length;
     placePoints();
     colorPoints();
@@ -735,26 +799,19 @@
   }
 
   let zones = [], drawn = [], unseen = new Set(), sound = false, audio = null;
-  let active = [], warnedAt = 0, expanded = false, soundAsked = false, chosen = null;
-  const since = new Map();  // warning -> when it was first shown: a number that grows
-  let shownBefore = 0;
+  let active = [], expanded = false, soundAsked = false, known = new Set();  // known: keys of the warnings shown last
   // Names a warning apart from the distances in its text.
   const keyOf = (w) => [w.kind, w.rule || w.zone || '', w.mover || '', w.text.replace(/\d+\.\d+/g, '')].join('|');
   function showWarnings(message) {
     const all = message.active || [];
     active = all.filter((w) => w.kind !== 'unseen');
-    warnedAt = performance.now();
-    const keys = new Set(active.map(keyOf)), fresh = [...keys].filter((key) => !since.has(key));
-    for (const key of [...since.keys()]) if (!keys.has(key)) since.delete(key);
-    for (const key of fresh) since.set(key, ++shownBefore);
-    const newest = (w) => (w.begin === undefined ? since.get(keyOf(w)) : w.begin), far = (w) => (w.distance === undefined ? 1e9 : w.distance);
-    const isChosen = (w) => Number(chosen !== null && w.id === chosen);
-    active.sort((a, b) => isChosen(b) - isChosen(a) || far(a) - far(b) || newest(b) - newest(a));
+    const keys = new Set(active.map(keyOf)), begins = active.some((w) => !known.has(keyOf(w)));
+    known = keys;
     alarmed = new Set(active.flatMap((w) => [w.mover, w.zone && 'zone:' + w.zone, /near|course/.test(w.kind) && 'point:' + w.rule].filter(Boolean)));
     unseen = new Set(all.filter((w) => w.kind === 'unseen').map((w) => w.zone));
     state.warnings = message.count;
     state.active = active.length;
-    if (sound && fresh.length) beep();
+    if (sound && begins) beep();
     drawBanners();
     drawZones(zones);
     colorPoints();
@@ -772,14 +829,36 @@
     return late > SILENCE_MS ? `not known: this page is ${(late / 1000).toFixed(1)} s late` : '';
   }
   let bannerKey = '';
-  // Returns one text per moving object: its nearest warning, and the other rules that it breaks.
-  function bars() {
+  // Returns lists of warnings: one per moving object, and one for each warning without one.
+  function byMover(warnings) {
     const groups = new Map();
-    active.forEach((w, i) => { const key = w.mover || 'warning ' + i; groups.set(key, (groups.get(key) || []).concat([w])); });
-    return [...groups.values()].map(([first, ...others]) => {
-      const more = [...new Set(others.map((w) => w.rule))].filter((rule) => rule && rule !== first.rule);
-      return { unknown: first.kind === 'unknown', text: first.text + (more.length ? `; also: ${more.slice(0, 2).join(', ')}${more.length > 2 ? ` and ${more.length - 2} more` : ''}` : '') };
-    });
+    warnings.forEach((w, i) => { const key = w.mover || 'warning ' + i; groups.set(key, (groups.get(key) || []).concat([w])); });
+    return [...groups.values()];
+  }
+  // Returns the present distance of a mover from the camera, or else that of its warning [m].
+  function farNow(w) {
+    if (movers.has(w.mover) && eye.visible) return distanceTo(movers.get(w.mover), eye.position.toArray());
+    return w.distance === undefined ? Infinity : w.distance;
+  }
+  // Returns one text per moving object, the nearest first. The texts of a finished run tell distances of other times.
+  function bars() {
+    return byMover(active).sort((a, b) => farNow(a[0]) - farNow(b[0])).map((warnings) => ({
+      unknown: warnings[0].kind === 'unknown', text: state.live ? liveText(warnings) : recordedText(warnings, farNow(warnings[0])) }));
+  }
+  // Returns the first names; one that is left over is told instead of counted.
+  const firstOf = (names, most) => (names.length > most + 1 ? `${names.slice(0, most).join(', ')} and ${names.length - most} more` : names.join(', '));
+  const rulesOf = (warnings) => [...new Set(warnings.map((w) => w.rule))];
+  // Returns the first warning, and the other rules that the mover breaks.
+  function liveText([first, ...others]) {
+    const more = rulesOf(others).filter((rule) => rule && rule !== first.rule);
+    return first.text + (more.length ? '; also: ' + firstOf(more, 2) : '');
+  }
+  // Returns the mover with a distance, and the rules that it breaks: "person 3, 1.2 m away: caution, gate".
+  function recordedText(warnings, distance) {
+    const [{ mover, text }] = warnings;
+    if (!mover) return text;
+    const [who] = text.match(mover > 0 ? new RegExp(`\\S+ ${mover}\\b`) : /\S+(?= is | will be )/) || ['object'];
+    return `${who}${distance === Infinity ? '' : `, ${distance.toFixed(1)} m away`}: ${firstOf(rulesOf(warnings), 3)}`;
   }
   // The nearest warnings first; above them a bar if the state is unknown.
   function drawBanners() {
@@ -808,41 +887,51 @@
     }));
   }
   setInterval(drawBanners, 250);
-  // All warnings of a finished run: marks and a list beside the time slider.
+  // All warnings of a finished run: marks below the time slider, and a list with one entry per moving object.
   let events = [], shownEvents = '';
   function readEvents(message) {
     events = message.events;
     state.events = events.length;
+    shownEvents = null;
+    if (!state.live) setTimeline();
+  }
+  // Returns when a mover was nearest to the camera while one of its warnings lasted, and how near [m].
+  function nearestOf(warnings) {
+    const track = (tracks || []).find((x) => x.id === warnings[0].mover);
+    const nearest = { t: warnings[0].begin, distance: Math.min(...warnings.map((w) => (w.distance === undefined ? Infinity : w.distance))) };
+    for (const sample of track ? track.samples : []) {
+      if (!warnings.some((w) => isActive(w, sample.t))) continue;
+      const i = Math.min(path.n - 1, lower(path.t, path.n, sample.t - 1e-4)), distance = distanceTo(sample, [...path.p.subarray(7 * i, 7 * i + 3)]);
+      if (distance < nearest.distance) Object.assign(nearest, { t: sample.t, distance });
+    }
+    return nearest;
+  }
+  // Lists the movers with warnings, the nearest first; a click shows when it was nearest.
+  let entries = [];
+  function listWarnings() {
+    entries = byMover(events).map((warnings) => ({ warnings, ...nearestOf(warnings) })).sort((a, b) => a.distance - b.distance || a.t - b.t);
     $('events-title').hidden = !events.length;
-    $('events').replaceChildren(...events.map((event) => {
-      const button = Object.assign(document.createElement('button'), { className: event.kind, textContent: event.text });
-      button.addEventListener('click', () => { play(false); chosen = events.indexOf(event); shownEvents = ''; showTime(event.begin); });
+    $('events').replaceChildren(...entries.map(({ warnings, t, distance }) => {
+      const button = Object.assign(document.createElement('button'), { className: warnings[0].kind, textContent: recordedText(warnings, distance) });
+      button.dataset.time = secondsText(t);
+      button.addEventListener('click', () => { play(false); showTime(t); });
       return button;
     }));
-    nameEvents();
-    drawMarks();
-    shownEvents = '';
-    if (!state.live && path.n) showTime(now);
+    state.entries = [...$('events').children].map((button) => button.textContent);
   }
-  // Puts the times of the slider before the texts.
-  function nameEvents() {
-    [...$('events').children].forEach((button, i) => { button.dataset.time = `${(events[i].begin - (path.n ? path.t[0] : 0)).toFixed(1)} s`; });
-  }
+  const isActive = (event, t) => event.begin <= t + 1e-4 && (event.end === null || t < event.end - 1e-4);
   function eventsAt(t) {
-    if (!events.length) return;
-    const active = events.filter((e) => e.begin <= t + 1e-4 && (e.end === null || t < e.end - 1e-4));
-    const key = active.map((e) => events.indexOf(e)).join();
-    if (key === shownEvents) return;
+    const now = events.filter((e) => isActive(e, t)), key = now.map((e) => events.indexOf(e)).join();
+    if (!events.length || key === shownEvents) return;
     shownEvents = key;
-    [...$('events').children].forEach((button, i) => button.classList.toggle('on', active.includes(events[i])));
-    showWarnings({ active: active.map((e) => ({ ...e, id: events.indexOf(e), mover: e.track || e.mover || undefined, zone: /zone|unseen/.test(e.kind) ? e.rule : undefined })), count: events.length });
+    [...$('events').children].forEach((button, i) => button.classList.toggle('on', entries[i].warnings.some((w) => now.includes(w))));
+    showWarnings({ active: now.map((e) => ({ ...e, mover: e.mover || undefined, zone: /zone|unseen/.test(e.kind) ? e.rule : undefined })), count: events.length });
   }
   function stepEvent(direction) {
     const times = events.filter((e) => e.kind !== 'unseen').map((e) => e.begin);
     const next = direction > 0 ? times.find((t) => t > now + 0.01) : times.reverse().find((t) => t < now - 0.01);
     if ($('timeline').hidden || next === undefined) return;
     play(false);
-    chosen = events.findIndex((e) => e.begin === next && e.kind !== 'unseen');
     showTime(next);
   }
   function beep() {
@@ -887,6 +976,7 @@
       ['fewer keyp.', shed.fewer_keypoints, shed.fewer_keypoints > 0],
     ]);
     showTimes(ms);
+    addDynamics(message.t, message.dynamics === 2);
   }
   const WORDS = {
     tracking: 'time to track the newest frame; the median on a finished run', latency: 'time from the program to this page, by the clocks of both computers',
@@ -928,38 +1018,123 @@
   }
   let imageUrl = null;
   async function readImage(buffer) {
-    const blob = new Blob([new Uint8Array(buffer, 8)], { type: 'image/jpeg' });
+    showImage(new Blob([new Uint8Array(buffer, 8)], { type: 'image/jpeg' }));
+    $('frame-number').textContent = new DataView(buffer).getUint32(4, true);
+  }
+  function showImage(blob) {
     const old = imageUrl;
     imageUrl = URL.createObjectURL(blob);
     $('image').src = imageUrl;
     if (old) URL.revokeObjectURL(old);
-    $('frame-number').textContent = new DataView(buffer).getUint32(4, true);
     state.images += 1;
+  }
+  // Shows or hides the image, and says why there is none.
+  function setNoImage(reason) {
+    state.noImage = reason;
+    $('no-image').textContent = reason;
+    $('figure').hidden = Boolean(reason);
+    for (const keys of document.querySelectorAll('.image-keys')) keys.hidden = Boolean(reason) || !state.live;
+    if (reason) eyeImage.visible = false;
+  }
+  // Asks for the image of a finished run at a time. While one is on its way, only the newest time is remembered.
+  let noImages = null, wanted = null, asking = false;  // noImages: why there are none; null: not known
+  async function askImage(t) {
+    wanted = t;
+    if (asking || noImages !== '') return;
+    asking = true;
+    while (wanted !== null) {
+      const query = new URLSearchParams(location.search);
+      query.set('t', wanted);
+      wanted = null;
+      try {
+        const answer = await fetch('/image?' + query);
+        if (answer.ok) showImage(await answer.blob());
+        setNoImage(answer.ok ? '' : await answer.text());
+      } catch (e) {
+        setNoImage('No image: no connection.');
+      }
+    }
+    asking = false;
+  }
+  function readImages(message) {
+    noImages = message.problem;
+    setNoImage(noImages);
+    if (path.n) askImage(path.t[Math.min(path.n - 1, lower(path.t, path.n, now - 1e-4))]);
+  }
+  // Outlines the movers in the image, with the numbers that they have on the map and in the warnings.
+  function drawBoxes() {
+    const image = $('image'), large = $('figure').classList.contains('large'), { width, height } = intrinsics, shapes = [];
+    const fits = image.naturalWidth && Math.abs(image.naturalWidth / image.naturalHeight * height / width - 1) < 0.02;
+    $('boxes').setAttribute('viewBox', `0 0 ${width} ${height}`);
+    state.boxes = [];
+    for (const m of fits && eye.visible ? movers.values() : []) {
+      const box = boxInImage(m);
+      if (!box) continue;
+      const shade = alarmed.has(m.id) ? css('--lost') : '#' + moverColor(m.id).getHexString(), size = height / (large ? 40 : narrow.matches ? 15 : 22);
+      const text = `${nameOf(m)}, ${distanceTo(m, eye.position.toArray()).toFixed(1)} m`;
+      shapes.push(svg('rect', { x: box.left, y: box.top, width: box.right - box.left, height: box.bottom - box.top, stroke: shade, 'stroke-dasharray': m.observed ? '' : '6 4' }));
+      shapes.push(Object.assign(svg('text', { x: Math.min(box.left + 4, width - 9 * size), y: box.bottom - 6, 'font-size': size }), { textContent: text }));
+      state.boxes.push(text);
+    }
+    $('boxes').replaceChildren(...shapes);
+  }
+  function svg(name, attributes) {
+    const element = document.createElementNS('http://www.w3.org/2000/svg', name);
+    for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
+    return element;
+  }
+  // Returns the part of the image that the box of a mover takes; null if it is out of view.
+  function boxInImage(m) {
+    const { width, height, fx, fy, cx, cy } = intrinsics, turn = eye.quaternion.clone().conjugate(), u = [], v = [];
+    for (let k = 0; k < 8; ++k) {
+      const p = new THREE.Vector3(...[0, 1, 2].map((i) => (k >> i & 1 ? m.max : m.min)[i])).sub(eye.position).applyQuaternion(turn);
+      const z = Math.max(0.1, p.z);
+      if (p.z > 0) { u.push(cx + fx * p.x / z); v.push(cy + fy * p.y / z); }
+    }
+    if (!u.length) return null;
+    const within = (x, most) => Math.min(most, Math.max(0, x));
+    const box = { left: within(Math.min(...u), width), right: within(Math.max(...u), width), top: within(Math.min(...v), height), bottom: within(Math.max(...v), height) };
+    return box.right > box.left && box.bottom > box.top ? box : null;
   }
   $('image').addEventListener('load', () => {
     texture.image = $('image');
     texture.needsUpdate = true;
     eyeImage.visible = true;
+    drawBoxes();
     dirty = true;
   });
 
-  function showSummary(summary) {
+  function showSummary(content) {
+    summary = content;
     const frames = summary.frames || {}, evaluation = summary.evaluation || {};
     const rows = [['frames', frames.total, false], ['tracked', frames.tracked, false], ['keyframes', summary.keyframes, false], ['landmarks', summary.landmarks, false],
       ['tracking', summary.tracking_median_ms === undefined ? undefined : msText(summary.tracking_median_ms), false], ['maps', summary.maps, summary.maps > 1],
       ['loops', (summary.loops || []).length, false], ['relocalized', (summary.relocalizations || []).length, false]];
     if (frames.total && frames.tracked) rows.push(['coverage', (100 * frames.tracked / frames.total).toFixed(1) + ' %', frames.tracked < 0.95 * frames.total]);
     if (evaluation.ate) rows.push(['ATE RMSE', (100 * evaluation.ate.translation_m.rmse).toFixed(1) + ' cm', false]);
-    if (frames.highly_dynamic !== null && frames.highly_dynamic !== undefined) rows.push(['highly dynamic', (100 * frames.highly_dynamic / frames.total).toFixed(1) + ' %', false]);
+    if (frames.highly_dynamic !== null && frames.highly_dynamic !== undefined) rows.push(['dynamics', `high ${Math.round(100 * frames.highly_dynamic / frames.total)} %`, false]);
     highPeriods = frames.highly_dynamic_periods || [];
+    showFindings(summary.doubts || []);
     drawMarks();
     if (summary.preset) rows.push(['preset', summary.preset, false]);
     showStats(rows.filter((row) => row[1] !== undefined));
   }
+  function showFindings(doubts) {
+    state.findings = doubts.length;
+    $('findings-title').hidden = !doubts.length;
+    $('findings').replaceChildren(...doubts.map((text) => Object.assign(document.createElement('p'), { textContent: text })));
+  }
 
   // ---------------------------------------------------------------------------------------------- time line
-  let playing = false, now = 0;
+  let playing = false, now = 0, summary = {};
   let highPeriods = []; // [begin, end] of the highly dynamic periods of preset gated-seg [s]
+  // Remembers the verdict of the gate on a frame of a run in progress.
+  function addDynamics(t, high) {
+    const last = highPeriods[highPeriods.length - 1];
+    if (last && last.open) last[1] = t;
+    if (last && last.open && !high) last.open = false;
+    if (high && !(last && last.open)) highPeriods.push(Object.assign([t, t], { open: true }));
+  }
   // A finished run is shown from its start; a run that was watched live stays at its end.
   function setTimeline(t = $('timeline').hidden ? path.t[0] : now) {
     if (!path.n) return;
@@ -967,8 +1142,8 @@
     $('time').min = path.t[0];
     $('time').max = path.t[path.n - 1];
     $('time').step = 0.001;
+    listWarnings();
     showTime(t);
-    nameEvents();
     drawMarks();
   }
   function showTime(t) {
@@ -978,8 +1153,10 @@
     $('time').value = now;
     $('time-value').textContent = `${(now - path.t[0]).toFixed(1)} / ${(path.t[path.n - 1] - path.t[0]).toFixed(1)} s`;
     $('clock').textContent = STATES[path.s[i]] === 'lost' ? 'camera lost' : '';
+    if (tracks) findMovers(now);
     eventsAt(now);
-    if (tracks) moversAt(now);
+    if (tracks) drawMoversAt(now);
+    askImage(path.t[i]);
     state.time = now;
   }
   function play(on) {
@@ -988,26 +1165,67 @@
     if (on && now >= path.t[path.n - 1] - 0.05) showTime(path.t[0]);
     dirty = true;
   }
+  const secondsText = (t) => `${(t - (path.n ? path.t[0] : 0)).toFixed(1)} s`;
+  // Returns the marks of the camera: its states, and the places where the map was corrected or it found its place again.
+  function cameraMarks() {
+    const shades = STATES.map((name) => css(name === 'tracked' ? '--accent' : '--' + name)), marks = [];
+    for (let i = 0; i < path.n; ++i) {
+      const last = marks[marks.length - 1], text = STATES[path.s[i]], begin = path.t[i];
+      if (last) last.end = begin;
+      if (!last || last.text !== text) marks.push({ begin, end: begin, text, shade: shades[path.s[i]], faint: path.s[i] === 0 });
+    }
+    for (const event of mapMessage ? mapMessage.events : []) marks.push({ begin: event.t, end: event.t, text: EVENTS[event.kind], shade: css('--loop') });
+    return marks;
+  }
+  const EVENTS = { loop: 'loop closed', merge: 'maps joined', dropped: 'map dropped' };
+  function warningMarks() {
+    const end = path.t[path.n - 1], shade = (kind) => css({ unknown: '--relocalized', unseen: '--dim' }[kind] || '--lost');
+    return events.map((e) => ({ begin: e.begin, end: e.end === null ? end : e.end, text: e.text, shade: shade(e.kind), faint: true }));
+  }
+  // Returns the marks of the findings: the doubts about the whole run, and the frames that they may be due to.
+  function findingMarks() {
+    const frames = summary.frames || {}, at = (t, text) => ({ begin: t, end: t, text, shade: css('--relocalized') });
+    return (summary.doubts || []).map((text) => ({ ...at(path.t[0], text), end: path.t[path.n - 1], faint: true }))
+      .concat((summary.skipped || []).map((skipped) => at(skipped.timestamp, skipped.reason)), (frames.uncertain_at || []).map((t) => at(t, 'uncertain pose')));
+  }
+  function dynamicsMarks() {
+    return highPeriods.map(([begin, end]) => ({ begin, end, text: 'highly dynamic: keypoints on people are removed', shade: css('--odometry') }));
+  }
+  const ROW = 10;  // height of a row of the time line [CSS pixels]
+  let rows = [];   // of the time line: {name, marks}
+  // Draws the time line below the slider. Faint marks are drawn first, since other marks lie on them.
   function drawMarks() {
     if ($('timeline').hidden || path.n < 2) return;
-    const canvas = $('marks'), ink = canvas.getContext('2d');
-    canvas.width = Math.max(200, $('track').clientWidth);
-    const x = (t) => canvas.width * (t - path.t[0]) / (path.t[path.n - 1] - path.t[0]);
-    const shades = STATES.map((name) => css(name === 'tracked' ? '--accent' : '--' + name));
-    for (let i = 0; i + 1 < path.n; ++i) {
-      ink.fillStyle = shades[path.s[i]];
-      ink.fillRect(x(path.t[i]), 3, Math.max(1, x(path.t[i + 1]) - x(path.t[i])) + 0.5, 4);
-    }
-    for (const [kinds, shade] of [[/unknown/, shades[2]], [/zone|near|course/, shades[1]]]) {
-      ink.fillStyle = shade;
-      for (const event of events) if (kinds.test(event.kind)) ink.fillRect(x(event.begin) - 1, 0, Math.max(2, x(event.end === null ? path.t[path.n - 1] : event.end) - x(event.begin)), 2.5);
-    }
-    ink.fillStyle = shades[1];
-    for (const [begin, end] of highPeriods) ink.fillRect(x(begin), 8, Math.max(1, x(end) - x(begin)), 2);
-    ink.fillStyle = css('--loop');
-    for (const event of mapMessage ? mapMessage.events : []) ink.fillRect(x(event.t) - 1.5, 0, 3, 10);
-    ink.fillStyle = shades[2];
-    for (let i = 0; i < path.n; ++i) if (path.s[i] === 2) ink.fillRect(x(path.t[i]) - 1.5, 0, 3, 10);
+    rows = [['camera', cameraMarks()], ['warnings', warningMarks()], ['findings', findingMarks()], ['dynamics', dynamicsMarks()]]
+      .map(([name, marks]) => ({ name, marks: marks.sort((a, b) => Boolean(b.faint) - Boolean(a.faint)) })).filter((row) => row.marks.length);
+    $('rows').replaceChildren(...rows.map((row) => Object.assign(document.createElement('span'), { textContent: row.name })));
+    const canvas = $('marks'), ink = canvas.getContext('2d'), scale = devicePixelRatio, width = Math.max(100, canvas.clientWidth);
+    canvas.style.height = rows.length * ROW + 'px';
+    canvas.width = width * scale;
+    canvas.height = rows.length * ROW * scale;
+    ink.scale(scale, scale);
+    const x = (t) => width * (t - path.t[0]) / (path.t[path.n - 1] - path.t[0]);
+    rows.forEach((row, k) => {
+      for (const { begin, end, shade, faint } of row.marks) {
+        ink.globalAlpha = faint ? 0.35 : 1;
+        ink.fillStyle = shade;
+        ink.fillRect(x(begin) - 1, k * ROW + 2, Math.max(2, x(end) - x(begin)), ROW - 3);
+      }
+    });
+    state.rows = Object.fromEntries(rows.map((row) => [row.name, row.marks.length]));
+  }
+  // Tells what is below the pointer on the time line.
+  function showHint(event) {
+    const box = $('marks').getBoundingClientRect(), row = rows[Math.floor((event.clientY - box.top) / ROW)];
+    const time = (x) => path.t[0] + (x - box.left) / box.width * (path.t[path.n - 1] - path.t[0]), near = 4;  // [pixels]
+    const marks = row ? row.marks.filter((mark) => mark.begin <= time(event.clientX + near) && mark.end >= time(event.clientX - near)).reverse() : [];
+    const texts = [...new Set(marks.map((mark) => mark.text))];
+    const more = texts.length > 4 ? [`and ${texts.length - 4} more`] : [];
+    state.hint = texts.length ? [`${row.name}, ${secondsText(time(event.clientX))}`, ...texts.slice(0, 4), ...more].join('\n') : '';
+    $('hint').textContent = state.hint;
+    $('hint').hidden = !state.hint;
+    $('hint').style.left = Math.min(innerWidth - $('hint').offsetWidth - 8, Math.max(8, event.clientX - $('hint').offsetWidth / 2)) + 'px';
+    return time(event.clientX);
   }
 
   // ---------------------------------------------------------------------------------------------- measuring and zones
@@ -1096,12 +1314,14 @@
   }
 
   // ---------------------------------------------------------------------------------------------- messages
-  // Hides the layers that a saved map or a cloud does not have.
+  // Offers the layers for which there are data.
   function offerLayers() {
-    const lacking = { map: ['path', 'loops', 'movers', 'objects'], cloud: ['path', 'keyframes', 'loops', 'movers', 'objects'] }[state.kind] || [];
+    const offered = { cloud: state.points, path: path.n, keyframes: state.keyframes, loops: state.loops, movers: (tracks || []).length || trails.size,
+      objects: state.objects, zones: zones.length, points: points.length, grid: !planner, floor: planner, obstacles: planner, free: planner };
     for (const box of document.querySelectorAll('[data-layer]')) {
-      const label = box.parentElement, keys = label.nextElementSibling;
-      label.hidden = box.dataset.layer === 'points' ? !points.length : lacking.includes(box.dataset.layer);
+      const name = box.dataset.layer, label = box.parentElement, keys = label.nextElementSibling;
+      label.hidden = !offered[name];
+      layers[name].visible = box.checked && !label.hidden;
       if (keys && keys.className === 'keys') keys.hidden = label.hidden;
     }
   }
@@ -1115,11 +1335,11 @@
         if (message.camera) intrinsics = message.camera;
         $('figure').style.aspectRatio = `${intrinsics.width} / ${intrinsics.height}`;
         $('figure').hidden = !message.live;
+        $('no-image').textContent = '';
         $('frame').hidden = document.querySelector('[data-panel=frame]').hidden = /map|cloud/.test(message.kind);
         $('frame-title').textContent = message.live ? 'Frame' : 'Run';
         document.querySelector('[data-panel=frame]').textContent = message.live ? 'Frame' : 'Run';
         for (const keys of document.querySelectorAll('.image-keys')) keys.hidden = !message.live;
-        offerLayers();
         document.title = message.name + ' – Stillmap';
         $('name').textContent = message.name;
         $('state').textContent = { live: 'waiting for the first frame', run: 'finished run', map: 'saved map', cloud: 'cloud' }[message.kind];
@@ -1138,9 +1358,12 @@
       case 'points': drawPoints(message.points); break;
       case 'warnings': showWarnings(message); break;
       case 'events': readEvents(message); break;
+      case 'images': readImages(message); break;
+      case 'planner': drawPlanner(message); break;
       case 'finished':
         state.live = false;
         state.finished = true;
+        setNoImage('No images after the end: stillmap view shows them.');
         $('state').textContent = 'finished';
         $('state').className = 'pill';
         setTimeline(path.n ? path.t[path.n - 1] : 0);
@@ -1164,8 +1387,13 @@
     mapMessage = null;
     ground.known = false;
     zones = drawn.slice();
-    chosen = null;
-    drawMovers([], () => []);
+    noImages = null;
+    summary = {};
+    highPeriods = [];
+    movers.clear();
+    drawMovers(() => []);
+    drawPlanner(null);
+    showFindings([]);
     drawObjects([]);
     drawZones(zones);
     drawPoints([]);
@@ -1239,6 +1467,7 @@
     drawPath();
     if (mapMessage) { const kept = touched; touched = true; drawMap(mapMessage); touched = kept; }
     drawZones(zones);
+    drawPlanner(planner);
     colorPoints();
     dirty = true;
   }
@@ -1285,13 +1514,13 @@
     if (point && view === 'orbit') { orbit.target.copy(point); orbit.update(); dirty = true; }
   });
   for (const button of document.querySelectorAll('[data-view]')) button.addEventListener('click', () => setView(button.dataset.view));
-  for (const box of document.querySelectorAll('[data-layer]')) box.addEventListener('change', () => { layers[box.dataset.layer].visible = box.checked; dirty = true; });
+  for (const box of document.querySelectorAll('[data-layer]')) box.addEventListener('change', () => { offerLayers(); changed(); });
   for (const button of document.querySelectorAll('[data-panel]')) {
     button.addEventListener('click', () => {
       for (const panel of document.querySelectorAll('.panel')) panel.classList.toggle('open', panel.id === button.dataset.panel && !panel.classList.contains('open'));
     });
   }
-  $('figure').addEventListener('click', () => $('figure').classList.toggle('large'));
+  $('figure').addEventListener('click', () => { $('figure').classList.toggle('large'); drawBoxes(); });
   $('fit').addEventListener('click', () => keys.f());
   $('measure').addEventListener('click', () => setTool('measure'));
   $('zone').addEventListener('click', () => setTool('zone'));
@@ -1302,6 +1531,10 @@
   $('colors').addEventListener('change', () => { cloudMaterial.uniforms.mode.value = Number($('colors').value); showClasses(); dirty = true; });
   $('size').addEventListener('input', changed);
   $('cut').addEventListener('input', setCut);
+  $('marks').addEventListener('pointermove', showHint);
+  $('marks').addEventListener('pointerleave', (event) => { if (event.pointerType === 'mouse') $('hint').hidden = true; });
+  $('marks').addEventListener('pointerdown', (event) => { play(false); showTime(showHint(event)); });
+  addEventListener('pointerdown', (event) => { if (event.target !== $('marks')) $('hint').hidden = true; });
   $('time').addEventListener('input', () => { play(false); showTime(Number($('time').value)); });
   $('play').addEventListener('click', () => play(!playing));
 
@@ -1317,10 +1550,13 @@
     arrange();
   }
   addEventListener('resize', resize);
-  const sizes = new ResizeObserver(() => {
+  function placePanels() {
     document.documentElement.style.setProperty('--top', $('top').offsetHeight + 'px');
+    const below = $('timeline').getBoundingClientRect();
+    document.documentElement.style.setProperty('--bottom', Math.max(56, below.height ? innerHeight - below.top : 0) + 'px');
     arrange();
-  });
+  }
+  const sizes = new ResizeObserver(() => requestAnimationFrame(placePanels));  // in the next frame, since it resizes the panels
   for (const id of ['top', 'layers', 'frame', 'timeline']) sizes.observe($(id));
   function showScale() {
     const perMeter = view === 'top' ? innerHeight * topCamera.zoom / (topCamera.top - topCamera.bottom)
@@ -1384,6 +1620,7 @@
     dirty = false;
     if (state.live && path.n !== state.path) drawPath();
     dirty = false;
+    if (changes) offerLayers();
     setSharpness(changes ? state.sharpness : 1);
     scene.updateMatrixWorld();
     camera().updateMatrixWorld();
