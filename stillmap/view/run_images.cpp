@@ -17,9 +17,11 @@
 namespace stillmap {
 namespace {
 
-constexpr int kWidth = 640;         // greatest width of an image [pixels]
-constexpr int kJpegQuality = 80;    // [percent]
-constexpr double kFarthest = 0.5;   // greatest difference from the wanted time [s]
+constexpr int kWidth = 640;        // greatest width of an image [pixels]
+constexpr int kJpegQuality = 80;   // [percent]
+constexpr double kFarthest = 0.5;  // greatest difference from the wanted time [s]
+constexpr double kReadBefore =
+    0.1;  // time of a recorded file that is read before the wanted one [s]
 constexpr double kSameTime = 1e-4;  // of the rounded times of a page [s]
 
 /// Returns why a recording cannot have images; empty if it can.
@@ -80,12 +82,13 @@ cv::Mat RunImages::in_folder(double timestamp) const {
 
 cv::Mat RunImages::in_file(double timestamp) {
   const std::unique_lock lock(mutex_);
-  const bool goes_back = before_ && timestamp < before_->timestamp - kSameTime;
+  const RgbdFramePtr& oldest = before_ ? before_ : after_;
+  const bool goes_back = oldest && timestamp < oldest->timestamp - kSameTime;
   if (!source_ || goes_back) {
     source_ = make_source(recording_);
     before_ = after_ = nullptr;
   }
-  if (!after_ || after_->timestamp < timestamp) source_->skip_before(timestamp);
+  if (!after_ || after_->timestamp < timestamp) source_->skip_before(timestamp - kReadBefore);
   while (!after_ || after_->timestamp < timestamp - kSameTime) {
     RgbdFramePtr next = source_->next();
     if (!next) break;
