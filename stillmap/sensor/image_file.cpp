@@ -40,8 +40,7 @@ HeaderRead parse_header(View bytes) {
   if (is_tiff(bytes)) return tiff_header(bytes);
   if (is_npy(bytes)) return npy_header(bytes);
   if (is_exr(bytes)) return exr_header(bytes);
-  if (!is_png(bytes) && !is_jpeg(bytes))
-    return {{}, "is not an image of a known format (PNG, JPEG, TIFF, NPY, EXR)"};
+  if (!is_png(bytes) && !is_jpeg(bytes)) return {{}, "is not a PNG, JPEG, TIFF, NPY or EXR image"};
   const auto header = encoded_header(bytes);
   if (!header) return {{}, "is truncated or damaged: it has no image header"};
   const cv::Size size(header->width, header->height);

@@ -79,9 +79,9 @@ const DamagedFile kDamagedFiles[] = {
     {"ColorEmpty", [](const auto& s) { s.write("rgb/1.png", ""); }, "rgb/1.png is empty"},
     {"DepthEmpty", [](const auto& s) { s.write("depth/1.png", ""); }, "depth/1.png is empty"},
     {"ColorZeroBytes", [](const auto& s) { s.write("rgb/1.png", std::string(5000, '\0')); },
-     "rgb/1.png is not an image of a known format (PNG, JPEG, TIFF, NPY, EXR)"},
+     "rgb/1.png is not a PNG, JPEG, TIFF, NPY or EXR image"},
     {"ColorIsText", [](const auto& s) { s.write("rgb/1.png", "404 not found\n"); },
-     "rgb/1.png is not an image of a known format (PNG, JPEG, TIFF, NPY, EXR)"},
+     "rgb/1.png is not a PNG, JPEG, TIFF, NPY or EXR image"},
     {"ColorIsAFolder",
      [](const auto& s) {
        fs::remove(s.path("rgb/1.png"));
@@ -93,7 +93,7 @@ const DamagedFile kDamagedFiles[] = {
        s.write_image("rgb/1.bmp", TestSequence::color_image());
        fs::rename(s.path("rgb/1.bmp"), s.path("rgb/1.png"));
      },
-     "rgb/1.png is not an image of a known format (PNG, JPEG, TIFF, NPY, EXR)"},
+     "rgb/1.png is not a PNG, JPEG, TIFF, NPY or EXR image"},
     {"ColorCutShort", [](const auto& s) { s.truncate("rgb/1.png", 0.6); },
      "rgb/1.png is truncated"},
     {"ColorCutInItsHeader", [](const auto& s) { s.truncate("rgb/1.png", 0.05); },
