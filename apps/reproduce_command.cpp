@@ -36,11 +36,17 @@ struct Experiment {
   Comparands comparands;
 };
 
+std::vector<std::string> presets_of(const std::vector<Paper>& papers) {
+  std::vector<std::string> presets;
+  for (const Paper& paper : papers) presets.push_back(paper.preset);
+  return presets;
+}
+
 Experiment experiment_of(const ReproduceArguments& arguments, const std::vector<Paper>& papers) {
   Experiment experiment;
   experiment.sequences = find_benchmark_sequences(arguments.data, arguments.sequences);
   experiment.presets = {kPaperBaseline};
-  for (const Paper& paper : papers) experiment.presets.push_back(paper.preset);
+  std::ranges::copy(presets_of(papers), std::back_inserter(experiment.presets));
   experiment.presets.emplace_back(kOwnSystem);
   for (const Variant& variant : variants_of(arguments)) {
     experiment.presets.push_back(variant.name);
@@ -244,13 +250,18 @@ std::vector<std::string> reproduce(const std::vector<Paper>& chosen,
     write_paper(paper, arguments, finished(), experiment, folder);
   }
   if (!interrupted()) write_summary(arguments, finished(), experiment, folder);
-  return problems_of(runner.finished());
+  std::vector<std::string> problems = problems_of(runner.finished());
+  if (runnable(experiment, presets_of(chosen)).empty())
+    problems.push_back(fmt::format("no preset of a paper was run: {}", left_out_text(experiment)));
+  return problems;
 }
 
 int run(const ReproduceArguments& arguments) {
   if (arguments.runs < 1)
     throw Error("must be 1 or more", "--runs", "take 3, as the paper of seg-mask did");
   const bool of_crane = arguments.paper == kCrane;
+  if (of_crane && !arguments.sequences.empty())
+    throw Error("the crane has its own sequences, the yards", "--sequences", "leave it out");
   if (of_crane && arguments.frames > 0)
     throw Error("the closure error needs the whole round", "--frames", "leave it out");
   if (!arguments.baselines.empty() && arguments.frames > 0)

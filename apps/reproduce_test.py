@@ -115,7 +115,8 @@ class Reproduce(unittest.TestCase):
         out = self.folder / "without"
         done = stillmap("reproduce", "seg-mask", "--data", self.data, "--sequences", "walking_xyz", "--runs", 1, "--frames", 6,
                         "--out", out)
-        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(done.returncode, 3, done.stderr)  # the paper's preset was not run
+        self.assertIn("no preset of a paper was run", done.stderr)
         self.assertIn("none was named (--model FILE.onnx, or --model PRESET=FILE.onnx): seg-mask\n", done.stdout)
         figures = self.figures("seg-mask", out)
         self.assertEqual(figures["presets_left_out"], ["seg-mask"])

@@ -93,7 +93,7 @@ TEST(PaperTables, ShowTimesPerFrameAndTheShareOfTrackedFrames) {
     return *costs.rows[0].at(static_cast<std::size_t>(at - costs.columns.begin())).value;
   };
   EXPECT_NEAR(figure("orb-rgbd, tracking [ms]"), 4, 1e-12);
-  EXPECT_NEAR(figure("seg-mask, tracking with the network [ms]"), 5.2, 1e-12);
+  EXPECT_NEAR(figure("seg-mask, tracking with the detector [ms]"), 5.2, 1e-12);
   EXPECT_NEAR(figure("seg-mask, whole system [ms]"), 0.8, 1e-12);
   EXPECT_NEAR(figure("orb-rgbd, frames tracked [%]"), 90, 1e-12);
   for (const std::string& column : costs.columns)
