@@ -26,8 +26,8 @@ void parse_image(std::span<const unsigned char> bytes, Decode&& decode) {
 
 /// As above for depth images, which have one channel.
 inline void parse_depth_image(std::span<const unsigned char> bytes) {
-  parse_image(bytes, [](const auto& bytes, cv::Size wanted) {
-    ImageRead read = decode_depth_image(bytes, wanted);
+  parse_image(bytes, [](const auto& content, cv::Size wanted) {
+    ImageRead read = decode_depth_image(content, wanted);
     if (!read.image.empty() && read.image.channels() != 1) std::abort();
     return read;
   });
