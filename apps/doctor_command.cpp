@@ -53,7 +53,9 @@ void check_calibration(const DoctorArguments& arguments, Diagnosis& diagnosis) {
   try {
     const Camera camera = recorded_camera(folder, range);
     if (camera.depth_sensor.principle == DepthPrinciple::kStereo) return;  // cannot be replaced
-    const auto report = calibrate_recording(open, camera, parameters_of(read_options("")));
+    auto report = calibrate_recording(open, camera, parameters_of(read_options("")));
+    // `run` estimates the readout time by itself.
+    std::erase_if(report.parameters, [](const auto& p) { return p.key == "readout"; });
     if (!report.carried_doubt.empty()) {
       diagnosis.add(Severity::kDoubt, report.carried_doubt);
       return;  // the calibration relies on poses that follow these parts

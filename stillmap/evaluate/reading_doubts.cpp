@@ -256,7 +256,7 @@ ScaleFit scale_fit(const std::vector<Motion>& motions, bool only_positions) {
 /// displacements differ as those of two points of one body do: by (R - I) p for a motion with the
 /// rotation R. Least squares.
 std::optional<Eigen::Vector3d> lever_arm(const std::vector<Motion>& motions, const Sizes& size) {
-  constexpr double kLeast = 0.03;  // [m]
+  constexpr double kLeast = 0.03, kMost = 1;  // distances of a marker or robot from its camera [m]
   Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
   Eigen::Vector3d b = Eigen::Vector3d::Zero();
   const auto lever = [](const Motion& m) -> Eigen::Matrix3d {
@@ -272,7 +272,7 @@ std::optional<Eigen::Vector3d> lever_arm(const std::vector<Motion>& motions, con
   Eigen::Vector3d p = A.completeOrthogonalDecomposition().solve(b);
   const double left =
       median(motions, [&](const Motion& m) { return (apart(m) - lever(m) * p).norm(); });
-  if (p.norm() < kLeast || left > size.way_error / kRatio) return std::nullopt;
+  if (p.norm() < kLeast || p.norm() > kMost || left > size.way_error / kRatio) return std::nullopt;
   return p;
 }
 

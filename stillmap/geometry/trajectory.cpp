@@ -197,7 +197,9 @@ Trajectory read_trajectory(const std::filesystem::path& file) {
   for (int number = 1; std::getline(in, line); ++number) {
     const auto first = line.find_first_not_of(" \t\r");
     if (first == std::string::npos) continue;
-    if (line[first] == '#') {
+    const bool names_columns =
+        number == 1 && !leading_number(line) && line.find("time") != std::string::npos;
+    if (line[first] == '#' || names_columns) {
       heading += line + ' ';
       continue;
     }

@@ -13,6 +13,24 @@ namespace {
 /// Longest time without a pose on an uninterrupted path [s].
 constexpr double kMaxPause = 0.5;
 
+/// Returns the share of moving keypoints outside the boxes of detected objects [0..1]: the pose
+/// does not depend on a detected object, however much of the image it fills. Of all keypoints if
+/// fewer than 100 are outside.
+double undetected_moving_share(const Frame& frame) {
+  constexpr std::size_t kFewest = 100;
+  const std::vector<float>& weight = frame.evidence.weight;
+  if (!frame.instances) return moving_share(weight);
+  std::vector<float> outside;
+  for (std::size_t i = 0; i < weight.size(); ++i) {
+    const Keypoint& k = frame.features->keypoints[i];
+    const cv::Point pixel(cvRound(k.u), cvRound(k.v));
+    const auto& instances = frame.instances->instances;
+    const auto contains_it = [&](const Instance& object) { return object.box.contains(pixel); };
+    if (std::none_of(instances.begin(), instances.end(), contains_it)) outside.push_back(weight[i]);
+  }
+  return moving_share(outside.size() < kFewest ? weight : outside);
+}
+
 }  // namespace
 
 std::optional<Pose> pose_in(const Map& map, const FrameRecord& record) {
@@ -22,7 +40,8 @@ std::optional<Pose> pose_in(const Map& map, const FrameRecord& record) {
 
 bool is_uncertain(const TrackedFrame& tracked) {
   const std::vector<float>& weight = tracked.frame->evidence.weight;
-  return tracked.contradicts_motion || moving_share(weight) > kUncertainMajority ||
+  return tracked.contradicts_motion ||
+         undetected_moving_share(*tracked.frame) > kUncertainMajority ||
          background_moves(*tracked.frame->features, weight);
 }
 

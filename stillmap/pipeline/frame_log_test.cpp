@@ -38,6 +38,29 @@ TEST(FrameLog, APoseIsUncertainIfNearlyAllKeypointsMove) {
   EXPECT_EQ(uncertain, (std::vector<bool>{false, false, false, true, true}));
 }
 
+TEST(FrameLog, DetectedObjectsThatFillTheImageDoNotMakeAPoseUncertain) {
+  constexpr std::size_t kKeypoints = 1000, kInBox = 850;
+  auto features = std::make_shared<Features>();
+  features->keypoints.resize(kKeypoints);
+  for (std::size_t i = kInBox; i < kKeypoints; ++i) features->keypoints[i].u = 500;
+  const auto is_uncertain_with = [&](const cv::Rect& box, std::size_t moving) {
+    TrackedFrame tracked = frame_with_moving(0, 0);
+    auto frame = std::make_shared<Frame>(*tracked.frame);
+    frame->features = features;
+    frame->evidence.weight.assign(kKeypoints, 1);
+    std::fill_n(frame->evidence.weight.begin(), moving, 0.0F);
+    SegmentedFrame detected;
+    detected.instances.emplace_back().box = box;
+    frame->instances = std::make_shared<const SegmentedFrame>(detected);
+    tracked.frame = frame;
+    return is_uncertain(tracked);
+  };
+  const cv::Rect person(0, 0, 400, 480), elsewhere(600, 0, 40, 480);
+  EXPECT_FALSE(is_uncertain_with(person, kInBox));
+  EXPECT_TRUE(is_uncertain_with(elsewhere, kInBox));
+  EXPECT_TRUE(is_uncertain_with(person, 980)) << "most of what the network does not know";
+}
+
 TEST(FrameLog, CovariancesGrowByTheSquaredOddsOfMovingKeypoints) {
   FrameLog log(true);
   std::vector<UncertainPose> poses;

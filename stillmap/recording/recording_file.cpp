@@ -4,8 +4,10 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/recording/contents_cache.hpp"
 #include "stillmap/recording/decompressed_file.hpp"
+#include "stillmap/recording/name_text.hpp"
 
 #include <algorithm>
+#include <initializer_list>
 #include <set>
 #include <zstd.h>
 
@@ -201,6 +203,22 @@ std::unique_ptr<RecordingFile> open_compressed_file(const fs::path& path,
   }
 }
 
+/// Returns how a file of another kind becomes a recording, by its extension.
+std::string conversion_of(const fs::path& path) {
+  const std::string extension = lower(path.extension().string());
+  const auto is_one_of = [&](std::initializer_list<const char*> extensions) {
+    return std::find(extensions.begin(), extensions.end(), extension) != extensions.end();
+  };
+  if (extension == ".gz") return "unpack it with gunzip";
+  if (is_one_of({".zip", ".tar", ".tgz", ".7z"})) return "unpack it and give the folder";
+  if (is_one_of({".yaml", ".txt", ".json", ".csv"})) return "give the folder that contains it";
+  if (is_one_of({".svo", ".svo2", ".mkv", ".r3d"}))
+    return "convert it as described in docs/cameras.md";
+  if (is_one_of({".mp4", ".avi", ".mov"}))
+    return "give a recording with depth; a color video alone cannot be mapped";
+  return "give a recorded file, or a folder with color and depth images";
+}
+
 std::unique_ptr<RecordingFile> open_file(const fs::path& path, const RecordingContents* known) {
   const std::vector<std::uint8_t> start = start_of(path);
   const std::string_view magic = ByteCursor::as_text(start);
@@ -213,7 +231,7 @@ std::unique_ptr<RecordingFile> open_file(const fs::path& path, const RecordingCo
                 "convert it with `rosbag fix` of ROS 1");
   }
   throw Error("is not a recording: neither a ROS 1 bag nor a db3 or mcap file of ROS 2",
-              path.string(), "give a recorded file, or a folder with color and depth images");
+              path.string(), conversion_of(path));
 }
 
 }  // namespace

@@ -138,6 +138,13 @@ TEST(RecordingFile, OtherFilesAreErrorsThatNameTheFix) {
   EXPECT_THAT(open(""), HasSubstr("is not a recording"));
   EXPECT_THAT(open("PNG"), HasSubstr("is not a recording"));
   EXPECT_THAT(open("#ROSBAG V1.2\n"), HasSubstr("rosbag fix"));
+  for (const auto& [name, fix] : {std::pair("a.bag.gz", "gunzip"),
+                                  {"a.ZIP", "unpack it and give the folder"},
+                                  {"metadata.yaml", "give the folder that contains it"},
+                                  {"a.svo2", "docs/cameras.md"}}) {
+    const auto path = folder.write(name, "PK");
+    EXPECT_THAT(error_of([&] { open_recording_file(path); }), HasSubstr(fix)) << name;
+  }
   EXPECT_THAT(open(test::compressed("zstd", "file")),
               HasSubstr("is compressed, and its content is not a recording"));
   EXPECT_THAT(open(test::compressed("zstd", test::compressed("zstd", "file"))),

@@ -101,10 +101,12 @@ void add_uncertain(const RunRecord& record, std::vector<std::string>& doubts) {
   if (share(uncertain, record.result.tracked()) <= kMaxUncertain) return;
   doubts.push_back(fmt::format(
       "{} of {} poses are uncertain: they contradict the motion of the camera, or nearly all that "
-      "is in view moves, or the background does; people may fill the image (give a network with "
-      "--model FILE.onnx, or leave out these frames), the robot itself may be in view (--ignore "
-      "FILE.png), or the intrinsics may be wrong (stillmap doctor RECORDING)",
-      uncertain, record.result.tracked()));
+      "is in view moves, or the background does; people may fill the image ({}leave out these "
+      "frames), the robot itself may be in view (--ignore FILE.png), or the intrinsics may be "
+      "wrong "
+      "(stillmap doctor RECORDING)",
+      uncertain, record.result.tracked(),
+      record.detector.empty() ? "give a network with --model FILE.onnx, or " : ""));
 }
 
 void add_masks(const RunRecord& record, std::vector<std::string>& doubts) {

@@ -224,11 +224,12 @@ Camera from_matrix(const CameraValues& values) {
 
 // ---- the others
 
-/// PinholeCameraIntrinsic of Open3D: the matrix is column-major, but often row-major if written by
-/// hand.
+/// PinholeCameraIntrinsic of Open3D, alone or in PinholeCameraParameters: the matrix is
+/// column-major, but often row-major if written by hand.
 Camera from_open3d(const CameraValues& values) {
-  Camera camera = camera_of_size(values, {"width"}, {"height"});
-  const auto k = values.matrix("intrinsic_matrix", 9);
+  const std::string group = values.has({"intrinsic.intrinsic_matrix"}) ? "intrinsic." : "";
+  Camera camera = camera_of_size(values, {group + "width"}, {group + "height"});
+  const auto k = values.matrix(group + "intrinsic_matrix", 9);
   const bool by_rows = k[6] == 0 && k[7] == 0;
   set_intrinsics(camera, k[0], k[4], k[by_rows ? 2 : 6], k[by_rows ? 5 : 7]);
   camera.depth_factor = values.number_or({"depth_scale", "depth_factor"}, kMillimeters);
@@ -265,7 +266,7 @@ Camera from_kalibr(const CameraValues& values) {
   if (values.has({"cam0.distortion_coeffs"}))
     set_distortion_list(camera, values, "cam0.distortion_coeffs");
   if (camera.distorted()) require_model(values, "cam0.distortion_model", {"radtan"}, fix);
-  camera.depth_factor = kMillimeters;
+  camera.depth_factor = values.number_or({"depth_factor", "cam0.depth_factor"}, kMillimeters);
   return camera;
 }
 
@@ -279,7 +280,7 @@ Camera from_vins(const CameraValues& values) {
   return camera;
 }
 
-const Keys kNeuralSlamGroups{"cam.", "camera.", "camera_params."};
+const Keys kNeuralSlamGroups{"cam.", "camera.", "camera_params.", "dataset.Calibration."};
 
 /// Returns the group of keys with fx in settings of NICE-SLAM and its successors; none in other
 /// files.
@@ -290,15 +291,18 @@ std::optional<std::string> neural_slam_group(const CameraValues& values) {
   return group == kNeuralSlamGroups.end() ? std::nullopt : std::optional(*group);
 }
 
-/// NICE-SLAM's `cam`, the `camera` of its Replica data (cam_params.json), and SplaTAM's
-/// `camera_params`.
+/// NICE-SLAM's `cam`, the `camera` of its Replica data (cam_params.json), SplaTAM's
+/// `camera_params`, and MonoGS's `Calibration`.
 Camera from_neural_slam(const CameraValues& values) {
   const std::string group = *neural_slam_group(values);
-  Camera camera = camera_of_size(values, {group + "W", group + "w", group + "image_width"},
-                                 {group + "H", group + "h", group + "image_height"});
+  Camera camera =
+      camera_of_size(values, {group + "W", group + "w", group + "image_width", group + "width"},
+                     {group + "H", group + "h", group + "image_height", group + "height"});
   set_intrinsics(camera, values, group);
+  set_distortion(camera, values, group);
   if (values.has({group + "distortion"})) set_distortion_list(camera, values, group + "distortion");
-  camera.depth_factor = values.number({group + "png_depth_scale", group + "scale"});
+  camera.depth_factor =
+      values.number({group + "png_depth_scale", group + "scale", group + "depth_scale"});
   return camera;
 }
 
@@ -335,7 +339,7 @@ Camera camera_of(const CameraValues& values) {
   if (values.has({"projection_parameters"})) return from_vins(values);
   if (values.has({"fl_x", "camera_angle_x"})) return from_nerf(values);
   if (neural_slam_group(values)) return from_neural_slam(values);
-  if (values.has({"intrinsic_matrix"})) return from_open3d(values);
+  if (values.has({"intrinsic_matrix", "intrinsic.intrinsic_matrix"})) return from_open3d(values);
   if (values.has({"ppx"})) return from_realsense(values);
   if (values.has({"K"}) && values.has({"dw"})) return from_record3d(values);
   if (values.find_alike(kMatrix)) return from_matrix(values);

@@ -206,6 +206,15 @@ TEST_F(CameraFormats, OfNiceSlamAndItsReplicaDataAreRead) {
       HasSubstr("the key 'cam.png_depth_scale' is missing"));
 }
 
+TEST_F(CameraFormats, OfMonoGsAreRead) {
+  const Camera camera = load(
+      "dataset:\n  type: tum\n  Calibration:\n    fx: 525.5\n    fy: 526.5\n    cx: 319.25\n"
+      "    cy: 239.75\n    k1: 0.1\n    k2: -0.2\n    p1: 0.001\n    p2: 0.002\n    k3: 0.3\n"
+      "    width: 640\n    height: 480\n    depth_scale: 5000.0\n    distorted: True\n");
+  expect_same(camera, 5000);
+  expect_distortion(camera, 0.3);
+}
+
 TEST_F(CameraFormats, OfNerfstudioAndInstantNgpAreRead) {
   const std::string values =
       R"("fl_x": 525.5, "fl_y": 526.5, "cx": 319.25, "cy": 239.75, "w": 640, "h": 480, "k1": 0.1,

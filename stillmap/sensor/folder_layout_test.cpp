@@ -142,6 +142,37 @@ TEST(FolderLayout, AssociationsMayBeginWithThePose) {
   EXPECT_DOUBLE_EQ(frames[1]->timestamp, 1.01);
 }
 
+TEST(FolderLayout, AssociationsMayEndWithThePose) {
+  const TestSequence sequence(2);
+  fs::remove(sequence.path("rgb.txt"));
+  fs::remove(sequence.path("depth.txt"));
+  sequence.write("associations.txt",
+                 "0.01 rgb/0.png 0 depth/0.png 0.001 1 2 3 0 0 0 1\n"
+                 "1.01 rgb/1.png 1 depth/1.png 1.001 1 2 3 0 0 0 1\n");
+  const auto frames = all_frames(*make_source(sequence.folder().string(), with_camera()));
+  ASSERT_THAT(frames, SizeIs(2));
+  EXPECT_DOUBLE_EQ(frames[1]->timestamp, 1.01);
+}
+
+TEST(FolderLayout, ListsMayBeginWithTheNamesOfTheirColumns) {
+  const TestSequence sequence(2);
+  sequence.write("rgb.txt", "timestamp filename\n0 rgb/0.png\n1 rgb/1.png\n");
+  const auto source = make_source(sequence.folder().string(), with_camera());
+  EXPECT_THAT(all_frames(*source), SizeIs(2));
+  EXPECT_THAT(source->skipped(), testing::IsEmpty());
+}
+
+TEST(FolderLayout, FoldersHaveOtherNamesAndCapitals) {
+  for (const auto& [color, depth] :
+       {std::pair("RGB", "Depth"), {"images", "depths"}, {"image", "depth_raw"}}) {
+    const TestSequence sequence(0);
+    clear(sequence);
+    write_images(sequence, fmt::format("{}/0.png", color), fmt::format("{}/0.png", depth));
+    EXPECT_THAT(all_frames(*make_source(sequence.folder().string(), with_camera())), SizeIs(1))
+        << color;
+  }
+}
+
 TEST(FolderLayout, NumbersAreOrderedByValue) {
   const TestSequence sequence(0);
   clear(sequence);
@@ -314,6 +345,10 @@ distortion_coefficients: {rows: 1, cols: 5, data: [0.1, -0.2, 0.001, 0.002, 0]}
   camera = read_camera(sequence.path("open3d.json").string());
   EXPECT_EQ(camera.fx, 525.1);
   EXPECT_EQ(camera.cy, 239.5);
+  sequence.write("parameters.json", R"({"class_name": "PinholeCameraParameters", "intrinsic": {
+    "width": 640, "height": 480,
+    "intrinsic_matrix": [525.1, 0, 0, 0, 526.2, 0, 319.5, 239.5, 1]}})");
+  EXPECT_EQ(read_camera(sequence.path("parameters.json").string()).cx, 319.5);
 
   sequence.write("realsense.json", R"({"width": 640, "height": 480, "ppx": 319.5, "ppy": 239.5,
 "fx": 615.1, "fy": 616.2, "model": "distortion.inverse_brown_conrady", "coeffs": [0, 0, 0, 0, 0], "depth_units": 0.00025})");
@@ -374,6 +409,8 @@ TEST(CameraFiles, OfKalibrAreRead) {
   EXPECT_EQ(camera.fy, 460.3);
   EXPECT_EQ(camera.cx, 363);
   EXPECT_EQ(camera.distortion(0), -0.28);
+  EXPECT_EQ(camera.depth_factor, 1000);
+  EXPECT_EQ(read("radtan\n  depth_factor: 5000").depth_factor, 5000);
   EXPECT_THAT(error_of([&] { read("equidistant"); }), HasSubstr("rectify"));
 }
 

@@ -6,6 +6,7 @@
 #include "stillmap/base/number.hpp"
 #include "stillmap/base/unicode.hpp"
 #include "stillmap/geometry/association.hpp"
+#include "stillmap/recording/name_text.hpp"
 #include "stillmap/sensor/fields.hpp"
 #include "stillmap/sensor/first_depth.hpp"
 #include "stillmap/sensor/frame_times.hpp"
@@ -16,7 +17,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <functional>
@@ -52,10 +52,16 @@ fs::path first_file(const fs::path& folder, std::initializer_list<const char*> n
   return {};
 }
 
-// Returns the first of these folders that exists.
+/// Returns the first of these folders that exists, or one whose name differs by capitals only.
 fs::path first_folder(const fs::path& folder, std::initializer_list<const char*> names) {
   for (const char* name : names) {
     if (is_folder(folder / name)) return folder / name;
+  }
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string found = lower(entry.path().filename().string());
+    if (std::find(names.begin(), names.end(), found) != names.end() && is_folder(entry.path()))
+      return entry.path();
   }
   return {};
 }
@@ -64,9 +70,7 @@ fs::path first_folder(const fs::path& folder, std::initializer_list<const char*>
 /// file beside each file on foreign disks.
 bool is_image(const fs::path& file) {
   if (file.filename().string().starts_with('.')) return false;
-  std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string extension = lower(file.extension().string());
   const auto known = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".npy", ".exr"};
   return std::find(known.begin(), known.end(), extension) != known.end();
 }
@@ -116,7 +120,9 @@ fs::path middle_file(const fs::path& folder) {
 
 /// Returns the camera file that another program wrote beside the images; empty if there is none.
 fs::path camera_of_program(const fs::path& folder) {
-  fs::path given = first_file(folder, {"camera_matrix.csv", "cam_params.json"});
+  fs::path given =
+      first_file(folder, {"camera_matrix.csv", "cam_params.json", "camera_intrinsic.json",
+                          "camera_intrinsics.json", "transforms.json"});
   if (!given.empty()) return given;
   if (is_of_record3d(folder)) return folder / kRecord3dFile;
   if (is_folder(folder / "lowres_wide_intrinsics"))
@@ -126,8 +132,10 @@ fs::path camera_of_program(const fs::path& folder) {
 
 void find_image_folders(SequencePaths& paths) {
   const fs::path& folder = paths.folder;
-  paths.color_folder = first_folder(folder, {"rgb", "color", "image", "lowres_wide"});
-  paths.depth_folder = first_folder(folder, {"depth", "aligned_depth", "lowres_depth"});
+  paths.color_folder = first_folder(
+      folder, {"rgb", "color", "image", "images", "rgb_images", "color_images", "lowres_wide"});
+  paths.depth_folder = first_folder(
+      folder, {"depth", "aligned_depth", "depths", "depth_images", "depth_raw", "lowres_depth"});
   if (!paths.color_folder.empty() && !paths.depth_folder.empty()) {
     paths.layout = FolderLayout::kFolders;
     if (paths.camera.empty()) paths.camera = camera_of_program(folder);
@@ -247,6 +255,7 @@ std::vector<SkippedFrame> for_each_line(
   for (int number = 1; std::getline(in, line); ++number) {
     const auto fields = fields_of(line);
     if (fields.empty() || fields.front().front() == '#') continue;
+    if (number == 1 && lower(fields.front()).starts_with("time")) continue;  // a heading
     const std::string problem = use(fields);
     if (problem.empty()) continue;
     skipped.push_back({0, fmt::format("{}:{}: {}", list.filename().string(), number, problem)});
@@ -339,11 +348,13 @@ void skip_distant_pairs(FrameList& list) {
 }
 
 /// Returns the columns of a line without the pose that the script of the TUM benchmark writes
-/// before them if the ground truth was associated, too.
+/// before or after them if the ground truth was associated, too.
 std::vector<std::string> without_pose(const std::vector<std::string>& fields) {
   constexpr std::size_t kPose = 8, kImages = 4;
   if (fields.size() != kPose + kImages) return fields;
-  return {fields.begin() + kPose, fields.end()};
+  const bool pose_first = number_of(fields[1]).has_value();
+  return pose_first ? std::vector(fields.begin() + kPose, fields.end())
+                    : std::vector(fields.begin(), fields.begin() + kImages);
 }
 
 /// Returns time and name of both images of a line; names may contain blanks if the files exist.
