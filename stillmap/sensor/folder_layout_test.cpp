@@ -156,7 +156,7 @@ TEST(FolderLayout, AssociationsMayEndWithThePose) {
 
 TEST(FolderLayout, ListsMayBeginWithTheNamesOfTheirColumns) {
   const TestSequence sequence(2);
-  sequence.write("rgb.txt", "timestamp filename\n0 rgb/0.png\n1 rgb/1.png\n");
+  sequence.write("rgb.txt", "timestamp filename\n100.0 rgb/0.png\n100.03 rgb/1.png\n");
   const auto source = make_source(sequence.folder().string(), with_camera());
   EXPECT_THAT(all_frames(*source), SizeIs(2));
   EXPECT_THAT(source->skipped(), testing::IsEmpty());
