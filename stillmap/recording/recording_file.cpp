@@ -7,7 +7,6 @@
 #include "stillmap/recording/name_text.hpp"
 
 #include <algorithm>
-#include <initializer_list>
 #include <set>
 #include <zstd.h>
 
@@ -206,15 +205,14 @@ std::unique_ptr<RecordingFile> open_compressed_file(const fs::path& path,
 /// Returns how a file of another kind becomes a recording, by its extension.
 std::string conversion_of(const fs::path& path) {
   const std::string extension = lower(path.extension().string());
-  const auto is_one_of = [&](std::initializer_list<const char*> extensions) {
-    return std::find(extensions.begin(), extensions.end(), extension) != extensions.end();
-  };
   if (extension == ".gz") return "unpack it with gunzip";
-  if (is_one_of({".zip", ".tar", ".tgz", ".7z"})) return "unpack it and give the folder";
-  if (is_one_of({".yaml", ".txt", ".json", ".csv"})) return "give the folder that contains it";
-  if (is_one_of({".svo", ".svo2", ".mkv", ".r3d"}))
+  if (contains_any(extension, {".zip", ".tar", ".tgz", ".7z"}))
+    return "unpack it and give the folder";
+  if (contains_any(extension, {".yaml", ".txt", ".json", ".csv"}))
+    return "give the folder that contains it";
+  if (contains_any(extension, {".svo", ".mkv", ".r3d"}))
     return "convert it as described in docs/cameras.md";
-  if (is_one_of({".mp4", ".avi", ".mov"}))
+  if (contains_any(extension, {".mp4", ".avi", ".mov"}))
     return "give a recording with depth; a color video alone cannot be mapped";
   return "give a recorded file, or a folder with color and depth images";
 }
