@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Inputs of first-time users: one rendered recording in many formats and layouts, mapped by the installed command.
 
-Each must be mapped like the original: all frames, exit code 0, no doubt about the result, and an error within 10 mm.
+Each must be mapped like the original: all frames, exit code 0, no warning about the result, and an error within 10 mm.
 
   apps/first_day_test.py PROGRAM     PROGRAM: the built command
 """

@@ -36,6 +36,7 @@ struct Experiment {
   Comparands comparands;
 };
 
+/// Returns the presets of papers.
 std::vector<std::string> presets_of(const std::vector<Paper>& papers) {
   std::vector<std::string> presets;
   for (const Paper& paper : papers) presets.push_back(paper.preset);

@@ -103,8 +103,7 @@ void add_uncertain(const RunRecord& record, std::vector<std::string>& doubts) {
       "{} of {} poses are uncertain: they contradict the motion of the camera, or nearly all that "
       "is in view moves, or the background does; people may fill the image ({}leave out these "
       "frames), the robot itself may be in view (--ignore FILE.png), or the intrinsics may be "
-      "wrong "
-      "(stillmap doctor RECORDING)",
+      "wrong (stillmap doctor RECORDING)",
       uncertain, record.result.tracked(),
       record.detector.empty() ? "give a network with --model FILE.onnx, or " : ""));
 }

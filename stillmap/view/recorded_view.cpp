@@ -199,7 +199,7 @@ std::string text_with_number(const nlohmann::json& event, int number) {
 }
 
 /// Publishes the warnings of a run. Movers have the numbers of their final tracks, as on the map;
-/// those without one have negative numbers, which only tell them apart.
+/// those without one have negative numbers, which only distinguish them.
 void publish_events_of(const fs::path& file, const std::vector<MoverTrack>& tracks,
                        TopicBoard& board) {
   std::istringstream text(read_file(file));

@@ -17,12 +17,11 @@
 namespace stillmap {
 namespace {
 
-constexpr int kWidth = 640;        // greatest width of an image [pixels]
-constexpr int kJpegQuality = 80;   // [percent]
-constexpr double kFarthest = 0.5;  // greatest difference from the wanted time [s]
-constexpr double kReadBefore =
-    0.1;  // time of a recorded file that is read before the wanted one [s]
-constexpr double kSameTime = 1e-4;  // of the rounded times of a page [s]
+constexpr int kWidth = 640;          // maximum width of an image [pixels]
+constexpr int kJpegQuality = 80;     // [percent]
+constexpr double kFarthest = 0.5;    // maximum difference from the requested time [s]
+constexpr double kReadBefore = 0.1;  // a recorded file is read from this long before it [s]
+constexpr double kSameTime = 1e-4;   // the page rounds times [s]
 
 /// Returns why a recording cannot have images; empty if it can.
 std::string problem_of(const std::string& recording) {

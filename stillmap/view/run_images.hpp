@@ -18,7 +18,7 @@ struct ViewedImage {
   std::string problem;  ///< One sentence for the user; empty if there is no problem.
 };
 
-/// The camera images of a finished run. They are read from its recording when they are asked for.
+/// The camera images of a finished run. They are read from its recording on request.
 /// May be used by any thread.
 class RunImages {
  public:

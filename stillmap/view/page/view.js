@@ -845,7 +845,7 @@
     return byMover(active).sort((a, b) => farNow(a[0]) - farNow(b[0])).map((warnings) => ({
       unknown: warnings[0].kind === 'unknown', text: state.live ? liveText(warnings) : recordedText(warnings, farNow(warnings[0])) }));
   }
-  // Returns the first names; one that is left over is told instead of counted.
+  // Returns the first names and the number of the others; a single other one is named.
   const firstOf = (names, most) => (names.length > most + 1 ? `${names.slice(0, most).join(', ')} and ${names.length - most} more` : names.join(', '));
   const rulesOf = (warnings) => [...new Set(warnings.map((w) => w.rule))];
   // Returns the first warning, and the other rules that the mover breaks.
@@ -1214,7 +1214,7 @@
     });
     state.rows = Object.fromEntries(rows.map((row) => [row.name, row.marks.length]));
   }
-  // Tells what is below the pointer on the time line.
+  // Describes the marks below the pointer on the time line.
   function showHint(event) {
     const box = $('marks').getBoundingClientRect(), row = rows[Math.floor((event.clientY - box.top) / ROW)];
     const time = (x) => path.t[0] + (x - box.left) / box.width * (path.t[path.n - 1] - path.t[0]), near = 4;  // [pixels]
