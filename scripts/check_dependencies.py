@@ -10,7 +10,7 @@ code includes. This script compares the line with
 
 All three must be equal: nothing undeclared is included, and nothing is declared that is not used. Tests and benchmarks
 (*_test.cpp, *_benchmark.cpp, and headers of the module that only tests include) may include in addition whatever is reached from
-DEPENDS and TEST_DEPENDS. The block ```mermaid of the page must draw the same graph without its implied arrows.
+DEPENDS and TEST_DEPENDS. A block ```mermaid, if the page has one, must draw the same graph without its implied arrows.
 
 Prints file:line for every violation; exit code 1 if there is one.
 
