@@ -31,6 +31,11 @@ def stillmap(*arguments, cwd=None):
     return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, check=False, cwd=cwd)
 
 
+def finding(code, message):
+    """Returns an entry of summary.json."""
+    return {"code": code, "severity": "untrusted", "message": message, "fix": None, "evidence": {}}
+
+
 def write_gray_png(file, rows):
     """Writes an image, given as the bytes of its rows."""
     def chunk(kind, data):
@@ -214,18 +219,18 @@ class CommandLine(unittest.TestCase):
         names = {file.name for file in out.iterdir() if not file.name.startswith(".")}
         self.assertEqual(names, {f"comparison.{end}" for end in ("html", "md", "tex", "csv", "json", "svg")} | {"errors.svg"})
 
-    def test_a_comparison_repeats_the_doubts_of_its_runs(self):
+    def test_a_comparison_repeats_the_findings_of_its_runs(self):
         doubtful, out = self.folder / "doubtful", self.folder / "doubtful_comparison"
         shutil.copytree(self.run_folder, doubtful)
         summary = json.loads((doubtful / "summary.json").read_text())
-        (doubtful / "summary.json").write_text(json.dumps({**summary, "doubts": ["the floor was not seen"]}))
+        (doubtful / "summary.json").write_text(json.dumps({**summary, "findings": [finding("path-gap", "20 frames in a row have no pose")]}))
         done = stillmap("compare", "--truth", self.sequence / "groundtruth.txt", self.run_folder, doubtful, "--out", out)
-        self.refused(done, 3, "DO NOT TRUST THIS RESULT: doubtful: the floor was not seen")
-        self.assertIn("| doubtful (in doubt) |", done.stdout)
+        self.refused(done, 3, "DO NOT TRUST THIS RESULT: doubtful: 20 frames in a row have no pose")
+        self.assertIn("| doubtful (untrusted) |", done.stdout)
         by_file = stillmap("compare", "--truth", self.sequence / "groundtruth.txt", self.run_folder, doubtful / "trajectory.txt", "--out", out)
-        self.refused(by_file, 3, "DO NOT TRUST THIS RESULT: trajectory.txt: the floor was not seen")
+        self.refused(by_file, 3, "DO NOT TRUST THIS RESULT: trajectory.txt: 20 frames in a row have no pose")
         for name in ("comparison.html", "comparison.md", "comparison.tex", "comparison.csv", "comparison.json"):
-            self.assertIn("the floor was not seen", (out / name).read_text(), name)
+            self.assertIn("20 frames in a row have no pose", (out / name).read_text(), name)
 
     def test_a_trajectory_with_qw_first_is_doubted(self):
         poses = [(i / 30, math.cos(i / 60), math.sin(i / 60)) for i in range(90)]  # time, qw, and qz of a turning camera
@@ -234,7 +239,7 @@ class CommandLine(unittest.TestCase):
         self.succeeded(stillmap("eval", truth, truth))
         done = stillmap("eval", truth, swapped, "--json", "-")
         self.refused(done, 3, "DO NOT TRUST THIS RESULT", f"if the quaternions of {swapped} are read as qw qx qy qz")
-        self.assertEqual(len(json.loads(done.stdout)["doubts"]), 1)
+        self.assertEqual([f["code"] for f in json.loads(done.stdout)["findings"]], ["truth-reading"])
         framed = stillmap("eval", truth, truth, "--truth-frame", "bonn")
         self.refused(framed, 3, "without --truth-frame bonn")
         compared = stillmap("compare", "--truth", truth, truth, swapped, "--out", self.folder / "swapped")
@@ -257,12 +262,16 @@ class CommandLine(unittest.TestCase):
         self.refused(stillmap("compare", "--truth", truth, self.run_folder, self.run_folder, "--out", out), 1, "run: is the name of two runs", "NAME=PATH")
         self.refused(stillmap("compare", "--truth", truth, f"={self.run_folder}", "--out", out), 1, "has no name before '='")
 
-    def test_a_doubt_about_the_floor_is_none_about_the_trajectory(self):
+    def test_a_missing_floor_says_nothing_about_the_trajectory(self):
         tilted = self.folder / "tilted"
         shutil.copytree(self.run_folder, tilted)
         summary = json.loads((tilted / "summary.json").read_text())
-        (tilted / "summary.json").write_text(json.dumps({**summary, "doubts": ["the floor is unknown"], "planner_doubt": "the floor is unknown"}))
+        (tilted / "summary.json").write_text(json.dumps({**summary, "findings": [finding("floor-unknown", "the floor is unknown")]}))
         self.succeeded(stillmap("compare", "--truth", self.sequence / "groundtruth.txt", self.run_folder, tilted, "--out", self.folder / "tilted_comparison"))
+
+    def test_the_codes_of_findings_are_documented(self):
+        table = self.succeeded(stillmap("findings")).stdout
+        self.assertIn(table, (ROOT / "docs" / "findings.md").read_text())
 
     def test_version_names_the_libraries_of_networks(self):
         for flag in ("-V", "--version"):
@@ -416,7 +425,7 @@ class CommandLine(unittest.TestCase):
         self.assertIn("note: --set network.every=2 has no effect", self.succeeded(done).stderr)
         self.assertIn("as if the times had been rounded", done.stderr)
         summary = json.loads((out / "summary.json").read_text())
-        self.assertEqual((len(summary["doubts"]), len(summary["notes"])), (0, 2))
+        self.assertEqual([(f["code"], f["severity"]) for f in summary["findings"]], [("unused-setting", "note"), ("truth-times", "note")])
 
     def test_the_sensor_is_named(self):
         self.assertRegex(stillmap("map", "info", self.map).stdout, r"sensor +kinect_v1")
@@ -655,10 +664,8 @@ class CommandLine(unittest.TestCase):
         out = self.folder / "doubtful"
         self.doubtful(stillmap("run", self.sequence, "--camera", wrong, "--out", out), "of 20 frames have a pose", "doctor")
         summary = json.loads((out / "summary.json").read_text())
-        expected = ["have a pose", "no frame has a depth"]
-        self.assertEqual(len(summary["doubts"]), len(expected))
-        for doubt, words in zip(summary["doubts"], expected):
-            self.assertIn(words, doubt)
+        self.assertEqual([f["code"] for f in summary["findings"]], ["no-depth", "low-coverage"])
+        self.assertTrue(all(f["severity"] == "untrusted" and f["fix"] for f in summary["findings"]))
         self.assertIn("Do not trust this result", (out / "report.html").read_text())
 
     def test_masks_of_another_recording_are_doubtful(self):

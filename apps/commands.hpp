@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/base/finding.hpp"
 #include "stillmap/report/run_folder.hpp"
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -36,10 +38,11 @@ void add_info_command(CLI::App& app, int& exit_code);
 void add_record_command(CLI::App& app, int& exit_code);
 void add_map_command(CLI::App& app, int& exit_code);
 void add_options_command(CLI::App& app, int& exit_code);
+void add_findings_command(CLI::App& app, int& exit_code);
 void add_presets_command(CLI::App& app, int& exit_code);
 
-/// Prints the reasons not to trust a result.
-void print_doubts(const std::vector<std::string>& doubts);
+/// Prints notes, and the reasons not to trust a result. Returns the exit code that follows.
+int print_findings(std::span<const Finding> findings);
 
 /// Adds --mesh, --planner and the options of the floor to a command.
 void add_dense_options(CLI::App& command, DenseOutputs& outputs);

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/finding_json.hpp"
 #include "stillmap/base/json_file.hpp"
 #include "stillmap/base/json_text.hpp"
 #include "stillmap/base/print.hpp"
 #include "stillmap/base/warning.hpp"
-#include "stillmap/evaluate/reading_doubts.hpp"
+#include "stillmap/evaluate/truth_findings.hpp"
 #include "stillmap/report/comparison_chart.hpp"
 #include "stillmap/report/comparison_page.hpp"
 #include "stillmap/report/result_folder.hpp"
@@ -70,15 +71,15 @@ RecordedRun read_run(const std::string& argument, const Trajectory& truth,
     run.total_frames = with_json_of(summary, "name the trajectory instead of the folder", [&] {
       const auto json = nlohmann::json::parse(read_file(summary));
       sequences.insert(json.at("sequence").get<std::string>());
-      run.doubts = json.value("doubts", run.doubts);
-      std::erase(run.doubts, json.value("planner_doubt", ""));  // the trajectory is none of its
+      run.findings = findings_on_trajectory(json.value("findings", std::vector<Finding>()));
       return json.at("frames").at("total").get<std::size_t>();
     });
   }
-  const auto doubts = reading_doubts(
+  auto unlike = truth_findings(
       truth, run.estimate,
       {arguments.truth, file.string(), truth_frame_of(arguments.truth, arguments.truth_frame)});
-  run.doubts.insert(run.doubts.end(), doubts.begin(), doubts.end());
+  for (Finding& finding : unlike) finding.severity = Severity::kUntrusted;
+  append(std::move(unlike), run.findings);
   return run;
 }
 
@@ -122,9 +123,7 @@ int run(const CompareArguments& arguments) {
   folder.write_text(kPage, comparison_page(comparison, {kFiles.begin() + 1, kFiles.end()}));
   folder.require_all();
   print_out("{}{}", folder.written_text(), open_line(folder.path() / kPage));
-  const std::vector<std::string> doubts = doubts_of(comparison);
-  print_doubts(doubts);
-  return doubts.empty() ? kSuccess : kDoubtful;
+  return print_findings(findings_of(comparison));
 }
 
 }  // namespace

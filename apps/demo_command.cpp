@@ -96,7 +96,8 @@ int run(const DemoArguments& arguments) {
     RunRecord record = map(arguments, folder, preset);
     if (record.interrupted) return kInterrupted;
     runs.push_back({preset, "", record.result.trajectory, truth,
-                    static_cast<std::size_t>(arguments.frames), record.doubts});
+                    static_cast<std::size_t>(arguments.frames),
+                    findings_on_trajectory(record.findings)});
   }
   print_out("\n{}. Compare\n", step);
   const Comparison comparison = compare_runs(runs);

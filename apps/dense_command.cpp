@@ -140,13 +140,14 @@ int run(const DenseArguments& arguments) {
   print_out("{}",
             open_line(folder.path() / "cloud_before_after.png",
                       ", or turn the map in a browser: stillmap view " + folder.path().string()));
-  std::vector<std::string> doubts;
-  for (const std::string& doubt :
-       {saved.damage, unconnected_text(saved.map.first.size()), files.floor_problem}) {
-    if (!doubt.empty()) doubts.push_back(doubt);
-  }
-  print_doubts(doubts);
-  return doubts.empty() ? kSuccess : kDoubtful;
+  std::vector<Finding> findings;
+  const auto add = [&](FindingCode code, const std::string& text) {
+    if (!text.empty()) findings.push_back(make_finding(code, text));
+  };
+  add("damaged-map", saved.damage);
+  add("unconnected-maps", unconnected_text(saved.map.first.size()));
+  add("floor-unknown", files.floor_problem);
+  return print_findings(findings);
 }
 
 /// Returns the parts of a text between its commas.
@@ -206,9 +207,13 @@ void add_floor_options(CLI::App& command, CLI::Option* planner, FloorHints& floo
 
 }  // namespace
 
-void print_doubts(const std::vector<std::string>& doubts) {
+int print_findings(std::span<const Finding> findings) {
+  for (const Finding& finding : findings_with(Severity::kNote, findings))
+    print_error("stillmap: note: {} [{}]\n", finding.text(), finding.code);
   const std::string title = styled("DO NOT TRUST THIS RESULT:", Style::kRed, STDERR_FILENO);
-  for (const std::string& doubt : doubts) print_error("{} {}\n", title, doubt);
+  for (const Finding& finding : findings_with(Severity::kUntrusted, findings))
+    print_error("{} {} [{}]\n", title, finding.text(), finding.code);
+  return worst(findings) < Severity::kUntrusted ? kSuccess : kDoubtful;
 }
 
 void add_dense_options(CLI::App& command, DenseOutputs& outputs) {

@@ -21,10 +21,12 @@ const char* label(Severity severity) {
   switch (severity) {
     case Severity::kOk:
       return "ok       ";
+    case Severity::kNote:
+      return "note     ";
     case Severity::kWarning:
       return "WARNING  ";
-    case Severity::kDoubt:
-      return "DOUBT    ";
+    case Severity::kUntrusted:
+      return "UNTRUSTED";
     case Severity::kError:
       return "ERROR    ";
   }
@@ -56,16 +58,18 @@ void check_calibration(const DoctorArguments& arguments, Diagnosis& diagnosis) {
     auto report = calibrate_recording(open, camera, parameters_of(read_options("")));
     // `run` estimates the readout time by itself.
     std::erase_if(report.parameters, [](const auto& p) { return p.key == "readout"; });
-    if (!report.carried_doubt.empty()) {
-      diagnosis.add(Severity::kDoubt, report.carried_doubt);
+    if (report.carried_parts) {
+      diagnosis.add(*report.carried_parts);
       return;  // the calibration relies on poses that follow these parts
     }
     const Severity severity =
-        shows_wrong_intrinsics(report) ? Severity::kDoubt : Severity::kWarning;
+        shows_wrong_intrinsics(report) ? Severity::kUntrusted : Severity::kWarning;
     for (const std::string& finding : calibration_findings(report)) {
-      diagnosis.add(severity, finding,
-                    "write a corrected camera file with: stillmap calibrate " + folder +
-                        (arguments.camera.empty() ? "" : " --camera " + arguments.camera));
+      diagnosis.add(with_severity(
+          severity,
+          make_finding("calibration", finding,
+                       "write a corrected camera file with: stillmap calibrate " + folder +
+                           (arguments.camera.empty() ? "" : " --camera " + arguments.camera))));
     }
     if (!shows_focal_length(report)) {
       std::string text =
@@ -74,10 +78,10 @@ void check_calibration(const DoctorArguments& arguments, Diagnosis& diagnosis) {
         text += fmt::format(" They fit {:.0f} pixels better than the given {:.0f}.",
                             *report.discarded_focal_length, camera.fx);
       }
-      diagnosis.add(Severity::kOk, text);
+      diagnosis.add_ok(text);
     }
   } catch (const Error& error) {
-    diagnosis.add(Severity::kWarning, error.what());
+    diagnosis.add(make_finding("calibration", error.what()));
   }
 }
 
@@ -104,7 +108,7 @@ Diagnosis examined(const DoctorArguments& arguments) {
     return diagnose(*make_source(arguments.folder, range), kCalibrationFrames);
   } catch (const Error& error) {
     Diagnosis diagnosis;
-    diagnosis.add(Severity::kError, error.where() + ": " + error.problem(), error.fix());
+    diagnosis.add(make_finding("unreadable", error.where() + ": " + error.problem(), error.fix()));
     return diagnosis;
   }
 }
@@ -114,20 +118,22 @@ int run(const DoctorArguments& arguments) {
       names_image_folder(arguments.folder)
           ? diagnose(arguments.folder, camera_of(arguments), arguments.associations)
           : examined(arguments);
-  if (diagnosis.conclusion() < Severity::kDoubt) check_calibration(arguments, diagnosis);
+  if (diagnosis.conclusion() < Severity::kUntrusted) check_calibration(arguments, diagnosis);
   for (const Finding& finding : diagnosis.findings) {
-    print_out("{}{}\n", label(finding.severity), finding.what);
-    if (!finding.fix.empty()) print_out("         fix: {}\n", finding.fix);
+    print_out("{} {}{}\n", label(finding.severity), finding.message,
+              finding.code.empty() ? "" : fmt::format(" [{}]", finding.code));
+    if (!finding.fix.empty()) print_out("          fix: {}\n", finding.fix);
   }
   switch (diagnosis.conclusion()) {
     case Severity::kOk:
+    case Severity::kNote:
       print_out("No problems were found.\n");
       return kSuccess;
     case Severity::kWarning:
       print_out("This sequence can be mapped, but see the warnings.\n");
       return kSuccess;
-    case Severity::kDoubt:
-      print_out("This sequence can be mapped, but its map would be wrong: see the doubts.\n");
+    case Severity::kUntrusted:
+      print_out("This sequence can be mapped, but its map would be wrong: see the findings.\n");
       return kDoubtful;
     case Severity::kError:
       print_out("This sequence cannot be mapped as it is.\n");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/finding_json.hpp"
 #include "stillmap/base/json_text.hpp"
 #include "stillmap/base/print.hpp"
 #include "stillmap/dense/cloud.hpp"
@@ -9,9 +10,9 @@
 #include "stillmap/evaluate/label_figures.hpp"
 #include "stillmap/evaluate/mover_error.hpp"
 #include "stillmap/evaluate/pose_at.hpp"
-#include "stillmap/evaluate/reading_doubts.hpp"
 #include "stillmap/evaluate/surface_error.hpp"
 #include "stillmap/evaluate/trajectory_error.hpp"
+#include "stillmap/evaluate/truth_findings.hpp"
 #include "stillmap/report/cloud_image.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/image_file.hpp"
@@ -153,8 +154,10 @@ nlohmann::json trajectory_figures(const EvalArguments& arguments) {
   const Evaluation evaluation = evaluate_trajectory(truth, estimate, options);
   print_to(arguments.text(), "{}", evaluation_text(evaluation));
   nlohmann::json json = evaluation;
-  json["doubts"] = reading_doubts(
+  std::vector<Finding> findings = truth_findings(
       truth, estimate, {arguments.truth, arguments.estimate, truth_frame}, !arguments.with_scale);
+  for (Finding& finding : findings) finding.severity = Severity::kUntrusted;  // the errors are
+  json["findings"] = findings;
   if (arguments.closure) {
     const ClosureError closure = closure_error(evaluation.ate);
     print_to(arguments.text(), "{}", closure_text(closure, arguments.planar));
@@ -208,9 +211,7 @@ int run(const EvalArguments& arguments) {
   json["stillmap"] = STILLMAP_VERSION;
   if (!arguments.json.empty())
     write_named(arguments.json, json_text(json, 2) + "\n", is_figures_file, arguments.force);
-  const auto doubts = json.value("doubts", std::vector<std::string>());
-  print_doubts(doubts);
-  return doubts.empty() ? kSuccess : kDoubtful;
+  return print_findings(json.value("findings", std::vector<Finding>()));
 }
 
 void add_trajectory_options(CLI::App& command, EvalArguments& arguments) {

@@ -83,6 +83,7 @@ int run(int argc, char** argv) {
   add_map_command(app, exit_code);
   add_presets_command(app, exit_code);
   add_options_command(app, exit_code);
+  add_findings_command(app, exit_code);
   add_man_command(app);
   add_completion_command(app);
   name_value_types(app);

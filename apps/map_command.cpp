@@ -7,6 +7,7 @@
 #include "stillmap/pipeline/map_description.hpp"
 #include "stillmap/report/result_folder.hpp"
 
+#include <array>
 #include <filesystem>
 
 #include "commands.hpp"
@@ -27,8 +28,7 @@ struct MapArguments {
 /// Returns the exit code for a map, and tells damage of its file.
 int code_for(const SavedMap& map) {
   if (map.damage.empty()) return kSuccess;
-  print_doubts({map.damage});
-  return kDoubtful;
+  return print_findings(std::array{make_finding("damaged-map", map.damage)});
 }
 
 int show(const MapArguments& arguments) {

@@ -28,6 +28,16 @@ void add_options_command(CLI::App& app, int& exit_code) {
   });
 }
 
+void add_findings_command(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand(
+      "findings", "list the codes of findings with severity and meaning, as a table in Markdown");
+  command->footer("Findings are in summary.json of a run and at the end of its output.");
+  command->callback([&exit_code] {
+    write_text(stdout, finding_kinds_markdown());
+    exit_code = kSuccess;
+  });
+}
+
 void add_presets_command(CLI::App& app, int& exit_code) {
   auto name = std::make_shared<std::string>();
   CLI::App* command = app.add_subcommand("presets", "list the presets, or show the file of one");

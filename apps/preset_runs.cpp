@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/finding_json.hpp"
 #include "stillmap/base/json_file.hpp"
 #include "stillmap/base/machine.hpp"
 #include "stillmap/base/nearest_name.hpp"
@@ -10,9 +11,9 @@
 #include "stillmap/config/write_options.hpp"
 #include "stillmap/dense/cloud.hpp"
 #include "stillmap/motion/make_cues.hpp"
+#include "stillmap/pipeline/run_findings.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/report/comparison_chart.hpp"
-#include "stillmap/report/doubts.hpp"
 #include "stillmap/report/run_folder.hpp"
 #include "stillmap/segment/make_detector.hpp"
 #include "stillmap/sensor/image_file.hpp"
@@ -178,7 +179,7 @@ FinishedRun read_run(const RunRequest& request, const BenchmarkSequence& sequenc
     run.figures.highly_dynamic = dynamic.get<double>() / static_cast<double>(frames);
   run.figures.total_ms = 1000 / summary.at("frames_per_second").get<double>();
   if (!summary.at("detector").is_null()) run.figures.detector = summary.at("detector");
-  run.doubts = summary.at("doubts");
+  run.findings = findings_on_trajectory(summary.at("findings").get<std::vector<Finding>>());
   return run;
 }
 
@@ -419,16 +420,18 @@ std::vector<std::string> problems_of(std::span<const FinishedRun> runs) {
   return problems;
 }
 
-std::vector<std::string> doubts_of(std::span<const FinishedRun> runs,
-                                   std::span<const std::string> presets) {
-  std::vector<std::string> doubts;
+std::vector<Finding> findings_of(std::span<const FinishedRun> runs,
+                                 std::span<const std::string> presets) {
+  std::vector<Finding> findings;
   for (const FinishedRun& run : runs) {
     if (std::find(presets.begin(), presets.end(), run.figures.preset) == presets.end()) continue;
-    for (const std::string& doubt : run.doubts)
-      doubts.push_back(fmt::format("{} on {} from frame {}: {}", run.figures.preset,
-                                   run.figures.sequence, run.figures.first, doubt));
+    for (Finding finding : run.findings) {
+      finding.message = fmt::format("{} on {} from frame {}: {}", run.figures.preset,
+                                    run.figures.sequence, run.figures.first, finding.message);
+      findings.push_back(std::move(finding));
+    }
   }
-  return doubts;
+  return findings;
 }
 
 Comparison first_paths(std::span<const FinishedRun> runs, std::span<const std::string> presets) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/base/finding.hpp"
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/evaluate/benchmark_sequences.hpp"
 #include "stillmap/evaluate/compare.hpp"
@@ -47,8 +48,8 @@ std::vector<Variant> variants_of(const ReproduceArguments& arguments);
 struct FinishedRun {
   PaperRun figures;
   RecordedRun path;
-  std::vector<std::string> doubts;  ///< Reasons not to trust it.
-  bool kept = false;                ///< An earlier start of the same experiment made it.
+  std::vector<Finding> findings;  ///< Reasons not to trust its trajectory.
+  bool kept = false;              ///< An earlier start of the same experiment made it.
 };
 
 /// Returns whether a preset has what it needs on a sequence: a network or masks, unless it detects
@@ -111,9 +112,9 @@ std::vector<PaperRun> figures_of(std::span<const FinishedRun> runs);
 /// Returns a sentence per run that has no figures, with its problem.
 std::vector<std::string> problems_of(std::span<const FinishedRun> runs);
 
-/// Returns a sentence per reason not to trust a run of these presets.
-std::vector<std::string> doubts_of(std::span<const FinishedRun> runs,
-                                   std::span<const std::string> presets);
+/// Returns the reasons not to trust runs of these presets, each behind the name of its run.
+std::vector<Finding> findings_of(std::span<const FinishedRun> runs,
+                                 std::span<const std::string> presets);
 
 /// Returns the paths from the first frame of these presets, for the figure of the trajectories.
 Comparison first_paths(std::span<const FinishedRun> runs, std::span<const std::string> presets);

@@ -132,16 +132,16 @@ int record(const RecordArguments& arguments) {
   const std::size_t frames = add_frames(*source, writer, check);
   print_out("{}: {} frames, {} skipped\n{}", arguments.out, frames, source->skipped().size(),
             kept_text(writer.camera()));
-  std::vector<std::string> problems = check.problems();
+  std::vector<Finding> findings = check.findings();
   const std::size_t skipped = source->skipped().size();
-  if (are_many_unusable(skipped, frames + skipped))
-    problems.push_back(
-        fmt::format("{} of {} frames could not be used; look for the cause with: "
-                    "stillmap doctor {}",
-                    skipped, frames + skipped, arguments.source));
-  print_doubts(problems);
-  if (interrupted()) return kInterrupted;
-  return problems.empty() ? kSuccess : kDoubtful;
+  if (are_many_unusable(skipped, frames + skipped)) {
+    findings.push_back(
+        make_finding("unusable-frames",
+                     fmt::format("{} of {} frames could not be used", skipped, frames + skipped),
+                     "look for the cause with: stillmap doctor " + arguments.source));
+  }
+  const int code = print_findings(findings);
+  return interrupted() ? kInterrupted : code;
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include "stillmap/geometry/trajectory.hpp"
 #include "stillmap/pipeline/map_description.hpp"
 #include "stillmap/pipeline/recovered_run.hpp"
+#include "stillmap/pipeline/run_findings.hpp"
 #include "stillmap/pipeline/saved_views.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/report/live_trajectory.hpp"
@@ -103,7 +104,9 @@ int run(const RecoverArguments& arguments) {
   record.map = recovered.map;
   record.frames = recovered.frames.size();
   record.interrupted = record.recovered = true;
-  if (!recovered.map.damage.empty()) record.frame_problems = {recovered.map.damage};
+  if (!recovered.map.damage.empty())
+    record.findings.push_back(make_finding("damaged-map", recovered.map.damage));
+  append(run_findings(record), record.findings);
   RunOutputs outputs;
   outputs.dense = arguments.outputs;
   write_run_files(record, outputs, folder);
@@ -120,8 +123,7 @@ int run(const RecoverArguments& arguments) {
   folder.require_all();
   folder.remove_own(std::vector<std::string>{kRunJournal});
   folder.remove_stale();
-  print_doubts(record.doubts);
-  return record.doubts.empty() ? kSuccess : kDoubtful;
+  return print_findings(record.findings);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/finding_json.hpp"
 #include "stillmap/base/json_text.hpp"
 #include "stillmap/base/print.hpp"
 
@@ -137,10 +138,10 @@ std::string markdown_of(const PaperReport& report, const std::string& remarks) {
 }
 
 /// Returns the reasons not to trust some of the runs, as a list.
-std::string doubts_text(const std::vector<std::string>& doubts) {
-  if (doubts.empty()) return "";
+std::string untrusted_text(const std::vector<Finding>& findings) {
+  if (findings.empty()) return "";
   std::string text = "Runs that should not be trusted:\n\n";
-  for (const std::string& doubt : doubts) text += "- " + doubt + "\n";
+  for (const Finding& finding : findings) text += "- " + finding.text() + "\n";
   return text;
 }
 
@@ -163,8 +164,8 @@ void write_paper(const Paper& paper, const ReproduceArguments& arguments,
   const PaperReport report = report_of(paper, arguments, experiment, finished);
   const std::vector<std::string> columns = columns_of(paper, experiment);
   const std::vector<std::string> missing = missing_sequences({paper}, experiment);
-  const std::vector<std::string> doubts = doubts_of(finished, columns);
-  std::vector<std::string> remarks{left_out_text(experiment), doubts_text(doubts),
+  const std::vector<Finding> findings = findings_of(finished, columns);
+  std::vector<std::string> remarks{left_out_text(experiment), untrusted_text(findings),
                                    missing_text(missing)};
   std::erase(remarks, "");
   const std::string text = markdown_of(report, fmt::format("{}", fmt::join(remarks, "\n")));
@@ -175,7 +176,7 @@ void write_paper(const Paper& paper, const ReproduceArguments& arguments,
                       {"source", paper.source},
                       {"tables", report.tables},
                       {"protocol", report.protocol},
-                      {"doubts", doubts},
+                      {"findings", findings},
                       {"missing_sequences", missing},
                       {"presets_left_out", experiment.left_out}};
   json["runs"] = nlohmann::json::array();

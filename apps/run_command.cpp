@@ -30,14 +30,13 @@ int run(const RunArguments& arguments) {
   Session session = session_of(arguments, options);
   const std::filesystem::path out = session.out;
   const RunRecord record = run_session(std::move(session));
-  for (const std::string& note : record.notes) print_error("stillmap: note: {}\n", note);
-  print_doubts(record.doubts);
+  const int code = print_findings(record.findings);
   if (!arguments.quiet) {
     print_out("{}", open_line(out / "report.html",
                               ", or turn the map in a browser: stillmap view " + out.string()));
   }
   if (record.interrupted) return kInterrupted;
-  return record.doubts.empty() ? kSuccess : kDoubtful;
+  return code;
 }
 
 void add_input_options(CLI::App& command, RunArguments& arguments) {

@@ -99,10 +99,11 @@ ShutterTiming shutter_of(const RunRequest& request, SourceOptions range,
 }
 
 /// Returns the settings of the command line that have no effect, with the reasons.
-std::vector<std::string> unused_settings(const RunRequest& request, const Options& options) {
-  std::vector<std::string> unused;
+std::vector<Finding> unused_settings(const RunRequest& request, const Options& options) {
+  std::vector<Finding> unused;
   const auto add = [&](const std::string& setting, const std::string& reason) {
-    unused.push_back(fmt::format("{} has no effect: {}", setting, reason));
+    unused.push_back(
+        make_finding("unused-setting", fmt::format("{} has no effect: {}", setting, reason)));
   };
   for (const std::string& setting : request.settings) {
     const auto reason = why_unused(setting.substr(0, setting.find('=')), options);
@@ -125,8 +126,8 @@ std::vector<std::string> unused_settings(const RunRequest& request, const Option
   return unused;
 }
 
-/// Returns that the detector knows none of the classes that move; none if it knows one.
-std::optional<std::string> no_moving_class(const Detector& detector, const Options& options) {
+/// Returns the finding that the detector knows none of the classes that move; none if it knows one.
+std::optional<Finding> no_moving_class(const Detector& detector, const Options& options) {
   const auto& known = detector.class_names();
   const auto& moving = options.motion.moving_classes;
   if (moving.empty() ||
@@ -135,10 +136,11 @@ std::optional<std::string> no_moving_class(const Detector& detector, const Optio
   constexpr std::size_t kNamed = 10;
   const std::vector<std::string> some(known.begin(),
                                       known.begin() + std::min(kNamed, known.size()));
-  return fmt::format(
-      "the network knows none of the classes that move ({}); name those of its own ({}{}) with "
-      "--set motion.moving_classes=...",
-      fmt::join(moving, ", "), fmt::join(some, ", "), known.size() > kNamed ? ", ..." : "");
+  return make_finding(
+      "no-moving-class",
+      fmt::format("the network knows none of the classes that move ({})", fmt::join(moving, ", ")),
+      fmt::format("name those of its own ({}{}) with --set motion.moving_classes=...",
+                  fmt::join(some, ", "), known.size() > kNamed ? ", ..." : ""));
 }
 
 /// Adds the class of a single-class network to the moving classes, whatever its name, unless these
@@ -151,10 +153,10 @@ void take_only_class(const Detector& detector, Session& session) {
     return;
   moving.push_back(known.front());
   session.parameters.motion = parameters_of(session.options).motion;
-  session.notes.push_back(
-      fmt::format("the only class of the network, '{}', is taken as a moving class "
-                  "(motion.moving_classes)",
-                  known.front()));
+  session.findings.push_back(make_finding(
+      "only-class", fmt::format("the only class of the network, '{}', is taken as a moving class "
+                                "(motion.moving_classes)",
+                                known.front())));
 }
 
 /// Returns what to warn of; none without --zones.
@@ -243,7 +245,7 @@ Session session_of(const RunRequest& request, const Options& options) {
   check_save_map(request.save_map, request.force);
   Session session;
   session.options = options;
-  session.notes = unused_settings(request, options);
+  session.findings = unused_settings(request, options);
   session.parameters = parameters_of(options);
   session.outputs = request.outputs;
   session.outputs.save_map = request.save_map;
@@ -253,16 +255,18 @@ Session session_of(const RunRequest& request, const Options& options) {
   const Stopwatch loading;
   session.start = start_of(request, session.parameters, source->camera());
   if (session.start) {
-    session.map_damage = session.start->saved.damage;
+    if (!session.start->saved.damage.empty())
+      session.findings.push_back(make_finding("damaged-map", session.start->saved.damage));
     session.loaded =
         LoadedMap{request.load_map, session.start->extend, loading.milliseconds() / 1000};
   }
   session.recording = recording_of(request);
   if (std::filesystem::is_directory(request.sequence) && names_image_folder(request.sequence) &&
       !range.following) {
-    session.depth_problem =
-        depth_unit_problem(request.sequence, source->camera(), request.associations);
-    session.order_problem = order_problem(request.sequence, request.associations);
+    const auto depth = depth_unit_finding(request.sequence, source->camera(), request.associations);
+    const auto order = order_finding(request.sequence, request.associations);
+    if (depth) session.findings.push_back(*depth);
+    if (order) session.findings.push_back(*order);
   }
   if (request.force) session.foreign = ResultFolder::Foreign::kOverwrite;
   session.rules = rules_of(request, options);
@@ -281,7 +285,8 @@ Session session_of(const RunRequest& request, const Options& options) {
   check_classes(options, session.detector.get());
   if (session.detector) {
     take_only_class(*session.detector, session);
-    session.network_problem = no_moving_class(*session.detector, session.options).value_or("");
+    if (auto finding = no_moving_class(*session.detector, session.options))
+      session.findings.push_back(*std::move(finding));
   }
   require_free_outputs(session);
   session.view = opened_view(view_address_of(request.view));

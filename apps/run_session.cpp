@@ -10,6 +10,7 @@
 #include "stillmap/evaluate/timing.hpp"
 #include "stillmap/pipeline/paced_source.hpp"
 #include "stillmap/pipeline/prefetch.hpp"
+#include "stillmap/pipeline/run_findings.hpp"
 #include "stillmap/pipeline/run_journal.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/report/figure_recorder.hpp"
@@ -75,7 +76,11 @@ void drive(SlamSystem& slam, FrameSource& source, std::optional<std::size_t> tot
   }
   record.interrupted = interrupted();
   record.gallery = gallery.take();
-  record.frame_problems = check.problems();
+  const std::vector<Finding> found = check.findings();
+  // All frames show the depth factor better than the few images read before the run.
+  if (!found.empty())
+    std::erase_if(record.findings, [](const auto& f) { return f.code == "depth-factor"; });
+  append(found, record.findings);
 }
 
 /// Opens the journal of the run in its folder.
@@ -126,12 +131,6 @@ void map_sequence(Session& session, ViewServer* server, Recorders& recorders, Re
   open_journal(session, slam, recorders, folder);
   if (recorders.warnings && (realtime || session.live)) recorders.warnings->watch_for_silence();
   drive(slam, *source, session.total_frames, recorders, record);
-  // What the frames show is more precise.
-  if (record.frame_problems.empty() && !session.depth_problem.empty())
-    record.frame_problems = {session.depth_problem};
-  if (!session.order_problem.empty()) record.frame_problems.push_back(session.order_problem);
-  if (!session.network_problem.empty()) record.frame_problems.push_back(session.network_problem);
-  if (!session.map_damage.empty()) record.frame_problems.push_back(session.map_damage);
   if (recorders.warnings) {
     recorders.warnings->finish();
     record.warnings = recorders.warnings->told();
@@ -150,6 +149,7 @@ void map_sequence(Session& session, ViewServer* server, Recorders& recorders, Re
     record.map = slam.saved_map("stillmap " STILLMAP_VERSION);
   record.skipped = source->skipped();
   if (paced != nullptr) record.dropped = paced->dropped();
+  append(run_findings(record), record.findings);
 }
 
 /// Does as map_sequence(). If it throws, tells how the results so far are saved.
@@ -184,20 +184,23 @@ std::unique_ptr<WarningRecorder> warning_recorder(const Session& session, ViewSe
   return recorder;
 }
 
-/// Returns the problem that the zones stand tilted, since their upward direction was not given and
+/// Returns the finding that the zones stand tilted, since their upward direction was not given and
 /// the floor of the run shows another one; none if there is none.
-std::optional<std::string> tilted_zones(const WarningRules& rules, const RunRecord& record) {
+std::optional<Finding> tilted_zones(const WarningRules& rules, const RunRecord& record) {
   constexpr double kTolerated = 10;  // [degrees]
   if (rules.up_is_given) return std::nullopt;
   const Ground ground = displayed_ground(record.result.trajectory, record.result.dense.cloud);
   const double angle =
       std::acos(std::clamp(rules.up.dot(ground.up), -1.0, 1.0)) * 180 / std::numbers::pi;
   if (ground.source != UpSource::kFloor || angle < kTolerated) return std::nullopt;
-  return fmt::format(
-      "the rules have no upward direction, so the camera was taken to start level, but the floor "
-      "is tilted by {:.0f} degrees: add the line 'up: [{:.3f}, {:.3f}, {:.3f}]' to the file of "
-      "--zones",
-      angle, ground.up.x(), ground.up.y(), ground.up.z());
+  return make_finding(
+      "zones-tilted",
+      fmt::format("the rules have no upward direction, so the camera was taken to start level, but "
+                  "the floor is tilted by {:.0f} degrees",
+                  angle),
+      fmt::format("add the line 'up: [{:.3f}, {:.3f}, {:.3f}]' to the file of --zones",
+                  ground.up.x(), ground.up.y(), ground.up.z()),
+      {{"tilt_deg", angle}});
 }
 
 /// Returns the events of a run and the computing times of its stages.
@@ -243,7 +246,7 @@ RunRecord run_session(Session session) {
   record.options = session.options;
   record.truth = std::move(session.truth);
   record.loaded = session.loaded;
-  record.notes = session.notes;
+  record.findings = session.findings;
   if (session.detector) {
     record.detector = session.detector->description();
     record.detector_gives_boxes_only = !session.detector->gives_masks();
@@ -267,12 +270,11 @@ RunRecord run_session(Session session) {
 
   evaluate_run(record);
   if (record.truth) {
-    const auto doubts = reading_doubts(*record.truth, record.result.trajectory, session.names);
-    record.notes.insert(record.notes.end(), doubts.begin(), doubts.end());
+    append(truth_findings(*record.truth, record.result.trajectory, session.names), record.findings);
   }
   if (session.rules) {
-    if (auto problem = tilted_zones(*session.rules, record))
-      record.frame_problems.push_back(std::move(*problem));
+    if (auto finding = tilted_zones(*session.rules, record))
+      record.findings.push_back(*std::move(finding));
   }
   folder.make_room_by(kRunJournal);
   traced("files", [&] {
@@ -281,10 +283,7 @@ RunRecord run_session(Session session) {
   });
   if (!session.quiet) print_out("{}", run_summary_text(record));
   if (session.verbose) print_out("{}", details_text(record));
-  if (recorders.warnings) {
-    const auto& problems = recorders.warnings->problems();
-    record.doubts.insert(record.doubts.end(), problems.begin(), problems.end());
-  }
+  if (recorders.warnings) append(recorders.warnings->findings(), record.findings);
   recorders.labels.finish();
   traced("figures", [&] { recorders.figures.finish(record); });
   if (session.outputs.profile)

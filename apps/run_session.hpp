@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/evaluate/reading_doubts.hpp"
+#include "stillmap/evaluate/truth_findings.hpp"
 #include "stillmap/report/run_folder.hpp"
 #include "stillmap/sensor/frame_source.hpp"
 #include "stillmap/view/view_server.hpp"
@@ -27,16 +27,12 @@ struct Session {
   SlamParameters parameters;         ///< The parameters that follow from the options.
   std::optional<StartingMap> start;  ///< Map to start from.
   std::optional<LoadedMap> loaded;   ///< Where that map comes from.
-  std::string map_damage = {};       ///< SavedMap::damage of that map.
   std::filesystem::path out;         ///< Folder of the results.
   ResultFolder::Foreign foreign = ResultFolder::Foreign::kKeep;
   RunOutputs outputs;
-  bool live_camera = false;  ///< Whether the source is a camera, which drops frames by itself.
-  bool live = false;         ///< Whether the source delivers frames while they are recorded.
-  std::vector<std::string> notes;     ///< See RunRecord::notes.
-  std::string network_problem;        ///< Why the network detects no moving class; empty: it does.
-  std::string depth_problem = {};     ///< Result of depth_unit_problem().
-  std::string order_problem = {};     ///< Result of order_problem().
+  bool live_camera = false;       ///< Whether the source is a camera, which drops frames by itself.
+  bool live = false;              ///< Whether the source delivers frames while they are recorded.
+  std::vector<Finding> findings;  ///< About recording, network and settings, before the run.
   std::optional<WarningRules> rules;  ///< Rules of --zones; none: no warnings.
   std::FILE* event_lines = nullptr;   ///< Receives the events as lines of JSON; null: none.
   std::unique_ptr<ViewServer> view;   ///< Serves the page that shows the run; null: none.

@@ -264,7 +264,7 @@ class Server(ViewTest):
         subprocess.run([PROGRAM, "run", self.sequence, *self.masks, "--count", "40", "--preset", "gated-seg", "--out", run], check=False,
                        stdout=subprocess.DEVNULL)
         summary = self.messages(self.view("view", run, "--port", "0"))["summary"]["summary"]
-        self.assertIsInstance(summary["doubts"], list)
+        self.assertIsInstance(summary["findings"], list)
         self.assertIsInstance(summary["frames"]["uncertain_at"], list)
         for begin, end in summary["frames"]["highly_dynamic_periods"]:
             self.assertLessEqual(begin, end)
@@ -404,7 +404,8 @@ class InTheBrowser(ViewTest):
         summary = json.loads((run / "summary.json").read_text())
         times = [float(line.split()[0]) for line in (run / "trajectory.txt").read_text().splitlines() if not line.startswith("#")]
         first, last = times[0], times[-1]
-        summary["doubts"] = ["the focal length is wrong"]
+        summary["findings"] = [{"code": "focal-length", "severity": "untrusted", "message": "the focal length is wrong", "fix": None,
+                                "evidence": {}}]
         summary["frames"].update(uncertain_at=[(first + last) / 2], highly_dynamic=20,
                                  highly_dynamic_periods=[[first, first + 0.4 * (last - first)]])
         (run / "summary.json").write_text(json.dumps(summary))

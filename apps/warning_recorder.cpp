@@ -122,8 +122,9 @@ void WarningRecorder::finish() {
                 events.reason.empty() ? "it was away or too slow" : events.reason);
     print_out("\n");
     if (events.sent == 0 && events.refused + events.dropped > 0)
-      problems_.push_back(fmt::format("{} got none of the {} events", receiver.address.text(),
-                                      events.refused + events.dropped));
+      findings_.push_back(make_finding(
+          "events-lost", fmt::format("{} got none of the {} events", receiver.address.text(),
+                                     events.refused + events.dropped)));
   }
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/base/finding.hpp"
 #include "stillmap/pipeline/slam_system.hpp"
 #include "stillmap/report/result_folder.hpp"
 #include "stillmap/report/run_folder.hpp"
@@ -59,8 +60,8 @@ class WarningRecorder {
   void finish();
 
   std::size_t warnings() const { return warnings_; }  ///< Number of warnings that have begun.
-  /// Returns a sentence for each receiver that got no event; to be called after finish().
-  const std::vector<std::string>& problems() const { return problems_; }
+  /// Returns a finding for each receiver that got no event; to be called after finish().
+  const std::vector<Finding>& findings() const { return findings_; }
   /// Returns all announced events, ordered by time; to be called after finish().
   const std::vector<RunEvent>& told() const { return told_; }
 
@@ -77,7 +78,7 @@ class WarningRecorder {
   const WarningOutputs outputs_;
   const std::string run_ = random_token();  // tells the events of this run from those of others
   std::ofstream file_;
-  std::vector<std::string> problems_;
+  std::vector<Finding> findings_;
   std::vector<nlohmann::json> events_;
   std::vector<RunEvent> told_;
   std::vector<Receiver> receivers_;

@@ -2,6 +2,7 @@
 # test `install` compiles each of them alone.
 set(STILLMAP_PUBLIC_HEADERS
   base/error.hpp
+  base/finding.hpp
   dense/cloud.hpp
   evaluate.hpp
   geometry/camera.hpp

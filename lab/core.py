@@ -14,7 +14,7 @@ LAB_PROGRAM = ROOT / "build/release/stillmap_lab"
 PRESETS = ["orb-rgbd", "static", "seg-mask", "box-flow", "gated-seg", "box-epipolar", "fused", "fused-no-network"]
 BOX_PRESETS = {"box-flow", "box-epipolar"}  # their papers use boxes, not masks
 NO_NETWORK = "-no-network"
-DOUBT = 3  # exit code of a run that tells a doubt about its result
+UNTRUSTED = 3  # exit code of a run whose result should not be trusted
 
 
 class Failed(RuntimeError):
@@ -39,14 +39,14 @@ def call(command, log):
     """Runs a program and writes its output to a log.
 
     @return share of the machine that other programs used meanwhile [0..1]; None where it is not known
-    Throws Failed with the end of the log if the program fails. A run that tells a doubt about its result has not failed."""
+    Throws Failed with the end of the log if the program fails. A run whose result should not be trusted has not failed."""
     before = processor_time()
     with log.open("w", encoding="utf-8") as to:
         process = subprocess.Popen([str(word) for word in command], stdout=to, stderr=subprocess.STDOUT)
         _, status, usage = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)
     after = processor_time()
-    if process.returncode not in (0, DOUBT):
+    if process.returncode not in (0, UNTRUSTED):
         end = log.read_text(encoding="utf-8", errors="replace").strip().splitlines()[-3:]
         raise Failed(f"exit code {process.returncode}: {' / '.join(end)}")
     if before is None or after is None or after[1] <= before[1]:

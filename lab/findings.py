@@ -115,22 +115,16 @@ WRONG = {"depth factor x 2": camera_times("depth_factor", 2), "depth factor x 0.
 # ------------------------------------------------------------------------------------------------------ measurement
 
 
-def kind(text):
-    """Returns the words of a finding without numbers and file names, which are the same for all findings of a kind."""
-    words = re.sub(r"\S*[/\d]\S*|[(,:].*", "", text).split()
-    return " ".join(words[:9])
-
-
 def findings_of(arguments, sequence, first, count):
-    """Returns the findings that put the result of a piece in doubt."""
+    """Returns the codes of the findings by which the result of a piece should not be trusted."""
     out = arguments.out / "run"
     command = core.run_command(arguments.program, sequence, out,
                                ["--first", first, "--count", count, "--preset", arguments.preset, "--force", "-q"],
                                settings=["dense.enabled=false"])
     done = subprocess.run(command, capture_output=True, text=True, check=False)
-    if done.returncode not in (0, core.DOUBT):
-        return ["failed: " + done.stderr.strip().splitlines()[-1]]
-    return core.read_json(out / "summary.json").get("doubts", [])
+    if done.returncode not in (0, core.UNTRUSTED):
+        return ["failed"]
+    return [f["code"] for f in core.read_json(out / "summary.json")["findings"] if f["severity"] == "untrusted"]
 
 
 def pieces(sequence, lengths, step):
@@ -150,7 +144,7 @@ def measure(arguments, sequence, variant, lengths, step):
 def table(results, head):
     variants = core.in_order(r["variant"] for r in results)
     total = Counter(r["variant"] for r in results)
-    found = Counter((name, r["variant"]) for r in results for name in {kind(f) for f in r["findings"]} or {"none"})
+    found = Counter((name, r["variant"]) for r in results for name in set(r["findings"]) or {"none"})
     kinds = sorted({name for name, _ in found}, key=lambda name: (name == "none", name))
     lines = [[name, *(f"{found[name, variant]}" for variant in variants)] for name in kinds]
     return core.markdown(["finding", *(f"{v}: {total[v]} pieces" for v in variants)], lines, head)

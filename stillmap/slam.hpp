@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/base/finding.hpp"
 #include "stillmap/dense/cloud.hpp"
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/geometry/pose.hpp"
@@ -148,6 +149,9 @@ struct Results {
   std::vector<MovingObjectTrack> movers;
   std::vector<MapEvent> events;
   RunStatistics statistics;
+  /// What the frames and the map show to be wrong or worth knowing, such as a wrong depth factor;
+  /// those of the severity kUntrusted are reasons not to trust the results.
+  std::vector<Finding> findings;
   std::shared_ptr<const RunDetails> details;  ///< Data for write_results().
 };
 

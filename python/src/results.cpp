@@ -179,6 +179,18 @@ void bind_results(py::module_& module) {
   bind_movers(module);
   bind_updates(module);
   bind_snapshot(module);
+  py::class_<Finding>(module, "Finding", "Something about a recording or a result.")
+      .def_readonly("code", &Finding::code, "Code of docs/findings.md, such as 'depth-factor'.")
+      .def_property_readonly(
+          "severity", [](const Finding& finding) { return name_of(finding.severity); },
+          "'note', 'warning', or 'untrusted': the result is probably wrong.")
+      .def_readonly("message", &Finding::message, "One sentence.")
+      .def_readonly("fix", &Finding::fix, "What to do about it; empty: nothing.")
+      .def_readonly("evidence", &Finding::evidence, "Numbers by name; the unit ends the name.")
+      .def("__repr__", [](const Finding& finding) {
+        return fmt::format("<Finding {}: {}>", finding.code, finding.text());
+      });
+
   py::class_<Results, std::shared_ptr<Results>>(module, "Results", "All results of a run.")
       .def_property_readonly(
           "trajectory", [](const Results& r) { return rows_of(r.trajectory); },
@@ -198,6 +210,8 @@ void bind_results(py::module_& module) {
       .def_property_readonly(
           "statistics", [](const Results& r) { return statistics_of(r.statistics); },
           "frames, tracked, segmented, maps, landmarks, tracking_median_ms [ms].")
+      .def_readonly("findings", &Results::findings,
+                    "What the frames and the map show to be wrong or worth knowing (Finding).")
       .def(
           "write",
           [](const Results& results, const std::filesystem::path& folder,

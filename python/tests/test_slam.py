@@ -155,3 +155,17 @@ def test_a_frame_of_another_camera_is_refused(frames, camera):
                             depth_factor=camera.depth_factor)
     with pytest.raises(stillmap.Error, match=r"another camera.*\n.*Slam\(source.camera\)"):
         stillmap.Slam(other).push(frames[0])
+
+
+def test_a_wrong_depth_factor_is_a_finding(recording):
+    camera = stillmap.source(recording).camera
+    wrong = stillmap.Camera(camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy,
+                            depth_factor=camera.depth_factor / 10)
+    options = {"dense": {"enabled": False}, "movers": {"enabled": False}}
+    for used, codes in ((camera, []), (wrong, ["no-depth", "low-coverage"])):
+        slam = stillmap.Slam(used, **options)
+        for frame in stillmap.source(recording, camera=used):
+            slam.push(frame)
+        findings = slam.finish().findings
+        assert [f.code for f in findings] == codes
+        assert all(f.severity == "untrusted" and f.fix for f in findings)

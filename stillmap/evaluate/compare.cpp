@@ -2,6 +2,7 @@
 #include "stillmap/evaluate/compare.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/finding_json.hpp"
 
 #include <algorithm>
 #include <array>
@@ -57,14 +58,15 @@ ComparedRun evaluate_run(const RecordedRun& run, std::size_t baseline) {
   result.sequence = run.sequence;
   result.baseline = baseline;
   result.truth = run.truth;
-  result.doubts = run.doubts;
+  result.findings = run.findings;
   try {
     result.evaluation =
         evaluate_trajectory(run.truth, run.estimate, {.total_frames = run.total_frames});
   } catch (const Error& error) {
     result.problem = error.what();
-    result.doubts.push_back("cannot be evaluated: " +
-                            result.problem.substr(0, result.problem.find('\n')));
+    result.findings.push_back(make_finding(
+        "not-evaluated",
+        "cannot be evaluated: " + result.problem.substr(0, result.problem.find('\n'))));
   }
   return result;
 }
@@ -147,8 +149,8 @@ std::string csv_line(const Comparison& comparison, std::size_t index, const Meas
   const ComparedRun& run = comparison.runs[index];
   std::string line =
       fmt::format("{},{},{}", csv_cell(run.name), csv_cell(run.sequence), measure.key);
-  const std::string doubts = csv_cell(fmt::format("{}", fmt::join(run.doubts, "; ")));
-  if (!run.evaluation) return line + ",,,,,,,,,,,,," + doubts + "\n";
+  const std::string findings = csv_cell(fmt::format("{}", fmt::join(texts_of(run.findings), "; ")));
+  if (!run.evaluation) return line + ",,,,,,,,,,,,," + findings + "\n";
   const Statistics& errors = measure.of(*run.evaluation);
   const auto add = [&line](const std::optional<double>& value) {
     line += value ? fmt::format(",{:.6g}", *value) : ",";
@@ -161,7 +163,7 @@ std::string csv_line(const Comparison& comparison, std::size_t index, const Meas
   for (const Figure& figure : kFigures) add(improvement_of(comparison, index, measure, figure));
   const Coverage& coverage = run.evaluation->coverage;
   return line +
-         fmt::format(",{},{},{},{}\n", errors.count, coverage.tracked, coverage.total, doubts);
+         fmt::format(",{},{},{},{}\n", errors.count, coverage.tracked, coverage.total, findings);
 }
 
 nlohmann::json improvements(const Evaluation& baseline, const Evaluation& evaluation) {
@@ -187,17 +189,19 @@ double improvement_rate(double alpha, double beta) {
 
 std::string shown_name(const ComparedRun& run, const std::string& separator) {
   const std::string name = run.sequence.empty() ? run.name : run.name + separator + run.sequence;
-  return run.doubts.empty() ? name : name + " (in doubt)";
+  return run.findings.empty() ? name : name + " (untrusted)";
 }
 
-std::vector<std::string> doubts_of(const Comparison& comparison) {
-  std::vector<std::string> doubts;
+std::vector<Finding> findings_of(const Comparison& comparison) {
+  std::vector<Finding> findings;
   for (const ComparedRun& run : comparison.runs) {
-    for (const std::string& doubt : run.doubts)
-      doubts.push_back((run.sequence.empty() ? run.name : run.name + ", " + run.sequence) + ": " +
-                       doubt);
+    const std::string name = run.sequence.empty() ? run.name : run.name + ", " + run.sequence;
+    for (Finding finding : run.findings) {
+      finding.message = name + ": " + finding.message;
+      findings.push_back(std::move(finding));
+    }
   }
-  return doubts;
+  return findings;
 }
 
 Comparison compare_runs(std::span<const RecordedRun> runs) {
@@ -226,11 +230,11 @@ std::vector<FigureTable> comparison_tables(const Comparison& comparison) {
 
 namespace {
 
-/// Returns the tables with the doubts as notes of the first one.
-std::vector<FigureTable> tables_with_doubts(const Comparison& comparison) {
+/// Returns the tables with the findings as notes of the first one.
+std::vector<FigureTable> tables_with_findings(const Comparison& comparison) {
   std::vector<FigureTable> tables = comparison_tables(comparison);
-  for (const std::string& doubt : doubts_of(comparison))
-    tables.front().notes.push_back("Do not trust this result: " + doubt);
+  for (const Finding& finding : findings_of(comparison))
+    tables.front().notes.push_back("Do not trust this result: " + finding.text());
   return tables;
 }
 
@@ -238,7 +242,7 @@ std::vector<FigureTable> tables_with_doubts(const Comparison& comparison) {
 
 std::string comparison_markdown(const Comparison& comparison) {
   std::string text;
-  for (const FigureTable& table : tables_with_doubts(comparison)) {
+  for (const FigureTable& table : tables_with_findings(comparison)) {
     if (!text.empty()) text += '\n';
     text += table_markdown(table);
   }
@@ -247,14 +251,14 @@ std::string comparison_markdown(const Comparison& comparison) {
 
 std::string comparison_latex(const Comparison& comparison) {
   std::string text;
-  for (const FigureTable& table : tables_with_doubts(comparison)) text += table_latex(table);
+  for (const FigureTable& table : tables_with_findings(comparison)) text += table_latex(table);
   return text;
 }
 
 std::string comparison_csv(const Comparison& comparison) {
   std::string text =
       "run,sequence,error,rmse,mean,median,sd,max,rmse_improved_percent,mean_improved_percent,"
-      "median_improved_percent,sd_improved_percent,pairs,tracked_frames,frames,doubts\n";
+      "median_improved_percent,sd_improved_percent,pairs,tracked_frames,frames,findings\n";
   for (const Measure& measure : kMeasures) {
     for (std::size_t i = 0; i < comparison.runs.size(); ++i)
       text += csv_line(comparison, i, measure);
@@ -267,7 +271,7 @@ void to_json(nlohmann::json& json, const Comparison& comparison) {
   for (std::size_t i = 0; i < comparison.runs.size(); ++i) {
     const ComparedRun& run = comparison.runs[i];
     nlohmann::json entry{{"name", run.name}, {"sequence", run.sequence}};
-    entry["doubts"] = run.doubts;
+    entry["findings"] = run.findings;
     entry["baseline"] = comparison.runs[run.baseline].name;
     if (!run.evaluation) {
       entry["problem"] = run.problem;

@@ -75,20 +75,21 @@ TEST(Compare, MeasuresImprovementAgainstTheFirstRunOfTheSequence) {
 
 TEST(Compare, DoubtsOfARunAreRepeatedInAllTables) {
   std::vector<RecordedRun> runs = two_systems();
-  runs[1].doubts = {"the floor, say, was not seen"};
+  runs[1].findings = {make_finding("low-coverage", "the floor, say, was not seen")};
   const Comparison comparison = compare_runs(runs);
-  EXPECT_THAT(doubts_of(comparison),
+  EXPECT_THAT(texts_of(findings_of(comparison)),
               ::testing::ElementsAre("seg-mask, walk: the floor, say, was not seen"));
   for (const FigureTable& table : comparison_tables(comparison)) {
     EXPECT_EQ(table.rows.at(0).at(0).shown(), "static  walk");
-    EXPECT_EQ(table.rows.at(1).at(0).shown(), "seg-mask  walk (in doubt)");
+    EXPECT_EQ(table.rows.at(1).at(0).shown(), "seg-mask  walk (untrusted)");
   }
   for (const std::string& text : {comparison_markdown(comparison), comparison_latex(comparison)})
     EXPECT_THAT(text, HasSubstr("trust this result: seg-mask, walk: the floor, say, was not seen"));
   EXPECT_THAT(comparison_csv(comparison), HasSubstr(",\"the floor, say, was not seen\"\n"));
   const nlohmann::json json = comparison;
-  EXPECT_TRUE(json.at("runs").at(0).at("doubts").empty());
-  EXPECT_EQ(json.at("runs").at(1).at("doubts").at(0), "the floor, say, was not seen");
+  EXPECT_TRUE(json.at("runs").at(0).at("findings").empty());
+  EXPECT_EQ(json.at("runs").at(1).at("findings").at(0).at("message"),
+            "the floor, say, was not seen");
 }
 
 TEST(Compare, AnErrorOfMoreThanTwiceTheBaselinesIsShownAsARatio) {

@@ -126,9 +126,9 @@ struct Pass {
   ShutterTiming timing;
   /// Correction of the timing that the frames showed last, before it was applied.
   std::optional<ShutterCalibration::Correction> timing_correction;
-  bool complete = false;      ///< Whether the timing stayed the same to the last frame.
-  BundleProblem problem;      ///< Empty if not complete.
-  std::string carried_doubt;  ///< See CarriedParts::doubt(); empty if not complete.
+  bool complete = false;                 ///< Whether the timing stayed the same to the last frame.
+  BundleProblem problem;                 ///< Empty if not complete.
+  std::optional<Finding> carried_parts;  ///< None if not complete.
 };
 
 Pass track(std::unique_ptr<FrameSource> source, const SlamParameters& parameters) {
@@ -148,7 +148,7 @@ Pass track(std::unique_ptr<FrameSource> source, const SlamParameters& parameters
   }
   pass.timing = start;
   pass.complete = true;
-  pass.carried_doubt = slam.finish().carried_doubt;
+  pass.carried_parts = slam.finish().carried_parts;
   pass.problem = log.problem(slam.map());
   return pass;
 }
@@ -342,7 +342,7 @@ CalibrationReport calibrate_recording(
   }
   report.frames = pass.problem.T_world_camera.size();
   report.observations = pass.problem.observations.size();
-  report.carried_doubt = pass.carried_doubt;
+  report.carried_parts = pass.carried_parts;
   report.camera = camera;
   set_values(corrected_values(recorded, report.parameters), report.camera);
   add_timing(recorded, timed, report);

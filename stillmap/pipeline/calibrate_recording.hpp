@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/base/finding.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/sensor/frame_source.hpp"
 
@@ -34,8 +35,7 @@ struct CalibrationReport {
   std::size_t observations = 0;  ///< Number of observations of landmarks that were adjusted.
   /// Estimate of fx that was too far from the given value to be used [pixels]; none without one.
   std::optional<double> discarded_focal_length;
-  std::string
-      carried_doubt;  ///< See CarriedParts::doubt(); if not empty, the estimates are invalid.
+  std::optional<Finding> carried_parts;  ///< If there is this finding, the estimates are invalid.
 };
 
 /// Estimates a camera's parameters from a recording made with it. The frames are tracked and mapped

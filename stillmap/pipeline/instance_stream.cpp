@@ -124,7 +124,7 @@ void InstanceStream::finish() {
   if (detector_) {
     skipped_ = detector_->skipped();
     failures_ = detector_->failures();
-    doubt_ = detector_->doubt();
+    finding_ = detector_->finding();
   }
   detector_.reset();
 }

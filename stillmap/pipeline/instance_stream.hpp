@@ -66,8 +66,8 @@ class InstanceStream {
   const std::string& skipped() const { return skipped_; }
   /// Returns Detector::failures() at the end of the run. Called after finish().
   std::size_t failures() const { return failures_; }
-  /// Returns Detector::doubt() at the end of the run. Called after finish().
-  const std::string& doubt() const { return doubt_; }
+  /// Returns Detector::finding() at the end of the run. Called after finish().
+  const std::optional<Finding>& finding() const { return finding_; }
 
  private:
   struct PropagationTask {
@@ -94,7 +94,7 @@ class InstanceStream {
   std::size_t segmented_ = 0;
   std::string skipped_;
   std::size_t failures_ = 0;
-  std::string doubt_;
+  std::optional<Finding> finding_;
 
   // Used by the propagation thread until finish().
   MaskPropagator propagator_;

@@ -1,20 +1,41 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/base/finding.hpp"
 #include "stillmap/options.hpp"
 #include "stillmap/pipeline/slam_system.hpp"
+#include "stillmap/sensor/frame_source.hpp"
 
+#include <cstddef>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace stillmap {
 
-/// All data of a run that was made through the class Slam, for write_results().
+/// All data of a run from which its findings and its files are made.
 struct RunDetails {
-  SlamResult result;
-  Options options;              ///< All options in force.
-  std::string detector;         ///< Description of the object detector; empty: none.
-  std::optional<SavedMap> map;  ///< The map with the views of the dense map, if that was made.
-  double seconds = 0;           ///< Time from construction to the end of finish() [s].
+  SlamResult result;     ///< Trajectory, map, movers and timing.
+  Options options;       ///< All options in force.
+  std::string detector;  ///< Description of the object detector; empty: none.
+  bool detector_gives_boxes_only = false;
+  std::optional<SavedMap> map;        ///< The map to be saved, with the views of the dense map.
+  std::vector<SkippedFrame> skipped;  ///< Frames that the source could not read.
+  std::size_t frames = 0;             ///< Number of frames passed to the tracker.
+  std::vector<double> dropped;        ///< Times of frames dropped because tracking was late [s].
+  double seconds = 0;                 ///< Wall time of the run, without writing files [s].
+  bool recovered = false;             ///< Whether the run was killed; from its journal.
+  /// What the user should know about recording and results, see FindingKind.
+  std::vector<Finding> findings;
+
+  /// Returns the number of frames of the sequence: processed, dropped and unreadable ones.
+  std::size_t total_frames() const { return frames + dropped.size() + frames_skipped(); }
+  /// Returns the number of frames that the source could not read.
+  std::size_t frames_skipped() const;
+  /// Returns the times of all frames that were dropped late, of a recording or a live camera [s].
+  std::vector<double> late_frames() const;
 };
+
+/// Returns the number of frames of a run with a property, such as FrameRecord::relocalized.
+std::size_t frames_with(const SlamResult& result, bool FrameRecord::*property);
 
 }  // namespace stillmap

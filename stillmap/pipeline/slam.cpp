@@ -7,11 +7,13 @@
 #include "stillmap/base/statistics.hpp"
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/pipeline/run_details.hpp"
+#include "stillmap/pipeline/run_findings.hpp"
 #include "stillmap/pipeline/run_journal.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/pipeline/slam_system.hpp"
 #include "stillmap/pipeline/snapshot.hpp"
 #include "stillmap/segment/make_detector.hpp"
+#include "stillmap/sensor/frame_check.hpp"
 #include "stillmap/sensor/frame_maker.hpp"
 #include "stillmap/sensor/halved.hpp"
 #include "stillmap/sensor/require_image.hpp"
@@ -100,6 +102,7 @@ Results results_of(const std::shared_ptr<const RunDetails>& details) {
                         .maps = result.maps,
                         .landmarks = result.landmarks,
                         .tracking_median_ms = quantile(result.timing.samples("tracking"), 0.5)};
+  results.findings = details->findings;
   results.details = details;
   return results;
 }
@@ -111,9 +114,11 @@ struct Slam::Impl {
        std::unique_ptr<Detector> detector, const std::optional<StartMap>& start)
       : options(chosen),
         detector_description(detector ? detector->description() : ""),
+        detector_gives_boxes_only(detector && !detector->gives_masks()),
         frames(camera),
         rectifies(camera.distorted() || !camera.ignore.empty()),
         selection(chosen.input),
+        check(tracked_camera(frames.camera(), chosen)),
         system(tracked_camera(frames.camera(), chosen), parameters, std::move(detector),
                starting_map(start, parameters.dense.memory)) {}
 
@@ -124,10 +129,12 @@ struct Slam::Impl {
   const Stopwatch watch;
   const Options options;
   const std::string detector_description;
+  const bool detector_gives_boxes_only;
   FrameMaker frames;
   const bool rectifies;  // whether the images are distorted or have ignored pixels
   std::vector<std::weak_ptr<const RgbdFrame>> rectified;  // frames made but not pushed yet
   FrameSelection selection;
+  FrameCheck check;
   std::size_t next_index = 0;
   Subscribers<PoseUpdate> pose;
   Subscribers<KeyframePose> keyframe;
@@ -225,8 +232,9 @@ std::optional<Pose> Slam::push(const RgbdFramePtr& frame) {
   const bool used = impl_->selection.uses_next();
   if (used) {
     const bool half = impl_->options.input.half_size;
-    T_world_camera =
-        impl_->system.push(half ? std::make_shared<const RgbdFrame>(halved(*frame)) : frame);
+    const RgbdFramePtr tracked = half ? std::make_shared<const RgbdFrame>(halved(*frame)) : frame;
+    T_world_camera = impl_->system.push(tracked);
+    impl_->check.add(*tracked);
   }
   impl_->selection.advance();
   impl_->next_index = std::max(impl_->next_index, frame->index + 1);
@@ -266,8 +274,12 @@ Results Slam::finish() {
   details->result = impl_->system.finish();
   details->options = impl_->options;
   details->detector = impl_->detector_description;
+  details->detector_gives_boxes_only = impl_->detector_gives_boxes_only;
+  details->frames = details->result.frames.size();
   if (impl_->options.dense.enabled) details->map = impl_->system.saved_map(kWriter);
   details->seconds = impl_->watch.milliseconds() / 1000;
+  details->findings = impl_->check.findings();
+  append(run_findings(*details), details->findings);
   Results results = results_of(details);
   impl_->system.show(results.cloud);
   if (impl_->keyframe.any()) impl_->notify_keyframes(impl_->system.view());

@@ -319,8 +319,8 @@ void SlamSystem::collect_statistics(SlamResult& result) const {
   result.detector = instances_.use();
   result.detector_failures = instances_.failures();
   result.detector_skipped = instances_.skipped();
-  result.detector_doubt = instances_.doubt();
-  result.carried_doubt = carried_.doubt();
+  result.detector_finding = instances_.finding();
+  result.carried_parts = carried_.finding();
   result.load_shedding = load_shedding();
   result.camera = camera_;
   result.shutter = tracker_.shutter();

@@ -56,8 +56,8 @@ struct SlamResult {
   std::optional<DetectorUse> detector;  ///< The detector and its schedule; none without one.
   std::size_t detector_failures = 0;    ///< Number of frames without a usable mask.
   std::string detector_skipped;         ///< Frames without a usable mask, in one line; empty: none.
-  std::string detector_doubt;           ///< See Detector::doubt().
-  std::string carried_doubt;            ///< See CarriedParts::doubt().
+  std::optional<Finding> detector_finding;  ///< See Detector::finding().
+  std::optional<Finding> carried_parts;     ///< See CarriedParts::finding().
   LoadShedding load_shedding;
   Camera camera;               ///< of the frames, without distortion
   ShutterTiming shutter;       ///< timing of the camera's shutters that was in use at the end

@@ -168,11 +168,11 @@ std::string tables_card(const Comparison& comparison) {
       "and all.");
 }
 
-std::string doubts_section(const Comparison& comparison) {
+std::string findings_section(const Comparison& comparison) {
   std::string html;
-  for (const std::string& doubt : doubts_of(comparison))
-    html +=
-        "<p class=\"doubt\"><b>Do not trust this result:</b> " + escape_markup(doubt) + "</p>\n";
+  for (const Finding& finding : findings_of(comparison))
+    html += "<p class=\"untrusted\"><b>Do not trust this result:</b> " +
+            escape_markup(finding.text()) + "</p>\n";
   return html;
 }
 
@@ -236,7 +236,7 @@ std::string comparison_page(const Comparison& comparison, const std::vector<std:
       fmt::format(
           "<header><h1>Comparison of {} runs</h1>\n<div class=\"chips\">\n{}</div></header>\n",
           comparison.runs.size(), links) +
-      doubts_section(comparison) + tables_card(comparison) + errors_card(comparison) +
+      findings_section(comparison) + tables_card(comparison) + errors_card(comparison) +
       paths_card(comparison);
   return html_page("Stillmap: comparison", body,
                    "Made by Stillmap. Error figures cover tracked frames only: compare them "

@@ -45,17 +45,17 @@ TEST(ComparisonPage, ShowsTablesChartsAndFiles) {
   EXPECT_THAT(html, Not(HasSubstr("http")));
   EXPECT_EQ(count(html, "role=\"img\""), 2 + 3)
       << "errors for wide and narrow pages; one path per run";
-  EXPECT_EQ(count(html, "class=\"doubt\""), 1) << "of the run without an evaluation";
+  EXPECT_EQ(count(html, "class=\"untrusted\""), 1) << "of the run without an evaluation";
 }
 
 TEST(ComparisonPage, RepeatsTheDoubtsOfARun) {
   Comparison comparison = two_systems();
-  comparison.runs[1].doubts = {"no <floor> was seen"};
+  comparison.runs[1].findings = {make_finding("low-coverage", "no <floor> was seen")};
   const std::string html = comparison_page(comparison, {});
-  EXPECT_THAT(html, HasSubstr("<p class=\"doubt\"><b>Do not trust this result:</b> fused: no "
+  EXPECT_THAT(html, HasSubstr("<p class=\"untrusted\"><b>Do not trust this result:</b> fused: no "
                               "&lt;floor&gt; was seen</p>"));
-  EXPECT_EQ(count(html, "<td>fused (in doubt)</td>"), 3) << "a row of each table";
-  EXPECT_EQ(count(html, ">fused (in doubt)</text>"), 3) << "two charts of errors, one path";
+  EXPECT_EQ(count(html, "<td>fused (untrusted)</td>"), 3) << "a row of each table";
+  EXPECT_EQ(count(html, ">fused (untrusted)</text>"), 3) << "two charts of errors, one path";
 }
 
 TEST(ErrorDistribution, HasABoxAndACurvePerEvaluatedRun) {

@@ -89,7 +89,7 @@ tr:last-child td { border-bottom: 0; }
 td.text { text-align: left; white-space: normal; overflow-wrap: anywhere; } th.text { text-align: left; }
 td b { font-weight: 650; }
 figure { margin: 0; }
-.doubt { padding: 12px 14px; border-radius: 8px; border: 2px solid #c0392b; }
+.untrusted { padding: 12px 14px; border-radius: 8px; border: 2px solid #c0392b; }
 figure img { display: block; width: 100%; height: auto; border-radius: 8px; border: 1px solid var(--line); }
 figcaption { font-size: 13.5px; color: var(--soft); margin-top: 6px; }
 .gallery { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(420px, 100%), 1fr)); gap: 16px; margin-top: 8px; }

@@ -374,17 +374,19 @@ std::string options_section(const RunRecord& record) {
          e(options_yaml(record.options)) + "</pre></details></section>\n";
 }
 
-/// Returns a box with the reasons not to trust the results.
-std::string doubts_section(const RunRecord& record) {
+/// Returns the findings; those of an untrusted result in boxes.
+std::string findings_section(const RunRecord& record) {
   std::string text;
-  for (const std::string& doubt : record.doubts)
-    text += "<p class=\"doubt\"><b>Do not trust this result:</b> " + e(doubt) + "</p>\n";
-  for (const std::string& note : record.notes) text += "<p>Note: " + e(note) + "</p>\n";
+  for (const Finding& finding : findings_with(Severity::kUntrusted, record.findings))
+    text +=
+        "<p class=\"untrusted\"><b>Do not trust this result:</b> " + e(finding.text()) + "</p>\n";
+  for (const Finding& finding : findings_with(Severity::kNote, record.findings))
+    text += "<p>Note: " + e(finding.text()) + "</p>\n";
   return text;
 }
 
 std::string body(const RunRecord& record, const ReportImages& images) {
-  return header(record) + doubts_section(record) + tiles(record) + trajectory_section(record) +
+  return header(record) + findings_section(record) + tiles(record) + trajectory_section(record) +
          error_section(record) + coverage_section(record) + map_section(images) +
          movers_section(record, images) +
          events_card(fmt::format("Warnings and changes: {}", record.warnings.size()), record,

@@ -9,7 +9,6 @@
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/evaluate/timing.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
-#include "stillmap/report/doubts.hpp"
 #include "stillmap/report/live_trajectory.hpp"
 #include "stillmap/report/mover_files.hpp"
 #include "stillmap/report/mover_image.hpp"
@@ -53,7 +52,7 @@ void write_summary(const RunRecord& record, const RunOutputs& outputs, double sa
   folder.write_text(kRunSummary, json_text(summary, 2) + "\n");
 }
 
-/// Adds to the doubts of the record.
+/// Adds to the findings of the record.
 ReportImages write_dense_map(RunRecord& record, const DenseOutputs& outputs, ResultFolder& folder) {
   const SlamResult& result = record.result;
   ReportImages images;
@@ -61,8 +60,8 @@ ReportImages write_dense_map(RunRecord& record, const DenseOutputs& outputs, Res
       write_dense_files({result.dense, result.placed, result.trajectory, result.movers},
                         dense_parameters_of(record.options), outputs, folder);
   images.more = std::move(files.images);
-  record.planner_doubt = files.floor_problem;
-  if (!files.floor_problem.empty()) record.doubts.push_back(files.floor_problem);
+  if (!files.floor_problem.empty())
+    record.findings.push_back(make_finding("floor-unknown", files.floor_problem));
   if (images.more.empty()) return images;
   images.cloud = images.more.front();
   images.more.erase(images.more.begin());
@@ -149,8 +148,6 @@ std::vector<std::string> possible_run_files(const Options& options, const RunOut
 
 void write_run_files(RunRecord& record, const RunOutputs& outputs, ResultFolder& folder) {
   const SlamResult& result = record.result;
-  record.doubts = doubts_of(record);
-  if (auto note = note_on_late_frames(record)) record.notes.push_back(std::move(*note));
   const std::vector<std::string> last{kRunSummary, "report.html"};
   folder.remove_own(last);
   folder.write("trajectory.txt",

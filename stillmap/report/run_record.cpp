@@ -94,14 +94,6 @@ std::string load_shedding_text(const RunRecord& record) {
 
 }  // namespace
 
-std::vector<double> RunRecord::late_frames() const {
-  std::vector<double> late = dropped;
-  for (const SkippedFrame& s : skipped) {
-    if (s.frame_lost && s.late) late.push_back(s.timestamp);
-  }
-  return late;
-}
-
 double RunRecord::frames_per_second() const {
   return seconds > 0 ? static_cast<double>(frames) / seconds : 0;
 }
@@ -173,11 +165,6 @@ void evaluate_run(RunRecord& record) {
   } catch (const Error& e) {
     record.evaluation_problem = e.what();
   }
-}
-
-std::size_t frames_with(const SlamResult& result, bool FrameRecord::*property) {
-  return static_cast<std::size_t>(std::count_if(result.frames.begin(), result.frames.end(),
-                                                [&](const FrameRecord& f) { return f.*property; }));
 }
 
 const char* name_of(MapEvent::Kind kind) {

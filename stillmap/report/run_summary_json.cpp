@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/finding_json.hpp"
 #include "stillmap/config/write_options.hpp"
 #include "stillmap/evaluate/timing.hpp"
 #include "stillmap/report/mover_files.hpp"
@@ -239,9 +240,7 @@ nlohmann::json run_summary_json(const RunRecord& record) {
   json["detector"] = text_or_null(record.detector);
   json["network"] = network_json(record.result.detector);
   json["frames_without_masks"] = text_or_null(record.result.detector_skipped);
-  json["doubts"] = record.doubts;
-  json["notes"] = record.notes;
-  if (!record.planner_doubt.empty()) json["planner_doubt"] = record.planner_doubt;
+  json["findings"] = record.findings;
   json["interrupted"] = record.interrupted;
   json["frames"] = frames_json(record);
   for (const SkippedFrame& s : record.skipped)

@@ -26,16 +26,10 @@ std::vector<std::filesystem::path> write_results(const Results& results,
     throw Error("the results are empty", "write_results", "pass the results of Slam::finish()");
   }
   if (folder.empty()) throw Error("the name of the folder is empty", "write_results", "name one");
-  const RunDetails& details = *results.details;
   RunRecord record;
+  static_cast<RunDetails&>(record) = *results.details;
   record.sequence = title.empty() ? name_of(folder) : title;
   record.machine = machine_description();
-  record.options = details.options;
-  record.result = details.result;
-  record.detector = details.detector;
-  record.map = details.map;
-  record.frames = details.result.frames.size();
-  record.seconds = details.seconds;
   record.mapping_memory_mib = peak_memory_mib();
   return write_run_folder(std::move(record), folder);
 }

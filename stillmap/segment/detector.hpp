@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/base/finding.hpp"
 #include "stillmap/segment/instance.hpp"
 #include "stillmap/sensor/rgbd_frame.hpp"
 
@@ -35,9 +36,8 @@ class Detector {
   virtual std::string skipped() const { return {}; }
   /// Returns the number of frames so far for which there was nothing usable to detect from.
   virtual std::size_t failures() const { return 0; }
-  /// Returns why what it detected so far should not be trusted, one sentence with the fix; empty if
-  /// there is no doubt.
-  virtual std::string doubt() const { return {}; }
+  /// Returns why what it detected so far should not be trusted; none if there is no reason.
+  virtual std::optional<Finding> finding() const { return std::nullopt; }
   /// Returns whether instances have masks; otherwise they have boxes only.
   virtual bool gives_masks() const { return true; }
   /// Returns the class names by class id.

@@ -173,14 +173,17 @@ std::vector<Instance> MaskFolder::detect(const RgbdFrame& frame) {
   return instances_of_mask(mask);
 }
 
-std::string MaskFolder::doubt() const {
+std::optional<Finding> MaskFolder::finding() const {
   const std::optional<double> agreement = agreement_.agreement();
-  if (!agreement || *agreement >= kLeastAgreement) return {};
-  return fmt::format(
-      "the outlines of the masks in {} are not where the depth jumps (agreement {:.2f} of 1), so "
-      "they are of another recording or moment, or are enlarged by far; name the masks of these "
-      "images, not enlarged (dense.mask_dilation does that)",
-      folder_.string(), std::max(*agreement, 0.0));
+  if (!agreement || *agreement >= kLeastAgreement) return std::nullopt;
+  return make_finding(
+      "masks-unrelated",
+      fmt::format(
+          "the outlines of the masks in {} are not where the depth jumps (agreement {:.2f} of 1), "
+          "so they are of another recording or moment, or are enlarged by far",
+          folder_.string(), std::max(*agreement, 0.0)),
+      "name the masks of these images, not enlarged (dense.mask_dilation does that)",
+      {{"agreement", *agreement}});
 }
 
 std::string MaskFolder::description() const {

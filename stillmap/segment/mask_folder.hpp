@@ -30,7 +30,7 @@ class MaskFolder final : public Detector {
   std::string description() const override;
   std::string skipped() const override;
   std::size_t failures() const override { return missing_ + unusable_; }
-  std::string doubt() const override;
+  std::optional<Finding> finding() const override;
   const std::vector<std::string>& class_names() const override;
 
   /// Returns the number of frames without a mask so far.

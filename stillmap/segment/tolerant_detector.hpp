@@ -24,7 +24,7 @@ class TolerantDetector final : public Detector {
   bool immediate() const override { return detector_->immediate(); }
   std::string skipped() const override;
   std::size_t failures() const override { return detector_->failures() + failed_; }
-  std::string doubt() const override { return detector_->doubt(); }
+  std::optional<Finding> finding() const override { return detector_->finding(); }
   bool gives_masks() const override { return detector_->gives_masks(); }
   const std::vector<std::string>& class_names() const override { return detector_->class_names(); }
 

@@ -266,35 +266,40 @@ double RegistrationEvidence::delay() const {
   return delay;
 }
 
-std::string RegistrationEvidence::problem() const {
-  if (frames_ < kLeastFrames) return "";
+std::optional<Finding> RegistrationEvidence::finding() const {
+  if (frames_ < kLeastFrames) return std::nullopt;
+  const std::string edges = "the edges of objects in the depth images ";
   if (const std::string how = turned(); !how.empty()) {
-    return "the edges of objects in the depth images fit those in the color images better if the "
-           "depth images are " +
-           how + "; write color and depth with the same orientation";
+    return make_finding(
+        "depth-turned",
+        edges + "fit those in the color images better if the depth images are " + how,
+        "write color and depth with the same orientation");
   }
   if (const double delay = this->delay(); delay != 0) {
-    return fmt::format(
-        "the edges of objects in the depth images fit those in the color images of about {:.2f} s "
-        "{} better: depth and color of a frame do not show the same moment; correct the "
-        "timestamps, or the file that pairs the images",
-        std::abs(delay), delay > 0 ? "later" : "earlier");
+    return make_finding(
+        "depth-late",
+        fmt::format("{}fit those in the color images of about {:.2f} s {} better: depth and color "
+                    "of a frame do not show the same moment",
+                    edges, std::abs(delay), delay > 0 ? "later" : "earlier"),
+        "correct the timestamps, or the file that pairs the images", {{"delay_s", delay}});
   }
   if (!contradicts()) {
-    return unrelated()
-               ? "the edges of objects in the depth images are not where those in the color "
-                 "images are, nor at any offset: the depth images are of another moment or "
-                 "recording; correct the timestamps, or the file that pairs the images"
-               : "";
+    if (!unrelated()) return std::nullopt;
+    return make_finding("depth-unrelated",
+                        edges +
+                            "are not where those in the color images are, nor at any offset: the "
+                            "depth images are of another moment or recording",
+                        "correct the timestamps, or the file that pairs the images");
   }
   std::string text;
   for (const cv::Point offset : fit().offsets)
     text += fmt::format("{}({}, {})", text.empty() ? "" : ", ", offset.x, offset.y);
-  return "the edges of objects in the depth images are not where those in the color images are: "
-         "offsets " +
-         text +
-         " pixels in the four quarters of the image; the depth seems not to be registered to the "
-         "color camera; record depth that is registered (aligned) to color; see docs/cameras.md";
+  return make_finding(
+      "depth-unregistered",
+      fmt::format("{}are not where those in the color images are: offsets {} pixels in the four "
+                  "quarters of the image; the depth seems not to be registered to the color camera",
+                  edges, text),
+      "record depth that is registered (aligned) to color; see docs/cameras.md");
 }
 
 }  // namespace stillmap

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/base/finding.hpp"
 #include "stillmap/geometry/depth_sensor.hpp"
 
 #include <array>
@@ -71,10 +72,10 @@ class RegistrationEvidence {
   /// 1.25 times the mean of those within 24 pixels on right recordings, 1.15 times with depth that
   /// is 20 ms late in fast motion, and at most 1.03 times with depth that is twenty images late.
   bool unrelated() const;
-  /// Returns a message with the fix if the depth images are not registered, are mirrored, or show
-  /// another moment; empty if they seem to be right, and for fewer than 10 frames, which may all be
-  /// of one fast motion.
-  std::string problem() const;
+  /// Returns the finding that the depth images are not registered, are mirrored, or show another
+  /// moment; none if they seem to be right, and for fewer than 10 frames, which may all be of one
+  /// fast motion.
+  std::optional<Finding> finding() const;
 
  private:
   static constexpr int kReach = 24, kStep = 2;  // of the offsets tried [pixels]

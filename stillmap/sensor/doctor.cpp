@@ -15,7 +15,6 @@
 #include "stillmap/sensor/sequence.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <string_view>
@@ -40,9 +39,9 @@ T percentile(std::vector<T>& values, double share) {
   return value_of_rank(values, static_cast<std::size_t>(rank));
 }
 
-void add_error(Diagnosis& diagnosis, const Error& error, Severity severity = Severity::kError) {
+void add_error(Diagnosis& diagnosis, const Error& error) {
   const std::string where = error.where().empty() ? "" : error.where() + ": ";
-  diagnosis.add(severity, where + error.problem(), error.fix());
+  diagnosis.add(make_finding("unreadable", where + error.problem(), error.fix()));
 }
 
 // ---- camera -----------------------------------------------------------------------------------
@@ -51,22 +50,21 @@ std::optional<Camera> choose_camera(const SequencePaths& paths, const std::optio
                                     Diagnosis& diagnosis) {
   try {
     if (!named && paths.camera.empty()) {
-      diagnosis.add(
-          Severity::kError,
+      diagnosis.add(make_finding(
+          "no-camera",
           "no camera was named and the sequence has no camera.yaml; depths below are those of a "
           "depth factor of 5000",
-          "name one with --camera, or put its parameters into camera.yaml in the folder");
+          "name one with --camera, or put its parameters into camera.yaml in the folder"));
       return std::nullopt;
     }
     SourceOptions options;
     options.associations = paths.associations.string();
     Camera camera = named ? *named : recorded_camera(paths.folder.string(), options);
     check_camera(camera, "camera '" + camera.name + "'");
-    diagnosis.add(
-        Severity::kOk,
-        fmt::format("camera '{}': {} x {} pixels, fx {:g}, depth factor {:g}{}", camera.name,
-                    camera.width, camera.height, camera.fx, camera.depth_factor,
-                    camera.distorted() ? ", distorted (will be rectified)" : ""));
+    diagnosis.add_ok(fmt::format("camera '{}': {} x {} pixels, fx {:g}, depth factor {:g}{}",
+                                 camera.name, camera.width, camera.height, camera.fx,
+                                 camera.depth_factor,
+                                 camera.distorted() ? ", distorted (will be rectified)" : ""));
     return camera;
   } catch (const Error& error) {
     add_error(diagnosis, error);
@@ -77,21 +75,23 @@ std::optional<Camera> choose_camera(const SequencePaths& paths, const std::optio
 // ---- lists and timestamps ---------------------------------------------------------------------
 
 Severity severity_of(std::size_t unusable, std::size_t all) {
-  return are_many_unusable(unusable, all) ? Severity::kDoubt : Severity::kWarning;
+  return are_many_unusable(unusable, all) ? Severity::kUntrusted : Severity::kWarning;
 }
 
 void check_lists(const FrameList& list, Diagnosis& diagnosis) {
   diagnosis.frames = list.frames.size();
-  diagnosis.add(Severity::kOk, fmt::format("{} pairs of color and depth", list.frames.size()));
+  diagnosis.add_ok(fmt::format("{} pairs of color and depth", list.frames.size()));
   if (list.skipped.empty()) return;
   const bool most = list.skipped.size() > list.frames.size();
   const auto lost = static_cast<std::size_t>(std::count_if(
       list.skipped.begin(), list.skipped.end(), [](const auto& s) { return s.frame_lost; }));
-  diagnosis.add(most ? Severity::kError : severity_of(lost, list.frames.size() + lost),
-                fmt::format("{} lines of the lists give no frame; the first: {}",
-                            list.skipped.size(), list.skipped.front().reason),
-                most ? "correct the timestamps and names in the lists"
-                     : "no action is needed if these are few: they are skipped");
+  diagnosis.add(
+      with_severity(most ? Severity::kError : severity_of(lost, list.frames.size() + lost),
+                    make_finding("bad-list",
+                                 fmt::format("{} lines of the lists give no frame; the first: {}",
+                                             list.skipped.size(), list.skipped.front().reason),
+                                 most ? "correct the timestamps and names in the lists"
+                                      : "no action is needed if these are few: they are skipped")));
 }
 
 std::vector<double> intervals_of(const std::vector<FrameFiles>& frames) {
@@ -111,10 +111,12 @@ void check_gaps(const std::vector<FrameFiles>& frames, double median, Diagnosis&
     if (intervals[i] > intervals[largest]) largest = i;
   }
   if (gaps == 0) return;
-  diagnosis.add(Severity::kWarning,
-                fmt::format("gaps in the timestamps: {}, the longest {:.3f} s after {:.6f}", gaps,
-                            intervals[largest], frames[largest].timestamp),
-                "record again with less load, or expect tracking loss there");
+  diagnosis.add(
+      make_finding("timestamp-gaps",
+                   fmt::format("gaps in the timestamps: {}, the longest {:.3f} s after {:.6f}",
+                               gaps, intervals[largest], frames[largest].timestamp),
+                   "record again with less load, or expect tracking loss there",
+                   {{"gaps", static_cast<double>(gaps)}, {"longest_s", intervals[largest]}}));
 }
 
 void check_rate(const std::vector<FrameFiles>& frames, const std::optional<Camera>& camera,
@@ -125,19 +127,22 @@ void check_rate(const std::vector<FrameFiles>& frames, const std::optional<Camer
   diagnosis.duration = frames.back().timestamp - frames.front().timestamp;
   diagnosis.frame_rate = 1 / median;
   if (const std::string unit = unit_of_timestamps(median); !unit.empty()) {
-    diagnosis.add(
+    diagnosis.add(with_severity(
         Severity::kError,
-        fmt::format("frames are {:g} s apart: the timestamps seem to be in {}", median, unit),
-        "write the timestamps of the lists in seconds");
+        make_finding(
+            "timestamp-unit",
+            fmt::format("frames are {:g} s apart: the timestamps seem to be in {}", median, unit),
+            "write the timestamps of the lists in seconds", {{"interval_s", median}})));
     return;
   }
-  diagnosis.add(Severity::kOk,
-                fmt::format("{:.1f} s at {:.1f} Hz", diagnosis.duration, diagnosis.frame_rate));
+  diagnosis.add_ok(fmt::format("{:.1f} s at {:.1f} Hz", diagnosis.duration, diagnosis.frame_rate));
   if (camera && std::abs(diagnosis.frame_rate / camera->fps - 1) > 0.2) {
-    diagnosis.add(Severity::kWarning,
-                  fmt::format("the camera file gives {:g} frames per second, the timestamps {:.1f}",
-                              camera->fps, diagnosis.frame_rate),
-                  fmt::format("set fps to {:.0f} in the camera file", diagnosis.frame_rate));
+    diagnosis.add(make_finding(
+        "camera-rate",
+        fmt::format("the camera file gives {:g} frames per second, the timestamps {:.1f}",
+                    camera->fps, diagnosis.frame_rate),
+        fmt::format("set fps to {:.0f} in the camera file", diagnosis.frame_rate),
+        {{"given_hz", camera->fps}, {"recorded_hz", diagnosis.frame_rate}}));
   }
   check_gaps(frames, median, diagnosis);
 }
@@ -151,11 +156,13 @@ void check_offsets(const std::vector<FrameFiles>& frames, Diagnosis& diagnosis) 
   }
   if (const std::size_t without = frames.size() - offsets.size(); without > 0) {
     const bool many = 10 * without > frames.size();
-    diagnosis.add(many ? Severity::kWarning : Severity::kOk,
-                  fmt::format("{} of {} color images have no depth image", without, frames.size()),
-                  many ? "these frames add no landmarks; record depth "
-                         "at the rate of the color images"
-                       : "");
+    diagnosis.add(with_severity(
+        many ? Severity::kWarning : Severity::kOk,
+        make_finding(
+            "sparse-depth",
+            fmt::format("{} of {} color images have no depth image", without, frames.size()),
+            many ? "these frames add no landmarks; record depth at the rate of the color images"
+                 : "")));
   }
   diagnosis.median_offset = percentile(offsets, 0.5);
   const auto [least, most] = std::minmax_element(offsets.begin(), offsets.end());
@@ -164,10 +171,11 @@ void check_offsets(const std::vector<FrameFiles>& frames, Diagnosis& diagnosis) 
                   1e3 * std::abs(diagnosis.median_offset),
                   diagnosis.median_offset < 0 ? "before" : "after", 1e3 * *least, 1e3 * *most);
   const bool late = std::abs(diagnosis.median_offset) > kLate;
-  diagnosis.add(late ? Severity::kWarning : Severity::kOk, text,
-                late ? "correct the timestamps if this is a constant error; if the delay is real, "
-                       "fast motion blurs the map"
-                     : "");
+  if (!late) return diagnosis.add_ok(text);
+  diagnosis.add(make_finding("depth-offset", text,
+                             "correct the timestamps if this is a constant error; if the delay is "
+                             "real, fast motion blurs the map",
+                             {{"median_s", diagnosis.median_offset}}));
 }
 
 // ---- files ------------------------------------------------------------------------------------
@@ -187,22 +195,40 @@ std::string similar_file(const fs::path& file) {
 struct BadFiles {
   std::size_t count = 0;
   fs::path first;
+  std::string fix;
 };
 
-std::string fix_for(const std::string& problem, const fs::path& file) {
-  if (problem == "is missing") {
-    const std::string similar = similar_file(file);
-    return similar.empty() ? "copy the missing files, or remove their lines from the lists"
-                           : "the list should name " + similar;
+/// A problem of a file and what to do about it; empty: none.
+struct FileProblem {
+  std::string problem, fix;
+};
+
+FileProblem unreadable(const fs::path& file, const std::string& problem) {
+  std::error_code ignored;
+  if (fs::exists(file, ignored)) {
+    return {problem,
+            "copy or record these files again; they are skipped (a frame without its depth image "
+            "is tracked by the landmarks alone)"};
   }
-  if (problem.find("pixels where the camera") != std::string::npos) {
-    return "name the camera that recorded these images (width and height in its file)";
+  const std::string similar = similar_file(file);
+  return {problem, similar.empty() ? "copy the missing files, or remove their lines from the lists"
+                                   : "the list should name " + similar};
+}
+
+/// Checks the header and the end of a file.
+/// @param sizes  of the images; set by the first image if not known
+FileProblem file_problem(const fs::path& file, bool is_depth, std::optional<ImageSizes>& sizes) {
+  const auto [header, damage] = read_image_header(file);
+  if (!damage.empty()) return unreadable(file, damage);
+  if (const auto problem = is_depth ? depth_problem(header) : color_problem(header);
+      !problem.empty()) {
+    return {problem,
+            "write color as 8-bit PNG or JPEG and depth as 16-bit PNG or TIFF with one channel"};
   }
-  if (problem.find("bits") != std::string::npos) {
-    return "write color as 8-bit PNG or JPEG and depth as 16-bit PNG or TIFF with one channel";
-  }
-  return "copy or record these files again; they are skipped (a frame without its depth image is "
-         "tracked by the landmarks alone)";
+  if (!sizes) sizes = {header.size, header.size};
+  const std::string problem = size_problem(header, is_depth ? sizes->depth : sizes->color);
+  if (problem.empty()) return {};
+  return {problem, "name the camera that recorded these images (width and height in its file)"};
 }
 
 // Checks the header and the end of every file; returns the frames with two valid files. Without
@@ -211,15 +237,10 @@ std::vector<FrameFiles> check_files(const std::vector<FrameFiles>& frames,
                                     std::optional<ImageSizes> sizes, Diagnosis& diagnosis) {
   std::map<std::string, BadFiles> by_problem;
   const auto is_usable = [&](const fs::path& file, bool is_depth) {
-    auto [header, problem] = read_image_header(file);
-    if (problem.empty()) problem = is_depth ? depth_problem(header) : color_problem(header);
-    if (problem.empty()) {
-      if (!sizes) sizes = {header.size, header.size};
-      problem = size_problem(header, is_depth ? sizes->depth : sizes->color);
-    }
-    if (problem.empty()) return true;
-    BadFiles& bad = by_problem[problem];
-    if (bad.count++ == 0) bad.first = file;
+    const FileProblem found = file_problem(file, is_depth, sizes);
+    if (found.problem.empty()) return true;
+    BadFiles& bad = by_problem[found.problem];
+    if (bad.count++ == 0) bad.first = file, bad.fix = found.fix;
     return false;
   };
   std::vector<FrameFiles> usable;
@@ -235,14 +256,15 @@ std::vector<FrameFiles> check_files(const std::vector<FrameFiles>& frames,
   const Severity severity =
       usable.empty() ? Severity::kError : severity_of(without_color, frames.size());
   for (const auto& [problem, bad] : by_problem) {
-    diagnosis.add(severity,
-                  fmt::format("{} file{}: {} {}", bad.count, bad.count == 1 ? "" : "s, the first",
-                              short_name(bad.first), problem),
-                  fix_for(problem, bad.first));
+    diagnosis.add(with_severity(
+        severity, make_finding("bad-files",
+                               fmt::format("{} file{}: {} {}", bad.count,
+                                           bad.count == 1 ? "" : "s, the first",
+                                           short_name(bad.first), problem),
+                               bad.fix, {{"files", static_cast<double>(bad.count)}})));
   }
   if (by_problem.empty()) {
-    diagnosis.add(
-        Severity::kOk,
+    diagnosis.add_ok(
         fmt::format("all {} image files are present, complete and of one size{}", 2 * frames.size(),
                     sizes && sizes->color != sizes->depth ? " for color and one for depth" : ""));
   }
@@ -302,10 +324,10 @@ Sample take_sample(const std::vector<FrameFiles>& usable, double depth_factor,
                     depth = read_depth_image(files.depth, size(files.depth));
     if (!color.problem.empty() || !depth.problem.empty()) {
       const bool color_bad = !color.problem.empty();
-      diagnosis.add(Severity::kWarning,
-                    short_name(color_bad ? files.color : files.depth) + " " +
-                        (color_bad ? color.problem : depth.problem),
-                    "copy or record this file again; it is skipped");
+      diagnosis.add(make_finding("bad-files",
+                                 short_name(color_bad ? files.color : files.depth) + " " +
+                                     (color_bad ? color.problem : depth.problem),
+                                 "copy or record this file again; it is skipped"));
       continue;
     }
     ++sample.decoded;
@@ -320,9 +342,10 @@ Sample take_sample(const std::vector<FrameFiles>& usable, double depth_factor,
 void check_light(const Sample& sample, Diagnosis& diagnosis) {
   const auto warn_if_many = [&](std::size_t count, const char* what, const char* fix) {
     if (10 * count < sample.decoded || count == 0) return;  // Up to one in ten is acceptable.
-    diagnosis.add(Severity::kWarning,
-                  fmt::format("{} of {} sampled color images are {}", count, sample.decoded, what),
-                  fix);
+    diagnosis.add(make_finding(
+        "poor-images",
+        fmt::format("{} of {} sampled color images are {}", count, sample.decoded, what), fix,
+        {{"images", static_cast<double>(count)}}));
   };
   warn_if_many(sample.dark, "nearly black", "record with more light or a longer exposure");
   warn_if_many(sample.bright, "nearly white", "record with a shorter exposure");
@@ -397,25 +420,22 @@ void check_scale(const Sample& sample, const Camera& camera, Diagnosis& diagnosi
                   meters.low, meters.high);
   diagnosis.median_depth = meters.median;
   if (const auto of_steps = depth_factor_of_steps(sample.seen, camera.depth_sensor)) {
-    const std::string problem = depth_factor_problem(*of_steps, factor);
-    if (problem.empty())
-      diagnosis.add(Severity::kOk, text + ", and steps that confirm the depth factor");
+    if (auto finding = depth_factor_finding(*of_steps, factor))
+      diagnosis.add(*std::move(finding));
     else
-      diagnosis.add(Severity::kDoubt, problem);
+      diagnosis.add_ok(text + ", and steps that confirm the depth factor");
     return;
   }
   const std::string problem = implausible(meters, camera.depth_sensor);
-  if (problem.empty()) {
-    diagnosis.add(Severity::kOk, text);
-    return;
-  }
+  if (problem.empty()) return diagnosis.add_ok(text);
   const double better = plausible_factor(raw, camera.depth_sensor);
-  diagnosis.add(
-      Severity::kDoubt, problem,
+  diagnosis.add(make_finding(
+      "depth-factor", problem,
       better > 0 ? fmt::format(
                        "set the depth factor ({:g}) to {:g} if the median depth should be {:.2f} m",
                        factor, better, raw.median / better)
-                 : fmt::format("check the depth factor: {:g} raw units per meter", factor));
+                 : fmt::format("check the depth factor: {:g} raw units per meter", factor),
+      {{"given", factor}, {"median_m", meters.median}}));
 }
 
 void check_depth(const Sample& sample, const Camera& camera, const DoctorOptions& options,
@@ -424,20 +444,26 @@ void check_depth(const Sample& sample, const Camera& camera, const DoctorOptions
   const auto& raw = sample.raw_depths;
   diagnosis.depth_share = static_cast<double>(raw.size()) / static_cast<double>(sample.pixels);
   if (raw.empty()) {
-    diagnosis.add(Severity::kError, "the sampled depth images contain no depth",
-                  "check that depth was recorded: every pixel is 0 or 65535");
-    return;
+    return diagnosis.add(
+        with_severity(Severity::kError,
+                      make_finding("no-depth", "the sampled depth images contain no depth",
+                                   "check that depth was recorded: every pixel is 0 or 65535")));
   }
   const bool enough = diagnosis.depth_share >= options.least_share;
-  diagnosis.add(
-      enough ? Severity::kOk : Severity::kWarning,
-      fmt::format("{:.0f} % of the pixels have depth", 100 * diagnosis.depth_share),
-      enough ? "" : "stay within the sensor's range, away from sunlight, glass and black surfaces");
+  const std::string share =
+      fmt::format("{:.0f} % of the pixels have depth", 100 * diagnosis.depth_share);
+  if (enough)
+    diagnosis.add_ok(share);
+  else
+    diagnosis.add(
+        make_finding("sparse-depth", share,
+                     "stay within the sensor's range, away from sunlight, glass and black surfaces",
+                     {{"share", diagnosis.depth_share}}));
   if (sample.without_depth > 0) {
-    diagnosis.add(Severity::kWarning,
-                  fmt::format("{} of {} sampled depth images contain no depth",
-                              sample.without_depth, sample.decoded),
-                  "keep the sensor uncovered and farther than its nearest range");
+    diagnosis.add(make_finding("sparse-depth",
+                               fmt::format("{} of {} sampled depth images contain no depth",
+                                           sample.without_depth, sample.decoded),
+                               "keep the sensor uncovered and farther than its nearest range"));
   }
   check_scale(sample, camera, diagnosis);
 }
@@ -457,25 +483,23 @@ void check_jumps(const Trajectory& truth, const DoctorOptions& options, Diagnosi
     if (jumps++ == 0) first = truth[i].timestamp;
   }
   if (jumps > 0) {
-    diagnosis.add(
-        Severity::kWarning,
+    diagnosis.add(make_finding(
+        "truth-quality",
         fmt::format("jumps of the ground truth (faster than {1:g} m/s): {0}, the first at {2:.6f}",
                     jumps, options.max_speed, first),
-        "errors measured there are errors of the ground truth");
+        "errors measured there are errors of the ground truth"));
   }
   if (repeats > 0) {
-    diagnosis.add(Severity::kWarning,
-                  fmt::format("{} timestamps of the ground truth repeat", repeats),
-                  "keep one pose per timestamp");
+    diagnosis.add(make_finding("truth-quality",
+                               fmt::format("{} timestamps of the ground truth repeat", repeats),
+                               "keep one pose per timestamp"));
   }
 }
 
 void check_ground_truth(const SequencePaths& paths, const std::vector<FrameFiles>& frames,
                         const DoctorOptions& options, Diagnosis& diagnosis) {
   if (paths.ground_truth.empty()) {
-    diagnosis.add(Severity::kOk,
-                  "no groundtruth.txt: the run works, but its error cannot be measured");
-    return;
+    return diagnosis.add_ok("no groundtruth.txt: the run works, but its error cannot be measured");
   }
   try {
     const Trajectory truth = read_trajectory(paths.ground_truth);
@@ -488,15 +512,20 @@ void check_ground_truth(const SequencePaths& paths, const std::vector<FrameFiles
         fmt::format("ground truth: {} poses, {:.1f} % of the frames have one within 0.02 s",
                     truth.size(), 100 * share);
     if (covered == 0) {
-      diagnosis.add(
+      diagnosis.add(with_severity(
           Severity::kError,
-          fmt::format("{}: it runs from {:.3f} to {:.3f} s, the images from {:.3f} to {:.3f} s",
-                      text, truth_stamps.front(), truth_stamps.back(), stamps.front(),
-                      stamps.back()),
-          "use the ground truth of this recording, with timestamps of the same clock in seconds");
+          make_finding(
+              "truth-quality",
+              fmt::format("{}: it runs from {:.3f} to {:.3f} s, the images from {:.3f} to {:.3f} s",
+                          text, truth_stamps.front(), truth_stamps.back(), stamps.front(),
+                          stamps.back()),
+              "use the ground truth of this recording, with timestamps of the same clock in "
+              "seconds")));
+    } else if (share < 0.9) {
+      diagnosis.add(
+          make_finding("truth-quality", text, "errors will be measured on these frames only"));
     } else {
-      diagnosis.add(share < 0.9 ? Severity::kWarning : Severity::kOk, text,
-                    share < 0.9 ? "errors will be measured on these frames only" : "");
+      diagnosis.add_ok(text);
     }
     check_jumps(truth, options, diagnosis);
   } catch (const Error& error) {
@@ -512,9 +541,13 @@ void check_masks(const SequencePaths& paths, const std::vector<FrameFiles>& fram
     return fs::exists(paths.masks / files.color.stem().concat(".png"), ignored);
   });
   const bool all = static_cast<std::size_t>(present) == frames.size();
-  diagnosis.add(all ? Severity::kOk : Severity::kWarning,
-                fmt::format("mask/ holds masks for {} of {} frames", present, frames.size()),
-                all ? "" : "give each mask the name of its color image, with the extension .png");
+  const std::string text =
+      fmt::format("mask/ holds masks for {} of {} frames", present, frames.size());
+  if (all)
+    diagnosis.add_ok(text);
+  else
+    diagnosis.add(make_finding(
+        "mask-files", text, "give each mask the name of its color image, with the extension .png"));
 }
 
 /// Adds what the first frames of a source show together; returns their number.
@@ -526,16 +559,18 @@ std::size_t check_frames(FrameSource& source, std::size_t most_frames, Diagnosis
     if (!frame) break;
     check.add(*frame);
   }
-  diagnosis.add(frames > 0 ? Severity::kOk : Severity::kError,
-                fmt::format("{} frames examined", frames));
-  for (const std::string& problem : check.problems()) diagnosis.add(Severity::kDoubt, problem);
+  if (frames > 0)
+    diagnosis.add_ok(fmt::format("{} frames examined", frames));
+  else
+    diagnosis.add(make_finding("no-frames", "0 frames examined"));
+  for (Finding& finding : check.findings()) diagnosis.add(std::move(finding));
   return frames;
 }
 
-/// Returns the sentence that the frames are not in the order of the numbers in the names of their
-/// color images, such as those of a list that was sorted as text; empty if they are, or if the
-/// names are not one text with different numbers at the end.
-std::string order_problem(const std::vector<FrameFiles>& frames) {
+/// Returns the finding that the frames are not in the order of the numbers in the names of their
+/// color images, such as those of a list that was sorted as text; none if they are, or if the names
+/// are not one text with different numbers at the end.
+std::optional<Finding> order_finding(const std::vector<FrameFiles>& frames) {
   constexpr std::size_t kFewest = 3, kPerStep = 33;  // steps back, frames per step back
   std::string common;
   double last = 0;
@@ -544,7 +579,7 @@ std::string order_problem(const std::vector<FrameFiles>& frames) {
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const std::string stem = frames[i].color.stem().string();
     const std::size_t begin = stem.find_last_not_of("0123456789.") + 1;
-    if (begin == stem.size() || (i > 0 && stem.substr(0, begin) != common)) return "";
+    if (begin == stem.size() || (i > 0 && stem.substr(0, begin) != common)) return std::nullopt;
     common = stem.substr(0, begin);
     const auto leading = leading_number(std::string_view(stem).substr(begin));
     const double number = leading ? leading->value : 0;
@@ -553,11 +588,13 @@ std::string order_problem(const std::vector<FrameFiles>& frames) {
                             frames[i - 1].color.filename().string());
     last = number;
   }
-  if (back < kFewest || kPerStep * back < frames.size()) return "";
-  return fmt::format(
-      "the frames are not in the order of the numbers of their images ({}), as if the list had "
-      "been sorted as text; give the images the times at which they were taken",
-      example);
+  if (back < kFewest || kPerStep * back < frames.size()) return std::nullopt;
+  return make_finding(
+      "image-order",
+      fmt::format("the frames are not in the order of the numbers of their images ({}), as if the "
+                  "list had been sorted as text",
+                  example),
+      "give the images the times at which they were taken");
 }
 
 void examine(const SequencePaths& paths, const std::optional<Camera>& named,
@@ -565,8 +602,7 @@ void examine(const SequencePaths& paths, const std::optional<Camera>& named,
   const auto camera = choose_camera(paths, named, diagnosis);
   const FrameList list = list_frames(paths);
   check_lists(list, diagnosis);
-  if (const std::string problem = order_problem(list.frames); !problem.empty())
-    diagnosis.add(Severity::kDoubt, problem);
+  if (auto finding = order_finding(list.frames)) diagnosis.add(*std::move(finding));
   check_rate(list.frames, camera, diagnosis);
   check_offsets(list.frames, diagnosis);
   std::optional<ImageSizes> sizes;
@@ -588,41 +624,39 @@ void examine(const SequencePaths& paths, const std::optional<Camera>& named,
 
 }  // namespace
 
-Severity Diagnosis::conclusion() const {
-  Severity worst = Severity::kOk;
-  for (const auto& finding : findings) worst = std::max(worst, finding.severity);
-  return worst;
+void Diagnosis::add(Finding finding) {
+  const bool known = std::any_of(findings.begin(), findings.end(),
+                                 [&](const Finding& f) { return f.message == finding.message; });
+  if (!known) findings.push_back(std::move(finding));
 }
 
-void Diagnosis::add(Severity severity, std::string what, std::string fix) {
-  const bool told = std::any_of(findings.begin(), findings.end(),
-                                [&](const Finding& finding) { return finding.what == what; });
-  if (!told) findings.push_back({severity, std::move(what), std::move(fix)});
-}
+void Diagnosis::add_ok(std::string message) { add({.message = std::move(message)}); }
 
 Diagnosis diagnose(FrameSource& source, std::size_t most_frames) {
   Diagnosis diagnosis;
   constexpr std::string_view kWarning = "warning: ";
   for (const std::string& note : source.notes()) {
     const bool warns = note.starts_with(kWarning);
-    diagnosis.add(warns ? Severity::kWarning : Severity::kOk,
-                  warns ? note.substr(kWarning.size()) : note);
+    if (warns)
+      diagnosis.add(make_finding("source", note.substr(kWarning.size())));
+    else
+      diagnosis.add_ok(note);
   }
   diagnosis.frames = diagnosis.usable_frames = check_frames(source, most_frames, diagnosis);
   if (!source.skipped().empty()) {
-    diagnosis.add(Severity::kWarning,
-                  fmt::format("{} images were skipped; the first: {}", source.skipped().size(),
-                              source.skipped().front().reason));
+    diagnosis.add(make_finding(
+        "bad-files", fmt::format("{} images were skipped; the first: {}", source.skipped().size(),
+                                 source.skipped().front().reason)));
   }
   return diagnosis;
 }
 
-std::string order_problem(const fs::path& folder, const fs::path& associations) {
-  return order_problem(list_frames(find_sequence(folder, associations)).frames);
+std::optional<Finding> order_finding(const fs::path& folder, const fs::path& associations) {
+  return order_finding(list_frames(find_sequence(folder, associations)).frames);
 }
 
-std::string depth_unit_problem(const fs::path& folder, const Camera& camera,
-                               const fs::path& associations) {
+std::optional<Finding> depth_unit_finding(const fs::path& folder, const Camera& camera,
+                                          const fs::path& associations) {
   constexpr std::size_t kImages = 8;
   const auto frames = list_frames(find_sequence(folder, associations)).frames;
   Sample sample;
@@ -633,12 +667,15 @@ std::string depth_unit_problem(const fs::path& folder, const Camera& camera,
         read_depth_image(files.depth, read_image_header(files.depth).header.size);
     if (depth.problem.empty()) sample_depth(raw_depth(depth.image, camera.depth_factor), sample);
   }
-  if (sample.raw_depths.empty()) return "";
+  if (sample.raw_depths.empty()) return std::nullopt;
   const std::string problem = implausible(
       DepthSpread(sample.raw_depths).in_meters(camera.depth_factor), camera.depth_sensor);
-  if (problem.empty()) return "";
-  return fmt::format("{}; check the depth factor ({:g} units per meter) with: stillmap doctor {}",
-                     problem, camera.depth_factor, folder.string());
+  if (problem.empty()) return std::nullopt;
+  return make_finding("depth-factor", problem,
+                      fmt::format("check the depth factor ({:g} units per meter) with: stillmap "
+                                  "doctor {}",
+                                  camera.depth_factor, folder.string()),
+                      {{"given", camera.depth_factor}});
 }
 
 Diagnosis diagnose(const fs::path& folder, const std::optional<Camera>& camera,

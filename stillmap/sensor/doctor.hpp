@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/base/finding.hpp"
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/sensor/frame_source.hpp"
 
@@ -10,20 +11,6 @@
 #include <vector>
 
 namespace stillmap {
-
-enum class Severity {
-  kOk,
-  kWarning,
-  kDoubt,  ///< The recording can be mapped, but a result would be wrong without a sign of it.
-  kError   ///< The recording cannot be mapped.
-};
-
-/// The result of one check.
-struct Finding {
-  Severity severity = Severity::kOk;
-  std::string what;  ///< Description of the finding, for the user.
-  std::string fix;   ///< Advice; empty if no action is needed.
-};
 
 /// Thresholds for warnings, chosen on indoor recordings of a Kinect.
 struct DoctorOptions {
@@ -49,9 +36,11 @@ struct Diagnosis {
   double median_offset = 0;  ///< Median of depth timestamp minus color timestamp [s].
 
   /// Returns the severity of the worst finding.
-  Severity conclusion() const;
-  /// Adds a finding, unless there is one with the same text.
-  void add(Severity severity, std::string what, std::string fix = "");
+  Severity conclusion() const { return worst(findings); }
+  /// Adds a finding, unless there is one with the same message.
+  void add(Finding finding);
+  /// Adds that something was examined and is right.
+  void add_ok(std::string message);
 };
 
 /// Checks a sequence and its camera: lists and pairs, every file's existence, type, size and end, a
@@ -63,17 +52,17 @@ Diagnosis diagnose(const std::filesystem::path& folder, const std::optional<Came
                    const std::filesystem::path& associations = {},
                    const DoctorOptions& options = {});
 
-/// Returns that the depths of a folder cannot have the unit that the camera tells: the median
+/// Returns the finding that the depths of a folder cannot have the unit of the camera: the median
 /// reading of some images is outside the range of the camera's sensor or nearer than 0.3 m, or the
-/// 5th or 99th percentile is far outside. Empty if they can, and if no image can be read. Takes
+/// 5th or 99th percentile is far outside. None if they can, and if no image can be read. Takes
 /// some tens of milliseconds.
-std::string depth_unit_problem(const std::filesystem::path& folder, const Camera& camera,
-                               const std::filesystem::path& associations = {});
+std::optional<Finding> depth_unit_finding(const std::filesystem::path& folder, const Camera& camera,
+                                          const std::filesystem::path& associations = {});
 
-/// Returns that the frames of a folder are not in the order of the numbers in the names of their
-/// color images, such as those of a list that was sorted as text; empty if they are.
-std::string order_problem(const std::filesystem::path& folder,
-                          const std::filesystem::path& associations = {});
+/// Returns the finding that the frames of a folder are not in the order of the numbers in the names
+/// of their color images, such as those of a list that was sorted as text; none if they are.
+std::optional<Finding> order_finding(const std::filesystem::path& folder,
+                                     const std::filesystem::path& associations = {});
 
 /// Checks a source that is no folder of images, such as a recorded file or a stereo pair, by its
 /// first frames, with FrameCheck.

@@ -33,16 +33,16 @@ class Doctor : public ::testing::Test {
   }
 
   Diagnosis diagnose() const { return stillmap::diagnose(sequence_.folder()); }
-  // Returns the findings of this severity, one per line: "what -> fix".
+  // Returns the findings of this severity, one per line: "message -> fix".
   static std::string of(const Diagnosis& diagnosis, Severity severity) {
     std::string text;
     for (const auto& finding : diagnosis.findings) {
-      if (finding.severity == severity) text += finding.what + " -> " + finding.fix + "\n";
+      if (finding.severity == severity) text += finding.message + " -> " + finding.fix + "\n";
     }
     return text;
   }
   std::string warnings() const { return of(diagnose(), Severity::kWarning); }
-  std::string doubts() const { return of(diagnose(), Severity::kDoubt); }
+  std::string untrusted() const { return of(diagnose(), Severity::kUntrusted); }
   std::string errors() const { return of(diagnose(), Severity::kError); }
   // Rewrites a list with changed timestamps.
   template <typename Change>
@@ -67,8 +67,8 @@ TEST_F(Doctor, KnowsTheDepthFactorOfAKinectByTheStepsOfItsDepths) {
   Camera camera = TestSequence::camera();
   camera.depth_factor = 10000;  // half the distances, which are plausible, too
   write_camera(sequence_.path("camera.yaml"), camera);
-  EXPECT_THAT(doubts(), HasSubstr("all distances would be 0.5 times the true ones"));
-  EXPECT_THAT(doubts(), HasSubstr("set the depth factor to 5000"));
+  EXPECT_THAT(untrusted(), HasSubstr("all distances would be 0.5 times the true ones"));
+  EXPECT_THAT(untrusted(), HasSubstr("set the depth factor to 5000"));
 }
 
 TEST_F(Doctor, ReadsDepthInMeters) {
@@ -103,36 +103,38 @@ TEST_F(Doctor, SuggestsThePlausibleDepthFactor) {
   Camera camera = TestSequence::camera();
   camera.depth_factor = 1000;  // 2 m become 10 m.
   write_camera(sequence_.path("camera.yaml"), camera);
-  EXPECT_THAT(doubts(), HasSubstr("set the depth factor (1000) to 5000"));
+  EXPECT_THAT(untrusted(), HasSubstr("set the depth factor (1000) to 5000"));
   cv::Mat millimeters(48, 64, CV_16UC1);
   cv::randu(millimeters, 1000, 3000);
   for (int i = 0; i < 12; ++i) sequence_.write_image(TestSequence::depth_name(i), millimeters);
-  EXPECT_THAT(doubts(), "");
+  EXPECT_THAT(untrusted(), "");
   camera.depth_factor = 5000;
   write_camera(sequence_.path("camera.yaml"), camera);
-  EXPECT_THAT(doubts(), HasSubstr("set the depth factor (5000) to 1000"));
+  EXPECT_THAT(untrusted(), HasSubstr("set the depth factor (5000) to 1000"));
 }
 
 TEST_F(Doctor, DoubtsAUnitInWhichMostDepthsAreOutOfTheRangeOfTheSensor) {
   Camera camera = TestSequence::camera();  // the depths are 1 to 3 m
-  EXPECT_EQ(depth_unit_problem(sequence_.folder(), camera), "");
+  EXPECT_FALSE(depth_unit_finding(sequence_.folder(), camera));
   camera.depth_factor = 50000;
-  EXPECT_THAT(depth_unit_problem(sequence_.folder(), camera), HasSubstr("outside 0.45 to 7.5 m"));
+  EXPECT_THAT(depth_unit_finding(sequence_.folder(), camera).value_or(Finding()).text(),
+              HasSubstr("outside 0.45 to 7.5 m"));
   camera.depth_factor = 500;
-  EXPECT_THAT(depth_unit_problem(sequence_.folder(), camera), HasSubstr("outside 0.45 to 7.5 m"));
+  EXPECT_THAT(depth_unit_finding(sequence_.folder(), camera).value_or(Finding()).text(),
+              HasSubstr("outside 0.45 to 7.5 m"));
 }
 
 TEST_F(Doctor, DoubtsAUnitInWhichAQuarterOfTheDepthsIsTooNearForTheSensor) {
   Camera camera = TestSequence::camera();  // the depths are 1 to 3 m
   camera.depth_sensor = find_depth_sensor("azure_kinect");
-  EXPECT_EQ(depth_unit_problem(sequence_.folder(), camera), "");
+  EXPECT_FALSE(depth_unit_finding(sequence_.folder(), camera));
   camera.depth_factor = 17000;  // 0.3 to 0.9 m
-  EXPECT_THAT(depth_unit_problem(sequence_.folder(), camera),
+  EXPECT_THAT(depth_unit_finding(sequence_.folder(), camera).value_or(Finding()).text(),
               HasSubstr("a quarter of the depth readings is below 0.4"));
 }
 
 TEST_F(Doctor, DoubtsAListThatWasSortedAsText) {
-  EXPECT_EQ(order_problem(sequence_.folder()), "");
+  EXPECT_FALSE(order_finding(sequence_.folder()));
   cv::Mat color(48, 64, CV_8UC3, cv::Scalar(90, 90, 90)), depth(48, 64, CV_16UC1, cv::Scalar(9000));
   std::vector<std::string> names;
   for (int i = 0; i < 40; ++i) names.push_back(fmt::format("view{}.png", i));
@@ -146,8 +148,9 @@ TEST_F(Doctor, DoubtsAListThatWasSortedAsText) {
   }
   sequence_.write("rgb.txt", colors);
   sequence_.write("depth.txt", depths);
-  EXPECT_THAT(order_problem(sequence_.folder()), HasSubstr("(view2.png follows view19.png)"));
-  EXPECT_THAT(doubts(), HasSubstr("as if the list had been sorted as text"));
+  EXPECT_THAT(order_finding(sequence_.folder()).value_or(Finding()).text(),
+              HasSubstr("(view2.png follows view19.png)"));
+  EXPECT_THAT(untrusted(), HasSubstr("as if the list had been sorted as text"));
 }
 
 TEST_F(Doctor, ReportsAMissingCamera) {
@@ -182,16 +185,16 @@ TEST_F(Doctor, CountsMissingTruncatedAndWrongFiles) {
 TEST_F(Doctor, DoubtsARecordingOfWhichManyFramesAreUnusable) {
   for (int i : {1, 2}) fs::remove(sequence_.path(TestSequence::color_name(i)));
   EXPECT_THAT(warnings(), HasSubstr("2 files, the first: rgb/1.png is missing")) << "a sixth";
-  EXPECT_EQ(doubts(), "");
+  EXPECT_EQ(untrusted(), "");
   fs::remove(sequence_.path(TestSequence::color_name(3)));
-  EXPECT_THAT(doubts(), HasSubstr("3 files, the first: rgb/1.png is missing")) << "a quarter";
+  EXPECT_THAT(untrusted(), HasSubstr("3 files, the first: rgb/1.png is missing")) << "a quarter";
 }
 
 TEST_F(Doctor, DoubtsAClockThatWasSetBack) {
   const auto set_back = [](double t) { return t < 100.25 ? t : t - 0.15; };  // 4 of 12 are skipped
   restamp("rgb.txt", "rgb", set_back);
   restamp("depth.txt", "depth", set_back);
-  EXPECT_THAT(doubts(), HasSubstr("lines of the lists give no frame; the first:"));
+  EXPECT_THAT(untrusted(), HasSubstr("lines of the lists give no frame; the first:"));
 }
 
 TEST_F(Doctor, DetectsOtherTimeUnitsGapsAndRates) {

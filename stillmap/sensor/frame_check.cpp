@@ -65,15 +65,19 @@ std::string unit_of_timestamps(double interval) {
   return "";
 }
 
-std::string depth_factor_problem(double of_steps, double factor) {
+std::optional<Finding> depth_factor_finding(double of_steps, double factor) {
   constexpr double kSame = 0.1;  // relative; a calibrated factor differs by a few percent
-  if (std::abs(factor / of_steps - 1) <= kSame) return "";
-  return fmt::format(
-      "the steps between the raw depths are those of a Kinect v1 or Xtion with a depth factor of "
-      "{:g}, and the camera's is {:g}: all distances would be {:.3g} times the true ones; set the "
-      "depth factor to {:g} (or name another sensor, as 'sensor: realsense_d435i' in the camera "
-      "file)",
-      of_steps, factor, of_steps / factor, of_steps);
+  if (std::abs(factor / of_steps - 1) <= kSame) return std::nullopt;
+  return make_finding(
+      "depth-factor",
+      fmt::format("the steps between the raw depths are those of a Kinect v1 or Xtion with a depth "
+                  "factor of {:g}, and the camera's is {:g}: all distances would be {:.3g} times "
+                  "the true ones",
+                  of_steps, factor, of_steps / factor),
+      fmt::format("set the depth factor to {:g} (or name another sensor, as 'sensor: "
+                  "realsense_d435i' in the camera file)",
+                  of_steps),
+      {{"given", factor}, {"of_steps", of_steps}});
 }
 
 bool is_long_gap(std::size_t frames, std::size_t all) {
@@ -106,6 +110,10 @@ void FrameCheck::add(const RgbdFrame& frame) {
   last_but_one_ = last_coarse_;
   last_coarse_ = coarse;
   ++frames_;
+}
+
+std::map<std::string, double> FrameCheck::evidence_of(const Gap& gap) {
+  return {{"frames", static_cast<double>(gap.frames)}, {"begin_s", gap.begin}};
 }
 
 void FrameCheck::Gap::add(double time, Gap& longest) {
@@ -167,98 +175,114 @@ void FrameCheck::examine(const RgbdFrame& frame) {
   }
 }
 
-std::string FrameCheck::time_problem() const {
-  if (intervals_.empty()) return "";
+std::optional<Finding> FrameCheck::time_finding() const {
+  if (intervals_.empty()) return std::nullopt;
   std::vector<double> intervals = intervals_;
   const double median = upper_median(intervals);
   const std::string unit = unit_of_timestamps(median);
-  if (unit.empty()) return "";
-  return fmt::format(
-      "frames are {:g} s apart: the timestamps seem to be in {}, so that all speeds are wrong; "
-      "write them in seconds",
-      median, unit);
+  if (unit.empty()) return std::nullopt;
+  return make_finding("timestamp-unit",
+                      fmt::format("frames are {:g} s apart: the timestamps seem to be in {}, so "
+                                  "that all speeds are wrong",
+                                  median, unit),
+                      "write them in seconds", {{"interval_s", median}});
 }
 
-std::string FrameCheck::frozen_problem() const {
+std::optional<Finding> FrameCheck::frozen_finding() const {
   if (2 * flat_ > examined_) {
-    return "the depth images have the same depth everywhere; check that depth was recorded";
+    return make_finding("depth-constant", "the depth images have the same depth everywhere",
+                        "check that depth was recorded");
   }
-  if (!is_long_gap(longest_frozen_.frames, frames_)) return "";
-  return fmt::format(
-      "{} frames in a row have the depth image of the one before, from {:.6f} s on, while their "
-      "color changes; check the recording of the depth",
-      longest_frozen_.frames, longest_frozen_.begin);
+  if (!is_long_gap(longest_frozen_.frames, frames_)) return std::nullopt;
+  return make_finding(
+      "depth-frozen",
+      fmt::format("{} frames in a row have the depth image of the one before, from {:.6f} s on, "
+                  "while their color changes",
+                  longest_frozen_.frames, longest_frozen_.begin),
+      "check the recording of the depth", evidence_of(longest_frozen_));
 }
 
-std::string FrameCheck::repeats_problem() const {
+std::optional<Finding> FrameCheck::repeats_finding() const {
   constexpr std::size_t kFewestOthers = 10;  // images; a camera at rest without noise has one
   if (is_long_gap(longest_stopped_.frames, frames_) && frames_ - repeats_ >= kFewestOthers) {
-    return fmt::format(
-        "{} frames in a row have the color image of the one before, from {:.6f} s on, as if the "
-        "camera hung; leave them out, or record again",
-        longest_stopped_.frames, longest_stopped_.begin);
+    return make_finding(
+        "frozen-images",
+        fmt::format("{} frames in a row have the color image of the one before, from {:.6f} s on, "
+                    "as if the camera hung",
+                    longest_stopped_.frames, longest_stopped_.begin),
+        "leave them out, or record again", evidence_of(longest_stopped_));
   }
   constexpr std::size_t kFewest = 10;  // images; a camera at rest without noise repeats one
-  if (repeated_ < kFewest || 3 * repeats_ < frames_) return "";
-  return fmt::format(
-      "{} of {} frames have the color image of the one before, as if the camera stopped and "
-      "jumped; list each image once, with the time at which it was taken",
-      repeats_, frames_);
+  if (repeated_ < kFewest || 3 * repeats_ < frames_) return std::nullopt;
+  return make_finding(
+      "repeated-images",
+      fmt::format("{} of {} frames have the color image of the one before, as if the camera "
+                  "stopped and jumped",
+                  repeats_, frames_),
+      "list each image once, with the time at which it was taken",
+      {{"repeated", static_cast<double>(repeats_)}});
 }
 
-std::string FrameCheck::alternation_problem() const {
+std::optional<Finding> FrameCheck::alternation_finding() const {
   constexpr std::size_t kFewest = 10;
-  if (alternating_ < kFewest || 2 * alternating_ < frames_) return "";
-  return fmt::format(
-      "{} of {} frames resemble the frame before the last and not the last, as if two cameras took "
-      "them in turn; record the cameras separately",
-      alternating_, frames_);
+  if (alternating_ < kFewest || 2 * alternating_ < frames_) return std::nullopt;
+  return make_finding(
+      "alternating-cameras",
+      fmt::format("{} of {} frames resemble the frame before the last and not the last, as if two "
+                  "cameras took them in turn",
+                  alternating_, frames_),
+      "record the cameras separately", {{"frames", static_cast<double>(alternating_)}});
 }
 
-std::string FrameCheck::depth_problem() const {
-  if (frames_ > 0 && with_depth_ == 0 && !has_depth_camera(camera_)) {
-    return fmt::format(
-        "no frame has a depth between {:g} and {:g} m from its pair of images; check that left and "
-        "right show the same moment, and the calibration of the cameras",
-        camera_.depth_sensor.min_depth, camera_.depth_sensor.max_depth);
-  }
+std::optional<Finding> FrameCheck::depth_finding() const {
+  const DepthSensor& sensor = camera_.depth_sensor;
   if (frames_ > 0 && with_depth_ == 0) {
-    return fmt::format(
-        "no frame has a depth between {:g} and {:g} m, the range of sensor {}; check the depth "
-        "factor ({:g} units per meter), and that depth in floats is in meters",
-        camera_.depth_sensor.min_depth, camera_.depth_sensor.max_depth, camera_.depth_sensor.name,
-        camera_.depth_factor);
+    const bool stereo = !has_depth_camera(camera_);
+    return make_finding(
+        "no-depth",
+        fmt::format("no frame has a depth between {:g} and {:g} m{}", sensor.min_depth,
+                    sensor.max_depth,
+                    stereo ? " from its pair of images" : ", the range of sensor " + sensor.name),
+        stereo ? "check that left and right show the same moment, and the calibration of the "
+                 "cameras"
+               : fmt::format("check the depth factor ({:g} units per meter), and that depth in "
+                             "floats is in meters",
+                             camera_.depth_factor));
   }
-  if (!is_long_gap(longest_.frames, frames_)) return "";
-  return fmt::format(
-      "{} frames in a row have no depth, from {:.6f} s on: their poses come from landmarks alone, "
-      "and the map does not grow; check the depth images",
-      longest_.frames, longest_.begin);
+  if (!is_long_gap(longest_.frames, frames_)) return std::nullopt;
+  return make_finding(
+      "depth-gap",
+      fmt::format("{} frames in a row have no depth, from {:.6f} s on: their poses come from "
+                  "landmarks alone, and the map does not grow",
+                  longest_.frames, longest_.begin),
+      "check the depth images", evidence_of(longest_));
 }
 
-std::string FrameCheck::steps_problem() const {
+std::optional<Finding> FrameCheck::steps_finding() const {
   const auto of_steps = depth_factor_of_steps(seen_, camera_.depth_sensor);
-  return of_steps ? depth_factor_problem(*of_steps, camera_.depth_factor) : "";
+  return of_steps ? depth_factor_finding(*of_steps, camera_.depth_factor) : std::nullopt;
 }
 
-std::string FrameCheck::coarse_problem() const {
+std::optional<Finding> FrameCheck::coarse_finding() const {
   constexpr double kCoarse = 0.015;  // [m]
   const double step = equal_step(seen_).value_or(0) / camera_.depth_factor;
-  if (step < kCoarse) return "";
-  return fmt::format(
-      "all depths are multiples of about {:.0f} mm, as if the depth images had been saved with 8 "
-      "bits or held disparities; save depths with 16 bits, in steps of 1 mm or less",
-      1000 * step);
+  if (step < kCoarse) return std::nullopt;
+  return make_finding("depth-coarse",
+                      fmt::format("all depths are multiples of about {:.0f} mm, as if the depth "
+                                  "images had been saved with 8 bits or held disparities",
+                                  1000 * step),
+                      "save depths with 16 bits, in steps of 1 mm or less", {{"step_m", step}});
 }
 
-std::vector<std::string> FrameCheck::problems() const {
-  const std::string frozen = frozen_problem();
-  std::vector<std::string> problems{
-      depth_problem(),       frozen,          repeats_problem(),
-      alternation_problem(), time_problem(),  frozen.empty() ? registration_.problem() : "",
-      steps_problem(),       coarse_problem()};
-  std::erase(problems, "");
-  return problems;
+std::vector<Finding> FrameCheck::findings() const {
+  const auto frozen = frozen_finding();
+  std::vector<Finding> findings;
+  for (const auto& found :
+       {depth_finding(), frozen, repeats_finding(), alternation_finding(), time_finding(),
+        frozen ? std::nullopt : registration_.finding(), steps_finding(), coarse_finding()}) {
+    if (found) findings.push_back(*found);
+  }
+  return findings;
 }
 
 }  // namespace stillmap

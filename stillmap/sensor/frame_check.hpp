@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/base/finding.hpp"
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/sensor/depth_evidence.hpp"
 #include "stillmap/sensor/rgbd_frame.hpp"
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,10 +17,10 @@ namespace stillmap {
 /// Returns the likely unit of timestamps with this median interval; empty for seconds.
 std::string unit_of_timestamps(double interval);
 
-/// Returns the sentence that the steps between raw depths contradict the depth factor of the
-/// camera, with the fix; empty if they do not.
+/// Returns the finding that the steps between raw depths contradict the depth factor of the camera;
+/// none if they do not.
 /// @param of_steps  depth factor as of depth_factor_of_steps()
-std::string depth_factor_problem(double of_steps, double factor);
+std::optional<Finding> depth_factor_finding(double of_steps, double factor);
 
 /// Returns whether a gap of this many frames in a row is worth a warning: half a second of a usual
 /// camera or more, and a tenth of all frames or more.
@@ -39,8 +42,8 @@ class FrameCheck {
   /// examined closely: the first of every 3 frames, and after twenty of them of every 30.
   void add(const RgbdFrame& frame);
 
-  /// Returns the problems found, each as one sentence with its fix; empty without any.
-  std::vector<std::string> problems() const;
+  /// Returns the findings, all of the severity kUntrusted.
+  std::vector<Finding> findings() const;
 
  private:
   /// Frames in a row, and the time of the first [s].
@@ -49,6 +52,7 @@ class FrameCheck {
     double begin = 0;
     void add(double time, Gap& longest);
   };
+  static std::map<std::string, double> evidence_of(const Gap& gap);
   /// Every 16th pixel of both images of a frame, in both directions.
   struct Coarse {
     cv::Mat1f depth;
@@ -57,13 +61,13 @@ class FrameCheck {
   void examine(const RgbdFrame& frame);
   void compare_with_last(double time, const Coarse& coarse);
   void compare_with_last_two(const Coarse& coarse);
-  std::string depth_problem() const;
-  std::string frozen_problem() const;
-  std::string repeats_problem() const;
-  std::string alternation_problem() const;
-  std::string time_problem() const;
-  std::string steps_problem() const;
-  std::string coarse_problem() const;
+  std::optional<Finding> depth_finding() const;
+  std::optional<Finding> frozen_finding() const;
+  std::optional<Finding> repeats_finding() const;
+  std::optional<Finding> alternation_finding() const;
+  std::optional<Finding> time_finding() const;
+  std::optional<Finding> steps_finding() const;
+  std::optional<Finding> coarse_finding() const;
 
   Camera camera_;
   std::size_t frames_ = 0, with_depth_ = 0, examined_ = 0, next_examined_ = 0;

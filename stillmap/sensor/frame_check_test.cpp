@@ -40,7 +40,7 @@ std::vector<std::string> problems_of(double interval, double factor, int frames,
   FrameCheck check(camera);
   for (int i = 0; i < frames; ++i)
     check.add(frame_at(i * interval, i < frames_with_depth ? factor : 0));
-  return check.problems();
+  return texts_of(check.findings());
 }
 
 TEST(FrameCheck, FindsNothingInAGoodRecording) {
@@ -67,7 +67,7 @@ std::vector<std::string> problems_of_repeated_depth(int n) {
     frame.gray = cv::Mat1b(48, 64, static_cast<uchar>(i));
     check.add(frame);
   }
-  return check.problems();
+  return texts_of(check.findings());
 }
 
 TEST(FrameCheck, FindsDepthThatRepeatsWhileTheColorChanges) {
@@ -85,7 +85,7 @@ std::vector<std::string> problems_of_repeated_images(int n) {
     frame.gray = cv::Mat1b(48, 64, static_cast<uchar>(i / n));
     check.add(frame);
   }
-  return check.problems();
+  return texts_of(check.findings());
 }
 
 TEST(FrameCheck, FindsImagesThatRepeat) {
@@ -104,7 +104,7 @@ TEST(FrameCheck, FindsACameraThatHangs) {
     frame.gray = cv::Mat1b(48, 64, static_cast<uchar>(std::min(i, 30)));
     check.add(frame);
   }
-  EXPECT_THAT(check.problems(),
+  EXPECT_THAT(texts_of(check.findings()),
               testing::Contains(AllOf(HasSubstr("29 frames in a row have the color image"),
                                       HasSubstr("from 1.033333 s on"))));
 }
@@ -129,7 +129,7 @@ RgbdFrame frame_of_wall(double time, int place) {
 std::vector<std::string> problems_of_places(const std::function<int(int)>& place) {
   FrameCheck check{Camera()};
   for (int i = 0; i < 60; ++i) check.add(frame_of_wall(i / 30.0, place(i)));
-  return check.problems();
+  return texts_of(check.findings());
 }
 
 TEST(FrameCheck, FindsFramesOfTwoCamerasInTurn) {
@@ -149,7 +149,7 @@ TEST(FrameCheck, ExposuresInTurnAreOfOneCamera) {
     frame.gray = frame.gray * (i % 2 == 0 ? 1.0 : 0.6);
     check.add(frame);
   }
-  EXPECT_THAT(check.problems(), testing::Not(testing::Contains(HasSubstr("in turn"))));
+  EXPECT_THAT(texts_of(check.findings()), testing::Not(testing::Contains(HasSubstr("in turn"))));
 }
 
 TEST(FrameCheck, FindsDepthThatIsTheSameEverywhere) {
@@ -159,7 +159,8 @@ TEST(FrameCheck, FindsDepthThatIsTheSameEverywhere) {
     frame.depth = cv::Mat1f(48, 64, 2.0F);
     check.add(frame);
   }
-  EXPECT_THAT(check.problems(), testing::Contains(HasSubstr("the same depth everywhere")));
+  EXPECT_THAT(texts_of(check.findings()),
+              testing::Contains(HasSubstr("the same depth everywhere")));
 }
 
 TEST(FrameCheck, FindsThatThereIsNoDepth) {
@@ -181,7 +182,7 @@ TEST(FrameCheck, FindsDepthsThatWereSavedWithEightBits) {
     bytes.convertTo(frame.depth, CV_32F, 10.0 / 255);
     check.add(frame);
   }
-  EXPECT_THAT(check.problems(), ElementsAre(HasSubstr("multiples of about 39 mm")));
+  EXPECT_THAT(texts_of(check.findings()), ElementsAre(HasSubstr("multiples of about 39 mm")));
 }
 
 /// Returns the problems of 30 frames whose depth edges are those of the mirrored images.
@@ -203,7 +204,7 @@ std::vector<std::string> problems_of_mirrored_depth(const DepthSensor& sensor) {
     cv::flip(depth, frame.depth, 1);
     check.add(frame);
   }
-  return check.problems();
+  return texts_of(check.findings());
 }
 
 TEST(FrameCheck, ComparesEdgesOfDepthCamerasOnly) {
@@ -218,7 +219,8 @@ TEST(FrameCheck, WithoutStereoDepthNamesThePairOfImages) {
   camera.depth_sensor = stereo_sensor(700, 0.54);
   FrameCheck check(camera);
   for (int i = 0; i < 60; ++i) check.add(frame_at(i / 30.0, 0));
-  EXPECT_THAT(check.problems(), ElementsAre(HasSubstr("left and right show the same moment")));
+  EXPECT_THAT(texts_of(check.findings()),
+              ElementsAre(HasSubstr("left and right show the same moment")));
 }
 
 TEST(FrameCheck, TheStepsOfOtherSensorsSayNothingOfTheDepthFactor) {
@@ -227,7 +229,7 @@ TEST(FrameCheck, TheStepsOfOtherSensorsSayNothingOfTheDepthFactor) {
   camera.depth_sensor = find_depth_sensor("realsense_d435i");
   FrameCheck check(camera);
   for (int i = 0; i < 60; ++i) check.add(frame_at(i / 30.0, 10000));
-  EXPECT_THAT(check.problems(), ::testing::IsEmpty());
+  EXPECT_THAT(texts_of(check.findings()), ::testing::IsEmpty());
 }
 
 }  // namespace

@@ -205,10 +205,10 @@ TEST(RecordingSource, DepthsBeyondTheSensorAreToldWithAFactorThatFits) {
   const Diagnosis diagnosis = diagnose(source, 10);
   const auto told = std::find_if(
       diagnosis.findings.begin(), diagnosis.findings.end(),
-      [](const Finding& f) { return f.what.find("depth_factor: 10000") != std::string::npos; });
+      [](const Finding& f) { return f.message.find("depth_factor: 10000") != std::string::npos; });
   ASSERT_NE(told, diagnosis.findings.end());
   EXPECT_EQ(told->severity, Severity::kWarning);
-  EXPECT_THAT(told->what, HasSubstr("if it should be 0.90 m"));
+  EXPECT_THAT(told->message, HasSubstr("if it should be 0.90 m"));
   RecordingSource usual(folder.write_sqlite("b.db3", messages(2)), std::nullopt, "");
   EXPECT_THAT(usual.notes(), ::testing::Not(::testing::Contains(HasSubstr("farther than"))));
 }

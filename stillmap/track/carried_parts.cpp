@@ -146,11 +146,14 @@ void CarriedParts::add(const TrackingModel& model, const TrackedFramePtr& tracke
   }
 }
 
-std::string CarriedParts::doubt() const {
-  if (carried_ < kFewestPairs || carried_ < kPairRatio * resting_) return "";
-  return "the poses follow parts of the images that stay at their pixels while the scene moves, "
-         "such as the robot itself, the dots of an infrared projector, or somebody who moves "
-         "along; exclude the robot with --ignore FILE.png (white there), or turn the projector off";
+std::optional<Finding> CarriedParts::finding() const {
+  if (carried_ < kFewestPairs || carried_ < kPairRatio * resting_) return std::nullopt;
+  return make_finding(
+      "carried-parts",
+      "the poses follow parts of the images that stay at their pixels while the scene moves, such "
+      "as the robot itself, the dots of an infrared projector, or somebody who moves along",
+      "exclude the robot with --ignore FILE.png (white there), or turn the projector off",
+      {{"frames_following", carried_}, {"frames_at_rest", resting_}});
 }
 
 }  // namespace stillmap

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/base/finding.hpp"
 #include "stillmap/track/pose_estimate.hpp"
 #include "stillmap/track/tracked_frame.hpp"
 
-#include <string>
+#include <optional>
 
 namespace stillmap {
 
@@ -20,8 +21,8 @@ class CarriedParts {
   /// Adds the next frame. Every fifth frame is compared with the one five frames before.
   void add(const TrackingModel& model, const TrackedFramePtr& tracked);
 
-  /// Returns a message with the fix if the poses follow carried parts; empty otherwise.
-  std::string doubt() const;
+  /// Returns the finding that the poses follow carried parts; none if they do not.
+  std::optional<Finding> finding() const;
 
  private:
   TrackedFramePtr earlier_;        // null: the next frame is the first to be compared

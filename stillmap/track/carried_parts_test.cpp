@@ -37,22 +37,24 @@ TrackedFramePtr tracked(const RgbdFramePtr& image, const Pose& T_world_camera) {
   return result;
 }
 
-/// Returns the doubt about a recording with a printed board in half of all images, always at the
+/// Returns the finding about a recording with a printed board in half of all images, always at the
 /// same pixels.
 /// @param follow  whether the tracked poses follow the board, so that they stand still
-std::string doubt_with_board(bool follow) {
+std::optional<Finding> finding_with_board(bool follow) {
   CarriedParts parts;
   for (std::size_t i = 0; i < office().frames(); ++i) {
     const auto image = behind({.share = 0.5, .distance = 0.5}, *office().frame(i),
                               office().camera(), /*seconds=*/1);
     parts.add(model(), tracked(image, follow ? Pose() : office().T_world_camera(i)));
   }
-  return parts.doubt();
+  return parts.finding();
 }
 
 TEST(CarriedParts, AreARobotsBodyIfThePosesFollowIt) {
-  EXPECT_THAT(doubt_with_board(/*follow=*/true), HasSubstr("--ignore FILE.png"));
-  EXPECT_EQ(doubt_with_board(/*follow=*/false), "");
+  const auto finding = finding_with_board(/*follow=*/true);
+  ASSERT_TRUE(finding);
+  EXPECT_THAT(finding->fix, HasSubstr("--ignore FILE.png"));
+  EXPECT_FALSE(finding_with_board(/*follow=*/false));
 }
 
 TEST(CarriedParts, AreNonePeopleInFrontOfACameraAtRest) {
@@ -61,7 +63,7 @@ TEST(CarriedParts, AreNonePeopleInFrontOfACameraAtRest) {
   CarriedParts parts;
   for (std::size_t i = 0; i < people.frames(); ++i)
     parts.add(model(), tracked(people.frame(i), Pose()));
-  EXPECT_EQ(parts.doubt(), "");
+  EXPECT_FALSE(parts.finding());
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/evaluate/reading_doubts.hpp"
+#include "stillmap/evaluate/truth_findings.hpp"
 
 #include "stillmap/evaluate/only_positions.hpp"
 #include "stillmap/evaluate/pose_at.hpp"
@@ -277,28 +277,32 @@ std::optional<Eigen::Vector3d> lever_arm(const std::vector<Motion>& motions, con
 }
 
 /// Returns what motions that no other reading explains have in common.
-std::string doubt_of_motions(const std::vector<Motion>& motions, const Sizes& s,
-                             const TrajectoryNames& names, const Scope& scope) {
+std::optional<Finding> finding_of_motions(const std::vector<Motion>& motions, const Sizes& s,
+                                          const TrajectoryNames& names, const Scope& scope) {
   const double turn = std::max(s.true_turn, s.turn), way = std::max(s.true_way, s.way);
   const bool turns = turn >= kLeastTurn && !scope.only_positions, moves = way >= kLeastWay;
   const double way_error = scope.only_positions ? s.length_error : s.way_error;
   const std::string between = fmt::format("{} and {}", names.estimate, names.truth);
   if (turns && s.turn_error >= kAgreement && s.angle_error <= s.turn_error / kSameTurn)
-    return fmt::format(
-        "{} turn by the same angles over 1 s (median {:.3g} degrees, difference {:.2g}), but about "
-        "other axes ({:.3g} degrees apart): one of them is the pose of another body than the "
-        "camera; name its frame by --truth-frame",
-        between, s.true_turn, s.angle_error, s.turn_error);
+    return make_finding(
+        "truth-body",
+        fmt::format("{} turn by the same angles over 1 s (median {:.3g} degrees, difference "
+                    "{:.2g}), but about other axes ({:.3g} degrees apart): one of them is the pose "
+                    "of another body than the camera",
+                    between, s.true_turn, s.angle_error, s.turn_error),
+        "name its frame by --truth-frame");
   const std::string advice =
-      "either the truth is that of another recording, or tracking failed; give the truth of this "
+      "either the truth is that of another recording, or tracking failed: give the truth of this "
       "recording or look at the report";
   const bool ways_agree = moves && s.way_error < way / 2;
   if (turns && !ways_agree && s.turn_error >= kUnrelated * turn)
-    return fmt::format(
-        "the rotations of {} have hardly anything in common: {:.3g} and {:.3g} degrees over 1 s "
-        "(median), and {:.3g} apart; {}",
-        between, s.turn, s.true_turn, s.turn_error, advice);
-  if (!moves || !scope.scale_is_known) return "";
+    return make_finding(
+        "truth-unrelated",
+        fmt::format("the rotations of {} have hardly anything in common: {:.3g} and {:.3g} degrees "
+                    "over 1 s (median), and {:.3g} apart",
+                    between, s.turn, s.true_turn, s.turn_error),
+        advice);
+  if (!moves || !scope.scale_is_known) return std::nullopt;
   const bool turns_agree =
       scope.only_positions || s.turn_error <= std::max(kAgreement, turn / kSameTurn);
   const ScaleFit scale = scale_fit(motions, scope.only_positions);
@@ -306,62 +310,77 @@ std::string doubt_of_motions(const std::vector<Motion>& motions, const Sizes& s,
   const double ratio = std::max(scale.factor, 1 / scale.factor);
   const bool is_drift = std::min(s.true_way, s.way) < kLeastSeenWay && way < 1;
   if (way > kFastest || (turns_agree && is_scaled && ratio > kOtherUnit && !is_drift))
-    return fmt::format(
-        "the camera moves by {:.3g} m over 1 s in {} and by {:.3g} m in {} (median): write both "
-        "in meters, or check the depth factor",
-        s.way, names.estimate, s.true_way, names.truth);
+    return make_finding("truth-unit",
+                        fmt::format("the camera moves by {:.3g} m over 1 s in {} and by {:.3g} m "
+                                    "in {} (median)",
+                                    s.way, names.estimate, s.true_way, names.truth),
+                        "write both in meters, or check the depth factor",
+                        {{"estimate_m", s.way}, {"truth_m", s.true_way}});
   if (turns && turns_agree && !is_scaled && difference(s, scope) >= kDifference) {
     if (const auto p = lever_arm(motions, s))
-      return fmt::format(
-          "the displacements of {} differ by {:.2g} m over 1 s (median) as those of two points of "
-          "one body {:.2f} m apart: the truth is not the pose of the camera; name its frame by "
-          "--truth-frame, with the translation ({:.3f}, {:.3f}, {:.3f}) of T_body_camera",
-          between, s.way_error, p->norm(), -p->x(), -p->y(), -p->z());
+      return make_finding(
+          "truth-body",
+          fmt::format("the displacements of {} differ by {:.2g} m over 1 s (median) as those of "
+                      "two points of one body {:.2f} m apart: the truth is not the pose of the "
+                      "camera",
+                      between, s.way_error, p->norm()),
+          fmt::format("name its frame by --truth-frame, with the translation ({:.3f}, {:.3f}, "
+                      "{:.3f}) of T_body_camera",
+                      -p->x(), -p->y(), -p->z()));
   }
   if (way_error >= kUnrelated * way)
-    return fmt::format(
-        "the displacements of {} have hardly anything in common: {:.3g} and {:.3g} m over 1 s "
-        "(median), and {:.3g} m apart; {}",
-        between, s.way, s.true_way, way_error, advice);
-  return "";
+    return make_finding(
+        "truth-unrelated",
+        fmt::format("the displacements of {} have hardly anything in common: {:.3g} and {:.3g} m "
+                    "over 1 s (median), and {:.3g} m apart",
+                    between, s.way, s.true_way, way_error),
+        advice);
+  return std::nullopt;
 }
 
-/// Returns the doubt that the times of a file were rounded; empty if they were not.
-std::string doubt_of_times(const Trajectory& trajectory, const std::string& file) {
+/// Returns the finding that the times of a file were rounded; none if they were not.
+std::optional<Finding> finding_of_times(const Trajectory& trajectory, const std::string& file) {
   constexpr double kMost = 0.1;  // share of the poses
   const std::size_t repeated = trajectory.size() - one_pose_per_stamp(trajectory).size();
-  if (static_cast<double>(repeated) <= kMost * static_cast<double>(trajectory.size())) return "";
-  return fmt::format(
-      "{} of {} poses of {} have the time of another one and are left out, as if the times had "
-      "been rounded; write them with 6 decimals",
-      repeated, trajectory.size(), file);
+  if (static_cast<double>(repeated) <= kMost * static_cast<double>(trajectory.size()))
+    return std::nullopt;
+  return make_finding(
+      "truth-times",
+      fmt::format("{} of {} poses of {} have the time of another one and are left out, as if the "
+                  "times had been rounded",
+                  repeated, trajectory.size(), file),
+      "write them with 6 decimals");
 }
 
-std::string doubt_of_readings(const Trajectory& truth, const Trajectory& estimate,
-                              const TrajectoryNames& names, bool scale_is_known) {
+std::optional<Finding> finding_of_readings(const Trajectory& truth, const Trajectory& estimate,
+                                           const TrajectoryNames& names, bool scale_is_known) {
   const std::vector<Motion> as_read = motions(truth, estimate);
-  if (as_read.empty()) return "";
+  if (as_read.empty()) return std::nullopt;
   const Sizes size = sizes(as_read);
   const Scope scope{has_only_positions(truth, estimate), scale_is_known};
   if (difference(size, scope) >= kDifference) {
     if (const auto best = best_reading(truth, estimate, names, scope, size))
-      return fmt::format(
-          "the motions of {} and {} over 1 s differ by {} (median), and by {} {}; {}",
-          names.estimate, names.truth, difference_text(size, scope), best->differs_by,
-          best->condition, best->fix);
+      return make_finding(
+          "truth-reading",
+          fmt::format("the motions of {} and {} over 1 s differ by {} (median), and by {} {}",
+                      names.estimate, names.truth, difference_text(size, scope), best->differs_by,
+                      best->condition),
+          best->fix);
   }
-  return doubt_of_motions(as_read, size, names, scope);
+  return finding_of_motions(as_read, size, names, scope);
 }
 
 }  // namespace
 
-std::vector<std::string> reading_doubts(const Trajectory& truth, const Trajectory& estimate,
-                                        const TrajectoryNames& names, bool scale_is_known) {
-  std::vector<std::string> doubts{doubt_of_times(truth, names.truth),
-                                  doubt_of_times(estimate, names.estimate),
-                                  doubt_of_readings(truth, estimate, names, scale_is_known)};
-  std::erase(doubts, "");
-  return doubts;
+std::vector<Finding> truth_findings(const Trajectory& truth, const Trajectory& estimate,
+                                    const TrajectoryNames& names, bool scale_is_known) {
+  std::vector<Finding> findings;
+  for (const auto& found :
+       {finding_of_times(truth, names.truth), finding_of_times(estimate, names.estimate),
+        finding_of_readings(truth, estimate, names, scale_is_known)}) {
+    if (found) findings.push_back(*found);
+  }
+  return findings;
 }
 
 }  // namespace stillmap

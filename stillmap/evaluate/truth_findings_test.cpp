@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/evaluate/reading_doubts.hpp"
+#include "stillmap/evaluate/truth_findings.hpp"
 
 #include "stillmap/evaluate/truth_frame.hpp"
 
@@ -18,6 +18,11 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 const TrajectoryNames kNames{"truth.txt", "estimate.txt", ""};
+
+std::vector<std::string> texts(const Trajectory& truth, const Trajectory& estimate,
+                               const TrajectoryNames& names, bool scale_is_known = true) {
+  return texts_of(truth_findings(truth, estimate, names, scale_is_known));
+}
 
 /// Returns a camera that moves and turns by some 20 degrees per second.
 Trajectory turning() {
@@ -51,30 +56,30 @@ Trajectory misread(Trajectory trajectory) {
   return trajectory;
 }
 
-TEST(ReadingDoubts, NameTheFileWhoseQuaternionsBeginWithQw) {
+TEST(TruthFindings, NameTheFileWhoseQuaternionsBeginWithQw) {
   const Trajectory truth = turning(), estimate = estimated(truth, 0.002);
-  EXPECT_THAT(reading_doubts(truth, misread(estimate), kNames),
+  EXPECT_THAT(texts(truth, misread(estimate), kNames),
               ElementsAre(AllOf(HasSubstr("if the quaternions of estimate.txt are read as qw qx"),
                                 HasSubstr("$6,$7,$8,$5}' estimate.txt"))));
-  EXPECT_THAT(reading_doubts(misread(truth), estimate, kNames),
+  EXPECT_THAT(texts(misread(truth), estimate, kNames),
               ElementsAre(HasSubstr("if the quaternions of truth.txt are read as qw qx")));
-  EXPECT_THAT(reading_doubts(misread(truth), misread(estimate), kNames),
+  EXPECT_THAT(texts(misread(truth), misread(estimate), kNames),
               ElementsAre(HasSubstr("if the quaternions of both files are read as qw qx")));
 }
 
-TEST(ReadingDoubts, NameAFrameThatTheTruthDoesNotHave) {
+TEST(TruthFindings, NameAFrameThatTheTruthDoesNotHave) {
   const Trajectory camera = turning(), estimate = estimated(camera, 0.002);
   const TruthFrame bonn = read_truth_frame("bonn");
   const TrajectoryNames names{"truth.txt", "estimate.txt", "bonn"};
-  EXPECT_THAT(reading_doubts(in_camera_frame(camera, bonn), estimate, names),
+  EXPECT_THAT(texts(in_camera_frame(camera, bonn), estimate, names),
               ElementsAre(HasSubstr("without --truth-frame bonn; leave it out")));
-  EXPECT_THAT(reading_doubts(camera, estimate, names), IsEmpty()) << "a truth of that frame";
+  EXPECT_THAT(texts(camera, estimate, names), IsEmpty()) << "a truth of that frame";
 }
 
-TEST(ReadingDoubts, AreNotRaisedByErrorsOfTracking) {
+TEST(TruthFindings, AreNotRaisedByErrorsOfTracking) {
   const Trajectory truth = turning();
   for (const double error : {0.0, 0.002, 0.05})
-    EXPECT_THAT(reading_doubts(truth, estimated(truth, error), kNames), IsEmpty()) << error;
+    EXPECT_THAT(texts(truth, estimated(truth, error), kNames), IsEmpty()) << error;
 }
 
 Trajectory inverted(Trajectory trajectory) {
@@ -82,84 +87,82 @@ Trajectory inverted(Trajectory trajectory) {
   return trajectory;
 }
 
-TEST(ReadingDoubts, NameInvertedPoses) {
+TEST(TruthFindings, NameInvertedPoses) {
   const Trajectory truth = turning(), estimate = estimated(truth, 0.002);
-  EXPECT_THAT(reading_doubts(truth, inverted(estimate), kNames),
+  EXPECT_THAT(texts(truth, inverted(estimate), kNames),
               ElementsAre(AllOf(HasSubstr("if the poses of estimate.txt are inverted; write T_"),
                                 HasSubstr("to estimate.txt"))));
-  EXPECT_THAT(reading_doubts(inverted(truth), estimate, kNames),
+  EXPECT_THAT(texts(inverted(truth), estimate, kNames),
               ElementsAre(HasSubstr("if the poses of truth.txt are inverted")));
 }
 
-TEST(ReadingDoubts, TellInvertedPosesFromQwFirstOnARobot) {
+TEST(TruthFindings, TellInvertedPosesFromQwFirstOnARobot) {
   Trajectory robot;  // turns about the y axis only, so that both have the same rotations
   for (int i = 0; i < 120; ++i)
     robot.push_back(
         {i / 30.0, Pose(so3_exp({0, 0.01 * i, 0}), {0.3 * std::sin(i / 40.0), 0, i / 50.0})});
-  EXPECT_THAT(reading_doubts(robot, inverted(robot), kNames),
+  EXPECT_THAT(texts(robot, inverted(robot), kNames),
               ElementsAre(HasSubstr("txt are inverted; write T_world_camera")));
 }
 
-TEST(ReadingDoubts, NameTheOffsetOfTheClocks) {
+TEST(TruthFindings, NameTheOffsetOfTheClocks) {
   const Trajectory estimate = estimated(turning(), 0.002);
   for (const double delay : {0.5, -0.7}) {
     Trajectory truth = turning();
     for (auto& [stamp, T] : truth) stamp += delay;
     EXPECT_THAT(
-        reading_doubts(truth, estimate, kNames),
+        texts(truth, estimate, kNames),
         ElementsAre(HasSubstr(fmt::format("if the times of truth.txt are made {:.2f} s {}",
                                           std::abs(delay), delay > 0 ? "earlier" : "later"))));
   }
 }
 
-TEST(ReadingDoubts, NameATruthOfAnotherRecordingOrAtRest) {
+TEST(TruthFindings, NameATruthOfAnotherRecordingOrAtRest) {
   const Trajectory estimate = estimated(turning(), 0.002);
   Trajectory other = turning(), resting = turning();
   for (auto& [t, T] : other)
     T = Pose(so3_exp({std::cos(3 * t), 0.8 * std::sin(2 * t), -0.5 * t}), {t * t, 0, t});
   for (auto& [t, T] : resting) T = Pose();
-  EXPECT_THAT(reading_doubts(other, estimate, kNames),
+  EXPECT_THAT(texts(other, estimate, kNames),
               ElementsAre(AllOf(HasSubstr("of estimate.txt and truth.txt have hardly"),
                                 HasSubstr("that of another recording"))));
-  EXPECT_THAT(reading_doubts(resting, estimate, kNames),
+  EXPECT_THAT(texts(resting, estimate, kNames),
               ElementsAre(HasSubstr("the rotations of estimate.txt and truth.txt have hardly")));
-  EXPECT_THAT(reading_doubts(estimate, resting, kNames),
+  EXPECT_THAT(texts(estimate, resting, kNames),
               ElementsAre(HasSubstr("the rotations of estimate.txt and truth.txt have hardly")));
-  EXPECT_THAT(reading_doubts(resting, resting, kNames), IsEmpty()) << "a camera at rest";
+  EXPECT_THAT(texts(resting, resting, kNames), IsEmpty()) << "a camera at rest";
 }
 
-TEST(ReadingDoubts, NameATruthThatIsThePoseOfAnotherBody) {
+TEST(TruthFindings, NameATruthThatIsThePoseOfAnotherBody) {
   const Pose T_body_camera(so3_exp({0.3, -1.1, 0.9}), {0.1, 0, 0});
   const Trajectory camera = turning(), estimate = estimated(camera, 0.002);
   Trajectory body = camera;
   for (auto& [stamp, T] : body) T = T * T_body_camera.inverse();
-  EXPECT_THAT(reading_doubts(body, estimate, kNames),
+  EXPECT_THAT(texts(body, estimate, kNames),
               ElementsAre(AllOf(HasSubstr("about other axes"), HasSubstr("--truth-frame"))));
 }
 
-TEST(ReadingDoubts, NameAnotherUnitOfLength) {
+TEST(TruthFindings, NameAnotherUnitOfLength) {
   const Trajectory truth = turning(), estimate = estimated(truth, 0.002);
   Trajectory millimeters = truth;
   for (auto& [stamp, T] : millimeters) T = Pose(T.quaternion(), 1000 * T.translation());
-  EXPECT_THAT(reading_doubts(millimeters, estimate, kNames),
-              ElementsAre(HasSubstr("write both in meters")));
-  EXPECT_THAT(reading_doubts(truth, millimeters, kNames),
-              ElementsAre(HasSubstr("write both in meters")));
-  EXPECT_THAT(reading_doubts(millimeters, estimate, kNames, false), IsEmpty())
+  EXPECT_THAT(texts(millimeters, estimate, kNames), ElementsAre(HasSubstr("write both in meters")));
+  EXPECT_THAT(texts(truth, millimeters, kNames), ElementsAre(HasSubstr("write both in meters")));
+  EXPECT_THAT(texts(millimeters, estimate, kNames, false), IsEmpty())
       << "the scale of the estimate is not known";
 }
 
-TEST(ReadingDoubts, NameAPointOfTheSameBody) {
+TEST(TruthFindings, NameAPointOfTheSameBody) {
   const Eigen::Vector3d point(0.3, -0.1, 0.15);
   const Trajectory camera = turning(), estimate = estimated(camera, 0.002);
   Trajectory marker = camera;
   for (auto& [stamp, T] : marker) T = T * Pose(Eigen::Quaterniond::Identity(), point);
-  EXPECT_THAT(reading_doubts(marker, estimate, kNames),
+  EXPECT_THAT(texts(marker, estimate, kNames),
               ElementsAre(AllOf(HasSubstr("of one body 0.35 m apart"),
                                 HasSubstr("translation (-0.3"), HasSubstr("--truth-frame"))));
 }
 
-TEST(ReadingDoubts, AreNotRaisedByAScaleThatIsABitWrong) {
+TEST(TruthFindings, AreNotRaisedByAScaleThatIsABitWrong) {
   // A camera that looks at the center of the sphere that it moves on, roughly.
   Trajectory truth;
   for (int i = 0; i < 120; ++i) {
@@ -168,42 +171,42 @@ TEST(ReadingDoubts, AreNotRaisedByAScaleThatIsABitWrong) {
   }
   Trajectory estimate = truth;
   for (auto& [stamp, T] : estimate) T = Pose(T.quaternion(), 0.85 * T.translation());
-  EXPECT_THAT(reading_doubts(truth, estimate, kNames), IsEmpty());
+  EXPECT_THAT(texts(truth, estimate, kNames), IsEmpty());
   for (std::size_t i = 60; i < estimate.size(); ++i)
     estimate[i].T_world_camera = estimate[59].T_world_camera;
-  EXPECT_THAT(reading_doubts(truth, estimate, kNames),
+  EXPECT_THAT(texts(truth, estimate, kNames),
               testing::Not(testing::Contains(HasSubstr("in meters"))))
       << "tracking that got stuck";
 }
 
-TEST(ReadingDoubts, NameRoundedTimes) {
+TEST(TruthFindings, NameRoundedTimes) {
   const Trajectory truth = turning();
   Trajectory rounded = truth;
   for (auto& [stamp, T] : rounded) stamp = std::round(10 * stamp) / 10;
   EXPECT_THAT(
-      reading_doubts(truth, rounded, kNames),
+      texts(truth, rounded, kNames),
       testing::Contains(HasSubstr("of 120 poses of estimate.txt have the time of another")));
 }
 
-TEST(ReadingDoubts, NameMillimetersInBothFiles) {
+TEST(TruthFindings, NameMillimetersInBothFiles) {
   Trajectory truth = turning();
   for (auto& [stamp, T] : truth) T = Pose(T.quaternion(), 1000 * T.translation());
-  EXPECT_THAT(reading_doubts(truth, estimated(truth, 0.002), kNames),
+  EXPECT_THAT(texts(truth, estimated(truth, 0.002), kNames),
               ElementsAre(HasSubstr("write both in meters")));
 }
 
-TEST(ReadingDoubts, AreNotRaisedByATruthWithoutRotationsOrAShortOne) {
+TEST(TruthFindings, AreNotRaisedByATruthWithoutRotationsOrAShortOne) {
   const Trajectory estimate = estimated(turning(), 0.002);
   Trajectory positions = turning();
   for (auto& [stamp, T] : positions) T = Pose(Eigen::Quaterniond::Identity(), T.translation());
-  EXPECT_THAT(reading_doubts(positions, estimate, kNames), IsEmpty());
-  EXPECT_THAT(reading_doubts(estimate, positions, kNames), IsEmpty());
+  EXPECT_THAT(texts(positions, estimate, kNames), IsEmpty());
+  EXPECT_THAT(texts(estimate, positions, kNames), IsEmpty());
   Trajectory faster = positions;
   for (auto& [stamp, T] : faster) T = Pose(T.quaternion(), 20 * T.translation());
-  EXPECT_THAT(reading_doubts(faster, estimate, kNames), ElementsAre(HasSubstr("in meters")));
-  EXPECT_THAT(reading_doubts(positions, misread(estimate), kNames), IsEmpty());
+  EXPECT_THAT(texts(faster, estimate, kNames), ElementsAre(HasSubstr("in meters")));
+  EXPECT_THAT(texts(positions, misread(estimate), kNames), IsEmpty());
   const Trajectory shorter(estimate.begin(), estimate.begin() + 20);
-  EXPECT_THAT(reading_doubts(turning(), misread(shorter), kNames), IsEmpty());
+  EXPECT_THAT(texts(turning(), misread(shorter), kNames), IsEmpty());
 }
 
 }  // namespace
