@@ -351,7 +351,7 @@ class WarnTest(unittest.TestCase):
             result = subprocess.run([PROGRAM, "run", yard, "--masks", yard / "mask", "--zones", rules, "--force", "--out",
                                      self.folder / "tilted"], capture_output=True, text=True, check=False)
             self.assertEqual(result.returncode, code, result.stderr)
-            self.assertEqual("the floor is tilted by 42 degrees: add the line 'up:" in result.stderr + result.stdout, code == 3)
+            self.assertEqual("the floor is tilted by 42 degrees; add the line 'up:" in result.stderr + result.stdout, code == 3)
 
     def test_mistakes_have_a_fix(self):
         for name, rules, more, message in (
